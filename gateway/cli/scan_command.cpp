@@ -1,18 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/cli/scan_command.h"
-
 #include <algorithm>
 #include <charconv>
+#include <memory>
 #include <ostream>
+#include <string>
 #include <string_view>
 #include <system_error>
 #include <utility>
 
+#include "bridges/console/scan.h"
+#include "gateway/cli/command_line.h"
+#include "gateway/cli/commands.h"
 #include "gateway/publish/foreign_text.h"
 #include "gateway/tools/scan_files.h"
 
 namespace linegate::gateway {
 namespace {
+
+struct ScanArguments {
+  console::ScanRequest request;
+  std::string folder;  // for plant.yaml and DCF files; empty = none is written
+  std::string eds;     // folder of EDS files for names and exact types; empty = none
+};
 
 std::string property(const console::LineView& line, std::string_view name) {
   const auto known =
@@ -30,10 +39,9 @@ Duration sync_period_of(const console::LineView& line) {
   return whole && us > 0 && us <= kLongest ? std::chrono::microseconds(us) : Duration::zero();
 }
 
-}  // namespace
-
-int scan_and_write(console::Context& context, console::ScanRequest request,
-                   const ScanTarget& target) {
+// Prints what is on a line, and writes it to files if a folder is given. Gives the exit code.
+int scan_and_write(console::Context& context, const ScanArguments& target, unsigned domain) {
+  console::ScanRequest request = target.request;
   console::ScanResult result;
   const bool applies = request.apply || request.restore_defaults;
   request.compare = !target.folder.empty() && !applies;
@@ -50,7 +58,7 @@ int scan_and_write(console::Context& context, console::ScanRequest request,
                                       .access = result.line.access,
                                       .outputs_access = property(result.line, "outputs-access"),
                                       .sync_period = sync_period_of(result.line),
-                                      .dds_domain = target.domain,
+                                      .dds_domain = domain,
                                       .nodes = std::move(result.nodes),
                                       .layouts = std::move(result.layouts)},
                                      target.folder, target.eds);
@@ -69,6 +77,27 @@ int scan_and_write(console::Context& context, console::ScanRequest request,
     context.err << "error: " << printable(files.error) << '\n';
   }
   return files.ok ? console::kDone : console::kFailed;
+}
+
+}  // namespace
+
+void add_scan(CommandLine& line) {
+  const auto arguments = std::make_shared<ScanArguments>();
+  CLI::App* scan = line.app().add_subcommand("scan", "find out what is on a line");
+  scan->add_option("line", arguments->request.what, "LINE, or LINE:NODE for one node")->required();
+  scan->add_flag("--apply", arguments->request.apply,
+                 "set up heartbeats where there are none, and run the line with what is found");
+  scan->add_flag("--restore-defaults", arguments->request.restore_defaults,
+                 "the devices restore their defaults first; run the line with what is found");
+  scan->add_option("--write", arguments->folder, "folder to put a plant.yaml and DCF files into");
+  scan->add_option("--eds", arguments->eds, "folder of EDS files, for names and exact types")
+      ->check(CLI::ExistingDirectory);
+  line.on(scan, [&line, arguments] {
+    const bool compares = !arguments->folder.empty();
+    return line.with_client(
+        {.layouts = compares, .events = true, .commands = true},
+        [&](console::Context& c) { return scan_and_write(c, *arguments, line.common().domain); });
+  });
 }
 
 }  // namespace linegate::gateway

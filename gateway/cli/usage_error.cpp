@@ -28,7 +28,7 @@ void print_failure(std::ostream& out, std::string text) {
   print_problem(out, "console", std::move(text));
 }
 
-KeptStream::int_type KeptStream::Buffer::overflow(int_type character) {
+RecordingStream::int_type RecordingStream::Buffer::overflow(int_type character) {
   if (traits_type::eq_int_type(character, traits_type::eof())) {
     return traits_type::not_eof(character);
   }
@@ -36,7 +36,7 @@ KeptStream::int_type KeptStream::Buffer::overflow(int_type character) {
   return xsputn(&one, 1) == 1 ? character : traits_type::eof();
 }
 
-std::streamsize KeptStream::Buffer::xsputn(const char* text, std::streamsize size) {
+std::streamsize RecordingStream::Buffer::xsputn(const char* text, std::streamsize size) {
   if (text_.size() < kMost) {
     text_.append(text, static_cast<std::size_t>(size));
   }

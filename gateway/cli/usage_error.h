@@ -15,10 +15,10 @@ void print_usage_error(std::ostream& out, std::string text);
 // The same with the domain "console".
 void print_failure(std::ostream& out, std::string text);
 
-// An output stream that writes to another one and keeps what it wrote.
-class KeptStream : public std::ostream {
+// An output stream that writes to another one and records what it wrote.
+class RecordingStream : public std::ostream {
  public:
-  explicit KeptStream(std::ostream& to) : std::ostream(nullptr), buffer_(*to.rdbuf()) {
+  explicit RecordingStream(std::ostream& to) : std::ostream(nullptr), buffer_(*to.rdbuf()) {
     rdbuf(&buffer_);
   }
 

@@ -13,9 +13,9 @@ import tree
 
 SCHEMA = "deploy/plant.schema.json"
 GUIDES = ("deploy/OPERATING.md", "README.md", "deploy/plants")
-PROGRAMS = {"deploy/package/linegate.1": ("gateway/cli/linegate.cpp", "gateway/cli/data_commands.cpp",
-                                          "gateway/cli/file_commands.cpp", "gateway/cli/lss_options.cpp"),
-            "deploy/package/linegated.8": ("gateway/cli/linegated.cpp",)}
+DAEMON = "gateway/cli/linegated.cpp"
+COMMANDS = "gateway/cli"  # all other files there are commands of linegate
+PROGRAM_MANUALS = ("deploy/package/linegate.1", "deploy/package/linegated.8")
 OPTION = re.compile(r'add_(?:option|flag)\w*\(\s*"((?:-\w,)?--[\w-]+)"')
 CONTRACT = "idl/README.md"
 FUNCTION = re.compile(r"\bCMM_\w+")
@@ -82,18 +82,26 @@ def check_schema(root):
             yield f"{SCHEMA}: the key {key} is in no guide and no sample"
 
 
+def programs(root):
+    """The manual of each file that defines options."""
+    for source in tree.files(root, (".cpp",)):
+        if source == DAEMON:
+            yield source, PROGRAM_MANUALS[1]
+        elif os.path.dirname(source) == COMMANDS:
+            yield source, PROGRAM_MANUALS[0]
+
+
 def check_programs(root):
-    for manual, sources in PROGRAMS.items():
+    for source, manual in programs(root):
         text = plain(tree.read(root, manual))
-        for source in sources:
-            code = tree.read(root, source)
-            for found in OPTION.findall(code):
-                option = found.split(",")[-1]
-                if not re.search(rf"(?<![\w-]){re.escape(option)}(?![\w-])", text):
-                    yield f"{source}: {manual} has not the option {option}"
-            for command in COMMAND.findall(code):
-                if not re.search(rf"(?<![\w-]){re.escape(command)}(?![\w-])", text):
-                    yield f"{source}: {manual} has not the command {command}"
+        code = tree.read(root, source)
+        for found in OPTION.findall(code):
+            option = found.split(",")[-1]
+            if not re.search(rf"(?<![\w-]){re.escape(option)}(?![\w-])", text):
+                yield f"{source}: {manual} has not the option {option}"
+        for command in COMMAND.findall(code):
+            if not re.search(rf"(?<![\w-]){re.escape(command)}(?![\w-])", text):
+                yield f"{source}: {manual} has not the command {command}"
 
 
 def check_functions(root):

@@ -50,7 +50,7 @@ class Manuals(TreeCase):
         super().setUp()
         with open(os.path.join(self.ROOT, "deploy/package/plant_manual.py"), encoding="utf-8") as generator:
             self.write("deploy/package/plant_manual.py", generator.read())
-        for path in (*manuals.GUIDES[:2], "deploy/plants/a.yaml", *manuals.PROGRAMS, *sum(manuals.PROGRAMS.values(), ())):
+        for path in (*manuals.GUIDES[:2], "deploy/plants/a.yaml", *manuals.PROGRAM_MANUALS):
             self.write(path, "colour: {hue: 1}")
         self.write(manuals.SCHEMA, self.SCHEMA)
         self.write(manuals.CONTRACT, "CMM_Known does nothing.")

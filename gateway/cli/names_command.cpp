@@ -1,15 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/cli/plant_names.h"
-
 #include <iostream>
+#include <memory>
+#include <string>
 #include <vector>
 
 #include "bridges/console/names.h"
+#include "gateway/cli/command_line.h"
+#include "gateway/cli/commands.h"
 #include "gateway/config/plant.h"
 #include "gateway/runtime/exit_code.h"
 
 namespace linegate::gateway {
+namespace {
 
+// Prints lines and nodes of a plant.yaml as console::completions() has them. Prints nothing on what
+// is wrong with the file; gives the exit code.
 int print_names(const std::string& path) {
   const auto loaded = config::load(path);
   if (!loaded.value) {
@@ -28,6 +33,19 @@ int print_names(const std::string& path) {
     }
   }
   return kExitOk;
+}
+
+}  // namespace
+
+// For completion by a shell, which has no time: not in the help.
+void add_names(CommandLine& line) {
+  const auto plant = std::make_shared<std::string>();
+  CLI::App* names = line.app().add_subcommand("names", "names of lines and nodes, for completion");
+  names->group("");
+  names->add_option("--plant", *plant, "those of a plant.yaml, not of running gateways");
+  line.on(names, [&line, plant] {
+    return plant->empty() ? line.with_client({}, console::names) : print_names(*plant);
+  });
 }
 
 }  // namespace linegate::gateway

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/cli/command_line.h"
+
+#include <algorithm>
+#include <exception>
+#include <iostream>
+#include <utility>
+
+#include "gateway/cli/remote_client.h"
+#include "gateway/cli/unknown_command.h"
+#include "gateway/cli/usage_error.h"
+#include "gateway/publish/dds_edge.h"
+#include "gateway/publish/foreign_text.h"
+#include "gateway/runtime/exit_code.h"
+#include "gateway/runtime/signals.h"
+
+namespace linegate::gateway {
+namespace {
+
+// Messages of Fast DDS, which would disturb the screen and the output that a script reads.
+void print_library_message(Severity severity, std::string_view text) {
+  std::cerr << "Fast DDS: " << (severity == Severity::error ? "error: " : "warning: ")
+            << printable(text) << '\n';
+}
+
+}  // namespace
+
+CommandLine::CommandLine() {
+  app_.require_subcommand(1);
+  app_.fallthrough();
+  app_.set_version_flag("--version", LINEGATE_VERSION);
+  app_.add_option("-d,--domain", common_.domain, "DDS domain")->check(CLI::Range(0, 232));
+  app_.add_option("--profile", common_.profile, "QoS profile file instead of the installed one");
+  app_.add_option("--wait", common_.wait, "seconds to wait for a gateway")
+      ->check(CLI::NonNegativeNumber);
+  app_.add_option("--timeout", common_.timeout, "seconds to wait for an answer")
+      ->check(CLI::PositiveNumber);
+  app_.add_flag("--json", common_.json, "print JSON");
+  app_.add_flag("--utc", common_.utc, "times in UTC, not in local time; JSON has always UTC");
+  app_.add_flag("--verbose", common_.verbose, "say on standard error what Fast DDS reports");
+  app_.footer(
+      "Exit status: 0 done, 1 failed or refused, 2 wrong usage or configuration, 3 printed, but\n"
+      "incomplete, 4 a value was taken, but its PDO is not sent yet (0 with --keep, and while "
+      "the\n"
+      "line's pdo_update_time runs).\n"
+      "A line is named by its name or its network-ID, with GATEWAY/ before it where several\n"
+      "gateways have such a line; a node is LINE:NODE, by its node-ID or its name: press:5,\n"
+      "press:inlet, 3:12, hall-7/press:5, press:own. An object is INDEX:SUB, hexadecimal:\n"
+      "1018:01.");
+}
+
+void CommandLine::on(CLI::App* command, Action action) {
+  command->callback([this, action = std::move(action)] { action_ = action; });
+}
+
+void CommandLine::on(CLI::App* command, const Topics& topics, ClientAction action) {
+  on(command, [this, topics, action = std::move(action)] { return with_client(topics, action); });
+}
+
+void CommandLine::on_live(CLI::App* command, const Topics& topics, ClientAction action) {
+  on(command, topics, [action = std::move(action)](console::Context& context) {
+    catch_stop_signals();
+    return action(context);
+  });
+}
+
+int CommandLine::with_client(const Topics& topics, const ClientAction& action) const {
+  const DdsLibraryLog library_log(common_.verbose
+                                      ? std::function(print_library_message)
+                                      : std::function<void(Severity, std::string_view)>());
+  auto made = make_remote_client({.domain = common_.domain,
+                                  .profile = common_.profile,
+                                  .images = topics.images,
+                                  .layouts = topics.layouts,
+                                  .events = topics.events,
+                                  .commands = topics.commands,
+                                  .outputs = topics.outputs});
+  RecordingStream out(std::cout);
+  RecordingStream err(std::cerr);
+  for (const Diagnostic& diagnostic : made.diagnostics) {
+    err << to_string(diagnostic) << '\n';
+  }
+  if (!made.ok()) {
+    common_.json ? print_failure(std::cout, err.text()) : void();
+    return kExitFailed;
+  }
+  console::Context context{.client = **made.value,
+                           .out = out,
+                           .err = err,
+                           .json = common_.json,
+                           .utc = common_.utc,
+                           .wait = seconds(common_.wait),
+                           .timeout = seconds(common_.timeout)};
+  const int code = action(context);
+  if (code == console::kUsage && common_.json) {
+    print_usage_error(std::cout, err.text());
+  } else if (code == console::kFailed && common_.json && out.text().empty()) {
+    print_failure(std::cout, err.text());
+  }
+  return code;
+}
+
+int CommandLine::usage_error(const std::string& text) const {
+  std::cerr << text << '\n';
+  common_.json ? print_usage_error(std::cout, text) : void();
+  return kExitUsage;
+}
+
+int CommandLine::run(int argc, char** argv) {
+  try {
+    app_.parse(argc, argv);
+  } catch (const CLI::Success& done) {
+    return app_.exit(done);
+  } catch (const CLI::ParseError& problem) {
+    return wrong_usage(problem, std::ranges::count(argv, argv + argc, std::string("--json")) != 0);
+  }
+  try {
+    return action_();
+  } catch (const std::exception& error) {  // of a library, such as a file that cannot be read
+    std::cerr << "error: " << error.what() << '\n';
+    if (common_.json) {
+      print_failure(std::cout, error.what());
+    }
+    return kExitFailed;
+  }
+}
+
+int CommandLine::wrong_usage(const CLI::ParseError& problem, bool json) {
+  std::string text = unknown_command(app_);
+  if (text.empty()) {
+    app_.exit(problem);
+    text = problem.what();
+  } else {
+    std::cerr << text << '\n';
+  }
+  json ? print_usage_error(std::cout, text) : void();
+  return kExitUsage;
+}
+
+const std::map<std::string, double>& units_of_seconds() {
+  static const std::map<std::string, double> kUnits{{"s", 1.0}, {"ms", 0.001}, {"min", 60.0}};
+  return kUnits;
+}
+
+Duration seconds(double value) {
+  return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(value));
+}
+
+}  // namespace linegate::gateway

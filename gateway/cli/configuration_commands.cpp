@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+// Configurations and programs of devices (CiA 302-3).
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "bridges/console/configuration.h"
+#include "bridges/console/program.h"
+#include "gateway/cli/command_line.h"
+#include "gateway/cli/commands.h"
+#include "gateway/config/whole_file.h"
+
+namespace linegate::gateway {
+namespace {
+
+struct ImportArguments {
+  std::string line, file;
+};
+
+struct ProgramArguments {
+  std::string node, file;
+  unsigned number = 1;
+};
+
+std::string content_of(const std::string& path) {
+  std::string why;
+  auto content = config::whole_file(path, why);
+  return content ? *std::move(content) : throw std::runtime_error(path + " " + why);
+}
+
+void add_config_action(CommandLine& line, CLI::App* config, console::ConfigAction action) {
+  const auto name = std::make_shared<std::string>();
+  config->add_option("line", *name, "LINE, or LINE:NODE for one node")->required();
+  line.on(config, {.events = true, .commands = true},
+          [name, action](console::Context& c) { return console::configure(c, action, *name); });
+}
+
+}  // namespace
+
+void add_config(CommandLine& line) {
+  CLI::App* config = line.app().add_subcommand("config", "configurations of devices (CiA 302-3)");
+  config->require_subcommand(1);
+  add_config_action(line,
+                    config->add_subcommand("verify",
+                                           "compare what devices have with their "
+                                           "configuration; writes nothing"),
+                    console::ConfigAction::verify);
+  add_config_action(
+      line,
+      config->add_subcommand("apply", "boot devices anew and write their configuration to them"),
+      console::ConfigAction::apply);
+  const auto arguments = std::make_shared<ImportArguments>();
+  CLI::App* import = config->add_subcommand(
+      "import", "give a concise DCF to the manager: a node's, or its own objects");
+  import->add_option("line", arguments->line, "LINE:NODE, or LINE for the manager itself")
+      ->required();
+  import->add_option("file", arguments->file)->required()->check(CLI::ExistingFile);
+  line.on(import, {.commands = true}, [arguments](console::Context& c) {
+    const std::string content = content_of(arguments->file);
+    return console::import_configuration(c, arguments->line, std::as_bytes(std::span(content)));
+  });
+}
+
+void add_program(CommandLine& line) {
+  const auto arguments = std::make_shared<ProgramArguments>();
+  CLI::App* program = line.app().add_subcommand(
+      "program", "load a program into a device: stop, clear, load, start");
+  program->add_option("node", arguments->node, "LINE:NODE")->required();
+  program->add_option("file", arguments->file)->required()->check(CLI::ExistingFile);
+  program
+      ->add_option("--number", arguments->number,
+                   "of the program: sub-index of 1F50h, 1F51h, 1F57h")
+      ->check(CLI::Range(1, 255));
+  line.on(program, {.events = true, .commands = true}, [arguments](console::Context& c) {
+    const std::string content = content_of(arguments->file);
+    const auto bytes = std::as_bytes(std::span(content));
+    return console::load_program(c, arguments->node, static_cast<std::uint8_t>(arguments->number),
+                                 {bytes.begin(), bytes.end()});
+  });
+}
+
+}  // namespace linegate::gateway

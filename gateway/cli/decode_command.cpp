@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <memory>
+
+#include "gateway/cli/command_line.h"
+#include "gateway/cli/commands.h"
+#include "gateway/cli/problems_as_json.h"
+#include "gateway/tools/decode.h"
+
+namespace linegate::gateway {
+
+void add_decode(CommandLine& line) {
+  const auto options = std::make_shared<DecodeOptions>();
+  CLI::App* command = line.app().add_subcommand("decode", "explain a candump log line by line");
+  command
+      ->add_option("log", options->file,
+                   "as candump -L or linegate record write it; - is the standard input, live")
+      ->required();
+  command->add_option("--plant", options->plant,
+                      "names, objects and PDOs of the devices of this plant.yaml");
+  command->add_option("--line", options->line,
+                      "which line of the plant; else the one on the interface the log names");
+  line.on(command, [&line, options] {
+    options->json = line.common().json;
+    return with_problems_as_json(options->json, [&] { return decode(*options); });
+  });
+}
+
+}  // namespace linegate::gateway

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// Frames of no CANopen service.
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "bridges/console/generic_can.h"
+#include "gateway/cli/command_line.h"
+#include "gateway/cli/commands.h"
+#include "gateway/runtime/signals.h"
+
+namespace linegate::gateway {
+namespace {
+
+struct SendArguments {
+  std::string line, frame;
+};
+
+struct ListenArguments {
+  std::string line, filter;
+  std::uint64_t count = 0;
+};
+
+}  // namespace
+
+void add_send(CommandLine& line) {
+  const auto arguments = std::make_shared<SendArguments>();
+  CLI::App* send =
+      line.app().add_subcommand("send", "give a frame of no CANopen service to the bus of a line");
+  send->add_option("line", arguments->line)->required();
+  send->add_option("frame", arguments->frame, "ID#DATA as cansend has it: 123#1122, 00000123#R8")
+      ->required();
+  line.on(send, {.commands = true}, [arguments](console::Context& c) {
+    return console::send(c, arguments->line, arguments->frame);
+  });
+}
+
+void add_listen(CommandLine& line) {
+  const auto arguments = std::make_shared<ListenArguments>();
+  CLI::App* listen =
+      line.app().add_subcommand("listen", "frames that no CANopen service of a line wants, live");
+  listen->add_option("line", arguments->line)->required();
+  listen->add_option("filter", arguments->filter, "ID or ID/MASK, hexadecimal: 123, 100/700");
+  listen->add_option("-n,--count", arguments->count, "end after so many");
+  line.on_live(listen, {.events = true, .commands = true}, [arguments](console::Context& c) {
+    return console::listen(c, arguments->line, arguments->filter, arguments->count,
+                           stop_signal_caught);
+  });
+}
+
+}  // namespace linegate::gateway
