@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "gateway/tools/json_writer.h"
+#include "gateway/tools/json_text.h"
 
 namespace linegate::gateway {
 
@@ -13,9 +13,7 @@ void print_problem(std::ostream& out, const char* domain, std::string text) {
   while (text.ends_with('\n')) {
     text.pop_back();
   }
-  JsonWriter json;
-  json.begin_object().member("ok", false).member("domain", std::string(domain));
-  out << json.member("text", text).end_object().text() << std::endl;
+  out << json_text({{"ok", false}, {"domain", domain}, {"text", text}}) << std::endl;
 }
 
 }  // namespace

@@ -2,33 +2,20 @@
 #include "gateway/tools/check_reload.h"
 
 #include <iostream>
-#include <utility>
-#include <vector>
 
 #include "gateway/runtime/exit_code.h"
 #include "gateway/runtime/log.h"
-#include "gateway/tools/json_writer.h"
+#include "gateway/tools/json_text.h"
 
 namespace linegate::gateway {
 
 std::string to_json(const config::PlanDifference& difference) {
-  JsonWriter out;
-  out.begin_object().member("possible", difference.refusals.empty());
-  const std::pair<const char*, const std::vector<std::string>*> lists[] = {
-      {"changed", &difference.changed},
-      {"started", &difference.started},
-      {"stopped", &difference.stopped},
-      {"unchanged", &difference.unchanged},
-      {"other_routes", &difference.rerouted}};
-  for (const auto& [name, lines] : lists) {
-    out.key(name).begin_array();
-    for (const std::string& line : *lines) {
-      out.value(line);
-    }
-    out.end_array();
-  }
-  out.end_object();
-  return out.text();
+  return json_text({{"possible", difference.refusals.empty()},
+                    {"changed", difference.changed},
+                    {"started", difference.started},
+                    {"stopped", difference.stopped},
+                    {"unchanged", difference.unchanged},
+                    {"other_routes", difference.rerouted}});
 }
 
 int check_reload(const std::string& running, const std::string& wanted, bool json) {

@@ -20,7 +20,7 @@
 #include "gateway/runtime/channels.h"
 #include "gateway/runtime/exit_code.h"
 #include "gateway/runtime/log.h"
-#include "gateway/tools/json_writer.h"
+#include "gateway/tools/json_text.h"
 
 namespace linegate::gateway {
 namespace {
@@ -123,10 +123,15 @@ class Decoding {
     const std::string id = fmt::format("{:0{}X}", frame.id, frame.extended() ? 8 : 3);
     const std::string data = frame.remote() ? "remote" : console::to_hex(frame.bytes());
     if (options_.json) {
-      JsonWriter out;
-      begin(out, entry).member("id", frame.id).member("extended", frame.extended());
-      out.member("remote", frame.remote()).member("fd", frame.fd()).member("data", data);
-      std::cout << out.member("text", text).end_object().text() << '\n';
+      const Json out{{"time_ns", entry.stamp_ns},
+                     {"interface", entry.interface},
+                     {"id", frame.id},
+                     {"extended", frame.extended()},
+                     {"remote", frame.remote()},
+                     {"fd", frame.fd()},
+                     {"data", data},
+                     {"text", text}};
+      std::cout << json_text(out) << '\n';
       return;
     }
     tell_day(entry.stamp_ns);
@@ -137,20 +142,16 @@ class Decoding {
   // What is no frame.
   void print(const LogEntry& entry, std::string_view kind, const std::string& text) {
     if (options_.json) {
-      JsonWriter out;
-      begin(out, entry).member("kind", std::string(kind)).member("text", text).end_object();
-      std::cout << out.text() << '\n';
+      const Json out{{"time_ns", entry.stamp_ns},
+                     {"interface", entry.interface},
+                     {"kind", kind},
+                     {"text", text}};
+      std::cout << json_text(out) << '\n';
       return;
     }
     tell_day(entry.stamp_ns);
     std::cout << fmt::format("{} {:<8} {:>8}  {:<23}  {}\n", clock(entry.stamp_ns), entry.interface,
                              kind, "", text);
-  }
-
-  JsonWriter& begin(JsonWriter& out, const LogEntry& entry) const {
-    return out.begin_object()
-        .member("time_ns", static_cast<std::uint64_t>(entry.stamp_ns))
-        .member("interface", std::string(entry.interface));
   }
 
   // Losses have no time of their own.

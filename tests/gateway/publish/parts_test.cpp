@@ -14,7 +14,6 @@
 #include "gateway/publish/library_logger.h"
 #include "gateway/publish/notice_limit.h"
 #include "gateway/publish/pdo_updates.h"
-#include "gateway/tools/json_writer.h"
 
 #include "tests/gateway/log_keeper.h"
 
@@ -411,14 +410,6 @@ TEST(Access, ReadAllowsWhatChangesNothing) {
        {CommandKind::output_write, CommandKind::object_write, CommandKind::pdo_trigger}) {
     EXPECT_FALSE(permitted(kind, Access::all, Access::read)) << name(kind);
   }
-}
-
-TEST(JsonWriter, WritesCommasAndEscapes) {
-  JsonWriter json;
-  json.begin_object().member("a", 1U).member("b", true).member("c", "x\"\\\n");
-  json.key("d").begin_array().value(std::uint64_t{1}).begin_object().end_object().end_array();
-  json.end_object();
-  EXPECT_EQ(json.text(), R"({"a":1,"b":true,"c":"x\"\\\u000a","d":[1,{}]})");
 }
 
 }  // namespace

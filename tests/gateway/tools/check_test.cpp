@@ -12,6 +12,7 @@
 
 #include "gateway/config/plant.h"
 #include "gateway/runtime/exit_code.h"
+#include "gateway/tools/json_text.h"
 
 namespace linegate::gateway {
 namespace {
@@ -261,6 +262,20 @@ TEST(Check, PutsFindingsIntoTheJson) {
   ASSERT_EQ(json["diagnostics"].size(), 1U);
   EXPECT_EQ(json["diagnostics"][0]["line"].as<int>(), 2);
   EXPECT_EQ(json["diagnostics"][0]["text"].as<std::string>(), "lines is a list, not \"3\"");
+}
+
+// What scripts compare: one line, members in their order, 64-bit numbers in full, text of any
+// octets.
+TEST(JsonText, WritesCommasAndEscapes) {
+  const Json json{{"b", 1U},
+                  {"a", true},
+                  {"c", "x\"\\\n\x1B"},
+                  {"d", {1, Json::object()}},
+                  {"e", std::int64_t{9'223'372'036'854'775'807}},
+                  {"f", "\xFF"}};
+  EXPECT_EQ(json_text(json),
+            "{\"b\":1,\"a\":true,\"c\":\"x\\\"\\\\\\n\\u001b\",\"d\":[1,{}],"
+            "\"e\":9223372036854775807,\"f\":\"\xEF\xBF\xBD\"}");
 }
 
 TEST(Check, FindsWhatIsWrongWithTheDdsProfiles) {
