@@ -137,7 +137,7 @@ void print_frame(Context& context, const LineId& id, const Assembly& heard, Inst
   }
   context.out << clock_text(time) << ' ' << printable(id.line) << ' ' << frame_text(frame);
   if (heard.held_back() != 0) {
-    context.out << "  (" << heard.held_back() << " more were not told)";
+    context.out << "  (" << heard.held_back() << " more suppressed)";
   }
   context.out << std::endl;
 }

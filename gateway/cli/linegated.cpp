@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The gateway process: runs the lines of a plant.yaml until it is told to stop.
+// The gateway process: runs the lines of a plant.yaml until a stop signal.
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
@@ -35,7 +35,7 @@ struct Arguments {
   double last_words = 0.5;  // seconds
 };
 
-// Incarnations tell starts apart; 0 stands for any.
+// Each start has another incarnation; 0 stands for any.
 std::uint64_t random_incarnation() {
   std::random_device device;
   std::uint64_t value = 0;
@@ -52,7 +52,7 @@ Duration end_limit(const Arguments& arguments) {
       kForTheRest + std::chrono::duration<double>(std::max(arguments.last_words - 0.5, 0.0)));
 }
 
-// The configuration with what the command line says instead; diagnostics if it is not good.
+// The configuration with the options of the command line applied; diagnostics if it is wrong.
 Loaded<config::Plant> load(const Arguments& arguments) {
   auto loaded = config::load(arguments.plant);
   if (!loaded.value) {

@@ -17,7 +17,7 @@ namespace {
 
 constexpr Duration kStartPeriod = std::chrono::milliseconds(20);
 constexpr Duration kStatusTextPeriod = std::chrono::seconds(1);
-// Where nobody waits for signs of life, stuck threads are told in the log all the same.
+// Without a watchdog, stuck threads are reported in the log alone.
 constexpr Duration kUnwatchedLook = std::chrono::seconds(5);
 
 Duration look_period(Duration watchdog) {

@@ -11,8 +11,8 @@
 namespace linegate::gateway {
 namespace {
 
-// A manager that does not listen is no reason to end: it has its own ways to notice.
-void tell(const std::string& message) {
+// A failure is ignored: the manager detects a silent service itself.
+void notify(const std::string& message) {
   (void)sd_notify(0, message.c_str());
 }
 
@@ -27,25 +27,25 @@ Duration ServiceManager::watchdog() const {
 }
 
 void ServiceManager::ready() {
-  tell("READY=1");
+  notify("READY=1");
 }
 
 void ServiceManager::reloading() {
   const auto now =
       std::chrono::duration_cast<std::chrono::microseconds>(monotonic_now().time_since_epoch());
-  tell("RELOADING=1\nMONOTONIC_USEC=" + std::to_string(now.count()));
+  notify("RELOADING=1\nMONOTONIC_USEC=" + std::to_string(now.count()));
 }
 
 void ServiceManager::stopping() {
-  tell("STOPPING=1");
+  notify("STOPPING=1");
 }
 
 void ServiceManager::alive() {
-  tell("WATCHDOG=1");
+  notify("WATCHDOG=1");
 }
 
 void ServiceManager::status(std::string_view text) {
-  tell("STATUS=" + std::string(text));
+  notify("STATUS=" + std::string(text));
 }
 
 }  // namespace linegate::gateway

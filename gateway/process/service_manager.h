@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the service manager is told: systemd, by sd_notify(3). Where none started this process,
-// nothing is sent.
+// Notifications to the service manager (systemd, sd_notify(3)). Without one, nothing is sent.
 #pragma once
 
 #include <string_view>
@@ -11,8 +10,8 @@ namespace linegate::gateway {
 
 class ServiceManager {
  public:
-  // It ends the service if it hears alive() less often than that; 0 = it does not watch.
-  // WATCHDOG_USEC, if it is meant for this process.
+  // The longest time between two alive(), after which it ends the service; 0 = no watchdog.
+  // WATCHDOG_USEC, if WATCHDOG_PID is this process.
   Duration watchdog() const;
 
   void ready();

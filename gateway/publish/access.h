@@ -7,13 +7,14 @@
 
 namespace linegate::gateway {
 
-// Versions are told to everybody; read allows what changes nothing; a single output value, an
-// object that may go by PDO and the trigger of a PDO need both: commands and outputs.
+// Versions need no access; `read` permits commands that change nothing. A single output value, an
+// object that may be written by PDO, and the trigger of a PDO need `all` of commands and of
+// outputs.
 bool permitted(line::CommandKind kind, config::Access commands, config::Access outputs);
-// The same with what the command is about: to verify configurations reads alone.
+// The same with the members of the command: to verify configurations needs `read`.
 bool permitted(const line::Command& command, config::Access commands, config::Access outputs);
 
-// It means entries, bytes or PDOs of the line's outputs by their places: of one layout.
+// The command refers to entries, bytes or PDOs by their places in the output layout.
 bool is_of_outputs(line::CommandKind kind);
 
 }  // namespace linegate::gateway

@@ -42,15 +42,15 @@ std::uint64_t number(const Event& event, std::size_t offset, std::size_t size) {
   return value;
 }
 
-std::string held_back(std::uint64_t count) {
-  return count == 0 ? std::string() : fmt::format(" ({} more held back)", count);
+std::string suppressed(std::uint64_t count) {
+  return count == 0 ? std::string() : fmt::format(" ({} more suppressed)", count);
 }
 
-// What was not told one by one: like this one, or of others in a storm of many.
-std::string held_back(const Event& event) {
+// Events that were suppressed: of this kind, or of others in a storm.
+std::string suppressed(const Event& event) {
   constexpr std::size_t kOffset = 8;
   constexpr std::size_t kSize = 4;
-  return held_back(event.length < kOffset + kSize ? 0 : number(event, kOffset, kSize));
+  return suppressed(event.length < kOffset + kSize ? 0 : number(event, kOffset, kSize));
 }
 
 template <class E>
@@ -150,7 +150,7 @@ std::string connection_text(const Event& e, const line::LineConfig& line) {
   way += number(e, 6, 1) == 0 ? "" : fmt::format(":{}", number(e, 6, 1));
   if (e.kind == EventKind::routing_opened) {
     return fmt::format("connection {:08X} from {} opened{}", e.code, way,
-                       e.value == 0 ? "" : fmt::format(" ({} more were not told)", e.value));
+                       e.value == 0 ? "" : fmt::format(" ({} more suppressed)", e.value));
   }
   constexpr std::array<std::string_view, 3> kServices{"no transfer", "upload", "download"};
   const auto service = std::min<std::uint64_t>(number(e, 7, 1), kServices.size() - 1);
@@ -201,7 +201,7 @@ std::string frame_text(const Event& e) {
     out += data;
   }
   out += length > 16 ? fmt::format(" (bytes from {} of {})", 16 * piece, length) : "";
-  return before == 0 ? out : out + fmt::format(" ({} more were not told)", before);
+  return before == 0 ? out : out + fmt::format(" ({} more suppressed)", before);
 }
 
 std::string line_text(const Event& e, std::string_view interface) {
@@ -214,7 +214,7 @@ std::string line_text(const Event& e, std::string_view interface) {
       return fmt::format("bus {} (was {}), TEC {}, REC {}", as<can::BusState>(e.code),
                          as<can::BusState>(e.value), number(e, 0, 1), number(e, 1, 1));
     case EventKind::bus_error:
-      return "bus error: " + bus_errors(e.code) + held_back(e);
+      return "bus error: " + bus_errors(e.code) + suppressed(e);
     case EventKind::frames_lost:
       return fmt::format("{} frames lost before they could be read", e.value);
     case EventKind::interface_failed:
@@ -232,7 +232,7 @@ std::string line_text(const Event& e, std::string_view interface) {
     case EventKind::malformed_frame:
       return fmt::format("frame {:03X}h of {} bytes not understood: {}{}", e.code, e.value,
                          hex(std::span(e.data).first(std::min<std::size_t>(e.value, 8))),
-                         held_back(e));
+                         suppressed(e));
     case EventKind::events_lost:
       return fmt::format("events {} to {} could not be kept", number(e, 0, 8), number(e, 8, 8));
     case EventKind::clock_step:
@@ -285,7 +285,7 @@ std::string overheard_text(const Event& e) {
                          (e.code & 1U) == 0 ? "read" : "written", e.value,
                          hex(std::span(e.data).subspan(3).first(
                              std::min<std::size_t>(e.value, e.data.size() - 3))),
-                         held_back(e.code >> 16U));
+                         suppressed(e.code >> 16U));
     case EventKind::pdo_mapping:
       return fmt::format("mapping of its {} {} is {}known", e.value == 0 ? "TPDO" : "RPDO", e.code,
                          number(e, 0, 1) == 0 ? "not " : "");
@@ -318,7 +318,7 @@ std::string request_text(const Event& e) {
   switch (e.kind) {
     case EventKind::output_refused:
       return fmt::format("outputs of group {} refused: {}{}", e.value,
-                         line::describe(static_cast<line::OutputRefusal>(e.code)), held_back(e));
+                         line::describe(static_cast<line::OutputRefusal>(e.code)), suppressed(e));
     case EventKind::output_armed:
       return e.code == 0
                  ? fmt::format("outputs of group {} in use, without watchdog", e.value)
@@ -327,7 +327,7 @@ std::string request_text(const Event& e) {
       return fmt::format("watchdog of output group {} fired: {}", e.value, reactions(e.code));
     case EventKind::command_refused:
       return fmt::format("command {} refused: {}{}", as<line::CommandKind>(e.value),
-                         line::describe(static_cast<line::Refusal>(e.code)), held_back(e));
+                         line::describe(static_cast<line::Refusal>(e.code)), suppressed(e));
     default:
       return {};
   }
@@ -398,7 +398,7 @@ std::string text(const Event& e, std::string_view interface) {
       return fmt::format("somebody else uses its SDO server ({:03X}h)", e.code);
     case EventKind::sdo_abort:
       return fmt::format("SDO transfer of {} ended: {}{}", object(e), abort_text(e.code),
-                         held_back(e));
+                         suppressed(e));
     case EventKind::output_refused:
     case EventKind::output_armed:
     case EventKind::output_watchdog:

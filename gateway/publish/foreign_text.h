@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Text that strangers chose, before it goes into the log.
+// Text of other hosts, before it goes into the log.
 #pragma once
 
 #include <string>
@@ -7,7 +7,8 @@
 
 namespace linegate::gateway {
 
-// Nothing in it can end a line of the log or steer a terminal: what is not printable ASCII is '.'.
+// Replaces everything but printable ASCII by '.', so that it cannot end a line of the log or
+// control a terminal.
 std::string printable(std::string_view text);
 
 }  // namespace linegate::gateway

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What happens to the gateway itself, on its way from main to the publisher.
+// An event of the gateway itself, from the main thread to the publisher.
 #pragma once
 
 #include <cstdint>

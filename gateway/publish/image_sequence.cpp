@@ -6,7 +6,7 @@
 namespace linegate::gateway {
 namespace {
 
-// `newer` tells of later receptions than what is in `marks`.
+// The receptions of `newer` are later than those of `marks`.
 void merge(std::vector<image::PdoMark>& marks, const std::vector<image::PdoMark>& newer) {
   for (const image::PdoMark& mark : newer) {
     const auto it = std::find_if(marks.begin(), marks.end(), [&](const image::PdoMark& other) {

@@ -11,8 +11,8 @@
 namespace linegate::gateway {
 
 // A line hands over snapshots for more than one purpose; with the rule on_change only those with a
-// change are samples. Samples are numbered without gaps, and what the others tell of receptions
-// goes into the next.
+// change are samples. Samples are numbered without gaps; the receptions of
+// those skipped go into the next one.
 class ImageSequence {
  public:
   explicit ImageSequence(config::Publish::Rule rule) : rule_(rule) {}

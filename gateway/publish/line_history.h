@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What subscribers have been told of a line, over all its restarts: numbers and counters go on
-// where the last one left them, because the incarnation is the same.
+// Numbers and counters of a line as subscribers see them: they continue after the line was made
+// anew, because the incarnation is the same.
 #pragma once
 
 #include "stack/base/event.h"

@@ -6,32 +6,32 @@
 namespace linegate::gateway {
 
 bool NoticeLimit::admit(EventKind kind, std::uint32_t code, std::uint32_t value, Instant now) {
-  Told* free = nullptr;
-  for (Told& told : told_) {
-    if (told.until <= now) {
-      free = &told;
-    } else if (told.kind == kind && told.code == code && told.value == value) {
+  Reported* free = nullptr;
+  for (Reported& one : reported_) {
+    if (one.until <= now) {
+      free = &one;
+    } else if (one.kind == kind && one.code == code && one.value == value) {
       return false;
     }
   }
   if (free == nullptr) {
-    ++held_;
+    ++suppressed_;
     return false;
   }
   *free = {kind, code, value, now + kPeriod};
   return true;
 }
 
-std::uint64_t NoticeLimit::take_held(Instant now) {
-  if (held_ == 0 || now < held_due_) {
+std::uint64_t NoticeLimit::pop_suppressed(Instant now) {
+  if (suppressed_ == 0 || now < suppressed_due_) {
     return 0;
   }
-  held_due_ = now + kPeriod;
-  return take_held();
+  suppressed_due_ = now + kPeriod;
+  return pop_suppressed();
 }
 
-std::uint64_t NoticeLimit::take_held() {
-  return std::exchange(held_, 0);
+std::uint64_t NoticeLimit::pop_suppressed() {
+  return std::exchange(suppressed_, 0);
 }
 
 }  // namespace linegate::gateway

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How often a line is told that requests of others were refused: as often as strangers write, they
-// would fill its event log.
+// Limits how often a line reports that requests were refused: clients that write without end would
+// fill its event log.
 #pragma once
 
 #include <array>
@@ -12,32 +12,32 @@
 
 namespace linegate::gateway {
 
-// Of one line. Each reason is told once a second, and no more than kReasons of them in any second.
+// Of one line. Each reason is reported once a second, and at most kReasons of them in any second.
 class NoticeLimit {
  public:
   static constexpr std::size_t kReasons = 32;
   static constexpr Duration kPeriod = std::chrono::seconds(1);
 
-  // True if it may be told now. A reason that was told less than kPeriod ago is not told again; one
-  // that finds kReasons others told is held back, and counted.
+  // True if it may be reported now. False for a reason that was reported less than kPeriod ago; one
+  // beyond kReasons others is suppressed and counted.
   bool admit(EventKind kind, std::uint32_t code, std::uint32_t value, Instant now);
 
-  // How many were held back since they were told last, once per kPeriod; 0 if that is not over.
-  std::uint64_t take_held(Instant now);
-  // All of them, now.
-  std::uint64_t take_held();
+  // How many were suppressed since the last call that gave any, once per kPeriod; else 0.
+  std::uint64_t pop_suppressed(Instant now);
+  // Without regard to the period.
+  std::uint64_t pop_suppressed();
 
  private:
-  struct Told {
+  struct Reported {
     EventKind kind{};
     std::uint32_t code = 0;
     std::uint32_t value = 0;
     Instant until{};  // the place is free then
   };
 
-  std::array<Told, kReasons> told_{};
-  std::uint64_t held_ = 0;
-  Instant held_due_{};
+  std::array<Reported, kReasons> reported_{};
+  std::uint64_t suppressed_ = 0;
+  Instant suppressed_due_{};
 };
 
 }  // namespace linegate::gateway

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which PDOs of a line are worth a sample of their own, and when.
+// Which PDOs of a line become samples of PdoUpdate, and when.
 #pragma once
 
 #include <cstdint>
@@ -11,18 +11,18 @@
 
 namespace linegate::gateway {
 
-// Collects the receptions that snapshots tell of and lets each PDO pass once in min_period. What
-// was held back passes later, with the number of receptions it stands for.
+// Collects the receptions of snapshots and publishes each PDO at most once in min_period. One that
+// is not due is published later, with the number of receptions it stands for.
 class PdoUpdates {
  public:
   explicit PdoUpdates(Duration min_period) : min_period_(min_period) {}
 
   void add(const image::Snapshot& snapshot);
 
-  // publish(mark, receptions) for each PDO that is due; its values are those of the last snapshot
-  // that was added. Gives when the next one is due; kNever if none is waiting.
+  // Calls publish(mark, receptions) for each PDO that is due; its values are those of the last
+  // snapshot that was added. Gives when the next one is due; kNever if none is waiting.
   template <class Publish>
-  Instant take_due(Instant now, Publish&& publish) {
+  Instant publish_due(Instant now, Publish&& publish) {
     Instant next = kNever;
     std::size_t kept = 0;
     for (const std::size_t i : waiting_) {

@@ -402,7 +402,7 @@ void Publisher::publish_image(Line& line, image::Direction direction) {
 }
 
 Instant Publisher::publish_updates(Line& line, Instant now) {
-  return line.updates.take_due(now, [&](const image::PdoMark& mark, std::uint32_t receptions) {
+  return line.updates.publish_due(now, [&](const image::PdoMark& mark, std::uint32_t receptions) {
     edge_.publish_pdo_update(line.info.name, line.layouts[0], *line.inputs, mark, receptions);
   });
 }

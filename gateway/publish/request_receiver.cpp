@@ -18,9 +18,9 @@ constexpr Duration kPoll = std::chrono::milliseconds(200);
 constexpr Duration kPollWhileWaiting = std::chrono::milliseconds(1);
 constexpr Duration kNoticePeriod = std::chrono::seconds(1);
 
-void warn_of_held_back(std::string_view line, std::uint64_t notices) {
+void warn_of_suppressed(std::string_view line, std::uint64_t notices) {
   if (notices > 0) {
-    spdlog::warn("{}: {} refusals more are no events of the line, too many came at once", line,
+    spdlog::warn("{}: {} further refusals are not reported as events, too many came at once", line,
                  notices);
   }
 }
@@ -58,7 +58,7 @@ void RequestReceiver::stop() {
     thread_.join();
   }
   for (auto& [line, limit] : notices_) {
-    warn_of_held_back(line, limit.take_held());
+    warn_of_suppressed(line, limit.pop_suppressed());
   }
 }
 
@@ -69,7 +69,7 @@ void RequestReceiver::run() {
     flush();
     report_namesakes();
     report_warnings();
-    report_held_back();
+    report_suppressed();
     rounds_.add();
   }
 }
@@ -229,10 +229,10 @@ void RequestReceiver::report_warnings() {
   }
 }
 
-void RequestReceiver::report_held_back() {
+void RequestReceiver::report_suppressed() {
   const Instant now = monotonic_now();
   for (auto& [line, limit] : notices_) {
-    warn_of_held_back(line, limit.take_held(now));
+    warn_of_suppressed(line, limit.pop_suppressed(now));
   }
 }
 

@@ -65,7 +65,7 @@ class RequestReceiver final : public RequestHandler {
   void report_unknown_line(std::string_view line);
   void report_namesakes();
   void report_warnings();
-  void report_held_back();
+  void report_suppressed();
   void notice(LineHost& host, EventKind kind, std::uint32_t code, std::uint32_t value);
   void run();
 

@@ -108,7 +108,7 @@ TEST_F(GenericFrames, AreShownAsTheyCome) {
   EXPECT_EQ(gateway_.asked.entry, 0x100U);
   EXPECT_EQ(gateway_.asked.data, raw({0x00, 0x07, 0x00, 0x80}));
   EXPECT_THAT(out_.str(), HasSubstr(" cell 150#1122\n"));
-  EXPECT_THAT(out_.str(), HasSubstr(" cell 00000150#  (3 more were not told)\n"));
+  EXPECT_THAT(out_.str(), HasSubstr(" cell 00000150#  (3 more suppressed)\n"));
   EXPECT_THAT(out_.str(), HasSubstr(" cell 151#R4\n"));
   EXPECT_THAT(out_.str(), testing::Not(HasSubstr("EE"))) << "that was before";
 }

@@ -41,24 +41,24 @@ TEST(NoticeLimit, TellsEachReasonOnceASecond) {
   EXPECT_TRUE(limit.admit(EventKind::output_refused, 2, 7, start + 999ms));
   EXPECT_TRUE(limit.admit(EventKind::command_refused, 1, 7, start + 999ms));
   EXPECT_TRUE(limit.admit(EventKind::output_refused, 1, 7, start + 1s));
-  EXPECT_EQ(limit.take_held(), 0U) << "what was told already is no reason that was held back";
+  EXPECT_EQ(limit.pop_suppressed(), 0U) << "a reason that was reported already is not suppressed";
 }
 
 TEST(NoticeLimit, AReasonThatAlwaysChangesIsToldSoManyTimesASecond) {
   NoticeLimit limit;
   const Instant start(10s);
-  std::size_t told = 0;
+  std::size_t reported = 0;
   std::uint64_t held = 0;
   for (std::uint32_t i = 0; i < 65'536; ++i) {  // for two seconds, each time another group
     const Instant now = start + Duration(2s) * i / 65'536;
-    told += limit.admit(EventKind::output_refused, 1, i, now) ? 1U : 0U;
-    const std::uint64_t more = limit.take_held(now);
+    reported += limit.admit(EventKind::output_refused, 1, i, now) ? 1U : 0U;
+    const std::uint64_t more = limit.pop_suppressed(now);
     EXPECT_TRUE(more == 0 || held == 0 || now >= start + 1s) << "at most once a second";
     held += more;
   }
-  EXPECT_EQ(told, 2 * NoticeLimit::kReasons);
-  EXPECT_EQ(told + held + limit.take_held(), 65'536U) << "nothing is lost silently";
-  EXPECT_EQ(limit.take_held(start + 9s), 0U);
+  EXPECT_EQ(reported, 2 * NoticeLimit::kReasons);
+  EXPECT_EQ(reported + held + limit.pop_suppressed(), 65'536U) << "nothing is lost silently";
+  EXPECT_EQ(limit.pop_suppressed(start + 9s), 0U);
 }
 
 TEST(ControllerText, TellsWhereTheControllerIsSetOtherwiseThanTheLineNeeds) {
@@ -109,7 +109,7 @@ TEST(PdoUpdates, PassOnceInMinPeriodWithTheReceptionsTheyStandFor) {
   PdoUpdates updates(100ms);
   std::vector<std::uint32_t> passed;
   const auto take = [&](Instant now) {
-    return updates.take_due(now, [&](const image::PdoMark&, std::uint32_t receptions) {
+    return updates.publish_due(now, [&](const image::PdoMark&, std::uint32_t receptions) {
       passed.push_back(receptions);
     });
   };
@@ -132,7 +132,7 @@ TEST(PdoUpdates, KeepPdosApart) {
   PdoUpdates updates(100ms);
   std::vector<std::uint16_t> passed;
   const auto take = [&](Instant now) {
-    return updates.take_due(
+    return updates.publish_due(
         now, [&](const image::PdoMark& mark, std::uint32_t) { passed.push_back(mark.local_pdo); });
   };
   const Instant start{1s};
@@ -159,7 +159,7 @@ TEST(ImageSequence, SkipsWhatDidNotChangeAndNumbersTheRestWithoutGaps) {
   changed.changed = {4};
   EXPECT_TRUE(sequence.admit(changed));
   EXPECT_EQ(changed.sequence, 2U);
-  ASSERT_EQ(changed.marks.size(), 2U) << "receptions of those skipped are told";
+  ASSERT_EQ(changed.marks.size(), 2U) << "receptions of those skipped are included";
   EXPECT_EQ(changed.marks[0].local_pdo, 1);
   EXPECT_EQ(changed.marks[0].count, 3U);
   EXPECT_EQ(changed.marks[1].local_pdo, 2);
@@ -293,7 +293,7 @@ TEST(EventText, SaysHowManyMalformedFramesWereHeldBack) {
   EXPECT_EQ(words(EventKind::malformed_frame, 5, 0x585, 2, {0x43, 0x00}),
             "node 5 (ram): frame 585h of 2 bytes not understood: 43 00");
   EXPECT_EQ(words(EventKind::malformed_frame, 5, 0x585, 1, {0x43, 0, 0, 0, 0, 0, 0, 0, 9, 1, 0, 0}),
-            "node 5 (ram): frame 585h of 1 bytes not understood: 43 (265 more held back)");
+            "node 5 (ram): frame 585h of 1 bytes not understood: 43 (265 more suppressed)");
 }
 
 TEST(EventText, SaysHowAnotherManagerShowedItself) {
@@ -327,7 +327,7 @@ TEST(EventText, TellsOfAConnectionWhoseItIsAndHowItEnded) {
             "connection 00010003 from network 1 to node 5 of network 12 over interface 2:9 opened");
   EXPECT_EQ(words(EventKind::routing_opened, 0, 3, 40, {0, 0, 2, 0, 5, 2, 0, 0}),
             "connection 00000003 from this gateway to node 5 of network 2 over interface 2 opened "
-            "(40 more were not told)");
+            "(40 more suppressed)");
   EXPECT_EQ(words(EventKind::routing_ended, 0, 0, 4,
                   {1, 0, 12, 0, 5, 2, 9, 1, 0x18, 0x10, 1, 3, 0, 1, 0}),
             "connection 00010003 from network 1 to node 5 of network 12 over interface 2:9 ended, "
@@ -361,7 +361,7 @@ TEST(EventText, SaysWhatLssDidWithADevice) {
 TEST(EventText, ShowsAFrameOfNoServiceAsCandumpDoes) {
   EXPECT_EQ(words(EventKind::can_frame, 0, 0x150, 2, {0x11, 0x22}), "frame 150#1122");
   EXPECT_EQ(words(EventKind::can_frame, 0, 0x8000'0150, 7U << 16U, {}),
-            "frame 00000150# (7 more were not told)");
+            "frame 00000150# (7 more suppressed)");
   EXPECT_EQ(words(EventKind::can_frame, 0, 0x150, 0x103, {}), "frame 150#R3");
   EXPECT_EQ(words(EventKind::can_frame, 0, 0x150, 0x614, {1, 2, 3, 4}),
             "frame 150##401020304 (bytes from 16 of 20)");

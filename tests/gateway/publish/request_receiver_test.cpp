@@ -53,18 +53,18 @@ TEST_F(RequestReceiverTest, WhatALineIsToldOfStrangersIsBoundedAndTheRestCounted
     receiver->on_output_refused("press", static_cast<std::uint16_t>(group),
                                 line::OutputRefusal::not_permitted, "why");
   }
-  unsigned told = 0;
-  for (Event event; hosts[0]->port.notices.pop(event); ++told) {
+  unsigned reported = 0;
+  for (Event event; hosts[0]->port.notices.pop(event); ++reported) {
     EXPECT_EQ(event.kind, EventKind::output_refused);
-    EXPECT_EQ(event.value, told) << "the first ones";
+    EXPECT_EQ(event.value, reported) << "the first ones";
   }
   // On a machine that stands still for a second it may be more than one second's.
-  EXPECT_GE(told, NoticeLimit::kReasons);
+  EXPECT_GE(reported, NoticeLimit::kReasons);
   EXPECT_EQ(hosts[0]->port.requests_lost.value(), 0U);
   receiver->stop();
-  if (told < kMany) {
-    EXPECT_TRUE(was_logged("warning press: " + std::to_string(kMany - told) +
-                           " refusals more are no events of the line, too many came at once"));
+  if (reported < kMany) {
+    EXPECT_TRUE(was_logged("warning press: " + std::to_string(kMany - reported) +
+                           " further refusals are not reported as events, too many came at once"));
   }
 }
 
