@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
 
 #include "stack/base/time.h"
@@ -50,6 +51,20 @@ struct Header {
 // A classical data frame. Precondition: data.size() <= 8, id <= 7FFh.
 Frame make_frame(std::uint32_t id, std::span<const std::byte> data = {});
 Frame make_frame(std::uint32_t id, std::initializer_list<std::uint8_t> data);
+
+// Identifier, flags, length and data. Field by field: one load over fields that were just stored
+// apart would wait for them. Data that `from` does not have, and the time, are left alone.
+inline Header copy_content(const Frame& from, Frame& to) {
+  const Header header{from.id, from.length, from.flags};
+  to.id = header.id;
+  to.length = header.length;
+  to.flags = header.flags;
+  std::memcpy(to.data.data(), from.data.data(), kMaxClassicData);
+  if (header.length > kMaxClassicData) [[unlikely]] {
+    to.data = from.data;
+  }
+  return header;
+}
 
 // Equal identifier, flags, length and data; the time does not count.
 bool same_content(const Frame& a, const Frame& b);

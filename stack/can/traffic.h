@@ -13,7 +13,13 @@ struct Traffic {
   std::uint64_t extended = 0;  // of these, with 29-bit identifiers
   std::uint64_t bytes = 0;     // of data
 
-  void add(const Frame& frame) { add(frame.flags, frame.length); }
+  void add(const Frame& frame) {
+    if (!frame.extended()) [[likely]] {
+      add_standard(frame.length);
+    } else {
+      add(frame.flags, frame.length);
+    }
+  }
   // A frame of which these are known.
   void add(std::uint8_t flags, std::uint8_t length) {
     ++frames;

@@ -10,7 +10,6 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <vector>
 
 #include "stack/base/assert.h"
@@ -73,8 +72,6 @@ class TransmitQueue {
   Ring& ring(TransmitClass cls) { return rings_[static_cast<std::size_t>(cls)]; }
   const Ring& ring(TransmitClass cls) const { return rings_[static_cast<std::size_t>(cls)]; }
 
-  // Gives the header.
-  static Header copy(const Frame& from, Frame& to);
   const Frame* first(unsigned classes) const;
   // The place of one more frame, which counts from now on. Precondition: there is room.
   Frame& take_place(TransmitClass cls);
@@ -89,22 +86,6 @@ class TransmitQueue {
   std::uint64_t refused_ = 0;
   std::vector<Frame> frames_;  // of all rings
 };
-
-// Field by field: one load over fields that were just stored apart would wait for them. Data that
-// the frame does not have, and the time, are left alone.
-inline Header TransmitQueue::copy(const Frame& from, Frame& to) {
-  const std::uint32_t id = from.id;
-  const std::uint8_t length = from.length;
-  const std::uint8_t flags = from.flags;
-  to.id = id;
-  to.length = length;
-  to.flags = flags;
-  std::memcpy(to.data.data(), from.data.data(), kMaxClassicData);
-  if (length > kMaxClassicData) [[unlikely]] {
-    to.data = from.data;
-  }
-  return {id, length, flags};
-}
 
 inline Frame& TransmitQueue::take_place(TransmitClass cls) {
   LINEGATE_ASSERT_HOT(room(cls) > 0, "the class has room");
@@ -141,7 +122,7 @@ inline bool TransmitQueue::pop(unsigned classes, Frame& out, Traffic* sent) {
   Ring& places = rings_[first];
   LINEGATE_ASSERT_HOT(places.count > 0, "a class that waits has frames");
   const std::uint32_t head = places.head;
-  const Header header = copy(places.frames[head], out);
+  const Header header = copy_content(places.frames[head], out);
   if (--places.count == 0) {
     places.head = 0;  // the next frame finds its place in the cache
     waiting_ &= ~(1U << first);

@@ -96,7 +96,7 @@ void OutputService::write_entry(Command command, Instant now) {
     return;
   }
   parts_.image.write_entry(Direction::outputs, command.entry, command.data);
-  written(command.entry, true, now);
+  entry_written(command.entry, true, now);
   if (entry.local_pdo == 0) {
     answer_scanned(std::move(command), now);
     return;
@@ -293,7 +293,7 @@ void OutputService::apply(const OutputWrite& write, bool always, Instant now) {
     parts_.image.write_bytes(Direction::outputs, run.offset, run.data);
   }
   for (const OutputValue& value : write.values) {
-    written(value.entry, always, now);
+    entry_written(value.entry, always, now);
   }
   for (const OutputBytes& run : write.bytes) {
     written(run.offset * 8U, static_cast<std::uint32_t>(run.data.size() * 8U), always, now);
@@ -308,9 +308,12 @@ void OutputService::apply(const OutputWrite& write, bool always, Instant now) {
   }
 }
 
-void OutputService::written(std::uint32_t entry, bool always, Instant now) {
-  const image::Entry& place = entries()[entry];
-  written(place.bit_offset, place.bit_length, always, now);
+[[gnu::hot]] void OutputService::entries_written(std::uint32_t first, std::uint32_t bits,
+                                                 bool always, Instant now) {
+  parts_.node.pdos().output_written(first, bits, always, now);
+  if (!scanned_.empty()) {
+    scanned_.written(entries()[first].bit_offset, bits, always);
+  }
 }
 
 void OutputService::apply_defaults(Instant now) {
@@ -318,7 +321,7 @@ void OutputService::apply_defaults(Instant now) {
     parts_.image.write_entry(Direction::outputs, value.entry, value.value);
   }
   for (const OutputDefault& value : config_.defaults) {
-    written(value.entry, true, now);
+    entry_written(value.entry, true, now);
   }
 }
 
@@ -407,7 +410,7 @@ void OutputService::zero(const Outputs::Group& group, Instant now) {
     }
   }
   for (const std::uint32_t entry : group.config.entries) {
-    written(entry, true, now);
+    entry_written(entry, true, now);
   }
 }
 
@@ -427,22 +430,24 @@ void OutputService::zero(const Outputs::Group& group, Instant now) {
       parts_.image.forget_entry(Direction::outputs, value.entry);
     }
   }
-  // Adjacent entries are reported as one range: mostly they are the values of one PDO, which is
-  // then sampled once.
+  // Adjacent values of a PDO are reported as one range: the PDO is then sampled once.
   const std::vector<image::Entry>& places = entries();
   for (std::size_t i = 0; i < values.size();) {
-    const BoundValue& first = values[i++];
-    if ((first.entry & Line::kForwarded) != 0) {
+    const BoundValue& value = values[i++];
+    if ((value.entry & Line::kForwarded) != 0) {
       continue;
     }
-    const std::uint32_t begin = places[first.entry].bit_offset;
-    std::uint32_t end = begin + places[first.entry].bit_length;
-    for (; i < values.size() && values[i].always == first.always &&
-           (values[i].entry & Line::kForwarded) == 0 && places[values[i].entry].bit_offset == end;
-         ++i) {
-      end += places[values[i].entry].bit_length;
+    const image::Entry& first = places[value.entry];
+    std::uint32_t bits = first.bit_length;
+    const auto follows = [&](const BoundValue& next) {
+      return next.always == value.always && (next.entry & Line::kForwarded) == 0 &&
+             places[next.entry].bit_offset == first.bit_offset + bits &&
+             places[next.entry].local_pdo == first.local_pdo;
+    };
+    for (; i < values.size() && follows(values[i]); ++i) {
+      bits += places[values[i].entry].bit_length;
     }
-    written(begin, end - begin, first.always, now);
+    entries_written(value.entry, bits, value.always, now);
   }
   if (any_forwarded) {
     request_forwarded(values, now);

@@ -118,8 +118,14 @@ class OutputService final : public Service {
   std::vector<std::uint16_t> tpdos_of(const Trigger& what) const;
   void request_updated(Instant now);
   void apply(const OutputWrite& write, bool always, Instant now);
+  // Outputs have new values there: requests their PDOs, and the MPDOs of the scanner list. always:
+  // unchanged ones, too.
   void written(std::uint32_t bit_offset, std::uint32_t bits, bool always, Instant now);
-  void written(std::uint32_t entry, bool always, Instant now);
+  void entry_written(std::uint32_t entry, bool always, Instant now) {
+    entries_written(entry, entries()[entry].bit_length, always, now);
+  }
+  // Adjacent entries of one PDO: `bits` from the first bit of `first` on.
+  void entries_written(std::uint32_t first, std::uint32_t bits, bool always, Instant now);
   void request_forwarded(std::span<const BoundValue> values, Instant now);
   OutputWait reason_of(std::uint32_t entry, Instant now) const;
   void react(const Outputs::Group& group, Instant now);

@@ -60,12 +60,6 @@ void Node::Impl::begin(Fault fault, std::uint16_t number, Lengths lengths) {
   send_by_itself(code, present, manufacturer_bytes(number, lengths));
 }
 
-void Node::Impl::end(Fault fault, std::uint16_t number) {
-  if (faults.end(fault, number)) {
-    end_error(emergency_code(fault), number);
-  }
-}
-
 bool Node::Impl::wants_error_reset(std::uint16_t code, std::uint8_t& left) {
   left = errors.end(code, emcy.error_register());
   const bool each = options.error_scheme == ErrorScheme::temporary_and_sticky;

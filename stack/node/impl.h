@@ -95,7 +95,11 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   };
   void begin(Fault fault, std::uint16_t number) { begin(fault, number, Lengths{}); }
   void begin(Fault fault, std::uint16_t number, Lengths lengths);
-  void end(Fault fault, std::uint16_t number);
+  void end(Fault fault, std::uint16_t number) {
+    if (faults.end(fault, number)) [[unlikely]] {
+      end_error(emergency_code(fault), number);
+    }
+  }
   void tell_configuration_error(od::Address place, AbortCode why);
   void tell_damage(storage::Damage damage);
   emcy::SendResult set_error(std::uint16_t code, std::span<const std::byte> info);

@@ -127,6 +127,9 @@ void Node::pass_time(Instant now) {
 
 [[gnu::hot]] bool Node::next_frame(can::Frame& out, Instant now, std::uint64_t number) {
   Impl& node = *impl_;
+  if (node.transmit.empty()) {
+    return !node.pdos.quiet() && node.pdos.next_frame(out, now, number, node.counters.sent);
+  }
   if (!node.pdos.quiet() || node.transmit.queued(can::TransmitClass::sync) != 0) {
     return node.next_frame(out, now, number);
   }

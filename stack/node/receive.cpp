@@ -32,9 +32,12 @@ inline bool Node::Impl::answer_sdo_request(const can::Frame& frame) {
 // What a frame sets off (a COB-ID that is written, a reset) may change the table: a target is not
 // looked at after it was served.
 [[gnu::hot]] void Node::Impl::receive(std::span<const can::Frame> frames) {
-  // Nothing is called in this loop, so that no register has to be saved.
+  // Nothing is called in this loop, so that no register has to be saved in it.
   while (!frames.empty() && answer_sdo_request(frames.front())) {
     frames = frames.subspan(1);
+  }
+  if (frames.size() == 1 && pdos.receive_alone(frames.front(), counters.received)) {
+    return;
   }
   if (!frames.empty()) {
     receive_others(frames);
@@ -43,14 +46,18 @@ inline bool Node::Impl::answer_sdo_request(const can::Frame& frame) {
 
 [[gnu::hot]] void Node::Impl::receive_others(std::span<const can::Frame> frames) {
   while (!frames.empty()) {
-    frames = frames.subspan(pdos.receive_ordinary(frames, counters.received));
-    if (frames.empty()) {
-      return;
+    const can::Target* const target = dispatch.find(frames.front());
+    std::size_t taken = 0;
+    if (target != nullptr && target->alone_of(can::Service::rpdo)) {
+      taken = pdos.receive_ordinary(frames, counters.received);
     }
-    if (!answer_sdo_request(frames.front())) {
-      receive(frames.front());
+    if (taken == 0) {
+      if (!answer_sdo_request(frames.front())) {
+        receive(frames.front());
+      }
+      taken = 1;
     }
-    frames = frames.subspan(1);
+    frames = frames.subspan(taken);
   }
 }
 
@@ -93,6 +100,8 @@ void Node::Impl::take_sdo(std::uint16_t index, const can::Frame& frame) {
   now = frame.time;
   if (frame.remote()) [[unlikely]] {
     remote_request(*found, frame);
+  } else if (found->alone_is(can::Service::sync, 0)) {
+    take_sync(frame);
   } else {
     serve_all(found, frame);
   }

@@ -114,12 +114,39 @@ void copy_bytes(std::byte* to, std::span<const std::byte> from) {
   }
 }
 
+// The value in so many bytes is the same number. negative: it is one below 0.
+bool fits(std::uint64_t value, bool negative, std::uint32_t bytes) {
+  if (bytes >= sizeof value) {
+    return true;
+  }
+  const unsigned bits = 8 * bytes;
+  const std::uint64_t beyond = value >> bits;
+  const bool top = ((value >> (bits - 1)) & 1U) != 0;
+  return negative ? beyond == ~std::uint64_t{0} >> bits && top : beyond == 0;
+}
+
+// Of a type of fixed size, up to 8 bytes. True if it was another one. In the dictionary it is a
+// word: who loads it so soon after does not wait until parts are put together.
+bool replace_number(const Variable& variable, std::uint64_t value) {
+  if (variable.elsewhere) {
+    const std::uint64_t before = load_le(variable.bytes());
+    store_le(std::span(variable.data, variable.size), value);
+    return before != load_le(variable.bytes());
+  }
+  const std::uint64_t word = value & ~std::uint64_t{0} >> (64 - 8 * variable.size);
+  if (load_le<std::uint64_t>(variable.data) == word) {
+    return false;
+  }
+  store_le(variable.data, word);
+  return true;
+}
+
 // value has an allowed length. It may overlap the variable's own bytes. True if observers have to
 // hear of it.
 bool store(const ObjectTable& objects, Address address, Variable& variable,
            std::span<const std::byte> value) {
   const std::span<const std::byte> before = variable.bytes();
-  const bool news = variable.followed && !same_bytes(before, value);
+  const bool news = variable.followed != 0 && !same_bytes(before, value);
   if (variable.type == DataType::domain) {
     objects.details(address).domain = std::vector<std::byte>(value.begin(), value.end());
     variable.data = objects.details(address).domain.data();
@@ -363,26 +390,34 @@ bool Dictionary::restore(Address address, std::span<const std::byte> value) {
   return true;
 }
 
-bool Dictionary::set_number(Address address, std::uint64_t value, bool negative) {
-  Variable element;
-  AbortCode why = AbortCode::none;
-  Variable* const variable = objects_->find(address, element, why);
-  if (variable == nullptr || byte_size(variable->type) == 0) {
+[[gnu::hot]] bool Dictionary::set_number(Address address, std::uint64_t value, bool negative) {
+  const Variable* const variable = objects_->find_plain(address);
+  if (variable == nullptr || variable->hook != nullptr) [[unlikely]] {
+    return set_hooked_number(address, value, negative);
+  }
+  if (!has_fixed_size(variable->type) || !fits(value, negative, variable->size)) {
     return false;
   }
-  std::array<std::byte, 8> raw{};
-  const auto bytes = std::span(raw).first(variable->size);
-  store_le(bytes, value);
-  if (variable->size < raw.size()) {
-    const unsigned bits = 8 * variable->size;
-    const std::uint64_t beyond = value >> bits;
-    const bool top = ((value >> (bits - 1)) & 1U) != 0;
-    const bool fits = negative ? beyond == ~std::uint64_t{0} >> bits && top : beyond == 0;
-    if (!fits) {
-      return false;
-    }
+  if (replace_number(*variable, value) && variable->followed != 0) {
+    tell_changed(address, variable->followed);
   }
-  store_and_tell(address, *variable, bytes);
+  return true;
+}
+
+// Or of a window.
+bool Dictionary::set_hooked_number(Address address, std::uint64_t value, bool negative) {
+  Variable element;
+  AbortCode why = AbortCode::none;
+  const Variable* const variable = objects_->find(address, element, why);
+  if (variable == nullptr || !has_fixed_size(variable->type) ||
+      !fits(value, negative, variable->size)) {
+    return false;
+  }
+  const bool news = replace_number(*variable, value);
+  tell(address, *variable);
+  if (news) {
+    tell_changed(address);
+  }
   return true;
 }
 

@@ -188,6 +188,7 @@ Result<void> Dictionary::bind(Address address, std::byte* data, bool kept) {
     return to_error(AbortCode::unsupported_access);
   }
   variable->data = data;
+  variable->elsewhere = true;
   objects_->details(address).kept = kept;
   objects_->look_at(address.index);
   tell_observers(address.index);
@@ -218,7 +219,8 @@ Result<void> Dictionary::add_window(std::uint16_t index, DataType type, Access a
                           .capacity = size,
                           .type = type,
                           .access = access,
-                          .mappable = true};
+                          .mappable = true,
+                          .elsewhere = true};
   slot.variables = variables;
   slot.highest = count;
   slot.kind = Slot::Kind::window;

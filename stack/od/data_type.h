@@ -44,6 +44,12 @@ enum class DataType : std::uint16_t {
 unsigned bit_size(DataType type);
 // Bytes of a value in an SDO, 1 for BOOLEAN; 0 for types of variable length and unknown codes.
 unsigned byte_size(DataType type);
+// byte_size() is not 0.
+constexpr bool has_fixed_size(DataType type) {
+  constexpr std::uint32_t kFixed = 0x0F7F'31FE;  // by code
+  const auto code = static_cast<unsigned>(type);
+  return code < 32 && (kFixed >> code & 1U) != 0;
+}
 
 bool is_signed(DataType type);   // INTEGERn
 bool is_integer(DataType type);  // INTEGERn, UNSIGNEDn and BOOLEAN

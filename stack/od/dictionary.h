@@ -6,7 +6,7 @@
 // do not. Pointers to values stay valid until Observer::reshaped() names the object: PDO copy plans
 // hold them. (Those of DOMAIN move with each value, and nobody hears of it.) A value in the
 // dictionary's own storage may be loaded and stored in words of 8 bytes: it starts at a multiple of
-// 8, and no word holds parts of two values.
+// 8, and no word holds parts of two values. The rest of the word of a value of fixed size is 0.
 #pragma once
 
 #include <array>
@@ -40,11 +40,12 @@ struct Variable {
   std::uint32_t capacity = 0;  // bytes of the longest value; == size for types of fixed size
   DataType type = DataType::none;
   Access access = Access::ro;
-  bool mappable = false;
-  bool has_limits = false;  // look-up of the limits is not in the hot part
-  bool store = false;       // belongs to what 1010h saves
-  bool watched = false;     // a hook wants to hear of RPDOs
-  bool followed = false;    // observers want to hear of other values
+  bool mappable : 1 = false;
+  bool has_limits : 1 = false;  // look-up of the limits is not in the hot part
+  bool store : 1 = false;       // belongs to what 1010h saves
+  bool watched : 1 = false;     // a hook wants to hear of RPDOs
+  bool elsewhere : 1 = false;   // not in the dictionary's own storage
+  FollowMark followed = 0;      // not 0: observers want to hear of other values
   Hook* hook = nullptr;
 
   std::span<const std::byte> bytes() const { return {data, size}; }
@@ -102,10 +103,10 @@ class Dictionary {
   // observer is told of changes from now on; it must outlive the dictionary or be removed first.
   void add_observer(Observer& observer);
   void remove_observer(Observer& observer);
-  // Whether observers hear of other values of the variable (Observer::changed), until its object is
-  // removed. In a window all elements are followed, or none. Costs nothing when it is read.
-  // no_object, no_sub_index.
-  Result<void> follow(Address address, bool wanted);
+  // Observers hear of other values of the variable (Observer::changed), with that mark, until its
+  // object is removed; 0: not any more. In a window all elements are followed, or none, and have
+  // kSharedMark. Costs nothing when it is read. no_object, no_sub_index.
+  Result<void> follow(Address address, FollowMark mark);
 
   // --- look-up --------------------------------------------------------------------------------
 
@@ -245,6 +246,7 @@ class Dictionary {
   template <class Refuse>
   Result<std::span<const std::byte>> access(Address address, Refuse refuse) const;
   bool set_number(Address address, std::uint64_t value, bool negative);
+  bool set_hooked_number(Address address, std::uint64_t value, bool negative);
   void tell(Address address, const Variable& variable);
   AbortCode execute_and_store(Address address, Variable& variable,
                               std::span<const std::byte> value);
@@ -253,6 +255,7 @@ class Dictionary {
   Ticket put_off(Address address);
   Ticket put_off_stream(Address address, bool writing);
   void tell_changed(Address address);
+  void tell_changed(Address address, FollowMark mark);
   void tell_observers(std::uint16_t index);
 
   std::unique_ptr<SlotPages> slots_;

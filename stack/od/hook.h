@@ -79,6 +79,12 @@ class Hook {
 // Whether a hook hears of came_by_rpdo(). It costs time with each RPDO that maps the object.
 enum class Watch : std::uint8_t { writes, rpdos };
 
+// Chosen by who follows a value, so that it is known again in Observer::changed(); 0: it is not
+// followed.
+using FollowMark = std::uint16_t;
+// Of the elements of a window, which have one mark, and of values with several followers.
+inline constexpr FollowMark kSharedMark = 0xFFFF;
+
 // Hears that an object was added or removed, that its variables live elsewhere (Dictionary::bind, a
 // string longer than its room), or is watched or not: pointers into it have to be looked up. And of
 // new values, where somebody asked for that.
@@ -89,7 +95,7 @@ class Observer {
   // Of a value that Dictionary::follow() names: it is another one than before, written over SDO or
   // MPDO, or set by the device. Told after the hooks. Not told of RPDOs, resets and restored
   // values.
-  virtual void changed(Address address);
+  virtual void changed(Address address, FollowMark mark);
 };
 
 }  // namespace linegate::od

@@ -16,7 +16,7 @@ AbortCode Hook::execute_write(Address /*address*/, std::span<const std::byte> /*
 }
 void Hook::written(Address /*address*/) {
 }
-void Observer::changed(Address /*address*/) {
+void Observer::changed(Address /*address*/, FollowMark /*mark*/) {
 }
 void Hook::came_by_rpdo(Address /*address*/) {
 }

@@ -14,7 +14,7 @@ void Dictionary::point_at(std::uint16_t index, Hook* hook) {
   Slot& slot = *objects_->find(index);
   const HookChain* chain = objects_->details(slot).hooks.get();
   const bool watched = hook != nullptr && hook == chain && chain->watches_rpdos();
-  const bool changed = std::exchange(slot.variables[0].watched, watched) != watched;
+  const bool changed = slot.variables[0].watched != watched;
   const unsigned count = slot.kind == Slot::Kind::window ? 2U : slot.highest + 1U;
   for (unsigned i = 0; i < count; ++i) {
     slot.variables[i].hook = hook;
@@ -90,7 +90,7 @@ void Dictionary::remove_observer(Observer& observer) {
   std::erase(observers_, &observer);
 }
 
-Result<void> Dictionary::follow(Address address, bool wanted) {
+Result<void> Dictionary::follow(Address address, FollowMark mark) {
   Variable element;
   AbortCode why = AbortCode::none;
   Variable* variable = objects_->find(address, element, why);
@@ -98,15 +98,26 @@ Result<void> Dictionary::follow(Address address, bool wanted) {
     return to_error(why);
   }
   if (variable == &element) {
-    variable = &objects_->find(address.index)->variables[1];
+    objects_->find(address.index)->variables[1].followed = mark == 0 ? mark : kSharedMark;
+  } else {
+    variable->followed = mark;
   }
-  variable->followed = wanted;
   return {};
 }
 
+// After the hooks, which may have changed who follows the value, or removed it.
 void Dictionary::tell_changed(Address address) {
+  Variable element;
+  AbortCode why = AbortCode::none;
+  const Variable* const variable = objects_->find(address, element, why);
+  if (variable != nullptr && variable->followed != 0) {
+    tell_changed(address, variable->followed);
+  }
+}
+
+[[gnu::hot]] void Dictionary::tell_changed(Address address, FollowMark mark) {
   for (std::size_t i = 0; i < observers_.size(); ++i) {
-    observers_[i]->changed(address);
+    observers_[i]->changed(address, mark);
   }
 }
 

@@ -46,44 +46,80 @@ class Bitmap {
   std::vector<std::uint64_t> words_;
 };
 
-// A Bitmap whose set bits are counted, on their own and together with those of others: whether any
-// bit of any of them is set is one look.
-class CountedBitmap {
+// A set with a summary word, by which it is known whether it is empty and where its first bit is.
+class SummedBitmap {
  public:
-  // total: of all that share it; must outlive this.
-  explicit CountedBitmap(std::size_t& total) : total_(total) {}
-  ~CountedBitmap() = default;
-  CountedBitmap(const CountedBitmap&) = delete;
-  CountedBitmap& operator=(const CountedBitmap&) = delete;
+  static constexpr std::size_t kNone = SIZE_MAX;
+
+  // summary: bit n says that word n (or n + 64, ...) is not 0; must outlive this.
+  explicit SummedBitmap(std::uint64_t& summary) : summary_(summary) {}
+  ~SummedBitmap() = default;
+  SummedBitmap(const SummedBitmap&) = delete;
+  SummedBitmap& operator=(const SummedBitmap&) = delete;
 
   void reset(std::size_t bits) {
-    clear_all();
-    bits_.reset(bits);
+    summary_ = 0;
+    words_.assign((bits + 63) / 64, 0);
   }
-  void set(std::size_t bit) {
-    const std::size_t more = bits_.test(bit) ? 0 : 1;
-    count_ += more;
-    total_ += more;
-    bits_.set(bit);
+  // False if it was set before.
+  bool set(std::size_t bit) {
+    std::uint64_t& word = words_[bit / 64];
+    const std::uint64_t before = word;
+    word = before | std::uint64_t{1} << (bit % 64);
+    summary_ |= std::uint64_t{1} << (bit / 64 % 64);
+    return (before >> (bit % 64) & 1U) == 0;
   }
   void clear(std::size_t bit) {
-    const std::size_t less = bits_.test(bit) ? 1 : 0;
-    count_ -= less;
-    total_ -= less;
-    bits_.clear(bit);
+    std::uint64_t& word = words_[bit / 64];
+    word &= ~(std::uint64_t{1} << (bit % 64));
+    if (word == 0 && !others_of_summary(bit / 64)) {
+      summary_ &= ~(std::uint64_t{1} << (bit / 64 % 64));
+    }
   }
-  void clear_all() {
-    total_ -= std::exchange(count_, 0);
-    bits_.clear_all();
+  void clear_all() { reset(64 * words_.size()); }
+  bool any() const { return summary_ != 0; }
+  bool test(std::size_t bit) const { return (words_[bit / 64] >> (bit % 64) & 1U) != 0; }
+  const std::vector<std::uint64_t>& words() const { return words_; }
+
+  // The lowest bit that is set and not in `except`, which has room for as many; kNone if there is
+  // none.
+  std::size_t first_except(const Bitmap& except) const {
+    const bool ordered = words_.size() <= 64;
+    for (std::uint64_t used = summary_; ordered && used != 0; used &= used - 1) {
+      const auto word = static_cast<std::size_t>(std::countr_zero(used));
+      const std::uint64_t bits = words_[word] & ~except.words()[word];
+      if (bits != 0) {
+        return 64 * word + static_cast<std::size_t>(std::countr_zero(bits));
+      }
+    }
+    return ordered ? kNone : first_of_many(except);
   }
-  bool any() const { return count_ != 0; }
-  bool test(std::size_t bit) const { return bits_.test(bit); }
-  const std::vector<std::uint64_t>& words() const { return bits_.words(); }
 
  private:
-  Bitmap bits_;
-  std::size_t count_ = 0;
-  std::size_t& total_;
+  // Word n has others that share its bit of the summary, and one of them is not 0.
+  bool others_of_summary(std::size_t word) const {
+    if (words_.size() <= 64) {
+      return false;
+    }
+    for (std::size_t other = word % 64; other < words_.size(); other += 64) {
+      if (words_[other] != 0) {
+        return true;
+      }
+    }
+    return false;
+  }
+  std::size_t first_of_many(const Bitmap& except) const {
+    for (std::size_t word = 0; word < words_.size(); ++word) {
+      const std::uint64_t bits = words_[word] & ~except.words()[word];
+      if (bits != 0) {
+        return 64 * word + static_cast<std::size_t>(std::countr_zero(bits));
+      }
+    }
+    return kNone;
+  }
+
+  std::vector<std::uint64_t> words_;
+  std::uint64_t& summary_;
 };
 
 }  // namespace linegate::pdo

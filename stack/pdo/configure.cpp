@@ -33,6 +33,7 @@ AbortCode Engine::Impl::check_write(od::Address address, std::span<const std::by
 
 void Engine::Impl::written(od::Address address) {
   if (is_scanner_list(address.index)) {
+    ++revision;
     read_scanner_list();
     follow_sources();
     return;
@@ -55,6 +56,7 @@ void Engine::Impl::written(od::Address address) {
 
 std::vector<Diagnostic> Engine::Impl::configure() {
   stop_all();
+  forget_sources();
   hook_records(this);
   const std::size_t rpdo_count = highest_number(PdoKind::rpdo);
   const std::size_t tpdo_count = highest_number(PdoKind::tpdo);
@@ -228,6 +230,7 @@ void Engine::Impl::start_mpdo(Tpdo& pdo, MpdoMode mode, std::uint16_t number) {
   if (mode == MpdoMode::none) {
     return;
   }
+  pdo.direct = false;
   reserve_mpdos(pdo);
   if (mode == MpdoMode::source) {
     source_tpdo = static_cast<std::uint16_t>(number - 1U);
@@ -263,7 +266,9 @@ AbortCode Engine::Impl::map_object(PdoKind kind, const Mapping& mapping, CopyPla
   const od::Variable variable = *dictionary.find(mapping.address);
   const std::optional<image::Place> place = image.locate(variable.data);
   if (!place) {
-    plan.add_object(variable.data, mapping.bits);
+    const bool is_word = !variable.elsewhere && od::has_fixed_size(variable.type) &&
+                         variable.type != od::DataType::boolean;
+    plan.add_object(variable.data, mapping.bits, is_word);
   } else if (place->direction == direction_of(kind)) {
     plan.add_image(place->bit_offset, mapping.bits);
   } else {
@@ -306,7 +311,12 @@ void Engine::Impl::start_tpdo(const Parameters& parameters, CopyPlan plan) {
   pdo.cob_id = parameters.cob_id;
   pdo.inhibit = is_event_driven(parameters.type) ? parameters.inhibit : Duration::zero();
   pdo.event_timer = parameters.event_timer;
+  pdo.timed = pdo.inhibit > Duration::zero() || has_event_timer(pdo);
   pdo.plan = std::move(plan);
+  pdo.runs = pdo.plan.runs.data();
+  pdo.run_count = static_cast<std::uint8_t>(pdo.plan.runs.size());
+  pdo.objects = pdo.plan.objects.data();
+  pdo.object_count = static_cast<std::uint8_t>(pdo.plan.objects.size());
   pdo.frame.id = pdo.cob_id.id();
   pdo.frame.flags = pdo.cob_id.extended() ? can::Frame::kExtended : 0;
   pdo.frame.length = static_cast<std::uint8_t>(pdo.plan.bytes());
@@ -314,6 +324,8 @@ void Engine::Impl::start_tpdo(const Parameters& parameters, CopyPlan plan) {
     pdo.frame.length = can::fd_length(pdo.plan.bytes());
     pdo.frame.flags |= can::Frame::kFd | can::Frame::kBitRateSwitch;
   }
+  pdo.direct = is_event_driven(pdo.type) && !pdo.linked && pdo.is_word() && pdo.plan.runs.empty() &&
+               std::ranges::all_of(pdo.plan.objects, &ObjectRun::is_word);
   if ((pdo.cob_id.raw & can::CobId::kNoRtrBit) == 0) {
     dispatch.add(pdo.cob_id.id(), pdo.cob_id.extended(), can::Service::tpdo_rtr, slot);
   }

@@ -61,8 +61,8 @@ bool CopyPlan::reaches(const std::byte* frame, std::uint32_t image_bit, std::uin
   });
 }
 
-void CopyPlan::add_object(std::byte* data, std::uint32_t count) {
-  objects.push_back({data, bits, static_cast<std::uint16_t>(count)});
+void CopyPlan::add_object(std::byte* data, std::uint32_t count, bool is_word) {
+  objects.push_back({data, bits, static_cast<std::uint16_t>(count), is_word});
   skip(count);
 }
 
@@ -78,9 +78,9 @@ void ObjectRun::to_object(const std::byte* frame) const {
   }
 }
 
-// `to` has its first bit.
-void ObjectRun::merge_into(std::byte* to) const {
+void ObjectRun::to_frame(std::byte* frame) const {
   const unsigned shift = frame_bit % 8U;
+  std::byte* const to = frame + frame_bit / 8U;
   if (bits < 8) {
     *to |= (*data & std::byte{1}) << shift;
     return;
@@ -91,6 +91,11 @@ void ObjectRun::merge_into(std::byte* to) const {
       to[i + 1] |= data[i] >> (8 - shift);
     }
   }
+}
+
+std::uint64_t ObjectRun::other_word() const {
+  return bits < 8 ? std::to_integer<std::uint64_t>(*data & std::byte{1})
+                  : load_le(std::span<const std::byte>(data, bits / 8U));
 }
 
 }  // namespace linegate::pdo

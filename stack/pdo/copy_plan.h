@@ -5,7 +5,6 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <vector>
 
 #include "stack/base/byte_order.h"
@@ -35,20 +34,16 @@ struct ObjectRun {
   std::byte* data = nullptr;
   std::uint16_t frame_bit = 0;
   std::uint16_t bits = 0;
+  bool is_word = false;  // 8 bytes may be loaded, and what is beyond the value is 0
 
   void to_object(const std::byte* frame) const;
+  // Its bits, the lowest first; BOOLEAN one bit.
+  std::uint64_t word() const { return is_word ? load_le<std::uint64_t>(data) : other_word(); }
   // Its bits of the frame are 0 before.
-  void to_frame(std::byte* frame) const {
-    std::byte* const to = frame + frame_bit / 8U;
-    if (frame_bit % 8U == 0 && bits == 16) {
-      std::memcpy(to, data, 2);
-    } else if (frame_bit % 8U == 0 && bits == 32) {
-      std::memcpy(to, data, 4);
-    } else {
-      merge_into(to);
-    }
-  }
-  void merge_into(std::byte* to) const;
+  void to_frame(std::byte* frame) const;
+
+ private:
+  std::uint64_t other_word() const;
 };
 
 struct CopyPlan {
@@ -62,7 +57,7 @@ struct CopyPlan {
 
   // Both go on at the end of the PDO; skip() leaves bits out.
   void add_image(std::uint32_t image_bit, std::uint32_t count);
-  void add_object(std::byte* data, std::uint32_t count);
+  void add_object(std::byte* data, std::uint32_t count, bool is_word = false);
   void skip(std::uint32_t count) { bits = static_cast<std::uint16_t>(bits + count); }
 };
 

@@ -35,32 +35,41 @@ void Engine::Impl::reshaped(std::uint16_t index) {
   }
 }
 
-// The dictionary tells of those values, and of no others, that a TPDO with auto-notify sends.
+// The dictionary reports those values, and no others, that a TPDO with auto-notify sends. The mark
+// of a value that one of them alone sends is its number.
 void Engine::Impl::follow_sources() {
-  for (const od::Address address : followed) {
-    (void)dictionary.follow(address, false);  // it may be gone
+  for (const Followed& value : followed) {
+    (void)dictionary.follow(value.address, 0);  // it may be gone
   }
   followed.clear();
   if (auto_notify.none()) {
     return;
   }
   for (const ObjectSource& source : object_sources.all()) {
-    if (auto_notify[source.slot]) {
-      followed.push_back(source.address);
+    if (!auto_notify[source.slot]) {
+      continue;
+    }
+    if (!followed.empty() && followed.back().address == source.address) {
+      followed.back().mark = od::kSharedMark;
+    } else {
+      followed.push_back({source.address, static_cast<od::FollowMark>(source.slot + 1)});
     }
   }
   for (const Source& source : sources) {
     if (auto_notify[source.slot]) {
-      const auto shown =
-          image::variables_showing(image::Direction::outputs, source.begin, source.end);
-      followed.insert(followed.end(), shown.begin(), shown.end());
+      for (const od::Address shown :
+           image::variables_showing(image::Direction::outputs, source.begin, source.end)) {
+        followed.push_back({shown, od::kSharedMark});
+      }
     }
   }
   if (source_tpdo && auto_notify[*source_tpdo]) {
-    scanner_list.for_each([this](od::Address address) { followed.push_back(address); });
+    scanner_list.for_each([this](od::Address address) {
+      followed.push_back({address, od::kSharedMark});
+    });
   }
-  for (const od::Address address : followed) {
-    (void)dictionary.follow(address, true);
+  for (const Followed& value : followed) {
+    (void)dictionary.follow(value.address, value.mark);
   }
 }
 

@@ -30,14 +30,14 @@ void Listener::pdo_unusable(od::Address /*place*/, AbortCode /*why*/) {
 }
 
 Engine::Impl::Impl(od::Dictionary& d, can::Dispatch& p, EventLog& e, image::ProcessImage* i,
-                   std::size_t& requests)
+                   std::uint64_t& sending, std::uint64_t& asking)
     : dictionary(d),
       dispatch(p),
       events(e),
       own_image(i == nullptr ? std::make_unique<image::ProcessImage>() : nullptr),
       image(i == nullptr ? *own_image : *i),
-      pending(requests),
-      asked(requests) {
+      pending(sending),
+      asked(asking) {
   inputs = &image.area(image::Direction::inputs);
   outputs = &image.area(image::Direction::outputs);
   dictionary.add_observer(*this);
@@ -45,6 +45,7 @@ Engine::Impl::Impl(od::Dictionary& d, can::Dispatch& p, EventLog& e, image::Proc
 
 Engine::Impl::~Impl() {
   listener = nullptr;  // may be half destroyed
+  hears_frames = false;
   auto_notify.reset();
   follow_sources();
   stop_all();
@@ -54,7 +55,7 @@ Engine::Impl::~Impl() {
 
 Engine::Engine(od::Dictionary& dictionary, can::Dispatch& dispatch, EventLog& events,
                image::ProcessImage* image)
-    : impl_(std::make_unique<Impl>(dictionary, dispatch, events, image, requests_)) {
+    : impl_(std::make_unique<Impl>(dictionary, dispatch, events, image, sending_, asking_)) {
 }
 
 Engine::~Engine() = default;
@@ -62,6 +63,7 @@ Engine::~Engine() = default;
 void Engine::set_listener(Listener* listener, bool every_frame) {
   impl_->listener = listener;
   impl_->hears_frames = listener != nullptr && every_frame;
+  impl_->follow_mode();
 }
 
 void Engine::link(const LinkPlan& plan) {
@@ -164,11 +166,6 @@ void Engine::advance(Instant now) {
 [[gnu::hot]] Instant Engine::next_wake() const {
   const Instant next = earlier(impl_->timers.next(), impl_->next_sending());
   return impl_->window_open ? earlier(next, impl_->window_end) : next;
-}
-
-[[gnu::hot]] bool Engine::next_frame(can::Frame& out, Instant now, std::uint64_t number) {
-  impl_->frame_number = number;
-  return impl_->next_frame(out, now);
 }
 
 bool Engine::peek(can::Frame& out, Instant now) {

@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <span>
 
 #include "stack/base/event_log.h"
@@ -79,6 +80,17 @@ class Listener {
   virtual void pdo_unusable(od::Address place, AbortCode why);
 };
 
+// A number of the device that one TPDO sends: what Engine::set() would have to look up each time.
+class TpdoValue {
+ private:
+  friend class Engine;
+
+  std::byte* data_ = nullptr;  // of a word
+  std::uint64_t mask_ = 0;     // bits of the value
+  std::uint64_t revision_ = 0;
+  std::uint16_t slot_ = 0;
+};
+
 class Engine {
  public:
   // image may be nullptr (a device without one). Everything must outlive the engine.
@@ -88,7 +100,8 @@ class Engine {
   Engine(const Engine&) = delete;
   Engine& operator=(const Engine&) = delete;
 
-  // every_frame: whether rpdo_received() is wanted, which costs time with every frame.
+  // every_frame: whether rpdo_received() and before_tpdo() are wanted, which cost time with every
+  // frame.
   void set_listener(Listener* listener, bool every_frame = true);
 
   // The manager's PDOs are copied to and from the places of the plan; their communication
@@ -133,6 +146,8 @@ class Engine {
   // but being copied (or kept for SYNC); gives how many, and adds them to traffic. The frame it
   // stopped at goes to whom Dispatch says. Uses frame.time. No allocation, lock, exception.
   std::size_t receive_ordinary(std::span<const can::Frame> frames, can::Traffic& traffic);
+  // The same for one frame, with an 11-bit identifier: false if it is not taken. Hot.
+  bool receive_alone(const can::Frame& frame, can::Traffic& traffic);
   // The oldest reception of those linked RPDOs that have a queue (LinkedPdo::queue), in the order
   // of reception; false if there is none. A synchronous one is there when it came, before the SYNC.
   // No allocation.
@@ -182,9 +197,22 @@ class Engine {
   // A mapped value was changed by the device itself: requests its event-driven TPDOs, with
   // auto-notify or without.
   void value_changed(od::Address address, Instant now);
+  // For a device that knows which TPDO sends a value, and sets it often: the value at that address.
+  // Nothing if its type is not of fixed size, up to 8 bytes, if no TPDO or more than one sends it,
+  // if it lies elsewhere than in the dictionary, or if a hook is called when it is written. Valid
+  // until revision() grows.
+  std::optional<TpdoValue> value(od::Address address) const;
+  // Gives it the low bits of `number`. Another value requests the TPDO as value_changed() does; the
+  // same one does nothing. Neither hooks nor observers of the dictionary are called. False, and
+  // nothing is done, if the value is not valid any more: value() gives it anew.
+  bool set(const TpdoValue& value, std::uint64_t number);
+
   // The same for bytes [offset, offset + length) of the image's output area; always: even TPDOs
   // whose bytes are as they were last sent.
   void outputs_written(std::uint32_t bit_offset, std::uint32_t bits, bool always, Instant now);
+  // The same, in less time, for bits from the first of an output entry on that all belong to its
+  // PDO. Precondition: the image has the entry.
+  void output_written(std::uint32_t entry, std::uint32_t bits, bool always, Instant now);
   // Grows whenever a PDO comes, goes or maps something else.
   std::uint64_t revision() const;
 
@@ -229,7 +257,9 @@ class Engine {
   // The requested TPDO with the lowest CAN-ID whose inhibit time is over. Hot.
   // number: of the frame among those that are handed to a bus that reports acknowledgements, in
   // ascending order; 0 = the bus reports none: the frame counts as transmitted at once.
+  // With sent: is added to it.
   bool next_frame(can::Frame& out, Instant now, std::uint64_t number = 0);
+  bool next_frame(can::Frame& out, Instant now, std::uint64_t number, can::Traffic& sent);
   // Identifier and flags of the frame that it would give now, nothing else of it. False if there is
   // none.
   bool peek(can::Frame& out, Instant now);
@@ -252,14 +282,15 @@ class Engine {
   // the output area: they are sent when it is requested next. number: 1..
   bool awaits_trigger(std::uint16_t number, std::uint32_t bit_offset, std::uint32_t bits) const;
   // Nothing is requested, not even what an inhibit time holds back: next_frame() gives none. Hot.
-  bool quiet() const { return requests_ == 0; }
+  bool quiet() const { return (sending_ | asking_) == 0; }
   bool wants_to_send(Instant now) const;
 
   const EngineCounters& counters() const;
 
  private:
   struct Impl;
-  std::size_t requests_ = 0;  // TPDOs to be sent, RPDOs to be asked for
+  std::uint64_t sending_ = 0;  // not 0: TPDOs to be sent
+  std::uint64_t asking_ = 0;   // not 0: RPDOs to be asked for
   std::unique_ptr<Impl> impl_;
 };
 

@@ -78,36 +78,50 @@ struct RpdoDetails {
   static constexpr std::size_t kNoShadow = SIZE_MAX;
 };
 
-struct Tpdo {
+// What every value needs on its way to the bus lies first, in one cache line with the head of the
+// frame and the first 8 bytes of its data.
+struct alignas(64) Tpdo {
+  const Run* runs = nullptr;  // of the plan
+  const ObjectRun* objects = nullptr;
+  std::uint64_t samples = 0;  // taken since it was configured
+  std::uint8_t run_count = 0;
+  std::uint8_t object_count = 0;
+  std::uint16_t rank = 0;  // place among the others in the order of the bus
+  std::uint8_t type = kEventProfile;
+  MpdoMode mpdo = MpdoMode::none;
+  std::uint8_t syncs = 0;  // since it was sent
   bool active = false;
+  bool direct =
+      false;  // another value requests it, which takes no more than a sample, see change()
   bool linked = false;    // held back until its output entries are valid
-  bool event = false;     // type 0: wanted at the next SYNC
+  bool timed = false;     // has an inhibit time or an event timer
   bool sampled = false;   // frame holds a sample, taken since Operational
+  bool asking = false;    // the listener hears before_tpdo() now
+  bool event = false;     // type 0: wanted at the next SYNC
   bool of_sync = false;   // a SYNC took it
   bool counting = false;  // sync_start was met
-  bool asking = false;    // the listener hears before_tpdo() now
+  can::Frame frame;       // the newest sample
+
   std::uint8_t node = 0;  // of linked ones: the receiver
-  std::uint8_t type = kEventProfile;
   std::uint8_t sync_start = 0;
-  std::uint8_t syncs = 0;  // since it was sent
-  std::uint16_t rank = 0;  // place among the others in the order of the bus
   can::CobId cob_id;
   Duration inhibit{};  // event-driven ones only
   Duration event_timer{};
   Instant inhibited_until{};
   CopyPlan plan;
-  can::Frame frame;           // the newest sample
-  std::uint64_t samples = 0;  // taken since it was configured
-  MpdoMode mpdo = MpdoMode::none;
   od::Address sent_object;             // MPDO in destination address mode
   std::vector<MpdoData> mpdos{};       // that wait, oldest first
   std::vector<MpdoData> held_mpdos{};  // that wait for release_held()
+
+  // The frame is one word of data.
+  bool is_word() const { return frame.length <= can::kMaxClassicData; }
 };
+static_assert(offsetof(Tpdo, frame) + offsetof(can::Frame, data) + can::kMaxClassicData == 64);
 
 struct Engine::Impl final : od::Hook, od::Observer {
-  // requests: Engine::requests_.
+  // sending, asking: of Engine.
   Impl(od::Dictionary& d, can::Dispatch& p, EventLog& e, image::ProcessImage* i,
-       std::size_t& requests);
+       std::uint64_t& sending, std::uint64_t& asking);
   ~Impl() override;
 
   // --- configuration (configure.cpp) ------------------------------------------------------------
@@ -148,7 +162,7 @@ struct Engine::Impl final : od::Hook, od::Observer {
 
   // --- objects that come, go and are watched (dictionary_changes.cpp) ----------------------------
   void reshaped(std::uint16_t index) override;
-  void changed(od::Address address) override;
+  void changed(od::Address address, od::FollowMark mark) override;
   void follow_sources();
   bool depends_on(PdoKind kind, std::uint16_t number, std::uint16_t index) const;
   std::vector<od::Address> watched_objects(std::uint16_t rpdo) const;
@@ -158,6 +172,7 @@ struct Engine::Impl final : od::Hook, od::Observer {
   void lay_out();
   void lay_out_rpdos();
   void rank_tpdos();
+  void forget_sources();
   void index_sources();
   void set_operational(bool on, Instant now);
   void open_rpdos();
@@ -170,7 +185,6 @@ struct Engine::Impl final : od::Hook, od::Observer {
     const can::Target* const target = dispatch.find(frame);
     return target != nullptr && target->alone_of(can::Service::rpdo);
   }
-  std::size_t receive_one(const can::Frame& frame, can::Traffic& traffic);
   std::size_t receive_series(std::span<const can::Frame> frames, can::Traffic& traffic);
   void take(std::uint16_t slot, const std::byte* data, Instant time, std::uint32_t frames);
   void copy_rest(std::uint16_t slot, const std::byte* data);
@@ -227,8 +241,9 @@ struct Engine::Impl final : od::Hook, od::Observer {
   bool due_at_sync(Tpdo& pdo, std::uint8_t counter) const;
   bool held_back(std::uint16_t slot) const;
   using FrameData = std::array<std::byte, can::kMaxFdData>;
-  // The present values.
+  // The present values; gather_word(): of a frame that is one word.
   FrameData gather(const Tpdo& pdo) const;
+  std::uint64_t gather_word(const Tpdo& pdo) const;
   void set_receiver(std::uint8_t node, Receiver state);
   // The frame of a linked TPDO was handed over: entries that it carried with their newest values
   // become valid when it is acknowledged.
@@ -244,9 +259,13 @@ struct Engine::Impl final : od::Hook, od::Observer {
   bool comes_by_itself(std::uint16_t slot) const;
   // Takes a new sample; true if it differs from the one before or is the first.
   bool sample(std::uint16_t slot);
+  void replace_sample(std::uint16_t slot, const FrameData& data);
   // Samples and requests; without always only if the sample is a new one.
   void request(std::uint16_t slot, bool always);
   void source_changed(std::uint16_t slot, bool always);
+  // One of its values is another one.
+  void change(std::uint16_t slot);
+  void follow_mode() { direct = operational && !held && !hears_frames; }
   // Marks in `affected` the TPDOs that send some of these bits of the output area.
   void mark_affected(std::uint32_t bit_offset, std::uint32_t bits);
   void output_variable_changed(od::Address address);
@@ -255,19 +274,20 @@ struct Engine::Impl final : od::Hook, od::Observer {
   void on_event_timer(std::uint16_t slot, Instant now);
   void release(Instant now);
   void end_times(Instant now);
-  bool next_frame(can::Frame& out, Instant now);
+  bool next_frame_in_turn(can::Frame& out, Instant now, can::Traffic& sent);
   bool peek(can::Frame& out, Instant now);
   // The first that may be sent; kNoRank if there is none.
   std::size_t first_ready() const;
-  bool send_one(std::size_t rank, can::Frame& out, Instant now);
   std::size_t first_remote_frame(can::Frame& out) const;
   bool next_remote_frame(can::Frame& out, std::size_t rank);
   void release_held();
-  void send(std::size_t rank, can::Frame& out, Instant now);
+  void send(std::size_t rank, can::Frame& out, Instant now, can::Traffic& sent);
+  void follow_sending(std::uint16_t slot, Instant now);
+  void start_times(std::uint16_t slot, Instant now);
   bool wants_to_send(Instant now) const;
   Instant next_sending() const;
 
-  static constexpr std::size_t kNoRank = SIZE_MAX;
+  static constexpr std::size_t kNoRank = SummedBitmap::kNone;
 
   // Timers: the deadlines of the RPDOs, then the event timers of the TPDOs.
   std::size_t event_timer(std::size_t slot) const { return rpdos.size() + slot; }
@@ -283,7 +303,8 @@ struct Engine::Impl final : od::Hook, od::Observer {
   std::uint64_t revision = 0;
   EngineCounters counters;
   Shadows shadows;            // of the synchronous ones, and of those that came early
-  bool hears_frames = false;  // the listener wants rpdo_received()
+  bool hears_frames = false;  // the listener wants rpdo_received() and before_tpdo()
+  bool direct = false;  // operational, nothing is held, and the listener is not asked for values
 
   od::Dictionary& dictionary;
   can::Dispatch& dispatch;
@@ -312,16 +333,16 @@ struct Engine::Impl final : od::Hook, od::Observer {
   Instant window_end = kNever;            // of the present one
   bool window_open = false;               // its TPDOs have not been dropped yet
   std::vector<std::uint16_t> sync_tpdos;  // slots of types 0..240 and 252
-  CountedBitmap pending;                  // by rank: sampled, to be sent
+  SummedBitmap pending;                   // by rank: sampled, to be sent
   Bitmap inhibited;                       // by rank
   Instant next_release = kNever;          // the first inhibit time of these that ends
-  CountedBitmap asked;                    // by slot: RPDOs to be asked for with a remote frame
+  SummedBitmap asked;                     // by slot: RPDOs to be asked for with a remote frame
   bool held = false;                      // requests wait for release_held():
   Bitmap held_changed;                    // by slot: if the value is a new one
   Bitmap held_always;                     // by slot
   std::uint64_t frame_number = 0;         // of the frame that is being handed out, see next_frame()
-  std::size_t awaiting = 0;               // bits set in:
-  CountedBitmap unacknowledged{awaiting};  // by slot: there is something in under_way
+  std::uint64_t awaiting = 0;             // summary of:
+  SummedBitmap unacknowledged{awaiting};  // by slot: there is something in under_way
   std::vector<ValuesUnderWay> under_way;  // by slot: of linked TPDOs with values that are not valid
   Bitmap affected;                        // by slot: scratch of mark_affected()
   struct Source {
@@ -330,9 +351,14 @@ struct Engine::Impl final : od::Hook, od::Observer {
     std::uint16_t slot = 0;
   };
   std::vector<Source> sources;  // ascending by begin; none is longer than 64 bits
+  bool shares_outputs = false;  // other TPDOs than those of link() send output entries, too
   ObjectSources object_sources;
-  std::bitset<kMaxPdo> auto_notify;   // by slot
-  std::vector<od::Address> followed;  // in the dictionary
+  std::bitset<kMaxPdo> auto_notify;  // by slot
+  struct Followed {
+    od::Address address;
+    od::FollowMark mark = 0;
+  };
+  std::vector<Followed> followed;  // in the dictionary
   ScannerList scanner_list;
   std::size_t scanned_objects = 0;  // objects that the list names
   DispatcherList dispatcher_list;

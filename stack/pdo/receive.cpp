@@ -6,28 +6,32 @@
 
 namespace linegate::pdo {
 
-// As receive_series(): its beginning and its end cost more than a frame.
-inline std::size_t Engine::Impl::receive_one(const can::Frame& frame, can::Traffic& traffic) {
-  const can::Target* const target = dispatch.find(frame);
+// As receive_series(), whose beginning and end cost more than a frame. Nothing is called.
+[[gnu::hot]] bool Engine::receive_alone(const can::Frame& frame, can::Traffic& traffic) {
+  Impl& engine = *impl_;
+  if (frame.extended() || engine.hears_frames) [[unlikely]] {
+    return false;
+  }
+  const can::Target* const target = engine.dispatch.find_standard(frame.id);
   if (target == nullptr || !target->alone_of(can::Service::rpdo)) {
-    return 0;
+    return false;
   }
   const std::uint16_t slot = target->index;
-  const Rpdo& pdo = rpdos[slot];
+  const Rpdo& pdo = engine.rpdos[slot];
   const std::uint8_t form = Rpdo::form(frame);
-  const std::uint32_t attention = inputs->pdo(slot).attention;
+  const std::uint32_t attention = engine.inputs->pdo(slot).attention;
   const auto word = load_le<std::uint64_t>(frame.data.data());
   if (form == pdo.at_once && attention == 0) {
-    inputs->merge(pdo.offset, pdo.to_image(word), pdo.mask);
-    inputs->touch(slot, frame.time);
-    ++counters.received;
+    engine.inputs->merge(pdo.offset, pdo.to_image(word), pdo.mask);
+    engine.inputs->touch(slot, frame.time);
+    ++engine.counters.received;
   } else if (form == pdo.deferred && attention <= image::PdoState::kNotValid) {
-    Shadows::Series(shadows).keep(slot, word, frame.time);
+    Shadows::Series(engine.shadows).keep(slot, word, frame.time);
   } else {
-    return 0;
+    return false;
   }
-  traffic.add(frame);
-  return 1;
+  traffic.add_standard(frame.length);
+  return true;
 }
 
 [[gnu::hot]] std::size_t Engine::receive_ordinary(std::span<const can::Frame> frames,
@@ -37,8 +41,10 @@ inline std::size_t Engine::Impl::receive_one(const can::Frame& frame, can::Traff
     return 0;
   }
   const bool alone = frames.size() == 1 || !engine.is_for_rpdo(frames[1]);
-  return alone ? engine.receive_one(frames.front(), traffic)
-               : engine.receive_series(frames, traffic);
+  if (alone && !frames.front().extended()) {
+    return receive_alone(frames.front(), traffic) ? 1 : 0;
+  }
+  return engine.receive_series(frames, traffic);
 }
 
 // Nothing is called in here and nothing but marks and values changes, so that all else is in
@@ -67,7 +73,7 @@ inline std::size_t Engine::Impl::receive_one(const can::Frame& frame, can::Traff
     } else {
       break;
     }
-    taken.add(frame);
+    taken.add(frame.flags, frame.length);
   }
   traffic += taken;
   counters.received += series.touches();
@@ -178,7 +184,7 @@ void Engine::Impl::receive_wrong_length(std::uint16_t slot, const can::Frame& fr
   }
 }
 
-// As commit_ordinary(), see receive_one().
+// As commit_ordinary(), see receive_alone().
 inline bool Engine::Impl::commit_one(const Shadow& shadow) {
   const Rpdo& pdo = rpdos[shadow.slot];
   if (shadow.frames == 0 || (pdo.flags & ~Rpdo::kQueued) != 0 || hears_frames ||
@@ -192,6 +198,9 @@ inline bool Engine::Impl::commit_one(const Shadow& shadow) {
 }
 
 [[gnu::hot]] void Engine::Impl::commit_rpdos() {
+  if (shadows.size() == 0) {
+    return;
+  }
   if (shadows.size() == 1 && commit_one(shadows[0])) {
     shadows.clear();
     return;

@@ -73,8 +73,16 @@ void Engine::Impl::rank_tpdos() {
   }
 }
 
+// What is written while PDOs are compiled requests none of those that there were.
+void Engine::Impl::forget_sources() {
+  sources.clear();
+  object_sources.assign({});
+  follow_sources();
+}
+
 void Engine::Impl::index_sources() {
   sources.clear();
+  shares_outputs = false;
   std::vector<ObjectSource> of_objects;
   for (std::uint16_t slot = 0; slot < tpdos.size(); ++slot) {
     if (!tpdos[slot].active || tpdos[slot].mpdo != MpdoMode::none) {
@@ -86,7 +94,8 @@ void Engine::Impl::index_sources() {
       sources.push_back({8 * run.offset + begin, 8 * run.offset + end, slot});
     }
     const auto number = static_cast<std::uint16_t>(slot + 1);
-    if (linked(PdoKind::tpdo, number) == nullptr) {
+    if (!tpdos[slot].linked) {
+      shares_outputs = shares_outputs || !tpdos[slot].plan.runs.empty();
       for (const Mapping& mapping : read_mapping(dictionary, PdoKind::tpdo, number)) {
         of_objects.push_back({mapping.address, slot});
       }
@@ -102,6 +111,7 @@ void Engine::Impl::set_operational(bool on, Instant now) {
     return;
   }
   operational = on;
+  follow_mode();
   latest = now;
   go_quiet();
   open_rpdos();

@@ -32,9 +32,46 @@ void Engine::set_auto_notify(bool wanted) {
   impl_->follow_sources();
 }
 
+[[gnu::hot]] inline std::uint64_t Engine::Impl::gather_word(const Tpdo& pdo) const {
+  std::uint64_t word = 0;
+  for (const Run& run : std::span(pdo.runs, pdo.run_count)) {
+    word |= run.to_frame(load_le<std::uint64_t>(outputs->data() + run.offset));
+  }
+  for (const ObjectRun& object : std::span(pdo.objects, pdo.object_count)) {
+    word |= object.word() << object.frame_bit;
+  }
+  return word;
+}
+
+// The usual case takes place here: nothing is called.
+[[gnu::hot, gnu::always_inline]] inline void Engine::Impl::change(std::uint16_t slot) {
+  Tpdo& pdo = tpdos[slot];
+  if (!direct || !pdo.direct) [[unlikely]] {
+    if (!pdo.asking) {
+      source_changed(slot, false);
+    }
+    return;
+  }
+  std::uint64_t word = 0;
+  for (const ObjectRun& object : std::span(pdo.objects, pdo.object_count)) {
+    word |= load_le<std::uint64_t>(object.data) << object.frame_bit;
+  }
+  std::byte* const last = pdo.frame.data.data();
+  ++pdo.samples;
+  if (load_le<std::uint64_t>(last) != word || !pdo.sampled) {
+    pdo.sampled = true;
+    store_le(last, word);
+    counters.coalesced += pending.set(pdo.rank) ? 0U : 1U;
+  }
+}
+
 // A TPDO whose values the listener refreshes is being sampled: they are in it.
-void Engine::Impl::changed(od::Address address) {
+[[gnu::hot]] void Engine::Impl::changed(od::Address address, od::FollowMark mark) {
   if (!operational) {
+    return;
+  }
+  if (mark != od::kSharedMark) [[likely]] {
+    change(static_cast<std::uint16_t>(mark - 1U));
     return;
   }
   object_sources.for_each(address, [this](std::uint16_t slot) {
@@ -48,6 +85,21 @@ void Engine::Impl::changed(od::Address address) {
   if (source_tpdo && auto_notify[*source_tpdo] && scanner_list.contains(address)) {
     scanned_changed(address);
   }
+}
+
+[[gnu::hot]] bool Engine::set(const TpdoValue& value, std::uint64_t number) {
+  Impl& engine = *impl_;
+  if (value.revision_ != engine.revision) [[unlikely]] {
+    return false;
+  }
+  const std::uint64_t word = number & value.mask_;
+  if (load_le<std::uint64_t>(value.data_) != word) {
+    store_le(value.data_, word);
+    if (engine.operational) {
+      engine.change(value.slot_);
+    }
+  }
+  return true;
 }
 
 void Engine::value_changed(od::Address address, Instant /*now*/) {
@@ -96,6 +148,16 @@ void Engine::Impl::output_variable_changed(od::Address address) {
       [this, always](std::uint16_t slot) { impl_->source_changed(slot, always); });
 }
 
+[[gnu::hot]] void Engine::output_written(std::uint32_t entry, std::uint32_t bits, bool always,
+                                         Instant now) {
+  const image::Entry& place = impl_->image.layout(image::Direction::outputs).entries[entry];
+  if (place.local_pdo == 0 || impl_->shares_outputs) {
+    outputs_written(place.bit_offset, bits, always, now);
+  } else if (impl_->operational) {
+    impl_->source_changed(static_cast<std::uint16_t>(place.local_pdo - 1U), always);
+  }
+}
+
 bool Engine::trigger(std::uint16_t number, Instant /*now*/) {
   const auto slot = static_cast<std::uint16_t>(number - 1U);
   if (!impl_->operational || number == 0 || number > impl_->tpdos.size() ||
@@ -106,51 +168,20 @@ bool Engine::trigger(std::uint16_t number, Instant /*now*/) {
   return true;
 }
 
-void Engine::remote_request(std::uint16_t slot, Instant /*now*/) {
-  if (!impl_->operational || slot >= impl_->tpdos.size()) {
-    return;
-  }
-  const Tpdo& pdo = impl_->tpdos[slot];
-  const bool rtr_allowed = (pdo.cob_id.raw & can::CobId::kNoRtrBit) == 0;
-  if (!pdo.active || pdo.mpdo != MpdoMode::none || !rtr_allowed || impl_->held_back(slot)) {
-    return;
-  }
-  // What is sampled at SYNC answers with the sample of the last one; before the first SYNC there is
-  // none.
-  const bool at_sync = is_synchronous(pdo.type) || pdo.type == kRtrOnSync;
-  if (!at_sync || !pdo.of_sync) {
-    impl_->sample(slot);
-  }
-  impl_->pending.set(pdo.rank);
-}
-
 void Engine::hold() {
   impl_->held = true;
+  impl_->follow_mode();
 }
 
 void Engine::release(Instant /*now*/) {
   impl_->release_held();
 }
 
-bool Engine::request_rpdo(std::uint16_t number) {
-  const auto slot = static_cast<std::uint16_t>(number - 1U);
-  if (!impl_->operational || number == 0 || number > impl_->details.size()) {
-    return false;
-  }
-  const RpdoDetails& pdo = impl_->details[slot];
-  const bool rtr_allowed =
-      pdo.mpdo == MpdoMode::none && (pdo.cob_id.raw & can::CobId::kNoRtrBit) == 0;
-  if (!pdo.active || !rtr_allowed || impl_->max_bytes > can::kMaxClassicData) {
-    return false;
-  }
-  impl_->asked.set(slot);
-  return true;
-}
-
 void Engine::Impl::release_held() {
   if (!std::exchange(held, false)) {
     return;
   }
+  follow_mode();
   const auto take = [this](Bitmap& slots, bool always) {
     slots.take_all([this, always](std::uint16_t slot) {
       if (tpdos[slot].mpdo != MpdoMode::none) {
@@ -166,8 +197,8 @@ void Engine::Impl::release_held() {
 
 [[gnu::hot]] void Engine::Impl::source_changed(std::uint16_t slot, bool always) {
   Tpdo& pdo = tpdos[slot];
-  if (pdo.mpdo != MpdoMode::none) {
-    return;  // has an event for each of its values
+  if (!pdo.active || pdo.mpdo != MpdoMode::none) {  // an MPDO has an event for each of its values
+    return;
   }
   if (held) {
     (always ? held_always : held_changed).set(slot);
@@ -186,14 +217,18 @@ bool Engine::Impl::held_back(std::uint16_t slot) const {
 }
 
 void Engine::Impl::ask(std::uint16_t slot) {
-  if (listener != nullptr && !std::exchange(tpdos[slot].asking, true)) {
+  if (hears_frames && !std::exchange(tpdos[slot].asking, true)) {
     listener->before_tpdo(static_cast<std::uint16_t>(slot + 1));
     tpdos[slot].asking = false;
   }
 }
 
-[[gnu::hot]] inline Engine::Impl::FrameData Engine::Impl::gather(const Tpdo& pdo) const {
+Engine::Impl::FrameData Engine::Impl::gather(const Tpdo& pdo) const {
   FrameData data{};
+  if (pdo.is_word()) {
+    store_le(data.data(), gather_word(pdo));
+    return data;
+  }
   for (const Run& run : pdo.plan.runs) {
     std::byte* const word = data.data() + run.frame_byte;
     const auto image_word = load_le<std::uint64_t>(outputs->data() + run.offset);
@@ -205,21 +240,35 @@ void Engine::Impl::ask(std::uint16_t slot) {
   return data;
 }
 
+void Engine::Impl::replace_sample(std::uint16_t slot, const FrameData& data) {
+  Tpdo& pdo = tpdos[slot];
+  pdo.frame.data = data;
+  if (unacknowledged.test(slot)) {
+    under_way[slot].sampled(data, pdo.plan.bytes());
+  }
+}
+
 [[gnu::hot]] bool Engine::Impl::sample(std::uint16_t slot) {
   ask(slot);
   Tpdo& pdo = tpdos[slot];
-  const FrameData data = gather(pdo);
-  const bool fresh = !std::exchange(pdo.sampled, true);
   ++pdo.samples;
-  const bool different = fresh || !has_data(pdo.frame, data);
-  if (different) {
-    pdo.frame.data = data;
-    if (unacknowledged.test(slot)) {
-      under_way[slot].sampled(data, pdo.plan.bytes());
+  const bool fresh = !std::exchange(pdo.sampled, true);
+  if (pdo.is_word() && awaiting == 0) [[likely]] {
+    const std::uint64_t word = gather_word(pdo);
+    std::byte* const last = pdo.frame.data.data();
+    if (!fresh && load_le<std::uint64_t>(last) == word) {
+      return false;
     }
-    counters.coalesced += pending.test(pdo.rank) ? 1U : 0U;
+    store_le(last, word);
+  } else {
+    const FrameData data = gather(pdo);
+    if (!fresh && has_data(pdo.frame, data)) {
+      return false;
+    }
+    replace_sample(slot, data);
   }
-  return different;
+  counters.coalesced += pending.test(pdo.rank) ? 1U : 0U;
+  return true;
 }
 
 [[gnu::hot]] void Engine::Impl::request(std::uint16_t slot, bool always) {
@@ -290,13 +339,7 @@ void Engine::Impl::release(Instant now) {
 }
 
 inline std::size_t Engine::Impl::first_ready() const {
-  for (std::size_t word = 0; word < pending.words().size(); ++word) {
-    const std::uint64_t ready = pending.words()[word] & ~inhibited.words()[word];
-    if (ready != 0) {
-      return 64 * word + static_cast<std::size_t>(std::countr_zero(ready));
-    }
-  }
-  return kNoRank;
+  return pending.first_except(inhibited);
 }
 
 // Inhibit times and the window after SYNC.
@@ -307,20 +350,72 @@ inline std::size_t Engine::Impl::first_ready() const {
   }
 }
 
-[[gnu::hot]] bool Engine::Impl::next_frame(can::Frame& out, Instant now) {
-  end_times(now);
-  const std::size_t rank = first_ready();
-  return (rank != kNoRank || asked.any()) && send_one(rank, out, now);
+[[gnu::hot, gnu::always_inline]] inline void Engine::Impl::send(std::size_t rank, can::Frame& out,
+                                                                Instant now, can::Traffic& sent) {
+  const std::uint16_t slot = by_rank[rank];
+  const Tpdo& pdo = tpdos[slot];
+  const can::Header header = can::copy_content(pdo.frame, out);
+  if ((header.flags & can::Frame::kExtended) == 0) [[likely]] {
+    sent.add_standard(header.length);
+  } else {
+    sent.add(header.flags, header.length);
+  }
+  pending.clear(rank);
+  ++counters.sent;
+  outputs->touch(slot, now);
+  if (!pdo.direct || pdo.timed) {
+    follow_sending(slot, now);
+  }
 }
 
-[[gnu::hot]] bool Engine::Impl::send_one(std::size_t rank, can::Frame& out, Instant now) {
+// What else a frame brings about that was handed out.
+void Engine::Impl::follow_sending(std::uint16_t slot, Instant now) {
+  Tpdo& pdo = tpdos[slot];
+  if (pdo.linked && (outputs->pdo(slot).attention & image::PdoState::kNotValid) != 0) {
+    note_transmission(slot);
+  }
+  if (pdo.timed) {
+    start_times(slot, now);
+  }
+  if (pdo.mpdo != MpdoMode::none) {
+    next_mpdo(pdo);
+  }
+}
+
+[[gnu::hot]] bool Engine::next_frame(can::Frame& out, Instant now, std::uint64_t number) {
+  can::Traffic ignored;
+  return next_frame(out, now, number, ignored);
+}
+
+// The usual case takes place here: nothing is called but as the last step.
+[[gnu::hot]] bool Engine::next_frame(can::Frame& out, Instant now, std::uint64_t number,
+                                     can::Traffic& sent) {
+  Impl& engine = *impl_;
+  engine.frame_number = number;
+  const bool in_order = now < engine.next_release && !engine.window_open && asking_ == 0;
+  if (!in_order) [[unlikely]] {
+    return engine.next_frame_in_turn(out, now, sent);
+  }
+  const std::size_t rank = engine.first_ready();
+  if (rank == Impl::kNoRank) {
+    return false;
+  }
+  engine.send(rank, out, now, sent);
+  return true;
+}
+
+[[gnu::noinline]] bool Engine::Impl::next_frame_in_turn(can::Frame& out, Instant now,
+                                                        can::Traffic& sent) {
+  end_times(now);
+  const std::size_t rank = first_ready();
   if (asked.any() && next_remote_frame(out, rank)) {
+    sent.add(out);
     return true;
   }
   if (rank == kNoRank) {
     return false;
   }
-  send(rank, out, now);
+  send(rank, out, now, sent);
   return true;
 }
 
@@ -342,59 +437,12 @@ bool Engine::Impl::peek(can::Frame& out, Instant now) {
   return true;
 }
 
-// The most urgent one; gives the slot of its RPDO. Precondition: asked.any().
-std::size_t Engine::Impl::first_remote_frame(can::Frame& out) const {
-  LINEGATE_ASSERT_HOT(asked.any(), "a PDO is to be requested");
-  std::size_t first = kNoRank;
-  for_each_bit(asked.words(), [&](std::size_t slot) {
-    const can::Frame frame = remote_frame(static_cast<std::uint16_t>(slot));
-    if (first == kNoRank || can::wins_arbitration(frame, out)) {
-      first = slot;
-      out = frame;
-    }
-  });
-  return first;
-}
-
-// If it goes before the TPDO of that rank.
-bool Engine::Impl::next_remote_frame(can::Frame& out, std::size_t rank) {
-  const std::size_t first = first_remote_frame(out);
-  if (rank != kNoRank && can::wins_arbitration(tpdos[by_rank[rank]].frame, out)) {
-    return false;
-  }
-  asked.clear(first);
-  ++counters.asked;
-  return true;
-}
-
-can::Frame Engine::Impl::remote_frame(std::uint16_t slot) const {
-  const RpdoDetails& pdo = details[slot];
-  can::Frame frame;
-  frame.id = pdo.cob_id.id();
-  frame.flags = can::Frame::kRemote;
-  if (pdo.cob_id.extended()) {
-    frame.flags |= can::Frame::kExtended;
-  }
-  frame.length = static_cast<std::uint8_t>(pdo.plan.bytes());
-  return frame;
-}
-
-[[gnu::hot]] void Engine::Impl::send(std::size_t rank, can::Frame& out, Instant now) {
-  const std::uint16_t slot = by_rank[rank];
+// Those that begin with a frame.
+void Engine::Impl::start_times(std::uint16_t slot, Instant now) {
   Tpdo& pdo = tpdos[slot];
-  out = pdo.frame;
-  pending.clear(rank);
-  if (pdo.mpdo != MpdoMode::none) {
-    next_mpdo(pdo);
-  }
-  ++counters.sent;
-  outputs->touch(slot, now);
-  if (pdo.linked && (outputs->pdo(slot).attention & image::PdoState::kNotValid) != 0) {
-    note_transmission(slot);
-  }
   if (pdo.inhibit > Duration::zero()) {
     pdo.inhibited_until = now + pdo.inhibit;
-    inhibited.set(rank);
+    inhibited.set(pdo.rank);
     next_release = earlier(next_release, pdo.inhibited_until);
   }
   if (has_event_timer(pdo)) {
@@ -496,57 +544,6 @@ void Engine::lost(std::uint64_t first, std::uint64_t last) {
   impl_->lost(first, last);
 }
 
-std::uint16_t Engine::first_tpdo(od::Address address) const {
-  std::uint16_t first = 0;
-  impl_->object_sources.for_each(address, [&first](std::uint16_t slot) {
-    first = first == 0 ? static_cast<std::uint16_t>(slot + 1) : first;
-  });
-  return first;
-}
-
-std::uint64_t Engine::samples(std::uint16_t number) const {
-  return number == 0 || number > impl_->tpdos.size() ? 0 : impl_->tpdos[number - 1U].samples;
-}
-
-bool Engine::carries_newest(std::uint16_t number, const can::Frame& frame,
-                            std::uint64_t samples) const {
-  const auto slot = static_cast<std::uint16_t>(number - 1U);
-  if (number == 0 || number > impl_->tpdos.size() || !impl_->tpdos[slot].active) {
-    return false;
-  }
-  const Tpdo& pdo = impl_->tpdos[slot];
-  return can::same_content(frame, pdo.frame) && (pdo.samples > samples || impl_->is_newest(slot));
-}
-
-bool Engine::Impl::comes_by_itself(std::uint16_t slot) const {
-  const Tpdo& pdo = tpdos[slot];
-  if (is_event_driven(pdo.type)) {
-    return has_event_timer(pdo);
-  }
-  return pdo.type != kSyncAcyclic || pdo.event || pending.test(pdo.rank);
-}
-
-bool Engine::awaits_trigger(std::uint16_t number, std::uint32_t bit_offset,
-                            std::uint32_t bits) const {
-  const auto slot = static_cast<std::uint16_t>(number - 1U);
-  if (number == 0 || number > impl_->tpdos.size()) {
-    return false;
-  }
-  const Tpdo& pdo = impl_->tpdos[slot];
-  const bool held = impl_->held_changed.test(slot) || impl_->held_always.test(slot);
-  if (!pdo.active || pdo.mpdo != MpdoMode::none || held || impl_->comes_by_itself(slot)) {
-    return false;
-  }
-  if (!impl_->pending.test(pdo.rank) && !impl_->unacknowledged.test(slot)) {
-    return true;
-  }
-  Impl::FrameData differs = impl_->gather(pdo);
-  for (std::size_t i = 0; i < differs.size(); ++i) {
-    differs[i] ^= pdo.frame.data[i];
-  }
-  return pdo.plan.reaches(differs.data(), bit_offset, bits);
-}
-
 void Engine::Impl::set_receiver(std::uint8_t node, Receiver state) {
   if (std::exchange(receivers[node], state) == state) {
     return;
@@ -575,28 +572,6 @@ void Engine::set_receiver(std::uint8_t node, Receiver state) {
 
 Engine::Receiver Engine::receiver(std::uint8_t node) const {
   return impl_->receivers[node];
-}
-
-bool Engine::Impl::wants_to_send(Instant now) const {
-  bool wants = asked.any();
-  const bool closed = window_open && now >= window_end;  // as close_window() will find
-  for_each_bit(pending.words(), [this, now, closed, &wants](std::size_t rank) {
-    const Tpdo& pdo = tpdos[by_rank[rank]];
-    const bool too_late = closed && is_synchronous(pdo.type);
-    wants = wants || (!too_late && (!inhibited.test(rank) || pdo.inhibited_until <= now));
-  });
-  return wants;
-}
-
-// The end of the first inhibit time that holds up a request.
-[[gnu::hot]] Instant Engine::Impl::next_sending() const {
-  Instant first = kNever;
-  for_each_bit(pending.words(), [this, &first](std::size_t rank) {
-    if (inhibited.test(rank)) {
-      first = earlier(first, tpdos[by_rank[rank]].inhibited_until);
-    }
-  });
-  return first;
 }
 
 }  // namespace linegate::pdo

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Value changed -> frame out: a value is set in the dictionary of a node with 4 x UNSIGNED16 in
-// each TPDO, all of them with auto-notify, and the frame is taken out of Node::next_frame(). One
-// value and its frame at a time, and all TPDOs at once: one value of each, then all frames in the
-// order of the bus. TPDOs in seeded random order.
+// each TPDO, and the frame is taken out of Node::next_frame(). By object: the dictionary looks for
+// the value, and auto-notify for its TPDO. By handle (pdo::TpdoValue): both are known. One value
+// and its frame at a time, and all TPDOs at once: one value of each, then all frames in the order
+// of the bus. TPDOs in seeded random order.
 //
 // The floor finds the place of a value in a table, compares, keeps a frame for each TPDO and a bit
 // for each that is to be sent, in the order of the bus: no dictionary, rights, hooks, inhibit
@@ -112,7 +113,7 @@ class Values {
 
 class Subject {
  public:
-  explicit Subject(std::span<const std::uint32_t> ids) : values_(ids) {
+  explicit Subject(std::span<const std::uint32_t> ids, bool auto_notify = true) : values_(ids) {
     od::DeviceDescription device;
     for (std::size_t i = 0; i < ids.size(); ++i) {
       add_pdo(device, static_cast<std::uint16_t>(i), ids[i]);
@@ -120,7 +121,8 @@ class Subject {
     std::ranges::sort(device.objects, {}, &od::ObjectDescription::index);
     node_ = std::make_unique<node::Node>(
         od::Dictionary(device),
-        node::Options{.node_id = 1, .self_starting = true, .auto_notify = true}, events_, nullptr);
+        node::Options{.node_id = 1, .self_starting = true, .auto_notify = auto_notify}, events_,
+        nullptr);
     node_->start(now_);
     for (can::Frame frame; node_->next_frame(frame, now_);) {
     }
@@ -128,12 +130,19 @@ class Subject {
 
   void change(Change which, std::uint16_t value) {
     values_.changed(which);
-    node_->dictionary().set({static_cast<std::uint16_t>(kFirst + which.pdo), which.sub}, value);
+    node_->dictionary().set(address(which), value);
   }
   bool next_frame(can::Frame& out) { return node_->next_frame(out, now_); }
   std::uint64_t news(const can::Frame& frame) const { return values_.news(frame); }
 
   std::uint16_t last = 0;  // value given to a change
+
+ protected:
+  static od::Address address(Change which) {
+    return {static_cast<std::uint16_t>(kFirst + which.pdo), which.sub};
+  }
+  node::Node& node() { return *node_; }
+  void note(Change which) { values_.changed(which); }
 
  private:
   static od::VariableDescription variable(std::uint8_t sub, od::DataType type, od::Access access,
@@ -171,6 +180,27 @@ class Subject {
   EventLog events_;
   Instant now_{std::chrono::seconds(1)};
   std::unique_ptr<node::Node> node_;
+};
+
+class HandleSubject : public Subject {
+ public:
+  explicit HandleSubject(std::span<const std::uint32_t> ids) : Subject(ids, false) {
+    for (std::uint16_t pdo = 0; pdo < ids.size(); ++pdo) {
+      for (std::uint8_t sub = 1; sub <= kValues; ++sub) {
+        const auto handle = node().pdos().value(address({pdo, sub}));
+        bench::require(handle.has_value(), "a value without a TPDO of its own");
+        handles_.push_back(*handle);
+      }
+    }
+  }
+
+  void change(Change which, std::uint16_t value) {
+    note(which);
+    (void)node().pdos().set(handles_[std::size_t{kValues} * which.pdo + which.sub - 1], value);
+  }
+
+ private:
+  std::vector<pdo::TpdoValue> handles_;
 };
 
 class FloorSubject {
@@ -224,41 +254,74 @@ class FloorSubject {
   std::vector<std::uint64_t> pending_;
 };
 
+struct Budget {
+  std::size_t pdos;
+  double by_object;  // x floor, one at a time
+  double by_handle;
+};
+constexpr Budget kBudgets[] = {{1, 3.5, 1.7}, {64, 3.5, 1.7}, {512, 1.5, 1.2}};
+constexpr std::size_t kSides = 3;  // floor, by object, by handle
+
+// The contestants of one row, the floor first.
+void enter(std::vector<Contestant>& contestants, const std::string& of,
+           const std::vector<Change>& order, std::size_t at_once, std::uint64_t& ignored,
+           std::uint64_t& allocated, FloorSubject& floor, Subject& object, HandleSubject& handle) {
+  contestants.push_back(
+      {"floor, " + of,
+       [&order, &floor, &ignored, at_once] { return measure(order, at_once, floor, ignored); },
+       {}});
+  contestants.push_back({"by object, " + of,
+                         [&order, &object, &allocated, at_once] {
+                           return measure(order, at_once, object, allocated);
+                         },
+                         {}});
+  contestants.push_back({"by handle, " + of,
+                         [&order, &handle, &allocated, at_once] {
+                           return measure(order, at_once, handle, allocated);
+                         },
+                         {}});
+}
+
 }  // namespace
 
 int main() {
-  std::deque<Subject> nodes;
+  std::deque<Subject> objects;
+  std::deque<HandleSubject> handles;
   std::deque<FloorSubject> floors;
   std::deque<std::vector<Change>> orders;
   std::uint64_t allocated = 0;
   std::uint64_t ignored = 0;
-  std::vector<Contestant> contestants;  // floor and node, for each number of TPDOs and way
-  for (const std::size_t pdos : {std::size_t{1}, std::size_t{64}, std::size_t{512}}) {
-    const std::vector<std::uint32_t> ids = bench::pdo_identifiers(pdos);
+  std::vector<Contestant> contestants;  // kSides for each number of TPDOs and way
+  for (const Budget& budget : kBudgets) {
+    const std::vector<std::uint32_t> ids = bench::pdo_identifiers(budget.pdos);
     FloorSubject& floor = floors.emplace_back(ids);
-    Subject& node = nodes.emplace_back(ids);
-    const std::vector<Change>& order = orders.emplace_back(changes(pdos));
-    for (const std::size_t at_once : pdos == 1 ? Ways{1} : Ways{1, pdos}) {
-      const std::string of =
-          std::to_string(pdos) + " TPDOs, " + (at_once == 1 ? "one at a time" : "all at once");
-      contestants.push_back(
-          {"floor, " + of,
-           [&floor, &order, &ignored, at_once] { return measure(order, at_once, floor, ignored); },
-           {}});
-      contestants.push_back({of,
-                             [&node, &order, &allocated, at_once] {
-                               return measure(order, at_once, node, allocated);
-                             },
-                             {}});
+    Subject& object = objects.emplace_back(ids);
+    HandleSubject& handle = handles.emplace_back(ids);
+    const std::vector<Change>& order = orders.emplace_back(changes(budget.pdos));
+    for (const std::size_t at_once : budget.pdos == 1 ? Ways{1} : Ways{1, budget.pdos}) {
+      const std::string of = std::to_string(budget.pdos) + " TPDOs, " +
+                             (at_once == 1 ? "one at a time" : "all at once");
+      enter(contestants, of, order, at_once, ignored, allocated, floor, object, handle);
     }
   }
   bench::interleave(contestants);
 
-  bench::print_heading("Value changed in the dictionary -> frame of its TPDO out, per frame");
+  bench::print_heading("Value set -> frame of its TPDO out, per frame");
   for (std::size_t i = 0; i < contestants.size(); ++i) {
-    const double ratio = bench::median_ratio(contestants[i], contestants[i & ~std::size_t{1}]);
-    bench::print_figure(contestants[i], "ns",
-                        i % 2 == 0 ? "" : ", " + std::to_string(ratio).substr(0, 4) + " x floor");
+    const double ratio = bench::median_ratio(contestants[i], contestants[i - i % kSides]);
+    bench::print_figure(
+        contestants[i], "ns",
+        i % kSides == 0 ? "" : ", " + std::to_string(ratio).substr(0, 4) + " x floor");
+  }
+  std::size_t row = 0;
+  for (const Budget& budget : kBudgets) {
+    const Contestant* const sides = &contestants[kSides * row];
+    const std::string pdos = std::to_string(budget.pdos) + " TPDOs, one at a time: ";
+    bench::print_target(pdos + "by object", bench::median_ratio(sides[1], sides[0]),
+                        budget.by_object, "x floor");
+    bench::print_target(pdos + "by handle", bench::median_ratio(sides[2], sides[0]),
+                        budget.by_handle, "x floor");
+    row += budget.pdos == 1 ? 1 : 2;
   }
   bench::print_target("allocations", static_cast<double>(allocated), 0, "in all");
 }

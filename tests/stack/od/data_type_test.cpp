@@ -35,6 +35,7 @@ TEST(DataType, HasTheSizesAndNamesOfCia301) {
     const auto type = static_cast<DataType>(row.code);
     EXPECT_EQ(bit_size(type), row.bits) << row.name;
     EXPECT_EQ(byte_size(type), row.bytes) << row.name;
+    EXPECT_EQ(has_fixed_size(type), row.bytes != 0) << row.name;
     EXPECT_EQ(name(type), row.name);
     const std::string_view word = row.name;
     EXPECT_EQ(is_signed(type), word.starts_with("INTEGER")) << row.name;
@@ -51,6 +52,7 @@ TEST(DataType, UnknownCodesHaveNoSizeAndNoName) {
     const auto type = static_cast<DataType>(code);
     EXPECT_EQ(bit_size(type), 0U);
     EXPECT_EQ(byte_size(type), 0U);
+    EXPECT_FALSE(has_fixed_size(type));
     EXPECT_EQ(name(type), "unknown");
     EXPECT_FALSE(is_integer(type) || is_real(type) || is_string(type));
   }

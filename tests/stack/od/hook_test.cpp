@@ -38,6 +38,8 @@ class Recorder : public Hook {
   unsigned fresh = 0;
 };
 
+constexpr FollowMark kMark = 7;
+
 class Follower : public Observer {
  public:
   explicit Follower(Dictionary& dictionary) : dictionary_(dictionary) {
@@ -45,13 +47,15 @@ class Follower : public Observer {
   }
   ~Follower() override { dictionary_.remove_observer(*this); }
   void reshaped(std::uint16_t) override {}
-  void changed(Address address) override {
+  void changed(Address address, FollowMark mark) override {
+    last_mark = mark;
     changes += std::to_string(address.sub) + '=' +
                std::to_string(dictionary_.number(address).value_or(0)) + ';';
   }
   std::string heard() { return std::exchange(changes, {}); }
 
   std::string changes;
+  FollowMark last_mark = 0;
 
  private:
   Dictionary& dictionary_;
@@ -202,11 +206,12 @@ TEST(Followed, ValuesAreToldWhenTheyAreOtherOnes) {
   Follower follower(dictionary);
   EXPECT_TRUE(dictionary.set({0x2000, 2}, 7));
   EXPECT_EQ(follower.heard(), "") << "nobody asked for it";
-  ASSERT_TRUE(dictionary.follow({0x2000, 2}, true));
-  EXPECT_EQ(dictionary.follow({0x2000, 1}, true).error(), to_error(AbortCode::no_sub_index));
-  EXPECT_EQ(dictionary.follow({0x2001, 0}, true).error(), to_error(AbortCode::no_object));
+  ASSERT_TRUE(dictionary.follow({0x2000, 2}, kMark));
+  EXPECT_EQ(dictionary.follow({0x2000, 1}, kMark).error(), to_error(AbortCode::no_sub_index));
+  EXPECT_EQ(dictionary.follow({0x2001, 0}, kMark).error(), to_error(AbortCode::no_object));
   EXPECT_TRUE(dictionary.set({0x2000, 2}, 8));
   EXPECT_EQ(follower.heard(), "2=8;");
+  EXPECT_EQ(follower.last_mark, kMark);
   EXPECT_EQ(dictionary.write({0x2000, 2}, bytes({9})), AbortCode::none);
   EXPECT_EQ(follower.heard(), "2=9;");
   EXPECT_TRUE(dictionary.set({0x2000, 2}, 9));
@@ -217,7 +222,7 @@ TEST(Followed, ValuesAreToldWhenTheyAreOtherOnes) {
   dictionary.reset_values(0, 0xFFFF);
   dictionary.came_by_rpdo({0x2000, 2});
   EXPECT_EQ(follower.heard(), "");
-  ASSERT_TRUE(dictionary.follow({0x2000, 2}, false));
+  ASSERT_TRUE(dictionary.follow({0x2000, 2}, 0));
   EXPECT_TRUE(dictionary.set({0x2000, 2}, 4));
   EXPECT_EQ(follower.heard(), "");
 }
@@ -240,11 +245,12 @@ TEST(Followed, AfterTheHooksAndInAGroupAfterAllOfThem) {
   Follower follower(dictionary);
   Sets hook(dictionary, follower);
   ASSERT_TRUE(dictionary.set_hook(0x2000, &hook));
-  ASSERT_TRUE(dictionary.follow({0x2000, 0}, true));
-  ASSERT_TRUE(dictionary.follow({0x2000, 2}, true));
+  ASSERT_TRUE(dictionary.follow({0x2000, 0}, kMark));
+  ASSERT_TRUE(dictionary.follow({0x2000, 2}, kMark));
   EXPECT_EQ(dictionary.write({0x2000, 2}, bytes({9})), AbortCode::none);
   EXPECT_EQ(hook.heard_before, "");
   EXPECT_EQ(follower.heard(), "0=5;2=9;");
+  EXPECT_EQ(follower.last_mark, kMark);
   ASSERT_TRUE(dictionary.set_hook(0x2000, nullptr));
   const auto first = bytes({6});
   const auto second = bytes({10});
@@ -255,11 +261,32 @@ TEST(Followed, AfterTheHooksAndInAGroupAfterAllOfThem) {
   EXPECT_EQ(follower.heard(), "") << "as it was";
 }
 
+TEST(Followed, WithTheMarkThatItHasAfterTheHooks) {
+  struct Unfollows : Hook {
+    explicit Unfollows(Dictionary& d) : dictionary(d) {}
+    void written(Address address) override { ASSERT_TRUE(dictionary.follow(address, mark)); }
+    Dictionary& dictionary;
+    FollowMark mark = kMark + 1;
+  };
+  Recorder none;
+  Dictionary dictionary = array_with(none);
+  Follower follower(dictionary);
+  Unfollows hook(dictionary);
+  ASSERT_TRUE(dictionary.set_hook(0x2000, &hook));
+  ASSERT_TRUE(dictionary.follow({0x2000, 2}, kMark));
+  EXPECT_TRUE(dictionary.set({0x2000, 2}, 8));
+  EXPECT_EQ(follower.heard(), "2=8;");
+  EXPECT_EQ(follower.last_mark, kMark + 1);
+  hook.mark = 0;
+  EXPECT_EQ(dictionary.write({0x2000, 2}, bytes({9})), AbortCode::none);
+  EXPECT_EQ(follower.heard(), "");
+}
+
 TEST(Followed, OnceAWriteThatWaitedIsDone) {
   Recorder hook;
   Dictionary dictionary = array_with(hook);
   Follower follower(dictionary);
-  ASSERT_TRUE(dictionary.follow({0x2000, 2}, true));
+  ASSERT_TRUE(dictionary.follow({0x2000, 2}, kMark));
   hook.refusal = kLater;
   Ticket ticket = 0;
   EXPECT_EQ(dictionary.write({0x2000, 2}, bytes({9}), ticket), kLater);
@@ -274,9 +301,10 @@ TEST(Followed, AllElementsOfAWindowAndOfNoObjectAfterIt) {
   Dictionary dictionary;
   ASSERT_TRUE(dictionary.add_window(0xA4C0, DataType::unsigned8, Access::rww, image.data(), 3));
   Follower follower(dictionary);
-  ASSERT_TRUE(dictionary.follow({0xA4C0, 2}, true));
+  ASSERT_TRUE(dictionary.follow({0xA4C0, 2}, kMark));
   EXPECT_EQ(dictionary.write({0xA4C0, 3}, bytes({7})), AbortCode::none);
   EXPECT_EQ(follower.heard(), "3=7;");
+  EXPECT_EQ(follower.last_mark, kSharedMark);
   ASSERT_TRUE(dictionary.remove(0xA4C0));
   ASSERT_TRUE(dictionary.add(var(0xA4C0, DataType::unsigned8)));
   EXPECT_TRUE(dictionary.set({0xA4C0, 0}, 1));

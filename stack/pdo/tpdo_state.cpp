@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which TPDO sends a value, and what is still to be sent.
+#include "stack/pdo/engine_impl.h"
+
+namespace linegate::pdo {
+
+std::optional<TpdoValue> Engine::value(od::Address address) const {
+  const Impl& engine = *impl_;
+  const std::optional<od::Variable> variable = engine.dictionary.find(address);
+  std::size_t senders = 0;
+  TpdoValue out;
+  engine.object_sources.for_each(address, [&](std::uint16_t slot) {
+    ++senders;
+    out.slot_ = slot;
+  });
+  if (senders != 1 || !variable || !od::has_fixed_size(variable->type) ||
+      variable->size > sizeof(std::uint64_t) || variable->hook != nullptr || variable->elsewhere ||
+      (engine.source_tpdo && engine.scanner_list.contains(address))) {
+    return std::nullopt;
+  }
+  out.data_ = variable->data;
+  out.mask_ = ~std::uint64_t{0} >> (64 - 8 * variable->size);
+  out.revision_ = engine.revision;
+  return out;
+}
+
+std::uint16_t Engine::first_tpdo(od::Address address) const {
+  std::uint16_t first = 0;
+  impl_->object_sources.for_each(address, [&first](std::uint16_t slot) {
+    first = first == 0 ? static_cast<std::uint16_t>(slot + 1) : first;
+  });
+  return first;
+}
+
+std::uint64_t Engine::samples(std::uint16_t number) const {
+  return number == 0 || number > impl_->tpdos.size() ? 0 : impl_->tpdos[number - 1U].samples;
+}
+
+bool Engine::carries_newest(std::uint16_t number, const can::Frame& frame,
+                            std::uint64_t samples) const {
+  const auto slot = static_cast<std::uint16_t>(number - 1U);
+  if (number == 0 || number > impl_->tpdos.size() || !impl_->tpdos[slot].active) {
+    return false;
+  }
+  const Tpdo& pdo = impl_->tpdos[slot];
+  return can::same_content(frame, pdo.frame) && (pdo.samples > samples || impl_->is_newest(slot));
+}
+
+bool Engine::Impl::comes_by_itself(std::uint16_t slot) const {
+  const Tpdo& pdo = tpdos[slot];
+  if (is_event_driven(pdo.type)) {
+    return has_event_timer(pdo);
+  }
+  return pdo.type != kSyncAcyclic || pdo.event || pending.test(pdo.rank);
+}
+
+bool Engine::awaits_trigger(std::uint16_t number, std::uint32_t bit_offset,
+                            std::uint32_t bits) const {
+  const auto slot = static_cast<std::uint16_t>(number - 1U);
+  if (number == 0 || number > impl_->tpdos.size()) {
+    return false;
+  }
+  const Tpdo& pdo = impl_->tpdos[slot];
+  const bool held = impl_->held_changed.test(slot) || impl_->held_always.test(slot);
+  if (!pdo.active || pdo.mpdo != MpdoMode::none || held || impl_->comes_by_itself(slot)) {
+    return false;
+  }
+  if (!impl_->pending.test(pdo.rank) && !impl_->unacknowledged.test(slot)) {
+    return true;
+  }
+  Impl::FrameData differs = impl_->gather(pdo);
+  for (std::size_t i = 0; i < differs.size(); ++i) {
+    differs[i] ^= pdo.frame.data[i];
+  }
+  return pdo.plan.reaches(differs.data(), bit_offset, bits);
+}
+
+bool Engine::Impl::wants_to_send(Instant now) const {
+  bool wants = asked.any();
+  const bool closed = window_open && now >= window_end;  // as close_window() will find
+  for_each_bit(pending.words(), [this, now, closed, &wants](std::size_t rank) {
+    const Tpdo& pdo = tpdos[by_rank[rank]];
+    const bool too_late = closed && is_synchronous(pdo.type);
+    wants = wants || (!too_late && (!inhibited.test(rank) || pdo.inhibited_until <= now));
+  });
+  return wants;
+}
+
+// The end of the first inhibit time that holds up a request.
+[[gnu::hot]] Instant Engine::Impl::next_sending() const {
+  Instant first = kNever;
+  if (!pending.any()) {
+    return first;
+  }
+  for_each_bit(pending.words(), [this, &first](std::size_t rank) {
+    if (inhibited.test(rank)) {
+      first = earlier(first, tpdos[by_rank[rank]].inhibited_until);
+    }
+  });
+  return first;
+}
+
+}  // namespace linegate::pdo
