@@ -79,8 +79,9 @@ std::uint64_t BlockSender::end_request() const {
 // --- the side that takes ------------------------------------------------------------------------
 
 void BlockReceiver::start(std::optional<std::uint32_t> announced, bool crc,
-                          std::optional<std::uint8_t> block_size) {
+                          std::optional<std::uint8_t> block_size, std::uint8_t fewest) {
   *this = {};
+  fewest_ = fewest;
   announced_ = announced;
   with_crc_ = crc;
   begin_sub_block();
@@ -88,15 +89,19 @@ void BlockReceiver::start(std::optional<std::uint32_t> announced, bool crc,
   begun_ = !block_size;
 }
 
-std::uint8_t BlockReceiver::best_block_size(std::optional<std::size_t> bytes_left) {
+std::uint8_t BlockReceiver::best_block_size(std::optional<std::size_t> bytes_left,
+                                            std::uint8_t most) {
   const std::size_t left = segments_of(bytes_left.value_or(0));
-  const bool two = left > kMaxBlockSize && left < std::size_t{2} * kMaxBlockSize;
-  return two ? static_cast<std::uint8_t>((left + 1) / 2) : kMaxBlockSize;
+  const bool two = left > most && left < std::size_t{2} * most;
+  return two ? static_cast<std::uint8_t>((left + 1) / 2) : most;
 }
 
 AbortCode BlockReceiver::take(std::uint64_t segment, Sink& sink) {
   const auto command = static_cast<std::uint8_t>(segment);
   const auto number = static_cast<std::uint8_t>(command & kSequenceBits);
+  if (number > block_size_ && number <= late_) {
+    return AbortCode::none;
+  }
   if (number == 0 || number > block_size_) {
     return AbortCode::sequence_number;
   }
@@ -133,6 +138,8 @@ std::uint64_t BlockReceiver::acknowledge() {
   vain_ += newest_ == 0 ? 1U : 0U;
   in_doubt_ = in_doubt_ || newest_ == 0;
   complete_ = last_taken_;
+  follow_losses();
+  late_ = over_ ? std::uint8_t{0} : block_size_;
   begin_sub_block();
   return std::uint64_t{kBlockAck} | std::uint64_t{ackseq} << 8U | std::uint64_t{block_size_} << 16U;
 }
@@ -177,8 +184,21 @@ std::optional<std::size_t> BlockReceiver::bytes_left() const {
   return std::max<std::size_t>(*announced_, taken_) - taken_;
 }
 
+// At the end of a sub-block. One of which nothing came says nothing of losses.
+void BlockReceiver::follow_losses() {
+  if (newest_ == 0) {
+    return;
+  }
+  if (!over_ || in_order_ < newest_) {
+    lossy_ = true;
+    most_ = std::max(fewest_, static_cast<std::uint8_t>(most_ / 2));
+  } else if (most_ < kMaxBlockSize) {
+    ++most_;
+  }
+}
+
 void BlockReceiver::begin_sub_block() {
-  block_size_ = best_block_size(bytes_left());
+  block_size_ = best_block_size(bytes_left(), most_);
   in_order_ = 0;
   newest_ = 0;
   over_ = false;

@@ -8,13 +8,16 @@
 // is numbered from 1 again and has as many segments as the acknowledgement asks for.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
 
 #include "stack/base/abort_code.h"
+#include "stack/base/time.h"
 #include "stack/sdo/protocol.h"
 #include "stack/sdo/transfer.h"
 
@@ -55,16 +58,28 @@ class BlockSender {
 // Collects segments in a Sink.
 class BlockReceiver {
  public:
+  // Segments to which a sub-block shrinks when some are lost: of fewer, all may be lost, which
+  // looks like a lost acknowledgement.
+  static constexpr std::uint8_t kFewest = 8;
+
   // announced: the bytes in all, if told. block_size: of the first sub-block, if that was agreed on
-  // before the other side was told to start; this may be what is lost then, see unheard().
+  // before the other side was told to start; this may be what is lost then, see unheard(). fewest:
+  // more than kFewest where a missing end of a sub-block takes long to be noticed.
   void start(std::optional<std::uint32_t> announced, bool crc,
-             std::optional<std::uint8_t> block_size = std::nullopt);
-  // Segments the next sub-block should have if so many bytes are left (nothing: unknown).
-  static std::uint8_t best_block_size(std::optional<std::size_t> bytes_left);
+             std::optional<std::uint8_t> block_size = std::nullopt, std::uint8_t fewest = kFewest);
+  // Segments the next sub-block should have if so many bytes are left (nothing: unknown) and it may
+  // have `most`.
+  static std::uint8_t best_block_size(std::optional<std::size_t> bytes_left,
+                                      std::uint8_t most = kMaxBlockSize);
 
   // Segments the present sub-block shall have. 127, but fewer than can be had if otherwise the last
   // sub-block would be short: one of which nothing arrives looks like a lost acknowledgement.
+  // What follows a lost segment has to be sent again, so that the best size is about the square
+  // root of 2 / (share of lost segments). Half the segments after a sub-block with a loss, not
+  // fewer than start() says, and one more after each without loss come close to it.
   std::uint8_t block_size() const { return block_size_; }
+  // A segment was lost.
+  bool lossy() const { return lossy_; }
 
   // Takes a segment. One that is not in order is ignored. sequence_number if there is no such
   // segment in the sub-block, or one sub-block after the other ended without its first segment, or
@@ -104,13 +119,17 @@ class BlockReceiver {
 
   AbortCode release(std::size_t size, Sink& sink);
   std::optional<std::size_t> bytes_left() const;
+  void follow_losses();
   void begin_sub_block();
 
   std::optional<std::uint32_t> announced_;
   std::size_t taken_ = 0;   // bytes in order, all segments counted as full
   std::uint64_t held_ = 0;  // the newest segment in order: its end is not known before finish()
   std::uint16_t crc_ = 0;
+  std::uint8_t fewest_ = kFewest;
+  std::uint8_t most_ = kMaxBlockSize;  // segments of a sub-block, see block_size()
   std::uint8_t block_size_ = 0;
+  std::uint8_t late_ = 0;  // segments of the sub-block before, if it was not over: may still come
   std::uint8_t in_order_ = 0;
   std::uint8_t newest_ = 0;
   unsigned vain_ = 0;       // acknowledgements since a segment came
@@ -118,10 +137,38 @@ class BlockReceiver {
   bool in_doubt_ = false;   // one was in vain: the sender may be a sub-block behind
   bool begun_ = false;      // the sender has begun for certain, or need not be told to
   bool with_crc_ = false;
+  bool lossy_ = false;
   bool holds_ = false;
   bool last_taken_ = false;
   bool over_ = false;
   bool complete_ = false;
+};
+
+// How fast segments come: where some are lost, the last one of a sub-block is missed soon.
+class SegmentPace {
+ public:
+  // A segment came.
+  void came(Instant now) {
+    if (last_ != Instant{}) {
+      longest_ = std::max(now - last_, longest_ - longest_ / kMemory);
+    }
+    last_ = now;
+  }
+  // The next one does not follow the last: the sub-block was acknowledged.
+  void pause() { last_ = {}; }
+  // After so long without a segment none is under way; at most `longest`.
+  Duration stall(Duration longest) const {
+    const bool known = longest_ > Duration::zero();
+    return known ? std::min(longest, std::max(kShortest, kGaps * longest_)) : longest;
+  }
+
+ private:
+  static constexpr int kMemory = 64;  // segments
+  static constexpr int kGaps = 32;
+  static constexpr Duration kShortest = std::chrono::milliseconds(10);
+
+  Duration longest_{};  // between two of the last segments
+  Instant last_{};
 };
 
 // Segments of a sub-block that was given up: they are under way still, and look like requests.

@@ -216,6 +216,9 @@ class Client {
   AbortCode send_segments(Instant now, can::TransmitQueue& queue);
   void advance_block(Instant now, can::TransmitQueue& queue);
   Duration stall() const { return timeout_ * 2 / 5; }
+  // A server may pause within a sub-block: what is missing is not taken for lost before stall(),
+  // and sub-blocks stay long even where segments are lost.
+  static constexpr std::uint8_t kFewestSegments = 64;
 
   State state_ = State::idle;
   bool toggle_ = false;  // of the segment under way

@@ -101,7 +101,7 @@ AbortCode Client::block_initiated(std::uint64_t word, Instant now, can::Transmit
   if (why != AbortCode::none) {
     return why;
   }
-  receiver_.start(announced, crc, BlockReceiver::best_block_size(told_size_));
+  receiver_.start(announced, crc, BlockReceiver::best_block_size(told_size_), kFewestSegments);
   request(State::block_upload, kBlockStart, now, queue);
   block_wake_ = now + stall();
   return AbortCode::none;

@@ -219,6 +219,7 @@ class Server {
   std::uint64_t newest_request_ = 0;  // block_upload, waiting: to know its repetition
   BlockSender sender_;
   BlockReceiver receiver_;
+  SegmentPace pace_;
   LateSegments late_;
 
   od::Ticket ticket_ = 0;  // of what was put off: waiting, or a stream within a sub-block

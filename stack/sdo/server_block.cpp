@@ -45,6 +45,7 @@ bool Server::initiate_block_download(std::uint64_t request, Instant now, std::ui
   }
   begin(State::block_download, address, now);
   receiver_.start(announced, (request & kBlockCrc) != 0);
+  pace_ = {};
   block_wake_ = now + options_.stall;
   reply = initiate_word(kBlockTake | kBlockCrc, address, receiver_.block_size());
   return true;
@@ -173,7 +174,8 @@ bool Server::block_segment(std::uint64_t request, Instant now, std::uint64_t& re
     return true;
   }
   deadline_ = now + options_.timeout;
-  block_wake_ = now + options_.stall;
+  pace_.came(now);
+  block_wake_ = now + (receiver_.lossy() ? pace_.stall(options_.stall) : options_.stall);
   if (!receiver_.over()) {
     return false;
   }
@@ -186,6 +188,7 @@ bool Server::block_segment(std::uint64_t request, Instant now, std::uint64_t& re
 
 std::uint64_t Server::acknowledge_block(Instant now) {
   const std::uint64_t reply = receiver_.acknowledge();
+  pace_.pause();
   deadline_ = now + options_.timeout;
   block_wake_ = now + options_.stall;
   if (receiver_.complete()) {

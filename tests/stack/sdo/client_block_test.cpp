@@ -478,8 +478,8 @@ TEST_F(ClientBlockTest, AStalledSubBlockIsAcknowledged) {
   EXPECT_EQ(client.next_wake(), now + kTimeout * 2 / 5);
   now += kTimeout * 2 / 5;
   client.advance(now, queue);
-  EXPECT_EQ(drain(queue, kRequestId), (Frames{block_ack(2, 127)}));
-  EXPECT_EQ(answer({0x81, 15, 16, 17, 18, 19, 20, 0}), (Frames{block_ack(1, 127)}));
+  EXPECT_EQ(drain(queue, kRequestId), (Frames{block_ack(2, 64)}));
+  EXPECT_EQ(answer({0x81, 15, 16, 17, 18, 19, 20, 0}), (Frames{block_ack(1, 65)}));
   answer(end_request(pattern(20), crc_of(pattern(20))));
   expect_data(numbers(pattern(20)));
 }

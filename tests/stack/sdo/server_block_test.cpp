@@ -120,14 +120,90 @@ TEST_F(ServerBlockTest, WhatIsLostComesInTheNextSubBlock) {
       server.advance(now + 200ms, queue);
       answer = drain(queue, kResponseId).at(0);
     }
-    EXPECT_EQ(answer, block_ack(static_cast<std::uint8_t>(lost), 127));
+    EXPECT_EQ(answer, block_ack(static_cast<std::uint8_t>(lost), 63));
     for (const Bytes& each : segments(value_, lost, 10 - lost)) {
       answer = ask(each);
     }
-    EXPECT_EQ(answer, block_ack(static_cast<std::uint8_t>(10 - lost), 127));
+    EXPECT_EQ(answer, block_ack(static_cast<std::uint8_t>(10 - lost), 64));
     EXPECT_EQ(ask(end_request(value_, crc_of(value_)))[0], 0xA1);
     EXPECT_EQ(value({0x2100, 0}), numbers(value_));
   }
+}
+
+// Half as many segments after a sub-block with a loss, one more after one without.
+TEST_F(ServerBlockTest, TheBlockSizeFollowsLosses) {
+  const auto value_ = pattern(7000);
+  set_domain(0);
+  ask({0xC0, 0x00, 0x21, 0, 0, 0, 0, 0});
+  std::size_t begin = 0;
+  // Gives the block size that is asked for next. lost: number of the segment, 0 = none.
+  const auto sub_block = [&](std::size_t size, std::size_t lost) {
+    const Frames sent = segments(value_, begin, size);
+    Bytes answer;
+    for (std::size_t i = 0; i < size; ++i) {
+      answer = i + 1 == lost ? answer : ask(sent[i]);
+    }
+    const std::size_t in_order = lost == 0 ? size : lost - 1;
+    EXPECT_EQ(answer[1], in_order);
+    begin += in_order;
+    return unsigned{answer[2]};
+  };
+  EXPECT_EQ(sub_block(127, 0), 127U);
+  EXPECT_EQ(sub_block(127, 50), 63U);
+  EXPECT_EQ(sub_block(63, 0), 64U);
+  EXPECT_EQ(sub_block(64, 0), 65U);
+  EXPECT_EQ(sub_block(65, 1), 32U);
+  EXPECT_EQ(sub_block(32, 31), 16U);
+  EXPECT_EQ(sub_block(16, 9), 8U);
+  EXPECT_EQ(sub_block(8, 2), 8U) << "not fewer";
+  EXPECT_EQ(sub_block(8, 0), 9U);
+  // A known rest that does not fit goes in two halves, so that none of them is short.
+  EXPECT_EQ(BlockReceiver::best_block_size(7 * 15, 9), 8U);
+  EXPECT_EQ(BlockReceiver::best_block_size(7 * 18, 9), 9U);
+  EXPECT_EQ(BlockReceiver::best_block_size(7 * 9, 9), 9U);
+}
+
+// Without losses a client may pause; with losses what is missing is mostly lost.
+TEST_F(ServerBlockTest, AfterALossTheEndOfASubBlockIsMissedSoon) {
+  const auto value_ = pattern(7000);
+  set_domain(0);
+  ask({0xC0, 0x00, 0x21, 0, 0, 0, 0, 0});
+  const auto give_slowly = [&](const Frames& sent, std::size_t lost, Duration gap) {
+    Bytes answer;
+    for (std::size_t i = 0; i < sent.size(); ++i) {
+      now += gap;
+      answer = i + 1 == lost ? answer : ask(sent[i]);
+    }
+    return answer;
+  };
+  EXPECT_EQ(give_slowly(segments(value_, 0, 126), 0, 100us), Bytes{});
+  EXPECT_EQ(server.next_wake(), now + 200ms) << "no loss yet";
+  EXPECT_EQ(ask(segments(value_, 0, 127).back()), block_ack(127, 127));
+  EXPECT_EQ(give_slowly(segments(value_, 127, 127), 7, 100us), block_ack(6, 63));
+  EXPECT_EQ(server.next_wake(), now + 200ms) << "the client may need time for its next sub-block";
+  EXPECT_EQ(give_slowly(segments(value_, 133, 62), 0, 100us), Bytes{});
+  EXPECT_EQ(server.next_wake(), now + 10ms);
+  now = server.next_wake();
+  server.advance(now, queue);
+  EXPECT_EQ(drain(queue, kResponseId), Frames{block_ack(62, 31)});
+  EXPECT_EQ(give_slowly(segments(value_, 195, 30), 0, 10ms), Bytes{});
+  EXPECT_EQ(server.next_wake(), now + 200ms) << "of a slow client";
+}
+
+// They are numbered as in the sub-block that was acknowledged while they were late.
+TEST_F(ServerBlockTest, SegmentsMayComeAfterAllWithMoreThanTheNextSubBlockHas) {
+  const auto value_ = pattern(70 * 7);
+  set_domain(0);
+  ask({0xC0, 0x00, 0x21, 0, 0, 0, 0, 0});
+  const Frames sent = segments(pattern(7000), 0, 127);
+  give({sent.begin(), sent.begin() + 20});
+  now += 200ms;
+  server.advance(now, queue);
+  EXPECT_EQ(drain(queue, kResponseId), Frames{block_ack(20, 63)});
+  give({sent.begin() + 100, sent.end()});
+  const Frames rest = segments(value_, 20, 50);
+  give({rest.begin(), rest.end() - 1});
+  EXPECT_EQ(ask(rest.back()), block_ack(50, 64));
 }
 
 TEST_F(ServerBlockTest, AllOfAShortSubBlockMayBeLost) {
@@ -191,10 +267,17 @@ TEST_F(ServerBlockTest, ASequenceNumberThereIsNot) {
 // The acknowledgement of a client that takes blocks, too, is number 34 and the last: each would
 // answer the other for ever.
 TEST_F(ServerBlockTest, SubBlocksWithoutTheirFirstSegmentDoNotGoOnForEver) {
+  const Bytes eighth{0x88, 0, 0, 0, 0, 0, 0, 0};
   begin_download();
-  for (int i = 0; i < 8; ++i) {
-    EXPECT_EQ(ask(block_ack(0, 127)), block_ack(0, 127));
+  for (const unsigned size : {63U, 31U, 15U, 8U, 8U, 8U, 8U, 8U}) {
+    EXPECT_EQ(ask(eighth), block_ack(0, static_cast<std::uint8_t>(size)));
   }
+  EXPECT_EQ(ask(eighth), abort_bytes(0x2100, 0, 0x0504'0003));
+  EXPECT_FALSE(server.busy());
+  // Another side that takes: its acknowledgement is segment 34 to this one.
+  begin_download();
+  EXPECT_EQ(ask(block_ack(0, 127)), block_ack(0, 63));
+  EXPECT_EQ(ask(block_ack(0, 127)), block_ack(0, 31));
   EXPECT_EQ(ask(block_ack(0, 127)), abort_bytes(0x2100, 0, 0x0504'0003));
   EXPECT_FALSE(server.busy());
 }
