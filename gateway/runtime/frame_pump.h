@@ -140,9 +140,6 @@ class FramePump {
   }
 
   std::unique_ptr<can_bridge::Channel> channel_;
-  can_bridge::BusEvents events_;
-  std::array<can::Frame, kBatch> received_{};
-  std::array<can::Frame, kBatch> held_{};
   std::size_t held_count_ = 0;
   std::size_t drained_ = 0;
   Instant more_ = kNever;
@@ -152,6 +149,9 @@ class FramePump {
   std::uint64_t flushed_ = 0;
   std::uint64_t first_refused_ = 0;
   std::uint64_t last_refused_ = 0;
+  can_bridge::BusEvents events_;
+  std::array<can::Frame, kBatch> received_{};
+  std::array<can::Frame, kBatch> held_{};
 };
 
 }  // namespace linegate::gateway

@@ -80,14 +80,14 @@ LineRunner::LineRunner(std::unique_ptr<line::Line> line,
                        std::unique_ptr<can_bridge::Channel> channel, const config::LinePlan& plan,
                        LinePort& port, exchange::Wakeup& consumer, std::vector<NodeStorage> storage)
     : line_(std::move(line)),
-      pump_(std::move(channel)),
       port_(port),
       consumer_(consumer),
-      storage_(std::move(storage)),
-      scans_(plan, port.scans),
+      has_queues_(line::longest_queue(plan.config) != 0),
       publications_{Publication(plan.publish, plan.pdo_min_period),
                     Publication(plan.publish, kLong)},
-      has_queues_(line::longest_queue(plan.config) != 0) {
+      pump_(std::move(channel)),
+      scans_(plan, port.scans),
+      storage_(std::move(storage)) {
   line_->expect_acknowledgements();
   for (const NodeStorage& storage_of : storage_) {
     line_->set_medium(storage_of.file, storage_of.of);

@@ -90,6 +90,7 @@ bool Outputs::accept(const OutputWrite& write, Instant now) {
   target.watchdog = write.watchdog;
   target.reactions = write.reactions;
   target.deadline = write.watchdog == Duration::zero() ? kNever : deadline(now, write.watchdog);
+  follow_deadlines();
   target.owner = write.client;
   ++target.applied;
   target.applied_at = now;
@@ -137,18 +138,18 @@ const Outputs::Group* Outputs::expire(Instant now) {
       candidate.deadline = kNever;
       candidate.tripped = true;
       candidate.burnt = candidate.arming;
+      follow_deadlines();
       return &candidate;
     }
   }
   return nullptr;
 }
 
-[[gnu::hot]] Instant Outputs::next_wake() const {
-  Instant wake = kNever;
-  for (const Group& candidate : groups_) {
-    wake = earlier(wake, candidate.deadline);
+void Outputs::follow_deadlines() {
+  next_deadline_ = kNever;
+  for (const Group& group : groups_) {
+    next_deadline_ = earlier(next_deadline_, group.deadline);
   }
-  return wake;
 }
 
 std::size_t Outputs::position_of(std::uint16_t number) const {

@@ -63,7 +63,7 @@ class Outputs {
   bool any_silent() const;
   // The group whose watchdog is over at `now`; it is tripped by that. nullptr if none.
   const Group* expire(Instant now);
-  Instant next_wake() const;
+  Instant next_wake() const { return next_deadline_; }
 
   // The entry follows an input.
   bool is_bound(std::uint32_t entry) const { return bound_[entry]; }
@@ -79,10 +79,12 @@ class Outputs {
   // Of an entry that is not in the group.
   OutputRefusal foreign_entry(std::uint32_t entry) const;
   OutputRefusal check_bytes(const OutputBytes& run, std::uint16_t group_position) const;
+  void follow_deadlines();
 
   static constexpr std::uint16_t kNoGroup = 0xFFFF;
 
   const image::Layout& layout_;
+  Instant next_deadline_ = kNever;  // the first of all groups
   std::vector<Group> groups_;
   std::vector<std::uint16_t> group_of_;     // entry -> position in groups_, kNoGroup = in none
   std::vector<bool> bound_;                 // by entry
