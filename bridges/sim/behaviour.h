@@ -17,6 +17,20 @@
 
 namespace linegate::sim {
 
+// A value that a device sets often. Where it is, and which TPDO sends it, is looked up when PDOs
+// have changed.
+class FrequentValue {
+ public:
+  explicit FrequentValue(od::Address address) : address_(address) {}
+
+ private:
+  friend class Behaviour;
+
+  od::Address address_;
+  std::optional<pdo::TpdoValue> handle_;
+  std::optional<std::uint64_t> revision_;  // of the PDOs, when it was looked up
+};
+
 class Behaviour : public node::Application, public od::Hook {
  public:
   // Registers hooks and sets the initial values. The node must outlive the behaviour.
@@ -63,6 +77,18 @@ class Behaviour : public node::Application, public od::Hook {
     if (unsigned_value(address) != (static_cast<std::uint64_t>(value) & mask(address))) {
       quiet_set(address, value);
       node_->pdos().value_changed(address, now_);
+    }
+  }
+  template <class T>
+  requires std::is_integral_v<T>
+  void set(FrequentValue& to, T value) {
+    pdo::Engine& pdos = node_->pdos();
+    if (to.revision_ != pdos.revision()) {
+      to.revision_ = pdos.revision();
+      to.handle_ = pdos.value(to.address_);
+    }
+    if (!to.handle_ || !pdos.set(*to.handle_, static_cast<std::uint64_t>(value))) {
+      set(to.address_, value);
     }
   }
   // Writes the value without requesting a TPDO.

@@ -286,10 +286,10 @@ class Drive final : public Behaviour {
     std::uint32_t status = status_bits(state_) | kRemote;
     status |= reached() ? kTargetReached : 0U;
     status |= powered() && mode_specific() ? kModeSpecific : 0U;
-    set(kPosition, static_cast<std::int32_t>(std::llround(motion_.position())));
-    set(kVelocity, static_cast<std::int32_t>(std::llround(motion_.velocity())));
-    set(kModeDisplay, static_cast<std::int8_t>(mode_));
-    set(kStatusword, static_cast<std::uint16_t>(status));
+    set(position_, static_cast<std::int32_t>(std::llround(motion_.position())));
+    set(velocity_, static_cast<std::int32_t>(std::llround(motion_.velocity())));
+    set(mode_display_, static_cast<std::int8_t>(mode_));
+    set(statusword_, static_cast<std::uint16_t>(status));
   }
 
   DriveState state_ = DriveState::switch_on_disabled;
@@ -300,6 +300,10 @@ class Drive final : public Behaviour {
   bool acknowledged_ = false;
   bool operational_ = false;
   Instant next_ = kNever;
+  FrequentValue position_{kPosition};
+  FrequentValue velocity_{kVelocity};
+  FrequentValue mode_display_{kModeDisplay};
+  FrequentValue statusword_{kStatusword};
 };
 
 }  // namespace
