@@ -91,8 +91,7 @@ struct alignas(64) Tpdo {
   MpdoMode mpdo = MpdoMode::none;
   std::uint8_t syncs = 0;  // since it was sent
   bool active = false;
-  bool direct =
-      false;  // another value requests it, which takes no more than a sample, see change()
+  bool direct = false;    // another value requests it at once, see change()
   bool linked = false;    // held back until its output entries are valid
   bool timed = false;     // has an inhibit time or an event timer
   bool sampled = false;   // frame holds a sample, taken since Operational

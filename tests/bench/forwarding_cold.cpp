@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// Forwards PDOs across executors, one after the other, and takes the data cache from them before
+// each: what a program would do that runs between two frames. Measures nothing by itself: the
+// script cache_lines runs it in valgrind, which counts the cache lines that the lines fetch again.
+#include <array>
+#include <chrono>
+#include <cstddef>
+#include <cstdlib>
+#include <thread>
+
+#include "bridges/can/socketcan.h"
+
+#include "tests/bench/forwarding_course.h"
+#include "tests/bench/forwarding_lines.h"
+
+namespace {
+
+using namespace linegate;
+
+constexpr std::size_t kCacheLine = 64;
+std::array<volatile std::byte, std::size_t{512} * 1024> others;  // more than the simulated cache
+
+class Forwarding final : public bench::WiredCourse {
+ public:
+  Forwarding()
+      : lines_(
+            {can_bridge::open_on_descriptor(in.far()), can_bridge::open_on_descriptor(out.far())},
+            false) {
+    start_nodes();
+  }
+
+ private:
+  bench::ForwardingLines lines_;
+};
+
+void take_the_cache() {
+  for (std::size_t i = 0; i < others.size(); i += kCacheLine) {
+    others[i] = std::byte{1};
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  bench::require(argc == 2, "the number of frames is missing");
+  const Forwarding course;
+  const unsigned long frames = std::strtoul(argv[1], nullptr, 10);
+  for (unsigned i = 0; i < frames; ++i) {
+    (void)course.pass(i);
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    take_the_cache();
+  }
+}
