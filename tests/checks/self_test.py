@@ -267,9 +267,41 @@ class Readmes(TreeCase):
 
 
 class Sizes(TreeCase):
-    def test_limit(self):
-        self.assertEqual(self.complaints(sizes, "a.cpp", "\n" * 600), [])
-        self.assertEqual(len(self.complaints(sizes, "a.cpp", "\n" * 601)), 1)
+    def test_a_function_has_up_to_70_lines(self):
+        self.assertEqual(self.complaints(sizes, "a.cpp", "int f() {" + "\n" * 69 + "}\n"), [])
+        self.assertEqual(self.complaints(sizes, "a.cpp", "int f() {" + "\n" * 70 + "}\n"),
+                         ["a.cpp:1: f has 71 lines, more than 70"])
+        self.assertEqual(self.complaints(sizes, "a.py", "def f():" + "\n" * 69 + "    pass\n"), [])
+        self.assertEqual(len(self.complaints(sizes, "a.py", "def f():" + "\n" * 70 + "    pass\n")), 1)
+
+    def test_a_file_is_as_long_as_its_subject(self):
+        self.assertEqual(self.complaints(sizes, "a.h", "\n" * 5000), [])
+
+    # One function of each kind, and what looks like one.
+    def test_what_is_a_function(self):
+        text = """
+#define BRACE {
+namespace a {
+enum class E : int { one, two };
+constexpr std::array kTable{1, 2};
+constexpr auto kSum = [](int n) { return n; }(1);
+std::function<void(int)> call{nullptr};
+extern "C" int from_c(int n) { return n; }
+struct alignas(64) S final : Base<int(int)> {
+ public:
+  explicit S(int n, Options options = {}) : a_{n}, b_(n), c_{'{'} { text = R"(})"; }
+  S& operator=(const S& other) { return *this; }  // }
+  template <class T = int>
+  [[nodiscard]] bool operator==(const T& other) const noexcept { return false; }
+  void declared(int n = 1'000);
+  std::vector<int> a_{1, 2};
+};
+}  // namespace a
+auto a::S::get() const -> int { if (one) { return 1; } return [] { return 2; }(); }
+TEST(A, B) {}
+"""
+        self.assertEqual([name for name, _, _ in sizes.functions_of_cpp(text)],
+                         ["from_c", "S", "operator=", "operator==", "a::S::get", "TEST"])
 
 
 class Services(TreeCase):
