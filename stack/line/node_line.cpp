@@ -39,12 +39,12 @@ od::Dictionary dictionary_of(const LineConfig& config, image::ProcessImage& imag
                              const pdo::LinkPlan& plan, OwnObjects& own,
                              routing::ForwardObjects& forwarded) {
   od::Dictionary dictionary = make_own_dictionary(config);
-  (void)own.add_to(dictionary).ok();  // they were checked
-  // Cannot fail: the own dictionary has none of these objects yet.
-  (void)pdo::add_linked_objects(dictionary, image, plan).ok();
-  (void)forwarded.add_to(dictionary).ok();
-  (void)diagnosis::add_objects(dictionary).ok();
-  (void)diagnosis::add_canopen_ia(dictionary, config.canopen_ia_base).ok();
+  LINEGATE_ASSERT(own.add_to(dictionary).ok(), "own objects were checked");
+  LINEGATE_ASSERT(pdo::add_linked_objects(dictionary, image, plan).ok(), "none is there yet");
+  LINEGATE_ASSERT(forwarded.add_to(dictionary).ok(), "forwarded objects were checked");
+  LINEGATE_ASSERT(diagnosis::add_objects(dictionary).ok(), "none is there yet");
+  LINEGATE_ASSERT(diagnosis::add_canopen_ia(dictionary, config.canopen_ia_base).ok(),
+                  "the base was checked");
   return dictionary;
 }
 

@@ -5,6 +5,7 @@
 #include <array>
 #include <utility>
 
+#include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
 #include "stack/line/command_checks.h"
 #include "stack/line/entry_bytes.h"
@@ -327,6 +328,7 @@ void OutputService::apply_defaults(Instant now) {
 
 // Precondition: the entry is not valid.
 OutputWait OutputService::reason_of(std::uint32_t entry, Instant now) const {
+  LINEGATE_ASSERT(!parts_.image.is_valid(Direction::outputs, entry), "the entry waits");
   const image::Entry& place = entries()[entry];
   const pdo::Engine& pdos = std::as_const(parts_.node).pdos();
   if (!parts_.image.is_known(Direction::outputs, entry)) {

@@ -6,6 +6,7 @@
 #include <numeric>
 #include <utility>
 
+#include "stack/base/assert.h"
 #include "stack/base/time.h"
 #include "stack/line/entry_bytes.h"
 
@@ -83,6 +84,7 @@ OutputRefusal Outputs::check(const OutputWrite& write) const {
 }
 
 bool Outputs::accept(const OutputWrite& write, Instant now) {
+  LINEGATE_ASSERT(find(write.group) != nullptr, "check() found the group");
   Group& target = *find(write.group);
   const bool first = !std::exchange(target.armed, true) || target.tripped;
   target.tripped = false;
@@ -108,6 +110,7 @@ void Outputs::note_refused(std::uint16_t group, OutputRefusal refusal, std::stri
 }
 
 void Outputs::describe(std::size_t position, OutputState& out) const {
+  LINEGATE_ASSERT(position < groups_.size(), "the group exists");
   const Group& from = groups_[position];
   out.group = from.config.number;
   out.name = from.config.name;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stack/line/routing.h"
 
+#include "stack/base/assert.h"
 #include "stack/od/objects.h"
 
 namespace linegate::line {
@@ -42,7 +43,8 @@ Routing::Routing(const LineConfig& config, node::Node& node, sdo::Arbiter& arbit
 Routing::~Routing() = default;
 
 void Routing::tables_changed() {
-  (void)node_.dictionary().set_hook(od::objects::kRoutingTable, &table_).ok();  // own_dictionary.h
+  LINEGATE_ASSERT(node_.dictionary().set_hook(od::objects::kRoutingTable, &table_).ok(),
+                  "the own dictionary has a routing table");
   emcys_.take_gateways();
 }
 

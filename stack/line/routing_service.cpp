@@ -94,6 +94,7 @@ void RoutingService::hand_on(Instant now) {
 }
 
 void RoutingService::start(routing::RemoteRequest request, Instant now) {
+  LINEGATE_ASSERT(takes_part(), "the line routes");
   LINEGATE_ASSERT(takes_part(), "the line takes part in routing");
   routing_->start(std::move(request), may_send(), now);
   routing_->deliver_completions(now);

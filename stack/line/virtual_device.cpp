@@ -5,6 +5,7 @@
 #include <map>
 #include <utility>
 
+#include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
 #include "stack/line/own_objects.h"
 #include "stack/od/description.h"
@@ -112,14 +113,14 @@ void VirtualDevice::build(const od::DeviceDescription& description) {
     io_.emplace(node_->dictionary());
     for (const std::uint16_t index : node_->dictionary().indices()) {
       if (profile::IoBehaviour::converted_by(index) != 0) {
-        (void)node_->dictionary().add_hook(index, conversion_).ok();
+        LINEGATE_ASSERT(node_->dictionary().add_hook(index, conversion_).ok(), "the object exists");
       }
     }
   }
   mirror(Direction::inputs);
   mirror(Direction::outputs);
   for (const std::uint16_t index : node_->dictionary().indices()) {
-    (void)node_->dictionary().add_hook(index, watcher_).ok();
+    LINEGATE_ASSERT(node_->dictionary().add_hook(index, watcher_).ok(), "the object exists");
   }
 }
 
@@ -153,7 +154,8 @@ void VirtualDevice::mirror(Direction direction) {
     if (mirror == nullptr) {
       mirror = mirrors_.emplace_back(std::make_unique<Mirror>(*this, direction)).get();
       const od::Watch watch = direction == Direction::inputs ? od::Watch::rpdos : od::Watch::writes;
-      (void)node_->dictionary().add_hook(entries[i].index, *mirror, watch).ok();
+      LINEGATE_ASSERT(node_->dictionary().add_hook(entries[i].index, *mirror, watch).ok(),
+                      "the object exists");
     }
     mirror->add(entries[i].sub, i);
   }
