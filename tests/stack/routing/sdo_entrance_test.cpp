@@ -9,6 +9,7 @@
 
 #include "stack/od/description.h"
 #include "stack/od/dictionary.h"
+#include "stack/od/objects.h"
 #include "stack/routing/post.h"
 #include "stack/routing/sdo_indication.h"
 #include "stack/routing/table.h"
@@ -41,7 +42,7 @@ class BlockableClient final : public ClientSide {
 
 od::ObjectDescription routing_table() {
   od::ObjectDescription out;
-  out.index = kRoutingTable;
+  out.index = od::objects::kRoutingTable;
   out.type = od::ObjectType::array;
   const Route route{.first = kOtherNetwork, .last = kOtherNetwork, .interface = 2};
   out.variables = {
