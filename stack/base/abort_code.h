@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// SDO abort codes of CiA 301, 7.2.4.3.17. They are the error codes of the object dictionary too:
-// whoever refuses an access says why in these.
+// SDO abort codes of CiA 301, 7.2.4.3.17. The object dictionary uses the same codes: an access that
+// is refused returns the reason as an abort code.
 #pragma once
 
 #include <cstdint>
@@ -45,7 +45,7 @@ enum class AbortCode : std::uint32_t {
   no_data = 0x0800'0024,
 };
 
-// The code in words, e.g. "object does not exist". Unknown codes give "unknown abort code".
+// The code in words, e.g. "object does not exist"; "unknown abort code" for other codes.
 std::string_view describe(AbortCode code);
 
 constexpr Error to_error(AbortCode code) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one byte-order helper: everything on a CAN bus and in a process image is little-endian.
+// Byte order conversion: everything on a CAN bus and in a process image is little-endian.
 #pragma once
 
 #include <bit>
@@ -40,7 +40,8 @@ inline void store_le(std::byte* p, T value) {
   }
 }
 
-// The unsigned integer in 0 to 8 bytes, least significant first: for the 24 to 56 bit types.
+// The unsigned integer in 0 to 8 bytes, least significant byte first: for the types of 24 to 56
+// bits.
 inline std::uint64_t load_le(std::span<const std::byte> bytes) {
   std::uint64_t value = 0;
   for (std::size_t i = bytes.size(); i-- > 0;) {
@@ -49,7 +50,7 @@ inline std::uint64_t load_le(std::span<const std::byte> bytes) {
   return value;
 }
 
-// The same for two's complement of 1 to 8 bytes: the sign is extended to 64 bits.
+// The same for a two's complement integer of 1 to 8 bytes: the sign is extended to 64 bits.
 inline std::int64_t load_le_signed(std::span<const std::byte> bytes) {
   LINEGATE_ASSERT(!bytes.empty() && bytes.size() <= sizeof(std::int64_t),
                   "the number has 8 to 64 bits");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a loader of files has to say: every finding with its place, all at once.
+// The findings of a file loader, each with its place. A loader reports all findings at once.
 #pragma once
 
 #include <algorithm>
@@ -15,15 +15,15 @@ enum class Severity : std::uint8_t { note, warning, error };
 struct Diagnostic {
   Severity severity = Severity::error;
   std::string file;
-  std::uint32_t line = 0;    // from 1; 0 = the file as a whole
-  std::uint32_t column = 0;  // from 1; 0 = the line as a whole
+  std::uint32_t line = 0;    // from 1; 0 = the whole file
+  std::uint32_t column = 0;  // from 1; 0 = the whole line
   std::string text;
 };
 
-// "file:line:column: error: text", as compilers print it; parts that are 0 are left out.
+// "file:line:column: error: text", the form that compilers print; parts that are 0 are omitted.
 std::string to_string(const Diagnostic& diagnostic);
 
-// The outcome of loading a file. Warnings may come with a value; an error never does.
+// The outcome of loading a file. Warnings may accompany a value; with an error there is no value.
 template <class T>
 struct Loaded {
   std::optional<T> value;

@@ -9,7 +9,7 @@
 namespace linegate {
 namespace {
 
-constexpr std::size_t kObjects = 256;  // that are limited apart
+constexpr std::size_t kObjects = 256;  // objects with a repeat limit of their own
 
 }  // namespace
 
@@ -89,7 +89,7 @@ void EventLog::number(Event event) {
     listener_->told(event);
     LINEGATE_ASSERT(next_number_ == event.number + 1, "a listener emits no event");
   }
-  // The marker needs a place of its own, so after a loss two places must be free.
+  // The marker needs an entry of its own, so after a loss two entries must be free.
   const std::size_t needed = lost_first_ == 0 ? 1 : 2;
   if (ring_.size() - count_ < needed) {
     if (lost_first_ == 0) {
@@ -124,7 +124,7 @@ std::size_t EventLog::take(std::span<Event> out) {
   return taken;
 }
 
-// An event stays in the ring until its place is needed; a place without a number had none.
+// An event stays in the ring until its entry is reused; an entry without a number was never used.
 std::size_t EventLog::newest(std::span<Event> out) const {
   std::size_t given = 0;
   for (std::size_t back = std::min(out.size(), ring_.size()); back > 0; --back) {

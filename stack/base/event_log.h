@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a line's services put events, and from where the line hands them out.
+// The queue of a line's events: services emit them, the line takes them out.
 //
-// A ring of fixed size. Numbers are given here, before anything can be lost: when the ring is full
-// new events are counted, and as soon as there is room one EventKind::events_lost with the lost
-// range takes their place in the sequence, carrying the number of the last one lost.
+// A ring of fixed size. Events are numbered before any can be lost: when the ring is full, new
+// events are counted, and as soon as there is room one EventKind::events_lost with the range of
+// lost numbers takes their place in the sequence, with the number of the last lost one.
 #pragma once
 
 #include <array>
@@ -17,7 +17,7 @@
 
 namespace linegate {
 
-// Told each event as it gets its number, before it is taken. Must not emit any.
+// Called with each event when it gets its number, before it is taken. Must not emit events.
 class EventListener {
  public:
   virtual ~EventListener() = default;
@@ -27,34 +27,36 @@ class EventListener {
 class EventLog {
  public:
   explicit EventLog(std::size_t capacity = 1024);
-  // Keeps nothing: hands on to `line` the events of one of its own devices, which the line calls
-  // `device`. They have the node-ID `device` if they have none, or that of the device on the bus,
-  // see set_own_node(). `line` must outlive it.
+  // A log without entries of its own: forwards the events of one of the line's own devices to
+  // `line`, which identifies the device by `device`. Events without a node-ID, and events with the
+  // node-ID that the device has on the bus (see set_own_node()), get the node-ID `device`. `line`
+  // must outlive it.
   EventLog(EventLog& line, std::uint8_t device) : line_(&line), device_(device) {}
 
-  // From now on malformed_frame, bus_error, output_refused and command_refused are held back as
-  // RepeatLimit says: such an event gets no number and is not lost. So is object_written, after
-  // kWritesAtOnce of one object in a second; its newest value always gets an event.
+  // From now on RepeatLimit suppresses repeated malformed_frame, bus_error, output_refused and
+  // command_refused: a suppressed event gets no number and does not count as lost. object_written
+  // is limited after kWritesAtOnce writes of one object in a second; the newest value always gets
+  // an event.
   void limit_repeats();
   static constexpr std::uint32_t kWritesAtOnce = 8;
-  // The same of sdo_transfer and sdo_abort, for who hears those of others.
+  // The same for sdo_transfer and sdo_abort of an observer.
   void limit_overheard();
-  // listener must outlive the log, or nullptr be set before it goes.
+  // listener must outlive the log, or be replaced with nullptr before.
   void set_listener(EventListener* listener) { listener_ = listener; }
-  // Of a log that hands on: the node-ID that the device has on the bus, 0 = none.
+  // For a log that forwards: the node-ID of the device on the bus, 0 = none.
   void set_own_node(std::uint8_t node) { own_node_ = node; }
-  // Emits what was held back and nothing has told of meanwhile.
+  // Emits suppressed events that no later event has reported.
   void advance(Instant now);
   Instant next_wake() const { return next_wake_; }
 
   // Numbers and keeps the event. event.number is ignored. Never allocates, never fails.
   void emit(Event event);
 
-  // Moves up to out.size() of the oldest events to out; gives how many.
+  // Moves up to out.size() of the oldest events to out; returns their number.
   std::size_t take(std::span<Event> out);
 
-  // Copies up to out.size() of the newest events to out, taken or not, oldest first; gives how
-  // many. Of a log that hands on there are none. For what is printed when an assertion is violated.
+  // Copies up to out.size() of the newest events to out, taken or not, oldest first; returns their
+  // number (0 for a log that forwards). For the report of a violated assertion.
   std::size_t newest(std::span<Event> out) const;
 
   bool empty() const { return count_ == 0 && lost_first_ == 0; }
@@ -78,11 +80,11 @@ class EventLog {
   void append_loss_marker();
 
   EventListener* listener_ = nullptr;
-  EventLog* line_ = nullptr;  // it hands on
+  EventLog* line_ = nullptr;  // the log to forward to
   std::uint8_t device_ = 0;
   std::uint8_t own_node_ = 0;
-  std::array<std::optional<RepeatLimit>, kFree + 1> limits_;  // of kFree there is never one
-  Instant next_wake_ = kNever;                                // or earlier
+  std::array<std::optional<RepeatLimit>, kFree + 1> limits_;  // [kFree] is never set
+  Instant next_wake_ = kNever;                                // or earlier than needed
   std::vector<Event> ring_;
   std::size_t head_ = 0;
   std::size_t count_ = 0;

@@ -112,7 +112,7 @@ RepeatLimit::Place* RepeatLimit::place_of(const Event& event) {
   if (free == nullptr) {
     return shares_ ? &shared : nullptr;
   }
-  // What these counts belong to may never come again: this event carries them.
+  // The series that these counts belong to may never repeat, so this event reports them.
   *free = {.key = key, .held = saturated_sum(free->held, std::exchange(shared.held, 0))};
   return free;
 }

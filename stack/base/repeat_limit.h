@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Holds back events that repeat as often as somebody sends frames or asks for what is refused:
-// malformed_frame, bus_error, output_refused, command_refused, object_written, and what an observer
-// hears of SDOs.
+// Suppresses repeated events that a remote peer can cause at any rate, by frames or by refused
+// requests: malformed_frame, bus_error, output_refused, command_refused, object_written, and the
+// SDO events of an observer.
 #pragma once
 
 #include <cstddef>
@@ -14,19 +14,20 @@
 
 namespace linegate {
 
-// Of events with the same node and code, of a refusal the same value (group or kind of command), of
-// an SDO or a written object the same object, the first passes at once, and then at most one a
-// second. Time is that of the events. Memory is fixed: when as many different ones as there are
-// places passed within a second, all others share one more place; and a new one takes a place
-// that nobody needed for a second, best one that held nothing back.
+// Limits each series of events to one event a second, after the first. Events belong to one series
+// if they have the same node and code, and for a refusal the same value (group or kind of command),
+// for an SDO transfer or a written object the same object. Time is the time of the events. Memory
+// is fixed: when as many series as there are places had an event within a second, all other series
+// share one more place. A new series takes a place that was unused for a second, preferably one
+// without suppressed events.
 class RepeatLimit {
  public:
   static constexpr std::size_t kPlaces = 16;
   static constexpr Duration kInterval = std::chrono::seconds(1);
 
   explicit RepeatLimit(std::size_t places = kPlaces) : places_(places + 1) {}
-  // The newest of each series always passes: so many in each second at once, and for what has no
-  // place there is no limit.
+  // A limit that never suppresses the newest event of a series: at_once events pass in each second,
+  // and a series without a place is not limited.
   static RepeatLimit that_keeps_newest(std::size_t places, std::uint32_t at_once) {
     RepeatLimit out(places);
     out.at_once_ = at_once;
@@ -34,21 +35,22 @@ class RepeatLimit {
     return out;
   }
 
-  // False: hold it back. If some were held back since, the next event that passes says so: data
-  // from byte 8 is their number (4, LE), and length is 12; of sdo_transfer bits 16-31 of the code
-  // are (65535: or more), of object_written the code is. They were like it, or of the shared place,
-  // or of the one whose place it took. Precondition: length <= 8, but of these two.
+  // Returns false if the event is to be suppressed. The next event that passes has the number of
+  // suppressed ones: in data from byte 8 (4, LE), with length 12; for sdo_transfer in bits 16-31 of
+  // the code (65535: or more); for object_written in the code. The number counts events of its
+  // series, of the shared place, or of the series whose place it took. Precondition: length <= 8,
+  // except for sdo_transfer and object_written.
   bool admit(Event& event);
 
-  // The last of those held back, once the second is over and no other event has counted them. It
-  // says how many others there were, as above; its time is that at which the second was over.
-  // Nothing if there is none (any more) at `now`.
+  // The last suppressed event of a series whose second is over by `now`, if no other event has
+  // reported it. It has the number of other suppressed events, as above; its time is the end of the
+  // second. Returns nothing if there is none (left).
   std::optional<Event> take_due(Instant now);
-  // When take_due() is wanted; kNever if nothing is held back.
+  // When to call take_due(); kNever if no event is suppressed.
   Instant next_wake() const { return next_; }
 
  private:
-  // What is the same of events that are alike.
+  // Equal for the events of one series.
   struct Key {
     std::uint8_t node = 0;
     std::uint32_t code = 0;
@@ -59,21 +61,21 @@ class RepeatLimit {
   struct Place {
     Key key{};
     bool used = false;
-    std::uint32_t at_once = 0;  // passed since `passed`
+    std::uint32_t at_once = 0;  // events passed since `passed`
     std::uint32_t held = 0;
     Instant passed{};
-    Event last{};  // if held != 0
+    Event last{};  // valid if held != 0
 
     Instant due() const { return held == 0 ? kNever : passed + kInterval; }
     bool is_old(Instant now) const { return !used || now - passed >= kInterval; }
   };
 
   static Key key_of(const Event& event);
-  // nullptr: there is no limit.
+  // nullptr: the event is not limited.
   Place* place_of(const Event& event);
   void find_next();
 
-  std::vector<Place> places_;  // the last is shared
+  std::vector<Place> places_;  // the last one is shared
   std::uint32_t at_once_ = 1;
   bool shares_ = true;
   Instant next_ = kNever;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one error type and the one result type of the project.
+// The error type and the result type of the project.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace linegate {
 
-// Who defines the meaning of Error::code.
+// Defines the meaning of Error::code.
 enum class Domain : std::uint8_t {
   none,
   sdo,      // code is a CiA 301 SDO abort code, see abort_code.h
