@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a controller and its driver tell about the bus itself.
+// Reports of a CAN controller and its driver about the bus itself.
 #pragma once
 
 #include <cstdint>
@@ -9,10 +9,10 @@
 
 namespace linegate::can {
 
-// Fault confinement of ISO 11898-1, and what can happen to an interface. Grows at the end only:
-// the numbers are those of the DDS contract.
+// Fault confinement states of ISO 11898-1, and states of an interface. New states are only
+// appended, because these numbers are part of the DDS contract.
 enum class BusState : std::uint8_t {
-  unknown,        // not told yet
+  unknown,        // not reported yet
   error_active,   // normal operation
   error_warning,  // an error counter above 95
   error_passive,  // an error counter above 127
@@ -35,12 +35,12 @@ enum BusErrorClass : std::uint32_t {
   kRestarted = 0x40,
 };
 
-// Something a bridge noticed that is not a frame.
+// An observation of a bridge other than a frame.
 struct BusEvent {
   enum class Kind : std::uint8_t {
     state,             // state is the new state; counters if known
     error,             // errors has BusErrorClass bits
-    frames_lost,       // count frames were lost before the bridge could read them
+    frames_lost,       // count: frames lost before the bridge could read them
     interface_failed,  // code is an errno
     interface_ready,
   };

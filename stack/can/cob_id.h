@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one table of CAN identifiers (CiA 301, 7.3.3 and 7.3.5) and the COB-ID value of the objects.
+// CAN identifiers (CiA 301, 7.3.3 and 7.3.5) and the COB-ID value of the objects. No other file has
+// a table of identifiers.
 #pragma once
 
 #include <cstdint>
@@ -40,7 +41,7 @@ constexpr bool is_restricted(std::uint32_t id) {
 }
 
 // The U32 in 1005h, 1012h, 1014h, 1200h.., 1400h.., 1800h..: bits 0-28 identifier, 29 frame format,
-// 30 and 31 as the object says.
+// 30 and 31 as the object defines them.
 struct CobId {
   std::uint32_t raw = kInvalidBit;
 
@@ -52,7 +53,7 @@ struct CobId {
   constexpr bool valid() const { return (raw & kInvalidBit) == 0; }
   constexpr bool extended() const { return (raw & kExtendedBit) != 0; }
   constexpr std::uint32_t id() const { return raw & (extended() ? 0x1FFF'FFFFU : 0x7FFU); }
-  // Of a classical data frame.
+  // The header of a classical data frame with this identifier.
   constexpr Header header(std::uint8_t length) const {
     return {id(), length, extended() ? std::uint8_t{Frame::kExtended} : std::uint8_t{0}};
   }
@@ -60,25 +61,24 @@ struct CobId {
   friend constexpr bool operator==(CobId, CobId) = default;
 };
 
-// --- what may be written to an object that holds a COB-ID (CiA 301)
-// -------------------------------
+// --- checks for writing an object that holds a COB-ID (CiA 301) ---------------------------------
 
-// Bits 0..29 hold an identifier that may be configured: not restricted, and no more than 11 bits
-// without bit 29.
+// Bits 0..29 hold an identifier that may be configured: it is not restricted, and has at most 11
+// bits if bit 29 is 0.
 constexpr bool has_allowed_id(CobId cob_id) {
   return cob_id.extended() ||
          ((cob_id.raw & 0x1FFF'FFFFU) == cob_id.id() && !is_restricted(cob_id.id()));
 }
 
-// Valid by bit 31, and with an allowed identifier: device files list elements that are not in use
-// as 0, which would be node control.
+// Valid according to bit 31, and with an allowed identifier: device files list unused elements as
+// 0, which would be the identifier of node control.
 constexpr bool is_usable(CobId cob_id) {
   return cob_id.valid() && has_allowed_id(cob_id);
 }
 
-// For COB-IDs with a valid bit (1014h, 1028h, 1201h..). invalid_value for another value while the
-// present one is in use and stays so, and for an identifier that is not allowed. A COB-ID that is
-// written invalid may say anything else.
+// Checks a write to a COB-ID with a valid bit (1014h, 1028h, 1201h..). Returns invalid_value for a
+// changed COB-ID while the present one is valid and stays valid, and for an identifier that is not
+// allowed. If the written COB-ID is marked invalid, its other bits may have any value.
 constexpr AbortCode check_cob_id(CobId present, CobId wanted) {
   if (!wanted.valid()) {
     return AbortCode::none;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which services want a frame: constant-time look-up by identifier.
+// Maps CAN identifiers to services: constant-time look-up.
 //
-// 11-bit identifiers index a table of 2048 entries; 29-bit ones go through an open-addressed hash.
-// Several services may want the same identifier (two RPDOs on one COB-ID); they are called in the
-// order in which they were added. Changing the table allocates and is for configuration time;
-// looking up does not.
+// 11-bit identifiers index a table of 2048 entries; 29-bit ones use an open-addressed hash table.
+// Several services may be registered for the same identifier (two RPDOs on one COB-ID); they are
+// called in the order in which they were added. Changing the table allocates and is for
+// configuration time; look-up does not allocate.
 #pragma once
 
 #include <algorithm>
@@ -37,16 +37,16 @@ enum class Service : std::uint16_t {
 struct Target {
   Service service = Service::none;
   std::uint16_t index = 0;
-  std::uint16_t next = 0;    // position in Dispatch::targets() of the next target, 0 = none
-  std::uint16_t unused = 0;  // makes one word of it, which is compared as a whole
+  std::uint16_t next = 0;    // position in Dispatch::targets() of the next target, 0 = last one
+  std::uint16_t unused = 0;  // pads the target to one word, which is compared as a whole
 
-  // Whether it is of this service and the only target of its identifier.
+  // Whether it belongs to this service and is the only target of its identifier.
   bool alone_of(Service wanted) const {
     constexpr auto kAllButIndex =
         std::bit_cast<std::uint64_t>(std::array<std::uint16_t, 4>{0xFFFF, 0, 0xFFFF, 0xFFFF});
     return (word() & kAllButIndex) == Target{wanted}.word();
   }
-  // And of this index.
+  // The same, and it has this index.
   bool alone_is(Service wanted, std::uint16_t wanted_index) const {
     return word() == Target{wanted, wanted_index}.word();
   }
@@ -59,12 +59,13 @@ class Dispatch {
  public:
   Dispatch();
 
-  // service/index will get frames with this identifier. Adding the same triple twice has no effect.
+  // Registers service/index for frames with this identifier. Adding the same triple twice has no
+  // effect.
   void add(std::uint32_t id, bool extended, Service service, std::uint16_t index);
   // No effect if it was not added.
   void remove(std::uint32_t id, bool extended, Service service, std::uint16_t index);
 
-  // The first target for the frame's identifier, or nullptr. Precondition: a standard id < 800h.
+  // The first target for the frame's identifier, or nullptr. Precondition: a standard id is < 800h.
   const Target* find(const Frame& frame) const {
     LINEGATE_ASSERT_HOT(frame.extended() || frame.id < standard_.size(),
                         "a standard identifier has 11 bits");
@@ -72,7 +73,7 @@ class Dispatch {
         frame.extended() ? find_extended(frame.id) : standard_[frame.id & 0x7FFU];
     return first == 0 ? nullptr : &targets_[first];
   }
-  // The same by an 11-bit identifier.
+  // The same for an 11-bit identifier.
   const Target* find_standard(std::uint32_t id) const {
     const std::uint16_t first = standard_[id & 0x7FFU];
     return first == 0 ? nullptr : &targets_[first];
@@ -81,17 +82,18 @@ class Dispatch {
     return target.next == 0 ? nullptr : &targets_[target.next];
   }
 
-  // Grows with every addition and removal.
+  // Increases with every addition and removal.
   std::uint64_t changes() const { return changes_; }
-  // changes() when the target was added. Precondition: it is of this table.
+  // The value of changes() when the target was added. Precondition: target is an entry of this
+  // table.
   std::uint64_t added(const Target& target) const {
     const auto place = static_cast<std::size_t>(&target - targets_.data());
     LINEGATE_ASSERT(place < added_.size(), "the target is of this table");
     return added_[place];
   }
   // The first target for the frame's identifier that was added after `after` and not after `until`,
-  // both as of changes(), or nullptr. So one may go on with the targets of an identifier although
-  // one of them, when it was served, changed the table.
+  // both values of changes(), or nullptr. Lets a caller continue with the targets of an identifier
+  // after one of them changed the table.
   const Target* find_added(const Frame& frame, std::uint64_t after, std::uint64_t until) const;
 
  private:
@@ -110,13 +112,13 @@ class Dispatch {
   std::size_t extended_used_ = 0;
   std::vector<Target> targets_;  // [0] unused
   std::vector<std::uint64_t>
-      added_;  // by place in targets_; ascending among those of one identifier
+      added_;  // by position in targets_; ascending for the targets of one identifier
   std::uint64_t changes_ = 0;
   std::vector<std::uint16_t> free_;
 };
 
-// A frame that a service gets and cannot decode: EventKind::malformed_frame with identifier, length
-// and the first 8 bytes. node: the one concerned, 0 = the line.
+// The event for a frame that a service receives and cannot decode: EventKind::malformed_frame with
+// identifier, length and the first 8 bytes. node: the node concerned, 0 = the line.
 inline Event malformed_event(const Frame& frame, std::uint8_t node = 0) {
   Event event;
   event.time = frame.time;

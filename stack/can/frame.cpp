@@ -8,9 +8,9 @@
 namespace linegate::can {
 namespace {
 
-// The arbitration field as one number; the lower one wins. A standard frame is followed by its RTR
-// bit, an extended one by the recessive SRR and IDE bits, so the standard frame wins a tie of the
-// first eleven bits.
+// The arbitration field as one number; the lower number wins. The RTR bit follows the identifier of
+// a standard frame, the recessive SRR and IDE bits follow the first eleven bits of an extended one,
+// so the standard frame wins if these eleven bits are equal.
 std::uint64_t arbitration_field(const Frame& frame) {
   const std::uint64_t remote = frame.remote() ? 1 : 0;
   if (!frame.extended()) {

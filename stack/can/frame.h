@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One CAN frame, classical or FD, as the stack sees it.
+// A CAN frame, classical or FD, in the representation of the stack.
 #pragma once
 
 #include <array>
@@ -27,21 +27,21 @@ struct Frame {
   std::uint32_t id = 0;     // 0..7FFh, or 0..1FFFFFFFh with kExtended
   std::uint8_t length = 0;  // bytes of data: 0..8, FD: 0..8, 12, 16, 20, 24, 32, 48, 64
   std::uint8_t flags = 0;   // Flag values or-ed
-  Instant time{};           // receive time; unused in frames to be sent
+  Instant time{};           // receive time; unused in frames to send
   std::array<std::byte, kMaxFdData> data{};
 
   bool extended() const { return (flags & kExtended) != 0; }
   bool remote() const { return (flags & kRemote) != 0; }
   bool fd() const { return (flags & kFd) != 0; }
   std::span<const std::byte> bytes() const { return {data.data(), length}; }
-  // A classical data frame with an 11-bit identifier and so many bytes.
+  // Whether it is a classical data frame with an 11-bit identifier and `size` bytes.
   bool standard_of(std::uint8_t size) const {
     constexpr unsigned kOther = kExtended | kRemote | kFd;
     return ((unsigned{flags} << 8U | length) & (kOther << 8U | 0xFFU)) == size;
   }
 };
 
-// The first fields of a frame, ready to be copied.
+// The first fields of a frame, for copying them at once.
 struct Header {
   std::uint32_t id = 0;
   std::uint8_t length = 0;
@@ -52,8 +52,9 @@ struct Header {
 Frame make_frame(std::uint32_t id, std::span<const std::byte> data = {});
 Frame make_frame(std::uint32_t id, std::initializer_list<std::uint8_t> data);
 
-// Identifier, flags, length and data. Field by field: one load over fields that were just stored
-// apart would wait for them. Data that `from` does not have, and the time, are left alone.
+// Copies identifier, flags, length and data, field by field: one load over fields that were just
+// stored separately would stall. Bytes beyond the length of `from`, and the time, are left
+// unchanged.
 inline Header copy_content(const Frame& from, Frame& to) {
   const Header header{from.id, from.length, from.flags};
   to.id = header.id;
@@ -66,13 +67,13 @@ inline Header copy_content(const Frame& from, Frame& to) {
   return header;
 }
 
-// Equal identifier, flags, length and data; the time does not count.
+// Equal identifier, flags, length and data; the time is not compared.
 bool same_content(const Frame& a, const Frame& b);
 
-// The smallest length a CAN FD frame can carry that is >= length. Precondition: length <= 64.
+// The smallest length of a CAN FD frame that is >= length. Precondition: length <= 64.
 std::uint8_t fd_length(std::size_t length);
 
-// Order in which a bus would let two frames pass (ISO 11898-1 arbitration): true if a wins.
+// The order of two frames in arbitration (ISO 11898-1): true if a wins.
 bool wins_arbitration(const Frame& a, const Frame& b);
 
 }  // namespace linegate::can

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What went over a line, summed up: enough to tell how many bits it was.
+// Counters of the frames on a line, sufficient to estimate their number of bits.
 #pragma once
 
 #include <cstdint>
@@ -10,8 +10,8 @@ namespace linegate::can {
 
 struct Traffic {
   std::uint64_t frames = 0;
-  std::uint64_t extended = 0;  // of these, with 29-bit identifiers
-  std::uint64_t bytes = 0;     // of data
+  std::uint64_t extended = 0;  // frames with 29-bit identifiers, included in the total
+  std::uint64_t bytes = 0;     // data bytes
 
   void add(const Frame& frame) {
     if (!frame.extended()) [[likely]] {
@@ -20,13 +20,13 @@ struct Traffic {
       add(frame.flags, frame.length);
     }
   }
-  // A frame of which these are known.
+  // Counts a frame with these flags and this length.
   void add(std::uint8_t flags, std::uint8_t length) {
     ++frames;
     extended += flags & Frame::kExtended;
     bytes += length;
   }
-  // A frame with an 11-bit identifier.
+  // Counts a frame with an 11-bit identifier.
   void add_standard(std::uint8_t length) {
     ++frames;
     bytes += length;

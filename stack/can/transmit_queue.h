@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames a line wants to send, in the order of the bus: NMT, SYNC, EMCY, TIME, (PDO,) SDO, others.
+// The frames that a line is to send, in order of urgency: NMT, SYNC, EMCY, TIME, (PDO,) SDO,
+// others.
 //
-// Transmission is pulled: whoever owns the socket asks for the most urgent frame when there is
+// Transmission is pulled: the owner of the socket requests the most urgent frame when there is
 // room. PDOs are not queued here: pdo::Engine keeps one frame per TPDO, always the newest. The line
-// asks this queue for the classes above PDO first, then the engine, then the rest.
+// first polls this queue for the classes above PDO, then the engine, then this queue for the
+// others.
 #pragma once
 
 #include <array>
@@ -24,35 +26,35 @@ inline constexpr std::size_t kTransmitClasses = 6;
 
 class TransmitQueue {
  public:
-  // Places per class. Nothing is allocated afterwards.
+  // capacity: places per class. Nothing is allocated after construction.
   explicit TransmitQueue(std::uint32_t capacity = 256);
   ~TransmitQueue() = default;
   TransmitQueue(const TransmitQueue&) = delete;
   TransmitQueue& operator=(const TransmitQueue&) = delete;
 
-  // False when the class is full: the frame was not taken, try again when room() says so.
+  // Returns false if the class is full: the frame was not queued; retry when room() returns true.
   bool push(TransmitClass cls, const Frame& frame);
-  // The same for a frame of 8 bytes, which are given as one little-endian number.
+  // The same for a frame of 8 bytes; data: these bytes as one little-endian number.
   bool push(TransmitClass cls, Header header, std::uint64_t data);
-  // As push(). Precondition: there is room.
+  // Like push(). Precondition: there is room.
   void push_into_room(TransmitClass cls, Header header, std::uint64_t data);
   std::size_t room(TransmitClass cls) const { return capacity_ - ring(cls).count; }
-  // Frames of the class that wait for the bus.
+  // Number of queued frames of the class.
   std::size_t queued(TransmitClass cls) const { return ring(cls).count; }
 
-  // One of them has that identifier. Looks at each: not for the hot path.
+  // Whether a queued frame of the class has this header. Searches linearly: not for the hot path.
   bool holds(TransmitClass cls, const Header& header) const;
 
-  // The most urgent frame. False if there is none.
+  // Removes the most urgent frame. Returns false if the queue is empty.
   bool pop(Frame& out) { return pop(waiting_, out); }
-  // And adds it to sent.
+  // The same, and adds the frame to sent.
   bool pop(Frame& out, Traffic& sent) { return pop(waiting_, out, &sent); }
-  // NMT, SYNC, EMCY, TIME: what goes before PDOs. False if there is none.
+  // The same for NMT, SYNC, EMCY and TIME, which precede PDOs. Returns false if there is none.
   bool pop_urgent(Frame& out) { return pop(waiting_ & kUrgent, out); }
-  // SDO and error control: what goes after PDOs. False if there is none.
+  // The same for SDO and error control, which follow PDOs. Returns false if there is none.
   bool pop_rest(Frame& out) { return pop(waiting_ & ~kUrgent, out); }
 
-  // The frames that these three would give, which stay here; nullptr if there is none.
+  // The frames that these three would remove; nullptr if there is none.
   const Frame* first() const { return first(waiting_); }
   const Frame* first_urgent() const { return first(waiting_ & kUrgent); }
   const Frame* first_rest() const { return first(waiting_ & ~kUrgent); }
@@ -65,7 +67,7 @@ class TransmitQueue {
   static constexpr unsigned kUrgent = (1U << static_cast<unsigned>(TransmitClass::sdo)) - 1U;
 
   struct Ring {
-    Frame* frames = nullptr;  // mask_ + 1 of frames_
+    Frame* frames = nullptr;  // mask_ + 1 elements of frames_
     std::uint32_t head = 0;
     std::uint32_t count = 0;
   };
@@ -73,18 +75,18 @@ class TransmitQueue {
   const Ring& ring(TransmitClass cls) const { return rings_[static_cast<std::size_t>(cls)]; }
 
   const Frame* first(unsigned classes) const;
-  // The place of one more frame, which counts from now on. Precondition: there is room.
+  // Counts one more frame and returns its place. Precondition: there is room.
   Frame& take_place(TransmitClass cls);
-  // The first frame of the most urgent of these classes, each of which has frames. sent may be
-  // nullptr.
+  // Removes the first frame of the most urgent of these classes, none of which may be empty. sent
+  // may be nullptr.
   bool pop(unsigned classes, Frame& out, Traffic* sent = nullptr);
 
   std::array<Ring, kTransmitClasses> rings_;
   std::uint32_t capacity_;
-  std::uint32_t mask_;    // of places in a ring, of which there are a power of two
+  std::uint32_t mask_;    // (places in a ring, a power of two) - 1
   unsigned waiting_ = 0;  // bit n: class n has frames
   std::uint64_t refused_ = 0;
-  std::vector<Frame> frames_;  // of all rings
+  std::vector<Frame> frames_;  // the places of all rings
 };
 
 inline Frame& TransmitQueue::take_place(TransmitClass cls) {
@@ -95,8 +97,8 @@ inline Frame& TransmitQueue::take_place(TransmitClass cls) {
   return places.frames[place];
 }
 
-// All of the header is copied although its length is known: pop() loads in one what is side by
-// side, and would wait for fields that were stored apart.
+// Copies the whole header although its length is known: pop() loads adjacent fields at once and
+// would stall on fields that were stored separately.
 inline void TransmitQueue::push_into_room(TransmitClass cls, Header header, std::uint64_t data) {
   Frame& place = take_place(cls);
   place.id = header.id;
@@ -124,7 +126,7 @@ inline bool TransmitQueue::pop(unsigned classes, Frame& out, Traffic* sent) {
   const std::uint32_t head = places.head;
   const Header header = copy_content(places.frames[head], out);
   if (--places.count == 0) {
-    places.head = 0;  // the next frame finds its place in the cache
+    places.head = 0;  // the next frame uses a place that is still in the cache
     waiting_ &= ~(1U << first);
   } else {
     places.head = (head + 1) & mask_;

@@ -14,7 +14,8 @@ constexpr unsigned kStuffRun = 5;
 // CRC delimiter, acknowledge slot and delimiter, end of frame.
 constexpr unsigned kTrailerBits = 1 + 1 + 1 + 7;
 
-// The bits of a frame as they are shifted out, without keeping them: counts, CRC and stuff bits.
+// The bits of a frame in the order of transmission, without storing them: count, CRC and stuff
+// bits.
 class Shifter {
  public:
   void bit(bool value) {
@@ -42,7 +43,7 @@ class Shifter {
 
   unsigned bits() const { return bits_ + stuffed_; }
   std::uint16_t crc() const { return static_cast<std::uint16_t>(crc_); }
-  // The last five bits were equal: a stuff bit has been counted after them.
+  // The last five bits were equal, so that a stuff bit was counted after them.
   bool just_stuffed() const { return just_stuffed_; }
 
  private:
@@ -65,8 +66,8 @@ class Shifter {
   std::uint32_t crc_ = 0;
 };
 
-// Start of frame to the bit before the format bits (r0, or FDF) of both formats. `remote` stands
-// where a classical frame has RTR; FD frames have a dominant RRS there.
+// From start of frame to the bit before the format bits (r0, or FDF), for both formats. `remote`:
+// the RTR bit of a classical frame; FD frames have a dominant RRS there.
 void shift_identifier(Shifter& out, const Frame& frame, bool remote) {
   out.bit(false);
   if (!frame.extended()) {
@@ -117,7 +118,7 @@ WireBits fd_bits(const Frame& frame) {
   out.bit((frame.flags & Frame::kErrorStateIndicator) != 0);
   out.field(data_length_code(frame.length), 4);
   out.bytes(frame.bytes());
-  // From here on stuff bits have fixed places, the first where a counted one would have been.
+  // From here on stuff bits have fixed places; the first one replaces a counted stuff bit there.
   const unsigned counted = out.bits() - before_data_phase - (out.just_stuffed() ? 1 : 0);
   const unsigned crc_field = frame.length <= 16 ? 4 + 17 : 4 + 21;
   const unsigned fixed_stuff = 1 + crc_field / 4;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How long a frame is on the wire (ISO 11898-1): bits with stuffing and CRC, and their time.
+// The length of a frame on the wire (ISO 11898-1): bits with stuffing and CRC, and their time.
 #pragma once
 
 #include <cstdint>
@@ -17,17 +17,17 @@ struct WireBits {
   unsigned data = 0;     // sent at the data bit rate: only FD frames with bit rate switch
 };
 
-// Exact for classical frames: the CRC-15 is computed and the stuff bits of these very bytes are
-// counted. In FD frames the stuff bits up to the end of the data are counted, those of the CRC
-// field have fixed places; the two bits in the middle of which the rate changes count as nominal
-// (BRS, CRC delimiter). length must be one the format has.
+// Exact for classical frames: the CRC-15 is computed and the stuff bits of the actual bytes are
+// counted. In FD frames the stuff bits up to the end of the data are counted, and those of the CRC
+// field have fixed places; the two bits in which the bit rate changes (BRS, CRC delimiter) count as
+// nominal. Precondition: length is valid for the frame format.
 WireBits wire_bits(const Frame& frame);
 
 // Time from start of frame to the last bit, each phase rounded to a nanosecond. Bit rates in bit/s,
-// > 0; data_bit_rate only counts for FD frames with bit rate switch.
+// > 0; data_bit_rate is used only for FD frames with bit rate switch.
 Duration wire_time(const Frame& frame, std::uint32_t bit_rate, std::uint32_t data_bit_rate);
 
-// The time of a number of bits, rounded to a nanosecond. bit_rate > 0.
+// The duration of `bits` bits, rounded to a nanosecond. bit_rate > 0.
 Duration bit_time(unsigned bits, std::uint32_t bit_rate);
 
 // CRC-15 of a classical frame, over the unstuffed bits from start of frame to the end of the data.
