@@ -24,7 +24,7 @@ AbortCode check_length(const Variable& variable, std::size_t size) {
   return odd_character(variable.type, size) ? AbortCode::length_mismatch : AbortCode::none;
 }
 
-// All but the hook.
+// All checks except that of the hook.
 AbortCode check_value(const ObjectTable& objects, Address address, const Variable& variable,
                       std::span<const std::byte> value) {
   if (!writable(variable.access)) {
@@ -51,13 +51,14 @@ AbortCode check_variable(const ObjectTable& objects, Address address, const Vari
              : variable.hook->check_write(address, value);
 }
 
-// After the checks: what the write orders to be done.
+// Executes what the write orders, after all checks.
 AbortCode execute(Address address, const Variable& variable, std::span<const std::byte> value) {
   return variable.hook == nullptr ? AbortCode::none
                                   : never_later(variable.hook->execute_write(address, value));
 }
 
-// What a phase of a group's writes says; refused: which of them, if wanted.
+// Runs one phase for all values of a group. Returns the first refusal, and its position in refused
+// unless that is nullptr.
 template <class Phase>
 AbortCode first_refusal(std::span<const Assignment> values, std::size_t* refused, Phase phase) {
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -72,13 +73,14 @@ AbortCode first_refusal(std::span<const Assignment> values, std::size_t* refused
   return AbortCode::none;
 }
 
-// Why an address without variable cannot be written: sub-index FFh exists, and is const.
+// The reason why an address without a variable cannot be written: sub-index FFh exists, and is
+// const.
 AbortCode unwritable(Address address, AbortCode why) {
   return address.sub == kStructureSub && why == AbortCode::no_sub_index ? AbortCode::read_only
                                                                         : why;
 }
 
-// Values are short: a call for a few bytes takes longer than they do.
+// Values are short: for a few bytes a function call takes longer than the comparison.
 bool same_bytes(std::span<const std::byte> a, std::span<const std::byte> b) {
   if (a.size() != b.size()) {
     return false;
@@ -114,7 +116,8 @@ void copy_bytes(std::byte* to, std::span<const std::byte> from) {
   }
 }
 
-// The value in so many bytes is the same number. negative: it is one below 0.
+// Whether `bytes` bytes can represent the value. negative: the value is below 0, in two's
+// complement.
 bool fits(std::uint64_t value, bool negative, std::uint32_t bytes) {
   if (bytes >= sizeof value) {
     return true;
@@ -125,8 +128,9 @@ bool fits(std::uint64_t value, bool negative, std::uint32_t bytes) {
   return negative ? beyond == ~std::uint64_t{0} >> bits && top : beyond == 0;
 }
 
-// Of a type of fixed size, up to 8 bytes. True if it was another one. In the dictionary it is a
-// word: who loads it so soon after does not wait until parts are put together.
+// For types of fixed size, up to 8 bytes. Returns true if the value changed. A value in the
+// dictionary's own storage is stored as one word, so that a load soon afterwards does not stall on
+// partial stores.
 bool replace_number(const Variable& variable, std::uint64_t value) {
   if (variable.elsewhere) {
     const std::uint64_t before = load_le(variable.bytes());
@@ -141,8 +145,8 @@ bool replace_number(const Variable& variable, std::uint64_t value) {
   return true;
 }
 
-// value has an allowed length. It may overlap the variable's own bytes. True if observers have to
-// hear of it.
+// Precondition: value has an allowed length. It may overlap the variable's own bytes. Returns true
+// if observers are to be informed.
 bool store(const ObjectTable& objects, Address address, Variable& variable,
            std::span<const std::byte> value) {
   const std::span<const std::byte> before = variable.bytes();
@@ -157,7 +161,8 @@ bool store(const ObjectTable& objects, Address address, Variable& variable,
   return news;
 }
 
-// A string that the device itself sets may become longer than its room: it has one of its own then.
+// A string that the device itself sets may exceed its capacity: it is then moved to a buffer of its
+// own.
 void make_room(const ObjectTable& objects, Address address, Variable& variable, std::size_t size) {
   if (!is_string(variable.type) || size <= variable.capacity || size > kLongestValue ||
       odd_character(variable.type, size)) {
@@ -174,15 +179,15 @@ void make_room(const ObjectTable& objects, Address address, Variable& variable, 
   variable.capacity = static_cast<std::uint32_t>(size);
 }
 
-// The bytes of a string with a room of its own may lie elsewhere, and PDOs that map it do not fit,
-// when its length is another one than before: pointers to them have to be looked up again.
+// A string in a buffer of its own changed its length: its bytes may have moved, and PDOs that map
+// it do not fit, so pointers to it have to be looked up again.
 bool reshaped(const ObjectTable& objects, Address address, const Variable& variable,
               std::uint32_t before) {
   return variable.size != before && is_string(variable.type) &&
          variable.data == objects.details(address).domain.data();
 }
 
-// refuse(why) is the error of a hook that says no, or later.
+// refuse(why) returns the error for a hook that refuses or returns kLater.
 template <class Refuse>
 [[gnu::always_inline]] inline Result<std::span<const std::byte>> read_variable(
     Address address, const Variable& variable, Refuse refuse) {
@@ -227,7 +232,7 @@ void Dictionary::store_and_tell(Address address, Variable& variable,
   }
 }
 
-// What follows when nobody has refused.
+// The effect of a write that passed all checks.
 AbortCode Dictionary::execute_and_store(Address address, Variable& variable,
                                         std::span<const std::byte> value) {
   const AbortCode why = execute(address, variable, value);
@@ -404,7 +409,7 @@ bool Dictionary::restore(Address address, std::span<const std::byte> value) {
   return true;
 }
 
-// Or of a window.
+// Also for variables of a window.
 bool Dictionary::set_hooked_number(Address address, std::uint64_t value, bool negative) {
   Variable element;
   AbortCode why = AbortCode::none;

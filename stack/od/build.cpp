@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Building a Dictionary: what allocates.
+// Construction of a Dictionary: the functions that allocate.
 #include <algorithm>
 #include <memory>
 #include <utility>
@@ -33,7 +33,7 @@ bool is_short(const VariableDescription& variable) {
   return variable.sub == 0 && fixed != 0 && fixed <= kLongestShort;
 }
 
-// Bytes of the value in the object's block.
+// Size of the value in the object's block, in bytes; 0 if the value is kept elsewhere.
 std::size_t room_of(const VariableDescription& variable) {
   if (is_short(variable)) {
     return 0;
@@ -57,8 +57,7 @@ bool makes_sense(const ObjectDescription& object) {
   return object.index != 0 && !object.variables.empty();
 }
 
-// The data type of an object as a whole: for records the DEFSTRUCT of CiA 301 that they are made
-// of.
+// The data type of an object as a whole: for a record its DEFSTRUCT in CiA 301.
 std::uint16_t structure_type(const ObjectDescription& object) {
   if (object.type != ObjectType::record) {
     return static_cast<std::uint16_t>(object.variables.back().type);
@@ -106,7 +105,7 @@ Variable variable_of(const VariableDescription& described, VariableDetails& deta
   return variable;
 }
 
-// A block with `count` default Variables at its beginning and `room` bytes behind them.
+// A block of `count` default Variables followed by `room` bytes.
 std::unique_ptr<CacheLine[]> make_block(std::size_t count, std::size_t room) {
   const std::size_t bytes = count * sizeof(Variable) + room;
   auto block = std::make_unique<CacheLine[]>((bytes + sizeof(CacheLine) - 1) / sizeof(CacheLine));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// CANopen data types (CiA 301, 7.1.6 and 7.4.1) by the code they have in the object dictionary.
+// CANopen data types (CiA 301, 7.1.6 and 7.4.1), by their code in the object dictionary.
 #pragma once
 
 #include <cstddef>
@@ -40,11 +40,13 @@ enum class DataType : std::uint16_t {
   unsigned64 = 0x1B,
 };
 
-// Bits of a value in a PDO, 1 for BOOLEAN; 0 for types of variable length and unknown codes.
+// Size of a value in a PDO, in bits; 1 for BOOLEAN; 0 for types of variable length and unknown
+// codes.
 unsigned bit_size(DataType type);
-// Bytes of a value in an SDO, 1 for BOOLEAN; 0 for types of variable length and unknown codes.
+// Size of a value in an SDO, in bytes; 1 for BOOLEAN; 0 for types of variable length and unknown
+// codes.
 unsigned byte_size(DataType type);
-// byte_size() is not 0.
+// Whether byte_size() is not 0.
 constexpr bool has_fixed_size(DataType type) {
   constexpr std::uint32_t kFixed = 0x0F7F'31FE;  // by code
   const auto code = static_cast<unsigned>(type);
@@ -56,14 +58,14 @@ bool is_integer(DataType type);  // INTEGERn, UNSIGNEDn and BOOLEAN
 bool is_real(DataType type);
 bool is_string(DataType type);  // VISIBLE_STRING, OCTET_STRING, UNICODE_STRING
 
-// CiA's name, e.g. "UNSIGNED16"; "unknown" for others.
+// CiA's name, e.g. "UNSIGNED16"; "unknown" for other codes.
 std::string_view name(DataType type);
 
-// Comparing a value with the LowLimit and HighLimit of its object (CiA 306, CiA 301 abort codes
-// 0609 0031h, 0609 0032h and 0609 0036h). All three are little-endian; an empty limit is none, and
-// types that cannot be compared (strings, DOMAIN, times) have no limits. value has byte_size(type)
-// bytes. Gives none, value_too_low, value_too_high, max_less_than_min if no value at all could be
-// right, or invalid_value for a real that is not a number where a limit exists.
+// Compares a value with the LowLimit and HighLimit of its object (CiA 306; CiA 301 abort codes 0609
+// 0031h, 0609 0032h and 0609 0036h). All three are little-endian; an empty limit means no limit,
+// and types without an order (strings, DOMAIN, times) are not limited. value has byte_size(type)
+// bytes. Returns none, value_too_low, value_too_high, max_less_than_min if the limits exclude every
+// value, or invalid_value for a real that is not a number if there is a limit.
 AbortCode check_limits(DataType type, std::span<const std::byte> value,
                        std::span<const std::byte> low, std::span<const std::byte> high);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The accesses to a dictionary that wait for a hook; private to stack/od. There are few at a time:
-// at most one for each SDO server.
+// Accesses to a dictionary that wait for a hook; private to stack/od. Their number is small: at
+// most one for each SDO server.
 #pragma once
 
 #include <cstdint>
@@ -16,18 +16,19 @@ class Deferrals {
   struct Waiting {
     Ticket ticket = 0;
     Address address;
-    Hook* hook = nullptr;  // to be told when it is cancelled
+    Hook* hook = nullptr;  // informed if the access is cancelled
     std::optional<AbortCode> outcome;
   };
 
-  // Tells the hook.
+  // Calls put_off() of the hook.
   Ticket begin(Address address, Hook& hook);
-  // False if no access waits under this ticket, or it was completed before.
+  // Returns false if no access waits with this ticket, or it was already completed.
   bool complete(Ticket ticket, AbortCode why);
   std::optional<AbortCode> outcome(Ticket ticket) const;
-  // The access is over; nothing if it is unknown.
+  // Ends the wait and returns it; nothing if the ticket is unknown.
   std::optional<Waiting> take(Ticket ticket);
-  // Those that wait for this hook (any if nullptr) at this object get why instead.
+  // Refuses the accesses to this object that wait for this hook (for any hook if nullptr), with the
+  // reason why.
   void refuse(std::uint16_t index, const Hook* hook, AbortCode why);
 
  private:

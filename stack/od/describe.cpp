@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A Dictionary as plain values.
+// The content of a Dictionary as plain values.
 #include <algorithm>
 #include <string>
 

@@ -7,7 +7,8 @@ namespace linegate::od {
 
 namespace {
 
-// Of the objects of a device, ascending; nullptr if there is none.
+// objects: the objects of a device, ascending by index. Returns nullptr if the index does not
+// exist.
 template <class Objects>
 auto* object_at(Objects& objects, std::uint16_t index) {
   const auto at = std::ranges::lower_bound(objects, index, {}, &ObjectDescription::index);

@@ -24,7 +24,7 @@ struct Address {
   friend constexpr auto operator<=>(Address, Address) = default;
 };
 
-// CiA 306 AccessType. rwr and rww say which PDO an rw object may be mapped into.
+// CiA 306 AccessType. rwr and rww restrict the PDOs that an rw object may be mapped into.
 enum class Access : std::uint8_t { ro, wo, rw, rwr, rww, constant };
 
 constexpr bool readable(Access access) {
@@ -33,8 +33,8 @@ constexpr bool readable(Access access) {
 constexpr bool writable(Access access) {
   return access != Access::ro && access != Access::constant;
 }
-// May be mapped into a TPDO (the device sends it) or an RPDO (the device receives it), given that
-// PDO mapping is allowed at all.
+// Whether the access right permits mapping into a TPDO (sent by the device) or an RPDO (received by
+// the device), provided that the object permits PDO mapping at all.
 constexpr bool tpdo_mappable(Access access) {
   return access != Access::wo && access != Access::rww;
 }
@@ -53,18 +53,18 @@ enum class ObjectType : std::uint8_t {
   record = 9,
 };
 
-// What a device file says of a value beside the value; nothing of it reaches a Dictionary.
+// Attributes of a value in a device file that do not become part of a Dictionary.
 struct FileNotes {
-  // Which values the file gives as $NODEID + a number.
+  // Whether the file gives the value, the limits and the default as $NODEID + a number.
   bool value_formula = false;
   bool default_formula = false;
   bool low_formula = false;
   bool high_formula = false;
-  std::vector<std::byte> default_value;  // where the value is configured: the DefaultValue
-  std::string denotation;                // DCF: what the value is called in this application
+  std::vector<std::byte> default_value;  // the DefaultValue of a configured value
+  std::string denotation;                // DCF: the name of the value in this application
   std::string reference;                 // DCF: ParamRefd, a designator of the plant
-  std::string upload_file;               // DCF: where the value read from the device is kept
-  std::string download_file;             // DCF: holds the value to be written
+  std::string upload_file;               // DCF: file for the value read from the device
+  std::string download_file;             // DCF: file with the value to write
 
   friend bool operator==(const FileNotes&, const FileNotes&) = default;
 };
@@ -75,13 +75,13 @@ struct VariableDescription {
   DataType type = DataType::none;
   Access access = Access::rw;
   bool mappable = false;
-  bool store = false;                 // 1010h shall save it
+  bool store = false;                 // saved by 1010h (store parameters)
   std::vector<std::byte> value;       // initial value, little-endian, node-ID already applied
   std::vector<std::byte> low_limit;   // empty = none
   std::vector<std::byte> high_limit;  // empty = none
   bool configured = false;            // the value is a DCF's ParameterValue, not a default
-  bool overridden = false;            // the value is that of a configuration beside the file
-  std::uint32_t line = 0;             // in the file it came from, 0 = none
+  bool overridden = false;            // the value is from a configuration that supplements the file
+  std::uint32_t line = 0;             // line in the source file, 0 = none
   FileNotes notes;
 
   friend bool operator==(const VariableDescription&, const VariableDescription&) = default;
@@ -93,10 +93,10 @@ struct ObjectDescription {
   ObjectType type = ObjectType::variable;
   std::vector<VariableDescription> variables;  // ascending by sub; gaps are allowed
   std::uint32_t line = 0;
-  // CiA 306 ObjFlags. Bit 0: not to be written when a device is configured; bit 1: not to be read
-  // when all objects are.
+  // CiA 306 ObjFlags. Bit 0: not written when the device is configured; bit 1: not read when all
+  // objects are read.
   std::uint32_t flags = 0;
-  std::string denotation;  // DCF; of objects with sub-indices
+  std::string denotation;  // DCF; for objects with sub-indices
 
   friend bool operator==(const ObjectDescription&, const ObjectDescription&) = default;
 };
@@ -108,10 +108,10 @@ struct DeviceDescription {
   std::uint32_t vendor_number = 0;
   std::uint32_t product_number = 0;
   std::uint32_t revision_number = 0;
-  bool dynamic_mapping = true;             // Granularity is not 0
-  std::uint32_t dummy_types = 0;           // DummyUsage: bit n = data type n may fill RPDOs
-  std::uint8_t node_id = 0;                // 1..127: the one the formulas were resolved with
-  std::string node_name;                   // DCF commissioning
+  bool dynamic_mapping = true;    // Granularity is not 0
+  std::uint32_t dummy_types = 0;  // DummyUsage: bit n = data type n may be a dummy entry in RPDOs
+  std::uint8_t node_id = 0;       // 1..127: node-ID used to resolve the formulas
+  std::string node_name;          // DCF commissioning
   std::vector<ObjectDescription> objects;  // ascending by index
 
   friend bool operator==(const DeviceDescription&, const DeviceDescription&) = default;
@@ -122,15 +122,15 @@ struct DeviceDescription {
   VariableDescription* find(Address address);
 };
 
-// An object as text: "6200:0A", index and sub-index hexadecimal with four and two digits, as CiA
-// documents write them. What one command prints, all others read.
+// The address as text: "6200:0A", index and sub-index hexadecimal with four and two digits, as in
+// CiA documents. All commands print and parse this notation.
 std::string to_text(Address address);
 
-// "6200:0A", "6200:A", "0x6200:0x0A"; "6200" is sub-index 0. Upper or lower case. Nothing if the
-// text is anything else, or a number is out of range.
+// Parses "6200:0A", "6200:A", "0x6200:0x0A"; "6200" means sub-index 0. Upper or lower case. Returns
+// nothing for other texts or if a number is out of range.
 std::optional<Address> parse_address(std::string_view text);
 
-// The two parts, where they are given one by one.
+// The two parts of an address as separate texts.
 std::optional<std::uint16_t> parse_index(std::string_view text);
 std::optional<std::uint8_t> parse_sub(std::string_view text);
 
@@ -138,8 +138,8 @@ std::optional<std::uint8_t> parse_sub(std::string_view text);
 // + a number follow the node-ID (1..127).
 DeviceDescription with_node_id(DeviceDescription device, std::uint8_t node_id);
 
-// For an object of our own, which no file describes: a sub-index with a number of that type as its
-// default. Precondition: the type has a fixed size, of 8 bytes at most; or it has none, as DOMAIN,
+// A sub-index for an object of our own, which no file describes, with a number as its default
+// value. Precondition: the type has a fixed size of at most 8 bytes; or it has none, like DOMAIN,
 // and the value is 0.
 inline VariableDescription number_variable(std::uint8_t sub, std::string name, DataType type,
                                            Access access, std::uint64_t value = 0) {
@@ -155,8 +155,8 @@ inline VariableDescription number_variable(std::uint8_t sub, std::string name, D
   return out;
 }
 
-// A VAR with the name and the type that the catalogue has (objects.h). Precondition: it has the
-// index, as a VAR with a number.
+// A VAR with its name and type from the catalogue (objects.h). Precondition: the catalogue has the
+// index as a VAR with a number.
 ObjectDescription catalogued_variable(std::uint16_t index, Access access, std::uint64_t value = 0);
 
 // 1018h with its four sub-indices (CiA 301, 7.5.2.21).

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Look-up, and what a Dictionary tells about itself.
+// Look-up, and queries about the content of a Dictionary.
 #include "stack/od/dictionary.h"
 
 #include "stack/od/object_table.h"

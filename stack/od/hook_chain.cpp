@@ -47,7 +47,7 @@ void HookChain::forget(const Hook* hook) {
   sink_opener_ = sink_opener_ == hook ? nullptr : sink_opener_;
 }
 
-// What was opened before there were several hooks is of the first.
+// A stream that was opened before there were several hooks belongs to the first one.
 Hook* HookChain::opener(bool of_sink) const {
   Hook* known = of_sink ? sink_opener_ : source_opener_;
   return known != nullptr ? known : first_;

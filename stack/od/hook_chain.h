@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Several hooks of one object as one; private to stack/od. All are asked before any is told.
+// Several hooks of one object combined into one; private to stack/od. All are checked before any is
+// informed.
 #pragma once
 
 #include <vector>
@@ -12,30 +13,30 @@ class HookChain final : public Hook {
  public:
   explicit HookChain(Hook* first) : first_(first) {}
 
-  // The one that set_hook() sets, which is asked and told first; may be nullptr.
+  // The hook of set_hook(), which is called first; may be nullptr.
   Hook* first() const { return first_; }
   void set_first(Hook* hook);
   void add(Hook* hook, Watch watch) { others_.push_back({hook, watch}); }
-  // False if it was not there.
+  // Returns false if the hook is not in the chain.
   bool remove(Hook* hook);
   bool has_others() const { return !others_.empty(); }
   bool watches_rpdos() const;
 
-  // The first refusal, else kLater if one of them answered that. Only one may:
-  // device_incompatible if there are two, for there is one ticket.
+  // The first refusal, else kLater if one hook returned that. Returns device_incompatible if two
+  // did, because there is only one ticket.
   AbortCode before_read(Address address, const Variable& variable) override;
   AbortCode check_write(Address address, std::span<const std::byte> value) override;
-  // In order, until one refuses.
+  // Calls the hooks in order, until one refuses.
   AbortCode execute_write(Address address, std::span<const std::byte> value) override;
   void written(Address address) override;
   void came_by_rpdo(Address address) override;
-  // The first stream that one of them gives, or its refusal, or kLater.
+  // The first stream, refusal or kLater that a hook returns.
   Result<ByteSource*> open_source(Address address) override;
   Result<ByteSink*> open_sink(Address address, std::optional<std::uint32_t> size) override;
 
-  // Who answered kLater in the last access.
+  // The hook that returned kLater in the last access.
   Hook* deferring() const { return deferring_; }
-  // Who gave the last source (sink), or answered kLater when it was asked for one.
+  // The hook that returned the last source (sink), or kLater instead of one.
   Hook* opener(bool of_sink) const;
 
  private:

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a Dictionary keeps its objects; private to stack/od.
+// Storage of the objects of a Dictionary; private to stack/od.
 //
-// Look-up touches three places: the page of 256 slots for the index, the Variable, its value. The
-// Variables of an object and their values lie in one block of cache lines. The value of sub-index 0
-// is an exception if it is a short one, as it is of most objects: it lies in the page, and what has
-// to be known to read it beside it, so that a glance needs no slot and no Variable. Names, initial
-// values and limits are kept elsewhere.
+// A look-up reads three places: the page of 256 slots for the index, the Variable, its value. The
+// Variables of an object and their values lie in one block of cache lines. The exception is a short
+// value of sub-index 0, which most objects have: it lies in the page, next to the data needed to
+// read it, so that glance() needs neither slot nor Variable. Names, initial values and limits are
+// kept elsewhere.
 #pragma once
 
 #include <array>
@@ -22,44 +22,45 @@
 
 namespace linegate::od {
 
-// Describes the object itself, and is no sub-index of it (CiA 301).
+// Describes the object itself, and is not a sub-index of it (CiA 301).
 inline constexpr std::uint8_t kStructureSub = 0xFF;
 
-// Bytes of a DOMAIN, and of a string that the device itself sets.
+// Largest size in bytes of a DOMAIN, and of a string that the device itself sets.
 inline constexpr std::size_t kLongestValue = std::size_t{16} * 1024 * 1024;
 
-// The cold part of a Variable.
+// The rarely used part of a Variable.
 struct VariableDetails {
   std::string name;
   std::vector<std::byte> initial;
   std::vector<std::byte> low;
   std::vector<std::byte> high;
-  std::vector<std::byte> domain;  // the value of a DOMAIN, or of a string that became longer
-  bool kept = false;              // resets leave the value alone
+  std::vector<std::byte> domain;  // the value of a DOMAIN, or of a string beyond its capacity
+  bool kept = false;              // resets leave the value unchanged
 };
 
 struct alignas(64) CacheLine {
   std::array<std::byte, 64> bytes;
 };
 
-// The cold part of an object.
+// The rarely used part of an object.
 struct ObjectDetails {
   std::string name;
   ObjectType type = ObjectType::variable;
-  std::array<std::byte, 4> structure{};    // what sub-index FFh reads
+  std::array<std::byte, 4> structure{};    // the value of sub-index FFh
   std::unique_ptr<CacheLine[]> block;      // Variables, then values
-  std::unique_ptr<HookChain> hooks;        // if there are others than set_hook()'s
-  std::vector<VariableDetails> variables;  // by sub-index, as Slot::variables
+  std::unique_ptr<HookChain> hooks;        // set if there are hooks besides that of set_hook()
+  std::vector<VariableDetails> variables;  // by sub-index, like Slot::variables
 };
 
 class ObjectTable {
  public:
   explicit ObjectTable(SlotPages& slots) : slots_(slots) {}
 
-  // nullptr if there is no object.
+  // nullptr if the object does not exist.
   Slot* find(std::uint16_t index) const { return slots_.find(index); }
 
-  // The variable if it has a place of its own, as all but elements of a window do; else nullptr.
+  // The variable if it has a Variable of its own, as all except elements of a window do; else
+  // nullptr.
   const Variable* find_plain(Address address) const {
     const Slot* const slot = find(address.index);
     if (slot == nullptr || slot->kind != Slot::Kind::plain || address.sub > slot->highest) {
@@ -69,8 +70,8 @@ class ObjectTable {
     return variable.type == DataType::none ? nullptr : &variable;
   }
 
-  // The variable, or nullptr and the reason in why. element takes a variable that has no place of
-  // its own (in a window).
+  // The variable, or nullptr and the reason in why. element is filled in for a variable without a
+  // Variable of its own (in a window).
   Variable* find(Address address, Variable& element, AbortCode& why) const {
     const Slot* slot = find(address.index);
     if (slot == nullptr) {
@@ -98,20 +99,20 @@ class ObjectTable {
     return details(*slot).variables[address.sub];
   }
 
-  // The slot for a new object, which is filled in before it is inserted. The index must be free.
-  // It stays where it is.
+  // The slot for a new object, to be filled in before the object is inserted. Precondition: the
+  // index is free. The slot does not move.
   Slot& place(std::uint16_t index) {
     LINEGATE_ASSERT(find(index) == nullptr, "the index is free");
     return slots_.place(index);
   }
-  // For the value of sub-index 0 of the object at that index, if it is a short one. Zero to begin
-  // with.
+  // The place of the value of sub-index 0 of the object at that index, if it is a short one.
+  // Initially zero.
   std::byte* short_value(std::uint16_t index) { return slots_.value(index).data(); }
   void insert(std::uint16_t index, ObjectDetails details);
   void erase(std::uint16_t index);
   std::vector<std::uint16_t> indices() const;
-  // Whether a glance is enough. Whenever hook, access or place of sub-index 0 may be others than
-  // before. Precondition: there is an object.
+  // Determines whether glance() can read the object. Call it whenever hook, access or place of
+  // sub-index 0 may have changed. Precondition: the object exists.
   void look_at(std::uint16_t index);
 
  private:

@@ -44,8 +44,8 @@ constexpr std::uint16_t kIdentityRecord = 0x23;
 constexpr std::uint16_t kOsDebugRecord = 0x24;
 constexpr std::uint16_t kOsCommandRecord = 0x25;
 
-// The network variables are an array of each type; what their names and types are says
-// image/network_variables.h.
+// The network variables have one array for each type; image/network_variables.h defines their names
+// and types.
 constexpr Entry kEntries[] = {
     var(kDeviceType, "Device type", unsigned32, "CiA 301 7.5.2.1"),
     var(kErrorRegister, "Error register", unsigned8, "CiA 301 7.5.2.2"),

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The catalogue of the objects that Linegate reads, writes or serves: their indices, and what their
-// documents say of them. No other file defines an index of the communication profile (1000h to
-// 1FFFh), of the network variables (A000h to BFFFh) or of the objects for diagnosis (5F00h to
-// 5FFFh), or one of a device profile as a number of an address: tests/checks/catalogue.py.
+// The catalogue of the objects that Linegate reads, writes or serves: their indices, and their
+// definitions in CiA and other documents. No other file defines an index of the communication
+// profile (1000h to 1FFFh), of the network variables (A000h to BFFFh) or of the objects for
+// diagnosis (5F00h to 5FFFh), or an index of a device profile as a number in an address:
+// tests/checks/catalogue.py.
 #pragma once
 
 #include <cstdint>
@@ -93,15 +94,15 @@ inline constexpr std::uint16_t kRestoreConfiguration = 0x1F8A;
 inline constexpr std::uint16_t kRoutingTable = 0x1F2C;
 inline constexpr std::uint16_t kEmcyRouting = 0x1F2F;
 inline constexpr std::uint16_t kSharedVariables =
-    0xB000;  // process data that goes from line to line
+    0xB000;  // process data forwarded from line to line
 inline constexpr std::uint16_t kLastSharedVariable = 0xBFFF;
 
 // CiA 302-4: network variables. A device sends "input" variables and receives "output" variables:
-// an image has them the other way round.
+// the directions of an image are the opposite.
 inline constexpr std::uint16_t kInputVariables = 0xA000;
 inline constexpr std::uint16_t kOutputVariables = 0xA480;
 inline constexpr std::uint16_t kLastNetworkVariable =
-    0xAFFF;  // of the area; the last that is used is A8FFh
+    0xAFFF;  // end of the area; the last index in use is A8FFh
 
 // IXXAT manual 5.13 and 7: diagnosis of a manager
 inline constexpr std::uint16_t kManagerStatus = 0x5F00;
@@ -113,13 +114,13 @@ inline constexpr std::uint16_t kTaskTimes = 0x5F80;
 
 // Linegate
 inline constexpr std::uint16_t kNetworkIds = 0x5F20;
-// CANopenIA manual, from here on unless configured elsewhere between these two: beside the others
-// from 5F00h to 5FFFh.
+// CANopenIA manual: from here on unless configured elsewhere between these two limits; 5F00h to
+// 5FFFh also has the objects above.
 inline constexpr std::uint16_t kCanopenIa = 0x5F40;
 inline constexpr std::uint16_t kLowestCanopenIa = 0x5F21;
 inline constexpr std::uint16_t kHighestCanopenIa = 0x5FF3;
 
-// CiA 401: generic I/O modules. Other profiles give these indices other meanings.
+// CiA 401: generic I/O modules. Other profiles define these indices differently.
 namespace cia401 {
 inline constexpr std::uint16_t kProfile = 401;  // low word of 1000h
 inline constexpr std::uint16_t kDigitalInputs = 0x6000;
@@ -179,7 +180,7 @@ inline constexpr std::uint16_t kPositionValue = 0x6004;
 inline constexpr std::uint16_t kSpeed = 0x6030;
 }  // namespace cia406
 
-// Areas of an object dictionary (CiA 301, 7.4.1). Data types are below.
+// Areas of an object dictionary (CiA 301, 7.4.1). Data types have lower indices.
 inline constexpr std::uint16_t kFirstCommunication = 0x1000;
 inline constexpr std::uint16_t kLastCommunication = 0x1FFF;
 
@@ -202,27 +203,27 @@ constexpr bool is_pdo_mapping(std::uint16_t index) {
   return (index >= kRpdoMapping && index <= kLastRpdoMapping) ||
          (index >= kTpdoMapping && index <= kLastTpdoMapping);
 }
-// Communication or mapping parameters of a PDO.
+// Whether the index is that of communication or mapping parameters of a PDO.
 constexpr bool is_pdo_record(std::uint16_t index) {
   return index >= kRpdoCommunication && index <= kLastTpdoMapping;
 }
 
-// Objects of one name and structure: first to last.
+// Objects with the same name and structure: first to last.
 struct Entry {
   std::uint16_t first = 0;
   std::uint16_t last = 0;
   std::string_view name;
   ObjectType object = ObjectType::variable;
   DataType type = DataType::none;  // of the VAR, or of each element of the ARRAY; none: a RECORD
-  std::uint16_t structure = 0;     // of a RECORD: its DEFSTRUCT (CiA 301, 7.4.1); 0: it has none
-  std::string_view source;         // document, and its clause where it has one for the object
+  std::uint16_t structure = 0;     // of a RECORD: its DEFSTRUCT (CiA 301, 7.4.1); 0: none
+  std::string_view source;  // document, and the clause that defines the object, if there is one
 };
 
-// Ordered by index, without overlap. profile: 0, what is the same in all devices; kProfile of a
-// device profile, the objects of that profile alone; empty for any other.
+// Ordered by index, without overlap. profile: 0 for the objects that are the same in all devices;
+// kProfile of a device profile for the objects of that profile alone. Empty for other values.
 std::span<const Entry> all(std::uint16_t profile = 0);
 
-// The entry that contains index; nullptr if there is none.
+// The entry that contains the index; nullptr if there is none.
 const Entry* find(std::uint16_t index, std::uint16_t profile = 0);
 // Precondition: find(index, profile).
 const Entry& at(std::uint16_t index, std::uint16_t profile = 0);

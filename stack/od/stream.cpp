@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// DOMAINs whose hook gives their bytes piece by piece.
+// DOMAINs whose hook supplies their bytes in pieces.
 #include "stack/od/stream.h"
 
 #include "stack/od/dictionary.h"

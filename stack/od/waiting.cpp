@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Hooks of a Dictionary, and accesses that wait for one.
+// Hooks of a Dictionary, and accesses that wait for a hook.
 #include <algorithm>
 #include <utility>
 
@@ -105,7 +105,7 @@ Result<void> Dictionary::follow(Address address, FollowMark mark) {
   return {};
 }
 
-// After the hooks, which may have changed who follows the value, or removed it.
+// Called after the hooks, which may have changed the mark of the value or removed the value.
 void Dictionary::tell_changed(Address address) {
   Variable element;
   AbortCode why = AbortCode::none;
