@@ -23,7 +23,7 @@ struct Direction {
   const char* name;
   std::uint16_t first;      // communication record of PDO 1
   std::uint16_t cob_id;     // of PDO 1 of the predefined connection set, without the node-ID
-  std::uint16_t described;  // NrOfRXPDO, NrOfTXPDO
+  std::uint16_t described;  // value of NrOfRXPDO or NrOfTXPDO
 };
 
 VariableDescription variable(std::uint8_t sub, std::string name, DataType type,
@@ -72,7 +72,7 @@ class Builder {
     return described(index) || described(static_cast<std::uint16_t>(index + kToMapping));
   }
 
-  // Those that are added lie behind.
+  // Added objects are at the end and are not searched.
   bool described(std::uint16_t index) const { return sheet_.device.find(index) != nullptr; }
 
   void complete(const Direction& direction, unsigned i) {

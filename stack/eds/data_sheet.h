@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Everything an EDS or DCF (CiA 306) says: the device, and what else the file holds for people and
-// tools. Plain values; what a file does not say is empty or 0.
+// The whole content of an EDS or DCF (CiA 306): the device, and the information for people and
+// tools. Plain values; anything missing in the file is empty or 0.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +26,7 @@ struct FileInfo {
   std::string modification_time;
   std::string modification_date;
   std::string modified_by;
-  std::string last_eds;  // DCF: the EDS it was made from
+  std::string last_eds;  // DCF: the EDS that it is based on
 
   friend bool operator==(const FileInfo&, const FileInfo&) = default;
 };
@@ -34,10 +34,10 @@ struct FileInfo {
 // kbit/s, of the keys BaudRate_10 to BaudRate_1000.
 inline constexpr std::uint16_t kBitRates[] = {10, 20, 50, 125, 250, 500, 800, 1000};
 
-// [DeviceInfo], but for names and numbers, which od::DeviceDescription has.
+// [DeviceInfo], except for names and numbers, which od::DeviceDescription has.
 struct DeviceInfo {
   std::string order_code;
-  std::vector<std::uint16_t> bit_rates;  // kbit/s, those the device can
+  std::vector<std::uint16_t> bit_rates;  // kbit/s, supported by the device
   bool boot_up_master = false;
   bool boot_up_slave = false;
   std::uint8_t granularity = 8;  // of PDO mapping, bits; 0 = mapping cannot be changed
@@ -46,8 +46,7 @@ struct DeviceInfo {
   std::uint16_t rpdos = 0;
   std::uint16_t tpdos = 0;
   bool lss = false;
-  std::uint8_t compact_pdo =
-      0;  // bit n: communication sub-index n + 1 of PDOs not described exists
+  std::uint8_t compact_pdo = 0;  // bit n: PDOs without a section have communication sub-index n + 1
   bool safety = false;
 
   friend bool operator==(const DeviceInfo&, const DeviceInfo&) = default;
@@ -68,14 +67,14 @@ struct Commissioning {
   friend bool operator==(const Commissioning&, const Commissioning&) = default;
 };
 
-// [DynamicChannels]: a range of objects in which a programmable device makes network variables.
+// [DynamicChannels]: a range of objects in which a programmable device creates network variables.
 struct DynamicSegment {
   od::DataType type = od::DataType::none;
   od::Access access = od::Access::ro;
   std::uint16_t first = 0;       // index
   std::uint16_t last = 0;        // index
-  std::uint32_t offset = 0;      // PPOffset: of the segment in the process picture
-  std::uint32_t difference = 0;  // BOOLEAN: distance of two addresses there
+  std::uint32_t offset = 0;      // PPOffset: offset of the segment in the process picture
+  std::uint32_t difference = 0;  // BOOLEAN: distance between two addresses there
 
   friend bool operator==(const DynamicSegment&, const DynamicSegment&) = default;
 };
@@ -84,14 +83,14 @@ struct DynamicSegment {
 struct SubExtension {
   std::uint16_t index = 0;
   od::VariableDescription pattern;
-  std::uint8_t count = 0;   // sub-indices a module adds; 0 = several modules share one,
-  std::uint8_t bits = 0;    // of which each takes so many bits
-  std::uint8_t extend = 0;  // highest sub-index, after which the next object goes on; 0 = 254
+  std::uint8_t count = 0;   // sub-indices that a module adds; 0 = several modules share one,
+  std::uint8_t bits = 0;    // of which each module uses this number of bits
+  std::uint8_t extend = 0;  // highest sub-index before the next object is used; 0 = 254
 
   friend bool operator==(const SubExtension&, const SubExtension&) = default;
 };
 
-// [MxModuleInfo] and what belongs to it: one kind of module a modular device takes.
+// [MxModuleInfo] and its related sections: one kind of module of a modular device.
 struct Module {
   std::uint16_t number = 0;
   std::string product_name;
@@ -99,13 +98,13 @@ struct Module {
   std::string product_revision;
   std::string order_code;
   std::vector<std::string> comments;
-  std::vector<od::ObjectDescription> fixed_objects;  // there once, however many are connected
+  std::vector<od::ObjectDescription> fixed_objects;  // added once, for any number of modules
   std::vector<SubExtension> extensions;
 
   friend bool operator==(const Module&, const Module&) = default;
 };
 
-// [ToolN]: a program and how it is called.
+// [ToolN]: a program and its command line.
 struct Tool {
   std::string name;
   std::string command;
@@ -117,7 +116,7 @@ struct DataSheet {
   od::DeviceDescription device;  // with the objects of the connected modules
   FileInfo file;
   DeviceInfo info;
-  std::optional<Commissioning> commissioning;  // makes it a DCF
+  std::optional<Commissioning> commissioning;  // present in a DCF
   std::vector<std::string> comments;
   std::vector<DynamicSegment> dynamic_segments;
   std::vector<Module> modules;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Single keys of a section as the types they are meant to have; private to stack/eds.
+// Typed access to the keys of a section; private to stack/eds.
 //
-// Every function reports a value it cannot understand, with its place, and goes on as if the key
-// were not there.
+// Every function reports a value that it cannot parse, with its place, and then treats the key as
+// missing.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,7 @@ class Fields {
   std::optional<std::uint64_t> number(std::string_view key, std::uint64_t largest,
                                       Severity severity = Severity::warning) const;
 
-  // The same of an entry in hand.
+  // The same for a given entry.
   std::optional<std::uint64_t> number_of(const Entry& entry, std::uint64_t largest,
                                          Severity severity = Severity::warning) const;
 

@@ -91,7 +91,7 @@ std::string format_value(DataType type, std::span<const std::byte> value, bool f
   if (od::is_real(type)) {
     return real(type, value);
   }
-  return format_hex(load_le(value));  // times
+  return format_hex(load_le(value));  // time types
 }
 
 }  // namespace linegate::eds

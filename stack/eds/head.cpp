@@ -46,7 +46,7 @@ void check_version(const Section& section, Report& report) {
   }
 }
 
-// Many files leave these to the identity object.
+// Many files leave these keys empty because the identity object has the values.
 std::uint32_t identity_number(const Fields& fields, std::string_view key, Report& report) {
   const Entry* entry = fields.section().find(key);
   if (entry != nullptr && entry->value.empty()) {
@@ -56,7 +56,7 @@ std::uint32_t identity_number(const Fields& fields, std::string_view key, Report
   return number<std::uint32_t>(fields, key, kLargestU32);
 }
 
-// Writers repeat the section under the other spelling for those who know that one alone.
+// Some writers repeat the section under the other spelling, for readers that accept only that one.
 bool says_the_same(const Section& a, const Section& b) {
   return std::equal(a.entries.begin(), a.entries.end(), b.entries.begin(), b.entries.end(),
                     [](const Entry& x, const Entry& y) {

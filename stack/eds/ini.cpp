@@ -42,7 +42,7 @@ class IniParser {
         trim(content.substr(1, end == std::string_view::npos ? end : end - 1));
     const auto [known, is_new] = ini_.by_name_.try_emplace(comparable(name), ini_.sections_.size());
     if (!keys_.empty()) {
-      keys_ = {};  // clear() would go through the room of the longest section, every time
+      keys_ = {};  // clear() would iterate over the buckets of the longest section each time
     }
     current_.reset();
     if (is_new) {
@@ -83,7 +83,7 @@ class IniParser {
     }
   }
 
-  // The entry of the section with this key; if there is none, it comes next.
+  // The entry of the section with this key; nullptr if there is none: the caller then appends it.
   const Entry* given(const Section& section, std::string_view key) {
     const std::vector<Entry>& entries = section.entries;
     if (entries.size() < kFew) {
@@ -104,12 +104,12 @@ class IniParser {
   std::uint32_t number_ = 0;
   bool before_first_section_ = true;
   std::optional<std::size_t> current_;                 // none: in a section that is ignored
-  std::unordered_map<std::string, std::size_t> keys_;  // of a section with many, in lower case
+  std::unordered_map<std::string, std::size_t> keys_;  // of a section with many keys, in lower case
 };
 
 namespace {
 
-// The number of the line at `end`.
+// The number of the line at position `end`.
 std::uint32_t line_at(std::string_view text, std::size_t end) {
   std::uint32_t line = 1;
   for (std::size_t at = 0; at < end; ++at) {

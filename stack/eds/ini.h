@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The INI syntax that EDS, DCF and node lists (CiA 306) are written in, and nothing of their
-// meaning: sections, keys, values, comments.
+// The INI syntax of EDS, DCF and node lists (CiA 306), without the meaning of the content:
+// sections, keys, values, comments.
 //
-// Lines end in CR, LF or both; blanks around names and values do not count; names are compared
-// without regard to case, and those of sections without regard to blanks. A line that begins with
-// ';' is a comment. Of sections or keys that come twice the first counts.
+// Lines end in CR, LF or both. Blanks around names and values are ignored. Names are compared
+// without regard to case, and section names also without regard to blanks. A line that begins with
+// ';' is a comment. Of duplicate sections or keys the first one is used.
 #pragma once
 
 #include <cstdint>
@@ -27,22 +27,22 @@ struct Entry {
 struct Section {
   std::string_view name;
   Place place;
-  std::vector<Entry> entries;  // keys differ
+  std::vector<Entry> entries;  // keys are unique
 
   // nullptr if there is no such key.
   const Entry* find(std::string_view key) const;
 };
 
-// Views into the text it was parsed from, which must outlive it.
+// Consists of views into the parsed text, which must outlive it.
 class Ini {
  public:
-  // Never fails as a whole unless the text is no text: then there are no sections. Errors: a NUL
-  // character, UTF-16, a section name that is not closed. Warnings: duplicates, and lines that are
-  // neither.
+  // Fails as a whole only if the input is not text: then there are no sections. Errors: a NUL
+  // character, UTF-16, a section name without its closing bracket. Warnings: duplicates, and lines
+  // that are neither section, key nor comment.
   static Ini parse(std::string_view text, Report& report);
 
-  // A section that was written in another syntax; its texts must outlive the Ini too. False if
-  // there is one of that name, which counts.
+  // Adds a section from another syntax; its texts must outlive the Ini too. Returns false, without
+  // an effect, if a section of that name exists.
   bool add(Section section);
 
   const std::vector<Section>& sections() const { return sections_; }

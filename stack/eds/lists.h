@@ -17,23 +17,23 @@ struct ListEntry {
   Place place;
 };
 
-// How a list is called and what a message says of it.
+// The name of a list and its description in messages.
 struct ListKind {
   std::string_view count_key;  // "SupportedObjects"
   std::string_view what;       // "index of an object"
-  Severity severity;           // of an entry that is none
+  Severity severity;           // for an invalid entry
 };
 
-// In the order of the file. Reports entries that are not in 1h to FFFFh, and a wrong count.
+// In the order of the file. Reports entries outside 1h to FFFFh, and a wrong count.
 std::vector<ListEntry> read_list(const Section& section, const ListKind& kind, Report& report);
 
 struct ObjectLists {
-  bool present = false;                    // at least one of them
-  std::map<std::uint16_t, Place> indices;  // and where each is listed
+  bool present = false;                    // at least one of the lists exists
+  std::map<std::uint16_t, Place> indices;  // with the place of each in its list
 };
 
 // [MandatoryObjects], [OptionalObjects] and [ManufacturerObjects]. An entry that is not an index is
-// an error: nobody can say which object is missing.
+// an error, because the missing object is unknown.
 ObjectLists read_object_lists(const Ini& ini, Report& report);
 
 }  // namespace linegate::eds

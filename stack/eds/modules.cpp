@@ -21,7 +21,7 @@ const Section* connected_section(const Ini& ini) {
   return ini.find("ConnectedModules");
 }
 
-// "4", or "0;2" where several modules share a sub-index with two bits each.
+// "4", or "0;2" if several modules share a sub-index with two bits each.
 void read_count(const Entry& entry, SubExtension& out, Report& report) {
   const std::size_t end = std::min(entry.value.find(';'), entry.value.size());
   const Number count = parse_number(trim(entry.value.substr(0, end)));
@@ -106,7 +106,7 @@ Module read_module(std::uint16_t number, const ModuleSections& sections, Context
   return out;
 }
 
-// The objects of a device while modules are put in.
+// The objects of a device while modules are being added.
 class Extender {
  public:
   Extender(od::DeviceDescription& device, Place place, Context& context)
@@ -134,11 +134,11 @@ class Extender {
   }
 
  private:
-  // What the modules have added to an object so far.
+  // The number of elements that modules have added to an object so far.
   struct Growth {
     unsigned bits = 0;
-    unsigned objects = 0;  // full ones, before the one that grows
-    unsigned sub = 0;      // highest that a module asked for
+    unsigned objects = 0;  // full objects before the one that grows
+    unsigned sub = 0;      // highest sub-index that a module requested
   };
   using Objects = std::vector<od::ObjectDescription>;
 
@@ -234,7 +234,7 @@ std::vector<std::uint16_t> read_connected_modules(const Ini& ini, Report& report
   auto list = read_list(*section, kConnected, report);
   std::stable_sort(list.begin(), list.end(),
                    [](const ListEntry& a, const ListEntry& b) { return a.position < b.position; });
-  if (list.size() > kMostElements) {  // as many as 1027h has sub-indices
+  if (list.size() > kMostElements) {  // the number of sub-indices of 1027h
     report.warning(section->place, "more than 254 modules are connected; the rest is ignored");
     list.resize(kMostElements);
   }

@@ -15,7 +15,7 @@ namespace {
 constexpr std::uint8_t kHighestListedId = 127;
 constexpr std::string_view kTopology = "topology";
 
-// "node5dcfname": the number, and what is behind it.
+// "node5dcfname": the number, and the rest.
 struct NodeKey {
   unsigned id = 0;
   std::string what;
@@ -107,7 +107,7 @@ class NetworkReader {
   std::map<std::uint8_t, Node> nodes_;
 };
 
-// 1 for "topology", 2 for "topology2"; 0 if it is none.
+// 1 for "topology", 2 for "topology2"; 0 for other sections.
 unsigned network_number(std::string_view section) {
   if (!section.starts_with(kTopology)) {
     return 0;

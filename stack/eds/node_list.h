@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reading nodelist.cpj (CiA 306-3): which nodes the networks of a plant have, and their DCFs.
+// Reads nodelist.cpj (CiA 306-3): the nodes in the networks of a plant, and their DCFs.
 #pragma once
 
 #include <cstdint>
@@ -20,11 +20,11 @@ struct ListedNode {
 };
 
 struct ListedNetwork {
-  std::uint16_t number = 1;  // of [Topology] 1, of [Topology2] 2
+  std::uint16_t number = 1;  // 1 for [Topology], 2 for [Topology2]
   std::string name;
   std::string reference;
-  std::string folder;             // EDSBaseName: where its files are
-  std::vector<ListedNode> nodes;  // those that are present, ascending by node-ID
+  std::string folder;             // EDSBaseName: folder of its files
+  std::vector<ListedNode> nodes;  // present nodes, ascending by node-ID
   std::uint32_t line = 0;
 };
 
@@ -32,8 +32,8 @@ struct NodeList {
   std::vector<ListedNetwork> networks;  // ascending by number
 };
 
-// The rules of eds::read(): what cannot be understood is an error, what is merely wrong a warning,
-// each with file, line and column.
+// The rules of eds::read(): content that cannot be parsed is an error, content that is inconsistent
+// a warning, each with file, line and column.
 Loaded<NodeList> read_node_list(std::string_view text, std::string_view file_name);
 
 }  // namespace linegate::eds

@@ -17,13 +17,13 @@ using od::ObjectDescription;
 using od::ObjectType;
 using od::VariableDescription;
 
-// For all CompactSubObj and modules of a file: thousands of full arrays, and no more than a process
-// can spare.
+// Limit for all CompactSubObj and modules of a file: allows thousands of full arrays, and no more
+// memory than a process can spare.
 constexpr std::size_t kMostMegabytes = 64;
 
 using Variables = std::map<std::uint8_t, VariableDescription>;
 
-// Missing is VAR (CiA 306).
+// A missing ObjectType means VAR (CiA 306).
 ObjectType read_object_type(const Fields& fields, const ObjectSections& sections,
                             Context& context) {
   const auto code = fields.number("ObjectType", 0xFF).value_or(7);
@@ -53,8 +53,8 @@ ObjectType read_object_type(const Fields& fields, const ObjectSections& sections
   return ObjectType::record;
 }
 
-// The sub-index that a key of [xxxxName] or [xxxxValue] stands for; nothing for NrOfEntries and for
-// keys that are reported.
+// The sub-index that a key of [xxxxName] or [xxxxValue] refers to; nothing for NrOfEntries and for
+// invalid keys, which are reported.
 std::optional<std::uint8_t> element(const Entry& entry, const Variables& variables,
                                     Context& context) {
   if (equal_ignoring_case(entry.key, "NrOfEntries") || entry.value.empty()) {
@@ -75,7 +75,7 @@ std::span<const Entry> entries_of(const Section* section) {
   return section == nullptr ? std::span<const Entry>() : section->entries;
 }
 
-// CompactSubObj: sub-indices 1..count are all as the object's own section says.
+// CompactSubObj: the object's own section describes all sub-indices 1..count.
 void read_compact(std::uint8_t count, const Fields& fields, const ObjectSections& sections,
                   Variables& out, Context& context) {
   const auto pattern = read_variable(*sections.object, 1, context);
@@ -87,7 +87,7 @@ void read_compact(std::uint8_t count, const Fields& fields, const ObjectSections
     VariableDescription variable = *pattern;
     variable.sub = static_cast<std::uint8_t>(sub);
     variable.name += std::to_string(sub);
-    variable.notes.denotation.clear();  // the object's
+    variable.notes.denotation.clear();  // it belongs to the object
     out[variable.sub] = std::move(variable);
   }
   for (const Entry& entry : entries_of(sections.names)) {
@@ -107,12 +107,12 @@ void read_compact(std::uint8_t count, const Fields& fields, const ObjectSections
   }
 }
 
-// Sub-index 0 of these counts what is in use, not what exists.
+// Sub-index 0 of these objects is the number of entries in use, not the highest sub-index.
 bool counts_what_is_used(std::uint16_t index) {
   return index == od::objects::kErrorHistory || od::objects::is_pdo_mapping(index);
 }
 
-// A sub-index 0 that nobody can write says what exists.
+// A sub-index 0 that is not writable is the highest existing sub-index.
 void check_sub_zero(const ObjectDescription& object, const VariableDescription& zero,
                     std::uint8_t highest, const ObjectSections& sections, Context& context) {
   if (counts_what_is_used(object.index) || od::writable(zero.access) || zero.value.size() != 1 ||
@@ -142,7 +142,7 @@ void complete_sub_zero(const ObjectDescription& object, Variables& variables,
   }
 }
 
-// FFh counts in some files, and does not in others.
+// Some files include FFh in SubNumber, others do not.
 void check_sub_number(const Fields& fields, const ObjectSections& sections, Context& context) {
   const std::size_t described = sections.subs.size();
   const auto number = fields.number("SubNumber", 0xFF);
@@ -221,7 +221,8 @@ std::optional<ObjectDescription> read_object(std::uint16_t index, const ObjectSe
     object.variables.push_back(*std::move(variable));
     return object;
   }
-  // That of a CompactSubObj is asked for with its elements.
+  // read_name() is called for the elements of a CompactSubObj and would report a missing name
+  // twice.
   object.name = fields.find("CompactSubObj") == nullptr ? read_name(fields, context)
                                                         : fields.text("ParameterName");
   object.denotation = fields.text("Denotation");

@@ -15,28 +15,30 @@
 
 namespace linegate::eds {
 
-// What the parts of the reader share.
+// State shared by the parts of the reader.
 struct Context {
   Report& report;
-  std::uint8_t node_id = 0;           // 0: none is known
+  std::uint8_t node_id = 0;           // 0: unknown
   bool is_dcf = false;                // the file configures one device
-  bool missing_node_id_told = false;  // once is enough
-  std::size_t expanded = 0;           // bytes that CompactSubObj made of few lines so far
+  bool missing_node_id_told = false;  // reported only once
+  std::size_t expanded = 0;           // bytes that CompactSubObj has added so far
 };
 
-// AccessType; ro, with a warning, if it is none.
+// AccessType; an invalid one is reported as a warning and read as ro.
 od::Access read_access(const Entry& entry, Report& report);
 
-// ParameterName; that of the section, with a warning, if it is missing.
+// ParameterName; the name of the section, with a warning, if it is missing.
 std::string read_name(const Fields& fields, Context& context);
 
-// A section that describes a value: a VAR, a sub-index, or the elements of a CompactSubObj. Nothing
-// if the data type cannot be read; that is an error if the section configures a value.
+// Reads a section that describes a value: a VAR, a sub-index, or the elements of a CompactSubObj.
+// Returns nothing if the data type cannot be parsed; that is an error if the section configures a
+// value.
 std::optional<od::VariableDescription> read_variable(const Section& section, std::uint8_t sub,
                                                      Context& context);
 
-// Gives variable the value of the entry. A DefaultValue that is wrong is a warning, for the device
-// knows its own; a configured value that is wrong is an error, for it would be written.
+// Sets the variable's value from the entry. A wrong DefaultValue is a warning, because the device
+// has its own default; a wrong configured value is an error, because it would be written to the
+// device.
 void read_value(const Entry& entry, bool configured, od::VariableDescription& variable,
                 Context& context);
 
@@ -45,28 +47,28 @@ inline constexpr std::uint8_t kMostElements = 254;  // sub-indices of an object,
 // Whether the object has sub-indices of its own: an array, a record or a DEFSTRUCT.
 bool has_subs(od::ObjectType type);
 
-// Nothing if the object has no value of its own (NULL, data types below 1000h) or its description
-// cannot be used; the latter is reported. sections.object must not be nullptr.
+// Returns nothing if the object has no value of its own (NULL, data types below 1000h) or its
+// description cannot be used; the latter is reported. Precondition: sections.object is not nullptr.
 std::optional<od::ObjectDescription> read_object(std::uint16_t index,
                                                  const ObjectSections& sections, Context& context);
 
 // Sub-index 0 of an object whose highest sub-index is value.
 od::VariableDescription count_variable(std::uint8_t value, std::uint32_t line);
 
-// False, and one error for the file, if count elements more like pattern make too much of too
-// little text.
+// Accounts for `count` more elements like pattern. Returns false, after one error for the file, if
+// a small text would expand to too much memory.
 bool charge(Context& context, const od::VariableDescription& pattern, unsigned count, Place place);
 
 // CompactPDO of CiA 306: PDOs that exist although no section describes them. Completes the PDO
-// records of sheet.device if DeviceInfo has a CompactPDO mask. A PDO that is described in part gets
-// the missing of its two records; beyond that as many are added, lowest numbers first, that there
-// are NrOfRXPDO and NrOfTXPDO. COB-IDs are those of the predefined connection set, the mappings are
-// empty and have room for 64 entries.
+// records of sheet.device if DeviceInfo has a CompactPDO mask. A PDO with only one of its two
+// records gets the other one; further PDOs are added, lowest numbers first, up to NrOfRXPDO and
+// NrOfTXPDO. Their COB-IDs are those of the predefined connection set; their mappings are empty
+// with room for 64 entries.
 void add_compact_pdos(const Ini& ini, DataSheet& sheet, Context& context);
 
 // --- modular devices (CiA 306-1, chapter 8) ---------------------------------------------------
 
-// [SupportedModules] and all sections that begin with M and a number.
+// [SupportedModules] and all sections whose names begin with M and a number.
 std::vector<Module> read_modules(const Ini& ini,
                                  const std::map<std::uint16_t, ModuleSections>& sections,
                                  Context& context);
@@ -75,7 +77,7 @@ std::vector<Module> read_modules(const Ini& ini,
 std::vector<std::uint16_t> read_connected_modules(const Ini& ini, Report& report);
 
 // Adds the objects of the connected modules to sheet.device. An object or sub-index that the file
-// describes itself counts more. Modules nobody describes are reported.
+// itself describes takes precedence. Modules without a description are reported.
 void connect_modules(const Ini& ini, DataSheet& sheet, Context& context);
 
 }  // namespace linegate::eds

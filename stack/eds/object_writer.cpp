@@ -14,7 +14,7 @@ namespace {
 using od::ObjectDescription;
 using od::VariableDescription;
 
-constexpr std::size_t kFewElements = 3;  // fewer are written out
+constexpr std::size_t kFewElements = 3;  // up to this number of variables, each gets a section
 
 std::string_view word(od::Access access) {
   switch (access) {
@@ -34,7 +34,7 @@ std::string_view word(od::Access access) {
   return "ro";
 }
 
-// A value and how it is written.
+// A value and its notation.
 struct Written {
   const std::vector<std::byte>& value;
   bool formula;
@@ -56,7 +56,7 @@ void write_value(SectionText& out, std::string_view key, const VariableDescripti
   }
 }
 
-// What an element of a CompactSubObj cannot have of its own.
+// Compares the attributes that all elements of a CompactSubObj share.
 bool equal_but_for_value(const VariableDescription& a, const VariableDescription& b) {
   return a.type == b.type && a.access == b.access && a.mappable == b.mappable &&
          a.low_limit == b.low_limit && a.high_limit == b.high_limit &&
@@ -81,7 +81,7 @@ bool is_compact(const ObjectDescription& object, const WriteOptions& options) {
   const VariableDescription& first = variables[1];
   for (std::size_t i = 1; i < variables.size(); ++i) {
     const VariableDescription& variable = variables[i];
-    // A DCF gives values of their own to configured elements only.
+    // In a DCF only configured elements have individual values.
     const bool same_default = default_of(variable) == default_of(first);
     const bool value_can_be_told = options.dcf || !default_of(variable).value.empty();
     if (variable.sub != i || has_files(variable) || !equal_but_for_value(variable, first) ||

@@ -99,7 +99,7 @@ class Reader {
     tell(sections.links);
   }
 
-  // Many files leave out in [DeviceInfo] what the identity object says.
+  // Many files omit values in [DeviceInfo] that the identity object has.
   void complete_identity() {
     od::DeviceDescription& device = sheet_.device;
     std::uint32_t* const numbers[] = {&device.vendor_number, &device.product_number,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the parts of a reader put what they find.
+// Collects the findings of all parts of a reader.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@
 
 namespace linegate::eds {
 
-// In the file, from 1; 0 = the file, or the line, as a whole.
+// A position in the file, from 1; 0 = the whole file, or the whole line.
 struct Place {
   std::uint32_t line = 0;
   std::uint32_t column = 0;
@@ -32,8 +32,8 @@ class Report {
 
   bool has_errors() const { return errors_ != 0; }
 
-  // All findings in the order of the file, and a last one that tells how many there are beyond
-  // kKept. The report is empty afterwards.
+  // All findings in the order of the file, and a last one with the number of findings beyond kKept.
+  // The report is empty afterwards.
   std::vector<Diagnostic> take();
 
  private:

@@ -17,14 +17,14 @@ bool is_hex_digit(char c) {
   return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f');
 }
 
-// Digits and nothing else, in the given base.
+// Parses digits only, in the given base.
 bool parse_digits(std::string_view text, int base, unsigned& value) {
   const char* end = text.data() + text.size();
   const auto [stop, error] = std::from_chars(text.data(), end, value, base);
   return error == std::errc() && stop == end;
 }
 
-// "tool1", "m2fixedobjects": a word, a number, perhaps more.
+// "tool1", "m2fixedobjects": a word, a number, and an optional rest.
 bool is_numbered(std::string_view name, std::string_view word) {
   return name.starts_with(word) && name.size() > word.size() && name[word.size()] >= '0' &&
          name[word.size()] <= '9';
@@ -38,7 +38,7 @@ bool is_commissioning(std::string_view name) {
 
 namespace {
 
-// Sections without an object, known to CiA 306 whether they are of use here or not.
+// The sections of CiA 306 that do not belong to an object, including those that are not used here.
 bool is_known(std::string_view name) {
   static constexpr std::string_view kNames[] = {
       "fileinfo",         "deviceinfo",       "dummyusage",          "comments",
@@ -77,9 +77,9 @@ class Sorter {
  private:
   using Objects = std::map<std::uint16_t, ObjectSections>;
 
-  // name begins with four hexadecimal digits.
+  // Precondition: name begins with four hexadecimal digits.
   void add_object(const Section& section, std::string_view name, Objects& objects) {
-    // "1000denotation" goes on with letters that are hexadecimal digits too.
+    // "1000denotation" continues with letters that are hexadecimal digits too.
     const auto digits = static_cast<std::size_t>(
         std::find_if_not(name.begin(), name.end(), is_hex_digit) - name.begin());
     unsigned index = 0;
@@ -128,7 +128,7 @@ class Sorter {
     }
   }
 
-  // name is "m", a number, and what the section is of that module.
+  // name: "m", a number, and the kind of the section.
   void add_module(const Section& section, std::string_view name) {
     const std::size_t end = std::min(name.find_first_not_of("0123456789", 1), name.size());
     unsigned number = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which sections of an EDS belong to which object or module; private to stack/eds.
+// Assigns the sections of an EDS to objects and modules; private to stack/eds.
 #pragma once
 
 #include <cstdint>
@@ -22,10 +22,10 @@ struct ObjectSections {
   const Section* values = nullptr;       // of CompactSubObj
   const Section* denotations = nullptr;  // of CompactSubObj
   const Section* links = nullptr;
-  const Section* structure = nullptr;  // sub-index FFh, which every object dictionary has by itself
+  const Section* structure = nullptr;  // sub-index FFh, implicit in every dictionary
 };
 
-// The sections of one kind of module, without the M1 in front.
+// The sections of one kind of module, without the prefix M1.
 struct ModuleSections {
   const Section* info = nullptr;
   const Section* comments = nullptr;
@@ -40,22 +40,23 @@ struct SortedSections {
   std::map<std::uint16_t, ModuleSections> modules;  // by number
 };
 
-// Whether the name (in lower case) is meant to be DeviceCommissioning, which CiA 306 once misspelt
-// as DeviceComissioning, and files misspell in every other way.
+// Whether the name (in lower case) is a spelling of DeviceCommissioning. CiA 306 once misspelt it
+// as DeviceComissioning, and files have other misspellings.
 bool is_commissioning(std::string_view name);
 
-// Reports names of sections that CiA 306 does not know.
+// Reports section names that CiA 306 does not define.
 SortedSections sort_sections(const Ini& ini, Report& report);
 
 // --- of the file and the device as a whole ------------------------------------------------------
 
-// [FileInfo]; a missing one is reported.
+// [FileInfo]; a missing section is reported.
 FileInfo read_file_info(const Ini& ini, Report& report);
 
-// [DeviceInfo], with what od::DeviceDescription has of it; a missing one is reported.
+// [DeviceInfo], including the members of od::DeviceDescription; a missing section is reported.
 void read_device_info(const Ini& ini, DataSheet& out, Report& report);
 
-// [DeviceCommissioning] in any spelling; nothing if there is none. node_id 0 becomes the file's.
+// [DeviceCommissioning] in any spelling; nothing if there is none. If node_id is 0, it is set to
+// the file's NodeID.
 std::optional<Commissioning> read_commissioning(const Ini& ini, std::uint8_t& node_id,
                                                 Report& report);
 

@@ -14,8 +14,8 @@ char lower_case(char c) {
   return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
 }
 
-// One character of text at `at`, which is advanced; U+FFFD never comes out of valid UTF-8. Bytes
-// that do not begin a valid sequence set ok to false and are given as they are (Latin-1).
+// Returns the character of text at `at` and advances `at`; never U+FFFD for valid UTF-8. For a byte
+// that does not begin a valid sequence, sets ok to false and returns the byte (Latin-1).
 char32_t next_character(std::string_view text, std::size_t& at, bool& ok) {
   const auto byte = [&](std::size_t i) {
     return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U;

@@ -61,7 +61,7 @@ Access access_of(const Fields& fields, DataType type, Context& context) {
   return type == DataType::domain ? Access::rw : Access::ro;
 }
 
-// The entry's value for the type, or nothing and a message of the given severity.
+// The entry's value for the type, or nothing after a message of the given severity.
 std::optional<Value> read_bytes(const Entry& entry, std::string_view what, DataType type,
                                 Severity severity, Context& context) {
   Value value = parse_value(type, entry.value, context.node_id);

@@ -118,8 +118,8 @@ class Writer {
     }
   }
 
-  // Most tools know the section by the misspelt name that CiA 306 once gave it, some by the right
-  // one: both are there, and say the same.
+  // Most tools accept the section under the misspelt name that CiA 306 once gave it, some under the
+  // right one: both are written, with the same content.
   void commissioning() {
     for (const char* name : {"DeviceCommissioning", "DeviceComissioning"}) {
       out_.section(name);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writing EDS and DCF (CiA 306). What read() makes of the text is the same data sheet, but for the
-// lines things stand in.
+// Writes EDS and DCF (CiA 306). read() of the text returns the same data sheet, except for line
+// numbers.
 #pragma once
 
 #include <string>
@@ -9,16 +9,15 @@
 
 namespace linegate::eds {
 
-// A data sheet around a device that comes from elsewhere (an object dictionary, an XDD): the
-// numbers of PDOs, the granularity and the version of the file are filled in. as_dcf adds the
-// commissioning.
+// A data sheet for a device from another source (an object dictionary, an XDD): fills in the
+// numbers of PDOs, the granularity and the version of the file. as_dcf adds the commissioning.
 DataSheet sheet_of(od::DeviceDescription device, bool as_dcf = false);
 
-// The device as it is delivered: without commissioning, configured values and what else only a DCF
-// has.
+// The device in its delivery state: without commissioning, configured values and the other keys
+// that only a DCF has.
 std::string write_eds(const DataSheet& sheet);
 
-// With all of that. Without sheet.commissioning only the node-ID is written there.
+// Includes all of these. Without sheet.commissioning that section has only the node-ID.
 std::string write_dcf(const DataSheet& sheet);
 
 }  // namespace linegate::eds
