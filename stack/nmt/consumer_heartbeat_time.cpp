@@ -35,11 +35,12 @@ std::uint64_t ConsumerHeartbeatTime::own_entry(unsigned sub) const {
   return shown_[sub] ? 0 : dictionary_.number(address).value_or(0);
 }
 
-// The nodes that the other consumer monitors, ascending, in the entries that are not used.
+// The value of an unused entry: unused entries show the nodes that the other consumer monitors,
+// ascending by node-ID.
 std::uint32_t ConsumerHeartbeatTime::shown_in(unsigned sub) const {
   const unsigned highest = dictionary_.highest_sub(od::objects::kConsumerHeartbeatTime).value_or(0);
   std::bitset<can::kMaxNodeId + 1> own;
-  unsigned place = 0;  // of the entry among those that are not used
+  unsigned place = 0;  // position of the entry among the unused ones
   for (unsigned each = 1; each <= highest; ++each) {
     const Entry entry = entry_of(own_entry(each));
     if (entry.used()) {

@@ -23,7 +23,7 @@ bool Guard::take_toggle(can::Frame& answer) {
     return true;
   }
   if (answer.data[0] == kToggleBit) {
-    return false;  // nobody answers while Initialising
+    return false;  // a node in Initialising does not answer
   }
   const std::byte seen = answer.data[0] & kToggleBit;
   if (seen != toggle.value_or(seen)) {

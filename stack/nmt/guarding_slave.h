@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Node guarding and life guarding of the own node (CiA 301, 7.2.8.3.2.1), the guarded side.
+// Node guarding and life guarding of the own node (CiA 301, 7.2.8.3.2.1): the NMT slave's side.
 //   100Ch  U16  guard time in ms
 //   100Dh  U8   life time factor; guard time x factor = life time, 0 = no life guarding
-// The answer to a remote frame on 700h + node-ID is one byte: bit 7 toggles, 0 first; bits 0..6 are
-// the NMT state.
+// The answer to a remote frame on 700h + node-ID is one byte: bit 7 toggles, starting with 0; bits
+// 0..6 are the NMT state.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@
 
 namespace linegate::nmt {
 
-// Told after the event was emitted.
+// Called after the event was emitted.
 class LifeGuardingListener {
  public:
   virtual ~LifeGuardingListener() = default;
@@ -24,24 +24,26 @@ class LifeGuardingListener {
   virtual void life_guarding_recovered(Instant now) = 0;
 };
 
-// Hook of 100Ch and 100Dh: a write makes life guarding wait for the next request. Emits
-// heartbeat_lost and heartbeat_recovered of the own node. While there is a heartbeat (1017h)
-// nothing of this is done: a node has one kind of error control.
+// Hook of 100Ch and 100Dh: after a write, life guarding restarts with the next request. Emits
+// heartbeat_lost and heartbeat_recovered of the own node. Inactive while there is a heartbeat
+// (1017h): a node uses only one kind of error control.
 class GuardingSlave final : public od::Hook {
  public:
-  // All must outlive it; node_id is 1..127. The owner sets the hook and registers the identifier.
+  // All must outlive this object; node_id is 1..127. The owner sets the hook and registers the
+  // identifier.
   GuardingSlave(const od::Dictionary& dictionary, can::TransmitQueue& transmit, EventLog& events,
                 LifeGuardingListener& listener, std::uint8_t node_id);
 
-  // After a reset: the next answer has toggle bit 0, life guarding waits for the first request.
+  // Call it after a reset: the next answer has toggle bit 0, life guarding starts with the first
+  // request.
   void configure();
-  // The state that answers show; there are none in Initialising.
+  // The state in the answers; in Initialising there are none.
   void set_state(State state) { state_ = state; }
 
-  // The master's remote frame came at `now`; it may have any data length code.
+  // The master's remote frame was received at `now`; it may have any data length code.
   void request(Instant now);
 
-  // Tells that no request came for the life time.
+  // Reports life guarding as lost if no request was received for the life time.
   void advance(Instant now);
   Instant next_wake() const { return deadline_; }
 

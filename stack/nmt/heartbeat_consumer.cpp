@@ -16,7 +16,7 @@ std::uint32_t in_ms(Duration time) {
       std::chrono::duration_cast<std::chrono::milliseconds>(time).count());
 }
 
-// Bit 7 is the toggle bit of node guarding and 0 in heartbeats, so it makes a state reserved too.
+// Bit 7 is the toggle bit of node guarding and 0 in heartbeats, so a state with bit 7 is reserved.
 std::optional<State> decode_state(const can::Frame& frame) {
   const auto state = static_cast<State>(frame.data[0]);
   switch (state) {
@@ -113,7 +113,7 @@ void HeartbeatConsumer::overhear_guarding(std::uint8_t node, Duration life_time)
   if (!exists(node) || nodes_[node].guard.by_others) {
     return;
   }
-  const std::optional<std::byte> toggle = nodes_[node].guard.toggle;  // of requests of its own
+  const std::optional<std::byte> toggle = nodes_[node].guard.toggle;  // of own requests
   stop(node);
   listen(node);
   nodes_[node].time = life_time;
@@ -176,7 +176,7 @@ bool HeartbeatConsumer::take(std::uint8_t node, const can::Frame& frame) {
 
 void HeartbeatConsumer::advance(Instant now) {
   while (next_deadline() <= now) {
-    // In the order in which they happened, whatever the node-IDs.
+    // In the order of the deadlines, not of the node-IDs.
     const auto first = std::ranges::min_element(nodes_, {}, &Node::deadline);
     lose(static_cast<std::uint8_t>(first - nodes_.begin()));
   }
@@ -240,8 +240,8 @@ void HeartbeatConsumer::recover(std::uint8_t id, State state, Instant now) {
 }
 
 void HeartbeatConsumer::take_boot_up(std::uint8_t id, Instant now) {
-  // The node goes on to Pre-operational by itself. It may have forgotten its producer time, so the
-  // next heartbeat is waited for without a deadline. A guarded one is asked, whatever it forgot.
+  // The node enters Pre-operational by itself. It may have lost its producer heartbeat time, so the
+  // next heartbeat has no deadline. A guarded node is requested, so it keeps its deadline.
   nodes_[id].state = State::pre_operational;
   set_deadline(nodes_[id], nodes_[id].guard.asks() ? now + nodes_[id].time : kNever);
   if (emits_states_) {
@@ -272,8 +272,8 @@ void HeartbeatConsumer::take_heartbeat(std::uint8_t id, State state, Instant now
   }
 }
 
-// The period does not drift, and what was missed is left out. Requests that still wait for the bus
-// are not followed by others without end.
+// The period does not drift, and missed requests are skipped. The number of requests in the
+// transmit queue is limited.
 void HeartbeatConsumer::request(Instant now) {
   next_request_ = kNever;
   for (std::uint8_t id = can::kMinNodeId; guarded_ > 0 && id <= can::kMaxNodeId; ++id) {

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the error control messages of other nodes say (CiA 301, 7.2.8.3.2.2 and 7.2.8.3.3): boot-up,
-// NMT state, and loss of the heartbeat.
+// Evaluates the error control messages of other nodes (CiA 301, 7.2.8.3.2.2 and 7.2.8.3.3):
+// boot-up, NMT state, and loss of the heartbeat.
 //
-// Monitoring a node starts with its first heartbeat and starts over after its boot-up message. Each
-// frame is judged at its own receive time: a heartbeat that comes after its deadline tells the loss
-// (at the deadline) and then the recovery, no matter when advance() ran.
+// Monitoring of a node starts with its first heartbeat and restarts after its boot-up message. Each
+// frame is evaluated at its own receive time: a heartbeat after its deadline causes the report of
+// the loss (at the deadline) and then of the recovery, whenever advance() is called.
 //
-// A node may be guarded instead (7.2.8.3.2.1): then it is asked, and its answers are its heartbeat.
+// A node may be guarded instead (7.2.8.3.2.1): then it gets requests, and its answers count as
+// heartbeats.
 #pragma once
 
 #include <array>
@@ -23,42 +24,43 @@
 
 namespace linegate::nmt {
 
-// Node guarding as the NMT master of one node sees it (CiA 301, 7.2.8.3.2.1): a remote frame on
-// 700h + node-ID every guard time; the node answers with one byte.
-//   bit 7      toggle bit: 0 in the first answer after a boot-up, then the other of the last answer
+// Node guarding of one node by the NMT master (CiA 301, 7.2.8.3.2.1): a remote frame on 700h +
+// node-ID every guard time; the node answers with one byte.
+//   bit 7      toggle bit: 0 in the first answer after a boot-up, then inverted in each answer
 //   bits 0..6  NMT state
 inline constexpr std::byte kToggleBit{0x80};
 
-// The remote frame that asks the node.
+// The remote frame that requests the state of the node.
 can::Frame guard_request(std::uint8_t node);
 
 struct Guard {
   Duration time{};        // between two requests; 0 = the node is not guarded
   Instant next = kNever;  // the next request
-  // What the next answer must show; nothing = whatever comes first after the guarding began.
+  // The toggle bit expected in the next answer; nothing = either, for the first answer after the
+  // start of guarding.
   std::optional<std::byte> toggle;
 
-  bool by_others = false;  // its master asks it; nobody here does
+  bool by_others = false;  // the NMT master guards the node; this consumer sends no requests
 
   bool asks() const { return time > Duration::zero(); }
   bool active() const { return asks() || by_others; }
-  // Takes the toggle bit away. False if it is not the expected one: an answer that counts for
-  // nothing. Boot-up messages are no answers: they make 0 the expected one.
+  // Clears the toggle bit in the answer. Returns false if it is not the expected one: the answer is
+  // to be ignored. A boot-up message is not an answer: it makes 0 the expected toggle bit.
   bool take_toggle(can::Frame& answer);
 };
 
-// Event::code of heartbeat_lost: by which error control.
+// Event::code of heartbeat_lost: the kind of error control.
 inline constexpr std::uint32_t kByHeartbeat = 0;
 inline constexpr std::uint32_t kByNodeGuarding = 1;
-inline constexpr std::uint32_t kByLifeGuarding = 2;  // of the own node, which its master guarded
+inline constexpr std::uint32_t kByLifeGuarding = 2;  // of the own node, guarded by its master
 
-// Told from within receive() and advance(), after the event was emitted. Every function has a
-// default that does nothing.
+// Called within receive() and advance(), after the event was emitted. The default of every function
+// does nothing.
 class HeartbeatListener {
  public:
   virtual ~HeartbeatListener() = default;
   virtual void boot_up(std::uint8_t node, Instant now);
-  // Every heartbeat, after heartbeat_recovered() if it is one.
+  // Called for every heartbeat, after heartbeat_recovered() where that applies.
   virtual void heartbeat(std::uint8_t node, State state, Instant now);
   virtual void heartbeat_lost(std::uint8_t node, Instant deadline);
   virtual void heartbeat_recovered(std::uint8_t node, Instant now);
@@ -68,9 +70,9 @@ class HeartbeatListener {
 // other values have no effect.
 class HeartbeatConsumer {
  public:
-  // Frames wanted are registered as Service::error_control with index = mark | node-ID: with
-  // different marks (multiples of 128) several consumers share one dispatch. transmit takes the
-  // requests of guard(). All must outlive it.
+  // Registers its frames as Service::error_control with index = mark | node-ID: with different
+  // marks (multiples of 128) several consumers share one dispatch. transmit receives the requests
+  // of guard(). All must outlive this object.
   HeartbeatConsumer(can::Dispatch& dispatch, EventLog& events, std::uint16_t mark = 0,
                     can::TransmitQueue* transmit = nullptr);
   ~HeartbeatConsumer();
@@ -78,43 +80,43 @@ class HeartbeatConsumer {
   HeartbeatConsumer& operator=(const HeartbeatConsumer&) = delete;
 
   void set_listener(HeartbeatListener* listener) { listener_ = listener; }
-  // boot_up and node_state are events of another consumer, which listens to all nodes.
+  // Another consumer, which listens to all nodes, emits boot_up and node_state instead.
   void leave_states_to_another() { emits_states_ = false; }
 
-  // Wants the node's error control messages, monitored or not.
+  // Registers for the node's error control messages, monitored or not.
   void listen(std::uint8_t node);
-  // Of all nodes but the own one.
+  // Registers for all nodes except the own one.
   void listen_all(std::uint8_t own);
-  // No longer wants them; ends the monitoring too and forgets what was known.
+  // Deregisters the node; also ends its monitoring and discards its state.
   void ignore(std::uint8_t node);
 
-  // Expects a heartbeat within `time` after the one before, from the next heartbeat on. 0 is
-  // stop().
+  // Expects a heartbeat within `time` of the previous one, from the next heartbeat on. 0 has the
+  // effect of stop().
   void monitor(std::uint8_t node, Duration time);
-  // Asks the node for its state every guard_time (100Ch) from now on; without a right answer for
-  // guard_time x life_time_factor (100Dh) it is lost, the time until the first one included. A
-  // product of 0 is stop(). Without a transmit queue nobody is asked.
+  // Requests the node's state every guard_time (100Ch) from now on. Without a valid answer for
+  // guard_time x life_time_factor (100Dh), from now on, the node is lost. A product of 0 has the
+  // effect of stop(). Without a transmit queue no request is sent.
   void guard(std::uint8_t node, Duration guard_time, std::uint8_t life_time_factor, Instant now);
-  // Its master guards the node, and nothing is asked: its answers carry the toggle bit. Without a
-  // right answer for life_time after the one before it is lost; 0 = never. Requests of
-  // guard() end. No effect if it is guarded so already.
+  // The NMT master guards the node and this consumer sends no requests: the node's answers have the
+  // toggle bit. Without a valid answer for life_time after the previous one the node is lost; 0 =
+  // never. Ends the requests of guard(). No effect if the node's guarding is already overheard.
   void overhear_guarding(std::uint8_t node, Duration life_time);
-  // Asks the node for its state once, guarded or not; the answer is taken as a heartbeat, whatever
-  // its toggle bit. Without a transmit queue nobody is asked.
+  // Requests the node's state once, guarded or not; the answer counts as a heartbeat, whatever its
+  // toggle bit. Without a transmit queue no request is sent.
   void ask(std::uint8_t node);
-  // Ends monitoring and guarding; goes on listening.
+  // Ends monitoring and guarding; the node stays registered.
   void stop(std::uint8_t node);
 
-  // A frame on 700h + node, at frame.time. False if it is neither a boot-up message nor a heartbeat
-  // (length other than 1, reserved state, the wrong toggle bit in the answer of a guarded node):
-  // nothing was done then, and the owner tells it.
+  // A frame on 700h + node, received at frame.time. Returns false, without an effect, if it is
+  // neither a boot-up message nor a heartbeat (length other than 1, reserved state, wrong toggle
+  // bit in the answer of a guarded node): the owner reports it.
   bool receive(std::uint8_t node, const can::Frame& frame);
 
-  // Tells the losses whose deadline is <= now, and asks the guarded nodes whose turn it is.
+  // Reports losses whose deadline is <= now, and sends guarding requests that are due.
   void advance(Instant now);
   Instant next_wake() const;
 
-  State state(std::uint8_t node) const;     // unknown until something was heard
+  State state(std::uint8_t node) const;     // unknown until a message was received
   bool monitored(std::uint8_t node) const;  // or guarded
   bool guarded(std::uint8_t node) const;
   bool lost(std::uint8_t node) const;  // from the loss until the next heartbeat
@@ -127,7 +129,7 @@ class HeartbeatConsumer {
     State state = State::unknown;
     bool listening = false;
     bool lost = false;
-    bool asked = false;  // by ask(), and has not answered
+    bool asked = false;  // ask() sent a request that was not answered yet
     Guard guard;
   };
 
@@ -148,8 +150,8 @@ class HeartbeatConsumer {
   EventLog& events_;
   std::uint16_t mark_;
   can::TransmitQueue* transmit_;
-  std::size_t guarded_ = 0;        // how many nodes are
-  Instant next_request_ = kNever;  // the earliest of them
+  std::size_t guarded_ = 0;        // number of guarded nodes
+  Instant next_request_ = kNever;  // the earliest Guard::next
   bool emits_states_ = true;
   HeartbeatListener* listener_ = nullptr;
   std::array<Node, can::kMaxNodeId + 1> nodes_{};

@@ -55,7 +55,7 @@ void HeartbeatProducer::read_period() {
 }
 
 void HeartbeatProducer::send(std::uint8_t content) {
-  // A full queue means that the bus has not taken anything for long; the next period tries again.
+  // A full queue means that the bus has been blocked for long; the next period retries.
   transmit_.push(can::TransmitClass::error_control,
                  can::make_frame(can::kErrorControlBase + node_id_, {content}));
 }

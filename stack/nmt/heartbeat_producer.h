@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Boot-up message and heartbeat of the own node (CiA 301, 7.2.8.3.2.2, 7.2.8.3.3 and object 1017h):
-// one byte on CAN-ID 700h + node-ID, 00h for boot-up, else the NMT state.
+// one byte on CAN-ID 700h + node-ID, 00h for boot-up, otherwise the NMT state.
 #pragma once
 
 #include <cstdint>
@@ -15,22 +15,23 @@ namespace linegate::nmt {
 // Hook of 1017h (U16, ms, 0 = no heartbeat). A write restarts the heartbeat at once.
 class HeartbeatProducer final : public od::Hook {
  public:
-  // Both must outlive the producer, node_id is 1..127. The owner sets the hook.
+  // Both must outlive the producer; node_id is 1..127. The owner sets the hook.
   HeartbeatProducer(const od::Dictionary& dictionary, can::TransmitQueue& transmit,
                     std::uint8_t node_id);
 
-  // Sends the boot-up message. It counts as the first heartbeat: the next comes one period later.
+  // Sends the boot-up message. It counts as the first heartbeat: the next one is due one period
+  // later.
   void boot_up(Instant now);
-  // The state that heartbeats show from now on.
+  // The state in heartbeats from now on.
   void set_state(State state) { state_ = state; }
 
-  // Sends the first heartbeat after 1017h was written; runs no time-out.
+  // Sends the first heartbeat after a write to 1017h; processes no time-out.
   void settle(Instant now);
-  // Sends a heartbeat if one is due. The period does not drift: the next is due one period after
-  // this one was. A producer called too late leaves out what it missed, and a heartbeat that is
-  // still waiting for the bus is not followed by a second one.
+  // Sends a heartbeat if one is due. The period does not drift: the next one is due one period
+  // after the due time of this one. Missed heartbeats are skipped, and no heartbeat is queued while
+  // another one is still in the transmit queue.
   void advance(Instant now);
-  // A time in the past (Instant{}) after a write: advance() or settle() is wanted at once.
+  // A time in the past (Instant{}) after a write: call advance() or settle() at once.
   Instant next_wake() const { return next_; }
 
   void written(od::Address address) override;

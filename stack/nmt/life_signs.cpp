@@ -8,12 +8,13 @@
 namespace linegate::nmt {
 namespace {
 
-// A frame that a controller repeated is no second heartbeat.
+// A frame repeated by a controller is not a second heartbeat.
 constexpr Duration kRepeated = std::chrono::milliseconds(5);
 
 }  // namespace
 
-// A change of state may send a heartbeat between two others, so that what was learned fades slowly.
+// A change of state may cause a heartbeat within a period, so a shorter time reduces the learned
+// period slowly.
 void LifeSigns::heartbeat(std::uint8_t id, Instant now) {
   Node& node = nodes_[id];
   if (node.last != kNever) {

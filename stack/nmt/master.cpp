@@ -26,7 +26,7 @@ void Master::set_active(bool active) {
     return;
   }
   waiting_.clear();
-  can::Frame dropped;  // NMT is the most urgent class
+  can::Frame dropped;  // always an NMT frame: NMT is the most urgent class
   while (transmit_.queued(can::TransmitClass::nmt) > 0 && transmit_.pop_urgent(dropped)) {
   }
 }
@@ -52,7 +52,7 @@ bool Master::waits(const NodeControl& control) const {
   });
 }
 
-// A command that finds no room waits for the next inhibit time.
+// If the transmit queue is full, the command is retried later.
 void Master::advance(Instant now) {
   while (!waiting_.empty() && free_at_ <= now) {
     if (!push(waiting_.front(), now)) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The NMT master's half of node control (CiA 301, 7.2.8.2.1): commands become frames, with the
-// inhibit time of 102Ah (CiA 302-2) between them.
+// Node control by the NMT master (CiA 301, 7.2.8.2.1): sends commands as frames, separated by the
+// inhibit time of 102Ah (CiA 302-2).
 #pragma once
 
 #include <cstdint>
@@ -19,24 +19,25 @@ namespace linegate::nmt {
 
 class Master {
  public:
-  // transmit must outlive the master; so must dictionary, whose 102Ah (UNSIGNED16, 100 us) is read
-  // before each command. Without one, or without the object, commands follow each other at once.
+  // transmit and dictionary must outlive the master. 102Ah (UNSIGNED16, 100 us) of the dictionary
+  // is read before each command. Without a dictionary, or without the object, there is no inhibit
+  // time.
   explicit Master(can::TransmitQueue& transmit, const od::Dictionary* dictionary = nullptr);
 
-  // False: the node is not the NMT master of its network (1F80h bit 0). send() refuses, and
-  // commands that no controller has taken yet are dropped. True to begin with.
+  // False: the node is not the NMT master of its network (1F80h bit 0). Then send() refuses, and
+  // commands in the transmit queue are dropped. Initially true.
   void set_active(bool active);
 
-  // Queues the command for a node, 1..127, or 0 = all nodes but the master itself. It is sent when
-  // the inhibit time of the one before is over, in the order of the calls. False if node is above
-  // 127, there is no room, or the master is not active: nothing was queued then.
+  // Queues the command for a node, 1..127, or 0 = all nodes except the master itself. It is sent
+  // after the inhibit time of the previous one, in the order of the calls. Returns false, without
+  // queueing, if node is above 127, the queue is full, or the master is not active.
   bool send(Command command, std::uint8_t node, Instant now);
 
-  // The command waits for the inhibit time.
+  // Whether the command waits for the end of the inhibit time.
   bool waits(const NodeControl& control) const;
 
   void advance(Instant now);
-  // Of the next command that waits; kNever if none does.
+  // When the next waiting command is due; kNever if none waits.
   Instant next_wake() const { return waiting_.empty() ? kNever : free_at_; }
 
  private:
@@ -46,7 +47,7 @@ class Master {
   can::TransmitQueue& transmit_;
   const od::Dictionary* dictionary_;
   std::deque<NodeControl> waiting_;
-  Instant free_at_{};  // of the inhibit time
+  Instant free_at_{};  // end of the inhibit time
   bool active_ = true;
 };
 

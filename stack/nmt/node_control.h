@@ -19,8 +19,8 @@ struct NodeControl {
   constexpr bool addresses(std::uint8_t own) const { return node == 0 || node == own; }
 };
 
-// The state that a node is in when it has done what the command says: after a reset it enters
-// Pre-operational by itself.
+// The state of a node after it has executed the command: after a reset it enters Pre-operational by
+// itself.
 constexpr State state_after(Command command) {
   switch (command) {
     case Command::start:
@@ -37,8 +37,8 @@ constexpr State state_after(Command command) {
 
 can::Frame encode(NodeControl control);
 
-// Nothing if the length is not 2, the command specifier is not one of CiA 301's, or the node-ID is
-// above 127.
+// Returns nothing if the length is not 2, CiA 301 does not define the command specifier, or the
+// node-ID is above 127.
 std::optional<NodeControl> decode_node_control(const can::Frame& frame);
 
 }  // namespace linegate::nmt

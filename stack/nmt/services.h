@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which communication objects exist in which NMT state (CiA 301, 7.3.2.2.6).
+// The communication objects that exist in each NMT state (CiA 301, 7.3.2.2.6).
 #pragma once
 
 #include "stack/can/dispatch.h"
@@ -7,8 +7,9 @@
 
 namespace linegate::nmt {
 
-// Node control and error control are served in every state but Initialising, PDOs in Operational
-// alone, the others in Pre-operational and Operational. LSS is there in Stopped as well (CiA 305).
+// Node control and error control are served in every state except Initialising, PDOs only in
+// Operational, the others in Pre-operational and Operational. LSS is also served in Stopped (CiA
+// 305).
 constexpr bool is_served(can::Service service, State state) {
   const bool configurable = state == State::operational || state == State::pre_operational;
   switch (service) {

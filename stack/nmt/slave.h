@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The NMT state machine of a device (CiA 301, 7.3.2.2): which state follows which command.
+// The NMT state machine of a device (CiA 301, 7.3.2.2).
 //
 //   Initialising --boot-up--> Pre-operational <--> Operational, Stopped
-// It only knows states. What a reset restores and which services stop is done by node::Node.
+// This class only tracks the state: node::Node restores values after a reset and starts and stops
+// services.
 #pragma once
 
 #include <cstdint>
@@ -11,11 +12,11 @@
 
 namespace linegate::nmt {
 
-// What the owner has to do after a command.
+// The action that the owner has to take after a command.
 enum class Effect : std::uint8_t {
-  none,                 // the state is as it was
-  state_changed,        // to the new state()
-  reset_node,           // restore everything, then call booted(); state() is initialising
+  none,                 // the state is unchanged
+  state_changed,        // the state changed to state()
+  reset_node,           // restore all values, then call booted(); state() is initialising
   reset_communication,  // restore the communication area, then call booted()
 };
 
@@ -23,12 +24,12 @@ class Slave {
  public:
   State state() const { return state_; }
 
-  // Obeyed in every state but Initialising.
+  // Commands are executed in every state except Initialising.
   Effect command(Command command);
 
-  // Initialisation is complete and the boot-up message has been sent: Pre-operational.
+  // Initialisation is complete and the boot-up message was sent: enters Pre-operational.
   void booted();
-  // Back to Initialising without a command: power-on.
+  // Returns to Initialising without a command: power-on.
   void initialise();
 
  private:

@@ -7,13 +7,13 @@
 
 namespace linegate::nmt {
 
-// The codes of heartbeat and node guarding.
+// The state codes in heartbeats and node guarding answers.
 enum class State : std::uint8_t {
   initialising = 0x00,
   stopped = 0x04,
   operational = 0x05,
   pre_operational = 0x7F,
-  unknown = 0xFF,  // never on the wire: nothing heard yet
+  unknown = 0xFF,  // never on the wire: no message received yet
 };
 
 // Command specifiers of the node control service.
