@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The EMCY consumer (CiA 301, 7.2.7): emergency messages of other nodes become events.
+// The EMCY consumer (CiA 301, 7.2.7): reports emergency messages of other nodes as events.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 
 namespace linegate::emcy {
 
-// Told from within receive(), after the event was emitted.
+// Called within receive(), after the event was emitted.
 class Listener {
  public:
   virtual ~Listener() = default;
@@ -24,8 +24,8 @@ class Listener {
 // Emits EventKind::emcy. node is 1..127 everywhere; other values have no effect.
 class Consumer {
  public:
-  // Frames wanted are registered as Service::emcy with index = mark | node-ID: with different marks
-  // (multiples of 128) several consumers share one dispatch. Both must outlive it.
+  // Registers its frames as Service::emcy with index = mark | node-ID: with different marks
+  // (multiples of 128) several consumers share one dispatch. Both must outlive this object.
   Consumer(can::Dispatch& dispatch, EventLog& events, std::uint16_t mark = 0);
   ~Consumer();
   Consumer(const Consumer&) = delete;
@@ -33,18 +33,18 @@ class Consumer {
 
   void set_listener(Listener* listener) { listener_ = listener; }
 
-  // Wants the node's messages, which come on cob_id; one that is invalid or restricted is
+  // Registers for the node's messages on cob_id; an invalid or restricted one has the effect of
   // ignore().
   void listen(std::uint8_t node, can::CobId cob_id);
-  // Of all nodes but the own one, on 80h + node-ID.
+  // Registers for all nodes except the own one, on 80h + node-ID.
   void listen_all(std::uint8_t own);
   void ignore(std::uint8_t node);
 
-  // A frame of the node, at frame.time. False if it does not have 8 bytes: nothing was done then,
-  // and the owner tells it.
+  // A frame of the node, received at frame.time. Returns false, without an effect, if it does not
+  // have 8 bytes: the owner reports it.
   bool receive(std::uint8_t node, const can::Frame& frame);
 
-  // Messages received.
+  // Number of messages received.
   std::uint64_t received() const { return received_; }
 
  private:
@@ -53,7 +53,7 @@ class Consumer {
   std::uint16_t mark_;
   Listener* listener_ = nullptr;
   std::uint64_t received_ = 0;
-  std::array<can::CobId, can::kMaxNodeId + 1> cob_ids_{};  // invalid = not listened to
+  std::array<can::CobId, can::kMaxNodeId + 1> cob_ids_{};  // invalid = not registered
 };
 
 }  // namespace linegate::emcy

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Object 1028h, emergency consumer (CiA 301, 7.5.2.31): feeds a Consumer.
+// Object 1028h, emergency consumer (CiA 301, 7.5.2.31): configures a Consumer.
 //   sub 1..127  U32  COB-ID of the EMCY of the node with that node-ID, bit 31 = not consumed
 #pragma once
 
@@ -12,16 +12,16 @@
 
 namespace linegate::emcy {
 
-// Hook of 1028h: writes take effect at once. Only nodes listed are consumed.
+// Hook of 1028h: writes take effect at once. Only EMCYs of listed nodes are consumed.
 class ConsumerObject final : public od::Hook {
  public:
-  // Both must outlive it. The owner sets the hook.
+  // Both must outlive this object. The owner sets the hook.
   ConsumerObject(const od::Dictionary& dictionary, Consumer& consumer);
 
   // Reads all elements.
   void configure();
 
-  // invalid_value as for 1014h, see can/cob_id_rule.h.
+  // Returns invalid_value as for 1014h, see can::check_cob_id().
   AbortCode check_write(od::Address address, std::span<const std::byte> value) override;
   void written(od::Address address) override;
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Object 1003h, pre-defined error field (CiA 301, 7.5.2.4).
-//   sub 0     U8   number of errors; 0 may be written and empties the history
+//   sub 0     U8   number of errors; writing 0 clears the history
 //   sub 1..n  U32  newest first: emergency error code, above it two bytes of additional information
 #pragma once
 
@@ -13,20 +13,20 @@
 
 namespace linegate::emcy {
 
-// Hook of 1003h. As deep as the object has sub-indices; without the object nothing is kept.
+// Hook of 1003h. Keeps as many errors as the object has sub-indices; without the object, none.
 class ErrorHistory final : public od::Hook {
  public:
-  // dictionary must outlive it. The owner sets the hook.
+  // dictionary must outlive this object. The owner sets the hook.
   explicit ErrorHistory(od::Dictionary& dictionary);
 
-  // The first two manufacturer bytes are the additional information.
+  // Adds an error; the first two manufacturer bytes become the additional information.
   void add(const Message& message);
   void clear();
   std::uint8_t count() const;
 
-  // no_data for entries that are not in use.
+  // Returns no_data for entries that are not in use.
   AbortCode before_read(od::Address address, const od::Variable& variable) override;
-  // invalid_value for anything but 0 to sub 0.
+  // Returns invalid_value for any write except 0 to sub-index 0.
   AbortCode check_write(od::Address address, std::span<const std::byte> value) override;
   void written(od::Address address) override;
 

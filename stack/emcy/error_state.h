@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which errors of a device are present: the error state machine of CiA 301 (7.2.7.1), error free or
-// not, and the error register 1001h as the sum of what is present.
+// The present errors of a device: the error state machine of CiA 301 (7.2.7.1) with the states
+// error free and error occurred, and the error register 1001h as the union of the present errors.
 #pragma once
 
 #include <array>
@@ -9,22 +9,23 @@
 
 namespace linegate::emcy {
 
-// The bits of the error register that an emergency error code stands for by its class: generic
-// always; current 2xxxh, voltage 3xxxh, temperature 4xxxh, communication 81xxh and 82xxh, device
-// profile FFxxh. 0 for error reset (00xxh).
+// The bits of the error register for the class of an emergency error code: generic always; current
+// 2xxxh, voltage 3xxxh, temperature 4xxxh, communication 81xxh and 82xxh, device profile FFxxh. 0
+// for error reset (00xxh).
 std::uint8_t register_of(std::uint16_t code);
 
 class ErrorState {
  public:
-  // One more error with these bits of the error register. Gives the error register that was
-  // `present`, with its bits.
+  // Adds an error with these bits of the error register. Returns the error register `present` with
+  // these bits set.
   std::uint8_t begin_bits(std::uint8_t bits, std::uint8_t present);
-  // One less with them. Precondition: it has begun.
+  // Removes an error with these bits. Precondition: it was added.
   std::uint8_t end_bits(std::uint8_t bits, std::uint8_t present);
-  // One more error of that class. Gives the error register that was `present`, with its bits.
+  // Adds an error with this code. Returns the error register `present` with the bits of the code
+  // set.
   std::uint8_t begin(std::uint16_t code, std::uint8_t present);
-  // One less. Bits that no other error needs are taken away, unless somebody else had set them
-  // before. Precondition: that many of the class have begun.
+  // Removes an error with this code. Clears bits that no other error needs, unless another
+  // component had set them before. Precondition: as many errors of the class were added.
   std::uint8_t end(std::uint16_t code, std::uint8_t present);
 
   bool error_free() const { return errors_ == 0; }
@@ -33,8 +34,8 @@ class ErrorState {
 
  private:
   std::size_t errors_ = 0;
-  std::array<std::size_t, 8> needed_{};  // by bit
-  std::uint8_t ours_ = 0;                // bits that were not set before
+  std::array<std::size_t, 8> needed_{};  // number of errors, by bit
+  std::uint8_t ours_ = 0;                // bits that were 0 before the first error set them
 };
 
 }  // namespace linegate::emcy

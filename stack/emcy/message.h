@@ -27,17 +27,17 @@ enum ErrorRegister : std::uint8_t {
   kManufacturer = 0x80,
 };
 
-// Emergency error codes that the stack itself sends.
+// Emergency error codes of the stack itself.
 inline constexpr std::uint16_t kErrorReset = 0x0000;
 inline constexpr std::uint16_t kDataSet = 0x6300;  // stored parameters cannot be used
 inline constexpr std::uint16_t kOverrun = 0x8110;  // frames were lost
 inline constexpr std::uint16_t kPassive = 0x8120;
-inline constexpr std::uint16_t kHeartbeatError = 0x8130;  // or life guarding
+inline constexpr std::uint16_t kHeartbeatError = 0x8130;  // heartbeat or life guarding
 inline constexpr std::uint16_t kBusOffLeft = 0x8140;
 inline constexpr std::uint16_t kIdCollision = 0x8150;
-inline constexpr std::uint16_t kPdoLength = 0x8210;        // not processed
-inline constexpr std::uint16_t kPdoTooLong = 0x8220;       // first bytes used
-inline constexpr std::uint16_t kMpdoDestination = 0x8230;  // of an MPDO: not available
+inline constexpr std::uint16_t kPdoLength = 0x8210;        // the PDO was not processed
+inline constexpr std::uint16_t kPdoTooLong = 0x8220;       // the first bytes were used
+inline constexpr std::uint16_t kMpdoDestination = 0x8230;  // destination of an MPDO not available
 inline constexpr std::uint16_t kSyncLength = 0x8240;       // unexpected SYNC data length
 inline constexpr std::uint16_t kRpdoTimeout = 0x8250;
 
@@ -52,7 +52,7 @@ struct Message {
 };
 
 can::Frame encode(const Message& message, can::CobId cob_id);
-// Nothing if the frame does not have 8 bytes.
+// Returns nothing if the frame does not have 8 bytes.
 std::optional<Message> decode(const can::Frame& frame);
 
 // kind is emcy or emcy_sent.

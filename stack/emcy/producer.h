@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The EMCY producer of the own node (CiA 301, 7.2.7), with the objects it keeps:
+// The EMCY producer of the own node (CiA 301, 7.2.7), with its objects:
 //   1001h  U8   error register, as in the last message
 //   1003h       history of errors, see ErrorHistory
 //   1014h  U32  COB-ID EMCY, bit 31 = not valid
@@ -23,15 +23,15 @@
 namespace linegate::emcy {
 
 enum class SendResult : std::uint8_t {
-  sent,       // handed to the transmit queue
-  queued,     // the inhibit time runs; the message follows when it is over
-  inhibited,  // the inhibit time runs and kWaiting messages wait already, or the transmit queue is
-              // full: the message will not be sent
-  disabled,   // there is no valid COB-ID, or the NMT state does not allow EMCY
-  errors_remain,  // an error reset that is not sent because other errors are present
+  sent,           // passed to the transmit queue
+  queued,         // during the inhibit time: the message is sent when it is over
+  inhibited,      // during the inhibit time with kWaiting messages waiting already, or with
+                  // a full transmit queue: the message will not be sent
+  disabled,       // there is no valid COB-ID, or the NMT state does not allow EMCY
+  errors_remain,  // an error reset that is not sent because other errors remain
 };
 
-// Emits emcy_sent when the bus has acknowledged the frame.
+// Emits emcy_sent when the frame was acknowledged on the bus.
 class SentReporter {
  public:
   virtual ~SentReporter() = default;
@@ -39,8 +39,8 @@ class SentReporter {
   virtual void emcy_queued(const can::Frame& frame, const Event& event, EventLog& events) = 0;
 };
 
-// Hook of 1014h and 1015h. Without a SentReporter emits emcy_sent for every message handed to the
-// transmit queue.
+// Hook of 1014h and 1015h. Without a SentReporter, emits emcy_sent for every message that is passed
+// to the transmit queue.
 class Producer final : public od::Hook {
  public:
   static constexpr std::size_t kWaiting = 16;
@@ -50,40 +50,40 @@ class Producer final : public od::Hook {
   Producer(od::Dictionary& dictionary, can::TransmitQueue& transmit, EventLog& events,
            std::uint8_t node_id);
 
-  // From now on what others send on 1014h, while that is valid, is for the target {emcy, index}.
-  // dispatch must outlive the producer.
+  // Registers the target {emcy, index} for frames of other nodes on the COB-ID in 1014h, while that
+  // is valid. dispatch must outlive the producer.
   void listen_for_others(can::Dispatch& dispatch, std::uint16_t index);
 
-  // reporter: see above; must outlive the producer.
+  // reporter must outlive the producer.
   void set_reporter(SentReporter* reporter) { reporter_ = reporter; }
 
-  // After a reset: forgets what waits.
+  // Call it after a reset: discards waiting messages.
   void configure();
   // True in Pre-operational and Operational.
   void set_active(bool active) { active_ = active; }
 
-  // Tells an error, or with code 0000h that errors have gone: error_register becomes 1001h, and
-  // errors enter 1003h, whatever the result. info: manufacturer bytes, missing ones are 0, those
-  // after the fifth are left out.
+  // Reports an error, or with code 0000h that errors are gone: error_register is written to 1001h,
+  // and errors are added to 1003h, whatever the result. info: manufacturer bytes; missing bytes are
+  // 0, bytes after the fifth are ignored.
   SendResult send(std::uint16_t code, std::uint8_t error_register, std::span<const std::byte> info,
                   Instant now);
 
-  // Sends one that is not of the own node, in its name (CiA 302-7): 1001h and 1003h stay as they
-  // are.
+  // Sends a message of another node as an EMCY of the own node (CiA 302-7): 1001h and 1003h are
+  // unchanged.
   SendResult relay(const Message& message, Instant now);
 
   // The frame of the last message that was sent or queued.
   const can::Frame& newest() const { return newest_; }
-  // A message with that frame waits for the end of the inhibit time.
+  // Whether a message with that frame waits for the end of the inhibit time.
   bool waits(const can::Frame& frame) const;
 
-  // Object 1001h.
+  // The value of object 1001h.
   std::uint8_t error_register() const;
-  // Sets it without a message: some of several errors have gone.
+  // Sets 1001h without a message: for when some of several errors are gone.
   void set_error_register(std::uint8_t value);
   ErrorHistory& history() { return history_; }
 
-  // Sends what waited for the end of the inhibit time.
+  // Sends messages that waited for the end of the inhibit time.
   void advance(Instant now);
   Instant next_wake() const { return active_ && waiting_ > 0 ? inhibited_until_ : kNever; }
 
@@ -101,8 +101,8 @@ class Producer final : public od::Hook {
   std::uint8_t node_id_;
   SentReporter* reporter_ = nullptr;
   can::Dispatch* dispatch_ = nullptr;
-  std::uint16_t index_ = 0;  // in it
-  can::CobId listened_{};    // the one that is in it
+  std::uint16_t index_ = 0;  // index of the target in dispatch
+  can::CobId listened_{};    // the COB-ID registered there
   ErrorHistory history_;
   bool active_ = false;
   Instant inhibited_until_{};
