@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// One direction of a process image: the bytes, and the marks that say what happened to them since
-// the last snapshot. This is what a PDO copy plan writes to, so everything here is inline and flat.
+// One direction of a process image: the bytes, and marks of the changes since the last snapshot.
+// PDO copy plans write to it, so everything here is inline and flat.
 //
-// Three kinds of marks are kept, none of which needs an entry to be looked up when a frame arrives:
-//   dirty        one bit per bit of the image: it changed since the last snapshot. Snapshots fold
-//                them into one `changed` bit per entry.
+// There are three kinds of marks, none of which requires the look-up of an entry when a frame is
+// received:
+//   dirty        one bit per bit of the image: it changed since the last snapshot. Snapshots
+//                combine them into one `changed` bit per entry.
 //   generations  per block of 64 bytes: the generation of the area in which it last changed. A copy
-//                of the area that is up to date with generation g lacks the blocks with a later
-//                one.
-//   pdos         per local PDO: receptions (transmissions) and the time of the last.
+//                of the area with generation g lacks the blocks with a later generation.
+//   pdos         per local PDO: number of receptions (transmissions) and time of the last one.
 #pragma once
 
 #include <bit>
@@ -23,17 +23,17 @@
 namespace linegate::image {
 
 inline constexpr std::size_t kBlockBytes = 64;
-// Bytes behind an area that a 64-bit access at its last byte may touch.
+// Bytes after an area that a 64-bit access at its last byte may touch.
 inline constexpr std::size_t kSlackBytes = 8;
 
-// What is known about one local PDO. attention is not 0 when the next frame needs more than
-// copying; the reasons are bits, kNotValid here, the others belong to pdo::Engine.
+// The state of one local PDO. attention is not 0 if the next frame needs more than copying; the
+// reasons are bits: kNotValid here, the others belong to pdo::Engine.
 struct PdoState {
   Instant last{};           // receive (send) time of the last frame that is in the image
   std::uint32_t count = 0;  // frames since the last snapshot
   std::uint32_t attention = 0;
 
-  static constexpr std::uint32_t kNotValid = 0x01;  // its entries are not (or no longer) valid
+  static constexpr std::uint32_t kNotValid = 0x01;  // its entries are not valid
 };
 static_assert(sizeof(PdoState) == 16);
 
@@ -47,9 +47,9 @@ class Area {
   const std::byte* data() const { return hot_.bytes; }
   std::size_t size() const { return bytes_.size() - kSlackBytes; }
 
-  // Bits of `mask` in the 64-bit little-endian word at byte `offset` become those of `word`; what
-  // changes is marked. True if anything changed. Precondition: no bit of the mask lies beyond the
-  // area.
+  // Replaces the bits of `mask` in the 64-bit little-endian word at byte `offset` with those of
+  // `word` and marks the changes. Returns true if a bit changed. Precondition: all bits of the mask
+  // are in the area.
   bool merge(std::uint32_t offset, std::uint64_t word, std::uint64_t mask) {
     LINEGATE_ASSERT_HOT(has(offset, mask), "the bits lie in the area");
     const Hot hot = hot_;  // loaded before bytes are stored, which might alias it
@@ -60,7 +60,7 @@ class Area {
     return true;
   }
 
-  // Marks bits of the word at byte `offset` as changed.
+  // Marks these bits of the word at byte `offset` as changed.
   void mark(std::uint32_t offset, std::uint64_t difference) {
     LINEGATE_ASSERT_HOT(has(offset, difference), "the bits lie in the area");
     const Hot hot = hot_;
@@ -68,7 +68,7 @@ class Area {
     hot_.changed_in = hot.generation;
   }
 
-  // A frame of PDO `slot` (local PDO number - 1) is in the image, or was sent.
+  // A frame of PDO `slot` (local PDO number - 1) was copied into the image, or was sent.
   void touch(std::size_t slot, Instant time, std::uint32_t frames = 1) {
     LINEGATE_ASSERT_HOT(slot < pdos(), "the area has the PDO");
     const Hot hot = hot_;
@@ -76,8 +76,8 @@ class Area {
     hot_.touched_in = hot.generation;
   }
 
-  // Many merges and touches in a row, with nothing in between that uses the area: what no frame
-  // changes stays in registers. changed() and touched() know of them from the end on.
+  // A series of merges and touches without any other use of the area in between: state that no
+  // frame changes stays in registers. changed() and touched() are updated at its end.
   class Series;
 
   PdoState& pdo(std::size_t slot) {  // NOLINT(*-const)
@@ -89,34 +89,34 @@ class Area {
     return hot_.pdos[slot];
   }
   std::size_t pdos() const { return pdos_.size(); }
-  // Room for at least so many PDOs; new ones are not valid. Allocates.
+  // Makes room for at least `count` PDOs; new ones are not valid. Allocates.
   void grow_pdos(std::size_t count);
 
-  // Some value (or its validity) changed, or some PDO was touched, since the last snapshot.
+  // Whether a value (or its validity) changed, or a PDO was touched, since the last snapshot.
   bool changed() const { return hot_.changed_in == hot_.generation; }
   bool touched() const { return hot_.touched_in == hot_.generation; }
 
  private:
   friend class ProcessImage;
 
-  // Bits of a 64-bit word at byte `offset` that lie in the area.
+  // Whether the bits of a 64-bit word at byte `offset` are in the area.
   bool has(std::uint32_t offset, std::uint64_t mask) const {
     return std::size_t{offset} * 8 + static_cast<std::size_t>(std::bit_width(mask)) <= size() * 8;
   }
 
-  // One cache line with all a frame needs; the vectors below own what it points to.
+  // All that a frame needs in one cache line; the vectors below own the memory it points to.
   struct alignas(64) Hot {
     std::byte* bytes = nullptr;
     std::byte* dirty = nullptr;
     std::uint64_t* generations = nullptr;
     PdoState* pdos = nullptr;
     std::uint64_t* touched = nullptr;
-    std::uint64_t generation = 1;  // grows with every snapshot
+    std::uint64_t generation = 1;  // increases with every snapshot
     std::uint64_t changed_in = 0;
     std::uint64_t touched_in = 0;
   };
 
-  // The bits that changed.
+  // Returns the bits that changed.
   static std::uint64_t merge(const Hot& hot, std::uint32_t offset, std::uint64_t word,
                              std::uint64_t mask) {
     std::byte* const place = hot.bytes + offset;
@@ -174,7 +174,7 @@ class Area::Series {
     touches_ += frames;
   }
   const PdoState& pdo(std::size_t slot) const { return hot_.pdos[slot]; }
-  // Frames so far.
+  // Number of frames so far.
   std::uint64_t touches() const { return touches_; }
 
  private:

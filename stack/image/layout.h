@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where every process value of a line lies: the entry table of one direction.
+// The place of every process value of a line: the entry table of one direction.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ constexpr std::string_view name(Direction direction) {
 
 inline constexpr std::uint32_t kMaxAreaBytes = 131'072;
 
-// One object's place in the image.
+// The place of one object in the image.
 struct Entry {
   std::uint32_t bit_offset = 0;  // from the start of the area; bit 0 is the lowest of byte 0
   std::uint16_t bit_length = 0;  // whole-byte values are aligned to their size (1, 2, 4, 8)
@@ -31,29 +31,29 @@ struct Entry {
   std::uint16_t remote_pdo = 0;      // 1..512: the device's TPDO (inputs) or RPDO (outputs)
   std::uint16_t local_pdo = 0;       // 1..512: RPDO (inputs) or TPDO (outputs) in the manager's own
                                      // dictionary; above 512: consumed without an object of its
-                                     // own; 0: an object of the own node, of no linked PDO
+                                     // own; 0: an object of the own node without a linked PDO
   std::uint16_t variable_index = 0;  // CiA 302-4 network variable A000h..A8FFh that shows the same
-  std::uint8_t variable_sub = 0;     // bytes; 0 = beyond that area, in the image only
+  std::uint8_t variable_sub = 0;     // bytes; 0 = beyond that area, only in the image
   std::uint16_t profile = 0;         // CiA device profile of the node, 1000h bits 0-15
-  std::uint32_t product_code = 0;    // 1018h:2 as its device file says, 0 = unknown
-  std::string name;                  // the node's name and the object's, "drive1.Statusword"; no
-                                     // other entry of the layout has it
+  std::uint32_t product_code = 0;    // 1018h:2 according to its device file, 0 = unknown
+  std::string name;                  // names of the node and the object, "drive1.Statusword";
+                                     // unique in the layout
 };
 
 struct Layout {
   Direction direction = Direction::inputs;
-  // Hash of everything above but the names: the same after a restart, and for an observer and a
-  // manager of the same line. Never 0.
+  // Hash of direction, size and entries without their names: the same after a restart, and for an
+  // observer and a manager of the same line. Never 0.
   std::uint64_t id = 0;
   std::uint32_t byte_size = 0;
-  std::vector<Entry> entries;  // ascending by local PDO and position in it, those of none last
+  std::vector<Entry> entries;  // ascending by local PDO and position; those without a PDO last
 };
 
-// Entries that have a name which an earlier one has are called "NAME in PDO 2" after the device's
-// PDO, or "NAME #2".
+// Renames entries whose name an earlier entry has to "NAME in PDO 2", with the number of the
+// device's PDO, or to "NAME #2".
 void make_names_unique(Layout& layout);
 
-// The hash for Layout::id: FNV-1a (64 bit) over direction, size and entries without their names.
+// The hash for Layout::id: FNV-1a (64 bit) of direction, size and entries without their names.
 std::uint64_t layout_id(const Layout& layout);
 
 }  // namespace linegate::image

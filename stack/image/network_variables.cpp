@@ -16,7 +16,7 @@ constexpr std::uint16_t kIndicesPerType = 0x40;
 constexpr std::uint32_t kSubsPerIndex = 254;
 constexpr std::uint32_t kMaxElements = kIndicesPerType * kSubsPerIndex;
 
-// In the order of their arrays, kIndicesPerType apart.
+// In the order of their arrays, at distances of kIndicesPerType.
 constexpr std::array<DataType, 18> kTypes = {
     DataType::integer8,   DataType::unsigned8,  DataType::boolean,    DataType::integer16,
     DataType::unsigned16, DataType::integer24,  DataType::unsigned24, DataType::integer32,
@@ -30,7 +30,7 @@ constexpr std::uint16_t base_of(Direction direction) {
                                         : od::objects::kInputVariables;
 }
 
-// The type whose array shows values of these many bits; none if there is none.
+// The type whose array shows values of this number of bits; DataType::none if there is none.
 DataType array_type(DataType type, std::uint32_t bit_length) {
   const auto has_array = [](DataType t) { return std::ranges::find(kTypes, t) != kTypes.end(); };
   if (od::bit_size(type) == bit_length && has_array(type)) {
@@ -45,7 +45,7 @@ DataType array_type(DataType type, std::uint32_t bit_length) {
   return it == kUnsigned.end() ? DataType::none : *it;
 }
 
-// Shows the bits of an area as BOOLEANs and marks what is written by SDO.
+// Shows the bits of an area as BOOLEANs and marks bits that are written by SDO.
 class Variables final : public od::Hook {
  public:
   explicit Variables(ProcessImage& image) : image_(image) {}
@@ -93,7 +93,7 @@ class Variables final : public od::Hook {
   ProcessImage& image_;
 };
 
-// All windows of one type on one area.
+// Adds all windows of one type on one area.
 Result<void> add_array(od::Dictionary& dictionary, DataType type, std::uint16_t index,
                        od::Access access, std::span<std::byte> bytes, od::Hook& hook) {
   const std::size_t size = od::byte_size(type);

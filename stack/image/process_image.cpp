@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Building an image, reading and writing its entries, and their validity.
+// Construction of an image, access to its entries, and their validity.
 #include "stack/image/process_image.h"
 
 #include <algorithm>
@@ -27,8 +27,9 @@ bool get_bit(const std::vector<std::uint64_t>& bitmap, std::size_t bit) {
   return (bitmap[bit / 64] >> (bit % 64) & 1U) != 0;
 }
 
-// Calls part(byte offset, shift, bits, bits done before) for consecutive parts of a range of bits,
-// each in one 64-bit word at a byte, each but the last of whole bytes.
+// Calls part(byte offset, shift, bits, bits done before) for consecutive parts of a range of bits.
+// Each part is in one 64-bit word that starts at the byte offset; all parts except the last end at
+// a byte boundary.
 template <class Part>
 void for_each_word(std::uint32_t bit_offset, std::uint32_t bits, Part part) {
   for (std::uint32_t done = 0; done < bits;) {
@@ -75,7 +76,7 @@ ProcessImage::Side ProcessImage::make_side(Layout layout) {
   return side;
 }
 
-// Sorts the pieces of all entries by the blocks they lie in.
+// Sorts the pieces of all entries by block.
 void ProcessImage::index_pieces(Side& side) {
   std::vector<std::vector<Piece>> blocks(side.area.generations_.size());
   for (std::uint32_t i = 0; i < side.layout.entries.size(); ++i) {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The process image of one line: all process data, inputs and outputs, with the marks from which
-// snapshots are made.
+// The process image of one line: all process data, inputs and outputs, with the marks for making
+// snapshots.
 //
-// Both areas are little-endian and begin as zeros (IXXAT CANopen Manager API manual 6.1.4).
-// Consistency: a PDO is written whole by pdo::Engine, so all its bytes in a snapshot are from the
-// same frame. Nothing allocates except where said.
+// Both areas are little-endian and initially zero (IXXAT CANopen Manager API manual 6.1.4).
+// Consistency: pdo::Engine writes a PDO as a whole, so all its bytes in a snapshot are from the
+// same frame. Nothing allocates unless stated.
 #pragma once
 
 #include <array>
@@ -24,7 +24,7 @@
 
 namespace linegate::image {
 
-// A bit of the image.
+// The position of a bit in the image.
 struct Place {
   Direction direction = Direction::inputs;
   std::uint32_t bit_offset = 0;
@@ -34,7 +34,7 @@ class ProcessImage {
  public:
   // An image without entries.
   ProcessImage();
-  // Allocates everything. The bytes stay where they are as long as the image lives.
+  // Allocates all memory. The bytes do not move during the lifetime of the image.
   ProcessImage(Layout inputs, Layout outputs);
   ~ProcessImage();
   ProcessImage(const ProcessImage&) = delete;
@@ -47,80 +47,82 @@ class ProcessImage {
 
   // --- snapshots --------------------------------------------------------------------------------
 
-  // Brings `into` (an earlier snapshot of this direction and image, or an empty one) up to date,
-  // copying only blocks that are stale in it, moves the marks since the last snapshot into it and
-  // clears them here. With merge, the marks already in `into`, which nobody has read, are kept:
-  // changed bits are united, counts are added. Allocates only when `into` is not of this layout.
+  // Updates `into` (an earlier snapshot of this direction and image, or an empty one), copying only
+  // its stale blocks, and moves the marks since the last snapshot into it. With merge, the marks in
+  // `into` were not read yet and are kept: changed bits are united, counts are added. Allocates
+  // only if `into` does not have this layout.
   void snapshot(Direction direction, Snapshot& into, Instant now, bool merge,
                 std::uint32_t sync_count);
-  // This image takes the place of `before`: no snapshot of that one, or of one before it, is taken
-  // for one of this. To be called before the first snapshot.
+  // This image replaces `before`: snapshots of `before`, or of its predecessors, are not mistaken
+  // for snapshots of this one. Call it before the first snapshot.
   void succeed(const ProcessImage& before);
-  // A value or its validity changed, or a PDO was received (sent), since the last snapshot.
+  // Whether a value or its validity changed, or a PDO was received (sent), since the last snapshot.
   bool changed(Direction direction) const { return area(direction).changed(); }
   bool touched(Direction direction) const { return area(direction).touched(); }
 
   // --- writing values (outputs, by the application) ---------------------------------------------
 
-  // The entry gets the low bits of `value` (little-endian; 8 * value.size() >= its bit length, at
-  // most 8 bytes are used) and becomes known and valid; but see follow_transmission(). True if it
-  // changed. Precondition: the entry exists.
+  // Sets the entry to the low bits of `value` (little-endian; 8 * value.size() >= its bit length,
+  // at most 8 bytes are used). The entry becomes known and valid; but see follow_transmission().
+  // Returns true if it changed. Precondition: the entry exists.
   bool write_entry(Direction direction, std::uint32_t entry, std::span<const std::byte> value);
   bool write_entry(Direction direction, std::uint32_t entry, std::uint64_t value);
-  // Bytes [offset, offset + value.size()), which must lie in the area; entries that are covered
-  // completely become known and valid as by write_entry(). True if anything changed.
+  // Writes bytes [offset, offset + value.size()), which must be in the area; entries that are
+  // covered completely become known and valid as by write_entry(). Returns true if a bit changed.
   bool write_bytes(Direction direction, std::uint32_t offset, std::span<const std::byte> value);
-  // The entry's value, zero-extended; the low 64 bits of longer ones.
+  // The entry's value, zero-extended; the low 64 bits of longer entries.
   std::uint64_t read_entry(Direction direction, std::uint32_t entry) const;
-  // Bits were written directly into the area: all of them count as changed.
+  // These bits were written directly into the area: marks all of them as changed.
   void mark_written(Direction direction, std::uint32_t bit_offset, std::uint32_t bits);
 
   // --- validity (cold) --------------------------------------------------------------------------
 
-  // From now on an output entry of a local PDO becomes valid by set_pdo_valid() alone, when its PDO
-  // was transmitted, and is not valid any more when another value is written.
+  // From now on an output entry of a local PDO becomes valid only by set_pdo_valid(), when its PDO
+  // was transmitted, and becomes invalid when another value is written.
   void follow_transmission() { side(Direction::outputs).follows_transmission = true; }
 
-  // All entries of a node, of a local PDO, one entry. An input PDO that was made invalid becomes
-  // valid again with the next frame, an output PDO when it is transmitted.
+  // Validity of all entries of a node, of a local PDO, or of one entry. An invalid input PDO
+  // becomes valid again with its next frame, an invalid output PDO when it is transmitted.
   void set_node_valid(std::uint8_t node, bool valid);  // inputs only
   void set_pdo_valid(Direction direction, std::uint16_t local_pdo, bool valid);
   void set_entry_valid(Direction direction, std::uint32_t entry, bool valid);
   bool is_valid(Direction direction, std::uint32_t entry) const;
 
-  // The entry was written since the start (by the application, or with its default), unless it was
-  // forgotten since. Of inputs: nothing.
+  // Whether the entry was written since the start (by the application, or with its default) and not
+  // forgotten since. Meaningless for inputs.
   bool is_known(Direction direction, std::uint32_t entry) const;
-  // Every entry of the PDO is known (true if it has none): an output PDO may be sent.
+  // Whether every entry of the PDO is known (true if it has no entries): an output PDO may be sent.
   bool pdo_known(Direction direction, std::uint16_t local_pdo) const;
-  // The entry is neither known nor valid any more: its PDO is held back.
+  // The entry becomes unknown and invalid: its PDO is held back.
   void forget_entry(Direction direction, std::uint32_t entry);
 
   // --- where things are -------------------------------------------------------------------------
 
-  // The entries of a local PDO: first and number; {0, 0} if it has none.
+  // The entries of a local PDO: first one and number; {0, 0} if it has none.
   struct EntryRange {
     std::uint32_t first = 0;
     std::uint32_t count = 0;
   };
   EntryRange entries_of(Direction direction, std::uint16_t local_pdo) const;
-  // The node a local PDO is shared with; 0 if it has no entries.
+  // The remote node of a local PDO; 0 if it has no entries.
   std::uint8_t node_of(Direction direction, std::uint16_t local_pdo) const;
 
-  // Where a dictionary variable lies in this image: its storage is in an area (Dictionary::bind,
-  // add_window) or is the byte that stands for one bit (see network_variables.h).
+  // The position of a dictionary variable in this image, if its storage is in an area
+  // (Dictionary::bind, add_window) or is the byte that represents one bit (see
+  // network_variables.h).
   std::optional<Place> locate(const std::byte* data) const;
 
   // --- for network_variables.h ------------------------------------------------------------------
 
-  // One byte for each of the first `count` bits of an area. Allocates when called first.
+  // One byte for each of the first `count` bits of an area. The first call allocates.
   std::span<std::byte> boolean_bytes(Direction direction, std::size_t count);
-  // Keeps the hook as long as the image lives.
+  // Keeps the hook for the lifetime of the image.
   void keep(std::unique_ptr<od::Hook> hook) { variables_ = std::move(hook); }
   od::Hook* kept() const { return variables_.get(); }
 
  private:
-  // Part of an entry: a mask on the word at a byte. Entries of more than 64 bits have several.
+  // Part of an entry: a mask on the word at a byte offset. Entries of more than 64 bits have
+  // several.
   struct Piece {
     std::uint64_t mask = 0;
     std::uint32_t offset = 0;
@@ -138,9 +140,9 @@ class ProcessImage {
     std::vector<std::uint64_t> known;
     bool follows_transmission = false;       // see follow_transmission()
     std::vector<Pdo> pdos;                   // by local PDO number - 1
-    std::vector<std::uint32_t> block_first;  // per block, and one more: where its pieces begin
-    std::vector<Piece> pieces;               // of block 0, 1, ...; in two blocks if it lies in both
-    std::vector<std::byte> booleans;         // one byte per bit, for BOOLEAN network variables
+    std::vector<std::uint32_t> block_first;  // by block, and one more: position of its first piece
+    std::vector<Piece> pieces;        // of block 0, 1, ...; twice if it extends over two blocks
+    std::vector<std::byte> booleans;  // one byte per bit, for BOOLEAN network variables
     std::uint64_t sequence = 0;
   };
 
@@ -152,7 +154,7 @@ class ProcessImage {
   static bool is_sent(const Side& side, std::uint32_t entry) {
     return side.follows_transmission && side.layout.entries[entry].local_pdo != 0;
   }
-  // The entry was written; changed: with another value.
+  // The entry was written; changed: its value is different.
   void note_written(Direction direction, std::uint32_t entry, bool changed);
   static void index_pieces(Side& side);
   static void take_back_marks(Side& side, const Snapshot& into);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A consistent copy of one direction of a line's process image: a plain value that may leave the
-// line's thread.
+// A consistent copy of one direction of a line's process image: a plain value that may be passed to
+// other threads.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +18,7 @@ struct PdoMark {
   std::uint16_t remote_pdo = 0;
   std::uint8_t node = 0;
   std::uint32_t count = 0;        // frames since the last snapshot
-  Instant time{};                 // receive (send) time of the last of them
+  Instant time{};                 // receive (send) time of the last frame
   std::uint32_t first_entry = 0;  // its entries are first_entry .. first_entry + entries - 1
   std::uint32_t entries = 0;
 };
@@ -28,17 +28,17 @@ struct Snapshot {
   Direction direction = Direction::inputs;
   std::uint64_t layout_id = 0;
   std::uint64_t sequence = 0;    // 1, 2, ... per line and direction, counted when taken
-  std::uint64_t generation = 0;  // for the owner of the image: which blocks are stale in this copy
-  Instant acquired{};            // when it was taken
-  std::uint32_t sync_count = 0;  // SYNCs seen by the line
+  std::uint64_t generation = 0;  // used by the image to find the stale blocks of this copy
+  Instant acquired{};            // time of the snapshot
+  std::uint32_t sync_count = 0;  // number of SYNCs on the line
   std::vector<std::byte> bytes;
   std::vector<std::uint64_t>
-      changed;  // bit i: entry i differs from (was written since) the last one
-  // bit i: entry i holds a value received from a living node (inputs), or its newest value was
+      changed;  // bit i: entry i changed (was written) since the previous snapshot
+  // bit i: entry i has a value received from a live node (inputs), or its newest value was
   // transmitted since its node was started (outputs)
   std::vector<std::uint64_t> valid;
-  // Outputs, bit i: entry i was written or has a default; its PDO is held back until all are. Of an
-  // observer as valid.
+  // Outputs, bit i: entry i was written or has a default; its PDO is held back until all its
+  // entries are known. For an observer the same as valid.
   std::vector<std::uint64_t> known;
   std::vector<PdoMark> marks;  // only PDOs with count > 0, at most one per PDO
 

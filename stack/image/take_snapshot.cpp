@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// ProcessImage::snapshot: from marks to a consistent copy.
+// ProcessImage::snapshot(): converts marks to a consistent copy.
 #include <algorithm>
 #include <bit>
 
@@ -8,7 +8,7 @@
 namespace linegate::image {
 namespace {
 
-// An empty snapshot of the layout: every later one finds its room here.
+// Makes an empty snapshot of the layout with all the memory that later ones need.
 void prepare(Snapshot& into, const Layout& layout, std::size_t pdos) {
   into = Snapshot{};
   into.direction = layout.direction;
@@ -50,7 +50,7 @@ void ProcessImage::snapshot(Direction direction, Snapshot& into, Instant now, bo
   into.generation = s.area.hot_.generation++;
 }
 
-// A layout may come back that there was before, and with it snapshots of then.
+// A layout may be used again, and snapshots from its earlier use may still exist.
 void ProcessImage::succeed(const ProcessImage& before) {
   for (const Direction direction : {Direction::inputs, Direction::outputs}) {
     Area& area = side(direction).area;
@@ -61,7 +61,7 @@ void ProcessImage::succeed(const ProcessImage& before) {
   }
 }
 
-// Counts of a snapshot that nobody read go on being counted.
+// The counts of an unread snapshot are added to the present ones.
 void ProcessImage::take_back_marks(Side& side, const Snapshot& into) {
   for (const PdoMark& mark : into.marks) {
     const std::size_t slot = mark.local_pdo - 1U;
