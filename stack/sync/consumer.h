@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The SYNC consumer (CiA 301, 7.2.5): what a received SYNC is worth, and whether one is missing.
+// The SYNC consumer (CiA 301, 7.2.5): checks received SYNCs and detects missing ones.
 #pragma once
 
 #include <cstdint>
@@ -14,35 +14,35 @@
 namespace linegate::sync {
 
 struct Reception {
-  bool is_sync = false;        // to be acted upon
-  std::uint8_t counter = 0;    // 0 = without
-  bool wrong_length = false;   // not the length that 1019h calls for: malformed
-  bool wrong_counter = false;  // 0, or above 1019h: malformed, taken for a SYNC without counter
+  bool is_sync = false;        // it counts as a SYNC
+  std::uint8_t counter = 0;    // 0 = without counter
+  bool wrong_length = false;   // not the length required by 1019h: malformed
+  bool wrong_counter = false;  // 0, or above 1019h: malformed, counts as a SYNC without counter
   bool error_begins = false;   // the first wrong length after a right one: EMCY 8240h
 };
 
 class Consumer {
  public:
-  // The COB-ID is registered as Service::sync, index 0, unless the device is a producer. Both must
+  // Registers the COB-ID as Service::sync, index 0, unless the device is a producer. Both must
   // outlive the consumer.
   Consumer(can::Dispatch& dispatch, EventLog& events);
   ~Consumer();
   Consumer(const Consumer&) = delete;
   Consumer& operator=(const Consumer&) = delete;
 
-  // Event::node of sync_lost; 0, as long as this is not called, is the line.
+  // Event::node of sync_lost; initially 0, the line.
   void set_node_id(std::uint8_t id) { node_id_ = id; }
   void configure(const Parameters& parameters);
-  // Off in Stopped and Initialising: no SYNC is expected then.
+  // False in Stopped and Initialising: then no SYNC is expected.
   void set_active(bool active);
 
-  // A frame on the COB-ID at frame.time. A counter that is missing or not asked for is a
-  // difference in configuration: told, but taken for a SYNC (without counter). Anything longer is
-  // not a SYNC.
+  // A frame on the COB-ID, received at frame.time. A missing or unexpected counter is a difference
+  // in configuration: it is reported, but the frame counts as a SYNC (without counter). A longer
+  // frame is not a SYNC.
   Reception receive(const can::Frame& frame);
 
-  // With a period (1006h), emits sync_lost when none came within 1.5 periods after the one before.
-  // Expecting starts with a SYNC.
+  // With a period (1006h), emits sync_lost if no SYNC was received within 1.5 periods after the
+  // previous one. Monitoring starts with the first SYNC.
   void advance(Instant now);
   Instant next_wake() const { return deadline_; }
   bool lost() const { return lost_; }
@@ -63,7 +63,7 @@ class Consumer {
   Instant deadline_ = kNever;
 };
 
-// Here, so that nobody waits for a result that was put together byte by byte in memory.
+// Inline: the caller would otherwise stall on a result that is stored to memory byte by byte.
 inline Reception Consumer::receive(const can::Frame& frame) {
   if (!active_ || !consumes()) {
     return {};

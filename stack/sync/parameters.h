@@ -19,22 +19,22 @@
 namespace linegate::sync {
 
 struct Parameters {
-  bool exists = false;  // there is an object 1005h: the device takes part in SYNC at all
+  bool exists = false;  // object 1005h exists: the device supports SYNC
   can::CobId cob_id;
   Duration period{};
   std::uint8_t overflow = 0;
   Duration window{};
 
-  // Bit 30 makes a producer, which sends if there is a period; all others consume.
+  // Bit 30 makes a producer, which sends if there is a period; other devices consume.
   bool is_producer() const { return exists && (cob_id.raw & can::CobId::kProducerBit) != 0; }
-  // Bytes of a SYNC message: one with a counter, none without.
+  // Length of a SYNC message in bytes: 1 with a counter, 0 without.
   std::uint8_t length() const { return overflow == 0 ? 0 : 1; }
 };
 
-// Objects that do not exist count as 0.
+// Missing objects count as 0.
 Parameters read_parameters(const od::Dictionary& dictionary);
 
-// What refuses a value of the right size for one of the objects:
+// Checks a value of the right size for one of the objects. Errors:
 //   1005h  invalid_value: a restricted CAN-ID, more than 11 bits without bit 29, or another CAN-ID
 //          while the device is a producer
 //   1019h  invalid_value: 1 or above 240; device_state: a change while there is a period

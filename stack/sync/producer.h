@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The SYNC producer (CiA 301, 7.2.5): a frame without data, or with the counter in its one byte.
+// The SYNC producer (CiA 301, 7.2.5): sends a frame without data, or with the counter in one byte.
 #pragma once
 
 #include <cstdint>
@@ -16,18 +16,18 @@ class Producer {
   // transmit must outlive the producer.
   explicit Producer(can::TransmitQueue& transmit);
 
-  // Starts anew, or stops: the first SYNC comes one period after the next settle() or advance().
+  // Restarts, or stops: the first SYNC is due one period after the next settle() or advance().
   void configure(const Parameters& parameters);
-  // Off in Stopped and Initialising. Switching it on starts anew, with counter 1.
+  // False in Stopped and Initialising. A change to true restarts with counter 1.
   void set_active(bool active);
 
-  // Starts the clock after a change; sends nothing.
+  // Starts the period after a change; sends nothing.
   void settle(Instant now);
-  // Queues a SYNC if one is due and gives its counter (0 = without). The period does not drift; a
-  // producer called too late leaves out what it missed, and no second SYNC is queued behind one
-  // that still waits for the bus.
+  // Queues a SYNC if one is due and returns its counter (0 = without). The period does not drift;
+  // missed SYNCs are skipped, and no SYNC is queued while another one is still in the transmit
+  // queue.
   std::optional<std::uint8_t> advance(Instant now);
-  // A time in the past (Instant{}) after a change: settle() or advance() is wanted at once.
+  // A time in the past (Instant{}) after a change: call settle() or advance() at once.
   Instant next_wake() const { return next_; }
 
  private:
@@ -37,7 +37,7 @@ class Producer {
   can::TransmitQueue& transmit_;
   Parameters parameters_;
   bool active_ = false;
-  bool anchored_ = true;  // next_ is a time, not the wish for one
+  bool anchored_ = true;  // next_ is a time, not a request for settle()
   Instant next_ = kNever;
   std::uint8_t counter_ = 1;
 };

@@ -38,7 +38,7 @@ AbortCode Service::check_write(od::Address address, std::span<const std::byte> v
   return sync::check_write(parameters_, address, value);
 }
 
-// The window concerns PDOs alone: SYNC goes on as it is.
+// The window affects PDOs only: SYNC continues unchanged.
 void Service::written(od::Address address) {
   if (address.index == od::objects::kSyncWindow) {
     parameters_ = read_parameters(dictionary_);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// SYNC of one node: the objects 1005h, 1006h, 1007h, 1019h and the producer or consumer they make.
+// SYNC of one node: the objects 1005h, 1006h, 1007h, 1019h and the producer or consumer that they
+// configure.
 #pragma once
 
 #include <cstdint>
@@ -23,23 +24,25 @@ class Service final : public od::Hook {
   Service(const od::Dictionary& dictionary, can::Dispatch& dispatch, can::TransmitQueue& transmit,
           EventLog& events);
 
-  // Event::node of what it reports.
+  // Event::node of its events.
   void set_node_id(std::uint8_t id) { consumer_.set_node_id(id); }
-  // Reads the objects and starts anew.
+  // Reads the objects and restarts.
   void configure();
   // True in Pre-operational and Operational.
   void set_active(bool active);
 
-  // How long after a SYNC synchronous PDOs may still come and go; 0 = until the next one.
+  // Time after a SYNC during which synchronous PDOs may be received and sent; 0 = until the next
+  // SYNC.
   Duration window() const { return parameters_.window; }
-  // A SYNC is missing, until the next one.
+  // True from a missing SYNC until the next one.
   bool lost() const { return consumer_.lost(); }
 
   Reception receive(const can::Frame& frame) { return consumer_.receive(frame); }
 
-  // Starts clocks after a write; runs no time-out.
+  // Starts periods after a write; processes no time-out.
   void settle(Instant now) { producer_.settle(now); }
-  // The counter of the SYNC (0 = without) if one was queued now: the own node acts upon it too.
+  // Returns the counter of the SYNC (0 = without) if one was queued now: the own node has to
+  // process it too.
   std::optional<std::uint8_t> advance(Instant now);
   Instant next_wake() const { return earlier(producer_.next_wake(), consumer_.next_wake()); }
 
