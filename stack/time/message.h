@@ -20,13 +20,13 @@ struct TimeOfDay {
   friend bool operator==(const TimeOfDay&, const TimeOfDay&) = default;
 };
 
-// utc: since 1970-01-01. Nothing if it lies before 1984 or after 2163, when the days end.
+// utc: since 1970-01-01. Returns nothing before 1984 or after 2163, when the day counter overflows.
 std::optional<TimeOfDay> to_time_of_day(Duration utc);
 Duration to_utc(const TimeOfDay& time);
 
 can::Frame encode(const TimeOfDay& time, can::CobId cob_id);
-// Nothing if the frame does not have 6 bytes or names an hour after the 24th. Reserved bits do not
-// count.
+// Returns nothing if the frame does not have 6 bytes or the time is 24 h or more after midnight.
+// Reserved bits are ignored.
 std::optional<TimeOfDay> decode(const can::Frame& frame);
 
 }  // namespace linegate::time

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::uint32_t kIdentifierBits = 0x3FFF'FFFF;  // with the frame format
 
-// Without bits 30 and 31, which mean something else in other objects.
+// Without bits 30 and 31, whose meaning depends on the object.
 can::CobId identifier(can::CobId cob_id) {
   return {cob_id.raw & kIdentifierBits};
 }

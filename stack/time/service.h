@@ -21,20 +21,20 @@ inline constexpr std::uint32_t kProduceBit = 0x4000'0000;
 
 struct Received {
   TimeOfDay time;
-  Instant at{};  // when it came
+  Instant at{};  // receive time
 };
 
 // Hook of 1012h: writes take effect at once. Without the object a node has no TIME.
 class Service final : public od::Hook {
  public:
-  // All must outlive it. The owner sets the hook. A consumer's COB-ID is registered as
+  // All must outlive this object. The owner sets the hook. A consumer's COB-ID is registered as
   // Service::time, index 0.
   Service(const od::Dictionary& dictionary, can::Dispatch& dispatch, can::TransmitQueue& transmit);
   ~Service() override;
   Service(const Service&) = delete;
   Service& operator=(const Service&) = delete;
 
-  // Reads the object; forgets what was received.
+  // Reads the object; discards the received time.
   void configure();
   // True in Pre-operational and Operational.
   void set_active(bool active);
@@ -43,34 +43,35 @@ class Service final : public od::Hook {
 
   // UTC (since 1970-01-01) is protocol time + offset.
   void set_utc(Duration offset) { utc_offset_ = offset; }
-  // Sends the time of `now` every period, from one period after the next settle() or advance();
-  // 0 = never by itself.
+  // Sends the time of `now` every period, from one period after the next settle() or advance(); 0 =
+  // no periodic transmission.
   void produce_every(Duration period);
-  // The application of the node has a clock, and calls send(). A node that neither has one nor
-  // sends by itself refuses to be a producer.
+  // Whether the node's application has a clock and calls send(). A node without it and without
+  // periodic transmission refuses to be a producer.
   void set_clock(bool has_clock) { has_clock_ = has_clock; }
-  // Queues a TIME message. False if the node is no producer or not active, or the queue is full.
+  // Queues a TIME message. Returns false if the node is not a producer or not active, or the queue
+  // is full.
   bool send(const TimeOfDay& time);
 
   // --- consumer ---------------------------------------------------------------------------------
 
-  // A frame on the COB-ID, at frame.time. False if it is malformed: nothing was done then, and the
-  // owner tells it.
+  // A frame on the COB-ID, received at frame.time. Returns false, without an effect, if it is
+  // malformed: the owner reports it.
   bool receive(const can::Frame& frame);
-  // The last TIME message; nothing if none came since configure().
+  // The last TIME message; nothing if none was received since configure().
   const std::optional<Received>& received() const { return received_; }
-  // UTC as the network tells it: the last TIME message and what has passed since.
+  // UTC according to the network: the last TIME message plus the time since.
   std::optional<Duration> network_utc(Instant now) const;
 
   void settle(Instant now);
-  // Sends what is due. A producer called too late leaves out what it missed, and no second message
-  // is queued behind one that still waits for the bus. Without set_utc() nothing is sent.
+  // Sends messages that are due. Missed messages are skipped, and no message is queued while
+  // another one is still in the transmit queue. Without set_utc() nothing is sent.
   void advance(Instant now);
-  // A time in the past (Instant{}) after a change: settle() or advance() is wanted at once.
+  // A time in the past (Instant{}) after a change: call settle() or advance() at once.
   Instant next_wake() const { return next_; }
 
-  // invalid_value: an identifier that may not be configured, or another one while the node produces
-  // or consumes and goes on doing so; the producer bit where there is no clock.
+  // Returns invalid_value for an identifier that may not be configured, for another one while the
+  // node produces or consumes and continues to, and for the producer bit if there is no clock.
   AbortCode check_write(od::Address address, std::span<const std::byte> value) override;
   void written(od::Address address) override;
 
@@ -89,7 +90,7 @@ class Service final : public od::Hook {
   bool has_clock_ = false;
   std::optional<Duration> utc_offset_;
   Duration period_{};
-  bool anchored_ = true;  // next_ is a time, not the wish for one
+  bool anchored_ = true;  // next_ is a time, not a request for settle()
   Instant next_ = kNever;
   std::optional<Received> received_;
 };
