@@ -22,7 +22,7 @@ void put(std::vector<std::byte>& out, T number) {
   store_le(out.data() + at, number);
 }
 
-// The values of a concise DCF; false if it is none.
+// Decodes the values of a concise DCF; returns false if it is malformed.
 bool read_values(std::span<const std::byte> from, std::vector<StoredValue>& values) {
   if (from.size() < sizeof(std::uint32_t)) {
     return false;

@@ -28,31 +28,31 @@ struct StoredValue {
   friend bool operator==(const StoredValue&, const StoredValue&) = default;
 };
 
-// Whose parameters they are: those of another device are of no use.
+// The device that the parameters belong to: those of another device are rejected.
 struct Owner {
   std::uint8_t node_id = 0;
-  std::array<std::uint32_t, 3> identity{};  // 1018h:1 to 3, 0 where there is none
+  std::array<std::uint32_t, 3> identity{};  // 1018h:1 to 3, 0 if missing
 
   friend bool operator==(const Owner&, const Owner&) = default;
 };
 
-// What is wrong with stored parameters. The numbers are the first manufacturer byte
-// of EMCY 6300h.
+// The reason why stored parameters cannot be used. The numbers are the first manufacturer byte of
+// EMCY 6300h.
 enum class Damage : std::uint8_t {
   none = 0,
-  unreadable = 1,  // the medium could not give its bytes
+  unreadable = 1,  // the medium could not read its bytes
   damaged = 2,     // length or CRC is wrong
-  version = 3,     // a format of another version
-  owner = 4,       // of another device
-  unusable = 5,    // a value that has no place: no such object, not stored, other size
+  version = 3,     // another version of the format
+  owner = 4,       // parameters of another device
+  unusable = 5,    // a value that the device cannot take: no such object, not stored, wrong size
 };
 
 std::uint32_t crc32(std::span<const std::byte> bytes);
 
 std::vector<std::byte> encode(const Owner& owner, std::span<const StoredValue> values);
 
-// Takes any bytes. Nothing in values unless it gives Damage::none, and never Damage::unreadable or
-// Damage::unusable. Empty bytes are no damage: nothing was stored.
+// Accepts any bytes. values stays empty unless the result is Damage::none. Never returns
+// Damage::unreadable or Damage::unusable. An empty image is not damaged: nothing was stored.
 Damage decode(std::span<const std::byte> image, const Owner& owner,
               std::vector<StoredValue>& values);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What keeps the stored parameters of one device where they outlive power-off: a file, a flash. The
-// stack gives and takes bytes (image.h) and does no I/O.
+// Non-volatile storage for the parameters of one device: a file, a flash memory. The stack passes
+// bytes (image.h) and does no I/O.
 #pragma once
 
 #include <cstddef>
@@ -13,19 +13,21 @@ class Medium {
  public:
   virtual ~Medium() = default;
 
-  // At power-on: what is kept, empty if nothing is. False if it cannot be read.
+  // Called at power-on: reads the stored image, empty if there is none. Returns false if it cannot
+  // be read.
   virtual bool read(std::vector<std::byte>& image) = 0;
 
-  // From now on `image` is kept in place of what was. False if it cannot be: what was kept before
-  // is kept still then. Whenever power fails, one of the two is there, whole.
+  // Stores `image` in place of the previous one. Returns false if that fails: the previous image is
+  // then still stored. If power fails at any time, one of the two is stored completely.
   virtual bool keep(std::span<const std::byte> image) = 0;
 
-  // True for one that takes its time: keep() only begins (false if it cannot), and Storage::done()
-  // is told how it ended. Nothing else is to be kept before.
+  // True for a slow medium: keep() only starts the work (false if that fails), and its result is
+  // passed to Storage::done(). keep() is not called again before that.
   virtual bool slow() const { return false; }
 };
 
-// Outlives the power-off of a device that exists in memory only, and ends with the process.
+// For a device that only exists in memory: outlives the device's power-off, and ends with the
+// process.
 class MemoryMedium final : public Medium {
  public:
   bool read(std::vector<std::byte>& image) override {

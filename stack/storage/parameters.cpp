@@ -19,7 +19,7 @@ constexpr Range kManufacturerRange{0x2000, 0x5FFF};
 constexpr Range kApplicationRange{0x6000, 0x9FFF};
 
 constexpr Range kNoParameters[] = {
-    {od::objects::kErrorHistory, od::objects::kErrorHistory},              // errors that happened
+    {od::objects::kErrorHistory, od::objects::kErrorHistory},              // past errors
     {od::objects::kStoreParameters, od::objects::kRestoreDefaults},        // commands
     {od::objects::kHighResolutionTime, od::objects::kHighResolutionTime},  // the time
     {od::objects::kStoredEds, od::objects::kOsPrompt},  // stored EDS, operating system commands

@@ -89,8 +89,8 @@ AbortCode Storage::check_write(od::Address address, std::span<const std::byte> v
   return medium_->slow() ? od::kLater : AbortCode::none;
 }
 
-// Not in written(): the medium may fail, and the write is refused then. A slow one did its work
-// before.
+// Not in written(): the medium may fail, and then the write is refused. A slow medium has already
+// finished its work.
 AbortCode Storage::execute_write(od::Address address, std::span<const std::byte> /*value*/) {
   if (medium_ == nullptr) {
     return AbortCode::cannot_transfer;
@@ -116,7 +116,7 @@ void Storage::put_off(od::Address address, od::Ticket ticket) {
   pending_ = Pending{std::move(values), ticket};
 }
 
-// The medium goes on: only the answer is not wanted any more.
+// The medium continues its work; only the answer is no longer needed.
 void Storage::cancelled(od::Ticket ticket) {
   if (pending_ && pending_->ticket == ticket) {
     pending_->ticket = 0;

@@ -2,14 +2,15 @@
 // Store parameters and restore default parameters (CiA 301, 7.5.2.13 and 7.5.2.14), server side:
 //   1010h  U32  sub 1 all, 2 communication, 3 application, 4 manufacturer parameters
 //   1011h       as 1010h
-// Writing 6576 6173h ("save") to a sub-index of 1010h stores the parameters it means as they are.
-// Writing 6461 6F6Ch ("load") to one of 1011h takes the stored ones away, at once, and so gives the
-// defaults after the next reset: of communication for 1000h to 1FFFh, of the node for all, or
-// power-on. Both read 1 (on command), or 0 without a medium.
+// Writing 6576 6173h ("save") to a sub-index of 1010h stores the present values of its parameters.
+// Writing 6461 6F6Ch ("load") to a sub-index of 1011h deletes their stored values at once, so that
+// the defaults apply after the next reset: reset communication for 1000h to 1FFFh, reset node or
+// power-on for all. Both read 1 (on command), or 0 without a medium.
 //   0800 0020h  another value, a sub-index beyond 4, no medium
-//   0606 0000h  the medium could not keep it: what was stored before still is
-//   0800 0022h  the medium is still busy with what it was given before
-// With a medium that is slow the answer comes when it is done: the access waits (od::kLater).
+//   0606 0000h  the medium failed: the previously stored values are still stored
+//   0800 0022h  the medium is still busy with the previous image
+// With a slow medium the response is sent when the medium has finished: the access waits
+// (od::kLater).
 #pragma once
 
 #include <cstddef>
@@ -31,28 +32,30 @@ inline constexpr std::uint32_t kLoad = 0x6461'6F6C;
 // Hook of 1010h and 1011h.
 class Storage final : public od::Hook {
  public:
-  // The dictionary must outlive it; node_id is 1..127. The owner sets the hooks: the storage itself
-  // for 1010h and 1011h, configuration() for 1020h.
+  // The dictionary must outlive this object; node_id is 1..127. The owner sets the hooks: this
+  // object for 1010h and 1011h, configuration() for 1020h.
   Storage(od::Dictionary& dictionary, std::uint8_t node_id);
 
-  // Must outlive the storage, or be taken away with nullptr: nothing is stored then.
+  // The medium must outlive the storage, or be removed with nullptr: then nothing can be stored.
   void set_medium(Medium* medium) { medium_ = medium; }
 
-  // Power-on: asks the medium for what it kept. What cannot be used is as if nothing were kept.
+  // Call it at power-on: reads the stored image from the medium. An image that cannot be used has
+  // the same effect as none.
   Damage load();
 
-  // Gives what is stored to the dictionary, whose values have been set back to their defaults: all
-  // (power-on, reset node) or those of 1000h to 1FFFh (reset communication). No hook is called.
-  // True if anything is stored.
+  // Copies stored values to the dictionary after its values were reset to their defaults: all
+  // values (power-on, reset node) or those of 1000h to 1FFFh (reset communication). No hook is
+  // called. Returns true if any value is stored.
   bool apply(bool whole_node);
 
   // Addresses and values that are stored, ascending.
   std::span<const StoredValue> stored() const { return stored_; }
 
-  // A slow medium kept what keep() gave it, or did not. Without an effect if nothing was given.
+  // Result of keep() of a slow medium: whether it stored the image. No effect if no keep() is
+  // pending.
   void done(bool good);
 
-  // Images that the medium kept since the storage was made.
+  // Number of images that the medium stored since construction.
   std::uint64_t kept() const { return kept_; }
 
   VerifyConfiguration& configuration() { return configuration_; }
@@ -64,15 +67,15 @@ class Storage final : public od::Hook {
   void cancelled(od::Ticket ticket) override;
 
  private:
-  // What a slow medium is busy with.
+  // The image that a slow medium is storing.
   struct Pending {
     std::vector<StoredValue> values;
-    od::Ticket ticket = 0;  // of the access that waits for it; 0 = it has given up
+    od::Ticket ticket = 0;  // of the access that waits for it; 0 = it was cancelled
   };
 
   Owner owner() const;
   bool usable(std::span<const StoredValue> values) const;
-  // What is to be stored after a write to this sub-index of 1010h or 1011h.
+  // The values to store after a write to this sub-index of 1010h or 1011h.
   std::vector<StoredValue> wanted(od::Address address);
   std::vector<StoredValue> stored_without(std::uint8_t group) const;
 
