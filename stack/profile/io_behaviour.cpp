@@ -11,7 +11,7 @@ namespace {
 
 namespace cia401 = od::objects::cia401;
 
-// 6421h.
+// Bits of 6421h.
 constexpr std::uint64_t kAboveUpper = 1;
 constexpr std::uint64_t kBelowLower = 2;
 constexpr std::uint64_t kChanged = 4;
@@ -22,7 +22,7 @@ std::int64_t integer16(std::uint64_t value) {
   return static_cast<std::int16_t>(static_cast<std::uint16_t>(value));
 }
 
-// Of 32 bits each: the product has room.
+// factor and offset are 32-bit values, so the product cannot overflow.
 std::uint64_t scaled(std::uint64_t value, std::int64_t factor, std::int64_t offset) {
   const std::int64_t out =
       std::clamp<std::int64_t>(integer16(value) * factor + offset, INT16_MIN, INT16_MAX);

@@ -28,7 +28,7 @@ constexpr std::uint8_t kErrorHistory = 8;  // entries of 1003h
 constexpr std::uint8_t kConsumers = 4;     // entries of 1016h
 constexpr std::uint32_t kErrorModes = 0xFF;
 
-// Name and type of each object are those of the catalogue.
+// Name and type of each object are from the catalogue.
 const od::objects::Entry& entry_of(std::uint16_t index) {
   const od::objects::Entry* const common = od::objects::find(index);
   return common != nullptr ? *common : od::objects::at(index, cia401::kProfile);
@@ -129,7 +129,7 @@ class IoDevice {
     add(io_array(od::objects::kErrorBehaviour, "Communication error", Access::rw, 1));
   }
 
-  // By group, as stack/storage has them: all, communication, application, manufacturer.
+  // By group, as in stack/storage: all, communication, application, manufacturer.
   void add_storage() {
     constexpr unsigned kGroups = 4;
     add(io_array(od::objects::kStoreParameters, "Group", Access::rw, kGroups));
@@ -137,7 +137,7 @@ class IoDevice {
     add(io_array(od::objects::kVerifyConfiguration, "Configuration date and time", Access::rw, 2));
   }
 
-  // What the profile maps into a PDO, as raw mapping entries.
+  // The default mapping of a PDO in the profile, as raw mapping entries.
   std::vector<std::uint32_t> default_mapping(bool transmit, unsigned number) const {
     const bool digital = number == 1;
     const unsigned digitals = transmit ? blocks_.digital_inputs : blocks_.digital_outputs;
