@@ -30,12 +30,12 @@ struct Arbiter::Channel {
   std::uint8_t node;
   Client client;
   RequestQueue queue;
-  std::optional<Request> current;        // under way
-  std::optional<Instant> foreign_heard;  // newest foreign use
-  Instant begun{};                       // the transfer under way
+  std::optional<Request> current;        // the transfer under way
+  std::optional<Instant> foreign_heard;  // last frame of another client
+  Instant begun{};                       // start of the current transfer
   DoubleAnswers doubles;
-  std::uint16_t written_producer_time = 0;  // 1017h, by the transfer under way
-  std::uint16_t producer_time = 0;          // 1017h as last confirmed or read; 0 = not known
+  std::uint16_t written_producer_time = 0;  // 1017h, as written by the current transfer
+  std::uint16_t producer_time = 0;          // 1017h as last confirmed or read; 0 = unknown
 };
 
 Arbiter::Arbiter(can::Dispatch& dispatch, can::TransmitQueue& transmit, EventLog& events)
@@ -99,7 +99,7 @@ void Arbiter::receive(const can::Target& target, const can::Frame& frame) {
   if ((target.index & kForeignRequest) != 0) {
     addressed->client.expect_stray();
     addressed->doubles.disturb(frame.time);
-    addressed->producer_time = 0;  // it may be written
+    addressed->producer_time = 0;  // the other client may write it
     foreign(*addressed, frame);
   } else {
     response(*addressed, frame);
@@ -112,7 +112,8 @@ void Arbiter::advance(Instant now) {
     return;
   }
   wake_ = kNever;
-  // The first one takes what room there is in the queue: it is another one each time.
+  // The first channel fills the free space of the queue: rotate, so that each channel is first
+  // once.
   std::rotate(used_.begin(), used_.begin() + (used_.empty() ? 0 : 1), used_.end());
   for (const std::uint8_t node : used_) {
     Channel& each = *channels_[node];
@@ -195,7 +196,7 @@ Arbiter::Channel& Arbiter::channel(std::uint8_t node) {
   return *place;
 }
 
-// Hands on what has ended, begins what comes next and sees to it that advance() comes in time.
+// Queues the completion of an ended transfer, starts the next request, and updates wake_.
 void Arbiter::serve(Channel& channel, Instant now) {
   if (std::optional<Outcome> outcome = channel.client.take(); outcome && channel.current) {
     if (outcome->abort != AbortCode::none) {
@@ -220,7 +221,7 @@ void Arbiter::serve(Channel& channel, Instant now) {
   wake_ = earlier(wake_, channel.client.next_wake());
 }
 
-// What became the current request. A user may be done with the channel before granted() returns.
+// Starts the current request. A user may already release the channel within granted().
 void Arbiter::begin(Channel& channel, Instant now) {
   LINEGATE_ASSERT(channel.current && !channel.client.busy(), "a server has one transfer at a time");
   Request& request = *channel.current;
@@ -246,10 +247,10 @@ void Arbiter::begin(Channel& channel, Instant now) {
   }
 }
 
-// True: the frame is a second answer to a request that was answered.
+// Returns true if the frame is a second answer to a request that was already answered.
 bool Arbiter::look_for_twin(Channel& channel, const can::Frame& frame) {
   if (channel.current && channel.current->user != nullptr) {
-    channel.doubles.forget();  // its requests are not looked at here
+    channel.doubles.forget();  // the requests of a ChannelUser are not examined
     return false;
   }
   if (!well_formed(frame)) {
@@ -288,7 +289,8 @@ void Arbiter::response(Channel& channel, const can::Frame& frame) {
       break;
     case Receipt::stray:
       ++counters_.strays;
-      wake_ = earlier(wake_, channel.client.next_wake());  // a request may have waited for it
+      // A request may have waited for this answer
+      wake_ = earlier(wake_, channel.client.next_wake());
       break;
     case Receipt::unasked:
       ++counters_.strays;
@@ -335,11 +337,11 @@ void Arbiter::release(ChannelUser& user, std::uint8_t node, std::uint64_t number
   }
   --user.open_;
   each.current->address = address;
-  each.producer_time = 0;  // its user may have written it
+  each.producer_time = 0;  // its user may have written 1017h
   if (outcome != AbortCode::none) {
     each.doubles.disturb(now_);
-    each.client.expect_stray();  // the answer that was waited for
-    each.client.expect_stray();  // the server's own abort, if it gives up as well
+    each.client.expect_stray();  // the pending answer
+    each.client.expect_stray();  // an abort by the server, if it times out too
     if (address != od::Address{}) {
       tell_abort(*each.current, outcome, now_);
     }
@@ -376,8 +378,8 @@ bool Arbiter::is_current(const Channel& channel, const RequestOwner& owner, std:
          channel.current->number == number;
 }
 
-// What waits behind it begins with the next advance(), which is due at once: only there is the time
-// known that its time-out counts from.
+// The next request starts in advance(), which is due at once: only there is the start of its
+// time-out known.
 void Arbiter::cancel_running(Channel& channel, AbortCode code) {
   complete(abort_running(channel, code), code);
 }

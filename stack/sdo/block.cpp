@@ -18,7 +18,7 @@ std::size_t segments_of(std::size_t bytes) {
 
 }  // namespace
 
-// --- the side that sends ------------------------------------------------------------------------
+// --- sender -------------------------------------------------------------------------------------
 
 void BlockSender::start(std::uint8_t block_size, bool crc) {
   LINEGATE_ASSERT(block_size >= 1 && block_size <= kMaxBlockSize,
@@ -41,7 +41,7 @@ std::uint64_t BlockSender::next_segment(Source& source) {
   last_sent_ = source.at_end();
   ++sent_;
   segment[0] = std::byte{block_segment_byte(sent_, last_sent_)};
-  if (position >= summed_) {  // what is repeated counts once
+  if (position >= summed_) {  // a repeated segment enters the CRC once
     crc_ = crc_of(bytes.first(last_size_), crc_);
     summed_ = position + last_size_;
   }
@@ -76,7 +76,7 @@ std::uint64_t BlockSender::end_request() const {
          std::uint64_t{with_crc_ ? crc_ : std::uint16_t{0}} << 8U;
 }
 
-// --- the side that takes ------------------------------------------------------------------------
+// --- receiver -----------------------------------------------------------------------------------
 
 void BlockReceiver::start(std::optional<std::uint32_t> announced, bool crc,
                           std::optional<std::uint8_t> block_size, std::uint8_t fewest) {
@@ -105,7 +105,7 @@ AbortCode BlockReceiver::take(std::uint64_t segment, Sink& sink) {
   if (number == 0 || number > block_size_) {
     return AbortCode::sequence_number;
   }
-  // The end of the sub-block before, twice on the wire; no. 1 may be followed by the same bytes.
+  // A repetition of the last segment of the previous sub-block; segment 1 may have the same bytes.
   if (newest_ == 0 && holds_ && segment == held_ && number != 1) {
     return AbortCode::none;
   }
@@ -127,7 +127,8 @@ AbortCode BlockReceiver::take(std::uint64_t segment, Sink& sink) {
     last_taken_ = last;
   }
   over_ = over_ || last || number == block_size_;
-  // Two sides that both take would acknowledge each other for ever: A2h is a last segment, too.
+  // If both sides are receivers, they would acknowledge each other for ever: A2h is also a valid
+  // last segment.
   fruitless_ += over_ && in_order_ == 0 ? 1U : 0U;
   return fruitless_ > kMaxFruitless ? AbortCode::sequence_number : why;
 }
@@ -184,7 +185,8 @@ std::optional<std::size_t> BlockReceiver::bytes_left() const {
   return std::max<std::size_t>(*announced_, taken_) - taken_;
 }
 
-// At the end of a sub-block. One of which nothing came says nothing of losses.
+// Call it at the end of a sub-block. A sub-block without any segment is no evidence of a lost
+// segment.
 void BlockReceiver::follow_losses() {
   if (newest_ == 0) {
     return;
@@ -204,7 +206,7 @@ void BlockReceiver::begin_sub_block() {
   over_ = false;
 }
 
-// --- what a given up sub-block leaves behind ----------------------------------------------------
+// --- segments of an aborted sub-block -----------------------------------------------------------
 
 void LateSegments::expect(std::uint8_t newest, std::uint8_t block_size, Instant now) {
   newest_ = newest;

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The two ends of a block transfer (CiA 301, 7.2.4.3.9 to 7.2.4.3.16), the same for client and
-// server: who sends the segments, and who takes them. Frames and times are the business of the
-// channel that uses them.
+// The two ends of a block transfer (CiA 301, 7.2.4.3.9 to 7.2.4.3.16), for client and server: the
+// sender and the receiver of segments. Frames and time-outs are handled by the channel.
 //
-// Up to 127 segments make a sub-block, which the taking side acknowledges as a whole: ackseq is the
-// last segment that came in order. What came after a gap is sent again in the next sub-block, which
-// is numbered from 1 again and has as many segments as the acknowledgement asks for.
+// A sub-block has up to 127 segments, which the receiver acknowledges together: ackseq is the last
+// segment received in order. Segments after a gap are sent again in the next sub-block, which is
+// numbered from 1 again and has as many segments as the acknowledgement requests.
 #pragma once
 
 #include <algorithm>
@@ -26,20 +25,21 @@ namespace linegate::sdo {
 // Sends the segments of a Source.
 class BlockSender {
  public:
-  // block_size: segments in the first sub-block, 1..127. crc: whether both sides want the check
-  // sum; it is 0 otherwise.
+  // block_size: segments in the first sub-block, 1..127. crc: whether both sides support the CRC;
+  // without, it is sent as 0.
   void start(std::uint8_t block_size, bool crc);
 
-  // Whether the sub-block has segments that next_segment() did not give yet.
+  // Whether next_segment() has segments left in this sub-block.
   bool sending() const { return sent_ < block_size_ && !last_sent_; }
-  // The next segment as eight bytes; it does not count if the source has an error(). Precondition:
-  // sending().
+  // Returns the next segment as eight bytes; it is not sent if the source has an error().
+  // Precondition: sending().
   std::uint64_t next_segment(Source& source);
 
-  // The sub-block was acknowledged. sequence_number if ackseq is more than was sent, block_size for
-  // a next sub-block of 0 or more than 127 segments (unless nothing is left to be sent).
+  // Processes the acknowledgement of the sub-block. Returns sequence_number if ackseq exceeds the
+  // last segment sent; block_size for a next sub-block of 0 or more than 127 segments (unless
+  // everything was sent).
   AbortCode acknowledge(std::uint8_t ackseq, std::uint8_t next_block_size, Source& source);
-  // Everything was acknowledged: end_request() comes next.
+  // All segments were acknowledged: end_request() comes next.
   bool complete() const { return complete_; }
   std::uint64_t end_request() const;
 
@@ -48,68 +48,71 @@ class BlockSender {
   std::size_t summed_ = 0;  // bytes in crc_
   std::uint16_t crc_ = 0;
   std::uint8_t block_size_ = 0;
-  std::uint8_t sent_ = 0;       // segments of the sub-block
-  std::uint8_t last_size_ = 0;  // bytes of the segment sent last
+  std::uint8_t sent_ = 0;       // segments sent in this sub-block
+  std::uint8_t last_size_ = 0;  // bytes of the last segment sent
   bool with_crc_ = false;
-  bool last_sent_ = false;  // the sub-block has the last segment of all
+  bool last_sent_ = false;  // the last segment of the transfer is in this sub-block
   bool complete_ = false;
 };
 
 // Collects segments in a Sink.
 class BlockReceiver {
  public:
-  // Segments to which a sub-block shrinks when some are lost: of fewer, all may be lost, which
-  // looks like a lost acknowledgement.
+  // A sub-block shrinks to this many segments after losses. If it had fewer, all could be lost,
+  // which looks like a lost acknowledgement.
   static constexpr std::uint8_t kFewest = 8;
 
-  // announced: the bytes in all, if told. block_size: of the first sub-block, if that was agreed on
-  // before the other side was told to start; this may be what is lost then, see unheard(). fewest:
-  // more than kFewest where a missing end of a sub-block takes long to be noticed.
+  // announced: total size in bytes, if indicated. block_size: of the first sub-block, if it was
+  // agreed before the start request, which may itself be lost, see unheard(). fewest: more than
+  // kFewest where it takes long to detect a missing end of a sub-block.
   void start(std::optional<std::uint32_t> announced, bool crc,
              std::optional<std::uint8_t> block_size = std::nullopt, std::uint8_t fewest = kFewest);
-  // Segments the next sub-block should have if so many bytes are left (nothing: unknown) and it may
-  // have `most`.
+  // Best number of segments of the next sub-block, at most `most`, with that many bytes left
+  // (nothing: unknown).
   static std::uint8_t best_block_size(std::optional<std::size_t> bytes_left,
                                       std::uint8_t most = kMaxBlockSize);
 
-  // Segments the present sub-block shall have. 127, but fewer than can be had if otherwise the last
-  // sub-block would be short: one of which nothing arrives looks like a lost acknowledgement.
-  // What follows a lost segment has to be sent again, so that the best size is about the square
-  // root of 2 / (share of lost segments). Half the segments after a sub-block with a loss, not
-  // fewer than start() says, and one more after each without loss come close to it.
+  // Number of segments of the current sub-block: up to 127, but fewer if the last sub-block would
+  // be so short that it might be lost completely, which looks like a lost acknowledgement.
+  // Everything after a lost segment is sent again, so the best size is about the square root of 2 /
+  // (share of lost segments). To approximate it, the size is halved after a sub-block with a loss,
+  // not below the minimum of start(), and grows by one after each without.
   std::uint8_t block_size() const { return block_size_; }
   // A segment was lost.
   bool lossy() const { return lossy_; }
 
-  // Takes a segment. One that is not in order is ignored. sequence_number if there is no such
-  // segment in the sub-block, or one sub-block after the other ended without its first segment, or
-  // there are more segments than announced after an acknowledgement in vain; what the sink says.
-  // od::kLater: it is taken, but the next sub-block has to wait for the sink.
+  // Processes a segment; one out of order is ignored. Returns sequence_number if the number exceeds
+  // the sub-block, if successive sub-blocks ended without their first segment, or if there are more
+  // segments than announced after an unanswered acknowledgement; else the result of the sink.
+  // od::kLater: the segment is stored, but the next sub-block has to wait for the sink.
   AbortCode take(std::uint64_t segment, Sink& sink);
-  // The sub-block is over: acknowledge() is due.
+  // The sub-block has ended: acknowledge() is due.
   bool over() const { return over_; }
-  // The acknowledgement of the sub-block as eight bytes; the next sub-block begins, or complete().
+  // Returns the acknowledgement of the sub-block as eight bytes. Afterwards the next sub-block
+  // begins, or complete() is true.
   std::uint64_t acknowledge();
-  // Whether an acknowledgement may help if no more segments come: some came, or so few were
-  // expected that all may have been lost. Not for ever: at most twice without a segment.
+  // Whether an acknowledgement may help after the segments stopped: some were received, or so few
+  // were expected that all may have been lost. At most twice without a new segment.
   //
-  // The one in vain says ackseq 0: all of the sub-block again. If it was the acknowledgement before
-  // that is lost, the sender takes it for that one, and repeats the sub-block before: these are
-  // more segments than are left, which ends the transfer with sequence_number.
+  // Such an unanswered acknowledgement has ackseq 0: repeat the whole sub-block. If in fact the
+  // previous acknowledgement was lost, the sender applies ackseq 0 to the previous sub-block and
+  // repeats that: these are more segments than are left, which ends the transfer with
+  // sequence_number.
   bool may_acknowledge() const;
-  // An acknowledgement was in vain.
+  // An acknowledgement was sent without a segment before it.
   bool in_doubt() const { return in_doubt_; }
-  // So was that of a sub-block which the other side may not know that it is to begin.
+  // Such an acknowledgement was sent for the first sub-block, whose start request may be lost.
   bool unheard() const { return in_doubt_ && !begun_; }
-  // Everything came and was acknowledged: finish() comes next.
+  // All segments were received and acknowledged: finish() comes next.
   bool complete() const { return complete_; }
 
-  // The sender's end request: takes the last bytes. crc if the check sum is wrong, sequence_number
-  // as take(), what the sink says. The sink is not finished. od::kLater: the sink has taken them,
-  // but has to be waited for.
+  // Processes the sender's end request, which completes the last bytes. Returns crc if the CRC is
+  // wrong, sequence_number as take(), or the result of the sink. Does not finish the sink.
+  // od::kLater: the sink has the bytes but is busy.
   AbortCode finish(std::uint64_t end_request, Sink& sink);
 
-  std::uint8_t newest() const { return newest_; }  // segment heard last in this sub-block, 0 = none
+  // Last segment received in this sub-block, 0 = none
+  std::uint8_t newest() const { return newest_; }
   std::uint64_t last_segment() const { return held_; }
 
  private:
@@ -123,19 +126,20 @@ class BlockReceiver {
   void begin_sub_block();
 
   std::optional<std::uint32_t> announced_;
-  std::size_t taken_ = 0;   // bytes in order, all segments counted as full
-  std::uint64_t held_ = 0;  // the newest segment in order: its end is not known before finish()
+  std::size_t taken_ = 0;   // bytes in order, each segment counted as 7
+  std::uint64_t held_ = 0;  // the last segment in order: its length is unknown before finish()
   std::uint16_t crc_ = 0;
   std::uint8_t fewest_ = kFewest;
   std::uint8_t most_ = kMaxBlockSize;  // segments of a sub-block, see block_size()
   std::uint8_t block_size_ = 0;
-  std::uint8_t late_ = 0;  // segments of the sub-block before, if it was not over: may still come
+  // Segments of the previous sub-block that may still arrive, if it ended early
+  std::uint8_t late_ = 0;
   std::uint8_t in_order_ = 0;
   std::uint8_t newest_ = 0;
-  unsigned vain_ = 0;       // acknowledgements since a segment came
-  unsigned fruitless_ = 0;  // sub-blocks that ended since a segment came in order
-  bool in_doubt_ = false;   // one was in vain: the sender may be a sub-block behind
-  bool begun_ = false;      // the sender has begun for certain, or need not be told to
+  unsigned vain_ = 0;       // acknowledgements since the last segment
+  unsigned fruitless_ = 0;  // sub-blocks since the last segment in order
+  bool in_doubt_ = false;   // see in_doubt(): the sender may be one sub-block behind
+  bool begun_ = false;      // the sender has started for certain, or needs no start request
   bool with_crc_ = false;
   bool lossy_ = false;
   bool holds_ = false;
@@ -144,19 +148,19 @@ class BlockReceiver {
   bool complete_ = false;
 };
 
-// How fast segments come: where some are lost, the last one of a sub-block is missed soon.
+// Measures the interval of segments, to detect a missing end of a sub-block early on a lossy bus.
 class SegmentPace {
  public:
-  // A segment came.
+  // Call it with each received segment.
   void came(Instant now) {
     if (last_ != Instant{}) {
       longest_ = std::max(now - last_, longest_ - longest_ / kMemory);
     }
     last_ = now;
   }
-  // The next one does not follow the last: the sub-block was acknowledged.
+  // Call it when the sub-block was acknowledged: the gap to the next segment does not count.
   void pause() { last_ = {}; }
-  // After so long without a segment none is under way; at most `longest`.
+  // After this time without a segment, no more segments are under way; at most `longest`.
   Duration stall(Duration longest) const {
     const bool known = longest_ > Duration::zero();
     return known ? std::min(longest, std::max(kShortest, kGaps * longest_)) : longest;
@@ -167,18 +171,19 @@ class SegmentPace {
   static constexpr int kGaps = 32;
   static constexpr Duration kShortest = std::chrono::milliseconds(10);
 
-  Duration longest_{};  // between two of the last segments
+  Duration longest_{};  // longest of the last intervals
   Instant last_{};
 };
 
-// Segments of a sub-block that was given up: they are under way still, and look like requests.
+// Recognizes the remaining segments of an aborted sub-block, which look like requests.
 class LateSegments {
  public:
   static constexpr Duration kQuiet = std::chrono::milliseconds(250);
 
-  // newest: the segment heard last.
+  // newest: the last segment received.
   void expect(std::uint8_t newest, std::uint8_t block_size, Instant now);
-  // Whether this is the next of them (a few may be lost). If not, none is expected any more.
+  // Whether the command byte continues their numbers (a few may be lost). If not, no more are
+  // expected.
   bool take(std::uint8_t command, Instant now);
   bool expected() const { return block_size_ != 0; }
 
@@ -190,8 +195,8 @@ class LateSegments {
   Instant until_{};
 };
 
-// The check sum of block transfer (CiA 301, 7.2.4.3.16): polynomial x^16 + x^12 + x^5 + 1, begun
-// with 0000h, most significant bit first, no final inversion. "123456789" gives 31C3h.
+// The CRC of block transfer (CiA 301, 7.2.4.3.16): polynomial x^16 + x^12 + x^5 + 1, initial value
+// 0000h, most significant bit first, no final inversion. "123456789" yields 31C3h.
 inline constexpr std::array<std::uint16_t, 256> kCrcTable = [] {
   std::array<std::uint16_t, 256> table{};
   for (unsigned byte = 0; byte < table.size(); ++byte) {
@@ -204,7 +209,7 @@ inline constexpr std::array<std::uint16_t, 256> kCrcTable = [] {
   return table;
 }();
 
-// The check sum of what gave `crc` so far, followed by bytes.
+// Continues the CRC of the preceding bytes.
 inline std::uint16_t crc_of(std::span<const std::byte> bytes, std::uint16_t crc = 0) {
   for (const std::byte byte : bytes) {
     const unsigned place = (static_cast<unsigned>(crc) >> 8U) ^ std::to_integer<unsigned>(byte);

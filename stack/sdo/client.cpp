@@ -13,7 +13,7 @@
 namespace linegate::sdo {
 namespace {
 
-// What is no abort code on the wire: success, and what hooks of a dictionary alone may say.
+// False for success, and for codes that only hooks of a dictionary return.
 bool is_abort_code(AbortCode code) {
   return code != AbortCode::none && code != od::kLater;
 }
@@ -54,7 +54,7 @@ Receipt Client::receive(const can::Frame& frame, can::TransmitQueue& queue) {
     return Receipt::malformed;
   }
   const std::uint64_t word = word_of(frame);
-  // Before the server was asked, too: an earlier question may be that of a line that ended.
+  // Also before the request was sent: another program may have sent a request before.
   if (!busy() || (waits_for_initiate() && (held_ || outbox_.waits(queue)))) {
     note_answer(frame.time, queue);
     return take_stray(word, frame.time) || word == last_used_ ? Receipt::stray : Receipt::unasked;
@@ -132,7 +132,7 @@ void Client::begin(od::Address address, bool write, od::ByteSink* into, Duration
   writing_ = write;
   into_ = into;
   if (into != nullptr) {
-    sink_.start(std::nullopt, *into);  // it hears of the end, whether it got anything or not
+    sink_.start(std::nullopt, *into);  // the stream gets its end call in any case
   }
   timeout_ = timeout;
   options_ = options;
@@ -148,7 +148,7 @@ void Client::start(Instant now, can::TransmitQueue& queue) {
   block ? initiate_block(now, queue) : initiate(now, queue);
 }
 
-// An empty value goes in one empty segment: expedited transfer has no way to say 0 bytes.
+// An empty value is sent as one empty segment: an expedited initiate cannot encode 0 bytes.
 void Client::initiate(Instant now, can::TransmitQueue& queue) {
   if (!writing_) {
     request(State::upload_initiate,
@@ -228,7 +228,7 @@ Receipt Client::initiate_answered(std::uint64_t word, Instant now, can::Transmit
   const auto command = static_cast<std::uint8_t>(word);
   const ServerCommand wanted =
       writing_ ? ServerCommand::download_initiate : ServerCommand::upload_initiate;
-  // A server asked for a block upload may take segments.
+  // The server may answer a block upload request with a segmented upload.
   const bool ordinary = state_ != State::block_download_initiate &&
                         specifier(command) == static_cast<unsigned>(wanted);
   AbortCode why = AbortCode::none;
@@ -282,7 +282,7 @@ AbortCode Client::upload_initiated(std::uint64_t word, Instant now, can::Transmi
   }
   if (announced && !tried_block_ && worth_a_block(*announced)) {
     told_size_ = announced;
-    // The upload is open: a server need not take a block initiate before its end.
+    // The upload is open: a server may refuse a block initiate before its end.
     outbox_.send(abort_word(address_, AbortCode::general), now, queue);
     expect_stray();  // some servers answer an abort
     initiate_block(now, queue);
@@ -356,8 +356,8 @@ AbortCode Client::download_segment_taken(Instant now, can::TransmitQueue& queue)
   return AbortCode::none;
 }
 
-// Some servers abort without a multiplexer. An abort is always the end of the transfer, unless it
-// can be that of an earlier one.
+// Some servers abort without a multiplexer. An abort ends the transfer, unless it may belong to an
+// earlier one.
 Receipt Client::aborted_by_server(std::uint64_t word, Instant now, can::TransmitQueue& queue) {
   const od::Address address = multiplexer(word);
   const bool ours = address == address_ || address == od::Address{};
@@ -368,7 +368,7 @@ Receipt Client::aborted_by_server(std::uint64_t word, Instant now, can::Transmit
   auto code = static_cast<AbortCode>(long_word(word));
   if (state_ == State::block_upload && code == AbortCode::command_specifier &&
       receiver_.unheard()) {
-    code = AbortCode::timeout;  // the server waits for the start: it was lost
+    code = AbortCode::timeout;  // the server still waits for the start request, which was lost
   }
   if (!fall_back(code, now, queue)) {
     finish_or_repeat(is_abort_code(code) ? code : AbortCode::general, now, queue);
@@ -381,12 +381,12 @@ Receipt Client::aborted_by_server(std::uint64_t word, Instant now, can::Transmit
 
 void Client::send_abort(AbortCode code, Instant now, can::TransmitQueue& queue) {
   if (std::exchange(held_, std::nullopt)) {
-    return;  // the server received nothing of this transfer
+    return;  // no frame of this transfer was sent
   }
-  outbox_.clear();  // a request that waits for room is void
+  outbox_.clear();  // discard a request that waits for space
   outbox_.send(abort_word(address_, code), now, queue);
-  expect_stray();  // the answer that was waited for
-  expect_stray();  // the server's own abort, if it gives up as well
+  expect_stray();  // the pending answer
+  expect_stray();  // an abort by the server, if it times out too
   if (state_ == State::block_upload) {
     late_.expect(receiver_.newest(), receiver_.block_size(), now);
   }
@@ -413,7 +413,7 @@ void Client::finish_or_repeat(AbortCode code, Instant now, can::TransmitQueue& q
   start(now, queue);
 }
 
-// Of a write in segments or blocks: the server has all of it, as far as known here.
+// For a segmented or block write: all data was sent, as far as known here.
 bool Client::may_have_taken_effect() const {
   const bool in_segments = state_ == State::download_segment || state_ == State::block_download ||
                            state_ == State::block_download_end;
@@ -432,7 +432,8 @@ void Client::finish(AbortCode code) {
   if (code == AbortCode::none && !writing_) {
     outcome.data = sink_.take();
   }
-  blocks_refused_ = blocks_refused_ && code != AbortCode::timeout;  // who knows what comes back
+  // Another device may answer next time
+  blocks_refused_ = blocks_refused_ && code != AbortCode::timeout;
   outcome_ = std::move(outcome);
   state_ = State::idle;
   deadline_ = kNever;

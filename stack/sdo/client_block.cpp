@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The client's side of block transfer (CiA 301, 7.2.4.3.9 to 7.2.4.3.16), and when it is used.
+// The client side of block transfer (CiA 301, 7.2.4.3.9 to 7.2.4.3.16), and when it is used.
 #include "stack/base/assert.h"
 #include "stack/sdo/client.h"
 
 namespace linegate::sdo {
 namespace {
 
-// The server refuses the access to the object, by whatever protocol: 0601 0001h to 0609 xxxxh and
-// 0800 002xh.
+// The server refuses the access independently of the protocol: 0601 0001h to 0609 xxxxh and 0800
+// 002xh.
 bool is_about_object(AbortCode code) {
   const auto number = static_cast<std::uint32_t>(code);
   return (number >= 0x0601'0001 && number <= 0x0609'FFFF) || number >> 4U == 0x0800'002;
@@ -15,7 +15,7 @@ bool is_about_object(AbortCode code) {
 
 }  // namespace
 
-// A value of unknown size is taken for a long one.
+// A value of unknown size counts as long.
 bool Client::worth_a_block(std::optional<std::uint32_t> size) const {
   const std::uint32_t from = options_.block_from;
   return options_.transfer == Transfer::automatic && from != kNoBlocks &&
@@ -43,7 +43,7 @@ void Client::initiate_block(Instant now, can::TransmitQueue& queue) {
           now, queue);
 }
 
-// A server whose answer to the initiate was lost asks for the segments again, after a while.
+// A server whose answer to the initiate was lost requests the segments again after a while.
 bool Client::initiate_answer_lost(std::uint8_t command, Instant now) const {
   return state_ == State::block_download_initiate && command == kBlockAck &&
          now >= deadline_ - timeout_ + kAskedAgainFrom;
@@ -56,8 +56,8 @@ bool Client::fits_block_initiate(std::uint8_t command) const {
              : state_ == State::block_upload_initiate && (command & ~kFlags) == kBlockSend;
 }
 
-// A server that cannot do it gets segments; of an object whose size it has just indicated whatever
-// it says.
+// Continues in segments if the server refuses block transfer; whatever the code, if the server has
+// just indicated the size of the object.
 bool Client::fall_back(AbortCode code, Instant now, can::TransmitQueue& queue) {
   if (!initiates_block() || (is_about_object(code) && !told_size_)) {
     return false;
@@ -68,7 +68,8 @@ bool Client::fall_back(AbortCode code, Instant now, can::TransmitQueue& queue) {
   return true;
 }
 
-// One unanswered initiate may be a lost frame; a server that does so twice gets no more of them.
+// One unanswered block initiate may be a lost frame; after the second one block transfer is not
+// tried again.
 bool Client::fall_back_unanswered(Instant now, can::TransmitQueue& queue) {
   if (!initiates_block() || held_) {
     return false;
@@ -107,8 +108,8 @@ AbortCode Client::block_initiated(std::uint64_t word, Instant now, can::Transmit
   return AbortCode::none;
 }
 
-// A frame that came twice: an acknowledgement that cannot be that of the present sub-block, the
-// last segment, or any if all of them were asked for once more while they were under way.
+// A repeated frame: an acknowledgement that cannot be that of the current sub-block, the last
+// segment, or any segment if a repetition of all was requested while they were under way.
 bool Client::is_repetition(std::uint64_t word) const {
   switch (state_) {
     case State::block_download:

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a transfer that timed out has left behind: requests that are still on their way to the bus,
-// and the answer to them. The answer to a request on the same object looks like that to the next
-// one, so the next one waits.
+// Requests of a timed-out transfer that are still on their way to the bus, and their answers. An
+// answer to the old request is indistinguishable from an answer to the next request on the same
+// object, so the next one waits.
 #include <utility>
 
 #include "stack/base/assert.h"
@@ -15,7 +15,7 @@ void Client::follow(const RequestsUnderWay& under_way, std::uint8_t node) {
   node_ = node;
 }
 
-// At the same moment for all clients of a line, whose wake-ups it joins.
+// Aligned to a common time grid, so that all clients of a line share wake-ups.
 Instant Client::next_look(Instant now) {
   return now - now.time_since_epoch() % kLookAgain + kLookAgain;
 }
@@ -24,7 +24,7 @@ bool Client::is_under_way(const can::TransmitQueue& queue) const {
   return outbox_.waits(queue) || (under_way_ != nullptr && under_way_->any(node_));
 }
 
-// A request timed out.
+// Call it when a request timed out.
 void Client::note_unanswered(Instant now, const can::TransmitQueue& queue) {
   if (!held_ && is_under_way(queue)) {
     unanswered_ = Unanswered::under_way;
@@ -34,7 +34,8 @@ void Client::note_unanswered(Instant now, const can::TransmitQueue& queue) {
   }
 }
 
-// A response that is none to the transfer under way. Acknowledgements may come after it.
+// Call it with a response that does not belong to the current transfer. The acknowledgement may be
+// reported after the response.
 void Client::note_answer(Instant now, can::TransmitQueue& queue) {
   if (unanswered_ == Unanswered::nothing || outbox_.waits(queue)) {
     return;

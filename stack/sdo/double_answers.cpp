@@ -9,7 +9,7 @@
 namespace linegate::sdo {
 namespace {
 
-// The answer to the first frame of an ordinary upload or download, a refusal among them.
+// An answer, possibly an abort, to the first frame of an expedited or segmented transfer.
 bool begins_transfer(std::uint64_t word) {
   const unsigned specified = specifier(static_cast<std::uint8_t>(word));
   return specified == static_cast<unsigned>(ServerCommand::upload_initiate) ||
@@ -22,7 +22,7 @@ bool is_value(std::uint64_t word) {
          static_cast<unsigned>(ServerCommand::upload_initiate);
 }
 
-// Objects whose value is the same in every answer of one device.
+// Objects whose value is the same in every answer of a device.
 bool is_constant(od::Address address) {
   return address.index == od::objects::kDeviceType || address.index == od::objects::kIdentity;
 }

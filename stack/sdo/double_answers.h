@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether two devices answer at one default SDO server, by answers that come twice to one request.
+// Detects two devices with the same node-ID by double answers of their default SDO servers.
 //
-// Two devices of one node-ID answer every request, in the same moment or one of them later, when
-// the client has gone on. What happens with one device as well is no sign: a frame that a
-// controller repeats now and then, an answer that comes after its request timed out and was
-// repeated, answers to another client.
+// Both devices answer every request, at the same time or one of them later, when the client has
+// already continued. What also occurs with one device is no evidence: a frame that a controller
+// occasionally repeats, an answer that arrives after its request timed out and was repeated,
+// answers to another client.
 #pragma once
 
 #include <array>
@@ -17,39 +17,40 @@ namespace linegate::sdo {
 
 class DoubleAnswers {
  public:
-  // So long after the first answer the second one counts.
+  // A second answer counts up to this time after the first one.
   static constexpr Duration kLate = std::chrono::milliseconds(500);
-  // Nothing is reported for so long after a disturbance.
+  // No report within this time after a disturbance.
   static constexpr Duration kUndisturbed = std::chrono::seconds(10);
-  // Older answers do not count: one of the devices may have gone since.
+  // Older answers do not count: one of the devices may have been removed.
   static constexpr Duration kRow = std::chrono::seconds(10);
-  // It is reported again after this time.
+  // Least interval between two reports.
   static constexpr Duration kQuiet = std::chrono::minutes(1);
 
   enum class Found : std::uint8_t {
     nothing,
-    second_answer,  // to a request that was answered
-    two_devices,    // it shows, and is not reported yet
+    second_answer,  // to a request that was already answered
+    two_devices,    // detected, and not reported yet
   };
 
-  // A response that begins or ends a transfer, 8 bytes as a number; asked: a request waits for it.
+  // Examines a response that begins or ends a transfer. word: its 8 bytes; asked: a request is
+  // waiting for it.
   Found response(std::uint64_t word, bool asked, Instant now);
-  // A transfer failed, or took so long that its request may have been repeated, or another client
-  // was heard.
+  // Call it when a transfer failed, or took so long that its request may have been repeated, or
+  // another client was observed.
   void disturb(Instant now) { disturbed_ = now; }
-  // A request that was not answered yet was cancelled: its answer may come beside that to the next.
+  // Call it when an unanswered request was cancelled: its answer may arrive beside the next one.
   void cancel(od::Address address, Instant now);
-  // Another user has the channel: its requests are not looked at.
+  // Call it when a ChannelUser has the channel, whose requests are not examined.
   void forget();
 
  private:
   static constexpr std::size_t kAnswers = 8;
-  // So many requests, one after the other and within kRow, were answered twice.
+  // Number of successive requests, within kRow, that must be answered twice.
   static constexpr unsigned kInARow = 6;
 
   struct Answer {
     std::uint64_t word = 0;
-    Instant time = kNever;  // kNever: there is none
+    Instant time = kNever;  // kNever: unused
     bool twice = false;
   };
 

@@ -28,7 +28,7 @@ inline constexpr std::size_t kSegmentSize = 7;
 
 using Payload = std::array<std::byte, kFrameSize>;
 
-// ccs: what a client asks.
+// Client command specifier (ccs).
 enum class ClientCommand : std::uint8_t {
   download_segment = 0,
   download_initiate = 1,
@@ -39,7 +39,7 @@ enum class ClientCommand : std::uint8_t {
   block_download = 6,
 };
 
-// scs: what a server answers.
+// Server command specifier (scs).
 enum class ServerCommand : std::uint8_t {
   upload_segment = 0,
   download_segment = 1,
@@ -55,18 +55,18 @@ inline constexpr std::uint8_t kExpedited = 0x02;      // e, of an initiate
 inline constexpr std::uint8_t kLastSegment = 0x01;    // c, of a segment with data
 inline constexpr std::uint8_t kToggle = 0x10;         // t, of a segment and its answer
 
-// Block transfer. The side that sends the segments uses C0h and C1h, the side that takes them A0h
-// to A3h: client and server in a download, server and client in an upload.
-inline constexpr std::uint8_t kBlockSend = 0xC0;     // initiate; kBlockCrc, kBlockSize; mux, size
-inline constexpr std::uint8_t kBlockSendEnd = 0xC1;  // bits 4..2: unused bytes of the last segment;
-                                                     // bytes 1, 2: check sum
+// Block transfer. The sender of the segments uses C0h and C1h, the receiver A0h to A3h: client and
+// server in a download, server and client in an upload.
+inline constexpr std::uint8_t kBlockSend = 0xC0;  // initiate; kBlockCrc, kBlockSize; mux, size
+// Bits 4..2: unused bytes of the last segment; bytes 1, 2: CRC
+inline constexpr std::uint8_t kBlockSendEnd = 0xC1;
 inline constexpr std::uint8_t kBlockTake = 0xA0;     // initiate; kBlockCrc; mux, byte 4: block size
                                                      // (a client: byte 5: pst)
 inline constexpr std::uint8_t kBlockTakeEnd = 0xA1;  // the answer to kBlockSendEnd
 inline constexpr std::uint8_t kBlockAck = 0xA2;      // byte 1: ackseq, byte 2: next block size
-inline constexpr std::uint8_t kBlockStart = 0xA3;    // client: let the segments come
+inline constexpr std::uint8_t kBlockStart = 0xA3;    // client: start of the segments
 inline constexpr std::uint8_t kBlockSize = 0x02;     // s, of an initiate
-inline constexpr std::uint8_t kBlockCrc = 0x04;      // cc, sc: able to make the check sum
+inline constexpr std::uint8_t kBlockCrc = 0x04;      // cc, sc: CRC supported
 inline constexpr std::uint8_t kBlockLastSegment = 0x80;  // c, of a segment; bits 6..0: its number
 inline constexpr std::uint8_t kMaxBlockSize = 127;
 
@@ -80,11 +80,12 @@ constexpr std::uint8_t specifier(std::uint8_t command) {
 constexpr bool toggle_of(std::uint8_t command) {
   return (command & kToggle) != 0;
 }
-// Bytes 4..7 an expedited initiate uses, 1..4. Without s it is 4: the size is not told.
+// Number of bytes used of bytes 4..7 in an expedited initiate, 1..4. Without s it is 4: no size is
+// indicated.
 constexpr std::size_t expedited_size(std::uint8_t command) {
   return (command & kSizeIndicated) != 0 ? kExpeditedSize - ((command >> 2U) & 3U) : kExpeditedSize;
 }
-// Bytes 1..7 a segment uses, 0..7.
+// Number of bytes used of bytes 1..7 in a segment, 0..7.
 constexpr std::size_t segment_size(std::uint8_t command) {
   return kSegmentSize - ((command >> 1U) & 7U);
 }
@@ -95,7 +96,7 @@ constexpr std::uint8_t expedited_byte(Command command, std::size_t size) {
   return command_byte(
       command, static_cast<unsigned>(kExpeditedSize - size) << 2U | kExpedited | kSizeIndicated);
 }
-// Command byte of a segment with size (0..7) bytes of data.
+// Command byte of a segment with size bytes of data, 0..7.
 template <class Command>
 constexpr std::uint8_t segment_byte(Command command, bool toggle, std::size_t size, bool last) {
   LINEGATE_ASSERT_HOT(size <= kSegmentSize, "a segment has up to 7 bytes");
@@ -136,7 +137,7 @@ constexpr std::uint32_t long_word(std::uint64_t word) {
   return static_cast<std::uint32_t>(word >> 32U);
 }
 
-// Byte `number` (0 to 7) of the frame that `word` is.
+// Byte `number` (0 to 7) of the frame in `word`.
 constexpr std::uint8_t byte_of(std::uint64_t word, unsigned number) {
   return static_cast<std::uint8_t>(word >> (8 * number));
 }
@@ -145,7 +146,8 @@ constexpr bool is_upload_initiate(std::uint64_t word) {
   return specifier(static_cast<std::uint8_t>(word)) ==
          static_cast<std::uint8_t>(ClientCommand::upload_initiate);
 }
-// The answer to an upload's initiate with a value of size (1..4) bytes; value is 0 above them.
+// The answer to an upload initiate with a value of size bytes, 1..4; the higher bytes of value are
+// 0.
 constexpr std::uint64_t expedited_answer(std::uint64_t request, std::uint32_t value,
                                          std::uint32_t size) {
   constexpr std::uint64_t kMultiplexer = 0xFFFF'FF00;
@@ -162,20 +164,19 @@ inline std::uint8_t command_of(const can::Frame& frame) {
   return std::to_integer<std::uint8_t>(frame.data[0]);
 }
 
-// A classical data frame of 8 bytes; nothing else is an SDO frame.
+// True for a classical data frame of 8 bytes, the only valid SDO frame.
 inline bool well_formed(const can::Frame& frame) {
   return frame.length == kFrameSize && (frame.flags & (can::Frame::kRemote | can::Frame::kFd)) == 0;
 }
 
-// Identifier, format and length; data is left alone.
+// Sets identifier, format and length, not the data.
 inline void set_header(can::Frame& frame, can::CobId cob_id) {
   frame.id = cob_id.id();
   frame.flags = cob_id.extended() ? std::uint8_t{can::Frame::kExtended} : std::uint8_t{0};
   frame.length = kFrameSize;
 }
 
-// Reports a frame that is no SDO frame as EventKind::malformed_frame. node: whose frame it is, 0 if
-// unknown.
+// Reports an invalid SDO frame as EventKind::malformed_frame. node: its sender, 0 if unknown.
 void tell_malformed(const can::Frame& frame, std::uint8_t node, EventLog& events);
 
 }  // namespace linegate::sdo

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is asked of an sdo::Arbiter, and what it gives back.
+// Requests to an sdo::Arbiter, and their completions.
 #pragma once
 
 #include <cstddef>
@@ -14,15 +14,15 @@
 
 namespace linegate::sdo {
 
-// Most urgent first: a person or program waits for a command; booting brings a node back; routing
-// serves other lines; background is what nobody waits for (scan).
+// Most urgent first. command: a person or program waits for it; boot: returns a node to operation;
+// routing: serves other lines; background: scan.
 enum class Priority : std::uint8_t { command, boot, routing, background };
 inline constexpr std::size_t kPriorities = 4;
 
 class Arbiter;
 struct Completion;
 
-// Makes requests of an Arbiter and outlives them: its destructor calls Arbiter::disown(). The
+// Submits requests to an Arbiter and outlives them: its destructor calls Arbiter::disown(). The
 // owners take turns at the queue of a node.
 class RequestOwner {
  public:
@@ -40,32 +40,33 @@ class RequestOwner {
 
 class TransferOwner : public RequestOwner {
  public:
-  // The end of one of its transfers. Called within Arbiter::deliver_completions() alone; may call
-  // every other function of the arbiter.
+  // Reports the end of one of its transfers. Called only within Arbiter::deliver_completions(); may
+  // call every other function of the arbiter.
   virtual void completed(Completion& completion, Instant now) = 0;
 };
 
-// Uses a channel of the arbiter frame by frame: it sends its requests on 600h + node-ID itself, and
-// gets the responses on 580h + node-ID, until it releases the channel.
+// Uses a channel of the arbiter frame by frame: it sends its own requests on 600h + node-ID, and
+// receives the responses on 580h + node-ID, until it releases the channel.
 class ChannelUser : public RequestOwner {
  public:
-  // The channel is its own; may be called within Arbiter::submit().
+  // The channel is granted; may be called within Arbiter::submit().
   virtual void granted(std::uint64_t number, Instant now) = 0;
-  // A response of the server, of 8 bytes.
+  // A response of the server, always 8 bytes.
   virtual void response(std::uint64_t number, const can::Frame& frame) = 0;
 };
 
 struct Request {
-  TransferOwner* owner = nullptr;  // of a transfer
-  ChannelUser* user = nullptr;     // instead: number, group, node and priority count
-  std::uint64_t number = 0;        // chosen by the owner, unique among its requests of the node
-  std::uint8_t group = 0;          // requests of an owner that share its turns
-  std::uint8_t node = 0;           // 1..127
+  TransferOwner* owner = nullptr;  // for a transfer
+  ChannelUser* user = nullptr;  // instead of owner; only number, group, node and priority are used
+  std::uint64_t number = 0;     // chosen by the owner, unique among its requests to the node
+  std::uint8_t group = 0;       // requests of an owner in one group share its turns
+  std::uint8_t node = 0;        // 1..127
   od::Address address{};
   bool write = false;
-  std::vector<std::byte> data{};     // to be written
+  std::vector<std::byte> data{};     // value to write
   od::ByteSource* source = nullptr;  // instead of data; must live until the Completion
-  od::ByteSink* sink = nullptr;      // takes what is read, instead of Completion::data; likewise
+  // Receives the uploaded bytes instead of Completion::data; must live until the Completion
+  od::ByteSink* sink = nullptr;
   Duration timeout = std::chrono::milliseconds(500);  // for each answer of the server, positive
   Priority priority = Priority::command;
   TransferOptions options{};
@@ -76,8 +77,8 @@ struct Completion {
   std::uint8_t node = 0;
   od::Address address{};
   bool write = false;
-  AbortCode abort = AbortCode::none;  // none: done
-  std::vector<std::byte> data{};      // what was read
+  AbortCode abort = AbortCode::none;  // none = success
+  std::vector<std::byte> data{};      // the uploaded value
   bool refused = false;               // see Outcome
 };
 

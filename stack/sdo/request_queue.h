@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The requests that wait for one SDO server, and which of them comes next.
+// The requests that wait for one SDO server, and their order.
 #pragma once
 
 #include <array>
@@ -11,16 +11,16 @@
 
 namespace linegate::sdo {
 
-// By Priority; within a priority the parties take turns, and requests of one party keep their
-// order. Every eighth request taken is the one that waits longest, whatever its
-// priority, so that nobody waits for ever.
+// Ordered by Priority; within a priority the parties take turns, and requests of one party keep
+// their order. Every eighth request is the one that waits longest, whatever its priority, which
+// prevents starvation.
 class RequestQueue {
  public:
   static constexpr std::uint64_t kOldestEvery = 8;
 
   explicit RequestQueue(std::size_t capacity) : capacity_(capacity) {}
 
-  // Whose turn it is.
+  // An owner's group, which takes turns with the others.
   struct Party {
     const RequestOwner* owner = nullptr;
     std::uint8_t group = 0;
@@ -31,27 +31,27 @@ class RequestQueue {
     return request.user != nullptr ? static_cast<RequestOwner*>(request.user) : request.owner;
   }
 
-  // False if it is full: the request was not taken.
+  // Returns false, and leaves the request unchanged, if the queue is full.
   bool push(Request&& request);
-  // The next one; false if there is none.
+  // Removes the next request; false if the queue is empty.
   bool pop(Request& out);
-  // The one of this owner with this number; false if there is none.
+  // Removes the owner's request with this number; false if there is none.
   bool remove(const RequestOwner& owner, std::uint64_t number, Request& out);
-  // All of this owner; returns how many there were.
+  // Removes all requests of the owner and returns their number.
   std::size_t remove_all(const RequestOwner& owner);
 
   std::size_t size() const { return waiting_.size(); }
   bool empty() const { return waiting_.empty(); }
 
  private:
-  // A party gets one place in each turn.
+  // Each party gets one place in a turn.
   struct Waiting {
     Request request;
     std::uint64_t turn = 0;
   };
   struct Turn {
     std::uint64_t number = 0;
-    std::vector<Party> served;  // those that had their place in it
+    std::vector<Party> served;  // parties served in this turn
   };
 
   std::size_t next() const;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// SDO requests between the line and the bus: whether the newest one to a default server was
-// acknowledged. Of a bus that reports no acknowledgements none counts as under way.
+// Whether the last SDO request to each default server was acknowledged on the bus. On a bus that
+// does not report acknowledgements, no request counts as under way.
 #pragma once
 
 #include <array>
@@ -13,17 +13,17 @@ namespace linegate::sdo {
 
 class RequestsUnderWay {
  public:
-  // A frame of any service was handed out to the bus. number: from 1 on, in the order of the
-  // frames; 0 if the bus reports no acknowledgements.
+  // Call it with each frame handed out to the bus, of any service. number: counts the frames from
+  // 1; 0 if the bus does not report acknowledgements.
   void handed_out(const can::Frame& frame, std::uint64_t number) {
     if ((frame.id & ~kNodeBits) == can::kSdoRequestBase && !frame.extended()) [[unlikely]] {
       newest_[frame.id & kNodeBits] = number;
     }
   }
-  // The frames up to that number have ended: acknowledged, or lost.
+  // The frames up to that number were acknowledged or lost.
   void ended(std::uint64_t number) { ended_ = number; }
 
-  // node: 1 to 127.
+  // Whether a request to that node (1 to 127) is not acknowledged yet.
   bool any(std::uint8_t node) const { return newest_[node & kNodeBits] > ended_; }
 
  private:

@@ -9,7 +9,7 @@
 namespace linegate::sdo {
 namespace {
 
-// The bytes of a value of 1 to 4 bytes as bytes 4..7 of a frame have them.
+// A value of 1 to 4 bytes in the layout of bytes 4..7 of a frame.
 std::uint32_t expedited_data(std::span<const std::byte> value) {
   const std::byte* p = value.data();
   switch (value.size()) {
@@ -24,7 +24,7 @@ std::uint32_t expedited_data(std::span<const std::byte> value) {
   }
 }
 
-// The size of a value that an expedited download does not tell.
+// The size of a value whose expedited download indicates none.
 std::size_t untold_size(const od::Dictionary& dictionary, od::Address address) {
   const auto variable = dictionary.find(address);
   return variable ? std::min(kExpeditedSize, std::size_t{variable->capacity}) : kExpeditedSize;
@@ -41,7 +41,7 @@ Server::Server(od::Dictionary& dictionary, can::CobId request, can::CobId respon
       outbox_(response) {
 }
 
-// --- the ordinary request: an expedited upload --------------------------------------------------
+// --- the most frequent request: an expedited upload ---------------------------------------------
 
 inline bool Server::answer_value(std::uint64_t request, std::span<const std::byte> value,
                                  Instant now, std::uint64_t& reply) {
@@ -183,7 +183,7 @@ void Server::configure(can::CobId request, can::CobId response) {
   outbox_.set_cob_id(response);
 }
 
-// --- the same, and what else there is, for all others -------------------------------------------
+// --- all other requests -------------------------------------------------------------------------
 
 bool Server::serve(std::uint64_t request, Instant now, std::uint64_t& reply) {
   return serve_request(request, now, reply);
@@ -194,7 +194,7 @@ bool Server::answer_upload(std::uint64_t request, std::span<const std::byte> val
   return answer_value(request, value, now, reply);
 }
 
-// An empty value goes in one empty segment: expedited transfer has no way to say 0 bytes.
+// An empty value is sent as one empty segment: an expedited initiate cannot encode 0 bytes.
 bool Server::initiate_segmented_upload(std::uint64_t request, std::span<const std::byte> value,
                                        Awaited awaited, Instant now, std::uint64_t& reply) {
   const od::Address address = multiplexer(request);
@@ -320,7 +320,7 @@ AbortCode Server::write_stream(od::Address address, std::span<const std::byte> v
   return why;
 }
 
-// Says no as early as possible: a client should not send thousands of segments in vain.
+// Refuses as early as possible, before the client sends thousands of segments in vain.
 AbortCode Server::prepare_download(od::Address address, std::optional<std::uint32_t> announced) {
   const auto variable = dictionary_.find(address);
   if (!variable) {

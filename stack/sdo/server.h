@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// One SDO server (CiA 301, 7.2.4; object 1200h and following): gives clients access to a
-// dictionary. Expedited, segmented and block transfer.
+// One SDO server (CiA 301, 7.2.4; object 1200h and following): gives clients access to a dictionary
+// by expedited, segmented and block transfer.
 //
-// An access that a hook of the object, or a stream that it gave, puts off (od::kLater) waits: the
-// server has no answer until the hook has one, which advance() then sends. Other servers and
-// services go on. The hook hears when the client gives up (abort, a new initiate) or
-// options.answer_timeout is over. Within a sub-block the segments of a download go on to come; its
-// acknowledgement waits.
+// A hook of the object, or its stream, may defer its result (od::kLater): the server then waits,
+// and advance() sends the answer when the result is available. Other servers and services continue.
+// The hook is cancelled if the client gives up (abort, a new initiate) or options.answer_timeout
+// expires. Within a sub-block of a download, segments continue to arrive; the acknowledgement
+// waits.
 //
-// At most one transfer is under way. A new initiate drops the old transfer (but within a sub-block
-// of a download, where it cannot be told from a segment), as does an abort of the client. An upload
-// gives the bytes as they were at its initiate; a download changes the object when all has come,
-// whole, or not at all. A DOMAIN whose hook gives a stream (od/stream.h) is transferred piece by
-// piece, and may change meanwhile.
+// At most one transfer is under way. An abort of the client drops it, and so does a new initiate
+// (except within a sub-block of a download, where an initiate looks like a segment). An upload
+// returns the bytes as of its initiate; a download changes the object as a whole when all bytes
+// have arrived, or not at all. A DOMAIN whose hook supplies a stream (od/stream.h) is transferred
+// in pieces, and may change meanwhile.
 #pragma once
 
 #include <cstddef>
@@ -34,77 +34,80 @@
 namespace linegate::sdo {
 
 struct ServerOptions {
-  Duration timeout = std::chrono::seconds(1);  // a transfer without a frame for so long is aborted
-                                               // with 0504 0000h
-  Duration stall = std::chrono::milliseconds(200);  // a sub-block without a segment for so long is
-                                                    // acknowledged as it is; less than timeout
-  Duration answer_timeout = std::chrono::seconds(10);  // a hook without an answer for so long is
-                                                       // given up: abort 0504 0000h
-  std::size_t max_transfer = std::size_t{128} * 1024;  // bytes of a value that is no stream; longer
-                                                       // ones: abort 0504 0005h
+  // A transfer without a frame for this long is aborted with 0504 0000h
+  Duration timeout = std::chrono::seconds(1);
+  // A sub-block without a segment for this long is acknowledged as received so far; less than
+  // timeout
+  Duration stall = std::chrono::milliseconds(200);
+  // A hook without a result for this long is cancelled: abort 0504 0000h
+  Duration answer_timeout = std::chrono::seconds(10);
+  // Largest value in bytes, except streams; longer values: abort 0504 0005h
+  std::size_t max_transfer = std::size_t{128} * 1024;
 };
 
 class Server;
 
-// Where what a server cannot serve itself goes: the network indication of a gateway (CiA 302-7),
-// and after it, as long as the server is diverted, all its client sends. Answers go out through
-// Server::respond().
+// Handles requests that a server cannot serve itself: the network indication of a gateway (CiA
+// 302-7), and after it, as long as the server is diverted, all frames of its client. Answers are
+// sent with Server::respond().
 class Detour {
  public:
   virtual ~Detour() = default;
-  // A request with command specifier 7. What the server had under way is dropped.
+  // A request with command specifier 7. The server's current transfer is dropped.
   virtual void network_request(Server& server, std::uint64_t request, Instant now) = 0;
-  // Any frame of the client of a diverted server.
+  // Any frame from the client of a diverted server.
   virtual void diverted_request(Server& server, std::uint64_t request, Instant now) = 0;
-  // A diverted server was reset, and serves itself again.
+  // A diverted server was reset, and serves its own requests again.
   virtual void diverted_reset(Server& server) = 0;
 };
 
 struct ServerCounters {
-  std::uint64_t uploads = 0;    // ended well
-  std::uint64_t downloads = 0;  // ended well
+  std::uint64_t uploads = 0;    // ended without an error
+  std::uint64_t downloads = 0;  // ended without an error
   std::uint64_t aborts = 0;     // refused, dropped, stalled, or aborted by the client
-  std::uint64_t malformed = 0;  // frames that are no SDO frames
+  std::uint64_t malformed = 0;  // frames that are not SDO frames
 };
 
 class Server {
  public:
-  // request: client to server, response: server to client (sub-indices 1 and 2 of the 12xxh
-  // object). Only format and identifier of response are used; whoever owns the dispatch table
-  // brings the requests. dictionary and events must outlive the server.
+  // request: identifier from client to server; response: from server to client (sub-indices 1 and 2
+  // of the 12xxh object). Only format and identifier of response are used; the owner of the
+  // dispatch table passes the requests. dictionary and events must outlive the server.
   Server(od::Dictionary& dictionary, can::CobId request, can::CobId response, EventLog& events,
          ServerOptions options = {});
 
-  // A frame with the request identifier; frame.time is now. Frames that do not have 8 bytes are
-  // counted, told as EventKind::malformed_frame and not processed. Answers to expedited requests
-  // never allocate.
+  // Processes a frame with the request identifier; frame.time is the current time. Frames that do
+  // not have 8 bytes are counted, reported as EventKind::malformed_frame and not processed. Answers
+  // to expedited requests never allocate.
   void receive(const can::Frame& frame, can::TransmitQueue& queue);
 
-  // The short way of receive() for what is asked most: an upload of up to four bytes that a glance
-  // at the dictionary gives. False, and nothing is done, for any other frame, or if the answer
-  // would have to wait. Hot.
+  // Fast path of receive() for the most frequent request: an upload of up to four bytes that the
+  // dictionary can supply directly. Returns false, without an effect, for any other frame, or if
+  // the answer would have to wait. Hot.
   [[gnu::always_inline]] bool answer_at_once(std::uint64_t request, can::TransmitQueue& queue);
 
-  // Aborts a stalled transfer, sends what did not fit into the queue and the segments of a block.
+  // Aborts a stalled transfer, and sends the segments of a block and frames that did not fit into
+  // the queue.
   void advance(Instant now, can::TransmitQueue& queue);
   Instant next_wake() const;
 
-  // The protocol without the queue: takes a request of 8 bytes and gives whether there is an
-  // answer, then in out (identifier, format, length and the first 8 bytes are set). The segments of
-  // a block upload come from advance() alone.
+  // The protocol without the queue: processes a request of 8 bytes and returns whether out has an
+  // answer (identifier, format, length and the first 8 bytes are set). The segments of a block
+  // upload are sent only by advance().
   bool answer(const can::Frame& in, can::Frame& out);
 
-  // detour gets what is not for this server; nullptr: that is refused. It must outlive the server.
+  // detour receives the requests that are not for this server; nullptr: they are refused. It must
+  // outlive the server.
   void set_detour(Detour* detour) { detour_ = detour; }
-  // From now on the detour gets all requests, or (false) none but those for it.
+  // true: from now on detour receives all requests; false: only network indications.
   void divert(bool diverted);
   bool diverted() const { return state_ == State::diverted; }
-  // Sends eight bytes on the server's identifier; false if there is no room in the queue.
+  // Sends eight bytes on the server's identifier; false if the queue is full.
   bool respond(std::uint64_t word, can::TransmitQueue& queue) const;
 
-  // Forgets the transfer and unsent frames without a word (NMT reset, NMT stop).
+  // Drops the transfer and unsent frames without an abort (NMT reset, NMT stop).
   void reset();
-  // reset(), then other identifiers (the 12xxh object was written).
+  // reset(), then changes the identifiers (the 12xxh object was written).
   void configure(can::CobId request, can::CobId response);
 
   can::CobId request_id() const { return request_; }
@@ -121,15 +124,15 @@ class Server {
     upload_segments,
     late_segments,  // idle, but segments of an aborted block download may still come
     block_download,
-    block_download_end,     // everything came: waiting for the end request
-    block_upload_initiate,  // waiting for the client to start
-    block_upload,           // sending a sub-block, or waiting for its acknowledgement
-    block_upload_end,       // waiting for the answer to the end request
-    waiting,                // for a hook, see Awaited
+    block_download_end,     // all segments were received: waits for the end request
+    block_upload_initiate,  // waits for the start request
+    block_upload,           // sends a sub-block, or waits for its acknowledgement
+    block_upload_end,       // waits for the answer to the end request
+    waiting,                // for a deferred result, see Awaited
     diverted,               // see Detour
   };
 
-  // What a hook's late answer is about.
+  // The access whose result is deferred.
   enum class Awaited : std::uint8_t {
     upload,
     block_upload,
@@ -137,12 +140,13 @@ class Server {
     open_sink,           // at any initiate of a download
     download_segment,    // of a stream
     sub_block,           // of a stream
-    expedited_download,  // these are to be stored
+    expedited_download,  // from here on: storing the value
     last_segment,
     block_download_end,
   };
 
-  // Requests and answers are the eight bytes of a frame as one number. False: no answer.
+  // Requests and answers are the eight bytes of a frame as one number. Returns false if there is no
+  // answer.
   bool serve(std::uint64_t request, Instant now, std::uint64_t& reply);
   bool serve_request(std::uint64_t request, Instant now, std::uint64_t& reply);
   bool initiate_upload(std::uint64_t request, Instant now, std::uint64_t& reply);
@@ -215,14 +219,16 @@ class Server {
   Source source_;
   Sink sink_;
 
-  Instant block_wake_ = kNever;       // block_upload: more segments; block_download: it stalls
-  std::uint64_t newest_request_ = 0;  // block_upload, waiting: to know its repetition
+  // Block_upload: time of the next segments; block_download: time of a stall
+  Instant block_wake_ = kNever;
+  std::uint64_t newest_request_ = 0;  // block_upload, waiting: to detect its repetition
   BlockSender sender_;
   BlockReceiver receiver_;
   SegmentPace pace_;
   LateSegments late_;
 
-  od::Ticket ticket_ = 0;  // of what was put off: waiting, or a stream within a sub-block
+  // Of the deferred result: in state waiting, or of a stream within a sub-block
+  od::Ticket ticket_ = 0;
   Awaited awaited_ = Awaited::upload;
 
   Outbox outbox_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The server's side of block transfer (CiA 301, 7.2.4.3.9 to 7.2.4.3.16).
+// The server side of block transfer (CiA 301, 7.2.4.3.9 to 7.2.4.3.16).
 #include "stack/base/assert.h"
 #include "stack/sdo/server.h"
 
@@ -9,7 +9,7 @@ namespace {
 constexpr std::uint8_t kAbort = command_byte(ClientCommand::abort);
 constexpr std::uint8_t kNetworkSpecifier = 7;  // of the network indication
 
-// Whether the request begins a transfer: allowed at any time but within a sub-block.
+// Whether the request begins a transfer: permitted at any time except within a sub-block.
 bool initiates(std::uint8_t command) {
   const auto service = static_cast<ClientCommand>(specifier(command));
   return service == ClientCommand::upload_initiate || service == ClientCommand::download_initiate ||
@@ -89,7 +89,7 @@ bool Server::answer_block_upload(std::uint64_t request, std::span<const std::byt
   return true;
 }
 
-// --- what comes next ----------------------------------------------------------------------------
+// --- requests during a transfer -----------------------------------------------------------------
 
 bool Server::serve_block(std::uint64_t request, Instant now, std::uint64_t& reply) {
   const auto command = static_cast<std::uint8_t>(request);
@@ -106,7 +106,7 @@ bool Server::serve_block(std::uint64_t request, Instant now, std::uint64_t& repl
       break;
     case State::block_download_end:
       if (request == receiver_.last_segment()) {
-        return false;  // twice on the wire
+        return false;  // a repeated frame
       }
       if (is_block_send_end(command)) {
         return end_block_download(request, now, reply);
@@ -127,7 +127,7 @@ bool Server::serve_block(std::uint64_t request, Instant now, std::uint64_t& repl
       [[fallthrough]];
     case State::block_upload_end:
       if (request == newest_request_) {
-        return false;  // twice on the wire
+        return false;  // a repeated frame
       }
       if (state_ == State::block_upload_end && command == kBlockTakeEnd) {
         uploaded();
@@ -136,7 +136,7 @@ bool Server::serve_block(std::uint64_t request, Instant now, std::uint64_t& repl
       break;
     case State::waiting:
       if (request == newest_request_ && !initiates(command)) {
-        return false;  // twice on the wire
+        return false;  // a repeated frame
       }
       break;
     case State::diverted:
@@ -148,7 +148,7 @@ bool Server::serve_block(std::uint64_t request, Instant now, std::uint64_t& repl
   return serve_other(request, now, reply);
 }
 
-// A request that is not for the state of the block transfer.
+// A request that does not fit the state of the block transfer.
 bool Server::serve_other(std::uint64_t request, Instant now, std::uint64_t& reply) {
   const auto command = static_cast<std::uint8_t>(request);
   const bool for_detour = detour_ != nullptr && specifier(command) == kNetworkSpecifier;
@@ -233,7 +233,7 @@ void Server::expect_late_segments(Instant now) {
 
 bool Server::block_acknowledged(std::uint64_t request, Instant now, std::uint64_t& reply) {
   if (sender_.sending() && request == newest_request_) {
-    return false;  // twice on the wire
+    return false;  // a repeated frame
   }
   newest_request_ = request;
   deadline_ = now + (ticket_ == 0 ? options_.timeout : options_.answer_timeout);
@@ -268,7 +268,7 @@ void Server::send_segments(Instant now, can::TransmitQueue& queue) {
   block_wake_ = ticket_ == 0 && sender_.sending() ? now + Outbox::kRetry : kNever;
 }
 
-// There is no next segment.
+// The source has no next segment.
 void Server::put_off_or_abort(AbortCode why, Instant now, can::TransmitQueue& queue) {
   ticket_ = why == od::kLater ? dictionary_.put_off_source(address_) : od::Ticket{0};
   if (ticket_ == 0) {

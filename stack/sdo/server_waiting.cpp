@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The server while a hook of the object, or a stream that it gave, owes it an answer (split
-// indication).
+// The server while a hook of the object, or its stream, defers a result (split indication).
 #include <utility>
 
 #include "stack/base/assert.h"
@@ -8,7 +7,7 @@
 
 namespace linegate::sdo {
 
-// Gives whether there is an answer: none yet if a hook answers later, under ticket_.
+// Returns whether there is an answer; false while the result is deferred, under ticket_.
 bool Server::refuse_or_wait(od::Address address, AbortCode why, Awaited awaited,
                             std::uint64_t request, Instant now, std::uint64_t& reply) {
   if (why != od::kLater || ticket_ == 0) {
@@ -66,7 +65,7 @@ bool Server::finish_upload(Instant now, std::uint64_t& reply) {
                                      : answer_block_upload(newest_request_, *value, now, reply);
 }
 
-// A sink that has the bytes may have been busy with them before it could be asked to finish.
+// A sink that received the last bytes may be busy with them, so that finish() had to wait.
 bool Server::finish_storing(Instant now, std::uint64_t& reply) {
   const od::Ticket ticket = std::exchange(ticket_, 0);
   AbortCode why = sink_.streams() ? dictionary_.finish(ticket)
@@ -94,7 +93,7 @@ bool Server::finish_storing(Instant now, std::uint64_t& reply) {
   return true;
 }
 
-// Before or in the middle of the bytes.
+// Before the first byte or between pieces.
 bool Server::proceed_with_stream(Instant now, std::uint64_t& reply) {
   const AbortCode why = dictionary_.finish(std::exchange(ticket_, 0));
   if (why != AbortCode::none) {
@@ -119,7 +118,7 @@ bool Server::proceed_with_stream(Instant now, std::uint64_t& reply) {
   }
 }
 
-// A sub-block goes on: its segments may be sent, or those that came may be acknowledged.
+// Continues a sub-block: its segments may be sent, or the received ones may be acknowledged.
 void Server::resume_sub_block(Instant now, can::TransmitQueue& queue) {
   LINEGATE_ASSERT(state_ == State::block_download || state_ == State::block_upload,
                   "a stream is waited for within a sub-block");
@@ -133,7 +132,7 @@ void Server::resume_sub_block(Instant now, can::TransmitQueue& queue) {
   send_segments(now, queue);
 }
 
-// A transfer that does not end well.
+// Ends a transfer with an error.
 void Server::give_up(AbortCode why) {
   if (ticket_ != 0) {
     dictionary_.cancel(std::exchange(ticket_, 0));

@@ -11,7 +11,7 @@
 namespace linegate::sdo {
 namespace {
 
-// A size on the wire is only a claim: room for more than this is made when the bytes are there.
+// An indicated size may be wrong: memory beyond this is allocated only as the bytes arrive.
 constexpr std::size_t kMaxReserve = std::size_t{64} * 1024;
 
 }  // namespace
@@ -51,7 +51,7 @@ std::optional<std::uint32_t> Source::size() const {
   return from_ == nullptr ? static_cast<std::uint32_t>(bytes_.size()) : from_->size();
 }
 
-// One byte more than asked for tells whether these are the last.
+// One byte of look-ahead shows whether these are the last.
 std::size_t Source::next(std::span<std::byte> out) {
   LINEGATE_ASSERT_HOT(out.size() <= 8, "a frame takes up to 8 bytes");
   LINEGATE_ASSERT_HOT(from_ == nullptr || position_ - released_ <= kRewind,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bytes of one transfer on their way: what is independent of how frames carry them, in segments
-// or in blocks, which rewind the Source to repeat what was lost.
+// The bytes of one transfer, independent of segments and blocks; block transfer rewinds the Source
+// to repeat lost segments.
 #pragma once
 
 #include <cstddef>
@@ -15,39 +15,39 @@
 
 namespace linegate::sdo {
 
-// The sending side: gives a value out in pieces. Either a value as it was when the transfer began,
-// or the bytes of an od::ByteSource, of which only a window is kept.
+// The sending side: supplies a value in pieces. Either a copy of the value as of the start, or the
+// bytes of an od::ByteSource, of which only a window is kept.
 class Source {
  public:
-  // Copies value; room once allocated is kept for later transfers.
+  // Copies value; allocated memory is reused by later transfers.
   void start(std::span<const std::byte> value);
   void start(std::vector<std::byte>&& value);
   // from must live until close().
   void start(od::ByteSource& from);
 
-  // Bytes in all, if known.
+  // Total size in bytes, if known.
   std::optional<std::uint32_t> size() const;
 
-  // Fills out with the next bytes and the rest of it with zeros. Gives how many are bytes.
-  // Precondition: out has at most 8 bytes, and no more than kRewind were given since release().
+  // Fills out with the next bytes, and its rest with zeros. Returns the number of bytes.
+  // Precondition: out has at most 8 bytes, and at most kRewind bytes were returned since release().
   std::size_t next(std::span<std::byte> out);
-  // All bytes were given.
+  // All bytes were returned.
   bool at_end() const { return ended_ && position_ == begin_ + bytes_.size(); }
-  // Why next() gave nothing although it is not the end: the source failed, or ended before the size
-  // that it told (no_data); od::kLater: it has nothing yet, and next() may be tried again.
+  // Why next() returned nothing before the end: the source failed, or ended before its indicated
+  // size (no_data). od::kLater: no bytes are available yet; try next() again.
   AbortCode error() const { return error_; }
 
-  // The next bytes are those from position on. Precondition: they were given since release().
+  // Continues at position. Precondition: the bytes from there on were returned since release().
   void rewind(std::size_t position) {
     LINEGATE_ASSERT(position >= released_ && position <= position_,
                     "the bytes were given since release()");
     position_ = position;
   }
-  // rewind() will not go back behind the bytes given so far.
+  // rewind() will not go back before the current position.
   void release() { released_ = position_; }
-  // Begins anew, for another attempt. False if the source cannot.
+  // Restarts for another attempt. Returns false if the source cannot.
   bool restart();
-  // Nobody reads any more.
+  // No more bytes are read.
   void close(AbortCode why);
 
  private:
@@ -66,28 +66,29 @@ class Source {
   AbortCode error_ = AbortCode::none;
 };
 
-// The receiving side: collects the pieces, or hands them to an od::ByteSink, and holds them against
-// what was announced.
+// The receiving side: collects the pieces, or passes them to an od::ByteSink, and checks them
+// against the announced size.
 class Sink {
  public:
-  // announced: the size indicated at the initiate, if any. limit: most bytes that will be taken.
-  // over_limit: what more of them mean.
+  // announced: the size indicated at the initiate, if any. limit: largest accepted size in bytes.
+  // over_limit: abort code for longer values.
   void start(std::optional<std::uint32_t> announced, std::size_t limit, AbortCode over_limit);
   // to must live until finish() or cancel().
   void start(std::optional<std::uint32_t> announced, od::ByteSink& to);
 
-  // length_too_high if there is more than announced, over_limit if more than limit; the piece is
-  // not taken then. What the ByteSink says. od::kLater: the piece is taken, but the ByteSink is
-  // busy: at most kPiece bytes more before it has answered.
+  // Returns length_too_high if there are more bytes than announced, over_limit if more than limit,
+  // without taking the piece; else the result of the ByteSink. od::kLater: the piece was taken, but
+  // the ByteSink is busy: pass at most kPiece more bytes before it is ready.
   AbortCode append(std::span<const std::byte> piece);
-  // length_too_low if there is less than announced. What the ByteSink says. od::kLater: as long as
-  // open(), finish() is to be called again when it has answered, else the answer is the end.
+  // Returns length_too_low if there are fewer bytes than announced; else the result of the
+  // ByteSink. od::kLater: while open(), call finish() again when the ByteSink is ready, else its
+  // deferred result is final.
   AbortCode finish();
-  // The transfer ended otherwise. No effect after finish() was asked of the ByteSink.
+  // The transfer failed. No effect after the ByteSink's finish() was called.
   void cancel(AbortCode why);
-  // The bytes are in a ByteSink, not in bytes().
+  // The bytes are passed to a ByteSink, not kept in bytes().
   bool streams() const { return streams_; }
-  // The ByteSink did not get its last call.
+  // The ByteSink did not get its final call (finish or cancel) yet.
   bool open() const { return to_ != nullptr; }
 
   std::span<const std::byte> bytes() const { return bytes_; }
@@ -98,7 +99,7 @@ class Sink {
 
   AbortCode pass_on();
 
-  std::vector<std::byte> bytes_;  // the value, or what the ByteSink did not get yet
+  std::vector<std::byte> bytes_;  // the value, or bytes not yet passed to the ByteSink
   od::ByteSink* to_ = nullptr;
   bool streams_ = false;
   std::size_t received_ = 0;
