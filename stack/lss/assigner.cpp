@@ -9,8 +9,8 @@
 namespace linegate::lss {
 namespace {
 
-constexpr unsigned kRepeats = 1;      // of what one device is told
-constexpr unsigned kMostFinds = 256;  // of a round: devices that are found again and again
+constexpr unsigned kRepeats = 1;      // of a service that addresses one device
+constexpr unsigned kMostFinds = 256;  // in a round: the same devices may be found again and again
 constexpr std::size_t kMostKept = 128;
 
 }  // namespace
@@ -197,7 +197,7 @@ void Assigner::answered(const Answer& answer) {
       step_ = yes ? Step::inquire : Step::leave;
       return;
     case Step::inquire:
-      // One that has a node-ID keeps it.
+      // A device that already has a node-ID keeps it.
       step_ = yes && answer.value == kNoNodeId ? Step::check : Step::leave;
       return;
     case Step::scan:
@@ -227,9 +227,9 @@ void Assigner::answered(const Answer& answer) {
   }
 }
 
-// Of one device, which should answer; nobody answering is what the other questions are about. What
-// takes devices out of configuration is said twice: one that did not hear it would take the node-ID
-// of the next.
+// Repeats an unanswered service to a single device, which should answer; other services are
+// questions that no device may answer. The command that takes devices out of configuration is
+// always sent twice: a device that missed it would take the node-ID of the next one.
 bool Assigner::asks_again(const Answer& answer) {
   const bool leaves = step_ == Step::clear || step_ == Step::leave || step_ == Step::last;
   const bool of_one = step_ == Step::inquire || step_ == Step::give || step_ == Step::timing ||
@@ -243,7 +243,7 @@ bool Assigner::asks_again(const Answer& answer) {
   return false;
 }
 
-// --- what is looked for -------------------------------------------------------------------------
+// --- targets ------------------------------------------------------------------------------------
 
 void Assigner::try_target() {
   while (is_complete()) {
@@ -272,7 +272,8 @@ void Assigner::next_target() {
   try_target();
 }
 
-// There may be several of one identity, or of none.
+// A complete address belongs to one device; other targets may match several, so they are tried
+// again.
 void Assigner::resume() {
   if (is_complete()) {
     next_target();
@@ -286,7 +287,8 @@ void Assigner::scan_for(const Known& known) {
   step_ = Step::scan;
 }
 
-// Strangers of old are led aside at once, for the others to be found.
+// First moves known foreign devices into configuration, where they do not answer to fastscan, so
+// that it finds the others.
 void Assigner::scan_rest() {
   if (parking_ < strangers_.size()) {
     const Address& stranger = strangers_[parking_];
@@ -340,13 +342,14 @@ bool Assigner::is_parked(const Address& address) const {
   return std::ranges::find(parked_, address) != parked_.end();
 }
 
-// The device that was found stays in configuration.
+// Searches on; the device that was found stays in configuration.
 void Assigner::scan_on() {
   is_rest() ? scan_rest() : try_target();
 }
 
-// A slave that goes on answering in configuration state: what fastscan finds beside it means
-// nothing. Known addresses have had their turn; devices of another identity have theirs.
+// A slave still answers to fastscan in configuration state, so results of fastscan beside it are
+// invalid. Devices with complete addresses were already served; those with another identity come
+// next.
 void Assigner::disturbed(const Address& address) {
   checked_.reset();
   if (!std::exchange(disturbed_, true)) {
@@ -359,8 +362,9 @@ void Assigner::disturbed(const Address& address) {
   }
 }
 
-// Serial numbers of one device type that never end may come from one slave. True if the first of
-// them is asked: in configuration state it is silent.
+// Many serial numbers of one device type may all come from one slave that answers to any. Returns
+// true if a fastscan for the first of them begins: a correct slave does not answer in configuration
+// state.
 bool Assigner::check_parked(const Address& newest) {
   const auto alike = std::ranges::find_if(parked_, [&newest](const Address& address) {
     return address != newest &&
@@ -374,7 +378,7 @@ bool Assigner::check_parked(const Address& newest) {
   return true;
 }
 
-// address: a copy; what follows may begin another scan.
+// address is a copy, because another scan may begin within.
 void Assigner::identified(Address address, bool sure) {
   if (is_parked(address) || address == Address{}) {
     disturbed(address);
@@ -403,7 +407,7 @@ void Assigner::identified(Address address, bool sure) {
   }
 }
 
-// It stays in configuration, where it does not answer to fastscan.
+// Leaves the device in configuration, where it does not answer to fastscan.
 void Assigner::park(Verdict why, std::uint8_t node, const Address& address) {
   any_parked_ = true;
   report({.verdict = why, .node = node, .address = address});
@@ -420,7 +424,7 @@ void Assigner::park(Verdict why, std::uint8_t node, const Address& address) {
   }
 }
 
-// One that was given the node-ID in this round may not have said its boot-up yet.
+// A device that was given the node-ID in this round may not have sent its boot-up message yet.
 bool Assigner::is_taken(std::uint8_t node) const {
   return host_.is_present(node) || std::ranges::any_of(found_, [node](const Finding& finding) {
            return finding.node == node && has_node_id(finding.verdict);
@@ -462,7 +466,7 @@ void Assigner::select(const Address& address, std::uint8_t node) {
   address_ = address;
   node_ = node;
   result_.reset();
-  // What is told to who is in configuration is told to all of them.
+  // Every slave in configuration state receives the node-ID, so first clear that state.
   step_ = is_complete() && !any_parked_ ? Step::select : Step::clear;
 }
 

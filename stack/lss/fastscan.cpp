@@ -7,10 +7,10 @@ namespace linegate::lss {
 namespace {
 
 constexpr std::uint8_t kHighestScanBit = 31;
-constexpr unsigned kFirstRepeats = 2;   // of the question whether there is anybody
-constexpr unsigned kVerifyRepeats = 1;  // whoever moved on with the first does not answer again
+constexpr unsigned kFirstRepeats = 2;   // of the first question: is any device unconfigured?
+constexpr unsigned kVerifyRepeats = 1;  // a device that advanced at the first does not answer again
 constexpr unsigned kMostFailures = 8;
-constexpr unsigned kMostFailuresOfKnown = 2;  // as a rule it is some other device that is there
+constexpr unsigned kMostFailuresOfKnown = 2;  // usually the unconfigured device is another one
 
 std::uint8_t part_after(std::uint8_t part) {
   return static_cast<std::uint8_t>((part + 1U) % kParts);

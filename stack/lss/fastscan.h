@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The search for one unconfigured device by fastscan (CiA 305), question by question: whose address
-// it is that somebody has, bit by bit. No address need be known.
+// Finds the LSS address of one unconfigured device by fastscan (CiA 305), question by question and
+// bit by bit. No part of the address need be known.
 #pragma once
 
 #include <array>
@@ -11,36 +11,37 @@
 
 namespace linegate::lss {
 
-// Parts of the address that are known beforehand are asked for at once.
+// Known parts of the address are verified without a search.
 using Known = std::array<std::optional<std::uint32_t>, kParts>;
 
-// A question nobody answers means "bit is 1", and so does a lost frame. What was found is therefore
-// verified, part by part; if that fails the search begins again, and asks each question once more
-// than before.
+// A question without an answer means "bit is 1", and a lost frame looks the same. The result is
+// therefore verified, part by part; if that fails, the search restarts, and repeats each question
+// once more than before.
 class Fastscan {
  public:
   enum class State : std::uint8_t {
     running,
-    found,   // the device is in configuration now
-    unsure,  // the last verification was not answered: it may be in configuration, or not be
-    nobody,  // there is no unconfigured device, or none with the known parts
-    failed,  // what was found could not be verified, several times
+    found,  // the device is in configuration state now
+    // The last verification was not answered: the device may be in configuration state or not
+    unsure,
+    nobody,  // there is no unconfigured device, or none matches the known parts
+    failed,  // the verification failed several times
   };
 
-  // repeats: of each question to begin with.
+  // repeats: initial number of repetitions of each question.
   explicit Fastscan(const Known& known = {}, unsigned repeats = 0);
 
   // Precondition: running.
   Message question() const;
-  // Whether anybody answered it within the time-out.
+  // Whether any device answered the question within the time-out.
   void answered(bool yes);
 
   State state() const { return state_; }
-  // What was found; when unsure what it would be.
+  // The address that was found; if unsure, the one that was not confirmed.
   const Address& address() const { return address_; }
-  // Which part of the address the question is about, kVendor..kSerial.
+  // The part of the address that the question concerns, kVendor..kSerial.
   std::uint8_t part() const { return part_; }
-  // Of each question now.
+  // Current number of repetitions of each question.
   unsigned repeats() const { return repeats_; }
 
  private:
@@ -57,9 +58,9 @@ class Fastscan {
   Address address_{};
   std::uint8_t part_ = 0;
   std::uint8_t bit_ = 0;
-  unsigned asked_ = 0;     // times, this question, without an answer
-  unsigned repeats_ = 0;   // of each bit
-  unsigned failures_ = 0;  // to verify
+  unsigned asked_ = 0;     // number of times the question was sent without an answer
+  unsigned repeats_ = 0;   // of each bit question
+  unsigned failures_ = 0;  // failed verifications
 };
 
 }  // namespace linegate::lss

@@ -26,7 +26,7 @@ bool is_answer(Command command) {
   }
 }
 
-// Any number of devices may give these.
+// Several devices may send these answers to one request.
 bool may_be_of_many(Command command) {
   return command == Command::identified || command == Command::unconfigured;
 }
@@ -124,8 +124,8 @@ bool Master::start(const Request& request) {
       frames_.push_back(encode(kMasterId, request.message));
       break;
     case Service::anybody:
-      // In this order: nobody takes a late answer to the other for one to the next fastscan
-      // question.
+      // In this order, a late answer to the second question is not mistaken for one to the next
+      // fastscan question.
       frames_.push_back(
           encode(kMasterId, {.command = Command::fastscan, .rest = {kScanBegins, 0, 0}}));
       push(Command::identify_unconfigured);
@@ -171,7 +171,7 @@ bool Master::receive(const can::Frame& frame) {
     ++malformed_;
     return false;
   }
-  // Before its last frame is out nobody can have answered it.
+  // An answer before the last frame was handed out belongs to an earlier service.
   if (busy_ && frames_.empty() && is_awaited(message->command)) {
     answered(*message, frame.time);
     return true;

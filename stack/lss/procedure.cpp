@@ -150,7 +150,7 @@ void Course::checked(bool free) {
   }
 }
 
-// A device keeps the node-ID that it has.
+// A device keeps an existing node-ID.
 void Course::inquired(const Answer& answer) {
   const bool same = answer.value == request_.node_id;
   has_none_ = answer.outcome == Outcome::done && answer.value == kNoNodeId;

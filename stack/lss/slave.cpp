@@ -10,12 +10,12 @@
 namespace linegate::lss {
 namespace {
 
-constexpr std::uint8_t kBitTimingTable = 0;  // the one of CiA 305
+constexpr std::uint8_t kBitTimingTable = 0;  // standard bit timing table of CiA 305
 constexpr std::uint8_t kHighestBit = 31;
 constexpr unsigned kIdentifyFields = 6;
 
 void answer(can::TransmitQueue& out, Command command, std::uint32_t number = 0) {
-  // The class of what goes last: the identifier loses to all others.
+  // The lowest transmit class, because 7E4h has the lowest priority on the bus.
   (void)out.push(can::TransmitClass::error_control,
                  encode(kSlaveId, {.command = command, .number = number}));
 }
@@ -62,7 +62,7 @@ bool Slave::take_reset() {
 
 bool Slave::receive(const can::Frame& frame, can::TransmitQueue& out) {
   if (silent()) {
-    return true;  // at another bit rate it would not have heard it
+    return true;  // ignored, as if the bit rate were already different
   }
   const auto request = decode(frame);
   const bool good = request && serve(*request, frame.time, out);
@@ -144,7 +144,7 @@ bool Slave::switch_global(std::uint8_t mode) {
   return true;
 }
 
-// All four, in their order.
+// The four parts must arrive in order.
 void Slave::select(const Message& request, can::TransmitQueue& out) {
   const auto part = static_cast<std::uint8_t>(static_cast<unsigned>(request.command) -
                                               static_cast<unsigned>(Command::select_vendor));
@@ -161,7 +161,7 @@ void Slave::select(const Message& request, can::TransmitQueue& out) {
   }
 }
 
-// All six, in their order.
+// The six parts must arrive in order.
 void Slave::identify(const Message& request, can::TransmitQueue& out) {
   const auto field = static_cast<std::uint8_t>(static_cast<unsigned>(request.command) -
                                                static_cast<unsigned>(Command::identify_vendor));
@@ -243,7 +243,7 @@ void Slave::configure_bit_timing(const Message& request, can::TransmitQueue& out
 
 void Slave::activate(std::uint16_t delay_ms, Instant now) {
   if (pending_.bit_timing == kNoBitTiming) {
-    return;  // none was configured
+    return;  // no bit timing was configured
   }
   activated_ = pending_.bit_timing;
   delay_ = std::chrono::milliseconds(delay_ms);
@@ -268,7 +268,7 @@ void Slave::advance(Instant now) {
 
 void Slave::store(can::TransmitQueue& out) {
   if (storing_) {
-    return;  // there is no word for it: the answer to the first is that to both
+    return;  // CiA 305 has no error code for it: the answer to the first request serves both
   }
   to_store_ = pending_;
   const StoreResult result = host_ != nullptr ? host_->store(to_store_) : StoreResult::unsupported;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The LSS slave of one device (CiA 305): what gives a device its node-ID and bit rate over the bus.
+// The LSS slave of one device (CiA 305): the device receives its node-ID and bit rate over the bus.
 //
-// A device has three node-IDs: the persistent one it keeps while it is off, the pending one that
-// was configured, and the active one it uses. Reset node makes the persistent one pending, reset
-// communication makes the pending one active. A device without one (FFh) boots as soon as it leaves
-// configuration with a valid one. The state of the slave has nothing to do with that of NMT.
+// A device has three node-IDs: the persistent one is stored, the pending one was configured, the
+// active one is in use. Reset node makes the persistent one pending, reset communication makes the
+// pending one active. A device without a node-ID (FFh) boots as soon as it leaves configuration
+// with a valid one. The state of the slave is independent of the NMT state.
 #pragma once
 
 #include <cstdint>
@@ -15,32 +15,32 @@
 
 namespace linegate::lss {
 
-// What a device keeps.
+// The settings that a device stores.
 struct Settings {
   std::uint8_t node_id = kNoNodeId;        // 1..127 or kNoNodeId
-  std::uint8_t bit_timing = kNoBitTiming;  // index of table 0; kNoBitTiming = never configured
+  std::uint8_t bit_timing = kNoBitTiming;  // index of table 0; kNoBitTiming = not configured
 
   friend bool operator==(const Settings&, const Settings&) = default;
 };
 
 enum class StoreResult : std::uint8_t { stored, unsupported, failed, later };
 
-// What the slave asks of its device.
+// The device of the slave. The defaults support neither storing nor bit timings.
 class SlaveHost {
  public:
   virtual ~SlaveHost() = default;
-  // Keeps them. `later`: Slave::stored() will be told.
-  virtual StoreResult store(const Settings& settings);  // unsupported
-  // Whether it can have that bit rate, an index of table 0.
-  virtual bool has_bit_timing(std::uint8_t index) const;  // no
-  // From now on it has it: the first delay of `activate bit timing` is over.
+  // Stores the settings. If it returns `later`, call Slave::stored() when done.
+  virtual StoreResult store(const Settings& settings);  // returns unsupported
+  // Whether the device supports the bit rate at that index of table 0.
+  virtual bool has_bit_timing(std::uint8_t index) const;  // returns false
+  // Switches the bit rate: the first delay of `activate bit timing` has passed.
   virtual void use_bit_timing(std::uint8_t index, Instant now);
 };
 
 struct SlaveFaults {
-  bool answers_in_configuration = false;  // fastscan, in that state too
-  bool boots_at_reset = false;            // with its first node-ID: not before the next NMT reset
-  bool takes_no_node_id = false;          // it does not answer `configure node-ID`
+  bool answers_in_configuration = false;  // answers to fastscan in configuration state too
+  bool boots_at_reset = false;            // activates its first node-ID only at the next NMT reset
+  bool takes_no_node_id = false;          // does not answer to `configure node-ID`
 
   friend bool operator==(const SlaveFaults&, const SlaveFaults&) = default;
 };
@@ -52,26 +52,26 @@ class Slave {
   // host may be nullptr; it must outlive the slave.
   Slave(const Address& address, SlaveHost* host) : address_(address), host_(host) {}
 
-  // Of a simulated device, what slaves of other makes do.
+  // For a simulated device: imitates faults of other manufacturers' slaves.
   void set_faults(const SlaveFaults& faults) { faults_ = faults; }
 
-  // The device starts with what it keeps.
+  // Starts the device with its stored settings.
   void power_on(const Settings& kept);
-  // NMT reset node, or reset communication; gives the node-ID the device has from now on.
+  // NMT reset node, or reset communication. Returns the node-ID that is active from now on.
   std::uint8_t reset(bool whole_node);
 
-  // A frame on 7E5h; answers go into `out`, as those of an SDO server do. False if it is malformed:
-  // no 8 bytes, or a field that is out of range. Unknown commands are ignored.
+  // Processes a frame on 7E5h and queues the answers in `out`. Returns false if it is malformed:
+  // not 8 bytes, or a field out of range. Unknown commands are ignored.
   bool receive(const can::Frame& frame, can::TransmitQueue& out);
-  // Ends what StoreResult::later began.
+  // Completes a store() that returned StoreResult::later.
   void stored(bool good, can::TransmitQueue& out);
   void advance(Instant now);
   Instant next_wake() const { return wake_; }
 
-  // True once after it left configuration with a node-ID it did not have: reset communication is
-  // to follow by itself.
+  // Returns true once after the slave left configuration with a new node-ID: the owner performs
+  // reset communication.
   bool take_reset();
-  // It changes its bit rate: nothing may be sent, by no service of the device.
+  // A switch of the bit rate is under way: no service of the device may send.
   bool silent() const { return phase_ != Phase::none; }
 
   SlaveState state() const { return state_; }
@@ -102,16 +102,17 @@ class Slave {
   Settings pending_;
   std::uint8_t active_ = kNoNodeId;
   SlaveState state_ = SlaveState::waiting;
-  std::uint8_t selected_ = 0;    // parts of the address that were right, in their order
-  std::uint8_t identified_ = 0;  // the same of the six of identify
-  std::uint8_t position_ = 0;    // of fastscan
+  std::uint8_t selected_ = 0;    // number of matching parts so far
+  std::uint8_t identified_ = 0;  // number of matching parts so far, of the six of identify
+  std::uint8_t position_ = 0;    // the part that fastscan has reached
   bool reset_wanted_ = false;
   bool storing_ = false;
   SlaveFaults faults_;
   Settings to_store_;
   Phase phase_ = Phase::none;
   Duration delay_{};
-  std::uint8_t activated_ = kNoBitTiming;  // what all devices switch to, whoever is reset
+  // Kept over resets, because all devices of the network switch together
+  std::uint8_t activated_ = kNoBitTiming;
   Instant wake_ = kNever;
   std::uint64_t malformed_ = 0;
 };
