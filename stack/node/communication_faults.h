@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which communication errors of the node are present: an EMCY tells the beginning of each, and an
-// error reset the end of the last.
+// The communication errors that are present in the node: the beginning of each causes an EMCY, the
+// end of the last one an error reset.
 #pragma once
 
 #include <array>
@@ -15,19 +15,19 @@ namespace linegate::node {
 enum class Fault : std::uint8_t {
   heartbeat,      // number: node-ID
   rpdo_length,    // number: PDO
-  rpdo_too_long,  // number: PDO; its frames are used all the same
+  rpdo_too_long,  // number: PDO; its frames are used nevertheless
   rpdo_deadline,  // number: PDO
-  sync_length,    // number: 0, as of all below
+  sync_length,    // number: 0, also for those below
   life_guarding,
-  node_id,  // another device has it
+  node_id,  // another device has this node's node-ID
   passive,  // the CAN controller is error passive
   bus_off,
   overrun,  // frames were lost
-  mpdo,     // number: PDO; what it names is not available
+  mpdo,     // number: PDO; its MPDO addresses an unavailable object
 };
 inline constexpr std::size_t kFaults = 11;
 
-// The emergency error code of each.
+// Emergency error code (CiA 301 7.2.7.1).
 constexpr std::uint16_t emergency_code(Fault fault) {
   constexpr std::array<std::uint16_t, kFaults> kCodes{
       emcy::kHeartbeatError, emcy::kPdoLength,      emcy::kPdoTooLong,     emcy::kRpdoTimeout,
@@ -38,7 +38,7 @@ constexpr std::uint16_t emergency_code(Fault fault) {
 
 class CommunicationFaults {
  public:
-  // True if it was not present before. Numbers above 512 are not kept: never true.
+  // Returns true if the error was not present before. Numbers above 512 are not stored: false.
   bool begin(Fault fault, std::uint16_t number) {
     if (number >= kNumbers || of(fault)[number]) {
       return false;
@@ -47,7 +47,7 @@ class CommunicationFaults {
     return true;
   }
 
-  // True if it was present before.
+  // Returns true if the error was present before.
   bool end(Fault fault, std::uint16_t number) {
     if (number >= kNumbers || !of(fault)[number]) {
       return false;

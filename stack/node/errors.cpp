@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the node does about errors of its own communication and of its stored parameters: EMCY,
-// error register, 1029h.
+// Reactions of the node to errors of its communication and of its stored parameters: EMCY, error
+// register, 1029h.
 #include <algorithm>
 #include <utility>
 
@@ -13,7 +13,7 @@ namespace {
 // Bits of ErrorScheme::temporary_and_sticky.
 enum Temporary : std::uint8_t { kErrorControl = 0x01, kPassive = 0x02, kBusOff = 0x04 };
 enum Sticky : std::uint8_t { kController = 0x01, kOverrun = 0x02, kPdoLength = 0x04 };
-constexpr std::uint8_t kOfTheDevice = 0xE0;  // in both
+constexpr std::uint8_t kOfTheDevice = 0xE0;  // bits of the device, in both bytes
 
 std::uint8_t sticky_bit(Fault fault) {
   switch (fault) {
@@ -70,8 +70,8 @@ bool Node::Impl::wants_error_reset(std::uint16_t code, std::uint8_t& left) {
   return true;
 }
 
-// One error of the code's class, which the node noticed by itself, has gone. Without bits there is
-// nothing to say about it.
+// An error of this class that the node detected has ended. Only ErrorScheme::temporary_and_sticky
+// has manufacturer bytes in an error reset.
 void Node::Impl::end_error(std::uint16_t code, std::uint16_t number) {
   std::uint8_t left = 0;
   if (wants_error_reset(code, left)) {
@@ -203,7 +203,7 @@ void Node::Impl::bus_event(const can::BusEvent& event) {
   }
 }
 
-// Bus-off is told when it is over: before that nothing can be sent.
+// The EMCY for bus-off follows its end, as nothing can be sent before.
 void Node::Impl::bus_state(can::BusState state) {
   const can::BusState before = std::exchange(bus, state);
   if (before == state) {
@@ -239,8 +239,8 @@ void Node::Impl::obey_error_behaviour(std::uint8_t error_class) {
   }
 }
 
-// EMCY 6300h (data set), its first manufacturer byte the storage::Damage. The error is present
-// until the next reset of the node: no error reset is sent before.
+// Sends EMCY 6300h (data set) with storage::Damage in the first manufacturer byte. The error is
+// present until the next reset of the node: no error reset is sent before.
 void Node::Impl::tell_damage(storage::Damage what) {
   send_by_itself(emcy::kDataSet, errors.begin(emcy::kDataSet, emcy.error_register()),
                  {static_cast<std::byte>(what)});
@@ -269,7 +269,7 @@ void Node::Impl::life_guarding_recovered(Instant /*time*/) {
 }
 
 void Node::Impl::rpdo_received(std::uint16_t number, Instant time) {
-  application->rpdo_received(number, time);  // wanted only if there is one
+  application->rpdo_received(number, time);  // called only if there is an application
 }
 
 void Node::Impl::before_tpdo(std::uint16_t number) {

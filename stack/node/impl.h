@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The parts of a node and how they work together. Private to stack/node.
+// The parts of a node and their cooperation. Private to stack/node.
 #pragma once
 
 #include <array>
@@ -29,15 +29,16 @@
 
 namespace linegate::node {
 
-// The objects that a node of this stack always has. Adds those of 1000h (device type 0), 1001h,
-// 1014h (80h + node-ID), 1017h (0) and 1018h (all 0) that are missing: mandatory by CiA 301, 1014h
-// and 1017h because the node serves EMCY and heartbeat. What is there stays as it is.
+// Adds the missing ones of the objects that every node of this stack has: 1000h (device type 0),
+// 1001h, 1014h (80h + node-ID), 1017h (0) and 1018h (all 0). They are mandatory by CiA 301; 1014h
+// and 1017h because the node serves EMCY and heartbeat. Existing objects are unchanged.
 void add_mandatory_objects(od::Dictionary& dictionary, std::uint8_t node_id);
 
-// Index bit of the error_control and emcy targets that the node's own consumers (1016h, 1028h)
-// registered; those of MasterServices have it clear.
+// Index bit of the error_control and emcy targets of the node's own consumers (1016h, 1028h); clear
+// in those of MasterServices.
 inline constexpr std::uint16_t kOwnMark = 0x100;
-// And of the targets for the own node-ID: guarding requests, and whoever else has that node-ID.
+// Index bits of the targets for the own node-ID: guarding requests, and other devices that use this
+// node-ID.
 inline constexpr std::uint16_t kOwnIdMark = 0x300;
 
 struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardingListener {
@@ -49,7 +50,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   void command(nmt::Command command, Instant time);
   void reset(bool whole_node, Instant time);
   void boot(Instant time);
-  bool self_starting() const;  // as options and 1F80h say
+  bool self_starting() const;  // by the options and 1F80h
   void state_changed(nmt::State before, Instant time);
   void keep_early_pdos();
   void tell_state(nmt::State before, Instant time);
@@ -85,7 +86,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   Instant next_wake() const;
   Instant next_service() const;
   void stamp(Instant time);
-  // Starts what was written since: clocks, COB-IDs. Runs no time-out.
+  // Applies written objects: timers, COB-IDs. Processes no time-out.
   void settle(Instant time);
 
   // --- errors: errors.cpp -----------------------------------------------------------------------
@@ -107,13 +108,14 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   emcy::SendResult report_error(std::uint16_t code, std::uint8_t bits,
                                 std::span<const std::byte> info);
   void end_reported(std::uint16_t code);
-  // All of them. Gives the error register that is left.
+  // Ends all of them. Returns the remaining error register.
   std::uint8_t end_all_reported();
   emcy::SendResult send_error_reset(std::uint8_t left, std::span<const std::byte> info);
   void end_error(std::uint16_t code, std::uint16_t number);
-  // An error of that class has gone: true if an error reset is to be sent, with what is left.
+  // An error of that class has ended. Returns whether an error reset is to be sent, with `left` as
+  // error register.
   bool wants_error_reset(std::uint16_t code, std::uint8_t& left);
-  // Unless the application does not want it.
+  // Sends the EMCY unless the application refuses.
   void send_by_itself(std::uint16_t code, std::uint8_t error_register, emcy::ManufacturerInfo info);
   void set_error_bits(std::uint8_t temporary, std::uint8_t sticky);
   emcy::ManufacturerInfo manufacturer_bytes(std::uint16_t number, Lengths lengths) const;
@@ -163,27 +165,28 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   MasterServices* master_services = nullptr;
   Application* application = nullptr;
   NodeCounters counters;
-  Instant sync_queued{};             // the newest SYNC of the own producer
-  std::uint64_t attended = 0;        // frames that receive(frame) looked at
-  std::uint64_t emergency_told = 0;  // frames received when one was told to be malformed last
+  Instant sync_queued{};             // time of the last SYNC of the own producer
+  std::uint64_t attended = 0;        // frames processed by receive(frame)
+  std::uint64_t emergency_told = 0;  // counters.received.frames at the last malformed EMCY reported
   CommunicationFaults faults;
-  emcy::ErrorState errors;  // these and the device's own
+  emcy::ErrorState errors;  // communication errors and the device's own
   struct Reported {
     std::uint16_t code = 0;
     std::uint8_t bits = 0;  // of the error register
   };
-  std::array<Reported, Node::kMostReported> reported{};  // errors of the application
+  std::array<Reported, Node::kMostReported> reported{};  // errors reported by the application
   std::size_t reported_count = 0;
   std::array<std::uint16_t, 256> device_errors{};  // by class: high byte of the code
   std::uint8_t sticky = 0;                         // see ErrorScheme
-  std::uint8_t device_temporary = 0;               // bits of the device
+  std::uint8_t device_temporary = 0;               // see Node::set_error_bits()
   can::BusState bus = can::BusState::unknown;
-  Instant next_overrun{};       // when a loss of frames may be told again
-  bool duplicate_told = false;  // since the last reset
+  Instant next_overrun{};       // earliest time of the next report of lost frames
+  bool duplicate_told = false;  // reported since the last reset
   bool started = false;
-  std::uint64_t settled_writes = 0;                // Dictionary::writes_told() at the last settle()
-  storage::Damage damage = storage::Damage::none;  // of what was stored, to be told after boot-up
-  Instant now{};  // of what is being done: for errors told without a time
+  std::uint64_t settled_writes = 0;  // Dictionary::writes_told() at the last settle()
+  // Of the stored parameters, reported after boot-up
+  storage::Damage damage = storage::Damage::none;
+  Instant now{};  // time of the current call, for errors reported without a time
 };
 
 }  // namespace linegate::node

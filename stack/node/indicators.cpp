@@ -25,14 +25,14 @@ unsigned flashes(Pattern pattern) {
   }
 }
 
-// Half a period of a pattern that is lit as long as it is dark; 0 for others.
+// Half the period of a symmetric pattern; 0 for others.
 Duration half(Pattern pattern) {
   return pattern == Pattern::flickering ? kFlicker
          : pattern == Pattern::blinking ? kFlash
                                         : Milliseconds(0);
 }
 
-// The last flash is followed by a pause in the place of its dark time.
+// A pause replaces the dark time of the last flash.
 Duration period(Pattern pattern) {
   const unsigned count = flashes(pattern);
   return count == 0 ? 2 * half(pattern) : Duration((2 * count - 1) * kFlash + kPause);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The two indicators of CiA 303-3 as plain values: RUN (green) shows the NMT state, ERROR (red)
-// what is wrong. What is lit at an instant is a function of pattern and time alone, on one grid for
-// all devices, so that it can be observed and tested without a lamp.
+// The two indicators of CiA 303-3 as plain values: RUN (green) shows the NMT state, ERROR (red) the
+// errors. Their light is a function of pattern and time only, on one time grid for all devices, and
+// can be tested without a lamp.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@
 
 namespace linegate::node {
 
-// Times in ms, lit and dark in turn. Numbers grow at the end only.
+// Times in ms, lit and dark in turn. Only append: the numbers are published.
 enum class Pattern : std::uint8_t {
   off,
   on,
@@ -29,9 +29,10 @@ std::string_view name(Pattern pattern);
 
 enum class Indicator : std::uint8_t { run, error };
 
-// Flickering and blinking of the two alternate (for lamps of two colours): ERROR begins dark.
+// Flickering and blinking alternate between the two indicators (for two-coloured lamps): ERROR
+// begins dark.
 bool is_lit(Pattern pattern, Indicator indicator, Instant now);
-// When is_lit() may change next; kNever for off and on.
+// Next time at which is_lit() may change; kNever for off and on.
 Instant next_change(Pattern pattern, Instant now);
 
 struct Indicators {
@@ -41,20 +42,20 @@ struct Indicators {
   friend bool operator==(const Indicators&, const Indicators&) = default;
 };
 
-// What there is to show.
+// The conditions to show.
 struct Condition {
   nmt::State state = nmt::State::initialising;
   can::BusState bus = can::BusState::unknown;
-  bool event_timer_error = false;      // a deadline of an RPDO passed
-  bool sync_error = false;             // no SYNC
-  bool error_control_event = false;    // a heartbeat or guarding was lost
+  bool event_timer_error = false;      // an RPDO missed its deadline
+  bool sync_error = false;             // SYNC is missing
+  bool error_control_event = false;    // a heartbeat or node guarding was lost
   bool invalid_configuration = false;  // a PDO cannot be used
 };
 
 // RUN: off while Initialising, single flash in Stopped, blinking in Pre-operational, on in
-// Operational. ERROR, the first that holds: on at bus-off, quadruple flash for an event timer,
+// Operational. ERROR, the first that applies: on at bus-off, quadruple flash for an event timer,
 // triple flash for SYNC, double flash for error control, single flash above a warning limit,
-// blinking for the configuration, off.
+// blinking for the configuration, else off.
 Indicators indicate(const Condition& condition);
 
 }  // namespace linegate::node

@@ -111,7 +111,7 @@ void Node::pass_time(Instant now) {
   impl_->pdos.pass_time(now);
 }
 
-// PDOs have their place between the classes of the queue.
+// PDOs rank between the classes of the queue.
 [[gnu::hot]] bool Node::Impl::next_frame(can::Frame& out, Instant time, std::uint64_t number) {
   const std::size_t syncs = transmit.queued(can::TransmitClass::sync);
   if (transmit.pop_urgent(out)) {

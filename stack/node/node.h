@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// One CANopen node: a dictionary and the services CiA 301 puts around it, in the device role. The
-// own node of a managed line and every simulated device are the same class.
+// One CANopen node in the device role: a dictionary and its services by CiA 301. The own node of a
+// managed line and every simulated device are of this class.
 //
-// A node is an object without I/O: frames and time go in, frames and events come out.
+// A node has no I/O: frames and time are inputs, frames and events are outputs.
 #pragma once
 
 #include <cstdint>
@@ -42,16 +42,15 @@ struct TimeOfDay;
 
 namespace linegate::node {
 
-// What a node's own EMCYs say in the manufacturer bytes, and when it sends an error reset. 1001h is
-// the sum of what is present either way.
+// The manufacturer bytes of the node's own EMCYs, and when an error reset is sent. In both schemes
+// 1001h is the union of all present errors.
 enum class ErrorScheme : std::uint8_t {
-  // Bytes 3, 4: PDO number or node-ID, else 0. One error reset, when the last error has gone.
+  // Bytes 3, 4: PDO number or node-ID, else 0. One error reset when the last error has ended.
   number,
-  // Byte 3: errors that are present (bit 0 error control, 1 error passive, 2 bus-off); byte 4:
-  // errors there have been since the last reset (bit 0 CAN controller, 1 frames lost, 2 PDO
-  // length); bits 5 to 7 of both are the device's, see Node::set_error_bits(). Byte 5: PDO number
-  // (its low byte) or node-ID; bytes 6, 7: length of a PDO received and mapped. An error reset for
-  // each error that has gone.
+  // Byte 3: present errors (bit 0 error control, 1 error passive, 2 bus-off); byte 4: errors since
+  // the last reset (bit 0 CAN controller, 1 frames lost, 2 PDO length); bits 5 to 7 of both belong
+  // to the device, see Node::set_error_bits(). Byte 5: PDO number (its low byte) or node-ID; bytes
+  // 6, 7: received and mapped length of a PDO. An error reset for each error that has ended.
   temporary_and_sticky,
 };
 
@@ -61,65 +60,64 @@ constexpr std::string_view name(ErrorScheme scheme) {
 
 class SdoClients;
 
-// The services of a node that concern other nodes, such as those of a manager. Gets the frames that
-// the node does not serve itself (sdo_client, error_control, emcy, sdo_server of other nodes, lss,
-// nmt but index 0), whose targets it registers with dispatch(), node control that a node which is
-// no NMT slave does not obey, and is called at each SYNC. The node's own targets have an index of
-// 100h and more for error_control, emcy (its consumers by 1016h and 1028h) and sdo_client (its
-// clients by 1280h), and below 80h for sdo_server: other indices are free.
+// The services of a node that concern other nodes, such as those of a manager. It receives the
+// frames that the node does not serve itself (sdo_client, error_control, emcy, sdo_server of other
+// nodes, lss, nmt except index 0), whose targets it registers with dispatch(), and node control
+// that a node without the NMT slave role does not obey; it is called at each SYNC. The node's own
+// targets have an index of 100h or more for error_control, emcy (its consumers by 1016h and 1028h)
+// and sdo_client (its clients by 1280h), and below 80h for sdo_server; other indices are free.
 class MasterServices {
  public:
   virtual ~MasterServices() = default;
   virtual void receive(const can::Target& target, const can::Frame& frame) = 0;
   virtual void synced(Instant now) = 0;  // after RPDOs were committed and TPDOs sampled
-  // The node's own consumer (1016h) lost the heartbeat of another node. Does nothing unless it is
-  // overridden.
+  // The node's own consumer (1016h) lost the heartbeat of another node. The default does nothing.
   virtual void consumer_lost(std::uint8_t node, Instant deadline);
-  // A frame that nobody wants. Does nothing unless it is overridden.
+  // A frame that no service uses. The default does nothing.
   virtual void unwanted(const can::Frame& frame);
-  // The node boots next, at power-on or by a reset: its values are the defaults and what was
-  // stored. What is written now is there when the services are configured and the node decides
-  // whether it starts by itself (1F80h). Does nothing unless it is overridden.
+  // The node is about to boot, at power-on or by a reset: its values are the defaults and the
+  // stored parameters. Values written now are used when the services are configured and when the
+  // node decides whether it is self-starting (1F80h). The default does nothing.
   virtual void before_boot(Instant now);
 };
 
-// The application or profile of the node. Every function has a default that does nothing.
+// The application or device profile of the node. The default of every function does nothing.
 class Application : public pdo::Listener {
  public:
   virtual void state_changed(nmt::State state, Instant now);
-  // The node is about to send an EMCY by itself, an error reset (code 0) among them; not asked of
-  // set_error() and reset_error(). info: its manufacturer bytes as the ErrorScheme says, which may
-  // be changed. False: it is not sent and not in 1003h; 1001h is as ever.
+  // Called before the node sends an EMCY of its own, including error resets (code 0); not for
+  // set_error() and reset_error(). info: the manufacturer bytes by the ErrorScheme, which may be
+  // changed. Return false to suppress the EMCY and its entry in 1003h; 1001h is unaffected.
   virtual bool may_send_emcy(std::uint16_t code, std::span<std::byte, 5> info);
-  // Asked before each transition to Operational; false: the node stays in the state it is in.
+  // Called before each transition to Operational. Return false to stay in the current state.
   virtual bool may_operate(Instant now);
-  // A TIME message came (1012h bit 31).
+  // A TIME message was received (1012h bit 31).
   virtual void time_received(const time::TimeOfDay& time, Instant now);
-  // Reset node / reset communication: values have been set back already.
+  // Reset node or reset communication; the values are already reset.
   virtual void reset(bool whole_node, Instant now);
 };
 
 struct Options {
   std::uint8_t node_id = 0;  // 1..127
-  // Enters Operational by itself. So does an NMT slave whose object 1F80h has bits 0 and 2 clear.
+  // Enters Operational by itself, as does an NMT slave whose object 1F80h has bits 0 and 2 clear.
   bool self_starting = false;
   bool nmt_slave = true;  // obeys node control on 000h; false for the NMT master
-  // Its clients of 1280h to 12FFh may reach default servers, by 600h and 580h + node-ID. False
-  // where an sdo::Arbiter does that for the node, see node/sdo_clients.h.
+  // Whether its clients of 1280h to 12FFh may use default servers (600h and 580h + node-ID). False
+  // if an sdo::Arbiter uses these, see node/sdo_clients.h.
   bool clients_of_default_servers = true;
   ErrorScheme error_scheme = ErrorScheme::number;
-  // Every TPDO to begin with, see pdo::Engine::set_auto_notify().
+  // Initial setting of all TPDOs, see pdo::Engine::set_auto_notify().
   bool auto_notify = false;
 };
 
 struct NodeCounters {
   std::uint64_t syncs = 0;
   std::uint64_t times = 0;
-  std::uint64_t malformed = 0;       // frames a service wanted but could not understand
-  std::uint64_t unused = 0;          // frames nobody wanted
-  std::uint64_t starts_refused = 0;  // by the application
-  std::uint64_t starts = 0;          // how often it became Operational
-  std::uint64_t resets = 0;          // of the node or its communication
+  std::uint64_t malformed = 0;       // frames that a service could not decode
+  std::uint64_t unused = 0;          // frames that no service uses
+  std::uint64_t starts_refused = 0;  // refused by the application
+  std::uint64_t starts = 0;          // transitions to Operational
+  std::uint64_t resets = 0;          // reset node and reset communication
   can::Traffic received;
   can::Traffic sent;  // handed out by next_frame()
 };
@@ -134,67 +132,67 @@ class Node {
 
   void set_master_services(MasterServices* master_services);
   void set_application(Application* application);
-  // Where 1010h stores parameters, before start(); must outlive the node. Without one nothing is
-  // stored: 1010h and 1011h refuse.
+  // The storage of 1010h; set it before start(). It must outlive the node. Without one, 1010h and
+  // 1011h refuse.
   void set_medium(storage::Medium* medium);
-  // A slow medium ended what it was given. Call advance() soon: the answer to who asked waits.
+  // A slow medium completed its operation. Call advance() soon: the client's answer is pending.
   void medium_done(bool good);
 
   // Power-on: Initialising, boot-up message, Pre-operational (and Operational if self-starting).
-  // The first time with the values that are there; again as after power-off: all values restored as
-  // by reset node, frames not yet sent are gone. Stored parameters are asked of the medium; with
-  // this and every reset they take the place of the defaults. If they cannot be used, the defaults
-  // are, which EMCY 6300h and EventKind::configuration_error tell. With start and every reset, PDOs
-  // that cannot be used are told as EventKind::configuration_error of this node.
+  // The first call uses the present values; later calls act as after power-off: all values are
+  // reset as by reset node, and unsent frames are dropped. At each start and reset, parameters
+  // stored on the medium replace the defaults. If they cannot be used, the defaults are, with EMCY
+  // 6300h and EventKind::configuration_error. At each start and reset, PDOs that cannot be used are
+  // reported as EventKind::configuration_error of this node.
   void start(Instant now);
-  // An NMT command for this node itself, as if received (the master obeys its own commands so).
+  // Executes an NMT command for this node, as if received (the master applies its own commands so).
   void command(nmt::Command command, Instant now);
-  // An error of the device began: EMCY with the code, 1001h with the bits of its class (see
-  // emcy/error_state.h), an entry in 1003h. info: 5 manufacturer bytes, missing ones are 0.
+  // An error of the device began: sends an EMCY with the code, sets the bits of its class in 1001h
+  // (see emcy/error_state.h), and adds an entry to 1003h. info: 5 manufacturer bytes, missing ones
+  // are 0.
   emcy::SendResult set_error(std::uint16_t code, std::span<const std::byte> info, Instant now);
-  // One error of that class (high byte of the code) has gone: its bits leave 1001h unless another
-  // needs them, and the error reset is sent as the ErrorScheme says. False if there is none.
+  // One error of that class (high byte of the code) has ended: clears its bits in 1001h unless
+  // another error has them, and sends an error reset by the ErrorScheme. Returns false if no such
+  // error is present.
   bool reset_error(std::uint16_t code, std::span<const std::byte> info, Instant now);
-  // An EMCY of the application, through the error state machine (CiA 301 7.2.7.1). With a code an
-  // error is present from now on: 1001h has the bits of its class and these as well. The same code
-  // again is the same error, which is sent again with other bits or info. Code 00xxh: all errors
-  // reported so have gone; the error reset is sent unless other errors are present, and otherwise
-  // by the node when the last of them has gone. At most kMostReported at a time: a code beyond is
-  // SendResult::inhibited.
+  // Sends an EMCY of the application through the error state machine (CiA 301 7.2.7.1). A code
+  // begins an error: 1001h gets the bits of its class and the given ones. The same code again is
+  // the same error, sent again with other bits or info. Code 00xxh ends all errors reported this
+  // way; the error reset is sent at once, or by the node when the last other error has ended. At
+  // most kMostReported codes at a time; for a further one SendResult::inhibited.
   static constexpr std::size_t kMostReported = 32;
   emcy::SendResult report_error(std::uint16_t code, std::uint8_t bits,
                                 std::span<const std::byte> info, Instant now);
-  // One of them has gone. Does nothing if it was not reported.
+  // Ends one of them. No effect if the code was not reported.
   void end_reported(std::uint16_t code, Instant now);
-  // The device's own bits in EMCYs of ErrorScheme::temporary_and_sticky, from the next one on; only
-  // bits 5 to 7 count. temporary: those of errors that are present. sticky: those of errors there
-  // have been are added. A reset clears both.
+  // Sets the device's bits in EMCYs of ErrorScheme::temporary_and_sticky, from the next one on;
+  // only bits 5 to 7 are used. temporary: bits of the present errors. sticky: bits to add to those
+  // of past errors. A reset clears both.
   void set_error_bits(std::uint8_t temporary, std::uint8_t sticky);
-  // No error is present, neither of communication nor told by set_error().
+  // No error is present, neither of communication nor by set_error().
   bool error_free() const;
-  // What a bridge noticed about the bus: EMCY 8110h, 8120h, 8140h, 1029h:1 at bus-off.
+  // A bus event of a bridge: causes EMCY 8110h, 8120h or 8140h, and 1029h:1 at bus-off.
   void bus_event(const can::BusEvent& event);
-  // What the indicators of CiA 303-3 show now.
+  // The present patterns of the indicators of CiA 303-3.
   Indicators indicators() const;
-  // An error of the device has occurred: does what 1029h:error_class says, see
-  // nmt/error_behaviour.h. The EMCY is the application's.
+  // An error of the device occurred: performs the reaction of 1029h:error_class, see
+  // nmt/error_behaviour.h. The application sends the EMCY.
   void device_error(std::uint8_t error_class, Instant now);
 
-  // Hot. Each frame at its own frame.time; frames whose identifier nobody wants are counted.
+  // Hot. Processes each frame at its frame.time; counts frames that no service uses.
   void receive(std::span<const can::Frame> frames);
   void advance(Instant now);
   Instant next_wake() const;
 
-  // For who wants to spare the node rounds in which it would find nothing to do: as long as these
-  // stay as they are, dictionary().writes_told() too, and nothing else is called, only the PDOs can
-  // have something to do before next_service(). Whoever leaves out advance() says pass_time()
-  // before he calls anything else.
-  // Grows with each frame that was not simply copied into the image or an answer from the
-  // dictionary, which leave no time-out behind, and with each one sent that was no PDO.
+  // Lets callers skip idle advance() calls: while this and dictionary().writes_told() are
+  // unchanged, and no other function is called, only the PDOs can need service before
+  // next_service(). A caller that skips advance() calls pass_time() before any other function.
+  // Increases with each received frame except those copied into the image and requests answered
+  // from the dictionary, which start no time-out, and with each frame sent except PDOs.
   std::uint64_t served() const;
-  Instant next_service() const;  // next_wake() but for pdos()
-  void pass_time(Instant now);   // nothing was due until then
-  // Most urgent first: NMT, SYNC, EMCY, TIME, PDO, SDO, error control. number: see
+  Instant next_service() const;  // next_wake() without pdos()
+  void pass_time(Instant now);   // nothing was due before now
+  // Returns the most urgent frame: NMT, SYNC, EMCY, TIME, PDO, SDO, error control. number: see
   // pdo::Engine::next_frame().
   bool next_frame(can::Frame& out, Instant now, std::uint64_t number = 0);
   // See pdo::Engine::peek().
@@ -209,16 +207,17 @@ class Node {
   const pdo::Engine& pdos() const;
   emcy::Producer& emcy();
   const emcy::Producer& emcy() const;
-  // The clients of 1280h to 12FFh. Their frames go into transmit().
+  // The clients of 1280h to 12FFh. They send through transmit().
   SdoClients& sdo_clients();
-  // Whether it obeys node control from now on, see Options::nmt_slave.
+  // Whether the node obeys node control from now on, see Options::nmt_slave.
   void set_nmt_slave(bool slave);
-  // Where the SDO servers send what is for other networks; must outlive the node.
+  // Receives requests to the SDO servers that address other networks; must outlive the node.
   void set_sdo_detour(sdo::Detour* detour);
   time::Service& clock();
   const time::Service& clock() const;
-  // 1016h shows what this consumer monitors besides, and its are the events of states and boot-up
-  // messages: it listens to all other nodes. It must outlive the node. nullptr: nothing.
+  // Shows the nodes that this consumer monitors in 1016h too. It listens to all other nodes, so it
+  // reports their states and boot-up messages instead of the node. It must outlive the node.
+  // nullptr: none.
   void show_monitored(const nmt::HeartbeatConsumer* consumer);
   can::Dispatch& dispatch();
   can::TransmitQueue& transmit();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The way of a received frame to the service that wants it.
+// The path of a received frame to its service.
 #include <utility>
 
 #include "stack/can/dispatch.h"
@@ -13,8 +13,7 @@ constexpr std::uint16_t kNodeBits = 0x7F;
 
 }  // namespace
 
-// The shortest way for what an SDO client asks most, of the default server. False if it is another
-// frame.
+// Fast path of the most frequent SDO request to the default server. Returns false for other frames.
 inline bool Node::Impl::answer_sdo_request(const can::Frame& frame) {
   if (!frame.standard_of(sdo::kFrameSize)) {
     return false;
@@ -29,10 +28,10 @@ inline bool Node::Impl::answer_sdo_request(const can::Frame& frame) {
   return true;
 }
 
-// What a frame sets off (a COB-ID that is written, a reset) may change the table: a target is not
-// looked at after it was served.
+// Processing a frame may change the table (a COB-ID is written, a reset), so a target is not used
+// after it was served.
 [[gnu::hot]] void Node::Impl::receive(std::span<const can::Frame> frames) {
-  // Nothing is called in this loop, so that no register has to be saved in it.
+  // This loop makes no call, so no registers have to be saved.
   while (!frames.empty() && answer_sdo_request(frames.front())) {
     frames = frames.subspan(1);
   }
@@ -61,7 +60,7 @@ inline bool Node::Impl::answer_sdo_request(const can::Frame& frame) {
   }
 }
 
-// What an answer showed of 1016h is in the dictionary no longer than until the next request.
+// The monitored nodes shown in 1016h for an answer stay in the dictionary until the next request.
 void Node::Impl::hide_monitored() {
   if (heartbeat_times.shows()) [[unlikely]] {
     heartbeat_times.hide(dictionary);
@@ -107,7 +106,7 @@ void Node::Impl::take_sdo(std::uint16_t index, const can::Frame& frame) {
   }
 }
 
-// Each that wanted the frame when it came, and still does when it is its turn.
+// Serves each target that was registered when the frame arrived, and still is when its turn comes.
 [[gnu::hot]] void Node::Impl::serve_all(const can::Target* target, const can::Frame& frame) {
   const std::uint64_t arrival = dispatch.changes();
   while (target != nullptr) {
@@ -146,7 +145,7 @@ void Node::Impl::serve(can::Service service, std::uint16_t index, const can::Fra
       return;
     case can::Service::tpdo_rtr:
     case can::Service::none:
-      ++counters.unused;  // data frames on a TPDO of this node are somebody else's mistake
+      ++counters.unused;  // an error of another device: data frames on a TPDO of this node
       return;
     case can::Service::sdo_client:
       take_sdo_answer(index, frame);
@@ -257,7 +256,7 @@ void Node::Impl::take_error_control(std::uint16_t index, const can::Frame& frame
   }
 }
 
-// An error control message that another device sends with this node's node-ID.
+// An error control message of another device with this node's node-ID.
 void Node::Impl::take_own_id(const can::Frame& frame) {
   if (!serves(can::Service::error_control)) {
     return;
@@ -270,7 +269,7 @@ void Node::Impl::take_own_id(const can::Frame& frame) {
   tell_duplicate(content, frame.time);
 }
 
-// On 1014h. Where a PDO or the EMCY of another node was put there, too, it is no proof.
+// A frame on 1014h. If a PDO or the EMCY of another node also has that COB-ID, it is no evidence.
 void Node::Impl::take_own_emergency(const can::Frame& frame) {
   const can::Target* const target = dispatch.find(frame);
   if (!serves(can::Service::emcy) || target == nullptr || !target->alone_of(can::Service::emcy)) {
@@ -283,7 +282,7 @@ void Node::Impl::take_own_emergency(const can::Frame& frame) {
   }
 }
 
-// Each boot-up is told, of the others the first.
+// Reports each boot-up message, and the first of the other messages.
 void Node::Impl::tell_duplicate(nmt::State shown, Instant time) {
   if (shown == nmt::State::initialising || !duplicate_told) {
     duplicate_told = true;
@@ -308,7 +307,7 @@ void Node::Impl::take_emergency(std::uint16_t index, const can::Frame& frame) {
   if (!serves(can::Service::emcy) || emergencies.receive(node, frame)) {
     return;
   }
-  // One frame, however many sub-indices of 1028h have its COB-ID.
+  // Count the frame once, even if several sub-indices of 1028h have its COB-ID.
   if (std::exchange(emergency_told, counters.received.frames) != counters.received.frames) {
     malformed(frame, node);
   }

@@ -30,7 +30,7 @@ SdoClients::SdoClients(od::Dictionary& dictionary, can::Dispatch& dispatch, Even
   find_objects();
 }
 
-// Of a valid COB-ID.
+// Precondition: the COB-ID is valid.
 bool SdoClients::allowed(can::CobId cob_id, std::uint8_t sub) const {
   const std::uint32_t base = sub == kRequestSub ? can::kSdoRequestBase : can::kSdoResponseBase;
   const bool frame_bits = cob_id.extended() || (cob_id.raw & 0x1FFF'FFFFU) == cob_id.id();

@@ -22,7 +22,7 @@ SdoServers::SdoServers(od::Dictionary& dictionary, can::Dispatch& dispatch, Even
   default_server_ = entries_.front().server.get();
 }
 
-// As long as a DOMAIN of a dictionary may be.
+// The largest DOMAIN of a dictionary, in bytes.
 constexpr std::size_t kLongestValue = std::size_t{16} * 1024 * 1024;
 
 void SdoServers::find_objects() {
@@ -91,7 +91,7 @@ void SdoServers::settle() {
 
 void SdoServers::advance(Instant now, can::TransmitQueue& queue) {
   settle();
-  // The first one takes what room there is in the queue: it is another one each time.
+  // The first server fills the free space of the queue: rotate, so that each server is first once.
   first_ = first_ + 1 < entries_.size() ? first_ + 1 : 0;
   for (std::size_t i = 0; i < entries_.size(); ++i) {
     entries_[(first_ + i) % entries_.size()].server->advance(now, queue);
@@ -140,7 +140,7 @@ void SdoServers::written(od::Address /*address*/) {
 void SdoServers::configure(Entry& entry) {
   const can::CobId response = cob_id(entry.number, kResponseSub);
   can::CobId request = cob_id(entry.number, kRequestSub);
-  // The identifiers of the default server are restricted for everybody else.
+  // The identifiers of the default server are restricted for other channels.
   if (entry.number != 0 && (!can::is_usable(request) || !can::is_usable(response) ||
                             of_an_earlier_one(entry.number, request, response))) {
     request = can::CobId{};

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The SDO servers of a node: the default one on 600h and 580h + node-ID, and one more for each of
-// the objects 1201h to 127Fh that the dictionary has (CiA 301, 7.5.2.33).
+// The SDO servers of a node: the default one on 600h and 580h + node-ID, and one for each object
+// 1201h to 127Fh in the dictionary (CiA 301, 7.5.2.33).
 //   sub 1  U32  COB-ID client to server, bit 31 = not valid, bit 30 = assigned dynamically
 //   sub 2  U32  COB-ID server to client, likewise
 //   sub 3  U8   node-ID of the client
-// Those of 1200h are what the node-ID gives, and cannot be written. A server that was described
-// with an identifier of one before it is not valid.
+// The COB-IDs of 1200h follow from the node-ID, and are read-only. A server described with an
+// identifier of a preceding server is not valid.
 #pragma once
 
 #include <cstddef>
@@ -24,37 +24,37 @@
 
 namespace linegate::node {
 
-// What the SDO channels of a node, 1200h to 127Fh and 1280h to 12FFh, have in common.
+// Shared by the SDO channels of a node, 1200h to 127Fh and 1280h to 12FFh.
 
-// Sub-indices of a channel: the COB-IDs from client to server, and back.
+// Sub-indices of a channel: the COB-IDs from client to server, and from server to client.
 inline constexpr std::uint8_t kRequestSub = 1;
 inline constexpr std::uint8_t kResponseSub = 2;
 
-// Whether one of the objects first to last (both included), place's own left out, has the
-// identifier of cob_id at the sub-index of place, and both are valid. Two channels on one
-// identifier would answer, or take for their answer, what is meant for the other.
+// Whether one of the objects first to last (inclusive), except that of place, has the identifier of
+// cob_id at the sub-index of place, and both are valid. Two channels on one identifier would
+// process each other's frames.
 bool has_identifier(const od::Dictionary& dictionary, std::uint16_t first, std::uint16_t last,
                     od::Address place, can::CobId cob_id);
 
 inline constexpr std::uint16_t kSdoServers = 128;
 
-// Hook of 1200h to 127Fh. Writes take effect with the next settle(), which is after the answer to
-// the write: it may have come through the very server that it changes.
+// Hook of 1200h to 127Fh. Writes take effect at the next settle(), after the answer to the write,
+// because the request may have come through the server that it changes.
 class SdoServers final : public od::Hook {
  public:
-  // Makes a server per object and sets the hooks. Requests are registered as Service::sdo_server
-  // with the server's number, 0 = default. All must outlive it.
+  // Creates a server for each object and sets the hooks. Requests are registered as
+  // Service::sdo_server with the server's number, 0 = default. All must outlive it.
   SdoServers(od::Dictionary& dictionary, can::Dispatch& dispatch, EventLog& events,
              std::uint8_t node_id);
 
-  // Drops all transfers and reads the COB-IDs anew, those of objects added since too.
+  // Drops all transfers and reads the COB-IDs again, including those of objects added since.
   void configure();
   // Drops all transfers.
   void reset();
-  // Of all servers, those made later too; see sdo::Server::set_detour().
+  // For all servers, including later ones; see sdo::Server::set_detour().
   void set_detour(sdo::Detour* detour);
 
-  // number: Target::index. nullptr if there is no such server.
+  // number: Target::index. Returns nullptr if there is no such server.
   sdo::Server* find(std::uint16_t number) {
     return number == 0 ? default_server_ : find_other(number);
   }
@@ -63,11 +63,11 @@ class SdoServers final : public od::Hook {
   void advance(Instant now, can::TransmitQueue& queue);
   Instant next_wake() const;
 
-  // Frames that were no SDO frames.
+  // Number of frames that are not SDO frames.
   std::uint64_t malformed() const;
 
-  // read_only for 1200h; invalid_value as for other COB-IDs, see can/cob_id_rule.h, for one of
-  // another server, and for a node-ID above 127.
+  // Returns read_only for 1200h; invalid_value by the rules of other COB-IDs (can/cob_id_rule.h),
+  // for a COB-ID of another server, and for a node-ID above 127.
   AbortCode check_write(od::Address address, std::span<const std::byte> value) override;
   void written(od::Address address) override;
 
@@ -93,7 +93,7 @@ class SdoServers final : public od::Hook {
   sdo::Server* default_server_ = nullptr;
   sdo::Detour* detour_ = nullptr;
   bool changed_ = false;
-  std::size_t first_ = 0;  // in advance()
+  std::size_t first_ = 0;  // served first in the next advance()
 };
 
 }  // namespace linegate::node

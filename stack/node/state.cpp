@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Construction of a node, its NMT states, and what each lets run.
+// Construction of a node, its NMT states, and the services that each state permits.
 #include <utility>
 
 #include "stack/node/impl.h"
@@ -59,7 +59,7 @@ Node::Impl::Impl(od::Dictionary own_dictionary, Options own_options, EventLog& e
       {od::objects::kEmcyConsumer, &emergency_cob_ids},
   };
   for (const auto& [index, hook] : hooks) {
-    (void)dictionary.set_hook(index, hook).ok();  // optional objects may not be there
+    (void)dictionary.set_hook(index, hook).ok();  // the object may be optional and missing
   }
   heartbeats.set_listener(this);
   pdos.set_node_id(own_options.node_id);
@@ -152,7 +152,7 @@ void Node::Impl::boot(Instant time) {
   heartbeat_times.configure(true);
   sdo.configure();
   sdo_clients.configure();
-  (void)pdos.configure();  // pdo_unusable() tells what it finds
+  (void)pdos.configure();  // pdo_unusable() reports the problems
   guarding.configure();
   heartbeat.boot_up(time);
   slave.booted();
@@ -227,7 +227,7 @@ void Node::Impl::advance(Instant time) {
   heartbeat.advance(time);
 }
 
-// Object 1013h of a SYNC producer: when it sent the SYNC, in us of its own time.
+// Object 1013h of a SYNC producer: the time of the SYNC, in us of its own clock.
 void Node::Impl::stamp(Instant time) {
   const auto us = std::chrono::duration_cast<std::chrono::microseconds>(time.time_since_epoch());
   dictionary.set(kHighResolutionStamp, static_cast<std::uint32_t>(us.count()));
