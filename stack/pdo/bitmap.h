@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sets of small numbers (slots, ranks) as bits.
+// Bit sets of small numbers (slots, ranks).
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 namespace linegate::pdo {
 
-// visit(bit) for each set bit, ascending; it may clear that bit.
+// Calls visit(bit) for each set bit in ascending order; visit may clear that bit.
 template <class Visit>
 void for_each_bit(const std::vector<std::uint64_t>& words, Visit visit) {
   for (std::size_t word = 0; word < words.size(); ++word) {
@@ -23,7 +23,7 @@ void for_each_bit(const std::vector<std::uint64_t>& words, Visit visit) {
 
 class Bitmap {
  public:
-  // Room for so many bits, none set. Allocates.
+  // Resizes to that many bits, all clear. Allocates.
   void reset(std::size_t bits) { words_.assign((bits + 63) / 64, 0); }
   void set(std::size_t bit) { words_[bit / 64] |= std::uint64_t{1} << (bit % 64); }
   void clear(std::size_t bit) { words_[bit / 64] &= ~(std::uint64_t{1} << (bit % 64)); }
@@ -31,7 +31,8 @@ class Bitmap {
   void clear_all() { std::fill(words_.begin(), words_.end(), 0); }
   const std::vector<std::uint64_t>& words() const { return words_; }
 
-  // Clears all bits, calling take(bit) for each in ascending order. Bits that take() sets stay.
+  // Clears all bits, and calls take(bit) for each in ascending order. Bits that take() sets stay
+  // set.
   template <class Take>
   void take_all(Take take) {
     for (std::size_t word = 0; word < words_.size(); ++word) {
@@ -46,12 +47,12 @@ class Bitmap {
   std::vector<std::uint64_t> words_;
 };
 
-// A set with a summary word, by which it is known whether it is empty and where its first bit is.
+// A set with a summary word, which shows whether the set is empty and where its first bit is.
 class SummedBitmap {
  public:
   static constexpr std::size_t kNone = SIZE_MAX;
 
-  // summary: bit n says that word n (or n + 64, ...) is not 0; must outlive this.
+  // summary: bit n is set if word n (or n + 64, ...) is not 0; must outlive this.
   explicit SummedBitmap(std::uint64_t& summary) : summary_(summary) {}
   ~SummedBitmap() = default;
   SummedBitmap(const SummedBitmap&) = delete;
@@ -61,7 +62,7 @@ class SummedBitmap {
     summary_ = 0;
     words_.assign((bits + 63) / 64, 0);
   }
-  // False if it was set before.
+  // Returns false if the bit was already set.
   bool set(std::size_t bit) {
     std::uint64_t& word = words_[bit / 64];
     const std::uint64_t before = word;
@@ -81,8 +82,8 @@ class SummedBitmap {
   bool test(std::size_t bit) const { return (words_[bit / 64] >> (bit % 64) & 1U) != 0; }
   const std::vector<std::uint64_t>& words() const { return words_; }
 
-  // The lowest bit that is set and not in `except`, which has room for as many; kNone if there is
-  // none.
+  // Returns the lowest bit that is set here and not in `except`, which has the same size; kNone if
+  // there is none.
   std::size_t first_except(const Bitmap& except) const {
     const bool ordered = words_.size() <= 64;
     for (std::uint64_t used = summary_; ordered && used != 0; used &= used - 1) {
@@ -96,7 +97,7 @@ class SummedBitmap {
   }
 
  private:
-  // Word n has others that share its bit of the summary, and one of them is not 0.
+  // Whether another word that shares the summary bit of this word is not 0.
   bool others_of_summary(std::size_t word) const {
     if (words_.size() <= 64) {
       return false;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From PDO records and links to copy plans.
+// Compiles PDO records and links into copy plans.
 #include "stack/od/description.h"
 #include "stack/od/objects.h"
 #include "stack/pdo/engine_impl.h"
@@ -189,7 +189,7 @@ Engine::Impl::Problem Engine::Impl::compile_plan(PdoKind kind, std::uint16_t num
   return problem;
 }
 
-// Of an MPDO nothing is fixed but its length.
+// An MPDO has no fixed layout, only a fixed length.
 Engine::Impl::Problem Engine::Impl::compile_mpdo(PdoKind kind, const Parameters& parameters,
                                                  CopyPlan& plan) const {
   plan.skip(8 * can::kMaxClassicData);
@@ -201,7 +201,7 @@ Engine::Impl::Problem Engine::Impl::compile_mpdo(PdoKind kind, const Parameters&
   return {};
 }
 
-// A changed object always finds room: all that the list names may wait.
+// Reserves space for all objects of the list, so that a change never finds the queue full.
 void Engine::Impl::read_scanner_list() {
   scanner_list.read(dictionary);
   scanned_objects = 0;
@@ -287,14 +287,14 @@ void Engine::Impl::start_rpdo(const Parameters& parameters, CopyPlan plan) {
   pdo.plan = std::move(plan);
   pdo.watched = watched_objects(parameters.number);
   if (!pdo.plan.runs.empty() && pdo.plan.runs.front().frame_byte != 0) {
-    pdo.plan.runs.insert(pdo.plan.runs.begin(), Run{});  // Rpdo's is of the first word
+    pdo.plan.runs.insert(pdo.plan.runs.begin(), Run{});  // Rpdo has the run of the first word
   }
   if (pdo.plan.bytes() > can::kMaxClassicData && pdo.long_shadow == RpdoDetails::kNoShadow) {
     pdo.long_shadow = long_shadows.size();
     long_shadows.emplace_back();
   }
   if (linked(PdoKind::rpdo, parameters.number) == nullptr) {
-    inputs->pdo(slot).last = {};  // what it maps now has not been received
+    inputs->pdo(slot).last = {};  // the new mapping has not been received yet
   }
   dispatch.add(pdo.cob_id.id(), pdo.cob_id.extended(), can::Service::rpdo, slot);
 }

@@ -7,7 +7,7 @@ namespace linegate::pdo {
 namespace {
 
 constexpr std::uint32_t kWord = 64;
-constexpr std::uint32_t kLastFrameWord = 56;  // byte at which the last word of a frame begins
+constexpr std::uint32_t kLastFrameWord = 56;  // first byte of the last word of a frame
 
 constexpr std::uint64_t low_bits(std::uint32_t bits) {
   return bits >= kWord ? ~std::uint64_t{0} : (std::uint64_t{1} << bits) - 1;
@@ -17,7 +17,7 @@ std::uint8_t rotation(std::uint32_t frame_shift, std::uint32_t image_shift) {
   return static_cast<std::uint8_t>((frame_shift + kWord - image_shift) % kWord);
 }
 
-// The bits can be taken along by the run: the same two words hold them, at the same distance.
+// Whether the run can include these bits: they are in the same two words, at the same distance.
 bool joins(const Run& run, std::uint32_t frame_bit, std::uint32_t image_bit, std::uint32_t count) {
   const std::uint32_t frame_begin = run.frame_byte * 8U;
   const std::uint32_t image_begin = run.offset * 8U;
@@ -26,7 +26,8 @@ bool joins(const Run& run, std::uint32_t frame_bit, std::uint32_t image_bit, std
          rotation(frame_bit - frame_begin, image_bit - image_begin) == run.rotate;
 }
 
-// A frame of up to 8 bytes is one word; in longer ones words begin where the bits do.
+// A frame of up to 8 bytes is one word; in longer frames a word begins at the byte of its first
+// bit.
 std::uint32_t frame_word_for(std::uint32_t frame_bit, std::uint32_t count) {
   return frame_bit + count <= kWord ? 0 : std::min(frame_bit / 8, kLastFrameWord);
 }

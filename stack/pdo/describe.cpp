@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// describe_pdos(): the PDOs of a device as its file has them.
+// describe_pdos(): the PDOs of a device by its device file.
 #include <algorithm>
 #include <chrono>
 #include <string>
@@ -28,7 +28,7 @@ class Reader {
          std::vector<Diagnostic>& diagnostics)
       : device_(device), kind_(kind), max_bits_(max_bits), diagnostics_(diagnostics) {}
 
-  // What the file says of a PDO that nobody configured may be nonsense without harm.
+  // Errors in the file are tolerated for PDOs that the user did not configure.
   std::vector<Parameters> read() {
     std::vector<Parameters> pdos;
     for (std::uint16_t number = 1; number <= kMaxPdo; ++number) {
@@ -56,8 +56,8 @@ class Reader {
            });
   }
 
-  // All since that place are one: a warning if the PDO is as the device has it by default. False if
-  // there are any.
+  // Merges the errors from that position on into one, which is a warning if the PDO has its default
+  // configuration. Returns false if there are errors.
   bool put_errors_in_one(std::size_t first) {
     const auto begin = diagnostics_.begin() + static_cast<std::ptrdiff_t>(first);
     const auto is_error = [](const Diagnostic& told) { return told.severity == Severity::error; };
@@ -89,7 +89,7 @@ class Reader {
     return given ? load_le(std::span<const std::byte>(variable->value)) : otherwise;
   }
 
-  // False if there is no such PDO or it is not valid.
+  // Returns false if there is no such PDO or it is not valid.
   bool read_communication(Parameters& out) {
     const auto index = static_cast<std::uint16_t>(communication_base(kind_) + number_ - 1);
     if (device_.find(index) == nullptr) {
@@ -110,7 +110,7 @@ class Reader {
     return true;
   }
 
-  // False if it maps nothing.
+  // Returns false if it maps nothing.
   bool read_mapping(Parameters& out) {
     const auto index = static_cast<std::uint16_t>(mapping_base(kind_) + number_ - 1);
     if (device_.find(index) == nullptr) {
@@ -139,7 +139,7 @@ class Reader {
     return !out.mapping.empty();
   }
 
-  // Gives the bits of the entry.
+  // Returns the number of bits of the entry.
   std::uint32_t read_entry(od::Address place, Parameters& out) {
     const od::VariableDescription* entry = device_.find(place);
     if (entry == nullptr || entry->value.empty()) {
@@ -153,7 +153,7 @@ class Reader {
     return mapping.bits;
   }
 
-  // What the device sends is what its mapping says, so that a doubtful object is still usable; one
+  // The device sends what its mapping specifies, so a doubtful object is still usable; an object
   // that does not exist or has another length is not.
   void check_entry(od::Address place, const Mapping& mapping) {
     if (is_dummy(mapping)) {

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Objects that come, go or move at run time, and RPDOs whose values somebody wants to hear of.
+// Objects that are added, removed or moved at run time, and RPDOs with objects that a hook watches.
 #include "stack/image/network_variables.h"
 #include "stack/pdo/engine_impl.h"
 
 namespace linegate::pdo {
 
-// A PDO that maps an object which is gone is not in use any more, and told; when the object is
-// there again, so is the PDO.
+// A PDO that maps a removed object becomes inactive, which is reported; it becomes active again
+// when the object is added again.
 void Engine::Impl::reshaped(std::uint16_t index) {
   if (record_index(index)) {
-    (void)dictionary.set_hook(index, this);  // if it is there
+    (void)dictionary.set_hook(index, this);  // the object may be missing
   }
   follow_sources();
   std::vector<std::pair<PdoKind, std::uint16_t>> touched;
@@ -35,11 +35,11 @@ void Engine::Impl::reshaped(std::uint16_t index) {
   }
 }
 
-// The dictionary reports those values, and no others, that a TPDO with auto-notify sends. The mark
-// of a value that one of them alone sends is its number.
+// Makes the dictionary report changes of exactly the values that TPDOs with auto-notify send. The
+// mark of a value that a single TPDO sends is the number of that TPDO.
 void Engine::Impl::follow_sources() {
   for (const Followed& value : followed) {
-    (void)dictionary.follow(value.address, 0);  // it may be gone
+    (void)dictionary.follow(value.address, 0);  // the object may be removed
   }
   followed.clear();
   if (auto_notify.none()) {
@@ -94,7 +94,7 @@ std::vector<od::Address> Engine::Impl::watched_objects(std::uint16_t rpdo) const
   return out;
 }
 
-// A hook may change PDOs, this one among them.
+// A hook may change PDOs, including this one.
 void Engine::Impl::tell_watched(std::uint16_t slot) {
   for (std::size_t i = 0; slot < details.size() && i < details[slot].watched.size(); ++i) {
     dictionary.came_by_rpdo(details[slot].watched[i]);

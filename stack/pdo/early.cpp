@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// RPDOs that come before Operational, of an NMT master: see Engine::keep_early().
+// RPDOs received by an NMT master before Operational: see Engine::keep_early().
 #include "stack/pdo/engine_impl.h"
 
 namespace linegate::pdo {
@@ -11,7 +11,7 @@ void Engine::keep_early(bool keep) {
   }
 }
 
-// Whatever has to be told of a frame is told of those in Operational.
+// Problems of a frame are reported only in Operational.
 void Engine::Impl::receive_early(std::uint16_t slot, const can::Frame& frame) {
   const RpdoDetails& pdo = details[slot];
   const std::size_t mapped = pdo.plan.bytes();
@@ -21,7 +21,7 @@ void Engine::Impl::receive_early(std::uint16_t slot, const can::Frame& frame) {
   }
 }
 
-// The deadline begins with Operational: the frame before may be long ago.
+// The deadline starts at the entry into Operational: the kept frame may be old.
 void Engine::Impl::take_early() {
   for (std::size_t place = 0; place < shadows.size(); ++place) {
     const Shadow early = shadows[place];  // a copy: the listener may change PDOs

@@ -44,7 +44,7 @@ Engine::Impl::Impl(od::Dictionary& d, can::Dispatch& p, EventLog& e, image::Proc
 }
 
 Engine::Impl::~Impl() {
-  listener = nullptr;  // may be half destroyed
+  listener = nullptr;  // the listener may be partly destroyed
   hears_frames = false;
   auto_notify.reset();
   follow_sources();
@@ -107,7 +107,7 @@ void Engine::set_operational(bool operational, Instant now) {
     impl_->commit_rpdos();
     impl_->open_window(now);
   }
-  if (impl_->operational) {  // the listener may have heard of an RPDO and left it
+  if (impl_->operational) {  // the listener may have left Operational within rpdo_received()
     impl_->sample_tpdos(counter);
   }
 }

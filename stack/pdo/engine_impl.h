@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The inside of pdo::Engine; private to stack/pdo.
+// The implementation of pdo::Engine; private to stack/pdo.
 //
-// A slot is a PDO number - 1. What a frame needs is kept apart from what configuring and timing
-// need: Rpdo is a quarter of a cache line, the marks are in the image's Area.
+// A slot is a PDO number - 1. Data that is needed for each frame is separate from that for
+// configuration and timing: Rpdo is a quarter of a cache line, the marks are in the image's Area.
 #pragma once
 
 #include <algorithm>
@@ -33,27 +33,28 @@ namespace linegate::pdo {
 
 // Reasons in image::PdoState::attention besides kNotValid.
 enum Attention : std::uint32_t {
-  kFirst = 0x02,      // no frame yet since Operational: the deadline begins with it
-  kTimedOut = 0x04,   // the deadline passed
-  kLengthTold = 0x08  // a wrong length was told; the next right one ends that
+  kFirst = 0x02,      // no frame yet since Operational: the deadline starts with the first one
+  kTimedOut = 0x04,   // the deadline was missed
+  kLengthTold = 0x08  // a wrong length was reported; the next frame of the right length clears it
 };
 
-// The part of an RPDO that a frame needs. Frames of up to 8 bytes are one word.
+// The part of an RPDO that is needed for each frame. Frames of up to 8 bytes are one word.
 struct alignas(16) Rpdo {
-  static constexpr std::uint8_t kNever = 0xFF;  // no frame's form
+  static constexpr std::uint8_t kNever = 0xFF;  // different from form() of every frame
   enum Flag : std::uint8_t {
-    kMore = 0x01,     // its RpdoDetails have more runs, or objects
+    kMore = 0x01,     // its RpdoDetails have further runs, or objects
     kLong = 0x02,     // it has more than 8 bytes
-    kWatched = 0x04,  // somebody wants to hear of its values
-    kQueued = 0x08,   // each reception goes into its queue
+    kWatched = 0x04,  // a hook watches one of its objects
+    kQueued = 0x08,   // it has a queue of receptions
   };
 
-  std::uint64_t mask = 0;  // of the first Run; 0 if nothing lies in the image
+  std::uint64_t mask = 0;  // of the first Run; 0 if no value is in the image
   std::uint32_t offset = 0;
   std::uint8_t rotate = 0;
-  std::uint8_t at_once = kNever;   // form() of frames that are one word, simply copied
-  std::uint8_t deferred = kNever;  // form() of frames of up to 8 bytes, kept for the next SYNC
-  std::uint8_t flags = 0;          // Flag values or-ed
+  std::uint8_t at_once = kNever;  // form() of one-word frames that are just copied
+  // form() of frames of up to 8 bytes that are kept for the next SYNC.
+  std::uint8_t deferred = kNever;
+  std::uint8_t flags = 0;  // Flag values or-ed
 
   // Length and remote flag of a frame in one number.
   static std::uint8_t form(const can::Frame& frame) {
@@ -63,62 +64,62 @@ struct alignas(16) Rpdo {
 };
 static_assert(sizeof(Rpdo) == 16);
 
-// The rest of it.
+// The other data of an RPDO.
 struct RpdoDetails {
   bool active = false;
   can::CobId cob_id;
   std::uint8_t type = kEventProfile;
   MpdoMode mpdo = MpdoMode::none;
-  bool refused = false;  // the last MPDO in destination address mode
+  bool refused = false;  // the last MPDO in destination address mode was refused
   Duration deadline{};
   CopyPlan plan;
   std::vector<od::Address> watched;     // mapped objects that a hook watches
-  std::size_t long_shadow = kNoShadow;  // place in Engine::Impl::long_shadows
+  std::size_t long_shadow = kNoShadow;  // index in Engine::Impl::long_shadows
 
   static constexpr std::size_t kNoShadow = SIZE_MAX;
 };
 
-// What every value needs on its way to the bus lies first, in one cache line with the head of the
-// frame and the first 8 bytes of its data.
+// The data that each transmission needs comes first, in one cache line with the header of the frame
+// and the first 8 bytes of its data.
 struct alignas(64) Tpdo {
-  const Run* runs = nullptr;  // of the plan
+  const Run* runs = nullptr;  // from the plan
   const ObjectRun* objects = nullptr;
-  std::uint64_t samples = 0;  // taken since it was configured
+  std::uint64_t samples = 0;  // number of samples since it was configured
   std::uint8_t run_count = 0;
   std::uint8_t object_count = 0;
-  std::uint16_t rank = 0;  // place among the others in the order of the bus
+  std::uint16_t rank = 0;  // position among the TPDOs in the order of bus priority
   std::uint8_t type = kEventProfile;
   MpdoMode mpdo = MpdoMode::none;
-  std::uint8_t syncs = 0;  // since it was sent
+  std::uint8_t syncs = 0;  // number of SYNCs since it was sent
   bool active = false;
-  bool direct = false;    // another value requests it at once, see change()
-  bool linked = false;    // held back until its output entries are valid
+  bool direct = false;    // a changed value requests it at once, see change()
+  bool linked = false;    // held back until its output entries are known
   bool timed = false;     // has an inhibit time or an event timer
   bool sampled = false;   // frame holds a sample, taken since Operational
-  bool asking = false;    // the listener hears before_tpdo() now
-  bool event = false;     // type 0: wanted at the next SYNC
-  bool of_sync = false;   // a SYNC took it
-  bool counting = false;  // sync_start was met
+  bool asking = false;    // the listener's before_tpdo() is running
+  bool event = false;     // type 0: requested for the next SYNC
+  bool of_sync = false;   // sampled at a SYNC
+  bool counting = false;  // the SYNC start value was received
   can::Frame frame;       // the newest sample
 
-  std::uint8_t node = 0;  // of linked ones: the receiver
+  std::uint8_t node = 0;  // of a linked TPDO: the receiver
   std::uint8_t sync_start = 0;
   can::CobId cob_id;
-  Duration inhibit{};  // event-driven ones only
+  Duration inhibit{};  // of event-driven TPDOs only
   Duration event_timer{};
   Instant inhibited_until{};
   CopyPlan plan;
-  od::Address sent_object;             // MPDO in destination address mode
-  std::vector<MpdoData> mpdos{};       // that wait, oldest first
-  std::vector<MpdoData> held_mpdos{};  // that wait for release_held()
+  od::Address sent_object;             // of an MPDO in destination address mode
+  std::vector<MpdoData> mpdos{};       // waiting, oldest first
+  std::vector<MpdoData> held_mpdos{};  // waiting for release_held()
 
-  // The frame is one word of data.
+  // The data of the frame is one word.
   bool is_word() const { return frame.length <= can::kMaxClassicData; }
 };
 static_assert(offsetof(Tpdo, frame) + offsetof(can::Frame, data) + can::kMaxClassicData == 64);
 
 struct Engine::Impl final : od::Hook, od::Observer {
-  // sending, asking: of Engine.
+  // sending, asking: the members of Engine.
   Impl(od::Dictionary& d, can::Dispatch& p, EventLog& e, image::ProcessImage* i,
        std::uint64_t& sending, std::uint64_t& asking);
   ~Impl() override;
@@ -127,19 +128,19 @@ struct Engine::Impl final : od::Hook, od::Observer {
   AbortCode check_write(od::Address address, std::span<const std::byte> value) override;
   void written(od::Address address) override;
   std::vector<Diagnostic> configure();
-  // What is wrong with a PDO, which is not active then; AbortCode::none if nothing is.
+  // The reason why a PDO is not active; AbortCode::none if there is none.
   struct Problem {
     AbortCode why = AbortCode::none;
     od::Address place{};
     std::string text{};
   };
-  // What the listener heard last of a PDO; none once it was in order.
+  // The last problem of a PDO that was reported to the listener; none after it ended.
   struct ToldProblem {
     AbortCode why = AbortCode::none;
     od::Address place{};
     bool operator==(const ToldProblem&) const = default;
   };
-  // Tells the listener of a problem that is new.
+  // Reports a new problem to the listener.
   Problem compile(PdoKind kind, std::uint16_t number);
   Problem try_to_compile(PdoKind kind, std::uint16_t number);
   Problem compile_plan(PdoKind kind, std::uint16_t number, CopyPlan& plan) const;
@@ -159,7 +160,7 @@ struct Engine::Impl final : od::Hook, od::Observer {
   void stop_all();
   void hook_records(od::Hook* hook);
 
-  // --- objects that come, go and are watched (dictionary_changes.cpp) ----------------------------
+  // --- objects that are added, removed and watched (dictionary_changes.cpp) ----------------------
   void reshaped(std::uint16_t index) override;
   void changed(od::Address address, od::FollowMark mark) override;
   void follow_sources();
@@ -167,7 +168,7 @@ struct Engine::Impl final : od::Hook, od::Observer {
   std::vector<od::Address> watched_objects(std::uint16_t rpdo) const;
   void tell_watched(std::uint16_t slot);
 
-  // --- what is made from all PDOs together (schedule.cpp) ---------------------------------------
+  // --- data derived from all PDOs together (schedule.cpp) ---------------------------------------
   void lay_out();
   void lay_out_rpdos();
   void rank_tpdos();
@@ -189,7 +190,7 @@ struct Engine::Impl final : od::Hook, od::Observer {
   void copy_rest(std::uint16_t slot, const std::byte* data);
   void defer(std::uint16_t slot, const can::Frame& frame);
   void keep(std::uint16_t slot, const can::Frame& frame);
-  // Into the queue, if it has one.
+  // Adds the frame to the queue of the RPDO, if it has one.
   void queue_reception(std::uint16_t slot, const can::Frame& frame) {
     if ((rpdos[slot].flags & Rpdo::kQueued) != 0) {
       receptions.push(slot, frame);
@@ -206,7 +207,7 @@ struct Engine::Impl final : od::Hook, od::Observer {
   // multiplexed.cpp
   void receive_mpdo(std::uint16_t slot, const can::Frame& frame);
   void store_mpdo(std::uint16_t slot, const Mpdo& mpdo, od::Address place, Instant time);
-  // most: may wait, this one included.
+  // most: largest number of waiting MPDOs, including this one.
   AbortCode queue_mpdo(std::uint16_t slot, Mpdo mpdo, od::Address source,
                        std::size_t most = kMpdosWaiting);
   AbortCode put_mpdo(std::vector<MpdoData>& waiting, const Tpdo& pdo, const MpdoData& data,
@@ -240,42 +241,42 @@ struct Engine::Impl final : od::Hook, od::Observer {
   bool due_at_sync(Tpdo& pdo, std::uint8_t counter) const;
   bool held_back(std::uint16_t slot) const;
   using FrameData = std::array<std::byte, can::kMaxFdData>;
-  // The present values; gather_word(): of a frame that is one word.
+  // The present values; gather_word(): for a frame that is one word.
   FrameData gather(const Tpdo& pdo) const;
   std::uint64_t gather_word(const Tpdo& pdo) const;
   void set_receiver(std::uint8_t node, Receiver state);
-  // The frame of a linked TPDO was handed over: entries that it carried with their newest values
-  // become valid when it is acknowledged.
+  // The frame of a linked TPDO was handed out: its entries with their newest values become valid
+  // when it is acknowledged.
   void note_transmission(std::uint16_t slot);
   void confirm(std::uint16_t slot, const FrameData& differs);
-  // The newest values are known, and those of its last sample.
+  // Whether the newest values are known, and are those of its last sample.
   bool is_newest(std::uint16_t slot) const;
-  bool shows_newest(std::uint16_t slot) const;  // of a linked one
+  bool shows_newest(std::uint16_t slot) const;  // the same for a linked TPDO; false for others
   bool is_taken(std::uint16_t slot) const;
   void acknowledged(std::uint64_t number);
   void lost(std::uint64_t first, std::uint64_t last);
-  // It will be requested without an event, or at the next SYNC by one that was there.
+  // Whether it will be requested without an event, or at the next SYNC by an earlier event.
   bool comes_by_itself(std::uint16_t slot) const;
-  // Takes a new sample; true if it differs from the one before or is the first.
+  // Takes a new sample. Returns true if it is the first, or differs from the previous one.
   bool sample(std::uint16_t slot);
   void replace_sample(std::uint16_t slot, const FrameData& data);
-  // Samples and requests; without always only if the sample is a new one.
+  // Samples and requests the TPDO; without always only if the sample has changed.
   void request(std::uint16_t slot, bool always);
   void source_changed(std::uint16_t slot, bool always);
-  // One of its values is another one.
+  // One of its values has changed.
   void change(std::uint16_t slot);
   void follow_mode() { direct = operational && !held && !hears_frames; }
   // Marks in `affected` the TPDOs that send some of these bits of the output area.
   void mark_affected(std::uint32_t bit_offset, std::uint32_t bits);
   void output_variable_changed(od::Address address);
-  // Tells the listener, which may change values; nothing is told within.
+  // Calls before_tpdo() of the listener, which may change values; these changes request nothing.
   void ask(std::uint16_t slot);
   void on_event_timer(std::uint16_t slot, Instant now);
   void release(Instant now);
   void end_times(Instant now);
   bool next_frame_in_turn(can::Frame& out, Instant now, can::Traffic& sent);
   bool peek(can::Frame& out, Instant now);
-  // The first that may be sent; kNoRank if there is none.
+  // The rank of the first TPDO that may be sent; kNoRank if there is none.
   std::size_t first_ready() const;
   std::size_t first_remote_frame(can::Frame& out) const;
   bool next_remote_frame(can::Frame& out, std::size_t rank);
@@ -288,35 +289,35 @@ struct Engine::Impl final : od::Hook, od::Observer {
 
   static constexpr std::size_t kNoRank = SummedBitmap::kNone;
 
-  // Timers: the deadlines of the RPDOs, then the event timers of the TPDOs.
+  // Numbers of timers: first the deadlines of the RPDOs, then the event timers of the TPDOs.
   std::size_t event_timer(std::size_t slot) const { return rpdos.size() + slot; }
   static bool has_event_timer(const Tpdo& pdo) {
     return is_event_driven(pdo.type) && pdo.event_timer > Duration::zero() &&
            pdo.mpdo == MpdoMode::none;
   }
 
-  // --- what receive() needs, first --------------------------------------------------------------
+  // --- data for receive() -----------------------------------------------------------------------
   std::vector<Rpdo> rpdos;
   image::Area* inputs = nullptr;
   Listener* listener = nullptr;
   std::uint64_t revision = 0;
   EngineCounters counters;
-  Shadows shadows;            // of the synchronous ones, and of those that came early
-  bool hears_frames = false;  // the listener wants rpdo_received() and before_tpdo()
-  bool direct = false;  // operational, nothing is held, and the listener is not asked for values
+  Shadows shadows;            // frames of synchronous RPDOs, and of RPDOs before Operational
+  bool hears_frames = false;  // the listener uses rpdo_received() and before_tpdo()
+  bool direct = false;        // Operational, no hold(), and no calls of before_tpdo()
 
   od::Dictionary& dictionary;
   can::Dispatch& dispatch;
   EventLog& events;
-  std::unique_ptr<image::ProcessImage> own_image;  // of a device without one: for the marks
+  std::unique_ptr<image::ProcessImage> own_image;  // for the marks, if the device has no image
   image::ProcessImage& image;
   image::Area* outputs = nullptr;
   std::size_t max_bytes = can::kMaxClassicData;
   bool operational = false;
   bool keeps_early = false;
   std::uint8_t node_id = 0;
-  std::array<Receiver, can::kMaxNodeId + 1> receivers{};  // of linked TPDOs, by node
-  Instant latest{};  // time of the last call: records are written without one
+  std::array<Receiver, can::kMaxNodeId + 1> receivers{};  // of linked TPDOs, by node-ID
+  Instant latest{};  // time of the last call, because writes to records have no time
 
   ReceptionQueues receptions;
   std::vector<LinkedPdo> linked_rpdos;
@@ -324,33 +325,33 @@ struct Engine::Impl final : od::Hook, od::Observer {
   std::vector<RpdoDetails> details;
   std::vector<ToldProblem> told_rpdos;  // by slot
   std::vector<ToldProblem> told_tpdos;
-  std::vector<std::array<std::byte, can::kMaxFdData>> long_shadows;  // of frames above 8 bytes
+  std::vector<std::array<std::byte, can::kMaxFdData>> long_shadows;  // frames longer than 8 bytes
 
   std::vector<Tpdo> tpdos;
   std::vector<std::uint16_t> by_rank;     // slots
   Duration window{};                      // 1007h
-  Instant window_end = kNever;            // of the present one
-  bool window_open = false;               // its TPDOs have not been dropped yet
+  Instant window_end = kNever;            // of the current window
+  bool window_open = false;               // the TPDOs of the window were not dropped yet
   std::vector<std::uint16_t> sync_tpdos;  // slots of types 0..240 and 252
-  SummedBitmap pending;                   // by rank: sampled, to be sent
+  SummedBitmap pending;                   // by rank: sampled and requested
   Bitmap inhibited;                       // by rank
-  Instant next_release = kNever;          // the first inhibit time of these that ends
-  SummedBitmap asked;                     // by slot: RPDOs to be asked for with a remote frame
-  bool held = false;                      // requests wait for release_held():
-  Bitmap held_changed;                    // by slot: if the value is a new one
-  Bitmap held_always;                     // by slot
-  std::uint64_t frame_number = 0;         // of the frame that is being handed out, see next_frame()
-  std::uint64_t awaiting = 0;             // summary of:
-  SummedBitmap unacknowledged{awaiting};  // by slot: there is something in under_way
-  std::vector<ValuesUnderWay> under_way;  // by slot: of linked TPDOs with values that are not valid
-  Bitmap affected;                        // by slot: scratch of mark_affected()
+  Instant next_release = kNever;          // the earliest end of an inhibit time
+  SummedBitmap asked;                     // by slot: RPDOs to request with a remote frame
+  bool held = false;                      // requests wait for release_held()
+  Bitmap held_changed;                    // by slot: request if the value has changed
+  Bitmap held_always;                     // by slot: request in any case
+  std::uint64_t frame_number = 0;         // of the current frame, see next_frame()
+  std::uint64_t awaiting = 0;             // summary of unacknowledged
+  SummedBitmap unacknowledged{awaiting};  // by slot: under_way has frames
+  std::vector<ValuesUnderWay> under_way;  // by slot: linked TPDOs with values that are not valid
+  Bitmap affected;                        // by slot: temporary result of mark_affected()
   struct Source {
     std::uint32_t begin = 0;  // bits of the output area
     std::uint32_t end = 0;
     std::uint16_t slot = 0;
   };
-  std::vector<Source> sources;  // ascending by begin; none is longer than 64 bits
-  bool shares_outputs = false;  // other TPDOs than those of link() send output entries, too
+  std::vector<Source> sources;  // ascending by begin; each has at most 64 bits
+  bool shares_outputs = false;  // TPDOs outside of link() also send output entries
   ObjectSources object_sources;
   std::bitset<kMaxPdo> auto_notify;  // by slot
   struct Followed {
@@ -359,9 +360,9 @@ struct Engine::Impl final : od::Hook, od::Observer {
   };
   std::vector<Followed> followed;  // in the dictionary
   ScannerList scanner_list;
-  std::size_t scanned_objects = 0;  // objects that the list names
+  std::size_t scanned_objects = 0;  // existing objects in the scanner list
   DispatcherList dispatcher_list;
-  std::vector<od::Address> mpdo_places;      // scratch
+  std::vector<od::Address> mpdo_places;      // temporary
   std::optional<std::uint16_t> source_tpdo;  // slot of the MPDO in source address mode
   Timers timers;
 };

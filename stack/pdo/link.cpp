@@ -44,10 +44,10 @@ bool whole_bytes(std::uint32_t bits) {
   return bits % 8 == 0;
 }
 
-// Gives places in one area, PDO by PDO.
+// Allocates locations in one area, PDO by PDO.
 class Placement {
  public:
-  // Begins a PDO that has values of these lengths.
+  // Begins a PDO with values of these lengths.
   void begin_pdo(const std::vector<Mapping>& mapping) {
     std::uint32_t alignment = 1;
     for (const Mapping& entry : mapping) {
@@ -59,7 +59,7 @@ class Placement {
     align(alignment);
   }
 
-  // The first bit of the next value.
+  // Returns the first bit of the next value.
   std::uint32_t place(std::uint32_t bits) {
     if (whole_bytes(bits)) {
       end_bits();
@@ -82,7 +82,8 @@ class Placement {
   std::uint32_t next_bit_ = 0;
 };
 
-// What the manager's mapping record says of a place beyond the network variables: fillers.
+// Appends fillers, which replace values beyond the network variables in the manager's mapping
+// record.
 void add_fillers(std::vector<Mapping>& mapping, std::uint32_t bits) {
   constexpr std::array kFillers = {od::DataType::unsigned8,  od::DataType::unsigned16,
                                    od::DataType::unsigned24, od::DataType::unsigned32,
@@ -215,7 +216,7 @@ class Linker {
     return pdo;
   }
 
-  // The bits that are the value.
+  // The part of the entry that is the value.
   static Mapping value_of(const RemoteNode& node, const Mapping& mapping) {
     const od::VariableDescription* variable = node.device->find(mapping.address);
     const bool lowest = variable != nullptr && is_boolean_in_a_byte(mapping, variable->type);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Linking the PDOs of a line's devices to its manager: every TPDO of a device becomes an RPDO of
-// the manager and fills input entries, every RPDO a TPDO that carries output entries. The result is
-// the layout of the process image and the manager's own PDO records.
+// Links the PDOs of a line's devices to its manager: every TPDO of a device becomes an RPDO of the
+// manager that sets input entries, every RPDO a TPDO that sends output entries. The result is the
+// layout of the process image and the manager's own PDO records.
 //
 // To make a line:
 //   Loaded<LinkPlan> plan = plan_links(nodes);
@@ -33,10 +33,10 @@ struct RemoteNode {
   std::string name;
   DevicePdos pdos;                                // see describe_pdos()
   const od::DeviceDescription* device = nullptr;  // types, names, 1000h, 1018h:2; never nullptr
-  Duration deadline{};  // of each of its TPDOs, whole ms; 0 = not monitored
+  Duration deadline{};  // for each of its TPDOs, in whole ms; 0 = not monitored
 };
 
-// A part of a PDO and where it lies in the image.
+// A part of a PDO and its location in the image.
 struct LinkTarget {
   std::uint32_t frame_bit = 0;  // from the start of the PDO
   std::uint32_t image_bit = 0;  // from the start of the area
@@ -46,15 +46,15 @@ struct LinkTarget {
 // One PDO of the manager.
 struct LinkedPdo {
   // number: local; cob_id, type, event_timer: as sent or expected by the manager; mapping: the
-  // network variables that show the same, or dummy entries for what lies beyond them.
+  // network variables that show the values, or dummy entries for values beyond them.
   Parameters parameters;
   std::uint8_t node = 0;
   std::uint16_t remote_pdo = 0;
   std::uint16_t mapped_bits = 0;   // length of the PDO, fillers included
-  std::vector<std::uint8_t> also;  // TPDOs: other nodes that have an RPDO with its COB-ID
+  std::vector<std::uint8_t> also;  // of a TPDO: other nodes that have an RPDO with its COB-ID
   std::vector<LinkTarget> targets;
-  // RPDOs: each reception is wanted, see Engine::take_reception(). So many wait at the most; 0: the
-  // newest values are enough.
+  // Of an RPDO: largest number of queued receptions, see Engine::take_reception(); 0: no queue,
+  // only the newest values are kept.
   std::uint32_t queue = 0;
 };
 
@@ -66,32 +66,32 @@ struct LinkPlan {
 };
 
 // Local PDO numbers are 1, 2, ... in the order (node, remote number), whatever the order of
-// `nodes`. Entries lie in the order of their PDOs; a PDO begins at a multiple of the largest of its
-// alignments, so that a PDO whose values are aligned in the frame is one copy. Values of n whole
-// bytes (n <= 8) lie at a multiple of n, also for n = 3, 5, 6, 7: then a network variable of their
-// size shows them. A BOOLEAN that is mapped as a byte has one bit here. Other bit lengths are
-// packed, beginning at a new byte after a whole-byte value and in every PDO. Names: object_names.h.
-// Dummy entries are fillers of the frame and have no entry.
+// `nodes`. Entries have the order of their PDOs; a PDO begins at a multiple of the largest
+// alignment of its values, so that a PDO whose values are aligned in the frame is one copy. Values
+// of n whole bytes (n <= 8) are located at a multiple of n, also for n = 3, 5, 6, 7, so that a
+// network variable of their size can show them. A BOOLEAN that is mapped as a byte has one bit
+// here. Other bit lengths are packed, beginning at a new byte after a whole-byte value and in every
+// PDO. Names: object_names.h. Dummy entries are fillers of the frame and have no entry.
 //
 // Transmission type: that of the device's PDO if it is synchronous or event-driven; RPDOs of
-// devices that answer to remote frames (252, 253) are event-driven, and may be asked for where
-// bit 30 of the device's COB-ID allows it. A TPDO whose receiver monitors
-// it (RPDO event timer) gets half that time as its event timer; an event-driven one the inhibit
-// time that is given with the RPDO.
+// devices that answer to remote frames (252, 253) are event-driven, and may be requested by remote
+// frame if bit 30 of the device's COB-ID allows it. A TPDO whose receiver monitors it (RPDO event
+// timer) gets half that time as its event timer; an event-driven one gets the inhibit time of the
+// RPDO.
 //
-// Left out, with a note: RPDOs whose COB-ID is a TPDO of a node (they are linked to each other),
-// and with a warning: RPDOs with the COB-ID of one already linked; they get the same frame. Errors:
-// two TPDOs with one COB-ID; an area larger than kMaxAreaBytes. Diagnostics have no file but the
-// device's.
+// Left out with a note: RPDOs whose COB-ID is that of a node's TPDO (the nodes are linked
+// directly). Left out with a warning: RPDOs with the COB-ID of one already linked; they receive the
+// same frame. Errors: two TPDOs with one COB-ID; an area larger than kMaxAreaBytes. The only files
+// in diagnostics are device files.
 Loaded<LinkPlan> plan_links(std::span<const RemoteNode> nodes);
 
 // Adds the manager's PDO records (1400h.., 1600h.., 1800h.., 1A00h..) and the network variables to
-// the dictionary. COB-ID and mapping are read-only: the layout would not be true otherwise.
+// the dictionary. COB-ID and mapping are read-only, because a change would invalidate the layout.
 Result<void> add_linked_objects(od::Dictionary& dictionary, image::ProcessImage& image,
                                 const LinkPlan& plan);
 
-// Adds the records of a PDO that no device is configured for. They may be written: COB-ID, mapping
-// and all else. Its number must be free.
+// Adds the records of a PDO without a configured device. COB-ID, mapping and all other parameters
+// are writable. Its number must be free.
 Result<void> add_own_pdo(od::Dictionary& dictionary, PdoKind kind, const Parameters& pdo);
 
 }  // namespace linegate::pdo

@@ -79,7 +79,7 @@ Result<void> add_records(od::Dictionary& dictionary, PdoKind kind,
   return {};
 }
 
-// With room for entries to come.
+// With space for further entries.
 od::ObjectDescription own_mapping_record(PdoKind kind, const Parameters& pdo) {
   od::ObjectDescription out = mapping_record(kind, pdo);
   out.variables.front().access = Access::rw;

@@ -9,7 +9,7 @@ AbortCode check_mapping(const od::Dictionary& dictionary, PdoKind kind, const Ma
   }
   const std::optional<od::Variable> variable = dictionary.find(mapping.address);
   if (!variable) {
-    return AbortCode::no_object;  // a missing sub-index, too (CiA 301 7.5.2.36)
+    return AbortCode::no_object;  // also for a missing sub-index (CiA 301 7.5.2.36)
   }
   const bool direction = kind == PdoKind::rpdo ? od::rpdo_mappable(variable->access)
                                                : od::tpdo_mappable(variable->access);

@@ -15,7 +15,7 @@ constexpr std::uint8_t kDestinationBit = 0x80;
 constexpr std::uint8_t kNodeBits = 0x7F;
 constexpr std::size_t kValueAt = 4;
 
-// visit(raw) for each entry that is not 0.
+// Calls visit(raw) for each entry that is not 0.
 template <class Visit>
 void for_each_entry(const od::Dictionary& dictionary, std::uint16_t first, Visit visit) {
   for (std::uint16_t i = 0; i < kMpdoLists; ++i) {

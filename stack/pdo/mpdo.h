@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Multiplexed PDOs (CiA 301, 7.2.2.6): one value with the address it has in the consumer
-// (destination address mode) or in the producer (source address mode), and the lists of the latter.
+// Multiplexed PDOs (CiA 301, 7.2.2.6): one value with its address in the consumer (destination
+// address mode) or in the producer (source address mode), and the object lists of source address
+// mode.
 //
 // Frame of 8 bytes:
 //   byte 0     bit 7: 1 = destination, 0 = source address mode; bits 0..6: node-ID of the consumer
@@ -26,12 +27,12 @@ namespace linegate::pdo {
 
 enum class MpdoMode : std::uint8_t { none, source, destination };
 
-// Sub-index 0 of the mapping record of a PDO that is multiplexed. One that sends in destination
-// address mode names in sub-index 1 the object whose value it sends.
+// Sub-index 0 of the mapping record of a multiplexed PDO. In a TPDO in destination address mode,
+// sub-index 1 maps the object whose value it sends.
 inline constexpr std::uint8_t kSourceMode = 254;
 inline constexpr std::uint8_t kDestinationMode = 255;
 
-inline constexpr std::uint16_t kMpdoLists = 48;  // objects of each
+inline constexpr std::uint16_t kMpdoLists = 48;  // number of objects of each list
 
 struct Mpdo {
   static constexpr std::size_t kMaxValue = 4;
@@ -45,10 +46,10 @@ struct Mpdo {
 using MpdoData = std::array<std::byte, can::kMaxClassicData>;
 // Precondition: the mode is not none.
 MpdoData encode(const Mpdo& mpdo);
-// Nothing if the frame does not have 8 bytes, or its producer's node-ID is 0.
+// Returns nothing if the frame does not have 8 bytes, or its producer's node-ID is 0.
 std::optional<Mpdo> decode_mpdo(const can::Frame& frame);
 
-// Equal variables of one object, one after the other.
+// Consecutive variables of one object.
 struct MpdoBlock {
   od::Address first;
   std::uint8_t count = 1;  // 0 counts as 1
@@ -59,16 +60,16 @@ struct MpdoBlock {
   }
 };
 
-// 1FA0h to 1FCFh: what may be sent. Bits 31..24 of an entry: block size, 23..8: index, 7..0: first
-// sub-index.
+// 1FA0h to 1FCFh: the objects that may be sent. Bits 31..24 of an entry: block size, 23..8:
+// index, 7..0: first sub-index.
 class ScannerList {
  public:
   static MpdoBlock entry(std::uint32_t raw);
 
-  // Reads the objects. Allocates. Entries that are 0 list nothing.
+  // Reads the objects; entries of 0 are unused. Allocates.
   void read(const od::Dictionary& dictionary);
   bool contains(od::Address address) const;
-  // take(address) for each address that is listed, whether there is such an object or not.
+  // Calls take(address) for each address in the list, whether the object exists or not.
   template <class Take>
   void for_each(Take take) const {
     for (const MpdoBlock& block : blocks_) {
@@ -83,9 +84,9 @@ class ScannerList {
   std::vector<MpdoBlock> blocks_;  // ascending by index
 };
 
-// 1FD0h to 1FFFh: what is taken from whom. Bits 63..56 of an entry: block size, 55..40: own index,
-// 39..32: own first sub-index, 31..16: the producer's index, 15..8: its first sub-index, 7..0: its
-// node-ID.
+// 1FD0h to 1FFFh: the producers and their objects that are received. Bits 63..56 of an entry: block
+// size, 55..40: own index, 39..32: own first sub-index, 31..16: the producer's index, 15..8: its
+// first sub-index, 7..0: its node-ID.
 class DispatcherList {
  public:
   struct Entry {
@@ -95,12 +96,13 @@ class DispatcherList {
   };
   static Entry entry(std::uint64_t raw);
 
-  // Reads the objects. Allocates. Entries that are 0 list nothing.
+  // Reads the objects; entries of 0 are unused. Allocates.
   void read(const od::Dictionary& dictionary);
 
   std::size_t size() const { return entries_.size(); }
 
-  // take(address) for each object that gets this value of this node, in the order of the list.
+  // Calls take(address) for each own object that receives this value of this node, in the order of
+  // the list.
   template <class Take>
   void for_each(std::uint8_t node, od::Address address, Take take) const {
     const auto [first, last] = entries_of(node, address.index);
@@ -119,13 +121,13 @@ class DispatcherList {
   std::vector<Entry> entries_;  // ascending by node and index of the producer
 };
 
-// What has to be said to an entry written to one of the lists: invalid_value for a producer that is
-// none of 1..127; for the object of the device itself no_object, no_sub_index, not_mappable (not at
-// all, not in this direction, or it is longer than 4 bytes). 0 lists nothing and is always right.
+// Result of a write to an entry of one of the lists: invalid_value for a producer outside
+// of 1..127; no_object, no_sub_index, not_mappable (not at all, not in this direction, or longer
+// than 4 bytes) for the device's own object. 0 (an unused entry) is always valid.
 AbortCode check_mpdo_list_write(const od::Dictionary& dictionary, od::Address address,
                                 std::span<const std::byte> value);
 
-// none if the variable may be sent (received) by MPDO, otherwise as above.
+// Returns none if the variable may be sent (received) by MPDO, otherwise an abort code as above.
 AbortCode check_mpdo_object(const od::Dictionary& dictionary, bool received, od::Address address);
 
 constexpr bool is_scanner_list(std::uint16_t index) {

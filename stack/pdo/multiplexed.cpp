@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Multiplexed PDOs: from the frame to the object it names, and back.
+// Multiplexed PDOs: from the frame to the addressed object, and back.
 #include "stack/pdo/engine_impl.h"
 
 namespace linegate::pdo {
@@ -89,7 +89,7 @@ AbortCode Engine::send_mpdo(od::Address source) {
                            source);
 }
 
-// A full queue holds back no change: the newest value of each object waits once.
+// The queue has space for each object once, with its newest value, so no change is refused.
 void Engine::Impl::scanned_changed(od::Address address) {
   (void)queue_mpdo(*source_tpdo, {.mode = MpdoMode::source, .node = node_id, .address = address},
                    address, std::max(kMpdosWaiting, scanned_objects));
@@ -113,7 +113,7 @@ AbortCode Engine::Impl::queue_mpdo(std::uint16_t slot, Mpdo mpdo, od::Address so
   return why;
 }
 
-// In place of an older value for the same destination or of the same source.
+// Replaces an older value for the same destination or from the same source.
 AbortCode Engine::Impl::put_mpdo(std::vector<MpdoData>& waiting, const Tpdo& pdo,
                                  const MpdoData& data, std::size_t most) {
   constexpr std::size_t kHead = 4;  // bytes before the value
@@ -131,7 +131,7 @@ AbortCode Engine::Impl::put_mpdo(std::vector<MpdoData>& waiting, const Tpdo& pdo
   return AbortCode::none;
 }
 
-// There is room for all: held ones were counted.
+// There is space for all: held MPDOs count towards the limit.
 void Engine::Impl::release_mpdos(Tpdo& pdo) {
   while (!pdo.held_mpdos.empty()) {
     const MpdoData data = pdo.held_mpdos.front();
@@ -149,7 +149,7 @@ void Engine::Impl::show_first_mpdo(Tpdo& pdo) {
   }
 }
 
-// The first that waits was sent.
+// The first waiting MPDO was sent.
 void Engine::Impl::next_mpdo(Tpdo& pdo) {
   pdo.mpdos.erase(pdo.mpdos.begin());
   show_first_mpdo(pdo);

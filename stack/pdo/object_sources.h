@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which TPDOs send which objects of the device: asked whenever a value changes, so it takes the
-// same time for one TPDO and for 512.
+// Finds the TPDOs that send an object of the device. Used for every change of a value, so the time
+// does not depend on the number of TPDOs.
 #pragma once
 
 #include <algorithm>
@@ -23,7 +23,7 @@ struct ObjectSource {
 
 class ObjectSources {
  public:
-  // Fewer than 65535 after those that are given twice are taken out.
+  // Removes duplicates. Precondition: fewer than 65535 sources remain.
   void assign(std::vector<ObjectSource> sources) {
     std::ranges::sort(sources);
     sources.erase(std::unique(sources.begin(), sources.end()), sources.end());
@@ -39,7 +39,8 @@ class ObjectSources {
   // Ascending by address, and by slot within one.
   const std::vector<ObjectSource>& all() const { return sources_; }
 
-  // Calls take(slot) for each TPDO that sends the object; take may assign() others, which ends it.
+  // Calls take(slot) for each TPDO that sends the object; take may call assign(), which ends the
+  // loop.
   template <class Take>
   void for_each(od::Address address, Take take) const {
     if (places_.empty()) {
@@ -54,7 +55,7 @@ class ObjectSources {
  private:
   static constexpr std::uint16_t kNone = 0xFFFF;
 
-  // Its place or, if it has none yet, a free one: there always is one.
+  // Returns the place of the address, or a free place, which always exists.
   std::size_t find(od::Address address) const {
     const std::uint32_t key = std::uint32_t{address.index} << 8U | address.sub;
     std::size_t at = shift_ < 32 ? key * 0x9E37'79B1U >> shift_ : 0U;
@@ -65,7 +66,8 @@ class ObjectSources {
   }
 
   std::vector<ObjectSource> sources_;
-  std::vector<std::uint16_t> places_;  // in sources_, of the first of an address; at most half full
+  // Hash table of indices in sources_ of the first of each address; at most half full.
+  std::vector<std::uint16_t> places_;
   unsigned shift_ = 32;
 };
 

@@ -15,7 +15,8 @@
 
 namespace linegate::pdo {
 
-inline constexpr std::uint16_t kMaxPdo = 512;   // records of 1400h.., 1600h.., 1800h.., 1A00h..
+// Number of records at 1400h.., 1600h.., 1800h.., 1A00h.. each.
+inline constexpr std::uint16_t kMaxPdo = 512;
 inline constexpr std::uint8_t kMaxMapped = 64;  // entries of one mapping record
 
 enum class PdoKind : std::uint8_t { rpdo, tpdo };
@@ -62,43 +63,43 @@ struct Mapping {
 };
 
 struct Parameters {
-  std::uint16_t number = 1;           // 1..512; above: manager-internal, without an object
+  std::uint16_t number = 1;           // 1..512; above: internal to the manager, without an object
   can::CobId cob_id;                  // sub 1
   std::uint8_t type = kEventProfile;  // sub 2
   Duration inhibit{};                 // sub 3, multiples of 100 us
   Duration event_timer{};             // sub 5, ms; RPDO: deadline
   std::uint8_t sync_start = 0;        // sub 6
-  // Of the own node: it is multiplexed. In destination mode a TPDO maps the one object that it
-  // sends; others map nothing.
+  // Of a PDO of the own node: the mode of a multiplexed PDO. In destination address mode a TPDO
+  // maps the object that it sends; other multiplexed PDOs map nothing.
   MpdoMode mpdo = MpdoMode::none;
-  std::vector<Mapping> mapping;  // its bits add up to at most 64 (CAN FD: 512)
+  std::vector<Mapping> mapping;  // at most 64 bits in total (CAN FD: 512)
 };
 
-// Devices made with CANopenNode map a BOOLEAN as a byte, whose lowest bit is the value.
+// Devices with CANopenNode map a BOOLEAN as a byte, whose lowest bit is the value.
 constexpr bool is_boolean_in_a_byte(const Mapping& mapping, od::DataType type) {
   return mapping.bits == 8 && type == od::DataType::boolean;
 }
 
-// The PDOs of a device as its file describes them: every record whose COB-ID is valid (see
-// described_cob_id()) and that maps something. Diagnostics name the device file and the line of the
-// object. A PDO cannot be used that maps objects which do not exist or have another length, more
-// bits than max_bits, or more entries than there are, and one with a reserved COB-ID: an error if
-// its records were configured, otherwise one warning, and the PDO is left out. Warnings, too:
-// objects that may not be mapped (so), since the device may well send them; BOOLEAN with 8 bits;
-// PDOs without mapping record and multiplexed ones, which are left out.
+// The PDOs of a device by its file: every record with a valid COB-ID (see described_cob_id()) and a
+// mapping. Diagnostics name the device file and the line of the object. A PDO cannot be used if it
+// maps objects that do not exist or have another length, more bits than max_bits, or more entries
+// than permitted, or has a reserved COB-ID: an error if its records were configured, otherwise one
+// warning, and the PDO is left out. Further warnings: objects that may not be mapped, or not in
+// this direction, because the device may send them nevertheless; BOOLEAN with 8 bits; PDOs without
+// a mapping record and multiplexed ones, which are left out.
 struct DevicePdos {
   std::vector<Parameters> tpdos;  // ascending by number
   std::vector<Parameters> rpdos;
 };
 Loaded<DevicePdos> describe_pdos(const od::DeviceDescription& device, std::size_t max_bits = 64);
 
-// One of them, with each of its errors. No value without an error: there is no such PDO, it is not
-// valid, or maps nothing.
+// One of these PDOs, with each of its errors. No value and no error: there is no such PDO, it is
+// not valid, or it maps nothing.
 Loaded<Parameters> describe_pdo(const od::DeviceDescription& device, PdoKind kind,
                                 std::uint16_t number, std::size_t max_bits = 64);
 
-// The mapping of a PDO of which only the length is known, in bytes (1..8): an entry of the image
-// that holds what it carries as it is, and is named after its COB-ID.
+// The mapping of a PDO of which only the length in bytes (1..8) is known: one entry of the image
+// with the raw content, named by the COB-ID.
 inline Mapping raw_mapping(std::size_t bytes) {
   return {{0, 0}, static_cast<std::uint8_t>(8 * bytes)};
 }

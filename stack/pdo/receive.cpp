@@ -6,7 +6,7 @@
 
 namespace linegate::pdo {
 
-// As receive_series(), whose beginning and end cost more than a frame. Nothing is called.
+// Like receive_series(), but without its fixed cost, which exceeds that of a frame. Makes no calls.
 [[gnu::hot]] bool Engine::receive_alone(const can::Frame& frame, can::Traffic& traffic) {
   Impl& engine = *impl_;
   if (frame.extended() || engine.hears_frames) [[unlikely]] {
@@ -47,9 +47,9 @@ namespace linegate::pdo {
   return engine.receive_series(frames, traffic);
 }
 
-// Nothing is called in here and nothing but marks and values changes, so that all else is in
-// registers; whatever needs more is left to receive(). At the begin of a cache line: where the
-// linker puts the loop elsewhere, a frame costs up to a fifth more.
+// This loop makes no calls and changes only marks and values, so that everything else stays in
+// registers; other cases are left to receive(). Aligned to a cache line: at other addresses a frame
+// costs up to a fifth more.
 [[gnu::hot, gnu::noinline, gnu::aligned(64)]] std::size_t Engine::Impl::receive_series(
     std::span<const can::Frame> frames, can::Traffic& traffic) {
   Shadows::Series waiting(shadows);
@@ -106,7 +106,7 @@ void Engine::receive(std::uint16_t slot, const can::Frame& frame) {
   }
 }
 
-// data has room for a word at its begin.
+// Precondition: 8 bytes of data are readable.
 void Engine::Impl::take(std::uint16_t slot, const std::byte* data, Instant time,
                         std::uint32_t frames) {
   const Rpdo& pdo = rpdos[slot];
@@ -163,14 +163,14 @@ void Engine::Impl::receive_wrong_length(std::uint16_t slot, const can::Frame& fr
   const bool too_short = frame.length < details[slot].plan.bytes();
   ++(too_short ? counters.too_short : counters.too_long);
   const can::CobId cob_id = details[slot].cob_id;
-  const auto unchanged = [&] {  // by the listener
+  const auto unchanged = [&] {  // whether the listener left the RPDO unchanged
     return slot < details.size() && details[slot].active && details[slot].cob_id == cob_id;
   };
   tell_length(slot, frame);
   if (too_short || !unchanged()) {
     return;
   }
-  // Only a frame of the right length ends a wrong one.
+  // Only a frame of the right length clears the mark of a wrong length.
   const std::uint32_t told = inputs->pdo(slot).attention & kLengthTold;
   inputs->pdo(slot).attention &= ~told;
   if (is_synchronous(details[slot].type)) {
@@ -184,7 +184,7 @@ void Engine::Impl::receive_wrong_length(std::uint16_t slot, const can::Frame& fr
   }
 }
 
-// As commit_ordinary(), see receive_alone().
+// Like commit_ordinary(), see receive_alone().
 inline bool Engine::Impl::commit_one(const Shadow& shadow) {
   const Rpdo& pdo = rpdos[shadow.slot];
   if (shadow.frames == 0 || (pdo.flags & ~Rpdo::kQueued) != 0 || hears_frames ||
@@ -212,9 +212,9 @@ inline bool Engine::Impl::commit_one(const Shadow& shadow) {
   shadows.clear();
 }
 
-// As receive_series(): gives the place at which it stopped.
+// Like receive_series(). Returns the place where it stopped.
 [[gnu::hot, gnu::aligned(64)]] std::size_t Engine::Impl::commit_ordinary(std::size_t from) {
-  if (hears_frames || from >= shadows.size()) {  // the listener may have configured anew
+  if (hears_frames || from >= shadows.size()) {  // the listener may have called configure()
     return from;
   }
   const std::span<const Shadow> waiting = shadows.from(from);
@@ -246,8 +246,8 @@ void Engine::Impl::commit(const Shadow& shadow) {
        shadow.time, shadow.frames);
 }
 
-// Validity begins when values are in place; all else concerns reception, which for synchronous
-// RPDOs was earlier.
+// Validity begins when the values are written; everything else concerns reception, which precedes
+// that for synchronous RPDOs.
 void Engine::Impl::attend(std::uint16_t slot, Instant time) {
   if ((inputs->pdo(slot).attention & image::PdoState::kNotValid) != 0) {
     const auto number = static_cast<std::uint16_t>(slot + 1);
@@ -300,7 +300,8 @@ bool Engine::timed_out(std::uint16_t rpdo) const {
   return rpdo != 0 && rpdo <= inputs.pdos() && (inputs.pdo(rpdo - 1U).attention & kTimedOut) != 0;
 }
 
-// Once until a frame of the right length comes: a device that is configured wrongly sends for ever.
+// Reports a wrong length once until a frame of the right length arrives, because a misconfigured
+// device sends continuously.
 void Engine::Impl::tell_length(std::uint16_t slot, const can::Frame& frame) {
   std::uint32_t& attention = inputs->pdo(slot).attention;
   if ((attention & kLengthTold) != 0) {

@@ -63,7 +63,7 @@ bool ReceptionQueues::pop(Raw& out) {
     order_.pop_back();
     Queue& queue = queues_[next.queue];
     if (places_[queue.begin + queue.first].number != next.number) {
-      add_to_order(next.queue);  // its first was dropped meanwhile
+      add_to_order(next.queue);  // its first reception was dropped meanwhile
       continue;
     }
     out = places_[queue.begin + queue.first];

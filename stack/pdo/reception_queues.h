@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The receptions of those RPDOs of which each one is wanted, and not only the newest values.
+// Queues for RPDOs of which every reception is delivered, not only the newest values.
 //
-// A queue for each of these PDOs, of fixed length: when it is full its oldest reception is dropped
-// and counted. They come out in the order of reception, whatever PDO they are of. All room is
+// Each of these PDOs has a queue of fixed length: when it is full, its oldest reception is dropped
+// and counted. Receptions are returned in the order of reception across all PDOs. All memory is
 // allocated by assign().
 #pragma once
 
@@ -25,35 +25,35 @@ class ReceptionQueues {
   };
   struct Raw {
     Instant time{};
-    std::uint64_t number = 0;  // among those of all queues
-    std::uint32_t lost = 0;    // before it, see Reception::lost
+    std::uint64_t number = 0;  // sequence number over all queues
+    std::uint32_t lost = 0;    // see Reception::lost
     std::uint16_t slot = 0;
     std::array<std::byte, can::kMaxFdData> data{};  // of the frame
   };
 
-  // Ascending by slot, each slot once. What waits is dropped and counted.
+  // Precondition: ascending by slot, each slot once. Queued receptions are dropped and counted.
   void assign(std::span<const Wanted> wanted);
 
   bool empty() const { return order_.empty(); }
-  // Receptions dropped since the beginning; never goes back.
+  // Total number of dropped receptions; never decreases.
   std::uint64_t lost() const { return lost_; }
 
   // Precondition: the slot has a queue.
   void push(std::uint16_t slot, const can::Frame& frame);
-  // The oldest of all. False if there is none.
+  // Removes the oldest reception of all queues. Returns false if all are empty.
   bool pop(Raw& out);
 
  private:
   struct Queue {
     std::uint16_t slot = 0;
-    std::uint32_t lost = 0;  // since the last one that was taken
-    std::size_t begin = 0;   // in places_
+    std::uint32_t lost = 0;  // since the last reception that was popped
+    std::size_t begin = 0;   // first index in places_
     std::size_t length = 0;
-    std::size_t first = 0;  // from begin
+    std::size_t first = 0;  // index of the oldest reception, relative to begin
     std::size_t count = 0;
   };
-  // Of a queue with receptions: the number that its first had when this was written. A later one
-  // took its place if that was dropped, see pop().
+  // A queue with receptions, and the number of its first one when this was written. If that was
+  // dropped since, the first one has a higher number, see pop().
   struct Next {
     std::uint64_t number = 0;
     std::size_t queue = 0;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// RPDOs of which each reception is wanted: see Engine::take_reception().
+// The engine's part in queued receptions: see Engine::take_reception().
 #include "stack/pdo/engine_impl.h"
 
 namespace linegate::pdo {
 namespace {
 
-// `bits` bits (up to 512) of `from`, from bit `begin` on, go to bit `to` of `out`, where all bits
-// from there on are 0.
+// Copies `bits` bits (up to 512) of `from`, from bit `begin` on, to bit `to` of `out`.
+// Precondition: all bits of `out` from there on are 0.
 void append_bits(std::span<const std::byte> from, std::uint32_t begin, std::uint32_t bits,
                  std::span<std::byte> out, std::uint32_t to) {
   for (std::uint32_t i = 0; i < bits; ++i) {

@@ -40,7 +40,7 @@ std::uint64_t entry_count(const od::Dictionary& dictionary, const RecordIndex& r
   return dictionary.number({mapping_index(record), 0}).value_or(0);
 }
 
-// Among the first `count` TPDOs.
+// Examines the first `count` TPDOs.
 bool is_other_source_tpdo(const od::Dictionary& dictionary, const RecordIndex& record,
                           std::uint16_t count) {
   for (std::uint16_t number = 1; number <= count; ++number) {
@@ -96,7 +96,7 @@ AbortCode check_cob_id(const od::Dictionary& dictionary, const RecordIndex& reco
   if (!wanted.valid()) {
     return AbortCode::none;
   }
-  // Bit 30 is none of the identifier.
+  // Bit 30 is not part of the identifier.
   if (!can::has_allowed_id({wanted.raw & ~can::CobId::kNoRtrBit})) {
     return AbortCode::invalid_value;
   }
@@ -132,7 +132,7 @@ AbortCode check_communication(const od::Dictionary& dictionary, const RecordInde
   }
 }
 
-// Out of the order of CiA 301 7.5.2.36 and 7.5.2.38: 0601 0000h.
+// A violation of the order in CiA 301 7.5.2.36 and 7.5.2.38 yields 0601 0000h.
 AbortCode check_mapping_record(const od::Dictionary& dictionary, const RecordIndex& record,
                                std::uint8_t sub, std::uint64_t value, std::size_t max_bits) {
   if (cob_id(dictionary, record).valid()) {

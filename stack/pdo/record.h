@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The PDO records 1400h..15FFh, 1600h..17FFh, 1800h..19FFh, 1A00h..1BFFh of a dictionary: reading
-// them, and what may be written to them (CiA 301, 7.5.2.35 to 7.5.2.38).
+// The PDO records 1400h..15FFh, 1600h..17FFh, 1800h..19FFh, 1A00h..1BFFh of a dictionary: reads
+// them and checks writes to them (CiA 301, 7.5.2.35 to 7.5.2.38).
 #pragma once
 
 #include <cstddef>
@@ -21,11 +21,11 @@ struct RecordIndex {
   bool mapping = false;      // 16xxh, 1Axxh; else 14xxh, 18xxh
   std::uint16_t number = 1;  // 1..512
 };
-// Nothing if the index is not that of a PDO record.
+// Returns nothing if the index is not that of a PDO record.
 std::optional<RecordIndex> record_index(std::uint16_t index);
 
-// Communication parameters (without the mapping) as the record has them; sub-indices that do not
-// exist give the defaults of Parameters. Nothing if there is no record.
+// Communication parameters (without the mapping) of the record; for missing sub-indices the
+// defaults of Parameters. Returns nothing if there is no record.
 std::optional<Parameters> read_communication(const od::Dictionary& dictionary, PdoKind kind,
                                              std::uint16_t number);
 
@@ -34,15 +34,16 @@ std::optional<Parameters> read_communication(const od::Dictionary& dictionary, P
 std::vector<Mapping> read_mapping(const od::Dictionary& dictionary, PdoKind kind,
                                   std::uint16_t number);
 
-// source or destination if sub-index 0 of the mapping record says so.
+// source or destination by sub-index 0 of the mapping record, else none.
 MpdoMode read_mpdo_mode(const od::Dictionary& dictionary, PdoKind kind, std::uint16_t number);
 
-// Of a PDO that is: none, or why it cannot be used, as check_record_write() says. Of several TPDOs
-// in source address mode the first can.
+// Checks a multiplexed PDO: returns none, or why it cannot be used, as in check_record_write(). Of
+// several TPDOs in source address mode only the first can be used.
 AbortCode check_mpdo(const od::Dictionary& dictionary, PdoKind kind, std::uint16_t number);
 
-// none, or invalid_value: 241..251 are reserved, 252 and 253 are for TPDOs, and answer remote
-// frames, which CAN FD does not have. max_bits: the longest PDO, above 64 on a CAN FD line.
+// Returns none, or invalid_value: 241..251 are reserved; 252 and 253 are valid for TPDOs only, and
+// use remote frames, which CAN FD does not have. max_bits: the longest PDO, above 64 on a CAN FD
+// line.
 AbortCode check_transmission_type(PdoKind kind, std::uint64_t type, std::size_t max_bits);
 
 // What has to be said to a value written to a PDO record. max_bits: the longest PDO.

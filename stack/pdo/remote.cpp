@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Remote frames: those that ask for a TPDO, and those that ask other nodes for an RPDO.
+// Remote frames: received ones that request a TPDO, and sent ones that request an RPDO from another
+// node.
 #include "stack/base/assert.h"
 #include "stack/pdo/engine_impl.h"
 
@@ -14,8 +15,8 @@ void Engine::remote_request(std::uint16_t slot, Instant /*now*/) {
   if (!pdo.active || pdo.mpdo != MpdoMode::none || !rtr_allowed || impl_->held_back(slot)) {
     return;
   }
-  // What is sampled at SYNC answers with the sample of the last one; before the first SYNC there is
-  // none.
+  // A TPDO sampled at SYNC is answered with the sample of the last SYNC; before the first SYNC a
+  // new sample is taken.
   const bool at_sync = is_synchronous(pdo.type) || pdo.type == kRtrOnSync;
   if (!at_sync || !pdo.of_sync) {
     impl_->sample(slot);
@@ -38,7 +39,8 @@ bool Engine::request_rpdo(std::uint16_t number) {
   return true;
 }
 
-// The most urgent one; gives the slot of its RPDO. Precondition: asked.any().
+// Sets out to the remote frame of highest priority, and returns the slot of its RPDO. Precondition:
+// asked.any().
 std::size_t Engine::Impl::first_remote_frame(can::Frame& out) const {
   LINEGATE_ASSERT_HOT(asked.any(), "a PDO is to be requested");
   std::size_t first = kNoRank;
@@ -52,7 +54,7 @@ std::size_t Engine::Impl::first_remote_frame(can::Frame& out) const {
   return first;
 }
 
-// If it goes before the TPDO of that rank.
+// Sends the remote frame if it has a higher priority than the TPDO of that rank.
 bool Engine::Impl::next_remote_frame(can::Frame& out, std::size_t rank) {
   const std::size_t first = first_remote_frame(out);
   if (rank != kNoRank && can::wins_arbitration(tpdos[by_rank[rank]].frame, out)) {

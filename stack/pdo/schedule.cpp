@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is made from all PDOs together, and the begin and end of Operational.
+// Data derived from all PDOs together, and the beginning and end of Operational.
 #include <numeric>
 
 #include "stack/pdo/engine_impl.h"
@@ -35,7 +35,7 @@ void Engine::Impl::lay_out_rpdos() {
   }
 }
 
-// Requests survive: they are moved with their TPDO to its new rank.
+// Requests are kept: they move with their TPDO to its new rank.
 void Engine::Impl::rank_tpdos() {
   std::vector<bool> was_pending(tpdos.size());
   std::vector<bool> was_inhibited(tpdos.size());
@@ -63,7 +63,7 @@ void Engine::Impl::rank_tpdos() {
     if (was_pending[slot] && pdo.sampled) {
       pending.set(rank);
     }
-    const bool is_new = pdo.inhibited_until == Instant{};  // no inhibit time of it runs
+    const bool is_new = pdo.inhibited_until == Instant{};  // no inhibit time is running
     if (was_inhibited[slot] && pdo.inhibit > Duration::zero() && !is_new) {
       inhibited.set(rank);
     }
@@ -73,7 +73,7 @@ void Engine::Impl::rank_tpdos() {
   }
 }
 
-// What is written while PDOs are compiled requests none of those that there were.
+// While PDOs are compiled, writes do not request the previous TPDOs.
 void Engine::Impl::forget_sources() {
   sources.clear();
   object_sources.assign({});
@@ -128,7 +128,7 @@ void Engine::Impl::set_operational(bool on, Instant now) {
   }
 }
 
-// What receive_ordinary() takes.
+// Selects the RPDOs that receive_ordinary() processes.
 void Engine::Impl::open_rpdos() {
   for (std::size_t slot = 0; slot < rpdos.size(); ++slot) {
     const RpdoDetails& pdo = details[slot];
@@ -141,7 +141,7 @@ void Engine::Impl::open_rpdos() {
     }
     const auto form = static_cast<std::uint8_t>(pdo.plan.bytes());
     if (is_synchronous(pdo.type)) {
-      // With a window (1007h) each is looked at on its own.
+      // With a window (1007h) each frame is checked.
       rpdos[slot].deferred = window == Duration::zero() ? form : Rpdo::kNever;
     } else if ((flags & (Rpdo::kMore | Rpdo::kWatched)) == 0) {
       rpdos[slot].at_once = form;
@@ -156,8 +156,8 @@ void Engine::Impl::open_window(Instant sync) {
   }
 }
 
-// The TPDOs of this SYNC that found no room on the bus are not sent any more. What was to be sent
-// once (type 0) is sent after the next SYNC.
+// Drops the TPDOs of this SYNC that were not sent within the window. A TPDO of type 0 is sent after
+// the next SYNC instead.
 void Engine::Impl::drop_what_missed_the_window() {
   window_open = false;
   for (const std::uint16_t slot : sync_tpdos) {
@@ -181,7 +181,7 @@ void Engine::Impl::go_quiet() {
   held_always.clear_all();
   timers.reset(rpdos.size() + tpdos.size());
   for (std::size_t slot = 0; slot < rpdos.size(); ++slot) {
-    inputs->pdo(slot).attention &= ~std::uint32_t{kFirst};  // errors last
+    inputs->pdo(slot).attention &= ~std::uint32_t{kFirst};  // errors are not affected
   }
   for (Tpdo& pdo : tpdos) {
     pdo.event = false;
@@ -194,7 +194,7 @@ void Engine::Impl::go_quiet() {
   }
 }
 
-// The first moment of a PDO in Operational.
+// Starts the PDO at the beginning of Operational.
 void Engine::Impl::begin(PdoKind kind, std::uint16_t slot) {
   if (kind == PdoKind::rpdo) {
     const bool monitored = details[slot].deadline > Duration::zero();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The newest frame of each synchronous RPDO, until the next SYNC; and of any RPDO that came before
-// Operational, until then.
+// The last frame of each synchronous RPDO, until the next SYNC, and of any RPDO received before
+// Operational, until Operational.
 #pragma once
 
 #include <cstddef>
@@ -13,25 +13,25 @@
 namespace linegate::pdo {
 
 struct Shadow {
-  std::uint64_t word = 0;    // the first 8 bytes of the newest frame
-  Instant time{};            // of the newest frame
+  std::uint64_t word = 0;    // the first 8 bytes of the last frame
+  Instant time{};            // of the last frame
   std::uint32_t frames = 0;  // since the last SYNC; 0 if the PDO was changed meanwhile
   std::uint16_t slot = 0;
 };
 
-// Side by side in the order of their first frames: what a SYNC commits is read in one sweep. Where
-// one stands is known by slot; a place counts only if the shadow there is of that slot, so that
-// places need not be cleared.
+// Shadows are stored contiguously, in the order of their first frames, so that a SYNC commits them
+// in one pass. The place of a shadow is stored by slot; it is valid only if the shadow at that
+// place has this slot, so that places need not be cleared.
 class Shadows {
  public:
-  // Room for so many RPDOs, none with a frame. Allocates.
+  // Allocates space for that many RPDOs, all without a frame.
   void reset(std::size_t slots) {
     shadows_.assign(slots + 1, {});
     places_.assign(slots, 0);
     size_ = 0;
   }
   void clear() { size_ = 0; }
-  // Forgets the frame of the slot.
+  // Drops the frame of the slot.
   void remove(std::uint16_t slot) {
     if (holds(slot)) {
       shadows_[places_[slot]].frames = 0;
@@ -40,16 +40,16 @@ class Shadows {
 
   std::size_t size() const { return size_; }
   const Shadow& operator[](std::size_t place) const { return shadows_[place]; }
-  // Those at `place` and behind.
+  // The shadows from `place` on.
   std::span<const Shadow> from(std::size_t place) const {
     return std::span(shadows_).subspan(place, size_ - place);
   }
-  // nullptr if there was no frame since the last SYNC.
+  // Returns nullptr if there was no frame since the last SYNC.
   const Shadow* find(std::uint16_t slot) const {
     return holds(slot) && shadows_[places_[slot]].frames != 0 ? &shadows_[places_[slot]] : nullptr;
   }
 
-  // Frames in a row, with nothing in between that uses the shadows.
+  // Adds successive frames, while the shadows are not accessed otherwise.
   class Series {
    public:
     explicit Series(Shadows& shadows)
@@ -61,7 +61,7 @@ class Shadows {
     Series(const Series&) = delete;
     Series& operator=(const Series&) = delete;
 
-    // No branch: whether a slot is new is nothing that could be predicted.
+    // No branch: whether a slot is new cannot be predicted.
     void keep(std::uint16_t slot, std::uint64_t word, Instant time) {
       const std::size_t known = places_[slot];
       const bool is_new = known >= size_ || shadows_[known].slot != slot;
@@ -89,7 +89,7 @@ class Shadows {
     return place < size_ && shadows_[place].slot == slot;
   }
 
-  std::vector<Shadow> shadows_;        // the first size_ of them; one more than there are slots
+  std::vector<Shadow> shadows_;        // the first size_ are used; one more than there are slots
   std::vector<std::uint16_t> places_;  // by slot
   std::size_t size_ = 0;
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Time-outs by number: a heap that is corrected late. Moving a time-out to a later time costs
-// nothing but a store; it is put in its new place when its old one comes up.
+// Numbered time-outs in a heap that is corrected lazily: to postpone a time-out only stores its
+// time; the heap is updated when the old time is reached.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace linegate::pdo {
 
 class Timers {
  public:
-  // Stops all; numbers are 0..count-1 from now on. Allocates.
+  // Stops all time-outs; their numbers are 0..count-1 from now on. Allocates.
   void reset(std::size_t count) {
     timers_.assign(count, {});
     heap_.clear();
@@ -42,7 +42,7 @@ class Timers {
   }
   void stop(std::size_t number) { timers_[number].due = kNever; }
 
-  // The number of a time-out that is due, which is stopped; nothing if there is none.
+  // Stops a due time-out and returns its number; nothing if none is due.
   std::optional<std::size_t> take_due(Instant now) {
     while (!heap_.empty() && heap_.front().due <= now) {
       std::pop_heap(heap_.begin(), heap_.end(), later);
@@ -66,7 +66,7 @@ class Timers {
  private:
   struct Timer {
     Instant due = kNever;
-    Instant queued = kNever;  // the place in the heap; never later than due
+    Instant queued = kNever;  // time in the heap; never later than due
   };
   struct Item {
     Instant due;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which TPDO sends a value, and what is still to be sent.
+// Which TPDO sends a value, and which values are still to be sent.
 #include "stack/pdo/engine_impl.h"
 
 namespace linegate::pdo {
@@ -77,7 +77,7 @@ bool Engine::awaits_trigger(std::uint16_t number, std::uint32_t bit_offset,
 
 bool Engine::Impl::wants_to_send(Instant now) const {
   bool wants = asked.any();
-  const bool closed = window_open && now >= window_end;  // as close_window() will find
+  const bool closed = window_open && now >= window_end;  // as close_window() will determine
   for_each_bit(pending.words(), [this, now, closed, &wants](std::size_t rank) {
     const Tpdo& pdo = tpdos[by_rank[rank]];
     const bool too_late = closed && is_synchronous(pdo.type);
@@ -86,7 +86,7 @@ bool Engine::Impl::wants_to_send(Instant now) const {
   return wants;
 }
 
-// The end of the first inhibit time that holds up a request.
+// Returns the earliest end of an inhibit time that delays a request.
 [[gnu::hot]] Instant Engine::Impl::next_sending() const {
   Instant first = kNever;
   if (!pending.any()) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // TPDOs: from the values to the frame.
 //
-// A TPDO is sampled when it is requested, into its one frame: what is sent is always the newest
-// sample. rank is its place in the order of the bus, so the lowest set bit goes first.
+// A TPDO is sampled when it is requested, into its only frame: always the newest sample is sent.
+// rank is its position in the order of bus priority, so the lowest set bit is sent first.
 #include "stack/base/assert.h"
 #include "stack/can/cob_id.h"
 #include "stack/image/network_variables.h"
@@ -11,7 +11,7 @@
 namespace linegate::pdo {
 namespace {
 
-// What is beyond the length of a frame is 0.
+// Bytes beyond the length of a frame are 0.
 bool has_data(const can::Frame& frame, const std::array<std::byte, can::kMaxFdData>& data) {
   return frame.length <= can::kMaxClassicData
              ? load_le<std::uint64_t>(frame.data.data()) == load_le<std::uint64_t>(data.data())
@@ -43,7 +43,7 @@ void Engine::set_auto_notify(bool wanted) {
   return word;
 }
 
-// The usual case takes place here: nothing is called.
+// The most frequent case is handled inline, without calls.
 [[gnu::hot, gnu::always_inline]] inline void Engine::Impl::change(std::uint16_t slot) {
   Tpdo& pdo = tpdos[slot];
   if (!direct || !pdo.direct) [[unlikely]] {
@@ -65,7 +65,8 @@ void Engine::set_auto_notify(bool wanted) {
   }
 }
 
-// A TPDO whose values the listener refreshes is being sampled: they are in it.
+// Changes by before_tpdo() request nothing: the TPDO is being sampled, and its sample includes
+// them.
 [[gnu::hot]] void Engine::Impl::changed(od::Address address, od::FollowMark mark) {
   if (!operational) {
     return;
@@ -124,7 +125,7 @@ void Engine::value_changed(od::Address address, Instant /*now*/) {
   }
 }
 
-// A network variable of CiA 302-4, which shows bytes of the output area.
+// A network variable (CiA 302-4) that shows bytes of the output area was written.
 void Engine::Impl::output_variable_changed(od::Address address) {
   const std::optional<image::VariablePlace> place = image::variable_place(address);
   if (!place || place->direction != image::Direction::outputs) {
@@ -197,7 +198,7 @@ void Engine::Impl::release_held() {
 
 [[gnu::hot]] void Engine::Impl::source_changed(std::uint16_t slot, bool always) {
   Tpdo& pdo = tpdos[slot];
-  if (!pdo.active || pdo.mpdo != MpdoMode::none) {  // an MPDO has an event for each of its values
+  if (!pdo.active || pdo.mpdo != MpdoMode::none) {  // for an MPDO each value is an event of its own
     return;
   }
   if (held) {
@@ -287,12 +288,12 @@ void Engine::Impl::sample_tpdos(std::uint8_t counter) {
       request(slot, true);
       pdo.of_sync = pdo.sampled;
     } else if (pending.test(pdo.rank) && !held_back(slot)) {
-      sample(slot);  // it waits since an earlier SYNC
+      sample(slot);  // waiting since an earlier SYNC
     }
   }
 }
 
-// What came up since the SYNC was queued belongs to it.
+// Events since the SYNC was queued belong to this SYNC.
 void Engine::Impl::sample_again() {
   for (const std::uint16_t slot : sync_tpdos) {
     Tpdo& pdo = tpdos[slot];
@@ -325,7 +326,7 @@ void Engine::Impl::on_event_timer(std::uint16_t slot, Instant now) {
   timers.set(event_timer(slot), now + tpdos[slot].event_timer);
 }
 
-// Ends inhibit times that are over.
+// Ends inhibit times that have passed.
 void Engine::Impl::release(Instant now) {
   next_release = kNever;
   for_each_bit(inhibited.words(), [this, now](std::size_t rank) {
@@ -342,7 +343,7 @@ inline std::size_t Engine::Impl::first_ready() const {
   return pending.first_except(inhibited);
 }
 
-// Inhibit times and the window after SYNC.
+// Ends inhibit times and the window after SYNC.
 [[gnu::hot]] inline void Engine::Impl::end_times(Instant now) {
   if (now >= next_release || (window_open && now >= window_end)) [[unlikely]] {
     close_window(now);
@@ -368,7 +369,7 @@ inline std::size_t Engine::Impl::first_ready() const {
   }
 }
 
-// What else a frame brings about that was handed out.
+// Further consequences of a frame that was handed out.
 void Engine::Impl::follow_sending(std::uint16_t slot, Instant now) {
   Tpdo& pdo = tpdos[slot];
   if (pdo.linked && (outputs->pdo(slot).attention & image::PdoState::kNotValid) != 0) {
@@ -387,7 +388,7 @@ void Engine::Impl::follow_sending(std::uint16_t slot, Instant now) {
   return next_frame(out, now, number, ignored);
 }
 
-// The usual case takes place here: nothing is called but as the last step.
+// The most frequent case is handled inline; a call is only the last step.
 [[gnu::hot]] bool Engine::next_frame(can::Frame& out, Instant now, std::uint64_t number,
                                      can::Traffic& sent) {
   Impl& engine = *impl_;
@@ -437,7 +438,7 @@ bool Engine::Impl::peek(can::Frame& out, Instant now) {
   return true;
 }
 
-// Those that begin with a frame.
+// Starts the times that begin with a frame.
 void Engine::Impl::start_times(std::uint16_t slot, Instant now) {
   Tpdo& pdo = tpdos[slot];
   if (pdo.inhibit > Duration::zero()) {
@@ -450,7 +451,7 @@ void Engine::Impl::start_times(std::uint16_t slot, Instant now) {
   }
 }
 
-// A value that was written after the sample was taken is not in the frame.
+// A value written after the last sample is not in the frame.
 bool Engine::Impl::is_newest(std::uint16_t slot) const {
   const Tpdo& pdo = tpdos[slot];
   return pdo.active && !held_back(slot) && has_data(pdo.frame, gather(pdo));
@@ -460,13 +461,13 @@ bool Engine::Impl::shows_newest(std::uint16_t slot) const {
   return tpdos[slot].linked && is_newest(slot);
 }
 
-// It is transmitted to a node that takes it.
+// Whether the receiver counts as taking the frame.
 bool Engine::Impl::is_taken(std::uint16_t slot) const {
   const Receiver state = receivers[tpdos[slot].node];
   return state == Receiver::unknown || state == Receiver::started;
 }
 
-// Not all of its values are valid.
+// Precondition: not all of its values are valid.
 void Engine::Impl::note_transmission(std::uint16_t slot) {
   const Tpdo& pdo = tpdos[slot];
   if (!is_taken(slot) || held_back(slot)) {
@@ -484,7 +485,7 @@ void Engine::Impl::note_transmission(std::uint16_t slot) {
   confirm(slot, differs);
 }
 
-// The receivers have the values as they are but those bits of the frame.
+// The receivers have the present values except those bits of the frame.
 void Engine::Impl::confirm(std::uint16_t slot, const FrameData& differs) {
   const auto number = static_cast<std::uint16_t>(slot + 1);
   if (differs == FrameData{}) {

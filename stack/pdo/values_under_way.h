@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What of a TPDO was handed out to the bus and is not acknowledged yet: its oldest frame, its
-// newest, and what was sampled otherwise since each of them.
+// The frames of a TPDO that were handed out to the bus and are not acknowledged yet: the oldest,
+// the newest, and the bits that were sampled differently since each of them.
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@ class ValuesUnderWay {
   bool any() const { return oldest_.number != 0; }
   void clear() { oldest_.number = 0; }
 
-  // A frame with the data, the last that were sampled. number: ascending.
+  // A frame with the last sample was handed out. number: ascending.
   void handed_out(std::uint64_t number, const Data& data) {
     newest_ = {number, data, {}};
     if (!any()) {
@@ -27,7 +27,8 @@ class ValuesUnderWay {
     }
   }
 
-  // Other values were sampled, to be sent. bytes: of the PDO; what is behind them is always 0.
+  // A different sample was taken, to be sent. bytes: length of the PDO; the bytes behind it are
+  // always 0.
   void sampled(const Data& data, std::size_t bytes) {
     for (std::size_t i = 0; i < bytes; i += 8) {
       oldest_.mark(data, i);
@@ -35,8 +36,9 @@ class ValuesUnderWay {
     }
   }
 
-  // The frames up to that number are acknowledged. False: none of these was. differs: the bits of
-  // `now`, the values as they are, that the receivers need not have; they have all others.
+  // The frames up to that number are acknowledged. Returns false if none of them is stored here.
+  // differs: the bits of `now`, the present values, that the receivers may not have; they have all
+  // others.
   bool acknowledged(std::uint64_t number, const Data& now, Data& differs) {
     if (!any() || oldest_.number > number) {
       return false;
@@ -55,7 +57,7 @@ class ValuesUnderWay {
     return true;
   }
 
-  // One of the frames first .. last is the oldest or the newest.
+  // Whether the oldest or the newest frame is in first .. last.
   bool any_of(std::uint64_t first, std::uint64_t last) const {
     const auto is_one = [&](std::uint64_t number) { return number >= first && number <= last; };
     return any() && (is_one(oldest_.number) || is_one(newest_.number));
@@ -63,7 +65,7 @@ class ValuesUnderWay {
 
  private:
   struct Frame {
-    // Eight bytes from i on.
+    // Marks the differing bits of eight bytes from i on.
     void mark(const Data& other, std::size_t i) {
       const auto mine = load_le<std::uint64_t>(data.data() + i);
       const auto its = load_le<std::uint64_t>(other.data() + i);
@@ -73,7 +75,7 @@ class ValuesUnderWay {
 
     std::uint64_t number = 0;  // 0 = none
     Data data{};
-    Data differs{};  // bits that were sampled otherwise since
+    Data differs{};  // bits that were sampled differently since
   };
   Frame oldest_;
   Frame newest_;
