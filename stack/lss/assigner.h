@@ -36,21 +36,21 @@ enum class Verdict : std::uint8_t {
   given,           // the device has its node-ID
   unknown_device,  // its identity matches no node of the configuration
   ambiguous,       // its identity matches several nodes, and the configuration has no serial number
-  // The node with its identity is on the line; the configuration has no serial number
+  // The node with its identity is on the line; the configuration has no serial number.
   node_id_in_use,
   node_id_refused,     // the device refused it with an error
   bit_timing_refused,  // refused with an error; the node-ID was given
   not_stored,          // refused with an error, or unanswered; the node-ID is lost at power-off
   no_answer,           // the device stopped answering before it had its node-ID
   nobody_found,        // a device has no node-ID, but neither a known address nor fastscan finds it
-  // The device answers to fastscan in configuration state: the search ends
+  // The device answers to fastscan in configuration state: the search ends.
   answers_in_configuration,
   node_id_not_free,  // another device uses the node-ID; tried again
   reset_to_boot,  // the node-ID was given, but the device booted only after NMT reset communication
   node_id_unchecked,  // the check of the node-ID was impossible; tried again
 };
 
-// The predicate of "a device without a node-ID ...".
+// The verdict in words, for a message that names the node: "was given its node-ID".
 std::string_view describe(Verdict verdict);
 // Whether the device has its node-ID, possibly with another error.
 bool has_node_id(Verdict verdict);

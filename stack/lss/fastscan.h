@@ -22,7 +22,7 @@ class Fastscan {
   enum class State : std::uint8_t {
     running,
     found,  // the device is in configuration state now
-    // The last verification was not answered: the device may be in configuration state or not
+    // The last verification was not answered: the device may be in configuration state or not.
     unsure,
     nobody,  // there is no unconfigured device, or none matches the known parts
     failed,  // the verification failed several times

@@ -113,7 +113,7 @@ class Master {
   std::deque<can::Frame> frames_;
   Instant deadline_ = kNever;
   std::optional<Answer> answer_;
-  // First answer where several devices may answer, until the slower ones had time
+  // First answer where several devices may answer, until the slower ones had time.
   std::optional<Answer> held_;
   Command last_ = Command::switch_global;  // last answer of a single device
   std::uint64_t doubled_ = 0;

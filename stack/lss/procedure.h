@@ -20,7 +20,7 @@ namespace linegate::lss {
 enum class Procedure : std::uint8_t {
   switch_global,     // mode (1): 0 waiting, 1 configuration
   switch_selective,  // address
-  // Node-ID (1): 1..127, 255 = remove it; or followed by 1 (1): without a check that it is free
+  // Node-ID (1): 1..127, 255 = remove it; or followed by 1 (1): without a check that it is free.
   configure_node_id,
   configure_bit_timing,  // table (1; 0), index in it (1)
   activate_bit_timing,   // delay in ms (2)
@@ -30,10 +30,10 @@ enum class Procedure : std::uint8_t {
   identify,               // vendor, product, lowest and highest revision, lowest and highest serial
   identify_unconfigured,  // outcome done: a device is unconfigured; no answer: none is
   // Nothing; or known parts (1: bit 0 vendor .. 3 serial), address -> address; the device is then
-  // in configuration
+  // in configuration.
   fastscan,
   // Runs a round of assignment -> for each device found: verdict (1), node-ID or 0 (1), error (1),
-  // specific error (1), address
+  // specific error (1), address.
   assign,
 };
 inline constexpr std::uint16_t kProcedures = 12;

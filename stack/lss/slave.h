@@ -111,7 +111,7 @@ class Slave {
   Settings to_store_;
   Phase phase_ = Phase::none;
   Duration delay_{};
-  // Kept over resets, because all devices of the network switch together
+  // Kept over resets, because all devices of the network switch together.
   std::uint8_t activated_ = kNoBitTiming;
   Instant wake_ = kNever;
   std::uint64_t malformed_ = 0;

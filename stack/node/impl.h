@@ -184,7 +184,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   bool duplicate_told = false;  // reported since the last reset
   bool started = false;
   std::uint64_t settled_writes = 0;  // Dictionary::writes_told() at the last settle()
-  // Of the stored parameters, reported after boot-up
+  // Of the stored parameters, reported after boot-up.
   storage::Damage damage = storage::Damage::none;
   Instant now{};  // time of the current call, for errors reported without a time
 };

@@ -289,7 +289,7 @@ void Arbiter::response(Channel& channel, const can::Frame& frame) {
       break;
     case Receipt::stray:
       ++counters_.strays;
-      // A request may have waited for this answer
+      // A request may have waited for this answer.
       wake_ = earlier(wake_, channel.client.next_wake());
       break;
     case Receipt::unasked:

@@ -111,7 +111,7 @@ class BlockReceiver {
   // od::kLater: the sink has the bytes but is busy.
   AbortCode finish(std::uint64_t end_request, Sink& sink);
 
-  // Last segment received in this sub-block, 0 = none
+  // Last segment received in this sub-block, 0 = none.
   std::uint8_t newest() const { return newest_; }
   std::uint64_t last_segment() const { return held_; }
 
@@ -132,7 +132,7 @@ class BlockReceiver {
   std::uint8_t fewest_ = kFewest;
   std::uint8_t most_ = kMaxBlockSize;  // segments of a sub-block, see block_size()
   std::uint8_t block_size_ = 0;
-  // Segments of the previous sub-block that may still arrive, if it ended early
+  // Segments of the previous sub-block that may still arrive, if it ended early.
   std::uint8_t late_ = 0;
   std::uint8_t in_order_ = 0;
   std::uint8_t newest_ = 0;

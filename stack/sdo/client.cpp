@@ -432,7 +432,7 @@ void Client::finish(AbortCode code) {
   if (code == AbortCode::none && !writing_) {
     outcome.data = sink_.take();
   }
-  // Another device may answer next time
+  // Another device may answer next time.
   blocks_refused_ = blocks_refused_ && code != AbortCode::timeout;
   outcome_ = std::move(outcome);
   state_ = State::idle;

@@ -27,7 +27,7 @@ namespace linegate::sdo {
 enum class Transfer : std::uint8_t {
   // Expedited up to 4 bytes, in blocks from TransferOptions::block_from on, else in segments. A
   // read begins in segments; when the server indicates such a size, it is aborted (0800 0000h) and
-  // restarted in blocks
+  // restarted in blocks.
   automatic,
   segmented,  // expedited up to 4 bytes, else in segments
   block,      // in blocks; for a read, the server may use segments for a few bytes
@@ -40,26 +40,26 @@ struct TransferOptions {
   Transfer transfer = Transfer::automatic;
   // How often a transfer is repeated that ended because a frame was lost: abort 0503 0000h, 0504
   // 0000h, 0504 0003h or 0504 0004h of either side. A write whose last segment was sent is not
-  // repeated: it may have taken effect
+  // repeated: it may have taken effect.
   unsigned repeats = 0;
   std::uint32_t block_from = 128;  // bytes, see Transfer::automatic; kNoBlocks: never
 };
 
 // The result of a transfer.
 struct Outcome {
-  // None = success. The server's code, or the code that this client sent
+  // none = success. The server's code, or the code that this client sent.
   AbortCode abort = AbortCode::none;
-  // The uploaded value; empty after a download or an abort, and after an upload into a stream
+  // The uploaded value; empty after a download or an abort, and after an upload into a stream.
   std::vector<std::byte> data{};
   // The server sent the abort code for this transfer. Otherwise a frame was lost, or the answer
-  // does not match the request
+  // does not match the request.
   bool refused = false;
 };
 
 // Classification of a frame with the response identifier.
 enum class Receipt : std::uint8_t {
   used,  // belongs to the current transfer (and may have ended it)
-  // Expected, but not an answer to the current request: late, repeated, or for another client
+  // Expected, but not an answer to the current request: late, repeated, or for another client.
   stray,
   unasked,    // no request is open and no late answer is expected: an answer to another client
   malformed,  // not 8 bytes; not processed
@@ -252,7 +252,7 @@ class Client {
   bool blocks_refused_ = false;             // by the server, as far as known
   bool block_unanswered_ = false;           // the previous block initiate was not answered
   std::optional<std::uint32_t> told_size_;  // size indicated to a read that changes to blocks
-  // Block_download: time of the next segments; block_upload: time of a stall
+  // block_download: time of the next segments; block_upload: time of a stall.
   Instant block_wake_ = kNever;
   BlockSender sender_;
   BlockReceiver receiver_;

@@ -58,7 +58,7 @@ inline constexpr std::uint8_t kToggle = 0x10;         // t, of a segment and its
 // Block transfer. The sender of the segments uses C0h and C1h, the receiver A0h to A3h: client and
 // server in a download, server and client in an upload.
 inline constexpr std::uint8_t kBlockSend = 0xC0;  // initiate; kBlockCrc, kBlockSize; mux, size
-// Bits 4..2: unused bytes of the last segment; bytes 1, 2: CRC
+// Bits 4..2: unused bytes of the last segment; bytes 1, 2: CRC.
 inline constexpr std::uint8_t kBlockSendEnd = 0xC1;
 inline constexpr std::uint8_t kBlockTake = 0xA0;     // initiate; kBlockCrc; mux, byte 4: block size
                                                      // (a client: byte 5: pst)

@@ -65,7 +65,7 @@ struct Request {
   bool write = false;
   std::vector<std::byte> data{};     // value to write
   od::ByteSource* source = nullptr;  // instead of data; must live until the Completion
-  // Receives the uploaded bytes instead of Completion::data; must live until the Completion
+  // Receives the uploaded bytes instead of Completion::data; must live until the Completion.
   od::ByteSink* sink = nullptr;
   Duration timeout = std::chrono::milliseconds(500);  // for each answer of the server, positive
   Priority priority = Priority::command;

@@ -34,14 +34,14 @@
 namespace linegate::sdo {
 
 struct ServerOptions {
-  // A transfer without a frame for this long is aborted with 0504 0000h
+  // A transfer without a frame for this long is aborted with 0504 0000h.
   Duration timeout = std::chrono::seconds(1);
   // A sub-block without a segment for this long is acknowledged as received so far; less than
-  // timeout
+  // timeout.
   Duration stall = std::chrono::milliseconds(200);
-  // A hook without a result for this long is cancelled: abort 0504 0000h
+  // A hook without a result for this long is cancelled: abort 0504 0000h.
   Duration answer_timeout = std::chrono::seconds(10);
-  // Largest value in bytes, except streams; longer values: abort 0504 0005h
+  // Largest value in bytes, except streams; longer values: abort 0504 0005h.
   std::size_t max_transfer = std::size_t{128} * 1024;
 };
 
@@ -219,7 +219,7 @@ class Server {
   Source source_;
   Sink sink_;
 
-  // Block_upload: time of the next segments; block_download: time of a stall
+  // block_upload: time of the next segments; block_download: time of a stall.
   Instant block_wake_ = kNever;
   std::uint64_t newest_request_ = 0;  // block_upload, waiting: to detect its repetition
   BlockSender sender_;
@@ -227,7 +227,7 @@ class Server {
   SegmentPace pace_;
   LateSegments late_;
 
-  // Of the deferred result: in state waiting, or of a stream within a sub-block
+  // Of the deferred result: in state waiting, or of a stream within a sub-block.
   od::Ticket ticket_ = 0;
   Awaited awaited_ = Awaited::upload;
 
