@@ -269,7 +269,8 @@ struct Engine::Impl final : od::Hook, od::Observer {
   // Marks in `affected` the TPDOs that send some of these bits of the output area.
   void mark_affected(std::uint32_t bit_offset, std::uint32_t bits);
   void output_variable_changed(od::Address address);
-  // Calls before_tpdo() of the listener, which may change values; these changes request nothing.
+  // Calls before_tpdo() of the listener, which may change values; these changes do not request the
+  // TPDO.
   void ask(std::uint16_t slot);
   void on_event_timer(std::uint16_t slot, Instant now);
   void release(Instant now);

@@ -46,23 +46,26 @@ AbortCode check_mpdo(const od::Dictionary& dictionary, PdoKind kind, std::uint16
 // line.
 AbortCode check_transmission_type(PdoKind kind, std::uint64_t type, std::size_t max_bits);
 
-// What has to be said to a value written to a PDO record. max_bits: the longest PDO.
+// Checks a write to a PDO record. Returns none, or the abort code. max_bits: the longest PDO.
 //
-// Mapping is changed in the order COB-ID invalid, sub-index 0 = 0, entries, sub-index 0 = n, COB-ID
-// valid. Refused are
-//   device_state (0800 0022h)   COB-ID bits other than 31, inhibit time (TPDO), SYNC start value,
-//                               mapping while the PDO is valid; entries while sub-index 0 is not 0
-//   invalid_value (0609 0030h)  a valid COB-ID with a restricted CAN-ID; types as
-//                               check_transmission_type() says; SYNC start value above 240; more
-//                               entries than the record has
+// The order of a new mapping is: COB-ID invalid, sub-index 0 = 0, entries, sub-index 0 = n, COB-ID
+// valid. Abort codes:
+//   device_state (0800 0022h)   while the PDO is valid: COB-ID bits other than 31, inhibit time
+//                               (TPDO), SYNC start value
+//   unsupported_access (0601 0000h)  the mapping while the PDO is valid; entries while sub-index 0
+//                               is not 0
+//   invalid_value (0609 0030h)  a valid COB-ID with a restricted CAN-ID; types by
+//                               check_transmission_type(); SYNC start value above 240
 //   no_object (0602 0000h), no_sub_index (0609 0011h), not_mappable (0604 0041h), length_mismatch
-//                               (0607 0010h)  as check_mapping() says
-//   pdo_length_exceeded (0604 0042h)  entries 1..n have more than max_bits
+//                               (0607 0010h)  by check_mapping()
+//   pdo_length_exceeded (0604 0042h)  entries 1..n have more than max_bits; more entries than the
+//                               record has
 //   parameter_incompatible (0604 0043h)  a multiplexed PDO (sub-index 0 of the mapping 254 or 255)
 //                               that is not of type 254 or 255; a second TPDO in source address
 //                               mode, of which a device has one
-// The last three lines when an entry or sub-index 0 is written, and when the COB-ID becomes valid.
-// The value 0 may always be written to an entry: it maps nothing until sub-index 0 counts it.
+// The codes from no_object on are returned when an entry or sub-index 0 is written, and when the
+// COB-ID becomes valid. The value 0 is always valid for an entry, because it maps nothing until
+// sub-index 0 includes it.
 AbortCode check_record_write(const od::Dictionary& dictionary, od::Address address,
                              std::span<const std::byte> value, std::size_t max_bits);
 

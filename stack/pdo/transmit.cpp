@@ -65,8 +65,8 @@ void Engine::set_auto_notify(bool wanted) {
   }
 }
 
-// Changes by before_tpdo() request nothing: the TPDO is being sampled, and its sample includes
-// them.
+// Changes within before_tpdo() do not request that TPDO: it is being sampled, and its sample
+// includes them.
 [[gnu::hot]] void Engine::Impl::changed(od::Address address, od::FollowMark mark) {
   if (!operational) {
     return;
