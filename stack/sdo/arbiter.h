@@ -37,7 +37,7 @@ struct ArbiterCounters {
   std::uint64_t transfers = 0;  // ended without an error
   std::uint64_t aborts = 0;     // ended by an abort of either side, a time-out or a cancellation
   std::uint64_t timeouts = 0;   // of these aborts: the server did not answer in time
-  std::uint64_t strays = 0;     // late or repeated answers
+  std::uint64_t strays = 0;     // answers that do not belong to the current request
   std::uint64_t foreign = 0;    // frames to or from another client
   std::uint64_t malformed = 0;  // frames on these channels whose length is not 8 bytes
 };
