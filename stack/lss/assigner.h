@@ -46,7 +46,8 @@ enum class Verdict : std::uint8_t {
   // The device answers to fastscan in configuration state: the search ends.
   answers_in_configuration,
   node_id_not_free,  // another device uses the node-ID; tried again
-  reset_to_boot,  // the node-ID was given, but the device booted only after NMT reset communication
+  // The node-ID was given, but the device did not boot, and NMT reset communication was sent to it.
+  reset_to_boot,
   node_id_unchecked,  // the check of the node-ID was impossible; tried again
 };
 

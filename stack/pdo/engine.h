@@ -173,12 +173,14 @@ class Engine {
   // entries are known. When such a TPDO was transmitted with the newest values, and its receiver is
   // `unknown` or `started`, its entries become valid.
 
-  // unknown: the node's state is unknown, and every TPDO counts as received (initial state).
-  // waiting: the node is not started; TPDOs to it are sent when they change, but not on entering
-  // Operational, and their entries are not valid. started: the node is Operational. On entering
-  // this state every TPDO to the node is requested once, changed or not, as by trigger(). unheard:
-  // no frame was received from the node, and the line does not boot it: TPDOs to it are sent as in
-  // state unknown, but their entries are not valid.
+  // State of the receiver of TPDOs:
+  //   unknown  the node's state is unknown, and every TPDO counts as received (initial state)
+  //   waiting  the node is not started; TPDOs to it are sent when they change, but not on entering
+  //            Operational, and their entries are not valid
+  //   started  the node is Operational; on entering this state every TPDO to the node is requested
+  //            once, changed or not, as by trigger()
+  //   unheard  no frame was received from the node, and the line does not boot it: TPDOs to it are
+  //            sent as in state unknown, but their entries are not valid
   enum class Receiver : std::uint8_t { unknown, waiting, started, unheard };
   // Precondition: node is 1..127. configure() keeps the state.
   void set_receiver(std::uint8_t node, Receiver state);
@@ -258,8 +260,9 @@ class Engine {
   Instant next_wake() const;
 
   // Returns the requested TPDO with the lowest CAN-ID whose inhibit time has passed. Hot.
-  // number: counts the frames handed to a bus that reports acknowledgements, ascending; 0 = the bus
-  // reports none: the frame counts as transmitted at once. sent: the frame is added to it.
+  //   number  counts the frames handed to a bus that reports acknowledgements, ascending; 0 = the
+  //           bus reports none: the frame counts as transmitted at once
+  //   sent    the frame is added to it
   bool next_frame(can::Frame& out, Instant now, std::uint64_t number = 0);
   bool next_frame(can::Frame& out, Instant now, std::uint64_t number, can::Traffic& sent);
   // Sets only identifier and flags of the frame that next_frame() would return now. Returns false

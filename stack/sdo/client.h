@@ -186,9 +186,8 @@ class Client {
   void finish_or_repeat(AbortCode code, Instant now, can::TransmitQueue& queue);
   void finish(AbortCode code);
 
-  // --- client_unanswered.cpp
-  // ---------------------------------------------------------------------- What may follow from a
-  // timed-out transfer.
+  // --- client_unanswered.cpp -------------------------------------------------------------------
+  // What may follow from a timed-out transfer.
   enum class Unanswered : std::uint8_t {
     nothing,
     under_way,  // its frames are not acknowledged yet
@@ -201,8 +200,7 @@ class Client {
   void follow_unanswered(Instant now, can::TransmitQueue& queue);
   void hold(std::uint64_t word, Instant now);
 
-  // --- client_block.cpp
-  // ---------------------------------------------------------------------------
+  // --- client_block.cpp ------------------------------------------------------------------------
   bool in_block() const { return state_ >= State::block_download_initiate; }
   bool worth_a_block(std::optional<std::uint32_t> size) const;
   void initiate_block(Instant now, can::TransmitQueue& queue);
