@@ -24,7 +24,7 @@ struct Known {
   DataType type;
 };
 
-// What the catalogue has of a sub-index that is no parameter of a PDO.
+// The catalogue's data of a sub-index that is not a PDO parameter.
 std::optional<Known> known(od::Address address) {
   if (address.index == od::objects::kIdentity) {
     const od::ObjectDescription identity = od::identity_object();
@@ -80,7 +80,7 @@ std::string hex(std::uint32_t number, int digits) {
   return out;
 }
 
-// A report may name sub-indices that CiA 301 does not.
+// A report may name sub-indices that CiA 301 does not define.
 std::string name_of_parameter(std::uint8_t sub) {
   return sub < std::size(kCommunication) ? std::string(kCommunication[sub])
                                          : "Parameter " + std::to_string(sub);
@@ -187,7 +187,7 @@ class Describer {
     object.variables.push_back(std::move(variable));
   }
 
-  // Objects have a sub-index 0 that says how many there are, unless that is all they have.
+  // Sub-index 0 holds the number of the sub-indices, unless it is the only one.
   void finish() {
     for (od::ObjectDescription& object : out_.objects) {
       std::ranges::sort(object.variables, {}, &od::VariableDescription::sub);

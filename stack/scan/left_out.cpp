@@ -41,7 +41,7 @@ Producers producers_among(std::span<const ScannedNode> nodes) {
   return out;
 }
 
-// Who makes it impossible to take part in that PDO; nullptr if nobody.
+// The producer that conflicts with that PDO; nullptr if there is none.
 const Producer* in_the_way(const Producers& producers, std::uint8_t node, od::Address address,
                            can::CobId cob_id) {
   const auto known = producers.find(key_of(cob_id));

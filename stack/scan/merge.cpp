@@ -14,7 +14,7 @@ bool is_communication_or_mapping(std::uint16_t index) {
   return od::objects::is_pdo_record(index);
 }
 
-// What a device has and its file has not: PDOs of modules, or a file that is older.
+// Objects that a device has and its file lacks: PDOs of modules, or the file is older.
 void add_missing(od::DeviceDescription& file, od::DeviceDescription found) {
   for (od::ObjectDescription& object : found.objects) {
     if (file.find(object.index) == nullptr) {

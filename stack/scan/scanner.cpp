@@ -33,7 +33,7 @@ bool Scanner::begin(const Options& options, Instant now) {
   return true;
 }
 
-// A survey ends within submit() at most by being refused; the list does not grow meanwhile.
+// Within submit(), a survey can end only by being refused; the list does not grow meanwhile.
 void Scanner::fill(Instant now) {
   while (running_.size() < kTogether && next_ <= last_) {
     const std::uint8_t node = next_++;

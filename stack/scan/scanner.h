@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads what a line's devices say about themselves and their PDOs, many at once. It writes nothing
-// to a device unless it is asked to restore their defaults first. Transfers have the lowest
-// priority (sdo::Priority::background): whoever else wants a device comes first.
+// Reads identity, settings and PDO parameters of a line's devices, many at once. It writes to a
+// device only if its defaults are to be restored first. Transfers have the lowest priority
+// (sdo::Priority::background), so every other transfer with a device precedes them.
 #pragma once
 
 #include <cstdint>
@@ -17,65 +17,66 @@
 
 namespace linegate::scan {
 
-// What a scan asks of the line it belongs to.
+// The services that a scan needs from its line.
 class Host {
  public:
   virtual ~Host() = default;
-  // Sends NMT reset node, so that restored defaults come into force (CiA 301, 1011h).
+  // Sends NMT reset node, so that restored defaults take effect (CiA 301, 1011h).
   virtual void reset_node(std::uint8_t node, Instant now) = 0;
-  // The node answered what it was asked at asked_at, or did not. Does nothing unless it is
-  // overridden.
+  // Reports whether the node answered the request that was sent at asked_at. The default does
+  // nothing.
   virtual void asked(std::uint8_t node, bool answered, Instant asked_at, Instant now);
 };
 
 struct Options {
   std::uint8_t first = 1;  // node-IDs 1..127
   std::uint8_t last = 127;
-  std::uint8_t except = 0;  // the own one
-  Duration timeout{};       // for each answer; it is asked a second time
-  // Before a node is read, 1011h:1 is written and the node reset. One that refuses (it has no
-  // 1011h) is an event sdo_abort, and is read as it is.
+  std::uint8_t except = 0;  // the own node-ID, which is skipped
+  Duration timeout{};       // for each answer; a request that times out is repeated once
+  // Before a node is read, 1011h:1 is written and the node is reset. A refusal (the node has no
+  // 1011h) is reported as event sdo_abort, and the node is read unchanged.
   bool restore_defaults = false;
 };
 
 class Scanner {
  public:
-  // Nodes that are read at the same time.
+  // Number of nodes that are read at the same time.
   static constexpr std::size_t kTogether = 32;
-  // A device may take so long to answer that its defaults are restored, and so long from its reset
-  // to its boot-up message; then it is read all the same.
+  // The time limit for a device's answer that its defaults are restored, and again for the time
+  // from its reset to its boot-up message. The node is read even if it is exceeded.
   static constexpr Duration kRestoreTime = std::chrono::seconds(3);
   static constexpr Duration kResetTime = std::chrono::seconds(3);
 
-  // owner: of its transfers; hands on their ends. All must outlive it.
+  // owner: of the scanner's transfers; it forwards their completions. All references must outlive
+  // the scanner.
   Scanner(sdo::Arbiter& sdo, sdo::TransferOwner& owner, EventLog& events, Host& host)
       : sdo_(sdo), owner_(owner), events_(events), host_(host) {}
 
   // False if a scan is under way.
   bool begin(const Options& options, Instant now);
   bool active() const { return !running_.empty() || next_ <= last_; }
-  // Ends it: what was read of nodes that were not ready counts as broken off (0800 0000h).
+  // Ends the scan: nodes that were not read completely get 0800 0000h as their result.
   void cancel(Instant now);
 
-  // The end of a transfer.
+  // A transfer of the scan has ended.
   void completed(const sdo::Completion& completion, Instant now);
 
-  // The node's boot-up message came.
+  // The node sent its boot-up message.
   void boot_up(std::uint8_t node, Instant now);
   void advance(Instant now);
   Instant next_wake() const;
 
-  // Once when a scan has ended: the nodes that answered, ascending. Each was an event before,
-  // EventKind::node_scanned.
+  // Returns the nodes that answered, ascending, once after a scan has ended. Each was reported
+  // before as EventKind::node_scanned.
   std::optional<std::vector<ScannedNode>> take_result();
 
  private:
   struct Running {
     Survey survey;
-    std::uint64_t transfer = 0;  // under way; 0 = none
-    bool restored = false;       // it was tried
-    Instant asked{};             // the last question
-    Instant wake = kNever;       // when waiting for the boot-up message ends
+    std::uint64_t transfer = 0;  // in progress; 0 = none
+    bool restored = false;       // the restore was attempted
+    Instant asked{};             // time of the last request
+    Instant wake = kNever;       // when the wait for the boot-up message ends
   };
 
   void fill(Instant now);

@@ -13,9 +13,9 @@ constexpr od::Address kGuardTime{od::objects::kGuardTime, 0};
 constexpr od::Address kLifeTimeFactor{od::objects::kLifeTimeFactor, 0};
 constexpr od::Address kHeartbeat{od::objects::kProducerHeartbeatTime, 0};
 constexpr od::Address kInputsSent{od::objects::cia401::kAnalogueInterrupts, 0};
-constexpr std::uint64_t kUsualFactor = 4;  // misses until a node counts as lost
+constexpr std::uint64_t kUsualFactor = 4;  // missed answers until a node counts as lost
 
-// No effect on what was not read.
+// No effect on values that were not read.
 void set(ScannedNode& node, od::Address address, std::uint64_t value) {
   const auto known = std::ranges::find(node.values, address, &manager::ObjectWrite::address);
   if (known != node.values.end()) {

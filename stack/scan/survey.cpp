@@ -13,14 +13,15 @@
 namespace linegate::scan {
 namespace {
 
-constexpr std::uint16_t kRecords = 0x200;  // of each kind; the mapping stands so far behind
+// Records of each kind; the mapping record follows at this distance
+constexpr std::uint16_t kRecords = 0x200;
 constexpr od::Address kIdentity{od::objects::kIdentity, 0};
 constexpr od::Address kInterruptEnable{od::objects::cia401::kAnalogueInterrupts, 0};
 constexpr std::uint16_t kModules = 401;  // device profile of 1000h
 constexpr std::uint64_t kMostIdentity = 4;
 constexpr std::uint64_t kMostCommunication = 6;
 constexpr std::uint64_t kMostMapped = 64;
-constexpr std::uint8_t kReserved = 4;  // sub-index of PDO communication records that none has
+constexpr std::uint8_t kReserved = 4;  // sub-index of PDO communication records that no record has
 
 constexpr std::array<od::Address, 12> kHead{{{od::objects::kDeviceType, 0},
                                              {od::objects::kSyncCobId, 0},
@@ -59,7 +60,7 @@ void Survey::take(AbortCode abort, std::vector<std::byte> data) {
     give_up(abort);
     return;
   }
-  // Whoever answers is there, even if it refuses 1000h.
+  // A node that answers is present, even if it refuses 1000h.
   present_ = true;
   if (abort == AbortCode::none) {
     node_.values.push_back({address, std::move(data)});
@@ -168,7 +169,7 @@ void Survey::next_communication(std::optional<std::uint64_t> value) {
 
 void Survey::next_mapping(std::optional<std::uint64_t> value) {
   if (wanted_->sub == 0) {
-    // 254 and 255 mark multiplexed PDOs, which have one object or a list elsewhere.
+    // 254 and 255 mark MPDOs, which have one mapped object, or a list in another object.
     entries_ = value.value_or(0) <= kMostMapped ? value.value_or(0) : 0;
   }
   if (wanted_->sub < entries_) {

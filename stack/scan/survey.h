@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is read of a node, one object after the other, each chosen by what was read before:
+// The objects that are read from a node, one after the other, each selected by the values read
+// before:
 //
 //   1000h; 1005h to 100Ah and 100Ch, 100Dh, 1014h, 1017h; 1018h with its sub-indices;
 //   of a device of CiA 401: 6423h (analogue inputs are sent only if it is true);
 //   each of the records 1400h..15FFh and 1800h..19FFh that the device has, with its sub-indices,
-//   and the mapping that goes with it, 1600h.. and 1A00h..
+//   and its mapping record, 1600h.. and 1A00h..
 //
-// PDO records need not follow each other, so that the device is asked for each of the 1024.
+// The numbers of a device's PDO records may have gaps, so each of the 1024 records is requested.
 #pragma once
 
 #include <cstdint>
@@ -22,14 +23,14 @@ class Survey {
  public:
   explicit Survey(std::uint8_t node) { node_.id = node; }
 
-  // What is to be read next; nothing when all is done.
+  // The object to read next; nothing if the survey is complete.
   std::optional<od::Address> wanted() const { return wanted_; }
-  // What came of it. An abort of the device means that it does not have the object.
+  // The result of the read. An abort by the device means that it lacks the object.
   void take(AbortCode abort, std::vector<std::byte> data);
-  // The node does not answer any more.
+  // The node stopped answering.
   void give_up(AbortCode why);
 
-  // 1000h was read: there is a device.
+  // The node answered: there is a device.
   bool present() const { return present_; }
   const ScannedNode& result() const { return node_; }
   ScannedNode take_result() { return std::move(node_); }
@@ -49,9 +50,9 @@ class Survey {
   ScannedNode node_;
   std::optional<od::Address> wanted_{od::Address{od::objects::kDeviceType, 0}};
   Part part_ = Part::head;
-  std::size_t head_ = 0;       // place in the list of single objects
+  std::size_t head_ = 0;       // position in the list of single objects
   std::uint16_t record_ = 0;   // 1400h.. or 1800h..
-  std::uint64_t entries_ = 0;  // sub-indices of what is being read
+  std::uint64_t entries_ = 0;  // number of sub-indices of the object that is being read
   bool present_ = false;
 };
 
