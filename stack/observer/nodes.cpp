@@ -60,7 +60,7 @@ bool Nodes::has_error_control(std::uint8_t id) const {
   return heartbeat_time_[id] > Duration::zero() || guarded_time_[id] > Duration::zero();
 }
 
-// What was heard of the node in its last life is not shown.
+// Values received before the node was lost are not shown.
 void Nodes::miss(std::uint8_t id, Presence presence) {
   nodes_[id].presence = presence;
   nodes_[id].state = nmt::State::unknown;
@@ -96,8 +96,8 @@ void Nodes::commanded(const nmt::NodeControl& command, Instant now) {
   }
 }
 
-// Heartbeats and guard answers count for more than commands; of a reset nothing remains either way,
-// and no command has an effect before the boot-up message after it.
+// Heartbeats and guard answers take precedence over commands. A reset clears the state in either
+// case, and no command has an effect before the boot-up message that follows it.
 void Nodes::assume(std::uint8_t id, nmt::Command command) {
   if (nodes_[id].presence != Presence::present || id == master_) {
     return;
@@ -177,7 +177,7 @@ std::uint64_t Nodes::heartbeats_lost() const {
   return lost;
 }
 
-// The first sign of life of a node; state as in EventKind::unexpected_node.
+// The first sign of life of a node. state: as in EventKind::unexpected_node.
 void Nodes::heard(std::uint8_t id, nmt::State state, Instant now) {
   NodeState& seen = nodes_[id];
   const bool first = seen.presence != Presence::present;
@@ -208,7 +208,8 @@ void Nodes::boot_up(std::uint8_t id, Instant now) {
   heard(id, nmt::State::initialising, now);
   tells_state_[id] = false;
   nodes_[id].heartbeat_monitored = false;
-  nodes_[id].state = nmt::State::pre_operational;  // entered by itself right after the boot-up
+  // A node enters it by itself right after the boot-up message
+  nodes_[id].state = nmt::State::pre_operational;
   listener_.node_data_invalid(id);
   if (!nodes_[id].configured || has_error_control(id)) {
     life_.boot_up(id, now);

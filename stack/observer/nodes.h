@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The nodes of a line as one sees them who only listens: their states come from boot-ups,
-// heartbeats, answers to node guarding, the NMT commands of whoever is master, and PDOs.
+// The nodes of a line as seen by a passive listener. Their states are derived from boot-up
+// messages, heartbeats, answers to node guarding, NMT commands of any master, and PDOs.
 #pragma once
 
 #include <array>
@@ -23,43 +23,46 @@
 
 namespace linegate::observer {
 
-// What the owner does when a node changes.
+// Receives changes of nodes.
 class NodeListener {
  public:
   virtual ~NodeListener() = default;
-  // The process data of the node can no longer be trusted: lost, reset, or not Operational.
+  // The process data of the node are no longer valid: it was lost or reset, or is not Operational.
   virtual void node_data_invalid(std::uint8_t node) = 0;
 };
 
 class Nodes final : nmt::HeartbeatListener, emcy::Listener {
  public:
-  // Wants error control and EMCY of all nodes from the dispatch: Service::error_control and
-  // Service::emcy, index = node-ID. master: the node-ID of the NMT master, which is not told as
-  // unexpected; 0 = not known. Of the plans only the error control counts. All must outlive it.
+  // Registers error control and EMCY of all nodes with the dispatch: Service::error_control and
+  // Service::emcy, index = node-ID. master: the node-ID of the NMT master, which is not reported as
+  // unexpected; 0 = not known. Only the error control settings of the plans are used. All
+  // references must outlive this object.
   Nodes(std::span<const manager::NodePlan> plans, std::uint8_t master, can::Dispatch& dispatch,
         EventLog& events, NodeListener& listener);
   ~Nodes() override;
 
-  // The EMCYs of the node come on cob_id instead of 80h + node-ID.
+  // The node sends its EMCYs on cob_id instead of 80h + node-ID.
   void listen_emcy(std::uint8_t node, can::CobId cob_id);
 
-  // A frame on 700h + node or of its EMCY, at frame.time. False if it is malformed: nothing was
-  // done then, and the owner tells it. Remote frames are those of a master that guards the node.
+  // Processes a frame on 700h + node, or an EMCY of the node, at frame.time. Returns false, without
+  // any effect, if it is malformed; the owner reports that. Remote frames come from a master that
+  // guards the node.
   bool receive_error_control(std::uint8_t node, const can::Frame& frame);
   bool receive_emcy(std::uint8_t node, const can::Frame& frame);
-  // An NMT command of the master; told as EventKind::nmt_command.
+  // An NMT command of the master; reported as EventKind::nmt_command.
   void commanded(const nmt::NodeControl& command, Instant now);
-  // A PDO of a node came: it is there, and Operational if its error control says nothing.
+  // A PDO of the node was received: the node is present, and Operational unless its error control
+  // reports its state.
   void heard_pdo(std::uint8_t node, Instant now);
-  // Something of its identity was overheard: 1000h or 1018h.
+  // A value of the node's identity (1000h or 1018h) was seen on the bus.
   void identity(std::uint8_t node, od::Address address, std::uint32_t value);
 
   void advance(Instant now);
   Instant next_wake() const { return earlier(heartbeats_.next_wake(), life_.next_wake()); }
 
-  // 1..127; nodes never heard of and not configured are unknown.
+  // id: 1..127. Nodes that were never heard and are not configured are unknown.
   const manager::NodeState& node(std::uint8_t id) const { return nodes_[id]; }
-  // Grows with every change of that state.
+  // Increases with every change of that state.
   std::uint64_t revision(std::uint8_t id) const { return revisions_[id]; }
   std::uint8_t configured() const;
   std::uint8_t operational() const;
@@ -90,10 +93,11 @@ class Nodes final : nmt::HeartbeatListener, emcy::Listener {
   manager::StateChanges changes_;
   manager::SharedIds shared_;
   nmt::LifeSigns life_;                         // of nodes whose error control is not monitored
-  std::array<Duration, 128> heartbeat_time_{};  // consumer time by configuration
-  std::array<bool, 128> tells_state_{};         // heartbeat or guarding answer since its boot-up
-  std::array<bool, 128> reset_{};               // by an NMT command, and not received since
-  std::array<Duration, 128> guarded_time_{};    // life time by configuration
+  std::array<Duration, 128> heartbeat_time_{};  // configured consumer heartbeat time
+  // A heartbeat or guard answer was received since its boot-up message
+  std::array<bool, 128> tells_state_{};
+  std::array<bool, 128> reset_{};             // reset by an NMT command, and not received since
+  std::array<Duration, 128> guarded_time_{};  // configured life time
 };
 
 }  // namespace linegate::observer

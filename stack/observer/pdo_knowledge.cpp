@@ -54,7 +54,7 @@ bool PdoKnowledge::learn(od::Address address, std::span<const std::byte> value) 
   return true;
 }
 
-// A device may have what its file does not know of.
+// A device may have objects that its file lacks.
 od::VariableDescription& PdoKnowledge::variable(od::Address address, std::size_t size) {
   auto object = place_of(device_.objects, address.index, &od::ObjectDescription::index);
   if (object == device_.objects.end() || object->index != address.index) {
@@ -104,7 +104,7 @@ bool PdoKnowledge::hear(const can::Frame& frame) {
   Heard& heard = heard_[frame.id];
   const unsigned enough = record == cob_ids_.end() ? kUnknownFrames : 1;
   if (heard.frames >= enough) {
-    return false;  // it is in pdos() already
+    return false;  // pdos() already contains it
   }
   const bool alike = heard.length == frame.length;
   if (alike && heard.counted != kNever && frame.time - heard.counted < kRepeated) {

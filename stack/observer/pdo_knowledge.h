@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is known of the PDOs of one node: what its device file says, and what was overheard since
-// when somebody wrote or read its PDO parameters (1400h to 1BFFh; CiA 301, 7.5.2.35 to 7.5.2.38).
+// The known PDOs of one node: those of its device file, with changes from SDO transfers on the bus
+// that wrote or read its PDO parameters (1400h to 1BFFh; CiA 301, 7.5.2.35 to 7.5.2.38).
 //
-// A reset of the node is not the end of what is known: who has configured it once does it again.
+// They are kept over a reset of the node, because its master is expected to configure it in the
+// same way again.
 #pragma once
 
 #include <cstdint>
@@ -19,37 +20,37 @@
 
 namespace linegate::observer {
 
-// One PDO as known.
+// One known PDO.
 struct KnownPdo {
   pdo::PdoKind kind = pdo::PdoKind::tpdo;
   pdo::Parameters parameters;
-  bool complete = true;  // false: only its COB-ID and its length are known, its mapping is raw
+  bool complete = true;  // false: only its COB-ID and its length are known, and its mapping is raw
 };
 
 class PdoKnowledge {
  public:
-  // How often a frame on one of the identifiers of the pre-defined connection set, of which nothing
-  // is known, must come with the same length to be taken for a PDO.
+  // An unknown frame on an identifier of the pre-defined connection set counts as a PDO after it
+  // was received this many times with the same length.
   static constexpr unsigned kUnknownFrames = 3;
-  // What comes so soon after a frame that was counted is not: it may be the same frame, which CAN
-  // repeats when one station did not get its last bit.
+  // A frame that follows a counted one within this time is not counted: it may be the same frame,
+  // which CAN repeats if one station missed its last bit.
   static constexpr Duration kRepeated = std::chrono::milliseconds(1);
 
   PdoKnowledge(od::DeviceDescription device, std::uint8_t node);
 
-  // An object of the device has this value. True if something of its PDOs became different.
+  // Processes a value of an object of the device. Returns true if it changes a PDO.
   bool learn(od::Address address, std::span<const std::byte> value);
-  // A frame that no known PDO has. True if it is of a PDO of this node, of which now the length is
-  // known: pdos() has it from now on.
+  // Processes a frame that belongs to no known PDO. Returns true if it is a PDO of this node whose
+  // length is now known, so that pdos() contains it from now on.
   bool hear(const can::Frame& frame);
 
-  // A valid PDO of the node has its COB-ID.
+  // Whether a valid PDO of the node has its COB-ID.
   bool has_record(const can::Frame& frame) const {
     return !frame.extended() && !frame.remote() && cob_ids_.contains(frame.id);
   }
 
-  // Everything known completely, and raw what is not; ascending by number. What was never heard
-  // and is not known completely is left out: not even its length is known.
+  // All completely known PDOs, and the others as raw, ascending by number. Incompletely known PDOs
+  // that were never received are omitted, because not even their length is known.
   std::vector<KnownPdo> pdos() const;
 
   const od::DeviceDescription& device() const { return device_; }
@@ -59,7 +60,7 @@ class PdoKnowledge {
   struct Heard {
     std::uint8_t length = 0;
     unsigned frames = 0;
-    Instant counted = kNever;  // the newest of these frames
+    Instant counted = kNever;  // time of the last counted frame
   };
 
   od::VariableDescription& variable(od::Address address, std::size_t size);
@@ -69,7 +70,7 @@ class PdoKnowledge {
 
   od::DeviceDescription device_;
   std::uint8_t node_;
-  std::map<std::uint32_t, bool> cob_ids_;  // of valid records -> mapping is known
+  std::map<std::uint32_t, bool> cob_ids_;  // valid records -> mapping is known
   std::map<std::uint32_t, Heard> heard_;   // by identifier
 };
 

@@ -13,7 +13,7 @@ constexpr std::uint16_t kFirstServer = od::objects::kSdoServer + 1;
 constexpr std::uint8_t kRequestCobId = 1;
 constexpr std::uint8_t kResponseCobId = 2;
 
-// The channel that every node has anyway (CiA 301, 7.3.5): it is followed as such.
+// The default channel, which every node has (CiA 301, 7.3.5), is followed separately.
 bool is_default(can::CobId request, can::CobId response) {
   const std::uint32_t node = request.id() - can::kSdoRequestBase;
   return !request.extended() && !response.extended() && node >= can::kMinNodeId &&

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The SDO channels of nodes besides the default ones: their servers 1201h to 127Fh (CiA 301,
-// 7.5.2.33, SDO server parameter), with the COB-IDs that their files say or that were overheard,
-// and the transfers of others on them.
+// The SDO channels of nodes besides the default ones: their servers 1201h to 127Fh (CiA
+// 301, 7.5.2.33, SDO server parameter), with the COB-IDs of their device files or those seen on the
+// bus, and the transfers of other clients on these channels.
 #pragma once
 
 #include <cstddef>
@@ -18,35 +18,36 @@ namespace linegate::observer {
 
 class SdoChannels {
  public:
-  // Of can::Target::index, with Service::sdo_client: the frame is of a channel that is kept here.
+  // In can::Target::index, with Service::sdo_client: marks a frame of a channel of this object.
   static constexpr std::uint16_t kFurther = 0x8000;
 
   // dispatch must outlive this.
   explicit SdoChannels(can::Dispatch& dispatch) : dispatch_(dispatch) {}
 
-  // What the node has when it starts.
+  // Adds the SDO servers that the node has after its start.
   void add(std::uint8_t node, const od::DeviceDescription& device);
-  // The object of the node has this value now. Without effect unless it is a COB-ID of one of these
+  // Processes a value of an object of the node. No effect unless it is a COB-ID of one of these
   // servers. May change the dispatch table.
   void learn(std::uint8_t node, od::Address address, std::uint32_t value);
 
-  // A frame for this target (kFurther is in its index), and whose it is.
+  // The node of the channel. index: of a target with kFurther.
   std::uint8_t node_of(std::uint16_t index) const { return channel(index).node; }
-  // The frame's identifier is one of a channel that is kept here, and perhaps a default one, too.
+  // Whether the frame's identifier belongs to a channel of this object; it may belong to a default
+  // channel too.
   bool hears(const can::Frame& frame) const;
-  // The transfer that ends with it, if one does.
+  // Returns the transfer that ends with this frame, if any.
   std::optional<Transfer> receive(std::uint16_t index, const can::Frame& frame);
 
  private:
   struct Channel {
     std::uint8_t node = 0;
-    std::uint16_t server = 0;  // its index
+    std::uint16_t server = 0;  // index of its server object
     can::CobId request{};      // client to server
     can::CobId response{};
-    bool heard = false;  // is in the dispatch table
+    bool heard = false;  // registered in the dispatch table
     SdoFollower follower{};
   };
-  // For each channel two targets in a row.
+  // Each channel has two consecutive targets.
   static constexpr std::uint16_t kRequest = 1;
 
   static constexpr std::size_t place(std::uint16_t index) { return (index & 0x7FFFU) / 2U; }
@@ -56,7 +57,7 @@ class SdoChannels {
   void listen(const Channel& channel, bool on);
 
   can::Dispatch& dispatch_;
-  std::vector<Channel> channels_;  // never fewer: at most 127 of 127 nodes
+  std::vector<Channel> channels_;  // never shrinks: at most 127 channels of each of 127 nodes
 };
 
 }  // namespace linegate::observer

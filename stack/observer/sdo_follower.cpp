@@ -65,7 +65,7 @@ std::optional<Transfer> SdoFollower::request(const can::Frame& frame) {
   }
 }
 
-// An initiate ends whatever was before it: nobody may begin while a transfer is under way.
+// An initiate ends the transfer before it: a client may not begin one while another is in progress.
 std::optional<Transfer> SdoFollower::begin(const can::Frame& frame) {
   const std::uint8_t command = sdo::command_of(frame);
   Phase phase = Phase::idle;
@@ -149,7 +149,8 @@ std::optional<Transfer> SdoFollower::take_upload(std::uint8_t command, const can
     phase_ = Phase::upload_segments;
     return last_ ? end() : std::nullopt;
   }
-  // A server may answer a block upload so as well: the client's threshold for that.
+  // A server may also answer a block upload in this way, because of the client's protocol switch
+  // threshold.
   if ((phase_ != Phase::upload && phase_ != Phase::block_upload) || !is_mine(frame)) {
     return lose();
   }
@@ -186,7 +187,7 @@ std::optional<Transfer> SdoFollower::end() {
   return holes_ ? std::nullopt : std::optional(transfer_);
 }
 
-// Only that of the transfer under way: of others the beginning was not heard.
+// Only an abort of the transfer in progress: the beginning of any other one was not received.
 std::optional<Transfer> SdoFollower::abort(const can::Frame& frame) {
   if (std::exchange(phase_, Phase::idle) == Phase::idle) {
     return std::nullopt;
@@ -210,7 +211,7 @@ void SdoFollower::take_segment(std::uint8_t command, const can::Frame& frame) {
   last_ = (command & sdo::kLastSegment) != 0;
 }
 
-// What was lost on the way to the other side comes again under its old number.
+// A segment that the receiver lost is repeated with its old number.
 void SdoFollower::take_block_segment(const can::Frame& frame) {
   const std::uint8_t command = sdo::command_of(frame);
   const std::uint8_t number = command & sdo::kMaxBlockSize;

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// SDO transfers of others on one channel (the default one of a node is 600h and 580h + node-ID; CiA
-// 301, 7.2.4.3), put together from the frames on the bus: expedited, in segments and in blocks.
+// Assembles SDO transfers between other nodes on one channel (the default channel of a node is 600h
+// and 580h + node-ID; CiA 301, 7.2.4.3) from the frames on the bus: expedited, segmented and block
+// transfers.
 //
-// Both sides are needed: a transfer is told when the server has answered the last frame of it, or
-// either side has aborted it. What begins before one listens, or of which a frame was not heard, is
-// not told; the next initiate of the client begins anew.
+// Frames of both sides are needed: a transfer is reported when the server has answered its last
+// frame, or when either side has aborted it. A transfer that began before this object was created,
+// or of which a frame was missed, is not reported; the next initiate of the client starts a new
+// one.
 #pragma once
 
 #include <array>
@@ -26,11 +28,11 @@ struct Transfer {
 
   od::Address address;
   bool download = false;              // the client wrote
-  AbortCode abort = AbortCode::none;  // none: it ended well
-  std::uint64_t size = 0;             // bytes of the value, if it ended well
+  AbortCode abort = AbortCode::none;  // none: it was successful
+  std::uint64_t size = 0;             // bytes of the value, if it was successful
   std::array<std::byte, kKept> data{};
 
-  // The value, or its first bytes.
+  // The value, or its first bytes if it is longer.
   std::span<const std::byte> kept() const {
     return std::span(data).first(size < kKept ? static_cast<std::size_t>(size) : kKept);
   }
@@ -39,11 +41,11 @@ struct Transfer {
 
 class SdoFollower {
  public:
-  // What stands still for longer was given up by both sides.
+  // A transfer without a frame for this time was abandoned by both sides.
   static constexpr Duration kPatience = std::chrono::seconds(10);
 
-  // A frame of the client, of the server, at frame.time. The transfer that ends with it, if one
-  // does. Frames that are none of SDO's have no effect.
+  // Process a frame of the client or of the server, at frame.time. Return the transfer that ends
+  // with it, if any. Frames that are not SDO frames have no effect.
   std::optional<Transfer> request(const can::Frame& frame);
   std::optional<Transfer> answer(const can::Frame& frame);
 
@@ -54,15 +56,15 @@ class SdoFollower {
     download_segments,  // between an answer and the next segment
     download_segment,   // a segment was sent
     upload,             // initiate sent
-    upload_segments,    // answered with a size: segments are asked for
-    upload_segment,     // one was asked for
+    upload_segments,    // answered with a size: segments follow
+    upload_segment,     // a segment was requested
     block_download,     // initiate sent
     block_taking,       // the client sends segments
-    block_taken,        // the client has told the end
+    block_taken,        // the client has sent the end
     block_upload,       // initiate sent
     block_offered,      // answered: the client may start
     block_giving,       // the server sends segments
-    block_given,        // the server has told the end
+    block_given,        // the server has sent the end
   };
 
   std::optional<Transfer> begin(const can::Frame& frame);
@@ -82,10 +84,10 @@ class SdoFollower {
   Transfer transfer_;
   bool expedited_ = false;
   bool toggle_ = false;  // of the next segment
-  bool last_ = false;    // the last segment has been on the bus
-  bool holes_ = false;   // not every byte was heard
+  bool last_ = false;    // the last segment was on the bus
+  bool holes_ = false;   // not every byte was received
   std::uint8_t last_block_segment_ = 0;
-  std::bitset<128> heard_;  // segments of this block
+  std::bitset<128> heard_;  // segments of this block that were received
   Instant heard_at_{};
 };
 
