@@ -43,7 +43,7 @@ od::ObjectDescription node_states(std::uint16_t index) {
   return out;
 }
 
-// What a write that orders something says; nothing if it is no command.
+// The order that a written value stands for; nothing if it is not a command.
 std::optional<CanopenIa::Order> order_of_reset(std::uint64_t value, std::uint8_t own) {
   switch (value) {
     case kSoftReset:

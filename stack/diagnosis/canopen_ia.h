@@ -1,26 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
-// The records of the CANopenIA manual (6.1 to 6.4) in the dictionary of a line's own node: its
-// sub-indices, from a base on, because the IXXAT objects have the manual's indices.
+// The records of the CANopenIA manual (6.1 to 6.4) in the dictionary of a line's own node: with the
+// manual's sub-indices, but from another base index on, because the IXXAT objects occupy the
+// manual's indices.
 //   base + 0   status, read only    1 node-ID U8   2 own NMT state U8   3 hardware U8, see below
 //              4 kind and version U32: bits 8..15 02h manager, 01h device; 16..23 major, 24..31
 //              minor version, of 1018h:3    5 serial number, DOMAIN of 16 bytes, that of 1018h:4
 //   base + 1   control, control_record.h; rw unless another access is named
 //              1 reset U8 wo: 129 reset communication, 130 reset node (of the own node)
 //              4 manager control U32: bit 0 keep nodes operational, 4 answer reads of nodes with
-//              what a scan read, 5 writes by object go by SDO, 6 PDOs are sent when they are
+//              scanned values, 5 writes by object use SDO, 6 PDOs are sent when they are
 //              triggered; the others are fixed    5 heartbeat producer time that is set up at nodes
 //              that a scan finds without error control, U16 ms, not 0   6 ro: 2.5 times that
 //              7 PDO update time U8 ms   8 event time U16 ms, 9 inhibit time U16 100 us of all
-//              event-driven TPDOs; 0, and they are as configured, until it is written
+//              event-driven TPDOs; until they are written they read 0, and the times are as
+//              configured
 //              Ah scan of a node U8 wo: node-ID   Bh generic CAN U8: 01h transmit, 10h receive,
 //              11h both by base + Ch   Ch trigger of a PDO U16 wo: high byte node-ID, low byte
 //              number of its RPDO
-//   base + 4   1..127 U8: the last that became known of the node, node_status.h; 0800 0024h if
-//              nothing did
+//   base + 4   1..127 U8: the last known status of the node, node_status.h; 0800 0024h if
+//              there is none
 //   base + Ah  1 NMT U16 wo: high byte node-ID, 0 = all; low byte command specifier
-//   base + Ch  1..8 rw: generic CAN frames of so many bytes, see frame_record.h. Written: sent.
-//              Read: the last that came, 0800 0024h if none did
-// What is set lasts until the line is made anew, whatever is reset.
+//   base + Ch  1..8 rw: generic CAN frames with that number of bytes, see frame_record(). Write:
+//              sends the frame. Read: the last frame received, 0800 0024h if there is none
+// Settings last until the line is created again; no reset changes them.
 #pragma once
 
 #include <array>
@@ -44,23 +46,24 @@
 
 namespace linegate::diagnosis {
 
-// CAN frames of no CANopen service as values of an object (CANopenIA manual 6.2, 5F0Ch): the
-// sub-index is the number of data bytes, 1..8; the value U16 identifier of 11 bits, then the data.
+// CAN frames that belong to no CANopen service, as values of an object (CANopenIA manual 6.2,
+// 5F0Ch): the sub-index is the number of data bytes, 1..8; the value is the 11-bit identifier as
+// U16, then the data.
 //
-// OCTET_STRINGs. Sub-index 0 is the highest one, as in every record (CiA 301, 7.4.5.2), so that a
-// frame without data has no place.
+// OCTET_STRINGs. Sub-index 0 is the highest sub-index, as in every record (CiA 301, 7.4.5.2), so
+// there is no sub-index for a frame without data.
 od::ObjectDescription frame_record(std::uint16_t index);
 
-// The frame that is written. length_too_high, length_too_low; invalid_value for an identifier of
-// more than 11 bits.
+// Decodes a written value. Fails with length_too_high, length_too_low, or invalid_value for an
+// identifier of more than 11 bits.
 Result<can::Frame> frame_of(std::uint8_t sub, std::span<const std::byte> value);
 
-// The last of each length that came.
+// The last received frame of each length.
 class HeardFrames {
  public:
-  // Frames that the record cannot hold (29 bits, remote, CAN FD) are left out.
+  // Ignores frames that the record cannot hold (29 bits, remote, CAN FD).
   void note(const can::Frame& frame);
-  // As the record holds it; empty if none came. length: 1..8.
+  // In the format of the record; empty if no frame was received. length: 1..8.
   std::span<const std::byte> last(std::uint8_t length) const;
 
  private:
@@ -71,31 +74,32 @@ class HeardFrames {
   std::array<Heard, can::kMaxClassicData + 1> heard_{};
 };
 
-// What the CANopenIA records ask of the line, and order of it.
+// The services that the CANopenIA records need from the line.
 class RecordHost {
  public:
   virtual ~RecordHost() = default;
 
   struct Transmission {
-    bool fd = false;       // the interface is one of CAN FD
-    bool waiting = false;  // something waits for the bus, or for its inhibit time
-    bool overrun = false;  // a queue was too full for a frame since the line was made
+    bool fd = false;       // the interface supports CAN FD
+    bool waiting = false;  // a frame waits for the bus, or a PDO for its inhibit time
+    bool overrun = false;  // a frame was rejected by a full queue since the line was created
   };
   virtual Transmission transmission() const = 0;
 
-  // Whether the node, 1..127, can be scanned now, and the TPDO triggered that is RPDO `number` of
-  // the node: none; invalid_value for what is not there; local_control if the line does not manage;
-  // device_state if it is not the time for it.
+  // Whether node 1..127 can be scanned now, and whether the TPDO that is RPDO `number` of the node
+  // can be triggered now. none: it can; invalid_value: it does not exist; local_control: the line
+  // is not the manager; device_state: not in the present state.
   virtual AbortCode may_scan(std::uint8_t node) const = 0;
   virtual AbortCode may_trigger(std::uint8_t node, std::uint8_t number) const = 0;
 
-  // Sends a frame behind all else. local_control if a service uses its identifier, device_state if
-  // there is no bus or no room.
+  // Sends a frame after all other queued frames. local_control if a service uses its identifier,
+  // device_state if there is no bus or no room.
   virtual AbortCode transmit(const can::Frame& frame) = 0;
 };
 
 inline constexpr std::uint16_t kCanopenIaLast = 0x0C;  // after the base
-// Where the records may be: beside the other objects of a line's own node from 5F00h to 5FFFh.
+// Whether the records from this base on fit into 5F00h to 5FFFh beside the other objects of the own
+// node.
 constexpr bool is_free_for_records(std::uint16_t base) {
   return base >= od::objects::kLowestCanopenIa && base <= od::objects::kHighestCanopenIa &&
          (base > od::objects::kTaskTimes || base + kCanopenIaLast < od::objects::kTaskTimes);
@@ -104,12 +108,12 @@ constexpr bool is_free_for_records(std::uint16_t base) {
 // Bits of the hardware state.
 inline constexpr std::uint8_t kHardwareInitialised = 1U << 0U;
 inline constexpr std::uint8_t kHardwareErrors = 1U << 1U;   // error frames were seen
-inline constexpr std::uint8_t kHardwarePassive = 1U << 2U;  // now
+inline constexpr std::uint8_t kHardwarePassive = 1U << 2U;  // present state
 inline constexpr std::uint8_t kHardwareOverrun = 1U << 3U;  // frames were lost on reception
 inline constexpr std::uint8_t kHardwareTransmitOverrun = 1U << 4U;
 inline constexpr std::uint8_t kHardwareFd = 1U << 5U;
-inline constexpr std::uint8_t kHardwareTransmits = 1U << 6U;  // something waits
-inline constexpr std::uint8_t kHardwareBusOff = 1U << 7U;     // now
+inline constexpr std::uint8_t kHardwareTransmits = 1U << 6U;  // a frame waits
+inline constexpr std::uint8_t kHardwareBusOff = 1U << 7U;     // present state
 
 struct CanopenIaOptions {
   std::uint16_t base = od::objects::kCanopenIa;
@@ -124,17 +128,17 @@ Result<void> add_canopen_ia(od::Dictionary& dictionary, std::uint16_t base);
 
 class CanopenIa final : public od::Hook {
  public:
-  // What was ordered by a write.
+  // The kind of an order.
   enum class OrderKind : std::uint8_t { nmt, scan, trigger };
   struct Order {
     nmt::Command command = nmt::Command::start;
-    std::uint8_t node = 0;  // of an NMT command 0 = all
+    std::uint8_t node = 0;  // 0 = all, for NMT commands only
     OrderKind kind = OrderKind::nmt;
-    std::uint8_t rpdo = 0;  // its number, of a trigger
+    std::uint8_t rpdo = 0;  // number of the RPDO, for OrderKind::trigger
   };
-  static constexpr std::size_t kOrders = 8;  // that wait
+  static constexpr std::size_t kOrders = 8;  // largest number of pending orders
 
-  // All must outlive it.
+  // All references must outlive this object.
   CanopenIa(od::Dictionary& dictionary, const Diagnosis& diagnosis, RecordHost& host,
             const CanopenIaOptions& options);
   ~CanopenIa() override;
@@ -143,14 +147,15 @@ class CanopenIa final : public od::Hook {
 
   const ControlSettings& settings() const { return options_.settings; }
   bool keep_operational() const { return settings().keep_operational; }
-  // The oldest order: it is carried out when the access that gave it is over. False if none waits.
+  // Removes the oldest order, which the caller carries out after the access that wrote it. False if
+  // there is none.
   bool take(Order& out);
-  // True once when event or inhibit time were written.
+  // True once after event time or inhibit time was written.
   bool take_pdo_times() { return std::exchange(pdo_times_written_, false); }
-  // There is something to be taken.
+  // An order or new PDO times are pending.
   bool waits() const { return !orders_.empty() || pdo_times_written_; }
 
-  // A frame that no service wants: true if all such are to be told.
+  // Call it with each frame that no service consumes. True if such frames are to be reported.
   bool hear(const can::Frame& frame) {
     if (!options_.settings.receives_frames) [[likely]] {
       return false;
@@ -160,8 +165,9 @@ class CanopenIa final : public od::Hook {
   }
 
   AbortCode before_read(od::Address address, const od::Variable& variable) override;
-  // invalid_value for what no command is; local_control where only a manager can; device_state with
-  // kOrders waiting, for frames while they are not enabled, and whatever RecordHost says.
+  // invalid_value for a value that is not a command; local_control for a command that needs a
+  // manager; device_state if kOrders orders are pending, and for frames while they are not enabled;
+  // otherwise the result of RecordHost.
   AbortCode check_write(od::Address address, std::span<const std::byte> value) override;
   AbortCode execute_write(od::Address address, std::span<const std::byte> value) override;
 

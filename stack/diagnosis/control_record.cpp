@@ -12,7 +12,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-// 0Bh: 0 off, 1 by the frame record; bits 0..3 transmit, 4..7 receive.
+// 0Bh: bits 0..3 transmit, bits 4..7 receive; each 0 off, 1 by the frame record.
 constexpr std::uint64_t kSendsFrames = 0x01;
 constexpr std::uint64_t kReceivesFrames = 0x10;
 
@@ -39,7 +39,7 @@ std::uint64_t generic_can_of(const ControlSettings& settings) {
 od::ObjectDescription control_record(std::uint16_t index) {
   using od::Access;
   using od::DataType;
-  constexpr std::uint8_t kShortest = 1;  // heartbeat, ms
+  constexpr std::uint8_t kShortest = 1;  // heartbeat producer time, ms
   const auto usual =
       std::chrono::duration_cast<std::chrono::milliseconds>(ControlSettings{}.heartbeat);
   od::VariableDescription heartbeat =

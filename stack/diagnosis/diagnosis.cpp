@@ -14,7 +14,7 @@ constexpr od::Address kBootTime{od::objects::kBootTime, 0};
 constexpr std::uint64_t kIsSlave = 1U << 0U;
 constexpr std::uint64_t kIsMandatory = 1U << 3U;
 
-// A node may take so long to do what an NMT command says.
+// Time limit for a node to carry out an NMT command.
 constexpr Duration kObedience = std::chrono::milliseconds(100);
 
 bool booted(const NodeState& node) {
@@ -29,7 +29,8 @@ void each_node(Action action) {
   }
 }
 
-// Of a manager: the network is initialised from now on, or (after a fatal error) goes on.
+// Whether this state change of the manager begins an initialisation of the network, or (after a
+// fatal error) continues it.
 bool begins(const Event& event, bool fatal) {
   const auto is = [](std::uint32_t code, manager::ManagerState state) {
     return code == static_cast<std::uint32_t>(state);
@@ -42,7 +43,7 @@ bool begins(const Event& event, bool fatal) {
           !is(event.code, manager::ManagerState::stopped));
 }
 
-// In the one of the three lists that its state is.
+// Sets the node in the list of its state and clears it in the two other lists.
 void list_state(NodeLists& lists, std::uint8_t node, nmt::State state) {
   lists.operational.set(node, state == nmt::State::operational);
   lists.stopped.set(node, state == nmt::State::stopped);
@@ -97,7 +98,7 @@ void Diagnosis::heard(std::uint8_t node, nmt::State state, Instant now) {
 }
 
 void Diagnosis::commanded(nmt::Command command, std::uint8_t node) {
-  const bool resets = nmt::is_reset(command);  // the node may be started after it
+  const bool resets = nmt::is_reset(command);  // the node may be started after a reset
   changed_ = true;
   node_status_.commanded(command, node);
   each_node([&](std::uint8_t each) {
@@ -135,7 +136,7 @@ void Diagnosis::begin() {
   changed_ = true;
 }
 
-// Another value of 1F89h ends or prolongs the time that runs.
+// A new value of 1F89h ends or prolongs the running boot time.
 void Diagnosis::look_at_boot_time(Instant now) {
   const std::uint64_t milliseconds = dictionary_.number(kBootTime).value_or(0);
   boot_time_ends_ =
@@ -179,7 +180,7 @@ bool Diagnosis::mandatory(std::uint8_t node) const {
                : options_.mandatory.has(node);
 }
 
-// Those whose heartbeat the own node is to hear: of the configuration, or by 1016h.
+// Nodes whose heartbeat the own node monitors: those of the configuration, and those of 1016h.
 NodeList Diagnosis::monitored() const {
   NodeList out = options_.assigned;
   const std::uint64_t entries =

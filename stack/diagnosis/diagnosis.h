@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a line can be diagnosed by, as its manager's applications know it from the IXXAT manual
-// (chapters 7 and 8): one state of the whole, what has happened, lists of nodes, EMCY statistics.
-// It hears of events and looks at the states that the manager keeps; it acts on nothing.
+// The diagnosis of a line according to the IXXAT manual (chapters 7 and 8): one state of the
+// network, event indications, lists of nodes, EMCY statistics. It observes events and the states of
+// nodes and controls nothing.
 #pragma once
 
 #include <array>
@@ -22,11 +22,12 @@
 
 namespace linegate::diagnosis {
 
-// What the line says of the moment.
+// The present state of the line.
 class Source {
  public:
   virtual ~Source() = default;
-  // running, manages, own, manager, starts_nodes and scanning; the rest is the diagnosis' own.
+  // Fills in running, manages, own, manager, starts_nodes and scanning; the diagnosis adds the
+  // rest.
   virtual NetworkFacts network() const = 0;
   // node: 1..127.
   virtual const manager::NodeState& node_seen(std::uint8_t node) const = 0;
@@ -34,31 +35,32 @@ class Source {
 
 struct Options {
   std::uint8_t own_node = 0;
-  // Nodes of the configuration. Where the dictionary has 1F81h its bits 0 and 3 count.
+  // Nodes of the configuration. If the dictionary has 1F81h, its bits 0 and 3 apply instead.
   NodeList assigned;
   NodeList mandatory;
-  std::uint16_t fatal_events = kFatalEvents;  // of global_events.h
+  // Bits of global_events.h that end in the state fatal error
+  std::uint16_t fatal_events = kFatalEvents;
 };
 
 class Diagnosis final : public EventListener {
  public:
-  // dictionary and source must outlive it. Nothing is read of them in here.
+  // dictionary and source must outlive this object. The constructor does not read them.
   Diagnosis(const Options& options, const od::Dictionary& dictionary, const Source& source);
 
   void told(const Event& event) override;
-  // Of a node, 1..127: an EMCY, and the state that its error control message shows.
+  // node 1..127: an EMCY of the node, and the state in its error control message.
   void emergency(std::uint8_t node, const emcy::Message& message);
   void heard(std::uint8_t node, nmt::State state, Instant now);
   // An NMT command was sent to a node, or to all with 0.
   void commanded(nmt::Command command, std::uint8_t node);
-  // A node is being scanned, or all with 0.
+  // A scan of a node began, or of all with 0.
   void scan_begins(std::uint8_t node) { node_status_.scan_begins(node); }
   void scan_ends() { node_status_.scan_ends(); }
-  // 1F82h was written: of one node, or of all with 0.
+  // 1F82h was written for one node, or for all with 0.
   void requested(std::uint8_t node);
   // The state or presence of a node changed without an event.
   void states_changed() { changed_ = true; }
-  // Does nothing as long as nothing has changed.
+  // Does nothing if nothing has changed.
   void update(Instant now);
 
   std::uint8_t network_state() const;  // see network_state.h
@@ -69,10 +71,11 @@ class Diagnosis final : public EventListener {
   const EmcyRecord& emcys() const { return emcys_; }
   const NodeStatus& node_status() const { return node_status_; }
   nmt::State own_state() const { return source_.network().own; }
-  // A node, 1..127, that was booted and told to start shows another state than Operational.
+  // Whether a node, 1..127, that was booted and commanded to start shows another state than
+  // Operational.
   bool strayed(std::uint8_t node) const;
-  // True once when the network has come into the state fatal error: what begin() of the network
-  // ends, and nothing else.
+  // True once after the network has entered the state fatal error, which only the next
+  // initialisation (begin()) ends.
   bool take_failure() { return std::exchange(failed_, false); }
   bool failed() const { return failed_; }
   bool fatal() const { return state_.fatal(); }
@@ -96,14 +99,14 @@ class Diagnosis final : public EventListener {
   EmcyRecord emcys_;
   NodeStatus node_status_;
   NodeLists last_lists_;
-  // The state that the last NMT command asks of a node, and since when; unknown: none.
+  // The state that the last NMT command to the node requests, and its time; unknown: no request.
   struct Expectation {
     nmt::State state = nmt::State::unknown;
     Instant since{};
   };
   std::array<Expectation, can::kMaxNodeId + 1> expected_{};
   NodeList disobedient_;
-  Instant latest_{};  // what is told without a time happens now
+  Instant latest_{};  // stands in for reports without a time
   Instant began_{};
   Instant boot_time_ends_ = kNever;
   bool boot_time_over_ = false;

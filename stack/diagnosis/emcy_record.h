@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What EMCYs the nodes of a line have sent: counters by node and by class, and the last four of
+// Statistics of received EMCYs: counters for each node and for each class, and the last four of
 // each node (IXXAT manual 7.3, objects 5F10h to 5F18h).
 #pragma once
 
@@ -13,7 +13,8 @@
 
 namespace linegate::diagnosis {
 
-// Classes of emergency error codes that are counted apart, by their high byte: 5F11h, 5F12h, ...
+// Classes of emergency error codes with a counter of their own, by their high byte: 5F11h, 5F12h,
+// ...
 inline constexpr std::array<std::uint8_t, 7> kEmcyClasses{0x10, 0x50, 0x60, 0x81, 0x82, 0x90, 0xFF};
 
 class EmcyRecord {
@@ -24,15 +25,16 @@ class EmcyRecord {
   // node: 1..127.
   void note(std::uint8_t node, const emcy::Message& message);
 
-  // Received of the node, error resets among them. These counters end at 255.
+  // EMCYs received from the node, including error resets. The counters saturate at 255.
   std::uint8_t count(std::uint8_t node) const { return histories_[node].count; }
   // kEmcyClasses[which].
   std::uint8_t of_class(std::size_t which) const { return classes_[which]; }
-  // The last one did not say that the node is free of errors: 0000h with an error register of 0.
+  // Whether the last EMCY reported an error. Error code 0000h with error register 0 means that the
+  // node is free of errors.
   bool erroneous(std::uint8_t node) const { return histories_[node].erroneous; }
 
-  // As 5F18h holds it: U8 position of the last message, 1..4, 0 = none; then up to four messages of
-  // 8 bytes as they came, the fifth in the place of the first.
+  // In the format of 5F18h: U8 position of the last message, 1..4, 0 = none; then up to four
+  // messages of 8 bytes as received. The fifth message overwrites the first.
   std::span<const std::byte> history(std::uint8_t node) const;
 
  private:

@@ -11,14 +11,14 @@ namespace linegate::diagnosis {
 namespace {
 
 constexpr std::uint32_t kBusyRefusal = 1;   // line::Refusal::busy, part of the contract
-constexpr std::uint32_t kLifeGuarding = 2;  // code of heartbeat_lost: nobody's node
+constexpr std::uint32_t kLifeGuarding = 2;  // code of heartbeat_lost that names no node
 
 constexpr std::uint16_t when(bool condition, std::uint16_t bits) {
   return condition ? bits : std::uint16_t{0};
 }
 
-// A node that fell silent in the middle of its boot process, or whose identity could not be read,
-// is not known to be a wrong one.
+// A node that stopped answering during its boot process, or whose identity could not be read, is
+// not known to be a wrong device.
 bool is_unproved(const Event& event) {
   const manager::BootFinding finding = manager::finding_of(event);
   return finding.kind == manager::BootFinding::Kind::abort &&

@@ -22,7 +22,7 @@ class NodeList {
   constexpr bool has(std::uint8_t node) const {
     return ((words_[(node - 1U) / 32U] >> ((node - 1U) % 32U)) & 1U) != 0;
   }
-  // By sub-index less one: 0..3.
+  // number: sub-index minus 1, 0..3.
   constexpr std::uint32_t word(std::size_t number) const { return words_[number]; }
 
   friend constexpr bool operator==(const NodeList&, const NodeList&) = default;
@@ -31,7 +31,7 @@ class NodeList {
   std::array<std::uint32_t, kWords> words_{};
 };
 
-// One for each question that 5F01h to 5F07h answer, in their order.
+// The lists of 5F01h to 5F07h, in this order.
 struct NodeLists {
   NodeList assigned;
   NodeList configured;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The last that became known of each node, as the CANopenIA manual numbers it (6.3,
+// The last known status of each node, with the numbers of the CANopenIA manual (6.3,
 // NODESTATUS_...).
 #pragma once
 
@@ -28,15 +28,15 @@ inline constexpr std::uint8_t kStatusResetCommunication = 0xB1;
 class NodeStatus {
  public:
   void note(const Event& event);
-  // An NMT command was sent to a node, or to all with 0: resets are a status. All are those of
-  // which something is known.
+  // An NMT command was sent to a node, or to all nodes with a known status with 0. Resets are a
+  // status.
   void commanded(nmt::Command command, std::uint8_t node);
-  // A node is being scanned, or all with 0.
+  // A scan of a node began, or of all with 0.
   void scan_begins(std::uint8_t node);
-  // Nothing is being scanned any more: nodes that were not heard of since are not there.
+  // The scan ended: nodes without a result are absent.
   void scan_ends();
 
-  // node: 1..127. Nothing if nothing is known.
+  // node: 1..127. Nothing if there is no status.
   std::optional<std::uint8_t> of(std::uint8_t node) const { return last_[node]; }
 
  private:

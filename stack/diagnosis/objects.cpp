@@ -106,7 +106,7 @@ Result<void> add_objects(od::Dictionary& dictionary) {
 Objects::Objects(od::Dictionary& dictionary, Diagnosis& diagnosis, std::uint8_t own_node)
     : dictionary_(dictionary), diagnosis_(diagnosis), own_node_(own_node) {
   set_hooks(this);
-  (void)dictionary_.add_hook(od::objects::kRequestNmt, *this).ok();  // a device has none
+  (void)dictionary_.add_hook(od::objects::kRequestNmt, *this).ok();  // a device has no 1F82h
 }
 
 Objects::~Objects() {

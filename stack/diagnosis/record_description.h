@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the objects of this folder's records are described. Private to stack/diagnosis.
+// Descriptions of the records in this folder. Private to stack/diagnosis.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace linegate::diagnosis {
 
-// With the sub-index 0 that says which is the highest.
+// Adds sub-index 0, the highest sub-index.
 inline od::ObjectDescription record(std::uint16_t index, std::string name,
                                     std::vector<od::VariableDescription> members) {
   od::ObjectDescription out{
