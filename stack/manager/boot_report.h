@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the boot processes of nodes ended: what the command `boot` is answered with.
+// The results of boot processes: the reply to the command `boot`.
 //
 // For each node, ascending, 18 bytes, little-endian: node-ID (1), letter or 0 (1), index (2) and
 // sub-index (1) of the object, BootFinding::Kind (1), SDO abort code (4), expected value (4), found
@@ -17,25 +17,25 @@
 
 namespace linegate::manager {
 
-// EventKind::boot_result: how a boot slave process ended, as an event.
+// EventKind::boot_result: the result of a boot slave process, as an event.
 //
 //   code   0 = booted, else the letter
-//   value  SDO abort code, or the value that was found
-//   data   if something was found: index (2, LE) and sub-index of the object, BootFinding::Kind,
-//          expected value (4, LE); of an abort of the protocol that the node said until it counted
-//          as a refusal, how often it did
+//   value  SDO abort code, or the value found
+//   data   if there is a finding: index (2, LE) and sub-index of the object, BootFinding::Kind,
+//          expected value (4, LE). If a communication error counted as a refusal, the expected
+//          value is the number of consecutive aborts
 Event boot_result(std::uint8_t node, char letter, const BootFinding& finding, Instant now);
 
-// What boot_result() put into it.
+// The finding in an event of boot_result().
 BootFinding finding_of(const Event& event);
 
-// The abort code is one of those with which either side says that it lost the thread of a transfer
-// (0503 0000h, 0504 0000h to 0504 0004h): the node refused nothing, and may not once it is asked
-// again.
+// The abort code is 0503 0000h or 0504 0000h to 0504 0004h, with which either side reports that the
+// transfer went out of step. It is not a refusal: a repeated transfer may succeed.
 bool is_communication_error(AbortCode abort);
 
-// The node refused what the boot process needs. Not so if it fell silent, or lost the thread of a
-// transfer and did not say so again and again.
+// The node refused a transfer that the boot process needs. A node that stopped answering did not
+// refuse; one that reported a communication error did only if it repeated it (kRefusals in
+// boot_slave.cpp).
 bool is_refusal(const BootFinding& finding);
 
 struct BootOutcome {
@@ -47,7 +47,7 @@ struct BootOutcome {
 };
 
 std::vector<std::byte> write_boot_report(std::span<const BootOutcome> outcomes);
-// length_mismatch if the bytes are no whole number of nodes.
+// length_mismatch if the number of bytes is not a multiple of 18.
 Result<std::vector<BootOutcome>> read_boot_report(std::span<const std::byte> data);
 
 }  // namespace linegate::manager

@@ -13,19 +13,20 @@
 namespace linegate::manager {
 namespace {
 
-constexpr Duration kRetryDelay = std::chrono::seconds(1);  // between two questions for 1000h
-// A server that says so often in a row, at the same place, that it lost the thread does not take
-// what it is asked: devices without segmented transfer say 0504 0001h to every longer value. One
-// that is still starting may say so, too, which is why its boot time-out has to be over besides.
+constexpr Duration kRetryDelay = std::chrono::seconds(1);  // between two uploads of 1000h
+// This number of consecutive equal communication errors at the same object counts as a refusal:
+// devices without segmented transfer answer 0504 0001h to every longer value. A device that is
+// still starting may answer so as well, so the boot time-out must also be over.
 constexpr std::uint32_t kRefusals = 3;
-// For the answer to one node guarding request of a node that is to be kept alive.
+// For the answer to one node guarding request to a node that is to be kept alive.
 constexpr Duration kGuardWait = std::chrono::milliseconds(100);
 
-// A node that shows Operational or Stopped so long after its NMT reset did not receive the reset.
-// What it sent before may arrive until then.
+// A node that shows Operational or Stopped this long after its NMT reset did not receive the reset.
+// Frames sent before the reset may arrive until then.
 constexpr Duration kResetGrace = std::chrono::milliseconds(100);
 constexpr unsigned kMaxResetRepeats = 3;
-// From the second restart of a node that is being configured on; each is twice the one before.
+// Pause after the second restart of a node during its configuration; doubled with each further
+// restart.
 constexpr Duration kFirstPause = std::chrono::seconds(1);
 constexpr Duration kLongestPause = std::chrono::seconds(30);
 
@@ -50,7 +51,8 @@ std::uint32_t number(const std::vector<std::byte>& data) {
       load_le(std::span(data).first(std::min<std::size_t>(data.size(), 4))));
 }
 
-// An answer that is none to the question, or an abort nobody can read, refuses nothing.
+// Treats an answer that does not match the request, or a malformed abort, as a communication error:
+// neither is a refusal.
 sdo::Completion understood(sdo::Completion completion) {
   if (completion.abort != AbortCode::none && !completion.refused &&
       !is_communication_error(completion.abort)) {
@@ -254,7 +256,8 @@ std::optional<char> BootSlave::take_result() {
 void BootSlave::read_device_type(Instant now) {
   set_step(Step::device_type, kNever);
   if (reset_.waits_for_boot_up && services_.list.guard_time(plan_.id) > Duration::zero()) {
-    services_.heartbeats.ask(plan_.id);  // it sends no heartbeat that shows whether it was reset
+    // A guarded node sends no heartbeat that would show whether it was reset
+    services_.heartbeats.ask(plan_.id);
   }
   upload(kDeviceType, now);
 }
@@ -285,7 +288,7 @@ void BootSlave::check_device_type(const sdo::Completion& completion, Instant now
   next_identity(now);
 }
 
-// Asks only for what is expected; the serial number also to show it, where a device has one.
+// Reads only fields with an expected value, and always the serial number, which is published.
 void BootSlave::next_identity(Instant now) {
   while (++identity_sub_ <= kIdentityFields.size()) {
     const IdentityField& field = kIdentityFields[identity_sub_ - 1U];
@@ -336,7 +339,7 @@ void BootSlave::reset(Instant now) {
   LINEGATE_ASSERT(step_ != Step::wait_reset, "the step that goes on after the reset is known");
   reset_by_ = step_;
   reset_.repeats = 0;
-  // Values that were restored are those of the application, too.
+  // Restored values include those of the application, so reset node is needed.
   send_reset(
       step_ == Step::configuration ? nmt::Command::reset_node : nmt::Command::reset_communication,
       now);
@@ -351,13 +354,13 @@ void BootSlave::send_reset(nmt::Command command, Instant now) {
   state_unknown();
 }
 
-// It was reset, or nothing is heard of it: what it showed before does not count any more.
+// The node was reset or does not answer: the state it showed before is no longer valid.
 void BootSlave::state_unknown() {
   node_.state = nmt::State::unknown;
   services_.host.node_data_invalid(plan_.id);
 }
 
-// Each attempt to boot a silent node ends here; the first one alone changes what is shown.
+// Called for each attempt to boot a silent node; only the first one changes the published state.
 void BootSlave::missing() {
   const bool is_news = node_.presence != Presence::missing || node_.state != nmt::State::unknown;
   node_.presence = Presence::missing;
@@ -366,7 +369,7 @@ void BootSlave::missing() {
   }
 }
 
-// A node without boot slave process may be started by another application.
+// Nodes without a boot slave process are excluded, because another application may start them.
 bool BootSlave::missed_reset(nmt::State state, Instant now) const {
   const bool was_not_reset = state == nmt::State::operational || state == nmt::State::stopped;
   if (!was_not_reset || !reset_.waits_for_boot_up || !has(assignment::kBoot) ||
@@ -384,14 +387,14 @@ bool BootSlave::missed_reset(nmt::State state, Instant now) const {
     case Step::retry:
       return true;
     case Step::idle:
-    case Step::program:  // has the node alone
+    case Step::program:  // the program step has exclusive access to the node
     case Step::done:
       return false;
   }
   return false;
 }
 
-// The boot process goes on from its beginning, within the boot time-out that runs already.
+// The boot process restarts from its beginning, within the running boot time-out.
 void BootSlave::repeat_reset(Instant now) {
   ++reset_.repeats;
   send_reset(reset_.command, now);
@@ -447,7 +450,7 @@ BootStep& BootSlave::running() {
   return step_ == Step::program ? *program_ : *configuration_;
 }
 
-// Takes up what the step that runs has come to.
+// Processes the result of the running step.
 void BootSlave::settle(Instant now) {
   if (step_ != Step::program && step_ != Step::configuration) {
     return;  // the queue of the node is full, see submit()
@@ -472,7 +475,7 @@ void BootSlave::settle(Instant now) {
       reset(now);
       return;
     case StepEnd::Kind::anew:
-      booted_up_ = true;  // what runs there is new
+      booted_up_ = true;  // a new program runs
       read_device_type(now);
       return;
   }
@@ -496,7 +499,7 @@ void BootSlave::start_error_control(Instant now) {
   }
 }
 
-// The node is configured, so that a heartbeat that comes yet makes it whole.
+// The node is configured, so a later heartbeat still completes its boot process.
 void BootSlave::no_error_control(Instant now) {
   wake_ = kNever;
   missing();
@@ -505,7 +508,8 @@ void BootSlave::no_error_control(Instant now) {
 
 // --- results ------------------------------------------------------------------------------------
 
-// What the step needs cannot be had.
+// Ends the process with the letter; after a communication error it tries again first, see
+// kRefusals.
 void BootSlave::fail(char letter, BootFinding finding, Instant now) {
   if (!is_communication_error(finding.abort)) {
     finish(letter, finding, now);
@@ -527,8 +531,8 @@ void BootSlave::finish(char letter, const BootFinding& finding, Instant now) {
   tell(letter, finding, now);
 }
 
-// The node does not answer (any more), or not to all it is asked, or not so that it can be
-// understood. The same is not told twice.
+// The node does not answer, or its answer cannot be used: keeps trying every second. An unchanged
+// result is reported once.
 void BootSlave::search(char letter, const BootFinding& finding, Instant now) {
   if (finding.abort == AbortCode::timeout && !said_) {
     missing();
@@ -566,7 +570,7 @@ void BootSlave::submit(sdo::Request request, Instant now) {
   request.priority = sdo::Priority::boot;
   said_ = false;
   if (!services_.sdo.submit(std::move(request), now)) {
-    // The queue of this node is full of commands: ask again when some of them are done.
+    // The queue of this node is full of commands: retry when some of them are done.
     transfer_ = 0;
     if (step_ == Step::program || step_ == Step::configuration) {
       running().cancel();

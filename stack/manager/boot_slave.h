@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// The boot slave process of CiA 302-2 for one node, from the question whether it is listed (A) to
-// its error control (K). Program and configuration are steps of their own, see boot_step.h.
+// The boot slave process of CiA 302-2 for one node, from the check whether it is listed (A) to its
+// error control (K). Program and configuration are separate steps, see boot_step.h.
 //
 // Each transfer is made once (sdo::TransferOptions::repeats is 0): 1000h is read again every second
-// anyway, and from then on a lost frame ends the process with the letter of its step, as any abort.
-// A node that fell silent on the way, or answered what is none to the question, is searched for as
-// one that never answered: without end. So is one that aborts the upload of 1000h, which is boot
-// status B. Only what it refuses, and what it is, end the process; an abort of the protocol, such
-// as 0504 0001h, is a refusal when it comes three times in a row and the boot time-out is over, as
-// for an abort of 1000h: a device that is still starting may answer so.
+// anyway, and after it a lost frame ends the process with the letter of its step, like any abort. A
+// node that stops answering during the process, or whose answer does not match the request, is
+// retried without limit, like a node that never answered. So is a node that aborts the upload of
+// 1000h, which is boot status B. Only a refusal or a wrong device ends the process. A communication
+// error, such as 0504 0001h, counts as a refusal after three consecutive occurrences, when the boot
+// time-out is also over (as for an abort of 1000h): a device that is still starting may answer so.
 //
-// A node that was reset and shows Operational or Stopped before its boot-up message has come did
-// not receive the NMT command: it is reset again, at most three times.
+// A node that was reset and shows Operational or Stopped before its boot-up message did not receive
+// the NMT command: it is reset again, at most three times.
 //
-// A node that boots up while it is configured is configured again, after pauses that grow. The boot
-// time-out goes on over such restarts; when it is over, that is the result of the process, which
-// goes on with the same pauses.
+// A node that boots up while it is configured is configured again, after increasing pauses. Such
+// restarts do not restart the boot time-out; when it expires, kRestarts is reported as the result
+// of the process, which continues with the same pauses.
 #pragma once
 
 #include <cstdint>
@@ -34,12 +34,12 @@
 
 namespace linegate::manager {
 
-// What all boot processes of a line share. All must outlive them.
+// Shared by all boot processes of a line. All references must outlive them.
 struct BootServices {
   const NetworkList& list;
   Duration sdo_timeout{};
   sdo::Arbiter& sdo;
-  sdo::TransferOwner& owner;  // of the transfers of all of them; hands on their ends
+  sdo::TransferOwner& owner;  // owner of all their transfers; it forwards the completions
   nmt::HeartbeatConsumer& heartbeats;
   EventLog& events;
   Host& host;
@@ -48,35 +48,35 @@ struct BootServices {
 class BootSlave final : private StepContext {
  public:
   enum class Reason : std::uint8_t {
-    present,   // it may be running: asked at once
-    reset,     // it was told to reset: asked after its boot-up message, or NodePlan::reset_time
-    boots_up,  // its boot-up message has come
+    present,   // may be running: read 1000h at once
+    reset,     // a reset was sent: read 1000h after its boot-up message, or NodePlan::reset_time
+    boots_up,  // its boot-up message was received
   };
 
-  // plan and node must outlive it; node is updated with what is read and heard.
+  // plan and node must outlive it. The process updates node with values read and states received.
   BootSlave(const NodePlan& plan, const BootServices& services, NodeState& node);
 
-  // The step that checks and updates the program (bit 5 of 1F81h); without one such a node ends
-  // with G. The step that configures; without one nothing is written. Before begin().
+  // The step that checks and updates the program (bit 5 of 1F81h): without it such a node ends with
+  // G. The step that configures: without it nothing is written. Call both before begin().
   void set_program(std::unique_ptr<BootStep> step) { program_ = std::move(step); }
   void set_configuration(std::unique_ptr<BootStep> step) { configuration_ = std::move(step); }
 
-  // command: which reset was sent, with Reason::reset.
+  // command: the reset that was sent, with Reason::reset.
   void begin(Reason reason, Instant now, nmt::Command command = nmt::Command::reset_communication);
-  // Ends it without a result.
+  // Ends the process without a result.
   void cancel();
 
-  // The node's boot-up message: begins anew, unless the process itself reset the node.
+  // The node sent its boot-up message: starts again, unless the process itself reset the node.
   void boot_up(Instant now);
-  // An NMT command other than a reset was sent to the node: the state that it shows from now on may
-  // be the one that the command asked for.
+  // An NMT command other than a reset was sent to the node: the states that it shows from now on
+  // may be the effect of that command.
   void commanded() { reset_.waits_for_boot_up = false; }
-  // The node was heard with a heartbeat, or an answer to node guarding.
+  // The node sent a heartbeat, or an answer to node guarding.
   void heartbeat(nmt::State state, Instant now);
-  // Its error control was lost. True if that is the result of the process (K): nobody has heard it
-  // since it was configured.
+  // Its error control was lost. True if that is the result of the process (K): no heartbeat or
+  // answer was received since the node was configured.
   bool heartbeat_lost(Instant now);
-  // The end of the transfer that awaits(number).
+  // The transfer for which awaits(number) is true has ended.
   void completed(const sdo::Completion& answer, Instant now);
   bool awaits(std::uint64_t number) const { return number == transfer_ && number != 0; }
 
@@ -86,13 +86,13 @@ class BootSlave final : private StepContext {
   bool under_way() const { return step_ != Step::idle; }
   // The node may restart because its program is stopped or started.
   bool loads_program() const { return step_ == Step::program; }
-  // A node that restarts while it is configured is not asked for a while.
+  // The process waits before it configures a node again that restarted during its configuration.
   bool pauses() const { return restarts_ > 1 && step_ == Step::retry; }
-  // It has told that the node does not answer, and goes on asking every second.
+  // The process has reported that the node does not answer, and tries again every second.
   bool searching() const { return told_; }
 
-  // Once when the process has ended, see NodeState::boot; also when a node does not answer, after
-  // which it goes on trying every second.
+  // Returns the result once, see NodeState::boot: when the process has ended, and when a node does
+  // not answer, after which the process tries again every second.
   std::optional<char> take_result();
 
  private:
@@ -153,11 +153,12 @@ class BootSlave final : private StepContext {
   std::unique_ptr<BootStep> configuration_;
 
   Step step_ = Step::idle;
-  Step reset_by_ = Step::idle;  // which step goes on when the node has been reset
+  Step reset_by_ = Step::idle;  // the step to continue after the reset
   Instant wake_ = kNever;
-  Instant give_up_ = kNever;      // when no answer becomes boot status B, and aborts a refusal
-  bool told_ = false;             // what keeps the node from answering
-  bool booted_up_ = false;        // a boot-up message came: it cannot be Operational
+  // From then on a missing answer is boot status B, and repeated aborts are a refusal
+  Instant give_up_ = kNever;
+  bool told_ = false;             // the reason why the process keeps trying was reported
+  bool booted_up_ = false;        // a boot-up message was received: the node cannot be Operational
   bool was_operational_ = false;  // boot status L
   // The last NMT reset of the node.
   struct Reset {
@@ -167,14 +168,15 @@ class BootSlave final : private StepContext {
     unsigned repeats = 0;
   };
   Reset reset_;
-  // Boot-up messages of a node that restarts while it is configured, and what was written last.
+  // Number of boot-up messages of a node that restarts while it is configured, and the object that
+  // was written last.
   unsigned restarts_ = 0;
   od::Address last_written_{};
-  bool said_ = false;             // the last transfer was ended by an abort of the node itself
-  std::uint32_t refusals_ = 0;    // so often in a row the same one
-  std::uint32_t assignment_ = 0;  // 1F81h when the process began
+  bool said_ = false;             // the node itself aborted the last transfer
+  std::uint32_t refusals_ = 0;    // number of consecutive equal aborts
+  std::uint32_t assignment_ = 0;  // 1F81h at the start of the process
   std::uint8_t identity_sub_ = 0;
-  std::uint64_t transfer_ = 0;  // under way; 0 = none
+  std::uint64_t transfer_ = 0;  // in progress; 0 = none
   std::uint64_t sequence_ = 0;
   std::optional<char> result_;
 };

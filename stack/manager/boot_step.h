@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A step of the boot slave process that is a process of its own: the check and download of the
-// program (steps 7 and 8), the configuration (steps 9 and 10).
+// program (steps 7 and 8 of CiA 302-2), the configuration (steps 9 and 10).
 #pragma once
 
 #include <cstdint>
@@ -13,47 +13,47 @@
 
 namespace linegate::manager {
 
-// How a step ended.
+// The result of a step.
 struct StepEnd {
   enum class Kind : std::uint8_t {
-    done,    // the boot process goes on with the next step
-    failed,  // it ends, with the letter and what was found
+    done,    // the boot process continues with the next step
+    failed,  // the boot process ends with the letter and the finding
     reset,   // the node is to be reset; resumed() follows its boot-up message
-    anew,    // the boot process begins again with reading 1000h: another program runs
+    anew,    // the boot process starts again with the upload of 1000h: another program runs
   };
   Kind kind = Kind::done;
-  char letter = kBooted;  // of failed
+  char letter = kBooted;  // for Kind::failed
   BootFinding finding{};
 };
 
-// What a step may use while it runs.
+// The services that a step may use while it runs.
 class StepContext {
  public:
   virtual ~StepContext() = default;
   virtual const NodePlan& plan() const = 0;
-  // Of a transfer that needs no longer than others of this node.
+  // For transfers without a longer time-out of their own.
   virtual Duration sdo_timeout() const = 0;
-  // Hands a transfer to the node's default server; owner, number, node and priority are set
-  // here. One at a time; its end comes as BootStep::completed().
+  // Submits a transfer to the node's default server; owner, number, node and priority are filled
+  // in. One at a time; BootStep::completed() reports its end.
   virtual void submit(sdo::Request request, Instant now) = 0;
 };
 
-// One object for each node; begin() comes before all others. All are called with the context of
-// begin(), which stays valid until the end or cancel().
+// One object for each node; begin() precedes all other calls. All calls use the context of begin(),
+// which stays valid until the end of the step or cancel().
 class BootStep {
  public:
   virtual ~BootStep() = default;
   virtual void begin(StepContext& context, Instant now) = 0;
-  // The end of the transfer that was submitted.
+  // The submitted transfer has ended.
   virtual void completed(const sdo::Completion& completion, Instant now) = 0;
-  // The node has been reset, as StepEnd::Kind::reset asked for.
+  // The node was reset, as requested with StepEnd::Kind::reset.
   virtual void resumed(Instant now) = 0;
-  // Due at next_wake().
+  // Call it at next_wake().
   virtual void advance(Instant now) = 0;
   virtual Instant next_wake() const = 0;
-  // The process ended without it: nothing more will come.
+  // The process ended without the result of this step; no further calls follow.
   virtual void cancel() = 0;
-  // Once, when it has ended. Asked after each of the calls above.
+  // Returns the result once, when the step has ended. Called after each of the calls above.
   virtual std::optional<StepEnd> take_end() = 0;
 };
 

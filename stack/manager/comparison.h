@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a node has compared with what its configuration says: each object that the configuration
-// writes is read, and its last value in there compared. Nothing is written.
+// Compares a node with its configuration: reads each object that the configuration writes and
+// compares it with the last value written there. Writes nothing.
 #pragma once
 
 #include <cstdint>
@@ -20,19 +20,20 @@ class Comparison {
   static constexpr sdo::Priority kPriority = sdo::Priority::background;
   static constexpr unsigned kRepeats = 1;
 
-  // Commands (1010h, 1011h) are left out: what they read is not what was written. So are objects
-  // that turn out to be write-only.
+  // Commands (1010h, 1011h) are left out, because they do not return the written value. Objects
+  // that turn out to be write-only are skipped.
   Comparison(std::uint8_t node, std::span<const ObjectWrite> writes);
 
   std::uint8_t node() const { return node_; }
   std::optional<TaskStep> wanted();
   void take(AbortCode abort, std::span<const std::byte> data);
 
-  // none: all was read. timeout: the node did not answer (any more); what follows was not read.
+  // none: every object was read. timeout: the node stopped answering, and the remaining objects
+  // were not read.
   AbortCode end() const { return end_; }
   void give_up(AbortCode why) { end_ = why; }
   std::vector<Difference> take_differences() { return std::move(differences_); }
-  // How many of how many objects were read.
+  // Number of objects read, and number of all objects.
   std::size_t done() const { return next_; }
   std::size_t total() const { return expected_.size(); }
 

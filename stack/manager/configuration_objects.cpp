@@ -68,7 +68,7 @@ ConfigurationOrder ConfigurationObjects::order(std::uint8_t node) const {
           .store = extents_[node].store};
 }
 
-// 1F81h bit 7 says whether, 1F8Ah what.
+// Bit 7 of 1F81h selects whether, 1F8Ah which sub-index of 1011h.
 std::uint8_t ConfigurationObjects::restore(std::uint8_t node) const {
   constexpr std::uint64_t kRestoreBit = 1U << 7U;
   const auto assignment = dictionary_.number({od::objects::kSlaveAssignment, node});

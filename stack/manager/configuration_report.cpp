@@ -25,7 +25,7 @@ class ReportWriter {
   std::vector<std::byte> out_;
 };
 
-// Gives 0 and nothing beyond the end, and says so.
+// Beyond the end it returns 0 and empty data, and good() is false.
 class ReportReader {
  public:
   explicit ReportReader(std::span<const std::byte> data) : data_(data) {}
@@ -69,7 +69,7 @@ NodeReport read_node(ReportReader& from) {
   out.end = static_cast<AbortCode>(from.number(4));
   const std::uint64_t count = from.number(4);
   if (count > from.left() / kLeastDifference) {
-    (void)from.raw(from.left() + 1);  // not so many can follow
+    (void)from.raw(from.left() + 1);  // the remaining bytes cannot hold this number: fail
     return out;
   }
   for (std::uint64_t i = 0; i < count; ++i) {

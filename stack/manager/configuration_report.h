@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a verification or an application of configurations found, and as bytes: the reply to
-// line::CommandKind::configure.
+// The result of a verification or of an application of configurations, and its form as bytes: the
+// reply to line::CommandKind::configure.
 //
 //   per node, ascending: U8 node-ID, U8 boot (0, or a letter), U32 end (0, or an SDO abort code),
 //   U32 number of differences, then each: U16 index, U8 sub-index, U32 SDO abort code or 0,
-//   U32 size and bytes of the expected value, U32 size and bytes of the value that was found
+//   U32 size and bytes of the expected value, U32 size and bytes of the value found
 //
 // little-endian, without gaps. OWN: there is no public format.
 #pragma once
@@ -21,11 +21,12 @@
 
 namespace linegate::manager {
 
-// An object of a node that does not have the value that it is to have.
+// An object of a node that differs from its expected value.
 struct Difference {
   od::Address object;
-  std::vector<std::byte> expected;    // little-endian
-  AbortCode abort = AbortCode::none;  // why it cannot be written or read; none: it is `found`
+  std::vector<std::byte> expected;  // little-endian
+  // Why it cannot be written or read; none: its value is `found`
+  AbortCode abort = AbortCode::none;
   std::vector<std::byte> found{};
 
   friend bool operator==(const Difference&, const Difference&) = default;
@@ -33,10 +34,10 @@ struct Difference {
 
 struct NodeReport {
   std::uint8_t node = 0;
-  // Applied: error status of the boot slave process that did it. Verified: kBooted.
+  // After an application: error status of the boot slave process. After a verification: kBooted.
   char boot = kBooted;
-  // Verified: why not all was read. Applied: the abort code that ended it, of the object in
-  // `differences` if there is one.
+  // After a verification: why not every object was read. After an application: the abort code that
+  // ended it, of the object in `differences` if there is one.
   AbortCode end = AbortCode::none;
   std::vector<Difference> differences;
 
@@ -45,7 +46,8 @@ struct NodeReport {
 };
 
 std::vector<std::byte> write_configuration_report(std::span<const NodeReport> nodes);
-// Fails with length_mismatch if sizes and number of bytes do not agree or a node-ID is none.
+// Fails with length_mismatch if the sizes do not agree with the number of bytes, or a node-ID is
+// invalid.
 Result<std::vector<NodeReport>> read_configuration_report(std::span<const std::byte> data);
 
 }  // namespace linegate::manager

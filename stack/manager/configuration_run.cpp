@@ -127,7 +127,7 @@ void ConfigurationRun::after_check() {
   }
 }
 
-// A restore, a write or a store was taken.
+// A restore, a write or a store succeeded.
 void ConfigurationRun::written() {
   if (step_ != Step::write) {
     result_ = step_ == Step::restore ? Result::restored : Result::applied;
@@ -145,7 +145,7 @@ void ConfigurationRun::after_writes() {
   }
 }
 
-// 1020h:1 or :2 was taken.
+// The write to 1020h:1 or :2 succeeded.
 void ConfigurationRun::dated() {
   if (step_ == Step::sign_date) {
     step_ = Step::sign_time;

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The configuration of one node (CiA 302-3), step by step: what is wanted of it next, and what came
-// of it. No transfers in here, see NodeTasks.
+// The configuration of one node (CiA 302-3), step by step: returns the next transfer, and takes its
+// result. It makes no transfers itself, see NodeTasks.
 //
-//   1020h:1 and :2 are the expected date and time?   nothing is to be done
-//   load -> 1011h                                    then the node is to be reset, and begins anew
-//   all writes of the concise DCF, in their order
-//   1020h:1 and :2 get the expected date and time, if no write of the concise DCF was for them
-//   save -> 1010h
+//   1020h:1 and :2 are the expected date and time?   then there is nothing to do
+//   load -> 1011h                                    then the node is reset, and the run starts
+//   again all writes of the concise DCF, in their order 1020h:1 and :2 get the expected date and
+//   time, unless the concise DCF wrote them save -> 1010h
 //
-// Nothing is stored without a date in 1020h: the device would be configured at every boot, and its
-// memory would wear out.
+// Nothing is stored without a date in 1020h: the device would be configured at every boot, which
+// would wear out its memory.
 #pragma once
 
 #include <cstdint>
@@ -24,18 +23,18 @@
 
 namespace linegate::manager {
 
-// Devices may need so long for their flash memory.
+// Time that devices may need for their flash memory.
 inline constexpr Duration kSaveTimeout = std::chrono::seconds(15);
 inline constexpr Duration kLoadTimeout = std::chrono::seconds(3);
 
-// What is wanted of a node.
+// The expected configuration of a node.
 struct ConfigurationOrder {
   std::uint8_t node = 0;
   std::vector<ObjectWrite> writes;  // 1F22h
   ConfigurationDate expected;       // 1F26h, 1F27h
-  std::uint8_t restore = 0;         // sub-index of 1011h, 0 = nothing is restored
-  std::uint8_t store = 0;           // sub-index of 1010h, 0 = nothing is stored
-  bool check = true;                // false: not compared with 1020h
+  std::uint8_t restore = 0;         // sub-index of 1011h; 0 = restore nothing
+  std::uint8_t store = 0;           // sub-index of 1010h; 0 = store nothing
+  bool check = true;                // false: configure without comparing 1020h
 };
 
 class ConfigurationRun {
@@ -45,8 +44,8 @@ class ConfigurationRun {
 
   enum class Result : std::uint8_t {
     applied,
-    unchanged,  // the node has it already
-    restored,   // reset the node, and begin anew without `restore`
+    unchanged,  // the node already has this configuration
+    restored,   // reset the node, and start again without `restore`
     failed,
   };
 
@@ -56,16 +55,16 @@ class ConfigurationRun {
   std::optional<TaskStep> wanted();
   void take(AbortCode abort, std::span<const std::byte> data);
 
-  // Once wanted() gives nothing.
+  // Valid once wanted() returns nothing.
   Result result() const { return result_; }
-  // Result::failed: why, and with which object. Result::applied: none, or why the node could not be
-  // given its date in 1020h.
+  // Result::failed: the abort code and the object. Result::applied: none, or why 1020h of the node
+  // could not be written.
   AbortCode abort() const { return abort_; }
   od::Address object() const { return object_; }
-  // The same with the value that was to be written.
+  // The same, with the value of the failed write.
   Difference fault() const;
 
-  // How many of how many writes were done.
+  // Number of completed writes, and number of all writes.
   std::size_t done() const { return write_; }
   std::size_t total() const { return order_.writes.size(); }
 
@@ -82,7 +81,7 @@ class ConfigurationRun {
   ConfigurationOrder order_;
   Step step_ = Step::end;
   std::size_t write_ = 0;
-  od::Address object_{};  // of the step under way
+  od::Address object_{};  // of the present step
   std::vector<std::byte> value_;
   Result result_ = Result::applied;
   AbortCode abort_ = AbortCode::none;

@@ -88,7 +88,7 @@ void Configurator::ended(const ConfigurationRun& run, Instant now) {
   faults_[node] = run.fault();
   const bool failed = run.result() == ConfigurationRun::Result::failed;
   if (failed && is_communication_error(run.abort()) && before == faults_[node]) {
-    return;  // the node is searched for: the same is not told every second
+    return;  // the node is retried every second: an unchanged failure is reported once
   }
   Event event{.time = now, .kind = EventKind::configuration_error, .node = node, .length = 3};
   event.code = static_cast<std::uint32_t>(run.abort());

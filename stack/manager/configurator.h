@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The configuration manager of a line (CiA 302-3): brings nodes to what the concise DCFs in the own
-// object dictionary say, as a step of their boot slave processes, several at once; and compares
-// what nodes have with it, at any time.
+// The configuration manager of a line (CiA 302-3): applies the concise DCFs in the own object
+// dictionary to nodes, as a step of their boot slave processes, several at once; and compares nodes
+// with them, at any time.
 //
-// What cannot be written is told as EventKind::configuration_error.
+// An object that cannot be written is reported as EventKind::configuration_error.
 #pragma once
 
 #include <array>
@@ -29,8 +29,8 @@ namespace linegate::manager {
 
 class Configurator {
  public:
-  // All references must outlive it. See ConfigurationObjects for the dictionary and the plans.
-  // sdo_timeout: for each answer of a node that is compared.
+  // All references must outlive this object. See ConfigurationObjects for the dictionary and the
+  // plans. sdo_timeout: for each answer of a node that is compared.
   Configurator(od::Dictionary& dictionary, std::span<const NodePlan> plans, sdo::Arbiter& sdo,
                EventLog& events, Duration sdo_timeout);
 
@@ -39,29 +39,30 @@ class Configurator {
 
   // --- applying ---------------------------------------------------------------------------------
 
-  // The configuration step of the node's boot slave process; this must outlive it. Ends with J if
-  // the node does not take an object.
+  // The configuration step of the node's boot slave process; this object must outlive it. Ends with
+  // J if the node refuses an object.
   std::unique_ptr<BootStep> make_step(std::uint8_t node);
-  // The node's next configuration does not ask whether it has it already.
+  // The node's next configuration is applied without comparing 1020h first.
   void force(std::uint8_t node) { forced_.set(node); }
-  // What the node's last configuration failed with; nothing if it went well or there was none.
+  // Why the node's last configuration failed; nothing if it succeeded or there was none.
   const std::optional<Difference>& fault(std::uint8_t node) const { return faults_[node]; }
 
   // --- comparing --------------------------------------------------------------------------------
 
-  // Ends with one NodeReport. False: the node is just being configured or compared.
+  // Starts a comparison, which ends with one NodeReport. False if the node is being configured or
+  // compared.
   bool verify(std::uint8_t node, Instant now);
-  // Ends it without a report.
+  // Ends the comparison without a report.
   void cancel_verify(std::uint8_t node) { (void)comparisons_.cancel(node); }
   std::optional<NodeReport> take_report();
 
   // --- both -------------------------------------------------------------------------------------
 
   struct Progress {
-    std::size_t done = 0;  // objects
+    std::size_t done = 0;  // number of objects
     std::size_t total = 0;
   };
-  // Of what is under way with that node; nothing if that is nothing.
+  // The progress of the configuration or comparison of that node; all 0 if there is none.
   Progress progress(std::uint8_t node) const;
 
   void advance(Instant now);
@@ -76,7 +77,7 @@ class Configurator {
   EventLog& events_;
   ConfigurationObjects objects_;
   NodeTasks<Comparison> comparisons_;
-  std::array<const ConfigurationRun*, 128> runs_{};  // under way, by node-ID
+  std::array<const ConfigurationRun*, 128> runs_{};  // in progress, by node-ID
   std::bitset<128> forced_;
   std::array<std::optional<Difference>, 128> faults_;
   std::deque<NodeReport> reports_;

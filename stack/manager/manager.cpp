@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is heard of the nodes and asked about them; startup.cpp does what follows from it.
+// Observed states and presence of the nodes; startup.cpp has the reactions.
 #include "stack/manager/manager.h"
 
 #include <algorithm>
@@ -51,7 +51,8 @@ void Manager::boot_up(std::uint8_t node, Instant now) {
   }
   seen.last_heard = now;
   seen.presence = Presence::present;
-  seen.state = nmt::State::pre_operational;  // entered by itself right after the boot-up message
+  // A node enters it by itself right after the boot-up message
+  seen.state = nmt::State::pre_operational;
   reset_.reset(node);
   starting_.reset(node);
   life_.boot_up(node, now);
@@ -68,7 +69,7 @@ void Manager::boot_up(std::uint8_t node, Instant now) {
   if (!active() || nodes_stopped_) {
     return;
   }
-  life_.forget(node);  // its boot process asks it
+  life_.forget(node);  // its boot process probes it
   heartbeats_.stop(node);
   seen.heartbeat_monitored = false;
   slot->started = false;
@@ -121,7 +122,7 @@ void Manager::heartbeat(std::uint8_t node, nmt::State state, Instant now) {
   }
 }
 
-// A guarded node answers at the times at which it is asked.
+// Guarded nodes are excluded: the times of their answers are those of the requests.
 void Manager::look_for_twin(std::uint8_t node, nmt::State state, Instant now) {
   const std::uint32_t sign =
       heartbeats_.guarded(node)
@@ -152,8 +153,8 @@ void Manager::heartbeat_lost(std::uint8_t node, Instant now) {
     settle(*slot, now);
     return;
   }
-  // Error event of a slave (CiA 302-2): unless all are concerned, it is reset and booted again, as
-  // soon as it answers.
+  // Error event of a slave (CiA 302-2): unless all nodes are affected, it is reset, and booted
+  // again as soon as it answers.
   const std::uint32_t startup = list_.startup();
   if (list_.mandatory(node) && (startup & startup::kStopAll) != 0) {
     reaction_ = Reaction::stop_all;
@@ -165,8 +166,9 @@ void Manager::heartbeat_lost(std::uint8_t node, Instant now) {
   }
 }
 
-// A node that speaks again without a boot-up message was not reset, only cut off: the reset sent at
-// the loss did not reach it, so it is sent again. One that was only late has it on its way.
+// A node whose heartbeat returns without a boot-up message was disconnected, not reset: the reset
+// sent at its loss did not reach it, so it is sent again. The reset of a node that was only late is
+// still in progress.
 void Manager::heartbeat_recovered(std::uint8_t node, Instant now) {
   Slot* slot = find(node);
   if (slot != nullptr && active() && !nodes_stopped_ &&
@@ -185,7 +187,7 @@ void Manager::consumer_lost(std::uint8_t node, Instant deadline) {
 void Manager::scanned(std::uint8_t node, bool answered, Instant asked_at, Instant now) {
   NodeState& seen = nodes_[node];
   if (find(node) != nullptr || held_[node] || heartbeats_.monitored(node)) {
-    return;  // its boot process or its error control shows whether it is there
+    return;  // its boot process or its error control shows whether it is present
   }
   if (!answered) {
     if (seen.presence == Presence::present && seen.last_heard < asked_at) {
@@ -201,7 +203,7 @@ void Manager::scanned(std::uint8_t node, bool answered, Instant asked_at, Instan
   }
 }
 
-// What was heard of the node in its last life is not shown.
+// Values received before the node was lost are not shown.
 void Manager::miss(std::uint8_t node, Presence presence) {
   nodes_[node].presence = presence;
   nodes_[node].state = nmt::State::unknown;
@@ -212,8 +214,9 @@ void Manager::miss(std::uint8_t node, Presence presence) {
   starting_.reset(node);
 }
 
-// Nothing was heard for so long that the node cannot count as present any more. One that sends no
-// heartbeat may be there yet; so may one that is monitored from its first heartbeat on.
+// Nothing was received for so long that the node no longer counts as present. A node that sends no
+// heartbeat may still be present, so it becomes unknown; a node with heartbeat or configured error
+// control becomes missing.
 void Manager::expire(std::uint8_t node) {
   if (nodes_[node].presence == Presence::present) {
     const bool is_missing = life_.beats(node) || has_error_control(node);
@@ -235,7 +238,7 @@ void Manager::emergency(std::uint8_t node, std::uint16_t code, std::uint8_t erro
 void Manager::completed(sdo::Completion& completion, Instant now) {
   Slot* slot = find(completion.node);
   if (slot == nullptr || !slot->boot->awaits(completion.number)) {
-    return;  // of a boot process that was given up meanwhile
+    return;  // of a boot process that was cancelled meanwhile
   }
   slot->boot->completed(completion, now);
   touch(completion.node);
@@ -386,7 +389,7 @@ std::uint8_t Manager::operational() const {
   }));
 }
 
-// nullptr for a node that is not listed, or held.
+// nullptr for a node that is not listed, or is held.
 Manager::Slot* Manager::find(std::uint8_t node) const {
   if (!nodes_[node].configured || held_[node]) {
     return nullptr;
@@ -396,7 +399,7 @@ Manager::Slot* Manager::find(std::uint8_t node) const {
   return slot != slots_.end() && (*slot)->plan.id == node ? slot->get() : nullptr;
 }
 
-// The slot of that node; plan is only for one that there is not yet.
+// The slot of that node; plan is used only to create it.
 Manager::Slot& Manager::slot_of(NodePlan plan) {
   const auto place =
       std::ranges::lower_bound(slots_, plan.id, {}, [](const auto& each) { return each->plan.id; });
@@ -425,8 +428,8 @@ void Manager::refresh_list() {
   }
 }
 
-// Without error control nobody reports the state, so the command has to stand for it; but a node
-// that was reset takes none before its boot-up message.
+// Without error control no frame reports the state, so it is assumed from the command; but a node
+// that was reset ignores commands before its boot-up message.
 void Manager::assume_state(std::uint8_t node, nmt::Command command, bool is_on_bus) {
   NodeState& seen = nodes_[node];
   starting_.reset(node);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The CANopen manager of one line (CiA 302-2): resets, checks, configures and starts the nodes of
-// the network list, watches their error control, and boots them again when they come back. What it
-// is to do is read from the objects 1F80h to 1F8Ah, see network_list.h.
+// the network list, monitors their error control, and boots them again when they return. Its
+// settings are the objects 1F80h to 1F8Ah, see network_list.h.
 #pragma once
 
 #include <array>
@@ -29,90 +29,94 @@ namespace linegate::manager {
 
 class Manager final : public sdo::TransferOwner {
  public:
-  // dictionary: the own one, with network_objects(). References must outlive it. Plans are
-  // ascending by id, ids are unique.
+  // dictionary: of the own node, with network_objects(). All references must outlive the manager.
+  // Plans are ascending by id, and ids are unique.
   Manager(std::vector<NodePlan> plans, Options options, const od::Dictionary& dictionary,
           sdo::Arbiter& sdo, nmt::HeartbeatConsumer& heartbeats, EventLog& events, Host& host);
   ~Manager() override { services_.sdo.disown(*this); }
 
-  // The start-up of the network: resets the nodes that are not to be kept alive, boots all.
+  // The start-up of the network: resets the nodes that are not to be kept alive, and boots all
+  // nodes.
   void start(Instant now);
   void stop(Instant now);
-  // All nodes are stopped, the own one too, until start() or boot().
+  // Stops all nodes, including the own one, until start() or boot().
   void halt(Instant now) { stop_all(now); }
-  // The own node is the NMT master no more (1F80h bit 0): the nodes are watched on, not acted upon.
+  // The own node is no longer the NMT master (1F80h bit 0): the nodes are still observed, but not
+  // controlled.
   void hand_over(Instant now);
 
-  // What was heard of a node, 1..127, configured or not.
+  // Frames and losses of a node, 1..127, configured or not.
   void boot_up(std::uint8_t node, Instant now);
   void heartbeat(std::uint8_t node, nmt::State state, Instant now);
   void heartbeat_lost(std::uint8_t node, Instant now);
   void heartbeat_recovered(std::uint8_t node, Instant now);
-  // The own node lost it by 1016h of its dictionary.
+  // The heartbeat consumer of the own node (1016h) lost the node.
   void consumer_lost(std::uint8_t node, Instant deadline);
-  // A scan asked the node, and it answered or not. What was heard of it after asked_at counts more.
+  // A scan sent a request to the node at asked_at; answered: whether it answered. Frames received
+  // after asked_at take precedence.
   void scanned(std::uint8_t node, bool answered, Instant asked_at, Instant now);
   void emergency(std::uint8_t node, std::uint16_t code, std::uint8_t error_register, Instant now);
-  // sdo::TransferOwner: of the boot processes.
+  // sdo::TransferOwner, for the transfers of the boot processes.
   void completed(sdo::Completion& completion, Instant now) override;
-  // Somebody asked for this NMT command by a Command; it has been sent. node 0 = all.
+  // An NMT command that a client requested was sent. node 0 = all.
   void commanded(nmt::Command command, std::uint8_t node, Instant now);
-  // Another node sent this NMT command; node 0 = to all.
+  // Another node sent this NMT command; node 0 = all.
   void heard(nmt::Command command, std::uint8_t node);
-  // Nodes without error control that are Operational when the bus acknowledged their NMT start,
-  // see Host::acknowledges_starts().
+  // Nodes without error control that count as Operational once the bus has acknowledged their NMT
+  // start, see Host::acknowledges_starts().
   bool starts_any() const { return starting_.any(); }
   bool starts(std::uint8_t node) const { return starting_[node]; }
   void start_acknowledged(std::uint8_t node);
-  // An NMT command to a node, or all with 0, was sent or heard: the changes that it causes are not
-  // spontaneous, and a start before a reset says nothing of the state after it.
+  // An NMT command to a node, or to all with 0, was sent or received: the state changes that it
+  // causes are not spontaneous, and a start before a reset does not determine the state after the
+  // reset.
   void sent(nmt::Command command, std::uint8_t node, Instant now);
-  // Somebody has reset the own node: the network is started as after power-on.
+  // The own node was reset by a command: the network is started as after power-on.
   void own_reset();
-  // Boots the node, or all with 0, anew; resets it before unless it is to be kept alive. One that
-  // is not listed gets boot status A at once.
+  // Boots the node, or all with 0, again; resets it first unless it is to be kept alive. A node
+  // that is not listed gets boot status A at once.
   void boot(std::uint8_t node, Instant now);
-  // Whoever loads a program into the node has it alone: it is neither watched nor booted until it
-  // is released, which boots it anew. No effect on nodes that are not listed.
+  // Reserves the node for a program download: it is neither monitored nor booted until release(),
+  // which boots it again. No effect on nodes that are not listed.
   void hold(std::uint8_t node);
   void release(std::uint8_t node, Instant now);
-  // The network list (1F81h) was written: node is in it now, or not any more.
+  // The network list (1F81h) was written: the node was added or removed.
   void list_changed(std::uint8_t node);
-  // Whoever loads a program into the node has it alone.
+  // The node is reserved for a program download.
   bool held(std::uint8_t node) const { return held_[node]; }
-  // Its error control can be watched: a consumer time or guarding is configured.
+  // Its error control can be monitored: a consumer time or guarding is configured.
   bool has_error_control(std::uint8_t node) const;
   // Its heartbeats or guard answers report its state: it is monitored, or has sent heartbeats since
-  // its last boot-up message. Guard answers come only as long as somebody asks.
+  // its last boot-up message. Guard answers arrive only while a master sends requests.
   bool reports_state(std::uint8_t node) const {
     return nodes_[node].heartbeat_monitored || beats(node);
   }
-  // 1F83h: it is watched from now on, or no more.
+  // 1F83h: starts or stops monitoring its error control.
   void watch(std::uint8_t node, bool wanted, Instant now);
 
   void advance(Instant now);
   Instant next_wake() const;
 
-  // The steps of every boot process, in the place of those it has; before start(). See
+  // Sets the steps of every boot process, replacing existing ones; call it before start(). See
   // BootSlave::set_program() and set_configuration().
   using MakeStep = std::function<std::unique_ptr<BootStep>(std::uint8_t node)>;
   void set_program_step(MakeStep make);
   void set_configuration_step(MakeStep make);
 
   ManagerState state() const { return state_; }
-  // 1..127; nodes never heard of and not configured are unknown.
+  // id: 1..127. Nodes that were never heard and are not configured are unknown.
   const NodeState& node(std::uint8_t id) const { return nodes_[id]; }
-  // Grows with every change of that NodeState.
+  // Increases with every change of that NodeState.
   std::uint64_t revision(std::uint8_t id) const { return revisions_[id]; }
-  // Grows with every change of any NodeState.
+  // Increases with every change of any NodeState.
   std::uint64_t changes() const { return changes_; }
-  // The last boot process that began has told its result.
+  // The last boot process that was started has reported its result.
   bool concluded(std::uint8_t id) const;
-  // A boot process of it is under way.
+  // A boot process of the node is in progress.
   bool boots(std::uint8_t id) const;
   std::uint8_t configured() const;
   std::uint8_t operational() const;
-  // The manager acts: it was started, and neither stopped nor handed over.
+  // The manager controls the network: it was started, and neither stopped nor handed over.
   bool active() const {
     return state_ != ManagerState::inactive && state_ != ManagerState::stopped;
   }
@@ -121,13 +125,13 @@ class Manager final : public sdo::TransferOwner {
   struct Slot {
     NodePlan plan;
     std::unique_ptr<BootSlave> boot;
-    bool concluded = false;        // its boot process ended, well or not, at least once
-    bool started = false;          // told to start, or found Operational, since it was booted
-    Instant reset_at{};            // when it was last told to reset
-    Instant not_started = kNever;  // when it is to show Operational, after NMT start
+    bool concluded = false;  // its boot process ended, successfully or not, at least once
+    bool started = false;    // start was sent, or it was found Operational, since it was booted
+    Instant reset_at{};      // time of the last reset command
+    Instant not_started = kNever;  // deadline for Operational after NMT start
   };
-  // What the loss of a mandatory node, or a reset of the own node, makes the manager do as soon as
-  // it has its turn.
+  // The pending reaction to the loss of a mandatory node, or to a reset of the own node, ascending
+  // by priority. advance() carries it out.
   enum class Reaction : std::uint8_t { none, restart, reset_all, stop_all };
 
   // --- manager.cpp ----------------------------------------------------------------------------
@@ -180,9 +184,9 @@ class Manager final : public sdo::TransferOwner {
   MakeStep make_program_;
   MakeStep make_configuration_;
   ManagerState state_ = ManagerState::inactive;
-  bool released_ = false;       // may_operate() was told
-  bool all_started_ = false;    // the nodes were started together (1F80h bit 1)
-  bool time_is_over_ = false;   // 1F89h
+  bool released_ = false;       // may_operate() was called
+  bool all_started_ = false;    // the nodes were started with one command (1F80h bit 1)
+  bool time_is_over_ = false;   // boot time 1F89h is over
   bool nodes_stopped_ = false;  // by an error event (1F80h bit 6)
   Reaction reaction_ = Reaction::none;
   Instant boot_deadline_ = kNever;
@@ -191,8 +195,8 @@ class Manager final : public sdo::TransferOwner {
   std::array<std::uint64_t, 128> revisions_{};
   std::uint64_t changes_ = 0;
   std::bitset<128> held_;
-  std::bitset<128> reset_;     // state unknown by a reset, and nothing was received since
-  std::bitset<128> starting_;  // without error control, by a start that is not acknowledged yet
+  std::bitset<128> reset_;     // state unknown after a reset, and nothing received since
+  std::bitset<128> starting_;  // without error control, and the NMT start is not acknowledged yet
   StateChanges causes_;
   SharedIds shared_;
   nmt::LifeSigns life_;  // of nodes whose error control is not monitored

@@ -15,7 +15,7 @@ using od::Access;
 using od::DataType;
 
 constexpr std::uint8_t kNodes = 127;
-constexpr std::uint8_t kNodesAndAll = 128;  // 1F82h, 1F83h: the last is all of them
+constexpr std::uint8_t kNodesAndAll = 128;  // 1F82h, 1F83h: the last sub-index stands for all nodes
 
 // One element for each node-ID.
 od::ObjectDescription per_node(std::uint16_t index, std::uint8_t count = kNodes) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Work that consists of SDO transfers with one node, one after the other: at most one task for each
-// node, those of several nodes at the same time.
+// Tasks that consist of consecutive SDO transfers with one node: at most one task for each node,
+// tasks of several nodes at the same time.
 //
-// A task says what it wants next and is told what came of it; here is everything that has to do
-// with the arbiter and with time.
+// A task returns its next transfer and takes the result; NodeTasks handles the arbiter and the
+// times.
 #pragma once
 
 #include <array>
@@ -27,21 +27,21 @@ namespace linegate::manager {
 struct TaskStep {
   od::Address address;
   bool write = false;
-  std::vector<std::byte> data{};     // to be written
+  std::vector<std::byte> data{};     // the value to write
   od::ByteSource* source = nullptr;  // instead of data
-  Duration timeout{};                // for each answer of the node; 0 = that of the tasks
-  Duration after{};                  // so long after the end of the step before
+  Duration timeout{};                // for each answer of the node; 0 = the default of the tasks
+  Duration after{};                  // pause after the end of the previous step
 };
 
 // Task has
 //   std::uint8_t node() const;
-//   std::optional<TaskStep> wanted();  asked once for each step; nothing: the task has ended
-//   void take(AbortCode, std::span<const std::byte> data);  of the step
+//   std::optional<TaskStep> wanted();  called once for each step; nothing: the task has ended
+//   void take(AbortCode, std::span<const std::byte> data);  the result of the step
 //   static constexpr sdo::Priority kPriority; static constexpr unsigned kRepeats;
 template <class Task>
 class NodeTasks final : public sdo::TransferOwner {
  public:
-  // timeout: for each answer. sdo must outlive it.
+  // timeout: for each answer. sdo must outlive this object.
   NodeTasks(sdo::Arbiter& sdo, Duration timeout) : sdo_(sdo), timeout_(timeout) {}
   ~NodeTasks() override { sdo_.disown(*this); }
 
@@ -61,7 +61,7 @@ class NodeTasks final : public sdo::TransferOwner {
     return running_[node] != nullptr ? running_[node]->task.get() : nullptr;
   }
 
-  // Gives the task back as far as it came; nullptr if there is none.
+  // Ends and returns the unfinished task; nullptr if there is none.
   std::unique_ptr<Task> cancel(std::uint8_t node) {
     std::unique_ptr<Running> running = std::move(running_[node]);
     if (running == nullptr) {
@@ -101,10 +101,10 @@ class NodeTasks final : public sdo::TransferOwner {
       }
     }
   }
-  // Never later than what is due; may be earlier.
+  // Not later than the earliest due time; may be earlier.
   Instant next_wake() const { return wake_; }
 
-  // The oldest task that has ended and was not yet taken; nullptr if there is none.
+  // Removes and returns the task that ended first; nullptr if there is none.
   std::unique_ptr<Task> take_ended() {
     if (ended_.empty()) {
       return nullptr;
@@ -115,14 +115,14 @@ class NodeTasks final : public sdo::TransferOwner {
   }
 
  private:
-  // A node whose queue is full of commands is asked again when some of them are done.
+  // Retry interval while the queue of the node is full of commands.
   static constexpr Duration kQueueFull = std::chrono::seconds(1);
 
   struct Running {
     std::unique_ptr<Task> task;
     TaskStep step;
-    std::uint64_t transfer = 0;  // under way; 0 = none
-    Instant wake = kNever;       // when the step is to begin
+    std::uint64_t transfer = 0;  // in progress; 0 = none
+    Instant wake = kNever;       // start time of the step
   };
 
   void next(std::unique_ptr<Running>& running, Instant now) {

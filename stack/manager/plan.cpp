@@ -59,7 +59,7 @@ void append_mapping(const od::ObjectDescription& mapping, std::vector<ObjectWrit
   out.push_back(write_of(mapping.index, *count));
 }
 
-// Valid only with an identifier that a PDO may have (CiA 301 7.3.5).
+// Valid only if a PDO may have the identifier (CiA 301 7.3.5).
 can::CobId written_cob_id(const od::DeviceDescription& device, std::uint16_t record) {
   const bool sent = record >= pdo::communication_base(pdo::PdoKind::tpdo);
   const pdo::PdoKind kind = sent ? pdo::PdoKind::tpdo : pdo::PdoKind::rpdo;
@@ -138,7 +138,8 @@ ConfigurationDate date_of(std::span<const ObjectWrite> writes) {
   return out;
 }
 
-// FNV-1a. Dates of the next hundred years, whole milliseconds of a day, neither of them 0.
+// FNV-1a. The result is a date within the next hundred years and whole milliseconds of a day,
+// neither of them 0.
 ConfigurationDate fingerprint_of(std::span<const ObjectWrite> writes) {
   constexpr std::uint32_t kDays = 36'500;
   constexpr std::uint32_t kMilliseconds = 86'399'999;

@@ -76,7 +76,7 @@ std::unique_ptr<BootStep> ProgramLoader::make_step(std::uint8_t node) {
   return std::make_unique<Step>(*this, node);
 }
 
-// A node that is to be kept alive is not stopped for its program.
+// A node that is to be kept alive is not stopped in order to update its program.
 ProgramOrder ProgramLoader::order(std::uint8_t node) const {
   const NetworkList list(dictionary_);
   return {.node = node,

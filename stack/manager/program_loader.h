@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Programs of the nodes of a line (CiA 302-2, 1F50h to 1F58h): checks them as a step of the boot
-// slave processes and loads those that are another software, where that is allowed; and loads a
-// program on command. Several nodes at once.
+// slave processes, and updates a different software if permitted; and loads a program on command.
+// Several nodes at once.
 //
-// Each second of a download is told as EventKind::command_progress, in bytes.
+// The progress of a download is reported each second as EventKind::command_progress, in bytes.
 #pragma once
 
 #include <array>
@@ -24,20 +24,21 @@ namespace linegate::manager {
 
 class ProgramLoader {
  public:
-  // progress_code: Event::code of the progress. All references must outlive it. See ProgramObjects
-  // for the dictionary and the plans. sdo_timeout: for most answers of a node.
+  // progress_code: Event::code of the progress. All references must outlive this object. See
+  // ProgramObjects for the dictionary and the plans. sdo_timeout: for most answers of a node.
   ProgramLoader(od::Dictionary& dictionary, std::span<const NodePlan> plans, sdo::Arbiter& sdo,
                 EventLog& events, Duration sdo_timeout, std::uint32_t progress_code);
 
-  // The program step of the node's boot slave process; this must outlive it. Ends with G, H or I.
+  // The program step of the node's boot slave process; this object must outlive it. Ends with G, H
+  // or I.
   std::unique_ptr<BootStep> make_step(std::uint8_t node);
 
-  // On command, whatever the node runs. Precondition: !loading(order.node), and the node's boot
-  // process does not run.
+  // Loads a program on command, whatever software the node runs. Precondition:
+  // !loading(order.node), and no boot process of the node is in progress.
   void load(ProgramOrder order, Instant now);
   bool loading(std::uint8_t node) const { return tasks_.busy(node); }
   void cancel(std::uint8_t node) { (void)tasks_.cancel(node); }
-  // The oldest that ended and was not yet taken; nullptr if there is none.
+  // Removes and returns the run that ended first; nullptr if there is none.
   std::unique_ptr<ProgramRun> take_ended() { return tasks_.take_ended(); }
 
   void advance(Instant now);

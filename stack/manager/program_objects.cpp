@@ -11,7 +11,7 @@
 
 namespace linegate::manager {
 
-// Becomes the program when all of it has come.
+// Replaces the program when all data have been received.
 class ProgramObjects::Sink final : public od::ByteSink {
  public:
   explicit Sink(SharedBytes& target) : target_(target) {}
@@ -90,7 +90,8 @@ Result<od::ByteSink*> ProgramObjects::open_sink(od::Address address,
   return sinks_.emplace_back(std::make_unique<Sink>(programs_[address.sub])).get();
 }
 
-// As a whole, by the owner of the dictionary: it is kept here alone.
+// A write of the whole value by the owner of the dictionary: moves it here, so that it is stored
+// only once.
 void ProgramObjects::written(od::Address address) {
   const auto domain = dictionary_.find(address);
   if (domain && domain->size != 0) {

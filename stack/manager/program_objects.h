@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the nodes are to run, where CiA 302-2 has it: in the manager's own object dictionary.
+// The expected software of the nodes in the manager's own object dictionary, as in CiA 302-2.
 //
 //   1F55h:n  U32     expected software identification of node n; 0 = none
-//   1F58h:n  DOMAIN  program of node n, kept in memory; read over SDO alone
+//   1F58h:n  DOMAIN  program of node n, kept in memory; can be read only by SDO
 #pragma once
 
 #include <array>
@@ -21,12 +21,12 @@ namespace linegate::manager {
 
 inline constexpr std::size_t kLongestProgram = std::size_t{16} * 1024 * 1024;  // bytes
 
-// These objects, with what the plans say of 1F55h.
+// These objects, with the values of the plans in 1F55h.
 std::vector<od::ObjectDescription> program_objects(std::span<const NodePlan> plans);
 
 class ProgramObjects final : public od::Hook {
  public:
-  // dictionary has program_objects() or none of them, and must outlive it.
+  // dictionary has all objects of program_objects(), or none of them, and must outlive this object.
   ProgramObjects(od::Dictionary& dictionary, std::span<const NodePlan> plans);
   ~ProgramObjects() override;
 
@@ -44,8 +44,8 @@ class ProgramObjects final : public od::Hook {
 
   od::Dictionary& dictionary_;
   std::array<SharedBytes, 128> programs_;  // by node-ID
-  // Transfers under way, of several SDO servers perhaps with the same program; those that ended
-  // stay until the next begins.
+  // Transfers in progress; several SDO servers may transfer the same program. Ended transfers are
+  // removed when the next one begins.
   std::vector<std::unique_ptr<SharedSource>> sources_;
   std::vector<std::unique_ptr<Sink>> sinks_;
 };

@@ -15,10 +15,11 @@ constexpr std::uint8_t kStop = 0;
 constexpr std::uint8_t kStart = 1;
 constexpr std::uint8_t kClear = 3;
 
-constexpr Duration kFlashTimeout = std::chrono::seconds(15);  // while the flash is being written
+// While the device writes its flash memory
+constexpr Duration kFlashTimeout = std::chrono::seconds(15);
 constexpr Duration kPollEvery = std::chrono::milliseconds(100);
-constexpr unsigned kMostSilent = 3;       // questions to a device before anything was done to it
-constexpr unsigned kMostRestarting = 50;  // questions to a device that may be restarting
+constexpr unsigned kMostSilent = 3;       // requests to a device before its program is stopped
+constexpr unsigned kMostRestarting = 50;  // requests to a device that may be restarting
 constexpr unsigned kMostBusy = 1'200;     // questions for 1F57h: 2 minutes
 
 std::uint32_t number_of(std::span<const std::byte> data) {
@@ -124,7 +125,7 @@ void ProgramRun::take(AbortCode abort, std::span<const std::byte> data) {
       to(abort == AbortCode::none && number_of(data) == kStop ? Step::clear : Step::stop);
       return;
     case Step::stop:
-      // A device that restarts at once may owe its answer.
+      // A device that restarts immediately may not answer.
       if (abort == AbortCode::none || abort == AbortCode::timeout) {
         to(Step::stopped);
       } else {
@@ -162,7 +163,7 @@ void ProgramRun::take(AbortCode abort, std::span<const std::byte> data) {
   LINEGATE_ASSERT(false, "an ended run has no transfer");
 }
 
-// Nothing was stopped yet: who does not answer is not there.
+// The program is not stopped yet, so a device that does not answer is absent.
 void ProgramRun::silent() {
   if (attempts_ >= kMostSilent) {
     fail(Result::failed, AbortCode::timeout);
@@ -190,13 +191,13 @@ void ProgramRun::to_update() {
   }
 }
 
-// 1F51h after a stop or a start.
+// Processes 1F51h after a stop or a start.
 void ProgramRun::polled(bool stopped, AbortCode abort, std::span<const std::byte> data) {
   const Step next = stopped ? Step::clear : Step::end;
   if (abort == AbortCode::none && number_of(data) == (stopped ? kStop : kStart)) {
     to(next);
   } else if (abort == AbortCode::write_only || (!stopped && is_missing(abort))) {
-    to(next);  // it does not tell; or the program that runs has no program control
+    to(next);  // 1F51h cannot be read, or the running program has no program control
   } else if (abort != AbortCode::none && abort != AbortCode::timeout) {
     fail(Result::failed, abort);
   } else if (attempts_ >= kMostRestarting) {

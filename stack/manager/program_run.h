@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // The download of a program to one node (CiA 302-2, steps 7 and 8 of the boot slave process), step
-// by step: what is wanted of the node next, and what came of it. No transfers in here, see
+// by step: returns the next transfer, and takes its result. It makes no transfers itself, see
 // NodeTasks.
 //
-//   1F56h is the expected software?        nothing is to be done
-//   1F51h = 0 stop                         unless it reads 0 already; then until it reads 0
+//   1F56h is the expected software?        then there is nothing to do
+//   1F51h = 0 stop                         unless it already reads 0; then poll until it reads 0
 //   1F51h = 3 clear
-//   the program -> 1F50h                   in blocks, or in segments if the device knows no blocks
-//   1F57h until it is not busy             its error code ends it
+//   the program -> 1F50h                   in blocks, or in segments if the device has no blocks
+//   1F57h until it is not busy             its error code ends the run
 //   1F56h is the expected software?
-//   1F51h = 1 start                        then until it reads 1
+//   1F51h = 1 start                        then poll until it reads 1
 //
-// A device may restart when its program is stopped or started: it is given time to answer again.
+// A device may restart when its program is stopped or started; the run waits until it answers
+// again.
 #pragma once
 
 #include <cstdint>
@@ -34,16 +35,16 @@ std::string_view describe_flash_status(std::uint32_t status);
 
 struct ProgramOrder {
   std::uint8_t node = 0;
-  std::uint8_t number = 1;     // of the program: sub-index of 1F50h, 1F51h, 1F56h, 1F57h
-  bool check = false;          // first whether the node has it; else it is loaded in any case
-  std::uint32_t expected = 0;  // software identification (1F55h); 0 = none is known
-  bool update = true;          // false: another software is told and stays
-  SharedBytes program;         // nullptr or empty: there is none to be loaded
+  std::uint8_t number = 1;  // number of the program: sub-index of 1F50h, 1F51h, 1F56h, 1F57h
+  bool check = false;  // true: load only if the node has another software; false: load in any case
+  std::uint32_t expected = 0;  // software identification (1F55h); 0 = not known
+  bool update = true;          // false: another software is reported and kept
+  SharedBytes program;         // nullptr or empty: there is no program to load
 };
 
 class ProgramRun {
  public:
-  // Every step has its own ways of being repeated.
+  // Every step handles its own repetitions.
   static constexpr sdo::Priority kPriority = sdo::Priority::boot;
   static constexpr unsigned kRepeats = 0;
 
@@ -51,8 +52,9 @@ class ProgramRun {
     loaded,        // and started
     unchanged,     // the node has the expected software
     unverifiable,  // none is expected, or 1F56h cannot be read (boot status G)
-    forbidden,     // another software, and it may not be updated, or there is none to load (H)
-    failed,        // (I)
+    // Another software, and an update is not permitted, or there is no program to load (H)
+    forbidden,
+    failed,  // the download failed (I)
   };
 
   explicit ProgramRun(ProgramOrder order);
@@ -61,12 +63,12 @@ class ProgramRun {
   std::optional<TaskStep> wanted();
   void take(AbortCode abort, std::span<const std::byte> data);
 
-  // Once wanted() gives nothing.
+  // Valid once wanted() returns nothing.
   Result result() const { return result_; }
-  // What went wrong.
+  // The cause of a failure.
   const BootFinding& finding() const { return finding_; }
 
-  // Bytes of the program that were sent, and all of them.
+  // Number of program bytes sent, and number of all bytes.
   std::size_t done() const { return source_ != nullptr ? source_->position() : 0; }
   std::size_t total() const { return order_.program != nullptr ? order_.program->size() : 0; }
 
@@ -100,7 +102,7 @@ class ProgramRun {
   std::unique_ptr<SharedSource> source_;
   Step step_ = Step::end;
   unsigned attempts_ = 0;  // of the present step
-  od::Address object_{};   // of the step under way
+  od::Address object_{};   // of the present step
   Result result_ = Result::loaded;
   BootFinding finding_;
 };

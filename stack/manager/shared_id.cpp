@@ -7,15 +7,16 @@
 namespace linegate::manager {
 namespace {
 
-// A frame that a controller repeated is no second heartbeat.
+// A frame that a controller repeated is not a second heartbeat.
 constexpr Duration kRepeatedHeartbeat = std::chrono::milliseconds(5);
-// Two that were configured by one request, where their period is not known.
+// Largest distance of two heartbeats that one request started, if their period is not known.
 constexpr Duration kOneMoment = std::chrono::milliseconds(1);
-// Of the sum of two times: how much times of one device may vary, and how much those of two differ.
+// Fractions of the sum of two consecutive times: how much the times of one device may vary, and how
+// much those of two devices differ at least.
 constexpr int kVaries = 16;
 constexpr int kDiffers = 5;
-// Of a period: how exact heartbeats go on that did not begin anew, and how far from these others
-// are that did.
+// Fractions of a period: largest deviation of heartbeats that continue in their old rhythm, and
+// least deviation of a rhythm that began again.
 constexpr int kExact = 32;
 constexpr int kApart = 8;
 
@@ -49,8 +50,8 @@ std::uint32_t SharedIds::heartbeat(std::uint8_t id, nmt::State state, Instant no
   return report(node, sign_of(node, state, now), now);
 }
 
-// One controller does not repeat every frame. Heartbeats of a shorter period, or that come in
-// batches, leave longer pauses between their pairs than two devices do.
+// A single controller does not repeat every frame. Heartbeats with a shorter period, or in batches,
+// leave longer pauses between their pairs than those of two devices.
 std::uint32_t SharedIds::repeat(Node& node, Duration time) {
   if (!std::exchange(node.repeated, true)) {
     const bool known = node.producer_time != Duration::zero();
@@ -93,7 +94,7 @@ void SharedIds::boot_up(std::uint8_t id, Instant now) {
       period == Duration::zero() || now - before.last > 2 * period) {
     return;
   }
-  // Heartbeats that begin anew with the boot-up message must not look like those of before.
+  // A rhythm that begins again with the boot-up message must differ from the old one.
   const Duration phase = (now - before.last) % period;
   if (phase >= period / kApart && phase <= period - period / kApart) {
     node.period = period;
@@ -110,7 +111,7 @@ void SharedIds::begin(std::uint8_t id) {
   }
 }
 
-// Of the newest three times; 0 if they are not known, or not steady.
+// The average of the last three times; 0 if they are not known, or not steady.
 Duration SharedIds::steady_period(const Node& node) {
   constexpr int kNewest = 3;
   if (node.times < kNewest) {
@@ -122,8 +123,8 @@ Duration SharedIds::steady_period(const Node& node) {
                                           : Duration{};
 }
 
-// Whether the heartbeats of before the boot-up message go on. Those of a device that enters
-// Operational by itself begin anew.
+// Whether the heartbeats from before the boot-up message continue. The heartbeats of a device that
+// enters Operational by itself begin again.
 bool SharedIds::goes_on(Node& node, nmt::State state, Instant now) {
   constexpr std::uint8_t kOften = 2;
   if (node.commanded || state != nmt::State::operational) {
@@ -143,7 +144,7 @@ bool SharedIds::goes_on(Node& node, nmt::State state, Instant now) {
   return ++node.goes_on == kOften;
 }
 
-// Long and short times in turn, both steady.
+// Whether long and short times alternate, both steady.
 bool SharedIds::alternates(const Node& node) {
   if (node.times < kTimes) {
     return false;
@@ -160,7 +161,7 @@ bool SharedIds::alternates(const Node& node) {
   return steady && gap >= sum / kDiffers;
 }
 
-// Eight times in which one device would send about half of these heartbeats.
+// Whether eight heartbeats arrived in a time in which one device would send about half of them.
 bool SharedIds::too_many(const Node& node) {
   if (node.times < kTimes || node.producer_time == Duration::zero() ||
       node.state != nmt::State::operational) {
@@ -170,7 +171,7 @@ bool SharedIds::too_many(const Node& node) {
   for (const Duration time : node.between) {
     sum += time;
   }
-  constexpr int kOfTen = 6;  // of one device it would be more than 9
+  constexpr int kOfTen = 6;  // with one device it would be more than 9
   return sum * 10 <= node.producer_time * static_cast<int>(kTimes) * kOfTen;
 }
 

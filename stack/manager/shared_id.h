@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether the heartbeats on one node-ID are those of two devices.
+// Detects from heartbeats that two devices have the same node-ID.
 //
-// One device has one period: two make times between heartbeats that alternate, and they may show
-// two NMT states in turn although no command was sent. Where the producer time is known, two make
+// One device has one period: with two devices the times between heartbeats alternate, and the NMT
+// state may alternate although no command was sent. If the producer time is known, two devices send
 // twice as many heartbeats as it allows, whatever their distances. After a boot-up message the
-// heartbeats of the device that did not boot go on as before. What one device can do as well is no
-// sign: a shorter period that is not known, a heartbeat besides when its state changes, a reboot
-// with which its heartbeats begin anew, a frame that is repeated now and then. Two whose 1017h was
-// written by one request send at one time: each heartbeat seems to be repeated.
+// heartbeats of the device that did not boot continue as before. Anything that one device can cause
+// is not counted: a shorter period that is not known, an additional heartbeat when its state
+// changes, a reboot with which its heartbeats begin again, an occasional repeated frame. Two
+// devices whose 1017h was written by one request send at the same time: each heartbeat seems to be
+// repeated.
 #pragma once
 
 #include <array>
@@ -28,16 +29,16 @@ inline constexpr std::uint32_t kTooManyHeartbeats = 5;
 
 class SharedIds {
  public:
-  // The same sign is reported again after this time.
+  // The same sign is reported again only after this time.
   static constexpr Duration kQuiet = std::chrono::minutes(1);
 
-  // A heartbeat of the node, 1..127: 0, or how it shows that there are two devices. producer_time:
-  // 1017h, as it was confirmed; 0 = not known.
+  // Processes a heartbeat of the node, 1..127. Returns 0, or an Event::code of shared_node_id if it
+  // shows that there are two devices. producer_time: the confirmed 1017h; 0 = not known.
   std::uint32_t heartbeat(std::uint8_t node, nmt::State state, Instant now,
                           Duration producer_time = {});
-  // Its boot-up message: other times and states follow.
+  // The node sent its boot-up message: its times and states start again.
   void boot_up(std::uint8_t node, Instant now);
-  // An NMT command to it, or to all with 0: the same.
+  // An NMT command was sent to the node, or to all with 0: its times and states start again.
   void begin(std::uint8_t node);
 
  private:
@@ -48,19 +49,19 @@ class SharedIds {
     Instant last = kNever;
     Instant reported = kNever;
     nmt::State state = nmt::State::unknown;
-    std::uint8_t times = 0;    // known, the newest last
-    std::uint8_t changes = 0;  // of state, one after the other
-    std::uint8_t pairs = 0;    // heartbeats that were repeated, one after the other
-    bool repeated = false;     // the newest
+    std::uint8_t times = 0;    // number of known times; the last element is the newest
+    std::uint8_t changes = 0;  // consecutive changes of state
+    std::uint8_t pairs = 0;    // consecutive repeated heartbeats
+    bool repeated = false;     // the last heartbeat was repeated
     std::array<Duration, kTimes> between{};
     Duration producer_time{};
-    // Before its boot-up message, when it was Operational:
-    Duration period{};  // 0: it was not, or not steady
+    // Before its boot-up message, if it was Operational:
+    Duration period{};  // 0: it was not Operational, or not steady
     Instant heard{};
     Instant booted{};
-    std::uint8_t goes_on = 0;    // heartbeats that went on as before
+    std::uint8_t goes_on = 0;    // number of heartbeats that continued as before
     bool starts_itself = false;  // it was Operational after a boot-up message without a command
-    bool commanded = true;       // since its boot-up message
+    bool commanded = true;       // a command was sent since its boot-up message
   };
 
   static std::uint32_t report(Node& node, std::uint32_t sign, Instant now);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bytes that several hold, as the source of a transfer.
+// A transfer source for shared bytes.
 #pragma once
 
 #include <algorithm>

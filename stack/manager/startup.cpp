@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The start-up of the network (CiA 302-2): who is reset, booted and started when, and what the loss
-// of a mandatory node does to all.
+// The start-up of the network (CiA 302-2): which nodes are reset, booted and started, and when; and
+// the reaction to the loss of a mandatory node.
 #include <algorithm>
 #include <string_view>
 #include <utility>
@@ -21,7 +21,7 @@ void Manager::start(Instant now) {
   boot_all(now);
 }
 
-// Without a node to be kept alive all are reset with one command, else the others one by one.
+// If no node is to be kept alive, all are reset with one command, otherwise the others one by one.
 void Manager::reset_nodes(Instant now) {
   constexpr auto kCommand = nmt::Command::reset_communication;
   const auto kept = [this](const auto& slot) {
@@ -38,7 +38,7 @@ void Manager::reset_nodes(Instant now) {
   }
 }
 
-// Those that are not to be kept alive have just been reset.
+// The nodes that are not to be kept alive have just been reset.
 void Manager::boot_all(Instant now) {
   released_ = false;
   all_started_ = false;
@@ -76,7 +76,7 @@ void Manager::hand_over(Instant now) {
   set_state(ManagerState::inactive, now);
 }
 
-// Nodes whose heartbeat is not monitored any more count as present until the next one is late.
+// Nodes whose heartbeat is no longer monitored count as present until the next one is late.
 void Manager::end(Instant now) {
   for (const auto& slot : slots_) {
     slot->boot->cancel();
@@ -93,8 +93,8 @@ void Manager::end(Instant now) {
   nodes_stopped_ = false;
 }
 
-// Answers of a guarded node carry the toggle bit: to requests that are under way, and to those of
-// another master.
+// A guarded node is still observed, because its answers carry the toggle bit: to requests in
+// progress, and to those of another master.
 void Manager::leave_error_control(const Slot& slot) {
   const std::uint8_t id = slot.plan.id;
   if (slot.plan.heartbeat_consumer <= Duration::zero() && has_error_control(id)) {
@@ -104,7 +104,7 @@ void Manager::leave_error_control(const Slot& slot) {
   }
 }
 
-// Neither its boot process nor its error control shows from now on whether the node is there.
+// From now on neither a boot process nor error control shows whether the node is present.
 void Manager::leave_unwatched(const Slot& slot, Instant now) {
   if (heartbeats_.monitored(slot.plan.id)) {
     return;
@@ -195,7 +195,7 @@ void Manager::reset(Slot& slot, nmt::Command command, Instant now) {
   begin(slot, BootSlave::Reason::reset, now, command);
 }
 
-// Takes up what the boot process of a node has come to.
+// Processes the result of the boot process of a node.
 void Manager::settle(Slot& slot, Instant now) {
   const std::optional<char> result = slot.boot->take_result();
   if (!result) {
@@ -203,11 +203,11 @@ void Manager::settle(Slot& slot, Instant now) {
   }
   slot.concluded = true;
   if (*result != 'B') {
-    reset_.reset(slot.plan.id);  // it answered
+    reset_.reset(slot.plan.id);  // the node answered
   }
   slot.started = *result == kWasOperational;
   if (!is_booted(*result) && !slot.boot->searching() && !life_.holds(slot.plan.id)) {
-    life_.answer(slot.plan.id, now);  // nothing asks it any more
+    life_.answer(slot.plan.id, now);  // no process probes it any more
   }
   touch(slot.plan.id);
   update_state(now);
@@ -215,8 +215,8 @@ void Manager::settle(Slot& slot, Instant now) {
 
 // --- starting nodes -----------------------------------------------------------------------------
 
-// As 1F80h says: each at the end of its boot process, or all together when the last of them has
-// come to an end, and each of the others when it is booted later.
+// According to 1F80h: each node at the end of its boot process; or all together when the last boot
+// process has ended, and later ones each at the end of their boot process.
 void Manager::start_nodes(Instant now) {
   const std::uint32_t startup = list_.startup();
   if ((startup & startup::kSlavesNotStarted) != 0) {
@@ -264,7 +264,7 @@ void Manager::start_node(Slot& slot, Instant now) {
   expect_start(slot, now);
 }
 
-// The error control of the node shows whether the command had its effect.
+// The error control of the node shows whether the command took effect.
 void Manager::expect_start(Slot& slot, Instant now) {
   constexpr Duration kShortest = std::chrono::seconds(1);
   const std::uint8_t id = slot.plan.id;
@@ -324,7 +324,7 @@ void Manager::react(Instant now) {
   boot_all(now);
 }
 
-// Somebody took the matter in hand: the own node serves SDOs again.
+// A start, a boot or an NMT command ends the stop: the own node serves SDOs again.
 void Manager::leave_stop(Instant now) {
   if (std::exchange(nodes_stopped_, false)) {
     released_ = false;
@@ -356,8 +356,7 @@ bool Manager::mandatory_booted() const {
   });
 }
 
-// Another device than the expected one, or one that cannot be made what it has to be: waiting does
-// not help.
+// A wrong device, or one that cannot be given its configuration or program: waiting does not help.
 bool Manager::failed_for_good(const Slot& slot) const {
   const char letter = nodes_[slot.plan.id].boot;
   const bool identity = std::string_view("CDMNO").find(letter) != std::string_view::npos;

@@ -152,7 +152,7 @@ void StartupObjects::send(const Request& request, Instant now) {
     return;
   }
   if (!manager_.active()) {
-    return;  // 1F80h was written since
+    return;  // 1F80h was written meanwhile
   }
   const std::uint8_t node = request.address.sub == kAll ? std::uint8_t{0} : request.address.sub;
   host_.send_nmt(*command, node, now);

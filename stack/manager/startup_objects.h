@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// The objects 1F80h to 1F83h as others write and read them (CiA 302-2): what is refused, and what
-// is asked for. 1F84h to 1F8Ah and 102Ah are plain values, see network_list.h.
+// Access to the objects 1F80h to 1F83h (CiA 302-2): refusals and requests. 1F84h to 1F8Ah and 102Ah
+// are plain values, see network_list.h.
 //
-//   1F80h  bit 5 (flying master) and reserved bits are refused; bit 0 exchanges manager and device
+//   1F80h  bit 5 (flying master) and reserved bits are refused; bit 0 switches between manager and
+//          device
 //   1F81h  the own node cannot be listed
-//   1F82h  written: 4 stop, 5 start, 6 reset node, 7 reset communication, 127 enter
-//          pre-operational, of node n, or with sub-index 128 of all but the own. Read: 0 unknown,
-//          1 missing, 4, 5 or 127
-//   1F83h  written: 1 watch the error control of node n, or of all with 128, 0 no more. Read: 1 =
-//          it is watched
+//   1F82h  write: 4 stop, 5 start, 6 reset node, 7 reset communication, 127 enter
+//          pre-operational, for node n, or with sub-index 128 for all except the own node. Read:
+//          0 unknown, 1 missing, 4, 5 or 127
+//   1F83h  write: 1 monitor the error control of node n, or of all with 128, 0 end this. Read: 1 =
+//          it is monitored
 //
-// Refused with 0800 0021h while the own node is no manager (1F82h, 1F83h), else with 0609 0030h.
+// Refused with 0800 0021h while the own node is not the manager (1F82h, 1F83h), else with 0609
+// 0030h.
 #pragma once
 
 #include <cstdint>
@@ -26,17 +28,17 @@ namespace linegate::manager {
 
 class StartupObjects final : public od::Hook {
  public:
-  // dictionary has network_objects(); all must outlive it.
+  // dictionary has network_objects(); all references must outlive this object.
   StartupObjects(od::Dictionary& dictionary, std::uint8_t own_node, Manager& manager, Host& host);
   ~StartupObjects() override;
   StartupObjects(const StartupObjects&) = delete;
   StartupObjects& operator=(const StartupObjects&) = delete;
 
-  // Carries out what was asked for.
+  // Carries out pending requests.
   void advance(Instant now);
   Instant next_wake() const { return requests_.empty() ? kNever : Instant{}; }
 
-  // 1F80h bit 0: the own node shall be the manager.
+  // 1F80h bit 0: the own node is to be the manager.
   bool wants_manager() const;
 
   AbortCode before_read(od::Address address, const od::Variable& variable) override;

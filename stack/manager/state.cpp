@@ -22,7 +22,7 @@ std::string object_text(od::Address object) {
   return od::to_text(object);
 }
 
-// The letter's words where the object that it stands for could not even be read.
+// The meaning of the letter if its object could not even be read.
 std::string_view unread(char letter, const BootFinding& finding) {
   switch (letter) {
     case 'B':
@@ -42,7 +42,7 @@ std::string_view unread(char letter, const BootFinding& finding) {
   }
 }
 
-// Whether the manager goes on asking such a node, see boot_slave.h.
+// Whether the manager keeps trying to boot such a node, see boot_slave.h.
 std::string again(char letter, const BootFinding& finding) {
   if (letter != 'B' && is_refusal(finding)) {
     const bool repeated = finding.expected != 0;

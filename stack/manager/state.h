@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the manager of a line knows about itself and about each node, as plain values.
+// The published state of the manager and of each node, as plain values.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@
 
 namespace linegate::manager {
 
-// Grows at the end only: the numbers are those of the DDS contract.
+// The numbers are part of the DDS contract: append new values at the end only.
 enum class ManagerState : std::uint8_t {
   inactive,           // no manager in this role, or not started
   resetting,          // NMT reset was sent
@@ -21,25 +21,25 @@ enum class ManagerState : std::uint8_t {
   missing_mandatory,  // a mandatory node did not boot
   running,            // every listed node that answered has been booted
   stopped,            // stopped by command
-  halted,  // the start-up of the network does not go on: a mandatory node is another one than
-           // expected, could not be configured, or did not boot within 1F89h; or all nodes were
-           // stopped because of an error of one (1F80h bit 6)
+  // The start-up does not continue: a mandatory node is a wrong device, could not be configured, or
+  // did not boot within 1F89h; or all nodes were stopped because a node was lost (1F80h bit 6)
+  halted,
 };
 std::string_view name(ManagerState state);
 
 enum class Presence : std::uint8_t {
-  unknown,  // nothing heard yet
+  unknown,  // nothing received yet
   present,
   missing,  // did not answer, or its heartbeat was lost
 };
 std::string_view name(Presence presence);
 
-// Why a node came into the NMT state that it shows. Grows at the end only: the numbers are those of
-// the DDS contract.
+// Why a node entered its present NMT state. The numbers are part of the DDS contract: append new
+// values at the end only.
 enum class StateCause : std::uint8_t {
-  unknown,  // it was switched on, or nothing was heard of it before
-  command,  // an NMT command asked for it
-  itself,   // no command did
+  unknown,  // it was switched on, or no earlier state is known
+  command,  // an NMT command requested it
+  itself,   // no command requested it
 };
 std::string_view name(StateCause cause);
 
@@ -48,20 +48,20 @@ inline constexpr char kBootUnfinished = '-';
 inline constexpr char kWasOperational = 'L';
 // Letters that CiA 302-2 does not have. OWN.
 inline constexpr char kNotStarted = 'S';  // booted, but not Operational after NMT start
-inline constexpr char kRestarts = 'R';    // it boots again and again while it is configured
+inline constexpr char kRestarts = 'R';    // it boots repeatedly while it is configured
 
-// The boot process came to its good end: nothing was wrong, or the node was running already.
+// The boot process was successful, or the node was already running.
 constexpr bool is_booted(char letter) {
   return letter == kBooted || letter == kWasOperational || letter == kNotStarted;
 }
 
-// What a boot slave process found wrong, besides the letter.
+// The cause of a failed boot slave process, in addition to the letter.
 struct BootFinding {
   enum class Kind : std::uint8_t {
-    none,   // nothing but the letter
+    none,   // only the letter
     abort,  // the transfer of `object` ended with `abort`
     value,  // `object` is `found`, which is not `expected`
-    last,   // `object` was the last that was written
+    last,   // `object` was written last
   };
   Kind kind = Kind::none;
   od::Address object{};
@@ -75,13 +75,13 @@ struct BootFinding {
 struct NodeState {
   std::uint8_t node = 0;
   bool configured = false;                 // listed in the configuration
-  nmt::State state = nmt::State::unknown;  // as heard; without error control, as commanded
+  nmt::State state = nmt::State::unknown;  // as received; without error control, as commanded
   Presence presence = Presence::unknown;
   bool heartbeat_monitored = false;
   // Error status of the last boot slave process (CiA 302-2): kBooted, kBootUnfinished, or a letter
   // A..O, R, S, see describe_boot().
   char boot = kBootUnfinished;
-  BootFinding finding;            // why, with a letter
+  BootFinding finding;            // the cause, if boot is a letter
   std::uint32_t device_type = 0;  // 1000h as read, 0 = not read
   std::uint32_t vendor = 0;       // 1018h:1..4 as read
   std::uint32_t product = 0;
@@ -92,15 +92,15 @@ struct NodeState {
   std::uint32_t emcy_count = 0;
   std::uint32_t heartbeats_lost = 0;
   StateCause cause = StateCause::unknown;
-  std::uint32_t spontaneous_changes = 0;  // Operational left, or booted, without a command
-  Instant last_heard{};                   // any frame of its error control or EMCY
+  std::uint32_t spontaneous_changes = 0;  // left Operational, or booted, without a command
+  Instant last_heard{};                   // last frame of its error control, or EMCY
 };
 
-// The boot status in words, e.g. "no answer to the SDO upload of 1000h" for 'B'; "booted" for
-// kBooted.
+// The boot status in words, for example "no answer to the SDO upload of 1000h" for 'B'; "booted"
+// for kBooted.
 std::string_view describe_boot(char letter);
-// With what was found: "vendor-ID differs from the expected one: 1018:01 is 00000005h, not
-// 00000007h"; the letter's words alone for BootFinding::Kind::none.
+// Includes the finding: "vendor-ID differs from the expected one: 1018:01 is 00000005h, not
+// 00000007h"; only the meaning of the letter for BootFinding::Kind::none.
 std::string describe_boot(char letter, const BootFinding& finding);
 
 }  // namespace linegate::manager

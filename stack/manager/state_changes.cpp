@@ -8,7 +8,7 @@ namespace {
 
 // A second reset may reach a node that boots because of the first.
 constexpr Duration kResetsTogether = std::chrono::seconds(2);
-// A frame that a controller repeated is no second boot-up message.
+// A frame that a controller repeated is not a second boot-up message.
 constexpr Duration kRepeatedFrame = std::chrono::milliseconds(5);
 
 bool is_there(const NodeState& node) {
@@ -30,7 +30,7 @@ void StateChanges::commanded(nmt::Command command, std::uint8_t node, Instant no
   }
 }
 
-// A node that was missing, or never heard, was switched on: that is no change of its own.
+// A node that was missing, or never heard, was switched on: that is not a spontaneous change.
 bool StateChanges::boot_up(NodeState& node, Instant now) {
   Last& last = last_[node.node];
   if (last.boot_up != kNever && now - last.boot_up < kRepeatedFrame) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A step of the boot slave process (boot_step.h) that is made of a task (node_tasks.h).
+// A step of the boot slave process (boot_step.h) that consists of a task (node_tasks.h).
 #pragma once
 
 #include <optional>
@@ -39,14 +39,14 @@ class TaskBootStep : public BootStep {
   std::optional<StepEnd> take_end() override { return std::exchange(end_, std::nullopt); }
 
  protected:
-  // nullptr if nothing runs.
+  // nullptr if no task runs.
   const Task* task() const { return task_ ? &*task_ : nullptr; }
 
  private:
-  // The task to begin with, and the one behind a reset that it asked for.
+  // The first task, and the task after a requested reset.
   virtual Task first(const StepContext& context) = 0;
   virtual Task again(const StepContext& context) = 0;
-  // What the end of the task means for the boot process.
+  // Converts the result of the task into the result of the step.
   virtual StepEnd judge(const Task& task, Instant now) = 0;
 
   void run(Task task, Instant now) {
