@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The forwarded EMCY (CiA 302-7). The public texts tell that it carries source network, source node
-// and error code, and that the manufacturer bytes are dropped; its layout is OWN definition C, see
+// The forwarded EMCY (CiA 302-7). According to the public texts it carries source network, source
+// node and error code, and the manufacturer bytes are dropped; its layout is OWN definition C, see
 // README.md.
-//   bytes 0..1  emergency error code, as at the source; 0000h = the error has gone
+//   bytes 0..1  emergency error code of the source; 0000h = error reset
 //   byte 2      error register of the source
 //   bytes 3..4  network-ID of the source
 //   byte 5      node-ID of the source
-//   byte 6      hops: 1 from the first gateway, one more at each further one
-//   byte 7      number, one more with each EMCY of the first gateway
+//   byte 6      hops: 1 at the first gateway, incremented by each further one
+//   byte 7      number, incremented by the first gateway with each EMCY
 #pragma once
 
 #include <cstdint>
@@ -27,7 +27,7 @@ struct ForwardedEmcy {
   std::uint8_t hops = 1;
   std::uint8_t number = 0;
 
-  // The same EMCY on another way.
+  // The same EMCY, received over another route.
   bool same(const ForwardedEmcy& other) const {
     return network == other.network && node == other.node && number == other.number &&
            code == other.code && error_register == other.error_register;
@@ -43,7 +43,7 @@ inline emcy::Message encode(const ForwardedEmcy& emcy) {
   return out;
 }
 
-// Nothing if it cannot be one: network or hops are 0, or the node is not 1..127.
+// Nothing if it is not a forwarded EMCY: network or hops are 0, or the node is not 1..127.
 inline std::optional<ForwardedEmcy> decode(const emcy::Message& message) {
   const auto byte = [&](std::size_t i) { return std::to_integer<std::uint8_t>(message.info[i]); };
   const ForwardedEmcy out{.code = message.code,

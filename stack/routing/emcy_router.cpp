@@ -9,9 +9,9 @@
 namespace linegate::routing {
 namespace {
 
-constexpr unsigned kNetworks = 32;  // that an element of 1F2Fh can name
+constexpr unsigned kNetworks = 32;  // number of networks in an element of 1F2Fh
 
-// Bytes of the EMCY, as a message between lines carries them.
+// The EMCY as data of a message between lines.
 std::array<std::byte, 8> bytes_of(const ForwardedEmcy& emcy) {
   const emcy::Message message = encode(emcy);
   std::array<std::byte, 8> out;
@@ -83,7 +83,7 @@ void EmcyRouter::heard(std::uint8_t node, const emcy::Message& message, Instant 
       now);
 }
 
-// Networks that are reached over the same line share one message.
+// One message serves all networks that are reached over the same line.
 void EmcyRouter::forward(const ForwardedEmcy& emcy, std::uint32_t networks, Instant now) {
   std::bitset<256> interfaces;
   const Table table = networks != 0 ? read_table(dictionary_) : Table{};

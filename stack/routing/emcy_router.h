@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// EMCYs that go on to other networks (CiA 302-7): object 1F2Fh says to which.
+// Forwards EMCYs to other networks (CiA 302-7), selected by object 1F2Fh.
 //
 //   1F2Fh:0       U8   const  127
-//   1F2Fh:1..127  U32  rw     of the EMCYs of the node with that node-ID, as 1028h: bit k-1 set =
-//                             they are forwarded to network k, 1..32
+//   1F2Fh:1..127  U32  rw     for EMCYs of the node with that node-ID (sub-index as in 1028h):
+//                             bit k-1 set = they are forwarded to network k, 1..32
 //
-// Of a gateway, a node that is to be asked for other networks, the EMCYs are forwarded ones: they
-// go on as those of their source. None goes back to its source network, none goes to a line that it
-// was on already, and none further than kMaxHops; so a loop of gateways settles.
+// EMCYs of a gateway are forwarded EMCYs, and are forwarded again as those of their source. None is
+// sent back to its source network, to a line that it was on before, or over more than kMaxHops; so
+// an EMCY does not circulate in a loop of gateways.
 #pragma once
 
 #include <array>
@@ -26,27 +26,28 @@ namespace linegate::routing {
 
 class EmcyRouter {
  public:
-  // Of the line with that network-ID. All must outlive it.
+  // network: network-ID of this line. All references must outlive this object.
   EmcyRouter(const Config& config, std::uint16_t network, const od::Dictionary& dictionary,
              emcy::Producer& producer, Post& post, EventLog& events, Counters& counters);
 
-  // The routes of the configuration are others.
+  // Call it after the routes of the configuration have changed.
   void take_gateways();
 
-  // A node of this line sent one.
+  // A node of this line sent an EMCY.
   void heard(std::uint8_t node, const emcy::Message& message, Instant now);
-  // Another line forwards one to this line, where the own node sends it, within its inhibit time
-  // (1015h).
+  // Another line forwards an EMCY to this line, on which the own node sends it, within its inhibit
+  // time (1015h).
   void deliver(const Message& message, Instant now);
 
  private:
-  // The last ones that were on this line, for as long as they may come again on another way: a
-  // gateway that was started again, and numbers from 0, is heard.
+  // The last EMCYs on this line, kept for as long as they may arrive again over another route.
+  // Older ones are forgotten, so that a restarted gateway, which numbers from 0 again, is not
+  // ignored.
   static constexpr std::size_t kRemembered = 128;
   static constexpr Duration kRememberedFor = std::chrono::seconds(2);
 
   struct Seen {
-    ForwardedEmcy emcy;  // network 0: none
+    ForwardedEmcy emcy;  // network 0: unused
     Instant time{};
   };
 

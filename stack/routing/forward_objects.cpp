@@ -105,7 +105,7 @@ const ForwardedObject* ForwardObjects::find(od::Address address) const {
   return found == config_.objects.end() ? nullptr : &*found;
 }
 
-// Bits of the image have no byte that could be read.
+// Refreshes values of less than a byte, which the dictionary cannot read in the image.
 AbortCode ForwardObjects::before_read(od::Address address, const od::Variable& variable) {
   const ForwardedObject* const object = find(address);
   if (object != nullptr) {

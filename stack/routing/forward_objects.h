@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The forwarded objects of one line, in the dictionary of its own node, and which PDOs map them.
+// The forwarded objects of one line, in the dictionary of its own node, and the PDOs that map them.
 #pragma once
 
 #include <cstddef>
@@ -17,23 +17,24 @@ namespace linegate::routing {
 
 class ForwardObjects final : public od::Hook {
  public:
-  // Both must outlive this, and this the dictionary.
+  // Both references must outlive this object, and this object the dictionary.
   ForwardObjects(const Forwarding& config, image::ProcessImage& image);
 
-  // Adds the objects and the PDO records. Fails as Dictionary::add does.
+  // Adds the objects and the PDO records. Fails like Dictionary::add.
   Result<void> add_to(od::Dictionary& dictionary);
 
-  // --- the list of what is forwarded ------------------------------------------------------------
+  // --- the forwarding list ----------------------------------------------------------------------
 
-  // Brings the list up to date with the mapping records, if any PDO is another one than last time
-  // (pdo::Engine::revision()); a comparison else.
+  // Updates the forwarding list from the mapping records if a PDO has changed since the last call
+  // (revision: pdo::Engine::revision()); otherwise costs one comparison.
   void follow(const od::Dictionary& dictionary, std::uint64_t revision) {
     if (revision != revision_) {
       revision_ = revision;
       rebuild(dictionary);
     }
   }
-  // The PDOs that map one of Forwarding::objects, as follow() left it. Numbers.
+  // The numbers of the PDOs that map an object. object: its position in Forwarding::objects. Valid
+  // until the next follow().
   std::span<const std::uint16_t> rpdos(std::size_t object) const { return lists_[object].rpdos; }
   std::span<const std::uint16_t> tpdos(std::size_t object) const { return lists_[object].tpdos; }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the lines of one process hand each other: a plain value, small enough for a ring between two
-// threads. Line::take_message() gives what a line has for others, Line::deliver() takes what others
-// have for it.
+// The messages between the lines of one process: a plain value, small enough for a ring between two
+// threads. Line::take_message() returns a line's messages to other lines, Line::deliver() takes
+// those of other lines.
 #pragma once
 
 #include <array>
@@ -16,35 +16,36 @@
 namespace linegate::routing {
 
 enum class MessageKind : std::uint8_t {
-  // An SDO connection, opened by the line on which the client asked. data as said, else 0.
+  // An SDO connection, opened by the line of the client. data is 0 unless it is described here.
   sdo_open,    // network, node, gateway, hops, source, of_process: reserve a client channel for the
                // connection
-  sdo_opened,  // the way is free
-  sdo_refused,   // the connection is over: refused, or ended on the target's side. data: abort code
-                 // (U32, LE) in bytes 0..3
+  sdo_opened,  // the route is free
+  // The connection has ended: refused, or ended on the target's side. data: abort code (U32, LE) in
+  // bytes 0..3
+  sdo_refused,
   sdo_request,   // data: 8 bytes from client to server
   sdo_response,  // data: 8 bytes from server to client
-  sdo_close,     // the connection is over: ended on the client's side. data: abort code as above
+  sdo_close,     // the connection has ended on the client's side. data: abort code as above
   emcy,          // data: a forwarded EMCY, see README.md
   pdo,           // a forwarded object of the process data
 };
 
 struct Message {
-  std::uint8_t from = 0;  // interfaces: the numbers of the two lines, 1..255
+  std::uint8_t from = 0;  // numbers of the two lines (interfaces), 1..255
   std::uint8_t to = 0;
   MessageKind kind = MessageKind::sdo_open;
-  std::uint8_t hops = 0;         // gateways on the way so far, this one included
-  std::uint32_t connection = 0;  // chosen by the line that opens, unique among its open ones
-  std::uint16_t network = 0;     // the target
-  std::uint16_t source = 0;      // network it comes from; 0 = this process itself
-  std::uint8_t node = 0;         // the target, 0 = the gateway itself
+  std::uint8_t hops = 0;         // number of gateways on the route so far, including this one
+  std::uint32_t connection = 0;  // chosen by the opening line, unique among its open connections
+  std::uint16_t network = 0;     // network-ID of the target
+  std::uint16_t source = 0;      // network-ID of the source; 0 = this process itself
+  std::uint8_t node = 0;         // node-ID of the target; 0 = the gateway itself
   std::uint8_t gateway = 0;  // next gateway on the interface `to`, 0 = the target is attached to it
-  bool of_process = false;   // the client is this process, whatever network source is
+  bool of_process = false;   // the client is this process, even if source is a network
   std::array<std::byte, 8> data{};
 };
 static_assert(sizeof(Message) <= 32);
 
-// The answer to a message of a connection, by which it is over.
+// Answers a message of a connection and ends the connection.
 inline Message refusal(const Message& message, AbortCode why) {
   const bool to_target = message.kind == MessageKind::sdo_response;
   Message out{.from = message.to,
@@ -59,9 +60,9 @@ inline AbortCode abort_of(const Message& message) {
   return static_cast<AbortCode>(load_le<std::uint32_t>(message.data.data()));
 }
 
-// For whoever carries messages: what to deliver to the sender (`from`) of one that cannot be
-// delivered, because there is no such line or no room on the way to it. Nothing if the sender does
-// not wait for anything.
+// For the carrier of messages: the reply for the sender (`from`) of a message that cannot be
+// delivered, because there is no such line or no room on the way to it. Nothing if the sender
+// expects no reply.
 inline std::optional<Message> undeliverable(const Message& message) {
   switch (message.kind) {
     case MessageKind::sdo_open:
@@ -73,12 +74,12 @@ inline std::optional<Message> undeliverable(const Message& message) {
   }
 }
 
-// Messages that wait to be taken, in their order. Nothing is allocated after the construction.
+// A queue of messages, first in, first out. Allocates only in the constructor.
 class MessageQueue {
  public:
   explicit MessageQueue(std::size_t capacity) : ring_(capacity) {}
 
-  // False if it is full: the message was not taken.
+  // False if the queue is full: the message was not added.
   bool push(const Message& message) {
     if (count_ == ring_.size()) {
       return false;
@@ -86,7 +87,7 @@ class MessageQueue {
     ring_[(first_ + count_++) % ring_.size()] = message;
     return true;
   }
-  // The oldest one; false if there is none.
+  // Removes the oldest message; false if there is none.
   bool pop(Message& out) {
     if (count_ == 0) {
       return false;

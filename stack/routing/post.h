@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the parts of routing in one line share: the way out to other lines, and what a refusal says.
+// Shared by the parts of routing in one line: the queue to other lines, the report of refusals, and
+// a queue of frames.
 #pragma once
 
 #include <algorithm>
@@ -15,17 +16,18 @@
 
 namespace linegate::routing {
 
-// Messages to other lines, and to the line itself, whose client may be on the way to its own bus.
+// Messages to other lines, and to the line itself, for clients of this process whose target is on
+// the same line.
 class Post {
  public:
   Post(std::uint8_t interface, MessageQueue& out) : interface_(interface), out_(out) {}
 
-  // False if there is no room: not taken.
+  // False if there is no room: the message was not sent.
   bool send(Message message) {
     message.from = interface_;
     return message.to == interface_ ? loop_.push(message) : out_.push(message);
   }
-  // The oldest to the line itself.
+  // Removes the oldest message to the line itself; false if there is none.
   bool take(Message& out) { return loop_.pop(out); }
 
  private:
@@ -59,8 +61,8 @@ inline void tell_refused(EventLog& events, RoutedService service, std::uint16_t 
   events.emit(event);
 }
 
-// Frames that wait for a bus: those of one sub-block, which come as fast as the other bus carries
-// them.
+// Frames that wait for a bus: at most one sub-block, which arrives as fast as the other bus carries
+// it.
 class WordQueue {
  public:
   static constexpr std::size_t kCapacity = 127;

@@ -12,7 +12,7 @@
 namespace linegate::routing {
 namespace {
 
-constexpr std::uint32_t kPlacesOfAClient = 16;  // more than it sends at once
+constexpr std::uint32_t kPlacesOfAClient = 16;  // more than a client sends at once
 
 }  // namespace
 
@@ -33,7 +33,7 @@ class RemoteClient::Transfer final : public ClientSide {
     wants_connection_ = true;
   }
 
-  // True if it did anything.
+  // True if a frame was sent.
   bool pump(Instant now) {
     bool active = false;
     can::Frame frame;
@@ -56,7 +56,7 @@ class RemoteClient::Transfer final : public ClientSide {
 
   void advance(Instant now) { client_.advance(now, queue_); }
 
-  // How it ended, once.
+  // Returns the result once.
   std::optional<sdo::Outcome> take() {
     std::optional<sdo::Outcome> outcome = client_.take();
     if (!outcome && refusal_) {
@@ -113,7 +113,8 @@ class RemoteClient::Transfer final : public ClientSide {
     }
     sdo::TransferOptions options{.repeats = request_.repeats};
     if (!request_.write) {
-      options.block_from = sdo::kNoBlocks;  // to change to blocks is an abort, which disconnects
+      // A switch to block transfer would abort the transfer, which ends the connection
+      options.block_from = sdo::kNoBlocks;
     }
     if (request_.write) {
       client_.write(request_.address, std::move(request_.data), request_.timeout, now, queue_,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// SDO transfers of this process with nodes of other networks: clients whose frames go through the
-// line's SdoEntrance instead of a bus. Each says the network indication, then makes its transfer;
-// where a transfer is begun anew, a new indication goes before.
+// SDO transfers of this process with nodes of other networks: clients whose frames pass through the
+// line's SdoEntrance instead of a bus. Each sends the network indication and then makes its
+// transfer; a repeated transfer needs a new indication.
 #pragma once
 
 #include <cstdint>
@@ -21,11 +21,11 @@ struct RemoteRequest {
   std::uint8_t node = 0;  // 0 = the gateway itself
   od::Address address{};
   bool write = false;
-  std::vector<std::byte> data{};  // to be written
+  std::vector<std::byte> data{};  // the value to write
   Duration timeout{};             // for each answer, positive
-  unsigned repeats = 0;           // as sdo::TransferOptions::repeats; also of an indication that
-                                  // nobody answered (0504 0000h)
-  bool as_device = false;         // as a device on the bus of the line would request it
+  // Like sdo::TransferOptions::repeats; also for an indication without an answer (0504 0000h)
+  unsigned repeats = 0;
+  bool as_device = false;  // request it as a device on the line's bus would
 };
 
 class RemoteClient {
@@ -33,15 +33,15 @@ class RemoteClient {
   explicit RemoteClient(SdoEntrance& entrance);
   ~RemoteClient();
 
-  // Precondition: request.owner is set. There will be exactly one Completion, unless it is
+  // Precondition: request.owner is set. Exactly one Completion follows, unless the request is
   // cancelled.
   void start(RemoteRequest request, Instant now);
-  // No effect if it is not known.
+  // No effect if there is no such request.
   void cancel(const sdo::TransferOwner& owner, std::uint64_t number, Instant now);
-  // Calls sdo::TransferOwner::completed() for each transfer that has ended, the oldest first.
+  // Calls sdo::TransferOwner::completed() for each ended transfer, oldest first.
   void deliver_completions(Instant now);
 
-  // Hands on what the clients have to send. True if there was anything.
+  // Forwards queued frames of the clients. True if there were any.
   bool pump(Instant now);
   void advance(Instant now);
   Instant next_wake() const;
@@ -51,7 +51,7 @@ class RemoteClient {
 
   SdoEntrance& entrance_;
   std::vector<std::unique_ptr<Transfer>> transfers_;
-  // Of transfers that have ended.
+  // An ended transfer.
   struct Ended {
     sdo::TransferOwner* owner = nullptr;
     sdo::Completion completion;

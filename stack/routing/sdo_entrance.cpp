@@ -12,7 +12,7 @@ namespace linegate::routing {
 namespace {
 
 constexpr std::uint32_t kIndexBits = 0xFFFF;
-constexpr Duration kMargin = std::chrono::milliseconds(50);  // for the way between two lines
+constexpr Duration kMargin = std::chrono::milliseconds(50);  // for the transport between two lines
 
 bool is_sdo_abort(std::uint64_t word) {
   return static_cast<std::uint8_t>(word) == sdo::command_byte(sdo::ClientCommand::abort);
@@ -39,18 +39,18 @@ struct SdoEntrance::Connection {
   enum class State : std::uint8_t { free, opening, armed, forward, draining };
 
   State state = State::free;
-  std::uint8_t to = 0;       // interface of the route that is tried, or taken
+  std::uint8_t to = 0;       // interface of the route that is being tried, or is used
   std::uint8_t gateway = 0;  // on that interface
-  bool traced = false;       // its opening was told
-  std::uint32_t number = 0;  // as in messages
+  bool traced = false;       // its opening was reported
+  std::uint32_t number = 0;  // the number in messages
   ClientSide* side = nullptr;
   std::uint64_t word = 0;  // the indication
-  std::size_t tried = 0;   // routes that failed
+  std::size_t tried = 0;   // number of routes that failed
   AbortCode first_failure = AbortCode::none;
-  AbortCode said = AbortCode::none;  // by the frame that ended it
+  AbortCode said = AbortCode::none;  // abort code in the frame that ended it
   SdoPhase phase;
   Instant deadline = kNever;
-  WordQueue waiting;  // for room on the way to the client
+  WordQueue waiting;  // frames that wait for room on the way to the client
 };
 
 SdoEntrance::SdoEntrance(const Config& config, Line line, const od::Dictionary& dictionary,
@@ -78,7 +78,7 @@ SdoEntrance::Connection* SdoEntrance::find(std::uint32_t number) const {
   return found.number == number && found.state != Connection::State::free ? &found : nullptr;
 }
 
-// Numbers are index and generation, and never 0.
+// Connection numbers consist of index and generation, and are never 0.
 SdoEntrance::Connection* SdoEntrance::make(ClientSide& side) {
   const auto place = std::find_if(connections_.begin(), connections_.end(), [](const auto& each) {
     return each->state == Connection::State::free;
@@ -105,7 +105,7 @@ SdoEntrance::Connection* SdoEntrance::make(ClientSide& side) {
   return made;
 }
 
-// What is said of an earlier attempt is not taken for that of this one.
+// A new number, so that a late answer to an earlier attempt is not mistaken for the present one.
 void SdoEntrance::renumber(Connection& connection) {
   const std::uint32_t index = connection.number & kIndexBits;
   const std::uint32_t generation = (connection.number >> 16U) % kIndexBits + 1;
@@ -149,7 +149,7 @@ void SdoEntrance::request(ClientSide& side, std::uint64_t word, Instant now) {
 void SdoEntrance::indication(ClientSide& side, std::uint64_t word, Instant now) {
   if (Connection* const old = of(side)) {
     if (old->state == Connection::State::opening && old->word == word) {
-      return;  // said twice; it is being answered
+      return;  // a repeated indication, which is already being processed
     }
     if (old->state != Connection::State::draining) {
       count_end(*old, SdoPhase::End::aborted, AbortCode::general, now);
@@ -184,7 +184,7 @@ AbortCode SdoEntrance::refusal_of(const ClientSide& side, std::uint64_t word) co
     return AbortCode::invalid_value;
   }
   const bool here = wanted.network == 0 || wanted.network == line_.network;
-  // A node of this line: the way would go back where it came from.
+  // A node of this line: the route would lead back to the source.
   return here && side.is_device() && !is_this_gateway(wanted) ? AbortCode::invalid_value
                                                               : AbortCode::none;
 }
@@ -242,7 +242,7 @@ void SdoEntrance::refuse(Connection& connection, AbortCode why, Instant now) {
   ++counters_.refused;
   tell_refused(events_, RoutedService::sdo, source_of(*connection.side),
                decode_indication(connection.word), why, now);
-  connection.waiting.clear();  // refusals of requests that came before the way was open
+  connection.waiting.clear();  // refusals of requests that arrived before the route was open
   give(connection, sdo::abort_word({}, why), now);
   release(connection, now);
 }
@@ -314,7 +314,7 @@ void SdoEntrance::deliver(const Message& message, Instant now) {
       } else {
         count_end(*connection, SdoPhase::End::aborted, abort_of(message), now);
         if (connection->state == Connection::State::forward) {
-          connection->waiting.clear();  // of no use any more
+          connection->waiting.clear();  // obsolete after the abort
           give(*connection, sdo::abort_word(connection->phase.address(), abort_of(message)), now);
         }
         release(*connection, now);
@@ -388,7 +388,7 @@ void SdoEntrance::free(Connection& connection) {
   connection.side = nullptr;
 }
 
-// What waits is of no use to a client that gets an abort.
+// Frames that still wait are obsolete, because the client gets an abort.
 void SdoEntrance::break_down(Connection& connection, AbortCode why, Instant now) {
   count_end(connection, SdoPhase::End::aborted, why, now);
   tell_exit(connection, why);
@@ -470,7 +470,7 @@ void SdoEntrance::advance(Instant now) {
     return;
   }
   wake_ = kNever;
-  // A client that hears of the end may begin anew, which adds connections.
+  // By index: a client may start again when its connection ends, which adds connections.
   for (std::size_t i = 0; i < connections_.size(); ++i) {
     Connection& connection = *connections_[i];
     if (connection.state == Connection::State::free) {

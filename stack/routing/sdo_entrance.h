@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // SDO connections whose clients are on this line: from the network indication of a client to the
-// end of its transfer. The other half, on the line where the target is, is SdoExit.
+// end of its transfer. SdoExit is the counterpart on the line of the target.
 //
 //   opening -- sdo_opened --> armed -- initiate --> forward -- last frame, abort --> (gone)
 //      |  sdo_refused: the next route, or the refusal        |
-//      +-- nobody answers                 arm_timeout, frame_timeout: abort 0504 0000h
+//      +-- no answer                      arm_timeout, frame_timeout: abort 0504 0000h
 //
-// Nothing is allocated while frames are forwarded.
+// Forwarding frames allocates no memory.
 #pragma once
 
 #include <cstdint>
@@ -21,19 +21,19 @@
 
 namespace linegate::routing {
 
-// Where a connection begins: an SDO server of the own node, or a client in this process.
+// The client side of a connection: an SDO server of the own node, or a client in this process.
 class ClientSide {
  public:
   virtual ~ClientSide() = default;
-  // A frame for the client: the response to its indication, the abort that refuses it, what the
-  // server answers. False: there is no room, try again in a millisecond.
+  // A frame for the client: the response to its indication, the abort that refuses it, or an answer
+  // of the server. False if there is no room: it is repeated after a millisecond.
   virtual bool response(std::uint64_t word, Instant now) = 0;
-  // There is no connection any more, and all frames were taken.
+  // The connection has ended, and all its frames were accepted.
   virtual void released(Instant now) = 0;
-  // Its frames are on the bus of this line.
+  // Whether its frames are on the bus of this line.
   virtual bool on_bus() const = 0;
-  // A device on the bus of this line, or a client that takes the place of one: the request comes
-  // from the network of the line, and the way never goes back there.
+  // Whether it is a device on the bus of this line, or a client that acts for one: the source of
+  // the request is the network of the line, and a route never leads back there.
   virtual bool is_device() const = 0;
 
  private:
@@ -45,30 +45,30 @@ class SdoEntrance {
  public:
   static constexpr std::size_t kMaxConnections = 1024;
 
-  // Of the line itself. node: the own one; sdo_timeout as LineConfig has it.
+  // The own line. node: the own node-ID; sdo_timeout: LineConfig::sdo_timeout.
   struct Line {
     std::uint16_t network = 0;
     std::uint8_t node = 0;
     Duration sdo_timeout{};
   };
 
-  // dictionary has 1F2Ch. All must outlive it.
+  // dictionary has 1F2Ch. All references must outlive this object.
   SdoEntrance(const Config& config, Line line, const od::Dictionary& dictionary, Post& post,
               EventLog& events, Counters& counters);
   ~SdoEntrance();
 
-  // A frame of the client with command specifier 7 while it is not in a sub-block, or any other.
-  // Answered through side.response(), then or later.
+  // A frame of a client: an indication (command specifier 7, while the client is not in a
+  // sub-block), or a frame of a connection. It is answered with side.response(), at once or later.
   void request(ClientSide& side, std::uint64_t word, Instant now);
-  // The client is to be forgotten, without a word to it.
+  // The client no longer exists: its connection ends without a response.
   void gone(ClientSide& side);
-  // sdo_opened, sdo_refused, sdo_response.
+  // Takes sdo_opened, sdo_refused and sdo_response.
   void deliver(const Message& message, Instant now);
   void advance(Instant now);
   Instant next_wake() const { return wake_; }
   // Ends all connections.
   void stop(Instant now);
-  // Connections that open before are events.
+  // Connections that open before `end` are reported as events.
   void trace_until(Instant end) { trace_.ask(end); }
 
  private:
@@ -80,7 +80,7 @@ class SdoEntrance {
   static void renumber(Connection& connection);
   void indication(ClientSide& side, std::uint64_t word, Instant now);
   AbortCode refusal_of(const ClientSide& side, std::uint64_t word) const;
-  // The network that the request of this client comes from; 0 = this process itself.
+  // The source network of this client's request; 0 = this process itself.
   std::uint16_t source_of(const ClientSide& side) const;
   bool is_this_gateway(const Indication& wanted) const;
   void try_route(Connection& connection, Instant now);
@@ -97,7 +97,7 @@ class SdoEntrance {
   void count_end(Connection& connection, SdoPhase::End how, AbortCode why, Instant now);
   void tell(const Connection& connection, EventKind kind, AbortCode why, Instant now);
   void tell_exit(const Connection& connection, AbortCode why);
-  // The frames that wait are still given, then the client's side is released.
+  // Passes on the waiting frames, then releases the client's side.
   void release(Connection& connection, Instant now);
   void free(Connection& connection);
   void wait_until(Connection& connection, Instant deadline);
@@ -112,13 +112,13 @@ class SdoEntrance {
   Counters& counters_;
   std::vector<std::unique_ptr<Connection>> connections_;
   Trace trace_;
-  Instant now_{};  // newest time heard of
+  Instant now_{};  // the latest known time
   Instant wake_ = kNever;
 };
 
-// How long a gateway waits for the next one's answer, the time until it could ask among it: less
-// with each hop, so that the one that is nearest to what failed finds out first. hops: as it sends
-// them, 1..kMaxHops.
+// How long a gateway waits for the answer of the next gateway, including the wait for a client SDO:
+// less with each hop, so that the gateway next to a failure detects it first. hops: the value it
+// sends, 1..kMaxHops.
 Duration gateway_timeout(const Config& config, Duration sdo_timeout, unsigned hops);
 Duration channel_wait(const Config& config, Duration sdo_timeout);
 

@@ -13,8 +13,10 @@
 namespace linegate::routing {
 namespace {
 
-constexpr std::uint64_t kWhatIsEchoed = 0xFF'FFFF'FFFF;  // bytes 0 to 4
-constexpr std::uint32_t kPlaces = 48;  // of a server of the own node, more than it sends at once
+// Bytes 0 to 4, which the gateway must echo
+constexpr std::uint64_t kWhatIsEchoed = 0xFF'FFFF'FFFF;
+// Queue of a server of the own node: more than it sends at once
+constexpr std::uint32_t kPlaces = 48;
 
 // The own dictionary as the target: a server without a bus.
 struct OwnServer {
@@ -25,8 +27,8 @@ struct OwnServer {
   can::TransmitQueue queue{kPlaces};
 };
 
-// An abort of no object; or of any by a server that knows no indications and says so of the
-// transfer it has. Other aborts end an earlier transfer.
+// An abort of object 0000h:00; or of any object with 0504 0001h, by a server that does not support
+// indications. Other aborts end an earlier transfer.
 bool refuses_indication(std::uint64_t word) {
   return static_cast<std::uint8_t>(word) == sdo::command_byte(sdo::ServerCommand::abort) &&
          (sdo::multiplexer(word) == od::Address{} ||
@@ -38,7 +40,7 @@ struct Permissions {
   bool write = false;
 };
 
-// Of this process in the place of a device: what both may.
+// A client of this process that acts for a device needs the permission of both.
 Permissions permissions(const Config& config, const Message& open) {
   const std::uint16_t source = open.source;
   const bool of_process = open.of_process || source == 0;
@@ -63,8 +65,8 @@ struct SdoExit::Passage {
   enum class State : std::uint8_t { free, waiting, asking, open, draining };
 
   State state = State::free;
-  std::uint8_t from = 0;     // interface
-  std::uint8_t node = 0;     // whose server is used: the target's or the next gateway's
+  std::uint8_t from = 0;     // interface of the entrance
+  std::uint8_t node = 0;     // node-ID of the server: the target or the next gateway
   std::uint8_t channel = 0;  // number of the client SDO
   bool to_gateway = false;
   bool own = false;  // the target is the own node
@@ -73,13 +75,13 @@ struct SdoExit::Passage {
   std::uint16_t source = 0;
   std::uint32_t connection = 0;
   std::uint64_t number = 0;  // of its request to the arbiter
-  Indication target;         // as the next gateway is told
+  Indication target;         // sent to the next gateway
   SdoPhase phase;
   AbortCode outcome = AbortCode::none;
   Instant deadline = kNever;
-  Instant budget = kNever;            // who asked does not wait for the way to be free any longer
-  WordQueue waiting;                  // for room on the bus
-  std::unique_ptr<OwnServer> server;  // kept for the next one
+  Instant budget = kNever;            // end of the requester's wait for the route
+  WordQueue waiting;                  // frames that wait for room on the bus
+  std::unique_ptr<OwnServer> server;  // kept for the next passage
 };
 
 SdoExit::SdoExit(const Config& config, Line line, od::Dictionary& own, sdo::Arbiter& arbiter,
@@ -186,8 +188,8 @@ void SdoExit::open(const Message& message, Instant now) {
   }
 }
 
-// Of client SDO 1 there is one, whose COB-IDs become those of the target; the rule or the hook may
-// have more of them.
+// There is one client SDO 1, whose COB-IDs are set to those of the target; the rule or the hook may
+// provide more client SDOs.
 AbortCode SdoExit::reserve(Passage& passage, Instant now) {
   if (passage.own) {
     if (passage.server == nullptr) {
@@ -227,7 +229,7 @@ AbortCode SdoExit::reserve(Passage& passage, Instant now) {
   return AbortCode::none;
 }
 
-// Of the target nobody but the client itself waits for the channel, if no gateway has asked.
+// Unlimited if no gateway waits: then only the client itself waits for the channel of the target.
 Instant SdoExit::budget(const Passage& passage, unsigned hops, Instant now) const {
   return passage.to_gateway || hops > 1
              ? now + gateway_timeout(config_, line_.sdo_timeout, passage.target.hops)
@@ -254,7 +256,7 @@ void SdoExit::opened(Passage& passage, Instant now) {
       passage.state == Passage::State::waiting || passage.state == Passage::State::asking,
       "a passage opens once");
   passage.state = Passage::State::open;
-  // The entrance has the arm timer: this is for the case that it is gone.
+  // A fallback in case the entrance, which has the arm timer, no longer exists.
   wait_until(passage, now + config_.arm_timeout + frame_timeout());
   (void)post_.send(to_connection(MessageKind::sdo_opened, passage.from, passage.connection, 0));
 }
@@ -270,7 +272,7 @@ void SdoExit::answered_by_gateway(Passage& passage, std::uint64_t word, Instant 
     opened(passage, now);
   } else if (refuses_indication(word)) {
     refuse(passage, static_cast<AbortCode>(sdo::long_word(word)));
-  }  // else it answers an earlier transfer
+  }  // otherwise it answers an earlier transfer
 }
 
 // --- frames -------------------------------------------------------------------------------------
@@ -319,7 +321,7 @@ void SdoExit::response(std::uint64_t number, const can::Frame& frame) {
   const bool stray = !passage->phase.under_way() || (passage->phase.awaits_first_answer() &&
                                                      !passage->phase.is_first_answer(word));
   if (stray) {
-    return;  // answers what was asked before
+    return;  // an answer to an earlier request
   }
   wait_until(*passage, frame.time + frame_timeout());
   if (!answer(*passage, word)) {
@@ -328,7 +330,7 @@ void SdoExit::response(std::uint64_t number, const can::Frame& frame) {
   }
 }
 
-// False: there is no room on the way back.
+// False if there is no room on the way back.
 bool SdoExit::answer(Passage& passage, std::uint64_t word) {
   const SdoPhase::End end = passage.phase.response(word);
   if (!post_.send(
@@ -375,7 +377,8 @@ void SdoExit::give(Passage& passage, std::uint64_t word, Instant now) {
   wake_ = earlier(wake_, now + WordQueue::kRetry);
 }
 
-// Not more than a few frames wait for the bus, because others want to get their requests through.
+// Only a few frames may wait in the transmit queue, so that requests of other users are not
+// delayed.
 bool SdoExit::put_on_bus(const Passage& passage, std::uint64_t word) {
   constexpr auto kSdo = can::TransmitClass::sdo;
   return transmit_.queued(kSdo) < sdo::Outbox::kMany && push(passage, word);
@@ -410,8 +413,8 @@ void SdoExit::break_down(Passage& passage, AbortCode why, Instant now) {
   release(passage, why);
 }
 
-// Whatever waits is of no use any more. A next gateway is told in any state: it has reserved what
-// lies beyond it.
+// Waiting frames are obsolete. A next gateway gets the abort in any state, because it has reserved
+// the rest of the route.
 void SdoExit::abort_server(Passage& passage, AbortCode why, Instant /*now*/) {
   const bool asked = passage.state == Passage::State::asking ||
                      (passage.state == Passage::State::open && passage.to_gateway);
@@ -445,11 +448,11 @@ void SdoExit::release(Passage& passage, AbortCode outcome) {
   if (passage.waiting.empty()) {
     finish(passage);
   } else {
-    wake_ = Instant{};  // advance() is due: it knows the time
+    wake_ = Instant{};  // makes advance() due, which has the time
   }
 }
 
-// What the bus does not take for as long as a server waits for a frame is lost.
+// Frames that the bus does not accept within the frame time-out of a server are lost.
 void SdoExit::drain(Passage& passage, Instant now) {
   while (!passage.waiting.empty() && push(passage, passage.waiting.front())) {
     passage.waiting.pop();
@@ -488,8 +491,7 @@ Duration SdoExit::frame_timeout() const {
   return config_.frame_timeout > Duration::zero() ? config_.frame_timeout : 2 * line_.sdo_timeout;
 }
 
-// A server of the own dictionary may have to wait for somebody else, who is ready before its
-// deadline.
+// A server of the own dictionary may wait for a hook, which can finish before the deadline.
 Instant SdoExit::next_wake() const {
   Instant wake = wake_;
   for (const auto& passage : passages_) {

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// SDO connections that use a client SDO of this line: towards the target, or towards the next
-// gateway. The other half, on the line where the client is, is SdoEntrance.
+// SDO connections that use a client SDO of this line: to the target, or to the next gateway.
+// SdoEntrance is the counterpart on the line of the client.
 //
-// Each goes through the arbiter of the line, so that nobody else of this process talks to the same
-// server meanwhile. A connection to the own node has its dictionary at once.
+// Each goes through the arbiter of the line, so that no other user in this process accesses the
+// same server meanwhile. A connection to the own node uses its dictionary at once.
 //
 //   waiting -- channel is free --> asking (next gateway) -- E0h --> open -- last frame --> (gone)
 //                             \--> open (target)
 //
-// Frames that the bus has not taken when a connection ends keep the client SDO until it has.
+// Frames that the bus has not accepted when a connection ends keep the client SDO reserved until
+// they are sent or time out.
 //
-// Nothing is allocated while frames are forwarded, but by the server of the own node.
+// Forwarding frames allocates no memory, except in the server of the own node.
 #pragma once
 
 #include <array>
@@ -31,11 +32,11 @@ class SdoExit final : public sdo::ChannelUser {
  public:
   struct Line {
     std::uint16_t network = 0;
-    std::uint8_t node = 0;  // the own one
+    std::uint8_t node = 0;  // the own node-ID
     Duration sdo_timeout{};
   };
 
-  // All must outlive it. own: the dictionary of the own node.
+  // All references must outlive this object. own: the dictionary of the own node.
   SdoExit(const Config& config, Line line, od::Dictionary& own, sdo::Arbiter& arbiter,
           can::TransmitQueue& transmit, Post& post, EventLog& events, Counters& counters);
   ~SdoExit() override;
@@ -43,7 +44,7 @@ class SdoExit final : public sdo::ChannelUser {
   // Whether SDOs can be sent on the line: its interface is usable, the own node not stopped.
   void set_usable(bool usable) { usable_ = usable; }
 
-  // sdo_open, sdo_request, sdo_close.
+  // Takes sdo_open, sdo_request and sdo_close.
   void deliver(const Message& message, Instant now);
   void advance(Instant now);
   Instant next_wake() const;
@@ -74,8 +75,8 @@ class SdoExit final : public sdo::ChannelUser {
   void flush(Passage& passage, Instant now);
   bool put_on_bus(const Passage& passage, std::uint64_t word);
   bool push(const Passage& passage, std::uint64_t word);
-  // Ends it: the server is told by an abort if it has to forget something, the entrance by
-  // sdo_refused.
+  // Ends the passage: sends an abort to a server that has state to clear, and sdo_refused to the
+  // entrance.
   void break_down(Passage& passage, AbortCode why, Instant now);
   void abort_server(Passage& passage, AbortCode why, Instant now);
   void release(Passage& passage, AbortCode outcome);

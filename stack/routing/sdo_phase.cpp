@@ -44,7 +44,7 @@ SdoPhase::End SdoPhase::request(std::uint64_t word) {
     return End::none;
   }
   if (state_ == State::block_download_end && word == last_segment_) {
-    return End::none;  // twice on the wire
+    return End::none;  // the frame was repeated on the bus
   }
   if (initiates(word)) {
     begin(word);
@@ -94,7 +94,7 @@ SdoPhase::End SdoPhase::response(std::uint64_t word) {
       bytes_ += static_cast<std::uint32_t>(sdo::segment_size(command));
       return (command & sdo::kLastSegment) != 0 ? end(End::finished) : End::none;
     case State::block_upload:
-      block_ends(command);  // or a segment that looks like it, which is not the last
+      block_ends(command);  // or a segment that looks like the end, but is not the last frame
       return End::none;
     case State::download:
       return is(command, ServerCommand::download_segment) && last_ ? end(End::finished) : End::none;
@@ -160,7 +160,7 @@ void SdoPhase::acknowledged(unsigned segments) {
   bytes_ += static_cast<std::uint32_t>(segments * sdo::kSegmentSize);
 }
 
-// May be said twice; only of a transfer that ends with it something is taken off.
+// May be called more than once: unused_ is subtracted only when the transfer ends.
 void SdoPhase::block_ends(std::uint8_t command) {
   if (sdo::is_block_send_end(command)) {
     unused_ = (command >> 2U) & 7U;

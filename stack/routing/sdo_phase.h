@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How far a forwarded SDO transfer is: its frames are copied as they are, so all a gateway has to
-// know is where the transfer ends, and which frames are segments of a block, whose first byte may
-// look like anything.
+// The progress of a forwarded SDO transfer. A gateway copies its frames unchanged, so it must only
+// detect the end of the transfer, and the segments of a block, whose first byte may have any value.
 #pragma once
 
 #include <cstdint>
@@ -20,26 +19,27 @@ class SdoPhase {
 
   // Whether a request begins a transfer. Precondition: !in_sub_block().
   static bool initiates(std::uint64_t request);
-  // Such a request writes.
+  // Whether such a request begins a download.
   static bool writes(std::uint64_t request);
 
-  // A frame from the client, from the server. What begins a transfer drops the one before.
+  // Process a frame from the client, from the server. A frame that begins a transfer discards the
+  // previous one.
   End request(std::uint64_t word);
   End response(std::uint64_t word);
   void reset() { *this = {}; }
 
-  // What the client sends now are segments of a block, or an abort.
+  // The next frames of the client are segments of a block, or an abort.
   bool in_sub_block() const { return state_ == State::block_segments; }
-  // A transfer was begun and has not ended.
+  // A transfer is in progress.
   bool under_way() const { return state_ != State::idle; }
-  // The first answer of the server is due, and `word` can be it.
+  // Whether the first answer of the server is due, and whether `word` can be that answer.
   bool awaits_first_answer() const;
   bool is_first_answer(std::uint64_t word) const;
-  // Of the transfer begun last.
+  // Object and direction of the last transfer.
   enum class Service : std::uint8_t { none, upload, download };  // numbers as in EventKind
   od::Address address() const { return address_; }
   Service service() const { return service_; }
-  // Of its value: those that were sent, in a block those that were acknowledged.
+  // Number of bytes of its value that were sent, or in a block transfer acknowledged.
   std::uint32_t bytes() const { return bytes_; }
 
  private:
@@ -51,7 +51,7 @@ class SdoPhase {
     download,
     block_download_initiate,
     block_segments,      // of a download
-    block_download_end,  // all were acknowledged
+    block_download_end,  // all segments were acknowledged
     block_upload_initiate,
     block_upload,
   };
@@ -64,11 +64,11 @@ class SdoPhase {
 
   State state_ = State::idle;
   bool last_ = false;               // download: expedited, or the last segment was sent
-  std::uint64_t last_segment_ = 0;  // block download: the frame with the flag of the last one
+  std::uint64_t last_segment_ = 0;  // block download: the frame with the flag of the last segment
   od::Address address_;
   Service service_ = Service::none;
   std::uint32_t bytes_ = 0;
-  std::uint8_t unused_ = 0;  // bytes of the last segment of a block transfer
+  std::uint8_t unused_ = 0;  // unused bytes in the last segment of a block transfer
 };
 
 }  // namespace linegate::routing

@@ -52,7 +52,7 @@ AbortCode TableObject::check_write(od::Address address, std::span<const std::byt
   } else {
     routes = routes_of(dictionary_);
     if (address.sub > routes.size()) {
-      return AbortCode::none;  // checked when it is to count
+      return AbortCode::none;  // checked when it becomes active
     }
     routes[address.sub - 1U] = decode(load_le(value));
   }

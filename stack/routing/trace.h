@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who wants to hear of single routed transfers, and how many of them are told: a service tool does
-// thousands a second, which would drown everything else that happens.
+// Controls the reports of single routed connections: whether a client requested them, and how many
+// are reported. A service tool opens thousands a second, which would crowd out all other events.
 #pragma once
 
 #include <algorithm>
@@ -13,12 +13,12 @@ namespace linegate::routing {
 
 class Trace {
  public:
-  static constexpr std::uint32_t kMostASecond = 50;  // connections
-  static constexpr std::uint16_t kLongest = 3600;    // seconds that one request is good for
+  static constexpr std::uint32_t kMostASecond = 50;  // reported connections
+  static constexpr std::uint16_t kLongest = 3600;    // seconds; longest duration of one request
 
-  // Somebody listens until `end`. Of several the latest end counts.
+  // A client requests reports until `end`. Of several requests the latest end applies.
   void ask(Instant end) { end_ = std::max(end_, end); }
-  // Whether a connection that opens now is told of.
+  // Whether a connection that opens now is reported.
   bool admit(Instant now) {
     if (now >= end_) {
       return false;
@@ -31,7 +31,7 @@ class Trace {
     ++(admitted ? told_ : withheld_);
     return admitted;
   }
-  // Those that were not told of since it was asked last.
+  // Number of connections that were not reported since the last call.
   std::uint32_t take_withheld() { return std::exchange(withheld_, 0U); }
 
  private:
