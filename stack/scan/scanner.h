@@ -52,7 +52,7 @@ class Scanner {
   Scanner(sdo::Arbiter& sdo, sdo::TransferOwner& owner, EventLog& events, Host& host)
       : sdo_(sdo), owner_(owner), events_(events), host_(host) {}
 
-  // False if a scan is under way.
+  // False if a scan is in progress.
   bool begin(const Options& options, Instant now);
   bool active() const { return !running_.empty() || next_ <= last_; }
   // Ends the scan: nodes that were not read completely get 0800 0000h as their result.
