@@ -13,7 +13,7 @@
 namespace linegate::line {
 namespace {
 
-// The letter of a node that is not in the network list.
+// The boot letter of a node that is not in the network list (CiA 302-2).
 constexpr char kNotListed = 'A';
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// CommandKind::boot: boot processes made anew, answered when all of them have ended (CiA 302-2).
+// CommandKind::boot: repeats boot processes, and answers when all of them have ended (CiA 302-2).
 // Private to stack/line.
 #pragma once
 
@@ -13,13 +13,14 @@ namespace linegate::line {
 
 class BootService final : public Service {
  public:
-  // own_node: that of the manager, which has no boot process. The manager must outlive the service.
+  // own_node: the manager's node-ID, which has no boot process. The manager must outlive the
+  // service.
   BootService(ServiceHost& host, manager::Manager& manager, std::uint8_t own_node)
       : Service(host), manager_(manager), own_node_(own_node) {}
 
   std::span<const CommandKind> commands() const override;
   // Answered with manager::write_boot_report(). Refusals: bad_request (no such node, or the own
-  // one), wrong_role, line_down, timed_out.
+  // node), wrong_role, line_down, timed_out.
   void execute(Command command, Instant now) override;
   void advance(Instant now) override;
   Instant next_wake() const override;

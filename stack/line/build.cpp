@@ -55,8 +55,7 @@ void expect_identity(const NodeConfig& node, manager::NodePlan& plan) {
 
 }  // namespace
 
-// The consumer waits half a period longer than two, so that one lost heartbeat is no loss of the
-// node.
+// 2.5 producer times, so that the loss of one heartbeat does not count as the loss of the node.
 Duration consumer_time(const NodeConfig& node) {
   return node.heartbeat_consumer != Duration::zero() ? node.heartbeat_consumer
                                                      : node.heartbeat * 5 / 2;
@@ -64,7 +63,8 @@ Duration consumer_time(const NodeConfig& node) {
 
 namespace {
 
-// A heartbeat would win over guarding, so a device that has one by default gets it switched off.
+// A heartbeat takes precedence over node guarding, so the heartbeat of a device that produces one
+// by default is switched off.
 void guard(const NodeConfig& node, manager::NodePlan& plan) {
   if (node.guard_time == Duration::zero()) {
     return;
@@ -278,7 +278,7 @@ can::CobId emcy_cob_id(const NodeConfig& node) {
   return cob_id;
 }
 
-// An RPDO has no inhibit time of its own (CiA 301): what its device file says of it is not meant.
+// An RPDO has no inhibit time (CiA 301): a value in the device file is ignored.
 void set_inhibit_times(const NodeConfig& node, pdo::DevicePdos& pdos) {
   for (pdo::Parameters& rpdo : pdos.rpdos) {
     const auto known = node.rpdo_inhibit.find(rpdo.number);

@@ -7,10 +7,11 @@
 namespace linegate::line {
 namespace {
 
-// Of the data that can be stuffed.
+// Factor for the data that can be stuffed.
 constexpr double kStuffing = 1.1;
 
-// An FD frame from start of frame to BRS, and from the CRC delimiter to the intermission.
+// Bits of an FD frame at the nominal bit rate: from start of frame to BRS, and from the CRC
+// delimiter to the intermission.
 constexpr std::uint64_t kFdArbitrationBits = 30;
 // ESI, DLC, stuff count and CRC-17 or CRC-21 with their fixed stuff bits (ISO 11898-1).
 constexpr std::uint64_t kShortFdBits = 1 + 4 + 4 + 17 + 6;
@@ -29,7 +30,7 @@ void BusLoad::set_bit_rates(std::uint32_t bit_rate, std::uint32_t data_bit_rate)
   data_bit_rate_ = bit_rate != 0 ? data_bit_rate : 0;
 }
 
-// The rest of the identifier is at the nominal bit rate in an extended frame, too.
+// The remaining identifier bits of an extended frame are sent at the nominal bit rate, too.
 void BusLoad::count_fast(std::span<const can::Frame> frames) {
   for (const can::Frame& frame : frames) {
     if ((frame.flags & can::Frame::kBitRateSwitch) == 0) {

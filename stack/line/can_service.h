@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// CommandKind::can_send and can_listen: frames of no CANopen service (CANopenIA manual 6.2,
-// 5F01h:0Bh). One that is sent is answered when the bus acknowledged it. Private to stack/line.
+// CommandKind::can_send and can_listen: frames that belong to no CANopen service (CANopenIA
+// manual 6.2, 5F01h:0Bh). A can_send is answered when the bus acknowledged the frame. Private to
+// stack/line.
 #pragma once
 
 #include <span>
@@ -16,7 +17,7 @@ namespace linegate::line {
 
 class CanService final : public Service {
  public:
-  // The frames are sent by that node; linked: PDOs of the line. All must outlive the service.
+  // node: sends the frames. linked: PDOs of the line. All must outlive the service.
   CanService(ServiceHost& host, node::Node& node, const std::vector<pdo::LinkedPdo>& linked,
              EventLog& events)
       : Service(host), node_(node), linked_(linked), events_(events) {}
@@ -28,12 +29,12 @@ class CanService final : public Service {
   void execute(Command command, Instant now) override;
   void advance(Instant /*now*/) override {}
   Instant next_wake() const override { return kNever; }
-  // Nothing is under way but frames.
+  // No command is under way, only frames.
   void end(Refusal /*why*/, Instant /*now*/) override {}
 
-  // Sends the frame behind everything else. Refusals as above.
+  // Queues the frame behind all others. Refusals as above.
   Error send(const can::Frame& frame);
-  // A frame that no service of the node wants: see Listening::hear().
+  // Pass it each frame that no service of the node uses: see Listening::hear().
   void hear(const can::Frame& frame, bool all) { listening_.hear(frame, events_, all); }
 
  private:

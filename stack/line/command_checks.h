@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is refused of a command whatever the role of the line, and in which words. Private to
-// stack/line.
+// The checks of commands that are the same in every role. Private to stack/line.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +17,7 @@ namespace linegate::line {
 
 // Each gives what speaks against it; Domain::none if nothing does.
 
-// CommandKind::output_write, by a person: it feeds no watchdog and takes no group over.
+// CommandKind::output_write, by hand: does not feed a watchdog or take over a group.
 Error check_single_output(const Command& command, const image::Layout& layout,
                           const Outputs& outputs);
 // CommandKind::emcy_send of a node in that state.
@@ -28,7 +27,7 @@ Error check_nmt(nmt::Command command, std::uint8_t node);
 
 // CommandKind::local_read with kListObjects: the last index of the list.
 std::uint16_t last_of_list(const Command& command);
-// CommandKind::local_read and the like.
+// CommandKind::local_read and other reads of an object of a dictionary.
 Error read_object(od::Dictionary& dictionary, const Command& command, std::vector<std::byte>& data);
 
 }  // namespace linegate::line

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Everything a line needs to know before it runs. Made by the gateway from plant.yaml and device
-// files, or by a test; checked by Line::make().
+// The complete configuration of a line. Created by the gateway from plant.yaml and device files, or
+// by a test; checked by Line::make().
 #pragma once
 
 #include <cstdint>
@@ -23,69 +23,72 @@
 
 namespace linegate::line {
 
-// An object written to a node when it is configured, little-endian.
+// An object value that is written to a node when it is configured, little-endian.
 struct ObjectValue {
   od::Address address;
   std::vector<std::byte> data;
 };
 
-// What of the identity in its device file a node must have; a 0 there is never compared.
+// Which parts of the identity in the device file are compared with the node's; a 0 in the file is
+// never compared.
 struct IdentityScope {
   bool device_type = true;            // 1000h
   bool vendor = true;                 // 1018h:1
   bool product = true;                // 1018h:2
   bool revision = true;               // 1018h:3
-  bool revision_major_alone = false;  // its upper 16 bits; revision is true then
+  bool revision_major_alone = false;  // only its upper 16 bits; revision is then true
 };
 
 struct NodeConfig {
   std::uint8_t id = 0;
   std::string name;
   od::DeviceDescription device;           // from its EDS or DCF, resolved with id
-  bool boot = true;                       // 1F81h bit 2; else only its error control is started
+  bool boot = true;                       // 1F81h bit 2; else only its error control is monitored
   bool mandatory = false;                 // 1F81h bit 3
-  bool keep_alive = false;                // 1F81h bit 4: not reset as long as it is Operational
+  bool keep_alive = false;                // 1F81h bit 4: not reset while it is Operational
   IdentityScope check{};                  // compared with the device file when it boots
   std::optional<std::uint32_t> serial{};  // expected 1018h:4
-  Duration heartbeat{};                   // producer time written to 1017h; 0 = leave it alone
-  Duration heartbeat_consumer{};          // 0 = 2.5 x heartbeat
+  Duration heartbeat{};           // producer time written to 1017h; 0 = leave 1017h unchanged
+  Duration heartbeat_consumer{};  // 0 = 2.5 x heartbeat
   // Node guarding for devices without a heartbeat: 100Ch and 100Dh. Not together with heartbeat.
   Duration guard_time{};  // 0 = off; whole ms
   std::uint8_t life_time_factor = 0;
-  Duration pdo_deadline{};  // longest time between two of its TPDOs, whole ms; 0 = any
-  // Of its RPDOs, by number: event-driven ones are sent to it no more often than that; multiples of
-  // 100 us. Those that are not named: at will.
+  Duration pdo_deadline{};  // longest time between two of its TPDOs, whole ms; 0 = no limit
+  // By number of its RPDO: the shortest time between two transmissions of an event-driven one, in
+  // multiples of 100 us. RPDOs that are not listed have no inhibit time.
   std::map<std::uint16_t, Duration> rpdo_inhibit{};
-  // Of its TPDOs, by number: how many receptions wait to be taken at the most, see
-  // Line::take_reception(); 0 = none. Those that are not named: LineConfig::pdo_queue.
+  // By number of its TPDO: the largest number of receptions that wait to be taken, see
+  // Line::take_reception(); 0 = no queue. TPDOs that are not listed have LineConfig::pdo_queue.
   std::map<std::uint16_t, std::uint32_t> tpdo_queue{};
   Duration boot_timeout = std::chrono::seconds(10);  // until presence is `missing`
-  Duration reset_time = std::chrono::seconds(1);     // from a reset to its boot-up message, at most
-  Duration sdo_timeout{};  // of each answer while it boots; 0 = LineConfig::sdo_timeout
+  // Longest time from a reset to the boot-up message
+  Duration reset_time = std::chrono::seconds(1);
+  Duration sdo_timeout{};  // of each response while it boots; 0 = LineConfig::sdo_timeout
   std::uint32_t block_from = sdo::TransferOptions{}.block_from;  // bytes; sdo::kNoBlocks: never
   std::vector<ObjectValue> objects{};                            // written after those of the DCF
-  std::uint8_t restore = 0;  // sub-index of 1011h: defaults before the node is configured; 0 = none
-  std::uint8_t store = 0;    // sub-index of 1010h, saved when it is configured; 0 = none. With a
-                             // date in 1020h, so that it need not be configured the next time
-  std::uint32_t software = 0;      // 1F55h: software identification it is to have; 0 = any
-  bool update_software = false;    // 1F81h bit 6: program is loaded if it has another
+  std::uint8_t restore = 0;  // sub-index of 1011h: restores defaults before configuration; 0 = none
+  std::uint8_t store = 0;    // sub-index of 1010h, stored after configuration; 0 = none. With a
+                             // date in 1020h, so that the next boot can skip the configuration
+  std::uint32_t software = 0;      // 1F55h: expected software identification; 0 = any
+  bool update_software = false;    // 1F81h bit 6: load the program if the identification differs
   manager::SharedBytes program{};  // 1F58h; nullptr = none
-  // Nothing is written to it: it is what a scan found of it, and shall stay so. A line that has
-  // such a node does not reset its nodes at the start.
+  // Write nothing to it: a scan found it with its present configuration, which must not change. A
+  // line that has such a node does not reset its nodes at the start.
   bool as_found = false;
 };
 
-// A device of the line itself, in the role device: it runs here, below somebody else's master.
+// A device of the line itself, role device: it runs in this process, below another master.
 struct DeviceConfig {
   std::uint8_t id = 0;
   std::string name;
   od::DeviceDescription device;  // from its EDS or DCF, resolved with id
-  // It is an LSS slave that has no node-ID until it is given one, or the one it stored. id is what
-  // it is called by here, whatever node-ID it has.
+  // It is an LSS slave without a node-ID until LSS assigns one, unless it stored one. id identifies
+  // the device in this process, whatever node-ID it has on the bus.
   bool lss = false;
 };
 
-// Output entries that one application writes. Entries are named "node.index:sub", see gateway.
+// Output entries that one application writes. Entries are named "node.index:sub", see
+// gateway/config.
 struct OutputGroup {
   std::uint16_t number = 0;
   std::string name;
@@ -98,16 +101,17 @@ struct OutputDefault {
   std::uint64_t value = 0;
 };
 
-// An application object of the own node, 2000h..5EFFh or 6000h..9FFFh: one sub-index. Where no
-// sub-index 0 is given it says which is the highest.
+// An application object of the own node, 2000h..5EFFh or 6000h..9FFFh: one sub-index. If no
+// sub-index 0 is configured, it is created with the highest sub-index.
 struct OwnObject {
   std::uint16_t index = 0;
   od::VariableDescription variable;  // value: the default
-  // Its bytes are in the image: of the inputs if others may write it, else of the outputs.
+  // Its bytes are in the image: in the inputs if other nodes may write it, else in the outputs.
   bool in_image = false;
-  std::uint32_t offset = 0;  // there, in bytes: of those that are created at run time
+  std::uint32_t offset = 0;  // byte offset in the image: of objects that are created at run time
 };
-// What is wrong with one by itself, as the end of a sentence about it; empty if nothing is.
+// The error of the object taken by itself, as the end of a sentence about it; empty if there is
+// none.
 std::string_view fault_of(const OwnObject& object);
 
 // The line's own identity in its dictionary (1000h, 1018h).
@@ -121,14 +125,15 @@ struct Identity {
 
 // The line's LSS master (CiA 305), role manager.
 struct LssConfig {
-  // Nodes that have no node-ID are given it before the network boots, by their identity: 1018h of
+  // Assign node-IDs before the network boots to nodes that have none, by their identity: 1018h of
   // the device file, and the serial number.
   bool assign = false;
-  Duration timeout = std::chrono::milliseconds(100);  // for each answer
-  Duration period = std::chrono::seconds(5);          // of the search for late comers; 0 = none
-  bool store = false;                                 // they keep it
-  // Bit rate given besides, in bit/s; they have it when they are switched on the next time. One of
-  // the table of CiA 305, and stored; 0 = as it is.
+  Duration timeout = std::chrono::milliseconds(100);  // for each response
+  // Of the search for devices that are connected later; 0 = no search
+  Duration period = std::chrono::seconds(5);
+  bool store = false;  // the devices store the node-ID
+  // Bit rate in bit/s that is configured as well; it takes effect at the next power-on. One of the
+  // table of CiA 305, and always stored; 0 = unchanged.
   std::uint32_t bit_rate = 0;
 };
 
@@ -139,71 +144,73 @@ struct LineConfig {
   std::uint8_t node_id = 127;  // own
   std::uint32_t bit_rate = 0;  // bit/s, for the bus load; 0 = unknown
   Identity identity;
-  // The own node has 1010h, 1011h and 1020h; of devices of the role device those that have 1010h
-  // store by it. See Line::set_medium().
+  // The own node has 1010h, 1011h and 1020h. In the role device, those devices store that have
+  // 1010h. See Line::set_medium().
   bool stores_parameters = false;
-  // Of EMCYs that the own node sends by itself.
+  // For EMCYs that the own node generates itself.
   node::ErrorScheme error_scheme = node::ErrorScheme::number;
   Duration heartbeat{};    // own producer time, 0 = off
   Duration sync_period{};  // 0 = no SYNC producer
   Duration time_period{};  // 0 = no TIME producer
   Duration sdo_timeout = std::chrono::milliseconds(500);
   LssConfig lss;
-  // From the last CommandKind::object_write of a PDO without event timer until it is asked for,
-  // unless all its values were written before; 0 = at once.
+  // Time from the last CommandKind::object_write to a PDO without event timer until the PDO is
+  // requested, unless all its values were written earlier; 0 = immediately.
   Duration pdo_update_time{};
-  // Roles manager and observer: how many receptions of each TPDO of a node wait to be taken at the
-  // most, see NodeConfig::tpdo_queue; 0 = none: the newest values are enough.
+  // Roles manager and observer: the largest number of receptions of each TPDO of a node that wait
+  // to be taken, see NodeConfig::tpdo_queue; 0 = no queue: only the newest values are kept.
   std::uint32_t pdo_queue = 0;
-  // For the answer of a device to `save` and `load`, writes of its 1010h and 1011h, if they are
-  // longer than sdo_timeout.
+  // SDO time-out of `save` and `load`, writes to 1010h and 1011h of a device, if longer than
+  // sdo_timeout.
   Duration save_timeout = std::chrono::seconds(15);
   Duration load_timeout = std::chrono::seconds(3);
-  // Fatal to the network, which is stopped then, is what the IXXAT manual calls so, and not only
-  // another device with the own node-ID and a mandatory node of a wrong identity or configuration.
+  // Errors that the IXXAT manual calls fatal stop the network. Otherwise only another device with
+  // the own node-ID and a mandatory node with a wrong identity or configuration do.
   bool strict_ixxat = false;
-  // A node that was started and shows another state is started again.
+  // Start a node again if it was started and reports another state.
   bool keep_operational = false;
   // Index of the first of the CANopenIA records, see diagnosis/canopen_ia.h.
   std::uint16_t canopen_ia_base = od::objects::kCanopenIa;
-  bool reset_nodes = true;  // NMT reset communication to all at the start
-  bool start_nodes = true;  // NMT start when booted (1F80h bit 3 = 0)
-  bool start_all = false;   // with one command, when all are booted (1F80h bit 1)
+  bool reset_nodes = true;  // send NMT reset communication to all nodes at the start
+  bool start_nodes = true;  // send NMT start to a booted node (1F80h bit 3 = 0)
+  bool start_all = false;   // one NMT start for all, when all are booted (1F80h bit 1)
   bool own_start = true;    // the own node starts by itself (1F80h bit 2 = 0)
   manager::ErrorReaction on_error = manager::ErrorReaction::node;  // 1F80h bits 4 and 6
-  Duration boot_time{};           // of mandatory nodes (1F89h), whole ms; 0 = as long as it takes
-  Duration nmt_inhibit{};         // between two NMT commands (102Ah), whole 100 us
-  bool stop_nodes = true;         // NMT enter pre-operational to all when the line is stopped
+  Duration boot_time{};    // of mandatory nodes (1F89h), whole ms; 0 = no limit
+  Duration nmt_inhibit{};  // between two NMT commands (102Ah), whole 100 us
+  bool stop_nodes = true;  // send NMT enter pre-operational to all nodes when the line is stopped
   std::vector<NodeConfig> nodes;  // ascending by id
-  // What a scan read, ascending by id, where the nodes are made of that: the next scan that is
-  // applied may make others of them. Answers reads from the scan's cache, too.
+  // The nodes as a scan read them, ascending by id, if `nodes` was made from a scan: the next scan
+  // that is applied may then replace them. They also answer reads from the scan cache.
   std::vector<scan::ScannedNode> scanned;
-  // Set up by a scan that is applied, at nodes without error control; whole ms, 1..65535.
+  // Producer time that an applied scan configures on nodes without error control; whole
+  // ms, 1..65535.
   Duration found_heartbeat = std::chrono::milliseconds(500);
-  // Role device: 1..127 of them, ascending by id; no nodes and no node_id then. If there are none,
-  // the line has the one own node of a manager, which obeys another master.
+  // Role device: 1..127 devices, ascending by id; without nodes and node_id. If there are none, the
+  // line has one own node like a manager, which is a slave of another master.
   std::vector<DeviceConfig> devices;
-  std::vector<OutputGroup> groups;  // empty = one group 0 with all others
+  std::vector<OutputGroup> groups;  // empty = one group 0 with all unbound entries
   std::vector<OutputDefault> defaults;
-  // Output entries that follow inputs of this or another line: in no group, and written by
-  // Line::write_bound() alone. Ascending.
+  // Output entries that follow inputs of this or another line: in no group, and written only by
+  // Line::write_bound(). Ascending.
   std::vector<std::uint32_t> bound;
-  // Of the one own node; not for an observer.
+  // Of the single own node; not for an observer.
   std::vector<OwnObject> own_objects;
-  // Entries of its scanner list (1FA0h..) and dispatcher list (1FD0h..), see pdo/mpdo.h. It has
-  // these objects if there are entries.
+  // Entries of the own node's scanner list (1FA0h..) and dispatcher list (1FD0h..), see pdo/mpdo.h.
+  // The objects exist if there are entries.
   std::vector<std::uint32_t> mpdo_scanner;
   std::vector<std::uint64_t> mpdo_dispatcher;
-  // Written to objects of that node as over SDO, in this order, when the line starts and after each
-  // reset of the node, after what was stored. What is refused is EventKind::configuration_error.
+  // Written to objects of the own node as by SDO, in this order, when the line starts and after
+  // each reset of the node, after the stored parameters. A rejected value is reported as
+  // EventKind::configuration_error.
   std::vector<ObjectValue> own_values;
   // Routing between this line and others.
   routing::Config routing;
-  // Objects B000h.. that lines share, manager and device with the one own node.
+  // Objects B000h.. that are forwarded between lines; manager, and device with the single own node.
   routing::Forwarding forwarding;
 };
 
-// The queue of a node's TPDO: how many receptions wait in it at the most, 0 if it has none.
+// The queue of a node's TPDO: the largest number of receptions in it, 0 = no queue.
 std::uint32_t queue_of(const LineConfig& config, std::uint8_t node, std::uint16_t tpdo);
 // The longest queue of the configuration, 0 if there is none.
 std::uint32_t longest_queue(const LineConfig& config);

@@ -48,7 +48,7 @@ void ConfigureService::execute(Command command, Instant now) {
   }
 }
 
-// The answers to a request by 1F25h (CiA 302-3).
+// The abort code for a request by 1F25h (CiA 302-3).
 AbortCode ConfigureService::may_configure(std::uint8_t id) const {
   if (!host().manages() || !manager_.active()) {
     return AbortCode::local_control;
@@ -114,7 +114,7 @@ void ConfigureService::advance(Instant now) {
   conclude(now);
 }
 
-// Takes up what the configurator and the manager have come to.
+// Evaluates the results of the configurator and the manager.
 void ConfigureService::conclude(Instant now) {
   collect();
   if (!running_) {
@@ -130,7 +130,7 @@ void ConfigureService::conclude(Instant now) {
   }
 }
 
-// Reports of a command that has ended are dropped.
+// Drops reports of a command that has already ended.
 void ConfigureService::collect() {
   while (auto report = configurator_.take_report()) {
     if (running_ && !running_->apply && running_->nodes[report->node]) {
@@ -149,8 +149,8 @@ void ConfigureService::collect() {
   });
 }
 
-// What the configuration itself found is reported as a difference; a node that was not booted so
-// far has the letter alone.
+// An error of the configuration itself is reported as a difference; a node whose boot did not reach
+// the configuration has only the letter.
 manager::NodeReport ConfigureService::applied(std::uint8_t node) const {
   manager::NodeReport report{.node = node, .boot = manager_.node(node).boot};
   const auto& fault = configurator_.fault(node);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// CommandKind::configure: compares the configuration of nodes with what they have, or applies it
-// (CiA 302-3). One command at a time; several nodes at once. Private to stack/line.
+// CommandKind::configure: compares nodes with their configuration, or applies it (CiA 302-3). One
+// command at a time, which may process several nodes at once. Private to stack/line.
 #pragma once
 
 #include <bitset>
@@ -24,13 +24,13 @@ class ConfigureService final : public Service {
 
   std::span<const CommandKind> commands() const override;
   // Answered with manager::write_configuration_report(). Refusals: wrong_role, line_down,
-  // bad_request (no such code, or the node is not in the configuration), wrong_state (no manager at
-  // work), busy (another one is under way), timed_out.
+  // bad_request (no such code, or the node is not configured), wrong_state (the manager is not
+  // active), busy (another command is under way), timed_out.
   void execute(Command command, Instant now) override;
-  // Emits EventKind::command_progress at most once a second. Requests by 1F25h are carried out too.
+  // Emits EventKind::command_progress at most once a second. Also executes requests by 1F25h.
   void advance(Instant now) override;
   Instant next_wake() const override;
-  // What is being applied goes on.
+  // Configurations that are being applied continue.
   void end(Refusal why, Instant now) override;
   // A command is under way.
   bool active() const { return running_.has_value(); }
@@ -40,8 +40,8 @@ class ConfigureService final : public Service {
     std::uint64_t tag = 0;
     bool apply = false;
     Instant deadline = kNever;
-    Instant report_at = kNever;       // of its progress
-    std::bitset<128> nodes;           // that are not ready
+    Instant report_at = kNever;       // next progress report
+    std::bitset<128> nodes;           // nodes that are not finished
     std::vector<std::size_t> totals;  // objects by node-ID
     std::vector<manager::NodeReport> reports;
   };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The LSS slave of a device of the line's own, and where its node-ID is kept. Private to
+// The LSS slave of one of the line's own devices, and the storage of its node-ID. Private to
 // stack/line.
 #pragma once
 
@@ -13,11 +13,11 @@ namespace linegate::line {
 
 class DeviceLss final : public lss::SlaveHost {
  public:
-  // bit_rate: that of the line in bit/s, the only one the device can have; 0 = none may be set.
+  // bit_rate: of the line in bit/s, the only one that the device accepts; 0 = accepts none.
   DeviceLss(const lss::Address& address, std::uint32_t bit_rate);
 
-  // Keeps node-ID and bit timing, 1 byte each (see lss::Settings); must outlive it. Without one
-  // `store` is not supported. What cannot be read counts as nothing kept.
+  // Stores node-ID and bit timing, 1 byte each (see lss::Settings); must outlive this object.
+  // Without a medium `store` is not supported. Unreadable data counts as nothing stored.
   void set_medium(storage::Medium* medium) { medium_ = medium; }
   void medium_done(bool good);
   void power_on();
@@ -28,7 +28,7 @@ class DeviceLss final : public lss::SlaveHost {
   const can::TransmitQueue& answers() const { return answers_; }
   bool has_node_id() const { return slave_.active_node_id() != lss::kNoNodeId; }
 
-  // lss::SlaveHost. The bit rate itself is set where the interface is.
+  // lss::SlaveHost. The bit rate of the interface is not changed.
   lss::StoreResult store(const lss::Settings& settings) override;
   bool has_bit_timing(std::uint8_t index) const override;
 

@@ -11,10 +11,10 @@
 namespace linegate::line {
 namespace {
 
-constexpr std::uint16_t kFirstOfDevice = 0x2000;  // below is the communication profile
+constexpr std::uint16_t kFirstOfDevice = 0x2000;  // lower indices are the communication profile
 constexpr std::size_t kMostBits = 64;
 
-// A device's process data, each object once.
+// The process data of a device, each object once.
 class ProcessData {
  public:
   ProcessData(const od::DeviceDescription& device, const pdo::DevicePdos& pdos) {
@@ -74,15 +74,15 @@ class ProcessData {
   std::vector<pdo::Mapping> unmapped_sent_;
 };
 
-// Whose identifiers two PDOs share is between the devices and their master: each is a PDO of its
-// own for the image.
+// PDOs may share an identifier: that is a matter of the devices and their master. A number of its
+// own makes each a separate PDO of the image.
 void number_identifiers(std::vector<pdo::Parameters>& pdos, std::uint32_t& next) {
   for (pdo::Parameters& pdo : pdos) {
     pdo.cob_id = {can::CobId::kExtendedBit | next++};
   }
 }
 
-// There is no dictionary of a manager in which network variables would show the image.
+// There is no manager dictionary in which network variables could represent the image.
 void forget_variables(image::Layout& layout) {
   for (image::Entry& entry : layout.entries) {
     entry.variable_index = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is asked of a line in the role device: its output values and commands.
+// Output values and commands of a line in the role device.
 #include <algorithm>
 #include <array>
 
@@ -30,8 +30,8 @@ void DevicesLine::do_execute(Command command, Instant now) {
   switch (command.kind) {
     case CommandKind::sdo_read:
     case CommandKind::sdo_write:
-      // With a device of the line itself there is no bus between the two; to others it is no
-      // master.
+      // A device of the line itself is accessed directly, without the bus. The line is not the
+      // master of other nodes.
       error = find(command.node) == nullptr ? to_error(Refusal::wrong_role)
                                             : access_dictionary(command, data, now);
       break;
@@ -100,7 +100,7 @@ Error DevicesLine::access_dictionary(const Command& command, std::vector<std::by
   return read_object(dictionary, command, data);
 }
 
-// The device has the value at once, its master when the frame of the TPDO is on the bus.
+// The device has the value immediately, its master when the frame of the TPDO was sent.
 void DevicesLine::single_output(const Command& command, Instant now) {
   const image::Layout& layout = image.layout(Direction::outputs);
   if (const Error why = check_single_output(command, layout, outputs); why != Error{}) {
@@ -146,7 +146,7 @@ void DevicesLine::send_emcy(const Command& command, Instant now) {
                    now);
 }
 
-// The devices themselves; others are not theirs to command.
+// Only for devices of the line: it is not the master of other nodes.
 Error DevicesLine::send_nmt(const Command& command, Instant now) {
   if (const Error why = check_nmt(command.nmt, command.node); why != Error{}) {
     return why;
@@ -162,7 +162,7 @@ Error DevicesLine::send_nmt(const Command& command, Instant now) {
   return {};
 }
 
-// Of the device: its own TPDO.
+// Triggers a TPDO of the device.
 void DevicesLine::trigger_pdo(const Command& command, Instant now) {
   VirtualDevice* device = named(command.node);
   Refusal why = Refusal::none;
@@ -197,7 +197,7 @@ Error DevicesLine::check_frame(const Command& command, can::Frame& frame) const 
   return usable() ? Error{} : to_error(Refusal::line_down);
 }
 
-// The others hear it as a frame of the bus.
+// The first device sends it; the other devices receive it like any frame of the bus.
 void DevicesLine::send_frame(const Command& command, Instant now) {
   can::Frame frame;
   VirtualDevice& sender = *seats.front().device;
@@ -253,7 +253,8 @@ void DevicesLine::write_bound(std::span<const BoundValue> values, Instant now) {
   hand_out(always, now);
 }
 
-// What was written is given to the device at once.
+// A written value is passed to its device immediately, so an entry can only wait for its first
+// value.
 void DevicesLine::output_state(std::size_t position, OutputState& out) const {
   outputs.describe(position, out);
   for (const std::uint32_t entry : outputs.groups()[position].config.entries) {
@@ -266,7 +267,7 @@ void DevicesLine::output_state(std::size_t position, OutputState& out) const {
   }
 }
 
-// Entries lie in the image in the order of their numbers.
+// The entries of the layout are ordered by their position in the image.
 void DevicesLine::collect(const OutputBytes& run) {
   const std::vector<image::Entry>& entries = image.layout(Direction::outputs).entries;
   const std::uint64_t begin = std::uint64_t{run.offset} * 8U;
@@ -277,7 +278,7 @@ void DevicesLine::collect(const OutputBytes& run) {
   }
 }
 
-// In the order of entries, those of one device lie together.
+// Sorted by entry, the entries of one device are adjacent.
 void DevicesLine::hand_out(bool always, Instant now) {
   const std::vector<image::Entry>& entries = image.layout(Direction::outputs).entries;
   std::ranges::sort(written);
@@ -301,7 +302,7 @@ void DevicesLine::apply_defaults(Instant now) {
   hand_out(false, now);
 }
 
-// Reactions that do not belong to the role are ignored; the event tells those that were taken.
+// Reactions that do not apply to the role are ignored; the event has those that were executed.
 void DevicesLine::react(const Outputs::Group& group, Instant now) {
   std::uint8_t taken = kHoldOutputs;
   if ((group.reactions & kZeroOutputs) != 0) {

@@ -65,7 +65,8 @@ void DevicesLine::do_receive(std::span<const can::Frame> frames) {
   count_syncs();
 }
 
-// Of nodes that are not devices of the line, of each at most once a second.
+// Reports boot-up messages of nodes that are not devices of the line, at most once a second for
+// each node.
 void DevicesLine::hear_boot_up(const can::Frame& frame) {
   constexpr Duration kPause = std::chrono::seconds(1);
   const bool boot_up = frame.id > can::kErrorControlBase &&
@@ -84,7 +85,7 @@ void DevicesLine::hear_boot_up(const can::Frame& frame) {
   }
 }
 
-// Some device may have no SYNC object, or be stopped.
+// The maximum over the devices: some may have no SYNC object, or be stopped.
 void DevicesLine::count_syncs() {
   for (const Seat& seat : seats) {
     syncs_ = std::max(syncs_, static_cast<std::uint32_t>(seat.device->counts().syncs));
@@ -149,8 +150,8 @@ Instant DevicesLine::next_wake() const {
   return wake;
 }
 
-// The one that would win arbitration among the most urgent frame of each, as on a bus: the others
-// hear it, and keep theirs, which may be replaced by newer ones.
+// Takes the most urgent frame of each device, and of these the one that would win arbitration. The
+// other devices receive it, and keep their own frames, which newer values may still replace.
 bool DevicesLine::do_next_frame(can::Frame& out, Instant now) {
   Seat* best = nullptr;
   can::Frame first;
@@ -181,7 +182,7 @@ bool DevicesLine::wants_to_send(Instant now) const {
                              [now](const Seat& seat) { return seat.device->wants_to_send(now); });
 }
 
-// A device that is switched off falls silent.
+// A device that is switched off stops transmitting.
 void DevicesLine::do_stop(Instant now) {
   for (const Seat& seat : seats) {
     seat.device->command(nmt::Command::enter_pre_operational, now);
@@ -260,7 +261,7 @@ std::optional<OwnDevice> DevicesLine::own_device(std::uint8_t id) const {
   return device == nullptr ? std::nullopt : std::optional(device->shown());
 }
 
-// Patterns change without an event of the device, by time.
+// Indicator patterns change with time alone, so they are part of the revision.
 std::uint64_t DevicesLine::do_node_revision(std::uint8_t id) const {
   constexpr unsigned kPatternBits = 4;
   const VirtualDevice* device = find(id);

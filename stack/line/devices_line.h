@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// A line in the role device: virtual devices below somebody else's master. Private to stack/line.
+// A line in the role device: virtual devices below another master. Private to stack/line.
 //
-// The devices are nodes like any other, on one channel: each hears what the others send. Seen from
-// the gateway, inputs of the image are what the devices receive, outputs what they send.
+// The devices are nodes on one channel, and each receives the frames that the others send. Seen
+// from the gateway, inputs of the image are the values that the devices receive, outputs the values
+// that they send.
 #pragma once
 
 #include <array>
@@ -72,17 +73,18 @@ class DevicesLine final : public Line {
   struct Seat {
     std::unique_ptr<EmcyReporter> reporter;
     std::unique_ptr<VirtualDevice> device;
-    std::uint64_t resets = 0;  // of its node that were followed
+    std::uint64_t resets = 0;  // resets of its node that were processed
   };
 
   // nullptr if there is none.
   VirtualDevice* find(std::uint8_t id) const;
-  // What a command names with 0 is the only device.
+  // id 0 names the only device of the line; nullptr if there is no such device.
   VirtualDevice* named(std::uint8_t id) const;
-  // True if a device wanted it. except: who sent it, nullptr = none of them.
+  // Passes a frame to the devices. Returns true if a service of one of them uses it. except: the
+  // sender, nullptr = none.
   bool hear(const can::Frame& frame, const Seat* except);
   void count_syncs();
-  // What a device that was reset had queued is gone.
+  // The queued frames of a device that was reset are gone.
   void follow_resets(Instant now);
   Refusal reason_of(const FramesUnderWay::Sending& sending, Instant now) const;
   void interface_lost();
@@ -96,7 +98,7 @@ class DevicesLine final : public Line {
   void trigger_pdo(const Command& command, Instant now);
   Error check_frame(const Command& command, can::Frame& frame) const;
   void send_frame(const Command& command, Instant now);
-  // Those of the image that were written, to their devices.
+  // Passes the written values of the image to their devices.
   void hand_out(bool always, Instant now);
   void apply_defaults(Instant now);
   void react(const Outputs::Group& group, Instant now);
@@ -106,7 +108,8 @@ class DevicesLine final : public Line {
   image::ProcessImage image;
   std::vector<Seat> seats;  // ascending by node-ID, never empty
   Outputs outputs;
-  std::array<std::optional<Instant>, can::kMaxNodeId + 1> boot_ups;  // of others, the last event
+  // Of other nodes, the last event
+  std::array<std::optional<Instant>, can::kMaxNodeId + 1> boot_ups;
   can::Traffic received;
   can::Traffic sent;
   Listening listening;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a command of an unconfirmed service to a device of the line is answered when its frame was
-// not acknowledged in time.
+// Replies to commands of unconfirmed services of the line's devices whose frame was not
+// acknowledged in time.
 #include <algorithm>
 #include <utility>
 
@@ -27,7 +27,7 @@ void DevicesLine::answer_unsent(FramesUnderWay::Sending& sending, Instant now) {
   reply(sending.command.tag, Error{}, encode_way(sending.frames.front().tpdo, wait));
 }
 
-// There is one frame.
+// Such a command waits for exactly one frame.
 Refusal DevicesLine::reason_of(const FramesUnderWay::Sending& sending, Instant now) const {
   const FramesUnderWay::Awaited& awaited = sending.frames.front();
   VirtualDevice* device = find(awaited.device);

@@ -25,7 +25,7 @@ DiagnosisService::~DiagnosisService() {
   events_.set_listener(nullptr);
 }
 
-// What cannot be run with is not run: all nodes are stopped, the own one too.
+// After a fatal error all nodes are stopped, the own one too.
 void DiagnosisService::advance(Instant now) {
   if (diagnosis_.take_failure() && host().manages()) {
     manager_.halt(now);

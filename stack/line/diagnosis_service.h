@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The diagnosis of a line (objects 5F00h to 5F80h), and what it has as a consequence: a network in
-// the state fatal error is stopped. Another NMT master beside the own one is reported. It has no
-// commands. Private to stack/line.
+// The diagnosis of a line (objects 5F00h to 5F80h). Stops a network in the state fatal error, and
+// reports another NMT master on the bus. It has no commands. Private to stack/line.
 #pragma once
 
 #include "stack/diagnosis/diagnosis.h"
@@ -18,8 +17,8 @@ class ScanService;
 
 class DiagnosisService final : public Service, diagnosis::Source {
  public:
-  // The dictionary of the node has diagnosis::add_objects(). All must outlive it. It listens to
-  // events from now on.
+  // Precondition: the dictionary of the node has diagnosis::add_objects(). All must outlive the
+  // service. It receives events from now on.
   DiagnosisService(ServiceHost& host, const LineConfig& config, node::Node& node,
                    manager::Manager& manager, const ScanService& scanning, EventLog& events);
   ~DiagnosisService() override;
@@ -31,7 +30,8 @@ class DiagnosisService final : public Service, diagnosis::Source {
 
   diagnosis::Diagnosis& diagnosis() { return diagnosis_; }
   const diagnosis::Diagnosis& diagnosis() const { return diagnosis_; }
-  // A frame of can::Service::nmt that the own node did not send; index: see ForeignManager.
+  // Pass it each frame of can::Service::nmt that the own node did not send; index: see
+  // ForeignManager.
   void nmt_received(std::uint16_t index, const can::Frame& frame);
 
  private:

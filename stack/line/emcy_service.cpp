@@ -29,7 +29,7 @@ void EmcyService::execute(Command command, Instant now) {
       {.command = std::move(command), .frames = {{.frame = node_.emcy().newest()}}}, now);
 }
 
-// An EMCY that was queued is sent.
+// A queued EMCY is sent nevertheless.
 void EmcyService::end(Refusal /*why*/, Instant /*now*/) {
 }
 

@@ -10,7 +10,7 @@ namespace linegate::line {
 
 class EmcyService final : public Service {
  public:
-  // node: the own one; must outlive the service.
+  // node: the own node; must outlive the service.
   EmcyService(ServiceHost& host, node::Node& node) : Service(host), node_(node) {}
 
   std::span<const CommandKind> commands() const override;

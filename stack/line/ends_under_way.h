@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// NMT commands that end Operational, between the line and the bus: what the line shows of their
-// nodes ends with the acknowledgement of each, whatever follows. Private to stack/line.
+// NMT commands that end Operational, between the line and the bus: the values of their nodes become
+// invalid with the acknowledgement of each, whatever commands follow. Private to stack/line.
 #pragma once
 
 #include <algorithm>
@@ -15,17 +15,18 @@ namespace linegate::line {
 
 class EndsUnderWay {
  public:
-  // Commands that wait; of more the oldest are forgotten.
+  // The largest number of waiting commands; beyond it the oldest are dropped.
   static constexpr std::size_t kMost = 32;
 
-  // The frame of that number was handed out. number: ascending.
+  // Call it when the frame with that number was handed to the bus. number: ascending.
   void handed_out(std::uint64_t number, const nmt::NodeControl& control) {
     if (count_ == kMost) {
       erase_first();
     }
     ends_[count_++] = {.number = number, .control = control};
   }
-  // The oldest command if the bus acknowledged the frames up to that number, once.
+  // Removes and returns the oldest command if it is among the frames up to that number, which the
+  // bus acknowledged.
   std::optional<nmt::NodeControl> take(std::uint64_t number) {
     if (count_ == 0 || ends_[0].number > number) {
       return std::nullopt;
@@ -34,7 +35,7 @@ class EndsUnderWay {
     erase_first();
     return out;
   }
-  // The frames first..last never get onto the bus.
+  // The frames first..last will never be sent.
   void lost(std::uint64_t first, std::uint64_t last) {
     const auto end = ends_.begin() + static_cast<std::ptrdiff_t>(count_);
     const auto left = std::remove_if(ends_.begin(), end, [first, last](const End& each) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How many bytes the value of an entry of the image has.
+// The number of bytes of the value of an image entry.
 #pragma once
 
 #include <cstdint>

@@ -7,7 +7,7 @@
 namespace linegate::line {
 namespace {
 
-// Objects are the same in every layout, their entries are not.
+// Object addresses are the same in every layout, entry numbers are not.
 template <class Elements, class Same>
 std::uint32_t place_of_object(const Elements& elements, std::uint32_t none, Same same) {
   const auto found = std::ranges::find_if(elements, same);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Outputs of one line that follow inputs of the same or another: what is read there, and what is
-// written here. Between the two ends the values are handed over by whoever runs the lines.
+// Outputs of one line that follow inputs of the same or another line: reading the inputs and
+// writing the outputs. The owner of the lines passes the values between the two.
 #pragma once
 
 #include <cstdint>
@@ -14,37 +14,38 @@
 
 namespace linegate::line {
 
-// What becomes of an output when the input it follows is lost: not valid any more or, if it is
+// What happens to an output when the input that it follows is lost: no longer valid or, if it is
 // forwarded, late.
 enum class WhenLost : std::uint8_t {
-  hold,  // keeps its value
-  zero,  // becomes 0
-  stop,  // is not valid any more, so that its PDO is not sent; forwarded ones only
+  hold,  // the output keeps its value
+  zero,  // the output becomes 0
+  stop,  // the output becomes invalid, so that its PDO is not sent; forwarded outputs only
 };
 std::string_view name(WhenLost when_lost);
 
 struct Following {
   struct Object {
-    std::uint8_t node = 0;  // the entry of the inputs; 0 = an object of LineConfig::forwarding
+    std::uint8_t node = 0;  // of the input entry; 0 = an object of LineConfig::forwarding
     od::Address address;
   };
   Object input;
   std::uint32_t output_entry = 0;  // of the outputs, among LineConfig::bound; or Line::kForwarded |
                                    // place in LineConfig::forwarding
   WhenLost when_lost = WhenLost::hold;
-  // Every PDO with the input is an event for the PDO with the output; else only a new value.
+  // Every reception of the input's PDO requests the PDO of the output; otherwise only a new value
+  // does.
   bool forwarded = false;
 };
 
-// The end where the inputs are.
+// Reads the inputs.
 class FollowedInputs {
  public:
   explicit FollowedInputs(std::span<const Following> what);
 
-  // True if anything has become another value, or (not) valid, or of what is forwarded: came once
-  // more. Never allocates.
+  // Returns true if a value or its validity has changed, or a forwarded one was received again.
+  // Never allocates.
   bool look(const Line& line);
-  // In the order of `what`, as look() found them.
+  // In the order of `what`, as the last look() read them.
   const std::vector<Line::Input>& values() const { return values_; }
 
  private:
@@ -53,19 +54,20 @@ class FollowedInputs {
   static constexpr std::uint32_t kNone = 0xFFFF'FFFF;
 
   std::vector<Following> what_;
-  std::vector<std::uint32_t> entries_;  // an observer's layout changes
+  // Indices in the input layout, which changes for an observer
+  std::vector<std::uint32_t> entries_;
   std::vector<Line::Input> values_;
   std::uint64_t revision_ = 0;
   bool first_ = true;
 };
 
-// The end where the outputs are.
+// Writes the outputs.
 class FollowingOutputs {
  public:
   explicit FollowingOutputs(std::span<const Following> what);
 
-  // Writes what is another value than before or, forwarded, came once more. Nothing is written
-  // before an input was valid for the first time. True if anything was written. Never allocates.
+  // Writes values that have changed or, if forwarded, were received again. Writes nothing before an
+  // input was valid for the first time. Returns true if anything was written. Never allocates.
   bool take(Line& line, std::span<const Line::Input> values, Instant now);
 
  private:

@@ -16,7 +16,7 @@ bool FramesUnderWay::ended(std::uint64_t number, Instant now) {
   return true;
 }
 
-// number > ended_.
+// Precondition: number > ended_.
 void FramesUnderWay::end(std::uint64_t number) {
   ended_ = std::min(number, handed_out_);
   if (lost_first_ != 0 && lost_first_ <= ended_ + 1) {
@@ -36,7 +36,7 @@ void FramesUnderWay::lost(std::uint64_t first, std::uint64_t last) {
   for (Sending& sending : sendings_) {
     for (Awaited& awaited : sending.frames) {
       if (awaited.number >= first && awaited.number <= last) {
-        // A value is sent again: by the next frame of its PDO.
+        // The next frame of its PDO sends the value again.
         awaited.number = awaited.tpdo != 0 ? 0 : kLost;
       }
     }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames between the line and the bus, and the commands that wait for them: a service that is not
-// confirmed (NMT, PDO, EMCY, some of LSS, frames of no CANopen service) is answered when its frames
-// were acknowledged on the bus.
+// Frames between the line and the bus, and the commands that wait for them: a command of an
+// unconfirmed service (NMT, PDO, EMCY, some of LSS, frames of no CANopen service) is answered when
+// the bus acknowledged its frames.
 #pragma once
 
 #include <cstdint>
@@ -20,23 +20,24 @@ namespace linegate::line {
 
 class FramesUnderWay {
  public:
-  // What a command waits for: a frame with the newest values of that TPDO, or a later sample than
-  // those; with tpdo 0 this frame.
+  // What a command waits for: a frame with the newest values of that TPDO, or a later sample of
+  // them; with tpdo 0 exactly this frame.
   struct Awaited {
     std::uint16_t tpdo = 0;
     can::Frame frame{};
-    bool any_value = false;   // of an MPDO: one to the same destination; a newer value replaces it
-    std::uint8_t device = 0;  // of a line in the role device: of which TPDO or frame
-    std::uint64_t samples = pdo::Engine::kEverySample;  // when the value was written
+    // MPDO: any frame to the same destination, because a newer value replaces it
+    bool any_value = false;
+    std::uint8_t device = 0;  // role device: node-ID of the device that sends the TPDO or frame
+    std::uint64_t samples = pdo::Engine::kEverySample;  // sample count when the value was written
     std::uint64_t number = 0;                           // of the frame; 0 = not handed out yet
   };
-  // An event that is emitted when a frame was acknowledged.
+  // An event that is emitted when the bus acknowledged a frame.
   struct Report {
-    EventLog* events = nullptr;  // nullptr: none
+    EventLog* events = nullptr;  // nullptr: no report
     Event event{};
   };
-  // A command whose frames are not all acknowledged yet, or with a report the kind of command that
-  // sends such a frame.
+  // A command whose frames are not all acknowledged yet; or, with a report, the kind of command
+  // that sends such a frame.
   struct Sending {
     Command command;  // without data
     std::vector<Awaited> frames;
@@ -46,14 +47,16 @@ class FramesUnderWay {
 
     bool is_report() const { return report.events != nullptr; }
   };
-  static constexpr std::uint64_t kLost = std::numeric_limits<std::uint64_t>::max();  // number
-  static constexpr std::size_t kMost = 1024;  // commands that wait
+  // Awaited::number of a lost frame
+  static constexpr std::uint64_t kLost = std::numeric_limits<std::uint64_t>::max();
+  static constexpr std::size_t kMost = 1024;  // waiting commands
 
-  // Without it each frame counts as acknowledged when it is handed out.
+  // Acknowledgements will be reported. Without this call each frame counts as acknowledged when it
+  // is handed to the bus.
   void expect() { expected_ = true; }
   bool expected() const { return expected_; }
 
-  // The number of the next frame to be handed out; 0 if nothing is expected.
+  // The number of the next frame; 0 if no acknowledgements are expected.
   std::uint64_t next_number() const { return expected_ ? handed_out_ + 1 : 0; }
   void handed_out(const can::Frame& frame, Instant now) {
     if (handed_out_ == ended_) {
@@ -62,17 +65,18 @@ class FramesUnderWay {
     ++handed_out_;
     requests_.handed_out(frame, expected_ ? handed_out_ : 0);
   }
-  // SDO requests among them.
+  // The SDO requests among the frames.
   const sdo::RequestsUnderWay& requests() const { return requests_; }
 
-  // The frames up to that number have ended: acknowledged, or lost. False if that is no news.
+  // The frames up to that number have ended: acknowledged, or lost. Returns false if that was known
+  // before.
   bool ended(std::uint64_t number, Instant now);
-  // All that the command waits for was acknowledged, with the frames up to that number.
+  // Whether all frames that the command waits for are among those up to that number.
   static bool is_sent(const Sending& sending, std::uint64_t number);
-  // What a command waits for was lost. Frames before first may be under way still: a channel
-  // reports those that it refused when it takes the others.
+  // The frames first..last were lost. Frames before `first` may still be under way: a channel
+  // reports those that it refused when it accepts the others.
   void lost(std::uint64_t first, std::uint64_t last);
-  // Frames are under way, and none was acknowledged for kStuck.
+  // Whether frames are under way and none was acknowledged for kStuck.
   bool is_stuck(Instant now) const { return handed_out_ > ended_ && now - progress_ >= kStuck; }
   static constexpr Duration kStuck = std::chrono::milliseconds(100);
 
@@ -91,15 +95,15 @@ class FramesUnderWay {
 
   bool expected_ = false;
   std::uint64_t handed_out_ = 0;
-  std::uint64_t ended_ = 0;       // the frames up to that number have
-  std::uint64_t lost_first_ = 0;  // the newest that were lost beyond it; 0 if none were
+  std::uint64_t ended_ = 0;       // all frames up to this number have ended
+  std::uint64_t lost_first_ = 0;  // the newest lost frames beyond ended_; 0 = none
   std::uint64_t lost_last_ = 0;
   sdo::RequestsUnderWay requests_;
   Instant progress_{};  // last acknowledgement, or first frame under way
   std::vector<Sending> sendings_;
 };
 
-// The first bytes of what an object_write or output_write by PDO answers, see ObjectWay.
+// The first bytes of the reply to an object_write or output_write by PDO, see ObjectWay.
 std::vector<std::byte> encode_way(std::uint16_t tpdo, PdoWait wait);
 
 }  // namespace linegate::line

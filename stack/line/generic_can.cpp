@@ -16,7 +16,7 @@ constexpr std::uint32_t kRemoteId = 0x4000'0000;
 constexpr std::uint32_t kIdBits = 0x1FFF'FFFF;
 constexpr std::uint32_t kWholeId = kExtendedId | kIdBits;
 
-// Command::sub of can_send, as the digit of flags that candump writes.
+// Command::sub of can_send: the flags digit of candump.
 constexpr std::uint8_t kFdFrame = 4;
 constexpr std::uint8_t kSwitchedFd = 5;
 
@@ -41,7 +41,7 @@ bool between(std::uint16_t index, std::uint16_t first, std::uint16_t last) {
   return index >= first && index <= last;
 }
 
-// Sub-indices of the object that hold COB-IDs: first and number.
+// The sub-indices of an object that hold COB-IDs: the first and their number.
 struct CobIdSubs {
   std::uint8_t first = 0;
   std::uint8_t count = 0;
@@ -58,7 +58,7 @@ CobIdSubs cob_ids_of(std::uint16_t index) {
   return pdo ? CobIdSubs{1, 1} : CobIdSubs{};
 }
 
-// Bit 31 of SYNC and TIME has another meaning.
+// Bit 31 of 1005h and 1012h has another meaning.
 bool exists(std::uint16_t index, can::CobId cob_id) {
   return cob_id.valid() || index == od::objects::kSyncCobId || index == od::objects::kTimeCobId;
 }
@@ -120,7 +120,7 @@ Error send_generic(node::Node& node, const can::Frame& frame) {
   return taken ? Error{} : to_error(Refusal::busy);
 }
 
-// The same filter again moves its end; without seconds it ends.
+// A filter that exists already gets the new end; with 0 seconds it ends now.
 Error Listening::ask(const Command& command, Instant now) {
   const std::size_t size = command.data.size();
   if (command.code > kLongest || (command.entry & ~kWholeId) != 0 ||
@@ -165,7 +165,7 @@ bool Listening::admit(Instant now) {
   return admitted;
 }
 
-// A frame that is longer than an event has several, one piece each.
+// A frame that is longer than the data of one event is split over several events.
 void Listening::tell(const can::Frame& frame, EventLog& events) {
   constexpr std::uint32_t kMostWithheld = 0xFFFF;
   const std::span<const std::byte> data =

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames of no CANopen service: sent as they are asked for, and told of to who listens (CANopenIA
+// Frames that belong to no CANopen service: sent on command, and reported to listeners (CANopenIA
 // manual 6.2, 5F01h:0Bh). Private to stack/line.
 #pragma once
 
@@ -19,31 +19,32 @@
 
 namespace linegate::line {
 
-// The frame that a CommandKind::can_send means; bad_request if there is none such.
+// Fills `out` with the frame of a CommandKind::can_send; bad_request if the command does not
+// describe one.
 Error generic_frame(const Command& command, can::Frame& out);
 
-// Whether the node receives or sends frames of that identifier, or would: NMT, the default SDO
-// channels, error control and LSS of all nodes, what its services listen to, each COB-ID of its
-// dictionary, and of linked PDOs (which need not have an object).
+// Whether the node receives or sends frames with that identifier, or could: NMT, the default SDO
+// channels, error control and LSS of all nodes, the identifiers that its services receive, each
+// COB-ID of its dictionary, and of linked PDOs (which may have no object).
 bool uses_identifier(node::Node& node, std::span<const pdo::LinkedPdo> linked,
                      const can::Frame& frame);
 
-// CommandKind::can_send by that node: the frame waits for the bus behind everything else.
+// CommandKind::can_send by that node: queues the frame behind all others.
 Error send_generic(node::Node& node, const can::Frame& frame);
 
-// Who listens to what, and how many frames are told: a bus has room for thousands a second, which
-// would drown everything else that happens.
+// The filters of listeners, and the limit of reported frames: a bus carries thousands of frames a
+// second, which would displace all other events.
 class Listening {
  public:
   static constexpr std::uint32_t kMostASecond = 50;
-  static constexpr std::uint16_t kLongest = 3600;  // seconds that one request is good for
-  static constexpr std::size_t kFilters = 16;      // at a time
+  static constexpr std::uint16_t kLongest = 3600;  // seconds that one request lasts at most
+  static constexpr std::size_t kFilters = 16;      // filters at the same time
   static constexpr std::size_t kBytesAnEvent = 16;
 
-  // A CommandKind::can_listen. bad_request, or busy: there are kFilters.
+  // Executes a CommandKind::can_listen. bad_request, or busy: kFilters exist.
   Error ask(const Command& command, Instant now);
 
-  // A frame that no service wanted. all: it is told although nobody asked for it.
+  // Pass it each frame that no service uses. all: report it even if no filter matches.
   void hear(const can::Frame& frame, EventLog& events, bool all = false) {
     if (all || frame.time < end_) [[unlikely]] {
       match(frame, all, events);
@@ -51,7 +52,7 @@ class Listening {
   }
 
  private:
-  // Identifiers with bit 31 for 29-bit ones.
+  // Identifiers have bit 31 set if they are 29-bit ones.
   struct Filter {
     std::uint32_t id = 0;
     std::uint32_t mask = 0;
@@ -62,7 +63,7 @@ class Listening {
   void tell(const can::Frame& frame, EventLog& events);
 
   std::array<Filter, kFilters> filters_{};
-  Instant end_{};  // of the last one
+  Instant end_{};  // of the filter that ends last
   Instant second_{};
   std::uint32_t told_ = 0;
   std::uint32_t withheld_ = 0;

@@ -11,7 +11,7 @@
 namespace linegate::line {
 namespace {
 
-// Messages that may wait until somebody takes them: more than a batch of frames can give.
+// Messages that may wait to be taken: more than one batch of frames can cause.
 constexpr std::size_t kMessages = 4096;
 constexpr std::size_t kFewMessages = 64;  // of a line that only rejects
 
@@ -30,7 +30,7 @@ Loaded<std::unique_ptr<Line>> Line::make(LineConfig config) {
     return out;
   }
   if (has_devices || config.role == Role::observer) {
-    config.own_objects.clear();  // they have no such dictionary
+    config.own_objects.clear();  // these roles have no such dictionary
   } else if (!place_own_objects(config, *plan.value)) {
     out.diagnostics.push_back({Severity::error, config.name, 0, 0,
                                "own objects in the image: an area would have more than " +
@@ -43,7 +43,7 @@ Loaded<std::unique_ptr<Line>> Line::make(LineConfig config) {
     return out;
   }
   if (has_devices || config.role == Role::observer) {
-    config.forwarding = {};  // they have no dictionary for it
+    config.forwarding = {};  // these roles have no dictionary for it
   } else {
     const auto faults = routing::check(config.forwarding, *plan.value, config.name);
     out.diagnostics.insert(out.diagnostics.end(), faults.begin(), faults.end());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Services that are not confirmed, from the command to the acknowledgement on the bus.
+// Unconfirmed services, from the command to the acknowledgement on the bus.
 #include <algorithm>
 #include <array>
 #include <utility>
@@ -31,8 +31,8 @@ bool Line::is_awaited(const FramesUnderWay::Awaited& awaited, const can::Frame& 
                            : can::same_content(awaited.frame, frame);
 }
 
-// The frame that was handed out last. Of two equal commands each has its frame, and so has each of
-// two equal events.
+// Matches the frame that was handed out last. Each of two equal commands has its own frame, and so
+// does each of two equal events.
 void Line::find_sendings(const can::Frame& frame, std::uint8_t from) {
   std::array<bool, 2> found{};  // of a command, of an event
   for (FramesUnderWay::Sending& sending : under_way_.sendings()) {
@@ -83,7 +83,7 @@ void Line::answer_when_sent(FramesUnderWay::Sending sending, Instant now) {
     return;
   }
   command.data.clear();
-  // A longer time-out is that of an SDO transfer, and of who waits for this reply.
+  // A longer time-out is meant for SDO transfers, or for the transport of the reply.
   const bool sooner = command.timeout > Duration::zero() && command.timeout < kSendTime;
   sending.deadline = earlier(sending.deadline, deadline(now, sooner ? command.timeout : kSendTime));
   under_way_.add(std::move(sending));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// CommandKind::local_read, local_write and object_create: the own dictionary, by an application of
-// this process. Private to stack/line.
+// CommandKind::local_read, local_write and object_create: the own dictionary, accessed by an
+// application of this process. Private to stack/line.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ namespace linegate::line {
 
 class LocalService final : public Service {
  public:
-  // dictionary: that of the own node. All must outlive the service.
+  // dictionary: of the own node. All must outlive the service.
   LocalService(ServiceHost& host, od::Dictionary& dictionary, OwnObjects& own_objects,
                const LineConfig& config)
       : Service(host), dictionary_(dictionary), own_objects_(own_objects), config_(config) {}
@@ -23,16 +23,16 @@ class LocalService final : public Service {
   std::span<const CommandKind> commands() const override;
   bool needs_master() const override { return false; }
   // local_read and local_write: answered with the SDO abort code of the dictionary. A write to an
-  // object whose owner answers later is answered then. Refusals: bad_request (no list of such a
-  // node; decode_own_object()), and those of OwnObjects.
+  // object that its owner answers later is answered then. Refusals: bad_request (the node has no
+  // list; decode_own_object()), and those of OwnObjects.
   void execute(Command command, Instant now) override;
   void advance(Instant now) override;
-  // Those that wait are finished by their owner, with an event or a write.
+  // The owners of the objects finish waiting writes, with an event or a write.
   Instant next_wake() const override { return kNever; }
   void end(Refusal why, Instant now) override;
 
  private:
-  // A write that its object answers later.
+  // A write that the owner of the object answers later.
   struct Write {
     od::Ticket ticket = 0;
     std::uint64_t tag = 0;  // of the command
