@@ -14,11 +14,12 @@ namespace linegate::line {
 namespace {
 
 constexpr std::size_t kMostAsked = 32;
-// After a person put devices into configuration, rounds leave them there.
+// How long rounds leave devices in configuration after a command put them there.
 constexpr Duration kHandsOff = std::chrono::minutes(1);
-// A bus on which nothing can be sent has nobody to be given a node-ID.
+// If no frame can be sent for this long, no device on the bus can be assigned a node-ID.
 constexpr Duration kStuck = std::chrono::seconds(1);
-// The boot of the network waits no longer than that for node-IDs; what is left is done beside it.
+// The longest time that the boot of the network waits for node-IDs; the remaining ones are assigned
+// while it boots.
 constexpr Duration kLongestHold = std::chrono::seconds(30);
 
 std::optional<std::uint32_t> described(const NodeConfig& node, std::uint8_t sub) {
@@ -40,9 +41,9 @@ std::vector<lss::Candidate> candidates_of(const LineConfig& config) {
     if (!node.check.revision || node.check.revision_major_alone) {
       candidate.address[lss::kRevision] = std::nullopt;
     }
-    candidate.address[lss::kSerial] = node.serial;  // a device file is of many
+    candidate.address[lss::kSerial] = node.serial;  // a device file describes many devices
     if (!candidate.address[lss::kVendor] && node.device.vendor_number == 0) {
-      candidate.address[lss::kVendor] = 0;  // of a house-made device, which has a product code
+      candidate.address[lss::kVendor] = 0;  // a device without vendor-ID, which has a product code
     }
     if (candidate.address[lss::kVendor] && candidate.address[lss::kProduct]) {
       out.push_back(candidate);
@@ -116,7 +117,7 @@ void LssService::start(Instant now) {
   start_network(now);
 }
 
-// Once, as soon as nothing holds it.
+// Starts the network once, as soon as nothing holds the start.
 void LssService::start_network(Instant now) {
   if (started_ && !holding_ && !std::exchange(network_started_, true)) {
     manager_.start(now);
@@ -174,7 +175,7 @@ Refusal LssService::queue(const Command& command, Instant now) {
     asked.deadline = deadline(now, command.timeout);
   }
   asked_.push_back(std::move(asked));
-  // The search for devices that nobody knows has time; a person has not.
+  // A command takes precedence over the search for unknown devices.
   if (!running_ && assigner_.active() && assigner_.nodes_done()) {
     master_.cancel();
     assigner_.end_early();
@@ -213,7 +214,7 @@ void LssService::begin_service(const lss::Request& request, Instant now) {
   unsent_at_ = course_runs() ? deadline(now, kSendTime) : kNever;
 }
 
-// Commands first; a round when its time has come. False if there is nothing to be done.
+// Begins a queued command, else a round that is due. Returns false if there is nothing to do.
 bool LssService::begin_next(Instant now) {
   check_.end();
   if (!asked_.empty()) {
@@ -237,8 +238,8 @@ std::optional<std::uint8_t> LssService::node_to_check() const {
   return course_runs() ? asked_.front().course->node_to_check() : assigner_.node_to_check();
 }
 
-// False as long as it is not known whether the node-ID is free. With the first that is to be given
-// the others are checked that may be given in this round: they take the same time.
+// Returns false until it is known whether the node-ID is free. Begins the checks of all node-IDs
+// that this round may assign together with the first, so that they take no additional time.
 bool LssService::check_node_id(Instant now) {
   const std::uint8_t node = *node_to_check();
   const bool promised = is_given_to_another(node);
@@ -310,7 +311,7 @@ void LssService::follow_assigner(Instant now) {
   }
 }
 
-// A command left devices in configuration, or took them all out of it.
+// A command left devices in configuration, or took all devices out of it.
 void LssService::note_configuration(const lss::Answer& answer, Instant now) {
   using lss::Procedure;
   const Procedure procedure = asked_.front().procedure;
@@ -348,7 +349,7 @@ void LssService::finish_command(Error error, std::vector<std::byte> data, Instan
 }
 
 void LssService::finish_round(Instant now) {
-  // A device that waits for its node-ID is no late comer.
+  // A device that waits for its node-ID must not wait for the search for devices connected later.
   const bool waits = std::ranges::any_of(assigner_.found(), [](const lss::Finding& finding) {
     return finding.verdict == lss::Verdict::node_id_not_free ||
            finding.verdict == lss::Verdict::node_id_unchecked;
@@ -394,7 +395,7 @@ void LssService::tell_progress(unsigned parts, Instant now) {
   events_.emit(event);
 }
 
-// --- devices that were given a node-ID ----------------------------------------------------------
+// --- devices that were assigned a node-ID -------------------------------------------------------
 
 bool LssService::is_given_to_another(std::uint8_t node) const {
   const auto given = std::ranges::find(given_, node, &Given::node);
@@ -433,8 +434,8 @@ void LssService::heartbeat(std::uint8_t node) {
   std::erase_if(given_, [node](const Given& each) { return each.node == node; });
 }
 
-// Some devices take their first node-ID only with NMT reset communication. It is sent once, and
-// waits for a bus that can be used.
+// Some devices activate their first node-ID only on NMT reset communication. It is sent once, when
+// the bus is usable.
 void LssService::reset_given(Instant now) {
   if (!usable_) {
     return;
@@ -493,15 +494,15 @@ void LssService::release_if_stuck(Instant now) {
   }
 }
 
-// Without an answer.
+// Ends the command or round under way without a reply.
 void LssService::end_running() {
   master_.cancel();
   assigner_.end_early();
   running_ = false;
 }
 
-// What was found out about devices and node-IDs is of no use when the bus is there again: other
-// devices may have been connected.
+// The results about devices and node-IDs are void when the bus returns: other devices may have been
+// connected.
 void LssService::interface_lost() {
   usable_ = false;
   number_ = 0;
@@ -514,7 +515,8 @@ void LssService::interface_lost() {
   asked_.clear();
 }
 
-// A device that booted meanwhile was not received; its error control is.
+// The boot-up message of a device that booted meanwhile was missed; its error control will be
+// received.
 void LssService::interface_back(Instant now) {
   for (Given& given : given_) {
     given.due = std::max(given.due, deadline(now, reset_time(given.node)));
@@ -572,7 +574,7 @@ bool LssService::next_frame(can::Frame& out, std::uint64_t number, Instant now) 
   return true;
 }
 
-// No device can have answered before.
+// The time-out of a service starts here: no device can have responded earlier.
 void LssService::acknowledged(std::uint64_t number, Instant now) {
   check_.acknowledged(number, now);
   if (number_ == 0 || number < number_ || lost_) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// CommandKind::lss, and the LSS master of a line in the role manager: node-IDs for devices that
-// have none, before the network boots and for late comers (CiA 305). Private to stack/line.
+// CommandKind::lss, and the LSS master of a line in the role manager: assigns node-IDs to devices
+// that have none, before the network boots and to devices connected later (CiA 305). Private to
+// stack/line.
 #pragma once
 
 #include <deque>
@@ -21,51 +22,52 @@ namespace linegate::line {
 
 class LssService final : public Service, public sdo::TransferOwner, lss::AssignerHost {
  public:
-  // All but inputs must outlive it; see NodeIdCheck.
+  // All except inputs must outlive the service; see NodeIdCheck.
   LssService(ServiceHost& host, const LineConfig& config, manager::Manager& manager,
              const NodeIdCheck::Services& services, std::span<const pdo::LinkedPdo> inputs,
              EventLog& events);
   ~LssService() override { sdo_.disown(*this); }
 
-  // The line is NMT master from now on. The first round begins at once, if there is to be one; the
-  // manager starts the network when the nodes of the configuration have their node-IDs.
+  // The line is NMT master from now on. The first round begins immediately if one is configured;
+  // the manager starts the network when the configured nodes have their node-IDs.
   void start(Instant now);
 
   std::span<const CommandKind> commands() const override;
-  // Answered with what a lss::Course replies, or the findings of a round; a service that no device
-  // confirms when the bus acknowledged its frame. Refusals: wrong_role, line_down, busy (too many
+  // Answered with the reply of an lss::Course, or the findings of a round; an unconfirmed service
+  // when the bus acknowledged its frame. Refusals: wrong_role, line_down, busy (too many commands
   // wait, or the node-ID cannot be checked now), bad_request, wrong_state (the own node is
   // stopped), no_acknowledge, timed_out.
   void execute(Command command, Instant now) override;
   void advance(Instant now) override;
   Instant next_wake() const override;
-  // Rounds end, too: the network is not started by it.
+  // Also ends rounds, without starting the network.
   void end(Refusal why, Instant now) override;
 
-  // acknowledged() has an effect.
+  // Whether acknowledged() has an effect.
   bool awaits_acknowledgement() const { return listens() || number_ != 0; }
-  // While listens(): all frames.
+  // While it returns true, pass all frames to hear().
   bool listens() const { return check_.listens(); }
   void hear(std::span<const can::Frame> frames) { check_.hear(frames); }
-  // The same: see NodeIdCheck.
+  // While listens(), too: see NodeIdCheck.
   void handed_out(const can::Frame& frame, std::uint64_t number, Instant now) {
     check_.handed_out(frame, number, now);
   }
   void acknowledged(std::uint64_t number, Instant now);
   void lost(std::uint64_t first, std::uint64_t last);
-  // Commands are answered, and a round that was under way begins again when the bus can be used.
+  // Answers all commands; a round under way is repeated when the bus is usable again.
   void interface_lost();
-  // sdo::TransferOwner: of the check of node-IDs.
+  // sdo::TransferOwner: transfers of the node-ID check.
   void completed(sdo::Completion& completion, Instant now) override;
-  // An NMT command to a node, or all with 0, was sent or heard.
+  // An NMT command to a node, or to all with 0, was sent or received.
   void commanded(nmt::Command command, std::uint8_t node) { check_.commanded(command, node); }
-  // Its boot-up message, or a heartbeat.
+  // The boot-up message or a heartbeat of the node was received.
   void boot_up(std::uint8_t node);
   void heartbeat(std::uint8_t node);
 
-  // A frame on 7E4h. False if it is malformed.
+  // Processes a frame on 7E4h. Returns false if it is malformed.
   bool receive(const can::Frame& frame);
-  // Less urgent than all that the own node sends. number: as in handed_out().
+  // Returns the next LSS frame; less urgent than all frames of the own node. number: as in
+  // handed_out().
   bool next_frame(can::Frame& out, std::uint64_t number, Instant now);
   bool wants_to_send() const { return master_.wants_to_send(); }
   const can::Traffic& sent() const { return sent_; }
@@ -74,20 +76,21 @@ class LssService final : public Service, public sdo::TransferOwner, lss::Assigne
   struct Asked {
     std::uint64_t tag = 0;
     lss::Procedure procedure = lss::Procedure::assign;
-    std::optional<lss::Course> course;  // but for assign
+    std::optional<lss::Course> course;  // nothing for Procedure::assign
     Instant deadline = kNever;
   };
 
-  // A device that was given its node-ID, and has not booted yet: the node-ID is that of no other.
+  // A device that was assigned its node-ID and has not booted yet: no other device may get this
+  // node-ID.
   struct Given {
     std::uint8_t node = 0;
-    std::optional<lss::Address> address{};  // nothing: by a command
-    Instant due = kNever;                   // then it gets NMT reset communication
-    bool was_reset = false;                 // after that it is not there
-    bool selected = false;                  // by a command, to the device that is selected still
+    std::optional<lss::Address> address{};  // nothing: assigned by a command
+    Instant due = kNever;                   // time of NMT reset communication to it
+    bool was_reset = false;                 // if it does not boot then, it is absent
+    bool selected = false;                  // a command assigned it; the device is still selected
   };
 
-  // Answers it, unless it was queued.
+  // Answers the command unless it was queued.
   Refusal queue(const Command& command, Instant now);
   void start_network(Instant now);
   bool is_present(std::uint8_t node) const override;
@@ -124,24 +127,24 @@ class LssService final : public Service, public sdo::TransferOwner, lss::Assigne
   NodeIdCheck check_;
   lss::Master master_;
   lss::Assigner assigner_;
-  std::deque<Asked> asked_;  // the first is carried out if running_
+  std::deque<Asked> asked_;  // the first is executed while running_
   bool running_ = false;
   bool usable_ = false;
   bool started_ = false;
-  bool holding_ = false;  // the start of the network
+  bool holding_ = false;  // the start of the network is held
   bool network_started_ = false;
-  bool interrupted_ = false;  // a round: it begins again
+  bool interrupted_ = false;  // a round was interrupted and is repeated
   unsigned told_parts_ = 0;
   std::vector<Given> given_;
   Instant next_round_ = kNever;
-  Instant hands_off_until_{};  // a person has devices in configuration
+  Instant hands_off_until_{};  // a command put devices into configuration
   Instant hold_until_ = kNever;
-  Instant stuck_at_ = kNever;   // while holding: a frame that nobody took until then cannot be sent
-  can::Frame given_frame_{};    // by next_frame()
-  Instant given_at_{};          // that frame
-  std::uint64_t number_ = 0;    // the same; 0 = acknowledged
-  bool lost_ = false;           // it will never be
-  Instant unsent_at_ = kNever;  // of a command: its frame that waits then cannot be sent
+  Instant stuck_at_ = kNever;   // while holding: then a frame that was not sent counts as stuck
+  can::Frame given_frame_{};    // returned by next_frame()
+  Instant given_at_{};          // time of given_frame_
+  std::uint64_t number_ = 0;    // of given_frame_; 0 = acknowledged
+  bool lost_ = false;           // given_frame_ will never be acknowledged
+  Instant unsent_at_ = kNever;  // of a command: then a frame that still waits cannot be sent
   can::Traffic sent_;
 };
 

@@ -37,7 +37,7 @@ std::span<const CommandKind> MpdoService::commands() const {
 }
 
 void MpdoService::execute(Command command, Instant now) {
-  advance(now);  // what comes now is not of before its start
+  advance(now);  // processes a restart of the own node before this command is queued
   const std::uint16_t tpdo = named_tpdo(command);
   if (tpdo == 0 || node_.state() != nmt::State::operational) {
     host().refuse(command, tpdo == 0 ? Refusal::unknown_entry : Refusal::wrong_state, now);
@@ -63,7 +63,7 @@ void MpdoService::execute(Command command, Instant now) {
       {.command = std::move(command), .frames = {awaited}, .data = std::move(by)}, now);
 }
 
-// 0 if there is none in destination address mode.
+// Returns 0 if there is no such TPDO in destination address mode.
 std::uint16_t MpdoService::named_tpdo(const Command& command) const {
   const od::Dictionary& dictionary = node_.dictionary();
   const auto is_one = [&dictionary](std::uint16_t number) {
@@ -79,7 +79,7 @@ std::uint16_t MpdoService::named_tpdo(const Command& command) const {
   return own == config_.forwarding.tpdos.end() ? std::uint16_t{0} : own->number;
 }
 
-// The value becomes that of the object which the TPDO maps: it is what such a TPDO sends.
+// Writes the value to the object that the TPDO maps: the TPDO sends the value of that object.
 AbortCode MpdoService::queue(const Command& command, std::uint16_t tpdo) {
   od::Dictionary& dictionary = node_.dictionary();
   const auto mapped = static_cast<std::uint32_t>(

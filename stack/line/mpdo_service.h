@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// CommandKind::mpdo_write: a value by MPDO in destination address mode (CiA 301 7.2.2.6), answered
-// when the bus acknowledged the frame. Private to stack/line.
+// CommandKind::mpdo_write: writes a value by MPDO in destination address mode (CiA 301 7.2.2.6);
+// answered when the bus acknowledged the frame. Private to stack/line.
 #pragma once
 
 #include <cstdint>
@@ -13,13 +13,13 @@
 
 namespace linegate::line {
 
-// The frame of that TPDO of the own node, as its record has the identifier.
+// A frame of that TPDO of the own node, with the identifier of its communication record.
 can::Frame mpdo_frame(const od::Dictionary& dictionary, std::uint16_t tpdo,
                       const pdo::MpdoData& data);
 
 class MpdoService final : public Service {
  public:
-  // node: the own one. All must outlive the service.
+  // node: the own node. All must outlive the service.
   MpdoService(ServiceHost& host, node::Node& node, OwnObjects& own_objects,
               const LineConfig& config)
       : Service(host), node_(node), own_objects_(own_objects), config_(config) {}
@@ -31,10 +31,10 @@ class MpdoService final : public Service {
   // value waited), bad_request (the length does not fit the mapped object), busy (too many wait);
   // awaits_turn and no_acknowledge when the frame is not acknowledged in time.
   void execute(Command command, Instant now) override;
-  // Refuses what waited when the own node left Operational: the PDO engine dropped it.
+  // Refuses waiting values after the own node left Operational: the PDO engine dropped them.
   void advance(Instant now) override;
   Instant next_wake() const override { return kNever; }
-  // Nothing is under way but frames.
+  // No command is under way, only frames.
   void end(Refusal /*why*/, Instant /*now*/) override {}
   void answer_unsent(FramesUnderWay::Sending& sending, Instant now) override;
   void before_boot(Instant now) override;
@@ -46,11 +46,11 @@ class MpdoService final : public Service {
   node::Node& node_;
   OwnObjects& own_objects_;
   const LineConfig& config_;
-  std::uint64_t starts_ = 0;  // of the own node, as advance() saw them
+  std::uint64_t starts_ = 0;  // starts of the own node at the last advance()
 };
 
-// What a command by PDO is refused with whose frames the bus did not acknowledge in time, of an own
-// node in that state.
+// The refusal of a command by PDO whose frames the bus did not acknowledge in time. own: state of
+// the own node. stuck: the bus does not accept frames.
 Refusal why_unsent(const FramesUnderWay::Sending& sending, nmt::State own, bool stuck);
 
 }  // namespace linegate::line

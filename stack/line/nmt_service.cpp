@@ -25,7 +25,7 @@ void NmtService::execute(Command command, Instant now) {
   host().answer_when_sent({.command = std::move(command), .frames = {{.frame = frame}}}, now);
 }
 
-// Only this leaves a fatal error.
+// Only such a command ends a fatal error.
 bool NmtService::restarts_network(nmt::Command command, std::uint8_t node) const {
   return host().manages() && nmt_host_.has_failed() && nmt::is_reset(command) &&
          (node == own_node_ || node == 0);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // CommandKind::nmt: NMT commands of the operator (CiA 301 7.2.8.2.1), and of other services of the
-// line. One to other nodes is answered when the bus acknowledged its frame. Private to stack/line.
+// line. A command to other nodes is answered when the bus acknowledged its frame. Private to
+// stack/line.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +13,7 @@
 
 namespace linegate::line {
 
-// The line, as its NMT service sees it.
+// The interface of the line for its NMT service.
 class NmtHost {
  public:
   NmtHost() = default;
@@ -22,14 +23,13 @@ class NmtHost {
 
   // The command was sent to that node, or to all with 0.
   virtual void nmt_sent(nmt::Command command, std::uint8_t node, Instant now) = 0;
-  // The network was stopped by a fatal error: a reset of the own node or of all nodes starts it
-  // anew.
+  // Whether a fatal error stopped the network: a reset of the own node or of all nodes restarts it.
   virtual bool has_failed() const = 0;
 };
 
 class NmtService final : public Service {
  public:
-  // node: the own one, with the node-ID own_node. All must outlive the service.
+  // node: the own node, with the node-ID own_node. All must outlive the service.
   NmtService(ServiceHost& host, NmtHost& nmt_host, nmt::Master& master, node::Node& node,
              manager::Manager& manager, std::uint8_t own_node)
       : Service(host),
@@ -40,20 +40,20 @@ class NmtService final : public Service {
         own_node_(own_node) {}
 
   std::span<const CommandKind> commands() const override;
-  // Refusals: bad_request (no such command or node), wrong_role (another node than the own one, and
-  // the line is not NMT master), busy; awaits_turn (the inhibit time, 102Ah) and no_acknowledge
-  // when the frame is not acknowledged in time.
+  // Refusals: bad_request (no such command or node), wrong_role (not the own node, and the line is
+  // not NMT master), busy; awaits_turn (the inhibit time, 102Ah) and no_acknowledge if the frame is
+  // not acknowledged in time.
   void execute(Command command, Instant now) override;
   void advance(Instant /*now*/) override {}
   Instant next_wake() const override { return kNever; }
-  // Refuses those that wait for the inhibit time.
+  // Refuses the commands that wait for the inhibit time.
   void end(Refusal why, Instant now) override;
   void answer_unsent(FramesUnderWay::Sending& sending, Instant now) override;
 
-  // A command to the own node, to another or to all others (0), as execute() has it.
+  // Sends a command to the own node, to another node or to all others (0), like execute().
   Error send(nmt::Command command, std::uint8_t node, Instant now);
-  // A command to another node, or to all others with 0, that somebody wants beside the manager.
-  // False if there is no room, or the line is not NMT master.
+  // Sends a command to another node, or to all others with 0, that does not come from the manager.
+  // Returns false if the queue is full, or the line is not NMT master.
   bool send_to_others(nmt::Command command, std::uint8_t node, Instant now);
 
  private:

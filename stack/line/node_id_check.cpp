@@ -12,14 +12,14 @@
 namespace linegate::line {
 namespace {
 
-// A lost frame is no proof that nobody is there.
+// More than one, because a lost frame does not prove that the node-ID is free.
 constexpr int kUploads = 2;
 constexpr od::Address kDeviceTypeObject{od::objects::kDeviceType, 0};
 constexpr std::uint32_t kNodeBits = 0x7F;
-// A device has this part of the time of an upload at least for its answer.
+// A device has at least this fraction of the upload's time for its response.
 constexpr int kInTime = 2;
 
-// What a node sends: EMCY, TPDO 1 to 4, the answers of its SDO server, error control.
+// Identifiers that a node sends: EMCY, TPDO 1 to 4, responses of its SDO server, error control.
 bool is_sent_by_node(std::uint32_t id) {
   switch (id & ~kNodeBits) {
     case 0x080:
@@ -70,12 +70,12 @@ bool NodeIdCheck::may_ask() const {
   return services_.host.own_state() != nmt::State::stopped;
 }
 
-// As the manager resets it at the start of the network.
+// The same condition as for the manager's reset at the start of the network.
 bool NodeIdCheck::may_reset(const NodeConfig* config) const {
   return config != nullptr && !config->keep_alive && manager_options(config_).reset_nodes;
 }
 
-// Stopped, it answers no SDO; whether it is there shows by its error control alone.
+// A stopped node does not answer SDO; only its error control shows whether it is present.
 bool NodeIdCheck::is_hidden(std::uint8_t node) const {
   const bool lost = services_.manager.has_error_control(node) &&
                     services_.manager.node(node).presence == Presence::missing;

@@ -14,10 +14,10 @@
 namespace linegate::line {
 namespace {
 
-// Marks the targets of the manager's consumers apart from those of the own node's.
+// Distinguishes the targets of the manager's consumers from those of the own node.
 constexpr std::uint16_t kManagerMark = 128;
 
-// The owner of the line carries it out.
+// Whether the owner of the line executes the command.
 bool is_of_owner(CommandKind kind) {
   return kind == CommandKind::versions || kind == CommandKind::bus_restart ||
          kind == CommandKind::bus_fault;
@@ -31,7 +31,7 @@ node::Options node_options(const LineConfig& config) {
   return {.node_id = config.node_id,
           .self_starting = false,
           .nmt_slave = config.role == Role::device,
-          .clients_of_default_servers = false,  // the arbiter reaches them
+          .clients_of_default_servers = false,  // the arbiter accesses them
           .error_scheme = config.error_scheme};
 }
 
@@ -110,7 +110,7 @@ void NodeLine::do_start(Instant now) {
   take_role(now);
 }
 
-// Those that knew the line before have another layout.
+// Subscribers must reload the layout of a line that was made anew from a scan.
 void NodeLine::report_found_layout(Instant now) {
   if (config_.scanned.empty()) {
     return;
@@ -228,8 +228,8 @@ void NodeLine::emergency(std::uint8_t id, const emcy::Message& message, Instant 
   routing_.emergency(id, message, now);
 }
 
-// The nodes keep their state, as a PLC's devices do when it is switched off; what the own node
-// sent ends with its heartbeat.
+// The nodes keep their outputs, like the devices of a PLC that is switched off; the own node stops
+// transmitting with its heartbeat.
 void NodeLine::do_stop(Instant now) {
   manager_.stop(now);
   receivers_.follow();
@@ -244,7 +244,7 @@ void NodeLine::do_stop(Instant now) {
   node_.command(nmt::Command::enter_pre_operational, now);
 }
 
-// Lines without routing pay for the question alone: nothing is kept for afterwards.
+// Lines without routing pay for this one condition only: nothing is stored for later.
 [[gnu::hot]] void NodeLine::do_receive(std::span<const can::Frame> frames) {
   own_objects_.pass_time(frames.empty() ? advanced_to_ : frames.back().time);
   if (lss_.listens()) [[unlikely]] {
@@ -258,7 +258,7 @@ void NodeLine::do_stop(Instant now) {
   receive_and_route(frames);
 }
 
-// PDOs concern no route.
+// PDOs do not affect routing.
 void NodeLine::receive_and_route(std::span<const can::Frame> frames) {
   const std::uint64_t served = node_.served();
   node_.receive(frames);
@@ -316,7 +316,7 @@ Line::Input NodeLine::input(std::uint32_t entry) const {
           .pdo = rpdo};
 }
 
-// The newest of the RPDOs that map it counts.
+// Of the RPDOs that map the object, the one received last counts.
 Line::Input NodeLine::forwarded_input(std::size_t object) const {
   forwarded_.follow(node_.dictionary(), node_.pdos().revision());
   Input out;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A line with a node of its own: manager, or device with that one node (1F80h bit 0 decides, at run
-// time too). Private to stack/line.
+// A line with its own node: manager, or device with that single node (1F80h bit 0 decides, also at
+// run time). Private to stack/line.
 #pragma once
 
 #include <array>
@@ -43,8 +43,9 @@
 
 namespace linegate::line {
 
-// The line joins its parts: frames and time go to the node, the manager and the services, and what
-// one of them finds out goes to the others. What the line offers beside process data is a Service.
+// The line connects its parts: it passes frames and time to the node, the manager and the services,
+// and the results of one part to the others. Everything a line offers besides process data is a
+// Service.
 class NodeLine final : public Line,
                        node::MasterServices,
                        NmtHost,
@@ -53,7 +54,7 @@ class NodeLine final : public Line,
                        nmt::HeartbeatListener,
                        emcy::Listener {
  public:
-  // plan is that of the configuration; see Line::make().
+  // link_plan: of the configuration; see Line::make().
   NodeLine(LineConfig line_config, pdo::LinkPlan link_plan);
 
  private:
@@ -105,7 +106,7 @@ class NodeLine final : public Line,
   node::Indicators indicators() const override;
   std::uint64_t do_node_revision(std::uint8_t id) const override;
   NodeState do_node_state(std::uint8_t id) const override;
-  // As 1F80h bit 0 says; that of the configuration at first.
+  // 1F80h bit 0; at first its configured value.
   bool manages() const override { return manages_; }
 
   // --- Line: node_line_advance.cpp --------------------------------------------------------------
@@ -144,7 +145,7 @@ class NodeLine final : public Line,
   AbortCode may_trigger(std::uint8_t node, std::uint8_t rpdo) const override;
 
   // --- the line itself --------------------------------------------------------------------------
-  // Of a line whose image is made of what a scan found.
+  // For a line whose image was made from a scan.
   void report_found_layout(Instant now);
   void receive_and_route(std::span<const can::Frame> frames);
   void malformed(const can::Target& target, const can::Frame& frame);
@@ -155,16 +156,16 @@ class NodeLine final : public Line,
   void interface_lost();
   void hear_nmt(std::uint16_t index, const can::Frame& frame);
   void write_own_values(Instant now);
-  // An NMT command was sent, or received of another master; id 0 = to all. The state that each
-  // node is expected to take follows it.
+  // An NMT command was sent, or received from another master; id 0 = to all. Updates the expected
+  // state of each node.
   void note_command(nmt::Command command, std::uint8_t id);
   void take_role(Instant now);
   void change_role(Instant now);
-  // Nothing came but process data since next_wake() was asked, and nothing is due: a round has
-  // nothing to do.
+  // Whether only process data was received since the last next_wake(), and nothing is due: a round
+  // would have nothing to do.
   bool is_idle(Instant now) const;
   void advance_all(Instant now);
-  // The parts that serve other nodes and the operator. Skipped while nothing came that may concern
+  // Advances the parts that serve other nodes and the operator. Skipped while no input may concern
   // them and none of them is due.
   void advance_services(Instant now);
   Instant services_wake() const;
@@ -174,7 +175,7 @@ class NodeLine final : public Line,
   pdo::LinkPlan plan_;
   image::ProcessImage image_;
   OwnObjects own_objects_;
-  mutable routing::ForwardObjects forwarded_;  // its list is brought up to date when it is read
+  mutable routing::ForwardObjects forwarded_;  // its list is updated when it is read
   EmcyReporter emcy_reporter_{*this, 0};
   node::Node node_;
   nmt::Master nmt_;
@@ -183,7 +184,7 @@ class NodeLine final : public Line,
   sdo::Arbiter sdo_;
   manager::Configurator configurator_;
   manager::ProgramLoader loader_;
-  // Keeps the states of the nodes in every role, acts in that of manager.
+  // Tracks the states of the nodes in every role; acts only in the role manager.
   manager::Manager manager_;
   manager::StartupObjects startup_;
   bool manages_ = config_.role == Role::manager;
@@ -202,7 +203,7 @@ class NodeLine final : public Line,
                          .records = records_,
                          .events = events_}};
   RoutingService routing_{*this, config_, node_, sdo_, events_, messages_, routed_};
-  // Behind whatever it asks for the state of the network.
+  // Must follow the members that it reads the state of the network from.
   DiagnosisService diagnosing_{*this, config_, node_, manager_, scanning_, events_};
   RecordService records_{*this,
                          config_,
@@ -250,17 +251,17 @@ class NodeLine final : public Line,
       &nmt_commands_, &lss_,          &scanning_,      &routing_,   &emcy_commands_, &generic_can_,
       &local_access_, &sdo_commands_, &pdo_requests_,  &booting_,   &configuring_,   &programming_,
       &records_,      &diagnosing_,   &mpdo_commands_, &receivers_, &outputs_};
-  std::array<Service*, kCommandKinds> service_of_{};  // by CommandKind; nullptr: the line has none
+  std::array<Service*, kCommandKinds> service_of_{};  // by CommandKind; nullptr: not supported
 
   // --- time -------------------------------------------------------------------------------------
-  std::uint64_t resets_ = 0;  // of the own node that were followed
+  std::uint64_t resets_ = 0;  // resets of the own node that were processed
   Instant advanced_to_{};
-  // What next_wake() found last, without PDOs and outputs, which may have become due since.
+  // The last result of next_wake() without PDOs and outputs, which may have become due since.
   mutable Instant rest_until_{};
-  mutable std::uint64_t rest_served_ = 0;  // Node::served() then
+  mutable std::uint64_t rest_served_ = 0;  // Node::served() at that time
 
-  bool dirty_ = true;  // something other than process data and time came, see is_dirty()
-  // When the services were advanced last.
+  bool dirty_ = true;  // see mark_dirty() and is_dirty()
+  // When the services must be advanced next, as of their last round.
   Instant services_due_{};
   std::uint64_t events_seen_ = 0;
   std::uint64_t writes_seen_ = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What time does to a line with a node of its own.
+// The passing of time in a line with its own node.
 #include <algorithm>
 
 #include "stack/line/node_line.h"
@@ -44,20 +44,20 @@ void NodeLine::advance_all(Instant now) {
   return earlier(rest_until_, earlier(node_.pdos().next_wake(), outputs_.next_watchdog()));
 }
 
-// While the line rests the node is not told of time.
+// The time of the node is not updated while the line is idle.
 void NodeLine::mark_dirty(Instant now) {
   dirty_ = true;
   node_.pass_time(std::max(now, advanced_to_));
 }
 
-// Whatever the services go by comes in one of these ways: from outside, as an event of the own
-// node or of a PDO, or written to the dictionary.
+// Every input of the services arrives in one of these ways: from outside, as an event of the own
+// node or of a PDO, or as a write to the dictionary.
 [[gnu::hot]] bool NodeLine::is_dirty() const {
   return dirty_ || pdo_requests_.active() || events_.emitted() != events_seen_ ||
          node_.dictionary().writes_told() != writes_seen_;
 }
 
-// What they tell each other in here is followed up in the next round at the latest.
+// Changes that services cause in each other are processed in the next round at the latest.
 void NodeLine::advance_services(Instant now) {
   dirty_ = false;
   events_seen_ = events_.emitted();

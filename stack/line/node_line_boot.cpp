@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The values that the own node boots with.
+// The values with which the own node boots.
 #include <utility>
 
 #include "stack/base/byte_order.h"
@@ -7,8 +7,8 @@
 
 namespace linegate::line {
 
-// The node boots with the own values: what it is, master or slave (1F80h), is never that of the
-// defaults, not for a moment.
+// The node boots with its configured values: its role, master or slave (1F80h), never has the
+// default, not even for a moment.
 void NodeLine::before_boot(Instant now) {
   for (Service* service : services_) {
     service->before_boot(now);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is received of other nodes: error control, NMT commands.
+// Reception from other nodes: error control, NMT commands.
 #include "stack/line/node_line.h"
 #include "stack/nmt/node_control.h"
 
@@ -32,7 +32,7 @@ void NodeLine::heartbeat_recovered(std::uint8_t id, Instant now) {
   manager_.heartbeat_recovered(id, now);
 }
 
-// Commands of another master, or of the master while the own node is NMT slave.
+// Commands of another master, or of the master while the own node is an NMT slave.
 void NodeLine::hear_nmt(std::uint16_t index, const can::Frame& frame) {
   diagnosing_.nmt_received(index, frame);
   const auto control = index == 0 ? nmt::decode_node_control(frame) : std::nullopt;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The role of the line, master or slave (1F80h bit 0), and what the manager and the records call of
-// the line.
+// The role of the line, master or slave (1F80h bit 0), and the callbacks of the manager and the
+// records.
 #include <algorithm>
 
 #include "stack/line/build.h"
@@ -8,7 +8,7 @@
 
 namespace linegate::line {
 
-// What 1F80h bit 0 says, which may have been stored.
+// Takes the role of 1F80h bit 0, which may be a stored value.
 void NodeLine::take_role(Instant now) {
   manages_ = startup_.wants_manager();
   receivers_.mark_changed();
@@ -22,15 +22,16 @@ void NodeLine::take_role(Instant now) {
   for (const NodeConfig& device : config_.nodes) {
     const bool guarded = device.guard_time * device.life_time_factor > Duration::zero();
     if (guarded && consumer_time(device) <= Duration::zero()) {
-      heartbeats_.overhear_guarding(device.id, Duration::zero());  // the master may stop any time
+      // The master may stop guarding at any time
+      heartbeats_.overhear_guarding(device.id, Duration::zero());
     } else {
       heartbeats_.monitor(device.id, consumer_time(device));
     }
   }
 }
 
-// Manager and device are exchanged at run time. As a device the own node waits for its master, in
-// the state that it is in.
+// Changes between manager and device at run time. As a device the own node keeps its NMT state and
+// waits for commands of its master.
 void NodeLine::change_role(Instant now) {
   if (!running_ || startup_.wants_manager() == manages_) {
     return;
@@ -45,7 +46,7 @@ void NodeLine::change_role(Instant now) {
       const bool shows_itself = std::max(device.heartbeat, device.guard_time) > Duration::zero();
       if (shows_itself && manager_.boots(device.id)) {
         receivers_.expect_state(
-            device.id);  // what was received before or in its boot process is no sign
+            device.id);  // a state received before or during its boot process does not count
       }
     }
     manager_.hand_over(now);

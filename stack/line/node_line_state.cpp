@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The state of a line that has a node of its own, and its counters.
+// The state and the counters of a line with its own node.
 #include "stack/line/node_line.h"
 
 namespace linegate::line {
@@ -58,7 +58,7 @@ NodeState NodeLine::do_node_state(std::uint8_t id) const {
   return manager_.node(id);
 }
 
-// Nothing can be heard: what the image shows is not from living nodes any more.
+// Nothing can be received any more, so the values in the image are invalid.
 void NodeLine::interface_lost() {
   lss_.interface_lost();
   for (const NodeConfig& device : config_.nodes) {

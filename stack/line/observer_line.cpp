@@ -55,7 +55,7 @@ void Overheard::link(std::vector<pdo::LinkedPdo> pdos) {
   pdo::LinkPlan plan;
   plan.rpdos = std::move(pdos);
   engine.link(plan);
-  (void)engine.configure();  // a link cannot be refused
+  (void)engine.configure();  // linked PDOs are always valid
 }
 
 void Overheard::take_over(const Overheard& before) {
@@ -149,13 +149,13 @@ void ObserverLine::receive(const can::Frame& frame) {
   listening.hear(frame, events_);
 }
 
-// Of a PDO that was configured a moment ago, or of whose mapping nothing is known.
+// Whether the frame is a PDO that was just configured, or one whose mapping is unknown.
 bool ObserverLine::is_new_pdo(const can::Frame& frame) {
   bool is_new = false;
   for (Device& device : devices) {
     const bool is_written = device.written_until > frame.time && device.pdos.has_record(frame);
     if (device.pdos.hear(frame) || is_written) {
-      device.written_until = {};  // what is sent is valid
+      device.written_until = {};  // a PDO that is sent is valid
       relink_at = frame.time;
       is_new = true;
     }
@@ -163,7 +163,7 @@ bool ObserverLine::is_new_pdo(const can::Frame& frame) {
   return is_new;
 }
 
-// What a frame tells may change the tables (a mapping, an identifier): the rest is left out then.
+// A frame may change the tables (a mapping, an identifier): its remaining targets are then skipped.
 bool ObserverLine::dispatch_frame(const can::Frame& frame) {
   bool wanted = false;
   const std::uint64_t changes = dispatch.changes();
@@ -188,7 +188,7 @@ bool ObserverLine::dispatch_frame(const can::Frame& frame) {
 }
 
 // As in the image of the master: an output is valid if it was transmitted to a node that is
-// started. Of nodes whose state was never heard nothing is known.
+// started. A node whose state was never received counts as started.
 bool ObserverLine::takes_outputs(std::uint8_t id) const {
   const NodeState seen = nodes.node(id);
   return seen.presence == manager::Presence::unknown ||
@@ -246,7 +246,7 @@ void ObserverLine::take_node_control(const can::Frame& frame) {
   }
 }
 
-// Whether there is a counter is between the producer and the devices.
+// The presence of a SYNC counter is not checked: it is a matter of the producer and the devices.
 void ObserverLine::take_sync(const can::Frame& frame) {
   if (frame.remote()) {
     return;
@@ -297,7 +297,7 @@ Instant ObserverLine::next_wake() const {
   return earlier(earlier(wake, relink_at), earlier(nodes.next_wake(), sync.next_wake()));
 }
 
-// Each but listening would transmit, or concerns an own node that is not there.
+// All commands except can_listen would transmit, or need an own node.
 void ObserverLine::do_execute(Command command, Instant now) {
   if (command.kind == CommandKind::can_listen) {
     answer(command, listening.ask(command, now), {}, now);
@@ -385,7 +385,7 @@ NodeState ObserverLine::do_node_state(std::uint8_t id) const {
   return nodes.node(id);
 }
 
-// What the master sends to the node is as true as ever.
+// Both directions become invalid: in its present state the node has not received its outputs.
 void ObserverLine::node_data_invalid(std::uint8_t id) {
   inputs->image.set_node_valid(id, false);
   inputs->engine.drop_waiting(id);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A line in the role observer: another master owns the bus. It has no node of its own and no queue
-// of frames, so there is nothing it could transmit. Private to stack/line.
+// A line in the role observer: another master owns the bus. It has no own node and no transmit
+// queue, so it cannot transmit. Private to stack/line.
 #pragma once
 
 #include <memory>
@@ -20,23 +20,23 @@
 
 namespace linegate::line {
 
-// One direction of the image, filled by the frames that are on the bus. Of the image only the side
-// `inputs` is used, which has the layout of that direction: for the one who listens, what a master
-// sends to the devices is received as well.
+// One direction of the image, filled from the frames on the bus. Only the side `inputs` of its
+// image is used, with the layout of that direction: an observer receives the PDOs of the master to
+// the devices, too.
 struct Overheard {
   // pdos: as RPDOs.
   Overheard(EventLog& events_, can::Dispatch& frames, image::Layout layout,
             std::vector<pdo::LinkedPdo> pdos);
 
   const image::Layout& layout() const { return image.layout(image::Direction::inputs); }
-  // The node of a PDO in this direction, as its target names it.
+  // The node of a PDO in this direction. slot: index of its target.
   std::uint8_t node_of(std::uint16_t slot) const {
     return image.node_of(image::Direction::inputs, static_cast<std::uint16_t>(slot + 1U));
   }
   void set_all_invalid();
-  // Other PDOs with the same layout.
+  // Replaces the PDOs; the layout stays the same.
   void link(std::vector<pdo::LinkedPdo> pdos);
-  // Values of the same objects in the same PDOs, valid or not, as they were.
+  // Copies the values of the same objects in the same PDOs, with their validity.
   void take_over(const Overheard& before);
 
   image::ProcessImage image;
@@ -44,20 +44,20 @@ struct Overheard {
   pdo::Engine engine;
 };
 
-// What goes to the devices counts as soon as it is on the bus: the bytes are the same as in the
-// image of the master that sends them, which has them before.
+// PDOs to the devices, as PDOs that are received: the bytes are the same as in the image of the
+// master that sends them, only later.
 std::vector<pdo::LinkedPdo> as_received(std::vector<pdo::LinkedPdo> sent);
 
-// Those of them that an observer counts.
+// Adds the counters that an observer uses.
 void add(pdo::EngineCounters& sum, const pdo::EngineCounters& more);
 
-// Target::index of SDO frames on default channels: node-ID, with this flag those of the client. On
-// others: see observer::SdoChannels.
+// Target::index of SDO frames on default channels: the node-ID, with this flag for requests of the
+// client. For other channels see observer::SdoChannels.
 inline constexpr std::uint16_t kSdoRequest = 0x80;
 
 class ObserverLine final : public Line, observer::NodeListener {
  public:
-  // plan is that of the configuration; see Line::make().
+  // plan: of the configuration; see Line::make().
   ObserverLine(LineConfig line_config, pdo::LinkPlan plan);
 
  private:
@@ -87,11 +87,11 @@ class ObserverLine final : public Line, observer::NodeListener {
 
   void node_data_invalid(std::uint8_t id) override;
 
-  // Of one configured node.
+  // A configured node.
   struct Device {
     observer::PdoKnowledge pdos;
-    std::vector<observer::KnownPdo> used;  // in the image
-    Instant written_until{};               // its PDOs are being written: `used` stays until then
+    std::vector<observer::KnownPdo> used;  // PDOs in the image
+    Instant written_until{};  // its PDOs are being written: `used` does not change until then
   };
   static std::vector<observer::KnownPdo> known_pdos(const Device& device, Instant now);
 
@@ -114,7 +114,7 @@ class ObserverLine final : public Line, observer::NodeListener {
   std::optional<observer::Transfer> follow(std::uint16_t index, const can::Frame& frame);
   void tell(std::uint8_t id, const observer::Transfer& transfer, Instant now);
   void learn(std::uint8_t id, const observer::Transfer& transfer, Instant now);
-  // The image as it is known by now.
+  // Builds the image anew from the PDOs that are known.
   void relink(Instant now);
   bool nothing_new(Instant now) const;
   Loaded<pdo::LinkPlan> plan_of_what_is_known(Instant now) const;
@@ -122,19 +122,19 @@ class ObserverLine final : public Line, observer::NodeListener {
   void replace(image::Direction direction, const image::Layout& layout,
                std::vector<pdo::LinkedPdo> pdos, Instant now);
 
-  // Two tables: an identifier may be that of an RPDO in one and of anything in the other, and the
-  // slots of PDOs count in each direction from 0.
+  // Two tables: an identifier may be that of an RPDO in one and of any service in the other, and
+  // the slots of PDOs count from 0 in each direction.
   can::Dispatch dispatch;
   can::Dispatch output_dispatch;
   std::unique_ptr<Overheard> inputs;  // never nullptr
   std::unique_ptr<Overheard> outputs;
-  pdo::EngineCounters inputs_before;  // of engines there were
+  pdo::EngineCounters inputs_before;  // of earlier engines
   pdo::EngineCounters outputs_before;
   Listening listening;
   observer::Nodes nodes;
   std::array<observer::SdoFollower, can::kMaxNodeId + 1> transfers;
   observer::SdoChannels channels;
-  std::vector<Device> devices;  // as config.nodes
+  std::vector<Device> devices;  // in the order of config.nodes
   std::uint64_t revision = 0;
   Instant relink_at = kNever;
   sync::Consumer sync;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// SDO transfers of others: told, and what they say of PDO mappings.
+// SDO transfers of other nodes: reports them, and learns PDO mappings from them.
 #include <algorithm>
 #include <utility>
 
@@ -14,8 +14,8 @@ namespace {
 using image::Direction;
 using observer::KnownPdo;
 
-// A node is configured write by write, and its NMT start or its first PDO comes soon after. If
-// neither does, the last write was this long ago.
+// A node is configured write by write, followed by its NMT start or its first PDO. If neither
+// comes, the configuration counts as finished this long after the last write.
 constexpr Duration kConfigured = std::chrono::seconds(1);
 
 constexpr std::size_t kAddress = 3;  // bytes of Event::data
@@ -72,7 +72,7 @@ void ObserverLine::take_sdo(std::uint16_t index, const can::Frame& frame) {
   const auto id =
       further ? channels.node_of(index) : static_cast<std::uint8_t>(index & ~kSdoRequest);
   if (frame.length != can::kMaxClassicData || frame.remote()) {
-    if (further || !channels.hears(frame)) {  // once, though it be on two channels
+    if (further || !channels.hears(frame)) {  // report a frame on two channels only once
       malformed(frame, id);
     }
     return;
@@ -106,7 +106,7 @@ void ObserverLine::tell(std::uint8_t id, const observer::Transfer& transfer, Ins
   events_.emit(event);
 }
 
-// Read or written: the device has this value now.
+// After an upload as well as a download the device has this value.
 void ObserverLine::learn(std::uint8_t id, const observer::Transfer& transfer, Instant now) {
   if (!transfer.complete()) {
     return;
@@ -131,7 +131,7 @@ void ObserverLine::learn(std::uint8_t id, const observer::Transfer& transfer, In
   }
 }
 
-// A PDO is invalid while it is written: what starts another node meanwhile changes nothing of it.
+// A PDO is invalid while it is written: a relink for another node meanwhile keeps the PDOs in use.
 std::vector<KnownPdo> ObserverLine::known_pdos(const Device& device, Instant now) {
   return device.written_until > now ? device.used : device.pdos.pdos();
 }
@@ -156,8 +156,8 @@ bool ObserverLine::nothing_new(Instant now) const {
   });
 }
 
-// What cannot be linked (two PDOs on one COB-ID, for a moment or for good) leaves the image as it
-// is: the next write may put it right.
+// PDOs that cannot be linked (two on one COB-ID, temporarily or permanently) leave the image
+// unchanged: the next write may correct them.
 void ObserverLine::relink(Instant now) {
   if (std::exchange(relink_at, kNever) == kNever) {
     return;
@@ -206,7 +206,7 @@ void ObserverLine::replace(Direction direction, const image::Layout& layout,
   next->take_over(*side);
   side->engine.drop_receptions();
   add(in ? inputs_before : outputs_before, side->engine.counters());
-  side = nullptr;  // its identifiers are free now
+  side = nullptr;  // releases its identifiers
   next->link(std::move(pdos));
   next->engine.set_operational(running_, now);
   side = std::move(next);

@@ -17,8 +17,8 @@ void OutputReceivers::lost(std::uint64_t first, std::uint64_t last) {
   note_lost_starts(first, last);
 }
 
-// A state that was not received but follows from a command (Manager::assume_state()) holds
-// when the command is on the bus.
+// A state that was not received but assumed after a command (Manager::assume_state()) applies when
+// the command was sent.
 pdo::Engine::Receiver OutputReceivers::state(std::uint8_t id) const {
   using pdo::Engine;
   const NodeState& seen = parts_.manager.node(id);
@@ -50,15 +50,16 @@ void OutputReceivers::commanded(nmt::Command command, std::uint8_t id) {
   }
 }
 
-// A heartbeat that says Operational may have been on its way when the command was sent.
+// Two heartbeats, because one that reports Operational may have been under way when the command was
+// sent.
 void OutputReceivers::expect_state(std::uint8_t id) {
   constexpr std::uint8_t kHeartbeats = 2;
   unconfirmed_[id] = {.heartbeats = kHeartbeats};
   invalidate(id);
 }
 
-// A controller that had no bus sends the heartbeats of that time at once: several within half a
-// heartbeat time are one.
+// A controller without a bus sends its queued heartbeats all at once afterwards: several within
+// half a heartbeat time count as one.
 void OutputReceivers::confirm(std::uint8_t id, nmt::State state, Instant now) {
   Unconfirmed& left = unconfirmed_[id];
   if (left.heartbeats == 0) {
@@ -73,7 +74,7 @@ void OutputReceivers::confirm(std::uint8_t id, nmt::State state, Instant now) {
   }
 }
 
-// Between two heartbeats or guard answers of a node as they are configured; 0 = not known.
+// The configured time between two heartbeats or guard responses of a node; 0 = unknown.
 Duration OutputReceivers::heartbeat_time(std::uint8_t id) const {
   const auto it = std::ranges::find(config_.nodes, id, &NodeConfig::id);
   if (it == config_.nodes.end()) {
@@ -135,7 +136,7 @@ void OutputReceivers::note_acknowledged_ends(std::uint64_t number) {
   }
 }
 
-// What follows may be another command that ends Operational. A start shows the state itself.
+// A later command may end Operational again; a later start has its own check of the state.
 void OutputReceivers::note_end(const nmt::NodeControl& control) {
   for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
     if (!has_end_[id] || !control.addresses(id) || parts_.manager.starts(id)) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which nodes receive outputs: those that are known to be Operational. NMT commands on their way to
-// the bus, heartbeats and the manager say which, and the PDO engine sends the outputs of those that
-// were started. Private to stack/line.
+// The nodes that receive outputs: those that are known to be Operational. Follows NMT commands on
+// their way to the bus, heartbeats and the manager, and makes the PDO engine send the outputs of
+// nodes that were started. Private to stack/line.
 #pragma once
 
 #include <array>
@@ -22,7 +22,7 @@ namespace linegate::line {
 
 class OutputReceivers final : public Service {
  public:
-  // What it follows and acts with; all must outlive it.
+  // The parts that it uses; all must outlive it.
   struct Parts {
     manager::Manager& manager;
     manager::Host& nmt;  // sends NMT commands
@@ -33,40 +33,40 @@ class OutputReceivers final : public Service {
       : Service(host), config_(config), parts_(parts) {}
 
   bool needs_master() const override { return false; }
-  // Sends lost starts again, then follow().
+  // Repeats lost starts, then calls follow().
   void advance(Instant now) override;
   Instant next_wake() const override { return kNever; }
   void end(Refusal /*why*/, Instant /*now*/) override {}
 
   pdo::Engine::Receiver state(std::uint8_t node) const;
-  // A single value may be written: its receiver is known to be Operational, or nothing is known of
-  // it. True for the own node.
+  // Whether a single value may be written: its receiver is known to be Operational, or its state is
+  // unknown. True for the own node.
   bool takes_single_writes(std::uint8_t node) const {
     return node == config_.node_id || state(node) != pdo::Engine::Receiver::waiting;
   }
 
-  // What state() depends on beside the manager has changed: the bus, the role.
+  // An input of state() other than the manager has changed: the bus, the role.
   void mark_changed() { changed_ = true; }
-  // An NMT command was sent, or received of another master; node 0 = to all. A node that leaves
-  // Operational by it counts as Operational only when its state was received since then.
+  // An NMT command was sent, or received from another master; node 0 = to all. A node that leaves
+  // Operational by it counts as Operational again only after a state received later.
   void commanded(nmt::Command command, std::uint8_t node);
   // The node was commanded to leave Operational.
   void expect_state(std::uint8_t node);
   // The node reported that state, or booted.
   void confirm(std::uint8_t node, nmt::State state, Instant now);
-  // What is in the image of its outputs was not transmitted to the node as it is now.
+  // The values in the image of the node's outputs were not transmitted to it in its present state.
   void invalidate(std::uint8_t node);
-  // Hands the states of the nodes to the PDO engine, if any has changed.
+  // Passes the states of the nodes to the PDO engine if any has changed.
   void follow();
 
-  // A frame was handed out with that number.
+  // A frame was handed to the bus with that number.
   void handed_out(const can::Frame& frame, std::uint64_t number) {
     if (frame.id == can::kNmtId) [[unlikely]] {
       note_nmt(frame, number);
     }
   }
-  // The bus acknowledged the frames up to that number: what was received of a node before a command
-  // other than start to it was on the bus does not show that it is Operational after the command.
+  // The bus acknowledged the frames up to that number. A state that a node reported before a
+  // command other than start was sent does not show that it is Operational after the command.
   void acknowledged(std::uint64_t number) {
     if (has_end_.any()) [[unlikely]] {
       note_acknowledged_ends(number);
@@ -75,15 +75,15 @@ class OutputReceivers final : public Service {
       note_acknowledged_starts(number);
     }
   }
-  // The frames first..last never get onto the bus. Of nodes without error control, which are
-  // started when the bus acknowledged the command, a start among them is sent again.
+  // The frames first..last will never be sent. A lost start is repeated for nodes without error
+  // control, which count as started when the bus acknowledged the command.
   void lost(std::uint64_t first, std::uint64_t last);
 
  private:
   static constexpr std::size_t kNodes = can::kMaxNodeId + 1;
 
   Duration heartbeat_time(std::uint8_t node) const;
-  void forget_starts(std::uint8_t node);  // 0: of all
+  void forget_starts(std::uint8_t node);  // node 0: of all nodes
   void note_nmt(const can::Frame& frame, std::uint64_t number);
   void note_acknowledged_ends(std::uint64_t number);
   void note_end(const nmt::NodeControl& control);
@@ -94,23 +94,23 @@ class OutputReceivers final : public Service {
 
   const LineConfig& config_;
   Parts parts_;
-  // By node: how many heartbeats have to report Operational, see commanded(), and when the last one
-  // of them did.
+  // By node: how many heartbeats must still report Operational, see commanded(), and when the last
+  // of them was received.
   struct Unconfirmed {
     std::uint8_t heartbeats = 0;
     Instant heard{};
   };
   std::array<Unconfirmed, kNodes> unconfirmed_{};
-  // By node: the frame of the last NMT command start to it, and whether the bus lost that.
+  // By node: the frame number of the last NMT start to it, and whether that frame was lost.
   std::array<std::uint64_t, kNodes> start_frames_{};
   std::bitset<kNodes> lost_starts_;
   EndsUnderWay ends_;
-  // By node: the newest own NMT command to it that was handed out, unless that is a start or was
-  // acknowledged or lost: the number of its frame.
+  // By node: the frame number of the newest own NMT command to it, unless that is a start or was
+  // acknowledged or lost.
   std::array<std::uint64_t, kNodes> newest_ends_{};
   std::bitset<kNodes> has_end_;
   bool changed_ = true;
-  std::uint64_t changes_seen_ = 0;  // Manager::changes() in follow()
+  std::uint64_t changes_seen_ = 0;  // Manager::changes() at the last follow()
 };
 
 }  // namespace linegate::line

@@ -92,7 +92,7 @@ void OutputService::write_entry(Command command, Instant now) {
   }
   const image::Entry& entry = layout.entries[command.entry];
   if (!parts_.receivers.takes_single_writes(entry.node)) {
-    command.node = entry.node;  // the event names it
+    command.node = entry.node;  // for the event
     host().refuse(command, Refusal::wrong_state, now);
     return;
   }
@@ -118,7 +118,7 @@ void OutputService::write_object(Command command, Instant now) {
   write_by_pdo(std::move(command), places, now);
 }
 
-// Every PDO that maps it gets it.
+// Writes the value into every PDO that maps the object.
 void OutputService::write_by_pdo(Command command, std::span<const std::uint32_t> entries,
                                  Instant now) {
   if (const Refusal why = check_by_pdo(command, entries); why != Refusal::none) {
@@ -160,7 +160,7 @@ Refusal OutputService::check_by_pdo(const Command& command,
   return Refusal::none;
 }
 
-// Of a value that was written to that TPDO of the line.
+// Answers after a value was written to that TPDO of the line.
 void OutputService::answer_write(Command command, std::uint16_t tpdo, PdoWait wait, Instant now) {
   std::vector<std::byte> way = way_of(tpdo, wait);
   if (wait != PdoWait::none) {
@@ -173,7 +173,7 @@ void OutputService::answer_write(Command command, std::uint16_t tpdo, PdoWait wa
                           now);
 }
 
-// Of an output that no PDO carries: what it waits for, or that it was sent.
+// Answers for an output that no PDO carries: the reason why it waits, or that it was sent.
 void OutputService::answer_scanned(Command command, Instant now) {
   using enum ScannedOutputs::Progress;
   const ScannedOutputs::Progress progress = scanned_.progress(command.entry);
@@ -218,7 +218,8 @@ PdoWait OutputService::wait_of(std::uint16_t tpdo) const {
   return updates_.waits(tpdo) ? PdoWait::update_time : PdoWait::none;
 }
 
-// What an event timer sends anyway is not collected. PDOs without a record have that of the plan.
+// A PDO with an event timer is sent anyway, so its values are not collected. For a PDO without a
+// communication record the event timer of the plan applies.
 bool OutputService::asks_at_once(std::uint16_t tpdo) const {
   constexpr std::uint8_t kEventTimer = 5;
   if (parts_.settings.update_time == Duration::zero()) {
@@ -237,7 +238,7 @@ void OutputService::request_updated(Instant now) {
   }
 }
 
-// What the value waits for at present.
+// Replies with the present reason why the value waits.
 void OutputService::answer_unsent(FramesUnderWay::Sending& sending, Instant now) {
   const bool stuck = host().bus_is_stuck(now);
   const nmt::State own = parts_.node.state();
@@ -247,7 +248,7 @@ void OutputService::answer_unsent(FramesUnderWay::Sending& sending, Instant now)
   }
   const FramesUnderWay::Awaited& awaited = sending.frames.front();
   const PdoWait on_the_way = awaited.number != 0 || stuck ? PdoWait::bus : PdoWait::turn;
-  if (awaited.tpdo == 0) {  // by MPDO
+  if (awaited.tpdo == 0) {  // sent by MPDO
     const PdoWait wait = own == nmt::State::operational ? on_the_way : PdoWait::operational;
     host().reply(sending.command.tag, Error{}, way_of(scanned_.tpdo(), wait));
     return;
@@ -284,7 +285,7 @@ OutputRefusal OutputService::write(const OutputWrite& write, Instant now) {
   return OutputRefusal::none;
 }
 
-// All bytes first, then the PDOs: a PDO never carries half of a write.
+// Writes all bytes before requesting PDOs: a PDO never carries half of a write.
 void OutputService::apply(const OutputWrite& write, bool always, Instant now) {
   for (const OutputValue& value : write.values) {
     parts_.image.write_entry(Direction::outputs, value.entry,
@@ -376,8 +377,8 @@ void OutputService::expire_watchdogs(Instant now) {
   }
 }
 
-// Reactions that do not belong to the role are ignored (IXXAT manual 5.17); the event has those
-// that were taken.
+// Reactions that do not apply to the role are ignored (IXXAT manual 5.17); the event has those that
+// were executed.
 void OutputService::react(const Outputs::Group& group, Instant now) {
   std::uint8_t taken = kHoldOutputs;
   if ((group.reactions & kZeroOutputs) != 0) {
@@ -404,7 +405,7 @@ void OutputService::react(const Outputs::Group& group, Instant now) {
                       .value = group.config.number});
 }
 
-// An entry that was never written stays so: its PDO is held back as before.
+// An entry that was never written stays unknown: its PDO is still held back.
 void OutputService::zero(const Outputs::Group& group, Instant now) {
   for (const std::uint32_t entry : group.config.entries) {
     if (parts_.image.is_known(Direction::outputs, entry)) {
@@ -456,7 +457,7 @@ void OutputService::zero(const Outputs::Group& group, Instant now) {
   }
 }
 
-// For each PDO that was received elsewhere, see Forwarding::feeds_every_tpdo.
+// Requests once for each received PDO, see Forwarding::feeds_every_tpdo.
 void OutputService::request_forwarded(std::span<const BoundValue> values, Instant now) {
   pdo::Engine& pdos = parts_.node.pdos();
   parts_.forwarded.follow(parts_.node.dictionary(), pdos.revision());
@@ -489,7 +490,7 @@ void OutputService::request_forwarded(std::span<const BoundValue> values, Instan
 
 // --- PDOs that are triggered by hand --------------------------------------------------------
 
-// By the number that a PDO has here or as an RPDO of the node, or all that carry that byte.
+// The TPDO by its number on this line or as an RPDO of the node, or all that carry that byte.
 std::vector<std::uint16_t> OutputService::tpdos_of(const Trigger& what) const {
   std::vector<std::uint16_t> out;
   if (what.node == 0 && what.number != 0) {

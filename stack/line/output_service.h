@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The outputs of a line with a node of its own: groups with their watchdogs, single values
-// (CommandKind::output_write, and object_write where a PDO carries the object, CANopenIA manual
-// 5.1), values that follow inputs of other lines, and PDOs that are triggered by hand
+// The outputs of a line with its own node: groups with their watchdogs, single values
+// (CommandKind::output_write, and object_write if a PDO carries the object, CANopenIA manual 5.1),
+// values that follow inputs of other lines, and PDOs that are triggered by command
 // (CommandKind::pdo_trigger, IXXAT CANopen Manager API manual 6.1.6). Private to stack/line.
 #pragma once
 
@@ -30,9 +30,9 @@ namespace linegate::line {
 
 class OutputService final : public Service {
  public:
-  // What it acts with; all must outlive it.
+  // The parts that it uses; all must outlive it.
   struct Parts {
-    node::Node& node;  // the own one
+    node::Node& node;  // the own node
     image::ProcessImage& image;
     const pdo::LinkPlan& plan;
     NmtService& nmt;
@@ -42,44 +42,45 @@ class OutputService final : public Service {
     routing::Counters& routed;
     EventLog& events;
   };
-  // by_sdo: carries out an object_write for which there is no PDO.
+  // by_sdo: executes an object_write for which there is no PDO.
   OutputService(ServiceHost& host, const LineConfig& config, const Parts& parts, Service& by_sdo);
 
   std::span<const CommandKind> commands() const override;
   bool needs_master() const override { return false; }
   // output_write: see check_single_output(); wrong_state (the node is not Operational). Applied
-  // after a reaction of a watchdog, too. object_write: bad_request, wrong_state, bound_entry.
+  // after a watchdog reaction, too. object_write: bad_request, wrong_state, bound_entry.
   // pdo_trigger: answered with the numbers of the TPDOs; wrong_state (the own node is not
-  // Operational, or a value of each PDO is missing), unknown_entry. Not acknowledged in time, the
-  // values are answered with what their PDO waits for, and pdo_trigger with why_unsent().
+  // Operational, or a value of each PDO is missing), unknown_entry. If a frame is not acknowledged
+  // in time, the reply to a write has the reason why its PDO waits, and pdo_trigger is refused with
+  // why_unsent().
   void execute(Command command, Instant now) override;
-  // Requests PDOs whose update time is over.
+  // Requests PDOs whose update time has passed.
   void advance(Instant now) override;
   Instant next_wake() const override { return updates_.next_wake(); }
-  // Nothing is under way but frames.
+  // No command is under way, only frames.
   void end(Refusal /*why*/, Instant /*now*/) override {}
   void answer_unsent(FramesUnderWay::Sending& sending, Instant now) override;
   void before_boot(Instant now) override;
 
   // --- values ---------------------------------------------------------------------------------
-  // As Line::write_outputs().
+  // See Line::write_outputs().
   OutputRefusal write(const OutputWrite& write, Instant now);
-  // As Line::write_bound().
+  // See Line::write_bound().
   void write_bound(std::span<const BoundValue> values, Instant now);
   void apply_defaults(Instant now);
-  // Carries out the reactions of watchdogs that have expired.
+  // Executes the reactions of watchdogs that have expired.
   void expire_watchdogs(Instant now);
   Instant next_watchdog() const { return outputs_.next_wake(); }
 
   const std::vector<Outputs::Group>& groups() const { return outputs_.groups(); }
-  // As Line::output_state().
+  // See Line::output_state().
   void describe(std::size_t position, OutputState& out, Instant now) const;
   void note_refused(std::uint16_t group, OutputRefusal refusal, Instant now) {
     outputs_.note_refused(group, refusal, {}, now);
   }
 
   // --- frames ---------------------------------------------------------------------------------
-  // As ScannedOutputs; the PDO engine follows the frames of PDOs itself.
+  // See ScannedOutputs; the PDO engine tracks the frames of PDOs itself.
   void handed_out(const can::Frame& frame, std::uint64_t number) {
     if (!scanned_.empty()) [[unlikely]] {
       scanned_.handed_out(frame, number);
@@ -93,15 +94,15 @@ class OutputService final : public Service {
   void lost(std::uint64_t first, std::uint64_t last) { scanned_.lost(first, last); }
 
   // --- PDOs that are triggered by hand ----------------------------------------------------------
-  // What CommandKind::pdo_trigger names.
+  // The PDOs of a CommandKind::pdo_trigger.
   struct Trigger {
     std::uint8_t node = 0;
     std::uint16_t number = 0;
-    std::uint32_t byte = 0;  // of the outputs, with node and number 0
+    std::uint32_t byte = 0;  // byte of the outputs, used if node and number are 0
   };
-  // Appends the TPDOs to `triggered`. Those that lack a value are not sent.
+  // Appends the TPDOs to `triggered`. PDOs that lack a value are not sent.
   Error trigger(const Trigger& what, std::vector<std::uint16_t>& triggered, Instant now);
-  // As diagnosis::RecordHost.
+  // See diagnosis::RecordHost.
   AbortCode may_trigger(const Trigger& what) const;
 
  private:
@@ -118,13 +119,13 @@ class OutputService final : public Service {
   std::vector<std::uint16_t> tpdos_of(const Trigger& what) const;
   void request_updated(Instant now);
   void apply(const OutputWrite& write, bool always, Instant now);
-  // Outputs have new values there: requests their PDOs, and the MPDOs of the scanner list. always:
-  // unchanged ones, too.
+  // Outputs were written there: requests their PDOs, and the MPDOs of the scanner list. always: for
+  // unchanged values, too.
   void written(std::uint32_t bit_offset, std::uint32_t bits, bool always, Instant now);
   void entry_written(std::uint32_t entry, bool always, Instant now) {
     entries_written(entry, entries()[entry].bit_length, always, now);
   }
-  // Adjacent entries of one PDO: `bits` from the first bit of `first` on.
+  // Adjacent entries of one PDO: `bits` bits from the start of entry `first`.
   void entries_written(std::uint32_t first, std::uint32_t bits, bool always, Instant now);
   void request_forwarded(std::span<const BoundValue> values, Instant now);
   OutputWait reason_of(std::uint32_t entry, Instant now) const;
@@ -142,7 +143,7 @@ class OutputService final : public Service {
   PdoUpdates updates_;
 };
 
-// Positions of the entries of the layout that are the object of the command, ascending.
+// Positions in the layout of the entries of the command's object, ascending.
 std::vector<std::uint32_t> entries_of(const image::Layout& layout, const Command& command);
 
 }  // namespace linegate::line

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What became of the writes to a group of outputs, and what its values wait for.
+// The result of the writes to a group of outputs, and what its values wait for.
 #pragma once
 
 #include <cstddef>
@@ -12,14 +12,14 @@
 
 namespace linegate::line {
 
-// Why an output entry is not valid. Grows at the end only: DDS contract.
+// Why an output entry is not valid. Append only: DDS contract.
 enum class OutputWait : std::uint8_t {
   value,        // it was never written and has no default
   values,       // another entry of its PDO was never written and has no default
   own_node,     // the own node is not Operational
   node,         // the node that receives its PDO is not Operational
   turn,         // the transmission type, the inhibit time or the arbitration on the bus
-  bus,          // the bus does not acknowledge frames, or takes none
+  bus,          // the bus does not acknowledge frames, or accepts none
   trigger,      // it was written without a request of its PDO: kKeepPdo, 5F41h:04h bit 6
   update_time,  // LineConfig::pdo_update_time
 };
@@ -32,7 +32,7 @@ struct OutputState {
   std::uint64_t refused = 0;
   Instant applied_at{};  // the last of them
   Instant refused_at{};
-  OutputRefusal refusal = OutputRefusal::none;  // of the last that was refused
+  OutputRefusal refusal = OutputRefusal::none;  // of the last refused write
   std::string refused_client;                   // its OutputWrite::client
   std::uint64_t arming = 0;                     // of the last write that was applied
   bool tripped = false;       // the watchdog fired: only another arming number is applied

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Output values from a subscriber, and what happens when he falls silent.
+// Output values from a subscriber, and the reactions if it stops writing.
 #pragma once
 
 #include <array>
@@ -38,30 +38,30 @@ struct OutputBytes {
   std::vector<std::byte> data;
 };
 
-// Applied whole or not at all, and never split across a SYNC. Without values and bytes it feeds the
-// watchdog and takes an arming number, no more: a handshake (IXXAT manual 5.17, CMM_HandShake).
+// Applied completely or not at all, and never split across a SYNC. Without values and bytes it only
+// feeds the watchdog and takes an arming number: a handshake (IXXAT manual 5.17, CMM_HandShake).
 struct OutputWrite {
   std::uint16_t group = 0;
-  std::uint64_t layout_id = 0;  // of the output layout it was made for
+  std::uint64_t layout_id = 0;  // of the output layout that it refers to
   std::uint64_t arming = 0;     // a new one re-arms the group after a watchdog reaction
   Duration watchdog{};          // 0 = none; armed by the first write
   std::uint8_t reactions = kHoldOutputs;
   std::vector<OutputValue> values{};
   std::vector<OutputBytes> bytes{};
-  std::string client{};  // who writes, for OutputState
+  std::string client{};  // name of the writer, for OutputState
 };
 
-// The value of an output that follows an input somewhere else, see LineConfig::bound.
+// The value of an output that follows an input, see LineConfig::bound.
 struct BoundValue {
   std::uint32_t entry = 0;  // of the output layout; or Line::kForwarded | place in
                             // LineConfig::forwarding
   std::uint64_t value = 0;
-  bool always = false;       // its PDO is requested even if nothing became another value
-  bool valid = true;         // else the entry is not valid any more: its PDO is held back
-  std::uint16_t source = 0;  // the PDO that brought it, where it was received
+  bool always = false;       // request its PDO even if no value changed
+  bool valid = true;         // false: the entry becomes invalid, so its PDO is held back
+  std::uint16_t source = 0;  // number of the PDO that carried the value where it was received
 };
 
-// Why an OutputWrite was not applied. Grows at the end only: DDS contract.
+// Why an OutputWrite was not applied. Append only: DDS contract.
 enum class OutputRefusal : std::uint8_t {
   none,
   not_permitted,
@@ -70,9 +70,9 @@ enum class OutputRefusal : std::uint8_t {
   unknown_entry,  // or not in this group
   bad_length,
   not_armed,     // after a watchdog reaction, without a new arming number
-  bad_reaction,  // reactions that do not go together
+  bad_reaction,  // reactions that exclude each other
   wrong_role,    // not possible in the line's role: an observer transmits nothing
-  bound_entry,   // an output follows an input of another line: nothing else writes it
+  bound_entry,   // an output follows an input of another line and cannot be written
 };
 std::string_view describe(OutputRefusal refusal);
 

@@ -180,7 +180,8 @@ OutputRefusal Outputs::foreign_entry(std::uint32_t entry) const {
                                                 : OutputRefusal::unknown_entry;
 }
 
-// A run may cover gaps, but every entry it touches must be in the group and wholly in the run.
+// A run may cover gaps, but every entry that it overlaps must be in the group and completely in the
+// run.
 OutputRefusal Outputs::check_bytes(const OutputBytes& run, std::uint16_t group_position) const {
   if (run.data.empty() || run.offset > layout_.byte_size ||
       run.data.size() > layout_.byte_size - run.offset) {
@@ -191,7 +192,7 @@ OutputRefusal Outputs::check_bytes(const OutputBytes& run, std::uint16_t group_p
   auto it = std::ranges::lower_bound(
       by_position_, begin, {}, [this](std::uint32_t e) { return layout_.entries[e].bit_offset; });
   if (it != by_position_.begin()) {
-    --it;  // it starts before the run, but may reach into it
+    --it;  // it starts before the run, but may extend into it
   }
   bool any = false;
   for (; it != by_position_.end() && layout_.entries[*it].bit_offset < end; ++it) {

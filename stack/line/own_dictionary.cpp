@@ -30,7 +30,7 @@ using od::ObjectType;
 constexpr std::uint8_t kErrorHistory = 16;       // entries of 1003h
 constexpr std::uint8_t kHeartbeatEntries = 127;  // entries of 1016h
 
-// Name and type of each object are those of the catalogue.
+// Name and type of each object are taken from the catalogue.
 od::ObjectDescription array(std::uint16_t index, Access access, std::uint8_t count,
                             Access count_access, std::uint8_t count_value) {
   const od::objects::Entry& entry = od::objects::at(index);
@@ -64,7 +64,7 @@ od::ObjectDescription sdo_server(std::uint8_t node) {
   return out;
 }
 
-// A manager has nobody who would start it again: it goes on.
+// A manager must not change its state on an error: no other node would start it again.
 od::ObjectDescription error_behaviour(Role role) {
   od::ObjectDescription out =
       array(od::objects::kErrorBehaviour, Access::rw, 1, Access::constant, 1);
@@ -82,7 +82,7 @@ void add_storage(std::vector<od::ObjectDescription>& objects) {
   objects.push_back(array(od::objects::kVerifyConfiguration, Access::rw, 2, Access::constant, 2));
 }
 
-// The servers beside the default one: whoever wants one writes its COB-IDs.
+// The additional SDO servers: a client configures one by writing its COB-IDs.
 od::ObjectDescription another_sdo_server(unsigned number) {
   od::ObjectDescription out{.index = static_cast<std::uint16_t>(od::objects::kSdoServer + number),
                             .name = "SDO server parameter",
@@ -99,8 +99,8 @@ od::ObjectDescription another_sdo_server(unsigned number) {
   return out;
 }
 
-// The networks of the lines are in an object of our own, sub-index = interface: CiA 302-7's public
-// texts name none.
+// The network-IDs of the lines are in a manufacturer-specific object, sub-index = interface: the
+// public texts of CiA 302-7 do not name one.
 void add_routing_tables(const routing::Config& routing,
                         std::vector<od::ObjectDescription>& objects) {
   objects.push_back(array(od::objects::kRoutingTable, Access::rw, routing::kMaxRoutes, Access::rw,
@@ -131,7 +131,7 @@ std::uint64_t in(Duration duration) {
   return static_cast<std::uint64_t>(std::chrono::duration_cast<Unit>(duration).count());
 }
 
-// In objects of up to 254 entries each; all of the last one can be written.
+// Adds objects of up to 254 entries each; the last object is writable up to its 254th entry.
 template <class Entry>
 void add_list(std::uint16_t first, const std::vector<Entry>& entries,
               std::vector<od::ObjectDescription>& objects) {

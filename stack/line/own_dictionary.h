@@ -9,12 +9,12 @@
 
 namespace linegate::line {
 
-// 1000h to 1019h, 1200h with the values of the configuration; with routing also 1201h and
+// 1000h to 1019h and 1200h with the values of the configuration; with routing also 1201h and
 // following, 1F2Ch and 5F20h (sub-index = interface: the network-ID of that line, 0 = none). Never
-// fails: the objects are ours.
+// fails, because the objects are fixed.
 od::Dictionary make_own_dictionary(const LineConfig& config);
 
-// Of those the ones that say how other networks are reached: 1F2Ch, 1F2Fh, 5F20h.
+// The objects that describe the routes to other networks: 1F2Ch, 1F2Fh, 5F20h.
 std::vector<od::ObjectDescription> routing_tables(const LineConfig& config);
 
 }  // namespace linegate::line

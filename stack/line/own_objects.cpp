@@ -23,7 +23,7 @@ std::string address_text(od::Address address) {
   return out + ':' + kDigits[address.sub >> 4U] + kDigits[address.sub & 0xFU];
 }
 
-// Sub-index 0 of an object that has others says which is the highest.
+// Sub-index 0 holds the highest sub-index.
 od::VariableDescription highest_sub(std::uint8_t highest) {
   od::VariableDescription out;
   out.name = "Highest sub-index supported";
@@ -85,7 +85,7 @@ void list_variable(const od::Dictionary& dictionary, od::Address address,
                 out);
 }
 
-// Takes fields from the front of a command's data.
+// Reads fields from the front of a command's data.
 class Fields {
  public:
   explicit Fields(std::span<const std::byte> data) : rest_(data) {}
@@ -108,7 +108,7 @@ class Fields {
   bool good_ = true;
 };
 
-// Without a default the object begins as 0, which its limits need not allow.
+// An object without a default starts with 0, which its limits need not include.
 AbortCode limits_of(const od::VariableDescription& variable) {
   const bool given = !variable.value.empty();
   const auto& any = given ? variable.value : variable.low_limit;
@@ -262,7 +262,7 @@ std::optional<OwnObjects::Place> OwnObjects::configured_place(od::Address addres
 }
 
 Result<void> OwnObjects::add_to(od::Dictionary& dictionary) {
-  // The bytes of the image become the value: the default is put there before.
+  // The bytes of the image are the value of the object, so the default is written there first.
   for (const auto direction : {image::Direction::inputs, image::Direction::outputs}) {
     const auto& entries = image_.layout(direction).entries;
     for (std::uint32_t i = 0; i < entries.size(); ++i) {
@@ -370,7 +370,7 @@ void OwnObjects::values_reset() {
   }
 }
 
-// What the image shows needs no event.
+// A value in the image needs no event.
 AbortCode OwnObjects::execute_write(od::Address address, std::span<const std::byte> value) {
   if (!by_itself_ && !places_.contains(address)) {
     events_.emit(written_event(0, address, value, now_));

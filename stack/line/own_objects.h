@@ -2,8 +2,8 @@
 // Application objects of the own node's dictionary: 2000h..5EFFh and 6000h..9FFFh, created by the
 // configuration and by command (IXXAT CANopen Manager API manual 5.15). Private to stack/line.
 //
-// With a place in the image an object and bytes of the image are one: objects that others may write
-// are in the inputs, the others, which the application gives values, in the outputs.
+// An object with a place in the image shares its bytes with the image: objects that other nodes may
+// write are in the inputs, those that the application writes in the outputs.
 #pragma once
 
 #include <cstddef>
@@ -27,7 +27,8 @@
 
 namespace linegate::line {
 
-// Those that an application may have; 5F00h..5FFFh and all others belong to services.
+// Whether an application may create the object; 5F00h..5FFFh and all other indices belong to
+// services.
 constexpr bool is_own_index(std::uint16_t index) {
   return (index >= 0x2000 && index <= 0x5EFF) || (index >= 0x6000 && index <= 0x9FFF);
 }
@@ -36,15 +37,15 @@ constexpr image::Direction direction_of(od::Access access) {
   return od::rpdo_mappable(access) ? image::Direction::inputs : image::Direction::outputs;
 }
 
-// Everything wrong with LineConfig::own_objects; file is the line's name.
+// Returns all errors of LineConfig::own_objects; their file is the line's name.
 std::vector<Diagnostic> check_own_objects(const LineConfig& config);
 
-// Entries for those that want a place, behind those of PDOs, in the order of their addresses: node
-// is the own one, PDO numbers are 0. Precondition: check_own_objects() found nothing. False if an
-// area becomes larger than image::kMaxAreaBytes.
+// Adds image entries for the objects that need a place, behind those of PDOs, in the order of their
+// addresses: node is the own node-ID, PDO numbers are 0. Precondition: check_own_objects() found
+// nothing. Returns false if an area becomes larger than image::kMaxAreaBytes.
 bool place_own_objects(const LineConfig& config, pdo::LinkPlan& plan);
 
-// CommandKind::object_create. Nothing if the data is none, see command.h.
+// CommandKind::object_create. Returns nothing if the data is malformed, see command.h.
 std::optional<OwnObject> decode_own_object(const Command& command);
 
 class OwnObjects final : public od::Hook {
@@ -52,25 +53,25 @@ class OwnObjects final : public od::Hook {
   // All must outlive it; the image has the entries of place_own_objects().
   OwnObjects(const std::vector<OwnObject>& objects, image::ProcessImage& image, EventLog& events);
 
-  // Those of the configuration. Fails as Dictionary::add does.
+  // Adds the configured objects. Fails as Dictionary::add does.
   Result<void> add_to(od::Dictionary& dictionary);
 
-  // At run time: one more sub-index; the others of its index keep their values. offset: in bytes,
-  // of the area that direction_of() its access names; the bytes there become the value.
-  // bad_request: not an object that an application may have, of no type, beyond the area, or marked
-  // to be stored: what the next start does not have cannot be restored. wrong_state: it exists, or
-  // its index is not of this class.
+  // Adds one sub-index at run time; the other sub-indices keep their values. offset: in bytes, in
+  // the area that direction_of() returns for its access; the bytes there become the value.
+  // bad_request: the index is not that of an application object, the data type is invalid, the
+  // offset is beyond the area, or the object is marked to be stored, although the next start could
+  // not restore it. wrong_state: it exists, or its index is not of this class.
   Error create(od::Dictionary& dictionary, OwnObject object);
-  // The whole index, with all that was created of it. unknown_entry if there is none such;
-  // wrong_state if the configuration has some of it.
+  // Removes all sub-indices that were created at run time. unknown_entry if there are none;
+  // wrong_state if the configuration has some of the index.
   Error remove(od::Dictionary& dictionary, std::uint16_t index);
 
-  // The node was reset: values in the image became the defaults without a word.
+  // The node was reset: the values in the image became the defaults without a write.
   void values_reset();
 
-  // Of what is written from now on.
+  // The time of later writes.
   void pass_time(Instant now) { now_ = now; }
-  // While there is one, what is written comes from the line itself and is no event.
+  // While an instance exists, writes come from the line itself and emit no event.
   class OwnWrites {
    public:
     explicit OwnWrites(OwnObjects& objects) : objects_(objects) { objects_.by_itself_ = true; }
@@ -115,7 +116,7 @@ Event written_event(std::uint8_t node, od::Address address, std::span<const std:
 // be read or is longer than 255 bytes.
 std::vector<std::byte> list_objects(const od::Dictionary& dictionary, std::uint16_t first,
                                     std::uint16_t last);
-// The same of a device file, with the values that it gives.
+// The same for a device file, with its values.
 std::vector<std::byte> list_objects(const od::DeviceDescription& device, std::uint16_t first,
                                     std::uint16_t last);
 

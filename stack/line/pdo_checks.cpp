@@ -19,7 +19,7 @@ struct IdentifierUser {
   std::string name;
   bool certain = true;
 };
-// By identifier, with the bit of 29-bit ones.
+// By identifier; bit 31 marks 29-bit identifiers.
 using IdentifierUsers = std::map<std::uint32_t, IdentifierUser>;
 
 std::uint32_t identifier(can::CobId cob_id) {
@@ -32,7 +32,7 @@ bool has_own_value(const LineConfig& config, std::uint16_t index) {
   });
 }
 
-// Of an object of the own node: the last that is written to it, else the default.
+// The COB-ID in an object of the own node: the last value that is written to it, else the default.
 can::CobId own_cob_id(const LineConfig& config, std::uint16_t index, std::uint32_t by_default) {
   can::CobId out{by_default};
   for (const ObjectValue& value : config.own_values) {
@@ -47,7 +47,7 @@ std::string name_of(std::uint8_t id, const std::string& name) {
   return name.empty() ? "node" + std::to_string(id) : name;
 }
 
-// 1014h is there if the device sends EMCY (CiA 301), but files leave out much.
+// A device that sends EMCY has 1014h (CiA 301), but device files are often incomplete.
 bool says_emcy(const NodeConfig& node) {
   constexpr od::Address kObject{od::objects::kEmcyCobId, 0};
   return node.device.find(kObject) != nullptr ||
@@ -78,8 +78,8 @@ IdentifierUsers services_of(const LineConfig& config) {
   return out;
 }
 
-// What a scan found runs as it is, and what is observed is somebody else's; what was written for
-// this line can be mended.
+// A warning for nodes that were scanned or are only observed, because they run as they are; an
+// error in the configuration of this line can be corrected.
 Severity severity_in(const LineConfig& config) {
   const bool found = config.role == Role::observer || !config.scanned.empty() ||
                      std::ranges::any_of(config.nodes, &NodeConfig::as_found);
@@ -92,7 +92,7 @@ std::string text_of(const pdo::RemoteNode& node, std::string_view kind,
          name_of(node.id, node.name);
 }
 
-// work(remote node, "TPDO" or "RPDO", parameters) with each PDO.
+// Calls work(remote node, "TPDO" or "RPDO", parameters) for each PDO.
 template <class Work>
 void for_each_pdo(std::span<const pdo::RemoteNode> remotes, const Work& work) {
   for (const pdo::RemoteNode& node : remotes) {

@@ -14,8 +14,8 @@ std::span<const CommandKind> PdoRequestService::commands() const {
   return kCommands;
 }
 
-// The number of an RPDO of the own node; 0: there is none. The command names it, or a TPDO of a
-// device.
+// The number of an RPDO of the own node; 0: there is none. The command specifies it directly, or by
+// a TPDO of a device.
 std::uint16_t PdoRequestService::named_rpdo(const Command& command) const {
   if (command.node == 0) {
     return command.code;

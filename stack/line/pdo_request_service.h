@@ -16,9 +16,9 @@ namespace linegate::line {
 
 class PdoRequestService final : public Service {
  public:
-  static constexpr std::size_t kMost = 256;  // under way
+  static constexpr std::size_t kMost = 256;  // requests under way
 
-  // timeout: of a command without one. All must outlive the service.
+  // timeout: of a command that has none. All must outlive the service.
   PdoRequestService(ServiceHost& host, node::Node& node, const image::ProcessImage& image,
                     const pdo::LinkPlan& plan, Duration timeout)
       : Service(host), node_(node), image_(image), plan_(plan), timeout_(timeout) {}
@@ -32,8 +32,8 @@ class PdoRequestService final : public Service {
   Instant next_wake() const override;
   void end(Refusal why, Instant now) override;
 
-  // Some are under way. A PDO is received without a trace in the services of a line: while this
-  // holds, advance() is called in each round.
+  // Whether requests are under way. The reception of a PDO does not mark the services of a line as
+  // dirty, so advance() is called in each round while this is true.
   bool active() const { return !requests_.empty(); }
 
  private:

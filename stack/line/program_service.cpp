@@ -31,7 +31,7 @@ void ProgramService::execute(Command command, Instant now) {
   }
 }
 
-// Takes the data of the command unless it is refused.
+// Moves the data out of the command unless it is refused.
 Refusal ProgramService::begin(Command& command, Instant now) {
   const bool is_node = command.node >= can::kMinNodeId && command.node <= can::kMaxNodeId;
   if (!is_node || command.node == own_node_ || command.sub == 0 || command.data.empty() ||

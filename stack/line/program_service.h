@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// CommandKind::program: loads a program into a node (CiA 302-3, 1F50h). One at a time for each
+// CommandKind::program: downloads a program to a node (CiA 302-3, 1F50h). One at a time for each
 // node. Private to stack/line.
 //
-// Meanwhile the manager leaves the node alone: it may restart, fall silent, and be another device
-// as long as its boot loader runs. Afterwards it is booted as after any reset, well or not.
+// The manager does not act on the node meanwhile: it may restart, fall silent, and identify itself
+// as another device while its boot loader runs. Afterwards it is booted as after any reset, whether
+// the download succeeded or not.
 #pragma once
 
 #include <cstdint>
@@ -18,16 +19,16 @@ namespace linegate::line {
 
 class ProgramService final : public Service {
  public:
-  // own_node: that of the manager, which loads no program into itself. All must outlive it.
+  // own_node: the manager's node-ID, to which no program can be downloaded. All must outlive it.
   ProgramService(ServiceHost& host, manager::Manager& manager, manager::ProgramLoader& loader,
                  std::uint8_t own_node)
       : Service(host), manager_(manager), loader_(loader), own_node_(own_node) {}
 
   std::span<const CommandKind> commands() const override;
-  // Answered without error when the program runs. Otherwise an SDO abort code, hardware
-  // (0606 0000h) if the node reported an error, and as data what was wrong, see write_finding().
-  // Refusals: wrong_role, line_down, bad_request (no node, no number of a program, no data, or the
-  // own node), wrong_state (no manager at work), busy (the node is being loaded), timed_out.
+  // Answered without error when the program runs. Otherwise an SDO abort code, hardware (0606
+  // 0000h) if the node reported an error, and as data the finding, see write_finding(). Refusals:
+  // wrong_role, line_down, bad_request (no such node or program number, no data, or the own node),
+  // wrong_state (the manager is not active), busy (a download to the node is under way), timed_out.
   void execute(Command command, Instant now) override;
   void advance(Instant now) override;
   Instant next_wake() const override;
@@ -52,7 +53,7 @@ class ProgramService final : public Service {
   std::vector<Running> running_;
 };
 
-// U16 index, U8 sub-index, U32 value that was found there (flash status, program control, software
+// U16 index, U8 sub-index, U32 value that was read there (flash status, program control, software
 // identification), little-endian.
 std::vector<std::byte> write_finding(const manager::BootFinding& finding);
 

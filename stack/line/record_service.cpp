@@ -24,7 +24,7 @@ void RecordService::advance(Instant now) {
   }
 }
 
-// What has become impossible since it was checked is not done: a command came in between.
+// An order that a command has made impossible since it was checked is dropped.
 void RecordService::carry_out(const diagnosis::CanopenIa::Order& order, Instant now) {
   using Kind = diagnosis::CanopenIa::OrderKind;
   switch (order.kind) {
@@ -75,7 +75,7 @@ AbortCode RecordService::transmit(const can::Frame& frame) {
                                                                         : AbortCode::device_state;
 }
 
-// PDOs without a record keep what the plan has.
+// PDOs without a communication record keep the times of the plan.
 void RecordService::apply_pdo_times() {
   constexpr std::uint8_t kType = 2;
   constexpr std::uint8_t kInhibit = 3;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The CANopenIA records of the own dictionary (diagnosis/canopen_ia.h): what is written to them is
-// carried out by the services of the line. It has no commands of its own. Private to stack/line.
+// The CANopenIA records of the own dictionary (diagnosis/canopen_ia.h): the services of the line
+// execute what is written to them. It has no commands. Private to stack/line.
 #pragma once
 
 #include "stack/diagnosis/canopen_ia.h"
@@ -15,7 +15,7 @@ namespace linegate::line {
 
 class ScanService;
 
-// What the records order of other services.
+// Orders of the records to other services.
 class RecordOrders {
  public:
   RecordOrders() = default;
@@ -23,16 +23,16 @@ class RecordOrders {
   RecordOrders& operator=(const RecordOrders&) = delete;
   virtual ~RecordOrders() = default;
 
-  // As CommandKind::nmt and pdo_trigger, without a reply.
+  // Like CommandKind::nmt and pdo_trigger, without a reply.
   virtual void order_nmt(nmt::Command command, std::uint8_t node, Instant now) = 0;
   virtual void order_trigger(std::uint8_t node, std::uint8_t rpdo, Instant now) = 0;
-  // As diagnosis::RecordHost.
+  // See diagnosis::RecordHost.
   virtual AbortCode may_trigger(std::uint8_t node, std::uint8_t rpdo) const = 0;
 };
 
 class RecordService final : public Service, diagnosis::RecordHost {
  public:
-  // What it acts with; all must outlive it.
+  // The parts that it uses; all must outlive it.
   struct Parts {
     node::Node& node;
     const diagnosis::Diagnosis& diagnosis;
@@ -42,22 +42,21 @@ class RecordService final : public Service, diagnosis::RecordHost {
     const BusLoad& load;
     const pdo::LinkPlan& plan;
   };
-  // The dictionary of the node has diagnosis::add_canopen_ia().
+  // Precondition: the dictionary of the node has diagnosis::add_canopen_ia().
   RecordService(ServiceHost& host, const LineConfig& config, const Parts& parts);
 
   bool needs_master() const override { return false; }
-  // Carries out what was ordered.
+  // Executes the orders.
   void advance(Instant now) override;
   Instant next_wake() const override { return records_.waits() ? Instant{} : kNever; }
   void end(Refusal /*why*/, Instant /*now*/) override {}
 
   const diagnosis::ControlSettings& settings() const { return records_.settings(); }
-  // A frame that no service wants: true if all such are to be reported.
+  // Pass it each frame that no service uses. Returns true if all such frames are to be reported.
   bool hear(const can::Frame& frame) { return records_.hear(frame); }
-  // A heartbeat of the node came, and the manager has it.
+  // A heartbeat of the node was received, and the manager has processed it.
   void heartbeat(std::uint8_t node, Instant now);
-  // Event and inhibit time of the records, if they were written, become those of all event-driven
-  // TPDOs.
+  // Writes the event and inhibit times of the records, if they were set, to all event-driven TPDOs.
   void apply_pdo_times();
 
  private:

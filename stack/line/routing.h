@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Routing as a part of a line that has a node of its own: its SDO servers as ways in, its client
-// SDOs as ways out, its commands as clients. Private to stack/line.
+// The routing part of a line with its own node: its SDO servers as entrances, its client SDOs as
+// exits, its commands as clients. Private to stack/line.
 #pragma once
 
 #include <memory>
@@ -20,36 +20,36 @@ namespace linegate::line {
 
 class Routing final : sdo::Detour {
  public:
-  // Of a node whose dictionary has 1F2Ch, see own_dictionary.h. All must outlive it.
+  // Precondition: the dictionary of the node has 1F2Ch, see own_dictionary.h. All must outlive it.
   Routing(const LineConfig& config, node::Node& node, sdo::Arbiter& arbiter, EventLog& events,
           routing::MessageQueue& messages, routing::Counters& counters);
   ~Routing() override;
 
-  // The routes of the configuration are others, and so are the tables in the dictionary.
+  // The configured routes, and with them the tables in the dictionary, have changed.
   void tables_changed();
 
-  // An EMCY of a node of this line.
+  // An EMCY of a node of this line was received.
   void emergency(std::uint8_t node, const emcy::Message& message, Instant now) {
     emcys_.heard(node, message, now);
   }
-  // usable: SDOs can be sent on the bus of this line.
+  // usable: whether SDOs can be sent on the bus of this line.
   void deliver(const routing::Message& message, bool usable, Instant now);
   void start(routing::RemoteRequest request, bool usable, Instant now);
   void cancel(const sdo::TransferOwner& owner, std::uint64_t number, bool usable, Instant now);
-  // Of transfers that start() began.
+  // Delivers the completions of transfers that start() began.
   void deliver_completions(Instant now) { clients_.deliver_completions(now); }
-  // After anything came in: hands on what parts of the line have for each other.
+  // Call it after any input: passes messages between the parts of the line.
   void hand_on(bool usable, Instant now);
   void advance(bool usable, Instant now);
   Instant next_wake() const;
   void stop(Instant now);
-  // Connections that open before are events, see routing::Trace.
+  // Reports connections that open before `end` as events, see routing::Trace.
   void trace_until(Instant end) { entrance_.trace_until(end); }
-  // Those of 1F2Ch, added to `out`.
+  // Appends the routes of 1F2Ch to `out`.
   void routes(std::vector<routing::Route>& out) const;
 
  private:
-  // A server of the own node as the way in of a client on the bus.
+  // An SDO server of the own node as the entrance of a client on the bus.
   class ServerSide;
 
   ServerSide& side_of(sdo::Server& server);

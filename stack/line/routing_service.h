@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// CommandKind::routing_trace, and what a line with a node of its own does in routing (CiA 302-7),
-// if it takes part in it. Private to stack/line.
+// CommandKind::routing_trace, and the routing of a line with its own node (CiA 302-7), if the line
+// takes part in it. Private to stack/line.
 #pragma once
 
 #include <memory>
@@ -18,25 +18,25 @@ class RoutingService final : public Service {
   RoutingService(ServiceHost& host, LineConfig& config, node::Node& node, sdo::Arbiter& arbiter,
                  EventLog& events, routing::MessageQueue& messages, routing::Counters& counters);
 
-  // The line takes part in it; without that only execute() has an effect.
+  // Whether the line takes part in routing; otherwise only execute() has an effect.
   bool takes_part() const { return routing_ != nullptr; }
 
   std::span<const CommandKind> commands() const override;
-  // Refusals: wrong_role (the line takes no part), bad_request (the time is out of range).
+  // Refusals: wrong_role (the line does not take part), bad_request (the time is out of range).
   void execute(Command command, Instant now) override;
   bool needs_master() const override { return false; }
   void advance(Instant now) override;
   Instant next_wake() const override;
-  // All connections are closed.
+  // Closes all connections.
   void end(Refusal why, Instant now) override;
 
   // See Line::deliver(), set_routes(), routes().
   void deliver(const routing::Message& message, Instant now);
   void set_routes(const routing::Config& wanted);
   void routes(std::vector<routing::Route>& out) const;
-  // An EMCY of a node of this line.
+  // An EMCY of a node of this line was received.
   void emergency(std::uint8_t node, const emcy::Message& message, Instant now);
-  // After frames came in: hands on what connections have for each other.
+  // Call it after frames were received: passes messages between connections.
   void hand_on(Instant now);
 
   // Transfers with nodes of other networks, see routing::RemoteClient. Precondition: takes_part().
@@ -44,7 +44,7 @@ class RoutingService final : public Service {
   void cancel(const sdo::TransferOwner& owner, std::uint64_t number, Instant now);
 
  private:
-  // SDOs can be sent on the bus of this line: the own node is not stopped.
+  // Whether SDOs can be sent on the bus of this line: the own node is not stopped.
   bool may_send() const;
 
   LineConfig& config_;

@@ -75,7 +75,7 @@ bool ScanService::begin(std::uint8_t node, std::uint16_t code, Instant now) {
     return false;
   }
   if ((code & kScanRestore) != 0) {
-    parts_.manager.stop(now);  // it would configure the nodes that come back
+    parts_.manager.stop(now);  // it would configure the nodes that boot again
   }
   tag_.reset();
   deadline_ = kNever;

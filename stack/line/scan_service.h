@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// CommandKind::scan and scan_apply: what the devices report of themselves and their PDOs, read by
-// SDO; and what was read, for later reads. One scan at a time. Private to stack/line.
+// CommandKind::scan and scan_apply: reads the identity and the PDOs of devices by SDO, and keeps
+// the results for later reads. One scan at a time. Private to stack/line.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ namespace linegate::line {
 class DiagnosisService;
 class RecordService;
 
-// What scans read of other nodes, for services that may answer with it.
+// The values that scans read from other nodes, for services that may answer with them.
 class ScanCache {
  public:
   ScanCache() = default;
@@ -26,20 +26,20 @@ class ScanCache {
   ScanCache& operator=(const ScanCache&) = delete;
   virtual ~ScanCache() = default;
 
-  // What a scan read of the object, if it did; nullptr otherwise.
+  // The value of the object that a scan read; nullptr if there is none.
   virtual const std::vector<std::byte>* cached(std::uint8_t node, od::Address address) const = 0;
-  // The object was written.
+  // The object was written: its value is discarded.
   virtual void forget_cached(std::uint8_t node, od::Address address) = 0;
 };
 
 class ScanService final : public Service, public ScanCache, sdo::TransferOwner, scan::Host {
  public:
-  // What it acts with; all must outlive it. The services are not used before the first call.
+  // The parts that it uses; all must outlive it. The services are not used before the first call.
   struct Parts {
     sdo::Arbiter& sdo;
     manager::Manager& manager;
     manager::Host& nmt;            // sends NMT commands
-    DiagnosisService& diagnosing;  // gets to know when a scan begins and ends
+    DiagnosisService& diagnosing;  // is notified when a scan begins and ends
     const RecordService& records;  // settings
     EventLog& events;
   };
@@ -50,19 +50,19 @@ class ScanService final : public Service, public ScanCache, sdo::TransferOwner, 
   std::span<const CommandKind> commands() const override;
   // Answered with scan::write_report(). Refusals: bad_request (no such node or code, or the own
   // node), wrong_role, wrong_state (scan_apply: nodes are configured that no scan found),
-  // line_down, busy (another one is under way), timed_out.
+  // line_down, busy (another scan is under way), timed_out.
   void execute(Command command, Instant now) override;
   void advance(Instant now) override;
   Instant next_wake() const override;
   void end(Refusal why, Instant now) override;
 
-  // A scan without a command: what it reads is cached alone. node: 0 = all but the own. False if
-  // one is under way.
+  // Begins a scan without a command, whose results are only cached. node: 0 = all except the own
+  // node. Returns false if a scan is under way.
   bool begin(std::uint8_t node, Instant now);
   bool active() const { return scanner_.active(); }
-  // A scan of all nodes is under way.
+  // Whether a scan of all nodes is under way.
   bool scans_all() const { return of_all_ && scanner_.active(); }
-  // The boot-up message of a node came.
+  // The boot-up message of a node was received.
   void boot_up(std::uint8_t node, Instant now) { scanner_.boot_up(node, now); }
 
   const std::vector<std::byte>* cached(std::uint8_t node, od::Address address) const override;

@@ -48,7 +48,8 @@ void ScannedOutputs::written(std::uint32_t bit_offset, std::uint32_t bits, bool 
   }
 }
 
-// What the engine does not take now stays due: until the own node is Operational, or has room.
+// An MPDO that the engine refuses stays due until the own node is Operational or the engine has
+// room.
 void ScannedOutputs::send() {
   const std::vector<image::Entry>& entries = image_.layout(Direction::outputs).entries;
   due_ = false;
@@ -66,7 +67,7 @@ void ScannedOutputs::send() {
     if (why == AbortCode::none) {
       output.sent = image_.read_entry(Direction::outputs, output.entry);
     } else {
-      confirm(output);  // it goes nowhere: the list does not have it
+      confirm(output);  // it is not sent: the scanner list lacks it
     }
   }
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Outputs that go by MPDO in source address mode: objects of the own node in the outputs of the
-// image, which the object scanner list names (CiA 301 7.2.2.6) and no PDO carries. Private to
-// stack/line.
+// Outputs that are sent by MPDO in source address mode: objects of the own node in the outputs of
+// the image that are in the object scanner list (CiA 301 7.2.2.6) and that no PDO carries. Private
+// to stack/line.
 #pragma once
 
 #include <cstdint>
@@ -17,31 +17,31 @@ namespace linegate::line {
 
 class ScannedOutputs {
  public:
-  // node: the own one. All must outlive it. There are none without a scanner list.
+  // node: the own node. All must outlive it. Without a scanner list there are no such outputs.
   ScannedOutputs(const LineConfig& config, node::Node& node, image::ProcessImage& image);
 
   bool empty() const { return outputs_.empty(); }
 
-  // Those bits of the outputs were written. always: sent although nothing has changed.
+  // Those bits of the outputs were written. always: send unchanged values, too.
   void written(std::uint32_t bit_offset, std::uint32_t bits, bool always);
-  // On entering Operational all that are known are sent: the PDO engine dropped what waited when it
-  // was left, be it for a moment only.
+  // On entering Operational sends all known outputs: the PDO engine dropped those that waited when
+  // the node left Operational, however briefly.
   void follow_state();
-  // A frame was handed out with that number; 0: no acknowledgement is expected.
+  // A frame was handed to the bus with that number; 0: no acknowledgement is expected.
   void handed_out(const can::Frame& frame, std::uint64_t number);
   // The bus acknowledged the frames up to that number.
   void acknowledged(std::uint64_t number);
-  // The frames first..last never get onto the bus: those outputs are sent again.
+  // The frames first..last will never be sent: their outputs are sent again.
   void lost(std::uint64_t first, std::uint64_t last);
 
-  // How far the newest value of that entry of the outputs is.
+  // The progress of the newest value of an output entry.
   enum class Progress : std::uint8_t {
-    waits,     // for the own node to be Operational, or for room in the PDO engine
+    waits,     // until the own node is Operational, or the PDO engine has room
     sent,      // to the PDO engine: the frame is under way
-    confirmed  // the bus acknowledged it; or the list does not have the entry
+    confirmed  // the bus acknowledged it, or the scanner list lacks the entry
   };
   Progress progress(std::uint32_t entry) const;
-  // With the newest value.
+  // The frame with the newest value.
   can::Frame frame_of(std::uint32_t entry) const;
   // The TPDO in source address mode; 0 if there is none.
   std::uint16_t tpdo() const;
@@ -49,10 +49,10 @@ class ScannedOutputs {
  private:
   struct Output {
     std::uint32_t entry = 0;
-    std::optional<std::uint64_t> sent{};  // the value that the PDO engine took
-    std::uint64_t number = 0;             // of its frame, while it is under way to the bus
-    bool due = false;                     // the newest value has to be sent
-    bool confirmed = false;               // it was acknowledged
+    std::optional<std::uint64_t> sent{};  // the value passed to the PDO engine
+    std::uint64_t number = 0;             // of its frame until that is acknowledged
+    bool due = false;                     // the newest value must be sent
+    bool confirmed = false;               // the newest value was acknowledged
     bool written = false;                 // scratch
   };
 
@@ -63,8 +63,8 @@ class ScannedOutputs {
   node::Node& node_;
   image::ProcessImage& image_;
   std::vector<Output> outputs_;
-  bool due_ = false;          // some of them are
-  std::uint64_t starts_ = 0;  // of the own node, as follow_state() saw them
+  bool due_ = false;          // some outputs are due
+  std::uint64_t starts_ = 0;  // starts of the own node at the last follow_state()
 };
 
 }  // namespace linegate::line

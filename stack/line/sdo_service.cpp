@@ -16,11 +16,11 @@ namespace {
 
 using image::Direction;
 
-// An answer from another network may take so many SDO time-outs: the gateways on the way give up
-// before, and report why.
+// A response from another network may take this many SDO time-outs: the gateways on the way give up
+// earlier, and report the reason.
 constexpr int kRemotePatience = 3;
 
-// Of each attempt; zero: the command has no limit.
+// The time of each attempt; zero: the command has no limit.
 Duration share_of(const Command& command) {
   return std::max(command.timeout, Duration::zero()) / (1 + command.repeats);
 }
@@ -82,7 +82,7 @@ bool SdoService::answer_from_cache(const Command& command) {
   return true;
 }
 
-// A transfer with the own node is a local access: there is no bus between the two.
+// A transfer with the own node is a local access, without the bus.
 void SdoService::access_own(Command command, bool write, Instant now) {
   command.kind = write ? CommandKind::local_write : CommandKind::local_read;
   command.code = 0;
@@ -167,7 +167,7 @@ void SdoService::start_in_network(Command command, Instant now) {
 void SdoService::completed(sdo::Completion& completion, Instant /*now*/) {
   const auto it = std::ranges::find(pending_, completion.number, &Pending::number);
   if (it == pending_.end()) {
-    return;  // its command was answered when its own time-out passed
+    return;  // the command was already answered when its own time-out passed
   }
   const bool done = completion.abort == AbortCode::none;
   if (it->is_object_write && done) {

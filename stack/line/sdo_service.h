@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// CommandKind::sdo_read, sdo_write, network_read and network_write: objects of other nodes, by SDO.
-// One of the own node is a local access, one in another network is routed (CiA 302-7). Private to
-// stack/line.
+// CommandKind::sdo_read, sdo_write, network_read and network_write: access to objects of other
+// nodes by SDO. Access to the own node is local, access to another network is routed (CiA 302-7).
+// Private to stack/line.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@ class SdoService final : public Service, sdo::TransferOwner {
  public:
   static constexpr std::size_t kMost = 1024;  // under way, over all nodes of a line
 
-  // What it acts with; all must outlive it. local: carries out local_read and local_write.
+  // The parts that it uses; all must outlive it. local: executes local_read and local_write.
   struct Parts {
     sdo::Arbiter& sdo;
     node::Node& node;
@@ -50,7 +50,7 @@ class SdoService final : public Service, sdo::TransferOwner {
   // A command under way.
   struct Pending {
     std::uint64_t number = 0;  // of the SDO transfer
-    std::uint8_t node = 0;     // of it, on this line
+    std::uint8_t node = 0;     // of the transfer, on this line
     std::uint64_t tag = 0;     // of the command
     Instant deadline = kNever;
     bool is_object_write = false;
@@ -68,7 +68,7 @@ class SdoService final : public Service, sdo::TransferOwner {
   const LineConfig& config_;
   Parts parts_;
   std::vector<Pending> pending_;
-  std::uint64_t transfers_ = 0;  // numbers given so far
+  std::uint64_t transfers_ = 0;  // transfer numbers assigned so far
 };
 
 }  // namespace linegate::line

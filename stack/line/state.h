@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The state of a line as a plain value; the states of its nodes are the manager's.
+// The state of a line as a plain value; for the states of its nodes see stack/manager.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ namespace linegate::line {
 enum class Role : std::uint8_t {
   manager,   // NMT master of the line (CiA 302)
   observer,  // never transmits; another master owns the bus
-  device,    // an ordinary CANopen device below somebody else's manager
+  device,    // an ordinary CANopen device below another manager
 };
 std::string_view name(Role role);
 
@@ -28,21 +28,22 @@ using manager::NodeState;
 using manager::Presence;
 using manager::StateCause;
 
-// Plain counters since the line was made. They never go back.
+// Counters since the line was made. They never decrease.
 struct Counters {
   std::uint64_t frames_received = 0;
-  std::uint64_t frames_sent = 0;       // handed to the bus
-  std::uint64_t frames_unused = 0;     // received, wanted by no service
-  std::uint64_t frames_malformed = 0;  // wanted, but not understood; also PDOs of a wrong length
-  std::uint64_t frames_lost = 0;       // lost before the line saw them
-  std::uint64_t bus_errors = 0;        // error frames
+  std::uint64_t frames_sent = 0;    // handed to the bus
+  std::uint64_t frames_unused = 0;  // received, used by no service
+  // Received for a service but malformed; also PDOs of a wrong length
+  std::uint64_t frames_malformed = 0;
+  std::uint64_t frames_lost = 0;  // lost before they reached the line
+  std::uint64_t bus_errors = 0;   // error frames
   std::uint64_t rpdos = 0;
   std::uint64_t tpdos = 0;
   std::uint64_t tpdos_coalesced = 0;  // a newer value replaced one that had not been sent yet
   std::uint64_t syncs = 0;
   std::uint64_t emcys = 0;
   std::uint64_t heartbeats_lost = 0;
-  std::uint64_t sdo_transfers = 0;  // as client, ended well
+  std::uint64_t sdo_transfers = 0;  // as client, successful
   std::uint64_t sdo_aborts = 0;     // as client, ended by an abort or time-out
   std::uint64_t commands = 0;
   std::uint64_t commands_refused = 0;
@@ -53,9 +54,9 @@ struct Counters {
   std::uint64_t receptions_lost = 0;  // of queued PDOs, see Line::take_reception()
 };
 
-// What a device of the line's own shows (role device with LineConfig::devices).
+// The state of one of the line's own devices (role device with LineConfig::devices).
 struct OwnDevice {
-  std::uint8_t node_id = 0;  // on the bus; 0: LSS has given it none yet
+  std::uint8_t node_id = 0;  // on the bus; 0: not assigned by LSS yet
   node::Indicators indicators;
 
   friend bool operator==(const OwnDevice&, const OwnDevice&) = default;
@@ -63,18 +64,19 @@ struct OwnDevice {
 
 struct LineState {
   Role role = Role::manager;
-  std::uint8_t node_id = 0;  // own, 0 = none
+  std::uint8_t node_id = 0;  // own node-ID, 0 = none
   std::uint16_t network_id = 0;
   nmt::State own_state = nmt::State::initialising;
   node::Indicators indicators;  // RUN and ERROR of the own node (CiA 303-3)
   ManagerState manager = ManagerState::inactive;
-  // The state of the network as diagnosis/network_state.h numbers it; 0 in the role observer and
-  // of several own devices.
+  // The state of the network, numbered as in diagnosis/network_state.h; 0 in the role observer and
+  // with several own devices.
   std::uint8_t network = 0;
   can::BusState bus = can::BusState::unknown;
   std::uint8_t transmit_errors = 0;
   std::uint8_t receive_errors = 0;
-  std::uint16_t load_permille = 0;  // of the bit rate, over the last second; 0 if it is unknown
+  // Of the bit rate, over the last second; 0 if the bit rate is unknown
+  std::uint16_t load_permille = 0;
   std::uint8_t nodes_configured = 0;
   std::uint8_t nodes_operational = 0;
   Counters counters;

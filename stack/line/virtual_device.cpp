@@ -21,7 +21,7 @@ using image::Direction;
 
 constexpr std::uint64_t kProfileOf1000h = 0xFFFF;
 
-// The address of a device stays what it is, whatever node-ID it has.
+// The LSS address of a device must not depend on its node-ID.
 void keep_identity(od::DeviceDescription& device) {
   for (od::ObjectDescription& object : device.objects) {
     for (od::VariableDescription& variable : object.variables) {
@@ -32,8 +32,8 @@ void keep_identity(od::DeviceDescription& device) {
   }
 }
 
-// Values that are the application's, whatever access others have: the manufacturer's status
-// register, names and versions, and all beyond the communication profile.
+// Whether the application owns the value, whatever access other nodes have: the manufacturer status
+// register, names and versions, and everything beyond the communication profile.
 bool is_own(std::uint16_t index) {
   return index == od::objects::kManufacturerStatus ||
          (index >= od::objects::kDeviceName && index <= od::objects::kSoftwareVersion) ||
@@ -124,7 +124,7 @@ void VirtualDevice::build(const od::DeviceDescription& description) {
   }
 }
 
-// What depends on the node-ID is another; what the application said is as true as before.
+// Values that depend on the node-ID change; the values of the application are kept.
 void VirtualDevice::rebuild(std::uint8_t node_id) {
   if (node_->node_id() == node_id) {
     return;
@@ -136,7 +136,7 @@ void VirtualDevice::rebuild(std::uint8_t node_id) {
   by_itself_ = false;
 }
 
-// One hook an object, which hears of RPDOs where it may be received.
+// One hook for each object; it is called for RPDOs if the object may be received.
 void VirtualDevice::mirror(Direction direction) {
   const auto side = static_cast<std::size_t>(direction);
   const std::vector<image::Entry>& entries = image_.layout(direction).entries;
@@ -185,7 +185,8 @@ void VirtualDevice::take_from_image(std::uint32_t output) {
   from_image_ = outer;
 }
 
-// What is in the image, and what the device has, are as before: one of them looks different now.
+// The values of the image and of the device are unchanged, but the conversion between them is not:
+// one of them is computed again.
 void VirtualDevice::convert(od::Address process) {
   for (const auto direction : {Direction::inputs, Direction::outputs}) {
     for (const std::uint32_t i : entries_[static_cast<std::size_t>(direction)]) {
@@ -212,10 +213,10 @@ void VirtualDevice::start(Instant now) {
     rebuild(lss_->slave().active_node_id());
   }
   start_node(now);
-  reset_.reset();  // power-on, which the slave has seen already
+  reset_.reset();  // the LSS slave has already processed this power-on
 }
 
-// What is stored is applied as a reset does it.
+// Stored values are applied as by a reset.
 void VirtualDevice::start_node(Instant now) {
   by_itself_ = true;
   node_->start(now);
@@ -239,8 +240,7 @@ bool VirtualDevice::receive(const can::Frame& frame) {
   return wanted;
 }
 
-// NMT resets, and leaving configuration with the first node-ID, make the pending one the active
-// one.
+// NMT resets, and leaving configuration with the first node-ID, activate the pending node-ID.
 void VirtualDevice::follow_lss(Instant now) {
   if (lss_ == nullptr) {
     return;
@@ -352,8 +352,8 @@ VirtualDevice::Counts VirtualDevice::counts() const {
       .syncs = before_.syncs + node_->counters().syncs};
 }
 
-// A value that converts others brings a second call about, within this one: each has its own part
-// of changed_.
+// Reentrant: a value that changes the conversion of others causes a second call within this one.
+// Each call has its own part of changed_.
 void VirtualDevice::take_outputs(std::span<const std::uint32_t> entries, bool always, Instant now) {
   now_ = now;
   const std::size_t first = changed_.size();
@@ -507,8 +507,8 @@ AbortCode VirtualDevice::write(od::Address address, std::span<const std::byte> v
   return why;
 }
 
-// What the application said is as true as before; what the master said is gone, of a reset
-// communication in the communication profile area alone (CiA 301 7.3.2.2.1).
+// The values of the application are kept. The values of the master are reset: by reset
+// communication only those of the communication profile area (CiA 301 7.3.2.2.1).
 void VirtualDevice::reset(bool whole_node, Instant now) {
   now_ = now;
   reset_ = whole_node || reset_.value_or(false);

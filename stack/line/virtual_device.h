@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One device of a line in the role device: a node with the dictionary of its file, whose process
-// data are in the line's image. Private to stack/line.
+// One device of a line in the role device: a node with the dictionary of its device file, whose
+// process data is in the line's image. Private to stack/line.
 #pragma once
 
 #include <array>
@@ -24,17 +24,17 @@
 
 namespace linegate::line {
 
-// The dictionary is what counts: what an RPDO, an SDO or the application puts there appears in the
-// image at once, whatever PDOs the master has made of it.
+// The dictionary holds the values: a value that an RPDO, an SDO or the application writes there is
+// copied to the image immediately, whatever PDOs the master has configured.
 class VirtualDevice final : node::Application {
  public:
-  // image: of the whole line, laid out by device_plan(). reporter: of the EMCYs that it sends. All
-  // must outlive the device.
+  // image: of the whole line, laid out by device_plan(). reporter: for the EMCYs that the device
+  // sends. All must outlive the device.
   VirtualDevice(const DeviceConfig& config, const LineConfig& line, image::ProcessImage& image,
                 EventLog& events, emcy::SentReporter& reporter);
 
   void start(Instant now);
-  // At frame.time. True if a service wanted it.
+  // Processes the frame at frame.time. Returns true if a service used it.
   bool receive(const can::Frame& frame);
   void advance(Instant now);
   Instant next_wake() const;
@@ -44,34 +44,34 @@ class VirtualDevice final : node::Application {
   bool wants_to_send(Instant now) const;
   void set_utc(Duration offset);
   void set_medium(storage::Medium* medium);
-  // Of its LSS slave; nothing happens without one.
+  // Sets the medium of its LSS slave; no effect without one.
   void set_lss_medium(storage::Medium* medium);
   void lss_medium_done(bool good);
-  // An NMT command as if received. Ignored without a node-ID.
+  // Executes an NMT command as if received. Ignored without a node-ID.
   void command(nmt::Command command, Instant now);
-  // What outputs of the image are now becomes what the device has; entries: of this device. All
-  // values are there before the first TPDO is requested: of those that became other ones (as far as
-  // the profile tells them), or of all.
+  // Writes the values of these output entries, which belong to this device, to the dictionary. All
+  // values are written before the first TPDO is requested. always: requests the TPDOs of unchanged
+  // values, too; otherwise of those whose change the profile reports.
   void take_outputs(std::span<const std::uint32_t> entries, bool always, Instant now);
-  // Nothing that is heard is in the inputs any more.
+  // Makes the inputs invalid, because nothing can be received.
   void inputs_lost();
   // Sends an EMCY on behalf of the application.
   emcy::SendResult send_emcy(std::uint16_t code, std::uint8_t error_register,
                              std::span<const std::byte> info, Instant now);
 
-  // A command writes an object. own: as the device itself, see kWriteOwn. A TPDO that maps it is
-  // requested if it is another value.
+  // Writes an object on behalf of a command. own: as the device itself, see kWriteOwn. Requests a
+  // TPDO that maps the object if its value changes.
   AbortCode write(od::Address address, std::span<const std::byte> value, bool own, Instant now);
 
   std::uint8_t id() const { return id_; }
-  // Without one nothing but LSS is heard and said.
+  // Without a node-ID the device only uses LSS.
   bool has_node_id() const { return lss_ == nullptr || lss_->has_node_id(); }
-  // Another one when it gets another node-ID.
+  // Replaced when the node-ID changes.
   node::Node& node() { return *node_; }
   const node::Node& node() const { return *node_; }
   NodeState state() const;
   OwnDevice shown() const;
-  // Of all nodes it has been.
+  // Over all nodes that it has had.
   struct Counts {
     std::uint64_t malformed = 0;
     std::uint64_t received = 0;
@@ -80,11 +80,11 @@ class VirtualDevice final : node::Application {
     std::uint64_t syncs = 0;
   };
   Counts counts() const;
-  // Grows with every change of state().
+  // Increases with every change of state().
   std::uint64_t revision() const { return revision_; }
 
  private:
-  // An object of the image: its value goes there whoever writes it.
+  // Copies the value of an object to the image, whatever the source of the write.
   class Mirror final : public od::Hook {
    public:
     Mirror(VirtualDevice& device, image::Direction direction)
@@ -100,7 +100,8 @@ class VirtualDevice final : node::Application {
     image::Direction direction_;
     std::vector<std::uint32_t> entries_;  // by sub-index
   };
-  // What stands between the values of an object and those of the image (CiA 401) has changed.
+  // Called when the conversion between the values of an object and those of the image (CiA 401) has
+  // changed.
   class Conversion final : public od::Hook {
    public:
     explicit Conversion(VirtualDevice& device) : device_(device) {}
@@ -109,7 +110,7 @@ class VirtualDevice final : node::Application {
    private:
     VirtualDevice& device_;
   };
-  // What others write and the image does not show is an event.
+  // Emits an event for writes of other nodes to objects that are not in the image.
   class Watcher final : public od::Hook {
    public:
     explicit Watcher(VirtualDevice& device) : device_(device) {}
@@ -118,7 +119,7 @@ class VirtualDevice final : node::Application {
    private:
     VirtualDevice& device_;
   };
-  // Local PDO numbers of the image, by the device's own: 0 = not in the image.
+  // Local PDO number in the image, by the device's own PDO number: 0 = not in the image.
   using Numbers = std::array<std::uint16_t, pdo::kMaxPdo + 1>;
 
   void build(const od::DeviceDescription& description);
@@ -148,31 +149,31 @@ class VirtualDevice final : node::Application {
   const node::ErrorScheme scheme_;
   image::ProcessImage& image_;
   emcy::SentReporter& reporter_;
-  EventLog events_;                    // the line's, by the name that the line has for the device
-  std::unique_ptr<DeviceLss> lss_;     // if it is an LSS slave
-  od::DeviceDescription description_;  // the same: to become another node of
+  EventLog events_;                    // of the line, with the line's node-ID of the device
+  std::unique_ptr<DeviceLss> lss_;     // nullptr if it is not an LSS slave
+  od::DeviceDescription description_;  // for an LSS slave: to build a node with another node-ID
   storage::Medium* medium_ = nullptr;
   std::optional<Duration> utc_;
-  Counts before_;              // of nodes it is no more
-  std::optional<bool> reset_;  // its node was reset: whether the whole of it
+  Counts before_;              // of earlier nodes
+  std::optional<bool> reset_;  // its node was reset; true: reset node
   std::vector<std::unique_ptr<Mirror>> mirrors_;
   Conversion conversion_{*this};
   Watcher watcher_{*this};
-  // Of objects beyond the image: what the application set as the device itself.
+  // Values outside the image that the application wrote as the device itself.
   std::map<od::Address, std::vector<std::byte>> own_values_;
-  bool by_itself_ = false;  // what is written, or reset, comes from no master
+  bool by_itself_ = false;  // a write or reset does not come from a master
   std::optional<Instant> time_told_;
   std::array<Numbers, 2> numbers_{};                   // by image::Direction
   std::array<std::vector<std::uint32_t>, 2> entries_;  // of this device, by image::Direction
-  std::vector<od::Address> changed_;                   // by take_outputs()
-  bool from_image_ = false;  // the value that is set comes from there, and need not go back
+  std::vector<od::Address> changed_;                   // used by take_outputs()
+  bool from_image_ = false;  // the value being written comes from the image and is not copied back
   std::unique_ptr<node::Node> node_;
-  std::optional<profile::IoBehaviour> io_;  // of a device of CiA 401
+  std::optional<profile::IoBehaviour> io_;  // only for a device of CiA 401
   nmt::State last_state_ = nmt::State::initialising;
   std::uint64_t revision_ = 1;
   std::uint16_t last_emcy_ = 0;
   std::uint32_t emcys_ = 0;
-  Instant now_{};  // of what is being done, for what is told without a time
+  Instant now_{};  // time of the present call, for callbacks without a time
 };
 
 }  // namespace linegate::line
