@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Single values that one thread sets and others read.
+// Single values that one thread writes and others read.
 #pragma once
 
 #include <atomic>
@@ -9,22 +9,22 @@
 
 namespace linegate::exchange {
 
-// Something is asked for: to stop.
+// A request to a thread, such as to stop.
 class Flag {
  public:
   void raise() { raised_.store(true, std::memory_order_release); }
   bool raised() const { return raised_.load(std::memory_order_acquire); }
-  // Before the thread that looks at it is started again.
+  // Call it before the thread that reads it is started again.
   void lower() { raised_.store(false, std::memory_order_release); }
 
  private:
   alignas(kCacheLine) std::atomic<bool> raised_{false};
 };
 
-// A plain counter of one thread that others may look at. It never goes back.
+// A counter of one thread that others may read. It never decreases.
 class Counter {
  public:
-  // By its one writer.
+  // Only for its one writer.
   void add(std::uint64_t n = 1) {
     value_.store(value_.load(std::memory_order_relaxed) + n, std::memory_order_relaxed);
   }

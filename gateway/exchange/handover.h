@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The newest value of something, from one thread to another, without either ever waiting.
+// Passes the newest value from one thread to another, without either waiting.
 #pragma once
 
 #include <array>
@@ -11,9 +11,9 @@
 
 namespace linegate::exchange {
 
-// Three buffers: one the producer fills, one the consumer reads, one between them. A value the
-// consumer did not fetch can be taken back by the producer and brought up to date, so that what is
-// marked in it (changes, counts) is merged into the next and never lost.
+// Three buffers: the producer fills one, the consumer reads one, one is between them. The producer
+// can take back and update a value that the consumer did not fetch, so that marks and counts in it
+// are merged into the next value and never lost.
 template <class T>
 class Handover {
  public:
@@ -21,16 +21,16 @@ class Handover {
   Handover(const Handover&) = delete;
   Handover& operator=(const Handover&) = delete;
 
-  // Before they are shared: all three buffers, to reserve what they will need.
+  // All three buffers, to reserve memory before they are shared.
   std::array<T, 3>& buffers() { return buffers_; }
 
   // --- producer -------------------------------------------------------------------------------
 
   struct Draft {
     T& value;
-    bool unread;  // value was published, and nobody has seen it: merge into it
+    bool unread;  // value was published and not fetched: merge into it
   };
-  // The buffer to fill. Until publish() the consumer finds nothing new.
+  // The buffer to fill. Until publish() the consumer cannot fetch it.
   Draft draft() {
     if ((middle_.load(std::memory_order_relaxed) & kFresh) == 0) {
       return {buffers_[back_], false};
@@ -39,7 +39,7 @@ class Handover {
     back_ = old & kIndex;
     return {buffers_[back_], (old & kFresh) != 0};
   }
-  // What draft() gave becomes the newest value.
+  // Makes the draft the newest value.
   void publish() {
     const auto fresh = static_cast<std::uint8_t>(back_ | kFresh);
     back_ = middle_.exchange(fresh, std::memory_order_acq_rel) & kIndex;
@@ -48,13 +48,12 @@ class Handover {
 
   // --- consumer -------------------------------------------------------------------------------
 
-  // The newest value if there is one that was not fetched before, else nullptr. It stays as it is
-  // until the next one is fetched.
+  // The newest value if it was not fetched before, else nullptr. It does not change until the next
+  // one is fetched.
   T* fetch() {
     std::uint8_t middle = middle_.load(std::memory_order_relaxed);
     while ((middle & kFresh) != 0) {
-      // Fails only when the producer did something meanwhile; what was fetched before is not
-      // touched then.
+      // Fails only if the producer changed it meanwhile; the value fetched before stays unchanged.
       if (middle_.compare_exchange_weak(middle, front_, std::memory_order_acq_rel,
                                         std::memory_order_relaxed)) {
         front_ = middle & kIndex;
@@ -69,9 +68,9 @@ class Handover {
   static constexpr std::uint8_t kFresh = 0x04;
 
   std::array<T, 3> buffers_{};
-  alignas(kCacheLine) std::uint8_t back_ = 0;  // the producer's
+  alignas(kCacheLine) std::uint8_t back_ = 0;  // used by the producer
   alignas(kCacheLine) std::atomic<std::uint8_t> middle_{1};
-  alignas(kCacheLine) std::uint8_t front_ = 2;  // the consumer's
+  alignas(kCacheLine) std::uint8_t front_ = 2;  // used by the consumer
 };
 
 }  // namespace linegate::exchange

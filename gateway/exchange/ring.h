@@ -12,15 +12,15 @@
 
 namespace linegate::exchange {
 
-// Both sides of two threads keep what they write on different cache lines.
+// Data that different threads write is on different cache lines.
 inline constexpr std::size_t kCacheLine = 64;
 
-// Wait-free; never allocates after construction. Elements are swapped in and out, so that buffers
-// inside them travel round and are neither allocated nor freed on the way.
+// Wait-free; never allocates after construction. Elements are swapped in and out, so that their
+// buffers are reused and neither allocated nor freed.
 template <class T>
 class Ring {
  public:
-  // Places: the next power of two >= capacity, at least 2.
+  // The number of places is the next power of two >= capacity, at least 2.
   explicit Ring(std::size_t capacity)
       : slots_(std::bit_ceil(capacity < 2 ? std::size_t{2} : capacity)), mask_(slots_.size() - 1) {}
   Ring(const Ring&) = delete;
@@ -30,13 +30,14 @@ class Ring {
 
   // --- producer -------------------------------------------------------------------------------
 
-  // Elements that can be pushed now at least.
+  // Lower bound of the number of elements that can be pushed now.
   std::size_t room() {
     head_cache_ = head_.load(std::memory_order_acquire);
     return slots_.size() - (tail_.load(std::memory_order_relaxed) - head_cache_);
   }
 
-  // False when full: value is untouched. Otherwise value becomes what the slot held before.
+  // Returns false if the ring is full: value is unchanged. Otherwise value becomes the previous
+  // content of the slot.
   bool push(T& value) {
     const std::size_t tail = tail_.load(std::memory_order_relaxed);
     if (tail - head_cache_ == slots_.size()) {
@@ -61,7 +62,7 @@ class Ring {
 
   // --- consumer -------------------------------------------------------------------------------
 
-  // pop() would give nothing.
+  // Whether pop() would return false.
   bool empty() {
     if (head_.load(std::memory_order_relaxed) == tail_cache_) {
       tail_cache_ = tail_.load(std::memory_order_acquire);
@@ -69,7 +70,7 @@ class Ring {
     return head_.load(std::memory_order_relaxed) == tail_cache_;
   }
 
-  // False when empty: out is untouched.
+  // Returns false if the ring is empty: out is unchanged.
   bool pop(T& out) {
     const std::size_t head = head_.load(std::memory_order_relaxed);
     if (head == tail_cache_) {
@@ -89,9 +90,9 @@ class Ring {
   std::size_t mask_;
 
   alignas(kCacheLine) std::atomic<std::size_t> tail_{0};  // written by the producer
-  std::size_t head_cache_ = 0;                            // the producer's last view of head_
+  std::size_t head_cache_ = 0;                            // the last head_ that the producer read
   alignas(kCacheLine) std::atomic<std::size_t> head_{0};  // written by the consumer
-  std::size_t tail_cache_ = 0;                            // the consumer's last view of tail_
+  std::size_t tail_cache_ = 0;                            // the last tail_ that the consumer read
 };
 
 }  // namespace linegate::exchange

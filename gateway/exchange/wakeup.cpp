@@ -33,8 +33,8 @@ void Wakeup::clear() {
   std::uint64_t count = 0;
   while (read(descriptor_, &count, sizeof count) < 0 && errno == EINTR) {
   }
-  // After the read: a signal that comes between the two is either seen by the caller's look into
-  // the rings, or writes again.
+  // After the read: a signal between the two is either detected by the caller's check of the rings,
+  // or writes again.
   pending_.exchange(false, std::memory_order_acq_rel);
 }
 

@@ -6,11 +6,11 @@
 
 namespace linegate::exchange {
 
-// An eventfd. Any thread may signal; many signals before the waiter has looked cost one system
-// call.
+// An eventfd. Any thread may signal; signals before the waiting thread has called clear() cost only
+// one system call together.
 class Wakeup {
  public:
-  // Throws std::system_error if the system has no descriptor left.
+  // Throws std::system_error if no descriptor is available.
   Wakeup();
   ~Wakeup();
   Wakeup(const Wakeup&) = delete;
@@ -19,9 +19,10 @@ class Wakeup {
   // Readable after signal() until clear().
   int descriptor() const { return descriptor_; }
 
-  // What was written to rings and hand-overs before is seen by the thread after its clear().
+  // Data written to rings and hand-overs before this call is visible to the thread after its
+  // clear().
   void signal();
-  // By the waiting thread, before it looks into its rings.
+  // Called by the waiting thread, before it reads its rings.
   void clear();
 
  private:
