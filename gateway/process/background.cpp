@@ -8,7 +8,7 @@
 
 namespace linegate::gateway {
 
-// The future of a packaged_task does not wait where it ends.
+// The destructor of a packaged_task's future does not wait.
 void Background::start(std::function<Rest()> work) {
   LINEGATE_ASSERT(!active(), "the work before has ended");
   std::packaged_task<Rest()> task(std::move(work));

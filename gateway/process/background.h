@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Work that may take long, such as reading files, beside a thread that goes on meanwhile.
+// Executes long work, such as reading files, in another thread, while the calling thread continues.
 #pragma once
 
 #include <functional>
@@ -12,15 +12,16 @@ namespace linegate::gateway {
 
 class Background {
  public:
-  // What is left to do by the thread that called start().
+  // The part of the work that the thread that called start() executes at the end.
   using Rest = std::function<void()>;
 
-  // Has a thread of its own do the work. It is given up, not waited for, if it is under way when
-  // this ends: the work must own all it uses, and must not throw. Precondition: not active().
+  // Executes the work in its own thread. If it is still running when this object is destroyed, it
+  // is abandoned without waiting: the work must own everything it uses, and must not throw.
+  // Precondition: not active().
   void start(std::function<Rest()> work);
 
   bool active() const { return result_.valid(); }
-  // The rest, once the work is done; waits for it at most that long.
+  // Returns the rest when the work is done; waits for it at most `patience`.
   std::optional<Rest> finished(Duration patience = {});
 
  private:

@@ -17,8 +17,8 @@
 namespace linegate::gateway {
 namespace {
 
-// Every runner of the executor, which runs, has had its turn: the second visit comes after the
-// round of the first.
+// Waits for one full round of the executor, which is running: the second visit follows the round of
+// the first.
 void await_round(Executor& executor) {
   for (int i = 0; i < 2; ++i) {
     executor.visit([] {});
@@ -65,7 +65,7 @@ Loaded<std::unique_ptr<Gateway>> Gateway::make(const config::Plant& plant,
   return loaded;
 }
 
-// By main, as everything that happens to the gateway itself.
+// Called by the main thread, like all functions that report on the gateway itself.
 void Gateway::report(EventKind kind, std::size_t code, std::size_t value, std::string text) {
   info_.configuration = configuration_hash(identity_);
   info_.lines.clear();
@@ -263,14 +263,14 @@ std::unique_ptr<can_bridge::Channel> Gateway::channel_for(LineHost& host) {
   return std::make_unique<RecordingChannel>(std::move(channel), *host.recording);
 }
 
-// Those that run already go on.
+// Threads that are already running continue.
 void Gateway::start() {
   publisher_->start();
   storage_.start();
   recorder_.start();
   if (devices_ != nullptr) {
     devices_->start();
-    await_round(*devices_);  // a line that starts finds them switched on
+    await_round(*devices_);  // the devices are switched on before a line starts
   }
   for (auto& [name, executor] : executors_) {
     executor->start();
@@ -332,7 +332,7 @@ Gateway::Reload Gateway::reload(const config::Plant& wanted) {
   return out;
 }
 
-// The lines that stay fill their rings meanwhile, which hold what they say in a second.
+// The remaining lines fill their rings meanwhile, which have room for about a second.
 void Gateway::change(const std::vector<std::string>& go, const std::vector<std::string>& come,
                      std::vector<NewLine> lines, const config::Plant& wanted,
                      std::vector<Diagnostic>& diagnostics,
@@ -373,7 +373,8 @@ std::optional<std::vector<Diagnostic>> Gateway::take_scans() {
   return diagnostics;
 }
 
-// A line whose result cannot be used goes on with what it had; anew, if its nodes were reset.
+// If the result cannot be used, the line keeps its configuration; it is made anew if its nodes were
+// reset.
 void Gateway::take_scan(const std::string& name, const TakenScan& scan,
                         std::vector<Diagnostic>& diagnostics) {
   const config::LinePlan& present = host(name).plan;
@@ -397,7 +398,7 @@ void Gateway::take_scan(const std::string& name, const TakenScan& scan,
   change({name}, {name}, std::move(lines), plant, diagnostics);
 }
 
-// What means a place in the outputs meant it in those that the line had.
+// Queued commands refer to the previous output layout.
 void Gateway::hand_on_commands(LineHost& from, LineHost& to) {
   constexpr auto kOutputs = image::Direction::outputs;
   const bool same_outputs = from.layout(kOutputs).id == to.layout(kOutputs).id;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The gateway as a whole: a plant, running.
+// The gateway: a plant configuration at run time.
 #pragma once
 
 #include <cstdint>
@@ -28,12 +28,12 @@
 
 namespace linegate::gateway {
 
-// What CommandKind::versions answers, and --version.
+// The reply to CommandKind::versions, and the output of --version.
 std::string versions();
 
 class Gateway {
  public:
-  // Makes everything and starts nothing. incarnation: random per start, not 0.
+  // Creates all parts and starts none. incarnation: random for each start, not 0.
   static Loaded<std::unique_ptr<Gateway>> make(const config::Plant& plant,
                                                std::uint64_t incarnation);
   ~Gateway();
@@ -41,83 +41,85 @@ class Gateway {
   Gateway& operator=(const Gateway&) = delete;
 
   void start();
-  // In good order: no more requests, then the lines, then the last events are published.
+  // Stops in order: the request receiver, the lines, and the publisher after the last events.
   void stop();
 
-  // Makes of what runs what `wanted` says: lines that did not change are not touched. If there are
-  // errors among the diagnostics, those before anything was changed. By the thread that started it,
-  // while it runs.
+  // Changes the running gateway to the configuration `wanted`; unchanged lines are not touched.
+  // Errors in the diagnostics were found before anything was changed. Call it from the thread that
+  // called start(), at run time.
   struct Reload {
     std::vector<Diagnostic> diagnostics;
     config::PlanDifference difference;
     bool done = false;
   };
   Reload reload(const config::Plant& wanted);
-  // A configuration could not even be read: subscribers learn what reload() reports otherwise.
+  // A configuration could not be read: reports this to subscribers, like a failed reload().
   void refuse_reload(const std::vector<Diagnostic>& diagnostics);
 
-  // Lines of which a scan was applied are made anew with what it found. What there is to say of
-  // that; nothing if there was none. By the thread that started it, while it runs: soon after.
+  // Makes lines anew from scans that were applied. Returns diagnostics; nothing if there were no
+  // scans. Call it periodically from the thread that called start(), at run time.
   std::optional<std::vector<Diagnostic>> take_scans();
 
-  // Those that must go round for the gateway to do its work. Not the one that waits for disks.
+  // The threads that must respond for the gateway to work. Excludes the threads that wait for
+  // disks.
   std::vector<WatchedThread> threads();
-  // All lines as they were published last, in the order of the configuration. By one thread.
+  // All lines as last published, in the order of the configuration. For one thread only.
   std::vector<ShownLine> shown_lines();
 
  private:
-  // A line that has been made and does not run yet.
+  // A line that was created and does not run yet.
   struct NewLine {
     std::unique_ptr<line::Line> line;
     std::unique_ptr<LineHost> host;
-    std::unique_ptr<LineRunner> runner;  // once there is one, it has the line
+    std::unique_ptr<LineRunner> runner;  // owns the line once it exists
   };
 
   Gateway() = default;
   static std::vector<NewLine> make_lines(const config::Plant& plant,
                                          const std::vector<std::string>& names,
                                          std::vector<Diagnostic>& diagnostics);
-  // hosts_ becomes what the plant says: of those that were there, and the new ones.
+  // Updates hosts_ to the plant: keeps present lines and adds the new ones.
   std::vector<Diagnostic> take_in(std::vector<NewLine> lines, const config::Plant& plant);
-  // On its executor once all are there: they may call each other.
+  // Adds it to its executor when all runners exist, because they may call each other.
   void make_runner(NewLine& made, std::vector<Diagnostic>& diagnostics);
-  // What is bound between two lines of which one is new. `stay`: those that are not.
+  // Links the bindings between two lines of which at least one is new. stay: the lines that are not
+  // new.
   void link_lines(const config::Plant& plant, const std::vector<NewLine>& lines,
                   const std::vector<std::unique_ptr<LineHost>>& stay);
-  // Lines that stay get their ends of links that were not known before. Once all runners are there.
+  // Adds new links to the remaining lines. Call it when all runners exist.
   void bind_ends(const std::vector<const BoundLink*>& known, const std::vector<LineHost*>& started);
-  // Lines that stay lose the ends of links to those that go: first what the latter receive, and
-  // once they have stopped what they sent.
+  // Removes links to the stopping lines from the remaining ones: before the stop those that send to
+  // the stopping lines, after it (stopped) those that receive from them.
   void unbind_ends(const std::vector<std::string>& go, bool stopped);
   void set_routes(const std::vector<std::string>& names, const config::Plant& wanted);
-  // Links between the lines that route, as far as one of the two has just been put into its
+  // Adds links between the lines that route if at least one of the two was just added to its
   // executor.
   void join_routes(const std::vector<LineHost*>& started);
   void add_route_link(LineHost& from, LineHost& to);
-  // Those that stay learn that those lines have gone.
+  // Informs the remaining lines that those lines were removed.
   void leave_routes(const std::vector<std::string>& names);
   Executor& executor_for(const config::Plant& plant, const config::LinePlan& line);
-  // Where the line's own node stores; nullptr if nowhere.
+  // The storage of the line's own nodes; empty if there is none.
   std::vector<NodeStorage> storage_for(const LineHost& host, std::vector<Diagnostic>& diagnostics);
   void run_devices(LineHost& host, std::vector<Diagnostic>& diagnostics);
-  // Stops those lines in good order. What they said last is there to be published.
+  // Stops those lines in an orderly way. Their last data stays available to the publisher.
   void stop_lines(const std::vector<std::string>& names);
-  // Of lines that have stopped, while nothing is published.
+  // Removes lines that have stopped, while the publisher is stopped.
   void forget_lines(const std::vector<std::string>& names);
   LineHost& host(const std::string& name);
-  // Those lines go, and come as what has been made of them, while the others run on.
+  // Removes and adds lines while the others run.
   void change(const std::vector<std::string>& go, const std::vector<std::string>& come,
               std::vector<NewLine> lines, const config::Plant& wanted,
               std::vector<Diagnostic>& diagnostics, const std::vector<std::string>& rerouted = {});
   void report(EventKind kind, std::size_t code, std::size_t value, std::string text);
   void take_scan(const std::string& name, const TakenScan& scan,
                  std::vector<Diagnostic>& diagnostics);
-  // Commands that wait for a line go to the one that takes its place and does not run yet. While
-  // nobody takes any from DDS.
+  // Moves waiting commands of a line to its replacement, which does not run yet. Call it while the
+  // request receiver is stopped.
   void hand_on_commands(LineHost& from, LineHost& to);
-  // The lines that run, by their names alone, but for this one.
+  // The running lines, only by name, with this line's plan.
   config::Plant plant_with(config::LinePlan line) const;
-  // The line's interface, recorded if the line is.
+  // The channel of the line's interface, recorded if configured.
   std::unique_ptr<can_bridge::Channel> channel_for(LineHost& host);
 
   struct NamedExecutor {
@@ -125,7 +127,7 @@ class Gateway {
     std::unique_ptr<Executor> executor;
   };
 
-  // In the order in which they depend on each other.
+  // In the order of their dependencies.
   sim::VirtualNetwork network_;
   std::unique_ptr<DataEdge> edge_;
   std::vector<std::unique_ptr<LineHost>> hosts_;
@@ -138,8 +140,8 @@ class Gateway {
   std::unique_ptr<Executor> devices_;
   std::unique_ptr<RequestReceiver> requests_;
   GatewayInfo info_;
-  config::PlantIdentity identity_;                    // of the configuration that runs
-  std::vector<config::ExecutorPlan> executor_plans_;  // likewise
+  config::PlantIdentity identity_;                    // of the present configuration
+  std::vector<config::ExecutorPlan> executor_plans_;  // of the present configuration
 };
 
 }  // namespace linegate::gateway

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What lines of a gateway have with each other: outputs that follow inputs, and routes.
+// Connections between the lines of a gateway: outputs that follow inputs, and routes.
 #include <algorithm>
 #include <map>
 #include <utility>
@@ -35,7 +35,8 @@ void Gateway::link_lines(const config::Plant& plant, const std::vector<NewLine>&
       links_.push_back(std::make_unique<BoundLink>(std::move(bindings)));
       const bool together = source->executor == target->executor;
       links_.back()->taker = together ? nullptr : &target->executor->wakeup();
-      links_.back()->runner = together ? target->runner : nullptr;  // of a new one: make_runner()
+      // For a new line: see make_runner()
+      links_.back()->runner = together ? target->runner : nullptr;
     }
   }
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether the gateway's threads still go round.
+// Checks whether the gateway's threads respond.
 //
-// A thread that waits is asked to go round once; one that then does not is stuck: in a call that
-// does not come back, in a lock, in a loop, or because it is not given processor time.
+// A waiting thread is asked for one round. A thread that then does not complete a round is stuck:
+// in a call that does not return, in a lock, in a loop, or without processor time.
 #pragma once
 
 #include <cstdint>
@@ -15,21 +15,21 @@
 namespace linegate::gateway {
 
 struct WatchedThread {
-  std::string name;  // as the system calls it: "exec press", "publisher"
+  std::string name;  // thread name in the system: "exec press", "publisher"
   const exchange::Counter* rounds = nullptr;
-  std::function<void()> ask;  // makes it go round when it waits
+  std::function<void()> ask;  // makes the thread do a round if it waits
 };
 
 class ProgressWatch {
  public:
-  // What the threads hold must outlive the watch.
+  // The objects that the threads refer to must outlive the watch.
   explicit ProgressWatch(std::vector<WatchedThread> threads);
 
-  // Each thread has ended a round since it began to run.
+  // Whether each thread has completed a round since it started.
   bool all_started() const;
 
-  // Gives the names of those that have ended no round since the last look, and asks all for one
-  // until the next. The first look finds nobody.
+  // Returns the names of the threads that have not completed a round since the last call, and
+  // requests one from all of them until the next call. The first call returns none.
   std::vector<std::string> look();
 
  private:

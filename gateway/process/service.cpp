@@ -17,7 +17,7 @@ namespace {
 
 constexpr Duration kStartPeriod = std::chrono::milliseconds(20);
 constexpr Duration kStatusTextPeriod = std::chrono::seconds(1);
-// Without a watchdog, stuck threads are reported in the log alone.
+// Without a watchdog, stuck threads are only logged.
 constexpr Duration kUnwatchedLook = std::chrono::seconds(5);
 
 Duration look_period(Duration watchdog) {
@@ -70,7 +70,7 @@ void Service::begin_reload() {
   reading_.start(reload_);
 }
 
-// SIGINT and SIGTERM end the service while files are read, however long that takes.
+// SIGINT and SIGTERM also end the service while files are read, however long that takes.
 void Service::finish_reload() {
   const auto rest = reading_.finished();
   if (!rest) {

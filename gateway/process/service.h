@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs a gateway as a service: ready when it is, a sign of life while its threads go round, in good
-// order to the end.
+// Runs a gateway as a service: reports readiness, sends watchdog notifications while the threads
+// respond, and stops in an orderly way.
 #pragma once
 
 #include <functional>
@@ -16,17 +16,18 @@ namespace linegate::gateway {
 
 class Service {
  public:
-  // reload: what SIGHUP does. It reads files, and is called by a thread of its own, which is given
-  // up if the service ends meanwhile; what it gives is called by the thread that runs the service.
-  // gateway must be usable until run() ends, reload must own all it uses.
+  // reload: the action for SIGHUP. It reads files in its own thread, which is abandoned if the
+  // service ends meanwhile; the function that it returns is called by the thread that runs the
+  // service. gateway must be usable until run() ends, reload must own everything it uses.
   Service(Gateway& gateway, std::function<Background::Rest()> reload);
 
-  // Starts the gateway, ends it after SIGINT or SIGTERM, and gives the number of the signal. Both
-  // must be blocked already.
+  // Starts the gateway, stops it after SIGINT or SIGTERM, and returns the number of the signal.
+  // Both must be blocked already.
   int run();
 
  private:
-  // Until the next thing is due, or a signal comes. Gives the one that ends the service, 0 = none.
+  // Waits until the next work is due, or for a signal. Returns the signal that ends the service, 0
+  // = none.
   int wait();
   void work(Instant now);
   void begin_reload();
@@ -38,7 +39,7 @@ class Service {
   Gateway& gateway_;
   std::function<Background::Rest()> reload_;
   Background reading_;
-  bool read_again_ = false;  // a SIGHUP came while files were read
+  bool read_again_ = false;  // SIGHUP was received while files were read
   ServiceManager manager_;
   Duration look_period_;
   ProgressWatch watch_;

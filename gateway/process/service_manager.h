@@ -10,15 +10,15 @@ namespace linegate::gateway {
 
 class ServiceManager {
  public:
-  // The longest time between two alive(), after which it ends the service; 0 = no watchdog.
-  // WATCHDOG_USEC, if WATCHDOG_PID is this process.
+  // The longest permitted time between two alive(), after which the manager ends the service; 0 =
+  // no watchdog. WATCHDOG_USEC, if WATCHDOG_PID is this process.
   Duration watchdog() const;
 
   void ready();
   void reloading();  // until the next ready()
   void stopping();
   void alive();
-  // One line for people, as `systemctl status` shows it.
+  // One line of text, as shown by `systemctl status`.
   void status(std::string_view text);
 };
 

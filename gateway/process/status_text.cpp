@@ -10,7 +10,7 @@ bool bus_in_order(can::BusState bus) {
   return bus == can::BusState::error_active || bus == can::BusState::unknown;
 }
 
-// Empty if the line is in order.
+// Describes the problem of a line; empty if there is none.
 std::string complaint(const std::optional<line::LineState>& state) {
   if (!state) {
     return "starting";
@@ -18,7 +18,7 @@ std::string complaint(const std::optional<line::LineState>& state) {
   if (!bus_in_order(state->bus)) {
     return std::string(can::name(state->bus));
   }
-  // An observer has no state of its own.
+  // An observer has no own state.
   if (state->role != line::Role::observer && state->own_state == nmt::State::initialising) {
     return "waits for its interface";
   }

@@ -12,11 +12,11 @@ namespace linegate::gateway {
 
 struct ShownLine {
   std::string name;
-  std::optional<line::LineState> state;  // none yet
+  std::optional<line::LineState> state;  // nothing: not published yet
 };
 
-// "8 lines in order", or how many are and what is the matter with each of the others: "6 of 8 lines
-// in order; hall: 3 of 4 nodes operational; pack: bus-off".
+// "8 lines in order", or the number in order and the problem of each other line: "6 of 8 lines in
+// order; hall: 3 of 4 nodes operational; pack: bus-off".
 std::string status_text(std::span<const ShownLine> lines);
 
 }  // namespace linegate::gateway
