@@ -20,7 +20,7 @@ namespace {
 
 thread_local const line::Line* running_line = nullptr;
 
-// Text of one line of output, cut off at its end.
+// The text of one line of output; text beyond its end is cut off.
 class Output {
  public:
   Output& operator<<(std::string_view text) {
@@ -65,7 +65,7 @@ void print_violated(const Assertion& assertion) {
   out << "assertion violated: " << assertion.text << " (" << assertion.expression << "), "
       << assertion.file << ':' << static_cast<std::uint64_t>(assertion.line);
   out.print();
-  // Reading the events may violate another one, which ends the process at once.
+  // Reading the events may violate another assertion, which then ends the process at once.
   const line::Line* const line = std::exchange(running_line, nullptr);
   if (line == nullptr) {
     return;

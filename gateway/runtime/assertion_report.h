@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the process prints when an assertion is violated (stack/base/assert.h): what must hold,
-// where that stands, and of the line that the thread runs its name and its last events.
+// The report of a violated assertion (stack/base/assert.h): the condition, its place in the source,
+// and the name and the last events of the line that the thread runs.
 #pragma once
 
 #include <cstddef>
@@ -9,15 +9,15 @@
 
 namespace linegate::gateway {
 
-// From now on a violated assertion is printed to standard error before the process aborts. Prints
-// with write() alone and allocates nothing: the heap may be what is damaged.
+// From now on a violated assertion is printed to standard error before the process aborts. Uses
+// only write() and never allocates, because the heap may be damaged.
 void report_assertions();
 
-// As long as one exists, the thread that made it runs that line. They nest: a line that hands
-// values to another one of the same executor.
+// While an instance exists, the thread that created it runs that line. Instances nest: a line may
+// pass values to another line of the same executor.
 class RunningLine {
  public:
-  static constexpr std::size_t kEvents = 16;  // that are printed
+  static constexpr std::size_t kEvents = 16;  // number of printed events
 
   // line must outlive it.
   explicit RunningLine(const line::Line& line);

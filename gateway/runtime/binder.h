@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values that one line passes on to another, across executors: outputs that follow inputs.
+// Passes values from one line to another, across executors: outputs that follow inputs.
 #pragma once
 
 #include <vector>
@@ -14,29 +14,29 @@ namespace linegate::gateway {
 
 class LineRunner;
 
-// All bindings from one line to another. The newest values of all of them are handed over together,
-// so that what came in one PDO stays together; who takes them does not wait for who gives them, nor
-// the other way round. On one executor the hand-over is a call.
+// All bindings from one line to another. Their newest values are handed over together, so that
+// values of one PDO stay together. Neither side waits for the other. On one executor the hand-over
+// is a call.
 struct BoundLink {
   explicit BoundLink(std::vector<config::Binding> bindings_of_two_lines);
 
   const std::vector<config::Binding> bindings;
-  const std::vector<line::Following> followings;  // of these
+  const std::vector<line::Following> followings;  // one for each binding
   exchange::Handover<std::vector<line::Line::Input>> values;
-  // Who is to take them, set before either line runs. On the executor of the giving line its
-  // runner, which is called; else the executor to be woken.
+  // The receiver, set before either line runs: the target line's runner, which is called, if both
+  // lines are on one executor; else the wake-up of the target's executor.
   LineRunner* runner = nullptr;
   exchange::Wakeup* taker = nullptr;
 };
 
-// The end where the inputs are. Of the thread that runs the line.
+// The end of the inputs. Used by the thread that runs their line.
 class BoundSource {
  public:
   explicit BoundSource(BoundLink& link);
 
   bool is_of(const BoundLink& link) const { return link_ == &link; }
-  // Hands over what line::FollowedInputs finds. now: for the runner that is called. True if it went
-  // to another executor, which is woken.
+  // Hands over the values that line::FollowedInputs reads. now: for the runner that is called.
+  // Returns true if they went to another executor, which is woken.
   bool look(const line::Line& line, Instant now);
 
  private:
@@ -44,12 +44,13 @@ class BoundSource {
   line::FollowedInputs inputs_;
 };
 
-// The end where the outputs are.
+// The end of the outputs.
 class BoundTarget {
  public:
   explicit BoundTarget(BoundLink& link);
 
-  // Gives line::FollowingOutputs what was handed over. True if anything was written.
+  // Passes the values that were handed over to line::FollowingOutputs. Returns true if anything was
+  // written.
   bool take(line::Line& line, Instant now);
 
   const BoundLink& link() const { return *link_; }

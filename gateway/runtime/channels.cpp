@@ -38,7 +38,8 @@ std::unique_ptr<can_bridge::Channel> open_channel(const config::Interface& inter
   if (bit_rate != 0) {
     options.bit_rate = bit_rate;
   }
-  // A name no virtual: interface can have keeps the bus of a simulated: line to itself.
+  // The bus of a simulated: line gets a name that no virtual: interface can have, so no other line
+  // joins it.
   const bool own = interface.scheme == config::Scheme::simulated;
   const auto faults = can_bridge::virtual_faults({"virtual", interface.name, interface.options});
   return network.open(own ? "simulated:" + interface.name : interface.name, options, faults.faults);

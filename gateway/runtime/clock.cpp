@@ -8,7 +8,7 @@
 namespace linegate::gateway {
 namespace {
 
-// Slewing moves the clock by 0.5 ms a second at most; a step is far more.
+// Slewing moves the clock by at most 0.5 ms a second; a step is much larger.
 constexpr Duration kStep = std::chrono::milliseconds(10);
 
 Duration read_clock(clockid_t id) {
@@ -17,7 +17,7 @@ Duration read_clock(clockid_t id) {
   return std::chrono::seconds(ts.tv_sec) + Duration(ts.tv_nsec);
 }
 
-// The pair of readings that were least disturbed by preemption.
+// The offset of the pair of readings that preemption disturbed least.
 Duration measure_offset() {
   Duration best_span = Duration::max();
   Duration offset{};

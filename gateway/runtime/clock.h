@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The clocks of the host: the only place of the gateway that reads them.
+// The clocks of the host. No other part of the gateway reads them.
 #pragma once
 
 #include <cstdint>
@@ -12,24 +12,24 @@ namespace linegate::gateway {
 Instant monotonic_now();
 
 enum class ClockQuality : std::uint8_t {
-  unknown,       // the host does not say
+  unknown,       // the host does not report it
   free_running,  // the wall clock is not synchronised
-  synchronised,  // synchronised to NTP, PTP or the like
+  synchronised,  // synchronised to NTP, PTP or a similar source
 };
 
-// The wall clock as seen from the monotonic one: UTC = monotonic + offset.
+// The relation of the wall clock to the monotonic clock: UTC = monotonic + offset.
 struct ClockMap {
   Duration offset{};
   ClockQuality quality = ClockQuality::unknown;
 };
 
-// Measures where the wall clock is, and notices when it was stepped.
+// Measures the offset of the wall clock, and detects steps.
 class WallClock {
  public:
   WallClock();
 
-  // Looks at both clocks again. Gives by how much the wall clock was stepped since the last look
-  // (positive: forward), 0 if it was merely adjusted.
+  // Reads both clocks again. Returns by how much the wall clock was stepped since the last call
+  // (positive: forward), 0 if it was only slewed.
   Duration refresh();
 
   const ClockMap& map() const { return map_; }

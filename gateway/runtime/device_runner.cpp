@@ -59,7 +59,7 @@ void DeviceRunner::service(Instant now) {
         }
       },
       [&](const can::BusEvent& event) { bus_event(event, now); });
-  now = std::max(now, known);  // frames came while the channel was read
+  now = std::max(now, known);  // frames were received while the channel was read
   if (started_ && !stopping_) {
     devices_.advance(known);
     pump_.transmit(now, [&](can::Frame& frame) { return devices_.next_frame(frame, now); });

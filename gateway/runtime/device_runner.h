@@ -14,17 +14,17 @@
 
 namespace linegate::gateway {
 
-// All devices; diagnostics if one has no such profile or node-ID, or a node-ID is there twice.
-// storage: the folder where each has its file, parameter_path(storage, name, node); empty = none.
-// Diagnostics if the folder cannot be made.
+// Creates all devices. Returns diagnostics if a profile is unknown, a node-ID is invalid or used
+// twice, or the folder cannot be created. storage: the folder where each device has its file,
+// parameter_path(storage, name, node); empty = none.
 Loaded<sim::DeviceGroup> make_devices(std::span<const config::SimulatedDevice> devices,
                                       const std::string& storage = {},
                                       const std::string& name = {});
 
 class DeviceRunner final : public Runner {
  public:
-  // The devices are switched on as soon as the channel can be used. tell_failures: failures of the
-  // interface are logged here, where no line does it.
+  // The devices are switched on as soon as the channel is usable. tell_failures: log failures of
+  // the interface here, because no line does.
   DeviceRunner(sim::DeviceGroup devices, std::unique_ptr<can_bridge::Channel> channel,
                std::string interface, bool tell_failures);
 

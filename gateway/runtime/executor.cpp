@@ -236,7 +236,7 @@ void Executor::let_go(Instant now) {
     const int operation = is.descriptor == was.descriptor ? EPOLL_CTL_MOD : EPOLL_CTL_ADD;
     epoll_ctl(epoll_, operation, is.descriptor, &event);
   }
-  // One that is gone was closed, and with that has left the epoll set.
+  // A closed descriptor has left the epoll set by itself.
   was = is;
 }
 

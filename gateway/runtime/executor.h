@@ -18,36 +18,36 @@
 
 namespace linegate::gateway {
 
-// Waits for the descriptors and times of its runners and serves those that are ready. Nothing it
-// waits for belongs to another thread, and nothing in its loop locks or allocates.
+// Waits for the descriptors and times of its runners and serves those that are ready. It never
+// waits for another thread, and its loop neither locks nor allocates.
 class Executor {
  public:
   explicit Executor(config::ExecutorPlan plan);
-  // Stops and joins if that was not done.
+  // Stops and joins unless that was done.
   ~Executor();
   Executor(const Executor&) = delete;
   Executor& operator=(const Executor&) = delete;
 
-  // Before start(), or while it runs, from the one thread that started it: runners that are there
-  // go on meanwhile.
+  // Call it before start(), or at run time from the one thread that called start(): present runners
+  // continue meanwhile.
   void add(std::unique_ptr<Runner> runner);
-  // While it runs, from the same thread. Stops them in good order and gives them back; waits until
+  // At run time, from the same thread. Stops the runners in an orderly way and returns them when
   // all have stopped.
   std::vector<std::unique_ptr<Runner>> send_away(const std::vector<Runner*>& runners);
-  // From the same thread: does `work` on the executor's thread, between two rounds, and waits until
-  // it is done. At once while it does not run.
+  // From the same thread: executes `work` on the executor's thread, between two rounds, and waits
+  // for its end. Executes it directly while the executor does not run.
   void visit(const std::function<void()>& work);
 
-  // To be signalled after something was put into a ring one of its runners reads.
+  // Signal it after putting something into a ring that one of its runners reads.
   exchange::Wakeup& wakeup() { return wakeup_; }
-  // Times it went round: every runner had its turn.
+  // Number of completed rounds, in each of which every runner had its turn.
   const exchange::Counter& rounds() const { return rounds_; }
   const std::string& name() const { return plan_.name; }
 
-  // Nothing if it runs already. What scheduling the configuration wants and the system does not
-  // permit is logged; the executor runs without it.
+  // No effect if it runs already. Scheduling that is configured but not permitted by the system is
+  // logged; the executor runs without it.
   void start();
-  // All runners stop in good order; then the thread ends.
+  // Stops all runners in an orderly way; then the thread ends.
   void request_stop();
   void join();
 
@@ -56,7 +56,8 @@ class Executor {
     int descriptor = -1;
     bool writable = false;
   };
-  // A place is free when it has no runner; the others keep theirs, by which epoll knows them.
+  // A place without a runner is free. Runners keep their places, because epoll identifies them by
+  // place.
   struct Place {
     std::unique_ptr<Runner> runner;
     Registered registered;
@@ -72,7 +73,8 @@ class Executor {
   void serve(std::size_t i, Instant now);
   void announce();
   void update_interest(std::size_t i);
-  // Sets ready of those whose descriptor is; ready and called of all if the executor was woken.
+  // Sets `ready` of places whose descriptor is ready; `ready` and `called` of all if the executor
+  // was woken.
   void wait(Instant until);
   bool all_stopped(Instant now) const;
   void place(std::unique_ptr<Runner> runner);

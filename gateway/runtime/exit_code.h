@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the programs end.
+// The exit codes of the programs.
 #pragma once
 
 namespace linegate::gateway {
 
 inline constexpr int kExitOk = 0;
-inline constexpr int kExitFailed = 1;   // something went wrong while running
-inline constexpr int kExitUsage = 2;    // the command line or the configuration is wrong
-inline constexpr int kExitForced = 70;  // a stop signal came, and a thread did not end in time
+inline constexpr int kExitFailed = 1;  // an error at run time
+inline constexpr int kExitUsage = 2;   // the command line or the configuration is wrong
+// A stop signal was received, and a thread did not end in time
+inline constexpr int kExitForced = 70;
 
 }  // namespace linegate::gateway

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Moves frames between a channel and whoever speaks on it, in batches, without allocating.
+// Moves frames between a channel and its user, in batches, without allocating.
 #pragma once
 
 #include <algorithm>
@@ -24,9 +24,10 @@ class FramePump {
   can_bridge::Channel& channel() { return *channel_; }
   const can_bridge::Channel& channel() const { return *channel_; }
 
-  // Reads until the channel is empty: receive(span of frames) and event(bus event), in the order in
-  // which they happened. Gives up to which instant everything is known: `now`, or the time of the
-  // last frame if that is later (it came while the channel was read) or if there is still more.
+  // Reads until the channel is empty: calls receive(span of frames) and event(bus event) in their
+  // order of occurrence. Returns the time up to which everything was received: `now`, or the time
+  // of the last frame if that is later (it was received while the channel was read) or if more
+  // frames are left.
   template <class Receive, class Event>
   Instant drain(Instant now, Receive&& receive, Event&& event) {
     Instant last = now;
@@ -48,12 +49,13 @@ class FramePump {
     more_ = last;
     return last;
   }
-  // Frames that the last drain() found.
+  // Number of frames of the last drain().
   std::size_t drained() const { return drained_; }
-  // The last drain() left something in the channel.
+  // Whether the last drain() left frames in the channel.
   bool more() { return std::exchange(more_, kNever) != kNever; }
 
-  // Pulls frames while the channel has room: next(frame) gives the most urgent one, or false.
+  // Pulls frames while the channel has room: next(frame) fills in the most urgent frame, or returns
+  // false.
   template <class Next>
   void transmit(Instant now, Next&& next) {
     for (;;) {
@@ -83,9 +85,9 @@ class FramePump {
       }
     }
   }
-  // What became of the frames that transmit() pulled, which are numbered from 1 in that order:
-  // lost(first, last) for those that never get onto the bus, or may not, then acknowledged(number)
-  // for all others up to that one.
+  // Reports the outcome of the frames that transmit() pulled, numbered from 1 in that order:
+  // lost(first, last) for frames that will never be sent, or may not have been, then
+  // acknowledged(number) for all others up to that number.
   template <class Acknowledged, class Lost>
   void report_ended(Acknowledged&& acknowledged, Lost&& lost) {
     const can_bridge::ChannelCounters& counters = channel_->counters();
@@ -105,15 +107,15 @@ class FramePump {
       lost(acknowledged_ + 1, flushed_);
     }
   }
-  // Frames the channel did not take; they go first the next time.
+  // Number of frames that the channel refused; they are sent first next time.
   std::size_t held() const { return held_count_; }
 
  private:
-  // Then it is time for something else, however fast frames come.
+  // Limits one drain(), so that other work gets its turn at any frame rate.
   static constexpr int kBatchesAtOnce = 16;
 
-  // The next read() may open the interface anew, on a descriptor of the same number: whoever waits
-  // for it must have seen that it was gone.
+  // The next read() may reopen the interface with a descriptor of the same number: return first, so
+  // that the owner of the epoll set sees that it was closed.
   bool failed() const {
     const std::span<const can::BusEvent> events = events_.view();
     return std::any_of(events.begin(), events.end(), [](const can::BusEvent& event) {
@@ -121,8 +123,8 @@ class FramePump {
     });
   }
 
-  // Each event between the frames where it was: a frame from before a failure must not make valid
-  // again what the failure made invalid.
+  // Keeps the order of frames and events: a frame received before a failure must not make values
+  // valid again that the failure made invalid.
   template <class Receive, class Event>
   void hand_over(std::span<const can::Frame> frames, Receive& receive, Event& event) {
     std::size_t done = 0;

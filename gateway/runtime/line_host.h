@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One line as the threads of the gateway share it: what never changes while they run, and the port.
+// A line as the threads of the gateway share it: constant data, and the port.
 #pragma once
 
 #include <optional>
@@ -27,16 +27,17 @@ struct LineHost {
   config::LinePlan plan;
   const std::array<image::Layout, 2> layouts;  // by image::Direction
   LinePort port;
-  exchange::Handover<line::LineState> shown;  // publisher to main thread: as it was published
+  exchange::Handover<line::LineState> shown;  // publisher to main thread: as published
   Executor* executor = nullptr;               // set before the line runs
-  // Of the gateway, to stop the line: its runner, that of its simulated devices, its files.
+  // For the gateway, which stops the line: its runner, the runner of its simulated devices, its
+  // files.
   LineRunner* runner = nullptr;
   Runner* devices = nullptr;
   std::vector<NodeStorage> storage;
   Recording* recording = nullptr;
-  std::optional<line::LineState> last_shown;  // of `shown`, by the thread that fetches
+  std::optional<line::LineState> last_shown;  // from `shown`, for the thread that fetches it
 
-  // Among the lines that route; 0 if it does not.
+  // The interface number in routing; 0 if the line does not route.
   std::uint8_t interface() const { return plan.config.routing.interface; }
   const std::string& name() const { return plan.config.name; }
   const image::Layout& layout(image::Direction direction) const {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What one line and the rest of the gateway hand each other. Each member has one producing and one
-// consuming thread.
+// The data that a line and the other threads of the gateway exchange. Each member has one producing
+// and one consuming thread.
 #pragma once
 
 #include <algorithm>
@@ -27,16 +27,18 @@
 
 namespace linegate::gateway {
 
-// What waits where. Counted outside the line, which knows no queue but its own.
+// Queue depths. Counted outside the line, which can only observe its own queues.
 struct QueueDepths {
-  // Frames: the most that one turn of the executor found in the interface since the last status.
+  // Frames: the largest number that one round of the executor found in the interface since the last
+  // status.
   std::uint32_t receive_peak = 0;
-  std::uint32_t transmit = 0;         // frames taken out of the line, not taken by the interface
-  std::uint64_t transmit_stalls = 0;  // times the interface did not take all: back-pressure
-  std::uint32_t events = 0;           // for the publisher
-  std::uint64_t route_stalls = 0;     // times that a link to another line was full
+  std::uint32_t transmit = 0;  // frames taken from the line and not yet accepted by the interface
+  // Number of times that the interface did not accept all frames: back-pressure
+  std::uint64_t transmit_stalls = 0;
+  std::uint32_t events = 0;        // waiting for the publisher
+  std::uint64_t route_stalls = 0;  // number of times that a link to another line was full
 
-  // An earlier one that nobody has seen: its peak counts too.
+  // Includes an earlier status that was not read: its peak counts, too.
   void merge(const QueueDepths& earlier) {
     receive_peak = std::max(receive_peak, earlier.receive_peak);
   }
@@ -45,54 +47,57 @@ struct QueueDepths {
 struct LineStatus {
   line::LineState state;
   QueueDepths queues;
-  can_bridge::ControllerSetup controller;  // what it is set to, where that is known
+  can_bridge::ControllerSetup controller;  // its present settings, as far as known
   Duration sync_period{};                  // of the SYNC that the own node produces; 0 = none
   Instant time{};
 };
 
 struct NodeStatus {
   line::NodeState state;
-  std::optional<line::OwnDevice> own{};  // if it is a device of the line's own
+  std::optional<line::OwnDevice> own{};  // if it is one of the line's own devices
   Instant time{};
 };
 
-// Of each group.
+// The state of each group.
 struct OutputStatus {
   std::vector<line::OutputState> groups;
   Instant time{};
 };
 
-// Places of LinePort::receptions, for a line with that configuration.
+// Capacity of LinePort::receptions for a line with that configuration.
 inline std::size_t room_for_receptions(const line::LineConfig& config) {
   const std::size_t longest = line::longest_queue(config);
   return longest == 0 ? 0 : std::clamp<std::size_t>(4 * longest, 256, 4096);
 }
 
 struct LinePort {
-  // queued: receptions of PDOs that wait for the publisher at the most.
+  // queued: the largest number of receptions of PDOs that wait for the publisher.
   explicit LinePort(std::size_t queued = 0) : receptions(queued) {}
 
-  // Executor to publisher. A full ring makes the line wait, whose own log counts what is lost.
+  // Executor to publisher. If the ring is full, events wait in the line, whose own log counts those
+  // that it drops.
   exchange::Ring<Event> events{8192};
   exchange::Ring<line::Reply> replies{1024};
   exchange::Ring<NodeStatus> nodes{256};
-  exchange::Ring<pdo::Reception> receptions;  // full: they wait in the line
+  exchange::Ring<pdo::Reception> receptions;  // if full, they wait in the line
   exchange::Handover<LineStatus> status;
-  exchange::Handover<OutputStatus> outputs_status;  // with the status of a line that has outputs
+  // Published with the status of a line that has outputs
+  exchange::Handover<OutputStatus> outputs_status;
   std::array<exchange::Handover<image::Snapshot>, 2> images;  // by image::Direction
-  // Those in force, and only when they have become other ones.
+  // The present routes, published only after a change.
   exchange::Handover<std::vector<routing::Route>> routes;
-  // Both, and only when they have become other ones; handed over before the first of their images.
+  // Both layouts, published only after a change, and before the first image that uses them.
   exchange::Handover<std::array<image::Layout, 2>> layouts;
 
   // Executor to main thread.
   exchange::Ring<TakenScan> scans{4};
 
-  // Request receiver to executor. A full ring is answered with Refusal::busy, or counted.
+  // Request receiver to executor. If the ring is full, a command is answered with Refusal::busy,
+  // and an output is counted.
   exchange::Ring<line::Command> commands{256};
   exchange::Ring<line::OutputWrite> outputs{256};
-  exchange::Ring<Event> notices{256};  // what the line shall report: refusals
-  exchange::Counter requests_lost;     // outputs and notices that found their ring full
+  exchange::Ring<Event> notices{256};  // refusals, which the line reports
+  exchange::Counter requests_lost;     // outputs and notices dropped because their ring was full
 
   exchange::Handover<image::Snapshot>& image(image::Direction direction) {
     return images[static_cast<std::size_t>(direction)];

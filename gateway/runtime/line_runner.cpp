@@ -16,19 +16,19 @@ namespace linegate::gateway {
 namespace {
 
 constexpr Duration kStatusPeriod = std::chrono::milliseconds(100);
-// Images and status wait that long for another executor that was handed values: where both share a
-// processor, the wake-up of their consumer would go before its frame.
+// Images and status are delayed this long after values were passed to another executor: if both
+// share a processor, the consumer would otherwise wake up before that executor sends its frame.
 constexpr Duration kAfterForwarding = std::chrono::microseconds(100);
-// The last frames of a line that stops, and its last events, get this long.
+// The time limit for the last frames and events of a line that stops.
 constexpr Duration kStopTime = std::chrono::milliseconds(500);
-// Until a full link to another line is tried again.
+// Time until a full link to another line is tried again.
 constexpr Duration kLinkFull = std::chrono::milliseconds(1);
 constexpr Duration kLong = std::chrono::hours(24 * 365);
 
-// EventKind::queue_full: code.
+// Event::code of EventKind::queue_full.
 constexpr std::uint32_t kQueueRequests = 1;
 
-// 0 if the own node produces none.
+// The SYNC period of the own node; 0 if it does not produce SYNC.
 Duration produced_sync(const line::Line& line) {
   constexpr std::uint64_t kProduces = 1U << 30U;  // bit of 1005h
   if (line.config().role == line::Role::observer) {
@@ -68,7 +68,7 @@ bool Publication::due(const line::Line& line, image::Direction direction, Instan
 }
 
 void Publication::taken(const line::Line& line, Instant now) {
-  // A periodic one keeps its rhythm unless it is late by more than a period.
+  // Periodic publication keeps its phase unless it is late by more than a period.
   const bool in_rhythm =
       !first_ && rule_.rule == config::Publish::Rule::period && now - last_ < 2 * rule_.time;
   last_ = in_rhythm ? last_ + rule_.time : now;
@@ -120,7 +120,7 @@ void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
 
 [[gnu::hot]] void LineRunner::service(Instant now) {
   const RunningLine running(*line_);
-  now = std::max(now, known_);  // values of another line may have been sent later
+  now = std::max(now, known_);  // values of another line may have been sent at a later time
   const Instant known = pump_.drain(
       now,
       [&](std::span<const can::Frame> frames) {
@@ -129,14 +129,14 @@ void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
         }
       },
       [&](const can::BusEvent& event) { bus_event(event, now); });
-  now = std::max(now, known);  // frames came while the channel was read
+  now = std::max(now, known);  // frames were received while the channel was read
   report_ended(known);
   receive_peak_ = std::max(receive_peak_, static_cast<std::uint32_t>(pump_.drained()));
   if (pump_.drained() > 0) {
-    look_at_sources(now);  // first of all: another line's bus waits for it
+    look_at_sources(now);  // first, because the bus of another line waits for the values
   }
   if (called_) {
-    take_calls(known);  // after what was on the bus before: time does not go back for the line
+    take_calls(known);  // after the frames received earlier: the line's time never goes back
   }
   if (scans_.next_wake() <= now) {
     start_scan(known);
@@ -147,7 +147,7 @@ void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
     for (BoundTarget& target : bound_targets_) {
       target.take(*line_, known);
     }
-    give_messages(known);  // before frames are sent: others wait for it
+    give_messages(known);  // before frames are sent: other lines wait for them
   }
   look_at_sources(now);  // time-outs and requests change values, too
   transmit(now);
@@ -182,7 +182,7 @@ void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
   }
 }
 
-// Some buses acknowledge at once.
+// Called after transmitting, too: some buses acknowledge immediately.
 [[gnu::hot]] void LineRunner::report_ended(Instant now) {
   pump_.report_ended([&](std::uint64_t number) { line_->acknowledged(number, now); },
                      [&](std::uint64_t first, std::uint64_t last) { line_->lost(first, last); });
@@ -190,10 +190,10 @@ void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
 
 [[gnu::hot]] void LineRunner::take_bound(const BoundLink& link, Instant now) {
   if (!started_ || stopping_) {
-    return;  // a line that starts looks for itself
+    return;  // a line reads the values itself when it starts
   }
   const RunningLine running(*line_);
-  now = std::max(now, known_);  // may have been further than the line that calls
+  now = std::max(now, known_);  // this line may have advanced further than the calling line
   for (BoundTarget& target : bound_targets_) {
     if (&target.link() != &link || !target.take(*line_, now)) {
       continue;
@@ -211,12 +211,13 @@ void LineRunner::bus_event(const can::BusEvent& event, Instant now) {
     const can_bridge::ControllerSetup settings = pump_.channel().settings();
     line_->set_bit_rates(settings.bit_rate, settings.data_bit_rate);
   }
-  // Without an interface there is nothing to manage; a line begins when it can be heard.
+  // The line starts when its interface is ready for the first time: it cannot manage a network
+  // without one.
   if (event.kind == can::BusEvent::Kind::interface_ready && !started_ && !stopping_) {
     started_ = true;
     line_->start(now);
     scans_.started(now);
-    called_ = true;  // commands may wait from now on
+    called_ = true;  // commands may have been waiting
   }
 }
 
@@ -228,7 +229,7 @@ void LineRunner::take_storage_results() {
   }
 }
 
-// What a reply that found no room holds back stays where it is, and so does what waits for a scan.
+// Commands stay in their ring while a reply waits for room, or a scan holds them.
 void LineRunner::take_calls(Instant now) {
   take_storage_results();
   take_requests(now);
@@ -254,7 +255,7 @@ void LineRunner::take_requests(Instant now) {
   }
   while (port_.outputs.pop(write_)) {
     if (!stopping_) {
-      (void)line_->write_outputs(write_, now);  // the line tells of a refusal itself
+      (void)line_->write_outputs(write_, now);  // the line reports a refusal itself
     }
   }
 }
@@ -271,7 +272,7 @@ void LineRunner::take_command(Instant now) {
     change_faults(now);
   } else if (command_.kind == line::CommandKind::scan_apply && bound) {
     reply(command_.tag,
-          line::to_error(line::Refusal::wrong_state));  // it cannot be made anew alone
+          line::to_error(line::Refusal::wrong_state));  // a bound line cannot be made anew alone
   } else if (wants_fd(command_) && !pump_.channel().carries_fd()) {
     reply(command_.tag, line::to_error(line::Refusal::wrong_interface));
   } else {
@@ -336,11 +337,11 @@ void LineRunner::reply(std::uint64_t tag, Error error, std::string_view text) {
   const auto* const bytes = reinterpret_cast<const std::byte*>(text.data());
   reply_.data.assign(bytes, bytes + text.size());
   reply_held_ = true;
-  hand_over_events();  // of other answers of the line, which go along
+  hand_over_events();  // events of earlier replies are published together with them
   hand_over_replies();
 }
 
-// What is due is held back once, however much is forwarded meanwhile.
+// A due snapshot is delayed only once, whatever is forwarded meanwhile.
 [[gnu::hot]] bool LineRunner::is_snapshot_due(Instant now) {
   const bool forwarded = std::exchange(forwarded_, false);
   if (earlier(status_due_, next_image()) > now) {
@@ -411,7 +412,7 @@ void LineRunner::hand_over_replies() {
   }
 }
 
-// The layout that they were received with goes before them.
+// The layout of the receptions is handed over before them.
 [[gnu::hot]] void LineRunner::hand_over_receptions() {
   if (!has_queues_) {
     return;
@@ -446,7 +447,7 @@ void LineRunner::hand_over_status(Instant now) {
   draft.value.controller = pump_.channel().settings();
   draft.value.sync_period = produced_sync(*line_);
   draft.value.state = line_->state();
-  // What the interface could not make a frame of never reached the line.
+  // Malformed datagrams of the interface never reached the line.
   draft.value.state.counters.frames_malformed += pump_.channel().counters().malformed;
   draft.value.time = now;
   port_.status.publish();
@@ -479,7 +480,7 @@ void LineRunner::hand_over_layouts() {
   handed_over_ = true;
 }
 
-// Somebody may write to 1F2Ch. Nothing is allocated while nobody does.
+// Compares, because 1F2Ch may be written by SDO. Allocates nothing while the routes are unchanged.
 void LineRunner::hand_over_routes() {
   if (routes_ == nullptr) {
     return;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs one line on its channel and hands over what it has to say.
+// Runs one line on its channel and hands over its results.
 #pragma once
 
 #include <array>
@@ -25,10 +25,10 @@ class Publication {
   Publication(config::Publish rule, Duration touched_period)
       : rule_(rule), touched_period_(touched_period) {}
 
-  // touched_period: a reception without a change is worth a snapshot after that long (on_change);
-  // kNever's distance if never.
+  // touched_period: time after which a reception without a change causes a snapshot (on_change); a
+  // year: never.
   bool due(const line::Line& line, image::Direction direction, Instant now) const;
-  // When it will be due as things are; kNever if something must happen first.
+  // When the next snapshot is due if nothing else happens; kNever if something must happen first.
   Instant next(const line::Line& line, image::Direction direction) const;
   void taken(const line::Line& line, Instant now);
 
@@ -42,32 +42,32 @@ class Publication {
 
 class LineRunner final : public Runner {
  public:
-  // The port's consumer is woken through `consumer`. Both must outlive the runner, and so must the
-  // files that keep what its nodes store.
+  // consumer: wakes the consumer of the port. It, the port, and the files with the stored
+  // parameters of the line's nodes must outlive the runner.
   LineRunner(std::unique_ptr<line::Line> line, std::unique_ptr<can_bridge::Channel> channel,
              const config::LinePlan& plan, LinePort& port, exchange::Wakeup& consumer,
              std::vector<NodeStorage> storage = {});
 
-  // Before it runs. Inputs of the line that others follow, and outputs that follow others.
+  // Before it runs: the line's inputs that other lines follow, and its outputs that follow inputs.
   void bind(std::vector<BoundSource> sources, std::vector<BoundTarget> targets);
-  // On its thread: one more, with a line that was made anew.
+  // On its thread: adds a binding with a line that was made anew.
   void bind(const BoundSource& source) { bound_sources_.push_back(source); }
   void bind(const BoundTarget& target) { bound_targets_.push_back(target); }
-  // On its thread: the other line of that link is gone; what it said last is taken first.
+  // On its thread: the other line of that link was removed; its last values are taken first.
   void unbind(const BoundLink& link, Instant now);
-  // Values of another line of the same executor: takes them and sends what follows from them.
+  // Takes values of another line of the same executor, and sends the resulting frames.
   void take_bound(const BoundLink& link, Instant now);
 
   // Before it runs, if the line routes: its links to other lines.
   void route(std::unique_ptr<RouteEnd> routes) { routes_ = std::move(routes); }
   RouteEnd* routes() { return routes_.get(); }
-  // On its thread: the line with that interface is gone, what it said last is taken first.
+  // On its thread: the line with that interface was removed; its last messages are taken first.
   void leave(std::uint8_t interface, Instant now);
 
   // On its thread, see line::Line::set_routes().
   void set_routes(const routing::Config& wanted, Instant now);
 
-  // On its thread: nothing became of a scan that was to be applied, see ScanTaker::kept().
+  // On its thread: a scan that was to be applied was not, see ScanTaker::kept().
   void scan_kept() { scans_.kept(); }
 
   int descriptor() const override { return pump_.channel().descriptor(); }
@@ -114,26 +114,26 @@ class LineRunner final : public Runner {
   Instant compute_next_wake() const;
   Instant next_image() const;
 
-  // What each round looks at lies side by side: in few cache lines, which other programs on the
-  // processor take in the meantime.
+  // The members that each round uses are adjacent, to occupy few cache lines: other programs on the
+  // processor evict them meanwhile.
   std::unique_ptr<line::Line> line_;
   LinePort& port_;
   exchange::Wakeup& consumer_;
   std::unique_ptr<RouteEnd> routes_;  // nullptr if the line does not route
   Instant next_wake_{};
-  Instant known_{};  // what the line has been told of time
+  Instant known_{};  // latest time that was passed to the line
   Instant status_due_{};
-  Instant held_until_{};  // images and status that are due
+  Instant held_until_{};  // delay of images and status that are due
   std::uint32_t receive_peak_ = 0;
   bool started_ = false;
   bool stopping_ = false;
   bool status_wanted_ = true;
-  bool forwarded_ = false;  // to another executor, in this round
+  bool forwarded_ = false;  // values went to another executor in this round
   bool handed_over_ = false;
-  bool called_ = true;  // other threads may have left something
+  bool called_ = true;  // other threads may have put something into a ring
   bool reply_held_ = false;
-  bool receptions_wait_ = false;  // in the line: their ring is full
-  const bool has_queues_;         // of PDOs
+  bool receptions_wait_ = false;  // in the line, because their ring is full
+  const bool has_queues_;         // a TPDO has a queue
   std::vector<BoundSource> bound_sources_;
   std::vector<BoundTarget> bound_targets_;
   std::array<Publication, 2> publications_;  // by image::Direction

@@ -36,7 +36,7 @@ spdlog::level::level_enum to_spdlog(config::LogLevel level) {
   return spdlog::level::off;
 }
 
-// Standard error is the journal, which has a time for each entry: JOURNAL_STREAM says so, see
+// Whether standard error is the journal, which has a time for each entry: see JOURNAL_STREAM in
 // systemd.exec(5).
 bool logs_into_journal() {
   const char* stream = std::getenv("JOURNAL_STREAM");
@@ -45,7 +45,7 @@ bool logs_into_journal() {
          std::to_string(file.st_dev) + ':' + std::to_string(file.st_ino) == stream;
 }
 
-// The severity in front of an entry, as the journal takes it: sd-daemon(3).
+// Writes the severity in front of an entry in the journal's format: sd-daemon(3).
 class JournalSeverity final : public spdlog::custom_flag_formatter {
  public:
   void format(const spdlog::details::log_msg& entry, const std::tm& /*time*/,

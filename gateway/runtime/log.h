@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the gateway's programs log: one line an entry on standard error, with UTC time; into the
-// journal with the severities it knows, and without a time, which it has itself.
+// The log of the gateway's programs: one line for each entry on standard error, with UTC time. To
+// the journal it writes the journal's severities, and no time, which the journal adds itself.
 #pragma once
 
 #include <vector>
@@ -12,13 +12,13 @@ namespace linegate::gateway {
 
 void set_up_log(config::LogLevel level);
 
-// While it runs.
+// May be called at any time.
 void set_log_level(config::LogLevel level);
 
-// Each diagnostic as compilers print it, on standard error.
+// Prints each diagnostic on standard error in the format of compilers.
 void print(const std::vector<Diagnostic>& diagnostics);
 
-// Each as an entry of the log.
+// Logs each diagnostic as one entry.
 void log(const std::vector<Diagnostic>& diagnostics);
 
 }  // namespace linegate::gateway

@@ -38,7 +38,7 @@ void RecordFile::close() {
   }
 }
 
-// The oldest goes, all others get the next number.
+// Removes the oldest file and increments the number of all others.
 int RecordFile::rotate() {
   close();
   if (calls_.remove(older(plan_.files - 1)) != 0 && errno != ENOENT) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A file that whole lines are appended to, and that is renamed when it has grown: NAME is the
-// newest, NAME.1 the one before, and so on. A disk that is full leaves no half line behind.
+// A file to which complete lines are appended, and which is renamed when it has grown: NAME is the
+// newest file, NAME.1 the previous one, and so on. A full disk does not leave a partial line
+// behind.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +21,7 @@ class RecordFile {
   RecordFile(const RecordFile&) = delete;
   RecordFile& operator=(const RecordFile&) = delete;
 
-  // Appends all of them: 0. Or none: errno; the next call tries again.
+  // Appends all lines and returns 0, or appends none and returns errno; the next call tries again.
   int append(std::string_view lines);
 
  private:

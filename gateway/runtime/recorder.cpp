@@ -16,7 +16,7 @@
 namespace linegate::gateway {
 namespace {
 
-// Between two looks into the rings; a ring that fills faster wakes the writer.
+// Time between two checks of the rings; a ring that fills faster wakes the writer.
 constexpr int kPeriodMs = 100;
 constexpr Duration kRetryPeriod = std::chrono::seconds(1);
 
@@ -80,7 +80,7 @@ std::size_t RecordingChannel::write(std::span<const can::Frame> frames, Instant 
   const bool fd = channel_->carries_fd();
   for (const can::Frame& frame : frames.first(taken)) {
     if (!can_bridge::sendable(frame, fd)) {
-      continue;  // taken and dropped
+      continue;  // accepted by the channel and dropped
     }
     sent_ = frame;
     sent_.time = now;
@@ -92,7 +92,7 @@ std::size_t RecordingChannel::write(std::span<const can::Frame> frames, Instant 
 // --- writer -------------------------------------------------------------------------------------
 
 void Recording::work(Instant now, Duration utc) {
-  // What overflowed came after what is in the ring.
+  // The entries that overflowed are newer than those in the ring.
   const std::uint64_t overflows = overflows_.value();
   while (entries_.pop(taken_)) {
     take(taken_, utc);
@@ -124,7 +124,7 @@ void Recording::take(const Entry& entry, Duration utc) {
   text_.append(out.data(), length);
 }
 
-// That a controller is error-active is told only when it was not.
+// Error-active is recorded only if the controller was in another state before.
 bool Recording::worth_a_line(const can::BusEvent& event) {
   if (event.kind != can::BusEvent::Kind::state) {
     return true;
@@ -143,7 +143,7 @@ void Recording::flush(Instant now) {
     std::array<char, can_bridge::kLogLine> out;
     const std::size_t length =
         can_bridge::format_lost(out, interface_, missing_, all_missing_ + missing_);
-    // Before what came since the disk failed, behind what came before frames were lost.
+    // Before the frames recorded since the disk failed, or after those recorded before the loss.
     text_.insert(error_ != 0 ? 0 : text_.size(), out.data(), length);
   }
   if (text_.empty()) {

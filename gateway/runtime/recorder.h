@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Recording of lines as candump logs (bridges/can/candump.h) by a thread that waits for the disk,
-// so that no line has to. What an executor does for it is to put a copy of each frame into a ring.
+// Records lines as candump logs (bridges/can/candump.h) in a thread that waits for the disk, so
+// that no line has to. An executor only copies each frame into a ring.
 #pragma once
 
 #include <cstdint>
@@ -25,22 +25,20 @@ namespace linegate::gateway {
 // One recorded interface.
 class Recording {
  public:
-  // interface: as it stands in the log, 1 to 64 characters without blanks. line: for messages.
+  // interface: name in the log, 1 to 64 characters without blanks. line: for messages.
   Recording(std::string line, std::string interface, const config::Record& plan,
             exchange::Wakeup& writer, FileCalls& calls);
 
-  // --- executor: neither waits nor allocates; what finds no room is counted
-  // -----------------------
+  // --- executor: neither waits nor allocates; entries without room are counted ---
 
-  // frame.time is when it was on the bus.
+  // frame.time: time on the bus.
   void add(const can::Frame& frame);
   void add(const can::BusEvent& event);
 
-  // --- writer
-  // -------------------------------------------------------------------------------------
+  // --- writer ---
 
-  // Writes what there is. A disk that fails is logged once and tried again every second; until it
-  // works what comes is left out, and told in the log file when it works again. utc: UTC minus the
+  // Writes the entries of the ring. A failing disk is logged once and tried again every second;
+  // entries are dropped until it works, and the log file then states how many. utc: UTC minus the
   // monotonic clock.
   void work(Instant now, Duration utc);
 
@@ -67,22 +65,22 @@ class Recording {
   exchange::Ring<Entry> entries_{kPlaces};
   exchange::Counter overflows_;
 
-  Entry next_;                  // the executor's
-  std::size_t since_look_ = 0;  // at how full the ring is
+  Entry next_;                  // used by the executor
+  std::size_t since_look_ = 0;  // entries since the ring's fill level was checked
 
-  RecordFile file_;  // from here on the writer's
+  RecordFile file_;  // from here on used by the writer
   Entry taken_;
   std::string text_;
   bool active_ = true;
   std::uint64_t frames_in_text_ = 0;
-  std::uint64_t missing_ = 0;      // frames that are not in the file, and it does not say so
-  std::uint64_t all_missing_ = 0;  // since the start
+  std::uint64_t missing_ = 0;      // lost frames that the file does not state yet
+  std::uint64_t all_missing_ = 0;  // all lost frames since the start
   std::uint64_t overflows_seen_ = 0;
   int error_ = 0;
   Instant again_{};
 };
 
-// What is read from and written to an interface, recorded. What it can never send is not.
+// Records the frames read from and written to an interface, except those that it can never send.
 class RecordingChannel final : public can_bridge::Channel {
  public:
   // recording must outlive the channel.
@@ -110,19 +108,19 @@ class RecordingChannel final : public can_bridge::Channel {
   can::Frame sent_;
 };
 
-// The thread.
+// The thread that writes all recordings.
 class Recorder {
  public:
   ~Recorder() { stop(); }
 
-  // While it is stopped.
+  // Call it while the thread is stopped.
   Recording& add(std::string line, std::string interface, const config::Record& plan,
                  FileCalls& calls = FileCalls::system());
-  // While it is stopped, when whoever records has gone.
+  // Call it while the thread is stopped, after the channel that uses the recording was destroyed.
   void remove(const Recording& recording);
   // May be started again after stop().
   void start();
-  // Writes what it was given before.
+  // Writes the remaining entries first.
   void stop();
 
  private:

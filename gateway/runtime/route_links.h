@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What lines of this process hand each other on behalf of the networks they join (CiA 302-7),
-// across executors.
+// Passes routed messages between lines of this process (CiA 302-7), across executors.
 #pragma once
 
 #include <array>
@@ -14,7 +13,7 @@
 
 namespace linegate::gateway {
 
-// From one line to another.
+// A link from one line to another.
 struct RouteLink {
   static constexpr std::size_t kPlaces = 256;
 
@@ -24,22 +23,21 @@ struct RouteLink {
   const std::uint8_t from;  // interfaces, 1..255
   const std::uint8_t to;
   exchange::Ring<routing::Message> messages{kPlaces};
-  // The executor of `to`; nullptr if it is that of `from` too, which looks by itself.
+  // The executor of `to`; nullptr if `from` has the same executor, which polls the link itself.
   exchange::Wakeup* taker = nullptr;
 };
 
-// All links of one line. Of the thread that runs the line.
+// All links of one line. Used by the thread that runs the line.
 class RouteEnd {
  public:
-  // One from this line, or to it.
+  // Adds a link from this line, or to it.
   void add_out(RouteLink& link) {
     out_[link.to] = &link;
     touched_.reserve(touched_.capacity() + 1);
   }
   void add_in(RouteLink& link) { in_.push_back(&link); }
-  // The line with that interface is gone, and nobody else looks at its links: nothing is given to
-  // it or taken from it any more. What it said last has been taken before; what it did not take
-  // itself goes back, as in give().
+  // The line with that interface was removed, and no other thread uses its links: they are removed.
+  // Its last messages were taken earlier; messages that it did not take are returned, as in give().
   template <class ReturnTo>
   void remove(std::uint8_t interface, ReturnTo&& return_to) {
     if (RouteLink* const link = out_[interface]) {
@@ -50,23 +48,23 @@ class RouteEnd {
     forget(interface);
   }
 
-  // deliver(message) for what has arrived.
+  // Calls deliver(message) for each message that has arrived.
   template <class Deliver>
   void take(Deliver&& deliver) {
     for (RouteLink* const link : in_) {
       routing::Message message;
-      // What comes meanwhile waits for the next turn.
+      // Messages that arrive meanwhile wait for the next round.
       for (std::size_t i = 0; i < RouteLink::kPlaces && link->messages.pop(message); ++i) {
         deliver(message);
       }
     }
   }
-  // Something has arrived that take() has not taken.
+  // Whether messages have arrived that take() has not taken.
   bool arrived() const;
 
-  // next(message) gives what the line has for others, or false; return_to(message) gets what is to
-  // be delivered to the line instead of an answer, where there is nobody to hand it to. A message
-  // whose link is full is held, and what comes after it stays in the line.
+  // next(message) fills in the line's next message to other lines, or returns false. If a message
+  // has no receiver, return_to(message) is called with the response that is to be delivered to the
+  // line instead. A message whose link is full is held, and later ones stay in the line.
   template <class Next, class ReturnTo>
   void give(Next&& next, ReturnTo&& return_to) {
     while (held_ || next(message_)) {
@@ -82,11 +80,11 @@ class RouteEnd {
     }
     wake_takers();
   }
-  // It waits for room in a link.
+  // Whether a message waits for room in a link.
   bool held() const { return held_; }
-  // Times that a link was full.
+  // Number of times that a link was full.
   std::uint64_t stalls() const { return stalls_; }
-  // Messages for lines that there are not.
+  // Number of messages for lines that do not exist.
   std::uint64_t lost() const { return lost_; }
 
  private:
@@ -98,12 +96,12 @@ class RouteEnd {
     }
   }
   void forget(std::uint8_t interface);
-  // False if it is full: the message is held.
+  // Returns false if the link is full: the message is held.
   bool put(RouteLink& link);
   void wake_takers();
 
   std::array<RouteLink*, 256> out_{};  // by interface
-  std::vector<RouteLink*> touched_;    // whose takers sleep, maybe
+  std::vector<RouteLink*> touched_;    // whose executors must be woken
   std::vector<RouteLink*> in_;
   routing::Message message_;
   bool held_ = false;

@@ -18,7 +18,8 @@ auto find(std::vector<Node>& nodes, std::uint8_t id) {
   return std::ranges::find(nodes, id, &Node::id);
 }
 
-// What is known of the nodes once those are known.
+// Replaces the scan results of these nodes. A node that was not read completely keeps its earlier
+// result.
 std::vector<ScannedNode> known_after(std::vector<ScannedNode> before,
                                      std::vector<ScannedNode> fresh, bool all) {
   std::vector<ScannedNode> out = all ? std::vector<ScannedNode>{} : before;
@@ -34,7 +35,7 @@ std::vector<ScannedNode> known_after(std::vector<ScannedNode> before,
   return out;
 }
 
-// It has what it has: nothing of that is written to it.
+// The node keeps its present configuration: nothing is written to it.
 void leave_alone(line::NodeConfig& node) {
   node.as_found = true;
   node.heartbeat_consumer = std::exchange(node.heartbeat, Duration{}) * 5 / 2;

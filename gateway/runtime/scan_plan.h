@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a scan makes of the line that it was applied to.
+// Makes the configuration of a line from a scan that was applied to it.
 #pragma once
 
 #include "gateway/config/plant.h"
@@ -8,10 +8,10 @@
 
 namespace linegate::gateway {
 
-// The line as it ran, with the nodes that were found; a scan of one node changes that one. Without
-// line::kScanSetUp their NodeConfig::as_found is set. A node that was not read to the end stays
-// what it was. Nothing if there is nothing to take over: nobody was found, or the folder of EDS
-// files cannot be read. Diagnostics have the line's name as file.
+// The present configuration of the line, with the nodes that were found; a scan of one node changes
+// only that node. Without line::kScanSetUp their NodeConfig::as_found is set. A node that was not
+// read completely is unchanged. Returns nothing if no node was found, or the folder of EDS files
+// cannot be read. Diagnostics have the line's name as file.
 Loaded<config::LinePlan> plan_of(const config::LinePlan& present, const TakenScan& scan);
 
 }  // namespace linegate::gateway

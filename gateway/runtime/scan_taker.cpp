@@ -53,7 +53,7 @@ std::optional<line::Command> ScanTaker::due(Instant now) {
   due_ = wanted_ ? deadline(now, kAgain) : kNever;
   line::Command command;
   for (std::uint8_t node = 1; late_.count() == 1 && node < late_.size(); ++node) {
-    command.node = late_.test(node) ? node : command.node;  // of several: all nodes
+    command.node = late_.test(node) ? node : command.node;  // more than one: scan all nodes
   }
   late_.reset();
   command.tag = kOwnTag;
@@ -77,7 +77,7 @@ bool ScanTaker::answered(const line::Reply& reply) {
   }
   const bool own = reply.tag == kOwnTag;
   if (reply.ok() && !(own && reply.data.empty())) {
-    // Where the ring is full, others wait already.
+    // If the ring is full, other results already wait.
     (void)taken_.push({known->node, known->code, reply.data});
     due_ = kNever;
     held_until_ = kNever;

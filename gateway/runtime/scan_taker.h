@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which of a line's scans are to be its configuration: those that somebody asked to apply, and
-// those that the line makes by itself because it is configured by what is on it.
+// Selects the scans of a line whose results become its configuration: those of the command
+// scan_apply, and those that a line with automatic scan makes itself.
 #pragma once
 
 #include <bitset>
@@ -22,13 +22,13 @@ struct TakenScan {
   std::vector<std::byte> report;  // scan/report.h
 };
 
-// On the thread of its line.
+// Used by the thread of its line.
 class ScanTaker {
  public:
-  // From the start of a line until its devices have come back from its NMT reset, and from the
+  // Time from the start of a line until its devices have booted after its NMT reset, and from the
   // boot-up message of a device until it is ready.
   static constexpr Duration kSettle = std::chrono::seconds(2);
-  // From a look of a line that finds nothing to its next one.
+  // Time from an automatic scan that found nothing to the next one.
   static constexpr Duration kAgain = std::chrono::seconds(10);
 
   // taken must outlive it.
@@ -36,25 +36,26 @@ class ScanTaker {
 
   // The line has started.
   void started(Instant now);
-  // The scan that the line makes by itself, when it is due.
+  // Returns the automatic scan when it is due.
   std::optional<line::Command> due(Instant now);
-  // Of due(), or of holds().
+  // The time of due(), or of holds().
   Instant next_wake() const { return earlier(due_, held_until_.value_or(kNever)); }
 
-  // Commands wait, which the restart of the line would cut off: of a result that was handed on the
-  // line is made anew; and one that was made so has its devices come back first.
+  // Whether commands must wait, because a restart of the line would cancel them: after a result was
+  // handed on, until the line is made anew from it; and in the new line until its devices have
+  // booted.
   bool holds(Instant now);
-  // Nothing became of the result, the line goes on as it is.
+  // The result was not applied, and the line continues unchanged.
   void kept() { held_until_.reset(); }
 
-  // That node booted up. One that a line which is configured by its scans does not know came late,
-  // and is scanned, too.
+  // That node booted up. If the line is configured by its scans and the node is not in its
+  // configuration, it is scanned, too.
   void booted_up(std::uint8_t node, Instant now);
 
-  // The command goes to the line.
+  // The command is passed to the line.
   void asked(const line::Command& command);
-  // A reply of the line; a result that is to be applied is handed on. True if the scan was the
-  // line's own: the reply is for nobody else.
+  // Call it with each reply of the line; hands on a result that is to be applied. Returns true if
+  // the scan was an automatic one: nobody else awaits the reply.
   bool answered(const line::Reply& reply);
 
  private:
@@ -64,15 +65,15 @@ class ScanTaker {
     std::uint16_t code = 0;
   };
 
-  bool wanted_;  // the line scans by itself
+  bool wanted_;  // the line scans automatically
   std::uint16_t code_;
   exchange::Ring<TakenScan>& taken_;
-  bool made_of_scan_;  // the line
+  bool made_of_scan_;  // the line was made from a scan
   bool takes_late_comers_;
   std::bitset<128> known_;
   std::bitset<128> late_;
   Instant due_ = kNever;
-  std::optional<Instant> held_until_;  // kNever: until somebody has taken the result
+  std::optional<Instant> held_until_;  // kNever: until the main thread has taken the result
   std::vector<Asked> asked_;
 };
 

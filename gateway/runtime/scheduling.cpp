@@ -25,15 +25,16 @@ bool has_capability(unsigned number) {
          (data[number / 32].effective >> number % 32 & 1U) != 0;
 }
 
-// 0, or errno. A limit that is large enough now may not be for what is allocated while the gateway
-// runs: an allocation that fails would end it.
+// Returns 0 or errno. A limit that suffices now may be too low for later allocations: one that
+// fails would end the gateway.
 int lock_memory() {
   rlimit limit{};
   getrlimit(RLIMIT_MEMLOCK, &limit);
   if (limit.rlim_cur != RLIM_INFINITY && !has_capability(CAP_IPC_LOCK)) {
     return EPERM;
   }
-  // On fault: the stacks of all threads are reserved, 8 MB each, and hardly used.
+  // MCL_ONFAULT, because the stacks of all threads are reserved with 8 MB each, of which little is
+  // used.
   return mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) == 0 ? 0 : errno;
 }
 

@@ -44,11 +44,11 @@ void end_by_force(int /*signal*/) {
   ::_exit(kExitForced);
 }
 
-// How late a stop signal is seen that no thread waits for.
+// Time until a stop signal that no thread waits for is detected.
 constexpr std::chrono::milliseconds kLookPeriod{200};
 
-// A stop signal was taken by wait_for_signal() or wait_for_stop_signal(). Never destroyed: the
-// thread of limit_end() runs until the process is gone.
+// Set when wait_for_signal() or wait_for_stop_signal() has taken a stop signal. Never destroyed:
+// the thread of limit_end() runs until the process ends.
 exchange::Flag& stop_taken() {
   static auto* const flag = new exchange::Flag;
   return *flag;

@@ -34,7 +34,8 @@ std::optional<bool> StoredParameters::pop_result() {
 void StoredParameters::write_pending() {
   for (std::vector<std::byte> image; images_.pop(image);) {
     (void)results_.push(
-        static_cast<char>(file_.keep(image)));  // there is room: one is given at a time
+        // There is room: only one write is pending at a time
+        static_cast<char>(file_.keep(image)));
     line_.signal();
   }
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The thread that waits for disks, so that no executor has to: a line hands over what its own node
-// stores (CiA 301, 1010h), continues, and is woken when the file is written.
+// The thread that waits for disks, so that no executor has to: a line hands over the parameters
+// that its own node stores (CiA 301, 1010h), continues, and is woken when the file is written.
 #pragma once
 
 #include <cstddef>
@@ -21,23 +21,23 @@
 
 namespace linegate::gateway {
 
-// The stored parameters of one node, as the thread of its line uses them.
+// The stored parameters of one node, used by the thread of its line.
 class StoredParameters final : public storage::Medium {
  public:
-  // path: of the file, in a folder that exists. storage is signalled by keep(), line by
-  // write_pending(). All must outlive this.
+  // path: of the file, in a folder that exists. keep() signals `storage`, write_pending() signals
+  // `line`. Both must outlive this object.
   StoredParameters(std::string path, exchange::Wakeup& storage, exchange::Wakeup& line,
                    FileCalls& calls);
 
-  // Waits for the disk: when the line begins, and never while something is to be written.
+  // Blocks on the disk: called when the line starts, never while a write is pending.
   bool read(std::vector<std::byte>& image) override { return file_.read(image); }
-  // Queues the image for the storage thread. False while an earlier one is not written.
+  // Queues the image for the storage thread. Returns false while an earlier write is pending.
   bool keep(std::span<const std::byte> image) override;
   bool slow() const override { return true; }
-  // How the last keep() ended, once; nothing while it is being written.
+  // Returns the result of the last keep() once; nothing while the write is pending.
   std::optional<bool> pop_result();
 
-  // By the storage thread: writes what is queued, and wakes the line.
+  // Called by the storage thread: writes the queued image and wakes the line.
   void write_pending();
 
  private:
@@ -46,7 +46,7 @@ class StoredParameters final : public storage::Medium {
   exchange::Wakeup& line_;
   exchange::Ring<std::vector<std::byte>> images_{2};
   exchange::Ring<char> results_{2};  // 1 = written
-  bool busy_ = false;                // as the line sees it
+  bool busy_ = false;                // from keep() to pop_result()
 };
 
 // The stored parameters of one node of a line.
@@ -59,14 +59,15 @@ class StorageThread {
  public:
   ~StorageThread() { stop(); }
 
-  // While it is stopped. line is woken when there is a result; both must outlive this.
+  // Call it while the thread is stopped. line is woken when there is a result; both must outlive
+  // this object.
   StoredParameters& add(const std::string& path, exchange::Wakeup& line,
                         FileCalls& calls = FileCalls::system());
-  // While it is stopped, when the line has gone.
+  // Call it while the thread is stopped, after the line was removed.
   void remove(const StoredParameters& file);
   // May be started again after stop().
   void start();
-  // Writes what was queued before.
+  // Writes the queued images first.
   void stop();
 
  private:
