@@ -66,7 +66,7 @@ class Executor {
     bool served = false;  // in this round
     bool leaving = false;
   };
-  static constexpr std::size_t kMostChanges = 64;  // under way at a time
+  static constexpr std::size_t kMostChanges = 64;  // changes at the same time
 
   bool is_own_thread() const { return std::this_thread::get_id() == thread_.get_id(); }
   void run();

@@ -19,7 +19,7 @@
 
 namespace linegate::gateway {
 
-// When a snapshot of one direction is due.
+// Decides when a snapshot of one direction is due.
 class Publication {
  public:
   Publication(config::Publish rule, Duration touched_period)

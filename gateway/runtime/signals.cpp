@@ -75,7 +75,7 @@ int note(int signal) {
     std::this_thread::sleep_for(kLookPeriod);
   }
   std::this_thread::sleep_for(limit - kLookPeriod);
-  // Neither the log nor stdio: another thread may hold their locks.
+  // write(), because another thread may hold the locks of the log or of stdio
   (void)!::write(STDERR_FILENO, message.data(), message.size());
   ::_exit(kExitForced);
 }
