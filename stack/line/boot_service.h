@@ -27,7 +27,7 @@ class BootService final : public Service {
   void end(Refusal why, Instant now) override;
 
  private:
-  // A command under way.
+  // A boot command under way.
   struct Boot {
     std::uint64_t tag = 0;
     std::vector<std::uint8_t> nodes;

@@ -17,8 +17,8 @@ namespace linegate::line {
 enum class CommandKind : std::uint8_t {
   sdo_read,      // node, index, sub, code: 0, or kFromImage and kFromCache -> data
   sdo_write,     // node, index, sub, data
-  local_read,    // index, sub of the line's own dictionary -> data. code: 0, or kListObjects, then
-                 // node as there
+  local_read,    // index, sub of the line's own dictionary -> data. code: 0, or kListObjects (see
+                 // there for node)
   local_write,   // index, sub, data. code: 0, or kWriteOwn
   output_write,  // entry (of the output layout), data: one output value, written by hand -> data:
                  // see ObjectWay. wrong_state while its node is not Operational

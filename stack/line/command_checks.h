@@ -15,7 +15,7 @@
 
 namespace linegate::line {
 
-// Each gives what speaks against it; Domain::none if nothing does.
+// Each returns the reason to reject the command; Domain::none if there is none.
 
 // CommandKind::output_write, by hand: does not feed a watchdog or take over a group.
 Error check_single_output(const Command& command, const image::Layout& layout,

@@ -60,7 +60,7 @@ struct NodeConfig {
   // By number of its TPDO: the largest number of receptions that wait to be taken, see
   // Line::take_reception(); 0 = no queue. TPDOs that are not listed have LineConfig::pdo_queue.
   std::map<std::uint16_t, std::uint32_t> tpdo_queue{};
-  Duration boot_timeout = std::chrono::seconds(10);  // until presence is `missing`
+  Duration boot_timeout = std::chrono::seconds(10);  // time until presence becomes `missing`
   // Longest time from a reset to the boot-up message
   Duration reset_time = std::chrono::seconds(1);
   Duration sdo_timeout{};  // of each response while it boots; 0 = LineConfig::sdo_timeout
@@ -174,7 +174,7 @@ struct LineConfig {
   bool reset_nodes = true;  // send NMT reset communication to all nodes at the start
   bool start_nodes = true;  // send NMT start to a booted node (1F80h bit 3 = 0)
   bool start_all = false;   // one NMT start for all, when all are booted (1F80h bit 1)
-  bool own_start = true;    // the own node starts by itself (1F80h bit 2 = 0)
+  bool own_start = true;    // the own node starts itself (1F80h bit 2 = 0)
   manager::ErrorReaction on_error = manager::ErrorReaction::node;  // 1F80h bits 4 and 6
   Duration boot_time{};    // of mandatory nodes (1F89h), whole ms; 0 = no limit
   Duration nmt_inhibit{};  // between two NMT commands (102Ah), whole 100 us

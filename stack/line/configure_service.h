@@ -32,7 +32,7 @@ class ConfigureService final : public Service {
   Instant next_wake() const override;
   // Configurations that are being applied continue.
   void end(Refusal why, Instant now) override;
-  // A command is under way.
+  // Whether a command is under way.
   bool active() const { return running_.has_value(); }
 
  private:

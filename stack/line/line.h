@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // A line: one CAN network attached to this process, as an object without I/O, thread or clock.
 //
-// Frames and time go in; frames, events, replies and snapshots come out. All calls come from one
-// thread at a time. `now` never goes back between calls.
+// Its inputs are frames and time; its outputs are frames, events, replies and snapshots. At any
+// time only one thread may call it. `now` never decreases from call to call.
 #pragma once
 
 #include <cstdint>
@@ -183,7 +183,8 @@ class Line : protected ServiceHost {
     std::uint16_t pdo = 0;  // number of that PDO
   };
   virtual Input input(std::uint32_t entry) const = 0;
-  // UTC (since 1970-01-01) by the last TIME message of another device; nothing if none came.
+  // UTC (since 1970-01-01) by the last TIME message of another device; nothing if none was
+  // received.
   virtual std::optional<Duration> network_utc(Instant now) const = 0;
   // Number of SYNCs so far: for publication on SYNC.
   std::uint32_t sync_count() const { return syncs_; }

@@ -90,7 +90,7 @@ class NodeIdCheck {
   const LineConfig& config_;
   Services services_;
   sdo::TransferOwner& owner_;
-  std::vector<std::uint32_t> of_others_;  // identifiers, ascending
+  std::vector<std::uint32_t> of_others_;  // identifiers of other nodes' TPDOs, ascending
   std::array<Check, can::kMaxNodeId + 1> checks_{};
   std::vector<std::uint8_t> begun_;
   std::bitset<can::kMaxNodeId + 1> stopped_;  // by the last NMT command

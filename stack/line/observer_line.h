@@ -24,7 +24,7 @@ namespace linegate::line {
 // image is used, with the layout of that direction: an observer receives the PDOs of the master to
 // the devices, too.
 struct Overheard {
-  // pdos: as RPDOs.
+  // pdos: described as RPDOs.
   Overheard(EventLog& events_, can::Dispatch& frames, image::Layout layout,
             std::vector<pdo::LinkedPdo> pdos);
 

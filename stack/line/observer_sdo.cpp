@@ -18,7 +18,7 @@ using observer::KnownPdo;
 // comes, the configuration counts as finished this long after the last write.
 constexpr Duration kConfigured = std::chrono::seconds(1);
 
-constexpr std::size_t kAddress = 3;  // bytes of Event::data
+constexpr std::size_t kAddress = 3;  // index and sub-index in Event::data
 
 bool same_pdo(const pdo::Parameters& a, const pdo::Parameters& b) {
   return a.number == b.number && a.cob_id.raw == b.cob_id.raw && a.type == b.type &&

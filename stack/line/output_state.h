@@ -30,7 +30,7 @@ struct OutputState {
   std::string owner;          // OutputWrite::client of the last write that was applied
   std::uint64_t applied = 0;  // writes since the start of the line
   std::uint64_t refused = 0;
-  Instant applied_at{};  // the last of them
+  Instant applied_at{};  // time of the last applied write
   Instant refused_at{};
   OutputRefusal refusal = OutputRefusal::none;  // of the last refused write
   std::string refused_client;                   // its OutputWrite::client

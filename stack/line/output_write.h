@@ -67,7 +67,7 @@ enum class OutputRefusal : std::uint8_t {
   not_permitted,
   stale_layout,
   unknown_group,
-  unknown_entry,  // or not in this group
+  unknown_entry,  // no such entry, or not in this group
   bad_length,
   not_armed,     // after a watchdog reaction, without a new arming number
   bad_reaction,  // reactions that exclude each other

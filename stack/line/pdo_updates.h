@@ -38,7 +38,7 @@ class PdoUpdates {
   struct Waiting {
     std::uint16_t pdo = 0;
     Instant deadline{};
-    std::uint32_t begin = 0;  // bits of the area
+    std::uint32_t begin = 0;  // bit offset in the area
     std::uint32_t end = 0;
     std::vector<std::uint32_t> offsets;  // of the written entries
   };

@@ -33,7 +33,7 @@ class ProgramService final : public Service {
   void advance(Instant now) override;
   Instant next_wake() const override;
   void end(Refusal why, Instant now) override;
-  // A command is under way.
+  // Whether a command is under way.
   bool active() const { return !running_.empty(); }
 
  private:

@@ -37,7 +37,7 @@ class ScannedOutputs {
   // The progress of the newest value of an output entry.
   enum class Progress : std::uint8_t {
     waits,     // until the own node is Operational, or the PDO engine has room
-    sent,      // to the PDO engine: the frame is under way
+    sent,      // passed to the PDO engine: the frame is under way
     confirmed  // the bus acknowledged it, or the scanner list lacks the entry
   };
   Progress progress(std::uint32_t entry) const;
