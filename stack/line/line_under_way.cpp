@@ -83,7 +83,7 @@ void Line::answer_when_sent(FramesUnderWay::Sending sending, Instant now) {
     return;
   }
   command.data.clear();
-  // A longer time-out is meant for SDO transfers, or for the transport of the reply.
+  // A longer time-out is that of an SDO transfer, and of who waits for this reply.
   const bool sooner = command.timeout > Duration::zero() && command.timeout < kSendTime;
   sending.deadline = earlier(sending.deadline, deadline(now, sooner ? command.timeout : kSendTime));
   under_way_.add(std::move(sending));

@@ -92,7 +92,7 @@ void OutputService::write_entry(Command command, Instant now) {
   }
   const image::Entry& entry = layout.entries[command.entry];
   if (!parts_.receivers.takes_single_writes(entry.node)) {
-    command.node = entry.node;  // for the event
+    command.node = entry.node;  // the event names it
     host().refuse(command, Refusal::wrong_state, now);
     return;
   }
