@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Octets of the generated types and std::byte of the stack are the same bytes.
+// Converts between the octets (std::uint8_t) of the generated types and the std::byte of the stack.
 #pragma once
 
 #include <cstddef>
@@ -22,7 +22,7 @@ inline void copy_bytes(const std::vector<std::uint8_t>& from, std::vector<std::b
     std::memcpy(to.data(), from.data(), from.size());
 }
 
-// Appends.
+// Appends `from` to `to`.
 inline void append_bytes(const std::vector<std::uint8_t>& from, std::vector<std::byte>& to) {
   const std::size_t size = to.size();
   to.resize(size + from.size());

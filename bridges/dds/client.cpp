@@ -31,8 +31,8 @@ namespace {
 
 namespace fast = eprosima::fastdds::dds;
 
-constexpr int kSamplesPerTopic = 256;  // of each topic
-constexpr ClockMap kUtc{};             // Instants given out are UTC
+constexpr int kSamplesPerTopic = 256;  // of each topic, in one poll()
+constexpr ClockMap kUtc{};             // times passed to the listener are UTC
 
 Instant steady_now() {
   return Instant{
@@ -98,7 +98,7 @@ struct Client::Impl {
   fast::DataWriter* requests = nullptr;
   fast::DataWriter* outputs = nullptr;
   Waiting waiting;
-  std::size_t handled = 0;  // in the present poll
+  std::size_t handled = 0;  // samples, in the present poll
   fast::SampleInfo info;    // of the sample being handled
   LinePublishers<WriterWatch::Handle> publishers;
   std::map<fast::InstanceHandle_t, std::pair<std::string, std::string>> line_names;
@@ -120,7 +120,7 @@ struct Client::Impl {
   LayoutAssembly assembly;
   RequestTracker tracker;
   std::uint64_t next_id;
-  std::uint64_t called = 0;  // id that call() waits for
+  std::uint64_t called = 0;  // id of the request that call() waits for
   std::optional<CommandResult> call_result;
 };
 
@@ -129,7 +129,7 @@ Client::Impl::Impl(const ClientOptions& options, std::vector<Diagnostic>& diagno
       endpoints("linegate client " + name, options.domain, options.profile_file, diagnostics,
                 options.guard),
       tracker(options.retry) {
-  // Ids are not used again, not even by the next client of the same name.
+  // Ids are never reused, not even by the next client of the same name.
   std::random_device random;
   next_id = (std::uint64_t{random()} << 32U | random()) >> 1U | 1U;
   subscribe<v1::GatewayStatePubSubType>(options.gateways, v1::TOPIC_GATEWAY_STATE, gateways);
@@ -221,7 +221,7 @@ void Client::Impl::drain(fast::DataReader* reader, Sample& sample, Handle handle
   drain(reader, sample, handle, [] {});
 }
 
-// ended: an instance has no values any more; info says which.
+// ended: called when an instance has ended; `info` identifies it.
 template <class Sample, class Handle, class Ended>
 void Client::Impl::drain(fast::DataReader* reader, Sample& sample, Handle handle, Ended ended) {
   if (reader == nullptr)
@@ -239,7 +239,7 @@ void Client::Impl::drain(fast::DataReader* reader, Sample& sample, Handle handle
   waiting.wake();
 }
 
-// Before values, so that a layout is known when its first image comes.
+// Called before values are drained, so that a layout is known when its first image arrives.
 void Client::Impl::drain_layouts(ClientListener& listener) {
   drain(layouts, layout_sample, [&](const v1::ImageLayout& sample) {
     image::Layout layout;
@@ -283,7 +283,8 @@ void Client::Impl::drain_states(ClientListener& listener) {
   });
 }
 
-// Its gateway runs on without it. One whose writer has gone is told below.
+// The gateway removed the line and continues without it. A lost writer is handled by
+// tell_lines_gone().
 void Client::Impl::line_ended(ClientListener& listener) {
   const auto found = line_names.find(info.instance_handle);
   if (info.instance_state != fast::NOT_ALIVE_DISPOSED_INSTANCE_STATE || found == line_names.end())
@@ -295,7 +296,8 @@ void Client::Impl::line_ended(ClientListener& listener) {
   listener.on_line_gone(gateway, line);
 }
 
-// After the states: a gateway that has been started again in the meantime is not gone.
+// Called after states are drained: the lines of a gateway that was restarted meanwhile are not
+// gone.
 void Client::Impl::tell_lines_gone(ClientListener& listener) {
   for (const WriterWatch::Handle& lost : line_writers.take_lost()) {
     publishers.lose(lost, [&](const std::string& gateway, const std::string& line) {
@@ -408,7 +410,7 @@ CommandResult Client::call(const Target& target, const line::Command& command, D
   }
   while (!impl_->call_result)
     poll(timeout, listener);
-  poll(Duration::zero(), listener);  // an event that came just before the reply
+  poll(Duration::zero(), listener);  // receives an event that arrived just before the reply
   impl_->called = 0;
   return std::move(*impl_->call_result);
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A subscriber's half of the DDS contract (idl/linegate.idl), for the console and for tests.
+// The subscriber's half of the DDS contract (idl/linegate.idl), for the console and for tests.
 //
-// Everything happens in the caller's thread, within poll() and call(). All times in values given
-// out are UTC nanoseconds since 1970-01-01 in the form of an Instant (Instant{} = never).
+// Everything runs in the caller's thread, within poll() and call(). All times that it returns are
+// UTC nanoseconds since 1970-01-01 in the form of an Instant (Instant{} = never).
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@
 
 namespace linegate::dds {
 
-// Which line of which gateway a sample is from.
+// The gateway and line that published a sample.
 struct Source {
   std::string gateway;
   std::string line;
@@ -34,7 +34,7 @@ struct Source {
   ClockQuality clock = ClockQuality::unknown;
 };
 
-// Where a command or an output goes.
+// The gateway and line that a command or an output is addressed to.
 struct Target {
   std::string gateway;
   std::string line;
@@ -43,12 +43,11 @@ struct Target {
 
 struct CommandResult {
   std::uint64_t id = 0;
-  line::Reply reply;  // tag is the id. no answer in time: Refusal::timed_out
-  std::string text;   // the result in words, empty if done
+  line::Reply reply;  // tag is the id; Refusal::timed_out if no answer arrived in time
+  std::string text;   // description of the error; empty if done
 };
 
-// Called from within poll() and call(). What is not overridden is not subscribed to if
-// ClientOptions says so.
+// Called within poll() and call(). ClientOptions selects the topics to subscribe to.
 class ClientListener {
  public:
   virtual ~ClientListener() = default;
@@ -58,29 +57,31 @@ class ClientListener {
   virtual void on_node(const Source&, const NodeInfo&, const line::NodeState&,
                        const std::vector<Property>&) {}
   virtual void on_output_state(const Source&, const line::OutputState&) {}
-  virtual void on_layout(const Source&, const image::Layout&) {}  // once complete
-  // acquired = Source::time. A gap in snapshot.sequence: treat every entry as changed.
+  // Called once all parts of the layout were received
+  virtual void on_layout(const Source&, const image::Layout&) {}
+  // acquired is Source::time. After a gap in snapshot.sequence, treat every entry as changed.
   virtual void on_image(const Source&, const image::Snapshot&) {}
   virtual void on_pdo(const Source&, const PdoUpdate&) {}
-  // A gap in PdoReception::number: samples were lost on the way.
+  // A gap in PdoReception::number means that samples were lost.
   virtual void on_reception(const Source&, const PdoReception&) {}
   virtual void on_event(const Source&, const Event&, std::string_view /*text*/,
                         const std::vector<Property>&) {}
-  // The gateway that published this line has gone, or can no longer be reached.
+  // The line was removed, or the gateway that published it has left or is unreachable.
   virtual void on_line_gone(std::string_view /*gateway*/, std::string_view /*line*/) {}
-  // So many samples more could not be read, and were dropped.
+  // `samples` more samples could not be deserialized and were dropped.
   virtual void on_unreadable(std::uint64_t /*samples*/) {}
-  // So many samples more were of lines beyond those that a client keeps (4096), and were dropped.
+  // `samples` more samples were dropped because they belong to lines beyond the 4096 that a client
+  // keeps.
   virtual void on_left_out(std::uint64_t /*samples*/) {}
-  // Answers to send(); those of call() are given there.
+  // Answers to send(). call() returns its answer itself.
   virtual void on_reply(const Target&, const CommandResult&) {}
 };
 
 struct ClientOptions {
   std::string name;  // unique in the domain, up to 64 bytes; empty: host, process ID and a number
   std::uint32_t domain = 0;
-  std::string profile_file;  // as GatewayOptions
-  bool guard = true;         // judge what is received (bridges/dds/guard)
+  std::string profile_file;  // see GatewayOptions
+  bool guard = true;         // check received datagrams (bridges/dds/guard)
   bool gateways = true;      // which topics to subscribe to
   bool lines = true;
   bool nodes = true;
@@ -90,10 +91,11 @@ struct ClientOptions {
   bool pdos = true;
   bool receptions = true;
   bool events = true;
-  bool commands = true;                             // CommandRequest and CommandReply
-  bool outputs = false;                             // OutputWrite
-  std::uint32_t output_strength = 0;                // ownership: the strongest writer wins
-  Duration retry = std::chrono::milliseconds(250);  // an unanswered request is sent again
+  bool commands = true;               // CommandRequest and CommandReply
+  bool outputs = false;               // OutputWrite
+  std::uint32_t output_strength = 0;  // ownership strength: the strongest writer wins
+  // Pause before an unanswered request is repeated
+  Duration retry = std::chrono::milliseconds(250);
 };
 
 class Client {
@@ -103,35 +105,37 @@ class Client {
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
 
-  // Waits until something was received and handled, wake() was called, or the timeout passed
-  // (0 = does not wait), and sends unanswered requests again. Gives how many samples were handled.
+  // Waits until samples were received and handled, wake() was called, or the timeout passed (0 =
+  // does not wait), and repeats unanswered requests. Returns the number of handled samples.
   std::size_t poll(Duration timeout, ClientListener& listener);
-  // Ends the present poll(), or the next one. The only call from any thread.
+  // Ends the present poll(), or the next one. From any thread.
   void wake();
 
-  // Sends a command; the answer comes to on_reply(), Refusal::timed_out at the latest after
-  // `timeout` (command.timeout is the gateway's business). Gives the id, 0 if this client was made
-  // without commands. command.tag is ignored. layout_id as in the contract.
+  // Sends a command. on_reply() receives the answer, or Refusal::timed_out at the latest after
+  // `timeout`, which is independent of command.timeout, the time limit of the gateway. Returns the
+  // id, or 0 if this client was created without commands. command.tag is ignored. layout_id: see
+  // the contract.
   std::uint64_t send(const Target& target, const line::Command& command, Duration timeout,
                      std::uint64_t layout_id = 0);
-  // The same, and waits for the answer. Other samples go to the listener meanwhile: the events that
-  // the gateway told before it answered, too.
+  // Like send(), and waits for the answer. Meanwhile the listener receives all other samples,
+  // including the events that the gateway published before it answered.
   CommandResult call(const Target& target, const line::Command& command, Duration timeout,
                      ClientListener& listener, std::uint64_t layout_id = 0);
 
-  // Everything this client has to say about one group of outputs: only the last sample counts.
-  // Send it again at least once within the deadline of the profile, or a weaker writer takes over.
-  // False: out of the contract's bounds, or DDS did not take it.
+  // Publishes all output values of this client for one group: only the last sample counts. Repeat
+  // it at least once within the deadline of the profile, or a weaker writer takes over. Returns
+  // false if the values exceed the contract's bounds, or DDS refused the sample.
   bool write_outputs(const Target& target, const line::OutputWrite& write);
 
-  // Gateways seen by the endpoint that receives commands (outputs): 0 = nobody would hear.
+  // Number of matched gateway endpoints that receive commands (or outputs); 0: nothing would be
+  // received.
   std::size_t command_peers() const;
   std::size_t output_peers() const;
   const std::string& name() const;
-  // The gateways whose participants are discovered, whether or not a sample of them has come, and
-  // for how long none has come or gone. From any thread.
+  // The gateways whose participants are discovered, whether or not a sample of them was received,
+  // and for how long this list has not changed. From any thread.
   Peers peers() const;
-  // What the guard received and dropped. From any thread.
+  // The number of datagrams that the guard received and dropped. From any thread.
   guard::Counters guard_counters() const;
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From protocol time to published time and back.
+// Converts between protocol time and published time.
 #pragma once
 
 #include <cstdint>
@@ -8,15 +8,15 @@
 
 namespace linegate::dds {
 
-// How good a published time is. The numbers are those of the DDS contract.
+// Quality of a published time. The numbers are those of the DDS contract.
 enum class ClockQuality : std::uint8_t {
-  unknown,       // the host does not tell
+  unknown,       // the host does not report it
   free_running,  // the host's clock is not synchronised
   synchronised,  // synchronised to NTP, PTP or the like
 };
 
-// The wall clock as seen from the monotonic one: UTC = monotonic + offset. A plain value, measured
-// by the gateway; a step of the wall clock is a new map.
+// The wall clock relative to the monotonic clock: UTC = monotonic + offset. A plain value, measured
+// by the gateway; a step of the wall clock results in a new map.
 struct ClockMap {
   Duration offset{};
   ClockQuality quality = ClockQuality::unknown;

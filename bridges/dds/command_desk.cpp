@@ -29,7 +29,7 @@ CommandDesk::Outcome CommandDesk::refuse(const v1::CommandRequest& request, Refu
   return outcome;
 }
 
-// Why the sample cannot be taken at all, or nullptr.
+// Why the sample is refused, or nullptr if it is accepted.
 const char* CommandDesk::admit(const v1::CommandRequest& request, Refusal& refusal) const {
   refusal = Refusal::bad_request;
   if (request.id() == 0)
@@ -163,7 +163,7 @@ std::shared_ptr<const Answer> CommandDesk::answer(const line::Reply& reply) {
   return answer;
 }
 
-// The client that has been silent the longest loses its oldest answer first.
+// Drops the oldest answers of the client that has been silent the longest first.
 void CommandDesk::trim_answers() {
   while (answer_bytes_ > limits_.answers) {
     Client* oldest = nullptr;
@@ -193,7 +193,8 @@ CommandDesk::Client* CommandDesk::client_of(const ClientKey& key) {
   return &clients_[key];
 }
 
-// Drops the client that has been silent the longest and waits for nothing.
+// Drops the client that has been silent the longest among those without a pending command. Returns
+// false if there is none.
 bool CommandDesk::make_room() {
   auto oldest = clients_.end();
   for (auto client = clients_.begin(); client != clients_.end(); ++client) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where requests are put together from chunks, told from their duplicates, and where answers are
-// kept. Pure bookkeeping: no DDS in here but the types of the contract.
+// Assembles requests from chunks, detects duplicates, and keeps answers. No DDS except the types of
+// the contract.
 //
-// Bounded in every direction: a stranger who sends rubbish, or never ends a request, costs himself
-// a refusal and nobody else anything.
+// Every table is bounded: a client that sends malformed requests, or never completes one, receives
+// a refusal and does not affect other clients.
 #pragma once
 
 #include <cstddef>
@@ -27,15 +27,15 @@ namespace linegate::dds {
 
 struct DeskLimits {
   std::size_t clients = 1'024;        // pairs of line and client
-  std::size_t window = 256;           // answers kept of each
-  std::size_t pending = 256;          // commands of each under way
-  std::size_t assemblies = 4;         // requests of each being put together
+  std::size_t window = 256;           // answers kept for each
+  std::size_t pending = 256;          // commands in progress of each
+  std::size_t assemblies = 4;         // incomplete requests of each
   std::size_t request = 16U << 20U;   // bytes of data in one request
-  std::size_t answers = 64U << 20U;   // bytes of data in all answers kept
-  std::size_t requests = 64U << 20U;  // bytes of data in all requests being put together
+  std::size_t answers = 64U << 20U;   // bytes of data in all kept answers
+  std::size_t requests = 64U << 20U;  // bytes of data in all incomplete requests
 };
 
-// What goes back to a client.
+// The answer to a command, as sent to its client.
 struct Answer {
   std::string line;
   std::string client;
@@ -49,21 +49,23 @@ class CommandDesk {
  public:
   CommandDesk(std::uint64_t incarnation, std::vector<std::string> lines, DeskLimits limits = {});
 
-  // Whose commands are taken. What was accepted before is still answered.
+  // The lines that accept commands. Commands that were accepted before remove_line() are still
+  // answered.
   void add_line(const std::string& line) { lines_.insert(line); }
   void remove_line(const std::string& line) { lines_.erase(line); }
 
-  // What a request sample leads to: any combination but command with answer; nothing for a chunk
-  // that is not the last, and for a duplicate of what is still under way.
+  // The result of a request sample: any combination except command with answer. Empty for a chunk
+  // that is not the last, and for a duplicate of a command in progress.
   struct Outcome {
-    std::optional<CommandMessage> command;  // complete and new: carry it out
-    std::shared_ptr<const Answer> answer;   // send it, from byte answer_from of its data
+    std::optional<CommandMessage> command;  // complete and new: execute it
+    std::shared_ptr<const Answer> answer;   // send it, from offset answer_from of its data
     std::size_t answer_from = 0;
-    line::Refusal refused = line::Refusal::none;  // the answer is a refusal made here
+    line::Refusal refused = line::Refusal::none;  // the answer is a refusal by the desk
   };
   Outcome take(const v1::CommandRequest& request);
 
-  // Keeps the answer of the command with that tag. nullptr: no such command is under way.
+  // Keeps and returns the answer to the command with that tag; nullptr if no such command is in
+  // progress.
   std::shared_ptr<const Answer> answer(const line::Reply& reply);
 
  private:
@@ -77,7 +79,7 @@ class CommandDesk {
     std::list<Assembly> assemblies;  // oldest first
     std::set<std::uint64_t> pending;
     std::deque<std::shared_ptr<const Answer>> window;  // oldest first
-    std::uint64_t used = 0;                            // when it last sent something, in requests
+    std::uint64_t used = 0;  // number of the request that the client sent last
   };
   struct Pending {
     ClientKey client;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The numbers of the stack's enumerations are those of the contract, and both end together.
+// Asserts that the enumerations of the stack have the values of the contract, and the same last
+// member.
 #include <cstddef>
 
 #include <linegate.h>

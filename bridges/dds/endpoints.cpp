@@ -16,19 +16,21 @@ namespace {
 
 namespace fast = eprosima::fastdds::dds;
 
-constexpr std::uint32_t kMaxDomain = 232;  // DDSI-RTPS 9.6.1.1: ports end there
+// DDSI-RTPS 9.6.1.1: greater domain numbers have no ports
+constexpr std::uint32_t kMaxDomain = 232;
 
-// As the library settings of the profiles choose it; the library does by default.
+// According to the library settings of the profiles; enabled by default.
 bool delivers_within_process() {
   using Profiles = eprosima::fastrtps::xmlparser::XMLProfileManager;
   return Profiles::library_settings().intraprocess_delivery != eprosima::fastrtps::INTRAPROCESS_OFF;
 }
 
-// To be called before a writer is deleted. Fast DDS 2.9 lets go of the samples that a writer still
-// keeps without its lock, while a heartbeat of it may be under way in another thread; that one sees
-// sequence number 0, and names all the numbers from there to the end of time as missing
-// (RTPSWriter::deinit, StatefulWriter::add_gaps_for_holes_in_history_; their pull request 4076).
-// Whoever deletes the writer then waits for ever. Clearing has the lock.
+// Must be called before a writer is deleted. When Fast DDS 2.9 deletes a writer, it releases the
+// samples in its history without holding its lock, while another thread may be sending a heartbeat
+// of that writer. That thread then reads sequence number 0 and declares all numbers from there to
+// the end of the range as missing (RTPSWriter::deinit,
+// StatefulWriter::add_gaps_for_holes_in_history_; pull request 4076 of Fast DDS), and the thread
+// that deletes the writer blocks forever. Clearing the history holds the lock.
 void clear(fast::DataWriter& writer) {
   std::size_t dropped = 0;
   writer.clear_history(&dropped);
@@ -58,9 +60,9 @@ void Endpoints::create_participant(const std::string& name, std::uint32_t domain
     return fail("there is no participant profile \"" + std::string(kParticipantProfile) + "\"");
   }
   qos.name(name);
-  // Two readers that announce a unicast and the same multicast locator end the process of a writer
-  // of Fast DDS 2.9 (assertion in OutputTrafficManager.hpp:87). Without multicast locators there is
-  // nothing that two readers share. Where the profile does not set it, the library's default is 1.
+  // Two readers that announce a unicast locator and the same multicast locator abort the process of
+  // a writer of Fast DDS 2.9 (assertion in OutputTrafficManager.hpp:87). Without multicast locators
+  // two readers share no locator. The library's default is 1, if the profile does not set it.
   qos.allocation().locators.max_multicast_locators = 0;
   bound_discovery(qos);
   if (guarded) {
@@ -85,10 +87,10 @@ void Endpoints::create_participant(const std::string& name, std::uint32_t domain
     fail("no DDS publisher and subscriber");
 }
 
-// Everybody on the network can invent participants and endpoints. Fast DDS ignores what is beyond
-// its allocation, and takes note of it when something else has gone; what was matched stays so.
+// Any host on the network can forge participants and endpoints. Fast DDS ignores those beyond its
+// allocation and accepts them when others have left; existing matches remain.
 void Endpoints::bound_discovery(fast::DomainParticipantQos& qos) {
-  auto& participants = qos.allocation().participants;  // of all, this one among them
+  auto& participants = qos.allocation().participants;  // all participants, including this one
   if (participants_ != 0) {
     participants.maximum = participants_ + 1;
   } else if (participants.maximum == std::numeric_limits<std::size_t>::max()) {
@@ -129,10 +131,10 @@ void Endpoints::fail(std::string text) {
 fast::Topic* Endpoints::make_topic(const std::string& topic, fast::TypeSupport type) {
   if (!ok_)
     return nullptr;
-  const auto known = topics_.find(topic);  // changes nothing: two threads may come here later
+  const auto known = topics_.find(topic);  // read only: two threads may call this after seal()
   if (known != topics_.end())
     return known->second;
-  // Cyclone DDS takes an endpoint's TypeInformation for malformed and ignores the endpoint.
+  // Cyclone DDS rejects the TypeInformation of Fast DDS as malformed and ignores the endpoint.
   type->auto_fill_type_information(false);
   type->auto_fill_type_object(false);
   fast::Topic* made = nullptr;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One participant with its writers and readers, each as its profile says. Owns them all.
+// A participant with its writers and readers, which it owns. Each has the QoS of its profile.
 #pragma once
 
 #include <cstdint>
@@ -26,9 +26,9 @@ namespace linegate::dds {
 class Endpoints {
  public:
   // Loads the profiles (see load_profiles) and creates the participant. On failure ok() is false
-  // and a diagnostic tells why.
-  // guarded: a guard judges what is received (bridges/dds/guard). participants: others that are
-  // taken note of at the same time; 0: as the profile says, or kMostParticipants.
+  // and a diagnostic states the reason. guarded: a guard checks received datagrams
+  // (bridges/dds/guard). participants: the number of other participants that are accepted at the
+  // same time; 0: the number in the profile, or kMostParticipants.
   Endpoints(const std::string& name, std::uint32_t domain, const std::string& profile_file,
             std::vector<Diagnostic>& diagnostics, bool guarded = true,
             std::size_t participants = 0);
@@ -36,36 +36,38 @@ class Endpoints {
   Endpoints(const Endpoints&) = delete;
   Endpoints& operator=(const Endpoints&) = delete;
 
-  // False as soon as anything could not be created.
+  // False once anything could not be created.
   bool ok() const { return ok_; }
 
-  // From now on failures are told by nullptr alone: the diagnostics may go. No more topics are
-  // created, and writers and readers may be from any thread.
+  // Afterwards nullptr alone reports a failure, and the diagnostics may be destroyed. No more
+  // topics are created, and any thread may create writers and readers.
   void seal() { diagnostics_ = nullptr; }
 
-  // Other participants of the domain that have its name, see namesakes.h. From any thread.
+  // Number of other participants in the domain with the same name, see namesakes.h. From any
+  // thread.
   std::size_t namesakes() const { return names_.namesakes(); }
-  // The other gateways of the domain. From any thread.
+  // The other gateways in the domain. From any thread.
   Peers peers() const { return names_.peers(); }
-  // Other participants of the domain. From any thread.
+  // Counts the other participants in the domain. From any thread.
   DiscoveryCounters discovery() const { return names_.discovery(); }
 
-  // What the guard received and dropped; zeros without one. From any thread.
+  // The number of datagrams that the guard received and dropped; zeros without a guard. From any
+  // thread.
   guard::Counters guard_counters() const {
     return guard_ == nullptr ? guard::Counters{} : guard_->counters();
   }
 
-  // Received samples that could not be read, since the last call.
+  // Number of received samples that could not be deserialized, since the last call.
   std::uint64_t take_unreadable() { return unreadable_->take(); }
 
-  // Nobody may write meanwhile; what a reader has not got yet is lost to it.
+  // No thread may write meanwhile. Samples that a reader has not received yet are lost.
   void remove(eprosima::fastdds::dds::DataWriter* writer);
   void remove(eprosima::fastdds::dds::DataReader* reader) {
     subscriber_->delete_datareader(reader);
   }
 
-  // nullptr on failure, with a diagnostic. strength: of the ownership, where the profile says
-  // EXCLUSIVE.
+  // Returns nullptr on failure, with a diagnostic. strength: ownership strength, used if the
+  // profile selects EXCLUSIVE.
   template <class PubSubType>
   eprosima::fastdds::dds::DataWriter* writer(const std::string& topic, std::uint32_t strength = 0) {
     return make_writer(topic, eprosima::fastdds::dds::TypeSupport(new WrittenType<PubSubType>()),
@@ -89,11 +91,11 @@ class Endpoints {
                                             eprosima::fastdds::dds::TypeSupport type);
   void fail(std::string text);
 
-  std::vector<Diagnostic>* diagnostics_;  // nullptr once it has been set up
+  std::vector<Diagnostic>* diagnostics_;  // nullptr after seal()
   std::shared_ptr<UnreadableCount> unreadable_ = std::make_shared<UnreadableCount>();
-  std::shared_ptr<guard::Guard> guard_;  // nullptr: switched off
-  NameWatch names_;                      // outlives the participant, which it listens to
-  std::string origin_;                   // of the profiles
+  std::shared_ptr<guard::Guard> guard_;  // nullptr: disabled
+  NameWatch names_;                      // outlives the participant, whose listener it is
+  std::string origin_;                   // file of the profiles, for diagnostics
   std::size_t participants_;
   bool ok_ = true;
   eprosima::fastdds::dds::DomainParticipant* participant_ = nullptr;

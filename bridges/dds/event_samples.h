@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Event of the contract from and to the stack's. gateway, line and incarnation are left alone.
+// Converts between Event of the contract and the stack's. gateway, line and incarnation are
+// unchanged.
 #pragma once
 
 #include <string_view>
@@ -13,7 +14,7 @@ namespace linegate::dds {
 
 void to_wire(const linegate::Event& from, std::string_view text, const ClockMap& clock,
              v1::Event& to);
-// Kinds this version does not know are kept as their number.
+// Event kinds that are unknown to this version keep their number.
 void from_wire(const v1::Event& from, const ClockMap& clock, linegate::Event& to);
 
 }  // namespace linegate::dds

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The newest sample of each instance of a writer, and which of them lies too far back among all
-// that was written. Free of DDS; why it matters: state_writer.h.
+// Keeps the newest sample of each instance of a writer, and finds those that are too old compared
+// with all samples written since. Independent of DDS; state_writer.h describes the reason.
 #pragma once
 
 #include <algorithm>
@@ -15,11 +15,11 @@ namespace linegate::dds {
 template <class Key, class Sample>
 class HeldSamples {
  public:
-  // So many samples may have been written since the newest one of any instance; twice as many as
-  // there are instances, if that is more.
+  // The number of samples that may be written after the newest sample of an instance before that
+  // one is stale. Twice the number of instances applies, if that is greater.
   static constexpr std::uint64_t kMostSince = 1'024;
 
-  // Keeps a copy of what is now being written, and gives it.
+  // Keeps and returns a copy of the sample that is about to be written.
   Sample& note(const Key& key, const Sample& sample) {
     const auto known = places_.find(key);
     if (known == places_.end()) {
@@ -32,7 +32,7 @@ class HeldSamples {
     return held_.back().sample;
   }
 
-  // Those of which wanted(sample) is true are kept no longer: calls dropped(key, sample) for each.
+  // Removes the samples for which wanted(sample) is true, and calls dropped(key, sample) for each.
   template <class Wanted, class Dropped>
   void drop(Wanted wanted, Dropped dropped) {
     for (auto place = places_.begin(); place != places_.end();) {
@@ -46,16 +46,16 @@ class HeldSamples {
     }
   }
 
-  // All of them, oldest first. What is written of them now counts for nothing: it goes to another
-  // writer, in the same order.
+  // Calls visit(sample) for all samples, oldest first. Writing them to another writer in this order
+  // is not counted.
   template <class Visit>
   void each(Visit visit) {
     for (Held& held : held_)
       visit(held.sample);
   }
 
-  // One that must be written again now, which counts as written; nullptr: none. Ask until there is
-  // none, after each note().
+  // Returns a sample that must be written again now, and counts it as written; nullptr if there is
+  // none. Call it after each note() until it returns nullptr.
   Sample* take_stale() {
     const std::uint64_t most = std::max<std::uint64_t>(kMostSince, 2 * held_.size());
     if (held_.empty() || written_ - held_.front().number <= most)
@@ -67,7 +67,7 @@ class HeldSamples {
  private:
   struct Held {
     Sample sample;
-    std::uint64_t number;  // of the write, from 1
+    std::uint64_t number;  // number of the write operation, from 1
   };
   using Place = typename std::list<Held>::iterator;
 
@@ -76,7 +76,7 @@ class HeldSamples {
     place->number = ++written_;
   }
 
-  std::list<Held> held_;  // in the order they were written
+  std::list<Held> held_;  // in write order
   std::map<Key, Place> places_;
   std::uint64_t written_ = 0;
 };

@@ -24,7 +24,8 @@ void each_member(Wire& wire, Stack& stack, Pair pair) {
   pair(wire.product_code(), stack.product_code);
 }
 
-// The contract numbers bits from the low end of each octet, as little-endian words do.
+// The contract numbers bits from the low end of each octet, which is the bit order of little-endian
+// words.
 void words_to_octets(const std::vector<std::uint64_t>& from, std::vector<std::uint8_t>& to) {
   to.resize(from.size() * 8);
   for (std::size_t i = 0; i < to.size(); ++i) {

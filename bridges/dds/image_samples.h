@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// ImageLayout, ProcessImage and PdoUpdate of the contract from and to the stack's values. gateway,
-// line and incarnation are left alone.
+// Converts between ImageLayout, ProcessImage and PdoUpdate of the contract and the stack's values.
+// gateway, line and incarnation are unchanged.
 #pragma once
 
 #include <cstddef>
@@ -18,30 +18,30 @@
 
 namespace linegate::dds {
 
-// Parts a layout is published in, at least 1.
+// Number of parts that a layout is published in, at least 1.
 std::uint16_t layout_parts(const image::Layout& layout);
 
-// Part `part` of layout_parts().
+// part: 0 to layout_parts() - 1.
 void to_wire(const image::Layout& from, std::uint16_t part, v1::ImageLayout& to);
 void from_wire(const v1::LayoutEntry& from, image::Entry& to);
 
-// False if it is beyond the contract's bounds.
+// Returns false if the snapshot exceeds the contract's bounds.
 bool to_wire(const image::Snapshot& from, const ClockMap& clock, v1::ProcessImage& to);
-// False if it contradicts itself or the contract: bounds, direction.
+// Returns false if the sample is inconsistent or violates the contract (bounds, direction).
 bool from_wire(const v1::ProcessImage& from, const ClockMap& clock, image::Snapshot& to);
 
-// The values of one PDO as `snapshot` holds them. False if mark, layout and snapshot do not belong
+// The values of one PDO in `snapshot`. Returns false if mark, layout and snapshot do not belong
 // together.
 bool to_wire(const image::Layout& layout, const image::Snapshot& snapshot,
              const image::PdoMark& mark, std::uint32_t receptions, const ClockMap& clock,
              v1::PdoUpdate& to);
-// False if reception and layout do not belong together.
+// Returns false if reception and layout do not belong together.
 bool to_wire(const image::Layout& layout, const pdo::Reception& reception, const ClockMap& clock,
              v1::PdoReception& to);
 void from_wire(const v1::PdoReception& from, const ClockMap& clock, PdoReception& to);
 void from_wire(const v1::PdoUpdate& from, const ClockMap& clock, PdoUpdate& to);
 
-// `bits` bits (1..512) from bit `offset` of `area`, moved to bit 0. The area must hold them.
+// Copies `bits` bits (1..512) from bit `offset` of `area` to bit 0. The area must contain them.
 void extract_bits(std::span<const std::byte> area, std::uint32_t offset, std::uint16_t bits,
                   std::vector<std::uint8_t>& to);
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// A reader of what strangers send: one of them cannot use up its instances for good.
+// A reader of samples from untrusted writers: no writer can exhaust its instances permanently.
 //
-// Fast DDS 2.9 keeps an instance for every key of a living writer, read or not, and rejects the
-// samples of others when there are no more. So when that happens a new reader takes the place of
-// the old one; who was not heard just then writes again.
+// Fast DDS 2.9 keeps an instance for every key of a writer that is alive, read or not, and rejects
+// samples of other instances at the limit. When that happens, a new reader replaces this one;
+// writers whose samples were rejected repeat them.
 #pragma once
 
 #include <cstdint>
@@ -21,19 +21,20 @@ namespace linegate::dds {
 template <class PubSubType>
 class InboundReader {
  public:
-  // Both must outlive it; endpoints tells whether the reader could be created.
+  // endpoints and waiting must outlive the reader. endpoints reports whether it could be created.
   InboundReader(Endpoints& endpoints, Waiting& waiting, std::string topic)
       : endpoints_(endpoints), waiting_(waiting), topic_(std::move(topic)) {
     create();
   }
 
-  // False: there is none. A sample without valid data has a meaning for nobody here.
+  // Returns false if there is no sample. Callers ignore samples without valid data.
   bool take(typename PubSubType::type& sample, eprosima::fastdds::dds::SampleInfo& info) {
     return reader_ != nullptr && reader_->take_next_sample(&sample, &info) ==
                                      eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK;
   }
 
-  // The policy in which a writer met since the last call does not fit, hence is not heard; 0: none.
+  // The QoS policy in which a writer discovered since the last call is incompatible, so that none
+  // of its samples are received; 0: none.
   std::uint32_t misfit() {
     eprosima::fastdds::dds::RequestedIncompatibleQosStatus status;
     if (reader_ == nullptr)
@@ -42,7 +43,7 @@ class InboundReader {
     return status.total_count_change == 0 ? 0U : static_cast<std::uint32_t>(status.last_policy_id);
   }
 
-  // To be called now and then, when all that was there has been taken.
+  // Call it periodically, after all available samples were taken.
   void renew_if_full() {
     if (reader_ != nullptr && !full())
       return;

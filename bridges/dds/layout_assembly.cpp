@@ -33,7 +33,7 @@ bool same_layout(const v1::ImageLayout& a, const v1::ImageLayout& b) {
 
 }  // namespace
 
-// Whether all parts of the layout of `part` are there, and their entries count through.
+// Whether all parts of the layout of `part` were received and their entries are contiguous.
 bool LayoutAssembly::complete(const Known& known, const v1::ImageLayout& part) {
   std::size_t entries = 0;
   for (std::uint16_t number = 0; number < part.parts(); ++number) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What Fast DDS itself has to say: warnings and errors of the library, not events of a line.
+// Warnings and errors of Fast DDS itself, as opposed to events of a line.
 #pragma once
 
 #include <functional>
@@ -11,8 +11,8 @@ namespace linegate::dds {
 
 using LibraryLog = std::function<void(Severity, std::string_view text)>;
 
-// Gives every later warning and error of the library to `log` instead of printing it. Called from a
-// thread of Fast DDS: only hand the text on. An empty function keeps them quiet.
+// Passes every later warning and error of the library to `log` instead of printing it. `log` is
+// called in a thread of Fast DDS and must only forward the text. An empty function discards them.
 void set_library_log(LibraryLog log);
 
 }  // namespace linegate::dds

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which writer publishes which line: when the writer is lost, so are its lines.
+// Records which writer publishes each line: a line is lost with its writer.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@ class LinePublishers {
  public:
   static constexpr std::size_t kMaxLines = 4'096;  // a stranger may publish any number of names
 
-  // False: there are kMaxLines others.
+  // Returns false if kMaxLines other lines are recorded.
   bool note(const std::string& gateway, const std::string& line, const Handle& writer) {
     const std::pair key(gateway, line);
     if (writers_.size() >= kMaxLines && !writers_.contains(key))
@@ -27,7 +27,7 @@ class LinePublishers {
     writers_.erase(std::pair(gateway, line));
   }
 
-  // Forgets the lines of that writer, and calls gone(gateway, line) for each.
+  // Removes the lines of that writer, and calls gone(gateway, line) for each.
   template <class Gone>
   void lose(const Handle& writer, Gone gone) {
     for (auto line = writers_.begin(); line != writers_.end();) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The other participants of the domain: how many there are, which have the name of this one, which
-// are gateways, and what discovery found and lost for the guard. Fast DDS reports all of that to a
-// listener only.
+// Observes the other participants in the domain: their number, those with the name of this
+// participant, the gateways, and the discovery results that the guard needs. Fast DDS reports them
+// to a listener only.
 #pragma once
 
 #include <algorithm>
@@ -28,7 +28,7 @@ class NameWatch : public eprosima::fastdds::dds::DomainParticipantListener {
  public:
   explicit NameWatch(std::string name) : name_(std::move(name)) {}
 
-  // Before the participant is created.
+  // Call it before the participant is created.
   void inform(std::shared_ptr<guard::Guard> guard) { guard_ = std::move(guard); }
 
   // From any thread.
@@ -46,10 +46,10 @@ class NameWatch : public eprosima::fastdds::dds::DomainParticipantListener {
     const std::lock_guard lock(mutex_);
     return discovery_;
   }
-  // Before the participant is created.
+  // Call it before the participant is created.
   void set_most(std::size_t participants) { discovery_.most = participants; }
 
-  // From threads of Fast DDS: they only note it.
+  // Called by threads of Fast DDS; only records the change.
   void on_participant_discovery(eprosima::fastdds::dds::DomainParticipant*,
                                 eprosima::fastrtps::rtps::ParticipantDiscoveryInfo&& it) override {
     using Info = eprosima::fastrtps::rtps::ParticipantDiscoveryInfo;

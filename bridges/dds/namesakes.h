@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Others that have the name of this participant: two gateways of one name, which no subscriber can
-// tell apart.
+// Other participants with the name of this one: subscribers cannot distinguish two gateways of the
+// same name.
 #pragma once
 
 #include <cstddef>
@@ -13,14 +13,15 @@ namespace linegate::dds {
 template <class Key>
 class Namesakes {
  public:
-  // One of them was discovered. lease: how long it may be silent before it counts as gone, >= 0.
+  // A participant with this name was discovered. lease: its lease duration, >= 0; it may be silent
+  // for that long before it counts as gone.
   void come(const Key& key, Instant now, Duration lease) {
     alive_.try_emplace(key, deadline(now, lease));
   }
   void go(const Key& key) { alive_.erase(key); }
 
-  // Those that are there for longer than their lease. Before that it may be one that was killed, of
-  // which a discovery server still tells: this gateway itself, before it was started again.
+  // Number of participants that have existed longer than their lease. Before that it may be a
+  // killed one that a discovery server still announces, such as an earlier start of this gateway.
   std::size_t count(Instant now) const {
     std::size_t out = 0;
     for (const auto& [key, since] : alive_) {
@@ -30,7 +31,7 @@ class Namesakes {
   }
 
  private:
-  std::map<Key, Instant> alive_;  // since when that is certain
+  std::map<Key, Instant> alive_;  // the time from which the participant counts
 };
 
 }  // namespace linegate::dds

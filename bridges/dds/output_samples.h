@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// OutputWrite of the contract from and to the stack's. gateway, line, client and incarnation are
-// left alone.
+// Converts between OutputWrite of the contract and the stack's. gateway, line, client and
+// incarnation are unchanged.
 #pragma once
 
 #include <linegate.h>
@@ -10,10 +10,11 @@
 
 namespace linegate::dds {
 
-// False if it is beyond the contract's bounds.
+// Returns false if the values exceed the contract's bounds.
 bool to_wire(const line::OutputWrite& from, v1::OutputWrite& to);
 
-// What a stranger sent: `refusal` is none, or why it cannot be understood, with `why` in words.
+// Result of checking a received sample: `refusal` is none, or the reason why it is malformed, which
+// `why` describes.
 struct OutputCheck {
   line::OutputRefusal refusal = line::OutputRefusal::none;
   const char* why = "";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// OutputState of the contract from and to the stack's. gateway, line and incarnation are left
-// alone.
+// Converts between OutputState of the contract and the stack's. gateway, line and incarnation are
+// unchanged.
 #pragma once
 
 #include <linegate.h>
@@ -11,10 +11,10 @@
 
 namespace linegate::dds {
 
-// now: of the sample.
+// now: time of the sample.
 void to_wire(const line::OutputState& from, const ClockMap& clock, Instant now,
              v1::OutputState& to);
-// The deadline is what is left of the watchdog time, after the time of the sample.
+// The deadline is the time of the sample plus the remaining watchdog time.
 void from_wire(const v1::OutputState& from, const ClockMap& clock, line::OutputState& to);
 
 }  // namespace linegate::dds

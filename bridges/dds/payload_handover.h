@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the thread sanitizer cannot see of Fast DDS.
+// Annotations for the thread sanitizer.
 //
-// Writers and readers of a process take the memory of their samples from common pools. Who lets go
-// of a payload last gives it back, which the library finds out by an atomic counter
-// (TopicPayloadPool::release_payload). It is not compiled with the sanitizer, so that a payload
-// that was read in one thread and is then written in another looks like a race. These say what the
-// counter does; without the sanitizer they are nothing.
+// Writers and readers of a process allocate their payloads from shared pools. The last user of a
+// payload returns it to the pool, which an atomic counter determines
+// (TopicPayloadPool::release_payload). The library is not compiled with the sanitizer, so reading a
+// payload in one thread and later writing it in another looks like a race. These functions declare
+// the synchronisation that the counter provides; without the sanitizer they do nothing.
 #pragma once
 
 #if defined(__has_feature)
@@ -22,14 +22,14 @@
 
 namespace linegate::dds {
 
-// A sample has been read from it.
+// A sample was deserialized from the payload.
 inline void payload_was_read([[maybe_unused]] void* payload) {
 #ifdef LINEGATE_THREAD_SANITIZER
   __tsan_release(payload);
 #endif
 }
 
-// A sample is going to be written into it.
+// A sample is about to be serialized into the payload.
 inline void payload_is_free([[maybe_unused]] void* payload) {
 #ifdef LINEGATE_THREAD_SANITIZER
   __tsan_acquire(payload);

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes PDO updates: transient-local samples of many instances, of which each one's newest counts.
+// Writes PDO updates: transient-local samples of many instances. Only the newest sample of each
+// instance counts.
 //
-// Transient-local although nothing is promised to late joiners: Fast DDS 2.9 may deadlock when a
-// reader of a reliable volatile writer leaves (issues 3468 and 5432 of Fast DDS). The writer keeps
-// the newest sample of each PDO, so one of a PDO that has long been silent is written again, as a
-// state is (state_writer.h), with no receptions.
+// They are transient-local although late joiners are promised nothing: Fast DDS 2.9 may deadlock
+// when a reader of a reliable volatile writer leaves (issues 3468 and 5432 of Fast DDS). The writer
+// keeps the newest sample of each PDO, so the sample of a PDO that has been silent for long is
+// written again, like a state (state_writer.h), with 0 receptions.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +29,7 @@ class PdoWriter {
           return endpoints.writer<v1::PdoUpdatePubSubType>(v1::TOPIC_PDO_UPDATE);
         }) {}
 
-  // False: DDS did not take it.
+  // Returns false if DDS refused the sample.
   bool write(v1::PdoUpdate& sample) {
     Key key;
     if (writer_.writer() == nullptr || !type_.getKey(&sample, &key))
@@ -41,8 +42,9 @@ class PdoWriter {
     return written;
   }
 
-  // The PDOs of a line have other entries from now on, or the line ends: no old value of them is
-  // written again. The writer keeps no sample of any line after that, until it is written again.
+  // Call it when the PDOs of a line have a new layout, or the line is removed: their old values are
+  // not written again. It clears the history of the writer, for all lines, until they are written
+  // again.
   void forget(std::string_view line) {
     bool any = false;
     held_.drop([&](const v1::PdoUpdate& sample) { return line == sample.line().c_str(); },

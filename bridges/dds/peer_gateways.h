@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The gateways of a domain, by the names of their participants: "linegate NAME" is a gateway,
-// "linegate client NAME" a client (a gateway's name has no space).
+// The gateways in a domain, by the names of their participants: "linegate NAME" is a gateway,
+// "linegate client NAME" a client (the name of a gateway contains no space).
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@
 
 namespace linegate::dds {
 
-// The name of the gateway whose participant has that name; nothing if it is no gateway's.
+// The gateway name in the name of a participant; nothing if it is not a gateway.
 inline std::optional<std::string_view> gateway_of(std::string_view participant) {
   constexpr std::string_view kPrefix = "linegate ";
   if (!participant.starts_with(kPrefix) || participant.size() == kPrefix.size()) {
@@ -29,11 +29,12 @@ inline std::optional<std::string_view> gateway_of(std::string_view participant) 
 template <class Key>
 class PeerGateways {
  public:
-  static constexpr std::size_t kMost = 1024;  // any participant may have such a name
+  // Bounded, because any participant may have such a name
+  static constexpr std::size_t kMost = 1024;
 
   explicit PeerGateways(Instant begin) : changed_(begin) {}
 
-  // A participant was discovered, or changed.
+  // A participant was discovered, or its name changed.
   void come(const Key& key, std::string_view participant, Instant now) {
     const auto name = gateway_of(participant);
     if (name && peers_.size() < kMost && peers_.try_emplace(key, *name).second) {
@@ -46,7 +47,7 @@ class PeerGateways {
     }
   }
 
-  // Sorted, each once.
+  // Sorted, without duplicates.
   std::vector<std::string> names() const {
     std::vector<std::string> out;
     for (const auto& [key, name] : peers_) {
@@ -57,7 +58,7 @@ class PeerGateways {
     out.erase(first, out.end());
     return out;
   }
-  // When the last one came or went; the beginning if none did.
+  // When a gateway was last discovered or lost; the start of the observation if never.
   Instant changed() const { return changed_; }
 
  private:

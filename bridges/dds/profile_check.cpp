@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// check_profiles(): what profiles.h says.
+// Implements check_profiles(), see profiles.h.
 #include <string>
 
 #include <fastrtps/attributes/ParticipantAttributes.h>
@@ -71,7 +71,7 @@ class Check {
   }
 
  private:
-  // An unusable one is left out by the library, and the participant goes on without it.
+  // The library omits an unusable transport, and the participant continues without it.
   void transports(const rtps::rtps::RTPSParticipantAttributes& found) {
     const auto named = transports_of(profiles_.text, kParticipantProfile);
     if (found.userTransports.empty() && !found.useBuiltinTransports) {
@@ -89,8 +89,8 @@ class Check {
     }
   }
 
-  // As Fast DDS requires them (DataWriterImpl::check_qos_including_resource_limits); a value of 0
-  // or less is no limit.
+  // The rules of Fast DDS (DataWriterImpl::check_qos_including_resource_limits). A value of 0 or
+  // less means unlimited.
   void limits(const std::string& kind, const std::string& topic,
               const rtps::TopicAttributes& topic_qos) {
     const auto& limits = topic_qos.resourceLimitsQos;

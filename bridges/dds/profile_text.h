@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A file of DDS profiles as XML, for what Fast DDS does not report: places in the file, and whether
-// a value was set or is the library's default.
+// A file of DDS profiles as XML, for information that Fast DDS does not report: positions in the
+// file, and whether a value was set or is the library's default.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ struct XmlProblem {
   std::string text;
 };
 
-// Why the text is not well-formed XML; nothing if it is.
+// The first syntax error of the text; nothing if it is well-formed XML.
 std::optional<XmlProblem> xml_problem(std::string_view xml);
 
 // The line of the first start tag <name; 0 if there is none.
@@ -31,13 +31,13 @@ struct TransportText {
   std::uint32_t line = 0;  // of its <transport_descriptor>; 0 if there is none
 };
 
-// What userTransports of that participant profile names, in its order, which is that of
+// The userTransports of that participant profile, in the order of
 // ParticipantAttributes::userTransports.
 std::vector<TransportText> transports_of(std::string_view xml,
                                          std::string_view participant_profile);
 
-// The line where that participant profile sets allocation/remote_locators/max_multicast_locators
-// to another number than 0; 0 if it does not.
+// The line where that participant profile sets allocation/remote_locators/max_multicast_locators to
+// a number other than 0; 0 if it does not.
 std::uint32_t line_of_multicast_locators(std::string_view xml,
                                          std::string_view participant_profile);
 

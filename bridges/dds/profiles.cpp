@@ -18,7 +18,8 @@ namespace {
 
 namespace fast = eprosima::fastdds::dds;
 
-// Wherever the programs are installed; the Debian package puts a copy there to be edited.
+// Independent of where the programs are installed; the Debian package installs a copy there for
+// editing.
 constexpr const char* kOperatorsFile = "/etc/linegate/linegate-profiles.xml";
 
 Severity severity(fast::Log::Kind kind) {
@@ -52,7 +53,7 @@ void replace_consumer(LibraryLog log) {
   fast::Log::RegisterConsumer(std::make_unique<Consumer>(std::move(log)));
 }
 
-// The library's settings are those of the process, and so is what we know of them.
+// The library's profiles are global to the process, and so is this record of them.
 struct LibraryState {
   std::mutex mutex;
   std::optional<LoadedProfiles> loaded;
@@ -65,7 +66,8 @@ LibraryState& library() {
   return state;
 }
 
-// Runs `load` and gives what the library said meanwhile: it returns no reasons.
+// Runs `load` and returns the messages that the library logged meanwhile, because it returns no
+// reasons.
 template <class Load>
 bool listen(Load load, std::string& said) {
   std::mutex mutex;
@@ -91,7 +93,7 @@ Diagnostic problem(const std::string& file, std::string text) {
   return Diagnostic{Severity::error, file, 0, 0, std::move(text)};
 }
 
-// The library names the element that it does not accept ("... Name: durabilty"), not its line.
+// The library names the element that it rejects ("... Name: durabilty"), but not its line.
 std::uint32_t line_of(std::string_view said, std::string_view xml) {
   constexpr std::string_view kName = "Name: ";
   const std::size_t at = said.find(kName);

@@ -36,7 +36,7 @@ namespace fast = eprosima::fastdds::dds;
 
 constexpr std::size_t kSamplesPerPoll = 256;  // of each topic, so that none starves the other
 
-// Of the policies that must match (DDS 1.4, 2.2.3).
+// Name of a QoS policy that writer and reader must match (DDS 1.4 2.2.3).
 std::string_view policy_name(std::uint32_t id) {
   switch (id) {
     case fast::DURABILITY_QOS_POLICY_ID:
@@ -54,13 +54,13 @@ std::string_view policy_name(std::uint32_t id) {
   }
 }
 
-// Writers with a single instance each, since theirs may go on for long while those of other lines
-// are silent, and cannot be written again as states can (state_writer.h): a reader would take them
-// for new ones.
+// Writers with one instance each. They are separate for each line because they may continue for
+// long while those of other lines are silent, and cannot be written again like states
+// (state_writer.h): a reader would consider them new samples.
 struct LineWriters {
   using Slot = std::optional<RenewedWriter>;
 
-  // Makes those that are not there.
+  // Creates the missing writers. Returns false if one could not be created.
   bool make(Endpoints& endpoints, std::uint64_t renew_after) {
     for (Slot* image : {&inputs, &outputs}) {
       if (writer(*image) == nullptr) {
@@ -94,7 +94,7 @@ struct LineWriters {
   std::uint64_t receptions_published = 0;
 };
 
-// False: there is no writer, or DDS did not take the sample.
+// Returns false if there is no writer, or DDS refused the sample.
 template <class Sample>
 bool write(std::optional<RenewedWriter>& slot, Sample& sample) {
   return LineWriters::writer(slot) != nullptr && slot->next()->write(&sample);
@@ -109,7 +109,7 @@ struct GatewayBridge::Impl {
   template <class Sample>
   void address(std::string_view line, Sample& sample) const;
   bool count(bool written);
-  // Without writers if there is no such line.
+  // Returns no_writers if there is no such line.
   LineWriters& writers_of(std::string_view line);
 
   bool take_output(GatewayHandler& handler);
@@ -136,7 +136,7 @@ struct GatewayBridge::Impl {
   PdoWriter pdos{endpoints, renew_after};
   ReplyWriter replies{endpoints, renew_after};
 
-  // Of the publishing thread. Samples are kept, so that their buffers are used again.
+  // Used by the publishing thread. Samples are members so that their buffers are reused.
   ClockMap clock;
   PublishCounters counters;
   v1::GatewayState gateway_sample;
@@ -149,14 +149,14 @@ struct GatewayBridge::Impl {
   v1::PdoReception reception_sample;
   v1::Event event_sample;
 
-  // Of the polling thread.
+  // Used by the polling thread.
   Waiting waiting;
   std::unique_ptr<InboundReader<v1::OutputWritePubSubType>> outputs;
   std::unique_ptr<InboundReader<v1::CommandRequestPubSubType>> requests;
   v1::OutputWrite output_sample;
   v1::CommandRequest request_sample;
 
-  std::mutex desk_mutex;  // poll() and reply() share the desk, never while DDS writes
+  std::mutex desk_mutex;  // poll() and reply() share the desk; not held while DDS writes
   CommandDesk desk;
 };
 
@@ -178,7 +178,7 @@ GatewayBridge::Impl::Impl(const GatewayOptions& options, std::vector<Diagnostic>
   endpoints.seal();
 }
 
-// An end of a writer goes another way than its samples, and may overtake them.
+// The end of a writer is sent by discovery, not with its samples, and may overtake them.
 GatewayBridge::Impl::~Impl() {
   using Clock = std::chrono::steady_clock;
   const auto deadline = Clock::now() + last_words;
@@ -475,7 +475,7 @@ bool GatewayBridge::reply(const line::Reply& reply) {
   return answer && impl_->send(*answer, 0);
 }
 
-// May run in two threads at once: the sample is its own.
+// Two threads may call it at once: the sample is local.
 bool GatewayBridge::Impl::send(const Answer& answer, std::size_t from) {
   v1::CommandReply sample;
   address(answer.line, sample);

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// A type as a reader has it: a damaged sample cannot be read, which is counted, and nothing else
-// happens.
+// The type support of a reader: a malformed sample is discarded and counted, without further
+// effect.
 //
-// Fast CDR throws when a boolean is neither true nor false, or an encapsulation unknown. Neither
-// the generated types nor Fast DDS catch it, in threads of the library as well as in the caller's:
-// a stranger's octet would end the process.
+// Fast CDR throws if a boolean is neither true nor false, or an encapsulation is unknown. Neither
+// the generated types nor Fast DDS catch the exception, in threads of the library as well as in the
+// caller's: a single octet from an untrusted host would end the process.
 #pragma once
 
 #include <cstdint>
@@ -20,17 +20,17 @@
 
 namespace linegate::dds {
 
-// Samples of any type that could not be read.
+// Counts samples of any type that could not be deserialized.
 class UnreadableCount {
  public:
-  // Those since the last call.
+  // Returns their number since the last call.
   std::uint64_t take() {
     const std::lock_guard lock(mutex_);
     return std::exchange(count_, 0);
   }
 
-  // A sample could not be read into `object`. Fast DDS reads each sample twice when it came without
-  // a hash of its key: first into an object of its own, which does not count.
+  // A sample could not be deserialized into `object`. Fast DDS deserializes a sample twice if it
+  // arrived without key hash: first into an object of the library, which is not counted.
   void note(const void* object) {
     const std::lock_guard lock(mutex_);
     count_ += library_objects_.contains(object) ? 0U : 1U;

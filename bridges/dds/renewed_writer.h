@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// A DataWriter that is replaced by a new one before its sequence numbers become a burden.
+// A DataWriter that is replaced by a new one before its sequence numbers become too high.
 //
-// A reader of Fast DDS 2.9 that comes late works through every sequence number of a writer since 1:
-// 1.4 s of processor time after 10^7 samples. The new writer is created beside the old one, which
-// is written until the new one has as many readers; the old one is deleted when every reader has
-// what it wrote. Readers see the samples of both in the order of the numbers in the samples, and
-// none is missing.
+// A late joining reader of Fast DDS 2.9 processes every sequence number of a writer from 1: 1.4 s
+// of processor time after 10^7 samples. The new writer is created beside the old one, which is
+// written until the new one has as many readers. The old one is deleted when every reader has
+// received its samples. Readers receive all samples of both, in the order of the numbers in the
+// samples.
 #pragma once
 
 #include <chrono>
@@ -24,22 +24,22 @@ class RenewedWriter {
   using Writer = eprosima::fastdds::dds::DataWriter;
   using Make = std::function<Writer*()>;
 
-  // How long a writer stays that has been replaced.
+  // How long a replaced writer is kept.
   enum class Keep : std::uint8_t {
-    until_received,  // the newest sample of each instance counts, and the new writer has it
-    history,         // for late joiners: until the new writer has as many samples as it may keep
+    until_received,  // only the newest sample of each instance counts, and the new writer has it
+    history,         // for late joiners: until the new writer has filled its history depth
   };
 
-  // renew_after: samples, at least 2. make gives nullptr if the writer could not be created, and is
-  // called at once. endpoints and what make refers to must outlive it; its writers end with
-  // endpoints, or by remove().
+  // renew_after: samples, at least 2. make returns nullptr if the writer could not be created; the
+  // constructor calls it. endpoints and all references in make must outlive this object. The
+  // writers are deleted by endpoints or by remove().
   RenewedWriter(Endpoints& endpoints, std::uint64_t renew_after, Keep keep, Make make)
       : endpoints_(&endpoints), make_(std::move(make)), renew_after_(renew_after), keep_(keep) {
     current_ = make_();
   }
 
-  // To be called before a sample is written, with what carries the newest samples over to a writer
-  // that has just taken the place of the old one. Gives the writer for the sample.
+  // Call it before each sample, with a function that writes the newest samples to a writer that has
+  // just replaced the old one. Returns the writer for the sample.
   template <class CarryOver>
   Writer* next(CarryOver carry_over) {
     if (++written_ >= renew_after_ && replacing_ == nullptr && replaced_ == nullptr)
@@ -61,7 +61,7 @@ class RenewedWriter {
   // nullptr if it could not be created.
   Writer* writer() const { return current_; }
 
-  // calls wanted(writer) for each writer that may have samples.
+  // Calls wanted(writer) for each writer that may have samples.
   template <class Wanted>
   void each(Wanted wanted) {
     for (Writer* writer : {current_, replaced_}) {
@@ -70,7 +70,7 @@ class RenewedWriter {
     }
   }
 
-  // Nothing of it remains; next() is not to be called again.
+  // Deletes all writers. next() must not be called afterwards.
   void remove() {
     drop(replacing_);
     drop(replaced_);
@@ -79,7 +79,7 @@ class RenewedWriter {
 
  private:
   using Clock = std::chrono::steady_clock;
-  // Readers that do not answer hold nothing up for longer.
+  // Longest wait for readers that do not respond.
   static constexpr std::chrono::seconds kPatience{10};
 
   static int readers_of(Writer* writer) {
@@ -91,7 +91,8 @@ class RenewedWriter {
     return writer->wait_for_acknowledgments({0, 0}) == ReturnCode_t::RETCODE_OK;
   }
 
-  // Without a new writer the old one goes on, and the next attempt comes as late as this one.
+  // If no writer can be created, the old one continues, and the next attempt follows after
+  // renew_after samples.
   void begin() {
     replacing_ = make_();
     since_ = Clock::now();
@@ -115,10 +116,10 @@ class RenewedWriter {
   std::uint64_t renew_after_;
   Keep keep_;
   std::uint64_t written_ = 0;    // by current_
-  Writer* current_ = nullptr;    // the one that is written
-  Writer* replacing_ = nullptr;  // the next one, which waits for readers
-  Writer* replaced_ = nullptr;   // the one before
-  Clock::time_point since_{};    // replacing_ was created, or replaced_ was replaced
+  Writer* current_ = nullptr;    // the writer in use
+  Writer* replacing_ = nullptr;  // its successor, while it waits for readers
+  Writer* replaced_ = nullptr;   // its predecessor
+  Clock::time_point since_{};    // when replacing_ was created, or replaced_ was replaced
 };
 
 }  // namespace linegate::dds

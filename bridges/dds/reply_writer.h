@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes CommandReply, which has an instance for each client that ever asked.
+// Writes CommandReply, which has an instance for each client that ever sent a request.
 //
-// Fast DDS 2.9 has no safe way to let go of an instance of a transient-local writer: dispose()
-// keeps it, and unregister_instance() may leave a thread of the library in an endless loop
-// (StatefulWriter::check_acked_status). So when the instances of the profile are used up, a new
-// writer takes the place of the old one; who waits for a reply just then asks again. Replies are
-// kept for readers that are about to be matched only, so now and then all are dropped: those of a
-// client that was silent since would lie ever further behind the newest (state_writer.h).
+// Fast DDS 2.9 cannot safely remove an instance of a transient-local writer: dispose() keeps it,
+// and unregister_instance() may leave a thread of the library in an endless loop
+// (StatefulWriter::check_acked_status). So a new writer replaces the old one when the instances of
+// the profile are used up; clients that wait for a reply then repeat their requests. Replies are
+// kept only for readers that are about to be matched, so all are dropped periodically: otherwise
+// the replies of silent clients would fall further and further behind the newest ones
+// (state_writer.h).
 #pragma once
 
 #include <cstddef>
@@ -27,13 +28,13 @@ namespace linegate::dds {
 class ReplyWriter {
  public:
   // endpoints must outlive it, and reports whether the writer could be created.
-  // renew_after: replies, after which a new writer takes the place of the old one when every reader
-  // has all of them (renewed_writer.h says why).
+  // renew_after: number of replies after which a new writer replaces the old one, once every reader
+  // has received all of them (renewed_writer.h describes the reason).
   ReplyWriter(Endpoints& endpoints, std::uint64_t renew_after);
 
-  // From any thread. False: DDS did not take it.
+  // From any thread. Returns false if DDS refused the sample.
   bool write(v1::CommandReply& sample);
-  // Until every reader has all that was written, or the time is over.
+  // Waits until every reader has acknowledged all replies, at most `most`.
   void wait_for_acknowledgments(Duration most);
 
  private:
@@ -44,10 +45,10 @@ class ReplyWriter {
   Endpoints& endpoints_;
   const std::uint64_t renew_after_;
   std::mutex mutex_;
-  eprosima::fastdds::dds::DataWriter* writer_;  // nullptr: to be created with the next reply
+  eprosima::fastdds::dds::DataWriter* writer_;               // nullptr: the next reply creates it
   std::set<std::pair<std::string, std::string>> instances_;  // line and client, of this writer
   std::uint64_t written_ = 0;                                // by this writer
-  std::size_t kept_ = 0;  // at most: written since all were dropped
+  std::size_t kept_ = 0;  // upper bound: number of replies written since all were dropped
 };
 
 }  // namespace linegate::dds

@@ -10,9 +10,9 @@ namespace linegate::dds {
 namespace {
 
 constexpr unsigned kMostSlowing = 4;                 // 2^4 times the first pause
-constexpr unsigned kMostSlowingLong = 8;             // of what has many chunks to be sent again
-constexpr unsigned kMostRestarts = 3;                // of a request that lost a chunk on the way
-constexpr std::size_t kMostReplyBytes = 64U << 20U;  // what a client is ready to take
+constexpr unsigned kMostSlowingLong = 8;             // for requests with many chunks to repeat
+constexpr unsigned kMostRestarts = 3;                // of a request of which a chunk was lost
+constexpr std::size_t kMostReplyBytes = 64U << 20U;  // largest reply that a client accepts
 
 bool lost_a_chunk(const v1::CommandReply& reply, const Request& request) {
   return request.command.data.size() > kChunkBytes && reply.domain() == v1::RESULT_REFUSED &&
@@ -47,7 +47,7 @@ std::optional<RequestTracker::Done> RequestTracker::take(const v1::CommandReply&
   }
   auto& data = waiting.result.reply.data;
   if (reply.offset() != data.size() || data.size() + reply.data().size() > kMostReplyBytes) {
-    return std::nullopt;  // a chunk is missing: what is there is asked for again in time
+    return std::nullopt;  // a chunk is missing: the rest is requested again when due
   }
   append_bytes(reply.data(), data);
   waiting.result.reply.error = {static_cast<Domain>(reply.domain()), reply.code()};

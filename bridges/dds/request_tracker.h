@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A client's requests that wait for their answers: when to send again, and answers put together
-// from chunks. Pure bookkeeping, no DDS in here but the types of the contract.
+// The pending requests of a client: schedules repetitions and assembles answers from chunks. No DDS
+// except the types of the contract.
 #pragma once
 
 #include <cstdint>
@@ -20,13 +20,13 @@ struct Request {
   line::Command command;
   std::uint64_t id = 0;
   std::uint64_t layout_id = 0;
-  Instant deadline{};  // then it has timed out
+  Instant deadline{};  // time at which the request times out
 };
 
 class RequestTracker {
  public:
-  // retry: pause before the first repetition; each further one is twice as long, up to 16 times, of
-  // requests in several chunks up to 256 times: all of it is sent again each time.
+  // retry: pause before the first repetition. It doubles with each repetition, up to 16 times, and
+  // for requests in several chunks up to 256 times, because each repetition sends all chunks.
   explicit RequestTracker(Duration retry) : retry_(retry) {}
 
   void add(Request request, Instant now);
@@ -36,11 +36,11 @@ class RequestTracker {
     Target target;
     CommandResult result;
   };
-  // A sample of any client's. Gives the answer once it is complete.
+  // Processes a reply to any client. Returns the answer once it is complete.
   std::optional<Done> take(const v1::CommandReply& reply, Instant now);
 
-  // The next request to be sent (again) now, or nullptr: the whole, or if reply_offset() > 0 the
-  // head alone, to fetch the rest of its answer. Valid until the next call.
+  // Returns the next request to be sent (again) now, or nullptr. It is sent completely, or, if
+  // reply_offset() > 0, only its head, to fetch the rest of its answer. Valid until the next call.
   const Request* due(Instant now);
   std::uint32_t reply_offset(std::uint64_t id) const;
   std::optional<Done> expired(Instant now);
@@ -49,9 +49,9 @@ class RequestTracker {
  private:
   struct Waiting {
     Request request;
-    CommandResult result;    // as far as it has come
-    Instant send_at{};       // when it is due
-    unsigned sent = 0;       // how often
+    CommandResult result;    // the part received so far
+    Instant send_at{};       // time of the next transmission
+    unsigned sent = 0;       // number of transmissions
     std::size_t chunks = 0;  // received since it was last sent
   };
   Done finish(std::map<std::uint64_t, Waiting>::iterator waiting);

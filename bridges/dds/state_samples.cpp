@@ -8,8 +8,8 @@
 namespace linegate::dds {
 namespace {
 
-// The contract's members and the stack's that are the same but for their names. One list serves
-// both directions: pair(wire, stack) copies one way or the other.
+// The members that differ only in name between the contract and the stack. One list serves both
+// directions: pair(wire, stack) copies in one of them.
 template <class Wire, class Stack, class Pair>
 void each_counter(Wire& wire, Stack& stack, Pair pair) {
   pair(wire.frames_received(), stack.frames_received);

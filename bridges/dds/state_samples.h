@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// LineState and NodeState of the contract from and to the stack's values. gateway, line and
-// incarnation are left alone; from_wire() takes numbers it does not know for what they are.
+// Converts between LineState and NodeState of the contract and the stack's values. gateway, line
+// and incarnation are unchanged; from_wire() keeps unknown numbers.
 #pragma once
 
 #include <vector>
@@ -24,7 +24,7 @@ void to_wire(const NodeInfo& info, const line::NodeState& state, const ClockMap&
 void from_wire(const v1::NodeState& from, const ClockMap& clock, NodeInfo& info,
                line::NodeState& state);
 
-// Of the first kMaxGatewayLines and kMaxCounters.
+// Copies at most kMaxGatewayLines lines and kMaxCounters counters.
 void to_wire(const GatewayInfo& info, const ClockMap& clock, v1::GatewayState& to);
 void from_wire(const v1::GatewayState& from, const ClockMap& clock, GatewayInfo& info);
 

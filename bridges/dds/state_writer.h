@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes states: transient-local samples of many instances, of which each one's newest counts. An
-// instance that has long been silent is written again, unchanged.
+// Writes states: transient-local samples of many instances. Only the newest sample of each instance
+// counts. An instance that has been silent for long is written again, unchanged.
 //
-// Fast DDS 2.9 names in every heartbeat each sequence number that is missing between the oldest and
-// the newest sample a writer keeps, and a reader goes through them one by one
+// In every heartbeat, Fast DDS 2.9 lists each sequence number that is missing between the oldest
+// and the newest sample of a writer's history, and a reader processes them one by one
 // (StatefulWriter::add_gaps_for_holes_in_history_, StatefulReader::processGapMsg). With one node
-// that never changes beside one that often does, every sample would cost more than the one before,
+// that never changes and another that often does, every sample would cost more than the one before,
 // until readers fall behind.
 #pragma once
 
@@ -31,7 +31,7 @@ class StateWriter {
       : writer_(endpoints, renew_after, RenewedWriter::Keep::until_received,
                 [&endpoints, topic] { return endpoints.writer<PubSubType>(topic); }) {}
 
-  // False: DDS did not take it.
+  // Returns false if DDS refused the sample.
   bool write(Sample& sample) {
     Key key;
     if (writer_.writer() == nullptr || !type_.getKey(&sample, &key))
@@ -42,7 +42,8 @@ class StateWriter {
     return written;
   }
 
-  // Instances of which wanted(sample) is true end: readers are told, and nothing of them is kept.
+  // Ends the instances for which wanted(sample) is true, which readers receive, and removes their
+  // samples.
   template <class Wanted>
   void end(Wanted wanted) {
     held_.drop(wanted, [&](const Key& key, Sample& sample) {

@@ -16,7 +16,8 @@ namespace {
 
 namespace network = eprosima::fastdds::rtps;
 
-// An RTPS header, INFO_DST, INFO_TS and a participant's announcement with its locators.
+// Room for an RTPS header, INFO_DST, INFO_TS and the announcement of a participant with its
+// locators.
 constexpr std::uint32_t kSmallestMessage = 1024;
 
 template <class Kind>
@@ -24,8 +25,8 @@ bool is_a(const network::TransportDescriptorInterface& it) {
   return dynamic_cast<const Kind*>(&it) != nullptr;
 }
 
-// As UDPTransportInterface::init and TCPTransportInterface::init require it; a buffer of 0 has the
-// size that the system gives.
+// The rules of UDPTransportInterface::init and TCPTransportInterface::init. A buffer size of 0
+// selects the system's default.
 std::string problem_of_sizes(const network::SocketTransportDescriptor& it) {
   if (it.maxMessageSize > network::s_maximumMessageSize)
     return "its maxMessageSize is above " + std::to_string(network::s_maximumMessageSize);
@@ -36,7 +37,7 @@ std::string problem_of_sizes(const network::SocketTransportDescriptor& it) {
   return "";
 }
 
-// Without the file the library goes on, and no connection ever comes about.
+// If the file is missing, the library continues, but no connection is ever established.
 std::string problem_of_tls(const network::TCPTransportDescriptor& it) {
   if (!it.apply_security)
     return "";

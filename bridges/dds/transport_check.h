@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether a transport of a DDS profile can work.
+// Checks whether a transport of a DDS profile can work.
 #pragma once
 
 #include <string>
@@ -8,8 +8,8 @@
 
 namespace linegate::dds {
 
-// Why Fast DDS 2.9.1 refuses the transport, or delivers nothing with it; empty if neither is known.
-// Opens no socket; reads the names of the files of TLS.
+// Why Fast DDS 2.9.1 refuses the transport or cannot deliver anything with it; empty if no reason
+// is known. Opens no socket; reads the names of the TLS files.
 std::string transport_problem(const eprosima::fastdds::rtps::TransportDescriptorInterface& it);
 
 }  // namespace linegate::dds

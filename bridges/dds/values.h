@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the DDS contract carries beyond the stack's own values.
+// Values of the DDS contract that the stack does not have.
 #pragma once
 
 #include <array>
@@ -15,23 +15,23 @@
 
 namespace linegate::dds {
 
-// Other participants that are taken note of at the same time, unless something else is configured.
+// Number of other participants that are accepted at the same time, unless configured otherwise.
 inline constexpr std::size_t kMostParticipants = 100;
-// Readers, and writers, of each of them on average.
+// Average number of readers, and of writers, of each participant.
 inline constexpr std::size_t kMostEndpoints = 128;
 
-// Other participants of the domain: gateways, clients, strangers.
+// Other participants in the domain: gateways, clients, and any others.
 struct DiscoveryCounters {
-  std::size_t participants = 0;  // now
-  std::size_t most = 0;          // further ones are ignored until one of these has gone
+  std::size_t participants = 0;  // discovered and not lost
+  std::size_t most = 0;          // limit: further ones are ignored until one has left
   std::uint64_t discovered = 0;  // since the start
-  std::uint64_t gone = 0;        // left, or not heard within their lease
+  std::uint64_t gone = 0;        // left, or silent for longer than their lease
 };
 
-// What subscribers may do to a line. The numbers are those of the DDS contract.
+// Access of subscribers to a line. The numbers are those of the DDS contract.
 enum class Access : std::uint8_t {
   off,   // commands and outputs are refused
-  read,  // commands that change nothing are carried out
+  read,  // only commands that change nothing are executed
   all,
 };
 
@@ -47,7 +47,7 @@ constexpr std::string_view name(Access access) {
   return "unknown";
 }
 
-// What the gateway knows of a line and the line itself does not.
+// Properties of a line that are not in line::LineState.
 struct LineInfo {
   std::string name;           // up to 64 bytes
   std::string interface_uri;  // up to 128 bytes
@@ -55,19 +55,19 @@ struct LineInfo {
   Access access = Access::read;
 };
 
-// What the gateway knows of a node beyond line::NodeState.
+// Properties of a node that are not in line::NodeState.
 struct NodeInfo {
   std::string name;  // as configured, up to 64 bytes; empty = not configured
   Instant since{};   // when its NMT state or presence last changed
 };
 
-// A number that only grows. Names up to 64 bytes.
+// A counter that never decreases. Names up to 64 bytes.
 struct NamedCounter {
   std::string name;
   std::uint64_t value = 0;
 };
 
-// What belongs to no line.
+// Properties of the gateway that belong to no line.
 struct GatewayInfo {
   struct Line {
     std::string name;           // up to 64 bytes
@@ -75,8 +75,8 @@ struct GatewayInfo {
   };
   std::string version;  // up to 64 bytes
   Instant started{};
-  std::uint64_t configuration = 0;  // hash of what is in force
-  Instant configured{};             // since then
+  std::uint64_t configuration = 0;  // hash of the configuration in force
+  Instant configured{};             // when it came into force
   std::uint32_t reloads = 0;
   std::uint32_t reloads_refused = 0;
   std::uint64_t events = 0;  // number of the newest event of the gateway itself
@@ -93,20 +93,20 @@ struct Property {
   std::string value;
 };
 
-// The other gateways whose participants are discovered, and how long none has come or gone.
+// The other gateways whose participants are discovered, and for how long this list is unchanged.
 struct Peers {
   std::vector<std::string> gateways;  // names, sorted, each once
   Duration unchanged{};
 };
 
-// One value out of a PDO.
+// One value of a PDO.
 struct PdoValue {
   std::uint32_t entry = 0;  // of the input layout
   std::uint16_t index = 0;
   std::uint8_t sub = 0;
   od::DataType type = od::DataType::none;
   std::uint16_t bit_length = 0;
-  std::vector<std::byte> data;  // little-endian, bits in the low end
+  std::vector<std::byte> data;  // little-endian, at the low end
 };
 
 // The values that arrived together in one PDO.
@@ -118,13 +118,13 @@ struct PdoUpdate {
   std::vector<PdoValue> values;
 };
 
-// One reception of a PDO that is queued.
+// One reception of a queued PDO.
 struct PdoReception {
   std::uint8_t node = 0;
   std::uint16_t pdo = 0;  // the node's TPDO number
   Instant time{};
-  std::uint64_t number = 0;  // 1, 2, 3, ... of the line
-  std::uint32_t lost = 0;    // dropped by its queue since the one before
+  std::uint64_t number = 0;  // 1, 2, 3, ..., counted per line
+  std::uint32_t lost = 0;    // number of receptions that its queue dropped since the previous one
   std::vector<PdoValue> values;
 };
 

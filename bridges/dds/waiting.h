@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Waiting for data of several readers, or for being woken, in the caller's thread.
+// Waits in the caller's thread for data of several readers, or for wake().
 #pragma once
 
 #include <fastdds/dds/core/condition/GuardCondition.hpp>
@@ -10,7 +10,8 @@
 
 namespace linegate::dds {
 
-// A time-out as Fast DDS takes it; none below 0, and what is beyond its range is centuries anyway.
+// Converts a time-out for Fast DDS. Negative values become 0; values beyond its range, which are
+// centuries, are limited.
 eprosima::fastrtps::Duration_t to_dds(Duration timeout);
 
 class Waiting {
@@ -20,11 +21,11 @@ class Waiting {
   Waiting(const Waiting&) = delete;
   Waiting& operator=(const Waiting&) = delete;
 
-  // The reader must outlive the last wait(), or be forgotten before.
+  // The reader must exist until the last wait(), or until forget().
   void watch(eprosima::fastdds::dds::DataReader* reader);
   void forget(eprosima::fastdds::dds::DataReader* reader);
-  // True: woken, or a watched reader may have data; its samples must then be taken until there are
-  // none, or wake() be called, since the next wait() tells of new ones only.
+  // Returns true if wake() was called or a watched reader may have data. The caller must then take
+  // all samples or call wake(), because the next wait() reports new samples only.
   bool wait(Duration timeout);
   // From any thread.
   void wake();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which writers a reader has lost: Fast DDS tells of them to a listener only, one by one, and not
-// by a sample.
+// Records which writers a reader has lost: Fast DDS reports them one by one to a listener only, not
+// with a sample.
 #pragma once
 
 #include <mutex>
@@ -20,25 +20,25 @@ class WriterWatch : public eprosima::fastdds::dds::DataReaderListener {
 
   explicit WriterWatch(Waiting& waiting) : waiting_(&waiting) {}
 
-  // What the reader's listener must be called for.
+  // The statuses for which the listener is called.
   static eprosima::fastdds::dds::StatusMask statuses() {
     auto mask = eprosima::fastdds::dds::StatusMask::liveliness_changed();
     return mask << eprosima::fastdds::dds::StatusMask::subscription_matched();
   }
 
-  // From now on nobody is woken: `waiting` may go.
+  // Afterwards `waiting` is not used and may be destroyed.
   void close() {
     const std::lock_guard lock(mutex_);
     waiting_ = nullptr;
   }
 
-  // Those lost since the last call; a writer may be named twice.
+  // Returns the writers lost since the last call; a writer may occur twice.
   std::vector<Handle> take_lost() {
     const std::lock_guard lock(mutex_);
     return std::exchange(lost_, {});
   }
 
-  // From threads of Fast DDS: they only note it.
+  // Called by threads of Fast DDS; only records the change.
   void on_liveliness_changed(
       eprosima::fastdds::dds::DataReader*,
       const eprosima::fastdds::dds::LivelinessChangedStatus& status) override {

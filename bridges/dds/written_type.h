@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A type as a writer has it.
+// The type support of a writer.
 #pragma once
 
 #include <fastdds/dds/topic/TypeSupport.hpp>
