@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a guard counted.
+// Counters of a guard.
 #pragma once
 
 #include <array>
@@ -10,11 +10,12 @@
 
 namespace linegate::dds::guard {
 
-// They never go back, but for `endpoints`.
+// They never decrease, except `endpoints`.
 struct Counters {
-  std::size_t endpoints = 0;                      // of other participants: found and not gone
-  std::uint64_t received = 0;                     // datagrams, dropped ones included
-  std::array<std::uint64_t, kReasons> dropped{};  // datagrams by Reason, but GAPs for gap
+  std::size_t endpoints = 0;   // of other participants, discovered and not lost
+  std::uint64_t received = 0;  // datagrams, including dropped ones
+  // Datagrams by Reason; single GAPs for Reason::gap
+  std::array<std::uint64_t, kReasons> dropped{};
 
   std::uint64_t of(Reason reason) const { return dropped.at(static_cast<std::size_t>(reason)); }
 };

@@ -7,7 +7,8 @@
 namespace linegate::dds::guard {
 namespace {
 
-// One of `saved`, of which one more comes with each interval. Times in nanoseconds.
+// Takes one of at most `saved` tokens, which are replenished at one per interval. Returns false if
+// there is none. Times in nanoseconds.
 bool spend(std::int64_t& spent, std::int64_t now, std::int64_t saved, std::int64_t interval) {
   const std::int64_t then = std::max(spent, now - saved * interval) + interval;
   if (then > now)

@@ -10,9 +10,9 @@
 namespace linegate::dds::guard {
 namespace {
 
-constexpr std::size_t kPrefixAt = 8;          // in the RTPS header
-constexpr std::size_t kInfoSourcePrefix = 8;  // in INFO_SRC
-constexpr std::size_t kStatistics = 56;       // octets that Fast DDS gives its submessage
+constexpr std::size_t kPrefixAt = 8;          // offset in the RTPS header
+constexpr std::size_t kInfoSourcePrefix = 8;  // offset in INFO_SRC
+constexpr std::size_t kStatistics = 56;       // octets of the statistics submessage of Fast DDS
 constexpr std::uint8_t kBuiltin = 0xC0;       // bits of an entity kind, RTPS 2.3 9.3.1.2
 
 Prefix prefix_at(Octets octets, std::size_t at) {
@@ -21,7 +21,7 @@ Prefix prefix_at(Octets octets, std::size_t at) {
   return out;
 }
 
-// Participants of Fast DDS of one process have these octets in common
+// The octets that all Fast DDS participants of a process have in common
 // (GUID_t::is_on_same_process_as): vendor, host, process. Never 0.
 std::uint64_t process_of(const Prefix& prefix) {
   std::uint64_t out = 0;
@@ -54,16 +54,17 @@ bool carries_parameters(std::uint32_t writer) {
   }
 }
 
-// A reader of Fast DDS 2.9.1 keeps one highest number for all writers of one persistence GUID. When
-// one of them ends, samples of it that wait for a number before them are then not removed, but
-// read, and the next one of their instance ends the process (DataReaderInstance.hpp:105).
+// A reader of Fast DDS 2.9.1 keeps one highest number for all writers with the same persistence
+// GUID. When one of these writers ends, its samples that wait for an earlier number are then read
+// instead of removed, and the next sample of their instance aborts the process
+// (DataReaderInstance.hpp:105).
 bool shares_numbers(const Announcement& writer) {
   return writer.persistence && *writer.persistence != Guid{} &&
          writer.persistence != writer.endpoint;
 }
 
-// Their readers are stateless: numbers have no effect, and a participant must be found whatever
-// else fills the table.
+// The readers of these writers are stateless: sequence numbers have no effect, and participants
+// must be discovered even if the table is full.
 bool is_stateless(std::uint32_t writer) {
   return writer == entity::kParticipants || writer == entity::kStateless;
 }
@@ -74,15 +75,15 @@ struct Guard::Datagram {
   Octets octets;
   std::int64_t now = 0;
   Address from{};
-  Prefix source{};       // of the participant that INFO_SRC named last
-  std::size_t size = 0;  // to pass on
+  Prefix source{};       // prefix in the last INFO_SRC, or in the header
+  std::size_t size = 0;  // octets to pass on
   Protection protection;
-  SampleTime sent = 0;  // as INFO_TS named it last; 0: invalid
-  // Of the submessage that is judged:
+  SampleTime sent = 0;  // timestamp of the last INFO_TS; 0: invalid
+  // These belong to the submessage in progress:
   bool left_out = false;
-  std::optional<SampleTime> time;  // of a sample
-  Wire announced;                  // parameters of an endpoint
-  Wire inline_qos;                 // of fragments
+  std::optional<SampleTime> time;  // timestamp of a sample
+  Wire announced;                  // parameter list of an announcement
+  Wire inline_qos;                 // parameter list of fragments
 };
 
 Guard::Verdict Guard::judge(Octets octets, std::int64_t now, const Address& from, PassedOn* out) {
@@ -140,7 +141,7 @@ Reason Guard::walk(Datagram& datagram, PassedOn* out) {
       reason = judge_submessage(datagram, submessage);
     if (reason != Reason::none)
       return reason;
-    if (datagram.size <= at)  // what follows is not passed on
+    if (datagram.size <= at)  // the rest is not passed on
       break;
     if (out != nullptr && !datagram.left_out)
       pass_on(datagram, submessage, *out);
@@ -206,8 +207,8 @@ Reason Guard::judge_submessage(Datagram& datagram, const Submessage& submessage)
   }
 }
 
-// Fast DDS 2.9.1 asserts that it is the last one and that its length is right. Nothing of it is
-// passed on, because nobody here uses it. Other vendors may use 80h otherwise.
+// Fast DDS 2.9.1 asserts that the statistics submessage is the last one and has the right length.
+// It is never passed on, because it is not used. Other vendors may use kind 80h differently.
 Reason Guard::judge_statistics(Datagram& datagram, const Submessage& submessage) const {
   if (datagram.octets[6] != 0x01 || datagram.octets[7] != 0x0F)
     return Reason::none;
@@ -218,7 +219,7 @@ Reason Guard::judge_statistics(Datagram& datagram, const Submessage& submessage)
   return Reason::none;
 }
 
-// Whether the end of a participant names the one that sent it.
+// Whether the announced end of a participant refers to its sender.
 bool Guard::names_itself(const Datagram& datagram, const Content& content) {
   if (content.instance.prefix)
     return content.instance.is(datagram.source);
@@ -227,10 +228,10 @@ bool Guard::names_itself(const Datagram& datagram, const Content& content) {
          announcement.owner.is(datagram.source);
 }
 
-// Where one thread of Fast DDS 2.9.1 removes a participant while the timer of its lease fires in
-// another, an assertion ends the process (PDP.cpp:1140). So its lease ends it; its endpoints have
-// said before that they end. What follows in the datagram is left out, too. A lease that is
-// infinite has no timer that fires.
+// If a thread of Fast DDS 2.9.1 removes a participant while the timer of its lease fires in another
+// thread, an assertion aborts the process (PDP.cpp:1140). So the end of a participant is dropped,
+// together with the rest of the datagram, and the participant is removed when its lease expires;
+// the ends of its endpoints were announced before. An infinite lease has no timer that could fire.
 void Guard::leave_out_end(Datagram& datagram, const Submessage& submessage,
                           const Content& content) const {
   if (content.writer == entity::kParticipants && content.ends_instance && discovered_.simple() &&
@@ -254,7 +255,8 @@ Reason Guard::judge_numbers(Datagram& datagram, const Content& content) {
       Reason::writers);
 }
 
-// The library ignores a GAP of a writer that it has not found: that takes no tokens of others.
+// The library ignores a GAP of a writer that it has not discovered, so such a GAP takes no tokens
+// of other writers.
 Reason Guard::judge_gap(Datagram& datagram, const Submessage& submessage, const Content& content) {
   if (is_stateless(content.writer) || content.listed == 0)
     return Reason::none;
@@ -277,7 +279,7 @@ Reason Guard::judge_gap(Datagram& datagram, const Submessage& submessage, const 
   return ok ? Reason::none : Reason::rate;
 }
 
-// What else is in the datagram is passed on.
+// The other submessages of the datagram are passed on.
 void Guard::leave_out(Datagram& datagram, const Submessage& submessage) {
   datagram.left_out = true;
   if (submessage.open_end)
@@ -285,9 +287,10 @@ void Guard::leave_out(Datagram& datagram, const Submessage& submessage) {
   count(Reason::gap);
 }
 
-// Announcements fit into one datagram; in fragments they would pass unread. With a key hash an
-// incomplete sample is one of its instance, in which it stays when a GAP removes and frees it
-// (StatefulReader::processGapMsg); without, its key is read when it is complete.
+// Announcements fit into one datagram; fragmented ones would bypass the checks. If a fragment has a
+// key hash, the incomplete sample is added to its instance, and remains there when a GAP removes
+// and frees it (StatefulReader::processGapMsg). Without key hash, the key is read when the sample
+// is complete.
 Reason Guard::judge_fragments(Datagram& datagram, const Content& content) {
   if (carries_parameters(content.writer))
     return Reason::discovery;
@@ -302,7 +305,7 @@ Reason Guard::judge_fragments(Datagram& datagram, const Content& content) {
       Reason::writers);
 }
 
-// The key of an endpoint's announcement is its GUID: as key hash (Fast DDS), or alone in the
+// The key of an endpoint's announcement is its GUID: sent as key hash (Fast DDS), or alone in the
 // payload (Cyclone DDS).
 void Guard::note_end(const Datagram& datagram, const Content& content) {
   if (content.writer != entity::kPublications && content.writer != entity::kSubscriptions)
@@ -342,7 +345,8 @@ Reason Guard::judge_payload(Datagram& datagram, const Content& content) {
              : reason;
 }
 
-// Fast DDS takes who is announced from the payload, and the source from the header.
+// Fast DDS takes the announced participant from the payload, and the source from the header. With
+// discovery protocol SIMPLE both must be equal.
 Reason Guard::judge_participant(const Datagram& datagram, const Announcement& announcement) {
   if (discovered_.simple() && !announcement.owner.is(datagram.source))
     return Reason::discovery;
@@ -351,7 +355,7 @@ Reason Guard::judge_participant(const Datagram& datagram, const Announcement& an
              : Reason::participants;
 }
 
-// One that ends takes no place. A participant announces its own endpoints.
+// An announced end takes no place. A participant may only announce its own endpoints.
 Reason Guard::judge_endpoint(const Datagram& datagram, const Content& content,
                              const Announcement& announcement) {
   if (discovered_.simple() && !announcement.owner.may_be(datagram.source))
@@ -363,8 +367,9 @@ Reason Guard::judge_endpoint(const Datagram& datagram, const Content& content,
              : Reason::endpoints;
 }
 
-// A reader keeps its reliability (DDS 1.4 2.2.3.14). Fast DDS 2.9.1 has no timers for one that was
-// best-effort, and aborts when it becomes reliable or acknowledges (ReaderProxy.cpp:464).
+// The reliability of a reader cannot change (DDS 1.4 2.2.3.14). Fast DDS 2.9.1 has no timers for a
+// reader that was best-effort, and aborts when it becomes reliable or acknowledges
+// (ReaderProxy.cpp:464).
 Reason Guard::judge_announcement(const Datagram& datagram, const Announcement& announcement) {
   if (!announcement.endpoint)
     return Reason::none;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Judges each datagram before Fast DDS reads it. One guard serves all transports of a participant.
+// Checks each datagram before Fast DDS reads it. One guard serves all transports of a participant.
 //
-// What passes is well-formed RTPS 2.3, names no length beyond its octets, and lets no writer's
-// sequence numbers advance faster than samples can. It is no authentication: see
-// deploy/SECURITY.md.
+// A datagram that passes is well-formed RTPS 2.3, claims no length beyond its octets, and does not
+// let the sequence numbers of a writer advance faster than samples can. This is not authentication:
+// see deploy/SECURITY.md.
 #pragma once
 
 #include <array>
@@ -34,26 +34,25 @@ class Guard {
 
   struct Verdict {
     Reason reason = Reason::none;
-    std::size_t size = 0;  // octets up to where the rest is left out: mostly all
+    std::size_t size = 0;  // octets that are processed; the rest is dropped. Usually all.
   };
 
-  // now: ns of any clock that does not go back. from: the sender's address, zeros if there is none.
-  // out: becomes what is to be passed on, if anything is; nullptr: that is not wanted. From any
-  // thread; counts. Does not allocate.
+  // now: ns of any monotonic clock. from: the sender's address, zeros if it has none. out: receives
+  // the datagram to pass on, if any; may be nullptr. Counts the datagram. From any thread. Does not
+  // allocate.
   Verdict judge(Octets datagram, std::int64_t now, const Address& from = {},
                 PassedOn* out = nullptr);
   // The library delivers samples between participants of this process without transports
-  // (intraprocess delivery), with their own source timestamps: what a transport receives in the
-  // name of a writer of this process is forged, or came back, and is left out. it: any participant
-  // of it.
+  // (intraprocess delivery), with their own source timestamps. So data that a transport receives
+  // from a writer of this process is forged or looped back, and is dropped. it: prefix of any
+  // participant of the process.
   void set_process_of(const Prefix& it);
-  // Notes what readers here acknowledge in a datagram that is sent. From any thread. Does not
+  // Records the acknowledgements of local readers in a sent datagram. From any thread. Does not
   // allocate.
   void sent(Octets datagram);
 
-  // What discovery found, so that it keeps its place in the tables, and what it lost. From any
-  // thread.
-  // endless: its lease is infinite.
+  // What discovery found keeps its place in the tables until it is lost. From any thread. endless:
+  // its lease is infinite.
   void participant_found(const Prefix& prefix, bool endless = false);
   void participant_lost(const Prefix& prefix);
   void endpoint_found(const Guid& endpoint);
@@ -89,7 +88,7 @@ class Guard {
 
   const bool protection_required_;
   std::atomic<std::uint64_t> process_{0};  // 0: none
-  std::atomic<Number> kept_{0};            // KeptNumbers of all writers
+  std::atomic<Number> kept_{0};            // sum over all KeptNumbers
   GuidTable<WriterNumbers, 1024> writers_;
   GuidTable<Reliability, 512> readers_;
   GuidTable<IncompleteSamples, 1024> fragmented_;  // of writers that send fragments

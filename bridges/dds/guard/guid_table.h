@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A table of fixed size with GUIDs as keys: what was found in discovery keeps its place, whatever
-// else is received.
+// A table of fixed size with GUIDs as keys. Discovered GUIDs keep their places, whatever else is
+// received.
 #pragma once
 
 #include <algorithm>
@@ -15,8 +15,8 @@
 
 namespace linegate::dds::guard {
 
-// Entries lie in sets of 8, chosen by a keyed hash. In a full set a new GUID takes the place of the
-// longest unused one that is not pinned. From any thread; the lock is one of 64.
+// The entries are in sets of 8, selected by a keyed hash. In a full set, a new GUID replaces the
+// least recently used one that is not pinned. From any thread; each set uses one of 64 locks.
 template <class Value, std::size_t kSets>
 class GuidTable {
   static_assert(kSets % 64 == 0);
@@ -24,9 +24,9 @@ class GuidTable {
  public:
   static constexpr std::size_t kCapacity = kSets * 8;
 
-  // Calls use(value, fresh) with the entry of the GUID and gives its result; fresh: the entry was
-  // made now, its value is Value{}. pinned() is evaluated for a fresh one only. `full` is the
-  // result if there is no place. now: of any clock that does not go back.
+  // Returns use(value, fresh) with the entry of the GUID. fresh: the entry is new, and its value is
+  // Value{}. pinned() is evaluated only for a new entry. Returns `full` if there is no place. now:
+  // of any monotonic clock.
   template <class Pinned, class Use, class Result>
   Result with(const Guid& guid, std::int64_t now, Pinned pinned, Use use, Result full) {
     const std::size_t set = hash(guid) % kSets;
@@ -47,7 +47,7 @@ class GuidTable {
     return use(place->value, true);
   }
 
-  // Calls each(value) if the GUID has an entry, which does not count as a use of it.
+  // Calls each(value) if the GUID has an entry. Does not count as a use of the entry.
   template <class Each>
   void find(const Guid& guid, Each each) {
     const std::size_t set = hash(guid) % kSets;
@@ -58,12 +58,12 @@ class GuidTable {
     }
   }
 
-  // Pins those for which which(guid) is true.
+  // Pins the entries for which which(guid) is true.
   template <class Which>
   void pin(Which which) {
     each_entry([&](Entry& entry) { entry.pinned = entry.pinned || which(entry.guid); });
   }
-  // Those for which which(guid) is true are no longer pinned: calls each(value).
+  // Unpins the entries for which which(guid) is true, and calls each(value).
   template <class Which, class Each>
   void release(Which which, Each each) {
     each_entry([&](Entry& entry) {
@@ -116,7 +116,7 @@ class GuidTable {
     }
   }
 
-  // FNV-1a from a start that no sender knows.
+  // FNV-1a from a random start that no sender can compute.
   std::size_t hash(const Guid& guid) const {
     std::uint64_t out = key_;
     for (const std::uint8_t octet : guid)

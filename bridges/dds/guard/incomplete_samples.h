@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// How much of one writer may be incomplete: samples of which some fragments came, but not all. Fast
-// DDS 2.9.1 reserves a whole sample with the first of its fragments, and keeps it until the sample
-// is complete or the writer has it no longer: a datagram of 150 octets costs as much as the largest
-// sample.
+// Limits the incomplete samples of one writer, of which some fragments were received, but not all.
+// Fast DDS 2.9.1 reserves memory for a whole sample with the first of its fragments, and keeps it
+// until the sample is complete or the writer has removed it: a datagram of 150 octets costs as much
+// as the largest sample.
 #pragma once
 
 #include <algorithm>
@@ -16,20 +16,20 @@
 
 namespace linegate::dds::guard {
 
-// A token bucket of octets: the first fragment takes those of its sample, the last one gives them
-// back. Samples that stay incomplete because the writer replaced them are paid by time. A HEARTBEAT
-// or GAP gives nothing back: whether the library takes it does not show. Times in nanoseconds of
-// any clock.
+// A token bucket of octets. The first fragment takes the octets of its sample; the last one returns
+// them. The tokens of samples that remain incomplete because the writer replaced them are
+// replenished by time. A HEARTBEAT or GAP returns nothing, because it is unknown whether the
+// library accepts it. Times in nanoseconds of any clock.
 class IncompleteSamples {
  public:
-  // What even a small one counts: it costs 4.4 KiB, an entry of the library and a page begun. A
-  // reader with PREALLOCATED_WITH_REALLOC reserves the largest sample of its type, but touches no
-  // more of it than the sample has.
+  // Least octets that a sample is charged: even a small one costs 4.4 KiB, an entry of the library
+  // and one page. A reader with PREALLOCATED_WITH_REALLOC reserves the largest sample of its type,
+  // but touches only as much of it as the sample has.
   static constexpr std::uint32_t kLeast = 8192;
 
-  // A submessage has these fragments of the sample `number`. Another size makes it another sample:
-  // the library may have reserved either. False: it is to be dropped. A reliable writer repeats
-  // what is dropped when there are tokens again.
+  // Records the fragments of the sample `number` in a submessage. A different size makes it a
+  // different sample, because the library may have reserved memory for either. Returns false if the
+  // submessage must be dropped. A reliable writer repeats it later, when there are tokens again.
   bool add(Number number, const Fragments& fragments, std::int64_t now) {
     Sample* sample = find(number, fragments);
     if (sample == nullptr)
@@ -48,13 +48,13 @@ class IncompleteSamples {
 
   struct Sample {
     bool has_bits() const { return (octets - 1) / size < kBits; }
-    // Where only octets are counted, repeated ones complete a sample, too. They have cost the
-    // sender as much.
+    // If only octets are counted, repeated fragments complete a sample, too. They have cost the
+    // sender as many octets.
     bool complete_is_certain() const { return has_bits() || octets >= kLeast; }
 
     Number number = 0;  // 0: free
     std::int64_t used = INT64_MIN;
-    std::uint64_t missing = 0;  // a bit for each fragment; of more than 64: octets
+    std::uint64_t missing = 0;  // one bit for each fragment; above 64 fragments: number of octets
     std::uint32_t octets = 0;
     std::uint32_t size = 0;  // of a fragment
   };
@@ -62,7 +62,7 @@ class IncompleteSamples {
   static Number price(std::uint32_t octets) { return std::max(octets, kLeast); }
   static std::uint64_t bits(std::uint32_t count) { return ~std::uint64_t{0} >> (kBits - count); }
 
-  // What is missing then.
+  // Returns what is still missing.
   static std::uint64_t take(Sample& sample, const Fragments& it) {
     if (sample.has_bits())
       sample.missing &= ~(bits(it.count) << (it.first - 1));
@@ -78,8 +78,8 @@ class IncompleteSamples {
     return found == samples_.end() ? nullptr : found;
   }
 
-  // In the place of the longest unused one: what was taken for it is not given back, unless it is
-  // complete. Complete ones are kept, so that repeated fragments begin no sample.
+  // Replaces the least recently used sample, whose tokens are not returned unless it is complete.
+  // Complete samples are kept, so that repeated fragments do not begin a new one.
   Sample* begin(Number number, const Fragments& it, std::int64_t now) {
     if (!octets_.take(price(it.sample), now))
       return nullptr;

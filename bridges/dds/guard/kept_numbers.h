@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How many sequence numbers of a writer a reader here may keep. Fast DDS 2.9.1 keeps each number of
-// a GAP above the first one that it misses (64 octets), so one GAP could cost 1 GB.
+// Limits the sequence numbers of a writer that a local reader keeps. Fast DDS 2.9.1 stores each
+// number of a GAP above the first one that it misses (64 octets), so one GAP could cost 1 GB.
 #pragma once
 
 #include <algorithm>
@@ -11,15 +11,16 @@
 
 namespace linegate::dds::guard {
 
-// The first number that the reader misses is taken from its own ACKNACKs, which nobody else can
-// forge. A GAP that begins there or below costs no memory. The others are counted until the reader
-// misses none below them. One that is left out comes again: the writer has to send a GAP from the
-// first missing number on, as after a loss.
+// The first missing number is taken from the reader's own ACKNACKs, which no other host can forge.
+// A GAP that begins at or below it costs no memory. Numbers of other GAPs are counted until the
+// reader misses no number below them. A dropped GAP is repeated: the writer must send a GAP from
+// the first missing number on, as after a loss.
 class KeptNumbers {
  public:
-  static constexpr Number kFew = 256;                    // of each writer
-  static constexpr Number kMost = Number{1} << 17;       // of one that discovery found: 8 MB
-  static constexpr Number kMostOfAll = Number{1} << 19;  // all that exceed kFew: 32 MB
+  static constexpr Number kFew = 256;               // of each writer, discovered or not
+  static constexpr Number kMost = Number{1} << 17;  // of a discovered writer: 8 MB
+  // Of all writers, beyond kFew of each: 32 MB
+  static constexpr Number kMostOfAll = Number{1} << 19;
 
   KeptNumbers() = default;
   KeptNumbers(const KeptNumbers&) = delete;
@@ -34,8 +35,8 @@ class KeptNumbers {
   KeptNumbers(KeptNumbers&& other) noexcept { *this = std::move(other); }
   ~KeptNumbers() { count(0); }
 
-  // A GAP goes through `listed` numbers, >= 1, from `first` on. False: it is to be left out.
-  // found: discovery found the writer. of_all: the sum of all writers, which outlives this.
+  // Counts a GAP of `listed` numbers, >= 1, from `first` on. Returns false if it must be dropped.
+  // found: the writer was discovered. of_all: the sum over all writers, which outlives this object.
   bool keep(Number first, Number listed, bool found, std::atomic<Number>& of_all) {
     if (first <= missing_)
       return true;
@@ -46,7 +47,7 @@ class KeptNumbers {
     return true;
   }
 
-  // A reader here acknowledged all numbers below that one; 0: it just began.
+  // A local reader acknowledged all numbers below that one; 0: it has just started.
   void acknowledged(Number below) {
     missing_ = std::max(below, Number{1});
     count(std::clamp(highest_ - missing_, Number{0}, kept_));
@@ -66,9 +67,9 @@ class KeptNumbers {
     return true;
   }
 
-  Number missing_ = 1;  // the first one
-  Number highest_ = 0;  // of those that are counted
-  Number kept_ = 0;     // at most
+  Number missing_ = 1;  // the first missing number
+  Number highest_ = 0;  // the highest counted number
+  Number kept_ = 0;     // upper bound of the numbers that are kept
   std::atomic<Number>* of_all_ = nullptr;
 };
 

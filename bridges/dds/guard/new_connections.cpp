@@ -28,7 +28,8 @@ bool has_received(int socket) {
          info.tcpi_bytes_received != 0;
 }
 
-// A connection that is under way counts, too: it has a peer's address once it was answered.
+// Includes connections that are being established: they have a peer's address once the peer has
+// answered.
 template <class Each>
 void each_connection(const sockaddr_in& to, Each each) {
   DIR* const folder = ::opendir("/proc/self/fd");
@@ -55,7 +56,8 @@ std::size_t NewConnections::end_answered() const {
   each_connection(to_, [&](int descriptor) {
     if (before_.contains(descriptor))
       return;
-    // Another thread may close the descriptor and open a file under its number: look at a copy.
+    // Another thread may close the descriptor and open a file with the same number: check a
+    // duplicate.
     const int copy = ::fcntl(descriptor, F_DUPFD_CLOEXEC, 0);
     if (copy < 0)
       return;

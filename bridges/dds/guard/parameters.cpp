@@ -11,8 +11,8 @@ constexpr std::uint16_t kSentinel = 0x0001;
 constexpr std::size_t kParameterHeader = 4;  // ID, length
 constexpr std::size_t kLongestList = 4096;   // parameters of one list
 
-// Walks CDR: strings and sequences, each aligned to 4. Once something exceeds the octets that are
-// there, ok() is false.
+// Reads CDR: strings and sequences, each aligned to 4. ok() is false as soon as one exceeds the
+// available octets.
 class Walk {
  public:
   explicit Walk(const Wire& wire, std::size_t at = 0) : wire_(wire), at_(at) {}
@@ -33,7 +33,7 @@ class Walk {
   }
   // A sequence of octets.
   void octets() { skip(u32()); }
-  // Its length counts the NUL at its end (DDS-XTypes 1.2 7.4.1.1.2), up to which Fast DDS reads.
+  // The length includes the terminating NUL (DDS-XTypes 1.2 7.4.1.1.2), up to which Fast DDS reads.
   void string() {
     const std::size_t length = u32();
     skip(length);
@@ -50,8 +50,8 @@ class Walk {
   void strings() {
     sequence(5, [this] { string(); });
   }
-  // Property_t, and BinaryProperty_t: a name and a value. With the shortest name and value and
-  // their padding that is 16 octets, but for the padding at the end.
+  // Sequence of Property_t or BinaryProperty_t: a name and a value. With the shortest name and
+  // value and their padding an element has 16 octets, without the padding at the end.
   void properties() {
     sequence(13, [this] {
       octets();
@@ -91,7 +91,7 @@ enum class Shape {
 struct Rule {
   std::uint16_t id;
   Shape shape;
-  std::uint16_t size = 0;  // fixed: at least so many octets
+  std::uint16_t size = 0;  // fixed: minimum number of octets
 };
 
 // RTPS 2.3 table 9.13, DDS-Security 1.1 table 14, DDS-XTypes 1.2 7.6.3.
@@ -214,9 +214,9 @@ Guid guid_in(const Wire& value) {
   return out;
 }
 
-// Calls each(id, value) until it returns false. Gives the octets of the list, sentinel included, 0
-// where it is malformed or was ended. Fast DDS reads neither the length of a sentinel nor what
-// follows one.
+// Calls each(id, value) until it returns false. Returns the octets of the list, including the
+// sentinel; 0 if the list is malformed or each() returned false. Fast DDS reads neither the length
+// of a sentinel nor the octets after it.
 template <class Each>
 std::size_t walk_list(const Wire& list, Each each) {
   std::size_t at = 0;
@@ -235,7 +235,8 @@ std::size_t walk_list(const Wire& list, Each each) {
   return 0;
 }
 
-// The octet order that the encapsulation header names (RTPS 2.3 10.2); without a value: unknown.
+// The payload in the octet order of the encapsulation header (RTPS 2.3 10.2); nothing if the
+// encapsulation is unknown.
 std::optional<Wire> encapsulated(const Wire& payload, unsigned big_endian) {
   if (payload.size() < 4 || payload.u8(0) != 0)
     return std::nullopt;
@@ -245,7 +246,7 @@ std::optional<Wire> encapsulated(const Wire& payload, unsigned big_endian) {
   return Wire(payload.octets().subspan(4), representation == big_endian + 1);
 }
 
-// Calls which(id) for each.
+// Replaces the IDs for which which(id) is true by that of padding.
 template <class Which>
 void pad(std::span<std::uint8_t> list, bool little, Which which) {
   const Wire wire(list, little);
@@ -295,7 +296,7 @@ bool check_parameter_list(const Wire& payload, Announcement& out) {
              out.persistence = guid_in(value);
            if (id == kReliability)
              out.reliable = value.u32(0) == kReliable;
-           // Fast DDS takes either for the GUID.
+           // Fast DDS accepts either as the GUID.
            if (id == kEndpointGuid || id == kKeyHash)
              out.endpoint = guid_in(value);
            if (id == kParticipantGuid || id == kEndpointGuid || id == kKeyHash)
@@ -314,8 +315,8 @@ void pad_key_hash(std::span<std::uint8_t> list, bool little) {
   pad(list, little, [](std::uint16_t id) { return id == kKeyHash; });
 }
 
-// Participant prefix, kind, sequence of octets. Fast DDS sends it as a parameter list by its
-// encapsulation, which it is not.
+// Participant prefix, kind, sequence of octets. Fast DDS sends it with the encapsulation of a
+// parameter list, although it is not one.
 bool check_liveliness_message(const Wire& payload) {
   auto message = encapsulated(payload, kCdr);
   if (!message)

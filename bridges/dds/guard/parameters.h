@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parameter lists of RTPS 2.3 9.4.2.11 and the CDR within the parameters of discovery samples: no
-// length or count may exceed the octets that are there. Pure functions without allocation.
+// Checks parameter lists (RTPS 2.3 9.4.2.11) and the CDR within the parameters of discovery
+// samples: no length or count may exceed the available octets. Pure functions without allocation.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@
 
 namespace linegate::dds::guard {
 
-// Whose GUIDs and key hashes a parameter list has.
+// The prefix of the GUIDs and key hashes in a parameter list.
 struct Owner {
   std::optional<Prefix> prefix;
   bool several = false;
@@ -27,18 +27,19 @@ struct Owner {
 };
 
 struct InlineQos {
-  std::size_t length = 0;      // octets, sentinel included; 0 = malformed
-  bool ends_instance = false;  // disposes or unregisters it (RTPS 2.3 9.6.3.9)
-  std::optional<Guid> key;  // key hash (RTPS 2.3 9.6.3.8): of an endpoint's announcement its GUID
+  std::size_t length = 0;  // octets, sentinel included; 0 = malformed
+  // The sample disposes of or unregisters its instance (RTPS 2.3 9.6.3.9)
+  bool ends_instance = false;
+  std::optional<Guid> key;  // key hash (RTPS 2.3 9.6.3.8); of an endpoint's announcement: its GUID
   Owner instance;
 };
-// At the begin of `rest`.
+// Reads the inline QoS at the beginning of `rest`.
 InlineQos read_inline_qos(const Wire& rest);
 
-// What a participant or an endpoint announces of itself (RTPS 2.3 table 9.14).
+// The announcement of a participant or an endpoint (RTPS 2.3 table 9.14).
 struct Announcement {
   Wire list;
-  std::uint32_t lease = 100;  // s, of a participant; RTPS 2.3 table 9.14 has this default
+  std::uint32_t lease = 100;  // s, of a participant; default of RTPS 2.3 table 9.14
   std::optional<Guid> endpoint;
   std::optional<Guid> persistence;  // of a writer: the GUID of its history (Fast DDS)
   Owner owner;
@@ -48,13 +49,13 @@ struct Announcement {
 // Checks the serialized payload of a sample of a builtin writer that carries a parameter list.
 bool check_parameter_list(const Wire& payload, Announcement& out);
 
-// Makes padding (RTPS 2.3 9.6.2.2.1) of parameters in a list that was checked, up to its sentinel.
-// Types: TypeIdV1, TypeObjectV1 and TypeInformation (DDS-XTypes 1.2 7.6.3.2.2), whose CDR is not
-// checked; the library allocates as many elements as they claim.
+// Turns the parameters TypeIdV1, TypeObjectV1 and TypeInformation (DDS-XTypes 1.2 7.6.3.2.2) of a
+// checked list, up to its sentinel, into padding (RTPS 2.3 9.6.2.2.1). Their CDR is not checked,
+// and the library allocates as many elements as they claim.
 void pad_types(std::span<std::uint8_t> list, bool little);
 void pad_key_hash(std::span<std::uint8_t> list, bool little);
 
-// The same of ParticipantMessageData (RTPS 2.3 9.6.2.1) and ParticipantStatelessMessage
+// Check the payload of ParticipantMessageData (RTPS 2.3 9.6.2.1) and ParticipantStatelessMessage
 // (DDS-Security 1.1 7.4.3).
 bool check_liveliness_message(const Wire& payload);
 bool check_stateless_message(const Wire& payload);

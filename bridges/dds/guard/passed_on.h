@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What of a datagram is passed on, submessage by submessage.
+// The part of a datagram that is passed on, submessage by submessage.
 #pragma once
 
 #include <algorithm>
@@ -15,13 +15,14 @@
 
 namespace linegate::dds::guard {
 
-// A copy: what was received may lie in memory that is shared with other processes. Made once for a
-// thread; allocates again only for a datagram that is longer than `size` and all before.
+// A copy, because a received datagram may be in memory that is shared with other processes. Each
+// thread has one; it allocates again only for a datagram that is longer than `size` and all
+// previous ones.
 class PassedOn {
  public:
   explicit PassedOn(std::size_t size = 65'536) : octets_(room(size)) {}
 
-  // datagram: kHeader octets or more.
+  // datagram: at least kHeader octets.
   void begin(Octets datagram) {
     if (octets_.size() < room(datagram.size()))
       octets_.resize(room(datagram.size()));
@@ -44,10 +45,10 @@ class PassedOn {
   // The submessage that was added last.
   std::span<std::uint8_t> last() { return std::span(octets_).subspan(last_, size_ - last_); }
 
-  // A GAP that was checked, as one GAP for each of its ranges: of the numbers in a bitmap Fast DDS
-  // 2.9.1 does not remove incomplete samples (StatefulReader::processGapMsg looks for another
-  // number), notifies them, and aborts (DataReaderHistory.cpp:822). Its reader asks again for
-  // ranges beyond kMostGaps in a datagram.
+  // Adds a checked GAP as one GAP for each of its ranges. For the numbers in a bitmap, Fast
+  // DDS 2.9.1 does not remove incomplete samples (StatefulReader::processGapMsg looks for another
+  // number), notifies them, and aborts (DataReaderHistory.cpp:822). Ranges beyond kMostGaps in a
+  // datagram are dropped; the reader requests them again.
   void add_gap(const Submessage& it) {
     info_ts_ = 0;
     Number begin = it.body.number(8);
@@ -65,8 +66,8 @@ class PassedOn {
     append_gap(it, begin, end);
   }
 
-  // The sample that is added next has that timestamp, and no other one has. An INFO_TS that no
-  // sample has used is changed, otherwise another one is put in (RTPS 2.3 9.4.5.11).
+  // Sets the timestamp of the next sample, and of that one only. Changes an INFO_TS that no sample
+  // has used yet, or else inserts one (RTPS 2.3 9.4.5.11).
   void stamp(SampleTime time) {
     if (info_ts_ == 0) {
       info_ts_ = size_;
@@ -80,13 +81,13 @@ class PassedOn {
   Octets octets() const { return Octets(octets_).first(size_); }
 
  private:
-  static constexpr std::size_t kGap = 32;        // octets of one without a bitmap
-  static constexpr std::size_t kMostGaps = 512;  // of a datagram
+  static constexpr std::size_t kGap = 32;        // octets of a GAP without a bitmap
+  static constexpr std::size_t kMostGaps = 512;  // in one datagram
   static constexpr std::size_t kInfoTs = 12;     // octets
-  static constexpr std::size_t kLeastData = 24;  // octets of a DATA
+  static constexpr std::size_t kLeastData = 24;  // octets of the shortest DATA
   static constexpr std::uint8_t kLittle = 0x01;
 
-  // Each DATA may need an INFO_TS more.
+  // Each DATA may need an additional INFO_TS.
   static constexpr std::size_t room(std::size_t size) {
     return size + size / kLeastData * kInfoTs + kInfoTs + kMostGaps * kGap;
   }
@@ -101,7 +102,7 @@ class PassedOn {
     append(std::array<std::uint8_t, 4>{static_cast<std::uint8_t>(Kind::gap), little,
                                        little != 0 ? kLength : std::uint8_t{0},
                                        little != 0 ? std::uint8_t{0} : kLength});
-    append(it.body.octets().first(8));  // reader and writer
+    append(it.body.octets().first(8));  // reader and writer ID
     size_ = at + kGap;
     write_number(at + 12, begin, little != 0);
     write_number(at + 20, end, little != 0);
@@ -118,7 +119,7 @@ class PassedOn {
       octets_[at + i] = static_cast<std::uint8_t>(value >> (little ? 8 * i : 24 - 8 * i));
   }
 
-  // Seconds and fraction of a timestamp, or a sequence number: the high half comes first.
+  // Writes the seconds and fraction of a timestamp, or a sequence number: the high half first.
   void write_number(std::size_t at, std::int64_t value, bool little) {
     const auto bits = static_cast<std::uint64_t>(value);
     write(at, static_cast<std::uint32_t>(bits >> 32U), little);
@@ -129,7 +130,7 @@ class PassedOn {
   std::size_t size_ = 0;
   std::size_t last_ = 0;
   std::size_t gaps_ = 0;
-  std::size_t info_ts_ = 0;  // one that no sample has used; 0: none
+  std::size_t info_ts_ = 0;  // position of an INFO_TS that no sample has used yet; 0: none
 };
 
 }  // namespace linegate::dds::guard

@@ -13,7 +13,7 @@ Wire big_endian(const Submessage& it) {
   return {it.body.octets(), false};
 }
 
-// CryptoContent: length, then so many octets and padding.
+// CryptoContent: length, that number of octets, padding.
 bool content_fits(const Submessage& it) {
   const Wire body = big_endian(it);
   return body.size() >= 4 && align4(std::size_t{body.u32(0)} + 4) == align4(body.size());
@@ -25,7 +25,8 @@ bool footer_fits(const Submessage& it) {
   return body.size() >= kMac + 4 && body.u32(kMac) <= (body.size() - kMac - 4) / kReceiverMac;
 }
 
-// The end of a participant is not plain: anybody could send it (CVE-2023-50257). Its lease ends.
+// The end of a participant is not accepted unprotected: any host could send it (CVE-2023-50257).
+// The participant is removed when its lease expires.
 bool is_discovery(const Submessage& it, const Content& content) {
   if (it.kind != Kind::data || !content.has_data || content.ends_instance)
     return false;
@@ -73,7 +74,7 @@ bool Protection::postfix(const Submessage& it) {
   return follows;
 }
 
-// Signed ones lie between a prefix and a postfix.
+// A signed submessage is between a prefix and a postfix.
 Reason Protection::plain(const Submessage& it, const Content& content) {
   if (submessage_ == Part::after)
     return Reason::protection;

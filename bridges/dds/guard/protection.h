@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The structure of DDS-Security submessages (DDS-Security 1.1 7.3.6, 9.5.2.3). Fast DDS 2.9.1 reads
-// lengths within them without comparing them with what was received, before it has checked any
-// authenticity: a datagram of anybody ends the process.
+// Checks the structure of DDS-Security submessages (DDS-Security 1.1 7.3.6, 9.5.2.3). Fast
+// DDS 2.9.1 uses the lengths in them without comparing them with the size of the datagram, and
+// before it checks any authenticity: a datagram from any host aborts the process.
 #pragma once
 
 #include "bridges/dds/guard/reason.h"
@@ -9,23 +9,23 @@
 
 namespace linegate::dds::guard {
 
-// Follows the submessages of one datagram in their order.
+// Processes the submessages of one datagram in order.
 class Protection {
  public:
-  // required: the governance of the domain protects RTPS messages. Plain are then only what
-  // discovery before authentication and the handshake need.
+  // required: the governance of the domain protects RTPS messages. Then only the submessages for
+  // discovery before authentication and for the handshake may be unprotected.
   explicit Protection(bool required) : required_(required) {}
 
-  // content: as check() of submessages.h gave it.
+  // content: result of check() in submessages.h.
   Reason next(const Submessage& submessage, const Content& content);
-  // After the last submessage.
+  // Call it after the last submessage.
   Reason end() const {
     return message_ == Part::inside || submessage_ != Part::none ? Reason::protection
                                                                  : Reason::none;
   }
 
  private:
-  enum class Part { none, inside, after };  // of what a prefix begins and a postfix ends
+  enum class Part { none, inside, after };  // position relative to a prefix and its postfix
 
   bool prefix(const Submessage& submessage);
   bool body(const Submessage& submessage);
@@ -33,8 +33,8 @@ class Protection {
   Reason plain(const Submessage& submessage, const Content& content);
 
   bool required_;
-  bool first_ = true;             // no submessage came before
-  bool whole_body_ = false;       // SEC_BODY as the body of the message has come
+  bool first_ = true;             // no submessage was processed
+  bool whole_body_ = false;       // SEC_BODY was processed as the body of the message
   Part message_ = Part::none;     // SRTPS_PREFIX: inside; SRTPS_POSTFIX: after
   Part submessage_ = Part::none;  // SEC_PREFIX: inside; its body: after; SEC_POSTFIX: none
 };

@@ -17,20 +17,20 @@ enum class Reason : std::uint8_t {
   sequence_set,     // GAP, ACKNACK, NACK_FRAG: bitmap of more than 256 bits, or cut
   fragment,         // DATA_FRAG, HEARTBEAT_FRAG: fragments that do not make up the sample
   parameters,       // inline QoS
-  discovery,        // a parameter of a discovery sample that claims more than it has
+  discovery,        // a parameter of a discovery sample that claims more octets than it has
   statistics,       // Fast DDS statistics submessage that is not the last one
   rate,             // sequence numbers of a writer advance faster than samples can
   writers,          // more writers than the table of sequence numbers has places for
   protection,       // DDS-Security submessages whose structure or lengths are wrong
   unprotected,      // plain submessage in a domain whose governance requires protection
   reliability,      // a best-effort reader that acknowledges, or becomes reliable
-  participants,     // a new participant where places are left for configured peers alone
-  endpoints,        // a participant that announces more endpoints than it may
-  gap,              // GAPs that are left out, each one; the rest of the datagram is passed on
+  participants,  // a new participant while the remaining places are reserved for configured peers
+  endpoints,     // a participant that announces more endpoints than permitted
+  gap,           // single GAPs that are dropped; the rest of the datagram is passed on
 };
 inline constexpr std::size_t kReasons = 17;
 
-// As logged and as a name of a counter.
+// As in log messages and counter names.
 constexpr std::string_view to_string(Reason reason) {
   constexpr std::array<std::string_view, kReasons> kNames = {
       "none",      "header",     "submessage",  "sequence_number", "sequence_set",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the guard dropped, as sentences for a log.
+// Reports dropped datagrams as sentences for a log.
 #pragma once
 
 #include <array>
@@ -11,19 +11,19 @@
 
 namespace linegate::dds::guard {
 
-// Each reason is reported when it occurs for the first time, later at most once a minute with the
-// number of datagrams since.
+// Each reason is reported at its first occurrence, and later at most once a minute with the number
+// of datagrams since.
 class Report {
  public:
   static constexpr Duration kPeriod = std::chrono::minutes(1);
 
-  // Nothing in most calls.
+  // Returns new sentences; usually empty.
   std::vector<std::string> update(const Counters& counters, Instant now);
 
  private:
   struct Reported {
     std::uint64_t count = 0;
-    Instant next{};  // not before
+    Instant next{};  // earliest time of the next report
   };
 
   std::array<Reported, kReasons> reported_{};

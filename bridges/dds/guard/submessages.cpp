@@ -88,13 +88,13 @@ Reason check_heartbeat_frag(const Wire& body, Content& out) {
   return body.u32(16) != 0 ? Reason::none : Reason::fragment;
 }
 
-// What DATA and DATA_FRAG have in common: extraFlags, octetsToInlineQos, reader, writer, writerSN.
-// `fixed`: octets of the fixed part. Gives the payload.
+// The common part of DATA and DATA_FRAG: extraFlags, octetsToInlineQos, reader, writer, writerSN.
+// `fixed`: octets of the fixed part. Sets out.payload.
 Reason check_sample(const Submessage& it, std::size_t fixed, Content& out) {
   const Wire& body = it.body;
   if (body.size() < fixed)
     return Reason::submessage;
-  const std::size_t skip = body.u16(2);  // counted from behind octetsToInlineQos
+  const std::size_t skip = body.u16(2);  // counted from the end of octetsToInlineQos
   if (skip < fixed - 4 || skip > body.size() - 4)
     return Reason::submessage;
   out.reader = body.entity(4);
@@ -132,9 +132,9 @@ Reason check_data(const Submessage& it, Content& out) {
   return Reason::none;
 }
 
-// Then fragmentStartingNum, fragmentsInSubmessage, fragmentSize, sampleSize. The payload is all
-// those fragments, of which the sample's last one may be short. Fast DDS 2.9.1 rounds fragmentSize
-// to 4 octets.
+// After the common part: fragmentStartingNum, fragmentsInSubmessage, fragmentSize, sampleSize. The
+// payload consists of all these fragments; the last one of the sample may be shorter. Fast
+// DDS 2.9.1 rounds fragmentSize to 4 octets.
 Reason check_data_frag(const Submessage& it, Content& out) {
   const Reason reason = check_sample(it, 32, out);
   if (reason != Reason::none)

@@ -12,10 +12,10 @@
 namespace linegate::dds::guard {
 
 inline constexpr std::size_t kHeader = 20;              // octets of the RTPS header
-inline constexpr Number kLastNumber = Number{1} << 48;  // no writer comes so far
+inline constexpr Number kLastNumber = Number{1} << 48;  // no writer reaches it
 inline constexpr std::uint32_t kSetBits = 256;          // RTPS 2.3 9.4.2.6
 inline constexpr std::uint8_t kInvalidate = 0x02;       // flag of INFO_TS
-inline constexpr std::uint32_t kMaxSample = 4U << 20U;  // octets of a fragmented sample
+inline constexpr std::uint32_t kMaxSample = 4U << 20U;  // largest fragmented sample, in octets
 
 enum class Kind : std::uint8_t {  // RTPS 2.3 table 9.8, DDS-Security 1.1 7.3.6
   pad = 0x01,
@@ -43,45 +43,46 @@ struct Submessage {
   Kind kind{};
   std::uint8_t flags = 0;
   bool open_end = false;  // octetsToNextHeader is 0: it extends to the end of the datagram
-  std::size_t at = 0;     // of its header in the datagram
+  std::size_t at = 0;     // offset of its header in the datagram
   Wire body;
 };
 
-// "RTPS", major version 2, 20 octets.
+// Whether it begins with an RTPS header: "RTPS", major version 2, 20 octets.
 bool has_header(Octets datagram);
 
 // Reads the submessage at `at`, >= kHeader and < datagram.size(). RTPS 2.3 9.4.5.1: the next one
 // follows at a multiple of 4.
 Reason split(Octets datagram, std::size_t at, Submessage& out);
 
-// What a DATA_FRAG has of a sample.
+// The fragments of a sample in a DATA_FRAG.
 struct Fragments {
-  std::uint32_t sample = 0;  // octets of the whole
-  std::uint32_t size = 0;    // of a fragment, but for the last one
-  std::uint32_t first = 0;   // from 1
+  std::uint32_t sample = 0;  // octets of the whole sample
+  std::uint32_t size = 0;    // octets of a fragment, except the last one
+  std::uint32_t first = 0;   // number of the first fragment, from 1
   std::uint32_t count = 0;
-  std::uint64_t octets = 0;  // of these fragments
+  std::uint64_t octets = 0;  // octets of these fragments
 };
 
-// What a checked submessage names.
+// The values in a checked submessage.
 struct Content {
   std::uint32_t reader = 0;  // entity IDs
   std::uint32_t writer = 0;
   Number highest = 0;  // DATA, DATA_FRAG, HEARTBEAT, GAP: highest number of the writer; else 0
   Number first = 0;    // GAP: its first number; ACKNACK: all numbers below it are acknowledged
-  Number listed = 0;   // GAP: how many numbers it goes through
+  Number listed = 0;   // GAP: number of sequence numbers from `first` to `highest`
   Fragments fragments;
   bool is_sample = false;  // DATA, DATA_FRAG
   bool has_data = false;
   bool has_key = false;        // DATA: the payload is the key alone
-  bool ends_instance = false;  // by its inline QoS
-  std::optional<Guid> key;     // key hash of its inline QoS,
-  Owner instance;              // and whose that is
+  bool ends_instance = false;  // according to its inline QoS
+  std::optional<Guid> key;     // key hash in its inline QoS
+  Owner instance;              // owner of that key
   Wire inline_qos;             // parameters, empty if there are none
-  Wire payload;  // of DATA with data or key, encapsulation header included, else empty
+  Wire payload;  // DATA with data or key: includes the encapsulation header; else empty
 };
 
-// Checks the body. Submessages of unknown kind, PAD, INFO_REPLY and those of DDS-Security pass.
+// Checks the body. Submessages of unknown kind, PAD, INFO_REPLY and those of DDS-Security are
+// accepted unchecked.
 Reason check(const Submessage& submessage, Content& out);
 
 }  // namespace linegate::dds::guard

@@ -10,11 +10,12 @@
 
 namespace linegate::dds::guard {
 
-// Holds kMost tokens at first and at most; gains one in kPrice nanoseconds.
+// Holds at most kMost tokens, also initially; gains one in kPrice nanoseconds.
 template <Number kMost, std::int64_t kPrice>
 class Tokens {
  public:
-  // Takes `count`, >= 0, or none: false. now: ns of any clock.
+  // Takes `count` tokens, >= 0. Returns false, and takes none, if there are fewer. now: ns of any
+  // clock.
   bool take(Number count, std::int64_t now) {
     if (count > kMost)
       return false;
@@ -25,11 +26,12 @@ class Tokens {
     return true;
   }
 
-  // Gives back `count`, >= 0, that were taken.
+  // Puts back `count` tokens, >= 0, that were taken.
   void give(Number count) { spent_ -= count * kPrice; }
 
  private:
-  std::int64_t spent_ = std::numeric_limits<std::int64_t>::min();  // all tokens gained until then
+  // Time up to which all gained tokens are spent
+  std::int64_t spent_ = std::numeric_limits<std::int64_t>::min();
 };
 
 }  // namespace linegate::dds::guard

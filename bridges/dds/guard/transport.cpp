@@ -29,7 +29,7 @@ std::int64_t steady_ns() {
       .count();
 }
 
-// Where TCPChannelResourceBasic::connect connects to.
+// The address that TCPChannelResourceBasic::connect connects to.
 sockaddr_in tcp_address(const rtps::Locator_t& locator) {
   sockaddr_in out{};
   out.sin_family = AF_INET;
@@ -40,9 +40,9 @@ sockaddr_in tcp_address(const rtps::Locator_t& locator) {
   return out;
 }
 
-// Its members are protected for those that make one.
+// Derived, because only a derived class has access to send_lambda_.
 struct Sender final : rtps::SenderResource {
-  // Shows to the guard what it sends.
+  // Passes each sent datagram to the guard.
   static void show(rtps::SenderResource& sender, const std::shared_ptr<Guard>& guard) {
     auto& send = sender.*(&Sender::send_lambda_);
     send = [guard, below = std::move(send)](
@@ -70,8 +70,8 @@ class Transport final : public fast::ChainingTransport {
 
   fast::TransportDescriptorInterface* get_configuration() override { return &descriptor_; }
 
-  // The transport below recognises its own senders alone: with wrapped ones TCP and shared memory
-  // open another at each discovery and send everything once with each.
+  // The wrapped transport recognises only its own senders: with wrapped senders, TCP and shared
+  // memory would open another one at each discovery and send every datagram once with each.
   bool OpenOutputChannel(fast::SendResourceList& senders, const rtps::Locator_t& to) override {
     const std::size_t first = senders.size();
     const bool open = open_below(senders, to);
@@ -117,8 +117,8 @@ fast::TransportInterface* Descriptor::create_transport() const {
   return new Transport(*this);  // its caller owns it
 }
 
-// Fast DDS finds out by its type whether there is shared memory, and drops the locators of others
-// for it where there is none.
+// Fast DDS determines by this type whether shared memory is available; without it, it drops the
+// shared memory locators of other participants.
 struct SharedMemory final : fast::SharedMemTransportDescriptor {
   SharedMemory(const fast::SharedMemTransportDescriptor& below, std::shared_ptr<Guard> its_guard)
       : SharedMemTransportDescriptor(below), guard(std::move(its_guard)) {}
@@ -139,7 +139,8 @@ std::shared_ptr<fast::TransportDescriptorInterface> wrap(
   return std::make_shared<Descriptor>(below, guard);
 }
 
-// As Fast DDS makes them: no code of the caller gets hold of those that are built in.
+// The same transports as the built-in ones of Fast DDS, which cannot be wrapped because the API
+// gives no access to them.
 void replace_built_in(eprosima::fastdds::dds::TransportConfigQos& transport) {
   auto udp = std::make_shared<fast::UDPv4TransportDescriptor>();
   udp->sendBufferSize = transport.send_socket_buffer_size;
@@ -152,8 +153,8 @@ void replace_built_in(eprosima::fastdds::dds::TransportConfigQos& transport) {
   transport.use_builtin_transports = false;
 }
 
-// A signed document has its text in clear where it was signed as text; otherwise nothing is found
-// in it.
+// Searches the text of the document. A document signed as text contains it in clear; in any other
+// nothing is found.
 bool leaves_plain(const std::string& document) {
   std::string file = document;
   if (file.rfind("file://", 0) == 0)
@@ -177,7 +178,8 @@ void wrap_transports(eprosima::fastdds::dds::DomainParticipantQos& qos,
 DiscoveryLimits discovery_limits(const eprosima::fastdds::dds::DomainParticipantQos& qos) {
   DiscoveryLimits out;
   out.participants = qos.allocation().participants.maximum - 1;  // others
-  // With a discovery server the end of a participant is one of a sequence of reliable samples.
+  // With a discovery server, the end of a participant is one of a sequence of reliable samples, so
+  // it cannot be dropped.
   using Protocol = rtps::DiscoveryProtocol_t;
   out.simple = qos.wire_protocol().builtin.discovery_config.discoveryProtocol == Protocol::SIMPLE;
   for (const rtps::Locator_t& locator : qos.wire_protocol().builtin.initialPeersList) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Puts a guard between the transports of a participant and Fast DDS.
+// Installs a guard between the transports of a participant and Fast DDS.
 #pragma once
 
 #include <memory>
@@ -11,16 +11,18 @@
 
 namespace linegate::dds::guard {
 
-// Replaces every transport of the QoS by a guarded one, built-in ones included. Sending is left as
-// it is. UDPv4, UDPv6, TCP and shared memory; others are passed through the same way.
+// Replaces every transport of the QoS, including built-in ones, by a guarded one. Sent datagrams
+// are unchanged. Supports UDPv4, UDPv6, TCP and shared memory; other transports are wrapped in the
+// same way.
 void wrap_transports(eprosima::fastdds::dds::DomainParticipantQos& qos,
                      const std::shared_ptr<Guard>& guard);
 
-// Of a QoS whose bound on participants is set: its bound, and the hosts of its initial peers.
+// The limits for a QoS with a bounded number of participants: that bound, and the hosts of its
+// initial peers.
 DiscoveryLimits discovery_limits(const eprosima::fastdds::dds::DomainParticipantQos& qos);
 
 // Whether the DDS-Security properties of the QoS name a governance document that protects RTPS
-// messages. A document that cannot be read counts as one that does.
+// messages. A document that cannot be read counts as protecting them.
 bool requires_protection(const eprosima::fastdds::dds::DomainParticipantQos& qos);
 
 }  // namespace linegate::dds::guard

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fields of an RTPS 2.3 datagram in the octet order that the sender chose. No allocation, no copy.
+// Fields of an RTPS 2.3 datagram in the octet order of its sender. No allocation, no copy.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +15,7 @@ using Prefix = std::array<std::uint8_t, 12>;  // GuidPrefix_t, RTPS 2.3 9.3.1.1
 using Guid = std::array<std::uint8_t, 16>;    // prefix, then entity ID
 using Number = std::int64_t;                  // SequenceNumber_t, RTPS 2.3 9.3.2.4
 
-// The caller checks that a field lies within size().
+// Precondition of all reads: the field lies within size().
 class Wire {
  public:
   Wire() = default;

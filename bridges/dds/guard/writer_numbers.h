@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// How far the sequence numbers of one writer may advance. Fast DDS 2.9.1 works through every number
-// between the old and the new one (0.12 us each for a HEARTBEAT), and through all of a GAP, also
-// through those that it has (0.35 us), so a single datagram could occupy it for ever
-// (CVE-2025-64438, CVE-2025-65016).
+// Limits how far the sequence numbers of one writer may advance. Fast DDS 2.9.1 processes every
+// number between the old and the new one (0.12 us each for a HEARTBEAT), and every number of a GAP,
+// including known ones (0.35 us), so a single datagram could occupy it forever (CVE-2025-64438,
+// CVE-2025-65016).
 #pragma once
 
 #include <algorithm>
@@ -16,20 +16,22 @@
 
 namespace linegate::dds::guard {
 
-// A GAP of so many numbers costs no more than a datagram.
+// A GAP of at most so many numbers costs no more than a datagram.
 inline constexpr Number kFewNumbers = 256;
 
 // Token buckets of sequence numbers. Times in nanoseconds of any clock.
 class WriterNumbers {
  public:
   static constexpr std::int64_t kPrice = 10'000;     // ns of waiting a number: 100,000 a second
-  static constexpr Number kBurst = Number{1} << 20;  // at most saved
-  // A late joiner is positioned by a GAP or HEARTBEAT behind all that the writer ever wrote.
+  static constexpr Number kBurst = Number{1} << 20;  // most tokens saved
+  // Limit of a writer's first number, also after kSilence: a GAP or HEARTBEAT positions a late
+  // joiner behind all samples that the writer ever wrote.
   static constexpr Number kFirst = Number{1} << 24;
   static constexpr Number kFirstCredit = 4096;
   static constexpr std::int64_t kSilence = 10'000'000'000;
 
-  // A submessage names `to`, >= 0, as the writer's highest number. False: it is to be dropped.
+  // A submessage has `to`, >= 0, as the writer's highest number. Returns false if it must be
+  // dropped.
   bool advance(Number to, std::int64_t now) {
     const bool first = at_ == kNever;
     const bool anew = first || now - at_ >= kSilence;
@@ -48,14 +50,14 @@ class WriterNumbers {
     return true;
   }
 
-  // A GAP goes through `listed` numbers. False: it is to be dropped. A writer with holes in its
-  // history repeats its GAPs with each HEARTBEAT, so those that were received are not free.
+  // A GAP contains `listed` numbers. Returns false if it must be dropped. A writer with holes in
+  // its history repeats its GAPs with each HEARTBEAT, so known numbers cost tokens, too.
   bool walk(Number listed, std::int64_t now) {
     return listed <= kFewNumbers || walked_.take(listed, now);
   }
 
-  // The writer is gone. Samples of it may be unread, and it may be found again: the timestamps
-  // stay.
+  // The writer was lost. Some of its samples may be unread, and it may be discovered again, so its
+  // timestamps are kept.
   void forget() {
     WriterNumbers anew;
     anew.times = times;
@@ -80,7 +82,7 @@ class WriterNumbers {
   Tokens<2 * kFirst, 2'000> walked_;  // half a million a second
 };
 
-// Of GAPs of all writers together: a million a second, a third of a core.
+// For the GAPs of all writers together: a million numbers a second, which occupy a third of a core.
 using WalkedNumbers = Tokens<Number{1} << 26, 1'000>;
 
 }  // namespace linegate::dds::guard
