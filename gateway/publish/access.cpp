@@ -12,7 +12,7 @@ bool permitted(line::CommandKind kind, config::Access commands, config::Access o
     case line::CommandKind::local_read:
     case line::CommandKind::routing_trace:
     case line::CommandKind::can_listen:
-    case line::CommandKind::scan:  // it writes nothing
+    case line::CommandKind::scan:  // writes nothing
       return commands != config::Access::off;
     case line::CommandKind::output_write:
     case line::CommandKind::object_write:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What subscribers may do to a line.
+// Checks the access of subscribers to a line.
 #pragma once
 
 #include "gateway/config/plant.h"
@@ -7,14 +7,14 @@
 
 namespace linegate::gateway {
 
-// Versions need no access; `read` permits commands that change nothing. A single output value, an
-// object that may be written by PDO, and the trigger of a PDO need `all` of commands and of
-// outputs.
+// CommandKind::versions needs no access; `read` permits commands that change nothing. A single
+// output value, an object that may be written by PDO, and the trigger of a PDO need `all` for
+// commands and for outputs.
 bool permitted(line::CommandKind kind, config::Access commands, config::Access outputs);
-// The same with the members of the command: to verify configurations needs `read`.
+// The same for a command with its members: the verification of configurations needs only `read`.
 bool permitted(const line::Command& command, config::Access commands, config::Access outputs);
 
-// The command refers to entries, bytes or PDOs by their places in the output layout.
+// Whether the command refers to entries, bytes or PDOs by their positions in the output layout.
 bool is_of_outputs(line::CommandKind kind);
 
 }  // namespace linegate::gateway

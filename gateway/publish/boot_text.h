@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Why a boot process ended as it did, as subscribers read it: properties of NodeState.
+// The result of a boot process for subscribers: properties of NodeState.
 #pragma once
 
 #include <vector>
@@ -9,7 +9,7 @@
 
 namespace linegate::gateway {
 
-// boot-letter, boot-text, boot-object, boot-abort, boot-expected, boot-found: idl/README.md. None
+// boot-letter, boot-text, boot-object, boot-abort, boot-expected, boot-found: idl/README.md. Empty
 // if the node is booted or its boot process has not ended.
 std::vector<Property> boot_properties(const line::NodeState& state);
 

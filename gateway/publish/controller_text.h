@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is worth saying of the controller of a line.
+// Reports the settings of the CAN controller of a line.
 #pragma once
 
 #include <string>
@@ -11,11 +11,12 @@
 
 namespace linegate::gateway {
 
-// Where the controller is set to something else than the line needs: a sentence each, for the log.
+// One sentence for the log for each setting of the controller that differs from what the line
+// needs.
 std::vector<std::string> complaints(const config::LinePlan& plan,
                                     const can_bridge::ControllerSetup& controller);
 
-// LineState's properties of it, as far as they are known: listen-only, restart-ms.
+// Appends the known settings as properties of LineState: listen-only, restart-ms.
 void add_properties(const can_bridge::ControllerSetup& controller, std::vector<Property>& out);
 
 }  // namespace linegate::gateway

@@ -63,7 +63,7 @@ dds::GatewayInfo to_dds(const GatewayInfo& info) {
   return out;
 }
 
-// From the bridge to the handler.
+// Passes requests from the bridge to the handler.
 class Requests final : public dds::GatewayHandler {
  public:
   explicit Requests(RequestHandler& handler) : handler_(handler) {}

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes events to the log, so that a storm of one kind does not bury the rest.
+// Writes events to the log, and limits the rate of each kind, so that a storm of one kind does not
+// hide the others.
 #pragma once
 
 #include <array>
@@ -12,26 +13,27 @@
 
 namespace linegate::gateway {
 
-// For one line; each kind of event has a RateLimit of its own, and how many were left out is said
-// when the next one is written. The heartbeats that are lost because the line's interface is down
-// are one sentence.
+// One for each line. Each kind of event has its own RateLimit; the number of suppressed events is
+// written with the next event of that kind. Heartbeats that are lost because the line's interface
+// is down are combined into one sentence.
 class EventLogger {
  public:
-  // The losses of this time are joined.
+  // Losses within this time are combined.
   static constexpr Duration kJoined = std::chrono::seconds(2);
 
-  // True if an event of that kind may be written now; left_out becomes how many before it were not.
+  // Returns true if an event of that kind may be written now, and sets left_out to the number of
+  // suppressed events before it.
   bool admit(EventKind kind, Instant now, std::uint64_t& left_out);
 
-  // True if the event is a consequence of an interface that is down: it is written with others, see
-  // take_joined().
+  // Returns true if the event is a consequence of an interface that is down: it is combined with
+  // others, see take_joined().
   bool join(const Event& event, Instant now);
-  // The sentence about the events that were joined, once their time is over or the interface is
-  // usable again; empty if there is none.
+  // The sentence about the combined events, once kJoined has passed or the interface is usable
+  // again; empty if there is none.
   std::string take_joined(Instant now);
 
   void write(std::string_view line, const Event& event, std::string_view text, Instant now);
-  // Writes what has been joined.
+  // Writes combined events that are due.
   void advance(std::string_view line, Instant now);
 
  private:

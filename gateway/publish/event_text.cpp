@@ -46,7 +46,7 @@ std::string suppressed(std::uint64_t count) {
   return count == 0 ? std::string() : fmt::format(" ({} more suppressed)", count);
 }
 
-// Events that were suppressed: of this kind, or of others in a storm.
+// Number of suppressed events: of this kind, or of others in a storm.
 std::string suppressed(const Event& event) {
   constexpr std::size_t kOffset = 8;
   constexpr std::size_t kSize = 4;
@@ -79,7 +79,7 @@ std::string bus_errors(std::uint32_t bits) {
   return out.empty() ? "unknown" : out;
 }
 
-// By which another device was noticed.
+// The signal by which another device was noticed.
 std::string_view sign_of_life(std::uint32_t code) {
   const bool by_emcy = static_cast<nmt::State>(code) == nmt::State::unknown;
   return by_emcy ? "it sent an EMCY" : as<nmt::State>(code);
@@ -102,7 +102,8 @@ std::string reactions(std::uint32_t bits) {
   return out.empty() ? "outputs held" : out;
 }
 
-// Of an own device that has another node-ID than the configuration gives it.
+// For an own device whose node-ID was changed by LSS and differs from the configured one; else
+// empty.
 std::string node_id_by_lss(const Event& event) {
   const std::uint64_t id = event.length == 0 ? 0 : number(event, 0, 1);
   return id == 0 || event.node == 0 || id == event.node ? std::string()
@@ -134,7 +135,7 @@ std::string shared_id_text(const Event& event) {
   }
 }
 
-// Of routing_opened and routing_ended.
+// For routing_opened and routing_ended.
 std::string connection_text(const Event& e, const line::LineConfig& line) {
   const auto from = number(e, 0, 2);
   const auto out = number(e, 5, 1);
@@ -184,7 +185,7 @@ std::string progress_text(const Event& e) {
                     : fmt::format("{}: {} of {}{}", name(kind), e.value, total, unit);
 }
 
-// As candump writes it.
+// In the format of candump.
 std::string frame_text(const Event& e) {
   constexpr std::uint32_t kExtended = 0x8000'0000;
   const std::uint32_t length = e.value & 0xFFU;
@@ -275,7 +276,7 @@ std::string foreign_manager_text(const Event& e) {
                      node == 0 ? std::string("all nodes") : fmt::format("node {}", node));
 }
 
-// What an observer hears.
+// Events of an observer.
 std::string overheard_text(const Event& e) {
   switch (e.kind) {
     case EventKind::nmt_command:
@@ -313,7 +314,7 @@ std::string emcy_text(const Event& e) {
                      hex(std::span(e.data).first(5)));
 }
 
-// Outputs and commands of clients.
+// Events about outputs and commands of clients.
 std::string request_text(const Event& e) {
   switch (e.kind) {
     case EventKind::output_refused:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An event in words, for people: logs and Event::text.
+// Describes events in sentences: for logs and Event::text.
 #pragma once
 
 #include <cstdint>

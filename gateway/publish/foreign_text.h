@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Text of other hosts, before it goes into the log.
+// Sanitises text from other hosts for the log.
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace linegate::gateway {
 
-// Replaces everything but printable ASCII by '.', so that it cannot end a line of the log or
-// control a terminal.
+// Replaces all characters except printable ASCII by '.', so that the text cannot end a line of the
+// log or control a terminal.
 std::string printable(std::string_view text);
 
 }  // namespace linegate::gateway

@@ -6,7 +6,7 @@
 namespace linegate::gateway {
 namespace {
 
-// FNV-1a. The end of each text counts, so that "a", "b" is not "ab", "".
+// FNV-1a. Includes the end of each text, so that "a", "b" differs from "ab", "".
 void add_to_hash(std::uint64_t& hash, std::string_view text) {
   const auto add = [&hash](unsigned char octet) { hash = (hash ^ octet) * 0x100'0000'01B3; };
   for (const char c : text) {

@@ -12,12 +12,12 @@
 namespace linegate::gateway {
 
 struct GatewayNews {
-  Event event;       // its number is given when it is published
-  std::string text;  // in words
-  GatewayInfo info;  // as it is from then on; counters and discovery are the publisher's
+  Event event;       // its number is assigned when it is published
+  std::string text;  // description of the event
+  GatewayInfo info;  // state after the event; the publisher adds counters and discovery
 };
 
-// Of the configuration: another one has another hash, but for a chance of 1 to 2^64.
+// Hash of the configuration. Two configurations have the same hash with a probability of 2^-64.
 std::uint64_t configuration_hash(const config::PlantIdentity& identity);
 
 }  // namespace linegate::gateway

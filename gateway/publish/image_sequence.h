@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which snapshots of one direction become samples of ProcessImage.
+// Selects the snapshots of one direction that are published as ProcessImage.
 #pragma once
 
 #include <cstdint>
@@ -10,14 +10,15 @@
 
 namespace linegate::gateway {
 
-// A line hands over snapshots for more than one purpose; with the rule on_change only those with a
-// change are samples. Samples are numbered without gaps; the receptions of
-// those skipped go into the next one.
+// A line hands over snapshots for several purposes; with the rule on_change only those with a
+// change are published. Published snapshots are numbered without gaps, and include the receptions
+// of the skipped ones before them.
 class ImageSequence {
  public:
   explicit ImageSequence(config::Publish::Rule rule) : rule_(rule) {}
 
-  // True: snapshot, with its number and the receptions of those skipped, is to be published.
+  // Returns true if the snapshot must be published, and sets its number and adds the receptions of
+  // skipped ones.
   bool admit(image::Snapshot& snapshot);
 
  private:

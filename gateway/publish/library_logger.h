@@ -10,7 +10,7 @@
 
 namespace linegate::gateway {
 
-// Messages that come too often are left out and counted.
+// Limits the rate of messages, and counts suppressed ones.
 class LibraryLogger {
  public:
   // From any thread.

@@ -9,7 +9,7 @@ namespace {
 
 using line::Counters;
 
-// All of them: a counter that is missing here would go back when its line is restarted.
+// Must list all counters: a missing one would decrease when its line is restarted.
 constexpr std::array kCounters{&Counters::frames_received, &Counters::frames_sent,
                                &Counters::frames_unused,   &Counters::frames_malformed,
                                &Counters::frames_lost,     &Counters::bus_errors,
@@ -23,7 +23,7 @@ constexpr std::array kCounters{&Counters::frames_received, &Counters::frames_sen
                                &Counters::receptions_lost};
 static_assert(sizeof(Counters) == kCounters.size() * sizeof(std::uint64_t));
 
-// Those that never go back.
+// The counters that never decrease.
 constexpr std::array kRouted{&routing::Counters::opened,         &routing::Counters::finished,
                              &routing::Counters::aborted,        &routing::Counters::timed_out,
                              &routing::Counters::refused,        &routing::Counters::not_permitted,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers and counters of a line as subscribers see them: they continue after the line was made
-// anew, because the incarnation is the same.
+// Makes event numbers and counters of a line continuous for subscribers when the line is recreated,
+// because the incarnation remains the same.
 #pragma once
 
 #include "stack/base/event.h"
@@ -10,18 +10,18 @@ namespace linegate::gateway {
 
 class LineHistory {
  public:
-  // The line that is published now has the numbers of its own life: gives it those of its name.
+  // Adds the numbers and counters of all earlier lines with this name.
   void correct(Event& event);
   void correct(line::LineState& state);
 
-  // The line is made anew.
+  // Call it when the line is recreated.
   void restart();
 
  private:
-  std::uint64_t first_event_ = 0;  // number of the last event before this life
+  std::uint64_t first_event_ = 0;  // number of the last event of earlier lines
   std::uint64_t last_event_ = 0;
-  line::Counters before_;  // of all lives before this one
-  line::Counters now_;     // with those of this one
+  line::Counters before_;  // sum over all earlier lines
+  line::Counters now_;     // sum including the present line
   routing::Counters routed_before_;
   routing::Counters routed_now_;
 };

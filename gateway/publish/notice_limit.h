@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Limits how often a line reports that requests were refused: clients that write without end would
-// fill its event log.
+// Limits how often a line reports refused requests: clients that write continuously would fill its
+// event log.
 #pragma once
 
 #include <array>
@@ -12,19 +12,20 @@
 
 namespace linegate::gateway {
 
-// Of one line. Each reason is reported once a second, and at most kReasons of them in any second.
+// One for each line. Each reason is reported at most once a second, and at most kReasons reasons
+// within a second.
 class NoticeLimit {
  public:
   static constexpr std::size_t kReasons = 32;
   static constexpr Duration kPeriod = std::chrono::seconds(1);
 
-  // True if it may be reported now. False for a reason that was reported less than kPeriod ago; one
-  // beyond kReasons others is suppressed and counted.
+  // Returns true if it may be reported now. Returns false for a reason that was reported less than
+  // kPeriod ago; a reason beyond kReasons others is suppressed and counted.
   bool admit(EventKind kind, std::uint32_t code, std::uint32_t value, Instant now);
 
-  // How many were suppressed since the last call that gave any, once per kPeriod; else 0.
+  // Number of suppressed reports since the last call that returned any, once per kPeriod; else 0.
   std::uint64_t pop_suppressed(Instant now);
-  // Without regard to the period.
+  // The same, independent of the period.
   std::uint64_t pop_suppressed();
 
  private:
@@ -32,7 +33,7 @@ class NoticeLimit {
     EventKind kind{};
     std::uint32_t code = 0;
     std::uint32_t value = 0;
-    Instant until{};  // the place is free then
+    Instant until{};  // time at which the place becomes free
   };
 
   std::array<Reported, kReasons> reported_{};

@@ -8,7 +8,7 @@
 namespace linegate::gateway {
 namespace {
 
-constexpr std::size_t kLongestValue = 240;  // bytes; a property has room for 256
+constexpr std::size_t kLongestValue = 240;  // bytes; a property value has up to 256
 
 std::vector<std::string> runs_of(const line::OutputGroup& group) {
   std::vector<std::uint32_t> entries = group.entries;

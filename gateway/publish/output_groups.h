@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What subscribers see of the output groups of a line: a property of LineState, idl/README.md.
+// The output groups of a line for subscribers: a property of LineState, idl/README.md.
 #pragma once
 
 #include <span>
@@ -10,8 +10,8 @@
 
 namespace linegate::gateway {
 
-// output-groups: "1 0..5, 2 6..9, +3", the number of the group and a run of its entries; at the end
-// how many runs found no room. None if the line has no groups.
+// output-groups: "1 0..5, 2 6..9, +3": the number of a group and a range of its entries, and at the
+// end the number of omitted ranges. Empty if the line has no groups.
 std::vector<Property> output_group_properties(std::span<const line::OutputGroup> groups);
 
 }  // namespace linegate::gateway

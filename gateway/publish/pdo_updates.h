@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which PDOs of a line become samples of PdoUpdate, and when.
+// Selects the PDOs of a line that are published as PdoUpdate, and when.
 #pragma once
 
 #include <cstdint>
@@ -11,16 +11,16 @@
 
 namespace linegate::gateway {
 
-// Collects the receptions of snapshots and publishes each PDO at most once in min_period. One that
-// is not due is published later, with the number of receptions it stands for.
+// Collects the receptions in snapshots and publishes each PDO at most once in min_period. A PDO
+// that is not due is published later, with the number of receptions that it represents.
 class PdoUpdates {
  public:
   explicit PdoUpdates(Duration min_period) : min_period_(min_period) {}
 
   void add(const image::Snapshot& snapshot);
 
-  // Calls publish(mark, receptions) for each PDO that is due; its values are those of the last
-  // snapshot that was added. Gives when the next one is due; kNever if none is waiting.
+  // Calls publish(mark, receptions) for each PDO that is due, with the values of the snapshot that
+  // was added last. Returns when the next one is due; kNever if none is waiting.
   template <class Publish>
   Instant publish_due(Instant now, Publish&& publish) {
     Instant next = kNever;

@@ -27,7 +27,7 @@ constexpr Duration kClockPeriod = std::chrono::milliseconds(500);
 constexpr Duration kStatePeriod = std::chrono::seconds(1);
 constexpr Duration kFailurePeriod = std::chrono::seconds(10);
 
-// Equal in everything that is published at once; counters and load follow every second.
+// Compares the members whose changes are published at once; counters and load follow every second.
 bool same_state(const line::LineState& a, const line::LineState& b) {
   return a.role == b.role && a.node_id == b.node_id && a.own_state == b.own_state &&
          a.indicators == b.indicators && a.manager == b.manager && a.network == b.network &&
@@ -36,7 +36,7 @@ bool same_state(const line::LineState& a, const line::LineState& b) {
          a.nodes_operational == b.nodes_operational;
 }
 
-// Equal in everything that is published at once.
+// Compares the members whose changes are published at once.
 bool same_outputs(const line::OutputState& a, const line::OutputState& b) {
   return a.owner == b.owner && a.refused == b.refused && a.arming == b.arming &&
          a.tripped == b.tripped && a.watchdog == b.watchdog && a.waiting == b.waiting &&
@@ -75,8 +75,9 @@ void set_properties(std::string_view outputs_access, const QueueDepths& queues,
   out[4] = {"event-queue", std::to_string(queues.events)};
 }
 
-// What shows a subscriber whether it has received the states of all lines of all gateways: how many
-// lines this gateway has, and which other gateways it has discovered, as far as they fit.
+// Properties by which a subscriber determines whether it has received the states of all lines of
+// all gateways: the number of lines of this gateway, and the other gateways that it has discovered,
+// as far as they fit.
 void add_gateways(std::size_t lines, const std::vector<std::string>& others,
                   std::vector<Property>& out) {
   constexpr std::size_t kMost = 240;  // bytes; a value has up to 256
@@ -234,7 +235,8 @@ void Publisher::refresh_clock(Instant now) {
   }
 }
 
-// What happened before a reply was given is in the ring of the events when it is taken.
+// Replies are taken before events: events that precede a reply are then already in the event ring,
+// and are published before it.
 void Publisher::take_replies(Line& line) {
   for (line::Reply reply; line.host->port.replies.pop(reply);) {
     replies_.push_back(std::move(reply));
@@ -324,7 +326,7 @@ void Publisher::publish_output_states(Line& line, Instant now) {
   line.outputs_published = all ? now : line.outputs_published;
 }
 
-// True if they are others.
+// Returns true if they changed.
 bool Publisher::update_routes(Line& line) const {
   const auto* const fresh = line.host->port.routes.fetch();
   if (fresh != nullptr) {
@@ -333,8 +335,7 @@ bool Publisher::update_routes(Line& line) const {
   return fresh != nullptr;
 }
 
-// Its bit rate is that of the line, whatever the configuration says; a difference is reported
-// once.
+// The bit rate of the controller overrides the configured one; each difference is reported once.
 void Publisher::update_controller(Line& line, const can_bridge::ControllerSetup& controller) {
   if (controller == line.controller) {
     return;
@@ -362,7 +363,7 @@ void Publisher::publish_node(Line& line, const NodeStatus& status) {
                      node_properties(status));
 }
 
-// What waits of the PDOs of the old layout means nothing in the new one.
+// Pending PDO updates of the old layout are invalid in the new one and are discarded.
 void Publisher::publish_new_layouts(Line& line) {
   const auto* fresh = line.host->port.layouts.fetch();
   if (fresh == nullptr) {
@@ -385,13 +386,13 @@ void Publisher::publish_image(Line& line, image::Direction direction) {
     return;
   }
   if (snapshot->layout_id != line.layouts[static_cast<std::size_t>(direction)].id) {
-    publish_new_layouts(line);  // it was handed over before this image
+    publish_new_layouts(line);  // the layout was handed over before this image
   }
   if (direction == image::Direction::inputs) {
     line.inputs = snapshot;
   }
   if (snapshot->layout_id != line.layouts[static_cast<std::size_t>(direction)].id) {
-    return;  // of a layout that has gone
+    return;  // its layout was already replaced
   }
   if (direction == image::Direction::inputs) {
     line.updates.add(*snapshot);
@@ -407,8 +408,9 @@ Instant Publisher::publish_updates(Line& line, Instant now) {
   });
 }
 
-// Others wait, too: no more than the ring holds at a time. The layout that a reception was received
-// with was handed over before; a later one drops it, which its number shows.
+// Publishes at most as many as the ring holds, because other data is waiting, too. The layout of a
+// reception was handed over before it. If a later layout has replaced it, the reception is dropped,
+// which the gap in its numbers shows.
 bool Publisher::publish_receptions(Line& line) {
   pdo::Reception reception;
   for (std::size_t n = line.host->port.receptions.capacity(); n > 0; --n) {
@@ -429,7 +431,7 @@ void Publisher::report(GatewayNews news) {
   wakeup_.signal();
 }
 
-// Gives when its state is to be published again.
+// Returns when its state must be published again.
 Instant Publisher::publish_gateway(Instant now) {
   bool changed = false;
   for (GatewayNews news; news_.pop(news);) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The thread that publishes: takes what the lines hand over and gives it to the edge.
+// The thread that publishes: takes data from the lines and passes it to the edge.
 #pragma once
 
 #include <array>
@@ -28,29 +28,30 @@ namespace linegate::gateway {
 
 class Publisher {
  public:
-  // The edge must outlive the publisher, and the lines must live while it runs.
+  // The edge must outlive the publisher, and the lines must exist while it runs.
   Publisher(DataEdge& edge, std::span<const std::unique_ptr<LineHost>> lines);
   ~Publisher();
   Publisher(const Publisher&) = delete;
   Publisher& operator=(const Publisher&) = delete;
 
-  // For those who put something into a ring the publisher reads.
+  // Signal it after a push to a ring that the publisher reads.
   exchange::Wakeup& wakeup() { return wakeup_; }
-  // Grows while it gets on, with one sample or with none to publish.
+  // Increases with each iteration and each sample, as a sign of progress.
   const exchange::Counter& rounds() const { return rounds_; }
-  // Replies of the request receiver, not of a line.
+  // Replies of the request receiver, as opposed to those of lines.
   exchange::Ring<line::Reply>& refusals() { return refusals_; }
 
-  // By main alone: what happened to the gateway itself. Without room it is dropped.
+  // Reports an event of the gateway itself. Called by the main thread only. Dropped if the ring is
+  // full.
   void report(GatewayNews news);
 
   // May be started again after stop().
   void start();
-  // Publishes what is there, then ends. Call it when the lines have stopped, or go on: what they
-  // have to say waits.
+  // Publishes all pending data, then ends. Call it when the lines have stopped, or let them run:
+  // their data waits in the rings.
   void stop();
-  // While it is stopped. Lines that were there before go on as they are; one with the name of
-  // another continues its numbers.
+  // Call it while the publisher is stopped. Lines that remain keep their state; a new line with the
+  // name of an earlier one continues its numbers.
   void set_lines(std::span<const std::unique_ptr<LineHost>> lines);
 
  private:
@@ -68,25 +69,25 @@ class Publisher {
     bool layouts_known = false;
     LineInfo info;
     std::vector<Property> properties;
-    std::vector<Property> routes;  // in force, if it routes
+    std::vector<Property> routes;  // routes in force, if the line routes
     std::vector<Property> output_groups;
-    QueueDepths queues;  // since they were published last
+    QueueDepths queues;  // since they were last published
     can_bridge::ControllerSetup controller;
     EventLogger logger;
     std::array<Node, 128> nodes;
     bool state_known = false;
     line::LineState last_state;
     Instant state_published{};
-    std::vector<line::OutputState> output_states;  // published last
+    std::vector<line::OutputState> output_states;  // as last published
     Instant outputs_published{};
     std::array<image::Layout, 2> layouts;  // by image::Direction
     PdoUpdates updates;
-    image::Snapshot* inputs = nullptr;  // the last one fetched
+    image::Snapshot* inputs = nullptr;  // the last fetched snapshot
     std::array<ImageSequence, 2> sequences;
   };
 
   void run();
-  // Does what there is to do; gives when it wants to be called again.
+  // Publishes what is due; returns when it must be called again.
   Instant step(Instant now);
   void refresh_clock(Instant now);
   void publish_layouts();
@@ -101,16 +102,17 @@ class Publisher {
   void publish_new_layouts(Line& line);
   void publish_image(Line& line, image::Direction direction);
   Instant publish_updates(Line& line, Instant now);
-  // True: more wait.
+  // Returns true if more receptions are waiting.
   bool publish_receptions(Line& line);
   void report_failures(Instant now);
   Instant publish_gateway(Instant now);
   void refresh_gateway();
 
   DataEdge& edge_;
-  std::map<std::string, LineHistory, std::less<>> histories_;  // of all lines there ever were
+  std::map<std::string, LineHistory, std::less<>> histories_;  // of all present and earlier lines
   std::vector<std::unique_ptr<Line>> lines_;
-  std::vector<std::pair<std::uint8_t, std::string>> interfaces_;  // the lines' names
+  // Names of the lines by routing interface
+  std::vector<std::pair<std::uint8_t, std::string>> interfaces_;
   exchange::Wakeup wakeup_;
   exchange::Flag stop_;
   exchange::Counter rounds_;
@@ -121,7 +123,7 @@ class Publisher {
   Instant gateway_due_{};
   std::size_t participants_seen_ = 0;
   EventLogger gateway_logger_;
-  std::vector<line::Reply> replies_;  // of a line, behind its events
+  std::vector<line::Reply> replies_;  // of one line, published after its events
   WallClock clock_;
   Instant clock_due_{};
   std::uint64_t failures_reported_ = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How often something may be said, so that a storm of it does not bury the rest.
+// Limits the rate of messages, so that a storm of one kind does not hide the others.
 #pragma once
 
 #include <cstdint>
@@ -8,13 +8,14 @@
 
 namespace linegate::gateway {
 
-// kBurst times at once and kPerSecond in the long run; what was left out is counted.
+// Permits kBurst messages at once and kPerSecond on average, and counts suppressed ones.
 class RateLimit {
  public:
   static constexpr double kBurst = 20;
   static constexpr double kPerSecond = 5;
 
-  // True if it may be said now; left_out becomes how many before it were not.
+  // Returns true if a message may be written now, and sets left_out to the number of suppressed
+  // ones before it.
   bool admit(Instant now, std::uint64_t& left_out);
 
  private:

@@ -196,7 +196,7 @@ void RequestReceiver::on_misfit(std::string_view topic, std::string_view policy)
                policy);
 }
 
-// There is no line whose event it could be.
+// Reported in the log, because there is no line that could report an event.
 void RequestReceiver::report_unknown_line(std::string_view line) {
   ++unknown_lines_;
   const Instant now = monotonic_now();

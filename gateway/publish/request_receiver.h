@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The thread that receives commands and outputs and gives them to the lines.
+// The thread that receives commands and outputs and passes them to the lines.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@ namespace linegate::gateway {
 
 class RequestReceiver final : public RequestHandler {
  public:
-  // versions: the answer to CommandKind::versions. All must outlive this.
+  // versions: the answer to CommandKind::versions. All references must outlive this object.
   RequestReceiver(DataEdge& edge, std::span<const std::unique_ptr<LineHost>> lines,
                   exchange::Ring<line::Reply>& refusals, exchange::Wakeup& publisher,
                   std::string versions);
@@ -32,16 +32,16 @@ class RequestReceiver final : public RequestHandler {
 
   // May be started again after stop().
   void start();
-  // Nothing is received any more: requests wait in the edge. Call it while the lines still run.
+  // No more requests are received: they wait in the edge. Call it while the lines still run.
   void stop();
-  // While it is stopped.
+  // Call it while the receiver is stopped.
   void set_lines(std::span<const std::unique_ptr<LineHost>> lines);
 
   // Iterations of the thread; wake() causes one.
   const exchange::Counter& rounds() const { return rounds_; }
   void wake() { edge_.wake(); }
 
-  // What comes out of the edge's poll(); public for tests.
+  // Called by the edge within poll(); public for tests.
   void on_output_write(OutputRequest request) override;
   void on_command(CommandRequest request) override;
   void on_output_refused(std::string_view line, std::uint16_t group, line::OutputRefusal refusal,
@@ -50,15 +50,17 @@ class RequestReceiver final : public RequestHandler {
                           line::Refusal refusal, std::string_view why) override;
   void on_unreadable(std::uint64_t samples) override;
   void on_misfit(std::string_view topic, std::string_view policy) override;
-  // Replies that found their ring full are put in again.
+  // Retries replies that found their ring full.
   void flush();
-  // Answers a command that was given to a line and that no line executes. While it is stopped.
+  // Answers a command that was passed to a line but is not executed by any. Call it while the
+  // receiver is stopped.
   void refuse(std::uint64_t tag, line::Refusal refusal);
 
  private:
   LineHost* find(std::string_view line) const;
   line::Refusal judge(const LineHost& host, const CommandRequest& request) const;
-  // Every line that a command for another network may cross lets it through.
+  // Whether every line on the route to another network permits the command. True for commands
+  // within the network of the line.
   bool crosses(const LineHost& host, const line::Command& command) const;
   void answer(line::Reply reply);
   void refuse_output(LineHost& host, std::uint16_t group, line::OutputRefusal refusal);
@@ -76,13 +78,13 @@ class RequestReceiver final : public RequestHandler {
   std::string versions_;
   std::deque<line::Reply> waiting_;
   std::map<std::string, NoticeLimit>
-      notices_;                   // by line: a writer that is refused continues to write
-  std::uint64_t unreadable_ = 0;  // samples since they were reported last
+      notices_;  // by line: a writer whose samples are refused may continue to write
+  std::uint64_t unreadable_ = 0;  // samples since the last report
   Instant unreadable_reported_{};
   Instant misfit_reported_{};
-  std::uint64_t unknown_lines_ = 0;  // outputs since they were reported last
+  std::uint64_t unknown_lines_ = 0;  // outputs since the last report
   Instant unknown_lines_reported_{};
-  std::size_t namesakes_ = 0;  // other gateways of this name, as they were reported last
+  std::size_t namesakes_ = 0;  // other gateways of this name at the last report
   exchange::Flag stop_;
   exchange::Counter rounds_;
   std::thread thread_;

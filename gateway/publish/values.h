@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What subscribers receive beyond the stack's own values.
+// Published values that the stack does not have.
 #pragma once
 
 #include <cstddef>
@@ -19,13 +19,13 @@ struct Property {
   std::string value;
 };
 
-// A number that only grows. Names up to 64 bytes.
+// A counter that never decreases. Names up to 64 bytes.
 struct NamedCounter {
   std::string name;
   std::uint64_t value = 0;
 };
 
-// What the gateway knows of a line beyond line::LineState.
+// Properties of a line that are not in line::LineState.
 struct LineInfo {
   std::string name;           // up to 64 bytes
   std::string interface_uri;  // up to 128 bytes
@@ -33,13 +33,13 @@ struct LineInfo {
   config::Access access = config::Access::read;
 };
 
-// What the gateway knows of a node beyond line::NodeState.
+// Properties of a node that are not in line::NodeState.
 struct NodeInfo {
   std::string name;  // as configured, up to 64 bytes; empty = not configured
   Instant since{};   // when its NMT state or presence last changed
 };
 
-// What belongs to no line.
+// Properties of the gateway that belong to no line.
 struct GatewayInfo {
   struct Line {
     std::string name;           // up to 64 bytes
@@ -47,8 +47,8 @@ struct GatewayInfo {
   };
   std::string version;  // up to 64 bytes
   Instant started{};
-  std::uint64_t configuration = 0;  // hash of what is in force
-  Instant configured{};             // since then
+  std::uint64_t configuration = 0;  // hash of the configuration in force
+  Instant configured{};             // when it came into force
   std::uint32_t reloads = 0;
   std::uint32_t reloads_refused = 0;
   std::uint64_t events = 0;  // number of the newest event of the gateway itself
