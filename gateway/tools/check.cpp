@@ -97,8 +97,8 @@ std::string transmission(std::uint8_t type) {
   return pdo::is_event_driven(type) ? "on event" : fmt::format("type {}", type);
 }
 
-// What the boot process compares: a 0 in the device file is never compared (CiA 302-2, 1F84h to
-// 1F88h).
+// The objects that the boot process compares. A 0 in the device file is never compared (CiA 302-2,
+// 1F84h to 1F88h).
 std::string scope_text(const line::NodeConfig& node) {
   const auto is_given = [&node](od::Address address) {
     const od::VariableDescription* const known = node.device.find(address);
@@ -120,7 +120,7 @@ std::string scope_text(const line::NodeConfig& node) {
   return out.empty() ? "not checked" : "by " + out;
 }
 
-// What is configured of nodes that another master boots.
+// Prefix of the settings of nodes that another master boots.
 constexpr std::string_view kAsMaster = "only when bit 0 of 1F80h makes it the NMT master: ";
 
 std::string off_or(Duration duration) {
@@ -164,7 +164,7 @@ class Text {
     fmt::format_to(std::back_inserter(out_), format, std::forward<T>(arguments)...);
   }
 
-  // They are the same of every line.
+  // Printed once, because all lines have the same routes.
   void routes(const config::Plant& plant) {
     const InterfaceNames names = interface_names(plant);
     for (const auto& route : routes_of(plant)) {
@@ -211,7 +211,7 @@ class Text {
                                                name(configured), name(started));
   }
 
-  // Of a line without devices.
+  // Only for a line with an own node: a line with devices has none.
   void own_services(const line::LineConfig& c) {
     if (c.role == line::Role::observer) {
       add("  SYNC {}\n", c.sync_period == Duration::zero()

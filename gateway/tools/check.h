@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a plant.yaml would run, in words or as JSON: `linegate check` and `linegated --check`.
+// `linegate check` and `linegated --check`: describes the configuration in a plant.yaml, as text or
+// as JSON.
 #pragma once
 
 #include <string>
@@ -8,10 +9,10 @@
 
 namespace linegate::gateway {
 
-// Findings go to standard error, the description to standard output. Nothing is opened. Gives the
-// exit code: kExitOk, or kExitUsage if there are errors. With json, everything (findings included)
-// is one JSON object on standard output. The file of DDS profiles is checked as well: dds_profile,
-// or the one of the configuration if that is empty.
+// Prints findings on standard error and the description on standard output. With json, everything,
+// including findings, is one JSON object on standard output. Opens no interface. Also checks the
+// file of DDS profiles: dds_profile, or the one of the configuration if that is empty. Returns the
+// exit code: kExitOk, or kExitUsage if there are errors.
 int check(const std::string& path, bool json, const std::string& dds_profile = {});
 
 // The description alone.

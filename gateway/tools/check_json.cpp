@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// to_json(): what would be run, for programs.
+// to_json(): the configuration as JSON, for programs.
 #include <algorithm>
 #include <array>
 #include <string>
@@ -72,7 +72,7 @@ void add_pdos(const od::DeviceDescription& device, Json& to) {
   to["rpdos"] = described.value ? array_of(described.value->rpdos, pdo_json) : Json::array();
 }
 
-// observed: another master boots it, and what is configured of its boot process has no effect.
+// observed: another master boots the node, so the settings of its boot process have no effect.
 Json node_json(const line::NodeConfig& node, line::Role role) {
   Json out{{"id", node.id},
            {"observed", role != line::Role::manager},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the texts and the JSON of `linegate check` share. Private to check*.cpp.
+// Shared by the text and JSON output of `linegate check`. Private to check*.cpp.
 #pragma once
 
 #include <cstdint>
@@ -14,11 +14,12 @@ namespace linegate::gateway {
 
 // 16 digits.
 std::string hex64(std::uint64_t value);
-// With the role and the start-up that an own value of 1F80h gives it, whatever is configured.
+// With the role and start-up that the line's own value of 1F80h selects, which overrides the
+// configured ones.
 line::LineConfig as_started(line::LineConfig config);
 std::string_view lost_text(manager::ErrorReaction reaction);
 InterfaceNames interface_names(const config::Plant& plant);
-// They are the same of every line that routes.
+// All lines that route have the same routes.
 std::vector<routing::Route> routes_of(const config::Plant& plant);
 
 }  // namespace linegate::gateway

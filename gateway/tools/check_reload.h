@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a reload would do, said beforehand: `linegate check NEW --against RUNNING`.
+// `linegate check NEW --against RUNNING`: describes what a reload would change.
 #pragma once
 
 #include <string>
@@ -8,8 +8,9 @@
 
 namespace linegate::gateway {
 
-// What a reload would do to a gateway that runs the configuration `running` if that became
-// `wanted`. The same exit codes; kExitUsage, too, if only a new start would do it.
+// Describes what a reload would change in a gateway that runs the configuration `running` if it
+// became `wanted`. Returns the exit codes of check(), and kExitUsage also if the change needs a
+// restart of the gateway.
 int check_reload(const std::string& running, const std::string& wanted, bool json);
 
 std::string to_json(const config::PlanDifference& difference);

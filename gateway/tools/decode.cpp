@@ -30,7 +30,7 @@ using can_bridge::LogFile;
 
 constexpr std::int64_t kSecond = 1'000'000'000;
 
-// What is known of one interface of the log.
+// State of one interface in the log.
 struct Bus {
   std::unique_ptr<console::Explainer> frames = std::make_unique<console::Explainer>();
   can_bridge::ErrorDecoder errors;
@@ -101,7 +101,7 @@ class Decoding {
     return lines.size() == 1 ? &lines.front() : nullptr;
   }
 
-  // An SDO transfer that stands still for long is over: that needs the time.
+  // With the time of the entry, because SDO transfers time out.
   static can::Frame stamped(const LogEntry& entry) {
     can::Frame out = entry.frame;
     out.time = Instant(Duration(entry.stamp_ns));
@@ -139,7 +139,7 @@ class Decoding {
                              id, data, text);
   }
 
-  // What is no frame.
+  // Prints an entry that is not a frame.
   void print(const LogEntry& entry, std::string_view kind, const std::string& text) {
     if (options_.json) {
       const Json out{{"time_ns", entry.stamp_ns},
@@ -154,7 +154,7 @@ class Decoding {
                              kind, "", text);
   }
 
-  // Losses have no time of their own.
+  // Blank for lost frames, which have no time stamp.
   std::string clock(std::int64_t stamp_ns) const {
     return stamp_ns == 0 ? std::string(15, ' ')
                          : fmt::format("{:%H:%M:%S}.{:06}", fmt::gmtime(stamp_ns / kSecond),

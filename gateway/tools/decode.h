@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A candump log, explained line by line: `linegate decode`.
+// `linegate decode`: explains a candump log line by line.
 #pragma once
 
 #include <string>
@@ -7,14 +7,14 @@
 namespace linegate::gateway {
 
 struct DecodeOptions {
-  std::string file;   // "-": the standard input, line by line as it comes
-  std::string plant;  // a plant.yaml; empty: the pre-defined identifiers alone
-  std::string line;   // of the plant; empty: by the interface that the log names
-  bool json = false;  // an object a frame
+  std::string file;   // "-": standard input, line by line as it arrives
+  std::string plant;  // a plant.yaml; empty: decode the pre-defined connection set only
+  std::string line;   // line of the plant; empty: selected by the interface in the log
+  bool json = false;  // one JSON object for each frame
 };
 
-// Prints on standard output. A line that is none is told on standard error, and makes the exit code
-// that of a failure.
+// Prints on standard output. A malformed line is reported on standard error, and the exit code is
+// then that of a failure.
 int decode(const DecodeOptions& options);
 
 }  // namespace linegate::gateway

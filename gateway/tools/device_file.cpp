@@ -32,7 +32,8 @@ const line::LineConfig* find_line(const config::Plant& plant, const std::string&
   return at == plant.lines.end() ? nullptr : &at->config;
 }
 
-// What its store and restore objects answer: saves on command, or not at all (CiA 301 7.5.2.13).
+// Sets the values that the objects to store and restore parameters return: saves on command, or not
+// at all (CiA 301 7.5.2.13).
 void describe_storage(od::DeviceDescription& device, bool stores) {
   for (od::ObjectDescription& object : device.objects) {
     if (object.index != od::objects::kStoreParameters &&
@@ -79,7 +80,8 @@ DeviceFile own_eds(const line::LineConfig& config) {
   return {.ok = true, .content = eds::write_eds(sheet)};
 }
 
-// Defaults are what the device begins with. A value that it sends is that of the process.
+// Default values are the initial values of the device. Objects that it transmits have none, because
+// the process determines their values.
 void describe_values(od::DeviceDescription& device) {
   for (od::ObjectDescription& object : device.objects) {
     for (od::VariableDescription& variable : object.variables) {
@@ -93,7 +95,8 @@ void describe_values(od::DeviceDescription& device) {
   }
 }
 
-// With all that its source says beside the objects. The device of a profile has none.
+// Includes all data of its source file besides the objects. A device of a profile has no source
+// file.
 eds::DataSheet sheet_of_device(const line::LineConfig& config, const line::DeviceConfig& device) {
   od::DeviceDescription described = device.device;
   describe_values(described);
@@ -104,15 +107,15 @@ eds::DataSheet sheet_of_device(const line::LineConfig& config, const line::Devic
     sheet->info.bit_rates.assign(std::begin(eds::kBitRates), std::end(eds::kBitRates));
     sheet->info.boot_up_slave = true;
   }
-  sheet->commissioning.reset();  // of a DCF
+  sheet->commissioning.reset();  // belongs into a DCF only
   sheet->connected_modules.clear();
-  sheet->modules.clear();  // their objects are those of the device
+  sheet->modules.clear();  // their objects are already those of the device
   sheet->info.lss = device.lss;
   sheet->device = std::move(described);
   return *std::move(sheet);
 }
 
-// Of a device of the line itself.
+// EDS of a device of a line in the role device.
 DeviceFile device_eds(const line::LineConfig& config, const std::string& name) {
   const auto device = std::ranges::find_if(config.devices, [&](const line::DeviceConfig& d) {
     return d.name == name || std::to_string(d.id) == name;
@@ -128,7 +131,7 @@ DeviceFile device_eds(const line::LineConfig& config, const std::string& name) {
   return {.ok = true, .content = eds::write_eds(sheet)};
 }
 
-// The device as it will be: what is written to it are its configured values.
+// The device after configuration: the values that are written to it become its configured values.
 od::DeviceDescription configured(const line::NodeConfig& node,
                                  const std::vector<manager::ObjectWrite>& writes) {
   od::DeviceDescription device = node.device;
@@ -193,7 +196,7 @@ DeviceFile write_device_file(const config::Plant& plant, const std::string& of,
 }
 
 int print_device_file(const std::string& path, const std::string& of, DeviceFileKind kind) {
-  // The EDS of a device of a line has nothing of other lines in it.
+  // The EDS of a device depends on its own line only, so other lines are not loaded.
   const std::size_t colon = of.find(':');
   const bool alone = kind == DeviceFileKind::eds && colon != std::string::npos;
   const auto loaded = alone ? config::load_line(path, of.substr(0, colon)) : config::load(path);

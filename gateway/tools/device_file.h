@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Device files (CiA 306) of a plant, written: `linegate eds` and `linegate dcf`.
+// `linegate eds` and `linegate dcf`: write device files (CiA 306) of a plant.
 #pragma once
 
 #include <cstdint>
@@ -10,23 +10,23 @@
 namespace linegate::gateway {
 
 enum class DeviceFileKind : std::uint8_t {
-  eds,      // of a line's own node: its object dictionary as it is built
-  dcf,      // of a node of a line: its device file with everything that is written to it
-  concise,  // only what is written to it, as object 1F22h holds it (CiA 302-3): binary
+  eds,      // of a line's own node: its object dictionary
+  dcf,      // of a node of a line: its device file with all configured values
+  concise,  // configured values only, as a concise DCF for object 1F22h (CiA 302-3): binary
 };
 
 struct DeviceFile {
   bool ok = false;
-  std::string content;  // or why there is none
+  std::string content;  // or an error message
 };
 
-// of: the line for eds ("press"), LINE:NODE for the others ("press:5", "press:ram"). A line is
-// named by its name or its network-ID, a node by its name or its node-ID.
+// of: the line for eds ("press"), LINE:NODE for the other kinds ("press:5", "press:ram"). LINE is a
+// name or a network-ID, NODE a name or a node-ID.
 DeviceFile write_device_file(const config::Plant& plant, const std::string& of,
                              DeviceFileKind kind);
 
-// The same from a plant.yaml, to standard output; what is wrong goes to standard error. Gives the
-// exit code: kExitOk or kExitUsage.
+// Loads a plant.yaml and prints the file on standard output, or errors on standard error. Returns
+// the exit code: kExitOk or kExitUsage.
 int print_device_file(const std::string& path, const std::string& of, DeviceFileKind kind);
 
 }  // namespace linegate::gateway

@@ -24,7 +24,7 @@
 namespace linegate::gateway {
 namespace {
 
-// Reads a channel and sends nothing; the channel records by itself.
+// Reads a channel and sends nothing; the channel records the frames itself.
 class ListenRunner final : public Runner {
  public:
   ListenRunner(std::unique_ptr<can_bridge::Channel> channel, std::string interface)
@@ -47,7 +47,7 @@ class ListenRunner final : public Runner {
     if (event.kind == can::BusEvent::Kind::interface_ready) {
       spdlog::info("interface {} ready", interface_);
     } else if (event.kind == can::BusEvent::Kind::interface_failed && event.code == ENODATA) {
-      ::kill(::getpid(), SIGTERM);  // the end of a replay is the end of the recording
+      ::kill(::getpid(), SIGTERM);  // the end of a replay ends the recording
     } else if (event.kind == can::BusEvent::Kind::interface_failed) {
       spdlog::error("{}", can_bridge::describe_failure(interface_, event.code));
     }
@@ -73,7 +73,7 @@ int record(const RecordOptions& options) {
               << '\n';
     return kExitFailed;
   }
-  set_up_log(config::LogLevel::info);  // not where the frames may go
+  set_up_log(config::LogLevel::info);  // not to standard output, where the frames may be written
   sim::VirtualNetwork network;
   Recorder recorder;
   Recording& recording = recorder.add(options.uri, name_in_log(interface, "can0"), options.file);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is on an interface, as candump log: `linegate record`.
+// `linegate record`: writes the frames of an interface to a candump log.
 #pragma once
 
 #include <string>
@@ -10,11 +10,11 @@ namespace linegate::gateway {
 
 struct RecordOptions {
   std::string uri;      // "socketcan:can0"
-  config::Record file;  // an empty name: standard output
+  config::Record file;  // an empty name selects standard output
 };
 
-// Sends nothing. Until a stop signal, or the end of a replay: call block_stop_signals() before.
-// Gives the exit code; what is wrong is printed on standard error.
+// Sends nothing. Records until a stop signal, or the end of a replay; call block_stop_signals()
+// before. Prints errors on standard error and returns the exit code.
 int record(const RecordOptions& options);
 
 }  // namespace linegate::gateway

@@ -24,8 +24,8 @@
 namespace linegate::gateway {
 namespace {
 
-// Moves frames from a log to a channel. Whatever the channel does not take is sent later: so a log
-// that is replayed as fast as possible goes as fast as the bus.
+// Copies frames from a log to a channel. Frames that the channel does not accept are sent later, so
+// a log that is replayed at maximum speed is limited by the bus.
 class SendRunner final : public Runner {
  public:
   SendRunner(std::unique_ptr<can_bridge::Channel> log, std::unique_ptr<can_bridge::Channel> channel,

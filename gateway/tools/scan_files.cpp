@@ -33,7 +33,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// As it is written to the node when it boots.
+// The settings that are written to the node when it boots.
 void emit_error_control(YAML::Emitter& out, const line::NodeConfig& node) {
   const auto text = [](Duration time) {
     return fmt::format("{}ms", std::chrono::duration_cast<std::chrono::milliseconds>(time).count());
@@ -64,7 +64,8 @@ constexpr Duration kGuardTime = std::chrono::milliseconds(500);
 constexpr std::uint8_t kLifeTimeFactor = 3;
 constexpr Duration kSyncPeriod = std::chrono::milliseconds(100);
 
-// A plant without it does not notice that a device is lost. False if the device can do neither.
+// Selects error control for the node, without which the loss of the device is not detected. Returns
+// false if the device supports neither heartbeat nor node guarding.
 bool set_error_control(const scan::ScannedNode& found, line::NodeConfig& node) {
   if (node.heartbeat != Duration::zero() || node.guard_time != Duration::zero()) {
     return true;
@@ -81,8 +82,8 @@ bool set_error_control(const scan::ScannedNode& found, line::NodeConfig& node) {
   return true;
 }
 
-// The SYNC of the line stays. Otherwise PDOs that wait for a SYNC get one, as often as a device
-// says.
+// The SYNC period of the line, if it has one. Otherwise, if PDOs need a SYNC, the period in 1006h
+// of a device, or kSyncPeriod.
 Duration needed_sync(const ScannedLine& line, const std::vector<config::FoundNode>& nodes) {
   if (line.sync_period != Duration::zero()) {
     return line.sync_period;
@@ -113,7 +114,7 @@ std::string bit_rate_text(std::uint32_t rate) {
   return rate % 1000 == 0 ? fmt::format("{}kbit", rate / 1000) : fmt::format("{}bit", rate);
 }
 
-// The profile of a simulated device, by its identity.
+// The profile of a simulated device with the same identity.
 std::optional<std::string> profile_by_identity(const line::NodeConfig& node) {
   const auto number = [](const od::DeviceDescription& device, std::uint8_t sub) {
     const od::VariableDescription* const known =
@@ -130,7 +131,7 @@ std::optional<std::string> profile_by_identity(const line::NodeConfig& node) {
   return std::nullopt;
 }
 
-// Devices of a line "simulated:" are there because its configuration says so.
+// The devices of a line "simulated:" exist only if its configuration lists them.
 void emit_simulated(YAML::Emitter& out, const std::vector<NodeFile>& files) {
   out << YAML::Key << "simulate" << YAML::Value << YAML::BeginSeq;
   for (const NodeFile& file : files) {
@@ -214,7 +215,7 @@ NodeFile file_of(const ScannedLine& line, const config::FoundNode& node) {
 }
 
 bool write_file(const fs::path& path, const std::string& content, ScanFiles& out) {
-  std::error_code ignored;  // then it cannot be written either
+  std::error_code ignored;  // writing fails then, too
   if (fs::exists(path, ignored)) {
     out.error = fmt::format("{} exists, it is not overwritten", path.string());
     return false;
@@ -230,7 +231,7 @@ bool write_file(const fs::path& path, const std::string& content, ScanFiles& out
   return true;
 }
 
-// What is not the same in the two, as a clause.
+// Describes the first difference as a clause.
 std::string difference(const image::Layout& written, const image::Layout& running) {
   if (written.entries.size() != running.entries.size()) {
     return fmt::format("it has {} entries, not {}: other PDOs are mapped or enabled",
@@ -252,11 +253,11 @@ std::string difference(const image::Layout& written, const image::Layout& runnin
   return "PDOs have other numbers, or the device files another profile or product code";
 }
 
-// Applications know an image by its layout_id.
+// Adds a note for each direction with another layout_id, by which applications identify an image.
 void compare_layouts(const ScannedLine& line, ScanFiles& out) {
   const auto loaded = config::load(out.written.front());
   if (!loaded.value) {
-    return;  // linegate check says why
+    return;  // linegate check reports the reason
   }
   const auto made = line::Line::make(loaded.value->lines.front().config);
   if (!made.value) {
@@ -278,7 +279,7 @@ void compare_layouts(const ScannedLine& line, ScanFiles& out) {
 ScanFiles write_scan(const ScannedLine& line, const std::string& folder,
                      const std::string& eds_folder) {
   ScanFiles out;
-  if (!config::is_name(line.name)) {  // as any participant can publish it; files are named by it
+  if (!config::is_name(line.name)) {  // received from the network and used as a file name
     out.error = fmt::format("'{}' is not a name that a plant.yaml can have for a line", line.name);
     return out;
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a scan found as files: a plant.yaml and a DCF for each node.
+// Writes the result of a scan to files: a plant.yaml and a DCF for each node.
 #pragma once
 
 #include <array>
@@ -16,35 +16,35 @@
 
 namespace linegate::gateway {
 
-// The line that was scanned, as the written configuration shall have it.
+// The scanned line, with the settings for the written configuration.
 struct ScannedLine {
   std::string gateway;
   std::string name;
   std::string interface_uri;
   std::uint32_t bit_rate = 0;    // bit/s, 0 = not known
   std::uint16_t network_id = 1;  // 1..127
-  std::uint8_t node_id = 127;    // own
+  std::uint8_t node_id = 127;    // node-ID of the line itself
   std::string access{};          // for commands: off, read or all; empty = not known
   std::string outputs_access{};  // for outputs, likewise
-  Duration sync_period{};        // of the SYNC that its own node produces; 0 = none
+  Duration sync_period{};        // of the SYNC that the line produces; 0 = none
   unsigned dds_domain = 0;
   std::vector<scan::ScannedNode> nodes;
-  // Of the line that runs, by image::Direction; none: not known.
+  // The layouts of the running line, by image::Direction; empty: not known.
   std::array<std::optional<image::Layout>, 2> layouts{};
 };
 
 struct ScanFiles {
   bool ok = false;
   std::vector<std::string> written;  // paths, the configuration first
-  // Which EDS was taken for which node, what could not be used, and why the image has another
-  // layout than that of the line that runs.
+  // The EDS selected for each node, data that could not be used, and why the layout of the image
+  // differs from that of the running line.
   std::vector<std::string> notes;
-  std::string error;  // why not ok
+  std::string error;  // description of the error, if not ok
 };
 
-// Writes FOLDER/plant.yaml and FOLDER/LINE-NODE.dcf. Nothing is overwritten: a folder that has one
-// of them is an error. eds_folder: where files of matching identity are looked for, for names and
-// exact types; empty = nowhere.
+// Writes FOLDER/plant.yaml and FOLDER/LINE-NODE.dcf. Never overwrites a file: an existing one is an
+// error. eds_folder: folder of EDS files with matching identities, for names and exact types; empty
+// = none.
 ScanFiles write_scan(const ScannedLine& line, const std::string& folder,
                      const std::string& eds_folder);
 

@@ -61,7 +61,7 @@ bool read_device(std::string text, Simulation& out) {
   return true;
 }
 
-// The profile whose device file a node has, by the name of the file.
+// The profile whose device file is that of the node, by the name of the file.
 std::optional<std::string> profile_by_file(const line::NodeConfig& node) {
   const std::string file = std::filesystem::path(node.device.file).filename().string();
   for (const auto profile : sim::profiles()) {

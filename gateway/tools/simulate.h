@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Simulated devices on any interface, until SIGINT or SIGTERM: `linegate simulate`.
+// `linegate simulate`: simulates devices on any interface until SIGINT or SIGTERM.
 #pragma once
 
 #include <string>
@@ -8,15 +8,15 @@
 namespace linegate::gateway {
 
 struct SimulateOptions {
-  std::string uri;                   // "socketcan:vcan0"; empty: that of the line
+  std::string uri;                   // "socketcan:vcan0"; empty: the interface of the line
   std::vector<std::string> devices;  // "drive:5": profile and node-ID
-  std::string plant;                 // a plant.yaml: all nodes of one of its lines
-  std::string line;                  // its name; may be empty if there is only one
-  std::string storage;               // folder for stored parameters; empty: forgotten at the end
+  std::string plant;                 // a plant.yaml: simulates all nodes of one of its lines
+  std::string line;                  // name of the line; may be empty if there is only one
+  std::string storage;  // folder for stored parameters; empty: they are discarded at the end
 };
 
-// Waits for a stop signal: call block_stop_signals() before. Gives the exit code; what is wrong is
-// printed on standard error.
+// Runs until a stop signal; call block_stop_signals() before. Prints errors on standard error and
+// returns the exit code.
 int simulate(const SimulateOptions& options);
 
 }  // namespace linegate::gateway
