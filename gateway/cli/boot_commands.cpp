@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The boot process of nodes (CiA 302-2).
+// Commands for the boot process of nodes (CiA 302-2).
 #include <memory>
 #include <string>
 

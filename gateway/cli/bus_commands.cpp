@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bus of a line: after bus-off, and its faults where it is simulated.
+// Commands for the bus of a line: restart after bus-off, and faults of a simulated bus.
 #include <memory>
 #include <string>
 #include <vector>

@@ -17,7 +17,8 @@
 namespace linegate::gateway {
 namespace {
 
-// Messages of Fast DDS, which would disturb the screen and the output that a script reads.
+// Used with --verbose only, because these messages would disturb the screen, and output that a
+// script reads.
 void print_library_message(Severity severity, std::string_view text) {
   std::cerr << "Fast DDS: " << (severity == Severity::error ? "error: " : "warning: ")
             << printable(text) << '\n';
@@ -116,7 +117,8 @@ int CommandLine::run(int argc, char** argv) {
   }
   try {
     return action_();
-  } catch (const std::exception& error) {  // of a library, such as a file that cannot be read
+    // Thrown by a library, for example for an unreadable file
+  } catch (const std::exception& error) {
     std::cerr << "error: " << error.what() << '\n';
     if (common_.json) {
       print_failure(std::cout, error.what());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The command line of linegate: what its commands have in common, and the one that was typed.
+// The command line of linegate: the common part of its commands, and the selected command.
 #pragma once
 
 #include <functional>
@@ -13,31 +13,31 @@
 
 namespace linegate::gateway {
 
-// The options that all commands share.
+// The options of all commands.
 struct CommonOptions {
   unsigned domain = 0;
   std::string profile;
-  double wait = 5;     // seconds for a gateway to appear
-  double timeout = 5;  // seconds for an answer
+  double wait = 5;     // time limit for the discovery of a gateway, in seconds
+  double timeout = 5;  // time limit for an answer, in seconds
   bool json = false;
   bool utc = false;
   bool verbose = false;
 };
 
-// What a command subscribes to besides the states of gateways, lines and nodes.
+// The topics of a command besides the states of gateways, lines and nodes.
 struct Topics {
   bool images = false;
   bool layouts = images;
   bool events = false;
-  bool commands = false;  // it sends some
-  bool outputs = false;   // it writes some
+  bool commands = false;  // sends commands
+  bool outputs = false;   // writes outputs
 };
 
 class CommandLine {
  public:
-  // Gives the exit code.
+  // Returns the exit code.
   using Action = std::function<int()>;
-  // With a subscriber of the gateways.
+  // An action that needs a subscriber.
   using ClientAction = std::function<int(console::Context&)>;
 
   CommandLine();
@@ -45,22 +45,23 @@ class CommandLine {
   CommandLine& operator=(const CommandLine&) = delete;
 
   CLI::App& app() { return app_; }
-  // As typed, once an action runs.
+  // Parsed when an action runs.
   const CommonOptions& common() const { return common_; }
 
-  // What the command does when it was typed. What the actions hold must outlive this.
+  // Sets the action of a command. References in the action must outlive this object.
   void on(CLI::App* command, Action action);
   void on(CLI::App* command, const Topics& topics, ClientAction action);
-  // The same until SIGINT or SIGTERM: the action polls stop_signal_caught().
+  // The same for a command that runs until SIGINT or SIGTERM: the action polls
+  // stop_signal_caught().
   void on_live(CLI::App* command, const Topics& topics, ClientAction action);
 
-  // Within an action, where the topics depend on what was typed. Gives its exit code. With --json a
-  // failure without any output is printed as an object.
+  // Called within an action if the topics depend on the arguments. Returns the exit code of the
+  // action. With --json, a failure without any output is printed as an object.
   int with_client(const Topics& topics, const ClientAction& action) const;
-  // Reports wrong usage, on standard error and with --json as an object. Gives the exit code.
+  // Reports wrong usage on standard error, and with --json as an object. Returns the exit code.
   int usage_error(const std::string& text) const;
 
-  // Parses, and does what was typed. Gives the exit code.
+  // Parses the arguments and runs the action of the command. Returns the exit code.
   int run(int argc, char** argv);
 
  private:
@@ -71,7 +72,7 @@ class CommandLine {
   Action action_;
 };
 
-// Units of an option that is a number of seconds.
+// Units of an option in seconds.
 const std::map<std::string, double>& units_of_seconds();
 Duration seconds(double value);
 

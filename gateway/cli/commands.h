@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// All commands of linegate, in the order of its help.
+// All commands of linegate, in the order of `linegate --help`.
 #pragma once
 
 namespace linegate::gateway {
@@ -7,7 +7,7 @@ namespace linegate::gateway {
 class CommandLine;
 
 // add_NAME(CommandLine&) adds a command with its options and its action. It is defined in
-// NAME_command.cpp, or with others in a ..._commands.cpp.
+// NAME_command.cpp, or together with others in a ..._commands.cpp.
 #define LINEGATE_COMMANDS(COMMAND) \
   COMMAND(monitor)                 \
   COMMAND(gateways)                \

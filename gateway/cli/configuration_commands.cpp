@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Configurations and programs of devices (CiA 302-3).
+// Commands for configurations and programs of devices (CiA 302-3).
 #include <cstdint>
 #include <memory>
 #include <span>

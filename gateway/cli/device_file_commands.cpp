@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Device files that are made of a plant.yaml.
+// Commands that write device files of a plant.yaml.
 #include <memory>
 #include <string>
 

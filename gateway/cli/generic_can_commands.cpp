@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames of no CANopen service.
+// Commands for CAN frames that belong to no CANopen service.
 #include <cstdint>
 #include <memory>
 #include <string>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// linegate: the console. Shows what gateways publish, sends commands to their lines, checks a
-// configuration, puts simulated devices on an interface.
+// linegate: the console. Displays what gateways publish, sends commands to their lines, checks
+// configurations, and simulates devices on an interface.
 #include "gateway/cli/command_line.h"
 #include "gateway/cli/commands.h"
 #include "gateway/runtime/assertion_report.h"

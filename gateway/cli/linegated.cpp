@@ -35,7 +35,7 @@ struct Arguments {
   double last_words = 0.5;  // seconds
 };
 
-// Each start has another incarnation; 0 stands for any.
+// Random for each start; 0 is reserved for "any incarnation".
 std::uint64_t random_incarnation() {
   std::random_device device;
   std::uint64_t value = 0;
@@ -45,14 +45,14 @@ std::uint64_t random_incarnation() {
   return value;
 }
 
-// The end may wait so long for subscribers (--last-words), and for everything else.
+// Time limit of the shutdown: the wait for subscribers (--last-words), plus everything else.
 Duration end_limit(const Arguments& arguments) {
   constexpr std::chrono::duration<double> kForTheRest{4.5};
   return std::chrono::duration_cast<Duration>(
       kForTheRest + std::chrono::duration<double>(std::max(arguments.last_words - 0.5, 0.0)));
 }
 
-// The configuration with the options of the command line applied; diagnostics if it is wrong.
+// The configuration with the options of the command line applied; diagnostics if it is invalid.
 Loaded<config::Plant> load(const Arguments& arguments) {
   auto loaded = config::load(arguments.plant);
   if (!loaded.value) {
@@ -70,7 +70,7 @@ Loaded<config::Plant> load(const Arguments& arguments) {
   return loaded;
 }
 
-// The same while lines run: a disk that fails while the files are read does not end them.
+// The same for a reload: a disk that fails while the files are read must not end running lines.
 Loaded<config::Plant> load_again(const Arguments& arguments) {
   try {
     return load(arguments);

@@ -12,7 +12,7 @@ namespace {
 struct LssSubcommand {
   const char* name;
   const char* text;
-  const char* value;  // its first argument, nullptr = none
+  const char* value;  // first argument; nullptr = none
   const char* value_text;
   bool one_device;
   bool may_store;

@@ -30,7 +30,7 @@ int run_monitor(console::Context& context, MonitorArguments& arguments) {
   if (screen) {
     return console::monitor_screen(context, options, model, stop_signal_caught);
   }
-  // What is no terminal gets one picture, unless it asked for more.
+  // Without a terminal, prints once unless a duration or JSON was requested.
   options.once = options.once || (!context.json && arguments.duration <= 0);
   return console::monitor_text(context, options, model, stop_signal_caught);
 }

@@ -13,8 +13,8 @@
 namespace linegate::gateway {
 namespace {
 
-// Prints lines and nodes of a plant.yaml as console::completions() has them. Prints nothing on what
-// is wrong with the file; gives the exit code.
+// Prints the lines and nodes of a plant.yaml in the format of console::completions(). Prints no
+// error messages; returns the exit code.
 int print_names(const std::string& path) {
   const auto loaded = config::load(path);
   if (!loaded.value) {
@@ -37,7 +37,7 @@ int print_names(const std::string& path) {
 
 }  // namespace
 
-// For completion by a shell, which has no time: not in the help.
+// For completion by a shell, which must be fast. Hidden from the help.
 void add_names(CommandLine& line) {
   const auto plant = std::make_shared<std::string>();
   CLI::App* names = line.app().add_subcommand("names", "names of lines and nodes, for completion");

@@ -15,15 +15,15 @@ namespace {
 
 struct OdArguments {
   std::string line;
-  std::vector<std::string> words;  // an object, and what follows
+  std::vector<std::string> words;  // an object, followed by further arguments
   console::NewObject object;
   bool own = false;
 };
 
 using SharedOdArguments = std::shared_ptr<OdArguments>;
 
-// Index and sub-index, and so many words behind them. Nothing if they are others, which is
-// reported.
+// Index and sub-index, followed by the given number of words. Returns nothing, after an error
+// message, if the words do not match.
 std::optional<console::ObjectWords> split_words(console::Context& context,
                                                 const OdArguments& arguments, std::size_t behind) {
   auto words = console::split_object(arguments.words, behind, behind);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// PDOs that are sent or requested by hand.
+// Commands to send or request PDOs.
 #include "bridges/console/pdo_commands.h"
 
 #include <memory>

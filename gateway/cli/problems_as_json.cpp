@@ -9,7 +9,7 @@
 namespace linegate::gateway {
 namespace {
 
-// Records what is written to a standard stream while it lives.
+// Records the text written to a standard stream while this object exists.
 class RecordedOutput {
  public:
   explicit RecordedOutput(std::ostream& stream) : stream_(stream), recorded_(stream) {

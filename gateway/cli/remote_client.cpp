@@ -13,7 +13,7 @@ console::LineId id_of(const dds::Source& source) {
   return {source.gateway, source.line};
 }
 
-// From what DDS gives to what the console draws.
+// Passes samples from DDS to the console.
 class Forward final : public dds::ClientListener {
  public:
   explicit Forward(console::Listener& listener) : listener_(listener) {}

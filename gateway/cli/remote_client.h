@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The console's client, made of the subscriber's half of bridges/dds.
+// Implements the console's client with the subscriber's half of bridges/dds.
 #pragma once
 
 #include <cstdint>
@@ -13,16 +13,16 @@ namespace linegate::gateway {
 
 struct RemoteClientOptions {
   std::uint32_t domain = 0;
-  std::string profile;  // file of QoS profiles; empty = the installed one, or the copy built in
-  // What is subscribed to besides the states of gateways, lines and nodes.
-  bool images = false;  // and the states of outputs
+  std::string profile;  // file of QoS profiles; empty = the installed one, or the built-in copy
+  // The topics to subscribe to besides the states of gateways, lines and nodes.
+  bool images = false;  // and states of outputs
   bool layouts = false;
   bool events = false;
   bool commands = false;  // commands can be sent
   bool outputs = false;   // outputs can be written
 };
 
-// Without a value, a diagnostic says why.
+// Without a value, a diagnostic states the reason.
 Loaded<std::unique_ptr<console::Client>> make_remote_client(const RemoteClientOptions& options);
 
 }  // namespace linegate::gateway

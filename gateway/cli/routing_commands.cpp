@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Routing between networks (CiA 302-7).
+// Commands for routing between networks (CiA 302-7).
 #include <cstdint>
 #include <memory>
 

@@ -19,7 +19,7 @@ namespace {
 
 struct ScanArguments {
   console::ScanRequest request;
-  std::string folder;  // for plant.yaml and DCF files; empty = none is written
+  std::string folder;  // for plant.yaml and DCF files; empty = no files are written
   std::string eds;     // folder of EDS files for names and exact types; empty = none
 };
 
@@ -29,9 +29,9 @@ std::string property(const console::LineView& line, std::string_view name) {
   return known == line.properties.end() ? "" : known->second;
 }
 
-// Any participant can publish it.
+// Checked, because any participant can publish the value.
 Duration sync_period_of(const console::LineView& line) {
-  constexpr std::int64_t kLongest = 60'000'000;  // of `sync` in a plant.yaml
+  constexpr std::int64_t kLongest = 60'000'000;  // limit of `sync` in a plant.yaml
   const std::string text = property(line, "sync-period-us");
   std::int64_t us = 0;
   const auto read = std::from_chars(text.data(), text.data() + text.size(), us);
@@ -39,7 +39,8 @@ Duration sync_period_of(const console::LineView& line) {
   return whole && us > 0 && us <= kLongest ? std::chrono::microseconds(us) : Duration::zero();
 }
 
-// Prints what is on a line, and writes it to files if a folder is given. Gives the exit code.
+// Prints the result of a scan of a line, and writes it to files if a folder is given. Returns the
+// exit code.
 int scan_and_write(console::Context& context, const ScanArguments& target, unsigned domain) {
   console::ScanRequest request = target.request;
   console::ScanResult result;

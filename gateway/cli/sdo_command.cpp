@@ -12,7 +12,7 @@ namespace {
 
 struct SdoArguments {
   std::string node, via;
-  std::vector<std::string> words;  // an object, and what follows
+  std::vector<std::string> words;  // an object, followed by further arguments
   bool from_image = false;
   bool cached = false;
   bool by_pdo = false;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What gateways say of themselves, their lines and nodes.
+// Commands for the states of gateways, their lines and nodes.
 #include <memory>
 #include <string>
 

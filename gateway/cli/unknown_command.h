@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A word of a command line that is no command.
+// Reports an unknown command on a command line.
 #pragma once
 
 #include <string>
@@ -10,8 +10,8 @@ class App;
 
 namespace linegate::gateway {
 
-// After the command line was refused: which word is no command, and the command that is nearest to
-// it. Empty if there is no such word.
+// Call it after the command line was refused: names the word that is not a command, and the most
+// similar command. Empty if there is no such word.
 std::string unknown_command(const CLI::App& app);
 
 }  // namespace linegate::gateway

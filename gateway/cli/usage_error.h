@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What fails in linegate without a refusal of a gateway: in words on standard error, and with
-// --json as an object on standard output.
+// Reports errors of linegate that are not refusals of a gateway: as text on standard error, and
+// with --json as an object on standard output.
 #pragma once
 
 #include <ostream>
@@ -9,13 +9,13 @@
 
 namespace linegate::gateway {
 
-// {"ok":false,"domain":"usage","text":...} and a line feed. The text loses its line feeds at the
-// end.
+// {"ok":false,"domain":"usage","text":...} and a line feed. Trailing line feeds of the text are
+// removed.
 void print_usage_error(std::ostream& out, std::string text);
 // The same with the domain "console".
 void print_failure(std::ostream& out, std::string text);
 
-// An output stream that writes to another one and records what it wrote.
+// An output stream that writes to another one and records the text.
 class RecordingStream : public std::ostream {
  public:
   explicit RecordingStream(std::ostream& to) : std::ostream(nullptr), buffer_(*to.rdbuf()) {
