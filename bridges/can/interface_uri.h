@@ -32,8 +32,8 @@ struct ParsedUri {
   bool ok() const { return error.empty(); }
 };
 
-// Also the options are checked: an unknown key or a wrong value is an error that names it. So is an
-// unknown scheme. What the options mean is told where a channel of the scheme is opened.
+// Also checks the options: an unknown scheme, an unknown key or a wrong value is an error that
+// names it. The header that opens a channel of the scheme documents its options.
 ParsedUri parse_uri(std::string_view text);
 
 // "speed=max&interface=can0", as it follows the question mark. A sentence if it is not that.

@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// Faults on request: the options of "virtual:NAME".
+// Simulated faults: the options of "virtual:NAME".
 //
-//   virtual:press?lost=1%                   of all frames on the bus so many reach nobody
-//   virtual:press?disturbed=0.5%&seed=7     so many are destroyed by an error frame, and sent again
-//   virtual:press?doubled=0.1%              so many arrive twice
-//   virtual:press?stuck=5@10s               node 5 is stuck after 10 s, for 10 s, and so on
+//   virtual:press?lost=1%                   1% of all frames on the bus reach no receiver
+//   virtual:press?disturbed=0.5%&seed=7     0.5% are destroyed by an error frame, and sent again
+//   virtual:press?doubled=0.1%              0.1% arrive twice
+//   virtual:press?stuck=5@10s               node 5 is alternately working and stuck, for 10 s each
 //   virtual:press?stuck=5@always            node 5 is stuck
 //   virtual:press?bus_off=10s               this end goes bus-off every 10 s, for a second
-//   virtual:press?bus_off=10s&restart=never and stays there until it is told to restart
+//   virtual:press?bus_off=10s&restart=never and stays bus-off until its controller is restarted
 //
-// All but the last two are about the whole bus, whichever of its ends asks for them; the same seed
-// and the same frames give the same faults. Of a node that is stuck nothing reaches anybody that it
-// sends on the identifiers of the pre-defined connection set: EMCY, TPDO 1 to 4, SDO, heartbeat.
+// All but the last two apply to the whole bus, whichever of its ends has the option. The same seed
+// and the same frames result in the same faults. While a node is stuck, no receiver gets the frames
+// that it sends with identifiers of the pre-defined connection set: EMCY, TPDO 1 to 4, SDO,
+// heartbeat.
 #pragma once
 
 #include <chrono>
