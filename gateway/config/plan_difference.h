@@ -10,7 +10,7 @@
 
 namespace linegate::config {
 
-// As much of a configuration as is needed to tell what another one changes.
+// The part of a configuration that is needed to determine what another one changes.
 struct PlantIdentity {
   struct Line {
     std::string name;
