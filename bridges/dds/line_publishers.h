@@ -12,7 +12,7 @@ namespace linegate::dds {
 template <class Handle>
 class LinePublishers {
  public:
-  static constexpr std::size_t kMaxLines = 4'096;  // a stranger may publish any number of names
+  static constexpr std::size_t kMaxLines = 4'096;  // bounded: any host may publish any names
 
   // Returns false if kMaxLines other lines are recorded.
   bool note(const std::string& gateway, const std::string& line, const Handle& writer) {

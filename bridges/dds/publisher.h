@@ -107,7 +107,7 @@ class GatewayBridge {
   GatewayBridge(const GatewayBridge&) = delete;
   GatewayBridge& operator=(const GatewayBridge&) = delete;
 
-  // --- lines that come and go; nobody may publish or poll meanwhile ------------------------------
+  // --- adding and removing lines; no thread may publish or poll meanwhile ------------------------
 
   // Returns false if the writers of the line could not be created: its image and its events are not
   // published.
@@ -116,7 +116,7 @@ class GatewayBridge {
   // updates are no longer published. Its events remain available to late joiners.
   void remove_line(const std::string& line);
 
-  // --- out: false = DDS did not take the sample; counted ----------------------------------------
+  // --- out: false = DDS refused the sample; counted ---------------------------------------------
 
   void set_clock(const ClockMap& clock);
 

@@ -76,7 +76,7 @@ class DataEdge {
  public:
   virtual ~DataEdge() = default;
 
-  // --- lines that come and go; nobody may publish or poll meanwhile ------------------------------
+  // --- adding and removing lines; no thread may publish or poll meanwhile ------------------------
 
   // Returns false if its image and its events cannot be published.
   virtual bool add_line(const std::string& line) = 0;
@@ -84,7 +84,7 @@ class DataEdge {
   // joiners.
   virtual void remove_line(const std::string& line) = 0;
 
-  // --- out: a sample that is not taken is counted ------------------------------------------------
+  // --- out: refused samples are counted ----------------------------------------------------------
 
   // Applies to the times of all later samples.
   virtual void set_clock(const ClockMap& clock) = 0;

@@ -44,7 +44,7 @@ class Discovered {
 
   explicit Discovered(DiscoveryLimits limits);
 
-  void participant_found(const Prefix& prefix, bool endless);  // endless: its lease is infinite.
+  void participant_found(const Prefix& prefix, bool endless);  // endless: infinite lease
   void participant_lost(const Prefix& prefix);
   void endpoint_found(const Guid& endpoint);
   void endpoint_lost(const Guid& endpoint);
