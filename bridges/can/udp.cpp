@@ -82,7 +82,7 @@ class UdpChannel final : public Channel {
       } else if (const int error = send(frames[taken]); error == 0) {
         ++counters_.sent;
       } else {
-        told(error, now);
+        report(error, now);
         break;
       }
       ++taken;
@@ -187,7 +187,7 @@ class UdpChannel final : public Channel {
     return socket_.send(std::span(datagram_).first(length));
   }
 
-  void told(int error, Instant now) {
+  void report(int error, Instant now) {
     if (passes(error)) {
       write_again_ = now + kPause;
     } else {

@@ -36,8 +36,8 @@ std::uint32_t long_of(const can::Frame& frame) {
   return sdo::long_word(sdo::word_of(frame));
 }
 
-std::string size_text(const can::Frame& frame, bool told) {
-  return told ? ", " + bytes_text(long_of(frame)) : std::string();
+std::string size_text(const can::Frame& frame, bool has_size) {
+  return has_size ? ", " + bytes_text(long_of(frame)) : std::string();
 }
 
 }  // namespace

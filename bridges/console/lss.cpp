@@ -56,9 +56,10 @@ std::string fastscan_words(const EventView& view) {
   if (event.kind == EventKind::lss_result) {
     return view.text;
   }
-  const bool tells = event.kind == EventKind::command_progress &&
-                     event.code == static_cast<std::uint32_t>(line::CommandKind::lss);
-  return tells ? "fastscan: " + std::to_string(event.value) + " of 4 parts of an address" : "";
+  const bool is_progress = event.kind == EventKind::command_progress &&
+                           event.code == static_cast<std::uint32_t>(line::CommandKind::lss);
+  return is_progress ? "fastscan: " + std::to_string(event.value) + " of 4 parts of an address"
+                     : "";
 }
 
 struct LssAnswer {

@@ -174,8 +174,8 @@ std::vector<std::string> Model::take_warnings() {
     out.push_back("more than " + std::to_string(kMaxLines) +
                   " lines are published: the others are left out");
   }
-  for (auto& [gateway, told] : namesakes_) {
-    if (!std::exchange(told, true)) {
+  for (auto& [gateway, warned] : namesakes_) {
+    if (!std::exchange(warned, true)) {
       out.push_back("more than one gateway is called '" + printable(gateway) +
                     "': what is shown is of all of them, and commands reach all");
     }

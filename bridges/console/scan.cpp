@@ -23,11 +23,11 @@ constexpr Duration kLongest = std::chrono::minutes(15);
 // A node that was read, or one whose defaults could not be restored.
 std::string progress_words(const EventView& view) {
   const Event& event = view.event;
-  const bool tells =
+  const bool is_progress =
       event.kind == EventKind::node_scanned ||
       (event.kind == EventKind::sdo_abort && event.length >= 2 &&
        load_le(std::span<const std::byte>(event.data).first(2)) == od::objects::kRestoreDefaults);
-  return tells ? view.text : std::string();
+  return is_progress ? view.text : std::string();
 }
 
 line::Command command_of(const Context& context, const ScanRequest& request, std::uint8_t node) {

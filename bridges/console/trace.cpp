@@ -114,7 +114,7 @@ class Tracer {
     }
     traced.events = events;
     if (!first && now != traced.last) {
-      tell(id, view, traced.last, now);
+      print_changes(id, view, traced.last, now);
     }
     traced.last = now;
   }
@@ -137,7 +137,8 @@ class Tracer {
     return now >= last ? now - last : now;
   }
 
-  void tell(const LineId& id, const LineView& view, const Counts& last, const Counts& now) {
+  void print_changes(const LineId& id, const LineView& view, const Counts& last,
+                     const Counts& now) {
     ++printed_;
     if (context_.json) {
       nlohmann::ordered_json out{{"time", date_text(view.time)},

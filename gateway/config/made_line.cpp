@@ -17,21 +17,21 @@ std::string name_of_file(const line::NodeConfig& node) {
   return "device file of node " + std::to_string(node.id);
 }
 
-void put_in_place(const LineSection& section, const std::string& document, Diagnostic& told) {
+void put_in_place(const LineSection& section, const std::string& document, Diagnostic& finding) {
   const auto& nodes = section.plan.config.nodes;
-  const auto node = std::ranges::find(nodes, told.file, name_of_file);
+  const auto node = std::ranges::find(nodes, finding.file, name_of_file);
   if (node == nodes.end()) {
     return;
   }
-  told.file = node->device.file;
+  finding.file = node->device.file;
   const auto place = std::ranges::find(section.node_places, node->id, &NodePlace::node);
-  if (told.line != 0 || place == section.node_places.end()) {
+  if (finding.line != 0 || place == section.node_places.end()) {
     return;  // it has a position in the device file
   }
-  told.text += " (" + told.file + ")";
-  told.file = document;
-  told.line = place->place.line;
-  told.column = place->place.column;
+  finding.text += " (" + finding.file + ")";
+  finding.file = document;
+  finding.line = place->place.line;
+  finding.column = place->place.column;
 }
 
 }  // namespace
@@ -42,8 +42,8 @@ std::unique_ptr<line::Line> make_line(Findings& findings, const LineSection& sec
     node.device.file = name_of_file(node);
   }
   auto made = line::Line::make(std::move(config));
-  for (Diagnostic& told : made.diagnostics) {
-    put_in_place(section, findings.file(), told);
+  for (Diagnostic& finding : made.diagnostics) {
+    put_in_place(section, findings.file(), finding);
   }
   findings.add(std::move(made.diagnostics));
   return made.value ? *std::move(made.value) : nullptr;

@@ -74,7 +74,7 @@ class ListReader {
   std::optional<line::NodeConfig> read_node(const eds::ListedNetwork& network,
                                             const eds::ListedNode& node) {
     if (node.dcf.empty()) {
-      tell(Severity::error, node, "node " + std::to_string(node.id) + " has no DCFName");
+      report(Severity::error, node, "node " + std::to_string(node.id) + " has no DCFName");
       return std::nullopt;
     }
     const auto path = (path_.parent_path() / network.folder / node.dcf).lexically_normal();
@@ -87,14 +87,14 @@ class ListReader {
     out.name = node.name;
     if (!is_name(out.name)) {
       out.name = "node" + std::to_string(node.id);
-      tell(Severity::warning, node,
-           "\"" + node.name + "\" cannot be the name of a node; " + out.name + " is used");
+      report(Severity::warning, node,
+             "\"" + node.name + "\" cannot be the name of a node; " + out.name + " is used");
     }
     out.device = *std::move(device);
     return out;
   }
 
-  void tell(Severity severity, const eds::ListedNode& node, std::string text) {
+  void report(Severity severity, const eds::ListedNode& node, std::string text) {
     findings_.add({{severity, path_.string(), node.line, 0, std::move(text)}});
   }
 

@@ -165,7 +165,7 @@ class RoutingResolver {
         continue;  // two lines with one network_id, already reported
       }
       const RouteSection* const other = found.other >= own ? written[found.other - own] : nullptr;
-      tell(found.fault, *written[found.entry - own], other);
+      report(found.fault, *written[found.entry - own], other);
     }
     if (routes_.size() > routing::kMaxRoutes) {
       findings_.error(section_.routes.back().place,
@@ -173,7 +173,7 @@ class RoutingResolver {
     }
   }
 
-  void tell(routing::RouteFault fault, const RouteSection& route, const RouteSection* other) {
+  void report(routing::RouteFault fault, const RouteSection& route, const RouteSection* other) {
     const std::string network = "network " + route.to.text;
     const std::string line = "line \"" + route.line + "\"";
     switch (fault) {

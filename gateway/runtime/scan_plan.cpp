@@ -46,12 +46,12 @@ void leave_alone(line::NodeConfig& node) {
 
 Loaded<config::LinePlan> plan_of(const config::LinePlan& present, const TakenScan& scan) {
   Loaded<config::LinePlan> out;
-  const auto tell = [&](Severity severity, std::string text) {
+  const auto report = [&](Severity severity, std::string text) {
     out.diagnostics.push_back({severity, present.config.name, 0, 0, std::move(text)});
   };
   auto fresh = scan::read_report(scan.report);
   if (!fresh.ok() || fresh->empty()) {
-    tell(Severity::warning, "a scan found nothing that could be taken over");
+    report(Severity::warning, "a scan found nothing that could be taken over");
     return out;
   }
   const bool all = scan.node == 0;
@@ -60,11 +60,11 @@ Loaded<config::LinePlan> plan_of(const config::LinePlan& present, const TakenSca
   config::FoundNodes found = config::found_nodes(
       plan.config.scanned, present.auto_scan ? present.auto_scan->eds : std::string{});
   if (!found.error.empty()) {
-    tell(Severity::error, found.error);
+    report(Severity::error, found.error);
     return out;
   }
   for (std::string& note : found.notes) {
-    tell(Severity::note, std::move(note));
+    report(Severity::note, std::move(note));
   }
   plan.config.nodes.clear();
   for (config::FoundNode& node : found.nodes) {
@@ -77,10 +77,10 @@ Loaded<config::LinePlan> plan_of(const config::LinePlan& present, const TakenSca
     }
     plan.config.nodes.push_back(std::move(node.config));
   }
-  tell(Severity::note, "a scan is taken over: " + std::to_string(plan.config.nodes.size()) +
-                           (plan.config.nodes.size() == 1 ? " node" : " nodes"));
+  report(Severity::note, "a scan is taken over: " + std::to_string(plan.config.nodes.size()) +
+                             (plan.config.nodes.size() == 1 ? " node" : " nodes"));
   if (auto waiting = line::unsynchronised_pdos(plan.config)) {
-    tell(Severity::warning, std::move(waiting->text));
+    report(Severity::warning, std::move(waiting->text));
   }
   out.value = std::move(plan);
   return out;

@@ -54,20 +54,20 @@ int set_processor(unsigned processor) {
 
 void apply_scheduling(const config::ExecutorPlan& plan) {
   prctl(PR_SET_TIMERSLACK, 1UL, 0UL, 0UL, 0UL);
-  const auto tell = [&](const char* what, int error) {
+  const auto report = [&](const char* what, int error) {
     if (error != 0) {
       spdlog::warn("executor {}: {} is not permitted ({}); it runs without", plan.name, what,
                    std::strerror(error));
     }
   };
   if (plan.priority > 0) {
-    tell("real-time priority", set_priority(plan.priority));
+    report("real-time priority", set_priority(plan.priority));
   }
   if (plan.processor) {
-    tell("its processor", set_processor(*plan.processor));
+    report("its processor", set_processor(*plan.processor));
   }
   if (plan.lock_memory) {
-    tell("locked memory", lock_memory());
+    report("locked memory", lock_memory());
   }
 }
 

@@ -86,7 +86,7 @@ EventLog::Limited EventLog::limit_of(EventKind kind) {
 void EventLog::number(Event event) {
   event.number = next_number_++;
   if (listener_ != nullptr) {
-    listener_->told(event);
+    listener_->emitted(event);
     LINEGATE_ASSERT(next_number_ == event.number + 1, "a listener emits no event");
   }
   // The marker needs an entry of its own, so after a loss two entries must be free.

@@ -21,7 +21,7 @@ namespace linegate {
 class EventListener {
  public:
   virtual ~EventListener() = default;
-  virtual void told(const Event& event) = 0;
+  virtual void emitted(const Event& event) = 0;
 };
 
 class EventLog {

@@ -56,7 +56,7 @@ Diagnosis::Diagnosis(const Options& options, const od::Dictionary& dictionary, c
     : options_(options), dictionary_(dictionary), source_(source) {
 }
 
-void Diagnosis::told(const Event& event) {
+void Diagnosis::emitted(const Event& event) {
   latest_ = event.time;
   changed_ = true;
   communication_.note(event);

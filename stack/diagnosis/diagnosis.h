@@ -47,7 +47,7 @@ class Diagnosis final : public EventListener {
   // dictionary and source must outlive this object. The constructor does not read them.
   Diagnosis(const Options& options, const od::Dictionary& dictionary, const Source& source);
 
-  void told(const Event& event) override;
+  void emitted(const Event& event) override;
   // node 1..127: an EMCY of the node, and the state in its error control message.
   void emergency(std::uint8_t node, const emcy::Message& message);
   void heard(std::uint8_t node, nmt::State state, Instant now);

@@ -19,21 +19,22 @@ ForeignManager::ForeignManager(can::Dispatch& dispatch, EventLog& events) : even
 
 void ForeignManager::receive(std::uint16_t index, const can::Frame& frame) {
   if (index != 0) {
-    tell(kForeignNegotiation, frame.id, 0, frame.time);
+    report(kForeignNegotiation, frame.id, 0, frame.time);
     return;
   }
   if (const auto control = nmt::decode_node_control(frame)) {
-    tell(kForeignCommand, static_cast<std::uint32_t>(control->command), control->node, frame.time);
+    report(kForeignCommand, static_cast<std::uint32_t>(control->command), control->node,
+           frame.time);
   }
 }
 
-void ForeignManager::tell(std::uint32_t code, std::uint32_t value, std::uint8_t addressed,
-                          Instant now) {
-  Instant& told = told_[code];
-  if (told != Instant{} && now - told < kInterval) {
+void ForeignManager::report(std::uint32_t code, std::uint32_t value, std::uint8_t addressed,
+                            Instant now) {
+  Instant& reported = told_[code];
+  if (reported != Instant{} && now - reported < kInterval) {
     return;
   }
-  told = now;
+  reported = now;
   Event event{
       .time = now, .kind = EventKind::foreign_manager, .length = 1, .code = code, .value = value};
   event.data[0] = std::byte{addressed};

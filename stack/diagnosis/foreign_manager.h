@@ -30,7 +30,7 @@ class ForeignManager {
   void receive(std::uint16_t index, const can::Frame& frame);
 
  private:
-  void tell(std::uint32_t code, std::uint32_t value, std::uint8_t addressed, Instant now);
+  void report(std::uint32_t code, std::uint32_t value, std::uint8_t addressed, Instant now);
 
   EventLog& events_;
   Instant told_[3]{};  // time of the last report, by code

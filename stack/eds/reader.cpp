@@ -84,19 +84,19 @@ class Reader {
   }
 
   void report_orphans(std::uint16_t index, const ObjectSections& sections) {
-    const auto tell = [&](const Section* section) {
+    const auto report_ignored = [&](const Section* section) {
       if (section != nullptr) {
         report_.warning(section->place, quote(section->name) + " is ignored: object " +
                                             hex(index, 4) + " has no section");
       }
     };
     for (const auto& [sub, section] : sections.subs) {
-      tell(section);
+      report_ignored(section);
     }
-    tell(sections.names);
-    tell(sections.values);
-    tell(sections.denotations);
-    tell(sections.links);
+    report_ignored(sections.names);
+    report_ignored(sections.values);
+    report_ignored(sections.denotations);
+    report_ignored(sections.links);
   }
 
   // Many files omit values in [DeviceInfo] that the identity object has.

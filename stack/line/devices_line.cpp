@@ -214,8 +214,8 @@ void DevicesLine::set_utc(Duration offset) {
 
 std::optional<Duration> DevicesLine::network_utc(Instant now) const {
   for (const Seat& seat : seats) {
-    if (const auto told = seat.device->node().clock().network_utc(now)) {
-      return told;
+    if (const auto utc = seat.device->node().clock().network_utc(now)) {
+      return utc;
     }
   }
   return std::nullopt;

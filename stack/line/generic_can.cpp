@@ -151,7 +151,7 @@ void Listening::match(const can::Frame& frame, bool all, EventLog& events) {
                         return frame.time < filter.end && (id & filter.mask) == filter.id;
                       });
   if (wanted && admit(frame.time)) {
-    tell(frame, events);
+    report(frame, events);
   }
 }
 
@@ -166,7 +166,7 @@ bool Listening::admit(Instant now) {
 }
 
 // A frame that is longer than the data of one event is split over several events.
-void Listening::tell(const can::Frame& frame, EventLog& events) {
+void Listening::report(const can::Frame& frame, EventLog& events) {
   constexpr std::uint32_t kMostWithheld = 0xFFFF;
   const std::span<const std::byte> data =
       frame.remote() ? std::span<const std::byte>() : frame.bytes();

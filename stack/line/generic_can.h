@@ -60,7 +60,7 @@ class Listening {
   };
   void match(const can::Frame& frame, bool all, EventLog& events);
   bool admit(Instant now);
-  void tell(const can::Frame& frame, EventLog& events);
+  void report(const can::Frame& frame, EventLog& events);
 
   std::array<Filter, kFilters> filters_{};
   Instant end_{};  // of the filter that ends last

@@ -298,7 +298,7 @@ void LssService::take_answer(const lss::Answer& answer, Instant now) {
 
 void LssService::follow_assigner(Instant now) {
   while (const auto finding = assigner_.take()) {
-    tell(*finding, now);
+    report(*finding, now);
     if (lss::has_node_id(finding->verdict)) {
       await_boot_up(finding->node, finding->address, deadline(now, reset_time(finding->node)));
     }
@@ -366,7 +366,7 @@ void LssService::finish_round(Instant now) {
   }
 }
 
-void LssService::tell(const lss::Finding& finding, Instant now) {
+void LssService::report(const lss::Finding& finding, Instant now) {
   Event event{.time = now,
               .kind = EventKind::lss_result,
               .node = finding.node,
@@ -448,8 +448,8 @@ void LssService::reset_given(Instant now) {
     given.was_reset = true;
     given.due = deadline(now, reset_time(given.node));
     nmt_.send_nmt(nmt::Command::reset_communication, given.node, now);
-    tell({.verdict = lss::Verdict::reset_to_boot, .node = given.node, .address = given.address},
-         now);
+    report({.verdict = lss::Verdict::reset_to_boot, .node = given.node, .address = given.address},
+           now);
   }
 }
 

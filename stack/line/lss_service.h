@@ -110,7 +110,7 @@ class LssService final : public Service, public sdo::TransferOwner, lss::Assigne
   void note_configuration(const lss::Answer& answer, Instant now);
   void finish_command(Error error, std::vector<std::byte> data, Instant now);
   void finish_round(Instant now);
-  void tell(const lss::Finding& finding, Instant now);
+  void report(const lss::Finding& finding, Instant now);
   void tell_progress(unsigned parts, Instant now);
   void expire(Instant now);
   void end_running();

@@ -261,8 +261,8 @@ void ObserverLine::take_sync(const can::Frame& frame) {
 }
 
 void ObserverLine::take_time(const can::Frame& frame) {
-  if (const auto told = time::decode(frame)) {
-    network_time = told;
+  if (const auto decoded = time::decode(frame)) {
+    network_time = decoded;
     network_time_at = frame.time;
   } else {
     malformed(frame, 0);

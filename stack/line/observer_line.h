@@ -112,7 +112,7 @@ class ObserverLine final : public Line, observer::NodeListener {
   // --- observer_sdo.cpp -------------------------------------------------------------------------
   void take_sdo(std::uint16_t index, const can::Frame& frame);
   std::optional<observer::Transfer> follow(std::uint16_t index, const can::Frame& frame);
-  void tell(std::uint8_t id, const observer::Transfer& transfer, Instant now);
+  void report_transfer(std::uint8_t id, const observer::Transfer& transfer, Instant now);
   void learn(std::uint8_t id, const observer::Transfer& transfer, Instant now);
   // Builds the image anew from the PDOs that are known.
   void relink(Instant now);

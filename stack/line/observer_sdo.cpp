@@ -78,7 +78,7 @@ void ObserverLine::take_sdo(std::uint16_t index, const can::Frame& frame) {
     return;
   }
   if (const auto ended = further ? channels.receive(index, frame) : follow(index, frame)) {
-    tell(id, *ended, frame.time);
+    report_transfer(id, *ended, frame.time);
     learn(id, *ended, frame.time);
   }
 }
@@ -89,7 +89,8 @@ std::optional<observer::Transfer> ObserverLine::follow(std::uint16_t index,
   return (index & kSdoRequest) != 0 ? follower.request(frame) : follower.answer(frame);
 }
 
-void ObserverLine::tell(std::uint8_t id, const observer::Transfer& transfer, Instant now) {
+void ObserverLine::report_transfer(std::uint8_t id, const observer::Transfer& transfer,
+                                   Instant now) {
   Event event{.time = now, .kind = EventKind::sdo_abort, .node = id, .length = kAddress};
   event.code = static_cast<std::uint32_t>(transfer.abort);
   store_le(event.data.data(), transfer.address.index);

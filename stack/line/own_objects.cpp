@@ -157,7 +157,7 @@ std::string_view fault_of(const OwnObject& object) {
 
 std::vector<Diagnostic> check_own_objects(const LineConfig& config) {
   std::vector<Diagnostic> out;
-  const auto tell = [&](const OwnObject& object, std::string_view what) {
+  const auto report = [&](const OwnObject& object, std::string_view what) {
     out.push_back({.severity = Severity::error,
                    .file = config.name,
                    .text = "own object " + address_text({object.index, object.variable.sub}) + ' ' +
@@ -166,10 +166,10 @@ std::vector<Diagnostic> check_own_objects(const LineConfig& config) {
   std::map<od::Address, unsigned> seen;
   for (const OwnObject& object : config.own_objects) {
     if (const std::string_view fault = fault_of(object); !fault.empty()) {
-      tell(object, fault);
+      report(object, fault);
     }
     if (++seen[{object.index, object.variable.sub}] == 2) {
-      tell(object, "is there twice");
+      report(object, "is there twice");
     }
   }
   return out;

@@ -366,7 +366,7 @@ void VirtualDevice::take_outputs(std::span<const std::uint32_t> entries, bool al
     if (!same) {
       take_from_image(i);
     }
-    if (always || (!same && (!io_ || io_->tells(address, before.value_or(0), value)))) {
+    if (always || (!same && (!io_ || io_->is_reported(address, before.value_or(0), value)))) {
       changed_.push_back(address);
     }
   }

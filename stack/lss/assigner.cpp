@@ -518,7 +518,7 @@ bool Assigner::is_news(const Finding& finding) {
   if (!finding.address) {
     return !std::exchange(told_nobody_, true);
   }
-  const auto known = std::ranges::find(told_, *finding.address, &Told::address);
+  const auto known = std::ranges::find(told_, *finding.address, &Reported::address);
   if (known != told_.end() && known->verdict == finding.verdict) {
     return has_node_id(finding.verdict);
   }

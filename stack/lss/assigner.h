@@ -131,7 +131,7 @@ class Assigner {
     leave,  // the selected device boots
     last,   // all devices leave configuration at the end
   };
-  struct Told {
+  struct Reported {
     Address address{};
     Verdict verdict = Verdict::given;
   };
@@ -188,7 +188,7 @@ class Assigner {
   unsigned repeats_ = 0;           // of the current step
   unsigned finds_ = 0;             // in this round
   std::vector<Address> strangers_;
-  std::vector<Told> told_;
+  std::vector<Reported> told_;
   bool told_nobody_ = false;
   std::vector<Finding> found_;
   std::deque<Finding> news_;

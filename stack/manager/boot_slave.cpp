@@ -155,7 +155,7 @@ void BootSlave::restarted(Instant now) {
   const BootFinding finding{.kind = BootFinding::Kind::last, .object = last_written_};
   if (now + pause >= give_up_ && !(told_ && node_.boot == kRestarts && node_.finding == finding)) {
     told_ = true;
-    tell(kRestarts, finding, now);
+    report(kRestarts, finding, now);
   }
 }
 
@@ -503,7 +503,7 @@ void BootSlave::start_error_control(Instant now) {
 void BootSlave::no_error_control(Instant now) {
   wake_ = kNever;
   missing();
-  tell('K', {}, now);
+  report('K', {}, now);
 }
 
 // --- results ------------------------------------------------------------------------------------
@@ -528,7 +528,7 @@ void BootSlave::fail(char letter, BootFinding finding, Instant now) {
 void BootSlave::finish(char letter, const BootFinding& finding, Instant now) {
   told_ = false;
   set_step(Step::done, kNever);
-  tell(letter, finding, now);
+  report(letter, finding, now);
 }
 
 // The node does not answer, or its answer cannot be used: keeps trying every second. An unchanged
@@ -540,11 +540,11 @@ void BootSlave::search(char letter, const BootFinding& finding, Instant now) {
   set_step(Step::retry, now + kRetryDelay);
   if (!told_ || node_.boot != letter || node_.finding != finding) {
     told_ = true;
-    tell(letter, finding, now);
+    report(letter, finding, now);
   }
 }
 
-void BootSlave::tell(char letter, const BootFinding& finding, Instant now) {
+void BootSlave::report(char letter, const BootFinding& finding, Instant now) {
   node_.boot = letter;
   node_.finding = finding;
   result_ = letter;

@@ -142,7 +142,7 @@ class BootSlave final : private StepContext {
   void fail(char letter, BootFinding finding, Instant now);
   void finish(char letter, const BootFinding& finding, Instant now);
   void search(char letter, const BootFinding& finding, Instant now);
-  void tell(char letter, const BootFinding& finding, Instant now);
+  void report(char letter, const BootFinding& finding, Instant now);
   void upload(od::Address address, Instant now);
   void set_step(Step step, Instant wake);
 

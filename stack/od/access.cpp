@@ -212,7 +212,7 @@ std::optional<std::uint64_t> number_in(const Variable& variable) {
 
 }  // namespace
 
-void Dictionary::tell(Address address, const Variable& variable) {
+void Dictionary::notify(Address address, const Variable& variable) {
   if (variable.hook != nullptr) {
     ++writes_told_;
     variable.hook->written(address);
@@ -226,7 +226,7 @@ void Dictionary::store_and_tell(Address address, Variable& variable,
   if (reshaped(*objects_, address, variable, before)) {
     tell_observers(address.index);
   }
-  tell(address, variable);
+  notify(address, variable);
   if (news) {
     tell_changed(address);
   }
@@ -339,7 +339,7 @@ AbortCode Dictionary::write_all(std::span<const Assignment> values, std::size_t*
   for (const auto& [address, value] : values) {
     const Variable* variable = objects_->find(address, element, why);
     if (variable != nullptr) {  // a hook may have removed the object
-      tell(address, *variable);
+      notify(address, *variable);
     }
   }
   for (const Address address : changed) {
@@ -419,7 +419,7 @@ bool Dictionary::set_hooked_number(Address address, std::uint64_t value, bool ne
     return false;
   }
   const bool news = replace_number(*variable, value);
-  tell(address, *variable);
+  notify(address, *variable);
   if (news) {
     tell_changed(address);
   }

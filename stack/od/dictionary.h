@@ -254,7 +254,7 @@ class Dictionary {
   Result<std::span<const std::byte>> access(Address address, Refuse refuse) const;
   bool set_number(Address address, std::uint64_t value, bool negative);
   bool set_hooked_number(Address address, std::uint64_t value, bool negative);
-  void tell(Address address, const Variable& variable);
+  void notify(Address address, const Variable& variable);
   AbortCode execute_and_store(Address address, Variable& variable,
                               std::span<const std::byte> value);
   void store_and_tell(Address address, Variable& variable, std::span<const std::byte> value);

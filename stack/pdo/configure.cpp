@@ -128,8 +128,8 @@ Engine::Impl::Problem Engine::Impl::compile(PdoKind kind, std::uint16_t number) 
   stop(kind, slot);
   Problem problem = try_to_compile(kind, number);
   const ToldProblem present{problem.why, problem.place};
-  ToldProblem& told = kind == PdoKind::rpdo ? told_rpdos[slot] : told_tpdos[slot];
-  const bool news = std::exchange(told, present) != present;
+  ToldProblem& reported = kind == PdoKind::rpdo ? told_rpdos[slot] : told_tpdos[slot];
+  const bool news = std::exchange(reported, present) != present;
   if (news && problem.why != AbortCode::none && listener != nullptr) {
     listener->pdo_unusable(problem.place, problem.why);
   }

@@ -60,7 +60,9 @@ class Reader {
   // configuration. Returns false if there are errors.
   bool put_errors_in_one(std::size_t first) {
     const auto begin = diagnostics_.begin() + static_cast<std::ptrdiff_t>(first);
-    const auto is_error = [](const Diagnostic& told) { return told.severity == Severity::error; };
+    const auto is_error = [](const Diagnostic& reported) {
+      return reported.severity == Severity::error;
+    };
     const auto count = std::count_if(begin, diagnostics_.end(), is_error);
     if (count == 0) {
       return true;
@@ -101,7 +103,7 @@ class Reader {
       return false;
     }
     if (!out.cob_id.extended() && can::is_restricted(out.cob_id.id())) {
-      tell(Severity::error, {index, 1}, "COB-ID " + hex(out.cob_id.id(), 3) + " is reserved");
+      report(Severity::error, {index, 1}, "COB-ID " + hex(out.cob_id.id(), 3) + " is reserved");
     }
     out.type = static_cast<std::uint8_t>(value({index, 2}, kEventProfile));
     out.inhibit = std::chrono::microseconds(100) * static_cast<int>(value({index, 3}, 0) & 0xFFFFU);
@@ -115,17 +117,17 @@ class Reader {
     const auto index = static_cast<std::uint16_t>(mapping_base(kind_) + number_ - 1);
     if (device_.find(index) == nullptr) {
       const auto record = static_cast<std::uint16_t>(communication_base(kind_) + number_ - 1);
-      tell(Severity::warning, {record, 0}, "has no mapping record " + hex(index, 4));
+      report(Severity::warning, {record, 0}, "has no mapping record " + hex(index, 4));
       return false;
     }
     const std::uint64_t count = value({index, 0}, 0);
     if (count >= 0xFE) {
-      tell(Severity::warning, {index, 0}, "is a multiplexed PDO (MPDO), which is left out");
+      report(Severity::warning, {index, 0}, "is a multiplexed PDO (MPDO), which is left out");
       return false;
     }
     if (count > kMaxMapped) {
-      tell(Severity::error, {index, 0},
-           "maps " + std::to_string(count) + " objects, more than " + std::to_string(kMaxMapped));
+      report(Severity::error, {index, 0},
+             "maps " + std::to_string(count) + " objects, more than " + std::to_string(kMaxMapped));
       return false;
     }
     std::uint32_t bits = 0;
@@ -133,8 +135,8 @@ class Reader {
       bits += read_entry({index, sub}, out);
     }
     if (bits > max_bits_) {
-      tell(Severity::error, {index, 0},
-           "maps " + std::to_string(bits) + " bits, more than " + std::to_string(max_bits_));
+      report(Severity::error, {index, 0},
+             "maps " + std::to_string(bits) + " bits, more than " + std::to_string(max_bits_));
     }
     return !out.mapping.empty();
   }
@@ -143,8 +145,8 @@ class Reader {
   std::uint32_t read_entry(od::Address place, Parameters& out) {
     const od::VariableDescription* entry = device_.find(place);
     if (entry == nullptr || entry->value.empty()) {
-      tell(Severity::error, entry == nullptr ? od::Address{place.index, 0} : place,
-           "entry " + std::to_string(place.sub) + " is counted but has no value");
+      report(Severity::error, entry == nullptr ? od::Address{place.index, 0} : place,
+             "entry " + std::to_string(place.sub) + " is counted but has no value");
       return 0;
     }
     const Mapping mapping = Mapping::from_raw(static_cast<std::uint32_t>(value(place, 0)));
@@ -162,32 +164,32 @@ class Reader {
     const std::string object = "maps " + od::to_text(mapping.address);
     const od::VariableDescription* variable = device_.find(mapping.address);
     if (variable == nullptr) {
-      tell(Severity::error, place, object + ", which does not exist");
+      report(Severity::error, place, object + ", which does not exist");
       return;
     }
     const unsigned bits = od::bit_size(variable->type);
     if (is_boolean_in_a_byte(mapping, variable->type)) {
-      tell(Severity::warning, place,
-           object + " with 8 bits, but it is BOOLEAN: the lowest bit is its value");
+      report(Severity::warning, place,
+             object + " with 8 bits, but it is BOOLEAN: the lowest bit is its value");
       return;
     }
     if (mapping.bits == 0 || (bits != 0 && bits != mapping.bits)) {
-      tell(Severity::error, place,
-           object + " with " + std::to_string(mapping.bits) + " bits, but it is " +
-               std::string(od::name(variable->type)));
+      report(Severity::error, place,
+             object + " with " + std::to_string(mapping.bits) + " bits, but it is " +
+                 std::string(od::name(variable->type)));
       return;
     }
     if (!variable->mappable) {
-      tell(Severity::warning, place, object + ", which may not be mapped (PDOMapping=0)");
+      report(Severity::warning, place, object + ", which may not be mapped (PDOMapping=0)");
     }
     const bool direction = kind_ == PdoKind::rpdo ? od::rpdo_mappable(variable->access)
                                                   : od::tpdo_mappable(variable->access);
     if (!direction) {
-      tell(Severity::warning, place, object + ", whose access type does not allow it");
+      report(Severity::warning, place, object + ", whose access type does not allow it");
     }
   }
 
-  void tell(Severity severity, od::Address place, const std::string& what) {
+  void report(Severity severity, od::Address place, const std::string& what) {
     const od::VariableDescription* variable = device_.find(place);
     const od::ObjectDescription* object = device_.find(place.index);
     const std::uint32_t line = variable != nullptr && variable->line != 0 ? variable->line

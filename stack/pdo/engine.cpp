@@ -120,7 +120,9 @@ void Engine::sync_handed_out(Instant now) {
 }
 
 bool Engine::any_unusable() const {
-  const auto is_problem = [](const Impl::ToldProblem& told) { return told.why != AbortCode::none; };
+  const auto is_problem = [](const Impl::ToldProblem& reported) {
+    return reported.why != AbortCode::none;
+  };
   return std::ranges::any_of(impl_->told_rpdos, is_problem) ||
          std::ranges::any_of(impl_->told_tpdos, is_problem);
 }

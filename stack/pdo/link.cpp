@@ -141,8 +141,8 @@ class Linker {
     return cob_id.id() | (cob_id.raw & can::CobId::kExtendedBit);
   }
 
-  void tell(Severity severity, const RemoteNode& node, std::string_view kind, std::uint16_t pdo,
-            const std::string& what) {
+  void report(Severity severity, const RemoteNode& node, std::string_view kind, std::uint16_t pdo,
+              const std::string& what) {
     diagnostics_.push_back(
         {severity, node.device->file, 0, 0,
          std::string(kind) + " " + std::to_string(pdo) + " of " + node_name(node) + " " + what});
@@ -155,8 +155,8 @@ class Linker {
   void link_tpdo(const RemoteNode& node, const Parameters& remote) {
     const auto [it, added] = senders_.insert({key(remote.cob_id), {&node, remote.number}});
     if (!added) {
-      tell(Severity::error, node, "TPDO", remote.number,
-           "has the COB-ID of " + text(it->second, "TPDO"));
+      report(Severity::error, node, "TPDO", remote.number,
+             "has the COB-ID of " + text(it->second, "TPDO"));
       return;
     }
     Parameters local;
@@ -168,15 +168,15 @@ class Linker {
 
   void link_rpdo(const RemoteNode& node, const Parameters& remote) {
     if (const auto it = senders_.find(key(remote.cob_id)); it != senders_.end()) {
-      tell(Severity::note, node, "RPDO", remote.number,
-           "is linked to " + text(it->second, "TPDO") + " and not an output");
+      report(Severity::note, node, "RPDO", remote.number,
+             "is linked to " + text(it->second, "TPDO") + " and not an output");
       return;
     }
     const auto [it, added] =
         receivers_.insert({key(remote.cob_id), {&node, remote.number, plan_.tpdos.size() + 1}});
     if (!added) {
-      tell(Severity::warning, node, "RPDO", remote.number,
-           "has the COB-ID of " + text(it->second, "RPDO") + ", whose output values it gets too");
+      report(Severity::warning, node, "RPDO", remote.number,
+             "has the COB-ID of " + text(it->second, "RPDO") + ", whose output values it gets too");
       plan_.tpdos[it->second.local - 1U].also.push_back(node.id);
       return;
     }

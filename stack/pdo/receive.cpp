@@ -171,8 +171,8 @@ void Engine::Impl::receive_wrong_length(std::uint16_t slot, const can::Frame& fr
     return;
   }
   // Only a frame of the right length clears the mark of a wrong length.
-  const std::uint32_t told = inputs->pdo(slot).attention & kLengthTold;
-  inputs->pdo(slot).attention &= ~told;
+  const std::uint32_t mark = inputs->pdo(slot).attention & kLengthTold;
+  inputs->pdo(slot).attention &= ~mark;
   if (is_synchronous(details[slot].type)) {
     defer(slot, frame);
   } else {
@@ -180,7 +180,7 @@ void Engine::Impl::receive_wrong_length(std::uint16_t slot, const can::Frame& fr
     take(slot, frame.data.data(), frame.time, 1);
   }
   if (unchanged()) {
-    inputs->pdo(slot).attention |= told;
+    inputs->pdo(slot).attention |= mark;
   }
 }
 
@@ -309,11 +309,11 @@ void Engine::Impl::tell_length(std::uint16_t slot, const can::Frame& frame) {
   }
   attention |= kLengthTold;
   const auto mapped = static_cast<unsigned>(details[slot].plan.bytes());
-  Event told = event(EventKind::pdo_length, frame.time, slot);
-  told.value = mapped;
-  told.length = 1;
-  told.data[0] = std::byte{frame.length};
-  events.emit(told);
+  Event wrong_length = event(EventKind::pdo_length, frame.time, slot);
+  wrong_length.value = mapped;
+  wrong_length.length = 1;
+  wrong_length.data[0] = std::byte{frame.length};
+  events.emit(wrong_length);
   if (listener != nullptr) {
     listener->rpdo_wrong_length(static_cast<std::uint16_t>(slot + 1), mapped, frame.length);
   }

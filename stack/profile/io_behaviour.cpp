@@ -31,7 +31,7 @@ std::uint64_t scaled(std::uint64_t value, std::int64_t factor, std::int64_t offs
 
 }  // namespace
 
-bool IoBehaviour::tells(od::Address input, std::uint64_t before, std::uint64_t now) {
+bool IoBehaviour::is_reported(od::Address input, std::uint64_t before, std::uint64_t now) {
   switch (input.index) {
     case cia401::kDigitalInputs:
       return digital_tells(input.sub, before, now);
@@ -63,9 +63,9 @@ bool IoBehaviour::analogue_tells(std::uint8_t sub, std::uint64_t now) {
   const std::int64_t value = integer16(now);
   const std::uint64_t trigger =
       dictionary_.number({cia401::kAnalogueTrigger, sub}).value_or(kChanged);
-  const auto told = told_.find(sub);
+  const auto last = told_.find(sub);
   if (!beyond_limits(sub, trigger, value) ||
-      (told != told_.end() && !differs(sub, trigger, value - told->second))) {
+      (last != told_.end() && !differs(sub, trigger, value - last->second))) {
     return false;
   }
   told_[sub] = static_cast<std::int16_t>(value);

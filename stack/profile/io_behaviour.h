@@ -23,7 +23,7 @@ class IoBehaviour {
   //          6427h, is more by more than 6428h (a difference of 0 means any change; without 6421h
   //          bit 2)
   // Missing objects forbid nothing; other inputs always request their TPDOs.
-  bool tells(od::Address input, std::uint64_t before, std::uint64_t now);
+  bool is_reported(od::Address input, std::uint64_t before, std::uint64_t now);
 
   // Converts between the values at the terminals, which the application uses, and the values of the
   // objects:

@@ -67,7 +67,7 @@ void EmcyRouter::heard(std::uint8_t node, const emcy::Message& message, Instant 
       ++counters_.emcy_dropped;
       return;
     }
-    tell(emcy, node, now);
+    report(emcy, node, now);
     if (emcy.network == network_ || emcy.hops >= config_.hop_limit) {
       ++counters_.emcy_dropped;
       return;
@@ -131,7 +131,7 @@ void EmcyRouter::deliver(const Message& message, Instant now) {
     ++counters_.emcy_dropped;
     return;
   }
-  tell(*emcy, 0, now);
+  report(*emcy, 0, now);
   const auto result = producer_.relay(encode(*emcy), now);
   if (result == emcy::SendResult::inhibited || result == emcy::SendResult::disabled) {
     ++counters_.emcy_dropped;
@@ -156,7 +156,7 @@ bool EmcyRouter::may_enter(std::uint16_t network) const {
   });
 }
 
-void EmcyRouter::tell(const ForwardedEmcy& emcy, std::uint8_t from, Instant now) {
+void EmcyRouter::report(const ForwardedEmcy& emcy, std::uint8_t from, Instant now) {
   Event event{
       .time = now, .kind = EventKind::emcy_routed, .node = from, .length = 6, .code = emcy.code};
   event.data[0] = std::byte{emcy.error_register};

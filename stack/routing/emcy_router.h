@@ -55,7 +55,7 @@ class EmcyRouter {
   bool is_new(const ForwardedEmcy& emcy, Instant now);
   bool may_enter(std::uint16_t network) const;
   void forward(const ForwardedEmcy& emcy, std::uint32_t networks, Instant now);
-  void tell(const ForwardedEmcy& emcy, std::uint8_t from, Instant now);
+  void report(const ForwardedEmcy& emcy, std::uint8_t from, Instant now);
 
   const Config& config_;
   std::uint16_t network_;

@@ -303,7 +303,7 @@ void SdoEntrance::deliver(const Message& message, Instant now) {
         ++counters_.opened;
         ++counters_.open;
         connection->traced = trace_.admit(now);
-        tell(*connection, EventKind::routing_opened, AbortCode::none, now);
+        report(*connection, EventKind::routing_opened, AbortCode::none, now);
         wait_until(*connection, now + config_.arm_timeout);
         give(*connection, connection->word, now);
       }
@@ -415,11 +415,11 @@ void SdoEntrance::count_end(Connection& connection, SdoPhase::End how, AbortCode
     ++(why == AbortCode::timeout ? counters_.timed_out : counters_.aborted);
   }
   const AbortCode code = connection.said != AbortCode::none ? connection.said : why;
-  tell(connection, EventKind::routing_ended,
-       how == SdoPhase::End::finished ? AbortCode::none : code, now);
+  report(connection, EventKind::routing_ended,
+         how == SdoPhase::End::finished ? AbortCode::none : code, now);
 }
 
-void SdoEntrance::tell(const Connection& connection, EventKind kind, AbortCode why, Instant now) {
+void SdoEntrance::report(const Connection& connection, EventKind kind, AbortCode why, Instant now) {
   if (!connection.traced) {
     return;
   }

@@ -169,9 +169,9 @@ void SdoPhase::block_ends(std::uint8_t command) {
 
 SdoPhase::End SdoPhase::end(End how) {
   bytes_ -= how == End::finished ? std::min<std::uint32_t>(unused_, bytes_) : 0U;
-  const End told = state_ == State::idle && how == End::finished ? End::none : how;
+  const End ended = state_ == State::idle && how == End::finished ? End::none : how;
   state_ = State::idle;
-  return told;
+  return ended;
 }
 
 }  // namespace linegate::routing

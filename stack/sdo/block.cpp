@@ -160,8 +160,8 @@ AbortCode BlockReceiver::finish(std::uint64_t end_request, Sink& sink) {
   if (why != AbortCode::none && why != od::kLater) {
     return why;
   }
-  const auto told = static_cast<std::uint16_t>(end_request >> 8U);
-  return with_crc_ && told != crc_ ? AbortCode::crc : why;
+  const auto received = static_cast<std::uint16_t>(end_request >> 8U);
+  return with_crc_ && received != crc_ ? AbortCode::crc : why;
 }
 
 AbortCode BlockReceiver::release(std::size_t size, Sink& sink) {
