@@ -92,11 +92,11 @@ function(linegate_unity target files)
   endif()
 endfunction()
 
-# linegate_library(NAME SOURCES a.cpp ... [HOT] [DEPENDS linegate::x ...] [PRIVATE_DEPENDS ...])
+# linegate_library(NAME SOURCES a.cpp ... [HOT] [OPTIONS ...] [DEPENDS linegate::x ...] [PRIVATE_DEPENDS ...])
 # makes static library linegate_NAME with alias linegate::NAME. HOT: its sources are compiled one by
-# one, because what is inlined across files makes the way of a frame longer.
+# one, because what is inlined across files makes the way of a frame longer. OPTIONS: of the compiler.
 function(linegate_library name)
-  cmake_parse_arguments(ARG "HOT" "" "SOURCES;DEPENDS;PRIVATE_DEPENDS" ${ARGN})
+  cmake_parse_arguments(ARG "HOT" "" "SOURCES;OPTIONS;DEPENDS;PRIVATE_DEPENDS" ${ARGN})
   if(ARG_SOURCES)
     add_library(linegate_${name} STATIC ${ARG_SOURCES})
     target_link_libraries(linegate_${name} PUBLIC linegate_flags ${ARG_DEPENDS}
@@ -105,10 +105,10 @@ function(linegate_library name)
     if(NOT ARG_HOT)
       linegate_unity(linegate_${name} 8)
     endif()
-    set(options "")
+    set(options ${ARG_OPTIONS})
     if(LINEGATE_BUILD_FUZZ)
       # Counts the branches that inputs of a fuzzer reach; tests/fuzz links the fuzzer itself.
-      set(options -fsanitize=fuzzer-no-link)
+      list(APPEND options -fsanitize=fuzzer-no-link)
     endif()
     target_compile_options(linegate_${name} PRIVATE ${options})
     linegate_precompile(linegate_${name} PIC ${options})
