@@ -15,7 +15,7 @@ namespace {
 void print_violated(const Assertion& assertion) {
   std::fprintf(stderr, "%s:%d: assertion violated: %s (%s)\n", assertion.file, assertion.line,
                assertion.text, assertion.expression);
-  if (const testing::TestInfo* test = testing::UnitTest::GetInstance()->current_test_info()) {
+  if (const ::testing::TestInfo* test = ::testing::UnitTest::GetInstance()->current_test_info()) {
     std::fprintf(stderr, "in %s.%s\n", test->test_suite_name(), test->name());
   }
   for (const AssertionNote* note = AssertionNote::newest(); note != nullptr;

@@ -63,7 +63,7 @@ void print(Output& out, const Event& event) {
 void print_violated(const Assertion& assertion) {
   Output out;
   out << "assertion violated: " << assertion.text << " (" << assertion.expression << "), "
-      << assertion.file << ':' << static_cast<std::uint64_t>(assertion.line);
+      << assertion.file << ":" << static_cast<std::uint64_t>(assertion.line);
   out.print();
   // Reading the events may violate another assertion, which then ends the process at once.
   const line::Line* const line = std::exchange(running_line, nullptr);

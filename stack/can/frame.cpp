@@ -24,11 +24,9 @@ std::uint64_t arbitration_field(const Frame& frame) {
 }  // namespace
 
 Frame make_frame(std::uint32_t id, std::span<const std::byte> data) {
-  LINEGATE_ASSERT(id <= 0x7FF, "the identifier has 11 bits");
-  LINEGATE_ASSERT(data.size() <= kMaxClassicData, "the data fits into a classical frame");
   Frame frame;
   frame.id = id;
-  frame.length = static_cast<std::uint8_t>(data.size());
+  frame.length = static_cast<std::uint8_t>(std::min(data.size(), kMaxClassicData));
   std::copy_n(data.begin(), frame.length, frame.data.begin());
   return frame;
 }

@@ -48,7 +48,7 @@ struct Header {
   std::uint8_t flags = 0;
 };
 
-// A classical data frame. Precondition: data.size() <= 8, id <= 7FFh.
+// A classical data frame; data beyond 8 bytes are cut off.
 Frame make_frame(std::uint32_t id, std::span<const std::byte> data = {});
 Frame make_frame(std::uint32_t id, std::initializer_list<std::uint8_t> data);
 

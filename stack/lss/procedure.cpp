@@ -167,7 +167,6 @@ std::optional<std::uint8_t> Course::given() const {
 }
 
 Request Course::request() const {
-  LINEGATE_ASSERT(!over_ && !node_to_check(), "a service is due");
   if (check_ == Check::inquire) {
     return {.service = Service::inquire_node_id, .of_one = true};
   }

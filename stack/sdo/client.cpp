@@ -126,7 +126,7 @@ std::optional<Outcome> Client::take() {
 
 void Client::begin(od::Address address, bool write, od::ByteSink* into, Duration timeout,
                    TransferOptions options) {
-  LINEGATE_ASSERT(!busy() && !outcome_, "the transfer before has ended, and its outcome was taken");
+  LINEGATE_ASSERT(!busy(), "the transfer before has ended");
   LINEGATE_ASSERT(timeout > Duration::zero(), "the time-out is positive");
   address_ = address;
   writing_ = write;
@@ -136,6 +136,7 @@ void Client::begin(od::Address address, bool write, od::ByteSink* into, Duration
   }
   timeout_ = timeout;
   options_ = options;
+  outcome_.reset();
 }
 
 void Client::start(Instant now, can::TransmitQueue& queue) {

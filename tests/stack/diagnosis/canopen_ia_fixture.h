@@ -54,7 +54,7 @@ class CanopenIaTest : public testing::Test, public Source, public RecordHost {
     return dictionary_.write({index, sub}, std::span(bytes).first(size));
   }
   void bus(can::BusState state) {
-    diagnosis_.told({.kind = EventKind::bus_state, .code = static_cast<std::uint32_t>(state)});
+    diagnosis_.emitted({.kind = EventKind::bus_state, .code = static_cast<std::uint32_t>(state)});
   }
 
   NetworkFacts facts_;

@@ -128,9 +128,9 @@ TEST_F(AcknowledgedServices, AnEmcyIsAnsweredWhenItIsOnTheBus) {
 TEST_F(AcknowledgedServices, AnEmcyIsReportedAsSentWhenItIsOnTheBus) {
   run();
   send_emcy(0x5000);
-  EXPECT_FALSE(told(EventKind::emcy_sent, 127));
+  EXPECT_FALSE(emitted(EventKind::emcy_sent, 127));
   hand_out();
-  EXPECT_FALSE(told(EventKind::emcy_sent, 127)) << "the controller has it, the bus does not";
+  EXPECT_FALSE(emitted(EventKind::emcy_sent, 127)) << "the controller has it, the bus does not";
   pass(milliseconds(5));
   acknowledge_all();
   const std::vector<Event> reported = events();

@@ -173,9 +173,9 @@ TEST_F(AcknowledgedDevices, AnEmcyIsReportedAsSentWhenItIsOnTheBus) {
   run();
   send_emcy(0x5000);
   hand_out();
-  EXPECT_FALSE(told(EventKind::emcy_sent, 6)) << "the controller has it, the bus does not";
+  EXPECT_FALSE(emitted(EventKind::emcy_sent, 6)) << "the controller has it, the bus does not";
   acknowledge_all();
-  EXPECT_TRUE(told(EventKind::emcy_sent, 6));
+  EXPECT_TRUE(emitted(EventKind::emcy_sent, 6));
 }
 
 TEST_F(AcknowledgedDevices, WhatAResetDropsIsRefused) {

@@ -113,9 +113,9 @@ class DevicesTest : public LineTest {
 TEST_F(DevicesTest, TheEventOfAPdoNamesItsDevice) {
   operate({5, 6});
   hear(0x206, {1});
-  EXPECT_TRUE(told(EventKind::pdo_length, 6));
+  EXPECT_TRUE(emitted(EventKind::pdo_length, 6));
   hear(0x205, {1});
-  EXPECT_TRUE(told(EventKind::pdo_length, 5));
+  EXPECT_TRUE(emitted(EventKind::pdo_length, 5));
 }
 
 TEST_F(DevicesTest, APdoThatDoesNotComeNamesItsDevice) {
@@ -137,12 +137,12 @@ TEST_F(DevicesTest, APdoThatDoesNotComeNamesItsDevice) {
   hear(0x205, {1, 0, 0, 0, 0});
   const std::uint64_t revision = line_->node_revision(6);
   pass(milliseconds(30));
-  EXPECT_TRUE(told(EventKind::pdo_timeout, 6));
+  EXPECT_TRUE(emitted(EventKind::pdo_timeout, 6));
   EXPECT_NE(line_->node_revision(6), revision);
   EXPECT_EQ(line_->own_device(6)->indicators.error, node::Pattern::quadruple_flash);
   EXPECT_EQ(line_->own_device(5)->indicators.error, node::Pattern::off);
   hear(0x206, {1, 0, 0, 0, 0});
-  EXPECT_TRUE(told(EventKind::pdo_recovered, 6));
+  EXPECT_TRUE(emitted(EventKind::pdo_recovered, 6));
   EXPECT_EQ(line_->own_device(6)->indicators.error, node::Pattern::off);
 }
 
@@ -192,7 +192,7 @@ TEST_F(DevicesTest, EachDeviceBootsAndObeysTheMaster) {
   EXPECT_EQ(line_->node_state(6).vendor, 0x123U);
   EXPECT_EQ(line_->node_state(5).state, nmt::State::pre_operational);
   EXPECT_FALSE(line_->node_state(7).configured);
-  EXPECT_TRUE(told(EventKind::own_state, 6));
+  EXPECT_TRUE(emitted(EventKind::own_state, 6));
 }
 
 TEST_F(DevicesTest, WhatAnRpdoBringsIsInTheInputs) {
@@ -281,10 +281,10 @@ TEST_F(DevicesTest, TheDevicesHearEachOther) {
     pass(milliseconds(50));
     sent();
   }
-  EXPECT_FALSE(told(EventKind::heartbeat_lost, 5));
+  EXPECT_FALSE(emitted(EventKind::heartbeat_lost, 5));
   set(5, 0x1017, 0, {std::byte{}, std::byte{}});
   pass(milliseconds(300));
-  EXPECT_TRUE(told(EventKind::heartbeat_lost, 5));
+  EXPECT_TRUE(emitted(EventKind::heartbeat_lost, 5));
 }
 
 TEST_F(DevicesTest, TheLossOfTheMasterIsToldAndObeyed) {

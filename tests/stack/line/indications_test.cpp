@@ -79,7 +79,7 @@ TEST_F(LineIndicationsTest, AnSdoTransferThatFailsIsAReplyAndTheEventSdoAbort) {
   command(CommandKind::sdo_read, {0x2000, 1});
   hear(0x585, {0x80, 0x00, 0x20, 0x01, 0x00, 0x00, 0x02, 0x06});
   EXPECT_EQ(answer().error, (Error{Domain::sdo, static_cast<std::uint32_t>(AbortCode::no_object)}));
-  EXPECT_TRUE(told(EventKind::sdo_abort, 5));
+  EXPECT_TRUE(emitted(EventKind::sdo_abort, 5));
 }
 
 TEST_F(LineIndicationsTest, AnotherClientOfTheServerIsTheEventForeignSdo) {
@@ -87,7 +87,7 @@ TEST_F(LineIndicationsTest, AnotherClientOfTheServerIsTheEventForeignSdo) {
   boot();
   events();
   hear(0x605, {0x40, 0x00, 0x10, 0x00, 0, 0, 0, 0});
-  EXPECT_TRUE(told(EventKind::foreign_sdo, 5));
+  EXPECT_TRUE(emitted(EventKind::foreign_sdo, 5));
 }
 
 // 7.1.4 of the IXXAT manual.
@@ -152,7 +152,7 @@ TEST_F(LineIndicationsTest, StrictIxxatStopsForAConfigurationThatAnOptionalNodeR
     hear(0x585, {0x80, 0x18, 0x10, 0x04, 0x11, 0x00, 0x09, 0x06});
     hear(0x585, {0x80, 0x17, 0x10, 0x00, 0x30, 0x00, 0x09, 0x06});
     pass(milliseconds(1));
-    EXPECT_TRUE(told(EventKind::configuration_error, 5));
+    EXPECT_TRUE(emitted(EventKind::configuration_error, 5));
     EXPECT_EQ(line_->state().network == 0x90, strict);
   }
 }

@@ -101,7 +101,7 @@ class LineTest : public testing::Test {
     return {out.begin(), out.begin() + static_cast<long>(count)};
   }
 
-  bool told(EventKind kind, std::uint8_t node = 0) {
+  bool emitted(EventKind kind, std::uint8_t node = 0) {
     const std::vector<Event> all = events();
     return std::ranges::any_of(all,
                                [&](const Event& e) { return e.kind == kind && e.node == node; });

@@ -40,7 +40,7 @@ TEST_F(LineTest, BootsANodeStepByStep) {
   EXPECT_EQ(node.vendor, 0x123U);
   EXPECT_EQ(line_->state().manager, ManagerState::running);
   EXPECT_EQ(line_->state().nodes_operational, 1);
-  EXPECT_TRUE(told(EventKind::boot_result, 5));
+  EXPECT_TRUE(emitted(EventKind::boot_result, 5));
 }
 
 TEST_F(LineTest, AWrongDeviceIsNotStartedAndSaysWhy) {
@@ -50,7 +50,7 @@ TEST_F(LineTest, AWrongDeviceIsNotStartedAndSaysWhy) {
   hear(0x585, {0x43, 0x00, 0x10, 0x00, 0x91, 0x01, 0x0F, 0x00});
   EXPECT_EQ(line_->node_state(5).boot, 'C');
   EXPECT_EQ(line_->node_state(5).device_type, 0xF0191U);
-  EXPECT_TRUE(told(EventKind::boot_result, 5));
+  EXPECT_TRUE(emitted(EventKind::boot_result, 5));
   sent();
   pass(seconds(3));
   for (const std::string& frame : sent()) {
@@ -130,16 +130,16 @@ TEST_F(LineTest, ALostHeartbeatInvalidatesTheValuesAndResetsTheNode) {
   EXPECT_TRUE(snapshot(Direction::inputs).is_valid(0));
   sent();
   pass(milliseconds(249));
-  EXPECT_FALSE(told(EventKind::heartbeat_lost, 5));
+  EXPECT_FALSE(emitted(EventKind::heartbeat_lost, 5));
   pass(milliseconds(1));
-  EXPECT_TRUE(told(EventKind::heartbeat_lost, 5));
+  EXPECT_TRUE(emitted(EventKind::heartbeat_lost, 5));
   EXPECT_EQ(line_->node_state(5).presence, Presence::missing);
   EXPECT_FALSE(snapshot(Direction::inputs).is_valid(0));
   EXPECT_THAT(sent(), testing::Contains("000#8105"));
   pass(seconds(2));
   EXPECT_THAT(sent(), testing::Contains("605#4000100000000000")) << "it is asked for";
   hear(0x705, {0x00});
-  EXPECT_TRUE(told(EventKind::boot_up, 5));
+  EXPECT_TRUE(emitted(EventKind::boot_up, 5));
   EXPECT_EQ(line_->node_state(5).presence, Presence::present);
 }
 
@@ -156,7 +156,7 @@ TEST_F(LineTest, ALateThreadReportsNoLossThatDidNotHappen) {
   }
   line_->receive(waiting, now_);
   line_->advance(now_);
-  EXPECT_FALSE(told(EventKind::heartbeat_lost, 5));
+  EXPECT_FALSE(emitted(EventKind::heartbeat_lost, 5));
 }
 
 TEST_F(LineTest, AnOutputPdoWaitsForAllOfItsEntries) {
@@ -261,7 +261,7 @@ TEST_F(LineTest, CommandsAreAnsweredOnceEach) {
 
   events();
   line_->execute({.tag = 3, .kind = CommandKind::nmt, .node = 200}, now_);
-  EXPECT_TRUE(told(EventKind::command_refused, 0)) << "there is no node 200 to tell of";
+  EXPECT_TRUE(emitted(EventKind::command_refused, 0)) << "there is no node 200 to tell of";
   EXPECT_EQ(answer().error, to_error(Refusal::bad_request));
   line_->execute({.tag = 4, .kind = CommandKind::sdo_read, .node = 0}, now_);
   EXPECT_EQ(answer().error, to_error(Refusal::bad_request));
@@ -384,7 +384,7 @@ TEST_F(LineTest, AFloodOfMalformedFramesIsCountedAndToldOnceASecond) {
   EXPECT_THAT(lengths[0x085], ElementsAre(1, 12, 12, 12));
   EXPECT_THAT(lengths[0x585], ElementsAre(1, 12, 12, 12));
   pass(seconds(9));
-  EXPECT_FALSE(told(EventKind::malformed_frame, 5)) << "all were told";
+  EXPECT_FALSE(emitted(EventKind::malformed_frame, 5)) << "all were told";
   EXPECT_EQ(line_->state().counters.frames_malformed, 9000U);
   EXPECT_EQ(line_->state().counters.events_lost, 0U);
 }
@@ -394,7 +394,7 @@ TEST_F(LineTest, AnInterfaceThatFailsInvalidatesTheImageAndRefusesTransfers) {
   boot();
   hear(0x185, {1, 0, 2, 0, 0, 0});
   line_->bus_event({.kind = can::BusEvent::Kind::interface_failed, .code = 19, .time = now_});
-  EXPECT_TRUE(told(EventKind::interface_failed));
+  EXPECT_TRUE(emitted(EventKind::interface_failed));
   EXPECT_EQ(line_->state().bus, can::BusState::absent);
   EXPECT_FALSE(snapshot(Direction::inputs).is_valid(0));
   line_->execute({.tag = 1, .kind = CommandKind::sdo_read, .node = 5, .index = 0x2000}, now_);

@@ -90,11 +90,11 @@ TEST_F(LssDeviceTest, EventsNameTheDeviceAndTheNodeIdOnTheBus) {
   line_->execute({.kind = CommandKind::emcy_send, .node = 5, .code = 0x1000}, now_);
   EXPECT_TRUE(answer().ok());
   EXPECT_THAT(sent(), ElementsAre("089#0010010000000000"));
-  EXPECT_TRUE(told(EventKind::emcy_sent, 5));
+  EXPECT_TRUE(emitted(EventKind::emcy_sent, 5));
   hear(0x705, {0x00});
-  EXPECT_TRUE(told(EventKind::boot_up, 5)) << "another device: the node-ID is free on the bus";
+  EXPECT_TRUE(emitted(EventKind::boot_up, 5)) << "another device: the node-ID is free on the bus";
   hear(0x709, {0x00});
-  EXPECT_FALSE(told(EventKind::boot_up, 9));
+  EXPECT_FALSE(emitted(EventKind::boot_up, 9));
 }
 
 // Devices that the line calls 5 and 6, with product codes 5 and 6.
@@ -160,7 +160,7 @@ TEST_F(TwoLssDevices, ARefusedCommandNamesTheDeviceThatItWasFor) {
   events();
   line_->execute({.kind = CommandKind::emcy_send, .node = 6, .code = 0x1000, .data = {}}, now_);
   EXPECT_FALSE(answer().ok());
-  EXPECT_TRUE(told(EventKind::command_refused, 6)) << "it has no node-ID";
+  EXPECT_TRUE(emitted(EventKind::command_refused, 6)) << "it has no node-ID";
 }
 
 // It loses node-ID 6, which the other one gets.

@@ -156,7 +156,7 @@ TEST_F(ObserverTest, HeartbeatsTellStateLossAndReturn) {
   observe(config_with_axis());
   hear(0x705, {0x00});
   EXPECT_EQ(line_->node_state(5).state, nmt::State::pre_operational);
-  EXPECT_TRUE(told(EventKind::boot_up, 5));
+  EXPECT_TRUE(emitted(EventKind::boot_up, 5));
   hear(0x705, {0x05});
   EXPECT_EQ(line_->node_state(5).state, nmt::State::operational);
   EXPECT_TRUE(line_->node_state(5).heartbeat_monitored);
@@ -165,11 +165,11 @@ TEST_F(ObserverTest, HeartbeatsTellStateLossAndReturn) {
   pass(milliseconds(250));
   EXPECT_EQ(line_->node_state(5).presence, Presence::missing);
   EXPECT_FALSE(snapshot(Direction::inputs).is_valid(0));
-  EXPECT_TRUE(told(EventKind::heartbeat_lost, 5));
+  EXPECT_TRUE(emitted(EventKind::heartbeat_lost, 5));
   EXPECT_EQ(line_->state().counters.heartbeats_lost, 1U);
   hear(0x705, {0x05});
   EXPECT_EQ(line_->node_state(5).presence, Presence::present);
-  EXPECT_TRUE(told(EventKind::heartbeat_recovered, 5));
+  EXPECT_TRUE(emitted(EventKind::heartbeat_recovered, 5));
 }
 
 TEST_F(ObserverTest, CommandsOfTheMasterAreToldAndBelievedWhereNothingElseTellsTheState) {
@@ -253,9 +253,9 @@ TEST_F(ObserverTest, EmcysAndForeignNodesAreTold) {
   hear(0x085, {0x10, 0x81, 0x11, 1, 2, 3, 4, 5});
   EXPECT_EQ(line_->node_state(5).last_emcy, 0x8110);
   EXPECT_EQ(line_->node_state(5).presence, Presence::present);
-  EXPECT_TRUE(told(EventKind::emcy, 5));
+  EXPECT_TRUE(emitted(EventKind::emcy, 5));
   hear(0x77E, {0x05});
-  EXPECT_FALSE(told(EventKind::unexpected_node, 126)) << "the master";
+  EXPECT_FALSE(emitted(EventKind::unexpected_node, 126)) << "the master";
   hear(0x709, {0x05});
   hear(0x709, {0x05});
   EXPECT_EQ(of(EventKind::unexpected_node).size(), 1U);
@@ -280,7 +280,7 @@ TEST_F(ObserverTest, WithoutABusNothingIsValid) {
   line_->bus_event({.kind = can::BusEvent::Kind::interface_failed, .code = 19, .time = now_});
   EXPECT_FALSE(snapshot(Direction::inputs).is_valid(0));
   EXPECT_FALSE(snapshot(Direction::outputs).is_valid(0));
-  EXPECT_TRUE(told(EventKind::interface_failed));
+  EXPECT_TRUE(emitted(EventKind::interface_failed));
 }
 
 TEST_F(ObserverTest, APdoThatStaysAwayIsTold) {
@@ -289,11 +289,11 @@ TEST_F(ObserverTest, APdoThatStaysAwayIsTold) {
   observe(config);
   hear(0x185, {1, 2, 3, 4, 5, 6});
   pass(milliseconds(60));
-  EXPECT_TRUE(told(EventKind::pdo_timeout, 5));
+  EXPECT_TRUE(emitted(EventKind::pdo_timeout, 5));
   hear(0x185, {1, 2, 3, 4, 5, 6});
-  EXPECT_TRUE(told(EventKind::pdo_recovered, 5));
+  EXPECT_TRUE(emitted(EventKind::pdo_recovered, 5));
   hear(0x185, {1, 2});
-  EXPECT_TRUE(told(EventKind::pdo_length, 5));
+  EXPECT_TRUE(emitted(EventKind::pdo_length, 5));
   EXPECT_EQ(line_->state().counters.frames_malformed, 1U);
 }
 

@@ -24,7 +24,7 @@ void set(NodeConfig& node, od::Address address, std::uint32_t number) {
   }
 }
 
-std::vector<std::string> told(const LineConfig& config) {
+std::vector<std::string> emitted(const LineConfig& config) {
   std::vector<std::string> out;
   for (const Diagnostic& each : Line::make(config).diagnostics) {
     out.push_back((each.severity == Severity::error ? "error: " : "warning: ") + each.text);
@@ -34,20 +34,20 @@ std::vector<std::string> told(const LineConfig& config) {
 
 TEST(PdoChecks, APdoIsNotOnTheIdentifierOfAnotherService) {
   LineConfig config = config_with_axis();
-  EXPECT_THAT(told(config), IsEmpty());
+  EXPECT_THAT(emitted(config), IsEmpty());
   config.nodes[0].objects.push_back({{0x1014, 0}, {std::byte{0x85}, {}, {}, {}}});
   set(config.nodes[0], {0x1800, 1}, 0x80);
   set(config.nodes[0], {0x1400, 1}, 0x85);
-  EXPECT_THAT(told(config),
+  EXPECT_THAT(emitted(config),
               ElementsAre("error: TPDO 1 of axis has the COB-ID of SYNC",
                           "error: RPDO 1 of axis has the COB-ID of the EMCY of axis"));
   set(config.nodes[0], {0x1800, 1}, 0xFF);
   set(config.nodes[0], {0x1400, 1}, 0x100);
-  EXPECT_THAT(told(config), ElementsAre("error: TPDO 1 of axis has the COB-ID of the EMCY of the "
+  EXPECT_THAT(emitted(config), ElementsAre("error: TPDO 1 of axis has the COB-ID of the EMCY of the "
                                         "own node"))
       << "100h is nobody's: the line sends no TIME";
   config.time_period = seconds(1);
-  EXPECT_EQ(told(config).size(), 2U);
+  EXPECT_EQ(emitted(config).size(), 2U);
 }
 
 ObjectValue own_value(std::uint16_t index, std::uint32_t number) {
@@ -64,7 +64,7 @@ TEST(PdoChecks, TheServicesOfTheOwnNodeAreWhereItsOwnValuesPutThem) {
   const auto told_of = [&](std::uint32_t tpdo, std::uint32_t rpdo) {
     set(config.nodes[0], {0x1800, 1}, tpdo);
     set(config.nodes[0], {0x1400, 1}, rpdo);
-    return told(config);
+    return emitted(config);
   };
   EXPECT_THAT(told_of(0xF1, 0xF2),
               ElementsAre("error: TPDO 1 of axis has the COB-ID of the EMCY of the own node",
@@ -79,7 +79,7 @@ TEST(PdoChecks, ANodeThatIsTakenAsItWasFoundRunsNevertheless) {
   LineConfig config = config_with_axis();
   config.nodes[0].as_found = true;
   set(config.nodes[0], {0x1800, 1}, 0x80);
-  EXPECT_THAT(told(config), ElementsAre("warning: TPDO 1 of axis has the COB-ID of SYNC"));
+  EXPECT_THAT(emitted(config), ElementsAre("warning: TPDO 1 of axis has the COB-ID of SYNC"));
   EXPECT_TRUE(Line::make(config).ok());
 }
 
@@ -87,14 +87,14 @@ TEST(PdoChecks, AnObserverListensToWhatThereIs) {
   LineConfig config = config_with_axis();
   config.role = Role::observer;
   set(config.nodes[0], {0x1800, 1}, 0x80);
-  EXPECT_THAT(told(config), ElementsAre("warning: TPDO 1 of axis has the COB-ID of SYNC"));
+  EXPECT_THAT(emitted(config), ElementsAre("warning: TPDO 1 of axis has the COB-ID of SYNC"));
 }
 
 // 1014h need not be there where no EMCY is sent, and 85h is then as good as any.
 TEST(PdoChecks, TheEmcyOfADeviceWhoseFileHasNoneIsAWarning) {
   LineConfig config = config_with_axis();
   set(config.nodes[0], {0x1400, 1}, 0x85);
-  EXPECT_THAT(told(config), ElementsAre("warning: RPDO 1 of axis has the COB-ID of the EMCY of "
+  EXPECT_THAT(emitted(config), ElementsAre("warning: RPDO 1 of axis has the COB-ID of the EMCY of "
                                         "axis, if it sends any"));
   EXPECT_TRUE(Line::make(config).ok());
 }

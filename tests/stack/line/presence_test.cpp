@@ -59,7 +59,7 @@ TEST_F(PresenceTest, AnUnlistedNodeCountsAsPresentAsLongAsItsHeartbeatsCome) {
   EXPECT_GT(line_->node_revision(kUnlisted), revision);
   events();
   hear(0x700U + kUnlisted, {0x05});
-  EXPECT_TRUE(told(EventKind::unexpected_node, kUnlisted)) << "it has returned";
+  EXPECT_TRUE(emitted(EventKind::unexpected_node, kUnlisted)) << "it has returned";
 }
 
 TEST_F(PresenceTest, AnUnlistedNodeThatWasHeardOnceIsNotKnownToBeThereAfterAWhile) {
@@ -117,7 +117,7 @@ TEST_F(PresenceTest, BootOfANodeThatWasNeverHeardLeavesNoState) {
   const std::uint64_t revision = line_->node_revision(kUnlisted);
   line_->execute({.tag = 7, .kind = CommandKind::boot, .node = kUnlisted}, now_);
   EXPECT_EQ(line_->node_revision(kUnlisted), revision) << "nothing to be published";
-  EXPECT_TRUE(told(EventKind::boot_result, kUnlisted));
+  EXPECT_TRUE(emitted(EventKind::boot_result, kUnlisted));
   Reply reply;
   ASSERT_TRUE(line_->take_reply(reply));
   ASSERT_EQ(reply.data.size(), 18U);
@@ -186,7 +186,7 @@ TEST_F(PresenceTest, TheOwn1016hShowsWhatTheManagerMonitors) {
   hear(0x705, {0x05});
   pass(milliseconds(260));
   EXPECT_EQ(line_->node_state(5).heartbeats_lost, 1U);
-  EXPECT_FALSE(told(EventKind::emcy_sent, 127)) << "it is no entry of the own consumer";
+  EXPECT_FALSE(emitted(EventKind::emcy_sent, 127)) << "it is no entry of the own consumer";
 }
 
 TEST_F(PresenceTest, ANodeOfAManagerThatWasStoppedCountsAsPresentUntilItsHeartbeatIsLate) {

@@ -237,7 +237,7 @@ TEST_F(OutputsOfANode, WithoutErrorControlAreSentWhenAnotherMasterStartsIt) {
   line_->advance(now_);
   EXPECT_THAT(pdos(), ElementsAre("205#0900000003"));
   EXPECT_TRUE(valid());
-  EXPECT_FALSE(told(EventKind::foreign_manager)) << "it is the master of the own node";
+  EXPECT_FALSE(emitted(EventKind::foreign_manager)) << "it is the master of the own node";
 }
 
 // The answer to the last request of the line, or to one of the other master.
@@ -337,7 +337,7 @@ TEST_F(OutputsOfANode, SingleWritesAreRefusedWhileItIsNotOperational) {
   hear_heartbeat(kPreOperational);
   events();
   EXPECT_EQ(write_by_hand(1, {std::byte{7}}), to_error(Refusal::wrong_state));
-  EXPECT_TRUE(told(EventKind::command_refused, 5)) << "the event names the node";
+  EXPECT_TRUE(emitted(EventKind::command_refused, 5)) << "the event names the node";
   line_->execute(
       {.kind = CommandKind::object_write, .node = 5, .index = 0x2003, .data = {std::byte{7}}},
       now_);

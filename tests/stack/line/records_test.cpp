@@ -248,7 +248,7 @@ TEST_F(LineRecords, ANodeIsScannedAgainAndNobodyIsAnswered) {
   EXPECT_EQ(set(0x0A, 5, 1), to_error(AbortCode::device_state)) << "one at a time";
   hear(0x585, {0x43, 0x00, 0x10, 0x00, 0x92, 0x01, 0x02, 0x00});
   pass(seconds(2));
-  EXPECT_TRUE(told(EventKind::node_scanned, 5));
+  EXPECT_TRUE(emitted(EventKind::node_scanned, 5));
   EXPECT_EQ(get(0x5F44, 5), 0xA8U) << "it has fallen silent";
   Reply reply;
   EXPECT_FALSE(line_->take_reply(reply)) << "no command asked for it";
@@ -279,10 +279,10 @@ TEST_F(LineRecords, FramesAreSentAndHeardByObject) {
   hear(0x333, {1, 2});
   hear(0x67F, {0x40, 0x4C, 0x5F, 0x02, 0, 0, 0, 0});
   EXPECT_THAT(sent(), ElementsAre("5FF#434C5F0233030102"));
-  EXPECT_TRUE(told(EventKind::can_frame)) << "although nobody asked to listen";
+  EXPECT_TRUE(emitted(EventKind::can_frame)) << "although nobody asked to listen";
   EXPECT_EQ(set(0x0B, 0, 1), Error{});
   hear(0x333, {1, 2});
-  EXPECT_FALSE(told(EventKind::can_frame));
+  EXPECT_FALSE(emitted(EventKind::can_frame));
 }
 
 TEST_F(LineRecords, IdentifiersOfServicesAreNotSentByObject) {

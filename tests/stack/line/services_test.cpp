@@ -42,7 +42,7 @@ TEST_F(LineTest, AGuardedNodeIsAskedAndMissed) {
   EXPECT_EQ(line_->state().counters.frames_malformed, 1U) << "the same toggle bit";
   events();
   pass(milliseconds(200));
-  EXPECT_TRUE(told(EventKind::heartbeat_lost, 5));
+  EXPECT_TRUE(emitted(EventKind::heartbeat_lost, 5));
   EXPECT_EQ(line_->node_state(5).presence, Presence::missing);
   EXPECT_THAT(sent(), testing::Contains("000#8105"));
 }
@@ -73,7 +73,7 @@ TEST_F(LineTest, EmcysComeOnTheIdentifierTheDeviceIsGiven) {
     frame.time = now_;
     events();
     line_->receive(std::span(&frame, 1), now_);
-    return told(EventKind::emcy, 5);
+    return emitted(EventKind::emcy, 5);
   };
   const auto value = [](std::uint32_t raw) {
     std::vector<std::byte> out(4);
@@ -127,15 +127,15 @@ TEST_F(LineTest, PdosOfAWrongLengthAreCountedAndToldUntilARightOneComes) {
   events();
   const auto before = line_->state().counters;
   hear(0x185, {1});
-  EXPECT_TRUE(told(EventKind::pdo_length, 5));
+  EXPECT_TRUE(emitted(EventKind::pdo_length, 5));
   hear(0x185, {1});
   hear(0x185, {1, 0, 2, 0, 0, 0, 9});
-  EXPECT_FALSE(told(EventKind::pdo_length, 5));
+  EXPECT_FALSE(emitted(EventKind::pdo_length, 5));
   EXPECT_EQ(line_->state().counters.frames_malformed, before.frames_malformed + 3);
   hear(0x185, {1, 0, 2, 0, 0, 0});
   EXPECT_EQ(line_->state().counters.frames_malformed, before.frames_malformed + 3);
   hear(0x185, {});
-  EXPECT_TRUE(told(EventKind::pdo_length, 5));
+  EXPECT_TRUE(emitted(EventKind::pdo_length, 5));
 }
 
 TEST_F(LineTest, AFloodOfBusErrorsIsCountedAndToldOnceASecond) {
@@ -206,7 +206,7 @@ TEST_F(LineTest, TheOwnNodeIdOfAnotherIsTold) {
   make(config_with_axis());
   boot();
   hear(0x77F, {0x00});
-  EXPECT_TRUE(told(EventKind::duplicate_node_id, 127));
+  EXPECT_TRUE(emitted(EventKind::duplicate_node_id, 127));
   EXPECT_EQ(line_->state().own_state, nmt::State::operational);
 }
 
@@ -276,7 +276,7 @@ TEST_F(RepeatedSdo, ATimeOutBeginsTheTransferAnewIfTheCommandSaysSo) {
     }
     answer_well(write);
     expect_success(write);
-    EXPECT_FALSE(told(EventKind::sdo_abort, 5));
+    EXPECT_FALSE(emitted(EventKind::sdo_abort, 5));
   }
 }
 
@@ -289,7 +289,7 @@ TEST_F(RepeatedSdo, TheLastAttemptIsTheReply) {
     pass(milliseconds(1));
     EXPECT_EQ(answer().error, to_error(AbortCode::timeout));
     expect_nothing();
-    EXPECT_TRUE(told(EventKind::sdo_abort, 5));
+    EXPECT_TRUE(emitted(EventKind::sdo_abort, 5));
     hear(0x585, {0x80, 0x00, 0x20, 0x00, 0x00, 0x00, 0x04, 0x05});  // late
     sent();
   }

@@ -275,7 +275,7 @@ TEST_F(AcknowledgedCommands, AnNmtCommandOnABusWithoutAcknowledgeSaysSo) {
   EXPECT_FALSE(is_answered());
   live(milliseconds(200));
   EXPECT_EQ(answer().error, to_error(Refusal::no_acknowledge));
-  EXPECT_TRUE(told(EventKind::command_refused, 5));
+  EXPECT_TRUE(emitted(EventKind::command_refused, 5));
   acknowledge_all();
   EXPECT_FALSE(is_answered()) << "answered once";
 }

@@ -93,9 +93,9 @@ class IoBehaviourTest : public testing::Test {
         io_(dictionary_) {}
 
   bool digital(std::uint64_t before, std::uint64_t now) {
-    return io_.tells({0x6000, 1}, before, now);
+    return io_.is_reported({0x6000, 1}, before, now);
   }
-  bool analogue(int now) { return io_.tells({0x6401, 1}, 0, static_cast<std::uint16_t>(now)); }
+  bool analogue(int now) { return io_.is_reported({0x6401, 1}, 0, static_cast<std::uint16_t>(now)); }
   void set(std::uint16_t index, std::uint8_t sub, std::uint32_t value) {
     ASSERT_TRUE(dictionary_.set({index, sub}, value));
   }
@@ -120,7 +120,7 @@ TEST_F(IoBehaviourTest, DigitalInputsAreToldAsTheMasksSay) {
   EXPECT_TRUE(digital(1, 0));
   set(0x6005, 0, 0);
   EXPECT_FALSE(digital(1, 0));
-  EXPECT_TRUE(io_.tells({0x2000, 0}, 0, 1));
+  EXPECT_TRUE(io_.is_reported({0x2000, 0}, 0, 1));
 }
 
 TEST_F(IoBehaviourTest, AnalogueInputsAreToldOnceTheMasterWantsThem) {

@@ -170,7 +170,7 @@ TEST_F(RemoteSdoByWrittenRoute, DoesNotEnterALineThatIsClosedToTheProcess) {
   read(4, 7);
   EXPECT_EQ(reply().error, to_error(AbortCode::local_control));
   EXPECT_EQ(sent(2), Frames{});
-  EXPECT_TRUE(told(2, EventKind::routing_refused, AbortCode::local_control));
+  EXPECT_TRUE(emitted(2, EventKind::routing_refused, AbortCode::local_control));
   EXPECT_EQ(counters(2).not_permitted, 1U);
   read_as_device(4, 7);  // a client of the process, although a device may enter
   EXPECT_EQ(reply().error, to_error(AbortCode::local_control));

@@ -95,7 +95,7 @@ class RoutedLines : public testing::Test {
     now_ = until;
     advance();
   }
-  bool told(unsigned number, EventKind kind, AbortCode code) {
+  bool emitted(unsigned number, EventKind kind, AbortCode code) {
     bool found = false;
     std::array<Event, 64> events;
     while (const std::size_t count = line(number).take_events(events)) {

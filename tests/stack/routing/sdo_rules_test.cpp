@@ -77,7 +77,7 @@ TEST_F(SdoRouting, WhoWaitsTooLongForANodeIsRefused) {
   pass(milliseconds(240));
   EXPECT_EQ(counters(1).refused, 0U);
   pass(milliseconds(20));  // half of the SDO time-out
-  EXPECT_TRUE(told(1, EventKind::routing_refused, AbortCode::sdo_connection));
+  EXPECT_TRUE(emitted(1, EventKind::routing_refused, AbortCode::sdo_connection));
   EXPECT_EQ(counters(2).channels, 1U);
 }
 
@@ -116,7 +116,7 @@ TEST_F(SdoRouting, AccessIsClosedUnlessARuleOpensIt) {
   start();
   client({0xE0, 2, 0, 5, 1, 0, 0, 0});
   EXPECT_EQ(sent(1), Frames{"5FF 8000000021000008"});
-  EXPECT_TRUE(told(2, EventKind::routing_refused, AbortCode::local_control));
+  EXPECT_TRUE(emitted(2, EventKind::routing_refused, AbortCode::local_control));
   EXPECT_EQ(counters(2).not_permitted, 1U);
   EXPECT_EQ(counters(2).channels, 0U);
 }
@@ -128,7 +128,7 @@ TEST_F(SdoRouting, AReaderMayNotWrite) {
     open_again();
     client({initiate, 0, 0x20, 1, 9, 0, 0, 0});
     EXPECT_EQ(sent(1), Frames{"5FF 8000200102000106"});
-    EXPECT_TRUE(told(2, EventKind::routing_refused, AbortCode::read_only));
+    EXPECT_TRUE(emitted(2, EventKind::routing_refused, AbortCode::read_only));
   }
   EXPECT_EQ(sent(2), Frames{});
   expect_nothing_left();
@@ -239,7 +239,7 @@ class TracedRouting : public SdoRouting {
     line(1).execute({.tag = 1, .kind = line::CommandKind::routing_trace, .code = seconds_long},
                     now_);
   }
-  std::vector<Event> told() {
+  std::vector<Event> emitted() {
     return events(1, EventKind::routing_opened, EventKind::routing_ended);
   }
   static std::vector<unsigned> data(const Event& event) {
@@ -260,10 +260,10 @@ class TracedRouting : public SdoRouting {
 TEST_F(TracedRouting, ConnectionsAreEventsWhileSomebodyAskedForThem) {
   start();
   transfer();
-  EXPECT_TRUE(told().empty());
+  EXPECT_TRUE(emitted().empty());
   trace(10);
   transfer();
-  const std::vector<Event> one = told();
+  const std::vector<Event> one = emitted();
   ASSERT_EQ(one.size(), 2U);
   EXPECT_EQ(one[0].kind, EventKind::routing_opened);
   EXPECT_EQ(one[0].value, 0U);
@@ -279,10 +279,10 @@ TEST_F(TracedRouting, ConnectionsAreEventsWhileSomebodyAskedForThem) {
   trace(5);  // somebody else, who listens for less
   pass(seconds(9));
   transfer();
-  EXPECT_EQ(told().size(), 2U);
+  EXPECT_EQ(emitted().size(), 2U);
   pass(seconds(1));
   transfer();
-  EXPECT_TRUE(told().empty());
+  EXPECT_TRUE(emitted().empty());
 }
 
 TEST_F(TracedRouting, AnEndTellsWhyAndOfWhichTransfer) {
@@ -292,13 +292,13 @@ TEST_F(TracedRouting, AnEndTellsWhyAndOfWhichTransfer) {
   client({0x23, 0, 0x20, 1, 9, 0, 0, 0});
   server({0x80, 0, 0x20, 1, 0, 0, 2, 6});  // there is no such object
   (void)sent(1);
-  std::vector<Event> seen = told();
+  std::vector<Event> seen = emitted();
   ASSERT_EQ(seen.size(), 2U);
   EXPECT_EQ(seen[1].code, static_cast<std::uint32_t>(AbortCode::no_object));
   EXPECT_EQ(seen[1].data[7], std::byte{2}) << "a download";
   open_again();
   pass(seconds(6));
-  seen = told();
+  seen = emitted();
   ASSERT_EQ(seen.size(), 2U);
   EXPECT_EQ(seen[1].code, static_cast<std::uint32_t>(AbortCode::timeout));
   EXPECT_EQ(seen[1].data[7], std::byte{0}) << "none began";
@@ -310,10 +310,10 @@ TEST_F(TracedRouting, AToolThatDoesManyTransfersDoesNotDrownOtherEvents) {
   for (int i = 0; i < 70; ++i) {
     transfer();
   }
-  EXPECT_EQ(told().size(), 2U * Trace::kMostASecond);
+  EXPECT_EQ(emitted().size(), 2U * Trace::kMostASecond);
   pass(seconds(1));
   transfer();
-  const std::vector<Event> later = told();
+  const std::vector<Event> later = emitted();
   ASSERT_EQ(later.size(), 2U);
   EXPECT_EQ(later[0].value, 20U);
 }
