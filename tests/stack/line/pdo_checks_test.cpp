@@ -43,8 +43,9 @@ TEST(PdoChecks, APdoIsNotOnTheIdentifierOfAnotherService) {
                           "error: RPDO 1 of axis has the COB-ID of the EMCY of axis"));
   set(config.nodes[0], {0x1800, 1}, 0xFF);
   set(config.nodes[0], {0x1400, 1}, 0x100);
-  EXPECT_THAT(emitted(config), ElementsAre("error: TPDO 1 of axis has the COB-ID of the EMCY of the "
-                                        "own node"))
+  EXPECT_THAT(emitted(config),
+              ElementsAre("error: TPDO 1 of axis has the COB-ID of the EMCY of the "
+                          "own node"))
       << "100h is nobody's: the line sends no TIME";
   config.time_period = seconds(1);
   EXPECT_EQ(emitted(config).size(), 2U);
@@ -95,7 +96,7 @@ TEST(PdoChecks, TheEmcyOfADeviceWhoseFileHasNoneIsAWarning) {
   LineConfig config = config_with_axis();
   set(config.nodes[0], {0x1400, 1}, 0x85);
   EXPECT_THAT(emitted(config), ElementsAre("warning: RPDO 1 of axis has the COB-ID of the EMCY of "
-                                        "axis, if it sends any"));
+                                           "axis, if it sends any"));
   EXPECT_TRUE(Line::make(config).ok());
 }
 

@@ -95,7 +95,9 @@ class IoBehaviourTest : public testing::Test {
   bool digital(std::uint64_t before, std::uint64_t now) {
     return io_.is_reported({0x6000, 1}, before, now);
   }
-  bool analogue(int now) { return io_.is_reported({0x6401, 1}, 0, static_cast<std::uint16_t>(now)); }
+  bool analogue(int now) {
+    return io_.is_reported({0x6401, 1}, 0, static_cast<std::uint16_t>(now));
+  }
   void set(std::uint16_t index, std::uint8_t sub, std::uint32_t value) {
     ASSERT_TRUE(dictionary_.set({index, sub}, value));
   }
