@@ -41,11 +41,8 @@ bool is_missing(const Error& error) {
 // Returns 0, which the manager does not compare, if the device lacks the object.
 std::optional<std::uint32_t> read_part(Context& context, Model& model, const Line& line,
                                        std::uint8_t node, const IdentityPart& part) {
-  line::Command command{.kind = line::CommandKind::sdo_read};
-  command.node = node;
-  command.index = part.seen.index;
-  command.sub = part.seen.sub;
-  command.timeout = context.timeout;
+  const line::Command command{.timeout = context.timeout,
+                              .request = line::SdoRead{.node = node, .address = part.seen}};
   const Client::Answer answer = ask_line(context, model, line, command);
   if (answer.reply.ok() && answer.reply.data.size() == sizeof(std::uint32_t)) {
     return load_le<std::uint32_t>(answer.reply.data.data());
@@ -60,13 +57,11 @@ std::optional<std::uint32_t> read_part(Context& context, Model& model, const Lin
 
 bool write_part(Context& context, Model& model, const Line& line, std::uint8_t node,
                 const IdentityPart& part, std::uint32_t value) {
-  line::Command command{.kind = line::CommandKind::local_write};
-  command.index = part.expected;
-  command.sub = node;
-  command.timeout = context.timeout;
-  command.data.resize(sizeof value);
-  store_le(command.data.data(), value);
-  const Client::Answer answer = ask_line(context, model, line, command);
+  line::LocalWrite write{.address = {part.expected, node}, .data = {}};
+  write.data.resize(sizeof value);
+  store_le(write.data.data(), value);
+  const Client::Answer answer =
+      ask_line(context, model, line, {.timeout = context.timeout, .request = std::move(write)});
   if (!answer.reply.ok()) {
     context.err << "expected " << part.name << " of node " << unsigned{node} << ": " << answer.text
                 << '\n';

@@ -29,7 +29,7 @@ Client::Answer ask_line(Context& context, Model& model, const Line& line,
                         const line::Command& command, std::uint64_t layout_id) {
   line::Command limited = command;
   Duration patience = context.timeout;
-  if (is_unconfirmed(command.kind)) {
+  if (is_unconfirmed(line::kind(command))) {
     limited.timeout = std::min(context.timeout, line::kSendTime);
   }
   if (limited.timeout > Duration::zero()) {

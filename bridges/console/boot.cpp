@@ -70,9 +70,8 @@ int boot(Context& context, const std::string& what) {
     return kFailed;
   }
   const LineId id = line->id;
-  line::Command command{.kind = line::CommandKind::boot};
-  command.node = target->node;
-  command.timeout = std::max(context.timeout, kLongestBoot);
+  const line::Command command{.timeout = std::max(context.timeout, kLongestBoot),
+                              .request = line::Boot{.node = target->node}};
   EventProgress progress(model, id, context.err,
                          {EventKind::boot_result, EventKind::configuration_error});
   const Client::Answer answer = context.client.call(id, command, command.timeout, 0, progress);

@@ -180,10 +180,8 @@ int write(Context& context, const std::string& line, const std::string& entry,
       return usage(context,
                    "'" + value + "' is not a value of " + std::string(od::name(place.type)));
     }
-    line::Command command{.kind = line::CommandKind::output_write};
-    command.entry = *number;
-    command.data = *std::move(data);
-    Client::Answer answer = ask_line(context, model, target, command, layout.id);
+    const line::SingleOutput output{.entry = *number, .data = *std::move(data)};
+    Client::Answer answer = ask_line(context, model, target, {.request = output}, layout.id);
     add_node_state(context, model, target, place.node, answer);
     const int code = print_answer(context, answer,
                                   answer.reply.ok() ? way_text(answer.reply.data, &layout) : "");
@@ -203,18 +201,21 @@ int pdo_trigger(Context& context, const std::string& what, const std::string& nu
   if (!value || (*value == 0 && !by_offset)) {
     return usage(context, "'" + number + "' is no number of a PDO, 1..512, or offset in bytes");
   }
-  line::Command command{.kind = line::CommandKind::pdo_trigger};
-  command.code = by_offset ? std::uint16_t{0} : static_cast<std::uint16_t>(*value);
-  command.entry = by_offset ? static_cast<std::uint32_t>(*value) : 0;
+  line::PdoTrigger trigger;
+  if (by_offset) {
+    trigger.output_byte = static_cast<std::uint32_t>(*value);
+  } else {
+    trigger.number = static_cast<std::uint16_t>(*value);
+  }
   return on_line(context, ref->line, [&](Model& model, const Line& line) {
     if (!resolve_node(context, model, line, *ref)) {
       return kFailed;
     }
-    command.node = ref->node;
-    Client::Answer answer = ask_line(context, model, line, command);
+    trigger.node = ref->node;
+    Client::Answer answer = ask_line(context, model, line, {.request = trigger});
     if (answer.reply.error.domain == Domain::command) {
       const auto refusal = static_cast<line::Refusal>(answer.reply.error.code);
-      const std::string why = trigger_refusal(context, model, line, command, refusal);
+      const std::string why = trigger_refusal(context, model, line, trigger, refusal);
       answer.text += why.empty() ? "" : ": " + why;
     }
     return print_answer(context, answer,
@@ -244,10 +245,9 @@ int nmt(Context& context, const std::string& command, const std::string& node) {
     if (!resolve_node(context, model, line, *ref)) {
       return kFailed;
     }
-    line::Command request{.kind = line::CommandKind::nmt};
-    request.nmt = it->second;
-    request.node = ref->own ? line.view->state.node_id : ref->node;
-    const Client::Answer answer = ask_line(context, model, line, request);
+    const line::NmtRequest request{.node = ref->own ? line.view->state.node_id : ref->node,
+                                   .command = it->second};
+    const Client::Answer answer = ask_line(context, model, line, {.request = request});
     const bool sent = answer.reply.ok() && line.view->state.role == line::Role::manager &&
                       request.node != line.view->state.node_id;
     return print_answer(context, answer, sent ? "sent" : "");
@@ -262,10 +262,9 @@ int emcy(Context& context, const std::string& sender, const std::string& code,
   if (!number || !reg || !data || data->size() > 5) {
     return usage(context, "an EMCY has a code 0..FFFF, an error register 0..FF and up to 5 bytes");
   }
-  line::Command request{.kind = line::CommandKind::emcy_send};
-  request.code = static_cast<std::uint16_t>(*number);
-  request.error_register = static_cast<std::uint8_t>(*reg);
-  request.data = *std::move(data);
+  line::EmcySend request{.code = static_cast<std::uint16_t>(*number),
+                         .error_register = static_cast<std::uint8_t>(*reg)};
+  std::ranges::copy(*data, request.manufacturer.begin());
   const bool of_device = sender.find(':') != std::string::npos;
   auto ref = of_device ? parse_node(sender) : std::optional(NodeRef{.line = sender});
   if (!ref || ref->all) {
@@ -283,27 +282,24 @@ int emcy(Context& context, const std::string& sender, const std::string& code,
       }
       request.node = ref->node;
     }
-    const Client::Answer answer = ask_line(context, model, target, request);
+    const Client::Answer answer = ask_line(context, model, target, {.request = request});
     return print_answer(context, answer, answer.reply.ok() ? "sent" : "");
   });
 }
 
 int bus_restart(Context& context, const std::string& line) {
   return on_line(context, line, [&](Model& model, const Line& target) {
-    return print_answer(context,
-                        ask_line(context, model, target, {.kind = line::CommandKind::bus_restart}));
+    return print_answer(context, ask_line(context, model, target, {.request = line::BusRestart{}}));
   });
 }
 
 int fault(Context& context, const std::string& line, const std::vector<std::string>& faults) {
-  line::Command request{.kind = line::CommandKind::bus_fault};
+  line::BusFault request;
   for (const std::string& text : faults) {
-    const std::string part = (&text == &faults.front() ? "" : "&") + text;
-    const auto* const bytes = reinterpret_cast<const std::byte*>(part.data());
-    request.data.insert(request.data.end(), bytes, bytes + part.size());
+    request.change += (&text == &faults.front() ? "" : "&") + text;
   }
   return on_line(context, line, [&](Model& model, const Line& target) {
-    const Client::Answer answer = ask_line(context, model, target, request);
+    const Client::Answer answer = ask_line(context, model, target, {.request = request});
     if (!answer.reply.ok() && !answer.reply.data.empty() && !context.json) {
       context.err << printable(text_of(answer)) << '\n';
     }
@@ -323,8 +319,7 @@ int versions(Context& context, const std::string& line) {
     if (!one->view || one->gone || !asked.insert(one->id.gateway).second) {
       continue;
     }
-    const Client::Answer answer =
-        ask_line(context, model, *one, {.kind = line::CommandKind::versions});
+    const Client::Answer answer = ask_line(context, model, *one, {.request = line::Versions{}});
     code = std::max(code, print_answer(context, answer, printable(text_of(answer))));
   }
   return std::max(code, completeness(context, model));

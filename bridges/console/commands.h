@@ -60,9 +60,9 @@ int write(Context& context, const std::string& line, const std::string& entry,
 // node: LINE:NODE, or LINE:all for one answer from each node that is configured or present. An
 // empty type selects that of the device file, which the gateway has; without one, the bytes are
 // printed, and the number they form. INDEX without a sub-index and without a type reads all
-// variables of the object. via: send the request as a device on this line would (line::kAsDevice),
-// even if the node's own line is known; empty: the shortest route. cached: accept values that a
-// scan read.
+// variables of the object. via: send the request as a device on this line would
+// (line::NetworkRead::as_device), even if the node's own line is known; empty: the shortest route.
+// cached: accept values that a scan read.
 int sdo_read(Context& context, const std::string& node, const std::string& index,
              const std::string& sub, const std::string& type, const std::string& via = "",
              bool cached = false);

@@ -24,11 +24,8 @@ constexpr Duration kLongestConfiguring = std::chrono::minutes(15);
 
 bool write_own(Context& context, Model& model, const Line& line,
                const manager::ObjectWrite& write) {
-  line::Command command{.kind = line::CommandKind::local_write};
-  command.index = write.address.index;
-  command.sub = write.address.sub;
-  command.data = write.data;
-  const Client::Answer answer = ask_line(context, model, line, command);
+  const line::LocalWrite request{.address = write.address, .data = write.data};
+  const Client::Answer answer = ask_line(context, model, line, {.request = request});
   if (!answer.reply.ok()) {
     context.err << od::to_text(write.address) << ": " << printable(answer.text);
     if (answer.reply.error.domain == Domain::sdo) {
@@ -73,10 +70,9 @@ int configure(Context& context, ConfigAction action, const std::string& what) {
     return kFailed;
   }
   const LineId id = line->id;
-  line::Command command{.kind = line::CommandKind::configure};
-  command.node = target->node;
-  command.code = static_cast<std::uint16_t>(action);
-  command.timeout = std::max(context.timeout, kLongestConfiguring);
+  const line::Command command{
+      .timeout = std::max(context.timeout, kLongestConfiguring),
+      .request = line::Configure{.node = target->node, .apply = action == ConfigAction::apply}};
   const std::uint64_t events = line->view->state.counters.events;
   EventProgress progress(model, id, context.err, {EventKind::command_progress});
   const Client::Answer answer = context.client.call(id, command, command.timeout, 0, progress);

@@ -15,7 +15,7 @@
 
 namespace linegate::console {
 
-enum class ConfigAction : std::uint16_t { verify = 0, apply = 1 };  // Command::code
+enum class ConfigAction : std::uint8_t { verify, apply };
 
 // what: a line, or LINE:NODE for one node. Prints the progress on context.err, and the findings at
 // the end. Returns kFailed also if a node differs or could not be configured.

@@ -50,36 +50,16 @@ class ListReader {
   bool good_ = true;
 };
 
-void append_number(std::vector<std::byte>& out, std::uint64_t value, std::size_t size) {
-  out.resize(out.size() + size);
-  store_le(std::span(out).last(size), value);
-}
-
-void append_sized(std::vector<std::byte>& out, std::span<const std::byte> value) {
-  append_number(out, value.size(), 1);
-  out.insert(out.end(), value.begin(), value.end());
-}
-
 std::string listed_value(const ListedVariable& variable) {
   return variable.value.empty() ? std::string() : to_text(variable.type, variable.value);
-}
-
-line::Command command_for(line::CommandKind kind, od::Address address) {
-  line::Command command{.kind = kind};
-  command.index = address.index;
-  command.sub = address.sub;
-  return command;
 }
 
 // Returns nothing, after an error message, if the line refuses.
 std::optional<std::vector<ListedVariable>> listed(Context& context, Model& model, const Line& line,
                                                   std::uint8_t node, std::uint16_t first,
                                                   std::uint16_t last) {
-  line::Command command{.kind = line::CommandKind::local_read, .node = node};
-  command.index = first;
-  command.entry = last;
-  command.code = line::kListObjects;
-  const Client::Answer answer = ask_line(context, model, line, command);
+  const line::LocalRead list{.node = node, .what = line::ObjectRange{first, last}};
+  const Client::Answer answer = ask_line(context, model, line, {.request = list});
   if (!answer.reply.ok()) {
     print_answer(context, answer);
     return std::nullopt;
@@ -125,10 +105,9 @@ Table list_table(const std::vector<ListedVariable>& variables) {
   return out;
 }
 
-// The data of an object_create; nothing, after an error message, if a text does not fit.
-std::optional<std::vector<std::byte>> created_data(Context& context, const NewObject& object) {
-  constexpr unsigned kMappable = 1;
-  constexpr unsigned kPlaced = 4;
+// The object without its address and place; nothing, after an error message, if a text does not
+// fit.
+std::optional<line::OwnObject> created_object(Context& context, const NewObject& object) {
   const auto type = type_from_name(object.type);
   const auto* const access = std::ranges::find(kAccessNames, object.access);
   if (!type || access == kAccessNames.end() || object.name.size() > 0xFF) {
@@ -136,19 +115,22 @@ std::optional<std::vector<std::byte>> created_data(Context& context, const NewOb
                 << "' no access (ro, wo, rw, rwr, rww, const), or the name is too long\n";
     return std::nullopt;
   }
-  std::vector<std::byte> out;
-  append_number(out, static_cast<std::uint16_t>(*type), 2);
-  append_number(out, static_cast<std::uint64_t>(access - kAccessNames.begin()), 1);
-  append_number(out, (object.mappable ? kMappable : 0U) | (object.offset.empty() ? 0U : kPlaced),
-                1);
-  append_sized(out, std::as_bytes(std::span(object.name)));
-  for (const std::string* text : {&object.value, &object.low, &object.high}) {
-    const auto value = text->empty() ? std::vector<std::byte>() : from_text(*type, *text);
+  line::OwnObject out{.in_image = !object.offset.empty()};
+  out.variable.name = object.name;
+  out.variable.type = *type;
+  out.variable.access = static_cast<od::Access>(access - kAccessNames.begin());
+  out.variable.mappable = object.mappable;
+  const std::pair<const std::string*, std::vector<std::byte>*> values[] = {
+      {&object.value, &out.variable.value},
+      {&object.low, &out.variable.low_limit},
+      {&object.high, &out.variable.high_limit}};
+  for (const auto& [text, into] : values) {
+    auto value = text->empty() ? std::vector<std::byte>() : from_text(*type, *text);
     if (!value || value->size() > 0xFF) {
       context.err << "'" << *text << "' is not a value of " << object.type << '\n';
       return std::nullopt;
     }
-    append_sized(out, *value);
+    *into = *std::move(value);
   }
   return out;
 }
@@ -233,9 +215,8 @@ int od_read(Context& context, const std::string& line, const std::string& index,
     return kUsage;
   }
   return on_dictionary(context, line, [&](Model& model, const Line& target, std::uint8_t node) {
-    line::Command read = command_for(line::CommandKind::local_read, *address);
-    read.node = node;
-    const Client::Answer answer = ask_line(context, model, target, read);
+    const line::LocalRead read{.node = node, .what = *address};
+    const Client::Answer answer = ask_line(context, model, target, {.request = read});
     if (!answer.reply.ok()) {
       return print_answer(context, answer);
     }
@@ -272,11 +253,9 @@ int od_write(Context& context, const std::string& line, const std::string& index
       context.err << "'" << value << "' is not a value of " << od::name(known->type) << '\n';
       return kUsage;
     }
-    line::Command command = command_for(line::CommandKind::local_write, *address);
-    command.node = node;
-    command.code = own ? line::kWriteOwn : std::uint16_t{0};
-    command.data = *std::move(data);
-    return print_answer(context, ask_line(context, model, target, command));
+    const line::LocalWrite write{
+        .node = node, .address = *address, .as_owner = own, .data = *std::move(data)};
+    return print_answer(context, ask_line(context, model, target, {.request = write}));
   });
 }
 
@@ -287,15 +266,16 @@ int od_create(Context& context, const std::string& line, const NewObject& object
   if (!offset) {
     context.err << "'" << object.offset << "' is no offset in the image, in bytes\n";
   }
-  auto data = address && offset ? created_data(context, object) : std::nullopt;
-  if (!data) {
+  auto created = address && offset ? created_object(context, object) : std::nullopt;
+  if (!created) {
     return kUsage;
   }
-  line::Command command = command_for(line::CommandKind::object_create, *address);
-  command.entry = static_cast<std::uint32_t>(*offset);
-  command.data = *std::move(data);
+  created->index = address->index;
+  created->variable.sub = address->sub;
+  created->offset = static_cast<std::uint32_t>(*offset);
+  const line::ObjectCreate request{.what = *std::move(created)};
   return on_line(context, line, [&](Model& model, const Line& target) {
-    return print_answer(context, ask_line(context, model, target, command));
+    return print_answer(context, ask_line(context, model, target, {.request = request}));
   });
 }
 
@@ -304,10 +284,9 @@ int od_remove(Context& context, const std::string& line, const std::string& inde
   if (!address) {
     return kUsage;
   }
-  line::Command command = command_for(line::CommandKind::object_create, *address);
-  command.code = line::kRemoveObject;
+  const line::ObjectCreate request{.what = line::ObjectRemoval{address->index}};
   return on_line(context, line, [&](Model& model, const Line& target) {
-    return print_answer(context, ask_line(context, model, target, command));
+    return print_answer(context, ask_line(context, model, target, {.request = request}));
   });
 }
 

@@ -48,7 +48,7 @@ int od_list(Context& context, const std::string& line, const std::string& index)
 int od_read(Context& context, const std::string& line, const std::string& index,
             const std::string& sub);
 // Uses the data type of the dictionary. own: write as the device itself, whatever the access of the
-// object (line::kWriteOwn).
+// object.
 int od_write(Context& context, const std::string& line, const std::string& index,
              const std::string& sub, const std::string& value, bool own = false);
 int od_create(Context& context, const std::string& line, const NewObject& object);

@@ -70,10 +70,8 @@ int print_history(Context& context, Model& model, const Line& line, const NodeRe
   });
   std::vector<NodeHistory> nodes = nodes_meant(line, meant.all ? std::uint8_t{0} : meant.node);
   for (NodeHistory& node : nodes) {
-    line::Command command{.kind = line::CommandKind::local_read};
-    command.index = od::objects::kEmcyHistory;
-    command.sub = node.node;
-    const Client::Answer answer = ask_line(context, model, line, command);
+    const line::LocalRead history{.what = od::Address{od::objects::kEmcyHistory, node.node}};
+    const Client::Answer answer = ask_line(context, model, line, {.request = history});
     if (!answer.reply.ok()) {
       return print_answer(context, answer);
     }

@@ -23,12 +23,11 @@ namespace linegate::console {
 namespace {
 
 constexpr std::uint32_t kExtendedId = 0x8000'0000;
-constexpr std::uint32_t kRemoteId = 0x4000'0000;
 constexpr std::size_t kDigits = 3;          // digits of an 11-bit identifier
 constexpr std::size_t kExtendedDigits = 8;  // digits of a 29-bit identifier
 
 // A line stops listening this long after the last request.
-constexpr std::uint16_t kListenSeconds = 15;
+constexpr std::chrono::seconds kListenTime{15};
 constexpr Duration kListenAgain = std::chrono::seconds(5);
 
 std::optional<std::uint32_t> digits_value(std::string_view text) {
@@ -38,36 +37,39 @@ std::optional<std::uint32_t> digits_value(std::string_view text) {
   return whole ? std::optional(value) : std::nullopt;
 }
 
-// Sets bit 31 for 29-bit identifiers.
-std::optional<std::uint32_t> marked_id_of(std::string_view text) {
+struct Identifier {
+  std::uint32_t id = 0;
+  bool extended = false;
+};
+std::optional<Identifier> identifier_of(std::string_view text) {
   const auto value = digits_value(text);
   if (value && text.size() == kDigits && *value <= 0x7FF) {
-    return value;
+    return Identifier{*value, false};
   }
   if (value && text.size() == kExtendedDigits && *value <= 0x1FFF'FFFF) {
-    return *value | kExtendedId;
+    return Identifier{*value, true};
   }
   return std::nullopt;
 }
 
-bool remote_length(std::string_view text, line::Command& out) {
+bool remote_length(std::string_view text, can::Frame& out) {
   const auto length = text.empty() ? 0 : digits_value(text);
   if (!length || *length > can::kMaxClassicData) {
     return false;
   }
-  out.entry |= kRemoteId;
-  out.code = static_cast<std::uint16_t>(*length);
+  out.flags |= can::Frame::kRemote;
+  out.length = static_cast<std::uint8_t>(*length);
   return true;
 }
 
 // Two digits a byte, optionally separated by dots.
-bool frame_data(std::string_view text, std::size_t most, line::Command& out) {
+bool frame_data(std::string_view text, std::size_t most, can::Frame& out) {
   while (!text.empty()) {
     const auto byte = text.size() < 2 ? std::nullopt : digits_value(text.substr(0, 2));
-    if (!byte || out.data.size() == most) {
+    if (!byte || out.length == most) {
       return false;
     }
-    out.data.push_back(static_cast<std::byte>(*byte));
+    out.data[out.length++] = static_cast<std::byte>(*byte);
     text.remove_prefix(2);
     text.remove_prefix(text.starts_with('.') ? 1 : 0);
   }
@@ -142,7 +144,7 @@ void print_frame(Context& context, const LineId& id, const Assembly& heard, Inst
   context.out << std::endl;
 }
 
-int print_frames(Context& context, Model& model, const Line& line, const line::Command& command,
+int print_frames(Context& context, Model& model, const Line& line, const line::CanListen& request,
                  std::uint64_t count, const std::function<bool()>& stopped) {
   const std::uint64_t kept = line.view->state.counters.events;
   std::uint64_t seen = model.events_seen() - model.events().size();
@@ -152,7 +154,7 @@ int print_frames(Context& context, Model& model, const Line& line, const line::C
   while (!stopped() && (count == 0 || printed < count)) {
     if (std::chrono::steady_clock::now() >= ask_at) {
       ask_at = std::chrono::steady_clock::now() + kListenAgain;
-      const Client::Answer answer = ask_line(context, model, line, command);
+      const Client::Answer answer = ask_line(context, model, line, {.request = request});
       if (!answer.reply.ok()) {
         return print_answer(context, answer);
       }
@@ -176,27 +178,31 @@ int print_frames(Context& context, Model& model, const Line& line, const line::C
 
 }  // namespace
 
-std::optional<line::Command> parse_frame(std::string_view text) {
+std::optional<can::Frame> parse_frame(std::string_view text) {
+  constexpr std::uint8_t kNoFlags = 0;
   const std::size_t sign = text.find('#');
   if (sign == std::string_view::npos) {
     return std::nullopt;
   }
-  const auto id = marked_id_of(text.substr(0, sign));
-  line::Command out{.kind = line::CommandKind::can_send, .data = {}};
-  out.entry = id.value_or(0);
+  const auto identifier = identifier_of(text.substr(0, sign));
+  can::Frame out;
+  out.id = identifier ? identifier->id : 0;
+  out.flags = identifier && identifier->extended ? std::uint8_t{can::Frame::kExtended} : kNoFlags;
   std::string_view rest = text.substr(sign + 1);
-  bool good = id.has_value();
+  bool good = identifier.has_value();
   if (rest.starts_with('#')) {
     const auto flags = rest.size() < 2 ? std::nullopt : digits_value(rest.substr(1, 1));
-    out.sub = static_cast<std::uint8_t>(4U | (flags.value_or(0) & 1U));
+    out.flags |= can::Frame::kFd;
+    out.flags |=
+        (flags.value_or(0) & 1U) != 0 ? std::uint8_t{can::Frame::kBitRateSwitch} : kNoFlags;
     good = good && flags && frame_data(rest.substr(2), can::kMaxFdData, out) &&
-           can::fd_length(out.data.size()) == out.data.size();
+           can::fd_length(out.length) == out.length;
   } else if (rest.starts_with('R')) {
     good = good && remote_length(rest.substr(1), out);
   } else {
     good = good && frame_data(rest, can::kMaxClassicData, out);
   }
-  return good ? std::optional(std::move(out)) : std::nullopt;
+  return good ? std::optional(out) : std::nullopt;
 }
 
 std::string frame_text(const can::Frame& frame) {
@@ -210,51 +216,53 @@ std::string frame_text(const can::Frame& frame) {
 }
 
 // The identifier format is compared too, unless all frames are selected.
-std::optional<line::Command> parse_identifiers(std::string_view text) {
-  line::Command out{.kind = line::CommandKind::can_listen, .data = {}};
+std::optional<line::CanListen> parse_identifiers(std::string_view text) {
   const std::size_t slash = text.find('/');
-  const auto id = marked_id_of(text.substr(0, slash));
-  if (!text.empty() && !id) {
+  const auto identifier = identifier_of(text.substr(0, slash));
+  if (!text.empty() && !identifier) {
     return std::nullopt;
   }
-  out.entry = id.value_or(0);
-  std::uint32_t mask = text.empty() ? 0 : 0x9FFF'FFFF;
+  line::CanListen out;
+  if (!identifier) {
+    out.mask = 0;
+    return out;
+  }
+  out.identifier = identifier->id;
+  out.extended = identifier->extended;
   if (slash != std::string_view::npos) {
-    const auto bits = marked_id_of(text.substr(slash + 1));
+    const auto bits = identifier_of(text.substr(slash + 1));
     if (!bits) {
       return std::nullopt;
     }
-    mask = *bits | kExtendedId;
-  }
-  for (unsigned shift = 0; shift < 32; shift += 8) {
-    out.data.push_back(static_cast<std::byte>(mask >> shift & 0xFFU));
+    out.mask = bits->id;
   }
   return out;
 }
 
-int send(Context& context, const std::string& line, const std::string& frame) {
-  const auto command = parse_frame(frame);
-  if (!command) {
-    context.err << "'" << frame
+int send(Context& context, const std::string& line, const std::string& text) {
+  const auto frame = parse_frame(text);
+  if (!frame) {
+    context.err << "'" << text
                 << "' is no frame such as 123#1122, 00000123#11, 123#R or 123##4112233\n";
     return kUsage;
   }
   return on_line(context, line, [&](Model& model, const Line& target) {
-    const Client::Answer answer = ask_line(context, model, target, *command);
+    const Client::Answer answer =
+        ask_line(context, model, target, {.request = line::CanSend{*frame}});
     return print_answer(context, answer, answer.reply.ok() ? "sent" : "");
   });
 }
 
 int listen(Context& context, const std::string& line, const std::string& filter,
            std::uint64_t count, const std::function<bool()>& stopped) {
-  auto command = parse_identifiers(filter);
-  if (!command) {
+  auto request = parse_identifiers(filter);
+  if (!request) {
     context.err << "'" << filter << "' is no identifier such as 123, 00000123 or 100/700\n";
     return kUsage;
   }
-  command->code = kListenSeconds;
+  request->duration = kListenTime;
   return on_line(context, line, [&](Model& model, const Line& target) {
-    return print_frames(context, model, target, *command, count, stopped);
+    return print_frames(context, model, target, *request, count, stopped);
   });
 }
 

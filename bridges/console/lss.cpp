@@ -105,10 +105,9 @@ class Session {
 
   // Returns nothing, after an error message, if the request was refused.
   std::optional<LssAnswer> ask(Procedure procedure, Bytes arguments) {
-    line::Command command{.kind = line::CommandKind::lss};
-    command.code = static_cast<std::uint16_t>(procedure);
-    command.data = std::move(arguments);
-    command.timeout = std::max(context_.timeout, kLongestService);
+    const line::Command command{
+        .timeout = std::max(context_.timeout, kLongestService),
+        .request = line::LssRequest{.procedure = procedure, .arguments = std::move(arguments)}};
     EventProgress progress(model_, id_, context_.err, fastscan_words);
     const Client::Answer answer = context_.client.call(id_, command, command.timeout, 0, progress);
     const Bytes& data = answer.reply.data;

@@ -27,8 +27,8 @@ std::uint16_t pdo_number(const std::string& text, const std::string& kind) {
   return static_cast<std::uint16_t>(number.value_or(0));
 }
 
-std::string why_not_requested(const line::Command& command, line::Refusal refusal) {
-  const std::string pdo = (command.node == 0 ? "RPDO " : "TPDO ") + std::to_string(command.code);
+std::string why_not_requested(const line::PdoRequest& request, line::Refusal refusal) {
+  const std::string pdo = (request.node == 0 ? "RPDO " : "TPDO ") + std::to_string(request.number);
   switch (refusal) {
     case line::Refusal::bad_request:
       return pdo +
@@ -36,7 +36,7 @@ std::string why_not_requested(const line::Command& command, line::Refusal refusa
              "rtr: true)";
     case line::Refusal::unknown_entry:
       return "the line receives no " + pdo +
-             (command.node == 0 ? "" : " of node " + std::to_string(command.node));
+             (request.node == 0 ? "" : " of node " + std::to_string(request.node));
     case line::Refusal::timed_out:
       return pdo + " did not come";
     case line::Refusal::wrong_state:
@@ -58,17 +58,17 @@ int pdo_request(Context& context, const std::string& what) {
   if (number == 0) {
     return wrong_usage(context, "'" + what + "' is not LINE:NODE:tpdoN or LINE:own:rpdoN");
   }
-  line::Command command{.kind = line::CommandKind::pdo_request, .code = number};
   return on_line(context, ref->line, [&](Model& model, const Line& line) {
     if (!resolve_node(context, model, line, *ref)) {
       return kFailed;
     }
-    command.node = ref->own ? std::uint8_t{0} : ref->node;
-    command.timeout = context.timeout;
-    Client::Answer answer = ask_line(context, model, line, command);
+    const line::PdoRequest request{.node = ref->own ? std::uint8_t{0} : ref->node,
+                                   .number = number};
+    Client::Answer answer =
+        ask_line(context, model, line, {.timeout = context.timeout, .request = request});
     if (answer.reply.error.domain == Domain::command) {
       const std::string why =
-          why_not_requested(command, static_cast<line::Refusal>(answer.reply.error.code));
+          why_not_requested(request, static_cast<line::Refusal>(answer.reply.error.code));
       answer.text += why.empty() ? "" : ": " + why;
     }
     return print_answer(context, answer);
@@ -93,16 +93,13 @@ int mpdo_write(Context& context, const std::string& node, const std::vector<std:
     return wrong_usage(context, "'" + split->rest[1] + "' is not a value of " + split->rest[0] +
                                     " with 1 to 4 bytes");
   }
-  line::Command command{.kind = line::CommandKind::mpdo_write,
-                        .index = object->index,
-                        .sub = object->sub,
-                        .data = *std::move(data)};
+  line::MpdoWrite write{.address = *object, .data = *std::move(data)};
   return on_line(context, ref->line, [&](Model& model, const Line& line) {
     if (!ref->all && !resolve_node(context, model, line, *ref)) {
       return kFailed;
     }
-    command.node = ref->all ? std::uint8_t{0} : ref->node;
-    Client::Answer answer = ask_line(context, model, line, command);
+    write.node = ref->all ? std::uint8_t{0} : ref->node;
+    Client::Answer answer = ask_line(context, model, line, {.request = write});
     if (answer.reply.error == line::to_error(line::Refusal::unknown_entry)) {
       answer.text +=
           ": the own node has no TPDO in destination address mode (plant.yaml: own_pdos: {tpdoN: "

@@ -73,17 +73,17 @@ int load_program(Context& context, const std::string& node, std::uint8_t number,
     return kFailed;
   }
   const LineId id = line->id;
-  line::Command command{.kind = line::CommandKind::program};
-  command.node = ref->node;
-  command.sub = number;
-  command.data = std::move(program);
-  command.timeout = std::max(context.timeout, kLongestProgramming);
+  const std::size_t size = program.size();
+  const line::Command command{
+      .timeout = std::max(context.timeout, kLongestProgramming),
+      .request = line::ProgramDownload{
+          .node = ref->node, .number = number, .program = std::move(program)}};
   EventProgress progress(model, id, context.err, {EventKind::command_progress});
   const Client::Answer answer = context.client.call(id, command, command.timeout, 0, progress);
   if (context.json) {
     context.out << program_json(id, ref->node, answer) << '\n';
   } else if (answer.reply.ok()) {
-    context.out << command.data.size() << " bytes loaded, the program runs\n";
+    context.out << size << " bytes loaded, the program runs\n";
   } else {
     const std::string finding = finding_text(answer.reply);
     context.err << printable(answer.text) << (finding.empty() ? "" : ": " + finding) << '\n';

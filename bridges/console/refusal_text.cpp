@@ -62,34 +62,34 @@ std::set<std::uint16_t> tpdos_of(const image::Layout& outputs) {
   return out;
 }
 
-std::string no_such_pdo(const Line& line, const line::Command& command) {
+std::string no_such_pdo(const Line& line, const line::PdoTrigger& trigger) {
   if (line.view->state.role == line::Role::device) {
-    return "device " + std::to_string(command.node) + " has no TPDO " +
-           std::to_string(command.code);
+    return "device " + std::to_string(trigger.node) + " has no TPDO " +
+           std::to_string(trigger.number);
   }
   if (!outputs_of(line).layout) {
     return {};
   }
   const image::Layout& outputs = *outputs_of(line).layout;
   const std::string name = printable(line.id.line);
-  if (command.code == 0) {
-    return "no PDO carries byte " + std::to_string(command.entry) + " of the outputs of " + name +
-           ", which have " + std::to_string(outputs.byte_size) + " bytes";
+  if (trigger.output_byte) {
+    return "no PDO carries byte " + std::to_string(*trigger.output_byte) + " of the outputs of " +
+           name + ", which have " + std::to_string(outputs.byte_size) + " bytes";
   }
-  if (command.node == 0) {
-    return name + " has no TPDO " + std::to_string(command.code) +
+  if (trigger.node == 0) {
+    return name + " has no TPDO " + std::to_string(trigger.number) +
            "; those of its outputs: " + pdos_text(tpdos_of(outputs));
   }
-  return name + " does not send to RPDO " + std::to_string(command.code) + " of node " +
-         std::to_string(command.node) +
-         "; to its RPDOs: " + pdos_text(rpdos_of(outputs, command.node));
+  return name + " does not send to RPDO " + std::to_string(trigger.number) + " of node " +
+         std::to_string(trigger.node) +
+         "; to its RPDOs: " + pdos_text(rpdos_of(outputs, trigger.node));
 }
 
-std::string wrong_state(const Line& line, const line::Command& command) {
+std::string wrong_state(const Line& line, const line::PdoTrigger& trigger) {
   const bool devices = line.view->state.role == line::Role::device;
-  const auto known = line.nodes.find(command.node);
+  const auto known = line.nodes.find(trigger.node);
   if (devices && known != line.nodes.end()) {
-    return "device " + std::to_string(command.node) + " is " +
+    return "device " + std::to_string(trigger.node) + " is " +
            std::string(nmt::name(known->second.state.state)) + ", not operational";
   }
   if (!devices && line.view->state.own_state != nmt::State::operational) {
@@ -145,26 +145,26 @@ void add_node_state(Context& context, Model& model, const Line& line, std::uint8
 }
 
 std::string trigger_refusal(Context& context, Model& model, const Line& line,
-                            const line::Command& command, line::Refusal refusal) {
+                            const line::PdoTrigger& trigger, line::Refusal refusal) {
   if (refusal != line::Refusal::unknown_entry && refusal != line::Refusal::wrong_state &&
       refusal != line::Refusal::bad_request) {
     return {};
   }
-  if (command.node != 0) {
+  if (trigger.node != 0) {
     (void)know_nodes(context, model, line);
-    if (std::string none = no_such_node(line, command.node); !none.empty()) {
+    if (std::string none = no_such_node(line, trigger.node); !none.empty()) {
       return none;
     }
   }
   if (refusal == line::Refusal::unknown_entry) {
     (void)wait_until(context, model, [&] { return outputs_of(line).layout.has_value(); });
-    return no_such_pdo(line, command);
+    return no_such_pdo(line, trigger);
   }
   if (refusal == line::Refusal::wrong_state) {
-    return wrong_state(line, command);
+    return wrong_state(line, trigger);
   }
   const bool devices = line.view->state.role == line::Role::device;
-  return devices && command.node == 0 ? "devices have PDOs, not the line: LINE:NODE" : "";
+  return devices && trigger.node == 0 ? "devices have PDOs, not the line: LINE:NODE" : "";
 }
 
 }  // namespace linegate::console

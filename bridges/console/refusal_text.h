@@ -24,6 +24,6 @@ void add_node_state(Context& context, Model& model, const Line& line, std::uint8
 
 // Explains a refused CommandKind::pdo_trigger. Empty if there is nothing to add.
 std::string trigger_refusal(Context& context, Model& model, const Line& line,
-                            const line::Command& command, line::Refusal refusal);
+                            const line::PdoTrigger& trigger, line::Refusal refusal);
 
 }  // namespace linegate::console

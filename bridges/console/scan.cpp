@@ -32,11 +32,12 @@ std::string progress_words(const EventView& view) {
 
 line::Command command_of(const Context& context, const ScanRequest& request, std::uint8_t node) {
   const bool applies = request.apply || request.restore_defaults;
-  line::Command command{.kind = applies ? line::CommandKind::scan_apply : line::CommandKind::scan};
-  command.node = node;
-  command.code = static_cast<std::uint16_t>((request.apply ? line::kScanSetUp : 0U) |
-                                            (request.restore_defaults ? line::kScanRestore : 0U));
-  command.timeout = std::max(context.timeout, kLongest);
+  line::Command command{.timeout = std::max(context.timeout, kLongest),
+                        .request = line::Scan{.node = node}};
+  if (applies) {
+    command.request =
+        line::ScanApply{.node = node, .set_up = request.apply, .restore = request.restore_defaults};
+  }
   return command;
 }
 

@@ -98,12 +98,10 @@ Described describe_object(Context& context, Model& model, const SdoTarget& targe
   if (target.owner == nullptr) {
     return {};
   }
-  line::Command command{.kind = line::CommandKind::local_read};
-  command.node = target.node.own ? std::uint8_t{0} : target.node.node;
-  command.index = target.command.index;
-  command.entry = target.command.index;
-  command.code = line::kListObjects;
-  const Client::Answer answer = ask_line(context, model, *target.owner, command);
+  const std::uint16_t index = target.address.index;
+  const line::LocalRead list{.node = target.node.own ? std::uint8_t{0} : target.node.node,
+                             .what = line::ObjectRange{index, index}};
+  const Client::Answer answer = ask_line(context, model, *target.owner, {.request = list});
   if (!answer.reply.ok()) {
     const bool no_file = answer.reply.error == line::to_error(line::Refusal::bad_request);
     return {.variables = {}, .failure = no_file ? "" : answer.text};
@@ -112,7 +110,7 @@ Described describe_object(Context& context, Model& model, const SdoTarget& targe
   if (!out) {
     return {.variables = {}, .failure = "the answer of the gateway is no list of objects"};
   }
-  std::erase_if(*out, [&](const auto& one) { return one.address.index != command.index; });
+  std::erase_if(*out, [index](const auto& one) { return one.address.index != index; });
   return {.variables = *std::move(out), .failure = ""};
 }
 
@@ -135,7 +133,7 @@ std::string names_of(const Variables& variables) {
 }
 
 int name_a_sub(Context& context, const SdoTarget& target, const Variables& variables) {
-  return sdo_usage(context, prefix_of(target) + "object " + format_hex(target.command.index, 4) +
+  return sdo_usage(context, prefix_of(target) + "object " + format_hex(target.address.index, 4) +
                                 "h has sub-indices: name one of" + names_of(variables));
 }
 
@@ -156,7 +154,7 @@ class Answers {
       (void)print_answer(context_, answer, value);
       return;
     }
-    const od::Address address{target.command.index, target.command.sub};
+    const od::Address address = target.address;
     if (context_.json) {
       documents_.push_back(json_of(target, address, variable, answer, value));
       return;
@@ -221,7 +219,7 @@ struct ReadRequest {
 
 void read_one(Context& context, Model& model, const ReadRequest& request, const SdoTarget& target,
               const ListedVariable* variable, bool named, Answers& answers) {
-  const Client::Answer answer = ask_line(context, model, *request.asked, target.command);
+  const Client::Answer answer = ask_line(context, model, *request.asked, command_of(target));
   const od::DataType type = type_of(request.type, variable);
   const auto known = type == od::DataType::none ? std::nullopt : std::optional(type);
   answers.add(target, named ? variable : nullptr, answer,
@@ -231,16 +229,16 @@ void read_one(Context& context, Model& model, const ReadRequest& request, const 
 void read_node(Context& context, Model& model, const ReadRequest& request, SdoTarget& target,
                const Variables& variables, Answers& answers) {
   if (!target.whole_object || !has_subs(variables)) {
-    read_one(context, model, request, target, find(variables, target.command.sub), false, answers);
+    read_one(context, model, request, target, find(variables, target.address.sub), false, answers);
     return;
   }
   for (const ListedVariable& one : variables) {
     if (od::readable(one.access)) {
-      target.command.sub = one.address.sub;
+      target.address.sub = one.address.sub;
       read_one(context, model, request, target, &one, true, answers);
     }
   }
-  target.command.sub = 0;
+  target.address.sub = 0;
 }
 
 // Reads the device files of all nodes first, so that a usage error precedes all answers.
@@ -291,11 +289,11 @@ int set_value(Context& context, Model& model, SdoTarget& target, const WriteRequ
     return name_a_sub(context, target, described.variables);
   }
   if (!request.type.empty()) {
-    target.command.data = request.data;
+    target.data = request.data;
     return kDone;
   }
-  const std::string object = od::to_text({target.command.index, target.command.sub});
-  const ListedVariable* const variable = find(described.variables, target.command.sub);
+  const std::string object = od::to_text(target.address);
+  const ListedVariable* const variable = find(described.variables, target.address.sub);
   if (variable == nullptr) {
     const bool asked = described.failure.empty();
     context.err << prefix_of(target) << "the data type of " << object
@@ -311,8 +309,8 @@ int set_value(Context& context, Model& model, SdoTarget& target, const WriteRequ
                 << od::name(variable->type) << '\n';
     return kUsage;
   }
-  target.command.data = *std::move(data);
-  return is_any(context, target.command.data) ? kDone : kUsage;
+  target.data = *std::move(data);
+  return is_any(context, target.data) ? kDone : kUsage;
 }
 
 // Writes to all nodes once the values of all are known; otherwise to none.
@@ -334,12 +332,12 @@ int write_nodes(Context& context, Model& model, SdoTarget& target, const WriteRe
       context.err << (target.node.all ? "nothing was written to any node\n" : "");
       return code;
     }
-    values.push_back(target.command.data);
+    values.push_back(target.data);
   }
   Answers answers(context, target.node.all);
   for (std::size_t i = 0; i < meant->nodes.size(); ++i) {
     select_node(target, meant->nodes[i]);
-    target.command.data = values[i];
+    target.data = values[i];
     write_one(answers);
   }
   return answers.finish();
@@ -370,9 +368,7 @@ int sdo_read(Context& context, const std::string& node, const std::string& index
   if (!is_type(context, type) || !target) {
     return kUsage;
   }
-  if (target->command.kind == line::CommandKind::sdo_read && cached) {
-    target->command.code = line::kFromCache;
-  }
+  target->from_scan = cached;
   Model model;
   const Line* line = find_target(context, model, *target, via);
   return line == nullptr ? kFailed
@@ -387,15 +383,15 @@ int sdo_write(Context& context, const std::string& node, const std::string& inde
   if (!target || !read_value(context, request)) {
     return kUsage;
   }
-  context.timeout = std::max(context.timeout, least_patience(target->command.index));
-  target->command.timeout = context.timeout;
+  context.timeout = std::max(context.timeout, least_patience(target->address.index));
+  target->timeout = context.timeout;
   Model model;
   const Line* line = find_target(context, model, *target, via);
   if (line == nullptr) {
     return kFailed;
   }
   return write_nodes(context, model, *target, request, [&](Answers& answers) {
-    answers.add(*target, nullptr, ask_line(context, model, *line, target->command), "");
+    answers.add(*target, nullptr, ask_line(context, model, *line, command_of(*target)), "");
   });
 }
 
@@ -405,7 +401,7 @@ int image_read(Context& context, const std::string& node, const std::string& ind
   if (!is_type(context, type) || !target) {
     return kUsage;
   }
-  target->command.code = line::kFromImage;
+  target->from_image = true;
   Model model;
   const Line* const line = find_own_line(context, model, *target);
   return line == nullptr ? kFailed
@@ -420,18 +416,19 @@ int object_write(Context& context, const std::string& node, const std::string& i
   if (!target || !read_value(context, request)) {
     return kUsage;
   }
-  line::Command& command = target->command;
-  command.kind = line::CommandKind::object_write;
-  command.code = keep ? line::kKeepPdo : std::uint16_t{0};
   Model model;
   const Line* const line = find_own_line(context, model, *target);
   if (line == nullptr) {
     return kFailed;
   }
   return write_nodes(context, model, *target, request, [&](Answers& answers) {
-    command.node = target->node.own ? line->view->state.node_id : target->node.node;
-    Client::Answer answer = ask_line(context, model, *line, command);
-    add_node_state(context, model, *line, command.node, answer);
+    const std::uint8_t id = target->node.own ? line->view->state.node_id : target->node.node;
+    Client::Answer answer = ask_line(
+        context, model, *line,
+        {.timeout = target->timeout,
+         .request = line::ObjectWrite{
+             .node = id, .address = target->address, .data = target->data, .keep_pdo = keep}});
+    add_node_state(context, model, *line, id, answer);
     if (names_entries(answer.reply.data)) {
       await_output_layout(context, model, *line);
     }

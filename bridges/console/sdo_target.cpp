@@ -31,18 +31,9 @@ std::optional<RemoteNetwork> remote_network(const Model& model, const std::strin
                        full_name ? line.substr(0, slash) : std::string()};
 }
 
-void ask_in_network(SdoTarget& target, std::uint16_t network) {
-  using enum line::CommandKind;
-  const bool write = target.command.kind == sdo_write;
-  target.command.kind = write ? network_write : network_read;
-  target.command.network = network;
-}
-
 // Resolves the name of the node.
 bool resolve_target(Context& context, Model& model, const Line& line, SdoTarget& target) {
-  const bool found = resolve_node(context, model, line, target.node);
-  target.command.node = target.node.node;
-  return found;
+  return resolve_node(context, model, line, target.node);
 }
 
 // The line named by `via`; the network is a number, or that of a line.
@@ -55,10 +46,10 @@ const Line* find_via(Context& context, Model& model, SdoTarget& target, const st
   if (line == nullptr) {
     return nullptr;
   }
-  target.command.entry = line::kAsDevice;
+  target.as_device = true;
   const auto number = parse_number(target.node.line, 0xFFFF, false);
   if (number && target.node.name.empty() && !target.node.all) {
-    ask_in_network(target, static_cast<std::uint16_t>(*number));
+    target.network = static_cast<std::uint16_t>(*number);
     return line;
   }
   const Line* const other = find_line(context, model, target.node.line);
@@ -66,7 +57,7 @@ const Line* find_via(Context& context, Model& model, SdoTarget& target, const st
     return nullptr;
   }
   target.owner = other;
-  ask_in_network(target, other->view->state.network_id);
+  target.network = other->view->state.network_id;
   return line;
 }
 
@@ -110,7 +101,7 @@ const Line* find_target(Context& context, Model& model, SdoTarget& target, const
     return nullptr;
   }
   const RemoteNetwork network = *remote_network(model, line);
-  ask_in_network(target, network.number);
+  target.network = network.number;
   return found.front();
 }
 
@@ -125,15 +116,41 @@ std::optional<SdoTarget> sdo_target(Context& context, const std::string& node,
   if (!address) {
     return std::nullopt;
   }
-  using enum line::CommandKind;
-  line::Command command{.kind = write ? (ref->own ? local_write : sdo_write)
-                                      : (ref->own ? local_read : sdo_read)};
-  command.node = ref->node;
-  command.index = address->index;
-  command.sub = address->sub;
-  command.timeout = context.timeout;
   const bool whole = sub.empty() && index.find(':') == std::string::npos;
-  return SdoTarget{.node = *ref, .command = std::move(command), .whole_object = whole};
+  return SdoTarget{.node = *ref,
+                   .address = *address,
+                   .write = write,
+                   .timeout = context.timeout,
+                   .whole_object = whole};
+}
+
+line::Command command_of(const SdoTarget& target) {
+  line::Command out{.timeout = target.timeout};
+  const std::uint8_t node = target.node.node;
+  if (target.network && target.write) {
+    out.request = line::NetworkWrite{.network = *target.network,
+                                     .node = node,
+                                     .address = target.address,
+                                     .as_device = target.as_device,
+                                     .data = target.data};
+  } else if (target.network) {
+    out.request = line::NetworkRead{.network = *target.network,
+                                    .node = node,
+                                    .address = target.address,
+                                    .as_device = target.as_device};
+  } else if (target.node.own && target.write) {
+    out.request = line::LocalWrite{.node = node, .address = target.address, .data = target.data};
+  } else if (target.node.own) {
+    out.request = line::LocalRead{.node = node, .what = target.address};
+  } else if (target.write) {
+    out.request = line::SdoWrite{.node = node, .address = target.address, .data = target.data};
+  } else {
+    out.request = line::SdoRead{.node = node,
+                                .address = target.address,
+                                .from_image = target.from_image,
+                                .from_scan = target.from_scan};
+  }
+  return out;
 }
 
 std::string name_of(const SdoTarget& target) {
@@ -182,7 +199,6 @@ std::optional<MeantNodes> meant_nodes(Context& context, Model& model, const SdoT
 void select_node(SdoTarget& target, std::uint8_t node) {
   if (target.node.all) {
     target.node.node = node;
-    target.command.node = node;
   }
 }
 

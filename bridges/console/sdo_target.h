@@ -15,10 +15,19 @@ namespace linegate::console {
 
 struct SdoTarget {
   NodeRef node;
-  line::Command command;
+  od::Address address{};
+  bool write = false;
+  std::optional<std::uint16_t> network{};  // network-ID, if it is not that of the requested line
+  bool as_device = false;                  // of a network: as a device of the requested line
+  bool from_image = false;                 // a valid value of the input image is accepted
+  bool from_scan = false;                  // the value that a scan read is accepted
+  std::vector<std::byte> data{};           // to be written
+  Duration timeout{};
   bool whole_object = false;    // no sub-index was typed
   const Line* owner = nullptr;  // the line of the node; nullptr: not received
 };
+// The command that reads or writes the object.
+line::Command command_of(const SdoTarget& target);
 
 // Parses the words of a command line; nothing, after an error message, if they are invalid.
 std::optional<SdoTarget> sdo_target(Context& context, const std::string& node,

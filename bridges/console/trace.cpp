@@ -51,7 +51,7 @@ Counts counts_of(const LineView& view) {
 }
 
 // A line stops reporting this long after the last request.
-constexpr std::uint16_t kLeaseSeconds = 30;
+constexpr std::chrono::seconds kLease{30};
 constexpr Duration kAskAgain = std::chrono::seconds(10);
 constexpr std::size_t kMostEarly = 1000;
 
@@ -120,9 +120,7 @@ class Tracer {
   }
 
   void ask(Model& model, const LineId& id) {
-    line::Command command;
-    command.kind = line::CommandKind::routing_trace;
-    command.code = kLeaseSeconds;
+    const line::Command command{.request = line::RoutingTrace{.duration = kLease}};
     const Client::Answer answer = context_.client.call(id, command, context_.timeout, 0, model);
     const bool silent = answer.reply.error == line::to_error(line::Refusal::timed_out);
     if (!answer.reply.ok() && !silent) {

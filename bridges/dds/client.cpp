@@ -21,6 +21,7 @@
 #include "bridges/dds/line_publishers.h"
 #include "bridges/dds/output_samples.h"
 #include "bridges/dds/output_state_samples.h"
+#include "bridges/dds/request_codec.h"
 #include "bridges/dds/request_tracker.h"
 #include "bridges/dds/state_samples.h"
 #include "bridges/dds/waiting.h"
@@ -379,7 +380,7 @@ bool Client::Impl::send(const Request& request) {
   }
   std::size_t offset = 0;
   do {
-    set_chunk(request.command.data, offset, sample);
+    set_chunk(request.data, offset, sample);
     if (!requests->write(&sample))
       return false;
     offset += sample.data().size();
@@ -393,7 +394,12 @@ std::uint64_t Client::send(const Target& target, const line::Command& command, D
     return 0;
   const Instant now = steady_now();
   const Instant deadline = timeout > kNever - now ? kNever : now + timeout;
-  Request request{target, command, impl_->next_id++, layout_id, deadline};
+  Request request{.target = target,
+                  .command = command,
+                  .data = encode_data(command.request),
+                  .id = impl_->next_id++,
+                  .layout_id = layout_id,
+                  .deadline = deadline};
   impl_->tracker.add(request, now);
   const Request* due = impl_->tracker.due(now);
   if (due != nullptr)

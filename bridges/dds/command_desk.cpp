@@ -5,6 +5,7 @@
 
 #include "bridges/dds/bytes.h"
 #include "bridges/dds/command_samples.h"
+#include "bridges/dds/request_codec.h"
 
 namespace linegate::dds {
 
@@ -92,19 +93,17 @@ CommandDesk::Outcome CommandDesk::append(Client& client, const v1::CommandReques
     if (client.assemblies.size() >= limits_.assemblies) {
       drop_assembly(client, client.assemblies.begin());
     }
-    client.assemblies.push_back({request.id(), std::move(command)});
+    client.assemblies.push_back({request.id(), std::move(command), {}});
     assembly = std::prev(client.assemblies.end());
-  } else if (assembly == client.assemblies.end() ||
-             assembly->command.data.size() != request.offset()) {
-    const std::size_t have =
-        assembly == client.assemblies.end() ? 0 : assembly->command.data.size();
+  } else if (assembly == client.assemblies.end() || assembly->data.size() != request.offset()) {
+    const std::size_t have = assembly == client.assemblies.end() ? 0 : assembly->data.size();
     if (assembly != client.assemblies.end())
       drop_assembly(client, assembly);
     return refuse(request, Refusal::bad_request,
                   "the chunk at offset " + std::to_string(request.offset()) + " follows " +
                       std::to_string(have) + " bytes: send all again from offset 0");
   }
-  if (assembly->command.data.size() + request.data().size() > limits_.request) {
+  if (assembly->data.size() + request.data().size() > limits_.request) {
     drop_assembly(client, assembly);
     return refuse(request, Refusal::bad_request, "the data of the request are too long");
   }
@@ -112,19 +111,20 @@ CommandDesk::Outcome CommandDesk::append(Client& client, const v1::CommandReques
     drop_assembly(client, assembly);
     return refuse(request, Refusal::busy, "too many long requests at once");
   }
-  append_bytes(request.data(), assembly->command.data);
+  append_bytes(request.data(), assembly->data);
   request_bytes_ += request.data().size();
   if (!request.last())
     return {};
-  line::Command command = std::move(assembly->command);
-  request_bytes_ -= command.data.size();
+  Assembly whole = std::move(*assembly);
+  request_bytes_ -= whole.data.size();
   client.assemblies.erase(assembly);
-  return accept(client, request, std::move(command));
+  return accept(client, request, std::move(whole));
 }
 
 CommandDesk::Outcome CommandDesk::accept(Client& client, const v1::CommandRequest& request,
-                                         line::Command command) {
-  if (const char* why = check_data(command))
+                                         Assembly assembly) {
+  line::Command command = std::move(assembly.command);
+  if (const char* why = decode_data(std::move(assembly.data), command.request))
     return refuse(request, Refusal::bad_request, why);
   if (client.pending.size() >= limits_.pending)
     return refuse(request, Refusal::busy, "");
@@ -213,13 +213,13 @@ void CommandDesk::drop(std::map<ClientKey, Client>::iterator client) {
   for (const auto& answer : client->second.window)
     answer_bytes_ -= answer->data.size();
   for (const auto& assembly : client->second.assemblies) {
-    request_bytes_ -= assembly.command.data.size();
+    request_bytes_ -= assembly.data.size();
   }
   clients_.erase(client);
 }
 
 void CommandDesk::drop_assembly(Client& client, std::list<Assembly>::iterator assembly) {
-  request_bytes_ -= assembly->command.data.size();
+  request_bytes_ -= assembly->data.size();
   client.assemblies.erase(assembly);
 }
 

@@ -73,7 +73,8 @@ class CommandDesk {
 
   struct Assembly {
     std::uint64_t id = 0;
-    line::Command command;
+    line::Command command;  // without its data
+    std::vector<std::byte> data;
   };
   struct Client {
     std::list<Assembly> assemblies;  // oldest first
@@ -93,7 +94,7 @@ class CommandDesk {
   void drop(std::map<ClientKey, Client>::iterator client);
   void drop_assembly(Client& client, std::list<Assembly>::iterator assembly);
   Outcome append(Client& client, const v1::CommandRequest& request);
-  Outcome accept(Client& client, const v1::CommandRequest& request, line::Command command);
+  Outcome accept(Client& client, const v1::CommandRequest& request, Assembly assembly);
   void trim_answers();
   void drop_oldest_answer(Client& client);
 

@@ -14,14 +14,14 @@
 
 namespace linegate::dds {
 
-// Everything except gateway, line, client, incarnation, id, layout_id and the chunk.
+// Everything except gateway, line, client, incarnation, id, layout_id and the chunk of the data;
+// for the data see encode_data().
 void to_wire(const line::Command& from, v1::CommandRequest& to);
 
-// Copies the members of `from` except its data. Returns nullptr, or, for Refusal::bad_request, a
-// description of the member that is out of range or the members that contradict each other.
+// Copies the members of `from` except its data, see decode_data(). Returns nullptr, or, for
+// Refusal::bad_request, a description of the member that is out of range or the members that
+// contradict each other.
 const char* from_wire(const v1::CommandRequest& from, line::Command& to);
-// Checks the length of the complete data of a command. Same result as from_wire().
-const char* check_data(const line::Command& command);
 
 // Puts the chunk of `data` at `offset` (<= data.size()) into a request or a reply.
 template <class Sample>

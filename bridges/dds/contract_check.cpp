@@ -120,34 +120,7 @@ static_assert(same(v1::EVENT_OBJECT_WRITTEN, EventKind::object_written));
 static_assert(same(v1::EVENT_OWN_RESET, EventKind::own_reset));
 static_assert(same(v1::EVENT_TIME_RECEIVED, EventKind::time_received));
 static_assert(v1::EVENT_TIME_RECEIVED + 1U == kEventKinds);
-static_assert(v1::LOCAL_WRITE_OWN == line::kWriteOwn);
 
-static_assert(same(v1::COMMAND_SDO_READ, line::CommandKind::sdo_read));
-static_assert(same(v1::COMMAND_SDO_WRITE, line::CommandKind::sdo_write));
-static_assert(same(v1::COMMAND_LOCAL_READ, line::CommandKind::local_read));
-static_assert(same(v1::COMMAND_LOCAL_WRITE, line::CommandKind::local_write));
-static_assert(same(v1::COMMAND_OUTPUT_WRITE, line::CommandKind::output_write));
-static_assert(same(v1::COMMAND_EMCY_SEND, line::CommandKind::emcy_send));
-static_assert(same(v1::COMMAND_NMT, line::CommandKind::nmt));
-static_assert(same(v1::COMMAND_VERSIONS, line::CommandKind::versions));
-static_assert(same(v1::COMMAND_NETWORK_READ, line::CommandKind::network_read));
-static_assert(same(v1::COMMAND_NETWORK_WRITE, line::CommandKind::network_write));
-static_assert(same(v1::COMMAND_BUS_RESTART, line::CommandKind::bus_restart));
-static_assert(same(v1::COMMAND_ROUTING_TRACE, line::CommandKind::routing_trace));
-static_assert(same(v1::COMMAND_SCAN, line::CommandKind::scan));
-static_assert(same(v1::COMMAND_BUS_FAULT, line::CommandKind::bus_fault));
-static_assert(same(v1::COMMAND_BOOT, line::CommandKind::boot));
-static_assert(same(v1::COMMAND_CONFIGURE, line::CommandKind::configure));
-static_assert(same(v1::COMMAND_PROGRAM, line::CommandKind::program));
-static_assert(same(v1::COMMAND_LSS, line::CommandKind::lss));
-static_assert(same(v1::COMMAND_OBJECT_WRITE, line::CommandKind::object_write));
-static_assert(same(v1::COMMAND_PDO_TRIGGER, line::CommandKind::pdo_trigger));
-static_assert(same(v1::COMMAND_PDO_REQUEST, line::CommandKind::pdo_request));
-static_assert(same(v1::COMMAND_MPDO_WRITE, line::CommandKind::mpdo_write));
-static_assert(same(v1::COMMAND_CAN_SEND, line::CommandKind::can_send));
-static_assert(same(v1::COMMAND_CAN_LISTEN, line::CommandKind::can_listen));
-static_assert(same(v1::COMMAND_OBJECT_CREATE, line::CommandKind::object_create));
-static_assert(same(v1::COMMAND_SCAN_APPLY, line::CommandKind::scan_apply));
 static_assert(v1::COMMAND_MPDO_WRITE + 1U == line::kCommandKinds);
 
 static_assert(same(v1::RESULT_DONE, Domain::none));
@@ -214,8 +187,6 @@ static_assert(same(v1::WATCHDOG_NMT_RESET_COMMUNICATION, line::kNmtResetCommunic
 static_assert(same(v1::WATCHDOG_NMT_RESET_NODE, line::kNmtResetNode));
 static_assert(same(v1::WATCHDOG_SEND_EMCY, line::kSendEmcy));
 static_assert(same(v1::WATCHDOG_HEARTBEAT_OFF, line::kHeartbeatOff));
-static_assert(same(v1::SCAN_SET_UP, line::kScanSetUp));
-static_assert(same(v1::SCAN_RESTORE, line::kScanRestore));
 
 }  // namespace
 }  // namespace linegate::dds

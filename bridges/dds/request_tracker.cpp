@@ -15,7 +15,7 @@ constexpr unsigned kMostRestarts = 3;                // of a request of which a 
 constexpr std::size_t kMostReplyBytes = 64U << 20U;  // largest reply that a client accepts
 
 bool lost_a_chunk(const v1::CommandReply& reply, const Request& request) {
-  return request.command.data.size() > kChunkBytes && reply.domain() == v1::RESULT_REFUSED &&
+  return request.data.size() > kChunkBytes && reply.domain() == v1::RESULT_REFUSED &&
          reply.code() == v1::REFUSAL_BAD_REQUEST;
 }
 
@@ -69,7 +69,7 @@ const Request* RequestTracker::due(Instant now) {
   for (auto& [id, waiting] : waiting_) {
     if (waiting.send_at > now)
       continue;
-    const bool is_long = waiting.request.command.data.size() > kChunkBytes;
+    const bool is_long = waiting.request.data.size() > kChunkBytes;
     const unsigned slowing = std::min(waiting.sent, is_long ? kMostSlowingLong : kMostSlowing);
     const bool answering = !waiting.result.reply.data.empty();
     waiting.send_at = now + retry_ * (answering ? 1 : 1LL << slowing);

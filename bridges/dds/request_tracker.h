@@ -18,6 +18,7 @@ namespace linegate::dds {
 struct Request {
   Target target;
   line::Command command;
+  std::vector<std::byte> data;  // of the command
   std::uint64_t id = 0;
   std::uint64_t layout_id = 0;
   Instant deadline{};  // time at which the request times out

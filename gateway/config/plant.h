@@ -71,7 +71,7 @@ struct SimulatedDevice {
 // A line that a scan configures.
 struct AutoScan {
   bool at_start = true;  // scan at start until nodes are found
-  bool set_up = false;   // line::kScanSetUp
+  bool set_up = false;   // line::ScanApply::set_up
   std::string eds;       // folder of device files for names and types; empty = none
 };
 

@@ -380,7 +380,7 @@ void Gateway::take_scan(const std::string& name, const TakenScan& scan,
   const config::LinePlan& present = host(name).plan;
   Loaded<config::LinePlan> wanted = plan_of(present, scan);
   append(diagnostics, std::move(wanted.diagnostics));
-  if (!wanted.value && (scan.code & line::kScanRestore) == 0) {
+  if (!wanted.value && !scan.request.restore) {
     LineHost& kept = host(name);
     kept.executor->visit([&] { kept.runner->scan_kept(); });
     return;
@@ -404,7 +404,7 @@ void Gateway::hand_on_commands(LineHost& from, LineHost& to) {
   const bool same_outputs = from.layout(kOutputs).id == to.layout(kOutputs).id;
   from.executor->visit([&] {
     for (line::Command command; from.port.commands.pop(command);) {
-      if (!same_outputs && is_of_outputs(command.kind)) {
+      if (!same_outputs && is_of_outputs(line::kind(command))) {
         requests_->refuse(command.tag, line::Refusal::stale_layout);
       } else {
         to.port.commands.push(command);

@@ -40,10 +40,11 @@ bool permitted(line::CommandKind kind, config::Access commands, config::Access o
 }
 
 bool permitted(const line::Command& command, config::Access commands, config::Access outputs) {
-  if (command.kind == line::CommandKind::configure && command.code == 0) {
+  const auto* const configure = std::get_if<line::Configure>(&command.request);
+  if (configure != nullptr && !configure->apply) {
     return commands != config::Access::off;
   }
-  return permitted(command.kind, commands, outputs);
+  return permitted(line::kind(command), commands, outputs);
 }
 
 bool is_of_outputs(line::CommandKind kind) {

@@ -84,16 +84,18 @@ LineHost* RequestReceiver::find(std::string_view line) const {
 }
 
 bool RequestReceiver::crosses(const LineHost& host, const line::Command& command) const {
-  if (command.kind != line::CommandKind::network_read &&
-      command.kind != line::CommandKind::network_write) {
+  const auto* const read = std::get_if<line::NetworkRead>(&command.request);
+  const auto* const write = std::get_if<line::NetworkWrite>(&command.request);
+  if (read == nullptr && write == nullptr) {
     return true;
   }
+  const std::uint16_t network = read != nullptr ? read->network : write->network;
   const auto& routes = host.plan.config.routing.routes;
   return std::none_of(routes.begin(), routes.end(), [&](const routing::Route& route) {
-    return route.reaches(command.network) &&
+    return route.reaches(network) &&
            std::any_of(lines_.begin(), lines_.end(), [&](const auto& other) {
              return other->interface() == route.interface &&
-                    !permitted(command.kind, other->plan.commands, other->plan.outputs);
+                    !permitted(line::kind(command), other->plan.commands, other->plan.outputs);
            });
   });
 }
@@ -107,7 +109,7 @@ line::Refusal RequestReceiver::judge(const LineHost& host, const CommandRequest&
     return line::Refusal::not_permitted;
   }
   const std::uint64_t layout = host.layout(image::Direction::outputs).id;
-  if (is_of_outputs(command.kind) && request.layout_id != 0 && request.layout_id != layout) {
+  if (is_of_outputs(line::kind(command)) && request.layout_id != 0 && request.layout_id != layout) {
     return line::Refusal::stale_layout;
   }
   return line::Refusal::none;
@@ -116,14 +118,14 @@ line::Refusal RequestReceiver::judge(const LineHost& host, const CommandRequest&
 void RequestReceiver::on_command(CommandRequest request) {
   line::Reply reply;
   reply.tag = request.command.tag;
-  if (request.command.kind == line::CommandKind::versions) {
+  const line::CommandKind kind = line::kind(request.command);
+  if (kind == line::CommandKind::versions) {
     const auto* text = reinterpret_cast<const std::byte*>(versions_.data());
     reply.data.assign(text, text + versions_.size());
     answer(std::move(reply));
     return;
   }
   LineHost* host = find(request.line);
-  const line::CommandKind kind = request.command.kind;
   line::Refusal refusal = host == nullptr ? line::Refusal::unknown_line : judge(*host, request);
   if (refusal == line::Refusal::none) {
     if (host->port.commands.push(request.command)) {

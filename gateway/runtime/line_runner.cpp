@@ -40,7 +40,8 @@ Duration produced_sync(const line::Line& line) {
 }
 
 bool wants_fd(const line::Command& command) {
-  return command.kind == line::CommandKind::can_send && command.sub != 0;
+  const auto* const send = std::get_if<line::CanSend>(&command.request);
+  return send != nullptr && send->frame.fd();
 }
 
 }  // namespace
@@ -266,11 +267,11 @@ void LineRunner::take_command(Instant now) {
     reply(command_.tag, line::to_error(line::Refusal::cancelled));
   } else if (!started_) {
     reply(command_.tag, line::to_error(line::Refusal::line_down));
-  } else if (command_.kind == line::CommandKind::bus_restart) {
+  } else if (std::holds_alternative<line::BusRestart>(command_.request)) {
     restart_bus(now);
-  } else if (command_.kind == line::CommandKind::bus_fault) {
-    change_faults(now);
-  } else if (command_.kind == line::CommandKind::scan_apply && bound) {
+  } else if (const auto* const fault = std::get_if<line::BusFault>(&command_.request)) {
+    change_faults(fault->change, now);
+  } else if (bound && std::holds_alternative<line::ScanApply>(command_.request)) {
     reply(command_.tag,
           line::to_error(line::Refusal::wrong_state));  // a bound line cannot be made anew alone
   } else if (wants_fd(command_) && !pump_.channel().carries_fd()) {
@@ -313,9 +314,7 @@ void LineRunner::restart_bus(Instant now) {
   }
 }
 
-void LineRunner::change_faults(Instant now) {
-  const std::string_view change(reinterpret_cast<const char*>(command_.data.data()),
-                                command_.data.size());
+void LineRunner::change_faults(std::string_view change, Instant now) {
   std::string said;
   switch (const int error = pump_.channel().fault(change, said, now)) {
     case 0:

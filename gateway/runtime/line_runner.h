@@ -94,7 +94,7 @@ class LineRunner final : public Runner {
   void look_at_sources(Instant now);
   void give_messages(Instant now);
   void restart_bus(Instant now);
-  void change_faults(Instant now);
+  void change_faults(std::string_view change, Instant now);
   bool is_snapshot_due(Instant now);
   void hand_over(Instant now);
   void hand_over_events();

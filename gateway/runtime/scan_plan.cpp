@@ -54,7 +54,7 @@ Loaded<config::LinePlan> plan_of(const config::LinePlan& present, const TakenSca
     report(Severity::warning, "a scan found nothing that could be taken over");
     return out;
   }
-  const bool all = scan.node == 0;
+  const bool all = scan.request.node == 0;
   config::LinePlan plan = present;
   plan.config.scanned = known_after(present.config.scanned, *fresh, all);
   config::FoundNodes found = config::found_nodes(
@@ -71,8 +71,8 @@ Loaded<config::LinePlan> plan_of(const config::LinePlan& present, const TakenSca
     const auto before =
         std::ranges::find(present.config.nodes, node.config.id, &line::NodeConfig::id);
     const bool was_set_up = before != present.config.nodes.end() && !before->as_found;
-    const bool is_fresh = all || node.config.id == scan.node;
-    if (is_fresh ? (scan.code & line::kScanSetUp) == 0 : !was_set_up) {
+    const bool is_fresh = all || node.config.id == scan.request.node;
+    if (is_fresh ? !scan.request.set_up : !was_set_up) {
       leave_alone(node.config);
     }
     plan.config.nodes.push_back(std::move(node.config));

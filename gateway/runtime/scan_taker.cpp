@@ -15,7 +15,7 @@ constexpr Duration kLongest = std::chrono::minutes(15);
 
 ScanTaker::ScanTaker(const config::LinePlan& plan, exchange::Ring<TakenScan>& taken)
     : wanted_(plan.auto_scan && plan.auto_scan->at_start && plan.config.nodes.empty()),
-      code_(plan.auto_scan && plan.auto_scan->set_up ? line::kScanSetUp : std::uint16_t{0}),
+      sets_up_(plan.auto_scan && plan.auto_scan->set_up),
       taken_(taken),
       made_of_scan_(!plan.config.scanned.empty()),
       takes_late_comers_(plan.auto_scan && plan.auto_scan->at_start && made_of_scan_) {
@@ -51,22 +51,19 @@ std::optional<line::Command> ScanTaker::due(Instant now) {
     return std::nullopt;
   }
   due_ = wanted_ ? deadline(now, kAgain) : kNever;
-  line::Command command;
+  line::ScanApply request{.set_up = sets_up_};
   for (std::uint8_t node = 1; late_.count() == 1 && node < late_.size(); ++node) {
-    command.node = late_.test(node) ? node : command.node;  // more than one: scan all nodes
+    request.node = late_.test(node) ? node : request.node;  // more than one: scan all nodes
   }
   late_.reset();
-  command.tag = kOwnTag;
-  command.kind = line::CommandKind::scan_apply;
-  command.code = code_;
-  command.timeout = kLongest;
+  const line::Command command{.tag = kOwnTag, .timeout = kLongest, .request = request};
   asked(command);
   return command;
 }
 
 void ScanTaker::asked(const line::Command& command) {
-  if (command.kind == line::CommandKind::scan_apply) {
-    asked_.push_back({command.tag, command.node, command.code});
+  if (const auto* const request = std::get_if<line::ScanApply>(&command.request)) {
+    asked_.push_back({command.tag, *request});
   }
 }
 
@@ -78,7 +75,7 @@ bool ScanTaker::answered(const line::Reply& reply) {
   const bool own = reply.tag == kOwnTag;
   if (reply.ok() && !(own && reply.data.empty())) {
     // If the ring is full, other results already wait.
-    (void)taken_.push({known->node, known->code, reply.data});
+    (void)taken_.push({known->request, reply.data});
     due_ = kNever;
     held_until_ = kNever;
   }

@@ -17,8 +17,7 @@ namespace linegate::gateway {
 
 // The result of a scan that was applied.
 struct TakenScan {
-  std::uint8_t node = 0;          // 0 = all
-  std::uint16_t code = 0;         // line::kScan... bits
+  line::ScanApply request;
   std::vector<std::byte> report;  // scan/report.h
 };
 
@@ -61,12 +60,11 @@ class ScanTaker {
  private:
   struct Asked {
     std::uint64_t tag = 0;
-    std::uint8_t node = 0;
-    std::uint16_t code = 0;
+    line::ScanApply request;
   };
 
   bool wanted_;  // the line scans automatically
-  std::uint16_t code_;
+  bool sets_up_;
   exchange::Ring<TakenScan>& taken_;
   bool made_of_scan_;  // the line was made from a scan
   bool takes_late_comers_;

@@ -24,7 +24,8 @@ std::span<const CommandKind> BootService::commands() const {
 }
 
 void BootService::execute(Command command, Instant now) {
-  if (command.node > can::kMaxNodeId || command.node == own_node_) {
+  const std::uint8_t node = std::get<line::Boot>(command.request).node;
+  if (node > can::kMaxNodeId || node == own_node_) {
     host().refuse(command, Refusal::bad_request, now);
     return;
   }
@@ -39,11 +40,11 @@ void BootService::execute(Command command, Instant now) {
   Boot boot{.tag = command.tag};
   boot.deadline = command.timeout > Duration::zero() ? deadline(now, command.timeout) : kNever;
   for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
-    if (command.node == id || (command.node == 0 && manager_.node(id).configured)) {
+    if (node == id || (node == 0 && manager_.node(id).configured)) {
       boot.nodes.push_back(id);
     }
   }
-  manager_.boot(command.node, now);
+  manager_.boot(node, now);
   boots_.push_back(std::move(boot));
   advance(now);
 }

@@ -12,12 +12,12 @@ std::span<const CommandKind> CanService::commands() const {
 }
 
 void CanService::execute(Command command, Instant now) {
-  if (command.kind == CommandKind::can_listen) {
-    host().answer(command, listening_.ask(command, now), {}, now);
+  if (const auto* const listen = std::get_if<CanListen>(&command.request)) {
+    host().answer(command, listening_.ask(*listen, now), {}, now);
     return;
   }
-  can::Frame frame;
-  Error why = generic_frame(command, frame);
+  const can::Frame frame = std::get<CanSend>(command.request).frame;
+  Error why = check_frame(frame);
   if (why == Error{}) {
     why = send(frame);
   }

@@ -24,7 +24,7 @@ class CanService final : public Service {
 
   std::span<const CommandKind> commands() const override;
   bool needs_master() const override { return false; }
-  // Refusals: see generic_frame(), Listening::ask(); identifier_in_use, line_down, busy (the
+  // Refusals: see check_frame(), Listening::ask(); identifier_in_use, line_down, busy (the
   // transmit queue is full); no_acknowledge.
   void execute(Command command, Instant now) override;
   void advance(Instant /*now*/) override {}

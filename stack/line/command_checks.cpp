@@ -8,28 +8,20 @@
 #include "stack/line/own_objects.h"
 
 namespace linegate::line {
-namespace {
 
-constexpr std::size_t kMostInfo = 5;  // manufacturer bytes of an EMCY
-
-}  // namespace
-
-Error check_single_output(const Command& command, const image::Layout& layout,
+Error check_single_output(const SingleOutput& request, const image::Layout& layout,
                           const Outputs& outputs) {
-  if (command.entry >= layout.entries.size()) {
+  if (request.entry >= layout.entries.size()) {
     return to_error(Refusal::unknown_entry);
   }
-  if (outputs.is_bound(command.entry)) {
+  if (outputs.is_bound(request.entry)) {
     return to_error(Refusal::bound_entry);
   }
-  const std::size_t size = (layout.entries[command.entry].bit_length + 7U) / 8U;
-  return command.data.size() == size ? Error{} : to_error(Refusal::bad_request);
+  const std::size_t size = (layout.entries[request.entry].bit_length + 7U) / 8U;
+  return request.data.size() == size ? Error{} : to_error(Refusal::bad_request);
 }
 
-Error check_emcy(const Command& command, nmt::State state) {
-  if (command.data.size() > kMostInfo) {
-    return to_error(Refusal::bad_request);
-  }
+Error check_emcy(nmt::State state) {
   const bool able = state != nmt::State::stopped && state != nmt::State::initialising;
   return able ? Error{} : to_error(Refusal::wrong_state);
 }
@@ -53,18 +45,13 @@ Error check_nmt(nmt::Command command, std::uint8_t node) {
   return known ? Error{} : to_error(Refusal::bad_request);
 }
 
-std::uint16_t last_of_list(const Command& command) {
-  const bool to_end = command.entry == 0 || command.entry > 0xFFFF;
-  return to_end ? std::uint16_t{0xFFFF} : static_cast<std::uint16_t>(command.entry);
-}
-
-Error read_object(od::Dictionary& dictionary, const Command& command,
+Error read_object(od::Dictionary& dictionary, const std::variant<od::Address, ObjectRange>& what,
                   std::vector<std::byte>& data) {
-  if ((command.code & kListObjects) != 0) {
-    data = list_objects(dictionary, command.index, last_of_list(command));
+  if (const auto* const range = std::get_if<ObjectRange>(&what)) {
+    data = list_objects(dictionary, *range);
     return {};
   }
-  const Result<std::span<const std::byte>> value = dictionary.read({command.index, command.sub});
+  const Result<std::span<const std::byte>> value = dictionary.read(std::get<od::Address>(what));
   if (!value) {
     return value.error();
   }

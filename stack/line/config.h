@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "stack/base/time.h"
+#include "stack/line/own_object.h"
 #include "stack/line/state.h"
 #include "stack/manager/plan.h"
 #include "stack/node/node.h"
@@ -100,19 +101,6 @@ struct OutputDefault {
   std::uint32_t entry = 0;
   std::uint64_t value = 0;
 };
-
-// An application object of the own node, 2000h..5EFFh or 6000h..9FFFh: one sub-index. If no
-// sub-index 0 is configured, it is created with the highest sub-index.
-struct OwnObject {
-  std::uint16_t index = 0;
-  od::VariableDescription variable;  // value: the default
-  // Its bytes are in the image: in the inputs if other nodes may write it, else in the outputs.
-  bool in_image = false;
-  std::uint32_t offset = 0;  // byte offset in the image: of objects that are created at run time
-};
-// The error of the object taken by itself, as the end of a sentence about it; empty if there is
-// none.
-std::string_view fault_of(const OwnObject& object);
 
 // The line's own identity in its dictionary (1000h, 1018h).
 struct Identity {

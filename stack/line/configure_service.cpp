@@ -67,16 +67,17 @@ Refusal ConfigureService::begin(const Command& command, Instant now) {
   if (!manager_.active()) {
     return Refusal::wrong_state;
   }
+  const auto& request = std::get<Configure>(command.request);
   std::bitset<128> nodes;
   for (std::uint8_t node = can::kMinNodeId; node <= can::kMaxNodeId; ++node) {
-    const bool meant = command.node == 0 || command.node == node;
+    const bool meant = request.node == 0 || request.node == node;
     nodes.set(node, meant && manager_.node(node).configured);
   }
-  if (command.code > 1 || (command.node != 0 && nodes.none())) {
+  if (request.node != 0 && nodes.none()) {
     return Refusal::bad_request;
   }
   running_ =
-      Running{.tag = command.tag, .apply = command.code == 1, .report_at = now + kProgressPeriod};
+      Running{.tag = command.tag, .apply = request.apply, .report_at = now + kProgressPeriod};
   running_->deadline = command.timeout > Duration::zero() ? deadline(now, command.timeout) : kNever;
   running_->nodes = nodes;
   running_->totals.resize(nodes.size());

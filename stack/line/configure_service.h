@@ -24,8 +24,8 @@ class ConfigureService final : public Service {
 
   std::span<const CommandKind> commands() const override;
   // Answered with manager::write_configuration_report(). Refusals: wrong_role, line_down,
-  // bad_request (no such code, or the node is not configured), wrong_state (the manager is not
-  // active), busy (another command is under way), timed_out.
+  // bad_request (the node is not configured), wrong_state (the manager is not active), busy
+  // (another command is under way), timed_out.
   void execute(Command command, Instant now) override;
   // Emits EventKind::command_progress at most once a second. Also executes requests by 1F25h.
   void advance(Instant now) override;

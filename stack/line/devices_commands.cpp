@@ -27,17 +27,30 @@ void DevicesLine::do_execute(Command command, Instant now) {
   follow_resets(now);
   std::vector<std::byte> data;
   Error error = to_error(Refusal::bad_request);
-  switch (command.kind) {
-    case CommandKind::sdo_read:
-    case CommandKind::sdo_write:
+  switch (kind(command)) {
+    case CommandKind::sdo_read: {
       // A device of the line itself is accessed directly, without the bus. The line is not the
       // master of other nodes.
-      error = find(command.node) == nullptr ? to_error(Refusal::wrong_role)
-                                            : access_dictionary(command, data, now);
+      const auto& request = std::get<SdoRead>(command.request);
+      error = find(request.node) == nullptr
+                  ? to_error(Refusal::wrong_role)
+                  : read_device({.node = request.node, .what = request.address}, data);
       break;
+    }
+    case CommandKind::sdo_write: {
+      const auto& request = std::get<SdoWrite>(command.request);
+      error =
+          find(request.node) == nullptr
+              ? to_error(Refusal::wrong_role)
+              : write_device(
+                    {.node = request.node, .address = request.address, .data = request.data}, now);
+      break;
+    }
     case CommandKind::local_read:
+      error = read_device(std::get<LocalRead>(command.request), data);
+      break;
     case CommandKind::local_write:
-      error = access_dictionary(command, data, now);
+      error = write_device(std::get<LocalWrite>(command.request), now);
       break;
     case CommandKind::output_write:
       single_output(command, now);
@@ -46,7 +59,7 @@ void DevicesLine::do_execute(Command command, Instant now) {
       send_emcy(command, now);
       return;
     case CommandKind::nmt:
-      error = send_nmt(command, now);
+      error = send_nmt(std::get<NmtRequest>(command.request), now);
       break;
     case CommandKind::pdo_trigger:
       trigger_pdo(command, now);
@@ -55,7 +68,7 @@ void DevicesLine::do_execute(Command command, Instant now) {
       send_frame(command, now);
       return;
     case CommandKind::can_listen:
-      error = listening.ask(command, now);
+      error = listening.ask(std::get<CanListen>(command.request), now);
       break;
     case CommandKind::network_read:
     case CommandKind::network_write:
@@ -80,37 +93,33 @@ void DevicesLine::do_execute(Command command, Instant now) {
   answer(command, error, std::move(data), now);
 }
 
-Error DevicesLine::access_dictionary(const Command& command, std::vector<std::byte>& data,
-                                     Instant now) {
-  VirtualDevice* device = named(command.node);
+Error DevicesLine::read_device(const LocalRead& request, std::vector<std::byte>& data) const {
+  VirtualDevice* const device = named(request.node);
+  return device == nullptr ? to_error(Refusal::bad_request)
+                           : read_object(device->node().dictionary(), request.what, data);
+}
+
+Error DevicesLine::write_device(const LocalWrite& request, Instant now) {
+  VirtualDevice* const device = named(request.node);
   if (device == nullptr) {
     return to_error(Refusal::bad_request);
   }
-  od::Dictionary& dictionary = device->node().dictionary();
-  const od::Address address{command.index, command.sub};
-  if (command.kind == CommandKind::local_write || command.kind == CommandKind::sdo_write) {
-    const bool local = command.kind == CommandKind::local_write;
-    const bool own = local && command.code == kWriteOwn;
-    if (local && command.code > kWriteOwn) {
-      return to_error(Refusal::bad_request);
-    }
-    const AbortCode code = device->write(address, command.data, own, now);
-    return code == AbortCode::none ? Error{} : to_error(code);
-  }
-  return read_object(dictionary, command, data);
+  const AbortCode code = device->write(request.address, request.data, request.as_owner, now);
+  return code == AbortCode::none ? Error{} : to_error(code);
 }
 
 // The device has the value immediately, its master when the frame of the TPDO was sent.
 void DevicesLine::single_output(const Command& command, Instant now) {
   const image::Layout& layout = image.layout(Direction::outputs);
-  if (const Error why = check_single_output(command, layout, outputs); why != Error{}) {
+  const auto& request = std::get<SingleOutput>(command.request);
+  if (const Error why = check_single_output(request, layout, outputs); why != Error{}) {
     answer(command, why, {}, now);
     return;
   }
-  image.write_entry(Direction::outputs, command.entry, command.data);
-  collect(command.entry);
+  image.write_entry(Direction::outputs, request.entry, request.data);
+  collect(request.entry);
   hand_out(true, now);
-  const image::Entry& entry = layout.entries[command.entry];
+  const image::Entry& entry = layout.entries[request.entry];
   node::Node& node = find(entry.node)->node();
   const std::uint16_t tpdo = node.pdos().first_tpdo({entry.index, entry.sub});
   if (tpdo == 0) {
@@ -129,13 +138,15 @@ void DevicesLine::single_output(const Command& command, Instant now) {
 }
 
 void DevicesLine::send_emcy(const Command& command, Instant now) {
-  VirtualDevice* device = named(command.node);
+  const auto& request = std::get<EmcySend>(command.request);
+  VirtualDevice* device = named(request.node);
   Error why = to_error(Refusal::bad_request);
   if (device != nullptr) {
-    why = check_emcy(command, device->node().state());
+    why = check_emcy(device->node().state());
   }
   if (why == Error{}) {
-    why = to_error(device->send_emcy(command.code, command.error_register, command.data, now));
+    why = to_error(
+        device->send_emcy(request.code, request.error_register, request.manufacturer, now));
   }
   if (why != Error{}) {
     answer(command, why, {}, now);
@@ -147,16 +158,16 @@ void DevicesLine::send_emcy(const Command& command, Instant now) {
 }
 
 // Only for devices of the line: it is not the master of other nodes.
-Error DevicesLine::send_nmt(const Command& command, Instant now) {
-  if (const Error why = check_nmt(command.nmt, command.node); why != Error{}) {
+Error DevicesLine::send_nmt(const NmtRequest& request, Instant now) {
+  if (const Error why = check_nmt(request.command, request.node); why != Error{}) {
     return why;
   }
-  if (command.node != 0 && find(command.node) == nullptr) {
+  if (request.node != 0 && find(request.node) == nullptr) {
     return to_error(Refusal::wrong_role);
   }
   for (const Seat& seat : seats) {
-    if (command.node == 0 || seat.device->id() == command.node) {
-      seat.device->command(command.nmt, now);
+    if (request.node == 0 || seat.device->id() == request.node) {
+      seat.device->command(request.command, now);
     }
   }
   return {};
@@ -164,29 +175,30 @@ Error DevicesLine::send_nmt(const Command& command, Instant now) {
 
 // Triggers a TPDO of the device.
 void DevicesLine::trigger_pdo(const Command& command, Instant now) {
-  VirtualDevice* device = named(command.node);
+  const auto& request = std::get<PdoTrigger>(command.request);
+  VirtualDevice* device = named(request.node);
   Refusal why = Refusal::none;
-  if (device == nullptr || command.code == 0) {
+  if (device == nullptr || request.number == 0) {
     why = Refusal::bad_request;
   } else if (device->node().state() != nmt::State::operational) {
     why = Refusal::wrong_state;
-  } else if (!device->node().pdos().trigger(command.code, now)) {
+  } else if (!device->node().pdos().trigger(request.number, now)) {
     why = Refusal::unknown_entry;
   }
   if (why != Refusal::none) {
     refuse(command, why, now);
     return;
   }
-  std::vector<std::byte> triggered(sizeof command.code);
-  store_le(triggered.data(), command.code);
+  std::vector<std::byte> triggered(sizeof request.number);
+  store_le(triggered.data(), request.number);
   answer_when_sent({.command = command,
-                    .frames = {{.tpdo = command.code, .device = device->id()}},
+                    .frames = {{.tpdo = request.number, .device = device->id()}},
                     .data = std::move(triggered)},
                    now);
 }
 
-Error DevicesLine::check_frame(const Command& command, can::Frame& frame) const {
-  if (const Error why = generic_frame(command, frame); why != Error{}) {
+Error DevicesLine::check_generic(const can::Frame& frame) const {
+  if (const Error why = check_frame(frame); why != Error{}) {
     return why;
   }
   for (const Seat& seat : seats) {
@@ -199,9 +211,9 @@ Error DevicesLine::check_frame(const Command& command, can::Frame& frame) const 
 
 // The first device sends it; the other devices receive it like any frame of the bus.
 void DevicesLine::send_frame(const Command& command, Instant now) {
-  can::Frame frame;
+  const can::Frame& frame = std::get<CanSend>(command.request).frame;
   VirtualDevice& sender = *seats.front().device;
-  Error why = check_frame(command, frame);
+  Error why = check_generic(frame);
   if (why == Error{}) {
     why = send_generic(sender.node(), frame);
   }

@@ -90,13 +90,14 @@ class DevicesLine final : public Line {
   void interface_lost();
 
   // --- devices_commands.cpp ---------------------------------------------------------------------
-  Error access_dictionary(const Command& command, std::vector<std::byte>& data, Instant now);
+  Error read_device(const LocalRead& request, std::vector<std::byte>& data) const;
+  Error write_device(const LocalWrite& request, Instant now);
   void hear_boot_up(const can::Frame& frame);
   void single_output(const Command& command, Instant now);
   void send_emcy(const Command& command, Instant now);
-  Error send_nmt(const Command& command, Instant now);
+  Error send_nmt(const NmtRequest& request, Instant now);
   void trigger_pdo(const Command& command, Instant now);
-  Error check_frame(const Command& command, can::Frame& frame) const;
+  Error check_generic(const can::Frame& frame) const;
   void send_frame(const Command& command, Instant now);
   // Passes the written values of the image to their devices.
   void hand_out(bool always, Instant now);

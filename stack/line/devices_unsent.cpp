@@ -17,7 +17,7 @@ bool DevicesLine::carries_newest(const FramesUnderWay::Awaited& awaited,
 
 void DevicesLine::answer_unsent(FramesUnderWay::Sending& sending, Instant now) {
   const Refusal why = reason_of(sending, now);
-  if (sending.command.kind != CommandKind::output_write) {
+  if (kind(sending.command) != CommandKind::output_write) {
     refuse(sending.command, why, now);
     return;
   }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stack/line/emcy_service.h"
 
-#include <algorithm>
 #include <array>
 #include <utility>
 
@@ -15,11 +14,11 @@ std::span<const CommandKind> EmcyService::commands() const {
 }
 
 void EmcyService::execute(Command command, Instant now) {
-  Error why = check_emcy(command, node_.state());
+  const auto& request = std::get<EmcySend>(command.request);
+  Error why = check_emcy(node_.state());
   if (why == Error{}) {
-    std::array<std::byte, 5> manufacturer{};
-    std::ranges::copy(command.data, manufacturer.begin());
-    why = to_error(node_.report_error(command.code, command.error_register, manufacturer, now));
+    why = to_error(
+        node_.report_error(request.code, request.error_register, request.manufacturer, now));
   }
   if (why != Error{}) {
     host().answer(command, why, {}, now);

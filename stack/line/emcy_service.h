@@ -15,7 +15,7 @@ class EmcyService final : public Service {
 
   std::span<const CommandKind> commands() const override;
   bool needs_master() const override { return false; }
-  // Refusals: bad_request (more than 5 manufacturer bytes), wrong_state (the own node is stopped or
+  // Refusals: wrong_state (the own node is stopped or
   // initialising, has no valid 1014h, or other errors remain), inhibited; awaits_turn and
   // no_acknowledge when the frame is not acknowledged in time.
   void execute(Command command, Instant now) override;

@@ -39,7 +39,7 @@ class FramesUnderWay {
   // A command whose frames are not all acknowledged yet; or, with a report, the kind of command
   // that sends such a frame.
   struct Sending {
-    Command command;  // without data
+    Command command;
     std::vector<Awaited> frames;
     std::vector<std::byte> data{};  // of the reply
     Instant deadline = kNever;

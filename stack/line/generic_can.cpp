@@ -12,13 +12,9 @@ namespace linegate::line {
 namespace {
 
 constexpr std::uint32_t kExtendedId = 0x8000'0000;
-constexpr std::uint32_t kRemoteId = 0x4000'0000;
 constexpr std::uint32_t kIdBits = 0x1FFF'FFFF;
+constexpr std::uint32_t kStandardIdBits = 0x7FF;
 constexpr std::uint32_t kWholeId = kExtendedId | kIdBits;
-
-// Command::sub of can_send: the flags digit of candump.
-constexpr std::uint8_t kFdFrame = 4;
-constexpr std::uint8_t kSwitchedFd = 5;
 
 std::uint32_t marked_id(const can::Frame& frame) {
   return frame.id | (frame.extended() ? kExtendedId : 0U);
@@ -79,28 +75,16 @@ bool in_dictionary(const od::Dictionary& dictionary, const can::Frame& frame) {
 
 }  // namespace
 
-Error generic_frame(const Command& command, can::Frame& out) {
-  const bool extended = (command.entry & kExtendedId) != 0;
-  const bool remote = (command.entry & kRemoteId) != 0;
-  const bool fd = command.sub != 0;
-  const std::size_t size = command.data.size();
-  out = {};
-  out.id = command.entry & kIdBits;
-  const bool known = command.sub == 0 || command.sub == kFdFrame || command.sub == kSwitchedFd;
-  const bool fits = (command.entry & ~(kWholeId | kRemoteId)) == 0 && (extended || out.id <= 0x7FF);
+Error check_frame(const can::Frame& frame) {
+  constexpr unsigned kKnown =
+      can::Frame::kExtended | can::Frame::kRemote | can::Frame::kFd | can::Frame::kBitRateSwitch;
+  const bool switches = (frame.flags & can::Frame::kBitRateSwitch) != 0;
+  const bool flags = (frame.flags & ~kKnown) == 0 && (frame.fd() ? !frame.remote() : !switches);
+  const bool identifier = frame.id <= (frame.extended() ? kIdBits : kStandardIdBits);
   const bool length =
-      fd ? size <= can::kMaxFdData && can::fd_length(size) == size : size <= can::kMaxClassicData;
-  const bool asks =
-      remote ? !fd && size == 0 && command.code <= can::kMaxClassicData : command.code == 0;
-  if (!known || !fits || !length || !asks) {
-    return to_error(Refusal::bad_request);
-  }
-  out.length = static_cast<std::uint8_t>(remote ? command.code : size);
-  out.flags = static_cast<std::uint8_t>(
-      (extended ? can::Frame::kExtended : 0) | (remote ? can::Frame::kRemote : 0) |
-      (fd ? can::Frame::kFd : 0) | (command.sub == kSwitchedFd ? can::Frame::kBitRateSwitch : 0));
-  std::ranges::copy(command.data, out.data.begin());
-  return {};
+      frame.fd() ? frame.length <= can::kMaxFdData && can::fd_length(frame.length) == frame.length
+                 : frame.length <= can::kMaxClassicData;
+  return flags && identifier && length ? Error{} : to_error(Refusal::bad_request);
 }
 
 bool uses_identifier(node::Node& node, std::span<const pdo::LinkedPdo> linked,
@@ -121,25 +105,24 @@ Error send_generic(node::Node& node, const can::Frame& frame) {
 }
 
 // A filter that exists already gets the new end; with 0 seconds it ends now.
-Error Listening::ask(const Command& command, Instant now) {
-  const std::size_t size = command.data.size();
-  if (command.code > kLongest || (command.entry & ~kWholeId) != 0 ||
-      (size != 0 && size != sizeof(std::uint32_t))) {
+Error Listening::ask(const CanListen& request, Instant now) {
+  if (request.duration < std::chrono::seconds(0) ||
+      request.duration > std::chrono::seconds(kLongest) || request.identifier > kIdBits) {
     return to_error(Refusal::bad_request);
   }
-  const std::uint32_t mask =
-      size == 0 ? kWholeId : load_le<std::uint32_t>(command.data.data()) & kWholeId;
-  const std::uint32_t id = command.entry & mask;
+  const std::uint32_t mask = (request.mask & kIdBits) | (request.extended ? kExtendedId : 0U);
+  const std::uint32_t format = request.extended.value_or(false) ? kExtendedId : 0U;
+  const std::uint32_t id = (request.identifier | format) & mask;
   const auto free = [now](const Filter& filter) { return filter.end <= now; };
   auto place = std::ranges::find_if(filters_, [&](const Filter& filter) {
     return !free(filter) && filter.id == id && filter.mask == mask;
   });
   place = place == filters_.end() ? std::ranges::find_if(filters_, free) : place;
-  if (command.code != 0 && place == filters_.end()) {
+  if (request.duration > std::chrono::seconds(0) && place == filters_.end()) {
     return to_error(Refusal::busy);
   }
   if (place != filters_.end()) {
-    *place = {id, mask, now + std::chrono::seconds(command.code)};
+    *place = {id, mask, now + request.duration};
   }
   end_ = std::ranges::max(filters_, {}, &Filter::end).end;
   return {};

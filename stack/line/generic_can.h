@@ -19,9 +19,9 @@
 
 namespace linegate::line {
 
-// Fills `out` with the frame of a CommandKind::can_send; bad_request if the command does not
-// describe one.
-Error generic_frame(const Command& command, can::Frame& out);
+// bad_request if the frame is invalid: an identifier with too many bits, a length that the format
+// does not have, or contradictory flags.
+Error check_frame(const can::Frame& frame);
 
 // Whether the node receives or sends frames with that identifier, or could: NMT, the default SDO
 // channels, error control and LSS of all nodes, the identifiers that its services receive, each
@@ -41,8 +41,8 @@ class Listening {
   static constexpr std::size_t kFilters = 16;      // filters at the same time
   static constexpr std::size_t kBytesAnEvent = 16;
 
-  // Executes a CommandKind::can_listen. bad_request, or busy: kFilters exist.
-  Error ask(const Command& command, Instant now);
+  // Executes a request. bad_request, or busy: kFilters exist.
+  Error ask(const CanListen& request, Instant now);
 
   // Pass it each frame that no service uses. all: report it even if no filter matches.
   void hear(const can::Frame& frame, EventLog& events, bool all = false) {

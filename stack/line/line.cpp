@@ -238,12 +238,13 @@ void Line::reply(std::uint64_t tag, Error error, std::vector<std::byte> data) {
   replies_.push_back({.tag = tag, .error = error, .data = std::move(data)});
 }
 
-void Line::refuse(const Command& command, Refusal refusal, Instant now) {
+void Line::refuse(const Command& command, Refusal refusal, Instant now, std::uint8_t named) {
   ++counters_.commands_refused;
   Event event{.time = now, .kind = EventKind::command_refused};
-  event.node = command.node <= can::kMaxNodeId ? command.node : std::uint8_t{0};
+  const std::uint8_t node = named == 0 ? node_of(command) : named;
+  event.node = node <= can::kMaxNodeId ? node : std::uint8_t{0};
   event.code = static_cast<std::uint32_t>(refusal);
-  event.value = static_cast<std::uint32_t>(command.kind);
+  event.value = static_cast<std::uint32_t>(kind(command));
   events_.emit(event);
   reply(command.tag, to_error(refusal));
 }

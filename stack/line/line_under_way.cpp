@@ -82,7 +82,6 @@ void Line::answer_when_sent(FramesUnderWay::Sending sending, Instant now) {
     refuse(command, Refusal::busy, now);
     return;
   }
-  command.data.clear();
   // A longer time-out is that of an SDO transfer, and of who waits for this reply.
   const bool sooner = command.timeout > Duration::zero() && command.timeout < kSendTime;
   sending.deadline = earlier(sending.deadline, deadline(now, sooner ? command.timeout : kSendTime));
@@ -95,7 +94,7 @@ void Line::report_when_sent(std::uint8_t device, const can::Frame& frame, const 
     log.emit(event);
     return;
   }
-  under_way_.add({.command = {.kind = CommandKind::emcy_send, .data = {}},
+  under_way_.add({.command = {.request = EmcySend{}},
                   .frames = {{.frame = frame, .device = device}},
                   .report = {.events = &log, .event = event}});
 }
@@ -113,7 +112,7 @@ void Line::expire_sendings(Instant now) {
 void Line::refuse_unsent(CommandKind kind, Refusal why, Instant now, std::uint8_t device) {
   std::erase_if(under_way_.sendings(), [&](const FramesUnderWay::Sending& sending) {
     const bool gone =
-        sending.command.kind == kind &&
+        line::kind(sending.command) == kind &&
         std::ranges::any_of(sending.frames, [device](const FramesUnderWay::Awaited& frame) {
           return frame.number == 0 && frame.device == device;
         });

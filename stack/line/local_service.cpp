@@ -23,53 +23,51 @@ std::span<const CommandKind> LocalService::commands() const {
 }
 
 void LocalService::execute(Command command, Instant now) {
-  if (command.kind == CommandKind::local_read) {
-    read(command);
-  } else if (command.kind == CommandKind::local_write) {
-    write(std::move(command));
+  if (const auto* const read_request = std::get_if<LocalRead>(&command.request)) {
+    read(command.tag, *read_request);
+  } else if (auto* const write_request = std::get_if<LocalWrite>(&command.request)) {
+    write(command.tag, std::move(*write_request));
   } else {
-    host().answer(command, create_object(command), {}, now);
+    auto& create = std::get<ObjectCreate>(command.request);
+    host().answer(command, create_object(std::move(create)), {}, now);
   }
 }
 
-void LocalService::read(const Command& command) {
-  const bool of_node =
-      (command.code & kListObjects) != 0 && command.node != 0 && command.node != config_.node_id;
+void LocalService::read(std::uint64_t tag, const LocalRead& request) {
+  const auto* const range = std::get_if<ObjectRange>(&request.what);
+  const bool of_node = range != nullptr && request.node != 0 && request.node != config_.node_id;
   std::vector<std::byte> data;
-  const Error error =
-      of_node ? list_device_file(command, data) : read_object(dictionary_, command, data);
-  host().reply(command.tag, error, std::move(data));
+  const Error error = of_node ? list_device_file(request.node, *range, data)
+                              : read_object(dictionary_, request.what, data);
+  host().reply(tag, error, std::move(data));
 }
 
-void LocalService::write(Command command) {
+void LocalService::write(std::uint64_t tag, LocalWrite request) {
   od::Ticket ticket = 0;
   const OwnObjects::OwnWrites by_itself(own_objects_);
-  const AbortCode code = dictionary_.write({command.index, command.sub}, command.data, ticket);
+  const AbortCode code = dictionary_.write(request.address, request.data, ticket);
   if (code == od::kLater) {
-    writes_.push_back({ticket, command.tag, std::move(command.data)});
+    writes_.push_back({ticket, tag, std::move(request.data)});
   } else {
-    host().reply(command.tag, error_of(code), {});
+    host().reply(tag, error_of(code), {});
   }
 }
 
-Error LocalService::list_device_file(const Command& command, std::vector<std::byte>& data) const {
-  const auto found = std::ranges::find(config_.nodes, command.node, &NodeConfig::id);
+Error LocalService::list_device_file(std::uint8_t node, ObjectRange range,
+                                     std::vector<std::byte>& data) const {
+  const auto found = std::ranges::find(config_.nodes, node, &NodeConfig::id);
   if (found == config_.nodes.end() || found->device.objects.empty()) {
     return to_error(Refusal::bad_request);
   }
-  data = list_objects(found->device, command.index, last_of_list(command));
+  data = list_objects(found->device, range);
   return {};
 }
 
-Error LocalService::create_object(const Command& command) {
-  if (command.code == kRemoveObject) {
-    return own_objects_.remove(dictionary_, command.index);
+Error LocalService::create_object(ObjectCreate request) {
+  if (const auto* const removal = std::get_if<ObjectRemoval>(&request.what)) {
+    return own_objects_.remove(dictionary_, removal->index);
   }
-  auto object = decode_own_object(command);
-  if (command.code != kCreateObject || !object) {
-    return to_error(Refusal::bad_request);
-  }
-  return own_objects_.create(dictionary_, *std::move(object));
+  return own_objects_.create(dictionary_, std::move(std::get<OwnObject>(request.what)));
 }
 
 void LocalService::advance(Instant /*now*/) {

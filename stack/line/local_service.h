@@ -23,8 +23,8 @@ class LocalService final : public Service {
   std::span<const CommandKind> commands() const override;
   bool needs_master() const override { return false; }
   // local_read and local_write: answered with the SDO abort code of the dictionary. A write to an
-  // object that its owner answers later is answered then. Refusals: bad_request (the node has no
-  // list; decode_own_object()), and those of OwnObjects.
+  // object whose owner answers later is answered then. Refusals: bad_request (the node has no
+  // list), and those of OwnObjects.
   void execute(Command command, Instant now) override;
   void advance(Instant now) override;
   // The owners of the objects finish waiting writes, with an event or a write.
@@ -39,10 +39,10 @@ class LocalService final : public Service {
     std::vector<std::byte> data;
   };
 
-  void read(const Command& command);
-  void write(Command command);
-  Error create_object(const Command& command);
-  Error list_device_file(const Command& command, std::vector<std::byte>& data) const;
+  void read(std::uint64_t tag, const LocalRead& request);
+  void write(std::uint64_t tag, LocalWrite request);
+  Error create_object(ObjectCreate request);
+  Error list_device_file(std::uint8_t node, ObjectRange range, std::vector<std::byte>& data) const;
 
   od::Dictionary& dictionary_;
   OwnObjects& own_objects_;

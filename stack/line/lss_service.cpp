@@ -158,11 +158,11 @@ Refusal LssService::queue(const Command& command, Instant now) {
     return Refusal::busy;
   }
   Asked asked{.tag = command.tag, .course = {}};
-  const bool known = command.code < lss::kProcedures;
-  asked.procedure = static_cast<lss::Procedure>(command.code);
-  const bool assigns = known && asked.procedure == lss::Procedure::assign && command.data.empty();
-  if (known && !assigns) {
-    asked.course = lss::Course::make(asked.procedure, command.data);
+  const auto& request = std::get<LssRequest>(command.request);
+  asked.procedure = request.procedure;
+  const bool assigns = request.procedure == lss::Procedure::assign && request.arguments.empty();
+  if (!assigns) {
+    asked.course = lss::Course::make(request.procedure, request.arguments);
   }
   const bool bad = !assigns && !asked.course;
   const bool checks = assigns || asked.procedure == lss::Procedure::configure_node_id;
@@ -341,7 +341,7 @@ void LssService::finish_command(Error error, std::vector<std::byte> data, Instan
     host().reply(asked.tag, error, std::move(data));
     return;
   }
-  host().answer_when_sent({.command = {.tag = asked.tag, .kind = CommandKind::lss, .data = {}},
+  host().answer_when_sent({.command = {.tag = asked.tag, .request = LssRequest{}},
                            .frames = {{.frame = given_frame_}},
                            .data = std::move(data),
                            .deadline = asked.deadline},

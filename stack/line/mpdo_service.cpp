@@ -38,12 +38,13 @@ std::span<const CommandKind> MpdoService::commands() const {
 
 void MpdoService::execute(Command command, Instant now) {
   advance(now);  // processes a restart of the own node before this command is queued
-  const std::uint16_t tpdo = named_tpdo(command);
+  const auto& request = std::get<MpdoWrite>(command.request);
+  const std::uint16_t tpdo = named_tpdo(request);
   if (tpdo == 0 || node_.state() != nmt::State::operational) {
     host().refuse(command, tpdo == 0 ? Refusal::unknown_entry : Refusal::wrong_state, now);
     return;
   }
-  if (const AbortCode why = queue(command, tpdo); why != AbortCode::none) {
+  if (const AbortCode why = queue(request, tpdo); why != AbortCode::none) {
     const bool full = why == AbortCode::out_of_memory;
     const bool bad = why == AbortCode::length_mismatch;
     const Error error = full  ? to_error(Refusal::busy)
@@ -52,9 +53,8 @@ void MpdoService::execute(Command command, Instant now) {
     host().answer(command, error, {}, now);
     return;
   }
-  const pdo::MpdoData head = pdo::encode({.mode = pdo::MpdoMode::destination,
-                                          .node = command.node,
-                                          .address = {command.index, command.sub}});
+  const pdo::MpdoData head = pdo::encode(
+      {.mode = pdo::MpdoMode::destination, .node = request.node, .address = request.address});
   const FramesUnderWay::Awaited awaited{.frame = mpdo_frame(node_.dictionary(), tpdo, head),
                                         .any_value = true};
   std::vector<std::byte> by(sizeof tpdo);
@@ -64,15 +64,15 @@ void MpdoService::execute(Command command, Instant now) {
 }
 
 // Returns 0 if there is no such TPDO in destination address mode.
-std::uint16_t MpdoService::named_tpdo(const Command& command) const {
+std::uint16_t MpdoService::named_tpdo(const MpdoWrite& request) const {
   const od::Dictionary& dictionary = node_.dictionary();
   const auto is_one = [&dictionary](std::uint16_t number) {
     return number != 0 && number <= pdo::kMaxPdo &&
            pdo::read_mpdo_mode(dictionary, pdo::PdoKind::tpdo, number) ==
                pdo::MpdoMode::destination;
   };
-  if (command.code != 0) {
-    return is_one(command.code) ? command.code : std::uint16_t{0};
+  if (request.tpdo != 0) {
+    return is_one(request.tpdo) ? request.tpdo : std::uint16_t{0};
   }
   const auto own = std::ranges::find_if(config_.forwarding.tpdos,
                                         [&](const auto& tpdo) { return is_one(tpdo.number); });
@@ -80,23 +80,21 @@ std::uint16_t MpdoService::named_tpdo(const Command& command) const {
 }
 
 // Writes the value to the object that the TPDO maps: the TPDO sends the value of that object.
-AbortCode MpdoService::queue(const Command& command, std::uint16_t tpdo) {
+AbortCode MpdoService::queue(const MpdoWrite& request, std::uint16_t tpdo) {
   od::Dictionary& dictionary = node_.dictionary();
   const auto mapped = static_cast<std::uint32_t>(
       dictionary.number({static_cast<std::uint16_t>(od::objects::kTpdoMapping + tpdo - 1), 1})
           .value_or(0));
   const od::Address sent = pdo::Mapping::from_raw(mapped).address;
   const auto variable = dictionary.find(sent);
-  if (!variable || command.data.empty() || command.data.size() > variable->size) {
+  if (!variable || request.data.empty() || request.data.size() > variable->size) {
     return AbortCode::length_mismatch;
   }
-  std::vector<std::byte> value = command.data;
+  std::vector<std::byte> value = request.data;
   value.resize(variable->size);
   const OwnObjects::OwnWrites by_itself(own_objects_);
   const AbortCode why = dictionary.write(sent, value);
-  return why != AbortCode::none
-             ? why
-             : node_.pdos().send_mpdo(tpdo, command.node, {command.index, command.sub});
+  return why != AbortCode::none ? why : node_.pdos().send_mpdo(tpdo, request.node, request.address);
 }
 
 void MpdoService::advance(Instant now) {

@@ -40,8 +40,8 @@ class MpdoService final : public Service {
   void before_boot(Instant now) override;
 
  private:
-  std::uint16_t named_tpdo(const Command& command) const;
-  AbortCode queue(const Command& command, std::uint16_t tpdo);
+  std::uint16_t named_tpdo(const MpdoWrite& request) const;
+  AbortCode queue(const MpdoWrite& request, std::uint16_t tpdo);
 
   node::Node& node_;
   OwnObjects& own_objects_;

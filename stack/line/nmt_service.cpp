@@ -15,13 +15,14 @@ std::span<const CommandKind> NmtService::commands() const {
 }
 
 void NmtService::execute(Command command, Instant now) {
-  const bool own = command.node == own_node_ || restarts_network(command.nmt, command.node);
-  const Error why = send(command.nmt, command.node, now);
+  const auto request = std::get<NmtRequest>(command.request);
+  const bool own = request.node == own_node_ || restarts_network(request.command, request.node);
+  const Error why = send(request.command, request.node, now);
   if (why != Error{} || own) {
     host().answer(command, why, {}, now);
     return;
   }
-  const can::Frame frame = nmt::encode({command.nmt, command.node});
+  const can::Frame frame = nmt::encode({request.command, request.node});
   host().answer_when_sent({.command = std::move(command), .frames = {{.frame = frame}}}, now);
 }
 
@@ -68,8 +69,9 @@ void NmtService::end(Refusal why, Instant now) {
 
 void NmtService::answer_unsent(FramesUnderWay::Sending& sending, Instant now) {
   const Command& command = sending.command;
+  const auto& request = std::get<NmtRequest>(command.request);
   const bool waits = sending.frames.front().number == 0 && !host().bus_is_stuck(now) &&
-                     master_.waits({command.nmt, command.node});
+                     master_.waits({request.command, request.node});
   host().refuse(command, waits ? Refusal::awaits_turn : Refusal::no_acknowledge, now);
 }
 

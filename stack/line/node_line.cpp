@@ -357,7 +357,7 @@ bool NodeLine::carries_newest(const FramesUnderWay::Awaited& awaited,
 }
 
 void NodeLine::do_execute(Command command, Instant now) {
-  if (Service* const service = service_of_[static_cast<std::size_t>(command.kind)]) {
+  if (Service* const service = service_of_[command.request.index()]) {
     service->execute(std::move(command), now);
   } else {
     refuse(command, Refusal::bad_request, now);
@@ -365,7 +365,7 @@ void NodeLine::do_execute(Command command, Instant now) {
 }
 
 void NodeLine::answer_unsent(FramesUnderWay::Sending& sending, Instant now) {
-  Service* const service = service_of_[static_cast<std::size_t>(sending.command.kind)];
+  Service* const service = service_of_[sending.command.request.index()];
   LINEGATE_ASSERT(service != nullptr, "a command that waits for its frames has a service");
   service->answer_unsent(sending, now);
 }

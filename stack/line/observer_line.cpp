@@ -299,12 +299,12 @@ Instant ObserverLine::next_wake() const {
 
 // All commands except can_listen would transmit, or need an own node.
 void ObserverLine::do_execute(Command command, Instant now) {
-  if (command.kind == CommandKind::can_listen) {
-    answer(command, listening.ask(command, now), {}, now);
+  if (const auto* const listen = std::get_if<CanListen>(&command.request)) {
+    answer(command, listening.ask(*listen, now), {}, now);
     return;
   }
   refuse(command,
-         command.kind == CommandKind::versions ? Refusal::bad_request : Refusal::wrong_role, now);
+         kind(command) == CommandKind::versions ? Refusal::bad_request : Refusal::wrong_role, now);
 }
 
 OutputRefusal ObserverLine::do_write_outputs(const OutputWrite& /*write*/, Instant /*now*/) {

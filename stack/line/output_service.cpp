@@ -35,11 +35,12 @@ constexpr NmtReaction kNmtReactions[] = {
 
 }  // namespace
 
-std::vector<std::uint32_t> entries_of(const image::Layout& layout, const Command& command) {
+std::vector<std::uint32_t> entries_of(const image::Layout& layout, std::uint8_t node,
+                                      od::Address address) {
   std::vector<std::uint32_t> out;
   for (std::uint32_t i = 0; i < layout.entries.size(); ++i) {
     const image::Entry& entry = layout.entries[i];
-    if (entry.node == command.node && entry.index == command.index && entry.sub == command.sub) {
+    if (entry.node == node && od::Address{entry.index, entry.sub} == address) {
       out.push_back(i);
     }
   }
@@ -64,9 +65,9 @@ std::span<const CommandKind> OutputService::commands() const {
 }
 
 void OutputService::execute(Command command, Instant now) {
-  if (command.kind == CommandKind::output_write) {
+  if (std::holds_alternative<SingleOutput>(command.request)) {
     write_entry(std::move(command), now);
-  } else if (command.kind == CommandKind::object_write) {
+  } else if (std::holds_alternative<ObjectWrite>(command.request)) {
     write_object(std::move(command), now);
   } else {
     answer_trigger(std::move(command), now);
@@ -86,18 +87,18 @@ void OutputService::before_boot(Instant now) {
 
 void OutputService::write_entry(Command command, Instant now) {
   const image::Layout& layout = parts_.image.layout(Direction::outputs);
-  if (const Error why = check_single_output(command, layout, outputs_); why != Error{}) {
+  const auto& request = std::get<SingleOutput>(command.request);
+  if (const Error why = check_single_output(request, layout, outputs_); why != Error{}) {
     host().answer(command, why, {}, now);
     return;
   }
-  const image::Entry& entry = layout.entries[command.entry];
+  const image::Entry& entry = layout.entries[request.entry];
   if (!parts_.receivers.takes_single_writes(entry.node)) {
-    command.node = entry.node;  // the event names it
-    host().refuse(command, Refusal::wrong_state, now);
+    host().refuse(command, Refusal::wrong_state, now, entry.node);
     return;
   }
-  parts_.image.write_entry(Direction::outputs, command.entry, command.data);
-  entry_written(command.entry, true, now);
+  parts_.image.write_entry(Direction::outputs, request.entry, request.data);
+  entry_written(request.entry, true, now);
   if (entry.local_pdo == 0) {
     answer_scanned(std::move(command), now);
     return;
@@ -106,12 +107,10 @@ void OutputService::write_entry(Command command, Instant now) {
 }
 
 void OutputService::write_object(Command command, Instant now) {
-  if ((command.code & ~(kForceSdo | kKeepPdo)) != 0) {
-    host().refuse(command, Refusal::bad_request, now);
-    return;
-  }
-  const auto places = entries_of(parts_.image.layout(Direction::outputs), command);
-  if (places.empty() || (command.code & kForceSdo) != 0 || parts_.settings.enforce_sdo) {
+  const auto& request = std::get<ObjectWrite>(command.request);
+  const auto places =
+      entries_of(parts_.image.layout(Direction::outputs), request.node, request.address);
+  if (places.empty() || request.force_sdo || parts_.settings.enforce_sdo) {
     by_sdo_.execute(std::move(command), now);
     return;
   }
@@ -121,15 +120,16 @@ void OutputService::write_object(Command command, Instant now) {
 // Writes the value into every PDO that maps the object.
 void OutputService::write_by_pdo(Command command, std::span<const std::uint32_t> entries,
                                  Instant now) {
-  if (const Refusal why = check_by_pdo(command, entries); why != Refusal::none) {
+  const auto& request = std::get<ObjectWrite>(command.request);
+  if (const Refusal why = check_by_pdo(request, entries); why != Refusal::none) {
     host().refuse(command, why, now);
     return;
   }
   for (const std::uint32_t entry : entries) {
-    parts_.image.write_entry(Direction::outputs, entry, command.data);
+    parts_.image.write_entry(Direction::outputs, entry, request.data);
   }
   const image::Layout& layout = parts_.image.layout(Direction::outputs);
-  const bool keep = (command.code & kKeepPdo) != 0 || parts_.settings.manual_trigger;
+  const bool keep = request.keep_pdo || parts_.settings.manual_trigger;
   updates_.set_update_time(parts_.settings.update_time);
   for (const std::uint32_t position : entries) {
     const image::Entry& entry = layout.entries[position];
@@ -144,16 +144,16 @@ void OutputService::write_by_pdo(Command command, std::span<const std::uint32_t>
   answer_write(std::move(command), tpdo, keep ? PdoWait::trigger : wait_of(tpdo), now);
 }
 
-Refusal OutputService::check_by_pdo(const Command& command,
+Refusal OutputService::check_by_pdo(const ObjectWrite& request,
                                     std::span<const std::uint32_t> entries) const {
-  if (!parts_.receivers.takes_single_writes(command.node)) {
+  if (!parts_.receivers.takes_single_writes(request.node)) {
     return Refusal::wrong_state;
   }
   for (const std::uint32_t entry : entries) {
     if (outputs_.is_bound(entry)) {
       return Refusal::bound_entry;
     }
-    if (command.data.size() != byte_length(this->entries()[entry])) {
+    if (request.data.size() != byte_length(this->entries()[entry])) {
       return Refusal::bad_request;
     }
   }
@@ -176,7 +176,8 @@ void OutputService::answer_write(Command command, std::uint16_t tpdo, PdoWait wa
 // Answers for an output that no PDO carries: the reason why it waits, or that it was sent.
 void OutputService::answer_scanned(Command command, Instant now) {
   using enum ScannedOutputs::Progress;
-  const ScannedOutputs::Progress progress = scanned_.progress(command.entry);
+  const std::uint32_t entry = std::get<SingleOutput>(command.request).entry;
+  const ScannedOutputs::Progress progress = scanned_.progress(entry);
   if (progress == confirmed) {
     host().reply(command.tag, Error{}, {});
     return;
@@ -188,8 +189,7 @@ void OutputService::answer_scanned(Command command, Instant now) {
     host().reply(command.tag, Error{}, way_of(tpdo, wait));
     return;
   }
-  const FramesUnderWay::Awaited awaited{.frame = scanned_.frame_of(command.entry),
-                                        .any_value = true};
+  const FramesUnderWay::Awaited awaited{.frame = scanned_.frame_of(entry), .any_value = true};
   host().answer_when_sent(
       {.command = std::move(command), .frames = {awaited}, .data = way_of(tpdo, PdoWait::none)},
       now);
@@ -242,7 +242,7 @@ void OutputService::request_updated(Instant now) {
 void OutputService::answer_unsent(FramesUnderWay::Sending& sending, Instant now) {
   const bool stuck = host().bus_is_stuck(now);
   const nmt::State own = parts_.node.state();
-  if (sending.command.kind == CommandKind::pdo_trigger) {
+  if (std::holds_alternative<PdoTrigger>(sending.command.request)) {
     host().refuse(sending.command, why_unsent(sending, own, stuck), now);
     return;
   }
@@ -255,8 +255,7 @@ void OutputService::answer_unsent(FramesUnderWay::Sending& sending, Instant now)
   }
   const std::uint8_t receiving = parts_.image.node_of(Direction::outputs, awaited.tpdo);
   if (!parts_.receivers.takes_single_writes(receiving)) {
-    sending.command.node = receiving;
-    host().refuse(sending.command, Refusal::wrong_state, now);
+    host().refuse(sending.command, Refusal::wrong_state, now, receiving);
     return;
   }
   const PdoWait wait = wait_of(awaited.tpdo);
@@ -491,19 +490,21 @@ void OutputService::request_forwarded(std::span<const BoundValue> values, Instan
 // --- PDOs that are triggered by hand --------------------------------------------------------
 
 // The TPDO by its number on this line or as an RPDO of the node, or all that carry that byte.
-std::vector<std::uint16_t> OutputService::tpdos_of(const Trigger& what) const {
+std::vector<std::uint16_t> OutputService::tpdos_of(const PdoTrigger& what) const {
   std::vector<std::uint16_t> out;
-  if (what.node == 0 && what.number != 0) {
-    out.push_back(what.number);
+  if (what.node == 0 && !what.output_byte) {
+    if (what.number != 0) {
+      out.push_back(what.number);
+    }
     return out;
   }
-  const std::uint64_t bit = std::uint64_t{what.byte} * 8U;
+  const std::uint64_t bit = std::uint64_t{what.output_byte.value_or(0)} * 8U;
   const auto carries = [bit](const pdo::LinkTarget& target) {
     return target.image_bit < bit + 8 && bit < std::uint64_t{target.image_bit} + target.bits;
   };
   for (const pdo::LinkedPdo& tpdo : parts_.plan.tpdos) {
-    const bool named = what.node != 0 ? tpdo.node == what.node && tpdo.remote_pdo == what.number
-                                      : std::ranges::any_of(tpdo.targets, carries);
+    const bool named = what.output_byte ? std::ranges::any_of(tpdo.targets, carries)
+                                        : tpdo.node == what.node && tpdo.remote_pdo == what.number;
     if (named) {
       out.push_back(tpdo.parameters.number);
     }
@@ -511,7 +512,7 @@ std::vector<std::uint16_t> OutputService::tpdos_of(const Trigger& what) const {
   return out;
 }
 
-Error OutputService::trigger(const Trigger& what, std::vector<std::uint16_t>& triggered,
+Error OutputService::trigger(const PdoTrigger& what, std::vector<std::uint16_t>& triggered,
                              Instant now) {
   if (parts_.node.state() != nmt::State::operational) {
     return to_error(Refusal::wrong_state);
@@ -534,7 +535,7 @@ Error OutputService::trigger(const Trigger& what, std::vector<std::uint16_t>& tr
   return triggered.empty() ? to_error(Refusal::wrong_state) : Error{};
 }
 
-AbortCode OutputService::may_trigger(const Trigger& what) const {
+AbortCode OutputService::may_trigger(const PdoTrigger& what) const {
   const std::vector<std::uint16_t> tpdos = tpdos_of(what);
   if (tpdos.empty()) {
     return AbortCode::invalid_value;
@@ -548,8 +549,8 @@ AbortCode OutputService::may_trigger(const Trigger& what) const {
 
 void OutputService::answer_trigger(Command command, Instant now) {
   std::vector<std::uint16_t> triggered;
-  const Trigger what{.node = command.node, .number = command.code, .byte = command.entry};
-  if (const Error why = trigger(what, triggered, now); why != Error{}) {
+  const auto& request = std::get<PdoTrigger>(command.request);
+  if (const Error why = trigger(request, triggered, now); why != Error{}) {
     host().answer(command, why, {}, now);
     return;
   }

@@ -94,29 +94,23 @@ class OutputService final : public Service {
   void lost(std::uint64_t first, std::uint64_t last) { scanned_.lost(first, last); }
 
   // --- PDOs that are triggered by hand ----------------------------------------------------------
-  // The PDOs of a CommandKind::pdo_trigger.
-  struct Trigger {
-    std::uint8_t node = 0;
-    std::uint16_t number = 0;
-    std::uint32_t byte = 0;  // byte of the outputs, used if node and number are 0
-  };
   // Appends the TPDOs to `triggered`. PDOs that lack a value are not sent.
-  Error trigger(const Trigger& what, std::vector<std::uint16_t>& triggered, Instant now);
+  Error trigger(const PdoTrigger& what, std::vector<std::uint16_t>& triggered, Instant now);
   // See diagnosis::RecordHost.
-  AbortCode may_trigger(const Trigger& what) const;
+  AbortCode may_trigger(const PdoTrigger& what) const;
 
  private:
   void write_entry(Command command, Instant now);
   void write_object(Command command, Instant now);
   void write_by_pdo(Command command, std::span<const std::uint32_t> entries, Instant now);
-  Refusal check_by_pdo(const Command& command, std::span<const std::uint32_t> entries) const;
+  Refusal check_by_pdo(const ObjectWrite& request, std::span<const std::uint32_t> entries) const;
   void answer_write(Command command, std::uint16_t tpdo, PdoWait wait, Instant now);
   void answer_scanned(Command command, Instant now);
   void answer_trigger(Command command, Instant now);
   bool asks_at_once(std::uint16_t tpdo) const;
   PdoWait wait_of(std::uint16_t tpdo) const;
   std::vector<std::byte> way_of(std::uint16_t tpdo, PdoWait wait) const;
-  std::vector<std::uint16_t> tpdos_of(const Trigger& what) const;
+  std::vector<std::uint16_t> tpdos_of(const PdoTrigger& what) const;
   void request_updated(Instant now);
   void apply(const OutputWrite& write, bool always, Instant now);
   // Outputs were written there: requests their PDOs, and the MPDOs of the scanner list. always: for
@@ -143,7 +137,8 @@ class OutputService final : public Service {
   PdoUpdates updates_;
 };
 
-// Positions in the layout of the entries of the command's object, ascending.
-std::vector<std::uint32_t> entries_of(const image::Layout& layout, const Command& command);
+// Positions in the layout of the entries of that object of the node, ascending.
+std::vector<std::uint32_t> entries_of(const image::Layout& layout, std::uint8_t node,
+                                      od::Address address);
 
 }  // namespace linegate::line

@@ -14,13 +14,13 @@ namespace linegate::line {
 
 // Why an output entry is not valid. Append only: DDS contract.
 enum class OutputWait : std::uint8_t {
-  value,        // it was never written and has no default
-  values,       // another entry of its PDO was never written and has no default
-  own_node,     // the own node is not Operational
-  node,         // the node that receives its PDO is not Operational
-  turn,         // the transmission type, the inhibit time or the arbitration on the bus
-  bus,          // the bus does not acknowledge frames, or accepts none
-  trigger,      // it was written without a request of its PDO: kKeepPdo, 5F41h:04h bit 6
+  value,     // it was never written and has no default
+  values,    // another entry of its PDO was never written and has no default
+  own_node,  // the own node is not Operational
+  node,      // the node that receives its PDO is not Operational
+  turn,      // the transmission type, the inhibit time or the arbitration on the bus
+  bus,       // the bus does not acknowledge frames, or accepts none
+  trigger,   // it was written without a request of its PDO: ObjectWrite::keep_pdo, 5F41h:04h bit 6
   update_time,  // LineConfig::pdo_update_time
 };
 

@@ -85,29 +85,6 @@ void list_variable(const od::Dictionary& dictionary, od::Address address,
                 out);
 }
 
-// Reads fields from the front of a command's data.
-class Fields {
- public:
-  explicit Fields(std::span<const std::byte> data) : rest_(data) {}
-  std::uint64_t number(std::size_t size) { return load_le(take(size)); }
-  std::vector<std::byte> bytes() {
-    const auto value = take(static_cast<std::size_t>(number(1)));
-    return {value.begin(), value.end()};
-  }
-  bool complete() const { return good_ && rest_.empty(); }
-
- private:
-  std::span<const std::byte> take(std::size_t size) {
-    good_ = good_ && size <= rest_.size();
-    const auto out = good_ ? rest_.first(size) : std::span<const std::byte>();
-    rest_ = rest_.subspan(out.size());
-    return out;
-  }
-
-  std::span<const std::byte> rest_;
-  bool good_ = true;
-};
-
 // An object without a default starts with 0, which its limits need not include.
 AbortCode limits_of(const od::VariableDescription& variable) {
   const bool given = !variable.value.empty();
@@ -208,31 +185,6 @@ bool place_own_objects(const LineConfig& config, pdo::LinkPlan& plan) {
   image::make_names_unique(plan.outputs);
   return plan.inputs.byte_size <= image::kMaxAreaBytes &&
          plan.outputs.byte_size <= image::kMaxAreaBytes;
-}
-
-std::optional<OwnObject> decode_own_object(const Command& command) {
-  constexpr unsigned kMappable = 1;
-  constexpr unsigned kStored = 2;
-  constexpr unsigned kPlaced = 4;
-  Fields fields(command.data);
-  OwnObject out{.index = command.index, .variable = {}};
-  out.variable.sub = command.sub;
-  out.variable.type = static_cast<od::DataType>(fields.number(2));
-  const auto access = fields.number(1);
-  const auto flags = fields.number(1);
-  const std::vector<std::byte> name = fields.bytes();
-  out.variable.name.assign(reinterpret_cast<const char*>(name.data()), name.size());
-  out.variable.value = fields.bytes();
-  out.variable.low_limit = fields.bytes();
-  out.variable.high_limit = fields.bytes();
-  out.variable.access = static_cast<od::Access>(access);
-  out.variable.mappable = (flags & kMappable) != 0;
-  out.variable.store = (flags & kStored) != 0;
-  out.in_image = (flags & kPlaced) != 0;
-  out.offset = command.entry;
-  const bool known = access <= static_cast<unsigned>(od::Access::constant) &&
-                     flags <= (kMappable | kStored | kPlaced);
-  return fields.complete() && known ? std::optional(std::move(out)) : std::nullopt;
 }
 
 OwnObjects::OwnObjects(const std::vector<OwnObject>& objects, image::ProcessImage& image,
@@ -401,13 +353,13 @@ Event written_event(std::uint8_t node, od::Address address, std::span<const std:
   return event;
 }
 
-std::vector<std::byte> list_objects(const od::Dictionary& dictionary, std::uint16_t first,
-                                    std::uint16_t last) {
+std::vector<std::byte> list_objects(const od::Dictionary& dictionary, ObjectRange range) {
   std::vector<std::byte> out;
   for (const std::uint16_t index : dictionary.indices()) {
     const bool window =
         index >= od::objects::kInputVariables && index <= od::objects::kLastNetworkVariable;
-    if (index < first || index > last || (window && first < od::objects::kInputVariables)) {
+    if (index < range.first || index > range.last ||
+        (window && range.first < od::objects::kInputVariables)) {
       continue;
     }
     for (unsigned sub = 0; sub <= dictionary.highest_sub(index).value_or(0); ++sub) {
@@ -417,11 +369,10 @@ std::vector<std::byte> list_objects(const od::Dictionary& dictionary, std::uint1
   return out;
 }
 
-std::vector<std::byte> list_objects(const od::DeviceDescription& device, std::uint16_t first,
-                                    std::uint16_t last) {
+std::vector<std::byte> list_objects(const od::DeviceDescription& device, ObjectRange range) {
   std::vector<std::byte> out;
   for (const od::ObjectDescription& object : device.objects) {
-    if (object.index < first || object.index > last) {
+    if (object.index < range.first || object.index > range.last) {
       continue;
     }
     for (const od::VariableDescription& variable : object.variables) {

@@ -45,9 +45,6 @@ std::vector<Diagnostic> check_own_objects(const LineConfig& config);
 // nothing. Returns false if an area becomes larger than image::kMaxAreaBytes.
 bool place_own_objects(const LineConfig& config, pdo::LinkPlan& plan);
 
-// CommandKind::object_create. Returns nothing if the data is malformed, see command.h.
-std::optional<OwnObject> decode_own_object(const Command& command);
-
 class OwnObjects final : public od::Hook {
  public:
   // All must outlive it; the image has the entries of place_own_objects().
@@ -109,15 +106,13 @@ class OwnObjects final : public od::Hook {
 Event written_event(std::uint8_t node, od::Address address, std::span<const std::byte> value,
                     Instant now);
 
-// CommandKind::local_read with kListObjects: the variables of index .. last, those of A000h..AFFFh
-// only if index is one of them. Per variable, little-endian: index (2), sub-index (1), data type
+// LocalRead: the variables of the range, those of A000h..AFFFh only if its first index is one of
+// them. Per variable, little-endian: index (2), sub-index (1), data type
 // (2), access (1, as od::Access), flags (1: bit 0 mappable, 1 stored by 1010h, 2 an application's),
 // length of the name (1) and the name, length of the value (1) and the value; no value if it cannot
 // be read or is longer than 255 bytes.
-std::vector<std::byte> list_objects(const od::Dictionary& dictionary, std::uint16_t first,
-                                    std::uint16_t last);
+std::vector<std::byte> list_objects(const od::Dictionary& dictionary, ObjectRange range);
 // The same for a device file, with its values.
-std::vector<std::byte> list_objects(const od::DeviceDescription& device, std::uint16_t first,
-                                    std::uint16_t last);
+std::vector<std::byte> list_objects(const od::DeviceDescription& device, ObjectRange range);
 
 }  // namespace linegate::line

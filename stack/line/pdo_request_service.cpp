@@ -16,12 +16,12 @@ std::span<const CommandKind> PdoRequestService::commands() const {
 
 // The number of an RPDO of the own node; 0: there is none. The command specifies it directly, or by
 // a TPDO of a device.
-std::uint16_t PdoRequestService::named_rpdo(const Command& command) const {
-  if (command.node == 0) {
-    return command.code;
+std::uint16_t PdoRequestService::named_rpdo(const PdoRequest& request) const {
+  if (request.node == 0) {
+    return request.number;
   }
   const auto found = std::ranges::find_if(plan_.rpdos, [&](const pdo::LinkedPdo& rpdo) {
-    return rpdo.node == command.node && rpdo.remote_pdo == command.code;
+    return rpdo.node == request.node && rpdo.remote_pdo == request.number;
   });
   return found == plan_.rpdos.end() ? std::uint16_t{0} : found->parameters.number;
 }
@@ -43,7 +43,7 @@ Refusal PdoRequestService::request(std::uint16_t rpdo) {
 }
 
 void PdoRequestService::execute(Command command, Instant now) {
-  const std::uint16_t rpdo = named_rpdo(command);
+  const std::uint16_t rpdo = named_rpdo(std::get<PdoRequest>(command.request));
   if (const Refusal why = request(rpdo); why != Refusal::none) {
     host().refuse(command, why, now);
     return;

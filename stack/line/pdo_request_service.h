@@ -44,7 +44,7 @@ class PdoRequestService final : public Service {
     Instant deadline = kNever;
   };
 
-  std::uint16_t named_rpdo(const Command& command) const;
+  std::uint16_t named_rpdo(const PdoRequest& request) const;
   Refusal request(std::uint16_t rpdo);
 
   node::Node& node_;

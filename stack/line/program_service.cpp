@@ -33,26 +33,28 @@ void ProgramService::execute(Command command, Instant now) {
 
 // Moves the data out of the command unless it is refused.
 Refusal ProgramService::begin(Command& command, Instant now) {
-  const bool is_node = command.node >= can::kMinNodeId && command.node <= can::kMaxNodeId;
-  if (!is_node || command.node == own_node_ || command.sub == 0 || command.data.empty() ||
-      command.data.size() > manager::kLongestProgram) {
+  auto& request = std::get<ProgramDownload>(command.request);
+  const bool is_node = request.node >= can::kMinNodeId && request.node <= can::kMaxNodeId;
+  if (!is_node || request.node == own_node_ || request.number == 0 || request.program.empty() ||
+      request.program.size() > manager::kLongestProgram) {
     return Refusal::bad_request;
   }
   if (!manager_.active()) {
     return Refusal::wrong_state;
   }
-  if (loader_.loading(command.node)) {
+  if (loader_.loading(request.node)) {
     return Refusal::busy;
   }
   running_.push_back(
       {.tag = command.tag,
-       .node = command.node,
+       .node = request.node,
        .deadline = command.timeout > Duration::zero() ? deadline(now, command.timeout) : kNever});
-  manager_.hold(command.node);
-  loader_.load({.node = command.node,
-                .number = command.sub,
-                .program = std::make_shared<const std::vector<std::byte>>(std::move(command.data))},
-               now);
+  manager_.hold(request.node);
+  loader_.load(
+      {.node = request.node,
+       .number = request.number,
+       .program = std::make_shared<const std::vector<std::byte>>(std::move(request.program))},
+      now);
   collect(now);
   return Refusal::none;
 }

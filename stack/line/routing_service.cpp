@@ -25,12 +25,14 @@ std::span<const CommandKind> RoutingService::commands() const {
 }
 
 void RoutingService::execute(Command command, Instant now) {
+  const Duration duration = std::get<RoutingTrace>(command.request).duration;
   if (!takes_part()) {
     host().refuse(command, Refusal::wrong_role, now);
-  } else if (command.code < 1 || command.code > routing::Trace::kLongest) {
+  } else if (duration < std::chrono::seconds(1) ||
+             duration > std::chrono::seconds(routing::Trace::kLongest)) {
     host().refuse(command, Refusal::bad_request, now);
   } else {
-    routing_->trace_until(now + std::chrono::seconds(command.code));
+    routing_->trace_until(now + duration);
     host().reply(command.tag, Error{}, {});
   }
 }

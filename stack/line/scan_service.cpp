@@ -14,6 +14,16 @@
 
 namespace linegate::line {
 
+namespace {
+
+// A scan that is not applied sets nothing up.
+ScanApply request_of(const Command& command) {
+  const auto* const apply = std::get_if<ScanApply>(&command.request);
+  return apply != nullptr ? *apply : ScanApply{.node = node_of(command)};
+}
+
+}  // namespace
+
 ScanService::ScanService(ServiceHost& host, const LineConfig& config, const Parts& parts)
     : Service(host),
       config_(config),
@@ -32,8 +42,7 @@ void ScanService::execute(Command command, Instant now) {
     host().refuse(command, why, now);
     return;
   }
-  const bool applies = command.kind == CommandKind::scan_apply;
-  if (!begin(command.node, applies ? command.code : std::uint16_t{0}, now)) {
+  if (!begin(request_of(command), now)) {
     host().refuse(command, Refusal::busy, now);
     return;
   }
@@ -43,10 +52,9 @@ void ScanService::execute(Command command, Instant now) {
 }
 
 Refusal ScanService::check(const Command& command) const {
-  const bool applies = command.kind == CommandKind::scan_apply;
-  const bool is_own = command.node != 0 && command.node == config_.node_id;
-  if (command.node > can::kMaxNodeId || is_own ||
-      (applies && command.code > (kScanSetUp | kScanRestore))) {
+  const bool applies = std::holds_alternative<ScanApply>(command.request);
+  const std::uint8_t node = node_of(command);
+  if (node > can::kMaxNodeId || (node != 0 && node == config_.node_id)) {
     return Refusal::bad_request;
   }
   if (!host().manages()) {
@@ -59,29 +67,29 @@ Refusal ScanService::check(const Command& command) const {
 }
 
 bool ScanService::begin(std::uint8_t node, Instant now) {
-  const bool begun = begin(node, 0, now);
+  const bool begun = begin(ScanApply{.node = node}, now);
   conclude();
   return begun;
 }
 
-bool ScanService::begin(std::uint8_t node, std::uint16_t code, Instant now) {
-  const bool one = node != 0;
-  if (!scanner_.begin({.first = one ? node : can::kMinNodeId,
-                       .last = one ? node : can::kMaxNodeId,
+bool ScanService::begin(const ScanApply& request, Instant now) {
+  const bool one = request.node != 0;
+  if (!scanner_.begin({.first = one ? request.node : can::kMinNodeId,
+                       .last = one ? request.node : can::kMaxNodeId,
                        .except = config_.node_id,
                        .timeout = config_.sdo_timeout,
-                       .restore_defaults = (code & kScanRestore) != 0},
+                       .restore_defaults = request.restore},
                       now)) {
     return false;
   }
-  if ((code & kScanRestore) != 0) {
+  if (request.restore) {
     parts_.manager.stop(now);  // it would configure the nodes that boot again
   }
   tag_.reset();
   deadline_ = kNever;
   of_all_ = !one;
-  code_ = code;
-  parts_.diagnosing.diagnosis().scan_begins(node);
+  sets_up_ = request.set_up;
+  parts_.diagnosing.diagnosis().scan_begins(request.node);
   return true;
 }
 
@@ -107,7 +115,7 @@ void ScanService::conclude() {
   }
   deadline_ = kNever;
   parts_.diagnosing.diagnosis().scan_ends();
-  if ((code_ & kScanSetUp) != 0) {
+  if (sets_up_) {
     scan::set_up(*found, parts_.records.settings().heartbeat);
   }
   if (tag_) {

@@ -48,7 +48,7 @@ class ScanService final : public Service, public ScanCache, sdo::TransferOwner, 
   ~ScanService() override { parts_.sdo.disown(*this); }
 
   std::span<const CommandKind> commands() const override;
-  // Answered with scan::write_report(). Refusals: bad_request (no such node or code, or the own
+  // Answered with scan::write_report(). Refusals: bad_request (no such node, or the own
   // node), wrong_role, wrong_state (scan_apply: nodes are configured that no scan found),
   // line_down, busy (another scan is under way), timed_out.
   void execute(Command command, Instant now) override;
@@ -76,7 +76,7 @@ class ScanService final : public Service, public ScanCache, sdo::TransferOwner, 
   void asked(std::uint8_t node, bool answered, Instant asked_at, Instant now) override;
 
   Refusal check(const Command& command) const;
-  bool begin(std::uint8_t node, std::uint16_t code, Instant now);
+  bool begin(const ScanApply& request, Instant now);
   void conclude();
   void cache(std::vector<scan::ScannedNode> found);
   void expire(Instant now);
@@ -86,7 +86,7 @@ class ScanService final : public Service, public ScanCache, sdo::TransferOwner, 
   scan::Scanner scanner_;
   std::optional<std::uint64_t> tag_;  // of the command under way
   bool of_all_ = false;
-  std::uint16_t code_ = 0;  // of scan_apply
+  bool sets_up_ = false;  // ScanApply::set_up
   Instant deadline_ = kNever;
   std::vector<scan::ScannedNode> cache_;  // ascending by id
 };

@@ -20,11 +20,6 @@ using image::Direction;
 // earlier, and report the reason.
 constexpr int kRemotePatience = 3;
 
-// The time of each attempt; zero: the command has no limit.
-Duration share_of(const Command& command) {
-  return std::max(command.timeout, Duration::zero()) / (1 + command.repeats);
-}
-
 Instant deadline_of(const Command& command, Instant now) {
   return command.timeout > Duration::zero() ? deadline(now, command.timeout) : kNever;
 }
@@ -38,24 +33,61 @@ std::span<const CommandKind> SdoService::commands() const {
 }
 
 void SdoService::execute(Command command, Instant now) {
-  const bool in_network =
-      command.kind == CommandKind::network_read || command.kind == CommandKind::network_write;
-  if (in_network && command.network != config_.network_id) {
-    start_in_network(std::move(command), now);
-    return;
+  if (const auto* const read = std::get_if<SdoRead>(&command.request)) {
+    if (!read->from_image || !answer_from_image(command.tag, *read)) {
+      start(command,
+            {.node = read->node,
+             .address = read->address,
+             .repeats = read->repeats,
+             .from_scan = read->from_scan},
+            now);
+    }
+  } else if (auto* const write = std::get_if<SdoWrite>(&command.request)) {
+    start(command,
+          {.node = write->node,
+           .address = write->address,
+           .write = true,
+           .data = std::move(write->data),
+           .repeats = write->repeats},
+          now);
+  } else if (auto* const object = std::get_if<ObjectWrite>(&command.request)) {
+    start(command,
+          {.node = object->node,
+           .address = object->address,
+           .write = true,
+           .data = std::move(object->data)},
+          now);
+  } else {
+    execute_in_network(command, now);
   }
-  const bool read =
-      command.kind == CommandKind::sdo_read || command.kind == CommandKind::network_read;
-  if (command.kind == CommandKind::sdo_read && (command.code & kFromImage) != 0 &&
-      answer_from_image(command)) {
-    return;
-  }
-  start(std::move(command), !read, now);
 }
 
-bool SdoService::answer_from_image(const Command& command) {
+// In the own network as SdoRead and SdoWrite.
+void SdoService::execute_in_network(Command& command, Instant now) {
+  Way way;
+  Transfer transfer;
+  if (const auto* const read = std::get_if<NetworkRead>(&command.request)) {
+    way = {read->network, read->as_device};
+    transfer = {.node = read->node, .address = read->address, .repeats = read->repeats};
+  } else {
+    auto& write = std::get<NetworkWrite>(command.request);
+    way = {write.network, write.as_device};
+    transfer = {.node = write.node,
+                .address = write.address,
+                .write = true,
+                .data = std::move(write.data),
+                .repeats = write.repeats};
+  }
+  if (way.network == config_.network_id) {
+    start(command, std::move(transfer), now);
+  } else {
+    start_in_network(command, way, std::move(transfer), now);
+  }
+}
+
+bool SdoService::answer_from_image(std::uint64_t tag, const SdoRead& request) {
   const image::Layout& layout = parts_.image.layout(Direction::inputs);
-  for (const std::uint32_t position : entries_of(layout, command)) {
+  for (const std::uint32_t position : entries_of(layout, request.node, request.address)) {
     const image::Entry& entry = layout.entries[position];
     const std::size_t size = byte_length(entry);
     if (size > sizeof(std::uint64_t) || !parts_.image.is_valid(Direction::inputs, position) ||
@@ -64,43 +96,45 @@ bool SdoService::answer_from_image(const Command& command) {
     }
     std::vector<std::byte> data(size);
     store_le(std::span(data), parts_.image.read_entry(Direction::inputs, position));
-    host().reply(command.tag, Error{}, std::move(data));
+    host().reply(tag, Error{}, std::move(data));
     return true;
   }
   return false;
 }
 
-bool SdoService::answer_from_cache(const Command& command) {
-  if ((command.code & kFromCache) == 0 && !parts_.settings.use_scanned_entries) {
+bool SdoService::answer_from_cache(std::uint64_t tag, const Transfer& transfer) {
+  if (!transfer.from_scan && !parts_.settings.use_scanned_entries) {
     return false;
   }
-  const auto* const known = parts_.cache.cached(command.node, {command.index, command.sub});
+  const auto* const known = parts_.cache.cached(transfer.node, transfer.address);
   if (known == nullptr) {
     return false;
   }
-  host().reply(command.tag, Error{}, *known);
+  host().reply(tag, Error{}, *known);
   return true;
 }
 
 // A transfer with the own node is a local access, without the bus.
-void SdoService::access_own(Command command, bool write, Instant now) {
-  command.kind = write ? CommandKind::local_write : CommandKind::local_read;
-  command.code = 0;
-  parts_.local.execute(std::move(command), now);
+void SdoService::access_own(std::uint64_t tag, Transfer transfer, Instant now) {
+  Command local{.tag = tag, .request = LocalRead{.what = transfer.address}};
+  if (transfer.write) {
+    local.request = LocalWrite{.address = transfer.address, .data = std::move(transfer.data)};
+  }
+  parts_.local.execute(std::move(local), now);
 }
 
-void SdoService::start(Command command, bool write, Instant now) {
-  if (command.node < can::kMinNodeId || command.node > can::kMaxNodeId) {
+void SdoService::start(const Command& command, Transfer transfer, Instant now) {
+  if (transfer.node < can::kMinNodeId || transfer.node > can::kMaxNodeId) {
     host().refuse(command, Refusal::bad_request, now);
     return;
   }
-  if (command.node == config_.node_id) {
-    access_own(std::move(command), write, now);
+  if (transfer.node == config_.node_id) {
+    access_own(command.tag, std::move(transfer), now);
     return;
   }
-  if (write) {
-    parts_.cache.forget_cached(command.node, {command.index, command.sub});
-  } else if (answer_from_cache(command)) {
+  if (transfer.write) {
+    parts_.cache.forget_cached(transfer.node, transfer.address);
+  } else if (answer_from_cache(command.tag, transfer)) {
     return;
   }
   if (!host().manages()) {  // the default SDO servers are the master's (IXXAT 8.1.9)
@@ -111,31 +145,31 @@ void SdoService::start(Command command, bool write, Instant now) {
     host().refuse(command, Refusal::line_down, now);
     return;
   }
-  const Duration share = share_of(command);
+  const Duration share = share_of(command, transfer);
   const std::uint64_t number = ++transfers_;
   sdo::Request request{.owner = this,
                        .number = number,
-                       .node = command.node,
-                       .address = {command.index, command.sub},
-                       .write = write,
-                       .data = std::move(command.data),
+                       .node = transfer.node,
+                       .address = transfer.address,
+                       .write = transfer.write,
+                       .data = std::move(transfer.data),
                        .timeout = share > Duration::zero() ? std::min(share, config_.sdo_timeout)
                                                            : config_.sdo_timeout,
                        .priority = sdo::Priority::command,
-                       .options = {.repeats = command.repeats}};
+                       .options = {.repeats = transfer.repeats}};
   if (pending_.size() >= kMost || !parts_.sdo.submit(std::move(request), now)) {
     host().refuse(command, Refusal::busy, now);
     return;
   }
   pending_.push_back({.number = number,
-                      .node = command.node,
+                      .node = transfer.node,
                       .tag = command.tag,
                       .deadline = deadline_of(command, now),
-                      .is_object_write = command.kind == CommandKind::object_write});
+                      .is_object_write = kind(command) == CommandKind::object_write});
 }
 
-void SdoService::start_in_network(Command command, Instant now) {
-  if (command.network == 0 || command.node > can::kMaxNodeId) {
+void SdoService::start_in_network(const Command& command, Way way, Transfer transfer, Instant now) {
+  if (way.network == 0 || transfer.node > can::kMaxNodeId) {
     host().refuse(command, Refusal::bad_request, now);
     return;
   }
@@ -147,21 +181,26 @@ void SdoService::start_in_network(Command command, Instant now) {
     host().refuse(command, Refusal::busy, now);
     return;
   }
-  const Duration share = share_of(command);
+  const Duration share = share_of(command, transfer);
   const Duration patience = kRemotePatience * config_.sdo_timeout;
   const std::uint64_t number = ++transfers_;
   pending_.push_back({.number = number, .tag = command.tag, .deadline = deadline_of(command, now)});
   parts_.routing.start({.owner = this,
                         .number = number,
-                        .network = command.network,
-                        .node = command.node,
-                        .address = {command.index, command.sub},
-                        .write = command.kind == CommandKind::network_write,
-                        .data = std::move(command.data),
+                        .network = way.network,
+                        .node = transfer.node,
+                        .address = transfer.address,
+                        .write = transfer.write,
+                        .data = std::move(transfer.data),
                         .timeout = share > Duration::zero() ? std::min(share, patience) : patience,
-                        .repeats = command.repeats,
-                        .as_device = (command.entry & kAsDevice) != 0},
+                        .repeats = transfer.repeats,
+                        .as_device = way.as_device},
                        now);
+}
+
+// Of each attempt; zero: the command has no limit.
+Duration SdoService::share_of(const Command& command, const Transfer& transfer) {
+  return std::max(command.timeout, Duration::zero()) / (1 + transfer.repeats);
 }
 
 void SdoService::completed(sdo::Completion& completion, Instant /*now*/) {

@@ -59,11 +59,28 @@ class SdoService final : public Service, sdo::TransferOwner {
   // sdo::TransferOwner
   void completed(sdo::Completion& completion, Instant now) override;
 
-  bool answer_from_image(const Command& command);
-  bool answer_from_cache(const Command& command);
-  void access_own(Command command, bool write, Instant now);
-  void start(Command command, bool write, Instant now);
-  void start_in_network(Command command, Instant now);
+  // What the commands have in common.
+  struct Transfer {
+    std::uint8_t node = 0;
+    od::Address address{};
+    bool write = false;
+    std::vector<std::byte> data{};
+    std::uint8_t repeats = 0;
+    bool from_scan = false;
+  };
+  // Into another network, see NetworkRead.
+  struct Way {
+    std::uint16_t network = 0;
+    bool as_device = false;
+  };
+
+  bool answer_from_image(std::uint64_t tag, const SdoRead& request);
+  bool answer_from_cache(std::uint64_t tag, const Transfer& transfer);
+  void access_own(std::uint64_t tag, Transfer transfer, Instant now);
+  void execute_in_network(Command& command, Instant now);
+  void start(const Command& command, Transfer transfer, Instant now);
+  void start_in_network(const Command& command, Way way, Transfer transfer, Instant now);
+  static Duration share_of(const Command& command, const Transfer& transfer);
 
   const LineConfig& config_;
   Parts parts_;

@@ -59,8 +59,8 @@ class VirtualDevice final : node::Application {
   emcy::SendResult send_emcy(std::uint16_t code, std::uint8_t error_register,
                              std::span<const std::byte> info, Instant now);
 
-  // Writes an object on behalf of a command. own: as the device itself, see kWriteOwn. Requests a
-  // TPDO that maps the object if its value changes.
+  // Writes an object on behalf of a command. own: as the device itself, see LocalWrite::as_owner.
+  // Requests a TPDO that maps the object if its value changes.
   AbortCode write(od::Address address, std::span<const std::byte> value, bool own, Instant now);
 
   std::uint8_t id() const { return id_; }

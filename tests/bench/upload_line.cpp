@@ -102,20 +102,18 @@ void UploadLine::take() {
 
 void UploadLine::turn(bool on) {
   on_ = on;
-  line::Command command{.tag = kSyncTag, .kind = line::CommandKind::local_write};
-  command.index = kSyncCobId;
-  command.data.resize(4);
-  store_le(command.data.data(), can::kSyncId | (on ? can::CobId::kProducerBit : 0U));
-  ask(std::move(command));
+  line::LocalWrite write{.address = {kSyncCobId, 0}};
+  write.data.resize(4);
+  store_le(write.data.data(), can::kSyncId | (on ? can::CobId::kProducerBit : 0U));
+  ask({.tag = kSyncTag, .request = std::move(write)});
   for (std::uint8_t node = 1; on && node <= kUploadNodes; ++node) {
     read(node);
   }
 }
 
 void UploadLine::read(std::uint8_t node) {
-  line::Command command{.tag = node, .kind = line::CommandKind::sdo_read, .node = node};
-  command.index = kDomain.index;
-  command.sub = kDomain.sub;
+  line::Command command{
+      .tag = node, .request = line::SdoRead{.node = node, .address = {kDomain.index, kDomain.sub}}};
   ask(std::move(command));
 }
 

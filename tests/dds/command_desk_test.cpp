@@ -68,10 +68,9 @@ TEST_F(Desk, ARequestBecomesACommand) {
   EXPECT_EQ(outcome.command->line, "line1");
   EXPECT_EQ(outcome.command->client, "c");
   EXPECT_EQ(outcome.command->layout_id, 6U);
-  EXPECT_EQ(outcome.command->command.kind, line::CommandKind::sdo_read);
-  EXPECT_EQ(outcome.command->command.node, 5);
-  EXPECT_EQ(outcome.command->command.index, 0x1018);
-  EXPECT_EQ(outcome.command->command.sub, 2);
+  const auto& read = std::get<line::SdoRead>(outcome.command->command.request);
+  EXPECT_EQ(read.node, 5);
+  EXPECT_EQ(read.address, (od::Address{0x1018, 2}));
   EXPECT_EQ(outcome.command->command.timeout, Duration{5});
 }
 
@@ -82,7 +81,8 @@ TEST_F(Desk, ChunksArePutTogether) {
   EXPECT_FALSE(take(chunks[1]).command);
   const auto outcome = take(chunks[2]);
   ASSERT_TRUE(outcome.command);
-  EXPECT_EQ(outcome.command->command.data, known::pattern(20'480, 1));
+  EXPECT_EQ(std::get<line::SdoWrite>(outcome.command->command.request).data,
+            known::pattern(20'480, 1));
 }
 
 TEST_F(Desk, DuplicatesAreCarriedOutOnceAndAnsweredEachTime) {
@@ -197,15 +197,13 @@ TEST_F(Desk, ANetworkIsNamedByTheCode) {
   sample.code(0x0203);
   const auto outcome = take(sample);
   ASSERT_TRUE(outcome.command);
-  EXPECT_EQ(outcome.command->command.kind, line::CommandKind::network_read);
-  EXPECT_EQ(outcome.command->command.network, 0x0203);
-  EXPECT_EQ(outcome.command->command.code, 0);
+  EXPECT_EQ(std::get<line::NetworkRead>(outcome.command->command.request).network, 0x0203);
   v1::CommandRequest back;
   to_wire(outcome.command->command, back);
   EXPECT_EQ(back.code(), 0x0203);
   sample.id(12);
-  sample.entry(line::kAsDevice);
-  EXPECT_EQ(take(sample).command->command.entry, line::kAsDevice);
+  sample.entry(1);
+  EXPECT_TRUE(std::get<line::NetworkRead>(take(sample).command->command.request).as_device);
   sample.id(13);
   sample.entry(2);
   EXPECT_EQ(take(sample).answer->text, "entry is not 0 or 1");

@@ -16,20 +16,14 @@ namespace linegate::test {
 namespace {
 
 line::Command sdo_read(std::uint16_t index, std::uint8_t kilobytes, std::uint8_t node = 9) {
-  line::Command command;
-  command.kind = line::CommandKind::sdo_read;
-  command.node = node;
-  command.index = index;
-  command.sub = kilobytes;
+  line::Command command{.request = line::SdoRead{.node = node, .address = {index, kilobytes}}};
   return command;
 }
 
 line::Command sdo_write(std::size_t size, std::uint8_t node = 9) {
-  line::Command command;
-  command.kind = line::CommandKind::sdo_write;
-  command.node = node;
-  command.index = 0x2000;
-  command.data = known::pattern(size, node);
+  line::Command command{
+      .request =
+          line::SdoWrite{.node = node, .address = {0x2000, 0}, .data = known::pattern(size, node)}};
   return command;
 }
 
@@ -44,8 +38,7 @@ class Commands : public testing::Test {
     return client->call(known_line(), command, kDeadline, listener);
   }
   std::uint32_t carried_out() {
-    line::Command command;
-    command.kind = line::CommandKind::local_read;
+    line::Command command{.request = line::LocalRead{}};
     const auto result = call(command);
     EXPECT_EQ(result.reply.data.size(), 4U);
     return result.reply.data.size() == 4 ? load_le<std::uint32_t>(result.reply.data.data()) : 0;

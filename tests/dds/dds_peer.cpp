@@ -105,21 +105,21 @@ class Plant : public dds::GatewayHandler {
 
  private:
   void carry_out(const line::Command& command, line::Reply& reply) {
-    if (command.kind == line::CommandKind::local_read) {
+    if (std::holds_alternative<line::LocalRead>(command.request)) {
       reply.data = bytes_of(carried_out_);
       return;
     }
     ++carried_out_;
-    if (command.kind == line::CommandKind::sdo_read) {
-      if (command.index == 0x1234)
+    if (const auto* const read = std::get_if<line::SdoRead>(&command.request)) {
+      if (read->address.index == 0x1234)
         reply.error = {Domain::sdo, 0x0602'0000};
       if (reply.ok())
-        reply.data = known::pattern(std::size_t{command.sub} * 1024, command.node);
-    } else if (command.kind == line::CommandKind::sdo_write) {
-      const bool same = command.data == known::pattern(command.data.size(), command.node);
+        reply.data = known::pattern(std::size_t{read->address.sub} * 1024, read->node);
+    } else if (const auto* const write = std::get_if<line::SdoWrite>(&command.request)) {
+      const bool same = write->data == known::pattern(write->data.size(), write->node);
       if (!same)
         reply.error = {Domain::sdo, 0x0800'0000};
-      reply.data = bytes_of(static_cast<std::uint32_t>(command.data.size()));
+      reply.data = bytes_of(static_cast<std::uint32_t>(write->data.size()));
     }
   }
 

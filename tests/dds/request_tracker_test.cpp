@@ -19,7 +19,7 @@ Request request_with(std::size_t data = 0) {
   request.target = {"g", "l", 0};
   request.id = 7;
   request.deadline = kStart + milliseconds(10'000);
-  request.command.data = known::pattern(data, 1);
+  request.data = known::pattern(data, 1);
   return request;
 }
 

@@ -21,6 +21,7 @@
 #include "bridges/dds/output_samples.h"
 #include "bridges/dds/output_state_samples.h"
 #include "bridges/dds/received_type.h"
+#include "bridges/dds/request_codec.h"
 #include "bridges/dds/request_tracker.h"
 #include "bridges/dds/state_samples.h"
 
@@ -48,7 +49,7 @@ class Peer {
     for (std::uint64_t id = 1; id <= fuzz::kRequests; ++id) {
       Request request;
       request.target = {fuzz::kGateway, fuzz::kLine, 0};
-      request.command.data.resize(id == 1 ? 10'000 : 0);
+      request.data.resize(id == 1 ? 10'000 : 0);
       request.id = id;
       request.deadline = now_ + std::chrono::seconds(10);
       tracker_.add(request, now_);
@@ -246,10 +247,11 @@ class Peer {
       send(*outcome.answer, outcome.answer_from);
     if (!outcome.command)
       return;
-    LINEGATE_EXPECT(outcome.command->command.data.size() <= kLimits.request);
+    std::vector<std::byte> data = encode_data(outcome.command->command.request);
+    LINEGATE_EXPECT(data.size() <= kLimits.request);
     line::Reply reply;
     reply.tag = outcome.command->command.tag;
-    reply.data = outcome.command->command.data;
+    reply.data = std::move(data);
     // A command in six is answered at the end only, or never.
     if (reply.tag % 6 != 0) {
       const auto answer = desk_.answer(reply);

@@ -174,15 +174,14 @@ v1::OutputWrite output_write(std::size_t values, std::size_t run) {
 }
 
 v1::CommandRequest request(std::uint64_t id, line::CommandKind kind, std::size_t bytes) {
-  line::Command command;
-  command.kind = kind;
-  command.node = 5;
-  command.network = 3;
-  command.index = 0x1018;
-  command.sub = 1;
-  command.nmt = nmt::Command::start;
   auto sample = addressed<v1::CommandRequest>();
-  to_wire(command, sample);
+  sample.kind(static_cast<std::uint8_t>(kind));
+  sample.node(5);
+  sample.index(0x1018);
+  sample.sub(1);
+  sample.nmt(v1::NMT_START);
+  if (kind == line::CommandKind::network_read || kind == line::CommandKind::network_write)
+    sample.code(3);
   sample.client(fuzz::kClient);
   sample.id(id);
   set_chunk(known::pattern(bytes, 1), 0, sample);

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "tests/fuzz/command_form.h"
 #include "tests/fuzz/input.h"
 #include "tests/fuzz/line_input.h"
 #include "tests/fuzz/line_subject.h"
@@ -68,7 +69,7 @@ class Run {
         subject_.lose(input_.byte());
         break;
       case Step::command:
-        subject_.execute(fuzz::read_command(input_));
+        subject_.execute(fuzz::to_command(fuzz::read_form(input_)));
         break;
       case Step::write:
         write();

@@ -29,25 +29,12 @@ std::vector<std::byte> bytes(std::initializer_list<std::uint8_t> octets) {
   return out;
 }
 
-// Of a line::Command what these inputs say of it.
-struct Request {
-  CommandKind kind{};
-  std::uint8_t node = 0;
-  std::uint16_t network = 0;
-  std::uint16_t index = 0;
-  std::uint8_t sub = 0;
-  nmt::Command nmt = nmt::Command::start;
-  std::uint16_t code = 0;
-  std::uint32_t entry = 0;
-  Duration timeout{};
-};
-
 class Script {
  public:
   Script(Role role, std::initializer_list<SetupBit> bits) : steps_(setup_bytes(role, bits)) {}
 
-  void ask(const Request& request, std::initializer_list<std::uint8_t> data = {}) {
-    ask(request, bytes(data));
+  void ask(const CommandForm& form, std::initializer_list<std::uint8_t> data = {}) {
+    ask(form, bytes(data));
   }
   void ask(lss::Procedure procedure, const std::vector<std::byte>& data = {}) {
     ask({.kind = CommandKind::lss, .code = static_cast<std::uint16_t>(procedure)}, data);
@@ -74,19 +61,9 @@ class Script {
   }
 
  private:
-  void ask(const Request& request, const std::vector<std::byte>& data) {
-    line::Command command;
-    command.kind = request.kind;
-    command.node = request.node;
-    command.network = request.network;
-    command.index = request.index;
-    command.sub = request.sub;
-    command.nmt = request.nmt;
-    command.code = request.code;
-    command.entry = request.entry;
-    command.timeout = request.timeout;
-    command.data = data;
-    steps_.command(command);
+  void ask(CommandForm form, const std::vector<std::byte>& data) {
+    form.data = data;
+    steps_.command(form);
   }
 
   Steps steps_;
@@ -96,10 +73,8 @@ class Script {
 void ask_everything(Script& script) {
   script.ask({.kind = CommandKind::sdo_read, .node = kDrive, .index = 0x1018, .sub = 1});
   script.ask({.kind = CommandKind::sdo_write, .node = kDrive, .index = 0x1015}, {0x0A, 0x00});
-  script.ask({.kind = CommandKind::local_read,
-              .index = 0x1000,
-              .code = line::kListObjects,
-              .entry = 0x6000});
+  script.ask(
+      {.kind = CommandKind::local_read, .index = 0x1000, .code = kFormRange, .entry = 0x6000});
   script.ask({.kind = CommandKind::local_write, .index = 0x1017}, {0x64, 0x00});
   script.ask({.kind = CommandKind::output_write, .entry = 0}, {6, 0});
   script.ask({.kind = CommandKind::emcy_send, .node = kDrive, .sub = 1, .code = 0x2310}, {1, 2});
@@ -117,13 +92,13 @@ void ask_everything(Script& script) {
               .node = kInputsOutputs,
               .index = 0x6200,
               .sub = 1,
-              .code = line::kKeepPdo},
+              .code = kFormKeepPdo},
              {0xAA});
   script.ask({.kind = CommandKind::object_write,
               .node = kInputsOutputs,
               .index = 0x6200,
               .sub = 1,
-              .code = line::kForceSdo},
+              .code = kFormForceSdo},
              {0x0F});
   // All values of a PDO, so that it may be sent.
   script.ask({.kind = CommandKind::object_write, .node = kInputsOutputs, .index = 0x6200, .sub = 2},
@@ -136,9 +111,8 @@ void ask_everything(Script& script) {
   script.ask({.kind = CommandKind::can_send, .entry = 0x8ABC'DEF0}, {1, 2, 3});
   script.ask({.kind = CommandKind::can_send, .sub = 5, .entry = 0x6F0}, {1, 2, 3, 4});
   script.ask({.kind = CommandKind::can_send, .code = 4, .entry = 0x4000'06F1});
-  script.ask({.kind = CommandKind::object_create, .index = 0x2001, .sub = 1},
-             {0x05, 0, 0, 1, 1, 'a', 1, 7, 0, 1, 9});
-  script.ask({.kind = CommandKind::object_create, .index = 0x2001, .code = line::kRemoveObject});
+  script.ask({.kind = CommandKind::object_create, .index = 0x2001, .sub = 1}, {0x05, 2, 1, 7});
+  script.ask({.kind = CommandKind::object_create, .index = 0x2001, .code = kFormRemoval});
   script.ask({.kind = CommandKind::scan, .node = kDrive, .timeout = milliseconds(12'000)});
   script.wait(5);
   script.ask({.kind = CommandKind::boot, .node = kInputsOutputs, .timeout = milliseconds(3000)});
@@ -187,7 +161,7 @@ void save_scans(const std::filesystem::path& folder) {
             .node = kDrive,
             .index = 0x1018,
             .sub = 1,
-            .code = line::kFromCache});
+            .code = kFormFromScan});
   scan.ask({.kind = CommandKind::scan, .node = kEncoder});
   scan.hear(0x707, {0x00});
   scan.wait(20);
@@ -195,7 +169,7 @@ void save_scans(const std::filesystem::path& folder) {
 
   Script apply(Role::manager, {kAnswering, kUnknownNodes, kHeartbeat, kStrict});
   apply.wait(5);
-  apply.ask({.kind = CommandKind::scan_apply, .code = line::kScanSetUp | line::kScanRestore});
+  apply.ask({.kind = CommandKind::scan_apply, .code = kFormSetUp | kFormRestore});
   apply.wait(20);
   apply.unplug_for(5);
   apply.wait(100);

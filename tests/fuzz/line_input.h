@@ -21,7 +21,7 @@ enum class Step : std::uint8_t {
   sleep,     // tenths of a second, and nobody looks
   send,      // frames
   lose,      // frames
-  command,   // see read_command() in watched_line.h
+  command,   // see read_form() in command_form.h
   write,     // see write() in line.cpp
   bus,       // kind, state or class, counter
   report,    // kind

@@ -63,18 +63,15 @@ class Recording {
 
   void command(CommandKind kind, std::uint8_t node, od::Address address,
                std::initializer_list<std::uint8_t> data = {}, nmt::Command nmt = {}) {
-    line::Command command;
-    command.kind = kind;
-    command.node = node;
-    command.index = address.index;
-    command.sub = address.sub;
-    command.nmt = nmt;
+    fuzz::CommandForm form{.kind = kind, .node = node, .nmt = nmt};
+    form.index = address.index;
+    form.sub = address.sub;
     for (const std::uint8_t byte : data) {
-      command.data.push_back(std::byte{byte});
+      form.data.push_back(std::byte{byte});
     }
     catch_up();
-    steps_.command(command);
-    subject_.execute(std::move(command));
+    steps_.command(form);
+    subject_.execute(fuzz::to_command(std::move(form)));
   }
 
   // From line 2; connection: as Step::message says.

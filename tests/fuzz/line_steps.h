@@ -14,6 +14,7 @@
 #include "stack/can/frame.h"
 #include "stack/line/command.h"
 
+#include "tests/fuzz/command_form.h"
 #include "tests/fuzz/line_input.h"
 
 namespace linegate::fuzz {
@@ -47,17 +48,16 @@ class Steps {
 
   // Precondition: fewer than 64 bytes of data, a time-out of whole milliseconds below 128 or of
   // tenths of a second, up to 12.5 s.
-  void command(const line::Command& command) {
-    const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(command.timeout).count();
+  void command(const CommandForm& form) {
+    const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(form.timeout).count();
     const auto timeout = static_cast<std::uint8_t>(ms < 0x80 ? ms : 0x80 + ms / 100);
-    step(Step::command,
-         {static_cast<std::uint8_t>(command.kind), command.node, byte_of(command.index, 0),
-          byte_of(command.index, 1), command.sub, static_cast<std::uint8_t>(command.nmt),
-          byte_of(command.code, 0), byte_of(command.code, 1), byte_of(command.entry, 0),
-          byte_of(command.entry, 1), byte_of(command.entry, 2), byte_of(command.entry, 3),
-          byte_of(command.network, 0), timeout, command.repeats,
-          static_cast<std::uint8_t>(command.data.size())});
-    put_data(command.data);
+    step(Step::command, {static_cast<std::uint8_t>(form.kind), form.node, byte_of(form.index, 0),
+                         byte_of(form.index, 1), form.sub, static_cast<std::uint8_t>(form.nmt),
+                         byte_of(form.code, 0), byte_of(form.code, 1), byte_of(form.entry, 0),
+                         byte_of(form.entry, 1), byte_of(form.entry, 2), byte_of(form.entry, 3),
+                         byte_of(form.network, 0), timeout, form.repeats,
+                         static_cast<std::uint8_t>(form.data.size())});
+    put_data(form.data);
   }
 
   void put(std::initializer_list<std::uint8_t> bytes) {

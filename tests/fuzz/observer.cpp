@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "tests/fuzz/command_form.h"
 #include "tests/fuzz/expect.h"
 #include "tests/fuzz/input.h"
 #include "tests/fuzz/watched_line.h"
@@ -30,7 +31,7 @@ enum class Step : std::uint8_t {
   snapshot,  // direction, merge
   events,    // how many
   bus,       // kind, state or class, count
-  command,   // see read_command() in watched_line.h
+  command,   // see read_form() in command_form.h
   outputs,   // group, entry
   stop,
 };
@@ -106,7 +107,7 @@ class Run {
         line_.bus_event(fuzz::read_bus_event(input_, now_));
         break;
       case Step::command:
-        watched_.execute(fuzz::read_command(input_), now_);
+        watched_.execute(fuzz::to_command(fuzz::read_form(input_)), now_);
         break;
       case Step::outputs:
         outputs();

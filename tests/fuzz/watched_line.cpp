@@ -23,7 +23,6 @@ using std::chrono::milliseconds;
 
 // More work at one instant than any of it is worth: time stands still.
 constexpr unsigned kMostTurns = 1000;
-constexpr unsigned kCommandKinds = static_cast<unsigned>(CommandKind::scan_apply) + 1;
 
 void check_error(const Error& error) {
   switch (error.domain) {
@@ -34,7 +33,7 @@ void check_error(const Error& error) {
       return;
     case Domain::command:
       LINEGATE_EXPECT(error.code > 0);
-      LINEGATE_EXPECT(error.code <= static_cast<std::uint32_t>(line::Refusal::identifier_in_use));
+      LINEGATE_EXPECT(error.code <= static_cast<std::uint32_t>(line::Refusal::awaits_turn));
       return;
     default:
       LINEGATE_EXPECT(false);
@@ -144,45 +143,6 @@ can::BusEvent read_bus_event(Input& input, Instant now) {
   return event;
 }
 
-Duration time_out(std::uint8_t byte) {
-  if (byte == 0xFF) {
-    return Duration::max();
-  }
-  if (byte == 0xFE) {
-    return milliseconds(-1);
-  }
-  return byte < 0x80 ? milliseconds(byte) : milliseconds(100) * (byte - 0x80);
-}
-
-std::vector<std::byte> read_data(Input& input) {
-  constexpr std::size_t kMostTold = 64;
-  const std::size_t size = input.byte();
-  if (size < kMostTold) {
-    return input.bytes(size);
-  }
-  std::vector<std::byte> out(size * 8);
-  std::ranges::copy(input.bytes(4), out.begin());
-  return out;
-}
-
-line::Command read_command(Input& input) {
-  line::Command out;
-  out.kind = static_cast<CommandKind>(input.byte() % kCommandKinds);
-  out.node = input.byte();
-  out.index = input.word();
-  out.sub = input.byte();
-  out.error_register = out.sub;
-  out.nmt = static_cast<nmt::Command>(input.byte());
-  out.code = input.word();
-  out.entry = input.word();
-  out.entry |= static_cast<std::uint32_t>(input.word()) << 16U;
-  out.network = input.byte();
-  out.timeout = time_out(input.byte());
-  out.repeats = input.byte();
-  out.data = read_data(input);
-  return out;
-}
-
 // --- the line
 // -------------------------------------------------------------------------------------
 
@@ -200,7 +160,7 @@ void WatchedLine::hear(std::span<const can::Frame> frames, Instant now) {
 void WatchedLine::execute(line::Command command, Instant now) {
   command.tag = next_tag_++;
   const bool limited = command.timeout > Duration::zero();
-  open_[command.tag] = {command.kind, limited ? deadline(now, command.timeout) : kNever};
+  open_[command.tag] = {line::kind(command), limited ? deadline(now, command.timeout) : kNever};
   line_->execute(std::move(command), now);
 }
 

@@ -40,14 +40,6 @@ void read_rest(Input& input, can::Frame& frame);
 can::Frame read_strange_head(Input& input);
 // Kind, state or class, counter.
 can::BusEvent read_bus_event(Input& input, Instant now);
-// Milliseconds; from 80h on tenths of a second, from 0 again; FEh is -1 ms, FFh without end.
-Duration time_out(std::uint8_t byte);
-// Size, and so many bytes; from 64 on eight times as many, of which only the first four are told.
-std::vector<std::byte> read_data(Input& input);
-// Kind, node, index (2), sub-index, NMT command, code (2), entry (4), network, time-out, repeats,
-// data. No tag.
-line::Command read_command(Input& input);
-
 // --- the line
 // -------------------------------------------------------------------------------------
 

@@ -15,7 +15,7 @@ namespace {
 using lss::Procedure;
 
 Procedure procedure_of(const line::Command& command) {
-  return static_cast<Procedure>(command.code);
+  return std::get<line::LssRequest>(command.request).procedure;
 }
 
 // The last answer to the service; switch_global: it has none, or is none that is judged.
@@ -51,7 +51,7 @@ bool has_error(Procedure procedure) {
 }  // namespace
 
 bool AnswerModel::is_lss_frame_of(const Given& given, const can::Frame& frame) {
-  const std::vector<std::byte>& data = given.command.data;
+  const auto& data = std::get<line::LssRequest>(given.command.request).arguments;
   const std::uint64_t argument =
       load_le(std::span(data).first(std::min<std::size_t>(data.size(), 4)));
   const bool global = procedure_of(given.command) == Procedure::switch_global;

@@ -7,6 +7,8 @@
 #include "stack/base/byte_order.h"
 #include "stack/lss/message.h"
 
+#include "tests/plant/request_fields.h"
+
 namespace linegate::plant {
 namespace {
 
@@ -284,43 +286,43 @@ std::string AnswerModel::answered(const line::Reply& reply, std::span<const Even
   }
   return out.empty() ? out
                      : "command " + std::to_string(reply.tag) + " (" +
-                           std::string(line::name(given.command.kind)) + ") is answered as " +
-                           (reply.ok() ? "done: " : "not done: ") + out;
+                           std::string(line::name(line::kind(given.command))) +
+                           ") is answered as " + (reply.ok() ? "done: " : "not done: ") + out;
 }
 
 std::string AnswerModel::check_done(const Given& given, const line::Reply& reply) {
   const line::Command& command = given.command;
+  const line::CommandKind asked = line::kind(command);
   const line::LineConfig& config = line_.config();
-  const bool own = config.role != line::Role::manager || command.node == config.node_id;
+  const bool own = config.role != line::Role::manager || line::node_of(command) == config.node_id;
   using enum line::CommandKind;
-  if (command.kind == lss) {
+  if (asked == lss) {
     return check_lss(given, reply);
   }
-  const bool by_sdo = command.kind == object_write && reply.data.size() == 1 &&
+  const bool by_sdo = asked == object_write && reply.data.size() == 1 &&
                       reply.data.front() == std::byte{line::kBySdo};
-  const bool transfer = command.kind == sdo_read || command.kind == sdo_write || by_sdo;
-  if (transfer && (by_sdo || command.code == 0) && !own) {
+  const auto* const read = as<line::SdoRead>(command);
+  const bool by_transfer = read != nullptr && !read->from_image && !read->from_scan;
+  if ((by_transfer || asked == sdo_write || by_sdo) && !own) {
     return check_transfer(given, reply);
   }
-  const bool frame = (command.kind == nmt && !own) || command.kind == can_send ||
-                     command.kind == emcy_send || command.kind == mpdo_write ||
-                     command.kind == pdo_trigger;
+  const bool frame = (asked == nmt && !own) || asked == can_send || asked == emcy_send ||
+                     asked == mpdo_write || asked == pdo_trigger;
   if (frame) {
     return check_sent(given);
   }
-  const bool output = command.kind == output_write || command.kind == object_write;
+  const bool output = asked == output_write || asked == object_write;
   return output ? check_output(given, reply) : std::string();
 }
 
 std::string AnswerModel::check_transfer(const Given& given, const line::Reply& reply) {
   const line::Command& command = given.command;
-  const bool reads = command.kind == line::CommandKind::sdo_read;
-  const std::vector<std::byte>& value = reads ? reply.data : command.data;
+  const bool reads = as<line::SdoRead>(command) != nullptr;
+  const std::span<const std::byte> value = reads ? reply.data : data_of(command);
   const auto it = std::ranges::find_if(done_, [&](const Done& done) {
-    return done.node == command.node && done.after >= given.order &&
-           done.transfer.upload == reads &&
-           done.transfer.address == od::Address{command.index, command.sub} &&
-           done.transfer.value == value;
+    return done.node == line::node_of(command) && done.after >= given.order &&
+           done.transfer.upload == reads && done.transfer.address == address_of(command) &&
+           std::ranges::equal(done.transfer.value, value);
   });
   if (it == done_.end()) {
     return "no transfer of its object with this value came to its end";

@@ -178,10 +178,10 @@ class AnswerModel {
   void check_refused_values(const can::Frame& frame);
 
   line::Line& line_;
-  std::vector<Field> fields_;                                   // of the output entries
-  std::vector<std::vector<Write>> writes_;                      // the same
-  std::vector<std::pair<std::uint64_t, line::Command>> mpdos_;  // by order
-  bool zeroes_ = false;                                         // a watchdog may set outputs to 0
+  std::vector<Field> fields_;                                     // of the output entries
+  std::vector<std::vector<Write>> writes_;                        // the same
+  std::vector<std::pair<std::uint64_t, line::MpdoWrite>> mpdos_;  // by order
+  bool zeroes_ = false;                                           // a watchdog may set outputs to 0
   bool may_be_slave_ = false;
   std::string early_;  // what was sent and may not be
   image::Snapshot snapshot_;

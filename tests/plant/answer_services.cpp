@@ -13,6 +13,7 @@
 
 #include "tests/plant/answer_model.h"
 #include "tests/plant/output_fields.h"
+#include "tests/plant/request_fields.h"
 
 namespace linegate::plant {
 namespace {
@@ -64,18 +65,20 @@ AnswerModel::AnswerModel(line::Line& line) : line_(line) {
 
 void AnswerModel::commanded(const line::Command& command, Instant now) {
   constexpr std::uint8_t kFatalError = 0x90;  // stack/diagnosis/network_state.h
-  const bool anew = command.kind == line::CommandKind::nmt && command.node == 0 &&
-                    nmt::is_reset(command.nmt) && line_.state().network == kFatalError;
-  may_be_slave_ |= command.kind == line::CommandKind::sdo_write &&
-                   command.node == line_.config().node_id && command.index == 0x1F80;
+  const auto* const control = as<line::NmtRequest>(command);
+  const bool anew = control != nullptr && control->node == 0 && nmt::is_reset(control->command) &&
+                    line_.state().network == kFatalError;
+  const auto* const write = as<line::SdoWrite>(command);
+  may_be_slave_ |=
+      write != nullptr && write->node == line_.config().node_id && write->address.index == 0x1F80;
   ++commands_;
   if (anew) {
     return;
   }
   if (is_single_output(command)) {
-    writes_[entry_of(command)].push_back({commands_, number_of(command.data)});
-  } else if (command.kind == line::CommandKind::mpdo_write) {
-    mpdos_.emplace_back(commands_, command);
+    writes_[entry_of(command)].push_back({commands_, number_of(data_of(command))});
+  } else if (const auto* const value = as<line::MpdoWrite>(command)) {
+    mpdos_.emplace_back(commands_, *value);
   }
   given_[command.tag] = {.command = command,
                          .order = commands_,
@@ -97,27 +100,28 @@ void AnswerModel::written(const line::OutputWrite& write) {
 
 // The position of the output that it writes.
 std::size_t AnswerModel::entry_of(const line::Command& command) const {
-  if (command.kind == line::CommandKind::output_write) {
-    return command.entry;
+  if (const auto* const output = as<line::SingleOutput>(command)) {
+    return output->entry;
   }
   const auto& entries = line_.layout(image::Direction::outputs).entries;
   const auto it = std::ranges::find_if(entries, [&](const image::Entry& entry) {
-    return entry.node == command.node &&
-           od::Address{entry.index, entry.sub} == od::Address{command.index, command.sub};
+    return entry.node == line::node_of(command) &&
+           od::Address{entry.index, entry.sub} == address_of(command);
   });
   return static_cast<std::size_t>(it - entries.begin());
 }
 
 bool AnswerModel::is_single_output(const line::Command& command) const {
   using enum line::CommandKind;
-  return (command.kind == output_write || command.kind == object_write) &&
-         entry_of(command) < fields_.size();
+  const line::CommandKind asked = line::kind(command);
+  return (asked == output_write || asked == object_write) && entry_of(command) < fields_.size();
 }
 
 bool AnswerModel::is_unconfirmed(const line::Command& command) const {
   using enum line::CommandKind;
-  return command.kind == nmt || command.kind == can_send || command.kind == emcy_send ||
-         command.kind == pdo_trigger || command.kind == mpdo_write || is_single_output(command);
+  const line::CommandKind asked = line::kind(command);
+  return asked == nmt || asked == can_send || asked == emcy_send || asked == pdo_trigger ||
+         asked == mpdo_write || is_single_output(command);
 }
 
 // What the line shows before it is given the command. A line that is not NMT master sends outputs
@@ -148,25 +152,29 @@ bool AnswerModel::is_frame_of(const Given& given, const Sent& sent) const {
   const can::Frame& frame = sent.frame;
   const line::Command& command = given.command;
   using enum line::CommandKind;
-  switch (command.kind) {
-    case nmt:
-      return can::same_content(frame, nmt::encode({command.nmt, command.node}));
+  switch (line::kind(command)) {
+    case nmt: {
+      const auto& control = std::get<line::NmtRequest>(command.request);
+      return can::same_content(frame, nmt::encode({control.command, control.node}));
+    }
     case can_send:
-      return can::same_content(frame, can::make_frame(command.entry, std::span(command.data)));
+      return can::same_content(frame, std::get<line::CanSend>(command.request).frame);
     case emcy_send: {
       constexpr std::size_t kInfo = 3;  // manufacturer bytes
-      const bool code = load_le<std::uint16_t>(frame.data.data()) == command.code;
+      const auto& emcy = std::get<line::EmcySend>(command.request);
+      const bool code = load_le<std::uint16_t>(frame.data.data()) == emcy.code;
       return frame.id == can::kSyncId + line_.config().node_id && !frame.extended() && code &&
-             std::equal(command.data.begin(), command.data.end(), frame.data.begin() + kInfo);
+             std::ranges::equal(emcy.manufacturer, std::span(frame.data).subspan<kInfo, 5>());
     }
     case lss:
       return is_lss_frame_of(given, frame);
     case mpdo_write:
       return is_mpdo_of(given, frame);
     case pdo_trigger: {
+      const auto& trigger = std::get<line::PdoTrigger>(command.request);
       const auto& entries = line_.layout(image::Direction::outputs).entries;
       for (std::size_t i = 0; i < fields_.size(); ++i) {
-        if (entries[i].node == command.node && fields_[i].pdo == command.code &&
+        if (entries[i].node == trigger.node && fields_[i].pdo == trigger.number &&
             is_of(fields_[i], frame)) {
           return sent.newest;
         }
@@ -216,17 +224,16 @@ bool AnswerModel::is_value_of(const Given& given, const can::Frame& frame) const
 bool AnswerModel::is_mpdo_of(const Given& given, const can::Frame& frame) const {
   constexpr std::size_t kHead = 4;
   const auto& own = line_.config().forwarding.tpdos;
-  const line::Command& command = given.command;
-  const auto head = pdo::encode({.mode = pdo::MpdoMode::destination,
-                                 .node = command.node,
-                                 .address = {command.index, command.sub}});
+  const auto& sent = std::get<line::MpdoWrite>(given.command.request);
+  const auto head =
+      pdo::encode({.mode = pdo::MpdoMode::destination, .node = sent.node, .address = sent.address});
   if (own.empty() || frame.id != own.front().cob_id.id() || frame.remote() ||
       !std::equal(head.begin(), head.begin() + kHead, frame.data.begin())) {
     return false;
   }
   const std::uint64_t value = number_of(std::span(frame.data).subspan(kHead, kHead));
   return std::ranges::any_of(mpdos_, [&](const auto& one) {
-    return one.first >= given.order && one.second.node == command.node &&
+    return one.first >= given.order && one.second.node == sent.node &&
            number_of(one.second.data) == value;
   });
 }
@@ -261,8 +268,8 @@ std::string AnswerModel::check_sent(const Given& given) {
     return "its frame was not acknowledged";
   }
   using enum line::CommandKind;
-  it->used = given.command.kind == nmt || given.command.kind == can_send ||
-             given.command.kind == emcy_send || given.command.kind == lss;
+  const line::CommandKind asked = line::kind(given.command);
+  it->used = asked == nmt || asked == can_send || asked == emcy_send || asked == lss;
   return {};
 }
 
@@ -328,7 +335,7 @@ std::string AnswerModel::check_unsent(const Given& given, bool turn, Instant now
       return "it waits for its turn, and its frame is under way";
     }
   }
-  return turn && given.command.kind == line::CommandKind::can_send
+  return turn && line::kind(given.command) == line::CommandKind::can_send
              ? "a frame of no service waits for no turn"
              : "";
 }
@@ -336,7 +343,7 @@ std::string AnswerModel::check_unsent(const Given& given, bool turn, Instant now
 std::string AnswerModel::check_refusal(const Given& given, const line::Reply& reply,
                                        std::span<const Event> events, Instant now) {
   const auto why = static_cast<line::Refusal>(reply.error.code);
-  const bool of_lss = given.command.kind == line::CommandKind::lss;
+  const bool of_lss = line::kind(given.command) == line::CommandKind::lss;
   if (of_lss && reply.error.domain == Domain::command && why == line::Refusal::no_acknowledge) {
     return now < given.time + line::kSendTime ? "it waited for less than its time" : "";
   }
@@ -359,7 +366,7 @@ std::string AnswerModel::check_refusal(const Given& given, const line::Reply& re
   const std::uint8_t node = line_.layout(image::Direction::outputs).entries[entry].node;
   return check_event({.node = node,
                       .code = reply.error.code,
-                      .value = static_cast<std::uint32_t>(given.command.kind),
+                      .value = static_cast<std::uint32_t>(line::kind(given.command)),
                       .time = now},
                      events);
 }
@@ -417,8 +424,9 @@ std::string AnswerModel::compare(std::span<const Event> events, Instant now) {
   for (const auto& [tag, given] : given_) {
     const bool late = given.unconfirmed && now > given.time + line::kSendTime + kAnswerGrace;
     if (late || (given.refusable && now > given.time)) {
-      return "command " + std::to_string(tag) + " (" + std::string(line::name(given.command.kind)) +
-             ") is not answered" + (late ? " in time" : " at once: its node is not Operational");
+      return "command " + std::to_string(tag) + " (" +
+             std::string(line::name(line::kind(given.command))) + ") is not answered" +
+             (late ? " in time" : " at once: its node is not Operational");
     }
   }
   return early_;

@@ -97,10 +97,8 @@ class ManagerFixture : public testing::Test {
   }
   // Of the line's own dictionary.
   Error write_own(od::Address address, std::vector<std::byte> data) {
-    line::Command command{.kind = line::CommandKind::local_write};
-    command.index = address.index;
-    command.sub = address.sub;
-    command.data = std::move(data);
+    line::Command command{.request = line::LocalWrite{.address = {address.index, address.sub},
+                                                      .data = std::move(data)}};
     return wait(execute(std::move(command))).error;
   }
 

@@ -136,9 +136,9 @@ class MpdoTest : public ManagerFixture {
 
 TEST_F(MpdoTest, AValueGoesToADeviceAndComesBackIntoTheImage) {
   start();
-  line::Command write{.kind = line::CommandKind::mpdo_write, .data = plant::number(0x1234)};
-  write.node = kDevice;
-  write.index = kGiven.index;
+  line::Command write{.request = line::MpdoWrite{.node = kDevice,
+                                                 .address = {kGiven.index, 0},
+                                                 .data = plant::number(0x1234)}};
   EXPECT_EQ(wait(execute(std::move(write))).error, Error{});
   pass(20ms);
   EXPECT_EQ(of_device(kGiven), 0x1234U);
@@ -162,14 +162,10 @@ TEST_F(MpdoTest, AnOutputOfTheScannerListIsInTheDevice) {
 TEST_F(MpdoTest, ADeviceAnswersARemoteFrameWithItsPdo) {
   start();
   const std::uint64_t before = seat().line->state().counters.rpdos;
-  line::Command request{.kind = line::CommandKind::pdo_request, .data = {}};
-  request.node = kDevice;
-  request.code = 1;
+  line::Command request{.request = line::PdoRequest{.node = kDevice, .number = 1}};
   EXPECT_EQ(wait(execute(std::move(request))).error, Error{});
   EXPECT_GT(seat().line->state().counters.rpdos, before);
-  line::Command other{.kind = line::CommandKind::pdo_request, .data = {}};
-  other.node = kDevice;
-  other.code = 2;
+  line::Command other{.request = line::PdoRequest{.node = kDevice, .number = 2}};
   EXPECT_NE(wait(execute(std::move(other))).error, Error{}) << "its COB-ID permits no RTR";
 }
 

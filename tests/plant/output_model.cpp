@@ -105,9 +105,10 @@ OutputModel::OutputModel(const line::Line& line) {
 }
 
 void OutputModel::commanded(LineSeat& seat, const line::Command& command) {
-  const bool ends = command.kind == line::CommandKind::nmt && command.nmt != nmt::Command::start;
+  const auto* const control = std::get_if<line::NmtRequest>(&command.request);
+  const bool ends = control != nullptr && control->command != nmt::Command::start;
   for (const std::uint8_t id : ids_) {
-    if (ends && (command.node == 0 || command.node == id) &&
+    if (ends && (control->node == 0 || control->node == id) &&
         seat.line->state().role == line::Role::manager) {
       nodes_[id].signs = 0;
     }

@@ -8,6 +8,7 @@
 #include "stack/pdo/parameters.h"
 
 #include "tests/plant/output_fields.h"
+#include "tests/plant/request_fields.h"
 
 namespace linegate::plant {
 namespace {
@@ -16,7 +17,8 @@ constexpr std::size_t kOwnWaitByte = 3;  // see line::ObjectWay
 constexpr Duration kOwnAnswerGrace = std::chrono::milliseconds(1);
 
 std::uint64_t value_of(const line::Command& command) {
-  return bits_of(command.data, 0, static_cast<unsigned>(command.data.size() * 8));
+  const auto data = data_of(command);
+  return bits_of(data, 0, static_cast<unsigned>(data.size() * 8));
 }
 
 }  // namespace
@@ -51,16 +53,16 @@ void OwnAnswerModel::commanded(const line::Command& command, Instant now) {
 
 // The position of the output that it writes; fields_.size() if it writes none.
 std::size_t OwnAnswerModel::entry_of(const line::Command& command) const {
-  if (command.kind == line::CommandKind::output_write) {
-    return command.entry;
+  if (const auto* const output = as<line::SingleOutput>(command)) {
+    return output->entry;
   }
-  if (command.kind != line::CommandKind::local_write) {
+  const auto* const write = as<line::LocalWrite>(command);
+  if (write == nullptr) {
     return fields_.size();
   }
   const auto& entries = line_.layout(image::Direction::outputs).entries;
   const auto it = std::ranges::find_if(entries, [&](const image::Entry& entry) {
-    return entry.node == command.node &&
-           od::Address{entry.index, entry.sub} == od::Address{command.index, command.sub};
+    return entry.node == write->node && od::Address{entry.index, entry.sub} == write->address;
   });
   return static_cast<std::size_t>(it - entries.begin());
 }
@@ -88,8 +90,8 @@ void OwnAnswerModel::submitted(const can::Frame& frame, Instant now) {
 }
 
 std::uint8_t OwnAnswerModel::node_of(const line::Command& command) const {
-  return command.kind == line::CommandKind::output_write ? fields_[command.entry].node
-                                                         : command.node;
+  const auto* const output = as<line::SingleOutput>(command);
+  return output != nullptr ? fields_[output->entry].node : line::node_of(command);
 }
 
 bool OwnAnswerModel::has_newest(const can::Frame& frame, Instant now) {
@@ -119,21 +121,22 @@ bool OwnAnswerModel::is_frame_of(const Given& given, const Sent& sent) const {
   if (sent.after < given.order || sent.used || frame.extended() || frame.remote()) {
     return false;
   }
-  if (command.kind == line::CommandKind::emcy_send) {
-    return frame.id == can::kSyncId + command.node &&
-           load_le<std::uint16_t>(frame.data.data()) == command.code &&
-           std::equal(command.data.begin(), command.data.end(), frame.data.begin() + kInfo);
+  if (const auto* const emcy = as<line::EmcySend>(command)) {
+    return frame.id == can::kSyncId + emcy->node &&
+           load_le<std::uint16_t>(frame.data.data()) == emcy->code &&
+           std::ranges::equal(emcy->manufacturer, std::span(frame.data).subspan<kInfo, 5>());
   }
-  if (command.kind == line::CommandKind::pdo_trigger) {
+  if (const auto* const trigger = as<line::PdoTrigger>(command)) {
     return sent.newest && std::ranges::any_of(fields_, [&](const Field& field) {
-             return field.node == command.node && field.pdo == command.code &&
+             return field.node == trigger->node && field.pdo == trigger->number &&
                     field.cob_id.id() == frame.id;
            });
   }
-  const Field& field = fields_[command.entry];
+  const std::uint32_t entry = std::get<line::SingleOutput>(command.request).entry;
+  const Field& field = fields_[entry];
   const std::uint64_t value = bits_of(frame.data, field.bit, field.bits);
   return field.pdo != 0 && frame.id == field.cob_id.id() &&
-         std::ranges::any_of(writes_[command.entry], [&](const Write& write) {
+         std::ranges::any_of(writes_[entry], [&](const Write& write) {
            return write.order >= given.order && write.value == value;
          });
 }
@@ -145,7 +148,7 @@ bool OwnAnswerModel::is_sent(const Given& given) {
   if (it == sent_.end()) {
     return false;
   }
-  it->used = given.command.kind == line::CommandKind::emcy_send;
+  it->used = line::kind(given.command) == line::CommandKind::emcy_send;
   return true;
 }
 
@@ -163,7 +166,7 @@ std::string OwnAnswerModel::answered(const line::Reply& reply, Instant now) {
     sent_.clear();
   }
   return text.empty() ? text
-                      : std::string(line::name(given.command.kind)) + " of node " +
+                      : std::string(line::name(line::kind(given.command))) + " of node " +
                             std::to_string(node_of(given.command)) + " is answered as " +
                             (reply.ok() ? "done: " : "not done: ") + text;
 }
@@ -174,7 +177,7 @@ std::string OwnAnswerModel::check(const Given& given, const line::Reply& reply, 
                ? check_refusal(given, static_cast<line::Refusal>(reply.error.code), now)
                : "aborted";
   }
-  switch (given.command.kind) {
+  switch (line::kind(given.command)) {
     case line::CommandKind::output_write:
       return check_value(given, reply, now);
     case line::CommandKind::local_write:
@@ -185,7 +188,7 @@ std::string OwnAnswerModel::check(const Given& given, const line::Reply& reply, 
 }
 
 std::string OwnAnswerModel::check_value(const Given& given, const line::Reply& reply, Instant now) {
-  if (fields_[given.command.entry].pdo == 0) {
+  if (fields_[entry_of(given.command)].pdo == 0) {
     return reply.data.empty() ? std::string() : "no TPDO carries it";
   }
   if (reply.data.size() <= kOwnWaitByte || reply.data[0] != std::byte{line::kByPdo}) {
@@ -219,14 +222,15 @@ std::string OwnAnswerModel::check_written(const Given& given, Instant now) {
 
 std::string OwnAnswerModel::check_refusal(const Given& given, line::Refusal why, Instant now) {
   using enum line::CommandKind;
-  const bool waits = given.command.kind == emcy_send || given.command.kind == pdo_trigger;
+  const bool waits =
+      line::kind(given.command) == emcy_send || line::kind(given.command) == pdo_trigger;
   if (waits && why == line::Refusal::wrong_state) {
     return check_state(given);
   }
   if (waits && why == line::Refusal::no_acknowledge) {
     return check_unsent(given, false, now);
   }
-  if (given.command.kind == pdo_trigger && why == line::Refusal::awaits_turn) {
+  if (line::kind(given.command) == pdo_trigger && why == line::Refusal::awaits_turn) {
     return check_unsent(given, true, now);
   }
   return std::string(line::describe(why));
@@ -234,7 +238,7 @@ std::string OwnAnswerModel::check_refusal(const Given& given, line::Refusal why,
 
 std::string OwnAnswerModel::check_state(const Given& given) const {
   const nmt::State state = line_.node_state(node_of(given.command)).state;
-  const bool is_able = given.command.kind == line::CommandKind::emcy_send
+  const bool is_able = line::kind(given.command) == line::CommandKind::emcy_send
                            ? state != nmt::State::stopped && state != nmt::State::initialising
                            : state == nmt::State::operational;
   return is_able && !given.reset ? "its device is " + std::string(nmt::name(state)) : std::string();
@@ -245,7 +249,7 @@ std::string OwnAnswerModel::check_unsent(const Given& given, bool turn, Instant 
     return "it waited for less than its time";
   }
   for (const Sent& sent : sent_) {
-    const bool counts = sent.newest || given.command.kind == line::CommandKind::emcy_send;
+    const bool counts = sent.newest || line::kind(given.command) == line::CommandKind::emcy_send;
     if (!counts || !is_frame_of(given, sent)) {
       continue;
     }
@@ -262,7 +266,7 @@ std::string OwnAnswerModel::check_unsent(const Given& given, bool turn, Instant 
 std::string OwnAnswerModel::compare(Instant now) const {
   for (const auto& [tag, given] : given_) {
     if (now > given.time + line::kSendTime + kOwnAnswerGrace) {
-      return std::string(line::name(given.command.kind)) + " of node " +
+      return std::string(line::name(line::kind(given.command))) + " of node " +
              std::to_string(node_of(given.command)) + " is not answered in time";
     }
   }

@@ -48,11 +48,9 @@ class ProgramTest : public ManagerFixture {
 
   std::uint64_t load(std::vector<std::byte> program, std::uint8_t node = 5, std::uint8_t number = 1,
                      Duration timeout = 0s) {
-    line::Command command{.kind = line::CommandKind::program};
-    command.node = node;
-    command.sub = number;
-    command.data = std::move(program);
-    command.timeout = timeout;
+    line::Command command{.timeout = timeout,
+                          .request = line::ProgramDownload{
+                              .node = node, .number = number, .program = std::move(program)}};
     return execute(std::move(command));
   }
 };

@@ -266,17 +266,18 @@ class RoutedRun {
     const auto network = static_cast<std::uint16_t>(transfer.to + 1);
     const std::uint8_t node = RoutedWorld::node_of(transfer.last);
     if (transfer.command) {
+      const bool as_device = transfer.id % 2 == 0;
+      line::Request request = line::NetworkRead{
+          .network = network, .node = node, .address = transfer.address, .as_device = as_device};
+      if (transfer.write) {
+        request = line::NetworkWrite{.network = network,
+                                     .node = node,
+                                     .address = transfer.address,
+                                     .as_device = as_device,
+                                     .data = transfer.expected};
+      }
       world_.line(transfer.process, transfer.from)
-          .execute({.tag = transfer.id,
-                    .kind = transfer.write ? line::CommandKind::network_write
-                                           : line::CommandKind::network_read,
-                    .node = node,
-                    .network = network,
-                    .index = transfer.address.index,
-                    .sub = transfer.address.sub,
-                    .entry = transfer.id % 2 == 0 ? line::kAsDevice : 0,
-                    .data = transfer.write ? transfer.expected : std::vector<std::byte>{}},
-                   world_.now());
+          .execute({.tag = transfer.id, .request = std::move(request)}, world_.now());
     } else {
       ForeignClient::Job job{
           .network = network, .node = node, .address = transfer.address, .write = transfer.write};

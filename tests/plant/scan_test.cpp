@@ -59,38 +59,32 @@ class ScanTest : public testing::Test {
     return seat;
   }
 
-  void apply(LineSeat& seat, std::uint64_t tag, std::uint16_t code, Duration timeout = 0s) {
-    line::Command command;
-    command.tag = tag;
-    command.kind = line::CommandKind::scan_apply;
-    command.code = code;
-    command.timeout = timeout;
-    seat.line->execute(std::move(command), world->now());
+  void apply(LineSeat& seat, std::uint64_t tag, line::ScanApply request, Duration timeout = 0s) {
+    seat.line->execute({.tag = tag, .timeout = timeout, .request = request}, world->now());
     world->settle();
   }
 
-  // The reply to reading or writing an object of a node.
-  const line::Reply* sdo(LineSeat& seat, std::uint64_t tag, std::uint8_t node, od::Address object,
-                         std::vector<std::byte> data = {}, std::uint16_t code = 0) {
-    line::Command command;
-    command.tag = tag;
-    command.kind = data.empty() ? line::CommandKind::sdo_read : line::CommandKind::sdo_write;
-    command.node = node;
-    command.index = object.index;
-    command.sub = object.sub;
-    command.code = code;
-    command.data = std::move(data);
-    seat.line->execute(std::move(command), world->now());
+  const line::Reply* execute(LineSeat& seat, std::uint64_t tag, line::Request request) {
+    seat.line->execute({.tag = tag, .request = std::move(request)}, world->now());
     world->settle();
     return wait(seat, tag);
   }
+  // The reply to reading or writing an object of a node.
+  const line::Reply* sdo(LineSeat& seat, std::uint64_t tag, std::uint8_t node, od::Address object,
+                         std::vector<std::byte> data = {}) {
+    return data.empty()
+               ? execute(seat, tag, line::SdoRead{.node = node, .address = object})
+               : execute(seat, tag,
+                         line::SdoWrite{.node = node, .address = object, .data = std::move(data)});
+  }
+  // What a scan read will do.
+  const line::Reply* sdo_cached(LineSeat& seat, std::uint64_t tag, std::uint8_t node,
+                                od::Address object) {
+    return execute(seat, tag, line::SdoRead{.node = node, .address = object, .from_scan = true});
+  }
 
   void scan(LineSeat& seat, std::uint64_t tag, std::uint8_t node = 0, Duration timeout = 0s) {
-    line::Command command;
-    command.tag = tag;
-    command.kind = line::CommandKind::scan;
-    command.node = node;
-    command.timeout = timeout;
+    line::Command command{.tag = tag, .timeout = timeout, .request = line::Scan{.node = node}};
     seat.line->execute(std::move(command), world->now());
     world->settle();
   }
@@ -257,7 +251,7 @@ TEST_F(ScanTest, AppliedItSaysWhatIsToBeSetUpAndWritesNothingYet) {
   LineSeat& seat = run({});
   ASSERT_TRUE(sdo(seat, 1, 5, kHeartbeat, {std::byte{0}, std::byte{0}})->ok());
   seat.frames.clear();
-  apply(seat, 2, line::kScanSetUp);
+  apply(seat, 2, {.set_up = true});
   const auto nodes = found(seat, 2);
   ASSERT_EQ(nodes.size(), std::size(kDevices));
   for (const scan::ScannedNode& node : nodes) {
@@ -273,7 +267,7 @@ TEST_F(ScanTest, TheHeartbeatThatIsSetUpCanBeWritten) {
   LineSeat& seat = run({});
   ASSERT_TRUE(sdo(seat, 1, 5, kHeartbeat, {std::byte{0}, std::byte{0}})->ok());
   ASSERT_TRUE(sdo(seat, 2, kOwn, {0x5F41, 5}, {std::byte{0xFA}, std::byte{0}})->ok());
-  apply(seat, 3, line::kScanSetUp);
+  apply(seat, 3, {.set_up = true});
   const auto nodes = found(seat, 3);
   ASSERT_EQ(nodes.size(), std::size(kDevices));
   EXPECT_EQ(nodes[0].number(kHeartbeat), 250U);
@@ -285,9 +279,9 @@ TEST_F(ScanTest, DefaultsAreRestoredBeforeADeviceIsRead) {  // 1011h
   ASSERT_TRUE(sdo(seat, 2, 5, kHeartbeat, {std::byte{77}, std::byte{0}})->ok());
   const std::vector<std::byte> save{std::byte{'s'}, std::byte{'a'}, std::byte{'v'}, std::byte{'e'}};
   ASSERT_TRUE(sdo(seat, 3, 5, {0x1010, 1}, save)->ok());
-  apply(seat, 4, 0);
+  apply(seat, 4, {});
   EXPECT_EQ(found(seat, 4)[0].number(kHeartbeat), 77U);
-  apply(seat, 5, line::kScanRestore);
+  apply(seat, 5, {.restore = true});
   const auto nodes = found(seat, 5);
   ASSERT_EQ(nodes.size(), std::size(kDevices));
   EXPECT_EQ(*nodes[0].find(kHeartbeat), delivered);
@@ -296,7 +290,7 @@ TEST_F(ScanTest, DefaultsAreRestoredBeforeADeviceIsRead) {  // 1011h
 
 TEST_F(ScanTest, ADeviceThatDoesNotComeBackFromItsResetIsTold) {
   LineSeat& seat = run({});
-  apply(seat, 1, line::kScanRestore);
+  apply(seat, 1, {.restore = true});
   world->run(world->now() + 20ms);
   seat.find(7)->device->kill();
   const auto nodes = found(seat, 1);
@@ -305,10 +299,10 @@ TEST_F(ScanTest, ADeviceThatDoesNotComeBackFromItsResetIsTold) {
 
 TEST_F(ScanTest, IsNotAppliedWhereNodesAreConfigured) {
   LineSeat& seat = run({node_of(kDevices[0], file_of(kDevices[0]))});
-  apply(seat, 1, 0);
+  apply(seat, 1, {});
   ASSERT_NE(wait(seat, 1), nullptr);
   EXPECT_EQ(seat.replies[1].error, to_error(line::Refusal::wrong_state));
-  apply(seat, 2, 4);
+  apply(seat, 2, {.node = 128});
   ASSERT_NE(wait(seat, 2), nullptr);
   EXPECT_EQ(seat.replies[2].error, to_error(line::Refusal::bad_request));
 }
@@ -344,20 +338,20 @@ TEST_F(ScanTest, WhatItReadAnswersLaterReadsOnRequest) {
   (void)found(seat, 1);
   const auto transfers = [&] { return seat.line->state().counters.sdo_transfers; };
   const std::uint64_t before = transfers();
-  const line::Reply* vendor = sdo(seat, 2, 5, {0x1018, 1}, {}, line::kFromCache);
+  const line::Reply* vendor = sdo_cached(seat, 2, 5, {0x1018, 1});
   ASSERT_TRUE(vendor->ok());
   EXPECT_EQ(transfers(), before) << "the device was not asked";
   EXPECT_EQ(sdo(seat, 3, 5, {0x1018, 1})->data, vendor->data);
   EXPECT_EQ(transfers(), before + 1) << "without the request it is";
-  EXPECT_TRUE(sdo(seat, 4, 5, {0x6041, 0}, {}, line::kFromCache)->ok());
+  EXPECT_TRUE(sdo_cached(seat, 4, 5, {0x6041, 0})->ok());
   EXPECT_EQ(transfers(), before + 2) << "a scan does not read 6041h";
 
   seat.find(5)->device->kill();
-  EXPECT_TRUE(sdo(seat, 5, 5, {0x1018, 1}, {}, line::kFromCache)->ok());
+  EXPECT_TRUE(sdo_cached(seat, 5, 5, {0x1018, 1})->ok());
   seat.find(5)->device->revive(world->now());
   world->run(world->now() + 1s);
   ASSERT_TRUE(sdo(seat, 6, 5, kHeartbeat, {std::byte{44}, std::byte{0}})->ok());
-  EXPECT_EQ(sdo(seat, 7, 5, kHeartbeat, {}, line::kFromCache)->data[0], std::byte{44})
+  EXPECT_EQ(sdo_cached(seat, 7, 5, kHeartbeat)->data[0], std::byte{44})
       << "what was written since is not from the cache";
 }
 

@@ -28,23 +28,21 @@ void Scenario::act(Words& words) {
   } else if (verb == "scan") {
     const std::string name = words.take();
     seat().reports.insert(next_tag_);
-    command({.kind = line::CommandKind::scan, .node = words.node()}, name);
+    command({.request = line::Scan{.node = words.node()}}, name);
   } else if (verb == "output") {
-    line::Command request{.kind = line::CommandKind::output_write};
     const std::string name = words.peek();
-    request.entry = output_entry(*seat().line, words.take());
+    line::SingleOutput output{.entry = output_entry(*seat().line, words.take())};
     words.expect("=");
-    request.data = words.hex();
-    command(std::move(request), name);
+    output.data = words.hex();
+    command({.request = std::move(output)}, name);
   } else if (verb == "ours") {
     ours_action(words);
   } else if (verb == "lss") {
-    line::Command request{.kind = line::CommandKind::lss};
     const std::string name = words.take();
-    request.code = static_cast<std::uint16_t>(words.number());
-    request.data = words.done() ? std::vector<std::byte>{} : words.hex();
+    line::LssRequest request{.procedure = static_cast<lss::Procedure>(words.number())};
+    request.arguments = words.done() ? std::vector<std::byte>{} : words.hex();
     seat().reports.insert(next_tag_);
-    command(std::move(request), name);
+    command({.request = std::move(request)}, name);
   } else if (verb == "write") {
     group_write(words);
   } else if (verb == "frame") {
@@ -158,33 +156,39 @@ void Scenario::command(line::Command request, const std::string& name) {
 // object NAME NODE INDEX:SUB HEX; mpdo the same; trigger, request NAME NODE PDO; emcy NAME CODE;
 // send NAME ID HEX; listen NAME ID
 void Scenario::data_action(const std::string& verb, Words& words) {
-  line::Command request;
+  constexpr std::uint8_t kGenericError = 1;
   const std::string name = words.take();
-  if (verb == "object" || verb == "mpdo") {
-    request.kind = verb == "mpdo" ? line::CommandKind::mpdo_write : line::CommandKind::object_write;
-    request.node = words.node();
-    const od::Address address = words.address();
-    request.index = address.index;
-    request.sub = address.sub;
-    request.data = words.hex();
-  } else if (verb == "trigger" || verb == "request") {
-    request.kind =
-        verb == "trigger" ? line::CommandKind::pdo_trigger : line::CommandKind::pdo_request;
-    request.node = words.node();
-    request.code = static_cast<std::uint16_t>(words.number());
+  line::Request request;
+  if (verb == "object") {
+    line::ObjectWrite write{.node = words.node()};
+    write.address = words.address();
+    write.data = words.hex();
+    request = std::move(write);
+  } else if (verb == "mpdo") {
+    line::MpdoWrite write{.node = words.node()};
+    write.address = words.address();
+    write.data = words.hex();
+    request = std::move(write);
+  } else if (verb == "trigger") {
+    line::PdoTrigger trigger{.node = words.node()};
+    trigger.number = static_cast<std::uint16_t>(words.number());
+    request = trigger;
+  } else if (verb == "request") {
+    line::PdoRequest pdo{.node = words.node()};
+    pdo.number = static_cast<std::uint16_t>(words.number());
+    request = pdo;
   } else if (verb == "emcy") {
-    request.kind = line::CommandKind::emcy_send;
-    request.code = static_cast<std::uint16_t>(words.number());
-    request.error_register = 1;  // generic error
+    request = line::EmcySend{.code = static_cast<std::uint16_t>(words.number()),
+                             .error_register = kGenericError};
+  } else if (verb == "send") {
+    const auto id = static_cast<std::uint32_t>(words.number());
+    request = line::CanSend{can::make_frame(id, words.hex())};
   } else {
-    constexpr std::uint16_t kSeconds = 60;
-    const bool send = verb == "send";
-    request.kind = send ? line::CommandKind::can_send : line::CommandKind::can_listen;
-    request.entry = static_cast<std::uint32_t>(words.number());
-    request.code = send ? std::uint16_t{0} : kSeconds;
-    request.data = send ? words.hex() : std::vector<std::byte>();
+    request = line::CanListen{.identifier = static_cast<std::uint32_t>(words.number()),
+                              .extended = false,
+                              .duration = std::chrono::seconds(60)};
   }
-  command(std::move(request), name);
+  command({.request = std::move(request)}, name);
 }
 
 void Scenario::sdo_action(Words& words) {
@@ -193,19 +197,30 @@ void Scenario::sdo_action(Words& words) {
   if (!write) {
     words.expect("read");
   }
-  request.kind = write ? line::CommandKind::sdo_write : line::CommandKind::sdo_read;
   const std::string name = words.take();
-  request.node = words.node();
+  const std::uint8_t node = words.node();
   const od::Address address = words.address();
-  request.index = address.index;
-  request.sub = address.sub;
+  std::vector<std::byte> data;
   if (write) {
-    request.data = words.accept("pattern") ? pattern(words.number()) : words.hex();
+    data = words.accept("pattern") ? pattern(words.number()) : words.hex();
   }
   if (words.accept("network")) {
-    request.kind = write ? line::CommandKind::network_write : line::CommandKind::network_read;
-    request.network = static_cast<std::uint16_t>(words.number());
-    request.entry = words.accept("as-device") ? line::kAsDevice : 0;
+    const auto network = static_cast<std::uint16_t>(words.number());
+    const bool as_device = words.accept("as-device");
+    if (write) {
+      request.request = line::NetworkWrite{.network = network,
+                                           .node = node,
+                                           .address = address,
+                                           .as_device = as_device,
+                                           .data = std::move(data)};
+    } else {
+      request.request = line::NetworkRead{
+          .network = network, .node = node, .address = address, .as_device = as_device};
+    }
+  } else if (write) {
+    request.request = line::SdoWrite{.node = node, .address = address, .data = std::move(data)};
+  } else {
+    request.request = line::SdoRead{.node = node, .address = address};
   }
   if (words.accept("timeout")) {
     request.timeout = words.duration();
@@ -214,7 +229,6 @@ void Scenario::sdo_action(Words& words) {
 }
 
 void Scenario::nmt_action(Words& words) {
-  line::Command request{.kind = line::CommandKind::nmt};
   const std::string name = words.take();
   constexpr std::pair<std::string_view, nmt::Command> kCommands[] = {
       {"start", nmt::Command::start},
@@ -227,9 +241,7 @@ void Scenario::nmt_action(Words& words) {
   if (it == std::end(kCommands)) {
     throw BadStatement("unknown NMT command '" + name + "'");
   }
-  request.nmt = it->second;
-  request.node = words.node();
-  command(std::move(request), "nmt");
+  command({.request = line::NmtRequest{.node = words.node(), .command = it->second}}, "nmt");
 }
 
 // write GROUP arming N [watchdog T] [reactions BITS] NODE.INDEX:SUB=HEX ...
@@ -348,23 +360,25 @@ void Scenario::ours_action(Words& words) {
   line::Command request;
   const std::string verb = words.take();
   if (verb == "output") {
-    request.kind = line::CommandKind::output_write;
-    request.entry = output_entry(ours(), words.take());
+    line::SingleOutput output{.entry = output_entry(ours(), words.take())};
     words.expect("=");
-    request.data = words.hex();
+    output.data = words.hex();
+    request.request = std::move(output);
   } else if (verb == "write") {
-    request.kind = line::CommandKind::local_write;
-    request.code = line::kWriteOwn;
-    request.node = words.node();
-    const od::Address address = words.address();
-    request.index = address.index;
-    request.sub = address.sub;
-    request.data = words.hex();
-  } else if (verb == "trigger" || verb == "emcy") {
-    request.kind = verb == "emcy" ? line::CommandKind::emcy_send : line::CommandKind::pdo_trigger;
-    request.node = words.node();
-    request.code = static_cast<std::uint16_t>(words.number());
-    request.error_register = 1;  // generic error
+    line::LocalWrite write{.node = words.node()};
+    write.address = words.address();
+    write.as_owner = true;
+    write.data = words.hex();
+    request.request = std::move(write);
+  } else if (verb == "trigger") {
+    line::PdoTrigger trigger{.node = words.node()};
+    trigger.number = static_cast<std::uint16_t>(words.number());
+    request.request = trigger;
+  } else if (verb == "emcy") {
+    line::EmcySend emcy{.node = words.node()};
+    emcy.code = static_cast<std::uint16_t>(words.number());
+    emcy.error_register = 1;  // generic error
+    request.request = emcy;
   } else {
     throw BadStatement("our devices have no action '" + verb + "'");
   }

@@ -98,9 +98,8 @@ void Scenario::expect_value(od::DeviceDescription& device, od::Address address,
 
 // at TIME boot NAME NODE|all
 void Scenario::boot_action(Words& words) {
-  line::Command request{.kind = line::CommandKind::boot};
   const std::string name = words.take();
-  request.node = words.node();
+  line::Command request{.request = line::Boot{.node = words.node()}};
   if (words.accept("timeout")) {
     request.timeout = words.duration();
   }

@@ -9,6 +9,8 @@
 #include "stack/can/cob_id.h"
 #include "stack/pdo/parameters.h"
 
+#include "tests/plant/request_fields.h"
+
 namespace linegate::plant {
 namespace {
 
@@ -132,31 +134,33 @@ void SilenceModel::allow_pdos(const od::DeviceDescription& device, bool rpdos) {
 }
 
 void SilenceModel::commanded(const line::Command& command) {
-  using enum line::CommandKind;
-  const bool to_own = command.node <= can::kMaxNodeId && own_[command.node];
-  if (command.kind == sdo_write && to_own && command.index == kStartup && !command.data.empty()) {
-    is_master_ = (command.data.front() & std::byte{1}) != std::byte{0};
-  }
   constexpr std::uint16_t kFrameRecord = 0x5F4C;  // of CANopenIA: sends a frame of no service
-  if (command.kind == sdo_write && to_own && command.index == kFrameRecord &&
-      command.data.size() >= sizeof(std::uint16_t)) {
-    allowed_.set(load_le<std::uint16_t>(command.data.data()) & 0x7FFU);
+  const std::uint8_t node = line::node_of(command);
+  const od::Address address = address_of(command);
+  const auto* const write = as<line::SdoWrite>(command);
+  if (write != nullptr && node <= can::kMaxNodeId && own_[node]) {
+    if (address.index == kStartup && !write->data.empty()) {
+      is_master_ = (write->data.front() & std::byte{1}) != std::byte{0};
+    }
+    if (address.index == kFrameRecord && write->data.size() >= sizeof(std::uint16_t)) {
+      allowed_.set(load_le<std::uint16_t>(write->data.data()) & 0x7FFU);
+    }
   }
-  if (command.kind == nmt) {
-    follow_own_reset(static_cast<std::uint8_t>(command.nmt), command.node);
+  if (const auto* const control = as<line::NmtRequest>(command)) {
+    follow_own_reset(static_cast<std::uint8_t>(control->command), control->node);
   }
-  if (command.kind == sdo_read || command.kind == sdo_write || command.kind == object_write) {
-    allowed_.set(can::kSdoRequestBase + command.node % 128U);
-    commanded_writes_.insert(place(command.node, command.index, command.sub));
+  if (write != nullptr || as<line::SdoRead>(command) || as<line::ObjectWrite>(command)) {
+    allowed_.set(can::kSdoRequestBase + node % 128U);
+    commanded_writes_.insert(place(node, address.index, address.sub));
   }
-  if (command.kind == can_send) {
-    allowed_.set(command.entry & 0x7FFU);
+  if (const auto* const send = as<line::CanSend>(command)) {
+    allowed_.set(send->frame.id & 0x7FFU);
   }
-  if (command.kind == pdo_request) {
-    const auto found = tpdos_.find({command.node, command.code});
+  if (const auto* const request = as<line::PdoRequest>(command)) {
+    const auto found = tpdos_.find({request->node, request->number});
     requested_.set(found != tpdos_.end() ? found->second & 0x7FFU : 0);
   }
-  if (command.kind == lss) {
+  if (as<line::LssRequest>(command) != nullptr) {
     allowed_.set(kLssToSlaves);
   }
 }

@@ -30,9 +30,8 @@ class AcceptingGateway : public Client {
   Answer call(const LineId& /*id*/, const line::Command& command, Duration /*timeout*/,
               std::uint64_t /*layout_id*/, Listener& /*listener*/) override {
     Answer answer;
-    const od::Address address{command.index, command.sub};
-    if (command.kind == line::CommandKind::sdo_read) {
-      const auto known = device.find(address);
+    if (const auto* const read = std::get_if<line::SdoRead>(&command.request)) {
+      const auto known = device.find(read->address);
       if (known == device.end()) {
         answer.reply.error = {Domain::sdo, static_cast<std::uint32_t>(AbortCode::no_sub_index)};
         answer.text = "no such sub-index";
@@ -40,12 +39,11 @@ class AcceptingGateway : public Client {
         answer.reply.data.resize(4);
         store_le(answer.reply.data.data(), known->second);
       }
-    } else if (command.kind == line::CommandKind::local_write) {
-      EXPECT_EQ(command.sub, 5);
-      expected[command.index] = load_le<std::uint32_t>(command.data.data());
+    } else if (const auto* const write = std::get_if<line::LocalWrite>(&command.request)) {
+      EXPECT_EQ(write->address.sub, 5);
+      expected[write->address.index] = load_le<std::uint32_t>(write->data.data());
     } else {
-      EXPECT_EQ(command.kind, line::CommandKind::boot);
-      booted = command.node;
+      booted = std::get<line::Boot>(command.request).node;
       answer.reply.data = manager::write_boot_report(std::vector<manager::BootOutcome>{
           {.node = 5, .letter = manager::kBooted, .finding = {}}});
     }

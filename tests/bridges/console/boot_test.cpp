@@ -13,6 +13,8 @@
 namespace linegate::console {
 namespace {
 
+using test::as;
+
 using manager::BootFinding;
 using manager::BootOutcome;
 using testing::HasSubstr;
@@ -57,8 +59,7 @@ using Boot = test::CommandTest<BootingGateway>;
 TEST_F(Boot, OfAWholeLineSaysHowEachNodeEnded) {
   gateway_.outcomes = {{.node = 5, .letter = manager::kBooted, .finding = {}}};
   EXPECT_EQ(boot(context_, "hall"), kDone) << err_.str();
-  EXPECT_EQ(gateway_.last.kind, line::CommandKind::boot);
-  EXPECT_EQ(gateway_.last.node, 0);
+  EXPECT_EQ(as<line::Boot>(gateway_.last).node, 0);
   EXPECT_THAT(out_.str(), HasSubstr("booted"));
 }
 
@@ -77,14 +78,14 @@ TEST_F(Boot, ANodeThatIsNotBootedIsTheExitCode) {
 TEST_F(Boot, ANodeThatRunsAlreadyIsNoFailure) {
   gateway_.outcomes = {{.node = 5, .letter = 'L', .finding = {}}};
   EXPECT_EQ(boot(context_, "hall:5"), kDone);
-  EXPECT_EQ(gateway_.last.node, 5);
+  EXPECT_EQ(as<line::Boot>(gateway_.last).node, 5);
 }
 
 TEST_F(Boot, IsJsonToo) {
   gateway_.outcomes = {wrong_vendor()};
   context_.json = true;
   EXPECT_EQ(boot(context_, "hall:all"), kFailed);
-  EXPECT_EQ(gateway_.last.node, 0);
+  EXPECT_EQ(as<line::Boot>(gateway_.last).node, 0);
   const auto json = nlohmann::json::parse(out_.str());
   const auto& node = json["nodes"][0];
   EXPECT_EQ(node["node"], 6);

@@ -22,6 +22,12 @@ inline std::vector<std::byte> raw(std::initializer_list<unsigned> values) {
   return out;
 }
 
+// The request of the command, which is of that kind; otherwise the test fails.
+template <class Request>
+const Request& as(const line::Command& command) {
+  return std::get<Request>(command.request);
+}
+
 // Gateway is a Client. The command has context_, and prints to out_ and err_.
 template <class Gateway>
 class CommandTest : public testing::Test {

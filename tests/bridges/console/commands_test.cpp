@@ -22,6 +22,8 @@
 namespace linegate::console {
 namespace {
 
+using test::as;
+
 using testing::HasSubstr;
 using testing::Not;
 
@@ -83,7 +85,8 @@ class FakeGateway : public Client {
   Answer call(const LineId& id, const line::Command& command, Duration timeout,
               std::uint64_t layout_id, Listener& /*listener*/) override {
     EXPECT_TRUE(id == kPress || written_route);
-    if (command.kind == line::CommandKind::local_read && command.code == line::kListObjects) {
+    const auto* const read = std::get_if<line::LocalRead>(&command.request);
+    if (read != nullptr && std::holds_alternative<line::ObjectRange>(read->what)) {
       Answer list{.reply = {.data = device_file}};
       list.reply.error = device_file.empty() ? line::to_error(line::Refusal::bad_request) : Error{};
       return list;
@@ -120,9 +123,9 @@ TEST_F(Commands, SdoReadPrintsTheValueByType) {
   gateway_.answer.reply.data = {std::byte{0x34}, std::byte{0x12}};
   EXPECT_EQ(sdo_read(context_, "press:5", "6041", "0", ""), kDone);
   EXPECT_EQ(out_.str(), "34 12  (4660)\n");
-  EXPECT_EQ(gateway_.last.kind, line::CommandKind::sdo_read);
-  EXPECT_EQ(gateway_.last.node, 5);
-  EXPECT_EQ(gateway_.last.index, 0x6041);
+  EXPECT_EQ(line::kind(gateway_.last), line::CommandKind::sdo_read);
+  EXPECT_EQ(line::node_of(gateway_.last), 5);
+  EXPECT_EQ(as<line::SdoRead>(gateway_.last).address.index, 0x6041);
   out_.str("");
   EXPECT_EQ(sdo_read(context_, "3:5", "0x6041", "0", "i16"), kDone) << "by network-ID";
   EXPECT_EQ(out_.str(), "4660\n");
@@ -131,15 +134,15 @@ TEST_F(Commands, SdoReadPrintsTheValueByType) {
 TEST_F(Commands, AnEmcyIsSentByTheLineOrByADeviceOfIt) {
   EXPECT_EQ(emcy(context_, "press", "2310", "80", "1 2"), kDone) << err_.str();
   EXPECT_EQ(out_.str(), "sent\n");
-  EXPECT_EQ(gateway_.last.kind, line::CommandKind::emcy_send);
-  EXPECT_EQ(gateway_.last.code, 0x2310);
-  EXPECT_EQ(gateway_.last.error_register, 0x80);
-  EXPECT_EQ(gateway_.last.node, 0);
+  EXPECT_EQ(line::kind(gateway_.last), line::CommandKind::emcy_send);
+  EXPECT_EQ(as<line::EmcySend>(gateway_.last).code, 0x2310);
+  EXPECT_EQ(as<line::EmcySend>(gateway_.last).error_register, 0x80);
+  EXPECT_EQ(line::node_of(gateway_.last), 0);
   EXPECT_EQ(emcy(context_, "press:ram", "2310", "0", ""), kFailed);
   EXPECT_THAT(err_.str(), HasSubstr("LINE alone, unless its role is device"));
   gateway_.role = line::Role::device;
   EXPECT_EQ(emcy(context_, "press:ram", "2310", "0", ""), kDone);
-  EXPECT_EQ(gateway_.last.node, 5);
+  EXPECT_EQ(line::node_of(gateway_.last), 5);
 }
 
 TEST_F(Commands, WaitForADeviceThatStoresItsParameters) {
@@ -152,23 +155,23 @@ TEST_F(Commands, WaitForADeviceThatStoresItsParameters) {
 
 TEST_F(Commands, SdoReadTakesWhatAScanReadOnlyWhenAsked) {
   EXPECT_EQ(sdo_read(context_, "press:5", "1018", "1", ""), kDone);
-  EXPECT_EQ(gateway_.last.code, 0);
+  EXPECT_FALSE(as<line::SdoRead>(gateway_.last).from_scan);
   EXPECT_EQ(sdo_read(context_, "press:5", "1018", "1", "", "", true), kDone);
-  EXPECT_EQ(gateway_.last.code, line::kFromCache);
+  EXPECT_TRUE(as<line::SdoRead>(gateway_.last).from_scan);
 }
 
 TEST_F(Commands, AScanWritesOnlyWhenAsked) {
   ScanResult result;
   gateway_.answer.reply.data = scan::write_report(std::array{scan::ScannedNode{.id = 5}});
   EXPECT_EQ(scan(context_, {.what = "press:5"}, result), kDone) << err_.str();
-  EXPECT_EQ(gateway_.last.kind, line::CommandKind::scan);
-  EXPECT_EQ(gateway_.last.node, 5);
+  EXPECT_EQ(line::kind(gateway_.last), line::CommandKind::scan);
+  EXPECT_EQ(line::node_of(gateway_.last), 5);
   EXPECT_EQ(scan(context_, {.what = "press", .apply = true}, result), kDone);
-  EXPECT_EQ(gateway_.last.kind, line::CommandKind::scan_apply);
-  EXPECT_EQ(gateway_.last.code, line::kScanSetUp);
+  EXPECT_EQ(line::kind(gateway_.last), line::CommandKind::scan_apply);
+  EXPECT_TRUE(as<line::ScanApply>(gateway_.last).set_up);
   EXPECT_EQ(scan(context_, {.what = "press", .restore_defaults = true}, result), kDone);
-  EXPECT_EQ(gateway_.last.kind, line::CommandKind::scan_apply);
-  EXPECT_EQ(gateway_.last.code, line::kScanRestore);
+  EXPECT_EQ(line::kind(gateway_.last), line::CommandKind::scan_apply);
+  EXPECT_TRUE(as<line::ScanApply>(gateway_.last).restore);
 }
 
 TEST_F(Commands, AScanOfOneNodeThatIsNotThereIsAFailure) {
@@ -200,7 +203,8 @@ TEST_F(Commands, AnAbortIsToldInWordsAndByTheExitCode) {
 
 TEST_F(Commands, SdoWriteEncodesTheValue) {
   EXPECT_EQ(sdo_write(context_, "press:5", "6040", "0", "u16", "0x0F"), kDone);
-  EXPECT_EQ(gateway_.last.data, (std::vector<std::byte>{std::byte{0x0F}, std::byte{0}}));
+  EXPECT_EQ(as<line::SdoWrite>(gateway_.last).data,
+            (std::vector<std::byte>{std::byte{0x0F}, std::byte{0}}));
   EXPECT_EQ(sdo_write(context_, "press:5", "6040", "0", "u8", "300"), kUsage);
   EXPECT_EQ(sdo_write(context_, "press:5", "6040", "0", "word", "3"), kUsage);
   EXPECT_EQ(sdo_write(context_, "press:200", "6040", "0", "u8", "3"), kUsage);
@@ -211,15 +215,16 @@ TEST_F(Commands, AnObjectIsWrittenByPdoOrSdoAndSaysWhich) {
   gateway_.answer.reply.data = {std::byte{1}, std::byte{3}, std::byte{0}, std::byte{0}};
   EXPECT_EQ(object_write(context_, "press:5", "6040", "0", "u16", "0x0F", false), kDone);
   EXPECT_EQ(out_.str(), "by PDO 3, sent\n");
-  EXPECT_EQ(gateway_.last.kind, line::CommandKind::object_write);
-  EXPECT_EQ(gateway_.last.node, 5);
-  EXPECT_EQ(gateway_.last.code, 0);
-  EXPECT_EQ(gateway_.last.data, (std::vector<std::byte>{std::byte{0x0F}, std::byte{0}}));
+  EXPECT_EQ(line::kind(gateway_.last), line::CommandKind::object_write);
+  EXPECT_EQ(line::node_of(gateway_.last), 5);
+  EXPECT_FALSE(as<line::ObjectWrite>(gateway_.last).keep_pdo);
+  EXPECT_EQ(as<line::ObjectWrite>(gateway_.last).data,
+            (std::vector<std::byte>{std::byte{0x0F}, std::byte{0}}));
   out_.str("");
   gateway_.answer.reply.data[3] = std::byte{2};
   EXPECT_EQ(object_write(context_, "press:5", "6040", "0", "u16", "1", true), kHeldBack);
   EXPECT_EQ(out_.str(), "by PDO 3, which waits for: values that were never written\n");
-  EXPECT_EQ(gateway_.last.code, line::kKeepPdo);
+  EXPECT_TRUE(as<line::ObjectWrite>(gateway_.last).keep_pdo);
   out_.str("");
   gateway_.answer.reply.data = {std::byte{0}};
   EXPECT_EQ(object_write(context_, "press:5", "6083", "0", "u32", "1", false), kDone);
@@ -227,28 +232,28 @@ TEST_F(Commands, AnObjectIsWrittenByPdoOrSdoAndSaysWhich) {
   EXPECT_EQ(object_write(context_, "press:5", "6083", "0", "u8", "300", false), kUsage);
   gateway_.answer.reply.data.clear();
   EXPECT_EQ(object_write(context_, "press:own", "2000", "0", "u8", "3", false), kDone);
-  EXPECT_EQ(gateway_.last.node, 127);
+  EXPECT_EQ(line::node_of(gateway_.last), 127);
 }
 
 TEST_F(Commands, AReadSaysThatTheImageWillDo) {
   gateway_.answer.reply.data = {std::byte{7}};
   EXPECT_EQ(image_read(context_, "press:5", "6041", "0", "u8"), kDone);
   EXPECT_EQ(out_.str(), "7\n");
-  EXPECT_EQ(gateway_.last.code, line::kFromImage);
+  EXPECT_TRUE(as<line::SdoRead>(gateway_.last).from_image);
 }
 
 TEST_F(Commands, APdoIsTriggeredInThreeWays) {
   gateway_.answer.reply.data = {std::byte{3}, std::byte{0}, std::byte{4}, std::byte{0}};
   EXPECT_EQ(pdo_trigger(context_, "press:5", "1", false), kDone);
   EXPECT_EQ(out_.str(), "PDO 3, 4, sent\n");
-  EXPECT_EQ(gateway_.last.node, 5);
-  EXPECT_EQ(gateway_.last.code, 1);
+  EXPECT_EQ(line::node_of(gateway_.last), 5);
+  EXPECT_EQ(as<line::PdoTrigger>(gateway_.last).number, 1);
   EXPECT_EQ(pdo_trigger(context_, "press", "3", false), kDone);
-  EXPECT_EQ(gateway_.last.node, 0);
-  EXPECT_EQ(gateway_.last.code, 3);
+  EXPECT_EQ(line::node_of(gateway_.last), 0);
+  EXPECT_EQ(as<line::PdoTrigger>(gateway_.last).number, 3);
   EXPECT_EQ(pdo_trigger(context_, "press", "10", true), kDone);
-  EXPECT_EQ(gateway_.last.code, 0);
-  EXPECT_EQ(gateway_.last.entry, 10U);
+  EXPECT_EQ(as<line::PdoTrigger>(gateway_.last).number, 0);
+  EXPECT_EQ(as<line::PdoTrigger>(gateway_.last).output_byte, 10U);
   EXPECT_EQ(pdo_trigger(context_, "press:5", "10", true), kUsage);
   EXPECT_EQ(pdo_trigger(context_, "press", "0", false), kUsage);
   EXPECT_EQ(pdo_trigger(context_, "press:own", "1", false), kUsage);
@@ -256,12 +261,12 @@ TEST_F(Commands, APdoIsTriggeredInThreeWays) {
 
 TEST_F(Commands, APdoIsRequested) {
   EXPECT_EQ(pdo_request(context_, "press:5:tpdo3"), kDone) << err_.str();
-  EXPECT_EQ(gateway_.last.kind, line::CommandKind::pdo_request);
-  EXPECT_EQ(gateway_.last.node, 5);
-  EXPECT_EQ(gateway_.last.code, 3);
+  EXPECT_EQ(line::kind(gateway_.last), line::CommandKind::pdo_request);
+  EXPECT_EQ(line::node_of(gateway_.last), 5);
+  EXPECT_EQ(as<line::PdoRequest>(gateway_.last).number, 3);
   EXPECT_EQ(pdo_request(context_, "press:own:rpdo7"), kDone) << err_.str();
-  EXPECT_EQ(gateway_.last.node, 0);
-  EXPECT_EQ(gateway_.last.code, 7);
+  EXPECT_EQ(line::node_of(gateway_.last), 0);
+  EXPECT_EQ(as<line::PdoRequest>(gateway_.last).number, 7);
   for (const char* wrong : {"press", "press:5", "press:5:rpdo3", "press:5:tpdo0", "press:own:tpdo1",
                             "press:all:tpdo1", "press:5:tpdo513"}) {
     EXPECT_EQ(pdo_request(context_, wrong), kUsage) << wrong;
@@ -275,50 +280,47 @@ TEST_F(Commands, AValueGoesByMpdo) {
   gateway_.answer.reply.data = {std::byte{100}, std::byte{0}};
   EXPECT_EQ(mpdo_write(context_, "press:ram", {"6200:01", "u16", "513"}), kDone) << err_.str();
   EXPECT_EQ(out_.str(), "by TPDO 100, sent\n");
-  EXPECT_EQ(gateway_.last.kind, line::CommandKind::mpdo_write);
-  EXPECT_EQ(gateway_.last.node, 5);
-  EXPECT_EQ(gateway_.last.index, 0x6200);
-  EXPECT_EQ(gateway_.last.data, (std::vector{std::byte{1}, std::byte{2}}));
+  EXPECT_EQ(line::kind(gateway_.last), line::CommandKind::mpdo_write);
+  EXPECT_EQ(line::node_of(gateway_.last), 5);
+  EXPECT_EQ(as<line::MpdoWrite>(gateway_.last).address.index, 0x6200);
+  EXPECT_EQ(as<line::MpdoWrite>(gateway_.last).data, (std::vector{std::byte{1}, std::byte{2}}));
   EXPECT_EQ(mpdo_write(context_, "press:all", {"6200:01", "u8", "1"}), kDone);
-  EXPECT_EQ(gateway_.last.node, 0);
+  EXPECT_EQ(line::node_of(gateway_.last), 0);
   EXPECT_EQ(mpdo_write(context_, "press:5", {"6200:01", "u64", "1"}), kUsage);
   EXPECT_EQ(mpdo_write(context_, "press:own", {"6200:01", "u8", "1"}), kUsage);
 }
 
 TEST_F(Commands, AnotherNetworkIsReachedOverTheCheapestLineThatIsKnown) {
   EXPECT_EQ(sdo_read(context_, "12:5", "1018", "1", ""), kDone) << err_.str();
-  EXPECT_EQ(gateway_.last.kind, line::CommandKind::network_read);
-  EXPECT_EQ(gateway_.last.network, 12);
-  EXPECT_EQ(gateway_.last.node, 5);
-  EXPECT_EQ(gateway_.last.entry, 0U);
+  EXPECT_EQ(line::kind(gateway_.last), line::CommandKind::network_read);
+  EXPECT_EQ(as<line::NetworkRead>(gateway_.last).network, 12);
+  EXPECT_EQ(line::node_of(gateway_.last), 5);
+  EXPECT_FALSE(as<line::NetworkRead>(gateway_.last).as_device);
   EXPECT_EQ(sdo_write(context_, "19:6", "6040", "0", "u8", "1"), kDone);
-  EXPECT_EQ(gateway_.last.kind, line::CommandKind::network_write);
-  EXPECT_EQ(gateway_.last.network, 19);
+  EXPECT_EQ(line::kind(gateway_.last), line::CommandKind::network_write);
+  EXPECT_EQ(as<line::NetworkWrite>(gateway_.last).network, 19);
   EXPECT_EQ(sdo_read(context_, "20:5", "1018", "1", ""), kFailed);
   EXPECT_THAT(err_.str(), HasSubstr("no line '20'"));
 }
 
 TEST_F(Commands, ALineCanBeTheWayToAnother) {
   EXPECT_EQ(sdo_read(context_, "12:5", "1018", "1", "", "press"), kDone) << err_.str();
-  EXPECT_EQ(gateway_.last.kind, line::CommandKind::network_read);
-  EXPECT_EQ(gateway_.last.network, 12);
-  EXPECT_EQ(gateway_.last.entry, line::kAsDevice) << "as a device there would";
+  EXPECT_EQ(line::kind(gateway_.last), line::CommandKind::network_read);
+  EXPECT_EQ(as<line::NetworkRead>(gateway_.last).network, 12);
+  EXPECT_TRUE(as<line::NetworkRead>(gateway_.last).as_device) << "as a device there would";
   EXPECT_EQ(sdo_write(context_, "press:5", "6040", "0", "u8", "1", "press"), kDone);
-  EXPECT_EQ(gateway_.last.entry, line::kAsDevice);
-  EXPECT_EQ(gateway_.last.kind, line::CommandKind::network_write);
-  EXPECT_EQ(gateway_.last.network, 3) << "that of press";
+  EXPECT_TRUE(as<line::NetworkWrite>(gateway_.last).as_device);
+  EXPECT_EQ(line::kind(gateway_.last), line::CommandKind::network_write);
+  EXPECT_EQ(as<line::NetworkWrite>(gateway_.last).network, 3) << "that of press";
   EXPECT_EQ(sdo_read(context_, "press:own", "1018", "1", "", "press"), kFailed);
   EXPECT_EQ(sdo_read(context_, "hall:5", "1018", "1", "", "press"), kFailed);
 }
 
 TEST_F(Commands, FaultSendsThemAllAtOnceAndPrintsThoseThereAre) {
-  const auto sent = [&] {
-    const auto* const text = reinterpret_cast<const char*>(gateway_.last.data.data());
-    return std::string(text, gateway_.last.data.size());
-  };
+  const auto sent = [&] { return as<line::BusFault>(gateway_.last).change; };
   gateway_.answer.reply.data = {std::byte{'o'}, std::byte{'f'}, std::byte{'f'}};
   EXPECT_EQ(fault(context_, "press", {}), kDone);
-  EXPECT_EQ(gateway_.last.kind, line::CommandKind::bus_fault);
+  EXPECT_EQ(line::kind(gateway_.last), line::CommandKind::bus_fault);
   EXPECT_EQ(sent(), "");
   EXPECT_EQ(out_.str(), "off\n");
   EXPECT_EQ(fault(context_, "press", {"lost=1%", "stuck=off"}), kDone);
@@ -379,8 +381,8 @@ TEST_F(Commands, ATraceTellsWhatMovedAndWhatWasRefused) {
 TEST_F(Commands, ATraceAsksForConnectionsAndShowsThem) {
   gateway_.connects = true;
   EXPECT_EQ(trace(context_, 2, [] { return false; }), kDone);
-  EXPECT_EQ(gateway_.last.kind, line::CommandKind::routing_trace);
-  EXPECT_EQ(gateway_.last.code, 30);
+  EXPECT_EQ(line::kind(gateway_.last), line::CommandKind::routing_trace);
+  EXPECT_EQ(as<line::RoutingTrace>(gateway_.last).duration, std::chrono::seconds(30));
   EXPECT_THAT(out_.str(), HasSubstr("connection opened\n"));
   EXPECT_THAT(out_.str(), HasSubstr("connection ended\n"));
   EXPECT_THAT(err_.str(), Not(HasSubstr("does not tell")));
@@ -405,14 +407,15 @@ TEST_F(Commands, ATraceGoesOnWithCountersWhereItMayNotAsk) {
 
 TEST_F(Commands, TheOwnNodeIsReadLocally) {
   EXPECT_EQ(sdo_read(context_, "press:own", "1000", "0", ""), kDone);
-  EXPECT_EQ(gateway_.last.kind, line::CommandKind::local_read);
+  EXPECT_EQ(line::kind(gateway_.last), line::CommandKind::local_read);
 }
 
 TEST_F(Commands, OutputsAreNamedInThreeWays) {
   for (const std::string entry : {"drive5.Controlword", "5.6040:0", "0"}) {
     EXPECT_EQ(write(context_, "press", entry, "-2"), kDone) << err_.str();
-    EXPECT_EQ(gateway_.last.entry, 0U);
-    EXPECT_EQ(gateway_.last.data, (std::vector<std::byte>{std::byte{0xFE}, std::byte{0xFF}}));
+    EXPECT_EQ(as<line::SingleOutput>(gateway_.last).entry, 0U);
+    EXPECT_EQ(as<line::SingleOutput>(gateway_.last).data,
+              (std::vector<std::byte>{std::byte{0xFE}, std::byte{0xFF}}));
     EXPECT_EQ(gateway_.last_layout, 77U);
   }
   EXPECT_EQ(write(context_, "press", "drive6.Controlword", "1"), kUsage);
@@ -422,22 +425,22 @@ TEST_F(Commands, OutputsAreNamedInThreeWays) {
 
 TEST_F(Commands, ANodeHasItsNameWhereverItHasItsNumber) {
   EXPECT_EQ(sdo_read(context_, "press:ram", "1000", "0", ""), kDone) << err_.str();
-  EXPECT_EQ(gateway_.last.node, 5);
+  EXPECT_EQ(line::node_of(gateway_.last), 5);
   EXPECT_EQ(sdo_write(context_, "plant/press:ram", "1017:00", "", "u16", "5"), kDone);
-  EXPECT_EQ(gateway_.last.node, 5);
+  EXPECT_EQ(line::node_of(gateway_.last), 5);
   EXPECT_EQ(image_read(context_, "press:ram", "1000", "0", ""), kDone);
-  EXPECT_EQ(gateway_.last.node, 5);
+  EXPECT_EQ(line::node_of(gateway_.last), 5);
   EXPECT_EQ(object_write(context_, "press:ram", "6040", "0", "u16", "1", false), kDone);
-  EXPECT_EQ(gateway_.last.node, 5);
+  EXPECT_EQ(line::node_of(gateway_.last), 5);
   EXPECT_EQ(pdo_trigger(context_, "press:ram", "1", false), kDone);
-  EXPECT_EQ(gateway_.last.node, 5);
+  EXPECT_EQ(line::node_of(gateway_.last), 5);
   EXPECT_EQ(nmt(context_, "start", "press:ram"), kDone);
-  EXPECT_EQ(gateway_.last.node, 5);
+  EXPECT_EQ(line::node_of(gateway_.last), 5);
   EXPECT_EQ(sdo_read(context_, "press:ram", "1000", "0", "", "press"), kDone) << err_.str();
-  EXPECT_EQ(gateway_.last.node, 5);
+  EXPECT_EQ(line::node_of(gateway_.last), 5);
   ScanResult result;
   EXPECT_EQ(scan(context_, {.what = "press:ram"}, result), kFailed);
-  EXPECT_EQ(gateway_.last.node, 5);
+  EXPECT_EQ(line::node_of(gateway_.last), 5);
   err_.str("");
   EXPECT_EQ(nmt(context_, "start", "press:ran"), kFailed);
   EXPECT_EQ(err_.str(), "no node 'ran' on press; there are: ram (5)\n");
@@ -500,12 +503,12 @@ TEST_F(Commands, WaitForTheAnswerLongerThanTheGatewayForTheBus) {
 
 TEST_F(Commands, NmtToOneToAllAndToTheOwnNode) {
   EXPECT_EQ(nmt(context_, "reset-node", "press:5"), kDone);
-  EXPECT_EQ(gateway_.last.nmt, nmt::Command::reset_node);
+  EXPECT_EQ(as<line::NmtRequest>(gateway_.last).command, nmt::Command::reset_node);
   EXPECT_EQ(out_.str(), "sent\n");
   EXPECT_EQ(nmt(context_, "start", "press:all"), kDone);
-  EXPECT_EQ(gateway_.last.node, 0);
+  EXPECT_EQ(line::node_of(gateway_.last), 0);
   EXPECT_EQ(nmt(context_, "start", "press:own"), kDone);
-  EXPECT_EQ(gateway_.last.node, 127);
+  EXPECT_EQ(line::node_of(gateway_.last), 127);
   EXPECT_EQ(nmt(context_, "begin", "press:all"), kUsage);
   EXPECT_EQ(nmt(context_, "start", "press:0"), kUsage);
 }
@@ -564,12 +567,11 @@ TEST_F(Commands, AnImportSaysWhenItReachesTheNode) {
   const auto one = test::raw({1, 0, 0, 0, 0x17, 0x10, 0, 2, 0, 0, 0, 0x2C, 1});
   EXPECT_EQ(import_configuration(context_, "press:5", one), kDone);
   EXPECT_EQ(out_.str(), "1 object for node 5, written to it when it boots the next time\n");
-  EXPECT_EQ(gateway_.last.index, 0x1F22);
-  EXPECT_EQ(gateway_.last.sub, 5);
+  EXPECT_EQ(as<line::LocalWrite>(gateway_.last).address, (od::Address{0x1F22, 5}));
   out_.str("");
   EXPECT_EQ(import_configuration(context_, "press", one), kDone);
   EXPECT_EQ(out_.str(), "1 object written\n");
-  EXPECT_EQ(gateway_.last.index, 0x1017);
+  EXPECT_EQ(as<line::LocalWrite>(gateway_.last).address.index, 0x1017);
 }
 
 TEST_F(Commands, DamagedSamplesAreToldOnceAndNotAmongTheResults) {

@@ -15,6 +15,8 @@
 namespace linegate::console {
 namespace {
 
+using test::as;
+
 using test::raw;
 using testing::HasSubstr;
 
@@ -31,8 +33,9 @@ class Mill : public Client {
   }
   Answer call(const LineId& /*id*/, const line::Command& command, Duration /*timeout*/,
               std::uint64_t /*layout_id*/, Listener& /*listener*/) override {
-    if (command.kind == line::CommandKind::local_read && command.code == line::kListObjects) {
-      listed = command;
+    const auto* const read = std::get_if<line::LocalRead>(&command.request);
+    if (read != nullptr && std::holds_alternative<line::ObjectRange>(read->what)) {
+      listed = std::get<line::ObjectRange>(read->what);
       Answer out;
       out.reply.data = list;
       return out;
@@ -44,23 +47,23 @@ class Mill : public Client {
   std::vector<std::byte> list = kList;
   Answer answer;
   line::Command last;
-  line::Command listed;
+  line::ObjectRange listed;
 };
 
 using OwnDictionary = test::CommandTest<Mill>;
 
 TEST_F(OwnDictionary, IsListed) {
   EXPECT_EQ(od_list(context_, "mill", ""), kDone) << err_.str();
-  EXPECT_EQ(gateway_.listed.index, 0);
-  EXPECT_EQ(gateway_.listed.entry, 0xFFFFU);
+  EXPECT_EQ(gateway_.listed.first, 0);
+  EXPECT_EQ(gateway_.listed.last, 0xFFFFU);
   EXPECT_THAT(out_.str(), HasSubstr("2100:01"));
   EXPECT_THAT(out_.str(), HasSubstr("UNSIGNED16"));
   EXPECT_THAT(out_.str(), HasSubstr("rww"));
   out_.str("");
   context_.json = true;
   EXPECT_EQ(od_list(context_, "mill", "2100"), kDone);
-  EXPECT_EQ(gateway_.listed.index, 0x2100);
-  EXPECT_EQ(gateway_.listed.entry, 0x2100U);
+  EXPECT_EQ(gateway_.listed.first, 0x2100);
+  EXPECT_EQ(gateway_.listed.last, 0x2100U);
   EXPECT_EQ(out_.str(),
             R"([{"index":8448,"sub":1,"name":"Rec","type":"UNSIGNED16","access":"rww",)"
             R"("mappable":true,"stored":false,"application":true,"data":"0500","value":"5"}])"
@@ -76,11 +79,10 @@ TEST_F(OwnDictionary, IsReadAndWrittenByItsTypes) {
   EXPECT_EQ(od_read(context_, "mill", "2100", "1"), kDone);
   EXPECT_EQ(out_.str(), "7\n");
   EXPECT_EQ(od_write(context_, "mill", "2100", "1", "300"), kDone);
-  EXPECT_EQ(gateway_.last.kind, line::CommandKind::local_write);
-  EXPECT_EQ(gateway_.last.data, raw({0x2C, 1}));
-  EXPECT_EQ(gateway_.last.code, 0);
+  EXPECT_EQ(as<line::LocalWrite>(gateway_.last).data, raw({0x2C, 1}));
+  EXPECT_FALSE(as<line::LocalWrite>(gateway_.last).as_owner);
   EXPECT_EQ(od_write(context_, "mill", "2100", "1", "301", true), kDone);
-  EXPECT_EQ(gateway_.last.code, line::kWriteOwn);
+  EXPECT_TRUE(as<line::LocalWrite>(gateway_.last).as_owner);
   EXPECT_EQ(od_write(context_, "mill:own", "2100", "1", "302"), kDone) << err_.str();
   EXPECT_EQ(od_write(context_, "mill:all", "2100", "1", "302"), kUsage);
   EXPECT_EQ(od_write(context_, "mill", "2100", "1", "70000"), kUsage);
@@ -94,18 +96,26 @@ TEST_F(OwnDictionary, ObjectsAreCreatedAndRemoved) {
   object.offset = "6";
   object.mappable = true;
   EXPECT_EQ(od_create(context_, "mill", object), kDone) << err_.str();
-  EXPECT_EQ(gateway_.last.kind, line::CommandKind::object_create);
-  EXPECT_EQ(gateway_.last.index, 0x2200);
-  EXPECT_EQ(gateway_.last.sub, 1);
-  EXPECT_EQ(gateway_.last.entry, 6U);
-  EXPECT_EQ(gateway_.last.data, raw({3, 0, 2, 5, 2, 'U', 'p', 2, 0xFE, 0xFF, 0, 2, 9, 0}));
+  const auto created = std::get<line::OwnObject>(as<line::ObjectCreate>(gateway_.last).what);
+  EXPECT_EQ(created.index, 0x2200);
+  EXPECT_TRUE(created.in_image);
+  EXPECT_EQ(created.offset, 6U);
+  EXPECT_EQ(created.variable, (od::VariableDescription{.sub = 1,
+                                                       .name = "Up",
+                                                       .type = od::DataType::integer16,
+                                                       .access = od::Access::rw,
+                                                       .mappable = true,
+                                                       .value = raw({0xFE, 0xFF}),
+                                                       .low_limit = {},
+                                                       .high_limit = raw({9, 0})}));
   object.value = "40000";
   EXPECT_EQ(od_create(context_, "mill", object), kUsage);
   object.value = "";
   object.access = "all";
   EXPECT_EQ(od_create(context_, "mill", object), kUsage);
   EXPECT_EQ(od_remove(context_, "mill", "2200"), kDone);
-  EXPECT_EQ(gateway_.last.code, line::kRemoveObject);
+  const auto removed = std::get<line::ObjectRemoval>(as<line::ObjectCreate>(gateway_.last).what);
+  EXPECT_EQ(removed.index, 0x2200);
   gateway_.answer.reply.error = line::to_error(line::Refusal::unknown_entry);
   gateway_.answer.text = "no such output entry";
   EXPECT_EQ(od_remove(context_, "mill", "2200"), kFailed);

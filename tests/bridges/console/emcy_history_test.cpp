@@ -10,6 +10,8 @@
 namespace linegate::console {
 namespace {
 
+using test::as;
+
 using test::raw;
 using testing::HasSubstr;
 
@@ -78,9 +80,8 @@ TEST(EmcyHistoryObject, WhatMakesNoSenseIsNothing) {
 TEST_F(EmcyHistory, OfALineAreThoseOfNodesThatSentSome) {
   EXPECT_EQ(emcy_history(context_, "hall"), kDone);
   ASSERT_EQ(gateway_.asked.size(), 1U);
-  EXPECT_EQ(gateway_.asked[0].kind, line::CommandKind::local_read);
-  EXPECT_EQ(gateway_.asked[0].index, 0x5F18);
-  EXPECT_EQ(gateway_.asked[0].sub, 5);
+  EXPECT_EQ(std::get<od::Address>(as<line::LocalRead>(gateway_.asked[0]).what),
+            (od::Address{0x5F18, 5}));
   EXPECT_THAT(out_.str(), testing::StartsWith("hall:5 axis, 2 EMCYs received\n  0000  "));
   EXPECT_THAT(out_.str(), HasSubstr("\n  8110  "));
   EXPECT_THAT(out_.str(), HasSubstr("error register 11 (generic, communication), data 2A 00"));
@@ -89,7 +90,7 @@ TEST_F(EmcyHistory, OfALineAreThoseOfNodesThatSentSome) {
 TEST_F(EmcyHistory, OfOneNodeIsAskedWhateverIsKnownOfIt) {
   gateway_.answer.reply.data = raw({0});
   EXPECT_EQ(emcy_history(context_, "hall:4"), kDone);
-  EXPECT_EQ(gateway_.asked.at(0).sub, 4);
+  EXPECT_EQ(std::get<od::Address>(as<line::LocalRead>(gateway_.asked.at(0)).what).sub, 4);
   EXPECT_EQ(out_.str(), "hall:4 belt, 0 EMCYs received\n");
   EXPECT_EQ(emcy_history(context_, "hall:own"), kUsage);
 }

@@ -14,6 +14,8 @@
 namespace linegate::console {
 namespace {
 
+using test::as;
+
 using test::raw;
 using testing::HasSubstr;
 
@@ -29,7 +31,8 @@ class Listener150 : public Client {
     for (const EventView& event : std::exchange(early, {})) {
       listener.on_event(kCell, event);
     }
-    if (asked.code != 0) {
+    const auto* const listens = std::get_if<line::CanListen>(&asked.request);
+    if (listens != nullptr && listens->duration > std::chrono::seconds(0)) {
       for (const EventView& event : std::exchange(events, {})) {
         listener.on_event(kCell, event);
       }
@@ -64,17 +67,23 @@ using GenericFrames = test::CommandTest<Listener150>;
 
 TEST_F(GenericFrames, AreWrittenAsCansendHasThem) {
   EXPECT_EQ(send(context_, "cell", "150#11.22"), kDone) << err_.str();
-  EXPECT_EQ(gateway_.asked.kind, line::CommandKind::can_send);
-  EXPECT_EQ(gateway_.asked.entry, 0x150U);
-  EXPECT_EQ(gateway_.asked.data, raw({0x11, 0x22}));
+  const auto sent = [this] { return as<line::CanSend>(gateway_.asked).frame; };
+  const auto data = [&sent] {
+    const can::Frame frame = sent();
+    return std::vector(frame.bytes().begin(), frame.bytes().end());
+  };
+  EXPECT_EQ(sent().id, 0x150U);
+  EXPECT_EQ(sent().flags, 0);
+  EXPECT_EQ(data(), raw({0x11, 0x22}));
   EXPECT_EQ(send(context_, "cell", "00000150#"), kDone);
-  EXPECT_EQ(gateway_.asked.entry, 0x8000'0150U);
+  EXPECT_EQ(sent().id, 0x150U);
+  EXPECT_EQ(sent().flags, can::Frame::kExtended);
   EXPECT_EQ(send(context_, "cell", "150#R8"), kDone);
-  EXPECT_EQ(gateway_.asked.entry, 0x4000'0150U);
-  EXPECT_EQ(gateway_.asked.code, 8);
+  EXPECT_EQ(sent().flags, can::Frame::kRemote);
+  EXPECT_EQ(sent().length, 8);
   EXPECT_EQ(send(context_, "cell", "150##1112233"), kDone);
-  EXPECT_EQ(gateway_.asked.sub, 5);
-  EXPECT_EQ(gateway_.asked.data, raw({0x11, 0x22, 0x33}));
+  EXPECT_EQ(sent().flags, can::Frame::kFd | can::Frame::kBitRateSwitch);
+  EXPECT_EQ(data(), raw({0x11, 0x22, 0x33}));
 }
 
 TEST_F(GenericFrames, WhatIsNoneIsSaid) {
@@ -105,8 +114,10 @@ TEST_F(GenericFrames, AreShownAsTheyCome) {
                      frame_event(6, 0x8000'0150, 0x0003'0000, {}),
                      frame_event(7, 0x151, 0x104, {})};
   EXPECT_EQ(listen(context_, "cell", "100/700", 3, [] { return false; }), kDone) << err_.str();
-  EXPECT_EQ(gateway_.asked.entry, 0x100U);
-  EXPECT_EQ(gateway_.asked.data, raw({0x00, 0x07, 0x00, 0x80}));
+  const auto& heard = as<line::CanListen>(gateway_.asked);
+  EXPECT_EQ(heard.identifier, 0x100U);
+  EXPECT_EQ(heard.mask, 0x700U);
+  EXPECT_EQ(heard.extended, false);
   EXPECT_THAT(out_.str(), HasSubstr(" cell 150#1122\n"));
   EXPECT_THAT(out_.str(), HasSubstr(" cell 00000150#  (3 more suppressed)\n"));
   EXPECT_THAT(out_.str(), HasSubstr(" cell 151#R4\n"));
@@ -119,7 +130,8 @@ TEST_F(GenericFrames, LongOnesAreOneLineAndJsonHasAllOfIt) {
       frame_event(6, 0x150, 0x600 | 20, {17, 18, 19, 20})};
   context_.json = true;
   EXPECT_EQ(listen(context_, "cell", "", 1, [] { return false; }), kDone) << err_.str();
-  EXPECT_EQ(gateway_.asked.data, raw({0, 0, 0, 0})) << "all identifiers";
+  EXPECT_EQ(as<line::CanListen>(gateway_.asked).mask, 0U) << "all identifiers";
+  EXPECT_FALSE(as<line::CanListen>(gateway_.asked).extended.has_value());
   EXPECT_THAT(out_.str(), HasSubstr(R"("id":336,"extended":false,"remote":false,"fd":true,)"
                                     R"("length":20,"data":"0102030405060708090A0B0C0D0E0F10)"
                                     R"(11121314","held_back":0)"));

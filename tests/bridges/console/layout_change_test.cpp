@@ -40,7 +40,7 @@ class ReloadingGateway : public Client {
   }
   Answer call(const LineId& /*id*/, const line::Command& command, Duration /*timeout*/,
               std::uint64_t layout_id, Listener& listener) override {
-    EXPECT_EQ(command.entry, 1U);
+    EXPECT_EQ(std::get<line::SingleOutput>(command.request).entry, 1U);
     EXPECT_EQ(layout_id, 1U);
     listener.on_layout(test::kPress, fresh);
     return answer;

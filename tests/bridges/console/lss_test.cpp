@@ -62,8 +62,8 @@ class LssLine : public Client {
   }
   Answer call(const LineId& /*id*/, const line::Command& command, Duration /*timeout*/,
               std::uint64_t /*layout_id*/, Listener& /*listener*/) override {
-    EXPECT_EQ(command.kind, line::CommandKind::lss);
-    asked.emplace_back(static_cast<Procedure>(command.code), command.data);
+    const auto& request = std::get<line::LssRequest>(command.request);
+    asked.emplace_back(request.procedure, request.arguments);
     Answer out;
     out.reply.data = raw({0, 0, 0});
     if (!answers.empty()) {

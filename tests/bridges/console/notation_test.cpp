@@ -15,6 +15,8 @@
 namespace linegate::console {
 namespace {
 
+using test::as;
+
 using testing::ElementsAre;
 using testing::HasSubstr;
 
@@ -86,26 +88,26 @@ TEST_F(Notation, WhatTheMonitorAndTheImageShowIsWhatWriteAndSdoTake) {
     EXPECT_THAT(out_.str(), HasSubstr(' ' + object + ' '));
     for (const std::string node : {"8.", "panel."}) {
       EXPECT_EQ(write(context_, "press", node + object, "1"), kDone) << err_.str();
-      EXPECT_EQ(gateway_.last.entry, place) << node << object;
+      EXPECT_EQ(as<line::SingleOutput>(gateway_.last).entry, place) << node << object;
     }
     EXPECT_EQ(sdo_read(context_, "press:8", object, "", "u8"), kDone);
-    EXPECT_EQ(gateway_.last.sub, place + 1);
+    EXPECT_EQ(as<line::SdoRead>(gateway_.last).address.sub, place + 1);
     EXPECT_EQ(sdo_write(context_, "press:8", object, "", "u8", "1"), kDone);
-    EXPECT_EQ(gateway_.last.sub, place + 1);
+    EXPECT_EQ(as<line::SdoWrite>(gateway_.last).address.sub, place + 1);
   }
 }
 
 TEST_F(Notation, ASubIndexIsHexadecimalEverywhere) {
   EXPECT_EQ(write(context_, "press", "8.6200:10", "0x55"), kDone);
-  EXPECT_EQ(gateway_.last.entry, 15U);
+  EXPECT_EQ(as<line::SingleOutput>(gateway_.last).entry, 15U);
   EXPECT_EQ(sdo_read(context_, "press:8", "6200", "10", "u8"), kDone);
-  EXPECT_EQ(gateway_.last.sub, 16);
+  EXPECT_EQ(as<line::SdoRead>(gateway_.last).address.sub, 16);
   EXPECT_EQ(sdo_read(context_, "press:8", "6200", "0a", "u8"), kDone);
-  EXPECT_EQ(gateway_.last.sub, 10);
+  EXPECT_EQ(as<line::SdoRead>(gateway_.last).address.sub, 10);
   EXPECT_EQ(image_read(context_, "press:8", "6200:0B", "", "u8"), kDone);
-  EXPECT_EQ(gateway_.last.sub, 11);
+  EXPECT_EQ(as<line::SdoRead>(gateway_.last).address.sub, 11);
   EXPECT_EQ(object_write(context_, "press:8", "6200", "10", "u8", "1", false), kDone);
-  EXPECT_EQ(gateway_.last.sub, 16);
+  EXPECT_EQ(as<line::ObjectWrite>(gateway_.last).address.sub, 16);
   EXPECT_EQ(sdo_read(context_, "press:8", "6200:01", "1", "u8"), kUsage);
   EXPECT_EQ(sdo_read(context_, "press:8", "6200", "100", "u8"), kUsage);
 }

@@ -16,6 +16,8 @@
 namespace linegate::console {
 namespace {
 
+using test::as;
+
 using testing::HasSubstr;
 
 const LineId kLine{"plant", "press"};
@@ -63,28 +65,30 @@ class GatewayWithFiles : public Client {
   Answer call(const LineId& /*id*/, const line::Command& command, Duration /*timeout*/,
               std::uint64_t /*layout_id*/, Listener& /*listener*/) override {
     Answer out;
-    if (command.kind == line::CommandKind::local_read) {
-      EXPECT_EQ(command.code, line::kListObjects);
-      if (command.node == silent) {
+    if (const auto* const read = std::get_if<line::LocalRead>(&command.request)) {
+      if (read->node == silent) {
         out.reply.error = line::to_error(line::Refusal::timed_out);
         out.text = "no answer";
         return out;
       }
-      if (command.node == 9) {
+      if (read->node == 9) {
         out.reply.error = line::to_error(line::Refusal::bad_request);
         return out;
       }
-      const auto last = static_cast<std::uint16_t>(command.entry);
-      out.reply.data = line::list_objects(device_file(), command.index, last);
+      out.reply.data = line::list_objects(device_file(), std::get<line::ObjectRange>(read->what));
       return out;
     }
     asked.push_back(command);
-    if (command.node == silent) {
+    if (line::node_of(command) == silent) {
       out.reply.error = to_error(AbortCode::timeout);
       out.text = "SDO protocol timed out";
       return out;
     }
-    const auto found = values.find({command.index, command.sub});
+    const auto* const write = std::get_if<line::ObjectWrite>(&command.request);
+    const auto* const read = std::get_if<line::SdoRead>(&command.request);
+    const auto found = read != nullptr    ? values.find(read->address)
+                       : write != nullptr ? values.find(write->address)
+                                          : values.end();
     out.reply.data = found == values.end() ? std::vector<std::byte>() : found->second;
     return out;
   }
@@ -140,7 +144,7 @@ TEST_F(SdoCommand, ReadOfAnObjectWithSubIndicesPrintsAllThatCanBeRead) {
 TEST_F(SdoCommand, WriteTakesTheTypeFromTheDeviceFileAndRefusesWhatDoesNotFit) {
   EXPECT_EQ(write("press:ram", "1017:00", "500"), kDone) << err_.str();
   ASSERT_EQ(gateway_.asked.size(), 1U);
-  EXPECT_EQ(gateway_.asked[0].data, test::raw({0xF4, 1}));
+  EXPECT_EQ(as<line::SdoWrite>(gateway_.asked[0]).data, test::raw({0xF4, 1}));
   EXPECT_EQ(write("press:ram", "1017", "70000"), kUsage);
   EXPECT_THAT(err_.str(), HasSubstr("'70000' is not a value of 1017:00 Producer heartbeat time, "
                                     "which is UNSIGNED16"));
@@ -152,7 +156,7 @@ TEST_F(SdoCommand, WriteTakesTheTypeFromTheDeviceFileAndRefusesWhatDoesNotFit) {
   EXPECT_THAT(err_.str(), HasSubstr("object 1018h has sub-indices"));
   EXPECT_EQ(gateway_.asked.size(), 1U) << "nothing more was written";
   EXPECT_EQ(object_write(context_, "press:ram", "1017:00", "", "", "500", false), kDone);
-  EXPECT_EQ(gateway_.asked.back().data, test::raw({0xF4, 1}));
+  EXPECT_EQ(as<line::ObjectWrite>(gateway_.asked.back()).data, test::raw({0xF4, 1}));
 }
 
 TEST_F(SdoCommand, AllIsEachNodeWithOneResultEach) {
@@ -172,7 +176,7 @@ TEST_F(SdoCommand, AllIsEachNodeWithOneResultEach) {
   out_.str("");
   EXPECT_EQ(write("press:all", "1017:00", "500", "u16"), kDone);
   ASSERT_EQ(gateway_.asked.size(), 3U);
-  EXPECT_EQ(gateway_.asked[1].node, 6);
+  EXPECT_EQ(line::node_of(gateway_.asked[1]), 6);
   EXPECT_EQ(out_.str(), "5 (ram): done\n6 (feeder): done\n9: done\n");
 }
 

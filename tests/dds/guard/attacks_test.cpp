@@ -311,10 +311,8 @@ TEST(GuardedSystem, NothingOfItIsDropped) {
   const auto client = make_client(client_options());
   ASSERT_NE(client, nullptr);
   Lines lines;
-  line::Command command;
-  command.kind = line::CommandKind::sdo_read;
-  command.node = 9;
-  command.sub = 100;  // in many samples, and in fragments
+  line::Command command{.request = line::SdoRead{
+                            .node = 9, .address = {0, 100}}};  // in many samples, and in fragments
   const auto result = client->call(known_line(), command, std::chrono::seconds(30), lines);
   EXPECT_TRUE(result.reply.ok());
   EXPECT_EQ(result.reply.data.size(), 100U * 1024);

@@ -45,7 +45,7 @@ TEST_F(GatewayTest, DevicesOfALineAreThoseOfAManager) {
     const image::Snapshot& last = seen_.images[image];
     return last.bytes.empty() || !last.is_valid(0) ? -1 : std::to_integer<int>(last.bytes[0]);
   };
-  line::Command write{.kind = line::CommandKind::output_write, .data = {std::byte{0x5A}}};
+  line::Command write{.request = line::SingleOutput{.data = {std::byte{0x5A}}}};
   EXPECT_TRUE(call(at("below"), write, seen_.layouts["below/outputs"].id).reply.ok());
   EXPECT_TRUE(until([&] { return first_byte("plc/inputs") == 0x5A; }));
   // What the manager has as an input is an object of a device.
@@ -82,26 +82,22 @@ TEST_F(GatewayTest, ADeviceOfALineHasLongValues) {
   const auto ask = [&](const std::string& line, line::Command command) {
     return client_->call(at(line), command, 60s, seen_).reply;
   };
-  line::Command name{.kind = line::CommandKind::local_write,
-                     .index = 0x1008,
-                     .code = line::kWriteOwn,
-                     .data = std::vector(300, std::byte{'x'})};
-  EXPECT_EQ(ask("below", name).error, line::to_error(line::Refusal::bad_request)) << "of which?";
+  line::LocalWrite name{
+      .address = {0x1008, 0}, .as_owner = true, .data = std::vector(300, std::byte{'x'})};
+  EXPECT_EQ(ask("below", {.request = name}).error, line::to_error(line::Refusal::bad_request))
+      << "of which?";
   name.node = 8;
-  EXPECT_TRUE(ask("below", name).ok());
+  EXPECT_TRUE(ask("below", {.request = name}).ok());
   EXPECT_EQ(ask("plc", sdo_read(8, 0x1008, 0)).data, name.data);
   EXPECT_EQ(ask("below", sdo_read(7, 0x1008, 0)).data.size(),
             std::string_view("Linegate digital I/O").size());
-  line::Command program{
-      .kind = line::CommandKind::sdo_write, .node = 8, .index = 0x1F50, .sub = 1, .data = {}};
+  line::SdoWrite program{.node = 8, .address = {0x1F50, 1}};
   for (std::uint32_t i = 0; i < 150'000; ++i) {
     program.data.push_back(static_cast<std::byte>(i * 7));
   }
-  EXPECT_TRUE(ask("plc", program).ok());
-  line::Command read = program;
-  read.kind = line::CommandKind::local_read;
-  read.data.clear();
-  EXPECT_EQ(ask("below", read).data, program.data);
+  EXPECT_TRUE(ask("plc", {.request = program}).ok());
+  const line::LocalRead read{.node = 8, .what = od::Address{0x1F50, 1}};
+  EXPECT_EQ(ask("below", {.request = read}).data, program.data);
 }
 
 TEST_F(GatewayTest, DevicesOfALineStoreTheirParameters) {
@@ -122,11 +118,9 @@ TEST_F(GatewayTest, DevicesOfALineStoreTheirParameters) {
   ASSERT_TRUE(gateway_->reload(plant("")).done);
   ASSERT_TRUE(until([&] { return seen_.happened("below", EventKind::line_started); }));
   const auto write = [&](std::uint16_t index, std::uint8_t sub, std::vector<std::byte> data) {
-    return call(at("plc"), {.kind = line::CommandKind::sdo_write,
-                            .node = 9,
-                            .index = index,
-                            .sub = sub,
-                            .data = std::move(data)})
+    return call(at("plc"),
+                {.request =
+                     line::SdoWrite{.node = 9, .address = {index, sub}, .data = std::move(data)}})
         .reply.ok();
   };
   EXPECT_TRUE(until([&] { return write(0x6002, 1, {std::byte{0x81}}); }));

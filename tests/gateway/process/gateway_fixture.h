@@ -93,11 +93,7 @@ class GatewayTest : public testing::Test {
     return {"test", line, incarnation};
   }
   static line::Command sdo_read(std::uint8_t node, std::uint16_t index, std::uint8_t sub) {
-    line::Command command;
-    command.kind = line::CommandKind::sdo_read;
-    command.node = node;
-    command.index = index;
-    command.sub = sub;
+    line::Command command{.request = line::SdoRead{.node = node, .address = {index, sub}}};
     return command;
   }
   dds::CommandResult call(const dds::Target& target, const line::Command& command,

@@ -40,20 +40,19 @@ TEST_F(GatewayTest, PublishesEveryReceptionOfALineThatDemandsIt) {
 }
 
 TEST_F(GatewayTest, ADeviceIsAskedForAPdoAndAValueGoesByMpdo) {
-  line::Command request{.kind = line::CommandKind::pdo_request, .node = 5, .code = 1};
-  const dds::CommandResult came = call(at("open"), request);
+  const auto request = [](std::uint16_t number) {
+    return line::Command{.request = line::PdoRequest{.node = 5, .number = number}};
+  };
+  const dds::CommandResult came = call(at("open"), request(1));
   EXPECT_TRUE(came.reply.ok()) << came.text;
-  request.code = 99;
-  EXPECT_EQ(call(at("open"), request).reply.error, line::to_error(line::Refusal::unknown_entry));
-  request.code = 2;
-  EXPECT_EQ(call(at("open"), request).reply.error, line::to_error(line::Refusal::bad_request))
+  EXPECT_EQ(call(at("open"), request(99)).reply.error,
+            line::to_error(line::Refusal::unknown_entry));
+  EXPECT_EQ(call(at("open"), request(2)).reply.error, line::to_error(line::Refusal::bad_request))
       << "its COB-ID does not permit RTR";
-  EXPECT_EQ(call(at("closed"), request).reply.error, line::to_error(line::Refusal::not_permitted));
-  const line::Command value{.kind = line::CommandKind::mpdo_write,
-                            .node = 5,
-                            .index = 0x6200,
-                            .sub = 1,
-                            .data = {std::byte{5}}};
+  EXPECT_EQ(call(at("closed"), request(2)).reply.error,
+            line::to_error(line::Refusal::not_permitted));
+  const line::Command value{
+      .request = line::MpdoWrite{.node = 5, .address = {0x6200, 1}, .data = {std::byte{5}}}};
   const dds::CommandResult sent = call(at("open"), value);
   EXPECT_TRUE(sent.reply.ok()) << sent.text;
   EXPECT_EQ(sent.reply.data, (std::vector{std::byte{100}, std::byte{0}}));
@@ -94,15 +93,11 @@ TEST_F(GatewayTest, CarriesOutCommandsAsFarAsTheLineAllows) {
   EXPECT_FALSE(wrong.text.empty());
 
   EXPECT_TRUE(call(at("closed"), sdo_read(6, 0x1000, 0)).reply.ok());
-  line::Command nmt;
-  nmt.kind = line::CommandKind::nmt;
-  nmt.node = 6;
-  nmt.nmt = nmt::Command::stop;
+  line::Command nmt{.request = line::NmtRequest{.node = 6, .command = nmt::Command::stop}};
   EXPECT_EQ(call(at("closed"), nmt).reply.error, line::to_error(line::Refusal::not_permitted));
   EXPECT_TRUE(until([&] { return seen_.happened("closed", EventKind::command_refused); }));
 
-  line::Command versions;
-  versions.kind = line::CommandKind::versions;
+  line::Command versions{.request = line::Versions{}};
   const auto told = call(at("closed"), versions);
   EXPECT_EQ(
       std::string(reinterpret_cast<const char*>(told.reply.data.data()), told.reply.data.size()),
@@ -113,12 +108,8 @@ TEST_F(GatewayTest, CarriesOutCommandsAsFarAsTheLineAllows) {
 }
 
 TEST_F(GatewayTest, SwitchesTheFaultsOfASimulatedBus) {
-  line::Command fault;
-  fault.kind = line::CommandKind::bus_fault;
   const auto said = [&](const std::string& change) {
-    const auto* const bytes = reinterpret_cast<const std::byte*>(change.data());
-    fault.data.assign(bytes, bytes + change.size());
-    const line::Reply reply = call(at("open"), fault).reply;
+    const line::Reply reply = call(at("open"), {.request = line::BusFault{change}}).reply;
     EXPECT_TRUE(reply.ok()) << reply.error.code;
     return std::string(reinterpret_cast<const char*>(reply.data.data()), reply.data.size());
   };
@@ -133,7 +124,8 @@ TEST_F(GatewayTest, SwitchesTheFaultsOfASimulatedBus) {
   }));
   EXPECT_EQ(said("bus_off=now&restart=1ms"), "restart=0.001s");
   EXPECT_TRUE(until([&] { return seen_.happened("open", EventKind::bus_state); }));
-  EXPECT_EQ(call(at("closed"), fault).reply.error, line::to_error(line::Refusal::not_permitted));
+  EXPECT_EQ(call(at("closed"), {.request = line::BusFault{}}).reply.error,
+            line::to_error(line::Refusal::not_permitted));
 }
 
 TEST_F(GatewayTest, WritesOutputsThroughToTheDevice) {
@@ -214,27 +206,23 @@ class RoutingGatewayTest : public GatewayTest {
 };
 
 TEST_F(RoutingGatewayTest, AnSdoCrossesTwoLinesIfBothPermitIt) {
-  line::Command crossing = sdo_read(6, 0x1000, 0);
-  crossing.kind = line::CommandKind::network_read;
-  crossing.network = 2;
+  line::Command crossing{.request =
+                             line::NetworkRead{.network = 2, .node = 6, .address = {0x1000, 0}}};
   const auto crossed = call(at("open"), crossing);
   EXPECT_TRUE(crossed.reply.ok()) << crossed.text;
   EXPECT_EQ(crossed.reply.data, call(at("closed"), sdo_read(6, 0x1000, 0)).reply.data);
-  crossing.kind = line::CommandKind::network_write;
-  crossing.data = {std::byte{1}};
+  crossing.request =
+      line::NetworkWrite{.network = 2, .node = 6, .address = {0x1000, 0}, .data = {std::byte{1}}};
   EXPECT_EQ(call(at("open"), crossing).reply.error, line::to_error(line::Refusal::not_permitted));
   EXPECT_TRUE(until([&] { return seen_.line_properties.contains("routing-opened"); }));
   EXPECT_EQ(seen_.line_properties["routes-1"], "1 open 0, 2 closed 0");
 }
 
 TEST_F(RoutingGatewayTest, TellsOfConnectionsWhileSomebodyTraces) {
-  line::Command trace;
-  trace.kind = line::CommandKind::routing_trace;
-  trace.code = 30;
+  line::Command trace{.request = line::RoutingTrace{.duration = std::chrono::seconds(30)}};
   EXPECT_TRUE(call(at("open"), trace).reply.ok());
-  line::Command crossing = sdo_read(6, 0x1000, 0);
-  crossing.kind = line::CommandKind::network_read;
-  crossing.network = 2;
+  line::Command crossing{.request =
+                             line::NetworkRead{.network = 2, .node = 6, .address = {0x1000, 0}}};
   EXPECT_TRUE(call(at("open"), crossing).reply.ok());
   EXPECT_TRUE(until([&] { return seen_.happened("open", EventKind::routing_ended); }));
   EXPECT_TRUE(seen_.happened("open", EventKind::routing_opened));
@@ -252,14 +240,11 @@ class ClosedRoutingGatewayTest : public RoutingGatewayTest {
     return out.replace(out.find("access: read\n"), 13, "access: off\n");
   }
   line::Command own_write(std::uint8_t sub, std::uint64_t value, std::size_t size) const {
-    line::Command command;
-    command.kind = line::CommandKind::local_write;
-    command.index = 0x1F2C;
-    command.sub = sub;
+    line::LocalWrite write{.address = {0x1F2C, sub}};
     for (std::size_t i = 0; i < size; ++i) {
-      command.data.push_back(static_cast<std::byte>(value >> (8 * i)));
+      write.data.push_back(static_cast<std::byte>(value >> (8 * i)));
     }
-    return command;
+    return {.request = std::move(write)};
   }
 };
 
@@ -269,18 +254,16 @@ TEST_F(ClosedRoutingGatewayTest, ARouteWrittenAtRunTimeIsShownAndOpensNoLine) {
   EXPECT_TRUE(call(at("open"), own_write(0, 3, 1)).reply.ok());
   EXPECT_TRUE(until([&] { return seen_.routes["open"] == "1 open 0, 2 closed 0, 9 closed:6 1"; }));
   EXPECT_EQ(seen_.routes["closed"], "1 open 0, 2 closed 0");
-  line::Command crossing = sdo_read(5, 0x1000, 0);
-  crossing.kind = line::CommandKind::network_read;
-  crossing.network = 9;
+  line::Command crossing{.request =
+                             line::NetworkRead{.network = 9, .node = 5, .address = {0x1000, 0}}};
   EXPECT_EQ(call(at("open"), crossing).reply.error, to_error(AbortCode::local_control));
   EXPECT_TRUE(until([&] { return seen_.happened("closed", EventKind::routing_refused); }));
 }
 
 // Whichever of the two is made anew, and the other stays.
 TEST_F(RoutingGatewayTest, AReloadJoinsWhatIsNewWithWhatStays) {
-  line::Command crossing = sdo_read(6, 0x1000, 0);
-  crossing.kind = line::CommandKind::network_read;
-  crossing.network = 2;
+  line::Command crossing{.request =
+                             line::NetworkRead{.network = 2, .node = 6, .address = {0x1000, 0}}};
   const std::pair<const char*, const char*> changes[] = {
       {"sdo_timeout: 500ms", "sdo_timeout: 600ms"}, {"name: drive", "name: motor"}};
   std::string plant = text();
@@ -295,10 +278,7 @@ TEST_F(RoutingGatewayTest, AReloadJoinsWhatIsNewWithWhatStays) {
 }
 
 TEST_F(GatewayTest, WritesOneOutputForAPersonAndChecksTheLayout) {
-  line::Command write;
-  write.kind = line::CommandKind::output_write;
-  write.entry = 0;
-  write.data = {std::byte{0x5A}};
+  line::Command write{.request = line::SingleOutput{.entry = 0, .data = {std::byte{0x5A}}}};
   const std::uint64_t layout = seen_.layouts["open/outputs"].id;
   EXPECT_EQ(call(at("open"), write, layout + 1).reply.error,
             line::to_error(line::Refusal::stale_layout));
@@ -366,9 +346,9 @@ TEST_F(GatewayTest, AScanBehindOneThatIsAppliedWaitsForTheLine) {
     simulate: [{node: 9, profile: digital-io}]
 )"))
                   .done);
-  line::Command scan{.kind = line::CommandKind::scan_apply};
+  line::Command scan{.request = line::ScanApply{}};
   ASSERT_TRUE(until([&] { return call(at("bare"), scan).reply.ok(); }));
-  scan = {.kind = line::CommandKind::scan, .node = 9};
+  scan = {.request = line::Scan{.node = 9}};
   ASSERT_NE(client_->send(at("bare"), scan, kPatience), 0U);
   const Instant taken = monotonic_now() + 300ms;  // the other thread looks once a second
   ASSERT_TRUE(until([&] { return monotonic_now() > taken; }));

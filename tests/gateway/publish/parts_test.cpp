@@ -388,11 +388,10 @@ TEST(Access, ReadAllowsWhatChangesNothing) {
   EXPECT_TRUE(permitted(CommandKind::can_listen, Access::read, Access::off));
   EXPECT_FALSE(permitted(CommandKind::can_listen, Access::off, Access::all));
   EXPECT_TRUE(permitted(CommandKind::scan, Access::read, Access::off));
-  line::Command verify{.kind = CommandKind::configure};
+  line::Command verify{.request = line::Configure{}};
   EXPECT_TRUE(permitted(verify, Access::read, Access::off));
   EXPECT_FALSE(permitted(verify, Access::off, Access::off));
-  line::Command apply{.kind = CommandKind::configure};
-  apply.code = 1;
+  line::Command apply{.request = line::Configure{.apply = true}};
   EXPECT_FALSE(permitted(apply, Access::read, Access::off));
   EXPECT_TRUE(permitted(apply, Access::all, Access::off));
   EXPECT_FALSE(permitted(CommandKind::program, Access::read, Access::off));

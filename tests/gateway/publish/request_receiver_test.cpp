@@ -71,7 +71,7 @@ TEST_F(RequestReceiverTest, WhatALineIsToldOfStrangersIsBoundedAndTheRestCounted
 TEST_F(RequestReceiverTest, WhatTheEdgeReceivesGoesToTheLineAndItsWarningsToTheLog) {
   edge.receive([](RequestHandler& handler) {
     CommandRequest request{.line = "press", .client = "me"};
-    request.command.kind = line::CommandKind::sdo_read;
+    request.command.request = line::SdoRead{};
     request.command.tag = 5;
     handler.on_command(request);
     request.line = "nowhere";

@@ -166,10 +166,7 @@ TEST_F(ExecutorTest, AnswersACommandThatCameThroughTheRing) {
   executor.add(runner(0, wire.channel()));
   executor.start();
   EXPECT_TRUE(wire.expect(0x000));
-  line::Command command;
-  command.tag = 42;
-  command.kind = line::CommandKind::local_read;
-  command.index = 0x1000;
+  line::Command command{.tag = 42, .request = line::LocalRead{.what = od::Address{0x1000, 0}}};
   ASSERT_TRUE(ports_[0].commands.push(command));
   executor.wakeup().signal();
   line::Reply reply;

@@ -291,8 +291,7 @@ TEST_F(ForwardingCallTest, WhatCameIsSentOnBeforeAnythingElseIsDone) {
   begin(0);
   begin(1);
   const std::size_t all = ports_[0].commands.room();
-  line::Command command;
-  command.kind = line::CommandKind::bus_restart;
+  line::Command command{.request = line::BusRestart{}};
   ports_[0].commands.push(command);
   come(0, 0x185, {0x37, 0x12, 0x08});
   std::size_t room_then = 0;

@@ -90,12 +90,9 @@ class LineRunnerTest : public testing::Test {
       }
     }
   }
-  void send_command(std::uint64_t tag, line::CommandKind kind) {
-    line::Command command;
-    command.tag = tag;
-    command.kind = kind;
-    command.node = 5;
-    command.index = 0x1000;
+  static constexpr line::SdoRead kRead{.node = 5, .address = {0x1000, 0}};
+  void send_command(std::uint64_t tag, line::Request request) {
+    line::Command command{.tag = tag, .request = std::move(request)};
     port_.commands.push(command);
   }
 

@@ -20,14 +20,14 @@ using namespace std::chrono_literals;
 
 TEST_F(LineRunnerTest, WhatOthersLeaveIsLookedAtWhenItIsCalled) {
   make_ready();
-  send_command(7, line::CommandKind::bus_restart);
+  send_command(7, line::BusRestart{});
   runner_->service(now_);
   line::Reply reply;
   EXPECT_FALSE(port_.replies.pop(reply));
   runner_->called();
   runner_->service(now_);
   EXPECT_TRUE(port_.replies.pop(reply));
-  send_command(8, line::CommandKind::bus_restart);
+  send_command(8, line::BusRestart{});
   runner_->service(now_);
   EXPECT_FALSE(port_.replies.pop(reply)) << "each call counts once";
 }
@@ -56,7 +56,7 @@ TEST_F(LineRunnerTest, TellsAFailedInterfaceAndGoesOnTrying) {
 
 TEST_F(LineRunnerTest, RefusesCommandsBeforeTheInterfaceIsReady) {
   serve();
-  send_command(7, line::CommandKind::sdo_read);
+  send_command(7, kRead);
   serve();
   line::Reply reply;
   ASSERT_TRUE(port_.replies.pop(reply));
@@ -73,7 +73,7 @@ TEST_F(LineRunnerTest, RestartsTheBusOnCommandAndSaysWhatCameOfIt) {
   };
   for (const auto& [given, error] : answers) {
     channel_->restart_gives = given;
-    send_command(7, line::CommandKind::bus_restart);
+    send_command(7, line::BusRestart{});
     serve();
     line::Reply reply;
     ASSERT_TRUE(port_.replies.pop(reply));
@@ -87,11 +87,7 @@ TEST_F(LineRunnerTest, ChangesTheFaultsOfABusThatHasNoneOfItsOwn) {
   make_ready();
   const auto ask = [&](int channel_gives) {
     channel_->fault_gives = channel_gives;
-    line::Command command;
-    command.tag = 7;
-    command.kind = line::CommandKind::bus_fault;
-    command.data = {std::byte{'o'}, std::byte{'f'}, std::byte{'f'}};
-    port_.commands.push(command);
+    port_.commands.push({.tag = 7, .request = line::BusFault{"off"}});
     serve();
     line::Reply reply;
     EXPECT_TRUE(port_.replies.pop(reply));
@@ -197,9 +193,7 @@ TEST_F(LineRunnerTest, TimeDoesNotGoBackWhenFramesAndCommandsComeTogether) {
   boot();
   (void)events();
   come(0x085, {0x00, 0x10, 0x01, 0, 0, 0, 0, 0});
-  line::Command command;
-  command.kind = line::CommandKind::sdo_read;
-  command.node = 200;  // refused, with an event
+  line::Command command{.request = line::SdoRead{.node = 200}};  // refused, with an event
   port_.commands.push(command);
   serve(5ms);
   Instant last{};
@@ -218,9 +212,7 @@ TEST_F(LineRunnerTest, TimeDoesNotGoBackAfterAFrameThatCameWhileItRead) {
   channel_->reading_takes = 45ms;  // the thread was held up after it had looked at the clock
   now_ += 45ms;
   come(0x085, {0x00, 0x10, 0x01, 0, 0, 0, 0, 0});
-  line::Command command;
-  command.kind = line::CommandKind::sdo_read;
-  command.node = 200;  // refused, with an event
+  line::Command command{.request = line::SdoRead{.node = 200}};  // refused, with an event
   port_.commands.push(command);
   serve(-40ms);
   Instant last{};
@@ -381,7 +373,7 @@ TEST_F(LineRunnerTest, ReportsRequestsLostToAFullRing) {
 TEST_F(LineRunnerTest, AnswersAnNmtCommandWhenItsFrameWasAcknowledged) {
   boot();
   channel_->acknowledges = false;
-  send_command(7, line::CommandKind::nmt);
+  send_command(7, line::NmtRequest{.node = 5});
   serve();
   line::Reply reply;
   ASSERT_FALSE(port_.replies.pop(reply)) << "the channel has it, the bus does not";
@@ -395,12 +387,12 @@ TEST_F(LineRunnerTest, AnswersAnNmtCommandWhenItsFrameWasAcknowledged) {
 TEST_F(LineRunnerTest, AnNmtCommandThatTheChannelLostIsNotDone) {
   boot();
   channel_->acknowledges = false;
-  send_command(7, line::CommandKind::nmt);
+  send_command(7, line::NmtRequest{.node = 5});
   serve();
   channel_->counted.flushed = channel_->counted.taken();
   serve(1ms);
   channel_->acknowledges = true;
-  send_command(8, line::CommandKind::nmt);
+  send_command(8, line::NmtRequest{.node = 5});
   serve(1ms);
   line::Reply reply;
   ASSERT_TRUE(port_.replies.pop(reply));
@@ -413,9 +405,9 @@ TEST_F(LineRunnerTest, AnNmtCommandThatTheChannelLostIsNotDone) {
 
 TEST_F(LineRunnerTest, AnswersEveryCommandWhenItStops) {
   make_ready();
-  send_command(1, line::CommandKind::sdo_read);  // goes to the line, which waits for node 5
+  send_command(1, kRead);  // goes to the line, which waits for node 5
   serve(1ms);
-  send_command(2, line::CommandKind::sdo_read);  // still in the ring
+  send_command(2, kRead);  // still in the ring
   runner_->stop(now_);
   serve(1ms);
   std::vector<std::uint64_t> tags;

@@ -101,11 +101,9 @@ lines:
       return false;
     });
   }
-  line::Command in_network(line::CommandKind kind, std::uint16_t index, std::uint8_t sub) {
-    line::Command command{.tag = ++tag_, .kind = kind, .node = 20, .network = 2};
-    command.index = index;
-    command.sub = sub;
-    return command;
+  line::Command read_in_network(od::Address address, std::uint16_t network = 2) {
+    return {.tag = ++tag_,
+            .request = line::NetworkRead{.network = network, .node = 20, .address = address}};
   }
   // Asked of the line press.
   line::Reply ask(line::Command command) {
@@ -136,21 +134,18 @@ lines:
 
 TEST_P(CrossingTest, ReadsAndWritesADeviceOfAnotherLine) {
   for (int i = 0; i < 20; ++i) {
-    const line::Reply vendor = ask(in_network(line::CommandKind::network_read, 0x1018, 1));
+    const line::Reply vendor = ask(read_in_network({0x1018, 1}));
     ASSERT_TRUE(vendor.ok()) << vendor.error.code;
     EXPECT_EQ(vendor.data, (std::vector<std::byte>{std::byte{0x47}, std::byte{0x4C}, {}, {}}));
   }
-  const line::Reply name = ask(in_network(line::CommandKind::network_read, 0x1008, 0));
+  const line::Reply name = ask(read_in_network({0x1008, 0}));
   EXPECT_GT(name.data.size(), 7U) << "in segments, or a block";
-  EXPECT_EQ(ask(in_network(line::CommandKind::network_read, 0x2FFF, 0)).error,
-            to_error(AbortCode::no_object));
-  line::Command write = in_network(line::CommandKind::network_write, 0x1017, 0);
-  write.data = {std::byte{0xE8}, std::byte{3}};
-  EXPECT_TRUE(ask(write).ok());
-  EXPECT_EQ(ask(in_network(line::CommandKind::network_read, 0x1017, 0)).data, write.data);
-  line::Command nowhere = in_network(line::CommandKind::network_read, 0x1018, 1);
-  nowhere.network = 9;
-  EXPECT_EQ(ask(nowhere).error, to_error(AbortCode::invalid_value));
+  EXPECT_EQ(ask(read_in_network({0x2FFF, 0})).error, to_error(AbortCode::no_object));
+  const line::NetworkWrite write{
+      .network = 2, .node = 20, .address = {0x1017, 0}, .data = {std::byte{0xE8}, std::byte{3}}};
+  EXPECT_TRUE(ask({.tag = ++tag_, .request = write}).ok());
+  EXPECT_EQ(ask(read_in_network({0x1017, 0})).data, write.data);
+  EXPECT_EQ(ask(read_in_network({0x1018, 1}, 9)).error, to_error(AbortCode::invalid_value));
   EXPECT_TRUE(heard(0, EventKind::routing_refused));
   const routing::Counters counted = counters(0);
   EXPECT_EQ(counted.open, 0U);
@@ -159,11 +154,11 @@ TEST_P(CrossingTest, ReadsAndWritesADeviceOfAnotherLine) {
 }
 
 TEST_P(CrossingTest, ALineThatIsTakenAwayLeavesNobodyWaiting) {
-  EXPECT_TRUE(ask(in_network(line::CommandKind::network_read, 0x1018, 1)).ok());
+  EXPECT_TRUE(ask(read_in_network({0x1018, 1})).ok());
   // Its interface falls silent: a transfer is under way when the line goes.
   devices_.request_stop();
   devices_.join();
-  line::Command read = in_network(line::CommandKind::network_read, 0x1018, 1);
+  line::Command read = read_in_network({0x1018, 1});
   EXPECT_TRUE(sides_[0].port.commands.push(read));
   sides_[0].executor->wakeup().signal();
   EXPECT_EQ(sides_[1].executor->send_away({sides_[1].runner}).size(), 1U);
@@ -171,7 +166,7 @@ TEST_P(CrossingTest, ALineThatIsTakenAwayLeavesNobodyWaiting) {
   line::Reply reply;
   EXPECT_TRUE(wait([&] { return sides_[0].port.replies.pop(reply); }));
   EXPECT_FALSE(reply.ok());
-  EXPECT_FALSE(ask(in_network(line::CommandKind::network_read, 0x1018, 1)).ok());
+  EXPECT_FALSE(ask(read_in_network({0x1018, 1})).ok());
   EXPECT_EQ(counters(0).open, 0U);
 }
 

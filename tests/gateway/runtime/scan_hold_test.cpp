@@ -40,11 +40,8 @@ class HoldingLineTest : public testing::Test {
     runner_->called();
     runner_->service(now_);
   }
-  void send_command(std::uint64_t tag, line::CommandKind kind) {
-    line::Command command;
-    command.tag = tag;
-    command.kind = kind;
-    command.node = 5;
+  void send_command(std::uint64_t tag, line::Request request) {
+    line::Command command{.tag = tag, .request = std::move(request)};
     port_.commands.push(command);
   }
 
@@ -63,7 +60,7 @@ class ScannedLineTest : public HoldingLineTest {
   void SetUp() override {
     make({});
     make_ready();
-    send_command(7, line::CommandKind::scan_apply);
+    send_command(7, line::ScanApply{.node = 5});
     for (int i = 0; i < 20; ++i) {
       serve(10ms);
     }
@@ -75,7 +72,7 @@ class ScannedLineTest : public HoldingLineTest {
 };
 
 TEST_F(ScannedLineTest, CommandsWaitForWhatBecomesOfTheResult) {
-  send_command(8, line::CommandKind::bus_restart);
+  send_command(8, line::BusRestart{});
   serve();
   serve(1s);
   line::Reply reply;
@@ -88,7 +85,7 @@ TEST_F(ScannedLineTest, CommandsWaitForWhatBecomesOfTheResult) {
 }
 
 TEST_F(ScannedLineTest, CommandsThatWaitAreAnsweredWhenItStops) {
-  send_command(8, line::CommandKind::bus_restart);
+  send_command(8, line::BusRestart{});
   serve();
   runner_->stop(now_);
   serve();
@@ -103,7 +100,7 @@ TEST_F(HoldingLineTest, AnInterfaceThatComesLateLetsCommandsWaitNoLongerThanTheD
   serve();
   serve(1s);
   make_ready();
-  send_command(8, line::CommandKind::bus_restart);
+  send_command(8, line::BusRestart{});
   serve();
   line::Reply reply;
   EXPECT_FALSE(port_.replies.pop(reply));

@@ -46,9 +46,8 @@ scan::ScannedNode node_of(std::uint8_t id, AbortCode end = AbortCode::none) {
   return node;
 }
 
-TakenScan taken(const std::vector<scan::ScannedNode>& nodes, std::uint16_t code,
-                std::uint8_t node = 0) {
-  return {node, code, scan::write_report(nodes)};
+TakenScan taken(const std::vector<scan::ScannedNode>& nodes, line::ScanApply request) {
+  return {request, scan::write_report(nodes)};
 }
 
 std::vector<std::uint8_t> ids(const config::LinePlan& plan) {
@@ -62,7 +61,7 @@ std::vector<std::uint8_t> ids(const config::LinePlan& plan) {
 using Ids = std::vector<std::uint8_t>;
 
 TEST(ScanPlan, TheLineHasTheNodesThatWereFound) {
-  const auto plan = plan_of(line_of(kBare), taken({node_of(5), node_of(8)}, line::kScanSetUp));
+  const auto plan = plan_of(line_of(kBare), taken({node_of(5), node_of(8)}, {.set_up = true}));
   ASSERT_TRUE(plan.ok());
   EXPECT_EQ(ids(*plan.value), (Ids{5, 8}));
   const line::NodeConfig& node = plan.value->config.nodes[0];
@@ -86,7 +85,7 @@ TEST(ScanPlan, NodesAreOptionalSlavesOfTheirIdentityThatAreConfiguredAtEachBoot)
     found.values.push_back({{0x1018, sub}, data});
   }
   std::ranges::sort(found.values, {}, &manager::ObjectWrite::address);
-  const auto plan = plan_of(line_of(kBare), taken({found}, line::kScanSetUp));
+  const auto plan = plan_of(line_of(kBare), taken({found}, {.set_up = true}));
   ASSERT_TRUE(plan.ok());
   const auto line = line::Line::make(plan.value->config);
   ASSERT_TRUE(line.ok());
@@ -105,7 +104,7 @@ TEST(ScanPlan, NodesAreOptionalSlavesOfTheirIdentityThatAreConfiguredAtEachBoot)
 
 // 1017h of the device and 1016h of the manager.
 TEST(ScanPlan, TheManagerListensToTheHeartbeatThatADeviceHas) {
-  const auto plan = plan_of(line_of(kBare), taken({node_of(5)}, line::kScanSetUp));
+  const auto plan = plan_of(line_of(kBare), taken({node_of(5)}, {.set_up = true}));
   ASSERT_TRUE(plan.ok());
   const auto line = line::Line::make(plan.value->config);
   ASSERT_TRUE(line.ok());
@@ -148,7 +147,7 @@ TEST(ScanPlan, TheManagerListensToTheHeartbeatThatADeviceHas) {
 }
 
 TEST(ScanPlan, WhatIsNotSetUpIsLeftAlone) {
-  const auto plan = plan_of(line_of(kBare), taken({node_of(5)}, 0));
+  const auto plan = plan_of(line_of(kBare), taken({node_of(5)}, {}));
   ASSERT_TRUE(plan.ok());
   const line::NodeConfig& node = plan.value->config.nodes[0];
   EXPECT_TRUE(node.as_found);
@@ -158,39 +157,39 @@ TEST(ScanPlan, WhatIsNotSetUpIsLeftAlone) {
 }
 
 TEST(ScanPlan, AScanOfOneNodeLeavesTheOthersAsTheyAre) {
-  const auto first = plan_of(line_of(kBare), taken({node_of(5), node_of(8)}, line::kScanSetUp));
-  const auto second = plan_of(*first.value, taken({node_of(9)}, 0, 9));
+  const auto first = plan_of(line_of(kBare), taken({node_of(5), node_of(8)}, {.set_up = true}));
+  const auto second = plan_of(*first.value, taken({node_of(9)}, {.node = 9}));
   ASSERT_TRUE(second.ok());
   EXPECT_EQ(ids(*second.value), (Ids{5, 8, 9}));
   EXPECT_FALSE(second.value->config.nodes[0].as_found);
   EXPECT_TRUE(second.value->config.nodes[2].as_found);
-  const auto all = plan_of(*second.value, taken({node_of(8)}, line::kScanSetUp));
+  const auto all = plan_of(*second.value, taken({node_of(8)}, {.set_up = true}));
   EXPECT_EQ(ids(*all.value), Ids{8}) << "who does not answer any more is gone";
 }
 
 TEST(ScanPlan, ANodeThatFellSilentStaysWhatItWas) {
-  const auto first = plan_of(line_of(kBare), taken({node_of(5)}, line::kScanSetUp));
+  const auto first = plan_of(line_of(kBare), taken({node_of(5)}, {.set_up = true}));
   scan::ScannedNode silent = node_of(5, AbortCode::timeout);
   silent.values.resize(1);
   const auto again =
-      plan_of(*first.value, taken({silent, node_of(6, AbortCode::timeout)}, line::kScanSetUp));
+      plan_of(*first.value, taken({silent, node_of(6, AbortCode::timeout)}, {.set_up = true}));
   ASSERT_TRUE(again.ok());
   EXPECT_EQ(ids(*again.value), Ids{5});
   EXPECT_EQ(again.value->config.nodes[0].heartbeat, 200ms);
 }
 
 TEST(ScanPlan, NobodyFoundChangesNothing) {
-  const auto plan = plan_of(line_of(kBare), taken({}, line::kScanSetUp));
+  const auto plan = plan_of(line_of(kBare), taken({}, {.set_up = true}));
   EXPECT_FALSE(plan.value.has_value());
   ASSERT_EQ(plan.diagnostics.size(), 1U);
   EXPECT_EQ(plan.diagnostics[0].file, "press");
-  EXPECT_FALSE(plan_of(line_of(kBare), {0, 0, {std::byte{1}}}).value.has_value());
+  EXPECT_FALSE(plan_of(line_of(kBare), TakenScan{.request = {}, .report = {std::byte{1}}}).value.has_value());
 }
 
 TEST(ScanPlan, ConflictsDoNotKeepTheLineFromRunning) {
   scan::ScannedNode other = node_of(6);
   store_le(std::span(other.values[3].data), 0x185);
-  const auto plan = plan_of(line_of(kBare), taken({node_of(5), other}, line::kScanSetUp));
+  const auto plan = plan_of(line_of(kBare), taken({node_of(5), other}, {.set_up = true}));
   ASSERT_TRUE(plan.ok());
   EXPECT_TRUE(std::ranges::any_of(plan.diagnostics, [](const Diagnostic& note) {
     return note.text == "node 5: TPDO 1 is left out: on its identifier 185h node 6 sends (1800:01)";
@@ -200,7 +199,7 @@ TEST(ScanPlan, ConflictsDoNotKeepTheLineFromRunning) {
 
 TEST(ScanPlan, PdosOnASyncThatNobodyProducesAreNamed) {
   scan::ScannedNode node = node_of(5);
-  const auto before = plan_of(line_of(kBare), taken({node}, line::kScanSetUp));
+  const auto before = plan_of(line_of(kBare), taken({node}, {.set_up = true}));
   EXPECT_TRUE(std::ranges::none_of(before.diagnostics, [](const Diagnostic& each) {
     return each.severity == Severity::warning;
   }));
@@ -208,7 +207,7 @@ TEST(ScanPlan, PdosOnASyncThatNobodyProducesAreNamed) {
       std::ranges::find(node.values, od::Address{0x1800, 2}, &manager::ObjectWrite::address);
   ASSERT_NE(type, node.values.end());
   type->data = {std::byte{1}};
-  const auto plan = plan_of(line_of(kBare), taken({node}, line::kScanSetUp));
+  const auto plan = plan_of(line_of(kBare), taken({node}, {.set_up = true}));
   EXPECT_TRUE(std::ranges::any_of(plan.diagnostics, [](const Diagnostic& each) {
     return each.severity == Severity::warning &&
            each.text == "TPDO 1 of node5: on SYNC, which nobody produces (sync of the line)";
@@ -235,8 +234,8 @@ TEST(ScanTaker, ALineThatIsToScansUntilItFindsSomething) {
   EXPECT_FALSE(taker.scans.due(Instant{2900ms}));
   const auto first = taker.scans.due(Instant{3s});
   ASSERT_TRUE(first);
-  EXPECT_EQ(first->kind, line::CommandKind::scan_apply);
-  EXPECT_EQ(first->code, 0U);
+  ASSERT_EQ(line::kind(*first), line::CommandKind::scan_apply);
+  EXPECT_FALSE(std::get<line::ScanApply>(first->request).set_up);
   EXPECT_TRUE(taker.scans.answered(taker.reply(first->tag, false))) << "nobody else asked";
   TakenScan result;
   EXPECT_FALSE(taker.results.pop(result)) << "there was nothing";
@@ -252,29 +251,23 @@ TEST(ScanTaker, OthersDoSoOnlyWhenAsked) {
   Taker taker(kBare);
   taker.scans.started(Instant{1s});
   EXPECT_EQ(taker.scans.next_wake(), kNever);
-  line::Command command;
-  command.tag = 7;
-  command.kind = line::CommandKind::scan;
+  line::Command command{.tag = 7, .request = line::Scan{}};
   taker.scans.asked(command);
   EXPECT_FALSE(taker.scans.answered(taker.reply(7, true)));
   TakenScan result;
   EXPECT_FALSE(taker.results.pop(result)) << "a scan that only looks";
-  command.kind = line::CommandKind::scan_apply;
-  command.node = 5;
-  command.code = line::kScanSetUp;
+  command.request = line::ScanApply{.node = 5, .set_up = true};
   taker.scans.asked(command);
   EXPECT_FALSE(taker.scans.answered(taker.reply(7, true))) << "the reply is for who asked";
   ASSERT_TRUE(taker.results.pop(result));
-  EXPECT_EQ(result.node, 5);
-  EXPECT_EQ(result.code, line::kScanSetUp);
+  EXPECT_EQ(result.request.node, 5);
+  EXPECT_TRUE(result.request.set_up);
 }
 
 TEST(ScanTaker, CommandsWaitFromAResultThatIsToBeAppliedUntilSomebodyHasTakenIt) {
   Taker taker(kBare);
   taker.scans.started(Instant{1s});
-  line::Command command;
-  command.tag = 7;
-  command.kind = line::CommandKind::scan_apply;
+  line::Command command{.tag = 7, .request = line::ScanApply{}};
   taker.scans.asked(command);
   EXPECT_FALSE(taker.scans.holds(Instant{2s})) << "it runs";
   taker.scans.answered(taker.reply(7, true));
@@ -287,7 +280,7 @@ TEST(ScanTaker, CommandsWaitFromAResultThatIsToBeAppliedUntilSomebodyHasTakenIt)
 
 TEST(ScanTaker, CommandsForALineThatWasMadeOfAScanWaitForItsDevices) {
   exchange::Ring<TakenScan> results{4};
-  const auto plan = plan_of(line_of(kBare), taken({node_of(5)}, 0));
+  const auto plan = plan_of(line_of(kBare), taken({node_of(5)}, {}));
   ASSERT_TRUE(plan.value);
   ScanTaker scans(*plan.value, results);
   EXPECT_FALSE(scans.holds(Instant{1s})) << "without its interface it refuses them";
@@ -301,7 +294,7 @@ TEST(ScanTaker, CommandsForALineThatWasMadeOfAScanWaitForItsDevices) {
 // A device that was switched on after the scan.
 TEST(ScanTaker, ALateComerIsScannedToo) {
   exchange::Ring<TakenScan> results{4};
-  const auto plan = plan_of(line_of(kAuto), taken({node_of(5)}, 0));
+  const auto plan = plan_of(line_of(kAuto), taken({node_of(5)}, {}));
   ASSERT_TRUE(plan.value);
   ScanTaker scans(*plan.value, results);
   scans.started(Instant{1s});
@@ -312,8 +305,8 @@ TEST(ScanTaker, ALateComerIsScannedToo) {
   EXPECT_FALSE(scans.due(Instant{11900ms})) << "it is not ready yet";
   const auto scan = scans.due(Instant{12s});
   ASSERT_TRUE(scan);
-  EXPECT_EQ(scan->node, 6);
-  EXPECT_EQ(scan->kind, line::CommandKind::scan_apply);
+  EXPECT_EQ(line::node_of(*scan), 6);
+  EXPECT_EQ(line::kind(*scan), line::CommandKind::scan_apply);
   EXPECT_EQ(scans.next_wake(), kNever) << "once for each boot-up message";
   line::Reply reply;
   reply.tag = scan->tag;
@@ -329,7 +322,7 @@ TEST(ScanTaker, ALateComerIsScannedToo) {
   scans.booted_up(8, Instant{21s});
   const auto all = scans.due(Instant{22s});
   ASSERT_TRUE(all);
-  EXPECT_EQ(all->node, 0) << "of several, all nodes";
+  EXPECT_EQ(line::node_of(*all), 0) << "of several, all nodes";
 }
 
 TEST(ScanTaker, OfALineThatIsConfiguredOtherwiseNobodyIsALateComer) {

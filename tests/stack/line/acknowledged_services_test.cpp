@@ -32,26 +32,18 @@ class AcknowledgedServices : public AcknowledgedOutputs {
     config.forwarding.tpdos = {mpdo};
     return config;
   }
-  void trigger() {
-    line_->execute({.kind = CommandKind::pdo_trigger, .code = 1, .data = {}}, now_);
-  }
-  void send_emcy(std::uint16_t code) {
-    line_->execute({.kind = CommandKind::emcy_send, .code = code, .data = {}}, now_);
-  }
+  void trigger() { line_->execute({.request = PdoTrigger{.number = 1}}, now_); }
+  void send_emcy(std::uint16_t code) { line_->execute({.request = EmcySend{.code = code}}, now_); }
   void send_mpdo(std::uint8_t value) {
-    line_->execute({.kind = CommandKind::mpdo_write,
-                    .node = 5,
-                    .index = 0x6200,
-                    .sub = 1,
-                    .data = {std::byte{value}}},
-                   now_);
+    line_->execute(
+        {.request = MpdoWrite{.node = 5, .address = {0x6200, 1}, .data = {std::byte{value}}}},
+        now_);
   }
   void lss(lss::Procedure procedure, std::vector<std::byte> arguments, Duration timeout = {}) {
-    line_->execute({.kind = CommandKind::lss,
-                    .code = static_cast<std::uint16_t>(procedure),
-                    .timeout = timeout,
-                    .data = std::move(arguments)},
-                   now_);
+    line_->execute(
+        {.timeout = timeout,
+         .request = LssRequest{.procedure = procedure, .arguments = std::move(arguments)}},
+        now_);
   }
   static std::ptrdiff_t kinds(const std::vector<Event>& all, EventKind kind) {
     return std::ranges::count(all, kind, &Event::kind);
@@ -103,10 +95,8 @@ TEST_F(AcknowledgedServices, ATriggeredPdoOfAnOwnNodeThatBootsIsGone) {
   hand_out();
   acknowledge_all();
   trigger();
-  line_->execute({.kind = CommandKind::nmt,
-                  .node = line_->config().node_id,
-                  .nmt = nmt::Command::reset_communication,
-                  .data = {}},
+  line_->execute({.request = NmtRequest{.node = line_->config().node_id,
+                                        .command = nmt::Command::reset_communication}},
                  now_);
   EXPECT_EQ(answer().error, to_error(Refusal::wrong_state));
 }
@@ -172,10 +162,8 @@ TEST_F(AcknowledgedServices, AnEmcyThatAResetDropsIsNotReportedAsSent) {
   set(0x1015, 20'000);  // 2 s
   send_emcy(0x5000);
   send_emcy(0x5100);
-  line_->execute({.kind = CommandKind::nmt,
-                  .node = line_->config().node_id,
-                  .nmt = nmt::Command::reset_communication,
-                  .data = {}},
+  line_->execute({.request = NmtRequest{.node = line_->config().node_id,
+                                        .command = nmt::Command::reset_communication}},
                  now_);
   hand_out();
   live(milliseconds(3000));
@@ -246,11 +234,9 @@ TEST_F(AcknowledgedServices, AFrameThatIsRefusedLeavesThoseBeforeItUnderWay) {
 TEST_F(AcknowledgedServices, AValueByMpdoIsGoneWhenTheOwnNodeLeavesOperational) {
   run(with_mpdo());
   send_mpdo(7);
-  line_->execute({.kind = CommandKind::nmt,
-                  .node = line_->config().node_id,
-                  .nmt = nmt::Command::stop,
-                  .data = {}},
-                 now_);
+  line_->execute(
+      {.request = NmtRequest{.node = line_->config().node_id, .command = nmt::Command::stop}},
+      now_);
   EXPECT_TRUE(answer().ok()) << "of the own node";
   line_->advance(now_);
   EXPECT_EQ(answer().error, to_error(Refusal::wrong_state));

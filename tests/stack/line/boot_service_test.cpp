@@ -14,9 +14,7 @@ namespace {
 
 struct BootServiceTest : testing::Test {
   void execute(std::uint8_t node, Duration timeout = {}) {
-    service.execute(
-        {.tag = ++tag, .kind = CommandKind::boot, .node = node, .timeout = timeout, .data = {}},
-        parts.now);
+    service.execute({.tag = ++tag, .timeout = timeout, .request = Boot{.node = node}}, parts.now);
   }
 
   ManagerParts parts;

@@ -17,9 +17,7 @@ using testing::Not;
 class BootCommandTest : public LineTest {
  protected:
   void ask(std::uint8_t node, Duration timeout = {}) {
-    Command command{.tag = 7, .kind = CommandKind::boot};
-    command.node = node;
-    command.timeout = timeout;
+    Command command{.tag = 7, .timeout = timeout, .request = Boot{.node = node}};
     line_->execute(std::move(command), now_);
   }
 
@@ -104,7 +102,8 @@ TEST_F(BootCommandTest, ANodeThatIsStartedWhileItBootsIsNotResetForIt) {
   ask(5);
   sent();
   pass(milliseconds(200));
-  line_->execute({.tag = 8, .kind = CommandKind::nmt, .node = 5, .nmt = nmt::Command::start}, now_);
+  line_->execute({.tag = 8, .request = NmtRequest{.node = 5, .command = nmt::Command::start}},
+                 now_);
   EXPECT_THAT(sent(), ElementsAre("000#0105"));
   hear(0x705, {0x05});
   EXPECT_THAT(sent(), IsEmpty());

@@ -10,9 +10,8 @@ namespace {
 
 struct CanServiceTest : testing::Test {
   void send(std::uint32_t id) {
-    service.execute(
-        {.tag = ++tag, .kind = CommandKind::can_send, .entry = id, .data = {std::byte{7}}},
-        parts.now);
+    service.execute({.tag = ++tag, .request = CanSend{.frame = can::make_frame(id, {7})}},
+                    parts.now);
   }
   std::size_t heard() {
     std::array<Event, 8> out;
@@ -53,7 +52,9 @@ TEST_F(CanServiceTest, FramesAreReportedWhileSomebodyListens) {
   service.hear(frame, false);
   EXPECT_EQ(heard(), 0U);
   service.execute(
-      {.tag = ++tag, .kind = CommandKind::can_listen, .code = 1, .entry = 0x7F1, .data = {}},
+      {.tag = ++tag,
+       .request =
+           CanListen{.identifier = 0x7F1, .extended = false, .duration = std::chrono::seconds(1)}},
       parts.now);
   EXPECT_EQ(host.answer(tag), Error{});
   service.hear(frame, false);

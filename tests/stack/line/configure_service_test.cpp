@@ -14,14 +14,8 @@ namespace {
 constexpr Duration kSdoTimeout = milliseconds(500);
 
 struct ConfigureServiceTest : testing::Test {
-  void execute(std::uint8_t node, std::uint16_t code, Duration timeout = {}) {
-    service.execute({.tag = ++tag,
-                     .kind = CommandKind::configure,
-                     .node = node,
-                     .code = code,
-                     .timeout = timeout,
-                     .data = {}},
-                    parts.now);
+  void execute(Configure request, Duration timeout = {}) {
+    service.execute({.tag = ++tag, .timeout = timeout, .request = request}, parts.now);
   }
 
   ManagerParts parts;
@@ -33,37 +27,35 @@ struct ConfigureServiceTest : testing::Test {
 };
 
 TEST_F(ConfigureServiceTest, IsRefusedWhereItMakesNoSense) {
-  execute(5, 2);
-  EXPECT_EQ(host.answer(tag), to_error(Refusal::bad_request));
-  execute(6, 0);
+  execute({.node = 6});
   EXPECT_EQ(host.answer(tag), to_error(Refusal::bad_request));
   host.set_usable(false);
-  execute(5, 0);
+  execute({.node = 5});
   EXPECT_EQ(host.answer(tag), to_error(Refusal::line_down));
   host.set_manages(false);
-  execute(5, 0);
+  execute({.node = 5});
   EXPECT_EQ(host.answer(tag), to_error(Refusal::wrong_role));
   host.set_manages(true);
   host.set_usable(true);
   parts.manager.stop(parts.now);
-  execute(5, 0);
+  execute({.node = 5});
   EXPECT_EQ(host.answer(tag), to_error(Refusal::wrong_state));
 }
 
 TEST_F(ConfigureServiceTest, OneAtATimeAndEachEndsOnce) {
-  execute(5, 1);
+  execute({.node = 5, .apply = true});
   EXPECT_TRUE(service.active());
-  execute(5, 1);
+  execute({.node = 5, .apply = true});
   EXPECT_EQ(host.answer(2), to_error(Refusal::busy));
   service.end(Refusal::wrong_role, parts.now);
   EXPECT_EQ(host.answer(1), to_error(Refusal::wrong_role));
   service.end(Refusal::wrong_role, parts.now);
-  execute(5, 1);
+  execute({.node = 5, .apply = true});
   EXPECT_FALSE(host.answer(3)) << "the one before has ended";
 }
 
 TEST_F(ConfigureServiceTest, ProgressIsReportedEachSecondUntilItsTimeIsOver) {
-  execute(5, 1, milliseconds(2500));
+  execute({.node = 5, .apply = true}, milliseconds(2500));
   std::size_t progress = 0;
   for (const Duration passed : {seconds(1), seconds(2)}) {
     EXPECT_EQ(service.next_wake(), parts.now + passed);

@@ -37,12 +37,13 @@ class DataByObject : public LineTest {
     line_->execute(std::move(command), now_);
     return answer();
   }
-  static Command write(std::uint16_t index, std::vector<std::byte> data, std::uint16_t code = 0) {
-    return {.kind = CommandKind::object_write,
-            .node = 5,
-            .index = index,
-            .code = code,
-            .data = std::move(data)};
+  static Command write(std::uint16_t index, std::vector<std::byte> data) {
+    return {.request = ObjectWrite{.node = 5, .address = {index, 0}, .data = std::move(data)}};
+  }
+  static Command write_keeping_pdo(std::uint16_t index, std::vector<std::byte> data) {
+    Command command = write(index, std::move(data));
+    std::get<ObjectWrite>(command.request).keep_pdo = true;
+    return command;
   }
   static std::vector<std::byte> setpoint(std::uint32_t value) {
     std::vector<std::byte> out(4);
@@ -50,10 +51,11 @@ class DataByObject : public LineTest {
     return out;
   }
   static std::vector<std::byte> mode(unsigned value) { return {static_cast<std::byte>(value)}; }
-  static Command trigger(std::uint8_t node, std::uint16_t code, std::uint32_t entry = 0) {
-    Command command{.kind = CommandKind::pdo_trigger, .node = node, .code = code, .data = {}};
-    command.entry = entry;
-    return command;
+  static Command trigger(std::uint8_t node, std::uint16_t number) {
+    return {.request = PdoTrigger{.node = node, .number = number}};
+  }
+  static Command trigger_byte(std::uint32_t offset) {
+    return {.request = PdoTrigger{.output_byte = offset}};
   }
   std::vector<OutputWait> reasons() {
     OutputState state;
@@ -74,8 +76,8 @@ class DataByObject : public LineTest {
     return out;
   }
   void leave_operational() {
-    Command command{.kind = CommandKind::nmt, .node = 127, .data = {}};
-    command.nmt = nmt::Command::enter_pre_operational;
+    Command command{.request =
+                        NmtRequest{.node = 127, .command = nmt::Command::enter_pre_operational}};
     ASSERT_TRUE(ask(command).ok());
   }
   void set_event_timer(std::uint16_t ms) { ASSERT_TRUE(line_->dictionary().set({0x1800, 5}, ms)); }
@@ -118,7 +120,9 @@ TEST_F(DataByObject, WhatNoPdoCarriesGoesBySdo) {
 
 TEST_F(DataByObject, SdoCanBeEnforced) {  // 5F01h
   run(config_with_axis());
-  line_->execute(write(kMode, mode(7), kForceSdo), now_);
+  Command command = write(kMode, mode(7));
+  std::get<ObjectWrite>(command.request).force_sdo = true;
+  line_->execute(command, now_);
   EXPECT_THAT(sent(), ElementsAre("605#2F03200007000000"));
   hear(0x585, {0x60, 0x03, 0x20, 0, 0, 0, 0, 0});
   EXPECT_EQ(answer().data, std::vector<std::byte>{std::byte{kBySdo}});
@@ -171,28 +175,28 @@ TEST_F(DataByObject, TheInhibitTimeIsKept) {
 
 TEST_F(DataByObject, AKeptPdoIsSentWhenItIsTriggered) {  // 5F01h
   run(config_with_axis());
-  EXPECT_EQ(ask(write(kSetpoint, setpoint(1), kKeepPdo)).data, by_pdo(PdoWait::trigger));
+  EXPECT_EQ(ask(write_keeping_pdo(kSetpoint, setpoint(1))).data, by_pdo(PdoWait::trigger));
   EXPECT_EQ(ask(trigger(5, 1)).error, to_error(Refusal::wrong_state)) << "a value is missing";
-  ask(write(kMode, mode(1), kKeepPdo));
+  ask(write_keeping_pdo(kMode, mode(1)));
   EXPECT_THAT(pdos(), IsEmpty());
   const std::vector<std::byte> first = {std::byte{1}, std::byte{0}};
   EXPECT_EQ(ask(trigger(5, 1)).data, first) << "by node and number of its RPDO";
   EXPECT_THAT(pdos(), ElementsAre("205#0100000001"));
   EXPECT_EQ(ask(trigger(0, 1)).data, first) << "by its number here";
   EXPECT_THAT(pdos(), ElementsAre("205#0100000001"));
-  EXPECT_EQ(ask(trigger(0, 0, 4)).data, first) << "by a byte of the image";
+  EXPECT_EQ(ask(trigger_byte(4)).data, first) << "by a byte of the image";
   EXPECT_THAT(pdos(), ElementsAre("205#0100000001"));
 }
 
 TEST_F(DataByObject, AKeptValueWaitsForATrigger) {
   run(config_with_axis());
   ask(write(kSetpoint, setpoint(1)));
-  ask(write(kMode, mode(1), kKeepPdo));
+  ask(write_keeping_pdo(kMode, mode(1)));
   EXPECT_THAT(reasons(), ElementsAre(OutputWait::trigger, OutputWait::trigger));
   ask(trigger(5, 1));
   pdos();
   EXPECT_THAT(reasons(), IsEmpty());
-  ask(write(kMode, mode(2), kKeepPdo));
+  ask(write_keeping_pdo(kMode, mode(2)));
   EXPECT_THAT(reasons(), ElementsAre(OutputWait::trigger)) << "of the value that was written";
   ask(write(kSetpoint, setpoint(2)));
   EXPECT_THAT(pdos(), ElementsAre("205#0200000002"));
@@ -203,7 +207,7 @@ TEST_F(DataByObject, AKeptValueOfARequestedPdoWaitsForATrigger) {
   run(config_with_axis());
   ask(write(kSetpoint, setpoint(1)));
   ask(write(kMode, mode(1)));
-  ask(write(kMode, mode(2), kKeepPdo));
+  ask(write_keeping_pdo(kMode, mode(2)));
   EXPECT_THAT(reasons(), ElementsAre(OutputWait::turn, OutputWait::trigger));
   EXPECT_THAT(pdos(), ElementsAre("205#0100000001"));
   EXPECT_THAT(reasons(), ElementsAre(OutputWait::trigger));
@@ -223,7 +227,7 @@ TEST_F(DataByObject, WhatIsNotThereCannotBeTriggered) {
   EXPECT_EQ(ask(trigger(5, 2)).error, to_error(Refusal::unknown_entry));
   EXPECT_EQ(ask(trigger(6, 1)).error, to_error(Refusal::unknown_entry));
   EXPECT_EQ(ask(trigger(0, 2)).error, to_error(Refusal::unknown_entry));
-  EXPECT_EQ(ask(trigger(0, 0, 5)).error, to_error(Refusal::unknown_entry)) << "beyond the image";
+  EXPECT_EQ(ask(trigger_byte(5)).error, to_error(Refusal::unknown_entry)) << "beyond the image";
   leave_operational();
   EXPECT_EQ(ask(trigger(0, 2)).error, to_error(Refusal::wrong_state)) << "not Operational";
 }
@@ -254,9 +258,8 @@ TEST_F(DataByObject, BeforeOperationalTheValueWaits) {
 TEST_F(DataByObject, WhatDoesNotFitIsRefused) {
   run(config_with_axis());
   EXPECT_EQ(ask(write(kMode, setpoint(1))).error, to_error(Refusal::bad_request)) << "4 bytes";
-  EXPECT_EQ(ask(write(kMode, mode(1), 4)).error, to_error(Refusal::bad_request));
   Command nobody = write(kMode, mode(1));
-  nobody.node = 0;
+  std::get<ObjectWrite>(nobody.request).node = 0;
   EXPECT_EQ(ask(nobody).error, to_error(Refusal::bad_request));
   LineConfig config = config_with_axis();
   config.bound = {1};
@@ -269,7 +272,7 @@ TEST_F(DataByObject, WhatDoesNotFitIsRefused) {
 TEST_F(DataByObject, TheOwnNodeIsWrittenWithoutABus) {
   run(config_with_axis());
   Command command = write(0x1005, setpoint(0x80));
-  command.node = 127;
+  std::get<ObjectWrite>(command.request).node = 127;
   const Reply reply = ask(command);
   EXPECT_TRUE(reply.ok());
   EXPECT_THAT(reply.data, IsEmpty());
@@ -277,8 +280,7 @@ TEST_F(DataByObject, TheOwnNodeIsWrittenWithoutABus) {
 
 TEST_F(DataByObject, AReadMayBeAnsweredFromTheImage) {
   run(config_with_axis());
-  const Command read{
-      .kind = CommandKind::sdo_read, .node = 5, .index = 0x2000, .code = kFromImage, .data = {}};
+  const Command read{.request = SdoRead{.node = 5, .address = {0x2000, 0}, .from_image = true}};
   line_->execute(read, now_);
   EXPECT_THAT(sent(), ElementsAre("605#4000200000000000")) << "nothing was received yet";
   hear(0x585, {0x4B, 0x00, 0x20, 0, 0x01, 0, 0, 0});
@@ -287,7 +289,7 @@ TEST_F(DataByObject, AReadMayBeAnsweredFromTheImage) {
   EXPECT_EQ(ask(read).data, (std::vector<std::byte>{std::byte{0x34}, std::byte{0x12}}));
   EXPECT_THAT(sent(), IsEmpty());
   Command fresh = read;
-  fresh.code = 0;
+  std::get<SdoRead>(fresh.request).from_image = false;
   line_->execute(fresh, now_);
   EXPECT_EQ(sent().size(), 1U) << "but only if that is enough";
 }

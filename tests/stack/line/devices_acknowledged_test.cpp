@@ -32,14 +32,11 @@ class AcknowledgedDevices : public AcknowledgedLine {
     events();
   }
   void write_status(std::uint8_t value) {
-    line_->execute({.kind = CommandKind::output_write, .data = {std::byte{value}, std::byte{}}},
-                   now_);
+    line_->execute({.request = SingleOutput{.data = {std::byte{value}, std::byte{}}}}, now_);
   }
-  void trigger() {
-    line_->execute({.kind = CommandKind::pdo_trigger, .node = 5, .code = 1, .data = {}}, now_);
-  }
+  void trigger() { line_->execute({.request = PdoTrigger{.node = 5, .number = 1}}, now_); }
   void send_emcy(std::uint16_t code) {
-    line_->execute({.kind = CommandKind::emcy_send, .node = 6, .code = code, .data = {}}, now_);
+    line_->execute({.request = EmcySend{.node = 6, .code = code}}, now_);
   }
   static std::vector<std::byte> way(PdoWait wait) {
     return {std::byte{kByPdo}, std::byte{1}, std::byte{0}, static_cast<std::byte>(wait)};
@@ -88,8 +85,7 @@ TEST_F(AcknowledgedDevices, APdoThatWaitsIsGoneWhenItsDeviceIsStoppedOrReset) {
   run();
   for (const std::uint8_t command : {std::uint8_t{0x80}, std::uint8_t{0x81}, std::uint8_t{0x82}}) {
     for (const std::uint8_t device : {std::uint8_t{5}, std::uint8_t{6}}) {
-      line_->execute({.kind = CommandKind::pdo_trigger, .node = device, .code = 1, .data = {}},
-                     now_);
+      line_->execute({.request = PdoTrigger{.node = device, .number = 1}}, now_);
     }
     can::Frame first;
     ASSERT_TRUE(line_->next_frame(first, now_));
@@ -108,9 +104,9 @@ TEST_F(AcknowledgedDevices, APdoThatWaitsTakesTheNewestValue) {
     for (std::uint32_t entry = 0;
          const image::Entry& each : line_->layout(Direction::outputs).entries) {
       if (each.node == device) {
-        line_->execute({.kind = CommandKind::output_write,
-                        .entry = entry,
-                        .data = std::vector<std::byte>(each.bit_length / 8, std::byte{value})},
+        line_->execute({.request = SingleOutput{.entry = entry,
+                                                .data = std::vector<std::byte>(each.bit_length / 8,
+                                                                               std::byte{value})}},
                        now_);
         return;
       }
@@ -188,7 +184,7 @@ TEST_F(AcknowledgedDevices, WhatAResetDropsIsRefused) {
 
 TEST_F(AcknowledgedDevices, AFrameOfNoServiceIsAnsweredWhenItIsOnTheBus) {
   run();
-  line_->execute({.kind = CommandKind::can_send, .entry = 0x352, .data = {std::byte{1}}}, now_);
+  line_->execute({.request = CanSend{.frame = can::make_frame(0x352, {1})}}, now_);
   EXPECT_FALSE(is_answered());
   EXPECT_THAT(hand_out(), ElementsAre("352#01"));
   acknowledge_all();

@@ -62,12 +62,12 @@ class DevicesApplication : public LineTest {
     std::erase_if(all, [kind](const Event& e) { return e.kind != kind; });
     return all;
   }
-  Error ask(std::uint16_t index, std::vector<std::byte> data, std::uint16_t code = 0) {
-    line_->execute({.kind = CommandKind::local_write,
-                    .node = kDevice,
-                    .index = index,
-                    .code = code,
-                    .data = std::move(data)},
+  static constexpr bool kAsOwner = true;
+  Error ask(std::uint16_t index, std::vector<std::byte> data, bool as_owner = false) {
+    line_->execute({.request = LocalWrite{.node = kDevice,
+                                          .address = {index, 0},
+                                          .as_owner = as_owner,
+                                          .data = std::move(data)}},
                    now_);
     return answer().error;
   }
@@ -152,24 +152,23 @@ TEST_F(DevicesApplication, HearsTheBootUpOfOthersAndTime) {
 TEST_F(DevicesApplication, SetsItsOwnValuesWhateverTheirAccess) {
   const std::vector<std::byte> status{std::byte{1}, std::byte{2}, std::byte{3}, std::byte{4}};
   EXPECT_EQ(ask(0x1002, status), to_error(AbortCode::read_only));
-  EXPECT_EQ(ask(0x1002, status, kWriteOwn), Error{});
+  EXPECT_EQ(ask(0x1002, status, kAsOwner), Error{});
   EXPECT_EQ(value_of(0x1002), status);
   const std::string name(300, 'x');
-  EXPECT_EQ(ask(0x1008, letters(name), kWriteOwn), Error{});
+  EXPECT_EQ(ask(0x1008, letters(name), kAsOwner), Error{});
   EXPECT_EQ(value_of(0x1008), letters(name)) << "longer than its default";
   hear(0x000, {0x81, kDevice});
   EXPECT_EQ(value_of(0x1002), status) << "a reset takes what the master said, no more";
   EXPECT_EQ(value_of(0x1008), letters(name));
-  EXPECT_EQ(ask(0x1000, status, kWriteOwn), to_error(AbortCode::unsupported_access));
-  EXPECT_EQ(ask(0x2FFF, status, kWriteOwn), to_error(AbortCode::no_object));
-  EXPECT_EQ(ask(0x1002, {std::byte{1}}, kWriteOwn), to_error(AbortCode::length_mismatch));
-  EXPECT_EQ(ask(0x1002, status, 2), to_error(Refusal::bad_request));
+  EXPECT_EQ(ask(0x1000, status, kAsOwner), to_error(AbortCode::unsupported_access));
+  EXPECT_EQ(ask(0x2FFF, status, kAsOwner), to_error(AbortCode::no_object));
+  EXPECT_EQ(ask(0x1002, {std::byte{1}}, kAsOwner), to_error(AbortCode::length_mismatch));
 }
 
 TEST_F(DevicesApplication, ResetCommunicationLeavesWhatAMasterWroteOfTheApplicationObjects) {
   const std::vector<std::byte> own{std::byte{3}, std::byte{0}};
   const std::vector<std::byte> of_master{std::byte{5}, std::byte{0}};
-  EXPECT_EQ(ask(0x2100, own, kWriteOwn), Error{});
+  EXPECT_EQ(ask(0x2100, own, kAsOwner), Error{});
   hear(0x600 + kDevice, {0x2B, 0x00, 0x21, 0x00, 0x05, 0x00, 0, 0});
   hear(0x000, {0x82, kDevice});
   EXPECT_EQ(value_of(0x2100), of_master);
@@ -187,11 +186,10 @@ TEST_F(DevicesApplication, HasADomainOf16Megabytes) {
 
 TEST_F(DevicesApplication, SendsAMappedObjectByWritingIt) {
   const auto frames_of = [&](std::uint32_t position) {
-    line_->execute({.kind = CommandKind::local_write,
-                    .node = kDevice,
-                    .index = 0x2000,
-                    .code = kWriteOwn,
-                    .data = {std::byte{5}, std::byte{0}}},
+    line_->execute({.request = LocalWrite{.node = kDevice,
+                                          .address = {0x2000, 0},
+                                          .as_owner = true,
+                                          .data = {std::byte{5}, std::byte{0}}}},
                    now_);
     EXPECT_TRUE(answer().ok()) << position;
     return sent();

@@ -100,12 +100,10 @@ class DevicesTest : public LineTest {
     return answer();
   }
   void set(std::uint8_t node, std::uint16_t index, std::uint8_t sub, std::vector<std::byte> data) {
-    EXPECT_TRUE(command({.kind = CommandKind::local_write,
-                         .node = node,
-                         .index = index,
-                         .sub = sub,
-                         .data = std::move(data)})
-                    .ok());
+    EXPECT_TRUE(
+        command(
+            {.request = LocalWrite{.node = node, .address = {index, sub}, .data = std::move(data)}})
+            .ok());
     pass(Duration{});
   }
 };
@@ -160,7 +158,7 @@ TEST_F(DevicesTest, AnErrorResetOfTheApplicationWaitsForTheErrorsOfItsDevice) {
   hear(0x206, {1});
   EXPECT_THAT(sent(), Contains("086#1082110100000000"));
   const auto emcy = [&](std::uint8_t node, std::uint16_t code) {
-    return command({.kind = CommandKind::emcy_send, .node = node, .code = code}).error;
+    return command({.request = EmcySend{.node = node, .code = code}}).error;
   };
   EXPECT_EQ(emcy(6, 0x2310), Error{});
   EXPECT_EQ(emcy(5, 0x2310), Error{});
@@ -327,28 +325,26 @@ TEST_F(DevicesTest, TheMostUrgentFrameOfAllDevicesGoesFirst) {
 
 TEST_F(DevicesTest, CommandsAreForTheDevices) {
   operate({5, 6});
-  const Command read{.kind = CommandKind::local_read, .node = 6, .index = 0x1018, .sub = 1};
+  const Command read{.request = LocalRead{.node = 6, .what = od::Address{0x1018, 1}}};
   EXPECT_THAT(command(read).data,
               ElementsAre(std::byte{0x23}, std::byte{1}, std::byte{}, std::byte{}));
   Command nobody = read;
-  nobody.node = 0;
+  std::get<LocalRead>(nobody.request).node = 0;
   EXPECT_EQ(command(nobody).error, to_error(Refusal::bad_request));
-  Command other = read;
-  other.kind = CommandKind::sdo_read;
-  other.node = 9;
-  EXPECT_EQ(command(other).error, to_error(Refusal::wrong_role));
+  SdoRead other{.node = 9, .address = {0x1018, 1}};
+  EXPECT_EQ(command({.request = other}).error, to_error(Refusal::wrong_role));
   other.node = 6;
-  EXPECT_TRUE(command(other).ok());
-  EXPECT_EQ(command({.kind = CommandKind::nmt, .node = 9}).error, to_error(Refusal::wrong_role));
-  EXPECT_TRUE(command({.kind = CommandKind::nmt, .node = 6, .nmt = nmt::Command::stop}).ok());
+  EXPECT_TRUE(command({.request = other}).ok());
+  EXPECT_EQ(command({.request = NmtRequest{.node = 9}}).error, to_error(Refusal::wrong_role));
+  EXPECT_TRUE(command({.request = NmtRequest{.node = 6, .command = nmt::Command::stop}}).ok());
   EXPECT_EQ(line_->node_state(6).state, nmt::State::stopped);
   EXPECT_EQ(line_->node_state(5).state, nmt::State::operational);
-  EXPECT_TRUE(command({.kind = CommandKind::emcy_send, .node = 5, .code = 0x1000}).ok());
+  EXPECT_TRUE(command({.request = EmcySend{.node = 5, .code = 0x1000}}).ok());
   EXPECT_THAT(sent(), Contains("085#0010010000000000"));
-  EXPECT_EQ(command({.kind = CommandKind::emcy_send, .node = 6, .code = 0x1000}).error,
+  EXPECT_EQ(command({.request = EmcySend{.node = 6, .code = 0x1000}}).error,
             to_error(Refusal::wrong_state));
-  Command one{.kind = CommandKind::output_write, .data = {std::byte{4}, std::byte{}}};
-  one.entry = entry(Direction::outputs, "axis5.Status");
+  Command one{.request = SingleOutput{.entry = entry(Direction::outputs, "axis5.Status"),
+                                      .data = {std::byte{4}, std::byte{}}}};
   EXPECT_TRUE(command(one).ok());
   EXPECT_THAT(sent(), Contains("185#040000000000"));
 }
@@ -391,7 +387,7 @@ TEST_F(DevicesTest, BoundOutputsFollowAnInputAlone) {
   EXPECT_THAT(sent(), IsEmpty());
   EXPECT_EQ(write("axis5.Status", 1, 2), OutputRefusal::bound_entry);
   EXPECT_EQ(write("axis5.Position", 1, 4), OutputRefusal::none);
-  const Command person{.kind = CommandKind::output_write, .data = {std::byte{}, std::byte{}}};
+  const Command person{.request = SingleOutput{.data = {std::byte{}, std::byte{}}}};
   EXPECT_EQ(command(person).error, to_error(Refusal::bound_entry));
   hear(0x205, {9, 0, 0, 0, 0});
   EXPECT_EQ(line_->input(0).value, 9U);
@@ -461,8 +457,7 @@ class IoDevicesTest : public DevicesTest {
     return answer == frames.end() ? "" : *answer;
   }
   std::uint64_t number(std::uint16_t index, std::uint8_t sub) {
-    const Reply reply =
-        command({.kind = CommandKind::local_read, .node = 5, .index = index, .sub = sub});
+    const Reply reply = command({.request = LocalRead{.node = 5, .what = od::Address{index, sub}}});
     EXPECT_TRUE(reply.ok());
     return load_le(std::span<const std::byte>(reply.data));
   }

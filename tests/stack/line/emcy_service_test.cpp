@@ -11,12 +11,11 @@ namespace linegate::line {
 namespace {
 
 struct EmcyServiceTest : testing::Test {
-  void execute(std::uint16_t code, std::size_t info = 2) {
+  void execute(std::uint16_t code) {
     service.execute({.tag = ++tag,
-                     .kind = CommandKind::emcy_send,
-                     .code = code,
-                     .error_register = 0x81,
-                     .data = std::vector<std::byte>(info, std::byte{0x33})},
+                     .request = EmcySend{.code = code,
+                                         .error_register = 0x81,
+                                         .manufacturer = {std::byte{0x33}, std::byte{0x33}}}},
                     parts.now);
   }
   std::string next_frame() {
@@ -46,8 +45,6 @@ TEST_F(EmcyServiceTest, TheReplyWaitsForTheFrameOfTheEmcy) {
 }
 
 TEST_F(EmcyServiceTest, IsRefusedWhereItMakesNoSense) {
-  execute(0x6200, 6);
-  EXPECT_EQ(host.answer(tag), to_error(Refusal::bad_request));
   parts.node->command(nmt::Command::stop, parts.now);
   execute(0x6200);
   EXPECT_EQ(host.answer(tag), to_error(Refusal::wrong_state));

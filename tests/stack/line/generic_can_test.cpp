@@ -31,16 +31,20 @@ class GenericCan : public LineTest {
     }
     return out;
   }
-  Error send(std::uint32_t id, std::vector<std::byte> data = {}) {
-    Command command{.kind = CommandKind::can_send, .data = std::move(data)};
-    command.entry = id;
-    return ask(std::move(command));
+  static can::Frame frame(std::uint32_t id, std::span<const std::byte> data, unsigned flags) {
+    can::Frame out;
+    out.id = id;
+    out.flags = static_cast<std::uint8_t>(flags);
+    out.length = static_cast<std::uint8_t>(data.size());
+    std::ranges::copy(data, out.data.begin());
+    return out;
   }
-  Error listen(std::uint32_t id, std::uint16_t seconds, std::vector<std::byte> mask = {}) {
-    Command command{.kind = CommandKind::can_listen, .data = std::move(mask)};
-    command.entry = id;
-    command.code = seconds;
-    return ask(std::move(command));
+  Error send(std::uint32_t id, const std::vector<std::byte>& data = {}, unsigned flags = 0) {
+    return ask({.request = CanSend{frame(id, data, flags)}});
+  }
+  Error listen(std::uint32_t id, unsigned duration) {
+    return ask(
+        {.request = CanListen{.identifier = id, .extended = false, .duration = seconds(duration)}});
   }
   std::vector<Event> frames() {
     std::vector<Event> out = events();
@@ -51,7 +55,7 @@ class GenericCan : public LineTest {
 
 TEST_F(GenericCan, AFrameOfAnyOtherIdentifierIsSentBehindAllElse) {
   EXPECT_EQ(send(0x150, bytes({0x11, 0x22, 0x33, 0x44})), Error{});
-  EXPECT_EQ(send(0x8000'0150), Error{});
+  EXPECT_EQ(send(0x150, {}, can::Frame::kExtended), Error{});
   can::Frame frame;
   ASSERT_TRUE(line_->next_frame(frame, now_));
   EXPECT_EQ(text(frame), "150#11223344");
@@ -63,15 +67,13 @@ TEST_F(GenericCan, AFrameOfAnyOtherIdentifierIsSentBehindAllElse) {
 }
 
 TEST_F(GenericCan, RemoteFramesAndCanFd) {
-  Command command{.kind = CommandKind::can_send, .code = 3, .entry = 0x4000'0150, .data = {}};
-  EXPECT_EQ(ask(command), Error{});
+  EXPECT_EQ(send(0x150, std::vector<std::byte>(3), can::Frame::kRemote), Error{});
   can::Frame frame;
   ASSERT_TRUE(line_->next_frame(frame, now_));
   EXPECT_TRUE(frame.remote());
   EXPECT_EQ(frame.length, 3);
-  command = {.kind = CommandKind::can_send, .sub = 5, .entry = 0x150, .data = bytes({})};
-  command.data.resize(64);
-  EXPECT_EQ(ask(command), Error{});
+  const unsigned fast = can::Frame::kFd | can::Frame::kBitRateSwitch;
+  EXPECT_EQ(send(0x150, std::vector<std::byte>(64), fast), Error{});
   ASSERT_TRUE(line_->next_frame(frame, now_));
   EXPECT_EQ(frame.flags, can::Frame::kFd | can::Frame::kBitRateSwitch);
   EXPECT_EQ(frame.length, 64);
@@ -82,12 +84,10 @@ TEST_F(GenericCan, WhatIsNoFrameIsRefused) {
   EXPECT_EQ(send(0x800), bad) << "more than 11 bits";
   EXPECT_EQ(send(0x2000'0150), bad) << "a bit without meaning";
   EXPECT_EQ(send(0x150, std::vector<std::byte>(9)), bad);
-  EXPECT_EQ(send(0x4000'0150, bytes({1})), bad) << "a remote frame has no data";
-  Command command{.kind = CommandKind::can_send, .sub = 4, .entry = 0x150, .data = {}};
-  command.data.resize(9);
-  EXPECT_EQ(ask(command), bad) << "CAN FD has no such length";
-  command = {.kind = CommandKind::can_send, .sub = 1, .entry = 0x150, .data = {}};
-  EXPECT_EQ(ask(command), bad);
+  EXPECT_EQ(send(0x150, {}, can::Frame::kFd | can::Frame::kRemote), bad);
+  EXPECT_EQ(send(0x150, {}, can::Frame::kBitRateSwitch), bad) << "of CAN FD alone";
+  EXPECT_EQ(send(0x150, std::vector<std::byte>(9), can::Frame::kFd), bad)
+      << "CAN FD has no such length";
   EXPECT_THAT(sent(), IsEmpty());
 }
 
@@ -106,7 +106,8 @@ TEST_F(GenericCan, IdentifiersThatServicesUseAreRefused) {
   };
   EXPECT_EQ(send(linked(Direction::inputs)), to_error(Refusal::identifier_in_use));
   EXPECT_EQ(send(linked(Direction::outputs)), to_error(Refusal::identifier_in_use));
-  EXPECT_EQ(send(0x8000'0000 | linked(Direction::outputs)), Error{}) << "29 bits are others";
+  EXPECT_EQ(send(linked(Direction::outputs), {}, can::Frame::kExtended), Error{})
+      << "29 bits are others";
 }
 
 TEST_F(GenericCan, NothingIsSentWithoutABusOrByAnObserver) {
@@ -125,7 +126,8 @@ TEST_F(GenericCan, NothingIsSentWithoutABusOrByAnObserver) {
 TEST_F(GenericCan, OnlyFramesThatNoServiceWantsAreTold) {
   hear(0x150, {1});
   EXPECT_THAT(frames(), IsEmpty()) << "nobody asked";
-  EXPECT_EQ(listen(0, 5, bytes({0, 0, 0, 0})), Error{}) << "all frames";
+  EXPECT_EQ(ask({.request = CanListen{.mask = 0, .duration = seconds(5)}}), Error{})
+      << "all frames";
   hear(0x150, {1, 2, 3});
   hear(0x705, {5});
   const std::vector<Event> told = frames();
@@ -137,7 +139,11 @@ TEST_F(GenericCan, OnlyFramesThatNoServiceWantsAreTold) {
 }
 
 TEST_F(GenericCan, TheMaskSaysWhichBitsCount) {
-  EXPECT_EQ(listen(0x100, 5, bytes({0x00, 0x07, 0x00, 0x80})), Error{});
+  EXPECT_EQ(
+      ask({.request =
+               CanListen{
+                   .identifier = 0x100, .mask = 0x700, .extended = false, .duration = seconds(5)}}),
+      Error{});
   EXPECT_EQ(listen(0x333, 5), Error{}) << "without a mask all do";
   hear(0x150, {});
   hear(0x250, {});
@@ -214,7 +220,7 @@ TEST_F(GenericCan, ThereAreOnlySoManyListeners) {
   EXPECT_EQ(listen(0x150, 5), to_error(Refusal::busy));
   EXPECT_EQ(listen(0x300, 5), Error{}) << "one of them again";
   EXPECT_EQ(listen(0x150, Listening::kLongest + 1), to_error(Refusal::bad_request));
-  EXPECT_EQ(listen(0x150, 5, bytes({1, 2})), to_error(Refusal::bad_request));
+  EXPECT_EQ(listen(0x2000'0000, 5), to_error(Refusal::bad_request)) << "more than 29 bits";
   pass(seconds(5));
   EXPECT_EQ(listen(0x150, 5), Error{});
 }

@@ -35,15 +35,12 @@ class LineIndicationsTest : public LineTest {
     } else if (cause == "short PDO") {
       hear(0x185, {0x01});
     } else {
-      line_->execute(Command{.kind = CommandKind::scan, .data = {}}, now_);
+      line_->execute(Command{.request = Scan{}}, now_);
       hear(0x707, {0x00});
     }
   }
-  void command(CommandKind kind, od::Address object) {
-    Command command{.kind = kind, .node = 5, .data = {}};
-    command.index = object.index;
-    command.sub = object.sub;
-    line_->execute(std::move(command), now_);
+  void read_by_sdo(od::Address object) {
+    line_->execute({.request = SdoRead{.node = 5, .address = object}}, now_);
   }
 };
 
@@ -76,7 +73,7 @@ TEST_F(LineIndicationsTest, AnSdoTransferThatFailsIsAReplyAndTheEventSdoAbort) {
   make(config_with_axis());
   boot();
   events();
-  command(CommandKind::sdo_read, {0x2000, 1});
+  read_by_sdo({0x2000, 1});
   hear(0x585, {0x80, 0x00, 0x20, 0x01, 0x00, 0x00, 0x02, 0x06});
   EXPECT_EQ(answer().error, (Error{Domain::sdo, static_cast<std::uint32_t>(AbortCode::no_object)}));
   EXPECT_TRUE(emitted(EventKind::sdo_abort, 5));

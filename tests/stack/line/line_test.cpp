@@ -99,9 +99,9 @@ TEST_F(LineTest, AReceivedPdoIsInTheImageAndInTheNetworkVariables) {
   EXPECT_EQ(seen.marks[0].count, 1U);
   for (const image::Entry& entry : layout.entries) {
     ASSERT_NE(entry.variable_sub, 0);
-    Command read{.tag = 9, .kind = CommandKind::local_read};
-    read.index = entry.variable_index;
-    read.sub = entry.variable_sub;
+    Command read{
+        .tag = 9,
+        .request = LocalRead{.what = od::Address{entry.variable_index, entry.variable_sub}}};
     line_->execute(read, now_);
     const Reply reply = answer();
     ASSERT_TRUE(reply.ok());
@@ -231,7 +231,7 @@ TEST_F(LineTest, ARefusedCommandIsAnsweredEachTimeAndToldOnceASecond) {
   line_->start(now_);
   pass(milliseconds(10));
   events();
-  const Command unknown{.tag = 1, .kind = CommandKind::output_write, .entry = 99};
+  const Command unknown{.tag = 1, .request = SingleOutput{.entry = 99}};
   unsigned told = 0;
   for (int i = 0; i < 150; ++i) {
     line_->execute(unknown, now_);
@@ -247,27 +247,27 @@ TEST_F(LineTest, CommandsAreAnsweredOnceEach) {
   make(config_with_axis());
   boot();
   sent();
-  line_->execute({.tag = 1, .kind = CommandKind::sdo_read, .node = 5, .index = 0x2000}, now_);
+  line_->execute({.tag = 1, .request = SdoRead{.node = 5, .address = {0x2000, 0}}}, now_);
   EXPECT_THAT(sent(), ElementsAre("605#4000200000000000"));
   hear(0x585, {0x4B, 0x00, 0x20, 0x00, 0xCD, 0xAB, 0, 0});
   Reply reply = answer();
   EXPECT_EQ(reply.tag, 1U);
   EXPECT_THAT(reply.data, ElementsAre(std::byte{0xCD}, std::byte{0xAB}));
 
-  line_->execute({.tag = 2, .kind = CommandKind::sdo_read, .node = 5, .index = 0x3000}, now_);
+  line_->execute({.tag = 2, .request = SdoRead{.node = 5, .address = {0x3000, 0}}}, now_);
   hear(0x585, {0x80, 0x00, 0x30, 0x00, 0x00, 0x00, 0x02, 0x06});
   reply = answer();
   EXPECT_EQ(reply.error, to_error(AbortCode::no_object));
 
   events();
-  line_->execute({.tag = 3, .kind = CommandKind::nmt, .node = 200}, now_);
+  line_->execute({.tag = 3, .request = NmtRequest{.node = 200}}, now_);
   EXPECT_TRUE(emitted(EventKind::command_refused, 0)) << "there is no node 200 to tell of";
   EXPECT_EQ(answer().error, to_error(Refusal::bad_request));
-  line_->execute({.tag = 4, .kind = CommandKind::sdo_read, .node = 0}, now_);
+  line_->execute({.tag = 4, .request = SdoRead{.node = 0}}, now_);
   EXPECT_EQ(answer().error, to_error(Refusal::bad_request));
-  line_->execute({.tag = 5, .kind = CommandKind::output_write, .entry = 99}, now_);
+  line_->execute({.tag = 5, .request = SingleOutput{.entry = 99}}, now_);
   EXPECT_EQ(answer().error, to_error(Refusal::unknown_entry));
-  line_->execute({.tag = 6, .kind = CommandKind::local_read, .index = 0x1018, .sub = 9}, now_);
+  line_->execute({.tag = 6, .request = LocalRead{.what = od::Address{0x1018, 9}}}, now_);
   EXPECT_EQ(answer().error, to_error(AbortCode::no_sub_index));
   Reply none;
   EXPECT_FALSE(line_->take_reply(none));
@@ -279,13 +279,12 @@ TEST_F(LineTest, ANetworkIsThatOfTheLineOrThereIsNoRouteToIt) {
   make(config);
   boot();
   sent();
-  Command read{.tag = 1, .kind = CommandKind::network_read, .node = 5, .network = 3};
-  read.index = 0x2000;
+  Command read{.tag = 1, .request = NetworkRead{.network = 3, .node = 5, .address = {0x2000, 0}}};
   line_->execute(read, now_);
   EXPECT_THAT(sent(), ElementsAre("605#4000200000000000"));
   hear(0x585, {0x4B, 0x00, 0x20, 0x00, 0xCD, 0xAB, 0, 0});
   EXPECT_THAT(answer().data, ElementsAre(std::byte{0xCD}, std::byte{0xAB}));
-  read.network = 4;
+  std::get<NetworkRead>(read.request).network = 4;
   line_->execute(read, now_);
   EXPECT_EQ(answer().error, to_error(AbortCode::invalid_value));
   EXPECT_TRUE(sent().empty());
@@ -295,10 +294,8 @@ TEST_F(LineTest, ACommandsOwnTimeOutEndsIt) {
   make(config_with_axis());
   boot();
   line_->execute({.tag = 1,
-                  .kind = CommandKind::sdo_read,
-                  .node = 5,
-                  .index = 0x2000,
-                  .timeout = milliseconds(50)},
+                  .timeout = milliseconds(50),
+                  .request = SdoRead{.node = 5, .address = {0x2000, 0}}},
                  now_);
   pass(milliseconds(50));
   const Reply reply = answer();
@@ -311,12 +308,9 @@ TEST_F(LineTest, ACommandsOwnTimeOutEndsIt) {
 TEST_F(LineTest, ATimeOutBeyondTheEndOfTimeIsNotOver) {
   make(config_with_axis());
   boot();
-  line_->execute({.tag = 1,
-                  .kind = CommandKind::sdo_read,
-                  .node = 5,
-                  .index = 0x2000,
-                  .timeout = Duration::max()},
-                 now_);
+  line_->execute(
+      {.tag = 1, .timeout = Duration::max(), .request = SdoRead{.node = 5, .address = {0x2000, 0}}},
+      now_);
   pass(milliseconds(50));
   hear(0x585, {0x4B, 0x00, 0x20, 0x00, 0xCD, 0xAB, 0, 0});
   EXPECT_TRUE(answer().ok());
@@ -326,7 +320,7 @@ TEST_F(LineTest, AFullQueueSaysBusyAndKeepsTheRest) {
   make(config_with_axis());
   boot();
   for (std::uint64_t tag = 1; tag <= 80; ++tag) {
-    line_->execute({.tag = tag, .kind = CommandKind::sdo_read, .node = 5, .index = 0x2000}, now_);
+    line_->execute({.tag = tag, .request = SdoRead{.node = 5, .address = {0x2000, 0}}}, now_);
   }
   Reply reply;
   unsigned busy = 0;
@@ -349,8 +343,10 @@ TEST_F(LineTest, EmcyIsSentOrSaysThatItIsInhibited) {
   make(config_with_axis());
   boot();
   sent();
-  Command emcy{.tag = 1, .kind = CommandKind::emcy_send, .code = 0x5000, .error_register = 0x01};
-  emcy.data = {std::byte{1}, std::byte{2}};
+  Command emcy{
+      .tag = 1,
+      .request = EmcySend{
+          .code = 0x5000, .error_register = 0x01, .manufacturer = {std::byte{1}, std::byte{2}}}};
   line_->execute(emcy, now_);
   EXPECT_TRUE(answer().ok());
   EXPECT_THAT(sent(), ElementsAre("0FF#0050010102000000"));
@@ -397,7 +393,7 @@ TEST_F(LineTest, AnInterfaceThatFailsInvalidatesTheImageAndRefusesTransfers) {
   EXPECT_TRUE(emitted(EventKind::interface_failed));
   EXPECT_EQ(line_->state().bus, can::BusState::absent);
   EXPECT_FALSE(snapshot(Direction::inputs).is_valid(0));
-  line_->execute({.tag = 1, .kind = CommandKind::sdo_read, .node = 5, .index = 0x2000}, now_);
+  line_->execute({.tag = 1, .request = SdoRead{.node = 5, .address = {0x2000, 0}}}, now_);
   EXPECT_EQ(answer().error, to_error(Refusal::line_down));
 }
 
@@ -450,7 +446,7 @@ TEST_F(LineTest, ANodeWithoutHeartbeatThatIsStoppedHasNoValidValues) {
     boot();
     hear(0x185, {1, 0, 2, 0, 0, 0});
     EXPECT_TRUE(snapshot(Direction::inputs).is_valid(0));
-    line_->execute({.tag = 1, .kind = CommandKind::nmt, .node = 5, .nmt = nmt}, now_);
+    line_->execute({.tag = 1, .request = NmtRequest{.node = 5, .command = nmt}}, now_);
     EXPECT_TRUE(answer().ok());
     EXPECT_FALSE(snapshot(Direction::inputs).is_valid(0));
   }
@@ -526,13 +522,10 @@ TEST_F(LineTest, TheOwnNodeStoresItsParameters) {
   LineConfig config = config_with_axis();
   config.stores_parameters = true;
   const auto write = [this](std::uint16_t index, std::uint8_t sub, std::vector<std::byte> data) {
-    line_->execute({.tag = 7,
-                    .kind = CommandKind::sdo_write,
-                    .node = 127,
-                    .index = index,
-                    .sub = sub,
-                    .data = std::move(data)},
-                   now_);
+    line_->execute(
+        {.tag = 7,
+         .request = SdoWrite{.node = 127, .address = {index, sub}, .data = std::move(data)}},
+        now_);
   };
   const std::vector<std::byte> save = {std::byte{'s'}, std::byte{'a'}, std::byte{'v'},
                                        std::byte{'e'}};

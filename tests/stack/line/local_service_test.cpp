@@ -23,16 +23,15 @@ struct LateHook final : od::Hook {
 };
 
 struct LocalServiceTest : testing::Test {
-  void execute(CommandKind kind, od::Address address, std::vector<std::byte> data = {},
-               std::uint16_t code = 0, std::uint8_t node = 0) {
-    service.execute({.tag = ++tag,
-                     .kind = kind,
-                     .node = node,
-                     .index = address.index,
-                     .sub = address.sub,
-                     .code = code,
-                     .data = std::move(data)},
-                    parts.now);
+  void execute(Request request) {
+    service.execute({.tag = ++tag, .request = std::move(request)}, parts.now);
+  }
+  void read(od::Address address) { execute(LocalRead{.what = address}); }
+  void write(od::Address address, std::vector<std::byte> data) {
+    execute(LocalWrite{.address = address, .data = std::move(data)});
+  }
+  void list(std::uint8_t node = 0) {
+    execute(LocalRead{.node = node, .what = ObjectRange{0x1000, 0xFFFF}});
   }
 
   NodeParts parts{config_with_axis()};
@@ -44,21 +43,21 @@ struct LocalServiceTest : testing::Test {
 const std::vector<std::byte> kTwoBytes{std::byte{0xE8}, std::byte{3}};
 
 TEST_F(LocalServiceTest, ReadsAndWritesTheOwnDictionary) {
-  execute(CommandKind::local_write, kHeartbeat, kTwoBytes);
+  write(kHeartbeat, kTwoBytes);
   EXPECT_EQ(host.answer(tag), Error{});
-  execute(CommandKind::local_read, kHeartbeat);
+  read(kHeartbeat);
   EXPECT_EQ(host.answer(tag), Error{});
   EXPECT_EQ(host.data(tag), kTwoBytes);
-  execute(CommandKind::local_write, kHeartbeat, {std::byte{1}});
+  write(kHeartbeat, {std::byte{1}});
   EXPECT_EQ(host.answer(tag), to_error(AbortCode::length_too_low));
-  execute(CommandKind::local_read, {0x2FFF, 0});
+  read({0x2FFF, 0});
   EXPECT_EQ(host.answer(tag), to_error(AbortCode::no_object));
 }
 
 TEST_F(LocalServiceTest, AWriteWhoseObjectAnswersLaterIsAnsweredThen) {
   LateHook late;
   ASSERT_TRUE(parts.node->dictionary().add_hook(kHeartbeat.index, late).ok());
-  execute(CommandKind::local_write, kHeartbeat, kTwoBytes);
+  write(kHeartbeat, kTwoBytes);
   service.advance(parts.now);
   EXPECT_FALSE(host.answer(tag));
   EXPECT_TRUE(parts.node->dictionary().complete(late.ticket, AbortCode::none));
@@ -71,7 +70,7 @@ TEST_F(LocalServiceTest, AWriteWhoseObjectAnswersLaterIsAnsweredThen) {
 TEST_F(LocalServiceTest, EndCancelsWritesThatWait) {
   LateHook late;
   ASSERT_TRUE(parts.node->dictionary().add_hook(kHeartbeat.index, late).ok());
-  execute(CommandKind::local_write, kHeartbeat, kTwoBytes);
+  write(kHeartbeat, kTwoBytes);
   service.end(Refusal::cancelled, parts.now);
   EXPECT_EQ(host.answer(tag), to_error(Refusal::cancelled));
   EXPECT_TRUE(late.is_cancelled);
@@ -80,29 +79,30 @@ TEST_F(LocalServiceTest, EndCancelsWritesThatWait) {
 }
 
 TEST_F(LocalServiceTest, ObjectsAreListedOfTheOwnNodeAndOfADeviceFile) {
-  execute(CommandKind::local_read, {0x1000, 0}, {}, kListObjects);
+  list();
   EXPECT_EQ(host.answer(tag), Error{});
   EXPECT_FALSE(host.data(tag).empty());
-  execute(CommandKind::local_read, {0x1000, 0}, {}, kListObjects, 5);
+  list(5);
   EXPECT_EQ(host.answer(tag), Error{});
   EXPECT_NE(host.data(tag), host.data(tag - 1));
-  execute(CommandKind::local_read, {0x1000, 0}, {}, kListObjects, 6);
+  list(6);
   EXPECT_EQ(host.answer(tag), to_error(Refusal::bad_request)) << "no such node is configured";
 }
 
 TEST_F(LocalServiceTest, CreatesAndRemovesObjects) {
-  // UNSIGNED16, rw, no flags, no name, no default and limits.
-  const std::vector<std::byte> object{std::byte{6}, std::byte{0}, std::byte{2}, std::byte{0},
-                                      std::byte{0}, std::byte{0}, std::byte{0}, std::byte{0}};
-  execute(CommandKind::object_create, {0x2100, 0}, object, kCreateObject);
+  OwnObject object{.index = 0x2100};
+  object.variable.type = od::DataType::unsigned16;
+  object.variable.access = od::Access::rw;
+  execute(ObjectCreate{object});
   EXPECT_EQ(host.answer(tag), Error{});
-  execute(CommandKind::local_write, {0x2100, 0}, kTwoBytes);
+  write({0x2100, 0}, kTwoBytes);
   EXPECT_EQ(host.answer(tag), Error{});
-  execute(CommandKind::object_create, {0x2100, 0}, {}, kRemoveObject);
+  execute(ObjectCreate{ObjectRemoval{0x2100}});
   EXPECT_EQ(host.answer(tag), Error{});
-  execute(CommandKind::object_create, {0x2100, 0}, {}, kRemoveObject);
+  execute(ObjectCreate{ObjectRemoval{0x2100}});
   EXPECT_EQ(host.answer(tag), to_error(Refusal::unknown_entry));
-  execute(CommandKind::object_create, {0x2100, 0}, {}, 7);
+  object.variable.type = od::DataType::domain;
+  execute(ObjectCreate{object});
   EXPECT_EQ(host.answer(tag), to_error(Refusal::bad_request));
 }
 

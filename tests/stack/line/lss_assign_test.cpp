@@ -188,16 +188,14 @@ TEST_F(LssAssignTest, ACommandEndsWhenTheInterfaceFails) {
   line_->start(now_);
   run_for(milliseconds(10), true);
   line_->execute({.tag = 1,
-                  .kind = CommandKind::lss,
-                  .code = static_cast<std::uint16_t>(lss::Procedure::switch_global),
-                  .data = {std::byte{1}}},
+                  .request = LssRequest{.procedure = lss::Procedure::switch_global,
+                                        .arguments = {std::byte{1}}}},
                  now_);
   run_for(milliseconds(10), true);
   EXPECT_EQ(answer().error, Error{});
   line_->execute({.tag = 2,
-                  .kind = CommandKind::lss,
-                  .code = static_cast<std::uint16_t>(lss::Procedure::configure_node_id),
-                  .data = {std::byte{7}}},
+                  .request = LssRequest{.procedure = lss::Procedure::configure_node_id,
+                                        .arguments = {std::byte{7}}}},
                  now_);
   run_for(milliseconds(300), true);
   bus_becomes(can::BusState::bus_off);
@@ -217,12 +215,11 @@ class LssCommandsOfALine : public LssAssignTest {
     run_for(milliseconds(10), true);
   }
   void begin(lss::Procedure procedure, std::initializer_list<unsigned> data) {
-    Command command{
-        .kind = CommandKind::lss, .code = static_cast<std::uint16_t>(procedure), .data = {}};
+    LssRequest request{.procedure = procedure};
     for (const unsigned byte : data) {
-      command.data.push_back(static_cast<std::byte>(byte));
+      request.arguments.push_back(static_cast<std::byte>(byte));
     }
-    line_->execute(std::move(command), now_);
+    line_->execute({.request = std::move(request)}, now_);
   }
   Reply lss(lss::Procedure procedure, std::initializer_list<unsigned> data) {
     begin(procedure, data);
@@ -236,8 +233,7 @@ class LssCommandsOfALine : public LssAssignTest {
                               : static_cast<lss::Outcome>(reply.data.front());
   }
   void stop_own() {
-    line_->execute({.kind = CommandKind::nmt, .node = 127, .nmt = nmt::Command::stop, .data = {}},
-                   now_);
+    line_->execute({.request = NmtRequest{.node = 127, .command = nmt::Command::stop}}, now_);
     EXPECT_TRUE(answer().ok());
   }
 };
@@ -253,8 +249,7 @@ TEST_F(LssCommandsOfALine, TheSelectedDeviceMayBeGivenItsNodeIdAgain) {
 TEST_F(LssCommandsOfALine, ANodeIdThatCannotBeCheckedIsNotCalledUsed) {
   lss(lss::Procedure::switch_global, {1});
   for (std::uint64_t i = 0; i < 65; ++i) {
-    line_->execute({.tag = 100 + i, .kind = CommandKind::sdo_read, .node = 7, .index = 0x1000},
-                   now_);
+    line_->execute({.tag = 100 + i, .request = SdoRead{.node = 7, .address = {0x1000, 0}}}, now_);
   }
   begin(lss::Procedure::configure_node_id, {7});
   run_for(milliseconds(400), true);
@@ -305,8 +300,7 @@ TEST_F(LssAssignTest, ANodeIdThatCannotBeCheckedIsReportedAsThat) {
   make_checked();
   line_->start(now_);
   until(kUpload);
-  line_->execute({.kind = CommandKind::nmt, .node = 127, .nmt = nmt::Command::stop, .data = {}},
-                 now_);
+  line_->execute({.request = NmtRequest{.node = 127, .command = nmt::Command::stop}}, now_);
   run_for(seconds(3), true);
   const std::vector<Event> all = events();
   const auto result = std::ranges::find(all, EventKind::lss_result, &Event::kind);

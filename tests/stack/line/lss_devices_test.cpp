@@ -87,7 +87,7 @@ TEST_F(LssDeviceTest, EventsNameTheDeviceAndTheNodeIdOnTheBus) {
   EXPECT_EQ(states.back().node, 5);
   ASSERT_EQ(states.back().length, 1);
   EXPECT_EQ(states.back().data[0], std::byte{9});
-  line_->execute({.kind = CommandKind::emcy_send, .node = 5, .code = 0x1000}, now_);
+  line_->execute({.request = EmcySend{.node = 5, .code = 0x1000}}, now_);
   EXPECT_TRUE(answer().ok());
   EXPECT_THAT(sent(), ElementsAre("089#0010010000000000"));
   EXPECT_TRUE(emitted(EventKind::emcy_sent, 5));
@@ -132,8 +132,7 @@ class TwoLssDevices : public LineTest {
   // Of which device an EMCY of the device with that name is reported.
   std::uint8_t reported_for(std::uint8_t device) {
     events();
-    line_->execute({.kind = CommandKind::emcy_send, .node = device, .code = 0x1000, .data = {}},
-                   now_);
+    line_->execute({.request = EmcySend{.node = device, .code = 0x1000}}, now_);
     EXPECT_TRUE(answer().ok());
     sent();
     for (const Event& event : events()) {
@@ -158,7 +157,7 @@ TEST_F(TwoLssDevices, EventsNameTheDeviceWhereANodeIdIsTheNameOfAnother) {
 TEST_F(TwoLssDevices, ARefusedCommandNamesTheDeviceThatItWasFor) {
   give(5, 6);
   events();
-  line_->execute({.kind = CommandKind::emcy_send, .node = 6, .code = 0x1000, .data = {}}, now_);
+  line_->execute({.request = EmcySend{.node = 6, .code = 0x1000}}, now_);
   EXPECT_FALSE(answer().ok());
   EXPECT_TRUE(emitted(EventKind::command_refused, 6)) << "it has no node-ID";
 }
@@ -223,16 +222,15 @@ TEST_F(LssDeviceTest, WhatTheApplicationSaidIsThereUnderTheNewNodeId) {
   start();
   const auto& entries = line_->layout(Direction::outputs).entries;
   ASSERT_FALSE(entries.empty());
-  line_->execute({.kind = CommandKind::output_write,
-                  .entry = 0,
-                  .data = std::vector<std::byte>(entries[0].bit_length / 8U, std::byte{0x2A})},
+  line_->execute({.request = SingleOutput{.entry = 0,
+                                          .data = std::vector<std::byte>(entries[0].bit_length / 8U,
+                                                                         std::byte{0x2A})}},
                  now_);
   EXPECT_TRUE(answer().ok());
   give(9);
   waiting();
-  line_->execute(
-      {.kind = CommandKind::sdo_read, .node = 5, .index = entries[0].index, .sub = entries[0].sub},
-      now_);
+  line_->execute({.request = SdoRead{.node = 5, .address = {entries[0].index, entries[0].sub}}},
+                 now_);
   EXPECT_EQ(answer().data.at(0), std::byte{0x2A});
 }
 

@@ -47,14 +47,11 @@ LineConfig mpdo_config() {
 
 struct MpdoServiceTest : testing::Test {
   void execute(std::vector<std::byte> data, std::uint16_t number = 0) {
-    service.execute({.tag = ++tag,
-                     .kind = CommandKind::mpdo_write,
-                     .node = 5,
-                     .index = 0x6000,
-                     .sub = 1,
-                     .code = number,
-                     .data = std::move(data)},
-                    parts.now);
+    service.execute(
+        {.tag = ++tag,
+         .request =
+             MpdoWrite{.node = 5, .address = {0x6000, 1}, .data = std::move(data), .tpdo = number}},
+        parts.now);
   }
   // The next of those two TPDOs; empty if none is sent.
   std::string sent(std::uint64_t number = 0) {

@@ -20,8 +20,7 @@ struct NmtServiceTest : testing::Test, NmtHost {
   bool has_failed() const override { return failed; }
 
   void execute(nmt::Command command, std::uint8_t node) {
-    service.execute(
-        {.tag = ++tag, .kind = CommandKind::nmt, .node = node, .nmt = command, .data = {}}, now);
+    service.execute({.tag = ++tag, .request = NmtRequest{.node = node, .command = command}}, now);
   }
   std::string next_frame() {
     can::Frame frame;

@@ -67,28 +67,28 @@ TEST_F(ObserverTest, TransmitsNothingWhateverTimeBrings) {
 TEST_F(ObserverTest, RefusesWhatWouldTransmit) {
   observe(talkative());
   events();
-  for (int kind = 0; kind < static_cast<int>(CommandKind::versions); ++kind) {
-    Command command{.tag = static_cast<std::uint64_t>(kind) + 1,
-                    .kind = static_cast<CommandKind>(kind),
-                    .node = 5,
-                    .index = 0x1017};
-    command.data.resize(4);
-    line_->execute(command, now_);
+  for (const CommandKind asked : kRequestKinds) {
+    if (asked == CommandKind::can_listen || asked == CommandKind::versions) {
+      continue;
+    }
+    const std::uint64_t tag = static_cast<std::uint64_t>(asked) + 1;
+    now_ += std::chrono::seconds(2);  // refusals are limited in a second
+    line_->execute({.tag = tag, .request = empty_request(asked)}, now_);
     expect_silence();
     const Reply reply = answer();
-    EXPECT_EQ(reply.tag, command.tag);
-    EXPECT_EQ(reply.error, to_error(Refusal::wrong_role)) << name(command.kind);
-    const std::vector<Event> told = of(EventKind::command_refused);
-    ASSERT_EQ(told.size(), 1U);
-    EXPECT_EQ(told[0].code, static_cast<std::uint32_t>(Refusal::wrong_role));
+    EXPECT_EQ(reply.tag, tag);
+    EXPECT_EQ(reply.error, to_error(Refusal::wrong_role)) << name(asked);
+    const std::vector<Event> refused = of(EventKind::command_refused);
+    ASSERT_EQ(refused.size(), 1U) << name(asked);
+    EXPECT_EQ(refused[0].code, static_cast<std::uint32_t>(Refusal::wrong_role));
   }
   OutputWrite write{.layout_id = line_->layout(Direction::outputs).id, .arming = 1};
   write.values.push_back({.entry = 0, .length = 4});
   EXPECT_EQ(line_->write_outputs(write, now_), OutputRefusal::wrong_role);
   expect_silence();
-  const std::vector<Event> told = of(EventKind::output_refused);
-  ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(told[0].code, static_cast<std::uint32_t>(OutputRefusal::wrong_role));
+  const std::vector<Event> refused = of(EventKind::output_refused);
+  ASSERT_EQ(refused.size(), 1U);
+  EXPECT_EQ(refused[0].code, static_cast<std::uint32_t>(OutputRefusal::wrong_role));
   EXPECT_EQ(line_->state().counters.output_writes_refused, 1U);
   EXPECT_FALSE(line_->request_pdo(1));
   expect_silence();

@@ -62,11 +62,10 @@ class OwnObjectsTest : public LineTest {
     return answer();
   }
   Reply read(std::uint16_t index, std::uint8_t sub) {
-    return ask({.kind = CommandKind::local_read, .index = index, .sub = sub, .data = {}});
+    return ask({.request = LocalRead{.what = od::Address{index, sub}}});
   }
   Reply write(std::uint16_t index, std::uint8_t sub, std::vector<std::byte> data) {
-    return ask(
-        {.kind = CommandKind::local_write, .index = index, .sub = sub, .data = std::move(data)});
+    return ask({.request = LocalWrite{.address = {index, sub}, .data = std::move(data)}});
   }
   const image::Entry& last_entry(Direction direction) {
     return line_->layout(direction).entries.back();
@@ -79,33 +78,35 @@ class OwnObjectsTest : public LineTest {
         std::span<const std::byte>(now.bytes).subspan(entry.bit_offset / 8, entry.bit_length / 8));
   }
   void set_result(std::uint32_t value) {
-    Command command{.kind = CommandKind::output_write, .data = bytes_le(value, 4)};
-    command.entry =
-        static_cast<std::uint32_t>(line_->layout(Direction::outputs).entries.size() - 1);
-    EXPECT_TRUE(ask(command).ok());
+    const std::size_t last = line_->layout(Direction::outputs).entries.size() - 1;
+    const SingleOutput output{.entry = static_cast<std::uint32_t>(last),
+                              .data = bytes_le(value, 4)};
+    EXPECT_TRUE(ask({.request = output}).ok());
   }
-  // What an object_create has as data.
-  static Command create(std::uint16_t index, std::uint8_t sub, od::DataType type,
-                        std::uint64_t value = 0, unsigned flags = 0, std::uint32_t offset = 0) {
-    Command out{.kind = CommandKind::object_create, .index = index, .sub = sub, .data = {}};
-    out.entry = offset;
-    out.data = bytes_le(static_cast<std::uint16_t>(type), 2);
-    out.data.push_back(static_cast<std::byte>(od::Access::rw));
-    out.data.push_back(static_cast<std::byte>(flags));
-    out.data.push_back(std::byte{3});
-    for (const char letter : {'n', 'e', 'w'}) {
-      out.data.push_back(static_cast<std::byte>(letter));
-    }
-    const std::size_t size = od::byte_size(type);
-    out.data.push_back(static_cast<std::byte>(size));
-    const std::vector<std::byte> initial = bytes_le(value, size);
-    out.data.insert(out.data.end(), initial.begin(), initial.end());
-    out.data.push_back(std::byte{0});
-    out.data.push_back(std::byte{0});
+  static OwnObject object(std::uint16_t index, std::uint8_t sub, od::DataType type,
+                          std::uint64_t value = 0) {
+    OwnObject out{.index = index};
+    out.variable.sub = sub;
+    out.variable.name = "new";
+    out.variable.type = type;
+    out.variable.value = bytes_le(value, od::byte_size(type));
     return out;
   }
+  static Command create(OwnObject object) {
+    return {.request = ObjectCreate{.what = std::move(object)}};
+  }
+  static Command create(std::uint16_t index, std::uint8_t sub, od::DataType type,
+                        std::uint64_t value = 0) {
+    return create(object(index, sub, type, value));
+  }
+  static Command create_in_image(std::uint16_t index, od::DataType type, std::uint32_t offset) {
+    OwnObject out = object(index, 0, type);
+    out.in_image = true;
+    out.offset = offset;
+    return create(std::move(out));
+  }
   static Command remove(std::uint16_t index) {
-    return {.kind = CommandKind::object_create, .index = index, .code = kRemoveObject, .data = {}};
+    return {.request = ObjectCreate{.what = ObjectRemoval{index}}};
   }
 };
 
@@ -150,8 +151,7 @@ TEST_F(OwnObjectsTest, AResetGivesThemTheirDefaults) {  // 1010h
   run(config_with_objects());
   write(0x2100, 1, bytes_le(7, 2));
   snapshot(Direction::inputs);
-  Command reset{.kind = CommandKind::nmt, .node = 127, .data = {}};
-  reset.nmt = nmt::Command::reset_node;
+  Command reset{.request = NmtRequest{.node = 127, .command = nmt::Command::reset_node}};
   ask(reset);
   pass(milliseconds(1));
   EXPECT_TRUE(line_->image_changed(Direction::inputs));
@@ -244,7 +244,7 @@ TEST_F(OwnObjectsTest, ACommandCreatesAndRemovesThem) {  // 1010h
 TEST_F(OwnObjectsTest, ACreatedObjectMayLieOverTheImage) {
   run(config_with_objects());
   const std::uint32_t offset = last_entry(Direction::inputs).bit_offset / 8;
-  EXPECT_TRUE(ask(create(0x2200, 0, od::DataType::unsigned8, 0, 4, offset)).ok());
+  EXPECT_TRUE(ask(create_in_image(0x2200, od::DataType::unsigned8, offset)).ok());
   EXPECT_EQ(read(0x2200, 0).data, bytes_le(5, 1)) << "the bytes there are its value";
   snapshot(Direction::inputs);
   write(0x2200, 0, bytes_le(6, 1));
@@ -261,20 +261,21 @@ TEST_F(OwnObjectsTest, CreatingHasItsLimits) {
   EXPECT_EQ(ask(remove(0x2100)).error, state) << "it is the configuration's";
   EXPECT_EQ(ask(create(0x1008, 0, od::DataType::unsigned8)).error, bad);
   EXPECT_EQ(ask(create(0x2200, 0, od::DataType::domain)).error, bad);
-  EXPECT_EQ(ask(create(0x2200, 0, od::DataType::unsigned8, 0, 2)).error, bad) << "stored";
-  EXPECT_EQ(ask(create(0x2200, 0, od::DataType::unsigned8, 0, 4, 0x1000)).error, bad)
+  OwnObject stored = object(0x2200, 0, od::DataType::unsigned8);
+  stored.variable.store = true;
+  EXPECT_EQ(ask(create(stored)).error, bad);
+  EXPECT_EQ(ask(create_in_image(0x2200, od::DataType::unsigned8, 0x1000)).error, bad)
       << "beyond the image";
-  Command damaged = create(0x2200, 0, od::DataType::unsigned8);
-  damaged.data.pop_back();
-  EXPECT_EQ(ask(damaged).error, bad);
+  OwnObject short_value = object(0x2200, 0, od::DataType::unsigned16);
+  short_value.variable.value.pop_back();
+  EXPECT_EQ(ask(create(short_value)).error, bad);
   EXPECT_EQ(read(0x2200, 0).error, to_error(AbortCode::no_object));
 }
 
 TEST_F(OwnObjectsTest, TheDictionaryCanBeListed) {
   run(config_with_objects());
-  Command list{.kind = CommandKind::local_read, .index = 0x2100, .code = kListObjects, .data = {}};
-  list.entry = 0x2100;
-  const std::vector<std::byte> told = ask(list).data;
+  LocalRead list{.what = ObjectRange{0x2100, 0x2100}};
+  const std::vector<std::byte> told = ask({.request = list}).data;
   // Sub-index 0, then "Recipe": 7 bytes of header, its name with length, its value with length.
   const std::size_t first = 7 + 1 + std::string("Highest sub-index supported").size() + 1 + 1;
   ASSERT_GT(told.size(), first + 7 + 7 + 3);
@@ -287,9 +288,8 @@ TEST_F(OwnObjectsTest, TheDictionaryCanBeListed) {
   EXPECT_EQ(recipe[7], std::byte{6});
   EXPECT_EQ(recipe[14], std::byte{2});
   EXPECT_EQ(load_le(recipe.subspan(15, 2)), 5U);
-  list.index = 0;
-  list.entry = 0;
-  EXPECT_GT(ask(list).data.size(), 1000U) << "all of it";
+  list.what = ObjectRange{};
+  EXPECT_GT(ask({.request = list}).data.size(), 1000U) << "all of it";
 }
 
 TEST_F(OwnObjectsTest, TheDeviceFileOfANodeCanBeListed) {
@@ -304,18 +304,18 @@ TEST_F(OwnObjectsTest, TheDeviceFileOfANodeCanBeListed) {
                          {.index = 0x2001, .name = "Other", .variables = {{.name = "Other"}}}};
   config.nodes = {node, {.id = 6}};
   run(std::move(config));
-  Command list{.kind = CommandKind::local_read, .node = 5, .index = 0x2000, .code = kListObjects};
-  list.entry = 0x2000;
-  const std::vector<std::byte> told = ask(list).data;
+  LocalRead list{.node = 5, .what = ObjectRange{0x2000, 0x2000}};
+  const std::vector<std::byte> told = ask({.request = list}).data;
   ASSERT_EQ(told.size(), 7U + 1 + 4 + 1 + 1);
   EXPECT_EQ(load_le(std::span(told).first(2)), 0x2000U);
   EXPECT_EQ(load_le(std::span(told).subspan(3, 2)), static_cast<unsigned>(od::DataType::unsigned8));
   EXPECT_EQ(told[5], static_cast<std::byte>(od::Access::rw));
   EXPECT_EQ(told.back(), std::byte{7}) << "the value of the file";
   list.node = 6;
-  EXPECT_EQ(ask(list).error, to_error(Refusal::bad_request)) << "it has no device file";
+  EXPECT_EQ(ask({.request = list}).error, to_error(Refusal::bad_request))
+      << "it has no device file";
   list.node = 7;
-  EXPECT_EQ(ask(list).error, to_error(Refusal::bad_request)) << "it is not configured";
+  EXPECT_EQ(ask({.request = list}).error, to_error(Refusal::bad_request)) << "it is not configured";
 }
 
 TEST_F(OwnObjectsTest, AnObserverHasNone) {

@@ -33,8 +33,7 @@ TEST_F(OwnValuesTest, AreWrittenAtTheStartAndAfterEachReset) {
   EXPECT_EQ(own(0x1007, 0), 20'000U);
   EXPECT_EQ(own(0x1800, 5), 100U) << "5F41h:8 is the event timer of all TPDOs";
   ASSERT_TRUE(line_->dictionary().set({0x1007, 0}, 1U));
-  Command command{.kind = CommandKind::nmt, .node = 127, .data = {}};
-  command.nmt = nmt::Command::reset_node;
+  Command command{.request = NmtRequest{.node = 127, .command = nmt::Command::reset_node}};
   line_->execute(std::move(command), now_);
   ASSERT_TRUE(answer().ok());
   EXPECT_EQ(own(0x1007, 0), 20'000U) << "the node boots with them";
@@ -53,8 +52,7 @@ class SlaveByOwnValuesTest : public OwnValuesTest {
     pass(milliseconds(10));
   }
   void reset_own(nmt::Command which) {
-    Command command{.kind = CommandKind::nmt, .node = 127, .data = {}};
-    command.nmt = which;
+    Command command{.request = NmtRequest{.node = 127, .command = which}};
     line_->execute(std::move(command), now_);
     EXPECT_TRUE(answer().ok());
     pass(milliseconds(10));
@@ -124,8 +122,10 @@ TEST_F(SlaveByOwnValuesTest, ADeviceStartsNoSdoToOtherNodes) {
   line_->start(now_);
   pass(milliseconds(10));
   (void)sent();
-  for (const auto kind : {CommandKind::sdo_read, CommandKind::sdo_write}) {
-    line_->execute({.kind = kind, .node = 5, .index = 0x1000, .data = {}}, now_);
+  const Request requests[] = {SdoRead{.node = 5, .address = {0x1000, 0}},
+                              SdoWrite{.node = 5, .address = {0x1000, 0}}};
+  for (const Request& request : requests) {
+    line_->execute({.request = request}, now_);
     Reply reply;
     ASSERT_TRUE(line_->take_reply(reply));
     EXPECT_EQ(reply.error, to_error(Refusal::wrong_role));
@@ -141,8 +141,7 @@ TEST_F(SlaveByOwnValuesTest, CommandsThatWaitAreNotSentByASlave) {
   line_->start(now_);
   pass(milliseconds(10));
   (void)sent();
-  Command command{.kind = CommandKind::nmt, .node = 5, .data = {}};
-  command.nmt = nmt::Command::start;
+  Command command{.request = NmtRequest{.node = 5, .command = nmt::Command::start}};
   line_->execute(std::move(command), now_);
   ASSERT_TRUE(line_->dictionary().set({0x1F80, 0}, 4U));
   pass(seconds(1));

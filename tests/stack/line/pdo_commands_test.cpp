@@ -65,14 +65,10 @@ class PdoCommands : public LineTest {
     return line_->take_reply(reply);
   }
   static Command request(std::uint8_t node, std::uint16_t code) {
-    return {.kind = CommandKind::pdo_request, .node = node, .code = code, .data = {}};
+    return {.request = PdoRequest{.node = node, .number = code}};
   }
   static Command by_mpdo(std::uint8_t node, std::vector<std::byte> data) {
-    return {.kind = CommandKind::mpdo_write,
-            .node = node,
-            .index = 0x6200,
-            .sub = 1,
-            .data = std::move(data)};
+    return {.request = MpdoWrite{.node = node, .address = {0x6200, 1}, .data = std::move(data)}};
   }
   static std::vector<std::byte> bytes(std::initializer_list<unsigned> values) {
     std::vector<std::byte> out;
@@ -98,7 +94,7 @@ TEST_F(PdoCommands, AValueGoesByMpdoToAnObjectOfOneNodeOrOfAll) {
   EXPECT_EQ(ask(by_mpdo(5, bytes({}))).error, to_error(Refusal::bad_request));
   EXPECT_EQ(ask(by_mpdo(5, bytes({1, 2, 3, 4, 5}))).error, to_error(Refusal::bad_request));
   Command other = by_mpdo(5, bytes({1}));
-  other.code = 101;
+  std::get<MpdoWrite>(other.request).tpdo = 101;
   EXPECT_EQ(ask(other).error, to_error(Refusal::unknown_entry)) << "it is in the other mode";
   EXPECT_THAT(sent(), IsEmpty());
 }
@@ -110,12 +106,11 @@ TEST_F(PdoCommands, WithoutSuchATpdoNothingGoesByMpdo) {
 
 TEST_F(PdoCommands, AnObjectOfTheScannerListIsSentWhenItIsWritten) {
   run(with_mpdos());
-  Command write{
-      .kind = CommandKind::local_write, .index = kOwnObject, .sub = 2, .data = bytes({9, 0, 0, 0})};
-  EXPECT_TRUE(ask(write).ok());
+  LocalWrite write{.address = {kOwnObject, 2}, .data = bytes({9, 0, 0, 0})};
+  EXPECT_TRUE(ask({.request = write}).ok());
   EXPECT_THAT(sent(), ElementsAre("1F1#7F00210209000000"));
-  write.sub = 3;
-  EXPECT_TRUE(ask(write).ok());
+  write.address.sub = 3;
+  EXPECT_TRUE(ask({.request = write}).ok());
   EXPECT_THAT(sent(), IsEmpty()) << "not in the list";
 }
 
@@ -147,8 +142,7 @@ TEST_F(PdoCommands, AnOutputOfTheScannerListIsSentWhenItIsWritten) {
   bytes_of.bytes.push_back({entries[first].bit_offset / 8U, bytes({5, 0})});
   EXPECT_EQ(line_->write_outputs(bytes_of, now_), OutputRefusal::none);
   EXPECT_THAT(sent(), ElementsAre("1F1#7F00210405000000"));
-  Command one{.kind = CommandKind::output_write, .data = bytes({5, 0})};
-  one.entry = first;
+  Command one{.request = SingleOutput{.entry = first, .data = bytes({5, 0})}};
   EXPECT_TRUE(ask(one).ok());
   EXPECT_THAT(sent(), ElementsAre("1F1#7F00210405000000")) << "a single write is always sent";
 }
@@ -178,7 +172,7 @@ class ScannedOutputs : public PdoCommands {
     ASSERT_EQ(entries[first_].sub, 4);
   }
   void command_own(nmt::Command what) {
-    EXPECT_TRUE(ask({.kind = CommandKind::nmt, .node = 127, .nmt = what, .data = {}}).ok());
+    EXPECT_TRUE(ask({.request = NmtRequest{.node = 127, .command = what}}).ok());
     pass(milliseconds(1));
   }
   void write(std::uint8_t value, std::uint8_t count = 1) {
@@ -189,7 +183,7 @@ class ScannedOutputs : public PdoCommands {
     EXPECT_EQ(line_->write_outputs(out, now_), OutputRefusal::none);
   }
   Command by_hand(std::uint8_t value) {
-    return {.kind = CommandKind::output_write, .entry = first_, .data = bytes({value, 0})};
+    return {.request = SingleOutput{.entry = first_, .data = bytes({value, 0})}};
   }
   bool valid(std::uint32_t i = 0) { return snapshot(Direction::outputs).is_valid(first_ + i); }
   static std::vector<std::string> of_scanner(std::vector<std::string> frames) {

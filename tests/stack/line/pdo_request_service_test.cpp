@@ -11,11 +11,8 @@ namespace {
 struct PdoRequestServiceTest : testing::Test {
   void execute(std::uint8_t of_node, std::uint16_t number, Duration timeout = {}) {
     service.execute({.tag = ++tag,
-                     .kind = CommandKind::pdo_request,
-                     .node = of_node,
-                     .code = number,
                      .timeout = timeout,
-                     .data = {}},
+                     .request = PdoRequest{.node = of_node, .number = number}},
                     parts.now);
   }
   // TPDO 1 of node 5 is received.

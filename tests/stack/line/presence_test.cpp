@@ -75,7 +75,7 @@ TEST_F(PresenceTest, AnUnlistedNodeThatWasHeardOnceIsNotKnownToBeThereAfterAWhil
 TEST_F(PresenceTest, AResetOfAnUnlistedNodeEndsTheStateThatItShowed) {
   start();
   hear(0x700U + kUnlisted, {0x05});
-  line_->execute({.kind = CommandKind::nmt, .node = kUnlisted, .nmt = nmt::Command::reset_node},
+  line_->execute({.request = NmtRequest{.node = kUnlisted, .command = nmt::Command::reset_node}},
                  now_);
   EXPECT_EQ(line_->node_state(kUnlisted).state, nmt::State::unknown);
   EXPECT_FALSE(listed(0x5F04, kUnlisted));
@@ -86,13 +86,12 @@ TEST_F(PresenceTest, AResetOfAnUnlistedNodeEndsTheStateThatItShowed) {
 // Its boot process has not come to its error control again.
 TEST_F(PresenceTest, AfterAResetOfTheOwnNodeHeartbeatsSayMoreThanCommands) {
   start();
-  line_->execute({.kind = CommandKind::nmt,
-                  .node = line_->config().node_id,
-                  .nmt = nmt::Command::reset_communication},
+  line_->execute({.request = NmtRequest{.node = line_->config().node_id,
+                                        .command = nmt::Command::reset_communication}},
                  now_);
   pass(milliseconds(1));
   hear(0x705, {0x7F});
-  line_->execute({.kind = CommandKind::nmt, .node = 5, .nmt = nmt::Command::start}, now_);
+  line_->execute({.request = NmtRequest{.node = 5, .command = nmt::Command::start}}, now_);
   EXPECT_EQ(line_->node_state(5).state, nmt::State::pre_operational);
   hear(0x705, {0x05});
   EXPECT_EQ(line_->node_state(5).state, nmt::State::operational);
@@ -102,11 +101,11 @@ TEST_F(PresenceTest, AScanEndsThePresenceOfAnUnlistedNodeThatDoesNotAnswer) {
   start();
   hear(0x700U + kUnlisted, {0x05});
   pass(milliseconds(10));
-  line_->execute({.kind = CommandKind::scan, .node = kUnlisted}, now_);
+  line_->execute({.request = Scan{.node = kUnlisted}}, now_);
   sent();
   pass(seconds(1));
   EXPECT_EQ(line_->node_state(kUnlisted).presence, Presence::missing);
-  line_->execute({.kind = CommandKind::scan, .node = kUnlisted}, now_);
+  line_->execute({.request = Scan{.node = kUnlisted}}, now_);
   sent();
   hear(0x580U + kUnlisted, {0x43, 0x00, 0x10, 0x00, 0x91, 0x01, 0x0F, 0x00});
   EXPECT_EQ(line_->node_state(kUnlisted).presence, Presence::present);
@@ -115,7 +114,7 @@ TEST_F(PresenceTest, AScanEndsThePresenceOfAnUnlistedNodeThatDoesNotAnswer) {
 TEST_F(PresenceTest, BootOfANodeThatWasNeverHeardLeavesNoState) {
   start();
   const std::uint64_t revision = line_->node_revision(kUnlisted);
-  line_->execute({.tag = 7, .kind = CommandKind::boot, .node = kUnlisted}, now_);
+  line_->execute({.tag = 7, .request = Boot{.node = kUnlisted}}, now_);
   EXPECT_EQ(line_->node_revision(kUnlisted), revision) << "nothing to be published";
   EXPECT_TRUE(emitted(EventKind::boot_result, kUnlisted));
   Reply reply;
@@ -130,14 +129,14 @@ TEST_F(PresenceTest, AMissingNodeShowsNoStateNotEvenAfterAStartOfAll) {
   pass(seconds(1));
   EXPECT_EQ(line_->node_state(5).presence, Presence::missing);
   EXPECT_EQ(line_->node_state(5).state, nmt::State::unknown);
-  line_->execute({.kind = CommandKind::nmt, .node = 0, .nmt = nmt::Command::start}, now_);
+  line_->execute({.request = NmtRequest{.node = 0, .command = nmt::Command::start}}, now_);
   EXPECT_EQ(line_->node_state(5).state, nmt::State::unknown);
   EXPECT_EQ(own(0x1F82, 5), 1U);
 }
 
 TEST_F(PresenceTest, ANodeThatWasResetShowsNoStateUntilItIsHeard) {
   start();
-  line_->execute({.kind = CommandKind::boot, .node = 5}, now_);
+  line_->execute({.request = Boot{.node = 5}}, now_);
   EXPECT_EQ(line_->node_state(5).state, nmt::State::unknown);
   hear(0x705, {0x00});
   EXPECT_EQ(line_->node_state(5).state, nmt::State::pre_operational);

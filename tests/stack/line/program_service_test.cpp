@@ -13,11 +13,9 @@ constexpr Duration kAnswerTime = milliseconds(500);
 struct ProgramServiceTest : testing::Test {
   Command command(std::uint8_t node, std::uint8_t number, std::size_t bytes) {
     return {.tag = ++tag,
-            .kind = CommandKind::program,
-            .node = node,
-            .sub = number,
             .timeout = seconds(2),
-            .data = std::vector<std::byte>(bytes)};
+            .request = ProgramDownload{
+                .node = node, .number = number, .program = std::vector<std::byte>(bytes)}};
   }
 
   ManagerParts parts;

@@ -101,8 +101,7 @@ class OutputsOfANode : public LineTest {
     ASSERT_TRUE(valid());
   }
   Error write_by_hand(std::uint32_t entry, std::vector<std::byte> data) {
-    line_->execute({.kind = CommandKind::output_write, .entry = entry, .data = std::move(data)},
-                   now_);
+    line_->execute({.request = SingleOutput{.entry = entry, .data = std::move(data)}}, now_);
     return answer().error;
   }
 };
@@ -186,8 +185,7 @@ TEST_F(OutputsOfANode, WithoutErrorControlAreSentAfterTheStartCommand) {
 // One heartbeat waited in the controller of a device that is gone.
 TEST_F(OutputsOfANode, AreNotSentByAHeartbeatFromBeforeTheRoleChanged) {
   start_with_a_heartbeat_of_old();
-  line_->execute({.kind = CommandKind::nmt, .node = 5, .nmt = nmt::Command::start, .data = {}},
-                 now_);
+  line_->execute({.request = NmtRequest{.node = 5, .command = nmt::Command::start}}, now_);
   pass(milliseconds(10));
   ASSERT_TRUE(line_->dictionary().set({0x1F80, 0}, 4U));
   pass(milliseconds(1));
@@ -287,8 +285,7 @@ TEST_F(OutputsOfANode, ASingleWriteAnswersWhatItsPdoWaitsFor) {
   boot();
   pass(milliseconds(1));
   const auto ask = [this](std::uint32_t entry, std::vector<std::byte> data) {
-    line_->execute({.kind = CommandKind::output_write, .entry = entry, .data = std::move(data)},
-                   now_);
+    line_->execute({.request = SingleOutput{.entry = entry, .data = std::move(data)}}, now_);
     return answer().data;
   };
   const auto bytes = [](std::initializer_list<unsigned char> values) {
@@ -339,8 +336,7 @@ TEST_F(OutputsOfANode, SingleWritesAreRefusedWhileItIsNotOperational) {
   EXPECT_EQ(write_by_hand(1, {std::byte{7}}), to_error(Refusal::wrong_state));
   EXPECT_TRUE(emitted(EventKind::command_refused, 5)) << "the event names the node";
   line_->execute(
-      {.kind = CommandKind::object_write, .node = 5, .index = 0x2003, .data = {std::byte{7}}},
-      now_);
+      {.request = ObjectWrite{.node = 5, .address = {0x2003, 0}, .data = {std::byte{7}}}}, now_);
   EXPECT_EQ(answer().error, to_error(Refusal::wrong_state));
   EXPECT_THAT(pdos(), IsEmpty());
   hear_heartbeat(kOperational);

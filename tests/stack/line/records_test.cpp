@@ -44,27 +44,21 @@ class LineRecords : public LineTest {
   // By command.
   Error set(std::uint8_t sub, std::uint64_t value, std::size_t size,
             std::uint16_t index = kControl) {
-    const Error error = ask({.kind = CommandKind::local_write,
-                             .index = index,
-                             .sub = sub,
-                             .data = number(value, size)})
-                            .error;
+    const Error error =
+        ask({.request = LocalWrite{.address = {index, sub}, .data = number(value, size)}}).error;
     settle();
     return error;
   }
   Error set_control(std::uint32_t bits) { return set(4, diagnosis::kFixedControl | bits, 4); }
   std::uint64_t get(std::uint16_t index, std::uint8_t sub) {
-    const Reply reply =
-        ask({.kind = CommandKind::local_read, .index = index, .sub = sub, .data = {}});
+    const Reply reply = ask({.request = LocalRead{.what = od::Address{index, sub}}});
     EXPECT_TRUE(reply.ok());
     return load_le(reply.data);
   }
 
   Reply write(std::uint16_t index, std::uint64_t value, std::size_t size) {
-    return ask({.kind = CommandKind::object_write,
-                .node = 5,
-                .index = index,
-                .data = number(value, size)});
+    return ask(
+        {.request = ObjectWrite{.node = 5, .address = {index, 0}, .data = number(value, size)}});
   }
   // Both values of RPDO 1 of node 5.
   void write_both(unsigned value) {
@@ -85,8 +79,8 @@ TEST_F(LineRecords, AToolOnTheBusEnforcesSdo) {
   EXPECT_THAT(sent(), ElementsAre("5FF#60415F0400000000"));
   hear(0x67F, {0x40, 0x41, 0x5F, 0x04, 0, 0, 0, 0});
   EXPECT_THAT(sent(), ElementsAre("5FF#43415F042E007F7F"));
-  const Command mode{
-      .kind = CommandKind::object_write, .node = 5, .index = 0x2003, .data = number(7, 1)};
+  const Command mode{.request =
+                         ObjectWrite{.node = 5, .address = {0x2003, 0}, .data = number(7, 1)}};
   line_->execute(mode, now_);
   EXPECT_THAT(sent(), ElementsAre("605#2F03200007000000")) << "although a PDO carries it";
   hear(0x585, {0x60, 0x03, 0x20, 0, 0, 0, 0, 0});
@@ -122,8 +116,8 @@ TEST_F(LineRecords, PdosAreTriggeredByHandOnly) {
 TEST_F(LineRecords, NothingIsTriggeredOutsideOfOperational) {
   run(config_with_axis());
   write_both(1);
-  Command command{.kind = CommandKind::nmt, .node = 127, .data = {}};
-  command.nmt = nmt::Command::enter_pre_operational;
+  Command command{.request =
+                      NmtRequest{.node = 127, .command = nmt::Command::enter_pre_operational}};
   ASSERT_TRUE(ask(command).ok());
   EXPECT_EQ(set(0x0C, 0x0501, 2), to_error(AbortCode::device_state));
 }
@@ -228,8 +222,7 @@ TEST_F(LineRecords, ReadsAreAnsweredWithScannedEntries) {
   axis.values.push_back({{0x1018, 1}, number(0x123, 4)});
   config.scanned.push_back(axis);
   run(std::move(config));
-  const Command vendor{
-      .kind = CommandKind::sdo_read, .node = 5, .index = 0x1018, .sub = 1, .data = {}};
+  const Command vendor{.request = SdoRead{.node = 5, .address = {0x1018, 1}}};
   EXPECT_EQ(set_control(diagnosis::kUseScannedEntries), Error{});
   EXPECT_EQ(ask(vendor).data, number(0x123, 4));
   EXPECT_THAT(sent(), IsEmpty()) << "the node is not asked";
@@ -252,7 +245,7 @@ TEST_F(LineRecords, ANodeIsScannedAgainAndNobodyIsAnswered) {
   EXPECT_EQ(get(0x5F44, 5), 0xA8U) << "it has fallen silent";
   Reply reply;
   EXPECT_FALSE(line_->take_reply(reply)) << "no command asked for it";
-  line_->execute({.kind = CommandKind::scan, .node = 5, .data = {}}, now_);
+  line_->execute({.request = Scan{.node = 5}}, now_);
   pass(seconds(2));
   EXPECT_TRUE(line_->take_reply(reply)) << "now one did";
 }

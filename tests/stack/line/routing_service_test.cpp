@@ -37,8 +37,9 @@ struct RoutingServiceTest : testing::Test, sdo::TransferOwner {
   }
 
   std::uint64_t trace(std::uint16_t length) {
-    service.execute({.tag = ++tag, .kind = CommandKind::routing_trace, .code = length, .data = {}},
-                    parts.now);
+    service.execute(
+        {.tag = ++tag, .request = RoutingTrace{.duration = std::chrono::seconds(length)}},
+        parts.now);
     return tag;
   }
   void read(std::uint16_t network, std::uint64_t number) {

@@ -19,13 +19,11 @@ constexpr od::Address kScannedType{0x1000, 0};
 
 // The test plays the devices: each has 1000h alone.
 struct ScanServiceTest : testing::Test {
-  std::uint64_t execute(std::uint8_t node, CommandKind kind = CommandKind::scan,
-                        std::uint16_t code = 0, Duration timeout = {}) {
-    service.execute(
-        {.tag = ++tag, .kind = kind, .node = node, .code = code, .timeout = timeout, .data = {}},
-        parts.now);
+  std::uint64_t execute(Request request, Duration timeout = {}) {
+    service.execute({.tag = ++tag, .timeout = timeout, .request = std::move(request)}, parts.now);
     return tag;
   }
+  std::uint64_t execute(std::uint8_t node) { return execute(Scan{.node = node}); }
 
   // The requests that wait for the bus, to those that are there and those that are not.
   void answer_all() {
@@ -87,10 +85,8 @@ struct ScanServiceTest : testing::Test {
 TEST_F(ScanServiceTest, IsRefusedWhereItMakesNoSense) {
   EXPECT_EQ(host.answer(execute(parts.config.node_id)), to_error(Refusal::bad_request));
   EXPECT_EQ(host.answer(execute(128)), to_error(Refusal::bad_request));
-  EXPECT_EQ(host.answer(execute(kScannedNode, CommandKind::scan_apply, 0x80)),
-            to_error(Refusal::bad_request));
-  EXPECT_EQ(host.answer(execute(kScannedNode, CommandKind::scan_apply)),
-            to_error(Refusal::wrong_state))
+  EXPECT_EQ(host.answer(execute(ScanApply{.node = 128})), to_error(Refusal::bad_request));
+  EXPECT_EQ(host.answer(execute(ScanApply{.node = kScannedNode})), to_error(Refusal::wrong_state))
       << "node 5 is of the configuration";
   host.set_usable(false);
   EXPECT_EQ(host.answer(execute(kScannedNode)), to_error(Refusal::line_down));
@@ -136,7 +132,7 @@ TEST_F(ScanServiceTest, OneScanAtATime) {
 }
 
 TEST_F(ScanServiceTest, ACommandEndsAtItsOwnTime) {
-  const std::uint64_t of_all = execute(0, CommandKind::scan, 0, milliseconds(5));
+  const std::uint64_t of_all = execute(Scan{}, milliseconds(5));
   EXPECT_EQ(service.next_wake(), parts.now + milliseconds(5));
   service.advance(parts.now + milliseconds(5) - Duration(1));
   EXPECT_FALSE(host.answer(of_all));

@@ -24,19 +24,18 @@ struct SdoServiceTest : testing::Test, ScanCache {
   }
   void forget_cached(std::uint8_t /*node*/, od::Address /*address*/) override { known.clear(); }
 
-  void execute(CommandKind kind, std::uint8_t node, std::uint16_t code = 0, Duration timeout = {},
-               std::uint16_t network = 0) {
-    const bool read = kind == CommandKind::sdo_read || kind == CommandKind::network_read;
-    service.execute(
-        {.tag = ++tag,
-         .kind = kind,
-         .node = node,
-         .network = network,
-         .index = kType.index,
-         .code = code,
-         .timeout = timeout,
-         .data = read ? std::vector<std::byte>() : std::vector<std::byte>(4, std::byte{1})},
-        now);
+  void execute(Request request, Duration timeout = {}) {
+    service.execute({.tag = ++tag, .timeout = timeout, .request = std::move(request)}, now);
+  }
+  void read(std::uint8_t node, Duration timeout = {}) {
+    execute(SdoRead{.node = node, .address = kType}, timeout);
+  }
+  void read_cached(std::uint8_t node) {
+    execute(SdoRead{.node = node, .address = kType, .from_scan = true});
+  }
+  void write(std::uint8_t node) {
+    execute(
+        SdoWrite{.node = node, .address = kType, .data = std::vector<std::byte>(4, std::byte{1})});
   }
   // To the request, which is handed out before.
   void respond(std::uint64_t command, std::uint32_t value = 0) {
@@ -74,7 +73,7 @@ struct SdoServiceTest : testing::Test, ScanCache {
 };
 
 TEST_F(SdoServiceTest, AReadIsAnsweredWithTheValue) {
-  execute(CommandKind::sdo_read, kAxis);
+  read(kAxis);
   EXPECT_FALSE(host.answer(tag));
   respond(kUploadResponse, 0x192);
   EXPECT_EQ(host.answer(tag), Error{});
@@ -82,57 +81,57 @@ TEST_F(SdoServiceTest, AReadIsAnsweredWithTheValue) {
 }
 
 TEST_F(SdoServiceTest, AWriteIsAnsweredAndAnObjectWriteSaysItsWay) {
-  execute(CommandKind::sdo_write, kAxis);
+  write(kAxis);
   respond(kDownloadResponse);
   EXPECT_EQ(host.answer(tag), Error{});
   EXPECT_TRUE(host.data(tag).empty());
-  execute(CommandKind::object_write, kAxis);
+  execute(ObjectWrite{
+      .node = kAxis, .address = kType, .data = std::vector<std::byte>(4, std::byte{1})});
   respond(kDownloadResponse);
   EXPECT_EQ(host.data(tag), std::vector<std::byte>{std::byte{kBySdo}});
 }
 
 TEST_F(SdoServiceTest, AnAbortIsTheReply) {
-  execute(CommandKind::sdo_read, kAxis);
+  read(kAxis);
   respond(0x80, static_cast<std::uint32_t>(AbortCode::no_object));
   EXPECT_EQ(host.answer(tag), to_error(AbortCode::no_object));
 }
 
 TEST_F(SdoServiceTest, IsRefusedWhereItMakesNoSense) {
-  execute(CommandKind::sdo_read, 0);
+  read(0);
   EXPECT_EQ(host.answer(tag), to_error(Refusal::bad_request));
-  execute(CommandKind::network_read, kAxis, 0, {}, 99);
+  execute(NetworkRead{.network = 99, .node = kAxis, .address = kType});
   EXPECT_EQ(host.answer(tag), to_error(AbortCode::invalid_value)) << "there is no route";
   host.set_usable(false);
-  execute(CommandKind::sdo_read, kAxis);
+  read(kAxis);
   EXPECT_EQ(host.answer(tag), to_error(Refusal::line_down));
   host.set_manages(false);
-  execute(CommandKind::sdo_read, kAxis);
+  read(kAxis);
   EXPECT_EQ(host.answer(tag), to_error(Refusal::wrong_role));
 }
 
 TEST_F(SdoServiceTest, TheOwnNodeIsALocalAccess) {
-  execute(CommandKind::sdo_read, parts.config.node_id, kFromCache);
-  execute(CommandKind::sdo_write, parts.config.node_id);
+  read_cached(parts.config.node_id);
+  write(parts.config.node_id);
   ASSERT_EQ(local.taken.size(), 2U);
-  EXPECT_EQ(local.taken[0].kind, CommandKind::local_read);
-  EXPECT_EQ(local.taken[0].code, 0);
-  EXPECT_EQ(local.taken[1].kind, CommandKind::local_write);
+  EXPECT_EQ(std::get<od::Address>(std::get<LocalRead>(local.taken[0].request).what), kType);
+  EXPECT_FALSE(std::get<LocalWrite>(local.taken[1].request).as_owner);
 }
 
 TEST_F(SdoServiceTest, WhatAScanReadMayBeTheAnswer) {
   known.assign(2, std::byte{7});
-  execute(CommandKind::sdo_read, kAxis, kFromCache);
+  read_cached(kAxis);
   EXPECT_EQ(host.data(tag), known);
   settings.use_scanned_entries = true;
-  execute(CommandKind::sdo_read, kAxis);
+  read(kAxis);
   EXPECT_EQ(host.data(tag), known);
-  execute(CommandKind::sdo_write, kAxis);
+  write(kAxis);
   EXPECT_TRUE(known.empty()) << "it was written";
 }
 
 TEST_F(SdoServiceTest, ACommandEndsAtItsOwnTime) {
-  execute(CommandKind::sdo_read, kAxis, 0, milliseconds(100));
-  execute(CommandKind::sdo_read, kAxis, 0, milliseconds(50));
+  read(kAxis, milliseconds(100));
+  read(kAxis, milliseconds(50));
   EXPECT_EQ(service.next_wake(), now + milliseconds(50));
   service.advance(now + milliseconds(50));
   EXPECT_EQ(host.answer(2), to_error(Refusal::timed_out));
@@ -142,8 +141,8 @@ TEST_F(SdoServiceTest, ACommandEndsAtItsOwnTime) {
 }
 
 TEST_F(SdoServiceTest, EndAnswersAllCommandsUnderWayOnce) {
-  execute(CommandKind::sdo_read, kAxis);
-  execute(CommandKind::sdo_write, kAxis);
+  read(kAxis);
+  write(kAxis);
   service.end(Refusal::cancelled, now);
   EXPECT_EQ(host.answer(1), to_error(Refusal::cancelled));
   EXPECT_EQ(host.answer(2), to_error(Refusal::cancelled));

@@ -46,16 +46,17 @@ class RecordingHost final : public ServiceHost {
   void answer_when_sent(FramesUnderWay::Sending sending, Instant /*now*/) override {
     sendings_.push_back(std::move(sending));
   }
-  void refuse_unsent(CommandKind kind, Refusal why, Instant now) override {
+  void refuse_unsent(CommandKind of, Refusal why, Instant now) override {
     std::erase_if(sendings_, [&](const FramesUnderWay::Sending& sending) {
-      if (sending.command.kind == kind) {
-        refuse(sending.command, why, now);
+      if (kind(sending.command) == of) {
+        refuse(sending.command, why, now, 0);
       }
-      return sending.command.kind == kind;
+      return kind(sending.command) == of;
     });
   }
   bool bus_is_stuck(Instant /*now*/) const override { return stuck_; }
-  void refuse(const Command& command, Refusal refusal, Instant /*now*/) override {
+  void refuse(const Command& command, Refusal refusal, Instant /*now*/,
+              std::uint8_t /*node*/) override {
     reply(command.tag, to_error(refusal), {});
   }
   bool is_running() const override { return true; }

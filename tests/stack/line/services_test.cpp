@@ -226,16 +226,14 @@ class RepeatedSdo : public LineTest {
     events();
   }
   void ask(bool write, std::uint8_t repeats, Duration timeout = {}) {
-    Command command{.tag = 7,
-                    .kind = write ? CommandKind::sdo_write : CommandKind::sdo_read,
-                    .node = 5,
-                    .index = 0x2000,
-                    .timeout = timeout,
-                    .repeats = repeats};
+    Request request = SdoRead{.node = 5, .address = {0x2000, 0}, .repeats = repeats};
     if (write) {
-      command.data = {std::byte{0xCD}, std::byte{0xAB}};
+      request = SdoWrite{.node = 5,
+                         .address = {0x2000, 0},
+                         .data = {std::byte{0xCD}, std::byte{0xAB}},
+                         .repeats = repeats};
     }
-    line_->execute(std::move(command), now_);
+    line_->execute({.tag = 7, .timeout = timeout, .request = std::move(request)}, now_);
   }
   void answer_well(bool write) {
     if (write) {
@@ -330,11 +328,10 @@ TEST_F(RepeatedSdo, IsNotSoByItself) {
 // The value goes in segments; the acknowledgement of the second one is lost.
 TEST_F(RepeatedSdo, ADownloadInSegmentsBeginsAgainWithTheFirst) {
   line_->execute({.tag = 7,
-                  .kind = CommandKind::sdo_write,
-                  .node = 5,
-                  .index = 0x2000,
-                  .repeats = 1,
-                  .data = std::vector<std::byte>(10, std::byte{0x11})},
+                  .request = SdoWrite{.node = 5,
+                                      .address = {0x2000, 0},
+                                      .data = std::vector<std::byte>(10, std::byte{0x11}),
+                                      .repeats = 1}},
                  now_);
   for (int attempt = 0; attempt < 2; ++attempt) {
     EXPECT_THAT(sent_to_server(), testing::Contains("605#210020000A000000"));
@@ -392,9 +389,8 @@ TEST_F(LineTest, AnSdoClientObjectCannotHaveTheIdentifiersOfADefaultServer) {
   const auto write = [this](std::uint8_t sub, std::uint32_t cob_id) {
     std::vector<std::byte> data(4);
     store_le(data.data(), cob_id);
-    line_->execute(
-        {.kind = CommandKind::local_write, .index = 0x1280, .sub = sub, .data = std::move(data)},
-        now_);
+    line_->execute({.request = LocalWrite{.address = {0x1280, sub}, .data = std::move(data)}},
+                   now_);
     return answer().error;
   };
   const Error refused = to_error(AbortCode::invalid_value);
@@ -409,7 +405,7 @@ TEST_F(LineTest, AnSdoClientObjectCannotHaveTheIdentifiersOfADefaultServer) {
   EXPECT_EQ(write(2, 0x6C1), Error{});
 
   // An answer of the device is heard by one client.
-  line_->execute({.tag = 1, .kind = CommandKind::sdo_read, .node = 5, .index = 0x2000}, now_);
+  line_->execute({.tag = 1, .request = SdoRead{.node = 5, .address = {0x2000, 0}}}, now_);
   hear(0x585, {0x4B, 0x00, 0x20, 0x00, 0xCD, 0xAB, 0, 0});
   EXPECT_TRUE(answer().ok());
 }
@@ -422,7 +418,7 @@ TEST_F(LineTest, TheResetBehindRestoredDefaultsWaitsForNothing) {
   line_->start(now_);
   pass(seconds(1));
   sent();
-  Command command{.tag = 7, .kind = CommandKind::scan_apply, .node = 5, .code = kScanRestore};
+  Command command{.tag = 7, .request = ScanApply{.node = 5, .restore = true}};
   line_->execute(std::move(command), now_);
   EXPECT_THAT(sent(), ElementsAre("605#4000100000000000"));
   hear(0x585, {0x43, 0x00, 0x10, 0x00, 0x92, 0x01, 0x02, 0x00});

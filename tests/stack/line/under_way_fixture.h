@@ -84,15 +84,11 @@ class AcknowledgedOutputs : public AcknowledgedLine {
     EXPECT_EQ(line_->write_outputs(out, now_), OutputRefusal::none);
   }
   void write_by_hand(std::uint8_t mode, Duration timeout = {}) {
-    line_->execute({.kind = CommandKind::output_write,
-                    .entry = 1,
-                    .timeout = timeout,
-                    .data = {std::byte{mode}}},
-                   now_);
+    line_->execute(
+        {.timeout = timeout, .request = SingleOutput{.entry = 1, .data = {std::byte{mode}}}}, now_);
   }
   void start_node() {
-    line_->execute({.kind = CommandKind::nmt, .node = 5, .nmt = nmt::Command::start, .data = {}},
-                   now_);
+    line_->execute({.request = NmtRequest{.node = 5, .command = nmt::Command::start}}, now_);
   }
   PdoWait wait_of(const Reply& reply) {
     return reply.data.size() >= 4 ? static_cast<PdoWait>(reply.data[3]) : PdoWait::values;

@@ -79,7 +79,7 @@ TEST_F(AcknowledgedOutputs, AreValidWithTheFirstFrameThatCarriesThem) {
   write(1);
   hand_out();
   const std::uint64_t first = given_;
-  line_->execute({.kind = CommandKind::pdo_trigger, .code = 1, .data = {}}, now_);
+  line_->execute({.request = PdoTrigger{.number = 1}}, now_);
   EXPECT_THAT(hand_out(), ElementsAre("205#0100000002"));
   line_->acknowledged(first, now_);
   EXPECT_TRUE(valid());
@@ -142,8 +142,7 @@ TEST_F(AcknowledgedOutputs, WithoutErrorControlAreNotValidByALostStart) {
 // What was heard of the node before the command was on the bus does not show its state after it.
 TEST_F(AcknowledgedOutputs, AreNotSentToANodeWhoseResetIsOnItsWayToTheBus) {
   run_unwatched();
-  line_->execute({.kind = CommandKind::nmt, .node = 5, .nmt = nmt::Command::reset_node, .data = {}},
-                 now_);
+  line_->execute({.request = NmtRequest{.node = 5, .command = nmt::Command::reset_node}}, now_);
   EXPECT_THAT(hand_out(), ElementsAre("000#8105"));
   ASSERT_TRUE(line_->dictionary().set({0x1F80, 0}, 4U));
   pass(milliseconds(1));
@@ -170,7 +169,7 @@ TEST_F(AcknowledgedOutputs, AreThoseOfAStoppedNodeFromTheFirstOfTwoCommandsOn) {
   run_unwatched();
   for (const nmt::Command command :
        {nmt::Command::reset_node, nmt::Command::enter_pre_operational}) {
-    line_->execute({.kind = CommandKind::nmt, .node = 5, .nmt = command, .data = {}}, now_);
+    line_->execute({.request = NmtRequest{.node = 5, .command = command}}, now_);
   }
   EXPECT_THAT(hand_out(), ElementsAre("000#8105", "000#8005"));
   ASSERT_TRUE(line_->dictionary().set({0x1F80, 0}, 4U));
@@ -195,7 +194,7 @@ TEST_F(AcknowledgedOutputs, AreThoseOfAStoppedNodeThoughBothCommandsAreAcknowled
   acknowledge_all();
   for (const nmt::Command command :
        {nmt::Command::stop, nmt::Command::reset_node, nmt::Command::enter_pre_operational}) {
-    line_->execute({.kind = CommandKind::nmt, .node = 5, .nmt = command, .data = {}}, now_);
+    line_->execute({.request = NmtRequest{.node = 5, .command = command}}, now_);
   }
   EXPECT_EQ(hand_out().size(), 4U) << "with the outputs";
   acknowledge_all();
@@ -206,8 +205,7 @@ TEST_F(AcknowledgedOutputs, AreThoseOfAStoppedNodeThoughBothCommandsAreAcknowled
 // The acknowledgements of both come together, and the boot-up message of the node may be lost.
 TEST_F(AcknowledgedOutputs, AreNotSentToANodeThatIsResetAfterItsStart) {
   boot_unwatched();
-  line_->execute({.kind = CommandKind::nmt, .node = 5, .nmt = nmt::Command::reset_node, .data = {}},
-                 now_);
+  line_->execute({.request = NmtRequest{.node = 5, .command = nmt::Command::reset_node}}, now_);
   EXPECT_THAT(hand_out(), ElementsAre("000#0105", "000#8105"));
   acknowledge_all();
   EXPECT_EQ(line_->node_state(5).state, nmt::State::unknown);
@@ -218,8 +216,7 @@ TEST_F(AcknowledgedOutputs, AreNotSentToANodeThatIsStartedBeforeItsBootUpMessage
   boot_unwatched();
   hand_out();
   acknowledge_all();
-  line_->execute({.kind = CommandKind::nmt, .node = 5, .nmt = nmt::Command::reset_node, .data = {}},
-                 now_);
+  line_->execute({.request = NmtRequest{.node = 5, .command = nmt::Command::reset_node}}, now_);
   start_node();
   hand_out();
   acknowledge_all();
@@ -234,8 +231,7 @@ TEST_F(AcknowledgedOutputs, AreSentToANodeWhoseStopTheBusLost) {
   hand_out();
   acknowledge_all();
   ASSERT_TRUE(valid());
-  line_->execute({.kind = CommandKind::nmt, .node = 5, .nmt = nmt::Command::stop, .data = {}},
-                 now_);
+  line_->execute({.request = NmtRequest{.node = 5, .command = nmt::Command::stop}}, now_);
   EXPECT_THAT(hand_out(), ElementsAre("000#0205"));
   EXPECT_FALSE(valid());
   live(milliseconds(200));
@@ -359,7 +355,7 @@ TEST_F(AcknowledgedCommands, AWriteWhoseFrameWasLostIsAnsweredByTheNext) {
 
 TEST_F(AcknowledgedCommands, TwoThatAreAlikeHaveAFrameEach) {
   run();
-  const Command frame{.kind = CommandKind::can_send, .entry = 0x352, .data = {std::byte{1}}};
+  const Command frame{.request = CanSend{.frame = can::make_frame(0x352, {1})}};
   line_->execute(frame, now_);
   line_->execute(frame, now_);
   can::Frame first;
@@ -419,7 +415,7 @@ TEST_F(AcknowledgedCommands, AWriteToANodeThatLeavesOperationalMeanwhileIsRefuse
 
 TEST_F(AcknowledgedCommands, AFrameOfNoServiceIsAnsweredWhenItIsOnTheBus) {
   run();
-  const Command frame{.kind = CommandKind::can_send, .entry = 0x352, .data = {std::byte{1}}};
+  const Command frame{.request = CanSend{.frame = can::make_frame(0x352, {1})}};
   line_->execute(frame, now_);
   hand_out();
   EXPECT_FALSE(is_answered());
@@ -443,10 +439,9 @@ TEST_F(AcknowledgedCommands, ALateAnswerIsNotThatToTheNextWriteOfTheObject) {
   run();
   const auto write = [this](std::uint64_t tag) {
     line_->execute({.tag = tag,
-                    .kind = CommandKind::sdo_write,
-                    .node = 5,
-                    .index = 0x2000,
-                    .data = {std::byte{static_cast<std::uint8_t>(tag)}}},
+                    .request = SdoWrite{.node = 5,
+                                        .address = {0x2000, 0},
+                                        .data = {std::byte{static_cast<std::uint8_t>(tag)}}}},
                    now_);
   };
   write(1);

@@ -14,27 +14,27 @@ namespace {
 class RemoteSdo : public SdoRouting {
  protected:
   void read(std::uint16_t network, std::uint8_t node) {
-    line(1).execute({.tag = 7,
-                     .kind = line::CommandKind::network_read,
-                     .node = node,
-                     .network = network,
-                     .index = 0x1000},
-                    now_);
+    line(1).execute(
+        {.tag = 7,
+         .request = line::NetworkRead{.network = network, .node = node, .address = {0x1000, 0}}},
+        now_);
     carry();
   }
   // In the place of a device on the bus of line 1.
-  void access_as_device(line::CommandKind kind, std::uint16_t network, std::uint8_t node) {
-    line::Command command{
-        .tag = 7, .kind = kind, .node = node, .network = network, .index = 0x1000};
-    command.entry = line::kAsDevice;
-    if (kind == line::CommandKind::network_write) {
-      command.data = {std::byte{1}};
-    }
-    line(1).execute(std::move(command), now_);
+  void access_as_device(line::Request request) {
+    line(1).execute({.tag = 7, .request = std::move(request)}, now_);
     carry();
   }
   void read_as_device(std::uint16_t network, std::uint8_t node) {
-    access_as_device(line::CommandKind::network_read, network, node);
+    access_as_device(line::NetworkRead{
+        .network = network, .node = node, .address = {0x1000, 0}, .as_device = true});
+  }
+  void write_as_device(std::uint16_t network, std::uint8_t node) {
+    access_as_device(line::NetworkWrite{.network = network,
+                                        .node = node,
+                                        .address = {0x1000, 0},
+                                        .as_device = true,
+                                        .data = {std::byte{1}}});
   }
   line::Reply reply() {
     line::Reply out;
@@ -96,11 +96,8 @@ TEST_F(RemoteSdo, EachWayToFailHasItsCode) {
 TEST_F(RemoteSdo, ACommandsOwnTimeoutFreesTheWay) {
   start();
   line(1).execute({.tag = 7,
-                   .kind = line::CommandKind::network_read,
-                   .node = 5,
-                   .network = 2,
-                   .index = 0x1000,
-                   .timeout = milliseconds(100)},
+                   .timeout = milliseconds(100),
+                   .request = line::NetworkRead{.network = 2, .node = 5, .address = {0x1000, 0}}},
                   now_);
   carry();
   pass(milliseconds(110));
@@ -130,7 +127,7 @@ TEST_F(RemoteSdo, InThePlaceOfADeviceReadsAndWritesAsTheRuleSays) {
   EXPECT_EQ(sent(2), Frames{"605 4000100000000000"});
   server({0x4F, 0, 0x10, 0, 5, 0, 0, 0});
   EXPECT_EQ(reply().data, std::vector<std::byte>{std::byte{5}});
-  access_as_device(line::CommandKind::network_write, 2, 5);
+  write_as_device(2, 5);
   EXPECT_EQ(reply().error, to_error(AbortCode::read_only));
   EXPECT_EQ(sent(1), Frames{});
   expect_nothing_left();
@@ -188,13 +185,12 @@ TEST_F(RemoteSdoByWrittenRoute, OnlyReadsInALineThatMayBeRead) {
   EXPECT_EQ(sent(2), Frames{"609 4000100000000000"});
   hear(2, 0x589, {0x4F, 0, 0x10, 0, 5, 0, 0, 0});
   EXPECT_EQ(reply().data, std::vector<std::byte>{std::byte{5}});
-  line(1).execute({.tag = 8,
-                   .kind = line::CommandKind::network_write,
-                   .node = 7,
-                   .network = 4,
-                   .index = 0x2000,
-                   .data = {std::byte{1}}},
-                  now_);
+  line(1).execute(
+      {.tag = 8,
+       .request =
+           line::NetworkWrite{
+               .network = 4, .node = 7, .address = {0x2000, 0}, .data = {std::byte{1}}}},
+      now_);
   carry();
   EXPECT_EQ(sent(2), Frames{"609 E004000701000000"});
   hear(2, 0x589, {0xE0, 4, 0, 7, 1, 0, 0, 0});
@@ -211,11 +207,10 @@ TEST_F(RemoteSdo, TheRoutesInForceAreKnown) {
   client({0x2F, 0x2C, 0x1F, 0, 0, 0, 0, 0});
   line(1).routes(routes);
   EXPECT_EQ(routes, std::vector<Route>{});
-  line(1).execute({.tag = 9,
-                   .kind = line::CommandKind::nmt,
-                   .node = 127,
-                   .nmt = nmt::Command::reset_communication},
-                  now_);
+  line(1).execute(
+      {.tag = 9,
+       .request = line::NmtRequest{.node = 127, .command = nmt::Command::reset_communication}},
+      now_);
   pass(milliseconds(10));
   line(1).routes(routes);
   EXPECT_EQ(routes, of_line(1).routes);

@@ -99,8 +99,7 @@ TEST_F(SdoRouting, AHookMayChooseTheClientSdo) {
 TEST_F(SdoRouting, ATransferGoesThroughTheArbiterOfTheTargetLine) {
   start();
   open();
-  line(2).execute({.tag = 1, .kind = line::CommandKind::sdo_read, .node = 5, .index = 0x1008},
-                  now_);
+  line(2).execute({.tag = 1, .request = line::SdoRead{.node = 5, .address = {0x1008, 0}}}, now_);
   EXPECT_EQ(sent(2), Frames{});  // waits until the connection is over
   client({0x40, 0, 0x10, 0, 0, 0, 0, 0});
   server({0x43, 0, 0x10, 0, 0x91, 1, 2, 3});
@@ -236,8 +235,9 @@ TEST_F(SdoRouting, TheNetworkIdsOfTheLinesAreReadable) {  // 5F20h
 class TracedRouting : public SdoRouting {
  protected:
   void trace(std::uint16_t seconds_long) {
-    line(1).execute({.tag = 1, .kind = line::CommandKind::routing_trace, .code = seconds_long},
-                    now_);
+    line(1).execute(
+        {.tag = 1, .request = line::RoutingTrace{.duration = std::chrono::seconds(seconds_long)}},
+        now_);
   }
   std::vector<Event> emitted() {
     return events(1, EventKind::routing_opened, EventKind::routing_ended);
@@ -332,7 +332,9 @@ TEST_F(TracedRouting, ATraceOfNoTimeOrOfALineWithoutRoutesIsRefused) {
   auto made = line::Line::make(alone);
   ASSERT_TRUE(made.ok());
   (*made.value)->start(now_);
-  (*made.value)->execute({.tag = 1, .kind = line::CommandKind::routing_trace, .code = 5}, now_);
+  (*made.value)
+      ->execute({.tag = 1, .request = line::RoutingTrace{.duration = std::chrono::seconds(5)}},
+                now_);
   ASSERT_TRUE((*made.value)->take_reply(reply));
   EXPECT_EQ(reply.error, to_error(line::Refusal::wrong_role));
 }

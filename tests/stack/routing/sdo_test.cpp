@@ -111,7 +111,7 @@ TEST_F(SdoRouting, OfALineThatCannotSendIsRefusedWithDeviceState) {
   client({0xE0, 2, 0, 5, 1, 0, 0, 0});
   EXPECT_EQ(sent(1), Frames{"5FF 8000000022000008"});
   line(2).bus_event({.kind = can::BusEvent::Kind::state, .state = can::BusState::error_active});
-  line(2).execute({.kind = line::CommandKind::nmt, .node = 126, .nmt = nmt::Command::stop}, now_);
+  line(2).execute({.request = line::NmtRequest{.node = 126, .command = nmt::Command::stop}}, now_);
   client({0xE0, 2, 0, 5, 1, 0, 0, 0});
   EXPECT_EQ(sent(1), Frames{"5FF 8000000022000008"});
 }
@@ -212,8 +212,7 @@ TEST_F(SdoRouting, TheTimeUntilAClientSdoIsFreeIsPartOfTheGatewaysTime) {
   with_next_gateway();
   of_line(1).routes.push_back({.first = 3, .last = 4, .interface = 2, .gateway = 8, .cost = 20});
   start();
-  line(2).execute({.tag = 1, .kind = line::CommandKind::sdo_read, .node = 9, .index = 0x1008},
-                  now_);
+  line(2).execute({.tag = 1, .request = line::SdoRead{.node = 9, .address = {0x1008, 0}}}, now_);
   ASSERT_EQ(sent(2), Frames{"609 4008100000000000"});
   client({0xE0, 3, 0, 5, 2, 0, 0, 0});  // a gateway asks
   EXPECT_EQ(sent(2), Frames{});
@@ -480,7 +479,7 @@ TEST_F(SdoRouting, AResetOfTheGatewaysNodeLeavesNothingBehind) {
   open();
   client({0x40, 0, 0x20, 0, 0, 0, 0, 0});
   line(1).execute(
-      {.kind = line::CommandKind::nmt, .node = 127, .nmt = nmt::Command::reset_communication},
+      {.request = line::NmtRequest{.node = 127, .command = nmt::Command::reset_communication}},
       now_);
   carry();
   pass(milliseconds(1));

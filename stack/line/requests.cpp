@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stack/line/requests.h"
+
+#include <utility>
+
+namespace linegate::line {
+
+Request empty_request(CommandKind kind) {
+  constexpr auto kMake = []<class... Kinds>(std::type_identity<std::variant<Kinds...>>) {
+    return std::array<Request (*)(), sizeof...(Kinds)>{[] { return Request(Kinds{}); }...};
+  }(std::type_identity<Request>{});
+  return kMake[static_cast<std::size_t>(kind)]();
+}
+
+std::uint8_t node_of(const Request& request) {
+  return std::visit(
+      [](const auto& of_kind) {
+        if constexpr (requires { of_kind.node; }) {
+          return of_kind.node;
+        } else {
+          return std::uint8_t{0};
+        }
+      },
+      request);
+}
+
+}  // namespace linegate::line
