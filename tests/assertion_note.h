@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a test does, to be printed if an assertion is violated meanwhile: a seed, a scenario.
+// Describes what a test does (a seed, a scenario), to be printed if an assertion is violated.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace linegate {
 
-// Printed as long as it exists, for violations on the thread that made it. They nest.
+// Printed for violations on the thread that created it, while it exists. Notes can be nested.
 class AssertionNote {
  public:
   explicit AssertionNote(std::string text)
@@ -16,7 +16,7 @@ class AssertionNote {
   AssertionNote(const AssertionNote&) = delete;
   AssertionNote& operator=(const AssertionNote&) = delete;
 
-  // nullptr if there is none.
+  // The innermost note of this thread; nullptr if there is none.
   static const AssertionNote* newest() { return newest_; }
   const AssertionNote* before() const { return before_; }
   const std::string& text() const { return text_; }

@@ -1,14 +1,15 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Cases of GoogleTest programs that CTest starts once and not once per case, as it does where starting takes longer than
-testing (under sanitizers).
+"""Runs each GoogleTest program once instead of once per case, because starting a program can take longer than its tests
+(under sanitizers), and adds the cases to the results of CTest.
 
-cases.py run RESULTS.xml PATIENCE PREFIX PROGRAM   runs every case of a program, in one process. A case that ends this
-    process, or does not end within PATIENCE seconds, has failed; another process then runs those after it. Writes
-    RESULTS.xml (JUnit) and prints what failing cases printed. Ends with 0 when all passed.
-cases.py merge CTEST.xml RESULTS.xml FIRST FOLDER [verbose]   writes those of CTest's own results whose names begin with
-    FIRST to RESULTS.xml, with what FOLDER/NAME.xml has in the place of the test NAME, and prints how many passed and how
-    many did not. A test that CTest saw failing stays, if each of its cases passed.
+cases.py run RESULTS.xml PATIENCE PREFIX PROGRAM   runs every case of a program in one process. A case that ends this
+    process, or does not end within PATIENCE seconds, has failed; another process then runs the remaining cases. Writes
+    RESULTS.xml (JUnit) and prints the output of failing cases. Exits with 0 if all cases passed.
+cases.py merge CTEST.xml RESULTS.xml FIRST FOLDER [verbose]   writes the results of CTest whose names begin with FIRST to
+    RESULTS.xml, replaces the test NAME by the cases in FOLDER/NAME.xml, and prints the numbers of passed and of other
+    tests. A test that failed in CTest is kept if all its cases passed.
+cases.py attempts CTEST.xml OUTPUT   prints the names of tests that passed after a failed attempt in the OUTPUT of CTest.
 """
 
 import os
@@ -20,22 +21,22 @@ import time
 import xml.etree.ElementTree as ElementTree
 
 END = re.compile(r"\[ +(OK|FAILED|SKIPPED) +\] (.+?)(?:, where .*)? \(\d+ ms\)$")
-PASSED, FAILED, SKIPPED = "run", "fail", "notrun"  # as CTest writes the status of a test
+PASSED, FAILED, SKIPPED = "run", "fail", "notrun"  # the status values of CTest
 STATUS = {"OK": PASSED, "FAILED": FAILED, "SKIPPED": SKIPPED}
-FAILED_ATTEMPT = re.compile(r"Test +#\d+: (\S+) \.+ *\*\*\*")  # as CTest prints it, whatever follows
-MOST_KEPT = 300_000  # characters of what one case prints
+FAILED_ATTEMPT = re.compile(r"Test +#\d+: (\S+) \.+ *\*\*\*")  # a failed attempt in the output of CTest
+MOST_KEPT = 300_000  # characters of the output of one case
 NOT_FOR_XML = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd]")
 
 
 class Case:
-    """How a case ended, what it printed and how long it took."""
+    """The result of a case: its status, its output and its duration in seconds."""
 
     def __init__(self, name, status, output, seconds):
         self.name, self.status, self.output, self.seconds = name, status, output, seconds
 
 
 def listed(program):
-    """Suite.Name of every case of a program."""
+    """Returns Suite.Name of every case of a program."""
     told = subprocess.run([program, "--gtest_list_tests"], capture_output=True, text=True, timeout=120, check=True)
     names, suite = [], ""
     for line in told.stdout.splitlines():
@@ -48,7 +49,7 @@ def listed(program):
 
 
 class Run:
-    """One process with some of the cases of a program, up to its end or that of its patience."""
+    """One process that runs some cases of a program, until it ends or its time limit expires."""
 
     def __init__(self, program, names, patience):
         self.cases, self.patience = [], patience
@@ -66,7 +67,7 @@ class Run:
             self.ends(FAILED, f"{self.current} {why}\n")
 
     def read(self, pipe):
-        """Follows the cases; false when the process has to be ended from outside."""
+        """Reads the output until the process ends; returns False if the time limit expired."""
         rest, got, in_time = b"", b" ", True
         while in_time and got:
             left = self.began + self.patience - time.monotonic()
@@ -95,7 +96,7 @@ class Run:
 
 
 def run_all(program, patience):
-    """Every case of the program, each of them run once."""
+    """Runs every case of the program once."""
     left, cases = listed(program), []
     if not left:
         return [Case("(no case)", FAILED, f"{program} has no test\n", 0)]
@@ -114,7 +115,7 @@ def run_all(program, patience):
 
 
 def written(cases, prefix):
-    """The cases as CTest writes its tests."""
+    """Returns the cases in the format of CTest."""
     suite = ElementTree.Element("testsuite", tests=str(len(cases)))
     for case in cases:
         name = prefix + case.name

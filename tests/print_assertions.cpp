@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Part of each test program: a violated assertion is printed before the program aborts, with the
-// case that runs and what it says of itself.
+// running test case and its notes.
 #include <cstdio>
 
 #include <gtest/gtest.h>

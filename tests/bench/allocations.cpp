@@ -34,8 +34,8 @@ void forget_largest_allocation() {
 }  // namespace linegate::bench
 
 namespace {
-// Not inlined: GCC 12 warns of a pointer from operator new that is freed where it inlines one of
-// the two alone.
+// Not inlined: where GCC 12 inlines only one of operator new and this function, it warns that
+// memory from operator new is freed with free().
 [[gnu::noinline]] void release(void* p) {
   std::free(p);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Counts what operator new gives out, for each thread of a program that links allocations.cpp.
+// Counts the allocations by operator new, for each thread of a program that links allocations.cpp.
 #pragma once
 
 #include <cstddef>
@@ -7,10 +7,10 @@
 
 namespace linegate::bench {
 
-// Allocations of the calling thread since it began.
+// Number of allocations of the calling thread since it started.
 std::uint64_t allocations();
 
-// The largest of them in bytes, since the thread began or forget_largest_allocation().
+// Size in bytes of its largest allocation since it started or called forget_largest_allocation().
 std::size_t largest_allocation();
 void forget_largest_allocation();
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The peer of an executor: epoll, batches of 64 with kernel stamps, and nothing else.
+// The loop that an executor is compared with: epoll, batches of 64 with kernel stamps, nothing
+// else.
 #pragma once
 
 #include <array>
@@ -15,16 +16,16 @@ class BareLoop {
  public:
   static constexpr std::size_t kBatch = 64;
 
-  // Reads from the descriptor, which stays the caller's.
+  // Reads from the descriptor. The caller keeps its ownership.
   explicit BareLoop(int descriptor);
   ~BareLoop();
   BareLoop(const BareLoop&) = delete;
   BareLoop& operator=(const BareLoop&) = delete;
 
-  // Waits until something can be read, at most so many ns; less than 0 is 0.
+  // Waits until the descriptor is readable, at most `at_most` ns; negative values count as 0.
   void wait(std::int64_t at_most = 1'000'000'000);
 
-  // Reads until there is nothing more: take(frame, stamp in ns of the wall clock) for each.
+  // Reads until nothing is left. Calls take(frame, stamp in ns of the wall clock) for each frame.
   template <class Take>
   void drain(Take take) {
     for (;;) {

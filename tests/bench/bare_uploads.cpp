@@ -34,7 +34,8 @@ can_frame BareUploads::initiate(std::uint8_t node) {
 
 bool BareUploads::proceed(const can_frame& frame, can_frame& out) {
   const std::uint32_t node = frame.can_id - can::kSdoResponseBase;
-  require(node >= 1 && node <= kUploadNodes && frame.len == 8, "no answer of a server");
+  require(node >= 1 && node <= kUploadNodes && frame.len == 8,
+          "the frame is not an answer of a server");
   State& state = states_[node];
   const std::uint8_t command = frame.data[0];
   require(command != 0x80, "a server aborts");
@@ -67,7 +68,7 @@ bool BareUploads::proceed(const can_frame& frame, can_frame& out) {
       out = request(node, 0xA1);
       return true;
     default:
-      require(false, "an answer that nobody asked for");
+      require(false, "an answer without a request");
       return false;
   }
 }

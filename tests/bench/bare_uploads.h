@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The client's side of SDO uploads with next to nothing: for every frame of a server the frame that
-// goes on with it, if there is one. No time-outs, no checks, no bytes kept.
+// A minimal client of SDO uploads: answers each frame of a server with the frame that continues the
+// transfer, if there is one. No time-outs, no checks, no storage of data.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@ namespace linegate::bench {
 
 class BareUploads {
  public:
-  // Until stop(), each that ends is begun again.
+  // Starts an upload, which is started again each time it ends, until stop().
   template <class Send>
   void begin(std::uint8_t node, Send send) {
     ++under_way_;
@@ -21,7 +21,7 @@ class BareUploads {
   }
   void stop() { go_on_ = false; }
 
-  // A frame from a server.
+  // Processes a frame from a server.
   template <class Send>
   void answer(const can_frame& frame, Send send) {
     can_frame out{};
@@ -46,7 +46,7 @@ class BareUploads {
   enum class State : std::uint8_t { idle, initiated, segments, block, block_end, over };
 
   static can_frame initiate(std::uint8_t node);
-  // Whether there is an answer, then in out.
+  // Returns whether there is an answer, and stores it in out.
   bool proceed(const can_frame& frame, can_frame& out);
 
   std::array<State, 128> states_{};

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The boot of a whole line in virtual time: 126 devices, 20 objects configured each, at 1 Mbit/s. A
-// device answers each request 0.5 ms after its last bit. Beside it the time that the frames which
-// CiA 302-2 needs for it occupy the wire, plus one response time: what no manager can do without.
+// The boot of a whole line in virtual time: 126 devices, 20 objects configured in each, at 1
+// Mbit/s. A device answers each request 0.5 ms after its last bit. For comparison, the time that
+// the frames required by CiA 302-2 occupy the wire, plus one response time: the minimum for any
+// manager.
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -29,7 +30,7 @@ constexpr std::uint8_t kOwn = 127;
 constexpr Duration kResponse = std::chrono::microseconds(500);
 constexpr Duration kHeartbeat = std::chrono::seconds(1);
 constexpr double kLimit = 1.2;
-// 1000h, 1018h:1 to 4 and the objects: a request and an answer each.
+// 1000h, 1018h:1 to 4 and the objects: one request and one answer each.
 constexpr std::size_t kSdoFrames = 2 * (5 + kObjects);
 
 constexpr std::uint8_t kUploadAnswer = 0x43;  // expedited, 4 bytes
@@ -75,7 +76,7 @@ line::LineConfig config() {
   return out;
 }
 
-// A device as the manager sees it: its boot-up message, its SDO server, its heartbeat.
+// A device as the manager sees it: a boot-up message, an SDO server, a heartbeat.
 class Device {
  public:
   explicit Device(std::uint8_t id) : id_(id) {}
@@ -93,7 +94,7 @@ class Device {
     return earlier(heartbeat_, waiting_.empty() ? kNever : waiting_.front().time);
   }
 
-  // The frame that is due.
+  // Stores the frame that is due in out. Returns false if none is due.
   bool next_frame(can::Frame& out, Instant now) {
     if (!waiting_.empty() && waiting_.front().time <= now) {
       out = waiting_.front();
@@ -130,7 +131,7 @@ class Device {
     store_le(out.data.data() + 4, upload ? value_of(address) : 0U);
     push(out, frame.time);
     if (!upload && address.index == 0x1017) {
-      heartbeat_ = frame.time + kResponse;  // a producer starts at once
+      heartbeat_ = frame.time + kResponse;  // a producer sends its first heartbeat at once
     }
   }
 
@@ -140,7 +141,7 @@ class Device {
   }
 
   std::uint8_t id_;
-  std::deque<can::Frame> waiting_;  // by the time from which they may be sent
+  std::deque<can::Frame> waiting_;  // ordered by the time from which on they may be sent
   Instant heartbeat_ = kNever;
   bool operational_ = false;
 };
@@ -163,7 +164,7 @@ class Network {
     line_->start(now_);
     while (line_->state().nodes_operational < kDevices && !all_started()) {
       step();
-      bench::require(now_ - begin_ < std::chrono::minutes(1), "the boot comes to no end");
+      bench::require(now_ - begin_ < std::chrono::minutes(1), "the boot does not end");
     }
   }
 
@@ -189,7 +190,7 @@ class Network {
     for (const Device& device : devices_) {
       wake = earlier(wake, device.next_wake());
     }
-    bench::require(wake != kNever, "everybody waits for ever");
+    bench::require(wake != kNever, "no frame and no time-out is pending");
     now_ = std::max(now_, wake);
     bus_.advance(now_);
     std::array<can::Frame, 8> frames;
@@ -217,7 +218,7 @@ class Network {
     }
   }
 
-  // What is on the bus besides boot-up messages, SDO, NMT and the first heartbeat is not necessary.
+  // Counts the necessary frames: boot-up messages, SDO, NMT, and the first heartbeat of each node.
   void take_stock() {
     std::array<can::Frame, 8> frames;
     const std::size_t count = bus_.take(watch_, frames, now_);
@@ -254,7 +255,7 @@ double milliseconds(Duration duration) {
 int main() {
   Network network;
   network.run();
-  bench::require(network.all_booted(), "not all nodes are booted");
+  bench::require(network.all_booted(), "not all nodes were booted");
   bench::require(network.sdo_frames() == kSdoFrames * kDevices,
                  "other transfers than those that are needed");
   const Duration floor = network.necessary() + kResponse;

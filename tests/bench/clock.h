@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Clocks of the kernel in ns, and pauses of equal length.
+// Clocks of the kernel in ns, and periodic waiting.
 #pragma once
 
 #include <atomic>
@@ -9,20 +9,20 @@
 
 namespace linegate::bench {
 
-// ns of CLOCK_MONOTONIC, CLOCK_THREAD_CPUTIME_ID, or of a clock that pthread_getcpuclockid() gave.
+// Reads CLOCK_MONOTONIC, CLOCK_THREAD_CPUTIME_ID, or a clock from pthread_getcpuclockid(), in ns.
 std::int64_t read_clock(clockid_t clock);
 
 // Sleeps until that time of CLOCK_MONOTONIC, in ns.
 void sleep_until(std::int64_t time);
 
-// CPU time of one thread, read by others.
+// The CPU time of one thread, for other threads to read.
 class ThreadClock {
  public:
-  // By the thread itself.
+  // Called by the thread itself.
   void begin();
-  // Waits until it has begun.
+  // Waits until the thread has called begin().
   void wait_begun() const;
-  // CPU time of the thread since its start, in ns; waits until it has begun.
+  // CPU time of the thread since its start, in ns. Waits until it has called begin().
   std::int64_t now() const;
 
  private:
@@ -30,7 +30,8 @@ class ThreadClock {
   std::atomic<bool> begun_{false};
 };
 
-// Every `period` ns, counted from when it was made: a late caller does not move the times after.
+// Wakes every `period` ns, counted from its construction: a late call does not delay the later
+// ones.
 class Pacer {
  public:
   explicit Pacer(std::int64_t period) : period_(period), next_(read_clock(CLOCK_MONOTONIC)) {}

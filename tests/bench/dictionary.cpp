@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Look-up in an object dictionary: find() gives the variable, read() its value as over SDO, with
-// the access rights and hooks looked at. Objects of one UNSIGNED32 each, in seeded random order.
+// Look-up in an object dictionary: find() returns the variable; read() returns its value as for
+// SDO, with access rights and hooks checked. Objects of one UNSIGNED32 each, in seeded random
+// order.
 //
-// The floor is a plain array over all indices. The peer is what a table sorted by index and
-// sub-index makes of it: a binary search.
+// The floor is a plain array over all indices. The peer is a binary search in a table that is
+// sorted by index and sub-index.
 #include "stack/od/dictionary.h"
 
 #include <algorithm>
@@ -42,7 +43,7 @@ struct Objects {
     }
   }
 
-  // Gives ns per look-up. look_up(address) gives the value.
+  // Returns ns per look-up. look_up(address) returns the value.
   template <class LookUp>
   double measure(LookUp look_up) {
     std::uint64_t found = 0;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loading an EDS: from the file on disk, which is in the cache of the kernel, to the description of
-// the device. The file is generated: a fifth of its objects are arrays of 8 elements, all others
-// have one value. The peer reads the same file and splits it into lines.
+// Loading an EDS: from the file on disk, which is in the page cache, to the description of the
+// device. The file is generated: a fifth of its objects are arrays of 8 elements, all others have
+// one value. The peer reads the same file and splits it into lines.
 #include <algorithm>
 #include <chrono>
 #include <deque>
@@ -94,13 +94,13 @@ class File {
         lines.emplace_back(text.data() + begin, end - begin);
         begin = end + 1;
       }
-      bench::require(lines.size() == lines_, "another number of lines");
+      bench::require(lines.size() == lines_, "the number of lines differs");
     });
   }
   double load() const {
     return rate([this] {
       const auto loaded = eds::load(contents(), "generated.eds", 1);
-      bench::require(loaded.ok() && loaded.diagnostics.empty(), "the file is not in order");
+      bench::require(loaded.ok() && loaded.diagnostics.empty(), "the file has errors or warnings");
       bench::require(loaded.value->objects.size() == objects_, "objects are missing");
     });
   }
@@ -113,7 +113,7 @@ class File {
     bench::require(file.good(), "the file cannot be read");
     return text;
   }
-  // MB a second.
+  // Returns MB per second.
   template <class Work>
   double rate(Work work) const {
     const auto begin = std::chrono::steady_clock::now();
@@ -132,7 +132,7 @@ class File {
 
 int main() {
   std::deque<File> files;
-  std::vector<Contestant> contestants;  // peer and reader, for each file
+  std::vector<Contestant> contestants;  // peer and reader for each file
   for (const std::size_t objects : {std::size_t{1000}, std::size_t{10'000}}) {
     const File& file = files.emplace_back(objects);
     const std::string of = ", " + std::to_string(objects) + " objects in " +

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an executor spends on a received frame, beside a bare loop with the same epoll, stamps and
-// batch size. Figures are CPU time of the thread that receives, per frame.
+// The cost of a received frame in an executor, compared with a bare loop with the same epoll,
+// stamps and batch size. Figures are CPU time of the receiving thread, per frame.
 //
-// saturated: the receiving thread itself puts 512 frames into its socket whenever it has drained
-// it,
-//   with its clock stopped meanwhile: so every batch is full, whatever else the machine does.
+// saturated: when the receiving thread has drained its socket, it writes 512 frames into it, with
+//   its clock stopped meanwhile. So every batch is full, whatever else runs on the machine.
 // paced: another thread sends a frame every 114.2 us, the load of a full bus at 1 Mbit/s.
 //
-// The executor runs a manager's line with 64 PDOs of 8 booted nodes and hands over what it has to
-// say, 100 images a second, to a thread that stands for the publisher and only takes it.
+// The executor runs a manager's line with 64 PDOs of 8 booted nodes. A thread in the place of the
+// publisher takes its output, 100 images a second, and discards it.
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -45,12 +44,12 @@ constexpr unsigned kRounds = 100;           // fills in one repetition
 constexpr std::size_t kPacedFrames = 1500;  // in one repetition
 constexpr std::int64_t kPeriod = 114'194;   // ns: 8757 frames/s
 
-// What a receiving thread has done so far, for others to read.
+// The totals of a receiving thread, for other threads to read.
 struct Totals {
   std::uint64_t system_calls = 0;
   std::uint64_t waits = 0;
   std::uint64_t allocations = 0;
-  std::int64_t cpu = 0;  // ns, without that of filling the socket
+  std::int64_t cpu = 0;  // ns, without the time for filling the socket
 
   Totals operator-(const Totals& other) const {
     return {system_calls - other.system_calls, waits - other.waits, allocations - other.allocations,
@@ -58,7 +57,7 @@ struct Totals {
   }
 };
 
-// The sending end of a wire, and what the thread at the other end does.
+// The sending end of a wire, and the counts of the receiving thread.
 class Load {
  public:
   Load() : frames_(bench::raw(bench::pdo_frames(bench::pdo_identifiers(kPdos), 4096))) {}
@@ -68,7 +67,7 @@ class Load {
 
   // --- receiving thread -----------------------------------------------------------------------
 
-  // Everything has been read.
+  // Called when every frame has been read.
   void drained() {
     const unsigned rounds = rounds_.load(std::memory_order_acquire);
     if (rounds == 0) {
@@ -83,7 +82,7 @@ class Load {
 
   // --- main thread ----------------------------------------------------------------------------
 
-  // Fills the socket kRounds times; what the thread spent on it.
+  // Fills the socket kRounds times and returns the cost for the receiving thread.
   Totals saturate() {
     rounds_.store(kRounds + 2, std::memory_order_release);
     poke();
@@ -106,7 +105,7 @@ class Load {
     return out;
   }
 
-  // A copy made by the receiving thread itself: ask for it with one more frame.
+  // The receiving thread copies its totals when it has read one more frame.
   Totals counted() {
     rounds_.store(1, std::memory_order_release);
     poke();
@@ -134,7 +133,7 @@ class Load {
     filling_.system_calls += bench::thread_counts().system_calls - calls;
     filling_.cpu += clock.now() - before;
   }
-  // Wakes the receiving thread, which may begin to fill at the same time.
+  // Wakes the receiving thread, which may start to fill the socket at the same time.
   void poke() {
     can_frame frame = frames_[0];
     wire.send(std::span(&frame, 1));
@@ -154,12 +153,11 @@ class Load {
   std::atomic<std::uint64_t> sent_{0};
   std::atomic<unsigned> rounds_{0};
   Totals filling_;
-  Totals first_;  // when the first full round began
+  Totals first_;  // at the start of the first full round
   Totals last_;
 };
 
-// --- the two sides
-// --------------------------------------------------------------------------------
+// --- the two sides ------------------------------------------------------------------------------
 
 class Bare {
  public:
@@ -215,7 +213,7 @@ class Gateway {
     executor_.join();
   }
 
-  // PDOs taken over, as the line's status reports ten times a second.
+  // Number of PDOs received, as reported by the line's status ten times a second.
   std::uint64_t received() const {
     std::this_thread::sleep_for(300ms);
     return rpdos_.load();
@@ -237,8 +235,7 @@ class Gateway {
   gateway::Executor executor_;
 };
 
-// --- figures
-// --------------------------------------------------------------------------------------
+// --- figures ------------------------------------------------------------------------------------
 
 struct Counts {
   double system_calls = 0;

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// A PDO forwarded from one line to another, beside bare loops that move the frame from one socket
-// to the other: with the same epoll, stamps and batch size. Nothing is measured on a wire.
+// A PDO that is forwarded from one line to another, compared with bare loops that copy the frame
+// from one socket to the other, with the same epoll, stamps and batch size. No CAN bus is involved.
 //
-// Within an executor: beside one thread that reads one socket and writes the other. Across
-// executors: beside a thread that reads and one that writes, which hand over the newest frame and
-// wake each other as executors do.
+// Within an executor: compared with one thread that reads one socket and writes the other. Across
+// executors: compared with a thread that reads and one that writes, which hand over the newest
+// frame and wake each other like executors.
 //
-// Latency: from before the frame is sent to when it was read at the far end, by one thread that
-// does both and nothing meanwhile. CPU: time of the forwarding threads a frame, at 2000 frames/s;
-// of the lines it contains the images that they hand over, 100 a second each.
+// Latency: from before the frame is sent until it is read at the far end, by one thread that does
+// both and nothing in between. CPU: time of the forwarding threads per frame, at 2000 frames/s; for
+// the lines it includes the images that they hand over, 100 a second each.
 //
-// Both with all threads on one processor, and with the measuring thread on one of its own.
+// Both with all threads on one processor, and with the measuring thread on a separate processor.
 #include <array>
 #include <atomic>
 #include <string>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Forwards PDOs across executors, one after the other, and takes the data cache from them before
-// each: what a program would do that runs between two frames. Measures nothing by itself: the
-// script cache_lines runs it in valgrind, which counts the cache lines that the lines fetch again.
+// Forwards PDOs across executors, one after the other, and evicts the data cache before each, like
+// a program that runs between two frames. Measures nothing by itself: the script cache_lines runs
+// it in valgrind, which counts the cache lines that the lines fetch again.
 #include <array>
 #include <chrono>
 #include <cstddef>
@@ -18,7 +18,7 @@ namespace {
 using namespace linegate;
 
 constexpr std::size_t kCacheLine = 64;
-std::array<volatile std::byte, std::size_t{512} * 1024> others;  // more than the simulated cache
+std::array<volatile std::byte, std::size_t{512} * 1024> others;  // larger than the simulated cache
 
 class Forwarding final : public bench::WiredCourse {
  public:

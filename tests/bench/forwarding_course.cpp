@@ -28,7 +28,7 @@ can_frame status_frame(unsigned number) {
 }
 
 void send_frame(int descriptor, const can_frame& frame) {
-  require(::send(descriptor, &frame, sizeof frame, 0) == sizeof frame, "nothing sent");
+  require(::send(descriptor, &frame, sizeof frame, 0) == sizeof frame, "a frame was not sent");
 }
 
 }  // namespace
@@ -71,14 +71,14 @@ void Course::start_nodes() const {
     send_frame(in_, status_frame(0));
     can_frame came{};
     while (!forwarded && readable(out_, 50)) {
-      require(recv(out_, &came, sizeof came, 0) > 0, "the line has gone");
+      require(recv(out_, &came, sizeof came, 0) > 0, "the peer closed the socket");
       forwarded = came.can_id == kForwardedOut;
     }
   }
   require(forwarded, "the lines forward nothing");
   can_frame ignored{};
   while (readable(out_, 100)) {
-    require(recv(out_, &ignored, sizeof ignored, 0) > 0, "the line has gone");
+    require(recv(out_, &ignored, sizeof ignored, 0) > 0, "the peer closed the socket");
   }
 }
 

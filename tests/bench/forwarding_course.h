@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What forwarding is measured on: frames go in at one end and come out at another.
+// The courses on which forwarding is measured: frames enter at one end and leave at the other.
 #pragma once
 
 #include <cstddef>
@@ -22,16 +22,17 @@ class Course {
  public:
   virtual ~Course() = default;
 
-  // CPU time of all clocks, ns.
+  // Sum of the CPU times of all clocks, in ns.
   std::int64_t cpu() const;
-  // From before a frame is sent to when it has been read at the far end, in ns.
+  // Sends a frame and returns the time in ns until it has been read at the far end.
   std::int64_t pass(unsigned number) const;
 
  protected:
-  // Sockets on which frames are sent, and read; they stay the caller's.
+  // Sets the sockets on which frames are sent and read. The caller keeps their ownership.
   void between(int in, int out);
   void count(const ThreadClock& clock) { clocks_.push_back(&clock); }
-  // Starts the nodes of forwarding lines: until a frame comes out. What else they say is dropped.
+  // Starts the nodes of forwarding lines and waits until a frame leaves the course. Discards all
+  // other frames.
   void start_nodes() const;
 
  private:
@@ -40,7 +41,7 @@ class Course {
   std::vector<const ThreadClock*> clocks_;
 };
 
-// On socket pairs.
+// A course on socket pairs.
 class WiredCourse : public Course {
  public:
   WiredCourse() { between(in.near(), out.near()); }
@@ -50,19 +51,20 @@ class WiredCourse : public Course {
   Wire out;
 };
 
-// What a loop does with a frame: the same data under the other identifier.
+// Sends a frame like a loop: the same data with the other identifier.
 void send_on(int descriptor, can_frame frame);
 
-// Of one repetition each.
+// One figure for each repetition.
 struct ForwardingFigures {
   std::vector<double> p99;  // ns
-  std::vector<double> cpu;  // ns a frame
+  std::vector<double> cpu;  // ns per frame
 };
 
-// So many frames at 2000 a second. Gives the median latency in ns, and adds to the figures.
+// Sends `frames` frames at 2000 a second. Returns the median latency in ns, and appends to the
+// figures.
 double measure_forwarding(const Course& course, std::size_t frames, ForwardingFigures& figures);
 
-// The figures as those of a contestant; the repetition that does not count is left out.
+// Returns the figures as those of a contestant, without the warm-up repetition.
 Contestant beside(const Contestant& one, std::vector<double> figures);
 
 }  // namespace linegate::bench

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// A PDO forwarded from one SocketCAN interface to another, beside the kernel's own gateway (can-gw)
-// and a loop that reads one socket and writes the other. Runs in the guest, see
+// A PDO that is forwarded from one SocketCAN interface to another, compared with the kernel's own
+// gateway (can-gw) and a loop that reads one socket and writes the other. Runs in the guest, see
 // forwarding_in_guest.sh:
 //
 //   measure_forwarding_guest [--short] KERNEL_IN KERNEL_OUT LOOP_IN LOOP_OUT LINES_IN LINES_OUT
 //
-// A rule of can-gw joins the first pair of interfaces, and makes 205h of 185h as the others do.
-// --short: two repetitions, which say that it works, and no more.
+// A rule of can-gw connects the first pair of interfaces, and changes 185h to 205h like the others.
+// --short: two repetitions, which only show that it works.
 #include <array>
 #include <atomic>
 #include <cstdio>
@@ -38,9 +38,9 @@ using namespace linegate;
 using bench::Contestant;
 using bench::require;
 
-constexpr std::size_t kFrames = 100;  // of one repetition
+constexpr std::size_t kFrames = 100;  // in one repetition
 
-// Hears that identifier only; none: nothing.
+// Receives only that identifier; absent: receives nothing.
 int open_raw(const std::string& interface, std::optional<std::uint32_t> identifier) {
   const int descriptor = ::socket(AF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW);
   require(descriptor >= 0, "the kernel has no CAN");
@@ -56,7 +56,7 @@ int open_raw(const std::string& interface, std::optional<std::uint32_t> identifi
   return descriptor;
 }
 
-// Its own ends on two interfaces; can-gw needs no more.
+// The ends of a course on two interfaces, which is all that can-gw needs.
 class OnInterfaces : public bench::Course {
  public:
   OnInterfaces(const std::string& in, const std::string& out)

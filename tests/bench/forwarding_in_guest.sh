@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # forwarding_in_guest.sh PROGRAM [--short]
 #
-# Runs in the guest: makes three pairs of vcan interfaces, joins the first by a rule of can-gw, and runs
+# Runs in the guest: creates three pairs of vcan interfaces, connects the first pair by a rule of can-gw, and runs
 # measure_forwarding_guest on them. From outside:
 #   tests/guest/boot tests/bench/forwarding_in_guest.sh build/release/tests/bench/measure_forwarding_guest
 set -eu
@@ -13,6 +13,6 @@ for name in "${pairs[@]}"; do
   ip link add "$name" type vcan
   ip link set "$name" up
 done
-# -e: frames that this machine sent itself, too. SET:I: identifier; length and data as they are.
+# -e: includes frames that this machine sent itself. SET:I: sets the identifier, keeps length and data.
 cangw -A -s gw0 -d gw1 -e -m SET:I:205.0.0000000000000000
 "$program" "$@" "${pairs[@]}"

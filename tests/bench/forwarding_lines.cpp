@@ -6,7 +6,7 @@
 namespace linegate::bench {
 namespace {
 
-// Lines that obey another master, so that they need no boot.
+// The lines are slaves of another master, so that they need no boot.
 constexpr const char* kPlant = R"(schema: 1
 lines:
   - name: press

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Two lines that forward a PDO of one to the other, as the gateway runs them.
+// Two lines, run like in the gateway, that forward a PDO from one to the other.
 #pragma once
 
 #include <algorithm>
@@ -21,8 +21,8 @@ namespace linegate::bench {
 
 class ForwardingLines {
  public:
-  // Frames come in on the first channel. together: on one executor, else on one each. processors:
-  // of the executors; without one the scheduler chooses.
+  // Frames enter on the first channel. together: both lines on one executor, else on one each.
+  // processors: those of the executors; if empty, the scheduler chooses.
   ForwardingLines(std::array<std::unique_ptr<can_bridge::Channel>, 2> channels, bool together,
                   std::array<std::optional<unsigned>, 2> processors = {});
   ~ForwardingLines();

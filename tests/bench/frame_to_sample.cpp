@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// From a frame on the wire to the sample in another process: the gateway's own threads (executor,
-// publisher) and bridge, beside a loop that receives a frame, hands it to a thread and writes it as
-// a sample of the same topic, size and QoS; and the same loop without that thread.
+// From a frame on the wire to the sample in another process: the gateway's threads (executor,
+// publisher) and bridge, compared with a loop that receives a frame, hands it to a thread and
+// writes it as a sample of the same topic, size and QoS; and the same loop without that thread.
 //
 // The value in the frame is the time at which it was sent (CLOCK_MONOTONIC, which both processes
-// share), so the sample tells its own age to the subscriber. One frame is under way at a time, with
-// a pause before it: everybody sleeps when it comes.
+// share), so the subscriber can compute the age of the sample. Only one frame is in transit at a
+// time, after a pause: all threads sleep when it arrives.
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -49,19 +49,18 @@ using namespace std::chrono_literals;
 constexpr int kExchanges = 15;  // in one repetition
 constexpr int kMatchAttempts = 200;
 
-// What the subscriber tells of one sample.
+// The subscriber's report on one sample.
 struct Arrival {
   char path = 0;              // first letter of the gateway's name
   std::int64_t sent = 0;      // ns, CLOCK_MONOTONIC
-  std::int64_t received = 0;  // likewise
+  std::int64_t received = 0;  // ns, CLOCK_MONOTONIC
 };
 
 std::int64_t now_ns() {
   return gateway::monotonic_now().time_since_epoch().count();
 }
 
-// --- the other process
-// ----------------------------------------------------------------------------
+// --- the other process --------------------------------------------------------------------------
 
 class Reader final : public dds::ClientListener {
  public:
@@ -96,10 +95,9 @@ int subscribe(std::uint32_t domain, int pipe) {
   }
 }
 
-// --- three ways
-// -----------------------------------------------------------------------------------
+// --- three ways ---------------------------------------------------------------------------------
 
-// One PDO of 8 bytes; the line publishes every change at once.
+// One PDO of 8 bytes. The line publishes every change at once.
 config::LinePlan line_plan() {
   config::LinePlan plan;
   plan.config = pdo_line(Mapping::event_driven, pdo_identifiers(1));
@@ -145,7 +143,7 @@ class Gateway {
   std::unique_ptr<gateway::Executor> executor_;
 };
 
-// A writer of samples of the size the gateway's have, with its QoS.
+// Writes samples of the same size and QoS as the gateway.
 class Writer {
  public:
   Writer(const std::string& name, std::uint32_t domain)
@@ -166,7 +164,7 @@ class Writer {
   void write(const can_frame& frame) {
     sample_.sequence_number(sample_.sequence_number() + 1);
     std::memcpy(sample_.bytes().data(), frame.data, 8);
-    require(writer_->write(&sample_), "DDS does not take a sample");
+    require(writer_->write(&sample_), "DDS does not accept a sample");
   }
 
  private:
@@ -248,15 +246,14 @@ class Hop {
   std::thread publisher_;
 };
 
-// --- measuring
-// ------------------------------------------------------------------------------------
+// --- measuring ----------------------------------------------------------------------------------
 
 class Course {
  public:
   Course(char path, Wire& wire, int pipe) : path_(path), wire_(wire), pipe_(pipe) {}
 
-  // Microseconds from the sending of one frame to the subscriber's having its sample; nothing if it
-  // does not come within 100 ms.
+  // Returns the time in us from sending one frame until the subscriber has its sample; nothing if
+  // the sample does not arrive within 100 ms.
   std::optional<double> exchange() {
     std::this_thread::sleep_for(1ms);
     can_frame frame{};
@@ -281,7 +278,7 @@ class Course {
         return;
       }
     }
-    require(false, "the subscriber hears nothing");
+    require(false, "the subscriber receives nothing");
   }
 
   double repetition() {

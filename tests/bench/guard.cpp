@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the guard of bridges/dds costs: a datagram judged, and the CPU time of a process that reads
-// 10,000 samples a second, beside one without a guard that reads the same samples.
+// The cost of the guard of bridges/dds: the time to judge a datagram, and the CPU time of a process
+// that reads 10,000 samples a second, compared with one without a guard that reads the same
+// samples.
 //
-//   measure_guard                      runs it all
-//   measure_guard reader on|off DOMAIN the other processes: a figure a second
+//   measure_guard                      runs all measurements
+//   measure_guard reader on|off DOMAIN the reading processes: print one figure a second
 #include "bridges/dds/guard/guard.h"
 
 #include <array>
@@ -36,7 +37,7 @@ using Clock = std::chrono::steady_clock;
 constexpr int kRate = 10'000;  // samples a second
 constexpr int kSeconds = 8;
 constexpr int kPatience = 40;    // seconds that a reader waits for the first sample
-constexpr int kPause = 3;        // and for the next one, before it ends
+constexpr int kPause = 3;        // seconds without a sample after which a reader ends
 constexpr double kBudget = 3.0;  // percent of a core
 
 double cpu_seconds() {
@@ -68,7 +69,8 @@ int read(bool guarded, std::uint32_t domain) {
   std::setvbuf(stdout, nullptr, _IOLBF, 0);
   v1::ProcessImage sample;
   eprosima::fastdds::dds::SampleInfo info;
-  std::uint64_t samples = 0;  // also those that were replaced before they were taken (last 1)
+  // Includes samples that were replaced before they were taken (KEEP_LAST 1).
+  std::uint64_t samples = 0;
   std::uint64_t newest = 0;
   double cpu = 0;
   auto begin = Clock::now();
@@ -94,7 +96,7 @@ int read(bool guarded, std::uint32_t domain) {
   return 0;
 }
 
-// The figures of a reader, for seconds in which it received about all samples.
+// The figures of a reader, for those seconds in which it received about all samples.
 std::vector<double> figures(std::FILE* reader) {
   std::vector<double> out;
   double cpu = 0;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Received PDO -> image, through the whole of Line::receive(): 8 bytes, batches of 64, 4096 frames
-// in seeded random order, half of their bytes changing, deadlines on. Beside the floor
+// in seeded random order, half of their bytes changing, with deadlines. Compared with the floor
 // (pdo_to_image_floor.h). Figures are nanoseconds per PDO frame.
 //
-// Synchronous PDOs are sent as CiA 301 has it: each once a cycle, and SYNC ends the cycle. What
-// SYNC itself costs is measured on the same line, in a pass of SYNC alone after each pass of PDOs,
-// and the difference of the two passes is the figure: with one PDO, every second frame is SYNC.
-// Printed too, without a budget: 64 frames a SYNC in any order, most of which SYNC does not find
-// any more when they are all of one PDO.
+// Synchronous PDOs are sent as in CiA 301: each once a cycle, and SYNC ends the cycle. The cost of
+// SYNC itself is measured on the same line, in a pass of SYNC alone after each pass of PDOs, and
+// the figure is the difference of the two passes: with one PDO, every second frame is SYNC. Also
+// printed, without a budget: 64 frames per SYNC in any order. If they are all of one PDO, most of
+// them are replaced before SYNC.
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -34,9 +34,9 @@ using bench::Order;
 
 constexpr std::size_t kFrames = 4096;
 constexpr std::size_t kBatch = 64;
-constexpr std::size_t kPasses = 32;                              // over all frames, per repetition
-constexpr Duration kFrameTime = std::chrono::microseconds(114);  // of a full bus at 1 Mbit/s
-constexpr int kRepetitions = 3 * bench::kRepetitions;            // differences need more
+constexpr std::size_t kPasses = 32;  // over all frames, in each repetition
+constexpr Duration kFrameTime = std::chrono::microseconds(114);  // on a full bus at 1 Mbit/s
+constexpr int kRepetitions = 3 * bench::kRepetitions;  // differences of two figures vary more
 constexpr double kMaxNanoseconds = 15;
 
 double nanoseconds(std::chrono::steady_clock::duration time) {
@@ -46,7 +46,7 @@ double nanoseconds(std::chrono::steady_clock::duration time) {
 // Batches of PDOs, and of the SYNCs between them.
 class Input {
  public:
-  // sync_every: after so many PDOs; 0 = none. batch: PDOs in each.
+  // sync_every: number of PDOs between two SYNCs; 0: no SYNC. batch: number of PDOs in each batch.
   Input(const std::vector<can::Frame>& pdos, std::size_t sync_every, std::size_t batch = kBatch) {
     std::size_t begin = 0;
     for (std::size_t i = 0; i < pdos.size(); ++i) {
@@ -60,7 +60,7 @@ class Input {
     }
   }
 
-  // now: of the last frame before, and after that of the last frame of this pass.
+  // now: time of the previous frame; on return, time of the last frame of this pass.
   template <class Receive>
   double pass(Instant& now, Receive receive) {
     for (can::Frame& frame : frames_)
@@ -103,16 +103,16 @@ constexpr Case kCases[] = {
 constexpr std::size_t kPdos[] = {1, 64, 512};
 constexpr std::size_t kSizes = std::size(kPdos);
 
-// What one repetition found, ns a PDO frame; sync: ns a SYNC alone.
+// The result of one repetition, in ns per PDO frame; sync: ns per SYNC alone.
 struct Times {
-  double with_sync = 0;  // as received: with the SYNCs between the PDOs, if there are any
+  double with_sync = 0;  // as received, with the SYNCs between the PDOs, if any
   double sync = 0;
-  double without_sync = 0;  // the median of the differences of two passes, one after the other
+  double without_sync = 0;  // the median of the differences of two consecutive passes
   std::uint64_t allocations = 0;
 };
 
-// Passes over the PDOs and, if those are synchronous, over as many SYNCs alone, in turn: both find
-// the same memory and the same machine.
+// Alternates passes over the PDOs and, if those are synchronous, over as many SYNCs alone, so that
+// both run with the same memory layout and machine load.
 template <class Receive>
 Times measure(Input& pdos, Input* syncs, Instant& now, Receive receive) {
   std::vector<double> with_sync(kPasses);
@@ -148,8 +148,8 @@ class Subject {
         pdos_, in_cycles_ ? &syncs_ : nullptr, now_,
         [this](std::span<const can::Frame> batch) { line_->receive(batch, batch.back().time); });
     const std::size_t syncs = pdos_.frames() - kFrames + (in_cycles_ ? kFrames : 0);
-    bench::require(counters().rpdos - taken == kFrames * kPasses, "PDOs were not taken");
-    bench::require(counters().syncs - synced == syncs * kPasses, "SYNC was not taken");
+    bench::require(counters().rpdos - taken == kFrames * kPasses, "PDOs were not received");
+    bench::require(counters().syncs - synced == syncs * kPasses, "SYNC was not received");
     return out;
   }
 
@@ -188,7 +188,7 @@ class FloorSubject {
         pdos_, synchronous_ ? &syncs_ : nullptr, now_, [&](std::span<const can::Frame> batch) {
           taken += synchronous_ ? floor_.receive_synchronous(batch) : floor_.receive(batch);
         });
-    bench::require(taken == kFrames * kPasses && floor_.checksum() != 0, "the floor is broken");
+    bench::require(taken == kFrames * kPasses && floor_.checksum() != 0, "the floor is invalid");
     return out;
   }
 
@@ -201,7 +201,7 @@ class FloorSubject {
   Instant now_{std::chrono::seconds(1)};
 };
 
-// One contestant for each of kPdos, and what their repetitions found.
+// One contestant for each of kPdos, with the results of its repetitions.
 struct Group {
   std::array<std::vector<Times>, kSizes> times;
 
@@ -209,7 +209,7 @@ struct Group {
     std::vector<Contestant> out;
     for (std::size_t i = 0; i < kSizes; ++i) {
       out.push_back({name + ", " + std::to_string(kPdos[i]) + " PDOs", {}, {}});
-      for (std::size_t k = 1; k < times[i].size(); ++k) {  // the first does not count
+      for (std::size_t k = 1; k < times[i].size(); ++k) {  // the first is a warm-up
         out.back().figures.push_back(times[i][k].*what);
       }
     }
@@ -217,8 +217,8 @@ struct Group {
   }
 };
 
-// Makes the subject anew for each repetition, with its memory at another place: where that lies
-// makes a difference of up to a nanosecond, which would last for a whole run.
+// Creates the subject anew for each repetition, with its memory at another address: the address
+// makes a difference of up to a nanosecond, which would otherwise affect a whole run.
 template <class Make>
 void enter(std::vector<Contestant>& contestants, Group& group, Make make) {
   for (std::size_t i = 0; i < kSizes; ++i) {
@@ -273,7 +273,7 @@ void print_targets(const std::string& name, std::span<const Contestant> figures,
 }  // namespace
 
 int main() {
-  std::array<Group, 3> floor_groups;  // at once, held until SYNC, one frame per call
+  std::array<Group, 3> floor_groups;  // applied at once, held until SYNC, one frame per call
   std::array<Group, std::size(kCases)> groups;
   std::vector<Contestant> contestants;
   for (const bool synchronous : {false, true}) {

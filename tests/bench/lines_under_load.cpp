@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lines at the load of a full bus at 1 Mbit/s, all at the same time and in real time, driven by
-// another process that does not wait for anybody:
+// Lines at the load of a full bus at 1 Mbit/s, all at the same time and in real time. Another
+// process sends the frames and never waits for a receiver:
 //
 //   measure_lines [--seconds 600] [--lines 8] [--executors N] [--leave-out N]
 //
-// Each line is a manager with 64 PDOs of 8 booted nodes on a socket pair, run by an executor of its
-// own unless --executors says with how many. Every PDO carries numbers. A thread that stands for
-// the publisher takes 100 images a second of each line and looks whether each number is in them:
-// the image holds the last one, and its mark says of how many frames.
+// Each line is a manager with 64 PDOs of 8 booted nodes on a socket pair, run by its own executor
+// unless --executors specifies their number. Every PDO carries numbers. A thread in the place of
+// the publisher takes 100 images a second of each line and checks that no number is missing: the
+// image has the last number, and its mark the number of frames.
 //
-// Ends with 1 when a frame was lost between the sender and the image. --leave-out: the sender skips
+// Exits with 1 if a frame was lost between the sender and the image. --leave-out: the sender skips
 // a number before every Nth frame, which must be noticed.
 #include <algorithm>
 #include <atomic>
@@ -46,7 +46,7 @@ constexpr std::size_t kPdos = 64;
 struct Options {
   std::uint32_t seconds = 600;
   std::uint32_t lines = 8;
-  std::uint32_t executors = 0;  // 0: one a line
+  std::uint32_t executors = 0;  // 0: one per line
   std::uint32_t leave_out = 0;
 };
 
@@ -58,7 +58,7 @@ double resident_mib() {
   return static_cast<double>(resident) * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1048576.0;
 }
 
-// What is known of a line while it runs, from its status.
+// Values of a running line, from its status.
 struct Seen {
   std::atomic<bool> running{false};
   std::atomic<std::uint32_t> load_permille{0};
@@ -185,7 +185,8 @@ void run_for(const Lines& lines, std::uint32_t seconds) {
   }
 }
 
-// Until each has what was sent on it; a frame may be in an image that is not due yet.
+// Waits until each line has received all frames that were sent on it. A frame may be in an image
+// that is not due yet.
 void wait_received(const Lines& lines, const std::vector<bench::SenderReport>& sent) {
   for (int tries = 0; tries < 500; ++tries) {
     bool all = true;
@@ -199,7 +200,7 @@ void wait_received(const Lines& lines, const std::vector<bench::SenderReport>& s
   }
 }
 
-// Frames of all lines that were lost or came to the image otherwise than they were sent.
+// Returns the number of frames of all lines that were lost or differ in the image.
 std::uint64_t print_frames(const Lines& lines, const std::vector<bench::SenderReport>& sent) {
   std::uint64_t bad = 0;
   bench::print_heading("Frames: sent, not taken by the socket, in the image, missing, torn apart");
@@ -235,7 +236,7 @@ int measure(const Options& options) {
   for (std::uint32_t i = 0; i < options.lines; ++i) {
     wires.push_back(std::make_unique<bench::Wire>());
   }
-  bench::LoadSender sender(wires, kPdos);  // before any thread
+  bench::LoadSender sender(wires, kPdos);  // forks, so it must precede any thread
   Lines lines(options, wires);
   lines.wait_running();
   sender.wait_ready();

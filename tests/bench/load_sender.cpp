@@ -23,12 +23,13 @@ namespace {
 constexpr std::size_t kPdosOfDevice = 8;
 constexpr int kBootTime = 1500;  // ms
 constexpr char kReady = 'r';
-// What the system made it late by, up to 15 ms, it sends at once: a burst that no bus makes, but
-// the rate is held. Further behind than that, the schedule is moved: those frames are never sent.
-constexpr std::int64_t kMostBehind = 128;  // frames of each wire, less than half a socket holds
+// If the system delays it by up to 15 ms, it sends the delayed frames at once: a burst that no bus
+// produces, but the average rate is kept. After a longer delay the schedule is shifted: the delayed
+// frames are never sent. Frames of each wire, less than half of a socket's queue
+constexpr std::int64_t kMostBehind = 128;
 
-// A bus waits for no processor: what stands for it goes before everything else, where the system
-// permits that. Where it does not, the time it came too late is told.
+// A bus does not wait for a processor, so its substitute runs before everything else, if the system
+// permits a real-time priority. If not, the delay is reported.
 void go_before_others() {
   const sched_param lowest{sched_get_priority_min(SCHED_FIFO)};
   (void)sched_setscheduler(0, SCHED_FIFO, &lowest);
@@ -48,7 +49,7 @@ struct Job {
   std::uint32_t leave_out = 0;
 };
 
-// One bus.
+// Sends the frames of one bus.
 class Source {
  public:
   Source(int descriptor, std::size_t pdos, std::uint32_t leave_out)
@@ -95,7 +96,7 @@ class Source {
   std::array<mmsghdr, kMostBehind> headers_{};
 };
 
-// Gives for how long the schedule had to be moved.
+// Returns for how long, in ns, the schedule had to be shifted.
 std::uint64_t send_all(std::vector<Source>& sources, std::uint32_t seconds) {
   const auto frames = std::int64_t{seconds} * kFramesPerSecond;
   std::int64_t start = read_clock(CLOCK_MONOTONIC);
@@ -141,7 +142,7 @@ void play_devices(const std::vector<std::unique_ptr<Wire>>& wires, std::size_t p
     ::_exit(1);
   }
   std::vector<Source> sources;
-  sources.reserve(wires.size());  // they point into themselves
+  sources.reserve(wires.size());  // no reallocation: the objects contain pointers to themselves
   for (const auto& wire : wires) {
     sources.emplace_back(wire->near(), pdos, job.leave_out);
   }
@@ -152,7 +153,7 @@ void play_devices(const std::vector<std::unique_ptr<Wire>>& wires, std::size_t p
     good = good && put(to, source.report);
   }
   good = good && put(to, late);
-  // The ends of the wires stay open until the other side has read all.
+  // The ends of the wires stay open until the other process has read everything.
   char last = 0;
   (void)!::read(from, &last, 1);
   ::_exit(good ? 0 : 1);
@@ -175,7 +176,7 @@ LoadSender::LoadSender(const std::vector<std::unique_ptr<Wire>>& wires, std::siz
   int up[2] = {-1, -1};
   require(::pipe(down) == 0 && ::pipe(up) == 0, "no pipe");
   process_ = ::fork();
-  require(process_ >= 0, "no second process");
+  require(process_ >= 0, "the second process cannot be started");
   if (process_ == 0) {
     ::close(down[1]);
     ::close(up[0]);
@@ -195,11 +196,11 @@ LoadSender::~LoadSender() {
 
 void LoadSender::wait_ready() const {
   char ready = 0;
-  require(get(from_, ready) && ready == kReady, "the sender has gone");
+  require(get(from_, ready) && ready == kReady, "the sender has ended");
 }
 
 void LoadSender::go(std::uint32_t seconds, std::uint32_t leave_out) const {
-  require(put(to_, Job{seconds, leave_out}), "the sender has gone");
+  require(put(to_, Job{seconds, leave_out}), "the sender has ended");
 }
 
 std::vector<SenderReport> LoadSender::wait(std::uint64_t& late_ns) {
@@ -208,7 +209,7 @@ std::vector<SenderReport> LoadSender::wait(std::uint64_t& late_ns) {
   for (SenderReport& report : reports) {
     good = good && get(from_, report);
   }
-  require(good && get(from_, late_ns), "the sender has gone");
+  require(good && get(from_, late_ns), "the sender has ended");
   return reports;
 }
 

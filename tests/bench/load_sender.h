@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A process of its own that sends on several wires at once like so many full buses: open-loop, at a
-// fixed rate, whether anybody reads or not.
+// A process that sends on several wires at once, like as many full buses: open-loop, at a fixed
+// rate, whether or not the frames are read.
 #pragma once
 
 #include <cstdint>
@@ -13,36 +13,38 @@
 
 namespace linegate::bench {
 
-// 8-byte frames with random data on a bus at 1 Mbit/s.
+// The rate of 8-byte frames with random data on a full bus at 1 Mbit/s.
 inline constexpr std::int64_t kFramesPerSecond = 8757;
 
-// What stands in the 8 bytes of a PDO: the number of the frame among those of the same PDO, from 1,
-// and its complement, so that a frame put together from two is found out.
+// The 8 bytes of a PDO: the number of the frame among those of the same PDO, from 1, and its
+// complement, so that a value composed of two frames is detected.
 std::uint64_t numbered(std::uint32_t number);
-// Nothing if the bytes are of two frames; 0 is what an image has before the first.
+// Returns false if the bytes are from two frames. number 0: the image before the first frame.
 bool number_of(std::uint64_t value, std::uint32_t& number);
 
 struct SenderReport {
-  std::uint64_t sent = 0;     // frames taken by the socket
-  std::uint64_t refused = 0;  // the socket was full: lost, as on a real bus
+  std::uint64_t sent = 0;     // frames that the socket accepted
+  std::uint64_t refused = 0;  // frames lost because the socket was full, as on a real bus
 };
 
 class LoadSender {
  public:
-  // Forks: to be called before the program has a second thread. pdos: as in pdo_identifiers(). The
-  // devices that the PDOs belong to (8 PDOs each) answer on every wire from now on, until go().
+  // Forks, so it must be called before the program has a second thread. pdos: as for
+  // pdo_identifiers(). The devices of the PDOs (8 PDOs each) answer on every wire from now on,
+  // until go().
   LoadSender(const std::vector<std::unique_ptr<Wire>>& wires, std::size_t pdos);
   ~LoadSender();
   LoadSender(const LoadSender&) = delete;
   LoadSender& operator=(const LoadSender&) = delete;
 
-  // Until the devices have answered all that was asked; once, before go().
+  // Waits until the devices have answered all requests. Call it once, before go().
   void wait_ready() const;
-  // Sends for that long, every PDO of a wire in turn. leave_out: of so many frames of a wire one is
-  // numbered as if there had been another before it; 0 = none. To show that it would be noticed.
+  // Sends for `seconds`, the PDOs of a wire in turn. leave_out: one in this many frames of a wire
+  // gets a number as if a frame had preceded it, to show that a loss is noticed; 0: none.
   void go(std::uint32_t seconds, std::uint32_t leave_out) const;
-  // One of each wire, when all was sent. late_ns: for so long altogether the sender itself was not
-  // run by the kernel: a bus cannot catch up, so those frames were never sent.
+  // Waits until all frames are sent. Returns one report for each wire. late_ns: total time for
+  // which the kernel did not run the sender. A bus cannot catch up, so the frames of that time were
+  // never sent.
   std::vector<SenderReport> wait(std::uint64_t& late_ns);
 
   pid_t process() const { return process_; }

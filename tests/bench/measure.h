@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Measuring things against each other: one repetition of each in turn, in a seeded random order,
-// medians over all. A disturbance of the machine then hits both sides of a ratio alike.
+// Compares measurements: one repetition of each in turn, in a seeded random order, with medians
+// over all. A disturbance of the machine then affects both sides of a ratio alike.
 #pragma once
 
 #include <chrono>
@@ -17,15 +17,16 @@ inline constexpr int kRepetitions = 31;
 
 struct Contestant {
   std::string name;
-  std::function<double()> once;  // one repetition; gives its figure, for example ns per frame
-  std::vector<double> figures;   // one per repetition
+  // Runs one repetition and returns its figure, for example ns per frame.
+  std::function<double()> once;
+  std::vector<double> figures;  // one per repetition
 };
 
-// One repetition of each that does not count, then `repetitions` that do.
+// Runs one warm-up repetition of each, then `repetitions` that count.
 void interleave(std::vector<Contestant>& contestants, int repetitions = kRepetitions);
 
 double median(std::vector<double> values);
-// The time that `pass` takes, ns: the median of kPasses.
+// The time that `pass` takes, in ns: the median of kPasses runs.
 inline constexpr std::size_t kPasses = 16;
 template <class Pass>
 double median_time(Pass pass) {
@@ -38,21 +39,21 @@ double median_time(Pass pass) {
   }
   return median(std::move(times));
 }
-// Median of the ratios within one repetition each.
+// The median of the ratios within each repetition.
 double median_ratio(const Contestant& of, const Contestant& to);
 
-// --- printing
-// -------------------------------------------------------------------------------------
+// --- printing -----------------------------------------------------------------------------------
 
 void print_heading(std::string_view text);
-// "name   12.3 ns" and what may follow it.
+// Prints "name   12.3 ns" and a note.
 void print_figure(const Contestant& contestant, std::string_view unit, std::string_view note = {});
-// Figures of contestants in groups of `size`, each beside the first of its group, which is a floor.
+// Prints the figures of contestants in groups of `size`. The first of each group is the floor of
+// the others.
 void print_beside_floors(const std::vector<Contestant>& contestants, std::size_t size,
                          std::string_view unit);
-// A figure of the budget with its limit, and whether it is met.
+// Prints a figure of the budget with its limit, and whether it is met.
 void print_target(std::string_view what, double figure, double limit, std::string_view unit);
-// Ends the program with that sentence if a measurement would not mean what it says.
+// Ends the program with the sentence `otherwise` if a measurement would not be valid.
 void require(bool condition, std::string_view otherwise);
 
 }  // namespace linegate::bench

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lines as the gateway runs them, with the thread's CPU clock and a thread in the publisher's
+// Lines, run like in the gateway, with the thread's CPU clock and a thread in the publisher's
 // place.
 #pragma once
 
@@ -20,7 +20,7 @@
 
 namespace linegate::bench {
 
-// The line of a configuration that has to be valid.
+// Creates the line of a configuration, which must be valid.
 std::unique_ptr<line::Line> make_line(const line::LineConfig& config);
 
 // Runs that line on the far end of the wire.
@@ -28,10 +28,10 @@ std::unique_ptr<gateway::LineRunner> make_runner(std::unique_ptr<line::Line> lin
                                                  const config::LinePlan& plan,
                                                  gateway::LinePort& port, exchange::Wakeup& wakeup);
 
-// Begins the clock of the executor's thread with the first service of the line.
+// Starts the clock of the executor's thread with the first service of the line.
 class ClockedRunner final : public gateway::Runner {
  public:
-  // serviced: after each service, if there is one.
+  // serviced: called after each service; may be empty.
   ClockedRunner(std::unique_ptr<gateway::LineRunner> runner, ThreadClock& clock,
                 std::function<void()> serviced = {});
 
@@ -51,8 +51,8 @@ class ClockedRunner final : public gateway::Runner {
   bool begun_ = false;
 };
 
-// Takes the events and the states of the nodes; the newest status, if there is one. It is valid
-// until the next call.
+// Discards the events and the states of the nodes. Returns the newest status or nullptr; it is
+// valid until the next call.
 const gateway::LineStatus* take_reports(gateway::LinePort& port);
 void take_images(gateway::LinePort& port);
 bool manager_runs(const gateway::LineStatus& status);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Objects of one UNSIGNED32 each, whose value follows from the index.
+// Objects of one UNSIGNED32 each, whose values follow from their indices.
 #pragma once
 
 #include <cstddef>
@@ -19,7 +19,7 @@ inline std::uint32_t value_of(std::uint16_t index) {
   return 0x12340000U + index;
 }
 
-// The object `number`, of 0..; its index is kFirstObject and that.
+// The object with that number, from 0. Its index is kFirstObject + number.
 inline od::ObjectDescription numbered_object(std::size_t number, od::Access access) {
   const auto index = static_cast<std::uint16_t>(kFirstObject + number);
   od::ObjectDescription object{.index = index, .name = "Value"};
@@ -32,7 +32,7 @@ inline od::ObjectDescription numbered_object(std::size_t number, od::Access acce
   return object;
 }
 
-// Indices of these objects in seeded random order, `count` of them.
+// `count` indices of these objects in seeded random order.
 inline std::vector<std::uint16_t> random_indices(std::size_t objects, std::size_t count) {
   std::mt19937 random(7);
   std::vector<std::uint16_t> out;

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::uint16_t kSource = 0x6000;
 constexpr std::size_t kPdosPerNode = 8;
-// Longer than the longest pause between two frames of one PDO when 512 share a full bus.
+// Longer than the longest interval between two frames of one PDO when 512 PDOs share a full bus.
 constexpr Duration kDeadline = std::chrono::seconds(5);
 
 od::VariableDescription variable(std::size_t sub, od::DataType type, std::uint32_t value) {

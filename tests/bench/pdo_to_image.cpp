@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Received PDO -> image: change found, valid, dirty and time marks. 8 bytes to 4 entries, frames in
-// batches of 64, 4096 frames in seeded random order, half the bytes changing, deadlines on. The
-// floor (pdo_to_image_floor.h) runs in the same program. Figures are per frame.
+// Received PDO -> image: detection of changes; valid, dirty and time marks. 8 bytes to 4 entries,
+// frames in batches of 64, 4096 frames in seeded random order, half of the bytes changing, with
+// deadlines. The floor (pdo_to_image_floor.h) runs in the same program. Figures are per frame.
 //
 //   bench_pdo_to_image --benchmark_repetitions=30 --benchmark_enable_random_interleaving=true
 //     --benchmark_report_aggregates_only=true
@@ -48,7 +48,7 @@ od::DeviceDescription device(Variant variant) {
   return description;
 }
 
-// Nodes of 8 PDOs each.
+// Nodes with 8 PDOs each.
 std::vector<pdo::RemoteNode> nodes(Variant variant, const od::DeviceDescription& device,
                                    const std::vector<std::uint32_t>& ids) {
   std::vector<pdo::RemoteNode> nodes;

@@ -12,7 +12,7 @@ namespace {
 
 std::vector<unsigned> permitted_processors() {
   cpu_set_t set;
-  require(sched_getaffinity(0, sizeof set, &set) == 0, "the processors cannot be found");
+  require(sched_getaffinity(0, sizeof set, &set) == 0, "the permitted processors cannot be read");
   std::vector<unsigned> out;
   for (unsigned processor = 0; processor < CPU_SETSIZE; ++processor) {
     if (CPU_ISSET(processor, &set)) {
@@ -44,7 +44,8 @@ void run_on(const std::vector<unsigned>& processors) {
   for (const unsigned processor : processors) {
     CPU_SET(processor, &set);
   }
-  require(sched_setaffinity(0, sizeof set, &set) == 0, "a thread cannot be placed");
+  require(sched_setaffinity(0, sizeof set, &set) == 0,
+          "a thread cannot be restricted to processors");
 }
 
 }  // namespace linegate::bench

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// SDO transfers through one gateway and through three, beside the same transfer to a device on the
-// client's own bus. Buses of 1 Mbit/s in virtual time, one for each network; the two lines of a
-// gateway hand each other their messages at once. The client says the network indication before
-// each transfer.
+// SDO transfers through one gateway and through three, compared with the same transfer to a device
+// on the client's own bus. Buses of 1 Mbit/s in virtual time, one for each network; the two lines
+// of a gateway exchange their messages without delay. The client sends the network indication
+// before each transfer.
 //
-// Bus time: how long a transfer takes in virtual time, beside the time that its frames occupy one
-// wire after the other: nothing else is to be waited for. CPU: of everything that runs here, and,
-// measured in transfers of its own, of the gateways' lines.
+// Bus time: the duration of a transfer in virtual time, compared with the sum of the times that its
+// frames occupy the wires, since there is nothing else to wait for. CPU: the time of everything in
+// this program, and, measured in separate transfers, of the gateways' lines.
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -41,14 +41,14 @@ using bench::PatternDomain;
 using bench::require;
 using bench::TransferKind;
 
-// CPU time of this thread, ns.
+// CPU time of this thread in ns.
 std::int64_t cpu_time() {
   return bench::read_clock(CLOCK_THREAD_CPUTIME_ID);
 }
 
 constexpr std::uint8_t kNode = 5;
 constexpr std::uint8_t kFirstGateway = 100;  // node-ID of gateway 0, on both its networks
-constexpr std::size_t kPlaces = 3;           // frames a controller holds
+constexpr std::size_t kPlaces = 3;           // frames that a controller holds
 
 struct Row {
   TransferKind kind;
@@ -63,8 +63,8 @@ constexpr Row kRows[] = {{TransferKind::expedited_upload, "expedited upload", 4,
                          {TransferKind::block_upload, "block upload, 20 kB", 20'000, 1},
                          {TransferKind::block_download, "block download, 20 kB", 20'000, 1}};
 
-// Network n and the next one are joined by gateway n. The client is in the first, the device in the
-// last.
+// Gateway n connects network n and the next one. The client is in the first network, the device in
+// the last.
 class Chain {
  public:
   Chain(std::size_t gateways, std::uint32_t bytes)
@@ -107,8 +107,8 @@ class Chain {
     }
     return out;
   }
-  // CPU time in the lines since then, ns, with that of reading the clock `readings()` times.
-  // Reading it costs more than many a step, so it is done only when asked for.
+  // Starts or stops measuring the CPU time in the lines, in ns. The result includes reading the
+  // clock `readings()` times. A reading costs more than many steps, so it is optional.
   void time_lines(bool wanted) {
     timed_ = wanted && !lines_.empty();
     in_lines_ = 0;
@@ -130,12 +130,12 @@ class Chain {
   static std::uint16_t network_id(std::size_t network) {
     return static_cast<std::uint16_t>(network + 1);
   }
-  // The device itself, or the default server of the first gateway.
+  // The server that the client addresses: the device itself, or the first gateway.
   static can::CobId request_id(std::size_t gateways) {
     return can::CobId{can::kSdoRequestBase + (gateways == 0 ? kNode : kFirstGateway)};
   }
 
-  // Its interface 1 is towards the client, interface 2 towards the device.
+  // Interface 1 is towards the client, interface 2 towards the device.
   void add_gateway(std::size_t gateway) {
     routing::Config common;
     common.channels = routing::ChannelRule::per_node;
@@ -169,7 +169,7 @@ class Chain {
     }
   }
 
-  // What lines say when they start.
+  // Waits until the lines have sent their start-up messages.
   void settle() {
     const Instant until = now_ + std::chrono::milliseconds(100);
     while (next_wake() <= until) {
@@ -204,7 +204,7 @@ class Chain {
 
   void step() {
     const Instant wake = next_wake();
-    require(wake != kNever, "everybody waits for ever");
+    require(wake != kNever, "no frame and no time-out is pending");
     now_ = std::max(now_, wake);
     for (const auto& bus : buses_) {
       bus->advance(now_);
@@ -239,7 +239,7 @@ class Chain {
     }
   }
 
-  // Between the lines of each gateway.
+  // Exchanges messages between the lines of each gateway.
   void carry() {
     routing::Message message;
     for (bool any = true; std::exchange(any, false);) {
@@ -295,18 +295,18 @@ class Chain {
   bench::TransferClient transfer_;
   sim::Bus::Endpoint client_end_ = 0;
   sim::Bus::Endpoint server_end_ = 0;
-  std::optional<std::uint64_t> answer_;  // what the server said last
+  std::optional<std::uint64_t> answer_;  // the last answer of the server
   bool timed_ = false;
   std::int64_t in_lines_ = 0;
   std::int64_t readings_ = 0;
 };
 
-// One way to the device. Virtual times are the same in each repetition.
+// One path to the device. Virtual times are the same in each repetition.
 struct Course {
   Course(const char* what, std::size_t gateways, const Row& row)
       : name(what), chain(gateways, row.bytes), kind(row) {}
 
-  // CPU time of a transfer, in us.
+  // Returns the CPU time of a transfer in us.
   double once() {
     const Instant before = chain.now();
     const Duration busy = chain.busy();
@@ -329,7 +329,7 @@ struct Course {
       chain.transfer(kind);
     }
   }
-  // What lies between two readings with nothing in between, ns.
+  // The time between two consecutive readings of the clock, in ns.
   static double clock_cost() {
     constexpr int kReadings = 1000;
     const std::int64_t begin = cpu_time();
@@ -342,9 +342,9 @@ struct Course {
   const char* name;
   Chain chain;
   const Row& kind;
-  std::vector<double> in_lines;  // us a transfer
-  double time = 0;               // ms a transfer, virtual
-  double wire = 0;               // ms of all wires together
+  std::vector<double> in_lines;  // us per transfer
+  double time = 0;               // ms per transfer, virtual time
+  double wire = 0;               // ms, sum of all wires
   double frames = 0;
 };
 
@@ -367,9 +367,10 @@ void compare(const Row& row) {
         course.name, course.time, course.time / courses[0]->time, course.wire, course.frames,
         bench::median(contestants[i].figures), bench::median_ratio(contestants[i], contestants[0]),
         bench::median(course.in_lines));
-    // Of what goes to and fro, one frame at a time, nothing waits but for the wires.
+    // Transfers with one frame at a time wait only for the wires.
     if (!bench::uses_blocks(row.kind)) {
-      require(course.time <= 1.02 * course.wire, "a routed transfer waits for more than the wires");
+      require(course.time <= 1.02 * course.wire,
+              "a routed transfer takes longer than the wires are occupied");
     }
   }
   std::fflush(stdout);

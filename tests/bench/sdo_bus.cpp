@@ -26,9 +26,9 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::size_t kWaiting = 4096;      // frames of an end: more than there can be
+constexpr std::size_t kWaiting = 4096;      // frames per end: more than can occur
 constexpr std::size_t kPlaces = 8;          // frames that the controller of the devices holds
-constexpr std::int64_t kIdle = 50'000'000;  // ns until it looks whether it is to stop
+constexpr std::int64_t kIdle = 50'000'000;  // ns between two checks whether to stop
 constexpr auto kLook = 10ms;
 constexpr int kLooks = 3000;
 
@@ -93,7 +93,7 @@ SyncTimes SdoBus::record_syncs(std::size_t count) {
   record_.counters.reserve(count);
   wanted_.store(count, std::memory_order_release);
   for (int looks = 0; wanted_.load(std::memory_order_acquire) != 0; ++looks) {
-    require(looks < kLooks, "SYNCs do not come");
+    require(looks < kLooks, "no SYNC is received");
     std::this_thread::sleep_for(kLook);
   }
   return std::move(record_);
@@ -117,7 +117,8 @@ void SdoBus::take(const can_frame& frame, std::int64_t stamp, Instant now) {
   if (frame.can_id == can::kSyncId) {
     take_sync(frame, stamp, now);
   }
-  require(frame.can_id <= CAN_SFF_MASK && frame.len <= can::kMaxClassicData, "what frame is that?");
+  require(frame.can_id <= CAN_SFF_MASK && frame.len <= can::kMaxClassicData,
+          "not a valid CAN frame");
   const can::Frame copy =
       can::make_frame(frame.can_id, std::as_bytes(std::span(frame.data, frame.len)));
   require(bus_.submit(measured_, copy, now), "more frames than the protocol allows");
@@ -157,7 +158,8 @@ void SdoBus::deliver(Instant now) {
   }
 }
 
-// Each in its turn: by their identifiers alone the first would have the bus to themselves.
+// The devices send in turn. By arbitration alone the device with the lowest identifier would use
+// the whole bus.
 void SdoBus::submit_answers(Instant now) {
   can::Frame frame;
   for (std::size_t silent = 0; silent < all_.size() && bus_.room(devices_) > kWaiting - kPlaces;) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // SDO transfers of an expedited value and of 1 MB, between a client and a server that stream it, on
-// the virtual bus at 1 Mbit/s in virtual time: how much of the bus they use. Beside each the time
-// its frames occupy the wire, which is the floor. Of the real time it takes: CPU per frame, client,
-// server and virtual bus together, and without the bus the client and server alone.
+// the virtual bus at 1 Mbit/s in virtual time: the share of the bus that they use. For comparison,
+// the time that the frames occupy the wire, which is the floor. In real time: CPU per frame of
+// client, server and virtual bus together, and of client and server alone.
 #include <array>
 #include <chrono>
 #include <cstdio>
@@ -29,19 +29,20 @@ using bench::TransferKind;
 
 constexpr std::uint32_t kBytes = 1'000'000;
 constexpr std::uint8_t kNode = 5;
-constexpr double kMinUse = 0.95;    // of the limit
-constexpr double kMinRate = 0.8;    // of that without losses, where 1 % of the segments are lost
-constexpr std::size_t kPlaces = 3;  // frames a controller holds
+constexpr double kMinUse = 0.95;  // relative to the limit
+// Relative to the rate without losses, if 1 % of the segments are lost.
+constexpr double kMinRate = 0.8;
+constexpr std::size_t kPlaces = 3;  // frames that a controller holds
 
 struct Row {
   TransferKind kind;
   const char* name;
-  unsigned lost_percent = 0;  // of data segments
+  unsigned lost_percent = 0;  // percentage of the data segments
 };
 
 struct Figures {
-  double seconds = 0;       // virtual
-  double wire_seconds = 0;  // of them, the wire was occupied
+  double seconds = 0;       // virtual time
+  double wire_seconds = 0;  // part of it in which the wire was occupied
   std::uint64_t frames = 0;
   double cpu_seconds = 0;
 };
@@ -76,7 +77,7 @@ class Network {
     submit(from_server_, server_end_);
     const Instant wake =
         earlier(bus_.next_wake(), earlier(transfer_.client.next_wake(), server_.next_wake()));
-    bench::require(wake != kNever, "everybody waits for ever");
+    bench::require(wake != kNever, "no frame and no time-out is pending");
     now_ = std::max(now_, wake);
     bus_.advance(now_);
     std::array<can::Frame, 8> frames;
@@ -145,11 +146,11 @@ int main() {
                           "x the time without losses");
     }
     if (row.kind == TransferKind::block_download && row.lost_percent == 0) {
-      // Every frame that is needed, and no other, is on the wire: 142,858 segments, an
-      // acknowledgement for each 127 of them, and two frames each to begin and to end.
+      // Only the necessary frames are on the wire: 142,858 segments, an acknowledgement for each
+      // 127 segments, and two frames each for the beginning and the end.
       const std::uint64_t segments = (kBytes + 6) / 7;
       const std::uint64_t needed = segments + (segments + 126) / 127 + 4;
-      bench::require(figures.frames == needed, "more frames than are needed");
+      bench::require(figures.frames == needed, "more frames than necessary");
       bench::print_target(row.name, figures.seconds / figures.wire_seconds, 1 / kMinUse,
                           "x its frames on the wire");
     }

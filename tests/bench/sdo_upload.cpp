@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Expedited SDO upload answered by the line's own server: the request through Line::receive(), the
-// answer out of Line::next_frame(), one at a time as a client would. Objects in seeded random
-// order.
+// answer from Line::next_frame(), one at a time like a client. Objects in seeded random order.
 //
-// The floor looks the value up in a table over all indices, and puts the answer through a queue of
-// frames: no access rights, hooks, transfers, states, other services.
+// The floor looks up the value in a table over all indices, and puts the answer through a queue of
+// frames. It has no access rights, hooks, transfers, states or other services.
 #include <array>
 #include <chrono>
 #include <cstring>
@@ -32,7 +31,7 @@ constexpr std::uint8_t kNode = 127;
 constexpr std::size_t kRequests = 4096;
 constexpr double kMaxNanoseconds = 25;
 
-// The request is always in the same place, as in the buffer of a socket.
+// The request is always at the same address, as in the buffer of a socket.
 template <class Exchange>
 double measure(const std::vector<std::uint16_t>& order, std::uint64_t& allocated,
                Exchange exchange) {

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// How much the period of SYNC jitters while its producer has SDO transfers on all of the bus,
-// beside a bare loop on the same kind of wire:
+// The jitter of the SYNC period while the SDO transfers of its producer use the whole bus, compared
+// with a bare loop on the same kind of wire:
 //
 //   measure_sync_jitter [--repetitions 31]
 //
-// The line: a manager that an executor runs produces SYNC and uploads DOMAINs of 8 devices, by
+// The line: a manager, run by an executor, produces SYNC and uploads DOMAINs of 8 devices, by
 // commands through its port. The bare loop: one thread waits with epoll_pwait2 for its socket and
-// the next absolute time, as an executor does, writes one frame when that has come, and answers the
-// same devices frame by frame. Behind each stands the same bus at 1 Mbit/s (sdo_bus.h).
+// the next absolute time, like an executor, writes one frame at that time, and answers the same
+// devices frame by frame. Both have the same bus at 1 Mbit/s (sdo_bus.h).
 //
-// Jitter: how far the time between two SYNCs is from the period. The times are the kernel's, of
-// when the frame was written to the socket; what the reading thread does to them is nothing.
+// Jitter: the difference between the interval of two SYNCs and the period. The times are those of
+// the kernel, when the frame was written to the socket; the reading thread has no influence on
+// them.
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -43,21 +44,21 @@ using bench::Contestant;
 using namespace std::chrono_literals;
 
 constexpr Duration kPeriod = 1ms;
-constexpr std::size_t kIntervals = 1000;  // of one repetition
-constexpr auto kWarmUp = 100ms;           // until the transfers have filled the bus
+constexpr std::size_t kIntervals = 1000;  // in one repetition
+constexpr auto kWarmUp = 100ms;           // until the transfers use the whole bus
 
-// --- the bare loop
-// --------------------------------------------------------------------------------
+// --- the bare loop ------------------------------------------------------------------------------
 
 class BareProducer {
  public:
   explicit BareProducer(int descriptor) : loop_(descriptor), descriptor_(descriptor) {}
 
-  // SYNCs and uploads until `stop`; then until the uploads have ended.
+  // Sends SYNCs and uploads until `stop`, and then waits until the uploads have ended.
   void run(const std::atomic<bool>& stop) {
-    prctl(PR_SET_TIMERSLACK, 1UL, 0UL, 0UL, 0UL);  // as executors do
+    prctl(PR_SET_TIMERSLACK, 1UL, 0UL, 0UL, 0UL);  // like executors
     const auto send = [this](const can_frame& frame) {
-      bench::require(::send(descriptor_, &frame, sizeof frame, 0) == sizeof frame, "nothing sent");
+      bench::require(::send(descriptor_, &frame, sizeof frame, 0) == sizeof frame,
+                     "a frame was not sent");
     };
     for (std::uint8_t node = 1; node <= bench::kUploadNodes; ++node) {
       uploads_.begin(node, send);
@@ -95,17 +96,16 @@ class BareProducer {
   std::uint8_t counter_ = 1;
 };
 
-// --- figures
-// --------------------------------------------------------------------------------------
+// --- figures ------------------------------------------------------------------------------------
 
-// Of one contestant, a figure for each repetition.
+// One figure for each repetition of one contestant.
 struct Figures {
   std::vector<double> p999;     // us
   std::vector<double> bus_use;  // percent
-  std::vector<double> uploads;  // ended
-  std::size_t left_out = 0;     // SYNCs that came so late that it was the turn of the next one
+  std::vector<double> uploads;  // uploads that ended
+  std::size_t left_out = 0;     // SYNCs that were so late that the next one replaced them
 
-  // What each repetition had; the one that does not count is taken away.
+  // Removes the figures of the warm-up repetition.
   void forget_first() {
     for (std::vector<double>* const each : {&p999, &bus_use, &uploads}) {
       each->erase(each->begin());
@@ -122,7 +122,7 @@ void require_none_lost(const bench::SyncTimes& syncs) {
   }
 }
 
-// Gives the median of the jitter in us, and adds to the figures.
+// Returns the median of the jitter in us, and appends to the figures.
 double evaluate(const bench::SyncTimes& syncs, double uploads, Figures& figures) {
   require_none_lost(syncs);
   bench::require(uploads > 0, "no SDO transfer has ended");

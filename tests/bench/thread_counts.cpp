@@ -13,7 +13,7 @@ namespace {
 
 thread_local linegate::bench::ThreadCounts counts;
 
-constexpr std::size_t kSignalSet = 8;  // bytes, as the kernel counts them
+constexpr std::size_t kSignalSet = 8;  // bytes: the size of a signal set in the kernel
 
 template <class... Arguments>
 long call(long number, Arguments... arguments) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the calling thread asked of the kernel: a program that links thread_counts.cpp calls
+// Counts the system calls of the calling thread: a program that links thread_counts.cpp calls
 // recvmmsg, send, sendmmsg, epoll_wait, epoll_pwait2, timerfd_settime, read and write through it.
-// (Clocks are read without a system call.)
+// (Reading a clock needs no system call.)
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@ namespace linegate::bench {
 
 struct ThreadCounts {
   std::uint64_t system_calls = 0;
-  std::uint64_t waits = 0;  // those of them that may sleep: each return is a wake-up
+  std::uint64_t waits = 0;  // system calls that may sleep: each return is a wake-up
 };
 
 ThreadCounts& thread_counts();

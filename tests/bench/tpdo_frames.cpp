@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Value changed -> frame out: a value is set in the dictionary of a node with 4 x UNSIGNED16 in
-// each TPDO, and the frame is taken out of Node::next_frame(). By object: the dictionary looks for
-// the value, and auto-notify for its TPDO. By handle (pdo::TpdoValue): both are known. One value
-// and its frame at a time, and all TPDOs at once: one value of each, then all frames in the order
-// of the bus. TPDOs in seeded random order.
+// each TPDO, and the frame is taken from Node::next_frame(). By object: the dictionary looks up the
+// value, and auto-notify looks up its TPDO. By handle (pdo::TpdoValue): both are known. One value
+// and its frame at a time; or all TPDOs at once: one value of each, then all frames in the order of
+// the bus. TPDOs in seeded random order.
 //
-// The floor finds the place of a value in a table, compares, keeps a frame for each TPDO and a bit
-// for each that is to be sent, in the order of the bus: no dictionary, rights, hooks, inhibit
-// times, timers, states, other services.
+// The floor looks up the place of a value in a table, compares, and keeps a frame for each TPDO and
+// a bit for each frame to send, in the order of the bus. It has no dictionary, access rights,
+// hooks, inhibit times, timers, states or other services.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -35,16 +35,16 @@ using bench::Contestant;
 constexpr std::uint16_t kFirst = 0x2000;
 constexpr std::size_t kChanges = 4096;
 constexpr std::size_t kPasses = 16;
-constexpr std::uint8_t kValues = 4;  // of a TPDO
+constexpr std::uint8_t kValues = 4;  // in each TPDO
 
-using Ways = std::vector<std::size_t>;  // changes between taking frames
+using Ways = std::vector<std::size_t>;  // number of changes before the frames are taken
 
 struct Change {
   std::uint16_t pdo = 0;
   std::uint8_t sub = 1;  // 1..kValues
 };
 
-// Cycles in which each TPDO comes once.
+// Cycles that contain each TPDO once.
 std::vector<Change> changes(std::size_t pdos) {
   std::mt19937 random(11);
   std::vector<std::uint16_t> order(pdos);
@@ -60,7 +60,8 @@ std::vector<Change> changes(std::size_t pdos) {
   return out;
 }
 
-// at_once: changes between taking frames, a divisor of kChanges. Gives ns per frame.
+// at_once: number of changes before the frames are taken, a divisor of kChanges. Returns ns per
+// frame.
 template <class Sender>
 double measure(const std::vector<Change>& order, std::size_t at_once, Sender& sender,
                std::uint64_t& allocated) {
@@ -87,12 +88,13 @@ double measure(const std::vector<Change>& order, std::size_t at_once, Sender& se
     time = spent.count();
   }
   allocated += bench::allocations() - before;
-  bench::require(frames == order.size() * kPasses, "another number of frames than of changes");
+  bench::require(frames == order.size() * kPasses,
+                 "the number of frames differs from that of changes");
   bench::require(sum == expected, "wrong values");
   return bench::median({times.begin(), times.end()}) / static_cast<double>(order.size());
 }
 
-// Where the new value is in a frame; both pay for it.
+// Finds the new value in a frame. Both sides include its cost.
 class Values {
  public:
   explicit Values(std::span<const std::uint32_t> ids) : pdo_of_(0x800), changed_(ids.size()) {
@@ -135,7 +137,7 @@ class Subject {
   bool next_frame(can::Frame& out) { return node_->next_frame(out, now_); }
   std::uint64_t news(const can::Frame& frame) const { return values_.news(frame); }
 
-  std::uint16_t last = 0;  // value given to a change
+  std::uint16_t last = 0;  // last value that was set
 
  protected:
   static od::Address address(Change which) {
@@ -188,7 +190,7 @@ class HandleSubject : public Subject {
     for (std::uint16_t pdo = 0; pdo < ids.size(); ++pdo) {
       for (std::uint8_t sub = 1; sub <= kValues; ++sub) {
         const auto handle = node().pdos().value(address({pdo, sub}));
-        bench::require(handle.has_value(), "a value without a TPDO of its own");
+        bench::require(handle.has_value(), "a value is in no TPDO");
         handles_.push_back(*handle);
       }
     }
@@ -244,7 +246,7 @@ class FloorSubject {
   }
   std::uint64_t news(const can::Frame& frame) const { return values_.news(frame); }
 
-  std::uint16_t last = 0;  // value given to a change
+  std::uint16_t last = 0;  // last value that was set
 
  private:
   Values values_;
@@ -256,7 +258,7 @@ class FloorSubject {
 
 struct Budget {
   std::size_t pdos;
-  double by_object;  // x floor, one at a time
+  double by_object;  // times the floor, one at a time
   double by_handle;
 };
 constexpr Budget kBudgets[] = {{1, 3.5, 1.7}, {64, 3.5, 1.7}, {512, 1.5, 1.2}};
@@ -291,7 +293,8 @@ int main() {
   std::deque<std::vector<Change>> orders;
   std::uint64_t allocated = 0;
   std::uint64_t ignored = 0;
-  std::vector<Contestant> contestants;  // kSides for each number of TPDOs and way
+  // kSides for each combination of a number of TPDOs and a way.
+  std::vector<Contestant> contestants;
   for (const Budget& budget : kBudgets) {
     const std::vector<std::uint32_t> ids = bench::pdo_identifiers(budget.pdos);
     FloorSubject& floor = floors.emplace_back(ids);

@@ -51,7 +51,7 @@ class TransferClient {
     }
   }
 
-  // Whether the transfer has ended; all its bytes must have come then.
+  // Whether the transfer has ended. Ends the program if it has ended without all its bytes.
   bool ended() {
     const std::optional<sdo::Outcome> outcome = client.take();
     if (!outcome) {
@@ -60,7 +60,7 @@ class TransferClient {
     require(outcome->abort == AbortCode::none, "a transfer was aborted");
     if (kind_ != TransferKind::expedited_upload) {
       require(is_download(kind_) ? domain_.complete() : sink_->complete(),
-              "not the bytes that were sent");
+              "the bytes differ from those that were sent");
     }
     return true;
   }

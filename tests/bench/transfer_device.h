@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What SDO transfers are measured with: a device with a value of 32 bits, and a DOMAIN of any size
-// that nobody stores: its bytes follow from their place, and are compared.
+// The device for measurements of SDO transfers: a value of 32 bits, and a DOMAIN of any size that
+// is not stored: its bytes follow from their offset, and are compared.
 #pragma once
 
 #include <cstddef>
@@ -37,7 +37,7 @@ inline std::byte pattern(std::uint32_t at) {
 
 class PatternSource final : public od::ByteSource {
  public:
-  // Of unknown size unless it tells it: such an upload stays in segments.
+  // tells_size: whether the size is indicated. An upload of unknown size uses segments.
   explicit PatternSource(std::uint32_t bytes, bool tells_size = true)
       : bytes_(bytes), tells_size_(tells_size) {}
 
@@ -81,7 +81,7 @@ class PatternSink final : public od::ByteSink {
     right_ = true;
     return true;
   }
-  // All of it has come, and was right.
+  // Whether all bytes were received and are right.
   bool complete() const { return complete_; }
 
  private:
@@ -91,7 +91,7 @@ class PatternSink final : public od::ByteSink {
   bool complete_ = false;
 };
 
-// The server's end: a stream of its own for each transfer.
+// The server's end: each transfer has its own stream.
 class PatternDomain final : public od::Hook {
  public:
   explicit PatternDomain(std::uint32_t bytes, bool tells_size = true)

@@ -21,7 +21,7 @@ using namespace std::chrono_literals;
 
 constexpr std::size_t kPdosOfDevice = 8;
 constexpr int kBootTime = 500;            // ms
-constexpr std::uint64_t kSyncTag = 1000;  // those of uploads are their nodes
+constexpr std::uint64_t kSyncTag = 1000;  // tags of uploads are node-IDs
 constexpr int kLooks = 3000;
 
 constexpr std::uint16_t kSyncCobId = 0x1005;
@@ -58,7 +58,7 @@ UploadLine::UploadLine(SdoBus& bus, Duration sync_period)
   config::LinePlan plan;
   plan.config = pdo_line(Mapping::event_driven, pdo_identifiers(kUploadNodes * kPdosOfDevice));
   plan.config.sdo_timeout = kSdoPatience;
-  // The counter tells a SYNC that was lost from one that was left out because it was late.
+  // The counter distinguishes a SYNC that was lost from one that was skipped because it was late.
   plan.config.own_values = {{{kSyncOverflowObject, 0}, {std::byte{kSyncOverflow}}},
                             {{kSyncPeriod, 0}, in_microseconds(sync_period)}};
   executor_.add(make_runner(make_line(plan.config), bus.wire, plan, port_, publisher_.wakeup));
@@ -119,14 +119,14 @@ void UploadLine::read(std::uint8_t node) {
 
 void UploadLine::ask(line::Command command) {
   ++asked_;
-  require(port_.commands.push(std::move(command)), "the line takes no command");
+  require(port_.commands.push(std::move(command)), "the line accepts no command");
   executor_.wakeup().signal();
 }
 
 void UploadLine::take(const line::Reply& reply) {
   require(reply.ok(), "the line refuses a command, or a transfer was aborted");
   if (reply.tag != kSyncTag) {
-    require(all_bytes(reply.data), "not the bytes that the device has");
+    require(all_bytes(reply.data), "the bytes differ from those of the device");
     ++ended_;
     if (on_) {
       read(static_cast<std::uint8_t>(reply.tag));

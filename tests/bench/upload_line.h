@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A manager's line that the gateway's executor runs: it produces SYNC, and reads the DOMAINs of all
-// devices of an SdoBus by commands.
+// A manager's line that is run by the gateway's executor: it produces SYNC, and reads the DOMAINs
+// of all devices of an SdoBus by commands.
 #pragma once
 
 #include <atomic>
@@ -16,19 +16,19 @@ namespace linegate::bench {
 
 class UploadLine {
  public:
-  // On the wire of that bus, which it starts.
+  // Uses the wire of that bus, and starts the bus.
   UploadLine(SdoBus& bus, Duration sync_period);
-  // Stops the bus, too.
+  // Also stops the bus.
   ~UploadLine();
   UploadLine(const UploadLine&) = delete;
   UploadLine& operator=(const UploadLine&) = delete;
 
-  // SYNCs and uploads, each of which is begun again when it has ended; until stop(), after which
-  // there is nothing of either on the bus.
+  // Starts SYNCs and uploads. An upload that ends is started again, until stop(), which waits until
+  // neither is on the bus.
   void start();
   void stop();
 
-  // Uploads that have ended, with all the bytes there are.
+  // Number of complete uploads.
   std::uint64_t ended() const { return ended_.load(); }
 
  private:
@@ -42,10 +42,10 @@ class UploadLine {
   gateway::LinePort port_;
   gateway::Executor executor_;
   std::atomic<bool> manager_runs_{false};
-  std::atomic<bool> wanted_{false};  // SYNCs and uploads
-  std::atomic<unsigned> asked_{0};   // commands without their replies yet
+  std::atomic<bool> wanted_{false};  // whether SYNCs and uploads are requested
+  std::atomic<unsigned> asked_{0};   // commands without a reply yet
   std::atomic<std::uint64_t> ended_{0};
-  bool on_ = false;  // of the publisher's thread alone, which gives the commands, too
+  bool on_ = false;  // used only by the publisher's thread, which also sends the commands
   PublisherThread publisher_;
 };
 

@@ -16,7 +16,7 @@
 namespace linegate::bench {
 namespace {
 
-constexpr int kBuffer = 8 << 20;  // bytes; the kernel counts some 800 for a frame
+constexpr int kBuffer = 8 << 20;  // bytes; the kernel counts about 800 for each frame
 constexpr std::size_t kBatch = 64;
 
 can_frame boot_up(int node) {
@@ -26,7 +26,7 @@ can_frame boot_up(int node) {
   return out;
 }
 
-// Success, and zero for every value.
+// Answers success, and zero for every value.
 can_frame answer_to(const can_frame& request) {
   can_frame out = request;
   out.can_id = request.can_id - can::kSdoRequestBase + can::kSdoResponseBase;
@@ -40,7 +40,8 @@ can_frame answer_to(const can_frame& request) {
 
 Wire::Wire() {
   int ends[2] = {-1, -1};
-  require(socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) == 0, "no socket pair");
+  require(socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) == 0,
+          "the socket pair cannot be created");
   near_ = ends[0];
   far_ = ends[1];
   const int on = 1;
@@ -65,7 +66,7 @@ void Wire::send(std::span<can_frame> frames) const {
       headers[i].msg_hdr.msg_iovlen = 1;
     }
     const int sent = sendmmsg(near_, headers.data(), static_cast<unsigned>(count), MSG_NOSIGNAL);
-    require(sent > 0, "the socket pair does not take frames");
+    require(sent > 0, "the socket pair does not accept frames");
     frames = frames.subspan(static_cast<std::size_t>(sent));
   }
 }
@@ -78,7 +79,7 @@ void Wire::play_devices(int count, int milliseconds) const {
   pollfd readable{near_, POLLIN, 0};
   while (poll(&readable, 1, milliseconds) == 1) {
     can_frame frame{};
-    require(recv(near_, &frame, sizeof frame, 0) > 0, "the line has gone");
+    require(recv(near_, &frame, sizeof frame, 0) > 0, "the peer closed the socket");
     if (frame.can_id > can::kSdoRequestBase && frame.can_id <= can::kSdoRequestBase + 127U) {
       can_frame answer = answer_to(frame);
       send(std::span(&answer, 1));

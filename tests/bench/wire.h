@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A socket pair in the place of a CAN interface: what is sent on one end arrives on the other with
-// the kernel's receive stamp, in the kernel's own format of CAN frames.
+// A socket pair in the place of a CAN interface: a frame that is sent on one end arrives on the
+// other with the kernel's receive stamp, in the kernel's format of CAN frames.
 #pragma once
 
 #include <cstddef>
@@ -21,14 +21,14 @@ class Wire {
   Wire& operator=(const Wire&) = delete;
 
   int near() const { return near_; }
-  // The end that is measured; whoever takes it closes it.
+  // The measured end. The caller that takes it must close it.
   int far() const { return far_; }
 
-  // All of them, in as few system calls as possible.
+  // Sends all frames, in as few system calls as possible.
   void send(std::span<can_frame> frames) const;
 
-  // Answers what a manager sends to boot its nodes, for that long: boot-up messages of nodes
-  // 1..count first, then every SDO request.
+  // Answers the frames with which a manager boots its nodes, for `milliseconds`: sends the boot-up
+  // messages of nodes 1 to `count` first, then answers every SDO request.
   void play_devices(int count, int milliseconds) const;
 
  private:

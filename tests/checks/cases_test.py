@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""tests/cases.py sees every way in which a case, or a program with cases, fails: it is shown a program that does."""
+"""tests/cases.py detects every way in which a case, or a program with cases, fails: each is demonstrated by a
+program."""
 
 import os
 import stat
@@ -10,7 +11,7 @@ import tempfile
 import xml.etree.ElementTree as ElementTree
 
 CASES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "cases.py")
-# Says what GoogleTest says; a case is what it does between its two lines, or the word that ends it.
+# Prints the output of GoogleTest. A case is the code between its two lines, or the word that ends it.
 PROGRAM = """#!/usr/bin/python3
 import os, sys, time
 CASES = {cases!r}
@@ -34,7 +35,8 @@ sys.exit({code})
 
 
 def ended(folder, cases, code=0):
-    """The exit status of cases.py for a program with these cases, and its own results and those of CTest with them."""
+    """Returns the exit status of cases.py for a program with these cases, and its own results and those of CTest
+    with them."""
     program = os.path.join(folder, "program")
     with open(program, "w", encoding="utf-8") as file:
         file.write(PROGRAM.format(cases=cases, code=code))
@@ -52,7 +54,7 @@ def ended(folder, cases, code=0):
 
 
 def merged(folder):
-    """How many passed and how many did not, of those whose names begin with unit."""
+    """Returns the numbers of passed and of other tests whose names begin with unit."""
     folders = [os.path.join(folder, name) for name in ("ctest.xml", "merged.xml", "cases")]
     command = [sys.executable, CASES, "merge", *folders[:2], "unit.", folders[2]]
     return subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
@@ -88,7 +90,7 @@ def complaints(folder):
 
 
 def of_attempts(folder):
-    """CTest itself, with a test that passes at its second attempt, one that never does and one that does at once."""
+    """Runs CTest with a test that passes at its second attempt, one that never passes and one that passes at once."""
     with open(os.path.join(folder, "CTestTestfile.cmake"), "w", encoding="utf-8") as file:
         file.write('add_test(second sh -c "test -e seen || { touch seen; exit 1; }")\n'
                    'add_test(never false)\nadd_test(first true)\n')

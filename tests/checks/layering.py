@@ -1,19 +1,20 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Arrows point one way: gateway -> bridges -> stack, idl -> bridges/dds, and from room to room in gateway/. Fails when an #include runs
-against them, or when a folder uses what the rules of the house reserve for another."""
+"""Dependencies have one direction: gateway -> bridges -> stack, idl -> bridges/dds, and from part to part in
+gateway/. Fails if an #include violates it, or if a folder uses a header that the rules of the project reserve for
+another folder."""
 
 import re
 from pathlib import PurePosixPath
 
 import tree
 
-# A part may use those before it.
+# A part may use the parts before it.
 STACK_PARTS = "base can od eds sdo nmt sync time emcy lss image pdo storage node profile manager diagnosis scan observer routing line".split()
 
-# A room of the gateway may use those before it.
+# A part of the gateway may use the parts before it.
 GATEWAY_ROOMS = "exchange config runtime publish process tools cli".split()
-# But for these: exchange is for the threads alone, and the commands that run without a gateway do not know one.
+# Exceptions: exchange is only for the threads, and the commands that run without a gateway must not depend on one.
 ROOM_TO_ROOM_FORBIDDEN = {("config", "exchange"), ("tools", "process")}
 
 STACK_FORBIDDEN = {
@@ -36,7 +37,7 @@ RESERVED = [
     (r"spdlog/.*", ["gateway"], "logs are rendered in the gateway"),
 ]
 
-# The one bridge that knows another: simulated devices attach to any interface.
+# The only bridge that may use another one: simulated devices attach to any interface.
 BRIDGE_TO_BRIDGE = {("sim", "can")}
 PRODUCT = ("stack", "bridges", "gateway", "idl")
 
@@ -106,7 +107,7 @@ def reserved_complaint(source, header):
 
 
 def complaint_about(path, header, quoted):
-    """Why this include is against the rules, or None."""
+    """Returns why this include violates the rules, or None."""
     source = PurePosixPath(path)
     house = source.parts[0]
     if house == "tests" or house not in PRODUCT:

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Every source file has its SPDX licence identifier in the first line, in a script after the line with the interpreter.
+"""Every source file has its SPDX licence identifier in the first line, in a script after the interpreter line.
 Device files, corpora, other data, documents, XML and JSON have none."""
 
 import os
@@ -8,7 +8,7 @@ import os
 import tree
 
 IDENTIFIER = "SPDX-License-Identifier: Apache-2.0"
-# How a comment begins, by the end of the name. A file that begins with #! is a script, whatever its name.
+# Start of a comment, by the end of the file name. A file that begins with #! is a script, whatever its name.
 COMMENTS = {
     **dict.fromkeys(tree.SOURCES + (".cpp.in", ".js"), "// "),
     **dict.fromkeys((".py", ".sh", ".bash", ".cmake", ".yaml", "CMakeLists.txt"), "# "),
@@ -17,7 +17,7 @@ DATA_FOLDERS = {"corpus"}
 
 
 def comment_of(path, first):
-    """What a comment of this file begins with; None for a file without such a line."""
+    """Returns the start of a comment in this file; None for a file without an SPDX line."""
     if first.startswith("#!"):
         return "# "
     return next((comment for end, comment in COMMENTS.items() if path.endswith(end)), None)

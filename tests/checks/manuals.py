@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""The manuals are complete: plant.yaml(5) has all that the schema has, every key of the schema is in the operator's
-guide or in a sample plant, every command and option of the programs is in its manual, and idl/README.md names each function
-of the IXXAT CANopen Manager that a header of stack/line names."""
+"""The manuals are complete: plant.yaml(5) has everything that the schema has, every key of the schema is in the
+operator's guide or in a sample plant, every command and option of the programs is in its manual, and idl/README.md
+lists each function of the IXXAT CANopen Manager that a header of stack/line names."""
 
 import json
 import os
@@ -23,14 +23,14 @@ COMMAND = re.compile(r'add_subcommand\(\s*"([\w-]+)"')
 
 
 def plain(manual):
-    """The text of a manual page without its requests, fonts and escapes."""
+    """Returns the text of a manual page without its requests, fonts and escapes."""
     text = re.sub(r"^\.\w+ ?", "", manual, flags=re.MULTILINE)
     text = re.sub(r"\\f.", "", text).replace("\\-", "-").replace("\\&", "").replace("\\e", "\\").replace('"', "")
     return " ".join(text.split())
 
 
 def parts(schema):
-    """What a reader has to find: names of keys, texts, alternatives and ranges."""
+    """Returns the texts that the manual must contain: names of keys, descriptions, alternatives and ranges."""
     if isinstance(schema, list):
         for one in schema:
             yield from parts(one)
@@ -52,7 +52,7 @@ def parts(schema):
 
 
 def keys(schema):
-    """The names of all keys of a plant.yaml."""
+    """Returns the names of all keys of a plant.yaml."""
     if isinstance(schema, list):
         return set().union(*map(keys, schema)) if schema else set()
     if not isinstance(schema, dict):
@@ -69,7 +69,7 @@ def guides(root):
 
 def check_schema(root):
     sys.path.insert(0, os.path.join(root, "deploy", "package"))
-    import plant_manual  # of the tree that is checked
+    import plant_manual  # the module of the checked tree
 
     schema = json.loads(tree.read(root, SCHEMA))
     page = plain("".join(plant_manual.page(schema, "0")))
@@ -83,7 +83,7 @@ def check_schema(root):
 
 
 def programs(root):
-    """The manual of each file that defines options."""
+    """Returns the manual of each file that defines options."""
     for source in tree.files(root, (".cpp",)):
         if source == DAEMON:
             yield source, PROGRAM_MANUALS[1]

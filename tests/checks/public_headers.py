@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""What the library installs (LINEGATE_PUBLIC_HEADERS of stack/CMakeLists.txt) exists, and includes of stack/ nothing that
-is not installed. The guide of the library (deploy/library/README.md) shows its examples as they are compiled."""
+"""The headers that the library installs (LINEGATE_PUBLIC_HEADERS of stack/CMakeLists.txt) exist, and include only
+installed headers of stack/. The guide of the library (deploy/library/README.md) shows its examples exactly as
+compiled."""
 
 import os
 import re

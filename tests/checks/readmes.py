@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Every folder says in a README.md what lives there. A corpus is described by the folder above it."""
+"""Every folder has a README.md that describes its contents. A corpus is described by the folder above it."""
 
 import os
 

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a row of a table of services says, compared with the tests that it names.
+"""Compares a row of a table of services with the tests that it names.
 
-A test shows a row only if it speaks of it. So of what a row names before it says what differs, each object of the
-dictionary, each kind of event and each hook has to occur in one of its tests, and at least one test has a word of the row
-in its name, its comment or its body. A test that is a file of its own is the whole file; where an object is named by a fixture
-or a constant of the file, the file counts."""
+A test covers a row only if its text mentions the row's subject. So each object of the dictionary, each kind of event
+and each hook that a row names before its differences must occur in one of its tests, and at least one test must have
+a word of the row in its name, its comment or its body. A test that is a separate file is the whole file; an object
+may also occur in a fixture or constant of the file."""
 
 import os
 import re
@@ -23,7 +23,7 @@ COMMON = {"and", "are", "for", "from", "has", "here", "into", "its", "not", "tha
 
 
 class Tests:
-    """The text of each test, by the name that a table has for it."""
+    """The text of each test, by its name in a table."""
 
     def __init__(self, root):
         self.root, self.texts, self.files = root, {}, {}
@@ -43,11 +43,11 @@ class Tests:
             self.files[name] = text
 
     def text(self, name):
-        """The test with its comment and its name."""
+        """Returns the test with its comment and its name."""
         return f"{name}\n{self.file(name) if '/' in name else self.texts.get(name, '')}"
 
     def file(self, name):
-        """All of the file with the test."""
+        """Returns the whole file with the test."""
         path = os.path.join("tests", name)
         if "/" in name and os.path.isfile(os.path.join(self.root, path)):
             return tree.read(self.root, path)
@@ -55,18 +55,18 @@ class Tests:
 
 
 def says(text, term):
-    """Whether a text has an object, as C++, scenarios and prose write it."""
+    """Whether a text mentions an object, in the notation of C++, scenarios or prose."""
     split = f"{term[:2]}'?{term[2:]}"
     return re.search(rf"0x{split}|\b{term}h|\b{term}:|\b{term}\b", text, re.IGNORECASE) is not None
 
 
 def stems(text):
-    """The words of a text, as far as a plural or a tense does not change them."""
+    """Returns the words of a text, reduced to the part that plural and tense leave unchanged."""
     return {word.lower()[:5] for word in WORD.findall(re.sub(r"(?<!\bCi)(?<=[a-z])(?=[A-Z])", " ", text))} - COMMON
 
 
 def unsaid(row, names, tests, kinds):
-    """What a row says that none of its tests speaks of."""
+    """Returns the terms of a row that none of its tests mentions."""
     claim = DIFFERS.split(row)[0]
     texts, files = [tests.text(name) for name in names], [tests.file(name) for name in names]
     for term in dict.fromkeys(OBJECT.findall(RANGE.sub(r"\1", claim))):

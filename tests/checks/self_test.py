@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""The checks can fail: each is shown a small tree that breaks its rule, and one that keeps it."""
+"""The checks can fail: each is run on a small tree that violates its rule, and on one that complies."""
 
 import os
 import shutil
@@ -94,8 +94,8 @@ class Mutations(TreeCase):
 
 class Layering(TreeCase):
     AGAINST = [
-        ("stack/base/a.h", '"stack/can/frame.h"'),  # a part that comes later
-        ("stack/can/a.h", '"stack/stranger/a.h"'),  # a part nobody named
+        ("stack/base/a.h", '"stack/can/frame.h"'),  # a later part
+        ("stack/can/a.h", '"stack/stranger/a.h"'),  # an unknown part
         ("stack/line/a.h", '"bridges/can/a.h"'),
         ("stack/line/a.h", '"gateway/a.h"'),
         ("stack/line/a.h", '"a.h"'),
@@ -122,7 +122,7 @@ class Layering(TreeCase):
         ("gateway/runtime/a.cpp", '"gateway/publish/a.h"'),
         ("gateway/config/a.cpp", '"gateway/exchange/ring.h"'),
         ("gateway/tools/a.cpp", '"gateway/process/a.h"'),
-        ("gateway/app/a.cpp", '"gateway/config/a.h"'),  # a room nobody named
+        ("gateway/app/a.cpp", '"gateway/config/a.h"'),  # an unknown part of the gateway
         ("gateway/cli/a.cpp", '"gateway/a.h"'),
         ("gateway/publish/a.cpp", '"bridges/dds/a.h"'),
     ]
@@ -277,7 +277,7 @@ class Sizes(TreeCase):
     def test_a_file_is_as_long_as_its_subject(self):
         self.assertEqual(self.complaints(sizes, "a.h", "\n" * 5000), [])
 
-    # One function of each kind, and what looks like one.
+    # One function of each kind, and constructs that resemble functions.
     def test_what_is_a_function(self):
         text = """
 #define BRACE {

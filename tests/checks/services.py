@@ -1,8 +1,10 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""The table of services and objects in stack/README.md, that of sentences in stack/routing/README.md, that of services in
-stack/lss/README.md, those in stack/manager/README.md, that of features in stack/line/README.md, those of manuals in stack/diagnosis/README.md and stack/node/README.md, those of manuals in stack/scan/README.md, and that of faults in deploy/OPERATING.md: every place and every test they name exists, and the test is built. The guide's table of events has each kind with its severity. (That none is switched off is what words.py looks after.) What is
-no test of GoogleTest is named by its path below tests/. Each row is compared with its tests: see rows.py."""
+"""The tables of services, objects, features, sentences and manuals in the READMEs of stack/ (itself, routing, lss,
+manager, line, diagnosis, node, scan), and that of faults in deploy/OPERATING.md: every place and every test that
+they name exists, and the test is built. The guide's table of events has each kind with its severity. (words.py
+checks that no test is disabled.) A test that is not a GoogleTest is named by its path below tests/. Each row is
+compared with its tests: see rows.py."""
 
 import os
 import re
@@ -52,7 +54,7 @@ TEST = re.compile(r"^(?:TYPED_)?TEST(?:_[FP])?\(\s*(\w+)\s*,\s*(\w+)\s*\)", re.M
 
 
 def tests_of(root):
-    """Suite.Name of each test whose file is named by the CMakeLists.txt beside it."""
+    """Returns Suite.Name of each test whose file is named by the CMakeLists.txt in its folder."""
     found = set()
     for folder, _, files in tree.walk(root):
         if folder.split(os.sep)[0] != "tests" or "CMakeLists.txt" not in files:
@@ -66,7 +68,7 @@ def tests_of(root):
 
 
 def rows(root, table, heading, first_cell):
-    """(line number, cells) of each row below the heading, up to the next."""
+    """Returns (line number, cells) of each row below the heading, up to the next heading."""
     inside = False
     for number, line in tree.lines(root, table):
         inside = line == heading if line.startswith("## ") else inside
@@ -119,7 +121,7 @@ def check_table(root, tests, table, heading, first_cell, wrong):
 
 
 def event_kinds(root):
-    """The severity of each kind of event."""
+    """Returns the severity of each kind of event."""
     if not os.path.exists(os.path.join(root, EVENT_KINDS)):
         return {}
     return dict(EVENT_KIND.findall(tree.read(root, EVENT_KINDS)))

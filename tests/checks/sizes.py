@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Short functions: none has more than 70 lines, from its first brace to its last, or from `def`. A file is as long as
-its subject: `sizes.py --files` lists the longest ones."""
+"""Functions are short: none has more than 70 lines, from its first brace to its last, or from `def`. Files may have
+any length: `sizes.py --files` lists the longest ones."""
 
 import ast
 import re
@@ -10,9 +10,9 @@ import sys
 import tree
 
 LIMIT = 70
-LONGEST = 20  # files of the list
+LONGEST = 20  # number of files in the list
 
-# What may hold braces that are none of the code's: comments, literals, directives. A ' between digits separates them.
+# Text whose braces do not belong to the code: comments, literals, directives. A ' between digits separates them.
 NO_CODE = re.compile(
     r"""//[^\n]*
       | /\*.*?\*/
@@ -22,7 +22,7 @@ NO_CODE = re.compile(
       | ^[ \t]*\#(?:[^\n\\]|\\.)*""",
     re.DOTALL | re.MULTILINE | re.VERBOSE)
 PARTS = re.compile(r"[{}();]")
-# What stands before a declaration and says nothing of its kind.
+# Prefixes of a declaration that do not depend on its kind.
 BEFORE = re.compile(r"\b(?:public|private|protected)\s*:|\[\[.*?\]\]|\balignas\([^()]*\)|\btemplate\s*<[^{}();]*>")
 SCOPE = re.compile(r"\s*(?:(?:inline|static|typedef)\s+)*(?:namespace|class|struct|union|extern)\b")
 OPERATOR = re.compile(r"\boperator\s*[^\s\w(]+")
@@ -30,12 +30,12 @@ NAME = re.compile(r"(operator\s*[^\s(]+|[\w:~]+)\s*\(")
 
 
 def blank(text):
-    """The text with spaces for all that is no code; lines stay where they are."""
+    """Returns the text with spaces for everything that is not code; line numbers do not change."""
     return NO_CODE.sub(lambda found: re.sub(r"[^\n]", " ", found.group()), text)
 
 
 def partners(code):
-    """The place of the closing brace by that of the opening one."""
+    """Returns the position of the closing brace by that of the opening one."""
     out, opened = {}, []
     for brace in re.finditer(r"[{}]", code):
         if brace.group() == "{":
@@ -46,7 +46,7 @@ def partners(code):
 
 
 def without_parameters(head):
-    """The head of a declaration without what is in its parentheses."""
+    """Returns the head of a declaration without the contents of its parentheses."""
     while True:
         shorter = re.sub(r"\([^()]*\)", " ", head)
         if shorter == head:
@@ -55,21 +55,21 @@ def without_parameters(head):
 
 
 def kind_of(head, after):
-    """What a brace between `head` and `after` begins: "scope", "function", or "value"."""
+    """Returns what a brace between `head` and `after` opens: "scope", "function", or "value"."""
     head = BEFORE.sub(" ", head)
     if "(" not in head or after[:1] == ";":  # class A : B<int(int)> {};
         return "scope" if SCOPE.match(head) else "value"
     if "=" in OPERATOR.sub(" ", without_parameters(head)):
         return "value"
-    # a_{1} in the list of a constructor is followed by another one, or by the body.
+    # a_{1} in the initializer list of a constructor is followed by another member, or by the body.
     return "value" if after[:1] in (",", "{") else "function"
 
 
 def functions_of_cpp(text):
-    """Yields (name, first line, lines) of each function that has a body; lambdas are part of the one around them."""
+    """Yields (name, first line, lines) of each function with a body; a lambda is part of the function around it."""
     code = blank(text)
     partner = partners(code)
-    start, place, depth = 0, 0, 0  # start: of the declaration at `place`
+    start, place, depth = 0, 0, 0  # start: position of the declaration at `place`
     while found := PARTS.search(code, place):
         begin, part = found.start(), found.group()
         place = begin + 1
@@ -92,7 +92,7 @@ def functions_of_cpp(text):
 
 
 def functions_of_python(text):
-    """The same of a Python file."""
+    """Yields the same for a Python file."""
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
             yield node.name, node.lineno, node.end_lineno - node.lineno + 1

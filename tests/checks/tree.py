@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What every check needs: the files of the repository, complaints, and a main program."""
+"""Shared by all checks: the files of the repository, complaints, and a main program."""
 
 import os
 import sys
 
 SOURCES = (".h", ".cpp", ".c", ".idl")
-# Not ours to check: version control, builds, editors.
+# Not checked: version control, builds, editors.
 SKIPPED = {"build", "__pycache__"}
 
 
@@ -17,7 +17,7 @@ def walk(root):
 
 
 def files(root, suffixes=None):
-    """Yields the paths of all files, relative to root; with suffixes only those that end so."""
+    """Yields the paths of all files, relative to root; with suffixes only those with such an end."""
     for folder, _, names in walk(root):
         for name in names:
             if suffixes is None or name.endswith(suffixes):
@@ -34,13 +34,13 @@ def lines(root, path):
 
 
 def read(root, path):
-    """The whole of a text file."""
+    """Returns the whole text of a file."""
     with open(os.path.join(root, path), encoding="utf-8") as text:
         return text.read()
 
 
 def run(check):
-    """Prints what check(root) complains of; ends with 1 if there was anything."""
+    """Prints the complaints of check(root); exits with 1 if there are any."""
     here = os.path.dirname(os.path.abspath(__file__))
     root = sys.argv[1] if len(sys.argv) > 1 else os.path.join(here, "..", "..")
     complaints = list(check(os.path.realpath(root)))

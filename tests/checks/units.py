@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""systemd reads every unit file of the tree without complaint, and knows the capabilities it names: it ignores in
-silence those that it does not. Programs that are not installed here are taken for /bin/true. The service may write the
-recordings of the operator's guide: they are in folders that systemd makes for it."""
+"""systemd accepts every unit file of the tree without complaint, and supports the capabilities it names: it silently
+ignores those that it does not support. Programs that are not installed here are replaced by /bin/true. The service
+may write the recordings of the operator's guide: they are in folders that systemd creates for it."""
 
 import os
 import re
@@ -17,7 +17,7 @@ CAPABILITIES = re.compile(r"^(?:Ambient|Bounding|CapabilityBounding)\w*=~?(.*)$"
 SERVICE = "deploy/package/linegated.service"
 GUIDE = "deploy/OPERATING.md"
 RECORDING = re.compile(r"\brecord: (?:\{file: )?(/[^\s,}]+)")
-# What systemd makes for a unit, by the setting that names it.
+# The folders that systemd creates for a unit, by the setting that names them.
 FOLDERS = {"StateDirectory": "/var/lib", "LogsDirectory": "/var/log", "CacheDirectory": "/var/cache"}
 
 
@@ -35,7 +35,7 @@ def complaints_of_systemd(path, text):
         unit = os.path.join(folder, os.path.basename(path))
         with open(unit, "w", encoding="utf-8") as file:
             file.write(runnable(text))
-        # Its status is 0 for most of what it complains of.
+        # It exits with 0 in spite of most of its complaints.
         verified = subprocess.run(["systemd-analyze", "verify", "--man=no", unit], capture_output=True, text=True,
                                   check=False)
         said = (verified.stdout + verified.stderr).replace(unit, path).splitlines()

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Nothing unfinished stays in the tree: words that announce later work, and tests that do not run."""
+"""The tree contains nothing unfinished: no words that announce later work, and no disabled tests."""
 
 import os
 import re
@@ -11,7 +11,7 @@ FORBIDDEN = re.compile(
     r"\b(TODO|FIXME|XXX|HACK|GTEST_SKIP|DISABLED_\w+|not (yet )?implemented|unimplemented|for now|placeholder)\b"
 )
 TEXTS = tree.SOURCES + (".py", ".sh", ".cmake", ".md", ".yaml", ".xml", "CMakeLists.txt")
-# These two have to name what they look for.
+# These two files must contain the words to search for.
 EXEMPT = {os.path.join("tests", "checks", name) for name in ("words.py", "self_test.py")}
 
 

@@ -122,7 +122,8 @@ TEST_F(Desk, TheWindowKeepsTheLast256OfEachClient) {
     answer(take(request(id)).command->command.tag);
   EXPECT_TRUE(take(request(2)).answer);
   EXPECT_TRUE(take(request(257)).answer);
-  EXPECT_TRUE(take(request(1)).command);  // forgotten, hence new
+  // The desk has forgotten it, so it counts as a new request.
+  EXPECT_TRUE(take(request(1)).command);
 }
 
 TEST_F(Desk, TheSameIdOfAnotherClientOrLineIsAnother) {
@@ -241,7 +242,8 @@ TEST(DeskLimits, TheClientSilentTheLongestMakesRoom) {
   }
   EXPECT_TRUE(desk.take(request(1, v1::COMMAND_SDO_READ, "a")).answer);
   EXPECT_TRUE(desk.take(request(1, v1::COMMAND_SDO_READ, "c")).command);
-  EXPECT_TRUE(desk.take(request(1, v1::COMMAND_SDO_READ, "b")).command);  // forgotten, hence new
+  // The desk has forgotten it, so it counts as a new request.
+  EXPECT_TRUE(desk.take(request(1, v1::COMMAND_SDO_READ, "b")).command);
 }
 
 TEST(DeskLimits, ClientsThatAllWaitLeaveNoRoom) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Requests and replies between two processes.
+// Command requests and replies between two processes.
 #include <thread>
 
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
@@ -127,7 +127,8 @@ TEST(Waiting, ForCenturiesEndsWhenWoken) {
   waker.join();
 }
 
-// A client by hand, on the topics themselves; any number of names.
+// A client without dds::Client: it writes requests and reads replies on the topics, under any
+// number of client names.
 struct Stranger {
   explicit Stranger(std::vector<Diagnostic>& diagnostics)
       : endpoints("stranger", domain(), LOOPBACK_PROFILES, diagnostics),
@@ -141,7 +142,8 @@ struct Stranger {
     request.last(true);
   }
 
-  // Sends the request, and gives how many answers came to it within 100 ms or at least one.
+  // Sends the request and returns the number of replies to it. Waits until there is at least one
+  // reply, at most 100 ms after the last sample.
   int ask(const std::string& client, std::uint64_t id) {
     request.client(client);
     request.id(id);
@@ -176,7 +178,7 @@ TEST_F(Commands, ADuplicateIsCarriedOutOnceAndAnsweredEachTime) {
 
 TEST_F(Commands, MoreClientsThanInstancesAreServed) {
   constexpr int kStrangers = 5;
-  constexpr int kClients = 250;  // of each: more than CommandReply has instances for
+  constexpr int kClients = 250;  // per stranger: more than the number of instances of CommandReply
   std::vector<Diagnostic> diagnostics;
   std::vector<std::unique_ptr<Stranger>> strangers;
   for (int i = 0; i < kStrangers; ++i) {
@@ -189,7 +191,7 @@ TEST_F(Commands, MoreClientsThanInstancesAreServed) {
   EXPECT_EQ(carried_out(), 1'250U);
 }
 
-// The operator's profiles, to be changed.
+// The text of the test profiles, for tests that change it.
 class ProfileText {
  public:
   ProfileText() {
@@ -198,7 +200,8 @@ class ProfileText {
   }
   const std::string& text() const { return text_; }
 
-  // The first element in the profile which begins so; path: of its tags, as in "topic><kind".
+  // Sets the value of the first element with that path in the profile. path: nested tags, as in
+  // "topic><kind".
   void set(const std::string& profile, const std::string& path, std::uint32_t value) {
     const std::size_t begin = find("<" + path + ">", find(profile, 0)) + path.size() + 2;
     text_.replace(begin, text_.find('<', begin) - begin, std::to_string(value));
@@ -207,7 +210,7 @@ class ProfileText {
     set(profile, "max_samples", instances * depth);
     set(profile, "max_instances", instances);
   }
-  // At the end of the profile.
+  // Adds an element at the end of the profile.
   void add(const std::string& profile, const std::string& element) {
     text_.insert(find("<historyMemoryPolicy>", find(profile, 0)), element);
   }
@@ -278,8 +281,9 @@ TEST_F(FewInstances, OutputsOfManyGroupsArrive) {
   }
 }
 
-// A writer of replies that tells all the time what it has, since one reader never says that it got
-// it. Fast DDS must not find samples there that are being let go of (Endpoints::remove).
+// The writer of replies sends heartbeats without a pause, because one reader never acknowledges.
+// Fast DDS must not find samples in the writer's history while they are being removed
+// (Endpoints::remove).
 std::string busy_heartbeats() {
   ProfileText profiles;
   const std::string writer = "<data_writer profile_name=\"linegate/v1/CommandReply\">";
@@ -296,7 +300,8 @@ class BusyHeartbeats : public testing::Test {
     ASSERT_FALSE(gateway.expect("ready").empty());
     ASSERT_FALSE(subscriber.expect("line").empty());
   }
-  // For so many clients more, at most 256: that many instances a writer of requests has.
+  // Sends requests of `more` new clients, at most 256: the number of instances of a writer of
+  // requests.
   void ask_for(int more) {
     Stranger stranger(diagnostics);
     for (const int end = clients + more; clients < end; ++clients) {

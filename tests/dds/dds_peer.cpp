@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// The other process of the DDS tests.
+// The second process of the DDS tests.
 //
 //   dds_peer gateway DOMAIN [PROFILES]     publishes known_values.h and answers commands:
 //     sdo_read             sub x 1024 bytes of pattern(seed = node); index 1234h: abort 06020000h
-//     sdo_write            how many bytes came, 4 bytes, if they are pattern(seed = node);
+//     sdo_write            number of received bytes, in 4 bytes, if they are pattern(seed = node);
 //                          else abort 08000000h
-//     local_read           how many commands but this kind were carried out, 4 bytes
-//     anything else        done, without data
+//     local_read           number of commands of other kinds that were executed, in 4 bytes
+//     other kinds          done, without data
 //   dds_peer unguarded DOMAIN [PROFILES]   the same without a guard
-//   dds_peer subscriber DOMAIN [PROFILES]  prints what it receives, a line each
+//   dds_peer subscriber DOMAIN [PROFILES]  prints what it receives, one line for each sample
 //
-// Prints "guard REASON COUNT" whenever a guard has dropped more, and "guarded" at its end if
-// datagrams passed a guard. Says "ready" when its endpoints exist (the gateway: when all is
-// published); ends when its standard input does.
+// Prints "guard REASON COUNT" whenever a guard has dropped more datagrams, and "guarded" at its end
+// if datagrams passed through a guard. Prints "ready" when its endpoints exist (as a gateway: when
+// everything is published). Ends at the end of its standard input.
 #include <cstdio>
 #include <cstdlib>
 
@@ -127,7 +127,7 @@ class Plant : public dds::GatewayHandler {
   std::uint64_t unreadable_ = 0;
 };
 
-// What a guard has dropped since the last call.
+// Counts the datagrams that a guard dropped since the last call.
 class Dropped {
  public:
   void print(const dds::guard::Counters& now) {
@@ -182,7 +182,7 @@ int run_gateway(std::uint32_t domain, const std::string& profiles, bool guard) {
   while (!input_ended()) {
     bridge.poll(milliseconds(20), plant);
     dropped.print(bridge.guard_counters());
-    // Repeated: a volatile reader that matches late receives the next one.
+    // Repeated, because a volatile reader that matches late receives only later samples.
     bridge.publish_pdo_update(known::kLine, known::layout(), snapshot, snapshot.marks[0], 3);
     bridge.publish(known::kLine, known::layout(), known::reception());
   }

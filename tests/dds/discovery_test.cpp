@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Participants that somebody invents take a bounded number of places, and nobody's who is there.
+// Forged announcements of participants occupy a bounded number of places, and never the place of a
+// participant that is present.
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
@@ -43,7 +44,7 @@ void append_parameter(std::string& out, std::uint16_t id, const std::string& val
   out += value;
 }
 
-// 127.0.0.1 and a port on which nobody listens, as Locator_t.
+// 127.0.0.1 and a port without a receiver, as Locator_t.
 std::string nowhere() {
   std::string out;
   append(out, 1, 4);
@@ -52,7 +53,7 @@ std::string nowhere() {
   return out;
 }
 
-// A datagram with one DATA of a builtin writer, big-endian entity IDs as octets.
+// A datagram with one DATA of a builtin writer. The entity IDs are given as octets, big-endian.
 std::string datagram(const std::string& prefix, const std::string& reader,
                      const std::string& writer, std::uint32_t number, std::string parameters) {
   using namespace std::string_literals;
@@ -60,7 +61,7 @@ std::string datagram(const std::string& prefix, const std::string& reader,
   std::string data = "\0\0\x10\0"s + reader + writer;
   append(data, 0, 4);
   append(data, number, 4);
-  data += "\0\x03\0\0"s + parameters;  // PL_CDR_LE
+  data += "\0\x03\0\0"s + parameters;  // encapsulation: PL_CDR_LE
   std::string out = "RTPS\x02\x03\x01\x0F"s + prefix + "\x15\x05"s;
   append(out, data.size(), 2);
   return out + data;
@@ -73,7 +74,7 @@ std::string invented(std::uint32_t number) {
   return prefix;
 }
 
-// The announcement (SPDP) of a participant that does not exist, and is gone after its lease.
+// The announcement (SPDP) of a participant that does not exist. It expires after its lease.
 std::string announcement(std::uint32_t number, std::uint32_t lease_seconds) {
   using namespace std::string_literals;
   std::string parameters;
@@ -90,7 +91,7 @@ std::string announcement(std::uint32_t number, std::uint32_t lease_seconds) {
   return datagram(invented(number), "\0\x01\0\xC7"s, "\0\x01\0\xC2"s, 1, parameters);
 }
 
-// What an invented participant announces (SEDP) as its writer of that number, from 1.
+// The announcement (SEDP) of writer `number` of a forged participant. Numbers begin with 1.
 std::string writer_announcement(std::uint32_t participant, std::uint32_t number,
                                 const std::string& topic = "invented",
                                 const std::string& type = "Invented") {
@@ -111,7 +112,7 @@ std::string writer_announcement(std::uint32_t participant, std::uint32_t number,
   return datagram(invented(participant), "\0\0\x03\xC7"s, "\0\0\x03\xC2"s, number, parameters);
 }
 
-// The end of that writer, as its sample `number`.
+// The announcement that this writer ended, as sample `number` of the builtin writer.
 std::string writer_end(std::uint32_t participant, std::uint32_t writer, std::uint32_t number) {
   using namespace std::string_literals;
   std::string parameters;
@@ -131,7 +132,7 @@ std::string writer_end(std::uint32_t participant, std::uint32_t writer, std::uin
 
 class SpdpSender {
  public:
-  // from: an address of this host in 127.0.0.0/8.
+  // from: source address, an address of this host in 127.0.0.0/8.
   explicit SpdpSender(std::uint16_t port, std::uint32_t from = INADDR_LOOPBACK) {
     sockaddr_in own{};
     own.sin_family = AF_INET;
@@ -156,21 +157,21 @@ class SpdpSender {
   sockaddr_in to_{};
 };
 
-// A gateway that publishes events, and a subscriber in a process of its own that prints them.
+// A gateway that publishes events, and a subscriber in a separate process that prints them.
 class EventGateway {
  public:
-  // 0: as many participants as by default.
+  // places: largest number of participants; 0: the default.
   explicit EventGateway(std::size_t places = 0) : bridge_(make(places)) {}
 
   bool begins() { return bridge_ && subscriber_.expect("ready") == "ready" && is_received(); }
   dds::GatewayBridge& bridge() { return *bridge_; }
-  // Publishes one event more.
+  // Publishes one more event and returns whether the subscriber received it.
   bool is_received() {
     ++number_;
     EXPECT_TRUE(bridge_->publish(known::kLine, known::event(number_), "text"));
     return subscriber_.expect(last()) == last();
   }
-  // What a subscriber prints of the newest event.
+  // The line that a subscriber prints for the newest event.
   std::string last() const { return "event " + std::to_string(number_); }
 
  private:
@@ -181,7 +182,7 @@ class EventGateway {
     return made.ok() ? *std::move(made.value) : nullptr;
   }
 
-  // Before the subscriber: it is the first participant of the domain.
+  // Created before the subscriber, so that it is the first participant of the domain.
   std::unique_ptr<dds::GatewayBridge> bridge_;
   Peer subscriber_{"subscriber"};
   std::uint64_t number_ = 0;
@@ -212,7 +213,7 @@ TEST(Discovery, InventedParticipantsTakeABoundedNumberOfPlaces) {
   EXPECT_LE(bridge.discovery().participants, kPlaces);
   EXPECT_LE(bridge.discovery().discovered - bridge.discovery().gone, kPlaces);
 
-  // When the lease of the invented ones has passed there is room again.
+  // There is room again when the leases of the forged participants have expired.
   EXPECT_TRUE(eventually([&] { return bridge.discovery().participants == 1; }, kDeadline * 3));
   EXPECT_TRUE(gateway.is_received());
   Peer late("subscriber");
@@ -220,7 +221,7 @@ TEST(Discovery, InventedParticipantsTakeABoundedNumberOfPlaces) {
   EXPECT_EQ(late.expect(gateway.last()), gateway.last());
 }
 
-// The loopback profiles with 127.0.0.1 as the address of initial peers.
+// The loopback profiles with 127.0.0.1 as the address of the initial peers.
 std::string profiles_with_peers() {
   std::ifstream in(LOOPBACK_PROFILES);
   std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
@@ -267,7 +268,7 @@ TEST(Discovery, AParticipantTakesABoundedNumberOfPlacesForItsEndpoints) {
     stranger.send(announcement(1, 600));
     return bridge.discovery().participants >= 2;
   }));
-  // In order, or the library waits for what it misses; a socket may lose some of them.
+  // Sent in order: the library waits for missing numbers. Repeated, because a socket may lose some.
   const auto announced = [&] { return bridge.guard_counters().endpoints - before; };
   std::uint32_t next = 1;
   ASSERT_TRUE(eventually([&] {
@@ -285,8 +286,8 @@ TEST(Discovery, AParticipantTakesABoundedNumberOfPlacesForItsEndpoints) {
   EXPECT_EQ(late.expect(gateway.last()), gateway.last());
 }
 
-// The library takes samples of discovery in their order: the ends lie behind announcements that
-// found no place.
+// The library processes samples of discovery in order of their numbers. Here the ends follow
+// announcements that the guard dropped for lack of a place.
 TEST(Discovery, APlaceIsGivenBackWhenAnEndpointEnds) {
   constexpr auto kMost = static_cast<std::uint32_t>(dds::guard::Discovered::kEndpoints);
   constexpr std::uint32_t kTooMany = 10;
@@ -302,7 +303,7 @@ TEST(Discovery, APlaceIsGivenBackWhenAnEndpointEnds) {
   }));
   const std::size_t own = bridge.guard_counters().endpoints;
   const auto announced = [&] { return bridge.guard_counters().endpoints - own; };
-  // In order, or the library waits for what it misses; a socket may lose some of them.
+  // Sent in order: the library waits for missing numbers. Repeated, because a socket may lose some.
   ASSERT_TRUE(eventually([&] {
     const auto next = static_cast<std::uint32_t>(announced()) + 1;
     for (std::uint32_t i = next; i < next + 200 && i <= kMost + kTooMany; ++i)
@@ -327,7 +328,7 @@ double seconds(int whose) {
   return of(usage.ru_utime) + of(usage.ru_stime);
 }
 
-// Of this process, whose main thread is the sender.
+// The cost of this process without its main thread, which is the sender.
 struct Cost {
   double processor = seconds(RUSAGE_SELF) - seconds(RUSAGE_THREAD);
   std::size_t resident = 0;  // octets
@@ -340,8 +341,8 @@ struct Cost {
   }
 };
 
-// 2,000 invented participants, each with 20 writers that nobody reads and 20 that the gateway
-// might.
+// 2,000 forged participants, each with 20 writers of topics that have no reader here and 20 writers
+// of topics that the gateway reads.
 TEST(Discovery, AFloodOfInventedParticipantsAndEndpointsCostsABoundedAmount) {
   constexpr std::uint32_t kInvented = 2'000;
   constexpr std::uint32_t kWriters = 40;

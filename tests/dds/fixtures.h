@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the tests of this folder share: clients, raw endpoints, waiting with a deadline.
+// Shared by the tests of this folder: clients, raw endpoints, and waiting with a deadline.
 #pragma once
 
 #include <chrono>
@@ -20,10 +20,10 @@
 
 namespace linegate::test {
 
-// Long enough for a loaded machine; a test that passes does not wait for it.
+// Long enough for a loaded machine. A test that passes does not wait that long.
 inline constexpr std::chrono::seconds kDeadline{20};
 
-// Repeats `step` until it is true; false after the deadline.
+// Repeats `step` until it returns true. Returns false after the deadline.
 inline bool eventually(const std::function<bool()>& step,
                        std::chrono::nanoseconds deadline = kDeadline) {
   const auto end = std::chrono::steady_clock::now() + deadline;
@@ -50,7 +50,7 @@ inline std::unique_ptr<dds::Client> make_client(const dds::ClientOptions& option
   return made.ok() ? std::move(*made.value) : nullptr;
 }
 
-// A file of this test alone, gone at its end.
+// A file for one test, removed at the end of the test.
 struct File {
   explicit File(const std::string& text) { std::ofstream(path) << text; }
   ~File() { std::filesystem::remove(path); }

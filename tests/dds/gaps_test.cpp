@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a reader pays for a sample does not grow with the age of the gateway: the samples that a
-// writer keeps never lie far apart in its sequence numbers. (Fast DDS tells each number between
-// them that is missing, again and again: bridges/dds/state_writer.h.)
+// The cost of a sample for a reader does not grow with the uptime of the gateway: the sequence
+// numbers of the samples that a writer keeps stay close together. (Fast DDS sends a GAP for each
+// missing number between them, repeatedly: bridges/dds/state_writer.h.)
 #include <algorithm>
 #include <chrono>
 #include <map>
@@ -27,12 +27,13 @@ constexpr int kBusy = 5'000;  // samples of the line that is not quiet
 constexpr std::uint64_t kMostApart = 2'048;
 constexpr const char* kQuiet = "quiet";
 
-// Clients pause now and then: acknowledgements of what they got come with heartbeats, and replies
-// are dropped when all are acknowledged. (Without any pause there are far more, but not endlessly.)
+// Clients pause now and then: a reader acknowledges after a heartbeat, and the writer removes
+// replies when all readers have acknowledged them. (Without any pause far more replies are kept,
+// but still a bounded number.)
 constexpr std::uint64_t kBurst = 200;
-constexpr std::chrono::milliseconds kPause{150};  // three heartbeats
+constexpr std::chrono::milliseconds kPause{150};  // three heartbeat periods
 
-// Sequence numbers a late joiner receives, the smallest and the largest of each writer.
+// The sequence numbers that a late joiner receives: the smallest and the largest of each writer.
 template <class PubSubType>
 struct Kept {
   Kept(dds::Endpoints& endpoints, const std::string& topic)
@@ -91,7 +92,8 @@ class Gaps : public testing::Test {
     EXPECT_TRUE(bridge->publish(line, known::event(number), "text"));
   }
 
-  // What is kept of a topic, once all of its instances and `newest` have arrived.
+  // Returns the distance of the sequence numbers kept for a topic, once all of its instances and
+  // sample `newest` have arrived.
   template <class PubSubType>
   std::uint64_t apart(const std::string& topic, std::size_t instances, std::uint64_t newest) {
     Kept<PubSubType> kept(late, topic);
@@ -124,7 +126,7 @@ TEST_F(Gaps, OfTheGatewaysTopicsStaySmall) {
   EXPECT_EQ(bridge->counters().failed, 0U);
 }
 
-// Whoever comes after that hears nothing of it but its events.
+// A subscriber that joins after the end of a line receives only the events of that line.
 TEST_F(Gaps, OfALineThatEndedStaySmall) {
   for (const auto direction : {image::Direction::inputs, image::Direction::outputs})
     publish(kQuiet, 1, direction);

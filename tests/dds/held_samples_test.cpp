@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// No instance lies further back than is allowed, whatever the others do.
+// The sequence number of each instance's newest sample never lags behind the writer's last one by
+// more than the permitted distance, whatever other instances do.
 #include "bridges/dds/held_samples.h"
 
 #include <map>
@@ -12,7 +13,8 @@ namespace {
 
 using Held = HeldSamples<int, std::string>;
 
-// What a writer does with them, and how far back the newest sample of each instance lies.
+// A writer that uses HeldSamples, and the distance of the newest sample of each instance from the
+// last number written.
 struct Writer {
   void write(int instance, const std::string& sample) {
     EXPECT_EQ(held.note(instance, sample), sample);
@@ -74,7 +76,7 @@ TEST(HeldSamples, ManySilentInstancesDoNotDriveEachOtherWithoutEnd) {
       ASSERT_LE(writer.span(), 2U * kInstances);
     }
   }
-  // In every round through all, as many samples of their own as repeated ones at least.
+  // In each cycle through all instances, new samples are at least as many as repeated ones.
   EXPECT_LE(writer.repeated, 50'000U);
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the gateway of dds_peer publishes, so that every subscriber can compare field by field.
-// tests/interop/subscriber.c holds the same in C.
+// The values that the gateway of dds_peer publishes, so that every subscriber can compare them
+// field by field. tests/interop/known_values.c has the same values in C.
 #pragma once
 
 #include <cstdint>
@@ -13,9 +13,9 @@ namespace linegate::known {
 inline constexpr const char* kGateway = "known-gateway";
 inline constexpr const char* kLine = "line1";
 inline constexpr std::uint64_t kIncarnation = 0x0123'4567'89AB'CDEF;
-inline constexpr std::uint32_t kEntries = 300;  // two parts
+inline constexpr std::uint32_t kEntries = 300;  // the layout is sent in two parts
 inline constexpr std::uint64_t kEvents = 1'500;
-inline constexpr std::int64_t kUtc = 1'700'000'000'000'000'000;  // UTC of Instant 0
+inline constexpr std::int64_t kUtc = 1'700'000'000'000'000'000;  // UTC at Instant 0, in ns
 
 inline Instant at(std::int64_t ns) {
   return Instant{Duration{ns}};
@@ -114,7 +114,7 @@ inline line::OutputState output_state() {
   return state;
 }
 
-// 300 UNSIGNED16, of which 4 are in each PDO of nodes 1, 2, ...
+// 300 UNSIGNED16, four in each PDO, of nodes 1, 2, ...
 inline image::Layout layout() {
   image::Layout layout;
   layout.direction = image::Direction::inputs;
@@ -166,7 +166,7 @@ inline image::Snapshot snapshot() {
   return snapshot;
 }
 
-// Of the PDO that the snapshot has a mark of, with the same values.
+// The reception of the PDO that the snapshot has a mark of, with the same values.
 inline pdo::Reception reception() {
   const image::Snapshot of = snapshot();
   const image::PdoMark& mark = of.marks[0];

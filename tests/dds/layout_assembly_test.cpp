@@ -81,7 +81,7 @@ TEST(LayoutAssembly, PartsLeftOfALongerLayoutDoNotMatter) {
 }
 
 TEST(LayoutAssembly, WhatContradictsTheContractOrItselfIsIgnored) {
-  // Whether a layout comes of its two parts when one of them is spoilt.
+  // Whether a layout is assembled from its two parts if one of them is invalid.
   const auto completes = [](std::uint16_t number, auto spoil) {
     LayoutAssembly assembly;
     image::Layout layout;

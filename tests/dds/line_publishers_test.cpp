@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which lines are gone with their writer, and how many names a stranger may make up.
+// The lines that disappear with their writer, and the bound on the number of line names.
 #include "bridges/dds/line_publishers.h"
 
 #include <string>
@@ -10,7 +10,7 @@
 namespace linegate::dds {
 namespace {
 
-using Publishers = LinePublishers<int>;  // writers by number
+using Publishers = LinePublishers<int>;  // writers are identified by a number
 
 std::vector<std::string> lose(Publishers& publishers, int writer) {
   std::vector<std::string> gone;
@@ -53,7 +53,7 @@ TEST(LinePublishers, AreBoundedAndKnownLinesGoOn) {
   EXPECT_FALSE(publishers.note("stranger", "one more", 1));
   EXPECT_TRUE(publishers.note("stranger", "7", 2));
   EXPECT_EQ(lose(publishers, 1).size(), Publishers::kMaxLines - 1);
-  EXPECT_TRUE(publishers.note("stranger", "one more", 1)) << "there is room again";
+  EXPECT_TRUE(publishers.note("stranger", "one more", 1)) << "there is room for a line again";
 }
 
 }  // namespace

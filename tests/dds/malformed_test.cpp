@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What strangers may send: refused with the reason, harmless.
+// Malformed samples of unknown clients are rejected with the reason and do no harm.
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
 #include <gtest/gtest.h>
@@ -46,7 +46,7 @@ class Malformed : public testing::Test {
     return sample;
   }
 
-  // Sends it until it is answered, and gives the answer.
+  // Sends the request until it is answered, and returns the reply.
   v1::CommandReply ask(v1::CommandRequest sample) {
     v1::CommandReply reply;
     EXPECT_TRUE(eventually([&] {
@@ -62,7 +62,7 @@ class Malformed : public testing::Test {
     return reply;
   }
 
-  // Sends it until the gateway has refused something, and gives what it says.
+  // Sends the sample until the gateway rejects an output, and returns the line that it prints.
   std::string refused(v1::OutputWrite sample) {
     std::string line;
     eventually([&] {
@@ -109,13 +109,13 @@ TEST_F(Malformed, ASampleLargerThanItsTypeIsDroppedAndTheNextIsCarriedOut) {
   large.data().resize(500'000);
   requests->write(&large);
   EXPECT_EQ(ask(request(3)).domain(), v1::RESULT_DONE);
-  // Were it taken, it would have been refused.
+  // An accepted sample would have caused this line.
   EXPECT_EQ(gateway.expect("command-refused", std::chrono::milliseconds(0)), "");
 }
 
 using Payload = eprosima::fastrtps::rtps::SerializedPayload_t;
 
-// A type that writes what nobody should.
+// A type that serializes a sample incorrectly.
 template <class Spoil>
 struct Spoilt : v1::CommandRequestPubSubType {
   bool serialize(void* data, Payload* payload) override {
@@ -154,7 +154,7 @@ TYPED_TEST(Unreadable, SamplesAreDroppedAndTheNextIsCarriedOut) {
     return status.current_count > 0;
   }));
   v1::CommandRequest sample = this->request(2);
-  // More than the gateway keeps of one client.
+  // More samples than the gateway keeps for one client.
   for (std::uint64_t id = 2; id < 302; ++id) {
     sample.id(id);
     EXPECT_TRUE(writer->write(&sample));
@@ -167,7 +167,7 @@ TEST_F(Malformed, OutputsAreRefusedWithTheReasonAndTheNextIsTaken) {
   const auto refused_when = [&](auto spoil, const char* words) {
     v1::OutputWrite sample = output();
     spoil(sample);
-    // It may still be refusing, again, what was sent before.
+    // The gateway may still report repetitions of the sample before.
     return eventually([&] { return refused(sample).find(words) != std::string::npos; });
   };
   EXPECT_TRUE(refused_when([](auto& s) { s.reactions(0xFF); }, "bits that mean nothing"));

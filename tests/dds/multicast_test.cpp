@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Readers that announce multicast locators do not end a gateway.
+// Readers that announce multicast locators must not crash a gateway.
 #include <array>
 #include <string>
 
@@ -32,7 +32,7 @@ Locator_t locator(const std::string& address, std::uint16_t port) {
   return out;
 }
 
-// A reader of LineState that announces a unicast locator of its own and a multicast locator.
+// A reader of LineState that announces its own unicast locator and a multicast locator.
 class MulticastReader {
  public:
   explicit MulticastReader(std::uint16_t unicast_port) {
@@ -73,8 +73,9 @@ class MulticastReader {
   fast::DataReader* reader_ = nullptr;
 };
 
-// Both have a unicast locator and the same multicast locator: Fast DDS 2.9 ends the process of the
-// writer on an assertion unless it keeps no multicast locators (Endpoints::create_participant).
+// Both readers have a unicast locator and the same multicast locator: Fast DDS 2.9 ends the process
+// of the writer with an assertion unless it keeps no multicast locators
+// (Endpoints::create_participant).
 TEST(Multicast, TwoReadersWithOneMulticastLocatorReceiveByUnicast) {
   std::vector<Diagnostic> diagnostics;
   ASSERT_TRUE(dds::load_profiles(LOOPBACK_PROFILES, diagnostics));
@@ -85,7 +86,7 @@ TEST(Multicast, TwoReadersWithOneMulticastLocatorReceiveByUnicast) {
   EXPECT_TRUE(eventually([&] { return first.receives(); }));
   MulticastReader second(static_cast<std::uint16_t>(port + 1));
   EXPECT_TRUE(eventually([&] { return second.receives(); }));
-  EXPECT_TRUE(gateway.end()) << "the gateway has ended by itself";
+  EXPECT_TRUE(gateway.end()) << "the gateway ended unexpectedly";
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Output values between two processes, and who owns a group.
+// Output values between two processes, and the ownership of a group.
 #include <gtest/gtest.h>
 
 #include "tests/dds/fixtures.h"
@@ -54,7 +54,8 @@ TEST(Outputs, TheStrongerWriterOwnsTheGroupUntilItIsGone) {
                 .empty();
   }));
   ASSERT_TRUE(eventually([&] { return weak->output_peers() == 1; }));
-  // Each weak write is followed by a strong one: when that has arrived, the weak one has not.
+  // Each weak write is followed by a strong one: when the strong one arrives and no weak one
+  // preceded it, the weak one was filtered.
   for (int i = 0; i < 10; ++i) {
     weak->write_outputs(known_line(), output(100));
     strong->write_outputs(known_line(), output(200 + static_cast<std::uint32_t>(i)));

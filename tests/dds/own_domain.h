@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A DDS domain for the tests of this process alone, so that test programs may run side by side.
+// Reserves a DDS domain for the tests of this process, so that test programs may run in parallel.
 #pragma once
 
 #include <cstddef>
@@ -14,10 +14,11 @@
 
 namespace linegate::test {
 
-// False if another process has the name. It is ours until this process ends, whatever way.
+// Returns false if another process has the name. The name is released when this process ends, even
+// if it is killed.
 inline bool take_name(const std::string& name) {
   sockaddr_un address{};
-  address.sun_family = AF_UNIX;  // and no path: a name of the abstract namespace, without a file
+  address.sun_family = AF_UNIX;  // without a path: a name of the abstract namespace needs no file
   std::memcpy(address.sun_path + 1, name.data(), name.size());
   const auto length = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name.size());
   const int held = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
@@ -28,7 +29,8 @@ inline bool take_name(const std::string& name) {
   return false;
 }
 
-// 50 to 189, always the same. Other numbers are left to the demo and to who tries things by hand.
+// A domain from 50 to 189, the same at each call. The other numbers are left to the demo and to
+// manual experiments.
 inline std::uint32_t own_domain() {
   constexpr std::uint32_t kFirst = 50;
   constexpr std::uint32_t kCount = 140;
@@ -40,7 +42,7 @@ inline std::uint32_t own_domain() {
         return candidate;
       }
     }
-    std::abort();  // nothing could be tested
+    std::abort();  // every domain is in use: no test can run
   }();
   return domain;
 }

@@ -24,11 +24,11 @@ TEST(PeerGateways, ComeAndGoWithTheirParticipants) {
   EXPECT_EQ(peers.changed(), Instant{1s});
   peers.come(7, "linegate b", Instant{2s});
   peers.come(8, "linegate a", Instant{3s});
-  peers.come(9, "linegate b", Instant{4s});  // started again, the old one is not gone yet
+  peers.come(9, "linegate b", Instant{4s});  // restarted, before the old participant has expired
   EXPECT_THAT(peers.names(), ElementsAre("a", "b"));
   peers.come(8, "linegate a", Instant{5s});
   peers.come(10, "linegate client x", Instant{6s});
-  EXPECT_EQ(peers.changed(), Instant{4s}) << "neither a client nor what is there is a change";
+  EXPECT_EQ(peers.changed(), Instant{4s}) << "neither a client nor a known gateway is a change";
   peers.go(7, Instant{7s});
   EXPECT_THAT(peers.names(), ElementsAre("a", "b"));
   peers.go(9, Instant{8s});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Another process of a test, and what it prints.
+// A second process of a test, and the lines that it prints.
 #pragma once
 
 #include <chrono>
@@ -13,7 +13,7 @@
 
 namespace linegate::test {
 
-// Of this test process alone: own_domain.h.
+// The domain of this test process: own_domain.h.
 std::uint32_t domain();
 
 class Peer {
@@ -24,13 +24,14 @@ class Peer {
   Peer(const Peer&) = delete;
   Peer& operator=(const Peer&) = delete;
 
-  // Reads lines until one begins with `prefix` and gives it; empty after the deadline.
+  // Reads lines until one begins with `prefix`, and returns it; empty after the deadline.
   std::string expect(std::string_view prefix,
                      std::chrono::milliseconds deadline = std::chrono::seconds(20));
   void signal(int number) const;
-  // Octets of its memory that are resident; 0 once it has ended.
+  // Resident memory of the process in octets; 0 once it has ended.
   std::size_t resident() const;
-  // Ends its input, then waits for it; kills it after 30 s. False: it had to be, or went wrong.
+  // Closes its standard input, waits for its end, and kills it after 30 s. Returns false if it had
+  // to be killed or did not exit with 0.
   bool end();
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// QoS comes from a file, and a bad file is told by its name.
+// QoS comes from a file, and a diagnostic names an invalid file.
 #include "bridges/dds/profiles.h"
 
 #include <map>
@@ -23,7 +23,7 @@ namespace {
 
 namespace fast = eprosima::fastdds::dds;
 
-// What a gateway process with that file says before it ends.
+// The output of a gateway process that is started with that file, until it ends.
 std::string complaint(const std::string& path) {
   Peer gateway("gateway", path);
   return gateway.expect(path);
@@ -87,7 +87,7 @@ TEST(Profiles, AnotherFileInTheSameProcessIsRefused) {
   EXPECT_EQ(made.diagnostics.at(0).file, "/another.xml");
 }
 
-// The durability of each writer of the domain, as discovery reports it.
+// The durability of each writer in the domain, as discovery reports it.
 class WritersInDomain : public fast::DomainParticipantListener {
  public:
   using Kind = eprosima::fastrtps::DurabilityQosPolicyKind;
@@ -140,7 +140,7 @@ std::string profiles_with(const std::string& text, const std::string& replacemen
   return at == std::string::npos ? out : out.replace(at, text.size(), replacement);
 }
 
-// The findings of a file with that text, one a line, without the file's name.
+// The findings in a file with that text, one per line, without the file name.
 std::string findings(const std::string& text) {
   const File file(text);
   std::string out;
@@ -201,7 +201,7 @@ std::string findings_with_lifespan(const std::string& kind) {
   return findings(text);
 }
 
-// It counts from the source timestamp, which the guard replaces.
+// A lifespan counts from the source timestamp, which the guard replaces.
 TEST(ProfileCheck, ALifespanOfAReaderIsRefused) {
   const std::string said = findings_with_lifespan("reader");
   EXPECT_NE(said.find("data_reader profile \"linegate/v1/LineState\" has a lifespan"),
@@ -225,7 +225,7 @@ TEST(ProfileCheck, ALimitOfMulticastThatIsNotSetIsPermitted) {
   EXPECT_EQ(findings(profiles_with("<max_multicast_locators>0</max_multicast_locators>", "")), "");
 }
 
-// The built-in profiles with a transport "own", the only one of the participant.
+// The built-in profiles with a transport "own" as the only transport of the participant.
 std::string profiles_with_transport(const std::string& type, const std::string& rest) {
   std::string out =
       profiles_with("<transport_id>linegate_udp</transport_id>\n        </userTransports>",
@@ -239,17 +239,17 @@ std::string profiles_with_transport(const std::string& type, const std::string& 
 }
 
 struct TransportCase {
-  std::string name;  // of the test
+  std::string name;  // name of the test
   std::string type;
-  std::string rest;  // of its descriptor
-  std::string why;   // it is unusable; empty: it is not
+  std::string rest;  // further elements of the transport descriptor
+  std::string why;   // why the transport is rejected; empty if it is accepted
 };
 
 void PrintTo(const TransportCase& it, std::ostream* out) {
   *out << it.name;
 }
 
-// A process takes one file of profiles: hence a test for each case.
+// A process loads only one profiles file: hence one test for each case.
 class TransportCheck : public testing::TestWithParam<TransportCase> {};
 
 TEST_P(TransportCheck, NamesWhatIsUnusable) {
@@ -264,7 +264,7 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         TransportCase{"UdpV4", "UDPv4", "", ""}, TransportCase{"UdpV6", "UDPv6", "", ""},
         TransportCase{"TcpV4", "TCPv4", "", ""}, TransportCase{"SharedMemory", "SHM", "", ""},
-        // Nobody received anything with it, with and without a guard.
+        // No participant received anything over it, with or without a guard.
         TransportCase{"TcpV6", "TCPv6", "",
                       "with TCPv6 nothing is received in Fast DDS 2.9.1: use UDPv6 or TCPv4"},
         TransportCase{"LargestMessage", "UDPv4", "<maxMessageSize>65501</maxMessageSize>",

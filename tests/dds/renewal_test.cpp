@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writers that are replaced by new ones: readers lose nothing, and a late joiner has few sequence
-// numbers to work through.
+// Writers that are replaced by new ones: readers lose no sample, and a late joiner has few sequence
+// numbers to process.
 #include <algorithm>
 #include <set>
 #include <string>
@@ -22,7 +22,7 @@ namespace fast = eprosima::fastdds::dds;
 
 constexpr std::uint64_t kRenewAfter = 100;
 
-// What a client of this process receives.
+// The samples that a client of this process receives.
 struct Received : dds::ClientListener {
   void on_line(const dds::Source&, const dds::LineInfo&, const line::LineState& state,
                const std::vector<dds::Property>&) override {
@@ -48,13 +48,13 @@ struct Received : dds::ClientListener {
   int lines_gone = 0;
 };
 
-// Writers of a topic that a raw reader hears.
+// The writers of a topic from which a raw reader receives samples.
 template <class PubSubType>
 struct Writers {
   Writers(dds::Endpoints& endpoints, const std::string& topic)
       : reader(endpoints.reader<PubSubType>(topic)) {}
 
-  // How many there have been.
+  // Returns the number of different writers so far.
   std::size_t take() {
     fast::SampleInfo info;
     typename PubSubType::type sample;
@@ -116,7 +116,7 @@ TEST_F(Renewal, ReadersLoseNothing) {
   const auto all_renewed = [&] {
     return std::min({lines.take(), nodes.take(), images.take(), events.take()}) >= kWriters;
   };
-  // As long as it takes until the writers of all topics have been replaced twice.
+  // Until the writers of all topics have been replaced twice.
   ASSERT_TRUE(eventually(
       [&] {
         for (int i = 0; i < 20; ++i)
@@ -132,16 +132,16 @@ TEST_F(Renewal, ReadersLoseNothing) {
   }));
   std::sort(received.events.begin(), received.events.end());
   for (std::size_t i = 0; i < received.events.size(); ++i)
-    ASSERT_EQ(received.events[i], i + 1) << "an event is missing, or came twice";
+    ASSERT_EQ(received.events[i], i + 1) << "an event is missing or was received twice";
   EXPECT_EQ(received.events.size(), round);
   EXPECT_EQ(received.lines_gone, 0);
   EXPECT_EQ(bridge->counters().failed, 0U);
 }
 
-// The end of a line is the end of it in both writers.
+// Removing a line disposes its instances in both the old and the new writer.
 TEST_F(Renewal, ALineThatEndsWhileAWriterIsReplacedIsGone) {
   publish(1);
-  // A line of which no state has come does not end for this client.
+  // This client reports the end of a line only if it received a state of the line before.
   ASSERT_TRUE(receives([&] { return received.image == 1 && received.load == 1; }));
   for (std::uint64_t round = 2; round <= kRenewAfter + 20; ++round)
     publish(round);

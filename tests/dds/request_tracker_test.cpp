@@ -34,7 +34,7 @@ v1::CommandReply reply(const std::vector<std::byte>& data, std::size_t offset) {
 
 class Tracker : public testing::Test {
  protected:
-  // When it is sent, in ms after kStart, up to `until`.
+  // The times at which the request is sent, in ms after kStart, up to `until`.
   std::vector<long> sent_at(long until) {
     std::vector<long> times;
     for (long ms = 0; ms <= until; ms += 50) {
@@ -52,7 +52,7 @@ TEST_F(Tracker, WhatStaysUnansweredIsSentAgainEverMoreSlowly) {
   EXPECT_EQ(sent_at(3'000), (std::vector<long>{0, 100, 300, 700, 1'500}));
 }
 
-// All of it goes over the network each time.
+// Each repetition sends all chunks of the request over the network.
 TEST_F(Tracker, ALongRequestIsSentAgainMoreAndMoreSeldom) {
   tracker.add(request_with(20'000), kStart);
   EXPECT_EQ(sent_at(9'000), (std::vector<long>{0, 100, 300, 700, 1'500, 3'100, 6'300}));

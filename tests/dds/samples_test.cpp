@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every member goes over the wire and comes back, with other values than those it starts with.
+// Every member survives serialization and deserialization, with values that differ from its
+// defaults.
 #include <gtest/gtest.h>
 
 #include "bridges/dds/event_samples.h"
@@ -147,7 +148,8 @@ TEST(ImageSamples, SnapshotComesBack) {
   EXPECT_EQ(snapshot.bytes, sent.bytes);
   EXPECT_EQ(snapshot.changed, sent.changed);
   EXPECT_EQ(snapshot.valid, sent.valid);
-  EXPECT_EQ(snapshot.known, std::vector<std::uint64_t>(sent.valid.size())) << "of inputs nothing";
+  EXPECT_EQ(snapshot.known, std::vector<std::uint64_t>(sent.valid.size()))
+      << "inputs have no bits of known entries";
   ASSERT_EQ(snapshot.marks.size(), 1U);
   EXPECT_EQ(snapshot.marks[0].local_pdo, 2);
   EXPECT_EQ(snapshot.marks[0].remote_pdo, 2);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Whether these tests, and dds_peer with them, are built with a sanitizer that keeps freed memory
-// or adds to memory that is in use: limits of memory are then higher. No other expectation may
-// depend on it.
+// or adds to used memory: memory limits are then higher. No other expectation may depend on it.
 #pragma once
 
 namespace linegate::test {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Subscribers that come late, are killed, or are stopped.
+// Subscribers that join late, are killed, or are stopped.
 #include <map>
 #include <optional>
 
@@ -18,7 +18,7 @@ using std::chrono::milliseconds;
 constexpr int kKills = 10;
 constexpr int kEnds = 10;
 
-// Keeps what it is told, in order.
+// Records all samples that the client reports, in order.
 struct Recorder : dds::ClientListener {
   void on_gateway(const dds::Source& source, const dds::GatewayInfo& info) override {
     gateway_source = source;
@@ -153,7 +153,7 @@ class Publishing : public testing::Test {
     bridge = std::move(*made.value);
   }
 
-  // Gives how long it took.
+  // Returns the time that publishing took.
   milliseconds publish() {
     const auto start = std::chrono::steady_clock::now();
     snapshot.sequence = ++sequence;
@@ -187,7 +187,7 @@ TEST_F(Publishing, AKilledSubscriberDisturbsNobody) {
   EXPECT_EQ(bridge->counters().failed, 0U);
 }
 
-// What a killed process leaves behind must not make those deaf that come after it.
+// The remains of a killed process must not prevent later processes from receiving.
 TEST_F(Publishing, ManyKilledSubscribersDisturbNobodyWhoComesAfterThem) {
   for (int round = 0; round < kKills; ++round) {
     for (int i = 0; i < 20; ++i)
@@ -196,7 +196,7 @@ TEST_F(Publishing, ManyKilledSubscribersDisturbNobodyWhoComesAfterThem) {
     publish();
     subscriber = std::make_unique<Peer>("subscriber");
     ASSERT_FALSE(subscriber->expect("image " + std::to_string(sequence)).empty())
-        << "deaf after kill " << round + 1;
+        << "received nothing after kill " << round + 1;
   }
 }
 
@@ -208,7 +208,7 @@ TEST_F(Publishing, AStoppedSubscriberDoesNotHoldUpThePublisherForLong) {
   EXPECT_TRUE(healthy_client_keeps_up());
   EXPECT_EQ(bridge->counters().failed, 0U);
   RecordProperty("longest_publish_ms", static_cast<int>(longest.count()));
-  // The bound tells it from waiting for the reader, until its lease is over.
+  // The bound excludes that the publisher waited for the reader until its lease expired.
   EXPECT_LT(longest, milliseconds(2'000));
   subscriber->signal(SIGCONT);
   publish();
@@ -221,9 +221,9 @@ TEST_F(Publishing, WhatWasPublishedRightBeforeTheEndArrives) {
       publish();
     bridge.reset();
     const std::string last = std::to_string(sequence);
-    ASSERT_FALSE(subscriber->expect("event " + last).empty()) << "at end " << round + 1;
+    ASSERT_FALSE(subscriber->expect("event " + last).empty()) << "at end of gateway " << round + 1;
     start_gateway();
-    // Each reader is matched on its own.
+    // Each reader is matched separately, so wait for both.
     for (const char* const topic : {"image", "event"}) {
       ASSERT_TRUE(eventually([&] {
         publish();
@@ -241,7 +241,7 @@ TEST_F(Publishing, AStoppedSubscriberDoesNotHoldUpTheEndForLong) {
   const auto took =
       std::chrono::duration_cast<milliseconds>(std::chrono::steady_clock::now() - start);
   RecordProperty("end_ms", static_cast<int>(took.count()));
-  // Documented: 500 ms. The bound tells it from waiting for the reader, until its lease is over.
+  // Documented: 500 ms. The bound excludes waiting for the reader until its lease expires.
   EXPECT_LT(took, milliseconds(3'000));
 }
 

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""The stack as a library, installed from the build: public headers and no others, a package that another project finds, and
-the examples of deploy/library, which print what the guide says.
+"""The stack as a library, installed from the build: it has the public headers and no others, another project finds
+its package, and the examples of deploy/library print the output shown in the guide.
 
 library.py BUILD CXX
 """

@@ -1,11 +1,12 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""README's two commands configure one build folder, in either order. Configures new folders, builds nothing:
+"""The two commands of README.md configure the same build folder, in either order. Configures new folders, builds
+nothing:
 
-- as deploy/demo does on a system without the packages of purpose `tests`: the programs are there, and what is left out is
-  reported; and then as tests/run does with these packages: every target that it builds is there;
-- as tests/run does in a folder that was configured without tests by hand;
-- as deploy/demo does after tests/run: the folder is taken as it is, so its targets are there.
+- like deploy/demo on a system without the packages of purpose `tests`: the programs are targets, and omitted targets
+are reported; and then like tests/run with these packages: every target that it builds exists;
+- like tests/run in a folder that was configured by hand without tests;
+- like deploy/demo after tests/run: the folder is used as configured, so its targets exist.
 """
 
 import os
@@ -21,7 +22,7 @@ WITH = [f"-DCMAKE_DISABLE_FIND_PACKAGE_{package}=OFF" for package in HIDDEN]
 
 
 def configured(folder, *options):
-    """What CMake prints for the preset `release` in this folder."""
+    """Returns the output of CMake for the preset `release` in this folder."""
     done = subprocess.run(["cmake", "--preset", "release", "-B", folder, *options], cwd=ROOT, stdin=subprocess.DEVNULL,
                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stdout
@@ -35,13 +36,13 @@ def targets(folder):
 
 
 def of_demo():
-    """The targets that deploy/demo builds, as it names them."""
+    """Returns the targets that deploy/demo builds, as named there."""
     with open(os.path.join(ROOT, "deploy", "demo"), encoding="utf-8") as script:
         return set(re.search(r"--target ([a-z_ ]+?) \|\|", script.read())[1].split())
 
 
 def of_run():
-    """The targets that tests/run builds of the preset `release` and of parts of it, by its own function."""
+    """Returns the targets that tests/run builds of the preset `release` and of parts of it, from its own function."""
     with open(os.path.join(ROOT, "tests", "run"), encoding="utf-8") as script:
         text = script.read()
     functions = text[text.index("targets_of() {"):text.index("# What another clone has compiled")]

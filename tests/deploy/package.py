@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""The Debian package, made from the build and unpacked: what is in it and what it needs, that systemd accepts its unit,
-that its programs, samples, manuals and completion work and say the same.
+"""The Debian package, made from the build and unpacked: its contents and dependencies are right, systemd accepts its
+unit, and its programs, samples, manuals and completion work and agree.
 
 package.py BUILD
 """
@@ -42,7 +42,7 @@ FILES = {
     "usr/share/man/man5/plant.yaml.5.gz",
     "usr/share/man/man8/linegated.8.gz",
 }
-# Libraries that the programs call; others come with these.
+# Libraries that the programs call directly; these depend on further ones.
 NEEDED = {"libc6", "libfastrtps2.9", "libfastcdr1", "libyaml-cpp0.7", "libspdlog1.10-fmt9", "libpugixml1v5",
           "libsystemd0", "libncursesw6"}
 CONTROL = {"conffiles", "control", "md5sums", "postinst", "prerm", "postrm"}
@@ -66,7 +66,7 @@ class Package(unittest.TestCase):
         cls.folder = tempfile.TemporaryDirectory()
         cls.addClassCleanup(cls.folder.cleanup)
         where = cls.folder.name
-        os.chmod(where, 0o755)  # its programs are run by somebody else, too
+        os.chmod(where, 0o755)  # other users run its programs, too
         output("cpack", "-G", "DEB", "-B", where, cwd=BUILD)
         (package,) = [name for name in os.listdir(where) if name.endswith(".deb")]
         cls.package = os.path.join(where, package)
@@ -110,7 +110,7 @@ class Package(unittest.TestCase):
             self.assertTrue(os.access(script, os.X_OK), name)
 
     def test_systemd_accepts_the_unit_where_it_is_installed(self):
-        # The units of this host are those of the system that it is installed into.
+        # The units of this host stand for those of the system that the package is installed into.
         units = self.path("usr/lib/systemd/system")
         for name in os.listdir("/usr/lib/systemd/system"):
             if not os.path.lexists(os.path.join(units, name)) and name != "linegated.service":

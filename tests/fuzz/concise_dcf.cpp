@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The input is a concise DCF (1F22h). Whatever it is: no crash, and what is understood is the same
-// bytes when it is written.
+// The input is a concise DCF (1F22h). Promises: no crash, and an accepted DCF is encoded to the
+// same bytes.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>

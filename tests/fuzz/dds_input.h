@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The input of the target dds_samples: any number of samples, one after the other.
 //
-// A sample is its topic (1 octet, modulo kTopics), how many octets follow (2, little-endian; what
-// is there, if there are fewer), and the octets as DDS carries them: encapsulation and CDR.
+// A sample consists of its topic (1 octet, modulo kTopics), the number of octets that follow (2,
+// little-endian; if fewer follow, those are taken), and the octets as DDS transports them:
+// encapsulation and CDR.
 #pragma once
 
 #include <cstdint>
@@ -25,11 +26,11 @@ enum class Topic : std::uint8_t {
 };
 inline constexpr unsigned kTopics = 12;
 
-// What the target's gateway and client are, and what they wait for.
+// The identity of the target's gateway and client, and the pending requests.
 inline constexpr const char* kGateway = "g";
 inline constexpr const char* kLine = "line1";
 inline constexpr const char* kClient = "c";
 inline constexpr std::uint64_t kIncarnation = 77;
-inline constexpr std::uint64_t kRequests = 4;  // ids 1..4 of the client are under way
+inline constexpr std::uint64_t kRequests = 4;  // requests 1..4 of the client are pending
 
 }  // namespace linegate::fuzz

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The input is a sequence of samples as strangers may send them (dds_input.h). Each is read as a
-// reader of bridges/dds reads it, and goes where the bridge takes it: no crash, what cannot be read
-// is counted, what is refused says why, and what is let through is within the contract's bounds.
+// The input is a sequence of samples from unknown participants (dds_input.h). Each is deserialized
+// as by a reader of bridges/dds and passed to the same functions as in the bridge. Promises: no
+// crash, every unreadable sample is counted, every rejection has a reason, and every accepted
+// sample is within the bounds of the contract.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -86,7 +87,7 @@ class Peer {
     }
   }
 
-  // Nothing stays under way for ever.
+  // No request stays pending for ever.
   void finish() {
     now_ += std::chrono::hours(1);
     while (const auto done = tracker_.expired(now_))

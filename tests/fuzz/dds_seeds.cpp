@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes the inputs of the target dds_samples that are kept in corpus/dds_samples: valid samples of
-// every topic, small and larger ones, in both byte orders, and what belongs together in one file.
+// Writes the inputs of the target dds_samples to the folder: valid samples of every topic, small
+// and larger ones, in both byte orders, with related samples in one file. They are kept in
+// corpus/dds_samples.
 //
 // usage: dds_seeds FOLDER
 #include <cstddef>
@@ -51,7 +52,7 @@ class Seed {
     return *this;
   }
 
-  // Another octet at that place; from the end if it is negative.
+  // Replaces the octet at that offset; a negative offset counts from the end.
   Seed& spoil(std::ptrdiff_t at, char octet) {
     octets_[static_cast<std::size_t>(at < 0 ? std::ssize(octets_) + at : at)] = octet;
     return *this;
@@ -104,7 +105,7 @@ v1::Event event() {
   return sample;
 }
 
-// The first entries of the known layout, in parts of so many.
+// The first `entries` entries of the known layout, divided into parts.
 std::vector<v1::ImageLayout> layout_parts(std::uint32_t entries, std::uint16_t parts) {
   image::Layout layout = known::layout();
   layout.entries.resize(entries);
@@ -188,7 +189,7 @@ v1::CommandRequest request(std::uint64_t id, line::CommandKind kind, std::size_t
   return sample;
 }
 
-// Part of an SDO download of 30 bytes.
+// A chunk of an SDO download of 30 bytes.
 v1::CommandRequest chunk(std::uint64_t id, std::uint32_t offset, std::size_t bytes) {
   v1::CommandRequest sample = request(id, line::CommandKind::sdo_write, bytes);
   sample.offset(offset);
@@ -238,7 +239,7 @@ Seed layout_and_image() {
   return seed.add(Topic::process_image, process_image(12));
 }
 
-// Each kind, the first of them twice, and the rest of its answer.
+// Each kind of command, the first one twice, and the rest of its answer.
 Seed commands() {
   Seed seed;
   seed.add(Topic::command_request, request(1, line::CommandKind::sdo_write, 30));
@@ -262,7 +263,7 @@ Seed chunks() {
     seed.add(Topic::command_request, chunk(id, 0, 10));
   for (const std::uint32_t offset : {10U, 20U})
     seed.add(Topic::command_request, chunk(1, offset, 10));
-  return seed.add(Topic::command_request, chunk(2, 20, 10));  // one is missing
+  return seed.add(Topic::command_request, chunk(2, 20, 10));  // one chunk is missing
 }
 
 Seed replies() {

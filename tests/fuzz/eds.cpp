@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The input is a whole EDS or DCF. Whatever it is: no crash, every finding has a place in the file,
-// an error never comes with a description, every description makes a dictionary, and what is
-// written of it is understood.
+// The input is a whole EDS or DCF. Promises: no crash, every finding has a place in the file, an
+// error never comes with a description, every description can become a dictionary, and the file
+// that is written from it can be read.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -18,7 +18,7 @@ namespace {
 using linegate::Diagnostic;
 using linegate::eds::DataSheet;
 
-// What a few lines describe can be megabytes of text.
+// A few lines of input can describe megabytes of text.
 bool is_short(const DataSheet& sheet) {
   std::size_t variables = 0;
   for (const auto& object : sheet.device.objects) {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a fuzz target says when a promise is broken.
+// The check of a promise in a fuzz target.
 #pragma once
 
 #include <cstdio>
 #include <cstdlib>
 
-// Aborts, with the promise in words, if it does not hold; in every build type.
+// Aborts and prints the condition if it does not hold, in every build type.
 #define LINEGATE_EXPECT(condition)                                                        \
   do {                                                                                    \
     if (!(condition)) {                                                                   \

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bytes of an input, taken one after the other.
+// Reads the bytes of an input, one after the other.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,7 @@ class Input {
 
   bool empty() const { return bytes_.empty(); }
 
-  // The next byte; 0 when there is none.
+  // The next byte; 0 at the end of the input.
   std::uint8_t byte() {
     if (bytes_.empty()) {
       return 0;

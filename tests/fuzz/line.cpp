@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The input is a setup and then a sequence of steps: what can happen to a line, in any order. The
-// promises that must hold whatever it is are in line_subject.cpp.
+// The input is a setup and then a sequence of steps: everything that can happen to a line, in any
+// order. The promises that always hold are in line_subject.cpp.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -132,7 +132,7 @@ class Run {
     subject_.hear(std::span(frames).first(count));
   }
 
-  // A connection below 128 is one of those that the line opened last.
+  // A connection below 128 selects one of those that the line opened last.
   void message() {
     routing::Message out;
     out.kind = static_cast<routing::MessageKind>(input_.byte());

@@ -69,7 +69,7 @@ class Script {
   Steps steps_;
 };
 
-// Each command once, with fields that are good for a manager of these devices.
+// Each command once, with valid fields for a manager of these devices.
 void ask_everything(Script& script) {
   script.ask({.kind = CommandKind::sdo_read, .node = kDrive, .index = 0x1018, .sub = 1});
   script.ask({.kind = CommandKind::sdo_write, .node = kDrive, .index = 0x1015}, {0x0A, 0x00});
@@ -127,7 +127,7 @@ void ask_everything(Script& script) {
 
 void save_everything(const std::filesystem::path& folder) {
   Script manager(Role::manager, {kAnswering, kHeartbeat, kOwnObjects, kUpdateTime});
-  manager.wait(120);  // nobody waits for the encoder any more
+  manager.wait(120);  // the boot time-out of the encoder has expired
   ask_everything(manager);
   manager.save(folder / "commands-manager");
 
@@ -203,7 +203,7 @@ void save_configuration(const std::filesystem::path& folder) {
   program.save(folder / "program");
 }
 
-// The encoder, with what its device file says of it.
+// The LSS address of the encoder, from its device file.
 lss::Address encoder_address() {
   lss::Address out{};
   for (std::uint8_t part = 0; part < lss::kParts; ++part) {
@@ -245,7 +245,7 @@ void save_lss(const std::filesystem::path& folder) {
   services.save(folder / "lss-services");
 }
 
-// Mandatory nodes come late, fall silent and come back, each with another of 1F80h's reactions.
+// Mandatory nodes appear late, fail and return, each input with another reaction of 1F80h.
 void save_reactions(const std::filesystem::path& folder) {
   const auto fail = [](Script script, const std::filesystem::path& file) {
     script.wait(20);
@@ -269,7 +269,7 @@ void save_reactions(const std::filesystem::path& folder) {
        folder / "starts-nobody");
 }
 
-// What the manual calls fatal.
+// The conditions that the manual calls fatal.
 void save_strict(const std::filesystem::path& folder) {
   Script strict(Role::manager, {kAnswering, kHeartbeat, kStrict, kMandatory, kSync, kGroups});
   strict.wait(20);

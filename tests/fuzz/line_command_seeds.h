@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Inputs of the target `line` that ask for every command, in each role and with each of the
-// setup's choices: the devices are those of the subject, which answer.
+// Inputs of the target `line` with every command, in each role and with each option of the setup.
+// The devices are those of the subject, which answer.
 #pragma once
 
 #include <filesystem>

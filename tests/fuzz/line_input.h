@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The form of an input of the target `line`: three bytes for the setup, then steps.
+// The format of an input of the target `line`: three bytes for the setup, then steps.
 #pragma once
 
 #include <array>
@@ -10,12 +10,12 @@
 
 namespace linegate::fuzz {
 
-// First byte of a step, modulo their number.
+// The first byte of a step, modulo the number of steps.
 enum class Step : std::uint8_t {
   frame,     // identifier (2, LE), length, data
   strange,   // identifier (4, LE), flags, length, data: extended, remote, FD
   burst,     // identifier (2, LE), count, one byte of data
-  late,      // microseconds: that old are the frames that follow until `advance`
+  late,      // microseconds: age of the following frames, until `advance`
   advance,   //
   pass,      // milliseconds
   sleep,     // tenths of a second, and nobody looks
@@ -25,17 +25,17 @@ enum class Step : std::uint8_t {
   write,     // see write() in line.cpp
   bus,       // kind, state or class, counter
   report,    // kind
-  events,    // how many
+  events,    // number of events
   replies,   //
   snapshot,  // direction, merge
   stop,      // only once
   message,   // from another line; see message() in line.cpp
   wait,      // tenths of a second
-  cable,     // bit 0: the devices' is plugged in
+  cable,     // bit 0: the cable of the devices is plugged in
 };
 inline constexpr unsigned kSteps = 20;
 
-// The setup's bytes; the first two bits are the role.
+// Size of the setup. Its first two bits are the role.
 inline constexpr std::size_t kSetupBytes = 3;
 using SetupBytes = std::array<std::uint8_t, kSetupBytes>;
 enum SetupBit : std::uint8_t {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes the inputs of the target `line` that are kept in corpus/line: a line and simulated devices
-// run together, and what the devices said is written down as steps of the target, with the times.
+// Writes the inputs of the target `line` that are kept in corpus/line: runs a line together with
+// simulated devices, and records the frames of the devices, with their times, as steps of the
+// target.
 //
 // usage: line_seeds FOLDER
 #include <algorithm>
@@ -46,7 +47,7 @@ class Recording {
   sim::Device& device(std::uint8_t node) { return *devices_.find(node); }
   Instant now() const { return subject_.now(); }
 
-  // What the devices say in that time is written down.
+  // Runs line and devices, and records the frames of the devices.
   void run(int ms) {
     for (; ms > 0; --ms) {
       exchange();
@@ -74,7 +75,7 @@ class Recording {
     subject_.execute(fuzz::to_command(std::move(form)));
   }
 
-  // From line 2; connection: as Step::message says.
+  // A message from line 2. connection: as in Step::message.
   void message(routing::MessageKind kind, std::uint8_t connection, std::uint16_t network,
                std::uint8_t node, std::uint64_t word = 0, std::uint8_t gateway = 0) {
     routing::Message out{.from = 2,
@@ -94,7 +95,8 @@ class Recording {
     subject_.deliver(out);
   }
 
-  // 2 bytes for an entry of a group, no reactions; what the devices make of it is in their frames.
+  // Writes 2 bytes to an entry of a group, without reactions. The effect on the devices is recorded
+  // in their frames.
   void write_outputs(std::uint8_t group, std::uint8_t arming, std::uint8_t watchdog_ms,
                      std::uint8_t entry, std::uint16_t value) {
     catch_up();
@@ -145,7 +147,7 @@ class Recording {
   fuzz::LineSubject subject_;
   sim::DeviceGroup devices_;
   Steps steps_;
-  int passed_ = 0;  // milliseconds that are not written down yet
+  int passed_ = 0;  // milliseconds that are not recorded yet
 };
 
 Recording plant(std::initializer_list<SetupBit> bits) {
@@ -198,9 +200,9 @@ void save_faults(const std::filesystem::path& folder) {
   faults.run(10);
   faults.device(5).node().emcy().send(0, 0, {}, faults.now());
   faults.hear(0x185, {0x01});           // too short
-  faults.hear(0x587, {0x01, 0x02});     // no SDO frame
-  faults.hear(0x707, {0x05, 0x05});     // no heartbeat
-  faults.hear(0x087, {0x00, 0x10, 1});  // no EMCY
+  faults.hear(0x587, {0x01, 0x02});     // not an SDO frame
+  faults.hear(0x707, {0x05, 0x05});     // not a heartbeat
+  faults.hear(0x087, {0x00, 0x10, 1});  // not an EMCY
   faults.hear(0x63F, {0x40, 0x18, 0x10, 1, 0, 0, 0, 0});
   faults.device(7).kill();
   faults.run(600);
@@ -219,7 +221,7 @@ void save_guarding(const std::filesystem::path& folder) {
   guarding.save(folder / "guarding");
 }
 
-// Its own node produces TIME and stores its parameters.
+// The own node produces TIME and stores its parameters.
 void save_time(const std::filesystem::path& folder) {
   Recording time = plant({fuzz::kTime});
   time.run(120);
@@ -231,7 +233,8 @@ void save_time(const std::filesystem::path& folder) {
   time.save(folder / "time-and-storage");
 }
 
-// As the way into line 2 for clients here, and as the way of clients of line 2 to devices here.
+// The line routes in both directions: clients here reach line 2, and clients of line 2 reach
+// devices here.
 void save_routing(const std::filesystem::path& folder) {
   using routing::MessageKind;
   Recording routed = plant({});
@@ -240,8 +243,8 @@ void save_routing(const std::filesystem::path& folder) {
   routed.message(MessageKind::sdo_opened, 0, 0, 0);
   routed.hear(0x60A, {0x40, 0x18, 0x10, 1, 0, 0, 0, 0});
   routed.message(MessageKind::sdo_response, 0, 0, 0, 0x0000'0191'0110'1843);
-  routed.hear(0x60A,
-              {0xE0, 3, 0, 7, 1, 0, 0, 0});  // the first gateway refuses, the second is silent
+  // The first gateway refuses, the second does not answer.
+  routed.hear(0x60A, {0xE0, 3, 0, 7, 1, 0, 0, 0});
   routed.message(MessageKind::sdo_refused, 0, 0, 0, 0x0504'0000);
   routed.message(MessageKind::sdo_opened, 0, 0, 0);
   routed.hear(0x60A, {0xC6, 0x00, 0x20, 1, 20, 0, 0, 0});
@@ -254,7 +257,7 @@ void save_routing(const std::filesystem::path& folder) {
   routed.run(2);
   routed.message(MessageKind::sdo_request, 200, 0, 0, 0x0000'0000'0110'1840);
   routed.run(5);
-  routed.message(MessageKind::sdo_open, 201, 4, 7, 0, 5);  // node 5 is to be the next gateway
+  routed.message(MessageKind::sdo_open, 201, 4, 7, 0, 5);  // node 5 as the next gateway
   routed.run(20);
   routed.message(MessageKind::sdo_open, 202, 1, 10);  // the own node
   routed.message(MessageKind::sdo_request, 202, 0, 0, 0x0000'0000'001F'2C40);
@@ -266,7 +269,7 @@ void save_routing(const std::filesystem::path& folder) {
   routed.save(folder / "routing");
 }
 
-// The own node, 10, as a device: its master is written down here by hand.
+// The own node, 10, as a device. The frames of its master are written here by hand.
 void save_device(const std::filesystem::path& folder) {
   Recording device(fuzz::setup_bytes(Role::device, {fuzz::kHeartbeat}));
   device.run(5);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An input of the target `line` while it is written, step by step.
+// Composes an input of the target `line`, step by step.
 #pragma once
 
 #include <chrono>
@@ -19,7 +19,7 @@
 
 namespace linegate::fuzz {
 
-// The setup's bytes: the role, and bits.
+// The bytes of the setup: the role, and bits.
 constexpr SetupBytes setup_bytes(Role role, std::initializer_list<SetupBit> bits) {
   SetupBytes out{static_cast<std::uint8_t>(role)};
   for (const SetupBit bit : bits) {

@@ -15,17 +15,18 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr std::uint8_t kOwnNode = 10;
-// More frames at one instant than any of it is worth: time stands still.
+// A larger number of frames at one instant means that the line never becomes idle.
 constexpr unsigned kMostFrames = 100'000;
 
-// Entries 0 and 1 in one group, 2 in another, the others in none.
+// Entries 0 and 1 are in one group, 2 in another, and the others in no group.
 void divide_outputs(line::LineConfig& config) {
   config.groups = {{.number = 1, .name = "first", .entries = {0, 1}},
                    {.number = 2, .name = "second", .entries = {2}, .send_always = true}};
   config.defaults = {{.entry = 1, .value = 7}};
 }
 
-// The line is network 1; network 2 is that of another line, 3 and 4 lie behind gateways on either.
+// The line is network 1, and another line is network 2. Network 3 is behind a gateway on line 2,
+// and network 4 behind a gateway on this line.
 void route(line::LineConfig& config) {
   config.network_id = 1;
   routing::Config& routing = config.routing;
@@ -157,7 +158,7 @@ line::LineConfig config_for(const Setup& setup) {
   return config;
 }
 
-// The encoder's part is played by the input, unless it is the one without a node-ID.
+// The input plays the encoder, unless the encoder is the device without a node-ID.
 line::LineConfig answering_devices(const Setup& setup) {
   line::LineConfig config = devices_config(setup);
   if (!setup.lss) {
@@ -200,7 +201,7 @@ void LineSubject::deliver(const routing::Message& message) {
   take_messages();
 }
 
-// It is known by no number but the one under which it was reached.
+// A line that does not route rejects a message on behalf of the interface it was addressed to.
 void LineSubject::take_refusal(const routing::Message& message) {
   const auto refusal = routing::undeliverable(message);
   routing::Message out;
@@ -211,7 +212,7 @@ void LineSubject::take_refusal(const routing::Message& message) {
   }
 }
 
-// What the others have to do with it is up to the input.
+// Takes the messages to other lines. The input determines the reactions of those lines.
 void LineSubject::take_messages() {
   routing::Message message;
   while (line().take_message(message)) {
@@ -225,7 +226,7 @@ void LineSubject::take_messages() {
   }
 }
 
-// Nobody says anything any more: no connection is kept for longer than its time-outs.
+// Without further messages, no connection is kept longer than its time-outs.
 void LineSubject::expect_no_connection() {
   for (int i = 0; i < 3; ++i) {
     sleep(std::chrono::seconds(10));
@@ -324,7 +325,8 @@ void LineSubject::finish() {
   run_what_was_found();
 }
 
-// What a scan found of devices, whatever they said, can be a configuration, unless it says why not.
+// The result of a scan, whatever the devices answered, is a valid configuration, or an error says
+// why not.
 void LineSubject::run_what_was_found() {
   const auto nodes = scan::read_report(subject_.found());
   if (subject_.found().empty() || !nodes.ok()) {

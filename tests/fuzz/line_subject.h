@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the target `line` drives: a line, devices on an ideal bus with it, and promises that hold
-// whatever happens to them.
+// The subject of the target `line`: a line, devices on an ideal bus with it, and promises that
+// always hold.
 #pragma once
 
 #include <array>
@@ -14,42 +14,42 @@ namespace linegate::fuzz {
 
 enum class Role : std::uint8_t {
   manager,
-  device,   // with the one own node
+  device,   // with one own node
   devices,  // with nodes of its own
   observer,
 };
 
-// What an input chooses about its line.
+// The options of a line that the input selects.
 struct Setup {
   Role role = Role::manager;
-  bool sync = false;       // produces SYNC, 10 ms
-  bool heartbeat = false;  // produces a heartbeat, 100 ms
-  bool groups = false;     // two output groups and a default instead of one group of all
+  bool sync = false;       // produces SYNC every 10 ms
+  bool heartbeat = false;  // produces a heartbeat every 100 ms
+  bool groups = false;     // two output groups and a default, instead of one group of all outputs
   bool reset_nodes = false;
-  bool answering = false;  // there are devices that answer, and not the input's frames alone
-  bool guarding = false;   // of the node without a heartbeat, every 100 ms
-  bool time = false;       // produces TIME, 50 ms, and stores parameters; otherwise consumes it
-  bool lss = false;  // node-IDs are assigned, and one of the devices that answer has none. Devices:
-                     // the last is an LSS slave
-  bool unknown_nodes = false;  // no nodes are configured: a scan is to find them
+  bool answering = false;  // devices answer, in addition to the frames of the input
+  bool guarding = false;   // guards the node without a heartbeat every 100 ms
+  bool time = false;       // produces TIME every 50 ms and stores parameters; else consumes TIME
+  bool lss = false;        // assigns node-IDs, and one of the answering devices has none; role
+                           // devices: the last one is an LSS slave
+  bool unknown_nodes = false;  // no nodes are configured: a scan finds them
   bool strict_ixxat = false;
   bool keep_operational = false;
-  bool start_all = false;      // with one command
-  bool starts_nobody = false;  // not even itself
-  bool all_mandatory = false;  // and not the first alone
-  bool own_objects = false;    // of an application, in the image
-  bool stop_all = false;       // when a mandatory node fails
-  bool reset_all = false;      // the same, and it wins
-  bool boot_time = false;      // of mandatory nodes, 1 s
-  bool update_time = false;    // of data by object, 50 ms
-  bool program = false;        // the first node is to have a program
-  bool store = false;          // nodes restore their defaults first and store at the end
-  bool keep_alive = false;     // of the first two nodes
+  bool start_all = false;      // starts all nodes with one command
+  bool starts_nobody = false;  // starts no node, not even its own
+  bool all_mandatory = false;  // all nodes are mandatory, else only the first
+  bool own_objects = false;    // application objects in the image
+  bool stop_all = false;       // stops all nodes when a mandatory node fails
+  bool reset_all = false;      // resets all nodes then; takes precedence over stop_all
+  bool boot_time = false;      // boot time of mandatory nodes, 1 s
+  bool update_time = false;    // update time of data by object, 50 ms
+  bool program = false;        // the first node gets a program download
+  bool store = false;          // nodes restore their defaults before, and store after configuration
+  bool keep_alive = false;     // keep-alive bit of the first two nodes
 };
 
 class LineSubject {
  public:
-  static constexpr std::uint8_t kInterface = 1;  // of the line, among those of the process
+  static constexpr std::uint8_t kInterface = 1;  // number of the line's interface in the process
 
   explicit LineSubject(const Setup& setup);
 
@@ -57,30 +57,30 @@ class LineSubject {
   bool stopped() const { return stopped_; }
   line::Line& line() { return subject_.line(); }
 
-  // Frames from nowhere.
+  // Frames from no particular sender.
   void hear(std::span<const can::Frame> frames);
-  void execute(line::Command command);  // gives it a tag; nothing once the line was stopped
-  // What another line has for it.
+  void execute(line::Command command);  // sets a tag; ignored once the line was stopped
+  // A message from another line.
   void deliver(const routing::Message& message);
-  // A connection that the line has opened: the last one, the one before, ...
+  // A connection that the line opened: 0 is the last one, 1 the one before, and so on.
   std::uint32_t opened(std::size_t back) const { return opened_[back % opened_.size()]; }
   void stop();
   void advance();
-  // Time passes, and what is due is done on time.
+  // Advances the time and calls advance() whenever it is due.
   void pass(Duration time);
-  // Time passes, and nobody looks.
+  // Advances the time without any call.
   void sleep(Duration time) { now_ += time; }
-  // At most that many frames, and what devices say to them.
+  // Sends at most `frames` frames, and delivers the answers of the devices.
   void send(unsigned frames);
   void lose(unsigned frames);
-  // Frames of the devices and to them are lost while their cable is unplugged.
+  // Frames of and to the devices are lost while their cable is unplugged.
   void plug(bool in) { plugged_ = in; }
   void take_events(std::size_t count) { subject_.take_events(count); }
   void take_replies() { subject_.take_replies(); }
   void snapshot(image::Direction direction, bool merge) {
     subject_.snapshot(direction, merge, now_);
   }
-  // Stops the line and takes all there is.
+  // Stops the line and takes everything that is left.
   void finish();
 
  private:
@@ -94,7 +94,7 @@ class LineSubject {
   Setup setup_;
   bool routes_;  // takes part in routing
   WatchedLine subject_;
-  std::optional<WatchedLine> devices_;  // those that answer
+  std::optional<WatchedLine> devices_;  // the answering devices
   bool plugged_ = true;
   std::array<std::uint32_t, 4> opened_{};
   Instant now_{std::chrono::seconds(1)};

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A bus with two LSS slaves and a master that assigns node-IDs and is asked for services, while
-// frames of a stranger reach either side, answers are lost, and devices are reset and switched off.
-// Whatever comes: no crash, nobody has a node-ID that is none, only what was asked is answered, the
-// master waits no longer than its time-out, and what is begun ends.
+// A bus with two LSS slaves, and a master that assigns node-IDs and receives requests for services.
+// Forged frames reach either side, answers are lost, and devices are reset and switched off.
+// Promises: no crash, no device has an invalid node-ID, only requests are answered, the master
+// waits no longer than its time-out, and every procedure ends.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -22,7 +22,7 @@ namespace {
 
 using namespace linegate;
 
-constexpr std::size_t kSteps = 400;         // of an input
+constexpr std::size_t kSteps = 400;         // largest number of steps of an input
 constexpr unsigned kMostServices = 60'000;  // of a course or a round
 constexpr lss::Address kFirst{0x4C47, 0x4020, 0x10000, 501};
 constexpr lss::Address kSecond{0x4C47, 0x4060, 0x10000, 0x8000'0001};
@@ -135,8 +135,8 @@ class Bus final : lss::AssignerHost {
     }
   }
 
-  // The next service of what is under way, if anything is. lost: whose frames, by bit; its highest
-  // bit is the answer to whether a node-ID is in use.
+  // Runs the next service of the procedure in progress, if there is one. lost: bit mask of the
+  // devices whose frames are lost; its highest bit: whether the node-ID to check is in use.
   void service(std::uint8_t lost) {
     if (course_ && course_->over()) {
       LINEGATE_EXPECT(course_->reply().size() >= lss::kReplyHead);
@@ -204,7 +204,7 @@ class Bus final : lss::AssignerHost {
     }
   }
 
-  // On a good bus all that is under way ends.
+  // On a bus without losses every procedure ends.
   void finish() {
     for (unsigned i = 0; course_ || assigner_.active(); ++i) {
       LINEGATE_EXPECT(i < kMostServices);

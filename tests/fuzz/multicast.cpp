@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A datagram of a multicast group. What is taken for a frame is one, and comes back when it is
-// encoded and decoded again.
+// A datagram of a multicast group. Promise: an accepted frame is valid, and equal after encoding
+// and decoding.
 #include <algorithm>
 #include <array>
 #include <cstddef>

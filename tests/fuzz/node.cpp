@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The input is a sequence of steps: frames to a node that has every service of CiA 301 below the
-// manager, transfers of its clients, calls of its application, time. Whatever it is: no crash, time
-// goes on, events have no gaps, what is sent is a frame of classical CAN, every transfer ends once,
-// and after power-on the node answers.
+// The input is a sequence of steps: frames to a node that has every service of CiA 301 except the
+// manager's, transfers of its clients, calls of its application, time. Promises: no crash, time
+// advances, events have no gaps, every sent frame is a valid classical CAN frame, every transfer
+// ends once, and after power-on the node answers.
 #include "stack/node/node.h"
 
 #include <algorithm>
@@ -36,28 +36,28 @@ using testing::sub;
 
 constexpr std::uint8_t kNode = 5;
 constexpr unsigned kMostSteps = 2000;
-// More work at one instant than any of it is worth: time stands still.
+// A larger number of calls at one instant means that the node never becomes idle.
 constexpr unsigned kMostTurns = 1000;
 
-// First byte of a step, modulo their number.
+// The first byte of a step, modulo the number of steps.
 enum class Step : std::uint8_t {
   frame,     // which identifier, length, data
   strange,   // identifier (4, LE), flags, length, data: extended, remote
   remote,    // which identifier
   download,  // index (2, LE), sub, length (1 to 4), data: expedited, by SDO
   pass,      // milliseconds
-  send,      // frames
-  client,    // which client, index (2, LE), sub, size; 0 = a read
-  trigger,   // what, number
-  error,     // code (2, LE), begins or ends
+  send,      // number of frames
+  client,    // number of the client, index (2, LE), sub, size; 0: a read
+  trigger,   // kind, number
+  error,     // code (2, LE), whether it begins or ends
   bus,       // kind, state, count
   hold,      // on or off
-  refuse,    // whether the application lets it operate
+  refuse,    // whether the application permits state operational
   power_on,
 };
 constexpr unsigned kSteps = 13;
 
-// Identifiers that somebody listens to; PDOs and SDO servers are where the dictionary says.
+// Identifiers that the node receives. Those of PDOs and SDO servers are as in the dictionary.
 constexpr std::array<std::uint32_t, 24> kIds{
     0x000, 0x080, 0x081, 0x085, 0x087, 0x100, 0x185, 0x187, 0x201, 0x205, 0x285, 0x301,
     0x305, 0x401, 0x501, 0x583, 0x587, 0x605, 0x607, 0x6C0, 0x705, 0x707, 0x708, 0x77F};
@@ -111,8 +111,8 @@ void add_communication(od::DeviceDescription& device) {
   };
 }
 
-// RPDO: event-driven, synchronous, MPDO in destination and in source address mode. TPDO: event,
-// cyclic, on request, and an MPDO of each mode.
+// RPDOs: event-driven, synchronous, and MPDOs in destination and source address mode. TPDOs:
+// event-driven, cyclic, on request, and an MPDO in each mode.
 void add_pdos(od::DeviceDescription& device) {
   const std::vector<od::ObjectDescription> pdos = {
       communication(0x1400, 0x205, 255),
@@ -285,7 +285,7 @@ class Run {
     }
   }
 
-  // Each transfer ends once: an outcome that nobody waits for would be one too many.
+  // Each transfer ends once: there is never an outcome without a transfer.
   void take_outcomes() {
     for (unsigned which = 0; which < kClients; ++which) {
       const auto client = node_.sdo_clients().client(static_cast<std::uint16_t>(which + 1));
@@ -357,7 +357,7 @@ class Run {
     advance();
   }
 
-  // At most that many frames leave. Gives whether one of them was on that identifier.
+  // Sends at most `frames` frames. Returns whether one of them had the identifier `wanted`.
   bool send(unsigned frames, std::uint32_t wanted = ~0U) {
     bool seen = false;
     can::Frame frame;
@@ -387,7 +387,7 @@ class Run {
     }
   }
 
-  // What is kept may be anything that was written: without it the node is as it was delivered.
+  // Stored parameters may have any value. Without them the node has its factory settings.
   void finish() {
     pass(std::chrono::seconds(2));
     take_outcomes();

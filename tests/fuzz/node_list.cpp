@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The input is a whole nodelist.cpj. Whatever it is: no crash, an error never comes with a list,
-// and what is listed is in order.
+// The input is a whole nodelist.cpj. Promises: no crash, an error never comes with a list, and a
+// list is in order.
 #include "stack/eds/node_list.h"
 
 #include <cstddef>

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""node_seeds.py FOLDER   Writes the inputs of the target `node` that are kept in corpus/node: one a service, as steps
-of node.cpp."""
+"""node_seeds.py FOLDER   Writes the inputs of the target `node` that are kept in corpus/node: one for each service,
+as steps of node.cpp."""
 
 import os
 import struct

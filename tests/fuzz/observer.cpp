@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A line in the role observer: whatever is on the bus, it sends nothing, and its image is whole.
-// The input is a sequence of steps, each one byte and what follows it.
+// A line in the role observer. Promises: whatever is on the bus, it sends nothing, and its image is
+// consistent. The input is a sequence of steps: one byte each, followed by its arguments.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -23,13 +23,13 @@ using std::chrono::milliseconds;
 enum class Step : std::uint8_t {
   frame,     // identifier (2, LE), length, data
   strange,   // identifier (4, LE), flags, length, data: extended, remote, FD
-  write,     // node, index (2), sub, bytes, value (4): by a master, expedited, and answered
-  read,      // the same, read by it
-  channel,   // identifiers of the client and of the server (2 each), what they say (8 each)
+  write,     // node, index (2), sub, bytes, value (4): a complete expedited download of a master
+  read,      // the same for an upload
+  channel,   // identifiers of client and server (2 each), data of both (8 each)
   pass,      // milliseconds
-  sleep,     // tenths of a second, and only then time-outs run
+  sleep,     // tenths of a second, in which no timer runs
   snapshot,  // direction, merge
-  events,    // how many
+  events,    // number of events
   bus,       // kind, state or class, count
   command,   // see read_form() in command_form.h
   outputs,   // group, entry
@@ -118,7 +118,7 @@ class Run {
     }
   }
 
-  // Its length and data are told, too.
+  // Reads length and data of the frame from the input, too.
   void hear(can::Frame frame) {
     fuzz::read_rest(input_, frame);
     give(frame);
@@ -167,7 +167,7 @@ class Run {
     LINEGATE_EXPECT(!line_.next_frame(frame, now_));
   }
 
-  // A new layout has a new revision, and its entries lie beside each other, inside.
+  // A new layout has a new revision, and its entries are adjacent and within the image.
   void look_at_layouts() {
     const std::uint64_t revision = line_.layout_revision();
     const std::array ids{line_.layout(Direction::inputs).id, line_.layout(Direction::outputs).id};

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Writes the inputs of the target `observer` that are kept with names: what a master and its devices say.
+"""Writes the named inputs of the target `observer`: the frames of a master and its devices.
 
 observer_seeds.py FOLDER
 """
@@ -29,7 +29,7 @@ def write(node, index, sub, size, value):
 
 
 def command(kind, node):
-    """Of all other fields only the code is not 0: so many seconds for COMMAND_CAN_LISTEN."""
+    """All other fields are 0 except the code: the number of seconds for COMMAND_CAN_LISTEN."""
     return struct.pack("<BBBHBBHIBBBB", COMMAND, kind, node, 0, 0, 0, 9, 0, 0, 0, 0, 0)
 
 
@@ -45,7 +45,7 @@ LOOK = steps(SNAPSHOT, 0, 0) + steps(SNAPSHOT, 1, 1) + steps(EVENTS, 64)
 
 
 def remap(node, number, cob_id, *objects):
-    """TPDO `number` of the node, as CiA 301 wants it written."""
+    """Writes TPDO `number` of the node in the order that CiA 301 requires."""
     record, mapping = 0x1800 + number - 1, 0x1A00 + number - 1
     out = write(node, record, 1, 4, 0x80000000 | cob_id) + write(node, mapping, 0, 1, 0)
     for place, value in enumerate(objects, 1):

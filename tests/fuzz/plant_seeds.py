@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Writes the inputs of the target plant_yaml that are kept: the sample plants, and every
-configuration in the tests of gateway/config, right and wrong ones.
+"""Writes the kept inputs of the target plant_yaml: the sample plants, and every configuration in the tests of
+gateway/config, valid and invalid ones.
 
 usage: plant_seeds.py FOLDER
 """
@@ -17,7 +17,7 @@ NAME_BEFORE = re.compile(r'(?:\{"(\w+)",|TEST\(\w+, (\w+)\))')
 
 
 def configurations(source):
-    """(name, text) of what is YAML of a plant among the string literals, adjacent ones joined."""
+    """Yields (name, text) of the string literals that are the YAML of a plant, with adjacent literals joined."""
     for match in re.finditer(rf'{RAW}|{LITERAL}(?:\s*{LITERAL})*', source, re.DOTALL):
         text = match.group(1)
         if text is None:
@@ -39,7 +39,7 @@ def main():
         for name, text in configurations(test.read_text()):
             seen[name] = seen.get(name, 0) + 1
             suffix = f"-{seen[name]}" if seen[name] > 1 else ""
-            # The target reads as from deploy/plants, the tests as from the root.
+            # The target reads files relative to deploy/plants, the tests relative to the root.
             text = re.sub(r"(?<![\w/.])bridges/sim/eds/", "../../bridges/sim/eds/", text)
             (folder / f"test-{name}{suffix}.yaml").write_text(text)
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The input is a plant.yaml. Whatever it is: no crash, every finding has words and a place in the
-// file, an error never comes with a plant, and every line of a plant can be made.
+// The input is a plant.yaml. Promises: no crash, every finding has a text and a place in the file,
+// an error never comes with a plant, and every line of a plant can be created.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -13,7 +13,7 @@
 
 namespace {
 
-// Device files are found from here as from the sample plants.
+// Device files are found relative to this path, as for the sample plants.
 const std::string kFile = LINEGATE_SOURCE_DIR "/deploy/plants/fuzz.yaml";
 
 }  // namespace

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stands in for libFuzzer where it is not built: runs a target on every file of a folder, and on
-// mutations of each that are the same in every run.
+// Replaces libFuzzer where it is not available: runs a target on every file of a folder, and on
+// mutations of each file that are the same in every run.
 //
-// usage: fuzz_NAME FOLDER. Fails (1) if the folder has no file; a target that finds something
-// aborts.
+// usage: fuzz_NAME FOLDER. Exits with 1 if the folder has no file. The target aborts if it finds an
+// error.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -48,7 +48,7 @@ std::size_t position(const Input& input, std::mt19937& random) {
   return input.empty() ? 0 : random() % input.size();
 }
 
-// One small change: another byte, a cut, a part twice or a part gone.
+// One small change: replaces a byte, truncates, or repeats or removes a part.
 void mutate(Input& input, std::mt19937& random) {
   const std::size_t a = position(input, random);
   const std::size_t b = std::min(input.size(), a + random() % 64);

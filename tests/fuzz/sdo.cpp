@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The input is a sequence of steps on three channels between clients and the servers of one device:
-// frames to a server or client, transfers begun, with values and with streams, frames delivered and
-// lost, late answers of the device, time passing. Whatever it is: no crash, a server answers a
-// request with one frame at most, or a sub-block, values keep to their rights and limits, every
-// transfer ends once, and so does every stream; what went well brought the right bytes, whatever
-// was lost; and a valid read afterwards works.
+// frames to a server or client, new transfers with values and with streams, delivery and loss of
+// frames, late answers of the device, and time. Promises: no crash, a server answers a request with
+// at most one frame or a sub-block, values keep their access rights and limits, every transfer and
+// every stream ends once, a successful transfer has the right bytes whatever was lost, and a valid
+// read afterwards works.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -31,21 +31,21 @@ constexpr unsigned kChannels = 3;
 constexpr Duration kTimeout = 100ms;
 constexpr std::size_t kQueue = 4;
 
-// First byte of a step, modulo their number. They are for the channel selected last.
+// The first byte of a step, modulo the number of steps. Steps apply to the channel selected last.
 enum class Step : std::uint8_t {
-  to_server,     // length, then that many (at most 8) bytes
+  to_server,     // length, then that many bytes, at most 8
   to_client,     // the same
   read,          // object
   write,         // object, size; the bytes are 0, 1, 2, ...
-  deliver,       // everything on the wire arrives
-  lose,          // everything on the wire is lost
+  deliver,       // all frames on the wire arrive
+  lose,          // all frames on the wire are lost
   wait,          // milliseconds
   select,        // channel
   read_stream,   // object
   write_stream,  // object, size / 16; the bytes are a pattern
-  answer,        // which, whether it is good: a late answer of the device
+  answer,        // number, whether it is a success: a late answer of the device
   options,       // Transfer, repeats
-  deliver_some,  // bit mask: the next eight frames, of which those with a 0 are lost
+  deliver_some,  // bit mask for the next eight frames: those with a 0 are lost
 };
 constexpr unsigned kSteps = 13;
 
@@ -99,14 +99,15 @@ class Channel {
     to_client_.clear();
   }
 
-  // The next frame of each side; false if there is none.
+  // Delivers the next frame of each side. Returns false if there is none.
   bool pass(bool good, Instant now) {
     const bool to_server = pass_to_server(good, now);
     return pass_to_client(good, now) || to_server;
   }
 
   void advance(Instant now) {
-    asked_ += server_.busy() ? 1U : 0U;  // an abort may come unasked, and what was put off
+    // A busy server may send an abort or a delayed answer without a request.
+    asked_ += server_.busy() ? 1U : 0U;
     objects_.serve(number_);
     server_.advance(now, to_client_);
     client_.advance(now, to_server_);
@@ -129,7 +130,7 @@ class Channel {
 
  private:
   struct UnderWay {
-    bool checked = false;  // nothing but lost frames can have disturbed it
+    bool checked = false;  // only lost frames can have disturbed it, so its bytes are checked
     const fuzz::PatternSource* source = nullptr;
     const fuzz::PatternSink* sink = nullptr;
   };
@@ -138,7 +139,7 @@ class Channel {
     return where.index == fuzz::kStream || where.index == fuzz::kSlowStream;
   }
 
-  // Only one transfer at a time: the one before is given up.
+  // A client has one transfer at a time: aborts the previous one.
   void begin(Instant now) {
     const bool quiet = at_rest() && !client_.strays_expected();
     client_.abort(AbortCode::general, now, to_server_);
@@ -309,7 +310,7 @@ class Device {
     return any;
   }
 
-  // With what the full queues hold back, which needs no more than moments.
+  // Delivers all frames, including those that full queues delay for a few milliseconds.
   void deliver() {
     for (unsigned rounds = 0;; ++rounds) {
       LINEGATE_EXPECT(rounds < 100'000);
@@ -347,7 +348,8 @@ class Device {
     }
   }
 
-  // Nobody answers any more: all that waits is given up, and begun anew as often as was asked for.
+  // The device gives no more late answers: all waiting transfers time out, and are repeated as
+  // often as requested.
   void finish() {
     for (unsigned i = 0; i < 12; ++i) {
       deliver();

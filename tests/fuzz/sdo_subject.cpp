@@ -37,8 +37,7 @@ od::DeviceDescription sdo_device() {
   return out;
 }
 
-// --- streams
-// --------------------------------------------------------------------------------------
+// --- streams ------------------------------------------------------------------------------------
 
 Result<std::size_t> PatternSource::read(std::span<std::byte> out) {
   LINEGATE_EXPECT(!over_ && !out.empty());
@@ -89,8 +88,7 @@ bool PatternSink::rewind() {
   return true;
 }
 
-// --- the hook
-// -------------------------------------------------------------------------------------
+// --- the hook -----------------------------------------------------------------------------------
 
 SdoObjects::SdoObjects(od::Dictionary& dictionary) : dictionary_(dictionary) {
   for (const std::uint16_t index : {kStream, kSlowStream, kSlowValue}) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the SDO target transfers: objects with values, and DOMAINs that are streams; some of their
-// hooks and streams answer later.
+// The objects of the SDO target: values, and DOMAINs that are streams. Some hooks and streams
+// answer later.
 #pragma once
 
 #include <cstddef>
@@ -18,8 +18,8 @@
 namespace linegate::fuzz {
 
 // 1000h u32 ro 04030201h; 2000h u8 up to 100; 2001h u64; 2002h string; 2003h DOMAIN; 2004h u32 wo;
-// none at 2005h; 2006h DOMAIN, a stream; 2007h the same, that now and then answers later; 2008h u32
-// whose hook always does.
+// 2005h does not exist; 2006h DOMAIN, a stream; 2007h the same, which sometimes answers later;
+// 2008h u32 whose hook always answers later.
 od::DeviceDescription sdo_device();
 
 inline constexpr std::uint16_t kStream = 0x2006;
@@ -30,7 +30,7 @@ constexpr std::byte pattern_byte(std::uint32_t position) {
   return static_cast<std::byte>((position * 2654435761U) >> 21U);
 }
 
-// Says when somebody answers later: every third time.
+// Selects the calls that are answered later: every third one.
 class Delays {
  public:
   bool later() { return ++calls_ % 3 == 0; }
@@ -39,8 +39,8 @@ class Delays {
   unsigned calls_ = 1;
 };
 
-// A stream that gives a pattern of size bytes; expects to be closed once, and to be left alone
-// then.
+// A stream that supplies a pattern of `size` bytes. Expects to be closed once, and no calls after
+// that.
 class PatternSource final : public od::ByteSource {
  public:
   PatternSource(std::uint32_t size, bool tells, Delays* delays)
@@ -59,12 +59,12 @@ class PatternSource final : public od::ByteSource {
  private:
   std::uint32_t size_;
   bool tells_;
-  Delays* delays_;  // nullptr: never later
+  Delays* delays_;  // nullptr: always answers at once
   std::uint32_t position_ = 0;
   bool over_ = false;
 };
 
-// A stream that takes bytes; expects one last call, and to be left alone then.
+// A stream that accepts bytes. Expects one finishing call, and no calls after that.
 class PatternSink final : public od::ByteSink {
  public:
   explicit PatternSink(Delays* delays) : delays_(delays) {}
@@ -74,7 +74,7 @@ class PatternSink final : public od::ByteSink {
   void cancelled(AbortCode why) override;
   bool rewind() override;
 
-  // It was finished with so many bytes of the pattern, and no others.
+  // Whether it was finished with exactly `size` bytes of the pattern.
   bool has(std::uint32_t size) const { return finished_ && right_ && position_ == size; }
   bool over() const { return over_; }
 
@@ -91,14 +91,14 @@ class SdoObjects final : public od::Hook {
  public:
   explicit SdoObjects(od::Dictionary& dictionary);
 
-  // Which server is asked from now on: what it opens is its own.
+  // Sets the server that makes the following calls. A stream belongs to the server that opened it.
   void serve(unsigned server) { server_ = server; }
   const PatternSource* last_source(unsigned server) const { return last_[server].source; }
   const PatternSink* last_sink(unsigned server) const { return last_[server].sink; }
 
-  // One of those that wait gets its answer.
+  // Answers one of the waiting calls.
   void answer(std::uint8_t which, bool good);
-  // Nobody waits, and no stream is open.
+  // Whether no call waits and no stream is open.
   bool at_rest() const;
 
   AbortCode before_read(od::Address address, const od::Variable& variable) override;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The input is taken three times: as an image of stored parameters as it is, as one whose length
-// and check sum are made right, and as values that are stored. Whatever it is: no crash, nothing of
-// an image that is not intact is used, an intact one gives what was stored, one wrong bit in it is
-// seen, and a device gets only values that have their place.
+// The input is used three times: as an image of stored parameters; as an image with a corrected
+// length and checksum; and as values to store. Promises: no crash, no part of a damaged image is
+// used, an intact image yields the stored values, every single-bit error is detected, and a device
+// gets only values that fit its objects.
 #include "stack/storage/storage.h"
 
 #include <algorithm>
@@ -30,7 +30,7 @@ constexpr std::size_t kHeader = 24;
 constexpr std::size_t kCrc = 4;
 constexpr std::uint8_t kNodeId = 5;
 
-// Whose image it says it is; the fuzzer would hardly hit another.
+// The owner that the image names, since the fuzzer would hardly guess another one.
 storage::Owner owner_of(std::span<const std::byte> image) {
   storage::Owner owner;
   if (image.size() >= kHeader) {
@@ -42,10 +42,10 @@ storage::Owner owner_of(std::span<const std::byte> image) {
   return owner;
 }
 
-// What a decoder may say of any bytes. The values, if there are any.
+// Checks the promises of the decoder for any bytes. Returns the decoded values, if any.
 std::vector<storage::StoredValue> check_decoding(std::span<const std::byte> image,
                                                  const storage::Owner& owner) {
-  std::vector<storage::StoredValue> values(1);  // what was there before is gone
+  std::vector<storage::StoredValue> values(1);  // decode() must discard previous values
   const Damage damage = storage::decode(image, owner, values);
   LINEGATE_EXPECT(damage != Damage::unreadable && damage != Damage::unusable);
   LINEGATE_EXPECT(damage == Damage::none || values.empty());
@@ -72,7 +72,7 @@ od::ObjectDescription object(std::uint16_t index, od::DataType type, std::size_t
   return out;
 }
 
-// A device that finds the image at power-on.
+// A device that finds this image at power-on.
 void check_device(const Bytes& image) {
   od::DeviceDescription device;
   device.objects = {
@@ -100,7 +100,7 @@ void check_device(const Bytes& image) {
   LINEGATE_EXPECT(dictionary.find({0x1017, 0})->size == 2);
   LINEGATE_EXPECT(dictionary.find({0x2002, 0})->size == 8);
   LINEGATE_EXPECT(dictionary.find({0x2003, 0})->size <= 64);
-  // What it stores itself it finds again.
+  // The device can read the image that it stores.
   const std::uint32_t save = storage::kSave;
   constexpr od::Address kAll{od::objects::kStoreParameters, 1};
   const auto signature = std::as_bytes(std::span(&save, 1));
@@ -109,7 +109,7 @@ void check_device(const Bytes& image) {
   LINEGATE_EXPECT(stored.load() == Damage::none);
 }
 
-// The input with what makes an image of it, but for its values.
+// The input with a valid header, length and checksum. Only the values are those of the input.
 Bytes made_right(std::span<const std::byte> input) {
   Bytes image(input.begin(), input.end());
   image.resize(std::max(image.size(), kHeader) + kCrc);

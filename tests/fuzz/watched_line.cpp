@@ -21,7 +21,7 @@ namespace {
 using line::CommandKind;
 using std::chrono::milliseconds;
 
-// More work at one instant than any of it is worth: time stands still.
+// A larger number of calls at one instant means that the line never becomes idle.
 constexpr unsigned kMostTurns = 1000;
 
 void check_error(const Error& error) {
@@ -42,18 +42,18 @@ void check_error(const Error& error) {
 
 void check_way(std::span<const std::byte> data) {
   if (data.empty()) {
-    return;  // an object of the own node
+    return;  // a write to an object of the own node
   }
   if (data[0] == std::byte{line::kBySdo}) {
     LINEGATE_EXPECT(data.size() == 1);
     return;
   }
-  // Then the entries that it waits for, four bytes each.
+  // The header is followed by the entries that the PDO waits for, four bytes each.
   LINEGATE_EXPECT(data[0] == std::byte{line::kByPdo} && data.size() >= 4 && data.size() % 4 == 0);
   LINEGATE_EXPECT(std::to_integer<std::size_t>(data[3]) < line::kPdoWaits);
 }
 
-// What is answered can be read as its header says.
+// The data of an answer have the format that the header specifies.
 void check_data(CommandKind kind, std::span<const std::byte> data) {
   switch (kind) {
     case CommandKind::scan:
@@ -106,8 +106,7 @@ line::NodeConfig member_node(std::size_t member) {
   return node;
 }
 
-// --- forms of the input
-// ---------------------------------------------------------------------------
+// --- forms of the input -------------------------------------------------------------------------
 
 void read_rest(Input& input, can::Frame& frame) {
   const std::uint8_t wish = input.byte();

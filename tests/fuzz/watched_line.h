@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the targets `line` and `observer` have in common: a line whose promises (stack/line/line.h)
-// are checked with every call, the devices it is configured with, and how an input says frames,
-// bus events and commands.
+// Shared by the targets `line` and `observer`: a line whose promises (stack/line/line.h) are
+// checked with every call, the devices of its configuration, and the encoding of frames, bus events
+// and commands in an input.
 #pragma once
 
 #include <array>
@@ -26,15 +26,14 @@ struct Member {
   std::string_view profile;
 };
 inline constexpr std::array<Member, 3> kMembers{{{5, "drive"}, {6, "digital-io"}, {7, "encoder"}}};
-// Read once: thousands of inputs have the same device files.
+// Read only once, because thousands of inputs use the same device files.
 const od::DeviceDescription& description(std::size_t member);
-// The second has no heartbeat, the TPDOs of the third have a deadline.
+// The second node has no heartbeat. The TPDOs of the third have a deadline.
 line::NodeConfig member_node(std::size_t member);
 
-// --- forms of the input
-// ---------------------------------------------------------------------------
+// --- forms of the input -------------------------------------------------------------------------
 
-// Length and data (none of a remote frame); id and flags are there.
+// Reads length and data (no data of a remote frame). The caller has set id and flags.
 void read_rest(Input& input, can::Frame& frame);
 // Identifier (4, LE) and flags: extended, remote, FD.
 can::Frame read_strange_head(Input& input);
@@ -51,18 +50,19 @@ class WatchedLine {
   const line::Line& line() const { return *line_; }
 
   void hear(std::span<const can::Frame> frames, Instant now);
-  // Gives it a tag.
+  // Sets a tag.
   void execute(line::Command command, Instant now);
-  // All that is due. Commands whose own time is over have their replies.
+  // Processes everything that is due. Expired commands must have their replies.
   void advance(Instant now);
   bool next_frame(can::Frame& out, Instant now);
   void take_events(std::size_t count);
   void take_replies();
   void snapshot(image::Direction direction, bool merge, Instant now);
-  // It was stopped: every command was answered, no event is missing, and all frames were counted.
+  // Call it after a stop: every command was answered, no event is missing, and all frames were
+  // counted.
   void expect_end();
 
-  // What the last scan found, as scan::write_report() wrote it; empty if there was none.
+  // The result of the last scan in the format of scan::write_report(); empty if there was none.
   const std::vector<std::byte>& found() const { return found_; }
 
  private:
@@ -76,7 +76,7 @@ class WatchedLine {
   void check_overdue(Instant now);
 
   std::unique_ptr<line::Line> line_;
-  std::map<std::uint64_t, Asked> open_;  // by tag: those that were not answered yet
+  std::map<std::uint64_t, Asked> open_;  // commands without a reply yet, by tag
   std::array<image::Snapshot, 2> snapshots_;
   std::vector<std::byte> found_;
   std::uint64_t next_tag_ = 1;

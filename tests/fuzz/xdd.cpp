@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The input is a whole XDD or XDC. Whatever it is: no crash, every finding has a place in the file,
-// an error never comes with a description, and every description makes a dictionary.
+// The input is a whole XDD or XDC. Promises: no crash, every finding has a place in the file, an
+// error never comes with a description, and every description can become a dictionary.
 #include "bridges/xdd/xdd.h"
 
 #include <cstddef>

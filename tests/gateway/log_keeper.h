@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Keeps what is logged while it lives, instead of printing it.
+// Keeps log messages as long as it exists, instead of printing them.
 #pragma once
 
 #include <memory>
@@ -22,7 +22,7 @@ class LogKeeper {
   LogKeeper(const LogKeeper&) = delete;
   LogKeeper& operator=(const LogKeeper&) = delete;
 
-  // "LEVEL TEXT", oldest first; from any thread.
+  // "LEVEL TEXT", oldest first. May be called from any thread.
   std::vector<std::string> lines() {
     std::vector<std::string> lines = sink_->last_formatted();
     for (std::string& line : lines) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lines for tests, made the way the gateway makes them.
+// Lines for tests, created like those of the gateway.
 #pragma once
 
 #include <memory>
@@ -13,7 +13,7 @@
 
 namespace linegate::gateway {
 
-// A plant from text; device files are relative to the root of the repository.
+// A plant from text. Device file names are relative to the root of the repository.
 inline config::Plant make_plant(const std::string& text) {
   auto loaded = config::read(text, LINEGATE_SOURCE_DIR "/plant.yaml");
   for (const auto& diagnostic : loaded.diagnostics) {

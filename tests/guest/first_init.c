@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/* The first process in the machine of ./boot-pci, alone in its initial RAM file system: loads the
-   modules /modules/* in the order of their names, mounts the host's file system read-only, and goes
-   on with the program that the kernel's parameter `then` names there. */
+/* The first process in the machine of ./boot-pci, alone in its initial RAM file system: loads
+   the modules /modules/* in the order of their names, mounts the host's file system read-only,
+   and executes the program there that the kernel parameter `then` names. */
 #include <dirent.h>
 #include <fcntl.h>
 #include <stdio.h>

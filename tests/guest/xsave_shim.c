@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Preloaded into the User Mode Linux process, and into nothing else.
+// Preloaded into the User Mode Linux process only.
 //
-// UML keeps the registers of each guest process and writes them back with
-// ptrace(PTRACE_SETREGSET, NT_X86_XSTATE). Version 6.1 reserves 2696 bytes for that state. The host
-// accepts it only in full size, and a CPU with AMX has 11008 bytes: the call fails with EFAULT and
-// UML ends with "fatal_sigsegv" before the first guest process has run. So the shim learns the
-// full size from the first PTRACE_GETREGSET and lengthens what UML writes with zeros, which is the
-// initial state of the registers that UML knows nothing of. Where the sizes agree it does nothing.
+// UML keeps the registers of each guest process and writes them back with ptrace(PTRACE_SETREGSET,
+// NT_X86_XSTATE). Version 6.1 reserves 2696 bytes for that state. The host accepts it only in full
+// size, and a CPU with AMX has 11008 bytes: the call fails with EFAULT and UML ends with
+// "fatal_sigsegv" before the first guest process has run. So the shim determines the full size from
+// the first PTRACE_GETREGSET and pads the state that UML writes with zeros, which is the initial
+// state of the registers that UML does not support. If the sizes are equal it does nothing.
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <elf.h>
@@ -18,7 +18,7 @@
 typedef long (*ptrace_function)(int request, pid_t pid, void* address, void* data);
 
 static ptrace_function next_ptrace;
-static size_t full_size;  // of the host's XSAVE area; 0 = not known yet
+static size_t full_size;  // size of the host's XSAVE area; 0: not determined yet
 static _Alignas(64) unsigned char area[32768];
 
 __attribute__((constructor)) static void find_next(void) {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-/* Comparing one member after the other; what differs is printed with its name. */
+/* Compares one member after the other; prints each difference with the name of the member. */
 #ifndef LINEGATE_TESTS_INTEROP_COMPARE_H
 #define LINEGATE_TESTS_INTEROP_COMPARE_H
 
 #include <stddef.h>
 #include <stdint.h>
 
-/* How many comparisons were made, and how many of them failed. */
+/* Number of comparisons, and number of those that failed. */
 extern int compared;
 extern int different;
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/* Reading and writing Linegate's topics with Cyclone DDS, with the QoS of idl/README.md. What
-   cannot be made ends the program with 2. */
+/* Reading and writing Linegate's topics with Cyclone DDS, with the QoS of idl/README.md. If an
+   entity cannot be created, the program exits with 2. */
 #ifndef LINEGATE_TESTS_INTEROP_CYCLONE_H
 #define LINEGATE_TESTS_INTEROP_CYCLONE_H
 
@@ -8,13 +8,13 @@
 
 #include "linegate.h"
 
-/* Gives the entity back, or says what failed and ends the program. */
+/* Returns the entity, or prints `what` and the error, and exits. */
 dds_entity_t die_if_failed(dds_entity_t entity, const char* what);
 
-/* In the domain that argv[1] names. */
+/* domain: the domain ID as text. */
 dds_entity_t participant_in_domain(const char* domain);
 
-/* Reliable; the caller deletes it. */
+/* Reliable. The caller deletes it. */
 dds_qos_t* reliable_qos(dds_durability_kind_t durability, dds_history_kind_t history, int depth);
 
 dds_entity_t make_topic(dds_entity_t participant, const dds_topic_descriptor_t* type,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/* A subscriber with Cyclone DDS that prints whatever it receives of LineState, ImageLayout,
-   ProcessImage, NodeState and Event, one JSON object a sample, until it is ended: for others to
-   compare with what devices sent.
+/* A subscriber with Cyclone DDS that prints every received sample of LineState, ImageLayout,
+   ProcessImage, NodeState and Event, one JSON object per sample, until it is ended. Tests
+   compare the output with the frames of devices.
 
      cyclone_images DOMAIN
 
@@ -37,7 +37,7 @@ static void print_bytes(const char* name, const dds_sequence_octet* bytes) {
   putchar('"');
 }
 
-/* What all five begin with. */
+/* The first members of all five. */
 #define PRINT_ADDRESS(topic, s)                  \
   do {                                           \
     printf("{\"topic\": \"" topic "\"");         \

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/* A subscriber with Cyclone DDS: reads every topic of dds_peer and compares it, reads 20 KiB by SDO
-   and gets an abort code, and writes an output.
+/* A subscriber with Cyclone DDS: reads every topic of dds_peer and compares it, reads 20 KiB by
+   SDO and receives an abort code, and writes an output.
 
-     cyclone_peer DOMAIN       ends with 0 if nothing differs */
+     cyclone_peer DOMAIN       exits with 0 if nothing differs */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16,7 +16,7 @@
 
 static dds_entity_t participant;
 
-/* Takes the next sample into a loan; false after the deadline. */
+/* Takes the next sample into a loan. Returns false after the deadline. */
 static bool take(dds_entity_t from, void** sample, const char* what) {
   const dds_time_t end = dds_time() + DEADLINE;
   dds_sample_info_t info;
@@ -89,7 +89,7 @@ static linegate_v1_CommandRequest request(uint64_t id, uint16_t index) {
   return r;
 }
 
-/* Puts the reply to request `id` together. */
+/* Assembles the reply to request `id`. */
 static size_t receive_reply(dds_entity_t replies, uint64_t id, uint8_t* data, size_t room,
                             linegate_v1_CommandReply* head) {
   void* sample[1];
@@ -185,7 +185,7 @@ static void write_output(void) {
   w.values._length = w.values._maximum = 1;
   w.bytes._buffer = runs;
   w.bytes._length = w.bytes._maximum = 1;
-  /* The reader may have matched later than this writer: what is volatile is repeated. */
+  /* The reader may have matched later than this writer, so volatile samples are repeated. */
   for (int i = 0; i < 20; ++i) {
     die_if_failed(dds_write(writer, &w), "write OutputWrite");
     dds_sleepfor(DDS_MSECS(25));

@@ -225,7 +225,7 @@ void compare_process_image(const linegate_v1_ProcessImage* s) {
     compare_stamp(&s->pdos._buffer[0]);
 }
 
-/* Those of the second PDO. */
+/* A value of the second PDO. */
 static void compare_pdo_value(const linegate_v1_PdoValue* value, uint32_t i) {
   const uint32_t at = (4 + i) * 2;
   const uint8_t data[2] = {(uint8_t)(at * 7), (uint8_t)((at + 1) * 7)};
@@ -237,7 +237,7 @@ static void compare_pdo_value(const linegate_v1_PdoValue* value, uint32_t i) {
   BYTES(value->data, data, sizeof data);
 }
 
-/* Published again and again, each with the next number. */
+/* Published repeatedly, each time with the next number. */
 void compare_pdo_reception(const linegate_v1_PdoReception* s) {
   ADDRESS(s);
   NUMBER(s->number >= 1, 1);
@@ -263,7 +263,7 @@ void compare_pdo_update(const linegate_v1_PdoUpdate* s) {
     compare_pdo_value(&s->values._buffer[i], i);
 }
 
-/* Called for a thousand of them, in order: the last ones. */
+/* Called for the last thousand events, in order. */
 void compare_event(const linegate_v1_Event* s) {
   static uint64_t expected = LAST_EVENT - 999;
   const uint8_t data[5] = {1, 2, 3, 4, 5};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/* What tests/dds/known_values.h says, once more in C: each function compares a whole sample. */
+/* The values of tests/dds/known_values.h in C. Each function compares a whole sample. */
 #ifndef LINEGATE_TESTS_INTEROP_KNOWN_VALUES_H
 #define LINEGATE_TESTS_INTEROP_KNOWN_VALUES_H
 

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""The interface udp: against python-can's udp_multicast, in both directions, in a network of its own.
+"""The interface udp: with python-can's udp_multicast, in both directions, in a separate network namespace.
 
 python_can.py LINEGATE
 """
@@ -32,7 +32,7 @@ FRAMES = [
 
 
 class Program:
-    """A running program, and the lines that it prints on its output and says on standard error."""
+    """A running program, and the lines of its standard output and standard error."""
 
     def __init__(self, *command):
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
@@ -45,7 +45,7 @@ class Program:
         raise RuntimeError("the program ended")
 
     def contents(self, count):
-        """The next lines of a log, without time and interface."""
+        """Returns the next lines of a log, without time and interface."""
         return [self.process.stdout.readline().split()[-1] for _ in range(count)]
 
     def end(self):
@@ -54,7 +54,7 @@ class Program:
 
 
 def fields(message):
-    """What of a message a frame has."""
+    """Returns the fields of a message that a frame has."""
     return {
         "arbitration_id": message.arbitration_id, "is_extended_id": message.is_extended_id,
         "is_remote_frame": message.is_remote_frame, "is_error_frame": message.is_error_frame,
@@ -86,7 +86,7 @@ def malformed_datagrams():
 
 
 def stranger_sends(linegate, bus):
-    """What python-can sends is received; what is no frame does no harm."""
+    """Messages from python-can are received; malformed datagrams do no harm."""
     recorder = Program(linegate, "record", URI).wait_until_ready()
     for message, _ in FRAMES:
         bus.send(can.Message(check=True, **message))
@@ -104,7 +104,7 @@ def stranger_sends(linegate, bus):
 
 
 def stranger_receives(linegate):
-    """What is sent, python-can receives."""
+    """python-can receives the frames that linegate sends."""
     with tempfile.NamedTemporaryFile("w", suffix=".log") as log:
         log.writelines(f"(1.{i:06}) can0 {line}\n" for i, (_, line) in enumerate(FRAMES))
         log.flush()
@@ -143,7 +143,7 @@ def main(linegate):
 
 
 def in_a_network_of_its_own(arguments):
-    """Nothing but a loopback interface, so that nothing is heard from elsewhere, and nothing leaves."""
+    """Restarts this program with only a loopback interface, so that no datagram enters or leaves."""
     commands = "ip link set lo up multicast on && ip route add 224.0.0.0/4 dev lo && exec \"$@\""
     as_root = [] if os.getuid() == 0 else ["--map-root-user"]
     os.execvp("unshare", ["unshare", "--net", *as_root, "sh", "-c", commands, "sh", sys.executable, "-B",

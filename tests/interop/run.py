@@ -18,7 +18,7 @@ OUTPUT = (
 
 
 def main(dds_peer, cyclone_peer):
-    domain = str(190 + os.getpid() % 10)  # below are those of tests/dds/own_domain.h
+    domain = str(190 + os.getpid() % 10)  # lower numbers are used by tests/dds/own_domain.h
     gateway = subprocess.Popen(
         [dds_peer, "gateway", domain],
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The part of the answer model that is about LSS.
+// The LSS part of the answer model.
 #include <algorithm>
 #include <utility>
 
@@ -18,7 +18,8 @@ Procedure procedure_of(const line::Command& command) {
   return std::get<line::LssRequest>(command.request).procedure;
 }
 
-// The last answer to the service; switch_global: it has none, or is none that is judged.
+// The last response of the service; switch_global: the service has no response, or its response is
+// not checked.
 lss::Command answer_of(Procedure procedure) {
   switch (procedure) {
     case Procedure::switch_selective:

@@ -26,12 +26,12 @@ od::Address multiplexer(const can::Frame& frame) {
           static_cast<std::uint8_t>(byte_at(frame, 3))};
 }
 
-// The bytes of a segment, without those that contain none.
+// The data bytes of a segment, without the unused ones.
 std::span<const std::byte> segment_of(const can::Frame& frame) {
   return std::span(frame.data).subspan(1, 7 - (byte_at(frame, 0) >> 1U & 7U));
 }
 
-// The same of an expedited transfer; all four if their number is not indicated.
+// The data bytes of an expedited transfer; all four if their number is not indicated.
 std::span<const std::byte> expedited_of(const can::Frame& frame) {
   const bool indicated = (byte_at(frame, 0) & 1U) != 0;
   return std::span(frame.data).subspan(4, indicated ? 4 - (byte_at(frame, 0) >> 2U & 3U) : 4);
@@ -41,13 +41,13 @@ bool is_expedited(const can::Frame& frame) {
   return (byte_at(frame, 0) & 2U) != 0;
 }
 
-constexpr unsigned kBlockAck = 0xA2;      // the same of both sides
-constexpr unsigned kBlockTakeEnd = 0xA1;  // of the side that takes
+constexpr unsigned kBlockAck = 0xA2;      // the same command in both directions
+constexpr unsigned kBlockTakeEnd = 0xA1;  // from the side that receives the value
 constexpr unsigned kLastSegment = 0x80;
-constexpr unsigned kNumber = 0x7F;  // of a segment
+constexpr unsigned kNumber = 0x7F;  // number of a segment
 constexpr std::size_t kSegmentSize = 7;
 
-// Of the side that sends.
+// The end of a block transfer, from the side that sends the value.
 bool is_block_end(unsigned command) {
   return (command & 0xE3U) == 0xC1;
 }
@@ -60,7 +60,7 @@ void append(std::vector<std::byte>& to, std::span<const std::byte> bytes) {
   to.insert(to.end(), bytes.begin(), bytes.end());
 }
 
-// Of the default SDO of that node, 0 = it is none.
+// The node-ID, if the frame belongs to the default SDO of a node; else 0.
 std::uint8_t sdo_of(const can::Frame& frame, std::uint32_t base) {
   const bool is = frame.standard_of(can::kMaxClassicData) && frame.id > base &&
                   frame.id <= base + can::kMaxNodeId;
@@ -183,9 +183,9 @@ void AnswerModel::response(std::uint8_t node, const can::Frame& frame) {
 
 // --- blocks (CiA 301 7.2.4.3.9 to 7.2.4.3.16) ---------------------------------------------------
 
-// Of the sub-block under way, if it is the next one in order, or the first one again. Segments that
-// wait for the bus when a sub-block is acknowledged too early continue its numbers and do not
-// count.
+// Adds a segment to the current sub-block, if it is the next one in order, or the first one again.
+// Segments that are queued when a sub-block is acknowledged too early continue its numbers and are
+// ignored.
 void AnswerModel::take_segment(Transfer& transfer, const can::Frame& frame) {
   const unsigned number = byte_at(frame, 0) & kNumber;
   const bool again = number == 1 && !transfer.upload;
@@ -201,7 +201,7 @@ void AnswerModel::take_segment(Transfer& transfer, const can::Frame& frame) {
   transfer.last_segment = word_of(frame);
 }
 
-// The first `count` segments of the sub-block are part of the value; another one begins.
+// Appends the first `count` segments of the sub-block to the value, and begins another sub-block.
 void AnswerModel::take_sub_block(Transfer& transfer, unsigned count) {
   const std::size_t bytes = std::min(count, transfer.segments) * kSegmentSize;
   append(transfer.value, std::span(transfer.sub_block).first(bytes));
@@ -216,7 +216,8 @@ void AnswerModel::take_block_end(Transfer& transfer, const can::Frame& frame) {
   transfer.value.resize(transfer.value.size() - std::min(unused, transfer.value.size()));
 }
 
-// Segments of a block look like other requests, but for their numbers. False: it is another one.
+// Segments of a block look like other requests, except for their numbers. Returns false for another
+// request.
 bool AnswerModel::block_request(Transfer& transfer, const can::Frame& frame) {
   const unsigned command = byte_at(frame, 0);
   if (transfer.upload) {
@@ -237,7 +238,7 @@ bool AnswerModel::block_request(Transfer& transfer, const can::Frame& frame) {
   return is_segment;
 }
 
-// An acknowledgement that comes twice is not that of the next sub-block, which is not sent yet.
+// A repeated acknowledgement does not belong to the next sub-block, which was not sent yet.
 void AnswerModel::block_response(std::uint8_t node, const can::Frame& frame) {
   Transfer& transfer = transfers_[node];
   const unsigned command = byte_at(frame, 0);

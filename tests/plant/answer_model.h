@@ -1,37 +1,40 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a line may answer, from the frames between it and the bus.
+// The permitted replies of a line, derived from the frames between it and the bus.
 //
-// The invariant, after each step of a world, for each command that is answered as done:
-//   1. SDO: a transfer of that object with that node came to its end since the command was given:
-//      the line received the last response of it, and the value of the reply, or of the command, is
-//      what its segments carried: in blocks, those that were acknowledged.
-//   2. NMT commands to other nodes, frames of no service, EMCYs and values by MPDO: the line
-//      submitted that frame since the command was given, and the bus acknowledged it. Not a reset
-//      of all that ends the state fatal error: it begins the start-up of the network, whose
-//      commands are the manager's. An MPDO may carry a newer value to the same object.
-//   3. Single outputs by PDO: the line submitted a frame of their PDO since then that carries the
-//      value, or a newer one of the same entry, and the bus acknowledged it. A triggered PDO: a
-//      frame of it that has the values of the image when the line submits it. A synchronous one
-//      may have those of a SYNC that was queued before the trigger and waited for the bus, which
-//      is not what was triggered: the values that were written until then come with the next SYNC.
-// Each transfer, and each frame of 2, answers for one command; MPDOs for all that they carry.
-//   9. LSS: a service without an answer (switch state global, activate bit timing) as in 2. Others
-//      but a round of assignment: the line received the last answer of the service since the
-//      command was given, and its error and value are those of the reply.
+// The invariant, after each step of a world, for each command with the reply "done":
+//   1. SDO: a transfer of that object with that node has ended since the command: the line received
+//      the last response of the transfer, and the value of the reply, or of the command, is the
+//      content of its segments: in block transfer, of the acknowledged ones.
+//   2. NMT commands to other nodes, frames of no service, EMCYs and values by MPDO: the line has
+//      submitted that frame since the command, and the bus acknowledged it. Exception: a reset of
+//      all nodes that ends the state fatal error. It begins the start-up of the network, whose NMT
+//      commands are those of the manager. An MPDO may carry a newer value of the same object.
+//   3. Single outputs by PDO: the line has submitted a frame of their PDO since then that carries
+//      the value, or a newer one of the same entry, and the bus acknowledged it. A triggered PDO: a
+//      frame of the PDO with the values of the image when the line submits it. A synchronous PDO
+//      may have the values of a SYNC that was queued before the trigger and waited for the bus.
+//      That frame does not answer the trigger: the values that were written until then follow with
+//      the next SYNC.
+// Each transfer, and each frame of 2, answers one command; an MPDO answers all commands whose
+// values it carries.
+//   9. LSS: a service without a response (switch state global, activate bit timing) as in 2. All
+//      other services except a round of assignment: the line has received the last response of the
+//      service since the command, and its error and value are those of the reply.
 //
-// Of a service that is not confirmed and is not done:
+// For each command of an unconfirmed service with another reply:
 //   4. It is answered within kSendTime.
 //   5. "No acknowledge" and "awaits its turn" are answered after kSendTime and only if no frame as
-//      in 2 and 3 was acknowledged; the latter only if none is under way either, and never for a
-//      frame of no service. The same holds for what a PDO waits for: its turn, the bus.
-//   6. Values that a PDO waits for are entries of it that are not known; an own node that it waits
-//      for is not Operational; nothing that is not configured is waited for.
+//      in 2 and 3 was acknowledged; the latter only if no such frame is under way either, and never
+//      for a frame of no service. The same holds for the reasons of a waiting PDO: its turn, the
+//      bus.
+//   6. The values for which a PDO waits are entries of the PDO that are not known; an own node for
+//      which it waits is not Operational; the line waits for nothing that is not configured.
 //   7. Single outputs of a node that the line does not show as present and Operational are refused
-//      at once with wrong_state and an event that names the node, and no frame carries the value.
-//   8. The event of 7 is missing only as base/repeat_limit.h says: an equal one passed less than a
-//      second before; or kPlaces different ones did, and one more, which took the place that all
-//      others share. Within a second of the refusal a command_refused comes that names the node, or
-//      has the number of those that were held back.
+//      immediately with wrong_state and an event with the node-ID, and no frame carries the value.
+//   8. The event of 7 is missing only as base/repeat_limit.h specifies: an equal event passed less
+//      than a second before; or kPlaces different events did, and one more, which occupied the
+//      shared place. Within a second of the refusal there is an event command_refused with the
+//      node-ID, or with the number of suppressed events.
 #pragma once
 
 #include <array>
@@ -56,60 +59,60 @@ class AnswerModel {
  public:
   explicit AnswerModel(line::Line& line);
 
-  // The line is given this command.
+  // Call it when the line is given this command.
   void commanded(const line::Command& command, Instant now);
-  // The line is given this write to a group of outputs.
+  // Call it when the line is given this write to a group of outputs.
   void written(const line::OutputWrite& write);
-  // The line submits it to the bus.
+  // Call it when the line submits the frame to the bus.
   void submitted(const can::Frame& frame, Instant now);
-  // Of the frames that it submitted, so many have ended; those of a range never will.
+  // Number of submitted frames that have ended; the frames of a lost range never end.
   void acknowledged(std::uint64_t number) { acknowledged_ = number; }
   void lost(std::uint64_t first, std::uint64_t last);
-  // The line is about to receive it.
+  // Call it before the line receives the frame.
   void before_receive(const can::Frame& frame);
-  // The line gave this reply after these events. A sentence about the rule that it breaks, or
-  // nothing.
+  // Call it when the line replied, after these events. Returns a description of the violated rule,
+  // or nothing.
   std::string answered(const line::Reply& reply, std::span<const Event> events, Instant now);
-  // After each step, with all events of the line. A sentence about a command that is not answered
-  // in time, a value that was refused and is sent, or an event that was held back and is not
-  // counted; or nothing.
+  // Call it after each step, with all events of the line. Returns a description of a command that
+  // was not answered in time, of a refused value that was sent, or of a suppressed event that was
+  // not counted; or nothing.
   std::string compare(std::span<const Event> events, Instant now);
 
  private:
   enum class Phase : std::uint8_t { idle, initiated, segments, blocks };
-  // The SDO transfer under way with a node, as the frames of both show it.
+  // The current SDO transfer with a node, derived from the frames of both sides.
   struct Transfer {
     Phase phase = Phase::idle;
     bool upload = false;
-    bool block = false;  // its initiate; of an upload the server may go on in segments
-    bool last = false;   // the client sent its last segment; in blocks, it was acknowledged
+    bool block = false;  // requested by the initiate; the server may continue an upload in segments
+    bool last = false;   // the client sent its last segment; in block transfer, it was acknowledged
     bool toggle = false;
     od::Address address;
     std::vector<std::byte> value;
-    // Of the sub-block under way:
+    // Of the current sub-block:
     unsigned segments = 0;  // in order, as sent by the client or received from the server
-    unsigned size = 0;      // of a download
-    unsigned newest = 0;    // number of the segment before
-    bool ends = false;      // the newest of them is the last one of the value
+    unsigned size = 0;      // block size of a download
+    unsigned newest = 0;    // number of the previous segment
+    bool ends = false;      // the newest segment is the last one of the value
     std::uint64_t last_segment = 0;
-    std::uint64_t acknowledged = 0;  // the newest acknowledgement of the server
+    std::uint64_t acknowledged = 0;  // the last acknowledgement of the server
     std::vector<std::byte> sub_block{};
   };
   struct Done {
     Transfer transfer;
     std::uint8_t node = 0;
-    std::uint64_t after = 0;  // commands given before it began
+    std::uint64_t after = 0;  // number of commands before its begin
   };
   struct Sent {
     can::Frame frame;
     std::uint64_t number = 0;
-    std::uint64_t after = 0;  // commands given before
-    bool newest = false;      // of a PDO: it has the values of the image
+    std::uint64_t after = 0;  // number of commands before it
+    bool newest = false;      // of a PDO: it carries the values of the image
     bool used = false;
   };
   struct Heard {
     can::Frame frame;
-    std::uint64_t after = 0;  // commands given before
+    std::uint64_t after = 0;  // number of commands before it
   };
   struct Given {
     line::Command command;
@@ -119,10 +122,10 @@ class AnswerModel {
     bool refusable = false;    // a single output of a node that is not Operational
     bool lost = false;         // a bus-off lost frames since then
   };
-  // Where an output entry is in the frames of its PDO.
+  // The position of an output entry in the frames of its PDO.
   struct Field {
     can::CobId cob_id{can::CobId::kInvalidBit};
-    std::uint16_t pdo = 0;  // of the node
+    std::uint16_t pdo = 0;  // PDO number of the node
     unsigned bit = 0;
     unsigned bits = 0;
   };
@@ -131,7 +134,7 @@ class AnswerModel {
     std::uint64_t value = 0;
     bool refused = false;
   };
-  // A refusal that no event of its time names.
+  // A refusal without an event at that time.
   struct Held {
     std::uint8_t node = 0;
     std::uint32_t code = 0;
@@ -183,16 +186,16 @@ class AnswerModel {
   std::vector<std::pair<std::uint64_t, line::MpdoWrite>> mpdos_;  // by order
   bool zeroes_ = false;                                           // a watchdog may set outputs to 0
   bool may_be_slave_ = false;
-  std::string early_;  // what was sent and may not be
+  std::string early_;  // description of a frame that must not be sent
   image::Snapshot snapshot_;
   std::array<Transfer, 128> transfers_{};
-  std::array<std::uint64_t, 128> begun_{};  // commands given when the transfer began
+  std::array<std::uint64_t, 128> begun_{};  // number of commands when the transfer began
   std::vector<Done> done_;
-  std::map<std::uint8_t, Heard> lss_answers_;  // the newest of each command specifier
-  std::vector<Sent> sent_;                     // what may answer for a command
+  std::map<std::uint8_t, Heard> lss_answers_;  // the last one of each command specifier
+  std::vector<Sent> sent_;                     // frames that may answer a command
   std::map<std::uint64_t, Given> given_;       // by tag
-  std::vector<Held> held_;                     // not counted by an event
-  std::size_t counted_ = 0;                    // events that count_held() saw
+  std::vector<Held> held_;                     // not yet counted by an event
+  std::size_t counted_ = 0;                    // number of events that count_held() has processed
   std::uint64_t commands_ = 0;
   std::uint64_t submitted_ = 0;
   std::uint64_t acknowledged_ = 0;

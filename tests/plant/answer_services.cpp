@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The half of the answer model that is about services that are not confirmed: what is answered as
-// sent was acknowledged on the bus, and what is not says what it waits for.
+// The part of the answer model for unconfirmed services: a frame that is answered as sent was
+// acknowledged on the bus, and every other reply has the reason of the delay.
 #include <algorithm>
 #include <set>
 #include <utility>
@@ -98,7 +98,7 @@ void AnswerModel::written(const line::OutputWrite& write) {
   }
 }
 
-// The position of the output that it writes.
+// The index of the output that the command writes.
 std::size_t AnswerModel::entry_of(const line::Command& command) const {
   if (const auto* const output = as<line::SingleOutput>(command)) {
     return output->entry;
@@ -124,8 +124,8 @@ bool AnswerModel::is_unconfirmed(const line::Command& command) const {
          asked == mpdo_write || is_single_output(command);
 }
 
-// What the line shows before it is given the command. A line that is not NMT master sends outputs
-// to nodes of which it received nothing, too.
+// Uses the state that the line shows before the command. A line that is not NMT master also sends
+// outputs to nodes from which it has received nothing.
 bool AnswerModel::is_refusable(const line::Command& command) const {
   if (!is_single_output(command)) {
     return false;
@@ -207,7 +207,7 @@ bool AnswerModel::has_newest(const can::Frame& frame, Instant now) {
   return taken;
 }
 
-// The value of the command, or one that was written to the same entry later.
+// Whether the frame carries the value of the command, or a later value of the same entry.
 bool AnswerModel::is_value_of(const Given& given, const can::Frame& frame) const {
   const std::size_t entry = entry_of(given.command);
   const Field& field = fields_[entry];
@@ -220,7 +220,7 @@ bool AnswerModel::is_value_of(const Given& given, const can::Frame& frame) const
          });
 }
 
-// The same of an MPDO.
+// The same for an MPDO.
 bool AnswerModel::is_mpdo_of(const Given& given, const can::Frame& frame) const {
   constexpr std::size_t kHead = 4;
   const auto& own = line_.config().forwarding.tpdos;
@@ -257,9 +257,9 @@ void AnswerModel::check_refused_values(const can::Frame& frame) {
   }
 }
 
-// --- answers ------------------------------------------------------------------------------------
+// --- replies ------------------------------------------------------------------------------------
 
-// An MPDO or a PDO may answer for several commands.
+// An MPDO or a PDO may answer several commands.
 std::string AnswerModel::check_sent(const Given& given) {
   const auto it = std::ranges::find_if(sent_, [&](const Sent& sent) {
     return !sent.used && counts(sent, given) && is_frame_of(given, sent);
@@ -371,11 +371,11 @@ std::string AnswerModel::check_refusal(const Given& given, const line::Reply& re
                      events);
 }
 
-// Clause 8. The line has a place for each of kPlaces different events and a shared one, and an
-// event is held back only if its place passed one less than a second ago. So without an equal event
-// each place passed one: kPlaces different events, and that of the shared place. Its node may then
-// be named by none: the next event that passes in the shared place has the node of the last refusal
-// and the number of the others.
+// Clause 8. The line has one place for each of kPlaces different events and a shared place, and an
+// event is suppressed only if an event passed in its place less than a second before. So without an
+// equal event, one event passed in each place: kPlaces different ones, and the one of the shared
+// place. In that case no event may have the node-ID of the refusal: the next event in the shared
+// place has the node-ID of the last refusal and the number of the others.
 std::string AnswerModel::check_event(const Held& refusal, std::span<const Event> events) {
   const bool has_own = std::ranges::any_of(events, [&](const Event& event) {
     return refusal.is_of(event) && event.time == refusal.time;
@@ -401,8 +401,8 @@ std::string AnswerModel::check_event(const Held& refusal, std::span<const Event>
   return full ? std::string() : "no event names its node";
 }
 
-// Removes the refusals that the new events name or count. A number is of equal refusals, or of
-// different ones that shared a place, and the event does not say which.
+// Removes the refusals that the new events name or count. The number in an event counts equal
+// refusals, or different ones that shared a place; the event does not distinguish them.
 void AnswerModel::count_held(std::span<const Event> events) {
   constexpr std::size_t kCount = 8;  // see RepeatLimit::admit()
   for (const Event& event : events.subspan(std::exchange(counted_, events.size()))) {

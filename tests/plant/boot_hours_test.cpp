@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Hours of virtual time in which nodes die, come back, are cut off and connected again at any
-// moment, in the middle of their boot processes too: at the end every state is right.
+// Hours of virtual time in which nodes are switched off and on, disconnected and connected at any
+// time, also during their boot processes: at the end every reported state is right.
 #include <random>
 #include <sstream>
 #include <string>
@@ -25,7 +25,7 @@ class Hours {
  public:
   explicit Hours(unsigned long seed) : random_(seed) {}
 
-  // start: more properties of the line.
+  // start: additional properties of the line.
   std::string plant(const std::string& start, unsigned hours) {
     out_ << "line hall bitrate 250000 " << start << '\n';
     for (unsigned id = 1; id <= 6; ++id) {
@@ -35,7 +35,7 @@ class Hours {
     const std::uint64_t end = std::uint64_t{hours} * 3'600'000;
     std::uint64_t time = 10'000;
     while (time < end) {
-      // Most in the time of a boot process, some long after.
+      // most within a boot process, some long after it
       time += below(3) != 0 ? 1 + below(1'500) : below(60'000);
       out_ << "at " << time << "ms ";
       action();

@@ -19,13 +19,13 @@ using manager::NodeReport;
 
 constexpr od::Address kVelocity{0x6081, 0};
 constexpr od::Address kAcceleration{0x6083, 0};
-// These the simulated drive stores: they cannot be mapped.
+// Objects that the simulated drive stores; they cannot be mapped.
 constexpr od::Address kAbortOption{0x6007, 0};
 constexpr od::Address kQuickStopOption{0x605A, 0};
 
 class ConfigurationTest : public ManagerFixture {
  protected:
-  // Two drives and an encoder; of the drives two objects are configured.
+  // Two drives and an encoder; two objects of the drives are configured.
   LineSeat& run(std::uint8_t restore = 0, std::uint8_t store = 0) {
     for (const std::uint8_t id : {std::uint8_t{5}, std::uint8_t{6}}) {
       line::NodeConfig node = node_of(id, "drive");
@@ -83,7 +83,7 @@ TEST_F(ConfigurationTest, WhatWasConfiguredIsFoundAndVerifyingWritesNothing) {
   EXPECT_TRUE(std::ranges::none_of(seat().frames, is_download));
   EXPECT_TRUE(std::ranges::any_of(seat().frames, [](const can::Frame& frame) {
     return frame.id == 0x605;
-  })) << "it was asked";
+  })) << "node 5 was read";
 }
 
 TEST_F(ConfigurationTest, ADifferenceNamesObjectExpectedAndFoundAndApplyingRemovesIt) {
@@ -99,7 +99,7 @@ TEST_F(ConfigurationTest, ADifferenceNamesObjectExpectedAndFoundAndApplyingRemov
   EXPECT_EQ(value(6, kAcceleration), 2'000U);
   EXPECT_EQ(report(verify(6)), (std::vector<NodeReport>{{.node = 6}}));
   pass(1s);
-  EXPECT_EQ(seat().line->node_state(6).state, nmt::State::operational) << "it runs again";
+  EXPECT_EQ(seat().line->node_state(6).state, nmt::State::operational) << "Operational again";
 }
 
 TEST_F(ConfigurationTest, ANodeThatIsSilentEndsItsOwnReportAlone) {
@@ -114,7 +114,7 @@ TEST_F(ConfigurationTest, ANodeThatIsSilentEndsItsOwnReportAlone) {
 
 TEST_F(ConfigurationTest, WhatANodeStoredIsNotSentAgain) {  // 1F26h, 1F27h
   run(0, 1);
-  EXPECT_NE(value(5, {0x1020, 1}), 0U) << "dated";
+  EXPECT_NE(value(5, {0x1020, 1}), 0U) << "1020h has a date";
   power_cycle(5);
   EXPECT_EQ(seat().line->node_state(5).state, nmt::State::operational);
   EXPECT_TRUE(std::ranges::none_of(seat().frames, is_download));
@@ -176,7 +176,7 @@ TEST_F(ConfigurationTest, RequestsOverTheOwnDictionaryConfigureToo) {
   EXPECT_EQ(write_own({0x1F25, 5}, number(manager::kConf)), Error{});
   pass(1ms);
   EXPECT_EQ(write_own({0x1F25, 5}, number(manager::kConf)), to_error(AbortCode::device_state))
-      << "it is booting";
+      << "the node is booting";
   pass(2s);
   EXPECT_EQ(value(5, kVelocity), 1'000U);
   EXPECT_EQ(value(6, kVelocity), 8U);

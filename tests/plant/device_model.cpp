@@ -62,7 +62,8 @@ void DeviceModel::follow_nmt(std::uint8_t node, const can::Frame& frame) {
   }
 }
 
-// The life time runs from each request to the next; there is none as long as there is a heartbeat.
+// The life time restarts with each request; there is no life guarding while the device has a
+// heartbeat.
 void DeviceModel::follow_guarding(sim::Device& device, const can::Frame& frame) {
   const std::uint8_t node = device.node_id();
   if (!frame.remote() && writes_guarding(node, frame)) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What single devices ought to do, worked out naively from the frames they were given: the oracle
-// for life guarding and for MPDOs.
+// The expected behaviour of single devices, derived in a simple way from the frames they receive:
+// the oracle for life guarding and for MPDOs.
 #pragma once
 
 #include <cstdint>
@@ -13,24 +13,25 @@
 
 namespace linegate::plant {
 
-// Object 2F01h of a device with MPDOs comes in destination address mode on this identifier.
+// The identifier on which a device with MPDOs receives its object 2F01h in destination address
+// mode.
 inline constexpr std::uint32_t kMpdoToAll = 0x57F;
-// And goes out in source address mode on this one of 29 bits + node-ID: an observer takes three
-// frames on an identifier of 11 bits for a PDO that it does not know yet.
+// The 29-bit identifier on which it sends 2F01h in source address mode, + node-ID. With an 11-bit
+// identifier an observer would take three such frames for an unknown PDO.
 inline constexpr std::uint32_t kMpdoOfNode = 0x1'0480;
 
 class DeviceModel {
  public:
-  // mpdo: it has them; mpdo_of: whose 2F01h its 2F02h follows, 0 = nobody's.
+  // mpdo: the device has MPDOs; mpdo_of: the node whose 2F01h is received in 2F02h, 0 = none.
   DeviceModel(bool mpdo, std::uint8_t mpdo_of) : mpdo_(mpdo), mpdo_of_(mpdo_of) {}
 
-  // The device is about to be given this frame.
+  // Call it before the device receives the frame.
   void before_receive(sim::Device& device, const can::Frame& frame);
-  // It has done what was due. Takes what it told.
+  // Call it after the device was advanced. Takes the events of the device.
   void after_advance(sim::Device& device, Instant now);
   void power_off();
 
-  // A sentence about the first difference between device and model, or nothing.
+  // A description of the first difference between device and model, or nothing.
   std::string compare(sim::Device& device) const;
 
  private:
@@ -40,11 +41,11 @@ class DeviceModel {
 
   bool mpdo_;
   std::uint8_t mpdo_of_;
-  std::uint32_t value_ = 0;                  // of 2F01h
-  std::uint32_t followed_ = 0;               // of 2F02h
-  Instant guarded_until_ = kNever;           // by then the next guard request
-  std::vector<Instant> guarding_lost_;       // when it ought to be
-  std::vector<Instant> guarding_lost_told_;  // when the device said so
+  std::uint32_t value_ = 0;                  // expected value of 2F01h
+  std::uint32_t followed_ = 0;               // expected value of 2F02h
+  Instant guarded_until_ = kNever;           // deadline of the next guarding request
+  std::vector<Instant> guarding_lost_;       // expected times of the event
+  std::vector<Instant> guarding_lost_told_;  // reported times of the event
 };
 
 }  // namespace linegate::plant

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// An SDO server that is not of this house, in front of that of a simulated device: it has no block
-// transfer, or aborts a transfer that is open upon any command that is not its next one, as
-// CANopenNode and lely-core do.
+// The SDO server of another manufacturer, in front of the server of a simulated device. It has no
+// block transfer, or it aborts an open transfer on any command that is not its next one, like
+// CANopenNode and lely-core.
 #pragma once
 
 #include <cstdint>
@@ -17,14 +17,15 @@ class ForeignSdo {
 
   ForeignSdo(std::uint8_t node, Blocks blocks) : node_(node), blocks_(blocks) {}
 
-  // What the device's own server does not get, and what is answered in its place.
+  // Whether a request is kept from the server of the device, and the response that is sent instead.
   struct Verdict {
     bool taken = false;
     std::optional<can::Frame> answer{};
-    bool abort_device = false;  // the frame goes to the device as an abort of the open transfer
+    // The device receives an abort of the open transfer instead of the frame
+    bool abort_device = false;
   };
   Verdict receive(const can::Frame& frame);
-  // What the device sends.
+  // Call it with the frames that the device sends.
   void follow(const can::Frame& frame);
 
  private:

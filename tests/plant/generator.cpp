@@ -18,7 +18,7 @@
 namespace linegate::plant {
 namespace {
 
-// COB-IDs of the own node, 127, that another station may send on only by mistake.
+// COB-IDs of the own node, 127, on which another station sends only by mistake.
 constexpr unsigned kOwnEmergency = 0x0FF;
 constexpr unsigned kOwnHeartbeat = 0x77F;
 
@@ -62,7 +62,7 @@ class Generator {
  private:
   static constexpr unsigned kBooted = 3000;                                     // ms
   static constexpr const char* kSpecifiers[] = {"01", "02", "80", "81", "82"};  // NMT commands
-  static constexpr unsigned kRestart = 10;                                      // ms, the shortest
+  static constexpr unsigned kRestart = 10;  // ms, the shortest pause
 
   unsigned below(unsigned limit) { return static_cast<unsigned>(random_() % limit); }
   unsigned below_more(unsigned limit) { return static_cast<unsigned>(random_of_more_() % limit); }
@@ -76,7 +76,7 @@ class Generator {
   }
   Device& any() { return devices_[below(static_cast<unsigned>(devices_.size()))]; }
 
-  // An action at that time; they are written down in the order of their times.
+  // An action at that time; the actions are written in the order of their times.
   std::ostringstream& at(unsigned time) {
     acts_.emplace_back(time, std::ostringstream());
     return acts_.back().second;
@@ -88,7 +88,7 @@ class Generator {
     }
   }
 
-  // The last of the times.
+  // Writes the actions and returns the last time.
   unsigned write_down() {
     std::ranges::stable_sort(acts_, {}, &std::pair<unsigned, std::ostringstream>::first);
     for (const auto& [time, text] : acts_) {
@@ -133,7 +133,8 @@ class Generator {
     network_of_ours();
   }
 
-  // A line in five is not NMT master; some of the others do more than reset a lost node.
+  // A fifth of the lines are not NMT master; some of the others react to the loss of a node with
+  // more than its reset.
   void roles() {
     switch (below_line(10)) {
       case 0:
@@ -163,8 +164,9 @@ class Generator {
   }
 
   // On a slower bus the SDO transfers of all nodes that boot at the same time occupy it for longer
-  // than the shortest consumer heartbeat times: heartbeats and guarding have lower priority. A loss
-  // of a mandatory node that follows from it stops all nodes until the next command `boot`.
+  // than the shortest consumer heartbeat times, because heartbeats and guarding have lower
+  // priority. The resulting loss of a mandatory node would stop all nodes until the next command
+  // `boot`.
   void bear_transfers(Device& device) const {
     constexpr unsigned kLonger = 300;  // ms
     if (!device.mandatory || bit_rate_ >= 500'000) {
@@ -174,7 +176,7 @@ class Generator {
     device.guard_time += device.guarded ? kLonger : 0;
   }
 
-  // Profiles that have no TPDO 4 of their own. Each follows the one before it, if there is one.
+  // For profiles without a TPDO 4. Each device receives the MPDOs of the previous one, if any.
   void give_mpdos(Device& device) {
     device.mpdo = (device.profile == "encoder" || device.profile == "drive") && below_more(2) == 0;
     if (device.mpdo) {
@@ -182,8 +184,8 @@ class Generator {
     }
   }
 
-  // Besides: NMT commands of all kinds, to one node or all, and values by MPDO. With dice of their
-  // own, as those of ours.
+  // Additional actions: NMT commands of all kinds, to one node or all, and values by MPDO. They
+  // have their own random numbers, like the own devices.
   void command_or_mpdo(unsigned time) {
     const Device& device = devices_[below_more(static_cast<unsigned>(devices_.size()))];
     switch (below_more(5)) {
@@ -206,8 +208,8 @@ class Generator {
     }
   }
 
-  // Besides: what devices do by themselves, the same once more soon after, or a loss and return
-  // about when the manager finds it out.
+  // Additional actions: spontaneous state changes of devices, sometimes repeated soon after, or a
+  // loss and return near the time when the manager detects the loss.
   void change_itself(unsigned time) {
     const Device& device = devices_[below_states(static_cast<unsigned>(devices_.size()))];
     const unsigned soon = time + below_states(device.heartbeat + 20);
@@ -233,8 +235,8 @@ class Generator {
     }
   }
 
-  // Besides: the line is stopped and started again, a master becomes a slave for a while, and
-  // another master commands its own node.
+  // Additional actions: the line is stopped and started again, a master becomes a slave for a
+  // while, and another master commands its own node.
   void change_line(unsigned number, unsigned time) {
     switch (below_line(24)) {
       case 0:
@@ -265,7 +267,7 @@ class Generator {
     }
   }
 
-  // To all nodes or one, with dice of their own.
+  // To all nodes or one, with own random numbers.
   void write_outputs(unsigned time) {
     if (below_outputs(3) != 0) {
       return;
@@ -283,13 +285,13 @@ class Generator {
     }
   }
 
-  // Of a second master. 0 = to all.
+  // A command of a second master. node: 0 = all.
   void foreign_command(unsigned node, unsigned time) {
     at(time) << "frame 0x000 " << kSpecifiers[below_more(5)] << std::hex << std::setfill('0')
              << std::setw(2) << node;
   }
 
-  // To 2F01h of that device, 0 = of all; gives the value.
+  // Writes 2F01h of that device, 0 = of all, and returns the value.
   unsigned give_by_mpdo(std::ostream& out, unsigned node) {
     const unsigned value = 0x10 + below_more(0xF0);
     out << "frame 0x57F " << std::hex << std::uppercase << (0x80 | node) << "012F00" << value
@@ -297,8 +299,8 @@ class Generator {
     return value;
   }
 
-  // Beside them, in one plant of three, devices of a line of our own. They have their own dice: the
-  // rest of the plant is as it would be without.
+  // One plant of three also has the devices of an own line. They have their own random numbers: the
+  // rest of the plant is the same without them.
   void network_of_ours() {
     const unsigned count = role_ != Role::device && below_ours(3) == 0 ? 1 + below_ours(4) : 0;
     for (unsigned i = 0; i < count; ++i) {
@@ -386,14 +388,14 @@ class Generator {
          << " 2F00:0\nexpect reply back" << device.id << " ok pattern " << size << " within 5s\n";
   }
 
-  // Bytes that a device that answers slowly takes in segments while the plant comes to rest.
+  // The number of bytes that a slow device accepts in segments in the time at the end of the plant.
   static unsigned most_in_segments(const Device& device) {
     constexpr unsigned kTime = 10'000;  // ms
     constexpr unsigned kSegment = 7;
     return kTime / std::max(device.answers_after, 1U) * kSegment;
   }
 
-  // Of a size that goes in segments or in blocks; a device without the object refuses.
+  // With a size for segments or for blocks; a device without the object refuses.
   void transfer(std::ostream& out, const Device& device, unsigned number) {
     if (below(3) == 0) {
       out << "sdo read d" << number << ' ' << device.id << " 2F00:0";
@@ -405,8 +407,8 @@ class Generator {
     }
   }
 
-  // Any identifier but that of NMT commands, any length: malformed for most services that listen
-  // there.
+  // Any identifier except that of NMT commands, and any length: malformed for most services with
+  // that identifier.
   void stranger(std::ostream& out) {
     const unsigned id = 1 + below(0x7FF);
     takes_own_id_ = takes_own_id_ || id == kOwnEmergency || id == kOwnHeartbeat;
@@ -418,7 +420,7 @@ class Generator {
     }
   }
 
-  // Those that were not switched on at the start, most of them.
+  // Switches on most of the devices that were off at the start.
   void come_late(unsigned time) {
     for (Device& device : devices_) {
       if (device.late && below_states(4) != 0) {
@@ -428,10 +430,10 @@ class Generator {
     }
   }
 
-  // Everything that was taken away comes back or stays dead; then the network is left alone.
+  // All removed devices return or stay off; then the network is not disturbed any more.
   void quiet(unsigned time) {
     out_ << "at " << time + 100 << "ms losses 0\nat " << time + 100 << "ms doubles 0\n";
-    // NMT commands of another master that wait for the bus would stop nodes again.
+    // Queued NMT commands of another master would stop nodes again.
     out_ << "at " << time + 100 << "ms frame none\n";
     for (Device& device : devices_) {
       device.alive = device.alive || (device.mandatory && starts_all_);
@@ -445,7 +447,7 @@ class Generator {
       out_ << "at " << time + 4000 << "ms\nexpect no frame 0x000 within 1s\n";
       return;
     }
-    if (takes_own_id_) {  // a second node with the own node-ID stops the network for good
+    if (takes_own_id_) {  // a second node with the own node-ID stops the network permanently
       out_ << "at " << time + 250 << "ms nmt reset-communication 127\n";
     }
     if (stops_all_) {
@@ -464,8 +466,8 @@ class Generator {
 
   void come_to_rest(unsigned time) {
     out_ << "at " << time << "ms\n";
-    // A transfer has priority over heartbeats, which wait for too long on a slower bus, and while
-    // transfers follow each other.
+    // SDO transfers have priority over heartbeats, which would be delayed too long on a slower bus,
+    // or while transfers follow each other.
     constexpr unsigned kPause = 250;  // ms
     for (const Device& device : devices_) {
       if (device.alive && device.domain && bit_rate_ >= 500'000 && device.answers_after == 0) {
@@ -509,12 +511,13 @@ class Generator {
     lose_guarding(time);
   }
 
-  // Whatever it does is expected of it once nothing disturbs the network any more.
+  // Whether every reaction of the device can be expected once the network is not disturbed any
+  // more.
   static bool is_calm(const Device& device) {
     return device.alive && device.listed && device.answers_after == 0;
   }
 
-  // Nothing disturbs the network any more: what is commanded is done, and shown.
+  // The network is not disturbed any more: commands are executed, and their effect is shown.
   void command_and_return(unsigned time) {
     std::ostringstream shown;
     std::ostringstream back;
@@ -533,7 +536,7 @@ class Generator {
     out_ << shown.str() << back.str();
   }
 
-  // From each to the one that follows it, and so on.
+  // From each device to the device that receives its MPDOs.
   void bring_by_mpdo(unsigned time) {
     for (const Device& device : devices_) {
       if (!device.mpdo || !is_calm(device)) {
@@ -550,7 +553,8 @@ class Generator {
     }
   }
 
-  // Whoever is asked no more says so when it can, and the master has noticed, too.
+  // A device without guarding requests reports it when it can, and the master has also detected the
+  // loss.
   void lose_guarding(unsigned time) {
     for (const Device& device : devices_) {
       if (!device.guarded || !is_calm(device) || (device.mandatory && reacts_)) {
@@ -576,19 +580,19 @@ class Generator {
   ServiceCommands services_;
   OwnDeviceCommands commands_of_ours_;
   RequestsAndBursts requests_;
-  unsigned arming_ = 100;  // of the last write
+  unsigned arming_ = 100;  // arming number of the last write
   std::ostringstream out_;
   std::vector<std::pair<unsigned, std::ostringstream>> acts_;
   std::vector<Device> devices_;
   std::vector<Device> ours_;
   unsigned bit_rate_ = 0;
   unsigned last_with_mpdos_ = 0;
-  unsigned pauses_ = 0;  // ms in which the line was stopped: what comes after is so late
+  unsigned pauses_ = 0;  // ms in which the line was stopped: all later actions are delayed by it
   Role role_ = Role::master;
   bool starts_all_ = false;
-  bool reacts_ = false;        // to the loss of a mandatory node, at all nodes
-  bool stops_all_ = false;     // then
-  bool takes_own_id_ = false;  // a stranger sent on a COB-ID that only the own node may use
+  bool reacts_ = false;        // the loss of a mandatory node affects all nodes
+  bool stops_all_ = false;     // that loss stops all nodes
+  bool takes_own_id_ = false;  // a foreign frame had a COB-ID that only the own node may use
 };
 
 }  // namespace

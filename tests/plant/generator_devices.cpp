@@ -9,7 +9,8 @@ Device draw_device(std::mt19937_64& random, unsigned id) {
   constexpr std::array<const char*, 4> kProfiles{"digital-io", "analog-io", "encoder", "drive"};
   const auto below = [&random](unsigned limit) { return static_cast<unsigned>(random() % limit); };
   Device device{.id = id, .profile = kProfiles[below(4)]};
-  device.guarded = device.profile == "digital-io" && below(2) == 0;  // the others cannot be
+  // Other profiles do not support guarding
+  device.guarded = device.profile == "digital-io" && below(2) == 0;
   device.heartbeat = device.guarded || below(6) == 0 ? 0 : 50 + below(200);
   device.domain = below(3) == 0;
   if (device.guarded) {

@@ -24,18 +24,19 @@ struct Device {
   bool plugged = true;
   unsigned guard_time = 0;  // ms
   unsigned life_time_factor = 0;
-  unsigned answers_after = 0;  // ms, of its SDO server; from kAnswerTimeout on never in time
-  unsigned serial = 0;         // 0 = that of the device file
+  // Ms, of its SDO server; with kAnswerTimeout or more it never answers in time
+  unsigned answers_after = 0;
+  unsigned serial = 0;  // 0 = that of the device file
   bool mpdo = false;
-  unsigned mpdo_of = 0;  // whose MPDOs it takes, 0 = nobody's
+  unsigned mpdo_of = 0;  // the node whose MPDOs it receives, 0 = none
 };
 
-// Its profile, and how it is watched.
+// Chooses its profile and its error control.
 Device draw_device(std::mt19937_64& random, unsigned id);
-// What is unusual about it: it comes late, is not configured, answers slowly, has the identity of
-// others.
+// Chooses deviations: it appears late, is not configured, answers slowly, or has the identity of
+// another device.
 void draw_manners(std::mt19937_64& random, Device& device);
-// As a statement of the scenario, without the end of its line.
+// Writes its statement in the scenario, without the line end.
 void describe(std::ostream& out, const Device& device);
 
 }  // namespace linegate::plant

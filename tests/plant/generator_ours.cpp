@@ -6,10 +6,10 @@
 
 namespace linegate::plant {
 
-// Values that no other command has, as long as there are not too many.
+// Uses values that no other command has, unless there are too many commands.
 std::string OwnDeviceCommands::command(const Device& device) {
   constexpr unsigned kEmergency = 0x5000;
-  constexpr unsigned kFirst = 0x80;  // the values of other commands are less
+  constexpr unsigned kFirst = 0x80;  // all other commands use lower values
   std::ostringstream value;
   value << std::hex << std::uppercase << kFirst + ++number_ % kFirst;
   const std::string node = std::to_string(device.id);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Commands to our own devices in random plants. Private to the generator.
+// Commands to own devices in random plants. Private to the generator.
 #pragma once
 
 #include <ostream>
@@ -12,15 +12,16 @@
 
 namespace linegate::plant {
 
-// With dice of its own: the rest of a plant is as it would be without.
+// Has its own random numbers: the rest of the plant is the same without it.
 class OwnDeviceCommands {
  public:
   explicit OwnDeviceCommands(unsigned long seed) : random_(seed + 0x4F43) {}
 
-  // Actions from that time on, each with its time in ms. ours: none, or devices of a digital-io.
+  // Actions from that time on, each with its time in ms. ours: devices with the profile digital-io,
+  // or empty.
   using Actions = std::vector<std::pair<unsigned, std::string>>;
   Actions draw(const std::vector<Device>& ours, unsigned time);
-  // The device sends its TPDO with a value that is written now, and its master has the value.
+  // The device sends its TPDO with a value that is written now, and its master receives the value.
   void expect_value(std::ostream& out, const Device& device, unsigned time);
 
  private:
@@ -28,7 +29,7 @@ class OwnDeviceCommands {
   std::string command(const Device& device);
 
   std::mt19937_64 random_;
-  unsigned number_ = 0;  // of the command: a part of its content
+  unsigned number_ = 0;  // number of the command, part of its content
 };
 
 }  // namespace linegate::plant

@@ -7,11 +7,11 @@
 namespace linegate::plant {
 namespace {
 
-// What the RPDOs of the profiles map.
+// An object that an RPDO of a profile maps.
 struct Output {
   std::string_view profile;
   const char* record;  // communication record of the RPDO
-  unsigned sub;        // of the mapping
+  unsigned sub;        // sub-index of the mapping
   const char* object;
   unsigned bytes;
 };
@@ -37,7 +37,7 @@ void give_pdos(std::ostream& out, std::mt19937_64& random, const Device& device,
     }
     constexpr std::array<unsigned, 3> kSynchronous{0, 1, 3};
     constexpr unsigned kEventDriven = 255;
-    // A slow bus has no room for synchronous PDOs of many devices.
+    // A slow bus has not enough bandwidth for synchronous PDOs of many devices.
     const bool synchronous = below(4) == 0 && bit_rate == 1'000'000;
     const unsigned type = synchronous ? kSynchronous[below(3)] : kEventDriven;
     out << " expected " << output.record << ":2 " << type << " write " << output.record << ":2 "

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What random plants do with outputs. Private to the generator.
+// Output actions of random plants. Private to the generator.
 #pragma once
 
 #include <ostream>
@@ -12,13 +12,14 @@
 
 namespace linegate::plant {
 
-// Transmission types and inhibit times of the RPDOs of that device, as words of its statement.
+// Writes transmission types and inhibit times of the RPDOs of that device, as words of its
+// statement.
 void give_pdos(std::ostream& out, std::mt19937_64& random, const Device& device, unsigned bit_rate);
-// Values for most of its outputs, as words of a write; mostly those that they have.
+// Writes values for most of its outputs, as words of a write; mostly the present values.
 void give_values(std::ostream& out, std::mt19937_64& random, const Device& device);
-// The objects that its RPDOs map, and their bytes.
+// The objects that its RPDOs map, with their sizes in bytes.
 std::vector<std::pair<std::string, unsigned>> outputs_of(const Device& device);
-// Values for all of its outputs, all with the lowest bytes of that number.
+// Writes values for all of its outputs, with the lowest bytes of that number.
 void give_numbered(std::ostream& out, const Device& device, unsigned number);
 
 }  // namespace linegate::plant

@@ -42,7 +42,7 @@ RequestsAndBursts::Actions RequestsAndBursts::draw(const std::vector<Device>& de
   return out;
 }
 
-// Around a start of the node, or an inhibit time.
+// Near a start of the node, or an inhibit time.
 void RequestsAndBursts::burst(Actions& out, const Device& device, unsigned time) {
   constexpr unsigned kArming = 100'000;
   constexpr std::array<const char*, 4> kBefore{"reset-node ", "reset-communication ",

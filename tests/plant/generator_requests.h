@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// TPDOs that are sent on request alone in random plants, and output values that follow each other
-// faster than they are transmitted. Private to the generator.
+// In random plants: TPDOs that are only sent on request, and output values that change faster than
+// they are transmitted. Private to the generator.
 #pragma once
 
 #include <ostream>
@@ -13,21 +13,21 @@
 
 namespace linegate::plant {
 
-// With dice of its own: the rest of a plant is as it would be without.
+// Has its own random numbers: the rest of the plant is the same without it.
 class RequestsAndBursts {
  public:
   explicit RequestsAndBursts(unsigned long seed) : random_(seed + 0x5252) {}
 
-  // A property of the device: its first TPDO is of type 252 or 253. Nothing for most devices.
+  // A property of the device: its first TPDO has type 252 or 253. Empty for most devices.
   std::string device_words(const Device& device);
   // Actions from that time on, each with its time in ms.
   using Actions = std::vector<std::pair<unsigned, std::string>>;
   Actions draw(const std::vector<Device>& devices, unsigned time);
-  // At that time nothing disturbs the network, and the own node is Operational: requests are
+  // At that time the network is not disturbed, and the own node is Operational: requests are
   // answered.
   void expect_answers(std::ostream& out, const std::vector<Device>& devices, unsigned time);
   bool sends_on_request(const Device& device) const { return find(device) != nullptr; }
-  // A remote frame of a stranger, if the device has such a TPDO.
+  // A remote frame of a foreign station, if the device has such a TPDO.
   void request_by_stranger(std::ostream& out, const Device& device, unsigned time);
 
  private:
@@ -44,8 +44,8 @@ class RequestsAndBursts {
 
   std::mt19937_64 random_;
   std::vector<Tpdo> tpdos_;
-  unsigned number_ = 0;  // of a request: its name
-  unsigned value_ = 0;   // of the newest output: each is another one
+  unsigned number_ = 0;  // number of a request, its name
+  unsigned value_ = 0;   // the last output value; each value is different
 };
 
 }  // namespace linegate::plant

@@ -13,7 +13,7 @@ std::string ServiceCommands::line_words() {
   return has_mpdo_ ? " mpdo" : "";
 }
 
-// One value for each command, and none that group writes have.
+// A different value for each command, which no group write has.
 std::string ServiceCommands::hex_of(unsigned bytes) const {
   constexpr unsigned kFirst = 0x40;
   std::ostringstream out;
@@ -24,7 +24,7 @@ std::string ServiceCommands::hex_of(unsigned bytes) const {
   return out.str();
 }
 
-// One of a device that has none is written by SDO.
+// A device without outputs is written by SDO.
 std::string ServiceCommands::output(const Device& device) {
   const auto outputs = outputs_of(device);
   const std::string node = std::to_string(device.id);
@@ -39,7 +39,7 @@ std::string ServiceCommands::output(const Device& device) {
 }
 
 std::string ServiceCommands::command(const std::vector<Device>& devices) {
-  constexpr unsigned kIdentifier = 0x6E4;  // of no service
+  constexpr unsigned kIdentifier = 0x6E4;  // belongs to no service
   constexpr unsigned kSoftware = 0x6000;   // emergency error code
   const Device& device = one_of(devices);
   const std::string name = std::to_string(++number_);
@@ -62,7 +62,7 @@ std::string ServiceCommands::command(const std::vector<Device>& devices) {
   return output(device);
 }
 
-// No station acknowledges, or the controller of the line is off the bus. Gives for how long.
+// No station acknowledges, or the controller of the line is bus-off. Returns the duration in ms.
 unsigned ServiceCommands::silence(Actions& out, unsigned time) {
   constexpr unsigned kLongest = 1500;  // ms
   const bool off_bus = below(3) == 0;

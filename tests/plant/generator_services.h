@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Commands of services that are not confirmed in random plants, and times in which the bus
-// acknowledges nothing. Private to the generator.
+// In random plants: commands of unconfirmed services, and times in which the bus acknowledges
+// nothing. Private to the generator.
 #pragma once
 
 #include <random>
@@ -12,7 +12,7 @@
 
 namespace linegate::plant {
 
-// With dice of its own: the rest of a plant is as it would be without.
+// Has its own random numbers: the rest of the plant is the same without it.
 class ServiceCommands {
  public:
   explicit ServiceCommands(unsigned long seed) : random_(seed + 0x5343) {}
@@ -35,7 +35,7 @@ class ServiceCommands {
 
   std::mt19937_64 random_;
   bool has_mpdo_ = false;
-  unsigned number_ = 0;  // of the command: its name, and a part of its content
+  unsigned number_ = 0;  // number of the command: its name, and a part of its content
 };
 
 }  // namespace linegate::plant

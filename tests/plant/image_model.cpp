@@ -12,15 +12,15 @@ std::uint32_t key(std::uint32_t id, bool extended) {
   return id | (extended ? 0x8000'0000U : 0U);
 }
 
-// What the RUN indicator shows of the own state (CiA 303-3). Line::state() says it too, but looks
-// at every node for the rest of what it says, and this is asked after every call of a line.
+// The RUN indicator shows the own state (CiA 303-3). Line::state() also contains it, but examines
+// every node, and this function is called after every call of a line.
 bool is_operational(const line::Line& line) {
   return line.indicators().run == node::Pattern::on;
 }
 bool is_pre_operational(const line::Line& line) {
   return line.indicators().run == node::Pattern::blinking;
 }
-// What comes before Operational counts for an NMT master alone (1F80h bit 0).
+// PDOs received before Operational count only for an NMT master (1F80h bit 0).
 bool is_master(line::Line& line) {
   constexpr od::Address kStartup{0x1F80, 0};
   return line.config().role == line::Role::manager &&

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a line's input image ought to hold, worked out naively from the frames it was given: the
-// oracle against which the compiled copy plans are checked.
+// The expected input image of a line, derived in a simple way from the received frames: the oracle
+// for the compiled copy plans.
 #pragma once
 
 #include <cstdint>
@@ -18,25 +18,25 @@ class ImageModel {
  public:
   explicit ImageModel(line::Line& line);
 
-  // The line is about to be given this frame.
+  // Call it before the line receives the frame.
   void before_receive(const can::Frame& frame);
-  // The line was called, and emitted these events: it may have passed a SYNC, have become
-  // Operational, or have been reset.
+  // Call it after each call of the line, with the events of that call: the line may have processed
+  // a SYNC, become Operational, or been reset.
   void after_call(std::span<const Event> events);
 
-  // Compares every valid entry of a fresh snapshot with the model; a sentence about the first
+  // Compares every valid entry of a new snapshot with the model. Returns a description of the first
   // difference, or nothing.
   std::string compare(line::Line& line, Instant now);
 
  private:
   struct Field {
-    std::size_t entry = 0;  // in the input layout
+    std::size_t entry = 0;  // index in the input layout
     unsigned frame_bit = 0;
     unsigned bits = 0;
   };
   struct Pdo {
     bool synchronous = false;
-    unsigned bytes = 0;  // mapped
+    unsigned bytes = 0;  // number of mapped bytes
     std::vector<Field> fields;
     bool pending = false;
     can::Frame shadow;
@@ -47,7 +47,7 @@ class ImageModel {
   void add_node(const line::NodeConfig& node, const image::Layout& layout);
 
   line::Line& line_;
-  std::map<std::uint32_t, Pdo> pdos_;  // by identifier, bit 31 for extended ones
+  std::map<std::uint32_t, Pdo> pdos_;  // by identifier, with bit 31 for extended ones
   std::uint32_t syncs_ = 0;
   image::Snapshot snapshot_;
 };

@@ -11,14 +11,14 @@ namespace linegate::plant {
 namespace {
 
 constexpr std::array<const char*, 4> kProfiles{"digital-io", "analog-io", "encoder", "drive"};
-constexpr unsigned kFirstUser = 60;  // what devices are called that use the node-ID of a node
+constexpr unsigned kFirstUser = 60;  // first name of the devices that use the node-ID of a node
 constexpr unsigned kStranger = 90;
 
-// A device of the plant, by what it is called.
+// A device of the plant; id: its name in the scenario.
 struct Piece {
   unsigned id = 0;
   unsigned node_id = 0;
-  bool user = false;  // of that node-ID, or a stranger
+  bool user = false;  // it uses that node-ID, or is a foreign device
   bool alive = true;
   bool plugged = true;
 };
@@ -56,8 +56,8 @@ class LssGenerator {
     out_ << "line plant bitrate " << kRates[below(3)] << " lss lss-period " << 1 + below(3) << 's';
     out_ << (below(3) == 0 ? " lss-store" : "") << (below(4) == 0 ? " no-reset" : "") << '\n';
     const unsigned count = 1 + below(5);
-    // An observer takes the PDOs of a device of another profile for another layout, and a command
-    // may give any device any node-ID.
+    // An observer would decode the PDOs of a device of another profile with the wrong layout, and a
+    // command may assign any node-ID to any device.
     const unsigned without_serial = below(4);
     profile_ = kProfiles[(without_serial + 1 + below(3)) % 4];
     by_commands_ = below(2) == 0;
@@ -73,7 +73,7 @@ class LssGenerator {
     }
   }
 
-  // without_serial: its profile if it has no serial number, else nullptr.
+  // without_serial: the profile of a device without a serial number, else nullptr.
   void node(unsigned number, const char* without_serial) {
     const unsigned id = 5 + number * 7 + below(7);
     const bool unconfigured = below(5) != 0;
@@ -157,7 +157,7 @@ class LssGenerator {
     below(4) == 0 ? out_ << "all\n" : out_ << piece.node_id << '\n';
   }
 
-  // The node-ID is given to all that are in configuration, if there is one.
+  // Assigns the node-ID to all devices in configuration state, if there is one.
   void by_hand(const Piece& piece, unsigned time, unsigned number) {
     ++searches_;
     at(time);
@@ -169,8 +169,8 @@ class LssGenerator {
     out_ << "lss waiting" << number << " 0 00\n";
   }
 
-  // A service without an answer, and mostly a time in which the bus acknowledges nothing. Gives
-  // when that is over.
+  // A service without a response, usually while the bus acknowledges nothing. Returns the end of
+  // that time.
   unsigned unconfirmed(unsigned time, unsigned number) {
     constexpr std::array<const char*, 3> kServices{"0 00", "0 01", "4 0500"};
     if (below_more(8) != 0) {
@@ -192,7 +192,8 @@ class LssGenerator {
     return time;
   }
 
-  // Whoever uses the node-ID of a node goes, the nodes come back: each gets its node-ID.
+  // The devices that use the node-ID of a node are removed, the nodes return: each gets its
+  // node-ID.
   void quiet(unsigned time) {
     out_ << "at " << time + 10'000 << "ms doubles 0\n";
     for (Piece& piece : pieces_) {
@@ -224,12 +225,13 @@ class LssGenerator {
   }
 
   std::mt19937_64 random_;
-  std::minstd_rand more_;  // of what came later: the plants of a seed stay what they are but for it
+  // For later additions: apart from them the plant of a seed remains the same
+  std::minstd_rand more_;
   std::ostringstream out_;
   std::vector<Piece> pieces_;
-  const char* profile_ = nullptr;  // of all that have a serial number
+  const char* profile_ = nullptr;  // profile of all devices with a serial number
   bool by_commands_ = false;
-  unsigned searches_ = 0;  // by commands
+  unsigned searches_ = 0;  // number of searches by commands
 };
 
 }  // namespace

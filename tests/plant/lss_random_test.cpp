@@ -12,7 +12,7 @@
 namespace linegate::plant {
 namespace {
 
-// LINEGATE_PLANT_SEED and LINEGATE_PLANT_COUNT run others, as for the other random plants.
+// LINEGATE_PLANT_SEED and LINEGATE_PLANT_COUNT select other plants, as for the other random plants.
 TEST(RandomLssPlants, NoNodeIdIsGivenThatAnotherDeviceUses) {
   constexpr unsigned long kFirstSeed = 20260201;
   constexpr unsigned long kPlants = 120;

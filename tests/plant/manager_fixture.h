@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A manager's line with simulated devices, and commands to it.
+// The line of a manager with simulated devices, and commands to it.
 #pragma once
 
 #include <memory>
@@ -24,7 +24,7 @@ inline std::vector<std::byte> number(std::uint32_t value, std::size_t size = 4) 
   return out;
 }
 
-// Of an SDO, to a device: expedited, segmented or as block.
+// An SDO download to a device: expedited, segmented or as block.
 inline bool is_download(const can::Frame& frame) {
   const auto command = std::to_integer<unsigned>(frame.data[0]) >> 5U;
   return frame.id > 0x600 && frame.id <= 0x67F && (command == 1 || command == 6);
@@ -41,15 +41,15 @@ class ManagerFixture : public testing::Test {
     return node;
   }
 
-  // What the line is made of; before start().
+  // The configuration of the line; change it before start().
   line::LineConfig& config() { return config_; }
-  // Before start(); ascending by id.
+  // Call it before start(), in ascending order of id.
   void add(line::NodeConfig node, const std::string& profile) {
     devices_.emplace_back(node.id, profile);
     config_.nodes.push_back(std::move(node));
   }
 
-  // Runs for 2 s; all nodes are Operational then unless something is wrong with them.
+  // Runs for 2 s; then all valid nodes are Operational.
   LineSeat& start() {
     config_.name = "press";
     config_.heartbeat = 500ms;
@@ -70,14 +70,14 @@ class ManagerFixture : public testing::Test {
     return *seat_;
   }
 
-  // Each device before it is switched on.
+  // Called for each device before it is switched on.
   virtual void prepare(sim::Device& /*device*/) {}
 
   LineSeat& seat() { return *seat_; }
   World& world() { return world_; }
   void pass(Duration time) { world_.run(world_.now() + time); }
 
-  // Gives the tag.
+  // Returns the tag.
   std::uint64_t execute(line::Command command) {
     const std::uint64_t tag = ++tags_;
     command.tag = tag;
@@ -95,7 +95,7 @@ class ManagerFixture : public testing::Test {
     EXPECT_TRUE(seat_->replies.contains(tag));
     return seat_->replies[tag];
   }
-  // Of the line's own dictionary.
+  // Writes an object of the line's own dictionary.
   Error write_own(od::Address address, std::vector<std::byte> data) {
     line::Command command{.request = line::LocalWrite{.address = {address.index, address.sub},
                                                       .data = std::move(data)}};

@@ -21,8 +21,8 @@ constexpr std::uint8_t kOwn = 127;
 constexpr std::uint32_t kToDevice = 0x57E;    // destination address mode
 constexpr std::uint32_t kFromDevice = 0x57D;  // source address mode
 constexpr std::uint32_t kFromOwn = 0x57C;     // source address mode
-constexpr od::Address kGiven{0x2F01, 0};      // of the device: comes by MPDO, goes back by MPDO
-constexpr od::Address kFollows{0x2F02, 0};    // of the device: what the own node sends
+constexpr od::Address kGiven{0x2F01, 0};      // of the device: received and sent by MPDO
+constexpr od::Address kFollows{0x2F02, 0};    // of the device: received from the own node
 constexpr std::uint16_t kOwnObject = 0x2100;
 
 od::VariableDescription variable_of(std::uint8_t sub, DataType type, std::uint64_t value) {
@@ -52,7 +52,7 @@ void add_value(od::Dictionary& to, od::Address address) {
   ASSERT_TRUE(to.add(object).ok());
 }
 
-// The communication record of that index, and its mapping record.
+// Adds the communication record at that index, and its mapping record.
 void add_mpdo(od::Dictionary& to, std::uint16_t index, std::uint32_t id, pdo::MpdoMode mode) {
   od::ObjectDescription record{.index = index, .name = "PDO", .type = od::ObjectType::record};
   record.variables = {variable_of(0, DataType::unsigned8, 2),
@@ -74,8 +74,8 @@ pdo::Parameters own_mpdo(std::uint16_t number, std::uint32_t id, pdo::MpdoMode m
   return out;
 }
 
-// 2100h:1 is what the MPDOs of commands carry, :2 what comes of 2F01h of the device (in the inputs
-// of the image), :3 what the device has in 2F02h (in the outputs).
+// 2100h:1 is sent by the MPDOs of commands, :2 receives 2F01h of the device (in the inputs of the
+// image), :3 is sent to 2F02h of the device (in the outputs).
 line::OwnObject own_object(std::uint8_t sub, od::Access access) {
   line::OwnObject out{.index = kOwnObject, .variable = variable_of(sub, DataType::unsigned32, 0)};
   out.variable.access = access;
@@ -99,7 +99,7 @@ class MpdoTest : public ManagerFixture {
     permit_rtr(node);
     add(std::move(node), "encoder");
   }
-  // TPDO 1 of the node may be requested.
+  // Permits remote requests of TPDO 1 of the node.
   static void permit_rtr(line::NodeConfig& node) {
     for (od::ObjectDescription& object : node.device.objects) {
       if (object.index == 0x1800) {

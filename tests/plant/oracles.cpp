@@ -44,7 +44,7 @@ std::string check_counters(LineSeat& seat) {
   return {};
 }
 
-// CiA 301 7.2.7.1, as node::ErrorScheme::number has it.
+// CiA 301 7.2.7.1, with the scheme node::ErrorScheme::number.
 std::string check_error_resets(const std::vector<Event>& events) {
   for (const Event& event : events) {
     if (event.kind == EventKind::emcy_sent && event.code == 0 && event.value != 0) {
@@ -54,7 +54,7 @@ std::string check_error_resets(const std::vector<Event>& events) {
   return {};
 }
 
-// Nothing but the object of `domain` is so long.
+// Only the object of `domain` has such a length.
 std::string check_values(const LineSeat& seat) {
   constexpr std::size_t kLong = 40;
   for (const auto& [tag, reply] : seat.replies) {
@@ -78,7 +78,7 @@ std::string check_observer(const LineSeat& seat) {
   return check_event_numbers(seat.observed);
 }
 
-// A node that the observer does not show as present shows no state of its last life.
+// A node that the observer does not show as present has no state from before its disappearance.
 std::string check_observed_states(const LineSeat& seat) {
   for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
     const line::NodeState said = seat.observer->node_state(id);

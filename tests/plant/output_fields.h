@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the output entries of a line are in the frames of its RPDOs.
+// The positions of the output entries of a line in the frames of its RPDOs.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 
 namespace linegate::plant {
 
-// At most 64 bits, the first one is the lowest.
+// At most 64 bits, the first one is the least significant.
 inline std::uint64_t bits_of(std::span<const std::byte> bytes, unsigned first, unsigned count) {
   std::uint64_t out = 0;
   for (unsigned i = 0; i < std::min(count, 64U); ++i) {
@@ -22,8 +22,8 @@ inline std::uint64_t bits_of(std::span<const std::byte> bytes, unsigned first, u
   return out;
 }
 
-// take(place of the entry in the layout, its object, its first bit in the frame) for each entry
-// that the RPDO of the node carries.
+// Calls take(index of the entry in the layout, its object, its first bit in the frame) for each
+// entry that the RPDO of the node carries.
 template <class Take>
 void each_output(const image::Layout& layout, std::uint8_t node, const pdo::Parameters& rpdo,
                  Take take) {

@@ -16,15 +16,15 @@
 namespace linegate::plant {
 namespace {
 
-constexpr std::byte kToggle{0x80};  // of a guard answer
+constexpr std::byte kToggle{0x80};  // toggle bit of a guard response
 constexpr std::byte kOperational{0x05};
-constexpr unsigned kSigns = 3;  // the first may have been on their way when the node was reset
+constexpr unsigned kSigns = 3;  // the first ones may have been under way when the node was reset
 constexpr Duration kUnwatched = std::chrono::milliseconds(100);
-// Longer than from one request of a boot process to the next: 1000h is requested anew a second
+// Longer than the time between two requests of a boot process: 1000h is requested again one second
 // after the SDO time-out (CiA 302-2 figure 4).
 constexpr Duration kBootPause = std::chrono::seconds(2);
 
-// A heartbeat, guard answer or boot-up message; of a state that there is.
+// A heartbeat, guard response or boot-up message with a valid state.
 bool is_state_message(const can::Frame& frame) {
   constexpr std::array kStates{0x00, 0x04, 0x05, 0x7F};
   const auto is_said = [&frame](int state) {
@@ -41,14 +41,14 @@ bool starts_download(const can::Frame& frame) {
          (frame.data[0] & std::byte{0xE0}) == std::byte{0x20};
 }
 
-// The first request of a boot process: what device is it (CiA 302-2 figure 4).
+// The first request of a boot process: the device type (CiA 302-2 figure 4).
 bool requests_device_type(const can::Frame& frame) {
   constexpr std::uint16_t kDeviceType = 0x1000;
   return frame.data[0] == std::byte{0x40} &&
          load_le<std::uint16_t>(frame.data.data() + 1) == kDeviceType;
 }
 
-// As the device has it: its configuration may not be done yet.
+// Uses the dictionary of the device, whose configuration may not be complete yet.
 bool is_synchronous(DeviceSeat& device, std::uint16_t rpdo) {
   const od::Address type{
       static_cast<std::uint16_t>(pdo::communication_base(pdo::PdoKind::rpdo) + rpdo - 1), 2};
@@ -56,7 +56,7 @@ bool is_synchronous(DeviceSeat& device, std::uint16_t rpdo) {
   return value && pdo::is_synchronous(static_cast<std::uint8_t>(*value));
 }
 
-// An NMT command to that node, any but start.
+// An NMT command to that node, any except start.
 bool ends_operational(const can::Frame& frame, std::uint8_t node) {
   const auto control = frame.id == can::kNmtId ? nmt::decode_node_control(frame) : std::nullopt;
   return control && control->command != nmt::Command::start &&
@@ -141,7 +141,7 @@ void OutputModel::submitted(LineSeat& seat, const can::Frame& frame, Instant now
   }
 }
 
-// What waits for a SYNC that waited for the bus is sampled when that is submitted.
+// PDOs for a SYNC that waited for the bus are sampled when that SYNC is submitted.
 void OutputModel::hand_out_sync(LineSeat& seat, Instant now) {
   if (now <= passed_at_) {
     return;
@@ -154,8 +154,8 @@ void OutputModel::hand_out_sync(LineSeat& seat, Instant now) {
 }
 
 // A boot process begins with the reset of the node, its boot-up message or the request for 1000h,
-// and pauses no longer. After a boot-up message the request may wait for an SDO transfer that the
-// node no longer answers: the channel has one at a time.
+// and has no longer pause. After a boot-up message the request may wait for an SDO transfer that
+// the node no longer answers, because the channel has one transfer at a time.
 void OutputModel::follow_boot(const can::Frame& frame, std::uint8_t id, Instant now) {
   Node& node = nodes_[id];
   const bool boots = node.boots_at != Instant{} && now - node.boots_at < kBootPause;
@@ -166,7 +166,7 @@ void OutputModel::follow_boot(const can::Frame& frame, std::uint8_t id, Instant 
   }
 }
 
-// Clause 6. What the call that passed SYNC changed itself, as the reaction of a watchdog, may be in
+// Clause 6. Changes by the call that processed SYNC, such as the reaction of a watchdog, may be in
 // the sample or not.
 void OutputModel::check_order(LineSeat& seat, const Pdo& pdo, const can::Frame& frame,
                               Instant now) {
@@ -199,7 +199,7 @@ void OutputModel::look_at_sync(LineSeat& seat, Instant now, bool advanced) {
   }
 }
 
-// What the image has, as a frame carries it.
+// The values of the image in the form of a frame.
 std::uint64_t OutputModel::values(const Pdo& pdo) const {
   std::uint64_t out = 0;
   for (const Field& field : pdo.fields) {
@@ -245,7 +245,8 @@ void OutputModel::ended(LineSeat& seat, const can::Frame& frame, sim::Bus::Endpo
   if (fate == sim::Fate::lost || fate == sim::Fate::disturbed || frame.extended()) {
     return;
   }
-  const bool received = by_line || seat.bus.connected(seat.end);  // by the line
+  // Whether the line received the frame
+  const bool received = by_line || seat.bus.connected(seat.end);
   for (const std::uint8_t id : ids_) {
     if (received) {
       follow_command(frame, id);
@@ -272,7 +273,7 @@ void OutputModel::ended(LineSeat& seat, const can::Frame& frame, sim::Bus::Endpo
   }
 }
 
-// A device without error control gives no sign that it was started.
+// A device without error control does not show that it was started.
 void OutputModel::follow_command(const can::Frame& frame, std::uint8_t id) {
   const auto control = frame.id == can::kNmtId ? nmt::decode_node_control(frame) : std::nullopt;
   if (!control || (control->node != 0 && control->node != id)) {
@@ -335,7 +336,7 @@ void OutputModel::withdraw(std::uint8_t node) {
   forget_frames(node);
 }
 
-// What was submitted to it before counts no more.
+// Frames submitted to the node before no longer count.
 void OutputModel::forget_frames(std::uint8_t node) {
   for (Pdo& pdo : pdos_) {
     if (pdo.node == node) {
@@ -371,7 +372,7 @@ std::string OutputModel::compare(LineSeat& seat, Instant now) {
   for (const std::uint8_t id : ids_) {
     look_at(seat, id);
     Node& node = nodes_[id];
-    // A controller that had no bus transmits those of that time at once: they are one.
+    // A controller without a bus transmits all signs of that time together: they count as one.
     if (std::exchange(node.signed_now, false) && now - node.signed_at >= node.period / 2) {
       ++node.signs;
       node.signed_at = now;
@@ -391,8 +392,8 @@ std::string OutputModel::compare(LineSeat& seat, Instant now) {
   return older_;
 }
 
-// How many SYNC messages are submitted when the wanted values are due. What the call that passed
-// the one that waits changed itself may be in its sample or not.
+// The number of submitted SYNC messages when the wanted values are due. Changes by the call that
+// processed the waiting SYNC may be in its sample or not.
 std::uint32_t OutputModel::due_sync_of(const Pdo& pdo) const {
   const std::uint32_t cycle = std::max<std::uint32_t>(pdo.type, 1);
   const bool contains = pdo.at_sync == pdo.wanted && pdo.before_sync == pdo.wanted;

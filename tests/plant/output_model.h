@@ -1,52 +1,54 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a line may show of its outputs, from what was on the bus and what the devices have.
+// The permitted validity of the outputs of a line, derived from the frames on the bus and the
+// values in the devices.
 //
 // The invariant, after each step of a world:
 //   1. An output entry is valid only while the line shows its node as present and Operational.
 //   2. It is valid only if its value is that of the newest frame of its PDO that the bus
 //      acknowledged, and the line submitted that frame after it received the newest sign that the
-//      node was not Operational (boot-up message, heartbeat, or guard answer whose toggle bit is
-//      not that of the one before) and after its own newest NMT command that ended Operational.
-//   3. If it is valid, the dictionary of the simulated device has the value: when the frame was
-//      delivered, or, of a synchronous RPDO, at the SYNC after it.
+//      node was not Operational (boot-up message, heartbeat, or guard response whose toggle bit
+//      differs from the previous one) and after its own newest NMT command that ended Operational.
+//   3. If it is valid, the dictionary of the simulated device has the value: from the delivery of
+//      the frame on, or, for a synchronous RPDO, from the SYNC after it.
 //   4. While the line runs and is on the bus, the own node and the node are Operational and all
 //      entries of a PDO are known: if the newest frame has other values, the line submits another
-//      one as soon as the inhibit time is over, or, of a synchronous PDO, after as many SYNC
-//      messages as its transmission type says, and its controller has room. A SYNC commits
-//      when the line queues it, and may wait there for the bus: which PDOs are due after it is
-//      decided then. So one that waits counts only for values that the image had when it was
-//      queued, whenever it is submitted. No second one is queued meanwhile, so a newer value waits
-//      for at most one SYNC more.
-//   5. The same if no frame was submitted since the start of the node, 100 ms after it, and after
-//      three signs of a node with error control that it is Operational, since the last NMT command
-//      to it that ends Operational: the first ones may have been on their way. The command counts
-//      until the line hears of its acknowledgement, which is when those of all frames before it are
-//      there; one that the line was given counts, though it never got onto the bus. Of one without
-//      error control, after an NMT start. What was submitted before the start counts for nothing.
-//      The line does not boot the node meanwhile, which may configure its RPDOs: that the line
-//      shows its boot status as unfinished is no excuse unless the bus shows a boot process, too:
-//      the line reset the node or requested 1000h, and since then no two SDO requests to the node
-//      were 2 s apart.
-//   6. Nothing older follows anything newer: a frame of an event-driven PDO has the values of the
-//      image of the time when the line submits it, one of a synchronous PDO those of the SYNC
-//      before it, of an own one those of the time when the line submits it. So the first frame of
-//      each PDO after a start of its node has the newest values, each later one those or newer
-//      ones, and values between two frames may be left out. PDOs with different COB-IDs have the
-//      order of the bus: a newer value of one may come before the first frame of another.
+//      frame as soon as the inhibit time has passed, or, for a synchronous PDO, after the number of
+//      SYNC messages in its transmission type, and its controller has room. A SYNC commits when the
+//      line queues it, and may wait there for the bus: the PDOs that are due after it are
+//      determined then. So a waiting SYNC counts only for values that the image had when it was
+//      queued, whenever it is submitted. No second SYNC is queued meanwhile, so a newer value waits
+//      for at most one more SYNC.
+//   5. The same if no frame was submitted since the start of the node, 100 ms after the start, and,
+//      for a node with error control, after three signs that it is Operational, since the last NMT
+//      command to it that ends Operational: the first signs may have been under way. The command
+//      counts until its acknowledgement is reported to the line, which is when all frames before it
+//      are acknowledged; a command that was given to the line counts, although it never got onto
+//      the bus. For a node without error control, after an NMT start. Frames submitted before the
+//      start do not count. The line does not boot the node meanwhile, because a boot process may
+//      configure its RPDOs: an unfinished boot status is an exception only if the bus shows a boot
+//      process, too: the line reset the node or requested 1000h, and since then no two SDO requests
+//      to the node were 2 s apart.
+//   6. No older value follows a newer one: a frame of an event-driven PDO has the values of the
+//      image when the line submits it, a frame of a synchronous PDO the values at the SYNC before
+//      it, or, for an own SYNC, when the line submits that SYNC. So the first frame of each PDO
+//      after a start of its node has the newest values, each later frame has the same values or
+//      newer ones, and values between two frames may be omitted. PDOs with different COB-IDs have
+//      the order of the bus: a newer value of one may precede the first frame of another.
 //
 // Clause 3 has these exceptions, and no others:
-//   - The newest frame reached nobody (losses, swallowed frames): until the next frame of the PDO.
+//   - The newest frame reached no station (losses, swallowed frames): until the next frame of the
+//     PDO.
 //   - Another station sent a frame with the COB-ID of the RPDO, or the object was written by SDO:
 //     until the next frame of the line.
-//   - The device left Operational (power, cable, by itself, NMT command of another master), and
+//   - The device left Operational (power, cable, spontaneously, NMT command of another master), and
 //     none of these happened since: the line received a sign as in 2 from it; the line shows it as
 //     not present or not Operational; the line sent it an NMT command that ends Operational. A
-//     device without error control gives no sign but its boot-up message. The same holds from a
-//     heartbeat on that a device left in its controller when it was switched off or left
+//     device without error control gives no sign except its boot-up message. The same holds from a
+//     heartbeat on that remained in the controller of a device when it was switched off or left
 //     Operational without a bus, and that the bus model transmits afterwards.
 //   - The device was not Operational when the frame passed, and the state that the line showed
-//     followed from a command of its own that no heartbeat or guard answer had confirmed (a device
-//     without error control that missed NMT start): until the next frame of the PDO.
+//     followed from a command of its own that no heartbeat or guard response had confirmed (a
+//     device without error control that missed the NMT start): until the next frame of the PDO.
 #pragma once
 
 #include <array>
@@ -67,30 +69,30 @@ class OutputModel {
  public:
   explicit OutputModel(const line::Line& line);
 
-  // The line is about to be given it.
+  // Call it before the line is given the command.
   void commanded(LineSeat& seat, const line::Command& command);
-  // The line submits it to the bus.
+  // Call it when the line submits the frame to the bus.
   void submitted(LineSeat& seat, const can::Frame& frame, Instant now);
-  // The line is about to be called, or was called: it may have passed a SYNC in between. advanced:
-  // it was advanced, which is when it passes its own ones.
+  // Call it before and after each call of the line, which may process a SYNC. advanced: the call
+  // was advance(), in which the line processes its own SYNCs.
   void look_at_sync(LineSeat& seat, Instant now, bool advanced = false);
-  // The line is about to hear that the bus acknowledged its frames up to that number, 1 = the
+  // Call it before the line learns that the bus acknowledged its frames up to that number, 1 = the
   // first.
   void acknowledged(std::uint64_t number);
-  // The frames of the line that did not end are gone.
+  // The frames of the line that did not end are discarded.
   void flushed();
-  // It ended on the bus; the stations have not processed it yet.
+  // The frame ended on the bus; the stations have not processed it yet.
   void ended(LineSeat& seat, const can::Frame& frame, sim::Bus::Endpoint sender, sim::Fate fate);
-  // After all stations processed what was due. A sentence about the first entry for which the
-  // invariant does not hold; empty if there is none.
+  // Call it after all stations processed what was due. Returns a description of the first entry
+  // that violates the invariant; empty if there is none.
   std::string compare(LineSeat& seat, Instant now);
 
-  // Valid entries that were compared with the dictionary of their device.
+  // Number of valid entries that were compared with the dictionary of their device.
   std::uint64_t compared() const { return compared_; }
 
  private:
   struct Field {
-    std::size_t entry = 0;  // in the output layout
+    std::size_t entry = 0;  // index in the output layout
     od::Address address;    // in the dictionary of the device
     unsigned frame_bit = 0;
     unsigned image_bit = 0;
@@ -98,45 +100,48 @@ class OutputModel {
   };
   struct Pdo {
     std::uint8_t node = 0;
-    std::uint16_t number = 0;  // of the RPDO
+    std::uint16_t number = 0;  // number of the RPDO
     can::CobId cob_id;
     std::uint8_t type = 0;
     Duration inhibit{};
     std::vector<Field> fields;
-    can::Frame newest;         // submitted by the line
-    bool transmitted = false;  // ... since the start of the node
-    // Frames that were submitted and did not end, oldest first: submitted since then?
+    can::Frame newest;         // the newest frame that the line submitted
+    bool transmitted = false;  // `newest` was submitted since the start of the node
+    // For each submitted frame that did not end, oldest first: submitted since the start of the
+    // node?
     std::deque<bool> under_way;
-    can::Frame acknowledged;       // the newest that ended
-    bool is_acknowledged = false;  // ... and was submitted since the start of the node
+    can::Frame acknowledged;       // the newest frame that ended
+    bool is_acknowledged = false;  // `acknowledged` was submitted since the start of the node
     bool lost = false;
     bool written_by_others = false;
     bool unconfirmed = false;  // the device missed it, see the last exception
     bool awaits_sync = false;
     Instant free_at{};         // end of the inhibit time
-    std::uint64_t wanted = 0;  // what the image has, as a frame carries it
-    Instant due_at = kNever;   // since when it differs from the newest frame, or the grace after
+    std::uint64_t wanted = 0;  // the values of the image in the form of a frame
+    // Since when `wanted` differs from the newest frame, or the end of the grace period
+    Instant due_at = kNever;
     std::uint32_t due_sync = 0;
-    std::uint64_t before_sync = 0;  // what the image had before the call in which SYNC passed
-    std::uint64_t at_sync = 0;      // ... and after it
-    std::uint64_t latest = 0;       // ... when it was looked at last
+    std::uint64_t before_sync = 0;  // values of the image before the call that processed SYNC
+    std::uint64_t at_sync = 0;      // values of the image after that call
+    std::uint64_t latest = 0;       // values of the image at the last look
   };
   struct Node {
     bool guarded = false;
-    Duration period{};   // of its heartbeats or guard requests, 0 = none
-    unsigned signs = 0;  // that it is Operational, since the last that it is not
+    Duration period{};  // period of its heartbeats or guarding requests, 0 = none
+    // Number of signs that it is Operational, since the last sign that it is not
+    unsigned signs = 0;
     std::uint64_t end =
         0;               // frame of the newest NMT command that ends Operational, 0 = acknowledged
-    Instant boots_at{};  // newest frame of its boot process, as the bus shows it
+    Instant boots_at{};  // time of the newest frame of its boot process on the bus
     bool booted_now = false;
     bool signed_now = false;
     Instant signed_at{};
-    std::byte toggle{0x80};    // of its newest guard answer
-    bool operational = false;  // the device, when it was looked at last
+    std::byte toggle{0x80};    // of its newest guard response
+    bool operational = false;  // state of the device at the last look
     bool commanded = false;    // the line sent it a command that ends Operational
     bool unnoticed = false;    // it left Operational, see the third exception
     bool shown = false;        // the line shows it as present and Operational
-    bool confirmed = false;    // ... by a message of the node
+    bool confirmed = false;    // a message of the node confirmed `shown`
   };
 
   void pdo_ended(LineSeat& seat, Pdo& pdo, const can::Frame& frame, bool by_line, sim::Fate fate);
@@ -157,15 +162,16 @@ class OutputModel {
                              std::uint8_t node);
 
   std::vector<Pdo> pdos_;
-  std::vector<std::uint8_t> ids_;  // of the nodes that have one
+  std::vector<std::uint8_t> ids_;  // node-IDs with a PDO
   std::array<Node, 128> nodes_{};
   std::uint64_t compared_ = 0;
-  std::uint64_t submitted_ = 0;  // frames of the line
-  std::uint32_t syncs_ = 0;      // SYNC messages that the line submitted
-  bool sync_waits_ = false;      // one that it passed is not submitted yet
-  std::uint32_t passed_ = 0;     // that it passed, its own ones and others
+  std::uint64_t submitted_ = 0;  // number of frames of the line
+  std::uint32_t syncs_ = 0;      // number of SYNC messages that the line submitted
+  bool sync_waits_ = false;      // a processed SYNC is not submitted yet
+  // Number of SYNC messages that the line processed, own ones and others
+  std::uint32_t passed_ = 0;
   Instant passed_at_{};
-  std::string older_;  // of a frame with values that are not the newest
+  std::string older_;  // description of a frame whose values are not the newest
   image::Snapshot snapshot_;
 };
 

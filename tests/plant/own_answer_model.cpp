@@ -51,7 +51,7 @@ void OwnAnswerModel::commanded(const line::Command& command, Instant now) {
   given_[command.tag] = {.command = command, .order = commands_, .time = now};
 }
 
-// The position of the output that it writes; fields_.size() if it writes none.
+// The index of the output that the command writes; fields_.size() if it writes none.
 std::size_t OwnAnswerModel::entry_of(const line::Command& command) const {
   if (const auto* const output = as<line::SingleOutput>(command)) {
     return output->entry;
@@ -152,7 +152,7 @@ bool OwnAnswerModel::is_sent(const Given& given) {
   return true;
 }
 
-// --- answers ------------------------------------------------------------------------------------
+// --- replies ------------------------------------------------------------------------------------
 
 std::string OwnAnswerModel::answered(const line::Reply& reply, Instant now) {
   const auto found = given_.find(reply.tag);

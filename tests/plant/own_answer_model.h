@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a line of our devices may answer to commands, from the frames that it submits and the bus
-// acknowledges.
+// The permitted replies of a line with own devices, derived from the frames that it submits and the
+// bus acknowledges.
 //
 // The invariant, after each step of a world:
-//   1. EMCYs, triggered TPDOs and values by TPDO are answered as done only if the line submitted a
-//      frame since the command was given, and the bus acknowledged it: an EMCY of the device with
-//      the code and the information of the command; the TPDO with the values that the image has
-//      when it is submitted; the TPDO with the value of the command, or a newer one of the same
-//      entry. Each EMCY answers for one command.
-//   2. They are answered within kSendTime, a value of a device that is not Operational at once.
+//   1. EMCYs, triggered TPDOs and values by TPDO are answered as done only if the line has
+//      submitted a frame since the command, and the bus acknowledged it: an EMCY of the device with
+//      the code and the information of the command; the TPDO with the values of the image when it
+//      is submitted; the TPDO with the value of the command, or a newer one of the same entry. Each
+//      EMCY answers one command.
+//   2. They are answered within kSendTime, a value of a device that is not Operational immediately.
 //   3. "No acknowledge" and "awaits its turn" are answered after kSendTime, and only if no frame as
-//      in 1 was acknowledged; the latter only if none is under way either, and never for an EMCY,
-//      which waits for no inhibit time (1015h is 0). A TPDO of transmission type 252 may carry the
-//      values of a SYNC that came before newer ones were written: it waits for its turn yet.
+//      in 1 was acknowledged; the latter only if no such frame is under way either, and never for
+//      an EMCY, which waits for no inhibit time (1015h is 0). A TPDO of transmission type 252 may
+//      carry the values of a SYNC before newer ones were written: it then still waits for its turn.
 //   4. A command is refused because of a wrong state, and a value waits for its device, only if the
-//      device was reset since the command was given, or is not Operational then; of an EMCY, if it
-//      is Stopped. A value is never refused.
+//      device was reset since the command, or is not Operational then; for an EMCY, if it is
+//      Stopped. A value is never refused.
 //   5. A value that is written into the dictionary is in the image when it is answered.
 #pragma once
 
@@ -38,19 +38,20 @@ class OwnAnswerModel {
   // A line in the role device, with devices.
   explicit OwnAnswerModel(line::Line& line);
 
-  // The line is given this command.
+  // Call it when the line is given this command.
   void commanded(const line::Command& command, Instant now);
-  // The line is about to receive it.
+  // Call it before the line receives the frame.
   void before_receive(const can::Frame& frame);
-  // The line submits it to the bus.
+  // Call it when the line submits the frame to the bus.
   void submitted(const can::Frame& frame, Instant now);
-  // Of the frames that it submitted, so many have ended.
+  // Number of submitted frames that have ended.
   void acknowledged(std::uint64_t number) { acknowledged_ = number; }
-  // The line gave this reply. A sentence about the rule that it breaks, or nothing.
+  // Call it when the line replied. Returns a description of the violated rule, or nothing.
   std::string answered(const line::Reply& reply, Instant now);
-  // After each step: a sentence about a command that is not answered in time, or nothing.
+  // Call it after each step. Returns a description of a command that was not answered in time, or
+  // nothing.
   std::string compare(Instant now) const;
-  // Commands were given that are not answered.
+  // Whether there are commands without a reply.
   bool any() const { return !given_.empty(); }
 
  private:
@@ -58,16 +59,16 @@ class OwnAnswerModel {
     line::Command command;
     std::uint64_t order = 0;
     Instant time{};
-    bool reset = false;  // of its device, since then
+    bool reset = false;  // the device was reset since the command
   };
   struct Sent {
     can::Frame frame;
     std::uint64_t number = 0;
-    std::uint64_t after = 0;  // commands given before
-    bool newest = false;      // it has the values of the image
+    std::uint64_t after = 0;  // number of commands before it
+    bool newest = false;      // it carries the values of the image
     bool used = false;
   };
-  // Where an output entry is in the frames of its TPDO.
+  // The position of an output entry in the frames of its TPDO.
   struct Field {
     std::uint8_t node = 0;
     std::uint16_t pdo = 0;  // 0 = no TPDO carries it
@@ -93,11 +94,11 @@ class OwnAnswerModel {
   std::string check_unsent(const Given& given, bool turn, Instant now) const;
 
   line::Line& line_;
-  std::vector<Field> fields_;               // of the output entries
-  std::vector<std::vector<Write>> writes_;  // the same
+  std::vector<Field> fields_;               // by output entry
+  std::vector<std::vector<Write>> writes_;  // by output entry
   image::Snapshot snapshot_;
   std::map<std::uint64_t, Given> given_;  // by tag
-  std::vector<Sent> sent_;                // what may answer for a command
+  std::vector<Sent> sent_;                // frames that may answer a command
   std::uint64_t commands_ = 0;
   std::uint64_t submitted_ = 0;
   std::uint64_t acknowledged_ = 0;

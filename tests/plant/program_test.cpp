@@ -38,7 +38,7 @@ class ProgramTest : public ManagerFixture {
     return start();
   }
 
-  // As the device tells it.
+  // The software identification that the device reports.
   std::uint64_t software(std::uint8_t node = 5) {
     od::Dictionary& dictionary = seat().find(node)->device->dictionary();
     const auto value = dictionary.read({0x1F56, 1});
@@ -89,7 +89,7 @@ TEST_F(ProgramTest, AnUpdateAtBootEndsWithTheNodeRunningIt) {
   EXPECT_EQ(software(), kNew);
   EXPECT_EQ(node_state().boot, manager::kBooted);
   EXPECT_EQ(node_state().state, nmt::State::operational);
-  EXPECT_EQ(seat().line->node_state(7).state, nmt::State::operational) << "meanwhile";
+  EXPECT_EQ(seat().line->node_state(7).state, nmt::State::operational) << "not affected";
 }
 
 TEST_F(ProgramTest, AnUpdateThatTheDeviceCannotUseIsBootStatusI) {
@@ -114,8 +114,8 @@ TEST_F(ProgramTest, OnCommandAProgramIsLoadedWithProgressAndTheNodeBootedAnew) {
   EXPECT_EQ(node_state().state, nmt::State::operational);
   std::vector<std::uint32_t> told;
   for (const Event& event : seat().events) {
-    // Of others heartbeats may be late: a simulated device acknowledges a block at once, so that
-    // the segments of the next, which are more urgent, leave the bus no gap.
+    // Heartbeats of other nodes may be late: a simulated device acknowledges a block immediately,
+    // so that the segments of the next block, which have higher priority, leave no gap on the bus.
     EXPECT_FALSE(event.kind == EventKind::heartbeat_lost && event.node == 5);
     EXPECT_NE(event.kind, EventKind::unexpected_node);
     if (event.kind == EventKind::command_progress) {
@@ -142,7 +142,7 @@ TEST_F(ProgramTest, WhatTheDeviceSaysOfABadProgramIsTheAnswer) {
   const line::Reply encoder = wait(load(program_of(kNew, 10), 7));
   EXPECT_EQ(encoder.error, to_error(AbortCode::no_object));
   pass(2s);
-  EXPECT_EQ(seat().line->node_state(7).state, nmt::State::operational) << "it is booted again";
+  EXPECT_EQ(seat().line->node_state(7).state, nmt::State::operational) << "booted again";
 }
 
 TEST_F(ProgramTest, IsRefusedWhereItMakesNoSenseAndEndsWithItsTimeOutAndTheLine) {

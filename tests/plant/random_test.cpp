@@ -13,12 +13,12 @@ namespace {
 
 constexpr unsigned long kFirstSeed = 20260101;
 constexpr unsigned kPlants = 240;
-constexpr unsigned kParts = 4;  // that may run at the same time
+constexpr unsigned kParts = 4;  // number of parts that may run at the same time
 
 class PartOfRandomPlants : public testing::TestWithParam<unsigned> {};
 
-// LINEGATE_PLANT_SEED and LINEGATE_PLANT_COUNT run others: a failure is repeated with its seed and
-// a count of 1. LINEGATE_PLANT_SHRINK=0 leaves a failing one as it is.
+// LINEGATE_PLANT_SEED and LINEGATE_PLANT_COUNT select other plants: a failure is repeated with its
+// seed and a count of 1. With LINEGATE_PLANT_SHRINK=0 a failing plant is not shrunken.
 TEST_P(PartOfRandomPlants, HoldsEveryOracleAndComesToRest) {
   const unsigned long all = from_environment("LINEGATE_PLANT_COUNT", kPlants);
   const unsigned long begin = all * GetParam() / kParts;

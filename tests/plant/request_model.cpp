@@ -17,7 +17,7 @@ std::uint64_t mask_of(unsigned bits) {
   return bits >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << bits) - 1;
 }
 
-// As a frame carries them.
+// In the form of a frame.
 std::uint64_t values_of(const RequestModel::Producer& producer, const pdo::Parameters& pdo) {
   std::uint64_t out = 0;
   unsigned position = 0;

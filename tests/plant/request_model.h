@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a device may send on request alone: its TPDOs of transmission type 252 (sampled at SYNC) and
-// 253, of a simulated device and of one of ours.
+// The frames that a device may send only on request: its TPDOs of transmission type 252 (sampled at
+// SYNC) and 253, of a simulated device and of an own device.
 //
 // The invariant, after each step of a world:
-//   1. Such a TPDO is submitted only after the device received a remote frame with its COB-ID,
-//   since
-//      the frame of the TPDO before.
-//   2. It is submitted in the same step, if the device was Operational and its controller has
-//      room; else when there is room, as long as the device is Operational.
-//   3. It carries the newest values: of type 253 those of the time when the newest remote frame was
-//      received, of type 252 those of the newest SYNC that was received in Operational (before the
-//      first one as of type 253). Values that the device itself moves at that instant may be those
-//      before or after.
+//   1. Such a TPDO is submitted only if the device has received a remote frame with its COB-ID
+//      since the previous frame of the TPDO.
+//   2. It is submitted in the same step, if the device was Operational and its controller has room;
+//      else when there is room, as long as the device is Operational.
+//   3. It carries the newest values: for type 253 the values when the newest remote frame was
+//      received, for type 252 the values at the newest SYNC that was received in Operational
+//      (before the first SYNC as for type 253). Values that the device itself changes at that
+//      instant may be those before or after the change.
 #pragma once
 
 #include <cstdint>
@@ -28,27 +27,29 @@ namespace linegate::plant {
 
 class RequestModel {
  public:
-  // The device as it is now.
+  // The present state of the device.
   struct Producer {
     bool is_operational = false;
-    std::function<bool(const pdo::Parameters&)> is_configured;  // as the device file says
+    // Whether the PDO is as in the device file
+    std::function<bool(const pdo::Parameters&)> is_configured;
     std::function<std::uint64_t(od::Address)> value;
   };
 
-  // Of the TPDOs that the device file describes as such.
+  // Considers the TPDOs that have such a type in the device file.
   explicit RequestModel(const od::DeviceDescription& file);
   bool any() const { return !pdos_.empty(); }
 
-  // The device is about to receive it.
+  // Call it before the device receives the frame.
   void before_receive(const Producer& producer, const can::Frame& frame);
-  // It received it.
+  // Call it after the device received the frame.
   void after_receive(const Producer& producer, const can::Frame& frame);
-  // It submits it to the bus. A sentence about what does not hold, or nothing.
+  // Call it when the device submits the frame to the bus. Returns a description of the violated
+  // rule, or nothing.
   std::string submitted(const Producer& producer, const can::Frame& frame);
-  // It submitted what it has. has_room: of its controller.
+  // Call it after the device submitted its frames. has_room: whether its controller has room.
   std::string after_turn(const Producer& producer, bool has_room);
 
-  // PDOs that were submitted on request.
+  // Number of PDOs that were submitted on request.
   std::uint64_t answered() const { return answered_; }
 
  private:
@@ -61,7 +62,7 @@ class RequestModel {
     bool requested = false;
     Sample at_request;
     std::optional<Sample> at_sync;
-    std::optional<Sample> at_doubtful;  // a SYNC of wrong length, which may count or not
+    std::optional<Sample> at_doubtful;  // at a SYNC of wrong length, which may count or not
   };
 
   static void forget(Pdo& pdo);

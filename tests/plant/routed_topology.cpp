@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which networks are joined by whom, and the best ways between them.
+// The connections between networks, and the shortest routes.
 #include <algorithm>
 #include <cstddef>
 #include <deque>
@@ -11,7 +11,7 @@
 
 namespace linegate::plant {
 
-// A chain first, so that there is a way over three gateways; then branches, then perhaps a ring.
+// First a chain, so that there is a route over three gateways; then branches, then possibly a ring.
 Topology Topology::random(std::size_t networks, std::mt19937_64& chance) {
   Topology out;
   out.networks = networks;
@@ -145,7 +145,7 @@ void Topology::find_ways() {
       bool found = false;
       for (const std::size_t process : processes_on(from)) {
         for (const std::size_t beyond : processes[process]) {
-          // The first of equal ones, as the routes are made.
+          // The first of equal ones, in the same order as the routes.
           if (distance[beyond] + 1 == distance[from] && !found) {
             found = true;
             way.first = process;

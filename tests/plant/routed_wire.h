@@ -15,8 +15,8 @@
 
 namespace linegate::plant {
 
-// A bus whose frames all take the same time, which is quick to compute: the lowest identifier among
-// the first frames of all ends goes next.
+// A bus whose frames all take the same time, which is fast to simulate: of the first frames of all
+// ends the one with the lowest identifier is sent next.
 class Wire {
  public:
   static constexpr Duration kFrameTime = std::chrono::microseconds(128);
@@ -89,7 +89,7 @@ class Wire {
   }
 
   std::vector<End> ends_;
-  std::map<std::uint32_t, std::uint64_t> carried_;  // frames, by identifier
+  std::map<std::uint32_t, std::uint64_t> carried_;  // number of frames, by identifier
   std::uint32_t loss_ = 0;
   std::mt19937_64 chance_;
   std::size_t sender_ = 0;

@@ -15,9 +15,10 @@ using std::chrono::microseconds;
 using std::chrono::milliseconds;
 
 constexpr Duration kSdoTimeout = milliseconds(200);
-constexpr Duration kLongestDelay = microseconds(300);  // of a message between two lines
-constexpr std::uint8_t kFirstGateway = 100;            // node-ID of process 0, on each network
-constexpr std::uint32_t kForeignRequest = 0x680;       // + process
+// Longest delay of a message between two lines
+constexpr Duration kLongestDelay = microseconds(300);
+constexpr std::uint8_t kFirstGateway = 100;       // node-ID of process 0, on each network
+constexpr std::uint32_t kForeignRequest = 0x680;  // + process
 constexpr std::uint32_t kForeignResponse = 0x6B0;
 
 std::uint8_t gateway_node(std::size_t process) {
@@ -155,7 +156,7 @@ void ForeignClient::receive(const can::Frame& frame) {
       state_ = State::transfer;
       deadline_ = kNever;
       const Duration timeout = 10 * kSdoTimeout;
-      // An abort ends the connection: a read that has begun in segments cannot change to blocks.
+      // An abort ends the connection: a read that began in segments cannot change to blocks.
       const sdo::TransferOptions options{.transfer = job_.transfer,
                                          .block_from = job_.write ? 128U : sdo::kNoBlocks};
       if (job_.write) {
@@ -221,7 +222,8 @@ RoutedWorld::RoutedWorld(const Topology& topology, std::uint64_t seed)
 
 RoutedWorld::~RoutedWorld() = default;
 
-// The best way to each network first, then those of equal length over other gateways there.
+// First the shortest route to each network, then the routes of equal length over other gateways on
+// that network.
 routing::Config RoutedWorld::routing_of(std::size_t process) const {
   const std::vector<std::size_t>& own = topology_.processes[process];
   routing::Config common;
@@ -237,7 +239,7 @@ routing::Config RoutedWorld::routing_of(std::size_t process) const {
   }
   for (std::size_t target = 0; target < topology_.networks; ++target) {
     std::size_t best = topology_.networks + 1;
-    std::size_t over = 0;  // place in `own`
+    std::size_t over = 0;  // index in `own`
     for (std::size_t i = 0; i < own.size(); ++i) {
       const Topology::Way& way = topology_.way(own[i], target);
       if ((own[i] == target || way.first != process) && way.gateways < best) {
@@ -420,7 +422,7 @@ void RoutedWorld::revive_some() {
   }
 }
 
-// What was on its way to a process that has died is gone with it.
+// A message to a terminated process is lost.
 void RoutedWorld::deliver(const Letter& letter) {
   const std::size_t network = topology_.processes[letter.process].at(letter.message.to - 1U);
   if (line::Line* const line = seat(letter.process, network).line.get()) {

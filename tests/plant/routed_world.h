@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A system of networks in virtual time: processes with several lines each, joined by the buses
-// their lines share, with devices and foreign SDO clients on them. Messages between the lines of
-// one process take a random time, and keep their order.
+// A system of networks in virtual time: processes with several lines each, connected by the buses
+// of their lines, with devices and foreign SDO clients. Messages between the lines of one process
+// take a random time, and keep their order.
 #pragma once
 
 #include <cstdint>
@@ -19,31 +19,32 @@
 
 namespace linegate::plant {
 
-// Networks are numbered from 0, their network-IDs from 1. At most two processes have a line on one,
-// so that nobody shares an SDO server that has but one client; but for redundant ones, where there
-// is to be but one transfer at a time.
+// Networks are numbered from 0, their network-IDs from 1. At most two processes have a line on a
+// network, so that two clients never share an SDO server that supports one client; except for
+// redundant processes, where there must be only one transfer at a time.
 struct Topology {
   std::size_t networks = 0;
-  std::vector<std::vector<std::size_t>> processes;  // the networks of each
+  std::vector<std::vector<std::size_t>> processes;  // the networks of each process
 
   static Topology random(std::size_t networks, std::mt19937_64& chance);
-  // Network n and the next one are joined by process n; the last with the first.
+  // Process n connects network n and the next one; the last process connects the last network and
+  // the first.
   static Topology ring(std::size_t networks);
-  // A chain in which every other pair of networks is joined by two processes, or three.
+  // A chain in which two or three processes connect every second pair of networks.
   static Topology redundant(std::size_t networks, std::mt19937_64& chance);
   std::vector<std::size_t> processes_on(std::size_t network) const;
-  // Processes that join the same networks, this one not among them.
+  // The other processes that connect the same networks.
   std::vector<std::size_t> twins_of(std::size_t process) const;
-  // Other processes on a network that lie on the ways of least gateways from there.
+  // The other processes on a network that are on a route with the fewest gateways from there.
   std::vector<std::size_t> next_gateways(std::size_t network, std::size_t to,
                                          std::size_t process) const;
-  // All processes on the best way.
+  // All processes on the shortest route.
   std::vector<std::size_t> processes_on_way(std::size_t from, std::size_t to) const;
 
-  // The best way from one network to another.
+  // The shortest route from one network to another.
   struct Way {
-    std::size_t gateways = 0;  // on it, 0: it is the same network
-    std::size_t first = 0;     // processes
+    std::size_t gateways = 0;  // number of gateways, 0: the same network
+    std::size_t first = 0;     // process
     std::size_t last = 0;
   };
   const Way& way(std::size_t from, std::size_t to) const { return ways[from][to]; }
@@ -54,17 +55,18 @@ struct Topology {
   void find_ways();
 };
 
-// The bytes that transfer `id` writes: its number first, then what follows from it.
+// The bytes that transfer `id` writes: its number, then bytes that are derived from it.
 std::vector<std::byte> routed_pattern(std::uint32_t id, std::size_t size);
 
 inline constexpr std::uint16_t kShortRead = 0x2000;  // sub 1: U32
 inline constexpr std::uint16_t kShortWrite =
-    0x2001;  // sub 1: U32, takes the number of the transfer
+    0x2001;  // sub 1: U32, receives the number of the transfer
 inline constexpr std::uint16_t kLongWrite = 0x2F00;
-inline constexpr std::uint16_t kLongRead = 0x2F10;  // + one of kLongSizes: that many bytes
+// + index in kLongSizes: an object of that many bytes
+inline constexpr std::uint16_t kLongRead = 0x2F10;
 inline constexpr std::size_t kLongSizes[] = {5, 60, 120, 200, 900, 1800};
 
-// A device that checks what is written to it.
+// A device that checks the values written to it.
 class RoutedDevice final : od::Hook {
  public:
   RoutedDevice(std::size_t network, std::uint8_t node);
@@ -89,7 +91,8 @@ class RoutedDevice final : od::Hook {
   std::uint64_t wrong_ = 0;
 };
 
-// Somebody on a bus who knows one SDO server of a gateway, and says the indication by hand.
+// A foreign client on a bus that uses one SDO server of a gateway, and sends the network indication
+// itself.
 class ForeignClient {
  public:
   ForeignClient(std::uint32_t request_id, std::uint32_t response_id)
@@ -105,7 +108,7 @@ class ForeignClient {
   };
 
   void start(Job job, Instant now);
-  // Dies: says nothing more of what it did.
+  // Terminates the client in the middle of a transfer, without an outcome.
   void die();
   bool busy() const { return state_ != State::idle; }
   bool take(sdo::Outcome& out);
@@ -135,26 +138,26 @@ class RoutedWorld {
 
   Instant now() const { return now_; }
   void run(Instant until);
-  // Takes up what a call from outside left to be sent.
+  // Processes frames to be sent after a call from outside.
   void touch(std::size_t network);
 
   line::Line& line(std::size_t process, std::size_t network);
   std::vector<line::Line*> lines();
-  // For targets that the process reaches on the network.
+  // The device with node_of(process) on the network: the target for transfers over that process.
   RoutedDevice& device(std::size_t network, std::size_t process);
   static std::uint8_t node_of(std::size_t process) {
     return static_cast<std::uint8_t>(process + 1);
   }
   ForeignClient& client(std::size_t network, std::size_t process);
-  // From now on so many of a million frames reach nobody, on every bus.
+  // From now on, on every bus, this many of a million frames are lost.
   void lose(std::uint32_t of_a_million);
-  // Frames that were on the bus of the network, an identifier and a mask away from it.
+  // Number of frames on the bus of the network whose identifier matches id under mask.
   std::uint64_t frames(std::size_t network, std::uint32_t id, std::uint32_t mask) const;
-  // A frame of the device there.
+  // Sends a frame of that device.
   void send(std::size_t network, std::size_t process, const can::Frame& frame);
-  // Kills the device now, and revives it at that time.
+  // Switches the device off now, and on again at that time.
   void kill(std::size_t network, std::size_t process, Instant revived);
-  // A process dies with all its lines, and is started anew at that time.
+  // Terminates a process with all its lines, and starts it again at that time.
   void kill_process(std::size_t process, Instant revived);
   bool runs(std::size_t process) const;
 
@@ -186,12 +189,13 @@ class RoutedWorld {
   std::mt19937_64 chance_;
   Instant now_{std::chrono::seconds(1)};
   std::vector<std::unique_ptr<Network>> networks_;
-  std::map<std::pair<std::size_t, std::size_t>, std::unique_ptr<Seat>> seats_;  // process, network
+  // By process and network
+  std::map<std::pair<std::size_t, std::size_t>, std::unique_ptr<Seat>> seats_;
   std::priority_queue<Letter, std::vector<Letter>, std::greater<>> letters_;
   std::uint64_t letters_sent_ = 0;
-  std::map<std::pair<std::size_t, unsigned>, Instant> last_due_;  // by process, both interfaces
+  std::map<std::pair<std::size_t, unsigned>, Instant> last_due_;  // by process and both interfaces
   std::multimap<Instant, std::pair<std::size_t, std::size_t>> revivals_;
-  std::map<std::size_t, Instant> dead_;  // processes, until when
+  std::map<std::size_t, Instant> dead_;  // terminated processes, with the time of their restart
 };
 
 }  // namespace linegate::plant

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ten thousand SDO transfers over random systems of networks, with deaths midway: in the end every
-// transfer has the right bytes or an abort, every channel is free, every counter adds up.
+// Ten thousand SDO transfers over random systems of networks, while devices and clients are
+// terminated: at the end every transfer has the right bytes or an abort, every channel is free, and
+// every counter adds up.
 #include <algorithm>
 #include <cstdlib>
 #include <iostream>
@@ -27,24 +28,25 @@ struct Tally {
   std::size_t done = 0;
   std::size_t right = 0;
   std::size_t aborted = 0;
-  std::size_t died = 0;  // clients, whose transfers nobody sees the end of
+  std::size_t died = 0;  // terminated clients, whose transfers have no outcome
   std::size_t wrong = 0;
   std::size_t blocks = 0;
-  std::size_t far = 0;  // over three gateways and more
+  std::size_t far = 0;  // over at least three gateways
   std::size_t on_one_node = 0;
-  std::size_t kills = 0;  // clients and servers, each in the middle of a transfer
+  std::size_t kills = 0;  // terminated clients and servers, each in the middle of a transfer
   std::size_t gateways_died = 0;
-  std::size_t detours = 0;      // right, with a gateway of the best way dead all the time
-  std::size_t undisturbed = 0;  // with no death or start of a gateway around it
+  // Right, although a gateway of the shortest route was terminated all the time
+  std::size_t detours = 0;
+  std::size_t undisturbed = 0;  // without a termination or start of a gateway near it
   std::map<std::uint32_t, std::size_t> codes;
 };
 
 struct Transfer {
   std::uint32_t id = 0;
   std::size_t from = 0;     // network
-  std::size_t process = 0;  // whose server, or whose command
+  std::size_t process = 0;  // the process whose server or command is used
   std::size_t to = 0;       // network
-  std::size_t last = 0;     // process there
+  std::size_t last = 0;     // the last process on the route
   bool command = false;
   bool write = false;
   od::Address address;
@@ -53,9 +55,9 @@ struct Transfer {
   bool client_dies = false;
   bool gateway_dies = false;
   std::size_t gateway = 0;  // process
-  std::size_t dead = 0;     // gateways of the best way
-  bool quiet = false;       // none has died or started for a while
-  std::size_t changes = 0;  // of gateways, at the beginning
+  std::size_t dead = 0;     // terminated gateways of the shortest route
+  bool quiet = false;       // no gateway was terminated or started for a while
+  std::size_t changes = 0;  // value of changes_ at its beginning
 };
 
 class RoutedRun {
@@ -69,7 +71,7 @@ class RoutedRun {
         tally_(tally) {
     choose_hot();
   }
-  // With gateways that stand in for each other, and die.
+  // With redundant gateways, which are terminated at random.
   RoutedRun(const Topology& topology, std::uint64_t seed, std::size_t count, Tally& tally)
       : chance_(seed),
         topology_(topology),
@@ -85,7 +87,7 @@ class RoutedRun {
     world_.run(world_.now() + milliseconds(100));
     world_.lose(chance_() % 3 == 0 && !redundant_ ? 300 : 0);
     const Instant limit = world_.now() + seconds(redundant_ ? 6000 : 600);
-    const std::size_t at_once = redundant_ ? 1 : kAtOnce;  // they share servers
+    const std::size_t at_once = redundant_ ? 1 : kAtOnce;  // redundant gateways share SDO servers
     while (left_ > 0 || !active_.empty()) {
       ASSERT_LT(world_.now(), limit)
           << left_ << " left, " << active_.size() << " under way, one to " << active_.front().to
@@ -105,7 +107,7 @@ class RoutedRun {
     world_.run(world_.now() + seconds(10));
   }
 
-  // Nothing is held, and every client still gets through to every device.
+  // No resource is occupied, and every client still reaches every device.
   void check() {
     for (line::Line* const line : world_.lines()) {
       const routing::Counters now = line->state().routing;
@@ -137,7 +139,7 @@ class RoutedRun {
       }
     }
     EXPECT_TRUE(active_.empty());
-    EXPECT_EQ(tally_.right - before, asked) << "something is stuck";
+    EXPECT_EQ(tally_.right - before, asked) << "a transfer did not end";
     tally_.right = before;
     tally_.done -= asked;
     for (const auto& [network, process] : targets()) {
@@ -161,7 +163,7 @@ class RoutedRun {
     return out;
   }
 
-  // One of the gateways on the way may die that another stands in for.
+  // Sometimes terminates one of the gateways on the route that has a redundant one.
   void look_at_gateways(Transfer& made) {
     made.changes = changes_;
     made.quiet = changed_ == Instant{} || world_.now() > changed_ + seconds(2);
@@ -192,7 +194,7 @@ class RoutedRun {
     return out;
   }
 
-  // One of the ways to be asked for, if its client is not busy. False: try again later.
+  // Starts a random transfer whose client is not busy. Returns false if there is none now.
   bool begin() {
     const std::size_t number = left_;
     const bool block = number % 3 == 0;
@@ -341,9 +343,10 @@ class RoutedRun {
 
   void judge(const Transfer& transfer, const sdo::Outcome& outcome) {
     ++tally_.done;
-    owed_kills_ += transfer.dies != kNever ? 1 : 0;  // over before it could be killed
-    // While one waits for a dead gateway those before it wait, too: of two on one way there may be
-    // no time left for who stands in for the second.
+    owed_kills_ += transfer.dies != kNever ? 1 : 0;  // it ended before its termination
+    // While a gateway waits for a terminated one, the gateways before it wait, too: with two
+    // terminated gateways on one route there may be no time left for the redundant gateway of the
+    // second.
     if (redundant_ && transfer.quiet && transfer.changes == changes_ &&
         count_running() == running_ && transfer.dead < 2) {
       ++tally_.undisturbed;
@@ -367,13 +370,13 @@ class RoutedRun {
   RoutedWorld world_;
   std::size_t left_;
   std::uint32_t next_id_;
-  std::pair<std::size_t, std::size_t> hot_;  // network and process of the node
+  std::pair<std::size_t, std::size_t> hot_;  // network and process of one frequently used node
   std::vector<Transfer> active_;
   int owed_kills_ = 0;
   bool redundant_ = false;
-  std::size_t running_ = 0;  // processes
-  std::size_t changes_ = 0;  // deaths and starts of processes
-  Instant changed_{};        // the last one
+  std::size_t running_ = 0;  // number of processes
+  std::size_t changes_ = 0;  // number of terminations and starts of processes
+  Instant changed_{};        // time of the last change
   Tally& tally_;
 };
 
@@ -414,8 +417,8 @@ TEST(RoutedPlant, TenThousandTransfersEndRightOrWithAnAbortAndNothingLeaks) {
   EXPECT_GE(tally.kills, 500U);
 }
 
-// Gateways die, some in the middle of a transfer; the routes over them fail, and the next ones are
-// taken.
+// Gateways are terminated, some in the middle of a transfer; the routes over them fail, and the
+// next routes are used.
 TEST(RoutedPlant, AnotherGatewayStandsInForOneThatHasDied) {
   const std::uint64_t seed = seed_of_run();
   constexpr std::size_t kSystems = 3;
@@ -443,7 +446,7 @@ TEST(RoutedPlant, AnotherGatewayStandsInForOneThatHasDied) {
   EXPECT_GE(tally.detours, 40U);
 }
 
-// Every network hears of it, nobody more than once from each gateway, and then it is quiet.
+// Every network receives it, at most once from each gateway, and then no more frames are sent.
 TEST(RoutedPlant, AnEmcyInALoopOfGatewaysReachesEveryNetworkAndSettles) {
   for (std::size_t networks = 3; networks <= 8; ++networks) {
     SCOPED_TRACE(networks);
@@ -462,15 +465,15 @@ TEST(RoutedPlant, AnEmcyInALoopOfGatewaysReachesEveryNetworkAndSettles) {
     }
     world.run(world.now() + seconds(1));
     std::vector<std::uint64_t> heard;
-    EXPECT_EQ(emcys(0), kEmcys) << "nothing comes back";
+    EXPECT_EQ(emcys(0), kEmcys) << "no EMCY returns to its network";
     for (std::size_t network = 1; network < networks; ++network) {
       heard.push_back(emcys(network));
       EXPECT_GE(heard.back(), kEmcys) << network;
-      EXPECT_LE(heard.back(), 2 * kEmcys) << network << ": one from each gateway at most";
+      EXPECT_LE(heard.back(), 2 * kEmcys) << network << ": at most one from each gateway";
     }
     world.run(world.now() + seconds(60));
     for (std::size_t network = 1; network < networks; ++network) {
-      EXPECT_EQ(emcys(network), heard[network - 1]) << network << ": it does not end";
+      EXPECT_EQ(emcys(network), heard[network - 1]) << network << ": EMCYs circulate";
     }
   }
 }

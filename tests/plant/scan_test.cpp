@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scans of a line that knows nothing of its devices, in virtual time.
+// Scans of a line without information about its devices, in virtual time.
 #include <algorithm>
 
 #include <gtest/gtest.h>
@@ -37,7 +37,7 @@ od::DeviceDescription file_of(const Seat& seat) {
 
 class ScanTest : public testing::Test {
  protected:
-  // A line with those devices on its bus, which knows what `nodes` says of them.
+  // A line with those devices on its bus and with `nodes` in its configuration.
   LineSeat& run(std::vector<line::NodeConfig> nodes) {
     line::LineConfig config;
     config.name = "press";
@@ -110,7 +110,7 @@ class ScanTest : public testing::Test {
   std::unique_ptr<World> world;
 };
 
-// A download, expedited, segmented or as block.
+// An SDO download: expedited, segmented or as block.
 bool writes(const can::Frame& frame) {
   const auto command = std::to_integer<unsigned>(frame.data[0]) >> 5U;
   return frame.id > 0x600 && frame.id <= 0x67F && (command == 1 || command == 6);
@@ -205,7 +205,7 @@ TEST_F(ScanTest, OneNodeCanBeReadAgain) {  // 5F01h
   ASSERT_EQ(nodes.size(), 1U);
   EXPECT_EQ(nodes[0].id, 8);
   scan(seat, 2, 9);
-  EXPECT_TRUE(found(seat, 2).empty()) << "nobody there";
+  EXPECT_TRUE(found(seat, 2).empty()) << "no node found";
 }
 
 TEST_F(ScanTest, ThereIsOneAtATimeAndItsTimeOutEndsIt) {
@@ -258,7 +258,7 @@ TEST_F(ScanTest, AppliedItSaysWhatIsToBeSetUpAndWritesNothingYet) {
     EXPECT_NE(node.number(kHeartbeat).value_or(0), 0U) << int{node.id};
   }
   EXPECT_EQ(nodes[0].number(kHeartbeat), 500U);
-  EXPECT_TRUE(std::ranges::none_of(seat.frames, writes)) << "the line that is made of it writes";
+  EXPECT_TRUE(std::ranges::none_of(seat.frames, writes)) << "only the line made of the scan writes";
 }
 
 // 5F41h:5 of the own dictionary.
@@ -326,7 +326,7 @@ TEST_F(ScanTest, CommandsAreCarriedOutDuringTheScan) {
   LineSeat& seat = run({});
   scan(seat, 1);
   ASSERT_TRUE(sdo(seat, 2, 5, kHeartbeat, {std::byte{44}, std::byte{0}})->ok());
-  EXPECT_FALSE(seat.replies.contains(1)) << "the scan goes on";
+  EXPECT_FALSE(seat.replies.contains(1)) << "the scan continues";
   EXPECT_EQ(sdo(seat, 3, 5, kHeartbeat)->data[0], std::byte{44});
   EXPECT_FALSE(seat.replies.contains(1));
   EXPECT_EQ(found(seat, 1).size(), std::size(kDevices));
@@ -340,7 +340,7 @@ TEST_F(ScanTest, WhatItReadAnswersLaterReadsOnRequest) {
   const std::uint64_t before = transfers();
   const line::Reply* vendor = sdo_cached(seat, 2, 5, {0x1018, 1});
   ASSERT_TRUE(vendor->ok());
-  EXPECT_EQ(transfers(), before) << "the device was not asked";
+  EXPECT_EQ(transfers(), before) << "no request to the device";
   EXPECT_EQ(sdo(seat, 3, 5, {0x1018, 1})->data, vendor->data);
   EXPECT_EQ(transfers(), before + 1) << "without the request it is";
   EXPECT_TRUE(sdo_cached(seat, 4, 5, {0x6041, 0})->ok());

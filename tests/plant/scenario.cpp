@@ -71,7 +71,7 @@ void Scenario::check_always_all() {
   }
 }
 
-// Whatever is under way may come to its end, then nothing may be left.
+// Runs until pending actions have ended, then checks that nothing is left.
 void Scenario::finish() {
   build();
   for (const auto& line : world_.lines()) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What can be done to a network: the actions of `at`.
+// The actions of `at`.
 #include <algorithm>
 #include <utility>
 
@@ -107,7 +107,7 @@ void Scenario::switch_off(DeviceSeat& device) {
 }
 
 // restart [after TIME] [as NAME] [sync TIME] [heartbeat TIME] [without NODE]
-// What happened to the line before does not count any more.
+// Events of the previous line are ignored from now on.
 void Scenario::restart(Words& words) {
   LineSeat& target = seat();
   const Duration pause = words.accept("after") ? words.duration() : Duration{};
@@ -135,7 +135,7 @@ void Scenario::restart(Words& words) {
   observed_cursor_ = 0;
 }
 
-// Switched off and on at once.
+// Switches the device off and immediately on.
 void Scenario::blink(DeviceSeat& device) {
   if (device.device->alive()) {
     switch_off(device);
@@ -271,8 +271,8 @@ void Scenario::group_write(Words& words) {
   seat().line->write_outputs(write, world_.now());
 }
 
-// frame ID [HEX], frame ID remote LENGTH: from a stranger on the bus. frame none: what it has
-// not sent yet never comes.
+// frame ID [HEX], frame ID remote LENGTH: from a foreign station on the bus. frame none: its queued
+// frames are discarded.
 void Scenario::inject(Words& words) {
   if (words.accept("none")) {
     seat().bus.flush(seat().witness_end);
@@ -296,8 +296,8 @@ void Scenario::inject(Words& words) {
                     world_.now());
 }
 
-// losses N: so many of a thousand frames reach nobody, as many are destroyed and sent again.
-// doubles N: so many arrive twice.
+// losses N: N of a thousand frames are lost, and as many are destroyed and repeated.
+// doubles N: N of a thousand frames arrive twice.
 void Scenario::set_disturbance() {
   seat().set_disturbance(
       [this, losses = losses_, doubles = doubles_](const can::Frame& frame, sim::Bus::Endpoint) {
@@ -320,7 +320,7 @@ void Scenario::set_disturbance() {
       });
 }
 
-// Without an acknowledgement no device can be noticed that was switched on or connected.
+// Without an acknowledgement a device that was switched on or connected cannot be detected.
 void Scenario::acknowledge(bool on) {
   const Instant now = world_.now();
   if (on && is_silent_) {
@@ -334,7 +334,7 @@ void Scenario::acknowledge(bool on) {
   set_disturbance();
 }
 
-// bus off|on: the controller of the line goes off the bus and loses its frames, or comes back.
+// bus off|on: the controller of the line goes bus-off and loses its frames, or returns.
 void Scenario::bus_action(Words& words) {
   LineSeat& at = seat();
   const bool on = words.take() == "on";

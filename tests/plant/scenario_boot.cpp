@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What scenarios say of the start-up of the network and of boot processes.
+// Statements about the start-up of the network and about boot processes.
 #include <algorithm>
 
 #include "stack/base/byte_order.h"
@@ -10,7 +10,8 @@ namespace linegate::plant {
 
 namespace {
 
-// 2100h:1 goes out by MPDO in destination address mode, on the COB-ID on which devices take them.
+// 2100h:1 is sent by MPDO in destination address mode, on the COB-ID on which devices receive
+// MPDOs.
 void give_own_mpdo(line::LineConfig& config) {
   constexpr std::uint16_t kObject = 0x2100;
   constexpr std::uint16_t kTpdo = 100;
@@ -82,7 +83,7 @@ bool Scenario::boot_property(Words& words, const std::string& key, line::NodeCon
   return true;
 }
 
-// The device file says so, whatever the device is.
+// Changes the value in the device file only, not in the device.
 void Scenario::expect_value(od::DeviceDescription& device, od::Address address,
                             std::uint64_t value) {
   for (od::ObjectDescription& object : device.objects) {

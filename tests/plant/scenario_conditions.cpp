@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What can be expected of a network: the conditions of `expect`.
+// The conditions of `expect`.
 #include <algorithm>
 #include <array>
 
@@ -156,7 +156,7 @@ std::function<bool()> Scenario::condition(Words& words) {
   return event_condition(words, &LineSeat::events);
 }
 
-// A value is that of a valid entry.
+// A value is only returned for a valid entry.
 std::function<bool()> Scenario::image_condition(Words& words, line::Line& line,
                                                 Direction direction) {
   const auto look = [this, &line, direction, name = words.take()] {

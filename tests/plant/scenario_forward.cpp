@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `forward`: what the configuration makes of such rules, done by hand.
+// `forward`: builds the forwarding that the configuration would build from such rules.
 #include <algorithm>
 #include <memory>
 

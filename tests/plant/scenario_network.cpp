@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Statements that describe the network, and how it is built.
+// Statements that describe the network, and its construction.
 #include <algorithm>
 #include <span>
 #include <utility>
@@ -18,7 +18,7 @@ using image::Direction;
 
 namespace {
 
-// 2F00h, which its EDS does not know.
+// 2F00h, which is not in the EDS of the device.
 od::ObjectDescription domain_object() {
   od::VariableDescription domain;
   domain.type = od::DataType::domain;
@@ -57,7 +57,7 @@ void set_serial(od::DeviceDescription& device, std::uint32_t serial) {
   }
 }
 
-// The device file gets the sub-index, the device does not: an RPDO has no use for it.
+// The sub-index is added to the device file, not to the device: an RPDO does not use it.
 void set_inhibit_time(od::DeviceDescription& device, std::uint16_t record, Duration time) {
   const auto it = std::ranges::find(device.objects, record, &od::ObjectDescription::index);
   if (it == device.objects.end()) {
@@ -69,8 +69,8 @@ void set_inhibit_time(od::DeviceDescription& device, std::uint16_t record, Durat
   variables.insert(place, variable(3, od::DataType::unsigned16, units));
 }
 
-// The device file has no default of the COB-IDs of PDO 1 to 4 (CiA 301 7.5.2.35): an empty value of
-// RPDOs, 0 of TPDOs, as files of both kinds are found.
+// Removes the default values of the COB-IDs of PDO 1 to 4 from the device file (CiA 301 7.5.2.35):
+// an empty value for RPDOs, 0 for TPDOs, because both kinds of files exist.
 void leave_cob_ids(od::DeviceDescription& device) {
   constexpr std::uint16_t kPredefined = 4;
   for (od::ObjectDescription& object : device.objects) {
@@ -84,7 +84,7 @@ void leave_cob_ids(od::DeviceDescription& device) {
   }
 }
 
-// An RPDO or TPDO whose communication record is at that index.
+// Adds an RPDO or TPDO whose communication record has that index.
 void add_mpdo(od::Dictionary& dictionary, std::uint16_t index, std::uint32_t cob_id,
               pdo::MpdoMode mode) {
   using enum od::DataType;
@@ -99,8 +99,8 @@ void add_mpdo(od::Dictionary& dictionary, std::uint16_t index, std::uint32_t cob
       .ok();
 }
 
-// 2F01h comes by MPDO in destination address mode on kMpdoToAll, and goes out in source address
-// mode whenever it becomes another value; 2F02h is what 2F01h of node `from` was last.
+// 2F01h is received by MPDO in destination address mode on kMpdoToAll, and sent in source address
+// mode whenever its value changes; 2F02h receives 2F01h of node `from`.
 void give_mpdos(sim::Device& device, std::uint8_t from) {
   using enum od::DataType;
   constexpr std::uint32_t kExtended = 0x2000'0000;  // in a COB-ID
@@ -199,7 +199,7 @@ void Scenario::describe_line(Words& words) {
   plans_.push_back(std::move(plan));
 }
 
-// Of the device itself and of its place in the configuration. False if the key is not one of these.
+// Properties of the device itself and of its configuration. Returns false for other keys.
 bool Scenario::device_property(const std::string& key, Words& words, DeviceStatement& said) {
   sim::DeviceOptions& device = said.device;
   line::NodeConfig& node = said.node;
@@ -243,7 +243,8 @@ bool Scenario::device_property(const std::string& key, Words& words, DeviceState
   return true;
 }
 
-// Of what it does besides, and of its device file. False if the key is not one of these.
+// Additional functions of the device, and properties of its device file. Returns false for other
+// keys.
 bool Scenario::object_property(const std::string& key, Words& words, DeviceStatement& said) {
   NetworkPlan& plan = plans_.back();
   const std::uint8_t id = said.device.node_id;
@@ -334,7 +335,7 @@ void Scenario::describe_device(Words& words) {
   if (said.listed) {
     list_device(said);
   } else if (said.heartbeat) {
-    said.device.heartbeat = said.heartbeat;  // nobody else sets it
+    said.device.heartbeat = said.heartbeat;  // no manager sets it
   }
   if (said.present && !said.ours) {
     plans_.back().devices.push_back(std::move(said.device));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scenario while it runs. Private to the scenario_*.cpp files.
+// A running scenario. Private to the scenario_*.cpp files.
 #pragma once
 
 #include <cstdint>
@@ -17,21 +17,22 @@
 
 namespace linegate::plant {
 
-// A network as described so far; it is built when the first `at` comes.
+// A network as described so far; it is built at the first `at`.
 struct NetworkPlan {
   line::LineConfig config;
   sim::BusOptions bus;
   std::vector<sim::DeviceOptions> devices;
-  std::vector<line::DeviceConfig> ours;  // those of a line in the role device
-  std::set<std::uint8_t> domains;        // nodes that have one
+  std::vector<line::DeviceConfig> ours;  // devices of a line in the role device
+  std::set<std::uint8_t> domains;        // nodes with an object for long values
   std::map<std::uint8_t, ForeignSdo::Blocks> foreign_sdos;
   std::map<std::uint8_t, Duration> answers_after;
-  std::map<std::uint8_t, std::uint16_t> reboots_on;  // nodes that boot when it is written
-  std::set<std::uint8_t> on_request;           // nodes with TPDOs that they send on request alone
-  std::map<std::uint8_t, std::uint8_t> mpdos;  // nodes that have MPDOs: whose they take, 0 = none
+  std::map<std::uint8_t, std::uint16_t> reboots_on;  // nodes that boot when this object is written
+  std::set<std::uint8_t> on_request;  // nodes with TPDOs that are only sent on request
+  // Nodes with MPDOs, and the node whose MPDOs they receive, 0 = none
+  std::map<std::uint8_t, std::uint8_t> mpdos;
 };
 
-// `device`.
+// The content of a statement `device`.
 struct DeviceStatement {
   sim::DeviceOptions device;
   line::NodeConfig node;
@@ -41,11 +42,11 @@ struct DeviceStatement {
   bool no_cob_ids = false;
   std::optional<Duration> heartbeat{};
   std::vector<std::pair<od::Address, std::uint64_t>> expected{};
-  std::vector<std::pair<std::uint16_t, Duration>> inhibit_times{};    // by record
+  std::vector<std::pair<std::uint16_t, Duration>> inhibit_times{};    // by communication record
   std::vector<std::pair<std::uint16_t, std::uint64_t>> on_request{};  // TPDO, transmission type
 };
 
-// `forward`.
+// The content of a statement `forward`.
 struct ForwardRule {
   std::string from;
   std::string to;
@@ -104,7 +105,7 @@ class Scenario {
   static bool boot_property(Words& words, const std::string& key, line::NodeConfig& node);
   static void expect_value(od::DeviceDescription& device, od::Address address, std::uint64_t value);
   std::uint32_t output_entry(const line::Line& line, const std::string& text);
-  // What the image shows of NODE.INDEX:SUB.
+  // The entry NODE.INDEX:SUB in the image.
   struct Shown {
     bool valid = false;
     bool known = false;
@@ -124,7 +125,7 @@ class Scenario {
   std::map<std::pair<std::string, std::string>, std::vector<line::Following>> followings_;
   bool built_ = false;
   LineSeat* current_ = nullptr;
-  std::size_t event_cursor_ = 0;  // what happened before the last `at` does not count
+  std::size_t event_cursor_ = 0;  // events before the last `at` are ignored
   std::size_t observed_cursor_ = 0;
   std::size_t ours_cursor_ = 0;
   std::size_t frame_cursor_ = 0;
@@ -132,11 +133,12 @@ class Scenario {
   std::map<LineSeat*, std::uint64_t> commands_;
   std::uint64_t next_tag_ = 1;
   unsigned expectations_ = 0;
-  std::uint64_t losses_ = 0;   // of a thousand frames
-  std::uint64_t doubles_ = 0;  // the same
+  std::uint64_t losses_ = 0;   // per thousand frames
+  std::uint64_t doubles_ = 0;  // per thousand frames
   bool is_silent_ = false;     // no station acknowledges
   Instant silent_since_{};
-  std::map<std::uint32_t, std::uint64_t> swallowed_;  // by identifier: frames that reach nobody
+  // By identifier: number of frames that no station receives
+  std::map<std::uint32_t, std::uint64_t> swallowed_;
 };
 
 inline constexpr Instant kStart{std::chrono::seconds(1)};

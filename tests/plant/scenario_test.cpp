@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every file of tests/plant/scenarios is a test; so are the ways in which a scenario can be wrong.
+// Every file of tests/plant/scenarios is a test. Other tests have scenarios with errors.
 #include "tests/plant/scenario.h"
 
 #include <algorithm>
@@ -31,7 +31,7 @@ TEST_P(ScenarioFile, Holds) {
   text << in.rdbuf();
   const Outcome outcome = run_scenario(GetParam().filename().string(), text.str(), 1);
   EXPECT_TRUE(outcome.ok()) << outcome.failure << "\nlast events:\n" << outcome.history;
-  EXPECT_GT(outcome.expectations, 0U) << "a scenario that expects nothing cannot fail";
+  EXPECT_GT(outcome.expectations, 0U) << "a scenario without expectations cannot fail";
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenarios, ScenarioFile, testing::ValuesIn(scenario_files()),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a failing random plant is made as small as it can be.
+// Reduces a failing random plant to the smallest one that still fails.
 #include <algorithm>
 #include <cstdlib>
 #include <sstream>
@@ -30,7 +30,7 @@ std::string join(const std::vector<std::string>& lines) {
   return out;
 }
 
-// The same but for numbers: fewer statements have other counts and times.
+// Equal except for numbers: with fewer statements the counts and times change.
 bool similar(std::string a, std::string b) {
   const auto is_digit = [](unsigned char c) { return c >= '0' && c <= '9'; };
   std::erase_if(a, is_digit);
@@ -39,7 +39,7 @@ bool similar(std::string a, std::string b) {
 }
 
 // Whether each device that the statement names by its node-ID is still among the lines: without the
-// device an expectation fails for another reason.
+// device an expectation would fail for another reason.
 bool has_devices_of(const std::vector<std::string>& lines, const std::string& statement,
                     const std::vector<std::string>& before) {
   return std::ranges::all_of(before, [&](const std::string& line) {
@@ -56,8 +56,8 @@ bool has_devices_of(const std::vector<std::string>& lines, const std::string& st
 }  // namespace
 
 std::string shrink(const std::string& text, unsigned long seed) {
-  // A statement may only go if the rest still fails for the same reason, not because something it
-  // needs is gone.
+  // A statement is removed only if the rest still fails for the same reason, and not because a
+  // necessary statement is missing.
   struct Failure {
     std::string statement;
     std::string reason;
@@ -72,7 +72,7 @@ std::string shrink(const std::string& text, unsigned long seed) {
     return Failure{line - 1 < lines.size() ? lines[line - 1] : std::string(),
                    failure.substr(place + 2)};
   };
-  // An expectation has to fail itself; an oracle may fail at any statement.
+  // An expectation must fail at the same statement; an oracle may fail at any statement.
   const Failure wanted = run(lines_of(text));
   const bool is_expectation = wanted.statement.starts_with("expect");
   const auto fails = [&](const std::vector<std::string>& lines) {

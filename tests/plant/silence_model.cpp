@@ -33,7 +33,7 @@ bool is_expedited_download(const can::Frame& frame) {
   return frame.length == can::kMaxClassicData && (byte_of(frame, 0) & 0xE2U) == 0x22;
 }
 
-// Ranges of CiA 301 7.3.5, as its table has them.
+// The restricted ranges of the table in CiA 301 7.3.5.
 bool is_restricted_id(std::uint32_t id) {
   constexpr std::array<std::array<std::uint32_t, 2>, 8> kRestricted{{{0x000, 0x000},
                                                                      {0x001, 0x07F},
@@ -47,7 +47,7 @@ bool is_restricted_id(std::uint32_t id) {
                              [id](const auto& range) { return id >= range[0] && id <= range[1]; });
 }
 
-// SYNC and TIME have no bit that makes them invalid; the default SDO server cannot be written.
+// SYNC and TIME have no bit that makes them invalid; the default SDO server is read-only.
 bool holds_cob_id(std::uint32_t index, std::uint32_t sub) {
   if (sub == 0) {
     return index == 0x1005 || index == 0x1012 || index == 0x1014;
@@ -122,7 +122,8 @@ void SilenceModel::note_tpdos(const line::NodeConfig& node) {
   }
 }
 
-// rpdos: of a device to which the line sends them, else those that the device itself sends.
+// rpdos: allow the RPDOs of a device, which the line sends; else the TPDOs, which the device itself
+// sends.
 void SilenceModel::allow_pdos(const od::DeviceDescription& device, bool rpdos) {
   const Loaded<pdo::DevicePdos> described = pdo::describe_pdos(device);
   if (!described.ok()) {
@@ -165,7 +166,7 @@ void SilenceModel::commanded(const line::Command& command) {
   }
 }
 
-// What was written to 1F80h is gone.
+// A value written to 1F80h is reset.
 void SilenceModel::follow_own_reset(std::uint8_t command, std::uint8_t node) {
   const bool to_own = node == 0 || own_[node % own_.size()];
   if (to_own && nmt::is_reset(static_cast<nmt::Command>(command))) {
@@ -188,7 +189,7 @@ void SilenceModel::before_receive(const can::Frame& frame) {
   }
 }
 
-// Somebody configures the own node.
+// Another node configures the own node.
 void SilenceModel::take_written_cob_id(const can::Frame& frame) {
   const can::CobId cob_id{load_le<std::uint32_t>(frame.data.data() + 4)};
   if (!holds_cob_id(load_le<std::uint16_t>(frame.data.data() + 1), byte_of(frame, 3))) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a line may transmit, worked out from its configuration, the commands that it was given and
-// the frames that it received: a second way to come to it.
+// The frames that a line may transmit, derived independently from its configuration, the commands
+// that it was given and the frames that it received.
 //   no NMT command unless the own node is NMT master (1F80h bit 0)
-//   CAN-IDs of services that are configured, or that a command named, alone
+//   only CAN-IDs of services that are configured, or that a command named
 //   no download of a valid COB-ID that is restricted (CiA 301 7.3.5)
 #pragma once
 
@@ -25,11 +25,11 @@ class SilenceModel {
   SilenceModel() = default;
   explicit SilenceModel(const line::LineConfig& config);
 
-  // The line is given this command.
+  // Call it when the line is given this command.
   void commanded(const line::Command& command);
-  // The line is about to receive it.
+  // Call it before the line receives the frame.
   void before_receive(const can::Frame& frame);
-  // The line sends it. A sentence about the rule that it breaks, or nothing.
+  // Call it when the line sends the frame. Returns a description of the violated rule, or nothing.
   std::string sends(const can::Frame& frame);
 
  private:
@@ -42,12 +42,12 @@ class SilenceModel {
   std::string check_download(const can::Frame& frame) const;
 
   std::array<bool, 128> own_{};   // node-IDs of the line
-  bool is_master_ = false;        // now
-  bool boots_as_master_ = false;  // after each reset of the own node
-  std::bitset<0x800> allowed_;    // of 11 bits
+  bool is_master_ = false;        // present state
+  bool boots_as_master_ = false;  // state after each reset of the own node
+  std::bitset<0x800> allowed_;    // 11-bit identifiers
   std::set<std::uint32_t> allowed_extended_;
-  std::map<std::pair<unsigned, unsigned>, std::uint32_t> tpdos_;  // CAN-IDs, by node and number
-  std::bitset<0x800> requested_;              // by a command, with a remote frame
+  std::map<std::pair<unsigned, unsigned>, std::uint32_t> tpdos_;  // CAN-IDs, by node and PDO number
+  std::bitset<0x800> requested_;              // CAN-IDs that a command requests with a remote frame
   std::set<std::uint32_t> commanded_writes_;  // node, index, sub-index
 };
 

@@ -13,9 +13,9 @@ namespace {
 
 using manager::Presence;
 
-// Until a boot process has found out that a node is silent, besides its reset time.
+// Time after which a boot process has detected that a node does not answer, plus its reset time.
 constexpr Duration kAsked = std::chrono::seconds(4);
-// Of a node that is not configured.
+// The same for a node that is not configured.
 constexpr Duration kUnlisted = std::chrono::seconds(10);
 
 bool is_state(std::byte value) {
@@ -52,7 +52,7 @@ void StateModel::before_receive(const can::Frame& frame) {
     const bool answer = node.beats && !is_state(frame.data[0]);
     const bool was_asked = std::exchange(node.asked, false);
     if (answer && !was_asked) {
-      return;  // of a second device: a remote frame has one answer
+      return;  // from a second device: a remote frame has one response
     }
     node.received = frame.time;
     node.answer =

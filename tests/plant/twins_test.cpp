@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // I6: a random plant of several lines runs twice, once with and once without a reload that
-// restarts, removes, adds, changes or renames one line. The frames and events of the lines that the
-// reload does not concern are the same, at the same times. Which lines a reload concerns is the
-// gateway's decision, see tests/gateway/config/random_reload_test.cpp.
+// restarts, removes, adds, changes or renames one line. The frames and events of the other lines,
+// and their times, are the same. The gateway determines which lines a reload affects, see
+// tests/gateway/config/random_reload_test.cpp.
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -20,12 +20,12 @@
 namespace linegate::plant {
 namespace {
 
-// What a reload makes of a line.
+// The effect of a reload on a line.
 enum class Reload : unsigned { restarted, paused, removed, added, changed, renamed };
 constexpr unsigned kReloads = 6;
 
-// Two lines that forward to each other and pass on SDOs, and a third one. reloaded: which is, by
-// default in a random way.
+// Two lines with PDO forwarding and SDO routing between them, and a third line. reloaded: the line
+// that is reloaded, by default in a random way.
 class TwinGenerator {
  public:
   explicit TwinGenerator(unsigned long seed) : random_(seed), way_(Reload{below(kReloads)}) {}
@@ -56,7 +56,7 @@ class TwinGenerator {
 
  private:
   unsigned below(unsigned limit) { return static_cast<unsigned>(random_() % limit); }
-  // The reloaded line has another name then, if it was renamed.
+  // A renamed line has its new name after the reload.
   void say(const std::string& text) {
     const std::string on = "on " + reloads_ + '\n';
     const bool is_renamed = is_reloaded_ && way_ == Reload::renamed && text.starts_with(on);
@@ -92,7 +92,7 @@ class TwinGenerator {
     say("forward first 5.6000:1 to second 5.6200:1\nforward second 6.6064:0 to first 6.607A:0");
   }
 
-  // Gives the time after it.
+  // Returns the time after the reload.
   unsigned reload(unsigned time) {
     const std::string at = "on " + reloads_ + "\nat " + std::to_string(time) + "ms ";
     const unsigned pause = way_ == Reload::restarted ? 10 : 10 + below(900);
@@ -114,7 +114,7 @@ class TwinGenerator {
     return time + pause;
   }
 
-  // Of its own part: at least one thing. Nothing follows node 7.
+  // At least one change of the line itself. No forwarding rule uses node 7.
   std::string change() {
     const unsigned what = 1 + below(7);
     std::string out;
@@ -170,7 +170,7 @@ class TwinGenerator {
   std::ostringstream reloaded_;
 };
 
-// What the first two lines sent, received and reported, whatever they are called by then.
+// The frames and events of the first two lines, whatever their names are at that time.
 std::vector<std::string> history_of(const std::string& text, unsigned long seed) {
   Scenario scenario(seed);
   std::istringstream in(text);
@@ -202,7 +202,7 @@ std::vector<std::string> history_of(const std::string& text, unsigned long seed)
   return out;
 }
 
-// LINEGATE_PLANT_SEED and LINEGATE_PLANT_COUNT run others, as for the other random plants.
+// LINEGATE_PLANT_SEED and LINEGATE_PLANT_COUNT select other plants, as for the other random plants.
 TEST(RandomTwins, AReloadOfAnotherLineIsSeenInNoFrameAndNoEvent) {
   constexpr unsigned long kFirstTwins = 20260301;
   constexpr unsigned long kTwins = 60;

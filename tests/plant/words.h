@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The words of one statement and what can be read from them. Everything throws BadStatement, which
-// the scenario turns into "name:line: text".
+// The words of one statement and their values. Everything throws BadStatement, which the scenario
+// turns into "name:line: text".
 #pragma once
 
 #include <cstdint>
@@ -26,7 +26,7 @@ class Words {
   bool done() const { return next_ == words_.size(); }
   const std::string& peek() const;
   std::string take();
-  // The next word if it is this one; else nothing is taken.
+  // Removes the next word and returns true if it is this one; else removes nothing.
   bool accept(std::string_view word);
   void expect(std::string_view word);
 
@@ -41,7 +41,7 @@ class Words {
   std::size_t next_ = 0;
 };
 
-// Bytes that show whether they are whole: each depends on its place and on how many there are.
+// Bytes that show whether a value is complete: each depends on its position and on the size.
 std::vector<std::byte> pattern(std::uint64_t size);
 
 std::uint64_t to_number(std::string_view text);

@@ -38,7 +38,7 @@ RequestModel::Producer producer_of(sim::Device& device) {
   return out;
 }
 
-// Of one of our devices: its values are the outputs of its line.
+// For an own device: its values are the outputs of its line.
 RequestModel::Producer producer_of(line::Line& ours, std::uint8_t node, Instant now) {
   RequestModel::Producer out;
   out.is_operational = ours.node_state(node).state == nmt::State::operational;
@@ -113,7 +113,7 @@ void World::start() {
   }
 }
 
-// What the stopped line has to send still goes out: the pre-operational command to its nodes.
+// The stopped line still sends its last frames: the pre-operational command to its nodes.
 void World::restart(LineSeat& seat, line::LineConfig config, Duration pause) {
   seat.stop(now_);
   settle();
@@ -210,7 +210,7 @@ void World::join(LineSeat& from, LineSeat& to, std::span<const line::Following> 
   joints_.push_back({&from, &to, line::FollowedInputs(what), line::FollowingOutputs(what), {}});
 }
 
-// The newest values count, however many came until then.
+// Hands over the newest values; earlier values may be omitted.
 void World::hand_over() {
   for (Joint& joint : joints_) {
     if (joint.inputs.look(*joint.from->line)) {
@@ -264,8 +264,8 @@ void World::turn(LineSeat& seat) {
   }
 }
 
-// A device that was switched on says so; one whose cable is plugged in may not do before it is
-// asked.
+// A device that is switched on sends a boot-up message; a device whose cable is plugged in may not
+// send until it is requested.
 void World::follow_node_id(LineSeat& seat, DeviceSeat& device) {
   constexpr Duration kBootUp = std::chrono::milliseconds(10);
   constexpr Duration kQuestions = std::chrono::milliseconds(1600);
@@ -287,7 +287,7 @@ void World::follow_node_id(LineSeat& seat, DeviceSeat& device) {
   }
 }
 
-// I5: the device was just given its node-ID, and nobody else on the bus uses it.
+// I5: no other device on the bus uses the node-ID that the device was just assigned.
 void World::check_given(LineSeat& seat, const DeviceSeat& device) {
   const lss::Slave& slave = device.device->lss_slave();
   const std::uint8_t given = slave.pending().node_id;
@@ -473,7 +473,7 @@ void World::turn_ours(LineSeat& seat) {
   }
 }
 
-// It is asked for frames like any other: that it has none is for it to see to.
+// An observer is asked for frames like any other line, although it must not send any.
 void World::turn_observer(LineSeat& seat) {
   line::Line& line = *seat.observer;
   while (const std::size_t count = seat.bus.take(seat.observer_end, batch_)) {
@@ -488,7 +488,7 @@ void World::turn_observer(LineSeat& seat) {
   }
 }
 
-// Those that are new.
+// Returns the new events.
 std::span<const Event> World::take_events(LineSeat& seat) {
   const std::size_t before = seat.events.size();
   while (const std::size_t count = seat.line->take_events(told_)) {
@@ -498,7 +498,7 @@ std::span<const Event> World::take_events(LineSeat& seat) {
   return std::span(seat.events).subspan(before);
 }
 
-// Events of the line or of its observer.
+// Checks events of the line or of its observer.
 void World::judge(const LineSeat& seat, std::span<const Event> events) {
   for (const Event& event : events) {
     if (std::string text = seat.identities.judge(event, now_); !text.empty()) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Whole networks in virtual time: lines, their buses and simulated devices on one thread.
 //
-// Everything happens in the order (time, line, device): the same world run twice gives the same
-// frames at the same instants.
+// Everything happens in the order (time, line, device): the same world has the same frames at the
+// same instants in every run.
 #pragma once
 
 #include <array>
@@ -36,42 +36,42 @@
 
 namespace linegate::plant {
 
-// The node-ID that a device uses on its bus: 0 = none, or it is off or its cable is cut. One that
-// it was given and will use counts, too.
+// The node-ID that a device uses on its bus: 0 = none, or it is off or disconnected. A node-ID that
+// was assigned to it for later use counts, too.
 struct NodeIdUse {
   std::uint8_t node_id = 0;
-  std::uint8_t active = 0;  // without one that it was given and will use
+  std::uint8_t active = 0;  // without a node-ID that was assigned for later use
   bool alive = false;
-  Instant shows = kNever;  // when it can have been noticed
+  Instant shows = kNever;  // earliest time at which the node-ID can be detected
 };
 
-// A device and its end of the bus.
+// A device and its endpoint on the bus.
 struct DeviceSeat {
   std::unique_ptr<sim::Device> device;
   sim::Bus::Endpoint end = 0;
   // An object whose download makes the device boot instead of answering; 0 = none.
   std::uint16_t reboots_on = 0;
-  std::optional<DeviceModel> model{};      // of those whose guarding or MPDOs are judged
-  std::optional<ForeignSdo> sdo{};         // of those whose SDO server is of another make
-  std::optional<RequestModel> requests{};  // of those with TPDOs that are sent on request alone
+  std::optional<DeviceModel> model{};  // for devices whose guarding or MPDOs are checked
+  std::optional<ForeignSdo> sdo{};     // for devices with the SDO server of another manufacturer
+  std::optional<RequestModel> requests{};  // for devices with TPDOs that are only sent on request
   NodeIdUse use{};
-  Duration answers_after{};                           // its SDO responses are so late
-  std::deque<std::pair<Instant, can::Frame>> late{};  // responses and when they are due
+  Duration answers_after{};  // delay of its SDO responses
+  // Delayed responses with the times when they are due
+  std::deque<std::pair<Instant, can::Frame>> late{};
 };
 
-// A line and all that hangs on its bus, where an observing line with the same configuration
-// listens.
+// A line and the stations on its bus, among them an observing line with the same configuration.
 struct LineSeat {
   LineSeat(std::unique_ptr<line::Line> the_line, const sim::BusOptions& options);
 
   DeviceSeat* find(std::uint8_t node);
-  // The NMT state of the device that has this node-ID; unknown if none is switched on.
+  // The NMT state of the device with this node-ID; unknown if none is switched on.
   nmt::State real_state(std::uint8_t node_id) const;
-  // What becomes of the frames on the bus; the models see each frame and its fate.
+  // Determines the fate of the frames on the bus; the models process each frame with its fate.
   void set_disturbance(sim::Bus::Disturbance wanted) { disturbance = std::move(wanted); }
-  // Of the line. It owes its nodes nothing from then on.
+  // Stops the line. From then on it has no obligations to its nodes.
   void stop(Instant now);
-  // Takes another line on the same bus; what the line before left is forgotten.
+  // Puts another line on the same bus; the state of the previous line is discarded.
   void take(std::unique_ptr<line::Line> another);
 
   std::unique_ptr<line::Line> line;
@@ -81,9 +81,9 @@ struct LineSeat {
   sim::Bus::Endpoint witness_end = 0;
   std::unique_ptr<line::Line> observer;
   sim::Bus::Endpoint observer_end = 0;
-  std::vector<Event> observed;  // all the observer told, in order
+  std::vector<Event> observed;  // all events of the observer, in order
   std::vector<DeviceSeat> devices;
-  std::unique_ptr<line::Line> ours;  // a line of devices below, if there is one
+  std::unique_ptr<line::Line> ours;  // a line of own devices, if there is one
   sim::Bus::Endpoint ours_end = 0;
   std::vector<Event> ours_events;                         // all of its events, in order
   std::map<std::uint8_t, RequestModel> requests_of_ours;  // by node-ID
@@ -95,15 +95,15 @@ struct LineSeat {
   sim::Bus::Disturbance disturbance;
   SilenceModel silence;
   SilenceModel silence_of_ours;
-  std::vector<Event> events;                     // all the line told, in order
+  std::vector<Event> events;                     // all events of the line, in order
   std::map<std::uint64_t, line::Reply> replies;  // by tag
-  std::set<std::uint64_t> reports;  // tags of commands whose replies are no object's value
+  std::set<std::uint64_t> reports;  // tags of commands whose replies are not the value of an object
   std::uint64_t duplicate_replies = 0;
-  std::vector<can::Frame> frames;  // all that was on the bus, in order
+  std::vector<can::Frame> frames;  // all frames on the bus, in order
   IdentityModel identities;
 };
 
-// Values of one line that another follows; handed over some time after they came.
+// Values of one line that another line follows; they are handed over after a delay.
 struct Joint {
   LineSeat* from = nullptr;
   LineSeat* to = nullptr;
@@ -115,7 +115,7 @@ struct Joint {
 
 class World {
  public:
-  // The first failure of a check that the world makes by itself; empty if there was none.
+  // The first failure of a check by the world itself; empty if there was none.
   const std::string& failure() const { return failure_; }
   void fail(const std::string& text);
 
@@ -129,14 +129,14 @@ class World {
   Instant now() const { return now_; }
   // Powers the devices on, then starts the lines.
   void start();
-  // Runs what is due next, at most until `until`; false when nothing is due until then (now() is
+  // Executes what is due next, at most until `until`; false if nothing is due until then (now() is
   // `until` then).
   bool step(Instant until);
   void run(Instant until);
   unsigned long steps() const { return steps_; }
-  // Stops a line and starts it anew with that configuration after the pause, at least 10 ms.
+  // Stops a line and starts it again with that configuration after the pause, at least 10 ms.
   void restart(LineSeat& seat, line::LineConfig config, Duration pause);
-  // Takes what a call from outside left to be sent or told.
+  // Processes frames and events that remain after a call from outside.
   void settle();
 
  private:
@@ -157,17 +157,17 @@ class World {
   std::span<const Event> take_events(LineSeat& seat);
   void judge(const LineSeat& seat, std::span<const Event> events);
   void transmit(LineSeat& seat, DeviceSeat& device);
-  // Hands on what the lines have for each other.
+  // Delivers the messages between the lines.
   void carry();
 
   std::vector<std::unique_ptr<LineSeat>> lines_;
   std::vector<Joint> joints_;
-  std::minstd_rand delays_{1};  // of the hand-over, in us
+  std::minstd_rand delays_{1};  // delay of the hand-over, in us
   Instant now_{std::chrono::seconds(1)};
   unsigned steps_at_now_ = 0;
   unsigned long steps_ = 0;
-  // What is being taken out of a bus or a line, here because a step should not make it anew for
-  // every device.
+  // Buffers for frames and events that are taken out of a bus or a line; members, because a step
+  // should not initialise them for every device.
   std::array<can::Frame, 16> batch_;
   std::array<Event, 16> told_;
   std::string failure_;

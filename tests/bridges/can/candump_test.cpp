@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The lines of candump logs, both ways.
+// Parsing and writing of candump logs.
 #include "bridges/can/candump.h"
 
 #include <algorithm>
@@ -176,7 +176,7 @@ TEST(CandumpLine, AnyTextIsHarmless) {
   EXPECT_GT(good, 100U);
 }
 
-// What a controller told when it was recorded it tells again when it is replayed.
+// A replay reports the same controller states and errors as those recorded.
 TEST(CandumpLine, ErrorFramesTellTheSameAgain) {
   ErrorDecoder decoder;
   for (const BusState state : {BusState::error_warning, BusState::error_passive, BusState::bus_off,
@@ -270,7 +270,7 @@ TEST_F(LogFileTest, InterfacesOfALog) {
   EXPECT_THAT(check_log("/nowhere/a.log", {}),
               ElementsAre(testing::Field(&Diagnostic::text, HasSubstr("No such file"))));
   EXPECT_TRUE(has_errors(check_log("/", {})));
-  EXPECT_TRUE(has_errors(check_log("/dev/zero", {}))) << "it has no end";
+  EXPECT_TRUE(has_errors(check_log("/dev/zero", {}))) << "the file is endless";
 }
 
 TEST_F(LogFileTest, LinesMayLieAcrossWhatIsReadAtOnce) {

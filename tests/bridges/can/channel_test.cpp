@@ -68,7 +68,8 @@ TEST(InterfaceUri, SetsAControllerUp) {
   EXPECT_THAT(parse_uri("socketcan:can0?dbitrate=2000000").error, HasSubstr("needs bitrate"));
 }
 
-// A controller keeps its modes while it is down: one that only listened goes on until it is told.
+// A controller keeps its modes while it is down: one in listen-only mode stays in it until the mode
+// is cleared.
 TEST(InterfaceUri, TellsAControllerWhichModesToTakeAndWhichToLeave) {
   struct Row {
     ControllerSetup setup;
@@ -148,7 +149,8 @@ TEST(VirtualFaults, ChangeWhileTheBusRuns) {
   EXPECT_EQ(after("disturbed=off&stuck=off&bus_off=2500ms&restart=never&seed=7"),
             "bus_off=2.5s&restart=never&seed=7");
   EXPECT_EQ(after("bus_off=now"), "bus_off=2.5s&restart=never&seed=7");
-  EXPECT_EQ(parse_uri("virtual:a?" + to_string(faults)).error, "") << "as the interface says it";
+  EXPECT_EQ(parse_uri("virtual:a?" + to_string(faults)).error, "")
+      << "in the notation of the interface";
   EXPECT_TRUE(change_faults(faults, "bus_off=now").bus_off_now);
   EXPECT_TRUE(change_faults(faults, "bus_off=off").bus_off_ends);
   EXPECT_TRUE(change_faults(faults, "off").bus_off_ends);
@@ -217,7 +219,7 @@ TEST(BusEvents, KnowHowManyFramesCameBefore) {
   error.kind = BusEvent::Kind::error;
   events.push(error);
   events.frames_given(2);
-  events.push(error);  // becomes one with the error before, which so has the later time and place
+  events.push(error);  // merged into the preceding error, which gets the later time and position
   events.push(state);
   ASSERT_EQ(events.view().size(), 3U);
   EXPECT_EQ(events.frames_before(0), 0U);

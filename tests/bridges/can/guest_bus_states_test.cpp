@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bus states as a real driver reports them. Needs the slcan module, and the right to set interfaces
+// Bus states as reported by a real driver. Needs the slcan module, and the right to set interfaces
 // up and down. Runs in the guest tier only.
 #include <array>
 #include <cstdlib>
@@ -25,10 +25,10 @@ using can::BusState;
 using can::make_frame;
 using Kind = BusEvent::Kind;
 
-// A controller that can be told what to report: the kernel's slcan driver on a pseudo-terminal.
+// A controller whose reports the test determines: the kernel's slcan driver on a pseudo-terminal.
 class SerialController {
  public:
-  // configured: with a bit rate, and up.
+  // configured: the interface has a bit rate and is up.
   explicit SerialController(const std::string& name, bool configured = true) {
     master_ = ::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
     EXPECT_EQ(::grantpt(master_), 0);
@@ -44,7 +44,7 @@ class SerialController {
     EXPECT_EQ(::ioctl(slave_, TIOCSETD, &discipline), 0);
     ifreq request{};
     EXPECT_EQ(::ioctl(slave_, SIOCGIFNAME, &request), 0);
-    // Setting the interface up waits until its commands have been read.
+    // Setting the interface up blocks until its commands have been read.
     reader_ = std::jthread([this](const std::stop_token& stop) { read_until(stop); });
     shell("ip link set " + std::string(request.ifr_name) + " name " + name);
     if (configured) {
@@ -112,7 +112,7 @@ TEST(GuestBusStates, StatesOfARealDriverUpToBusOffAndBack) {
   EXPECT_EQ(a.channel().room(now()), 0U);
   EXPECT_EQ(a.channel().write(std::array{make_frame(0x181)}, now()), 0U);
 
-  // Whoever opens it now learns the state although no error frame tells it.
+  // A channel that is opened now learns the state without an error frame.
   Driven late("slcan7");
   ASSERT_EQ(late.events.size(), 2U);
   EXPECT_EQ(late.events[1].state, BusState::bus_off);
@@ -133,7 +133,7 @@ TEST(GuestBusStates, AnInterfaceThatIsDownIsSetUpAsItsOptionsSay) {
   Driven a("slcan6", options);
   EXPECT_TRUE(a.until([&] { return a.told(Kind::interface_ready); }));
   shell("ip -details link show slcan6 | grep -q 'bitrate 250000'");
-  EXPECT_EQ(a.channel().settings().bit_rate, 250'000U) << "read back";
+  EXPECT_EQ(a.channel().settings().bit_rate, 250'000U) << "read back from the driver";
   EXPECT_EQ(a.channel().settings().listen_only, false);
   a.send_all(std::array{make_frame(0x181)});
   EXPECT_TRUE(a.until([&] { return a.channel().counters().confirmed == 1; }));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// For tests on real SocketCAN: a channel with somebody who drives it as an executor does.
+// For tests on real SocketCAN: a channel that is driven like by an executor.
 #pragma once
 
 #include <algorithm>
@@ -44,7 +44,7 @@ class Driven {
     return options;
   }
 
-  // Waits for something to do, at most so long, and reads.
+  // Waits until the channel needs service, at most `longest`, and reads.
   void turn(Duration longest) {
     const Duration until_wake = channel_->next_wake() == kNever
                                     ? longest

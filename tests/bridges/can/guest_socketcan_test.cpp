@@ -126,7 +126,8 @@ TEST(GuestSocketcan, RemovedAndAddedAgain) {
   shell("ip link del vcan8");
 }
 
-// Written while the interface is down: told by the next read(), and nothing is counted as sent.
+// A write while the interface is down: the next read() reports the failure, and no frame counts as
+// sent.
 TEST(GuestSocketcan, RenamedAndBack) {
   shell("ip link add vcan5 type vcan && ip link set vcan5 up");
   Driven a("vcan5");
@@ -134,7 +135,7 @@ TEST(GuestSocketcan, RenamedAndBack) {
   shell("ip link set vcan5 down && ip link set vcan5 name press5 && ip link set press5 up");
   EXPECT_TRUE(a.until([&] { return a.told(Kind::interface_failed, ENETDOWN); }));
   EXPECT_TRUE(a.until([&] { return a.told(Kind::interface_failed, ENODEV); }))
-      << "the name counts, not the device";
+      << "the channel follows the name, not the device";
   a.events.clear();
   shell("ip link set press5 down && ip link set press5 name vcan5 && ip link set vcan5 up");
   EXPECT_TRUE(a.until([&] { return a.told(Kind::interface_ready); }));

@@ -28,7 +28,7 @@ using std::chrono::microseconds;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-constexpr Duration kBegin = std::chrono::hours(30);  // of the monotonic clock, when hardware is 0
+constexpr Duration kBegin = std::chrono::hours(30);  // monotonic clock when the hardware clock is 0
 
 constexpr Instant at(Duration after) {
   return Instant(kBegin + after);
@@ -38,11 +38,12 @@ TEST(HardwareClock, AFrameThatWaitedHasTheTimeWhenItCame) {
   HardwareClock clock;
   EXPECT_EQ(clock.instant(1'000'000, at(milliseconds(1) + microseconds(20))),
             at(milliseconds(1) + microseconds(20)))
-      << "no better is known";
+      << "the first delay is the smallest known";
   EXPECT_EQ(clock.instant(2'000'000, at(milliseconds(5))), at(milliseconds(2) + microseconds(20)));
   EXPECT_EQ(clock.instant(3'000'000, at(milliseconds(5))), at(milliseconds(3) + microseconds(20)))
-      << "two that came in one packet";
-  EXPECT_EQ(clock.instant(6'000'000, at(milliseconds(6))), at(milliseconds(6))) << "served at once";
+      << "two frames in one packet";
+  EXPECT_EQ(clock.instant(6'000'000, at(milliseconds(6))), at(milliseconds(6)))
+      << "read without delay";
   EXPECT_EQ(clock.instant(7'000'000, at(milliseconds(9))), at(milliseconds(7)));
 }
 
@@ -55,7 +56,7 @@ TEST(HardwareClock, FollowsAClockThatDriftsWithinATenthOfAMillisecond) {
       const Duration real = milliseconds(ms);
       const auto hardware =
           static_cast<std::int64_t>(static_cast<double>(real.count()) * (1 + ppm * 1e-6));
-      const Duration waited = microseconds(20 + random() % 1000);  // as over USB
+      const Duration waited = microseconds(20 + random() % 1000);  // delay as over USB
       const Instant received = at(real + waited);
       const Instant got = clock.instant(hardware, received);
       EXPECT_LE(got, received);
@@ -71,10 +72,11 @@ TEST(HardwareClock, AClockThatWasSetAnewIsFoundAgain) {
   HardwareClock clock;
   clock.instant(100'000'000'000, at(seconds(100)));
   const Instant back = at(seconds(101));
-  EXPECT_EQ(clock.instant(5'000, back), back) << "back to the beginning";
+  EXPECT_EQ(clock.instant(5'000, back), back) << "the hardware clock was reset";
   EXPECT_EQ(clock.instant(1'005'000, back + milliseconds(3)), back + milliseconds(1));
   const Instant forward = at(seconds(102));
-  EXPECT_EQ(clock.instant(9'000'000'000'000, forward), forward) << "far ahead";
+  EXPECT_EQ(clock.instant(9'000'000'000'000, forward), forward)
+      << "the hardware clock jumped ahead";
   EXPECT_EQ(clock.instant(9'000'001'000'000, forward + milliseconds(3)), forward + milliseconds(1));
 }
 
@@ -88,7 +90,7 @@ TEST(HardwareClock, AfterASilenceItBeginsAnew) {
 
 TEST(HardwareClock, IsOfferedIfAllFramesReceivedAreStampedAndTheStampIsGiven) {
   ethtool_ts_info info{};
-  EXPECT_FALSE(offers_hardware_stamps(info)) << "vcan";
+  EXPECT_FALSE(offers_hardware_stamps(info)) << "vcan offers no hardware stamps";
   info.so_timestamping = SOF_TIMESTAMPING_RX_SOFTWARE | SOF_TIMESTAMPING_SOFTWARE |
                          SOF_TIMESTAMPING_RX_HARDWARE | SOF_TIMESTAMPING_RAW_HARDWARE;
   info.rx_filters = 1U << HWTSTAMP_FILTER_NONE;
@@ -106,14 +108,15 @@ TEST(ReceiveClock, TheHardwaresStampCountsWhereThereIsOne) {
   const auto wall = [&](int ms) { return kWall + (ms - 20) * std::int64_t{1'000'000}; };
   EXPECT_EQ(clock.instant(wall(10), 5'000'000), at(milliseconds(10)));
   EXPECT_EQ(clock.instant(wall(15), 7'000'000), at(milliseconds(12)));
-  EXPECT_EQ(clock.instant(wall(15), 0), at(milliseconds(15))) << "an error frame";
+  EXPECT_EQ(clock.instant(wall(15), 0), at(milliseconds(15)))
+      << "an error frame has no hardware stamp";
   EXPECT_EQ(clock.instant(wall(18), 9'000'000), at(milliseconds(15))) << "time does not go back";
   EXPECT_EQ(clock.instant(0, 14'500'000), at(milliseconds(20))) << "nothing to compare it with";
   clock.begin_batch(at(milliseconds(30)), kWall + 10'000'000);
   EXPECT_EQ(clock.instant(wall(29), 23'000'000), at(milliseconds(28)));
 }
 
-// A control message as the kernel lays it out.
+// A control message in the layout of the kernel.
 template <class T>
 std::size_t put(std::span<std::byte> out, int type, const T& content) {
   cmsghdr header{};

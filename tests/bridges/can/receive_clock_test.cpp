@@ -9,7 +9,8 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-constexpr std::int64_t kWall = 1'800'000'000'000'000'000;  // wall clock when the monotonic is 0
+// Wall clock when the monotonic clock is 0.
+constexpr std::int64_t kWall = 1'800'000'000'000'000'000;
 
 constexpr Instant at(std::int64_t ms) {
   return Instant(milliseconds(ms));

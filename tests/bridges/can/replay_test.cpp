@@ -43,7 +43,7 @@ class ReplayTest : public testing::Test {
     EXPECT_TRUE(parsed.ok()) << parsed.error;
     return open_replay(parsed.uri.name, replay_options(parsed.uri).options);
   }
-  // Identifiers of the frames that come at that time.
+  // Identifiers of the frames that are read at that time.
   std::vector<std::uint32_t> read(Channel& channel, Duration later) {
     std::array<can::Frame, 64> out;
     events.clear();

@@ -78,7 +78,7 @@ class SocketChannelTest : public testing::Test {
   BusEvents events;
 };
 
-// UDP on loopback holds more datagrams than the ten of a socketpair.
+// A UDP socket on loopback queues more datagrams than a socketpair, which holds ten.
 class ManyFramesTest : public SocketChannelTest {
  protected:
   static int bound_socket(sockaddr_in& address) {
@@ -136,7 +136,8 @@ TEST_F(ManyFramesTest, ReadsInOrderAcrossBatches) {
   EXPECT_EQ(channel->counters().received, kFrames);
 }
 
-// A thread that is held up between looking at the clock and reading: the frame is not older for it.
+// The thread is delayed between reading the clock and reading frames: the frame keeps its later
+// time.
 TEST_F(SocketChannelTest, AFrameThatCameAfterTheCallersNowKeepsItsTime) {
   const Instant sent = now();
   inject(make_frame(0x181));
@@ -146,7 +147,7 @@ TEST_F(SocketChannelTest, AFrameThatCameAfterTheCallersNowKeepsItsTime) {
   EXPECT_LE(out[0].time, now());
 }
 
-// Whatever the batch before was: what the kernel wrote to its headers must not count.
+// The headers that the kernel filled in for the previous batch must have no effect.
 TEST(FrameSocketTest, EachFrameOfABatchHasItsStamp) {
   std::array<int, 2> ends{-1, -1};
   ASSERT_EQ(::socketpair(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, ends.data()), 0);
@@ -211,7 +212,7 @@ TEST_F(SocketChannelTest, ReceivingEndsBusOff) {
   ASSERT_EQ(events.view().size(), 2U);
   EXPECT_EQ(events.frames_before(0), 1U);
   EXPECT_EQ(events.view()[1].state, BusState::error_active);
-  EXPECT_EQ(events.frames_before(1), 1U) << "known with the frame, told before it";
+  EXPECT_EQ(events.frames_before(1), 1U) << "the state is known from the frame and precedes it";
 }
 
 TEST_F(ManyFramesTest, StormOfStateChangesLosesNeitherEventsNorFrames) {
@@ -311,7 +312,7 @@ TEST_F(SocketChannelTest, AFailureComesAfterTheFramesThatWereReceivedUntilThen) 
   for (std::uint8_t i = 0; i < 3; ++i) {
     inject(make_frame(0x181, {i}));
   }
-  ASSERT_EQ(::send(peer, nullptr, 0, 0), 0) << "what the end of a connection looks like";
+  ASSERT_EQ(::send(peer, nullptr, 0, 0), 0) << "an empty datagram, like the end of a connection";
   EXPECT_EQ(read().size(), 3U);
   ASSERT_EQ(events.view().size(), 2U);
   EXPECT_EQ(events.view()[0].kind, Kind::interface_failed);
@@ -326,10 +327,10 @@ TEST_F(ManyFramesTest, AFailureWaitsForAllFramesHoweverManyThereAre) {
   ::close(peer);
   peer = -1;
   channel->write(std::array{make_frame(0x201)}, now());
-  channel->write(std::array{make_frame(0x202)}, now());  // is told what became of the first
+  channel->write(std::array{make_frame(0x202)}, now());  // detects that the first write failed
   ASSERT_EQ(channel->room(now()), 0U);
   EXPECT_EQ(read(2).size(), 2U);
-  EXPECT_TRUE(events.empty()) << "there may be more";
+  EXPECT_TRUE(events.empty()) << "more frames may be pending";
   EXPECT_LE(channel->next_wake(), now());
   const auto last = read(2);
   ASSERT_EQ(last.size(), 1U);
@@ -339,7 +340,7 @@ TEST_F(ManyFramesTest, AFailureWaitsForAllFramesHoweverManyThereAre) {
   EXPECT_EQ(events.frames_before(0), 1U);
 }
 
-// On a kernel with CAN the code is ENODEV, on one without it EAFNOSUPPORT; the rest is the same.
+// The code is ENODEV on a kernel with CAN, and EAFNOSUPPORT on one without; all else is the same.
 TEST(SocketcanInterface, MissingInterfaceIsToldOnceAndTriedAgain) {
   SocketOptions options;
   options.retry_period = std::chrono::seconds(2);

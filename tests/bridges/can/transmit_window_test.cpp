@@ -46,11 +46,11 @@ TEST(TransmitWindow, AConfirmedFrameIsKnownByItsNumber) {
   EXPECT_EQ(window.skipped_to(), 0U);
   window.confirmed(make_frame(0x181, {2}), instant(1));
   EXPECT_EQ(window.confirmed_to(), 9U);
-  EXPECT_EQ(window.skipped_to(), 7U) << "its echo did not come";
+  EXPECT_EQ(window.skipped_to(), 7U) << "its echo was not received";
   window.sent(make_frame(0x181, {4}), instant(2), 10);
   window.clear();
   window.confirmed(make_frame(0x181, {4}), instant(3));
-  EXPECT_EQ(window.confirmed_to(), 9U) << "it was lost";
+  EXPECT_EQ(window.confirmed_to(), 9U) << "the window was cleared: the frame is lost";
 }
 
 TEST(TransmitWindow, AFrameThatMakesRoomForAnotherTryIsSkipped) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames in datagrams: the codec, and channels on the loopback interface. tests/interop has the
-// stranger, python-can.
+// Frames in datagrams: the codec, and channels on the loopback interface. tests/interop exchanges
+// datagrams with python-can.
 #include "bridges/can/udp.h"
 
 #include <array>
@@ -72,7 +72,8 @@ TEST_F(MulticastCodecTest, AFrameOfPythonCan) {
   ASSERT_EQ(decode(kPythonCan), Result::frame);
   EXPECT_TRUE(can::same_content(frame, can::make_frame(0x181, {1, 2})));
   std::string same(kPythonCan);
-  same.replace(same.find("\xCD\x01\x81"sv), 3, "\xCE\0\0\x01\x81"sv);  // a longer integer
+  // The same number encoded as a longer integer.
+  same.replace(same.find("\xCD\x01\x81"sv), 3, "\xCE\0\0\x01\x81"sv);
   EXPECT_EQ(decode(same), Result::frame);
   EXPECT_EQ(frame.id, 0x181U);
 }
@@ -104,7 +105,7 @@ TEST_F(MulticastCodecTest, MalformedDatagramsAreHarmless) {
   EXPECT_EQ(decode(""), Result::malformed);
   EXPECT_EQ(decode("hello"), Result::malformed);
   EXPECT_EQ(decode("\x80"sv), Result::malformed) << "an empty map";
-  EXPECT_EQ(decode("\xDF\xFF\xFF\xFF\xFF"sv), Result::malformed) << "a map of four milliards";
+  EXPECT_EQ(decode("\xDF\xFF\xFF\xFF\xFF"sv), Result::malformed) << "a map with 2^32 - 1 entries";
   EXPECT_EQ(decode("\xDD\xFF\xFF\xFF\xFF"sv), Result::malformed);
   EXPECT_EQ(decode("\x81\xA4"
                    "data\xC6\xFF\xFF\xFF\xFF"
@@ -123,14 +124,14 @@ TEST_F(MulticastCodecTest, MalformedDatagramsAreHarmless) {
     return decode(text);
   };
   EXPECT_EQ(changed("\xCD\x01\x81"sv, "\xCD\x08\x00"sv), Result::malformed)
-      << "no 11-bit identifier";
+      << "not an 11-bit identifier";
   EXPECT_EQ(changed("\xCD\x01\x81"sv, "\xFF"sv), Result::malformed) << "a negative identifier";
   EXPECT_EQ(changed("\xA3"
                     "dlc\x02"sv,
                     "\xA3"
                     "dlc\x03"sv),
             Result::malformed)
-      << "another length than the data has";
+      << "a length that differs from that of the data";
   EXPECT_EQ(changed("is_remote_frame\xC2"sv, "is_remote_frame\xC3"sv), Result::malformed)
       << "a remote frame with data";
   EXPECT_EQ(changed("\xA4"
@@ -140,7 +141,7 @@ TEST_F(MulticastCodecTest, MalformedDatagramsAreHarmless) {
             Result::malformed)
       << "data as text";
   EXPECT_EQ(changed("arbitration_id", "arbitration_xx"), Result::malformed);
-  EXPECT_EQ(decode(good), Result::frame) << "what came before leaves nothing behind";
+  EXPECT_EQ(decode(good), Result::frame) << "decoding does not depend on previous datagrams";
 }
 
 TEST_F(MulticastCodecTest, RandomBytesAreHarmless) {
@@ -177,7 +178,7 @@ TEST(UdpUri, IsChecked) {
   };
   EXPECT_EQ(options("udp:239.74.163.2:43113").group, "239.74.163.2");
   EXPECT_EQ(options("udp:239.74.163.2:43113").port, 43113);
-  EXPECT_EQ(options("udp:239.74.163.2:43113").ttl, 0) << "stays on this host unless told";
+  EXPECT_EQ(options("udp:239.74.163.2:43113").ttl, 0) << "stays on this host by default";
   EXPECT_EQ(options("udp:[ff15::1]:9?ttl=2&interface=eth1").group, "ff15::1");
   EXPECT_EQ(options("udp:[ff15::1]:9?ttl=2&interface=eth1").ttl, 2);
   EXPECT_EQ(options("udp:[ff15::1]:9?ttl=2&interface=eth1").interface, "eth1");
@@ -200,7 +201,7 @@ class UdpChannelTest : public testing::Test {
  protected:
   UdpChannelTest() {
     options.group = "239.74.163.77";
-    // A port of this process alone: tests run side by side.
+    // A port for this process alone, because tests run in parallel.
     options.port = static_cast<std::uint16_t>(20'000 + ::getpid() % 20'000);
   }
 
@@ -214,7 +215,7 @@ class UdpChannelTest : public testing::Test {
         << describe_failure("udp", events.view()[0].code);
     return channel;
   }
-  // Waits until the channel has given so many frames.
+  // Reads until the channel has returned `count` frames.
   std::vector<Frame> wait_for(Channel& channel, std::size_t count) {
     std::vector<Frame> out;
     const Instant deadline = monotonic() + 10s;
@@ -269,7 +270,7 @@ TEST_F(UdpChannelTest, FramesReachAllOthersAndAreConfirmed) {
   }
   const std::array<Frame, 1> answer{can::make_frame(0x600, {9})};
   EXPECT_EQ(b->write(answer, monotonic()), 1U);
-  EXPECT_EQ(wait_for(*a, 1).size(), 1U) << "own frames are not among them";
+  EXPECT_EQ(wait_for(*a, 1).size(), 1U) << "own frames are not received";
   EXPECT_EQ(a->counters().confirmed, sent.size());
   EXPECT_EQ(a->counters().received, 1U);
 }
@@ -284,7 +285,7 @@ TEST_F(UdpChannelTest, MalformedDatagramsAreCounted) {
   EXPECT_EQ(channel->counters().malformed, 3U);
 }
 
-// Whoever sends faster than datagrams are looked at cannot keep a line from its time-outs.
+// A sender that is faster than the reader must not keep a line from its time-outs.
 TEST_F(UdpChannelTest, AReadLooksAtSomeDatagramsAndReturns) {
   constexpr std::size_t kDatagrams = 100;
   constexpr std::size_t kPlaces = 8;

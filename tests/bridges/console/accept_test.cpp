@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `linegate accept` against a gateway that exists in this test only.
+// `linegate accept` against a simulated gateway.
 #include "bridges/console/accept.h"
 
 #include <map>
@@ -19,7 +19,7 @@ using testing::HasSubstr;
 
 const LineId kAcceptLine{"plant", "hall"};
 
-// Node 5 of the line has the identity `device`; a boot process compares it with what is expected.
+// Node 5 of the line has the identity `device`. A boot process compares it with the expected one.
 class AcceptingGateway : public Client {
  public:
   void poll(Duration /*timeout*/, Listener& listener) override {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `linegate boot` against a gateway that exists in this test only.
+// `linegate boot` against a simulated gateway.
 #include "bridges/console/boot.h"
 
 #include <gmock/gmock.h>

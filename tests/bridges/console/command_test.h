@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A command of the console, and a gateway played by the test that it talks to.
+// A command of the console, and the simulated gateway that it is sent to.
 #pragma once
 
 #include <chrono>

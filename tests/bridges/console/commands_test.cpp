@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The commands against a gateway that exists in this test only.
+// The commands against a simulated gateway.
 #include "bridges/console/commands.h"
 
 #include <array>
@@ -101,15 +101,16 @@ class FakeGateway : public Client {
   bool silent = false;
   line::Role role = line::Role::manager;
   std::uint64_t opened = 5;
-  std::uint64_t opens = 0;  // connections in each poll
+  std::uint64_t opens = 0;  // connections opened in each poll
   bool refuses = false;
   bool connects = false;
-  std::uint64_t events = 0;    // that happened so far
-  bool written_route = false;  // another line has one
+  std::uint64_t events = 0;    // number of events so far
+  bool written_route = false;  // another line has a route
   std::uint8_t missing_node = 0;
-  bool twin = false;                   // another gateway has a line of that name
-  std::uint64_t unreadable = 0;        // samples in each poll
-  std::vector<std::byte> device_file;  // of each node, as CommandKind::local_read lists it
+  bool twin = false;             // another gateway has a line of the same name
+  std::uint64_t unreadable = 0;  // unreadable samples in each poll
+  // Device file of each node, in the format of CommandKind::local_read.
+  std::vector<std::byte> device_file;
   Answer answer;
   line::Command last;
   Duration patience{};
@@ -176,14 +177,14 @@ TEST_F(Commands, AScanWritesOnlyWhenAsked) {
 
 TEST_F(Commands, AScanOfOneNodeThatIsNotThereIsAFailure) {
   ScanResult result;
-  EXPECT_EQ(scan(context_, {.what = "press"}, result), kDone) << "a line may be empty";
+  EXPECT_EQ(scan(context_, {.what = "press"}, result), kDone) << "a line may have no nodes";
   EXPECT_EQ(err_.str(), "");
   EXPECT_EQ(scan(context_, {.what = "press:5"}, result), kFailed);
   EXPECT_EQ(err_.str(), "node 5 of press did not answer\n");
   context_.json = true;
   out_.str("");
   EXPECT_EQ(scan(context_, {.what = "press:5"}, result), kFailed);
-  EXPECT_THAT(out_.str(), HasSubstr(R"("nodes":[])")) << "it is JSON all the same";
+  EXPECT_THAT(out_.str(), HasSubstr(R"("nodes":[])")) << "the output is JSON nevertheless";
 }
 
 TEST_F(Commands, LookForTheirLineOnceHoweverShortTheWait) {
@@ -523,7 +524,7 @@ TEST_F(Commands, ALineOfTwoGatewaysIsNamedWithItsGateway) {
   gateway_.twin = true;
   EXPECT_EQ(sdo_read(context_, "press:5", "1000", "0", ""), kFailed);
   EXPECT_EQ(err_.str(), "more than one line is meant: other/press or plant/press\n")
-      << "and not the third one";
+      << "the third line does not match";
   EXPECT_EQ(sdo_read(context_, "plant/press:5", "1000", "0", ""), kDone);
 }
 
@@ -542,7 +543,7 @@ TEST_F(Commands, EventsAreThoseOfALineByNameOrNetworkId) {
     EXPECT_THAT(out_.str(), HasSubstr("connection ended")) << line;
   }
   EXPECT_EQ(events(context_, {.line = "hall", .count = 1}, [] { return false; }), kFailed)
-      << "nobody waits for a line that is not there";
+      << "does not wait for a line that does not exist";
   EXPECT_THAT(err_.str(), HasSubstr("no line 'hall'"));
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `linegate config` against a gateway that exists in this test only.
+// `linegate config` against a simulated gateway.
 #include "bridges/console/configuration.h"
 
 #include <gmock/gmock.h>
@@ -26,7 +26,7 @@ BootFinding wrong_product(std::uint32_t found) {
           .found = found};
 }
 
-// Its node 6 is another device than the configured one, and was a third one before.
+// Node 6 is not the configured device. An older event reports yet another device.
 class ConfiguringGateway : public Client {
  public:
   void poll(Duration /*timeout*/, Listener& listener) override {

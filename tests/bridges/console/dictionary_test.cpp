@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `linegate od` against a gateway that exists in this test only.
+// `linegate od` against a simulated gateway.
 #include "bridges/console/dictionary.h"
 
 #include <string>
@@ -22,10 +22,10 @@ using testing::HasSubstr;
 
 const LineId kMill{"plant", "mill"};
 
-// 2100:1, UNSIGNED16, rww, mappable, of an application, "Rec", 5.
+// 2100:1, UNSIGNED16, rww, mappable, defined by an application, "Rec", 5.
 const std::vector<std::byte> kList = raw({0x00, 0x21, 1, 6, 0, 4, 5, 3, 'R', 'e', 'c', 2, 5, 0});
 
-// Has a list of one variable.
+// A line whose list has one variable.
 class Mill : public Client {
  public:
   void poll(Duration /*timeout*/, Listener& listener) override {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which line a command goes to when several gateways are in the domain, and some are received late.
+// The line that a command is sent to when the domain has several gateways, some of which are
+// received late.
 #include "bridges/console/discovery.h"
 
 #include <string>
@@ -25,8 +26,8 @@ LineView line_of_gateway(const std::string& lines, const std::string& others) {
   return view;
 }
 
-// The gateway "plant" with the line press. The gateway "other" has a line of that name, which comes
-// with a later poll.
+// The gateway "plant" with the line press. The gateway "other" also has a line press, which is
+// received with a later poll.
 class TwoGateways : public Client {
  public:
   void poll(Duration /*timeout*/, Listener& listener) override {
@@ -72,7 +73,7 @@ TEST_F(DiscoveryTest, ANameIsRefusedWhileAGatewayIsNotReceived) {
             "plant/press, or use a longer --wait\n");
   EXPECT_THAT(gateway_.asked, IsEmpty());
   EXPECT_EQ(read("plant/press:5"), kDone) << "the full name is unambiguous";
-  EXPECT_EQ(read("plant/3:5"), kDone) << "and so is the network-ID with the gateway";
+  EXPECT_EQ(read("plant/3:5"), kDone) << "gateway and network-ID are unambiguous";
   EXPECT_THAT(gateway_.asked, ElementsAre(test::kPress, test::kPress));
 }
 
@@ -84,7 +85,7 @@ TEST_F(DiscoveryTest, AGatewayThatOnlyItsParticipantShowsIsWaitedFor) {
   gateway_.discovered.gateways = {"plant"};
   EXPECT_EQ(read("press:5"), kDone);
   gateway_.discovered.unchanged = std::chrono::milliseconds(100);
-  EXPECT_EQ(read("press:5"), kFailed) << "gateways are coming and going";
+  EXPECT_EQ(read("press:5"), kFailed) << "gateways have recently appeared or left";
   EXPECT_EQ(gateway_.asked.size(), 2U);
 }
 

@@ -17,7 +17,7 @@ using testing::HasSubstr;
 
 const LineId kEmcyLine{"plant", "hall"};
 
-// Two nodes; 5 has sent two EMCYs.
+// Two nodes. Node 5 has sent two EMCYs.
 class Hall : public Client {
  public:
   void poll(Duration /*timeout*/, Listener& listener) override {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What any participant of the DDS domain can publish reaches no terminal as a control sequence.
+// Text that any participant of the DDS domain can publish never reaches a terminal as a control
+// sequence.
 #include <functional>
 #include <string>
 #include <vector>
@@ -32,7 +33,7 @@ image::Layout named_entry(image::Direction direction) {
   return out;
 }
 
-// A line whose names, texts and answers are all such a text.
+// A line whose names, texts and answers all contain control sequences.
 class EscapingGateway : public Client {
  public:
   void poll(Duration /*timeout*/, Listener& listener) override {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which events are printed, and in which order.
+// The events that are printed, and their order.
 #include "bridges/console/events.h"
 
 #include <cstdlib>
@@ -23,8 +23,8 @@ using testing::IsEmpty;
 
 constexpr std::uint64_t kKeptByEach = 1'200;  // more than a Model keeps of both lines
 
-// Two lines whose kept events come one after the other, some with each poll. Event n of press is of
-// second 2 n, event n of hall of second 2 n + 1.
+// Two lines whose kept events are received one after the other, some with each poll. Event n of
+// press has the time 2 n seconds, and event n of hall 2 n + 1 seconds.
 class TwoHistories : public Client {
  public:
   void poll(Duration /*timeout*/, Listener& listener) override {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What decode says of frames.
+// The sentences of `linegate decode` for frames.
 #include "bridges/console/explain.h"
 
 #include <cstdint>
@@ -124,7 +124,7 @@ TEST_F(ExplainTest, APdoThatIsMappedAnewIsExplainedAsItIsThen) {
             "Producer heartbeat time = 1000");
   EXPECT_THAT(say(0x185, inputs), HasSubstr("if identifiers are the pre-defined ones"));
   EXPECT_THAT(say(0x205, {9, 0, 0, 0}), HasSubstr("RPDO 1 to node 5 (inlet): 6200:01"))
-      << "the others are as they were";
+      << "other PDOs are unchanged";
 }
 
 TEST_F(ExplainTest, AMappingThatTheDeviceRefusesIsNone) {
@@ -156,7 +156,7 @@ TEST_F(ExplainTest, ExpeditedSdo) {
             "1017:00 Producer heartbeat time = 1000");
   EXPECT_EQ(sdo(0x585, {0x42, 0x17, 0x10, 0, 0xE8, 3, 0, 0}),
             "1017:00 Producer heartbeat time = 1000")
-      << "its size is not told: that of the type";
+      << "without a size indication, the size of the type";
   EXPECT_EQ(sdo(0x585, {0x80, 0x00, 0x20, 3, 0, 0, 2, 6}),
             "refused: 2000:03: " + std::string(describe(AbortCode::no_object)) + " (06020000)");
   EXPECT_EQ(say(0x609, {0x22, 0x00, 0x20, 1, 1, 2, 3, 4}),
@@ -191,7 +191,7 @@ TEST_F(ExplainTest, BlockDownload) {
             "segments up to 1 have come, the next block has 127");
   EXPECT_THAT(sdo(0x605, {0x81, 'H', 'I', 0, 0, 0, 0, 0}),
               EndsWith("segment 1 of a block, the last"))
-      << "what was lost, again";
+      << "a repeated segment that was lost";
   sdo(0x585, {0xA2, 1, 127, 0, 0, 0, 0, 0});
   EXPECT_EQ(sdo(0x605, {0xD5, 0x12, 0x34, 0, 0, 0, 0, 0}),
             "1008:00 Manufacturer device name: end of the blocks; = \"ABCDEFGHI\"");
@@ -224,7 +224,7 @@ TEST_F(ExplainTest, Lss) {
   EXPECT_EQ(say(0x7E5, {}), "no LSS command: 0 bytes");
 }
 
-// Whatever is on the bus, in any order.
+// Random frames, in any order.
 TEST_F(ExplainTest, AnythingIsExplainedSomehow) {
   std::uint32_t seed = 1;
   const auto random = [&] { return seed = seed * 1'664'525U + 1'013'904'223U; };

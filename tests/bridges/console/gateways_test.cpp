@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `linegate gateways` prints.
+// The output of `linegate gateways`.
 #include <cstdlib>
 #include <ctime>
 
@@ -14,7 +14,7 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 
-// Started at 10 s after 1970, configured an hour later.
+// A gateway that started 10 s after 1970-01-01 and was configured an hour later.
 class OneGateway : public Client {
  public:
   void poll(Duration /*timeout*/, Listener& listener) override {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `linegate send` and `linegate listen` against a gateway that exists in this test only.
+// `linegate send` and `linegate listen` against a simulated gateway.
 #include "bridges/console/generic_can.h"
 
 #include <string>
@@ -21,7 +21,7 @@ using testing::HasSubstr;
 
 const LineId kCell{"plant", "cell"};
 
-// Tells of its frames as soon as somebody listens.
+// Reports its frames as soon as they are subscribed to.
 class Listener150 : public Client {
  public:
   void poll(Duration /*timeout*/, Listener& listener) override {
@@ -121,7 +121,7 @@ TEST_F(GenericFrames, AreShownAsTheyCome) {
   EXPECT_THAT(out_.str(), HasSubstr(" cell 150#1122\n"));
   EXPECT_THAT(out_.str(), HasSubstr(" cell 00000150#  (3 more suppressed)\n"));
   EXPECT_THAT(out_.str(), HasSubstr(" cell 151#R4\n"));
-  EXPECT_THAT(out_.str(), testing::Not(HasSubstr("EE"))) << "that was before";
+  EXPECT_THAT(out_.str(), testing::Not(HasSubstr("EE"))) << "this frame preceded the subscription";
 }
 
 TEST_F(GenericFrames, LongOnesAreOneLineAndJsonHasAllOfIt) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A value that an output has as long as the console writes it.
+// An output that has a value only as long as the console writes it.
 #include "bridges/console/hold.h"
 
 #include <vector>
@@ -17,7 +17,7 @@ using testing::Field;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-// One line with one output, whose image shows what was written.
+// One line with one output, whose image shows the written value.
 class Output : public Client {
  public:
   void poll(Duration /*timeout*/, Listener& listener) override {
@@ -53,7 +53,7 @@ class Output : public Client {
   }
   Answer call(const LineId& /*id*/, const line::Command& /*command*/, Duration /*timeout*/,
               std::uint64_t /*layout_id*/, Listener& /*listener*/) override {
-    ADD_FAILURE() << "a value that stays";
+    ADD_FAILURE() << "hold() must not send a command whose value stays";
     return {};
   }
   bool write_outputs(const LineId& id, const line::OutputWrite& write) override {
@@ -67,7 +67,7 @@ class Output : public Client {
 
   std::string groups;
   bool takes = true;
-  bool refuses = false;  // at the second poll after the first write
+  bool refuses = false;  // rejects at the second poll after the first write
   int polls_after = 0;
   std::vector<std::byte> shown{std::byte{}, std::byte{}};
   std::vector<line::OutputWrite> writes;
@@ -75,7 +75,7 @@ class Output : public Client {
 
 class HoldTest : public test::CommandTest<Output> {
  protected:
-  // Until so many samples were written.
+  // Returns a condition that is true once `samples` samples were written.
   std::function<bool()> after(std::size_t samples) {
     return [this, samples] { return gateway_.writes.size() >= samples; };
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An output is written while the layout of the outputs becomes another one, as after a reload.
+// An output is written while the layout of the outputs changes, as after a reload.
 #include <cstdint>
 #include <initializer_list>
 #include <utility>
@@ -28,7 +28,7 @@ image::Layout layout_of(std::uint64_t id, std::initializer_list<const char*> nam
   return out;
 }
 
-// Sends the layout of a new configuration ahead of its answer.
+// Publishes the layout of a new configuration before its answer.
 class ReloadingGateway : public Client {
  public:
   void poll(Duration /*timeout*/, Listener& listener) override {
@@ -62,7 +62,7 @@ TEST_F(LayoutChange, ARefusedOutputIsOfTheNodeThatTheEntryWasOf) {
   EXPECT_EQ(err_.str(), "not possible in the present state: node 5 (ram) is not operational\n");
 }
 
-// The entries of the layout before are not there any more.
+// The entries of the previous layout no longer exist.
 TEST_F(LayoutChange, ALongerLayoutDoesNotMatterToARefusedOutput) {
   gateway_.fresh = layout_of(2, {"node7.A", "node7.B", "node7.C", "node7.D", "node7.E"});
   gateway_.answer.reply.error = line::to_error(line::Refusal::wrong_state);

@@ -32,14 +32,14 @@ std::vector<std::byte> with_address(std::initializer_list<int> head) {
   return out;
 }
 
-// A line that answers as the test says; done to whatever it says nothing about.
+// A line that gives the answers of the test, and answers "done" to all other requests.
 class LssLine : public Client {
  public:
   void poll(Duration timeout, Listener& listener) override {
     LineView view{.interface_uri = "virtual:press"};
     view.state.node_id = 127;
     listener.on_line({"plant", "press"}, view);
-    if (late > 0) {  // others are there already, one of which is not configured
+    if (late > 0) {  // other nodes are received already, one of which is not configured
       view.state.nodes_configured = 2;
       listener.on_line({"plant", "press"}, view);
       NodeView other{.name = "saw"};
@@ -80,7 +80,7 @@ class LssLine : public Client {
 
   manager::Presence present = manager::Presence::present;
   bool watched = true;
-  int late = 0;  // polls without the node
+  int late = 0;  // number of polls until the node is received
   std::deque<Answer> answers;
   std::vector<std::pair<Procedure, std::vector<std::byte>>> asked;
 };
@@ -115,7 +115,7 @@ TEST_F(LssCommand, ScanFindsOneAfterTheOtherAndLeavesThemAsTheyWere) {
   EXPECT_EQ(out.str(), kDeviceText + "\n");
   EXPECT_EQ(procedures(),
             (Procedures{Procedure::fastscan, Procedure::fastscan, Procedure::switch_global}));
-  EXPECT_EQ(line.asked.back().second, raw({0})) << "waiting";
+  EXPECT_EQ(line.asked.back().second, raw({0})) << "switches all slaves to state waiting";
 }
 
 TEST_F(LssCommand, ScanAsJson) {
@@ -183,7 +183,7 @@ TEST_F(LssCommand, ARefusalEndsItAndTheDeviceDoesNotStayInConfiguration) {
   EXPECT_EQ(line.asked[1].second, raw({0, 3}));
   line.asked.clear();
   EXPECT_EQ(run({.what = "bit-timing", .address = kDeviceText, .value = "250kbit"}), kDone);
-  EXPECT_EQ(line.asked[1].second, raw({0, 3})) << "as plant.yaml has it";
+  EXPECT_EQ(line.asked[1].second, raw({0, 3})) << "in the notation of plant.yaml";
 }
 
 TEST_F(LssCommand, InquiresTheOnlyDevice) {

@@ -86,9 +86,9 @@ TEST(Model, IsBoundedWhateverNamesStrangersPublish) {
   EXPECT_EQ(model.left_out(), 12U);
   EXPECT_EQ(model.events_seen(), 0U);
   model.on_event({"stranger", "7"}, {});
-  EXPECT_EQ(model.events_seen(), 1U) << "those that are known go on";
+  EXPECT_EQ(model.events_seen(), 1U) << "known lines are still processed";
   EXPECT_EQ(model.take_warnings().size(), 1U);
-  EXPECT_TRUE(model.take_warnings().empty()) << "told once";
+  EXPECT_TRUE(model.take_warnings().empty()) << "reported once";
   EXPECT_EQ(dropped_text(model), "   dropped, too many lines: 12");
 }
 

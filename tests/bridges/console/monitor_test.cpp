@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The monitor as text: what it prints of one node that is named.
+// The monitor as text: its output for one named node.
 #include "bridges/console/monitor.h"
 
 #include <string>
@@ -16,7 +16,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-// Sends what a gateway has, once: to a DDS reader layouts and kept events come once, too.
+// Sends the samples of a gateway once: a DDS reader, too, receives layouts and kept events once.
 class OnceSent : public Client {
  public:
   void poll(Duration /*timeout*/, Listener& listener) override {

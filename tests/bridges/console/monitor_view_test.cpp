@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The monitor's pages and keys, on screens of cells: no terminal has a part in it.
+// The pages and keys of the monitor, on a grid of cells, without a terminal.
 #include "bridges/console/monitor_view.h"
 
 #include <chrono>
@@ -42,7 +42,7 @@ class MonitorTest : public testing::Test {
     }
     return out;
   }
-  // The row of the cursor.
+  // The row at the cursor.
   std::string chosen() const {
     for (std::size_t i = 0; i < canvas_.rows(); ++i) {
       if (row(i).starts_with('>')) {
@@ -51,7 +51,7 @@ class MonitorTest : public testing::Test {
     }
     return "none";
   }
-  // The style that this text has on the screen, where it begins.
+  // The style of the first cell of this text on the screen.
   Style style_of_text(const std::string& text) const {
     for (std::size_t i = 0; i < canvas_.rows(); ++i) {
       if (const std::size_t at = row(i).find(text); at != std::string::npos) {
@@ -150,7 +150,7 @@ TEST_F(MonitorTest, AnOutputThatWaitsIsShownWithItsReason) {
 
 TEST_F(MonitorTest, SortsByEachColumnInTurnAndTheOtherWayRound) {
   press("2");
-  EXPECT_THAT(row(3), HasSubstr("climate")) << "as the lines are";
+  EXPECT_THAT(row(3), HasSubstr("climate")) << "in the order of the lines";
   press("sss");
   EXPECT_THAT(row(2), HasSubstr("NAME+"));
   EXPECT_THAT(row(3), HasSubstr("(not configured)"));
@@ -181,7 +181,7 @@ TEST_F(MonitorTest, TheFilterIsTyped) {
   EXPECT_EQ(row(3), " nothing that line=press OPERATIONAL zzz would show; Esc shows all");
   press("/q");
   press(Key::escape);
-  EXPECT_EQ(view_.filter().words.size(), 2U) << "as it was";
+  EXPECT_EQ(view_.filter().words.size(), 2U) << "the filter is unchanged";
 }
 
 TEST_F(MonitorTest, LinesAndNodesAreChosenByOneKey) {
@@ -197,7 +197,7 @@ TEST_F(MonitorTest, LinesAndNodesAreChosenByOneKey) {
   EXPECT_TRUE(view_.filter().empty());
   model_.on_line({"other", "press"}, test::line_view(7));
   press("lll");
-  EXPECT_EQ(view_.filter().line, "plant/press") << "two gateways have one of that name";
+  EXPECT_EQ(view_.filter().line, "plant/press") << "two gateways have a line of that name";
 }
 
 TEST_F(MonitorTest, TheCursorStaysWithItsRowAndTheFirstRowWithTheNewest) {
@@ -233,7 +233,7 @@ TEST_F(MonitorTest, ALongListScrolls) {
   press(Key::home);
   EXPECT_THAT(chosen(), HasSubstr("number 100"));
   press(Key::right);
-  EXPECT_THAT(row(3), Not(HasSubstr("00:01:40"))) << "moved to the side";
+  EXPECT_THAT(row(3), Not(HasSubstr("00:01:40"))) << "scrolled to the side";
 }
 
 TEST_F(MonitorTest, HoldsThePicture) {
@@ -266,7 +266,7 @@ TEST_F(MonitorTest, HelpNamesEveryKey) {
     EXPECT_THAT(all(), HasSubstr(key));
   }
   press(Key::end);
-  EXPECT_THAT(all(), HasSubstr("silent or gone")) << "the rest, for who scrolls";
+  EXPECT_THAT(all(), HasSubstr("silent or gone")) << "scrolling shows the remaining lines";
   press(Key::escape);
   EXPECT_THAT(row(2), StartsWith(" LINE"));
   EXPECT_FALSE(view_.handle({Key::character, U'q'}, model_));

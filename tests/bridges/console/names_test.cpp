@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `linegate names`, whose output a shell completes.
+// `linegate names`, whose output a shell uses for completion.
 #include "bridges/console/names.h"
 
 #include <string>
@@ -13,7 +13,8 @@ namespace {
 
 constexpr const char* kCommand = "$(touch x)";
 
-// A plant with nodes 5 (ram) and 6, whose name no plant.yaml can have, and lines of a stranger.
+// A plant with node 5 (ram) and node 6, whose name is not permitted in plant.yaml, and lines of an
+// unknown gateway.
 class GatewayAndStranger : public Client {
  public:
   void poll(Duration /*timeout*/, Listener& listener) override {

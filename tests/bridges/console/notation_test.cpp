@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An object that one command prints is the same object for all others.
+// The notation in which one command prints an object is accepted by all others.
 #include <string>
 #include <vector>
 
@@ -122,7 +122,8 @@ TEST_F(Notation, AnObjectThatIsMappedTwiceIsRefusedWithBothEntries) {
             "  15: panel.Output 16, 6200:0A of node 8, its PDO 3\n");
   EXPECT_EQ(write(context_, "press", "15", "1"), kDone);
   gateway_.layout.entries[15].name = gateway_.layout.entries[9].name;
-  EXPECT_EQ(write(context_, "press", "panel.Output 10", "1"), kUsage) << "so is a name of two";
+  EXPECT_EQ(write(context_, "press", "panel.Output 10", "1"), kUsage)
+      << "a name that two outputs have is ambiguous";
 }
 
 TEST(ObjectWords, AreSplitByHowManyFollow) {

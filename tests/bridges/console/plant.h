@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Two lines as a console hears of them: press (network 3) with a drive and a stranger, hall (4)
-// with a thermometer.
+// Two lines as a console receives them: press (network 3) with a drive and an unconfigured node,
+// hall (4) with a thermometer.
 #pragma once
 
 #include <chrono>
@@ -43,7 +43,7 @@ inline image::Layout inputs() {
   return out;
 }
 
-// -200 in the first entry, 0.2 s before the image was taken; the second is not valid.
+// -200 in the first entry, received 0.2 s before the image was taken. The second entry is invalid.
 inline image::Snapshot input_image(std::uint64_t layout_id) {
   constexpr Duration kSecond = std::chrono::seconds(1);
   image::Snapshot out{.layout_id = layout_id, .sequence = 4, .acquired = Instant(2 * kSecond)};

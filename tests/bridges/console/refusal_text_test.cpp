@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the console says of commands that a gateway of this test refuses, about a line with two
+// The messages of the console for commands that a simulated gateway refuses, on a line with two
 // nodes.
 #include "bridges/console/refusal_text.h"
 
@@ -37,7 +37,7 @@ class RefusingGateway : public Client {
     node.name = "";
     node.state.node = 8;
     listener.on_node(kSaw, node);
-    node.state.node = 9;  // heard, and not configured
+    node.state.node = 9;  // present, but not configured
     node.state.configured = false;
     listener.on_node(kSaw, node);
     image::Layout layout{.direction = image::Direction::outputs, .id = 77, .byte_size = 3};
@@ -128,7 +128,7 @@ TEST_F(RefusalText, ABootOfANodeThatIsNotConfiguredNamesThoseThatAre) {
       std::vector{manager::BootOutcome{.node = 5, .letter = 'B', .finding = {}}});
   err_.str("");
   EXPECT_EQ(boot(context_, "saw:5"), kFailed);
-  EXPECT_EQ(err_.str(), "") << "it is one, and silent";
+  EXPECT_EQ(err_.str(), "") << "node 5 belongs to the line, but is silent";
 }
 
 TEST_F(RefusalText, AConfigurationOfANodeThatIsNotConfiguredNamesThoseThatAre) {
@@ -140,7 +140,7 @@ TEST_F(RefusalText, AConfigurationOfANodeThatIsNotConfiguredNamesThoseThatAre) {
     EXPECT_EQ(err_.str(), refused + "node 9 is none of saw; its nodes: 5 (ram), 8\n");
     err_.str("");
     EXPECT_EQ(configure(context_, action, "saw:8"), kFailed);
-    EXPECT_EQ(err_.str(), refused) << "it is one";
+    EXPECT_EQ(err_.str(), refused) << "node 8 belongs to the line";
   }
 }
 

@@ -17,8 +17,8 @@ void set(scan::ScannedNode& node, od::Address address, std::uint64_t value, std:
   node.values.push_back({address, data});
 }
 
-// Two modules that send on one identifier; the first has its analogue inputs switched off, the
-// second fell silent.
+// Two modules that send on the same identifier. The first has its analogue inputs disabled; the
+// second stopped answering.
 ScanResult troubled() {
   ScanResult out;
   out.id = {"plant", "press"};
@@ -53,7 +53,7 @@ TEST(ScanTable, ShowsIdentityPdosAndErrorControlOfEachNode) {
   ASSERT_EQ(table.rows.size(), 2U);
   EXPECT_EQ(table.rows[0].cells[1].text, "BA");
   EXPECT_EQ(table.rows[0].cells[2].text, "00040191");
-  EXPECT_EQ(table.rows[0].cells[7].text, "1") << "TPDO 2 does not exist";
+  EXPECT_EQ(table.rows[0].cells[7].text, "1") << "TPDO 2 is disabled";
   EXPECT_EQ(table.rows[0].cells[9].text, "heartbeat 250 ms");
   EXPECT_EQ(table.rows[1].cells[3].text, "-") << "not read";
 }

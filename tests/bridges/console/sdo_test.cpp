@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `linegate sdo` against a gateway that has device files, and exists in this test only.
+// `linegate sdo` against a simulated gateway with device files.
 #include <map>
 #include <string>
 #include <vector>
@@ -43,7 +43,7 @@ od::DeviceDescription device_file() {
   return out;
 }
 
-// Nodes 5 (ram) and 6 (feeder) have a device file, 9 is present and not configured.
+// Nodes 5 (ram) and 6 (feeder) have a device file. Node 9 is present but not configured.
 class GatewayWithFiles : public Client {
  public:
   void poll(Duration /*timeout*/, Listener& listener) override {
@@ -100,8 +100,8 @@ class GatewayWithFiles : public Client {
   };
   std::uint8_t silent = 0;
   std::uint8_t configured = 2;
-  bool sends_layout = false;         // of the outputs, after the first answer
-  std::vector<line::Command> asked;  // but for lists
+  bool sends_layout = false;         // publishes a layout of the outputs after the first answer
+  std::vector<line::Command> asked;  // the received commands except requests of lists
 };
 
 class SdoCommand : public test::CommandTest<GatewayWithFiles> {
@@ -122,7 +122,7 @@ TEST_F(SdoCommand, ReadTakesTheTypeFromTheDeviceFile) {
   EXPECT_EQ(read("press:ram", "1017"), kDone);
   EXPECT_EQ(out_.str(), "500\n");
   out_.str("");
-  EXPECT_EQ(read("press:ram", "1017", "i8"), kDone) << "a type that is given counts";
+  EXPECT_EQ(read("press:ram", "1017", "i8"), kDone) << "a given type takes precedence";
   EXPECT_EQ(out_.str(), "F4 01\n");
   out_.str("");
   EXPECT_EQ(read("press:9", "1017:00"), kDone) << "no device file";
@@ -161,7 +161,7 @@ TEST_F(SdoCommand, WriteTakesTheTypeFromTheDeviceFileAndRefusesWhatDoesNotFit) {
 
 TEST_F(SdoCommand, AllIsEachNodeWithOneResultEach) {
   gateway_.silent = 6;
-  EXPECT_EQ(read("press:all", "1017:00"), kFailed) << "one has not answered";
+  EXPECT_EQ(read("press:all", "1017:00"), kFailed) << "one node did not answer";
   EXPECT_EQ(out_.str(), "5 (ram): 500\n9: F4 01  (500)\n");
   EXPECT_EQ(err_.str(), "6 (feeder): SDO protocol timed out\n");
   gateway_.silent = 0;
@@ -200,7 +200,7 @@ TEST_F(SdoCommand, AWriteToAllBeginsWhenTheValueOfEachNodeIsKnown) {
     EXPECT_EQ(by_pdo ? object_write(context_, "press:all", "1017:00", "", "", "500", false)
                      : write("press:all", "1017:00", "500"),
               kUsage);
-    EXPECT_TRUE(gateway_.asked.empty()) << "nodes 5 and 6 have a device file, node 9 has none";
+    EXPECT_TRUE(gateway_.asked.empty()) << "node 9 has no device file to take a type from";
     EXPECT_EQ(out_.str(), "");
     EXPECT_EQ(err_.str(),
               "9: the data type of 1017:00 is in no device file that the gateway has: give it, as "
@@ -227,7 +227,8 @@ TEST_F(SdoCommand, AllAreNotTheNodesThatHappenToBeReceived) {
   EXPECT_EQ(out_.str(), "5 (ram): 500\n6 (feeder): 500\n9: F4 01  (500)\n");
   EXPECT_EQ(err_.str(), "incomplete: 2 of 12 nodes of press were received\n");
   gateway_.silent = 6;
-  EXPECT_EQ(read("press:all", "1017:00"), kFailed) << "weighs more than what is missing";
+  EXPECT_EQ(read("press:all", "1017:00"), kFailed)
+      << "a node that refused outweighs one that is silent";
 }
 
 TEST_F(SdoCommand, AGatewayThatDoesNotAnswerIsNotADeviceFileWithoutTheObject) {
@@ -258,8 +259,8 @@ TEST_F(SdoCommand, AWriteByPdoThatSendsNothingHasAStatusOfItsOwn) {
   };
   EXPECT_EQ(held(line::PdoWait::values), kHeldBack);
   EXPECT_EQ(held(line::PdoWait::operational), kHeldBack);
-  EXPECT_EQ(held(line::PdoWait::update_time), kDone) << "it is sent by itself";
-  EXPECT_EQ(held(line::PdoWait::trigger), kDone) << "as --keep says";
+  EXPECT_EQ(held(line::PdoWait::update_time), kDone) << "it is sent when the update time expires";
+  EXPECT_EQ(held(line::PdoWait::trigger), kDone) << "expected with --keep";
   EXPECT_EQ(held(line::PdoWait::turn), kHeldBack);
   EXPECT_EQ(held(line::PdoWait::bus), kHeldBack);
   EXPECT_EQ(held(line::PdoWait::none), kDone);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tables, filters and their fitting to a width, without a terminal.
+// Tables, filters, and fitting to a width, without a terminal.
 #include "bridges/console/tables.h"
 
 #include <chrono>
@@ -49,7 +49,7 @@ TEST(Table, NumbersAreSortedAsNumbersAndAheadOfTexts) {
   sort(table, 0, true);
   EXPECT_THAT(column(table, 0), ElementsAre("inlet valve, left of the door", "c", "b"));
   sort(table, 7, false);
-  EXPECT_THAT(table.rows, SizeIs(3)) << "there is no such column";
+  EXPECT_THAT(table.rows, SizeIs(3)) << "no such column: the order is unchanged";
 }
 
 TEST(Table, FlexibleColumnsGiveWayAndTheRestIsCut) {
@@ -66,7 +66,8 @@ TEST(Table, FlexibleColumnsGiveWayAndTheRestIsCut) {
   EXPECT_THAT(fit({}, 80, 0), ElementsAre(""));
   Table with_extra = table;
   with_extra.columns[1].extra = true;
-  EXPECT_EQ(fit(with_extra, 20, 0)[1], "inlet valv~ the door") << "nothing gives way to it";
+  EXPECT_EQ(fit(with_extra, 20, 0)[1], "inlet valv~ the door")
+      << "no other column is narrowed for it";
 }
 
 TEST(Table, EveryWordIsInSomeCell) {
@@ -86,8 +87,8 @@ TEST(Printable, NothingOfAStrangerSteersATerminal) {
   EXPECT_EQ(printable("\xC3(\xE4\xBD\xA0\xCC\x81\xFF\xC0\x80\xE2"),
             "?(??"
             "????")
-      << "damaged, wide, joined";
-  EXPECT_EQ(printable("\xC2\x9B"), "?") << "a control character of eight bits";
+      << "damaged, wide and combining characters";
+  EXPECT_EQ(printable("\xC2\x9B"), "?") << "a C1 control character";
   EXPECT_EQ(width_of("\xC2\xB0"
                      "C"),
             2U);
@@ -123,7 +124,7 @@ TEST(Tables, AFilterChoosesLinesNodesAndRows) {
   EXPECT_THAT(column(values_of(model, {.line = "nowhere"}, Directions::both), 3), ElementsAre());
   EXPECT_THAT(column(events_of(model, {.line = "press"}), 4), ElementsAre("second", "first"));
   EXPECT_THAT(column(events_of(model, {.node = 5}), 4), ElementsAre("second"));
-  EXPECT_THAT(column(events_of(model, {}, 1), 4), ElementsAre("second")) << "the newest";
+  EXPECT_THAT(column(events_of(model, {}, 1), 4), ElementsAre("second")) << "the newest event";
 }
 
 TEST(Tables, ANodeIdByLssStandsBehindTheNameOfItsDevice) {
@@ -144,7 +145,7 @@ TEST(Tables, ValuesHaveTypeUnitAndAge) {
   EXPECT_THAT(column(table, 4), ElementsAre("-200", "(invalid)"));
   EXPECT_THAT(column(table, 5), ElementsAre("mm", ""));
   EXPECT_THAT(column(table, 6), ElementsAre("INTEGER16", "REAL32"));
-  EXPECT_THAT(column(table, 7), ElementsAre("0.2s", "-")) << "the second never came";
+  EXPECT_THAT(column(table, 7), ElementsAre("0.2s", "-")) << "the second entry was never received";
   EXPECT_EQ(table.rows[0].style, Style::changed);
   EXPECT_EQ(table.rows[1].style, Style::warning);
 }
@@ -236,11 +237,11 @@ TEST(Tables, RatesAreCountedOverASecondOrMore) {
   model.on_line(test::kPress, state(10 * kSecond, 1000));
   EXPECT_THAT(column(lines_of(model, {}), 4), ElementsAre("-"));
   model.on_line(test::kPress, state(10 * kSecond + kSecond / 10, 1900));
-  EXPECT_THAT(column(lines_of(model, {}), 4), ElementsAre("-")) << "too soon for a rate";
+  EXPECT_THAT(column(lines_of(model, {}), 4), ElementsAre("-")) << "too early for a rate";
   model.on_line(test::kPress, state(12 * kSecond, 2000));
   EXPECT_THAT(column(lines_of(model, {}), 4), ElementsAre("500"));
   model.on_line(test::kPress, state(13 * kSecond, 7));
-  EXPECT_THAT(column(lines_of(model, {}), 4), ElementsAre("-")) << "the gateway started anew";
+  EXPECT_THAT(column(lines_of(model, {}), 4), ElementsAre("-")) << "the gateway was restarted";
 }
 
 TEST(Texts, DurationsAreAsExactAsPeopleWantThem) {
@@ -261,7 +262,7 @@ TEST(Json, ValuesAreNumbersWhereTheyAre) {
   EXPECT_THAT(all, HasSubstr(R"("unit":null,"age_ms":null,"valid":false,"value":null)"));
   EXPECT_THAT(all, HasSubstr(R"("freshness":"live")"));
   EXPECT_THAT(all, HasSubstr(R"("dropped":{"damaged":0,"left_out":0}})"));
-  EXPECT_THAT(all, Not(HasSubstr("climate"))) << "of another line";
+  EXPECT_THAT(all, Not(HasSubstr("climate"))) << "an entry of another line";
   const std::string node = plant_json(model, {.node = 10}, Instant{});
   EXPECT_THAT(node, HasSubstr("climate"));
   EXPECT_THAT(node, Not(HasSubstr("Torque")));

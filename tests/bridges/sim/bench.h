@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One simulated device on a table: virtual time, hand-made frames, what it sends.
+// One simulated device without a bus: virtual time, frames of the test, and the frames it sends.
 #pragma once
 
 #include <memory>
@@ -30,7 +30,7 @@ class DeviceBench {
     run(Duration{});
   }
 
-  // Lets time pass and collects what is sent.
+  // Advances the time and collects the sent frames.
   void run(Duration duration) {
     const Instant end = now + duration;
     drain();
@@ -56,7 +56,7 @@ class DeviceBench {
   void start_node() { nmt(nmt::Command::start); }
   void sync() { give(can::make_frame(can::kSyncId)); }
 
-  // As an expedited SDO would.
+  // Writes like an expedited SDO download.
   void write(od::Address address, std::uint64_t value) {
     const auto variable = device->dictionary().find(address);
     ASSERT_TRUE(variable.has_value());
@@ -78,7 +78,7 @@ class DeviceBench {
   }
   std::int32_t value32(od::Address address) { return static_cast<std::int32_t>(value(address)); }
 
-  // The frames sent with that identifier since they were last taken.
+  // Removes and returns the frames with that identifier that were sent so far.
   std::vector<can::Frame> take(std::uint32_t id) {
     std::vector<can::Frame> found;
     std::erase_if(sent, [&](const can::Frame& frame) {

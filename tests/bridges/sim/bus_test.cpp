@@ -105,7 +105,8 @@ TEST(Bus, FramesInSeveralTransmitBuffersOvertakeEachOther) {
   bus.advance(at(1000));
   const auto seen = taken(bus, watcher);
   ASSERT_EQ(seen.size(), 4U);
-  EXPECT_EQ(seen[0].data[0], std::byte{1}) << "the others are not in a buffer yet";
+  EXPECT_EQ(seen[0].data[0], std::byte{1})
+      << "the other frames are not in a controller's buffer yet";
   EXPECT_EQ(seen[1].id, 0x300U);
   EXPECT_EQ(seen[2].id, 0x100U);
   EXPECT_EQ(seen[3].data[0], std::byte{2});
@@ -122,7 +123,7 @@ TEST_F(BusTest, AFrameIsAcknowledgedWhenItAndThoseBeforeItHaveLeft) {
   bus.set_disturbance([](const Frame&, Bus::Endpoint) { return Fate::disturbed; });
   bus.submit(a, make_frame(0x183), at(1000));
   bus.advance(at(9000));
-  EXPECT_EQ(bus.acknowledged(a), 2U) << "it is repeated";
+  EXPECT_EQ(bus.acknowledged(a), 2U) << "the frame is repeated";
   bus.flush(a);
   EXPECT_EQ(bus.next_wake(), kNever);
 }
@@ -190,7 +191,7 @@ TEST_F(BusTest, PulledCableKeepsItsFramesAndHearsNothing) {
   EXPECT_TRUE(taken(bus, b).empty());
   EXPECT_EQ(taken(bus, c).size(), 1U);
   bus.set_connected(a, true, at(1500));
-  EXPECT_GT(bus.next_wake(), at(1500)) << "what waited is not sent in the past";
+  EXPECT_GT(bus.next_wake(), at(1500)) << "a waiting frame is not sent before the connection";
   bus.advance(at(3000));
   EXPECT_TRUE(taken(bus, a).empty());
   EXPECT_EQ(taken(bus, c).size(), 1U);

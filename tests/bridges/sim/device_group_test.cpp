@@ -54,7 +54,7 @@ TEST(DeviceGroup, DevicesHearEachOther) {
   DeviceGroup group;
   group.add(device("encoder", 3));
   group.add(device("digital-io", 6));
-  // The digital I/O produces SYNC every 10 ms; the encoder answers each with its second TPDO.
+  // The digital I/O produces SYNC every 10 ms. The encoder answers each with its second TPDO.
   od::Dictionary& producer = group.find(6)->dictionary();
   od::ObjectDescription period;
   period.index = 0x1006;

@@ -11,7 +11,7 @@ namespace {
 
 using enum DriveState;
 
-// Controlwords in use, each with the command of CiA 402's table.
+// Controlwords, each with its command in CiA 402.
 constexpr std::uint16_t kShutdown = 0x06;
 constexpr std::uint16_t kSwitchOn = 0x07;
 constexpr std::uint16_t kDisableVoltage = 0x00;

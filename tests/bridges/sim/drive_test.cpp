@@ -81,7 +81,7 @@ TEST_F(DriveTest, ProfilePositionNeedsANewSetPoint) {
   control(0x0F);
   EXPECT_EQ(bench.value(kStatusword) & 0x1000U, 0U);
   targets(-1000, 0);
-  control(0x5F);  // relative
+  control(0x5F);  // relative positioning
   bench.run(seconds(2));
   EXPECT_EQ(bench.value32(kPosition), 4000);
 }

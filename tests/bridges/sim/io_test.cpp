@@ -26,7 +26,7 @@ TEST(DigitalIo, InputsChangeAndAreSentOnChange) {
     ASSERT_EQ(pdo.length, 4);
     counts.insert(pdo.data[0]);
   }
-  EXPECT_EQ(counts.size(), 8U);  // counts four times a second
+  EXPECT_EQ(counts.size(), 8U);  // four counts per second
 }
 
 TEST(DigitalIo, BitsAreThoseOfInputByteOne) {

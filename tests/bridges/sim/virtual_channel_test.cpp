@@ -56,7 +56,7 @@ TEST(VirtualChannel, FirstReadReportsTheInterfaceReady) {
   EXPECT_GT(channel->room(now()), 0U);
 }
 
-// Whoever begins when its interface is ready shall not hear of times before that.
+// A channel that becomes ready must not receive frames from before.
 TEST(VirtualChannel, WhatWasSentBeforeItWasReadyIsNotHeard) {
   VirtualNetwork network;
   auto early = network.open("line1");
@@ -173,7 +173,7 @@ TEST(VirtualChannel, LostFramesWereBeforeThoseThatAreLeft) {
   EXPECT_LE(events.view()[0].time, out[0].time);
 }
 
-// Each thread answers the other's frame with the next number.
+// Each thread answers a frame of the other thread with the next number.
 TEST(VirtualChannel, TwoThreadsShareABus) {
   VirtualNetwork network;
   constexpr std::uint8_t kRounds = 200;
@@ -211,10 +211,10 @@ TEST(VirtualChannel, TwoThreadsShareABus) {
 
 // --- faults on request ---------------------------------------------------------------------------
 
-// Two ends of a bus, in virtual time.
+// Two channels of a bus, in virtual time.
 class VirtualFaultsTest : public testing::Test {
  protected:
-  // Sends so many frames, one a millisecond, and gives what the other end received of them.
+  // Sends `count` frames, one every millisecond, and returns those that the other channel received.
   std::vector<Frame> sent_through(const can_bridge::VirtualFaults& faults, std::size_t count) {
     VirtualNetwork network;
     const auto sender = network.open("a", {}, faults);
@@ -268,7 +268,7 @@ TEST_F(VirtualFaultsTest, DisturbedFramesAreSentAgainAndTold) {
   can_bridge::VirtualFaults faults;
   faults.disturbed = 0.3;
   EXPECT_EQ(sent_through(faults, 400).size(), 400U);
-  EXPECT_GT(errors, 2 * 60U) << "both ends hear each error frame";
+  EXPECT_GT(errors, 2 * 60U) << "both ends receive each error frame";
 }
 
 TEST_F(VirtualFaultsTest, DoubledFramesComeTwice) {
@@ -304,7 +304,7 @@ TEST_F(VirtualFaultsTest, OfAStuckNodeNothingIsHeardForAWhile) {
   for (const std::uint32_t id : {0x706U, 0x605U, 0x205U, 0x080U}) {
     EXPECT_EQ(heard_at(ms(at += 10), id), 1U) << id;
   }
-  EXPECT_EQ(heard_at(ms(21'000), 0x705), 1U) << "it has come round";
+  EXPECT_EQ(heard_at(ms(21'000), 0x705), 1U) << "the node works again";
 }
 
 TEST_F(VirtualFaultsTest, AnEndGoesBusOffAndComesBack) {
@@ -329,9 +329,9 @@ TEST_F(VirtualFaultsTest, AnEndGoesBusOffAndComesBack) {
   EXPECT_EQ(state_at(std::chrono::seconds(11)), BusState::error_active);
   EXPECT_EQ(other->write(frame, start + std::chrono::seconds(11)), 1U);
   EXPECT_EQ(read(*channel, start + std::chrono::seconds(12)).size(), 1U)
-      << "what was sent meanwhile was not heard";
+      << "frames that were sent meanwhile are not received";
   EXPECT_EQ(channel->write(frame, start + std::chrono::seconds(12)), 1U);
-  EXPECT_EQ(state_at(std::chrono::seconds(20)), BusState::bus_off) << "every ten seconds";
+  EXPECT_EQ(state_at(std::chrono::seconds(20)), BusState::bus_off) << "bus-off every ten seconds";
 }
 
 TEST_F(VirtualFaultsTest, AnEndStaysBusOffUntilItIsToldToRestart) {
@@ -345,15 +345,16 @@ TEST_F(VirtualFaultsTest, AnEndStaysBusOffUntilItIsToldToRestart) {
     read(*channel, start + after);
     return told.view().size();
   };
-  EXPECT_EQ(states_at({}), 2U) << "ready, and error-active";
-  EXPECT_EQ(channel->restart(start), EBUSY) << "it is on the bus";
+  EXPECT_EQ(states_at({}), 2U) << "events: ready and error-active";
+  EXPECT_EQ(channel->restart(start), EBUSY) << "the controller is not bus-off";
   EXPECT_EQ(states_at(std::chrono::seconds(10)), 1U);
   EXPECT_EQ(told.view()[0].state, BusState::bus_off);
-  EXPECT_EQ(states_at(std::chrono::hours(1)), 0U) << "it stays there";
+  EXPECT_EQ(states_at(std::chrono::hours(1)), 0U) << "it stays bus-off";
   EXPECT_EQ(channel->restart(start + std::chrono::hours(1)), 0);
   EXPECT_EQ(states_at(std::chrono::hours(1)), 1U);
   EXPECT_EQ(told.view()[0].state, BusState::error_active);
-  EXPECT_EQ(states_at(std::chrono::hours(1) + std::chrono::seconds(10)), 1U) << "and so on";
+  EXPECT_EQ(states_at(std::chrono::hours(1) + std::chrono::seconds(10)), 1U)
+      << "the next bus-off period";
   EXPECT_EQ(told.view()[0].state, BusState::bus_off);
 }
 
@@ -375,7 +376,7 @@ TEST_F(VirtualFaultsTest, AreSwitchedOnAndOffWhileTheBusRuns) {
   using Heard = std::pair<std::size_t, std::string>;
   EXPECT_EQ(heard_after(*gateway, ""), Heard(1, "off"));
   EXPECT_EQ(heard_after(*gateway, "stuck=5@always"), Heard(0, "stuck=5@always"));
-  EXPECT_EQ(heard_after(*devices, ""), Heard(0, "stuck=5@always")) << "it is the whole bus";
+  EXPECT_EQ(heard_after(*devices, ""), Heard(0, "stuck=5@always")) << "it blocks the whole bus";
   EXPECT_EQ(heard_after(*gateway, "stuck=off&lost=100%"), Heard(0, "lost=100%"));
   EXPECT_EQ(heard_after(*devices, "lost=off"), Heard(1, "off"));
   EXPECT_EQ(heard_after(*devices, "lost=100%"), Heard(0, "lost=100%"));
@@ -407,13 +408,13 @@ TEST_F(VirtualFaultsTest, AnEndGoesBusOffOnCommand) {
     return told.empty() ? BusState::unknown : told.view()[0].state;
   };
   EXPECT_EQ(state_after(10, "bus_off=now"), BusState::bus_off);
-  EXPECT_TRUE(readable(*channel, 1000)) << "its time to come back is long ago";
+  EXPECT_TRUE(readable(*channel, 1000)) << "its bus-off ended long ago";
   EXPECT_EQ(state_after(1'009), BusState::unknown);
   EXPECT_EQ(state_after(1'010), BusState::error_active) << "after a second";
   EXPECT_EQ(state_after(100'000), BusState::unknown) << "once";
   EXPECT_EQ(state_after(100'000, "bus_off=now&restart=never"), BusState::bus_off);
   EXPECT_EQ(state_after(200'000), BusState::unknown);
-  EXPECT_EQ(state_after(200'000, "lost=1%"), BusState::unknown) << "it stays there";
+  EXPECT_EQ(state_after(200'000, "lost=1%"), BusState::unknown) << "it stays bus-off";
   EXPECT_EQ(state_after(200'001, "bus_off=off"), BusState::error_active);
   EXPECT_EQ(state_after(200'002, "bus_off=10s&restart=4s"), BusState::unknown);
   EXPECT_EQ(state_after(210'002), BusState::bus_off);

@@ -29,7 +29,7 @@ std::vector<std::byte> bytes(std::initializer_list<unsigned> values) {
   return out;
 }
 
-// Lines 1 to 12; parameters in line 10.
+// Lines 1 to 12 of a file. The parameters are in line 10.
 std::string head(std::string_view parameters = "") {
   return R"(<?xml version="1.0" encoding="utf-8"?>
 <ISO15745ProfileContainer xmlns="http://www.canopen.org/xml/1.1" xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance">
@@ -47,7 +47,7 @@ std::string head(std::string_view parameters = "") {
 )";
 }
 
-// Objects begin in line 14.
+// A file whose objects begin in line 14.
 std::string file_with(std::string_view objects, std::string_view management = "",
                       std::string_view parameters = "") {
   return head(parameters) + "<ApplicationLayers><CANopenObjectList>\n" + std::string(objects) + R"(
@@ -88,7 +88,7 @@ TEST(Xdd, AFileInOrderIsReadWithoutFindings) {
   EXPECT_EQ(device.vendor_number, 0xAFFEU);
   EXPECT_EQ(device.product_name, "Axis");
   EXPECT_EQ(device.product_number, 16U);
-  EXPECT_EQ(device.revision_number, 0x10002U) << "from 1018h";
+  EXPECT_EQ(device.revision_number, 0x10002U) << "the value of 1018h";
   EXPECT_EQ(device.node_id, 5);
   EXPECT_EQ(device.dummy_types, 0x60U);
   EXPECT_EQ(sheet.value->file.file_name, "axis.xdd");

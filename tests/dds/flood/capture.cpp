@@ -20,7 +20,7 @@ std::uint16_t big_endian(const std::uint8_t* at) {
   return static_cast<std::uint16_t>(at[0] << 8U | at[1]);
 }
 
-// The RTPS datagram of an IPv4 packet; without octets if it is none.
+// The RTPS datagram in an IPv4 packet; without octets if the packet has none.
 Seen rtps_of(const std::uint8_t* packet, std::size_t size) {
   constexpr std::size_t kUdp = 8;
   Seen out;
@@ -67,7 +67,8 @@ std::vector<Seen> Capture::read() {
                                     reinterpret_cast<sockaddr*>(&from), &length);
     if (size <= 0)
       return out;
-    if (from.sll_pkttype == PACKET_OUTGOING)  // seen twice
+    // The loopback interface shows each packet twice: outgoing and incoming.
+    if (from.sll_pkttype == PACKET_OUTGOING)
       continue;
     Seen seen = rtps_of(packet.data(), static_cast<std::size_t>(size));
     if (!seen.octets.empty() && seen.port >= first_ && seen.port < first_ + 250)

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Datagrams of one DDS domain as they pass the loopback interface: what live participants send each
-// other.
+// Captures the datagrams that live participants of one DDS domain send over the loopback interface.
 #pragma once
 
 #include <cstdint>
@@ -13,12 +12,12 @@
 namespace linegate::flood {
 
 struct Seen {
-  std::uint16_t port = 0;  // where it was sent to
+  std::uint16_t port = 0;  // destination port
   std::uint16_t from = 0;
   Bytes octets;
 };
 
-// A packet socket on "lo"; needs CAP_NET_RAW, which root of a network namespace has.
+// A packet socket on "lo". Needs CAP_NET_RAW, which root of a network namespace has.
 class Capture {
  public:
   explicit Capture(std::uint32_t domain);
@@ -27,16 +26,15 @@ class Capture {
   Capture& operator=(const Capture&) = delete;
 
   bool ok() const { return socket_ >= 0; }
-  // RTPS datagrams that were received since the last call.
+  // Returns the RTPS datagrams that were received since the last call.
   std::vector<Seen> read();
 
  private:
   int socket_ = -1;
-  std::uint16_t first_;  // port of the domain
+  std::uint16_t first_;  // first port of the domain
 };
 
-// Keeps the newest of each kind of datagram, so that rare kinds are chosen as often as frequent
-// ones.
+// Keeps the newest datagrams of each kind, so that rare kinds are chosen as often as frequent ones.
 class Seeds {
  public:
   void add(const Seen& seen);
@@ -51,7 +49,8 @@ class Seeds {
     std::vector<Seen> newest;
     std::size_t next = 0;
   };
-  std::map<std::string, std::size_t> places_;  // by destination, submessages and their writers
+  // By destination, kinds of submessages, and their writers.
+  std::map<std::string, std::size_t> places_;
   std::vector<Kind> kinds_;
 };
 

@@ -23,7 +23,7 @@ std::string parameter_name(std::uint32_t id) {
   return hexadecimal(id, 4);
 }
 
-// Kinds and parameters beyond these are one row: a mutation may make any.
+// All other kinds, and all other parameters, share one row: a mutation may create any value.
 bool is_kind(std::uint8_t kind) {
   return kind <= 0x16 || (kind >= 0x30 && kind <= 0x34) || kind == 0x80;
 }

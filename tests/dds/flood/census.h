@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Counts what was sent, and what of it a guard passes to the library: by kind of submessage, by
-// writer, by parameter.
+// Counts the datagrams that were sent, and those that a guard passes to the library: by kind of
+// submessage, by writer, and by parameter.
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@ class Census {
   void add(const Bytes& datagram, dds::guard::Reason reason);
 
   std::uint64_t sent() const { return sent_; }
-  // A table for people to read.
+  // The counts as a table in plain text.
   std::string text() const;
 
  private:
@@ -34,8 +34,9 @@ class Census {
   std::uint64_t sent_ = 0;
   std::array<std::uint64_t, dds::guard::kReasons> reasons_{};
   std::map<std::uint32_t, Count> kinds_;
-  std::map<std::uint32_t, Count> writers_;     // builtin ones, and all of applications as 0
-  std::map<std::uint32_t, Count> parameters_;  // of DATA that a builtin writer has, and inline QoS
+  // Builtin writers by entity ID; all application writers as 0.
+  std::map<std::uint32_t, Count> writers_;
+  std::map<std::uint32_t, Count> parameters_;  // in DATA of builtin writers, and in inline QoS
 };
 
 }  // namespace linegate::flood

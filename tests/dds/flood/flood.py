@@ -2,16 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """flood.py LINEGATED LINEGATE DDS_PEER RTPS_FLOOD PROFILES [--secured] [--unguarded] [--only REASON] [--seconds N]
                  [--seed N] [--pause SECONDS] [--save FILE]
-Mutated datagrams for a live linegated with a running line, and for a live client.
+Sends mutated datagrams to a live linegated with a running line, and to a live client.
 
-In a network of its own a gateway has a line on a bus of udp:, with simulated devices that it boots, and a stranger's
-numbered frames; a client subscribes, and a console reads, writes and subscribes anew meanwhile. rtps_flood mutates what
-they send each other. Afterwards no numbered frame may be missing in the recording of the line, the devices must be
-Operational, both processes must be alive, must not have grown, and must end: the gateway with SIGTERM, the client with
-its input; a new client must find the gateway.
+In a separate network namespace, a gateway has a line on a bus of udp:, with simulated devices that it boots, and
+with numbered frames from another program; a client subscribes, and a console repeatedly reads, writes and
+subscribes. rtps_flood mutates the datagrams that they exchange. Afterwards no numbered frame may be missing in the
+recording of the line, the devices must be Operational, both processes must be alive, must not have grown, and must
+end: the gateway on SIGTERM, the client at the end of its input; a new client must find the gateway.
 
---secured: a domain in which everything is encrypted. --unguarded: dds: {guard: off}; with --only REASON nothing is
-sent but what the guard would drop for that reason, so that what is found is what that rule prevents."""
+--secured: a domain in which everything is encrypted. --unguarded: dds: {guard: off}; with --only REASON only
+datagrams are sent that the guard would drop for that reason, so that any defect found is one that the rule prevents."""
 
 import argparse
 import os
@@ -29,16 +29,16 @@ from plant_process import EDS, INSIDE, Console, Failure, in_a_network_of_its_own
 from udp_bus import Bus  # noqa: E402
 import mutate  # noqa: E402
 
-DOMAIN = "7"  # the only one in this network
+DOMAIN = "7"  # the only domain in this network namespace
 GROUP, PORT = "239.74.163.17", 43131
-NUMBERED = 0x6A5  # COB-ID of no service
-PERIOD = 0.05  # 20 a second: a socket keeps those of 10 s, should the gateway not run for so long
+NUMBERED = 0x6A5  # an identifier that no CANopen service uses
+PERIOD = 0.05  # 20 a second: a socket holds those of 10 s, in case the gateway does not run for so long
 ENDS_WITHIN = 60
 LEAST_SENT = 100
 FOUND_WITHIN = 120
 GROWTH_KB = 150_000
-# With DDS-Security Fast DDS 2.9.1 keeps the key material that it sent to each participant for ever (its issue 4553): about
-# 120 kB for each console, 1.6 MB under the address sanitizer.
+# With DDS-Security, Fast DDS 2.9.1 never frees the key material that it sent to a participant (its issue 4553): about
+# 120 kB for each console, 1.6 MB with the address sanitizer.
 VISIT_KB = 2000
 PLANT = """schema: 1
 gateway: {{name: hall, log: warning}}
@@ -56,7 +56,7 @@ lines:
       - {{id: 8, name: io, eds: {eds}/digital-io.eds, heartbeat: 500ms}}
       - {{id: 10, name: analog, eds: {eds}/analog-io.eds, heartbeat: 500ms}}
 """
-# Keys of DDS-Security: file or plugin.
+# Elements of DDS-Security: file or plugin.
 SECURITY = (("auth.plugin", "builtin.PKI-DH"), ("access.plugin", "builtin.Access-Permissions"),
             ("crypto.plugin", "builtin.AES-GCM-GMAC"), ("auth.builtin.PKI-DH.identity_ca", "ca.crt"),
             ("auth.builtin.PKI-DH.identity_certificate", "{name}.crt"), ("auth.builtin.PKI-DH.private_key", "{name}.key"),
@@ -70,7 +70,7 @@ def say(text):
 
 
 def secured_profiles(text, folder, name):
-    """The profiles with that identity of make-identities."""
+    """Returns the profiles with the identity `name` of make-identities."""
     properties = ""
     for key, value in SECURITY:
         value = value.format(name=name)
@@ -82,7 +82,7 @@ def secured_profiles(text, folder, name):
 
 
 class Numbers(threading.Thread):
-    """A stranger on the bus whose frames are numbered."""
+    """Sends numbered frames on the bus."""
 
     def __init__(self):
         super().__init__(daemon=True)
@@ -95,7 +95,7 @@ class Numbers(threading.Thread):
 
 
 class Asker(threading.Thread):
-    """A console that comes and goes, and uses each service."""
+    """A console that repeatedly joins and leaves, and uses each service."""
 
     def __init__(self, console, pause):
         super().__init__(daemon=True)
@@ -115,7 +115,8 @@ class Asker(threading.Thread):
 
 
 def without_room():
-    """Datagrams for which sockets of the bus had no room: a gateway that was not run by the kernel."""
+    """Returns the number of datagrams dropped because a socket of the bus was full: the kernel did not run the
+    gateway."""
     with open("/proc/net/udp", encoding="ascii") as sockets:
         return sum(int(line.split()[-1]) for line in list(sockets)[1:] if line.split()[1].endswith(":%04X" % PORT))
 
@@ -219,7 +220,7 @@ class Run:
         say("client dropped: " + ", ".join("%s %d" % one for one in sorted(self.subscriber.dropped.items())))
         self.numbers.ended.set()
         self.numbers.join()
-        time.sleep(2)  # what is under way is recorded
+        time.sleep(2)  # until pending frames are recorded
         say("the sockets of the bus had no room for %d frames" % without_room())
         self.end(self.subscriber.process, "client", lambda: self.subscriber.process.stdin.close())
         self.end(self.gateway, "gateway", lambda: self.gateway.send_signal(signal.SIGTERM))

@@ -45,7 +45,7 @@ constexpr std::array<std::uint32_t, 27> kEntities = {
     0x000004C2, 0x000004C7, 0x000200C2, 0x000200C7, 0x000201C3, 0x000201C4, 0xFF0003C2,
     0xFF0004C2, 0xFF0200C2, 0xFF0101C2, 0xFF0202C3, 0x00000102, 0x00000103, 0x00000202,
     0x00000203, 0x00000302, 0x00000303, 0x00000104, 0x00000107, 0x00000507};
-// Of RTPS 2.3, DDS-Security, XTypes, Fast DDS and others.
+// Parameter IDs of RTPS 2.3, DDS-Security, XTypes, Fast DDS and other vendors.
 constexpr std::array<std::uint16_t, 68> kParameters = {
     0x02,   0x04,   0x05,   0x06,   0x07,   0x0B,   0x0C,   0x0D,  0x0E,   0x11,   0x15,   0x16,
     0x1A,   0x1B,   0x1D,   0x1E,   0x1F,   0x21,   0x23,   0x25,  0x27,   0x29,   0x2B,   0x2C,
@@ -76,7 +76,8 @@ void append(Bytes& out, const Part& part) {
   out.insert(out.end(), part.body.begin(), part.body.end());
 }
 
-// Fields of a kind: 8-octet numbers, words (0: none), shorts.
+// Offsets of the fields in the body of a submessage kind: 8-octet numbers, 4-octet words (0:
+// absent), 2-octet shorts.
 struct Fields {
   std::uint8_t kind;
   std::array<std::size_t, 2> numbers;
@@ -132,7 +133,7 @@ std::vector<Place> parameters(const Part& part) {
   const Wire body(part.body, part.little());
   const std::size_t begin = part.kind == 0x16 ? 32 : 20;
   std::vector<Place> found = list_at(body, begin);
-  // Behind the encapsulation header of a payload.
+  // The list follows the encapsulation header of a payload.
   return found.empty() ? list_at(body, begin + 4) : found;
 }
 
@@ -189,7 +190,7 @@ void Mutator::mutate_fields(Part& part) {
 
 void Mutator::mutate_parameters(Part& part) {
   const std::vector<Place> found = parameters(part);
-  if (found.empty())  // CDR
+  if (found.empty())  // the payload is CDR, without a parameter list
     return part.body.size() < 24 ? void()
                                  : put_word(part, 20 + 4 * below((part.body.size() - 20) / 4));
   const Place& place = found[below(found.size())];

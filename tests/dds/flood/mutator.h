@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Mutates RTPS datagrams by their structure: submessages, sequence numbers and sets, fragments,
-// parameter lists, CDR bodies.
+// Mutates RTPS datagrams with regard to their structure: submessages, sequence numbers and sets,
+// fragments, parameter lists, CDR bodies.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,8 @@ namespace linegate::flood {
 
 using Bytes = std::vector<std::uint8_t>;
 
-// The body keeps the octet order that the flags name. length: octetsToNextHeader, -1: of the body.
+// A submessage. The body keeps the octet order that the flags specify. length: octetsToNextHeader;
+// -1: the length of the body.
 struct Part {
   std::uint8_t kind = 0;
   std::uint8_t flags = 0;
@@ -25,25 +26,27 @@ struct Part {
   bool is_data() const { return kind == 0x15 || kind == 0x16; }
 };
 
-// Where a parameter begins in the body of DATA or DATA_FRAG.
+// The position of a parameter in the body of DATA or DATA_FRAG.
 struct Place {
   std::size_t at = 0;
   std::uint16_t id = 0;
   std::size_t length = 0;
 };
 
-// As a lenient receiver reads it.
+// Splits a datagram into submessages, like a lenient receiver.
 std::vector<Part> split(const Bytes& datagram);
-// Of the first parameter list of DATA or DATA_FRAG, inline QoS or payload; empty if there is none.
+// The parameters of the first parameter list of DATA or DATA_FRAG, in inline QoS or payload; empty
+// if there is no list.
 std::vector<Place> parameters(const Part& part);
 
 class Mutator {
  public:
   explicit Mutator(std::uint64_t seed) : random_(seed) {}
 
-  // One to three mutations. `other`: from where a submessage may be taken. At most 65,000 octets.
+  // Applies one to three mutations. other: a datagram from which a submessage may be copied. The
+  // result has at most 65,000 octets.
   Bytes mutate(const Bytes& datagram, const Bytes& other);
-  std::size_t below(std::size_t end);  // end > 0
+  std::size_t below(std::size_t end);  // A random number in 0 to end - 1; end > 0
 
  private:
   void mutate_part(std::vector<Part>& parts, const Bytes& other);

@@ -2,18 +2,19 @@
 // rtps_flood DOMAIN [--seconds N] [--count N] [--seed N] [--protected] [--only REASON] [--traffic
 // FILE] [--save FILE]
 //
-// Captures what the participants of a DDS domain send each other over loopback, mutates it and
-// sends it to them, each datagram to one socket, as fast as they receive: it reads their queues and
-// waits. What it sends is judged by a guard of its own, which has seen the same traffic, so that
-// what the library gets behind a guard can be counted.
+// Captures the datagrams that the participants of a DDS domain exchange over loopback, mutates
+// them, and sends each mutation to one socket of a participant. It sends as fast as they receive:
+// it reads the fill level of their queues and waits. A guard of its own, which has seen the same
+// traffic, judges each datagram, so that the datagrams that pass a guard can be counted.
 //
-// --protected: the domain's governance protects RTPS messages. --only: sends only what a guard
-// would drop for that reason. --traffic: further datagrams, in hexadecimal, one a line; GUID
-// prefixes EEh (gateway) and DDh (client) in it become those of the first two participants that are
-// heard. --save: the datagrams sent last, likewise.
+// --protected: the domain's governance protects RTPS messages. --only: sends only datagrams that a
+// guard would drop for that reason. --traffic: a file with further datagrams, in hexadecimal, one
+// per line; the GUID prefixes EEh (gateway) and DDh (client) in it are replaced by those of the
+// first two participants that are discovered. --save: a file for the last datagrams sent, in the
+// same format.
 //
-// Prints how far it is once a minute, and at its end what was sent. Ends when its standard input
-// does, too.
+// Prints its progress once a minute, and at its end the counts of what was sent. Also ends at the
+// end of its standard input.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -74,9 +75,10 @@ class Flood {
   int run();
 
  private:
-  static constexpr std::uint64_t kRoom = 64 * 1024;  // octets in a queue of which it waits
+  static constexpr std::uint64_t kRoom = 64 * 1024;  // octets in a queue from which on it waits
   static constexpr int kBatch = 64;
-  static constexpr std::uint16_t kParticipants = 2;  // that receive: the first of the domain
+  // Number of participants that receive: the first ones of the domain.
+  static constexpr std::uint16_t kParticipants = 2;
 
   void listen();
   void read_traffic();
@@ -93,7 +95,7 @@ class Flood {
   Seeds seeds_;
   Census census_;
   dds::guard::Guard guard_;
-  std::vector<Bytes> prefixes_;  // in the order in which they were heard
+  std::vector<Bytes> prefixes_;  // in the order in which they were discovered
   std::vector<std::uint16_t> ports_;
   std::deque<Bytes> last_;
   std::uint64_t dropped_ = 0;
@@ -103,7 +105,8 @@ class Flood {
   const int socket_ = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
 };
 
-// What others sent since the last call. The guard here has to see what the others' guards see.
+// Reads the datagrams that the participants sent since the last call. The own guard must see the
+// same datagrams as the guards of the participants.
 void Flood::listen() {
   for (const Seen& seen : capture_.read()) {
     if (seen.from == own_)
@@ -149,8 +152,8 @@ void Flood::read_traffic() {
   }
 }
 
-// Without a guard any statistics submessage that is not the last one ends the process: only where
-// that is the subject.
+// Without a guard, any statistics submessage that is not the last one ends the process. They are
+// therefore sent only with --only statistics.
 bool Flood::concerns(const Bytes& datagram, Reason reason) const {
   if (options_.only.empty())
     return true;
@@ -167,10 +170,10 @@ void Flood::send_one() {
   const Reason reason = guard_.judge(datagram, nanoseconds()).reason;
   if (!concerns(datagram, reason))
     return;
-  // Most mutations of plain traffic: few of them say as much.
+  // Most mutations of plain traffic end here: one in 16 is enough.
   if (reason == Reason::unprotected && options_.only.empty() && mutator_.below(16) != 0)
     return;
-  // Multicast ones go to one participant only, as the others.
+  // Multicast datagrams, too, go to one participant only.
   std::uint16_t port = seed.port;
   if (std::find(ports_.begin(), ports_.end(), port) == ports_.end() || mutator_.below(16) == 0)
     port = ports_[mutator_.below(ports_.size())];
@@ -186,7 +189,7 @@ void Flood::send_one() {
     last_.pop_front();
 }
 
-// Datagrams for which there is no room test nothing.
+// A datagram that does not fit the receiver's queue is lost and tests nothing.
 void Flood::wait_for_room() {
   for (int i = 0; i < 60'000; ++i) {
     std::uint64_t waiting = 0;
@@ -242,7 +245,7 @@ int Flood::run() {
   ::getsockname(socket_, reinterpret_cast<sockaddr*>(&own), &length);
   own_ = ntohs(own.sin_port);
   std::printf("listening\n");
-  // Some of what they send is a seed of it all.
+  // Some of the captured datagrams are the seeds of all mutations.
   const auto begin = Clock::now();
   while (Clock::now() < begin + std::chrono::seconds(5) || seeds_.kinds() < 8 ||
          prefixes_.size() < 2) {

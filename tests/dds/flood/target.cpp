@@ -14,7 +14,7 @@ std::map<std::uint16_t, Queue> queues(std::uint32_t domain) {
   std::string line;
   std::getline(in, line);
   while (std::getline(in, line)) {
-    // sl local remote st tx:rx tr:tm retrnsmt uid timeout inode ref pointer drops
+    // Columns: sl local remote st tx:rx tr:tm retrnsmt uid timeout inode ref pointer drops.
     std::istringstream words(line);
     std::string word;
     std::string local;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The sockets of the participants that are to receive, as the kernel sees them.
+// The sockets of the receiving participants, from /proc/net/udp.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@ namespace linegate::flood {
 
 struct Queue {
   std::uint64_t waiting = 0;  // octets that were not received yet
-  std::uint64_t dropped = 0;  // datagrams that found no room
+  std::uint64_t dropped = 0;  // datagrams dropped because the queue was full
 };
 
 // The UDP sockets of this network namespace that are bound to a port of the domain.

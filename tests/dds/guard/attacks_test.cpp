@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The known attacks on Fast DDS 2.9.1, sent to a live gateway and to the live participants of this
-// process. Each would abort them, or keep a thread of theirs busy for ever.
+// process. Without a guard, each would abort them, or keep one of their threads busy for ever.
 #include <fastdds/dds/publisher/DataWriter.hpp>
 #include <fastdds/dds/publisher/Publisher.hpp>
 #include <fastdds/dds/subscriber/DataReader.hpp>
@@ -32,7 +32,8 @@ std::uint32_t entity_of(const dds::guard::Guid& guid) {
   return dds::guard::Wire(guid, false).u32(12);
 }
 
-// Of a participant that the library takes note of, whose builtin endpoints are matched.
+// The announcement of a participant that the library accepts, so that its builtin endpoints are
+// matched.
 Datagram announcement(Sender sender) {
   Fields guid;
   for (const std::uint8_t octet : dds::guard::make_guid(prefix_of(sender), 0x000001C1))
@@ -133,7 +134,7 @@ TEST_F(Attack, AStatisticsSubmessageThatIsNotTheLast) {
   EXPECT_TRUE(dropped(datagram.get(), Reason::statistics, true));
 }
 
-// The library would keep its numbers for each sender.
+// The library would store its numbers for each sender.
 TEST_F(Attack, AStatisticsSubmessageThatIsRepeated) {
   Fields statistics = Fields().zeros(24 + 8);
   statistics.u32(1).u32(0).u32(900).zeros(12);
@@ -154,14 +155,16 @@ TEST_F(Attack, AGapOverAllNumbersOfALiveWriter) {
   }
 }
 
-// The library would keep each of its numbers, because the first one is missing: 64 octets each.
+// The library would store every number of the gap at 64 octets each, because the first one is
+// missing.
 TEST_F(Attack, AGapOverManyNumbersOfAnInventedParticipant) {
-  constexpr std::size_t kGrowth = (kIsSanitized ? 256U : 50U) << 20U;  // of 1 GB
+  constexpr std::size_t kGrowth = (kIsSanitized ? 256U : 50U) << 20U;  // without a guard: 1 GB
   const std::size_t before = gateway.resident();
   for (Sender stranger = 9; stranger < 12; ++stranger) {
     for (int i = 0; i < 3; ++i)
       forger.unicast(announcement(stranger).get());
-    EXPECT_TRUE(a_new_client_finds_the_gateway());  // which has read the announcement before
+    // By then the gateway has processed the announcement.
+    EXPECT_TRUE(a_new_client_finds_the_gateway());
     for (const std::int64_t base : {1 << 24, 2 + (1 << 17)})
       forger.unicast(
           Datagram(stranger).add(0x08, gap(2, base, 0, true, entity::kPublications)).get());
@@ -170,7 +173,7 @@ TEST_F(Attack, AGapOverManyNumbersOfAnInventedParticipant) {
   }
 }
 
-// The library reads as many as are claimed: one datagram costs 4 GiB and a minute.
+// The library reads as many numbers as the sequence claims: one datagram costs 4 GiB and a minute.
 TEST_F(Attack, ASequenceOfNumbersOfMoreThanItHolds) {
   for (const unsigned id : {0x73U, 0x8006U}) {
     const Fields list =
@@ -206,8 +209,8 @@ TEST_F(Attack, AFragmentOfASampleThatIsTooLarge) {
       dropped(forged().add(0x16, fragment_of(entity_of(victim), 5, 0x80000000)), Reason::fragment));
 }
 
-// Readers keep nothing of a writer that they are not matched with: of a participant that nobody
-// announced, and of a live one.
+// Readers keep no sample of a writer that they are not matched with, whether its participant was
+// never announced or is live.
 TEST_F(Attack, SamplesOfWritersThatNobodyAnnounced) {
   constexpr std::uint32_t kInvented = 10'000;
   constexpr std::size_t kMost = 64U << 20U;
@@ -232,8 +235,8 @@ TEST_F(Attack, SamplesOfWritersThatNobodyAnnounced) {
   EXPECT_LT(gateway.resident(), before + kMost);
 }
 
-// The library reserves a whole sample with its first fragment, and keeps it until the sample is
-// complete.
+// The library reserves memory for the whole sample at its first fragment, and keeps it until the
+// sample is complete.
 TEST_F(Attack, AFragmentEachOfManySamples) {
   constexpr std::size_t kMost = 128U << 20U;
   Peer client{"subscriber"};
@@ -279,7 +282,7 @@ TEST_F(Attack, ProtectedContentThatClaimsMoreThanItHas) {
   }
 }
 
-// Where the library kept such a reader, an acknowledgement of it ended the process.
+// If the library kept such a reader, an acknowledgement from it would end the process.
 TEST_F(Attack, ABestEffortReaderThatBecomesReliable) {
   Fields own;
   const auto guid = dds::guard::make_guid(dds::guard::prefix_of(victim), 0x00007704);
@@ -303,7 +306,7 @@ TEST_F(Attack, ABestEffortReaderThatBecomesReliable) {
   EXPECT_TRUE(dropped(forged().add(0x06, acknack(1, 0, 0x00007704, 0)), Reason::reliability));
 }
 
-// --- what is no attack ---------------------------------------------------------------------------
+// --- legitimate traffic --------------------------------------------------------------------------
 
 TEST(GuardedSystem, NothingOfItIsDropped) {
   Peer gateway("gateway");
@@ -323,7 +326,7 @@ TEST(GuardedSystem, NothingOfItIsDropped) {
     late->poll(std::chrono::milliseconds(50), late_lines);
     return late_lines.count > 0;
   }));
-  // Until its liveliness was asserted a few times.
+  // Wait until the liveliness was asserted a few times.
   EXPECT_TRUE(eventually([&] {
     client->poll(std::chrono::milliseconds(50), lines);
     return client->guard_counters().received > 200;
@@ -335,7 +338,8 @@ TEST(GuardedSystem, NothingOfItIsDropped) {
   EXPECT_EQ(gateway.expect("guard", std::chrono::milliseconds(0)), "");
 }
 
-// 2,000,000 samples were written before anybody read: the writer positions the reader behind them.
+// 2,000,000 samples were written before the reader joined: the writer positions the reader behind
+// them.
 TEST(GuardedSystem, ALateJoinerOfAnOldWriterGetsItsData) {
   std::vector<Diagnostic> diagnostics;
   dds::Endpoints endpoints("old", domain(), LOOPBACK_PROFILES, diagnostics);
@@ -358,8 +362,9 @@ TEST(GuardedSystem, ALateJoinerOfAnOldWriterGetsItsData) {
   EXPECT_TRUE(gateway.end());
 }
 
-// The writer keeps samples 2 and 1,000,001; the reader shall have neither. The GAP over them begins
-// above number 1, and the writer repeats it until the reader has said what it misses.
+// The writer keeps samples 2 and 1,000,001, and the reader shall receive neither. The GAP over them
+// begins above number 1, and the writer repeats it until the reader has requested its missing
+// numbers.
 TEST(GuardedSystem, ALateJoinerOfAHistoryWithAHoleGetsItsData) {
   std::vector<Diagnostic> diagnostics;
   dds::Endpoints endpoints("old", domain(), LOOPBACK_PROFILES, diagnostics);

@@ -1,9 +1,9 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """channels.py DDS_PEER PROFILES
-Sending opens no channel twice: 100 clients come and go, half of them are killed, and an interface gets and loses
-addresses meanwhile, over UDPv4 and over TCPv4. Afterwards the gateway has as many sockets and descriptors as it had
-before, with one client in both cases, and a new client receives. In a network of its own."""
+Sending never opens a channel twice: 100 clients join and leave, half of them by being killed, while an interface
+gets and loses addresses, over UDPv4 and over TCPv4. Afterwards the gateway must have as many sockets and descriptors
+as before, with one client in both cases, and a new client must receive. Runs in a separate network namespace."""
 
 import collections
 import os
@@ -19,8 +19,8 @@ import transports  # noqa: E402
 from plant_process import INSIDE, in_a_network_of_its_own  # noqa: E402
 
 CLIENTS, AT_ONCE = 100, 10
-DOMAIN = 7  # the only one in this network
-WITHIN = 60  # s, for a condition
+DOMAIN = 7  # the only domain in this network namespace
+WITHIN = 60  # time limit of a condition, in s
 
 
 def ip(words):
@@ -28,7 +28,7 @@ def ip(words):
 
 
 def descriptors(process):
-    """How many of each kind: "socket", "anon_inode" and the like."""
+    """Returns the number of descriptors by kind: "socket", "anon_inode" and the like."""
     found = collections.Counter()
     folder = "/proc/%d/fd" % process.pid
     for name in os.listdir(folder):
@@ -58,8 +58,9 @@ def change_address(change):
 
 
 def come_and_go(peer, profile, transport, turn):
-    """AT_ONCE clients, of which the second half is killed. Each second time UDP clients start with the other address. Over
-    TCP they do not: Fast DDS 2.9.1 reads the addresses of its host once, and takes a later one for another host's."""
+    """Runs AT_ONCE clients, of which the second half is killed. Every second time, UDP clients start with the other
+    address. TCP clients do not: Fast DDS 2.9.1 reads the addresses of its host once, and takes a later one for that
+    of another host."""
     early = transport == "UDPv4" and turn % 2 == 0
     if early:
         change_address("add")

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Puts RTPS datagrams together, octet by octet, in either octet order.
+// Builds RTPS datagrams octet by octet, in either octet order.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace linegate::test {
 
-// Octets of fields, in one octet order.
+// A sequence of fields in one octet order.
 class Fields {
  public:
   explicit Fields(bool little = true) : little_(little) {}
@@ -41,7 +41,7 @@ class Fields {
     octets_.resize(octets_.size() + count);
     return *this;
   }
-  // A CDR string with its end, padded to 4.
+  // A CDR string with its terminating NUL, padded to a multiple of 4.
   Fields& string(std::string_view text) {
     u32(static_cast<std::uint32_t>(text.size() + 1));
     octets_.insert(octets_.end(), text.begin(), text.end());
@@ -64,7 +64,7 @@ class Fields {
   std::vector<std::uint8_t> octets_;
 };
 
-using Sender = std::uint8_t;  // fills a participant prefix
+using Sender = std::uint8_t;  // the octet that fills a participant prefix
 
 inline dds::guard::Prefix prefix_of(Sender sender) {
   dds::guard::Prefix out{};
@@ -85,7 +85,7 @@ class Datagram {
   }
   explicit Datagram(Sender sender = 1) : Datagram(prefix_of(sender)) {}
 
-  // length: octetsToNextHeader, that of the body if it is not given.
+  // length: octetsToNextHeader; -1: the length of the body.
   Datagram& add(unsigned kind, const Fields& body, unsigned flags = 0, int length = -1) {
     Fields header(body.little());
     header.u8(kind).u8(flags | (body.little() ? 1U : 0U));
@@ -126,13 +126,13 @@ inline Fields acknack(std::int64_t base, std::uint32_t bits, std::uint32_t reade
       .u32(1);
 }
 
-// DATA up to its inline QoS.
+// The body of DATA up to its inline QoS.
 inline Fields data(std::int64_t number, std::uint32_t writer = kWriter, bool little = true,
                    std::uint32_t reader = 0) {
   return Fields(little).u16(0).u16(16).entity(reader).entity(writer).number(number);
 }
 
-// DATA_FRAG with one fragment of `size` octets.
+// The body of DATA_FRAG with one fragment of `size` octets.
 inline Fields fragment_of(std::uint32_t writer, std::int64_t number, std::uint32_t sample,
                           std::uint32_t fragment = 1, unsigned size = 64) {
   return Fields()

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sends datagrams of its own making to every participant of the test's domain on this host.
+// Sends forged datagrams to every participant of the test's domain on this host.
 #pragma once
 
 #include <cstdint>
@@ -24,14 +24,14 @@ class Forger {
   Forger(const Forger&) = delete;
   Forger& operator=(const Forger&) = delete;
 
-  // To the ports of DDSI-RTPS 9.6.1.1, for discovery and for data, of the first participants.
+  // Sends to the discovery and data ports (DDSI-RTPS 9.6.1.1) of the first participants.
   void unicast(const std::vector<std::uint8_t>& datagram) const {
     for (std::uint32_t participant = 0; participant < kParticipants; ++participant) {
       send(datagram, INADDR_LOOPBACK, 10 + 2 * participant);
       send(datagram, INADDR_LOOPBACK, 11 + 2 * participant);
     }
   }
-  // To the multicast port of discovery.
+  // Sends to the multicast port of discovery.
   void multicast(const std::vector<std::uint8_t>& datagram) const { send(datagram, 0xEFFF0001, 0); }
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whole datagrams: what the guard remembers of writers and readers.
+// Judges whole datagrams: the state that the guard keeps of writers and readers.
 #include <random>
 
 #include "tests/dds/guard/guard_fixture.h"
@@ -43,7 +43,8 @@ class FragmentsTest : public GuardTest {
                   Sender from = 1, unsigned size = 64) {
     return judge(Datagram(from).add(0x16, fragment_of(kWriter, number, sample, which, size)));
   }
-  // Begins small samples from that number on until one is dropped, 2,000 at most. How many.
+  // Sends first fragments of small samples, from that number on, until one is dropped, at most
+  // 2,000. Returns how many passed.
   std::uint64_t begin_all(std::int64_t number) {
     std::uint64_t begun = 0;
     while (begun < 2'000 &&
@@ -54,7 +55,7 @@ class FragmentsTest : public GuardTest {
   static constexpr std::uint32_t kMiB = 1U << 20U;
 };
 
-// A writer with keep last 1 replaces what lost a fragment before it is repeated.
+// A writer with KEEP_LAST 1 replaces a sample that lost a fragment before the fragment is repeated.
 TEST_F(FragmentsTest, AWriterOnALinkWithLossesLosesNoWholeSample) {
   std::mt19937 random(1);
   for (std::int64_t number = 1; number <= 30'000; ++number, now += kSecond / 100) {
@@ -78,10 +79,11 @@ TEST_F(FragmentsTest, AWriterThatRepeatsWhatWasLostLosesNothing) {
   }
 }
 
-// The library goes on to hold them: whether it takes a HEARTBEAT or a GAP does not show.
+// HEARTBEAT and GAP free nothing in the guard's count: the library may still hold the samples,
+// since the guard cannot see whether it accepts these submessages.
 TEST_F(FragmentsTest, IncompleteSamplesOfAWriterAreBounded) {
   std::uint64_t begun = begin_all(1);
-  EXPECT_EQ(begun, 512U);                           // 4 MiB, 8192 octets each
+  EXPECT_EQ(begun, 512U);                           // 4 MiB at 8192 octets each
   EXPECT_EQ(fragment(1, 128, 1, 2), Reason::none);  // another writer
   constexpr std::int64_t kNext = 1'000;
   EXPECT_EQ(judge(Datagram().add(0x07, heartbeat(kNext, kNext))), Reason::none);
@@ -90,7 +92,7 @@ TEST_F(FragmentsTest, IncompleteSamplesOfAWriterAreBounded) {
   for (int second = 0; second < 100; ++second, now += kSecond)
     begun += begin_all(kNext * (second + 1));
   EXPECT_LE(begun, 512U + 512U * 10);
-  EXPECT_GE(begun, 512U * 10);  // 100 s
+  EXPECT_GE(begun, 512U * 10);  // in 100 s
 }
 
 TEST_F(FragmentsTest, TheirOctetsAreBounded) {
@@ -121,7 +123,8 @@ TEST_F(FragmentsTest, ALargeSampleThatIsCompleteCountsNoLonger) {
   }
 }
 
-// One fragment twice does not complete a sample of two, nor do fragments of another size.
+// The same fragment twice does not complete a sample of two fragments, nor do fragments of another
+// size.
 TEST_F(FragmentsTest, AFragmentThatIsRepeatedCompletesNoSample) {
   std::uint64_t begun = 0;
   while (begun < 2'000 && fragment(static_cast<std::int64_t>(begun) + 1, 128) == Reason::none) {
@@ -138,7 +141,8 @@ TEST_F(FragmentsTest, AFragmentThatIsRepeatedCompletesNoSample) {
   EXPECT_LE(begun, 512U);
 }
 
-// Fragments of so small a sample that it costs more than its octets: only those are counted.
+// A sample that is so small costs the library more than its octets. Only the octets of its
+// fragments are counted as received.
 TEST_F(FragmentsTest, ASmallSampleOfManyFragmentsIsPaidFor) {
   std::uint64_t begun = 0;
   while (begun < 2'000 &&
@@ -150,7 +154,7 @@ TEST_F(FragmentsTest, ASmallSampleOfManyFragmentsIsPaidFor) {
   EXPECT_EQ(begun, 512U);
 }
 
-// Of a number that the library may not have seen complete.
+// The library may not have seen that number complete.
 TEST_F(FragmentsTest, ANumberThatIsCompleteIsNoPassForAnotherSize) {
   for (std::int64_t number = 1; number <= 3; ++number) {
     EXPECT_EQ(fragment(number, 128, 1), Reason::none);
@@ -217,7 +221,7 @@ TEST_F(GuardTest, NumbersAdvanceBy100000ASecond) {
   now += kSecond;
   EXPECT_EQ(beat(1 + 4'096 + 100'001), Reason::rate);
   EXPECT_EQ(beat(1 + 4'096 + 100'000), Reason::none);
-  EXPECT_EQ(beat(3), Reason::none);  // an old one
+  EXPECT_EQ(beat(3), Reason::none);  // a HEARTBEAT with an old number
 }
 
 TEST_F(GuardTest, ShortPausesAddUp) {
@@ -270,10 +274,10 @@ TEST_F(GuardTest, TheKnownAttacksAreDropped) {
   EXPECT_LT(at, 200'000);
 }
 
-// The library works through all numbers of a GAP, also of those that it has.
+// The library processes all numbers of a GAP, even those that it has already.
 TEST_F(GuardTest, AGapIsPaidForEachTime) {
   EXPECT_EQ(skip(kFirst), Reason::none);
-  EXPECT_EQ(skip(kFirst), Reason::none);  // to another reader
+  EXPECT_EQ(skip(kFirst), Reason::none);  // permitted a second time: it may be for another reader
   EXPECT_EQ(skip(kFirst), Reason::rate);
   EXPECT_EQ(skip(256), Reason::none);
   now += 30 * kSecond;
@@ -284,7 +288,8 @@ TEST_F(GuardTest, AGapIsPaidForEachTime) {
 
 TEST_F(GuardTest, GapsOfAllWritersAreBoundedTogether) {
   for (Sender from = 50; from < 70; ++from)
-    EXPECT_EQ(skip(kFirst, from), Reason::none);  // of none that discovery found
+    // Of writers that discovery did not find: not counted.
+    EXPECT_EQ(skip(kFirst, from), Reason::none);
   int passed_on = 0;
   for (Sender from = 1; from <= 20; ++from) {
     guard.endpoint_found(dds::guard::make_guid(prefix_of(from), kWriter));
@@ -340,7 +345,7 @@ TEST_F(GuardTest, InventedWritersDoNotDisplaceThoseThatDiscoveryFound) {
     ++now;
     EXPECT_EQ(beat(1, 2, i << 8U | 3U), Reason::none);
   }
-  // Were one of them new, it might be positioned.
+  // A writer without a place would count as new, and a new writer may start at any number.
   EXPECT_EQ(beat(1'000'000), Reason::rate);
   EXPECT_EQ(beat(1'000'000, 1, entity::kPublications), Reason::rate);
 }

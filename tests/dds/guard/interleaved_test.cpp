@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Samples of two writers that a reader of Fast DDS 2.9.1 cannot sort as they are sent. They are
-// well-formed: the guard gives them other timestamps (bridges/dds/guard/sample_times.h).
+// Samples of two writers in an order that a reader of Fast DDS 2.9.1 cannot sort. The samples are
+// well-formed: the guard replaces their timestamps (bridges/dds/guard/sample_times.h).
 #include <algorithm>
 #include <string>
 #include <tuple>
@@ -28,7 +28,7 @@ class Interleaved : public testing::TestWithParam<const char*> {
 
   void SetUp() override {
     ASSERT_FALSE(gateway_.expect("ready").empty());
-    std::uint16_t group = 0;  // another one for each: both are of the same strength
+    std::uint16_t group = 0;  // each writer has its own group, because both have the same strength
     for (auto* writer : {first_, second_}) {
       ASSERT_NE(writer, nullptr);
       v1::OutputWrite sample = sample_of(++group);
@@ -47,7 +47,7 @@ class Interleaved : public testing::TestWithParam<const char*> {
                 .empty();
   }
 
-  // After the last sample of group kA.
+  // Call it after the last sample of group kA.
   void expect_end_if_unguarded() {
     if (GetParam() == std::string("gateway")) {
       EXPECT_TRUE(is_received(kA));
@@ -55,11 +55,11 @@ class Interleaved : public testing::TestWithParam<const char*> {
       return;
     }
     EXPECT_TRUE(eventually([&] { return gateway_.resident() == 0; }))
-        << "Fast DDS is mended: correct deploy/SECURITY.md";
+        << "Fast DDS no longer has this defect: correct deploy/SECURITY.md";
     EXPECT_FALSE(gateway_.end());
   }
 
-  // seconds: source timestamp; 0: none. group: part of the key.
+  // seconds: source timestamp, 0: none. group: part of the key.
   void forge_sample(eprosima::fastdds::dds::DataWriter& writer, std::int64_t number,
                     std::uint32_t seconds, std::uint16_t group) {
     v1::OutputWrite sample = sample_of(group);
@@ -96,7 +96,7 @@ class Interleaved : public testing::TestWithParam<const char*> {
     return sample;
   }
 
-  // Other keys than those that the gateway has received, so that they are new instances.
+  // Keys that the gateway has not received yet, so that they are new instances.
   static constexpr std::uint16_t kA = 100;
   static constexpr std::uint16_t kB = 200;
   static constexpr std::uint16_t kC = 300;
@@ -113,12 +113,12 @@ class Interleaved : public testing::TestWithParam<const char*> {
   Forger forger_;
 };
 
-// The library sorts samples of one writer by number, and of two by source timestamp. Here number 2
-// of the first writer comes before the second writer's sample, which comes before number 1 of the
-// first writer, which comes before number 2: number 1 is inserted behind number 2 and not found
-// when its instance is to be counted, but it is read. The next sample of its instance then ends the
-// process (DataReaderInstance.hpp:105). Both writers miss a number at first, so that their samples
-// stay in the reader.
+// The library sorts samples of one writer by number, and samples of two writers by source
+// timestamp. Here number 2 of the first writer precedes the second writer's sample, which precedes
+// number 1 of the first writer, which precedes number 2. Number 1 is inserted behind number 2: it
+// is read, but not found when its instance is to be counted. The next sample of its instance then
+// ends the process (DataReaderInstance.hpp:105). Both writers omit a number at first, so that their
+// samples stay in the reader.
 TEST_P(Interleaved, SourceTimestampsThatFallEndAnUnguardedReadersProcess) {
   forge_sample(*first_, kNext + 1, 2'000'000'010, kB);
   forge_sample(*second_, kNext + 1, 2'000'000'020, kC);
@@ -128,7 +128,7 @@ TEST_P(Interleaved, SourceTimestampsThatFallEndAnUnguardedReadersProcess) {
   expect_end_if_unguarded();
 }
 
-// So do timestamps that are equal, or missing.
+// Equal or missing timestamps have the same effect.
 TEST_P(Interleaved, EqualSourceTimestampsEndAnUnguardedReadersProcess) {
   for (const auto& [writer, number, group] :
        {std::tuple{first_, kNext + 1, kB}, {second_, kNext + 1, kC}, {first_, kNext, kA}})
@@ -138,8 +138,8 @@ TEST_P(Interleaved, EqualSourceTimestampsEndAnUnguardedReadersProcess) {
   expect_end_if_unguarded();
 }
 
-// Source timestamps that rise with the numbers of each writer, as those of a clock that is not set
-// back.
+// Source timestamps that rise with the numbers of each writer, as from a clock that is never set
+// back, are harmless.
 TEST_P(Interleaved, SourceTimestampsThatRiseWithTheNumbersDoNot) {
   forge_sample(*first_, kNext + 1, 2'000'000'030, kB);
   forge_sample(*second_, kNext + 1, 2'000'000'020, kC);
@@ -151,9 +151,10 @@ TEST_P(Interleaved, SourceTimestampsThatRiseWithTheNumbersDoNot) {
   EXPECT_TRUE(gateway_.end());
 }
 
-// A reader keeps one highest number for the writers of one persistence GUID. When one of them ends,
-// a sample of it that waits for a number before it is not removed, but read, and the next one of
-// its instance ends an unguarded process. The guard drops the announcements of such writers.
+// A reader keeps one highest number for all writers with the same persistence GUID. When one of
+// them ends, a sample of it that waits for a missing earlier number is not removed but read, and
+// the next sample of its instance ends an unguarded process. The guard drops the announcements of
+// such writers.
 class InterleavedGuarded : public Interleaved {};
 INSTANTIATE_TEST_SUITE_P(Peers, InterleavedGuarded, testing::Values("gateway"));
 
@@ -168,8 +169,8 @@ TEST_P(InterleavedGuarded, WritersWithOnePersistenceGuidAreNotTaken) {
   expect_end_if_unguarded();
 }
 
-// A GAP lists the number of a sample in fragments that is not complete. The library looks for that
-// sample under another number, does not remove it, and notifies it.
+// A GAP lists the number of a fragmented sample that is incomplete. The library looks up that
+// sample under a wrong number, does not remove it, and notifies the reader of it.
 TEST_P(Interleaved, AGapThatListsAnIncompleteSampleEndsAnUnguardedReadersProcess) {
   forge(*first_, 0x16, [](std::uint32_t id) { return fragment_of(id, kNext + 2, 128); });
   forge(*first_, 0x08, [](std::uint32_t id) {

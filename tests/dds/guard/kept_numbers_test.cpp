@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whole datagrams: GAPs whose numbers the library would keep.
+// Judges whole datagrams: GAPs whose numbers the library would keep.
 #include <algorithm>
 #include <vector>
 
@@ -20,10 +20,10 @@ class KeptNumbersTest : public GuardTest {
   void find(Sender from) {
     guard.participant_found(prefix_of(from));
     guard.endpoint_found(dds::guard::make_guid(prefix_of(from), kWriter));
-    EXPECT_EQ(beat(kFar, from), Reason::none);  // so that the rate is no matter
+    EXPECT_EQ(beat(kFar, from), Reason::none);  // so that the rate limit does not apply
   }
   Reason pass(Datagram datagram) { return guard.judge(datagram.get(), now, {}, &written).reason; }
-  // Whether a GAP of that sender from start to base - 1 is passed on.
+  // Whether a GAP of that sender from `start` to `base` - 1 is passed to the library.
   bool passes(std::int64_t start, std::int64_t base, Sender from = 1, std::uint32_t bits = 0) {
     auto datagram = Datagram(from).add(0x08, gap(start, base, bits)).add(0x07, heartbeat(1, 1));
     EXPECT_EQ(pass(datagram), Reason::none);
@@ -31,7 +31,7 @@ class KeptNumbersTest : public GuardTest {
     return !std::equal(rest.get().begin(), rest.get().end(), written.octets().begin(),
                        written.octets().end());
   }
-  // A reader here sends that it has all numbers below base.
+  // A local reader acknowledges all numbers below `base`.
   void acknowledge(std::int64_t base, Sender to = 1, bool little = true) {
     Fields info;
     for (const std::uint8_t octet : prefix_of(to))
@@ -48,7 +48,7 @@ TEST_F(KeptNumbersTest, AGapAboveAMissingNumberIsLeftOut) {
   find(1);
   EXPECT_FALSE(passes(2, kFar));
   EXPECT_TRUE(passes(1, kFar));
-  EXPECT_FALSE(passes(2, kFar)) << "it is not certain that a reader got the other one";
+  EXPECT_FALSE(passes(2, kFar)) << "the reader may not have received the first GAP";
   EXPECT_EQ(guard.counters().of(Reason::gap), 2U);
 }
 
@@ -63,7 +63,7 @@ TEST_F(KeptNumbersTest, AGapFromTheFirstMissingNumberOnCostsNothing) {
       now += 100 * kSecond;
     }
   }
-  acknowledge(0);  // of a reader that begins
+  acknowledge(0);  // from a reader that has just started
   EXPECT_FALSE(passes(2, 5'000'000));
 }
 
@@ -74,7 +74,7 @@ TEST_F(KeptNumbersTest, NumbersAreCountedUntilNoneBelowThemIsMissing) {
   EXPECT_FALSE(passes(2'000'000, 2'000'001));
   acknowledge(9);
   EXPECT_FALSE(passes(2'000'000, 2'000'001));
-  acknowledge(10 + kKept - 100);  // 99 are left above it
+  acknowledge(10 + kKept - 100);  // 99 numbers above it are left
   EXPECT_TRUE(passes(2'000'000, 2'000'000 + kKept - 99));
   EXPECT_FALSE(passes(2'000'000, 2'000'001));
 }
@@ -127,7 +127,7 @@ TEST_F(KeptNumbersTest, OtherSubmessagesOfItsDatagramPass) {
   several.add(0x08, gap(2, kFar)).add(0x08, gap(1, 5)).add(0x07, heartbeat(5, 9));
   EXPECT_EQ(pass(several.add(0x08, gap(2, kFar))), Reason::none);
   EXPECT_EQ(octets(), Datagram().add(0x08, gap(1, 5)).add(0x07, heartbeat(5, 9)).get());
-  // Of length 0: it extends to the end.
+  // A submessage of length 0 extends to the end of the datagram.
   EXPECT_EQ(pass(Datagram().add(0x07, heartbeat(5, 9)).add(0x08, gap(2, kFar), 0, 0)),
             Reason::none);
   EXPECT_EQ(octets(), Datagram().add(0x07, heartbeat(5, 9)).get());
@@ -140,11 +140,11 @@ TEST_F(KeptNumbersTest, OtherSubmessagesOfItsDatagramPass) {
   EXPECT_EQ(guard.counters().of(Reason::gap), 12U);
 }
 
-// A writer keeps samples 2 and 1,000,000, and finds a reader that shall have neither.
+// A writer keeps samples 2 and 1,000,000, and is matched with a reader that shall receive neither.
 TEST_F(KeptNumbersTest, AVolatileReaderGetsBehindAHistoryWithHoles) {
   find(1);
   EXPECT_FALSE(passes(2, 1'000'001));
-  acknowledge(2);  // after the HEARTBEAT behind it
+  acknowledge(2);  // the answer to the HEARTBEAT that follows the GAP
   EXPECT_TRUE(passes(2, 258));
   EXPECT_TRUE(passes(2, 1'000'000));
   acknowledge(1'000'000);
@@ -157,7 +157,7 @@ TEST_F(KeptNumbersTest, WhatIsSentNeedNotBeAskedFor) {
   guard.sent({});
   guard.sent(Datagram().add(0x06, acknack(-5, 3)).get());
   guard.sent(Datagram().add(0x06, Fields().zeros(4)).get());
-  acknowledge(50, 7);  // an unknown writer
+  acknowledge(50, 7);  // to an unknown writer
   EXPECT_FALSE(passes(2, kFar));
 }
 

@@ -1,15 +1,15 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """mutate.py DDS_PEER [--mode guarded|unguarded] [--seconds N] [--seed N] [--save FILE]
-Sends mutated RTPS datagrams to a live gateway and a live client of their own DDS domain.
+Sends mutated RTPS datagrams to a live gateway and a live client in a separate DDS domain.
 
-The datagrams of traffic.hex were captured between a gateway (its GUID prefix is EEh there) and clients (DDh); the
-prefixes become those of the participants that are alive. Mutations know the structure: submessages, sequence numbers
-and sets, fragments, parameter lists, CDR bodies. Afterwards both processes must be alive, must not have grown, a new
-client must find the gateway, and all must end when told to. Prints what was sent by kind of submessage and by parameter,
-and what the guards dropped by reason, so that a run in which everything is dropped at the door is seen as one.
+The datagrams of traffic.hex were captured between a gateway (GUID prefix EEh) and clients (DDh); the prefixes are
+replaced by those of the live participants. Mutations respect the structure: submessages, sequence numbers and sets,
+fragments, parameter lists, CDR bodies. Afterwards both processes must be alive, must not have grown, a new client
+must find the gateway, and all must end on request. Prints the sent datagrams by kind of submessage and by parameter,
+and the datagrams that the guards dropped by reason, which shows whether any datagram reached the library.
 
---mode unguarded shows what the library does without a guard: the datagrams sent last are saved."""
+--mode unguarded shows the behaviour of the library without a guard: the datagrams sent last are saved."""
 
 import argparse
 import collections
@@ -36,8 +36,8 @@ PARAMETERS = [0x02, 0x04, 0x05, 0x06, 0x07, 0x15, 0x16, 0x1A, 0x1B, 0x1D, 0x1E, 
               0x53, 0x58, 0x59, 0x5A, 0x60, 0x62, 0x69, 0x70, 0x71, 0x72, 0x73, 0x74, 0x75, 0x76, 0x83, 0x1001, 0x1002,
               0x1003, 0x1004, 0x1005, 0x1006, 0x8000, 0x8001, 0x8002, 0x8003, 0x8005, 0x8006, 0x8007, 0x800F]
 GROWTH_KB = 100_000
-# What the address sanitizer keeps of freed memory, 256 MB unless limited, would pass for growth. When a TCP connection has
-# ended, asio in Fast DDS 2.9 frees with delete what it got from aligned_alloc.
+# The address sanitizer keeps freed memory, 256 MB unless limited, which would count as growth. When a TCP connection
+# has ended, asio in Fast DDS 2.9 frees memory from aligned_alloc with delete.
 SANITIZER = ("quarantine_size_mb=32", "alloc_dealloc_mismatch=0")
 ENVIRONMENT = os.environ | {"ASAN_OPTIONS": ":".join(filter(None, (os.environ.get("ASAN_OPTIONS"), *SANITIZER)))}
 ENDS_WITHIN = 15
@@ -94,7 +94,7 @@ def put_number(random, body, at, order):
 
 
 def parameters_of(body, order):
-    """(offset, ID, length) of the parameters of the first list that is found in it."""
+    """Returns (offset, ID, length) of the parameters in the first list that is found in the body."""
     begin = 20 if body[2:4] in (b"\x10\0", b"\0\x10") else 32
     for start in (begin, begin + 4):
         found, at = [], start
@@ -187,7 +187,7 @@ def mutate(random, datagram):
 
 
 def own_domain():
-    """As own_domain.h: a name that no other test has; gives the socket that keeps it, too."""
+    """Reserves a domain like own_domain.h. Also returns the socket that holds the reservation."""
     for i in range(140):
         domain = 50 + (os.getpid() + i) % 140
         held = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
@@ -239,7 +239,7 @@ class Peer:
 
 
 def find_prefixes(domain, seconds=30):
-    """GUID prefixes of the gateway and of the client, from what they announce to the multicast group."""
+    """Returns the GUID prefixes of the gateway and of the client, from their announcements to the multicast group."""
     heard = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     heard.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     heard.bind(("239.255.0.1", 7400 + 250 * domain))
@@ -282,7 +282,7 @@ class Run:
         gateway, client = find_prefixes(self.domain)
         if not gateway or not client or not self.client.wait_for("line", FOUND_WITHIN):
             complain("gateway and client do not find each other")
-        # The gateway was there first, so its ports are those of participant 0.
+        # The gateway started first, so its ports are those of participant 0.
         self.ways = [(gateway, client, (10, 11)), (client, gateway, (12, 13))]
         self.seeds = [seed.replace(GATEWAY, gateway).replace(CLIENT, client) for seed in self.seeds]
         self.before = [peer.kilobytes() for peer in (self.gateway, self.client)]
@@ -307,7 +307,7 @@ class Run:
         while time.monotonic() < end and self.gateway.alive() and self.client.alive():
             for _ in range(20):
                 self.send(out)
-            time.sleep(0.002)  # sockets keep a bounded number
+            time.sleep(0.002)  # sockets hold a bounded number of datagrams
 
     def findings(self):
         found = []

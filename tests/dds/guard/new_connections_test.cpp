@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which connections over TCP are ended: those that are new and answered.
+// The guard ends TCP connections that are new and have been answered, and no others.
 #include "bridges/dds/guard/new_connections.h"
 
 #include <array>
@@ -27,7 +27,7 @@ class Socket {
     pollfd input{descriptor_, POLLIN, 0};
     EXPECT_EQ(::poll(&input, 1, 20'000), 1);
   }
-  // Whether the other side has ended the connection; waits for what it sends.
+  // Waits for data and returns whether the peer has closed the connection.
   bool has_ended() const {
     std::array<char, 8> octets{};
     return ::recv(descriptor_, octets.data(), octets.size(), 0) == 0;

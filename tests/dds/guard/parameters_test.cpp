@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Discovery samples: no parameter claims more than its octets.
+// Discovery samples: no parameter may claim more octets than it has.
 #include "bridges/dds/guard/parameters.h"
 
 #include <gtest/gtest.h>
@@ -59,7 +59,7 @@ TEST_P(ParameterTest, AParameterOfFixedSizeHasIt) {
     EXPECT_TRUE(takes(id, fields().zeros(size))) << id;
     EXPECT_FALSE(takes(id, fields().zeros(size - 4))) << id;
   }
-  EXPECT_TRUE(takes(0x8123, fields()));  // of a vendor
+  EXPECT_TRUE(takes(0x8123, fields()));  // a vendor-specific parameter
 }
 
 TEST_P(ParameterTest, AStringLiesWithinItsParameter) {
@@ -80,7 +80,7 @@ TEST_P(ParameterTest, ASequenceOfStringsLiesWithinItsParameter) {
   EXPECT_FALSE(takes(0x35, fields().string("a").string("b").string("c").u32(0)));
 }
 
-// Fast DDS reads them up to a NUL, wherever that is.
+// Fast DDS reads a string up to a NUL, wherever that is.
 TEST_P(ParameterTest, AStringEndsWithTheNulThatItsLengthCounts) {
   const Fields open = fields().u32(4).u32(0x61616161);
   for (const unsigned id : {0x05U, 0x07U, 0x62U}) {
@@ -99,7 +99,8 @@ TEST_P(ParameterTest, PropertiesTakeAtLeast16OctetsEach) {
   EXPECT_FALSE(takes(0x59, fields().u32(1).string("n").u32(0x7FFFFFFF)));
 }
 
-// Data representations, domains of data sharing: the library reads as many as are claimed.
+// Data representations and domains of data sharing: the library reads as many numbers as are
+// claimed.
 TEST_P(ParameterTest, ASequenceOfNumbersLiesWithinItsParameter) {
   for (const auto& [id, size] : {std::pair{0x73U, 2U}, {0x8006U, 8U}}) {
     EXPECT_TRUE(takes(id, fields().u32(0))) << id;
@@ -153,7 +154,7 @@ TEST_P(ParameterTest, MessagesOfLivelinessAndHandshakeLieWithinTheirSample) {
   };
   EXPECT_TRUE(liveliness(fields().zeros(16).u32(0)));
   EXPECT_TRUE(liveliness(fields().zeros(16).u32(4).zeros(4)));
-  EXPECT_TRUE(liveliness(fields().zeros(16).u32(0), 2));  // as Fast DDS does
+  EXPECT_TRUE(liveliness(fields().zeros(16).u32(0), 2));  // as Fast DDS encodes it
   EXPECT_FALSE(liveliness(fields().zeros(16).u32(1), 2));
   EXPECT_FALSE(liveliness(fields().zeros(16).u32(0), 4));
   EXPECT_FALSE(liveliness(fields().zeros(16).u32(5).zeros(4)));

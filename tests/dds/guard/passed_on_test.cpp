@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whole datagrams: what is passed on in another form, octet by octet.
+// Whole datagrams that the guard rewrites before it passes them on, compared octet by octet.
 #include <vector>
 
 #include "tests/dds/guard/guard_fixture.h"
@@ -37,15 +37,15 @@ TEST_F(PassedOnTest, WhatNamesAWriterOfThisProcessIsLeftOut) {
         .add(0x06, acknack(1, 32))
         .add(0x15, data(1, entity::kStateless).zeros(8));
   };
-  EXPECT_GT(pass(all(own)).size(), all(own).get().size()) << "no process is known";
-  own[11] = 99;  // another participant
+  EXPECT_GT(pass(all(own)).size(), all(own).get().size()) << "set_process_of() was not called yet";
+  own[11] = 99;  // a participant of this process
   guard.set_process_of(prefix_of(7));
   EXPECT_EQ(pass(all(own)), Datagram(own)
                                 .add(0x09, Fields().u32(1).u32(0))
                                 .add(0x06, acknack(1, 32))
                                 .add(0x15, data(1, entity::kStateless).zeros(8))
                                 .get());
-  own[7] = 99;  // another process
+  own[7] = 99;  // a participant of another process
   EXPECT_GT(pass(all(own)).size(), all(own).get().size());
 }
 
@@ -64,7 +64,7 @@ TEST_F(PassedOnTest, AGapIsPassedOnAsItsRanges) {
   for (const bool little : {true, false}) {
     EXPECT_EQ(pass(Datagram().add(0x08, range(3, 9, little))),
               Datagram().add(0x08, range(3, 9, little)).get());
-    // 8 follows the range; 10 and 11; 40.
+    // 8 is adjacent to the range; 10 and 11; 40.
     EXPECT_EQ(pass(Datagram()
                        .add(0x08, gap_with(3, 8, 33, {0xB0000000, 0x80000000}, little))
                        .add(0x07, heartbeat(1, 99, little))),
@@ -74,11 +74,11 @@ TEST_F(PassedOnTest, AGapIsPassedOnAsItsRanges) {
                   .add(0x08, range(40, 41, little))
                   .add(0x07, heartbeat(1, 99, little))
                   .get());
-    // Of a bitmap alone; bits beyond numBits are none.
+    // A GAP with a bitmap alone. Bits beyond numBits are ignored.
     EXPECT_EQ(pass(Datagram().add(0x08, gap_with(5, 5, 2, {0x70000000}, little))),
               Datagram().add(0x08, range(6, 7, little)).get());
     EXPECT_EQ(pass(Datagram().add(0x08, gap_with(5, 5, 2, {0}, little))), Datagram().get());
-    // Of length 0: the last one of the datagram.
+    // Length 0: the last submessage of the datagram.
     EXPECT_EQ(pass(Datagram().add(0x08, gap_with(4, 5, 2, {0x40000000}, little), 0, 0)),
               Datagram().add(0x08, range(4, 5, little)).add(0x08, range(6, 7, little)).get());
   }
@@ -92,7 +92,8 @@ TEST_F(PassedOnTest, ABoundedNumberOfGapsIsPassedOn) {
         0x08, gap_with(1, 2, 256, {kHoles, kHoles, kHoles, kHoles, kHoles, kHoles, kHoles, kHoles},
                        true));
   EXPECT_EQ(pass(datagram).size(), 20U + 512 * 32);
-  EXPECT_EQ(pass(Datagram().add(0x08, range(1, 2, true))).size(), 20U + 32) << "of each datagram";
+  EXPECT_EQ(pass(Datagram().add(0x08, range(1, 2, true))).size(), 20U + 32)
+      << "the bound applies to each datagram";
 }
 
 // --- parameters ----------------------------------------------------------------------------------

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whole datagrams: participants and endpoints that discovery lets in.
+// Judges whole datagrams: participants and endpoints that discovery accepts.
 #include <algorithm>
 #include <array>
 
@@ -23,7 +23,7 @@ Fields guid_fields(const dds::guard::Prefix& whose, std::uint32_t id) {
   return out;
 }
 
-// In the name of `from`.
+// Announces `whom` in a datagram of the participant `from`.
 Datagram announce_participant(const dds::guard::Prefix& whom, const dds::guard::Prefix& from,
                               std::uint32_t lease = 20, unsigned id = 0x50) {
   const Fields list = Fields()
@@ -44,7 +44,7 @@ class PlacesTest : public testing::Test {
  protected:
   static constexpr Sender kPlaces = 8;
 
-  // Announces one participant after the other; gives how many find a place.
+  // Announces 16 participants, one after the other. Returns how many of them get a place.
   int come(Guard& guard, Sender first, const dds::guard::Address& from, std::uint32_t lease = 20) {
     int count = 0;
     for (Sender i = 0; i < 2 * kPlaces; ++i) {
@@ -76,7 +76,7 @@ TEST_F(PlacesTest, WithoutConfiguredPeersNoneIsLeft) {
   EXPECT_EQ(come(guard, 10, kStranger), kPlaces);
 }
 
-// Each costs the library a match, and about 100 octets that it keeps for ever.
+// Each participant costs the library a match, and about 100 octets that it never frees.
 TEST(ArrivalsTest, ParticipantsThatComeAndGoAreBoundedInTime) {
   constexpr std::uint32_t kMany = 100'000;
   constexpr std::int64_t kInterval = dds::guard::Discovered::kArrivalInterval;
@@ -90,7 +90,8 @@ TEST(ArrivalsTest, ParticipantsThatComeAndGoAreBoundedInTime) {
     if (guard.judge(announced.get(), now, from).reason != Reason::none)
       return false;
     guard.participant_found(prefix);
-    EXPECT_EQ(guard.judge(announced.get(), now, from).reason, Reason::none) << "known";
+    EXPECT_EQ(guard.judge(announced.get(), now, from).reason, Reason::none)
+        << "the participant is known already";
     guard.participant_lost(prefix);
     return true;
   };
@@ -124,7 +125,7 @@ TEST(ArrivalsTest, AnAddressDoesNotUseUpWhatOthersHaveSaved) {
     other[15] = i;
     of_others += comes(10, other) ? 1 : 0;
   }
-  // The addresses share places by a hash.
+  // Not all 64: a hash of the address selects the counter, so some addresses share one.
   EXPECT_GT(of_others, 32);
 }
 
@@ -137,7 +138,7 @@ TEST(ArrivalsTest, APrefixOfZerosCountsToo) {
   EXPECT_EQ(come, dds::guard::Discovered::kArrivals);
 }
 
-// A participant receives what it announces itself.
+// A participant also receives its own announcements.
 TEST(ArrivalsTest, AParticipantThatIsNeverFoundCountsOnce) {
   Guard guard(false);
   for (int i = 0; i < 1'000; ++i)
@@ -168,7 +169,7 @@ TEST_F(PlacesTest, ALeaseIsAnHourAtMostOrInfinite) {
   EXPECT_EQ(come(guard, 10, kStranger, 3600), 6);
 }
 
-// Fast DDS takes the lease that was announced last.
+// Fast DDS uses the lease that was announced last.
 TEST_F(PlacesTest, ALeaseDoesNotBecomeInfinite) {
   Guard guard(false, {.participants = kPlaces, .peers = {}});
   guard.participant_found(prefix_of(1));
@@ -182,7 +183,7 @@ TEST_F(PlacesTest, ALeaseDoesNotBecomeInfinite) {
   EXPECT_EQ(announce(2, 600), Reason::participants);
 }
 
-// Fast DDS takes who is announced from the payload.
+// Fast DDS reads the GUID of the announced participant from the payload.
 TEST_F(PlacesTest, AParticipantAnnouncesItselfAlone) {
   Guard guard(false, {.participants = kPlaces, .peers = {}});
   Guard with_server(false, {.participants = kPlaces, .simple = false});
@@ -219,12 +220,13 @@ TEST_F(GuardTest, TheEndOfAParticipantIsLeftToItsLease) {
     EXPECT_EQ(judge(announce_end(1, status)), Reason::none);
     EXPECT_EQ(passed, 20U + 12);
   }
-  const std::size_t all = announce_end(1, 3).get().size() - 60;  // no statistics
+  // Without the statistics submessage.
+  const std::size_t all = announce_end(1, 3).get().size() - 60;
   EXPECT_EQ(judge(announce_end(1, 0)), Reason::none);
   EXPECT_EQ(passed, all);
   EXPECT_EQ(judge(announce_end(1, 3, entity::kPublications)), Reason::none);
   EXPECT_EQ(passed, all);
-  // What follows is not passed on, so it has no effect here either.
+  // The submessages behind it are not passed on, so they have no effect in the guard either.
   EXPECT_EQ(beat(1), Reason::none);
   EXPECT_EQ(judge(announce_end(1, 3).add(0x07, heartbeat(1'000'000, 1'000'000))), Reason::none);
   EXPECT_EQ(beat(1'000'000), Reason::rate);
@@ -232,17 +234,17 @@ TEST_F(GuardTest, TheEndOfAParticipantIsLeftToItsLease) {
   EXPECT_EQ(with_server.judge(announce_end(1, 3).get(), now).size, all);
 }
 
-// No timer fires for such a lease, so it gives its place back when it ends.
+// Such a lease never expires, so the participant frees its place only when it announces its end.
 TEST_F(PlacesTest, AParticipantWithAnInfiniteLeaseEnds) {
   Guard guard(false, {.participants = kPlaces, .peers = {}});
   for (Sender i = 1; i <= 50; ++i) {
     EXPECT_EQ(guard.judge(announce_participant(i, kEndless).get(), 0).reason, Reason::none);
     guard.participant_found(prefix_of(i), true);
     std::vector<std::uint8_t> end = announce_end(i, 3, entity::kParticipants, i).get();
-    EXPECT_EQ(guard.judge(end, 0).size, end.size() - 60);  // no statistics
+    EXPECT_EQ(guard.judge(end, 0).size, end.size() - 60);  // without the statistics submessage
     guard.participant_lost(prefix_of(i));
   }
-  // It ends itself, nobody else.
+  // A participant can end only itself.
   guard.participant_found(prefix_of(1), true);
   guard.participant_found(prefix_of(2), false);
   EXPECT_EQ(guard.judge(announce_end(1, 3, entity::kParticipants, 2).get(), 0).size, 20U + 12);
@@ -273,8 +275,9 @@ TEST_F(GuardTest, AParticipantAnnouncesABoundedNumberOfEndpoints) {
   }
   EXPECT_EQ(passed_on, dds::guard::Discovered::kEndpoints);
   EXPECT_GT(guard.counters().of(Reason::endpoints), 0U);
-  EXPECT_EQ(judge(announce_endpoint(1, 1U << 8U | 3U)), Reason::none);  // known
-  EXPECT_EQ(judge(announce_endpoint(2, 1U << 8U | 3U)), Reason::none);  // another's
+  EXPECT_EQ(judge(announce_endpoint(1, 1U << 8U | 3U)), Reason::none);  // a known endpoint
+  // An endpoint of another participant.
+  EXPECT_EQ(judge(announce_endpoint(2, 1U << 8U | 3U)), Reason::none);
   guard.endpoint_lost(dds::guard::make_guid(prefix_of(1), 1U << 8U | 3U));
   EXPECT_EQ(judge(announce_endpoint(1, 0x77777703)), Reason::none);
 }
@@ -286,7 +289,7 @@ Fields key_of(const dds::guard::Guid& endpoint) {
   return out;
 }
 
-// As Fast DDS announces the end of an endpoint: key hash and status info, no payload.
+// The end of an endpoint as Fast DDS announces it: key hash and status info, without payload.
 Datagram end_endpoint(Sender from, const dds::guard::Guid& endpoint, std::uint32_t writer) {
   const Fields qos = Fields()
                          .parameter(0x70, key_of(endpoint))
@@ -295,7 +298,7 @@ Datagram end_endpoint(Sender from, const dds::guard::Guid& endpoint, std::uint32
   return Datagram(from).add(0x15, data(1, writer).octets(qos.get()), kHasInlineQos);
 }
 
-// As Cyclone DDS does: status info, and the key as payload.
+// The end of an endpoint as Cyclone DDS announces it: status info, and the key as payload.
 Datagram end_endpoint_by_payload(Sender from, const dds::guard::Guid& endpoint,
                                  std::uint32_t writer) {
   const Fields qos = Fields().parameter(0x71, Fields().zeros(3).u8(3)).sentinel();
@@ -325,14 +328,15 @@ class FullOfEndpoints : public GuardTest {
   }
 };
 
-// The library takes the end of one only after the announcement before it, which found no place.
+// The library processes the end of an endpoint only after the preceding announcement, which was
+// dropped for lack of a place.
 TEST_F(FullOfEndpoints, OneThatEndsGivesItsPlaceBeforeTheLibraryTakesItsEnd) {
   EXPECT_EQ(judge(end_endpoint(1, endpoint(1), entity::kPublications)), Reason::none);
   EXPECT_EQ(judge(end_endpoint_by_payload(1, endpoint(2), entity::kSubscriptions)), Reason::none);
   come(kMost + 1);
   come(kMost + 2);
   EXPECT_EQ(judge(announce_endpoint(1, id(kMost + 3))), Reason::endpoints);
-  // The library has taken both ends: their places were given back before.
+  // The library has processed both ends, whose places were freed before.
   guard.endpoint_lost(endpoint(1));
   guard.endpoint_lost(endpoint(2));
   EXPECT_EQ(judge(announce_endpoint(1, id(kMost + 3))), Reason::endpoints);
@@ -347,9 +351,10 @@ TEST_F(FullOfEndpoints, AnEndGivesOnePlaceOnce) {
 }
 
 TEST_F(FullOfEndpoints, NoOtherEndGivesAPlace) {
-  judge(end_endpoint(1, endpoint(kMost + 9), entity::kPublications));  // never found
-  judge(end_endpoint(2, endpoint(1), entity::kPublications));          // another's
-  judge(end_endpoint(1, endpoint(1), kWriter));                        // of no endpoint
+  // An endpoint that was never found.
+  judge(end_endpoint(1, endpoint(kMost + 9), entity::kPublications));
+  judge(end_endpoint(2, endpoint(1), entity::kPublications));  // from another participant
+  judge(end_endpoint(1, endpoint(1), kWriter));                // not from a builtin writer
   EXPECT_EQ(judge(announce_endpoint(1, id(kMost + 1))), Reason::endpoints);
 }
 
@@ -362,7 +367,7 @@ TEST_F(GuardTest, AParticipantAnnouncesItsOwnEndpoints) {
   }
 }
 
-// Writers that share one would share their numbers in a reader.
+// Writers with the same persistence GUID would share one range of numbers in a reader.
 TEST_F(GuardTest, AWriterHasNoPersistenceGuidButItsOwn) {
   const auto announce = [&](const Fields& persistence, std::uint32_t id) {
     const Fields list = Fields()

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// DDS-Security 1.1 7.3.6: order and lengths of protected submessages, and what may be plain.
+// DDS-Security 1.1 7.3.6: order and lengths of protected submessages, and which submessages may be
+// plain.
 #include "bridges/dds/guard/protection.h"
 
 #include <gtest/gtest.h>
@@ -18,7 +19,7 @@ namespace entity = dds::guard::entity;
 Fields crypto_header() {
   return Fields().zeros(20);
 }
-// length: that of the content, big endian.
+// length: the length field of the content, big-endian.
 Fields content(std::uint32_t length, std::size_t octets) {
   return Fields(false).u32(length).zeros(octets);
 }

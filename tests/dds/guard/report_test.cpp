@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A flood of bad datagrams does not flood the log.
+// A flood of malformed datagrams does not flood the log.
 #include "bridges/dds/guard/report.h"
 
 #include <gtest/gtest.h>

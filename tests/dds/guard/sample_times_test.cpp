@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whole datagrams: the source timestamps of what is passed on, octet by octet.
+// Whole datagrams: the source timestamps of the datagrams that are passed on, octet by octet.
 #include <algorithm>
 #include <map>
 #include <random>
@@ -26,12 +26,12 @@ Fields time(std::uint32_t seconds, std::uint32_t fraction, bool little = true) {
 
 class SampleTimesTest : public GuardTest {
  protected:
-  // What is passed on.
+  // The datagram that the guard passes on.
   std::vector<std::uint8_t> pass(Datagram datagram) {
     EXPECT_EQ(guard.judge(datagram.get(), now, {}, &written).reason, Reason::none);
     return {written.octets().begin(), written.octets().end()};
   }
-  // The timestamps of its samples as Fast DDS takes them: of the INFO_TS before, signed, or 0.
+  // The timestamps of its samples as Fast DDS reads them: from the preceding INFO_TS, signed, or 0.
   std::vector<SampleTime> times(const Datagram& datagram) {
     const std::vector<std::uint8_t> octets = pass(datagram);
     std::vector<SampleTime> found;
@@ -46,7 +46,7 @@ class SampleTimesTest : public GuardTest {
     }
     return found;
   }
-  // Of one sample.
+  // The timestamp of a datagram with one sample.
   SampleTime time_of(std::int64_t number, SampleTime sent, Sender from = 1) {
     const auto bits = static_cast<std::uint64_t>(sent);
     const Fields info =
@@ -62,7 +62,7 @@ TEST_F(SampleTimesTest, TheFirstSampleKeepsItsTimestamp) {
                      .add(0x09, time(0x01020304, 0x05060708, little))
                      .add(0x15, data(7, kWriter, little));
     EXPECT_EQ(pass(first), first.get());
-    // One number further, whatever the sender names.
+    // The next number gets the next timestamp, whatever timestamp the sender sent.
     for (const std::uint32_t seconds : {0U, 0x01020305U, 0xFFFFFFFFU}) {
       auto next = Datagram(from)
                       .add(0x09, time(seconds, 0, little))
@@ -91,7 +91,7 @@ TEST_F(SampleTimesTest, ASampleWithoutATimestampGetsOne) {
   const Fields none;
   const auto wanted = Datagram().add(0x09, none, 2).add(0x09, time(0, 3)).add(0x15, data(4)).get();
   EXPECT_EQ(pass(Datagram().add(0x09, none, 2).add(0x15, data(4))), wanted);
-  // An INFO_TS before that was made invalid.
+  // The second INFO_TS invalidates the first.
   EXPECT_EQ(times(Datagram(2).add(0x09, time(5, 0)).add(0x09, none, 2).add(0x15, data(4))),
             std::vector<SampleTime>{0});
 }
@@ -108,7 +108,7 @@ TEST_F(SampleTimesTest, EachSampleOfADatagramHasItsOwn) {
                       .add(0x15, data(2, other))),
             (std::vector<SampleTime>{kSent, kSent + 1, kSent, kSent - 2, kSent + 1}));
   EXPECT_EQ(written.octets().size(), kHeader + 5 * (kInfoTsSize + 24));
-  // What lies between INFO_TS and sample: addressed, or another's.
+  // A submessage between INFO_TS and sample: INFO_DST, or one of another writer.
   EXPECT_EQ(
       times(Datagram().add(0x09, time(10, 0)).add(0x0E, Fields().zeros(12)).add(0x15, data(7))),
       std::vector<SampleTime>{kSent + 2});
@@ -142,7 +142,7 @@ TEST_F(SampleTimesTest, SubmessagesWithoutASampleAreLeftAsTheyAre) {
   EXPECT_EQ(pass(datagram), datagram.get());
 }
 
-// The timestamps of a writer rise to the very end, wherever they begin.
+// The timestamps of a writer rise up to the largest value, wherever they begin.
 TEST_F(SampleTimesTest, TimestampsDoNotWrap) {
   constexpr SampleTime kMost = INT64_MAX;
   Sender from = 1;
@@ -189,7 +189,7 @@ struct Sample {
   SampleTime time = 0;
 };
 
-// As ReaderHistory::add_change of Fast DDS 2.9.1 inserts a sample.
+// Inserts a sample like ReaderHistory::add_change of Fast DDS 2.9.1.
 void insert(std::vector<Sample>& history, const Sample& sample) {
   const auto before = [](const Sample& a, const Sample& b) {
     return a.writer == b.writer ? a.number < b.number : a.time < b.time;
@@ -207,7 +207,7 @@ bool is_sorted(const std::vector<Sample>& history) {
   });
 }
 
-// Samples of three writers in any order, with any timestamps, of which some are taken meanwhile.
+// Samples of three writers in any order, with any timestamps; some are taken meanwhile.
 TEST_F(SampleTimesTest, AReaderHasTheNumbersOfEachWriterInTheirOrder) {
   std::mt19937 random(1);
   const auto below = [&](unsigned end) { return static_cast<int>(random() % end); };
@@ -231,7 +231,7 @@ TEST_F(SampleTimesTest, AReaderHasTheNumbersOfEachWriterInTheirOrder) {
     }
     unsorted += is_sorted(bare) ? 0 : 1;
   }
-  EXPECT_GT(unsorted, 1'000) << "the timestamps as they are sent";
+  EXPECT_GT(unsorted, 1'000) << "the order by the timestamps as sent";
 }
 
 }  // namespace

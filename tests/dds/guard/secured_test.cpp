@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A domain in which everything is encrypted: clients authenticate through the guard, and what
-// anybody forges in plain is dropped, whatever identity it names.
+// A domain in which everything is encrypted: clients authenticate through the guard, and forged
+// plain datagrams are dropped, whatever participant they claim to come from.
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
@@ -31,7 +31,8 @@ class Secured : public testing::Test {
     ASSERT_EQ(std::system(make.c_str()), 0);
     write_profiles("gateway");
     write_profiles("operator");
-    // Fast DDS 2.9.1 does not authenticate every participant that comes late, guarded or not.
+    // Fast DDS 2.9.1 does not authenticate every participant that joins late, with or without a
+    // guard.
     for (int attempt = 0; attempt < 10 && !connected; ++attempt)
       connect();
     ASSERT_TRUE(connected);
@@ -137,7 +138,7 @@ TEST_F(Secured, WhatIsForgedInPlainIsDroppedAndRealDataFlows) {
   EXPECT_EQ(gateway->expect("output line=line1 client=forged", std::chrono::milliseconds(0)), "");
 }
 
-// Its lengths are read before anything is authenticated.
+// The library reads its lengths before it authenticates anything.
 TEST_F(Secured, ProtectedContentThatClaimsMoreThanItHas) {
   dds::guard::Prefix prefix{};
   std::copy_n(outputs->guid().guidPrefix.value, 12, prefix.begin());

@@ -17,7 +17,7 @@ class SubmessageTest : public testing::TestWithParam<bool> {
  protected:
   const bool little = GetParam();
 
-  // The first submessage of the datagram.
+  // Checks the first submessage of the datagram.
   Reason check(Datagram datagram) {
     octets = std::move(datagram.get());
     content = Content{};
@@ -27,7 +27,7 @@ class SubmessageTest : public testing::TestWithParam<bool> {
   Reason check(unsigned kind, const Fields& body, unsigned flags = 0) {
     return check(Datagram().add(kind, body, flags));
   }
-  // Every body that is shorter than the fixed part is refused.
+  // Every body that is shorter than the fixed part is rejected.
   void expect_cut(unsigned kind, const Fields& whole, std::size_t fixed, unsigned flags = 0) {
     for (std::size_t size = 1; size < fixed; ++size) {
       Fields cut(little);
@@ -86,7 +86,7 @@ TEST_P(SubmessageTest, AHeaderOfASubmessageIsNotCut) {
 
 TEST_P(SubmessageTest, InfoSubmessagesHaveTheirFixedPart) {
   expect_cut(0x09, Fields(little).zeros(8), 8);
-  EXPECT_EQ(check(0x09, Fields(little), 0x02), Reason::none);  // invalidates the time
+  EXPECT_EQ(check(0x09, Fields(little), 0x02), Reason::none);  // invalidates the timestamp
   EXPECT_EQ(check(0x09, Fields(little)), Reason::submessage);
   expect_cut(0x0C, Fields(little).zeros(20), 20);
   expect_cut(0x0E, Fields(little).zeros(12), 12);
@@ -94,7 +94,8 @@ TEST_P(SubmessageTest, InfoSubmessagesHaveTheirFixedPart) {
 
 TEST_P(SubmessageTest, AckNackHasASetOfAtMost256Bits) {
   expect_cut(0x06, acknack(1, 0, kReader, kWriter, little), 24);
-  EXPECT_EQ(check(0x06, acknack(0, 0, kReader, kWriter, little)), Reason::none);  // preemptive
+  // A preemptive ACKNACK.
+  EXPECT_EQ(check(0x06, acknack(0, 0, kReader, kWriter, little)), Reason::none);
   EXPECT_EQ(check(0x06, acknack(0, 1, kReader, kWriter, little)), Reason::sequence_number);
   EXPECT_EQ(check(0x06, acknack(-1, 0, kReader, kWriter, little)), Reason::sequence_number);
   EXPECT_EQ(check(0x06, acknack((std::int64_t{1} << 48) + 1, 0, kReader, kWriter, little)),
@@ -227,7 +228,7 @@ TEST_P(FragmentTest, FragmentsMakeUpTheSample) {
   EXPECT_EQ(fragment(2, 2, 1024, 3000, 3000 - 1024), Reason::none);
   EXPECT_EQ(fragment(3, 1, 1024, 3000, 952), Reason::none);
   EXPECT_EQ(fragment(3, 1, 1024, 3000, 951), Reason::fragment);
-  EXPECT_EQ(fragment(3, 1, 1024, 2999, 952), Reason::none);  // padded
+  EXPECT_EQ(fragment(3, 1, 1024, 2999, 952), Reason::none);  // with padding
   EXPECT_EQ(fragment(3, 1, 1024, 3000, 956), Reason::fragment);
   EXPECT_EQ(fragment(3, 2, 1024, 3000, 1976), Reason::fragment);
   EXPECT_EQ(fragment(4, 1, 1024, 3000, 1024), Reason::fragment);
@@ -245,7 +246,8 @@ TEST_P(FragmentTest, ASampleHasAtMost4MiB) {
   EXPECT_EQ(fragment(1, 1, 1024, 4U << 20U, 1024), Reason::none);
   EXPECT_EQ(fragment(1, 1, 1024, (4U << 20U) + 1, 1024), Reason::fragment);
   EXPECT_EQ(fragment(1, 1, 1024, 0x80000000, 1024), Reason::fragment);
-  EXPECT_EQ(fragment(1, 1, 1024, 1024, 1024), Reason::fragment);  // it is not fragmented
+  // A sample of one fragment is not fragmented.
+  EXPECT_EQ(fragment(1, 1, 1024, 1024, 1024), Reason::fragment);
 }
 
 }  // namespace

@@ -1,10 +1,10 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """transports.py DDS_PEER PROFILES
-A gateway and a client find each other through the guard over every transport that a profile can name: built-in ones,
-UDPv4, UDPv6, shared memory, TCPv4. A second client comes and goes meanwhile; over TCPv4 many came and went before. Each
-process has received datagrams through its guard, which has dropped none, and ends when its input ends. UDPv6 needs the
-address ::1."""
+A gateway and a client find each other through the guard over every transport that a profile can name: the built-in
+ones, UDPv4, UDPv6, shared memory, TCPv4. A second client joins and leaves meanwhile; over TCPv4 many did so before.
+Each process must have received datagrams through its guard, the guard must have dropped none, and the process must
+end with its input. UDPv6 needs the address ::1."""
 
 import os
 import re
@@ -37,7 +37,7 @@ def use(name):
 
 
 def tcp(text, listening, locator, domain):
-    """The gateway listens, the clients connect."""
+    """Profiles for TCP: the gateway listens, the clients connect."""
     port = 20000 + domain
     address = "<locator><tcpv4><physical_port>%d</physical_port><port>%d</port><address>127.0.0.1</address></tcpv4></locator>" % (
         port, 7410 + 250 * domain)
@@ -48,7 +48,8 @@ def tcp(text, listening, locator, domain):
 
 
 def udp_v6(text, domain):
-    """Without multicast, which the loopback interface has for IPv4 alone: each looks for the first participants."""
+    """Profiles for UDPv6 without multicast, which the loopback interface supports only for IPv4: each participant
+    looks for the first participants."""
     ports = range(7410 + 250 * domain, 7410 + 250 * domain + 8, 2)
     peers = "".join("<locator><udpv6><port>%d</port><address>::1</address></udpv6></locator>" % port for port in ports)
     text = text.replace("</transport_descriptors>", OWN % (
@@ -58,7 +59,7 @@ def udp_v6(text, domain):
 
 
 def profiles(text, transport, domain):
-    """Of the gateway and of a client."""
+    """Returns the profiles of the gateway and of a client."""
     if transport == "built-in":
         text = USED.sub("<useBuiltinTransports>true</useBuiltinTransports>", text, count=1)
     elif transport == "SHM":
@@ -75,8 +76,8 @@ def receives(client, seconds):
 
 
 def start_clients(peer, domain, profile, transport):
-    """Those that are matched at the same time, or None when one receives nothing. Without new_connections.h about one of
-    twenty clients over TCP received nothing for ever: so many come and go first."""
+    """Returns clients that are matched at the same time, or None if one receives nothing. Without new_connections.h
+    about one in twenty clients over TCP never received anything: that many join and leave before."""
     for _ in range(ONE_AFTER_THE_OTHER if transport == "TCPv4" else 0):
         client = mutate.Peer(peer, "subscriber", domain, profile)
         if not receives(client, mutate.FOUND_WITHIN) or not client.end():
@@ -104,7 +105,7 @@ def check(peer, text, transport):
         if not gateway.end():
             return "the gateway does not end"
     for process in (gateway, *clients):
-        process.thread.join()  # has read all that was printed
+        process.thread.join()  # until it has read all output
         if not process.lines["guarded"]:
             return "a process received nothing through its guard"
     held.close()

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Four gateways in one domain that each have a line press: a command goes to a line only if its name is unambiguous,
-however late a gateway is discovered, and lists have the lines of all gateways.
+"""Four gateways in one domain, each with a line press: a command is sent to a line only if its name is unambiguous,
+however late a gateway is discovered, and lists contain the lines of all gateways.
 
 ambiguous.py LINEGATED LINEGATE PROFILES
 """
@@ -34,14 +34,14 @@ READ = ("1000", "0", "u32")
 
 
 def start(plant, folder, gateway):
-    """A gateway with its two lines."""
+    """Starts a gateway with its two lines."""
     text = PLANT.format(gateway=gateway, network=10 + GATEWAYS.index(gateway),
                         eds=os.path.join(plant_process.EDS, "digital-io.eds"))
     return plant.gateway(write(os.path.join(folder, gateway + ".yaml"), text))
 
 
 def each_has_discovered_the_others(plant, gateways):
-    """As each of their lines says."""
+    """Whether each line reports all other gateways."""
     lines = plant.ask("--json", "lines")
     if lines.returncode not in (0, 3):
         return False
@@ -53,7 +53,7 @@ def each_has_discovered_the_others(plant, gateways):
 
 
 def names_are_refused_or_right(plant, gateways):
-    """One time: what is ambiguous is refused with all candidates, what is not is answered."""
+    """One round: an ambiguous name is rejected with all candidates; an unambiguous one is answered."""
     refused = plant.command("sdo", "read", "press:8", *READ, code=1)
     expect("the candidates", refused.stderr.strip(),
            "more than one line is meant: " + " or ".join(f"{gateway}/press" for gateway in gateways))
@@ -64,7 +64,7 @@ def names_are_refused_or_right(plant, gateways):
 
 
 def lists_have_all(plant, gateways):
-    """One time: the lists have each line of each gateway."""
+    """One round: the lists have each line of each gateway."""
     wanted = sorted((gateway, line) for gateway in gateways for line in ("press", "only-" + gateway))
     lines = plant.json("lines")["lines"]
     expect("lines", sorted((one["gateway"], one["line"]) for one in lines), wanted)

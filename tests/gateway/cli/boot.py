@@ -1,9 +1,9 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""linegate boot and linegate nodes: a plant with a mandatory node that is missing, one of wrong identity, one that
-refuses an entry of its configuration and one whose heartbeat does not come gives four exact diagnoses.
+"""linegate boot and linegate nodes: a plant with a mandatory node that is missing, one with a wrong identity, one
+that rejects an entry of its configuration and one without a heartbeat yields four exact diagnoses.
 
-boot.py LINEGATED LINEGATE PROFILES. The line is simulated inside the gateway, in a network of its own.
+boot.py LINEGATED LINEGATE PROFILES. The line is simulated inside the gateway, in a separate network namespace.
 """
 
 import json
@@ -31,7 +31,7 @@ lines:
       - {{node: 7, profile: encoder}}
       - {{node: 8, profile: encoder}}
 """
-# Letter and what the words must hold.
+# The letter, and a text that the message must contain.
 WANTED = {
     4: ("", "booted"),
     5: ("B", "1000:00 ended with 05040000h"),
@@ -55,7 +55,7 @@ def run(plant):
     expect("serial number found", nodes[6]["found"], 0x1006)
     expect("abort code", nodes[5]["abort"], "05040000")
 
-    plant.command("boot", "press:4")  # is booted: no failure
+    plant.command("boot", "press:4")  # boots without a failure
     if "4711" in plant.command("boot", "press:6", code=1).stdout:
         raise Failure("values are hexadecimal in words")
     told = plant.command("config", "apply", "press:6", code=1).stdout

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""linegate config: a device that somebody changed is found and set right, object by object; a concise DCF is given to
-the manager while it runs.
+"""linegate config: a device whose configuration was changed is found and corrected, object by object; a concise DCF
+is written to the manager at run time.
 
 configure.py LINEGATED LINEGATE PROFILES. The line is simulated inside the gateway.
 """
@@ -72,7 +72,7 @@ def run(plant, folder):
         told = plant.command("config", "import", "press", own, code=1).stderr
         if "1000:00" not in told or "06010002" not in told:
             raise Failure("an entry the manager itself refuses: " + told)
-        expect("what came before it", plant.value("press:own", "1F26", "7"), 5)
+        expect("the value before", plant.value("press:own", "1F26", "7"), 5)
         plant.command("config", "import", "press:5", sys.argv[0], code=2)
         plant.command("config", "verify", "press:0", code=2)
         told = plant.command("config", "verify", "press:99", code=1).stderr

@@ -1,10 +1,11 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Data of devices by object and frames of no CANopen service, with the real programs over DDS: what a PDO carries goes
-by PDO and the rest by SDO, PDOs are triggered by hand, reads are answered from the image, and frames of other
-protocols are sent and listened to.
+"""Data of devices by object and frames of no CANopen service, with the real programs over DDS: objects in a PDO are
+written by PDO and others by SDO, PDOs are triggered by command, reads are answered from the image, and frames of
+other protocols are sent and received.
 
-data.py LINEGATED LINEGATE PROFILES. The line is a multicast group in a network of its own; a second gateway observes.
+data.py LINEGATED LINEGATE PROFILES. The line is a multicast group in a separate network namespace; a second gateway
+observes it.
 """
 
 import concurrent.futures
@@ -17,7 +18,7 @@ from plant_process import EDS, Failure, PATIENCE, end, run_test, simulated, unti
 
 URI = "udp:239.74.163.9:43121"
 DEVICES = {5: "drive", 8: "digital-io"}
-PDO = "3"  # that of the outputs of node 8: the drive has two
+PDO = "3"  # number of the PDO with the outputs of node 8, after the two of the drive
 PLANT = """schema: 1
 gateway: {{name: {gateway}}}
 lines:
@@ -42,7 +43,7 @@ class Plant(plant_process.Plant):
         self.folder = folder
 
     def said(self, *words, code=0):
-        """What it answered, or why it did not do what it was told."""
+        """Returns the answer, or the error message."""
         told = self.command(*words, code=code)
         return (told.stderr if code == 1 else told.stdout).strip()
 
@@ -52,7 +53,7 @@ class Plant(plant_process.Plant):
             raise Failure(f"{words} said '{told}', not '{wanted}'")
 
     def starts(self, line, role, access):
-        """A gateway with the line in that role."""
+        """Starts a gateway with the line in that role."""
         nodes = "".join(f"      - {{id: {node}, eds: {EDS}/{profile}.eds}}\n" for node, profile in DEVICES.items())
         text = PLANT.format(gateway="of-" + line, line=line, uri=URI, role=role, access=access,
                             objects=OBJECTS if role == "manager" else "")
@@ -63,7 +64,7 @@ class Plant(plant_process.Plant):
         return len(lines) == 2 and all(line.get("nodes_operational") == len(DEVICES) for line in lines)
 
     def transfers(self):
-        """SDO transfers of the line when its state tells of no more."""
+        """Returns the number of SDO transfers of the line, once it no longer increases."""
         def count():
             return next((line["counters"]["sdo_transfers"] for line in self.lines() if line["line"] == "press"), -1)
 
@@ -79,7 +80,7 @@ class Plant(plant_process.Plant):
 
 
 def check_objects(plant):
-    """Two outputs of node 8 share a PDO; 6083h of the drive is in none."""
+    """Two outputs of node 8 share a PDO; 6083h of the drive is in no PDO."""
     first, second = ("press:8", "6200", "1", "u8"), ("press:8", "6200", "2", "u8")
     waits = ", which waits for: "
     told = plant.said("sdo", "write", *first, "0x55", "--by-pdo", code=4)
@@ -112,7 +113,7 @@ def check_objects(plant):
 
 
 def check_pdo_numbers(plant):
-    """Which PDOs an image contains, and when they were sent: IXXAT's queue of RPDO numbers."""
+    """The PDOs that an image contains, and when they were sent: the queue of RPDO numbers in the IXXAT manual."""
     def told():
         plant.command("trigger", "press", PDO)
         pdos = plant.json("image", "press", "-o").get("pdos", [])
@@ -130,7 +131,7 @@ def check_frames(plant):
         plant.expect("not possible in the line's role", "send", "watch", "351#00", code=1)
         end = time.monotonic() + PATIENCE
         while listener.poll() is None and time.monotonic() < end:
-            plant.command("send", "press", "361#FF")  # not what is listened to
+            plant.command("send", "press", "361#FF")  # outside the range listened to
             plant.command("send", "press", "351#1122")
         heard = [json.loads(line) for line in listener.communicate(timeout=PATIENCE)[0].splitlines()]
     finally:
@@ -140,7 +141,7 @@ def check_frames(plant):
 
 
 def check_dictionary(plant):
-    """Objects of applications: of the configuration, in image and PDO, and created while it runs."""
+    """Application objects: those of the configuration, in image and PDO, and those created at run time."""
     plant.expect("5", "od", "press", "read", "2100", "1")
     plant.command("od", "press", "write", "2100", "1", "42")
     told = plant.said("od", "press", "write", "2100", "1", "101", code=1)
@@ -174,7 +175,7 @@ def check_dictionary(plant):
 
 
 def check_types(plant):
-    """Types of objects are those of the device files; press:all is each node."""
+    """Types of objects come from the device files; press:all addresses each node."""
     plant.command("sdo", "write", "press:5", "6083:00", "77")
     plant.expect("77", "sdo", "read", "press:5", "6083")
     refused = plant.command("sdo", "write", "press:5", "1017:00", "70000", code=2).stderr
@@ -200,10 +201,10 @@ def check_access(plant):
 
 
 def run(plant):
-    # Who observes from the beginning hears the nodes being started: they have no heartbeat.
+    # The observer starts first, because it must receive the NMT start commands: the nodes have no heartbeat.
     watch, press = plant.starts("watch", "observer", "all"), None
     try:
-        until("somebody observes", lambda: [line["line"] for line in plant.lines()] == ["watch"])
+        until("the observer runs", lambda: [line["line"] for line in plant.lines()] == ["watch"])
         press = plant.starts("press", "manager", "all")
         until("all nodes operational", plant.operational)
         check_objects(plant)

@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""A plant in which four things are wrong: a mandatory node that is missing, one that is another device than expected,
-one that refuses an entry of its configuration, one whose heartbeat is silent. Each is named exactly, in what DDS carries
-(NodeState, LineState, events, the line's own objects) and in what the console prints; the fifth node is in order.
+"""A plant with four faults: a mandatory node that is missing, one that is another device than expected, one that
+rejects an entry of its configuration, one without a heartbeat. Each is reported exactly, in the samples on DDS
+(NodeState, LineState, events, the line's own objects) and in the output of the console; the fifth node has no fault.
 
 diagnoses.py LINEGATED LINEGATE PROFILES
 """
@@ -12,7 +12,7 @@ import re
 
 from plant_process import EDS, Failure, Plant, run_test, stop, until, write
 
-DOMAIN = "231"  # nobody else's of tests/gateway
+DOMAIN = "231"  # used by no other test of tests/gateway
 PLANT = f"""schema: 1
 gateway: {{name: diagnosed}}
 lines:
@@ -32,7 +32,7 @@ lines:
       - {{node: 8, profile: digital-io}}
       - {{node: 9, profile: digital-io}}
 """
-# Letter and words of NodeState; event, and what its text has to say.
+# Letter and words of NodeState; event, and a text that it must contain.
 WRONG = {
     5: ("B", "no answer to the SDO upload of 1000h", "boot-result", r"node 5 \(gate\): boot failed \(B\): no answer.*1000:00.*05040000h"),
     6: ("O", "serial number differs from the expected one", "boot-result",
@@ -45,7 +45,7 @@ OPTIONAL_IDENTITY, LIST_CHANGED, CONFIGURATION = 1 << 4, 1 << 7, 1 << 10  # 5F00
 
 
 def diagnosed(plant):
-    """NodeState by node-ID, when all boots have come to an end."""
+    """Returns NodeState by node-ID, when all boot processes have ended."""
     nodes = {node["node"]: node for node in plant.json("nodes", "press")}
     done = all(nodes.get(node, {}).get("boot") == wrong[0] for node, wrong in WRONG.items())
     return nodes if done and nodes.get(9, {}).get("boot_text") == "booted" else None
@@ -90,7 +90,8 @@ def check_line(plant):
 
 
 def file_without_limits(folder):
-    """The drive's device file as a tool without limits writes it: a check cannot see that the value is too high."""
+    """Writes the drive's device file without limits, like some tools: a check cannot detect that the value is too
+    high."""
     with open(os.path.join(EDS, "drive.eds"), encoding="latin-1") as file:
         lines = [line for line in file if not line.startswith(("LowLimit", "HighLimit"))]
     return write(os.path.join(folder, "drive.eds"), "".join(lines))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Programs (1F50h) for the simulated drive: a head with identification and CRC, and content."""
+"""Programs (1F50h) for the simulated drive: a header with identification and CRC, and content."""
 
 import struct
 
@@ -15,6 +15,6 @@ def crc(data):
 
 
 def program(identification, size):
-    """size: octets of its content."""
+    """size: number of octets of its content."""
     content = bytes(i * 7 & 0xFF for i in range(size))
     return b"LGFW" + struct.pack("<IH", identification, crc(content)) + content

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""The commands of linegate that work on files, and what it says to wrong words, without a gateway.
+"""The commands of linegate that work on files, and its messages for wrong arguments, without a gateway.
 
 files.py LINEGATED LINEGATE PROFILES
 """
@@ -50,9 +50,9 @@ def a_pipe_is_decoded_line_by_line(linegate):
             process.stdin.write(f"({1700000000 + number}.000000) can0 705#{state}\n")
             process.stdin.flush()
             explained = process.stdout.readline()
-            if number == 0:  # the day is before it
+            if number == 0:  # preceded by the date
                 explained = process.stdout.readline()
-            expect("what is said while the pipe is open", f" {state} " in explained, True)
+            expect("the output while the pipe is open", f" {state} " in explained, True)
         process.stdin.close()
         expect("the exit status of decode", process.wait(timeout=PATIENCE), 0)
 
@@ -98,10 +98,10 @@ def what_cannot_be_written_is_an_object(folder, linegate):
     file = f"{folder}/no-such-folder/x.log"
     done = run(linegate, "--json", "record", "virtual:x", "-o", file)
     expect("the exit status of record", done.returncode, 1)
-    expect("what record says", json.loads(done.stdout),
+    expect("the JSON of record", json.loads(done.stdout),
            {"ok": False, "domain": "console", "text": f"error: {file}: cannot be written: No such file or directory"})
     done = run(linegate, "record", "virtual:x", "-o", file)
-    expect("what record says in words", (done.returncode, done.stdout), (1, ""))
+    expect("the text of record", (done.returncode, done.stdout), (1, ""))
     unreadable = f"{folder}/none.dcf"
     os.symlink("/proc/self/mem", unreadable)  # exists, and cannot be read as a file
     done = run(linegate, "--json", "--wait", "0.1", "config", "import", "press:5", unreadable)
@@ -110,7 +110,7 @@ def what_cannot_be_written_is_an_object(folder, linegate):
 
 
 def completed(plant, *words):
-    """What the bash completion offers for the last of the words, with that plant file."""
+    """Returns the completions of bash for the last word, with that plant file."""
     script = os.path.join(plant_process.SOURCES, "deploy", "package", "linegate.bash")
     line = " ".join(f"'{word}'" for word in words)
     text = f"source {script}; COMP_WORDS=({line}); COMP_CWORD={len(words) - 1}; _linegate;"
@@ -151,7 +151,7 @@ lines:
            {"hall", "hall:own", "hall:all"})
     expect("nodes of pdo request", complete(linegate, "pdo", "request", "press", ":", ""), {"own", "all", "ram"})
     expect("lines of pdo request", complete(linegate, "pdo", "request", ""), lines)
-    expect("what is no line", complete(linegate, "nmt", "st"), set())
+    expect("completions for a name that is not a line", complete(linegate, "nmt", "st"), set())
     expect("a node behind a command", complete(linegate, "nmt", "start", "press", ":", "r"), {"ram"})
     write(path, "no plant at all: [")
     expect("a plant that cannot be read", complete(linegate, "image", "p"), set())

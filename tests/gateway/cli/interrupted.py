@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""A console command that waits for a gateway ends at once when it is told to, and not when its wait is over.
+"""A console command that waits for a gateway ends at once on a signal, not at the end of its wait.
 
 interrupted.py LINEGATE PROFILES
 """
@@ -15,19 +15,19 @@ PATIENCE = 60  # seconds; the command itself would wait far longer
 
 
 def is_waiting(process):
-    """It has made its participant: DDS has threads of its own."""
+    """Whether it has created its participant: DDS has threads of its own."""
     return len(os.listdir(f"/proc/{process.pid}/task")) > 4
 
 
 def main(linegate, profiles):
-    domain = str(190 + os.getpid() % 10)  # below are those of tests/dds/own_domain.h
+    domain = str(190 + os.getpid() % 10)  # lower numbers are used by tests/dds/own_domain.h
     command = [linegate, "--profile", profiles, "--domain", domain, "--wait", "3600", "nodes"]
     with subprocess.Popen(command) as process:
         try:
             end = time.monotonic() + PATIENCE
             while not is_waiting(process) and time.monotonic() < end:
                 time.sleep(0.05)
-            # Whatever else it sets up comes after its participant.
+            # Its remaining set-up follows the creation of its participant.
             time.sleep(1)
             process.send_signal(signal.SIGTERM)
             process.wait(timeout=PATIENCE)

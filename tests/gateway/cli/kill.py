@@ -1,11 +1,11 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""A gateway that is killed at any moment, while it boots its nodes, while its own node and its devices store their
-parameters and while all is well, ends in the right state when it is started again, after each of the kills: all nodes
+"""A gateway is killed at any moment: while it boots its nodes, while its own node and its devices store their
+parameters, and while it is idle. After each kill it is started again and must reach the right state: all nodes
 Operational, stored parameters the old or the new ones, the image the same.
 
-kill.py LINEGATED LINEGATE PROFILES [SEED]. The bus is a multicast group in a network of its own; the simulated
-devices on it are another program and live on.
+kill.py LINEGATED LINEGATE PROFILES [SEED]. The bus is a multicast group in a separate network namespace; the
+simulated devices on it belong to another program, which is not killed.
 """
 
 import json
@@ -20,9 +20,9 @@ from udp_bus import Bus, pause
 ROUNDS = 51    # of two kills each
 GROUP, PORT = "239.74.163.11", 43121
 OWN = 127
-BESIDE = {5: "drive", 7: "encoder", 8: "digital-io", 10: "analog-io"}  # in the other program
+BESIDE = {5: "drive", 7: "encoder", 8: "digital-io", 10: "analog-io"}  # simulated by the other program
 INSIDE = {20: "drive", 21: "drive"}                                   # devices of the gateway
-# Two objects of a node that are stored together, (index, sub-index, bytes, what is added to a small number): the inhibit
+# Two objects of a node that are stored together, (index, sub-index, bytes, number added to a small number): the inhibit
 # time of EMCYs, and the consumer heartbeat time of node 100, which does not exist.
 PAIR = ((0x1015, 0, 2, 0), (0x1016, 1, 4, 100 << 16))
 STORING = (OWN, *INSIDE)
@@ -66,7 +66,7 @@ class Plant(Console):
                                        devices=devices))
         self.bus = Bus(GROUP, PORT)
         self.process = None
-        # By node: the generations of values that may be stored, the last one known to be first.
+        # By node: the generations of values that may be stored. None until the first one is known.
         self.stored = {node: None for node in STORING}
 
     def start(self):
@@ -80,7 +80,7 @@ class Plant(Console):
         self.process.wait()
 
     def look(self):
-        """A start that comes to its end: all nodes run, and have what was stored."""
+        """A start without a kill: all nodes run, and have the stored values."""
         self.start()
         self.await_operational()
         self.check_stored()
@@ -91,7 +91,7 @@ class Plant(Console):
             raise Failure(f"not all nodes are Operational: {self.bus.states}, booted {self.bus.booted}")
 
     def generation(self, node):
-        """The generation of values that the node has; both of its objects belong to the same."""
+        """Returns the generation of values that the node has. Both of its objects must have the same generation."""
         values = [self.bus.read(node, index, sub) for index, sub, _, _ in PAIR]
         if None in values or len({value - base for value, (_, _, _, base) in zip(values, PAIR)}) > 1:
             raise Failure(f"node {node} has {values}: neither what was stored nor what was to be")
@@ -107,7 +107,7 @@ class Plant(Console):
             self.stored[node] = {found}
 
     def store(self, node, generation):
-        """Up to the moment when it is told to store."""
+        """Requests a store without waiting for its end."""
         for index, sub, size, base in PAIR:
             if not self.bus.write(node, index, sub, base + generation, size):
                 raise Failure(f"node {node} does not take {index:04X}h")
@@ -123,7 +123,7 @@ class Plant(Console):
             self.stored[node] = {generation}
 
     def image(self):
-        """The identity of both images of the manager, once all of the inputs are valid."""
+        """Returns the identity of both images of the manager, once all inputs are valid."""
         last = time.monotonic() + PATIENCE
         while True:
             told = [self.ask("--json", "image", "press", *which) for which in ((), ("--outputs",))]
@@ -152,7 +152,7 @@ def run(plant, chance):
             generation += 1
             for node in chance.sample(STORING, chance.randint(1, len(STORING))):
                 plant.store(node, generation)
-            # A store takes some milliseconds: more often than not the kill comes within one.
+            # A store takes some milliseconds: most kills occur during one.
             pause(chance.choice((0, chance.uniform(0, 0.004), chance.uniform(0, 0.05))))
         else:
             pause(chance.uniform(0, 0.3))
@@ -160,7 +160,7 @@ def run(plant, chance):
         plant.look()
         end(plant.process)
         plant.start()
-        pause(chance.uniform(0, 1.2 * boot_time))  # while it starts, opens its lines, boots its nodes
+        pause(chance.uniform(0, 1.2 * boot_time))  # during start-up, opening of lines, and boot of nodes
         plant.kill()
     plant.look()
     if plant.image() != wanted:

@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""LSS from plant.yaml to linegate: devices that begin without a node-ID are given that of the configuration before their
-line boots; on a line that does not do so by itself a person finds them, names them and has the rest assigned.
+"""LSS from plant.yaml to linegate: devices that start without a node-ID get the configured one before their line
+boots; on a line without automatic assignment, a user finds them, assigns node-IDs to some, and has the rest
+assigned.
 
 lss.py LINEGATED LINEGATE PROFILES
 """
@@ -10,7 +11,7 @@ import os
 
 from plant_process import EDS, Failure, Plant, expect, run_test, until, write
 
-DOMAIN = "230"  # nobody else's of tests/gateway
+DOMAIN = "230"  # used by no other test of tests/gateway
 PLANT = f"""schema: 1
 gateway: {{name: lss}}
 lines:
@@ -69,8 +70,8 @@ def by_hand(plant):
     plant.command("lss", "hand", "set-node-id", "5", DRIVE, "--store")
     plant.until_operational("hand", {5})
     plant.command("lss", "hand", "bit-timing", "250", DRIVE)
-    plant.command("lss", "hand", "set-node-id", "5", code=2)  # which device?
-    plant.command("lss", "hand", "inquire", "1:2:3:4", code=1)  # nobody
+    plant.command("lss", "hand", "set-node-id", "5", code=2)  # the device is not specified
+    plant.command("lss", "hand", "inquire", "1:2:3:4", code=1)  # no such device
     devices = plant.json("lss", "hand", "assign")["devices"]
     expect("assigned", [(device["node"], device["result"], device["serial"]) for device in devices], [(6, 0, 601)])
     plant.until_operational("hand", {5, 6})

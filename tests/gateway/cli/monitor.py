@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""`linegate monitor` on a terminal of its own (a pty), beside a running gateway: its pages, keys and sizes; that the
-terminal is as it was before, however the program ends; and what it prints where there is no terminal to draw on.
+"""`linegate monitor` on a pseudo-terminal, with a running gateway: its pages, keys and sizes; the terminal is
+restored however the program ends; and its output where there is no terminal.
 
 monitor.py LINEGATED LINEGATE PROFILES
 """
@@ -35,7 +35,7 @@ lines:
     nodes: [{{id: 12, name: doors, eds: {eds}, heartbeat: 500ms}}]
     simulate: [{{node: 12, profile: digital-io}}]
 """
-# As little as a terminal can do: then this program understands all that is sent to it.
+# The capabilities of a minimal terminal, so that this program can interpret all output.
 TERMINAL = r"""lgtest|a terminal for tests,
   cols#80, lines#24,
   clear=\E[H\E[J, cup=\E[%i%p1%d;%p2%dH, ed=\E[J, el=\E[K, cr=\r, ind=\n, cud1=\n, cub1=\b,
@@ -46,7 +46,7 @@ SEQUENCE = re.compile(r"\x1b\[(\??)([0-9;]*)([A-Za-z])")
 
 
 class Terminal:
-    """The master's side of a pty: what is on the screen, and what was left of it."""
+    """The master side of a pty: the contents of the screen, and what remains at the end."""
 
     def __init__(self, command, environment, rows=24, columns=80):
         self.master, self.slave = os.openpty()
@@ -82,7 +82,7 @@ class Terminal:
         return "\n".join(self.line(number) for number in range(self.rows))
 
     def read(self, seconds):
-        """What comes next; False when the program has ended and nothing is left."""
+        """Processes the next output. Returns False when the program has ended and no output is left."""
         ready = select.select([self.master, self.ended], [], [], max(seconds, 0))[0]
         if self.master not in ready:
             return not ready
@@ -99,7 +99,7 @@ class Terminal:
                 if found is None:
                     if len(self.pending) > 20:
                         raise Failure(f"not understood: {self.pending[:20]!r}")
-                    return  # the rest comes
+                    return  # incomplete: the rest follows
                 self.obey(*found.groups())
                 self.pending = self.pending[found.end():]
             else:
@@ -146,7 +146,7 @@ class Terminal:
         self.until(" and ".join(texts), lambda: all(text in self.text() for text in texts))
 
     def end(self, how):
-        """The program ends with status 0, and leaves the terminal as it was."""
+        """The program ends with status 0, and restores the terminal."""
         end = time.monotonic() + PATIENCE
         while self.read(end - time.monotonic()):
             if time.monotonic() > end:
@@ -161,7 +161,7 @@ class Terminal:
 
 class Bench(Console):
     def __init__(self, linegated, linegate, profiles, folder):
-        domain = str(220 + os.getpid() % 10)  # below are those of tests/dds/own_domain.h
+        domain = str(220 + os.getpid() % 10)  # lower numbers are used by tests/dds/own_domain.h
         super().__init__(linegate, profiles, domain,
                          {**os.environ, "TERMINFO": folder, "TERM": "lgtest", "LC_ALL": "C"})
         subprocess.run(["tic", "-x", "-o", folder, write(os.path.join(folder, "lgtest.ti"), TERMINAL)], check=True)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A gateway with its plant as a program of its own, and the console that asks it: what the end-to-end tests share.
+"""Shared by the end-to-end tests: a gateway with its plant as a separate program, and the console that sends it
+commands.
 
 A test is a function of a temporary folder and the arguments of its program; it raises Failure, or returns.
 """
@@ -16,21 +17,21 @@ import time
 PATIENCE = 60  # seconds
 SOURCES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "..")
 EDS = os.path.join(SOURCES, "bridges", "sim", "eds")
-INSIDE = "--inside"  # the last argument of a program that is in its own network
+INSIDE = "--inside"  # last argument of a program that runs in a separate network namespace
 
 
 class Failure(Exception):
-    """What a test found to be wrong, in words."""
+    """A test failed; the text says why."""
 
 
 def expect(what, found, wanted):
-    """Fails unless both are the same."""
+    """Fails unless found equals wanted."""
     if found != wanted:
         raise Failure(f"{what}: {found}, not {wanted}")
 
 
 def until(what, condition):
-    """What the condition gives as soon as that is true; fails when it does not become so."""
+    """Repeats the condition until its result is true, and returns the result. Fails after PATIENCE."""
     last = time.monotonic() + PATIENCE
     while not (found := condition()):
         if time.monotonic() > last:
@@ -40,68 +41,68 @@ def until(what, condition):
 
 
 def write(path, text):
-    """Writes a file and gives its path."""
+    """Writes a file and returns its path."""
     with open(path, "w", encoding="utf-8") as file:
         file.write(text)
     return path
 
 
 def stop(process):
-    """Stops a program in good order and gives its exit status."""
+    """Stops a program with SIGTERM and returns its exit status."""
     process.send_signal(signal.SIGTERM)
     return process.wait(timeout=PATIENCE)
 
 
 def end(process):
-    """Stops a program in good order; fails when it says that something went wrong."""
+    """Stops a program with SIGTERM. Fails if its exit status is not 0."""
     code = stop(process)
     if code != 0:
         raise Failure(f"a program ended with {code}")
 
 
 class Console:
-    """linegate, with the arguments that find the gateway of a test."""
+    """linegate, with the arguments that select the domain of a test."""
 
     def __init__(self, linegate, profiles, domain, environment=None):
         self.console = [linegate, "--profile", profiles, "--domain", domain, "--wait", str(PATIENCE)]
         self.environment = environment
 
     def ask(self, *words):
-        """What it printed and its exit status, whatever that is."""
+        """Returns its output and exit status, whatever they are."""
         return subprocess.run([*self.console, *words], env=self.environment, capture_output=True, text=True,
                               timeout=4 * PATIENCE, check=False)
 
     def command(self, *words, code=0):
-        """What it printed, if its exit status is the one that is wanted; fails otherwise."""
+        """Returns its output. Fails if its exit status is not `code`."""
         told = self.ask(*words)
         if told.returncode != code:
             raise Failure(f"{words} ended with {told.returncode}, not {code}\n{told.stdout}{told.stderr}")
         return told
 
     def text(self, *words, code=0):
-        """What it printed to its standard output."""
+        """Returns its standard output."""
         return self.command(*words, code=code).stdout
 
     def json(self, *words, code=0):
-        """The one document that it prints with --json."""
+        """Returns the document that it prints with --json."""
         return json.loads(self.text("--json", *words, code=code))
 
     def stream(self, *words):
-        """The documents that it prints with --json, one in each line."""
+        """Returns the documents that it prints with --json, one per line."""
         return [json.loads(line) for line in self.text("--json", *words).splitlines()]
 
     def lines(self):
-        """The lines of all gateways, as a new subscriber sees them."""
+        """The lines of all gateways, as received by a new subscriber."""
         return self.json("lines")["lines"]
 
     def await_operational(self, line, count, what="at the start"):
-        """Waits until that number of nodes of a line are Operational; says of what if they do not become so."""
+        """Waits until `count` nodes of a line are Operational. what: named in the failure."""
         until(f"{count} nodes of {line} operational, {what}", lambda: any(
             one["line"] == line and one["nodes_operational"] == count for one in self.lines()))
 
 
 class Plant(Console):
-    """A console together with the gateways that it asks, whose plants need not tell the DDS domain."""
+    """A console together with its gateways, whose plants need not name the DDS domain."""
 
     def __init__(self, linegated, linegate, profiles, domain):
         super().__init__(linegate, profiles, domain)
@@ -113,7 +114,7 @@ class Plant(Console):
 
     @contextlib.contextmanager
     def running(self, plant):
-        """A gateway with that file for as long as a block lasts; it has to stop in good order."""
+        """Runs a gateway with that file for the duration of a block. It must end with status 0."""
         process = self.gateway(plant)
         try:
             yield process
@@ -125,7 +126,7 @@ class Plant(Console):
 
 @contextlib.contextmanager
 def simulated(linegate, uri, devices):
-    """Devices, profiles by node-ID, that another program simulates on a bus for as long as a block lasts."""
+    """Runs another program that simulates devices (profiles by node-ID) on a bus for the duration of a block."""
     words = [word for node, profile in devices.items() for word in ("--device", f"{profile}:{node}")]
     process = subprocess.Popen([linegate, "simulate", uri, *words])
     try:
@@ -135,7 +136,7 @@ def simulated(linegate, uri, devices):
 
 
 def in_a_network_of_its_own():
-    """Begins this program again in a network namespace with multicast on its loopback."""
+    """Restarts this program in a network namespace with multicast on its loopback interface."""
     commands = "ip link set lo up multicast on && ip route add 224.0.0.0/4 dev lo && exec \"$@\""
     as_root = [] if os.getuid() == 0 else ["--map-root-user"]
     os.execvp("unshare", ["unshare", "--net", *as_root, "sh", "-c", commands, "sh", sys.executable, "-B",
@@ -143,7 +144,7 @@ def in_a_network_of_its_own():
 
 
 def run_test(test, own_network=False):
-    """Ends this program with what a test says in a temporary folder, with the arguments of the program."""
+    """Runs a test in a temporary folder, with the arguments of the program, and ends this program with its result."""
     arguments = sys.argv[1:]
     if own_network:
         if arguments[-1:] != [INSIDE]:

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""linegate program: a program of many chunks is loaded into a device, with progress; one that the device cannot use is
-told in its words; and a gateway updates a device when it boots.
+"""linegate program: a program of many chunks is loaded into a device, with progress; a program that the device
+rejects is reported with the reason; and a gateway updates a device when it boots.
 
 program.py LINEGATED LINEGATE PROFILES. The line is simulated inside the gateway.
 """
@@ -48,7 +48,7 @@ def run(plant, folder):
         refused = plant.command("program", "press:5", bad, code=1).stderr
         if "1F57:01 is 00000004h, format of the program is unknown" not in refused:
             raise Failure("what was told of a bad program:\n" + refused)
-        refused = plant.command("program", "press:5", "/proc/self/mem", code=1).stderr  # gives EIO
+        refused = plant.command("program", "press:5", "/proc/self/mem", code=1).stderr  # reading it fails with EIO
         if "/proc/self/mem cannot be read" not in refused:
             raise Failure("a file that fails while it is read:\n" + refused)
         if plant.json("program", "press:5", good, "--number", "2", code=1)["ok"]:

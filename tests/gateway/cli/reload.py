@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""SIGHUP: a running linegated takes over what changed in its plant.yaml, and nothing else; a file with mistakes
-changes nothing, and all of them are told.
+"""SIGHUP: a running linegated applies the changes of its plant.yaml, and changes nothing else; a file with errors
+changes nothing, and all errors are reported.
 
 reload.py LINEGATED LINEGATE PROFILES
 """
@@ -39,7 +39,7 @@ EDS = os.path.join(plant_process.EDS, "digital-io.eds")
 
 class Gateway(Console):
     def __init__(self, linegated, linegate, profiles, folder):
-        domain = str(210 + os.getpid() % 10)  # below are those of tests/dds/own_domain.h
+        domain = str(210 + os.getpid() % 10)  # lower numbers are used by tests/dds/own_domain.h
         super().__init__(linegate, profiles, domain)
         self.head = HEAD.format(domain=domain, profiles=profiles)
         self.plant = os.path.join(folder, "plant.yaml")
@@ -75,7 +75,7 @@ class Gateway(Console):
         self.await_log(answer, times)
 
     def await_input(self, line, address):
-        """Until that input is not 0."""
+        """Waits until that input is not 0."""
         last = time.monotonic() + PATIENCE
         while time.monotonic() < last:
             told = self.ask("--json", "image", line)
@@ -85,12 +85,12 @@ class Gateway(Console):
 
     @staticmethod
     def value(image, index, sub):
-        """Of an image as the console prints it, inputs first."""
+        """Returns a value of an image in the console's JSON, where inputs come first; 0 if the image lacks it."""
         entries = json.loads(image)["entries"]
         return next((entry["value"] for entry in entries if (entry["index"], entry["sub"]) == (index, sub)), 0)
 
     def await_lines(self, names):
-        """By name, as a new subscriber sees them, as soon as these are all."""
+        """Waits until these are the only lines, and returns them by name, as received by a new subscriber."""
         last = time.monotonic() + PATIENCE
         while set(lines := {line["line"]: line for line in self.lines()}) != names:
             if time.monotonic() > last:
@@ -120,7 +120,7 @@ def run(gateway):
     for part in ("interfce", "nonsense"):
         gateway.await_log(part)
     os.remove(gateway.plant)
-    os.mkdir(gateway.plant)  # opens, but cannot be read: as on a disk that fails
+    os.mkdir(gateway.plant)  # can be opened but not read, as on a failing disk
     gateway.reload("not reloaded: everything runs as before", 2)
     told = gateway.ask("check", gateway.plant)
     if told.returncode < 0 or "error" not in told.stderr:
@@ -139,7 +139,8 @@ def joined(rules):
 
 
 def forwarding(gateway):
-    """Lines that are joined change together. The running light is never 0; byte 2 of the inputs mirrors it."""
+    """Lines that are connected by rules are replaced together. The running light is never 0; byte 2 of the inputs
+    mirrors it."""
     others = {"stays": 1, "changes": 2, "comes": 4}
     gateway.write(others, heartbeat="200ms", extra=joined(""))
     gateway.reload("reloaded: lines changed: none; started: from, to; stopped: none; unchanged: 3")
@@ -163,7 +164,7 @@ def forwarding(gateway):
 
 
 def entered(gateway):
-    """With a line that may be entered all lines route; others come and go, which changes routes alone."""
+    """If one line may be entered, all lines route. Other lines are added and removed, which changes routes only."""
     others = {"stays": 1, "changes": 2, "comes": 4}
     hall = "  - {name: hall, interface: 'virtual:hall', network_id: 7, enter: all}\n"
     more = "  - {name: more, interface: 'virtual:more', network_id: 6}\n"

@@ -1,11 +1,11 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""linegate scan: a gateway that knows nothing of the devices on its line finds all of them and writes to none; the
-plant that is written out boots on the next start, with the image that the configured plant has. With --apply, or by
-`auto:`, the line that runs takes over what was found: that is the image of the plant that was written out, too.
+"""linegate scan: a gateway without any configured device finds all devices on its line and writes to none of them;
+the plant that it writes boots at the next start, with the same image as the configured plant. With --apply, or by
+`auto:`, the running line applies the result of the scan, with the same image as the written plant.
 
 scan.py LINEGATED LINEGATE PROFILES [PART]. PART `beside`: devices of another program, on a line that is a multicast
-group in a network of its own. PART `inside`: those that the gateway simulates itself. Without it: both.
+group in a separate network namespace. PART `inside`: devices that the gateway simulates itself. Without PART: both.
 """
 
 import json
@@ -28,7 +28,7 @@ LINE = f"""lines:
 
 class Plant(plant_process.Plant):
     def layouts(self, plant, line="press", count=len(DEVICES)):
-        """The layouts of both directions when all nodes of that plant are Operational."""
+        """Returns the layouts of both directions, once all nodes of that plant are Operational."""
         with self.running(plant):
             return self.layouts_now(plant, line, count)
 
@@ -60,7 +60,7 @@ def run(plant, folder):
         one = plant.command("scan", "press:8").stdout
         if "heartbeat" not in one and "none" not in one:
             raise Failure("one node alone:\n" + one)
-        plant.command("scan", "press", "--write", f"{folder}/found", code=1)  # nothing is overwritten
+        plant.command("scan", "press", "--write", f"{folder}/found", code=1)  # never overwrites files
     with open(f"{folder}/found/plant.yaml", encoding="utf-8") as file:
         if "sync: 20ms\n" not in file.read():
             raise Failure("the SYNC of the line that was scanned is not in the plant that was written")
@@ -71,16 +71,16 @@ def run(plant, folder):
 
 
 def run_applied(plant, folder):
-    """The line takes over what was found, without device files; what was written of it is the same line."""
+    """The line applies the result of a scan, without device files; the plant written from it yields the same line."""
     with plant.running(write(f"{folder}/applied.yaml", HEAD + LINE + "    access: all\n")):
-        plant.command("sdo", "read", "press:5", "1018", "1", "--cached")  # nothing is: the device answers
+        plant.command("sdo", "read", "press:5", "1018", "1", "--cached")  # nothing is cached: the device answers
         plant.command("scan", "press", "--restore-defaults", "--apply", "--write", f"{folder}/applied")
         live = plant.layouts_now("what was applied")
         plant.command("sdo", "read", "press:5", "1018", "1", "--cached")
         nodes = plant.json("scan", "press")["nodes"]
         if any(node.get("heartbeat_ms", 0) == 0 for node in nodes):
             raise Failure(f"a device without a heartbeat: {nodes}")
-        plant.command("scan", "press:8", "--apply")  # one node again, the others stay
+        plant.command("scan", "press:8", "--apply")  # one node again: the others are unchanged
         again = plant.layouts_now("what one node was read again of")
     written = plant.layouts(f"{folder}/applied/plant.yaml")
     if not live == again == written:
@@ -88,7 +88,7 @@ def run_applied(plant, folder):
 
 
 def run_auto(plant, folder, wanted):
-    """A line that is configured by what is on it, with device files for names and types."""
+    """A line that is configured by the devices on it, with device files for names and types."""
     for set_up in ("false", "true"):
         auto = f"    auto: {{eds: {EDS}, set_up: {set_up}}}\n"
         found = plant.layouts(write(f"{folder}/auto-{set_up}.yaml", HEAD + LINE + auto))
@@ -97,7 +97,7 @@ def run_auto(plant, folder, wanted):
 
 
 def run_simulated(plant, folder):
-    """Devices that the gateway simulates itself are part of what is written."""
+    """The written plant includes the devices that the gateway simulates itself."""
     devices = "".join(f"      - {{node: {node}, profile: {profile}}}\n" for node, profile in DEVICES.items())
     line = LINE.replace(URI, "simulated:")
     with plant.running(write(f"{folder}/simulated.yaml", HEAD + line + "    simulate:\n" + devices)):
@@ -106,8 +106,8 @@ def run_simulated(plant, folder):
 
 
 def without_configuration(plant):
-    """Of a plant with simulated lines: the lines and their devices, and nothing that is known of these. And how many
-    devices each line has."""
+    """Returns a plant with the simulated lines and devices of that one, without configured nodes, and the number of
+    devices of each line."""
     text, counts = HEAD + "lines:\n", {}
     for line in re.split(r"^  - (?=name: )", open(plant, encoding="utf-8").read(), flags=re.MULTILINE)[1:]:
         name = re.match(r"name: (\S+)", line)[1]
@@ -120,7 +120,7 @@ def without_configuration(plant):
 
 
 def run_demo(plant, folder):
-    """The demo plant with no configuration: every device is found, and what was written boots with the same image."""
+    """The demo plant without configuration: every device is found, and the written plant boots with the same image."""
     text, counts = without_configuration(DEMO)
     live = {}
     with plant.running(write(f"{folder}/demo.yaml", text)):

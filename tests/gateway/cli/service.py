@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""linegated as a service, with this program in the place of systemd: ready when its lines run, a sign of life while
-all its threads go round and none while one is stuck (stopped by ptrace, as a debugger would), stopping in good order.
+"""linegated as a service, with this program in the place of systemd: ready when its lines run, a watchdog message
+while all its threads make progress and none while one is stuck (stopped by ptrace, like a debugger), and an orderly
+stop.
 
 service.py LINEGATED PROFILES
 """
@@ -29,11 +30,11 @@ lines:
 """
 
 PTRACE_DETACH, PTRACE_SEIZE, PTRACE_INTERRUPT = 17, 0x4206, 0x4207
-WALL = 0x4000_0000  # __WALL: threads, too
+WALL = 0x4000_0000  # __WALL: includes threads
 
 
 class Manager:
-    """Hears what is sent to NOTIFY_SOCKET."""
+    """Receives the messages to NOTIFY_SOCKET."""
 
     def __init__(self, folder):
         self.path = os.path.join(folder, "notify")
@@ -45,7 +46,7 @@ class Manager:
         os.unlink(self.path)
 
     def hear(self, seconds):
-        """The next message, or None."""
+        """Returns the next message, or None."""
         self.socket.settimeout(max(seconds, 0.001))
         try:
             return self.socket.recv(4096).decode()
@@ -53,7 +54,7 @@ class Manager:
             return None
 
     def until(self, wanted, what):
-        """Reads on to the message that is wanted; gives those before it."""
+        """Reads up to the wanted message, and returns the messages before it."""
         end = time.monotonic() + PATIENCE
         before = []
         while time.monotonic() < end:
@@ -81,7 +82,7 @@ def thread_called(process, name):
 
 
 def threads_of(process, name):
-    """Of the main thread, of Fast DDS (its threads have the name of the program), or the one that is called so."""
+    """Returns the main thread, those of Fast DDS (they have the name of the program), or the one with that name."""
     if name == "main":
         return [process.pid]
     if name != "Fast DDS":
@@ -97,7 +98,7 @@ def threads_of(process, name):
 
 
 def check_stuck(manager, process, name):
-    """A thread that is stopped takes the sign of life away; when it goes on, the sign comes back."""
+    """While a thread is stopped there is no watchdog message; when it continues, there is one again."""
     thread = thread_called(process, name)
     ptrace(PTRACE_SEIZE, thread)
     ptrace(PTRACE_INTERRUPT, thread)
@@ -112,7 +113,7 @@ def check_stuck(manager, process, name):
 
 
 def check_journal(said):
-    """Severities that the journal knows, and no time."""
+    """Each entry has a severity in the journal's notation, and no time."""
     lines = said.splitlines()
     for expected in ("<6>linegate ", "<3>gone: ", "<3>no progress within 500 ms: exec press", "<4>all threads make"):
         if not any(line.startswith(expected) for line in lines):
@@ -141,7 +142,7 @@ def run(manager, process):
 
 
 def run_to_a_forced_end(manager, process, name):
-    """SIGTERM ends the service even if a thread never goes on."""
+    """SIGTERM ends the service even if a thread never continues."""
     manager.until(lambda message: message == "READY=1", "READY=1")
     threads = threads_of(process, name)
     for thread in threads:
@@ -151,13 +152,13 @@ def run_to_a_forced_end(manager, process, name):
     process.send_signal(signal.SIGTERM)
     for thread in threads:
         if thread != process.pid:
-            os.waitpid(thread, WALL)  # it ends with the process, and its tracer hears so first
+            os.waitpid(thread, WALL)  # it ends with the process, and its tracer is notified first
     if process.wait(timeout=PATIENCE) != FORCED:
         raise Failure(f"with {name} stuck it ended with {process.returncode}, not {FORCED}")
 
 
 def with_service(folder, command, body):
-    """Runs a body with the manager and the process of a service, and gives what the service logged."""
+    """Calls body with the manager and the process of a service, and returns what the service logged."""
     manager = Manager(folder)
     journal = tempfile.TemporaryFile(dir=folder)
     stream = os.fstat(journal.fileno())
@@ -177,7 +178,7 @@ def with_service(folder, command, body):
 
 
 def test(folder, linegated, profiles):
-    domain = 200 + os.getpid() % 10  # below are those of tests/dds/own_domain.h
+    domain = 200 + os.getpid() % 10  # lower numbers are used by tests/dds/own_domain.h
     plant = write(os.path.join(folder, "plant.yaml"), PLANT.format(domain=domain, profile=profiles))
     command = [linegated, plant]
     check_journal(with_service(folder, command, run))

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""`linegate trace` shows the connections between two lines; `linegate write --hold` holds a value as long as it is
-written.
+"""`linegate trace` shows the connections between two lines; `linegate write --hold` holds a value as long as the
+command runs.
 
 trace.py LINEGATED LINEGATE PROFILES
 """
@@ -14,7 +14,7 @@ import threading
 import plant_process
 from plant_process import PATIENCE, expect, run_test, stop, until, write
 
-# Devices of press may enter hall and read; devices of hall may not enter press.
+# Clients on press may enter hall and read; clients on hall may not enter press.
 PLANT = """schema: 1
 gateway: {{name: routing}}
 lines:
@@ -62,13 +62,13 @@ def connections_are_traced(plant):
 def the_rules_of_the_line_that_is_entered_hold(plant):
     plant.command("sdo", "read", "--via", "press", "hall:8", *DEVICE_TYPE)
     refused = plant.json("sdo", "read", "--via", "hall", "press:8", *DEVICE_TYPE, code=1)
-    expect("why hall may not enter press", refused["code"], 0x08000021)
+    expect("the reason for refusing hall to enter press", refused["code"], 0x08000021)
     refused = plant.json("sdo", "write", "--via", "press", "hall:8", "1017", "0", "u16", "500", code=1)
-    expect("why press may not write in hall", refused["code"], 0x06010002)
+    expect("the reason for refusing a write from press to hall", refused["code"], 0x06010002)
 
 
 def output(plant, name):
-    """The value that the image of the outputs shows, and whether it is valid."""
+    """Returns the value in the image of the outputs, and whether it is valid."""
     entries = plant.json("image", "press", "-o")["entries"]
     return next((entry["value"], entry["valid"]) for entry in entries if entry["name"] == name)
 
@@ -76,11 +76,11 @@ def output(plant, name):
 def a_value_is_held_and_then_0(plant):
     outputs = [entry["name"] for entry in plant.json("image", "press", "-o")["entries"]]
     for name in outputs[1:]:
-        plant.ask("write", "press", name, "3")  # those that share its PDO
+        plant.ask("write", "press", name, "3")  # the outputs in the same PDO
     process = subprocess.Popen([*plant.console, "write", "press", "panel.6200:01", "0x55", "--while"],
                                stderr=subprocess.PIPE, text=True)
     until("the value in the image", lambda: output(plant, outputs[0]) == (0x55, True))
-    expect("what it says", process.stderr.readline(), "held; the outputs of group 2 become 0 2 s after the end\n")
+    expect("its message", process.stderr.readline(), "held; the outputs of group 2 become 0 2 s after the end\n")
     expect("the exit status of write --while", stop(process), 0)
     until("0 after its end", lambda: output(plant, outputs[0]) == (0, True))
     plant.command("write", "press", "panel.6200:01", "7", "--hold", "1s")

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A bus of the interface udp: as a tool of a CANopen person sees it: NMT states of its nodes, and expedited SDOs.
+"""A bus of the interface udp: with the view of a CANopen tool: NMT states of its nodes, and expedited SDOs.
 
-Frames are datagrams in the format of python-can's udp_multicast; what of msgpack they need is here, so that a test
-of the tier dds asks for no package.
+Frames are datagrams in the format of python-can's udp_multicast. The required part of msgpack is implemented here,
+so that a test of the tier dds needs no package.
 """
 
 import socket
@@ -23,7 +23,7 @@ def packed(identifier, data):
 
 
 def unpacked(datagram):
-    """(identifier, data) of a frame; nothing of what is none."""
+    """Returns (identifier, data) of a frame, or None for any other datagram."""
     sizes = {0xCA: 4, 0xCB: 8, 0xCC: 1, 0xCD: 2, 0xCE: 4, 0xCF: 8, 0xD0: 1, 0xD1: 2, 0xD2: 4, 0xD3: 8}
     at = 1
 
@@ -63,7 +63,7 @@ class Bus:
         self.socket.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, membership)
         self.socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton("127.0.0.1"))
         self.news = threading.Condition()
-        self.states = {}  # by node-ID, as heard since forget()
+        self.states = {}  # by node-ID, received since forget()
         self.booted = set()
         self.answers = []
         threading.Thread(target=self.listen, daemon=True).start()
@@ -92,13 +92,13 @@ class Bus:
         self.socket.sendto(packed(identifier, data), self.address)
 
     def operational(self, nodes, patience):
-        """Whether all of them boot and become Operational."""
+        """Whether all of them boot and become Operational within `patience`."""
         with self.news:
             return self.news.wait_for(
                 lambda: all(node in self.booted and self.states[node] == OPERATIONAL for node in nodes), patience)
 
     def ask(self, node, request, patience):
-        """The answer of a node's default SDO server."""
+        """Returns the answer of a node's default SDO server."""
         def answer():
             mine = [data for sender, data in self.answers if sender == node and data[1:4] == request[1:4]]
             return mine[0] if mine else None
@@ -126,7 +126,7 @@ class Bus:
         return answer is not None and answer[0] == 0x60
 
     def begin_save(self, node):
-        """1010h:1, without a look at the answer."""
+        """Writes 1010h:1 without waiting for the answer."""
         self.send(0x600 + node, self.download(0x1010, 1, int.from_bytes(b"save", "little"), 4))
 
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a node is configured with besides its device file: restore, store, a concise DCF.
+// The configuration of a node in addition to its device file: restore, store, and a concise DCF.
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -37,7 +37,7 @@ class Configuration : public testing::Test {
         .write(reinterpret_cast<const char*>(bytes.data()),
                static_cast<std::streamsize>(bytes.size() - cut));
   }
-  // A plant with one drive and these keys.
+  // A plant with one drive and these keys of its node.
   Loaded<Plant> plant(const std::string& keys) const {
     return read(
         "schema: 1\nlines:\n  - name: press\n    interface: \"simulated:\"\n    nodes:\n"
@@ -69,7 +69,7 @@ TEST_F(Configuration, StoreAndRestoreAreGroupsOfParameters) {
   ASSERT_TRUE(words.ok());
   EXPECT_EQ(plan_of(words).restore, 3);
   EXPECT_EQ(plan_of(words).store, 1);
-  EXPECT_TRUE(plan_of(words).expected.known()) << "what is stored has a date";
+  EXPECT_TRUE(plan_of(words).expected.known()) << "the stored configuration has a date";
   const auto numbers = plant("        restore: 127\n");
   ASSERT_TRUE(numbers.ok());
   EXPECT_EQ(plan_of(numbers).restore, 127);
@@ -94,10 +94,10 @@ TEST_F(Configuration, AConciseDcfTakesThePlaceOfTheDeviceFile) {
   ASSERT_TRUE(loaded.ok()) << to_string(loaded.diagnostics.at(0));
   EXPECT_TRUE(loaded.diagnostics.empty());
   const manager::NodePlan plan = plan_of(loaded);
-  ASSERT_EQ(plan.writes.size(), 8U) << "and the heartbeat";
+  ASSERT_EQ(plan.writes.size(), 8U) << "including the heartbeat time";
   EXPECT_EQ(plan.writes[0].address, (od::Address{0x1800, 1}));
   EXPECT_EQ(plan.writes[5].address, (od::Address{0x1017, 0}));
-  EXPECT_EQ(plan.writes[7].address, (od::Address{0x1020, 2})) << "the date comes last";
+  EXPECT_EQ(plan.writes[7].address, (od::Address{0x1020, 2})) << "the date is written last";
   EXPECT_EQ(plan.expected, (manager::ConfigurationDate{.date = 15'000, .time = 77}));
   const auto line = line::Line::make(loaded.value->lines.at(0).config);
   ASSERT_TRUE(line.ok());
@@ -141,7 +141,7 @@ TEST_F(Configuration, WhatIsNoConciseDcfIsToldWithItsPlace) {
   EXPECT_THAT(messages(unknown), ElementsAre(HasSubstr("the concise DCF writes to 7FFF:01")));
 }
 
-// As the operator's guide says.
+// Documented in the operator's guide.
 TEST_F(Configuration, TheConciseDcfTakesThePlaceOfObjectsAndPdos) {
   write("one.cdc", {{{0x6081, 0}, u32(1)}});
   const auto loaded = plant(

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which files a node's `eds` and `dcf` may name, and what they name in turn.
+// The files that `eds` and `dcf` of a node may name, and the files that these name in turn.
 #include <filesystem>
 #include <fstream>
 
@@ -27,7 +27,7 @@ class DownloadFile : public testing::Test {
   void write(const std::string& name, const std::string& content) const {
     std::ofstream(folder_ + "/" + name, std::ios::binary) << content;
   }
-  // A plant with one node, whose device file is that.
+  // A plant with one node that has this device file.
   Loaded<Plant> plant(const std::string& file) const {
     return read(
         "schema: 1\nlines:\n  - name: press\n    interface: \"simulated:\"\n    nodes:\n"
@@ -86,7 +86,7 @@ TEST_F(DownloadFile, ThatIsMissingOrDoesNotFitIsAnErrorInTheDeviceFile) {
               HasSubstr("program.bin has 4 bytes, UNSIGNED16 has 2"));
 }
 
-// A file of the kernel that can be opened, and gives EIO as a bad disk does.
+// A file of the kernel that can be opened, and whose reading fails with EIO as on a bad disk.
 constexpr const char* kBadDisk = "/proc/self/mem";
 
 TEST_F(DownloadFile, ThatFailsWhileItIsReadIsNoShortFile) {
@@ -165,7 +165,7 @@ TEST_F(NodeListOfALine, GivesItsNodesWithTheirDcfs) {
   ASSERT_EQ(nodes.size(), 3U);
   EXPECT_EQ(nodes[0].name, "other");
   EXPECT_EQ(nodes[1].name, "node6");
-  EXPECT_EQ(nodes[2].name, "own") << "nodes: counts more";
+  EXPECT_EQ(nodes[2].name, "own") << "the key below nodes: takes precedence";
   EXPECT_EQ(nodes[1].device.node_id, 6);
   std::vector<std::string> said;
   for (const Diagnostic& diagnostic : second.diagnostics) {

@@ -107,7 +107,7 @@ lines:
                           "manager has nodes"));
 }
 
-// IXXAT's slave mode (8.2).
+// The slave mode of the IXXAT manual (8.2).
 TEST(Devices, WithoutAnyTheOwnNodeOfTheLineObeysAnotherMaster) {
   const auto loaded = read_devices(R"(schema: 1
 lines:
@@ -126,14 +126,14 @@ lines:
   ASSERT_THAT(device_messages(loaded), IsEmpty());
   const line::LineConfig& config = loaded.value->lines.at(0).config;
   EXPECT_EQ(config.node_id, 20);
-  EXPECT_FALSE(config.own_start) << "it waits for its master";
+  EXPECT_FALSE(config.own_start) << "its NMT master starts it";
   EXPECT_EQ(config.own_values.size(), 1U);
   EXPECT_EQ(config.nodes.size(), 1U);
   const auto made = line::Line::make(config);
   ASSERT_TRUE(made.ok());
   od::Dictionary& dictionary = (*made.value)->dictionary();
   EXPECT_EQ(dictionary.number({0x1018, 1}), 7U);
-  EXPECT_EQ(dictionary.number({0x1F80, 0}), 4U) << "no master, not started by itself";
+  EXPECT_EQ(dictionary.number({0x1F80, 0}), 4U) << "not an NMT master, does not start itself";
   EXPECT_EQ(dictionary.number({0x2100, 1}), 0U);
   EXPECT_EQ(dictionary.number({0x1408, 1}), 0x222U | 0x4000'0000U);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Device files as other tools write them: what they leave out, and what they get wrong.
+// Device files from other tools: their omissions and their errors.
 #include <filesystem>
 #include <fstream>
 
@@ -32,7 +32,7 @@ class ForeignFile : public testing::Test {
   void write(const std::string& content) const {
     std::ofstream(folder_ + "/x.eds", std::ios::binary) << content;
   }
-  // A plant with one node, node-ID 5, with these keys besides its device file.
+  // A plant with one node, node-ID 5, with its device file and these keys.
   Loaded<Plant> plant(const std::string& keys = "") const {
     return read(
         "schema: 1\nlines:\n  - name: press\n    interface: \"simulated:\"\n    nodes:\n"
@@ -47,7 +47,7 @@ class ForeignFile : public testing::Test {
     }
     return out;
   }
-  // The values written to the COB-ID of a PDO, in their order.
+  // The values that are written to the COB-ID of a PDO, in order.
   static std::vector<std::uint32_t> cob_ids(const Loaded<Plant>& loaded, std::uint16_t record) {
     std::vector<std::uint32_t> out;
     const auto plans = line::node_plans(loaded.value->lines.at(0).config);
@@ -77,7 +77,7 @@ std::string rec(const std::string& index, const std::string& name, int subs) {
       index, "ParameterName=" + name + "\nObjectType=9\nSubNumber=" + std::to_string(subs) + "\n");
 }
 
-// An EDS with one TPDO of those entries, COB-ID and transmission type lines.
+// An EDS with one TPDO that has these lines for its COB-ID, transmission type and mapping.
 std::string eds(const std::string& cob_id, const std::string& type, const std::string& mapping,
                 int entries, const std::string& number = "0") {
   return "[FileInfo]\n[DeviceInfo]\n[MandatoryObjects]\nSupportedObjects=1\n1=0x1000\n"
@@ -162,7 +162,8 @@ TEST_F(ForeignFile, MappingDefaultsThatMakeNoSenseLeaveThatPdoOut) {
   const auto mapped = plant("pdos: {tpdo1: {map: [2001]}}");
   ASSERT_TRUE(mapped.ok()) << messages(mapped);
   EXPECT_THAT(messages(mapped), IsEmpty());
-  EXPECT_FALSE(plant("pdos: {tpdo1: {type: 1}}").ok()) << "the type of a mapping that is none";
+  EXPECT_FALSE(plant("pdos: {tpdo1: {type: 1}}").ok())
+      << "a transmission type needs a valid mapping";
 }
 
 TEST_F(ForeignFile, ABooleanInAByteIsOneBitOfTheImage) {
@@ -178,7 +179,7 @@ TEST_F(ForeignFile, ABooleanInAByteIsOneBitOfTheImage) {
   EXPECT_EQ(entries[0].bit_length, 1U);
 }
 
-// As in the EDS of CANopenNode: all elements of 6200h have one name.
+// As in the EDS of CANopenNode: all elements of 6200h have the same name.
 TEST_F(ForeignFile, ElementsOfOneNameAreTwoEntriesWithTheirSubIndices) {
   std::string text = eds("DefaultValue=$NODEID+0x180\n", "DefaultValue=255\n",
                          entry("1A00sub1", "0x60000108") + entry("1A00sub2", "0x60000208"), 2);

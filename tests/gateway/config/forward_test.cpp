@@ -208,7 +208,8 @@ TEST(Forward, ARuleMakesAnObjectThatBothLinesShow) {
   const auto& hall = loaded.value->lines[1].config.forwarding.objects;
   ASSERT_EQ(press.size(), 2U);
   ASSERT_EQ(hall.size(), 3U);
-  EXPECT_EQ(press[0].address, hall[1].address) << "ordered by source, not by the rules";
+  EXPECT_EQ(press[0].address, hall[1].address)
+      << "ordered by source, not by the order of the rules";
   EXPECT_EQ(press[0].name, "press.axis.Statusword");
   EXPECT_EQ(press[0].entry->direction, image::Direction::inputs);
   EXPECT_EQ(hall[1].entry->direction, image::Direction::outputs);
@@ -278,7 +279,8 @@ TEST(SharedObjects, GoWhereAccessLetsPdosIn) {
                                   R"({tpdo1: {cob_id: 0x1C2, map: ["B100:1"]}}
     enter: [{from: press, services: [pdo]}])");
   ASSERT_THAT(forward_messages(loaded), IsEmpty());
-  ASSERT_EQ(loaded.value->bindings.size(), 2U) << "each object: mappings may change";
+  ASSERT_EQ(loaded.value->bindings.size(), 2U)
+      << "one binding for each object: mappings may change";
   const Binding& level = loaded.value->bindings[0];
   EXPECT_EQ(level.from, "press");
   EXPECT_EQ(level.to, "hall");

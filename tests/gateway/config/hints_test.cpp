@@ -82,7 +82,7 @@ TEST(Hints, ErrorControlThatTheDeviceFileDoesNotKnow) {
   EXPECT_THAT(
       hints_of("role: observer, nodes: [{id: 5, name: n, eds: bridges/sim/eds/drive" + guarding),
       IsEmpty())
-      << "which writes nothing";
+      << "an observer writes nothing";
   EXPECT_THAT(hints_of(node + "drive.eds, heartbeat: 200ms}]"), IsEmpty());
 }
 

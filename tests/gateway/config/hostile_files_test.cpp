@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files that nobody writes by mistake: without end, with aliases in aliases, with ten thousands of
-// keys. Each ends in findings, in a time that grows with its size.
+// Files that are built to cause harm: endless ones, nested aliases, tens of thousands of keys. Each
+// ends in findings, in a time that is proportional to its size.
 #include <filesystem>
 #include <fstream>
 
@@ -55,7 +55,7 @@ TEST_F(HostileFile, WithoutAnEndIsRefusedByItsType) {
 TEST_F(HostileFile, ThatIsTooLargeIsRefused) {
   const std::string large = folder_ + "/large.eds";
   std::ofstream(large).put('x');
-  std::filesystem::resize_file(large, kLargestFile + 1);  // without blocks
+  std::filesystem::resize_file(large, kLargestFile + 1);  // sparse: no blocks are allocated
   std::string why;
   EXPECT_FALSE(whole_file(large, why));
   EXPECT_EQ(why, "cannot be read: it has more than 64 MB");
@@ -103,7 +103,7 @@ TEST_F(HostileFile, MergeKeysAsPeopleUseThemAreFine) {
   ASSERT_EQ(lines.size(), 3U);
   EXPECT_EQ(lines[1].config.name, "hall");
   EXPECT_EQ(lines[1].config.bit_rate, 125'000U) << "merged";
-  EXPECT_EQ(lines[1].config.network_id, 10) << "the line's own key counts";
+  EXPECT_EQ(lines[1].config.network_id, 10) << "the line's own key takes precedence";
   EXPECT_EQ(lines[2].config.network_id, 11) << "the first mapping counts";
   EXPECT_EQ(lines[2].config.bit_rate, 1'000'000U);
   EXPECT_THAT(messages(read("schema: 1\nlines:\n  - {<<: 5, name: a, interface: 'virtual:a'}\n",
@@ -119,7 +119,7 @@ TEST_F(HostileFile, AMistakeInWhatIsMergedNamesThePlaceWhereItIsWritten) {
               HasSubstr("plant.yaml:3:"));
 }
 
-// Each level merges the one below ten times: 10^20 keys if they were followed before they are
+// Each level merges the level below ten times: 10^20 keys if they were expanded before they are
 // counted.
 TEST_F(HostileFile, MergesOfMergesAreCountedBeforeTheyAreFollowed) {
   std::string text = "schema: 1\na0: &a0 {x: 1}\n";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `lss:` of a line, and simulated devices that begin without a node-ID.
+// `lss:` of a line, and simulated devices that start without a node-ID.
 #include <gtest/gtest.h>
 
 #include "gateway/config/plant.h"

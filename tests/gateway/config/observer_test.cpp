@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What of a configuration has no effect on a line in the role observer.
+// The parts of a configuration that have no effect on a line in the role observer.
 #include <string>
 #include <vector>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a line writes to objects of its own node: own_values and own_concise_dcf.
+// The values that a line writes to objects of its own node: own_values and own_concise_dcf.
 #include <filesystem>
 #include <fstream>
 
@@ -24,7 +24,7 @@ class OwnValues : public testing::Test {
   static std::string test_name() {
     return testing::UnitTest::GetInstance()->current_test_info()->name();
   }
-  // A plant with one line of these keys, which begin in line 5.
+  // A plant with one line that has these keys, from line 5 of the file on.
   Loaded<Plant> plant(const std::string& keys) const {
     return read("schema: 1\nlines:\n  - name: press\n    interface: \"simulated:\"\n" + keys,
                 folder_ + "/plant.yaml");

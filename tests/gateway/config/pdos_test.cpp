@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `pdos:` of a node: what becomes of them in the configuration of the device.
+// `pdos:` of a node, and the resulting configuration of the device.
 #include <string>
 
 #include <gtest/gtest.h>
@@ -82,7 +82,7 @@ lines:
   EXPECT_EQ(written, (std::vector<od::Address>{{0x1800, 1}, {0x1800, 5}}));
 }
 
-// Nothing is written to the device for it.
+// The key `every` concerns the gateway only: nothing is written to the device for it.
 TEST(Plant, EveryReceptionOfAPdoIsQueuedWhereItIsSaid) {
   const auto plant = [](const std::string& line, const std::string& pdos) {
     return read_pdo_plant("schema: 1\nlines:\n  - name: a\n    interface: \"simulated:\"\n" + line +
@@ -200,15 +200,16 @@ lines:
   ASSERT_TRUE(loaded.ok()) << pdo_findings(loaded);
   const auto& config = loaded.value->lines.at(0).config;
   for (const auto& object : config.nodes.at(0).objects) {
-    EXPECT_NE(object.address.sub, 3) << "the device has no part in it";
+    EXPECT_NE(object.address.sub, 3) << "the inhibit time is not written to the device";
   }
   const auto made = line::Line::make(config);
   ASSERT_TRUE(made.ok());
   EXPECT_EQ((*made.value)->dictionary().number({0x1800, 3}), 100U);
-  EXPECT_EQ((*made.value)->dictionary().number({0x1801, 3}), 0U) << "it goes with the SYNC";
+  EXPECT_EQ((*made.value)->dictionary().number({0x1801, 3}), 0U)
+      << "a synchronous PDO needs no inhibit time";
 }
 
-// Both nodes have one device file, so that its name says too little.
+// Both nodes have the same device file, so the name of the file does not identify the node.
 TEST(Plant, APdoOnTheCobIdOfAnotherIsToldAtItsNode) {
   const auto loaded = read_pdo_plant(R"(schema: 1
 lines:

@@ -24,7 +24,7 @@ const std::string kC = "  - {name: c, interface: 'virtual:c', network_id: 3}\n";
 TEST(PlanDifference, TellsLinesApartByTheirNames) {
   const auto running = identity_of(plant(kA + kB));
   const auto same = difference(running, plant(kB + kA));
-  EXPECT_TRUE(same.empty()) << "the order of lines says nothing where network-IDs are given";
+  EXPECT_TRUE(same.empty()) << "the order of lines has no effect if they have network-IDs";
   EXPECT_EQ(same.unchanged, (Names{"b", "a"}));
   EXPECT_TRUE(same.refusals.empty());
 

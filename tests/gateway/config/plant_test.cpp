@@ -21,7 +21,7 @@ Loaded<Plant> read_text(const std::string& text) {
   return read(text, kRoot + "plant.yaml");
 }
 
-// As printed, with files named from the root of the repository.
+// The messages as printed, with file names relative to the root of the repository.
 std::vector<std::string> messages(const Loaded<Plant>& loaded) {
   std::vector<std::string> out;
   for (const auto& diagnostic : loaded.diagnostics) {
@@ -397,7 +397,7 @@ lines:
   EXPECT_EQ(plant.lines.at(0).config.role, line::Role::observer);
   EXPECT_EQ(plant.lines.at(0).config.node_id, 0);
   EXPECT_TRUE(plant.lines.at(0).storage.empty());
-  EXPECT_EQ(plant.lines.at(1).config.node_id, 126) << "of the master";
+  EXPECT_EQ(plant.lines.at(1).config.node_id, 126) << "the default node-ID of a master";
 }
 
 TEST(Plant, ALineMayBeConfiguredByWhatIsOnIt) {
@@ -413,7 +413,7 @@ lines:
   const std::vector<LinePlan>& lines = loaded.value->lines;
   ASSERT_TRUE(lines[0].auto_scan);
   EXPECT_TRUE(lines[0].auto_scan->at_start);
-  EXPECT_FALSE(lines[0].auto_scan->set_up) << "nothing is written unless it is asked for";
+  EXPECT_FALSE(lines[0].auto_scan->set_up) << "nothing is written unless set_up is requested";
   EXPECT_EQ(lines[0].config.found_heartbeat, 500ms);
   ASSERT_TRUE(lines[1].auto_scan);
   EXPECT_FALSE(lines[1].auto_scan->at_start);
@@ -598,8 +598,6 @@ TEST(Plant, ReadsEveryKeyOfALine) {
   expect_keys_of_outputs(line);
 }
 
-// CiA 301 7.5.2.38: the PDO is taken away, its mapping set to 0 entries, filled, enabled, and the
-// PDO put back.
 TEST(Plant, SamplesAreValid) {
   for (const char* name : {"below-a-plc.yaml", "demo.yaml", "slave.yaml", "vcan.yaml"}) {
     const auto loaded = load(kRoot + "deploy/plants/" + name);

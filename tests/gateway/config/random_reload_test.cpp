@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Random changes of random configurations: a reload changes a line only if its own part, its
-// executor, its device files or its partners in routing and forwarding are others.
+// executor, its device files or its partners in routing and forwarding have changed.
 #include <algorithm>
 #include <cstdint>
 #include <map>
@@ -116,7 +116,7 @@ class Changer {
     model_.lines.insert(model_.lines.begin() + place, line);
   }
 
-  // The first one carries the routes.
+  // Never removes the first line, because the routes use it.
   void remove_line() {
     if (model_.lines.size() < 3) {
       return;
@@ -193,7 +193,7 @@ std::string text_of(const Model& model) {
   return out;
 }
 
-// Lines that are joined by rules, all of them.
+// All lines that are connected to this one by rules, directly or indirectly.
 std::set<std::string> cluster_of(const Model& model, const std::string& name) {
   std::set<std::string> out{name};
   for (std::size_t before = 0; before != out.size();) {
@@ -207,12 +207,12 @@ std::set<std::string> cluster_of(const Model& model, const std::string& name) {
   return out;
 }
 
-// Everything that a line may see of the configuration.
+// Everything in the configuration that may affect this line.
 std::string seen_by(const Model& model, const std::string& name) {
   const bool routes = !model.routes.empty() || std::ranges::any_of(model.lines, &ModelLine::enter);
   std::string out = part_of(line_of(model, name)) + (routes ? "routes" : "");
   const std::set<std::string> cluster = cluster_of(model, name);
-  std::set<ModelRule> rules;  // of its partners, too: they are others then
+  std::set<ModelRule> rules;  // rules of its partners as well: they change the partners
   for (const ModelRule& rule : model.rules) {
     if (cluster.contains(rule.from)) {
       rules.insert(rule);
@@ -222,7 +222,7 @@ std::string seen_by(const Model& model, const std::string& name) {
     out += '|' + rule.from + std::to_string(rule.from_node) + rule.to +
            std::to_string(rule.to_node) + std::to_string(rule.sub);
   }
-  // The lines of one executor that is shared because of rules.
+  // Lines that are connected by rules share an executor.
   for (const std::string& other : cluster) {
     out += '+' + other + line_of(model, other).executor;
   }
@@ -231,7 +231,7 @@ std::string seen_by(const Model& model, const std::string& name) {
   return out + (fast ? std::to_string(model.priority) : "");
 }
 
-// What the running line was made of, but for names and routes.
+// Compares what the running line was created from, except names and routes.
 void expect_same(const LinePlan& before, const LinePlan& after) {
   EXPECT_EQ(before.executor, after.executor);
   EXPECT_EQ(before.config.bound, after.config.bound);
@@ -268,7 +268,7 @@ void check_reload(const Model& was, const Plant& running, const Model& is, const
   }
 }
 
-// LINEGATE_PLANT_SEED and LINEGATE_PLANT_COUNT run others, as for the random plants.
+// LINEGATE_PLANT_SEED and LINEGATE_PLANT_COUNT select other seeds, as for the random plants.
 TEST(RandomReload, ALineThatNothingConcernsStaysAsItIs) {
   const unsigned long first = plant::from_environment("LINEGATE_PLANT_SEED", kFirstSeed);
   const unsigned long count = plant::from_environment("LINEGATE_PLANT_COUNT", kPlants);
@@ -292,7 +292,7 @@ TEST(RandomReload, ALineThatNothingConcernsStaysAsItIs) {
       }
     }
   }
-  EXPECT_GT(unchanged, count * kChanges) << "most lines stay";
+  EXPECT_GT(unchanged, count * kChanges) << "most lines are unchanged";
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Networks, routes and who may enter, in plant.yaml.
+// Networks, routes, and the requests that may enter, in plant.yaml.
 #include <string>
 #include <vector>
 
@@ -55,7 +55,7 @@ TEST(Routes, NobodyEntersUnlessItIsSaid) {
   ASSERT_TRUE(loaded.ok()) << told(loaded).front();
   const auto& press = loaded.value->lines[0].config.routing.access;
   ASSERT_EQ(press.size(), 3U);
-  EXPECT_EQ(press[0].first, 2) << "that of hall";
+  EXPECT_EQ(press[0].first, 2) << "the network-ID of hall";
   EXPECT_EQ(press[0].last, 2);
   EXPECT_TRUE(press[0].sdo_read && press[0].sdo_write && press[0].emcy && !press[0].pdo);
   EXPECT_EQ(press[1].first, 10);
@@ -89,7 +89,7 @@ TEST(Routes, EmcysGoOnToTheNetworksThatAreNamed) {
   EXPECT_EQ(of_line(0).emcy_networks[1], 0b1110U);
   EXPECT_EQ(of_line(0).emcy_networks[127], 0b1110U);
   EXPECT_EQ(of_line(0).gateways, std::vector<std::uint8_t>{9});
-  EXPECT_EQ(of_line(1).emcy_networks[1], 0b1101U) << "all but its own";
+  EXPECT_EQ(of_line(1).emcy_networks[1], 0b1101U) << "all networks except its own";
   EXPECT_EQ(of_line(2).emcy_networks[1], 0U);
 
   EXPECT_EQ(
@@ -176,7 +176,7 @@ TEST(Routes, RulesOfEnteringThatMakeNoSenseAreTold) {
                 "networks"}));
 }
 
-// A reload gives the lines other routes while they run, whatever the order of the same ones.
+// A reload changes the routes of running lines. The order of the routes has no effect.
 TEST(Routes, AreNoneOfTheSourcesOfALine) {
   const auto plan = [](const std::string& top) {
     const auto loaded = read_routes(top);

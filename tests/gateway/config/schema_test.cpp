@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The JSON Schema for editors and the loader know the same keys.
+// The JSON Schema for editors and the loader accept the same keys.
 #include <string>
 #include <vector>
 
@@ -17,7 +17,7 @@ YAML::Node load_schema() {
   return YAML::LoadFile(kRepository + "deploy/plant.schema.json");  // JSON is YAML
 }
 
-// Undefined if there is no such key: a plain operator[] would add it.
+// Returns an undefined node if there is no such key. A plain operator[] would add the key.
 YAML::Node member(const YAML::Node& node, const std::string& key) {
   if (node.IsMap()) {
     for (const auto& pair : node) {
@@ -33,7 +33,7 @@ class Walker {
  public:
   explicit Walker(const YAML::Node& schema) : root_(schema) {}
 
-  // Keys of the document the schema does not know.
+  // Collects the keys of the document that the schema does not have.
   void walk(const YAML::Node& document, const YAML::Node& schema, const std::string& path) {
     if (document.IsSequence()) {
       for (const auto& element : document) {
@@ -68,7 +68,7 @@ class Walker {
     return others.IsMap() ? others : YAML::Node(YAML::NodeType::Undefined);
   }
 
-  // Follows $ref, and of several forms takes the one for mappings if the document is one.
+  // Follows $ref. Of several forms, takes the one for mappings if the document is a mapping.
   YAML::Node resolve(const YAML::Node& schema, const YAML::Node& document) const {
     const YAML::Node reference = member(schema, "$ref");
     if (reference.IsDefined()) {
@@ -99,8 +99,8 @@ TEST(Schema, KnowsEveryKeyOfTheSamplePlants) {
   }
 }
 
-// A key of the schema the loader does not know would be "unknown key"; a value of a wrong kind is
-// told otherwise.
+// The loader reports a key that only the schema has as "unknown key", and a value of a wrong type
+// with another message.
 TEST(Schema, HasNoKeyTheLoaderDoesNotKnow) {
   const YAML::Node definitions = member(load_schema(), "$defs");
   const auto keys_of = [](const YAML::Node& definition) {
@@ -133,7 +133,7 @@ TEST(Schema, HasNoKeyTheLoaderDoesNotKnow) {
       device + "\n      - {id: 5, bind: {\"6000:1\": " + binding + "}}\n";
   const auto loaded = read(text, kRepository + "plant.yaml");
   EXPECT_FALSE(loaded.ok());
-  EXPECT_GT(loaded.diagnostics.size(), 20U) << "every key was read";
+  EXPECT_GT(loaded.diagnostics.size(), 20U) << "every key is reported";
   for (const auto& diagnostic : loaded.diagnostics) {
     EXPECT_EQ(diagnostic.text.find("unknown key"), std::string::npos) << to_string(diagnostic);
   }

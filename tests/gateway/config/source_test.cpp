@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A line is the same as long as nothing it is read from changed.
+// A line counts as unchanged as long as everything it is read from is unchanged.
 #include "gateway/config/source.h"
 
 #include <filesystem>
@@ -89,7 +89,7 @@ TEST_F(SourceTest, AnExecutorBelongsToItsLines) {
   EXPECT_EQ(after[2], before[2]);
 }
 
-// Forty aliases, each twice the one before, are never written out.
+// Forty aliases, each twice as large as the one before, are never expanded.
 TEST_F(SourceTest, AliasesInAliasesAreAnErrorAndNoMore) {
   std::string bombs = "x0: &b0 [x]\n";
   for (int i = 1; i < 40; ++i) {
@@ -110,7 +110,7 @@ TEST_F(SourceTest, ThePlaceInTheListCountsWhereItGivesTheNetworkId) {
   const auto after = sources(text);
   ASSERT_EQ(after.size(), 4U);
   EXPECT_NE(after[1], before[0]);
-  EXPECT_EQ(after[3], before[2]) << "it has its own";
+  EXPECT_EQ(after[3], before[2]) << "the line has its own network-ID";
 }
 
 }  // namespace

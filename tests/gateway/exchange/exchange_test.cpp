@@ -118,7 +118,7 @@ TEST(Handover, GivesAnUnreadValueBackToBeMerged) {
   handover.publish();
   auto draft = handover.draft();
   EXPECT_TRUE(draft.unread);
-  EXPECT_EQ(handover.fetch(), nullptr) << "it is being changed";
+  EXPECT_EQ(handover.fetch(), nullptr) << "the producer is changing the value";
   draft.value.push_back(2);
   handover.publish();
   const auto* value = handover.fetch();
@@ -142,7 +142,8 @@ TEST(Handover, LeavesTheFetchedValueAlone) {
   EXPECT_EQ(*last, 5);
 }
 
-// What the producer counted arrives exactly once in sum, however often it was overtaken.
+// The sum of the counts that the consumer fetches equals the number of published values, however
+// often the producer replaced a value that was not fetched.
 TEST(Handover, TwoThreadsLoseNoCount) {
   struct Counted {
     std::uint64_t newest = 0;

@@ -48,7 +48,7 @@ TEST_F(GatewayTest, DevicesOfALineAreThoseOfAManager) {
   line::Command write{.request = line::SingleOutput{.data = {std::byte{0x5A}}}};
   EXPECT_TRUE(call(at("below"), write, seen_.layouts["below/outputs"].id).reply.ok());
   EXPECT_TRUE(until([&] { return first_byte("plc/inputs") == 0x5A; }));
-  // What the manager has as an input is an object of a device.
+  // The object of a device is an input of the manager.
   EXPECT_TRUE(until([&] {
     const auto result = call(at("below"), sdo_read(9, 0x6000, 1));
     return result.reply.ok() && result.reply.data == std::vector{std::byte{0x5A}};
@@ -62,7 +62,8 @@ TEST_F(GatewayTest, DevicesOfALineAreThoseOfAManager) {
   EXPECT_EQ(seen_.gaps, 0);
 }
 
-// One of several devices: a name longer than that of its file, and a program from its master.
+// One of several devices: a name that is longer than in its device file, and a program download
+// from its master.
 TEST_F(GatewayTest, ADeviceOfALineHasLongValues) {
   ASSERT_TRUE(gateway_
                   ->reload(make_plant(plant_text() + R"(  - name: plc

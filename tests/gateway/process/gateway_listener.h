@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a DDS client of a gateway received: the newest of each kind, and every event.
+// The samples that a DDS client of a gateway received: the newest of each kind, and every event.
 #pragma once
 
 #include <cstdint>
@@ -91,7 +91,8 @@ class GatewayListener : public dds::ClientListener {
   std::vector<std::string> lines_gone;
   std::vector<Error> replies;
   int gaps = 0;
-  int images_back = 0;  // of line open: a sample with an older number
+  // Number of samples of line open with an older number than the sample before.
+  int images_back = 0;
 };
 
 }  // namespace linegate::gateway

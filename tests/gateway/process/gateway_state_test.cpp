@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What belongs to no line: the state of the gateway, and its own events.
+// Samples that belong to no line: the state of the gateway, and its own events.
 #include <chrono>
 #include <functional>
 #include <memory>
@@ -20,7 +20,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// A plant with so many lines.
+// A plant with this number of lines.
 std::string plant_of(unsigned lines) {
   std::string text =
       "schema: 1\ngateway: {name: state}\ndds: {domain: " + std::to_string(test::own_domain()) +

@@ -34,7 +34,7 @@ TEST_F(GatewayTest, PublishesEveryReceptionOfALineThatDemandsIt) {
     EXPECT_EQ(got[i].node, 5);
     EXPECT_FALSE(got[i].values.empty());
   }
-  // The newest one and those before it are all that the line received.
+  // The line received exactly the newest PDO and those before it.
   EXPECT_TRUE(until([&] { return seen_.lines["open"].counters.rpdos >= got.back().number; }));
   EXPECT_TRUE(seen_.receptions["closed"].empty());
 }
@@ -78,7 +78,7 @@ TEST_F(GatewayTest, PublishesLinesNodesImagesAndEvents) {
   const auto& image = seen_.images["open/inputs"];
   EXPECT_EQ(image.layout_id, layout.id);
   EXPECT_EQ(image.bytes.size(), layout.byte_size);
-  // Values of the device move; the image follows without gaps.
+  // The values of the device change, and the images have consecutive numbers.
   const auto first = image.sequence;
   EXPECT_TRUE(until([&] { return seen_.images["open/inputs"].sequence > first + 2; }));
 }
@@ -146,7 +146,7 @@ TEST_F(GatewayTest, WritesOutputsThroughToTheDevice) {
     return result.reply.ok() && result.reply.data.size() == 1 &&
            result.reply.data[0] == std::byte{0xA1};
   }));
-  // The answer: applied, and transmitted to a node that is started.
+  // The output state: applied, and transmitted to a node that is started.
   const auto& answer = seen_.output_states["open"];
   EXPECT_TRUE(until([&] { return answer.applied == 1 && answer.waiting == 0; }));
   EXPECT_EQ(answer.group, 3);
@@ -168,7 +168,7 @@ TEST_F(GatewayTest, WritesOutputsThroughToTheDevice) {
       [&] { return seen_.output_states["closed"].refusal == line::OutputRefusal::not_permitted; }));
 }
 
-// The log is kept before any thread runs that may write it, until none does.
+// The log is kept from before the start to after the end of all threads that may write to it.
 class LoggedGatewayTest : public GatewayTest {
  protected:
   void TearDown() override { gateway_.reset(); }
@@ -249,7 +249,7 @@ class ClosedRoutingGatewayTest : public RoutingGatewayTest {
 };
 
 TEST_F(ClosedRoutingGatewayTest, ARouteWrittenAtRunTimeIsShownAndOpensNoLine) {
-  // Network 9 over the line that is closed, next gateway 6, cost 1.
+  // Network 9 is reached over the line "closed", next gateway 6, cost 1.
   EXPECT_TRUE(call(at("open"), own_write(3, 0x0001'0602'0009'0009, 8)).reply.ok());
   EXPECT_TRUE(call(at("open"), own_write(0, 3, 1)).reply.ok());
   EXPECT_TRUE(until([&] { return seen_.routes["open"] == "1 open 0, 2 closed 0, 9 closed:6 1"; }));
@@ -260,7 +260,7 @@ TEST_F(ClosedRoutingGatewayTest, ARouteWrittenAtRunTimeIsShownAndOpensNoLine) {
   EXPECT_TRUE(until([&] { return seen_.happened("closed", EventKind::routing_refused); }));
 }
 
-// Whichever of the two is made anew, and the other stays.
+// Either of the two lines is replaced while the other one stays.
 TEST_F(RoutingGatewayTest, AReloadJoinsWhatIsNewWithWhatStays) {
   line::Command crossing{.request =
                              line::NetworkRead{.network = 2, .node = 6, .address = {0x1000, 0}}};
@@ -286,7 +286,7 @@ TEST_F(GatewayTest, WritesOneOutputForAPersonAndChecksTheLayout) {
   EXPECT_TRUE(done.reply.ok()) << done.text;
 }
 
-// The other is not disturbed: no start, no loss, and its numbers go on.
+// The other line is not disturbed: it does not restart, loses nothing, and continues its numbers.
 TEST_F(GatewayTest, ReloadsOnlyTheLinesThatChanged) {
   ASSERT_TRUE(until([&] { return seen_.lines["closed"].manager == line::ManagerState::running; }));
   const auto& image = seen_.images["open/inputs"];
@@ -323,7 +323,7 @@ TEST_F(GatewayTest, ReloadsOnlyTheLinesThatChanged) {
   EXPECT_EQ(seen_.lines["open"].counters.frames_lost, 0U);
   EXPECT_EQ(seen_.incarnation, kIncarnation);
 
-  // And back: a line that goes is gone for its subscribers.
+  // The reverse change: a line that is removed disappears for its subscribers.
   const auto back = gateway_->reload(make_plant(text));
   EXPECT_TRUE(back.done);
   EXPECT_EQ(back.difference.stopped, std::vector<std::string>{"more"});
@@ -336,7 +336,8 @@ TEST_F(GatewayTest, ReloadsOnlyTheLinesThatChanged) {
   EXPECT_EQ(seen_.images_back, 0);
 }
 
-// The line is made anew with what was found; what was asked of it meanwhile is not cut off by that.
+// The line is replaced by one with the nodes that were found. Commands that arrive meanwhile wait
+// for the new line.
 TEST_F(GatewayTest, AScanBehindOneThatIsAppliedWaitsForTheLine) {
   ASSERT_TRUE(gateway_
                   ->reload(make_plant(plant_text() + R"(  - name: bare
@@ -350,7 +351,7 @@ TEST_F(GatewayTest, AScanBehindOneThatIsAppliedWaitsForTheLine) {
   ASSERT_TRUE(until([&] { return call(at("bare"), scan).reply.ok(); }));
   scan = {.request = line::Scan{.node = 9}};
   ASSERT_NE(client_->send(at("bare"), scan, kPatience), 0U);
-  const Instant taken = monotonic_now() + 300ms;  // the other thread looks once a second
+  const Instant taken = monotonic_now() + 300ms;  // the other thread checks once a second
   ASSERT_TRUE(until([&] { return monotonic_now() > taken; }));
   EXPECT_TRUE(seen_.replies.empty());
   ASSERT_TRUE(gateway_->take_scans());

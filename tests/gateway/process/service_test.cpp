@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the service manager hears: a fake one listens, and a thread gets stuck on purpose.
+// Notifications to the service manager: a fake one receives them, and a test blocks a thread on
+// purpose.
 #include <array>
 #include <chrono>
 #include <cstddef>
@@ -35,7 +36,7 @@ constexpr int kNotifyPatience = 10'000;  // ms
 class FakeServiceManager {
  public:
   FakeServiceManager() {
-    // An abstract name: nothing is left in a file system.
+    // A name in the abstract namespace leaves no file behind.
     const std::string name = "linegate-test-notify-" + std::to_string(getpid());
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
@@ -85,14 +86,14 @@ TEST(ServiceManager, WatchesOnlyIfItSaysSo) {
   setenv("WATCHDOG_USEC", "20000000", 1);
   EXPECT_EQ(manager.watchdog(), 20s);
   setenv("WATCHDOG_PID", "1", 1);
-  EXPECT_EQ(manager.watchdog(), 0s) << "another process is meant";
+  EXPECT_EQ(manager.watchdog(), 0s) << "the variable is for another process";
   unsetenv("WATCHDOG_PID");
   unsetenv("WATCHDOG_USEC");
 }
 
 // --- progress ---------------------------------------------------------------------------------
 
-// Its service() does not come back until somebody lets it go.
+// Its service() blocks until let_go() is called.
 class StickyRunner final : public Runner {
  public:
   StickyRunner(int told, int released) : told_(told), released_(released) {}
@@ -125,7 +126,7 @@ class ProgressWatchTest : public testing::Test {
   }
   ~ProgressWatchTest() override {
     executor_->request_stop();
-    let_go(2);  // out of this round, and of the last one
+    let_go(2);  // once for this round, and once for the last one
     executor_->join();
     for (const int end : {serving_[0], serving_[1], release_[0], release_[1]}) {
       close(end);
@@ -136,7 +137,7 @@ class ProgressWatchTest : public testing::Test {
     return ProgressWatch(
         {{"exec sticky", &executor_->rounds(), [this] { executor_->wakeup().signal(); }}});
   }
-  // Until it is in its runner.
+  // Waits until the executor is in service() of its runner.
   void await_serving() const {
     char byte = 0;
     pollfd p{serving_[0], POLLIN, 0};
@@ -159,11 +160,11 @@ TEST_F(ProgressWatchTest, NamesAThreadThatDoesNotComeBackUntilItDoes) {
   executor_->start();
   await_serving();
   EXPECT_FALSE(watch.all_started());
-  EXPECT_EQ(watch.look(), nobody) << "it was never asked";
+  EXPECT_EQ(watch.look(), nobody) << "the thread was not woken by the watch yet";
   EXPECT_EQ(watch.look(), sticky);
   EXPECT_EQ(watch.look(), sticky);
   let_go(1);
-  await_serving();  // asked, it went on, and is in the next round
+  await_serving();  // woken by the watch, the executor has started the next round
   EXPECT_TRUE(watch.all_started());
   EXPECT_EQ(watch.look(), nobody);
   EXPECT_EQ(watch.look(), sticky);
@@ -176,7 +177,7 @@ TEST_F(ProgressWatchTest, AThreadThatWaitsIsNotStuck) {
   let_go(1);
   for (int i = 0; i < 3; ++i) {
     EXPECT_TRUE(watch.look().empty());
-    await_serving();  // because it was asked: it has nothing else to do
+    await_serving();  // only the watch wakes it: the executor is idle otherwise
     const std::uint64_t before = executor_->rounds().value();
     let_go(1);
     while (executor_->rounds().value() == before) {
@@ -187,7 +188,7 @@ TEST_F(ProgressWatchTest, AThreadThatWaitsIsNotStuck) {
 
 // --- reading beside -----------------------------------------------------------------------------
 
-// A reload that is stuck in a file does not keep the service from its signals.
+// The service handles signals even while a reload is blocked in reading a file.
 TEST(BackgroundTest, IsWaitedForByNobody) {
   int release[2] = {-1, -1};
   ASSERT_EQ(pipe(release), 0);

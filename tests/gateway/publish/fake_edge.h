@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An edge without a network: keeps what is published, and gives what a test has it receive.
+// An edge without a network: keeps the published samples, and delivers the requests of a test.
 #pragma once
 
 #include <condition_variable>
@@ -13,14 +13,14 @@
 
 namespace linegate::gateway {
 
-// One line of text for each sample, such as "event press 3". From any thread.
+// samples(): one line of text for each published sample, such as "event press 3". Thread-safe.
 class FakeEdge final : public DataEdge {
  public:
   std::vector<std::string> samples() const {
     const std::lock_guard lock(mutex_);
     return samples_;
   }
-  // Received by the next poll().
+  // Queues a request for the next poll().
   void receive(std::function<void(RequestHandler&)> request) {
     const std::lock_guard lock(mutex_);
     requests_.push_back(std::move(request));

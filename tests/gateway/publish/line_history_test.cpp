@@ -8,7 +8,7 @@ namespace {
 
 TEST(LineHistory, NumbersAndCountersGoOnAfterARestart) {
   LineHistory history;
-  history.restart();  // the first life
+  history.restart();  // the first start of the line
   Event event;
   for (event.number = 1; event.number <= 3; ++event.number) {
     Event told = event;
@@ -45,7 +45,7 @@ TEST(LineHistory, NumbersAndCountersGoOnAfterARestart) {
     EXPECT_EQ(again.counters.frames_received, 10U + frames);
     EXPECT_EQ(again.counters.events_lost, 1U);
     EXPECT_EQ(again.routing.opened, 4U);
-    EXPECT_EQ(again.routing.open, 0U) << "what was open has ended with its line";
+    EXPECT_EQ(again.routing.open, 0U) << "connections end with their line";
   }
 
   history.restart();

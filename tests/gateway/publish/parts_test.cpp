@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The small parts of publishing: which samples, how often, in which words.
+// The small parts of publishing: selection of samples, their rate, and their texts.
 #include <string>
 #include <vector>
 
@@ -53,7 +53,7 @@ TEST(NoticeLimit, AReasonThatAlwaysChangesIsToldSoManyTimesASecond) {
     const Instant now = start + Duration(2s) * i / 65'536;
     reported += limit.admit(EventKind::output_refused, 1, i, now) ? 1U : 0U;
     const std::uint64_t more = limit.pop_suppressed(now);
-    EXPECT_TRUE(more == 0 || held == 0 || now >= start + 1s) << "at most once a second";
+    EXPECT_TRUE(more == 0 || held == 0 || now >= start + 1s) << "reported at most once a second";
     held += more;
   }
   EXPECT_EQ(reported, 2 * NoticeLimit::kReasons);
@@ -66,7 +66,7 @@ TEST(ControllerText, TellsWhereTheControllerIsSetOtherwiseThanTheLineNeeds) {
   plan.interface.uri = "socketcan:can0";
   plan.interface.name = "can0";
   can_bridge::ControllerSetup controller;
-  EXPECT_TRUE(complaints(plan, controller).empty()) << "vcan says nothing of itself";
+  EXPECT_TRUE(complaints(plan, controller).empty()) << "vcan reports no settings";
 
   controller.bit_rate = 250'000;
   controller.listen_only = false;
@@ -116,7 +116,7 @@ TEST(PdoUpdates, PassOnceInMinPeriodWithTheReceptionsTheyStandFor) {
   const Instant start{1s};
   updates.add(snapshot_with(3, 1));
   EXPECT_EQ(take(start), kNever);
-  EXPECT_EQ(passed, std::vector<std::uint32_t>{1}) << "the first at once";
+  EXPECT_EQ(passed, std::vector<std::uint32_t>{1}) << "the first reception is published at once";
   updates.add(snapshot_with(3, 4));
   EXPECT_EQ(take(start + 10ms), start + 100ms);
   updates.add(snapshot_with(3, 2));
@@ -147,7 +147,7 @@ TEST(PdoUpdates, KeepPdosApart) {
 TEST(ImageSequence, SkipsWhatDidNotChangeAndNumbersTheRestWithoutGaps) {
   ImageSequence sequence(config::Publish::Rule::on_change);
   image::Snapshot first = snapshot_with(1, 1);
-  EXPECT_TRUE(sequence.admit(first)) << "the first always";
+  EXPECT_TRUE(sequence.admit(first)) << "the first image is always published";
   EXPECT_EQ(first.sequence, 1U);
 
   image::Snapshot same = snapshot_with(1, 2);
@@ -159,7 +159,7 @@ TEST(ImageSequence, SkipsWhatDidNotChangeAndNumbersTheRestWithoutGaps) {
   changed.changed = {4};
   EXPECT_TRUE(sequence.admit(changed));
   EXPECT_EQ(changed.sequence, 2U);
-  ASSERT_EQ(changed.marks.size(), 2U) << "receptions of those skipped are included";
+  ASSERT_EQ(changed.marks.size(), 2U) << "receptions of skipped images are included";
   EXPECT_EQ(changed.marks[0].local_pdo, 1);
   EXPECT_EQ(changed.marks[0].count, 3U);
   EXPECT_EQ(changed.marks[1].local_pdo, 2);
@@ -217,7 +217,7 @@ TEST(EventLogger, JoinsTheHeartbeatsThatAreLostWithTheInterface) {
   EXPECT_FALSE(joins(3, EventKind::bus_state, 0, stopped));
   EXPECT_TRUE(joins(4, EventKind::heartbeat_lost, 5, 0));
   EXPECT_TRUE(joins(5, EventKind::heartbeat_lost, 6, 0));
-  EXPECT_EQ(logger.take_joined(now), "") << "others may follow";
+  EXPECT_EQ(logger.take_joined(now), "") << "more events may be joined";
   now += EventLogger::kJoined;
   EXPECT_EQ(logger.take_joined(now),
             "bus stopped: the heartbeat of nodes 5, 6 is lost because of it (#4 to #5)");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a line hands over, and what the publisher makes of it, without a network.
+// The data of a line, and the samples that the publisher creates from them, without a network.
 #include "gateway/publish/publisher.h"
 
 #include <algorithm>
@@ -29,7 +29,7 @@ class PublisherTest : public testing::Test {
   }
 
   LinePort& port() { return hosts[0]->port; }
-  // All that is there is published before stop() returns.
+  // stop() returns only after all available data are published.
   std::vector<std::string> published() {
     publisher->start();
     publisher->stop();

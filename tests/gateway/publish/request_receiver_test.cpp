@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the request receiver reports of requests that are refused, however many and with whatever
+// Reports of the request receiver about rejected requests, for any number of requests and any
 // names.
 #include "gateway/publish/request_receiver.h"
 
@@ -46,7 +46,7 @@ TEST_F(RequestReceiverTest, NamesOfStrangersDoNotSteerTheLog) {
   EXPECT_TRUE(was_logged("debug pre.ss: outputs of group 1 refused: why"));
 }
 
-// Each time another group, so that no reason is the one before.
+// Each request has another group, so that no reason equals the previous one.
 TEST_F(RequestReceiverTest, WhatALineIsToldOfStrangersIsBoundedAndTheRestCounted) {
   constexpr unsigned kMany = 200;
   for (unsigned group = 0; group < kMany; ++group) {
@@ -56,9 +56,9 @@ TEST_F(RequestReceiverTest, WhatALineIsToldOfStrangersIsBoundedAndTheRestCounted
   unsigned reported = 0;
   for (Event event; hosts[0]->port.notices.pop(event); ++reported) {
     EXPECT_EQ(event.kind, EventKind::output_refused);
-    EXPECT_EQ(event.value, reported) << "the first ones";
+    EXPECT_EQ(event.value, reported) << "the first rejections are reported";
   }
-  // On a machine that stands still for a second it may be more than one second's.
+  // If the machine stalls for a second, it may report more than the limit of one second.
   EXPECT_GE(reported, NoticeLimit::kReasons);
   EXPECT_EQ(hosts[0]->port.requests_lost.value(), 0U);
   receiver->stop();

@@ -15,7 +15,7 @@ TEST_F(AssertionReportDeathTest, NamesTheLineThatTheThreadRunsAndItsLastEvents) 
   EXPECT_DEATH(
       {
         report_assertions();
-        make_ready();  // the line starts, and its first frame is written
+        make_ready();  // the line starts and writes its first frame
       },
       "^assertion violated: the channel violates one \\(false\\), [^\n]*_test.cpp:[0-9]+\n"
       "on the line a, last events:\n"

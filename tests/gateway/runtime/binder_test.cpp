@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Outputs of one line that follow inputs of another.
+// Outputs of one line that follow the inputs of another line.
 #include "gateway/runtime/binder.h"
 
 #include <memory>
@@ -51,7 +51,7 @@ class BinderTest : public testing::Test {
       hear(*lines_.back(), 0x000, {0x01, 0x00});
       (void)sent(*lines_.back());
     }
-    // Sorted by their ends: "field" to "plc" are two, back is one.
+    // Bindings by direction: two from "field" to "plc", one back.
     std::vector<config::Binding> there;
     std::vector<config::Binding> back;
     for (const auto& binding : plant_.bindings) {
@@ -94,7 +94,7 @@ TEST_F(BinderTest, AnInputIsSentByTheDeviceThatFollowsIt) {
   BoundTarget target(*there_);
   source.look(field(), kBinderNow);
   target.take(plc(), kBinderNow);
-  EXPECT_EQ(sent(plc()), Frames{}) << "nobody has said anything yet";
+  EXPECT_EQ(sent(plc()), Frames{}) << "no input has been received";
   hear(field(), 0x205, {0x12, 0x34});
   source.look(field(), kBinderNow);
   target.take(plc(), kBinderNow);
@@ -102,7 +102,7 @@ TEST_F(BinderTest, AnInputIsSentByTheDeviceThatFollowsIt) {
   source.look(field(), kBinderNow);
   target.take(plc(), kBinderNow);
   EXPECT_EQ(sent(plc()), Frames{});
-  // Values that nobody took in between are not missed: the newest counts.
+  // A value that was not taken is replaced by a newer one.
   hear(field(), 0x205, {0x13, 0x34});
   source.look(field(), kBinderNow);
   hear(field(), 0x205, {0x14, 0x35});

@@ -39,7 +39,7 @@ TEST(Channels, AnOperatorReadsTheNameThatIpWants) {
   EXPECT_EQ(name_for_people(config::parse_interface("virtual:a", "/", error)), "virtual:a");
 }
 
-// It would be set up otherwise, which nobody asked for.
+// Otherwise the controller would be reconfigured, which the operator did not request.
 TEST(Channels, AnInterfaceWithoutOptionsIsLeftAsItIs) {
   EXPECT_FALSE(setup_of("socketcan:can0", Use::observe).any());
   EXPECT_FALSE(setup_of("socketcan:can0?listen-only=off", Use::observe).any());

@@ -44,7 +44,7 @@ TEST_F(DeadlineTimerTest, AnEarlierDeadlineCountsAndALaterOneWaitsForIt) {
   EXPECT_FALSE(is_readable(0));
   const Instant due = wake_in(20ms);
   wake_in(1h);
-  EXPECT_TRUE(is_readable(kLongEnough)) << "too early, for who gave the later one";
+  EXPECT_TRUE(is_readable(kLongEnough)) << "the earlier time counts";
   EXPECT_GE(monotonic_now(), due);
   wake_in(1h);
   EXPECT_FALSE(is_readable(0));

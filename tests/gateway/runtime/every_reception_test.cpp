@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// PDOs of which each reception is handed over.
+// PDOs whose every reception is passed on.
 #include <gtest/gtest.h>
 
 #include "tests/gateway/runtime/line_runner_fixture.h"
@@ -52,7 +52,7 @@ TEST_F(EveryReceptionTest, FramesOfOnePublicationPeriodAreHandedOverOneByOne) {
   }
 }
 
-// 16 wait in the line, and as many as the ring holds behind it.
+// 16 receptions are queued in the line, and as many as the ring holds behind it.
 TEST_F(EveryReceptionTest, WithoutAReaderTheNewestWaitAndTheOthersAreCounted) {
   boot();
   (void)taken();
@@ -63,7 +63,7 @@ TEST_F(EveryReceptionTest, WithoutAReaderTheNewestWaitAndTheOthersAreCounted) {
   }
   EXPECT_EQ(runner_->line().state().counters.receptions_lost, 20U);
   ASSERT_EQ(taken().size(), room());
-  EXPECT_LE(runner_->next_wake(), now_ + 1ms) << "the others follow soon";
+  EXPECT_LE(runner_->next_wake(), now_ + 1ms) << "the remaining receptions follow soon";
   serve(1ms);
   const std::vector<pdo::Reception> rest = taken();
   ASSERT_EQ(rest.size(), 16U);

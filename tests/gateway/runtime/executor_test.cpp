@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Real threads on socket pairs: the other end of the wire is the test.
+// Real threads on socket pairs: the test is the peer of each channel.
 #include "gateway/runtime/executor.h"
 
 #include <algorithm>
@@ -74,7 +74,7 @@ class Wire {
   std::unique_ptr<can_bridge::Channel> channel_;
 };
 
-// One that this process may run on.
+// The first processor on which this process may run.
 unsigned first_processor() {
   cpu_set_t allowed;
   CPU_ZERO(&allowed);
@@ -128,7 +128,7 @@ TEST_F(ExecutorTest, RunsALineOverASocket) {
   EXPECT_TRUE(wire.expect(0x000)) << "reset of all nodes";
   wire.send(0x705, {0});
   EXPECT_TRUE(expect(0, EventKind::boot_up));
-  EXPECT_TRUE(wire.expect(0x605)) << "the manager asks for 1000h";
+  EXPECT_TRUE(wire.expect(0x605)) << "the manager reads 1000h";
   executor.request_stop();
   executor.join();
   EXPECT_TRUE(expect(0, EventKind::line_stopped));
@@ -200,8 +200,8 @@ TEST_F(ExecutorTest, TakesAndGivesBackRunnersWhileAnotherGoesOn) {
     const auto gone = executor.send_away({known});
     ASSERT_EQ(gone.size(), 1U);
     EXPECT_EQ(gone[0].get(), known);
-    EXPECT_TRUE(expect(1, EventKind::line_stopped)) << "in good order";
-    wire.send(0x705, {0});  // nobody listens, and nobody minds
+    EXPECT_TRUE(expect(1, EventKind::line_stopped)) << "the line was stopped properly";
+    wire.send(0x705, {0});  // has no receiver, and does no harm
   }
   EXPECT_TRUE(executor.send_away({}).empty());
   wires[0].send(0x705, {0});
@@ -213,7 +213,8 @@ TEST_F(ExecutorTest, AVisitIsOnItsThreadAndOverWhenItReturns) {
   Executor executor({});
   std::thread::id where;
   executor.visit([&] { where = std::this_thread::get_id(); });
-  EXPECT_EQ(where, std::this_thread::get_id()) << "it does not run yet";
+  EXPECT_EQ(where, std::this_thread::get_id())
+      << "not started: the visit runs on the calling thread";
   executor.start();
   int visits = 0;
   for (int i = 1; i <= 100; ++i) {
@@ -227,7 +228,7 @@ TEST_F(ExecutorTest, AVisitIsOnItsThreadAndOverWhenItReturns) {
 }
 
 TEST_F(ExecutorTest, ARunnerIsCalledWhenSomebodyWakesTheExecutorAndForFramesItIsNot) {
-  // Tells what its thread said since it was served last.
+  // Records the calls of the executor's thread since the last service().
   class Telling final : public Runner {
    public:
     Telling(int frames, int told) : frames_(frames), told_(told) {}
@@ -264,7 +265,7 @@ TEST_F(ExecutorTest, ARunnerIsCalledWhenSomebodyWakesTheExecutorAndForFramesItIs
     Executor executor({});
     executor.add(std::make_unique<Telling>(frames[0], told[1]));
     executor.start();
-    EXPECT_EQ(next(), "called") << "what was left before it ran";
+    EXPECT_EQ(next(), "called") << "signalled before the executor started";
     ASSERT_EQ(write(frames[1], "x", 1), 1);
     EXPECT_EQ(next(), "frame");
     executor.wakeup().signal();
@@ -283,7 +284,7 @@ TEST_F(ExecutorTest, RunsWithThePriorityOnTheProcessorThatThePlanNames) {
     sched_param parameter{};
     cpu_set_t processors{};
   };
-  // Asks its thread how it is run.
+  // Records the scheduling parameters of the thread that runs it.
   class Asking final : public Runner {
    public:
     Asking(Told& told, int done) : told_(told), done_(done) {}
@@ -321,7 +322,7 @@ TEST_F(ExecutorTest, RunsWithThePriorityOnTheProcessorThatThePlanNames) {
   close(done[1]);
   EXPECT_EQ(CPU_COUNT(&told.processors), 1);
   EXPECT_TRUE(CPU_ISSET(*plan.processor, &told.processors));
-  // Either it is so, or it was said that it is not: nothing is left out in silence.
+  // Either the setting is in effect, or its failure was reported.
   const bool real_time = told.policy == SCHED_FIFO && told.parameter.sched_priority == 7;
   const auto lines = log.lines();
   const bool warned = std::find(lines.begin(), lines.end(),
@@ -334,7 +335,8 @@ TEST_F(ExecutorTest, LocksNoMemoryUnderALimitThatCouldEndTheGateway) {
   rlimit before{};
   ASSERT_EQ(getrlimit(RLIMIT_MEMLOCK, &before), 0);
   rlimit limited = before;
-  limited.rlim_cur = std::min<rlim_t>(before.rlim_max, rlim_t{1} << 40U);  // enough, and a limit
+  // Large enough, but a limit.
+  limited.rlim_cur = std::min<rlim_t>(before.rlim_max, rlim_t{1} << 40U);
   ASSERT_EQ(setrlimit(RLIMIT_MEMLOCK, &limited), 0);
   __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
   std::array<__user_cap_data_struct, _LINUX_CAPABILITY_U32S_3> capabilities{};
@@ -343,7 +345,7 @@ TEST_F(ExecutorTest, LocksNoMemoryUnderALimitThatCouldEndTheGateway) {
   for (auto& part : without) {
     part.effective = 0;
   }
-  ASSERT_EQ(syscall(SYS_capset, &header, without.data()), 0);  // of this thread
+  ASSERT_EQ(syscall(SYS_capset, &header, without.data()), 0);  // applies to this thread
   {
     LogKeeper log;
     config::ExecutorPlan plan;
@@ -362,7 +364,7 @@ TEST_F(ExecutorTest, GoesOnWithoutSchedulingThatIsNotPermitted) {
   Wire wire;
   config::ExecutorPlan plan;
   plan.name = "fast";
-  plan.processor = 1023;  // no such processor here
+  plan.processor = 1023;  // does not exist on this machine
   Executor executor(plan);
   executor.add(runner(0, wire.channel()));
   executor.start();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A channel that a test plays: what comes is put in, what was sent can be looked at.
+// A channel for tests: the test supplies the received frames and inspects the sent ones.
 #pragma once
 
 #include <cerrno>
@@ -78,20 +78,20 @@ class FakeChannel final : public can_bridge::Channel {
     return fault_gives;
   }
 
-  bool acknowledges = true;  // at once
+  bool acknowledges = true;  // every sent frame counts as acknowledged at once
   std::deque<can::Frame> coming;
-  std::vector<can::BusEvent> coming_events;  // before the frames
-  std::vector<can::BusEvent> coming_later;   // after them
+  std::vector<can::BusEvent> coming_events;  // precede the frames
+  std::vector<can::BusEvent> coming_later;   // follow the frames
   std::vector<can::Frame> sent;
-  std::function<void()> on_write;  // before it takes anything
+  std::function<void()> on_write;  // called before write() accepts any frame
   std::size_t accepts = 1000;
-  bool fd = true;                       // it takes FD frames; it drops those that it does not
-  std::optional<std::size_t> promises;  // room() if it is not `accepts`
+  bool fd = true;                       // whether it can send CAN FD frames; if not, it drops them
+  std::optional<std::size_t> promises;  // the result of room(); absent: `accepts`
   int reads = 0;
   int restarts = 0;
   int restart_gives = 0;
   int fault_gives = EOPNOTSUPP;
-  Duration reading_takes{};  // what comes meanwhile is read, too
+  Duration reading_takes{};  // duration of read(); frames of that time are read, too
   can_bridge::ChannelCounters counted;
   can_bridge::ControllerSetup set_to;
 };

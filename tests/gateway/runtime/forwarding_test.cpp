@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// PDO forwarding: what a PDO brings to one line leaves another in a PDO.
+// PDO forwarding: values received in a PDO of one line are sent in a PDO of another line.
 #include <array>
 #include <initializer_list>
 #include <memory>
@@ -23,9 +23,9 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// TPDO1 of a drive is 185h (6041h 16 bit,
-// 6061h 8 bit), on event; TPDO2 285h (6064h, 606Ch) with every SYNC; RPDO1 205h (6040h, 6060h) and
-// RPDO2 305h (607Ah, 60FFh) alike.
+// TPDO1 of a drive is 185h (6041h with 16 bits, 6061h with 8 bits), event-driven; TPDO2 is 285h
+// (6064h, 606Ch), sent with every SYNC. RPDO1 is 205h (6040h, 6060h) and RPDO2 is 305h (607Ah,
+// 60FFh), with the same transmission types.
 std::string forwarding_plant(const std::string& rules) {
   return R"(schema: 1
 lines:
@@ -39,7 +39,7 @@ forward:
 )" + rules;
 }
 
-// The lines obey another master, so that they need no boot.
+// The lines are slaves of another master, so that they need no boot.
 config::Plant obeying_plant(const std::string& rules) {
   config::Plant out = make_plant(forwarding_plant(rules));
   for (auto& plan : out.lines) {
@@ -119,7 +119,7 @@ class ForwardingTest : public testing::Test {
 TEST_F(ForwardingTest, EveryReceivedPdoIsAnEventOfTheOther) {
   make(kStatusRules);
   hand_over();
-  EXPECT_EQ(sent(hall()), std::vector<Sent>{}) << "nothing has come";
+  EXPECT_EQ(sent(hall()), std::vector<Sent>{}) << "nothing was received";
   hear(press(), 0x185, {0x37, 0x12, 0x08});
   hand_over();
   EXPECT_EQ(sent(hall()), (std::vector<Sent>{{0x205, {0x37, 0x12, 0x08}}}));
@@ -127,7 +127,8 @@ TEST_F(ForwardingTest, EveryReceivedPdoIsAnEventOfTheOther) {
   EXPECT_EQ(sent(hall()), std::vector<Sent>{});
   hear(press(), 0x185, {0x37, 0x12, 0x08});
   hand_over();
-  EXPECT_EQ(sent(hall()), (std::vector<Sent>{{0x205, {0x37, 0x12, 0x08}}})) << "the same again";
+  EXPECT_EQ(sent(hall()), (std::vector<Sent>{{0x205, {0x37, 0x12, 0x08}}}))
+      << "the same values are sent again";
 }
 
 TEST_F(ForwardingTest, TheNewestValuesCountAndThoseOfOnePdoStayTogether) {
@@ -149,7 +150,7 @@ TEST_F(ForwardingTest, EachSideKeepsItsSync) {
   EXPECT_EQ(sent(hall()), std::vector<Sent>{}) << "the source has had no SYNC";
   hear(press(), 0x080, {});
   hand_over();
-  EXPECT_EQ(sent(hall()), std::vector<Sent>{}) << "the target has had none since";
+  EXPECT_EQ(sent(hall()), std::vector<Sent>{}) << "the target has had no SYNC since";
   hear(hall(), 0x080, {});
   EXPECT_EQ(sent(hall()), (std::vector<Sent>{{0x305, {1, 0, 0, 0, 2, 0, 0, 0}}}));
 }
@@ -202,7 +203,7 @@ TEST_F(ForwardingTest, ASourceThatIsLateMayStopTheTarget) {
   EXPECT_EQ(sent(hall()), (std::vector<Sent>{{0x205, {0x38, 0x12, 0x08}}}));
 }
 
-// Under ThreadSanitizer: two executors, and no value of a PDO without its neighbour.
+// For ThreadSanitizer: with two executors, the values of one PDO stay together.
 TEST_F(ForwardingTest, AcrossExecutorsNoPdoIsTorn) {
   make(kStatusRules);
   constexpr unsigned kPdos = 20'000;
@@ -299,11 +300,11 @@ TEST_F(ForwardingCallTest, WhatCameIsSentOnBeforeAnythingElseIsDone) {
   runners_[0]->called();
   runners_[0]->service(now_);
   EXPECT_EQ(channels_[1]->sent.size(), 1U);
-  EXPECT_EQ(room_then, all - 1) << "the request was taken before";
+  EXPECT_EQ(room_then, all - 1) << "the command must still be queued when the frame is sent";
   EXPECT_EQ(channels_[0]->restarts, 1);
 }
 
-// What comes of time goes on in the same round, after what came of frames.
+// Changes that a timer causes are forwarded in the same round, after those that frames cause.
 TEST_F(ForwardingCallTest, WhatATimeOutChangesIsSentOnToo) {
   begin(0);
   begin(1);
@@ -314,10 +315,10 @@ TEST_F(ForwardingCallTest, WhatATimeOutChangesIsSentOnToo) {
   runners_[0]->service(now_);
   ASSERT_EQ(channels_[1]->sent.size(), 1U);
   EXPECT_EQ(channels_[1]->sent[0].data[0], std::byte{0});
-  EXPECT_EQ(channels_[1]->sent[0].data[2], std::byte{0x08}) << "held";
+  EXPECT_EQ(channels_[1]->sent[0].data[2], std::byte{0x08}) << "the other value is unchanged";
 
   come(0, 0x185, {0x38, 0x12, 0x08});
-  now_ += 60ms;  // and the thread was late
+  now_ += 60ms;  // the deadline of 50 ms passed before the thread read the frame
   runners_[0]->service(now_);
   ASSERT_EQ(channels_[1]->sent.size(), 3U);
   EXPECT_EQ(channels_[1]->sent[1].data[0], std::byte{0x38});
@@ -348,7 +349,8 @@ TEST_F(ForwardingCallTest, WhatTheInterfaceDoesNotTakeIsSentWhenItDoes) {
   EXPECT_EQ(channels_[1]->sent.size(), 1U);
 }
 
-// They would take the processor from it. Whatever is forwarded meanwhile, they wait only once.
+// Publishing images at once would take the processor from the other executor. Images are delayed
+// once only, even if more PDOs are forwarded meanwhile.
 TEST_F(ForwardingCallTest, ImagesWaitAMomentForAnotherExecutor) {
   link_->runner = nullptr;
   exchange::Wakeup executor;
@@ -369,9 +371,9 @@ TEST_F(ForwardingCallTest, ImagesWaitAMomentForAnotherExecutor) {
   now_ += 60us;
   forward(0x38);
   EXPECT_EQ(images.fetch(), nullptr);
-  now_ += 38us;  // and 1 us each in come()
+  now_ += 38us;  // plus 1 us in each come()
   forward(0x39);
-  EXPECT_NE(images.fetch(), nullptr) << "held again";
+  EXPECT_NE(images.fetch(), nullptr) << "images are delayed only once";
 
   now_ += 20ms;
   forward(0x37);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a channel gives in one read() reaches the line in the order in which it happened.
+// The frames and events of one read() of a channel reach the line in the order of their occurrence.
 #include "gateway/runtime/frame_pump.h"
 
 #include <chrono>
@@ -16,8 +16,8 @@ namespace {
 
 using can::BusEvent;
 
-// Gives what the test put into it: 'f' is a frame, every other letter an event with it as code;
-// '!' is a failure of the interface.
+// Returns what the test specifies, one string for each read(): 'f' is a frame, any other letter is
+// an event with the letter as its code; '!' is a failure of the interface.
 class ScriptedChannel final : public can_bridge::Channel {
  public:
   explicit ScriptedChannel(std::deque<std::string> reads) : reads_(std::move(reads)) {}
@@ -56,7 +56,7 @@ class ScriptedChannel final : public can_bridge::Channel {
   can_bridge::ChannelCounters counters_;
 };
 
-// What drain() hands over; '|' after each span of frames.
+// The frames and events that drain() passes on, with '|' after each span of frames.
 std::string drained(std::deque<std::string> reads) {
   FramePump pump(std::make_unique<ScriptedChannel>(std::move(reads)));
   std::string out;
@@ -67,7 +67,7 @@ std::string drained(std::deque<std::string> reads) {
 }
 
 TEST(FramePump, HandsOverFramesAndEventsInTheOrderOfTheBus) {
-  EXPECT_EQ(drained({"ffX"}), "ff|X") << "a failure after the frames that came before it";
+  EXPECT_EQ(drained({"ffX"}), "ff|X") << "the failure follows the frames that preceded it";
   EXPECT_EQ(drained({"Rff"}), "Rff|");
   EXPECT_EQ(drained({"ABffCDfE"}), "ABff|CDf|E");
   EXPECT_EQ(drained({"X"}), "X");
@@ -79,7 +79,8 @@ TEST(FramePump, CountsTheFramesOfEachReadApart) {
   EXPECT_EQ(drained({full, "ffXf"}), full + "|ff|Xf|");
 }
 
-// Whoever waits for the descriptor would take the one that comes next, of the same number, for it.
+// A reopened interface may get a descriptor of the same number. The caller must notice the failure
+// first, or it would take the new descriptor for the old one.
 TEST(FramePump, DoesNotReadOnWhenTheInterfaceHasFailed) {
   const std::string storm(can_bridge::BusEvents::kCapacity - 3, 'X');
   EXPECT_EQ(drained({storm + "!X", "Rf"}), storm + "!X");
@@ -92,7 +93,8 @@ TEST(FramePump, ReadsOnWhereItWasTheEventsThatLeftNoRoom) {
   EXPECT_EQ(drained({storm, "f"}), storm + "f|");
 }
 
-// Up to which instant everything is known, with frames of that age given by each read.
+// The instant up to which the bus is known, if each read returns frames with the time
+// `frames_are_of`.
 Instant known(Instant now, Instant frames_are_of, std::size_t reads, const std::string& each) {
   auto channel = std::make_unique<ScriptedChannel>(std::deque<std::string>(reads, each));
   channel->frames_are_of = frames_are_of;
@@ -106,13 +108,13 @@ TEST(FramePump, KnowsEverythingUpToNowOrTheLastFrame) {
   const Instant before = now - std::chrono::milliseconds(45);
   const Instant after = now + std::chrono::milliseconds(45);
   EXPECT_EQ(known(now, before, 1, "f"), now);
-  EXPECT_EQ(known(now, after, 1, "f"), after) << "it came while the channel was read";
+  EXPECT_EQ(known(now, after, 1, "f"), after) << "the frame arrived during read()";
   EXPECT_EQ(known(now, after, 1, "X"), now);
   EXPECT_EQ(known(now, before, 100, std::string(FramePump::kBatch, 'f')), before)
-      << "and there is more";
+      << "more frames are pending";
 }
 
-// What report_ended() says: "a3" frame 3 was acknowledged, "l1-2" the first two are lost.
+// The result of report_ended(): "a3": frame 3 was acknowledged; "l1-2": frames 1 and 2 are lost.
 std::string ended(FramePump& pump) {
   std::string out;
   pump.report_ended([&](std::uint64_t number) { out += 'a' + std::to_string(number); },

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A line on a channel that the test plays, in virtual time.
+// A line on a simulated channel, in virtual time.
 #pragma once
 
 #include <initializer_list>
@@ -72,8 +72,8 @@ class LineRunnerTest : public testing::Test {
     }
     return found;
   }
-  // Answers every SDO upload with 4 zero bytes and every download with success, until the node has
-  // been started.
+  // Answers every SDO upload with 4 zero bytes and every download with success, until the node is
+  // started.
   void boot() {
     make_ready();
     come(0x705, {0x00});

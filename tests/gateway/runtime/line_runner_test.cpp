@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One line on a channel that the test plays, in virtual time.
+// One line on a simulated channel, in virtual time.
 #include <cerrno>
 #include <memory>
 #include <string>
@@ -107,7 +107,7 @@ TEST_F(LineRunnerTest, ReckonsTheLoadWithTheBitRateOfTheController) {
     channel_->set_to.bit_rate = bit_rate;
     make_ready();
     serve(2s);
-    for (int i = 0; i < 500; ++i) {  // at 111 bits and a tenth of stuffing: 61,050 bits
+    for (int i = 0; i < 500; ++i) {  // 111 bits each plus a tenth for stuff bits: 61,050 bits
       come(0x385, {1, 2, 3, 4, 5, 6, 7, 8});
       serve(2ms);
     }
@@ -116,13 +116,13 @@ TEST_F(LineRunnerTest, ReckonsTheLoadWithTheBitRateOfTheController) {
     EXPECT_NE(status, nullptr);
     return status == nullptr ? 0U : status->state.load_permille;
   };
-  EXPECT_EQ(load_with(0), 0U) << "not known";
+  EXPECT_EQ(load_with(0), 0U) << "the bit rate is unknown";
   EXPECT_NEAR(load_with(500'000), 122, 4);
-  EXPECT_NEAR(load_with(125'000), 488, 16) << "it came back with another one";
+  EXPECT_NEAR(load_with(125'000), 488, 16) << "the interface returned with another bit rate";
 }
 
 TEST_F(LineRunnerTest, SendsTheFrameThatDidNotFitFirst) {
-  channel_->promises = 5;  // says there is room, and takes one
+  channel_->promises = 5;  // reports room for 5 frames, but accepts one
   channel_->accepts = 1;
   make_ready();
   ASSERT_EQ(channel_->sent.size(), 1U);
@@ -169,8 +169,9 @@ TEST_F(LineRunnerTest, TellsHowMuchWaitedWhere) {
   }
   const LineStatus* status = port_.status.fetch();
   ASSERT_NE(status, nullptr);
-  EXPECT_EQ(status->queues.receive_peak, 200U) << "the peak of a status that nobody read counts";
-  EXPECT_GT(status->queues.events, 0U) << "nobody takes them here";
+  EXPECT_EQ(status->queues.receive_peak, 200U)
+      << "the peak of a status that was not read is included";
+  EXPECT_GT(status->queues.events, 0U) << "no consumer takes the events";
   serve(120ms);
   EXPECT_EQ(port_.status.fetch()->queues.receive_peak, 0U);
 }
@@ -178,7 +179,7 @@ TEST_F(LineRunnerTest, TellsHowMuchWaitedWhere) {
 TEST_F(LineRunnerTest, ReportsNoTimeOutThatLateFramesDisprove) {
   boot();
   (void)events();
-  // The thread slept for 10 s; heartbeats of that time wait in the socket.
+  // The thread slept for 10 s. The heartbeats of that time are waiting in the socket.
   for (int i = 0; i < 100; ++i) {
     can::Frame frame = can::make_frame(0x705, {0x05});
     now_ += 100ms;
@@ -209,7 +210,7 @@ TEST_F(LineRunnerTest, TimeDoesNotGoBackWhenFramesAndCommandsComeTogether) {
 TEST_F(LineRunnerTest, TimeDoesNotGoBackAfterAFrameThatCameWhileItRead) {
   boot();
   (void)events();
-  channel_->reading_takes = 45ms;  // the thread was held up after it had looked at the clock
+  channel_->reading_takes = 45ms;  // the thread was delayed after it had read the clock
   now_ += 45ms;
   come(0x085, {0x00, 0x10, 0x01, 0, 0, 0, 0, 0});
   line::Command command{.request = line::SdoRead{.node = 200}};  // refused, with an event
@@ -254,7 +255,7 @@ TEST_F(LineRunnerTest, WakesItsConsumerOnceWhenItIsAskedTo) {
     return poll(&p, 1, 0) == 1;
   };
   make_ready();
-  EXPECT_FALSE(woken()) << "other lines of the round wait";
+  EXPECT_FALSE(woken()) << "other lines of the round are served first";
   runner_->announce();
   ASSERT_TRUE(woken());
   consumer_.clear();
@@ -278,7 +279,7 @@ TEST_F(LineRunnerTest, FramesFromBeforeAFailureDoNotOutliveIt) {
   serve(20ms);
   const image::Snapshot* after = slot.fetch();
   ASSERT_NE(after, nullptr);
-  EXPECT_EQ(std::to_integer<int>(after->bytes[0]), 5) << "received, but from before";
+  EXPECT_EQ(std::to_integer<int>(after->bytes[0]), 5) << "received before the last image";
   EXPECT_EQ(after->valid.at(0), 0U);
 }
 
@@ -324,7 +325,7 @@ TEST_F(LineRunnerTest, HandsOverNodeStatesWhenTheyChange) {
   EXPECT_EQ(last->presence, line::Presence::present);
   serve(1s);
   NodeStatus status;
-  EXPECT_FALSE(port_.nodes.pop(status)) << "nothing changed";
+  EXPECT_FALSE(port_.nodes.pop(status)) << "no change to report";
 }
 
 TEST_F(LineRunnerTest, WhatTheInterfaceCouldNotReadIsCountedAsMalformed) {
@@ -352,7 +353,8 @@ TEST_F(LineRunnerTest, MakesTheLineWaitWhenTheEventRingIsFull) {
   EXPECT_EQ(port_.events.room(), 0U);
   (void)events();
   serve(1ms);
-  EXPECT_TRUE(happened(EventKind::command_refused)) << "kept by the line until there was room";
+  EXPECT_TRUE(happened(EventKind::command_refused))
+      << "the line keeps the event until there is room";
 }
 
 TEST_F(LineRunnerTest, ReportsRequestsLostToAFullRing) {
@@ -376,7 +378,8 @@ TEST_F(LineRunnerTest, AnswersAnNmtCommandWhenItsFrameWasAcknowledged) {
   send_command(7, line::NmtRequest{.node = 5});
   serve();
   line::Reply reply;
-  ASSERT_FALSE(port_.replies.pop(reply)) << "the channel has it, the bus does not";
+  ASSERT_FALSE(port_.replies.pop(reply))
+      << "the channel accepted the frame, but the bus did not acknowledge it";
   channel_->counted.acknowledged = channel_->counted.taken();
   serve(1ms);
   ASSERT_TRUE(port_.replies.pop(reply));
@@ -487,7 +490,7 @@ TEST_F(ObservingLineTest, HandsOverALayoutThatChangedAndTransmitsNothing) {
   make_ready();
   serve(100ms);
   EXPECT_EQ(port_.layouts.fetch(), nullptr);
-  for (std::uint8_t i = 1; i <= 3; ++i) {  // a PDO that its file does not have
+  for (std::uint8_t i = 1; i <= 3; ++i) {  // a PDO that its device file does not have
     come(0x485, {i, 0});
     serve(20ms);
   }
@@ -513,7 +516,7 @@ TEST_F(ObservingLineTest, HandsOverTheNodesOfItsConfigurationThoughNoneWasHeard)
   EXPECT_EQ(status.state.node, 5);
   EXPECT_TRUE(status.state.configured);
   EXPECT_EQ(status.state.presence, line::Presence::unknown);
-  EXPECT_FALSE(port_.nodes.pop(status)) << "nothing was heard of any other";
+  EXPECT_FALSE(port_.nodes.pop(status)) << "no other node was heard";
 }
 
 }  // namespace

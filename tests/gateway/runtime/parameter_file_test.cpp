@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Killed at every system call, and without power at every moment: the file has the old contents or
-// the new, never neither and never a mix.
+// A process that is killed at any system call, or loses power at any moment, leaves a file with the
+// old contents or with the new contents, never a mix and never nothing.
 #include "gateway/runtime/parameter_file.h"
 
 #include <cerrno>
@@ -26,14 +26,14 @@ namespace {
 
 using Bytes = std::vector<std::byte>;
 
-// 600 bytes and more, so that a mix of two would show.
+// At least 600 bytes, so that a mix of two contents would be noticed.
 Bytes contents(unsigned number) {
   const storage::StoredValue value{{0x2000, 0}, Bytes(600 + number % 64, std::byte(number))};
   return storage::encode({5, {1, 2, 3}}, std::span(&value, 1));
 }
 
-// A disk without power cuts loses nothing; with one it has, of what was not forced to it by fsync,
-// nothing, all, or a part. Names and contents are forced apart, as on a real one.
+// A simulated disk. A power cut loses none, all or a part of the data that fsync has not written.
+// Names and contents are written separately, as on a real disk.
 class Disk {
  public:
   struct File {
@@ -61,7 +61,7 @@ class Disk {
   Names forced_names;
 };
 
-// Nothing happens from the `last`-th call on: what was called before has happened.
+// File calls on the disk. From call number `last` on, calls fail without any effect.
 class DiskCalls final : public FileCalls {
  public:
   DiskCalls(Disk& disk, unsigned last) : disk_(disk), left_(last) {}
@@ -83,7 +83,7 @@ class DiskCalls final : public FileCalls {
     open_.reset();
     return next() ? 4 : -1;
   }
-  // A hundred bytes at a time.
+  // Writes at most 100 bytes in each call.
   std::ptrdiff_t write(int /*descriptor*/, std::span<const std::byte> bytes) override {
     if (!next()) {
       return -1;
@@ -144,8 +144,8 @@ class DiskCalls final : public FileCalls {
 
 constexpr unsigned kAllCalls = 1000;
 
-// What is read after the n-th call of keep(second) did not come to be; `first` may be empty: none.
-// True if that was beyond the last call.
+// Checks the file after keep(second) failed at call n and the power was cut. first: the old
+// contents; empty: there is no file. Returns true if keep() needs at most n calls.
 bool cut_at(unsigned n, const Bytes& first, const Bytes& second, Disk::Lost lost) {
   Disk disk;
   DiskCalls before(disk, kAllCalls);
@@ -163,7 +163,7 @@ bool cut_at(unsigned n, const Bytes& first, const Bytes& second, Disk::Lost lost
   EXPECT_TRUE(file.read(found)) << "call " << n;
   EXPECT_TRUE(found == second || (!kept && found == first))
       << "call " << n << ": " << found.size() << " bytes";
-  // And what is left behind is in nobody's way.
+  // Remains of the failed attempt do not prevent the next one.
   EXPECT_TRUE(file.keep(contents(77)));
   EXPECT_TRUE(file.read(found));
   EXPECT_EQ(found, contents(77));
@@ -203,7 +203,7 @@ class ParameterFolder : public ::testing::Test {
   std::string path;
 };
 
-// Kills its process at the n-th call; of a write it does the half before.
+// Kills its own process at the n-th call. A write() writes half of its bytes before.
 class DeadlyCalls final : public FileCalls {
  public:
   explicit DeadlyCalls(unsigned n) : left_(n) {}
@@ -256,8 +256,8 @@ TEST_F(ParameterFolder, AProcessKilledAtEveryCallLeavesTheOldOrTheNew) {
   }
 }
 
-// One that stores without end, killed from outside wherever it happens to be. It tells each of its
-// images before and after it is kept.
+// The child process stores one image after the other, reports each stored image over a pipe, and is
+// killed at a random moment.
 TEST_F(ParameterFolder, AProcessKilledAtAnyMomentLeavesWhatItHadKeptOrTheNext) {
   std::minstd_rand random(3);
   unsigned kept = 0;
@@ -294,7 +294,7 @@ TEST_F(ParameterFolder, AProcessKilledAtAnyMomentLeavesWhatItHadKeptOrTheNext) {
     const auto found = read();
     ASSERT_TRUE(found.has_value());
     if (*found == contents(kept + 1)) {
-      ++kept;  // killed before it could tell
+      ++kept;  // killed between storing and reporting
     }
     EXPECT_EQ(*found, contents(kept)) << "round " << round;
   }
@@ -312,7 +312,8 @@ TEST_F(ParameterFolder, AnEmptyFileIsOneThatLostItsContents) {
 
 TEST_F(ParameterFolder, AFailureLeavesWhatWasThere) {
   ASSERT_TRUE(ParameterFile(path).keep(contents(1)));
-  ASSERT_TRUE(std::filesystem::create_directory(path + ".new")) << "in its way";
+  ASSERT_TRUE(std::filesystem::create_directory(path + ".new"))
+      << "this folder blocks the new file";
   EXPECT_FALSE(ParameterFile(path).keep(contents(2)));
   EXPECT_EQ(read(), contents(1));
   EXPECT_FALSE(ParameterFile(folder + "/nowhere/file").keep(contents(2)));
@@ -352,7 +353,7 @@ TEST_F(ParameterFolder, TheKeeperTellsWhenAFileHasIt) {
   StoredParameters& nowhere = thread.add(folder + "/nowhere/file", line);
   EXPECT_TRUE(file.slow());
   EXPECT_TRUE(file.keep(contents(1)));
-  EXPECT_FALSE(file.keep(contents(2))) << "one at a time";
+  EXPECT_FALSE(file.keep(contents(2))) << "one value at a time";
   EXPECT_EQ(file.pop_result(), std::nullopt);
   thread.start();
   EXPECT_TRUE(result_of(file, line));
@@ -361,7 +362,7 @@ TEST_F(ParameterFolder, TheKeeperTellsWhenAFileHasIt) {
   EXPECT_FALSE(result_of(nowhere, line));
   EXPECT_TRUE(file.keep(contents(2)));
   thread.stop();
-  EXPECT_EQ(read(), contents(2)) << "what was given before the end is kept";
+  EXPECT_EQ(read(), contents(2)) << "values given before the end are stored";
   EXPECT_EQ(file.pop_result(), true);
 }
 

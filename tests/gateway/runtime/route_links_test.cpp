@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Messages between lines that route, on one thread and between two.
+// Messages between routing lines, on one thread and between two threads.
 #include "gateway/runtime/route_links.h"
 
 #include <cstdint>
@@ -24,7 +24,7 @@ Message to(std::uint8_t interface, std::uint32_t connection,
   return {.from = 1, .to = interface, .kind = kind, .connection = connection};
 }
 
-// What a line has for others.
+// The messages that a line has for other lines.
 class Waiting {
  public:
   explicit Waiting(std::vector<Message> messages) : messages_(std::move(messages)) {}
@@ -82,7 +82,7 @@ TEST(RouteLinks, WhatFindsNoRoomIsHeldAndNothingIsLost) {
   Waiting line(messages);
   first.give(line, kNobody);
   EXPECT_TRUE(first.held());
-  EXPECT_EQ(line.given(), RouteLink::kPlaces + 1) << "the others stay in the line";
+  EXPECT_EQ(line.given(), RouteLink::kPlaces + 1) << "further messages stay in the line";
   first.give(line, kNobody);
   EXPECT_EQ(first.stalls(), 2U);
   std::uint32_t taken = 0;
@@ -108,7 +108,7 @@ TEST(RouteLinks, WhoAsksALineThatIsGoneGetsAnAbort) {
   const auto bring_back = [&](const Message& message) { returned.push_back(message); };
   there.messages.push(to(2, 6, MessageKind::sdo_open));
   first.remove(2, bring_back);
-  ASSERT_EQ(returned.size(), 1U) << "what it did not take any more";
+  ASSERT_EQ(returned.size(), 1U) << "the removed line did not take the message";
   EXPECT_EQ(returned[0].connection, 6U);
   returned.clear();
   EXPECT_FALSE(first.arrived());
@@ -124,7 +124,8 @@ TEST(RouteLinks, WhoAsksALineThatIsGoneGetsAnAbort) {
   EXPECT_TRUE(there.messages.empty());
 }
 
-// Each of two executors gives and takes until both have all; links are full now and then.
+// Each of two executors sends and receives until both have all messages. The links are full at
+// times.
 TEST(RouteLinks, TwoThreadsHandEachOtherEverything) {
   constexpr std::uint32_t kMany = 50'000;
   struct Side {

@@ -105,7 +105,7 @@ lines:
     return {.tag = ++tag_,
             .request = line::NetworkRead{.network = network, .node = 20, .address = address}};
   }
-  // Asked of the line press.
+  // Sends the command to the line "press" and waits for its reply.
   line::Reply ask(line::Command command) {
     const std::uint64_t tag = command.tag;
     EXPECT_TRUE(sides_[0].port.commands.push(command));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Commands behind a scan that is applied: the line is about to be made anew, which would cut them
-// off. And those for the line that was made.
+// Commands that arrive while the result of a scan is being applied. The line is about to be
+// replaced, which would abort them. Also commands for the new line.
 #include <memory>
 #include <utility>
 #include <vector>
@@ -19,7 +19,7 @@ using namespace std::chrono_literals;
 
 class HoldingLineTest : public testing::Test {
  protected:
-  // Of which its configuration says that `scanned` was found.
+  // Creates a line whose configuration results from a scan that found `scanned`.
   void make(std::vector<scan::ScannedNode> scanned) {
     config::LinePlan& plan = plant_.lines.at(0);
     plan.config.scanned = std::move(scanned);
@@ -105,7 +105,7 @@ TEST_F(HoldingLineTest, AnInterfaceThatComesLateLetsCommandsWaitNoLongerThanTheD
   line::Reply reply;
   EXPECT_FALSE(port_.replies.pop(reply));
   now_ += ScanTaker::kSettle;
-  ASSERT_LE(runner_->next_wake(), now_) << "it looks by itself";
+  ASSERT_LE(runner_->next_wake(), now_) << "it checks without being woken";
   runner_->service(now_);
   EXPECT_TRUE(port_.replies.pop(reply));
 }

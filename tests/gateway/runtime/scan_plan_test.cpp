@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scan that is applied, and the line that is made of it.
+// The application of a scan, and the line that results.
 #include "gateway/runtime/scan_plan.h"
 
 #include <algorithm>
@@ -26,7 +26,7 @@ config::LinePlan line_of(const std::string& text) {
   return make_plant("schema: 1\nlines:\n" + text).lines.front();
 }
 
-// An analogue module with a TPDO, as a scan reads it.
+// An analogue module with a TPDO, in the form in which a scan reads it.
 scan::ScannedNode node_of(std::uint8_t id, AbortCode end = AbortCode::none) {
   scan::ScannedNode node{.id = id, .end = end, .values = {}};
   const auto set = [&](std::uint16_t index, std::uint8_t sub, std::uint64_t value,
@@ -75,7 +75,7 @@ TEST(ScanPlan, TheLineHasTheNodesThatWereFound) {
   EXPECT_EQ((*line.value)->layout(image::Direction::inputs).entries.size(), 2U);
 }
 
-// The network list of the manager, as the IXXAT manual has it for modules that were found.
+// The network list of the manager, as in the IXXAT manual for modules that were found.
 TEST(ScanPlan, NodesAreOptionalSlavesOfTheirIdentityThatAreConfiguredAtEachBoot) {
   scan::ScannedNode found = node_of(5);
   const std::uint32_t identity[] = {0x4C47, 0x401, 0x0001'0002, 501};
@@ -98,7 +98,7 @@ TEST(ScanPlan, NodesAreOptionalSlavesOfTheirIdentityThatAreConfiguredAtEachBoot)
   EXPECT_EQ(own(0x1F86, 5), identity[1]);
   EXPECT_EQ(own(0x1F87, 5), identity[2]);
   EXPECT_EQ(own(0x1F88, 5), 0U) << "a device may be exchanged";
-  EXPECT_EQ(own(0x1F26, 5), 0U) << "configured at each boot";
+  EXPECT_EQ(own(0x1F26, 5), 0U) << "the expected configuration is unknown: configured at each boot";
   EXPECT_EQ(own(0x1F27, 5), 0U);
 }
 
@@ -152,7 +152,7 @@ TEST(ScanPlan, WhatIsNotSetUpIsLeftAlone) {
   const line::NodeConfig& node = plan.value->config.nodes[0];
   EXPECT_TRUE(node.as_found);
   EXPECT_EQ(node.heartbeat, 0ms) << "1017h is not written";
-  EXPECT_EQ(node.heartbeat_consumer, 500ms) << "but watched";
+  EXPECT_EQ(node.heartbeat_consumer, 500ms) << "the heartbeat is monitored";
   EXPECT_TRUE(node.objects.empty());
 }
 
@@ -183,7 +183,8 @@ TEST(ScanPlan, NobodyFoundChangesNothing) {
   EXPECT_FALSE(plan.value.has_value());
   ASSERT_EQ(plan.diagnostics.size(), 1U);
   EXPECT_EQ(plan.diagnostics[0].file, "press");
-  EXPECT_FALSE(plan_of(line_of(kBare), TakenScan{.request = {}, .report = {std::byte{1}}}).value.has_value());
+  EXPECT_FALSE(plan_of(line_of(kBare), TakenScan{.request = {}, .report = {std::byte{1}}})
+                   .value.has_value());
 }
 
 TEST(ScanPlan, ConflictsDoNotKeepTheLineFromRunning) {
@@ -238,7 +239,7 @@ TEST(ScanTaker, ALineThatIsToScansUntilItFindsSomething) {
   EXPECT_FALSE(std::get<line::ScanApply>(first->request).set_up);
   EXPECT_TRUE(taker.scans.answered(taker.reply(first->tag, false))) << "nobody else asked";
   TakenScan result;
-  EXPECT_FALSE(taker.results.pop(result)) << "there was nothing";
+  EXPECT_FALSE(taker.results.pop(result)) << "a failed scan has no result";
   const auto second = taker.scans.due(Instant{13s});
   ASSERT_TRUE(second);
   EXPECT_TRUE(taker.scans.answered(taker.reply(second->tag, true)));
@@ -258,7 +259,8 @@ TEST(ScanTaker, OthersDoSoOnlyWhenAsked) {
   EXPECT_FALSE(taker.results.pop(result)) << "a scan that only looks";
   command.request = line::ScanApply{.node = 5, .set_up = true};
   taker.scans.asked(command);
-  EXPECT_FALSE(taker.scans.answered(taker.reply(7, true))) << "the reply is for who asked";
+  EXPECT_FALSE(taker.scans.answered(taker.reply(7, true)))
+      << "the reply belongs to the client that sent the command";
   ASSERT_TRUE(taker.results.pop(result));
   EXPECT_EQ(result.request.node, 5);
   EXPECT_TRUE(result.request.set_up);
@@ -269,10 +271,10 @@ TEST(ScanTaker, CommandsWaitFromAResultThatIsToBeAppliedUntilSomebodyHasTakenIt)
   taker.scans.started(Instant{1s});
   line::Command command{.tag = 7, .request = line::ScanApply{}};
   taker.scans.asked(command);
-  EXPECT_FALSE(taker.scans.holds(Instant{2s})) << "it runs";
+  EXPECT_FALSE(taker.scans.holds(Instant{2s})) << "the scan is in progress";
   taker.scans.answered(taker.reply(7, true));
   EXPECT_TRUE(taker.scans.holds(Instant{2s}));
-  EXPECT_TRUE(taker.scans.holds(Instant{1h})) << "the line is made anew, whenever that is";
+  EXPECT_TRUE(taker.scans.holds(Instant{1h})) << "commands are held until the line is replaced";
   EXPECT_EQ(taker.scans.next_wake(), kNever);
   taker.scans.kept();
   EXPECT_FALSE(taker.scans.holds(Instant{2s}));
@@ -283,7 +285,7 @@ TEST(ScanTaker, CommandsForALineThatWasMadeOfAScanWaitForItsDevices) {
   const auto plan = plan_of(line_of(kBare), taken({node_of(5)}, {}));
   ASSERT_TRUE(plan.value);
   ScanTaker scans(*plan.value, results);
-  EXPECT_FALSE(scans.holds(Instant{1s})) << "without its interface it refuses them";
+  EXPECT_FALSE(scans.holds(Instant{1s})) << "a line without its interface refuses commands";
   scans.started(Instant{1s});
   EXPECT_TRUE(scans.holds(Instant{2900ms}));
   EXPECT_EQ(scans.next_wake(), Instant{3s});
@@ -300,9 +302,9 @@ TEST(ScanTaker, ALateComerIsScannedToo) {
   scans.started(Instant{1s});
   (void)scans.holds(Instant{3s});
   scans.booted_up(5, Instant{10s});
-  EXPECT_EQ(scans.next_wake(), kNever) << "it is known";
+  EXPECT_EQ(scans.next_wake(), kNever) << "the node is known already";
   scans.booted_up(6, Instant{10s});
-  EXPECT_FALSE(scans.due(Instant{11900ms})) << "it is not ready yet";
+  EXPECT_FALSE(scans.due(Instant{11900ms})) << "the device may not be ready yet";
   const auto scan = scans.due(Instant{12s});
   ASSERT_TRUE(scan);
   EXPECT_EQ(line::node_of(*scan), 6);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A stop signal ends a program in time, whatever its threads do.
+// After a stop signal a program ends in time, whatever its threads do.
 #include "gateway/runtime/signals.h"
 
 #include <chrono>
@@ -32,7 +32,7 @@ class LimitEndTest : public testing::Test {
   }
 };
 
-// As a main() that waits for a thread of a library.
+// Like a main() that waits for a thread of a library.
 TEST_F(LimitEndTest, EndsAProgramThatTookTheSignalAndDoesNotEnd) {
   EXPECT_EXIT(
       {

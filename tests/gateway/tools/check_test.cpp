@@ -91,7 +91,7 @@ lines:
   EXPECT_TRUE(contains(text, "started by itself; nodes are observed"));
 }
 
-// Of nodes that another master boots, in the role device and observer.
+// Nodes that another master boots, on a line in the role device or observer.
 std::string observed_node(const std::string& role) {
   const auto loaded = config::read(
       "schema: 1\n"
@@ -216,7 +216,7 @@ lines:
   EXPECT_TRUE(contains(text, "  EMCY bytes: temporary_and_sticky\n")) << text;
   EXPECT_TRUE(contains(text, "  EMCY bytes: number\n")) << text;
   EXPECT_EQ(text.find("EMCY bytes", text.find("line seen")), std::string::npos)
-      << "an observer sends none";
+      << "an observer sends no EMCY";
   const YAML::Node json = YAML::Load(to_json(loaded));
   EXPECT_EQ(json["lines"][0]["emcy_bytes"].as<std::string>(), "temporary_and_sticky");
   EXPECT_EQ(json["lines"][1]["emcy_bytes"].as<std::string>(), "number");
@@ -264,8 +264,8 @@ TEST(Check, PutsFindingsIntoTheJson) {
   EXPECT_EQ(json["diagnostics"][0]["text"].as<std::string>(), "lines is a list, not \"3\"");
 }
 
-// What scripts compare: one line, members in their order, 64-bit numbers in full, text of any
-// octets.
+// Scripts compare the JSON text: one line, members in a fixed order, 64-bit numbers in full,
+// strings of any octets.
 TEST(JsonText, WritesCommasAndEscapes) {
   const Json json{{"b", 1U},
                   {"a", true},

@@ -44,7 +44,7 @@ TEST(DeviceFile, TheEdsOfEachOwnNodeDescribesItsDictionary) {
         variable.line = 0;
       }
       for (auto& variable : expected[i].variables) {
-        variable.store = false;  // CiA 306 has no word for it
+        variable.store = false;  // CiA 306 has no keyword for it
       }
       EXPECT_TRUE(objects[i] == expected[i]) << std::hex << expected[i].index;
     }
@@ -70,7 +70,8 @@ TEST(DeviceFile, TheEdsOfADeviceOfTheLineIsForItsMaster) {
               HasSubstr("has devices instead of an own node"));
 }
 
-// A PLC's configuration tool reads of the device what its maker says of it.
+// The configuration tool of a PLC reads the manufacturer's statements about the device from its
+// EDS.
 TEST(DeviceFile, TheEdsOfADeviceCarriesOverWhatItsSourceSays) {
   const std::string folder = testing::TempDir() + "/linegate-device-eds";
   std::filesystem::create_directories(folder);
@@ -107,13 +108,14 @@ TEST(DeviceFile, TheEdsOfADeviceCarriesOverWhatItsSourceSays) {
     EXPECT_EQ(sheet.info.bit_rates, (std::vector<std::uint16_t>{125, 500}));
     EXPECT_TRUE(sheet.info.boot_up_slave);
     EXPECT_EQ(sheet.info.granularity, 1);
-    EXPECT_TRUE(sheet.info.lss) << "as the device is";
+    EXPECT_TRUE(sheet.info.lss) << "the simulated device supports LSS";
     EXPECT_EQ(sheet.device.dummy_types, 1U << 5U);
     EXPECT_EQ(sheet.comments, std::vector<std::string>{"Mind the gap"});
     const od::Dictionary device(sheet.device);
-    EXPECT_EQ(device.number({0x1010, 1}), stores ? 1U : 0U) << "what is read";
-    EXPECT_TRUE(sheet.device.find(od::Address{0x6000, 0})->value.empty()) << "of the process";
-    EXPECT_EQ(device.number({0x6200, 0}), 5U) << "what it begins with";
+    EXPECT_EQ(device.number({0x1010, 1}), stores ? 1U : 0U) << "the value that a client reads";
+    EXPECT_TRUE(sheet.device.find(od::Address{0x6000, 0})->value.empty())
+        << "process data have no default value";
+    EXPECT_EQ(device.number({0x6200, 0}), 5U) << "the initial value is kept";
   }
   std::filesystem::remove_all(folder);
 }
@@ -162,7 +164,8 @@ TEST(DeviceFile, TheEdsOfADeviceNeedsNoFileOfAnotherLine) {
   EXPECT_EQ(code, 0);
   EXPECT_THAT(printed, HasSubstr("[DeviceInfo]"));
   testing::internal::CaptureStderr();
-  EXPECT_EQ(print_device_file(path, "hall:x", DeviceFileKind::eds), 2) << "its own file";
+  EXPECT_EQ(print_device_file(path, "hall:x", DeviceFileKind::eds), 2)
+      << "the node's own device file is missing";
   EXPECT_EQ(print_device_file(path, "attic:x", DeviceFileKind::eds), 2) << "no such line";
   EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("missing.eds"));
   std::filesystem::remove(path);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Recording of a line: what is in the file, what happens when the disk is full, and that a replay
-// of it gives the same image.
+// Recording of a line: the contents of the file, a full disk, and a replay that produces the same
+// image.
 #include "gateway/runtime/recorder.h"
 
 #include <cerrno>
@@ -35,7 +35,7 @@ using testing::EndsWith;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-// Files in memory on a disk of limited size.
+// Files in memory, on a disk of limited size.
 class SmallDisk final : public FileCalls {
  public:
   int append(const std::string& path, std::uint64_t& size) override {
@@ -174,7 +174,7 @@ TEST_F(RecordingTest, IsACandumpLog) {
   recording.add(frame(0x181, 1s));
   can::BusEvent event;
   event.state = can::BusState::error_active;
-  recording.add(event);  // nothing new
+  recording.add(event);  // not a change
   event.state = can::BusState::error_passive;
   event.time = Instant(1500ms);
   recording.add(event);
@@ -199,10 +199,10 @@ TEST_F(RecordingTest, GoesOnWhenTheDiskHasRoomAgain) {
   recording.add(frame(0x183, 1s));
   recording.work(Instant(1100ms), 0s);
   recording.add(frame(0x184, 1s));
-  recording.work(Instant(1200ms), 0s);  // it is tried again a second later
+  recording.work(Instant(1200ms), 0s);  // writing is retried only a second later
   disk.capacity = 10'000;
   recording.work(Instant(1300ms), 0s);
-  EXPECT_EQ(text(), before) << "no half line, and no hole that is not told";
+  EXPECT_EQ(text(), before) << "neither a partial line nor an unreported gap";
   recording.add(frame(0x185, 2s));
   recording.work(Instant(2500ms), 0s);
   EXPECT_EQ(text(), before +
@@ -314,7 +314,7 @@ lines:
 
 class RoundTripTest : public RecordFolderTest {
  protected:
-  // The inputs of a line that runs on the channel for so long.
+  // The inputs of a line after it has run on the channel for `time`.
   std::vector<std::byte> inputs_after(std::unique_ptr<can_bridge::Channel> channel, Instant from,
                                       Duration time) {
     LinePort port;
@@ -343,7 +343,7 @@ TEST_F(RoundTripTest, WhatIsRecordedAndReplayedGivesTheSameImage) {
     frame.time = start + after;
     played->coming.push_back(frame);
   };
-  comes(0ms, 0x7FF, {0});  // where the log begins
+  comes(0ms, 0x7FF, {0});  // start of the log
   comes(1ms, 0x705, {0});
   for (int i = 0; i < 100; ++i) {
     comes(500ms + i * 1ms, 0x185, {static_cast<std::uint8_t>(random()), 7, 8, 9});
@@ -358,7 +358,7 @@ TEST_F(RoundTripTest, WhatIsRecordedAndReplayedGivesTheSameImage) {
   ASSERT_EQ(received, 100U);
   ASSERT_FALSE(live.empty());
 
-  // Without what the line sent: it sends that again.
+  // Without the frames that the line sent: the replaying line sends them itself.
   std::istringstream lines(disk.files["a.log"]);
   std::ofstream log(path("a.log"));
   for (std::string line; std::getline(lines, line);) {
@@ -366,7 +366,8 @@ TEST_F(RoundTripTest, WhatIsRecordedAndReplayedGivesTheSameImage) {
       log << (line.find(received_id) != std::string::npos ? line + '\n' : std::string());
     }
   }
-  log << "(1700001010.000000) a 7FF#\n";  // a bus that is silent, not a log at its end
+  // The bus stays silent until then, rather than the log ending.
+  log << "(1700001010.000000) a 7FF#\n";
   log.close();
   const auto replayed =
       inputs_after(can_bridge::open_replay(path("a.log"), {}), Instant(5000s), 700ms);
@@ -374,7 +375,7 @@ TEST_F(RoundTripTest, WhatIsRecordedAndReplayedGivesTheSameImage) {
   EXPECT_EQ(replayed, live);
 }
 
-// Through the thread and a real file, both ways: the log of a log is the log.
+// With the storage thread and real files: replaying a log and recording it yields the same log.
 TEST_F(RecordFolderTest, ALogReplayedAndRecordedIsTheSameLog) {
   std::string log;
   for (int i = 0; i < 5000; ++i) {
@@ -404,7 +405,7 @@ TEST_F(RecordFolderTest, ALogReplayedAndRecordedIsTheSameLog) {
   EXPECT_EQ(count, 5000U);
 }
 
-// linegate record
+// The command linegate record.
 TEST_F(RecordFolderTest, ACommandWhoseFileCannotBeWrittenFailsAtOnce) {
   testing::internal::CaptureStderr();
   EXPECT_EQ(record({"virtual:a", {path("no-folder/out.log"), 1'000'000, 2}}), kExitFailed);

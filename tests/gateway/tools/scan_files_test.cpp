@@ -32,8 +32,8 @@ scan::ScannedNode encoder_5() {
   return node;
 }
 
-// What is reached by the domain and the access of the gateway that scanned is reached by the same
-// when the written configuration runs.
+// The written configuration has the domain and the access of the scanning gateway, so that clients
+// reach the line in the same way.
 TEST(ScanFiles, TheConfigurationHasDomainAndAccessOfTheLine) {
   const std::string folder = testing::TempDir() + "/scan-files";
   std::filesystem::remove_all(folder);
@@ -58,7 +58,7 @@ TEST(ScanFiles, TheConfigurationHasDomainAndAccessOfTheLine) {
   std::filesystem::remove_all(folder);
 }
 
-// The name of a line comes from the network, and files are named by it.
+// The name of a line is received from the network, and file names are derived from it.
 TEST(ScanFiles, ANameThatLeavesTheFolderIsRefused) {
   const std::string folder = testing::TempDir() + "/scan-names/inner";
   std::filesystem::remove_all(testing::TempDir() + "/scan-names");
@@ -96,7 +96,7 @@ void put(scan::ScannedNode& node, od::Address address, std::uint64_t value, std:
   node.values.push_back({address, data});
 }
 
-// Whoever starts the written configuration is told when a device is lost.
+// A gateway with the written configuration reports the loss of a device.
 TEST(ScanFiles, TheConfigurationHasErrorControlWhereADeviceCan) {
   scan::ScannedNode heartbeat = encoder_5();
   put(heartbeat, {0x1017, 0}, 0, 2);
@@ -125,7 +125,8 @@ TEST(ScanFiles, TheConfigurationHasErrorControlWhereADeviceCan) {
   EXPECT_EQ(nodes[1].guard_time, std::chrono::milliseconds(500));
   EXPECT_EQ(nodes[1].life_time_factor, 3);
   EXPECT_EQ(nodes[2].heartbeat + nodes[2].guard_time, Duration::zero());
-  EXPECT_EQ(nodes[3].heartbeat, std::chrono::milliseconds(250)) << "its own";
+  EXPECT_EQ(nodes[3].heartbeat, std::chrono::milliseconds(250))
+      << "the heartbeat time of the device";
   EXPECT_EQ(loaded.value->lines[0].config.sync_period, Duration::zero()) << "nobody waits for it";
   std::ifstream in(folder + "/plant.yaml");
   const std::string text{std::istreambuf_iterator<char>(in), {}};
@@ -179,7 +180,7 @@ scan::ScannedNode with_tpdo() {
   return node;
 }
 
-// Any participant of the DDS domain can publish it.
+// Any participant of the DDS domain can publish an interface name.
 TEST(ScanFiles, AnInterfaceThatNoPlantCanHaveIsRefused) {
   const std::string folder = testing::TempDir() + "/scan-interface";
   std::filesystem::remove_all(folder);
@@ -271,7 +272,7 @@ TEST(ScanFiles, ALineThatProducesSyncKeepsItsPeriod) {
   std::filesystem::remove_all(folder);
 }
 
-// It was made by somebody who keeps the files of each device in a folder of its name.
+// A user may keep the files of each device in a folder of that name.
 TEST(ScanFiles, AFolderNamedAsAnEdsIsNone) {
   const std::string folder = testing::TempDir() + "/scan-folder-of-eds";
   std::filesystem::remove_all(folder);
@@ -288,7 +289,8 @@ TEST(ScanFiles, AnEdsThatFailsWhileItIsReadIsNamed) {
   const std::string folder = testing::TempDir() + "/scan-eds-on-a-bad-disk";
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder);
-  std::filesystem::create_symlink("/proc/self/mem", folder + "/encoder.eds");  // gives EIO
+  // Reading it fails with EIO.
+  std::filesystem::create_symlink("/proc/self/mem", folder + "/encoder.eds");
   const std::vector<scan::ScannedNode> nodes{encoder_5()};
   EXPECT_EQ(config::found_nodes(nodes, folder).error, folder + "/encoder.eds: cannot be read");
   std::filesystem::remove_all(folder);

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the scenarios are written with: programs that run meanwhile, witnesses on the bus, and waiting."""
+"""Shared by the scenarios: programs in the background, recordings of the bus, and waiting with a deadline."""
 
 import argparse
 import json
@@ -11,15 +11,15 @@ import sys
 import time
 
 FOLDER = os.environ["TMPDIR"]
-PATIENCE = 60  # seconds, of which a guest on a machine that has nothing else to do needs few
+PATIENCE = 60  # seconds; a guest on an idle machine needs only a few
 
 
 class Failed(Exception):
-    """Something was not as it must be."""
+    """An expectation of a scenario failed."""
 
 
 def eventually(what, condition, within=PATIENCE):
-    """Asks condition() until it gives something true, and returns that; Failed after `within` seconds."""
+    """Calls condition() until its result is true, and returns the result. Raises Failed after `within` seconds."""
     end = time.monotonic() + within
     while True:
         got = condition()
@@ -38,7 +38,7 @@ def check(what, condition):
 
 
 class Actor:
-    """A program that runs in the background; what it prints is in `text()`."""
+    """A program that runs in the background; `text()` returns its output."""
 
     everyone = []
 
@@ -63,12 +63,12 @@ class Actor:
         return self.process.poll() is None
 
     def kill(self):
-        """As a power cut would: no good-bye."""
+        """Kills it, like a power cut."""
         self.process.kill()
         self.process.wait()
 
     def stop(self, within=PATIENCE):
-        """Asks it to end and returns its status."""
+        """Requests its end and returns its exit status."""
         self.process.send_signal(signal.SIGTERM)
         try:
             return self.process.wait(timeout=within)
@@ -77,9 +77,9 @@ class Actor:
 
 
 class Witness(Actor):
-    """candump on one interface: what was really on the bus."""
+    """candump on one interface: a record of the frames on the bus."""
 
-    LAST = 0x7FF  # of no service
+    LAST = 0x7FF  # an identifier that no CANopen service uses
     LINE = re.compile(r"\(([0-9.]+)\) \S+ ([0-9A-F]+)#([0-9A-F]*)$")
 
     def __init__(self, interface, filters=None):
@@ -88,7 +88,7 @@ class Witness(Actor):
         eventually(f"a witness on {interface}", lambda: listening.search(read("/proc/net/can/rcvlist_all")))
 
     def frames(self, identifier=None):
-        """[(time, identifier, data)] so far, of one identifier or all."""
+        """Returns [(time, identifier, data)] so far, of one identifier or all."""
         found = []
         for line in self.text().splitlines():
             match = self.LINE.match(line)
@@ -97,25 +97,25 @@ class Witness(Actor):
         return found
 
     def boot_ups(self, node):
-        """How many there were of that node. A heartbeat that is written down late is none of them."""
+        """Returns the number of boot-up messages of that node. Heartbeats do not count."""
         return [data for _, _, data in self.frames(0x700 + node)].count(b"\0")
 
     def await_frame(self, identifier, data):
-        """It is written down somewhat later than others hear it."""
+        """Waits for a frame. candump may print it somewhat later than other programs receive it."""
         eventually(
             f"the witness saw {identifier:X}#{data.hex()}",
             lambda: data in [seen for _, _, seen in self.frames(identifier)],
         )
 
     def catch_up(self, interface):
-        """Has it write down all that was on the bus until now: what comes behind it is there, too."""
+        """Waits until all frames on the bus so far are recorded: sends a frame and waits for it."""
         so_far = len(self.frames(self.LAST))
         send(interface, f"{self.LAST:03X}#")
         eventually("the witness has written everything down", lambda: len(self.frames(self.LAST)) > so_far)
 
 
 class Site:
-    """What a scenario runs on: the programs that its command line names, and the console that asks its gateways."""
+    """The environment of a scenario: the programs that its command line names, and the console for its gateways."""
 
     def __init__(self, *others):
         parser = argparse.ArgumentParser()
@@ -127,30 +127,30 @@ class Site:
         return (self.programs.linegate, "--wait", "60", "--timeout", "20", *arguments)
 
     def command(self, *arguments):
-        """A console command that must be carried out: the JSON it printed."""
+        """Runs a console command that must succeed, and returns the JSON that it printed."""
         return ask(*self.console("--json", *arguments), within=2 * PATIENCE)
 
     def refused(self, *arguments):
-        """A console command that must be refused: what it said."""
+        """Runs a console command that must be rejected, and returns its error message."""
         status, text = run(*self.console(*arguments), within=2 * PATIENCE)
         if status != 1:
             raise Failed(f"{arguments} ended with {status}, not 1: {text}")
         return text
 
     def held_back(self, *arguments):
-        """A write or command that is taken and not sent yet: what it waits for."""
+        """Runs a write or command that is accepted but not sent yet, and returns what it waits for."""
         status, text = run(*self.console(*arguments), within=2 * PATIENCE)
         if status != 4:
             raise Failed(f"{arguments} ended with {status}, not 4: {text}")
         return text
 
     def gateway(self, name, plant):
-        """One with that plant."""
+        """Starts a gateway with that plant."""
         return Actor(name, self.programs.linegated, write_file(f"{name}.yaml", plant))
 
 
 def write_file(name, text):
-    """A file of the scenario; its path."""
+    """Writes a file of the scenario and returns its path."""
     path = os.path.join(FOLDER, name)
     with open(path, "w", encoding="utf-8") as file:
         file.write(text)
@@ -167,7 +167,7 @@ def send(interface, frame):
 
 
 def run(*command, within=PATIENCE):
-    """Runs a program to its end: (status, what it printed)."""
+    """Runs a program to its end and returns (status, output)."""
     done = subprocess.run(
         command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=within, check=False
     )
@@ -175,7 +175,7 @@ def run(*command, within=PATIENCE):
 
 
 def ask(*command, within=PATIENCE):
-    """Runs a program that must end well and print JSON."""
+    """Runs a program that must exit with 0, and returns the JSON that it printed."""
     status, text = run(*command, within=within)
     if status != 0:
         raise Failed(f"{' '.join(command)} ended with {status}: {text}")
@@ -183,7 +183,7 @@ def ask(*command, within=PATIENCE):
 
 
 def play(scenario):
-    """Runs a scenario, then ends all actors; when it failed, shows what each of them said."""
+    """Runs a scenario, then ends all actors; if it failed, prints the output of each of them."""
     status = 0
     try:
         scenario()

@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""A foreign PLC (npm's `canopen`) is the master of a device of a line: it reads and configures the device by SDO, starts
-and stops it, exchanges PDOs with it, hears its heartbeat and its EMCYs; what it stores in the device is there after the
-gateway was killed. In the end tshark's CANopen dissector looks at every frame."""
+"""A foreign PLC (npm's `canopen`) is the master of a device of a line: it reads and configures the device by SDO,
+starts and stops it, exchanges PDOs with it, and receives its heartbeat and its EMCYs; parameters that it stores in
+the device survive a kill of the gateway. At the end tshark's CANopen dissector checks every frame."""
 
 import os
 import struct
@@ -42,7 +42,7 @@ class Plant(Site):
         self.start()
 
     def start(self):
-        """The gateway; waits for the boot-up message of its device."""
+        """Starts the gateway, and waits for the boot-up message of its device."""
         booted = self.bus.boot_ups(DEVICE)
         self.linegated = self.gateway("below", PLANT.format(storage=os.path.join(FOLDER, "parameters")))
         eventually("the device booted", lambda: self.bus.boot_ups(DEVICE) > booted)
@@ -51,7 +51,7 @@ class Plant(Site):
         return next((node["state"] for node in self.command("nodes", "plc") if node["node"] == DEVICE), None)
 
     def entry(self, index, *options):
-        """(value, valid) of the first entry of that object in the image."""
+        """Returns (value, valid) of the first entry of that object in the image."""
         entries = self.command("image", *options, "plc")["entries"] or []
         return next(((entry["value"], entry["valid"]) for entry in entries if entry["index"] == index), (None, None))
 
@@ -71,23 +71,23 @@ def they_exchange_pdos(plant):
     plc.nmt("startNode")  # the PLC itself
     plc.nmt("startNode", DEVICE)
     eventually("the PLC hears it: operational", lambda: plc.last("state") == OPERATIONAL)
-    eventually("and so the gateway says", lambda: plant.state() == "operational")
+    eventually("the gateway reports it as operational", lambda: plant.state() == "operational")
     plant.command("write", "plc", INPUT, "0x5A")
     eventually("an input reaches the PLC by PDO", lambda: plc.last("pdo") == 0x5A)
     plc.send_pdo(b"\x3c")
     eventually("what the PLC sends is in the image", lambda: plant.entry(0x6200) == (0x3C, True))
     check("6200h is as sent", plc.upload(DEVICE, 0x6200, 1) == b"\x3c")
     check("the PLC inverts the inputs", plc.download(DEVICE, 0x6002, 1, b"\xff") is None)
-    eventually("and gets them so", lambda: plc.last("pdo") == 0xA5)
+    eventually("the PLC receives the PDO", lambda: plc.last("pdo") == 0xA5)
     plant.command("emcy", "plc", "8130", "11")
-    eventually("an EMCY is told to the PLC", lambda: plc.last("emcy") == 0x8130)
+    eventually("the PLC receives an EMCY", lambda: plc.last("emcy") == 0x8130)
 
 
 def the_plc_stops_and_starts_it(plant):
     plc = plant.plc
     plc.nmt("stopNode", DEVICE)
     eventually("the device is stopped", lambda: plc.last("state") == STOPPED)
-    eventually("what the PLC said is not valid any more", lambda: plant.entry(0x6200) == (None, False))
+    eventually("the value of the PLC is invalid", lambda: plant.entry(0x6200) == (None, False))
     booted = plant.bus.boot_ups(DEVICE)
     plc.nmt("resetNode", DEVICE)
     eventually("it boots when it is reset", lambda: plant.bus.boot_ups(DEVICE) > booted)

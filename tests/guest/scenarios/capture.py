@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""tshark's CANopen dissector as a witness: what it finds wrong in recorded frames."""
+"""Checks recorded frames with tshark's CANopen dissector."""
 
 import os
 import re
@@ -13,7 +13,7 @@ WRONG = re.compile(r"Malformed|Unknown")
 
 
 def write_pcap(path, frames):
-    """[(seconds, identifier, data)] as a capture file."""
+    """Writes [(seconds, identifier, data)] as a capture file."""
     with open(path, "wb") as file:
         file.write(struct.pack("<IHHiIII", 0xA1B2C3D4, 2, 4, 0, 0, 0x40000, LINKTYPE_CAN_SOCKETCAN))
         for seconds, identifier, data in frames:
@@ -23,14 +23,14 @@ def write_pcap(path, frames):
 
 
 def nothing_is_malformed(frames):
-    """Checks it with all that a witness saw."""
+    """Checks all frames that a witness recorded."""
     wrong = malformed_frames(frames)
     check(f"tshark finds nothing malformed in {len(frames)} frames: {wrong[:5]}", wrong == [])
 
 
 def malformed_frames(frames):
-    """Those that tshark calls malformed, or whose service it does not know, with what it says of them. One that
-    is malformed is put behind them, so that a dissector that does not look is found out."""
+    """Returns the frames that tshark calls malformed, or whose service it does not know, with its comment. One
+    malformed frame is appended to them, to prove that the dissector is active."""
     path = os.path.join(FOLDER, "frames.pcap")
     write_pcap(path, [*frames, SHORT_EMCY])
     status, text = run("tshark", "-r", path, "-d", "can.subdissector,canopen", "-T", "fields", "-e", "_ws.col.Info",

@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""A controller meets errors until it leaves the bus, and returns: each state is told in LineState and in Event, in this
-order, to a subscriber with Fast DDS and to one with Cyclone DDS; then PDOs flow again, with the same gateway. And the
-controller of an observer acknowledges nothing, as candump shows where the frames come from."""
+"""A controller has errors until it goes bus-off, and recovers: each state is reported in LineState and in Event, in
+this order, to a subscriber with Fast DDS and to one with Cyclone DDS; then PDOs flow again, with the same gateway.
+Also: the controller of an observer acknowledges no frame, as candump shows at the sender."""
 
 import os
 import re
@@ -17,7 +17,7 @@ NO_ACKNOWLEDGE = "bus error: protocol, no acknowledge"
 
 
 def plant_on(interface):
-    """plant.yaml with line press on this interface; the devices of press stay on vcan0."""
+    """Returns a plant.yaml with line press on this interface; the devices of press stay on vcan0."""
     text = read(plant_module.PLANT).replace("socketcan:vcan0", f"socketcan:{interface}")
     folder = os.path.dirname(plant_module.PLANT)
     text = re.sub(r"eds: ([^ ,]+)", lambda eds: f"eds: {os.path.normpath(os.path.join(folder, eds[1]))}", text)
@@ -25,7 +25,7 @@ def plant_on(interface):
 
 
 def bus_events(subscriber):
-    """What it was told of the bus of press, without errors that follow another of the same kind."""
+    """Returns its events on the bus of press, without errors that follow another error of the same kind."""
     told = []
     for event in subscriber.events("press"):
         if event["kind"] in ("bus-state", "bus-error", "interface-failed", "interface-ready"):
@@ -38,7 +38,7 @@ def bus_events(subscriber):
 
 def is_told(plant, state):
     for subscriber in plant.subscribers:
-        eventually(f"press: LineState of {subscriber.name} says {state}", lambda: subscriber.bus("press") == state)
+        eventually(f"press: LineState of {subscriber.name} has {state}", lambda: subscriber.bus("press") == state)
 
 
 def up_to_bus_off_and_back(plant, controller):
@@ -55,7 +55,7 @@ def up_to_bus_off_and_back(plant, controller):
     for highest, state in ((WARNING, "error-warning"), (PASSIVE, "error-passive")):
         controller.disturb("a", highest)
         is_told(plant, state)
-    controller.disturb("b", OFF)  # a missing acknowledge alone never leads to bus-off
+    controller.disturb("b", OFF)  # missing acknowledgements alone never lead to bus-off
     is_told(plant, "bus-off")
     for subscriber in plant.subscribers:
         eventually(
@@ -90,11 +90,11 @@ def was_told_in_order(plant):
     ]
     for subscriber in plant.subscribers:
         told = bus_events(subscriber)
-        check(f"press: Event of {subscriber.name} said one after the other {told}", in_order(wanted, told))
+        check(f"press: Event of {subscriber.name} has the states in order: {told}", in_order(wanted, told))
 
 
 def in_order(wanted, told):
-    """All that is wanted is in what was told, in this order."""
+    """Whether `told` contains all elements of `wanted` in this order."""
     rest = iter(told)
     return all(word in rest for word in wanted)
 
@@ -110,7 +110,7 @@ lines:
 
 
 def an_observer_acknowledges_nothing(plant):
-    """On a bus of two, where the other one has nobody else."""
+    """On a bus with two controllers, where the other one has no further receiver."""
     run("ip", "link", "add", "bus8", "type", "vcan")
     run("ip", "link", "set", "bus8", "up")
     sender, listener = SerialController("can8", "bus8", 500_000), SerialController("can9", "bus8")
@@ -123,7 +123,7 @@ def an_observer_acknowledges_nothing(plant):
     check("can9: and its bit rate", "S6" in listener.commands)
     check("can9: it was never told otherwise", "O" not in listener.commands)
     send("can8", "185#0102")
-    eventually("can8: candump shows that nobody acknowledged", lambda: unacknowledged(witness))
+    eventually("can8: candump shows a missing acknowledgement", lambda: unacknowledged(witness))
     check("the observer is stopped", observer.stop() == 0)
     run("ip", "link", "set", "can9", "down")
     run("ip", "link", "set", "can9", "type", "can", "listen-only", "off")
@@ -145,7 +145,7 @@ def an_observer_acknowledges_nothing(plant):
 
 
 def unacknowledged(witness):
-    """Error frames of the kernel, linux/can/error.h."""
+    """Returns error frames of the kernel (linux/can/error.h) about missing acknowledgements."""
     return [f for f in witness.frames() if f[1] & 0x20000000 and f[1] & 0x20]
 
 

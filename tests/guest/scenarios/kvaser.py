@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Three controllers on one bus, each with a driver of the kernel (kvaser_pci, see ../boot-pci): the gateway sets one up as
-its URI says, devices are on another, and an observer listens on the third, which sends nothing, not even what is asked of
-it by somebody else on this machine."""
+"""Three controllers on one bus, each with a driver of the kernel (kvaser_pci, see ../boot-pci): the gateway
+configures the first as its URI specifies, simulated devices use the second, and an observer uses the third, which
+sends nothing, not even frames that another program on this machine writes."""
 
 import json
 import os
@@ -34,7 +34,7 @@ def plant(name, interface, role="manager", bit_rate="250kbit"):
 
 
 def controller(interface):
-    """What the kernel says of it."""
+    """Returns the kernel's data on this interface."""
     told = json.loads(run("ip", "-details", "-json", "link", "show", interface)[1])
     return told[0]["linkinfo"]["info_data"]
 

@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""What fails is told, and its return too: killed devices in NodeState and Event within their heartbeat time, an
-interface that goes down; and all the while the other lines run on. All for a subscriber with Fast DDS and one
-with Cyclone DDS."""
+"""Failures are reported, and so is recovery: killed devices in NodeState and Event within their heartbeat time, and
+an interface that goes down; the other lines continue meanwhile. All for a subscriber with Fast DDS and one with
+Cyclone DDS."""
 
 import subprocess
 
@@ -15,7 +15,7 @@ SLACK = 1.0  # the guest has one slow CPU
 
 
 def devices_die(plant, line):
-    """As by a power cut; gives when each was heard last."""
+    """Kills the devices, like a power cut. Returns the time of the last heartbeat of each."""
     plant.devices[line].kill()
     plant.bus[line].catch_up(INTERFACES[line])
     return {node: plant.bus[line].frames(0x700 + node)[-1][0] for node in NODES[line]}
@@ -24,7 +24,7 @@ def devices_die(plant, line):
 def loss_is_told(subscriber, line, last_heard):
     for node, heard in last_heard.items():
         lost = eventually(
-            f"{line}: an event tells {subscriber.name} that node {node} was lost",
+            f"{line}: {subscriber.name} receives an event that node {node} was lost",
             lambda: subscriber.events(line, "heartbeat-lost", node),
         )
         after = utc_seconds(lost[-1]["time"]) - heard
@@ -53,7 +53,7 @@ def others_run_on(plant, line):
     for subscriber in plant.subscribers:
         first = subscriber.image(line)["sequence"]
         check(f"{line}: runs on, with new images", subscriber.image(line)["sequence"] > first)
-        check(f"{line}: lost nobody", subscriber.events(line, "heartbeat-lost") == [])
+        check(f"{line}: no node was lost", subscriber.events(line, "heartbeat-lost") == [])
 
 
 def devices_return(plant, line):
@@ -62,7 +62,7 @@ def devices_return(plant, line):
     for subscriber in plant.subscribers:
         for node in NODES[line]:
             eventually(
-                f"{line}: an event tells {subscriber.name} that node {node} was booted again",
+                f"{line}: {subscriber.name} receives an event that node {node} was booted again",
                 lambda: len(subscriber.events(line, "boot-result", node)) >= 2,
             )
         eventually(
@@ -78,13 +78,13 @@ def interface_goes_and_comes(plant):
     so_far = ready()
     subprocess.run(["ip", "link", "set", "vcan2", "down"], check=True)
     eventually(
-        "pack: an event tells that the interface failed",
+        "pack: an event reports that the interface failed",
         lambda: plant.subscriber.events("pack", "interface-failed")
         + plant.subscriber.events("pack", "bus-state"),
     )
     others_run_on(plant, "hall")
     subprocess.run(["ip", "link", "set", "vcan2", "up"], check=True)
-    eventually("pack: an event tells that it is usable again", lambda: ready() > so_far)
+    eventually("pack: an event reports that it is usable again", lambda: ready() > so_far)
     eventually("pack: all nodes are operational again", lambda: plant.is_up("pack"))
 
 

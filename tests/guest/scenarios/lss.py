@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Devices without a node-ID on a real CAN interface: one is there before the gateway, which gives it its node-ID and only
-then boots the network; another comes late. Then a device of the gateway's own, on a line in the role device, is given its
-node-ID by the manager of another gateway, stores it, and has it after both were killed."""
+"""Devices without a node-ID on a real CAN interface: one is present before the gateway starts, which assigns its
+node-ID before it boots the network; another appears later. Then a device of the gateway itself, on a line in the
+role device, gets its node-ID from the manager of another gateway, stores it, and has it after both were killed."""
 
 import os
 
@@ -54,7 +54,7 @@ class Scenario(Site):
         return any(one["node"] == node and one["state"] == "operational" for one in self.command("nodes", "hall"))
 
     def first(self, identifier, *data):
-        """When a frame that begins so was on the bus first."""
+        """Returns the time of the first frame whose data begin with these bytes."""
         times = [time for time, _, got in self.bus.frames(identifier) if got[:len(data)] == bytes(data)]
         return times[0] if times else None
 

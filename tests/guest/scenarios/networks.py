@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Three lines are three networks: a foreign SDO client (npm's `canopen`) on the first reads and writes devices on the
-others through a gateway, the network indication sent by hand. Witnesses tell that each frame was on the lines where it
-belongs and on no other. Then the same through two gateways, two processes that share the line in the middle."""
+"""Three lines are three networks: a foreign SDO client (npm's `canopen`) on the first reads and writes devices on
+the others through a gateway, with network indications sent by hand. Witnesses prove that each frame was on the right
+lines and on no other. Then the same through two gateways, two processes that share the line in the middle."""
 
 import struct
 
@@ -71,7 +71,7 @@ class Networks(Site):
             eventually(f"node {node} booted", lambda: self.bus[network].frames(0x700 + node))
 
     def start(self, name, plant, boot_ups):
-        """A gateway; waits for the boot-up messages of its own nodes: (network, node-ID)."""
+        """Starts a gateway, and waits for the boot-up messages of its own nodes: (network, node-ID)."""
         so_far = {(network, node): self.bus[network].boot_ups(node) for network, node in boot_ups}
         gateway = self.gateway(name, plant)
         for network, node in boot_ups:
@@ -82,7 +82,7 @@ class Networks(Site):
         return gateway
 
     def indicate(self, network, node):
-        """By hand: what the gateway answers, 8 bytes."""
+        """Sends a network indication by hand, and returns the 8 bytes of the gateway's answer."""
         data = indication(network, node)
         so_far = len(self.since_indications(data))
         self.stranger.bus.send(FRAME.pack(0x600 + OWN, 8, data))
@@ -92,7 +92,8 @@ class Networks(Site):
         )[0]
 
     def since_indications(self, data):
-        """Of each such indication on the bus: what the gateway has sent since. (An earlier answer may be late here.)"""
+        """For each such indication on the bus, returns the frames that the gateway has sent since. (An earlier
+        answer may be late here.)"""
         answers = []
         for _, identifier, seen in self.bus[PRESS].frames():
             if (identifier, seen) == (0x600 + OWN, data):
@@ -169,7 +170,7 @@ def through_two_gateways(networks):
     vendor = networks.upload(PACK, BELT, 0x1018, 1)
     check(f"the stranger reads through two processes: {vendor}", vendor == struct.pack("<I", 0x4C47))
     passed_on = struct.pack("<BHBB3x", 0xE0, PACK, BELT, 2)
-    networks.bus[HALL].await_frame(0x600 + 102, passed_on)  # it counts a hop
+    networks.bus[HALL].await_frame(0x600 + 102, passed_on)  # with a hop counted
     name = networks.upload(PACK, BELT, 0x1008, 0)
     direct = networks.command("sdo", "read", f"pack:{BELT}", "1008", "0")["data"]
     check(f"and a name in segments: {name}", name == bytes.fromhex(direct))

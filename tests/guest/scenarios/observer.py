@@ -1,9 +1,9 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Beside a master that is another gateway, two lines of a second gateway observe the bus: one has the DCF of the device,
-one only its EDS and overhears how the master maps the PDOs. Both publish the image of the master, byte for byte. Each
-hears the bus through a wire of its own (vxcan and can-gw), on which nothing can be seen but what the observer sends: a
-witness there sees nothing."""
+"""With another gateway as master, two lines of a second gateway observe the bus: one has the DCF of the device, one
+only its EDS and learns the mapping of the PDOs from the master's SDO transfers. Both publish the image of the
+master, byte for byte. Each line is connected to the bus through its own wire (vxcan and can-gw), on which only
+frames from the observer can be seen: a witness there sees none."""
 
 import os
 import subprocess
@@ -29,7 +29,7 @@ lines:
     nodes:
       - {{id: 12, name: doors, {file}, heartbeat: 500ms{pdos}}}
 """
-# Other identifiers, other objects, another order than those of the EDS.
+# The identifiers, objects and order differ from those of the EDS.
 PDOS = """, pdos: {tpdo1: {cob_id: 0x1AC, map: ["6000:3", "6000:1"]}, \
 rpdo1: {cob_id: 0x2AC, map: ["6200:2", "6200:1"]}}"""
 OBSERVER = """\
@@ -54,7 +54,7 @@ lines:
 
 
 def make_wire(end, wire):
-    """What is on vcan0 comes out at `end`; what is sent there is seen at `wire`, and goes to vcan0."""
+    """Frames on vcan0 arrive at `end`; frames sent there appear at `wire`, and on vcan0."""
     for command in (
         f"ip link add {end} type vxcan peer name {wire}",
         f"ip link set {end} up",
@@ -98,14 +98,14 @@ class Bus(Site):
         return image.get("layout_id"), image.get("bytes"), entries
 
     def all_same(self, *options):
-        """The image that all three lines publish now: layout, bytes, and which values are valid."""
+        """Returns the image that all three lines publish now: layout, bytes, and which values are valid."""
         images = [self.image(line, *options) for line in LINES]
         layout, octets, entries = images[0]
         same = octets is not None and entries != [] and images.count(images[0]) == len(LINES)
         return (layout, octets, [entry[-1] for entry in entries]) if same else None
 
     def all_valid(self):
-        """Every line has the same places, and a value in each."""
+        """Whether every line has the same layout, with a valid value in each entry."""
         places = []
         for line in LINES:
             layout, _, entries = self.image(line)
@@ -132,7 +132,7 @@ def the_image_is_that_of_the_master(bus):
 
 
 def the_values_of_a_dead_node_are_the_same(bus):
-    """While it lives they move, and three images taken one after the other differ."""
+    """While the node lives its values change, so three consecutive images would differ."""
     bus.device.kill()
     eventually("the dead node is missing for all", lambda: bus.everywhere("presence", "missing"), 90)
     _, octets, valid = eventually("the inputs are the same", bus.all_same)

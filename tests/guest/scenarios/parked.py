@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""A foreign LSS slave (Python) that goes on answering fastscan while it is in LSS configuration state, on a line that
-assigns node-IDs: the other device boots in bounded time, the slave gets its node-ID, a scan by the console ends."""
+"""A foreign LSS slave (Python) that continues to answer fastscan in LSS configuration state, on a line that assigns
+node-IDs: the other device boots in bounded time, the slave gets its node-ID, and a scan by the console ends."""
 
 import os
 

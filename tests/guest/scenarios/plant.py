@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """plant.yaml on three vcan interfaces: the gateway, the simulated devices of each line and two subscribers, each a
-process of its own."""
+separate process."""
 
 import os
 from datetime import datetime
@@ -19,7 +19,7 @@ class Plant(Site):
         programs = self.programs
         self.bus = {line: Witness(interface) for line, interface in INTERFACES.items()}
         self.devices = {line: self.simulate(line) for line in INTERFACES}
-        # --last-words: the guest is slow, and the last events are looked for.
+        # --last-words: the guest is slow, and the tests need the last events.
         self.running = Actor("linegated", programs.linegated, "--last-words", "8", configuration)
         self.subscriber = FastSubscriber(programs.linegate)
         self.stranger = CycloneSubscriber(programs.cyclone_images)
@@ -31,7 +31,7 @@ class Plant(Site):
         return Actor(f"devices-{line}", self.programs.linegate, "simulate", "--plant", PLANT, "--line", line)
 
     def is_up(self, line):
-        """For both subscribers."""
+        """Whether both subscribers report the line as complete."""
         return all(is_up(line, subscriber.nodes(line)) for subscriber in self.subscribers)
 
     def stop(self):

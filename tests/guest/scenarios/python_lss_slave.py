@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An LSS slave (CiA 305) on python3-can that has no node-ID until it is given one. As some stacks do, it goes on answering
-fastscan while it is in LSS configuration state."""
+"""An LSS slave (CiA 305) on python3-can that has no node-ID until one is assigned. Like some stacks, it continues to
+answer fastscan in LSS configuration state."""
 
 import struct
 import threading
@@ -17,8 +17,8 @@ FASTSCAN, IDENTIFIED = 0x51, 0x4F
 
 
 class PythonLssSlave:
-    """One with that identity: vendor-ID, product code, revision number, serial number. Boots with the node-ID that it was
-    given at the next NMT reset communication or switch to waiting state."""
+    """A slave with this identity: vendor-ID, product code, revision number, serial number. It boots with the
+    assigned node-ID at the next NMT reset communication or switch to waiting state."""
 
     def __init__(self, interface, identity):
         self.identity = identity
@@ -87,7 +87,7 @@ class PythonLssSlave:
             self.answer(command, self.node)
 
     def scan(self, number, checked, sub, following):
-        """Unlike CiA 305 wants it, whether it is in configuration state or not."""
+        """Unlike CiA 305 requires, it also answers in configuration state."""
         if self.node != UNCONFIGURED:
             return
         self.scans += 1
@@ -101,7 +101,7 @@ class PythonLssSlave:
                 self.is_configured = sub == 3 or self.is_configured
 
     def serve(self, data):
-        """Expedited uploads of 1000h and 1018h, all else is refused."""
+        """Answers expedited uploads of 1000h and 1018h, and aborts all other transfers."""
         index, sub = struct.unpack("<HB", data[1:4])
         value = {(0x1000, 0): 0x191, (0x1018, 0): 4, (0x1001, 0): 0}.get((index, sub))
         if index == 0x1018 and 1 <= sub <= 4:
@@ -111,7 +111,7 @@ class PythonLssSlave:
         else:
             self.send(0x580 + self.node, bytes([0x80]) + data[1:4] + struct.pack("<I", 0x06020000))
 
-    # As an Actor.
+    # The interface of Actor.
 
     def text(self):
         return f"node {self.node}, asked by fastscan {self.scans} times"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A CANopen device and SDO client on python3-can, with SDO as stranger_sdo.py has it."""
+"""A CANopen device and SDO client on python3-can, with the SDO of stranger_sdo.py."""
 
 import os
 import queue
@@ -44,7 +44,7 @@ EDS_OBJECTS = [
 
 
 def eds_text():
-    """Its EDS, with the sloppiness of real ones: CR LF, and indices that are not in order."""
+    """Returns its EDS, with typical irregularities: CR LF, and indices that are not in order."""
     lines = ["[FileInfo]", "EDSVersion=4.0", "[DeviceInfo]", "VendorName=A stranger", "Granularity=0"]
     lines += ["[MandatoryObjects]", "SupportedObjects=3", "1=0x1018", "2=0x1000", "3=0x1001"]
     others = sorted({row[0] for row in EDS_OBJECTS} - {0x1000, 0x1001, 0x1018})
@@ -80,7 +80,7 @@ class PythonStranger:
     def power_on(self):
         values = {(row[0], row[1] or 0): self.value(row) for row in EDS_OBJECTS}
         self.server = SdoServer(values, {(0x1017, 0), NUMBER, TEXT, COMMANDED})
-        self.alive = True  # it is asked as soon as its boot-up message is heard
+        self.alive = True  # requests follow as soon as its boot-up message is received
         self.boot()
 
     def value(self, row):
@@ -132,7 +132,7 @@ class PythonStranger:
         elif identifier == 0x200 + self.node and len(data) >= 4 and self.state == OPERATIONAL:
             self.server.objects[COMMANDED] = data[:4]
 
-    # What it does of its own accord.
+    # Frames that it sends without a request.
 
     def send_pdo(self, number):
         self.server.objects[NUMBER] = struct.pack("<I", number)
@@ -142,9 +142,9 @@ class PythonStranger:
         self.send(0x080 + self.node, struct.pack("<HB", code, register) + info.ljust(5, b"\0"))
 
     def client(self, server):
-        """An SDO client of that server."""
+        """Returns an SDO client of that server."""
 
-        begin = 0.0  # of the transfer, by the clock that the kernel's stamps are of
+        begin = 0.0  # start of the transfer, by the clock of the kernel's stamps
 
         def ask(frame, answered=True, first=False):
             nonlocal begin
@@ -164,7 +164,7 @@ class PythonStranger:
 
         return SdoClient(ask)
 
-    # As an Actor.
+    # The interface of Actor.
 
     def text(self):
         return f"state {self.state:02X}, transfers: {sorted(self.server.seen)}"

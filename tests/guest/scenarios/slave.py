@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""A line whose own node is an NMT slave (IXXAT's slave mode), by its own values and by its role, beside a foreign master
-(npm's `canopen`): the master resets, starts and stops it, and reads its objects; the line sends no NMT command, whatever
-resets its node, and observes the other node."""
+"""A line whose own node is an NMT slave (the slave mode of the IXXAT manual), by its own values and by its role,
+with a foreign master (npm's `canopen`): the master resets, starts and stops it, and reads its objects; the line
+sends no NMT command, whatever resets its node, and observes the other node."""
 
 import struct
 
@@ -52,7 +52,7 @@ class Hall(Site):
         eventually("the own node booted", lambda: self.bus.boot_ups(own) > 0)
 
     def commanded(self, command):
-        """By the master; the own node boots again."""
+        """Sends an NMT command of the master, and waits until the own node boots again."""
         booted = self.bus.boot_ups(self.own)
         self.master.nmt(command, self.own)
         eventually(f"{command} by the master", lambda: self.bus.boot_ups(self.own) > booted)
@@ -86,7 +86,7 @@ def by_its_own_values():
 
 
 def by_its_role():
-    """It answers the master's SDO, and observes another node."""
+    """The own node answers the master's SDO requests, and the line observes another node."""
     device = PythonStranger("vcan1", DEVICE)
     pack = Hall("vcan1", LAST, ROLE_PLANT.format(eds=device.eds))
     check("the master reads 1000h", pack.master.upload(LAST, 0x1000, 0) == struct.pack("<I", 0x195))
@@ -108,7 +108,7 @@ def by_its_role():
         lambda: any(n["node"] == DEVICE and n["presence"] != "present" for n in pack.command("nodes", "pack")),
     )
     asked = [data for _, _, data in pack.bus.frames(0x600 + DEVICE)]
-    check(f"the device had the master's SDO alone: {asked}", all(data[1:3] == b"\x17\x10" for data in asked))
+    check(f"only the master sent SDO requests: {asked}", all(data[1:3] == b"\x17\x10" for data in asked))
     check("the gateway ends well", pack.linegated.stop() == 0)
 
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A CAN controller that fails as it is told: a serial adapter of the kernel's driver slcan on a pseudo-terminal, played
-here, and behind it the bus that a vcan interface carries. What such an adapter says: linux/drivers/net/can/slcan."""
+"""A CAN controller whose errors the test determines: a serial adapter for the kernel's driver slcan on a
+pseudo-terminal, simulated here, and the bus behind it, which is a vcan interface. For the protocol of such an
+adapter see linux/drivers/net/can/slcan."""
 
 import fcntl
 import os
@@ -17,21 +18,21 @@ SLCAN_DISCIPLINE = 17
 TIOCSETD, SIOCGIFNAME = 0x5423, 0x8910
 FRAME = struct.Struct("=IB3x8s")
 WARNING, PASSIVE, OFF = 96, 128, 256
-TRANSMIT_ERROR = 8  # the TEC of a controller grows by that much with each (ISO 11898-1)
+TRANSMIT_ERROR = 8  # increment of the TEC for each transmit error (ISO 11898-1)
 
 
 class SerialController:
-    """Its transmit error counter rises and falls as ISO 11898-1 has it, between the bounds that the test sets; what it
-    says follows from that."""
+    """Its transmit error counter rises and falls as in ISO 11898-1, between the bounds that the test sets; its
+    reports follow from the counter."""
 
     def __init__(self, name, bus, bit_rate=None):
-        """bit_rate: sets the one of the interface, which stays down."""
+        """bit_rate: set for the interface, which stays down."""
         self.name = name
-        self.commands = []  # what the driver told it: "S6", "O", "C", ...
-        self.others = None  # controllers that may acknowledge what it sends; None: somebody always does
+        self.commands = []  # commands from the driver: "S6", "O", "C", ...
+        self.others = None  # controllers that may acknowledge its frames; None: each is acknowledged
         self._is_open = False
         self._listens = False
-        self._errors = None  # the letter of an error, while each frame meets one
+        self._errors = None  # the letter of an error, while each frame causes one
         self._highest = OFF
         self._counter = 0
         self._lock = threading.Lock()
@@ -42,17 +43,17 @@ class SerialController:
         self._bus.bind((bus,))
         fcntl.ioctl(self._far, TIOCSETD, struct.pack("i", SLCAN_DISCIPLINE))
         given = fcntl.ioctl(self._far, SIOCGIFNAME, bytes(32))[:16].split(b"\0")[0].decode()
-        # Setting the interface up waits until its commands have been read.
+        # Setting the interface up blocks until its commands have been read.
         threading.Thread(target=self._play, daemon=True).start()
         subprocess.run(["ip", "link", "set", given, "name", name], check=True)
         if bit_rate is not None:
             subprocess.run(["ip", "link", "set", name, "type", "can", "bitrate", str(bit_rate)], check=True)
 
-    # --- what a test does to it ---
+    # --- calls of a test ---
 
     def disturb(self, error, highest):
-        """From now on each frame it sends meets this error, until its TEC is `highest`: "a" no acknowledge, "b" a bit
-        that is another on the bus."""
+        """From now on each frame it sends causes this error, until its TEC is `highest`: "a" no acknowledge, "b" a
+        bit that differs on the bus."""
         with self._lock:
             self._errors, self._highest = error, highest
 
@@ -61,7 +62,7 @@ class SerialController:
             self._errors = None
 
     def acknowledges(self):
-        """Frames of others."""
+        """Whether it acknowledges the frames of other controllers."""
         return self._is_open and not self._listens and self._counter < OFF
 
     # --- the adapter ---
@@ -126,7 +127,7 @@ def state(counter):
 
 
 def restart(controller):
-    """As an operator does it where the driver has no restart of its own."""
+    """Restarts a controller like an operator whose driver has no restart."""
     for way in ("down", "up"):
         subprocess.run(["ip", "link", "set", controller.name, way], check=True)
     eventually(f"{controller.name} is open again", lambda: controller.commands[-1] in ("O", "L"), 10)

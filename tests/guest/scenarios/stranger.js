@@ -3,19 +3,20 @@
 //
 //   node stranger.js FOLDER-OF-node_modules NODE-ID EDS-FILE [plc]
 //
-// Standard input and output carry one JSON value a line. Both ways: {"id": 1413, "data": "60..."}, a frame.
-// In: {"ask": "upload" | "download", "server": 5, "index": 4104, "sub": 0, "data": "..."}; out: its
-// {"answer": "..."} or {"refused": "..."}; {"ready": true} comes once. Its own EDS, as the foreign stack writes
-// it, goes to EDS-FILE. It sends no boot-up message, and a reset would take its SDO server away.
+// Standard input and output carry one JSON value per line. Both directions: {"id": 1413, "data": "60..."}, a frame.
+// Input: {"ask": "upload" | "download", "server": 5, "index": 4104, "sub": 0, "data": "..."}; output: the answer,
+// {"answer": "..."} or {"refused": "..."}; {"ready": true} is sent once. The EDS that the foreign stack writes of
+// itself goes to EDS-FILE. It sends no boot-up message, and a reset would remove its SDO server.
 //
-// With `plc` it is the master of node 5, and does what it is asked: {"ask": "nmt", "command": "startNode", "server": 5}
-// by its name in the package (without a server: itself), {"ask": "pdo", "data": "3c"}: RPDO 1 of the node. It tells
-// what it hears of the node: {"heard": "state", "value": 127}, "silence", "pdo" or "emcy".
+// With `plc` it is the master of node 5, and obeys: {"ask": "nmt", "command": "startNode", "server": 5}, a command by
+// its name in the package (without a server: itself), and {"ask": "pdo", "data": "3c"}: RPDO 1 of the node. It reports
+// what it receives of the node: {"heard": "state", "value": 127}, "silence", "pdo" or "emcy".
 const Module = require('module');
 const path = require('path');
 const readline = require('readline');
 
-// The package counts the CRC of block transfers with a module that has to be compiled: CRC-16, polynomial 1021h.
+// The package computes the CRC of block transfers with a module that needs a compiler. This replaces it: CRC-16,
+// polynomial 1021h.
 function crc(...parameters) {
   let sum = 0;
   for (const byte of parameters.at(-1)) {

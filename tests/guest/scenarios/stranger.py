@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""stranger.js on an interface: its frames, and what it is asked."""
+"""stranger.js on an interface: its frames, and the requests to it."""
 
 import json
 import os
@@ -50,7 +50,7 @@ class Stranger:
             pass
 
     def speak(self):
-        """From the foreign stack to the bus, or to whoever asked."""
+        """From the foreign stack to the bus, or to the caller of a request."""
         for line in self.process.stdout:
             value = json.loads(line)
             if "id" in value:
@@ -62,11 +62,11 @@ class Stranger:
                 self.answers.put(value)
 
     def forget(self):
-        """What was heard so far."""
+        """Discards the reports so far."""
         self.heard.clear()
 
     def last(self, what):
-        """The value of what was heard last of that; None if nothing was."""
+        """Returns the value of the last such report; None if there was none."""
         return next((value for name, value in reversed(self.heard) if name == what), None)
 
     def nmt(self, command, server=None):
@@ -88,15 +88,15 @@ class Stranger:
             raise Failed("the stranger does not answer") from None
 
     def upload(self, server, index, sub):
-        """The bytes, or why not."""
+        """Returns the bytes, or the reason for a failure."""
         answer = self.ask("upload", server, index, sub)
         return bytes.fromhex(answer["answer"]) if "answer" in answer else answer["refused"]
 
     def download(self, server, index, sub, data):
-        """Nothing, or why not."""
+        """Returns nothing, or the reason for a failure."""
         return self.ask("download", server, index, sub, data.hex()).get("refused")
 
-    # As an Actor.
+    # The interface of Actor.
 
     def text(self):
         return ""

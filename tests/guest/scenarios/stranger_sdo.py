@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""SDO of CiA 301 by the book and by hand, for the stranger in Python: no code of ours, and no way of ours to do it.
+"""SDO written from CiA 301 alone, for the foreign device in Python: it shares no code and no design with Linegate.
 Frames are the 8 bytes of their data."""
 
 import binascii
@@ -27,7 +27,7 @@ def check_sum(data):
 
 
 def segments(data, start, count):
-    """Those of a sub-block, from byte `start` on."""
+    """Returns the segments of a sub-block, from byte `start` on."""
     out = []
     for number in range(1, count + 1):
         part = data[start : start + 7]
@@ -40,16 +40,16 @@ def segments(data, start, count):
 
 
 class SdoServer:
-    """objects: {(index, sub): bytes}; writable: those that may be written."""
+    """objects: {(index, sub): bytes}; writable: the keys that may be written."""
 
     def __init__(self, objects, writable):
         self.objects = objects
         self.writable = writable
         self.state = None
-        self.seen = set()  # kinds of transfer there have been
+        self.seen = set()  # kinds of transfers so far
 
     def take(self, frame):
-        """The frames that answer it."""
+        """Returns the frames that answer it."""
         if self.state == "block segments":
             return self.block_segment(frame)
         specifier = frame[0] >> 5
@@ -183,13 +183,14 @@ class SdoServer:
 
 
 class SdoClient:
-    """ask: sends a frame, unless it is None, and gives the next answer; first: one younger than the frame."""
+    """ask: sends a frame, unless it is None, and returns the next answer; with `first`, one that is later than the
+    frame."""
 
     def __init__(self, ask):
         self.ask = ask
 
     def first(self, frame, place):
-        """The answer to an initiate: bytes, or the abort code."""
+        """Returns the answer to an initiate request: bytes, or the abort code."""
         answer = self.ask(filled(frame), first=True)
         if answer[1:4] != place:
             raise ValueError(f"an answer to something else: {answer.hex()}")
@@ -213,7 +214,7 @@ class SdoClient:
                 return data
 
     def download(self, index, sub, data):
-        """Nothing, or the abort code."""
+        """Returns nothing, or the abort code."""
         place = mux(index, sub)
         if len(data) <= 4:
             answer = self.first(bytes([0x23 | (4 - len(data)) << 2]) + place + data, place)

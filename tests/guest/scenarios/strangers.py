@@ -1,10 +1,10 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Two strangers: a foreign CANopen stack (npm's `canopen`), and a device and client in Python on python3-can. Both are
-SDO clients of a simulated device and of a line's own node, and devices with an SDO server that the line boots and the
-console reads and writes, one of them in blocks. What a stranger stores in the device, or in that node, is there after
-it was killed. The one in Python has a heartbeat, guards, PDOs and EMCYs, too. In the end tshark's CANopen dissector
-looks at every frame."""
+"""Two foreign programs: a CANopen stack (npm's `canopen`), and a device and client in Python on python3-can. Both
+are SDO clients of a simulated device and of a line's own node, and devices with an SDO server that the line boots
+and the console reads and writes, one of them in blocks. Parameters that one of them stores in the device, or in that
+node, survive a kill. The one in Python also has a heartbeat, node guarding, PDOs and EMCYs. At the end tshark's
+CANopen dissector checks every frame."""
 
 import json
 import os
@@ -53,7 +53,7 @@ class Mixed(Site):
         self.device = self.simulate()
 
     def simulate(self):
-        """The device with what it has stored; waits for its boot-up message."""
+        """Starts the device with its stored parameters, and waits for its boot-up message."""
         so_far = self.bus.boot_ups(DEVICE)
         device = Actor(
             "device", self.programs.linegate, "simulate", "socketcan:vcan0",
@@ -67,7 +67,7 @@ class Mixed(Site):
         self.device = self.simulate()
 
     def start_gateway(self):
-        """The gateway; waits for the boot-up message of its own node."""
+        """Starts the gateway, and waits for the boot-up message of its own node."""
         so_far = self.bus.boot_ups(OWN)
         self.linegated = self.gateway(
             "mixed",
@@ -78,7 +78,7 @@ class Mixed(Site):
         eventually("the gateway runs the line", lambda: self.bus.boot_ups(OWN) > so_far)
 
     def node(self, number):
-        """What the console shows of it."""
+        """Returns the node as the console shows it."""
         return next((node for node in self.command("nodes", "mixed") if node["node"] == number), {})
 
 
@@ -92,7 +92,7 @@ def the_stranger_reads(mixed):
     check("1018h:1 and 2 are too", upload(DEVICE, 0x1018, 1) + upload(DEVICE, 0x1018, 2) == u32(0x4C47) + u32(0x401D))
     name = upload(DEVICE, 0x1008, 0)
     check(f"1008h is a name: {name}", isinstance(name, bytes) and len(name) > 4 and name.isascii())
-    sent(mixed, 0x600 + DEVICE, "7000000000000000")  # it asked for a second segment
+    sent(mixed, 0x600 + DEVICE, "7000000000000000")  # a request of a second segment
     said = upload(DEVICE, 0x2FFF, 0)
     check(f"an object that is not there is refused: {said}", isinstance(said, str))
     sent(mixed, 0x580 + DEVICE, "80ff2f0000000206")
@@ -184,7 +184,7 @@ def pdos_and_errors_of_python(mixed):
     python = mixed.python
 
     def value():
-        python.send_pdo(0x01020304)  # as its event timer would
+        python.send_pdo(0x01020304)  # like its event timer
         images = mixed.command("image", "mixed")
         return "16909060" in json.dumps(images)
 
@@ -192,7 +192,7 @@ def pdos_and_errors_of_python(mixed):
     mixed.command("write", "mixed", f"{PYTHON}.2002:0", "4711")
     eventually("an output reaches its RPDO", lambda: python.server.objects[COMMANDED] == u32(4711))
     python.send_emcy(0x2310, 0x03)
-    eventually("its EMCY is told", lambda: mixed.node(PYTHON).get("last_emcy") == 0x2310)
+    eventually("its EMCY is reported", lambda: mixed.node(PYTHON).get("last_emcy") == 0x2310)
     python.send_emcy(0, 0)
     python.power_off()
     eventually("without its heartbeat it is missing", lambda: mixed.node(PYTHON).get("presence") == "missing")

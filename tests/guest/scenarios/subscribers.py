@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Two subscribers, each on a DDS implementation of its own, that tell what they received in the same way:
-lines, nodes, images and events as `linegate --json` names them."""
+"""Two subscribers with different DDS implementations, which report the samples they received in the same form:
+lines, nodes, images and events with the names of `linegate --json`."""
 
 import json
 import os
@@ -14,7 +14,7 @@ NMT_STATES = {0: "initialising", 4: "stopped", 5: "operational", 127: "pre-opera
 
 
 class Subscriber(Actor):
-    """A program that prints a JSON object a line."""
+    """A program that prints one JSON object per line."""
 
     def __init__(self, name, *command, environment=None):
         self._read = 0
@@ -22,7 +22,7 @@ class Subscriber(Actor):
         super().__init__(name, *command, environment=environment)
 
     def received(self, member):
-        """What was printed so far and has this member, oldest first."""
+        """Returns the printed objects that have this member, oldest first."""
         with open(self.path, "rb") as log:
             log.seek(self._read)
             complete = log.read().rpartition(b"\n")[0]
@@ -33,20 +33,20 @@ class Subscriber(Actor):
         return [found for found in self._received if member in found]
 
     def image(self, line):
-        """One that was received from now on."""
+        """Waits for an image that is received from now on, and returns it."""
         so_far = len(self.images(line))
         eventually(f"{line}: {self.name} has a new image", lambda: len(self.images(line)) > so_far)
         return self.images(line)[-1]
 
 
 class FastSubscriber(Subscriber):
-    """`linegate monitor` (Fast DDS): events at once, the newest of the rest every 2 s."""
+    """`linegate monitor` (Fast DDS): events at once, the newest of all other samples every 2 s."""
 
     def __init__(self, linegate):
         super().__init__("Fast DDS", linegate, "--json", "--wait", "60", "monitor")
 
     def images(self, line):
-        """Inputs that came with a layout."""
+        """Returns the images of the inputs that have a layout."""
         return [
             image
             for image in self.received("direction")
@@ -56,7 +56,7 @@ class FastSubscriber(Subscriber):
         ]
 
     def line(self, line):
-        """Its LineState and NodeStates, the newest."""
+        """Returns its newest LineState and NodeStates."""
         for picture in reversed(self.received("lines")):
             for state in picture["lines"]:
                 if state["line"] == line:
@@ -64,11 +64,11 @@ class FastSubscriber(Subscriber):
         return {}
 
     def bus(self, line):
-        """Its bus state, the newest."""
+        """Returns its newest bus state."""
         return self.line(line).get("bus")
 
     def nodes(self, line):
-        """{node-ID: NodeState}, the newest."""
+        """Returns {node-ID: NodeState}, the newest of each."""
         return {node["node"]: node for node in self.line(line).get("nodes", [])}
 
     def events(self, line, kind=None, node=0):
@@ -80,8 +80,8 @@ class FastSubscriber(Subscriber):
 
 
 class CycloneSubscriber(Subscriber):
-    """cyclone_images of tests/interop: every sample as it comes, in C and with types made by idlc. What it
-    prints is put together here, so that nothing of the product has a hand in it."""
+    """cyclone_images of tests/interop: prints every sample as received, in C and with types made by idlc. Its output
+    is interpreted here, without code of the product."""
 
     def __init__(self, program):
         profile = "file://" + os.path.join(REPOSITORY, "tests/interop/cyclone.xml")
@@ -95,7 +95,7 @@ class CycloneSubscriber(Subscriber):
         return [s for s in self.received("topic") if (s["topic"], s["line"]) == (topic, line)]
 
     def images(self, line, direction="inputs"):
-        """Those of one direction that came with a layout."""
+        """Returns the images of one direction that have a layout."""
         code = self._directions.index(direction)
         layouts = {}
         for part in self.samples("ImageLayout", line):
@@ -120,7 +120,7 @@ class CycloneSubscriber(Subscriber):
         return {"sequence": image["sequence_number"], "bytes": image["bytes"], "entries": entries}
 
     def buses(self, line):
-        """Its bus states, each of a LineState that differed from the one before."""
+        """Returns its bus states, one for each LineState with a change."""
         found = []
         for state in self.samples("LineState", line):
             if not found or found[-1] != self._buses[state["bus"]]:
@@ -128,11 +128,11 @@ class CycloneSubscriber(Subscriber):
         return found
 
     def bus(self, line):
-        """The newest."""
+        """Returns the newest bus state."""
         return self.buses(line)[-1] if self.buses(line) else None
 
     def nodes(self, line):
-        """{node-ID: NodeState}, the newest."""
+        """Returns {node-ID: NodeState}, the newest of each."""
         return {
             state["node"]: {
                 **state,
@@ -151,7 +151,7 @@ class CycloneSubscriber(Subscriber):
 
 
 def enumerators(name):
-    """Those of an enumeration of the contract, as they are called where people read them."""
+    """Returns the enumerators of an enumeration in the contract, by their printed names."""
     contract = re.sub(r"//.*", "", read(os.path.join(REPOSITORY, "idl/linegate.idl")))
     members = re.search(rf"\benum {name} {{([^}}]*)}}", contract)[1].split(",")
     return [member.strip().partition("_")[2].lower().replace("_", "-") for member in members]
@@ -166,13 +166,13 @@ def utc_text(nanoseconds):
 
 
 def in_short(image):
-    """What both print of an image."""
+    """Returns the parts of an image that both subscribers print."""
     entries = [(entry["name"], entry["valid"], entry["bytes"]) for entry in image["entries"]]
     return image["bytes"], entries
 
 
 def same_images(line, one, other):
-    """Of the images both received, as either may be overtaken by the next one."""
+    """Compares the images that both received. Either may miss an image that was replaced by the next one."""
 
     def pairs():
         images = {image["sequence"]: image for image in other.images(line)}
@@ -186,7 +186,7 @@ def same_images(line, one, other):
 
 
 def same_events(line, one, other):
-    """All of them, from the first to the gateway's last words: a late joiner is given what happened."""
+    """Compares all events, from the first to the last one of the gateway: a late joiner receives past events."""
 
     def told(subscriber):
         members = ("number", "kind", "node", "code", "value", "data", "text")

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""A device of another stack (Python) is switched off and on under a writer: whenever it was started, it has the output
-values that the image shows, although nobody wrote them again."""
+"""A device of another stack (Python) is switched off and on while a writer holds outputs: after each start it has
+the output values of the image, although no client wrote them again."""
 
 import struct
 
@@ -38,7 +38,7 @@ class Hall(Site):
         return node.get("presence") == "present" and node.get("state") == "operational"
 
     def shown(self):
-        """(value, valid) of the output in the image."""
+        """Returns (value, valid) of the output in the image."""
         entries = self.command("image", "-o", "hall")["entries"] or []
         return next(((entry["value"], entry["valid"]) for entry in entries if entry["index"] == 0x2002), (None, None))
 
@@ -47,13 +47,13 @@ class Hall(Site):
 
 
 def switched_off_and_on(hall, number, missed):
-    """missed: off until the gateway misses it; else it is on again within its heartbeat time."""
+    """missed: off until the gateway reports the heartbeat as lost; else on again within the heartbeat time."""
     hall.python.power_off()
     if missed:
         eventually("it is missing", lambda: hall.node().get("presence") == "missing")
         check("and its output is not shown as valid", hall.shown()[1] is False)
     hall.python.power_on()
-    eventually(f"it has {number} again, which nobody wrote again", lambda: hall.has(number))
+    eventually(f"it has {number} again without a new write", lambda: hall.has(number))
     eventually("the image shows it as valid", lambda: hall.operational() and hall.shown() == (number, True))
     check("and the device has it", hall.has(number))
 

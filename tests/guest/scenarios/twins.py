@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Two foreign devices (Python) with one node-ID: the second is plugged in while the first runs. The line reports it by what
-the two send, and not as a reboot alone; when one of them is taken away, the line runs with the other."""
+"""Two foreign devices (Python) with the same node-ID: the second is connected while the first runs. The line detects
+it from the frames of both, and does not just report a reboot; when one of them is removed, the line continues with
+the other."""
 
 from actors import Site, Witness, check, eventually, play, run
 from python_stranger import PythonStranger
@@ -33,7 +34,7 @@ class Hall(Site):
         return any(one["node"] == node and one["state"] == "operational" for one in self.command("nodes", "hall"))
 
     def shared(self):
-        """The node-IDs that the gateway reported as those of two devices."""
+        """Returns the node-IDs that the gateway reported as duplicate."""
         said = [line for line in self.linegated.text().splitlines() if "two devices have this node-ID" in line]
         return {node for node in (NODE, ALONE) if any(f"node {node} " in line for line in said)}
 
@@ -50,7 +51,7 @@ def scenario():
     booted = hall.bus.boot_ups(NODE)
     twin = PythonStranger("vcan0", NODE)
     eventually("the twin booted", lambda: hall.bus.boot_ups(NODE) > booted)
-    # Their heartbeats may come together, because a write of 1017h reaches both: then the answers alone are a sign.
+    # Their heartbeats may coincide, because a write of 1017h reaches both: then only the duplicate answers show it.
     eventually("two devices with one node-ID are reported by their answers to one SDO request", hall.answers_twice)
     check("and no other node-ID", hall.shared() == {NODE})
     twin.power_off()

@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""A bus that acknowledges nothing: what is written or commanded then is not done, and says what it waits for. The vcan
-of this scenario echoes a frame when its driver has it (`echo=1`), as drivers of controllers do, and a queueing
-discipline keeps the frames from it."""
+"""A bus without acknowledgements: writes and commands are not carried out meanwhile, and report what they wait for.
+The vcan of this scenario echoes a frame when its driver receives it (`echo=1`), like drivers of controllers, and a
+queueing discipline keeps the frames from the driver."""
 
 import os
 import subprocess

@@ -1,14 +1,15 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Values both ways: what a device sends arrives byte for byte at a subscriber, and what a subscriber writes
-arrives in the device's RPDO; for a subscriber with Fast DDS and one with Cyclone DDS. SDO read from a subscriber's process, and one that the device refuses."""
+"""Values in both directions: values that a device sends arrive byte for byte at a subscriber, and values that a
+subscriber writes arrive in the device's RPDO; for a subscriber with Fast DDS and one with Cyclone DDS. Also SDO
+reads from a subscriber's process, one of which the device aborts."""
 
 from actors import check, eventually, play, send
 from plant import Plant, all_valid, by_name
 from subscribers import same_events, same_images
 
-# Which bytes of a line's input image come from which PDO (`linegate check plant.yaml` tells them), and one
-# that moves by itself.
+# The bytes of a line's input image that come from each PDO (`linegate check plant.yaml` prints them), and a byte that
+# changes by itself.
 PDOS = {
     "press": {0x185: (0, 3), 0x285: (4, 8), 0x187: (12, 6), 0x287: (20, 4)},
     "hall": {0x28A: (0, 8), 0x38A: (8, 8), 0x18C: (16, 4), 0x28C: (20, 1)},
@@ -27,7 +28,7 @@ def part(image, line, identifier):
 
 def every_pdo_is_one_from_the_bus(plant, line, image):
     for identifier in PDOS[line]:
-        plant.bus[line].await_frame(identifier, part(image, line, identifier))  # one whole frame of it
+        plant.bus[line].await_frame(identifier, part(image, line, identifier))  # a complete frame of it
 
 
 def values_arrive(plant, subscriber):
@@ -50,7 +51,7 @@ def values_arrive(plant, subscriber):
 
 
 def a_value_chosen_here_arrives(plant):
-    """The device falls silent, and cansend speaks for it before its heartbeat time has passed."""
+    """The device is stopped, and cansend sends in its place before its heartbeat time has passed."""
     plant.devices["hall"].kill()
     send("vcan1", "18C#A1B2C3D4")
     for subscriber in plant.subscribers:

@@ -1,7 +1,7 @@
 #!/bin/bash
 # SPDX-License-Identifier: Apache-2.0
-# The guest itself: frames sent on its interfaces are seen by another process, byte for byte, and a
-# classical interface refuses an FD frame. If this fails, no other scenario means anything.
+# The guest itself: another process receives the frames sent on its interfaces, byte for byte, and a classical interface
+# rejects an FD frame. If this fails, the results of all other scenarios are meaningless.
 set -u
 
 expect_frame() {  # INTERFACE FRAME (as cansend writes it) LINE (as candump -L writes it, without time)

@@ -12,7 +12,7 @@ namespace {
 struct Row {
   std::uint32_t code;
   AbortCode name;
-  std::string_view word;  // of its description
+  std::string_view word;  // a word of its description
 };
 
 // CiA 301, 7.2.4.3.17.

@@ -26,7 +26,7 @@ constexpr int half(int number) {
   return number / 2;
 }
 
-// The handler of the other tests of this process is there again afterwards.
+// Restores the assertion handler of this process afterwards.
 class AssertDeathTest : public testing::Test {
  protected:
   AssertDeathTest() : before_(set_assertion_handler(print_assertion)) {}
@@ -57,7 +57,7 @@ TEST_F(AssertDeathTest, TheHandlerBeforeIsReturned) {
   EXPECT_EQ(set_assertion_handler(print_assertion), violate_again);
 }
 
-// What every test program prints, and what a test says of itself.
+// What every test program prints: the running case and its notes.
 TEST(AssertNoteDeathTest, TheCaseAndItsNotesArePrinted) {
   const AssertionNote outer("plant 7");
   const AssertionNote inner("seed 12");

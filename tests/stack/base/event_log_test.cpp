@@ -50,7 +50,7 @@ TEST(EventLog, AFullRingTellsTheLostRange) {
 TEST(EventLog, TheMarkerKeepsItsPlaceInTheSequence) {
   EventLog log(3);
   for (std::uint8_t node = 1; node <= 4; ++node) {
-    log.emit(boot_up(node));  // 4 is lost
+    log.emit(boot_up(node));  // the log is full: event 4 is lost
   }
   std::array<Event, 2> two;
   ASSERT_EQ(log.take(two), 2U);
@@ -99,7 +99,7 @@ TEST(EventLog, ItsNewestEventsAreThereTakenOrNot) {
   ASSERT_EQ(log.newest(newest), newest.size());
   EXPECT_EQ(newest[0].number, 6U);
   EXPECT_EQ(newest[3].number, 9U);
-  EXPECT_EQ(log.take(taken), 2U) << "they are still to be taken";
+  EXPECT_EQ(log.take(taken), 2U) << "newest() removes no event";
 }
 
 TEST(EventKinds, EveryKindHasAName) {

@@ -15,7 +15,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-// With 8 bytes of data, as that of a frame.
+// The event of a malformed frame with 8 data bytes.
 Event malformed(std::uint32_t id, Duration when, std::uint8_t node = 5) {
   Event event;
   event.time = Instant{when};
@@ -58,7 +58,7 @@ TEST(RepeatLimit, RefusedOutputsAreThoseOfAGroup) {
   EXPECT_TRUE(limit.admit(frame));
   frame = malformed(0x585, milliseconds(2));
   frame.value = 7;  // another length
-  EXPECT_FALSE(limit.admit(frame)) << "values of others say nothing";
+  EXPECT_FALSE(limit.admit(frame)) << "the value of this kind is ignored";
 }
 
 TEST(RepeatLimit, TransfersAreThoseOfAnObjectAndSayTheCountInTheirCode) {
@@ -120,14 +120,14 @@ TEST(RepeatLimit, TheLastOfASeriesIsToldWhenTheSecondIsOver) {
   EXPECT_EQ(last->time, now(1000));
   EXPECT_EQ(last->code, 0x585U);
   EXPECT_EQ(last->data[0], std::byte{9});
-  EXPECT_EQ(held_back(*last), 8U) << "besides itself";
+  EXPECT_EQ(held_back(*last), 8U) << "8 others were suppressed";
   EXPECT_FALSE(limit.take_due(now(9999)));
   EXPECT_EQ(limit.next_wake(), kNever);
   Event soon = malformed(0x585, milliseconds(1999));
-  EXPECT_FALSE(limit.admit(soon)) << "a second after the last that was told";
+  EXPECT_FALSE(limit.admit(soon)) << "within a second of the last report";
   const auto alone = limit.take_due(now(2000));
   ASSERT_TRUE(alone);
-  EXPECT_EQ(alone->length, 8U) << "nobody else was held back";
+  EXPECT_EQ(alone->length, 8U) << "no other event was suppressed";
 }
 
 TEST(RepeatLimit, WhatWasToldOfInTimeIsNotToldAgain) {
@@ -151,7 +151,7 @@ TEST(RepeatLimit, EachPlaceHasItsOwnSecond) {
   while (const auto event = limit.take_due(Instant{milliseconds(5000)})) {
     told.push_back(event->code);
   }
-  ASSERT_EQ(told.size(), 17U) << "16 and the shared one";
+  ASSERT_EQ(told.size(), 17U) << "16 places and the shared one";
   for (std::uint32_t id = 0; id < 16; ++id) {
     EXPECT_EQ(told[id], id);
   }
@@ -176,11 +176,12 @@ TEST(RepeatLimit, FurtherIdentifiersShareOnePlaceUntilOneIsFree) {
   Event shared = malformed(0x100, milliseconds(1000));
   EXPECT_FALSE(limit.admit(shared));
   Event later = malformed(0x101, milliseconds(1001));
-  EXPECT_TRUE(limit.admit(later)) << "a place of its own, for the others are old";
-  EXPECT_EQ(held_back(later), 10U) << "of those that shared one";
+  EXPECT_TRUE(limit.admit(later)) << "a free place: the other events are old";
+  EXPECT_EQ(held_back(later), 10U) << "events suppressed in the shared place";
 }
 
-// Whoever needs the place of a storm that ended tells what was held back at its end.
+// An event that takes over the place of an ended series reports the events suppressed in that
+// series.
 TEST(RepeatLimit, TheLastCountOfAStormIsToldWhenItsPlaceIsNeeded) {
   RepeatLimit limit;
   constexpr std::uint32_t kPlaces = RepeatLimit::kPlaces;
@@ -195,7 +196,7 @@ TEST(RepeatLimit, TheLastCountOfAStormIsToldWhenItsPlaceIsNeeded) {
   EXPECT_EQ(held_back(other), 2U);
   Event again = malformed(0x100, milliseconds(2000));
   EXPECT_TRUE(limit.admit(again));
-  EXPECT_EQ(held_back(again), 0U) << "told once";
+  EXPECT_EQ(held_back(again), 0U) << "reported once";
 }
 
 TEST(RepeatLimit, PlacesWithNothingToTellAreUsedFirst) {
@@ -212,7 +213,7 @@ TEST(RepeatLimit, PlacesWithNothingToTellAreUsedFirst) {
   for (std::uint32_t id = 0; id + 1 < kPlaces; ++id) {
     Event event = malformed(id, milliseconds(1000));
     EXPECT_TRUE(limit.admit(event));
-    EXPECT_EQ(held_back(event), 1U) << "each still knows its own";
+    EXPECT_EQ(held_back(event), 1U) << "each place keeps its own count";
   }
 }
 
@@ -229,7 +230,8 @@ Event written(std::uint16_t index, Duration when, std::uint8_t value = 0) {
 
 TEST(RepeatLimit, OfAWrittenObjectSomeAreToldAtOnceAndThenTheNewestOfEachSecond) {
   RepeatLimit limit = RepeatLimit::that_keeps_newest(4, 3);
-  std::vector<std::tuple<int, int, unsigned>> told;  // when, value, how many before it
+  // Time in ms, value, number of suppressed events before it
+  std::vector<std::tuple<int, int, unsigned>> told;
   const auto note = [&told](int ms, const Event& event) {
     told.emplace_back(ms, std::to_integer<int>(event.data[3]), event.code);
   };

@@ -68,7 +68,7 @@ TEST(TransmitQueue, GivesFramesBackWhole) {
   fd.length = 64;
   fd.data.fill(std::byte{0xA5});
   const Frame classic = make_frame(0x701, {1, 2, 3, 4, 5, 6, 7, 8});
-  // More frames than places: the ring comes round.
+  // More frames than the queue holds, so that its ring buffer wraps around.
   for (int i = 0; i < 5; ++i) {
     ASSERT_TRUE(queue.push(TransmitClass::sdo, i % 2 == 0 ? fd : classic));
     ASSERT_TRUE(queue.push(TransmitClass::sdo, classic));

@@ -37,9 +37,9 @@ TEST_F(CanopenIaControl, BitsOfTheManagerControl) {
   EXPECT_TRUE(records_->settings().manual_trigger);
   EXPECT_FALSE(records_->settings().keep_operational);
   EXPECT_EQ(read(0x5F41, 4), kFixedControl | 0x70U);
-  EXPECT_EQ(write(0x5F41, 4, kFixedControl | 0x80U, 4), AbortCode::invalid_value) << "reserved";
+  EXPECT_EQ(write(0x5F41, 4, kFixedControl | 0x80U, 4), AbortCode::invalid_value) << "reserved bit";
   EXPECT_EQ(write(0x5F41, 4, kFixedControl & ~0x04U, 4), AbortCode::invalid_value)
-      << "PDOs are received";
+      << "reception of PDOs cannot be disabled";
   EXPECT_EQ(write(0x5F41, 4, kFixedControl, 4), AbortCode::none);
   EXPECT_FALSE(records_->settings().manual_trigger);
 }
@@ -48,7 +48,7 @@ TEST_F(CanopenIaControl, TimesBeginAsConfiguredAndAreWritten) {
   make({.settings = {.heartbeat = milliseconds(200), .update_time = milliseconds(20)}});
   EXPECT_EQ(read(0x5F41, 0), 0x0CU);
   EXPECT_EQ(read(0x5F41, 5), 200U);
-  EXPECT_EQ(read(0x5F41, 6), 500U) << "two and a half times that";
+  EXPECT_EQ(read(0x5F41, 6), 500U) << "2.5 heartbeat times";
   EXPECT_EQ(read(0x5F41, 7), 20U);
   EXPECT_EQ(write(0x5F41, 5, 1000, 2), AbortCode::none);
   EXPECT_EQ(write(0x5F41, 5, 0, 2), AbortCode::value_too_low);
@@ -122,7 +122,7 @@ TEST_F(CanopenIaControl, FramesAreSentWhenThatIsEnabled) {
   EXPECT_TRUE(can::same_content(sent_[1], can::make_frame(0x151, {0x99})));
   EXPECT_TRUE(can::same_content(sent_[2], can::make_frame(0x7FF, {1, 2, 3, 4, 5, 6, 7, 8})));
   EXPECT_EQ(write(0x5F41, 0x0B, 0x10, 1), AbortCode::none);
-  EXPECT_EQ(frame(1, {0x51, 0x01, 0x99}), AbortCode::device_state) << "receive alone";
+  EXPECT_EQ(frame(1, {0x51, 0x01, 0x99}), AbortCode::device_state) << "only reception is enabled";
   EXPECT_EQ(write(0x5F41, 0x0B, 0x02, 1), AbortCode::invalid_value);
   EXPECT_EQ(write(0x5F41, 0x0B, 0x21, 1), AbortCode::invalid_value);
 }
@@ -133,14 +133,14 @@ TEST_F(CanopenIaControl, WhatIsNoFrameIsRefused) {
   EXPECT_EQ(frame(2, {0x50, 0x01, 1, 2, 3}), AbortCode::length_too_high);
   EXPECT_EQ(frame(1, {0x00, 0x08, 1}), AbortCode::invalid_value) << "more than 11 bits";
   EXPECT_EQ(frame(9, {0x50, 0x01}), AbortCode::no_sub_index);
-  EXPECT_EQ(frame(1, {0x80, 0x00, 1}), AbortCode::local_control) << "a service has it";
+  EXPECT_EQ(frame(1, {0x80, 0x00, 1}), AbortCode::local_control) << "a service uses the identifier";
   EXPECT_EQ(frame(0, {0x50, 0x01}), AbortCode::read_only) << "the highest sub-index";
   EXPECT_THAT(sent_, IsEmpty());
 }
 
 TEST_F(CanopenIaControl, TheLastFrameOfEachLengthIsKept) {
   make({});
-  EXPECT_FALSE(records_->hear(can::make_frame(0x150, {1, 2}))) << "not enabled";
+  EXPECT_FALSE(records_->hear(can::make_frame(0x150, {1, 2}))) << "reception is not enabled";
   EXPECT_EQ(dictionary_.read({0x5F4C, 2}).error(), to_error(AbortCode::no_data));
   EXPECT_EQ(write(0x5F41, 0x0B, 0x11, 1), AbortCode::none);
   EXPECT_TRUE(records_->hear(can::make_frame(0x150, {1, 2})));
@@ -150,7 +150,7 @@ TEST_F(CanopenIaControl, TheLastFrameOfEachLengthIsKept) {
   EXPECT_EQ(heard(8), bytes({0x52, 0x01, 1, 2, 3, 4, 5, 6, 7, 8}));
   EXPECT_EQ(heard(0), bytes({8})) << "the highest sub-index";
   EXPECT_EQ(frame(2, {0x50, 0x02, 7, 7}), AbortCode::none);
-  EXPECT_EQ(heard(2), bytes({0x51, 0x01, 3, 4})) << "not what was sent";
+  EXPECT_EQ(heard(2), bytes({0x51, 0x01, 3, 4})) << "sent frames are not shown";
 }
 
 TEST_F(CanopenIaControl, OtherFramesAreToldButHaveNoPlace) {

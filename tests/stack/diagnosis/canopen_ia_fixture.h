@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The CANopenIA records in a dictionary of their own; the test is the line.
+// The CANopenIA records in their own dictionary; the test takes the place of the line.
 #pragma once
 
 #include <array>

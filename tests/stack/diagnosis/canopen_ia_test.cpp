@@ -85,7 +85,7 @@ TEST_F(CanopenIaTest, WhatIsNoCommandIsRefused) {
   make({});
   EXPECT_EQ(write(0x5F41, 1, 131, 1), AbortCode::invalid_value);
   EXPECT_EQ(write(0x5F4A, 1, 0x0503, 2), AbortCode::invalid_value);
-  EXPECT_EQ(write(0x5F4A, 1, 0x8001, 2), AbortCode::invalid_value) << "there is no node 128";
+  EXPECT_EQ(write(0x5F4A, 1, 0x8001, 2), AbortCode::invalid_value) << "128 is not a node-ID";
   EXPECT_EQ(dictionary_.read({0x5F4A, 1}).error(), to_error(AbortCode::write_only));
   for (std::size_t i = 0; i < CanopenIa::kOrders; ++i) {
     EXPECT_EQ(write(0x5F4A, 1, 0x0501, 2), AbortCode::none);
@@ -93,7 +93,7 @@ TEST_F(CanopenIaTest, WhatIsNoCommandIsRefused) {
   EXPECT_EQ(write(0x5F4A, 1, 0x0501, 2), AbortCode::device_state);
 }
 
-TEST_F(CanopenIaTest, WhatIsNotThereIsNoSubIndex) {  // those of CiA 447
+TEST_F(CanopenIaTest, WhatIsNotThereIsNoSubIndex) {  // the sub-indices of CiA 447
   make({});
   EXPECT_EQ(dictionary_.read({0x5F41, 2}).error(), to_error(AbortCode::no_sub_index));
   EXPECT_EQ(write(0x5F41, 3, 0, 4), AbortCode::no_sub_index);
@@ -113,7 +113,7 @@ TEST_F(CanopenIaTest, OfASlaveAtAnotherBase) {
   EXPECT_FALSE(dictionary_.has_object(0x5F40));
   EXPECT_EQ(read(0x5F60, 4), 0x0000'0100U) << "a device";
   EXPECT_EQ(write(0x5F6A, 1, 0x0501, 2), AbortCode::local_control);
-  EXPECT_EQ(write(0x5F61, 1, 130, 1), AbortCode::none) << "itself it may reset";
+  EXPECT_EQ(write(0x5F61, 1, 130, 1), AbortCode::none) << "a device may reset itself";
 }
 
 }  // namespace

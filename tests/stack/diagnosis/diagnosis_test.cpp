@@ -122,7 +122,7 @@ TEST_F(DiagnosisTest, ListsOfNodesInOrder) {
 TEST_F(DiagnosisTest, NodesThatAreNotAsExpectedAreFaulty) {
   all_operational();
   set(kStranger, nmt::State::pre_operational, manager::kBootUnfinished);
-  EXPECT_EQ(read(0x5F03, 2), 1U << 31U) << "it is not assigned";
+  EXPECT_EQ(read(0x5F03, 2), 1U << 31U) << "the node is not assigned";
   EXPECT_EQ(read(0x5F06, 2), 1U << 31U);
   for (const Presence presence : {Presence::unknown, Presence::missing}) {
     nodes_[kStranger].presence = presence;
@@ -131,11 +131,11 @@ TEST_F(DiagnosisTest, NodesThatAreNotAsExpectedAreFaulty) {
   }
   set(kLamp, nmt::State::pre_operational, 'J');
   EXPECT_EQ(read(0x5F03, 2), 1U << 0U);
-  EXPECT_EQ(read(0x5F02, 2), 0U) << "not configured";
+  EXPECT_EQ(read(0x5F02, 2), 0U) << "the node is not configured";
   set(kPress, nmt::State::unknown);
   nodes_[kPress].presence = Presence::missing;
   EXPECT_EQ(read(0x5F03, 1), 1U << 4U);
-  EXPECT_EQ(read(0x5F04, 1), 0U) << "nobody knows the state of a node that is missing";
+  EXPECT_EQ(read(0x5F04, 1), 0U) << "the state of a missing node is unknown";
 }
 
 TEST_F(DiagnosisTest, ANodeThatDoesNotObeyIsFaulty) {
@@ -143,7 +143,7 @@ TEST_F(DiagnosisTest, ANodeThatDoesNotObeyIsFaulty) {
   diagnosis_.update(now_);
   diagnosis_.commanded(nmt::Command::stop, kLamp);
   diagnosis_.heard(kLamp, nmt::State::operational, now_ + milliseconds(10));
-  EXPECT_EQ(read(0x5F03, 2), 0U) << "it may not have got it";
+  EXPECT_EQ(read(0x5F03, 2), 0U) << "the command may be under way";
   diagnosis_.heard(kLamp, nmt::State::operational, now_ + milliseconds(500));
   EXPECT_EQ(read(0x5F03, 2), 1U);
   diagnosis_.heard(kLamp, nmt::State::stopped, now_ + milliseconds(600));
@@ -151,7 +151,7 @@ TEST_F(DiagnosisTest, ANodeThatDoesNotObeyIsFaulty) {
   diagnosis_.heard(kLamp, nmt::State::operational, now_ + milliseconds(700));
   EXPECT_EQ(read(0x5F03, 2), 1U);
   tell(EventKind::boot_up, kLamp);
-  EXPECT_EQ(read(0x5F03, 2), 0U) << "after its boot-up nothing is asked of it";
+  EXPECT_EQ(read(0x5F03, 2), 0U) << "a boot-up ends the expected state";
 }
 
 TEST_F(DiagnosisTest, AnEventThatTheOwnerOfTheLineReportsNeedNotBeOfANode) {
@@ -197,7 +197,7 @@ TEST_F(DiagnosisTest, EventsAreKeptUntilTheNetworkIsInitialisedAnew) {
   EXPECT_EQ(dictionary_.write({0x1F82, kLamp}, std::span(&stop, 1)), AbortCode::none);
   EXPECT_EQ(read(0x5F00, 1), 0x8000U | kListChanged | kMandatoryLost);
   EXPECT_EQ(dictionary_.write({0x1F82, 128}, std::span(&stop, 1)), AbortCode::none);
-  EXPECT_EQ(read(0x1F82, 128), 4U) << "it is another service's object";
+  EXPECT_EQ(read(0x1F82, 128), 4U) << "the object of another service";
   EXPECT_EQ(read(0x5F00, 1), 0xC000U | kListChanged | kMandatoryLost);
   log_.emit({.time = now_,
              .kind = EventKind::manager_state,
@@ -248,11 +248,11 @@ TEST_F(DiagnosisTest, ASlaveListsTheNodesItListensTo) {
   set(1, nmt::State::operational);
   EXPECT_EQ(read(0x5F01, 2), 1U << 31U | 1U << 0U);
   EXPECT_EQ(read(0x5F05, 2), 1U << 31U);
-  EXPECT_EQ(read(0x5F04, 1), 0U) << "not listened to";
+  EXPECT_EQ(read(0x5F04, 1), 0U) << "its heartbeat is not consumed";
   EXPECT_EQ(read(0x5F02, 2), 0U);
   EXPECT_EQ(read(0x5F00, 2), 0x43U);
   tell(EventKind::heartbeat_lost, kPress);
-  EXPECT_EQ(read(0x5F00, 1), kListChanged) << "a slave's are of nobody's concern";
+  EXPECT_EQ(read(0x5F00, 1), kListChanged) << "a slave ignores losses of nodes";
 }
 
 TEST_F(DiagnosisTest, TaskTimesSayThatThereIsNoTask) {

@@ -30,7 +30,7 @@ TEST(EmcyRecord, AMessageIsKeptAsItCame) {
   record.note(5, message(0x8110, 0x11, 0xAB));
   EXPECT_THAT(numbers(record.history(5)),
               testing::ElementsAre(1, 0x10, 0x81, 0x11, 0xAB, 0, 0, 0, 0));
-  EXPECT_THAT(numbers(record.history(6)), testing::ElementsAre(0)) << "each node has its own";
+  EXPECT_THAT(numbers(record.history(6)), testing::ElementsAre(0)) << "one history for each node";
 }
 
 TEST(EmcyRecord, TheFifthTakesThePlaceOfTheFirst) {
@@ -42,8 +42,8 @@ TEST(EmcyRecord, TheFifthTakesThePlaceOfTheFirst) {
   ASSERT_EQ(history.size(), 33U);
   EXPECT_EQ(history[0], 2U);
   EXPECT_EQ(history[1 + 3], 5U);
-  EXPECT_EQ(history[9 + 3], 6U) << "the one received last";
-  EXPECT_EQ(history[17 + 3], 3U) << "the oldest";
+  EXPECT_EQ(history[9 + 3], 6U) << "the newest EMCY";
+  EXPECT_EQ(history[17 + 3], 3U) << "the oldest EMCY";
   EXPECT_EQ(history[25 + 3], 4U);
 }
 
@@ -54,7 +54,7 @@ TEST(EmcyRecord, CountsByNodeAndByClass) {
   for (const std::uint16_t code : codes) {
     record.note(7, message(code));
   }
-  EXPECT_EQ(record.count(7), 10) << "error resets among them";
+  EXPECT_EQ(record.count(7), 10) << "error resets are counted, too";
   std::vector<unsigned> classes;
   for (std::size_t i = 0; i < kEmcyClasses.size(); ++i) {
     classes.push_back(record.of_class(i));
@@ -77,7 +77,7 @@ TEST(EmcyRecord, ANodeIsFreeOfErrorsWhenItSaysSo) {
   record.note(9, message(0x8110));
   EXPECT_TRUE(record.erroneous(9));
   record.note(9, message(0x0000, 0x10));
-  EXPECT_TRUE(record.erroneous(9)) << "one error has gone, its register names another";
+  EXPECT_TRUE(record.erroneous(9)) << "the error register has another error";
   record.note(9, message(0x0000, 0));
   EXPECT_FALSE(record.erroneous(9));
 }

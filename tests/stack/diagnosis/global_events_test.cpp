@@ -26,7 +26,7 @@ Event event(EventKind kind, std::uint8_t node, std::uint32_t code = 0, std::uint
   return out;
 }
 
-// A boot result whose reason is that a transfer timed out.
+// A boot result whose reason is an SDO time-out.
 Event silent(Event out) {
   out.value = 0x0504'0000;
   out.length = 8;
@@ -80,7 +80,7 @@ TEST(CommunicationState, BitsAreThoseOfTheManual) {
   state.note(bus(BusState::error_passive, BusState::error_active));
   EXPECT_EQ(state.value(), 0x08);
   state.note(bus(BusState::bus_off, BusState::error_passive));
-  EXPECT_EQ(state.value(), 0x04) << "the error state was not left to the good side";
+  EXPECT_EQ(state.value(), 0x04) << "the error state became worse";
   state.note(bus(BusState::error_warning, BusState::bus_off));
   state.note(bus(BusState::error_active, BusState::error_warning));
   EXPECT_EQ(state.value(), 0x10);

@@ -47,7 +47,7 @@ TEST_F(NetworkStateTest, AMasterThatHasNotBegunIsInReset) {
   facts_.manager = ManagerState::stopped;
   EXPECT_EQ(value(), 0x40);
   facts_.running = false;
-  EXPECT_EQ(value(), 0x40) << "it has left its devices as they are";
+  EXPECT_EQ(value(), 0x40) << "the devices keep their states";
 }
 
 TEST_F(NetworkStateTest, ASlaveShowsItsOwnState) {
@@ -91,12 +91,12 @@ TEST_F(NetworkStateTest, AMissingMandatoryNodeHoldsItUntilTheBootTimeIsOver) {
   facts_.mandatory_wrong = true;
   EXPECT_EQ(value(), 0x70);
   facts_.manager = ManagerState::booting;
-  EXPECT_EQ(value(), 0x70) << "one that came late is booted";
+  EXPECT_EQ(value(), 0x70) << "a late node is being booted";
   facts_.manager = ManagerState::missing_mandatory;
   facts_.boot_time_over = true;
   EXPECT_EQ(value(), 0x82);
   state_.commanded(nmt::Command::start, facts_);
-  EXPECT_EQ(value(), 0x82) << "all mandatory nodes have to be right";
+  EXPECT_EQ(value(), 0x82) << "a mandatory node is wrong";
 }
 
 TEST_F(NetworkStateTest, CommandsToAllNodesMakeTheMainState) {
@@ -104,7 +104,7 @@ TEST_F(NetworkStateTest, CommandsToAllNodesMakeTheMainState) {
   state_.commanded(nmt::Command::stop, facts_);
   boot();
   facts_.own = nmt::State::operational;
-  EXPECT_EQ(value(), 0xA8) << "a command during the initialisation is no main state";
+  EXPECT_EQ(value(), 0xA8) << "a command during initialisation has no effect";
   state_.commanded(nmt::Command::stop, facts_);
   EXPECT_EQ(value(), 0xC8);
   state_.commanded(nmt::Command::enter_pre_operational, facts_);
@@ -126,7 +126,7 @@ TEST_F(NetworkStateTest, BitsOfTheLowNibble) {
   EXPECT_EQ(value(), 0xAD);
   facts_.mandatory_wrong = true;
   facts_.manager = ManagerState::missing_mandatory;
-  EXPECT_EQ(value(), 0xAF) << "a network that has been started keeps its main state";
+  EXPECT_EQ(value(), 0xAF) << "a started network keeps its main state";
 }
 
 TEST_F(NetworkStateTest, AScanIsAutoConfiguration) {

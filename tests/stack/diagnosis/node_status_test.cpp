@@ -25,11 +25,11 @@ TEST(NodeStatus, IsTheLastThatBecameKnown) {
   EXPECT_EQ(status.of(5), 0x9F);
   EXPECT_EQ(after(EventKind::node_scanned), 0xA0);
   EXPECT_EQ(after(EventKind::node_scanned, 0x0504'0000), 0xA8);
-  EXPECT_EQ(after(EventKind::pdo_timeout), 0xA8) << "no status";
+  EXPECT_EQ(after(EventKind::pdo_timeout), 0xA8) << "the event has no status";
   status.commanded(nmt::Command::reset_node, 5);
   EXPECT_EQ(status.of(5), 0xB0);
   status.commanded(nmt::Command::start, 5);
-  EXPECT_EQ(status.of(5), 0xB0) << "its error control will tell";
+  EXPECT_EQ(status.of(5), 0xB0) << "wait for its error control";
 }
 
 TEST(NodeStatus, WhoIsNotThereWhenAScanEndsWasNotScanned) {

@@ -90,7 +90,7 @@ TEST(CompactSubObj, MoreThan254SubIndicesAreRefused) {
                   "x.eds:24:15: warning: CompactSubObj: '255' is not in 0 to 254; ignored"));
 }
 
-// A file of some megabytes could ask for gigabytes.
+// A file of a few megabytes could describe gigabytes of objects.
 TEST(CompactSubObj, WhatTheyMakeOfAFileIsBounded) {
   std::string objects;
   for (const char* index : {"2001", "2002", "2003"}) {
@@ -103,7 +103,7 @@ TEST(CompactSubObj, WhatTheyMakeOfAFileIsBounded) {
   EXPECT_EQ(std::ranges::count_if(loaded.diagnostics, is_error), 1);
   const auto error = std::ranges::find_if(loaded.diagnostics, is_error);
   ASSERT_NE(error, loaded.diagnostics.end());
-  EXPECT_EQ(error->line, 25U) << "the second one's";
+  EXPECT_EQ(error->line, 25U) << "the line of the second object";
   EXPECT_EQ(error->file, "x.eds");
   EXPECT_THAT(error->text, testing::HasSubstr("more than 64 MB"));
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a file says beside its objects, and what a DCF adds to them.
+// The parts of a device file besides its objects, and the additional entries of a DCF.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

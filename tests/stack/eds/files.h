@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files for tests of the EDS reader, and what the reader says about them.
+// Files for tests of the EDS reader, and the messages of the reader.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 namespace linegate::eds::test {
 
-// The head every file needs: 8 lines.
+// The head that every file needs: 8 lines.
 inline constexpr std::string_view kHead =
     "[FileInfo]\n"
     "EDSVersion=4.0\n"
@@ -22,7 +22,7 @@ inline constexpr std::string_view kHead =
     "SupportedObjects=1\n"
     "1=0x1000\n";
 
-// An object that is in order: 5 lines, 9 to 13 behind the head.
+// A valid object: 5 lines, which are lines 9 to 13 after the head.
 inline constexpr std::string_view kDeviceType =
     "[1000]\n"
     "ParameterName=Device type\n"
@@ -30,12 +30,12 @@ inline constexpr std::string_view kDeviceType =
     "AccessType=ro\n"
     "DefaultValue=0x00020192\n";
 
-// All that belongs there: 8 lines.
+// A complete section: 8 lines.
 inline constexpr std::string_view kDummyUsage =
     "[DummyUsage]\nDummy0001=0\nDummy0002=0\nDummy0003=0\nDummy0004=0\nDummy0005=1\n"
     "Dummy0006=1\nDummy0007=0\n";
 
-// A whole file; `more` begins in line 14.
+// A complete file; `more` begins in line 14.
 inline std::string file_with(std::string_view more) {
   return std::string(kHead) + std::string(kDeviceType) + std::string(more);
 }
@@ -47,7 +47,7 @@ inline std::vector<std::string> messages(const std::vector<Diagnostic>& diagnost
   return out;
 }
 
-// What load() says about the text under the name "x.eds".
+// The messages of load() for the text under the name "x.eds".
 inline std::vector<std::string> messages(std::string_view text, std::uint8_t node_id = 5) {
   return messages(load(text, "x.eds", node_id).diagnostics);
 }

@@ -69,7 +69,7 @@ TEST(Ini, OfDuplicatesTheFirstCounts) {
   EXPECT_EQ(file.ini.find("b")->find("k")->value, "3");
 }
 
-// However many keys there are, and whatever the section before had.
+// Independent of the number of keys and of the keys of the previous section.
 TEST(Ini, KeysGivenTwiceAmongMany) {
   std::string text = "[A]\n";
   for (int i = 1; i <= 200; ++i) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every finding has its place and says what is wrong; all findings of a file come at once.
+// Every finding has its line and a description; all findings of a file are reported at once.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -19,7 +19,8 @@ std::string with_object(std::string_view keys) {
   return file_with("[OptionalObjects]\nSupportedObjects=1\n1=0x2000\n[2000]\n" + std::string(keys));
 }
 
-constexpr std::string_view kGoodKeys = "ParameterName=a\nDataType=5\nAccessType=rw\n";  // 18 to 20
+// Lines 18 to 20
+constexpr std::string_view kGoodKeys = "ParameterName=a\nDataType=5\nAccessType=rw\n";
 
 TEST(Messages, EmptyFile) {
   for (const char* text : {"", "\n\n", "; nothing\n"}) {
@@ -122,7 +123,7 @@ TEST(Messages, SectionNamesThatAreAlmostRight) {
           "FFh"));
 }
 
-// Sub-index FFh describes the structure of its object (CiA 301 7.4.2), and is in many files.
+// Sub-index FFh describes the structure of its object (CiA 301 7.4.2); many files contain it.
 TEST(Messages, NoneForTheStructureOfAnObject) {
   for (const char* number : {"2", "3"}) {
     EXPECT_THAT(

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a file says of many objects in few lines: modular devices, and CompactPDO.
+// Short descriptions of many objects: modular devices, and CompactPDO.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -16,7 +16,8 @@ using test::messages;
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-// Two kinds of module: eight inputs, and two inputs that share a byte with others. Lines 14 to 54.
+// Two types of module: eight inputs, and two inputs that share a byte with the inputs of other
+// modules. Lines 14 to 54.
 constexpr std::string_view kModules = R"([SupportedModules]
 NrOfEntries=2
 [M1ModuleInfo]
@@ -90,7 +91,7 @@ TEST(Modules, AreKeptAsDescribed) {
   EXPECT_EQ(sheet.value->modules[1].extensions.at(0).count, 0);
   EXPECT_EQ(sheet.value->modules[1].extensions.at(0).bits, 2);
   EXPECT_EQ(sheet.value->modules[1].extensions.at(0).extend, 2);
-  EXPECT_EQ(sheet.value->device.objects.size(), 1U) << "none is connected";
+  EXPECT_EQ(sheet.value->device.objects.size(), 1U) << "no module is connected";
 }
 
 TEST(Modules, EachConnectedOneExtendsTheObjectAndFixedOnesComeOnce) {
@@ -177,7 +178,7 @@ TEST(CompactPdo, MakesTheRecordsThatNobodyDescribes) {
   }
   EXPECT_THAT(indices, ElementsAre(0x1000, 0x1400, 0x1401, 0x1402, 0x1403, 0x1404, 0x1600, 0x1601,
                                    0x1602, 0x1603, 0x1604, 0x1800, 0x1A00));
-  // The mask has COB-ID, transmission type and event timer.
+  // The mask selects COB-ID, transmission type and event timer.
   std::vector<unsigned> subs;
   for (const od::VariableDescription& variable : device.find(0x1800)->variables) {
     subs.push_back(variable.sub);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files as one meets them: not as CiA 306 wants them, but it is clear what they mean.
+// Device files as found in practice: they violate CiA 306, but their meaning is clear.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ std::string with_crlf(std::string_view text) {
 struct Row {
   std::string_view what;
   std::string text;
-  std::string_view message;  // empty: CiA 306 allows it, there is nothing to tell
+  std::string_view message;  // empty: CiA 306 permits it, so there is no message
 };
 
 std::string replaced(std::string text, std::string_view what, std::string_view with) {
@@ -96,7 +96,7 @@ TEST(SloppyFile, LoadsWithAWarningThatNamesFileAndLine) {
     const auto loaded = load(row.text, "x.eds", 5);
     EXPECT_TRUE(loaded.ok()) << row.what;
     std::vector<std::string> said = messages(loaded.diagnostics);
-    // The objects added for a row are in no list.
+    // The objects that a row adds are in no list of objects.
     std::erase(said, "x.eds:14:1: warning: object 2000h is in no list of objects");
     if (row.message.empty()) {
       EXPECT_THAT(said, IsEmpty()) << row.what;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is written and read again is the same.
+// A data sheet is the same after it was written and read again.
 #include "stack/eds/writer.h"
 
 #include <gmock/gmock.h>
@@ -61,13 +61,13 @@ TEST(Format, FormulasAndWhatAFileCannotHold) {
   EXPECT_EQ(format_value(DataType::visible_string, bytes({'a', 10, 'b', ' '})), "a?b");
 }
 
-// Nothing of a sheet but where it stood in a file.
+// The sheet without the positions of its entries in a file.
 DataSheet without_places(DataSheet sheet) {
   const auto clear = [](od::ObjectDescription& object) {
     object.line = 0;
     for (od::VariableDescription& variable : object.variables) {
       variable.line = 0;
-      variable.store = false;  // CiA 306 has no word for it
+      variable.store = false;  // CiA 306 has no keyword for it
     }
   };
   sheet.device.file.clear();

@@ -21,7 +21,7 @@ TEST(EmcyMessage, Layout) {
   EXPECT_EQ(decode(frame), kMessage);
 }
 
-// CiA 301, 7.2.7.1: the codes that a stack sends by itself.
+// CiA 301, 7.2.7.1: the codes that a stack sends without the application.
 TEST(EmcyMessage, CodesOfCia301) {
   const std::pair<std::uint16_t, std::uint16_t> table[] = {
       {kErrorReset, 0x0000},      {kDataSet, 0x6300},        {kOverrun, 0x8110},

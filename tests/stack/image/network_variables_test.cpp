@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Network variables A000h..A8FFh against the table of the IXXAT CANopen Manager API manual 6.1.3.
+// Network variables A000h..A8FFh compared with the table of the IXXAT CANopen Manager API
+// manual 6.1.3.
 #include "stack/image/network_variables.h"
 
 #include <tuple>

@@ -56,7 +56,7 @@ TEST(ProcessImage, WritesEntriesLittleEndianAndReadsThemBack) {
       Layout{},
       make_layout(kOut, 16, {{1, 0, 16}, {1, 16, 3}, {1, 19, 1}, {2, 64, 64}, {2, 24, 24}}));
   EXPECT_TRUE(image.write_entry(kOut, 0, 0x1234));
-  EXPECT_TRUE(image.write_entry(kOut, 1, 0xFD));  // only three bits: 101
+  EXPECT_TRUE(image.write_entry(kOut, 1, 0xFD));  // only three bits are stored: 101
   EXPECT_TRUE(image.write_entry(kOut, 2, 1));
   EXPECT_TRUE(image.write_entry(kOut, 3, 0x8877665544332211U));
   EXPECT_TRUE(image.write_entry(kOut, 4, 0xCCBBAA));
@@ -74,7 +74,7 @@ TEST(ProcessImage, WritingTheSameValueChangesNothingButMakesItValid) {
   ProcessImage image(Layout{}, make_layout(kOut, 2, {{1, 0, 16}}));
   EXPECT_FALSE(image.write_entry(kOut, 0, 0));
   EXPECT_TRUE(image.is_valid(kOut, 0));
-  EXPECT_TRUE(image.changed(kOut)) << "its validity is news";
+  EXPECT_TRUE(image.changed(kOut)) << "its validity changed";
 }
 
 TEST(ProcessImage, EntriesThatAreNotAtAByteAreWrittenWhole) {
@@ -123,7 +123,7 @@ TEST(ProcessImage, ATransmittedOutputIsValidUntilAnotherValueIsWritten) {
   EXPECT_TRUE(image.is_valid(kOut, 0) && image.is_valid(kOut, 1));
   const std::array same = {std::byte{7}, std::byte{9}};
   image.write_bytes(kOut, 0, same);
-  EXPECT_TRUE(image.is_valid(kOut, 0)) << "the same value once more";
+  EXPECT_TRUE(image.is_valid(kOut, 0)) << "the same value again";
   EXPECT_FALSE(image.is_valid(kOut, 1));
   EXPECT_EQ(image.area(kOut).pdo(0).attention, PdoState::kNotValid);
   image.write_entry(kOut, 0, 6);

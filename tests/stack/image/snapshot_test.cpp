@@ -163,8 +163,8 @@ TEST(Snapshot, OfAnotherLayoutIsMadeAnew) {
   EXPECT_EQ(snapshot.marks[0].local_pdo, 1);
 }
 
-// Three copies take turns at random, as a hand-over with three slots does; values of all lengths
-// lie across the borders of the blocks.
+// Three copies are updated in random order, as in a hand-over with three slots; values of all
+// lengths cross the borders of the blocks.
 TEST(Snapshot, EveryCopyIsUpToDateHoweverOldItIs) {
   std::vector<test::EntryAt> entries;
   std::uint32_t bit = 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// PDOs and EMCYs that a command sends, MPDOs, LSS services without a response: answered when the
-// bus acknowledged their frame, else with what they wait for.
+// PDOs and EMCYs sent by command, MPDOs, and LSS services without a response: the reply follows the
+// acknowledgement of the frame on the bus, else it names the reason of the delay.
 #include "stack/lss/procedure.h"
 
 #include "tests/stack/line/under_way_fixture.h"
@@ -11,7 +11,7 @@ namespace {
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-constexpr std::uint16_t kSent = 0x2100;  // by MPDO
+constexpr std::uint16_t kSent = 0x2100;  // sent by MPDO
 
 class AcknowledgedServices : public AcknowledgedOutputs {
  protected:
@@ -61,7 +61,7 @@ TEST_F(AcknowledgedServices, ATriggeredPdoIsAnsweredWhenItIsOnTheBus) {
   trigger();
   EXPECT_FALSE(is_answered());
   EXPECT_THAT(hand_out(), ElementsAre("205#0100000002"));
-  EXPECT_FALSE(is_answered()) << "the controller has it, the bus does not";
+  EXPECT_FALSE(is_answered()) << "only the controller has the frame";
   acknowledge_all();
   const Reply reply = answer();
   EXPECT_TRUE(reply.ok());
@@ -120,7 +120,7 @@ TEST_F(AcknowledgedServices, AnEmcyIsReportedAsSentWhenItIsOnTheBus) {
   send_emcy(0x5000);
   EXPECT_FALSE(emitted(EventKind::emcy_sent, 127));
   hand_out();
-  EXPECT_FALSE(emitted(EventKind::emcy_sent, 127)) << "the controller has it, the bus does not";
+  EXPECT_FALSE(emitted(EventKind::emcy_sent, 127)) << "only the controller has the frame";
   pass(milliseconds(5));
   acknowledge_all();
   const std::vector<Event> reported = events();
@@ -129,7 +129,7 @@ TEST_F(AcknowledgedServices, AnEmcyIsReportedAsSentWhenItIsOnTheBus) {
   EXPECT_EQ(reported[0].code, 0x5000U);
   EXPECT_EQ(reported[0].time, now_);
   acknowledge_all();
-  EXPECT_THAT(events(), IsEmpty()) << "once";
+  EXPECT_THAT(events(), IsEmpty()) << "reported once";
 }
 
 TEST_F(AcknowledgedServices, AnEmcyThatTheBusLostIsNotReportedAsSent) {
@@ -140,7 +140,7 @@ TEST_F(AcknowledgedServices, AnEmcyThatTheBusLostIsNotReportedAsSent) {
   send_emcy(0x5000);
   hand_out();
   acknowledge_all();
-  EXPECT_EQ(kinds(events(), EventKind::emcy_sent), 1) << "the second";
+  EXPECT_EQ(kinds(events(), EventKind::emcy_sent), 1) << "the second EMCY";
 }
 
 TEST_F(AcknowledgedServices, EachOfEqualEmcysIsReported) {
@@ -218,7 +218,7 @@ TEST_F(AcknowledgedServices, AValueByMpdoThatABusOffLostIsNotDone) {
   EXPECT_EQ(answer().error, to_error(Refusal::no_acknowledge));
 }
 
-// Which a channel does that cannot send it, while it has others.
+// A channel refuses a frame that it can never send, while earlier frames are under way.
 TEST_F(AcknowledgedServices, AFrameThatIsRefusedLeavesThoseBeforeItUnderWay) {
   run();
   send_emcy(0x6001);
@@ -247,7 +247,7 @@ TEST_F(AcknowledgedServices, AnLssServiceWithoutAResponseIsAnsweredWhenItIsOnThe
   lss(lss::Procedure::switch_global, {std::byte{1}});
   EXPECT_FALSE(is_answered());
   EXPECT_THAT(hand_out(), ElementsAre("7E5#0401000000000000"));
-  EXPECT_FALSE(is_answered()) << "the controller has it, the bus does not";
+  EXPECT_FALSE(is_answered()) << "only the controller has the frame";
   acknowledge_all();
   const Reply reply = answer();
   EXPECT_TRUE(reply.ok());
@@ -268,7 +268,7 @@ TEST_F(AcknowledgedServices, AnLssServiceOnABusWithoutAcknowledgeSaysSo) {
   EXPECT_EQ(answer().error, to_error(Refusal::no_acknowledge)) << "after its own time-out";
 }
 
-// The controller takes no frame.
+// The controller accepts no frame.
 TEST_F(AcknowledgedServices, AnLssServiceWhoseFrameNobodyTakesSaysSo) {
   run();
   lss(lss::Procedure::inquire_node_id, {});
@@ -278,7 +278,7 @@ TEST_F(AcknowledgedServices, AnLssServiceWhoseFrameNobodyTakesSaysSo) {
   EXPECT_FALSE(is_answered());
   live(milliseconds(1100));
   EXPECT_EQ(answer().error, to_error(Refusal::no_acknowledge));
-  EXPECT_THAT(hand_out(), IsEmpty()) << "what was answered so is not sent later";
+  EXPECT_THAT(hand_out(), IsEmpty()) << "a refused frame is not sent later";
 }
 
 TEST_F(AcknowledgedServices, AnNmtCommandThatWaitsForTheInhibitTimeSaysSo) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The command `boot`, byte by byte: the test plays the device.
+// The command `boot`, byte by byte: the test simulates the device.
 #include <algorithm>
 
 #include "stack/manager/boot_report.h"
@@ -23,7 +23,7 @@ class BootCommandTest : public LineTest {
 
   bool answered() { return line_->take_reply(reply_); }
 
-  // To requests that are on the bus.
+  // Answers the SDO requests that are on the bus.
   void answer_sdo(std::initializer_list<std::uint8_t> data) {
     sent();
     hear(0x585, data);
@@ -48,7 +48,7 @@ TEST_F(BootCommandTest, ResetsTheNodeAndAnswersWhenItIsBooted) {
   answer_identity();
   hear(0x585, {0x60, 0x17, 0x10, 0x00, 0, 0, 0, 0});
   line_->advance(now_);
-  EXPECT_FALSE(answered()) << "its heartbeat has not come";
+  EXPECT_FALSE(answered()) << "no heartbeat was received";
   hear(0x705, {0x7F});
   line_->advance(now_);
   ASSERT_TRUE(answered());
@@ -66,7 +66,7 @@ TEST_F(BootCommandTest, ANodeThatDidNotReceiveItsResetIsResetAgain) {
   EXPECT_THAT(sent(), ElementsAre("000#8205"));
   pass(milliseconds(50));
   hear(0x705, {0x05});
-  EXPECT_THAT(sent(), IsEmpty()) << "it may have been sent before the reset";
+  EXPECT_THAT(sent(), IsEmpty()) << "the heartbeat may precede the reset";
   for (int i = 0; i < 3; ++i) {
     pass(milliseconds(100));
     hear(0x705, {0x05});
@@ -74,7 +74,7 @@ TEST_F(BootCommandTest, ANodeThatDidNotReceiveItsResetIsResetAgain) {
   }
   pass(milliseconds(100));
   hear(0x705, {0x05});
-  EXPECT_THAT(sent(), IsEmpty()) << "three times at most";
+  EXPECT_THAT(sent(), IsEmpty()) << "at most three resets";
   hear(0x705, {0x00});
   EXPECT_THAT(sent(), ElementsAre("605#4000100000000000"));
 }
@@ -88,12 +88,12 @@ TEST_F(BootCommandTest, AResetThatWasMissedIsSeenInEachStepUntilTheBootUpMessage
   answer_identity();
   sent();
   hear(0x705, {0x04});
-  EXPECT_THAT(sent(), Contains("000#8205")) << "Stopped";
+  EXPECT_THAT(sent(), Contains("000#8205")) << "the node is Stopped";
   hear(0x705, {0x00});
   EXPECT_THAT(sent(), ElementsAre("605#4000100000000000"));
   pass(milliseconds(200));
   hear(0x705, {0x05});
-  EXPECT_THAT(sent(), Not(Contains("000#8205"))) << "it started itself after its boot-up message";
+  EXPECT_THAT(sent(), Not(Contains("000#8205"))) << "started by itself after boot-up";
 }
 
 TEST_F(BootCommandTest, ANodeThatIsStartedWhileItBootsIsNotResetForIt) {
@@ -133,7 +133,7 @@ TEST_F(BootCommandTest, TheMajorRevisionMayBeAllThatIsCompared) {
     (void)sent();
     hear(0x585, {0x43, 0x18, 0x10, 0x03, 0x07, 0x00, 0x01, 0x00});
     line_->advance(now_);
-    EXPECT_EQ(sent().empty(), !major_alone) << "the serial number is read, or N has ended it";
+    EXPECT_EQ(sent().empty(), !major_alone) << "requests the serial number, or ends with N";
     EXPECT_EQ(answered(), !major_alone);
   }
 }
@@ -147,7 +147,7 @@ TEST_F(BootCommandTest, OfAllAsksEveryListedNode) {
   hear(0x585, {0x43, 0x00, 0x10, 0x00, 0x91, 0x01, 0x0F, 0x00});
   line_->advance(now_);
   ASSERT_TRUE(answered());
-  EXPECT_TRUE(reply_.ok()) << "the command was carried out; its result says what came of it";
+  EXPECT_TRUE(reply_.ok()) << "the boot result has the error, not the reply";
   const auto outcomes = manager::read_boot_report(reply_.data);
   ASSERT_EQ(outcomes->size(), 1U);
   EXPECT_EQ(outcomes->at(0).letter, 'C');
@@ -209,11 +209,11 @@ TEST_F(BootCommandTest, AnAbsentNodeIsAnsweredWhenItsBootTimeOutIsOver) {
   EXPECT_EQ(outcomes->at(0).finding.abort, AbortCode::timeout);
 }
 
-// --- what the node answers while it is configured ---
+// --- answers of the node while it is configured ---
 
 class MandatoryNodeTest : public BootCommandTest {
  protected:
-  // Up to the first write of its configuration, the heartbeat.
+  // Boots the node up to the first write of its configuration, the heartbeat.
   void SetUp() override {
     LineConfig config = config_with_axis();
     config.nodes[0].mandatory = true;
@@ -246,7 +246,7 @@ TEST_F(MandatoryNodeTest, ARefusedEntryHaltsTheNetwork) {
   sent();
   pass(seconds(3));
   EXPECT_THAT(sent(), testing::Each(testing::Not(testing::StartsWith("605#"))))
-      << "it would be refused again";
+      << "no further boot attempt: it would be refused, too";
 }
 
 TEST_F(MandatoryNodeTest, ALostAnswerDoesNot) {
@@ -280,8 +280,8 @@ TEST_F(MandatoryNodeTest, AServerThatLostTheThreadDoesNot) {
   expect_it_is_asked_again();
 }
 
-// A device without segmented transfer says 0504 0001h to every value that is longer than four
-// bytes.
+// A device without segmented transfer aborts every download of more than four bytes with 0504
+// 0001h.
 TEST_F(MandatoryNodeTest, AServerThatSaysSoThreeTimesRefuses) {
   constexpr auto kHeartbeat = "605#2B17100064000000";
   for (int i = 0; i < 3; ++i) {
@@ -330,15 +330,15 @@ TEST_F(MandatoryNodeTest, AServerThatSaysSoMayStillBeStartingUntilItsBootTimeOut
   EXPECT_EQ(line_->state().manager, ManagerState::running);
 
   abort_for(6);
-  EXPECT_FALSE(manager::is_refusal(line_->node_state(5).finding)) << "anew with each boot-up";
+  EXPECT_FALSE(manager::is_refusal(line_->node_state(5).finding)) << "reset by each boot-up";
   abort_the_heartbeat();
   EXPECT_TRUE(manager::is_refusal(line_->node_state(5).finding));
 }
 
-// It is configured all the same, each time anew.
+// The node is configured nevertheless, at each boot.
 TEST_F(BootCommandTest, ADateThatANodeDoesNotTakeIsToldAtEachBoot) {
   LineConfig config = config_with_axis();
-  config.nodes[0].store = 1;  // and a date in 1020h
+  config.nodes[0].store = 1;  // with a date in 1020h
   make(config);
   line_->start(now_);
   sent();
@@ -378,7 +378,7 @@ TEST_F(MandatoryNodeTest, A1000hThatIsRefusedIsToldAndAskedForWithoutEnd) {
   sent();
   for (int i = 0; i < 12; ++i) {
     hear(0x585, {0x80, 0x00, 0x10, 0x00, 0x00, 0x00, 0x02, 0x06});
-    EXPECT_EQ(line_->node_state(5).presence, Presence::present) << "it answers";
+    EXPECT_EQ(line_->node_state(5).presence, Presence::present) << "the node responds";
     sent();
     pass(seconds(1));
     EXPECT_THAT(sent(), testing::Contains("605#4000100000000000"));
@@ -390,7 +390,7 @@ TEST_F(MandatoryNodeTest, A1000hThatIsRefusedIsToldAndAskedForWithoutEnd) {
       "dictionary; asked again every second");
 }
 
-// The answer before, an abort, comes a second time.
+// The previous response, an abort, is received a second time.
 TEST_F(MandatoryNodeTest, AnAnswerThatComesTwiceIsHeardOnce) {
   hear(0x585, {0x80, 0x18, 0x10, 0x04, 0x11, 0x00, 0x09, 0x06});
   EXPECT_EQ(line_->state().manager, ManagerState::booting);

@@ -22,7 +22,7 @@ using can::Frame;
 constexpr Instant kBegin{std::chrono::seconds(10)};
 constexpr std::uint8_t kFast = Frame::kFd | Frame::kBitRateSwitch;
 
-// Random data, which needs fewer stuff bits than what devices send.
+// Random data, which causes fewer stuff bits than typical device data.
 std::vector<Frame> random_frames(std::size_t count, std::uint8_t length, std::uint8_t flags) {
   std::mt19937 random(1);
   std::vector<Frame> out(count, can::make_frame(0x185));
@@ -36,7 +36,7 @@ std::vector<Frame> random_frames(std::size_t count, std::uint8_t length, std::ui
   return out;
 }
 
-// Of a second with these frames in it.
+// The bus load in a second with these frames.
 std::uint16_t load_of(BusLoad& load, const std::vector<Frame>& frames) {
   can::Traffic traffic;
   load.advance(traffic, kBegin);
@@ -50,7 +50,7 @@ std::uint16_t load_of(BusLoad& load, const std::vector<Frame>& frames) {
   return load.permille();
 }
 
-// As the wire has it, bit by bit.
+// The exact time on the wire, computed from each bit.
 double exact(const std::vector<Frame>& frames, std::uint32_t nominal, std::uint32_t data) {
   Duration busy{};
   for (const Frame& frame : frames) {
@@ -59,8 +59,8 @@ double exact(const std::vector<Frame>& frames, std::uint32_t nominal, std::uint3
   return std::chrono::duration<double, std::milli>(busy).count();
 }
 
-// A tenth of what can be stuffed is the estimate: never less than random data has on the wire, and
-// not so much more.
+// The estimate assumes a stuff bit for a tenth of the bits that can be stuffed: it is at least the
+// load of random data, and at most a tenth more.
 void expect_estimate(std::uint16_t load, double wire) {
   EXPECT_GE(load, wire - 1);
   EXPECT_LE(load, wire * 1.1 + 1);

@@ -63,7 +63,7 @@ TEST_F(CanServiceTest, FramesAreReportedWhileSomebodyListens) {
   service.hear(frame, false);
   EXPECT_EQ(heard(), 0U);
   service.hear(frame, true);
-  EXPECT_EQ(heard(), 1U) << "reported although nobody listens";
+  EXPECT_EQ(heard(), 1U) << "reported without a listener";
 }
 
 }  // namespace

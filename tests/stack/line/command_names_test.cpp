@@ -10,7 +10,7 @@
 namespace linegate::line {
 namespace {
 
-// Holds kCommandKinds to the enumeration: a kind that it leaves out has a name, too.
+// Compares kCommandKinds with the enumeration: a kind that is missing there has a name, too.
 TEST(CommandKinds, EachHasANameOfItsOwn) {
   std::set<std::string_view> names;
   for (std::size_t i = 0; i < kCommandKinds; ++i) {

@@ -16,7 +16,7 @@ using testing::ElementsAre;
 using testing::IsEmpty;
 
 constexpr std::uint16_t kSetpoint = 0x2002;  // 32 bits, in RPDO 1 of node 5
-constexpr std::uint16_t kMode = 0x2003;      // 8 bits, in the same
+constexpr std::uint16_t kMode = 0x2003;      // 8 bits, in the same RPDO
 
 class DataByObject : public LineTest {
  protected:
@@ -66,7 +66,7 @@ class DataByObject : public LineTest {
     }
     return out;
   }
-  // By PDO 1, which waits for that.
+  // The reply data of a write by PDO 1 that waits for `wait`.
   static std::vector<std::byte> by_pdo(PdoWait wait) {
     return {std::byte{kByPdo}, std::byte{1}, std::byte{0}, static_cast<std::byte>(wait)};
   }
@@ -87,13 +87,13 @@ TEST_F(DataByObject, APdoIsSentOnlyWhenAllItsValuesWereWritten) {
   run(config_with_axis());
   std::vector<std::byte> waits = by_pdo(PdoWait::values);
   waits.insert(waits.end(), {std::byte{1}, std::byte{0}, std::byte{0}, std::byte{0}});
-  EXPECT_EQ(ask(write(kSetpoint, setpoint(0x11223344))).data, waits) << "for entry 1, the mode";
+  EXPECT_EQ(ask(write(kSetpoint, setpoint(0x11223344))).data, waits) << "waits for entry 1";
   pass(milliseconds(200));
   EXPECT_THAT(pdos(), IsEmpty());
   EXPECT_EQ(ask(write(kMode, mode(7))).data, by_pdo(PdoWait::none));
   EXPECT_THAT(pdos(), ElementsAre("205#4433221107"));
   EXPECT_EQ(ask(write(kMode, mode(7))).data, by_pdo(PdoWait::none));
-  EXPECT_THAT(pdos(), ElementsAre("205#4433221107")) << "each write is told, also of what is";
+  EXPECT_THAT(pdos(), ElementsAre("205#4433221107")) << "an unchanged value is sent, too";
 }
 
 TEST_F(DataByObject, ADefaultIsAValue) {
@@ -126,20 +126,20 @@ TEST_F(DataByObject, SdoCanBeEnforced) {  // 5F01h
   EXPECT_THAT(sent(), ElementsAre("605#2F03200007000000"));
   hear(0x585, {0x60, 0x03, 0x20, 0, 0, 0, 0, 0});
   EXPECT_EQ(answer().data, std::vector<std::byte>{std::byte{kBySdo}});
-  EXPECT_EQ(snapshot(Direction::outputs).valid.at(0), 0U) << "and the image has nothing of it";
+  EXPECT_EQ(snapshot(Direction::outputs).valid.at(0), 0U) << "not valid in the image";
 }
 
 TEST_F(DataByObject, TheUpdateTimeCollectsTheValuesOfAPdo) {  // 5F01h
   run_with_update_time(milliseconds(20));
   ask(write(kSetpoint, setpoint(1)));
   ask(write(kMode, mode(1)));
-  EXPECT_THAT(pdos(), ElementsAre("205#0100000001")) << "all were written: at once";
+  EXPECT_THAT(pdos(), ElementsAre("205#0100000001")) << "sent at once: all values were written";
   EXPECT_EQ(ask(write(kSetpoint, setpoint(2))).data, by_pdo(PdoWait::update_time));
   pass(milliseconds(15));
   EXPECT_THAT(pdos(), IsEmpty());
   ask(write(kSetpoint, setpoint(3)));
   pass(milliseconds(19));
-  EXPECT_THAT(pdos(), IsEmpty()) << "each write begins it anew";
+  EXPECT_THAT(pdos(), IsEmpty()) << "each write restarts the time";
   pass(milliseconds(1));
   EXPECT_THAT(pdos(), ElementsAre("205#0300000001"));
   pass(seconds(1));
@@ -182,7 +182,7 @@ TEST_F(DataByObject, AKeptPdoIsSentWhenItIsTriggered) {  // 5F01h
   const std::vector<std::byte> first = {std::byte{1}, std::byte{0}};
   EXPECT_EQ(ask(trigger(5, 1)).data, first) << "by node and number of its RPDO";
   EXPECT_THAT(pdos(), ElementsAre("205#0100000001"));
-  EXPECT_EQ(ask(trigger(0, 1)).data, first) << "by its number here";
+  EXPECT_EQ(ask(trigger(0, 1)).data, first) << "by the number of the own TPDO";
   EXPECT_THAT(pdos(), ElementsAre("205#0100000001"));
   EXPECT_EQ(ask(trigger_byte(4)).data, first) << "by a byte of the image";
   EXPECT_THAT(pdos(), ElementsAre("205#0100000001"));
@@ -265,7 +265,7 @@ TEST_F(DataByObject, WhatDoesNotFitIsRefused) {
   config.bound = {1};
   run(std::move(config));
   EXPECT_EQ(ask(write(kMode, mode(1))).error, to_error(Refusal::bound_entry))
-      << "it follows an input";
+      << "the entry follows an input";
   EXPECT_THAT(pdos(), IsEmpty());
 }
 
@@ -282,7 +282,7 @@ TEST_F(DataByObject, AReadMayBeAnsweredFromTheImage) {
   run(config_with_axis());
   const Command read{.request = SdoRead{.node = 5, .address = {0x2000, 0}, .from_image = true}};
   line_->execute(read, now_);
-  EXPECT_THAT(sent(), ElementsAre("605#4000200000000000")) << "nothing was received yet";
+  EXPECT_THAT(sent(), ElementsAre("605#4000200000000000")) << "the PDO was not received yet";
   hear(0x585, {0x4B, 0x00, 0x20, 0, 0x01, 0, 0, 0});
   EXPECT_EQ(answer().data.size(), 2U);
   hear(0x185, {0x34, 0x12, 0, 0, 0, 0});
@@ -291,7 +291,7 @@ TEST_F(DataByObject, AReadMayBeAnsweredFromTheImage) {
   Command fresh = read;
   std::get<SdoRead>(fresh.request).from_image = false;
   line_->execute(fresh, now_);
-  EXPECT_EQ(sent().size(), 1U) << "but only if that is enough";
+  EXPECT_EQ(sent().size(), 1U) << "without kFromImage it is read by SDO";
 }
 
 TEST_F(DataByObject, ADeviceOfTheLineTriggersItsOwnPdo) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A line in the role device: what a command sends is answered when the bus acknowledged its frame.
+// A line in the role device: a command is answered when the bus has acknowledged its frame.
 #include "stack/base/byte_order.h"
 #include "stack/eds/reader.h"
 #include "stack/od/dictionary.h"
@@ -14,7 +14,7 @@ using testing::IsEmpty;
 
 class AcknowledgedDevices : public AcknowledgedLine {
  protected:
-  // Devices 5 and 6, in Operational, with all frames acknowledged.
+  // Devices 5 and 6 in Operational, with all frames acknowledged.
   void run() {
     LineConfig config = config_of_devices();
     for (const std::uint8_t id : {std::uint8_t{5}, std::uint8_t{6}}) {
@@ -48,7 +48,7 @@ TEST_F(AcknowledgedDevices, AValueIsAnsweredWhenItIsOnTheBus) {
   write_status(4);
   EXPECT_FALSE(is_answered());
   EXPECT_THAT(hand_out(), ElementsAre("185#040000000000"));
-  EXPECT_FALSE(is_answered()) << "the controller has it, the bus does not";
+  EXPECT_FALSE(is_answered()) << "only the controller has the frame";
   acknowledge_all();
   EXPECT_EQ(answer().data, way(PdoWait::none));
 }
@@ -63,7 +63,7 @@ TEST_F(AcknowledgedDevices, AValueIsNotAnsweredByTheFrameOfAnOlderOne) {
   hand_out();
   write_status(8);
   acknowledge_all();
-  EXPECT_TRUE(is_answered()) << "7 was on the bus";
+  EXPECT_TRUE(is_answered()) << "value 7 was on the bus";
   EXPECT_FALSE(is_answered());
   EXPECT_THAT(hand_out(), ElementsAre("185#080000000000"));
   acknowledge_all();
@@ -97,7 +97,7 @@ TEST_F(AcknowledgedDevices, APdoThatWaitsIsGoneWhenItsDeviceIsStoppedOrReset) {
   }
 }
 
-// As above: it carries the newest value, and is sent once.
+// As above: the PDO carries the newest value, and is sent once.
 TEST_F(AcknowledgedDevices, APdoThatWaitsTakesTheNewestValue) {
   run();
   const auto write = [this](std::uint8_t device, std::uint8_t value) {
@@ -169,7 +169,7 @@ TEST_F(AcknowledgedDevices, AnEmcyIsReportedAsSentWhenItIsOnTheBus) {
   run();
   send_emcy(0x5000);
   hand_out();
-  EXPECT_FALSE(emitted(EventKind::emcy_sent, 6)) << "the controller has it, the bus does not";
+  EXPECT_FALSE(emitted(EventKind::emcy_sent, 6)) << "only the controller has the frame";
   acknowledge_all();
   EXPECT_TRUE(emitted(EventKind::emcy_sent, 6));
 }

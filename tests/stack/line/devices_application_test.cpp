@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an application beside devices of ours (role device) hears of the master, and what it sets.
+// The application of own devices (role device): the events that it receives, and the values that it
+// writes.
 #include <algorithm>
 
 #include "stack/base/byte_order.h"
@@ -89,12 +90,12 @@ TEST_F(DevicesApplication, HearsOfWritesToObjectsThatAreNotInTheImage) {
   hear(0x600 + kDevice, {0x23, 0x02, 0x20, 0x00, 1, 0, 0, 0});
   EXPECT_THAT(of_kind(EventKind::object_written), IsEmpty()) << "the image shows it";
   hear(0x600 + kDevice, {0x2B, 0x02, 0x10, 0x00, 1, 0, 0, 0});
-  EXPECT_THAT(of_kind(EventKind::object_written), IsEmpty()) << "refused";
+  EXPECT_THAT(of_kind(EventKind::object_written), IsEmpty()) << "the write was refused";
   EXPECT_EQ(ask(0x2100, {std::byte{7}, std::byte{0}}), Error{});
-  EXPECT_THAT(of_kind(EventKind::object_written), IsEmpty()) << "the application itself";
+  EXPECT_THAT(of_kind(EventKind::object_written), IsEmpty()) << "written by the application itself";
 }
 
-// A master that writes it in each of its cycles.
+// A master writes the object in each of its cycles.
 TEST_F(DevicesApplication, OfAnObjectThatIsWrittenCyclicallyTheNewestValueIsReported) {
   std::vector<Event> all;
   const auto collect = [&] {
@@ -118,7 +119,7 @@ TEST_F(DevicesApplication, OfAnObjectThatIsWrittenCyclicallyTheNewestValueIsRepo
   ASSERT_LT(all.size(), 10U);
   EXPECT_EQ(all.front().data[3], std::byte{1});
   EXPECT_EQ(all.back().data[3], std::byte{kWrites});
-  EXPECT_EQ(all.back().code, kWrites - all.size()) << "how many have no event";
+  EXPECT_EQ(all.back().code, kWrites - all.size()) << "writes without an event";
 }
 
 TEST_F(DevicesApplication, HearsWhichResetItWas) {
@@ -138,9 +139,9 @@ TEST_F(DevicesApplication, HearsTheBootUpOfOthersAndTime) {
   hear(0x705, {0x00});
   hear(0x706, {0x05});
   const auto booted = of_kind(EventKind::boot_up);
-  ASSERT_EQ(booted.size(), 1U) << "each at most once a second";
+  ASSERT_EQ(booted.size(), 1U) << "at most one event a second";
   EXPECT_EQ(booted[0].node, 5);
-  hear(0x100, {0xE8, 0x03, 0, 0, 1, 0});  // a second of the second day
+  hear(0x100, {0xE8, 0x03, 0, 0, 1, 0});  // TIME: one second of the second day
   hear(0x100, {0xE8, 0x03, 0, 0, 1, 0});
   const auto told = of_kind(EventKind::time_received);
   ASSERT_EQ(told.size(), 1U);
@@ -158,7 +159,7 @@ TEST_F(DevicesApplication, SetsItsOwnValuesWhateverTheirAccess) {
   EXPECT_EQ(ask(0x1008, letters(name), kAsOwner), Error{});
   EXPECT_EQ(value_of(0x1008), letters(name)) << "longer than its default";
   hear(0x000, {0x81, kDevice});
-  EXPECT_EQ(value_of(0x1002), status) << "a reset takes what the master said, no more";
+  EXPECT_EQ(value_of(0x1002), status) << "a reset keeps own values";
   EXPECT_EQ(value_of(0x1008), letters(name));
   EXPECT_EQ(ask(0x1000, status, kAsOwner), to_error(AbortCode::unsupported_access));
   EXPECT_EQ(ask(0x2FFF, status, kAsOwner), to_error(AbortCode::no_object));
@@ -195,10 +196,10 @@ TEST_F(DevicesApplication, SendsAMappedObjectByWritingIt) {
     return sent();
   };
   EXPECT_THAT(frames_of(1), ElementsAre("194#050000000000"));
-  EXPECT_THAT(frames_of(2), IsEmpty()) << "the same value: a trigger sends it";
+  EXPECT_THAT(frames_of(2), IsEmpty()) << "unchanged: only a trigger sends it";
 }
 
-// 3 MiB in segments: more than a DOMAIN had room for before.
+// A program of 3 MiB in segments.
 TEST_F(DevicesApplication, TakesAProgramOfMegabytes) {
   constexpr std::uint32_t kSize = 3 * 1024 * 1024;
   hear(0x600 + kDevice, {0x21, 0x50, 0x1F, 0x00, kSize & 0xFFU, kSize >> 8U & 0xFFU,

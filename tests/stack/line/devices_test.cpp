@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A line in the role device: its devices below a master, which the test plays.
+// A line in the role device: its devices below a master, which the test simulates.
 #include <algorithm>
 #include <cstdint>
 #include <initializer_list>
@@ -447,7 +447,7 @@ class IoDevicesTest : public DevicesTest {
     sent();
     events();
   }
-  // What the device answers to an expedited transfer of the master.
+  // The response of the device to an expedited transfer of the master.
   std::string ask(std::initializer_list<std::uint8_t> request) {
     hear(0x605, request);
     pass(Duration{});
@@ -471,12 +471,12 @@ TEST_F(IoDevicesTest, PolarityStandsBetweenTheImageAndTheBus) {
   pass(Duration{});
   EXPECT_THAT(sent(), Contains("185#0F"));
   EXPECT_EQ(ask({0x2F, 0x02, 0x60, 0x01, 0x81, 0, 0, 0}), "585#6002600100000000");
-  EXPECT_EQ(number(0x6000, 1), 0x8EU) << "what is there looks different at once";
+  EXPECT_EQ(number(0x6000, 1), 0x8EU) << "the present value is converted at once";
   write(in, 0x0E, 1);
   pass(Duration{});
   EXPECT_THAT(sent(), Contains("185#8F"));
   const image::Snapshot outputs = snapshot(Direction::outputs);
-  EXPECT_EQ(std::to_integer<int>(outputs.bytes[0]), 0x0E) << "what the application wrote";
+  EXPECT_EQ(std::to_integer<int>(outputs.bytes[0]), 0x0E) << "the value that the application wrote";
   hear(0x205, {0x3C});
   EXPECT_EQ(input(out), 0x3CU);
   ask({0x2F, 0x02, 0x62, 0x01, 0xF0, 0, 0, 0});
@@ -486,8 +486,8 @@ TEST_F(IoDevicesTest, PolarityStandsBetweenTheImageAndTheBus) {
   EXPECT_EQ(number(0x6200, 1), 0x3FU);
 }
 
-// A polarity that is in an output entry converts another input while the values of the same write
-// are taken over.
+// A polarity in an output entry converts another input while the values of the same write are
+// applied.
 TEST_F(IoDevicesTest, APolarityThatIsWrittenWithInputsHoldsUpNoTpdo) {
   LineConfig config = devices_config({});
   config.devices.push_back(
@@ -529,7 +529,7 @@ TEST_F(IoDevicesTest, APolarityThatIsWrittenWithInputsHoldsUpNoTpdo) {
     pass(Duration{});
     const std::vector<std::string> frames = sent();
     EXPECT_THAT(frames, Contains("185#" + shown));
-    EXPECT_THAT(frames, Contains("285#00" + shown)) << "converted";
+    EXPECT_THAT(frames, Contains("285#00" + shown)) << "the second input is converted";
   }
 }
 
@@ -550,7 +550,7 @@ TEST_F(IoDevicesTest, StoreTheirParametersWhereTheLineKeepsThem) {
   EXPECT_EQ(ask({0x23, 0x11, 0x10, 0x01, 'l', 'o', 'a', 'd'}), "585#6011100100000000");
 
   power_on(&medium);
-  EXPECT_EQ(number(0x1017, 0), 0U) << "the defaults again";
+  EXPECT_EQ(number(0x1017, 0), 0U) << "the default value";
   EXPECT_EQ(number(0x6002, 1), 0U);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The services of a manager that know each other: diagnosis, records and scan, without the line.
+// The services of a manager that use each other: diagnosis, records and scan, without a line.
 #pragma once
 
 #include <utility>
@@ -13,7 +13,7 @@
 
 namespace linegate::line {
 
-// Of a network with node 5 in its list, which nobody plays unless the test does.
+// A network with node 5 in its network list. No device answers unless the test does.
 struct DiagnosedParts final : manager::Host, RecordOrders {
   DiagnosedParts() {
     node.start(now);

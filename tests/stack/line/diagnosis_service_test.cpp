@@ -37,7 +37,7 @@ TEST_F(DiagnosisServiceTest, AnotherMasterIsReportedByAManager) {
   EXPECT_EQ(count(EventKind::foreign_manager), 1);
 }
 
-// Another device with the own node-ID is fatal to a manager.
+// Another device with the manager's node-ID is a fatal error of the manager.
 TEST_F(DiagnosisServiceTest, AFatalErrorStopsTheNetwork) {
   EXPECT_EQ(service.next_wake(), kNever);
   parts.events.emit(

@@ -57,12 +57,12 @@ TEST_F(EmcyServiceTest, WithoutAnAcknowledgementItSaysWhatTheEmcyWaitsFor) {
   execute(0x6300);
   host.sendings()[0].frames[0].number = 1;
   host.expire(service, parts.now);
-  EXPECT_EQ(host.answer(1), to_error(Refusal::no_acknowledge)) << "it was handed to the bus";
-  EXPECT_EQ(host.answer(2), to_error(Refusal::awaits_turn)) << "the inhibit time runs";
+  EXPECT_EQ(host.answer(1), to_error(Refusal::no_acknowledge)) << "its frame was handed out";
+  EXPECT_EQ(host.answer(2), to_error(Refusal::awaits_turn)) << "its inhibit time has not passed";
   host.set_stuck(true);
   execute(0x6400);
   host.expire(service, parts.now);
-  EXPECT_EQ(host.answer(3), to_error(Refusal::no_acknowledge)) << "the bus takes nothing";
+  EXPECT_EQ(host.answer(3), to_error(Refusal::no_acknowledge)) << "the bus accepts no frame";
 }
 
 TEST_F(EmcyServiceTest, AResetOfTheOwnNodeDropsWhatWaits) {

@@ -43,7 +43,7 @@ TEST_F(FramesUnderWayTest, LostFramesEndWhenThoseBeforeThemHave) {
   EXPECT_TRUE(frames.ended(2, now));
   EXPECT_TRUE(any());
   EXPECT_TRUE(frames.ended(5, now));
-  EXPECT_FALSE(any()) << "the last one was lost";
+  EXPECT_FALSE(any()) << "the last frame was lost";
   EXPECT_FALSE(frames.ended(6, now));
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames of no CANopen service (CANopenIA manual 6.2, 5F01h:0Bh): sent and listened to.
+// Frames that belong to no CANopen service (CANopenIA manual 6.2, 5F01h:0Bh): sending and
+// listening.
 #include "stack/line/generic_can.h"
 
 #include "tests/stack/line/line_fixture.h"
@@ -82,7 +83,7 @@ TEST_F(GenericCan, RemoteFramesAndCanFd) {
 TEST_F(GenericCan, WhatIsNoFrameIsRefused) {
   const Error bad = to_error(Refusal::bad_request);
   EXPECT_EQ(send(0x800), bad) << "more than 11 bits";
-  EXPECT_EQ(send(0x2000'0150), bad) << "a bit without meaning";
+  EXPECT_EQ(send(0x2000'0150), bad) << "a reserved bit";
   EXPECT_EQ(send(0x150, std::vector<std::byte>(9)), bad);
   EXPECT_EQ(send(0x150, {}, can::Frame::kFd | can::Frame::kRemote), bad);
   EXPECT_EQ(send(0x150, {}, can::Frame::kBitRateSwitch), bad) << "of CAN FD alone";
@@ -94,7 +95,7 @@ TEST_F(GenericCan, WhatIsNoFrameIsRefused) {
 TEST_F(GenericCan, IdentifiersThatServicesUseAreRefused) {
   for (const std::uint32_t id : {
            0x000U, 0x080U, 0x100U,         // NMT, SYNC, TIME
-           0x0FFU, 0x085U,                 // EMCY of the own node and of others
+           0x0FFU, 0x085U,                 // EMCY of the own node and of other nodes
            0x585U, 0x605U, 0x67FU,         // SDO
            0x701U, 0x77FU, 0x7E4U, 0x7E5U  // error control, LSS
        }) {
@@ -118,7 +119,7 @@ TEST_F(GenericCan, NothingIsSentWithoutABusOrByAnObserver) {
   make(config);
   line_->start(now_);
   EXPECT_EQ(send(0x150), to_error(Refusal::wrong_role));
-  EXPECT_EQ(listen(0x150, 5), Error{}) << "but it may listen";
+  EXPECT_EQ(listen(0x150, 5), Error{}) << "but the line may listen";
   hear(0x150, {7});
   EXPECT_EQ(frames().size(), 1U);
 }
@@ -157,7 +158,7 @@ TEST_F(GenericCan, TheMaskSaysWhichBitsCount) {
   for (const Event& event : frames()) {
     ids.push_back(event.code);
   }
-  EXPECT_THAT(ids, ElementsAre(0x150, 0x333)) << "and 29 bits are others";
+  EXPECT_THAT(ids, ElementsAre(0x150, 0x333)) << "29-bit identifiers are different";
 }
 
 TEST_F(GenericCan, ListeningEndsByItselfOrWhenItIsToldTo) {
@@ -169,7 +170,7 @@ TEST_F(GenericCan, ListeningEndsByItselfOrWhenItIsToldTo) {
   hear(0x150, {});
   EXPECT_EQ(frames().size(), 1U);
   pass(seconds(1));
-  EXPECT_EQ(listen(0x150, 2), Error{}) << "once more moves the end";
+  EXPECT_EQ(listen(0x150, 2), Error{}) << "a repetition changes the end";
   pass(milliseconds(1500));
   hear(0x150, {});
   EXPECT_EQ(frames().size(), 1U);
@@ -218,7 +219,7 @@ TEST_F(GenericCan, ThereAreOnlySoManyListeners) {
     EXPECT_EQ(listen(0x300 + i, 5), Error{});
   }
   EXPECT_EQ(listen(0x150, 5), to_error(Refusal::busy));
-  EXPECT_EQ(listen(0x300, 5), Error{}) << "one of them again";
+  EXPECT_EQ(listen(0x300, 5), Error{}) << "a repetition needs no place";
   EXPECT_EQ(listen(0x150, Listening::kLongest + 1), to_error(Refusal::bad_request));
   EXPECT_EQ(listen(0x2000'0000, 5), to_error(Refusal::bad_request)) << "more than 29 bits";
   pass(seconds(5));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Events and objects that the tables of the READMEs promise of a managed line as a whole.
+// The events and objects of a whole managed line that the tables of the READMEs list.
 #include <array>
 #include <cstdint>
 #include <string_view>
@@ -108,7 +108,7 @@ TEST_F(LineIndicationsTest, ConfigurationBitsAreThoseOf1F80hAnd1005hAnd1006h) {
   EXPECT_EQ(own(0x1006, 0), 10'000U);
 }
 
-// CiA 302: 1F20h, 1F21h, 1F23h, 1F24h; and 1F52h to 1F54h, whose place 1F55h and 1F56h took.
+// CiA 302: 1F20h, 1F21h, 1F23h, 1F24h; and 1F52h to 1F54h, which 1F55h and 1F56h replaced.
 TEST_F(LineIndicationsTest, StoredDcfsAndEdsAndDatesOfTheSoftwareAreNotThere) {  // 1F55h, 1F56h
   make(config_with_axis());
   constexpr std::array<std::uint16_t, 7> kAbsent{0x1F20, 0x1F21, 0x1F23, 0x1F24,
@@ -116,11 +116,11 @@ TEST_F(LineIndicationsTest, StoredDcfsAndEdsAndDatesOfTheSoftwareAreNotThere) { 
   for (const std::uint16_t index : kAbsent) {
     EXPECT_FALSE(line_->dictionary().read({index, 5}).ok()) << index;
   }
-  EXPECT_TRUE(line_->dictionary().read({0x1F22, 5}).ok()) << "1F22h is";
+  EXPECT_TRUE(line_->dictionary().read({0x1F22, 5}).ok()) << "1F22h exists";
 }
 
-// Each cause of a fatal error that only strict_ixxat has (8.1.12 of the IXXAT manual): the state
-// of the network is 90h then, and runs on without the key.
+// Each cause of a fatal error that only strict_ixxat has (8.1.12 of the IXXAT manual): the state of
+// the network becomes 90h. Without the key the network continues.
 TEST_F(LineIndicationsTest, StrictIxxatHasEachCauseOfTheManual) {
   for (const char* const cause :
        {"bus-off", "frames lost", "short PDO", "boot-up message during a scan"}) {
@@ -154,7 +154,7 @@ TEST_F(LineIndicationsTest, StrictIxxatStopsForAConfigurationThatAnOptionalNodeR
   }
 }
 
-// CMM_FormPILUT of the IXXAT manual: an event names the layouts that a scan has made.
+// CMM_FormPILUT of the IXXAT manual: an event reports the layouts that result from a scan.
 TEST_F(LineIndicationsTest, ALineThatIsMadeOfAScanBeginsWithLayoutChanged) {
   LineConfig config = config_with_axis();
   make(config);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A manager's line with one device, which the test plays.
+// The line of a manager with one device, which the test simulates.
 #pragma once
 
 #include <cstdio>
@@ -42,7 +42,7 @@ inline LineConfig config_without_error_control() {
   return config;
 }
 
-// A line in the role device, its devices to be added.
+// A line in the role device; the test adds its devices.
 inline LineConfig config_of_devices() {
   LineConfig config;
   config.name = "below";
@@ -75,7 +75,7 @@ class LineTest : public testing::Test {
     return std::exchange(handed_out_, {});
   }
 
-  // An SDO server answers what was handed out.
+  // Receives a frame from the bus. An SDO response arrives after its request was handed out.
   void hear(std::uint32_t id, std::initializer_list<std::uint8_t> data) {
     if (id > can::kSdoResponseBase && id <= can::kSdoResponseBase + can::kMaxNodeId) {
       hand_out_all();
@@ -107,7 +107,8 @@ class LineTest : public testing::Test {
                                [&](const Event& e) { return e.kind == kind && e.node == node; });
   }
 
-  // Node 5 boots and answers all questions but that for its serial number, which it does not have.
+  // Node 5 boots and answers all identity requests except the one for its serial number, which it
+  // does not have.
   void hear_identity() {
     hear(0x705, {0x00});
     hear(0x585, {0x43, 0x00, 0x10, 0x00, 0x92, 0x01, 0x02, 0x00});
@@ -116,7 +117,7 @@ class LineTest : public testing::Test {
   }
   void hear_no_serial_number() { hear(0x585, {0x80, 0x18, 0x10, 0x04, 0x11, 0x00, 0x09, 0x06}); }
 
-  // Takes node 5 through its boot.
+  // Executes the boot process of node 5 to its end.
   void boot() {
     line_->start(now_);
     hear_identity();
@@ -151,7 +152,7 @@ class LineTest : public testing::Test {
     }
   }
 
-  std::vector<std::string> handed_out_;  // and not looked at yet
+  std::vector<std::string> handed_out_;  // and not yet returned by sent()
 };
 
 }  // namespace linegate::line

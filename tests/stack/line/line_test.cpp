@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A manager's line, byte by byte: the test plays the device.
+// The line of a manager, byte by byte: the test simulates the device.
 #include <map>
 
 #include "stack/base/byte_order.h"
@@ -25,9 +25,9 @@ TEST_F(LineTest, BootsANodeStepByStep) {
   hear(0x585, {0x43, 0x18, 0x10, 0x01, 0x23, 0x01, 0x00, 0x00});
   EXPECT_THAT(sent(), ElementsAre("605#4018100200000000"));
   hear(0x585, {0x43, 0x18, 0x10, 0x02, 0x42, 0x00, 0x00, 0x00});
-  EXPECT_THAT(sent(), ElementsAre("605#4018100400000000")) << "the serial number, to show it";
+  EXPECT_THAT(sent(), ElementsAre("605#4018100400000000")) << "reads the serial number";
   hear(0x585, {0x80, 0x18, 0x10, 0x04, 0x11, 0x00, 0x09, 0x06});
-  EXPECT_THAT(sent(), ElementsAre("605#2B17100064000000")) << "heartbeat, 100 ms";
+  EXPECT_THAT(sent(), ElementsAre("605#2B17100064000000")) << "writes the heartbeat, 100 ms";
   hear(0x585, {0x60, 0x17, 0x10, 0x00, 0, 0, 0, 0});
   EXPECT_THAT(sent(), ElementsAre());
   hear(0x705, {0x7F});
@@ -112,7 +112,7 @@ TEST_F(LineTest, AReceivedPdoIsInTheImageAndInTheNetworkVariables) {
 
 TEST_F(LineTest, ADeviceIsAskedForItsPdoWithARemoteFrame) {
   make(config_with_axis());
-  EXPECT_FALSE(line_->request_pdo(1)) << "not started";
+  EXPECT_FALSE(line_->request_pdo(1)) << "the line is not started";
   boot();
   EXPECT_FALSE(line_->request_pdo(2));
   EXPECT_TRUE(line_->request_pdo(1));
@@ -137,7 +137,7 @@ TEST_F(LineTest, ALostHeartbeatInvalidatesTheValuesAndResetsTheNode) {
   EXPECT_FALSE(snapshot(Direction::inputs).is_valid(0));
   EXPECT_THAT(sent(), testing::Contains("000#8105"));
   pass(seconds(2));
-  EXPECT_THAT(sent(), testing::Contains("605#4000100000000000")) << "it is asked for";
+  EXPECT_THAT(sent(), testing::Contains("605#4000100000000000")) << "the device type is requested";
   hear(0x705, {0x00});
   EXPECT_TRUE(emitted(EventKind::boot_up, 5));
   EXPECT_EQ(line_->node_state(5).presence, Presence::present);
@@ -148,7 +148,7 @@ TEST_F(LineTest, ALateThreadReportsNoLossThatDidNotHappen) {
   boot();
   events();
   const Instant booted = now_;
-  now_ = booted + seconds(2);  // the thread slept, the heartbeats wait in the socket
+  now_ = booted + seconds(2);  // the thread was suspended, the heartbeats are in the socket
   std::vector<can::Frame> waiting;
   for (int i = 1; i <= 20; ++i) {
     waiting.push_back(can::make_frame(0x705, {0x05}));
@@ -203,7 +203,8 @@ TEST_F(LineTest, OneWriteIsOneFrame) {
   EXPECT_EQ(line_->state().counters.tpdos_coalesced, 0U);
 }
 
-// After a reaction nothing is applied until it is armed anew: who does not know writes on.
+// After a reaction no write is applied until the group is armed again; a writer that missed it
+// continues to write.
 TEST_F(LineTest, ARefusedWriterThatGoesOnIsToldOnceASecond) {
   make(config_with_axis());
   line_->start(now_);
@@ -221,9 +222,9 @@ TEST_F(LineTest, ARefusedWriterThatGoesOnIsToldOnceASecond) {
       return event.kind == EventKind::output_refused;
     });
   }
-  ASSERT_EQ(refused.size(), 3U) << "at 0, 1 and 2 s";
-  EXPECT_EQ(load_le<std::uint32_t>(refused[1].data.data() + 8), 98U) << "beside this one";
-  EXPECT_EQ(line_->state().counters.output_writes_refused, 250U) << "each is counted";
+  ASSERT_EQ(refused.size(), 3U) << "events at 0, 1 and 2 s";
+  EXPECT_EQ(load_le<std::uint32_t>(refused[1].data.data() + 8), 98U) << "98 others were suppressed";
+  EXPECT_EQ(line_->state().counters.output_writes_refused, 250U) << "each write is counted";
 }
 
 TEST_F(LineTest, ARefusedCommandIsAnsweredEachTimeAndToldOnceASecond) {
@@ -240,7 +241,7 @@ TEST_F(LineTest, ARefusedCommandIsAnsweredEachTimeAndToldOnceASecond) {
     told += static_cast<unsigned>(
         std::ranges::count(events(), EventKind::command_refused, &Event::kind));
   }
-  EXPECT_EQ(told, 2U) << "at 0 and 1 s";
+  EXPECT_EQ(told, 2U) << "events at 0 and 1 s";
 }
 
 TEST_F(LineTest, CommandsAreAnsweredOnceEach) {
@@ -302,7 +303,7 @@ TEST_F(LineTest, ACommandsOwnTimeOutEndsIt) {
   EXPECT_FALSE(reply.ok());
   hear(0x585, {0x4B, 0x00, 0x20, 0x00, 0xCD, 0xAB, 0, 0});
   Reply none;
-  EXPECT_FALSE(line_->take_reply(none)) << "a late answer is no second reply";
+  EXPECT_FALSE(line_->take_reply(none)) << "a late response causes no reply";
 }
 
 TEST_F(LineTest, ATimeOutBeyondTheEndOfTimeIsNotOver) {
@@ -359,7 +360,7 @@ TEST_F(LineTest, EmcyIsSentOrSaysThatItIsInhibited) {
   EXPECT_TRUE(inhibited);
 }
 
-// Whoever sends them, whatever it is: the other events are not pushed out.
+// The malformed frames of a faulty device must not displace other events.
 TEST_F(LineTest, AFloodOfMalformedFramesIsCountedAndToldOnceASecond) {
   make(config_with_axis());
   boot();
@@ -380,7 +381,7 @@ TEST_F(LineTest, AFloodOfMalformedFramesIsCountedAndToldOnceASecond) {
   EXPECT_THAT(lengths[0x085], ElementsAre(1, 12, 12, 12));
   EXPECT_THAT(lengths[0x585], ElementsAre(1, 12, 12, 12));
   pass(seconds(9));
-  EXPECT_FALSE(emitted(EventKind::malformed_frame, 5)) << "all were told";
+  EXPECT_FALSE(emitted(EventKind::malformed_frame, 5)) << "all frames were reported";
   EXPECT_EQ(line_->state().counters.frames_malformed, 9000U);
   EXPECT_EQ(line_->state().counters.events_lost, 0U);
 }
@@ -409,7 +410,7 @@ TEST_F(LineTest, AStateOfTheBusAfterAFailureSaysWhatItWasBeforeIt) {
   EXPECT_EQ(state(can::BusState::error_warning), can::BusState::error_active);
   EXPECT_EQ(state(can::BusState::error_active), can::BusState::error_warning);
   line_->bus_event({.kind = can::BusEvent::Kind::interface_failed, .code = 100, .time = now_});
-  EXPECT_EQ(state(can::BusState::stopped), can::BusState::error_active) << "the link went down";
+  EXPECT_EQ(state(can::BusState::stopped), can::BusState::error_active) << "the interface failed";
   EXPECT_EQ(line_->state().bus, can::BusState::stopped);
   EXPECT_EQ(state(can::BusState::error_active), can::BusState::stopped);
 }
@@ -537,7 +538,7 @@ TEST_F(LineTest, TheOwnNodeStoresItsParameters) {
   write(0x1010, 1, save);
   pass(seconds(1));
   Reply reply;
-  EXPECT_FALSE(line_->take_reply(reply)) << "before it is kept";
+  EXPECT_FALSE(line_->take_reply(reply)) << "not stored yet";
   line_->medium_done(true);
   line_->advance(now_);
   EXPECT_EQ(answer().error, Error{});

@@ -10,7 +10,7 @@ namespace {
 
 constexpr od::Address kHeartbeat{0x1017, 0};
 
-// Answers writes later.
+// Completes writes later.
 struct LateHook final : od::Hook {
   AbortCode check_write(od::Address /*address*/, std::span<const std::byte> /*value*/) override {
     return od::kLater;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The network boots when its devices have their node-IDs.
+// The network boots after its devices have got their node-IDs.
 #include <string>
 #include <utility>
 #include <vector>
@@ -30,7 +30,7 @@ class LssAssignTest : public LineTest {
  protected:
   LssAssignTest() { slave.power_on({}); }
 
-  // What is sent until the line waits for its clock; the slave answers.
+  // The frames sent until the line waits for a timer; the slave answers.
   std::vector<std::string> exchange() {
     std::vector<std::string> out;
     can::Frame frame;
@@ -48,7 +48,7 @@ class LssAssignTest : public LineTest {
     }
     return out;
   }
-  // Until a frame that begins so is sent; the bus acknowledges those before.
+  // Runs until a frame that begins with `begin` is sent; the bus acknowledges the frames before it.
   void until(const char* begin) {
     for (int i = 0; i < 200; ++i) {
       if (testing::Matches(Contains(StartsWith(begin)))(exchange())) {
@@ -68,7 +68,7 @@ class LssAssignTest : public LineTest {
     pass(seconds(5));
     bus_becomes(can::BusState::error_active);
   }
-  // A wake-up that comes late: all that was due before is done now.
+  // A late wake-up: everything that became due before is done now.
   std::vector<std::string> wake_after(Duration time) {
     now_ += time;
     line_->advance(now_);
@@ -81,7 +81,7 @@ class LssAssignTest : public LineTest {
     config.sdo_timeout = milliseconds(500);
     make(std::move(config));
   }
-  // What is sent in this time.
+  // The frames sent in this time.
   std::vector<std::string> run_for(Duration time, bool acknowledges) {
     std::vector<std::string> all;
     const Instant end = now_ + time;
@@ -168,7 +168,7 @@ TEST_F(LssAssignTest, AQuestionThatWasLostDoesNotCount) {
   }
 }
 
-// A device with the node-ID is connected while the gateway has no bus.
+// A device with the node-ID is connected while the interface of the line has failed.
 TEST_F(LssAssignTest, AfterTheInterfaceFailedTheNodeIdIsCheckedAgain) {
   lose_the_bus_at_the_question();
   EXPECT_THAT(run_for(milliseconds(600), true), Not(Contains(StartsWith(kGive))));
@@ -241,7 +241,7 @@ class LssCommandsOfALine : public LssAssignTest {
 TEST_F(LssCommandsOfALine, TheSelectedDeviceMayBeGivenItsNodeIdAgain) {
   lss(lss::Procedure::switch_global, {1});
   EXPECT_EQ(give(7), lss::Outcome::done);
-  EXPECT_EQ(give(7), lss::Outcome::done) << "it has not left configuration";
+  EXPECT_EQ(give(7), lss::Outcome::done) << "still in configuration state";
   lss(lss::Procedure::switch_global, {1});
   EXPECT_EQ(give(7), lss::Outcome::node_id_in_use) << "another device may be selected";
 }
@@ -287,7 +287,8 @@ TEST_F(LssCommandsOfALine, AServiceWhoseFrameIsLostIsNotCalledUnanswered) {
   EXPECT_EQ(answer().error, to_error(Refusal::no_acknowledge));
 }
 
-// The device may be given it when the bus is there again, so it is not given to another one.
+// The device may get the node-ID when the bus is available again, so the line does not assign it to
+// another device.
 TEST_F(LssAssignTest, ANodeIdThatIsGivenWaitsForItsAcknowledgement) {
   make_checked();
   line_->expect_acknowledgements();
@@ -308,7 +309,7 @@ TEST_F(LssAssignTest, ANodeIdThatCannotBeCheckedIsReportedAsThat) {
   EXPECT_EQ(static_cast<lss::Verdict>(result->code), lss::Verdict::node_id_unchecked);
 }
 
-// It is given its node-ID and stays silent.
+// The device got its node-ID and sends nothing.
 TEST_F(LssAssignTest, NmtResetCommunicationWaitsForTheBus) {
   make_checked();
   line_->start(now_);

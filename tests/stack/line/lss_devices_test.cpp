@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A device of the line's own that is an LSS slave: its node-ID comes over the bus.
+// An own device of the line that is an LSS slave: it gets its node-ID over the bus.
 #include <string>
 #include <utility>
 #include <vector>
@@ -33,7 +33,7 @@ class LssDeviceTest : public LineTest {
     }
     line_->start(now_);
   }
-  // What the device says to that.
+  // The response of the device to an LSS message.
   std::vector<std::string> lss(std::initializer_list<std::uint8_t> data) {
     hear(0x7E5, data);
     pass(Duration{});
@@ -92,12 +92,12 @@ TEST_F(LssDeviceTest, EventsNameTheDeviceAndTheNodeIdOnTheBus) {
   EXPECT_THAT(sent(), ElementsAre("089#0010010000000000"));
   EXPECT_TRUE(emitted(EventKind::emcy_sent, 5));
   hear(0x705, {0x00});
-  EXPECT_TRUE(emitted(EventKind::boot_up, 5)) << "another device: the node-ID is free on the bus";
+  EXPECT_TRUE(emitted(EventKind::boot_up, 5)) << "another device uses the node-ID";
   hear(0x709, {0x00});
   EXPECT_FALSE(emitted(EventKind::boot_up, 9));
 }
 
-// Devices that the line calls 5 and 6, with product codes 5 and 6.
+// Devices with the configured node-IDs 5 and 6, with product codes 5 and 6.
 class TwoLssDevices : public LineTest {
  protected:
   void SetUp() override {
@@ -120,7 +120,7 @@ class TwoLssDevices : public LineTest {
     pass(Duration{});
     sent();
   }
-  // To the device of that product code; it boots with it.
+  // Assigns a node-ID to the device with that product code, which boots with it.
   void give(std::uint8_t product, std::uint8_t node) {
     const std::uint32_t address[] = {0x123, product, 0, 0};
     for (std::uint8_t i = 0; i < 4; ++i) {
@@ -129,7 +129,7 @@ class TwoLssDevices : public LineTest {
     lss(0x11, node);
     lss(0x04, 0);
   }
-  // Of which device an EMCY of the device with that name is reported.
+  // The node that is reported for an EMCY of the device with that configured node-ID.
   std::uint8_t reported_for(std::uint8_t device) {
     events();
     line_->execute({.request = EmcySend{.node = device, .code = 0x1000}}, now_);
@@ -159,10 +159,10 @@ TEST_F(TwoLssDevices, ARefusedCommandNamesTheDeviceThatItWasFor) {
   events();
   line_->execute({.request = EmcySend{.node = 6, .code = 0x1000}}, now_);
   EXPECT_FALSE(answer().ok());
-  EXPECT_TRUE(emitted(EventKind::command_refused, 6)) << "it has no node-ID";
+  EXPECT_TRUE(emitted(EventKind::command_refused, 6)) << "device 6 has no node-ID";
 }
 
-// It loses node-ID 6, which the other one gets.
+// The device loses node-ID 6, which the other device gets.
 TEST_F(TwoLssDevices, ANodeIdThatADeviceLostSaysNothingAboutIt) {
   give(5, 6);
   hear(0x000, {0x81, 0x06});

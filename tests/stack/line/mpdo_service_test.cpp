@@ -33,7 +33,8 @@ pdo::Parameters mpdo_record(std::uint16_t number, std::uint32_t id, pdo::MpdoMod
   return out;
 }
 
-// TPDO 100 in destination, 101 in source address mode, which sends 2100h:02h of the outputs.
+// TPDO 100 is an MPDO in destination address mode, TPDO 101 in source address mode; it sends
+// 2100h:02h of the outputs.
 LineConfig mpdo_config() {
   LineConfig config = config_with_axis();
   config.own_objects = {mpdo_object(1, od::Access::rw, false),
@@ -53,7 +54,7 @@ struct MpdoServiceTest : testing::Test {
              MpdoWrite{.node = 5, .address = {0x6000, 1}, .data = std::move(data), .tpdo = number}},
         parts.now);
   }
-  // The next of those two TPDOs; empty if none is sent.
+  // The next frame of these two TPDOs; empty if none is sent.
   std::string sent(std::uint64_t number = 0) {
     for (can::Frame frame; parts.node->next_frame(frame, parts.now, number);) {
       if (frame.id == 0x1F0 || frame.id == 0x1F1) {
@@ -85,7 +86,7 @@ TEST_F(MpdoServiceTest, IsRefusedWhereItMakesNoSense) {
   execute(std::vector<std::byte>(5));
   EXPECT_EQ(host.answer(tag), to_error(Refusal::bad_request));
   execute({std::byte{1}}, 101);
-  EXPECT_EQ(host.answer(tag), to_error(Refusal::unknown_entry)) << "in source address mode";
+  EXPECT_EQ(host.answer(tag), to_error(Refusal::unknown_entry)) << "it has source address mode";
   parts.node->command(nmt::Command::enter_pre_operational, parts.now);
   execute({std::byte{1}});
   EXPECT_EQ(host.answer(tag), to_error(Refusal::wrong_state));
@@ -109,7 +110,7 @@ TEST_F(MpdoServiceTest, WithoutAnAcknowledgementItSaysWhatTheFrameWaitsFor) {
   EXPECT_EQ(host.answer(2), to_error(Refusal::awaits_turn));
 }
 
-// The outputs of the source address mode.
+// Outputs that are sent in source address mode.
 TEST_F(MpdoServiceTest, AScannedOutputIsConfirmedWhenItsFrameIsAcknowledged) {
   using enum ScannedOutputs::Progress;
   const std::vector<image::Entry>& entries = parts.image.layout(Direction::outputs).entries;
@@ -123,7 +124,7 @@ TEST_F(MpdoServiceTest, AScannedOutputIsConfirmedWhenItsFrameIsAcknowledged) {
   outputs.acknowledged(2);
   EXPECT_EQ(outputs.progress(last), ScannedOutputs::Progress::sent);
   outputs.lost(3, 3);
-  EXPECT_EQ(this->sent(4), "1F1#7F00210207000000") << "it is sent again";
+  EXPECT_EQ(this->sent(4), "1F1#7F00210207000000") << "the lost frame is repeated";
   outputs.acknowledged(4);
   EXPECT_EQ(outputs.progress(last), confirmed);
   EXPECT_TRUE(parts.image.is_valid(Direction::outputs, last));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A line beside a foreign master: the test plays the bus.
+// A line beside a foreign master: the test simulates the bus.
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What SDO transfers of others say to a line beside a foreign master.
+// A line beside a foreign master evaluates the SDO transfers of other nodes.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -17,7 +17,7 @@ namespace {
 
 using testing::ElementsAre;
 
-// As the device answers an expedited download.
+// The response of the device to an expedited download.
 class OverheardSdoTest : public ObserverTest {
  protected:
   void write(od::Address place, std::uint32_t value, unsigned bytes) {
@@ -28,7 +28,7 @@ class OverheardSdoTest : public ObserverTest {
     hear(0x585, {0x60, b(place.index, 0), b(place.index, 8), place.sub, 0, 0, 0, 0});
   }
 
-  // Position first, then Status, on another COB-ID.
+  // Position first, then Status, with another COB-ID.
   void remap_tpdo() {
     write({0x1800, 1}, 0x8000'0185, 4);
     write({0x1A00, 0}, 0, 1);
@@ -67,7 +67,7 @@ TEST_F(OverheardSdoTest, TransfersAndAbortsAreTold) {
   const std::vector<Event> told = of(EventKind::sdo_transfer);
   ASSERT_EQ(told.size(), 1U);
   EXPECT_EQ(told[0].node, 5);
-  EXPECT_EQ(told[0].code, 1U) << "written";
+  EXPECT_EQ(told[0].code, 1U) << "a download";
   EXPECT_EQ(told[0].value, 2U);
   EXPECT_EQ(load_le<std::uint16_t>(told[0].data.data()), 0x1017U);
   EXPECT_EQ(load_le<std::uint16_t>(told[0].data.data() + 3), 250U);
@@ -79,7 +79,8 @@ TEST_F(OverheardSdoTest, TransfersAndAbortsAreTold) {
   EXPECT_EQ(aborted[0].code, 0x0609'0011U);
 }
 
-// A PLC that polls must not push all else out of what is kept for those who come later.
+// The transfers of a PLC that polls must not displace other events in the history for late
+// subscribers.
 TEST_F(OverheardSdoTest, ATransferThatIsRepeatedIsToldOnceASecond) {
   observe(config_with_axis());
   events();
@@ -91,13 +92,13 @@ TEST_F(OverheardSdoTest, ATransferThatIsRepeatedIsToldOnceASecond) {
     pass(milliseconds(10));
     std::ranges::copy(events(), std::back_inserter(told));
   }
-  ASSERT_EQ(std::ranges::count(told, EventKind::sdo_transfer, &Event::kind), 3) << "at 0, 1, 2 s";
+  ASSERT_EQ(std::ranges::count(told, EventKind::sdo_transfer, &Event::kind), 3) << "once a second";
   ASSERT_EQ(std::ranges::count(told, EventKind::sdo_abort, &Event::kind), 3);
   const auto last =
       std::ranges::find(told.rbegin(), told.rend(), EventKind::sdo_transfer, &Event::kind);
-  EXPECT_EQ(last->code & 0xFFFFU, 1U) << "written";
-  EXPECT_EQ(last->code >> 16U, 99U) << "beside this one";
-  EXPECT_EQ(load_le<std::uint16_t>(last->data.data() + 3), 199U) << "the newest";
+  EXPECT_EQ(last->code & 0xFFFFU, 1U) << "a download";
+  EXPECT_EQ(last->code >> 16U, 99U) << "99 others were suppressed";
+  EXPECT_EQ(load_le<std::uint16_t>(last->data.data() + 3), 199U) << "the newest value";
 }
 
 TEST_F(OverheardSdoTest, ObjectsThatAreWrittenOnceAreToldOneByOne) {
@@ -112,7 +113,7 @@ TEST_F(OverheardSdoTest, ObjectsThatAreWrittenOnceAreToldOneByOne) {
 TEST_F(OverheardSdoTest, ChannelsThatAMasterConfiguresAreFollowedFromThenOn) {
   observe(config_with_axis());
   const auto transfers_on = [&](std::uint32_t request, std::uint32_t response) {
-    pass(seconds(1));  // the same object is told once a second
+    pass(seconds(1));  // transfers of the same object are reported once a second
     events();
     hear(request, {0x40, 0x18, 0x10, 0x04, 0, 0, 0, 0});
     hear(response, {0x43, 0x18, 0x10, 0x04, 0x4D, 0, 0, 0});
@@ -120,21 +121,21 @@ TEST_F(OverheardSdoTest, ChannelsThatAMasterConfiguresAreFollowedFromThenOn) {
   };
   EXPECT_TRUE(transfers_on(0x6E5, 0x5E5).empty());
   write({0x1201, 1}, 0x6E5, 4);
-  EXPECT_TRUE(transfers_on(0x6E5, 0x5E5).empty()) << "one half of it";
+  EXPECT_TRUE(transfers_on(0x6E5, 0x5E5).empty()) << "only one COB-ID was written";
   write({0x1201, 2}, 0x5E5, 4);
   const std::vector<Event> told = transfers_on(0x6E5, 0x5E5);
   ASSERT_EQ(told.size(), 1U);
   EXPECT_EQ(told[0].node, 5);
   EXPECT_EQ(load_le<std::uint16_t>(told[0].data.data()), 0x1018U);
-  EXPECT_EQ(line_->node_state(5).serial, 77U) << "and it tells as much as the default one";
+  EXPECT_EQ(line_->node_state(5).serial, 77U) << "evaluated like the default SDO";
   EXPECT_EQ(transfers_on(0x605, 0x585).size(), 1U);
   hear(0x5E5, {1, 2, 3});
   EXPECT_EQ(of(EventKind::malformed_frame).size(), 1U);
   write({0x1202, 1}, 0x2000'0000 | 0x1234567, 4);
   write({0x1202, 2}, 0x6E6, 4);
-  EXPECT_EQ(transfers_on(0x6E5, 0x5E5).size(), 1U) << "there may be several";
+  EXPECT_EQ(transfers_on(0x6E5, 0x5E5).size(), 1U) << "several SDO servers are followed";
   write({0x1201, 1}, 0x8000'06E5, 4);
-  EXPECT_TRUE(transfers_on(0x6E5, 0x5E5).empty()) << "switched off";
+  EXPECT_TRUE(transfers_on(0x6E5, 0x5E5).empty()) << "the SDO server is invalid";
 }
 
 TEST_F(OverheardSdoTest, ChannelsOfTheDeviceFileAreFollowedFromTheBegin) {
@@ -159,7 +160,7 @@ TEST_F(OverheardSdoTest, ChannelsOfTheDeviceFileAreFollowedFromTheBegin) {
   EXPECT_EQ(mapped_over(0x6E5, 0x5E5), 1U);
   config.nodes[0].objects = {{{0x1202, 2}, {std::byte{0xE7}, std::byte{5}, {}, {}}}};
   observe(config);
-  EXPECT_EQ(mapped_over(0x6E5, 0x5E5), 0U) << "the configuration says otherwise";
+  EXPECT_EQ(mapped_over(0x6E5, 0x5E5), 0U) << "the configuration has another COB-ID";
   EXPECT_EQ(mapped_over(0x6E5, 0x5E7), 1U);
 }
 
@@ -223,7 +224,7 @@ TEST_F(OverheardSdoTest, TheChangeIsToldOnce) {
   EXPECT_TRUE(of(EventKind::layout_changed).empty());
 }
 
-// A PDO is invalid while it is written.
+// A PDO is invalid while it is being configured.
 TEST_F(OverheardSdoTest, AStartOfAnotherNodeTakesNoHalfOfAConfiguration) {
   observe(config_with_axis());
   const std::uint64_t before = line_->layout(Direction::inputs).id;
@@ -237,11 +238,12 @@ TEST_F(OverheardSdoTest, AStartOfAnotherNodeTakesNoHalfOfAConfiguration) {
   write({0x1800, 1}, 0x8000'0185, 4);
   hear(0x000, {0x01, 0x06});
   pass(seconds(2));
-  EXPECT_NE(line_->layout(Direction::inputs).id, before) << "it stays invalid";
+  EXPECT_NE(line_->layout(Direction::inputs).id, before) << "the PDO remains invalid";
   EXPECT_EQ(line_->layout_revision(), 1U);
 }
 
-// Its first frame shows that it is valid, though the start of the node was not received.
+// The first frame of the PDO shows that it is valid, although the NMT start of the node was not
+// received.
 TEST_F(OverheardSdoTest, AFrameOfAPdoThatIsWrittenEndsItsConfiguration) {
   observe(config_with_axis());
   remap_tpdo();
@@ -272,7 +274,7 @@ TEST_F(OverheardSdoTest, APdoThatIsSwitchedOffLeavesTheImage) {
   write({0x1800, 1}, 0x0000'0185, 4);
   hear(0x185, {1, 2, 3, 4, 5, 6});
   EXPECT_EQ(line_->layout(Direction::inputs).id, managed_inputs(config_with_axis()))
-      << "with its first frame";
+      << "after the first frame of the PDO";
   EXPECT_TRUE(snapshot(Direction::inputs).is_valid(0));
 }
 
@@ -301,7 +303,7 @@ TEST_F(OverheardSdoTest, AMappingThatNobodyUnderstandsIsPublishedAsItIs) {
   write({0x1A00, 0}, 1, 1);
   write({0x1800, 1}, 0x0000'0185, 4);
   hear(0x000, {0x01, 0x05});
-  EXPECT_TRUE(line_->layout(Direction::inputs).entries.empty()) << "its length is not known";
+  EXPECT_TRUE(line_->layout(Direction::inputs).entries.empty()) << "the length is unknown";
   hear(0x185, {1, 2, 3, 4, 5});
   const image::Layout& layout = line_->layout(Direction::inputs);
   ASSERT_EQ(layout.entries.size(), 1U);
@@ -322,7 +324,7 @@ TEST_F(OverheardSdoTest, APdoThatWasConfiguredBeforeAnybodyListenedIsPublishedAs
   for (int i = 0; i < 2; ++i) {
     hear(0x385, {1, 2});
     hear(0x485, {1, 2});
-    hear(0x485, {1, 2});  // repeated by its controller
+    hear(0x485, {1, 2});  // a repetition by the controller
     hear(0x306, {1, 2});  // of a node that is not configured
     pass(milliseconds(10));
   }

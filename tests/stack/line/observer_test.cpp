@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A line beside a foreign master: the test plays the bus.
+// A line beside a foreign master: the test simulates the bus.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -215,7 +215,7 @@ TEST_F(ObserverTest, AnswersToAGuardingMasterAreHeartbeats) {
   observe(config);
   hear(0x705, {0x00});
   pass(seconds(1));
-  EXPECT_TRUE(of(EventKind::heartbeat_lost).empty()) << "nobody has asked it yet";
+  EXPECT_TRUE(of(EventKind::heartbeat_lost).empty()) << "no guarding request was sent yet";
   for (const unsigned toggle : {0x00U, 0x80U, 0x00U, 0x80U}) {
     hear_remote(0x705);
     hear(0x705, {static_cast<std::uint8_t>(toggle | 5U)});
@@ -242,12 +242,12 @@ TEST_F(ObserverTest, ANodeThatIsGuardedUnexpectedlyIsUnderstoodFromTheFirstReque
   EXPECT_EQ(line_->node_state(5).state, nmt::State::operational);
   EXPECT_EQ(line_->state().counters.frames_malformed, 0U);
   pass(seconds(100));
-  EXPECT_EQ(line_->node_state(5).presence, Presence::missing) << "its answers have ceased";
+  EXPECT_EQ(line_->node_state(5).presence, Presence::missing) << "no more guard responses";
 }
 
 TEST_F(ObserverTest, EmcysAndForeignNodesAreTold) {
   LineConfig config = observed(config_with_axis());
-  config.node_id = 126;  // of the master
+  config.node_id = 126;  // the node-ID of the master
   make(config);
   line_->start(now_);
   hear(0x085, {0x10, 0x81, 0x11, 1, 2, 3, 4, 5});
@@ -255,7 +255,7 @@ TEST_F(ObserverTest, EmcysAndForeignNodesAreTold) {
   EXPECT_EQ(line_->node_state(5).presence, Presence::present);
   EXPECT_TRUE(emitted(EventKind::emcy, 5));
   hear(0x77E, {0x05});
-  EXPECT_FALSE(emitted(EventKind::unexpected_node, 126)) << "the master";
+  EXPECT_FALSE(emitted(EventKind::unexpected_node, 126)) << "126 is the master";
   hear(0x709, {0x05});
   hear(0x709, {0x05});
   EXPECT_EQ(of(EventKind::unexpected_node).size(), 1U);

@@ -23,7 +23,7 @@ struct OutputReceiversTest : testing::Test, manager::Host {
   void command_own(nmt::Command /*command*/, Instant /*now*/) override {}
   nmt::State own_state() const override { return nmt::State::operational; }
 
-  // A heartbeat of the node came.
+  // Receives a heartbeat of the node.
   void heartbeat(nmt::State state, Duration after) {
     receivers.confirm(kAxis, state, now + after);
     managed.manager.heartbeat(kAxis, state, now + after);
@@ -74,7 +74,7 @@ TEST_F(OutputReceiversTest, AfterACommandThatEndsOperationalTwoHeartbeatsShowThe
   EXPECT_EQ(receivers.state(kAxis), Receiver::waiting);
   heartbeat(nmt::State::operational, milliseconds(100));
   heartbeat(nmt::State::operational, milliseconds(101));
-  EXPECT_EQ(receivers.state(kAxis), Receiver::waiting) << "two at once count as one";
+  EXPECT_EQ(receivers.state(kAxis), Receiver::waiting) << "two heartbeats at once count as one";
   heartbeat(nmt::State::operational, milliseconds(200));
   EXPECT_EQ(receivers.state(kAxis), Receiver::started);
 }
@@ -89,7 +89,7 @@ TEST_F(OutputReceiversTest, ACommandThatEndsOperationalCountsUntilItIsAcknowledg
   EXPECT_EQ(receivers.state(kAxis), Receiver::started);
   hand_out(nmt::Command::stop, 8);
   receivers.acknowledged(8);
-  EXPECT_EQ(receivers.state(kAxis), Receiver::waiting) << "its heartbeats are of before";
+  EXPECT_EQ(receivers.state(kAxis), Receiver::waiting) << "the heartbeats precede the stop";
 }
 
 TEST_F(OutputReceiversTest, AStartThatTheBusLostIsSentAgain) {

@@ -15,7 +15,7 @@ namespace {
 constexpr std::uint16_t kSetpointIndex = 0x2002;  // entry 0, in RPDO 1 of node 5 with entry 1
 constexpr std::uint16_t kUnmapped = 0x1017;
 
-// A line that is not NMT master: nothing is known of node 5.
+// A line that is not NMT master: it has received nothing from node 5.
 struct OutputServiceTest : testing::Test, NmtHost {
   OutputServiceTest() { host.set_manages(false); }
   void nmt_sent(nmt::Command /*command*/, std::uint8_t /*node*/, Instant /*now*/) override {}
@@ -47,7 +47,7 @@ struct OutputServiceTest : testing::Test, NmtHost {
                        {.entry = 1, .length = 1, .data = {std::byte{3}}}},
             .bytes = {}};
   }
-  // Those of the PDO that were sent.
+  // The frames of the PDO that were sent.
   std::vector<std::string> sent() {
     std::vector<std::string> out;
     for (can::Frame frame; parts.node->next_frame(frame, now);) {
@@ -166,7 +166,7 @@ TEST_F(OutputServiceTest, AGroupTellsWhatItsValuesWaitFor) {
 
 TEST_F(OutputServiceTest, APdoIsTriggeredByItsNumberOrThatOfTheDevice) {
   trigger(kAxis, 1);
-  EXPECT_EQ(host.answer(tag), to_error(Refusal::wrong_state)) << "it lacks its values";
+  EXPECT_EQ(host.answer(tag), to_error(Refusal::wrong_state)) << "its values were not written";
   write_all();
   trigger(kAxis, 1);
   EXPECT_FALSE(host.answer(tag));

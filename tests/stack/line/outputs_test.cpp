@@ -143,12 +143,12 @@ TEST_F(OutputsTest, AfterAReactionOnlyANewArmingNumberIsApplied) {
   ASSERT_NE(outputs_.expire(kStart + milliseconds(100)), nullptr);
   OutputWrite again = write(1);
   EXPECT_EQ(outputs_.check(again), OutputRefusal::not_armed);
-  EXPECT_EQ(outputs_.check(write(2)), OutputRefusal::none) << "groups do not disturb each other";
+  EXPECT_EQ(outputs_.check(write(2)), OutputRefusal::none) << "groups are independent";
   again.arming = 2;
   EXPECT_EQ(outputs_.check(again), OutputRefusal::none);
   EXPECT_TRUE(outputs_.accept(again, kStart + milliseconds(200)));
   again.arming = 1;
-  EXPECT_EQ(outputs_.check(again), OutputRefusal::not_armed) << "a set-point from before the cut";
+  EXPECT_EQ(outputs_.check(again), OutputRefusal::not_armed) << "armed before the reaction";
 }
 
 TEST_F(OutputsTest, WithoutAWatchdogTimeNothingFires) {

@@ -32,7 +32,7 @@ OwnObject own(std::uint16_t index, std::uint8_t sub, od::DataType type, od::Acce
   return out;
 }
 
-// A recipe that others write, and a result that the application gives.
+// A recipe that other nodes write, and a result that the application writes.
 LineConfig config_with_objects() {
   LineConfig config = config_with_axis();
   OwnObject recipe = own(0x2100, 1, od::DataType::unsigned16, od::Access::rww);
@@ -119,7 +119,7 @@ TEST_F(OwnObjectsTest, ThoseOfTheConfigurationAreInTheDictionary) {
   EXPECT_TRUE(write(0x2100, 2, bytes_le('x', 1)).ok());
   EXPECT_EQ(write(0x6100, 0, bytes_le(1, 4)).error, to_error(AbortCode::read_only));
   hear(0x67F, {0x40, 0x00, 0x21, 0x01, 0, 0, 0, 0});
-  EXPECT_THAT(sent(), ElementsAre("5FF#4B00210107000000")) << "over the bus, too";
+  EXPECT_THAT(sent(), ElementsAre("5FF#4B00210107000000")) << "readable over the bus, too";
 }
 
 TEST_F(OwnObjectsTest, WhatOthersWriteIsInTheInputs) {
@@ -129,7 +129,7 @@ TEST_F(OwnObjectsTest, WhatOthersWriteIsInTheInputs) {
   EXPECT_EQ(entry.index, 0x2100);
   EXPECT_EQ(entry.local_pdo, 0);
   EXPECT_EQ(entry.name, "own.Recipe");
-  EXPECT_EQ(image_value(Direction::inputs), 5U) << "the default";
+  EXPECT_EQ(image_value(Direction::inputs), 5U) << "the default value";
   hear(0x67F, {0x2B, 0x00, 0x21, 0x01, 9, 0, 0, 0});
   EXPECT_TRUE(line_->image_changed(Direction::inputs));
   EXPECT_EQ(image_value(Direction::inputs), 9U);
@@ -233,7 +233,7 @@ TEST_F(OwnObjectsTest, ACommandCreatesAndRemovesThem) {  // 1010h
   EXPECT_EQ(read(0x2200, 1).data, bytes_le(3, 2));
   write(0x2200, 1, bytes_le(4, 2));
   EXPECT_TRUE(ask(create(0x2200, 2, od::DataType::unsigned8, 8)).ok());
-  EXPECT_EQ(read(0x2200, 1).data, bytes_le(4, 2)) << "the others keep their values";
+  EXPECT_EQ(read(0x2200, 1).data, bytes_le(4, 2)) << "other objects keep their values";
   EXPECT_EQ(read(0x2200, 2).data, bytes_le(8, 1));
   EXPECT_EQ(read(0x2200, 0).data, bytes_le(2, 1));
   EXPECT_TRUE(ask(remove(0x2200)).ok());
@@ -257,8 +257,8 @@ TEST_F(OwnObjectsTest, CreatingHasItsLimits) {
   run(config_with_objects());
   const Error bad = to_error(Refusal::bad_request);
   const Error state = to_error(Refusal::wrong_state);
-  EXPECT_EQ(ask(create(0x2100, 1, od::DataType::unsigned8)).error, state) << "it exists";
-  EXPECT_EQ(ask(remove(0x2100)).error, state) << "it is the configuration's";
+  EXPECT_EQ(ask(create(0x2100, 1, od::DataType::unsigned8)).error, state) << "the object exists";
+  EXPECT_EQ(ask(remove(0x2100)).error, state) << "the object is configured";
   EXPECT_EQ(ask(create(0x1008, 0, od::DataType::unsigned8)).error, bad);
   EXPECT_EQ(ask(create(0x2200, 0, od::DataType::domain)).error, bad);
   OwnObject stored = object(0x2200, 0, od::DataType::unsigned8);
@@ -284,7 +284,7 @@ TEST_F(OwnObjectsTest, TheDictionaryCanBeListed) {
   EXPECT_EQ(recipe[2], std::byte{1});
   EXPECT_EQ(load_le(recipe.subspan(3, 2)), static_cast<unsigned>(od::DataType::unsigned16));
   EXPECT_EQ(recipe[5], static_cast<std::byte>(od::Access::rww));
-  EXPECT_EQ(recipe[6], std::byte{5}) << "mappable, of an application";
+  EXPECT_EQ(recipe[6], std::byte{5}) << "flags: mappable, own object";
   EXPECT_EQ(recipe[7], std::byte{6});
   EXPECT_EQ(recipe[14], std::byte{2});
   EXPECT_EQ(load_le(recipe.subspan(15, 2)), 5U);
@@ -310,7 +310,7 @@ TEST_F(OwnObjectsTest, TheDeviceFileOfANodeCanBeListed) {
   EXPECT_EQ(load_le(std::span(told).first(2)), 0x2000U);
   EXPECT_EQ(load_le(std::span(told).subspan(3, 2)), static_cast<unsigned>(od::DataType::unsigned8));
   EXPECT_EQ(told[5], static_cast<std::byte>(od::Access::rw));
-  EXPECT_EQ(told.back(), std::byte{7}) << "the value of the file";
+  EXPECT_EQ(told.back(), std::byte{7}) << "the value in the device file";
   list.node = 6;
   EXPECT_EQ(ask({.request = list}).error, to_error(Refusal::bad_request))
       << "it has no device file";
@@ -344,7 +344,7 @@ TEST_F(OwnObjectsTest, WritesOfOthersAreEventsWhereTheImageDoesNotShowThem) {
   hear(0x67F, {0x2B, 0x00, 0x21, 0x01, 7, 0, 0, 0});
   EXPECT_THAT(written(), IsEmpty()) << "the image shows it";
   EXPECT_TRUE(write(0x2100, 2, {std::byte{'y'}}).ok());
-  EXPECT_THAT(written(), IsEmpty()) << "by a command";
+  EXPECT_THAT(written(), IsEmpty()) << "written by a command";
 }
 
 }  // namespace

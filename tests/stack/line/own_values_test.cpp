@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values that the configuration has for objects of the own node.
+// Configured values for objects of the own node.
 #include "stack/base/abort_code.h"
 #include "stack/od/dictionary.h"
 
@@ -36,12 +36,13 @@ TEST_F(OwnValuesTest, AreWrittenAtTheStartAndAfterEachReset) {
   Command command{.request = NmtRequest{.node = 127, .command = nmt::Command::reset_node}};
   line_->execute(std::move(command), now_);
   ASSERT_TRUE(answer().ok());
-  EXPECT_EQ(own(0x1007, 0), 20'000U) << "the node boots with them";
+  EXPECT_EQ(own(0x1007, 0), 20'000U) << "the reset restores it";
   pass(milliseconds(1));
   EXPECT_EQ(own(0x1800, 5), 100U);
 }
 
-// 1F80h of the configuration: bit 0 clear, NMT slave; bit 2 clear, enters Operational by itself.
+// The configured 1F80h: bit 0 is 0, NMT slave; bit 2 is 0, the node enters Operational without a
+// command.
 class SlaveByOwnValuesTest : public OwnValuesTest {
  protected:
   void start(unsigned startup) {
@@ -114,7 +115,7 @@ TEST_F(SlaveByOwnValuesTest, TheRoleDeviceWithoutDevicesIsTheSame) {
   }
 }
 
-// The default SDO servers of other nodes are those of the master (IXXAT 8.1.9).
+// The default SDO servers of other nodes belong to the master (IXXAT 8.1.9).
 TEST_F(SlaveByOwnValuesTest, ADeviceStartsNoSdoToOtherNodes) {
   LineConfig config = config_with_axis();
   config.role = Role::device;

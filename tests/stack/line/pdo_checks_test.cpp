@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is told of PDOs that do not go together with the other services of their line.
+// Reports of PDOs that conflict with the other services of their line.
 #include "stack/line/pdo_checks.h"
 
 #include <algorithm>
@@ -46,7 +46,7 @@ TEST(PdoChecks, APdoIsNotOnTheIdentifierOfAnotherService) {
   EXPECT_THAT(emitted(config),
               ElementsAre("error: TPDO 1 of axis has the COB-ID of the EMCY of the "
                           "own node"))
-      << "100h is nobody's: the line sends no TIME";
+      << "100h is free: the line sends no TIME";
   config.time_period = seconds(1);
   EXPECT_EQ(emitted(config).size(), 2U);
 }
@@ -71,9 +71,9 @@ TEST(PdoChecks, TheServicesOfTheOwnNodeAreWhereItsOwnValuesPutThem) {
               ElementsAre("error: TPDO 1 of axis has the COB-ID of the EMCY of the own node",
                           "error: RPDO 1 of axis has the COB-ID of SYNC"));
   EXPECT_THAT(told_of(0xF3, 0x205), ElementsAre("error: TPDO 1 of axis has the COB-ID of TIME"));
-  EXPECT_THAT(told_of(0xFF, 0x80), IsEmpty()) << "where they are by default nothing is any more";
+  EXPECT_THAT(told_of(0xFF, 0x80), IsEmpty()) << "the default identifiers are free";
   config.own_values = {own_value(0x1014, 0x8000'00F1)};
-  EXPECT_THAT(told_of(0xF1, 0xFF), IsEmpty()) << "it sends no EMCY";
+  EXPECT_THAT(told_of(0xF1, 0xFF), IsEmpty()) << "the own node sends no EMCY";
 }
 
 TEST(PdoChecks, ANodeThatIsTakenAsItWasFoundRunsNevertheless) {
@@ -91,7 +91,7 @@ TEST(PdoChecks, AnObserverListensToWhatThereIs) {
   EXPECT_THAT(emitted(config), ElementsAre("warning: TPDO 1 of axis has the COB-ID of SYNC"));
 }
 
-// 1014h need not be there where no EMCY is sent, and 85h is then as good as any.
+// A device that sends no EMCY need not have 1014h; the identifier 85h may then be used for a PDO.
 TEST(PdoChecks, TheEmcyOfADeviceWhoseFileHasNoneIsAWarning) {
   LineConfig config = config_with_axis();
   set(config.nodes[0], {0x1400, 1}, 0x85);
@@ -120,7 +120,7 @@ TEST(PdoChecks, PdosThatWaitForASyncOfNobodyAreNamed) {
   own.own_values.push_back({{0x1006, 0}, {std::byte{1}, {}, {}, {}}});
   EXPECT_FALSE(unsynchronised_pdos(own));
   config.role = Role::observer;
-  EXPECT_FALSE(unsynchronised_pdos(config)) << "the master is somebody else";
+  EXPECT_FALSE(unsynchronised_pdos(config)) << "an observer is not the master";
 }
 
 }  // namespace

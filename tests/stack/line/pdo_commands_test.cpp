@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// PDOs that a command asks for with a remote frame, and MPDOs of the own node.
+// PDOs that a command requests with a remote frame, and MPDOs of the own node.
 #include "stack/base/byte_order.h"
 #include "stack/od/dictionary.h"
 
@@ -33,7 +33,8 @@ pdo::Parameters own_mpdo(std::uint16_t number, std::uint32_t id, pdo::MpdoMode m
 
 class PdoCommands : public LineTest {
  protected:
-  // TPDO 100 in destination, 101 in source address mode; RPDO 100 and 101 likewise.
+  // TPDO 100 is an MPDO in destination address mode, TPDO 101 in source address mode; RPDO 100 and
+  // 101 likewise.
   static LineConfig with_mpdos() {
     LineConfig config = config_with_axis();
     for (std::uint8_t sub = 1; sub <= 3; ++sub) {
@@ -147,7 +148,8 @@ TEST_F(PdoCommands, AnOutputOfTheScannerListIsSentWhenItIsWritten) {
   EXPECT_THAT(sent(), ElementsAre("1F1#7F00210405000000")) << "a single write is always sent";
 }
 
-// Objects of the application in the outputs of the image, 2100h:04 and on, which all are scanned.
+// Application objects in the outputs of the image, 2100h:04h and the following, all in the scanner
+// list.
 class ScannedOutputs : public PdoCommands {
  protected:
   void run_with(std::uint8_t count, bool acknowledges = false) {
@@ -234,7 +236,7 @@ TEST_F(ScannedOutputs, WhereThereIsNoRoomTheyAreSentWhenThereIs) {
   EXPECT_TRUE(valid(kCount - 1));
 }
 
-// The own node is NMT slave; its master's commands arrive together.
+// The own node is NMT slave; the two commands of its master arrive together.
 TEST_F(ScannedOutputs, AreSentAgainAfterAStopAndAStartAtOnce) {
   run_with(1, true);
   ASSERT_TRUE(line_->dictionary().set({0x1F80, 0}, 4U));
@@ -266,7 +268,7 @@ TEST_F(ScannedOutputs, AreValidWhenTheirFrameWasAcknowledged) {
   line_->lost(number, number);
   EXPECT_THAT(of_scanner(sent()), ElementsAre("1F1#7F00210407000000"));
   line_->acknowledged(number, now_);
-  EXPECT_FALSE(valid()) << "that one was lost";
+  EXPECT_FALSE(valid()) << "the lost frame was not acknowledged";
   line_->acknowledged(number + 1, now_);
   EXPECT_TRUE(valid());
   line_->execute(by_hand(8), now_);
@@ -279,11 +281,11 @@ TEST_F(ScannedOutputs, AreValidWhenTheirFrameWasAcknowledged) {
 TEST_F(PdoCommands, WhatComesByMpdoIsInTheObjectsOfTheOwnNode) {
   run(with_mpdos());
   hear(0x1F2, {0xFF, 0x00, 0x21, 0x03, 1, 0, 0, 0});
-  EXPECT_EQ(own(3), 1U) << "to the address that it names";
+  EXPECT_EQ(own(3), 1U) << "written to the addressed object";
   hear(0x1F3, {0x05, 0x00, 0x60, 0x01, 2, 0, 0, 0});
-  EXPECT_EQ(own(3), 2U) << "as the dispatcher list says";
+  EXPECT_EQ(own(3), 2U) << "written by the dispatcher list";
   hear(0x1F3, {0x06, 0x00, 0x60, 0x01, 3, 0, 0, 0});
-  EXPECT_EQ(own(3), 2U) << "of another node";
+  EXPECT_EQ(own(3), 2U) << "from another node: ignored";
 }
 
 TEST_F(PdoCommands, ARequestIsAnsweredWhenThePdoCame) {
@@ -319,7 +321,7 @@ TEST_F(PdoCommands, WhatCannotBeRequestedIsRefused) {
   run(with_mpdos());
   EXPECT_EQ(ask(request(5, 9)).error, to_error(Refusal::unknown_entry));
   EXPECT_EQ(ask(request(6, 1)).error, to_error(Refusal::unknown_entry));
-  EXPECT_EQ(ask(request(0, 100)).error, to_error(Refusal::bad_request)) << "there is no RTR";
+  EXPECT_EQ(ask(request(0, 100)).error, to_error(Refusal::bad_request)) << "RTR not permitted";
 }
 
 }  // namespace

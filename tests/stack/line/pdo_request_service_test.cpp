@@ -49,7 +49,7 @@ TEST_F(PdoRequestServiceTest, IsAnsweredByAPdoThatIsReceivedAfterIt) {
   execute(0, 1);
   ASSERT_TRUE(service.active());
   service.advance(parts.now);
-  EXPECT_FALSE(host.answer(1)) << "by a PDO of before";
+  EXPECT_FALSE(host.answer(1)) << "an earlier PDO does not answer it";
   receive(parts.now + milliseconds(3));
   service.advance(parts.now + milliseconds(3));
   EXPECT_EQ(host.answer(1), Error{});

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the line shows of nodes that come and go: of those that are not configured, and of those
-// whose error control nobody monitors.
+// The reported state of nodes that appear and disappear: nodes that are not configured, and nodes
+// whose error control is not monitored.
 #include "stack/base/byte_order.h"
 #include "stack/nmt/life_signs.h"
 #include "stack/od/dictionary.h"
@@ -26,7 +26,7 @@ class PresenceTest : public LineTest {
     return value.ok() ? load_le(*value) : ~std::uint64_t{0};
   }
 
-  // A bit of an object of 4 x 32 nodes.
+  // One bit of an object with 4 x 32 bits, one bit for each node.
   bool listed(std::uint16_t index, std::uint8_t node) {
     const auto word = own(index, static_cast<std::uint8_t>((node - 1) / 32 + 1));
     return (word >> (node - 1) % 32 & 1) != 0;
@@ -46,7 +46,7 @@ TEST_F(PresenceTest, AnUnlistedNodeCountsAsPresentAsLongAsItsHeartbeatsCome) {
   beat(kUnlisted, nmt::State::operational, 4);
   EXPECT_EQ(line_->node_state(kUnlisted).presence, Presence::present);
   EXPECT_EQ(line_->node_state(kUnlisted).state, nmt::State::operational);
-  EXPECT_TRUE(listed(0x5F03, kUnlisted)) << "a node that is not assigned";
+  EXPECT_TRUE(listed(0x5F03, kUnlisted)) << "the node is not assigned";
   EXPECT_TRUE(listed(0x5F04, kUnlisted)) << "Operational";
   EXPECT_EQ(own(0x1F82, kUnlisted), 5U);
   const std::uint64_t revision = line_->node_revision(kUnlisted);
@@ -59,7 +59,7 @@ TEST_F(PresenceTest, AnUnlistedNodeCountsAsPresentAsLongAsItsHeartbeatsCome) {
   EXPECT_GT(line_->node_revision(kUnlisted), revision);
   events();
   hear(0x700U + kUnlisted, {0x05});
-  EXPECT_TRUE(emitted(EventKind::unexpected_node, kUnlisted)) << "it has returned";
+  EXPECT_TRUE(emitted(EventKind::unexpected_node, kUnlisted)) << "the node returned";
 }
 
 TEST_F(PresenceTest, AnUnlistedNodeThatWasHeardOnceIsNotKnownToBeThereAfterAWhile) {
@@ -83,7 +83,7 @@ TEST_F(PresenceTest, AResetOfAnUnlistedNodeEndsTheStateThatItShowed) {
   EXPECT_EQ(line_->node_state(kUnlisted).state, nmt::State::pre_operational);
 }
 
-// Its boot process has not come to its error control again.
+// The boot process of the node has not reached the start of error control again.
 TEST_F(PresenceTest, AfterAResetOfTheOwnNodeHeartbeatsSayMoreThanCommands) {
   start();
   line_->execute({.request = NmtRequest{.node = line_->config().node_id,
@@ -153,7 +153,8 @@ TEST_F(PresenceTest, ALossThatTheOwnConsumerFindsReachesTheManager) {
   EXPECT_THAT(sent(), testing::Contains("000#8105"));
 }
 
-// Two consumers receive its error control messages: that of 1016h, and that of the line.
+// Two consumers receive the error control messages of the node: the consumer of 1016h, and the
+// line.
 TEST_F(PresenceTest, StatesOfANodeInTheOwn1016hAreReportedOnce) {
   LineConfig config = config_with_axis();
   config.role = Role::device;
@@ -185,7 +186,7 @@ TEST_F(PresenceTest, TheOwn1016hShowsWhatTheManagerMonitors) {
   hear(0x705, {0x05});
   pass(milliseconds(260));
   EXPECT_EQ(line_->node_state(5).heartbeats_lost, 1U);
-  EXPECT_FALSE(emitted(EventKind::emcy_sent, 127)) << "it is no entry of the own consumer";
+  EXPECT_FALSE(emitted(EventKind::emcy_sent, 127)) << "not monitored by the own consumer";
 }
 
 TEST_F(PresenceTest, ANodeOfAManagerThatWasStoppedCountsAsPresentUntilItsHeartbeatIsLate) {

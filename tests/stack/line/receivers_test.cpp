@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Outputs of a node: sent when it is started, shown as valid when they were.
+// The outputs of a node: they are sent when it is started, and are shown as valid after they were
+// sent.
 #include "stack/base/byte_order.h"
 #include "stack/od/dictionary.h"
 
@@ -39,7 +40,7 @@ class OutputsOfANode : public LineTest {
     hear(0x705, {state});
     line_->advance(now_);
   }
-  // From its boot-up message to the start command.
+  // Boots the node again, from its boot-up message to the NMT start.
   void boot_again() {
     hear(0x705, {0x00});
     hear(0x585, {0x43, 0x00, 0x10, 0x00, 0x92, 0x01, 0x02, 0x00});
@@ -49,14 +50,15 @@ class OutputsOfANode : public LineTest {
     hear(0x585, {0x60, 0x17, 0x10, 0x00, 0, 0, 0, 0});
     hear_heartbeat(kPreOperational);
   }
-  // The same without error control.
+  // The same for a node without error control.
   void boot_unwatched() {
     hear_identity();
     sent();
     hear_no_serial_number();
     line_->advance(now_);
   }
-  // One that waited in the controller of a device that is gone.
+  // Starts the node and receives an old heartbeat, which remained in the controller of a removed
+  // device.
   void start_with_a_heartbeat_of_old() {
     LineConfig config = config_with_axis();
     config.defaults = {{.entry = 0, .value = 9}, {.entry = 1, .value = 3}};
@@ -114,16 +116,16 @@ TEST_F(OutputsOfANode, AreSentAgainWhenItWasSwitchedOffAndOn) {
   EXPECT_THAT(pdos(), ElementsAre("205#0100000002"));
   EXPECT_TRUE(valid());
   boot_again();
-  EXPECT_FALSE(valid()) << "the device begins with values of its own";
+  EXPECT_FALSE(valid()) << "the device starts with its own values";
   EXPECT_TRUE(known());
   EXPECT_EQ(write(1, 2), OutputRefusal::none);
-  EXPECT_THAT(pdos(), IsEmpty()) << "its state after the start command was not heard";
+  EXPECT_THAT(pdos(), IsEmpty()) << "no heartbeat since the start command";
   hear_heartbeat(kOperational);
   EXPECT_THAT(pdos(), ElementsAre("205#0100000002"));
   EXPECT_TRUE(valid());
   hear_heartbeat(kOperational);
   EXPECT_EQ(write(1, 2), OutputRefusal::none);
-  EXPECT_THAT(pdos(), IsEmpty()) << "once";
+  EXPECT_THAT(pdos(), IsEmpty()) << "sent once";
 }
 
 TEST_F(OutputsOfANode, AreSentAgainWhenItLeftOperationalByItself) {
@@ -182,7 +184,7 @@ TEST_F(OutputsOfANode, WithoutErrorControlAreSentAfterTheStartCommand) {
   EXPECT_TRUE(valid());
 }
 
-// One heartbeat waited in the controller of a device that is gone.
+// One heartbeat remained in the controller of a removed device.
 TEST_F(OutputsOfANode, AreNotSentByAHeartbeatFromBeforeTheRoleChanged) {
   start_with_a_heartbeat_of_old();
   line_->execute({.request = NmtRequest{.node = 5, .command = nmt::Command::start}}, now_);
@@ -193,7 +195,7 @@ TEST_F(OutputsOfANode, AreNotSentByAHeartbeatFromBeforeTheRoleChanged) {
   expect_outputs_after_two_heartbeats();
 }
 
-// The start may have found nobody: the heartbeats will show what it did.
+// Possibly no node received the NMT start: the following heartbeats show its effect.
 TEST_F(OutputsOfANode, AreNotValidByAStartOfAnotherMasterUntilHeartbeatsFollow) {
   start_with_a_heartbeat_of_old();
   ASSERT_TRUE(line_->dictionary().set({0x1F80, 0}, 4U));
@@ -204,7 +206,7 @@ TEST_F(OutputsOfANode, AreNotValidByAStartOfAnotherMasterUntilHeartbeatsFollow) 
   expect_outputs_after_two_heartbeats();
 }
 
-// The own node is NMT slave, and hears what its master commands other nodes.
+// The own node is NMT slave, and receives the NMT commands of its master to other nodes.
 TEST_F(OutputsOfANode, WithoutErrorControlAreSentWhenAnotherMasterStartsIt) {
   make(config_without_error_control());
   line_->start(now_);
@@ -217,7 +219,7 @@ TEST_F(OutputsOfANode, WithoutErrorControlAreSentWhenAnotherMasterStartsIt) {
   ASSERT_TRUE(valid());
   hear(0x000, {0x02, 0x05});
   line_->advance(now_);
-  EXPECT_FALSE(valid()) << "it is stopped";
+  EXPECT_FALSE(valid()) << "the node is Stopped";
   EXPECT_EQ(line_->node_state(5).state, nmt::State::stopped);
   EXPECT_THAT(pdos(), IsEmpty());
   hear(0x000, {0x80, 0x00});
@@ -225,9 +227,9 @@ TEST_F(OutputsOfANode, WithoutErrorControlAreSentWhenAnotherMasterStartsIt) {
   hear(0x000, {0x01, 0x05});
   EXPECT_EQ(line_->node_state(5).state, nmt::State::operational);
   hear(0x000, {0x82, 0x05});
-  EXPECT_EQ(line_->node_state(5).state, nmt::State::unknown) << "until its boot-up message";
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::unknown) << "unknown until its boot-up message";
   hear(0x000, {0x01, 0x00});
-  EXPECT_EQ(line_->node_state(5).state, nmt::State::unknown) << "nobody says that it is there";
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::unknown) << "no message from the node since";
   EXPECT_FALSE(valid());
   hear(0x705, {0x00});
   EXPECT_EQ(line_->node_state(5).state, nmt::State::pre_operational);
@@ -235,27 +237,29 @@ TEST_F(OutputsOfANode, WithoutErrorControlAreSentWhenAnotherMasterStartsIt) {
   line_->advance(now_);
   EXPECT_THAT(pdos(), ElementsAre("205#0900000003"));
   EXPECT_TRUE(valid());
-  EXPECT_FALSE(emitted(EventKind::foreign_manager)) << "it is the master of the own node";
+  EXPECT_FALSE(emitted(EventKind::foreign_manager)) << "the own node's master";
 }
 
-// The answer to the last request of the line, or to one of the other master.
+// The guard response may belong to the last request of the line, or to a request of the other
+// master.
 TEST_F(OutputsOfANode, AreNotValidByAGuardAnswerToAnotherMaster) {
   become_device_beside_a_guarded_node();
   hear_heartbeat(0x80 | kPreOperational);
   EXPECT_EQ(line_->node_state(5).state, nmt::State::pre_operational);
-  EXPECT_FALSE(valid()) << "it left Operational by itself";
+  EXPECT_FALSE(valid()) << "it left Operational without a command";
   hear_heartbeat(0x80 | kOperational);
-  EXPECT_EQ(line_->node_state(5).state, nmt::State::pre_operational) << "the same toggle bit";
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::pre_operational) << "ignored: same toggle bit";
   EXPECT_EQ(line_->state().counters.frames_malformed, 1U);
   hear_heartbeat(kOperational);
   EXPECT_EQ(line_->node_state(5).state, nmt::State::operational);
   EXPECT_THAT(pdos(), ElementsAre("205#0900000003"));
 }
 
-// Guard answers come as long as the own node asks, and no longer: the command counts.
+// Guard responses arrive only while the own node sends guarding requests, so the NMT command
+// counts.
 TEST_F(OutputsOfANode, AreSentToAGuardedNodeThatAnotherMasterStarts) {
   become_device_beside_a_guarded_node();
-  hear_heartbeat(0x80 | kOperational);  // to the last question
+  hear_heartbeat(0x80 | kOperational);  // response to the last request
   hear(0x000, {0x80, 0x00});
   EXPECT_EQ(line_->node_state(5).state, nmt::State::pre_operational);
   EXPECT_FALSE(valid());
@@ -297,7 +301,7 @@ TEST_F(OutputsOfANode, ASingleWriteAnswersWhatItsPdoWaitsFor) {
   };
   EXPECT_EQ(ask(1, bytes({7})),
             bytes({kByPdo, 1, 0, static_cast<unsigned char>(PdoWait::values), 0, 0, 0, 0}))
-      << "for entry 0";
+      << "waits for entry 0";
   EXPECT_THAT(pdos(), IsEmpty());
   EXPECT_EQ(ask(0, bytes({1, 0, 0, 0})),
             bytes({kByPdo, 1, 0, static_cast<unsigned char>(PdoWait::none)}));
@@ -322,7 +326,7 @@ TEST_F(OutputsOfANode, AWriteWithoutValuesIsAHandshake) {
     EXPECT_THAT(pdos(), IsEmpty());
   }
   pass(milliseconds(50));
-  EXPECT_THAT(pdos(), ElementsAre("205#0000000000")) << "the watchdog fires when it stops";
+  EXPECT_THAT(pdos(), ElementsAre("205#0000000000")) << "the watchdog expires without writes";
 }
 
 TEST_F(OutputsOfANode, SingleWritesAreRefusedWhileItIsNotOperational) {
@@ -340,7 +344,7 @@ TEST_F(OutputsOfANode, SingleWritesAreRefusedWhileItIsNotOperational) {
   EXPECT_EQ(answer().error, to_error(Refusal::wrong_state));
   EXPECT_THAT(pdos(), IsEmpty());
   hear_heartbeat(kOperational);
-  EXPECT_THAT(pdos(), ElementsAre("205#0100000002")) << "what was refused was not kept";
+  EXPECT_THAT(pdos(), ElementsAre("205#0100000002")) << "the refused value is not stored";
   EXPECT_EQ(write_by_hand(1, {std::byte{7}}), Error{});
   EXPECT_THAT(pdos(), ElementsAre("205#0100000007"));
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the CANopenIA records of the own dictionary do to the line (CANopenIA manual 5.1 and 6.2):
-// written and read by a tool on the bus, and by command.
+// The effects of the CANopenIA records in the own dictionary on the line (CANopenIA manual 5.1
+// and 6.2), accessed by a tool on the bus and by command.
 #include <array>
 
 #include "stack/base/abort_code.h"
@@ -29,7 +29,7 @@ class LineRecords : public LineTest {
     sent();
     events();
   }
-  // What was ordered is done when the access is over.
+  // The line executes an order after the access that caused it.
   void settle() { pass(milliseconds(1)); }
 
   Reply ask(Command command) {
@@ -41,7 +41,7 @@ class LineRecords : public LineTest {
     store_le(std::span(out), value);
     return out;
   }
-  // By command.
+  // Writes by command.
   Error set(std::uint8_t sub, std::uint64_t value, std::size_t size,
             std::uint16_t index = kControl) {
     const Error error =
@@ -60,7 +60,7 @@ class LineRecords : public LineTest {
     return ask(
         {.request = ObjectWrite{.node = 5, .address = {index, 0}, .data = number(value, size)}});
   }
-  // Both values of RPDO 1 of node 5.
+  // Writes both values of RPDO 1 of node 5.
   void write_both(unsigned value) {
     write(0x2002, value, 4);
     write(0x2003, value, 1);
@@ -106,7 +106,7 @@ TEST_F(LineRecords, PdosAreTriggeredByHandOnly) {
   settle();
   EXPECT_THAT(sent(), ElementsAre("205#0100000001", "5FF#60415F0C00000000"));
   EXPECT_EQ(set(0x0C, 0x0501, 2), Error{});
-  EXPECT_THAT(pdos(), ElementsAre("205#0100000001")) << "by command, too";
+  EXPECT_THAT(pdos(), ElementsAre("205#0100000001")) << "also by command";
   EXPECT_EQ(set(0x0C, 0x0502, 2), to_error(AbortCode::invalid_value)) << "no such PDO";
   EXPECT_EQ(set(0x0C, 0x0601, 2), to_error(AbortCode::invalid_value)) << "no such node";
   hear(0x67F, {0x2B, 0x41, 0x5F, 0x0C, 0x02, 0x05, 0, 0});
@@ -148,11 +148,11 @@ TEST_F(LineRecords, TheEventTimeIsThatOfEveryEventDrivenPdo) {
   sent();
   EXPECT_EQ(tpdo(5), 100U);
   pass(milliseconds(100));
-  EXPECT_THAT(pdos(), ElementsAre("205#0100000001")) << "cyclically, written or not";
+  EXPECT_THAT(pdos(), ElementsAre("205#0100000001")) << "sent cyclically without a write";
   pass(milliseconds(100));
   EXPECT_THAT(pdos(), ElementsAre("205#0100000001"));
   write(0x2002, 2, 4);
-  EXPECT_THAT(pdos(), ElementsAre("205#0200000001")) << "and when it is written";
+  EXPECT_THAT(pdos(), ElementsAre("205#0200000001")) << "and after a write";
   EXPECT_EQ(set(8, 0, 2), Error{});
   pdos();
   pass(seconds(1));
@@ -176,7 +176,7 @@ TEST_F(LineRecords, TheInhibitTimeIsThatOfEveryEventDrivenPdo) {
   EXPECT_THAT(pdos(), ElementsAre("205#0400000001"));
 }
 
-// Without a write it is sent with the event time, with one after the inhibit time.
+// Without a write the PDO is sent after the event time, with a write after the inhibit time.
 TEST_F(LineRecords, EventAndInhibitTimeTogether) {
   run(config_with_axis());
   write_both(1);
@@ -208,7 +208,7 @@ TEST_F(LineRecords, TimesOutlastAResetOfTheOwnNode) {
   config.nodes[0].rpdo_inhibit[1] = milliseconds(20);
   run(std::move(config));
   EXPECT_EQ(set(8, 100, 2), Error{});
-  EXPECT_EQ(tpdo(3), 200U) << "what is not written is as configured";
+  EXPECT_EQ(tpdo(3), 200U) << "unwritten values remain configured";
   EXPECT_EQ(set(1, 129, 1), Error{});
   settle();
   EXPECT_EQ(tpdo(5), 100U);
@@ -225,7 +225,7 @@ TEST_F(LineRecords, ReadsAreAnsweredWithScannedEntries) {
   const Command vendor{.request = SdoRead{.node = 5, .address = {0x1018, 1}}};
   EXPECT_EQ(set_control(diagnosis::kUseScannedEntries), Error{});
   EXPECT_EQ(ask(vendor).data, number(0x123, 4));
-  EXPECT_THAT(sent(), IsEmpty()) << "the node is not asked";
+  EXPECT_THAT(sent(), IsEmpty()) << "no request to the node";
   EXPECT_EQ(set_control(0), Error{});
   line_->execute(vendor, now_);
   EXPECT_THAT(sent(), ElementsAre("605#4018100100000000"));
@@ -238,16 +238,16 @@ TEST_F(LineRecords, ANodeIsScannedAgainAndNobodyIsAnswered) {
   const std::vector<std::string> frames = sent();
   EXPECT_THAT(frames, testing::Contains("605#4000100000000000")) << "1000h of node 5 is read";
   EXPECT_EQ(get(0x5F44, 5), 0x9FU);
-  EXPECT_EQ(set(0x0A, 5, 1), to_error(AbortCode::device_state)) << "one at a time";
+  EXPECT_EQ(set(0x0A, 5, 1), to_error(AbortCode::device_state)) << "one scan at a time";
   hear(0x585, {0x43, 0x00, 0x10, 0x00, 0x92, 0x01, 0x02, 0x00});
   pass(seconds(2));
   EXPECT_TRUE(emitted(EventKind::node_scanned, 5));
-  EXPECT_EQ(get(0x5F44, 5), 0xA8U) << "it has fallen silent";
+  EXPECT_EQ(get(0x5F44, 5), 0xA8U) << "the node does not respond";
   Reply reply;
   EXPECT_FALSE(line_->take_reply(reply)) << "no command asked for it";
   line_->execute({.request = Scan{.node = 5}}, now_);
   pass(seconds(2));
-  EXPECT_TRUE(line_->take_reply(reply)) << "now one did";
+  EXPECT_TRUE(line_->take_reply(reply)) << "requested by a command";
 }
 
 TEST_F(LineRecords, ScansAreForTheManagerAndOfOthers) {
@@ -272,7 +272,7 @@ TEST_F(LineRecords, FramesAreSentAndHeardByObject) {
   hear(0x333, {1, 2});
   hear(0x67F, {0x40, 0x4C, 0x5F, 0x02, 0, 0, 0, 0});
   EXPECT_THAT(sent(), ElementsAre("5FF#434C5F0233030102"));
-  EXPECT_TRUE(emitted(EventKind::can_frame)) << "although nobody asked to listen";
+  EXPECT_TRUE(emitted(EventKind::can_frame)) << "reported without a listener";
   EXPECT_EQ(set(0x0B, 0, 1), Error{});
   hear(0x333, {1, 2});
   EXPECT_FALSE(emitted(EventKind::can_frame));

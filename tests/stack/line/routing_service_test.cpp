@@ -28,7 +28,7 @@ LineConfig routing_config() {
   return config;
 }
 
-// A line that takes part in routing, without a bus; its messages to others are kept.
+// A line with routing, without a bus; its messages to other lines are kept.
 struct RoutingServiceTest : testing::Test, sdo::TransferOwner {
   explicit RoutingServiceTest(LineConfig config = routing_config()) : parts(std::move(config)) {}
 

@@ -17,7 +17,7 @@ namespace {
 constexpr std::uint8_t kScannedNode = 9;
 constexpr od::Address kScannedType{0x1000, 0};
 
-// The test plays the devices: each has 1000h alone.
+// The test simulates the devices: each has only 1000h.
 struct ScanServiceTest : testing::Test {
   std::uint64_t execute(Request request, Duration timeout = {}) {
     service.execute({.tag = ++tag, .timeout = timeout, .request = std::move(request)}, parts.now);
@@ -25,7 +25,8 @@ struct ScanServiceTest : testing::Test {
   }
   std::uint64_t execute(std::uint8_t node) { return execute(Scan{.node = node}); }
 
-  // The requests that wait for the bus, to those that are there and those that are not.
+  // Answers the SDO requests in the transmit queue for the present devices; absent devices do not
+  // answer.
   void answer_all() {
     can::Frame request;
     while (parts.node.transmit().pop_rest(request)) {
@@ -50,7 +51,7 @@ struct ScanServiceTest : testing::Test {
     parts.sdo.receive({.service = can::Service::sdo_client, .index = node}, response);
     parts.sdo.deliver_completions(parts.now);
   }
-  // Until nobody waits for a response.
+  // Runs until no transfer waits for a response.
   void run() {
     for (int round = 0; round < 10'000; ++round) {
       answer_all();

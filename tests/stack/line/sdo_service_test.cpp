@@ -17,7 +17,7 @@ namespace {
 constexpr std::uint64_t kUploadResponse = 0x43;
 constexpr std::uint64_t kDownloadResponse = 0x60;
 
-// The test plays node 5.
+// The test simulates node 5.
 struct SdoServiceTest : testing::Test, ScanCache {
   const std::vector<std::byte>* cached(std::uint8_t node, od::Address address) const override {
     return node == kAxis && address == kType && !known.empty() ? &known : nullptr;
@@ -37,7 +37,7 @@ struct SdoServiceTest : testing::Test, ScanCache {
     execute(
         SdoWrite{.node = node, .address = kType, .data = std::vector<std::byte>(4, std::byte{1})});
   }
-  // To the request, which is handed out before.
+  // Answers the request after it was handed out.
   void respond(std::uint64_t command, std::uint32_t value = 0) {
     for (can::Frame request; parts.node->next_frame(request, now);) {
     }
@@ -59,7 +59,7 @@ struct SdoServiceTest : testing::Test, ScanCache {
                          parts.events, messages,     counters};
   ServiceStub local{host};
   diagnosis::ControlSettings settings;
-  std::vector<std::byte> known;  // what a scan read
+  std::vector<std::byte> known;  // the values that a scan has read
   SdoService service{host,
                      parts.config,
                      {.sdo = arbiter,

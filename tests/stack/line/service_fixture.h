@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A service of a line without the line: the parts that it uses, and a host that keeps what it says.
+// A service of a line without the line: the parts that it uses, and a host that records its replies
+// and events.
 #pragma once
 
 #include <map>
@@ -26,7 +27,7 @@ inline constexpr std::uint8_t kOwnNode = 127;
 inline constexpr std::uint8_t kAxis = 5;
 inline constexpr od::Address kType{0x1000, 0};  // device type
 
-// Keeps the commands that another service hands to it.
+// Records the commands that another service passes on.
 struct ServiceStub final : Service {
   using Service::Service;
   void execute(Command command, Instant /*now*/) override { taken.push_back(std::move(command)); }
@@ -65,13 +66,13 @@ class RecordingHost final : public ServiceHost {
 
   // Commands that wait for the acknowledgement of their frames.
   std::vector<FramesUnderWay::Sending>& sendings() { return sendings_; }
-  // The bus acknowledges all of them.
+  // The bus acknowledges the frames of all of them.
   void acknowledge() {
     for (FramesUnderWay::Sending& sending : std::exchange(sendings_, {})) {
       reply(sending.command.tag, Error{}, std::move(sending.data));
     }
   }
-  // The time of all of them is over.
+  // The time limit of all of them expires.
   void expire(Service& service, Instant now) {
     for (FramesUnderWay::Sending& sending : std::exchange(sendings_, {})) {
       service.answer_unsent(sending, now);
@@ -81,7 +82,7 @@ class RecordingHost final : public ServiceHost {
 
   void set_usable(bool usable) { usable_ = usable; }
   void set_manages(bool manages) { manages_ = manages; }
-  // nullopt: none so far.
+  // nullopt: not answered yet.
   std::optional<Error> answer(std::uint64_t tag) const {
     const auto found = replies_.find(tag);
     return found == replies_.end() ? std::nullopt : std::optional(found->second.error);
@@ -96,7 +97,7 @@ class RecordingHost final : public ServiceHost {
   std::map<std::uint64_t, Reply> replies_;
 };
 
-// A manager with node 5 in its network list, which nobody plays.
+// A manager with node 5 in its network list; no device answers.
 struct ManagerParts final : manager::Host {
   explicit ManagerParts(bool started = true) {
     if (started) {
@@ -123,7 +124,7 @@ struct ManagerParts final : manager::Host {
       node_plans(config), manager_options(config), dictionary, sdo, heartbeats, events, *this};
 };
 
-// As Line::make() has it.
+// The same plan as in Line::make().
 inline pdo::LinkPlan plan_of(const LineConfig& config) {
   pdo::LinkPlan plan = *link_plan(config).value;
   EXPECT_TRUE(place_own_objects(config, plan));
@@ -131,7 +132,7 @@ inline pdo::LinkPlan plan_of(const LineConfig& config) {
   return plan;
 }
 
-// The own node of a line with its own objects and the PDOs of node 5, Operational.
+// The own node of a line in Operational, with its own objects and the PDOs of node 5.
 struct NodeParts {
   explicit NodeParts(LineConfig line_config) : config(std::move(line_config)) {
     od::Dictionary dictionary = make_own_dictionary(config);

@@ -13,7 +13,7 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-// An old device that has no heartbeat.
+// An old device without a heartbeat.
 TEST_F(LineTest, AGuardedNodeIsAskedAndMissed) {
   LineConfig config = config_with_axis();
   config.nodes[0].heartbeat = Duration::zero();
@@ -31,7 +31,7 @@ TEST_F(LineTest, AGuardedNodeIsAskedAndMissed) {
   hear(0x585, {0x60, 0x0C, 0x10, 0x00, 0, 0, 0, 0});
   EXPECT_THAT(sent(), ElementsAre("605#2F0D100002000000"));
   hear(0x585, {0x60, 0x0D, 0x10, 0x00, 0, 0, 0, 0});
-  EXPECT_THAT(sent(), ElementsAre("705#00")) << "a remote frame";
+  EXPECT_THAT(sent(), ElementsAre("705#00")) << "a guarding request";
   hear(0x705, {0x7F});
   EXPECT_THAT(sent(), ElementsAre("000#0105"));
   pass(milliseconds(100));
@@ -39,7 +39,7 @@ TEST_F(LineTest, AGuardedNodeIsAskedAndMissed) {
   hear(0x705, {0x85});
   EXPECT_EQ(line_->node_state(5).state, nmt::State::operational);
   hear(0x705, {0x85});
-  EXPECT_EQ(line_->state().counters.frames_malformed, 1U) << "the same toggle bit";
+  EXPECT_EQ(line_->state().counters.frames_malformed, 1U) << "toggle bit did not change";
   events();
   pass(milliseconds(200));
   EXPECT_TRUE(emitted(EventKind::heartbeat_lost, 5));
@@ -47,7 +47,7 @@ TEST_F(LineTest, AGuardedNodeIsAskedAndMissed) {
   EXPECT_THAT(sent(), testing::Contains("000#8105"));
 }
 
-// A line that rests does not tell its node what time it is.
+// An idle line does not update the time of its node.
 TEST_F(LineTest, WhatIsWrittenAfterALongRestIsToldWithTheTimeAtWhichItIsWritten) {
   LineConfig config = config_with_axis();
   config.nodes[0].heartbeat = Duration::zero();
@@ -65,7 +65,8 @@ TEST_F(LineTest, WhatIsWrittenAfterALongRestIsToldWithTheTimeAtWhichItIsWritten)
   EXPECT_EQ(error->time, now_);
 }
 
-// What is written to the device counts more than its file, and a file that says 0 says nothing.
+// A configured value takes precedence over the device file, and a value of 0 in the file is
+// ignored.
 TEST_F(LineTest, EmcysComeOnTheIdentifierTheDeviceIsGiven) {
   const auto told_on = [this](std::uint32_t cob_id) {
     can::Frame frame = can::make_frame(can::CobId{cob_id}.id(), {0x00, 0x10, 0x01, 0, 0, 0, 0, 0});
@@ -98,7 +99,7 @@ TEST_F(LineTest, EmcysComeOnTheIdentifierTheDeviceIsGiven) {
   make(config);
   line_->start(now_);
   EXPECT_TRUE(told_on(kOfTheFile));
-  EXPECT_FALSE(told_on(kOfTheFile & 0x7FFU)) << "11 bits";
+  EXPECT_FALSE(told_on(kOfTheFile & 0x7FFU)) << "not the 11-bit identifier";
   EXPECT_FALSE(told_on(0x085));
   config.nodes[0].objects.push_back({{0x1014, 0}, value(kWritten)});
   make(config);
@@ -157,7 +158,7 @@ TEST_F(LineTest, AFloodOfBusErrorsIsCountedAndToldOnceASecond) {
   EXPECT_EQ(line_->state().counters.bus_errors, 2500U);
 }
 
-// What the bus goes through is the own node's error, too; a manager goes on after bus-off.
+// Bus errors are also errors of the own node; a manager continues after bus-off.
 TEST_F(LineTest, BusStatesReachTheOwnNode) {
   make(config_with_axis());
   boot();
@@ -201,7 +202,7 @@ TEST_F(LineTest, ConsumesTime) {
   EXPECT_EQ(line_->state().counters.frames_malformed, 1U);
 }
 
-// Somebody gave a device the node-ID of the manager.
+// A device has the node-ID of the manager.
 TEST_F(LineTest, TheOwnNodeIdOfAnotherIsTold) {
   make(config_with_axis());
   boot();
@@ -210,8 +211,7 @@ TEST_F(LineTest, TheOwnNodeIdOfAnotherIsTold) {
   EXPECT_EQ(line_->state().own_state, nmt::State::operational);
 }
 
-// --- SDO transfers of a command that are begun anew
-// -----------------------------------------------
+// --- repeated SDO transfers of a command -----------------------------------------------
 
 constexpr const char* kReadInitiate = "605#4000200000000000";
 constexpr const char* kWriteInitiate = "605#2B002000CDAB0000";
@@ -253,7 +253,7 @@ class RepeatedSdo : public LineTest {
     Reply none;
     EXPECT_FALSE(line_->take_reply(none));
   }
-  // Without the heartbeat of the own node and the like.
+  // Without the heartbeats of the own node and similar frames.
   std::vector<std::string> sent_to_server() {
     std::vector<std::string> all = sent();
     std::erase_if(all, [](const std::string& frame) { return !frame.starts_with("605#"); });
@@ -288,7 +288,7 @@ TEST_F(RepeatedSdo, TheLastAttemptIsTheReply) {
     EXPECT_EQ(answer().error, to_error(AbortCode::timeout));
     expect_nothing();
     EXPECT_TRUE(emitted(EventKind::sdo_abort, 5));
-    hear(0x585, {0x80, 0x00, 0x20, 0x00, 0x00, 0x00, 0x04, 0x05});  // late
+    hear(0x585, {0x80, 0x00, 0x20, 0x00, 0x00, 0x00, 0x04, 0x05});  // a late abort
     sent();
   }
 }
@@ -325,7 +325,7 @@ TEST_F(RepeatedSdo, IsNotSoByItself) {
   }
 }
 
-// The value goes in segments; the acknowledgement of the second one is lost.
+// The value is sent in segments; the response to the second segment is lost.
 TEST_F(RepeatedSdo, ADownloadInSegmentsBeginsAgainWithTheFirst) {
   line_->execute({.tag = 7,
                   .request = SdoWrite{.node = 5,
@@ -363,10 +363,9 @@ TEST_F(RepeatedSdo, TheCommandsTimeOutIsForAllAttempts) {
   }
 }
 
-// --- SDO clients of the own dictionary
-// ------------------------------------------------------------
+// --- SDO clients of the own dictionary -------------------------------------------------
 
-// The arbiter of the line reaches the default server of each device: no other client may.
+// The arbiter of the line uses the default server of each device, so no other client may use it.
 TEST_F(LineTest, AnSdoClientObjectCannotHaveTheIdentifiersOfADefaultServer) {
   make(config_with_axis());
   od::ObjectDescription client{
@@ -397,7 +396,7 @@ TEST_F(LineTest, AnSdoClientObjectCannotHaveTheIdentifiersOfADefaultServer) {
   constexpr std::uint32_t kInvalid = 0x8000'0000;
   EXPECT_EQ(write(1, 0x605), refused);
   EXPECT_EQ(write(2, 0x585), refused);
-  EXPECT_EQ(write(1, 0x601), refused) << "the arbiter may reach any node";
+  EXPECT_EQ(write(1, 0x601), refused) << "the arbiter may use any server";
   EXPECT_EQ(write(1, kInvalid | 0x605), Error{});
   EXPECT_EQ(write(2, kInvalid | 0x585), Error{});
   EXPECT_EQ(write(1, 0x605), refused);
@@ -410,7 +409,7 @@ TEST_F(LineTest, AnSdoClientObjectCannotHaveTheIdentifiersOfADefaultServer) {
   EXPECT_TRUE(answer().ok());
 }
 
-// NMT commands that nobody ordered are sent in the same breath, too.
+// NMT commands that the stack issues without an order are also sent at once.
 TEST_F(LineTest, TheResetBehindRestoredDefaultsWaitsForNothing) {
   LineConfig config = config_with_axis();
   config.nodes.clear();
@@ -432,7 +431,7 @@ TEST_F(LineTest, ANodeThatStrayedIsStartedAtOnce) {
   config.keep_operational = true;
   make(config);
   boot();
-  for (int i = 0; i < 2; ++i) {  // until it has had the time to obey
+  for (int i = 0; i < 2; ++i) {  // until the time for executing the NMT start has passed
     pass(milliseconds(60));
     hear(0x705, {0x05});
   }

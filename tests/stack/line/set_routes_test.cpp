@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Routes that change while a line runs: nobody on its bus notices.
+// Routes that change while a line runs, without any effect on its bus.
 #include "stack/base/byte_order.h"
 #include "stack/od/objects.h"
 #include "stack/routing/emcy_router.h"
@@ -48,7 +48,7 @@ TEST_F(SetRoutesTest, TheTablesChangeAndNothingElse) {
   EXPECT_EQ(dictionary.number({od::objects::kEmcyRouting, 5}), 1U);
   EXPECT_EQ(line_->config().routing.routes, wanted.routes);
   dictionary.reset_values(0x1000, 0xFFFF);
-  EXPECT_EQ(dictionary.number(kNumberOfRoutes), 2U) << "they are the defaults, too";
+  EXPECT_EQ(dictionary.number(kNumberOfRoutes), 2U) << "they became the default values";
 
   line_->set_routes(config.routing, now_);
   EXPECT_EQ(dictionary.number(kNumberOfRoutes), 1U);

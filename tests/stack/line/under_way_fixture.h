@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A line whose owner reports what became of its frames.
+// A line whose owner reports the fate of its frames.
 #pragma once
 
 #include "stack/base/byte_order.h"
@@ -8,7 +8,7 @@
 
 namespace linegate::line {
 
-// RPDO 1 of the device is synchronous, and nobody sends SYNC.
+// RPDO 1 of the device is synchronous, and no node sends SYNC.
 inline LineConfig config_with_synchronous_axis() {
   LineConfig config = config_with_axis();
   for (od::ObjectDescription& object : config.nodes[0].device.objects) {
@@ -23,7 +23,7 @@ inline LineConfig config_with_synchronous_axis() {
 
 class AcknowledgedLine : public LineTest {
  protected:
-  // Frames that the bus takes, but does not acknowledge yet.
+  // Hands out frames that the controller accepts, but the bus does not acknowledge yet.
   std::vector<std::string> hand_out() {
     std::vector<std::string> out = sent();
     given_ += out.size();
@@ -55,7 +55,7 @@ class AcknowledgedOutputs : public AcknowledgedLine {
     LineTest::boot();
     given_ = frames();
   }
-  // Without error control, until its NMT start is to be sent.
+  // Boots the device without error control until its NMT start is due.
   void boot_unwatched() {
     make(config_without_error_control());
     line_->expect_acknowledgements();
@@ -65,10 +65,10 @@ class AcknowledgedOutputs : public AcknowledgedLine {
     hear_no_serial_number();
     line_->advance(now_);
   }
-  // Without error control, Operational, its outputs valid.
+  // Takes the device to Operational without error control, with valid outputs.
   void run_unwatched() {
     boot_unwatched();
-    for (int i = 0; i < 2; ++i) {  // its start; its outputs
+    for (int i = 0; i < 2; ++i) {  // the NMT start, then its outputs
       hand_out();
       acknowledge_all();
     }
@@ -99,7 +99,7 @@ class AcknowledgedOutputs : public AcknowledgedLine {
     return state.waits.empty() ? OutputWait::value : state.waits.front().reason;
   }
   bool valid() { return snapshot(Direction::outputs).is_valid(0); }
-  // The device still lives, for so long.
+  // The device sends heartbeats for this time.
   void live(Duration time) {
     for (const Instant end = now_ + time; now_ < end;) {
       pass(std::min<Duration>(milliseconds(50), end - now_));

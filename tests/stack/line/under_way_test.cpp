@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is answered and shown when the bus acknowledges frames, when it does not, and when it loses
+// Replies and reported states when the bus acknowledges frames, does not acknowledge them, or loses
 // them.
 #include "tests/stack/line/under_way_fixture.h"
 
@@ -14,7 +14,7 @@ TEST_F(AcknowledgedOutputs, AreValidWhenTheirFrameWasAcknowledged) {
   write(1);
   EXPECT_FALSE(valid());
   EXPECT_THAT(hand_out(), ElementsAre("205#0100000002"));
-  EXPECT_FALSE(valid()) << "the controller has it, the bus does not";
+  EXPECT_FALSE(valid()) << "only the controller has the frame";
   acknowledge_all();
   EXPECT_TRUE(valid());
 }
@@ -30,14 +30,14 @@ TEST_F(AcknowledgedOutputs, AreNotValidByTheFrameOfAnOlderValue) {
   write(3);
   write(2);
   acknowledge_all();
-  EXPECT_FALSE(valid()) << "the value was another one meanwhile";
+  EXPECT_FALSE(valid()) << "the value changed meanwhile";
   hand_out();
   acknowledge_all();
   EXPECT_TRUE(valid());
 }
 
-// Each by itself: a neighbour in their PDO that changes faster than the bus acknowledges is not
-// valid meanwhile, the others are.
+// Validity is per value: a neighbour in the same PDO that changes faster than the bus acknowledges
+// is invalid meanwhile, the other values are valid.
 TEST_F(AcknowledgedOutputs, AreValidBesideANeighbourThatChangesFasterThanTheBus) {
   run();
   const auto neighbour_is_valid = [this] { return snapshot(Direction::outputs).is_valid(1); };
@@ -56,7 +56,7 @@ TEST_F(AcknowledgedOutputs, AreValidBesideANeighbourThatChangesFasterThanTheBus)
   EXPECT_TRUE(neighbour_is_valid());
 }
 
-// A SYNC that waits for the bus does not make them as old as it waited.
+// A SYNC that waits for the bus does not make the sampled outputs older.
 TEST_F(AcknowledgedOutputs, ThatAreSynchronousAreThoseOfTheTimeWhenSyncIsHandedOut) {
   LineConfig config = config_with_synchronous_axis();
   config.sync_period = milliseconds(10);
@@ -73,7 +73,7 @@ TEST_F(AcknowledgedOutputs, ThatAreSynchronousAreThoseOfTheTimeWhenSyncIsHandedO
   EXPECT_TRUE(valid());
 }
 
-// Its values are those of the first frame that is under way.
+// The outputs have the values of the first frame under way.
 TEST_F(AcknowledgedOutputs, AreValidWithTheFirstFrameThatCarriesThem) {
   run();
   write(1);
@@ -106,9 +106,9 @@ TEST_F(AcknowledgedOutputs, AreNotValidByFramesThatTheBusLost) {
   hand_out();
   line_->lost(given_, given_);
   start_node();
-  EXPECT_THAT(hand_out(), ElementsAre("000#0105", "205#0100000002")) << "it is sent again";
+  EXPECT_THAT(hand_out(), ElementsAre("000#0105", "205#0100000002")) << "the PDO is repeated";
   line_->acknowledged(given_ - 1, now_);
-  EXPECT_FALSE(valid()) << "a later frame says nothing about the lost one";
+  EXPECT_FALSE(valid()) << "the start was acknowledged, not the PDO";
   acknowledge_all();
   EXPECT_TRUE(valid());
 }
@@ -127,9 +127,9 @@ TEST_F(AcknowledgedOutputs, WithoutErrorControlAreNotValidByALostStart) {
   boot_unwatched();
   EXPECT_THAT(hand_out(), ElementsAre("000#0105"));
   line_->lost(given_, given_);
-  EXPECT_EQ(line_->node_state(5).state, nmt::State::pre_operational) << "nobody started it";
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::pre_operational) << "the start was lost";
   line_->advance(now_);
-  EXPECT_THAT(hand_out(), ElementsAre("000#0105")) << "again";
+  EXPECT_THAT(hand_out(), ElementsAre("000#0105")) << "the start is repeated";
   EXPECT_EQ(line_->node_state(5).state, nmt::State::pre_operational);
   acknowledge_all();
   EXPECT_EQ(line_->node_state(5).state, nmt::State::operational);
@@ -139,7 +139,8 @@ TEST_F(AcknowledgedOutputs, WithoutErrorControlAreNotValidByALostStart) {
   EXPECT_TRUE(valid());
 }
 
-// What was heard of the node before the command was on the bus does not show its state after it.
+// A message received before the NMT command was on the bus does not show the state of the node
+// after the command.
 TEST_F(AcknowledgedOutputs, AreNotSentToANodeWhoseResetIsOnItsWayToTheBus) {
   run_unwatched();
   line_->execute({.request = NmtRequest{.node = 5, .command = nmt::Command::reset_node}}, now_);
@@ -151,7 +152,7 @@ TEST_F(AcknowledgedOutputs, AreNotSentToANodeWhoseResetIsOnItsWayToTheBus) {
   hear(0x000, {0x01, 0x05});
   line_->advance(now_);
   EXPECT_EQ(line_->node_state(5).state, nmt::State::operational);
-  EXPECT_THAT(hand_out(), IsEmpty()) << "the reset follows";
+  EXPECT_THAT(hand_out(), IsEmpty()) << "a reset is under way";
   acknowledge_all();
   EXPECT_EQ(line_->node_state(5).state, nmt::State::unknown);
   EXPECT_THAT(hand_out(), IsEmpty());
@@ -164,7 +165,8 @@ TEST_F(AcknowledgedOutputs, AreNotSentToANodeWhoseResetIsOnItsWayToTheBus) {
   EXPECT_TRUE(valid());
 }
 
-// The state after the first of two commands is not that before it until the second one is there.
+// After the first of two commands the node is not in its previous state, even before the second one
+// is acknowledged.
 TEST_F(AcknowledgedOutputs, AreThoseOfAStoppedNodeFromTheFirstOfTwoCommandsOn) {
   run_unwatched();
   for (const nmt::Command command :
@@ -181,7 +183,7 @@ TEST_F(AcknowledgedOutputs, AreThoseOfAStoppedNodeFromTheFirstOfTwoCommandsOn) {
   line_->acknowledged(given_ - 1, now_);
   EXPECT_EQ(line_->node_state(5).state, nmt::State::unknown);
   hear(0x705, {0x00});
-  EXPECT_THAT(hand_out(), IsEmpty()) << "the other one follows";
+  EXPECT_THAT(hand_out(), IsEmpty()) << "the second command is under way";
   hear(0x000, {0x01, 0x05});
   acknowledge_all();
   EXPECT_EQ(line_->node_state(5).state, nmt::State::pre_operational);
@@ -196,13 +198,14 @@ TEST_F(AcknowledgedOutputs, AreThoseOfAStoppedNodeThoughBothCommandsAreAcknowled
        {nmt::Command::stop, nmt::Command::reset_node, nmt::Command::enter_pre_operational}) {
     line_->execute({.request = NmtRequest{.node = 5, .command = command}}, now_);
   }
-  EXPECT_EQ(hand_out().size(), 4U) << "with the outputs";
+  EXPECT_EQ(hand_out().size(), 4U) << "3 commands and the outputs";
   acknowledge_all();
-  EXPECT_EQ(line_->node_state(5).state, nmt::State::unknown) << "until its boot-up message";
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::unknown) << "unknown until its boot-up";
   EXPECT_FALSE(valid());
 }
 
-// The acknowledgements of both come together, and the boot-up message of the node may be lost.
+// The acknowledgements of both commands arrive together, and the boot-up message of the node may be
+// lost.
 TEST_F(AcknowledgedOutputs, AreNotSentToANodeThatIsResetAfterItsStart) {
   boot_unwatched();
   line_->execute({.request = NmtRequest{.node = 5, .command = nmt::Command::reset_node}}, now_);
@@ -246,7 +249,7 @@ TEST_F(AcknowledgedOutputs, NameTheBusAsWhatTheyWaitFor) {
   write(1);
   hand_out();
   line_->advance(now_);
-  EXPECT_EQ(reason(), OutputWait::turn) << "a frame takes its time";
+  EXPECT_EQ(reason(), OutputWait::turn) << "waits for the bus";
   live(milliseconds(150));
   EXPECT_EQ(reason(), OutputWait::bus);
   acknowledge_all();
@@ -273,7 +276,7 @@ TEST_F(AcknowledgedCommands, AnNmtCommandOnABusWithoutAcknowledgeSaysSo) {
   EXPECT_EQ(answer().error, to_error(Refusal::no_acknowledge));
   EXPECT_TRUE(emitted(EventKind::command_refused, 5));
   acknowledge_all();
-  EXPECT_FALSE(is_answered()) << "answered once";
+  EXPECT_FALSE(is_answered()) << "only one reply";
 }
 
 TEST_F(AcknowledgedCommands, AnNmtCommandThatABusOffLostIsNotDone) {
@@ -284,7 +287,7 @@ TEST_F(AcknowledgedCommands, AnNmtCommandThatABusOffLostIsNotDone) {
   start_node();
   hand_out();
   acknowledge_all();
-  EXPECT_TRUE(answer().ok()) << "the second";
+  EXPECT_TRUE(answer().ok()) << "the second frame was acknowledged";
   EXPECT_FALSE(is_answered());
   live(milliseconds(1100));
   EXPECT_EQ(answer().error, to_error(Refusal::no_acknowledge));
@@ -303,7 +306,7 @@ TEST_F(AcknowledgedCommands, AWriteIsAnsweredWhenItsFrameIsOnTheBus) {
   EXPECT_EQ(wait_of(answer()), PdoWait::none);
 }
 
-// The frame under way has the value of before.
+// The frame under way carries the previous value.
 TEST_F(AcknowledgedCommands, AWriteIsNotAnsweredByAnEarlierFrame) {
   run();
   write(1);
@@ -328,7 +331,8 @@ TEST_F(AcknowledgedCommands, AWriteOnABusWithoutAcknowledgeWaitsForTheBus) {
   EXPECT_EQ(wait_of(answer()), PdoWait::bus);
 }
 
-// The time-out of an object_write is that of an SDO transfer, and of who waits for the reply.
+// The time-out of an object_write applies to an SDO transfer, and to the caller that waits for the
+// reply.
 TEST_F(AcknowledgedCommands, AWriteWaitsForTheBusNoLongerThanASecond) {
   run();
   write(1);
@@ -348,7 +352,7 @@ TEST_F(AcknowledgedCommands, AWriteWhoseFrameWasLostIsAnsweredByTheNext) {
   hand_out();
   line_->lost(given_, given_);
   pass(milliseconds(10));
-  EXPECT_THAT(hand_out(), testing::Not(IsEmpty())) << "it is sent again";
+  EXPECT_THAT(hand_out(), testing::Not(IsEmpty())) << "the lost frame is repeated";
   acknowledge_all();
   EXPECT_EQ(wait_of(answer()), PdoWait::none);
 }
@@ -377,7 +381,7 @@ TEST_F(AcknowledgedCommands, AWriteOfAPdoWithoutSyncWaitsForItsTurn) {
   EXPECT_EQ(wait_of(answer()), PdoWait::turn);
 }
 
-// Sampled at SYNC, handed out when the outputs have another value already.
+// The PDO is sampled at SYNC, and handed out when the outputs already have another value.
 TEST_F(AcknowledgedCommands, AWriteWhoseSampleWaitedForTheBusIsAnsweredByItsFrame) {
   run(config_with_synchronous_axis());
   write(1);
@@ -433,8 +437,9 @@ TEST_F(AcknowledgedCommands, ThatWaitEndWithTheLine) {
   EXPECT_EQ(answer().error, to_error(Refusal::cancelled));
 }
 
-// A write times out while nobody acknowledges it, and is answered when the bus is back: not the
-// write of the same object after it, which was not sent yet.
+// A write times out while no node acknowledges, and its frame is acknowledged when the bus is
+// available again. This does not answer the next write of the same object, whose frame was not sent
+// yet.
 TEST_F(AcknowledgedCommands, ALateAnswerIsNotThatToTheNextWriteOfTheObject) {
   run();
   const auto write = [this](std::uint64_t tag) {

@@ -31,11 +31,11 @@ struct Nodes final : AssignerHost {
   bool is_watched(std::uint8_t node) const override { return watched.contains(node); }
   std::set<std::uint8_t> present;
   std::set<std::uint8_t> watched;
-  std::set<std::uint8_t> used;  // by devices that nobody watches
+  std::set<std::uint8_t> used;  // by devices that are not monitored
   std::vector<int> checks;
 };
 
-// Slaves and a master on a bus that loses frames with the same chance.
+// Slaves and a master on a bus that loses each frame with the same probability.
 class Assignment : public ::testing::Test {
  protected:
   Subject& add(const Address& address, Settings kept = {}) {
@@ -76,7 +76,7 @@ class Assignment : public ::testing::Test {
     master.advance(Instant{10s});
     return master.take().value();
   }
-  // A round; the verdicts that it told, with their nodes.
+  // Executes a round and returns the reported verdicts with their nodes.
   std::vector<std::pair<Verdict, int>> round() {
     std::vector<std::pair<Verdict, int>> out;
     assigner->begin();
@@ -91,7 +91,7 @@ class Assignment : public ::testing::Test {
         out.emplace_back(finding->verdict, finding->node);
       }
       if (services > 50'000) {
-        ADD_FAILURE() << "a round without end";
+        ADD_FAILURE() << "the round does not end";
         break;
       }
     }
@@ -119,7 +119,7 @@ TEST_F(Assignment, OneQuestionWhereNobodyIsWithoutANodeId) {
   add(address_of(1, 1), {.node_id = 5});
   make({{.node = 5, .address = known(1, 1)}});
   EXPECT_EQ(round(), Told{});
-  EXPECT_EQ(services, 3) << "all waiting, twice, and the question";
+  EXPECT_EQ(services, 3) << "switch global twice, and a fastscan request";
   EXPECT_EQ(frames, 4);
 }
 
@@ -131,7 +131,7 @@ TEST_F(Assignment, ByTheWholeAddress) {
   EXPECT_EQ(node_id(0), 5);
   EXPECT_EQ(node_id(1), 6);
   EXPECT_TRUE(nobody_in_configuration());
-  EXPECT_EQ(slaves[0]->slave.persistent().node_id, kNoNodeId) << "not stored unless asked for";
+  EXPECT_EQ(slaves[0]->slave.persistent().node_id, kNoNodeId) << "stored only if configured";
 }
 
 TEST_F(Assignment, ByWhatIsKnownOfTheIdentity) {
@@ -176,13 +176,13 @@ TEST_F(Assignment, AStrangerIsToldOnceAndTheNextOneToo) {
   make({{.node = 5, .address = known(1, 501)}});
   EXPECT_EQ(round(), (Told{{Verdict::unknown_device, 0}, {Verdict::unknown_device, 0}}));
   EXPECT_EQ(round(), Told{});
-  EXPECT_EQ(assigner->found().size(), 0U) << "led aside by its address";
+  EXPECT_EQ(assigner->found().size(), 0U) << "switched by its known address";
   add(address_of(1, 501));
-  EXPECT_EQ(round(), (Told{{Verdict::given, 5}})) << "strangers hide nobody";
+  EXPECT_EQ(round(), (Told{{Verdict::given, 5}})) << "foreign devices hide no node";
   EXPECT_TRUE(nobody_in_configuration());
 }
 
-// CANopenNode's slave answers fastscan in configuration state, too.
+// The slave of CANopenNode also answers fastscan in configuration state.
 TEST_F(Assignment, ASlaveThatAnswersInConfigurationEndsTheSearchAndIsToldOnce) {
   add(address_of(7, 1)).slave.set_faults({.answers_in_configuration = true});
   add(address_of(1, 501));
@@ -197,12 +197,13 @@ TEST_F(Assignment, ASlaveThatAnswersInConfigurationEndsTheSearchAndIsToldOnce) {
   EXPECT_TRUE(nobody_in_configuration());
   services = 0;
   add(address_of(1, 502));
-  EXPECT_LE(round().size(), 1U) << "it may be told as what it is from now on";
+  EXPECT_LE(round().size(), 1U) << "at most the new device is reported";
   EXPECT_EQ(round(), Told{});
   EXPECT_LT(services, 1000);
 }
 
-// Another one of its device type is asked whether it answers, too: it does not.
+// Another slave with the same device type is also checked for this behaviour, which it does not
+// have.
 TEST_F(Assignment, ASlaveThatAnswersInConfigurationBesideOneOfItsTypeEndsTheSearch) {
   add(address_of(7, 1));
   add(address_of(7, 2)).slave.set_faults({.answers_in_configuration = true});
@@ -234,7 +235,7 @@ TEST_F(Assignment, ANodeIdInUseIsNotGivenAndHoldsUpNobody) {
   EXPECT_EQ(
       round(),
       (Told{{Verdict::node_id_not_free, 5}, {Verdict::node_id_not_free, 6}, {Verdict::given, 7}}));
-  EXPECT_EQ(nodes.checks, (std::vector{5, 6, 7})) << "each once";
+  EXPECT_EQ(nodes.checks, (std::vector{5, 6, 7})) << "each node-ID is checked once";
   EXPECT_EQ(node_id(0), kNoNodeId);
   EXPECT_EQ(node_id(1), kNoNodeId);
   EXPECT_EQ(node_id(2), 7);
@@ -318,7 +319,7 @@ TEST_F(Assignment, OthersAreSearchedForWhenTheNodesHaveHadTheirTurn) {
     assigner->answered(ask(assigner->request()));
     ++before;
   }
-  EXPECT_EQ(before, 6) << "all waiting, the question, node 5, all waiting";
+  EXPECT_EQ(before, 6) << "before the search for other devices";
   assigner->end_early();
   for (int i = 0; i < 2; ++i) {
     EXPECT_EQ(assigner->request().service, Service::switch_global);
@@ -328,7 +329,8 @@ TEST_F(Assignment, OthersAreSearchedForWhenTheNodesHaveHadTheirTurn) {
   EXPECT_TRUE(nobody_in_configuration());
 }
 
-// Whatever is lost, no two devices ever have one node-ID, and with time all have theirs.
+// With any losses, two devices never have the same node-ID, and eventually every device has its
+// node-ID.
 TEST_F(Assignment, OnABusThatLosesFramesNobodyGetsTheNodeIdOfAnother) {
   for (unsigned seed = 0; seed < 50; ++seed) {
     slaves.clear();

@@ -14,7 +14,7 @@ namespace {
 
 using testing::Subject;
 
-// Slaves on a bus that loses each frame with the same chance, a question and an answer alike.
+// Slaves on a bus that loses each request and each response with the same probability.
 class Network {
  public:
   explicit Network(double loss = 0.0, std::uint32_t seed = 1) : lost_(loss), random_(seed) {}
@@ -27,7 +27,7 @@ class Network {
     bool heard = false;
     const can::Frame question = encode(kMasterId, message);
     if (lost_(random_)) {
-      return false;  // nobody hears it
+      return false;  // the request is lost
     }
     for (const auto& subject : slaves_) {
       subject->slave.receive(question, subject->out);
@@ -56,7 +56,7 @@ class Network {
 TEST(Fastscan, FindsNobodyWhereNobodyIs) {
   Network network;
   EXPECT_EQ(network.run().state(), Fastscan::State::nobody);
-  EXPECT_EQ(network.questions, 3) << "the question may have been lost";
+  EXPECT_EQ(network.questions, 3) << "repeated in case of a loss";
 }
 
 TEST(Fastscan, FindsAnAddressBitByBit) {

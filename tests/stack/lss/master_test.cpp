@@ -15,7 +15,7 @@ using Frames = std::vector<Bytes>;
 
 class LssMaster : public ::testing::Test {
  protected:
-  // What it sends for a request, all at `when`.
+  // The frames that it sends for a request, all at `when`.
   Frames send(const Request& request, Duration when = 0ms) {
     EXPECT_TRUE(master.start(request));
     Frames out;
@@ -28,7 +28,7 @@ class LssMaster : public ::testing::Test {
     return out;
   }
   bool hear(const Bytes& bytes) { return master.receive(testing::frame_of(kSlaveId, bytes)); }
-  // The outcome after that answer, when all who may give it had their time.
+  // The outcome after that response, when the time for further responses has passed.
   Answer answered(const Bytes& bytes) {
     EXPECT_TRUE(hear(bytes));
     master.advance(Instant{kDefaultTimeout / kSettleShare});
@@ -127,7 +127,7 @@ TEST_F(LssMaster, NoAnswerIsAResultAfterOneHundredMilliseconds) {
   EXPECT_EQ(master.take()->outcome, Outcome::no_answer);
   EXPECT_EQ(master.next_wake(), kNever);
   EXPECT_TRUE(hear({0x44, 0, 0, 0, 0, 0, 0, 0}));
-  EXPECT_FALSE(master.take()) << "too late";
+  EXPECT_FALSE(master.take()) << "the response is too late";
   EXPECT_EQ(master.unexpected(), 1U);
 }
 
@@ -165,14 +165,14 @@ TEST_F(LssMaster, TwoAnswersToWhatOneDeviceAnswersAreCounted) {
   send({.service = Service::identify_unconfigured});
   answered({0x50, 0, 0, 0, 0, 0, 0, 0});
   EXPECT_TRUE(hear({0x50, 0, 0, 0, 0, 0, 0, 0}));
-  EXPECT_EQ(master.doubled(), 2U) << "any number may be without a node-ID";
+  EXPECT_EQ(master.doubled(), 2U) << "several slaves may be unconfigured";
 }
 
 TEST_F(LssMaster, ASlowerDeviceDoesNotAnswerTheNextQuestion) {
   const Bytes here{0x4F, 0, 0, 0, 0, 0, 0, 0};
   send({.service = Service::question, .message = {.command = Command::fastscan}});
   EXPECT_TRUE(hear(here));
-  EXPECT_FALSE(master.take()) << "others may answer, too";
+  EXPECT_FALSE(master.take()) << "other slaves may respond, too";
   EXPECT_EQ(master.next_wake(), Instant{10ms});
   EXPECT_TRUE(hear(here));
   master.advance(Instant{9ms});

@@ -25,7 +25,7 @@ const Data kNoAnswer3 = data_of({1, 0, 0});
 // One slave with the address 44332211h, 88776655h, CCBBAA99h, 100FFEEDh.
 class LssCourse : public ::testing::Test {
  protected:
-  // The reply to it; empty if its arguments are none.
+  // The reply; empty if the arguments are invalid.
   Data run(Procedure procedure, const Data& arguments = {}) {
     auto course = Course::make(procedure, arguments);
     if (!course) {
@@ -67,7 +67,7 @@ class LssCourse : public ::testing::Test {
 
   Subject subject;
   Subject other{{}, {1, 2, 3, 4}};
-  bool two = false;  // the other one is there
+  bool two = false;  // whether the second slave is connected
   int in_use = 0;
   std::vector<int> checks;
 };
@@ -82,7 +82,7 @@ TEST_F(LssCourse, ANodeIdInUseIsNotGivenUnlessForced) {
   EXPECT_EQ(run(Procedure::configure_node_id, data_of({9, 1})), kDone3);
   EXPECT_EQ(subject.slave.pending().node_id, 9);
   subject.slave.reset(false);
-  EXPECT_EQ(run(Procedure::configure_node_id, data_of({9})), kDone3) << "it keeps what it has";
+  EXPECT_EQ(run(Procedure::configure_node_id, data_of({9})), kDone3) << "the node-ID is unchanged";
   EXPECT_EQ(run(Procedure::configure_node_id, data_of({255})), kDone3);
   EXPECT_EQ(checks, (std::vector{9, 10}));
   EXPECT_EQ(run(Procedure::configure_node_id, data_of({9, 2})), Data{});
@@ -98,7 +98,7 @@ TEST_F(LssCourse, AnInquiryThatSeveralDevicesAnswerIsAnsweredWithThat) {
 
 TEST_F(LssCourse, ServicesOneByOne) {
   EXPECT_EQ(run(Procedure::identify_unconfigured), kDone3);
-  EXPECT_EQ(run(Procedure::inquire_node_id), kNoAnswer3) << "nobody is in configuration";
+  EXPECT_EQ(run(Procedure::inquire_node_id), kNoAnswer3) << "no slave in configuration";
   EXPECT_EQ(run(Procedure::switch_selective, address()), kDone3);
   EXPECT_EQ(run(Procedure::inquire_address), after_head(address()));
   EXPECT_EQ(run(Procedure::inquire_node_id), data_of({0, 0, 0, 255}));
@@ -131,14 +131,14 @@ TEST_F(LssCourse, Identify) {
 TEST_F(LssCourse, FastscanWithAndWithoutKnownParts) {
   EXPECT_EQ(run(Procedure::fastscan), after_head(address()));
   EXPECT_EQ(subject.slave.state(), SlaveState::configuration);
-  EXPECT_EQ(run(Procedure::fastscan), kNoAnswer3) << "who was found does not answer";
+  EXPECT_EQ(run(Procedure::fastscan), kNoAnswer3) << "a found slave does not respond";
   run(Procedure::switch_global, data_of({0}));
   Data known = data_of({0x03});
   put(testing::kAddress, known);
   EXPECT_EQ(run(Procedure::fastscan, known), after_head(address()));
   run(Procedure::switch_global, data_of({0}));
   known[1] = std::byte{0};
-  EXPECT_EQ(run(Procedure::fastscan, known), kNoAnswer3) << "another vendor";
+  EXPECT_EQ(run(Procedure::fastscan, known), kNoAnswer3) << "another vendor-ID";
 }
 
 TEST_F(LssCourse, ArgumentsThatAreNone) {

@@ -104,7 +104,7 @@ TEST(LssSlave, ActivateBitTimingIsSilentForTheDelayBeforeAndAfterTheSwitch) {
   EXPECT_EQ(subject.slave.next_wake(), Instant{1300ms});
   subject.slave.advance(Instant{1299ms});
   EXPECT_EQ(subject.host.used, -1);
-  EXPECT_EQ(subject.say({0x5E, 0, 0, 0, 0, 0, 0, 0}, 1299ms), kNothing) << "it hears nothing";
+  EXPECT_EQ(subject.say({0x5E, 0, 0, 0, 0, 0, 0, 0}, 1299ms), kNothing) << "it receives nothing";
   subject.slave.advance(Instant{1300ms});
   EXPECT_EQ(subject.host.used, 2);
   EXPECT_EQ(subject.host.used_at, Instant{1300ms});
@@ -123,7 +123,7 @@ TEST(LssSlave, AResetWhileItWaitsForTheSwitchDoesNotChangeTheBitTiming) {
   subject.slave.reset(true);
   EXPECT_EQ(subject.slave.pending().bit_timing, kNoBitTiming);
   subject.slave.advance(Instant{1300ms});
-  EXPECT_EQ(subject.host.used, 2) << "the others switch, too";
+  EXPECT_EQ(subject.host.used, 2) << "the other nodes switch, too";
 }
 
 TEST(LssSlave, Store) {
@@ -180,7 +180,7 @@ TEST(LssSlave, Inquire) {
   EXPECT_EQ(subject.say({0x5B, 0, 0, 0, 0, 0, 0, 0}), one({0x5B, 0x55, 0x66, 0x77, 0x88}));
   EXPECT_EQ(subject.say({0x5C, 0, 0, 0, 0, 0, 0, 0}), one({0x5C, 0x99, 0xAA, 0xBB, 0xCC}));
   EXPECT_EQ(subject.say({0x5D, 0, 0, 0, 0, 0, 0, 0}), one({0x5D, 0xED, 0xFE, 0x0F, 0x10}));
-  EXPECT_EQ(subject.say({0x5E, 0, 0, 0, 0, 0, 0, 0}), one({0x5E, 5})) << "the active one";
+  EXPECT_EQ(subject.say({0x5E, 0, 0, 0, 0, 0, 0, 0}), one({0x5E, 5})) << "the active node-ID";
 }
 
 TEST(LssSlave, ServesConfigurationInThatStateAlone) {
@@ -245,7 +245,7 @@ TEST(LssSlave, Fastscan) {
   EXPECT_EQ(subject.slave.state(), SlaveState::waiting);
   EXPECT_EQ(subject.say({0x51, 0xED, 0xFE, 0x0F, 0x10, 0, 3, 0}), one({0x4F}));
   EXPECT_EQ(subject.slave.state(), SlaveState::configuration);
-  EXPECT_EQ(subject.say({0x51, 0, 0, 0, 0, 0x80, 0, 0}), kNothing) << "it was found already";
+  EXPECT_EQ(subject.say({0x51, 0, 0, 0, 0, 0x80, 0, 0}), kNothing) << "the slave was already found";
 }
 
 TEST(LssSlave, FastscanIsForThoseWithoutANodeId) {
@@ -263,7 +263,7 @@ TEST(LssSlave, ThreeNodeIds) {
   subject.configuration();
   subject.say({0x11, 9, 0, 0, 0, 0, 0, 0});
   subject.waiting();
-  EXPECT_FALSE(subject.slave.take_reset()) << "it has a node-ID, so the NMT master decides when";
+  EXPECT_FALSE(subject.slave.take_reset()) << "the NMT master decides on the reset";
   EXPECT_EQ(subject.slave.active_node_id(), 5);
   EXPECT_EQ(subject.slave.reset(false), 9) << "reset communication: pending becomes active";
   EXPECT_EQ(subject.slave.active_node_id(), 9);

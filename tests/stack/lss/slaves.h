@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// LSS slaves of devices that exist as these alone, and what is said to them.
+// LSS slaves without the rest of a device, and messages to them.
 #pragma once
 
 #include <cstdint>
@@ -51,13 +51,13 @@ struct Host final : SlaveHost {
   Instant used_at{};
 };
 
-// One slave, power-on done.
+// One slave after power-on.
 struct Subject {
   explicit Subject(Settings kept = {}, Address address = kAddress) : slave(address, &host) {
     slave.power_on(kept);
   }
 
-  // What it answers to a frame on 7E5h: the bytes of each frame.
+  // The responses to a frame on 7E5h: the bytes of each frame.
   std::vector<Bytes> say(const Bytes& bytes, Duration when = {}) {
     well_formed = slave.receive(frame_of(kMasterId, bytes, when), out);
     return answers();

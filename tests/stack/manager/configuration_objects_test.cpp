@@ -76,7 +76,7 @@ TEST_F(ConfigurationObjectsTest, AConciseDcfIsTakenWholeOrNotAtAll) {
   EXPECT_EQ(objects_->order(5).writes.at(0).address, (od::Address{0x2000, 1}));
 }
 
-// Segments of two downloads and of an upload in turn: nothing is shared between the servers.
+// Segments of two downloads and of an upload in turn: the servers share no transfer state.
 TEST_F(ConfigurationObjectsTest, SeveralConciseDcfsAreWrittenAtOnceAndReadMeanwhile) {
   EventLog events;
   can::TransmitQueue queue{4};
@@ -112,7 +112,7 @@ TEST_F(ConfigurationObjectsTest, SeveralConciseDcfsAreWrittenAtOnceAndReadMeanwh
   EXPECT_EQ(objects_->order(5).writes.at(0).address, (od::Address{0x2000, 1}));
   EXPECT_EQ(objects_->order(7).writes.at(0).address, (od::Address{0x2100, 1}));
   EXPECT_EQ(first.counters().aborts + second.counters().aborts + reader.counters().aborts, 0U);
-  EXPECT_EQ(reader.counters().uploads, 1U) << "of the concise DCF as it was at the beginning";
+  EXPECT_EQ(reader.counters().uploads, 1U) << "reads the concise DCF from its begin";
 }
 
 TEST_F(ConfigurationObjectsTest, WhatIsExpectedBelongsToTheNewestConciseDcf) {
@@ -123,7 +123,7 @@ TEST_F(ConfigurationObjectsTest, WhatIsExpectedBelongsToTheNewestConciseDcf) {
   ASSERT_EQ(dictionary_.write({0x1F22, 5}, write_concise_dcf(dated)), AbortCode::none);
   EXPECT_EQ(objects_->order(5).expected, (ConfigurationDate{.date = 10, .time = 11}));
   ASSERT_EQ(dictionary_.write({0x1F22, 7}, write_concise_dcf(undated)), AbortCode::none);
-  EXPECT_EQ(objects_->order(7).expected, fingerprint_of(undated)) << "it stores";
+  EXPECT_EQ(objects_->order(7).expected, fingerprint_of(undated)) << "node 7 stores";
   ASSERT_EQ(dictionary_.write({0x1F26, 7}, number(12)), AbortCode::none);
   EXPECT_EQ(objects_->order(7).expected.date, 12U);
 }

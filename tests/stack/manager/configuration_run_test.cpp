@@ -24,7 +24,7 @@ std::string text(const TaskStep& step) {
   return out;
 }
 
-// Everything is taken, and 1020h reads date and time.
+// Every download succeeds, and 1020h returns the date and time in `has`.
 std::string run(ConfigurationRun& run, ConfigurationDate has = {}) {
   std::string out;
   while (const auto step = run.wanted()) {
@@ -118,7 +118,7 @@ TEST(ConfigurationRun, ADeviceThatTakesNoDateStoresNothing) {
     run.take(answer, {});
   }
   EXPECT_FALSE(run.wanted());
-  EXPECT_EQ(run.result(), Outcome::applied) << "it is configured, at every boot";
+  EXPECT_EQ(run.result(), Outcome::applied) << "configured at every boot";
   EXPECT_EQ(run.abort(), AbortCode::no_object);
   EXPECT_EQ(run.object(), (od::Address{0x1020, 1}));
 }

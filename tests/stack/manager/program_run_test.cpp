@@ -21,7 +21,7 @@ ProgramOrder program_order() {
           .program = std::make_shared<const std::vector<std::byte>>(std::size_t{20})};
 }
 
-// What is wanted next: "?1F51", "1F51=3", "1F50<20".
+// The next access that the run requests: "?1F51", "1F51=3", "1F50<20".
 std::string wanted(ProgramRun& run) {
   const auto step = run.wanted();
   if (!step) {
@@ -51,7 +51,7 @@ void take(ProgramRun& run, AbortCode abort) {
 void up_to_flash(ProgramRun& run) {
   EXPECT_EQ(wanted(run), "?1F51");
   take(run, 0);
-  EXPECT_EQ(wanted(run), "1F51=3") << "it stands already";
+  EXPECT_EQ(wanted(run), "1F51=3") << "the program is already stopped";
   take(run, AbortCode::none);
   EXPECT_EQ(wanted(run), "1F50<20");
   take(run, AbortCode::none);
@@ -72,7 +72,7 @@ TEST(ProgramRun, StopsClearsLoadsAndStarts) {
   take(run, AbortCode::none);
   EXPECT_EQ(wanted(run), "?1F57");
   take(run, 1);
-  EXPECT_EQ(wanted(run), "?1F57") << "it was busy";
+  EXPECT_EQ(wanted(run), "?1F57") << "the node was busy";
   take(run, 0);
   EXPECT_EQ(wanted(run), "1F51=1");
   take(run, AbortCode::none);
@@ -95,7 +95,7 @@ TEST(ProgramRun, ADeviceThatRestartsIsGivenTimeToAnswer) {
   }
   EXPECT_EQ(wanted(run), "?1F51");
   take(run, AbortCode::write_only);
-  EXPECT_EQ(wanted(run), "1F51=3") << "it does not tell whether it stopped";
+  EXPECT_EQ(wanted(run), "1F51=3") << "1F51h is write-only";
 }
 
 TEST(ProgramRun, ADeviceThatStaysSilentOrDoesNotStopEndsIt) {
@@ -248,7 +248,7 @@ TEST(ProgramObjects, ProgramsComeFromPlansAndAreReplacedOverSdo) {
   ASSERT_TRUE(sink.ok());
   const std::vector<std::byte> bytes(3);
   EXPECT_EQ((*sink)->write(bytes), AbortCode::none);
-  EXPECT_EQ(objects.program(6), nullptr) << "not all of it has come";
+  EXPECT_EQ(objects.program(6), nullptr) << "the download is not complete";
   EXPECT_EQ((*sink)->finish(), AbortCode::none);
   ASSERT_NE(objects.program(6), nullptr);
   EXPECT_EQ(objects.program(6)->size(), 3U);
@@ -257,7 +257,7 @@ TEST(ProgramObjects, ProgramsComeFromPlansAndAreReplacedOverSdo) {
   EXPECT_FALSE(dictionary.open_sink({0x1F58, 6}, 17U << 20U).ok()) << "too long";
 }
 
-// The default SDO server, and one of a connection from another network.
+// The default SDO server, and the server of a connection from another network.
 TEST(ProgramObjects, TwoServersTransferTheSameProgramAtTheSameTime) {
   NodePlan plan{.id = 5};
   plan.program = std::make_shared<const std::vector<std::byte>>(std::size_t{20}, std::byte{7});
@@ -287,7 +287,7 @@ TEST(ProgramObjects, TwoServersTransferTheSameProgramAtTheSameTime) {
   EXPECT_EQ(objects.program(5)->size(), 3U);
   EXPECT_TRUE(dictionary.open_sink({0x1F58, 5}, std::nullopt).ok());
   EXPECT_EQ((*second_sink)->finish(), AbortCode::none);
-  EXPECT_EQ(objects.program(5)->size(), 4U) << "the one that ended last";
+  EXPECT_EQ(objects.program(5)->size(), 4U) << "the last completed download";
 }
 
 }  // namespace

@@ -15,7 +15,7 @@ class SharedIdsTest : public ::testing::Test {
   std::uint32_t after(int ms, State state = State::operational) {
     return ids_.heartbeat(5, state, now_ += milliseconds(ms));
   }
-  // The first sign within that many pairs of heartbeats.
+  // The first sign of a shared node-ID within `count` pairs of heartbeats.
   std::uint32_t pairs(int count, int first, int second) {
     for (int i = 0; i < count; ++i) {
       for (const int ms : {first, second}) {
@@ -33,14 +33,14 @@ class SharedIdsTest : public ::testing::Test {
 
 TEST_F(SharedIdsTest, TimesThatAlternateAreThoseOfTwoDevices) {
   EXPECT_EQ(pairs(10, 300, 700), kTwoRhythms);
-  EXPECT_EQ(pairs(10, 300, 700), 0U) << "reported a moment ago";
+  EXPECT_EQ(pairs(10, 300, 700), 0U) << "reported recently";
   now_ += SharedIds::kQuiet;
   EXPECT_EQ(pairs(10, 300, 700), kTwoRhythms);
 }
 
 TEST_F(SharedIdsTest, OneDeviceMayVaryAndChangeItsPeriod) {
   EXPECT_EQ(pairs(50, 100, 100), 0U);
-  EXPECT_EQ(pairs(50, 97, 104), 0U) << "it is not exact";
+  EXPECT_EQ(pairs(50, 97, 104), 0U) << "the period varies";
   EXPECT_EQ(pairs(50, 50, 50), 0U) << "1017h was written";
   EXPECT_EQ(pairs(50, 500, 500), 0U);
 }
@@ -51,11 +51,11 @@ TEST_F(SharedIdsTest, AHeartbeatBesidesIsNoSecondDevice) {
     EXPECT_EQ(after(100), 0U);
     EXPECT_EQ(after(30), 0U);
     EXPECT_EQ(after(70), 0U);
-    EXPECT_EQ(after(1), 0U) << "repeated";
+    EXPECT_EQ(after(1), 0U) << "a repeated frame";
   }
 }
 
-// Who writes 1017h of that node-ID writes it to both.
+// A write of 1017h to that node-ID reaches both devices.
 TEST_F(SharedIdsTest, HeartbeatsThatAreEachRepeatedAreThoseOfTwoDevices) {
   const auto sign_of = [this](Duration period, Duration apart, Duration producer, int times) {
     std::uint32_t sign = 0;
@@ -69,9 +69,9 @@ TEST_F(SharedIdsTest, HeartbeatsThatAreEachRepeatedAreThoseOfTwoDevices) {
   const auto few = std::chrono::microseconds(300);
   EXPECT_EQ(sign_of(milliseconds(500), few, {}, 7), 0U);
   EXPECT_EQ(sign_of(milliseconds(500), few, {}, 1), kTwoRhythms);
-  EXPECT_EQ(sign_of(milliseconds(500), few, {}, 20), 0U) << "reported a moment ago";
+  EXPECT_EQ(sign_of(milliseconds(500), few, {}, 20), 0U) << "reported recently";
   now_ += SharedIds::kQuiet;
-  EXPECT_EQ(sign_of(milliseconds(500), milliseconds(3), {}, 20), 0U) << "one of 3 ms and 497 ms?";
+  EXPECT_EQ(sign_of(milliseconds(500), milliseconds(3), {}, 20), 0U) << "maybe one device";
   EXPECT_EQ(sign_of(milliseconds(500), milliseconds(3), milliseconds(500), 20), kTwoRhythms);
 }
 
@@ -108,10 +108,10 @@ TEST_F(SharedIdsTest, TwiceAsManyHeartbeatsAsTheProducerTimeAllowsAreThoseOfTwoD
     return sign;
   };
   EXPECT_EQ(sign_of(400, 50), 0U);
-  EXPECT_EQ(sign_of(360, 50), 0U) << "its clock is not exact";
-  EXPECT_EQ(sign_of(200, 4), 0U) << "not often enough";
+  EXPECT_EQ(sign_of(360, 50), 0U) << "within the clock tolerance";
+  EXPECT_EQ(sign_of(200, 4), 0U) << "too few heartbeats";
   EXPECT_EQ(sign_of(200, 4), kTooManyHeartbeats);
-  EXPECT_EQ(sign_of(200, 50), 0U) << "reported a moment ago";
+  EXPECT_EQ(sign_of(200, 50), 0U) << "reported recently";
   now_ += SharedIds::kQuiet;
   EXPECT_EQ(sign_of(200, 20), kTooManyHeartbeats);
 }
@@ -130,14 +130,14 @@ TEST_F(SharedIdsTest, AProducerTimeThatWasWrittenCountsFromThenOn) {
     EXPECT_EQ(with(100, 100), 0U);
   }
   for (int i = 0; i < 20; ++i) {
-    EXPECT_EQ(with(400, 400), 0U) << "those of before were allowed";
+    EXPECT_EQ(with(400, 400), 0U) << "earlier changes are permitted";
   }
 }
 
 TEST_F(SharedIdsTest, HeartbeatsThatGoOnAfterABootUpMessageAreThoseOfAnotherDevice) {
   pairs(5, 200, 200);
   ids_.boot_up(5, now_ + milliseconds(80));
-  EXPECT_EQ(after(200), 0U) << "it may have been on its way";
+  EXPECT_EQ(after(200), 0U) << "the heartbeat may have been under way";
   EXPECT_EQ(after(200), kBootedBeside);
 }
 

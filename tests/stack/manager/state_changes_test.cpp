@@ -45,7 +45,7 @@ TEST_F(StateChangesTest, OperationalIsLeftByTheNodeItself) {
   EXPECT_TRUE(shows(nmt::State::pre_operational));
   EXPECT_EQ(node_.cause, StateCause::itself);
   EXPECT_EQ(node_.spontaneous_changes, 1U);
-  EXPECT_FALSE(shows(nmt::State::pre_operational)) << "once";
+  EXPECT_FALSE(shows(nmt::State::pre_operational)) << "reported once";
 }
 
 TEST_F(StateChangesTest, OperationalIsLeftByCommand) {
@@ -55,7 +55,7 @@ TEST_F(StateChangesTest, OperationalIsLeftByCommand) {
   command(nmt::Command::start, 6);
   EXPECT_FALSE(shows(nmt::State::operational));
   EXPECT_EQ(node_.cause, StateCause::itself) << "the command was for another node";
-  EXPECT_TRUE(shows(nmt::State::stopped)) << "the stop was before it became Operational";
+  EXPECT_TRUE(shows(nmt::State::stopped)) << "the stop precedes Operational";
   EXPECT_EQ(node_.spontaneous_changes, 1U);
 }
 
@@ -69,7 +69,7 @@ TEST_F(StateChangesTest, ABootUpWithoutAResetIsSpontaneous) {
   EXPECT_FALSE(boots());
   EXPECT_EQ(node_.cause, StateCause::command);
   now_ += milliseconds(100);
-  EXPECT_TRUE(boots()) << "the reset had its boot-up message";
+  EXPECT_TRUE(boots()) << "the boot-up of the reset was received";
   EXPECT_EQ(node_.spontaneous_changes, 2U);
 }
 
@@ -90,7 +90,7 @@ TEST_F(StateChangesTest, AResetThatWasLostIsNoReasonLater) {
   command(nmt::Command::reset_node);
   node_.state = nmt::State::unknown;
   now_ += seconds(30);
-  EXPECT_FALSE(boots()) << "nothing was heard since the reset";
+  EXPECT_FALSE(boots()) << "nothing was received since the reset";
   EXPECT_EQ(node_.cause, StateCause::command);
 }
 

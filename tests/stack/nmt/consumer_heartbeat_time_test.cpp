@@ -66,15 +66,15 @@ TEST_F(ConsumerHeartbeatTimeTest, WhatAnotherConsumerMonitorsIsShownInEntriesTha
   EXPECT_EQ(shown(2), 0x0005'00FAU);
   EXPECT_EQ(shown(3), 0x0009'0064U);
   EXPECT_EQ(shown(4), 0U);
-  EXPECT_FALSE(consumer.monitored(7)) << "once is enough";
-  EXPECT_EQ(set(3, 0x0007'0064), AbortCode::none) << "an entry of its own";
+  EXPECT_FALSE(consumer.monitored(7)) << "monitored by the other consumer";
+  EXPECT_EQ(set(3, 0x0007'0064), AbortCode::none) << "node 7 has another entry";
   EXPECT_EQ(consumer.time(7), 100ms);
   EXPECT_EQ(shown(1), 0x0009'0064U);
   EXPECT_TRUE(object.shows());
   object.hide(dictionary);
   EXPECT_FALSE(object.shows());
   EXPECT_EQ(dictionary.number({od::objects::kConsumerHeartbeatTime, 1}), 0U)
-      << "nothing is stored of it";
+      << "hidden values are not stored";
   EXPECT_EQ(dictionary.number({od::objects::kConsumerHeartbeatTime, 2}), 0x0005'00FAU);
   managers.stop(9);
   EXPECT_EQ(shown(1), 0U);

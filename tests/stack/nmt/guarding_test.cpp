@@ -40,7 +40,7 @@ class GuardingSlaveTest : public ::testing::Test {
     slave.set_state(State::pre_operational);
   }
 
-  // The bytes of the answers to one request.
+  // The bytes of the responses to one request.
   std::vector<int> ask(Duration when) {
     slave.request(at(when));
     std::vector<int> out;
@@ -80,7 +80,7 @@ TEST_F(GuardingSlaveTest, AnswersWithTheStateAndAToggleBitThatBeginsWithZero) {
   slave.set_state(State::stopped);
   EXPECT_EQ(ask(4ms), Bytes{0x04});
   slave.configure();
-  EXPECT_EQ(ask(5ms), Bytes{0x04}) << "anew after a reset";
+  EXPECT_EQ(ask(5ms), Bytes{0x04}) << "the toggle bit is 0 after a reset";
 }
 
 TEST_F(GuardingSlaveTest, SaysNothingWhileInitialisingOrWithAHeartbeat) {
@@ -90,7 +90,7 @@ TEST_F(GuardingSlaveTest, SaysNothingWhileInitialisingOrWithAHeartbeat) {
   guard(10, 2);
   ASSERT_TRUE(dictionary.set(od::Address{0x1017, 0}, 100));
   EXPECT_EQ(ask(1ms), Bytes{});
-  EXPECT_EQ(slave.next_wake(), kNever) << "the heartbeat wins";
+  EXPECT_EQ(slave.next_wake(), kNever) << "the heartbeat disables guarding";
 }
 
 TEST_F(GuardingSlaveTest, LifeGuardingStartsWithTheFirstRequest) {
@@ -178,7 +178,7 @@ class GuardingMasterTest : public ::testing::Test {
   bool answer(std::uint8_t content, Duration when, std::uint8_t node = kNode) {
     return consumer.receive(node, frame_at(at(when), 0x700U + node, {content}));
   }
-  // The nodes asked since the last time.
+  // The nodes that were guarded since the last call.
   std::vector<int> asked() {
     std::vector<int> out;
     for (const can::Frame& frame : take_frames(transmit)) {
@@ -210,7 +210,7 @@ TEST_F(GuardingMasterTest, AsksAtOnceAndThenEveryGuardTime) {
 
 TEST_F(GuardingMasterTest, TheToggleBitAlternates) {
   consumer.guard(kNode, 100ms, 3, at(0ms));
-  EXPECT_TRUE(answer(0xFF, 1ms)) << "whatever comes first";
+  EXPECT_TRUE(answer(0xFF, 1ms)) << "any first toggle bit";
   EXPECT_TRUE(answer(0x7F, 101ms));
   EXPECT_TRUE(answer(0x85, 201ms));
   EXPECT_FALSE(answer(0x85, 301ms));
@@ -233,9 +233,9 @@ TEST_F(GuardingMasterTest, ANodeThatIsNotGuardedCanBeAskedOnce) {
   consumer.ask(kNode);
   EXPECT_EQ(asked(), (std::vector<int>{5}));
   EXPECT_FALSE(consumer.guarded(kNode));
-  EXPECT_EQ(consumer.next_wake(), kNever) << "nothing is lost if it does not answer";
-  EXPECT_TRUE(answer(0x85, 1ms)) << "whatever the toggle bit";
-  EXPECT_FALSE(answer(0x85, 2ms)) << "nobody asked";
+  EXPECT_EQ(consumer.next_wake(), kNever) << "without a response no loss";
+  EXPECT_TRUE(answer(0x85, 1ms)) << "any toggle bit";
+  EXPECT_FALSE(answer(0x85, 2ms)) << "no request";
   EXPECT_EQ(heard.words, (Words{"5 operational"}));
 }
 
@@ -261,7 +261,7 @@ TEST_F(GuardingMasterTest, WithoutAnAnswerForTheLifeTimeItIsLost) {
   EXPECT_EQ(told[0].node, kNode);
   EXPECT_EQ(told[0].code, kByNodeGuarding);
   EXPECT_EQ(told[0].value, 300U);
-  EXPECT_EQ(consumer.next_wake(), at(400ms)) << "it is asked on";
+  EXPECT_EQ(consumer.next_wake(), at(400ms)) << "guarding continues";
   EXPECT_TRUE(answer(0x05, 350ms));
   EXPECT_FALSE(consumer.lost(kNode));
   EXPECT_EQ(heard.words, (Words{"5 lost", "5 back", "5 operational"}));
@@ -301,7 +301,7 @@ TEST_F(GuardingMasterTest, AllNodesAtOnceAndNoPileOfRequests) {
   for (int i = 1; i < 20; ++i) {
     consumer.advance(at(i * 100ms));
   }
-  EXPECT_EQ(asked().size(), 127U) << "the bus took none meanwhile";
+  EXPECT_EQ(asked().size(), 127U) << "one request for each node";
   consumer.advance(at(2s));
   EXPECT_EQ(asked().size(), 127U);
   for (std::uint8_t node = 1; node <= 127; ++node) {

@@ -13,7 +13,7 @@ constexpr std::uint8_t kLampNode = 5;
 
 class LifeSignsTest : public ::testing::Test {
  protected:
-  // When the node stops counting as present.
+  // The time until the node is no longer present.
   Duration held_from(Instant from) {
     for (Instant now = from;; now += milliseconds(1)) {
       if (life_.take_expired(now) == kLampNode) {
@@ -33,7 +33,7 @@ TEST_F(LifeSignsTest, ABootUpMessageOrAnAnswerHoldsForATime) {
   life_.boot_up(kLampNode, now_);
   EXPECT_FALSE(life_.beats(kLampNode));
   EXPECT_EQ(held_from(now_), LifeSigns::kHold);
-  EXPECT_EQ(life_.take_expired(now_ + seconds(60)), 0) << "once";
+  EXPECT_EQ(life_.take_expired(now_ + seconds(60)), 0) << "expires once";
   life_.answer(kLampNode, now_);
   EXPECT_EQ(held_from(now_), LifeSigns::kHold);
 }
@@ -46,7 +46,7 @@ TEST_F(LifeSignsTest, HeartbeatsHoldForThreeOfTheTimesBetweenThem) {
   life_.heartbeat(kLampNode, now_ += milliseconds(700));
   life_.heartbeat(kLampNode, now_ += milliseconds(20));
   EXPECT_EQ(held_from(now_), milliseconds(700) * 3 / 4 * 3)
-      << "a change of state sent the last one";
+      << "the last heartbeat was a state change";
 }
 
 TEST_F(LifeSignsTest, ADoubledFrameTeachesNothingAndShortTimesHoldForASecond) {

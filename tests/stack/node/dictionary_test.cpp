@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a node makes of hooks that answer later, and of objects that come and go.
+// Hooks of a node that complete later, and objects that are added and removed.
 #include <gmock/gmock.h>
 
 #include "tests/stack/node/node_fixture.h"

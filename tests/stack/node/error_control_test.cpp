@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Error control of a whole node and what its errors lead to: guarding, 1029h, its node-ID twice,
-// and who may say no to Operational.
+// Error control of a whole node and its consequences: guarding, 1029h, a duplicate node-ID, and the
+// refusal of Operational by the application.
 #include "tests/stack/node/node_fixture.h"
 
 namespace linegate::node {
@@ -28,7 +28,7 @@ class ErrorControlTest : public NodeTest {
 };
 
 TEST_F(ErrorControlTest, AnswersItsGuardInEveryState) {
-  EXPECT_EQ(ask(0ms), Frames{}) << "not started";
+  EXPECT_EQ(ask(0ms), Frames{}) << "the node is not started";
   boot();
   EXPECT_EQ(ask(1ms), (Frames{{at(1ms), 0x705, {0x7F}}}));
   nmt(0x01);
@@ -67,7 +67,7 @@ TEST_F(ErrorControlTest, AHeartbeatWinsOverGuarding) {
   EXPECT_EQ(ask(30ms), (Frames{{at(30ms), 0x705, {0x7F}}}));
 }
 
-// Another device on the line has node-ID 5 too.
+// Another device on the line also has node-ID 5.
 TEST_F(ErrorControlTest, TheOwnNodeIdOfAnotherIsToldByItsBootUp) {
   boot_and_start();
   hear(1ms, 0x705, {0x00});
@@ -81,7 +81,7 @@ TEST_F(ErrorControlTest, TheOwnNodeIdOfAnotherIsToldByItsBootUp) {
   EXPECT_EQ(node->state(), nmt::State::operational);
   hear(2ms, 0x705, {0x00});
   EXPECT_EQ(kinds(), (std::vector<EventKind>{EventKind::duplicate_node_id}));
-  EXPECT_TRUE(drain(at(2ms)).empty()) << "the EMCY once";
+  EXPECT_TRUE(drain(at(2ms)).empty()) << "one EMCY only";
 }
 
 TEST_F(ErrorControlTest, OfItsHeartbeatsTheFirstIsTold) {
@@ -96,10 +96,11 @@ TEST_F(ErrorControlTest, OfItsHeartbeatsTheFirstIsTold) {
   nmt(0x82, kNodeId, 3ms);
   testing::take_events(events);
   hear(4ms, 0x705, {0x05});
-  EXPECT_EQ(kinds().front(), EventKind::duplicate_node_id) << "anew after a reset";
+  EXPECT_EQ(kinds().front(), EventKind::duplicate_node_id) << "reported again after a reset";
 }
 
-// Two managers, of which one has no heartbeat: the other's EMCY is all it hears of it.
+// Two managers, one of them without a heartbeat: the EMCY is the only message of the other that it
+// receives.
 TEST_F(ErrorControlTest, AnEmcyOfAnotherWithTheOwnNodeIdIsToldOnce) {
   boot_and_start();
   hear(1ms, 0x085, {0x10, 0x10, 0x01, 0, 0, 0, 0, 0});
@@ -112,7 +113,7 @@ TEST_F(ErrorControlTest, AnEmcyOfAnotherWithTheOwnNodeIdIsToldOnce) {
   hear(2ms, 0x085, {0x50, 0x81, 0x11, 0, 0, 0, 0, 0});
   hear(3ms, 0x705, {0x05});
   EXPECT_TRUE(kinds().empty());
-  EXPECT_TRUE(drain(at(3ms)).empty()) << "two that hear each other do not go on for ever";
+  EXPECT_TRUE(drain(at(3ms)).empty()) << "two managers must not answer endlessly";
   hear(4ms, 0x705, {0x00});
   EXPECT_EQ(kinds(), (std::vector<EventKind>{EventKind::duplicate_node_id}));
 }
@@ -124,12 +125,12 @@ TEST_F(ErrorControlTest, TheOwnEmcyIsWhere1014hSays) {
     return kinds();
   };
   EXPECT_EQ(sdo_write({0x1014, 0}, 4, 0x8000'0085), 0U);
-  EXPECT_TRUE(emcy_on(1ms, 0x085).empty()) << "it sends none: anybody may";
+  EXPECT_TRUE(emcy_on(1ms, 0x085).empty()) << "the own EMCY is invalid";
   EXPECT_EQ(sdo_write({0x1014, 0}, 4, 0x0F1), 0U);
   EXPECT_TRUE(emcy_on(2ms, 0x085).empty());
   EXPECT_EQ(sdo_write({0x1028, 7}, 4, 0x0F1), 0U);
   EXPECT_EQ(emcy_on(3ms, 0x0F1), (std::vector<EventKind>{EventKind::emcy}))
-      << "that of another was put there, which is no proof";
+      << "node 7 has this COB-ID, too: no proof of a duplicate node-ID";
   EXPECT_EQ(sdo_write({0x1028, 7}, 4, 0x8000'00F1), 0U);
   hear(4ms, 0x0F1, {0x10, 0x10});
   EXPECT_EQ(kinds(), (std::vector<EventKind>{EventKind::malformed_frame}));
@@ -201,12 +202,12 @@ TEST_F(ErrorControlTest, TheApplicationMayRefuseOperational) {
   EXPECT_EQ(node->counters().starts_refused, 1U);
   nmt(0x02);
   nmt(0x01, 0);
-  EXPECT_EQ(node->state(), nmt::State::stopped) << "it stays where it is";
+  EXPECT_EQ(node->state(), nmt::State::stopped) << "the state does not change";
   application.willing = true;
   nmt(0x01);
   EXPECT_EQ(node->state(), nmt::State::operational);
   nmt(0x01);
-  EXPECT_EQ(application.asked, 3) << "it is Operational already";
+  EXPECT_EQ(application.asked, 3) << "already Operational";
   EXPECT_EQ(node->counters().starts_refused, 2U);
 }
 

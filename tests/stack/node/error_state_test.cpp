@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The errors of a node: error register by class, the error state machine in both schemes, what the
-// bus does to it.
+// The errors of a node: error register by class, the error state machine in both schemes, and the
+// effects of bus errors.
 #include "stack/emcy/error_state.h"
 
 #include "tests/stack/node/node_fixture.h"
@@ -36,7 +36,7 @@ TEST(ErrorState, ABitStaysAsLongAsAnErrorNeedsIt) {
   present = state.end(0x2000, present);
   EXPECT_EQ(present, 0x89);
   present = state.end(0x4210, present);
-  EXPECT_EQ(present, 0x80) << "what somebody else set stays";
+  EXPECT_EQ(present, 0x80) << "other bits remain";
   EXPECT_TRUE(state.error_free());
 }
 
@@ -68,8 +68,8 @@ TEST_F(ErrorStateTest, OneErrorResetWhenTheLastHasGone) {
   EXPECT_EQ(number(0x1003, 2), 0x0201'4210U);
   EXPECT_TRUE(node->reset_error(0x4210, {}, at(2ms)));
   EXPECT_TRUE(drain(at(2ms)).empty());
-  EXPECT_EQ(number(0x1001, 0), 0x05U) << "without a message, too";
-  EXPECT_FALSE(node->reset_error(0x4210, {}, at(2ms))) << "there is none of that class";
+  EXPECT_EQ(number(0x1001, 0), 0x05U) << "also without an EMCY";
+  EXPECT_FALSE(node->reset_error(0x4210, {}, at(2ms))) << "no error of that class";
   EXPECT_TRUE(node->reset_error(0x3120, {}, at(3ms)));
   EXPECT_EQ(drain(at(3ms)), (Frames{{at(3ms), 0x085, {0, 0, 0, 0, 0, 0, 0, 0}}}));
   EXPECT_TRUE(node->error_free());
@@ -196,12 +196,12 @@ TEST_F(ErrorStateTest, TheApplicationMayChangeOrStopWhatTheNodeSendsByItself) {
   EXPECT_EQ(number(0x1003, 0), 1U);
   hear(3ms, 0x205, {0x01, 0x00, 0x00});
   EXPECT_TRUE(drain(at(3ms)).empty());
-  EXPECT_EQ(number(0x1001, 0), 0x11U) << "the error is there";
-  EXPECT_EQ(number(0x1003, 0), 1U) << "but was not told";
+  EXPECT_EQ(number(0x1001, 0), 0x11U) << "the error is present";
+  EXPECT_EQ(number(0x1003, 0), 1U) << "but no EMCY was sent";
   EXPECT_EQ(censor.asked, (std::vector<std::uint16_t>{0x8210, 0, 0x8220}));
   node->set_error(0x2000, kInfo, at(4ms));
   EXPECT_EQ(drain(at(4ms)), (Frames{{at(4ms), 0x085, {0x00, 0x20, 0x13, 1, 2, 3, 4, 5}}}))
-      << "of the application itself";
+      << "the application's own error";
   EXPECT_EQ(censor.asked.size(), 3U);
   node.reset();
 }
@@ -253,7 +253,7 @@ TEST_F(ErrorStateTest, AResetForgetsErrors) {
   EXPECT_FALSE(node->reset_error(0x2000, {}, at(3ms)));
 }
 
-// 254 entries, as many as a sub-index can count.
+// 254 entries: the most that sub-index 0 can count.
 TEST_F(ErrorStateTest, TheHistoryHasRoomFor254Errors) {
   od::Dictionary dictionary = example_dictionary();
   ASSERT_TRUE(dictionary.remove(0x1003).ok());
@@ -297,7 +297,7 @@ TEST_F(ErrorStateTest, EmcysOf127NodesAreConsumed) {
   }
   auto told = testing::take_events(events);
   EXPECT_EQ(std::ranges::count(told, EventKind::duplicate_node_id, &Event::kind), 1)
-      << "one is its own";
+      << "one event for the own node-ID";
   std::erase_if(told, [](const Event& event) { return event.kind != EventKind::emcy; });
   ASSERT_EQ(told.size(), 126U);
   EXPECT_EQ(told.front().node, 1);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every object that holds a COB-ID, with identifiers of 29 bits: what is sent is an extended frame,
-// and what is heard is no frame of 11 bits with the same number.
+// Every object that holds a COB-ID, with 29-bit identifiers: transmitted frames are extended, and a
+// received 11-bit frame with the same number is not accepted.
 #include "stack/node/sdo_clients.h"
 #include "stack/time/service.h"
 
@@ -14,7 +14,7 @@ using enum od::DataType;
 constexpr std::uint32_t kInvalid = 0x8000'0000;
 constexpr std::uint32_t kProduce = 0x4000'0000;
 constexpr std::uint32_t kExtended = 0x2000'0000;
-// As frames of 11 bits nobody wants them.
+// No service receives 11-bit frames with the lower bits of these identifiers.
 constexpr std::uint32_t kId = 0x1234'56D1;
 constexpr std::uint32_t kOther = 0x1ABC'DED2;
 
@@ -40,7 +40,7 @@ class ExtendedIdentifierTest : public NodeTest {
     EXPECT_EQ(sdo_write({index, sub}, 4, cob_id), 0U) << std::hex << index << ' ' << cob_id;
   }
 
-  // First as a frame of 11 bits, which nobody wants.
+  // Receives the data in an 11-bit frame first, which no service accepts.
   void hear_extended(std::uint32_t id, std::initializer_list<std::uint8_t> data,
                      std::uint8_t flags = 0) {
     const std::uint64_t unused = node->counters().unused;
@@ -55,7 +55,7 @@ class ExtendedIdentifierTest : public NodeTest {
     EXPECT_EQ(node->counters().unused, unused + 1);
   }
 
-  // The one frame that is to be sent.
+  // The only frame that is due.
   can::Frame only_frame(Duration when = 1ms) {
     can::Frame frame;
     can::Frame next;

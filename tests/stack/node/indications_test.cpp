@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an application hears of the services of its node (README.md of stack/node, "What the
-// indications of the emotas stack tell"), and the identifiers that a reset brings back.
+// The indications that an application receives from the services of its node (README.md of
+// stack/node, the table of the indications of the emotas stack), and the identifiers that a reset
+// restores.
 #include <gmock/gmock.h>
 
 #include "tests/stack/node/node_fixture.h"
@@ -10,7 +11,7 @@ namespace {
 
 using testing::take_events;
 
-// Keeps the order of all it hears.
+// Records all indications in order.
 class Hearing : public Application, public MasterServices {
  public:
   void state_changed(nmt::State state, Instant /*now*/) override {
@@ -42,7 +43,7 @@ class IndicationsTest : public NodeTest {
     node->set_master_services(&hearing_);
   }
 
-  // Event own-state: the new state and the old one.
+  // Event own-state: the new state and the previous one.
   std::vector<std::pair<std::uint32_t, std::uint64_t>> own_states() {
     std::vector<std::pair<std::uint32_t, std::uint64_t>> out;
     for (const Event& event : take_events(events)) {
@@ -93,7 +94,7 @@ TEST_F(IndicationsTest, SyncLostIsAnEvent) {
   EXPECT_THAT(kinds(), ::testing::Contains(EventKind::sync_lost));
 }
 
-// USDO (CiA 1301) comes in CAN FD frames.
+// USDO (CiA 1301) uses CAN FD frames.
 TEST_F(IndicationsTest, AFrameOfCanFdIsNoSdo) {
   boot();
   can::Frame frame = frame_at(at(1ms), 0x605, {0x40, 0x00, 0x20, 0x01, 0, 0, 0, 0});

@@ -10,7 +10,7 @@
 namespace linegate::node {
 namespace {
 
-// What an eye sees: one character every 50 ms. A week is a whole number of every period.
+// The visible signal: one character every 50 ms. A week is a multiple of every period.
 std::string seen(Pattern pattern, Indicator indicator, int characters) {
   std::string out;
   for (int i = 0; i < characters; ++i) {
@@ -77,7 +77,7 @@ TEST(Indicator, RunShowsTheNmtState) {
   }
 }
 
-// Each row holds all conditions of the rows below it, too.
+// Each row also includes all conditions of the rows below it.
 TEST(Indicator, TheWorstErrorIsShown) {
   Condition all{.state = nmt::State::operational};
   EXPECT_EQ(indicate(all).error, Pattern::off);
@@ -153,7 +153,7 @@ TEST_F(NodeTest, ItsIndicatorsShowAnUnusablePdo) {
   boot();
   EXPECT_EQ(node->indicators().error, Pattern::blinking);
   nmt(0x81);
-  EXPECT_EQ(node->indicators().error, Pattern::off) << "the reset brings the right mapping back";
+  EXPECT_EQ(node->indicators().error, Pattern::off) << "the reset restores the mapping";
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames that a service wants and cannot understand: counted, told, harmless.
+// Malformed frames of a service: they are counted, reported, and have no other effect.
 #include <array>
 #include <random>
 
@@ -36,7 +36,7 @@ TEST_F(MalformedFrameTest, NodeControl) {
   EXPECT_TRUE(drain(at(1ms)).empty());
 }
 
-// An NMT master obeys nobody on the bus, but tells what nobody can understand.
+// An NMT master executes no NMT commands from the bus, but it reports malformed ones.
 TEST_F(MalformedFrameTest, NodeControlOfAMaster) {
   node =
       std::make_unique<Node>(example_dictionary(), Options{kNodeId, false, false}, events, nullptr);
@@ -65,8 +65,8 @@ TEST_F(MalformedFrameTest, SyncCounterOutOfItsRange) {
   EXPECT_EQ(sdo_write({0x1019, 0}, 1, 10), 0U);
   expect_told(0x080, {0});
   expect_told(0x080, {11});
-  EXPECT_TRUE(drain(at(1ms)).empty()) << "the length is right";
-  EXPECT_EQ(node->counters().syncs, 2U) << "SYNCs all the same";
+  EXPECT_TRUE(drain(at(1ms)).empty()) << "no EMCY: the length is right";
+  EXPECT_EQ(node->counters().syncs, 2U) << "they count as SYNCs";
 }
 
 TEST_F(MalformedFrameTest, Sdo) {
@@ -118,7 +118,8 @@ TEST_F(MalformedFrameTest, EmcyOnTheCobIdOfSeveralEntriesIsOneFrame) {
   }
 }
 
-// Identifiers around everything the node serves, any length, any data: it goes on working.
+// Frames with identifiers near those of the services, any length and any data: the node continues
+// to work.
 TEST_F(MalformedFrameTest, RandomFramesDoNoHarm) {
   boot_and_start();
   sdo_write({0x1016, 1}, 4, 0x0007'0064);

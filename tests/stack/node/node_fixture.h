@@ -90,7 +90,7 @@ class NodeTest : public ::testing::Test {
   explicit NodeTest(Options options = {kNodeId, false, true})
       : node(std::make_unique<Node>(example_dictionary(), options, events, nullptr)) {}
 
-  // Boot-up at(0), its frame taken.
+  // Boots at at(0); the boot-up message has been sent.
   void boot() {
     node->start(at(0ms));
     drain(at(0ms));
@@ -110,8 +110,8 @@ class NodeTest : public ::testing::Test {
   void nmt(std::uint8_t specifier, std::uint8_t target = kNodeId, Duration when = 0ms) {
     hear(when, 0x000, {specifier, target});
   }
-  // Expedited SDO download of 1 to 4 bytes; the abort code of the answer, 0 if confirmed, nothing
-  // if there was no answer.
+  // Expedited SDO download of 1 to 4 bytes. Returns the abort code of the response, 0 if confirmed,
+  // nothing if there was no response.
   std::optional<std::uint32_t> sdo_write(od::Address address, std::uint8_t bytes,
                                          std::uint32_t value, Duration when = 0ms) {
     hear(when, 0x600 + kNodeId,
@@ -160,7 +160,7 @@ class NodeTest : public ::testing::Test {
 
   EventLog events;
   std::unique_ptr<Node> node;
-  std::vector<Sent> others;  // sent along with the answers to sdo_write()
+  std::vector<Sent> others;  // frames sent along with the responses to sdo_write()
 };
 
 }  // namespace linegate::node

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Objects for the dictionaries of tests, and what tests often ask of them.
+// Objects for the dictionaries of tests, and functions that many tests use.
 #pragma once
 
 #include <array>
@@ -37,7 +37,7 @@ inline od::ObjectDescription object(std::uint16_t index, od::DataType type, std:
   return out;
 }
 
-// Sub 0 (the count, or what first says) and elements 1..count of one type, all with `value`.
+// Sub 0 (the count, or `first`) and elements 1..count of one type, all with `value`.
 inline od::ObjectDescription array(std::uint16_t index, od::DataType type, std::uint8_t count,
                                    std::uint64_t value, od::VariableDescription first) {
   od::ObjectDescription out;
@@ -70,7 +70,7 @@ inline od::Dictionary dictionary_of(std::initializer_list<od::ObjectDescription>
   return od::Dictionary(device);
 }
 
-// A write as over SDO, in as many bytes as T has.
+// A write as by SDO, with as many bytes as T has.
 template <class T>
 AbortCode write(od::Dictionary& dictionary, od::Address address, T value) {
   std::array<std::byte, sizeof(T)> raw;
@@ -84,7 +84,7 @@ inline std::vector<Event> take_events(EventLog& log) {
   return out;
 }
 
-// All frames of the queue, most urgent first.
+// All frames of the queue, highest priority first.
 inline std::vector<can::Frame> take_frames(can::TransmitQueue& queue) {
   std::vector<can::Frame> out;
   can::Frame frame;
@@ -102,7 +102,7 @@ inline std::vector<int> data_of(const can::Frame& frame) {
   return out;
 }
 
-// An instant of virtual time. Not zero, as no clock shows zero.
+// An instant of virtual time. Not zero, because no real clock returns zero.
 template <class D>
 constexpr Instant at(D since_start) {
   return Instant{std::chrono::seconds(1000)} + since_start;

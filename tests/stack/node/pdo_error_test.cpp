@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Multiplexed PDOs and auto-notify of a node, identifiers of 29 bits.
+// Multiplexed PDOs and auto-notify of a node, and 29-bit identifiers.
 #include "tests/stack/node/node_fixture.h"
 
 namespace linegate::node {
@@ -33,7 +33,7 @@ TEST_F(PdoErrorTest, AnMpdoWithoutADestinationIsAnEmcyUntilOneHasIt) {
   EXPECT_TRUE(drain(at(5ms)).empty());
 }
 
-// SYNC, EMCY and PDOs: the same bits in a frame of 11 are another identifier.
+// SYNC, EMCY and PDOs: the same bits in an 11-bit frame are another identifier.
 TEST_F(PdoErrorTest, IdentifiersOfTwentyNineBits) {
   boot_and_start();
   EXPECT_EQ(sdo_write({0x1005, 0}, 4, 0x2000'0080), 0U);
@@ -82,7 +82,7 @@ TEST_F(AutoNotifyNodeTest, AnSdoDownloadSendsTheTpdo) {
   EXPECT_EQ(others, (Frames{{at(1ms), 0x285, {0x34, 0x12}}}));
   others.clear();
   EXPECT_EQ(sdo_write({0x2001, 2}, 2, 0x1234, 2ms), 0U);
-  EXPECT_EQ(others, Frames{}) << "is as it was";
+  EXPECT_EQ(others, Frames{}) << "the value did not change";
   EXPECT_TRUE(node->dictionary().set({0x2001, 2}, 7));
   EXPECT_TRUE(node->wants_to_send(at(3ms)));
   EXPECT_EQ(drain(at(3ms)), (Frames{{at(3ms), 0x285, {7, 0}}}));
@@ -90,7 +90,7 @@ TEST_F(AutoNotifyNodeTest, AnSdoDownloadSendsTheTpdo) {
   nmt(0x01, kNodeId, 4ms);
   drain(at(4ms));
   EXPECT_TRUE(node->dictionary().set({0x2001, 2}, 8));
-  EXPECT_EQ(drain(at(5ms)), (Frames{{at(5ms), 0x285, {8, 0}}})) << "outlives the reset";
+  EXPECT_EQ(drain(at(5ms)), (Frames{{at(5ms), 0x285, {8, 0}}})) << "still on after the reset";
 }
 
 }  // namespace

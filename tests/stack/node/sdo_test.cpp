@@ -50,8 +50,8 @@ TEST_F(NodeTest, TheDefaultSdoServerShowsItsIdentifiersAndKeepsThem) {
 
 struct CobIdRow {
   std::uint32_t value;
-  std::uint32_t server;  // abort code upon writing value to sub 1 of 1201h
-  std::uint32_t client;  // of 1280h
+  std::uint32_t server;  // abort code of a write of value to sub 1 of 1201h
+  std::uint32_t client;  // abort code of the same write to 1280h
 };
 
 class SdoCobIds : public NodeTest {
@@ -69,12 +69,12 @@ TEST_F(SdoCobIds, WhatMayBeWritten) {
       {0x6C0, 0, 0},
       {0x4000'06C0, 0, 0},  // assigned dynamically
       {kExtendedId | 0x1234567, 0, 0},
-      {kNotValid | 0x000, 0, 0},  // not valid: may say anything
+      {kNotValid | 0x000, 0, 0},  // not valid: the other bits are not checked
       {kNotValid | 0x7FF, 0, 0},
-      {0x000, kBad, kBad},  // restricted
+      {0x000, kBad, kBad},  // restricted CAN-ID
       {0x07F, kBad, kBad},
       {0x101, kBad, kBad},
-      {0x606, kBad, 0},  // a default server: for a client only
+      {0x606, kBad, 0},  // of a default server: permitted for a client only
       {0x586, kBad, kBad},
       {0x701, kBad, kBad},
       {0x0000'0800, kBad, kBad},  // reserved bits of an 11-bit identifier
@@ -103,7 +103,7 @@ TEST_F(SdoCobIds, ChangeOnlyWhileNotValid) {
   }
 }
 
-// Two channels on one identifier would answer, or hear, what is meant for the other.
+// Two channels with one identifier would receive the frames of each other.
 TEST_F(NodeTest, AnIdentifierOfAnotherChannelIsRefused) {
   for (const std::uint16_t first : {std::uint16_t{0x1201}, std::uint16_t{0x1280}}) {
     const auto second = static_cast<std::uint16_t>(first + 1);
@@ -160,7 +160,7 @@ TEST_F(NodeTest, AnSdoServerAddedAtRunTimeAnswersAfterAReset) {
   EXPECT_EQ(drain(at(1ms)).at(0).id, 0x6C1U);
 }
 
-// Beside an sdo::Arbiter, see Options.
+// Together with an sdo::Arbiter, see Options.
 TEST_F(NodeTest, SdoClientsMayBeKeptFromDefaultServers) {
   od::Dictionary dictionary = example_dictionary();
   ASSERT_TRUE(dictionary.add(channel(0x1280, 0x606, 0x586)).ok());
@@ -174,7 +174,7 @@ TEST_F(NodeTest, SdoClientsMayBeKeptFromDefaultServers) {
     const Result<sdo::Client*> found = node->sdo_clients().client(number);
     return found.ok() ? 0 : found.error().code;
   };
-  EXPECT_EQ(why_not(1), static_cast<std::uint32_t>(AbortCode::sdo_connection)) << "as described";
+  EXPECT_EQ(why_not(1), static_cast<std::uint32_t>(AbortCode::sdo_connection)) << "as documented";
   EXPECT_EQ(why_not(3), 0U);
   EXPECT_EQ(sdo_write({0x1280, 1}, 4, 0x606), 0x0609'0030U);
   EXPECT_EQ(sdo_write({0x1281, 1}, 4, 0x606), 0x0609'0030U);
@@ -186,7 +186,7 @@ TEST_F(NodeTest, SdoClientsMayBeKeptFromDefaultServers) {
   EXPECT_EQ(node->counters().unused, unused + 1);
 }
 
-// Two nodes on a wire: the one of the fixture serves, the other has the clients.
+// Two nodes on a bus: the node of the fixture has the servers, the other one the clients.
 class SdoClientsTest : public NodeTest {
  protected:
   SdoClientsTest() {
@@ -207,7 +207,7 @@ class SdoClientsTest : public NodeTest {
     testing::take_events(events);
   }
 
-  // Until both are silent.
+  // Delivers frames until neither node sends any.
   void exchange() {
     for (bool any = true; any;) {
       now += 100us;

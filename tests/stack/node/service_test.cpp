@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The services of a whole node: objects that take effect at once, PDOs, EMCY, order, wake-ups.
+// The services of a whole node: objects that take effect immediately, PDOs, EMCY, order, wake-ups.
 #include "stack/time/service.h"
 
 #include "tests/stack/node/node_fixture.h"
@@ -29,7 +29,7 @@ TEST_F(NodeTest, ASyncCommitsRpdosAndSamplesTpdos) {
   EXPECT_EQ(drain(at(2ms)), (Frames{{at(2ms), 0x185, {0x34, 0x12}}}));
 }
 
-// 1013h goes with the SYNC in a synchronous TPDO: consumers learn when exactly that was.
+// A synchronous TPDO transmits 1013h with each SYNC: consumers learn the exact time of the SYNC.
 TEST_F(NodeTest, ASyncProducerStampsItsSyncs) {
   od::Dictionary dictionary = example_dictionary();
   ASSERT_TRUE(dictionary.remove(0x1A00).ok());
@@ -55,11 +55,11 @@ TEST_F(NodeTest, ASynchronousRpdoAfterTheWindowIsDropped) {
   EXPECT_EQ(sdo_write({0x1007, 0}, 4, 5000), 0U);
   hear(1ms, 0x305, {0x01, 0x00});
   hear(10ms, 0x080, {});
-  EXPECT_EQ(number(0x2000, 2), 1U) << "there is no window before the first SYNC";
+  EXPECT_EQ(number(0x2000, 2), 1U) << "no window before the first SYNC";
   hear(15ms, 0x305, {0x02, 0x00});
   hear(16ms, 0x305, {0x03, 0x00});
   hear(16ms, 0x205, {0x04, 0x00});
-  EXPECT_EQ(number(0x2000, 1), 4U) << "others have no window";
+  EXPECT_EQ(number(0x2000, 1), 4U) << "event-driven RPDOs have no window";
   hear(20ms, 0x080, {});
   EXPECT_EQ(number(0x2000, 2), 2U);
   EXPECT_EQ(node->pdos().counters().after_window, 1U);
@@ -81,19 +81,19 @@ TEST_F(NodeTest, ASynchronousTpdoThatFoundNoRoomInTheWindowIsDropped) {
   EXPECT_FALSE(node->wants_to_send(at(25ms)));
   EXPECT_TRUE(drain(at(25ms)).empty());
   hear(30ms, 0x080, {});
-  EXPECT_FALSE(node->wants_to_send(at(36ms))) << "however late it is asked";
+  EXPECT_FALSE(node->wants_to_send(at(36ms))) << "also when called late";
   EXPECT_TRUE(drain(at(36ms)).empty());
   EXPECT_EQ(node->pdos().counters().after_window, 2U);
   hear(40ms, 0x080, {});
   EXPECT_EQ(drain(at(41ms)).size(), 1U);
 }
 
-// Type 0: its event was one, and the value goes nowhere else.
+// Type 0: the event has occurred, and no other frame carries the value.
 TEST_F(NodeTest, AnAcyclicTpdoThatFoundNoRoomInTheWindowIsSentAfterTheNextSync) {
   node->dictionary().set(od::Address{0x1800, 2}, std::uint8_t{0});
   boot_and_start();
   EXPECT_EQ(sdo_write({0x1007, 0}, 4, 5000), 0U);
-  hear(10ms, 0x080, {});  // to be sent for the start
+  hear(10ms, 0x080, {});  // sends the value that was due at the start
   EXPECT_TRUE(node->wants_to_send(at(10ms)));
   node->advance(at(15ms));
   EXPECT_TRUE(drain(at(15ms)).empty());
@@ -299,7 +299,7 @@ TEST_F(NodeTest, FramesLeaveInTheOrderOfTheBus) {
   EXPECT_FALSE(node->wants_to_send(at(10ms)));
 }
 
-// Whoever leaves out rounds goes by it.
+// Callers that skip idle rounds rely on these counters.
 TEST_F(NodeTest, FramesOfServicesAreCountedAsServedAndPdosThatAreSentAreNot) {
   boot_and_start();
   std::uint64_t served = node->served();
@@ -307,12 +307,12 @@ TEST_F(NodeTest, FramesOfServicesAreCountedAsServedAndPdosThatAreSentAreNot) {
   hear(3ms, 0x080, {});
   EXPECT_TRUE(grows()) << "SYNC";
   ASSERT_FALSE(drain(at(3ms)).empty());
-  EXPECT_FALSE(grows()) << "the TPDO of that";
+  EXPECT_FALSE(grows()) << "a transmitted TPDO";
   hear(4ms, 0x605, {0x40, 0x00, 0x20, 0x01, 0, 0, 0, 0});
   ASSERT_EQ(drain(at(4ms)).size(), 1U);
   EXPECT_TRUE(grows()) << "SDO";
   hear(5ms, 0x123, {});
-  EXPECT_TRUE(grows()) << "of nobody";
+  EXPECT_TRUE(grows()) << "an unknown identifier";
 }
 
 struct Witness : MasterServices {
@@ -370,7 +370,7 @@ TEST_F(NodeTest, FurtherSdoServersAnswerOnTheirOwnIdentifiers) {
   EXPECT_EQ(drain(at(2ms)), answer);
 }
 
-// Nobody else says why such a PDO never comes. The reset brings the right mapping back.
+// No other report explains why such a PDO is never used. The reset restores the valid mapping.
 TEST_F(NodeTest, APdoThatCannotBeUsedIsTold) {
   od::Dictionary dictionary = example_dictionary();
   ASSERT_TRUE(dictionary.set(od::Address{0x1A01, 1}, std::uint32_t{0x2001'0208}));
@@ -406,7 +406,7 @@ TEST_F(NodeTest, RemoteFramesAreForTpdosOnly) {
   EXPECT_EQ(node->counters().malformed, 0U);
 }
 
-// A SYNC and a heartbeat producer, event timer, inhibited EMCYs and a heartbeat that is lost.
+// A SYNC producer, a heartbeat producer, an event timer, inhibited EMCYs and a lost heartbeat.
 TEST_F(NodeTest, WakingWhenToldIsAsGoodAsWakingAllTheTime) {
   const auto run = [this](bool polling) {
     events = EventLog();

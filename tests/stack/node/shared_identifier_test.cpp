@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Several services want one identifier, and what the first does with a frame changes who wants it:
-// each one that was there when the frame came, and still is, gets it once; nobody else does.
+// Several services have the same identifier, and the first one changes the receivers while it
+// processes a frame. Each service that was a receiver when the frame arrived, and still is one,
+// receives it once; no other service does.
 #include "tests/stack/node/node_fixture.h"
 
 namespace linegate::node {
@@ -9,7 +10,7 @@ namespace {
 constexpr std::uint32_t kShared = 0x205;
 constexpr std::uint8_t kDownload = 0x23;  // first byte of a request that writes 4 bytes
 
-// The server of 1201h listens where both RPDOs do: a request is their process data, too.
+// The server of 1201h and both RPDOs have the same identifier: a request is also process data.
 class SharedIdentifierTest : public NodeTest {
  protected:
   SharedIdentifierTest() {
@@ -27,7 +28,7 @@ class SharedIdentifierTest : public NodeTest {
     boot_and_start();
   }
 
-  // Through the server of 1201h: 4 bytes, or 1.
+  // Requests a download of 4 bytes, or 1, from the server of 1201h.
   void request(std::uint8_t command, od::Address address, std::uint32_t value) {
     hear(1ms, kShared,
          {command, static_cast<std::uint8_t>(address.index),

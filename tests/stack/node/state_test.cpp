@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// NMT of a whole node: boot, commands, which services answer in which state, resets.
+// NMT of a whole node: boot, commands, the services of each state, resets.
 #include "tests/stack/node/node_fixture.h"
 
 namespace linegate::node {
@@ -85,7 +85,8 @@ TEST_F(NodeTest, RpdosAreTakenInOperationalOnly) {
   EXPECT_EQ(number(0x2000, 1), 2U);
 }
 
-// What a node sends once when it is started, while the master still waits for others (CiA 302-2).
+// A started node sends some PDOs only once, while the master still waits for other nodes (CiA
+// 302-2).
 TEST_F(NodeTest, AnNmtMasterTakesOnEnteringOperationalWhatCameInPreOperational) {
   boot();
   node->set_nmt_slave(false);
@@ -100,7 +101,7 @@ TEST_F(NodeTest, AnNmtMasterTakesOnEnteringOperationalWhatCameInPreOperational) 
   EXPECT_EQ(number(0x2000, 1), 0x1111U);
   node->command(nmt::Command::start, at(7ms));
   EXPECT_EQ(number(0x2000, 1), 2U);
-  EXPECT_EQ(number(0x2000, 2), 0x2222U) << "a synchronous one waits for SYNC";
+  EXPECT_EQ(number(0x2000, 2), 0x2222U) << "a synchronous RPDO waits for SYNC";
   hear(8ms, 0x080, {});
   EXPECT_EQ(number(0x2000, 2), 3U);
   node->command(nmt::Command::enter_pre_operational, at(9ms));
@@ -108,18 +109,18 @@ TEST_F(NodeTest, AnNmtMasterTakesOnEnteringOperationalWhatCameInPreOperational) 
   node->command(nmt::Command::stop, at(11ms));
   node->command(nmt::Command::enter_pre_operational, at(12ms));
   node->command(nmt::Command::start, at(13ms));
-  EXPECT_EQ(number(0x2000, 1), 2U) << "forgotten with Pre-operational";
+  EXPECT_EQ(number(0x2000, 1), 2U) << "discarded in Stopped";
   node->command(nmt::Command::enter_pre_operational, at(14ms));
   hear(15ms, 0x205, {0x05, 0x00});
   node->set_nmt_slave(true);
   hear(16ms, 0x205, {0x06, 0x00});
   node->command(nmt::Command::start, at(17ms));
-  EXPECT_EQ(number(0x2000, 1), 2U) << "a slave keeps nothing, from when it is one";
+  EXPECT_EQ(number(0x2000, 1), 2U) << "a slave keeps no PDO";
   node->command(nmt::Command::enter_pre_operational, at(18ms));
   node->set_nmt_slave(false);
   hear(19ms, 0x205, {0x07, 0x00});
   node->command(nmt::Command::start, at(20ms));
-  EXPECT_EQ(number(0x2000, 1), 7U) << "a master does";
+  EXPECT_EQ(number(0x2000, 1), 7U) << "a master keeps PDOs";
 }
 
 TEST_F(NodeTest, TpdosAreSentInOperationalOnly) {

@@ -17,7 +17,7 @@ class StoringNodeTest : public NodeTest {
  protected:
   StoringNodeTest() { make(); }
 
-  // A device that is switched on with what the medium keeps.
+  // Switches a device on, with the content of the medium.
   void make(std::uint8_t node_id = kNodeId) {
     node = std::make_unique<Node>(dictionary(), Options{node_id, false, true}, events, nullptr);
     node->set_medium(&medium);
@@ -53,7 +53,7 @@ TEST_F(StoringNodeTest, ParametersSavedOverSdoAreThereAtPowerOn) {
   EXPECT_EQ(number(0x1017, 0), 50U);
   EXPECT_EQ(number(0x2100, 0), 8U);
   EXPECT_EQ(number(0x2000, 1), 0x1111U) << "not marked to be stored";
-  // The services use it: a boot-up message, and after 50 ms the first heartbeat.
+  // The services use the stored values: a boot-up message, and the first heartbeat after 50 ms.
   EXPECT_EQ(drain(at(0ms)), (std::vector<Sent>{{at(0ms), 0x705, {0}}}));
   EXPECT_EQ(advance(50ms), (std::vector<Sent>{{at(50ms), 0x705, {0x7F}}}));
 }
@@ -61,7 +61,7 @@ TEST_F(StoringNodeTest, ParametersSavedOverSdoAreThereAtPowerOn) {
 TEST_F(StoringNodeTest, TheSameNodeAfterPowerOffHasThemToo) {
   boot();
   EXPECT_EQ(sdo_write({0x2100, 0}, 2, 8), 0U);
-  EXPECT_EQ(sdo_write({0x1010, 3}, 4, kSave), 0U) << "3 is 6000h to 9FFFh";
+  EXPECT_EQ(sdo_write({0x1010, 3}, 4, kSave), 0U) << "sub 3: 6000h to 9FFFh";
   EXPECT_EQ(sdo_write({0x1017, 0}, 2, 50), 0U);
   EXPECT_EQ(sdo_write({0x1010, 2}, 4, kSave), 0U);
   node->start(at(10ms));
@@ -119,7 +119,7 @@ TEST_F(StoringNodeTest, TheSdoIsAnsweredWhenASlowMediumIsDone) {
   node->set_medium(nullptr);
 }
 
-// TPDO 2 is on 285h; stored, it is switched off.
+// TPDO 2 uses 285h; it is stored as invalid.
 TEST_F(StoringNodeTest, StoredPdoParametersAreThoseOfThePdo) {
   boot();
   EXPECT_EQ(sdo_write({0x1801, 1}, 4, 0x8000'0285), 0U);
@@ -138,11 +138,11 @@ TEST_F(StoringNodeTest, WhatCannotBeUsedIsToldOnceAndTheDefaultsAreUsed) {
   EXPECT_EQ(sdo_write({0x1010, 1}, 4, kSave), 0U);
   testing::take_events(events);
 
-  make(6);  // the medium came to another device
+  make(6);  // the medium was moved to another device
   node->start(at(0ms));
   EXPECT_EQ(number(0x2100, 0), 7U);
   EXPECT_EQ(number(0x1001, 0), 0x01U);
-  // Damage::owner, told after boot-up.
+  // Damage::owner, reported after boot-up.
   EXPECT_EQ(drain(at(0ms)), (std::vector<Sent>{{at(0ms), 0x085, {0x00, 0x63, 0x01, 4, 0, 0, 0, 0}},
                                                {at(0ms), 0x706, {0}}}));
   EXPECT_EQ(kinds(), (std::vector<EventKind>{EventKind::own_state, EventKind::emcy_sent,
@@ -157,7 +157,7 @@ TEST_F(StoringNodeTest, ParametersThatCannotBeUsedAreAnErrorUntilTheNextReset) {
   boot();
   EXPECT_EQ(sdo_write({0x2100, 0}, 2, 8), 0U);
   EXPECT_EQ(sdo_write({0x1010, 1}, 4, kSave), 0U);
-  make(6);  // the medium came to another device
+  make(6);  // the medium was moved to another device
   node->start(at(0ms));
   EXPECT_FALSE(node->error_free());
   drain(at(0ms));
@@ -165,7 +165,7 @@ TEST_F(StoringNodeTest, ParametersThatCannotBeUsedAreAnErrorUntilTheNextReset) {
   EXPECT_EQ(drain(at(1ms)),
             (std::vector<Sent>{{at(1ms), 0x085, {0x20, 0x81, 0x11, 0, 0, 0, 0, 0}}}));
   node->bus_event({.state = can::BusState::error_active, .time = at(2ms)});
-  EXPECT_TRUE(drain(at(2ms)).empty()) << "an error remains";
+  EXPECT_TRUE(drain(at(2ms)).empty()) << "another error remains";
   EXPECT_EQ(number(0x1001, 0), 0x01U);
   node->command(nmt::Command::reset_node, at(3ms));
   EXPECT_TRUE(node->error_free());

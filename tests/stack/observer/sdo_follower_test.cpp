@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Transfers of others, frame by frame.
+// SDO transfers of other nodes, frame by frame.
 #include "stack/observer/sdo_follower.h"
 
 #include <cstddef>
@@ -55,14 +55,14 @@ class SdoFollowerTest : public testing::Test {
 
 TEST_F(SdoFollowerTest, ExpeditedDownload) {
   client({0x2B, 0x17, 0x10, 0x00, 0xE8, 0x03, 0, 0});
-  EXPECT_TRUE(told_.empty()) << "the server has not said so yet";
+  EXPECT_TRUE(told_.empty()) << "the server has not confirmed it";
   server({0x60, 0x17, 0x10, 0x00, 0, 0, 0, 0});
   ASSERT_EQ(told_.size(), 1U);
   EXPECT_EQ(told_[0].address, (od::Address{0x1017, 0}));
   EXPECT_TRUE(told_[0].download);
   EXPECT_EQ(value(told_[0]), (std::vector<int>{0xE8, 0x03}));
   server({0x60, 0x17, 0x10, 0x00, 0, 0, 0, 0});
-  EXPECT_EQ(told_.size(), 1U) << "a frame that came twice";
+  EXPECT_EQ(told_.size(), 1U) << "a repeated frame";
 }
 
 TEST_F(SdoFollowerTest, ExpeditedUpload) {
@@ -100,7 +100,7 @@ TEST_F(SdoFollowerTest, BlockDownloadWithALostSegment) {
   client({0xC6, 0x50, 0x1F, 0x01, 16, 0, 0, 0});
   server({0xA4, 0x50, 0x1F, 0x01, 2, 0, 0, 0});
   client({0x01, 1, 2, 3, 4, 5, 6, 7});
-  client({0x02, 0x40, 0x18, 0x10, 0x01, 0, 0, 0});  // looks like an initiate, and is a segment
+  client({0x02, 0x40, 0x18, 0x10, 0x01, 0, 0, 0});  // a segment that looks like an initiate request
   server({0xA2, 1, 2, 0, 0, 0, 0, 0});
   client({0x01, 8, 9, 10, 11, 12, 13, 14});
   client({0x82, 15, 16, 0, 0, 0, 0, 0});
@@ -130,14 +130,14 @@ TEST_F(SdoFollowerTest, BlockUpload) {
 TEST_F(SdoFollowerTest, AValueWithAHoleIsNotTold) {
   client({0xC2, 0x50, 0x1F, 0x01, 14, 0, 0, 0});
   server({0xA0, 0x50, 0x1F, 0x01, 2, 0, 0, 0});
-  client({0x82, 8, 9, 10, 11, 12, 13, 14});  // the first was not heard
+  client({0x82, 8, 9, 10, 11, 12, 13, 14});  // the first segment was not received
   server({0xA2, 2, 2, 0, 0, 0, 0, 0});
   client({0xC1, 0, 0, 0, 0, 0, 0, 0});
   server({0xA1, 0, 0, 0, 0, 0, 0, 0});
   EXPECT_TRUE(told_.empty());
   client({0x40, 0x00, 0x10, 0x00, 0, 0, 0, 0});
   server({0x43, 0x00, 0x10, 0x00, 1, 0, 0, 0});
-  EXPECT_EQ(told_.size(), 1U) << "and the next begins anew";
+  EXPECT_EQ(told_.size(), 1U) << "the next transfer is followed";
 }
 
 TEST_F(SdoFollowerTest, ABlockUploadMayBeAnsweredExpedited) {
@@ -149,7 +149,7 @@ TEST_F(SdoFollowerTest, ABlockUploadMayBeAnsweredExpedited) {
 
 TEST_F(SdoFollowerTest, AbortsOfEitherSide) {
   server({0x80, 0x18, 0x10, 0x01, 0x11, 0x00, 0x09, 0x06});
-  EXPECT_TRUE(told_.empty()) << "nothing was under way";
+  EXPECT_TRUE(told_.empty()) << "no transfer was under way";
   client({0x40, 0x18, 0x10, 0x01, 0, 0, 0, 0});
   server({0x80, 0x18, 0x10, 0x01, 0x11, 0x00, 0x09, 0x06});
   client({0x21, 0x08, 0x10, 0x00, 9, 0, 0, 0});

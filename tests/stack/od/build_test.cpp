@@ -81,7 +81,7 @@ TEST(Building, ObserversHearOfObjectsThatComeGoAndMove) {
   ASSERT_TRUE(dictionary.add(var(0x2000, DataType::unsigned8)));
   ASSERT_TRUE(dictionary.bind({0x2000, 0}, image.data()));
   ASSERT_TRUE(dictionary.add_window(0xA040, DataType::unsigned8, Access::ro, image.data(), 2));
-  ASSERT_TRUE(dictionary.add_hook(0x2000, hook)) << "changes nothing for others";
+  ASSERT_TRUE(dictionary.add_hook(0x2000, hook)) << "other objects are unaffected";
   ASSERT_TRUE(dictionary.add_hook(0x2000, hook, Watch::rpdos));
   ASSERT_TRUE(dictionary.remove(0x2000));
   EXPECT_EQ(listener.heard, (std::vector<std::uint16_t>{0x2000, 0x2000, 0xA040, 0x2000, 0x2000}));
@@ -90,8 +90,7 @@ TEST(Building, ObserversHearOfObjectsThatComeGoAndMove) {
   EXPECT_EQ(listener.heard.size(), 5U);
 }
 
-// A string that gets a value longer than its room: pointers to its bytes have to be looked up
-// again.
+// A string gets a value longer than its memory: pointers to its bytes become invalid.
 TEST(Building, ObserversHearOfAStringThatGrowsOutOfItsRoom) {
   struct Listener : Observer {
     explicit Listener(Dictionary& values) : dictionary(values) {}
@@ -116,7 +115,7 @@ TEST(Building, ObserversHearOfAStringThatGrowsOutOfItsRoom) {
       return restored ? dictionary.restore({index, 0}, value) : dictionary.set({index, 0}, value);
     };
     EXPECT_TRUE(give(0x2000, text("as short")));
-    EXPECT_TRUE(listener.heard.empty()) << "it stays where it is";
+    EXPECT_TRUE(listener.heard.empty()) << "the bytes do not move";
     EXPECT_TRUE(give(0x2000, longer));
     EXPECT_EQ(listener.at, dictionary.find({0x2000, 0})->data);
     EXPECT_TRUE(give(0x2000, longest));
@@ -127,7 +126,7 @@ TEST(Building, ObserversHearOfAStringThatGrowsOutOfItsRoom) {
     EXPECT_EQ(dictionary.write({0x2000, 0}, longest), AbortCode::none);
     const Assignment shorter{{0x2000, 0}, longer};
     EXPECT_EQ(dictionary.write_all({&shorter, 1}), AbortCode::none);
-    EXPECT_EQ(listener.heard.size(), 5U) << "of another length, and of no other value";
+    EXPECT_EQ(listener.heard.size(), 5U) << "only this value has another length";
     const std::byte* const before = dictionary.find({0x2001, 0})->data;
     EXPECT_FALSE(give(0x2001, odd));
     EXPECT_EQ(dictionary.find({0x2001, 0})->data, before) << "a refused value moves nothing";
@@ -148,8 +147,8 @@ TEST(Building, ValuesStayWhereTheyAre) {
   EXPECT_EQ(moved.find({0x2000, 0})->data, at);
 }
 
-// What PDO copy plans rely on: whole words may be loaded and stored at a value and up to 8 bytes
-// behind it, and no other value is touched.
+// Copy plans of PDOs rely on this: they may load and store whole words at a value and up to 8 bytes
+// behind it, without changing another value.
 TEST(Building, ValuesAreAlignedAndHaveSlack) {
   std::vector<VariableDescription> variables;
   for (unsigned sub = 0; sub < 9; ++sub) {

@@ -100,7 +100,7 @@ TEST(Hook, IsAskedLastAndToldAfterwards) {
   EXPECT_EQ(hook.calls, "check 2=50;check 2=50;written 2;");
 }
 
-// Does what a write orders, and may fail.
+// Executes the order of a write, and may fail.
 class Worker final : public Recorder {
  public:
   AbortCode execute_write(Address address, std::span<const std::byte> value) override {
@@ -205,7 +205,7 @@ TEST(Followed, ValuesAreToldWhenTheyAreOtherOnes) {
   Dictionary dictionary = array_with(hook);
   Follower follower(dictionary);
   EXPECT_TRUE(dictionary.set({0x2000, 2}, 7));
-  EXPECT_EQ(follower.heard(), "") << "nobody asked for it";
+  EXPECT_EQ(follower.heard(), "") << "the value is not followed";
   ASSERT_TRUE(dictionary.follow({0x2000, 2}, kMark));
   EXPECT_EQ(dictionary.follow({0x2000, 1}, kMark).error(), to_error(AbortCode::no_sub_index));
   EXPECT_EQ(dictionary.follow({0x2001, 0}, kMark).error(), to_error(AbortCode::no_object));
@@ -258,7 +258,7 @@ TEST(Followed, AfterTheHooksAndInAGroupAfterAllOfThem) {
   EXPECT_EQ(dictionary.write_all(group), AbortCode::none);
   EXPECT_EQ(follower.heard(), "0=6;2=10;");
   EXPECT_EQ(dictionary.write_all(group), AbortCode::none);
-  EXPECT_EQ(follower.heard(), "") << "as it was";
+  EXPECT_EQ(follower.heard(), "") << "the values did not change";
 }
 
 TEST(Followed, WithTheMarkThatItHasAfterTheHooks) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Hooks that answer later, several hooks of one object, and groups of values.
+// Hooks that complete later, several hooks of one object, and groups of values.
 #include <string>
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ using test::variable;
 
 constexpr Address kAt{0x2000, 1};
 
-// Writes what it hears into a log it shares with others.
+// Writes its calls into a log that it shares with other hooks.
 class Scribe : public Hook {
  public:
   Scribe(std::string name, std::string& log) : name_(std::move(name)), log_(log) {}
@@ -58,7 +58,7 @@ class LaterTest : public testing::Test {
     EXPECT_TRUE(dictionary.set_hook(kAt.index, &service));
   }
 
-  // What was heard since the last time.
+  // The calls since the last time.
   std::string heard() { return std::exchange(log, {}); }
 
   Dictionary dictionary;
@@ -109,7 +109,7 @@ TEST_F(LaterTest, AReadWaitsAndGivesTheValueOfThen) {
   EXPECT_TRUE(dictionary.complete(ticket, AbortCode::none));
   EXPECT_EQ(dictionary.outcome(ticket), AbortCode::none);
   EXPECT_EQ(copy(*dictionary.finish_read(ticket)), bytes({42}));
-  EXPECT_EQ(dictionary.outcome(ticket), AbortCode::no_data) << "used up";
+  EXPECT_EQ(dictionary.outcome(ticket), AbortCode::no_data) << "the ticket is used";
   EXPECT_FALSE(dictionary.complete(ticket, AbortCode::none));
 }
 
@@ -129,11 +129,11 @@ TEST_F(LaterTest, TheLateAnswerMayBeARefusal) {
   service.answer = kLater;
   ASSERT_EQ(dictionary.write(kAt, bytes({9}), ticket), kLater);
   EXPECT_TRUE(dictionary.complete(ticket, AbortCode::hardware));
-  EXPECT_FALSE(dictionary.complete(ticket, AbortCode::none)) << "the first answer counts";
+  EXPECT_FALSE(dictionary.complete(ticket, AbortCode::none)) << "the first completion counts";
   EXPECT_EQ(dictionary.finish_write(ticket, bytes({9})), AbortCode::hardware);
   EXPECT_EQ(dictionary.number(kAt), 7U);
   ASSERT_FALSE(dictionary.read(kAt, ticket));
-  EXPECT_FALSE(dictionary.complete(ticket, kLater)) << "no answer";
+  EXPECT_FALSE(dictionary.complete(ticket, kLater)) << "kLater is not a completion";
   EXPECT_TRUE(dictionary.complete(ticket, AbortCode::no_data));
   EXPECT_EQ(dictionary.finish_read(ticket).error(), to_error(AbortCode::no_data));
 }
@@ -159,7 +159,7 @@ TEST_F(LaterTest, AccessesWaitSideBySide) {
   EXPECT_EQ(dictionary.outcome(ticket), std::nullopt);
   EXPECT_EQ(dictionary.finish_write(second, bytes({3})), AbortCode::none);
   EXPECT_EQ(dictionary.finish_write(ticket, bytes({9})), AbortCode::device_state)
-      << "there is no answer yet";
+      << "not completed yet";
 }
 
 TEST_F(LaterTest, WhatIsGivenUpIsTold) {
@@ -173,7 +173,7 @@ TEST_F(LaterTest, WhatIsGivenUpIsTold) {
   ASSERT_TRUE(dictionary.complete(ticket, AbortCode::none));
   heard();
   dictionary.cancel(ticket);
-  EXPECT_EQ(heard(), "") << "it has answered";
+  EXPECT_EQ(heard(), "") << "already completed";
 }
 
 TEST_F(LaterTest, OnlyTheHookThatAnswersLaterHearsOfIt) {
@@ -185,7 +185,7 @@ TEST_F(LaterTest, OnlyTheHookThatAnswersLaterHearsOfIt) {
   EXPECT_EQ(heard(), "application cancelled;");
   service.answer = kLater;
   EXPECT_EQ(dictionary.write(kAt, bytes({9}), ticket), AbortCode::device_incompatible)
-      << "one may wait, not two";
+      << "only one hook may complete later";
 }
 
 TEST_F(LaterTest, AHookThatIsTakenAwayLeavesNobodyWaiting) {
@@ -262,7 +262,7 @@ TEST_F(GroupTest, OneRefusalLeavesAllAsTheyAre) {
   EXPECT_EQ(heard(), "service check;service check;application check;service check;");
 }
 
-// A hook that looks at the other value of its group when it is told.
+// A hook that reads the other value of its group when it is called after a write.
 class Onlooker : public Hook {
  public:
   explicit Onlooker(const Dictionary& dictionary) : dictionary_(dictionary) {}

@@ -38,7 +38,7 @@ TEST(NodeId, FormulasFollowItAndNothingElseDoes) {
   EXPECT_EQ(variables[0].high_limit, raw({0xFF, 1, 0, 0x40}));
   EXPECT_EQ(variables[0].low_limit, raw({0x85, 1, 0, 0x40}));
   EXPECT_EQ(variables[1].value, raw({0x85, 1, 0, 0x40}));
-  EXPECT_EQ(with_node_id(other, 5), device) << "and back";
+  EXPECT_EQ(with_node_id(other, 5), device) << "the reverse conversion";
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The catalogue: its order, and entries against the tables of CiA 301, 302 and 401.
+// The catalogue: its order, and its entries compared with the tables of CiA 301, 302 and 401.
 #include "stack/od/objects.h"
 
 #include <set>
@@ -89,7 +89,7 @@ TEST(Catalogue, DoesNotHaveWhatIsNotInIt) {
     EXPECT_EQ(objects::find(static_cast<std::uint16_t>(index)), nullptr) << index;
   }
   EXPECT_EQ(objects::find(0x1000, objects::cia401::kProfile), nullptr);
-  EXPECT_EQ(objects::find(0x6000, 408), nullptr) << "a profile that is not catalogued";
+  EXPECT_EQ(objects::find(0x6000, 408), nullptr) << "not in the catalogue";
 }
 
 TEST(Catalogue, VariablesTakeNameAndTypeOfIt) {

@@ -74,7 +74,7 @@ TEST(Read, NumberIsZeroExtendedAndNeedsOneToEightBytes) {
   EXPECT_EQ(dictionary.number({0x2003, 0}), std::nullopt);
 }
 
-// The contract of dictionary.h on which those rely that copy values in words of 8 bytes.
+// The contract of dictionary.h for callers that copy values in words of 8 bytes.
 TEST(Read, NoWordHoldsPartsOfTwoValues) {
   Dictionary dictionary;
   const DataType types[] = {DataType::unsigned8, DataType::unsigned24, DataType::unsigned32,
@@ -95,11 +95,11 @@ TEST(Read, NoWordHoldsPartsOfTwoValues) {
   }
 }
 
-// What a glance sees: as many bytes as are enough for it, nothing for all others.
+// The result of a glance: the bytes of values that it can return, nothing for all others.
 std::vector<std::byte> glance(const Dictionary& dictionary, Address address) {
   const Glance seen = dictionary.glance(address);
   EXPECT_TRUE(seen.size == 0 || std::uint64_t{seen.word} >> 8U * seen.size == 0)
-      << "above the value";
+      << "bits above the value";
   std::vector<std::byte> out(seen.size);
   store_le(std::span<std::byte>(out), std::uint64_t{seen.word});
   return out;

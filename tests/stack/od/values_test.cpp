@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every data type of CiA 301 as a value in the dictionary: its length, its order, its limits.
+// Every data type of CiA 301 as a value in the dictionary: its length, its byte order, its limits.
 #include <bit>
 
 #include <gtest/gtest.h>
@@ -106,7 +106,7 @@ TEST(Values, OfEveryTypeTakeTheirLengthAndComeBack) {
 TEST(Values, OfTypesWithAnOrderHaveLimits) {
   for (const TypeRow& row : kTypes) {
     if (row.type == DataType::boolean) {
-      continue;  // TRUE and FALSE: see below
+      continue;  // BOOLEAN is tested below
     }
     SCOPED_TRACE(name(row.type));
     const bool negative = row.order == Order::sign || row.order == Order::real;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The way of a frame allocates nothing: counted in operator new.
+// The path of a frame allocates no memory: operator new counts.
 #include <algorithm>
 
 #include <gtest/gtest.h>
@@ -85,7 +85,7 @@ TEST(Allocations, NoneFromAWrittenValueToItsFrame) {
                            .mapping = {0x20030010, 0x20020008}});
   }
   Device device(description);
-  device.engine->set_listener(nullptr);  // it keeps what it hears
+  device.engine->set_listener(nullptr);  // the listener records its calls, which allocates
   device.engine->set_auto_notify(true);
   device.operational();
   can::Frame out;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// TPDOs that are requested by whoever changes a value they map.
+// TPDOs that are requested by a change of a mapped value.
 #include <algorithm>
 #include <array>
 
@@ -19,7 +19,7 @@ using testing::IsEmpty;
 
 using Pdos = std::vector<Pdo>;
 
-// Operational, and what is sent at its beginning is gone.
+// A device in Operational, after it has sent its initial frames.
 struct Notifying : Device {
   explicit Notifying(const Pdos& tpdos, const Pdos& rpdos = {})
       : Device(description(tpdos, rpdos)) {
@@ -54,7 +54,7 @@ TEST(AutoNotify, IsOffUntilItIsWanted) {
   EXPECT_TRUE(device.engine->wants_to_send(at(1)));
   const std::vector<can::Frame> sent = device.sent(at(1));
   ASSERT_EQ(sent.size(), 1U);
-  EXPECT_EQ(sent[0].id, 0x281U) << "each TPDO has its own choice";
+  EXPECT_EQ(sent[0].id, 0x281U) << "auto-notify is set for each TPDO";
   EXPECT_THAT(data_of(sent[0]), ElementsAre(2, 0));
   device.engine->set_auto_notify(1, true);
   device.engine->set_auto_notify(2, false);
@@ -74,20 +74,20 @@ TEST(AutoNotify, HearsOfAValueWhoeverChangesIt) {
     return sent.size() == 1 ? data_of(sent[0]) : std::vector<unsigned>{};
   };
   device.set(0x2003, 0x0102);
-  EXPECT_THAT(sent_data(), ElementsAre(2, 1, 0)) << "the device";
+  EXPECT_THAT(sent_data(), ElementsAre(2, 1, 0)) << "written by the device";
   EXPECT_EQ(device.write(0x2002, 0, 7), AbortCode::none);
-  EXPECT_THAT(sent_data(), ElementsAre(2, 1, 7)) << "SDO";
+  EXPECT_THAT(sent_data(), ElementsAre(2, 1, 7)) << "written by SDO";
   const std::array<std::byte, 2> first{std::byte{3}, std::byte{4}};
   const std::array<std::byte, 1> second{std::byte{5}};
   const od::Assignment group[] = {{{0x2003, 0}, first}, {{0x2002, 0}, second}};
   EXPECT_EQ(device.dictionary.write_all(group), AbortCode::none);
-  EXPECT_THAT(sent_data(), ElementsAre(3, 4, 5)) << "a group, once";
+  EXPECT_THAT(sent_data(), ElementsAre(3, 4, 5)) << "one frame for a group";
   EXPECT_EQ(device.engine->counters().coalesced, 0U);
   device.set(0x2005, 1);
-  EXPECT_THAT(sent_data(), IsEmpty()) << "is not mapped";
+  EXPECT_THAT(sent_data(), IsEmpty()) << "the object is not mapped";
 }
 
-// Code that runs when another value is written.
+// A hook writes the value while another value is written.
 TEST(AutoNotify, HearsOfWhatAHookSets) {
   struct Doubles : od::Hook {
     explicit Doubles(od::Dictionary& d) : dictionary(d) {}
@@ -109,7 +109,7 @@ TEST(AutoNotify, HearsOfWhatAHookSets) {
 TEST(AutoNotify, OfEachTransmissionType) {
   for (unsigned type = 0; type <= 255; ++type) {
     if (type > 240 && type < 252) {
-      continue;  // reserved: no TPDO
+      continue;  // reserved transmission type: not a TPDO
     }
     Notifying device(
         Pdos{{.cob_id = 0x181, .type = static_cast<std::uint8_t>(type), .mapping = {0x20030010}}});
@@ -136,7 +136,7 @@ TEST(AutoNotify, TheSameValueOnceMoreIsNoEvent) {
   device.set(0x2003, 1);
   device.set(0x2003, 0);
   device.engine->sync(0, at(3));
-  EXPECT_THAT(device.sent_ids(at(3)), ElementsAre(0x181, 0x281)) << "it was another one meanwhile";
+  EXPECT_THAT(device.sent_ids(at(3)), ElementsAre(0x181, 0x281)) << "the value changed meanwhile";
 }
 
 TEST(AutoNotify, RespectsTheInhibitTime) {
@@ -160,7 +160,7 @@ TEST(AutoNotify, WaitsForTheEndOfAGroupOfWrites) {
   EXPECT_EQ(device.write(0x2002, 0, 2), AbortCode::none);
   EXPECT_FALSE(device.engine->wants_to_send(at(1)));
   device.engine->sync(0, at(1));
-  EXPECT_THAT(device.sent_ids(at(1)), ElementsAre(0x281)) << "wanted since Operational";
+  EXPECT_THAT(device.sent_ids(at(1)), ElementsAre(0x281)) << "requested by Operational";
   device.engine->release(at(2));
   const std::vector<can::Frame> sent = device.sent(at(2));
   ASSERT_EQ(sent.size(), 1U);
@@ -169,7 +169,7 @@ TEST(AutoNotify, WaitsForTheEndOfAGroupOfWrites) {
   EXPECT_THAT(device.sent_ids(at(3)), ElementsAre(0x281));
 }
 
-// It would cost every RPDO time: who wants it forwards it with od::Watch::rpdos.
+// A check would slow down every RPDO; od::Watch::rpdos exists for applications that need it.
 TEST(AutoNotify, AnRpdoIsNotNoticed) {
   Notifying device(Pdos{{.cob_id = 0x181, .mapping = {0x20030010}}},
                    Pdos{{.cob_id = 0x201, .mapping = {0x20030010}}});
@@ -198,13 +198,13 @@ TEST(AutoNotify, GoesWithTheMapping) {
   (void)device.sent(at(2));
   device.set(0x2003, 2);
   EXPECT_THAT(device.sent_ids(at(2)), IsEmpty());
-  EXPECT_FALSE(device.dictionary.find({0x2003, 0})->followed) << "costs nothing any more";
+  EXPECT_FALSE(device.dictionary.find({0x2003, 0})->followed) << "the object is not followed";
   device.set(0x2005, 3);
   EXPECT_THAT(device.sent_ids(at(2)), ElementsAre(0x181));
   EXPECT_THAT(device.engine->configure(), IsEmpty());
   (void)device.sent(at(3));
   device.set(0x2005, 4);
-  EXPECT_THAT(device.sent_ids(at(3)), ElementsAre(0x181)) << "kept when all is configured anew";
+  EXPECT_THAT(device.sent_ids(at(3)), ElementsAre(0x181)) << "the setting is kept";
 }
 
 TEST(AutoNotify, OutlivesAnObjectThatGoesAndComesBack) {
@@ -219,7 +219,7 @@ TEST(AutoNotify, OutlivesAnObjectThatGoesAndComesBack) {
   EXPECT_FALSE(device.dictionary.find({0x2003, 0})->followed);
 }
 
-// A manager's TPDOs to two devices, 16 + 8 + 1 bits and 32 bits, all outputs valid.
+// TPDOs of a manager to two devices, with 16 + 8 + 1 bits and 32 bits, all outputs valid.
 struct Outputs : Manager {
   explicit Outputs(const od::DeviceDescription& device)
       : Manager({remote(device, 5, {remote_pdo(1, 0x205, {0x20030010, 0x20020008, 0x20000001})}),
@@ -259,7 +259,7 @@ TEST(AutoNotify, OfLinkedTpdosNoticesTheNetworkVariables) {
   Outputs manager(device);
   ASSERT_EQ(manager.plan.outputs.entries.size(), 4U);
   ASSERT_TRUE(manager.dictionary.set(manager.variable(0), 8));
-  EXPECT_THAT(manager.sent(at(1)), IsEmpty()) << "nobody wants it";
+  EXPECT_THAT(manager.sent(at(1)), IsEmpty()) << "auto-notify is off";
   manager.engine->set_auto_notify(true);
   const std::vector<std::uint32_t> first{0x205};
   for (const std::uint32_t entry : {0U, 1U, 2U}) {
@@ -267,7 +267,7 @@ TEST(AutoNotify, OfLinkedTpdosNoticesTheNetworkVariables) {
     ASSERT_TRUE(manager.dictionary.set(manager.variable(entry), other));
     EXPECT_EQ(manager.sent(at(1)), first) << entry;
     ASSERT_TRUE(manager.dictionary.set(manager.variable(entry), other));
-    EXPECT_THAT(manager.sent(at(1)), IsEmpty()) << "the same value once more";
+    EXPECT_THAT(manager.sent(at(1)), IsEmpty()) << "the same value again";
   }
   ASSERT_TRUE(manager.dictionary.set(manager.variable(3), 7));
   EXPECT_THAT(manager.sent(at(1)), IsEmpty()) << "type 0 waits for SYNC";
@@ -275,10 +275,10 @@ TEST(AutoNotify, OfLinkedTpdosNoticesTheNetworkVariables) {
   EXPECT_EQ(manager.sent(at(2)), (std::vector<std::uint32_t>{0x206}));
   manager.engine->set_auto_notify(1, false);
   ASSERT_TRUE(manager.dictionary.set(manager.variable(0), 99));
-  EXPECT_THAT(manager.sent(at(3)), IsEmpty()) << "each TPDO has its own choice";
+  EXPECT_THAT(manager.sent(at(3)), IsEmpty()) << "auto-notify is set for each TPDO";
 }
 
-// The same byte as a part of values of several types.
+// The same byte as part of values of several types.
 TEST(AutoNotify, OfLinkedTpdosNoticesVariablesOfEachType) {
   const od::DeviceDescription device = plain_device();
   Outputs manager(device);
@@ -299,7 +299,7 @@ TEST(AutoNotify, OfLinkedTpdosNoticesVariablesOfEachType) {
   }
 }
 
-// What was never written is not sent, whoever asks for it.
+// A value that was never written is not sent, whatever requests it.
 TEST(AutoNotify, OfLinkedTpdosHoldsThemBackAsEver) {
   const od::DeviceDescription device = plain_device();
   Manager manager({Outputs::remote(device, 5, {remote_pdo(1, 0x205, {0x20030010})})});
@@ -309,7 +309,7 @@ TEST(AutoNotify, OfLinkedTpdosHoldsThemBackAsEver) {
   EXPECT_FALSE(manager.engine->wants_to_send(at(1)));
 }
 
-// The listener counts how often it was asked, in a value that TPDO 1 sends.
+// The listener counts its calls, in a value that TPDO 1 sends.
 TEST(AutoNotify, AValueRefreshedForATpdoRequestsTheOthersOnly) {
   struct Counts : Listener {
     explicit Counts(Device& d) : device(d) {}

@@ -70,7 +70,7 @@ void put(std::byte* bytes, std::size_t at, bool value) {
   bytes[at / 8] = value ? bytes[at / 8] | mask : bytes[at / 8] & ~mask;
 }
 
-// A random PDO: pieces of it, fillers, and places in an area that do not overlap.
+// A random PDO: its values, fillers, and places in an area that do not overlap.
 struct RandomPdo {
   struct Piece {
     std::uint32_t frame_bit;

@@ -62,7 +62,7 @@ struct Wrong {
   Pdo pdo;
   Severity severity;
   const char* text;
-  std::uint16_t object;  // whose line is named
+  std::uint16_t object;  // the object whose line is named
 };
 
 class DescribeWrong : public testing::TestWithParam<Wrong> {};
@@ -80,7 +80,7 @@ TEST_P(DescribeWrong, IsToldWithFileAndLine) {
   EXPECT_EQ(pdos.value->tpdos.empty(), wrong.severity == Severity::error);
 }
 
-// What somebody configured cannot be left out.
+// A configured value cannot be ignored.
 TEST_P(DescribeWrong, IsAnErrorOnceItIsConfigured) {
   const Wrong& wrong = GetParam();
   for (const bool in_file : {true, false}) {
@@ -178,7 +178,7 @@ TEST(DescribePdos, CanFdAllowsMore) {
   EXPECT_EQ(describe_pdos(device, 512).value->tpdos.size(), 1U);
 }
 
-// Sixty-four entries of 0000h, as an EDS editor leaves them in a PDO that is not in use.
+// Sixty-four entries of 0000h, as an EDS editor writes them for an unused PDO.
 TEST(DescribePdos, MappingDefaultsThatMakeNoSenseAreOneWarning) {
   od::DeviceDescription device =
       device_with({.cob_id = 0x181, .mapping = std::vector<std::uint32_t>(64, 0)});
@@ -204,7 +204,7 @@ TEST(DescribePdos, ABooleanMayBeMappedAsAByte) {
   EXPECT_EQ(pdos.value->tpdos[0].mapping[0].bits, 8);
 }
 
-// A file without DefaultValue in 1800h:1, for each PDO and with each node-ID.
+// A file without DefaultValue in 1800h:1, for each PDO and each node-ID.
 TEST(DescribedCobId, IsThatOfThePredefinedConnectionSetWhereTheFileGivesNone) {
   for (const std::vector<std::byte>& none :
        {std::vector<std::byte>{}, std::vector<std::byte>(4, std::byte{0})}) {
@@ -251,7 +251,7 @@ TEST(DescribedCobId, IsWhatTheFileSaysOtherwise) {
   EXPECT_EQ(described_cob_id(device, PdoKind::tpdo, 2).raw, 0x8000'0000U);
   EXPECT_EQ(described_cob_id(device, PdoKind::tpdo, 3).raw, 0x2000'0000U) << "29 bits";
   EXPECT_EQ(described_cob_id(device, PdoKind::tpdo, 4).raw, 0x4000'0489U) << "without RTR";
-  EXPECT_FALSE(described_cob_id(device, PdoKind::tpdo, 5).valid()) << "there is none";
+  EXPECT_FALSE(described_cob_id(device, PdoKind::tpdo, 5).valid()) << "the PDO does not exist";
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A device with an engine, on a bus that is only a function call.
+// A device with an engine; the bus is a function call.
 #pragma once
 
 #include <cstdint>
@@ -83,7 +83,7 @@ struct Device {
     }
   }
 
-  // Everything that wants to be sent at `now`.
+  // All frames that are due at `now`.
   std::vector<can::Frame> sent(Instant now) {
     std::vector<can::Frame> frames;
     can::Frame frame;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Devices described by hand for the tests of PDOs.
+// Devices described by hand for tests of PDOs.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +19,7 @@ namespace linegate::pdo::test {
 using od::Access;
 using od::DataType;
 
-// The same numbers on every machine.
+// A generator with the same numbers on every machine.
 class Random {
  public:
   explicit Random(std::uint32_t seed) : engine_(seed) {}
@@ -110,7 +110,7 @@ inline void add_tpdo(od::DeviceDescription& device, const Pdo& pdo) {
   add_pdo(device, 0x1800, pdo);
 }
 
-// Objects have to be ascending.
+// The objects of a dictionary must be ascending.
 inline od::DeviceDescription sorted(od::DeviceDescription device) {
   std::sort(device.objects.begin(), device.objects.end(),
             [](const auto& a, const auto& b) { return a.index < b.index; });

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Objects that are added, removed and moved while PDOs map them, and objects that are watched.
+// Objects that are added, removed and moved while PDOs map them, and watched objects.
 #include <array>
 
 #include <gmock/gmock.h>
@@ -38,12 +38,12 @@ TEST(DictionaryChanges, PdosThatMapARemovedObjectStopAndAreTold) {
   EXPECT_THAT(device.listener.unusable, ElementsAre(Unusable{{0x1600, 2}, AbortCode::no_object},
                                                     Unusable{{0x1A00, 1}, AbortCode::no_object}));
   device.receive(frame(0x201, {1, 2, 3}, at(1)));
-  EXPECT_EQ(device.read(0x2002), 0U) << "a PDO is taken over whole or not at all";
+  EXPECT_EQ(device.read(0x2002), 0U) << "a PDO is applied completely or not";
   device.engine->value_changed({0x2003, 0}, at(1));
   EXPECT_FALSE(device.engine->trigger(1, at(1)));
   EXPECT_THAT(device.sent(at(1)), IsEmpty());
   device.receive(frame(0x301, {1, 2, 3, 4}, at(1)));
-  EXPECT_EQ(device.read(0x2005), 0x04030201U) << "others go on";
+  EXPECT_EQ(device.read(0x2005), 0x04030201U) << "other PDOs continue";
 }
 
 TEST(DictionaryChanges, PdosComeBackWithTheirObject) {
@@ -65,7 +65,7 @@ od::DeviceDescription with_string() {
   return out;
 }
 
-// The bytes of a string move when the device gives it a value longer than its room.
+// The bytes of a string move when the device writes a value longer than its memory.
 TEST(DictionaryChanges, AStringThatGrewIsSentWhenItHasTheMappedLengthAgain) {
   od::DeviceDescription description = with_string();
   add_tpdo(description, {.cob_id = 0x181, .mapping = {0x20200010}});
@@ -92,7 +92,7 @@ TEST(DictionaryChanges, AStringThatGrewIsSentWhenItHasTheMappedLengthAgain) {
   }
 }
 
-// An RPDO would write into memory that is not the string's any more.
+// Otherwise an RPDO would write into memory that no longer belongs to the string.
 TEST(DictionaryChanges, AStringThatGrewIsReceivedWhenItHasTheMappedLengthAgain) {
   od::DeviceDescription description = with_string();
   add_rpdo(description, {.cob_id = 0x201, .mapping = {0x20200010}});
@@ -145,10 +145,10 @@ TEST(DictionaryChanges, APdoWithoutItsRecordIsNone) {
   ASSERT_TRUE(device.dictionary.add(again.objects[0]));
   EXPECT_THAT(device.sent_ids(at(1)), ElementsAre(0x282));
   EXPECT_EQ(device.write(0x1801, 1, 0x281), AbortCode::device_state)
-      << "the record is looked after";
+      << "writes of the record are checked";
 }
 
-// Nobody wants each RPDO: the short way of a frame is open.
+// No listener receives each RPDO, so the fast path of a frame is used.
 struct Watching : Changing {
   struct Watcher : od::Hook {
     void came_by_rpdo(od::Address address) override { heard.push_back(address); }
@@ -159,7 +159,7 @@ struct Watching : Changing {
 
   Watching() { engine->set_listener(&listener, false); }
 
-  // As a node does.
+  // Receives a frame as a node does.
   void hear(const can::Frame& frame) {
     can::Traffic traffic;
     if (engine->receive_ordinary({&frame, 1}, traffic) == 0) {

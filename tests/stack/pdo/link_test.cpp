@@ -136,7 +136,7 @@ TEST_F(LinkTest, BitsArePackedFromANewByteOn) {
   EXPECT_EQ(out.inputs.byte_size, 4U);
 }
 
-// A device made with CANopenNode sends a BOOLEAN in a byte of its own.
+// A device with CANopenNode sends a BOOLEAN in a whole byte.
 TEST_F(LinkTest, ABooleanInAByteIsItsLowestBit) {
   const LinkPlan out = plan({node(1, {pdo(1, 0x181, {0x20010008, 0x20010008, 0x20000008})})});
   EXPECT_THAT(offsets(out.inputs), ElementsAre(0, 1, 8));

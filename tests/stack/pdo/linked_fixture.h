@@ -22,7 +22,7 @@ struct Manager {
     engine->set_operational(true, at(0));
   }
 
-  // As node::Node does it.
+  // In the same way as node::Node.
   void receive(std::span<const can::Frame> frames) {
     while (!frames.empty()) {
       const std::size_t ordinary = engine->receive_ordinary(frames, traffic);

@@ -106,10 +106,10 @@ TEST_F(LinkedTest, SynchronousRpdosAreCommittedWholeAtSync) {
   EXPECT_EQ(snapshot.marks[0].count, 2U) << "both were received";
   EXPECT_EQ(snapshot.marks[0].time, at(2)) << "reception, not SYNC";
   manager.engine->sync(0, at(4));
-  EXPECT_THAT(manager.snapshot().marks, IsEmpty()) << "what was not refreshed keeps its age";
+  EXPECT_THAT(manager.snapshot().marks, IsEmpty()) << "no mark without a reception";
 }
 
-// Every value of a PDO carries the same number; whatever snapshot is taken, they agree.
+// Every value of a PDO carries the same number: all values in a snapshot are equal.
 TEST_F(LinkedTest, AllValuesOfAPdoAreOfTheSameFrame) {
   std::vector<RemoteNode> nodes;
   for (std::uint8_t id = 1; id <= 20; ++id) {
@@ -197,13 +197,13 @@ TEST_F(LinkedTest, DeadlinesNameTheNode) {
   EXPECT_EQ(event.kind, EventKind::pdo_timeout);
   EXPECT_EQ(event.node, 5);
   EXPECT_EQ(event.code, 2U);
-  EXPECT_TRUE(manager.image->is_valid(kIn, 1)) << "the node lives as far as we know";
+  EXPECT_TRUE(manager.image->is_valid(kIn, 1)) << "the node is not known to be lost";
 }
 
 TEST_F(LinkedTest, OutputsAreHeldBackUntilAllWereWritten) {
   Manager manager({node(5, {}, {remote_pdo(1, 0x205, {0x20030010, 0x20020008})})});
   can::Frame sent;
-  EXPECT_FALSE(manager.engine->next_frame(sent, at(0))) << "not even at the beginning";
+  EXPECT_FALSE(manager.engine->next_frame(sent, at(0))) << "not sent at the start";
   manager.image->write_entry(kOut, 0, 0x0201);
   manager.engine->outputs_written(0, 16, false, at(1));
   EXPECT_TRUE(manager.engine->trigger(1, at(1)));
@@ -243,13 +243,13 @@ TEST_F(LinkedTest, OutputsAreSentOnChangeOrAlways) {
   EXPECT_THAT(ids(at(2)), IsEmpty());
   const image::Entry& second_bit = manager.plan.outputs.entries[2];
   manager.engine->outputs_written(second_bit.bit_offset, 1, true, at(3));
-  EXPECT_THAT(ids(at(3)), ElementsAre(0x305)) << "only the one that maps it";
+  EXPECT_THAT(ids(at(3)), ElementsAre(0x305)) << "only the PDO that maps the entry";
   manager.image->write_entry(kOut, 3, 9);
   manager.engine->outputs_written(manager.plan.outputs.entries[3].bit_offset, 32, false, at(4));
   EXPECT_THAT(ids(at(4)), ElementsAre(0x405));
 }
 
-// Written whole, then told entry by entry: one sample.
+// The entries are written as a whole, then reported one by one: one sample.
 TEST_F(LinkedTest, AWriteOfSeveralEntriesIsOneSample) {
   Manager manager({node(5, {}, {remote_pdo(1, 0x205, {0x20030010, 0x20020008})})});
   manager.image->write_entry(kOut, 0, 1);
@@ -281,7 +281,7 @@ TEST_F(LinkedTest, PdosBeyondTheRecordsWorkWithoutOne) {
   Manager manager({node(1, tpdos), node(2, {remote_pdo(1, 0x2001'0000U, {0x20030010})})});
   EXPECT_TRUE(manager.dictionary.has_object(0x15FF));
   EXPECT_TRUE(manager.dictionary.has_object(0x17FF));
-  EXPECT_FALSE(manager.dictionary.has_object(0x1800)) << "which would be number 513";
+  EXPECT_FALSE(manager.dictionary.has_object(0x1800)) << "TPDO 513 does not exist";
   can::Frame extended = frame(0x1'0000U, {0x34, 0x12}, at(1));
   extended.flags = can::Frame::kExtended;
   manager.receive(extended);
@@ -290,7 +290,8 @@ TEST_F(LinkedTest, PdosBeyondTheRecordsWorkWithoutOne) {
   EXPECT_TRUE(manager.image->is_valid(kIn, 512));
 }
 
-// Reset communication gives the records their values again and configures anew: links stay.
+// Reset communication restores the values of the records and configures the PDOs again: the links
+// remain.
 TEST_F(LinkedTest, ConfiguringAgainKeepsTheLinks) {
   Manager manager({node(5, {remote_pdo(1, 0x185, {0x20030010})})});
   manager.engine->set_operational(false, at(1));
@@ -302,7 +303,8 @@ TEST_F(LinkedTest, ConfiguringAgainKeepsTheLinks) {
   EXPECT_EQ(manager.image->read_entry(kIn, 0), 0x1234U);
 }
 
-// A device with network variables maps them itself: the image's marks are kept all the same.
+// A device with network variables maps them itself: the marks of the image are maintained
+// nevertheless.
 TEST_F(LinkedTest, AMappedNetworkVariableIsAPlaceInTheImage) {
   Manager manager({node(5, {remote_pdo(1, 0x185, {0x20030010, 0x20000001})})});
   od::DeviceDescription records;

@@ -53,8 +53,8 @@ od::ObjectDescription list(std::uint16_t index, DataType type,
   return out;
 }
 
-// 2100h: three U16, rw. RPDO 1 (201h) in destination, RPDO 2 (301h) in source address mode, which
-// TPDO 1 (181h) and TPDO 2 (281h) have too; TPDO 1 sends 2003h.
+// 2100h: three U16, rw. RPDO 1 (201h) is an MPDO in destination address mode, RPDO 2 (301h) in
+// source address mode, as TPDO 1 (181h) and TPDO 2 (281h); TPDO 1 sends 2003h.
 od::DeviceDescription description() {
   od::DeviceDescription out = plain_device();
   od::ObjectDescription values = list(0x2100, DataType::unsigned16, {0, 0, 0});
@@ -75,8 +75,8 @@ od::DeviceDescription description() {
         multiplexed({.number = 2, .cob_id = 0x281}, 254, 0x1800)}) {
     out.objects.insert(out.objects.end(), objects.begin(), objects.end());
   }
-  // 2100h:2 and 3 and 2002h are sent; of node 9, 3000h:1 and 2 go to 2100h:1 and 2, 3001h:0 to
-  // 2002h and to 2010h, which is read-only.
+  // The scanner list has 2100h:2 and 3 and 2002h. The dispatcher list writes 3000h:1 and 2 of node
+  // 9 to 2100h:1 and 2, and its 3001h:0 to 2002h and to 2010h, which is read-only.
   out.objects.push_back(list(0x1FA0, DataType::unsigned32, {0x02'2100'02}));
   out.objects.push_back(list(0x1FA1, DataType::unsigned32, {0, 0x00'2002'00}));
   out.objects.push_back(
@@ -91,7 +91,7 @@ struct MpdoTest : testing::Test {
     device.engine->set_listener(&listener);
     EXPECT_THAT(device.diagnostics, IsEmpty());
     device.operational();
-    EXPECT_THAT(device.sent_ids(at(0)), IsEmpty()) << "nothing that has no event";
+    EXPECT_THAT(device.sent_ids(at(0)), IsEmpty()) << "MPDOs have no event";
   }
   EngineCounters counters() { return device.engine->counters(); }
 
@@ -114,8 +114,8 @@ TEST(Mpdo, FrameLayout) {
   EXPECT_EQ(read->address, (od::Address{0x6200, 3}));
   EXPECT_EQ(read->value, mpdo.value);
   EXPECT_EQ(decode_mpdo(frame(1, {0x07, 0, 0x62, 3, 1, 2, 3, 4}, at(0)))->mode, MpdoMode::source);
-  EXPECT_TRUE(decode_mpdo(frame(1, {0x80, 0, 0x62, 3, 1, 2, 3, 4}, at(0)))) << "to all";
-  EXPECT_FALSE(decode_mpdo(frame(1, {0x00, 0, 0x62, 3, 1, 2, 3, 4}, at(0)))) << "from nobody";
+  EXPECT_TRUE(decode_mpdo(frame(1, {0x80, 0, 0x62, 3, 1, 2, 3, 4}, at(0)))) << "to all nodes";
+  EXPECT_FALSE(decode_mpdo(frame(1, {0x00, 0, 0x62, 3, 1, 2, 3, 4}, at(0)))) << "from node 0";
   EXPECT_FALSE(decode_mpdo(frame(1, {0x80, 0, 0x62, 3, 1, 2, 3}, at(0))));
 }
 
@@ -135,7 +135,7 @@ TEST(Mpdo, EntriesOfTheLists) {
 
 TEST_F(MpdoTest, DestinationAddressModeWritesWhatTheFrameNames) {  // 8230h
   device.receive(frame(0x201, {0x80 | kNode, 0x00, 0x21, 2, 0x34, 0x12, 0xFF, 0xFF}, at(1)));
-  EXPECT_EQ(device.read(0x2100, 2), 0x1234U) << "as many bytes as it has";
+  EXPECT_EQ(device.read(0x2100, 2), 0x1234U) << "only the bytes of the object";
   device.receive(frame(0x201, {0x80, 0x05, 0x20, 0, 1, 2, 3, 4}, at(2)));
   EXPECT_EQ(device.read(0x2005), 0x04030201U) << "to all nodes";
   device.receive(frame(0x201, {0x80 | 6, 0x05, 0x20, 0, 9, 9, 9, 9}, at(3)));
@@ -163,7 +163,7 @@ TEST_F(MpdoTest, WhatIsNotThereOrNotForRpdosIsRefused) {
   }
   EXPECT_EQ(counters().mpdos_refused, std::size(rows));
   EXPECT_EQ(device.write(0x1400, 1, kInvalid | 0x201), AbortCode::none);
-  EXPECT_THAT(listener.in_order, ElementsAre(1)) << "the error is gone with its PDO";
+  EXPECT_THAT(listener.in_order, ElementsAre(1)) << "an invalid PDO has no error";
 }
 
 TEST_F(MpdoTest, SourceAddressModeGoesByTheDispatcherList) {
@@ -173,13 +173,13 @@ TEST_F(MpdoTest, SourceAddressModeGoesByTheDispatcherList) {
   device.receive(frame(0x301, {9, 0x00, 0x30, 3, 1, 1, 1, 1}, at(1)));
   EXPECT_EQ(device.read(0x2100, 3), 0U) << "beyond the block";
   device.receive(frame(0x301, {8, 0x00, 0x30, 1, 1, 1, 1, 1}, at(1)));
-  EXPECT_EQ(device.read(0x2100, 1), 0U) << "of another node";
+  EXPECT_EQ(device.read(0x2100, 1), 0U) << "from another node";
   EXPECT_THAT(listener.refused, IsEmpty());
   device.receive(frame(0x301, {9, 0x01, 0x30, 0, 7, 0, 0, 0}, at(2)));
   EXPECT_EQ(device.read(0x2002), 7U);
   EXPECT_EQ(device.read(0x2010), 0U);
   EXPECT_THAT(listener.refused, ElementsAre(Told{2, {0x2010, 0}, AbortCode::not_mappable}))
-      << "the second place it is listed for";
+      << "the second entry of the list";
 }
 
 TEST_F(MpdoTest, AWriteToTheDispatcherListTakesEffect) {
@@ -243,7 +243,7 @@ TEST_F(MpdoTest, WaitsForTheInhibitTimeInTurn) {
   send(1, 0x33);
   const std::vector<can::Frame> first = device.sent(at(1));
   ASSERT_EQ(first.size(), 1U);
-  EXPECT_THAT(data_of(first[0]), ElementsAre(0x89, 0, 0x62, 1, 0x33, 0, 0, 0)) << "the newest";
+  EXPECT_THAT(data_of(first[0]), ElementsAre(0x89, 0, 0x62, 1, 0x33, 0, 0, 0)) << "newest value";
   EXPECT_EQ(counters().coalesced, 1U);
   EXPECT_EQ(device.engine->next_wake(), at(11));
   const std::vector<can::Frame> second = device.sent(at(11));
@@ -298,18 +298,18 @@ TEST_F(MpdoTest, WithAutoNotifyTheScannerListIsSentByItself) {
   EXPECT_THAT(device.sent_ids(at(1)), IsEmpty());
   device.engine->set_auto_notify(2, true);
   set(1, 0x22);
-  EXPECT_THAT(device.sent_ids(at(1)), IsEmpty()) << "is not listed";
+  EXPECT_THAT(device.sent_ids(at(1)), IsEmpty()) << "not in the scanner list";
   set(3, 0x11);
-  EXPECT_THAT(device.sent_ids(at(1)), IsEmpty()) << "is as it was";
+  EXPECT_THAT(device.sent_ids(at(1)), IsEmpty()) << "the value did not change";
   EXPECT_EQ(device.write(0x2100, 3, 0x1234), AbortCode::none);
   const std::vector<can::Frame> sent = device.sent(at(1));
   ASSERT_EQ(sent.size(), 1U);
   EXPECT_THAT(data_of(sent[0]), ElementsAre(kNode, 0x00, 0x21, 3, 0x34, 0x12, 0, 0));
   device.receive(frame(0x201, {0x80 | kNode, 0x00, 0x21, 2, 7, 0, 0, 0}, at(2)));
-  EXPECT_THAT(device.sent_ids(at(2)), ElementsAre(0x281)) << "brought by an MPDO";
+  EXPECT_THAT(device.sent_ids(at(2)), ElementsAre(0x281)) << "written by an MPDO";
   EXPECT_EQ(device.write(0x1FA1, 1, 0x00'2003'00), AbortCode::none);
   ASSERT_TRUE(device.dictionary.set({0x2003, 0}, 9));
-  EXPECT_THAT(device.sent_ids(at(3)), ElementsAre(0x281)) << "the list as it is now";
+  EXPECT_THAT(device.sent_ids(at(3)), ElementsAre(0x281)) << "uses the present list";
 }
 
 // TPDO 1 (inhibit time 10 ms) to other nodes, TPDO 2 from the scanner list.
@@ -330,7 +330,7 @@ TEST_F(MpdoTest, WaitsForTheEndOfAGroupOfWrites) {
   send(1, 0x11);
   device.engine->hold();
   EXPECT_THAT(first_bytes(at(1)), ElementsAre(ElementsAre(0x89, 0, 0x62, 1, 0x11)))
-      << "was requested before";
+      << "requested before hold()";
   send(1, 0x12);
   send(2, 0x22);
   send(1, 0x13);
@@ -343,14 +343,14 @@ TEST_F(MpdoTest, WaitsForTheEndOfAGroupOfWrites) {
   device.engine->release(at(20));
   EXPECT_THAT(first_bytes(at(20)), ElementsAre(ElementsAre(0x89, 0, 0x62, 1, 0x13),
                                                ElementsAre(kNode, 0x00, 0x21, 3, 0x34)))
-      << "the newest for each";
+      << "the newest value of each object";
   EXPECT_THAT(first_bytes(at(30)), ElementsAre(ElementsAre(0x89, 0, 0x62, 2, 0x22)));
   device.engine->release(at(40));
   EXPECT_THAT(device.sent_ids(at(40)), IsEmpty());
 }
 
-// What waited before the group, for the inhibit time, is not mixed with it: it gets the group's
-// value only when all of the group may go.
+// A value that waits for the inhibit time before the group is not mixed with it: it is replaced by
+// the value of the group only when the whole group may be sent.
 TEST_F(MpdoTest, AGroupOfWritesReplacesWhatWaitsWhenItEnds) {
   const auto send = [this](std::uint8_t sub, unsigned value) {
     EXPECT_TRUE(device.dictionary.set({0x2003, 0}, value));
@@ -380,7 +380,7 @@ TEST_F(MpdoTest, AGroupOfWritesReplacesWhatWaitsWhenItEnds) {
   device.engine->set_operational(false, at(50));
   device.engine->set_operational(true, at(50));
   device.engine->release(at(51));
-  EXPECT_THAT(device.sent_ids(at(51)), IsEmpty()) << "forgotten with Operational";
+  EXPECT_THAT(device.sent_ids(at(51)), IsEmpty()) << "discarded when leaving Operational";
 }
 
 TEST_F(MpdoTest, IsNotSentOtherwise) {
@@ -394,12 +394,12 @@ TEST_F(MpdoTest, IsNotSentOtherwise) {
   EXPECT_THAT(device.sent_ids(at(1)), IsEmpty());
 }
 
-// Of TPDO 1 everything is refused that makes no MPDO of it.
+// Every value of TPDO 1 that does not make it an MPDO is refused.
 TEST_F(MpdoTest, RefusalsOfTheRecords) {
   EXPECT_EQ(device.write(0x1800, 2, 1), AbortCode::parameter_incompatible);
   EXPECT_EQ(device.write(0x1800, 2, 254), AbortCode::none);
   EXPECT_EQ(device.write(0x1800, 1, kInvalid | 0x181), AbortCode::none);
-  EXPECT_EQ(device.write(0x1A00, 0, 254), AbortCode::parameter_incompatible) << "TPDO 2 is";
+  EXPECT_EQ(device.write(0x1A00, 0, 254), AbortCode::parameter_incompatible) << "TPDO 2 scans";
   EXPECT_EQ(device.write(0x1A00, 0, 0), AbortCode::none);
   EXPECT_EQ(device.write(0x1A00, 1, 0x20060040), AbortCode::none);
   EXPECT_EQ(device.write(0x1A00, 0, 255), AbortCode::not_mappable) << "longer than 4 bytes";
@@ -441,7 +441,8 @@ TEST(MpdoConfigure, OfSeveralTpdosInSourceAddressModeTheFirstIsUsed) {
                                             {0x1A01, 0}, AbortCode::parameter_incompatible}));
 }
 
-// What one sends the other gets: 2100h:2 of the producer, node 9, is 2100h:1 of the consumer.
+// The consumer receives what the producer sends: 2100h:2 of the producer, node 9, is 2100h:1 of the
+// consumer.
 TEST(MpdoPair, FromScannerToDispatcher) {
   Device producer(description());
   Device consumer(description());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The short way of a frame and the long one give the same: two managers get the same frames, one
-// of them has a listener that wants to hear of each and so takes every frame the long way.
+// The fast path and the slow path of a frame have the same result: two managers receive the same
+// frames, and one of them has a listener for every frame, which forces the slow path.
 #include <gtest/gtest.h>
 
 #include "tests/stack/pdo/linked_fixture.h"
@@ -11,18 +11,18 @@ namespace {
 using namespace test;
 
 constexpr std::uint32_t kPdos = 24;
-constexpr std::uint16_t kShared = 3;  // the PDO whose identifier is another one's too
+constexpr std::uint16_t kShared = 3;  // the PDO whose identifier another service also receives
 
 std::uint32_t id_of(std::uint32_t pdo) {
   return 0x181U + pdo;
 }
 
-// PDO 1 of node 1, 2, ...: of every kind of length, place and type; some with a deadline.
+// PDO 1 of nodes 1, 2, ...: with all kinds of lengths, positions and types; some with a deadline.
 std::vector<RemoteNode> nodes(const od::DeviceDescription& device) {
   const std::vector<std::vector<std::uint32_t>> mappings = {
       {0x20030010, 0x20020008, 0x20000001},              // ends within a byte
       {0x20060040},                                      // 8 bytes
-      {0x20000001, 0x20030010},                          // not at bytes
+      {0x20000001, 0x20030010},                          // not aligned to bytes
       {0x20020008, 0x20050020, 0x20030010, 0x20020008},  // 8 bytes in 4 values
       {0x20000001}};
   std::vector<RemoteNode> out;
@@ -46,7 +46,7 @@ struct SharedManager : Manager {
   }
 };
 
-// Mostly right, sometimes too long, too short, remote, or nobody's.
+// Mostly valid, sometimes too long, too short, remote, or with an unknown identifier.
 can::Frame any_frame(Random& random, Instant time) {
   const std::uint32_t pdo = random() % (kPdos + 1);
   constexpr std::uint8_t kLengths[] = {4, 8, 3, 8, 1};
@@ -140,14 +140,14 @@ TEST(OrdinaryFrames, HaveTheEffectOfAnyFrame) {
     }
   }
   EXPECT_EQ(long_way.by_short_way, 0U);
-  EXPECT_GT(short_way.by_short_way, all / 3) << "otherwise this says little";
+  EXPECT_GT(short_way.by_short_way, all / 3) << "too few frames on the fast path";
 }
 
 TEST(OrdinaryFrames, EndAtTheFirstFrameThatIsNot) {
   const od::DeviceDescription device = plain_device();
   SharedManager manager(device);
   const can::Frame good = frame(id_of(1), {1, 2, 3, 4, 5, 6, 7, 8}, at(1));
-  manager.receive(std::span(&good, 1));  // what comes first after invalidity is not ordinary
+  manager.receive(std::span(&good, 1));  // the first frame after invalidity takes the slow path
   can::Frame remote = good;
   remote.flags = can::Frame::kRemote;
   can::Frame extended = good;

@@ -56,7 +56,7 @@ TEST_F(ReceiversTest, ANodeThatIsStartedGetsItsOutputsOnceAlthoughNothingChanged
   write(manager, 1, 8, at(1));
   EXPECT_THAT(sent(manager, at(1)), ElementsAre("5:7", "6:8"));
   manager.engine->set_receiver(5, Receiver::started);
-  EXPECT_THAT(sent(manager, at(2)), ElementsAre("5:7")) << "that of node 6 is not concerned";
+  EXPECT_THAT(sent(manager, at(2)), ElementsAre("5:7")) << "not the PDO of node 6";
   manager.engine->set_receiver(5, Receiver::started);
   write(manager, 0, 7, at(3));
   EXPECT_THAT(sent(manager, at(3)), IsEmpty());
@@ -64,7 +64,7 @@ TEST_F(ReceiversTest, ANodeThatIsStartedGetsItsOutputsOnceAlthoughNothingChanged
   EXPECT_THAT(sent(manager, at(4)), IsEmpty());
   manager.engine->set_receiver(5, Receiver::started);
   write(manager, 0, 9, at(5));
-  EXPECT_THAT(sent(manager, at(5)), ElementsAre("5:9")) << "once, and with the newest value";
+  EXPECT_THAT(sent(manager, at(5)), ElementsAre("5:9")) << "one frame with the newest value";
 }
 
 TEST_F(ReceiversTest, AnOutputIsValidWhenItsNewestValueWasTransmittedToANodeThatIsStarted) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// PDOs of which each reception is wanted.
+// PDOs of which the application receives every reception.
 #include <gtest/gtest.h>
 
 #include "tests/stack/pdo/device_fixture.h"
@@ -10,10 +10,10 @@ namespace {
 
 using namespace test;
 
-// Three devices with a TPDO each, of type 255, 1 and 255: an octet and a word behind a dummy octet.
+// Three devices with a TPDO each, of type 255, 1 and 255: an octet and a word after a dummy octet.
 class Receptions : public testing::Test {
  protected:
-  // queues: of the devices.
+  // queues: queue length of each device.
   Manager& manager(const std::vector<std::uint32_t>& queues) {
     std::vector<RemoteNode> nodes;
     for (std::uint8_t id = 1; id <= 3; ++id) {
@@ -72,7 +72,7 @@ TEST_F(Receptions, EachIsThereInTheOrderOfReceptionWithItsTimeAndValues) {
     EXPECT_EQ(reception.layout_id, manager_->plan.inputs.id);
   }
   EXPECT_EQ(manager_->engine->counters().receptions_lost, 0U);
-  EXPECT_EQ(manager_->engine->counters().received, 100U) << "and in the image as ever";
+  EXPECT_EQ(manager_->engine->counters().received, 100U) << "each also counts as received";
 }
 
 TEST_F(Receptions, AFullQueueKeepsTheNewestAndCountsTheOthers) {
@@ -120,7 +120,7 @@ TEST_F(Receptions, ThoseOfASynchronousPdoAreThereBeforeTheSync) {
   EXPECT_EQ(first_value(got[1]), 2);
   manager_->engine->sync(0, at(30));
   EXPECT_TRUE(taken().empty());
-  EXPECT_EQ(std::to_integer<int>(manager_->snapshot().bytes[4]), 2) << "in the image with the SYNC";
+  EXPECT_EQ(std::to_integer<int>(manager_->snapshot().bytes[4]), 2) << "in the image after SYNC";
 }
 
 TEST_F(Receptions, NoneOfAFrameThatIsNotTakenOver) {

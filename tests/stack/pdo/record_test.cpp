@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What SDO writes to PDO records may do: CiA 301, 7.5.2.35 to 7.5.2.38.
+// The permitted SDO writes to PDO records: CiA 301, 7.5.2.35 to 7.5.2.38.
 #include "stack/pdo/record.h"
 
 #include <gmock/gmock.h>
@@ -65,13 +65,13 @@ TEST_F(RecordTest, ATpdoThatBecomesValidIsSent) {
 TEST_F(RecordTest, AValidPdoKeepsItsIdentifier) {  // 1400h.., 1800h.. communication parameter
   EXPECT_EQ(device.write(0x1400, 1, 0x202), AbortCode::device_state);
   EXPECT_EQ(device.write(0x1400, 1, 0x2000'0201), AbortCode::device_state);
-  EXPECT_EQ(device.write(0x1400, 1, 0x201), AbortCode::none) << "as it is";
+  EXPECT_EQ(device.write(0x1400, 1, 0x201), AbortCode::none) << "the present value";
   EXPECT_EQ(device.write(0x1400, 1, kInvalid | 0x202), AbortCode::none);
   EXPECT_EQ(device.write(0x1400, 1, 0x202), AbortCode::none);
 }
 
-// The procedure of CiA 301, 7.5.2.36 and 7.5.2.38, step by step; in each row the steps before the
-// last are in order, and the last one says how it ends.
+// The procedure of CiA 301, 7.5.2.36 and 7.5.2.38, step by step; in each row all steps but the last
+// are valid, and the last one has the expected result.
 struct Step {
   std::uint16_t index;
   std::uint8_t sub;
@@ -167,7 +167,7 @@ TEST(RemappingProcedure, EndsWithTheCodeOfItsRow) {
   }
 }
 
-// Values of another size are refused by the dictionary, before anything of PDOs is asked.
+// The dictionary refuses values of another size before the PDO engine checks them.
 TEST(RemappingProcedure, WantsValuesOfTheRightSize) {
   Device device(RecordTest::description());
   const std::array<std::byte, 8> zeros{};
@@ -179,7 +179,7 @@ TEST(RemappingProcedure, WantsValuesOfTheRightSize) {
             AbortCode::length_too_high);
 }
 
-// What is mapped may go while the PDO is invalid: then it cannot be made valid.
+// A mapped object may be removed while the PDO is invalid: the PDO then cannot be made valid.
 TEST(RemappingProcedure, ChecksTheMappingOnceMoreWhenThePdoBecomesValid) {
   Device device(RecordTest::description());
   ASSERT_EQ(device.write(0x1400, 1, kInvalid | 0x201), AbortCode::none);
@@ -281,7 +281,7 @@ TEST(Configure, TellsWhatItCannotUse) {
   EXPECT_THAT(device.sent_ids(at(1)), ElementsAre(0x481));
 }
 
-// A wrong COB-ID that stays wrong is no news, whatever else is written to the PDO.
+// A COB-ID that remains invalid is not reported again when another value of the PDO is written.
 TEST(Configure, TellsAWrongPdoOnlyOnce) {
   od::DeviceDescription out = plain_device();
   add_tpdo(out, {.cob_id = 0x601, .mapping = {0x20020008}});
@@ -294,10 +294,10 @@ TEST(Configure, TellsAWrongPdoOnlyOnce) {
     EXPECT_EQ(device.write(0x1800, 5, 100), AbortCode::none);
     EXPECT_EQ(device.write(0x1801, 5, 100), AbortCode::none);
   }
-  EXPECT_THAT(told, IsEmpty()) << "as it was";
+  EXPECT_THAT(told, IsEmpty()) << "not reported again";
   EXPECT_EQ(device.write(0x1800, 1, kInvalid | 0x601), AbortCode::none);
   EXPECT_TRUE(device.dictionary.set({0x1800, 1}, 0x601));
-  EXPECT_EQ(told.size(), 1U) << "it was in order in between";
+  EXPECT_EQ(told.size(), 1U) << "it was valid in between";
   told.clear();
   EXPECT_TRUE(device.dictionary.set({0x1A01, 0}, 1));
   EXPECT_TRUE(device.dictionary.set({0x1A01, 1}, 0x30000040));
@@ -305,7 +305,7 @@ TEST(Configure, TellsAWrongPdoOnlyOnce) {
       << "another reason";
   told.clear();
   EXPECT_EQ(device.engine->configure().size(), 2U);
-  EXPECT_EQ(told.size(), 2U) << "every reset tells";
+  EXPECT_EQ(told.size(), 2U) << "reported after every reset";
 }
 
 }  // namespace

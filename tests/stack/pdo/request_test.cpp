@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What asks for PDOs: remote frames in both directions, groups of writes.
+// Requests for PDOs: remote frames in both directions, groups of writes.
 #include <algorithm>
 #include <array>
 
@@ -46,13 +46,13 @@ can::Frame remote(std::uint32_t id) {
   return out;
 }
 
-// Of an engine that is not quiet the bus asks for a frame.
+// The bus requests a frame from an engine that is not quiet.
 TEST(Quiet, IsAnEngineOfWhichNothingIsRequested) {
   Requested device({{.cob_id = 0x201, .mapping = {0x20030010}}},
                    {{.cob_id = 0x181, .inhibit = 100, .mapping = {0x20050020}}});
   EXPECT_TRUE(device.engine->quiet());
   device.set(0x2005, 1, at(0));
-  EXPECT_FALSE(device.engine->quiet());  // although the inhibit time holds it back
+  EXPECT_FALSE(device.engine->quiet());  // although the inhibit time delays it
   EXPECT_THAT(device.sent(at(5)), IsEmpty());
   EXPECT_FALSE(device.engine->quiet());
   EXPECT_TRUE(device.engine->request_rpdo(1));
@@ -77,7 +77,7 @@ TEST(Quiet, IsAnEngineThatLeftOperationalOrWasConfiguredAnew) {
   EXPECT_TRUE(device.engine->quiet());
 }
 
-// Each of the 256 values, given by the device file: when a TPDO of that type is sent.
+// Each of the 256 transmission types in the device file: when such a TPDO is sent.
 TEST(TransmissionType, OfATpdoSaysWhatSendsIt) {
   for (unsigned type = 0; type <= 255; ++type) {
     const bool reserved = type > 240 && type < 252;
@@ -116,12 +116,12 @@ TEST(RemoteFrame, IsAnsweredWithTheNewestValueUntilTheFirstSync) {
   EXPECT_EQ(answer(1, 1), 1);
   EXPECT_EQ(answer(2, 2), 2);
   device.engine->sync(0, at(3));
-  EXPECT_EQ(answer(3, 4), 2) << "of the last SYNC";
+  EXPECT_EQ(answer(3, 4), 2) << "the value at the last SYNC";
   device.engine->sync(0, at(5));
   EXPECT_EQ(answer(4, 6), 3);
 }
 
-// A frame never has older values than those of the SYNC before it, however long the bus is busy.
+// A frame never has older values than those of the last SYNC, however long the bus is busy.
 TEST(TransmissionType, ThatIsSynchronousSamplesAnewWhatStillWaitsAtTheNextSync) {
   for (const std::uint8_t type : std::array<std::uint8_t, 3>{0, 1, 3}) {
     Requested device({}, {{.cob_id = 0x181, .type = type, .mapping = {0x20030010}}});
@@ -137,7 +137,7 @@ TEST(TransmissionType, ThatIsSynchronousSamplesAnewWhatStillWaitsAtTheNextSync) 
   }
 }
 
-// An own SYNC that the bus did not take at once: its PDOs are not as old as it waited.
+// An own SYNC that was not sent immediately: its PDOs are sampled when it is sent.
 TEST(TransmissionType, ThatIsSynchronousSamplesAnewWhenItsSyncIsHandedOut) {
   for (const std::uint8_t type : std::array<std::uint8_t, 4>{0, 1, 3, 252}) {
     Requested device({}, {{.cob_id = 0x181, .type = type, .mapping = {0x20030010}}});
@@ -164,7 +164,7 @@ TEST(TransmissionType, ThatIsSynchronousSendsWhatCameUpWhileItsSyncWaited) {
   device.set(0x2003, 2, at(2));
   device.engine->sync_handed_out(at(3));
   EXPECT_THAT(device.sent_ids(at(3)), ElementsAre(0x181))
-      << "the other one waits for one SYNC more";
+      << "the other TPDO waits for another SYNC";
   device.engine->sync(0, at(4));
   EXPECT_THAT(device.sent_ids(at(4)), ElementsAre(0x281));
 }
@@ -259,7 +259,7 @@ TEST(RemoteFrame, GoesInTheOrderOfTheBus) {
   EXPECT_THAT(device.sent(at(1)), IsEmpty());
 }
 
-// What waits for its inhibit time is given when that is over.
+// A PDO that waits for its inhibit time is returned when that time has passed.
 TEST(Peek, GivesWhatIsSentNext) {
   Requested device({}, {{.cob_id = 0x181, .inhibit = 100, .mapping = {0x20050020}}});
   can::Frame peeked;
@@ -268,7 +268,7 @@ TEST(Peek, GivesWhatIsSentNext) {
   EXPECT_FALSE(device.engine->peek(peeked, at(9)));
   EXPECT_TRUE(device.engine->peek(peeked, at(10)));
   EXPECT_EQ(peeked.id, 0x181U);
-  EXPECT_TRUE(device.engine->peek(peeked, at(10))) << "it stays";
+  EXPECT_TRUE(device.engine->peek(peeked, at(10))) << "peek() removes nothing";
   EXPECT_THAT(device.sent_ids(at(10)), ElementsAre(0x181));
   EXPECT_FALSE(device.engine->peek(peeked, at(30)));
 }
@@ -295,7 +295,7 @@ TEST(Hold, AGroupOfWritesIsSentOnce) {
   const std::vector<can::Frame> sent = device.sent(at(2));
   ASSERT_EQ(sent.size(), 2U);
   EXPECT_THAT(data_of(sent[0]), ElementsAre(1, 0, 2));
-  EXPECT_EQ(sent[1].id, 0x281U) << "asked for, though it is as it was";
+  EXPECT_EQ(sent[1].id, 0x281U) << "requested, although unchanged";
   EXPECT_EQ(device.engine->counters().coalesced, 0U);
   device.engine->release(at(3));
   EXPECT_THAT(device.sent_ids(at(3)), IsEmpty());
@@ -336,7 +336,7 @@ TEST(Hold, EndsWithThePdoAndWithOperational) {
   EXPECT_THAT(device.sent_ids(at(3)), IsEmpty());
 }
 
-// All there can be: 64 entries of one bit, in both directions.
+// The maximum: 64 entries of one bit, in both directions.
 TEST(Mapping, OfSixtyFourBits) {
   od::DeviceDescription description;
   std::vector<std::uint32_t> in;
@@ -396,7 +396,7 @@ TEST(Engine, FiveHundredAndTwelvePdosEachWay) {
   }
 }
 
-// The default of esd's stack; this one knows no limit.
+// The default limit of esd's stack; this stack has no limit.
 TEST(Engine, OneObjectInEightPdosEachWay) {
   std::vector<Pdo> rpdos;
   std::vector<Pdo> tpdos;

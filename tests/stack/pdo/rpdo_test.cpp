@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// RPDOs of a device: what is taken over, when, and what is not.
+// RPDOs of a device: which values are applied, and when.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -63,7 +63,7 @@ TEST(Rpdo, TheNewestThatCameEarlyIsTakenInOperational) {
   device.engine->sync(0, at(3));
   EXPECT_EQ(device.read(0x2003), 0U);
   EXPECT_EQ(device.engine->counters().received, 0U);
-  EXPECT_THAT(device.emitted(), IsEmpty()) << "nobody waits for the right length yet";
+  EXPECT_THAT(device.emitted(), IsEmpty()) << "early frames cause no length error";
   device.operational(at(4));
   EXPECT_EQ(device.read(0x2003), 2U);
   EXPECT_EQ(device.read(0x2002), 0U) << "not before SYNC";
@@ -76,7 +76,7 @@ TEST(Rpdo, TheNewestThatCameEarlyIsTakenInOperational) {
   device.engine->keep_early(false);
   device.receive(frame(0x201, {4, 0}, at(8)));
   device.operational(at(9));
-  EXPECT_EQ(device.read(0x2003), 2U) << "given up, and then not kept";
+  EXPECT_EQ(device.read(0x2003), 2U) << "discarded without keep_early";
 }
 
 TEST(Rpdo, TheDeadlineOfWhatCameEarlyBeginsWithOperational) {
@@ -160,7 +160,7 @@ TEST(Rpdo, SynchronousDataIsTakenOverAtTheNextSync) {
   EXPECT_EQ(device.engine->counters().received, 3U);
   EXPECT_THAT(device.listener.received, ElementsAre(1, 2));
   device.engine->sync(0, at(4));
-  EXPECT_THAT(device.listener.received, ElementsAre(1, 2)) << "nothing new";
+  EXPECT_THAT(device.listener.received, ElementsAre(1, 2)) << "no further reception";
 }
 
 TEST(Rpdo, WhatWaitsForSyncIsForgottenOutsideOfOperational) {
@@ -213,7 +213,7 @@ TEST(Rpdo, DeadlineBeginsWithTheFirstFrame) {
   EXPECT_EQ(events[0].kind, EventKind::pdo_timeout);
   EXPECT_EQ(events[0].code, 1U);
   EXPECT_EQ(events[0].value, 10U);
-  EXPECT_EQ(device.engine->next_wake(), kNever) << "told once";
+  EXPECT_EQ(device.engine->next_wake(), kNever) << "reported once";
   device.receive(frame(0x201, {1, 0}, at(200)));
   events = device.emitted();
   ASSERT_EQ(events.size(), 1U);

@@ -22,7 +22,7 @@ od::DeviceDescription with(const Pdos& pdos) {
   return out;
 }
 
-// Operational, and what is sent at its beginning is gone.
+// A device in Operational, after it has sent its initial frames.
 struct Transmitting : Device {
   explicit Transmitting(const Pdos& pdos) : Device(with(pdos)) {
     EXPECT_THAT(diagnostics, IsEmpty());
@@ -52,7 +52,7 @@ TEST(Tpdo, EveryLengthAndBooleansAreSent) {
   const std::vector<can::Frame> sent = device.sent(at(0));
   ASSERT_EQ(sent.size(), 1U);
   EXPECT_EQ(sent[0].id, 0x181U);
-  // Two bits, then 030201h and 0504h, two bits up.
+  // Two bits, then 030201h and 0504h, shifted by two bits.
   EXPECT_THAT(data_of(sent[0]), ElementsAre(0x06, 0x08, 0x0C, 0x10, 0x14, 0x00));
 }
 
@@ -139,7 +139,7 @@ TEST(Tpdo, InhibitTimeSeparatesThem) {
   EXPECT_THAT(device.sent_ids(at(5)), IsEmpty());
   EXPECT_EQ(device.engine->next_wake(), at(10));
   device.set(0x2002, 1, at(6));
-  EXPECT_THAT(device.sent_ids(at(6)), ElementsAre(0x281)) << "the other is not held up";
+  EXPECT_THAT(device.sent_ids(at(6)), ElementsAre(0x281)) << "the other TPDO is not delayed";
   device.set(0x2003, 2, at(7));
   EXPECT_TRUE(device.engine->wants_to_send(at(10)));
   const std::vector<can::Frame> sent = device.sent(at(10));
@@ -271,7 +271,7 @@ TEST(Tpdo, CanFdFramesAreFilledUp) {
   EXPECT_THAT(data_of(sent[0]), ElementsAre(0, 0, 0, 0, 0, 0, 0, 0, 2, 1, 0, 0));
 }
 
-// Remapping one TPDO must not lose the request of another.
+// Remapping one TPDO must not discard the request of another one.
 TEST(Tpdo, RequestsOutliveTheRemappingOfOthers) {
   Transmitting device(Pdos{{.cob_id = 0x481, .mapping = {0x20030010}},
                            {.number = 2, .cob_id = 0x281, .mapping = {0x20020008}}});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values that are set by a handle, which knows the TPDO that sends them.
+// Values that are set by a handle, which contains the TPDO that sends them.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@ using namespace test;
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-// Operational; what is sent at its beginning is gone.
+// A device in Operational, after it has sent its initial frames.
 struct Sender : Device {
   explicit Sender(std::initializer_list<Pdo> tpdos) : Device(description(tpdos)) {
     EXPECT_THAT(diagnostics, IsEmpty());
@@ -46,7 +46,7 @@ TEST(TpdoValues, AreSentWhenTheyAreOtherOnes) {
   EXPECT_THAT(data_of(sent[0]), ElementsAre(1, 2, 3, 4, 5, 6, 7)) << "the low bits of each";
   EXPECT_EQ(device.read(0x2003), 0x0302U);
   EXPECT_TRUE(device.engine->set(*u16, 0x0302));
-  EXPECT_THAT(device.sent_ids(at(2)), IsEmpty()) << "as it was";
+  EXPECT_THAT(device.sent_ids(at(2)), IsEmpty()) << "the value did not change";
   EXPECT_TRUE(device.engine->set(*u64, 0x0807'0605'0403'0201));
   sent = device.sent(at(3));
   ASSERT_EQ(sent.size(), 1U);
@@ -88,7 +88,7 @@ TEST(TpdoValues, AreNumbersThatOneTpdoSends) {
   EXPECT_FALSE(device.value(0x3000)) << "there is no such object";
   od::Hook hook;
   ASSERT_TRUE(device.dictionary.set_hook(0x2005, &hook));
-  EXPECT_FALSE(device.value(0x2005)) << "a hook wants to hear of it";
+  EXPECT_FALSE(device.value(0x2005)) << "a hook follows the object";
   ASSERT_TRUE(device.dictionary.set_hook(0x2005, nullptr));
   EXPECT_TRUE(device.value(0x2005));
 }
@@ -100,7 +100,7 @@ TEST(TpdoValues, AreFoundAnewWhenPdosChange) {
   ASSERT_TRUE(before);
   ASSERT_EQ(device.write(0x1801, 1, kInvalid | 0x281), AbortCode::none);
   EXPECT_FALSE(device.engine->set(*before, 1));
-  EXPECT_EQ(device.read(0x2003), 0U) << "nothing was done";
+  EXPECT_EQ(device.read(0x2003), 0U) << "the value is unchanged";
   EXPECT_FALSE(device.value(0x2003));
   ASSERT_EQ(device.write(0x1801, 1, 0x282), AbortCode::none);
   (void)device.sent(at(1));
@@ -111,7 +111,7 @@ TEST(TpdoValues, AreFoundAnewWhenPdosChange) {
   EXPECT_THAT(device.sent_ids(at(2)), ElementsAre(0x282));
 }
 
-// The listener sets it for the TPDO that asks: it is in that sample.
+// The listener sets the value when the TPDO is about to be sampled: the sample contains it.
 TEST(TpdoValues, MayBeSetWhileTheyAreSampled) {
   struct Refresh : Listener {
     explicit Refresh(Device& d) : device(d) {}
@@ -130,7 +130,7 @@ TEST(TpdoValues, MayBeSetWhileTheyAreSampled) {
   EXPECT_THAT(data_of(sent[0]), ElementsAre(1));
 }
 
-// Of many TPDOs the first of the bus goes first, wherever its bit is.
+// Of many TPDOs the one with the highest priority on the bus is sent first, wherever its bit is.
 TEST(TpdoValues, GoInTheOrderOfTheBus) {
   od::DeviceDescription description;
   constexpr std::uint16_t kMany = 300;

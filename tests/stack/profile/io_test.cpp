@@ -160,7 +160,7 @@ TEST_F(IoBehaviourTest, AnalogueInputsAreToldBeyondLimitsAndByDirection) {
   EXPECT_FALSE(analogue(-992));
   EXPECT_TRUE(analogue(-991));
   set(0x6421, 1, 0x05);
-  EXPECT_FALSE(analogue(500)) << "both are needed";
+  EXPECT_FALSE(analogue(500)) << "both conditions are necessary";
   EXPECT_TRUE(analogue(1500));
   EXPECT_FALSE(analogue(1500));
 }
@@ -174,12 +174,12 @@ TEST_F(IoBehaviourTest, PolarityAndScalingStandBetweenValuesAndTerminals) {
   set(0x6202, 2, 0xF0);
   EXPECT_EQ(io_.terminal_value({0x6200, 2}, 0x3C, 0), 0xCCU);
   set(0x6208, 2, 0x0F);
-  EXPECT_EQ(io_.terminal_value({0x6200, 2}, 0x3C, 0x55), 0x5CU) << "the others stay";
+  EXPECT_EQ(io_.terminal_value({0x6200, 2}, 0x3C, 0x55), 0x5CU) << "other bits are unchanged";
   set(0x6432, 1, 10);
   set(0x6431, 1, static_cast<std::uint32_t>(-5));
   EXPECT_EQ(io_.input_value({0x6401, 1}, 7), 65U);
   EXPECT_EQ(io_.input_value({0x6401, 1}, u16(-7)), u16(-75));
-  EXPECT_EQ(io_.input_value({0x6401, 1}, 10'000), 32'767U) << "no more bits";
+  EXPECT_EQ(io_.input_value({0x6401, 1}, 10'000), 32'767U) << "limited to 16 bits";
   set(0x6447, 1, 0xFFFF'FFFF);
   set(0x6446, 1, 3);
   EXPECT_EQ(io_.terminal_value({0x6411, 1}, 7, 0), u16(-4));

@@ -9,7 +9,8 @@ namespace {
 
 class RoutedAllocations : public RoutedLines {
  protected:
-  // A frame on one line, all that follows, and what the other line sends then.
+  // Receives a frame on one line and returns the number of allocations until the other line has
+  // sent its frames.
   std::uint64_t forward(unsigned from, std::uint32_t id, std::uint8_t first) {
     can::Frame frame = can::make_frame(id, {first, 1, 2, 3, 4, 5, 6, 7});
     frame.time = now_;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// EMCYs that go on to other networks, byte by byte (OWN definition C, stack/routing/README.md).
+// EMCYs that are forwarded to other networks, byte by byte (OWN definition C,
+// stack/routing/README.md).
 #include <array>
 #include <cstdio>
 #include <string>
@@ -29,7 +30,7 @@ class EmcyRouting : public test::RoutedLines {
     }
   }
 
-  // Node 9 of line 2 is the gateway to networks 3 and 4, and its EMCYs go on to network 1.
+  // Node 9 of line 2 is the gateway to networks 3 and 4, and its EMCYs are forwarded to network 1.
   void with_a_gateway_on_line_2() {
     of_line(2).routes.push_back({.first = 3, .last = 4, .interface = 2, .gateway = 9});
     of_line(2).emcy_networks[9] = kNetwork1;
@@ -113,7 +114,7 @@ TEST_F(EmcyRouting, GoesOnToTheNetworksOf1F2FWithoutItsManufacturerBytes) {
   EXPECT_EQ(told[0].code, 0x8130U);
   EXPECT_EQ(told[0].data[3], std::byte{5});
   hear(1, 0x085, {0, 0, 0, 0, 0, 0, 0, 0});
-  EXPECT_EQ(emcys(2), Frames{"0FE 0000000100050101"}) << "the error has gone, the next number";
+  EXPECT_EQ(emcys(2), Frames{"0FE 0000000100050101"}) << "an error reset with the next number";
   EXPECT_EQ(counters(1).emcy_forwarded, 2U);
   EXPECT_EQ(counters(1).emcy_dropped + counters(2).emcy_dropped, 0U);
   EXPECT_EQ(line(2).dictionary().number({0x1001, 0}), 0U) << "it is not the gateway's own error";
@@ -126,7 +127,7 @@ TEST_F(EmcyRouting, OfOtherNodesStaysUntilTheListSaysSo) {  // 1F2Fh, 1028h
   const std::array<std::byte, 4> both{std::byte{kNetwork1 | kNetwork2}};
   ASSERT_EQ(line(1).dictionary().write({od::objects::kEmcyRouting, 6}, both), AbortCode::none);
   hear(1, 0x086, {0x30, 0x81, 0x11, 1, 2, 3, 4, 5});
-  EXPECT_EQ(emcys(2), Frames{"0FE 3081110100060101"}) << "in its own network it was heard already";
+  EXPECT_EQ(emcys(2), Frames{"0FE 3081110100060101"}) << "not sent on its own network again";
   EXPECT_EQ(emcys(1), Frames{});
 }
 
@@ -167,7 +168,7 @@ TEST_F(EmcyRouting, OfAGatewayGoesOnAsThatOfItsSource) {
   EXPECT_EQ(emcys(1), Frames{"0FF 30811103000C0207"});
   const auto told = events(2, EventKind::emcy_routed);
   ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(told[0].node, 9) << "which sent it here";
+  EXPECT_EQ(told[0].node, 9) << "the gateway that sent the EMCY";
   EXPECT_EQ(told[0].data[3], std::byte{12});
 }
 
@@ -192,14 +193,14 @@ TEST_F(EmcyRouting, OnOtherWaysIsDroppedSoThatALoopSettles) {
   emcy_of_node_5();
   EXPECT_EQ(emcys(2), Frames{"0FE 3081110100050100"});
   hear(2, 0x089, {0x30, 0x81, 0x11, 1, 0, 5, 2, 0});
-  EXPECT_EQ(emcys(1), Frames{}) << "it came round";
+  EXPECT_EQ(emcys(1), Frames{}) << "it has passed this network";
   EXPECT_EQ(emcys(2), Frames{});
   EXPECT_EQ(counters(2).emcy_dropped, 1U);
   hear(2, 0x089, {0x30, 0x81, 0x11, 1, 0, 5, 2, 9});
   EXPECT_EQ(emcys(1), Frames{}) << "never back to its source";
   hear(2, 0x089, {0x30, 0x81, 0x11, 3, 0, 12, 1, 7});
   hear(2, 0x089, {0x30, 0x81, 0x11, 3, 0, 12, 4, 7});
-  EXPECT_EQ(emcys(1), Frames{"0FF 30811103000C0207"}) << "once";
+  EXPECT_EQ(emcys(1), Frames{"0FF 30811103000C0207"}) << "forwarded once";
 }
 
 TEST_F(EmcyRouting, OfAGatewayThatWasStartedAgainIsHeard) {
@@ -211,7 +212,7 @@ TEST_F(EmcyRouting, OfAGatewayThatWasStartedAgainIsHeard) {
   EXPECT_EQ(emcys(1), Frames{"0FF 10500103000C0200"}) << "another error with the same number";
   pass(test::seconds(2));
   hear(2, 0x089, {0x30, 0x81, 0x11, 3, 0, 12, 1, 0});
-  EXPECT_EQ(emcys(1), Frames{"0FF 30811103000C0200"}) << "the same one later";
+  EXPECT_EQ(emcys(1), Frames{"0FF 30811103000C0200"}) << "the same EMCY later";
 }
 
 TEST_F(EmcyRouting, EndsAfterEightHops) {
@@ -232,7 +233,7 @@ TEST_F(EmcyRouting, KeepsTheInhibitTimeOfTheTargetLine) {
     emcy_of_node_5();
   }
   EXPECT_EQ(emcys(2), Frames{"0FE 3081110100050100"});
-  EXPECT_EQ(counters(2).emcy_dropped, 3U) << "16 wait";
+  EXPECT_EQ(counters(2).emcy_dropped, 3U) << "16 are queued";
   pass(test::milliseconds(99));
   EXPECT_EQ(emcys(2), Frames{});
   pass(test::milliseconds(1));

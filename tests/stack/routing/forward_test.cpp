@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// PDO forwarding: the objects B000h.. of several lines, and what goes from the one to the other.
+// PDO forwarding: the objects B000h.. of several lines, and the values that are forwarded between
+// them.
 #include "stack/routing/forward.h"
 
 #include <array>
@@ -43,7 +44,7 @@ TEST(ForwardObject, IsArrangedAsNetworkVariablesAre) {
   EXPECT_EQ(shown_address({0xB440, 7}), (od::Address{0xB8C0, 7}));
   EXPECT_EQ(forward_type({0xB100, 9}), DataType::unsigned16);
   EXPECT_EQ(forward_type({0xB100, 255}), std::nullopt);
-  EXPECT_EQ(forward_type({0xB480, 1}), std::nullopt) << "the second half is the same values";
+  EXPECT_EQ(forward_type({0xB480, 1}), std::nullopt) << "the second half has the same values";
   EXPECT_EQ(forward_type({0xA100, 1}), std::nullopt);
   EXPECT_EQ(forward_type({0xB900, 1}), std::nullopt);
 }
@@ -58,7 +59,8 @@ pdo::Parameters pdo_of(std::uint16_t number, std::uint32_t cob_id, std::vector<o
   return out;
 }
 
-// Lines with nothing but an own node that obeys another master, and every way between them.
+// Lines that only have an own node, which is a slave of another master, and all forwarding paths
+// between them.
 class ForwardingLinesTest : public testing::Test {
  protected:
   static constexpr std::size_t kLines = 3;
@@ -103,7 +105,7 @@ class ForwardingLinesTest : public testing::Test {
     frame.time = now_;
     lines_[line]->receive({&frame, 1}, now_);
   }
-  // What came leaves for all other lines.
+  // Hands the received values over to all other lines.
   void hand_over() {
     for (std::size_t from = 0; from < kLines; ++from) {
       if (!sources_[from].look(*lines_[from])) {
@@ -138,7 +140,7 @@ class ForwardingLinesTest : public testing::Test {
     ASSERT_EQ(dictionary(line).write(address, std::span(data).first(size)), AbortCode::none)
         << std::hex << address.index << ':' << int{address.sub};
   }
-  // In the order CiA 301 wants.
+  // In the order that CiA 301 requires.
   void remap(std::size_t line, pdo::PdoKind kind, std::uint32_t cob_id,
              std::initializer_list<od::Address> objects) {
     const std::uint16_t record = pdo::communication_base(kind);
@@ -215,7 +217,7 @@ TEST_F(ForwardingLinesTest, TheListFollowsEveryChangeOfTheMapping) {
   hand_over();
   hear(0, 0x181, {2, 0});
   hand_over();
-  EXPECT_EQ(sent(1), std::vector<Sent>{}) << "nobody brings what it maps any more";
+  EXPECT_EQ(sent(1), std::vector<Sent>{}) << "the mapped object has no source";
   remap(1, pdo::PdoKind::tpdo, 0x192, {kSecond, kFirst});
   (void)sent(1);
   hear(0, 0x181, {3, 0});
@@ -233,7 +235,7 @@ TEST_F(ForwardingLinesTest, TypesInhibitTimesAndSyncsOfEachSideAreKept) {
   config(2).forwarding.tpdos = {pdo_of(1, 0x1A1, {kFirst})};
   config(2).forwarding.tpdos[0].inhibit = 10ms;
   make();
-  now_ += 20ms;  // what was sent to begin with inhibits nothing any more
+  now_ += 20ms;  // the inhibit times of the first frames have passed
   hear(0, 0x181, {1, 0});
   hand_over();
   EXPECT_EQ(sent(2), std::vector<Sent>{}) << "before the SYNC of the source";
@@ -254,7 +256,7 @@ TEST_F(ForwardingLinesTest, TypesInhibitTimesAndSyncsOfEachSideAreKept) {
   EXPECT_EQ(sent(2), (std::vector<Sent>{{0x1A1, {2, 0}}}));
 }
 
-// PDOs are bridged from one network to the next, and no further
+// PDOs are bridged from one network to the next one only.
 TEST_F(ForwardingLinesTest, WhatWasForwardedIsNotForwardedAgain) {
   config(0).forwarding.rpdos = {pdo_of(1, 0x181, {kFirst})};
   for (const std::size_t line : {1U, 2U}) {
@@ -312,7 +314,7 @@ TEST_F(ForwardingLinesTest, WhatCannotBeIsTold) {
             "TPDO 3 of the own node is there twice");
 }
 
-// An entry of the image as an object B000h..: what a rule in plant.yaml makes of both its ends.
+// An entry of the image as an object B000h..: the two ends of a forwarding rule in plant.yaml.
 TEST(ForwardedEntry, IsAnObjectOfTheDictionaryAndOfTheMappingRecord) {
   line::LineConfig config;
   config.name = "press";
@@ -336,7 +338,7 @@ TEST(ForwardedEntry, IsAnObjectOfTheDictionaryAndOfTheMappingRecord) {
   hear(0x000, {0x01, 0x00});
   EXPECT_EQ(line.dictionary().number({0x1600, 1}), 0xB100'0110U);
   EXPECT_EQ(line.dictionary().number({0x1A00, 1}), 0xB1C0'0120U);
-  // The mapping of a static PDO, and with it the list, cannot be changed at run time.
+  // The mapping of a static PDO cannot be changed at run time.
   for (const std::uint16_t record : std::array<std::uint16_t, 2>{0x1600, 0x1A00}) {
     EXPECT_EQ(line.dictionary().check({record, 0}, std::array{std::byte{0}}), AbortCode::read_only);
     EXPECT_EQ(line.dictionary().check({record, 1}, std::array<std::byte, 4>{}),
@@ -348,7 +350,8 @@ TEST(ForwardedEntry, IsAnObjectOfTheDictionaryAndOfTheMappingRecord) {
   line.write_bound(std::vector<line::BoundValue>{{.entry = 0, .value = 77, .always = true}}, now);
   EXPECT_EQ(line.dictionary().number({0xB1C0, 1}), 77U);
   EXPECT_EQ(line.dictionary().check({0xB1C0, 1}, std::array<std::byte, 4>{}), AbortCode::read_only);
-  hear(0x000, {0x81, 0x00});  // reset node: the values are those of the devices, and of the writers
+  // Reset node: the objects keep the values of the devices and of the writers
+  hear(0x000, {0x81, 0x00});
   EXPECT_EQ(line.input(0).value, 0x1234U);
   EXPECT_EQ(line.dictionary().number(kFirst), 0x1234U);
   EXPECT_EQ(line.dictionary().number({0xB1C0, 1}), 77U);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Commands of the process itself for nodes of other networks, and those in the place of a device.
+// Commands of the process for nodes of other networks, and commands on behalf of a device.
 #include <initializer_list>
 #include <utility>
 #include <vector>
@@ -59,7 +59,7 @@ TEST_F(RemoteSdo, AnotherLineOfTheProcessIsReachedDirectly) {
 TEST_F(RemoteSdo, AGatewayOnTheOwnLineIsToldTheNetworkFirst) {
   of_line(1).routes.push_back({.first = 5, .last = 5, .interface = 1, .gateway = 9});
   start();
-  for (int i = 0; i < 2; ++i) {  // each transfer needs an indication of its own
+  for (int i = 0; i < 2; ++i) {  // each transfer needs its own network indication
     read(5, 33);
     EXPECT_EQ(sent(1), Frames{"609 E005002101000000"});
     hear(1, 0x589, {0xE0, 5, 0, 33, 1, 0, 0, 0});
@@ -77,17 +77,17 @@ TEST_F(RemoteSdo, EachWayToFailHasItsCode) {
   EXPECT_EQ(reply().error, to_error(AbortCode::invalid_value));  // no route
   read(5, 33);
   hear(1, 0x589, {0x80, 0, 0, 0, 1, 0, 4, 5});
-  EXPECT_EQ(reply().error, to_error(AbortCode::command_specifier));  // no gateway
+  EXPECT_EQ(reply().error, to_error(AbortCode::command_specifier));  // not a gateway
   read(5, 33);
   pass(milliseconds(1100));
-  EXPECT_EQ(reply().error, to_error(AbortCode::timeout));  // it does not answer
+  EXPECT_EQ(reply().error, to_error(AbortCode::timeout));  // the gateway does not answer
   read(2, 5);
   pass(milliseconds(1100));
-  EXPECT_EQ(reply().error, to_error(AbortCode::timeout));  // nor does the target
+  EXPECT_EQ(reply().error, to_error(AbortCode::timeout));  // the target does not answer
   read(2, 200);
   EXPECT_EQ(reply().error, to_error(line::Refusal::bad_request));
   for (const std::uint8_t node : std::initializer_list<std::uint8_t>{0, 5, 127}) {
-    read(0, node);  // no network-ID
+    read(0, node);  // network-ID 0 is invalid
     EXPECT_EQ(reply().error, to_error(line::Refusal::bad_request));
   }
   expect_nothing_left();
@@ -116,7 +116,7 @@ TEST_F(RemoteSdo, InThePlaceOfADeviceIsRefusedWhereNoRuleAdmitsItsNetwork) {
   ASSERT_EQ(refused.size(), 1U);
   EXPECT_EQ(load_le<std::uint16_t>(refused[0].data.data()), 1U) << "the network of line 1";
   EXPECT_EQ(counters(2).not_permitted, 1U);
-  read(2, 5);  // as the process itself
+  read(2, 5);  // on behalf of the process
   EXPECT_EQ(sent(2), Frames{"605 4000100000000000"});
 }
 
@@ -148,7 +148,7 @@ TEST_F(RemoteSdo, InThePlaceOfADeviceCountsAHopAndDoesNotReturnToItsLine) {
   expect_nothing_left();
 }
 
-// A route that the gateway's configuration knows nothing of.
+// A route that was written by SDO and is not in the configuration of the gateway.
 class RemoteSdoByWrittenRoute : public RemoteSdo {
  protected:
   void start_with_route() {
@@ -169,10 +169,10 @@ TEST_F(RemoteSdoByWrittenRoute, DoesNotEnterALineThatIsClosedToTheProcess) {
   EXPECT_EQ(sent(2), Frames{});
   EXPECT_TRUE(emitted(2, EventKind::routing_refused, AbortCode::local_control));
   EXPECT_EQ(counters(2).not_permitted, 1U);
-  read_as_device(4, 7);  // a client of the process, although a device may enter
+  read_as_device(4, 7);  // a command of the process, although devices have access
   EXPECT_EQ(reply().error, to_error(AbortCode::local_control));
   EXPECT_EQ(sent(2), Frames{});
-  client({0xE0, 4, 0, 7, 1, 0, 0, 0});  // the rules for the bus are others
+  client({0xE0, 4, 0, 7, 1, 0, 0, 0});  // clients on the bus have other access rules
   EXPECT_EQ(sent(2), Frames{"609 E004000702000000"});
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Two lines of one process that route between each other, and what the test does on their buses.
+// Two lines of one process that route between each other, and functions for their buses.
 #pragma once
 
 #include <array>
@@ -18,8 +18,8 @@ namespace linegate::routing::test {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-// Line 1: network 1, own node 127. Line 2: network 2, own node 126, which everybody of network 1
-// may enter.
+// Line 1: network 1, own node 127. Line 2: network 2, own node 126; every node of network 1 has
+// access to it.
 class RoutedLines : public testing::Test {
  protected:
   RoutedLines() {
@@ -40,7 +40,7 @@ class RoutedLines : public testing::Test {
   }
 
   Config& of_line(unsigned number) { return configs_.at(number - 1).routing; }
-  // Networks 3 and 4 lie behind node 9 of network 2; line 1 knows.
+  // Networks 3 and 4 are behind node 9 of network 2; line 1 has the routes.
   void with_next_gateway() {
     of_line(1).routes.push_back({.first = 3, .last = 4, .interface = 2, .gateway = 9, .cost = 10});
   }
@@ -60,14 +60,14 @@ class RoutedLines : public testing::Test {
   line::Line& line(unsigned number) { return *lines_.at(number - 1); }
   Counters counters(unsigned number) { return line(number).state().routing; }
 
-  // A frame of somebody on the bus of that line.
+  // Receives a frame from the bus of that line.
   void hear(unsigned number, std::uint32_t id, std::initializer_list<std::uint8_t> data) {
     can::Frame frame = can::make_frame(id, data);
     frame.time = now_;
     line(number).receive(std::span(&frame, 1), now_);
     carry();
   }
-  // What the line sends, "5FF E002000501000000"; EMCYs, heartbeats and NMT left out.
+  // The frames that the line sends, as "5FF E002000501000000", without EMCYs, heartbeats and NMT.
   std::vector<std::string> sent(unsigned number) {
     std::vector<std::string> out;
     can::Frame frame;

@@ -22,7 +22,7 @@ using namespace std::chrono_literals;
 
 constexpr std::uint16_t kOtherNetwork = 20;
 
-// A client on a bus that takes nothing while it is blocked.
+// A client on a bus that accepts no frames while it is blocked.
 class BlockableClient final : public ClientSide {
  public:
   bool response(std::uint64_t word, Instant /*now*/) override {
@@ -51,8 +51,8 @@ od::ObjectDescription routing_table() {
   return out;
 }
 
-// What the client sent before the way was open fills its queue, while its bus takes nothing; then
-// the target refuses, and the bus takes frames again.
+// The requests sent before the connection was open fill the queue of the client, while its bus
+// accepts no frames; then the target refuses, and the bus accepts frames again.
 TEST(SdoEntrance, ARefusalGoesBeforeWhatWaitsForTheBus) {
   od::Dictionary dictionary;
   ASSERT_TRUE(dictionary.add(routing_table()).ok());

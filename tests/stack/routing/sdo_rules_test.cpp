@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// SDO routing: who may use which channel and enter which line, the table, and what a trace tells.
+// SDO routing: access to channels and lines, the routing table, and the content of a trace.
 #include <initializer_list>
 #include <vector>
 
@@ -13,7 +13,7 @@
 namespace linegate::routing::test {
 namespace {
 
-// --- what does not cross ------------------------------------------------------------------------
+// --- services that are not routed ---------------------------------------------------------------
 
 TEST_F(SdoRouting, NmtSyncTimeAndErrorControlStayOnTheirLine) {
   start();
@@ -37,7 +37,7 @@ TEST_F(SdoRouting, NmtSyncTimeAndErrorControlStayOnTheirLine) {
   EXPECT_FALSE(line(2).next_frame(frame, now_)) << frame.id;
 }
 
-// --- many at once, and who may use which channel ------------------------------------------------
+// --- several connections, and access to channels ------------------------------------------------
 
 TEST_F(SdoRouting, OneConnectionAServerSdoAndANode) {
   of_line(1).additional_servers = 2;
@@ -59,7 +59,7 @@ TEST_F(SdoRouting, OneConnectionAServerSdoAndANode) {
   EXPECT_EQ(sent(2), (Frames{"606 4000100000000000", "605 4001100000000000"}));
   hear(2, 0x586, {0x43, 0, 0x10, 0, 1, 2, 3, 4});
   pass(milliseconds(1));
-  EXPECT_EQ(counters(1).open, 2U);  // the one that waited has its turn
+  EXPECT_EQ(counters(1).open, 2U);  // the waiting connection is opened
   EXPECT_EQ(counters(1).finished, 1U);
   pass(seconds(6));
   expect_nothing_left();
@@ -145,7 +145,7 @@ TEST_F(SdoRouting, AWriterMayNotRead) {
   expect_nothing_left();
 }
 
-// The next gateway has reserved what lies beyond it.
+// The next gateway has reserved the connection beyond it, so it must be aborted.
 TEST_F(SdoRouting, TheNextGatewayIsToldOfATransferThatIsNotPermitted) {
   with_next_gateway();
   of_line(2).access = {{.first = 1, .last = 1, .sdo_read = true}};
@@ -210,10 +210,11 @@ TEST_F(SdoRouting, ABadWriteToTheTableIsRefused) {
   };
   EXPECT_EQ(write({0x00, 2, 0, 2, 0, 7, 0, 0}, 0), "5FF 802C1F0130000906");    // no interface 7
   EXPECT_EQ(write({0x00, 3, 0, 3, 0, 2, 126, 0}, 0), "5FF 802C1F0130000906");  // the own node
-  EXPECT_EQ(write({0x00, 4, 0, 3, 0, 2, 9, 0}, 0), "5FF 802C1F0130000906");    // 4 to 3
+  // First network 4, last network 3
+  EXPECT_EQ(write({0x00, 4, 0, 3, 0, 2, 9, 0}, 0), "5FF 802C1F0130000906");
   client({0x2F, 0x2C, 0x1F, 0, 255, 0, 0, 0});
   EXPECT_EQ(sent(1).back(), "5FF 802C1F0031000906");
-  // A second route of equal cost: refused when it is to count.
+  // A second route of equal cost: refused when sub-index 0 is written.
   client({0x21, 0x2C, 0x1F, 2, 8, 0, 0, 0});
   client({0x00, 2, 0, 2, 0, 2, 0, 0});
   client({0x1D, 0, 0, 0, 0, 0, 0, 0});
@@ -276,7 +277,7 @@ TEST_F(TracedRouting, ConnectionsAreEventsWhileSomebodyAskedForThem) {
     expected.push_back(one[0].code >> shift & 0xFFU);
   }
   EXPECT_EQ(data(one[1]), expected);
-  trace(5);  // somebody else, who listens for less
+  trace(5);  // a second listener, with a shorter time
   pass(seconds(9));
   transfer();
   EXPECT_EQ(emitted().size(), 2U);
@@ -290,7 +291,7 @@ TEST_F(TracedRouting, AnEndTellsWhyAndOfWhichTransfer) {
   trace(100);
   open();
   client({0x23, 0, 0x20, 1, 9, 0, 0, 0});
-  server({0x80, 0, 0x20, 1, 0, 0, 2, 6});  // there is no such object
+  server({0x80, 0, 0x20, 1, 0, 0, 2, 6});  // abort: the object does not exist
   (void)sent(1);
   std::vector<Event> seen = emitted();
   ASSERT_EQ(seen.size(), 2U);
@@ -301,7 +302,7 @@ TEST_F(TracedRouting, AnEndTellsWhyAndOfWhichTransfer) {
   seen = emitted();
   ASSERT_EQ(seen.size(), 2U);
   EXPECT_EQ(seen[1].code, static_cast<std::uint32_t>(AbortCode::timeout));
-  EXPECT_EQ(seen[1].data[7], std::byte{0}) << "none began";
+  EXPECT_EQ(seen[1].data[7], std::byte{0}) << "no transfer began";
 }
 
 TEST_F(TracedRouting, AToolThatDoesManyTransfersDoesNotDrownOtherEvents) {
@@ -376,7 +377,7 @@ TEST(BytesOfATransfer, AreCountedInBlocksAsTheyAreAcknowledged) {
   phase.response(word({0xA4, 0, 0x20, 0, 127}));
   phase.request(word({0x01}));
   phase.request(word({0x82}));
-  phase.response(word({0xA2, 1, 127}));  // the second one was lost
+  phase.response(word({0xA2, 1, 127}));  // the second segment was lost
   phase.request(word({0x81}));
   phase.response(word({0xA2, 1, 127}));
   phase.request(word({0xD1}));  // 4 bytes are unused

@@ -35,7 +35,7 @@ TEST_F(SdoRouting, EachFinishedTransferNeedsANewIndication) {
   server({0x43, 0, 0x10, 0, 0x91, 1, 2, 3});
   (void)sent(1);
   (void)sent(2);
-  client({0x40, 0, 0x10, 0, 0, 0, 0, 0});  // the gateway's own now
+  client({0x40, 0, 0x10, 0, 0, 0, 0, 0});  // addressed to the gateway's own dictionary again
   EXPECT_EQ(sent(1), Frames{"5FF 4300100095010000"});
   EXPECT_EQ(sent(2), Frames{});
 }
@@ -99,7 +99,7 @@ TEST_F(SdoRouting, ClientSdo1IsBusyWhileItCarriesAConnection) {
 }
 
 TEST_F(SdoRouting, OfANodeThatIsNoGatewayIsRefusedWithCommandSpecifier) {
-  of_line(1) = {};  // a plain server
+  of_line(1) = {};  // an SDO server without routing
   start();
   client({0xE0, 2, 0, 5, 1, 0, 0, 0});
   EXPECT_EQ(sent(1), Frames{"5FF 8000000001000405"});
@@ -122,10 +122,10 @@ TEST_F(SdoRouting, TheGatewayItselfIsReachedAsAnyNodeIs) {
   EXPECT_EQ(sent(1), Frames{"5FF E000000001000000"});
   client({0xE0, 1, 0, 127, 1, 0, 0, 0});
   EXPECT_EQ(sent(1), Frames{"5FF E001007F01000000"});
-  EXPECT_EQ(counters(1).opened, 0U);  // it serves its own dictionary
+  EXPECT_EQ(counters(1).opened, 0U);  // the gateway serves its own dictionary
   for (const std::uint8_t node : std::initializer_list<std::uint8_t>{0, 126}) {
     client({0xE0, 2, 0, node, 1, 0, 0, 0});
-    client({0x40, 0x00, 0x12, 2, 0, 0, 0, 0});  // COB-ID of its answers on line 2
+    client({0x40, 0x00, 0x12, 2, 0, 0, 0, 0});  // COB-ID of the responses on line 2
     const Frames frames = sent(1);
     ASSERT_EQ(frames.size(), 2U);
     EXPECT_EQ(frames[1], "5FF 43001202FE050000");
@@ -166,11 +166,12 @@ TEST_F(SdoRouting, ANextGatewayThatDoesNotAnswerIsATimeout) {
   start();
   client({0xE0, 3, 0, 7, 1, 0, 0, 0});
   (void)sent(2);
-  pass(milliseconds(860));  // 7/8 of two SDO time-outs: it is one hop nearer
+  // 7/8 of two SDO time-outs: this gateway is one hop nearer to the target
+  pass(milliseconds(860));
   EXPECT_EQ(sent(1), Frames{});
   pass(milliseconds(30));
   EXPECT_EQ(sent(1), Frames{"5FF 8000000000000405"});
-  EXPECT_EQ(sent(2), Frames{"609 8000000000000405"});  // should it answer late, it is free again
+  EXPECT_EQ(sent(2), Frames{"609 8000000000000405"});  // releases the gateway if it answers late
   expect_nothing_left();
 }
 
@@ -207,20 +208,20 @@ TEST_F(SdoRouting, ALineThatIsNotThereIsADeadRoute) {
 
 // --- armed --------------------------------------------------------------------------------------
 
-// The gateway before waits 875 ms for it, and 500 ms are no time for the next route.
+// The previous gateway waits 875 ms for this one, which must try the next route within that time.
 TEST_F(SdoRouting, TheTimeUntilAClientSdoIsFreeIsPartOfTheGatewaysTime) {
   with_next_gateway();
   of_line(1).routes.push_back({.first = 3, .last = 4, .interface = 2, .gateway = 8, .cost = 20});
   start();
   line(2).execute({.tag = 1, .request = line::SdoRead{.node = 9, .address = {0x1008, 0}}}, now_);
   ASSERT_EQ(sent(2), Frames{"609 4008100000000000"});
-  client({0xE0, 3, 0, 5, 2, 0, 0, 0});  // a gateway asks
+  client({0xE0, 3, 0, 5, 2, 0, 0, 0});  // an indication from a gateway
   EXPECT_EQ(sent(2), Frames{});
   pass(milliseconds(240));
   hear(2, 0x589, {0x80, 0x08, 0x10, 0, 0, 0, 2, 6});
   pass(milliseconds(1));
   ASSERT_EQ(sent(2), Frames{"609 E003000503000000"});
-  pass(milliseconds(559));  // 800 in all
+  pass(milliseconds(559));  // 800 ms in all
   EXPECT_EQ(sent(2), (Frames{"609 8000000000000405", "608 E003000503000000"}));
   hear(2, 0x588, {0xE0, 3, 0, 5, 3, 0, 0, 0});
   EXPECT_EQ(sent(1), Frames{"5FF E003000502000000"});
@@ -231,7 +232,7 @@ TEST_F(SdoRouting, WhatTheBusHasNotTakenKeepsTheClientSdo) {
   open();
   client({0x40, 0, 0x10, 0, 0, 0, 0, 0});
   ASSERT_EQ(sent(2), Frames{"605 4000100000000000"});
-  for (int i = 0; i < 300; ++i) {  // more answers than the queue has places
+  for (int i = 0; i < 300; ++i) {  // more responses than the queue can hold
     hear(2, 0x67E, {0x40, 0, 0x10, 0, 0, 0, 0, 0});
   }
   client({0x80, 0, 0x10, 0, 0, 0, 0, 8});
@@ -346,7 +347,8 @@ TEST_F(SdoRouting, AnExpeditedDownloadEndsWithItsAnswer) {
   expect_nothing_left();
 }
 
-// No. 96 with the flag of the last segment is E0h, no. 64 looks like an upload initiate.
+// Segment 96 with the flag of the last segment begins with E0h, segment 64 looks like an upload
+// initiate.
 TEST_F(SdoRouting, SegmentsOfABlockAreForwardedWhateverTheyLookLike) {
   start();
   open();
@@ -441,7 +443,7 @@ TEST_F(SdoRouting, TheTargetsSideTimesOutByItselfWhenTheOtherIsGone) {
   (void)sent(2);
   for (int i = 0; i < 11; ++i) {
     now_ += milliseconds(100);
-    line(2).advance(now_);  // line 1 is not run any more
+    line(2).advance(now_);  // line 1 is not advanced any more
   }
   EXPECT_EQ(sent(2), Frames{"605 8000200000000405"});
   EXPECT_EQ(counters(2).channels, 0U);
@@ -468,7 +470,7 @@ TEST_F(SdoRouting, ALateAnswerOfTheTransferBeforeIsNotForwarded) {
   client({0x80, 0, 0x20, 0, 0, 0, 0, 8});
   open_again();
   client({0x40, 1, 0x20, 0, 0, 0, 0, 0});
-  server({0x43, 0, 0x20, 0, 1, 2, 3, 4});  // to the first question
+  server({0x43, 0, 0x20, 0, 1, 2, 3, 4});  // the response to the first request
   EXPECT_EQ(sent(1), Frames{});
   server({0x43, 1, 0x20, 0, 5, 6, 7, 8});
   EXPECT_EQ(sent(1), Frames{"5FF 4301200005060708"});

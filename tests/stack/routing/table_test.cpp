@@ -43,7 +43,8 @@ TEST_P(RouteFaults, AreNamed) {  // there may be 127 networks
 constexpr FaultRow kFaults[] = {
     {RouteFault::none, {.first = 20, .last = 20, .interface = 2}, AbortCode::none},
     {RouteFault::none, {.first = 1, .last = 65535, .interface = 2, .gateway = 5}, AbortCode::none},
-    {RouteFault::none, {.first = 5, .last = 1, .interface = 0}, AbortCode::none},  // not used
+    // An unused entry
+    {RouteFault::none, {.first = 5, .last = 1, .interface = 0}, AbortCode::none},
     {RouteFault::bad_range, {.first = 0, .last = 1, .interface = 2}, AbortCode::invalid_value},
     {RouteFault::bad_range, {.first = 5, .last = 4, .interface = 2}, AbortCode::invalid_value},
     {RouteFault::unknown_interface,
@@ -54,10 +55,12 @@ constexpr FaultRow kFaults[] = {
      AbortCode::invalid_value},
     {RouteFault::not_attached, {.first = 20, .last = 21, .interface = 2}, AbortCode::invalid_value},
     {RouteFault::loop,
-     {.first = 30, .last = 30, .interface = 2, .gateway = 126},  // the own node there
+     // The node-ID of the own node on that interface
+     {.first = 30, .last = 30, .interface = 2, .gateway = 126},
      AbortCode::invalid_value},
     {RouteFault::loop,
-     {.first = 20, .last = 20, .interface = 2, .gateway = 5},  // is on that network
+     // The network of that interface itself
+     {.first = 20, .last = 20, .interface = 2, .gateway = 5},
      AbortCode::invalid_value},
 };
 INSTANTIATE_TEST_SUITE_P(Table, RouteFaults, testing::ValuesIn(kFaults));
@@ -126,7 +129,7 @@ TEST(RoutingMessages, WhatCannotBeDeliveredIsRefusedToItsSender) {
   EXPECT_FALSE(undeliverable({.kind = MessageKind::sdo_refused}));
 }
 
-// --- a line's configuration ---------------------------------------------------------------------
+// --- configuration of a line --------------------------------------------------------------------
 
 line::LineConfig routed_line() {
   line::LineConfig config;
@@ -163,10 +166,11 @@ TEST(RoutingConfig, AnInterfaceThatIsNotItselfAmongTheLinesIsAnError) {
   line::LineConfig config = routed_line();
   config.routing.interface = 3;
   EXPECT_EQ(errors_of(config).size(), 1U);
-  config.routing.interface = 2;  // another line's
+  config.routing.interface = 2;  // the interface of another line
   EXPECT_EQ(errors_of(config).size(), 1U);
   config.routing = {};
-  config.routing.routes = {{.first = 20, .last = 20, .interface = 2}};  // takes no part
+  // A line that does not route
+  config.routing.routes = {{.first = 20, .last = 20, .interface = 2}};
   EXPECT_EQ(errors_of(config).size(), 1U);
 }
 
@@ -184,7 +188,7 @@ TEST(RoutingOfALine, ARoleThatCannotRefusesAndCounts) {
   line->deliver({.from = 1, .to = 2, .kind = MessageKind::sdo_open, .connection = 5}, Instant{});
   Message out;
   ASSERT_TRUE(line->take_message(out));
-  EXPECT_EQ(out.from, 2);  // as it was addressed: it has no number of its own
+  EXPECT_EQ(out.from, 2);  // the interface that was addressed: the line has no interface number
   EXPECT_EQ(out.to, 1);
   EXPECT_EQ(out.kind, MessageKind::sdo_refused);
   EXPECT_EQ(abort_of(out), AbortCode::device_state);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A device as a table of answers.
+// A device as a table of SDO responses.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ struct Answers {
     store_le(std::span(data), value);
     objects[{index, sub}] = data;
   }
-  // A PDO as the device has it: communication and mapping.
+  // A PDO of the device: communication and mapping.
   void set_pdo(std::uint16_t index, std::uint32_t cob_id, std::uint8_t type,
                const std::vector<std::uint32_t>& mapped) {
     set(index, 0, 2, 1);
@@ -33,7 +33,7 @@ struct Answers {
     }
   }
 
-  // Answers until the survey is done.
+  // Answers until the survey has ended.
   ScannedNode survey(std::uint8_t node = 5) {
     Survey survey(node);
     while (const auto address = survey.wanted()) {

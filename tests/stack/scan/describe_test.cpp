@@ -42,7 +42,7 @@ TEST(Describe, GivesTheIdentityAndCiAsNamesAndTypes) {
   EXPECT_EQ(value(device, {0x1017, 0}), 100U);
 }
 
-// A report comes over the network, from whoever says that it is a gateway.
+// A scan report comes over the network and may contain any values.
 TEST(Describe, NamesParametersThatCiA301DoesNotKnow) {
   Answers answers = drive();
   ScannedNode node = answers.survey(5);
@@ -96,11 +96,11 @@ TEST(Merge, FindsTheFileByVendorProductAndMajorRevision) {
   file.revision_number = 0x0002'0002;
   EXPECT_FALSE(matches(file, node));
   file.revision_number = 0;
-  EXPECT_TRUE(matches(file, node)) << "not said";
+  EXPECT_TRUE(matches(file, node)) << "no revision number in the file";
   file.product_number = 0x78;
   EXPECT_FALSE(matches(file, node));
   file = {};
-  EXPECT_FALSE(matches(file, node)) << "a file of nobody";
+  EXPECT_FALSE(matches(file, node)) << "a file without an identity";
 }
 
 TEST(Merge, AFileWithVendorIdZeroIsThatOfADeviceThatHasItToo) {
@@ -116,7 +116,7 @@ TEST(Merge, AFileWithVendorIdZeroIsThatOfADeviceThatHasItToo) {
   file.product_number = 0x78;
   EXPECT_FALSE(matches(file, node)) << "another product";
   file.product_number = 0;
-  EXPECT_FALSE(matches(file, node)) << "that says nothing";
+  EXPECT_FALSE(matches(file, node)) << "a file without an identity";
 }
 
 TEST(Merge, WhatDiffersFromTheFileBecomesAConfiguredValue) {
@@ -129,7 +129,7 @@ TEST(Merge, WhatDiffersFromTheFileBecomesAConfiguredValue) {
   EXPECT_EQ(value(merged, {0x1017, 0}), 250U);
   EXPECT_EQ(load_le(std::span<const std::byte>(merged.find({0x1017, 0})->notes.default_value)),
             100U);
-  EXPECT_EQ(value(merged, {0x1018, 3}), 0x0001'0002U) << "read-only: as the file says";
+  EXPECT_EQ(value(merged, {0x1018, 3}), 0x0001'0002U) << "read-only: from the file";
   EXPECT_FALSE(merged.find({0x1800, 1})->configured);
 }
 

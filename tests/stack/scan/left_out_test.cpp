@@ -18,7 +18,7 @@ Answers device() {
   return answers;
 }
 
-// What a manager that is configured with all of them sends and receives, in identifiers.
+// The identifiers that a manager with all these nodes in its configuration sends and receives.
 struct Links {
   std::vector<std::uint32_t> sent;
   std::vector<std::uint32_t> received;
@@ -41,7 +41,7 @@ Links links(const std::vector<ScannedNode>& nodes) {
     remotes.push_back({.id = nodes[i].id, .pdos = *pdos_of.value, .device = &devices[i]});
   }
   const auto plan = pdo::plan_links(remotes);
-  EXPECT_TRUE(plan.ok()) << "what is left can be linked";
+  EXPECT_TRUE(plan.ok()) << "the remaining PDOs can be linked";
   for (const pdo::LinkedPdo& pdo : plan.value->tpdos) {
     out.sent.push_back(pdo.parameters.cob_id.id());
   }

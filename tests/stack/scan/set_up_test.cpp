@@ -29,7 +29,7 @@ TEST(SetUp, ADeviceWithoutErrorControlGetsAHeartbeat) {
   const ScannedNode node = set_up_alone(answers.survey());
   EXPECT_EQ(node.number(kBeat), 250U);
   EXPECT_EQ(node.find(kBeat)->size(), 2U);
-  EXPECT_EQ(node.number(kGuard), 0U) << "one of the two";
+  EXPECT_EQ(node.number(kGuard), 0U) << "heartbeat or guarding, not both";
 }
 
 TEST(SetUp, WhatADeviceHasSetUpIsKept) {
@@ -43,7 +43,7 @@ TEST(SetUp, WhatADeviceHasSetUpIsKept) {
   guarded.set(0x100D, 0, 3, 1);
   guarded.set(0x1017, 0, 0, 2);
   const ScannedNode node = set_up_alone(guarded.survey());
-  EXPECT_EQ(node.number(kBeat), 0U) << "it would win over guarding";
+  EXPECT_EQ(node.number(kBeat), 0U) << "it would disable guarding";
   EXPECT_EQ(node.number(kFactor), 3U);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An arbiter and an owner of requests, where the test plays the servers.
+// An arbiter and an owner of requests; the test simulates the servers.
 #pragma once
 
 #include <functional>
@@ -13,7 +13,7 @@
 
 namespace linegate::sdo::test {
 
-// Keeps what has ended; goes with its requests.
+// Records completed requests; its destructor disowns its requests.
 class Requester final : public TransferOwner {
  public:
   explicit Requester(Arbiter& arbiter) : arbiter_(arbiter) {}
@@ -46,7 +46,7 @@ class ArbiterTest : public testing::Test {
                           now);
   }
 
-  // As the line does it: to whoever registered the identifier.
+  // Passes the frame to the channel that registered the identifier, as the line does.
   void receive(std::uint32_t id, const Bytes& data) {
     const can::Frame in = frame(id, data, now);
     for (const can::Target* target = dispatch.find(in); target != nullptr;
@@ -58,7 +58,7 @@ class ArbiterTest : public testing::Test {
   void answer(std::uint8_t node = 5, const Bytes& data = {0x43, 0x18, 0x10, 1, 1, 2, 3, 4}) {
     receive(0x580U + node, data);
   }
-  // The request is on the bus.
+  // Sends the request, and the response of the server.
   void serve(const Bytes& data = {0x43, 0x18, 0x10, 1, 1, 2, 3, 4}) {
     drain(queue, 0x605);
     answer(5, data);

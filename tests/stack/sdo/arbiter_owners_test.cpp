@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whom a completion goes to, and what becomes of the requests of an owner that goes.
+// The owner that receives a completion, and the requests of an owner that is destroyed.
 #include <optional>
 
 #include "tests/stack/sdo/arbiter_fixture.h"
@@ -21,7 +21,7 @@ class TwoOwnersTest : public ArbiterTest {
   std::optional<Requester> second{std::in_place, arbiter};
 };
 
-// The same number is another request of each of them.
+// Each owner numbers its own requests: the same number means two requests.
 TEST_F(TwoOwnersTest, ACompletionGoesToItsOwner) {
   submit(1);
   submit_second(1);

@@ -63,7 +63,7 @@ TEST_F(ArbiterTest, OneTransferANodeAtATime) {
   EXPECT_EQ(arbiter.load(5), 0U);
 }
 
-// Neither holds the other up, nor the requests to a third.
+// Neither transfer delays the other, nor the requests to a third node.
 TEST_F(ArbiterTest, BlockTransfersTakeTurns) {
   for (const std::uint8_t node : Bytes{5, 6}) {
     ASSERT_TRUE(arbiter.submit({.owner = &client,
@@ -407,7 +407,7 @@ TEST_F(ArbiterTest, TwoAnswersToOneRequestAreThoseOfTwoDevices) {
   ASSERT_TRUE(submit(2));
   serve();
   answer(5, {0x43, 0x18, 0x10, 1, 1, 2, 3, 5});
-  EXPECT_EQ(shared(), 0) << "reported a moment ago";
+  EXPECT_EQ(shared(), 0) << "reported recently";
 }
 
 TEST_F(ArbiterTest, AFrameThatIsRepeatedNowAndThenIsNoSecondDevice) {
@@ -449,7 +449,7 @@ TEST_F(ArbiterTest, TheProducerTimeIsKnownOnceItWasConfirmedOrRead) {
   ask(true, {0x60, 0x17, 0x10, 0, 0, 0, 0, 0});
   EXPECT_EQ(time(), 250ms);
   ask(true, abort_bytes(0x1017, 0, 0x0609'0030));
-  EXPECT_EQ(time(), 0ms) << "refused";
+  EXPECT_EQ(time(), 0ms) << "the write was refused";
   ask(false, {0x4B, 0x17, 0x10, 0, 100, 0, 0, 0});
   EXPECT_EQ(time(), 100ms);
   receive(0x605, {0x40, 0x18, 0x10, 1, 0, 0, 0, 0});
@@ -489,7 +489,7 @@ TEST_F(ArbiterTest, SaveAndLoadHaveTimesOfTheirOwn) {
   EXPECT_EQ(ends(0x1010, true), 15s);
   EXPECT_EQ(ends(0x1011, true), 3s);
   EXPECT_EQ(ends(0x1012, true), kTimeout);
-  EXPECT_EQ(ends(0x1010, false), kTimeout) << "to ask is not to store";
+  EXPECT_EQ(ends(0x1010, false), kTimeout) << "a read does not store";
   arbiter.set_slow_writes(10ms, 10ms);
   EXPECT_EQ(ends(0x1010, true), kTimeout) << "never shorter than for any other object";
 }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames of a block transfer as the tests write them.
+// Frames of a block transfer in the notation of the tests.
 #pragma once
 
 #include "tests/stack/sdo/support.h"
 
 namespace linegate::sdo::test {
 
-// The segments of a value; its end is filled up with zeros.
+// The segments of a value; the last one is filled up with zeros.
 inline Frames segments(const std::vector<std::byte>& value, std::size_t begin, std::size_t count) {
   Frames out;
   for (std::size_t i = 0; i < count; ++i) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Block transfer between client and server, with what a bus may do to its frames.
+// Block transfer between client and server on a bus that loses, repeats and corrupts frames.
 #include <algorithm>
 #include <iterator>
 #include <random>
@@ -20,7 +20,7 @@ bool carries_segment(const can::Frame& frame) {
   return !end && command != 0x80;
 }
 
-// Whether a frame of the side that sends the value carries some of it; its first one does not.
+// Whether a frame of the sender of the value carries a part of it. The first frame does not.
 class SegmentFilter {
  public:
   explicit SegmentFilter(std::uint32_t id) : id_(id) {}
@@ -54,7 +54,8 @@ class BlockPair : public TransferPair {
     ASSERT_EQ(outcome.abort, AbortCode::none);
     EXPECT_EQ(writing ? stored() : numbers(outcome.data), numbers(pattern(size)));
   }
-  // Right, or ended as a lost frame ends it with nothing half done.
+  // The value is right, or the transfer ended with an abort code for a lost frame and without a
+  // partial value.
   void expect_clean(bool writing, const Outcome& outcome, std::size_t size) {
     if (outcome.abort == AbortCode::none) {
       expect_right(writing, outcome, size);
@@ -111,8 +112,8 @@ TEST_F(BlockPair, AnyOneLostSegmentIsRepeated) {
   }
 }
 
-// All segments of a value that has few of them, once or twice. Shorter ones are not read in blocks:
-// the server switches to segments.
+// All segments of a value that has few of them are lost, once or twice. Shorter values are not read
+// in blocks: the server switches to segments.
 TEST_F(BlockPair, AllSegmentsOfAShortValueAreRepeated) {
   for (const bool writing : {true, false}) {
     for (std::size_t count = writing ? 1 : 4; count <= 8; ++count) {
@@ -133,7 +134,7 @@ TEST_F(BlockPair, AllSegmentsOfAShortValueAreRepeated) {
   }
 }
 
-// 1 % to 30 % of the segments, anywhere: the value arrives.
+// 1 % to 30 % of the segments are lost, at any position: the value arrives.
 TEST_F(BlockPair, ManyLostSegmentsAreRepeated) {
   std::mt19937 random(4711);
   std::uniform_int_distribution<unsigned> percent(0, 99);
@@ -146,7 +147,7 @@ TEST_F(BlockPair, ManyLostSegmentsAreRepeated) {
       const Outcome outcome =
           run([&, is_segment = SegmentFilter(writing ? kRequestId : kResponseId)](
                   const can::Frame& frame, int number) mutable {
-            // A read begins in segments; its first answer begins the blocks anew.
+            // A read begins with segments; its first response starts the block transfer.
             const bool segment = is_segment(frame) && (writing || number > 4);
             return segment && percent(random) < loss ? Fault::lose : Fault::none;
           });
@@ -156,8 +157,9 @@ TEST_F(BlockPair, ManyLostSegmentsAreRepeated) {
   }
 }
 
-// Losing any frame that is no segment: a time-out, nothing half done; repeated if asked to, but not
-// a write after its last segment. Without an answer to its initiate it goes on in segments.
+// The loss of any frame that is not a segment is a time-out without a partial value. The transfer
+// is repeated if requested, except a write after its last segment. Without a response to the
+// initiate request the transfer continues in segments.
 TEST_F(BlockPair, AnyOtherLostFrameIsATimeOut) {
   constexpr std::size_t kSize = 2100;  // three sub-blocks
   for (const bool writing : {true, false}) {
@@ -189,7 +191,7 @@ TEST_F(BlockPair, AnyOtherLostFrameIsATimeOut) {
   }
 }
 
-// A sub-block whose first segment has the bytes of the last one before.
+// A sub-block whose first segment has the same bytes as the last segment of the previous sub-block.
 TEST_F(BlockPair, ALostSegmentOfEqualBytesIsRepeated) {
   constexpr std::size_t kSize = 140;
   const std::vector<std::byte> zeros(kSize);
@@ -214,10 +216,11 @@ TEST_F(BlockPair, ALostSegmentOfEqualBytesIsRepeated) {
   }
 }
 
-// What CiA 301, 7.2.4.3.9 and 7.2.4.3.12 know of a lost frame: ackseq says which segments of the
-// last sub-block are to be sent again, and what cannot be repeated so ends with 0504 0000h, or with
-// 0504 0002h to 0504 0005h where a side notices. Any two frames are lost, of values so short that
-// an acknowledgement may be followed by a few segments, of which all may have been lost as well.
+// The rules of CiA 301, 7.2.4.3.9 and 7.2.4.3.12, for lost frames: ackseq selects the segments of
+// the last sub-block that are sent again. A transfer that cannot be repaired in this way ends with
+// 0504 0000h, or with 0504 0002h to 0504 0005h if one side detects it. Any two frames are lost,
+// with values so short that only a few segments follow an acknowledgement, all of which may be lost
+// as well.
 TEST_F(BlockPair, AnyTwoLostFramesEndCleanly) {
   for (const std::size_t size : {25U, 56U, 63U, 140U}) {
     for (const bool writing : {true, false}) {
@@ -243,9 +246,9 @@ TEST_F(BlockPair, AnyTwoLostFramesEndCleanly) {
   }
 }
 
-// The case in which the two sides do not mean the same sub-block: the last segment is lost, and
-// then the acknowledgement that asks for it. The server asks for it again; the client takes that
-// for the sub-block before.
+// The two sides refer to different sub-blocks: the last segment is lost, and then the
+// acknowledgement that requests it again. The server repeats that request; the client relates it to
+// the previous sub-block.
 TEST_F(BlockPair, ALostAcknowledgementBeforeAFewSegmentsIsASequenceError) {
   for (const bool writing : {true, false}) {
     for (const unsigned repeats : {0U, 1U}) {
@@ -255,7 +258,7 @@ TEST_F(BlockPair, ALostAcknowledgementBeforeAFewSegmentsIsASequenceError) {
       const Outcome outcome = run([&](const can::Frame& frame, int) {
         const auto command = std::to_integer<std::uint8_t>(frame.data[0]);
         const bool sends = frame.id == (writing ? kRequestId : kResponseId);
-        if (sends && command == 0x94) {  // no. 20, the last
+        if (sends && command == 0x94) {  // segment 20, the last one
           return std::exchange(segment_lost, true) ? Fault::none : Fault::lose;
         }
         const bool ack = !sends && command == 0xA2 && frame.data[1] == std::byte{19};
@@ -305,7 +308,7 @@ TEST_F(BlockPair, AMalformedFrameIsAsGoodAsLost) {
   }
 }
 
-// Anything may happen to any frame: a value is whole or there is none, and what comes next works.
+// Random faults of any frames: a value is complete or absent, and the next transfer works.
 TEST_F(BlockPair, RandomFaultsNeverSpoilAValue) {
   std::mt19937 random(1234);
   for (int round = 0; round < 300; ++round) {

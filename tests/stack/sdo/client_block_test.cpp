@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Block transfer of the client against the frames of CiA 301, 7.2.4.3.9 to 7.2.4.3.16, and when it
-// is chosen.
+// Block transfer of the client compared with the frames of CiA 301, 7.2.4.3.9 to 7.2.4.3.16, and
+// the conditions under which it is used.
 #include "stack/sdo/block.h"
 
 #include "tests/stack/sdo/block_frames.h"
@@ -13,7 +13,7 @@ constexpr TransferOptions kInBlocks{.transfer = Transfer::block};
 
 class ClientBlockTest : public ClientTest {
  protected:
-  // What the client sends from now on, until it waits for something.
+  // The frames that the client sends until it waits for a response.
   Frames all() {
     Frames out;
     for (bool more = true; more;) {
@@ -29,7 +29,7 @@ class ClientBlockTest : public ClientTest {
     EXPECT_EQ(client.receive(frame(kResponseId, data, now), queue), Receipt::used);
     return all();
   }
-  // Up to the state in which segments of a value of 20 bytes are sent or expected.
+  // Until the segments of a value of 20 bytes are sent or expected.
   void begin_download() {
     write({0x2100, 0}, pattern(20), kInBlocks);
     answer_all({0xA4, 0x00, 0x21, 0, 127, 0, 0, 0});
@@ -66,7 +66,7 @@ TEST_F(ClientBlockTest, DownloadInSubBlocksOfTheServersSize) {
   write({0x2100, 0}, value, kInBlocks);
   EXPECT_EQ(answer_all({0xA4, 0x00, 0x21, 0, 4, 0, 0, 0}), segments(value, 0, 4));
   EXPECT_EQ(answer_all(block_ack(4, 3)), segments(value, 4, 3));
-  EXPECT_EQ(answer_all(block_ack(1, 127)), segments(value, 5, 5));  // two were lost
+  EXPECT_EQ(answer_all(block_ack(1, 127)), segments(value, 5, 5));  // two segments were lost
   EXPECT_EQ(answer_all(block_ack(0, 127)), segments(value, 5, 5));
   EXPECT_EQ(answer(block_ack(5, 1)), (Frames{end_request(value, crc_of(value))}));
 }
@@ -128,11 +128,11 @@ TEST_F(ClientBlockTest, AServerThatRefusesBlocksGetsSegments) {
   EXPECT_EQ(answer({0x60, 0x00, 0x21, 0, 0, 0, 0, 0}), (Frames{{0x00, 1, 2, 3, 4, 5, 6, 7}}));
   client.abort(AbortCode::general, now, queue);
   drain(queue, kRequestId);
-  // From now on without being asked to.
+  // From now on the client uses segments without a first attempt in blocks.
   EXPECT_EQ(write({0x2100, 0}, pattern(200)).at(0)[0], 0x21);
   client.abort(AbortCode::general, now, queue);
   drain(queue, kRequestId);
-  // Unless the caller insists, or the device may be another one.
+  // It uses blocks if the caller requests them, or if the device may have been replaced.
   EXPECT_EQ(write({0x2100, 0}, pattern(200), kInBlocks).at(0)[0], 0xC6);
   for (int unanswered = 0; unanswered < 2; ++unanswered) {
     now += kTimeout;
@@ -150,7 +150,8 @@ TEST_F(ClientBlockTest, ARefusedReadGoesOnInSegments) {
   EXPECT_EQ(answer({0x41, 0x00, 0x21, 0, 200, 0, 0, 0}), (Frames{{0x60, 0, 0, 0, 0, 0, 0, 0}}));
 }
 
-// It had told the size, so it can be read: whatever it has against blocks.
+// The server reported the size, so the object can be read, whatever the abort code of the block
+// transfer is.
 TEST_F(ClientBlockTest, AReadThatChangedToBlocksFallsBackUponAnyAbort) {
   read({0x2100, 0});
   answer({0x41, 0x00, 0x21, 0, 200, 0, 0, 0});
@@ -205,12 +206,12 @@ TEST_F(ClientBlockTest, AnInitiateThatIsNotAnsweredIsFollowedBySegments) {
   expect_data({1, 2, 3, 4});
   write({0x2100, 0}, pattern(200));
   EXPECT_EQ(wait(), download);
-  EXPECT_EQ(answer({0xA4, 0x00, 0x21, 0, 127, 0, 0, 0}, Receipt::stray), Frames{}) << "late";
+  EXPECT_EQ(answer({0xA4, 0x00, 0x21, 0, 127, 0, 0, 0}, Receipt::stray), Frames{}) << "late answer";
   EXPECT_EQ(answer({0x60, 0x00, 0x21, 0, 0, 0, 0, 0}), (Frames{{0x00, 1, 2, 3, 4, 5, 6, 7}}));
   client.abort(AbortCode::general, now, queue);
   drain(queue, kRequestId);
   client.take();
-  EXPECT_EQ(write({0x2100, 0}, pattern(200)).at(0)[0], 0x21) << "two were not answered";
+  EXPECT_EQ(write({0x2100, 0}, pattern(200)).at(0)[0], 0x21) << "two requests were not answered";
 }
 
 TEST_F(ClientBlockTest, BlocksCanBeLimitedOrSwitchedOff) {
@@ -305,7 +306,8 @@ TEST_F(ClientBlockTest, WrongMultiplexerAndSpecifierOfAnInitiate) {
   }
 }
 
-// The answer to the initiate was lost, and the server asks for segments: the time-out tells.
+// The response to the initiate request was lost, and the server waits for segments: the transfer
+// times out.
 TEST_F(ClientBlockTest, ALateAcknowledgementInsteadOfTheInitiateIsAStray) {
   write({0x2100, 0}, pattern(20), kInBlocks);
   now += 200ms;
@@ -316,9 +318,9 @@ TEST_F(ClientBlockTest, ALateAcknowledgementInsteadOfTheInitiateIsAStray) {
             (Frames{abort_bytes(0x2100, 0, 0x0504'0000), {0x21, 0x00, 0x21, 0, 20, 0, 0, 0}}));
 }
 
-// So many segments are not lost at once: the server has not heard that it shall start.
+// So many segments are not lost at once: the server did not receive the start.
 TEST_F(ClientBlockTest, AnUploadThatDoesNotBeginIsNotAcknowledged) {
-  for (const std::uint8_t size : {std::uint8_t{57}, std::uint8_t{0}}) {  // 0: is not told
+  for (const std::uint8_t size : {std::uint8_t{57}, std::uint8_t{0}}) {  // 0: size not indicated
     read({0x2100, 0}, kInBlocks);
     answer({static_cast<std::uint8_t>(size != 0 ? 0xC6 : 0xC4), 0x00, 0x21, 0, size, 0, 0, 0});
     while (client.busy()) {
@@ -330,7 +332,7 @@ TEST_F(ClientBlockTest, AnUploadThatDoesNotBeginIsNotAcknowledged) {
   }
 }
 
-// Of a few segments all may be lost: ackseq 0 asks for them again, and not for ever.
+// All of a few segments may be lost: ackseq 0 requests them again, a limited number of times.
 TEST_F(ClientBlockTest, AllSegmentsOfAShortUploadAreAskedForAgain) {
   const auto stall = [this] {
     EXPECT_EQ(client.next_wake(), now + kTimeout * 2 / 5);
@@ -355,7 +357,7 @@ TEST_F(ClientBlockTest, AllSegmentsOfAShortUploadAreAskedForAgain) {
   expect_abort(AbortCode::timeout);
 }
 
-// A server that did not hear the start cannot know what ackseq 0 means.
+// A server that did not receive the start cannot interpret ackseq 0.
 TEST_F(ClientBlockTest, AStartThatWasLostIsATimeOutAndRepeated) {
   const Bytes refusal = abort_bytes(0x2100, 0, 0x0504'0001);
   const auto stall = [this] {
@@ -385,7 +387,7 @@ TEST_F(ClientBlockTest, AStartThatWasLostIsATimeOutAndRepeated) {
   expect_data(numbers(pattern(20)));
 }
 
-// They were only late, and come twice.
+// The segments were only late, and arrive twice.
 TEST_F(ClientBlockTest, SegmentsThatWereAskedForWhileUnderWayAreTakenOnce) {
   begin_upload();
   now += kTimeout * 2 / 5;
@@ -511,7 +513,7 @@ TEST_F(ClientBlockTest, EachStateTimesOut) {
   gives_up();
 }
 
-// The server may have taken the value: a second time it would take effect twice.
+// The server may have stored the value: a repetition would store it twice.
 TEST_F(ClientBlockTest, AWriteIsNotRepeatedAfterItsLastSegment) {
   for (const Transfer transfer : {Transfer::block, Transfer::segmented}) {
     write({0x2100, 0}, pattern(7), {.transfer = transfer, .repeats = 3});
@@ -536,7 +538,7 @@ TEST_F(ClientBlockTest, RepeatsWhereItIsAskedTo) {
   client.advance(now, queue);
   EXPECT_EQ(drain(queue, kRequestId), (Frames{abort_bytes(0x2100, 0, 0x0504'0000)}));
   expect_abort(AbortCode::timeout);
-  // Only what a lost frame explains.
+  // Only errors that a lost frame can cause.
   read({0x2100, 0}, {.repeats = 1});
   EXPECT_EQ(answer(abort_bytes(0x2100, 0, 0x0602'0000)), Frames{});
   expect_abort(AbortCode::no_object);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A client that is answered byte by byte.
+// A client whose responses are given byte by byte.
 #pragma once
 
 #include "stack/sdo/client.h"
@@ -18,7 +18,7 @@ class ClientTest : public testing::Test {
     client.write(address, std::move(data), kTimeout, now, queue, options);
     return drain(queue, kRequestId);
   }
-  // The requests upon one answer.
+  // The requests that follow one response.
   Frames answer(const Bytes& data, Receipt expected = Receipt::used) {
     EXPECT_EQ(client.receive(frame(kResponseId, data, now), queue), expected);
     return drain(queue, kRequestId);

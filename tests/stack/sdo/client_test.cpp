@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The client against the frames of CiA 301, 7.2.4.3.
+// The client compared with the frames of CiA 301, 7.2.4.3.
 #include "tests/stack/sdo/client_fixture.h"
 
 namespace linegate::sdo::test {
@@ -101,7 +101,7 @@ TEST_F(ClientTest, AnAbortWithCodeZeroIsNoSuccess) {
   expect_abort(AbortCode::general);
 }
 
-// Within the device it means that a hook answers later.
+// Inside the stack this code means that a hook completes later.
 TEST_F(ClientTest, AnAbortWithTheCodeOfALateAnswerIsGeneral) {
   read({0x2000, 5});
   answer(abort_bytes(0x2000, 5, 0xFFFF'FFFF));
@@ -142,8 +142,8 @@ TEST_F(ClientTest, WrongMultiplexer) {
   expect_abort(AbortCode::parameter_incompatible);
 }
 
-// A controller that misses the end of a frame gets it again (ISO 11898-1): the answer to what was
-// asked before says nothing of what is asked now.
+// A controller that misses the end of a frame receives it again (ISO 11898-1): a repeated response
+// belongs to the previous request, not to the present one.
 TEST_F(ClientTest, AnAnswerThatComesTwiceIsNoneToTheNextQuestion) {
   const Bytes taken = {0x60, 0x00, 0x20, 5, 0, 0, 0, 0};
   const Bytes refused = abort_bytes(0x2000, 6, 0x0609'0030);
@@ -168,7 +168,7 @@ TEST_F(ClientTest, SaysWhetherTheServerRefusedOrOneCannotKnow) {
     return outcome.has_value() && outcome->refused;
   };
   EXPECT_TRUE(refused(abort_bytes(0x2000, 5, 0x0609'0030)));
-  EXPECT_TRUE(refused(abort_bytes(0, 0, 0x0609'0030))) << "some servers do not say what it is";
+  EXPECT_TRUE(refused(abort_bytes(0, 0, 0x0609'0030))) << "some servers omit the object";
   EXPECT_FALSE(refused(abort_bytes(0x2000, 6, 0x0609'0030)));
   EXPECT_FALSE(refused(abort_bytes(0x2000, 5, 0)));
   EXPECT_FALSE(refused({0x60, 0x00, 0x20, 7, 0, 0, 0, 0}));
@@ -180,15 +180,16 @@ TEST_F(ClientTest, AnAnswerToTheSameQuestionAskedBeforeLeavesTheSecondAnswerAsAS
   drain(queue, kRequestId);
   client.take();
   read({0x1000, 0});
-  answer({0x43, 0x00, 0x10, 0, 1, 2, 3, 4});  // to the first one
+  answer({0x43, 0x00, 0x10, 0, 1, 2, 3, 4});  // the response to the first request
   EXPECT_EQ(client.take()->abort, AbortCode::none);
   read({0x1018, 1});
-  EXPECT_EQ(answer({0x43, 0x00, 0x10, 0, 1, 2, 3, 4}, Receipt::stray), Frames{});  // to the second
+  // The response to the second request
+  EXPECT_EQ(answer({0x43, 0x00, 0x10, 0, 1, 2, 3, 4}, Receipt::stray), Frames{});
   answer({0x43, 0x18, 0x10, 1, 5, 6, 7, 8});
   EXPECT_EQ(client.take()->abort, AbortCode::none);
 }
 
-// On a bus that acknowledges nothing the queue is full when the time-out of the first is over.
+// On a bus that acknowledges nothing, the first request is still queued when its time-out expires.
 TEST_F(ClientTest, AnAnswerBeforeTheRequestWasHandedOutIsOfAnEarlierTransfer) {
   write({0x2000, 5}, pattern(1));
   now += kTimeout;
@@ -206,7 +207,7 @@ TEST_F(ClientTest, AnAnswerBeforeTheRequestWasHandedOutIsOfAnEarlierTransfer) {
   expect_data({});
 }
 
-// As above, to the same object, when the request waits in the transmit queue.
+// As above, with the same object, while the request is in the transmit queue.
 TEST_F(ClientTest, AnAnswerThatComesTwiceIsNoneToTheSameQuestionThatWaits) {
   const Bytes taken = {0x60, 0x00, 0x20, 5, 0, 0, 0, 0};
   write({0x2000, 5}, pattern(1));
@@ -219,7 +220,7 @@ TEST_F(ClientTest, AnAnswerThatComesTwiceIsNoneToTheSameQuestionThatWaits) {
   expect_data({});
 }
 
-// To somebody else, or to the line that was here before a restart.
+// It belongs to another client, or to the previous line before a restart.
 TEST_F(ClientTest, AnAnswerBeforeTheFirstRequestIsNotToIt) {
   const Bytes taken = {0x60, 0x00, 0x20, 5, 0, 0, 0, 0};
   client.write({0x2000, 5}, pattern(2), kTimeout, now, queue);
@@ -320,7 +321,7 @@ TEST_F(ClientTest, AnswersWhenNothingIsUnderWay) {
   read({0x1018, 1});
   answer({0x43, 0x18, 0x10, 1, 1, 2, 3, 4});
   expect_data({1, 2, 3, 4});
-  answer({0x43, 0x18, 0x10, 1, 1, 2, 3, 4}, Receipt::stray);  // a repetition of the last answer
+  answer({0x43, 0x18, 0x10, 1, 1, 2, 3, 4}, Receipt::stray);  // a repetition of the last response
   answer({0x43, 0x18, 0x10, 1, 9, 9, 9, 9}, Receipt::unasked);
 }
 

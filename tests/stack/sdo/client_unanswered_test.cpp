@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A request that timed out on its way to the bus is answered later: not the one after it.
+// A request that timed out before it was sent is answered later: the response does not belong to
+// the next request.
 #include "stack/sdo/requests_under_way.h"
 
 #include "tests/stack/sdo/client_fixture.h"
@@ -11,7 +12,7 @@ class UnansweredTest : public ClientTest {
  protected:
   UnansweredTest() { client.follow(under_way, kNode); }
 
-  // As drain(), to a controller.
+  // Hands the frames out to a controller, like drain().
   Frames hand_out() {
     const Frames out = drain(queue, kRequestId);
     for (std::size_t i = 0; i < out.size(); ++i) {
@@ -101,7 +102,7 @@ TEST_F(UnansweredTest, ANodeThatDoesNotAnswerIsWaitedForAsLongAsItsTimeOut) {
   pass(kTimeout);
   expect_abort(AbortCode::timeout);
   begin(1);
-  EXPECT_EQ(hand_out(), (Frames{kGivenUp, kFirst})) << "the second one was on the bus";
+  EXPECT_EQ(hand_out(), (Frames{kGivenUp, kFirst})) << "the second request was on the bus";
 }
 
 TEST_F(UnansweredTest, WhatWaitsTimesOutAndIsNeverSent) {
@@ -135,7 +136,8 @@ TEST_F(UnansweredTest, WhatWaitsEndsWithANewConfiguration) {
   expect_data({});
 }
 
-// The segments that take the place of a block wait, too: an answer 60h may be to neither.
+// The segments that replace a block transfer wait, too: a response 60h may belong to either
+// transfer.
 TEST_F(UnansweredTest, SegmentsAfterABlockWait) {
   begin(200);
   EXPECT_EQ(hand_out(), (Frames{{0xC6, 0x00, 0x20, 5, 200, 0, 0, 0}}));
@@ -147,7 +149,8 @@ TEST_F(UnansweredTest, SegmentsAfterABlockWait) {
   EXPECT_EQ(hand_out(), (Frames{{0x21, 0x00, 0x20, 5, 200, 0, 0, 0}}));
 }
 
-// A request that times out in the transmit queue: nobody says when the bus has it.
+// A request that times out in the transmit queue: without acknowledgements it is unknown when it is
+// on the bus.
 TEST_F(UnansweredTest, WithoutAcknowledgementsARequestInTheQueueIsWaitedFor) {
   begin(1);
   pass(kTimeout);

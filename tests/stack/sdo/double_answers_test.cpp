@@ -11,7 +11,7 @@ using std::chrono::seconds;
 
 using Found = DoubleAnswers::Found;
 
-// Expedited uploads of 4 bytes, 43h.
+// The response of an expedited upload of 4 bytes, 43h.
 std::uint64_t answer_of(std::uint16_t index, std::uint8_t sub, std::uint32_t value) {
   return 0x43U | std::uint64_t{index} << 8U | std::uint64_t{sub} << 24U |
          std::uint64_t{value} << 32U;
@@ -30,7 +30,7 @@ class DoubleAnswersTest : public ::testing::Test {
   DoubleAnswers answers_;
 };
 
-// As the second of two devices sends them that begins when the first has answered all.
+// The second of two devices sends its responses after the first one has answered all requests.
 TEST_F(DoubleAnswersTest, AnswersOfADeviceThatLagsBehindAreSecondOnes) {
   EXPECT_EQ(asked(0x1000), Found::nothing);
   EXPECT_EQ(asked(0x1018, 1), Found::nothing);
@@ -57,7 +57,7 @@ TEST_F(DoubleAnswersTest, IdenticalAnswersInTheSameMomentAreFound) {
     EXPECT_EQ(both(sub), Found::second_answer);
   }
   EXPECT_EQ(both(6), Found::two_devices);
-  EXPECT_EQ(both(7), Found::second_answer) << "reported a moment ago";
+  EXPECT_EQ(both(7), Found::second_answer) << "reported recently";
 }
 
 TEST_F(DoubleAnswersTest, AnotherIdentityIsFoundAtOnceAnotherProcessValueIsNot) {
@@ -77,7 +77,7 @@ TEST_F(DoubleAnswersTest, RepeatedFramesAreNoSecondDevice) {
   }
 }
 
-// The second device has gone, and a controller repeats a frame later.
+// The second device was removed, and a controller repeats a frame later.
 TEST_F(DoubleAnswersTest, AnswersOfLongAgoDoNotCount) {
   for (std::uint8_t sub = 1; sub < 6; ++sub) {
     asked(0x6000, sub);
@@ -96,7 +96,7 @@ TEST_F(DoubleAnswersTest, WhatComesAfterADisturbanceOrTooLateIsNone) {
   answers_.disturb(now_);
   for (std::uint8_t sub = 1; sub < 9; ++sub) {
     asked(0x1018, sub);
-    EXPECT_EQ(second(0x1018, sub, 2), Found::second_answer) << "it timed out and was repeated";
+    EXPECT_EQ(second(0x1018, sub, 2), Found::second_answer) << "the request was repeated";
   }
   now_ += DoubleAnswers::kUndisturbed;
   asked(0x1018, 1);
@@ -108,7 +108,7 @@ TEST_F(DoubleAnswersTest, TheAnswerToACancelledRequestIsNoSecondOne) {
   for (int i = 0; i < 20; ++i) {
     answers_.cancel({0x1000, 0}, now_);
     asked(0x1000);
-    EXPECT_EQ(second(0x1000), Found::second_answer) << "of the one that was cancelled";
+    EXPECT_EQ(second(0x1000), Found::second_answer) << "of the cancelled request";
   }
 }
 

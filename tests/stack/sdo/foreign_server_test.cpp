@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The client against SDO servers of other makes: CANopenNode's and lely-core's abort a transfer
-// that is open upon any command that is not its next one, blocks may be left out of a build, and
-// some devices do not answer what they do not implement.
+// The client with SDO servers of other manufacturers: those of CANopenNode and lely-core abort an
+// open transfer on any command that is not its next one, block transfer may be missing, and some
+// devices do not answer commands that they do not implement.
 #include "stack/sdo/protocol.h"
 
 #include "tests/stack/sdo/pair_fixture.h"
@@ -53,7 +53,7 @@ class ForeignServer : public TransferPair {
     to_client.push(can::TransmitClass::sdo, frame(kResponseId, abort_bytes(0x2100, 0, why), now));
   }
 
-  // Keeps what the server waits for next.
+  // Stores the command that the server expects next.
   void follow(bool initiates_block, unsigned specifier, bool abort) {
     if (abort || !server.busy()) {
       open_ = within_block_ = false;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Client and server against each other, through a wire that can lose, repeat and spoil frames.
+// Client and server, connected by a bus that can lose, repeat and corrupt frames.
 #pragma once
 
 #include <functional>
@@ -14,10 +14,10 @@ namespace linegate::sdo::test {
 class TransferPair : public testing::Test {
  protected:
   enum class Fault : std::uint8_t { none, lose, repeat, shorten };
-  // Says what happens to a frame; number: from 0, both directions counted.
+  // Returns the fault of a frame. number: from 0, both directions counted.
   using Faults = std::function<Fault(const can::Frame& frame, int number)>;
 
-  // Passes frames on, 0.1 ms each, until the client's transfer has ended.
+  // Delivers frames, 0.1 ms each, until the transfer of the client has ended.
   Outcome run(const Faults& faults) {
     std::optional<Outcome> outcome;
     frames = 0;
@@ -28,7 +28,7 @@ class TransferPair : public testing::Test {
         }
         now = std::max(now, earlier(client.next_wake(), server.next_wake()));
         if (now == kNever) {
-          ADD_FAILURE() << "both wait for ever";
+          ADD_FAILURE() << "both sides wait endlessly";
           return {};
         }
         server.advance(now, to_client);
@@ -37,14 +37,14 @@ class TransferPair : public testing::Test {
     }
     return *outcome;
   }
-  // fault happens to the frame with number faulty.
+  // Applies the fault to the frame with the number faulty.
   Outcome run(Fault fault = Fault::none, int faulty = -1) {
     return run([fault, faulty](const can::Frame& /*frame*/, int number) {
       return number == faulty ? fault : Fault::none;
     });
   }
 
-  // What is still on the wire arrives, and all time-outs pass.
+  // Delivers the remaining frames, and waits until all time-outs have expired.
   void settle() {
     pass_all();
     now += 10s;
@@ -62,7 +62,7 @@ class TransferPair : public testing::Test {
     client.write(address, std::move(data), kTimeout, now, to_server, options);
   }
 
-  // A request that arrives.
+  // Processes a request that arrives at the server.
   virtual void serve(const can::Frame& request) { server.receive(request, to_client); }
 
   static constexpr Duration kTimeout = std::chrono::milliseconds(500);
@@ -75,7 +75,7 @@ class TransferPair : public testing::Test {
   Client client{can::CobId{kRequestId}};
   Instant now = at(1s);
   int frames = 0;
-  std::function<void()> when_quiet;  // called when both wait, before time passes
+  std::function<void()> when_quiet;  // called when both sides wait, before the time advances
 
  private:
   template <class Receive>

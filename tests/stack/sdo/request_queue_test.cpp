@@ -21,7 +21,7 @@ Request request(std::size_t owner, std::uint64_t number, Priority priority = Pri
   return {.owner = &owners.at(owner), .number = number, .priority = priority};
 }
 
-// By owner and number.
+// A request: owner and number.
 using Name = std::pair<std::size_t, std::uint64_t>;
 
 Name name(const Request& request) {
@@ -38,7 +38,7 @@ std::vector<Name> pop_all(RequestQueue& queue) {
   return out;
 }
 
-// Of owner 0.
+// The numbers of the requests of owner 0.
 std::vector<std::uint64_t> pop_numbers(RequestQueue& queue) {
   std::vector<std::uint64_t> out;
   for (const Name& each : pop_all(queue)) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every abort code the server can raise (CiA 301, 7.2.4.3.17), and frames nobody should send.
+// Every abort code that the server can send (CiA 301, 7.2.4.3.17), and invalid frames.
 #include <random>
 
 #include "tests/stack/sdo/server_fixture.h"
@@ -138,7 +138,7 @@ TEST_F(ServerTest, HalfACharacterAndLimitsThatLeaveNothing) {  // 0607 0010h len
   EXPECT_EQ(ask({0x2F, 0x00, 0x22, 2, 7, 0, 0, 0}), abort_bytes(0x2200, 2, 0x0609'0036));
 }
 
-// Those that nothing in the stack raises for an object of the application, but the application may.
+// Abort codes that only the application uses, for its own objects.
 TEST_F(ServerTest, AHooksRefusalIsPassedOn) {
   Refusing hook;
   ASSERT_TRUE(dictionary.set_hook(0x2000, &hook));
@@ -195,7 +195,7 @@ TEST_F(ServerTest, RandomBytesNeverBreakIt) {
     for (std::uint8_t& b : request) {
       b = static_cast<std::uint8_t>(any(random));
     }
-    // Half of them concern objects there are.
+    // Half of them address existing objects.
     if (request.size() == 8 && round % 2 == 0) {
       request[1] = 0x00;
       request[2] = round % 4 == 0 ? 0x20 : 0x21;
@@ -208,7 +208,7 @@ TEST_F(ServerTest, RandomBytesNeverBreakIt) {
     ask(abort_bytes(0, 0, 0x0800'0000));  // within a block download, all but this is a segment
     ASSERT_EQ(ask({0x40, 0x01, 0x10, 0, 0, 0, 0, 0}), (Bytes{0x4F, 0x01, 0x10, 0, 0x7F, 0, 0, 0}))
         << "round " << round;
-    // Leave it in the middle of something.
+    // Leaves a transfer unfinished.
     ask(round % 3 == 0 ? Bytes{0x40, 0x08, 0x10, 0, 0, 0, 0, 0}
                        : Bytes{0x20, 0x00, 0x20, 9, 0, 0, 0, 0});
   }

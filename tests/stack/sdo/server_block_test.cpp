@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Block transfer of the server against the frames of CiA 301, 7.2.4.3.9 to 7.2.4.3.16.
+// Block transfer of the server compared with the frames of CiA 301, 7.2.4.3.9 to 7.2.4.3.16.
 #include <random>
 
 #include "stack/sdo/block.h"
@@ -12,7 +12,7 @@ namespace {
 
 class ServerBlockTest : public ServerTest {
  protected:
-  // What the server sends from now on, until it waits for something.
+  // The frames that the server sends until it waits for a request.
   Frames all() {
     Frames out;
     for (bool more = true; more;) {
@@ -36,7 +36,7 @@ class ServerBlockTest : public ServerTest {
   void set_domain(std::size_t size) {
     ASSERT_TRUE(dictionary.set({0x2100, 0}, std::span<const std::byte>(pattern(size))));
   }
-  // Of a value of 20 bytes; the answers are not looked at.
+  // Begins a download of 20 bytes; the responses are not checked.
   void begin_download() { ask({0xC6, 0x00, 0x21, 0, 20, 0, 0, 0}); }
   void begin_upload(std::uint8_t block_size = 127) {
     ask({0xA4, 0x00, 0x21, 0, block_size, 0, 0, 0});
@@ -86,7 +86,7 @@ TEST_F(ServerBlockTest, DownloadOfSeveralSubBlocks) {
   const auto value_ = pattern(300 * 7);
   EXPECT_EQ(ask({0xC6, 0x00, 0x21, 0, 0x34, 0x08, 0, 0})[4], 127);
   give(segments(value_, 0, 126));
-  // 173 segments are left: in two halves, so that the last sub-block is not short.
+  // 173 segments are left: two equal sub-blocks, so that the last one is not short.
   EXPECT_EQ(ask({0x7F, 121, 122, 123, 124, 125, 126, 127})[0], 0xA2);
   EXPECT_EQ(server.next_wake(), now + 200ms);
 }
@@ -113,7 +113,7 @@ TEST_F(ServerBlockTest, WhatIsLostComesInTheNextSubBlock) {
     for (std::size_t i = 0; i < 10; ++i) {
       answer = i == lost ? answer : ask(sent[i]);
     }
-    if (lost == 9) {  // its end was never seen
+    if (lost == 9) {  // the last segment was not received
       EXPECT_EQ(answer, Bytes{});
       server.advance(now + 199ms, queue);
       EXPECT_EQ(drain(queue, kResponseId), Frames{});
@@ -130,13 +130,14 @@ TEST_F(ServerBlockTest, WhatIsLostComesInTheNextSubBlock) {
   }
 }
 
-// Half as many segments after a sub-block with a loss, one more after one without.
+// The block size is halved after a sub-block with a loss, and increased by one after a sub-block
+// without.
 TEST_F(ServerBlockTest, TheBlockSizeFollowsLosses) {
   const auto value_ = pattern(7000);
   set_domain(0);
   ask({0xC0, 0x00, 0x21, 0, 0, 0, 0, 0});
   std::size_t begin = 0;
-  // Gives the block size that is asked for next. lost: number of the segment, 0 = none.
+  // Returns the next block size. lost: number of the lost segment, 0 = none.
   const auto sub_block = [&](std::size_t size, std::size_t lost) {
     const Frames sent = segments(value_, begin, size);
     Bytes answer;
@@ -155,15 +156,16 @@ TEST_F(ServerBlockTest, TheBlockSizeFollowsLosses) {
   EXPECT_EQ(sub_block(65, 1), 32U);
   EXPECT_EQ(sub_block(32, 31), 16U);
   EXPECT_EQ(sub_block(16, 9), 8U);
-  EXPECT_EQ(sub_block(8, 2), 8U) << "not fewer";
+  EXPECT_EQ(sub_block(8, 2), 8U) << "the minimum block size";
   EXPECT_EQ(sub_block(8, 0), 9U);
-  // A known rest that does not fit goes in two halves, so that none of them is short.
+  // A known remainder that does not fit is divided into two halves, so that neither of them is
+  // short.
   EXPECT_EQ(BlockReceiver::best_block_size(7 * 15, 9), 8U);
   EXPECT_EQ(BlockReceiver::best_block_size(7 * 18, 9), 9U);
   EXPECT_EQ(BlockReceiver::best_block_size(7 * 9, 9), 9U);
 }
 
-// Without losses a client may pause; with losses what is missing is mostly lost.
+// Without previous losses a client may pause; after losses a missing segment was probably lost.
 TEST_F(ServerBlockTest, AfterALossTheEndOfASubBlockIsMissedSoon) {
   const auto value_ = pattern(7000);
   set_domain(0);
@@ -187,10 +189,10 @@ TEST_F(ServerBlockTest, AfterALossTheEndOfASubBlockIsMissedSoon) {
   server.advance(now, queue);
   EXPECT_EQ(drain(queue, kResponseId), Frames{block_ack(62, 31)});
   EXPECT_EQ(give_slowly(segments(value_, 195, 30), 0, 10ms), Bytes{});
-  EXPECT_EQ(server.next_wake(), now + 200ms) << "of a slow client";
+  EXPECT_EQ(server.next_wake(), now + 200ms) << "a slow client has more time";
 }
 
-// They are numbered as in the sub-block that was acknowledged while they were late.
+// The late segments have the numbers of the sub-block that was acknowledged without them.
 TEST_F(ServerBlockTest, SegmentsMayComeAfterAllWithMoreThanTheNextSubBlockHas) {
   const auto value_ = pattern(70 * 7);
   set_domain(0);
@@ -264,8 +266,8 @@ TEST_F(ServerBlockTest, ASequenceNumberThereIsNot) {
   EXPECT_EQ(ask({66, 1, 2, 3, 4, 5, 6, 7}), abort_bytes(0x2100, 0, 0x0504'0003));
 }
 
-// The acknowledgement of a client that takes blocks, too, is number 34 and the last: each would
-// answer the other for ever.
+// The acknowledgement of a client that receives blocks looks like segment 34, which is the last
+// one: without a limit each side would answer the other endlessly.
 TEST_F(ServerBlockTest, SubBlocksWithoutTheirFirstSegmentDoNotGoOnForEver) {
   const Bytes eighth{0x88, 0, 0, 0, 0, 0, 0, 0};
   begin_download();
@@ -274,7 +276,7 @@ TEST_F(ServerBlockTest, SubBlocksWithoutTheirFirstSegmentDoNotGoOnForEver) {
   }
   EXPECT_EQ(ask(eighth), abort_bytes(0x2100, 0, 0x0504'0003));
   EXPECT_FALSE(server.busy());
-  // Another side that takes: its acknowledgement is segment 34 to this one.
+  // The other side also receives blocks: its acknowledgement is segment 34 for this server.
   begin_download();
   EXPECT_EQ(ask(block_ack(0, 127)), block_ack(0, 63));
   EXPECT_EQ(ask(block_ack(0, 127)), block_ack(0, 31));
@@ -286,7 +288,7 @@ TEST_F(ServerBlockTest, LengthOfABlockDownload) {
   EXPECT_EQ(ask({0xC6, 0x00, 0x20, 5, 9, 0, 0, 0}), abort_bytes(0x2000, 5, 0x0607'0012));
   EXPECT_EQ(ask({0xC6, 0x00, 0x20, 5, 7, 0, 0, 0}), abort_bytes(0x2000, 5, 0x0607'0013));
   EXPECT_EQ(ask({0xC6, 0x00, 0x21, 0, 0x21, 0x4E, 0, 0}), abort_bytes(0x2100, 0, 0x0504'0005));
-  // More than announced, and fewer.
+  // More bytes than announced, and fewer.
   ask({0xC6, 0x00, 0x21, 0, 10, 0, 0, 0});
   give(segments(pattern(40), 0, 2));
   EXPECT_EQ(ask(segments(pattern(40), 0, 3)[2]), abort_bytes(0x2100, 0, 0x0607'0012));
@@ -306,11 +308,11 @@ TEST_F(ServerBlockTest, RightsAndExistence) {
   EXPECT_EQ(ask({0xA4, 0x00, 0x20, 6, 127, 0, 0, 0}), abort_bytes(0x2000, 6, 0x0601'0001));
 }
 
-// Segments look like requests: 22h and 23h would write to whatever their data say.
+// Segments look like requests: 22h and 23h would write to the object that their data addresses.
 TEST_F(ServerBlockTest, LateSegmentsOfAnAbortedDownloadAreNotTakenForRequests) {
   ask({0xC2, 0x00, 0x21, 0, 200, 0, 0, 0});
   Frames sent = segments(pattern(127 * 7), 0, 40);
-  sent[33] = {0x22, 0x00, 0x20, 4, 0xEE, 0xEE, 0xEE, 0xEE};  // no. 34
+  sent[33] = {0x22, 0x00, 0x20, 4, 0xEE, 0xEE, 0xEE, 0xEE};  // segment 34
   Frames answers;
   for (const Bytes& each : sent) {
     const Bytes answer = ask(each);
@@ -410,7 +412,7 @@ TEST_F(ServerBlockTest, FramesTwiceInAnUpload) {
   EXPECT_EQ(server.counters().uploads, 1U);
 }
 
-// Frames that are wrong in the state: what answers them, and that the transfer is over.
+// Frames that are wrong in the state: the response to them, and that the transfer has ended.
 TEST_F(ServerBlockTest, WrongFramesInEachState) {
   set_domain(20);
   const Bytes start{0xA3, 0, 0, 0, 0, 0, 0, 0};
@@ -437,7 +439,7 @@ TEST_F(ServerBlockTest, WrongFramesInEachState) {
   EXPECT_EQ(ask(block_ack(0, 127)), wrong_abort);
   begin_upload();
   EXPECT_EQ(ask({0xA1, 0, 0, 0, 0, 0, 0, 0}), wrong_abort);
-  for (const std::uint8_t command : Bytes{0xA1, 0xA2, 0xA3, 0xC1}) {  // of no transfer
+  for (const std::uint8_t command : Bytes{0xA1, 0xA2, 0xA3, 0xC1}) {  // frames without a transfer
     EXPECT_EQ(ask({command, 0xFF, 0xFF, 0xFF, 0, 0, 0, 0}), abort_bytes(0, 0, 0x0504'0001));
   }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A server over the test dictionary, asked byte by byte.
+// A server with the test dictionary; requests and responses are given byte by byte.
 #pragma once
 
 #include "stack/sdo/server.h"
@@ -10,7 +10,7 @@ namespace linegate::sdo::test {
 
 class ServerTest : public testing::Test {
  protected:
-  // The answer to one request; empty if there is none.
+  // The response to one request; empty if there is none.
   Bytes ask(const Bytes& request) {
     server.receive(frame(kRequestId, request, now), queue);
     const std::vector<Bytes> answers = drain(queue, kResponseId);

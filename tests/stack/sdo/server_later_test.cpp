@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The server when a hook of the object answers later (split indication).
+// The server when a hook of the object completes later (split indication).
 #include "stack/sdo/block.h"
 
 #include "tests/stack/sdo/block_frames.h"
@@ -8,7 +8,7 @@
 namespace linegate::sdo::test {
 namespace {
 
-// Answers later from sub-index 2 on.
+// Completes later for sub-indices from 2 on.
 class Slow : public od::Hook {
  public:
   AbortCode before_read(od::Address address, const od::Variable&) override {
@@ -28,7 +28,7 @@ class LaterServerTest : public ServerTest {
  protected:
   LaterServerTest() { EXPECT_TRUE(dictionary.set_hook(0x2000, &slow)); }
 
-  // What the server sends by itself; empty if nothing.
+  // The frame that the server sends without a request; empty if none.
   Bytes later() {
     server.advance(now, queue);
     const std::vector<Bytes> answers = drain(queue, kResponseId);
@@ -104,7 +104,7 @@ TEST_F(LaterServerTest, BlockDownloadIsConfirmedAndStoredThen) {
   EXPECT_EQ(ask({0x82, 8, 0, 0, 0, 0, 0, 0}), block_ack(2, 127));
   const Bytes end = end_request(sent, crc_of(sent));
   EXPECT_EQ(ask(end), Bytes{});
-  EXPECT_EQ(ask(end), Bytes{}) << "twice on the wire";
+  EXPECT_EQ(ask(end), Bytes{}) << "a repeated frame";
   EXPECT_EQ(slow.given_up, 0U);
   ASSERT_TRUE(dictionary.complete(slow.ticket, AbortCode::none));
   EXPECT_EQ(later(), (Bytes{0xA1, 0, 0, 0, 0, 0, 0, 0}));
@@ -156,7 +156,7 @@ TEST_F(LaterServerTest, ANewInitiateEndsTheWaiting) {
   EXPECT_EQ(later(), Bytes{});
 }
 
-// The answer of a hook that works on the old request must not be taken for one to the new.
+// The completion of a hook for the previous request must not answer the new request.
 TEST_F(LaterServerTest, ALateAnswerToTheRequestBeforeIsNone) {
   ask({0x2B, 0x00, 0x20, 2, 0xA1, 0xA2, 0, 0});
   const od::Ticket old = slow.ticket;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The server against the frames of CiA 301, 7.2.4.3.
+// The server compared with the frames of CiA 301, 7.2.4.3.
 #include "tests/stack/sdo/server_fixture.h"
 
 namespace linegate::sdo::test {

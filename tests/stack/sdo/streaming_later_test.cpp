@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Streams whose hook, or which themselves, answer later (split indication): wherever it is, the
-// transfer waits and then goes on as if nothing had been.
+// Streams that complete later, or whose hook does (split indication): at any point the transfer
+// waits and then continues normally.
 #include "tests/stack/sdo/pair_fixture.h"
 
 namespace linegate::sdo::test {
@@ -8,14 +8,14 @@ namespace {
 
 constexpr std::uint16_t kDomainIndex = 0x2100;
 constexpr od::Address kLateDomain{kDomainIndex, 0};
-constexpr std::size_t kSize = 5000;  // some windows
+constexpr std::size_t kSize = 5000;  // several windows
 constexpr Duration kDelay = std::chrono::milliseconds(50);
 
-// What may answer later.
+// The calls that may complete later.
 enum class Place : std::uint8_t { open, piece, finish };
 
-// Gives a pattern, or checks it. Puts each call of the place off once, and does it when it is asked
-// again or has answered.
+// A source that returns a pattern, and a sink that checks it. Each call at `place` is deferred
+// once, and executed when it is repeated or completed.
 class LaterStreaming : public TransferPair,
                        public od::Hook,
                        public od::ByteSource,
@@ -43,7 +43,7 @@ class LaterStreaming : public TransferPair,
   }
   void put_off(od::Address address, od::Ticket number) override {
     EXPECT_EQ(address, kLateDomain);
-    EXPECT_EQ(ticket, 0U) << "one at a time";
+    EXPECT_EQ(ticket, 0U) << "one request at a time";
     ticket = number;
     ++tickets;
   }
@@ -71,21 +71,21 @@ class LaterStreaming : public TransferPair,
 
   // --- od::ByteSink
   AbortCode write(std::span<const std::byte> piece) override {
-    EXPECT_EQ(ticket, 0U) << "while it is busy";
+    EXPECT_EQ(ticket, 0U) << "called while it is busy";
     got.insert(got.end(), piece.begin(), piece.end());
     return put_off_at(Place::piece) ? od::kLater : AbortCode::none;
   }
   AbortCode finish() override {
-    EXPECT_EQ(ticket, 0U) << "while it is busy";
+    EXPECT_EQ(ticket, 0U) << "called while it is busy";
     ends.push_back(AbortCode::none);
     return put_off_at(Place::finish) ? od::kLater : AbortCode::none;
   }
   void cancelled(AbortCode why) override { ends.push_back(why); }
 
   bool put_off_at(Place here) const { return place == here; }
-  // Every second time.
+  // Every second call.
   bool later(Place here) {
-    EXPECT_EQ(ticket, 0U) << "while it is busy";
+    EXPECT_EQ(ticket, 0U) << "called while it is busy";
     return put_off_at(here) && (asked++ % 2 == 0);
   }
 
@@ -96,7 +96,7 @@ class LaterStreaming : public TransferPair,
     now += kDelay;
     client.advance(now, to_server);
     server.advance(now, to_client);
-    EXPECT_TRUE(to_client.empty()) << "the server has no answer before";
+    EXPECT_TRUE(to_client.empty()) << "the server answered too early";
     EXPECT_TRUE(dictionary.complete(std::exchange(ticket, 0), refusal));
     EXPECT_LE(server.next_wake(), now);
   }
@@ -141,7 +141,7 @@ struct Case {
   Place place;
 };
 
-// finish() there is of a download alone.
+// finish() exists only for downloads.
 std::vector<Case> all_cases() {
   std::vector<Case> out;
   for (const Transfer transfer : {Transfer::segmented, Transfer::block}) {
@@ -176,7 +176,7 @@ TEST_F(LaterStreaming, GoesOnWhenTheHookOrTheStreamHasAnswered) {
   }
 }
 
-// A read begins in segments then: the source is opened twice.
+// The read then begins in segments: the source is opened twice.
 TEST_F(LaterStreaming, TheClientMayChangeToBlocks) {
   for (const Place here : {Place::open, Place::piece}) {
     place = here;
@@ -212,7 +212,7 @@ TEST_F(LaterStreaming, TheLateAnswerMayBeARefusal) {
     settle();
     EXPECT_EQ(tickets, 1);
     EXPECT_EQ(given_up, 0);
-    // finish() and what was never opened have no other end.
+    // finish() is itself the end, and a stream that was never opened has no end.
     const bool ended = place == Place::piece;
     EXPECT_EQ(ends.size(), ended || place == Place::finish ? 1U : 0U);
     EXPECT_TRUE(!ended || ends.at(0) == AbortCode::hardware);
@@ -225,8 +225,8 @@ TEST_F(LaterStreaming, TheClientMayGiveUpMeanwhile) {
     Trace trace(each);
     place = each.place;
     begin(each.writing, each.transfer);
-    // A block transfer that is not answered at its initiate goes on in segments: the second time
-    // the hook answers at once.
+    // A block transfer whose initiate request is not answered continues in segments: the second
+    // time the hook answers at once.
     const bool falls_back = place == Place::open && each.transfer == Transfer::block;
     EXPECT_EQ(run().abort, falls_back ? AbortCode::none : AbortCode::timeout);
     settle();
@@ -245,7 +245,7 @@ TEST_F(LaterStreaming, AHookThatNeverAnswersIsGivenUp) {
     Trace trace(each);
     place = each.place;
     begin(each.writing, each.transfer);
-    // As run(), but the client has patience.
+    // Like run(), but the client does not time out.
     can::Frame next;
     for (bool any = true; any;) {
       any = false;
@@ -296,7 +296,7 @@ TEST_F(LaterStreaming, LostSegmentsMeanwhileAreRepeated) {
   }
 }
 
-// A stream cannot be refused with what is only known inside.
+// A client cannot wait for a completion: kLater must not become an abort code on the bus.
 TEST_F(LaterStreaming, AClientCannotWait) {
   place = Place::piece;
   for (const Transfer transfer : {Transfer::segmented, Transfer::block}) {
@@ -316,11 +316,11 @@ TEST_F(LaterStreaming, AClientCannotWait) {
   }
 }
 
-// Several hooks of an object: the ticket goes to the one that gave the stream.
+// An object with several hooks: the ticket goes to the hook that returned the stream.
 TEST_F(LaterStreaming, OfOneOfSeveralHooks) {
   class Bystander : public od::Hook {
    public:
-    void put_off(od::Address, od::Ticket) override { ADD_FAILURE() << "not this one"; }
+    void put_off(od::Address, od::Ticket) override { ADD_FAILURE() << "called the wrong hook"; }
   };
   Bystander first;
   Bystander last;
@@ -335,7 +335,7 @@ TEST_F(LaterStreaming, OfOneOfSeveralHooks) {
   }
 }
 
-// A hook that is taken away cannot answer any more.
+// A removed hook can no longer complete the request.
 TEST_F(LaterStreaming, AHookThatIsTakenAwayRefuses) {
   for (const Case& each : all_cases()) {
     Trace trace(each);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values that lie in memory nowhere: a generated pattern goes through client and server, and is
-// checked as it comes. A program of its own, because it looks at what operator new is asked for.
+// Values that are not in memory: a generated pattern is transferred by client and server, and
+// checked on arrival. A separate program, because it counts calls of operator new.
 #include <random>
 
 #include "tests/bench/allocations.h"
@@ -99,7 +99,7 @@ class Streaming : public TransferPair, public od::Hook {
     return static_cast<od::ByteSink*>(&sink);
   }
 
-  // Both ends stream: the one reads from source, the other writes to sink.
+  // Both ends use streams: one reads from source, the other writes to sink.
   void begin(bool writing, std::uint32_t size, TransferOptions options = {}) {
     source.length = size;
     source.position = 0;
@@ -112,7 +112,7 @@ class Streaming : public TransferPair, public od::Hook {
       client.read(kDomain, sink, kTimeout, now, to_server, options);
     }
   }
-  // The other end of an upload hears of it later.
+  // The other end of an upload is closed later.
   void expect_end(AbortCode why) {
     settle();
     EXPECT_EQ(source.ends, std::vector<AbortCode>{why});
@@ -231,7 +231,7 @@ TEST_F(Streaming, ASinkMayRefuseInTheMiddleAndAtTheEnd) {
       begin(writing, 20'000, {.transfer = transfer});
       EXPECT_EQ(run().abort, AbortCode::invalid_value);
       settle();
-      EXPECT_EQ(sink.ends, std::vector<AbortCode>{AbortCode::none});  // by finish() alone
+      EXPECT_EQ(sink.ends, std::vector<AbortCode>{AbortCode::none});  // from finish() only
       sink.at_finish = AbortCode::none;
     }
   }
@@ -269,7 +269,7 @@ TEST_F(Streaming, IsRepeatedIfTheStreamCanBeginAgain) {
       sink.can_rewind = can;
       sink.right = true;
       begin(writing, 20'000, {.transfer = Transfer::block, .repeats = 1});
-      bool lost = false;  // the first acknowledgement
+      bool lost = false;  // whether the first acknowledgement was lost
       const Outcome outcome = run([&](const can::Frame& frame, int) {
         const bool ack =
             frame.id == (writing ? kResponseId : kRequestId) && frame.data[0] == std::byte{0xA2};
@@ -277,7 +277,7 @@ TEST_F(Streaming, IsRepeatedIfTheStreamCanBeginAgain) {
       });
       EXPECT_EQ(outcome.abort, can ? AbortCode::none : AbortCode::timeout);
       settle();
-      // The server opened its stream twice; it is one and the same object here.
+      // The server opened its stream twice; here both are the same object.
       if (can && writing) {
         EXPECT_EQ(sink.ends, (std::vector<AbortCode>{AbortCode::general, AbortCode::none}));
       }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the SDO tests share: a dictionary, frames written as bytes, and time.
+// Common parts of the SDO tests: a dictionary, frames written as bytes, and time.
 #pragma once
 
 #include <algorithm>
@@ -75,7 +75,7 @@ inline std::vector<Event> drain(EventLog& log) {
   return out;
 }
 
-// An abort as it is on the wire.
+// An abort as on the wire.
 inline Bytes abort_bytes(std::uint16_t index, std::uint8_t sub, std::uint32_t code) {
   Bytes out{0x80, static_cast<std::uint8_t>(index), static_cast<std::uint8_t>(index >> 8U), sub};
   for (unsigned i = 0; i < 4; ++i) {

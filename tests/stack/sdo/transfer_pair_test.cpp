@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Client and server against each other, through a wire that can lose, repeat and spoil frames.
+// Client and server, connected by a bus that can lose, repeat and corrupt frames.
 #include <random>
 
 #include "tests/stack/sdo/pair_fixture.h"
@@ -38,8 +38,8 @@ TEST_F(TransferPair, AnAbortOfTheServerReachesTheCaller) {
   EXPECT_EQ(run().abort, AbortCode::length_too_high);
 }
 
-// Whichever frame is lost, spoilt or repeated: the transfer ends, a download is whole or not at
-// all, an upload is right or aborted, and the next transfer works.
+// Each single frame is lost, corrupted or repeated: the transfer ends, a download is stored
+// completely or not at all, an upload is right or aborted, and the next transfer works.
 TEST_F(TransferPair, EveryFaultAtEveryFrame) {
   const Bytes old_value(20, 0xEE);
   const std::vector<std::byte> new_value = pattern(20);

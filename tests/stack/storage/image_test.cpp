@@ -24,7 +24,7 @@ std::vector<StoredValue> two_values() {
   return {{{0x1017, 0}, bytes({0xE8, 0x03})}, {{0x1400, 1}, bytes({0x01, 0x02, 0x00, 0x80})}};
 }
 
-// The last four bytes become the CRC of those before.
+// Replaces the last four bytes with the CRC of the bytes before.
 void seal(std::vector<std::byte>& image) {
   const std::size_t size = image.size() - 4;
   store_le(image.data() + size, crc32(std::span(image).first(size)));
@@ -98,7 +98,7 @@ TEST(StorageImage, AnImageOfAnotherDeviceIsRefused) {
   }
 }
 
-// Made by somebody who knows how to compute a CRC.
+// The image has a valid CRC, as if made on purpose.
 TEST(StorageImage, ValuesThatContradictTheirLengthAreDamage) {
   struct Case {
     const char* what;

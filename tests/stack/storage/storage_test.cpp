@@ -13,7 +13,7 @@ namespace {
 using od::Access;
 using od::DataType;
 
-// Can be told to fail, and remembers.
+// A medium in memory that can be made to fail.
 class TestMedium final : public Medium {
  public:
   bool read(std::vector<std::byte>& image) override {
@@ -69,7 +69,7 @@ od::VariableDescription text(std::string_view value) {
   return out;
 }
 
-// One parameter each: 1017h communication, 2000h and the string 2001h manufacturer, 6000h
+// One parameter of each kind: 1017h communication, 2000h and the string 2001h manufacturer, 6000h
 // application. 6200h is process data.
 od::DeviceDescription device() {
   od::DeviceDescription out;
@@ -137,7 +137,7 @@ class StorageTest : public ::testing::Test {
     EXPECT_EQ(write({0x6000, 0}, 601), AbortCode::none);
     EXPECT_EQ(write({0x6200, 0}, 621), AbortCode::none);
   }
-  // 1017h, 2000h, 6000h, 6200h.
+  // The values of 1017h, 2000h, 6000h, 6200h.
   std::vector<std::uint64_t> values() {
     return {read({0x1017, 0}), read({0x2000, 0}), read({0x6000, 0}), read({0x6200, 0})};
   }
@@ -251,7 +251,7 @@ TEST_F(StorageTest, ReadingTellsThatItStoresOnCommand) {
     EXPECT_EQ(read({index, 5}), 0U);
   }
   EXPECT_EQ(save(kAll), AbortCode::none);
-  EXPECT_EQ(read({od::objects::kStoreParameters, 1}), 1U) << "and not what was written";
+  EXPECT_EQ(read({od::objects::kStoreParameters, 1}), 1U) << "not the signature";
 }
 
 TEST_F(StorageTest, WithoutAMediumNothingIsStored) {
@@ -271,11 +271,11 @@ TEST_F(StorageTest, AMediumThatFailsIsAHardwareError) {
   EXPECT_EQ(save(kAll), AbortCode::hardware);
   EXPECT_EQ(load(kAll), AbortCode::hardware);
   reset_node();
-  EXPECT_EQ(values(), (Values{101, 201, 601, 620})) << "what was stored before still is";
+  EXPECT_EQ(values(), (Values{101, 201, 601, 620})) << "the previous values remain stored";
   EXPECT_EQ(storage->kept(), 1U);
 }
 
-// The check of a write changes nothing, whoever refuses it afterwards.
+// A hook that refuses every write. The check of a write must change nothing.
 struct Refusing final : od::Hook {
   AbortCode check_write(od::Address /*address*/, std::span<const std::byte> /*value*/) override {
     return AbortCode::local_control;
@@ -291,7 +291,7 @@ TEST_F(StorageTest, NothingIsKeptUntilNobodyRefuses) {
 
   const std::array<od::Assignment, 2> group{
       od::Assignment{{od::objects::kStoreParameters, kAll}, kSaveBytes},
-      od::Assignment{{0x1018, 1}, kSaveBytes},  // is read-only
+      od::Assignment{{0x1018, 1}, kSaveBytes},  // 1018h:1 is read-only
   };
   EXPECT_EQ(dictionary.write_all(group), AbortCode::read_only);
   EXPECT_TRUE(medium.kept.empty());
@@ -318,7 +318,7 @@ TEST_F(StorageTest, AGroupThatFailsOnTheWayTellsWhichOneDid) {
   std::size_t refused = 9;
   EXPECT_EQ(dictionary.write_all(group, &refused), AbortCode::hardware);
   EXPECT_EQ(refused, 1U);
-  EXPECT_EQ(read({0x1017, 0}), 100U) << "none of them is written";
+  EXPECT_EQ(read({0x1017, 0}), 100U) << "no value of the group is written";
 }
 
 TEST_F(StorageTest, WhatCannotBeUsedLeavesAllDefaults) {
@@ -344,13 +344,14 @@ TEST_F(StorageTest, WhatCannotBeUsedLeavesAllDefaults) {
 TEST_F(StorageTest, AValueThatHasNoPlaceMakesAllOfThemUseless) {
   const StoredValue good{{0x1017, 0}, {std::byte{1}, std::byte{2}}};
   const StoredValue kWrong[] = {
-      {{0x5000, 0}, {std::byte{1}}},                                    // no such object
-      {{0x1017, 1}, {std::byte{1}}},                                    // no such sub-index
-      {{0x1017, 0}, {std::byte{1}}},                                    // too short
-      {{0x1017, 0}, {std::byte{1}, std::byte{2}, std::byte{3}}},        // too long
-      {{0x2001, 0}, std::vector<std::byte>(65)},                        // string too long
-      {{0x6200, 0}, std::vector<std::byte>(4)},                         // not stored
-      {{od::objects::kRestoreDefaults, 1}, std::vector<std::byte>(4)},  // a command
+      {{0x5000, 0}, {std::byte{1}}},                              // no such object
+      {{0x1017, 1}, {std::byte{1}}},                              // no such sub-index
+      {{0x1017, 0}, {std::byte{1}}},                              // too short
+      {{0x1017, 0}, {std::byte{1}, std::byte{2}, std::byte{3}}},  // too long
+      {{0x2001, 0}, std::vector<std::byte>(65)},                  // string too long
+      {{0x6200, 0}, std::vector<std::byte>(4)},                   // not stored
+      // A command, not a parameter
+      {{od::objects::kRestoreDefaults, 1}, std::vector<std::byte>(4)},
   };
   for (const StoredValue& wrong : kWrong) {
     const std::vector<StoredValue> both = {good, wrong};
@@ -363,13 +364,14 @@ TEST_F(StorageTest, AValueThatHasNoPlaceMakesAllOfThemUseless) {
   EXPECT_EQ(read({0x1017, 0}), 0x201U);
 }
 
-// --- a medium that is slow ---------------------------------------------------------------------
+// --- a slow medium -----------------------------------------------------------------------------
 
 class SlowStorageTest : public StorageTest {
  protected:
   SlowStorageTest() { medium.takes_its_time = true; }
 
-  // A write that may wait; its ticket, 0 if it was refused at once for `refused`.
+  // Starts a write that may complete later. Returns its ticket; 0 if it was refused immediately
+  // with `refused`.
   od::Ticket begin(od::Address address, std::uint32_t value) {
     std::array<std::byte, 4> raw{};
     store_le(raw.data(), value);
@@ -391,7 +393,7 @@ TEST_F(SlowStorageTest, TheAnswerComesWhenTheMediumIsDone) {
   EXPECT_EQ(refused, od::kLater);
   EXPECT_EQ(dictionary.outcome(ticket), std::nullopt);
   EXPECT_TRUE(storage->stored().empty());
-  EXPECT_EQ(write({0x1017, 0}, 102, 2), AbortCode::none) << "too late for what is under way";
+  EXPECT_EQ(write({0x1017, 0}, 102, 2), AbortCode::none) << "not part of the running operation";
   storage->done(true);
   EXPECT_EQ(end(ticket), AbortCode::none);
   reset_node();
@@ -408,7 +410,7 @@ TEST_F(SlowStorageTest, AFailureIsAHardwareErrorAndChangesNothing) {
   EXPECT_EQ(values(), (Values{100, 200, 600, 620}));
   medium.writable = false;
   EXPECT_EQ(end(begin({od::objects::kStoreParameters, kAll}, kSave)), AbortCode::hardware)
-      << "cannot begin";
+      << "the medium cannot be written";
 }
 
 TEST_F(SlowStorageTest, OneAtATime) {
@@ -475,7 +477,7 @@ TEST_F(StorageTest, AClearedDateIsStoredAsZero) {
   write(kDate, 15'000);
   write(kTime, 1);
   change_all();
-  EXPECT_EQ(save(kAll), AbortCode::none) << "and nobody has read it meanwhile";
+  EXPECT_EQ(save(kAll), AbortCode::none) << "without a read in between";
   power_on();
   EXPECT_EQ(read(kDate), 0U);
 }
@@ -495,7 +497,7 @@ TEST_F(StorageTest, ResetCommunicationDoesNotHideAChangedApplicationParameter) {
   EXPECT_EQ(read(kDate), 15'000U);
 }
 
-// --- which values are parameters -----------------------------------------------------------------
+// --- the values that are stored: parameters ----------------------------------------------------
 
 TEST(Parameters, ByRule) {
   struct Row {

@@ -64,7 +64,7 @@ class TimeServiceTest : public ::testing::Test {
   AbortCode write(std::uint32_t value) {
     return testing::write(dictionary, {od::objects::kTimeCobId, 0}, value);
   }
-  // The COB-ID is registered now.
+  // Whether the COB-ID is registered.
   bool wanted(std::uint32_t id) { return dispatch.find(frame_at(at(0ms), id, {})) != nullptr; }
   std::size_t sent() { return take_frames(transmit).size(); }
 
@@ -92,14 +92,14 @@ TEST_F(TimeServiceTest, WithoutAClockTheProducerBitIsRefused) {
   EXPECT_EQ(write(0xC000'0100), AbortCode::invalid_value);
   EXPECT_EQ(write(0x8000'0100), AbortCode::none);
   service.produce_every(1s);
-  EXPECT_EQ(write(0x4000'0100), AbortCode::none) << "it sends by itself";
+  EXPECT_EQ(write(0x4000'0100), AbortCode::none) << "it sends cyclically";
 }
 
 TEST_F(TimeServiceTest, AProducerSendsTheTimeEveryPeriod) {
   EXPECT_EQ(write(0x4000'0100), AbortCode::none);
   service.set_utc(kSomeUtc - at(1s).time_since_epoch());
   service.produce_every(1s);
-  EXPECT_LE(service.next_wake(), at(0ms)) << "wants to be called";
+  EXPECT_LE(service.next_wake(), at(0ms)) << "a call is due";
   service.settle(at(0ms));
   EXPECT_EQ(service.next_wake(), at(1s));
   service.advance(at(999ms));
@@ -109,11 +109,11 @@ TEST_F(TimeServiceTest, AProducerSendsTheTimeEveryPeriod) {
   ASSERT_EQ(frames.size(), 1U);
   EXPECT_EQ(decode(frames[0]), kSomeTime);
   service.advance(at(3500ms));
-  EXPECT_EQ(sent(), 1U) << "what was missed is left out";
+  EXPECT_EQ(sent(), 1U) << "missed periods are skipped";
   EXPECT_EQ(service.next_wake(), at(4s));
   service.advance(at(4s));
   service.advance(at(5s));
-  EXPECT_EQ(sent(), 1U) << "the first still waits for the bus";
+  EXPECT_EQ(sent(), 1U) << "the first frame is still queued";
   service.produce_every(0s);
   EXPECT_EQ(service.next_wake(), kNever);
 }
@@ -154,8 +154,8 @@ TEST_F(TimeServiceTest, InStoppedTimeIsNotServed) {
 TEST_F(TimeServiceTest, TheCanIdChangesOnlyWhileNotInUse) {
   EXPECT_EQ(write(0x8000'0100), AbortCode::none);
   EXPECT_EQ(write(0x8000'00F0), AbortCode::invalid_value);
-  EXPECT_EQ(write(0xA000'0100), AbortCode::invalid_value) << "the frame format is part of it";
-  EXPECT_EQ(write(0xC000'0100), AbortCode::none) << "both roles";
+  EXPECT_EQ(write(0xA000'0100), AbortCode::invalid_value) << "the frame format cannot change";
+  EXPECT_EQ(write(0xC000'0100), AbortCode::none) << "producer and consumer";
   EXPECT_EQ(write(0x4000'00F0), AbortCode::invalid_value);
   EXPECT_EQ(write(0x0000'00F0), AbortCode::none);
   EXPECT_FALSE(wanted(0x100));
@@ -174,7 +174,7 @@ TEST_F(TimeServiceTest, RestrictedCanIdsAreRefused) {
   EXPECT_EQ(write(0xA000'0800), AbortCode::none) << "29-bit identifier";
 }
 
-// As device files have it: listed, but not set up.
+// As in many device files: the object is listed, but not configured.
 TEST_F(TimeServiceTest, AnObjectOfZeroIsNoTime) {
   ASSERT_TRUE(dictionary.set(od::Address{od::objects::kTimeCobId, 0}, 0x8000'0000U));
   service.configure();
