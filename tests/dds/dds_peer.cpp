@@ -192,6 +192,8 @@ int run_gateway(std::uint32_t domain, const std::string& profiles, bool guard) {
 
 class Printer : public dds::ClientListener {
  public:
+  explicit Printer(bool pdos) : pdos_(pdos) {}
+
   void on_line(const dds::Source& source, const dds::LineInfo&, const line::LineState& state,
                const std::vector<dds::Property>&) override {
     std::printf("line %s %u\n", source.line.c_str(), state.load_permille);
@@ -203,16 +205,23 @@ class Printer : public dds::ClientListener {
                 const std::vector<dds::Property>&) override {
     std::printf("event %llu\n", static_cast<unsigned long long>(event.number));
   }
+  void on_pdo(const dds::Source&, const dds::PdoUpdate&) override {
+    if (pdos_)
+      std::printf("pdo\n");
+  }
+
+ private:
+  const bool pdos_;
 };
 
-int run_subscriber(std::uint32_t domain, const std::string& profiles) {
+int run_subscriber(std::uint32_t domain, const std::string& profiles, bool pdos) {
   dds::ClientOptions options;
   options.domain = domain;
   options.profile_file = profiles;
   auto made = dds::Client::make(options);
   if (!made.ok())
     return complain(made.diagnostics), 1;
-  Printer printer;
+  Printer printer(pdos);
   std::printf("ready\n");
   Dropped dropped;
   while (!input_ended()) {
@@ -235,7 +244,7 @@ int main(int argc, char** argv) {
   const std::string profiles = argc > 3 ? argv[3] : LOOPBACK_PROFILES;
   if (role == "gateway" || role == "unguarded")
     return linegate::run_gateway(domain, profiles, role == "gateway");
-  if (role == "subscriber")
-    return linegate::run_subscriber(domain, profiles);
+  if (role == "subscriber" || role == "pdo_subscriber")
+    return linegate::run_subscriber(domain, profiles, role == "pdo_subscriber");
   return 2;
 }

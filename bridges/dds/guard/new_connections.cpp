@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bridges/dds/guard/new_connections.h"
 
-#include <charconv>
-#include <string_view>
-
-#include <dirent.h>
 #include <fcntl.h>
 #include <linux/tcp.h>
 #include <sys/socket.h>
 #include <unistd.h>
+
+#include "bridges/dds/guard/descriptors.h"
+#include "bridges/dds/guard/stalled_connections.h"
 
 namespace linegate::dds::guard {
 namespace {
@@ -32,23 +31,23 @@ bool has_received(int socket) {
 // answered.
 template <class Each>
 void each_connection(const sockaddr_in& to, Each each) {
-  DIR* const folder = ::opendir("/proc/self/fd");
-  if (folder == nullptr)
-    return;
-  while (const dirent* entry = ::readdir(folder)) {
-    const std::string_view name(entry->d_name);
-    int descriptor = -1;
-    const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), descriptor);
-    if (error == std::errc() && leads_to(descriptor, to))
+  each_descriptor([&](int descriptor) {
+    if (leads_to(descriptor, to))
       each(descriptor);
-  }
-  ::closedir(folder);
+  });
 }
 
 }  // namespace
 
 NewConnections::NewConnections(const sockaddr_in& to) : to_(to) {
   each_connection(to_, [&](int descriptor) { before_.insert(descriptor); });
+}
+
+void NewConnections::limit_stalls() const {
+  each_connection(to_, [&](int descriptor) {
+    if (!before_.contains(descriptor))
+      guard::limit_stalls(descriptor);
+  });
 }
 
 std::size_t NewConnections::end_answered() const {

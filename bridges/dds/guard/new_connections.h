@@ -23,6 +23,8 @@ class NewConnections {
   // Shuts down the connections that were opened since and have already received octets. Returns
   // their number. Call it immediately after the call that may have opened one.
   std::size_t end_answered() const;
+  // Limits how long the connections opened since may stall, see stalled_connections.h.
+  void limit_stalls() const;
 
  private:
   const sockaddr_in to_;

@@ -16,6 +16,7 @@
 
 #include "bridges/dds/guard/new_connections.h"
 #include "bridges/dds/guard/passed_on.h"
+#include "bridges/dds/guard/stalled_connections.h"
 
 namespace linegate::dds::guard {
 namespace {
@@ -70,6 +71,12 @@ class Transport final : public fast::ChainingTransport {
 
   fast::TransportDescriptorInterface* get_configuration() override { return &descriptor_; }
 
+  bool init(const rtps::PropertyPolicy* properties) override {
+    const bool made = low_level_transport_->init(properties);
+    limit_stalls_of_listeners();
+    return made;
+  }
+
   // The wrapped transport recognises only its own senders: with wrapped senders, TCP and shared
   // memory would open another one at each discovery and send every datagram once with each.
   bool OpenOutputChannel(fast::SendResourceList& senders, const rtps::Locator_t& to) override {
@@ -107,6 +114,7 @@ class Transport final : public fast::ChainingTransport {
     const NewConnections connections(tcp_address(to));
     const bool open = low_level_transport_->OpenOutputChannel(senders, to);
     connections.end_answered();
+    connections.limit_stalls();
     return open;
   }
 

@@ -1,0 +1,95 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""stopped_client.py DDS_PEER PROFILES
+Over TCPv4 one client stops reading while the gateway goes on sending to it. When the connection takes no more data, another
+client receives PDOs as before, a new one finds the gateway, and all processes end. In a network of its own, with small
+socket buffers, so that they are soon full."""
+
+import os
+import signal
+import sys
+import tempfile
+import time
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path[:0] = [HERE, os.path.join(HERE, "..", "..", "gateway", "cli")]
+import mutate  # noqa: E402
+import transports  # noqa: E402
+from plant_process import INSIDE, in_a_network_of_its_own  # noqa: E402
+
+DOMAIN = 7  # the only one in this network
+WITHIN = 60  # s, for a condition
+PDOS = 200  # 4 s of them
+BUFFERS = "4096 16384 32768"  # octets: smallest, initial, largest
+
+
+def limit_buffers():
+    for name in ("tcp_rmem", "tcp_wmem"):
+        with open("/proc/sys/net/ipv4/" + name, "w", encoding="ascii") as out:
+            out.write(BUFFERS)
+
+
+def unsent(port):
+    """The octets in the send queues of connections from this local port."""
+    with open("/proc/net/tcp", encoding="ascii") as table:
+        rows = [line.split() for line in table][1:]
+    return [int(row[4].split(":")[0], 16) for row in rows if int(row[1].split(":")[1], 16) == port and row[3] == "01"]
+
+
+def is_stuck(port):
+    """Whether a connection has taken nothing for a second."""
+    first = unsent(port)
+    time.sleep(1)
+    return any(octets and octets in first for octets in unsent(port))
+
+
+def eventually(condition):
+    end = time.monotonic() + WITHIN
+    while not condition():
+        if time.monotonic() > end:
+            return False
+        time.sleep(0.05)
+    return True
+
+
+def check(peer, paths):
+    gateway = mutate.Peer(peer, "gateway", DOMAIN, paths[0])
+    if not gateway.wait_for("ready", WITHIN):
+        return "the gateway does not start"
+    stopped, other = [mutate.Peer(peer, "pdo_subscriber", DOMAIN, paths[1]) for _ in range(2)]
+    if not all([transports.receives(one, WITHIN) and one.wait_for("pdo", WITHIN) for one in (stopped, other)]):
+        return "a client does not receive"
+    stopped.process.send_signal(signal.SIGSTOP)
+    if not eventually(lambda: is_stuck(20000 + DOMAIN)):
+        return "the connection to the stopped client always takes data"
+    received = other.lines["pdo"]
+    if not eventually(lambda: other.lines["pdo"] > received + PDOS):
+        return "beside a stopped client, another one receives no more PDOs"
+    new = mutate.Peer(peer, "subscriber", DOMAIN, paths[1])
+    if not transports.receives(new, WITHIN):
+        return "beside a stopped client, a new one does not receive"
+    stopped.process.send_signal(signal.SIGCONT)
+    if not all([one.end() for one in (stopped, other, new, gateway)]):
+        return "a process does not end"
+    return None
+
+
+def main():
+    if sys.argv[-1] != INSIDE:
+        in_a_network_of_its_own()
+    limit_buffers()
+    with open(sys.argv[2], encoding="utf-8") as source:
+        text = source.read()
+    with tempfile.TemporaryDirectory() as folder:
+        paths = []
+        for role, profile in zip(("gateway", "subscriber"), transports.profiles(text, "TCPv4", DOMAIN)):
+            paths.append(os.path.join(folder, role + ".xml"))
+            with open(paths[-1], "w", encoding="utf-8") as out:
+                out.write(profile)
+        wrong = check(sys.argv[1], paths)
+    print("TCPv4: %s" % (wrong or "ok"))
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
