@@ -45,7 +45,7 @@ def of_run():
     """Returns the targets that tests/run builds of the preset `release` and of parts of it, from its own function."""
     with open(os.path.join(ROOT, "tests", "run"), encoding="utf-8") as script:
         text = script.read()
-    functions = text[text.index("targets_of() {"):text.index("# What another clone has compiled")]
+    functions = text[text.index("targets_of() {"):text.index("export CCACHE_BASEDIR")]
     functions += "for set in release programs quick; do targets_of $set; done"
     listed = subprocess.run(["bash", "-c", functions], cwd=ROOT, capture_output=True, text=True, timeout=60, check=True)
     return set(listed.stdout.split())
