@@ -5,9 +5,12 @@
 
 #include <chrono>
 #include <compare>
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "stack/base/event.h"
@@ -65,8 +68,23 @@ struct OutputStateView {
 };
 
 struct EventView {
-  Event event;  // event.time is UTC
-  std::string text;
+  std::uint64_t number = 0;
+  Instant time{};    // UTC
+  EventKind kind{};  // kinds that are unknown to this version keep their number
+  EventSeverity severity{};
+  std::uint8_t node = 0;
+  std::optional<EventData> data{};  // nothing: the kind is unknown
+  // The members of the sample, for output that is not for people.
+  std::uint32_t code = 0;
+  std::uint32_t value = 0;
+  std::vector<std::byte> bytes{};
+  std::string text{};
+
+  // As Event::get().
+  template <class Data>
+  const Data* get() const {
+    return data ? std::get_if<Data>(&*data) : nullptr;
+  }
 };
 
 // Receives samples during Client::poll() and call().

@@ -41,9 +41,10 @@ bool write_own(Context& context, Model& model, const Line& line,
 BootFindings findings_since(const Model& model, const LineId& id, std::uint64_t events) {
   BootFindings out;
   for (const KnownEvent& known : model.events()) {
-    const Event& event = known.view.event;
-    if (known.id == id && event.kind == EventKind::boot_result && event.number > events) {
-      out[event.node] = manager::finding_of(event);
+    const EventView& event = known.view;
+    const auto* const result = event.get<event::BootResult>();
+    if (known.id == id && result != nullptr && event.number > events) {
+      out[event.node] = manager::finding_of(*result);
     }
   }
   return out;

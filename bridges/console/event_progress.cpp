@@ -18,14 +18,14 @@ EventProgress::EventProgress(Model& model, LineId id, std::ostream& err,
                              std::initializer_list<EventKind> kinds)
     : EventProgress(model, std::move(id), err,
                     [wanted = std::vector<EventKind>(kinds)](const EventView& view) {
-                      const auto found = std::ranges::find(wanted, view.event.kind);
+                      const auto found = std::ranges::find(wanted, view.kind);
                       return found != wanted.end() ? view.text : std::string();
                     }) {
 }
 
 void EventProgress::on_event(const LineId& id, const EventView& event) {
   model_.on_event(id, event);
-  if (id != id_ || event.event.time < since_) {
+  if (id != id_ || event.time < since_) {
     return;
   }
   const std::string said = words_(event);

@@ -16,7 +16,6 @@
 #include "bridges/console/json_text.h"
 #include "bridges/console/lookup.h"
 #include "bridges/console/tables.h"
-#include "stack/line/event_severity.h"
 
 namespace linegate::console {
 namespace {
@@ -69,7 +68,7 @@ class EventList {
     seen_ = model.events_seen();
     for (auto it = model.events().end() - fresh; it != model.events().end(); ++it) {
       std::uint64_t& newest = newest_[it->id];
-      newest = std::max(newest, it->view.event.number);
+      newest = std::max(newest, it->view.number);
       waiting_.push_back(*it);
     }
   }
@@ -88,13 +87,13 @@ class EventList {
     std::vector<KnownEvent> out;
     const auto lines = model.find(request_.line);
     for (KnownEvent& one : std::exchange(waiting_, {})) {
-      if ((request_.line.empty() || is_meant(lines, one.id)) && one.view.event.time >= since_ &&
-          line::severity_of(one.view.event) >= least_) {
+      if ((request_.line.empty() || is_meant(lines, one.id)) && one.view.time >= since_ &&
+          one.view.severity >= least_) {
         out.push_back(std::move(one));
       }
     }
     std::ranges::sort(out, {}, [](const KnownEvent& one) {
-      return std::tuple(one.view.event.time, one.id, one.view.event.number);
+      return std::tuple(one.view.time, one.id, one.view.number);
     });
     const std::size_t left_out = out.size() - std::min<std::uint64_t>(out.size(), most);
     for (std::size_t i = left_out; i < out.size(); ++i) {

@@ -22,7 +22,6 @@
 namespace linegate::console {
 namespace {
 
-constexpr std::uint32_t kExtendedId = 0x8000'0000;
 constexpr std::size_t kDigits = 3;          // digits of an 11-bit identifier
 constexpr std::size_t kExtendedDigits = 8;  // digits of a 29-bit identifier
 
@@ -80,27 +79,24 @@ bool frame_data(std::string_view text, std::size_t most, can::Frame& out) {
 class Assembly {
  public:
   // Returns whether the frame is complete.
-  bool add(const Event& event) {
-    const std::size_t piece = event.value >> 10U & 3U;
-    if (piece == 0) {
+  bool add(const event::CanFrame& part) {
+    if (part.piece == 0) {
       frame_ = {};
-      frame_.id = event.code & ~kExtendedId;
-      frame_.length = static_cast<std::uint8_t>(std::min<std::uint32_t>(event.value & 0xFFU, 64));
-      frame_.flags =
-          static_cast<std::uint8_t>(((event.code & kExtendedId) != 0 ? can::Frame::kExtended : 0) |
-                                    ((event.value & 0x100U) != 0 ? can::Frame::kRemote : 0) |
-                                    ((event.value & 0x200U) != 0 ? can::Frame::kFd : 0));
-      held_back_ = event.value >> 16U;
+      frame_.id = part.identifier;
+      frame_.length = static_cast<std::uint8_t>(std::min<std::size_t>(part.length, 64));
+      frame_.flags = static_cast<std::uint8_t>((part.extended ? can::Frame::kExtended : 0) |
+                                               (part.remote ? can::Frame::kRemote : 0) |
+                                               (part.fd ? can::Frame::kFd : 0));
+      held_back_ = part.suppressed;
       have_ = 0;
     }
-    const std::size_t bytes = std::min<std::size_t>(event.length, event.data.size());
-    const bool next = event.code == marked_ || piece == 0;
-    if (!next || piece * event.data.size() != have_ || have_ + bytes > frame_.data.size()) {
+    const std::size_t bytes = part.bytes();
+    const bool next =
+        part.piece == 0 || (part.identifier == frame_.id && part.extended == frame_.extended());
+    if (!next || part.piece * part.data.size() != have_ || have_ + bytes > frame_.data.size()) {
       return false;
     }
-    marked_ = event.code;
-    std::copy_n(event.data.begin(), bytes,
-                frame_.data.begin() + static_cast<std::ptrdiff_t>(have_));
+    std::copy_n(part.data.begin(), bytes, frame_.data.begin() + static_cast<std::ptrdiff_t>(have_));
     have_ += bytes;
     return frame_.remote() || have_ >= frame_.length;
   }
@@ -109,7 +105,6 @@ class Assembly {
 
  private:
   can::Frame frame_;
-  std::uint32_t marked_ = 0;
   std::uint32_t held_back_ = 0;
   std::size_t have_ = 0;
 };
@@ -165,9 +160,9 @@ int print_frames(Context& context, Model& model, const Line& line, const line::C
     seen = model.events_seen();
     for (auto it = model.events().end() - static_cast<std::ptrdiff_t>(fresh);
          it != model.events().end() && (count == 0 || printed < count); ++it) {
-      const Event& event = it->view.event;
-      if (it->id == line.id && event.kind == EventKind::can_frame && event.number > kept &&
-          heard.add(event)) {
+      const EventView& event = it->view;
+      const auto* const part = event.get<event::CanFrame>();
+      if (it->id == line.id && part != nullptr && event.number > kept && heard.add(*part)) {
         print_frame(context, line.id, heard, event.time);
         ++printed;
       }

@@ -140,10 +140,11 @@ class Holder {
         std::min<std::uint64_t>(model_.events_seen() - seen_, model_.events().size()));
     seen_ = model_.events_seen();
     for (auto it = model_.events().end() - fresh; it != model_.events().end(); ++it) {
-      const Event& event = it->view.event;
-      if (it->id == line_.id && event.kind == EventKind::output_refused && event.value == group_ &&
+      const EventView& event = it->view;
+      const auto* const refused = event.get<event::OutputRefused>();
+      if (it->id == line_.id && refused != nullptr && refused->group == group_ &&
           event.number > events_before_) {
-        return printable(it->view.text);
+        return printable(event.text);
       }
     }
     return {};

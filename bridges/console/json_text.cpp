@@ -16,7 +16,6 @@
 #include "bridges/console/tables.h"
 #include "bridges/console/value_text.h"
 #include "stack/base/byte_order.h"
-#include "stack/line/event_severity.h"
 
 namespace linegate::console {
 namespace {
@@ -281,17 +280,16 @@ Json image_object(const Line& line, image::Direction direction, std::uint8_t nod
 }
 
 Json event_object(const LineId& id, const EventView& view) {
-  const Event& event = view.event;
-  return {{"time", date_text(event.time)},
+  return {{"time", date_text(view.time)},
           {"gateway", id.gateway},
           {"line", id.line},
-          {"number", event.number},
-          {"kind", linegate::name(event.kind)},
-          {"severity", linegate::name(line::severity_of(event))},
-          {"node", event.node},
-          {"code", event.code},
-          {"value", event.value},
-          {"data", packed_hex(std::span(event.data).first(event.length))},
+          {"number", view.number},
+          {"kind", linegate::name(view.kind)},
+          {"severity", linegate::name(view.severity)},
+          {"node", view.node},
+          {"code", view.code},
+          {"value", view.value},
+          {"data", packed_hex(view.bytes)},
           {"text", view.text}};
 }
 
@@ -300,12 +298,12 @@ Json events_array(const Model& model, const Filter& filter) {
   Json out = Json::array();
   std::vector<KnownEvent> events(model.events().begin(), model.events().end());
   std::ranges::sort(events, {}, [](const KnownEvent& one) {
-    return std::tuple(one.view.event.time, one.id, one.view.event.number);
+    return std::tuple(one.view.time, one.id, one.view.number);
   });
   for (const KnownEvent& event : events) {
     const bool of_line = std::any_of(lines.begin(), lines.end(),
                                      [&](const Line* line) { return line->id == event.id; });
-    if (of_line && (filter.node == 0 || filter.node == event.view.event.node)) {
+    if (of_line && (filter.node == 0 || filter.node == event.view.node)) {
       out.push_back(event_object(event.id, event.view));
     }
   }

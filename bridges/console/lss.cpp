@@ -52,13 +52,12 @@ Json address_json(const Address& address) {
 
 // The progress of a fastscan, and its result.
 std::string fastscan_words(const EventView& view) {
-  const Event& event = view.event;
-  if (event.kind == EventKind::lss_result) {
+  if (view.kind == EventKind::lss_result) {
     return view.text;
   }
-  const bool is_progress = event.kind == EventKind::command_progress &&
-                           event.code == static_cast<std::uint32_t>(line::CommandKind::lss);
-  return is_progress ? "fastscan: " + std::to_string(event.value) + " of 4 parts of an address"
+  const auto* const progress = view.get<event::CommandProgress>();
+  const bool is_fastscan = progress != nullptr && progress->command == line::CommandKind::lss;
+  return is_fastscan ? "fastscan: " + std::to_string(progress->done) + " of 4 parts of an address"
                      : "";
 }
 

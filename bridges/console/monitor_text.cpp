@@ -86,7 +86,7 @@ class TextMonitor {
 
   bool is_meant(const KnownEvent& event) const {
     const auto lines = model_.find(filter_.line);
-    return (filter_.node == 0 || filter_.node == event.view.event.node) &&
+    return (filter_.node == 0 || filter_.node == event.view.node) &&
            std::any_of(lines.begin(), lines.end(),
                        [&](const Line* line) { return line->id == event.id; });
   }

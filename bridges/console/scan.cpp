@@ -10,7 +10,6 @@
 #include "bridges/console/lookup.h"
 #include "bridges/console/model.h"
 #include "stack/base/abort_code.h"
-#include "stack/base/byte_order.h"
 #include "stack/od/objects.h"
 #include "stack/scan/scanned_node.h"
 
@@ -22,11 +21,9 @@ constexpr Duration kLongest = std::chrono::minutes(15);
 
 // A node that was read, or one whose defaults could not be restored.
 std::string progress_words(const EventView& view) {
-  const Event& event = view.event;
-  const bool is_progress =
-      event.kind == EventKind::node_scanned ||
-      (event.kind == EventKind::sdo_abort && event.length >= 2 &&
-       load_le(std::span<const std::byte>(event.data).first(2)) == od::objects::kRestoreDefaults);
+  const auto* const abort = view.get<event::SdoAbort>();
+  const bool is_progress = view.get<event::NodeScanned>() != nullptr ||
+                           (abort != nullptr && abort->index == od::objects::kRestoreDefaults);
   return is_progress ? view.text : std::string();
 }
 

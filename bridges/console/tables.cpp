@@ -7,7 +7,6 @@
 
 #include "bridges/console/output_text.h"
 #include "bridges/console/value_text.h"
-#include "stack/line/event_severity.h"
 #include "stack/od/description.h"
 
 namespace linegate::console {
@@ -277,7 +276,7 @@ Table events_of(const Model& model, const Filter& filter, std::size_t count, Sta
   Table out{{{"TIME"}, {"LINE"}, {"NODE", true}, {"KIND"}, {"TEXT"}}, {}, {}};
   const std::vector<const Line*> lines = model.find(filter.line);
   for (auto it = model.events().rbegin(); it != model.events().rend(); ++it) {
-    const Event& event = it->view.event;
+    const EventView& event = it->view;
     if (!is_meant(lines, it->id) || (filter.node != 0 && event.node != filter.node)) {
       continue;
     }
@@ -288,7 +287,7 @@ Table events_of(const Model& model, const Filter& filter, std::size_t count, Sta
           event.node == 0 ? text_cell("") : number_cell(event.node),
           text_cell(name(event.kind)),
           text_cell(it->view.text)},
-         style_of(line::severity_of(event))});
+         style_of(event.severity)});
   }
   keep_matches(out, filter.words);
   out.rows.resize(std::min(out.rows.size(), count));

@@ -93,9 +93,8 @@ void print(std::ostream& out, const Text& text) {
 
 std::string event_text(const LineId& id, const EventView& event, Stamp stamp) {
   const std::string what = id.line.empty() ? "gateway " + id.gateway : id.line;
-  return stamp(event.event.time) + ' ' + printable(what) + " #" +
-         std::to_string(event.event.number) + ' ' + std::string(name(event.event.kind)) + ": " +
-         printable(event.text);
+  return stamp(event.time) + ' ' + printable(what) + " #" + std::to_string(event.number) + ' ' +
+         std::string(name(event.kind)) + ": " + printable(event.text);
 }
 
 std::string dropped_text(const Model& model) {

@@ -172,13 +172,13 @@ class Tracer {
     seen_ = model.events_seen();
     fresh.insert(fresh.end(), model.events().end() - more, model.events().end());
     for (const KnownEvent& one : fresh) {
-      if (!is_of_routing(one.view.event.kind)) {
+      if (!is_of_routing(one.view.kind)) {
         continue;
       }
       const auto traced = traced_.find(one.id);
       if (traced == traced_.end()) {
         early_.push_back(one);
-      } else if (one.view.event.number > traced->second.kept) {
+      } else if (one.view.number > traced->second.kept) {
         ++printed_;
         context_.out << (context_.json ? event_json(one.id, one.view)
                                        : event_text(one.id, one.view, stamp_of(context_)))

@@ -327,7 +327,7 @@ void Client::Impl::drain_values(ClientListener& listener) {
     listener.on_reception(source(sample), reception);
   });
   drain(events, event_sample, [&](const v1::Event& sample) {
-    linegate::Event event;
+    ReceivedEvent event;
     std::vector<Property> properties;
     from_wire(sample, kUtc, event);
     from_wire(sample.properties(), properties);

@@ -64,7 +64,7 @@ class ClientListener {
   virtual void on_pdo(const Source&, const PdoUpdate&) {}
   // A gap in PdoReception::number means that samples were lost.
   virtual void on_reception(const Source&, const PdoReception&) {}
-  virtual void on_event(const Source&, const Event&, std::string_view /*text*/,
+  virtual void on_event(const Source&, const ReceivedEvent&, std::string_view /*text*/,
                         const std::vector<Property>&) {}
   // The line was removed, or the gateway that published it has left or is unreachable.
   virtual void on_line_gone(std::string_view /*gateway*/, std::string_view /*line*/) {}

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Converts between Event of the contract and the stack's. gateway, line and incarnation are
-// unchanged.
+// Converts the stack's Event to that of the contract, and that to a ReceivedEvent. gateway, line
+// and incarnation are unchanged.
 #pragma once
 
 #include <string_view>
@@ -8,13 +8,14 @@
 #include <linegate.h>
 
 #include "bridges/dds/clock_map.h"
+#include "bridges/dds/values.h"
 #include "stack/base/event.h"
 
 namespace linegate::dds {
 
 void to_wire(const linegate::Event& from, std::string_view text, const ClockMap& clock,
              v1::Event& to);
-// Event kinds that are unknown to this version keep their number.
-void from_wire(const v1::Event& from, const ClockMap& clock, linegate::Event& to);
+// data beyond 16 bytes are cut off.
+void from_wire(const v1::Event& from, const ClockMap& clock, ReceivedEvent& to);
 
 }  // namespace linegate::dds

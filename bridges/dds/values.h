@@ -5,11 +5,14 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "bridges/dds/clock_map.h"
+#include "stack/base/event.h"
 #include "stack/base/time.h"
 #include "stack/od/data_type.h"
 
@@ -91,6 +94,35 @@ struct GatewayInfo {
 struct Property {
   std::string name;
   std::string value;
+};
+
+// The members of an Event whose meaning depends on its kind, see event_codec.h.
+struct EventFields {
+  std::uint32_t code = 0;
+  std::uint32_t value = 0;
+  std::uint8_t length = 0;  // number of bytes used in data
+  std::array<std::byte, 16> data{};
+
+  std::span<const std::byte> bytes() const { return std::span(data).first(length); }
+
+  friend bool operator==(const EventFields&, const EventFields&) = default;
+};
+
+// An event as a subscriber receives it, from a gateway of this or another version.
+struct ReceivedEvent {
+  std::uint64_t number = 0;
+  Instant time{};
+  EventKind kind{};  // kinds that are unknown to this version keep their number
+  EventSeverity severity{};
+  std::uint8_t node = 0;
+  EventFields fields{};
+  std::optional<EventData> data{};  // nothing: the kind is unknown
+
+  // As Event::get().
+  template <class Data>
+  const Data* get() const {
+    return data ? std::get_if<Data>(&*data) : nullptr;
+  }
 };
 
 // The other gateways whose participants are discovered, and for how long this list is unchanged.

@@ -29,7 +29,13 @@ static void run(line::Line& line, node::Node& device, Instant& now, Duration tim
     }
     Event event;
     while (line.take_events({&event, 1}) != 0) {
-      std::printf("%-13s node %u code %u\n", name(event.kind).data(), event.node, event.code);
+      std::printf("%-13s node %u", name(event.kind()).data(), event.node);
+      if (const auto* own = event.get<event::OwnState>()) {
+        std::printf(" %s", name(own->state).data());
+      } else if (const auto* manager = event.get<event::ManagerState>()) {
+        std::printf(" %s", name(manager->state).data());
+      }
+      std::printf("\n");
     }
     now = std::max(now + 1ms, std::min({line.next_wake(), device.next_wake(), end}));
   }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/cli/remote_client.h"
 
+#include <cstddef>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -66,9 +68,19 @@ class Forward final : public dds::ClientListener {
   void on_image(const dds::Source& source, const image::Snapshot& image) override {
     listener_.on_image(id_of(source), image);
   }
-  void on_event(const dds::Source& source, const Event& event, std::string_view text,
+  void on_event(const dds::Source& source, const dds::ReceivedEvent& event, std::string_view text,
                 const std::vector<dds::Property>& /*properties*/) override {
-    listener_.on_event(id_of(source), {.event = event, .text = std::string(text)});
+    const std::span<const std::byte> bytes = event.fields.bytes();
+    listener_.on_event(id_of(source), {.number = event.number,
+                                       .time = event.time,
+                                       .kind = event.kind,
+                                       .severity = event.severity,
+                                       .node = event.node,
+                                       .data = event.data,
+                                       .code = event.fields.code,
+                                       .value = event.fields.value,
+                                       .bytes = {bytes.begin(), bytes.end()},
+                                       .text = std::string(text)});
   }
   void on_line_gone(std::string_view gateway, std::string_view line) override {
     listener_.on_line_gone({std::string(gateway), std::string(line)});

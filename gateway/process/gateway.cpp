@@ -58,7 +58,7 @@ Loaded<std::unique_ptr<Gateway>> Gateway::make(const config::Plant& plant,
   if (!has_errors(loaded.diagnostics)) {
     gateway->info_.version = LINEGATE_VERSION;
     gateway->info_.started = gateway->info_.configured = monotonic_now();
-    gateway->report(EventKind::gateway_started, 0, gateway->hosts_.size(),
+    gateway->report(event::GatewayStarted{static_cast<std::uint32_t>(gateway->hosts_.size())},
                     fmt::format("gateway started with {} lines", gateway->hosts_.size()));
     loaded.value = std::move(gateway);
   }
@@ -66,17 +66,15 @@ Loaded<std::unique_ptr<Gateway>> Gateway::make(const config::Plant& plant,
 }
 
 // Called by the main thread, like all functions that report on the gateway itself.
-void Gateway::report(EventKind kind, std::size_t code, std::size_t value, std::string text) {
+void Gateway::report(const EventData& what, std::string text) {
   info_.configuration = configuration_hash(identity_);
   info_.lines.clear();
   for (const auto& host : hosts_) {
     info_.lines.push_back({host->name(), host->plan.interface.uri});
   }
   GatewayNews news;
-  news.event.kind = kind;
   news.event.time = monotonic_now();
-  news.event.code = static_cast<std::uint32_t>(code);
-  news.event.value = static_cast<std::uint32_t>(value);
+  news.event.data = what;
   news.text = std::move(text);
   news.info = info_;
   publisher_->report(std::move(news));
@@ -86,8 +84,8 @@ void Gateway::refuse_reload(const std::vector<Diagnostic>& diagnostics) {
   const auto is_error = [](const Diagnostic& d) { return d.severity == Severity::error; };
   const auto first = std::ranges::find_if(diagnostics, is_error);
   ++info_.reloads_refused;
-  report(EventKind::gateway_reload_refused, 0,
-         static_cast<std::size_t>(std::ranges::count_if(diagnostics, is_error)),
+  report(event::GatewayReloadRefused{static_cast<std::uint32_t>(
+             std::ranges::count_if(diagnostics, is_error))},
          "not reloaded, everything runs as before: " +
              (first == diagnostics.end() ? std::string("no reason given") : to_string(*first)));
 }
@@ -326,8 +324,10 @@ Gateway::Reload Gateway::reload(const config::Plant& wanted) {
   ++info_.reloads;
   info_.configured = monotonic_now();
   const config::PlanDifference& changes = out.difference;
-  report(EventKind::gateway_reloaded,
-         changes.started.size() + changes.stopped.size() + changes.changed.size(), hosts_.size(),
+  const std::size_t changed =
+      changes.started.size() + changes.stopped.size() + changes.changed.size();
+  report(event::GatewayReloaded{.changed = static_cast<std::uint32_t>(changed),
+                                .lines = static_cast<std::uint32_t>(hosts_.size())},
          "reloaded: " + describe(changes));
   return out;
 }

@@ -111,7 +111,7 @@ class Gateway {
   void change(const std::vector<std::string>& go, const std::vector<std::string>& come,
               std::vector<NewLine> lines, const config::Plant& wanted,
               std::vector<Diagnostic>& diagnostics, const std::vector<std::string>& rerouted = {});
-  void report(EventKind kind, std::size_t code, std::size_t value, std::string text);
+  void report(const EventData& what, std::string text);
   void take_scan(const std::string& name, const TakenScan& scan,
                  std::vector<Diagnostic>& diagnostics);
   // Moves waiting commands of a line to its replacement, which does not run yet. Call it while the

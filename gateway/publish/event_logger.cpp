@@ -25,8 +25,7 @@ spdlog::level::level_enum level(EventSeverity severity) {
   return spdlog::level::err;
 }
 
-bool is_down(std::uint32_t state) {
-  const auto bus = static_cast<can::BusState>(state);
+bool is_down(can::BusState bus) {
   return bus == can::BusState::stopped || bus == can::BusState::absent ||
          bus == can::BusState::bus_off;
 }
@@ -34,16 +33,14 @@ bool is_down(std::uint32_t state) {
 }  // namespace
 
 bool EventLogger::join(const Event& event, Instant now) {
-  if (event.kind == EventKind::interface_failed) {
+  if (event.kind() == EventKind::interface_failed) {
     down_ = down_.empty() ? "interface failed" : down_;
-  } else if (event.kind == EventKind::interface_ready) {
+  } else if (event.kind() == EventKind::interface_ready) {
     down_.clear();
-  } else if (event.kind == EventKind::bus_state) {
-    down_ = is_down(event.code)
-                ? fmt::format("bus {}", can::name(static_cast<can::BusState>(event.code)))
-                : std::string();
+  } else if (const auto* const bus = event.get<event::BusState>()) {
+    down_ = is_down(bus->state) ? fmt::format("bus {}", can::name(bus->state)) : std::string();
   }
-  if (event.kind != EventKind::heartbeat_lost || down_.empty()) {
+  if (event.kind() != EventKind::heartbeat_lost || down_.empty()) {
     due_ = down_.empty() && !nodes_.empty() ? now : due_;
     return false;
   }
@@ -85,14 +82,15 @@ void EventLogger::write(std::string_view line, const Event& event, std::string_v
   }
   advance(line, now);
   std::uint64_t left_out = 0;
-  if (!admit(event.kind, now, left_out)) {
+  if (!admit(event.kind(), now, left_out)) {
     return;
   }
   if (left_out > 0) {
-    spdlog::log(level(line::severity_of(event)), "{}: {} (#{}; {} more events of kind {} left out)",
-                line, text, event.number, left_out, name(event.kind));
+    spdlog::log(level(line::severity_of(event.data)),
+                "{}: {} (#{}; {} more events of kind {} left out)", line, text, event.number,
+                left_out, name(event.kind()));
   } else {
-    spdlog::log(level(line::severity_of(event)), "{}: {} (#{})", line, text, event.number);
+    spdlog::log(level(line::severity_of(event.data)), "{}: {} (#{})", line, text, event.number);
   }
 }
 

@@ -2,24 +2,24 @@
 #include "gateway/publish/event_text.h"
 
 #include <algorithm>
+#include <array>
 #include <span>
+#include <variant>
 
 #include <fmt/format.h>
 
 #include "bridges/can/channel.h"
 #include "stack/base/abort_code.h"
-#include "stack/base/byte_order.h"
 #include "stack/can/bus_state.h"
-#include "stack/diagnosis/foreign_manager.h"
 #include "stack/line/command.h"
 #include "stack/line/output_write.h"
 #include "stack/line/state.h"
 #include "stack/lss/assigner.h"
 #include "stack/manager/boot_report.h"
-#include "stack/manager/shared_id.h"
-#include "stack/nmt/heartbeat_consumer.h"
 #include "stack/nmt/state.h"
 #include "stack/od/objects.h"
+#include "stack/pdo/parameters.h"
+#include "stack/routing/post.h"
 
 namespace linegate::gateway {
 namespace {
@@ -34,55 +34,42 @@ std::string hex(std::span<const std::byte> bytes) {
   return out;
 }
 
-std::uint64_t number(const Event& event, std::size_t offset, std::size_t size) {
-  std::uint64_t value = 0;
-  for (std::size_t i = size; i > 0; --i) {
-    value = value << 8U | std::to_integer<std::uint64_t>(event.data[offset + i - 1]);
-  }
-  return value;
+template <std::size_t Size>
+std::span<const std::byte> first_of(const std::array<std::byte, Size>& bytes, std::size_t used) {
+  return std::span(bytes).first(std::min(used, Size));
 }
 
-std::string suppressed(std::uint64_t count) {
+std::string suppressed(std::uint32_t count) {
   return count == 0 ? std::string() : fmt::format(" ({} more suppressed)", count);
 }
 
-// Number of suppressed events: of this kind, or of others in a storm.
-std::string suppressed(const Event& event) {
-  constexpr std::size_t kOffset = 8;
-  constexpr std::size_t kSize = 4;
-  return suppressed(event.length < kOffset + kSize ? 0 : number(event, kOffset, kSize));
+template <class Data>
+std::string object(const Data& data) {
+  return fmt::format("{:04X}:{:02X}", data.index, data.sub);
 }
 
-template <class E>
-std::string_view as(std::uint32_t code) {
-  return name(static_cast<E>(code));
+std::string abort_text(AbortCode code) {
+  return fmt::format("{} ({:08X})", describe(code), static_cast<std::uint32_t>(code));
 }
 
-std::string object(const Event& event) {
-  return fmt::format("{:04X}:{:02X}", number(event, 0, 2), number(event, 2, 1));
-}
-
-std::string abort_text(std::uint32_t code) {
-  return fmt::format("{} ({:08X})", describe(static_cast<AbortCode>(code)), code);
+// Names of the bits that are set, separated by commas.
+template <std::size_t Count>
+std::string bits_text(std::uint32_t bits, const std::array<std::string_view, Count>& names) {
+  std::string out;
+  for (std::size_t i = 0; i < Count; ++i) {
+    if ((bits >> i & 1U) != 0) {
+      out += (out.empty() ? "" : ", ") + std::string(names[i]);
+    }
+  }
+  return out;
 }
 
 std::string bus_errors(std::uint32_t bits) {
   constexpr std::array<std::string_view, 7> kNames{
       "transmit time-out", "lost arbitration", "controller",        "protocol",
       "transceiver",       "no acknowledge",   "controller restart"};
-  std::string out;
-  for (std::size_t i = 0; i < kNames.size(); ++i) {
-    if ((bits >> i & 1U) != 0) {
-      out += (out.empty() ? "" : ", ") + std::string(kNames[i]);
-    }
-  }
+  const std::string out = bits_text(bits, kNames);
   return out.empty() ? "unknown" : out;
-}
-
-// The signal by which another device was noticed.
-std::string_view sign_of_life(std::uint32_t code) {
-  const bool by_emcy = static_cast<nmt::State>(code) == nmt::State::unknown;
-  return by_emcy ? "it sent an EMCY" : as<nmt::State>(code);
 }
 
 std::string reactions(std::uint32_t bits) {
@@ -93,337 +80,332 @@ std::string reactions(std::uint32_t bits) {
                                                    "NMT reset node",
                                                    "EMCY sent",
                                                    "heartbeat off"};
-  std::string out;
-  for (std::size_t i = 0; i < kNames.size(); ++i) {
-    if ((bits >> i & 1U) != 0) {
-      out += (out.empty() ? "" : ", ") + std::string(kNames[i]);
-    }
-  }
+  const std::string out = bits_text(bits, kNames);
   return out.empty() ? "outputs held" : out;
 }
 
-// For an own device whose node-ID was changed by LSS and differs from the configured one; else
-// empty.
-std::string node_id_by_lss(const Event& event) {
-  const std::uint64_t id = event.length == 0 ? 0 : number(event, 0, 1);
-  return id == 0 || event.node == 0 || id == event.node ? std::string()
-                                                        : fmt::format(", node-ID {} by LSS", id);
+template <class Emcy>
+std::string emcy_text(const Emcy& e) {
+  return fmt::format("EMCY {:04X}h, error register {:02X}h, data {}", e.code, e.error_register,
+                     hex(e.manufacturer));
 }
 
-std::string boot_text(const Event& event) {
-  if (event.code == 0) {
-    return "booted";
+std::string_view lost_error_control(event::ErrorControl by) {
+  switch (by) {
+    case event::ErrorControl::node_guarding:
+      return "no answer to node guarding";
+    case event::ErrorControl::life_guarding:
+      return "not guarded by its master";
+    case event::ErrorControl::heartbeat:
+      break;
   }
-  const char letter = static_cast<char>(event.code);
-  return fmt::format("{} ({}): {}", manager::is_booted(letter) ? "booted" : "boot failed", letter,
-                     manager::describe_boot(letter, manager::finding_of(event)));
+  return "heartbeat lost";
 }
 
-std::string shared_id_text(const Event& event) {
-  constexpr std::string_view kWhat = "two devices have this node-ID: ";
-  switch (event.code) {
-    case manager::kTwoAnswers:
-      return fmt::format("{}two answers to one SDO request ({})", kWhat, object(event));
-    case manager::kTwoStates:
-      return fmt::format("{}heartbeats of two NMT states in turn", kWhat);
-    case manager::kBootedBeside:
-      return fmt::format("{}a boot-up message, and the heartbeat went on in Operational", kWhat);
-    case manager::kTooManyHeartbeats:
-      return fmt::format("{}twice as many heartbeats as its 1017h allows", kWhat);
-    default:
-      return fmt::format("{}heartbeats of two rhythms", kWhat);
+std::string shared_id_text(const event::SharedNodeId& e) {
+  switch (e.evidence) {
+    case event::SharedIdEvidence::two_responses:
+      return fmt::format("two answers to one SDO request ({})", object(e));
+    case event::SharedIdEvidence::two_states:
+      return "heartbeats of two NMT states in turn";
+    case event::SharedIdEvidence::unchanged_after_boot_up:
+      return "a boot-up message, and the heartbeat went on in Operational";
+    case event::SharedIdEvidence::too_many_heartbeats:
+      return "twice as many heartbeats as its 1017h allows";
+    case event::SharedIdEvidence::two_periods:
+    case event::SharedIdEvidence::none:
+      break;
   }
-}
-
-// For routing_opened and routing_ended.
-std::string connection_text(const Event& e, const line::LineConfig& line) {
-  const auto from = number(e, 0, 2);
-  const auto out = number(e, 5, 1);
-  const auto& lines = line.routing.interfaces;
-  const auto left_by = std::find_if(lines.begin(), lines.end(),
-                                    [&](const auto& known) { return known.number == out; });
-  std::string way =
-      fmt::format("{} to node {} of network {} over {}",
-                  from == 0 ? std::string("this gateway") : fmt::format("network {}", from),
-                  number(e, 4, 1), number(e, 2, 2),
-                  left_by == lines.end() || left_by->name.empty() ? fmt::format("interface {}", out)
-                                                                  : left_by->name);
-  way += number(e, 6, 1) == 0 ? "" : fmt::format(":{}", number(e, 6, 1));
-  if (e.kind == EventKind::routing_opened) {
-    return fmt::format("connection {:08X} from {} opened{}", e.code, way,
-                       e.value == 0 ? "" : fmt::format(" ({} more suppressed)", e.value));
-  }
-  constexpr std::array<std::string_view, 3> kServices{"no transfer", "upload", "download"};
-  const auto service = std::min<std::uint64_t>(number(e, 7, 1), kServices.size() - 1);
-  const std::string object =
-      service == 0 ? "" : fmt::format(" of {:04X}:{:02X}", number(e, 8, 2), number(e, 10, 1));
-  return fmt::format("connection {:08X} from {} ended, {}{}, {} bytes: {}", number(e, 11, 4), way,
-                     kServices[service], object, e.value,
-                     e.code == 0 ? "done" : abort_text(e.code));
-}
-
-std::string routing_text(const Event& e) {
-  if (e.kind == EventKind::emcy_routed) {
-    return fmt::format("EMCY {:04X}h of node {} in network {}, error register {:02X}h, {} hops",
-                       e.code, number(e, 3, 1), number(e, 1, 2), number(e, 0, 1), number(e, 4, 1));
-  }
-  constexpr std::array<std::string_view, 3> kServices{"SDO", "EMCY", "PDO"};
-  const auto from = number(e, 0, 2);
-  return fmt::format("{} from {} to node {} of network {} refused: {}",
-                     kServices[std::min<std::size_t>(number(e, 5, 1), kServices.size() - 1)],
-                     from == 0 ? std::string("this gateway") : fmt::format("network {}", from),
-                     number(e, 4, 1), number(e, 2, 2), abort_text(e.code));
-}
-
-std::string progress_text(const Event& e) {
-  const auto kind = static_cast<line::CommandKind>(e.code);
-  const auto total = number(e, 0, 4);
-  const std::string_view unit = kind == line::CommandKind::configure ? " objects"
-                                : kind == line::CommandKind::program ? " bytes"
-                                                                     : "";
-  return total == 0 ? fmt::format("{}: {}{}", name(kind), e.value, unit)
-                    : fmt::format("{}: {} of {}{}", name(kind), e.value, total, unit);
+  return "heartbeats of two rhythms";
 }
 
 // In the format of candump.
-std::string frame_text(const Event& e) {
-  constexpr std::uint32_t kExtended = 0x8000'0000;
-  const std::uint32_t length = e.value & 0xFFU;
-  const std::uint32_t piece = e.value >> 10U & 3U;
-  const std::uint32_t before = e.value >> 16U;
-  std::string out = (e.code & kExtended) != 0 ? fmt::format("frame {:08X}", e.code & ~kExtended)
-                                              : fmt::format("frame {:03X}", e.code);
-  if ((e.value & 0x100U) != 0) {
-    out += length == 0 ? "#R" : fmt::format("#R{}", length);
+std::string frame_text(const event::CanFrame& e) {
+  std::string out = e.extended ? fmt::format("frame {:08X}", e.identifier)
+                               : fmt::format("frame {:03X}", e.identifier);
+  if (e.remote) {
+    out += e.length == 0 ? "#R" : fmt::format("#R{}", e.length);
   } else {
-    out += (e.value & 0x200U) != 0 ? "##4" : "#";
-    std::string data = hex(std::span(e.data).first(std::min<std::size_t>(e.length, 16)));
+    out += e.fd ? "##4" : "#";
+    std::string data = hex(first_of(e.data, e.bytes()));
     std::erase(data, ' ');
     out += data;
   }
-  out += length > 16 ? fmt::format(" (bytes from {} of {})", 16 * piece, length) : "";
-  return before == 0 ? out : out + fmt::format(" ({} more suppressed)", before);
+  constexpr std::size_t kPiece = event::CanFrame::kPieceBytes;
+  out += e.length > kPiece ? fmt::format(" (bytes from {} of {})", kPiece * e.piece, e.length) : "";
+  return out + suppressed(e.suppressed);
 }
 
-std::string line_text(const Event& e, std::string_view interface) {
-  switch (e.kind) {
-    case EventKind::line_started:
-      return fmt::format("started as {}", as<line::Role>(e.code));
-    case EventKind::line_stopped:
-      return "stopped";
-    case EventKind::bus_state:
-      return fmt::format("bus {} (was {}), TEC {}, REC {}", as<can::BusState>(e.code),
-                         as<can::BusState>(e.value), number(e, 0, 1), number(e, 1, 1));
-    case EventKind::bus_error:
-      return "bus error: " + bus_errors(e.code) + suppressed(e);
-    case EventKind::frames_lost:
-      return fmt::format("{} frames lost before they could be read", e.value);
-    case EventKind::interface_failed:
-      return can_bridge::describe_failure(interface, e.code);
-    case EventKind::interface_ready:
-      return fmt::format("interface {} ready", interface);
-    case EventKind::manager_state:
-      return fmt::format("manager {} (was {})", as<line::ManagerState>(e.code),
-                         as<line::ManagerState>(e.value));
-    case EventKind::own_state:
-      return fmt::format("own node {} (was {}){}", as<nmt::State>(e.code), as<nmt::State>(e.value),
-                         node_id_by_lss(e));
-    case EventKind::sync_lost:
-      return fmt::format("no SYNC within 1.5 periods of {} us", e.value);
-    case EventKind::malformed_frame:
-      return fmt::format("frame {:03X}h of {} bytes not understood: {}{}", e.code, e.value,
-                         hex(std::span(e.data).first(std::min<std::size_t>(e.value, 8))),
-                         suppressed(e));
-    case EventKind::events_lost:
-      return fmt::format("events {} to {} could not be kept", number(e, 0, 8), number(e, 8, 8));
-    case EventKind::clock_step:
-      return fmt::format("the wall clock was stepped by {} ms", e.value);
-    case EventKind::routing_refused:
-    case EventKind::emcy_routed:
-      return routing_text(e);
-    case EventKind::gateway_started:
-      return "gateway started";
-    case EventKind::gateway_reloaded:
-      return "configuration reloaded";
-    case EventKind::gateway_reload_refused:
-      return "reload refused";
-    case EventKind::can_frame:
-      return frame_text(e);
-    case EventKind::queue_full:
-      return fmt::format("a queue of the gateway was full, {} requests lost", e.value);
-    default:
-      return std::string(name(e.kind));
+std::string_view service_name(event::SdoService service) {
+  switch (service) {
+    case event::SdoService::none:
+      return "no transfer";
+    case event::SdoService::upload:
+      return "upload";
+    case event::SdoService::download:
+      break;
   }
+  return "download";
 }
 
-std::string_view lost_error_control(std::uint32_t code) {
-  switch (code) {
-    case nmt::kByNodeGuarding:
-      return "no answer to node guarding";
-    case nmt::kByLifeGuarding:
-      return "not guarded by its master";
-    default:
-      return "heartbeat lost";
+std::string_view service_name(routing::RoutedService service) {
+  switch (service) {
+    case routing::RoutedService::sdo:
+      return "SDO";
+    case routing::RoutedService::emcy:
+      return "EMCY";
+    case routing::RoutedService::pdo:
+      break;
   }
+  return "PDO";
 }
 
-std::string foreign_manager_text(const Event& e) {
-  if (e.code != diagnosis::kForeignCommand) {
-    return fmt::format("another NMT master: flying-master message {:03X}h", e.value);
+std::string source_text(std::uint16_t network) {
+  return network == 0 ? std::string("this gateway") : fmt::format("network {}", network);
+}
+
+// The words for the data of an event of `node` on `line`.
+struct EventWords {
+  const line::LineConfig& line;
+  std::string_view interface;
+  std::uint8_t node;
+
+  // --- the line and its bus ----------------------------------------------------------------------
+
+  std::string operator()(const event::LineStarted& e) const {
+    return fmt::format("started as {}", name(e.role));
   }
-  const std::uint64_t node = number(e, 0, 1);
-  return fmt::format("another NMT master: {} to {}", as<nmt::Command>(e.value),
-                     node == 0 ? std::string("all nodes") : fmt::format("node {}", node));
-}
-
-// Events of an observer.
-std::string overheard_text(const Event& e) {
-  switch (e.kind) {
-    case EventKind::nmt_command:
-      return fmt::format("NMT {}{}", as<nmt::Command>(e.code), e.node == 0 ? " to all" : "");
-    case EventKind::sdo_transfer:
-      return fmt::format("object {} {}, {} bytes: {}{}", object(e),
-                         (e.code & 1U) == 0 ? "read" : "written", e.value,
-                         hex(std::span(e.data).subspan(3).first(
-                             std::min<std::size_t>(e.value, e.data.size() - 3))),
-                         suppressed(e.code >> 16U));
-    case EventKind::pdo_mapping:
-      return fmt::format("mapping of its {} {} is {}known", e.value == 0 ? "TPDO" : "RPDO", e.code,
-                         number(e, 0, 1) == 0 ? "not " : "");
-    default:
-      return fmt::format("the image has a new layout: inputs {:016X}, outputs {:016X}",
-                         number(e, 0, 8), number(e, 8, 8));
+  std::string operator()(const event::LineStopped& /*e*/) const { return "stopped"; }
+  std::string operator()(const event::BusState& e) const {
+    return fmt::format("bus {} (was {}), TEC {}, REC {}", name(e.state), name(e.before),
+                       e.transmit_errors, e.receive_errors);
   }
-}
-
-std::string lss_text(const Event& e) {
-  const auto verdict = static_cast<lss::Verdict>(e.code);
-  if (verdict == lss::Verdict::nobody_found) {
-    return fmt::format("LSS: {}", lss::describe(verdict));
+  std::string operator()(const event::BusError& e) const {
+    return "bus error: " + bus_errors(e.errors) + suppressed(e.suppressed);
   }
-  const bool refused = e.value != 0;
-  return fmt::format(
-      "LSS: {}{} (vendor {:08X}h, product {:08X}h, revision {:08X}h, serial {:08X}h)",
-      lss::describe(verdict),
-      refused ? fmt::format(", error {}/{}", e.value & 0xFFU, e.value >> 8U) : "", number(e, 0, 4),
-      number(e, 4, 4), number(e, 8, 4), number(e, 12, 4));
-}
-
-std::string emcy_text(const Event& e) {
-  return fmt::format("EMCY {:04X}h, error register {:02X}h, data {}", e.code, e.value,
-                     hex(std::span(e.data).first(5)));
-}
-
-// Events about outputs and commands of clients.
-std::string request_text(const Event& e) {
-  switch (e.kind) {
-    case EventKind::output_refused:
-      return fmt::format("outputs of group {} refused: {}{}", e.value,
-                         line::describe(static_cast<line::OutputRefusal>(e.code)), suppressed(e));
-    case EventKind::output_armed:
-      return e.code == 0
-                 ? fmt::format("outputs of group {} in use, without watchdog", e.value)
-                 : fmt::format("outputs of group {} in use, watchdog {} ms", e.value, e.code);
-    case EventKind::output_watchdog:
-      return fmt::format("watchdog of output group {} fired: {}", e.value, reactions(e.code));
-    case EventKind::command_refused:
-      return fmt::format("command {} refused: {}{}", as<line::CommandKind>(e.value),
-                         line::describe(static_cast<line::Refusal>(e.code)), suppressed(e));
-    default:
-      return {};
+  std::string operator()(const event::FramesLost& e) const {
+    return fmt::format("{} frames lost before they could be read", e.frames);
   }
-}
-
-std::string pdo_text(const Event& e) {
-  switch (e.kind) {
-    case EventKind::pdo_length:
-      return fmt::format("PDO {}: {} bytes received, {} mapped", e.code, number(e, 0, 1), e.value);
-    case EventKind::pdo_timeout:
-      return fmt::format("PDO {} not received for {} ms", e.code, e.value);
-    case EventKind::pdo_recovered:
-      return fmt::format("PDO {} received again", e.code);
-    default:
-      return {};
+  std::string operator()(const event::InterfaceFailed& e) const {
+    return can_bridge::describe_failure(interface, e.error);
   }
-}
-
-std::string change_text(const Event& e) {
-  return e.code == 0
-             ? fmt::format("booted without an NMT command (it was {})", as<nmt::State>(e.value))
-             : fmt::format("left operational without an NMT command (now {})",
-                           as<nmt::State>(e.code));
-}
-
-std::string text(const Event& e, std::string_view interface) {
-  switch (e.kind) {
-    case EventKind::boot_up:
-      return "boot-up";
-    case EventKind::node_state:
-      return fmt::format("{} (was {})", as<nmt::State>(e.code), as<nmt::State>(e.value));
-    case EventKind::heartbeat_lost:
-      return fmt::format("{} for {} ms", lost_error_control(e.code), e.value);
-    case EventKind::heartbeat_recovered:
-      return fmt::format("heartbeat is back, {}", as<nmt::State>(e.code));
-    case EventKind::boot_result:
-      return boot_text(e);
-    case EventKind::emcy:
-      return emcy_text(e);
-    case EventKind::emcy_sent:
-      return "sent " + emcy_text(e);
-    case EventKind::configuration_error:
-      if (number(e, 0, 2) == od::objects::kStoreParameters) {
-        return fmt::format("stored parameters cannot be used, defaults are: {}",
-                           abort_text(e.code));
-      }
-      return fmt::format("object {} could not be configured: {}", object(e), abort_text(e.code));
-    case EventKind::pdo_length:
-    case EventKind::pdo_timeout:
-    case EventKind::pdo_recovered:
-      return pdo_text(e);
-    case EventKind::duplicate_node_id:
-      return fmt::format("another device has the same node-ID ({})", sign_of_life(e.code));
-    case EventKind::shared_node_id:
-      return shared_id_text(e);
-    case EventKind::object_written:
-      return fmt::format("object {} written: {} bytes{}", object(e), e.value,
-                         e.code == 0 ? "" : fmt::format(", {} writes before it not shown", e.code));
-    case EventKind::own_reset:
-      return fmt::format("reset by NMT: {}", as<nmt::Command>(e.code));
-    case EventKind::time_received:
-      return "TIME received";
-    case EventKind::spontaneous_change:
-      return change_text(e);
-    case EventKind::unexpected_node:
-      return fmt::format("not configured, but on the line ({})", as<nmt::State>(e.code));
-    case EventKind::foreign_sdo:
-      return fmt::format("somebody else uses its SDO server ({:03X}h)", e.code);
-    case EventKind::sdo_abort:
-      return fmt::format("SDO transfer of {} ended: {}{}", object(e), abort_text(e.code),
-                         suppressed(e));
-    case EventKind::output_refused:
-    case EventKind::output_armed:
-    case EventKind::output_watchdog:
-    case EventKind::command_refused:
-      return request_text(e);
-    case EventKind::foreign_manager:
-      return foreign_manager_text(e);
-    case EventKind::node_scanned:
-      return e.code == 0 ? fmt::format("scanned, {} objects read", e.value)
-                         : fmt::format("scanned, {} objects read until it ended: {}", e.value,
-                                       abort_text(e.code));
-    case EventKind::lss_result:
-      return lss_text(e);
-    case EventKind::command_progress:
-      return progress_text(e);
-    case EventKind::nmt_command:
-    case EventKind::sdo_transfer:
-    case EventKind::pdo_mapping:
-    case EventKind::layout_changed:
-      return overheard_text(e);
-    default:
-      return line_text(e, interface);
+  std::string operator()(const event::InterfaceReady& /*e*/) const {
+    return fmt::format("interface {} ready", interface);
   }
-}
+  std::string operator()(const event::EventsLost& e) const {
+    return fmt::format("events {} to {} could not be kept", e.first, e.last);
+  }
+  std::string operator()(const event::ClockStep& e) const {
+    return fmt::format("the wall clock was stepped by {} ms", e.step.count());
+  }
+  std::string operator()(const event::QueueFull& e) const {
+    return fmt::format("a queue of the gateway was full, {} requests lost", e.lost);
+  }
+  std::string operator()(const event::LayoutChanged& e) const {
+    return fmt::format("the image has a new layout: inputs {:016X}, outputs {:016X}", e.inputs,
+                       e.outputs);
+  }
+  std::string operator()(const event::MalformedFrame& e) const {
+    return fmt::format("frame {:03X}h of {} bytes not understood: {}{}", e.identifier, e.length,
+                       hex(first_of(e.data, e.length)), suppressed(e.suppressed));
+  }
+  std::string operator()(const event::CanFrame& e) const { return frame_text(e); }
+
+  // --- the own node ------------------------------------------------------------------------------
+
+  std::string operator()(const event::ManagerState& e) const {
+    return fmt::format("manager {} (was {})", name(e.state), name(e.before));
+  }
+  std::string operator()(const event::OwnState& e) const {
+    // Of an own device whose node-ID was changed by LSS and differs from the configured one.
+    const bool by_lss = e.node_id != 0 && node != 0 && e.node_id != node;
+    return fmt::format("own node {} (was {}){}", name(e.state), name(e.before),
+                       by_lss ? fmt::format(", node-ID {} by LSS", e.node_id) : "");
+  }
+  std::string operator()(const event::EmcySent& e) const { return "sent " + emcy_text(e); }
+  std::string operator()(const event::SyncLost& e) const {
+    return fmt::format("no SYNC within 1.5 periods of {} us", e.period.count());
+  }
+  std::string operator()(const event::DuplicateNodeId& e) const {
+    return fmt::format("another device has the same node-ID ({})",
+                       e.state == nmt::State::unknown ? "it sent an EMCY" : name(e.state));
+  }
+  std::string operator()(const event::ObjectWritten& e) const {
+    return fmt::format(
+        "object {} written: {} bytes{}", object(e), e.size,
+        e.suppressed == 0 ? "" : fmt::format(", {} writes before it not shown", e.suppressed));
+  }
+  std::string operator()(const event::OwnReset& e) const {
+    return fmt::format("reset by NMT: {}", name(e.command));
+  }
+  std::string operator()(const event::TimeReceived& /*e*/) const { return "TIME received"; }
+
+  // --- nodes -------------------------------------------------------------------------------------
+
+  std::string operator()(const event::BootUp& /*e*/) const { return "boot-up"; }
+  std::string operator()(const event::NodeState& e) const {
+    return fmt::format("{} (was {})", name(e.state), name(e.before));
+  }
+  std::string operator()(const event::HeartbeatLost& e) const {
+    return fmt::format("{} for {} ms", lost_error_control(e.by), e.time.count());
+  }
+  std::string operator()(const event::HeartbeatRecovered& e) const {
+    return fmt::format("heartbeat is back, {}", name(e.state));
+  }
+  std::string operator()(const event::BootResult& e) const {
+    if (e.letter == manager::kBooted) {
+      return "booted";
+    }
+    return fmt::format("{} ({}): {}", manager::is_booted(e.letter) ? "booted" : "boot failed",
+                       e.letter, manager::describe_boot(e.letter, manager::finding_of(e)));
+  }
+  std::string operator()(const event::Emcy& e) const { return emcy_text(e); }
+  std::string operator()(const event::ConfigurationError& e) const {
+    if (e.index == od::objects::kStoreParameters) {
+      return fmt::format("stored parameters cannot be used, defaults are: {}", abort_text(e.abort));
+    }
+    return fmt::format("object {} could not be configured: {}", object(e), abort_text(e.abort));
+  }
+  std::string operator()(const event::UnexpectedNode& e) const {
+    return fmt::format("not configured, but on the line ({})", name(e.state));
+  }
+  std::string operator()(const event::SpontaneousChange& e) const {
+    return e.state == nmt::State::initialising
+               ? fmt::format("booted without an NMT command (it was {})", name(e.before))
+               : fmt::format("left operational without an NMT command (now {})", name(e.state));
+  }
+  std::string operator()(const event::SharedNodeId& e) const {
+    return "two devices have this node-ID: " + shared_id_text(e);
+  }
+  std::string operator()(const event::NodeScanned& e) const {
+    return e.abort == AbortCode::none ? fmt::format("scanned, {} objects read", e.objects)
+                                      : fmt::format("scanned, {} objects read until it ended: {}",
+                                                    e.objects, abort_text(e.abort));
+  }
+  std::string operator()(const event::LssResult& e) const {
+    if (e.verdict == lss::Verdict::nobody_found) {
+      return fmt::format("LSS: {}", lss::describe(e.verdict));
+    }
+    const bool refused = e.error != 0 || e.specific != 0;
+    const lss::Address address = e.address.value_or(lss::Address{});
+    return fmt::format(
+        "LSS: {}{} (vendor {:08X}h, product {:08X}h, revision {:08X}h, serial {:08X}h)",
+        lss::describe(e.verdict), refused ? fmt::format(", error {}/{}", e.error, e.specific) : "",
+        address[0], address[1], address[2], address[3]);
+  }
+
+  // --- PDO and SDO -------------------------------------------------------------------------------
+
+  std::string operator()(const event::PdoLength& e) const {
+    return fmt::format("PDO {}: {} bytes received, {} mapped", e.number, e.received, e.mapped);
+  }
+  std::string operator()(const event::PdoTimeout& e) const {
+    return fmt::format("PDO {} not received for {} ms", e.number, e.deadline.count());
+  }
+  std::string operator()(const event::PdoRecovered& e) const {
+    return fmt::format("PDO {} received again", e.number);
+  }
+  std::string operator()(const event::ForeignSdo& e) const {
+    return fmt::format("somebody else uses its SDO server ({:03X}h)", e.identifier);
+  }
+  std::string operator()(const event::SdoAbort& e) const {
+    return fmt::format("SDO transfer of {} ended: {}{}", object(e), abort_text(e.abort),
+                       suppressed(e.suppressed));
+  }
+
+  // --- outputs and commands ----------------------------------------------------------------------
+
+  std::string operator()(const event::OutputRefused& e) const {
+    return fmt::format("outputs of group {} refused: {}{}", e.group, line::describe(e.refusal),
+                       suppressed(e.suppressed));
+  }
+  std::string operator()(const event::OutputArmed& e) const {
+    return e.watchdog.count() == 0
+               ? fmt::format("outputs of group {} in use, without watchdog", e.group)
+               : fmt::format("outputs of group {} in use, watchdog {} ms", e.group,
+                             e.watchdog.count());
+  }
+  std::string operator()(const event::OutputWatchdog& e) const {
+    return fmt::format("watchdog of output group {} fired: {}", e.group, reactions(e.reactions));
+  }
+  std::string operator()(const event::CommandRefused& e) const {
+    return fmt::format("command {} refused: {}{}", name(e.command), line::describe(e.refusal),
+                       suppressed(e.suppressed));
+  }
+  std::string operator()(const event::CommandProgress& e) const {
+    const std::string_view unit = e.command == line::CommandKind::configure ? " objects"
+                                  : e.command == line::CommandKind::program ? " bytes"
+                                                                            : "";
+    return e.total == 0 ? fmt::format("{}: {}{}", name(e.command), e.done, unit)
+                        : fmt::format("{}: {} of {}{}", name(e.command), e.done, e.total, unit);
+  }
+
+  // --- traffic of other nodes --------------------------------------------------------------------
+
+  std::string operator()(const event::NmtCommand& e) const {
+    return fmt::format("NMT {}{}", name(e.command), node == 0 ? " to all" : "");
+  }
+  std::string operator()(const event::SdoTransfer& e) const {
+    return fmt::format("object {} {}, {} bytes: {}{}", object(e), e.download ? "written" : "read",
+                       e.size, hex(first_of(e.data, e.size)), suppressed(e.suppressed));
+  }
+  std::string operator()(const event::PdoMapping& e) const {
+    return fmt::format("mapping of its {} {} is {}known",
+                       e.kind == pdo::PdoKind::tpdo ? "TPDO" : "RPDO", e.number,
+                       e.complete ? "" : "not ");
+  }
+  std::string operator()(const event::ForeignManager& e) const {
+    if (e.evidence != event::ManagerEvidence::nmt_command) {
+      return fmt::format("another NMT master: flying-master message {:03X}h", e.identifier);
+    }
+    return fmt::format(
+        "another NMT master: {} to {}", name(e.command),
+        e.addressee == 0 ? std::string("all nodes") : fmt::format("node {}", e.addressee));
+  }
+
+  // --- other networks ----------------------------------------------------------------------------
+
+  // From the source to the target, over which interface and gateway.
+  template <class Connection>
+  std::string way(const Connection& e) const {
+    const auto& lines = line.routing.interfaces;
+    const auto left_by = std::find_if(
+        lines.begin(), lines.end(), [&](const auto& known) { return known.number == e.interface; });
+    return fmt::format(
+        "{} to node {} of network {} over {}{}", source_text(e.source), e.target_node, e.target,
+        left_by == lines.end() || left_by->name.empty() ? fmt::format("interface {}", e.interface)
+                                                        : left_by->name,
+        e.gateway == 0 ? "" : fmt::format(":{}", e.gateway));
+  }
+  std::string operator()(const event::RoutingOpened& e) const {
+    return fmt::format("connection {:08X} from {} opened{}", e.connection, way(e),
+                       suppressed(e.suppressed));
+  }
+  std::string operator()(const event::RoutingEnded& e) const {
+    return fmt::format("connection {:08X} from {} ended, {}{}, {} bytes: {}", e.connection, way(e),
+                       service_name(e.service),
+                       e.service == event::SdoService::none ? "" : " of " + object(e), e.bytes,
+                       e.abort == AbortCode::none ? "done" : abort_text(e.abort));
+  }
+  std::string operator()(const event::EmcyRouted& e) const {
+    return fmt::format("EMCY {:04X}h of node {} in network {}, error register {:02X}h, {} hops",
+                       e.code, e.source_node, e.source, e.error_register, e.hops);
+  }
+  std::string operator()(const event::RoutingRefused& e) const {
+    return fmt::format("{} from {} to node {} of network {} refused: {}", service_name(e.service),
+                       source_text(e.source), e.target_node, e.target, abort_text(e.abort));
+  }
+
+  // --- the gateway -------------------------------------------------------------------------------
+
+  std::string operator()(const event::GatewayStarted& /*e*/) const { return "gateway started"; }
+  std::string operator()(const event::GatewayReloaded& /*e*/) const {
+    return "configuration reloaded";
+  }
+  std::string operator()(const event::GatewayReloadRefused& /*e*/) const {
+    return "reload refused";
+  }
+};
 
 std::string who(const Event& event, const line::LineConfig& line) {
   if (event.node == 0) {
@@ -438,10 +420,8 @@ std::string who(const Event& event, const line::LineConfig& line) {
 }  // namespace
 
 std::string describe(const Event& event, const line::LineConfig& line, std::string_view interface) {
-  const bool connection =
-      event.kind == EventKind::routing_opened || event.kind == EventKind::routing_ended;
-  std::string out =
-      who(event, line) + (connection ? connection_text(event, line) : text(event, interface));
+  const EventWords words{.line = line, .interface = interface, .node = event.node};
+  std::string out = who(event, line) + std::visit(words, event.data);
   if (out.size() > kLongestText) {
     out.resize(kLongestText);
   }

@@ -30,28 +30,13 @@ constexpr std::array kRouted{&routing::Counters::opened,         &routing::Count
                              &routing::Counters::forwarded,      &routing::Counters::unexpected,
                              &routing::Counters::emcy_forwarded, &routing::Counters::emcy_dropped};
 
-// Little-endian, as in the data of EventKind::events_lost.
-std::uint64_t read_number(const Event& event, std::size_t offset) {
-  std::uint64_t value = 0;
-  for (std::size_t i = 8; i > 0; --i) {
-    value = value << 8U | std::to_integer<std::uint64_t>(event.data[offset + i - 1]);
-  }
-  return value;
-}
-
-void write_number(Event& event, std::size_t offset, std::uint64_t value) {
-  for (std::size_t i = 0; i < 8; ++i, value >>= 8U) {
-    event.data[offset + i] = static_cast<std::byte>(value);
-  }
-}
-
 }  // namespace
 
 void LineHistory::correct(Event& event) {
   event.number += first_event_;
-  if (event.kind == EventKind::events_lost) {
-    write_number(event, 0, read_number(event, 0) + first_event_);
-    write_number(event, 8, read_number(event, 8) + first_event_);
+  if (auto* const lost = event.get<event::EventsLost>()) {
+    lost->first += first_event_;
+    lost->last += first_event_;
   }
   last_event_ = std::max(last_event_, event.number);
 }

@@ -5,12 +5,12 @@
 
 namespace linegate::gateway {
 
-bool NoticeLimit::admit(EventKind kind, std::uint32_t code, std::uint32_t value, Instant now) {
+bool NoticeLimit::admit(const EventData& what, Instant now) {
   Reported* free = nullptr;
   for (Reported& one : reported_) {
     if (one.until <= now) {
       free = &one;
-    } else if (one.kind == kind && one.code == code && one.value == value) {
+    } else if (one.what == what) {
       return false;
     }
   }
@@ -18,7 +18,7 @@ bool NoticeLimit::admit(EventKind kind, std::uint32_t code, std::uint32_t value,
     ++suppressed_;
     return false;
   }
-  *free = {kind, code, value, now + kPeriod};
+  *free = {what, now + kPeriod};
   return true;
 }
 

@@ -12,8 +12,8 @@
 
 namespace linegate::gateway {
 
-// One for each line. Each reason is reported at most once a second, and at most kReasons reasons
-// within a second.
+// One for each line. A reason is what the event reports. Each reason is reported at most once a
+// second, and at most kReasons reasons within a second.
 class NoticeLimit {
  public:
   static constexpr std::size_t kReasons = 32;
@@ -21,7 +21,7 @@ class NoticeLimit {
 
   // Returns true if it may be reported now. Returns false for a reason that was reported less than
   // kPeriod ago; a reason beyond kReasons others is suppressed and counted.
-  bool admit(EventKind kind, std::uint32_t code, std::uint32_t value, Instant now);
+  bool admit(const EventData& what, Instant now);
 
   // Number of suppressed reports since the last call that returned any, once per kPeriod; else 0.
   std::uint64_t pop_suppressed(Instant now);
@@ -30,9 +30,7 @@ class NoticeLimit {
 
  private:
   struct Reported {
-    EventKind kind{};
-    std::uint32_t code = 0;
-    std::uint32_t value = 0;
+    EventData what{};
     Instant until{};  // time at which the place becomes free
   };
 

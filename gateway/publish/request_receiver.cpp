@@ -135,8 +135,7 @@ void RequestReceiver::on_command(CommandRequest request) {
     refusal = line::Refusal::busy;
   }
   if (host != nullptr) {
-    notice(*host, EventKind::command_refused, static_cast<std::uint32_t>(refusal),
-           static_cast<std::uint32_t>(kind));
+    notice(*host, event::CommandRefused{.refusal = refusal, .command = kind});
   }
   reply.error = line::to_error(refusal);
   answer(std::move(reply));
@@ -174,7 +173,8 @@ void RequestReceiver::on_command_refused(std::string_view line, std::string_view
                                          std::string_view why) {
   spdlog::debug("{}: command of {} refused: {}", printable(line), printable(client), why);
   if (LineHost* host = find(line)) {
-    notice(*host, EventKind::command_refused, static_cast<std::uint32_t>(refusal), kind);
+    notice(*host, event::CommandRefused{.refusal = refusal,
+                                        .command = static_cast<line::CommandKind>(kind)});
   }
 }
 
@@ -240,18 +240,14 @@ void RequestReceiver::report_suppressed() {
 
 void RequestReceiver::refuse_output(LineHost& host, std::uint16_t group,
                                     line::OutputRefusal refusal) {
-  notice(host, EventKind::output_refused, static_cast<std::uint32_t>(refusal), group);
+  notice(host, event::OutputRefused{.refusal = refusal, .group = group});
 }
 
-void RequestReceiver::notice(LineHost& host, EventKind kind, std::uint32_t code,
-                             std::uint32_t value) {
-  if (!notices_[host.name()].admit(kind, code, value, monotonic_now())) {
+void RequestReceiver::notice(LineHost& host, const EventData& what) {
+  if (!notices_[host.name()].admit(what, monotonic_now())) {
     return;
   }
-  Event event;
-  event.kind = kind;
-  event.code = code;
-  event.value = value;
+  Event event{.data = what};
   if (!host.port.notices.push(event)) {
     host.port.requests_lost.add();
   }

@@ -68,7 +68,7 @@ class RequestReceiver final : public RequestHandler {
   void report_namesakes();
   void report_warnings();
   void report_suppressed();
-  void notice(LineHost& host, EventKind kind, std::uint32_t code, std::uint32_t value);
+  void notice(LineHost& host, const EventData& what);
   void run();
 
   DataEdge& edge_;

@@ -14,6 +14,7 @@
 
 #include "stack/base/assert.h"
 #include "stack/base/event.h"
+#include "stack/base/event_members.h"
 
 namespace linegate::gateway {
 namespace {
@@ -51,12 +52,32 @@ class Output {
   std::size_t used_ = 0;
 };
 
+class MemberPrinter final : public EventMemberVisitor {
+ public:
+  explicit MemberPrinter(Output& out) : out_(out) {}
+
+  void number(std::string_view name, std::uint64_t value) override {
+    out_ << ", " << name << " " << value;
+  }
+  void bytes(std::string_view name, std::span<const std::byte> value) override {
+    out_ << ", " << name;
+    for (const std::byte b : value) {
+      out_ << " " << std::to_integer<std::uint64_t>(b);
+    }
+  }
+
+ private:
+  Output& out_;
+};
+
 void print(Output& out, const Event& event) {
   const auto time =
       std::chrono::duration_cast<std::chrono::milliseconds>(event.time.time_since_epoch());
-  out << "  event " << event.number << " " << name(event.kind) << ", node "
-      << std::uint64_t{event.node} << ", code " << std::uint64_t{event.code} << ", value "
-      << std::uint64_t{event.value} << ", at " << static_cast<std::uint64_t>(time.count()) << " ms";
+  MemberPrinter members(out);
+  out << "  event " << event.number << " " << name(event.kind()) << ", node "
+      << std::uint64_t{event.node};
+  visit_members(event.data, members);
+  out << ", at " << static_cast<std::uint64_t>(time.count()) << " ms";
   out.print();
 }
 

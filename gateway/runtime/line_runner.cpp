@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstdlib>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -24,9 +23,6 @@ constexpr Duration kStopTime = std::chrono::milliseconds(500);
 // Time until a full link to another line is tried again.
 constexpr Duration kLinkFull = std::chrono::milliseconds(1);
 constexpr Duration kLong = std::chrono::hours(24 * 365);
-
-// Event::code of EventKind::queue_full.
-constexpr std::uint32_t kQueueRequests = 1;
 
 // The SYNC period of the own node; 0 if it does not produce SYNC.
 Duration produced_sync(const line::Line& line) {
@@ -385,7 +381,7 @@ void LineRunner::hand_over_events() {
     const std::size_t room = std::min(port_.events.room(), events_.size());
     const std::size_t count = line_->take_events(std::span<Event>(events_.data(), room));
     for (std::size_t i = 0; i < count; ++i) {
-      if (events_[i].kind == EventKind::boot_up) {
+      if (events_[i].kind() == EventKind::boot_up) {
         scans_.booted_up(events_[i].node, events_[i].time);
       }
       LINEGATE_ASSERT(port_.events.push(events_[i]), "no more events than there is room for");
@@ -519,12 +515,9 @@ void LineRunner::look_at_clock() {
   if (step == Duration::zero()) {
     return;
   }
-  Event event;
-  event.kind = EventKind::clock_step;
-  event.time = monotonic_now();
-  event.value = static_cast<std::uint32_t>(
-      std::abs(std::chrono::duration_cast<std::chrono::milliseconds>(step).count()));
-  line_->report(event);
+  line_->report({.time = monotonic_now(),
+                 .data = event::ClockStep{std::chrono::abs(
+                     std::chrono::duration_cast<std::chrono::milliseconds>(step))}});
 }
 
 void LineRunner::look_at_losses() {
@@ -532,13 +525,9 @@ void LineRunner::look_at_losses() {
   if (lost == losses_told_) {
     return;
   }
-  Event event;
-  event.kind = EventKind::queue_full;
-  event.time = monotonic_now();
-  event.code = kQueueRequests;
-  event.value = static_cast<std::uint32_t>(lost - losses_told_);
-  losses_told_ = lost;
-  line_->report(event);
+  const auto more = static_cast<std::uint32_t>(lost - std::exchange(losses_told_, lost));
+  line_->report({.time = monotonic_now(),
+                 .data = event::QueueFull{.queue = event::Queue::requests, .lost = more}});
 }
 
 [[gnu::hot]] Instant LineRunner::compute_next_wake() const {

@@ -1,6 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stack/base/event.h"
 
+#include <array>
+#include <cstddef>
+#include <type_traits>
+#include <variant>
+
+#include "stack/base/assert.h"
+
 namespace linegate {
 namespace {
 
@@ -88,6 +95,14 @@ std::string_view name(EventSeverity severity) {
       return "error";
   }
   return "unknown";
+}
+
+EventData empty_event_data(EventKind kind) {
+  LINEGATE_ASSERT(static_cast<std::size_t>(kind) < kEventKinds, "the kind is one of EventKind");
+  constexpr auto kMake = []<class... Kinds>(std::type_identity<std::variant<Kinds...>>) {
+    return std::array<EventData (*)(), sizeof...(Kinds)>{[] { return EventData(Kinds{}); }...};
+  }(std::type_identity<EventData>{});
+  return kMake[static_cast<std::size_t>(kind)]();
 }
 
 }  // namespace linegate

@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "stack/base/assert.h"
-#include "stack/base/byte_order.h"
 
 namespace linegate {
 namespace {
@@ -38,7 +37,7 @@ void EventLog::emit(Event event) {
     line_->emit(event);
     return;
   }
-  auto& limit = limits_[limit_of(event.kind)];
+  auto& limit = limits_[limit_of(event.kind())];
   if (!limit || limit->admit(event)) {
     number(event);
   } else {
@@ -143,15 +142,10 @@ void EventLog::append(const Event& event) {
 }
 
 void EventLog::append_loss_marker() {
-  Event marker;
-  marker.number = lost_last_;
-  marker.time = lost_time_;
-  marker.kind = EventKind::events_lost;
-  marker.length = 16;
-  store_le(marker.data.data(), lost_first_);
-  store_le(marker.data.data() + 8, lost_last_);
+  append({.number = lost_last_,
+          .time = lost_time_,
+          .data = event::EventsLost{.first = lost_first_, .last = lost_last_}});
   lost_first_ = 0;
-  append(marker);
 }
 
 }  // namespace linegate

@@ -5,39 +5,62 @@
 #include <limits>
 #include <span>
 #include <utility>
+#include <variant>
 
 #include "stack/base/assert.h"
-#include "stack/base/byte_order.h"
 
 namespace linegate {
 namespace {
 
-constexpr std::uint8_t kCountOffset = 8;
-
 void note_held(Event& event, std::uint32_t held) {
-  if (event.kind == EventKind::sdo_transfer) {  // its data may be full
-    event.code |= std::min<std::uint32_t>(held, 0xFFFF) << 16U;
-  } else if (event.kind == EventKind::object_written) {
-    event.code = held;
-  } else if (held != 0) {
-    store_le(event.data.data() + kCountOffset, held);
-    event.length = kCountOffset + sizeof held;
-  }
+  std::visit(
+      [held](auto& data) {
+        if constexpr (requires { data.suppressed; }) {
+          using Count = decltype(data.suppressed);
+          constexpr std::uint32_t kMost = std::numeric_limits<Count>::max();
+          data.suppressed = static_cast<Count>(std::min(held, kMost));
+        }
+      },
+      event.data);
 }
 
-std::uint32_t subject_of(const Event& event) {
-  switch (event.kind) {
-    case EventKind::output_refused:
-    case EventKind::command_refused:
-      return event.value;
-    case EventKind::sdo_transfer:
-    case EventKind::sdo_abort:
-    case EventKind::object_written:
-      return load_le<std::uint32_t>(event.data.data()) & 0xFF'FFFFU;  // index and sub-index
-    default:
-      return 0;
-  }
+// What the events of a series have in common, besides their node.
+struct Series {
+  std::uint32_t reason = 0;
+  std::uint32_t subject = 0;
+};
+
+constexpr std::uint32_t object_key(std::uint16_t index, std::uint8_t sub) {
+  return std::uint32_t{index} << 8U | sub;
 }
+
+struct SeriesOf {
+  Series operator()(const event::MalformedFrame& frame) const {
+    return {.reason = frame.identifier};
+  }
+  Series operator()(const event::BusError& error) const { return {.reason = error.errors}; }
+  Series operator()(const event::OutputRefused& refused) const {
+    return {static_cast<std::uint32_t>(refused.refusal), refused.group};
+  }
+  Series operator()(const event::CommandRefused& refused) const {
+    return {static_cast<std::uint32_t>(refused.refusal),
+            static_cast<std::uint32_t>(refused.command)};
+  }
+  Series operator()(const event::SdoTransfer& transfer) const {
+    return {transfer.download ? 1U : 0U, object_key(transfer.index, transfer.sub)};
+  }
+  Series operator()(const event::SdoAbort& abort) const {
+    return {static_cast<std::uint32_t>(abort.abort), object_key(abort.index, abort.sub)};
+  }
+  Series operator()(const event::ObjectWritten& written) const {
+    return {.subject = object_key(written.index, written.sub)};
+  }
+  template <class Other>
+  Series operator()(const Other& /*other*/) const {
+    LINEGATE_ASSERT(false, "events of this kind are not limited");
+    return {};
+  }
+};
 
 std::uint32_t saturated_sum(std::uint32_t a, std::uint32_t b) {
   constexpr std::uint32_t kMost = std::numeric_limits<std::uint32_t>::max();
@@ -47,9 +70,6 @@ std::uint32_t saturated_sum(std::uint32_t a, std::uint32_t b) {
 }  // namespace
 
 bool RepeatLimit::admit(Event& event) {
-  LINEGATE_ASSERT(event.length <= kCountOffset || event.kind == EventKind::sdo_transfer ||
-                      event.kind == EventKind::object_written,
-                  "the data leaves room for the number of events that were held back");
   Place* const found = place_of(event);
   if (found == nullptr) {
     return true;
@@ -90,7 +110,8 @@ void RepeatLimit::find_next() {
 }
 
 RepeatLimit::Key RepeatLimit::key_of(const Event& event) {
-  return {.node = event.node, .code = event.code, .subject = subject_of(event)};
+  const Series series = std::visit(SeriesOf{}, event.data);
+  return {.node = event.node, .reason = series.reason, .subject = series.subject};
 }
 
 RepeatLimit::Place* RepeatLimit::place_of(const Event& event) {

@@ -15,11 +15,11 @@
 namespace linegate {
 
 // Limits each series of events to one event a second, after the first. Events belong to one series
-// if they have the same node and code, and for a refusal the same value (group or kind of command),
-// for an SDO transfer or a written object the same object. Time is the time of the events. Memory
-// is fixed: when as many series as there are places had an event within a second, all other series
-// share one more place. A new series takes a place that was unused for a second, preferably one
-// without suppressed events.
+// if they have the same node and, by their kind: identifier of the frame; bus errors; refusal and
+// group; refusal and kind of command; object and direction; object and abort code; written object.
+// Time is the time of the events. Memory is fixed: when as many series as there are places had an
+// event within a second, all other series share one more place. A new series takes a place that was
+// unused for a second, preferably one without suppressed events.
 class RepeatLimit {
  public:
   static constexpr std::size_t kPlaces = 16;
@@ -35,11 +35,9 @@ class RepeatLimit {
     return out;
   }
 
-  // Returns false if the event is to be suppressed. The next event that passes has the number of
-  // suppressed ones: in data from byte 8 (4, LE), with length 12; for sdo_transfer in bits 16-31 of
-  // the code (65535: or more); for object_written in the code. The number counts events of its
-  // series, of the shared place, or of the series whose place it took. Precondition: length <= 8,
-  // except for sdo_transfer and object_written.
+  // Returns false if the event is to be suppressed. `suppressed` of the next event that passes is
+  // the number of suppressed ones: of its series, of the shared place, or of the series whose place
+  // it took. Precondition: the event is of one of the kinds above.
   bool admit(Event& event);
 
   // The last suppressed event of a series whose second is over by `now`, if no other event has
@@ -53,7 +51,7 @@ class RepeatLimit {
   // Equal for the events of one series.
   struct Key {
     std::uint8_t node = 0;
-    std::uint32_t code = 0;
+    std::uint32_t reason = 0;
     std::uint32_t subject = 0;
 
     bool operator==(const Key&) const = default;

@@ -117,18 +117,13 @@ class Dispatch {
   std::vector<std::uint16_t> free_;
 };
 
-// The event for a frame that a service receives and cannot decode: EventKind::malformed_frame with
-// identifier, length and the first 8 bytes. node: the node concerned, 0 = the line.
+// The event for a frame that a service receives and cannot decode. node: the node concerned, 0 =
+// the line.
 inline Event malformed_event(const Frame& frame, std::uint8_t node = 0) {
-  Event event;
-  event.time = frame.time;
-  event.kind = EventKind::malformed_frame;
-  event.node = node;
-  event.code = frame.id;
-  event.value = frame.length;
-  event.length = std::min<std::uint8_t>(frame.length, 8);
-  std::copy_n(frame.data.begin(), event.length, event.data.begin());
-  return event;
+  event::MalformedFrame data{.identifier = frame.id, .length = frame.length};
+  std::copy_n(frame.data.begin(), std::min<std::size_t>(frame.length, data.data.size()),
+              data.data.begin());
+  return {.time = frame.time, .node = node, .data = data};
 }
 
 }  // namespace linegate::can

@@ -31,16 +31,14 @@ void each_node(Action action) {
 
 // Whether this state change of the manager begins an initialisation of the network, or (after a
 // fatal error) continues it.
-bool begins(const Event& event, bool fatal) {
-  const auto is = [](std::uint32_t code, manager::ManagerState state) {
-    return code == static_cast<std::uint32_t>(state);
-  };
-  const bool rested = is(event.value, manager::ManagerState::inactive) ||
-                      is(event.value, manager::ManagerState::stopped) ||
-                      (fatal && is(event.value, manager::ManagerState::halted));
-  return is(event.code, manager::ManagerState::resetting) ||
-         (rested && !is(event.code, manager::ManagerState::inactive) &&
-          !is(event.code, manager::ManagerState::stopped));
+bool begins(const event::ManagerState& change, bool fatal) {
+  using manager::ManagerState;
+  const bool rested = change.before == ManagerState::inactive ||
+                      change.before == ManagerState::stopped ||
+                      (fatal && change.before == ManagerState::halted);
+  return change.state == ManagerState::resetting ||
+         (rested && change.state != ManagerState::inactive &&
+          change.state != ManagerState::stopped);
 }
 
 // Sets the node in the list of its state and clears it in the two other lists.
@@ -61,11 +59,12 @@ void Diagnosis::emitted(const Event& event) {
   changed_ = true;
   communication_.note(event);
   node_status_.note(event);
-  if (event.kind == EventKind::manager_state && begins(event, state_.fatal())) {
+  const auto* const change = event.get<event::ManagerState>();
+  if (change != nullptr && begins(*change, state_.fatal())) {
     begin();
   }
   const bool of_node = event.node >= can::kMinNodeId && event.node <= can::kMaxNodeId;
-  if (event.kind == EventKind::boot_up && of_node) {
+  if (event.get<event::BootUp>() != nullptr && of_node) {
     expected_[event.node] = {};
     disobedient_.set(event.node, false);
   }

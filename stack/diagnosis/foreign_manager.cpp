@@ -19,26 +19,24 @@ ForeignManager::ForeignManager(can::Dispatch& dispatch, EventLog& events) : even
 
 void ForeignManager::receive(std::uint16_t index, const can::Frame& frame) {
   if (index != 0) {
-    report(kForeignNegotiation, frame.id, 0, frame.time);
+    report({.evidence = event::ManagerEvidence::flying_master, .identifier = frame.id}, frame.time);
     return;
   }
   if (const auto control = nmt::decode_node_control(frame)) {
-    report(kForeignCommand, static_cast<std::uint32_t>(control->command), control->node,
+    report({.evidence = event::ManagerEvidence::nmt_command,
+            .command = control->command,
+            .addressee = control->node},
            frame.time);
   }
 }
 
-void ForeignManager::report(std::uint32_t code, std::uint32_t value, std::uint8_t addressed,
-                            Instant now) {
-  Instant& reported = told_[code];
+void ForeignManager::report(const event::ForeignManager& what, Instant now) {
+  Instant& reported = told_[static_cast<std::size_t>(what.evidence)];
   if (reported != Instant{} && now - reported < kInterval) {
     return;
   }
   reported = now;
-  Event event{
-      .time = now, .kind = EventKind::foreign_manager, .length = 1, .code = code, .value = value};
-  event.data[0] = std::byte{addressed};
-  events_.emit(event);
+  events_.emit({.time = now, .data = what});
 }
 
 }  // namespace linegate::diagnosis

@@ -12,14 +12,10 @@
 
 namespace linegate::diagnosis {
 
-// Event::code of EventKind::foreign_manager.
-inline constexpr std::uint32_t kForeignCommand = 1;      // an NMT command
-inline constexpr std::uint32_t kForeignNegotiation = 2;  // a message of flying masters, CiA 302-2
-
 // Receives the frames that only a master sends: node control on 000h, and 071h to 076h.
 class ForeignManager {
  public:
-  // Shortest interval between two reports of the same code.
+  // Shortest interval between two reports of the same evidence.
   static constexpr Duration kInterval = std::chrono::seconds(10);
 
   // Registers 071h to 076h as Service::nmt with their identifier as index; the node itself
@@ -30,10 +26,10 @@ class ForeignManager {
   void receive(std::uint16_t index, const can::Frame& frame);
 
  private:
-  void report(std::uint32_t code, std::uint32_t value, std::uint8_t addressed, Instant now);
+  void report(const event::ForeignManager& what, Instant now);
 
   EventLog& events_;
-  Instant told_[3]{};  // time of the last report, by code
+  Instant told_[3]{};  // time of the last report, by event::ManagerEvidence
 };
 
 }  // namespace linegate::diagnosis

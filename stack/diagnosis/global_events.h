@@ -77,6 +77,8 @@ class CommunicationState {
   bool errors() const { return errors_; }
 
  private:
+  void note(const event::BusState& change);
+
   can::BusState bus_ = can::BusState::unknown;
   bool errors_ = false;
   std::uint8_t now_ = 0;

@@ -8,27 +8,18 @@ void NodeStatus::note(const Event& event) {
     return;
   }
   std::optional<std::uint8_t>& last = last_[event.node];
-  switch (event.kind) {
-    case EventKind::boot_up:
-      last = kStatusBoot;
-      return;
-    case EventKind::node_state:
-      last = static_cast<std::uint8_t>(event.code);
-      return;
-    case EventKind::emcy:
-      last = event.code == 0 ? kStatusEmcyOver : kStatusEmcyNew;
-      return;
-    case EventKind::heartbeat_lost:
-      last = kStatusHeartbeatLost;
-      return;
-    case EventKind::heartbeat_recovered:
-      last = kStatusHeartbeatActive;
-      return;
-    case EventKind::node_scanned:
-      last = event.code == 0 ? kStatusScanComplete : kStatusScanAborted;
-      return;
-    default:
-      return;
+  if (const auto* const change = event.get<event::NodeState>()) {
+    last = static_cast<std::uint8_t>(change->state);
+  } else if (const auto* const emcy = event.get<event::Emcy>()) {
+    last = emcy->code == 0 ? kStatusEmcyOver : kStatusEmcyNew;
+  } else if (const auto* const scanned = event.get<event::NodeScanned>()) {
+    last = scanned->abort == AbortCode::none ? kStatusScanComplete : kStatusScanAborted;
+  } else if (event.get<event::BootUp>() != nullptr) {
+    last = kStatusBoot;
+  } else if (event.get<event::HeartbeatLost>() != nullptr) {
+    last = kStatusHeartbeatLost;
+  } else if (event.get<event::HeartbeatRecovered>() != nullptr) {
+    last = kStatusHeartbeatActive;
   }
 }
 

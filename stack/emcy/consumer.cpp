@@ -58,7 +58,7 @@ bool Consumer::receive(std::uint8_t node, const can::Frame& frame) {
     return false;
   }
   ++received_;
-  events_.emit(to_event(EventKind::emcy, node, *message, frame.time));
+  events_.emit({.time = frame.time, .node = node, .data = to_event<event::Emcy>(*message)});
   if (listener_ != nullptr) {
     listener_->emergency(node, *message, frame.time);
   }

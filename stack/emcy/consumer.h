@@ -21,7 +21,7 @@ class Listener {
   virtual void emergency(std::uint8_t node, const Message& message, Instant now) = 0;
 };
 
-// Emits EventKind::emcy. node is 1..127 everywhere; other values have no effect.
+// Emits event::Emcy. node is 1..127 everywhere; other values have no effect.
 class Consumer {
  public:
   // Registers its frames as Service::emcy with index = mark | node-ID: with different marks

@@ -37,16 +37,4 @@ std::optional<Message> decode(const can::Frame& frame) {
   return out;
 }
 
-Event to_event(EventKind kind, std::uint8_t node, const Message& message, Instant time) {
-  Event event;
-  event.time = time;
-  event.kind = kind;
-  event.node = node;
-  event.code = message.code;
-  event.value = message.error_register;
-  event.length = static_cast<std::uint8_t>(message.info.size());
-  std::ranges::copy(message.info, event.data.begin());
-  return event;
-}
-
 }  // namespace linegate::emcy

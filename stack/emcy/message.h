@@ -55,7 +55,11 @@ can::Frame encode(const Message& message, can::CobId cob_id);
 // Returns nothing if the frame does not have 8 bytes.
 std::optional<Message> decode(const can::Frame& frame);
 
-// kind is emcy or emcy_sent.
-Event to_event(EventKind kind, std::uint8_t node, const Message& message, Instant time);
+// Data: event::Emcy or event::EmcySent.
+template <class Data>
+Data to_event(const Message& message) {
+  return {
+      .code = message.code, .error_register = message.error_register, .manufacturer = message.info};
+}
 
 }  // namespace linegate::emcy

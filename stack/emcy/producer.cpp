@@ -134,7 +134,7 @@ bool Producer::transmit(const Message& message, Instant now) {
   inhibited_until_ =
       now + kInhibitUnit * static_cast<std::int64_t>(
                                dictionary_.number({od::objects::kEmcyInhibitTime, 0}).value_or(0));
-  const Event sent = to_event(EventKind::emcy_sent, node_id_, message, now);
+  const Event sent{.time = now, .node = node_id_, .data = to_event<event::EmcySent>(message)};
   if (reporter_ != nullptr) {
     reporter_->emcy_queued(frame, sent, events_);
   } else {

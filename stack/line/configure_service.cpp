@@ -5,7 +5,6 @@
 #include <array>
 #include <utility>
 
-#include "stack/base/byte_order.h"
 #include "stack/base/time.h"
 #include "stack/can/cob_id.h"
 
@@ -170,11 +169,10 @@ void ConfigureService::report_progress(Instant now) const {
     total += of_node;
     done += running_->nodes[node] ? configurator_.progress(node).done : of_node;
   }
-  Event event{.time = now, .kind = EventKind::command_progress, .length = 4};
-  event.code = static_cast<std::uint32_t>(CommandKind::configure);
-  event.value = static_cast<std::uint32_t>(done);
-  store_le(event.data.data(), static_cast<std::uint32_t>(total));
-  events_.emit(event);
+  events_.emit({.time = now,
+                .data = event::CommandProgress{.command = CommandKind::configure,
+                                               .done = static_cast<std::uint32_t>(done),
+                                               .total = static_cast<std::uint32_t>(total)}});
 }
 
 void ConfigureService::finish() {

@@ -27,7 +27,7 @@ class ConfigureService final : public Service {
   // bad_request (the node is not configured), wrong_state (the manager is not active), busy
   // (another command is under way), timed_out.
   void execute(Command command, Instant now) override;
-  // Emits EventKind::command_progress at most once a second. Also executes requests by 1F25h.
+  // Emits event::CommandProgress at most once a second. Also executes requests by 1F25h.
   void advance(Instant now) override;
   Instant next_wake() const override;
   // Configurations that are being applied continue.

@@ -230,8 +230,9 @@ OutputRefusal DevicesLine::do_write_outputs(const OutputWrite& write, Instant no
     return refusal;
   }
   if (outputs.accept(write, now)) {
-    const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(write.watchdog).count();
-    emit(EventKind::output_armed, now, static_cast<std::uint32_t>(ms), write.group);
+    emit(now, event::OutputArmed{.group = write.group,
+                                 .watchdog = std::chrono::duration_cast<std::chrono::milliseconds>(
+                                     write.watchdog)});
     if (!outputs.any_silent()) {
       for (const Seat& seat : seats) {
         seat.device->node().end_reported(kSilentWriterEmcy, now);
@@ -338,7 +339,7 @@ void DevicesLine::react(const Outputs::Group& group, Instant now) {
       taken |= kHeartbeatOff;
     }
   }
-  emit(EventKind::output_watchdog, now, taken, group.config.number);
+  emit(now, event::OutputWatchdog{.group = group.config.number, .reactions = taken});
 }
 
 }  // namespace linegate::line

@@ -81,7 +81,7 @@ void DevicesLine::hear_boot_up(const can::Frame& frame) {
       seats, [id](const Seat& seat) { return seat.device->shown().node_id == id; });
   if (!own && (!last || frame.time - *last >= kPause)) {
     last = frame.time;
-    events_.emit({.time = frame.time, .kind = EventKind::boot_up, .node = id});
+    events_.emit({.time = frame.time, .node = id, .data = event::BootUp{}});
   }
 }
 

@@ -5,35 +5,21 @@
 #include "stack/manager/state.h"
 
 namespace linegate::line {
-namespace {
 
-constexpr bool is(std::uint32_t code, manager::ManagerState state) {
-  return code == static_cast<std::uint32_t>(state);
-}
-
-}  // namespace
-
-EventSeverity severity_of(const Event& event) {
+EventSeverity severity_of(const EventData& data) {
   using manager::ManagerState;
   bool raised = false;
   auto to = EventSeverity::error;
-  switch (event.kind) {
-    case EventKind::boot_result:
-      raised = !manager::is_booted(static_cast<char>(event.code)) ||
-               event.code == static_cast<std::uint32_t>(manager::kNotStarted);
-      break;
-    case EventKind::manager_state:
-      raised =
-          is(event.code, ManagerState::halted) || is(event.code, ManagerState::missing_mandatory);
-      break;
-    case EventKind::lss_result:
-      raised = event.code != static_cast<std::uint32_t>(lss::Verdict::given);
-      to = EventSeverity::warning;
-      break;
-    default:
-      break;
+  if (const auto* const result = std::get_if<event::BootResult>(&data)) {
+    raised = !manager::is_booted(result->letter) || result->letter == manager::kNotStarted;
+  } else if (const auto* const change = std::get_if<event::ManagerState>(&data)) {
+    raised =
+        change->state == ManagerState::halted || change->state == ManagerState::missing_mandatory;
+  } else if (const auto* const lss = std::get_if<event::LssResult>(&data)) {
+    raised = lss->verdict != lss::Verdict::given;
+    to = EventSeverity::warning;
   }
-  return raised ? to : severity(event.kind);
+  return raised ? to : severity(linegate::kind(data));
 }
 
 }  // namespace linegate::line

@@ -7,10 +7,10 @@
 
 namespace linegate::line {
 
-// The severity of the event's kind, see linegate::severity(), except for:
-//   boot_result    error if the node was not booted
-//   manager_state  error if the network halts or waits for a mandatory node
-//   lss_result     warning if the device was not configured completely
-EventSeverity severity_of(const Event& event);
+// The severity of the kind, see linegate::severity(), except for:
+//   BootResult    error if the node was not booted
+//   ManagerState  error if the network halts or waits for a mandatory node
+//   LssResult     warning if the device was not configured completely
+EventSeverity severity_of(const EventData& data);
 
 }  // namespace linegate::line

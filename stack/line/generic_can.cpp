@@ -3,7 +3,6 @@
 
 #include <utility>
 
-#include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
 #include "stack/lss/message.h"
 #include "stack/od/objects.h"
@@ -153,19 +152,21 @@ void Listening::report(const can::Frame& frame, EventLog& events) {
   constexpr std::uint32_t kMostWithheld = 0xFFFF;
   const std::span<const std::byte> data =
       frame.remote() ? std::span<const std::byte>() : frame.bytes();
-  const std::uint32_t withheld = std::min(std::exchange(withheld_, 0U), kMostWithheld);
+  const auto withheld =
+      static_cast<std::uint16_t>(std::min(std::exchange(withheld_, 0U), kMostWithheld));
   std::size_t piece = 0;
   do {
     const auto part = data.subspan(piece * kBytesAnEvent);
     const auto bytes = part.first(std::min(part.size(), kBytesAnEvent));
-    Event event{.time = frame.time,
-                .kind = EventKind::can_frame,
-                .length = static_cast<std::uint8_t>(bytes.size()),
-                .code = marked_id(frame)};
-    event.value = frame.length | (frame.remote() ? 0x100U : 0U) | (frame.fd() ? 0x200U : 0U) |
-                  (static_cast<std::uint32_t>(piece) << 10U) | (piece == 0 ? withheld << 16U : 0U);
-    std::ranges::copy(bytes, event.data.begin());
-    events.emit(event);
+    event::CanFrame out{.identifier = frame.id,
+                        .suppressed = piece == 0 ? withheld : std::uint16_t{0},
+                        .length = frame.length,
+                        .extended = frame.extended(),
+                        .remote = frame.remote(),
+                        .fd = frame.fd(),
+                        .piece = static_cast<std::uint8_t>(piece & 3U)};
+    std::ranges::copy(bytes, out.data.begin());
+    events.emit({.time = frame.time, .data = out});
   } while (++piece * kBytesAnEvent < data.size());
 }
 

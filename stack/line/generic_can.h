@@ -39,7 +39,7 @@ class Listening {
   static constexpr std::uint32_t kMostASecond = 50;
   static constexpr std::uint16_t kLongest = 3600;  // seconds that one request lasts at most
   static constexpr std::size_t kFilters = 16;      // filters at the same time
-  static constexpr std::size_t kBytesAnEvent = 16;
+  static constexpr std::size_t kBytesAnEvent = event::CanFrame::kPieceBytes;
 
   // Executes a request. bad_request, or busy: kFilters exist.
   Error ask(const CanListen& request, Instant now);

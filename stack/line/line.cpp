@@ -72,7 +72,7 @@ Line::Line(LineConfig config)
 void Line::start(Instant now) {
   mark_dirty(now);
   running_ = true;
-  emit(EventKind::line_started, now, static_cast<std::uint32_t>(config_.role));
+  emit(now, event::LineStarted{config_.role});
   do_start(now);
 }
 
@@ -80,7 +80,7 @@ void Line::stop(Instant now) {
   mark_dirty(now);
   if (std::exchange(running_, false)) {
     do_stop(now);
-    emit(EventKind::line_stopped, now);
+    emit(now, event::LineStopped{});
   }
 }
 
@@ -97,9 +97,8 @@ void Line::bus_event(const can::BusEvent& event) {
 
 void Line::report(const Event& event) {
   events_.emit(event);
-  if (event.kind == EventKind::output_refused) {
-    note_refused(static_cast<std::uint16_t>(event.value), static_cast<OutputRefusal>(event.code),
-                 event.time);
+  if (const auto* const refused = event.get<event::OutputRefused>()) {
+    note_refused(refused->group, refused->refusal, event.time);
   }
 }
 
@@ -126,7 +125,7 @@ OutputRefusal Line::write_outputs(const OutputWrite& write, Instant now) {
     ++counters_.output_writes;
   } else {
     ++counters_.output_writes_refused;
-    emit(EventKind::output_refused, now, static_cast<std::uint32_t>(refusal), write.group);
+    emit(now, event::OutputRefused{.refusal = refusal, .group = write.group});
   }
   return refusal;
 }
@@ -181,12 +180,8 @@ od::Dictionary& Line::dictionary() {
   return do_dictionary();
 }
 
-void Line::emit(EventKind kind, Instant time, std::uint32_t code, std::uint32_t value) {
-  events_.emit({.time = time, .kind = kind, .code = code, .value = value});
-}
-
 bool Line::note(const can::BusEvent& event) {
-  Event out{.time = event.time};
+  EventData out;
   switch (event.kind) {
     case can::BusEvent::Kind::state:
       transmit_errors_ = event.transmit_errors;
@@ -194,38 +189,33 @@ bool Line::note(const can::BusEvent& event) {
       if (event.state == bus_) {
         return false;
       }
-      out.kind = EventKind::bus_state;
-      out.code = static_cast<std::uint32_t>(event.state);
-      out.value = static_cast<std::uint32_t>(failed_from_.value_or(bus_));
+      out = event::BusState{.state = event.state,
+                            .before = failed_from_.value_or(bus_),
+                            .transmit_errors = transmit_errors_,
+                            .receive_errors = receive_errors_};
       bus_ = event.state;
       failed_from_.reset();
-      out.length = 2;
-      out.data[0] = std::byte{transmit_errors_};
-      out.data[1] = std::byte{receive_errors_};
       break;
     case can::BusEvent::Kind::error:
       ++counters_.bus_errors;
-      out.kind = EventKind::bus_error;
-      out.code = event.errors;
+      out = event::BusError{.errors = event.errors};
       break;
     case can::BusEvent::Kind::frames_lost:
       counters_.frames_lost += event.count;
-      out.kind = EventKind::frames_lost;
-      out.value = event.count;
+      out = event::FramesLost{event.count};
       break;
     case can::BusEvent::Kind::interface_failed:
       failed_from_ = failed_from_.value_or(bus_);
       bus_ = can::BusState::absent;
-      out.kind = EventKind::interface_failed;
-      out.code = event.code;
+      out = event::InterfaceFailed{event.code};
       break;
     case can::BusEvent::Kind::interface_ready:
       bus_ = can::BusState::error_active;
       failed_from_.reset();
-      out.kind = EventKind::interface_ready;
+      out = event::InterfaceReady{};
       break;
   }
-  events_.emit(out);
+  emit(event.time, out);
   return true;
 }
 
@@ -240,12 +230,10 @@ void Line::reply(std::uint64_t tag, Error error, std::vector<std::byte> data) {
 
 void Line::refuse(const Command& command, Refusal refusal, Instant now, std::uint8_t named) {
   ++counters_.commands_refused;
-  Event event{.time = now, .kind = EventKind::command_refused};
   const std::uint8_t node = named == 0 ? node_of(command) : named;
-  event.node = node <= can::kMaxNodeId ? node : std::uint8_t{0};
-  event.code = static_cast<std::uint32_t>(refusal);
-  event.value = static_cast<std::uint32_t>(kind(command));
-  events_.emit(event);
+  events_.emit({.time = now,
+                .node = node <= can::kMaxNodeId ? node : std::uint8_t{0},
+                .data = event::CommandRefused{.refusal = refusal, .command = kind(command)}});
   reply(command.tag, to_error(refusal));
 }
 

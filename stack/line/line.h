@@ -231,7 +231,7 @@ class Line : protected ServiceHost {
   // round. now: where it is known.
   virtual void mark_dirty(Instant /*now*/ = {}) {}
 
-  void emit(EventKind kind, Instant time, std::uint32_t code = 0, std::uint32_t value = 0);
+  void emit(Instant time, const EventData& data) { events_.emit({.time = time, .data = data}); }
   // ServiceHost
   bool is_running() const override { return running_; }
   bool usable() const override;

@@ -367,18 +367,12 @@ void LssService::finish_round(Instant now) {
 }
 
 void LssService::report(const lss::Finding& finding, Instant now) {
-  Event event{.time = now,
-              .kind = EventKind::lss_result,
-              .node = finding.node,
-              .code = static_cast<std::uint32_t>(finding.verdict),
-              .value = finding.error | static_cast<std::uint32_t>(finding.specific) << 8U};
-  if (finding.address) {
-    for (std::size_t i = 0; i < lss::kParts; ++i) {
-      store_le(std::span(event.data).subspan(4 * i, 4), std::uint64_t{(*finding.address)[i]});
-    }
-    event.length = static_cast<std::uint8_t>(event.data.size());
-  }
-  events_.emit(event);
+  events_.emit({.time = now,
+                .node = finding.node,
+                .data = event::LssResult{.verdict = finding.verdict,
+                                         .error = finding.error,
+                                         .specific = finding.specific,
+                                         .address = finding.address}});
 }
 
 void LssService::tell_progress(unsigned parts, Instant now) {
@@ -386,13 +380,9 @@ void LssService::tell_progress(unsigned parts, Instant now) {
     return;
   }
   told_parts_ = parts;
-  Event event{.time = now,
-              .kind = EventKind::command_progress,
-              .length = 4,
-              .code = static_cast<std::uint32_t>(CommandKind::lss),
-              .value = parts};
-  store_le(std::span(event.data).first(4), std::uint64_t{lss::kParts});
-  events_.emit(event);
+  events_.emit({.time = now,
+                .data = event::CommandProgress{
+                    .command = CommandKind::lss, .done = parts, .total = lss::kParts}});
 }
 
 // --- devices that were assigned a node-ID -------------------------------------------------------

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "stack/base/assert.h"
-#include "stack/base/byte_order.h"
 #include "stack/can/dispatch.h"
 #include "stack/line/build.h"
 #include "stack/line/own_dictionary.h"
@@ -64,7 +63,7 @@ NodeLine::NodeLine(LineConfig line_config, pdo::LinkPlan link_plan)
       sdo_(node_.dispatch(), node_.transmit(), events_),
       configurator_(node_.dictionary(), node_plans(config_), sdo_, events_, config_.sdo_timeout),
       loader_(node_.dictionary(), node_plans(config_), sdo_, events_, config_.sdo_timeout,
-              static_cast<std::uint32_t>(CommandKind::program)),
+              CommandKind::program),
       manager_(node_plans(config_), manager_options(config_), node_.dictionary(), sdo_, heartbeats_,
                events_, *this),
       startup_(node_.dictionary(), config_.node_id, manager_, *this) {
@@ -115,10 +114,8 @@ void NodeLine::report_found_layout(Instant now) {
   if (config_.scanned.empty()) {
     return;
   }
-  Event event{.time = now, .kind = EventKind::layout_changed, .length = 16};
-  store_le(event.data.data(), layout(image::Direction::inputs).id);
-  store_le(event.data.data() + 8, layout(image::Direction::outputs).id);
-  events_.emit(event);
+  emit(now, event::LayoutChanged{.inputs = layout(image::Direction::inputs).id,
+                                 .outputs = layout(image::Direction::outputs).id});
 }
 
 void NodeLine::take_completions(Instant now) {

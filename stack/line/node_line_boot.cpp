@@ -2,7 +2,6 @@
 // The values with which the own node boots.
 #include <utility>
 
-#include "stack/base/byte_order.h"
 #include "stack/line/node_line.h"
 
 namespace linegate::line {
@@ -31,14 +30,10 @@ void NodeLine::write_own_values(Instant now) {
     if (why == AbortCode::none) {
       continue;
     }
-    Event event{.time = now,
-                .kind = EventKind::configuration_error,
-                .node = config_.node_id,
-                .length = 3,
-                .code = static_cast<std::uint32_t>(why)};
-    store_le(event.data.data(), value.address.index);
-    event.data[2] = std::byte{value.address.sub};
-    events_.emit(event);
+    events_.emit({.time = now,
+                  .node = config_.node_id,
+                  .data = event::ConfigurationError{
+                      .abort = why, .index = value.address.index, .sub = value.address.sub}});
   }
 }
 

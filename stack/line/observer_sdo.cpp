@@ -18,8 +18,6 @@ using observer::KnownPdo;
 // comes, the configuration counts as finished this long after the last write.
 constexpr Duration kConfigured = std::chrono::seconds(1);
 
-constexpr std::size_t kAddress = 3;  // index and sub-index in Event::data
-
 bool same_pdo(const pdo::Parameters& a, const pdo::Parameters& b) {
   return a.number == b.number && a.cob_id.raw == b.cob_id.raw && a.type == b.type &&
          std::ranges::equal(a.mapping, b.mapping, {}, &pdo::Mapping::raw, &pdo::Mapping::raw);
@@ -39,11 +37,10 @@ bool has_number(const std::vector<KnownPdo>& pdos, const KnownPdo& wanted) {
 }
 
 Event mapping_event(std::uint8_t node, const KnownPdo& pdo, bool complete, Instant now) {
-  Event event{.time = now, .kind = EventKind::pdo_mapping, .node = node, .length = 1};
-  event.code = pdo.parameters.number;
-  event.value = pdo.kind == pdo::PdoKind::tpdo ? 0 : 1;
-  event.data[0] = std::byte{complete};
-  return event;
+  return {.time = now,
+          .node = node,
+          .data = event::PdoMapping{
+              .number = pdo.parameters.number, .kind = pdo.kind, .complete = complete}};
 }
 
 pdo::RemoteNode remote(const NodeConfig& node, const observer::PdoKnowledge& known,
@@ -91,20 +88,21 @@ std::optional<observer::Transfer> ObserverLine::follow(std::uint16_t index,
 
 void ObserverLine::report_transfer(std::uint8_t id, const observer::Transfer& transfer,
                                    Instant now) {
-  Event event{.time = now, .kind = EventKind::sdo_abort, .node = id, .length = kAddress};
-  event.code = static_cast<std::uint32_t>(transfer.abort);
-  store_le(event.data.data(), transfer.address.index);
-  event.data[2] = std::byte{transfer.address.sub};
-  if (transfer.abort == AbortCode::none) {
-    event.kind = EventKind::sdo_transfer;
-    event.code = transfer.download ? 1 : 0;
-    event.value = static_cast<std::uint32_t>(transfer.size);
-    const auto kept =
-        transfer.kept().first(std::min(transfer.kept().size(), event.data.size() - kAddress));
-    std::ranges::copy(kept, event.data.begin() + kAddress);
-    event.length = static_cast<std::uint8_t>(kAddress + kept.size());
+  if (transfer.abort != AbortCode::none) {
+    events_.emit({.time = now,
+                  .node = id,
+                  .data = event::SdoAbort{.abort = transfer.abort,
+                                          .index = transfer.address.index,
+                                          .sub = transfer.address.sub}});
+    return;
   }
-  events_.emit(event);
+  event::SdoTransfer out{.size = static_cast<std::uint32_t>(transfer.size),
+                         .index = transfer.address.index,
+                         .sub = transfer.address.sub,
+                         .download = transfer.download};
+  std::ranges::copy(transfer.kept().first(std::min(transfer.kept().size(), out.data.size())),
+                    out.data.begin());
+  events_.emit({.time = now, .node = id, .data = out});
 }
 
 // After an upload as well as a download the device has this value.
@@ -171,11 +169,8 @@ void ObserverLine::relink(Instant now) {
   }
   Loaded<pdo::LinkPlan> plan = plan_of_what_is_known(now);
   if (!plan.value) {
-    events_.emit({.time = now,
-                  .kind = EventKind::configuration_error,
-                  .length = kAddress,
-                  .code = static_cast<std::uint32_t>(AbortCode::parameter_incompatible),
-                  .data = {std::byte{0x00}, std::byte{0x18}}});
+    emit(now, event::ConfigurationError{.abort = AbortCode::parameter_incompatible,
+                                        .index = od::objects::kTpdoCommunication});
     return;
   }
   const std::uint64_t before[] = {inputs->layout().id, outputs->layout().id};
@@ -188,10 +183,7 @@ void ObserverLine::relink(Instant now) {
     return;
   }
   ++revision;
-  Event event{.time = now, .kind = EventKind::layout_changed, .length = 16};
-  store_le(event.data.data(), inputs->layout().id);
-  store_le(event.data.data() + 8, outputs->layout().id);
-  events_.emit(event);
+  emit(now, event::LayoutChanged{.inputs = inputs->layout().id, .outputs = outputs->layout().id});
 }
 
 void ObserverLine::replace(Direction direction, const image::Layout& layout,

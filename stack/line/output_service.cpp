@@ -271,11 +271,11 @@ OutputRefusal OutputService::write(const OutputWrite& write, Instant now) {
     return refusal;
   }
   if (outputs_.accept(write, now)) {
-    const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(write.watchdog).count();
-    parts_.events.emit({.time = now,
-                        .kind = EventKind::output_armed,
-                        .code = static_cast<std::uint32_t>(ms),
-                        .value = write.group});
+    parts_.events.emit(
+        {.time = now,
+         .data = event::OutputArmed{
+             .group = write.group,
+             .watchdog = std::chrono::duration_cast<std::chrono::milliseconds>(write.watchdog)}});
     if (!outputs_.any_silent()) {
       parts_.node.end_reported(kWatchdogEmcy, now);
     }
@@ -398,10 +398,9 @@ void OutputService::react(const Outputs::Group& group, Instant now) {
     parts_.node.dictionary().set({od::objects::kProducerHeartbeatTime, 0}, std::uint16_t{0});
     taken |= kHeartbeatOff;
   }
-  parts_.events.emit({.time = now,
-                      .kind = EventKind::output_watchdog,
-                      .code = taken,
-                      .value = group.config.number});
+  parts_.events.emit(
+      {.time = now,
+       .data = event::OutputWatchdog{.group = group.config.number, .reactions = taken}});
 }
 
 // An entry that was never written stays unknown: its PDO is still held back.

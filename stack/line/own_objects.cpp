@@ -325,7 +325,7 @@ void OwnObjects::values_reset() {
 // A value in the image needs no event.
 AbortCode OwnObjects::execute_write(od::Address address, std::span<const std::byte> value) {
   if (!by_itself_ && !places_.contains(address)) {
-    events_.emit(written_event(0, address, value, now_));
+    events_.emit({.time = now_, .data = written_event(address, value)});
   }
   return AbortCode::none;
 }
@@ -340,17 +340,11 @@ void OwnObjects::mark(const Place& place) {
   image_.mark_written(place.direction, place.offset * 8, place.size * 8);
 }
 
-Event written_event(std::uint8_t node, od::Address address, std::span<const std::byte> value,
-                    Instant now) {
-  constexpr std::size_t kHead = 3;  // octets of the address
-  Event event{.time = now, .kind = EventKind::object_written, .node = node};
-  event.value = static_cast<std::uint32_t>(value.size());
-  store_le(event.data.data(), address.index);
-  event.data[2] = std::byte{address.sub};
-  const std::size_t shown = std::min(value.size(), event.data.size() - kHead);
-  std::copy_n(value.begin(), shown, event.data.begin() + kHead);
-  event.length = static_cast<std::uint8_t>(kHead + shown);
-  return event;
+event::ObjectWritten written_event(od::Address address, std::span<const std::byte> value) {
+  event::ObjectWritten out{
+      .size = static_cast<std::uint32_t>(value.size()), .index = address.index, .sub = address.sub};
+  std::ranges::copy(value.first(std::min(value.size(), out.data.size())), out.data.begin());
+  return out;
 }
 
 std::vector<std::byte> list_objects(const od::Dictionary& dictionary, ObjectRange range) {

@@ -102,9 +102,7 @@ class OwnObjects final : public od::Hook {
   std::set<std::uint16_t> configured_;
 };
 
-// EventKind::object_written.
-Event written_event(std::uint8_t node, od::Address address, std::span<const std::byte> value,
-                    Instant now);
+event::ObjectWritten written_event(od::Address address, std::span<const std::byte> value);
 
 // LocalRead: the variables of the range, those of A000h..AFFFh only if its first index is one of
 // them. Per variable, little-endian: index (2), sub-index (1), data type

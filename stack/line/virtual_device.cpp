@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "stack/base/assert.h"
-#include "stack/base/byte_order.h"
 #include "stack/line/own_objects.h"
 #include "stack/od/description.h"
 #include "stack/od/objects.h"
@@ -469,7 +468,7 @@ bool VirtualDevice::is_in_image(od::Address address) const {
 
 void VirtualDevice::report_write(od::Address address, std::span<const std::byte> value) {
   if (!by_itself_ && !is_in_image(address)) {
-    events_.emit(written_event(node_->node_id(), address, value, now_));
+    events_.emit({.time = now_, .node = node_->node_id(), .data = written_event(address, value)});
   }
 }
 
@@ -479,9 +478,8 @@ void VirtualDevice::time_received(const time::TimeOfDay& time, Instant now) {
     return;
   }
   time_told_ = now;
-  Event event{.time = now, .kind = EventKind::time_received, .node = node_->node_id(), .length = 8};
-  store_le(event.data.data(), static_cast<std::uint64_t>(time::to_utc(time).count()));
-  events_.emit(event);
+  events_.emit(
+      {.time = now, .node = node_->node_id(), .data = event::TimeReceived{time::to_utc(time)}});
 }
 
 AbortCode VirtualDevice::write(od::Address address, std::span<const std::byte> value, bool own,
@@ -514,10 +512,7 @@ void VirtualDevice::reset(bool whole_node, Instant now) {
   reset_ = whole_node || reset_.value_or(false);
   if (!by_itself_) {
     const auto command = whole_node ? nmt::Command::reset_node : nmt::Command::reset_communication;
-    events_.emit({.time = now,
-                  .kind = EventKind::own_reset,
-                  .node = node_->node_id(),
-                  .code = static_cast<std::uint32_t>(command)});
+    events_.emit({.time = now, .node = node_->node_id(), .data = event::OwnReset{command}});
   }
   for (const auto& [address, value] : own_values_) {
     if (whole_node || address.index <= od::objects::kLastCommunication) {

@@ -1,46 +1,39 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stack/base/byte_order.h"
 #include "stack/manager/boot_report.h"
 
 namespace linegate::manager {
 namespace {
 
-constexpr std::uint8_t kLength = 8;
+constexpr bool is_same_cause(event::BootCause cause, BootFinding::Kind kind) {
+  return static_cast<unsigned>(cause) == static_cast<unsigned>(kind);
+}
+static_assert(is_same_cause(event::BootCause::none, BootFinding::Kind::none) &&
+              is_same_cause(event::BootCause::abort, BootFinding::Kind::abort) &&
+              is_same_cause(event::BootCause::value, BootFinding::Kind::value) &&
+              is_same_cause(event::BootCause::written, BootFinding::Kind::last));
 
 }  // namespace
 
 Event boot_result(std::uint8_t node, char letter, const BootFinding& finding, Instant now) {
-  Event event{.time = now, .kind = EventKind::boot_result, .node = node};
-  event.code = static_cast<std::uint8_t>(letter);
-  if (finding.kind == BootFinding::Kind::none) {
-    return event;
+  const bool is_abort = finding.kind == BootFinding::Kind::abort;
+  event::BootResult result{.letter = letter};
+  if (finding.kind != BootFinding::Kind::none) {
+    result.cause = static_cast<event::BootCause>(finding.kind);
+    result.index = finding.object.index;
+    result.sub = finding.object.sub;
+    result.abort = is_abort ? finding.abort : AbortCode::none;
+    result.found = is_abort ? 0 : finding.found;
+    result.expected = finding.expected;
   }
-  event.length = kLength;
-  event.value = finding.kind == BootFinding::Kind::abort ? static_cast<std::uint32_t>(finding.abort)
-                                                         : finding.found;
-  store_le(event.data.data(), finding.object.index);
-  event.data[2] = std::byte{finding.object.sub};
-  event.data[3] = static_cast<std::byte>(finding.kind);
-  store_le(event.data.data() + 4, finding.expected);
-  return event;
+  return {.time = now, .node = node, .data = result};
 }
 
-BootFinding finding_of(const Event& event) {
-  BootFinding out;
-  const auto kind = static_cast<BootFinding::Kind>(event.data[3]);
-  if (event.length < kLength || kind == BootFinding::Kind::none || kind > BootFinding::Kind::last) {
-    return out;
-  }
-  out.kind = kind;
-  out.expected = load_le<std::uint32_t>(event.data.data() + 4);
-  out.object = {load_le<std::uint16_t>(event.data.data()),
-                std::to_integer<std::uint8_t>(event.data[2])};
-  if (kind == BootFinding::Kind::abort) {
-    out.abort = static_cast<AbortCode>(event.value);
-  } else if (kind == BootFinding::Kind::value) {
-    out.found = event.value;
-  }
-  return out;
+BootFinding finding_of(const event::BootResult& result) {
+  return {.kind = static_cast<BootFinding::Kind>(result.cause),
+          .object = {result.index, result.sub},
+          .abort = result.abort,
+          .expected = result.expected,
+          .found = result.found};
 }
 
 bool is_communication_error(AbortCode abort) {

@@ -17,17 +17,11 @@
 
 namespace linegate::manager {
 
-// EventKind::boot_result: the result of a boot slave process, as an event.
-//
-//   code   0 = booted, else the letter
-//   value  SDO abort code, or the value found
-//   data   if there is a finding: index (2, LE) and sub-index of the object, BootFinding::Kind,
-//          expected value (4, LE). If a communication error counted as a refusal, the expected
-//          value is the number of consecutive aborts
+// The result of a boot slave process, as event::BootResult.
 Event boot_result(std::uint8_t node, char letter, const BootFinding& finding, Instant now);
 
 // The finding in an event of boot_result().
-BootFinding finding_of(const Event& event);
+BootFinding finding_of(const event::BootResult& result);
 
 // The abort code is 0503 0000h or 0504 0000h to 0504 0004h, with which either side reports that the
 // transfer went out of step. It is not a refusal: a repeated transfer may succeed.

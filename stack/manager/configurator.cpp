@@ -3,7 +3,6 @@
 
 #include <utility>
 
-#include "stack/base/byte_order.h"
 #include "stack/manager/boot_report.h"
 #include "stack/manager/task_boot_step.h"
 
@@ -90,11 +89,10 @@ void Configurator::ended(const ConfigurationRun& run, Instant now) {
   if (failed && is_communication_error(run.abort()) && before == faults_[node]) {
     return;  // the node is retried every second: an unchanged failure is reported once
   }
-  Event event{.time = now, .kind = EventKind::configuration_error, .node = node, .length = 3};
-  event.code = static_cast<std::uint32_t>(run.abort());
-  store_le(event.data.data(), run.object().index);
-  event.data[2] = std::byte{run.object().sub};
-  events_.emit(event);
+  events_.emit({.time = now,
+                .node = node,
+                .data = event::ConfigurationError{
+                    .abort = run.abort(), .index = run.object().index, .sub = run.object().sub}});
 }
 
 bool Configurator::verify(std::uint8_t node, Instant now) {

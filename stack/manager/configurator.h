@@ -3,7 +3,7 @@
 // dictionary to nodes, as a step of their boot slave processes, several at once; and compares nodes
 // with them, at any time.
 //
-// An object that cannot be written is reported as EventKind::configuration_error.
+// An object that cannot be written is reported as event::ConfigurationError.
 #pragma once
 
 #include <array>

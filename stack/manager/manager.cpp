@@ -61,7 +61,8 @@ void Manager::boot_up(std::uint8_t node, Instant now) {
   touch(node);
   if (slot == nullptr) {
     if (!held_[node]) {
-      events_.emit({.time = now, .kind = EventKind::unexpected_node, .node = node, .code = 0});
+      events_.emit(
+          {.time = now, .node = node, .data = event::UnexpectedNode{nmt::State::initialising}});
     }
     return;
   }
@@ -93,10 +94,7 @@ void Manager::heartbeat(std::uint8_t node, nmt::State state, Instant now) {
   }
   Slot* slot = find(node);
   if (slot == nullptr && !held_[node] && seen.presence != Presence::present) {
-    events_.emit({.time = now,
-                  .kind = EventKind::unexpected_node,
-                  .node = node,
-                  .code = static_cast<std::uint8_t>(state)});
+    events_.emit({.time = now, .node = node, .data = event::UnexpectedNode{state}});
   }
   const nmt::State before = seen.state;
   if (before == nmt::State::operational && state != before) {
@@ -124,21 +122,19 @@ void Manager::heartbeat(std::uint8_t node, nmt::State state, Instant now) {
 
 // Guarded nodes are excluded: the times of their answers are those of the requests.
 void Manager::look_for_twin(std::uint8_t node, nmt::State state, Instant now) {
-  const std::uint32_t sign =
+  const auto evidence =
       heartbeats_.guarded(node)
-          ? 0
+          ? event::SharedIdEvidence::none
           : shared_.heartbeat(node, state, now, services_.sdo.producer_time(node));
-  if (sign != 0) {
-    events_.emit({.time = now, .kind = EventKind::shared_node_id, .node = node, .code = sign});
+  if (evidence != event::SharedIdEvidence::none) {
+    events_.emit({.time = now, .node = node, .data = event::SharedNodeId{evidence}});
   }
 }
 
 void Manager::changed_itself(std::uint8_t node, nmt::State state, nmt::State before, Instant now) {
   events_.emit({.time = now,
-                .kind = EventKind::spontaneous_change,
                 .node = node,
-                .code = static_cast<std::uint8_t>(state),
-                .value = static_cast<std::uint8_t>(before)});
+                .data = event::SpontaneousChange{.state = state, .before = before}});
 }
 
 void Manager::heartbeat_lost(std::uint8_t node, Instant now) {

@@ -3,7 +3,6 @@
 
 #include <utility>
 
-#include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
 #include "stack/manager/network_list.h"
 #include "stack/manager/task_boot_step.h"
@@ -64,10 +63,10 @@ class ProgramLoader::Step final : public TaskBootStep<ProgramRun> {
 
 ProgramLoader::ProgramLoader(od::Dictionary& dictionary, std::span<const NodePlan> plans,
                              sdo::Arbiter& sdo, EventLog& events, Duration sdo_timeout,
-                             std::uint32_t progress_code)
+                             line::CommandKind command)
     : dictionary_(dictionary),
       events_(events),
-      progress_code_(progress_code),
+      command_(command),
       objects_(dictionary, plans),
       tasks_(sdo, sdo_timeout) {
 }
@@ -115,11 +114,12 @@ void ProgramLoader::advance(Instant now) {
       continue;
     }
     tell_at_ = now + kTellEvery;
-    Event event{.time = now, .kind = EventKind::command_progress, .node = node, .length = 4};
-    event.code = progress_code_;
-    event.value = static_cast<std::uint32_t>(run->done());
-    store_le(event.data.data(), static_cast<std::uint32_t>(run->total()));
-    events_.emit(event);
+    events_.emit(
+        {.time = now,
+         .node = node,
+         .data = event::CommandProgress{.command = command_,
+                                        .done = static_cast<std::uint32_t>(run->done()),
+                                        .total = static_cast<std::uint32_t>(run->total())}});
   }
 }
 

@@ -3,7 +3,7 @@
 // slave processes, and updates a different software if permitted; and loads a program on command.
 // Several nodes at once.
 //
-// The progress of a download is reported each second as EventKind::command_progress, in bytes.
+// The progress of a download is reported each second as event::CommandProgress, in bytes.
 #pragma once
 
 #include <array>
@@ -24,10 +24,10 @@ namespace linegate::manager {
 
 class ProgramLoader {
  public:
-  // progress_code: Event::code of the progress. All references must outlive this object. See
+  // command: event::CommandProgress::command. All references must outlive this object. See
   // ProgramObjects for the dictionary and the plans. sdo_timeout: for most answers of a node.
   ProgramLoader(od::Dictionary& dictionary, std::span<const NodePlan> plans, sdo::Arbiter& sdo,
-                EventLog& events, Duration sdo_timeout, std::uint32_t progress_code);
+                EventLog& events, Duration sdo_timeout, line::CommandKind command);
 
   // The program step of the node's boot slave process; this object must outlive it. Ends with G, H
   // or I.
@@ -53,7 +53,7 @@ class ProgramLoader {
 
   const od::Dictionary& dictionary_;
   EventLog& events_;
-  std::uint32_t progress_code_;
+  line::CommandKind command_;
   ProgramObjects objects_;
   NodeTasks<ProgramRun> tasks_;
   std::array<const ProgramRun*, 128> steps_{};  // of boot processes, by node-ID

@@ -22,8 +22,8 @@ constexpr int kApart = 8;
 
 }  // namespace
 
-std::uint32_t SharedIds::heartbeat(std::uint8_t id, nmt::State state, Instant now,
-                                   Duration producer_time) {
+SharedIds::Evidence SharedIds::heartbeat(std::uint8_t id, nmt::State state, Instant now,
+                                         Duration producer_time) {
   Node& node = nodes_[id];
   if (node.producer_time != producer_time) {
     node.producer_time = producer_time;
@@ -47,12 +47,12 @@ std::uint32_t SharedIds::heartbeat(std::uint8_t id, nmt::State state, Instant no
   }
   node.last = now;
   node.state = state;
-  return report(node, sign_of(node, state, now), now);
+  return report(node, evidence_of(node, state, now), now);
 }
 
 // A single controller does not repeat every frame. Heartbeats with a shorter period, or in batches,
 // leave longer pauses between their pairs than those of two devices.
-std::uint32_t SharedIds::repeat(Node& node, Duration time) {
+SharedIds::Evidence SharedIds::repeat(Node& node, Duration time) {
   if (!std::exchange(node.repeated, true)) {
     const bool known = node.producer_time != Duration::zero();
     const bool pair = known ? node.times != 0 && node.between.back() < node.producer_time * 3 / 2
@@ -60,28 +60,28 @@ std::uint32_t SharedIds::repeat(Node& node, Duration time) {
     node.pairs = pair ? static_cast<std::uint8_t>(std::min<std::size_t>(node.pairs + 1U, kTimes))
                       : std::uint8_t{0};
   }
-  return node.pairs == kTimes ? kTwoRhythms : 0;
+  return node.pairs == kTimes ? Evidence::two_periods : Evidence::none;
 }
 
-std::uint32_t SharedIds::report(Node& node, std::uint32_t sign, Instant now) {
-  if (sign == 0 || (node.reported != kNever && now - node.reported < kQuiet)) {
-    return 0;
+SharedIds::Evidence SharedIds::report(Node& node, Evidence evidence, Instant now) {
+  if (evidence == Evidence::none || (node.reported != kNever && now - node.reported < kQuiet)) {
+    return Evidence::none;
   }
   node.reported = now;
-  return sign;
+  return evidence;
 }
 
-std::uint32_t SharedIds::sign_of(Node& node, nmt::State state, Instant now) {
+SharedIds::Evidence SharedIds::evidence_of(Node& node, nmt::State state, Instant now) {
   if (goes_on(node, state, now)) {
-    return kBootedBeside;
+    return Evidence::unchanged_after_boot_up;
   }
   if (node.changes == kChanges) {
-    return kTwoStates;
+    return Evidence::two_states;
   }
   if (alternates(node)) {
-    return kTwoRhythms;
+    return Evidence::two_periods;
   }
-  return too_many(node) ? kTooManyHeartbeats : 0;
+  return too_many(node) ? Evidence::too_many_heartbeats : Evidence::none;
 }
 
 void SharedIds::boot_up(std::uint8_t id, Instant now) {

@@ -14,28 +14,23 @@
 #include <array>
 #include <cstdint>
 
+#include "stack/base/events.h"
 #include "stack/base/time.h"
 #include "stack/can/cob_id.h"
 #include "stack/nmt/state.h"
 
 namespace linegate::manager {
 
-// Event::code of shared_node_id.
-inline constexpr std::uint32_t kTwoAnswers = 1;  // to one SDO request, see sdo/arbiter.h
-inline constexpr std::uint32_t kTwoStates = 2;
-inline constexpr std::uint32_t kTwoRhythms = 3;
-inline constexpr std::uint32_t kBootedBeside = 4;
-inline constexpr std::uint32_t kTooManyHeartbeats = 5;
-
 class SharedIds {
  public:
-  // The same sign is reported again only after this time.
+  using Evidence = event::SharedIdEvidence;
+
+  // The same evidence is reported again only after this time.
   static constexpr Duration kQuiet = std::chrono::minutes(1);
 
-  // Processes a heartbeat of the node, 1..127. Returns 0, or an Event::code of shared_node_id if it
-  // shows that there are two devices. producer_time: the confirmed 1017h; 0 = not known.
-  std::uint32_t heartbeat(std::uint8_t node, nmt::State state, Instant now,
-                          Duration producer_time = {});
+  // Processes a heartbeat of the node, 1..127. Returns the evidence if it shows that there are two
+  // devices, else none. producer_time: the confirmed 1017h; 0 = not known.
+  Evidence heartbeat(std::uint8_t node, nmt::State state, Instant now, Duration producer_time = {});
   // The node sent its boot-up message: its times and states start again.
   void boot_up(std::uint8_t node, Instant now);
   // An NMT command was sent to the node, or to all with 0: its times and states start again.
@@ -64,9 +59,9 @@ class SharedIds {
     bool commanded = true;       // a command was sent since its boot-up message
   };
 
-  static std::uint32_t report(Node& node, std::uint32_t sign, Instant now);
-  static std::uint32_t repeat(Node& node, Duration time);
-  std::uint32_t sign_of(Node& node, nmt::State state, Instant now);
+  static Evidence report(Node& node, Evidence evidence, Instant now);
+  static Evidence repeat(Node& node, Duration time);
+  Evidence evidence_of(Node& node, nmt::State state, Instant now);
   static Duration steady_period(const Node& node);
   static bool goes_on(Node& node, nmt::State state, Instant now);
   static bool alternates(const Node& node);

@@ -413,10 +413,7 @@ void Manager::update_state(Instant now) {
 void Manager::set_state(ManagerState state, Instant now) {
   const ManagerState before = std::exchange(state_, state);
   if (before != state) {
-    events_.emit({.time = now,
-                  .kind = EventKind::manager_state,
-                  .code = static_cast<std::uint8_t>(state),
-                  .value = static_cast<std::uint8_t>(before)});
+    events_.emit({.time = now, .data = event::ManagerState{.state = state, .before = before}});
   }
 }
 

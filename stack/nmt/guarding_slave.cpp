@@ -71,18 +71,16 @@ void GuardingSlave::lose() {
     return;  // the error control was changed meanwhile
   }
   lost_ = true;
-  Event event{.time = deadline, .kind = EventKind::heartbeat_lost, .node = node_id_};
-  event.code = kByLifeGuarding;
-  event.value = static_cast<std::uint32_t>(
-      std::chrono::duration_cast<std::chrono::milliseconds>(life_time()).count());
-  events_.emit(event);
+  events_.emit({.time = deadline,
+                .node = node_id_,
+                .data = event::HeartbeatLost{
+                    .by = event::ErrorControl::life_guarding,
+                    .time = std::chrono::duration_cast<std::chrono::milliseconds>(life_time())}});
   listener_.life_guarding_lost(deadline);
 }
 
 void GuardingSlave::recover(Instant now) {
-  Event event{.time = now, .kind = EventKind::heartbeat_recovered, .node = node_id_};
-  event.code = static_cast<std::uint32_t>(state_);
-  events_.emit(event);
+  events_.emit({.time = now, .node = node_id_, .data = event::HeartbeatRecovered{state_}});
   listener_.life_guarding_recovered(now);
 }
 

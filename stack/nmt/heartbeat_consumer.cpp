@@ -11,11 +11,6 @@
 namespace linegate::nmt {
 namespace {
 
-std::uint32_t in_ms(Duration time) {
-  return static_cast<std::uint32_t>(
-      std::chrono::duration_cast<std::chrono::milliseconds>(time).count());
-}
-
 // Bit 7 is the toggle bit of node guarding and 0 in heartbeats, so a state with bit 7 is reserved.
 std::optional<State> decode_state(const can::Frame& frame) {
   const auto state = static_cast<State>(frame.data[0]);
@@ -224,8 +219,12 @@ void HeartbeatConsumer::lose(std::uint8_t id) {
   const Instant deadline = node.deadline;
   set_deadline(node, kNever);
   node.lost = true;
-  emit(EventKind::heartbeat_lost, id, deadline,
-       node.guard.active() ? kByNodeGuarding : kByHeartbeat, in_ms(node.time));
+  events_.emit({.time = deadline,
+                .node = id,
+                .data = event::HeartbeatLost{
+                    .by = node.guard.active() ? event::ErrorControl::node_guarding
+                                              : event::ErrorControl::heartbeat,
+                    .time = std::chrono::duration_cast<std::chrono::milliseconds>(node.time)}});
   if (listener_ != nullptr) {
     listener_->heartbeat_lost(id, deadline);
   }
@@ -233,7 +232,7 @@ void HeartbeatConsumer::lose(std::uint8_t id) {
 
 void HeartbeatConsumer::recover(std::uint8_t id, State state, Instant now) {
   nodes_[id].lost = false;
-  emit(EventKind::heartbeat_recovered, id, now, static_cast<std::uint32_t>(state), 0);
+  events_.emit({.time = now, .node = id, .data = event::HeartbeatRecovered{state}});
   if (listener_ != nullptr) {
     listener_->heartbeat_recovered(id, now);
   }
@@ -245,7 +244,7 @@ void HeartbeatConsumer::take_boot_up(std::uint8_t id, Instant now) {
   nodes_[id].state = State::pre_operational;
   set_deadline(nodes_[id], nodes_[id].guard.asks() ? now + nodes_[id].time : kNever);
   if (emits_states_) {
-    emit(EventKind::boot_up, id, now, 0, 0);
+    events_.emit({.time = now, .node = id, .data = event::BootUp{}});
   }
   if (listener_ != nullptr) {
     listener_->boot_up(id, now);
@@ -263,8 +262,8 @@ void HeartbeatConsumer::take_heartbeat(std::uint8_t id, State state, Instant now
   if (node.state != state) {
     const State before = std::exchange(node.state, state);
     if (emits_states_) {
-      emit(EventKind::node_state, id, now, static_cast<std::uint32_t>(state),
-           static_cast<std::uint32_t>(before));
+      events_.emit(
+          {.time = now, .node = id, .data = event::NodeState{.state = state, .before = before}});
     }
   }
   if (listener_ != nullptr) {
@@ -291,17 +290,6 @@ void HeartbeatConsumer::request(Instant now) {
 void HeartbeatConsumer::set_deadline(Node& node, Instant deadline) {
   node.deadline = deadline;
   next_is_stale_ = true;
-}
-
-void HeartbeatConsumer::emit(EventKind kind, std::uint8_t id, Instant time, std::uint32_t code,
-                             std::uint32_t value) {
-  Event event;
-  event.time = time;
-  event.kind = kind;
-  event.node = id;
-  event.code = code;
-  event.value = value;
-  events_.emit(event);
 }
 
 }  // namespace linegate::nmt

@@ -49,11 +49,6 @@ struct Guard {
   bool take_toggle(can::Frame& answer);
 };
 
-// Event::code of heartbeat_lost: the kind of error control.
-inline constexpr std::uint32_t kByHeartbeat = 0;
-inline constexpr std::uint32_t kByNodeGuarding = 1;
-inline constexpr std::uint32_t kByLifeGuarding = 2;  // of the own node, guarded by its master
-
 // Called within receive() and advance(), after the event was emitted. The default of every function
 // does nothing.
 class HeartbeatListener {
@@ -144,7 +139,6 @@ class HeartbeatConsumer {
   void take_heartbeat(std::uint8_t id, State state, Instant now);
   void request(Instant now);
   void set_deadline(Node& node, Instant deadline);
-  void emit(EventKind kind, std::uint8_t id, Instant time, std::uint32_t code, std::uint32_t value);
 
   can::Dispatch& dispatch_;
   EventLog& events_;

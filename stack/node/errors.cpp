@@ -315,12 +315,10 @@ void Node::Impl::rpdo_in_order(std::uint16_t number) {
 }
 
 void Node::Impl::tell_configuration_error(od::Address place, AbortCode why) {
-  Event event{.time = now, .kind = EventKind::configuration_error, .node = options.node_id};
-  event.length = 3;
-  event.code = static_cast<std::uint32_t>(why);
-  store_le(event.data.data(), place.index);
-  event.data[2] = std::byte{place.sub};
-  events.emit(event);
+  events.emit(
+      {.time = now,
+       .node = options.node_id,
+       .data = event::ConfigurationError{.abort = why, .index = place.index, .sub = place.sub}});
 }
 
 void Node::Impl::mpdo_received(std::uint16_t number, od::Address place, Instant time) {

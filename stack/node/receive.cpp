@@ -286,10 +286,7 @@ void Node::Impl::take_own_emergency(const can::Frame& frame) {
 void Node::Impl::tell_duplicate(nmt::State shown, Instant time) {
   if (shown == nmt::State::initialising || !duplicate_told) {
     duplicate_told = true;
-    events.emit({.time = time,
-                 .kind = EventKind::duplicate_node_id,
-                 .node = options.node_id,
-                 .code = static_cast<std::uint8_t>(shown)});
+    events.emit({.time = time, .node = options.node_id, .data = event::DuplicateNodeId{shown}});
   }
   begin(Fault::node_id, 0);
 }

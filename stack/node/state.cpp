@@ -197,15 +197,10 @@ void Node::Impl::keep_early_pdos() {
 }
 
 void Node::Impl::tell_state(nmt::State before, Instant time) {
-  Event event;
-  event.time = time;
-  event.kind = EventKind::own_state;
-  event.node = options.node_id;
-  event.code = static_cast<std::uint32_t>(slave.state());
-  event.value = static_cast<std::uint32_t>(before);
-  event.data[0] = std::byte{options.node_id};
-  event.length = 1;
-  events.emit(event);
+  events.emit({.time = time,
+               .node = options.node_id,
+               .data = event::OwnState{
+                   .state = slave.state(), .before = before, .node_id = options.node_id}});
 }
 
 void Node::Impl::advance(Instant time) {

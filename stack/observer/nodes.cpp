@@ -83,10 +83,7 @@ bool Nodes::receive_emcy(std::uint8_t node, const can::Frame& frame) {
 }
 
 void Nodes::commanded(const nmt::NodeControl& command, Instant now) {
-  events_.emit({.time = now,
-                .kind = EventKind::nmt_command,
-                .node = command.node,
-                .code = static_cast<std::uint8_t>(command.command)});
+  events_.emit({.time = now, .node = command.node, .data = event::NmtCommand{command.command}});
   changes_.commanded(command.command, command.node, now);
   shared_.begin(command.node);
   for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
@@ -177,7 +174,7 @@ std::uint64_t Nodes::heartbeats_lost() const {
   return lost;
 }
 
-// The first sign of life of a node. state: as in EventKind::unexpected_node.
+// The first sign of life of a node. state: as in event::UnexpectedNode.
 void Nodes::heard(std::uint8_t id, nmt::State state, Instant now) {
   NodeState& seen = nodes_[id];
   const bool first = seen.presence != Presence::present;
@@ -185,19 +182,14 @@ void Nodes::heard(std::uint8_t id, nmt::State state, Instant now) {
   reset_[id] = false;
   seen.presence = Presence::present;
   if (!seen.configured && id != master_ && (first || state == nmt::State::initialising)) {
-    events_.emit({.time = now,
-                  .kind = EventKind::unexpected_node,
-                  .node = id,
-                  .code = static_cast<std::uint8_t>(state)});
+    events_.emit({.time = now, .node = id, .data = event::UnexpectedNode{state}});
   }
 }
 
 void Nodes::changed_itself(std::uint8_t id, nmt::State state, nmt::State before, Instant now) {
   events_.emit({.time = now,
-                .kind = EventKind::spontaneous_change,
                 .node = id,
-                .code = static_cast<std::uint8_t>(state),
-                .value = static_cast<std::uint8_t>(before)});
+                .data = event::SpontaneousChange{.state = state, .before = before}});
 }
 
 void Nodes::boot_up(std::uint8_t id, Instant now) {
@@ -220,9 +212,10 @@ void Nodes::boot_up(std::uint8_t id, Instant now) {
 void Nodes::heartbeat(std::uint8_t id, nmt::State state, Instant now) {
   NodeState& seen = nodes_[id];
   const bool news = seen.state != state || seen.presence != Presence::present || !tells_state_[id];
-  const std::uint32_t twin = heartbeats_.guarded(id) ? 0 : shared_.heartbeat(id, state, now);
-  if (twin != 0) {
-    events_.emit({.time = now, .kind = EventKind::shared_node_id, .node = id, .code = twin});
+  const auto twin =
+      heartbeats_.guarded(id) ? event::SharedIdEvidence::none : shared_.heartbeat(id, state, now);
+  if (twin != event::SharedIdEvidence::none) {
+    events_.emit({.time = now, .node = id, .data = event::SharedNodeId{twin}});
   }
   const bool was_present = seen.presence == Presence::present;
   heard(id, state, now);

@@ -49,7 +49,7 @@ class Nodes final : nmt::HeartbeatListener, emcy::Listener {
   // guards the node.
   bool receive_error_control(std::uint8_t node, const can::Frame& frame);
   bool receive_emcy(std::uint8_t node, const can::Frame& frame);
-  // An NMT command of the master; reported as EventKind::nmt_command.
+  // An NMT command of the master; reported as event::NmtCommand.
   void commanded(const nmt::NodeControl& command, Instant now);
   // A PDO of the node was received: the node is present, and Operational unless its error control
   // reports its state.

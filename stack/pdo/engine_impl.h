@@ -233,7 +233,7 @@ struct Engine::Impl final : od::Hook, od::Observer {
     }
   }
   void drop_what_missed_the_window();
-  Event event(EventKind kind, Instant time, std::uint16_t slot) const;
+  void report(std::uint16_t slot, Instant time, const EventData& data);
 
   // --- transmission (transmit.cpp) --------------------------------------------------------------
   void sample_tpdos(std::uint8_t counter);

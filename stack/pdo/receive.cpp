@@ -261,7 +261,7 @@ void Engine::Impl::attend(std::uint16_t slot, Instant time) {
 void Engine::Impl::attend_reception(std::uint16_t slot, Instant time) {
   std::uint32_t& attention = inputs->pdo(slot).attention;
   if ((attention & kTimedOut) != 0) {
-    events.emit(event(EventKind::pdo_recovered, time, slot));
+    report(slot, time, event::PdoRecovered{static_cast<std::uint16_t>(slot + 1)});
     if (listener != nullptr) {
       listener->rpdo_recovered(static_cast<std::uint16_t>(slot + 1));
     }
@@ -286,10 +286,10 @@ void Engine::Impl::check_deadline(std::uint16_t slot, Instant now) {
     return;
   }
   inputs->pdo(slot).attention |= kTimedOut;
-  Event timeout = event(EventKind::pdo_timeout, now, slot);
-  timeout.value = static_cast<std::uint32_t>(
-      std::chrono::duration_cast<std::chrono::milliseconds>(pdo.deadline).count());
-  events.emit(timeout);
+  report(slot, now,
+         event::PdoTimeout{
+             .number = static_cast<std::uint16_t>(slot + 1),
+             .deadline = std::chrono::duration_cast<std::chrono::milliseconds>(pdo.deadline)});
   if (listener != nullptr) {
     listener->rpdo_deadline(static_cast<std::uint16_t>(slot + 1));
   }
@@ -309,11 +309,10 @@ void Engine::Impl::tell_length(std::uint16_t slot, const can::Frame& frame) {
   }
   attention |= kLengthTold;
   const auto mapped = static_cast<unsigned>(details[slot].plan.bytes());
-  Event wrong_length = event(EventKind::pdo_length, frame.time, slot);
-  wrong_length.value = mapped;
-  wrong_length.length = 1;
-  wrong_length.data[0] = std::byte{frame.length};
-  events.emit(wrong_length);
+  report(slot, frame.time,
+         event::PdoLength{.number = static_cast<std::uint16_t>(slot + 1),
+                          .mapped = static_cast<std::uint16_t>(mapped),
+                          .received = frame.length});
   if (listener != nullptr) {
     listener->rpdo_wrong_length(static_cast<std::uint16_t>(slot + 1), mapped, frame.length);
   }
@@ -325,13 +324,10 @@ void Engine::Impl::tell_in_order(std::uint16_t slot) {
   }
 }
 
-Event Engine::Impl::event(EventKind kind, Instant time, std::uint16_t slot) const {
-  Event out;
-  out.time = time;
-  out.kind = kind;
-  out.code = slot + 1U;
-  out.node = image.node_of(image::Direction::inputs, static_cast<std::uint16_t>(out.code));
-  return out;
+void Engine::Impl::report(std::uint16_t slot, Instant time, const EventData& data) {
+  const auto number = static_cast<std::uint16_t>(slot + 1);
+  events.emit(
+      {.time = time, .node = image.node_of(image::Direction::inputs, number), .data = data});
 }
 
 }  // namespace linegate::pdo

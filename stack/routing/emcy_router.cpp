@@ -157,14 +157,14 @@ bool EmcyRouter::may_enter(std::uint16_t network) const {
 }
 
 void EmcyRouter::report(const ForwardedEmcy& emcy, std::uint8_t from, Instant now) {
-  Event event{
-      .time = now, .kind = EventKind::emcy_routed, .node = from, .length = 6, .code = emcy.code};
-  event.data[0] = std::byte{emcy.error_register};
-  store_le(event.data.data() + 1, emcy.network);
-  event.data[3] = std::byte{emcy.node};
-  event.data[4] = std::byte{emcy.hops};
-  event.data[5] = std::byte{emcy.number};
-  events_.emit(event);
+  events_.emit({.time = now,
+                .node = from,
+                .data = event::EmcyRouted{.code = emcy.code,
+                                          .source = emcy.network,
+                                          .source_node = emcy.node,
+                                          .error_register = emcy.error_register,
+                                          .hops = emcy.hops,
+                                          .number = emcy.number}});
 }
 
 }  // namespace linegate::routing

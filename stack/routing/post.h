@@ -50,15 +50,12 @@ enum class RoutedService : std::uint8_t { sdo, emcy, pdo };
 
 inline void tell_refused(EventLog& events, RoutedService service, std::uint16_t source,
                          const Indication& target, AbortCode why, Instant now) {
-  Event event{.time = now,
-              .kind = EventKind::routing_refused,
-              .length = 6,
-              .code = static_cast<std::uint32_t>(why)};
-  store_le(event.data.data(), source);
-  store_le(event.data.data() + 2, target.network);
-  event.data[4] = std::byte{target.node};
-  event.data[5] = static_cast<std::byte>(service);
-  events.emit(event);
+  events.emit({.time = now,
+               .data = event::RoutingRefused{.abort = why,
+                                             .source = source,
+                                             .target = target.network,
+                                             .target_node = target.node,
+                                             .service = service}});
 }
 
 // Frames that wait for a bus: at most one sub-block, which arrives as fast as the other bus carries

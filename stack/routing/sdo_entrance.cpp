@@ -303,7 +303,7 @@ void SdoEntrance::deliver(const Message& message, Instant now) {
         ++counters_.opened;
         ++counters_.open;
         connection->traced = trace_.admit(now);
-        report(*connection, EventKind::routing_opened, AbortCode::none, now);
+        report_opened(*connection, now);
         wait_until(*connection, now + config_.arm_timeout);
         give(*connection, connection->word, now);
       }
@@ -415,36 +415,42 @@ void SdoEntrance::count_end(Connection& connection, SdoPhase::End how, AbortCode
     ++(why == AbortCode::timeout ? counters_.timed_out : counters_.aborted);
   }
   const AbortCode code = connection.said != AbortCode::none ? connection.said : why;
-  report(connection, EventKind::routing_ended,
-         how == SdoPhase::End::finished ? AbortCode::none : code, now);
+  report_ended(connection, how == SdoPhase::End::finished ? AbortCode::none : code, now);
 }
 
-void SdoEntrance::report(const Connection& connection, EventKind kind, AbortCode why, Instant now) {
+void SdoEntrance::report_opened(const Connection& connection, Instant now) {
   if (!connection.traced) {
     return;
   }
   const Indication wanted = decode_indication(connection.word);
-  Event event{.time = now, .kind = kind};
-  store_le(event.data.data(), source_of(*connection.side));
-  store_le(event.data.data() + 2, wanted.network);
-  event.data[4] = std::byte{wanted.node};
-  event.data[5] = std::byte{connection.to};
-  event.data[6] = std::byte{connection.gateway};
-  if (kind == EventKind::routing_opened) {
-    event.length = 8;
-    event.code = connection.number;
-    event.value = trace_.take_withheld();
-    event.data[7] = std::byte{wanted.hops};
-  } else {
-    event.length = 15;
-    event.code = static_cast<std::uint32_t>(why);
-    event.value = connection.phase.bytes();
-    event.data[7] = static_cast<std::byte>(connection.phase.service());
-    store_le(event.data.data() + 8, connection.phase.address().index);
-    event.data[10] = std::byte{connection.phase.address().sub};
-    store_le(event.data.data() + 11, connection.number);
+  events_.emit({.time = now,
+                .data = event::RoutingOpened{.connection = connection.number,
+                                             .suppressed = trace_.take_withheld(),
+                                             .source = source_of(*connection.side),
+                                             .target = wanted.network,
+                                             .target_node = wanted.node,
+                                             .interface = connection.to,
+                                             .gateway = connection.gateway,
+                                             .hops = wanted.hops}});
+}
+
+void SdoEntrance::report_ended(const Connection& connection, AbortCode why, Instant now) {
+  if (!connection.traced) {
+    return;
   }
-  events_.emit(event);
+  const Indication wanted = decode_indication(connection.word);
+  events_.emit({.time = now,
+                .data = event::RoutingEnded{.connection = connection.number,
+                                            .abort = why,
+                                            .bytes = connection.phase.bytes(),
+                                            .source = source_of(*connection.side),
+                                            .target = wanted.network,
+                                            .index = connection.phase.address().index,
+                                            .sub = connection.phase.address().sub,
+                                            .target_node = wanted.node,
+                                            .interface = connection.to,
+                                            .gateway = connection.gateway,
+                                            .service = connection.phase.service()}});
 }
 
 // --- time ---------------------------------------------------------------------------------------

@@ -95,7 +95,8 @@ class SdoEntrance {
   // Ends it with an abort to both sides.
   void break_down(Connection& connection, AbortCode why, Instant now);
   void count_end(Connection& connection, SdoPhase::End how, AbortCode why, Instant now);
-  void report(const Connection& connection, EventKind kind, AbortCode why, Instant now);
+  void report_opened(const Connection& connection, Instant now);
+  void report_ended(const Connection& connection, AbortCode why, Instant now);
   void tell_exit(const Connection& connection, AbortCode why);
   // Passes on the waiting frames, then releases the client's side.
   void release(Connection& connection, Instant now);

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 
+#include "stack/base/events.h"
 #include "stack/od/description.h"
 
 namespace linegate::routing {
@@ -36,7 +37,7 @@ class SdoPhase {
   bool awaits_first_answer() const;
   bool is_first_answer(std::uint64_t word) const;
   // Object and direction of the last transfer.
-  enum class Service : std::uint8_t { none, upload, download };  // numbers as in EventKind
+  using Service = event::SdoService;
   od::Address address() const { return address_; }
   Service service() const { return service_; }
   // Number of bytes of its value that were sent, or in a block transfer acknowledged.

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "stack/base/assert.h"
-#include "stack/base/byte_order.h"
 #include "stack/base/time.h"
 #include "stack/can/cob_id.h"
 #include "stack/od/objects.h"
@@ -85,14 +84,11 @@ void Scanner::restored(Running& running, AbortCode outcome, Instant now) {
     host_.reset_node(node, now);
     return;
   }
-  Event refused{.time = now,
-                .kind = EventKind::sdo_abort,
-                .node = node,
-                .length = 3,
-                .code = static_cast<std::uint32_t>(outcome)};
-  store_le(refused.data.data(), kRestoreDefaults.index);
-  refused.data[2] = std::byte{kRestoreDefaults.sub};
-  events_.emit(refused);
+  events_.emit(
+      {.time = now,
+       .node = node,
+       .data = event::SdoAbort{
+           .abort = outcome, .index = kRestoreDefaults.index, .sub = kRestoreDefaults.sub}});
   go_on(running, now);
 }
 
@@ -158,11 +154,11 @@ void Host::asked(std::uint8_t /*node*/, bool /*answered*/, Instant /*asked_at*/,
 void Scanner::finish(Running& running, Instant now) {
   if (running.survey.present()) {
     const ScannedNode& node = running.survey.result();
-    events_.emit({.time = now,
-                  .kind = EventKind::node_scanned,
-                  .node = node.id,
-                  .code = static_cast<std::uint32_t>(node.end),
-                  .value = static_cast<std::uint32_t>(node.values.size())});
+    events_.emit(
+        {.time = now,
+         .node = node.id,
+         .data = event::NodeScanned{.abort = node.end,
+                                    .objects = static_cast<std::uint32_t>(node.values.size())}});
     found_.push_back(running.survey.take_result());
   }
   if (&running != &running_.back()) {

@@ -67,7 +67,7 @@ class Scanner {
   Instant next_wake() const;
 
   // Returns the nodes that answered, ascending, once after a scan has ended. Each was reported
-  // before as EventKind::node_scanned.
+  // before as event::NodeScanned.
   std::optional<std::vector<ScannedNode>> take_result();
 
  private:

@@ -265,14 +265,11 @@ bool Arbiter::look_for_twin(Channel& channel, const can::Frame& frame) {
       channel.current && channel.current->address == object && channel.client.waits_for_initiate();
   const auto found = channel.doubles.response(word, asked, frame.time);
   if (found == DoubleAnswers::Found::two_devices) {
-    Event event{.time = frame.time,
-                .kind = EventKind::shared_node_id,
-                .node = channel.node,
-                .length = 3,
-                .code = 1};
-    store_le(event.data.data(), object.index);
-    event.data[2] = std::byte{object.sub};
-    events_.emit(event);
+    events_.emit({.time = frame.time,
+                  .node = channel.node,
+                  .data = event::SharedNodeId{.evidence = event::SharedIdEvidence::two_responses,
+                                              .sub = object.sub,
+                                              .index = object.index}});
   }
   return found != DoubleAnswers::Found::nothing;
 }
@@ -311,12 +308,7 @@ void Arbiter::foreign(Channel& channel, const can::Frame& frame) {
   const bool quiet = !channel.foreign_heard || frame.time - *channel.foreign_heard >= kForeignQuiet;
   channel.foreign_heard = frame.time;
   if (quiet) {
-    Event event;
-    event.time = frame.time;
-    event.kind = EventKind::foreign_sdo;
-    event.node = channel.node;
-    event.code = frame.id;
-    events_.emit(event);
+    events_.emit({.time = frame.time, .node = channel.node, .data = event::ForeignSdo{frame.id}});
   }
 }
 
@@ -399,15 +391,10 @@ void Arbiter::tell_abort(const Request& request, AbortCode code, Instant now) {
   if (request.priority != Priority::command && request.priority != Priority::routing) {
     return;
   }
-  Event event;
-  event.time = now;
-  event.kind = EventKind::sdo_abort;
-  event.node = request.node;
-  event.code = static_cast<std::uint32_t>(code);
-  event.length = 3;
-  store_le(event.data.data(), request.address.index);
-  event.data[2] = std::byte{request.address.sub};
-  events_.emit(event);
+  events_.emit({.time = now,
+                .node = request.node,
+                .data = event::SdoAbort{
+                    .abort = code, .index = request.address.index, .sub = request.address.sub}});
 }
 
 }  // namespace linegate::sdo

@@ -38,15 +38,12 @@ void Consumer::advance(Instant now) {
 
 void Consumer::lose() {
   LINEGATE_ASSERT(active_ && consumes(), "only an active consumer misses a SYNC");
-  Event event;
-  event.time = deadline_;
-  event.kind = EventKind::sync_lost;
-  event.node = node_id_;
-  event.value = static_cast<std::uint32_t>(
-      std::chrono::duration_cast<std::chrono::microseconds>(parameters_.period).count());
-  deadline_ = kNever;
+  const Instant deadline = std::exchange(deadline_, kNever);
   lost_ = true;
-  events_.emit(event);
+  events_.emit({.time = deadline,
+                .node = node_id_,
+                .data = event::SyncLost{
+                    std::chrono::duration_cast<std::chrono::microseconds>(parameters_.period)}});
 }
 
 void Consumer::register_cob_id(bool wanted) {

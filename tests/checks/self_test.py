@@ -15,6 +15,7 @@ import manuals
 import mutations
 import public_headers
 import readmes
+import rows
 import services
 import sizes
 import units
@@ -367,6 +368,12 @@ class Services(TreeCase):
             with self.subTest(claim=claim):
                 row = f"| {claim} | `sync/producer.h` | `Sync.IsSent` |\n"
                 self.assertEqual(len(self.found_in(row, events + self.FAULTS + self.FAULT)), count)
+
+    def test_an_event_in_a_test(self):
+        for text in ("a sync-lost", "EventKind::sync_lost", "event::SyncLost{10ms}"):
+            self.assertTrue(rows.speaks_of_event(text, "sync-lost"), text)
+        for text in ("SYNC", "event::SyncLostAgain", "SyncLost"):
+            self.assertFalse(rows.speaks_of_event(text, "sync-lost"), text)
 
     def test_faults(self):
         row = "| SYNC | `sync/producer.h` | `Sync.IsSent` |\n"

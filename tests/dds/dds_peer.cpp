@@ -159,7 +159,7 @@ bool publish_all(dds::GatewayBridge& bridge) {
   ok = bridge.publish(kLine, layout()) && ok;
   ok = bridge.publish(kLine, snapshot()) && ok;
   for (std::uint64_t number = 1; number <= kEvents; ++number) {
-    ok = bridge.publish(kLine, event(number), event_text(number), properties()) && ok;
+    ok = bridge.publish(kLine, known::event(number), event_text(number), properties()) && ok;
   }
   return ok;
 }
@@ -201,7 +201,7 @@ class Printer : public dds::ClientListener {
   void on_image(const dds::Source&, const image::Snapshot& snapshot) override {
     std::printf("image %llu\n", static_cast<unsigned long long>(snapshot.sequence));
   }
-  void on_event(const dds::Source&, const Event& event, std::string_view,
+  void on_event(const dds::Source&, const dds::ReceivedEvent& event, std::string_view,
                 const std::vector<dds::Property>&) override {
     std::printf("event %llu\n", static_cast<unsigned long long>(event.number));
   }

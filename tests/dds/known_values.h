@@ -184,17 +184,11 @@ inline pdo::Reception reception() {
 }
 
 inline Event event(std::uint64_t number) {
-  Event event;
-  event.number = number;
-  event.time = at(static_cast<std::int64_t>(number));
-  event.kind = EventKind::emcy;
-  event.node = 42;
-  event.length = 5;
-  event.code = 0x8130;
-  event.value = 0x11;
-  for (std::size_t i = 0; i < 5; ++i)
-    event.data[i] = static_cast<std::byte>(i + 1);
-  return event;
+  event::Emcy emcy{.code = 0x8130, .error_register = 0x11};
+  for (std::size_t i = 0; i < emcy.manufacturer.size(); ++i)
+    emcy.manufacturer[i] = static_cast<std::byte>(i + 1);
+  return {
+      .number = number, .time = at(static_cast<std::int64_t>(number)), .node = 42, .data = emcy};
 }
 
 inline std::string event_text(std::uint64_t number) {

@@ -35,7 +35,7 @@ struct Received : dds::ClientListener {
   void on_image(const dds::Source&, const image::Snapshot& snapshot) override {
     image = snapshot.sequence;
   }
-  void on_event(const dds::Source&, const Event& event, std::string_view,
+  void on_event(const dds::Source&, const dds::ReceivedEvent& event, std::string_view,
                 const std::vector<dds::Property>&) override {
     events.push_back(event.number);
   }

@@ -3,6 +3,7 @@
 // defaults.
 #include <gtest/gtest.h>
 
+#include "bridges/dds/event_codec.h"
 #include "bridges/dds/event_samples.h"
 #include "bridges/dds/image_samples.h"
 #include "bridges/dds/output_samples.h"
@@ -270,24 +271,38 @@ TEST(EventSamples, EventComesBack) {
   to_wire(sent, "text", known::clock(), wire);
   EXPECT_EQ(wire.severity(), v1::SEVERITY_WARNING);
   EXPECT_EQ(wire.data().size(), 5U);
-  linegate::Event event;
+  ReceivedEvent event;
   from_wire(wire, known::clock(), event);
   EXPECT_EQ(event.number, 9U);
   EXPECT_EQ(event.time, sent.time);
-  EXPECT_EQ(event.kind, sent.kind);
+  EXPECT_EQ(event.kind, sent.kind());
+  EXPECT_EQ(event.severity, EventSeverity::warning);
   EXPECT_EQ(event.node, sent.node);
-  EXPECT_EQ(event.length, 5);
-  EXPECT_EQ(event.code, sent.code);
-  EXPECT_EQ(event.value, sent.value);
+  EXPECT_EQ(event.fields, pack(sent.data));
   EXPECT_EQ(event.data, sent.data);
+}
+
+TEST(EventSamples, AKindOfANewerGatewayKeepsItsNumberAndItsFields) {
+  v1::Event wire;
+  wire.kind(kEventKinds);
+  wire.code(7);
+  wire.value(8);
+  wire.data({9});
+  ReceivedEvent event;
+  from_wire(wire, known::clock(), event);
+  EXPECT_EQ(static_cast<std::size_t>(event.kind), kEventKinds);
+  EXPECT_EQ(event.severity, EventSeverity::error);
+  EXPECT_EQ(event.fields,
+            (EventFields{.code = 7, .value = 8, .length = 1, .data = {std::byte{9}}}));
+  EXPECT_FALSE(event.data);
 }
 
 TEST(EventSamples, DataOfAStrangerAreCutToTheirBound) {
   v1::Event wire;
   wire.data().resize(100, 1);
-  linegate::Event event;
+  ReceivedEvent event;
   from_wire(wire, {}, event);
-  EXPECT_EQ(event.length, 16);
+  EXPECT_EQ(event.fields.length, 16);
 }
 
 line::OutputWrite output() {

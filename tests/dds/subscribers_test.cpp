@@ -46,7 +46,7 @@ struct Recorder : dds::ClientListener {
   void on_reception(const dds::Source&, const dds::PdoReception& value) override {
     reception = value;
   }
-  void on_event(const dds::Source&, const Event& value, std::string_view text,
+  void on_event(const dds::Source&, const dds::ReceivedEvent& value, std::string_view text,
                 const std::vector<dds::Property>&) override {
     events.push_back(value);
     last_text = text;
@@ -67,7 +67,7 @@ struct Recorder : dds::ClientListener {
   std::vector<image::Snapshot> snapshots;
   std::optional<dds::PdoUpdate> pdo;
   std::optional<dds::PdoReception> reception;
-  std::vector<Event> events;
+  std::vector<dds::ReceivedEvent> events;
   std::string last_text;
   std::string gone;
 };

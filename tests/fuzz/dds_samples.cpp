@@ -199,12 +199,17 @@ class Peer {
   }
 
   void take(const v1::Event& sample) {
-    Event event;
+    ReceivedEvent event;
     from_wire(sample, kUtc, event);
-    LINEGATE_EXPECT(event.length <= event.data.size());
-    v1::Event back;
-    to_wire(event, sample.text().to_string(), kUtc, back);
-    LINEGATE_EXPECT(back.time() == sample.time() && back.kind() == sample.kind());
+    LINEGATE_EXPECT(event.fields.length <= event.fields.data.size());
+    LINEGATE_EXPECT(event.data.has_value() == (sample.kind() < kEventKinds));
+    if (event.data) {
+      const Event known{
+          .number = event.number, .time = event.time, .node = event.node, .data = *event.data};
+      v1::Event back;
+      to_wire(known, sample.text().to_string(), kUtc, back);
+      LINEGATE_EXPECT(back.time() == sample.time() && back.kind() == sample.kind());
+    }
     take(sample.properties());
   }
 

@@ -177,10 +177,8 @@ class Run {
   }
 
   void report() {
-    Event event;
-    event.kind = static_cast<EventKind>(input_.byte() % kEventKinds);
-    event.time = subject_.now();
-    subject_.line().report(event);
+    const auto kind = static_cast<EventKind>(input_.byte() % kEventKinds);
+    subject_.line().report({.time = subject_.now(), .data = empty_event_data(kind)});
   }
 
   LineSubject subject_;

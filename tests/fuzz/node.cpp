@@ -379,8 +379,8 @@ class Run {
     std::array<Event, 16> events;
     while (const std::size_t count = log_.take(events)) {
       for (const Event& event : std::span(events).first(count)) {
-        LINEGATE_EXPECT(static_cast<std::size_t>(event.kind) < kEventKinds);
-        LINEGATE_EXPECT(event.length <= event.data.size() && event.node < 128);
+        LINEGATE_EXPECT(static_cast<std::size_t>(event.kind()) < kEventKinds);
+        LINEGATE_EXPECT(event.node < 128);
         LINEGATE_EXPECT(event.number >= next_event_);
         next_event_ = event.number + 1;
       }

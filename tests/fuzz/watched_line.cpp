@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "bridges/sim/device.h"
-#include "stack/base/byte_order.h"
 #include "stack/base/time.h"
 #include "stack/eds/reader.h"
 #include "stack/lss/procedure.h"
@@ -200,11 +199,12 @@ void WatchedLine::take_events(std::size_t count) {
 }
 
 void WatchedLine::check_event(const Event& event) {
-  LINEGATE_EXPECT(static_cast<std::size_t>(event.kind) < kEventKinds);
-  LINEGATE_EXPECT(event.length <= event.data.size() && event.node < 128);
-  if (event.kind == EventKind::events_lost && event.length == 16) {
-    LINEGATE_EXPECT(load_le<std::uint64_t>(event.data.data()) == next_event_);
-    LINEGATE_EXPECT(load_le<std::uint64_t>(event.data.data() + 8) == event.number);
+  LINEGATE_EXPECT(static_cast<std::size_t>(event.kind()) < kEventKinds);
+  LINEGATE_EXPECT(event.node < 128);
+  const auto* const lost = event.get<event::EventsLost>();
+  if (lost != nullptr && lost->last != 0) {  // 0: one that the input reported
+    LINEGATE_EXPECT(lost->first == next_event_);
+    LINEGATE_EXPECT(lost->last == event.number);
     LINEGATE_EXPECT(event.number >= next_event_);
     next_event_ = event.number;
   }

@@ -137,13 +137,14 @@ class AnswerModel {
   // A refusal without an event at that time.
   struct Held {
     std::uint8_t node = 0;
-    std::uint32_t code = 0;
-    std::uint32_t value = 0;
+    line::Refusal refusal = line::Refusal::none;
+    line::CommandKind command{};
     Instant time{};
 
     bool is_of(const Event& event) const {
-      return event.kind == EventKind::command_refused && event.node == node && event.code == code &&
-             event.value == value;
+      const auto* const refused = event.get<event::CommandRefused>();
+      return refused != nullptr && event.node == node && refused->refusal == refusal &&
+             refused->command == command;
     }
   };
 

@@ -3,6 +3,7 @@
 // acknowledged on the bus, and every other reply has the reason of the delay.
 #include <algorithm>
 #include <set>
+#include <tuple>
 #include <utility>
 
 #include "stack/base/byte_order.h"
@@ -364,11 +365,8 @@ std::string AnswerModel::check_refusal(const Given& given, const line::Reply& re
     }
   }
   const std::uint8_t node = line_.layout(image::Direction::outputs).entries[entry].node;
-  return check_event({.node = node,
-                      .code = reply.error.code,
-                      .value = static_cast<std::uint32_t>(line::kind(given.command)),
-                      .time = now},
-                     events);
+  return check_event(
+      {.node = node, .refusal = why, .command = line::kind(given.command), .time = now}, events);
 }
 
 // Clause 8. The line has one place for each of kPlaces different events and a shared place, and an
@@ -384,17 +382,17 @@ std::string AnswerModel::check_event(const Held& refusal, std::span<const Event>
     return {};
   }
   held_.push_back(refusal);
-  std::set<std::array<std::uint32_t, 3>> different;
+  std::set<std::tuple<std::uint8_t, line::Refusal, line::CommandKind>> different;
   std::size_t passed = 0;
   for (const Event& event : events) {
-    if (event.kind != EventKind::command_refused ||
-        event.time + RepeatLimit::kInterval <= refusal.time) {
+    const auto* const refused = event.get<event::CommandRefused>();
+    if (refused == nullptr || event.time + RepeatLimit::kInterval <= refusal.time) {
       continue;
     }
     if (refusal.is_of(event)) {
       return {};
     }
-    different.insert({event.node, event.code, event.value});
+    different.insert({event.node, refused->refusal, refused->command});
     ++passed;
   }
   const bool full = different.size() >= RepeatLimit::kPlaces && passed > RepeatLimit::kPlaces;
@@ -404,11 +402,9 @@ std::string AnswerModel::check_event(const Held& refusal, std::span<const Event>
 // Removes the refusals that the new events name or count. The number in an event counts equal
 // refusals, or different ones that shared a place; the event does not distinguish them.
 void AnswerModel::count_held(std::span<const Event> events) {
-  constexpr std::size_t kCount = 8;  // see RepeatLimit::admit()
   for (const Event& event : events.subspan(std::exchange(counted_, events.size()))) {
-    const bool counts = event.kind == EventKind::command_refused &&
-                        event.length == kCount + sizeof(std::uint32_t) &&
-                        load_le<std::uint32_t>(event.data.data() + kCount) != 0;
+    const auto* const refused = event.get<event::CommandRefused>();
+    const bool counts = refused != nullptr && refused->suppressed != 0;
     std::erase_if(held_, [&](const Held& refusal) {
       return refusal.time <= event.time && (counts || refusal.is_of(event));
     });

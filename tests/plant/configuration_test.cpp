@@ -162,8 +162,9 @@ TEST_F(ConfigurationTest, AnEntryThatIsRefusedIsNamedEverywhere) {
   const auto event = std::ranges::find(seat().events, EventKind::configuration_error, &Event::kind);
   ASSERT_NE(event, seat().events.end());
   EXPECT_EQ(event->node, 5);
-  EXPECT_EQ(event->code, static_cast<std::uint32_t>(AbortCode::value_too_low));
-  EXPECT_EQ(load_le<std::uint16_t>(event->data.data()), 0x6083);
+  const auto& error = std::get<event::ConfigurationError>(event->data);
+  EXPECT_EQ(error.abort, AbortCode::value_too_low);
+  EXPECT_EQ(error.index, 0x6083);
   EXPECT_EQ(seat().line->node_state(5).boot, 'J');
 }
 
@@ -194,8 +195,9 @@ TEST_F(ConfigurationTest, LongOnesTellTheirProgressAndThereIsOneAtATime) {
   EXPECT_TRUE(wait(first).ok());
   const auto event = std::ranges::find(seat().events, EventKind::command_progress, &Event::kind);
   ASSERT_NE(event, seat().events.end());
-  EXPECT_EQ(event->code, static_cast<std::uint32_t>(line::CommandKind::configure));
-  EXPECT_LT(event->value, load_le<std::uint32_t>(event->data.data()));
+  const auto& progress = std::get<event::CommandProgress>(event->data);
+  EXPECT_EQ(progress.command, line::CommandKind::configure);
+  EXPECT_LT(progress.done, progress.total);
 }
 
 TEST_F(ConfigurationTest, IsRefusedWhereItMakesNoSenseAndEndsWithItsTimeOutAndTheLine) {

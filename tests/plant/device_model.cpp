@@ -110,8 +110,8 @@ void DeviceModel::after_advance(sim::Device& device, Instant now) {
   std::array<Event, 16> events;
   while (const std::size_t count = device.take_events(events)) {
     for (const Event& event : std::span(events).first(count)) {
-      constexpr std::uint32_t kLifeGuarding = 2;
-      if (event.kind == EventKind::heartbeat_lost && event.code == kLifeGuarding) {
+      const auto* const lost = event.get<event::HeartbeatLost>();
+      if (lost != nullptr && lost->by == event::ErrorControl::life_guarding) {
         guarding_lost_told_.push_back(event.time);
       }
     }

@@ -563,10 +563,10 @@ class Generator {
       const unsigned life_time = device.guard_time * device.life_time_factor;
       const unsigned within = life_time + 2 * device.guard_time;
       out_ << "at " << time << "ms node " << device.id
-           << " unplugged\nexpect heartbeat-lost node=" << device.id
-           << " code=1 value=" << life_time << " within " << within << "ms\nexpect device "
-           << device.id << " 1001:0 = 17 within " << within << "ms\nat " << time << "ms node "
-           << device.id << " plugged\nexpect emcy node=" << device.id
+           << " unplugged\nexpect heartbeat-lost node=" << device.id << " by=1 time=" << life_time
+           << " within " << within << "ms\nexpect device " << device.id << " 1001:0 = 17 within "
+           << within << "ms\nat " << time << "ms node " << device.id
+           << " plugged\nexpect emcy node=" << device.id
            << " code=0x8130 within 500ms\nexpect node " << device.id << " operational within 15s\n";
     }
   }

@@ -14,16 +14,18 @@ void IdentityModel::ends(std::uint8_t node_id, Instant now) {
 }
 
 std::string IdentityModel::judge(const Event& event, Instant now) const {
-  if (event.kind != EventKind::shared_node_id || imitated_[event.node]) {
+  const auto* const two = event.get<event::SharedNodeId>();
+  if (two == nullptr || imitated_[event.node]) {
     return {};
   }
   const Instant ended = shared_[event.node];
-  const Duration evidence = event.code == kTwoAnswers ? kAnswers : kHeartbeats;
-  const bool was_shared = ended != Instant{} && now - ended <= evidence;
+  const bool by_responses = two->evidence == event::SharedIdEvidence::two_responses;
+  const bool was_shared =
+      ended != Instant{} && now - ended <= (by_responses ? kAnswers : kHeartbeats);
   return users_[event.node] >= kTwo || was_shared
              ? std::string()
              : "node " + std::to_string(event.node) + " is reported as two devices, sign " +
-                   std::to_string(event.code);
+                   std::to_string(static_cast<unsigned>(two->evidence));
 }
 
 }  // namespace linegate::plant

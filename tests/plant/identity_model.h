@@ -22,7 +22,6 @@ class IdentityModel {
   // of responses to requests within DoubleAnswers::kRow (stack/sdo/double_answers.h).
   static constexpr Duration kHeartbeats = std::chrono::milliseconds(8 * 300);
   static constexpr Duration kAnswers = std::chrono::milliseconds(10'500);
-  static constexpr std::uint32_t kTwoAnswers = 1;  // Event::code
 
   // A device begins or ends to use a node-ID; 0 = none.
   void begins(std::uint8_t node_id);

@@ -85,8 +85,8 @@ void ImageModel::before_receive(const can::Frame& frame) {
 
 void ImageModel::after_call(std::span<const Event> events) {
   const bool reset = std::ranges::any_of(events, [](const Event& event) {
-    return event.kind == EventKind::own_state &&
-           event.code == static_cast<std::uint32_t>(nmt::State::initialising);
+    const auto* const own = event.get<event::OwnState>();
+    return own != nullptr && own->state == nmt::State::initialising;
   });
   const bool synced = line_.sync_count() != syncs_;
   syncs_ = line_.sync_count();

@@ -3,8 +3,6 @@
 
 #include <algorithm>
 
-#include "stack/base/byte_order.h"
-
 #include "tests/plant/words.h"
 
 namespace linegate::plant {
@@ -13,11 +11,11 @@ namespace {
 std::string check_event_numbers(const std::vector<Event>& events) {
   std::uint64_t next = 1;
   for (const Event& event : events) {
-    if (event.kind == EventKind::events_lost) {
-      if (load_le<std::uint64_t>(event.data.data()) != next) {
+    if (const auto* const lost = event.get<event::EventsLost>()) {
+      if (lost->first != next) {
         return "the range of events-lost does not begin at " + std::to_string(next);
       }
-      next = load_le<std::uint64_t>(event.data.data() + 8) + 1;
+      next = lost->last + 1;
       continue;
     }
     if (event.number != next) {
@@ -47,8 +45,9 @@ std::string check_counters(LineSeat& seat) {
 // CiA 301 7.2.7.1, with the scheme node::ErrorScheme::number.
 std::string check_error_resets(const std::vector<Event>& events) {
   for (const Event& event : events) {
-    if (event.kind == EventKind::emcy_sent && event.code == 0 && event.value != 0) {
-      return "an error reset was sent with error register " + std::to_string(event.value);
+    const auto* const emcy = event.get<event::EmcySent>();
+    if (emcy != nullptr && emcy->code == 0 && emcy->error_register != 0) {
+      return "an error reset was sent with error register " + std::to_string(emcy->error_register);
     }
   }
   return {};

@@ -116,13 +116,13 @@ TEST_F(ProgramTest, OnCommandAProgramIsLoadedWithProgressAndTheNodeBootedAnew) {
   for (const Event& event : seat().events) {
     // Heartbeats of other nodes may be late: a simulated device acknowledges a block immediately,
     // so that the segments of the next block, which have higher priority, leave no gap on the bus.
-    EXPECT_FALSE(event.kind == EventKind::heartbeat_lost && event.node == 5);
-    EXPECT_NE(event.kind, EventKind::unexpected_node);
-    if (event.kind == EventKind::command_progress) {
+    EXPECT_FALSE(event.kind() == EventKind::heartbeat_lost && event.node == 5);
+    EXPECT_NE(event.kind(), EventKind::unexpected_node);
+    if (const auto* const progress = event.get<event::CommandProgress>()) {
       EXPECT_EQ(event.node, 5);
-      EXPECT_EQ(event.code, static_cast<std::uint32_t>(line::CommandKind::program));
-      EXPECT_EQ(load_le<std::uint32_t>(event.data.data()), 200'010U);
-      told.push_back(event.value);
+      EXPECT_EQ(progress->command, line::CommandKind::program);
+      EXPECT_EQ(progress->total, 200'010U);
+      told.push_back(progress->done);
     }
   }
   EXPECT_GE(told.size(), 2U);

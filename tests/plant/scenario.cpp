@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "tests/assertion_note.h"
+#include "tests/plant/event_words.h"
 #include "tests/plant/oracles.h"
 #include "tests/plant/scenario_run.h"
 
@@ -100,8 +101,8 @@ std::string last_events(World& world) {
       const Event& event = seat->events[i];
       const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(event.time - kStart);
       out += seat->line->config().name + ' ' + std::to_string(ms.count()) + "ms " +
-             std::string(name(event.kind)) + " node=" + std::to_string(event.node) +
-             " code=" + std::to_string(event.code) + " value=" + std::to_string(event.value) + '\n';
+             std::string(name(event.kind())) + " node=" + std::to_string(event.node) +
+             members_text(event.data) + '\n';
     }
   }
   return out;

@@ -7,6 +7,7 @@
 #include "stack/diagnosis/network_state.h"
 #include "stack/od/dictionary.h"
 
+#include "tests/plant/event_words.h"
 #include "tests/plant/scenario_run.h"
 
 namespace linegate::plant {
@@ -251,7 +252,7 @@ std::function<bool()> Scenario::routing_condition(Words& words) {
   return [this, member, wanted] { return seat().line->state().routing.*member == wanted; };
 }
 
-// expect EVENT-NAME [node=N] [code=N] [value=N]
+// expect EVENT-NAME [node=N] [MEMBER=N]...
 std::function<bool()> Scenario::event_condition(Words& words, std::vector<Event> LineSeat::*told) {
   const std::string kind = words.take();
   std::optional<EventKind> wanted;
@@ -264,8 +265,7 @@ std::function<bool()> Scenario::event_condition(Words& words, std::vector<Event>
     throw BadStatement("unknown event '" + kind + "'");
   }
   std::optional<std::uint64_t> node;
-  std::optional<std::uint64_t> code;
-  std::optional<std::uint64_t> value;
+  std::vector<std::pair<std::string, std::uint64_t>> members;
   while (words.peek().find('=') != std::string::npos) {
     const std::string pair = words.take();
     const std::size_t equals = pair.find('=');
@@ -273,23 +273,23 @@ std::function<bool()> Scenario::event_condition(Words& words, std::vector<Event>
     const std::string key = pair.substr(0, equals);
     if (key == "node") {
       node = number;
-    } else if (key == "code") {
-      code = number;
-    } else if (key == "value") {
-      value = number;
+    } else if (member_of(empty_event_data(*wanted), key)) {
+      members.emplace_back(key, number);
     } else {
-      throw BadStatement("an event has node, code and value, not '" + key + "'");
+      throw BadStatement("the event " + kind + " has no '" + key + "'");
     }
   }
   const std::size_t from = told == &LineSeat::events     ? event_cursor_
                            : told == &LineSeat::observed ? observed_cursor_
                                                          : ours_cursor_;
-  return [this, told, from, wanted, node, code, value] {
+  return [this, told, from, wanted, node, members] {
     const std::vector<Event>& events = seat().*told;
     return std::any_of(events.begin() + static_cast<long>(from), events.end(),
                        [&](const Event& event) {
-                         return event.kind == *wanted && (!node || event.node == *node) &&
-                                (!code || event.code == *code) && (!value || event.value == *value);
+                         return event.kind() == *wanted && (!node || event.node == *node) &&
+                                std::ranges::all_of(members, [&](const auto& member) {
+                                  return member_of(event.data, member.first) == member.second;
+                                });
                        });
   };
 }

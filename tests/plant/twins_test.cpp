@@ -15,6 +15,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/plant/environment.h"
+#include "tests/plant/event_words.h"
 #include "tests/plant/scenario_run.h"
 
 namespace linegate::plant {
@@ -194,8 +195,8 @@ std::vector<std::string> history_of(const std::string& text, unsigned long seed)
     for (const Event& event : seat.events) {
       std::ostringstream text_of;
       text_of << name << ' ' << event.time.time_since_epoch().count() << ' '
-              << linegate::name(event.kind) << ' ' << unsigned{event.node} << ' ' << event.code
-              << ' ' << event.value;
+              << linegate::name(event.kind()) << ' ' << unsigned{event.node}
+              << members_text(event.data);
       out.push_back(text_of.str());
     }
   }

@@ -33,8 +33,10 @@ class BootingGateway : public Client {
               std::uint64_t /*layout_id*/, Listener& listener) override {
     last = command;
     const Instant now = utc_now() + std::chrono::seconds(1);
-    listener.on_event(kBootLine, {{.time = now, .kind = EventKind::boot_result}, "node 5: booted"});
-    listener.on_event(kBootLine, {{.time = now, .kind = EventKind::boot_up}, "node 6: boot-up"});
+    listener.on_event(kBootLine,
+                      {.time = now, .kind = EventKind::boot_result, .text = "node 5: booted"});
+    listener.on_event(kBootLine,
+                      {.time = now, .kind = EventKind::boot_up, .text = "node 6: boot-up"});
     Answer answer;
     answer.reply.data = manager::write_boot_report(outcomes);
     return answer;

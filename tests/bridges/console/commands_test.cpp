@@ -57,15 +57,15 @@ class FakeGateway : public Client {
         listener.on_line({"other", "press"}, view);
       }
       if (std::exchange(connects, false)) {
-        listener.on_event(kPress,
-                          {{.number = 9, .kind = EventKind::routing_opened}, "connection opened"});
-        listener.on_event(kPress,
-                          {{.number = 10, .kind = EventKind::routing_ended}, "connection ended"});
+        listener.on_event(
+            kPress, {.number = 9, .kind = EventKind::routing_opened, .text = "connection opened"});
+        listener.on_event(
+            kPress, {.number = 10, .kind = EventKind::routing_ended, .text = "connection ended"});
       }
       if (std::exchange(refuses, false)) {
         listener.on_event(kPress,
-                          {{.number = 7, .kind = EventKind::routing_refused}, "SDO refused"});
-        listener.on_event(kPress, {{.number = 8, .kind = EventKind::boot_up}, "boot-up"});
+                          {.number = 7, .kind = EventKind::routing_refused, .text = "SDO refused"});
+        listener.on_event(kPress, {.number = 8, .kind = EventKind::boot_up, .text = "boot-up"});
       }
       image::Layout layout{.direction = image::Direction::outputs, .id = 77, .byte_size = 2};
       layout.entries.push_back({.bit_length = 16,

@@ -50,9 +50,11 @@ class ConfiguringGateway : public Client {
  private:
   static void tell(Listener& listener, const LineId& id, std::uint64_t number,
                    const BootFinding& finding) {
-    EventView view{.event = manager::boot_result(6, 'M', finding, {}), .text = "node 6"};
-    view.event.number = number;
-    listener.on_event(id, view);
+    listener.on_event(id, {.number = number,
+                           .kind = EventKind::boot_result,
+                           .node = 6,
+                           .data = manager::boot_result(6, 'M', finding, {}).data,
+                           .text = "node 6"});
   }
 };
 

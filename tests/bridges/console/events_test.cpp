@@ -38,7 +38,7 @@ class TwoHistories : public Client {
       const std::uint64_t number = sent % kKeptByEach + 1;
       EventView event = test::event(number % 3 == 0 ? EventKind::emcy : EventKind::boot_up, number,
                                     5, std::to_string(number));
-      event.event.time = Instant(std::chrono::seconds(2 * number + (press ? 0 : 1)));
+      event.time = Instant(std::chrono::seconds(2 * number + (press ? 0 : 1)));
       listener.on_event(press ? test::kPress : test::kHall, event);
     }
   }

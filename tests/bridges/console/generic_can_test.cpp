@@ -50,17 +50,13 @@ class Listener150 : public Client {
   line::Command asked;
 };
 
-EventView frame_event(std::uint64_t number, std::uint32_t code, std::uint32_t value,
+EventView frame_event(std::uint64_t number, event::CanFrame frame,
                       std::initializer_list<unsigned> bytes) {
-  EventView out;
-  out.event.number = number;
-  out.event.kind = EventKind::can_frame;
-  out.event.code = code;
-  out.event.value = value;
+  std::size_t at = 0;
   for (const unsigned byte : bytes) {
-    out.event.data[out.event.length++] = static_cast<std::byte>(byte);
+    frame.data[at++] = static_cast<std::byte>(byte);
   }
-  return out;
+  return {.number = number, .kind = EventKind::can_frame, .data = frame};
 }
 
 using GenericFrames = test::CommandTest<Listener150>;
@@ -109,10 +105,10 @@ TEST_F(GenericFrames, ARefusalIsToldInWords) {
 }
 
 TEST_F(GenericFrames, AreShownAsTheyCome) {
-  gateway_.early = {frame_event(4, 0x150, 1, {0xEE})};
-  gateway_.events = {frame_event(5, 0x150, 2, {0x11, 0x22}),
-                     frame_event(6, 0x8000'0150, 0x0003'0000, {}),
-                     frame_event(7, 0x151, 0x104, {})};
+  gateway_.early = {frame_event(4, {.identifier = 0x150, .length = 1}, {0xEE})};
+  gateway_.events = {frame_event(5, {.identifier = 0x150, .length = 2}, {0x11, 0x22}),
+                     frame_event(6, {.identifier = 0x150, .suppressed = 3, .extended = true}, {}),
+                     frame_event(7, {.identifier = 0x151, .length = 4, .remote = true}, {})};
   EXPECT_EQ(listen(context_, "cell", "100/700", 3, [] { return false; }), kDone) << err_.str();
   const auto& heard = as<line::CanListen>(gateway_.asked);
   EXPECT_EQ(heard.identifier, 0x100U);
@@ -125,9 +121,10 @@ TEST_F(GenericFrames, AreShownAsTheyCome) {
 }
 
 TEST_F(GenericFrames, LongOnesAreOneLineAndJsonHasAllOfIt) {
-  gateway_.events = {
-      frame_event(5, 0x150, 0x200 | 20, {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16}),
-      frame_event(6, 0x150, 0x600 | 20, {17, 18, 19, 20})};
+  gateway_.events = {frame_event(5, {.identifier = 0x150, .length = 20, .fd = true},
+                                 {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16}),
+                     frame_event(6, {.identifier = 0x150, .length = 20, .fd = true, .piece = 1},
+                                 {17, 18, 19, 20})};
   context_.json = true;
   EXPECT_EQ(listen(context_, "cell", "", 1, [] { return false; }), kDone) << err_.str();
   EXPECT_EQ(as<line::CanListen>(gateway_.asked).mask, 0U) << "all identifiers";

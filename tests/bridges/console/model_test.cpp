@@ -106,10 +106,10 @@ TEST(Model, LinesAreFoundByNameAndByNetwork) {
 TEST(Model, KeepsTheNewestEvents) {
   Model model;
   for (std::uint64_t i = 1; i <= Model::kKeptEvents + 10; ++i) {
-    model.on_event(kPressId, {.event = {.number = i}, .text = "x"});
+    model.on_event(kPressId, {.number = i, .text = "x"});
   }
   EXPECT_EQ(model.events().size(), Model::kKeptEvents);
-  EXPECT_EQ(model.events().front().view.event.number, 11U);
+  EXPECT_EQ(model.events().front().view.number, 11U);
   EXPECT_EQ(model.events_seen(), Model::kKeptEvents + 10);
 }
 

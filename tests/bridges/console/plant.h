@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "bridges/console/model.h"
+#include "stack/line/event_severity.h"
 
 namespace linegate::console::test {
 
@@ -60,8 +61,13 @@ inline image::Snapshot input_image(std::uint64_t layout_id) {
 }
 
 inline EventView event(EventKind kind, std::uint64_t number, std::uint8_t node, std::string text) {
-  const Instant time{std::chrono::seconds(number)};
-  return {.event = {.number = number, .time = time, .kind = kind, .node = node},
+  const EventData data = empty_event_data(kind);
+  return {.number = number,
+          .time = Instant{std::chrono::seconds(number)},
+          .kind = kind,
+          .severity = line::severity_of(data),
+          .node = node,
+          .data = data,
           .text = std::move(text)};
 }
 

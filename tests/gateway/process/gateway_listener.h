@@ -48,7 +48,7 @@ class GatewayListener : public dds::ClientListener {
   void on_reception(const dds::Source& source, const dds::PdoReception& reception) override {
     receptions[source.line].push_back(reception);
   }
-  void on_event(const dds::Source& source, const Event& event, std::string_view text,
+  void on_event(const dds::Source& source, const dds::ReceivedEvent& event, std::string_view text,
                 const std::vector<dds::Property>&) override {
     auto& numbers = events[source.line];
     gaps += !numbers.empty() && event.number != numbers.rbegin()->first + 1 ? 1 : 0;
@@ -86,7 +86,7 @@ class GatewayListener : public dds::ClientListener {
   std::map<std::string, image::Snapshot> images;
   std::map<std::string, dds::PdoUpdate> pdos;
   std::map<std::string, std::vector<dds::PdoReception>> receptions;
-  std::map<std::string, std::map<std::uint64_t, Event>> events;
+  std::map<std::string, std::map<std::uint64_t, dds::ReceivedEvent>> events;
   std::vector<std::string> texts;
   std::vector<std::string> lines_gone;
   std::vector<Error> replies;

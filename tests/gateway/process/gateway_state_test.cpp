@@ -37,7 +37,7 @@ struct OwnListener : dds::ClientListener {
     name = source.gateway;
     info = value;
   }
-  void on_event(const dds::Source& source, const Event& event, std::string_view text,
+  void on_event(const dds::Source& source, const dds::ReceivedEvent& event, std::string_view text,
                 const std::vector<dds::Property>&) override {
     if (source.line.empty()) {
       events.push_back(event);
@@ -47,7 +47,7 @@ struct OwnListener : dds::ClientListener {
 
   std::string name;
   dds::GatewayInfo info;
-  std::vector<Event> events;
+  std::vector<dds::ReceivedEvent> events;
   std::vector<std::string> texts;
 };
 
@@ -109,14 +109,11 @@ TEST_F(GatewayStateTest, NamesVersionLinesAndCounters) {
 
 TEST_F(GatewayStateTest, ReportsReloadsAsEventsOfItsOwn) {
   ASSERT_TRUE(comes([&] { return received.events.size() == 1 && !received.name.empty(); }));
-  EXPECT_EQ(received.events[0].kind, EventKind::gateway_started);
-  EXPECT_EQ(received.events[0].value, 1U);
+  EXPECT_EQ(received.events[0].data, EventData(event::GatewayStarted{.lines = 1}));
   const std::uint64_t before = received.info.configuration;
   EXPECT_TRUE(gateway->reload(make_plant(plant_of(2))).done);
   ASSERT_TRUE(comes([&] { return received.events.size() == 2 && received.info.reloads == 1; }));
-  EXPECT_EQ(received.events[1].kind, EventKind::gateway_reloaded);
-  EXPECT_EQ(received.events[1].code, 1U);
-  EXPECT_EQ(received.events[1].value, 2U);
+  EXPECT_EQ(received.events[1].data, EventData(event::GatewayReloaded{.changed = 1, .lines = 2}));
   EXPECT_NE(received.texts[1].find("line2"), std::string::npos) << received.texts[1];
   EXPECT_EQ(received.info.lines.size(), 2U);
   EXPECT_NE(received.info.configuration, before);
@@ -126,8 +123,7 @@ TEST_F(GatewayStateTest, ReportsReloadsAsEventsOfItsOwn) {
   EXPECT_FALSE(gateway->reload(other).done);
   ASSERT_TRUE(
       comes([&] { return received.events.size() == 3 && received.info.reloads_refused == 1; }));
-  EXPECT_EQ(received.events[2].kind, EventKind::gateway_reload_refused);
-  EXPECT_EQ(received.events[2].value, 1U);
+  EXPECT_EQ(received.events[2].data, EventData(event::GatewayReloadRefused{.errors = 1}));
   EXPECT_NE(received.texts[2].find("the name of the gateway"), std::string::npos);
 
   gateway->refuse_reload({{Severity::error, "plant.yaml", 3, 5, "there is no file"}});

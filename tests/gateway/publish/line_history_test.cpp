@@ -28,15 +28,10 @@ TEST(LineHistory, NumbersAndCountersGoOnAfterARestart) {
   event.number = 1;
   history.correct(event);
   EXPECT_EQ(event.number, 4U);
-  Event lost;
-  lost.number = 4;
-  lost.kind = EventKind::events_lost;
-  lost.data[0] = std::byte{2};
-  lost.data[8] = std::byte{3};
+  Event lost{.number = 4, .data = event::EventsLost{.first = 2, .last = 3}};
   history.correct(lost);
   EXPECT_EQ(lost.number, 7U);
-  EXPECT_EQ(lost.data[0], std::byte{5});
-  EXPECT_EQ(lost.data[8], std::byte{6});
+  EXPECT_EQ(lost.data, EventData(event::EventsLost{.first = 5, .last = 6}));
   for (const std::uint64_t frames : {2U, 5U}) {
     line::LineState again;
     again.counters.frames_received = frames;

@@ -14,6 +14,9 @@
 #include "gateway/publish/library_logger.h"
 #include "gateway/publish/notice_limit.h"
 #include "gateway/publish/pdo_updates.h"
+#include "stack/can/bus_state.h"
+#include "stack/lss/assigner.h"
+#include "stack/routing/post.h"
 
 #include "tests/gateway/log_keeper.h"
 
@@ -36,11 +39,15 @@ image::Snapshot snapshot_with(std::uint16_t local_pdo, std::uint32_t count) {
 TEST(NoticeLimit, TellsEachReasonOnceASecond) {
   NoticeLimit limit;
   const Instant start(10s);
-  EXPECT_TRUE(limit.admit(EventKind::output_refused, 1, 7, start));
-  EXPECT_FALSE(limit.admit(EventKind::output_refused, 1, 7, start + 999ms));
-  EXPECT_TRUE(limit.admit(EventKind::output_refused, 2, 7, start + 999ms));
-  EXPECT_TRUE(limit.admit(EventKind::command_refused, 1, 7, start + 999ms));
-  EXPECT_TRUE(limit.admit(EventKind::output_refused, 1, 7, start + 1s));
+  const auto output = [](unsigned refusal) {
+    return event::OutputRefused{.refusal = line::OutputRefusal(refusal), .group = 7};
+  };
+  const event::CommandRefused command{.refusal = line::Refusal(1), .command = line::CommandKind(7)};
+  EXPECT_TRUE(limit.admit(output(1), start));
+  EXPECT_FALSE(limit.admit(output(1), start + 999ms));
+  EXPECT_TRUE(limit.admit(output(2), start + 999ms));
+  EXPECT_TRUE(limit.admit(command, start + 999ms));
+  EXPECT_TRUE(limit.admit(output(1), start + 1s));
   EXPECT_EQ(limit.pop_suppressed(), 0U) << "a reason that was reported already is not suppressed";
 }
 
@@ -51,7 +58,9 @@ TEST(NoticeLimit, AReasonThatAlwaysChangesIsToldSoManyTimesASecond) {
   std::uint64_t held = 0;
   for (std::uint32_t i = 0; i < 65'536; ++i) {  // for two seconds, each time another group
     const Instant now = start + Duration(2s) * i / 65'536;
-    reported += limit.admit(EventKind::output_refused, 1, i, now) ? 1U : 0U;
+    const event::OutputRefused refused{.refusal = line::OutputRefusal::not_permitted,
+                                       .group = static_cast<std::uint16_t>(i)};
+    reported += limit.admit(refused, now) ? 1U : 0U;
     const std::uint64_t more = limit.pop_suppressed(now);
     EXPECT_TRUE(more == 0 || held == 0 || now >= start + 1s) << "reported at most once a second";
     held += more;
@@ -206,27 +215,25 @@ TEST(LibraryLogger, TellsWarningsAndErrorsAndCutsAStormShort) {
 TEST(EventLogger, JoinsTheHeartbeatsThatAreLostWithTheInterface) {
   EventLogger logger;
   Instant now{std::chrono::seconds(1)};
-  const auto joins = [&](std::uint64_t number, EventKind kind, std::uint8_t node,
-                         std::uint32_t code) {
-    return logger.join({.number = number, .time = now, .kind = kind, .node = node, .code = code},
-                       now);
+  const auto joins = [&](std::uint64_t number, std::uint8_t node, const EventData& data) {
+    return logger.join({.number = number, .time = now, .node = node, .data = data}, now);
   };
-  const auto stopped = static_cast<std::uint32_t>(can::BusState::stopped);
-  EXPECT_FALSE(joins(1, EventKind::heartbeat_lost, 4, 0)) << "its interface is usable";
-  EXPECT_FALSE(joins(2, EventKind::interface_failed, 0, 100));
-  EXPECT_FALSE(joins(3, EventKind::bus_state, 0, stopped));
-  EXPECT_TRUE(joins(4, EventKind::heartbeat_lost, 5, 0));
-  EXPECT_TRUE(joins(5, EventKind::heartbeat_lost, 6, 0));
+  const event::HeartbeatLost lost;
+  EXPECT_FALSE(joins(1, 4, lost)) << "its interface is usable";
+  EXPECT_FALSE(joins(2, 0, event::InterfaceFailed{100}));
+  EXPECT_FALSE(joins(3, 0, event::BusState{.state = can::BusState::stopped}));
+  EXPECT_TRUE(joins(4, 5, lost));
+  EXPECT_TRUE(joins(5, 6, lost));
   EXPECT_EQ(logger.take_joined(now), "") << "more events may be joined";
   now += EventLogger::kJoined;
   EXPECT_EQ(logger.take_joined(now),
             "bus stopped: the heartbeat of nodes 5, 6 is lost because of it (#4 to #5)");
   EXPECT_EQ(logger.take_joined(now), "");
-  EXPECT_TRUE(joins(6, EventKind::heartbeat_lost, 7, 0));
-  EXPECT_FALSE(joins(7, EventKind::interface_ready, 0, 0));
+  EXPECT_TRUE(joins(6, 7, lost));
+  EXPECT_FALSE(joins(7, 0, event::InterfaceReady{}));
   EXPECT_EQ(logger.take_joined(now),
             "bus stopped: the heartbeat of node 7 is lost because of it (#6)");
-  EXPECT_FALSE(joins(8, EventKind::heartbeat_lost, 5, 0));
+  EXPECT_FALSE(joins(8, 5, lost));
 }
 
 TEST(EventLogger, LeavesOutWhatComesTooOftenAndCountsIt) {
@@ -253,123 +260,176 @@ line::LineConfig line_with_node() {
   return config;
 }
 
-std::string words(EventKind kind, std::uint8_t node, std::uint32_t code, std::uint32_t value,
-                  std::initializer_list<int> data = {}) {
-  Event event;
-  event.kind = kind;
-  event.node = node;
-  event.code = code;
-  event.value = value;
-  for (const int byte : data) {
-    event.data[event.length++] = static_cast<std::byte>(byte);
-  }
-  return describe(event, line_with_node(), "socketcan:can0");
+std::string words(std::uint8_t node, const EventData& data) {
+  return describe({.node = node, .data = data}, line_with_node(), "socketcan:can0");
 }
 
 TEST(EventText, NamesTheNodeAndSaysWhatHappened) {
-  EXPECT_EQ(words(EventKind::heartbeat_lost, 5, 0, 500), "node 5 (ram): heartbeat lost for 500 ms");
-  EXPECT_EQ(words(EventKind::heartbeat_lost, 5, 1, 500),
+  EXPECT_EQ(words(5, event::HeartbeatLost{.time = 500ms}),
+            "node 5 (ram): heartbeat lost for 500 ms");
+  EXPECT_EQ(words(5, event::HeartbeatLost{.by = event::ErrorControl::node_guarding, .time = 500ms}),
             "node 5 (ram): no answer to node guarding for 500 ms");
-  EXPECT_EQ(words(EventKind::node_state, 6, 5, 0x7F), "node 6: operational (was pre-operational)");
-  EXPECT_EQ(words(EventKind::emcy, 5, 0x8130, 0x11, {1, 2, 3, 4, 5}),
+  EXPECT_EQ(words(6, event::NodeState{.state = nmt::State::operational,
+                                      .before = nmt::State::pre_operational}),
+            "node 6: operational (was pre-operational)");
+  EXPECT_EQ(words(5, event::Emcy{.code = 0x8130,
+                                 .error_register = 0x11,
+                                 .manufacturer = {std::byte{1}, std::byte{2}, std::byte{3},
+                                                  std::byte{4}, std::byte{5}}}),
             "node 5 (ram): EMCY 8130h, error register 11h, data 01 02 03 04 05");
-  EXPECT_EQ(words(EventKind::sdo_abort, 5, 0x06020000, 0, {0x00, 0x60, 0x01}),
+  EXPECT_EQ(words(5, event::SdoAbort{.abort = AbortCode::no_object, .index = 0x6000, .sub = 1}),
             "node 5 (ram): SDO transfer of 6000:01 ended: object does not exist in the object "
             "dictionary (06020000)");
-  EXPECT_EQ(words(EventKind::boot_result, 5, 0, 0), "node 5 (ram): booted");
-  EXPECT_EQ(words(EventKind::output_watchdog, 0, 0x21, 3),
+  EXPECT_EQ(words(5, event::BootResult{}), "node 5 (ram): booted");
+  EXPECT_EQ(words(0, event::OutputWatchdog{.group = 3, .reactions = 0x21}),
             "watchdog of output group 3 fired: outputs set to zero, EMCY sent");
-  EXPECT_EQ(words(EventKind::frames_lost, 0, 0, 12), "12 frames lost before they could be read");
+  EXPECT_EQ(words(0, event::FramesLost{12}), "12 frames lost before they could be read");
 }
 
 TEST(EventText, NamesTheNodeIdThatLssGaveAnOwnDevice) {
-  EXPECT_EQ(words(EventKind::own_state, 5, 0x7F, 0, {9}),
-            "node 5 (ram): own node pre-operational (was initialising), node-ID 9 by LSS");
-  EXPECT_EQ(words(EventKind::own_state, 5, 0x7F, 0, {5}),
-            "node 5 (ram): own node pre-operational (was initialising)");
+  const auto with = [](std::uint8_t node_id) {
+    return words(5, event::OwnState{.state = nmt::State::pre_operational,
+                                    .before = nmt::State::initialising,
+                                    .node_id = node_id});
+  };
+  EXPECT_EQ(with(9), "node 5 (ram): own node pre-operational (was initialising), node-ID 9 by LSS");
+  EXPECT_EQ(with(5), "node 5 (ram): own node pre-operational (was initialising)");
 }
 
 TEST(EventText, SaysHowManyMalformedFramesWereHeldBack) {
-  EXPECT_EQ(words(EventKind::malformed_frame, 5, 0x585, 2, {0x43, 0x00}),
-            "node 5 (ram): frame 585h of 2 bytes not understood: 43 00");
-  EXPECT_EQ(words(EventKind::malformed_frame, 5, 0x585, 1, {0x43, 0, 0, 0, 0, 0, 0, 0, 9, 1, 0, 0}),
+  event::MalformedFrame frame{.identifier = 0x585, .length = 2, .data = {std::byte{0x43}}};
+  EXPECT_EQ(words(5, frame), "node 5 (ram): frame 585h of 2 bytes not understood: 43 00");
+  frame.length = 1;
+  frame.suppressed = 265;
+  EXPECT_EQ(words(5, frame),
             "node 5 (ram): frame 585h of 1 bytes not understood: 43 (265 more suppressed)");
 }
 
 TEST(EventText, SaysHowAnotherManagerShowedItself) {
-  EXPECT_EQ(words(EventKind::foreign_manager, 0, 1, 0x82, {0}),
+  const auto commands = [](nmt::Command command, std::uint8_t addressee) {
+    return words(0, event::ForeignManager{.evidence = event::ManagerEvidence::nmt_command,
+                                          .command = command,
+                                          .addressee = addressee});
+  };
+  EXPECT_EQ(commands(nmt::Command::reset_communication, 0),
             "another NMT master: reset-communication to all nodes");
-  EXPECT_EQ(words(EventKind::foreign_manager, 0, 1, 2, {5}), "another NMT master: stop to node 5");
-  EXPECT_EQ(words(EventKind::foreign_manager, 0, 2, 0x76),
+  EXPECT_EQ(commands(nmt::Command::stop, 5), "another NMT master: stop to node 5");
+  EXPECT_EQ(words(0, event::ForeignManager{.evidence = event::ManagerEvidence::flying_master,
+                                           .identifier = 0x76}),
             "another NMT master: flying-master message 076h");
 }
 
 TEST(EventText, SaysHowAnotherWithTheOwnNodeIdShowedItself) {
-  EXPECT_EQ(words(EventKind::duplicate_node_id, 6, 5, 0),
+  EXPECT_EQ(words(6, event::DuplicateNodeId{nmt::State::operational}),
             "node 6: another device has the same node-ID (operational)");
-  EXPECT_EQ(words(EventKind::duplicate_node_id, 6, 0xFF, 0),
+  EXPECT_EQ(words(6, event::DuplicateNodeId{nmt::State::unknown}),
             "node 6: another device has the same node-ID (it sent an EMCY)");
 }
 
 TEST(EventText, NamesTheTwoNetworksOfARefusedRequest) {
-  EXPECT_EQ(words(EventKind::routing_refused, 0, 0x0609'0030, 0, {1, 0, 3, 0, 12, 0}),
+  EXPECT_EQ(words(0, event::RoutingRefused{.abort = AbortCode::invalid_value,
+                                           .source = 1,
+                                           .target = 3,
+                                           .target_node = 12,
+                                           .service = routing::RoutedService::sdo}),
             "SDO from network 1 to node 12 of network 3 refused: invalid value for parameter "
             "(06090030)");
 }
 
 TEST(EventText, NamesTheSourceOfAForwardedEmcy) {
-  EXPECT_EQ(words(EventKind::emcy_routed, 5, 0x8130, 0, {0x11, 3, 0, 12, 2, 9}),
+  EXPECT_EQ(words(5, event::EmcyRouted{.code = 0x8130,
+                                       .source = 3,
+                                       .source_node = 12,
+                                       .error_register = 0x11,
+                                       .hops = 2,
+                                       .number = 9}),
             "node 5 (ram): EMCY 8130h of node 12 in network 3, error register 11h, 2 hops");
 }
 
 TEST(EventText, TellsOfAConnectionWhoseItIsAndHowItEnded) {
-  EXPECT_EQ(words(EventKind::routing_opened, 0, 0x0001'0003, 0, {1, 0, 12, 0, 5, 2, 9, 1}),
+  EXPECT_EQ(words(0, event::RoutingOpened{.connection = 0x0001'0003,
+                                          .source = 1,
+                                          .target = 12,
+                                          .target_node = 5,
+                                          .interface = 2,
+                                          .gateway = 9,
+                                          .hops = 1}),
             "connection 00010003 from network 1 to node 5 of network 12 over interface 2:9 opened");
-  EXPECT_EQ(words(EventKind::routing_opened, 0, 3, 40, {0, 0, 2, 0, 5, 2, 0, 0}),
-            "connection 00000003 from this gateway to node 5 of network 2 over interface 2 opened "
-            "(40 more suppressed)");
-  EXPECT_EQ(words(EventKind::routing_ended, 0, 0, 4,
-                  {1, 0, 12, 0, 5, 2, 9, 1, 0x18, 0x10, 1, 3, 0, 1, 0}),
+  EXPECT_EQ(
+      words(0,
+            event::RoutingOpened{
+                .connection = 3, .suppressed = 40, .target = 2, .target_node = 5, .interface = 2}),
+      "connection 00000003 from this gateway to node 5 of network 2 over interface 2 opened "
+      "(40 more suppressed)");
+  event::RoutingEnded ended{.connection = 0x0001'0003,
+                            .bytes = 4,
+                            .source = 1,
+                            .target = 12,
+                            .index = 0x1018,
+                            .sub = 1,
+                            .target_node = 5,
+                            .interface = 2,
+                            .gateway = 9,
+                            .service = event::SdoService::upload};
+  EXPECT_EQ(words(0, ended),
             "connection 00010003 from network 1 to node 5 of network 12 over interface 2:9 ended, "
             "upload of 1018:01, 4 bytes: done");
-  EXPECT_EQ(words(EventKind::routing_ended, 0, 0x0504'0000, 0,
-                  {1, 0, 2, 0, 5, 2, 0, 0, 0, 0, 0, 3, 0, 1, 0}),
+  ended = {.connection = 0x0001'0003,
+           .abort = AbortCode::timeout,
+           .source = 1,
+           .target = 2,
+           .target_node = 5,
+           .interface = 2};
+  EXPECT_EQ(words(0, ended),
             "connection 00010003 from network 1 to node 5 of network 2 over interface 2 ended, no "
             "transfer, 0 bytes: SDO protocol timed out (05040000)");
 }
 
 TEST(EventText, SaysHowManyWritesToAnObjectAreNotShown) {
-  EXPECT_EQ(words(EventKind::object_written, 5, 0, 2, {0x00, 0x21, 1, 7, 0}),
-            "node 5 (ram): object 2100:01 written: 2 bytes");
-  EXPECT_EQ(words(EventKind::object_written, 5, 40, 2, {0x00, 0x21, 1, 7, 0}),
+  event::ObjectWritten object{.size = 2, .index = 0x2100, .sub = 1, .data = {std::byte{7}}};
+  EXPECT_EQ(words(5, object), "node 5 (ram): object 2100:01 written: 2 bytes");
+  object.suppressed = 40;
+  EXPECT_EQ(words(5, object),
             "node 5 (ram): object 2100:01 written: 2 bytes, 40 writes before it not shown");
 }
 
 TEST(EventText, SaysWhatLssDidWithADevice) {
-  const std::initializer_list<int> address{0x47, 0x4C, 0, 0, 0x20, 0x40, 0, 0,
-                                           0,    0,    1, 0, 0xF5, 1,    0, 0};
-  EXPECT_EQ(words(EventKind::lss_result, 5, 0, 0, address),
+  event::LssResult result{.verdict = lss::Verdict::given,
+                          .address = {{0x4C47, 0x4020, 0x10000, 0x1F5}}};
+  EXPECT_EQ(words(5, result),
             "node 5 (ram): LSS: was given its node-ID (vendor 00004C47h, product 00004020h, "
             "revision 00010000h, serial 000001F5h)");
-  EXPECT_EQ(words(EventKind::lss_result, 5, 4, 0x07FF, address),
+  result.verdict = lss::Verdict::node_id_refused;
+  result.error = 255;
+  result.specific = 7;
+  EXPECT_EQ(words(5, result),
             "node 5 (ram): LSS: refuses its node-ID, error 255/7 (vendor 00004C47h, product "
             "00004020h, revision 00010000h, serial 000001F5h)");
-  EXPECT_EQ(words(EventKind::lss_result, 0, 8, 0),
+  EXPECT_EQ(words(0, event::LssResult{.verdict = lss::Verdict::nobody_found}),
             "LSS: a device has no node-ID, and neither a known address nor fastscan finds it");
 }
 
 TEST(EventText, ShowsAFrameOfNoServiceAsCandumpDoes) {
-  EXPECT_EQ(words(EventKind::can_frame, 0, 0x150, 2, {0x11, 0x22}), "frame 150#1122");
-  EXPECT_EQ(words(EventKind::can_frame, 0, 0x8000'0150, 7U << 16U, {}),
+  EXPECT_EQ(words(0, event::CanFrame{.identifier = 0x150,
+                                     .length = 2,
+                                     .data = {std::byte{0x11}, std::byte{0x22}}}),
+            "frame 150#1122");
+  EXPECT_EQ(words(0, event::CanFrame{.identifier = 0x150, .suppressed = 7, .extended = true}),
             "frame 00000150# (7 more suppressed)");
-  EXPECT_EQ(words(EventKind::can_frame, 0, 0x150, 0x103, {}), "frame 150#R3");
-  EXPECT_EQ(words(EventKind::can_frame, 0, 0x150, 0x614, {1, 2, 3, 4}),
-            "frame 150##401020304 (bytes from 16 of 20)");
+  EXPECT_EQ(words(0, event::CanFrame{.identifier = 0x150, .length = 3, .remote = true}),
+            "frame 150#R3");
+  EXPECT_EQ(
+      words(0, event::CanFrame{.identifier = 0x150,
+                               .length = 20,
+                               .fd = true,
+                               .piece = 1,
+                               .data = {std::byte{1}, std::byte{2}, std::byte{3}, std::byte{4}}}),
+      "frame 150##401020304 (bytes from 16 of 20)");
 }
 
 TEST(EventText, HasWordsForEveryKind) {
   for (std::size_t i = 0; i < kEventKinds; ++i) {
-    const std::string text = words(static_cast<EventKind>(i), 5, 0, 0);
+    const std::string text = words(5, empty_event_data(static_cast<EventKind>(i)));
     EXPECT_GT(text.size(), std::string("node 5 (ram): ").size()) << i;
     EXPECT_LE(text.size(), 256U);
   }

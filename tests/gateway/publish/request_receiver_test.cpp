@@ -55,8 +55,8 @@ TEST_F(RequestReceiverTest, WhatALineIsToldOfStrangersIsBoundedAndTheRestCounted
   }
   unsigned reported = 0;
   for (Event event; hosts[0]->port.notices.pop(event); ++reported) {
-    EXPECT_EQ(event.kind, EventKind::output_refused);
-    EXPECT_EQ(event.value, reported) << "the first rejections are reported";
+    EXPECT_EQ(std::get<event::OutputRefused>(event.data).group, reported)
+        << "the first rejections are reported";
   }
   // If the machine stalls for a second, it may report more than the limit of one second.
   EXPECT_GE(reported, NoticeLimit::kReasons);

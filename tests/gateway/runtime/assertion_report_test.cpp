@@ -20,7 +20,7 @@ TEST_F(AssertionReportDeathTest, NamesTheLineThatTheThreadRunsAndItsLastEvents) 
       "^assertion violated: the channel violates one \\(false\\), [^\n]*_test.cpp:[0-9]+\n"
       "on the line a, last events:\n"
       "(  event [0-9]+ [^\n]*\n)*"
-      "  event [0-9]+ line-started, node 0, code 0, value 0, at [0-9]+ ms\n");
+      "  event [0-9]+ line-started, node 0, role 0, at [0-9]+ ms\n");
 }
 
 TEST_F(AssertionReportDeathTest, OutsideOfALineTheAssertionIsAlone) {

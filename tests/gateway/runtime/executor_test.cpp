@@ -104,7 +104,7 @@ class ExecutorTest : public testing::Test {
     for (;;) {
       consumer_.clear();
       for (Event event; ports_[i].events.pop(event);) {
-        if (event.kind == kind) {
+        if (event.kind() == kind) {
           return true;
         }
       }

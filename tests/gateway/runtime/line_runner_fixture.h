@@ -68,7 +68,7 @@ class LineRunnerTest : public testing::Test {
   bool happened(EventKind kind) {
     bool found = false;
     for (const Event& event : events()) {
-      found = found || event.kind == kind;
+      found = found || event.kind() == kind;
     }
     return found;
   }

@@ -202,7 +202,7 @@ TEST_F(LineRunnerTest, TimeDoesNotGoBackWhenFramesAndCommandsComeTogether) {
   for (const Event& event : events()) {
     EXPECT_GE(event.time, last);
     last = event.time;
-    kinds.push_back(event.kind);
+    kinds.push_back(event.kind());
   }
   EXPECT_EQ(kinds, (std::vector{EventKind::emcy, EventKind::command_refused}));
 }
@@ -221,7 +221,7 @@ TEST_F(LineRunnerTest, TimeDoesNotGoBackAfterAFrameThatCameWhileItRead) {
   for (const Event& event : events()) {
     EXPECT_GE(event.time, last);
     last = event.time;
-    kinds.push_back(event.kind);
+    kinds.push_back(event.kind());
   }
   EXPECT_EQ(kinds, (std::vector{EventKind::emcy, EventKind::command_refused}));
 }
@@ -346,8 +346,7 @@ TEST_F(LineRunnerTest, MakesTheLineWaitWhenTheEventRingIsFull) {
   for (Event event; port_.events.room() > 0;) {
     port_.events.push(event);
   }
-  Event notice;
-  notice.kind = EventKind::command_refused;
+  Event notice{.data = event::CommandRefused{}};
   port_.notices.push(notice);
   serve(1ms);
   EXPECT_EQ(port_.events.room(), 0U);
@@ -364,9 +363,9 @@ TEST_F(LineRunnerTest, ReportsRequestsLostToAFullRing) {
   serve(200ms);
   bool found = false;
   for (const Event& event : events()) {
-    if (event.kind == EventKind::queue_full) {
+    if (const auto* const full = event.get<event::QueueFull>()) {
       found = true;
-      EXPECT_EQ(event.value, 3U);
+      EXPECT_EQ(full->lost, 3U);
     }
   }
   EXPECT_TRUE(found);

@@ -94,7 +94,7 @@ lines:
   bool heard(std::size_t i, EventKind kind) {
     return wait([&] {
       for (Event event; sides_[i].port.events.pop(event);) {
-        if (event.kind == kind) {
+        if (event.kind() == kind) {
           return true;
         }
       }

@@ -8,27 +8,23 @@
 
 #include <gtest/gtest.h>
 
-#include "stack/base/byte_order.h"
-
 namespace linegate {
 namespace {
 
 using std::chrono::milliseconds;
 
-// The event of a malformed frame with 8 data bytes.
 Event malformed(std::uint32_t id, Duration when, std::uint8_t node = 5) {
-  Event event;
-  event.time = Instant{when};
-  event.kind = EventKind::malformed_frame;
-  event.node = node;
-  event.length = 8;
-  event.code = id;
-  event.data.fill(std::byte{0xAA});
-  return event;
+  event::MalformedFrame frame{.identifier = id, .length = 8};
+  frame.data.fill(std::byte{0xAA});
+  return {.time = Instant{when}, .node = node, .data = frame};
+}
+
+const event::MalformedFrame& frame_of(const Event& event) {
+  return std::get<event::MalformedFrame>(event.data);
 }
 
 std::uint32_t held_back(const Event& event) {
-  return event.length < 12 ? 0 : load_le<std::uint32_t>(event.data.data() + 8);
+  return frame_of(event).suppressed;
 }
 
 TEST(RepeatLimit, TheFirstAtOnceThenOneASecondWithHowManyWereHeldBack) {
@@ -46,40 +42,39 @@ TEST(RepeatLimit, TheFirstAtOnceThenOneASecondWithHowManyWereHeldBack) {
 
 TEST(RepeatLimit, RefusedOutputsAreThoseOfAGroup) {
   RepeatLimit limit;
-  Event refused;
-  refused.kind = EventKind::output_refused;
-  refused.code = 3;
-  for (refused.value = 0; refused.value < 4; ++refused.value) {
-    EXPECT_TRUE(limit.admit(refused)) << refused.value;
+  const auto refused = [](std::uint16_t group) {
+    return Event{.data = event::OutputRefused{.refusal = line::OutputRefusal{3}, .group = group}};
+  };
+  for (std::uint16_t group = 0; group < 4; ++group) {
+    Event event = refused(group);
+    EXPECT_TRUE(limit.admit(event)) << group;
   }
-  refused.value = 2;
-  EXPECT_FALSE(limit.admit(refused));
+  Event again = refused(2);
+  EXPECT_FALSE(limit.admit(again));
   Event frame = malformed(0x585, milliseconds(1));
   EXPECT_TRUE(limit.admit(frame));
   frame = malformed(0x585, milliseconds(2));
-  frame.value = 7;  // another length
+  frame.get<event::MalformedFrame>()->length = 7;
   EXPECT_FALSE(limit.admit(frame)) << "the value of this kind is ignored";
 }
 
-TEST(RepeatLimit, TransfersAreThoseOfAnObjectAndSayTheCountInTheirCode) {
+TEST(RepeatLimit, TransfersAreThoseOfAnObject) {
   RepeatLimit limit;
-  Event transfer;
-  transfer.kind = EventKind::sdo_transfer;
-  transfer.code = 1;
-  transfer.length = 16;
-  transfer.data.fill(std::byte{0x55});
+  event::SdoTransfer data{.size = 13, .index = 0x5555, .sub = 0x55, .download = true};
+  data.data.fill(std::byte{0x55});
+  Event transfer{.data = data};
   Event other = transfer;
-  other.data[2] = std::byte{1};  // sub-index
+  other.get<event::SdoTransfer>()->sub = 1;
   EXPECT_TRUE(limit.admit(transfer));
   EXPECT_TRUE(limit.admit(other));
-  transfer.data[3] = std::byte{1};  // the value
+  transfer.get<event::SdoTransfer>()->data[0] = std::byte{1};
   EXPECT_FALSE(limit.admit(transfer));
   EXPECT_FALSE(limit.admit(transfer));
   transfer.time = Instant{milliseconds(1000)};
   EXPECT_TRUE(limit.admit(transfer));
-  EXPECT_EQ(transfer.code, 0x2'0001U);
-  EXPECT_EQ(transfer.length, 16U);
-  EXPECT_EQ(transfer.data[8], std::byte{0x55});
+  data.data[0] = std::byte{1};
+  data.suppressed = 2;
+  EXPECT_EQ(transfer.data, EventData(data));
 }
 
 TEST(RepeatLimit, RareOnesAreAsTheyWere) {
@@ -87,20 +82,18 @@ TEST(RepeatLimit, RareOnesAreAsTheyWere) {
   for (int i = 0; i < 3; ++i) {
     Event event = malformed(0x585, milliseconds(1000 * i));
     EXPECT_TRUE(limit.admit(event));
-    EXPECT_EQ(event.length, 8U);
-    EXPECT_EQ(event.data[8], std::byte{0xAA});
+    EXPECT_EQ(event.data, malformed(0x585, {}).data);
   }
 }
 
-TEST(RepeatLimit, TheCountHasItsPlaceAfterShortData) {
+TEST(RepeatLimit, TheCountLeavesTheOtherMembersAsTheyAre) {
   RepeatLimit limit;
   for (const int ms : {0, 1, 1000}) {
-    Event event = malformed(0x585, milliseconds(ms));
-    event.length = 1;
-    event.data.fill(std::byte{0});
+    event::MalformedFrame frame{.identifier = 0x585, .length = 1};
+    Event event{.time = Instant{milliseconds(ms)}, .node = 5, .data = frame};
     EXPECT_EQ(limit.admit(event), ms != 1);
-    EXPECT_EQ(event.length, ms == 1000 ? 12U : 1U);
-    EXPECT_EQ(held_back(event), ms == 1000 ? 1U : 0U);
+    frame.suppressed = ms == 1000 ? 1U : 0U;
+    EXPECT_EQ(event.data, EventData(frame));
   }
 }
 
@@ -110,7 +103,7 @@ TEST(RepeatLimit, TheLastOfASeriesIsToldWhenTheSecondIsOver) {
   EXPECT_EQ(limit.next_wake(), kNever);
   for (int ms = 0; ms < 10; ++ms) {
     Event event = malformed(0x585, milliseconds(ms));
-    event.data[0] = static_cast<std::byte>(ms);
+    event.get<event::MalformedFrame>()->data[0] = static_cast<std::byte>(ms);
     EXPECT_EQ(limit.admit(event), ms == 0);
   }
   EXPECT_EQ(limit.next_wake(), now(1000));
@@ -118,8 +111,8 @@ TEST(RepeatLimit, TheLastOfASeriesIsToldWhenTheSecondIsOver) {
   const auto last = limit.take_due(now(1500));
   ASSERT_TRUE(last);
   EXPECT_EQ(last->time, now(1000));
-  EXPECT_EQ(last->code, 0x585U);
-  EXPECT_EQ(last->data[0], std::byte{9});
+  EXPECT_EQ(frame_of(*last).identifier, 0x585U);
+  EXPECT_EQ(frame_of(*last).data[0], std::byte{9});
   EXPECT_EQ(held_back(*last), 8U) << "8 others were suppressed";
   EXPECT_FALSE(limit.take_due(now(9999)));
   EXPECT_EQ(limit.next_wake(), kNever);
@@ -127,7 +120,7 @@ TEST(RepeatLimit, TheLastOfASeriesIsToldWhenTheSecondIsOver) {
   EXPECT_FALSE(limit.admit(soon)) << "within a second of the last report";
   const auto alone = limit.take_due(now(2000));
   ASSERT_TRUE(alone);
-  EXPECT_EQ(alone->length, 8U) << "no other event was suppressed";
+  EXPECT_EQ(held_back(*alone), 0U) << "no other event was suppressed";
 }
 
 TEST(RepeatLimit, WhatWasToldOfInTimeIsNotToldAgain) {
@@ -149,7 +142,7 @@ TEST(RepeatLimit, EachPlaceHasItsOwnSecond) {
   }
   std::vector<std::uint32_t> told;
   while (const auto event = limit.take_due(Instant{milliseconds(5000)})) {
-    told.push_back(event->code);
+    told.push_back(frame_of(*event).identifier);
   }
   ASSERT_EQ(told.size(), 17U) << "16 places and the shared one";
   for (std::uint32_t id = 0; id < 16; ++id) {
@@ -218,14 +211,13 @@ TEST(RepeatLimit, PlacesWithNothingToTellAreUsedFirst) {
 }
 
 Event written(std::uint16_t index, Duration when, std::uint8_t value = 0) {
-  Event event;
-  event.time = Instant{when};
-  event.kind = EventKind::object_written;
-  event.node = 5;
-  event.length = 4;
-  store_le(event.data.data(), index);
-  event.data[3] = std::byte{value};
-  return event;
+  event::ObjectWritten object{.size = 1, .index = index};
+  object.data[0] = std::byte{value};
+  return {.time = Instant{when}, .node = 5, .data = object};
+}
+
+int value_of(const event::ObjectWritten& object) {
+  return std::to_integer<int>(object.data[0]);
 }
 
 TEST(RepeatLimit, OfAWrittenObjectSomeAreToldAtOnceAndThenTheNewestOfEachSecond) {
@@ -233,7 +225,8 @@ TEST(RepeatLimit, OfAWrittenObjectSomeAreToldAtOnceAndThenTheNewestOfEachSecond)
   // Time in ms, value, number of suppressed events before it
   std::vector<std::tuple<int, int, unsigned>> told;
   const auto note = [&told](int ms, const Event& event) {
-    told.emplace_back(ms, std::to_integer<int>(event.data[3]), event.code);
+    const auto& object = std::get<event::ObjectWritten>(event.data);
+    told.emplace_back(ms, value_of(object), object.suppressed);
   };
   for (int ms = 0; ms < 2500; ++ms) {
     while (const auto due = limit.take_due(Instant{milliseconds(ms)})) {
@@ -255,7 +248,8 @@ TEST(RepeatLimit, TheNewestValueOfEachObjectIsToldWhateverElseIsWritten) {
   RepeatLimit limit = RepeatLimit::that_keeps_newest(4, 1);
   std::map<unsigned, int> newest;
   const auto note = [&newest](const Event& event) {
-    newest[load_le<std::uint16_t>(event.data.data())] = std::to_integer<int>(event.data[3]);
+    const auto& object = std::get<event::ObjectWritten>(event.data);
+    newest[object.index] = value_of(object);
   };
   constexpr std::uint16_t kObjects = 20;
   for (std::uint8_t round = 0; round < 30; ++round) {

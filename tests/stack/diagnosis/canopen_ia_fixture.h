@@ -53,9 +53,7 @@ class CanopenIaTest : public testing::Test, public Source, public RecordHost {
     store_le(bytes.data(), value);
     return dictionary_.write({index, sub}, std::span(bytes).first(size));
   }
-  void bus(can::BusState state) {
-    diagnosis_.emitted({.kind = EventKind::bus_state, .code = static_cast<std::uint32_t>(state)});
-  }
+  void bus(can::BusState state) { diagnosis_.emitted({.data = event::BusState{.state = state}}); }
 
   NetworkFacts facts_;
   Transmission transmission_;

@@ -27,8 +27,8 @@ TEST_F(CanopenIaTest, BitsOfTheHardwareState) {
   bus(can::BusState::bus_off);
   EXPECT_EQ(read(0x5F40, 3), 0x81U);
   bus(can::BusState::error_active);
-  diagnosis_.emitted({.kind = EventKind::bus_error});
-  diagnosis_.emitted({.kind = EventKind::frames_lost});
+  diagnosis_.emitted({.data = event::BusError{}});
+  diagnosis_.emitted({.data = event::FramesLost{}});
   EXPECT_EQ(read(0x5F40, 3), 0x0BU);
   facts_.own = nmt::State::initialising;
   EXPECT_EQ(read(0x5F40, 3), 0x0AU);
@@ -47,7 +47,7 @@ TEST_F(CanopenIaTest, TheHardwareStateHasWhatTheInterfaceSends) {
 TEST_F(CanopenIaTest, TheLastStateOfEachNode) {
   make({});
   EXPECT_EQ(dictionary_.read({0x5F44, 5}).error(), to_error(AbortCode::no_data));
-  diagnosis_.emitted({.kind = EventKind::emcy, .node = 5, .code = 0x8110});
+  diagnosis_.emitted({.node = 5, .data = event::Emcy{.code = 0x8110}});
   EXPECT_EQ(read(0x5F44, 5), 0x80U);
   EXPECT_EQ(read(0x5F44, 0), 127U);
 }

@@ -85,8 +85,8 @@ class DiagnosisTest : public testing::Test, public Source {
     set(kPress, nmt::State::operational);
     set(kLamp, nmt::State::operational);
   }
-  void tell(EventKind kind, std::uint8_t node, std::uint32_t code = 0, std::uint32_t value = 0) {
-    log_.emit({.time = now_, .kind = kind, .node = node, .code = code, .value = value});
+  void tell(std::uint8_t node, const EventData& data) {
+    log_.emit({.time = now_, .node = node, .data = data});
     diagnosis_.update(now_);
   }
   std::uint64_t read(std::uint16_t index, std::uint8_t sub) {
@@ -150,7 +150,7 @@ TEST_F(DiagnosisTest, ANodeThatDoesNotObeyIsFaulty) {
   EXPECT_EQ(read(0x5F03, 2), 0U);
   diagnosis_.heard(kLamp, nmt::State::operational, now_ + milliseconds(700));
   EXPECT_EQ(read(0x5F03, 2), 1U);
-  tell(EventKind::boot_up, kLamp);
+  tell(kLamp, event::BootUp{});
   EXPECT_EQ(read(0x5F03, 2), 0U) << "a boot-up ends the expected state";
 }
 
@@ -159,7 +159,7 @@ TEST_F(DiagnosisTest, AnEventThatTheOwnerOfTheLineReportsNeedNotBeOfANode) {
   diagnosis_.commanded(nmt::Command::stop, kLamp);
   diagnosis_.heard(kLamp, nmt::State::operational, now_ + milliseconds(500));
   for (const std::uint8_t node : {std::uint8_t{0}, std::uint8_t{128}, std::uint8_t{255}}) {
-    tell(EventKind::boot_up, node);
+    tell(node, event::BootUp{});
     EXPECT_EQ(read(0x5F03, 1), 0U);
     EXPECT_EQ(read(0x5F03, 2), 1U);
     EXPECT_EQ(read(0x5F03, 3), 0U);
@@ -187,11 +187,11 @@ TEST_F(DiagnosisTest, EmergenciesAreCountedAndListed) {
 
 TEST_F(DiagnosisTest, EventsAreKeptUntilTheNetworkIsInitialisedAnew) {
   all_operational();
-  tell(EventKind::boot_up, kLamp);
+  tell(kLamp, event::BootUp{});
   EXPECT_EQ(read(0x5F00, 1), kListChanged);
-  tell(EventKind::heartbeat_lost, kLamp);
+  tell(kLamp, event::HeartbeatLost{});
   EXPECT_EQ(read(0x5F00, 1), kListChanged);
-  tell(EventKind::heartbeat_lost, kPress);
+  tell(kPress, event::HeartbeatLost{});
   EXPECT_EQ(read(0x5F00, 1), kListChanged | kMandatoryLost);
   const std::byte stop{4};
   EXPECT_EQ(dictionary_.write({0x1F82, kLamp}, std::span(&stop, 1)), AbortCode::none);
@@ -199,14 +199,12 @@ TEST_F(DiagnosisTest, EventsAreKeptUntilTheNetworkIsInitialisedAnew) {
   EXPECT_EQ(dictionary_.write({0x1F82, 128}, std::span(&stop, 1)), AbortCode::none);
   EXPECT_EQ(read(0x1F82, 128), 4U) << "the object of another service";
   EXPECT_EQ(read(0x5F00, 1), 0xC000U | kListChanged | kMandatoryLost);
-  log_.emit({.time = now_,
-             .kind = EventKind::manager_state,
-             .code = static_cast<std::uint32_t>(ManagerState::resetting)});
+  log_.emit({.time = now_, .data = event::ManagerState{.state = ManagerState::resetting}});
   EXPECT_EQ(read(0x5F00, 1), 0U);
 }
 
 TEST_F(DiagnosisTest, TheCommunicationStateIsThereTwice) {
-  tell(EventKind::frames_lost, 0);
+  tell(0, event::FramesLost{});
   EXPECT_EQ(read(0x5F00, 2) >> 8U, kControllerOverrun);
   EXPECT_EQ(read(0x5F00, 3), kControllerOverrun);
 }
@@ -223,7 +221,7 @@ TEST_F(DiagnosisTest, TheBootTimeEndsTheWaitForAMandatoryNode) {
   facts_.manager = ManagerState::missing_mandatory;
   set(kLamp, nmt::State::operational);
   nodes_[kPress].boot = 'B';
-  tell(EventKind::manager_state, 0, static_cast<std::uint32_t>(ManagerState::resetting));
+  tell(0, event::ManagerState{.state = ManagerState::resetting});
   EXPECT_EQ(read(0x5F00, 2), 0x70U);
   diagnosis_.update(now_ + milliseconds(1999));
   EXPECT_EQ(read(0x5F00, 2), 0x70U);
@@ -236,7 +234,7 @@ TEST_F(DiagnosisTest, TheSlaveAssignmentOfTheDictionaryCounts) {
   EXPECT_EQ(read(0x5F01, 1), 0U);
   EXPECT_EQ(read(0x5F01, 2), 1U << 31U);
   set(kStranger, nmt::State::operational, 'M');
-  tell(EventKind::boot_result, kStranger, 'M');
+  tell(kStranger, event::BootResult{.letter = 'M'});
   EXPECT_EQ(read(0x5F00, 1) & kMandatoryWrongNode, kMandatoryWrongNode);
 }
 
@@ -251,7 +249,7 @@ TEST_F(DiagnosisTest, ASlaveListsTheNodesItListensTo) {
   EXPECT_EQ(read(0x5F04, 1), 0U) << "its heartbeat is not consumed";
   EXPECT_EQ(read(0x5F02, 2), 0U);
   EXPECT_EQ(read(0x5F00, 2), 0x43U);
-  tell(EventKind::heartbeat_lost, kPress);
+  tell(kPress, event::HeartbeatLost{});
   EXPECT_EQ(read(0x5F00, 1), kListChanged) << "a slave ignores losses of nodes";
 }
 

@@ -41,12 +41,12 @@ TEST_F(EmcyConsumerTest, MessagesBecomeEvents) {
   EXPECT_TRUE(consumer.receive(5, frame_at(at(7ms), 0x85, {0x30, 0x81, 0x11, 1, 2, 3, 4, 5})));
   const auto told = take_events(events);
   ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(told[0].kind, EventKind::emcy);
   EXPECT_EQ(told[0].node, 5);
   EXPECT_EQ(told[0].time, at(7ms));
-  EXPECT_EQ(told[0].code, 0x8130U);
-  EXPECT_EQ(told[0].value, 0x11U);
-  EXPECT_EQ(told[0].data[0], std::byte{1});
+  const auto& emcy = std::get<event::Emcy>(told[0].data);
+  EXPECT_EQ(emcy.code, 0x8130U);
+  EXPECT_EQ(emcy.error_register, 0x11U);
+  EXPECT_EQ(emcy.manufacturer[0], std::byte{1});
   EXPECT_EQ(heard.nodes, (std::vector<int>{5}));
   EXPECT_EQ(heard.last.code, 0x8130);
   EXPECT_EQ(consumer.received(), 1U);

@@ -53,13 +53,11 @@ TEST(EmcyMessage, OtherLengthsAreMalformed) {
 }
 
 TEST(EmcyMessage, Event) {
-  const Event event = to_event(EventKind::emcy, 5, kMessage, Instant{std::chrono::seconds(3)});
-  EXPECT_EQ(event.kind, EventKind::emcy);
-  EXPECT_EQ(event.node, 5);
+  const auto event = to_event<event::Emcy>(kMessage);
   EXPECT_EQ(event.code, 0x8210U);
-  EXPECT_EQ(event.value, 0x11U);
-  EXPECT_EQ(event.length, 5);
-  EXPECT_EQ(event.data[4], std::byte{5});
+  EXPECT_EQ(event.error_register, 0x11U);
+  EXPECT_EQ(event.manufacturer.size(), 5U);
+  EXPECT_EQ(event.manufacturer[4], std::byte{5});
 }
 
 }  // namespace

@@ -64,9 +64,8 @@ TEST_F(EmcyProducerTest, SendsEightBytes) {  // 1014h
   EXPECT_EQ(dictionary.number({od::objects::kErrorRegister, 0}), 0x81U);
   const auto told = take_events(events);
   ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(told[0].kind, EventKind::emcy_sent);
   EXPECT_EQ(told[0].node, 5);
-  EXPECT_EQ(told[0].code, 0x6200U);
+  EXPECT_EQ(std::get<event::EmcySent>(told[0].data).code, 0x6200U);
 }
 
 TEST_F(EmcyProducerTest, MissingManufacturerBytesAreZeroAndMoreAreLeftOut) {

@@ -125,8 +125,7 @@ TEST_F(AcknowledgedServices, AnEmcyIsReportedAsSentWhenItIsOnTheBus) {
   acknowledge_all();
   const std::vector<Event> reported = events();
   ASSERT_EQ(reported.size(), 1U);
-  EXPECT_EQ(reported[0].kind, EventKind::emcy_sent);
-  EXPECT_EQ(reported[0].code, 0x5000U);
+  EXPECT_EQ(std::get<event::EmcySent>(reported[0].data).code, 0x5000U);
   EXPECT_EQ(reported[0].time, now_);
   acknowledge_all();
   EXPECT_THAT(events(), IsEmpty()) << "reported once";
@@ -170,7 +169,8 @@ TEST_F(AcknowledgedServices, AnEmcyThatAResetDropsIsNotReportedAsSent) {
   hand_out();
   acknowledge_all();
   for (const Event& event : events()) {
-    EXPECT_FALSE(event.kind == EventKind::emcy_sent && event.code == 0x5100);
+    const auto* const emcy = event.get<event::EmcySent>();
+    EXPECT_FALSE(emcy != nullptr && emcy->code == 0x5100);
   }
 }
 

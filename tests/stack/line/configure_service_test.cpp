@@ -62,7 +62,7 @@ TEST_F(ConfigureServiceTest, ProgressIsReportedEachSecondUntilItsTimeIsOver) {
     service.advance(parts.now + passed);
     std::array<Event, 16> events;
     for (const Event& event : std::span(events).first(parts.events.take(events))) {
-      progress += event.kind == EventKind::command_progress ? 1U : 0U;
+      progress += event.kind() == EventKind::command_progress ? 1U : 0U;
     }
   }
   EXPECT_EQ(progress, 2U);

@@ -60,7 +60,7 @@ class DevicesApplication : public LineTest {
 
   std::vector<Event> of_kind(EventKind kind) {
     std::vector<Event> all = events();
-    std::erase_if(all, [kind](const Event& e) { return e.kind != kind; });
+    std::erase_if(all, [kind](const Event& e) { return e.kind() != kind; });
     return all;
   }
   static constexpr bool kAsOwner = true;
@@ -83,10 +83,10 @@ TEST_F(DevicesApplication, HearsOfWritesToObjectsThatAreNotInTheImage) {
   const std::vector<Event> written = of_kind(EventKind::object_written);
   ASSERT_EQ(written.size(), 1U);
   EXPECT_EQ(written[0].node, kDevice);
-  EXPECT_EQ(written[0].value, 2U);
-  ASSERT_EQ(written[0].length, 5);
-  EXPECT_EQ(load_le<std::uint16_t>(written[0].data.data()), 0x2100);
-  EXPECT_EQ(load_le<std::uint16_t>(written[0].data.data() + 3), 0x1234);
+  const auto& object = std::get<event::ObjectWritten>(written[0].data);
+  EXPECT_EQ(object.size, 2U);
+  EXPECT_EQ(object.index, 0x2100);
+  EXPECT_EQ(load_le<std::uint16_t>(object.data.data()), 0x1234);
   hear(0x600 + kDevice, {0x23, 0x02, 0x20, 0x00, 1, 0, 0, 0});
   EXPECT_THAT(of_kind(EventKind::object_written), IsEmpty()) << "the image shows it";
   hear(0x600 + kDevice, {0x2B, 0x02, 0x10, 0x00, 1, 0, 0, 0});
@@ -97,12 +97,12 @@ TEST_F(DevicesApplication, HearsOfWritesToObjectsThatAreNotInTheImage) {
 
 // A master writes the object in each of its cycles.
 TEST_F(DevicesApplication, OfAnObjectThatIsWrittenCyclicallyTheNewestValueIsReported) {
-  std::vector<Event> all;
+  std::vector<event::ObjectWritten> all;
   const auto collect = [&] {
     for (const Event& event : events()) {
-      EXPECT_NE(event.kind, EventKind::events_lost);
-      if (event.kind == EventKind::object_written) {
-        all.push_back(event);
+      EXPECT_NE(event.kind(), EventKind::events_lost);
+      if (const auto* const written = event.get<event::ObjectWritten>()) {
+        all.push_back(*written);
       }
     }
   };
@@ -117,9 +117,9 @@ TEST_F(DevicesApplication, OfAnObjectThatIsWrittenCyclicallyTheNewestValueIsRepo
   pass(seconds(2));
   collect();
   ASSERT_LT(all.size(), 10U);
-  EXPECT_EQ(all.front().data[3], std::byte{1});
-  EXPECT_EQ(all.back().data[3], std::byte{kWrites});
-  EXPECT_EQ(all.back().code, kWrites - all.size()) << "writes without an event";
+  EXPECT_EQ(all.front().data[0], std::byte{1});
+  EXPECT_EQ(all.back().data[0], std::byte{kWrites});
+  EXPECT_EQ(all.back().suppressed, kWrites - all.size()) << "writes without an event";
 }
 
 TEST_F(DevicesApplication, HearsWhichResetItWas) {
@@ -127,11 +127,11 @@ TEST_F(DevicesApplication, HearsWhichResetItWas) {
   auto reset = of_kind(EventKind::own_reset);
   ASSERT_EQ(reset.size(), 1U);
   EXPECT_EQ(reset[0].node, kDevice);
-  EXPECT_EQ(reset[0].code, 0x81U);
+  EXPECT_EQ(reset[0].data, EventData(event::OwnReset{nmt::Command::reset_node}));
   hear(0x000, {0x82, 0x00});
   reset = of_kind(EventKind::own_reset);
   ASSERT_EQ(reset.size(), 1U);
-  EXPECT_EQ(reset[0].code, 0x82U);
+  EXPECT_EQ(reset[0].data, EventData(event::OwnReset{nmt::Command::reset_communication}));
 }
 
 TEST_F(DevicesApplication, HearsTheBootUpOfOthersAndTime) {
@@ -146,8 +146,8 @@ TEST_F(DevicesApplication, HearsTheBootUpOfOthersAndTime) {
   const auto told = of_kind(EventKind::time_received);
   ASSERT_EQ(told.size(), 1U);
   EXPECT_EQ(told[0].node, kDevice);
-  constexpr std::uint64_t kSeconds = 441'763'200 + 86'400 + 1;  // 1984-01-01 since 1970
-  EXPECT_EQ(load_le<std::uint64_t>(told[0].data.data()), kSeconds * 1'000'000'000U);
+  constexpr std::int64_t kSeconds = 441'763'200 + 86'400 + 1;  // 1984-01-01 since 1970
+  EXPECT_EQ(std::get<event::TimeReceived>(told[0].data).utc, seconds(kSeconds));
 }
 
 TEST_F(DevicesApplication, SetsItsOwnValuesWhateverTheirAccess) {
@@ -217,7 +217,7 @@ TEST_F(DevicesApplication, TakesAProgramOfMegabytes) {
   EXPECT_EQ(value_of(0x1F50).size(), kSize);
   const auto written = of_kind(EventKind::object_written);
   ASSERT_EQ(written.size(), 1U);
-  EXPECT_EQ(written[0].value, kSize);
+  EXPECT_EQ(std::get<event::ObjectWritten>(written[0].data).size, kSize);
 }
 
 }  // namespace

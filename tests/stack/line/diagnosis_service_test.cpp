@@ -41,7 +41,7 @@ TEST_F(DiagnosisServiceTest, AnotherMasterIsReportedByAManager) {
 TEST_F(DiagnosisServiceTest, AFatalErrorStopsTheNetwork) {
   EXPECT_EQ(service.next_wake(), kNever);
   parts.events.emit(
-      {.time = parts.now, .kind = EventKind::duplicate_node_id, .node = parts.config.node_id});
+      {.time = parts.now, .node = parts.config.node_id, .data = event::DuplicateNodeId{}});
   EXPECT_EQ(service.next_wake(), Instant{});
   service.advance(parts.now);
   EXPECT_EQ(parts.manager.state(), ManagerState::halted);

@@ -47,9 +47,13 @@ class GenericCan : public LineTest {
     return ask(
         {.request = CanListen{.identifier = id, .extended = false, .duration = seconds(duration)}});
   }
-  std::vector<Event> frames() {
-    std::vector<Event> out = events();
-    std::erase_if(out, [](const Event& e) { return e.kind != EventKind::can_frame; });
+  std::vector<event::CanFrame> frames() {
+    std::vector<event::CanFrame> out;
+    for (const Event& event : events()) {
+      if (const auto* const frame = event.get<event::CanFrame>()) {
+        out.push_back(*frame);
+      }
+    }
     return out;
   }
 };
@@ -131,12 +135,12 @@ TEST_F(GenericCan, OnlyFramesThatNoServiceWantsAreTold) {
       << "all frames";
   hear(0x150, {1, 2, 3});
   hear(0x705, {5});
-  const std::vector<Event> told = frames();
+  const std::vector<event::CanFrame> told = frames();
   ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(told[0].code, 0x150U);
-  EXPECT_EQ(told[0].value, 3U);
-  EXPECT_EQ(told[0].length, 3);
-  EXPECT_EQ(told[0].data[2], std::byte{3});
+  EXPECT_EQ(told[0], (event::CanFrame{.identifier = 0x150,
+                                      .length = 3,
+                                      .data = {std::byte{1}, std::byte{2}, std::byte{3}}}));
+  EXPECT_EQ(told[0].bytes(), 3U);
 }
 
 TEST_F(GenericCan, TheMaskSaysWhichBitsCount) {
@@ -155,8 +159,9 @@ TEST_F(GenericCan, TheMaskSaysWhichBitsCount) {
   frame.time = now_;
   line_->receive(std::span(&frame, 1), now_);
   std::vector<std::uint32_t> ids;
-  for (const Event& event : frames()) {
-    ids.push_back(event.code);
+  for (const event::CanFrame& told : frames()) {
+    EXPECT_FALSE(told.extended);
+    ids.push_back(told.identifier);
   }
   EXPECT_THAT(ids, ElementsAre(0x150, 0x333)) << "29-bit identifiers are different";
 }
@@ -188,10 +193,12 @@ TEST_F(GenericCan, MoreFramesThanAreToldAreCounted) {
   pass(seconds(1));
   hear(0x150, {1});
   hear(0x150, {2});
-  const std::vector<Event> told = frames();
+  const std::vector<event::CanFrame> told = frames();
   ASSERT_EQ(told.size(), 2U);
-  EXPECT_EQ(told[0].value, 7U << 16U | 1U);
-  EXPECT_EQ(told[1].value, 1U);
+  EXPECT_EQ(told[0].suppressed, 7U);
+  EXPECT_EQ(told[0].length, 1U);
+  EXPECT_EQ(told[1].suppressed, 0U);
+  EXPECT_EQ(told[1].length, 1U);
 }
 
 TEST_F(GenericCan, LongFramesAreToldInPieces) {
@@ -204,13 +211,17 @@ TEST_F(GenericCan, LongFramesAreToldInPieces) {
   frame.data[0] = std::byte{1};
   frame.data[19] = std::byte{9};
   line_->receive(std::span(&frame, 1), now_);
-  const std::vector<Event> told = frames();
+  const std::vector<event::CanFrame> told = frames();
   ASSERT_EQ(told.size(), 2U);
-  EXPECT_EQ(told[0].value, 0x200U | 20U);
-  EXPECT_EQ(told[0].length, 16);
+  for (unsigned piece = 0; piece < 2; ++piece) {
+    EXPECT_TRUE(told[piece].fd);
+    EXPECT_EQ(told[piece].length, 20U);
+    EXPECT_EQ(unsigned{told[piece].piece}, piece);
+    EXPECT_EQ(told[piece].suppressed, 0U);
+  }
+  EXPECT_EQ(told[0].bytes(), 16U);
   EXPECT_EQ(told[0].data[0], std::byte{1});
-  EXPECT_EQ(told[1].value, 0x600U | 20U);
-  EXPECT_EQ(told[1].length, 4);
+  EXPECT_EQ(told[1].bytes(), 4U);
   EXPECT_EQ(told[1].data[3], std::byte{9});
 }
 

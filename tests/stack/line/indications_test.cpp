@@ -5,7 +5,6 @@
 #include <string_view>
 
 #include "stack/base/abort_code.h"
-#include "stack/base/byte_order.h"
 #include "stack/base/result.h"
 #include "stack/od/dictionary.h"
 
@@ -22,7 +21,7 @@ class LineIndicationsTest : public LineTest {
   std::vector<EventKind> kinds() {
     std::vector<EventKind> out;
     for (const Event& event : events()) {
-      out.push_back(event.kind);
+      out.push_back(event.kind());
     }
     return out;
   }
@@ -166,8 +165,9 @@ TEST_F(LineIndicationsTest, ALineThatIsMadeOfAScanBeginsWithLayoutChanged) {
   const std::vector<Event> all = events();
   const auto changed = std::ranges::find(all, EventKind::layout_changed, &Event::kind);
   ASSERT_NE(changed, all.end());
-  EXPECT_EQ(load_le<std::uint64_t>(changed->data.data()), line_->layout(Direction::inputs).id);
-  EXPECT_EQ(load_le<std::uint64_t>(changed->data.data() + 8), line_->layout(Direction::outputs).id);
+  EXPECT_EQ(changed->data,
+            EventData(event::LayoutChanged{.inputs = line_->layout(Direction::inputs).id,
+                                           .outputs = line_->layout(Direction::outputs).id}));
 }
 
 }  // namespace

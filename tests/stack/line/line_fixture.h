@@ -104,7 +104,7 @@ class LineTest : public testing::Test {
   bool emitted(EventKind kind, std::uint8_t node = 0) {
     const std::vector<Event> all = events();
     return std::ranges::any_of(all,
-                               [&](const Event& e) { return e.kind == kind && e.node == node; });
+                               [&](const Event& e) { return e.kind() == kind && e.node == node; });
   }
 
   // Node 5 boots and answers all identity requests except the one for its serial number, which it

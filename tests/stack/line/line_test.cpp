@@ -72,8 +72,8 @@ TEST_F(LineTest, AConfigurationThatIsRefusedNamesTheObject) {
   const auto error = std::ranges::find(all, EventKind::configuration_error, &Event::kind);
   ASSERT_NE(error, all.end());
   EXPECT_EQ(error->node, 5);
-  EXPECT_EQ(error->code, 0x0602'0000U);
-  EXPECT_EQ(load_le<std::uint16_t>(error->data.data()), 0x1017U);
+  EXPECT_EQ(std::get<event::ConfigurationError>(error->data).abort, AbortCode::no_object);
+  EXPECT_EQ(std::get<event::ConfigurationError>(error->data).index, 0x1017U);
   EXPECT_EQ(line_->node_state(5).boot, 'J');
 }
 
@@ -219,11 +219,12 @@ TEST_F(LineTest, ARefusedWriterThatGoesOnIsToldOnceASecond) {
     EXPECT_EQ(line_->write_outputs(write, now_), OutputRefusal::not_armed);
     pass(milliseconds(10));
     std::ranges::copy_if(events(), std::back_inserter(refused), [](const Event& event) {
-      return event.kind == EventKind::output_refused;
+      return event.kind() == EventKind::output_refused;
     });
   }
   ASSERT_EQ(refused.size(), 3U) << "events at 0, 1 and 2 s";
-  EXPECT_EQ(load_le<std::uint32_t>(refused[1].data.data() + 8), 98U) << "98 others were suppressed";
+  EXPECT_EQ(std::get<event::OutputRefused>(refused[1].data).suppressed, 98U)
+      << "98 others were suppressed";
   EXPECT_EQ(line_->state().counters.output_writes_refused, 250U) << "each write is counted";
 }
 
@@ -371,15 +372,16 @@ TEST_F(LineTest, AFloodOfMalformedFramesIsCountedAndToldOnceASecond) {
     hear(0x585, {0x01});
     pass(milliseconds(1));
   }
-  std::map<std::uint32_t, std::vector<std::uint8_t>> lengths;
+  using Series = std::vector<std::pair<unsigned, bool>>;  // length, whether others were suppressed
+  std::map<std::uint32_t, Series> told;
   for (const Event& event : events()) {
-    if (event.kind == EventKind::malformed_frame) {
-      lengths[event.code].push_back(event.length);
+    if (const auto* const frame = event.get<event::MalformedFrame>()) {
+      told[frame->identifier].emplace_back(frame->length, frame->suppressed != 0);
     }
   }
-  EXPECT_THAT(lengths[0x705], ElementsAre(2, 12, 12, 12));
-  EXPECT_THAT(lengths[0x085], ElementsAre(1, 12, 12, 12));
-  EXPECT_THAT(lengths[0x585], ElementsAre(1, 12, 12, 12));
+  EXPECT_EQ(told[0x705], (Series{{2, false}, {2, true}, {2, true}, {2, true}}));
+  EXPECT_EQ(told[0x085], (Series{{1, false}, {1, true}, {1, true}, {1, true}}));
+  EXPECT_EQ(told[0x585], (Series{{1, false}, {1, true}, {1, true}, {1, true}}));
   pass(seconds(9));
   EXPECT_FALSE(emitted(EventKind::malformed_frame, 5)) << "all frames were reported";
   EXPECT_EQ(line_->state().counters.frames_malformed, 9000U);
@@ -403,8 +405,12 @@ TEST_F(LineTest, AStateOfTheBusAfterAFailureSaysWhatItWasBeforeIt) {
   boot();
   const auto state = [this](can::BusState now) {
     line_->bus_event({.state = now, .time = now_});
-    const std::vector<Event> all = events();
-    return all.empty() ? can::BusState::unknown : static_cast<can::BusState>(all.back().value);
+    auto before = can::BusState::unknown;
+    for (const Event& event : events()) {
+      const auto* const change = event.get<event::BusState>();
+      before = change != nullptr ? change->before : before;
+    }
+    return before;
   };
   line_->bus_event({.kind = can::BusEvent::Kind::interface_ready, .time = now_});
   EXPECT_EQ(state(can::BusState::error_warning), can::BusState::error_active);

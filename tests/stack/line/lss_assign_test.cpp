@@ -103,8 +103,8 @@ class LssAssignTest : public LineTest {
   }
   bool reported(lss::Verdict verdict) {
     return std::ranges::any_of(events(), [verdict](const Event& event) {
-      return event.kind == EventKind::lss_result &&
-             event.code == static_cast<std::uint32_t>(verdict);
+      const auto* const result = event.get<event::LssResult>();
+      return result != nullptr && result->verdict == verdict;
     });
   }
 
@@ -306,7 +306,7 @@ TEST_F(LssAssignTest, ANodeIdThatCannotBeCheckedIsReportedAsThat) {
   const std::vector<Event> all = events();
   const auto result = std::ranges::find(all, EventKind::lss_result, &Event::kind);
   ASSERT_NE(result, all.end());
-  EXPECT_EQ(static_cast<lss::Verdict>(result->code), lss::Verdict::node_id_unchecked);
+  EXPECT_EQ(std::get<event::LssResult>(result->data).verdict, lss::Verdict::node_id_unchecked);
 }
 
 // The device got its node-ID and sends nothing.

@@ -82,11 +82,10 @@ TEST_F(LssDeviceTest, EventsNameTheDeviceAndTheNodeIdOnTheBus) {
   waiting();
   EXPECT_EQ(line_->own_device(5)->node_id, 9);
   std::vector<Event> states = events();
-  std::erase_if(states, [](const Event& e) { return e.kind != EventKind::own_state; });
+  std::erase_if(states, [](const Event& e) { return e.kind() != EventKind::own_state; });
   ASSERT_FALSE(states.empty());
   EXPECT_EQ(states.back().node, 5);
-  ASSERT_EQ(states.back().length, 1);
-  EXPECT_EQ(states.back().data[0], std::byte{9});
+  EXPECT_EQ(std::get<event::OwnState>(states.back().data).node_id, 9);
   line_->execute({.request = EmcySend{.node = 5, .code = 0x1000}}, now_);
   EXPECT_TRUE(answer().ok());
   EXPECT_THAT(sent(), ElementsAre("089#0010010000000000"));
@@ -136,7 +135,7 @@ class TwoLssDevices : public LineTest {
     EXPECT_TRUE(answer().ok());
     sent();
     for (const Event& event : events()) {
-      if (event.kind == EventKind::emcy_sent) {
+      if (event.kind() == EventKind::emcy_sent) {
         return event.node;
       }
     }

@@ -49,7 +49,7 @@ class ObserverTest : public LineTest {
 
   std::vector<Event> of(EventKind kind) {
     std::vector<Event> all = events();
-    std::erase_if(all, [&](const Event& e) { return e.kind != kind; });
+    std::erase_if(all, [&](const Event& e) { return e.kind() != kind; });
     return all;
   }
 };

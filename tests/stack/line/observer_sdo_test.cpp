@@ -67,16 +67,16 @@ TEST_F(OverheardSdoTest, TransfersAndAbortsAreTold) {
   const std::vector<Event> told = of(EventKind::sdo_transfer);
   ASSERT_EQ(told.size(), 1U);
   EXPECT_EQ(told[0].node, 5);
-  EXPECT_EQ(told[0].code, 1U) << "a download";
-  EXPECT_EQ(told[0].value, 2U);
-  EXPECT_EQ(load_le<std::uint16_t>(told[0].data.data()), 0x1017U);
-  EXPECT_EQ(load_le<std::uint16_t>(told[0].data.data() + 3), 250U);
-  EXPECT_EQ(told[0].length, 5);
+  const auto& transfer = std::get<event::SdoTransfer>(told[0].data);
+  EXPECT_TRUE(transfer.download) << "a download";
+  EXPECT_EQ(transfer.size, 2U);
+  EXPECT_EQ(transfer.index, 0x1017U);
+  EXPECT_EQ(load_le<std::uint16_t>(transfer.data.data()), 250U);
   hear(0x605, {0x40, 0x18, 0x10, 0x01, 0, 0, 0, 0});
   hear(0x585, {0x80, 0x18, 0x10, 0x01, 0x11, 0x00, 0x09, 0x06});
   const std::vector<Event> aborted = of(EventKind::sdo_abort);
   ASSERT_EQ(aborted.size(), 1U);
-  EXPECT_EQ(aborted[0].code, 0x0609'0011U);
+  EXPECT_EQ(std::get<event::SdoAbort>(aborted[0].data).abort, AbortCode::no_sub_index);
 }
 
 // The transfers of a PLC that polls must not displace other events in the history for late
@@ -96,9 +96,10 @@ TEST_F(OverheardSdoTest, ATransferThatIsRepeatedIsToldOnceASecond) {
   ASSERT_EQ(std::ranges::count(told, EventKind::sdo_abort, &Event::kind), 3);
   const auto last =
       std::ranges::find(told.rbegin(), told.rend(), EventKind::sdo_transfer, &Event::kind);
-  EXPECT_EQ(last->code & 0xFFFFU, 1U) << "a download";
-  EXPECT_EQ(last->code >> 16U, 99U) << "99 others were suppressed";
-  EXPECT_EQ(load_le<std::uint16_t>(last->data.data() + 3), 199U) << "the newest value";
+  const auto& transfer = std::get<event::SdoTransfer>(last->data);
+  EXPECT_TRUE(transfer.download) << "a download";
+  EXPECT_EQ(transfer.suppressed, 99U) << "99 others were suppressed";
+  EXPECT_EQ(load_le<std::uint16_t>(transfer.data.data()), 199U) << "the newest value";
 }
 
 TEST_F(OverheardSdoTest, ObjectsThatAreWrittenOnceAreToldOneByOne) {
@@ -126,7 +127,7 @@ TEST_F(OverheardSdoTest, ChannelsThatAMasterConfiguresAreFollowedFromThenOn) {
   const std::vector<Event> told = transfers_on(0x6E5, 0x5E5);
   ASSERT_EQ(told.size(), 1U);
   EXPECT_EQ(told[0].node, 5);
-  EXPECT_EQ(load_le<std::uint16_t>(told[0].data.data()), 0x1018U);
+  EXPECT_EQ(std::get<event::SdoTransfer>(told[0].data).index, 0x1018U);
   EXPECT_EQ(line_->node_state(5).serial, 77U) << "evaluated like the default SDO";
   EXPECT_EQ(transfers_on(0x605, 0x585).size(), 1U);
   hear(0x5E5, {1, 2, 3});
@@ -209,16 +210,15 @@ TEST_F(OverheardSdoTest, TheChangeIsToldOnce) {
   pass(seconds(2));
   std::vector<Event> all = events();
   std::erase_if(all, [](const Event& e) {
-    return e.kind != EventKind::pdo_mapping && e.kind != EventKind::layout_changed;
+    return e.kind() != EventKind::pdo_mapping && e.kind() != EventKind::layout_changed;
   });
   ASSERT_EQ(all.size(), 2U);
-  EXPECT_EQ(all[0].kind, EventKind::pdo_mapping);
   EXPECT_EQ(all[0].node, 5);
-  EXPECT_EQ(all[0].code, 1U);
-  EXPECT_EQ(all[0].value, 0U);
-  EXPECT_EQ(all[0].data[0], std::byte{1});
-  EXPECT_EQ(load_le<std::uint64_t>(all[1].data.data()), line_->layout(Direction::inputs).id);
-  EXPECT_EQ(load_le<std::uint64_t>(all[1].data.data() + 8), line_->layout(Direction::outputs).id);
+  EXPECT_EQ(all[0].data, EventData(event::PdoMapping{
+                             .number = 1, .kind = pdo::PdoKind::tpdo, .complete = true}));
+  EXPECT_EQ(all[1].data,
+            EventData(event::LayoutChanged{.inputs = line_->layout(Direction::inputs).id,
+                                           .outputs = line_->layout(Direction::outputs).id}));
   remap_tpdo();  // as the master does after each boot
   pass(seconds(2));
   EXPECT_TRUE(of(EventKind::layout_changed).empty());
@@ -268,7 +268,7 @@ TEST_F(OverheardSdoTest, APdoThatIsSwitchedOffLeavesTheImage) {
   EXPECT_TRUE(line_->layout(Direction::inputs).entries.empty());
   const std::vector<Event> told = of(EventKind::pdo_mapping);
   ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(told[0].data[0], std::byte{0});
+  EXPECT_FALSE(std::get<event::PdoMapping>(told[0].data).complete);
   image::Snapshot kept;
   line_->snapshot(Direction::inputs, kept, now_, false);
   write({0x1800, 1}, 0x0000'0185, 4);
@@ -339,8 +339,8 @@ TEST_F(OverheardSdoTest, APdoThatWasConfiguredBeforeAnybodyListenedIsPublishedAs
   EXPECT_FALSE(snapshot(Direction::inputs).is_valid(0));
   const std::vector<Event> told = of(EventKind::pdo_mapping);
   ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(told[0].code, 3U);
-  EXPECT_EQ(told[0].data[0], std::byte{0});
+  EXPECT_EQ(std::get<event::PdoMapping>(told[0].data).number, 3U);
+  EXPECT_FALSE(std::get<event::PdoMapping>(told[0].data).complete);
 }
 
 TEST_F(OverheardSdoTest, APdoThatComesFasterThanRepetitionsIsPublishedToo) {

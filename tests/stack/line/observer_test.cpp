@@ -80,7 +80,7 @@ TEST_F(ObserverTest, RefusesWhatWouldTransmit) {
     EXPECT_EQ(reply.error, to_error(Refusal::wrong_role)) << name(asked);
     const std::vector<Event> refused = of(EventKind::command_refused);
     ASSERT_EQ(refused.size(), 1U) << name(asked);
-    EXPECT_EQ(refused[0].code, static_cast<std::uint32_t>(Refusal::wrong_role));
+    EXPECT_EQ(std::get<event::CommandRefused>(refused[0].data).refusal, Refusal::wrong_role);
   }
   OutputWrite write{.layout_id = line_->layout(Direction::outputs).id, .arming = 1};
   write.values.push_back({.entry = 0, .length = 4});
@@ -88,7 +88,7 @@ TEST_F(ObserverTest, RefusesWhatWouldTransmit) {
   expect_silence();
   const std::vector<Event> refused = of(EventKind::output_refused);
   ASSERT_EQ(refused.size(), 1U);
-  EXPECT_EQ(refused[0].code, static_cast<std::uint32_t>(OutputRefusal::wrong_role));
+  EXPECT_EQ(std::get<event::OutputRefused>(refused[0].data).refusal, OutputRefusal::wrong_role);
   EXPECT_EQ(line_->state().counters.output_writes_refused, 1U);
   EXPECT_FALSE(line_->request_pdo(1));
   expect_silence();
@@ -183,7 +183,7 @@ TEST_F(ObserverTest, CommandsOfTheMasterAreToldAndBelievedWhereNothingElseTellsT
   std::vector<Event> told = of(EventKind::nmt_command);
   ASSERT_EQ(told.size(), 1U);
   EXPECT_EQ(told[0].node, 5);
-  EXPECT_EQ(told[0].code, 1U);
+  EXPECT_EQ(told[0].data, EventData(event::NmtCommand{nmt::Command::start}));
   hear(0x185, {1, 2, 3, 4, 5, 6});
   EXPECT_TRUE(snapshot(Direction::inputs).is_valid(0));
   hear(0x000, {0x02, 0x00});
@@ -227,7 +227,7 @@ TEST_F(ObserverTest, AnswersToAGuardingMasterAreHeartbeats) {
   pass(milliseconds(100));
   const std::vector<Event> lost = of(EventKind::heartbeat_lost);
   ASSERT_EQ(lost.size(), 1U);
-  EXPECT_EQ(lost[0].code, nmt::kByNodeGuarding);
+  EXPECT_EQ(std::get<event::HeartbeatLost>(lost[0].data).by, event::ErrorControl::node_guarding);
   EXPECT_EQ(line_->node_state(5).presence, Presence::missing);
 }
 

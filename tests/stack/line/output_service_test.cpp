@@ -61,7 +61,7 @@ struct OutputServiceTest : testing::Test, NmtHost {
     std::array<Event, 16> events;
     const std::size_t count = parts.events.take(events);
     return std::ranges::any_of(std::span(events).first(count),
-                               [kind](const Event& event) { return event.kind == kind; });
+                               [kind](const Event& event) { return event.kind() == kind; });
   }
   std::byte wait(std::uint64_t of) { return host.data(of).at(3); }
   static std::byte byte(PdoWait wait) { return static_cast<std::byte>(wait); }

@@ -330,17 +330,15 @@ TEST_F(OwnObjectsTest, WritesOfOthersAreEventsWhereTheImageDoesNotShowThem) {
   run(config_with_objects());
   const auto written = [&] {
     std::vector<Event> all = events();
-    std::erase_if(all, [](const Event& e) { return e.kind != EventKind::object_written; });
+    std::erase_if(all, [](const Event& e) { return e.kind() != EventKind::object_written; });
     return all;
   };
   hear(0x67F, {0x2F, 0x00, 0x21, 0x02, 'x', 0, 0, 0});
   const std::vector<Event> one = written();
   ASSERT_EQ(one.size(), 1U);
   EXPECT_EQ(one[0].time, now_);
-  EXPECT_EQ(one[0].value, 1U);
-  EXPECT_EQ(load_le<std::uint16_t>(one[0].data.data()), 0x2100);
-  EXPECT_EQ(one[0].data[2], std::byte{2});
-  EXPECT_EQ(one[0].data[3], std::byte{'x'});
+  EXPECT_EQ(one[0].data, EventData(event::ObjectWritten{
+                             .size = 1, .index = 0x2100, .sub = 2, .data = {std::byte{'x'}}}));
   hear(0x67F, {0x2B, 0x00, 0x21, 0x01, 7, 0, 0, 0});
   EXPECT_THAT(written(), IsEmpty()) << "the image shows it";
   EXPECT_TRUE(write(0x2100, 2, {std::byte{'y'}}).ok());

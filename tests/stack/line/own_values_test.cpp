@@ -159,10 +159,8 @@ TEST_F(OwnValuesTest, WhatIsRefusedIsToldAndTheOthersAreWritten) {
   const auto refused = std::ranges::find(all, EventKind::configuration_error, &Event::kind);
   ASSERT_NE(refused, all.end());
   EXPECT_EQ(refused->node, 127);
-  EXPECT_EQ(refused->code, static_cast<std::uint32_t>(AbortCode::value_too_low));
-  EXPECT_EQ(refused->data[0], std::byte{0x41});
-  EXPECT_EQ(refused->data[1], std::byte{0x5F});
-  EXPECT_EQ(refused->data[2], std::byte{5});
+  EXPECT_EQ(refused->data, EventData(event::ConfigurationError{
+                               .abort = AbortCode::value_too_low, .index = 0x5F41, .sub = 5}));
 }
 
 }  // namespace

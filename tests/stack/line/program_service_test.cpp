@@ -20,9 +20,8 @@ struct ProgramServiceTest : testing::Test {
 
   ManagerParts parts;
   RecordingHost host;
-  manager::ProgramLoader loader{parts.dictionary, node_plans(parts.config),
-                                parts.sdo,        parts.events,
-                                kAnswerTime,      static_cast<std::uint32_t>(CommandKind::program)};
+  manager::ProgramLoader loader{parts.dictionary, node_plans(parts.config), parts.sdo, parts.events,
+                                kAnswerTime,      CommandKind::program};
   ProgramService service{host, parts.manager, loader, parts.config.node_id};
   std::uint64_t tag = 0;
 };

@@ -55,21 +55,21 @@ TEST(BootReport, OfHalfANodeIsRefused) {
 
 TEST(BootEvent, SaysTheObjectAndWhatWasFound) {  // 1F80h, 1F81h
   const Event event = boot_result(5, 'M', differs(), Instant{});
-  EXPECT_EQ(event.kind, EventKind::boot_result);
   EXPECT_EQ(event.node, 5);
-  EXPECT_EQ(event.code, std::uint32_t{'M'});
-  EXPECT_EQ(event.value, 0x1234'5678U);
-  EXPECT_EQ(event.length, 8);
-  EXPECT_EQ(finding_of(event), differs());
-  EXPECT_EQ(finding_of(boot_result(5, 'J', aborted(), Instant{})), aborted());
-  EXPECT_EQ(boot_result(5, 'J', aborted(), Instant{}).value, 0x0602'0000U);
+  const auto& result = std::get<event::BootResult>(event.data);
+  EXPECT_EQ(result.letter, 'M');
+  EXPECT_EQ(result.found, 0x1234'5678U);
+  EXPECT_EQ(finding_of(result), differs());
+  const Event refused = boot_result(5, 'J', aborted(), Instant{});
+  const auto& abort = std::get<event::BootResult>(refused.data);
+  EXPECT_EQ(finding_of(abort), aborted());
+  EXPECT_EQ(abort.abort, AbortCode::no_object);
 }
 
 TEST(BootEvent, OfALetterAloneHasNoData) {
   const Event event = boot_result(5, 'K', {}, Instant{});
-  EXPECT_EQ(event.length, 0);
-  EXPECT_EQ(event.value, 0U);
-  EXPECT_EQ(finding_of(event), BootFinding{});
+  EXPECT_EQ(event.data, EventData(event::BootResult{.letter = 'K'}));
+  EXPECT_EQ(finding_of(std::get<event::BootResult>(event.data)), BootFinding{});
 }
 
 TEST(BootStatus, WhatCouldNotBeReadIsNotCalledAnother) {

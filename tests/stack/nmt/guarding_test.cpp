@@ -106,10 +106,9 @@ TEST_F(GuardingSlaveTest, LifeGuardingStartsWithTheFirstRequest) {
   EXPECT_EQ(told.losses, (std::vector<Instant>{at(10s + 599ms)}));
   const auto lost = take_events(events);
   ASSERT_EQ(lost.size(), 1U);
-  EXPECT_EQ(lost[0].kind, EventKind::heartbeat_lost);
   EXPECT_EQ(lost[0].node, kNode);
-  EXPECT_EQ(lost[0].code, kByLifeGuarding);
-  EXPECT_EQ(lost[0].value, 300U);
+  EXPECT_EQ(lost[0].data, EventData(event::HeartbeatLost{.by = event::ErrorControl::life_guarding,
+                                                         .time = 300ms}));
 }
 
 TEST_F(GuardingSlaveTest, NeitherTimeNorFactorMeansNoLifeGuarding) {
@@ -256,11 +255,10 @@ TEST_F(GuardingMasterTest, WithoutAnAnswerForTheLifeTimeItIsLost) {
   EXPECT_TRUE(consumer.lost(kNode));
   const auto told = take_events(events);
   ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(told[0].kind, EventKind::heartbeat_lost);
   EXPECT_EQ(told[0].time, at(300ms));
   EXPECT_EQ(told[0].node, kNode);
-  EXPECT_EQ(told[0].code, kByNodeGuarding);
-  EXPECT_EQ(told[0].value, 300U);
+  EXPECT_EQ(told[0].data, EventData(event::HeartbeatLost{.by = event::ErrorControl::node_guarding,
+                                                         .time = 300ms}));
   EXPECT_EQ(consumer.next_wake(), at(400ms)) << "guarding continues";
   EXPECT_TRUE(answer(0x05, 350ms));
   EXPECT_FALSE(consumer.lost(kNode));

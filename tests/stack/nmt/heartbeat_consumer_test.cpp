@@ -66,10 +66,9 @@ TEST_F(HeartbeatConsumerTest, LossIsToldAtItsDeadline) {
   consumer.advance(at(250ms));
   const auto told = take_events(events);
   ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(told[0].kind, EventKind::heartbeat_lost);
   EXPECT_EQ(told[0].node, 5);
   EXPECT_EQ(told[0].time, at(100ms));
-  EXPECT_EQ(told[0].value, 100U);
+  EXPECT_EQ(std::get<event::HeartbeatLost>(told[0].data).time, 100ms);
   EXPECT_TRUE(consumer.lost(5));
   consumer.advance(at(10s));
   EXPECT_TRUE(events.empty());
@@ -92,11 +91,10 @@ TEST_F(HeartbeatConsumerTest, AHeartbeatAfterItsDeadlineIsALossAndARecovery) {
   hear(5, 0x05, 130ms);
   const auto told = take_events(events);
   ASSERT_EQ(told.size(), 2U);
-  EXPECT_EQ(told[0].kind, EventKind::heartbeat_lost);
+  EXPECT_EQ(told[0].kind(), EventKind::heartbeat_lost);
   EXPECT_EQ(told[0].time, at(100ms));
-  EXPECT_EQ(told[1].kind, EventKind::heartbeat_recovered);
   EXPECT_EQ(told[1].time, at(130ms));
-  EXPECT_EQ(told[1].code, 0x05U);
+  EXPECT_EQ(told[1].data, EventData(event::HeartbeatRecovered{State::operational}));
   EXPECT_EQ(diary.take(), (Lines{"lost 5 @100", "back 5 @130", "operational 5 @130"}));
   EXPECT_EQ(consumer.next_wake(), at(230ms));
 }
@@ -128,11 +126,10 @@ TEST_F(HeartbeatConsumerTest, AStateChangeIsAnEventOnce) {
   hear(5, 0x05, 20ms);
   const auto told = take_events(events);
   ASSERT_EQ(told.size(), 2U);
-  EXPECT_EQ(told[0].kind, EventKind::node_state);
-  EXPECT_EQ(told[0].code, 0x7FU);
-  EXPECT_EQ(told[0].value, 0xFFU);
-  EXPECT_EQ(told[1].code, 0x05U);
-  EXPECT_EQ(told[1].value, 0x7FU);
+  EXPECT_EQ(told[0].data,
+            EventData(event::NodeState{.state = State::pre_operational, .before = State::unknown}));
+  EXPECT_EQ(told[1].data, EventData(event::NodeState{.state = State::operational,
+                                                     .before = State::pre_operational}));
   EXPECT_EQ(consumer.state(5), State::operational);
 }
 

@@ -63,9 +63,8 @@ TEST_F(NodeTest, APdoWhoseObjectIsRemovedIsAConfigurationErrorAndStops) {
   const std::vector<Event> events_now = testing::take_events(events);
   ASSERT_EQ(events_now.size(), 2U);
   for (const Event& event : events_now) {
-    EXPECT_EQ(event.kind, EventKind::configuration_error);
     EXPECT_EQ(event.node, kNodeId);
-    EXPECT_EQ(event.code, static_cast<std::uint32_t>(AbortCode::no_object));
+    EXPECT_EQ(std::get<event::ConfigurationError>(event.data).abort, AbortCode::no_object);
   }
   hear(1ms, 0x080, {});
   EXPECT_THAT(advance(1ms), IsEmpty());

@@ -73,9 +73,8 @@ TEST_F(ErrorControlTest, TheOwnNodeIdOfAnotherIsToldByItsBootUp) {
   hear(1ms, 0x705, {0x00});
   const auto told = testing::take_events(events);
   ASSERT_EQ(told.size(), 2U);
-  EXPECT_EQ(told[0].kind, EventKind::duplicate_node_id);
   EXPECT_EQ(told[0].node, kNodeId);
-  EXPECT_EQ(told[0].code, 0U);
+  EXPECT_EQ(told[0].data, EventData(event::DuplicateNodeId{nmt::State::initialising}));
   EXPECT_EQ(told[0].time, at(1ms));
   EXPECT_EQ(drain(at(1ms)), (Frames{{at(1ms), 0x085, {0x50, 0x81, 0x11, 0, 0, 0, 0, 0}}}));
   EXPECT_EQ(node->state(), nmt::State::operational);
@@ -89,8 +88,7 @@ TEST_F(ErrorControlTest, OfItsHeartbeatsTheFirstIsTold) {
   hear(1ms, 0x705, {0x85});
   const auto told = testing::take_events(events);
   ASSERT_FALSE(told.empty());
-  EXPECT_EQ(told[0].kind, EventKind::duplicate_node_id);
-  EXPECT_EQ(told[0].code, 5U);
+  EXPECT_EQ(told[0].data, EventData(event::DuplicateNodeId{nmt::State::operational}));
   hear(2ms, 0x705, {0x05});
   EXPECT_TRUE(kinds().empty());
   nmt(0x82, kNodeId, 3ms);
@@ -106,9 +104,8 @@ TEST_F(ErrorControlTest, AnEmcyOfAnotherWithTheOwnNodeIdIsToldOnce) {
   hear(1ms, 0x085, {0x10, 0x10, 0x01, 0, 0, 0, 0, 0});
   const auto told = testing::take_events(events);
   ASSERT_EQ(told.size(), 2U);
-  EXPECT_EQ(told[0].kind, EventKind::duplicate_node_id);
   EXPECT_EQ(told[0].node, kNodeId);
-  EXPECT_EQ(told[0].code, static_cast<std::uint32_t>(nmt::State::unknown));
+  EXPECT_EQ(told[0].data, EventData(event::DuplicateNodeId{nmt::State::unknown}));
   EXPECT_EQ(drain(at(1ms)), (Frames{{at(1ms), 0x085, {0x50, 0x81, 0x11, 0, 0, 0, 0, 0}}}));
   hear(2ms, 0x085, {0x50, 0x81, 0x11, 0, 0, 0, 0, 0});
   hear(3ms, 0x705, {0x05});

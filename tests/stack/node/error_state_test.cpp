@@ -298,7 +298,7 @@ TEST_F(ErrorStateTest, EmcysOf127NodesAreConsumed) {
   auto told = testing::take_events(events);
   EXPECT_EQ(std::ranges::count(told, EventKind::duplicate_node_id, &Event::kind), 1)
       << "one event for the own node-ID";
-  std::erase_if(told, [](const Event& event) { return event.kind != EventKind::emcy; });
+  std::erase_if(told, [](const Event& event) { return event.kind() != EventKind::emcy; });
   ASSERT_EQ(told.size(), 126U);
   EXPECT_EQ(told.front().node, 1);
   EXPECT_EQ(told.back().node, 127);

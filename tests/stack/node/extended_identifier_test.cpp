@@ -107,7 +107,7 @@ TEST_F(ExtendedIdentifierTest, EmcyConsumer1028h) {
   hear_extended(kOther, {0x00, 0x20, 0x01, 0, 0, 0, 0, 0});
   const std::vector<Event> told = testing::take_events(events);
   ASSERT_EQ(told.size(), 2U);
-  EXPECT_EQ(told[0].kind, EventKind::emcy);
+  EXPECT_EQ(told[0].kind(), EventKind::emcy);
   EXPECT_EQ(told[0].node, 7);
   EXPECT_EQ(told[1].node, 8);
   write(0x1028, 7, kInvalid);

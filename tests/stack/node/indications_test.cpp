@@ -44,11 +44,11 @@ class IndicationsTest : public NodeTest {
   }
 
   // Event own-state: the new state and the previous one.
-  std::vector<std::pair<std::uint32_t, std::uint64_t>> own_states() {
-    std::vector<std::pair<std::uint32_t, std::uint64_t>> out;
+  std::vector<std::pair<nmt::State, nmt::State>> own_states() {
+    std::vector<std::pair<nmt::State, nmt::State>> out;
     for (const Event& event : take_events(events)) {
-      if (event.kind == EventKind::own_state) {
-        out.emplace_back(event.code, event.value);
+      if (const auto* const own = event.get<event::OwnState>()) {
+        out.emplace_back(own->state, own->before);
       }
     }
     return out;
@@ -69,8 +69,9 @@ TEST_F(IndicationsTest, NmtAsksMayOperateFirstAndThenIsHeardAsStateAndOwnState) 
   nmt(0x02);
   EXPECT_THAT(hearing_.heard,
               ::testing::ElementsAre("may operate", "may operate", "state 5", "state 4"));
-  EXPECT_THAT(own_states(), ::testing::ElementsAre(std::pair{0x05U, std::uint64_t{0x7F}},
-                                                   std::pair{0x04U, std::uint64_t{0x05}}));
+  EXPECT_THAT(own_states(), ::testing::ElementsAre(
+                                std::pair{nmt::State::operational, nmt::State::pre_operational},
+                                std::pair{nmt::State::stopped, nmt::State::operational}));
 }
 
 TEST_F(IndicationsTest, SyncFinishedComesAfterRpdosWereCommittedAndTpdosSampled) {

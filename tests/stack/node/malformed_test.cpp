@@ -17,11 +17,12 @@ class MalformedFrameTest : public NodeTest {
     hear(1ms, id, data);
     EXPECT_EQ(node->counters().malformed, before + 1) << id;
     const auto told = testing::take_events(events);
-    const auto is_malformed = [](const Event& e) { return e.kind == EventKind::malformed_frame; };
+    const auto is_malformed = [](const Event& e) { return e.kind() == EventKind::malformed_frame; };
     ASSERT_EQ(std::ranges::count_if(told, is_malformed), 1) << id;
     const Event& event = *std::ranges::find_if(told, is_malformed);
-    EXPECT_EQ(event.code, id);
-    EXPECT_EQ(event.value, data.size());
+    const auto& frame = std::get<event::MalformedFrame>(event.data);
+    EXPECT_EQ(frame.identifier, id);
+    EXPECT_EQ(frame.length, data.size());
     EXPECT_EQ(event.time, at(1ms));
     EXPECT_EQ(node->state(), state);
   }

@@ -150,7 +150,7 @@ class NodeTest : public ::testing::Test {
   std::vector<EventKind> kinds() {
     std::vector<EventKind> out;
     for (const Event& event : testing::take_events(events)) {
-      out.push_back(event.kind);
+      out.push_back(event.kind());
     }
     return out;
   }

@@ -382,10 +382,8 @@ TEST_F(NodeTest, APdoThatCannotBeUsedIsTold) {
   ASSERT_NE(it, told.end());
   EXPECT_EQ(it->time, at(1ms));
   EXPECT_EQ(it->node, kNodeId);
-  EXPECT_EQ(it->code, static_cast<std::uint32_t>(AbortCode::length_mismatch));
-  EXPECT_EQ(it->length, 3U);
-  EXPECT_EQ(load_le<std::uint16_t>(it->data.data()), 0x1A01U);
-  EXPECT_EQ(it->data[2], std::byte{1});
+  EXPECT_EQ(it->data, EventData(event::ConfigurationError{
+                          .abort = AbortCode::length_mismatch, .index = 0x1A01, .sub = 1}));
   nmt(0x81);
   EXPECT_EQ(kinds(), (std::vector<EventKind>{EventKind::own_state, EventKind::own_state}));
 }

@@ -20,10 +20,10 @@ TEST_F(NodeTest, BootsUpToPreOperational) {
   EXPECT_EQ(drain(at(0ms)), (Frames{{at(0ms), 0x705, {0x00}}}));
   const auto told = testing::take_events(events);
   ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(told[0].kind, EventKind::own_state);
   EXPECT_EQ(told[0].node, kNodeId);
-  EXPECT_EQ(told[0].code, 0x7FU);
-  EXPECT_EQ(told[0].value, 0x00U);
+  const auto& state = std::get<event::OwnState>(told[0].data);
+  EXPECT_EQ(state.state, nmt::State::pre_operational);
+  EXPECT_EQ(state.before, nmt::State::initialising);
   EXPECT_EQ(node->next_wake(), kNever);
 }
 
@@ -172,10 +172,12 @@ TEST_F(NodeTest, ResetNodeRestoresEverything) {
   EXPECT_EQ(drain(at(10ms)), (Frames{{at(10ms), 0x705, {0x00}}}));
   const auto told = testing::take_events(events);
   ASSERT_EQ(told.size(), 2U);
-  EXPECT_EQ(told[0].code, 0x00U);
-  EXPECT_EQ(told[0].value, 0x05U);
-  EXPECT_EQ(told[1].code, 0x7FU);
-  EXPECT_EQ(told[1].value, 0x00U);
+  const auto& reset = std::get<event::OwnState>(told[0].data);
+  EXPECT_EQ(reset.state, nmt::State::initialising);
+  EXPECT_EQ(reset.before, nmt::State::operational);
+  const auto& booted = std::get<event::OwnState>(told[1].data);
+  EXPECT_EQ(booted.state, nmt::State::pre_operational);
+  EXPECT_EQ(booted.before, nmt::State::initialising);
 }
 
 TEST_F(NodeTest, ASecondStartIsPowerOn) {

@@ -194,9 +194,8 @@ TEST_F(LinkedTest, DeadlinesNameTheNode) {
   manager.engine->advance(at(51));
   Event event;
   ASSERT_EQ(manager.events.take(std::span(&event, 1)), 1U);
-  EXPECT_EQ(event.kind, EventKind::pdo_timeout);
   EXPECT_EQ(event.node, 5);
-  EXPECT_EQ(event.code, 2U);
+  EXPECT_EQ(std::get<event::PdoTimeout>(event.data).number, 2U);
   EXPECT_TRUE(manager.image->is_valid(kIn, 1)) << "the node is not known to be lost";
 }
 

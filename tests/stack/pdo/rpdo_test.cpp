@@ -112,11 +112,7 @@ TEST(Rpdo, ATooShortFrameIsNotProcessed) {
   EXPECT_THAT(device.listener.wrong_lengths, ElementsAre(RecordingListener::WrongLength{1, 2, 1}));
   const std::vector<Event> events = device.emitted();
   ASSERT_EQ(events.size(), 1U);
-  EXPECT_EQ(events[0].kind, EventKind::pdo_length);
-  EXPECT_EQ(events[0].code, 1U);
-  EXPECT_EQ(events[0].value, 2U);
-  EXPECT_EQ(events[0].length, 1);
-  EXPECT_EQ(events[0].data[0], std::byte{1});
+  EXPECT_EQ(events[0].data, EventData(event::PdoLength{.number = 1, .mapped = 2, .received = 1}));
   EXPECT_EQ(events[0].time, at(1));
 }
 
@@ -210,14 +206,13 @@ TEST(Rpdo, DeadlineBeginsWithTheFirstFrame) {
   EXPECT_THAT(device.listener.deadlines, ElementsAre(1));
   std::vector<Event> events = device.emitted();
   ASSERT_EQ(events.size(), 1U);
-  EXPECT_EQ(events[0].kind, EventKind::pdo_timeout);
-  EXPECT_EQ(events[0].code, 1U);
-  EXPECT_EQ(events[0].value, 10U);
+  EXPECT_EQ(events[0].data,
+            EventData(event::PdoTimeout{.number = 1, .deadline = std::chrono::milliseconds(10)}));
   EXPECT_EQ(device.engine->next_wake(), kNever) << "reported once";
   device.receive(frame(0x201, {1, 0}, at(200)));
   events = device.emitted();
   ASSERT_EQ(events.size(), 1U);
-  EXPECT_EQ(events[0].kind, EventKind::pdo_recovered);
+  EXPECT_EQ(events[0].kind(), EventKind::pdo_recovered);
   EXPECT_EQ(events[0].time, at(200));
   EXPECT_EQ(device.engine->next_wake(), at(210));
 }

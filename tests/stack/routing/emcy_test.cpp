@@ -62,7 +62,7 @@ class EmcyRouting : public test::RoutedLines {
     std::array<Event, 64> events;
     while (const std::size_t count = line(number).take_events(events)) {
       for (const Event& event : std::span(events).first(count)) {
-        if (event.kind == kind) {
+        if (event.kind() == kind) {
           out.push_back(event);
         }
       }
@@ -111,8 +111,8 @@ TEST_F(EmcyRouting, GoesOnToTheNetworksOf1F2FWithoutItsManufacturerBytes) {
   const auto told = events(2, EventKind::emcy_routed);
   ASSERT_EQ(told.size(), 1U);
   EXPECT_EQ(told[0].node, 0);
-  EXPECT_EQ(told[0].code, 0x8130U);
-  EXPECT_EQ(told[0].data[3], std::byte{5});
+  EXPECT_EQ(std::get<event::EmcyRouted>(told[0].data).code, 0x8130U);
+  EXPECT_EQ(std::get<event::EmcyRouted>(told[0].data).source_node, 5);
   hear(1, 0x085, {0, 0, 0, 0, 0, 0, 0, 0});
   EXPECT_EQ(emcys(2), Frames{"0FE 0000000100050101"}) << "an error reset with the next number";
   EXPECT_EQ(counters(1).emcy_forwarded, 2U);
@@ -139,8 +139,9 @@ TEST_F(EmcyRouting, OfANetworkThatMayNotEnterIsRefused) {
   EXPECT_EQ(counters(2).not_permitted, 1U);
   const auto told = events(2, EventKind::routing_refused);
   ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(told[0].data[0], std::byte{1});
-  EXPECT_EQ(told[0].data[5], std::byte{1}) << "EMCY";
+  const auto& refused = std::get<event::RoutingRefused>(told[0].data);
+  EXPECT_EQ(refused.source, 1);
+  EXPECT_EQ(refused.service, RoutedService::emcy);
 }
 
 TEST_F(EmcyRouting, WithoutARouteIsAnEvent) {
@@ -150,7 +151,7 @@ TEST_F(EmcyRouting, WithoutARouteIsAnEvent) {
   EXPECT_EQ(counters(1).emcy_dropped, 1U);
   const auto told = events(1, EventKind::routing_refused);
   ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(told[0].data[2], std::byte{32});
+  EXPECT_EQ(std::get<event::RoutingRefused>(told[0].data).target, 32);
 }
 
 TEST_F(EmcyRouting, ForSeveralNetworksBehindOneLineIsSentOnce) {
@@ -169,7 +170,7 @@ TEST_F(EmcyRouting, OfAGatewayGoesOnAsThatOfItsSource) {
   const auto told = events(2, EventKind::emcy_routed);
   ASSERT_EQ(told.size(), 1U);
   EXPECT_EQ(told[0].node, 9) << "the gateway that sent the EMCY";
-  EXPECT_EQ(told[0].data[3], std::byte{12});
+  EXPECT_EQ(std::get<event::EmcyRouted>(told[0].data).source_node, 12);
 }
 
 TEST_F(EmcyRouting, AGatewayMayBeNamedWithoutARoute) {

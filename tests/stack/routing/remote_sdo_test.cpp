@@ -114,7 +114,7 @@ TEST_F(RemoteSdo, InThePlaceOfADeviceIsRefusedWhereNoRuleAdmitsItsNetwork) {
   EXPECT_EQ(sent(2), Frames{});
   const auto refused = events(2, EventKind::routing_refused, EventKind::routing_refused);
   ASSERT_EQ(refused.size(), 1U);
-  EXPECT_EQ(load_le<std::uint16_t>(refused[0].data.data()), 1U) << "the network of line 1";
+  EXPECT_EQ(std::get<event::RoutingRefused>(refused[0].data).source, 1U) << "the network of line 1";
   EXPECT_EQ(counters(2).not_permitted, 1U);
   read(2, 5);  // on behalf of the process
   EXPECT_EQ(sent(2), Frames{"605 4000100000000000"});
@@ -167,7 +167,7 @@ TEST_F(RemoteSdoByWrittenRoute, DoesNotEnterALineThatIsClosedToTheProcess) {
   read(4, 7);
   EXPECT_EQ(reply().error, to_error(AbortCode::local_control));
   EXPECT_EQ(sent(2), Frames{});
-  EXPECT_TRUE(emitted(2, EventKind::routing_refused, AbortCode::local_control));
+  EXPECT_TRUE(refused_with(2, AbortCode::local_control));
   EXPECT_EQ(counters(2).not_permitted, 1U);
   read_as_device(4, 7);  // a command of the process, although devices have access
   EXPECT_EQ(reply().error, to_error(AbortCode::local_control));

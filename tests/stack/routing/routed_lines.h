@@ -95,12 +95,13 @@ class RoutedLines : public testing::Test {
     now_ = until;
     advance();
   }
-  bool emitted(unsigned number, EventKind kind, AbortCode code) {
+  bool refused_with(unsigned number, AbortCode code) {
     bool found = false;
     std::array<Event, 64> events;
     while (const std::size_t count = line(number).take_events(events)) {
       for (const Event& event : std::span(events).first(count)) {
-        found = found || (event.kind == kind && event.code == static_cast<std::uint32_t>(code));
+        const auto* const refused = event.get<event::RoutingRefused>();
+        found = found || (refused != nullptr && refused->abort == code);
       }
     }
     return found;
@@ -110,7 +111,7 @@ class RoutedLines : public testing::Test {
     std::array<Event, 64> events;
     while (const std::size_t count = line(number).take_events(events)) {
       for (const Event& event : std::span(events).first(count)) {
-        if (event.kind == first || event.kind == second) {
+        if (event.kind() == first || event.kind() == second) {
           out.push_back(event);
         }
       }

@@ -77,7 +77,7 @@ TEST_F(SdoRouting, WhoWaitsTooLongForANodeIsRefused) {
   pass(milliseconds(240));
   EXPECT_EQ(counters(1).refused, 0U);
   pass(milliseconds(20));  // half of the SDO time-out
-  EXPECT_TRUE(emitted(1, EventKind::routing_refused, AbortCode::sdo_connection));
+  EXPECT_TRUE(refused_with(1, AbortCode::sdo_connection));
   EXPECT_EQ(counters(2).channels, 1U);
 }
 
@@ -115,7 +115,7 @@ TEST_F(SdoRouting, AccessIsClosedUnlessARuleOpensIt) {
   start();
   client({0xE0, 2, 0, 5, 1, 0, 0, 0});
   EXPECT_EQ(sent(1), Frames{"5FF 8000000021000008"});
-  EXPECT_TRUE(emitted(2, EventKind::routing_refused, AbortCode::local_control));
+  EXPECT_TRUE(refused_with(2, AbortCode::local_control));
   EXPECT_EQ(counters(2).not_permitted, 1U);
   EXPECT_EQ(counters(2).channels, 0U);
 }
@@ -127,7 +127,7 @@ TEST_F(SdoRouting, AReaderMayNotWrite) {
     open_again();
     client({initiate, 0, 0x20, 1, 9, 0, 0, 0});
     EXPECT_EQ(sent(1), Frames{"5FF 8000200102000106"});
-    EXPECT_TRUE(emitted(2, EventKind::routing_refused, AbortCode::read_only));
+    EXPECT_TRUE(refused_with(2, AbortCode::read_only));
   }
   EXPECT_EQ(sent(2), Frames{});
   expect_nothing_left();
@@ -243,13 +243,6 @@ class TracedRouting : public SdoRouting {
   std::vector<Event> emitted() {
     return events(1, EventKind::routing_opened, EventKind::routing_ended);
   }
-  static std::vector<unsigned> data(const Event& event) {
-    std::vector<unsigned> out;
-    for (const std::byte b : std::span(event.data).first(event.length)) {
-      out.push_back(std::to_integer<unsigned>(b));
-    }
-    return out;
-  }
   void transfer() {
     open_again();
     client({0x40, 0x18, 0x10, 1, 0, 0, 0, 0});
@@ -266,17 +259,26 @@ TEST_F(TracedRouting, ConnectionsAreEventsWhileSomebodyAskedForThem) {
   transfer();
   const std::vector<Event> one = emitted();
   ASSERT_EQ(one.size(), 2U);
-  EXPECT_EQ(one[0].kind, EventKind::routing_opened);
-  EXPECT_EQ(one[0].value, 0U);
-  EXPECT_EQ(data(one[0]), (std::vector<unsigned>{1, 0, 2, 0, 5, 2, 0, 1}));
-  EXPECT_EQ(one[1].kind, EventKind::routing_ended);
-  EXPECT_EQ(one[1].code, 0U);
-  EXPECT_EQ(one[1].value, 2U) << "bytes";
-  std::vector<unsigned> expected{1, 0, 2, 0, 5, 2, 0, 1, 0x18, 0x10, 1};
-  for (unsigned shift = 0; shift < 32; shift += 8) {
-    expected.push_back(one[0].code >> shift & 0xFFU);
-  }
-  EXPECT_EQ(data(one[1]), expected);
+  const std::uint32_t connection = std::get<event::RoutingOpened>(one[0].data).connection;
+  EXPECT_EQ(one[0].data, EventData(event::RoutingOpened{.connection = connection,
+                                                        .suppressed = 0,
+                                                        .source = 1,
+                                                        .target = 2,
+                                                        .target_node = 5,
+                                                        .interface = 2,
+                                                        .gateway = 0,
+                                                        .hops = 1}));
+  EXPECT_EQ(one[1].data, EventData(event::RoutingEnded{.connection = connection,
+                                                       .abort = AbortCode::none,
+                                                       .bytes = 2,
+                                                       .source = 1,
+                                                       .target = 2,
+                                                       .index = 0x1018,
+                                                       .sub = 1,
+                                                       .target_node = 5,
+                                                       .interface = 2,
+                                                       .gateway = 0,
+                                                       .service = event::SdoService::upload}));
   trace(5);  // a second listener, with a shorter time
   pass(seconds(9));
   transfer();
@@ -295,14 +297,15 @@ TEST_F(TracedRouting, AnEndTellsWhyAndOfWhichTransfer) {
   (void)sent(1);
   std::vector<Event> seen = emitted();
   ASSERT_EQ(seen.size(), 2U);
-  EXPECT_EQ(seen[1].code, static_cast<std::uint32_t>(AbortCode::no_object));
-  EXPECT_EQ(seen[1].data[7], std::byte{2}) << "a download";
+  EXPECT_EQ(std::get<event::RoutingEnded>(seen[1].data).abort, AbortCode::no_object);
+  EXPECT_EQ(std::get<event::RoutingEnded>(seen[1].data).service, event::SdoService::download);
   open_again();
   pass(seconds(6));
   seen = emitted();
   ASSERT_EQ(seen.size(), 2U);
-  EXPECT_EQ(seen[1].code, static_cast<std::uint32_t>(AbortCode::timeout));
-  EXPECT_EQ(seen[1].data[7], std::byte{0}) << "no transfer began";
+  EXPECT_EQ(std::get<event::RoutingEnded>(seen[1].data).abort, AbortCode::timeout);
+  EXPECT_EQ(std::get<event::RoutingEnded>(seen[1].data).service, event::SdoService::none)
+      << "no transfer began";
 }
 
 TEST_F(TracedRouting, AToolThatDoesManyTransfersDoesNotDrownOtherEvents) {
@@ -316,7 +319,7 @@ TEST_F(TracedRouting, AToolThatDoesManyTransfersDoesNotDrownOtherEvents) {
   transfer();
   const std::vector<Event> later = emitted();
   ASSERT_EQ(later.size(), 2U);
-  EXPECT_EQ(later[0].value, 20U);
+  EXPECT_EQ(std::get<event::RoutingOpened>(later[0].data).suppressed, 20U);
 }
 
 TEST_F(TracedRouting, ATraceOfNoTimeOrOfALineWithoutRoutesIsRefused) {

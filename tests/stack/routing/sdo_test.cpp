@@ -65,7 +65,7 @@ TEST_P(RefusedIndication, IsAnAbortOfNoObjectAndAnEvent) {
   EXPECT_EQ(sent(2), Frames{});
   EXPECT_EQ(counters(1).refused, 1U);
   EXPECT_EQ(counters(1).opened, 0U);
-  EXPECT_TRUE(emitted(1, EventKind::routing_refused, GetParam().why));
+  EXPECT_TRUE(refused_with(1, GetParam().why));
 }
 
 constexpr Refused kRefused[] = {
@@ -92,7 +92,7 @@ TEST_F(SdoRouting, ClientSdo1IsBusyWhileItCarriesAConnection) {
   open();
   hear(1, 0x200, {0xE0, 2, 0, 6, 1, 0, 0, 0});
   pass(milliseconds(1));
-  EXPECT_TRUE(emitted(1, EventKind::routing_refused, AbortCode::sdo_connection));
+  EXPECT_TRUE(refused_with(1, AbortCode::sdo_connection));
   client({0x80, 0, 0, 0, 0, 0, 0, 8});
   hear(1, 0x200, {0xE0, 2, 0, 6, 1, 0, 0, 0});
   EXPECT_EQ(counters(1).open, 1U);
@@ -157,7 +157,7 @@ TEST_F(SdoRouting, TheNextGatewaysRefusalComesBack) {
   client({0xE0, 3, 0, 7, 1, 0, 0, 0});
   hear(2, 0x589, {0x80, 0, 0, 0, 0x23, 0, 0x0A, 0x06});
   EXPECT_EQ(sent(1), Frames{"5FF 8000000023000A06"});
-  EXPECT_TRUE(emitted(1, EventKind::routing_refused, AbortCode::sdo_connection));
+  EXPECT_TRUE(refused_with(1, AbortCode::sdo_connection));
   expect_nothing_left();
 }
 

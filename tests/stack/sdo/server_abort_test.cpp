@@ -178,12 +178,11 @@ TEST_F(ServerTest, AFrameWithoutEightBytesIsCountedToldAndIgnored) {
   EXPECT_EQ(server.counters().malformed, 10U);
   const std::vector<Event> told = drain(events);
   ASSERT_EQ(told.size(), 10U);
-  EXPECT_EQ(told[3].kind, EventKind::malformed_frame);
-  EXPECT_EQ(told[3].code, kRequestId);
-  EXPECT_EQ(told[3].value, 3U);
-  EXPECT_EQ(told[3].length, 3U);
-  EXPECT_EQ(told[3].data[0], std::byte{0x60});
-  EXPECT_EQ(told[9].length, 8U);
+  const auto& of_three_bytes = std::get<event::MalformedFrame>(told[3].data);
+  EXPECT_EQ(of_three_bytes.identifier, kRequestId);
+  EXPECT_EQ(of_three_bytes.length, 3U);
+  EXPECT_EQ(of_three_bytes.data[0], std::byte{0x60});
+  EXPECT_EQ(std::get<event::MalformedFrame>(told[9].data).length, 12U);
   EXPECT_EQ(ask({0x60, 0, 0, 0, 0, 0, 0, 0}), (Bytes{0x00, 'L', 'i', 'n', 'e', 'g', 'a', 't'}));
 }
 

@@ -526,7 +526,7 @@ TEST_F(ServerBlockTest, MalformedFramesDoNotDisturbATransfer) {
   give(segments(pattern(20), 0, 2));
   EXPECT_EQ(ask({0x83, 1, 2}), Bytes{});
   EXPECT_EQ(server.counters().malformed, 1U);
-  EXPECT_EQ(drain(events).at(0).kind, EventKind::malformed_frame);
+  EXPECT_EQ(drain(events).at(0).kind(), EventKind::malformed_frame);
   EXPECT_EQ(ask(segments(pattern(20), 0, 3)[2]), block_ack(3, 127));
 }
 

@@ -88,9 +88,8 @@ TEST_F(SyncConsumerTest, LostAfterOneAndAHalfPeriodsOnce) {
   consumer.advance(at(40ms));
   const auto told = take_events(events);
   ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(told[0].kind, EventKind::sync_lost);
   EXPECT_EQ(told[0].time, at(15ms));
-  EXPECT_EQ(told[0].value, 10'000U);
+  EXPECT_EQ(told[0].data, EventData(event::SyncLost{10ms}));
   consumer.advance(at(1s));
   EXPECT_TRUE(events.empty());
 }
