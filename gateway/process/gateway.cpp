@@ -357,9 +357,9 @@ void Gateway::change(const std::vector<std::string>& go, const std::vector<std::
 }
 
 std::optional<std::vector<Diagnostic>> Gateway::take_scans() {
-  std::vector<std::pair<std::string, TakenScan>> taken;
+  std::vector<std::pair<std::string, AppliedScan>> taken;
   for (const auto& host : hosts_) {
-    for (TakenScan scan; host->port.scans.pop(scan);) {
+    for (AppliedScan scan; host->port.scans.pop(scan);) {
       taken.emplace_back(host->name(), std::move(scan));
     }
   }
@@ -375,7 +375,7 @@ std::optional<std::vector<Diagnostic>> Gateway::take_scans() {
 
 // If the result cannot be used, the line keeps its configuration; it is made anew if its nodes were
 // reset.
-void Gateway::take_scan(const std::string& name, const TakenScan& scan,
+void Gateway::take_scan(const std::string& name, const AppliedScan& scan,
                         std::vector<Diagnostic>& diagnostics) {
   const config::LinePlan& present = host(name).plan;
   Loaded<config::LinePlan> wanted = plan_of(present, scan);

@@ -14,7 +14,7 @@
 #include "gateway/exchange/cell.h"
 #include "gateway/exchange/handover.h"
 #include "gateway/exchange/ring.h"
-#include "gateway/runtime/scan_taker.h"
+#include "gateway/runtime/scan_applier.h"
 #include "stack/base/event.h"
 #include "stack/image/snapshot.h"
 #include "stack/line/command.h"
@@ -90,7 +90,7 @@ struct LinePort {
   exchange::Handover<std::array<image::Layout, 2>> layouts;
 
   // Executor to main thread.
-  exchange::Ring<TakenScan> scans{4};
+  exchange::Ring<AppliedScan> scans{4};
 
   // Request receiver to executor. If the ring is full, a command is answered with Refusal::busy,
   // and an output is counted.

@@ -67,7 +67,7 @@ class LineRunner final : public Runner {
   // On its thread, see line::Line::set_routes().
   void set_routes(const routing::Config& wanted, Instant now);
 
-  // On its thread: a scan that was to be applied was not, see ScanTaker::kept().
+  // On its thread: a scan that was to be applied was not, see ScanApplier::kept().
   void scan_kept() { scans_.kept(); }
 
   int descriptor() const override { return pump_.channel().descriptor(); }
@@ -139,7 +139,7 @@ class LineRunner final : public Runner {
   std::array<Publication, 2> publications_;  // by image::Direction
   FramePump pump_;
 
-  ScanTaker scans_;
+  ScanApplier scans_;
   const std::vector<NodeStorage> storage_;
   WallClock clock_;
   std::vector<routing::Route> routes_shown_;

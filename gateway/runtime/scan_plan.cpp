@@ -44,7 +44,7 @@ void leave_alone(line::NodeConfig& node) {
 
 }  // namespace
 
-Loaded<config::LinePlan> plan_of(const config::LinePlan& present, const TakenScan& scan) {
+Loaded<config::LinePlan> plan_of(const config::LinePlan& present, const AppliedScan& scan) {
   Loaded<config::LinePlan> out;
   const auto report = [&](Severity severity, std::string text) {
     out.diagnostics.push_back({severity, present.config.name, 0, 0, std::move(text)});

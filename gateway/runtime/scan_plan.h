@@ -3,7 +3,7 @@
 #pragma once
 
 #include "gateway/config/plant.h"
-#include "gateway/runtime/scan_taker.h"
+#include "gateway/runtime/scan_applier.h"
 #include "stack/base/diagnostic.h"
 
 namespace linegate::gateway {
@@ -12,6 +12,6 @@ namespace linegate::gateway {
 // only that node. Without line::ScanApply::set_up their NodeConfig::as_found is set. A node that
 // was not read completely is unchanged. Returns nothing if no node was found, or the folder of EDS
 // files cannot be read. Diagnostics have the line's name as file.
-Loaded<config::LinePlan> plan_of(const config::LinePlan& present, const TakenScan& scan);
+Loaded<config::LinePlan> plan_of(const config::LinePlan& present, const AppliedScan& scan);
 
 }  // namespace linegate::gateway

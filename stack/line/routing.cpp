@@ -29,15 +29,15 @@ Routing::Routing(const LineConfig& config, node::Node& node, sdo::Arbiter& arbit
     : node_(node),
       post_(config.routing.interface, messages),
       table_(node.dictionary(), config.routing.interfaces),
-      entrance_(config.routing, {config.network_id, config.node_id, config.sdo_timeout},
-                node.dictionary(), post_, events, counters),
+      ingress_(config.routing, {config.network_id, config.node_id, config.sdo_timeout},
+               node.dictionary(), post_, events, counters),
       exit_(config.routing, {config.network_id, config.node_id, config.sdo_timeout},
             node.dictionary(), arbiter, node.transmit(), post_, events, counters),
-      clients_(entrance_),
+      clients_(ingress_),
       emcys_(config.routing, config.network_id, node.dictionary(), node.emcy(), post_, events,
              counters) {
   tables_changed();
-  node.set_sdo_detour(this);
+  node.set_sdo_network_handler(this);
 }
 
 Routing::~Routing() = default;
@@ -65,7 +65,7 @@ void Routing::take_in(const routing::Message& message, Instant now) {
       emcys_.deliver(message, now);
       return;
     default:
-      entrance_.deliver(message, now);
+      ingress_.deliver(message, now);
       return;
   }
 }
@@ -93,18 +93,18 @@ void Routing::hand_on(bool usable, Instant now) {
 
 void Routing::advance(bool usable, Instant now) {
   exit_.set_usable(usable);
-  entrance_.advance(now);
+  ingress_.advance(now);
   exit_.advance(now);
   clients_.advance(now);
   hand_on(usable, now);
 }
 
 Instant Routing::next_wake() const {
-  return earlier(clients_.next_wake(), earlier(entrance_.next_wake(), exit_.next_wake()));
+  return earlier(clients_.next_wake(), earlier(ingress_.next_wake(), exit_.next_wake()));
 }
 
 void Routing::stop(Instant now) {
-  entrance_.stop(now);
+  ingress_.stop(now);
   exit_.stop(now);
   hand_on(false, now);
 }
@@ -125,15 +125,15 @@ Routing::ServerSide& Routing::side_of(sdo::Server& server) {
 
 void Routing::network_request(sdo::Server& server, std::uint64_t request, Instant now) {
   server.divert(true);
-  entrance_.request(side_of(server), request, now);
+  ingress_.request(side_of(server), request, now);
 }
 
 void Routing::diverted_request(sdo::Server& server, std::uint64_t request, Instant now) {
-  entrance_.request(side_of(server), request, now);
+  ingress_.request(side_of(server), request, now);
 }
 
 void Routing::diverted_reset(sdo::Server& server) {
-  entrance_.gone(side_of(server));
+  ingress_.gone(side_of(server));
 }
 
 }  // namespace linegate::line

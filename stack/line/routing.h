@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The routing part of a line with its own node: its SDO servers as entrances, its client SDOs as
-// exits, its commands as clients. Private to stack/line.
+// The routing part of a line with its own node: its SDO servers as ingresses, its client SDOs as
+// egresses, its commands as clients. Private to stack/line.
 #pragma once
 
 #include <memory>
@@ -10,15 +10,15 @@
 #include "stack/node/node.h"
 #include "stack/routing/emcy_router.h"
 #include "stack/routing/remote_client.h"
-#include "stack/routing/sdo_entrance.h"
-#include "stack/routing/sdo_exit.h"
+#include "stack/routing/sdo_egress.h"
+#include "stack/routing/sdo_ingress.h"
 #include "stack/routing/table.h"
 #include "stack/sdo/arbiter.h"
 #include "stack/sdo/server.h"
 
 namespace linegate::line {
 
-class Routing final : sdo::Detour {
+class Routing final : sdo::NetworkHandler {
  public:
   // Precondition: the dictionary of the node has 1F2Ch, see own_dictionary.h. All must outlive it.
   Routing(const LineConfig& config, node::Node& node, sdo::Arbiter& arbiter, EventLog& events,
@@ -44,12 +44,12 @@ class Routing final : sdo::Detour {
   Instant next_wake() const;
   void stop(Instant now);
   // Reports connections that open before `end` as events, see routing::Trace.
-  void trace_until(Instant end) { entrance_.trace_until(end); }
+  void trace_until(Instant end) { ingress_.trace_until(end); }
   // Appends the routes of 1F2Ch to `out`.
   void routes(std::vector<routing::Route>& out) const;
 
  private:
-  // An SDO server of the own node as the entrance of a client on the bus.
+  // An SDO server of the own node as the ingress of a client on the bus.
   class ServerSide;
 
   ServerSide& side_of(sdo::Server& server);
@@ -61,8 +61,8 @@ class Routing final : sdo::Detour {
   node::Node& node_;
   routing::Post post_;
   routing::TableObject table_;
-  routing::SdoEntrance entrance_;
-  routing::SdoExit exit_;
+  routing::SdoIngress ingress_;
+  routing::SdoEgress exit_;
   routing::RemoteClient clients_;
   routing::EmcyRouter emcys_;
   std::vector<std::unique_ptr<ServerSide>> sides_;

@@ -186,8 +186,8 @@ void Node::set_nmt_slave(bool slave) {
   impl_->keep_early_pdos();
 }
 
-void Node::set_sdo_detour(sdo::Detour* detour) {
-  impl_->sdo.set_detour(detour);
+void Node::set_sdo_network_handler(sdo::NetworkHandler* handler) {
+  impl_->sdo.set_network_handler(handler);
 }
 time::Service& Node::clock() {
   return impl_->clock;

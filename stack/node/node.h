@@ -30,7 +30,7 @@ namespace linegate::nmt {
 class HeartbeatConsumer;
 }
 namespace linegate::sdo {
-class Detour;
+class NetworkHandler;
 }
 namespace linegate::storage {
 class Medium;
@@ -212,7 +212,7 @@ class Node {
   // Whether the node obeys node control from now on, see Options::nmt_slave.
   void set_nmt_slave(bool slave);
   // Receives requests to the SDO servers that address other networks; must outlive the node.
-  void set_sdo_detour(sdo::Detour* detour);
+  void set_sdo_network_handler(sdo::NetworkHandler* handler);
   time::Service& clock();
   const time::Service& clock() const;
   // Shows the nodes that this consumer monitors in 1016h too. It listens to all other nodes, so it

@@ -40,7 +40,7 @@ void SdoServers::find_objects() {
                                std::make_unique<sdo::Server>(
                                    dictionary_, can::CobId{}, can::CobId{}, events_,
                                    sdo::ServerOptions{.max_transfer = kLongestValue})})
-          ->server->set_detour(detour_);
+          ->server->set_network_handler(network_handler_);
     }
   }
 }
@@ -61,10 +61,10 @@ void SdoServers::show_default_server() {
   }
 }
 
-void SdoServers::set_detour(sdo::Detour* detour) {
-  detour_ = detour;
+void SdoServers::set_network_handler(sdo::NetworkHandler* handler) {
+  network_handler_ = handler;
   for (Entry& entry : entries_) {
-    entry.server->set_detour(detour);
+    entry.server->set_network_handler(handler);
   }
 }
 

@@ -51,8 +51,8 @@ class SdoServers final : public od::Hook {
   void configure();
   // Drops all transfers.
   void reset();
-  // For all servers, including later ones; see sdo::Server::set_detour().
-  void set_detour(sdo::Detour* detour);
+  // For all servers, including later ones; see sdo::Server::set_network_handler().
+  void set_network_handler(sdo::NetworkHandler* handler);
 
   // number: Target::index. Returns nullptr if there is no such server.
   sdo::Server* find(std::uint16_t number) {
@@ -91,7 +91,7 @@ class SdoServers final : public od::Hook {
   std::uint8_t node_id_;
   std::vector<Entry> entries_;  // ascending by number, the default server first
   sdo::Server* default_server_ = nullptr;
-  sdo::Detour* detour_ = nullptr;
+  sdo::NetworkHandler* network_handler_ = nullptr;
   bool changed_ = false;
   std::size_t first_ = 0;  // served first in the next advance()
 };

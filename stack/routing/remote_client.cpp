@@ -18,7 +18,7 @@ constexpr std::uint32_t kPlacesOfAClient = 16;  // more than a client sends at o
 
 class RemoteClient::Transfer final : public ClientSide {
  public:
-  explicit Transfer(SdoEntrance& entrance) : entrance_(entrance) {}
+  explicit Transfer(SdoIngress& ingress) : ingress_(ingress) {}
 
   bool busy() const { return busy_; }
   sdo::TransferOwner* owner() const { return request_.owner; }
@@ -38,14 +38,14 @@ class RemoteClient::Transfer final : public ClientSide {
     bool active = false;
     can::Frame frame;
     while (connected_ && queue_.pop(frame)) {
-      entrance_.request(*this, sdo::word_of(frame), now);
+      ingress_.request(*this, sdo::word_of(frame), now);
       active = true;
     }
     const bool waits = !connected_ && !opening_ && client_.busy() && !queue_.empty();
     if (std::exchange(wants_connection_, false) || waits) {
       opening_ = true;
       const std::uint8_t hops = request_.as_device ? 1 : 0;
-      entrance_.request(
+      ingress_.request(
           *this,
           encode(Indication{.network = request_.network, .node = request_.node, .hops = hops}),
           now);
@@ -137,7 +137,7 @@ class RemoteClient::Transfer final : public ClientSide {
   }
 
   void finish() {
-    entrance_.gone(*this);
+    ingress_.gone(*this);
     connected_ = false;
     opening_ = false;
     wants_connection_ = false;
@@ -145,7 +145,7 @@ class RemoteClient::Transfer final : public ClientSide {
     queue_.clear();
   }
 
-  SdoEntrance& entrance_;
+  SdoIngress& ingress_;
   RemoteRequest request_;
   sdo::Client client_{can::CobId{0}};
   can::TransmitQueue queue_{kPlacesOfAClient};
@@ -157,7 +157,7 @@ class RemoteClient::Transfer final : public ClientSide {
   std::optional<AbortCode> refusal_;
 };
 
-RemoteClient::RemoteClient(SdoEntrance& entrance) : entrance_(entrance) {
+RemoteClient::RemoteClient(SdoIngress& ingress) : ingress_(ingress) {
 }
 
 RemoteClient::~RemoteClient() = default;
@@ -167,7 +167,7 @@ void RemoteClient::start(RemoteRequest request, Instant now) {
   auto place = std::find_if(transfers_.begin(), transfers_.end(),
                             [](const auto& each) { return !each->busy(); });
   if (place == transfers_.end()) {
-    transfers_.push_back(std::make_unique<Transfer>(entrance_));
+    transfers_.push_back(std::make_unique<Transfer>(ingress_));
     place = transfers_.end() - 1;
   }
   (*place)->start(std::move(request));

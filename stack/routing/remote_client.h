@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // SDO transfers of this process with nodes of other networks: clients whose frames pass through the
-// line's SdoEntrance instead of a bus. Each sends the network indication and then makes its
+// line's SdoIngress instead of a bus. Each sends the network indication and then makes its
 // transfer; a repeated transfer needs a new indication.
 #pragma once
 
@@ -9,7 +9,7 @@
 #include <memory>
 #include <vector>
 
-#include "stack/routing/sdo_entrance.h"
+#include "stack/routing/sdo_ingress.h"
 #include "stack/sdo/request.h"
 
 namespace linegate::routing {
@@ -30,7 +30,7 @@ struct RemoteRequest {
 
 class RemoteClient {
  public:
-  explicit RemoteClient(SdoEntrance& entrance);
+  explicit RemoteClient(SdoIngress& ingress);
   ~RemoteClient();
 
   // Precondition: request.owner is set. Exactly one Completion follows, unless the request is
@@ -49,7 +49,7 @@ class RemoteClient {
  private:
   class Transfer;
 
-  SdoEntrance& entrance_;
+  SdoIngress& ingress_;
   std::vector<std::unique_ptr<Transfer>> transfers_;
   // An ended transfer.
   struct Ended {

@@ -91,17 +91,18 @@ inline bool Server::serve_request(std::uint64_t request, Instant now, std::uint6
 
 // Command specifier 7.
 bool Server::serve_unknown(std::uint64_t request, Instant now, std::uint64_t& reply) {
-  if (detour_ == nullptr) {
+  if (network_handler_ == nullptr) {
     reply = refuse(address_, AbortCode::command_specifier);
     return true;
   }
   drop();
-  detour_->network_request(*this, request, now);
+  network_handler_->network_request(*this, request, now);
   return false;
 }
 
 void Server::divert(bool diverted) {
-  LINEGATE_ASSERT(detour_ != nullptr || !diverted, "a detour gets the requests");
+  LINEGATE_ASSERT(network_handler_ != nullptr || !diverted,
+                  "a network handler receives the requests");
   drop();
   state_ = diverted ? State::diverted : State::idle;
 }
@@ -166,7 +167,7 @@ bool Server::answer(const can::Frame& in, can::Frame& out) {
 void Server::reset() {
   if (state_ == State::diverted) {
     state_ = State::idle;
-    detour_->diverted_reset(*this);
+    network_handler_->diverted_reset(*this);
   }
   const bool sub_block = state_ == State::block_download;
   const Instant heard = deadline_ - options_.timeout;

@@ -50,9 +50,9 @@ class Server;
 // Handles requests that a server cannot serve itself: the network indication of a gateway (CiA
 // 302-7), and after it, as long as the server is diverted, all frames of its client. Answers are
 // sent with Server::respond().
-class Detour {
+class NetworkHandler {
  public:
-  virtual ~Detour() = default;
+  virtual ~NetworkHandler() = default;
   // A request with command specifier 7. The server's current transfer is dropped.
   virtual void network_request(Server& server, std::uint64_t request, Instant now) = 0;
   // Any frame from the client of a diverted server.
@@ -96,10 +96,10 @@ class Server {
   // upload are sent only by advance().
   bool answer(const can::Frame& in, can::Frame& out);
 
-  // detour receives the requests that are not for this server; nullptr: they are refused. It must
+  // handler receives the requests that are not for this server; nullptr: they are refused. It must
   // outlive the server.
-  void set_detour(Detour* detour) { detour_ = detour; }
-  // true: from now on detour receives all requests; false: only network indications.
+  void set_network_handler(NetworkHandler* handler) { network_handler_ = handler; }
+  // true: from now on handler receives all requests; false: only network indications.
   void divert(bool diverted);
   bool diverted() const { return state_ == State::diverted; }
   // Sends eight bytes on the server's identifier; false if the queue is full.
@@ -129,7 +129,7 @@ class Server {
     block_upload,           // sends a sub-block, or waits for its acknowledgement
     block_upload_end,       // waits for the answer to the end request
     waiting,                // for a deferred result, see Awaited
-    diverted,               // see Detour
+    diverted,               // see NetworkHandler
   };
 
   // The access whose result is deferred.
@@ -233,7 +233,7 @@ class Server {
 
   Outbox outbox_;
   ServerCounters counters_;
-  Detour* detour_ = nullptr;
+  NetworkHandler* network_handler_ = nullptr;
 };
 
 inline bool Server::answer_at_once(std::uint64_t request, can::TransmitQueue& queue) {

@@ -140,7 +140,7 @@ bool Server::serve_block(std::uint64_t request, Instant now, std::uint64_t& repl
       }
       break;
     case State::diverted:
-      detour_->diverted_request(*this, request, now);
+      network_handler_->diverted_request(*this, request, now);
       return false;
     default:
       break;
@@ -151,8 +151,9 @@ bool Server::serve_block(std::uint64_t request, Instant now, std::uint64_t& repl
 // A request that does not fit the state of the block transfer.
 bool Server::serve_other(std::uint64_t request, Instant now, std::uint64_t& reply) {
   const auto command = static_cast<std::uint8_t>(request);
-  const bool for_detour = detour_ != nullptr && specifier(command) == kNetworkSpecifier;
-  if (!busy() || command == kAbort || initiates(command) || for_detour) {
+  const bool for_network_handler =
+      network_handler_ != nullptr && specifier(command) == kNetworkSpecifier;
+  if (!busy() || command == kAbort || initiates(command) || for_network_handler) {
     drop();
     state_ = State::idle;
     return serve(request, now, reply);

@@ -36,7 +36,7 @@ struct Tally {
   std::size_t kills = 0;  // terminated clients and servers, each in the middle of a transfer
   std::size_t gateways_died = 0;
   // Right, although a gateway of the shortest route was terminated all the time
-  std::size_t detours = 0;
+  std::size_t rerouted = 0;
   std::size_t undisturbed = 0;  // without a termination or start of a gateway near it
   std::map<std::uint32_t, std::size_t> codes;
 };
@@ -352,7 +352,7 @@ class RoutedRun {
       ++tally_.undisturbed;
       EXPECT_EQ(outcome.abort, AbortCode::none)
           << "from " << transfer.from << " to " << transfer.to << ", dead: " << transfer.dead;
-      tally_.detours += transfer.dead != 0 && outcome.abort == AbortCode::none ? 1U : 0U;
+      tally_.rerouted += transfer.dead != 0 && outcome.abort == AbortCode::none ? 1U : 0U;
     }
     if (outcome.abort != AbortCode::none) {
       ++tally_.aborted;
@@ -437,13 +437,13 @@ TEST(RoutedPlant, AnotherGatewayStandsInForOneThatHasDied) {
     run.check();
   }
   std::cout << tally.right << " right, " << tally.aborted << " aborted; " << tally.gateways_died
-            << " gateways died, " << tally.detours << " right by another one, " << tally.undisturbed
-            << " undisturbed\n";
+            << " gateways died, " << tally.rerouted << " right by another one, "
+            << tally.undisturbed << " undisturbed\n";
   EXPECT_EQ(tally.wrong, 0U);
   EXPECT_EQ(tally.done, kSystems * kOfEach);
   EXPECT_EQ(tally.right + tally.aborted, tally.done);
   EXPECT_GE(tally.gateways_died, 25U);
-  EXPECT_GE(tally.detours, 40U);
+  EXPECT_GE(tally.rerouted, 40U);
 }
 
 // Every network receives it, at most once from each gateway, and then no more frames are sent.

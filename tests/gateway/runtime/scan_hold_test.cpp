@@ -104,7 +104,7 @@ TEST_F(HoldingLineTest, AnInterfaceThatComesLateLetsCommandsWaitNoLongerThanTheD
   serve();
   line::Reply reply;
   EXPECT_FALSE(port_.replies.pop(reply));
-  now_ += ScanTaker::kSettle;
+  now_ += ScanApplier::kSettle;
   ASSERT_LE(runner_->next_wake(), now_) << "it checks without being woken";
   runner_->service(now_);
   EXPECT_TRUE(port_.replies.pop(reply));
@@ -114,7 +114,7 @@ TEST_F(HoldingLineTest, ALineForWhichNobodyWaitsRests) {
   make({{.id = 5, .end = AbortCode::none, .values = {}}});
   serve();
   make_ready();
-  now_ += ScanTaker::kSettle;
+  now_ += ScanApplier::kSettle;
   runner_->service(now_);
   EXPECT_GT(runner_->next_wake(), now_);
 }

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "gateway/runtime/scan_taker.h"
+#include "gateway/runtime/scan_applier.h"
 #include "stack/base/byte_order.h"
 #include "stack/line/line.h"
 #include "stack/scan/scanned_node.h"
@@ -46,7 +46,7 @@ scan::ScannedNode node_of(std::uint8_t id, AbortCode end = AbortCode::none) {
   return node;
 }
 
-TakenScan taken(const std::vector<scan::ScannedNode>& nodes, line::ScanApply request) {
+AppliedScan taken(const std::vector<scan::ScannedNode>& nodes, line::ScanApply request) {
   return {request, scan::write_report(nodes)};
 }
 
@@ -183,7 +183,7 @@ TEST(ScanPlan, NobodyFoundChangesNothing) {
   EXPECT_FALSE(plan.value.has_value());
   ASSERT_EQ(plan.diagnostics.size(), 1U);
   EXPECT_EQ(plan.diagnostics[0].file, "press");
-  EXPECT_FALSE(plan_of(line_of(kBare), TakenScan{.request = {}, .report = {std::byte{1}}})
+  EXPECT_FALSE(plan_of(line_of(kBare), AppliedScan{.request = {}, .report = {std::byte{1}}})
                    .value.has_value());
 }
 
@@ -225,11 +225,11 @@ struct Taker {
     return out;
   }
 
-  exchange::Ring<TakenScan> results{4};
-  ScanTaker scans;
+  exchange::Ring<AppliedScan> results{4};
+  ScanApplier scans;
 };
 
-TEST(ScanTaker, ALineThatIsToScansUntilItFindsSomething) {
+TEST(ScanApplier, ALineThatIsToScansUntilItFindsSomething) {
   Taker taker(kAuto);
   taker.scans.started(Instant{1s});
   EXPECT_FALSE(taker.scans.due(Instant{2900ms}));
@@ -238,7 +238,7 @@ TEST(ScanTaker, ALineThatIsToScansUntilItFindsSomething) {
   ASSERT_EQ(line::kind(*first), line::CommandKind::scan_apply);
   EXPECT_FALSE(std::get<line::ScanApply>(first->request).set_up);
   EXPECT_TRUE(taker.scans.answered(taker.reply(first->tag, false))) << "nobody else asked";
-  TakenScan result;
+  AppliedScan result;
   EXPECT_FALSE(taker.results.pop(result)) << "a failed scan has no result";
   const auto second = taker.scans.due(Instant{13s});
   ASSERT_TRUE(second);
@@ -248,14 +248,14 @@ TEST(ScanTaker, ALineThatIsToScansUntilItFindsSomething) {
   EXPECT_EQ(taker.scans.next_wake(), kNever);
 }
 
-TEST(ScanTaker, OthersDoSoOnlyWhenAsked) {
+TEST(ScanApplier, OthersDoSoOnlyWhenAsked) {
   Taker taker(kBare);
   taker.scans.started(Instant{1s});
   EXPECT_EQ(taker.scans.next_wake(), kNever);
   line::Command command{.tag = 7, .request = line::Scan{}};
   taker.scans.asked(command);
   EXPECT_FALSE(taker.scans.answered(taker.reply(7, true)));
-  TakenScan result;
+  AppliedScan result;
   EXPECT_FALSE(taker.results.pop(result)) << "a scan that only looks";
   command.request = line::ScanApply{.node = 5, .set_up = true};
   taker.scans.asked(command);
@@ -266,7 +266,7 @@ TEST(ScanTaker, OthersDoSoOnlyWhenAsked) {
   EXPECT_TRUE(result.request.set_up);
 }
 
-TEST(ScanTaker, CommandsWaitFromAResultThatIsToBeAppliedUntilSomebodyHasTakenIt) {
+TEST(ScanApplier, CommandsWaitFromAResultThatIsToBeAppliedUntilSomebodyHasTakenIt) {
   Taker taker(kBare);
   taker.scans.started(Instant{1s});
   line::Command command{.tag = 7, .request = line::ScanApply{}};
@@ -280,11 +280,11 @@ TEST(ScanTaker, CommandsWaitFromAResultThatIsToBeAppliedUntilSomebodyHasTakenIt)
   EXPECT_FALSE(taker.scans.holds(Instant{2s}));
 }
 
-TEST(ScanTaker, CommandsForALineThatWasMadeOfAScanWaitForItsDevices) {
-  exchange::Ring<TakenScan> results{4};
+TEST(ScanApplier, CommandsForALineThatWasMadeOfAScanWaitForItsDevices) {
+  exchange::Ring<AppliedScan> results{4};
   const auto plan = plan_of(line_of(kBare), taken({node_of(5)}, {}));
   ASSERT_TRUE(plan.value);
-  ScanTaker scans(*plan.value, results);
+  ScanApplier scans(*plan.value, results);
   EXPECT_FALSE(scans.holds(Instant{1s})) << "a line without its interface refuses commands";
   scans.started(Instant{1s});
   EXPECT_TRUE(scans.holds(Instant{2900ms}));
@@ -294,11 +294,11 @@ TEST(ScanTaker, CommandsForALineThatWasMadeOfAScanWaitForItsDevices) {
 }
 
 // A device that was switched on after the scan.
-TEST(ScanTaker, ALateComerIsScannedToo) {
-  exchange::Ring<TakenScan> results{4};
+TEST(ScanApplier, ALateComerIsScannedToo) {
+  exchange::Ring<AppliedScan> results{4};
   const auto plan = plan_of(line_of(kAuto), taken({node_of(5)}, {}));
   ASSERT_TRUE(plan.value);
-  ScanTaker scans(*plan.value, results);
+  ScanApplier scans(*plan.value, results);
   scans.started(Instant{1s});
   (void)scans.holds(Instant{3s});
   scans.booted_up(5, Instant{10s});
@@ -314,7 +314,7 @@ TEST(ScanTaker, ALateComerIsScannedToo) {
   reply.tag = scan->tag;
   reply.data = scan::write_report(std::array{node_of(6)});
   EXPECT_TRUE(scans.answered(reply));
-  TakenScan result;
+  AppliedScan result;
   ASSERT_TRUE(results.pop(result));
   const auto after = plan_of(*plan.value, result);
   ASSERT_TRUE(after.value);
@@ -327,7 +327,7 @@ TEST(ScanTaker, ALateComerIsScannedToo) {
   EXPECT_EQ(line::node_of(*all), 0) << "of several, all nodes";
 }
 
-TEST(ScanTaker, OfALineThatIsConfiguredOtherwiseNobodyIsALateComer) {
+TEST(ScanApplier, OfALineThatIsConfiguredOtherwiseNobodyIsALateComer) {
   for (const std::string& text : {kBare, kAuto}) {
     Taker taker(text);
     taker.scans.started(Instant{1s});

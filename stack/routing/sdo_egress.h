@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // SDO connections that use a client SDO of this line: to the target, or to the next gateway.
-// SdoEntrance is the counterpart on the line of the client.
+// SdoIngress is the counterpart on the line of the client.
 //
 // Each goes through the arbiter of the line, so that no other user in this process accesses the
 // same server meanwhile. A connection to the own node uses its dictionary at once.
@@ -28,7 +28,7 @@
 
 namespace linegate::routing {
 
-class SdoExit final : public sdo::ChannelUser {
+class SdoEgress final : public sdo::ChannelUser {
  public:
   struct Line {
     std::uint16_t network = 0;
@@ -37,9 +37,9 @@ class SdoExit final : public sdo::ChannelUser {
   };
 
   // All references must outlive this object. own: the dictionary of the own node.
-  SdoExit(const Config& config, Line line, od::Dictionary& own, sdo::Arbiter& arbiter,
-          can::TransmitQueue& transmit, Post& post, EventLog& events, Counters& counters);
-  ~SdoExit() override;
+  SdoEgress(const Config& config, Line line, od::Dictionary& own, sdo::Arbiter& arbiter,
+            can::TransmitQueue& transmit, Post& post, EventLog& events, Counters& counters);
+  ~SdoEgress() override;
 
   // Whether SDOs can be sent on the line: its interface is usable, the own node not stopped.
   void set_usable(bool usable) { usable_ = usable; }
@@ -76,7 +76,7 @@ class SdoExit final : public sdo::ChannelUser {
   bool put_on_bus(const Passage& passage, std::uint64_t word);
   bool push(const Passage& passage, std::uint64_t word);
   // Ends the passage: sends an abort to a server that has state to clear, and sdo_refused to the
-  // entrance.
+  // ingress.
   void break_down(Passage& passage, AbortCode why, Instant now);
   void abort_server(Passage& passage, AbortCode why, Instant now);
   void release(Passage& passage, AbortCode outcome);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // SDO connections whose clients are on this line: from the network indication of a client to the
-// end of its transfer. SdoExit is the counterpart on the line of the target.
+// end of its transfer. SdoEgress is the counterpart on the line of the target.
 //
 //   opening -- sdo_opened --> armed -- initiate --> forward -- last frame, abort --> (gone)
 //      |  sdo_refused: the next route, or the refusal        |
@@ -37,11 +37,11 @@ class ClientSide {
   virtual bool is_device() const = 0;
 
  private:
-  friend class SdoEntrance;
+  friend class SdoIngress;
   std::uint32_t connection_ = 0;  // 0 = none
 };
 
-class SdoEntrance {
+class SdoIngress {
  public:
   static constexpr std::size_t kMaxConnections = 1024;
 
@@ -53,9 +53,9 @@ class SdoEntrance {
   };
 
   // dictionary has 1F2Ch. All references must outlive this object.
-  SdoEntrance(const Config& config, Line line, const od::Dictionary& dictionary, Post& post,
-              EventLog& events, Counters& counters);
-  ~SdoEntrance();
+  SdoIngress(const Config& config, Line line, const od::Dictionary& dictionary, Post& post,
+             EventLog& events, Counters& counters);
+  ~SdoIngress();
 
   // A frame of a client: an indication (command specifier 7, while the client is not in a
   // sub-block), or a frame of a connection. It is answered with side.response(), at once or later.

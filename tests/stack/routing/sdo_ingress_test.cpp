@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stack/routing/sdo_entrance.h"
+#include "stack/routing/sdo_ingress.h"
 
 #include <chrono>
 #include <cstdint>
@@ -53,7 +53,7 @@ od::ObjectDescription routing_table() {
 
 // The requests sent before the connection was open fill the queue of the client, while its bus
 // accepts no frames; then the target refuses, and the bus accepts frames again.
-TEST(SdoEntrance, ARefusalGoesBeforeWhatWaitsForTheBus) {
+TEST(SdoIngress, ARefusalGoesBeforeWhatWaitsForTheBus) {
   od::Dictionary dictionary;
   ASSERT_TRUE(dictionary.add(routing_table()).ok());
   Config config;
@@ -62,11 +62,11 @@ TEST(SdoEntrance, ARefusalGoesBeforeWhatWaitsForTheBus) {
   Counters counters;
   MessageQueue out(16);
   Post post(config.interface, out);
-  SdoEntrance entrance(config, {.network = 10, .node = 1, .sdo_timeout = 100ms}, dictionary, post,
-                       events, counters);
+  SdoIngress ingress(config, {.network = 10, .node = 1, .sdo_timeout = 100ms}, dictionary, post,
+                     events, counters);
   BlockableClient client;
   const Instant now{1s};
-  entrance.request(client, encode(Indication{.network = kOtherNetwork, .node = 5}), now);
+  ingress.request(client, encode(Indication{.network = kOtherNetwork, .node = 5}), now);
   Message open;
   ASSERT_TRUE(out.pop(open));
   ASSERT_EQ(open.kind, MessageKind::sdo_open);
@@ -75,12 +75,12 @@ TEST(SdoEntrance, ARefusalGoesBeforeWhatWaitsForTheBus) {
   const std::uint64_t upload =
       sdo::initiate_word(sdo::command_byte(sdo::ClientCommand::upload_initiate), {0x1000, 0});
   for (std::size_t i = 0; i < WordQueue::kCapacity; ++i) {
-    entrance.request(client, upload, now);
+    ingress.request(client, upload, now);
   }
   client.blocked = false;
   Message refused = refusal(open, AbortCode::sdo_connection);
   refused.connection = open.connection;
-  entrance.deliver(refused, now);
+  ingress.deliver(refused, now);
 
   EXPECT_EQ(client.releases, 1U);
   ASSERT_EQ(client.responses.size(), 1U);

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stack/routing/sdo_exit.h"
+#include "stack/routing/sdo_egress.h"
 
 #include <algorithm>
 #include <utility>
 
 #include "stack/base/assert.h"
 #include "stack/can/cob_id.h"
-#include "stack/routing/sdo_entrance.h"
+#include "stack/routing/sdo_ingress.h"
 #include "stack/sdo/protocol.h"
 #include "stack/sdo/server.h"
 
@@ -61,11 +61,11 @@ Permissions permissions(const Config& config, const Message& open) {
 
 }  // namespace
 
-struct SdoExit::Passage {
+struct SdoEgress::Passage {
   enum class State : std::uint8_t { free, waiting, asking, open, draining };
 
   State state = State::free;
-  std::uint8_t from = 0;     // interface of the entrance
+  std::uint8_t from = 0;     // interface of the ingress
   std::uint8_t node = 0;     // node-ID of the server: the target or the next gateway
   std::uint8_t channel = 0;  // number of the client SDO
   bool to_gateway = false;
@@ -84,8 +84,8 @@ struct SdoExit::Passage {
   std::unique_ptr<OwnServer> server;  // kept for the next passage
 };
 
-SdoExit::SdoExit(const Config& config, Line line, od::Dictionary& own, sdo::Arbiter& arbiter,
-                 can::TransmitQueue& transmit, Post& post, EventLog& events, Counters& counters)
+SdoEgress::SdoEgress(const Config& config, Line line, od::Dictionary& own, sdo::Arbiter& arbiter,
+                     can::TransmitQueue& transmit, Post& post, EventLog& events, Counters& counters)
     : config_(config),
       line_(line),
       own_(own),
@@ -96,11 +96,11 @@ SdoExit::SdoExit(const Config& config, Line line, od::Dictionary& own, sdo::Arbi
       counters_(counters) {
 }
 
-SdoExit::~SdoExit() {
+SdoEgress::~SdoEgress() {
   arbiter_.disown(*this);
 }
 
-SdoExit::Passage* SdoExit::find(std::uint8_t from, std::uint32_t connection) const {
+SdoEgress::Passage* SdoEgress::find(std::uint8_t from, std::uint32_t connection) const {
   for (const auto& each : passages_) {
     if (each->connection == connection && each->from == from &&
         each->state != Passage::State::free && each->state != Passage::State::draining) {
@@ -110,7 +110,7 @@ SdoExit::Passage* SdoExit::find(std::uint8_t from, std::uint32_t connection) con
   return nullptr;
 }
 
-SdoExit::Passage* SdoExit::find(std::uint64_t number) const {
+SdoEgress::Passage* SdoEgress::find(std::uint64_t number) const {
   for (const auto& each : passages_) {
     if (each->number == number && each->state != Passage::State::free) {
       return each.get();
@@ -119,7 +119,7 @@ SdoExit::Passage* SdoExit::find(std::uint64_t number) const {
   return nullptr;
 }
 
-SdoExit::Passage& SdoExit::make(const Message& open) {
+SdoEgress::Passage& SdoEgress::make(const Message& open) {
   auto place = std::find_if(passages_.begin(), passages_.end(),
                             [](const auto& each) { return each->state == Passage::State::free; });
   if (place == passages_.end()) {
@@ -145,7 +145,7 @@ SdoExit::Passage& SdoExit::make(const Message& open) {
 
 // --- opening ------------------------------------------------------------------------------------
 
-void SdoExit::deliver(const Message& message, Instant now) {
+void SdoEgress::deliver(const Message& message, Instant now) {
   if (message.kind == MessageKind::sdo_open) {
     open(message, now);
     return;
@@ -161,7 +161,7 @@ void SdoExit::deliver(const Message& message, Instant now) {
   }
 }
 
-void SdoExit::open(const Message& message, Instant now) {
+void SdoEgress::open(const Message& message, Instant now) {
   if (find(message.from, message.connection) != nullptr) {
     ++counters_.unexpected;
     return;
@@ -190,7 +190,7 @@ void SdoExit::open(const Message& message, Instant now) {
 
 // There is one client SDO 1, whose COB-IDs are set to those of the target; the rule or the hook may
 // provide more client SDOs.
-AbortCode SdoExit::reserve(Passage& passage, Instant now) {
+AbortCode SdoEgress::reserve(Passage& passage, Instant now) {
   if (passage.own) {
     if (passage.server == nullptr) {
       passage.server = std::make_unique<OwnServer>(own_, events_);
@@ -230,13 +230,13 @@ AbortCode SdoExit::reserve(Passage& passage, Instant now) {
 }
 
 // Unlimited if no gateway waits: then only the client itself waits for the channel of the target.
-Instant SdoExit::budget(const Passage& passage, unsigned hops, Instant now) const {
+Instant SdoEgress::budget(const Passage& passage, unsigned hops, Instant now) const {
   return passage.to_gateway || hops > 1
              ? now + gateway_timeout(config_, line_.sdo_timeout, passage.target.hops)
              : kNever;
 }
 
-void SdoExit::granted(std::uint64_t number, Instant now) {
+void SdoEgress::granted(std::uint64_t number, Instant now) {
   Passage* const passage = find(number);
   if (passage == nullptr) {
     return;
@@ -251,23 +251,23 @@ void SdoExit::granted(std::uint64_t number, Instant now) {
   give(*passage, encode(passage->target), now);
 }
 
-void SdoExit::opened(Passage& passage, Instant now) {
+void SdoEgress::opened(Passage& passage, Instant now) {
   LINEGATE_ASSERT(
       passage.state == Passage::State::waiting || passage.state == Passage::State::asking,
       "a passage opens once");
   passage.state = Passage::State::open;
-  // A fallback in case the entrance, which has the arm timer, no longer exists.
+  // A fallback in case the ingress, which has the arm timer, no longer exists.
   wait_until(passage, now + config_.arm_timeout + frame_timeout());
   (void)post_.send(to_connection(MessageKind::sdo_opened, passage.from, passage.connection, 0));
 }
 
-void SdoExit::refuse(Passage& passage, AbortCode why) {
+void SdoEgress::refuse(Passage& passage, AbortCode why) {
   (void)post_.send(to_connection(MessageKind::sdo_refused, passage.from, passage.connection,
                                  static_cast<std::uint32_t>(why)));
   release(passage, why);
 }
 
-void SdoExit::answered_by_gateway(Passage& passage, std::uint64_t word, Instant now) {
+void SdoEgress::answered_by_gateway(Passage& passage, std::uint64_t word, Instant now) {
   if (((word ^ encode(passage.target)) & kWhatIsEchoed) == 0) {
     opened(passage, now);
   } else if (refuses_indication(word)) {
@@ -277,7 +277,7 @@ void SdoExit::answered_by_gateway(Passage& passage, std::uint64_t word, Instant 
 
 // --- frames -------------------------------------------------------------------------------------
 
-void SdoExit::request(Passage& passage, std::uint64_t word, Instant now) {
+void SdoEgress::request(Passage& passage, std::uint64_t word, Instant now) {
   if (passage.state != Passage::State::open) {
     ++counters_.unexpected;
     return;
@@ -298,7 +298,7 @@ void SdoExit::request(Passage& passage, std::uint64_t word, Instant now) {
   }
 }
 
-AbortCode SdoExit::not_permitted(const Passage& passage, std::uint64_t word) const {
+AbortCode SdoEgress::not_permitted(const Passage& passage, std::uint64_t word) const {
   if (passage.phase.in_sub_block() || !SdoPhase::initiates(word)) {
     return AbortCode::none;
   }
@@ -308,7 +308,7 @@ AbortCode SdoExit::not_permitted(const Passage& passage, std::uint64_t word) con
   return passage.may_read ? AbortCode::none : AbortCode::write_only;
 }
 
-void SdoExit::response(std::uint64_t number, const can::Frame& frame) {
+void SdoEgress::response(std::uint64_t number, const can::Frame& frame) {
   Passage* const passage = find(number);
   if (passage == nullptr || passage->state == Passage::State::draining) {
     return;
@@ -331,7 +331,7 @@ void SdoExit::response(std::uint64_t number, const can::Frame& frame) {
 }
 
 // False if there is no room on the way back.
-bool SdoExit::answer(Passage& passage, std::uint64_t word) {
+bool SdoEgress::answer(Passage& passage, std::uint64_t word) {
   const SdoPhase::End end = passage.phase.response(word);
   if (!post_.send(
           to_connection(MessageKind::sdo_response, passage.from, passage.connection, word))) {
@@ -344,7 +344,7 @@ bool SdoExit::answer(Passage& passage, std::uint64_t word) {
   return true;
 }
 
-void SdoExit::serve_own(Passage& passage, std::uint64_t word, Instant now) {
+void SdoEgress::serve_own(Passage& passage, std::uint64_t word, Instant now) {
   can::Frame frame;
   frame.length = sdo::kFrameSize;
   frame.time = now;
@@ -353,7 +353,7 @@ void SdoExit::serve_own(Passage& passage, std::uint64_t word, Instant now) {
   pump_own(passage, now);
 }
 
-void SdoExit::pump_own(Passage& passage, Instant now) {
+void SdoEgress::pump_own(Passage& passage, Instant now) {
   can::Frame frame;
   while (passage.state == Passage::State::open && passage.server->queue.pop(frame)) {
     wait_until(passage, now + frame_timeout());
@@ -366,7 +366,7 @@ void SdoExit::pump_own(Passage& passage, Instant now) {
   }
 }
 
-void SdoExit::give(Passage& passage, std::uint64_t word, Instant now) {
+void SdoEgress::give(Passage& passage, std::uint64_t word, Instant now) {
   if (passage.waiting.empty() && put_on_bus(passage, word)) {
     return;
   }
@@ -379,12 +379,12 @@ void SdoExit::give(Passage& passage, std::uint64_t word, Instant now) {
 
 // Only a few frames may wait in the transmit queue, so that requests of other users are not
 // delayed.
-bool SdoExit::put_on_bus(const Passage& passage, std::uint64_t word) {
+bool SdoEgress::put_on_bus(const Passage& passage, std::uint64_t word) {
   constexpr auto kSdo = can::TransmitClass::sdo;
   return transmit_.queued(kSdo) < sdo::Outbox::kMany && push(passage, word);
 }
 
-bool SdoExit::push(const Passage& passage, std::uint64_t word) {
+bool SdoEgress::push(const Passage& passage, std::uint64_t word) {
   constexpr auto kSdo = can::TransmitClass::sdo;
   if (transmit_.room(kSdo) == 0) {
     return false;
@@ -394,7 +394,7 @@ bool SdoExit::push(const Passage& passage, std::uint64_t word) {
   return transmit_.push(kSdo, request.header(sdo::kFrameSize), word);
 }
 
-void SdoExit::flush(Passage& passage, Instant now) {
+void SdoEgress::flush(Passage& passage, Instant now) {
   while (!passage.waiting.empty()) {
     if (!put_on_bus(passage, passage.waiting.front())) {
       wake_ = earlier(wake_, now + WordQueue::kRetry);
@@ -406,7 +406,7 @@ void SdoExit::flush(Passage& passage, Instant now) {
 
 // --- the end ------------------------------------------------------------------------------------
 
-void SdoExit::break_down(Passage& passage, AbortCode why, Instant now) {
+void SdoEgress::break_down(Passage& passage, AbortCode why, Instant now) {
   (void)post_.send(to_connection(MessageKind::sdo_refused, passage.from, passage.connection,
                                  static_cast<std::uint32_t>(why)));
   abort_server(passage, why, now);
@@ -415,7 +415,7 @@ void SdoExit::break_down(Passage& passage, AbortCode why, Instant now) {
 
 // Waiting frames are obsolete. A next gateway gets the abort in any state, because it has reserved
 // the rest of the route.
-void SdoExit::abort_server(Passage& passage, AbortCode why, Instant /*now*/) {
+void SdoEgress::abort_server(Passage& passage, AbortCode why, Instant /*now*/) {
   const bool asked = passage.state == Passage::State::asking ||
                      (passage.state == Passage::State::open && passage.to_gateway);
   if (passage.own || (!asked && !passage.phase.under_way())) {
@@ -428,7 +428,7 @@ void SdoExit::abort_server(Passage& passage, AbortCode why, Instant /*now*/) {
   }
 }
 
-void SdoExit::release(Passage& passage, AbortCode outcome) {
+void SdoEgress::release(Passage& passage, AbortCode outcome) {
   if (passage.state == Passage::State::free || passage.state == Passage::State::draining) {
     return;
   }
@@ -453,7 +453,7 @@ void SdoExit::release(Passage& passage, AbortCode outcome) {
 }
 
 // Frames that the bus does not accept within the frame time-out of a server are lost.
-void SdoExit::drain(Passage& passage, Instant now) {
+void SdoEgress::drain(Passage& passage, Instant now) {
   while (!passage.waiting.empty() && push(passage, passage.waiting.front())) {
     passage.waiting.pop();
   }
@@ -469,7 +469,7 @@ void SdoExit::drain(Passage& passage, Instant now) {
   }
 }
 
-void SdoExit::finish(Passage& passage) {
+void SdoEgress::finish(Passage& passage) {
   LINEGATE_ASSERT(passage.state == Passage::State::draining, "only the bus is waited for");
   counters_.lost += passage.waiting.size();
   passage.waiting.clear();
@@ -482,17 +482,17 @@ void SdoExit::finish(Passage& passage) {
 
 // --- time ---------------------------------------------------------------------------------------
 
-void SdoExit::wait_until(Passage& passage, Instant deadline) {
+void SdoEgress::wait_until(Passage& passage, Instant deadline) {
   passage.deadline = deadline;
   wake_ = earlier(wake_, deadline);
 }
 
-Duration SdoExit::frame_timeout() const {
+Duration SdoEgress::frame_timeout() const {
   return config_.frame_timeout > Duration::zero() ? config_.frame_timeout : 2 * line_.sdo_timeout;
 }
 
 // A server of the own dictionary may wait for a hook, which can finish before the deadline.
-Instant SdoExit::next_wake() const {
+Instant SdoEgress::next_wake() const {
   Instant wake = wake_;
   for (const auto& passage : passages_) {
     if (passage->own && passage->state == Passage::State::open) {
@@ -502,7 +502,7 @@ Instant SdoExit::next_wake() const {
   return wake;
 }
 
-void SdoExit::advance(Instant now) {
+void SdoEgress::advance(Instant now) {
   if (now < next_wake()) {
     return;
   }
@@ -532,7 +532,7 @@ void SdoExit::advance(Instant now) {
   }
 }
 
-void SdoExit::expire(Passage& passage, Instant now) {
+void SdoEgress::expire(Passage& passage, Instant now) {
   switch (passage.state) {
     case Passage::State::waiting:
       refuse(passage, AbortCode::sdo_connection);
@@ -547,7 +547,7 @@ void SdoExit::expire(Passage& passage, Instant now) {
   }
 }
 
-void SdoExit::stop(Instant now) {
+void SdoEgress::stop(Instant now) {
   for (const auto& each : passages_) {
     if (each->state != Passage::State::free && each->state != Passage::State::draining) {
       break_down(*each, AbortCode::device_state, now);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stack/routing/sdo_entrance.h"
+#include "stack/routing/sdo_ingress.h"
 
 #include <algorithm>
 
@@ -35,7 +35,7 @@ Duration channel_wait(const Config& config, Duration sdo_timeout) {
   return config.channel_wait > Duration::zero() ? config.channel_wait : sdo_timeout / 2;
 }
 
-struct SdoEntrance::Connection {
+struct SdoIngress::Connection {
   enum class State : std::uint8_t { free, opening, armed, forward, draining };
 
   State state = State::free;
@@ -53,8 +53,8 @@ struct SdoEntrance::Connection {
   WordQueue waiting;  // frames that wait for room on the way to the client
 };
 
-SdoEntrance::SdoEntrance(const Config& config, Line line, const od::Dictionary& dictionary,
-                         Post& post, EventLog& events, Counters& counters)
+SdoIngress::SdoIngress(const Config& config, Line line, const od::Dictionary& dictionary,
+                       Post& post, EventLog& events, Counters& counters)
     : config_(config),
       line_(line),
       dictionary_(dictionary),
@@ -63,13 +63,13 @@ SdoEntrance::SdoEntrance(const Config& config, Line line, const od::Dictionary& 
       counters_(counters) {
 }
 
-SdoEntrance::~SdoEntrance() = default;
+SdoIngress::~SdoIngress() = default;
 
-SdoEntrance::Connection* SdoEntrance::of(const ClientSide& side) const {
+SdoIngress::Connection* SdoIngress::of(const ClientSide& side) const {
   return find(side.connection_);
 }
 
-SdoEntrance::Connection* SdoEntrance::find(std::uint32_t number) const {
+SdoIngress::Connection* SdoIngress::find(std::uint32_t number) const {
   const std::uint32_t index = number & kIndexBits;
   if (index >= connections_.size()) {
     return nullptr;
@@ -79,7 +79,7 @@ SdoEntrance::Connection* SdoEntrance::find(std::uint32_t number) const {
 }
 
 // Connection numbers consist of index and generation, and are never 0.
-SdoEntrance::Connection* SdoEntrance::make(ClientSide& side) {
+SdoIngress::Connection* SdoIngress::make(ClientSide& side) {
   const auto place = std::find_if(connections_.begin(), connections_.end(), [](const auto& each) {
     return each->state == Connection::State::free;
   });
@@ -106,7 +106,7 @@ SdoEntrance::Connection* SdoEntrance::make(ClientSide& side) {
 }
 
 // A new number, so that a late answer to an earlier attempt is not mistaken for the present one.
-void SdoEntrance::renumber(Connection& connection) {
+void SdoIngress::renumber(Connection& connection) {
   const std::uint32_t index = connection.number & kIndexBits;
   const std::uint32_t generation = (connection.number >> 16U) % kIndexBits + 1;
   connection.number = generation << 16U | index;
@@ -115,7 +115,7 @@ void SdoEntrance::renumber(Connection& connection) {
 
 // --- from the client ----------------------------------------------------------------------------
 
-void SdoEntrance::request(ClientSide& side, std::uint64_t word, Instant now) {
+void SdoIngress::request(ClientSide& side, std::uint64_t word, Instant now) {
   now_ = now;
   Connection* const connection = of(side);
   const bool segment = connection != nullptr && connection->phase.in_sub_block();
@@ -146,7 +146,7 @@ void SdoEntrance::request(ClientSide& side, std::uint64_t word, Instant now) {
   }
 }
 
-void SdoEntrance::indication(ClientSide& side, std::uint64_t word, Instant now) {
+void SdoIngress::indication(ClientSide& side, std::uint64_t word, Instant now) {
   if (Connection* const old = of(side)) {
     if (old->state == Connection::State::opening && old->word == word) {
       return;  // a repeated indication, which is already being processed
@@ -175,7 +175,7 @@ void SdoEntrance::indication(ClientSide& side, std::uint64_t word, Instant now) 
   }
 }
 
-AbortCode SdoEntrance::refusal_of(const ClientSide& side, std::uint64_t word) const {
+AbortCode SdoIngress::refusal_of(const ClientSide& side, std::uint64_t word) const {
   const Indication wanted = decode_indication(word);
   if (!is_indication(word)) {
     return AbortCode::command_specifier;
@@ -189,16 +189,16 @@ AbortCode SdoEntrance::refusal_of(const ClientSide& side, std::uint64_t word) co
                                                               : AbortCode::none;
 }
 
-std::uint16_t SdoEntrance::source_of(const ClientSide& side) const {
+std::uint16_t SdoIngress::source_of(const ClientSide& side) const {
   return side.is_device() ? line_.network : std::uint16_t{0};
 }
 
-bool SdoEntrance::is_this_gateway(const Indication& wanted) const {
+bool SdoIngress::is_this_gateway(const Indication& wanted) const {
   return (wanted.network == 0 || wanted.network == line_.network) &&
          (wanted.node == 0 || wanted.node == line_.node);
 }
 
-void SdoEntrance::try_route(Connection& connection, Instant now) {
+void SdoIngress::try_route(Connection& connection, Instant now) {
   const Indication wanted = decode_indication(connection.word);
   const std::uint8_t not_over = connection.side->is_device() ? config_.interface : std::uint8_t {
     0
@@ -229,7 +229,7 @@ void SdoEntrance::try_route(Connection& connection, Instant now) {
   }
 }
 
-void SdoEntrance::route_failed(Connection& connection, AbortCode why, Instant now) {
+void SdoIngress::route_failed(Connection& connection, AbortCode why, Instant now) {
   LINEGATE_ASSERT(connection.state == Connection::State::opening, "a route is being tried");
   if (connection.tried++ == 0) {
     connection.first_failure = why;
@@ -238,7 +238,7 @@ void SdoEntrance::route_failed(Connection& connection, AbortCode why, Instant no
   try_route(connection, now);
 }
 
-void SdoEntrance::refuse(Connection& connection, AbortCode why, Instant now) {
+void SdoIngress::refuse(Connection& connection, AbortCode why, Instant now) {
   ++counters_.refused;
   tell_refused(events_, RoutedService::sdo, source_of(*connection.side),
                decode_indication(connection.word), why, now);
@@ -247,7 +247,7 @@ void SdoEntrance::refuse(Connection& connection, AbortCode why, Instant now) {
   release(connection, now);
 }
 
-void SdoEntrance::armed(Connection& connection, std::uint64_t word, Instant now) {
+void SdoIngress::armed(Connection& connection, std::uint64_t word, Instant now) {
   if (is_sdo_abort(word)) {
     count_end(connection, SdoPhase::End::aborted, AbortCode::general, now);
     tell_exit(connection, AbortCode::general);
@@ -260,7 +260,7 @@ void SdoEntrance::armed(Connection& connection, std::uint64_t word, Instant now)
   }
 }
 
-void SdoEntrance::forward(Connection& connection, std::uint64_t word, Instant now) {
+void SdoIngress::forward(Connection& connection, std::uint64_t word, Instant now) {
   const SdoPhase::End end = connection.phase.request(word);
   if (!post_.send(
           to_connection(MessageKind::sdo_request, connection.to, connection.number, word))) {
@@ -275,7 +275,7 @@ void SdoEntrance::forward(Connection& connection, std::uint64_t word, Instant no
   }
 }
 
-void SdoEntrance::gone(ClientSide& side) {
+void SdoIngress::gone(ClientSide& side) {
   if (Connection* const connection = of(side)) {
     if (connection->state != Connection::State::draining) {
       count_end(*connection, SdoPhase::End::aborted, AbortCode::general, now_);
@@ -287,7 +287,7 @@ void SdoEntrance::gone(ClientSide& side) {
 
 // --- from the other line ------------------------------------------------------------------------
 
-void SdoEntrance::deliver(const Message& message, Instant now) {
+void SdoIngress::deliver(const Message& message, Instant now) {
   now_ = now;
   Connection* const connection = find(message.connection);
   if (connection == nullptr || connection->to != message.from ||
@@ -326,7 +326,7 @@ void SdoEntrance::deliver(const Message& message, Instant now) {
   }
 }
 
-void SdoEntrance::response(Connection& connection, const Message& message, Instant now) {
+void SdoIngress::response(Connection& connection, const Message& message, Instant now) {
   if (message.kind != MessageKind::sdo_response || connection.state != Connection::State::forward) {
     ++counters_.unexpected;
     return;
@@ -344,7 +344,7 @@ void SdoEntrance::response(Connection& connection, const Message& message, Insta
 
 // --- to the client ------------------------------------------------------------------------------
 
-void SdoEntrance::give(Connection& connection, std::uint64_t word, Instant now) {
+void SdoIngress::give(Connection& connection, std::uint64_t word, Instant now) {
   if (connection.waiting.empty() && connection.side->response(word, now)) {
     counters_.forwarded += connection.side->on_bus() ? 1U : 0U;
     return;
@@ -356,7 +356,7 @@ void SdoEntrance::give(Connection& connection, std::uint64_t word, Instant now) 
   wake_ = earlier(wake_, now + WordQueue::kRetry);
 }
 
-void SdoEntrance::flush(Connection& connection, Instant now) {
+void SdoIngress::flush(Connection& connection, Instant now) {
   while (!connection.waiting.empty()) {
     if (!connection.side->response(connection.waiting.front(), now)) {
       wake_ = earlier(wake_, now + WordQueue::kRetry);
@@ -372,14 +372,14 @@ void SdoEntrance::flush(Connection& connection, Instant now) {
   }
 }
 
-void SdoEntrance::release(Connection& connection, Instant now) {
+void SdoIngress::release(Connection& connection, Instant now) {
   LINEGATE_ASSERT(connection.state != Connection::State::free, "the connection has a client");
   connection.state = Connection::State::draining;
   connection.deadline = kNever;
   flush(connection, now);
 }
 
-void SdoEntrance::free(Connection& connection) {
+void SdoIngress::free(Connection& connection) {
   LINEGATE_ASSERT(connection.side != nullptr && connection.side->connection_ == connection.number,
                   "client and connection name each other");
   connection.state = Connection::State::free;
@@ -389,7 +389,7 @@ void SdoEntrance::free(Connection& connection) {
 }
 
 // Frames that still wait are obsolete, because the client gets an abort.
-void SdoEntrance::break_down(Connection& connection, AbortCode why, Instant now) {
+void SdoIngress::break_down(Connection& connection, AbortCode why, Instant now) {
   count_end(connection, SdoPhase::End::aborted, why, now);
   tell_exit(connection, why);
   connection.waiting.clear();
@@ -397,12 +397,12 @@ void SdoEntrance::break_down(Connection& connection, AbortCode why, Instant now)
   release(connection, now);
 }
 
-void SdoEntrance::tell_exit(const Connection& connection, AbortCode why) {
+void SdoIngress::tell_exit(const Connection& connection, AbortCode why) {
   (void)post_.send(to_connection(MessageKind::sdo_close, connection.to, connection.number,
                                  static_cast<std::uint32_t>(why)));
 }
 
-void SdoEntrance::count_end(Connection& connection, SdoPhase::End how, AbortCode why, Instant now) {
+void SdoIngress::count_end(Connection& connection, SdoPhase::End how, AbortCode why, Instant now) {
   if (connection.state != Connection::State::armed &&
       connection.state != Connection::State::forward) {
     return;
@@ -418,7 +418,7 @@ void SdoEntrance::count_end(Connection& connection, SdoPhase::End how, AbortCode
   report_ended(connection, how == SdoPhase::End::finished ? AbortCode::none : code, now);
 }
 
-void SdoEntrance::report_opened(const Connection& connection, Instant now) {
+void SdoIngress::report_opened(const Connection& connection, Instant now) {
   if (!connection.traced) {
     return;
   }
@@ -434,7 +434,7 @@ void SdoEntrance::report_opened(const Connection& connection, Instant now) {
                                              .hops = wanted.hops}});
 }
 
-void SdoEntrance::report_ended(const Connection& connection, AbortCode why, Instant now) {
+void SdoIngress::report_ended(const Connection& connection, AbortCode why, Instant now) {
   if (!connection.traced) {
     return;
   }
@@ -455,22 +455,22 @@ void SdoEntrance::report_ended(const Connection& connection, AbortCode why, Inst
 
 // --- time ---------------------------------------------------------------------------------------
 
-void SdoEntrance::wait_until(Connection& connection, Instant deadline) {
+void SdoIngress::wait_until(Connection& connection, Instant deadline) {
   connection.deadline = deadline;
   wake_ = earlier(wake_, deadline);
 }
 
-Duration SdoEntrance::frame_timeout() const {
+Duration SdoIngress::frame_timeout() const {
   return config_.frame_timeout > Duration::zero() ? config_.frame_timeout : 2 * line_.sdo_timeout;
 }
 
-Duration SdoEntrance::opening_timeout(unsigned hops) const {
+Duration SdoIngress::opening_timeout(unsigned hops) const {
   return std::max(channel_wait(config_, line_.sdo_timeout),
                   gateway_timeout(config_, line_.sdo_timeout, hops)) +
          kMargin;
 }
 
-void SdoEntrance::advance(Instant now) {
+void SdoIngress::advance(Instant now) {
   now_ = now;
   if (now < wake_) {
     return;
@@ -490,7 +490,7 @@ void SdoEntrance::advance(Instant now) {
   }
 }
 
-void SdoEntrance::expire(Connection& connection, Instant now) {
+void SdoIngress::expire(Connection& connection, Instant now) {
   connection.deadline = kNever;
   switch (connection.state) {
     case Connection::State::opening:
@@ -508,7 +508,7 @@ void SdoEntrance::expire(Connection& connection, Instant now) {
   }
 }
 
-void SdoEntrance::stop(Instant now) {
+void SdoIngress::stop(Instant now) {
   for (std::size_t i = 0; i < connections_.size(); ++i) {
     Connection& connection = *connections_[i];
     if (connection.state != Connection::State::free &&

@@ -16,13 +16,13 @@
 namespace linegate::gateway {
 
 // The result of a scan that was applied.
-struct TakenScan {
+struct AppliedScan {
   line::ScanApply request;
   std::vector<std::byte> report;  // scan/report.h
 };
 
 // Used by the thread of its line.
-class ScanTaker {
+class ScanApplier {
  public:
   // Time from the start of a line until its devices have booted after its NMT reset, and from the
   // boot-up message of a device until it is ready.
@@ -31,7 +31,7 @@ class ScanTaker {
   static constexpr Duration kAgain = std::chrono::seconds(10);
 
   // taken must outlive it.
-  ScanTaker(const config::LinePlan& plan, exchange::Ring<TakenScan>& taken);
+  ScanApplier(const config::LinePlan& plan, exchange::Ring<AppliedScan>& taken);
 
   // The line has started.
   void started(Instant now);
@@ -65,7 +65,7 @@ class ScanTaker {
 
   bool wanted_;  // the line scans automatically
   bool sets_up_;
-  exchange::Ring<TakenScan>& taken_;
+  exchange::Ring<AppliedScan>& taken_;
   bool made_of_scan_;  // the line was made from a scan
   bool takes_late_comers_;
   std::bitset<128> known_;

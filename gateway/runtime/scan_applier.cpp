@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/runtime/scan_taker.h"
+#include "gateway/runtime/scan_applier.h"
 
 #include <algorithm>
 
@@ -13,7 +13,7 @@ constexpr Duration kLongest = std::chrono::minutes(15);
 
 }  // namespace
 
-ScanTaker::ScanTaker(const config::LinePlan& plan, exchange::Ring<TakenScan>& taken)
+ScanApplier::ScanApplier(const config::LinePlan& plan, exchange::Ring<AppliedScan>& taken)
     : wanted_(plan.auto_scan && plan.auto_scan->at_start && plan.config.nodes.empty()),
       sets_up_(plan.auto_scan && plan.auto_scan->set_up),
       taken_(taken),
@@ -25,28 +25,28 @@ ScanTaker::ScanTaker(const config::LinePlan& plan, exchange::Ring<TakenScan>& ta
   }
 }
 
-void ScanTaker::booted_up(std::uint8_t node, Instant now) {
+void ScanApplier::booted_up(std::uint8_t node, Instant now) {
   if (takes_late_comers_ && !known_.test(node & 0x7FU)) {
     late_.set(node & 0x7FU);
     due_ = earlier(due_, deadline(now, kSettle));
   }
 }
 
-void ScanTaker::started(Instant now) {
+void ScanApplier::started(Instant now) {
   due_ = wanted_ ? deadline(now, kSettle) : kNever;
   if (made_of_scan_) {
     held_until_ = deadline(now, kSettle);
   }
 }
 
-bool ScanTaker::holds(Instant now) {
+bool ScanApplier::holds(Instant now) {
   if (held_until_ && *held_until_ <= now) {
     held_until_.reset();
   }
   return held_until_.has_value();
 }
 
-std::optional<line::Command> ScanTaker::due(Instant now) {
+std::optional<line::Command> ScanApplier::due(Instant now) {
   if (now < due_) {
     return std::nullopt;
   }
@@ -61,13 +61,13 @@ std::optional<line::Command> ScanTaker::due(Instant now) {
   return command;
 }
 
-void ScanTaker::asked(const line::Command& command) {
+void ScanApplier::asked(const line::Command& command) {
   if (const auto* const request = std::get_if<line::ScanApply>(&command.request)) {
     asked_.push_back({command.tag, *request});
   }
 }
 
-bool ScanTaker::answered(const line::Reply& reply) {
+bool ScanApplier::answered(const line::Reply& reply) {
   const auto known = std::ranges::find(asked_, reply.tag, &Asked::tag);
   if (known == asked_.end()) {
     return false;
