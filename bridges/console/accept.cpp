@@ -44,8 +44,9 @@ std::optional<std::uint32_t> read_part(Context& context, Model& model, const Lin
   const line::Command command{.timeout = context.timeout,
                               .request = line::SdoRead{.node = node, .address = part.seen}};
   const Client::Answer answer = ask_line(context, model, line, command);
-  if (answer.reply.ok() && answer.reply.data.size() == sizeof(std::uint32_t)) {
-    return load_le<std::uint32_t>(answer.reply.data.data());
+  const std::vector<std::byte>& value = answer.reply.bytes();
+  if (answer.reply.ok() && value.size() == sizeof(std::uint32_t)) {
+    return load_le<std::uint32_t>(value.data());
   }
   if (part.seen.sub > 1 && is_missing(answer.reply.error)) {
     return 0;

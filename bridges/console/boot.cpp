@@ -82,8 +82,8 @@ int boot(Context& context, const std::string& what) {
     }
     return code;
   }
-  const auto outcomes = manager::read_boot_report(answer.reply.data);
-  if (!outcomes.ok()) {
+  const auto* const outcomes = std::get_if<std::vector<manager::BootOutcome>>(&answer.reply.data);
+  if (outcomes == nullptr) {
     context.err << "the gateway's answer cannot be read\n";
     return kFailed;
   }

@@ -7,7 +7,7 @@
 
 #include "bridges/console/commands.h"
 #include "bridges/console/table.h"
-#include "stack/manager/boot_report.h"
+#include "stack/manager/state.h"
 
 namespace linegate::console {
 

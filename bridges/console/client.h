@@ -121,8 +121,9 @@ class Client {
   virtual void poll(Duration timeout, Listener& listener) = 0;
 
   struct Answer {
-    line::Reply reply;  // Refusal::timed_out if there was no answer in time
-    std::string text;   // description of the error; empty if done
+    line::Reply reply;               // Refusal::timed_out if there was no answer in time
+    std::string text;                // description of the error; empty if done
+    std::vector<std::byte> bytes{};  // the data of the reply as the gateway sent them
   };
   // layout_id: of the output layout for CommandKind::output_write, else 0.
   virtual Answer call(const LineId& id, const line::Command& command, Duration timeout,

@@ -17,7 +17,6 @@
 #include "bridges/console/routes.h"
 #include "bridges/console/tables.h"
 #include "bridges/console/value_text.h"
-#include "stack/base/byte_order.h"
 
 namespace linegate::console {
 namespace {
@@ -69,13 +68,16 @@ int completeness_of(Context& context, const Model& model, const std::vector<cons
 }
 
 std::string text_of(const Client::Answer& answer) {
-  return {reinterpret_cast<const char*>(answer.reply.data.data()), answer.reply.data.size()};
+  const std::vector<std::byte>& text = answer.reply.bytes();
+  return {reinterpret_cast<const char*>(text.data()), text.size()};
 }
 
-std::string triggered_text(const std::vector<std::byte>& data) {
+std::string triggered_text(const line::Reply& reply) {
   std::string out;
-  for (std::size_t i = 0; i + 2 <= data.size(); i += 2) {
-    out += (out.empty() ? "PDO " : ", ") + std::to_string(load_le<std::uint16_t>(data.data() + i));
+  if (const auto* const pdos = std::get_if<line::TriggeredPdos>(&reply.data)) {
+    for (const std::uint16_t pdo : *pdos) {
+      out += (out.empty() ? "PDO " : ", ") + std::to_string(pdo);
+    }
   }
   return out + ", sent";
 }
@@ -218,8 +220,7 @@ int pdo_trigger(Context& context, const std::string& what, const std::string& nu
       const std::string why = trigger_refusal(context, model, line, trigger, refusal);
       answer.text += why.empty() ? "" : ": " + why;
     }
-    return print_answer(context, answer,
-                        answer.reply.ok() ? triggered_text(answer.reply.data) : "");
+    return print_answer(context, answer, answer.reply.ok() ? triggered_text(answer.reply) : "");
   });
 }
 
@@ -300,7 +301,7 @@ int fault(Context& context, const std::string& line, const std::vector<std::stri
   }
   return on_line(context, line, [&](Model& model, const Line& target) {
     const Client::Answer answer = ask_line(context, model, target, {.request = request});
-    if (!answer.reply.ok() && !answer.reply.data.empty() && !context.json) {
+    if (!answer.reply.ok() && !answer.reply.bytes().empty() && !context.json) {
       context.err << printable(text_of(answer)) << '\n';
     }
     return print_answer(context, answer, printable(text_of(answer)));

@@ -10,7 +10,7 @@
 #include "bridges/console/object_text.h"
 #include "bridges/console/refusal_text.h"
 #include "bridges/console/table.h"
-#include "stack/manager/boot_report.h"
+#include "stack/manager/boot_event.h"
 #include "stack/manager/configuration_objects.h"
 #include "stack/manager/plan.h"
 #include "stack/od/description.h"
@@ -84,8 +84,8 @@ int configure(Context& context, ConfigAction action, const std::string& what) {
     }
     return code;
   }
-  const auto nodes = manager::read_configuration_report(answer.reply.data);
-  if (!nodes.ok()) {
+  const auto* const nodes = std::get_if<std::vector<manager::NodeReport>>(&answer.reply.data);
+  if (nodes == nullptr) {
     context.err << "the gateway's answer cannot be read\n";
     return kFailed;
   }

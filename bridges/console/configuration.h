@@ -10,7 +10,7 @@
 
 #include "bridges/console/commands.h"
 #include "bridges/console/table.h"
-#include "stack/manager/configuration_report.h"
+#include "stack/manager/node_report.h"
 #include "stack/manager/state.h"
 
 namespace linegate::console {

@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <ostream>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -16,7 +18,7 @@
 #include "bridges/console/table.h"
 #include "bridges/console/tables.h"
 #include "bridges/console/value_text.h"
-#include "stack/base/byte_order.h"
+#include "stack/od/data_type.h"
 #include "stack/od/description.h"
 
 namespace linegate::console {
@@ -29,51 +31,31 @@ std::string_view access_name(od::Access access) {
   return place < kAccessNames.size() ? kAccessNames[place] : "unknown";
 }
 
-// Consumes a list from its front; false if it is too short.
-class ListReader {
- public:
-  explicit ListReader(std::span<const std::byte> data) : rest_(data) {}
-  std::uint64_t number(std::size_t size) { return load_le(take(size)); }
-  std::span<const std::byte> bytes() { return take(static_cast<std::size_t>(number(1))); }
-  bool good() const { return good_; }
-  bool empty() const { return rest_.empty(); }
-
- private:
-  std::span<const std::byte> take(std::size_t size) {
-    good_ = good_ && size <= rest_.size();
-    const auto out = good_ ? rest_.first(size) : std::span<const std::byte>();
-    rest_ = rest_.subspan(out.size());
-    return out;
-  }
-
-  std::span<const std::byte> rest_;
-  bool good_ = true;
-};
-
-std::string listed_value(const ListedVariable& variable) {
+std::string listed_value(const line::ListedObject& variable) {
   return variable.value.empty() ? std::string() : to_text(variable.type, variable.value);
 }
 
 // Returns nothing, after an error message, if the line refuses.
-std::optional<std::vector<ListedVariable>> listed(Context& context, Model& model, const Line& line,
-                                                  std::uint8_t node, std::uint16_t first,
-                                                  std::uint16_t last) {
+std::optional<std::vector<line::ListedObject>> listed(Context& context, Model& model,
+                                                      const Line& line, std::uint8_t node,
+                                                      std::uint16_t first, std::uint16_t last) {
   const line::LocalRead list{.node = node, .what = line::ObjectRange{first, last}};
   const Client::Answer answer = ask_line(context, model, line, {.request = list});
   if (!answer.reply.ok()) {
     print_answer(context, answer);
     return std::nullopt;
   }
-  auto variables = decode_list(answer.reply.data);
-  if (!variables) {
+  const auto* const variables = std::get_if<std::vector<line::ListedObject>>(&answer.reply.data);
+  if (variables == nullptr) {
     context.err << "the list of objects is damaged\n";
+    return std::nullopt;
   }
-  return variables;
+  return *variables;
 }
 
-std::string list_json(const std::vector<ListedVariable>& variables) {
+std::string list_json(const std::vector<line::ListedObject>& variables) {
   auto out = nlohmann::ordered_json::array();
-  for (const ListedVariable& one : variables) {
+  for (const line::ListedObject& one : variables) {
     std::string data = to_hex(one.value);
     std::erase(data, ' ');
     out.push_back({{"index", one.address.index},
@@ -90,9 +72,9 @@ std::string list_json(const std::vector<ListedVariable>& variables) {
   return one_line(out);
 }
 
-Table list_table(const std::vector<ListedVariable>& variables) {
+Table list_table(const std::vector<line::ListedObject>& variables) {
   Table out{{{"OBJECT"}, {"TYPE"}, {"ACCESS"}, {"PDO"}, {"STORED"}, {"NAME"}, {"VALUE"}}, {}, {}};
-  for (const ListedVariable& one : variables) {
+  for (const line::ListedObject& one : variables) {
     out.rows.push_back({{},
                         {{od::to_text(one.address), {}},
                          {std::string(od::name(one.type)), {}},
@@ -160,30 +142,6 @@ int on_dictionary(Context& context, const std::string& what, const Work& work) {
 
 }  // namespace
 
-std::optional<std::vector<ListedVariable>> decode_list(std::span<const std::byte> data) {
-  std::vector<ListedVariable> out;
-  for (ListReader from(data); !from.empty();) {
-    ListedVariable one;
-    one.address.index = static_cast<std::uint16_t>(from.number(2));
-    one.address.sub = static_cast<std::uint8_t>(from.number(1));
-    one.type = static_cast<od::DataType>(from.number(2));
-    one.access = static_cast<od::Access>(from.number(1));
-    const auto flags = from.number(1);
-    one.mappable = (flags & 1U) != 0;
-    one.stored = (flags & 2U) != 0;
-    one.application = (flags & 4U) != 0;
-    const auto name = from.bytes();
-    one.name.assign(reinterpret_cast<const char*>(name.data()), name.size());
-    const auto value = from.bytes();
-    one.value.assign(value.begin(), value.end());
-    if (!from.good()) {
-      return std::nullopt;
-    }
-    out.push_back(std::move(one));
-  }
-  return out;
-}
-
 int od_list(Context& context, const std::string& line, const std::string& index) {
   const auto address = parse_object(context, index.empty() ? "0" : index, "");
   if (!address) {
@@ -224,9 +182,9 @@ int od_read(Context& context, const std::string& line, const std::string& index,
     if (!variables) {
       return kFailed;
     }
-    const auto known = std::ranges::find(*variables, *address, &ListedVariable::address);
+    const auto known = std::ranges::find(*variables, *address, &line::ListedObject::address);
     const od::DataType type = known == variables->end() ? od::DataType::none : known->type;
-    const std::string value = to_text(type, answer.reply.data);
+    const std::string value = to_text(type, answer.reply.bytes());
     context.out << (context.json ? answer_json(answer, value) : printable(value)) << '\n';
     return kDone;
   });
@@ -243,7 +201,7 @@ int od_write(Context& context, const std::string& line, const std::string& index
     if (!variables) {
       return kFailed;
     }
-    const auto known = std::ranges::find(*variables, *address, &ListedVariable::address);
+    const auto known = std::ranges::find(*variables, *address, &line::ListedObject::address);
     if (known == variables->end()) {
       context.err << "there is no object " << od::to_text(*address) << '\n';
       return kFailed;

@@ -2,31 +2,11 @@
 // `linegate od`: the object dictionary of a line's own node.
 #pragma once
 
-#include <cstdint>
-#include <optional>
-#include <span>
 #include <string>
-#include <vector>
 
 #include "bridges/console/commands.h"
-#include "stack/od/data_type.h"
-#include "stack/od/description.h"
 
 namespace linegate::console {
-
-// A variable in the list that a line returns.
-struct ListedVariable {
-  od::Address address;
-  od::DataType type = od::DataType::none;
-  od::Access access = od::Access::ro;
-  bool mappable = false;
-  bool stored = false;
-  bool application = false;
-  std::string name;
-  std::vector<std::byte> value;  // also empty if it cannot be read
-};
-// Decodes the format of line::list_objects(). Returns nothing if it is malformed.
-std::optional<std::vector<ListedVariable>> decode_list(std::span<const std::byte> data);
 
 // The arguments as typed.
 struct NewObject {

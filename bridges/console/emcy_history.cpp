@@ -75,7 +75,7 @@ int print_history(Context& context, Model& model, const Line& line, const NodeRe
     if (!answer.reply.ok()) {
       return print_answer(context, answer);
     }
-    node.messages = parse_history(answer.reply.data);
+    node.messages = parse_history(answer.reply.bytes());
   }
   if (context.json) {
     context.out << history_json(line.id, nodes) << '\n';

@@ -362,7 +362,7 @@ std::string event_json(const LineId& id, const EventView& event) {
 
 std::string answer_json(const Client::Answer& answer, const std::string& value) {
   if (answer.reply.ok()) {
-    return one_line(Json{{"ok", true}, {"data", packed_hex(answer.reply.data)}, {"value", value}});
+    return one_line(Json{{"ok", true}, {"data", packed_hex(answer.bytes)}, {"value", value}});
   }
   const bool abort = answer.reply.error.domain == Domain::sdo;
   return one_line(Json{{"ok", false},

@@ -109,7 +109,7 @@ class Session {
         .request = line::LssRequest{.procedure = procedure, .arguments = std::move(arguments)}};
     EventProgress progress(model_, id_, context_.err, fastscan_words);
     const Client::Answer answer = context_.client.call(id_, command, command.timeout, 0, progress);
-    const Bytes& data = answer.reply.data;
+    const Bytes& data = answer.reply.bytes();
     if (!answer.reply.ok() || data.size() < lss::kReplyHead) {
       context_.err << (answer.reply.ok() ? "the gateway's answer cannot be read"
                                          : printable(answer.text))

@@ -7,13 +7,11 @@
 #include "bridges/console/table.h"
 #include "bridges/console/tables.h"
 #include "stack/base/assert.h"
-#include "stack/base/byte_order.h"
 #include "stack/line/command.h"
 
 namespace linegate::console {
 namespace {
 
-constexpr std::size_t kWayLength = 4;  // bytes before the entries in the answer
 constexpr std::size_t kMostNames = 3;  // entries named in one sentence
 constexpr std::string_view kTurn = "its turn on the bus (SYNC, inhibit time)";
 
@@ -85,37 +83,35 @@ std::string_view reported_wait(const Line& line, std::size_t entry) {
 
 }  // namespace
 
-bool names_entries(const std::vector<std::byte>& data) {
-  return data.size() > kWayLength && data[0] == std::byte{line::kByPdo};
+bool names_entries(const line::ReplyData& data) {
+  const auto* const way = std::get_if<line::WrittenByPdo>(&data);
+  return way != nullptr && !way->missing.empty();
 }
 
-bool is_held_back(const std::vector<std::byte>& data) {
-  if (data.size() < kWayLength || data[0] != std::byte{line::kByPdo}) {
-    return false;
-  }
-  const auto wait = static_cast<line::PdoWait>(data[3]);
-  return wait == line::PdoWait::values || wait == line::PdoWait::operational ||
-         wait == line::PdoWait::turn || wait == line::PdoWait::bus;
+bool is_held_back(const line::ReplyData& data) {
+  const auto* const way = std::get_if<line::WrittenByPdo>(&data);
+  return way != nullptr &&
+         (way->wait == line::PdoWait::values || way->wait == line::PdoWait::operational ||
+          way->wait == line::PdoWait::turn || way->wait == line::PdoWait::bus);
 }
 
-std::string way_text(const std::vector<std::byte>& data, const image::Layout* outputs) {
+std::string way_text(const line::ReplyData& data, const image::Layout* outputs) {
   constexpr std::array<std::string_view, line::kPdoWaits> kWaits{
       "",        "update time", "values that were never written", "own node operational",
       "trigger", kTurn,         "the bus: no acknowledge"};
-  if (data.size() < kWayLength || data[0] != std::byte{line::kByPdo}) {
-    return data.empty() ? "" : "by SDO";
+  const auto* const way = std::get_if<line::WrittenByPdo>(&data);
+  if (way == nullptr) {
+    return std::holds_alternative<line::WrittenBySdo>(data) ? "by SDO" : "";
   }
-  std::string out = "by PDO " + std::to_string(load_le<std::uint16_t>(data.data() + 1));
-  const auto wait = std::to_integer<std::size_t>(data[3]);
+  std::string out = "by PDO " + std::to_string(way->pdo);
   std::vector<std::string> names;
-  for (std::size_t i = kWayLength; i + sizeof(std::uint32_t) <= data.size();
-       i += sizeof(std::uint32_t)) {
-    names.push_back(name_in(outputs, load_le<std::uint32_t>(data.data() + i)));
+  for (const std::uint32_t entry : way->missing) {
+    names.push_back(name_in(outputs, entry));
   }
   if (!names.empty()) {
     return out + ", which waits for: values that were never written: " + list_of(names);
   }
-  const std::string_view words = wait < kWaits.size() ? kWaits[wait] : "unknown";
+  const std::string_view words = kWaits[static_cast<std::size_t>(way->wait)];
   return words.empty() ? out + ", sent" : out + ", which waits for: " + std::string(words);
 }
 

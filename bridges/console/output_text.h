@@ -8,19 +8,21 @@
 
 #include "bridges/console/model.h"
 #include "stack/image/layout.h"
+#include "stack/line/replies.h"
 
 namespace linegate::console {
 
-// The answer of CommandKind::output_write and object_write (line::ObjectWay): "by PDO 3, sent", "by
-// PDO 3, which waits for: values that were never written: inlet.Mode". Empty for no data.
-std::string way_text(const std::vector<std::byte>& data, const image::Layout* outputs);
+// The answer of CommandKind::output_write and object_write: "by SDO", "by PDO 3, sent", "by PDO 3,
+// which waits for: values that were never written: inlet.Mode". Empty for every other type of
+// result.
+std::string way_text(const line::ReplyData& data, const image::Layout* outputs);
 
 // Whether the answer names output entries, whose names are in their layout only.
-bool names_entries(const std::vector<std::byte>& data);
+bool names_entries(const line::ReplyData& data);
 
 // Whether the answer reports a PDO that was not sent: values of it were never written, the own node
 // is not Operational, its turn did not come, or the bus does not acknowledge it.
-bool is_held_back(const std::vector<std::byte>& data);
+bool is_held_back(const line::ReplyData& data);
 
 // The state of an output entry: "sent", "never written", or "waits for: ..." with the reason.
 // Precondition: the area is complete.

@@ -7,7 +7,6 @@
 #include "bridges/console/lookup.h"
 #include "bridges/console/refusal_text.h"
 #include "bridges/console/value_text.h"
-#include "stack/base/byte_order.h"
 #include "stack/pdo/parameters.h"
 
 namespace linegate::console {
@@ -105,11 +104,9 @@ int mpdo_write(Context& context, const std::string& node, const std::vector<std:
           ": the own node has no TPDO in destination address mode (plant.yaml: own_pdos: {tpdoN: "
           "{mpdo: destination}})";
     }
-    const std::vector<std::byte>& by = answer.reply.data;
-    return print_answer(
-        context, answer,
-        by.size() == 2 ? "by TPDO " + std::to_string(load_le<std::uint16_t>(by.data())) + ", sent"
-                       : "");
+    const auto* const by = std::get_if<line::SentByMpdo>(&answer.reply.data);
+    return print_answer(context, answer,
+                        by == nullptr ? "" : "by TPDO " + std::to_string(by->tpdo) + ", sent");
   });
 }
 

@@ -12,7 +12,6 @@
 #include "bridges/console/object_text.h"
 #include "bridges/console/one_line.h"
 #include "bridges/console/table.h"
-#include "stack/base/byte_order.h"
 #include "stack/manager/program_run.h"
 #include "stack/od/description.h"
 #include "stack/od/objects.h"
@@ -25,13 +24,11 @@ constexpr Duration kLongestProgramming = std::chrono::hours(4);
 
 // The object and value with which the device reported why the program could not be loaded.
 std::string finding_text(const line::Reply& reply) {
-  if (reply.data.size() != 7) {
+  const auto* const fault = std::get_if<line::ProgramFault>(&reply.data);
+  if (fault == nullptr) {
     return {};
   }
-  const std::span<const std::byte> data(reply.data);
-  const od::Address object{load_le<std::uint16_t>(data.data()),
-                           std::to_integer<std::uint8_t>(data[2])};
-  const auto value = static_cast<std::uint32_t>(load_le(data.last(4)));
+  const auto [object, value] = *fault;
   std::string out = od::to_text(object);
   if (reply.error != to_error(AbortCode::hardware)) {
     return out;

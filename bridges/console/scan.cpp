@@ -73,12 +73,12 @@ int scan(Context& context, const ScanRequest& request, ScanResult& result) {
   if (!answer.reply.ok()) {
     return print_answer(context, answer);
   }
-  auto nodes = scan::read_report(answer.reply.data);
-  if (!nodes.ok()) {
+  const auto* const nodes = std::get_if<std::vector<scan::ScannedNode>>(&answer.reply.data);
+  if (nodes == nullptr) {
     context.err << "the gateway's answer cannot be read\n";
     return kFailed;
   }
-  result.nodes = *std::move(nodes);
+  result.nodes = *nodes;
   if (context.json) {
     context.out << scan_json(result) << '\n';
   } else {

@@ -10,7 +10,6 @@
 
 #include "bridges/console/answer.h"
 #include "bridges/console/commands.h"
-#include "bridges/console/dictionary.h"
 #include "bridges/console/json_text.h"
 #include "bridges/console/lookup.h"
 #include "bridges/console/object_text.h"
@@ -86,7 +85,7 @@ Duration least_patience(std::uint16_t index) {
 
 // --- objects as the device file of the node has them --------------------------------------------
 
-using Variables = std::vector<ListedVariable>;
+using Variables = std::vector<line::ListedObject>;
 
 // The variables of the requested object.
 struct Described {
@@ -106,15 +105,16 @@ Described describe_object(Context& context, Model& model, const SdoTarget& targe
     const bool no_file = answer.reply.error == line::to_error(line::Refusal::bad_request);
     return {.variables = {}, .failure = no_file ? "" : answer.text};
   }
-  auto out = decode_list(answer.reply.data);
-  if (!out) {
+  const auto* const listed = std::get_if<Variables>(&answer.reply.data);
+  if (listed == nullptr) {
     return {.variables = {}, .failure = "the answer of the gateway is no list of objects"};
   }
-  std::erase_if(*out, [index](const auto& one) { return one.address.index != index; });
-  return {.variables = *std::move(out), .failure = ""};
+  Variables out = *listed;
+  std::erase_if(out, [index](const auto& one) { return one.address.index != index; });
+  return {.variables = std::move(out), .failure = ""};
 }
 
-const ListedVariable* find(const Variables& variables, std::uint8_t sub) {
+const line::ListedObject* find(const Variables& variables, std::uint8_t sub) {
   const auto found =
       std::ranges::find(variables, sub, [](const auto& one) { return one.address.sub; });
   return found == variables.end() ? nullptr : &*found;
@@ -126,7 +126,7 @@ bool has_subs(const Variables& variables) {
 
 std::string names_of(const Variables& variables) {
   std::string out;
-  for (const ListedVariable& one : variables) {
+  for (const line::ListedObject& one : variables) {
     out += "\n  " + od::to_text(one.address) + "  " + printable(one.name);
   }
   return out;
@@ -147,8 +147,8 @@ class Answers {
   Answers(Context& context, bool many) : context_(context), many_(many) {}
 
   // code: the exit code if the answer is a success.
-  void add(const SdoTarget& target, const ListedVariable* variable, const Client::Answer& answer,
-           const std::string& value, int code = kDone) {
+  void add(const SdoTarget& target, const line::ListedObject* variable,
+           const Client::Answer& answer, const std::string& value, int code = kDone) {
     code_ = answer.reply.ok() ? (code_ == kDone ? code : code_) : kFailed;
     if (!many_) {
       (void)print_answer(context_, answer, value);
@@ -181,7 +181,7 @@ class Answers {
 
  private:
   static nlohmann::ordered_json json_of(const SdoTarget& target, od::Address address,
-                                        const ListedVariable* variable,
+                                        const line::ListedObject* variable,
                                         const Client::Answer& answer, const std::string& value) {
     nlohmann::ordered_json out{{"object", od::to_text(address)}};
     if (target.node.all) {
@@ -203,7 +203,7 @@ class Answers {
 };
 
 // The type as typed, else that of the device file.
-od::DataType type_of(const std::string& typed, const ListedVariable* variable) {
+od::DataType type_of(const std::string& typed, const line::ListedObject* variable) {
   if (!typed.empty()) {
     return type_from_name(typed).value_or(od::DataType::none);
   }
@@ -218,12 +218,12 @@ struct ReadRequest {
 };
 
 void read_one(Context& context, Model& model, const ReadRequest& request, const SdoTarget& target,
-              const ListedVariable* variable, bool named, Answers& answers) {
+              const line::ListedObject* variable, bool named, Answers& answers) {
   const Client::Answer answer = ask_line(context, model, *request.asked, command_of(target));
   const od::DataType type = type_of(request.type, variable);
   const auto known = type == od::DataType::none ? std::nullopt : std::optional(type);
   answers.add(target, named ? variable : nullptr, answer,
-              answer.reply.ok() ? read_text(known, answer.reply.data) : "");
+              answer.reply.ok() ? read_text(known, answer.reply.bytes()) : "");
 }
 
 void read_node(Context& context, Model& model, const ReadRequest& request, SdoTarget& target,
@@ -232,7 +232,7 @@ void read_node(Context& context, Model& model, const ReadRequest& request, SdoTa
     read_one(context, model, request, target, find(variables, target.address.sub), false, answers);
     return;
   }
-  for (const ListedVariable& one : variables) {
+  for (const line::ListedObject& one : variables) {
     if (od::readable(one.access)) {
       target.address.sub = one.address.sub;
       read_one(context, model, request, target, &one, true, answers);
@@ -293,7 +293,7 @@ int set_value(Context& context, Model& model, SdoTarget& target, const WriteRequ
     return kDone;
   }
   const std::string object = od::to_text(target.address);
-  const ListedVariable* const variable = find(described.variables, target.address.sub);
+  const line::ListedObject* const variable = find(described.variables, target.address.sub);
   if (variable == nullptr) {
     const bool asked = described.failure.empty();
     context.err << prefix_of(target) << "the data type of " << object

@@ -45,6 +45,8 @@ struct CommandResult {
   std::uint64_t id = 0;
   line::Reply reply;  // tag is the id; Refusal::timed_out if no answer arrived in time
   std::string text;   // description of the error; empty if done
+  // The data of the reply as received. If they do not match the request, reply.data holds them too.
+  std::vector<std::byte> bytes{};
 };
 
 // Called within poll() and call(). ClientOptions selects the topics to subscribe to.

@@ -5,6 +5,7 @@
 
 #include "bridges/dds/bytes.h"
 #include "bridges/dds/command_samples.h"
+#include "bridges/dds/reply_codec.h"
 #include "bridges/dds/request_codec.h"
 
 namespace linegate::dds {
@@ -154,7 +155,7 @@ std::shared_ptr<const Answer> CommandDesk::answer(const line::Reply& reply) {
   answer->id = asked.id;
   answer->error = reply.error;
   answer->text = describe_result(reply.error);
-  answer->data = reply.data;
+  answer->data = encode_reply(reply.data);
   answer_bytes_ += answer->data.size();
   client->second.window.push_back(answer);
   if (client->second.window.size() > limits_.window)

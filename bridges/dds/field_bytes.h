@@ -63,6 +63,9 @@ class FieldReader {
     return {reinterpret_cast<const char*>(value.data()), value.size()};
   }
 
+  // The bytes are malformed unless the condition holds.
+  void require(bool condition) { good_ = good_ && condition; }
+
   bool good() const { return good_; }
   std::size_t left() const { return rest_.size(); }
   bool complete() const { return good_ && rest_.empty(); }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "bridges/dds/bytes.h"
+#include "bridges/dds/reply_codec.h"
 
 namespace linegate::dds {
 namespace {
@@ -45,15 +46,19 @@ std::optional<RequestTracker::Done> RequestTracker::take(const v1::CommandReply&
     waiting.send_at = earlier(waiting.send_at, now + retry_);
     return std::nullopt;
   }
-  auto& data = waiting.result.reply.data;
+  auto& data = waiting.result.bytes;
   if (reply.offset() != data.size() || data.size() + reply.data().size() > kMostReplyBytes) {
     return std::nullopt;  // a chunk is missing: the rest is requested again when due
   }
   append_bytes(reply.data(), data);
   waiting.result.reply.error = {static_cast<Domain>(reply.domain()), reply.code()};
   waiting.result.text = reply.text().to_string();
-  if (reply.last())
+  if (reply.last()) {
+    line::Reply& whole = waiting.result.reply;
+    auto read = decode_reply(request.command.request, whole.error, data);
+    whole.data = read ? *std::move(read) : line::ReplyData{data};
     return finish(found);
+  }
   if (++waiting.chunks >= kChunksPerReply)
     waiting.send_at = now;
   return std::nullopt;
@@ -71,7 +76,7 @@ const Request* RequestTracker::due(Instant now) {
       continue;
     const bool is_long = waiting.request.data.size() > kChunkBytes;
     const unsigned slowing = std::min(waiting.sent, is_long ? kMostSlowingLong : kMostSlowing);
-    const bool answering = !waiting.result.reply.data.empty();
+    const bool answering = !waiting.result.bytes.empty();
     waiting.send_at = now + retry_ * (answering ? 1 : 1LL << slowing);
     waiting.chunks = 0;
     ++waiting.sent;
@@ -84,7 +89,7 @@ std::uint32_t RequestTracker::reply_offset(std::uint64_t id) const {
   const auto found = waiting_.find(id);
   if (found == waiting_.end())
     return 0;
-  return static_cast<std::uint32_t>(found->second.result.reply.data.size());
+  return static_cast<std::uint32_t>(found->second.result.bytes.size());
 }
 
 std::optional<RequestTracker::Done> RequestTracker::expired(Instant now) {
@@ -95,7 +100,8 @@ std::optional<RequestTracker::Done> RequestTracker::expired(Instant now) {
     return std::nullopt;
   Done done = finish(found);
   done.result.reply.error = line::to_error(line::Refusal::timed_out);
-  done.result.reply.data.clear();
+  done.result.reply.data = {};
+  done.result.bytes.clear();
   done.result.text = "no answer from the gateway in time";
   return done;
 }

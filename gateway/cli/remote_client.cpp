@@ -111,7 +111,9 @@ class RemoteClient final : public console::Client {
     Forward forward(listener);
     dds::CommandResult result = client_->call({.gateway = id.gateway, .line = id.line}, command,
                                               timeout, forward, layout_id);
-    return {.reply = std::move(result.reply), .text = std::move(result.text)};
+    return {.reply = std::move(result.reply),
+            .text = std::move(result.text),
+            .bytes = std::move(result.bytes)};
   }
 
   bool write_outputs(const console::LineId& id, const line::OutputWrite& write) override {

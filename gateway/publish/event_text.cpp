@@ -15,7 +15,7 @@
 #include "stack/line/output_write.h"
 #include "stack/line/state.h"
 #include "stack/lss/assigner.h"
-#include "stack/manager/boot_report.h"
+#include "stack/manager/boot_event.h"
 #include "stack/nmt/state.h"
 #include "stack/od/objects.h"
 #include "stack/pdo/parameters.h"

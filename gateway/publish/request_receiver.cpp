@@ -121,7 +121,7 @@ void RequestReceiver::on_command(CommandRequest request) {
   const line::CommandKind kind = line::kind(request.command);
   if (kind == line::CommandKind::versions) {
     const auto* text = reinterpret_cast<const std::byte*>(versions_.data());
-    reply.data.assign(text, text + versions_.size());
+    reply.data = std::vector(text, text + versions_.size());
     answer(std::move(reply));
     return;
   }

@@ -330,7 +330,7 @@ void LineRunner::reply(std::uint64_t tag, Error error, std::string_view text) {
   reply_.tag = tag;
   reply_.error = error;
   const auto* const bytes = reinterpret_cast<const std::byte*>(text.data());
-  reply_.data.assign(bytes, bytes + text.size());
+  reply_.data = std::vector(bytes, bytes + text.size());
   reply_held_ = true;
   hand_over_events();  // events of earlier replies are published together with them
   hand_over_replies();

@@ -73,9 +73,10 @@ bool ScanApplier::answered(const line::Reply& reply) {
     return false;
   }
   const bool own = reply.tag == kOwnTag;
-  if (reply.ok() && !(own && reply.data.empty())) {
+  const auto* const nodes = std::get_if<std::vector<scan::ScannedNode>>(&reply.data);
+  if (reply.ok() && nodes != nullptr && !(own && nodes->empty())) {
     // If the ring is full, other results already wait.
-    (void)taken_.push({known->request, reply.data});
+    (void)taken_.push({known->request, *nodes});
     due_ = kNever;
     held_until_ = kNever;
   }

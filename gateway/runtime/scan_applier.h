@@ -18,7 +18,7 @@ namespace linegate::gateway {
 // The result of a scan that was applied.
 struct AppliedScan {
   line::ScanApply request;
-  std::vector<std::byte> report;  // scan/report.h
+  std::vector<scan::ScannedNode> nodes;
 };
 
 // Used by the thread of its line.

@@ -6,7 +6,6 @@
 
 #include "gateway/config/found_nodes.h"
 #include "stack/line/pdo_checks.h"
-#include "stack/scan/scanned_node.h"
 
 namespace linegate::gateway {
 namespace {
@@ -49,14 +48,13 @@ Loaded<config::LinePlan> plan_of(const config::LinePlan& present, const AppliedS
   const auto report = [&](Severity severity, std::string text) {
     out.diagnostics.push_back({severity, present.config.name, 0, 0, std::move(text)});
   };
-  auto fresh = scan::read_report(scan.report);
-  if (!fresh.ok() || fresh->empty()) {
+  if (scan.nodes.empty()) {
     report(Severity::warning, "a scan found nothing that could be taken over");
     return out;
   }
   const bool all = scan.request.node == 0;
   config::LinePlan plan = present;
-  plan.config.scanned = known_after(present.config.scanned, *fresh, all);
+  plan.config.scanned = known_after(present.config.scanned, scan.nodes, all);
   config::FoundNodes found = config::found_nodes(
       plan.config.scanned, present.auto_scan ? present.auto_scan->eds : std::string{});
   if (!found.error.empty()) {

@@ -5,7 +5,7 @@
 
 #include "stack/base/result.h"
 #include "stack/can/bus_state.h"
-#include "stack/manager/boot_report.h"
+#include "stack/manager/boot_event.h"
 
 namespace linegate::diagnosis {
 namespace {

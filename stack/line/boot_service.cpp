@@ -8,7 +8,7 @@
 #include "stack/base/time.h"
 #include "stack/can/cob_id.h"
 #include "stack/line/state.h"
-#include "stack/manager/boot_report.h"
+#include "stack/manager/state.h"
 
 namespace linegate::line {
 namespace {
@@ -82,7 +82,7 @@ bool BootService::is_concluded(const Boot& boot) const {
                              [this](std::uint8_t id) { return manager_.concluded(id); });
 }
 
-std::vector<std::byte> BootService::report(const Boot& boot) const {
+std::vector<manager::BootOutcome> BootService::report(const Boot& boot) const {
   std::vector<manager::BootOutcome> outcomes;
   for (const std::uint8_t id : boot.nodes) {
     const manager::NodeState& booted = manager_.node(id);
@@ -90,7 +90,7 @@ std::vector<std::byte> BootService::report(const Boot& boot) const {
                         .letter = booted.configured ? booted.boot : kNotListed,
                         .finding = booted.finding});
   }
-  return manager::write_boot_report(outcomes);
+  return outcomes;
 }
 
 }  // namespace linegate::line

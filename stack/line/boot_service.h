@@ -19,8 +19,8 @@ class BootService final : public Service {
       : Service(host), manager_(manager), own_node_(own_node) {}
 
   std::span<const CommandKind> commands() const override;
-  // Answered with manager::write_boot_report(). Refusals: bad_request (no such node, or the own
-  // node), wrong_role, line_down, timed_out.
+  // Answered with a manager::BootOutcome of each node. Refusals: bad_request (no such node, or the
+  // own node), wrong_role, line_down, timed_out.
   void execute(Command command, Instant now) override;
   void advance(Instant now) override;
   Instant next_wake() const override;
@@ -35,7 +35,7 @@ class BootService final : public Service {
   };
 
   bool is_concluded(const Boot& boot) const;
-  std::vector<std::byte> report(const Boot& boot) const;
+  std::vector<manager::BootOutcome> report(const Boot& boot) const;
 
   manager::Manager& manager_;
   const std::uint8_t own_node_;

@@ -9,6 +9,7 @@
 
 #include "stack/base/result.h"
 #include "stack/base/time.h"
+#include "stack/line/replies.h"
 #include "stack/line/requests.h"
 
 namespace linegate::line {
@@ -42,24 +43,6 @@ constexpr Error to_error(Refusal refusal) {
   return Error{Domain::command, static_cast<std::uint32_t>(refusal)};
 }
 
-// Byte 0 of the data of a reply to object_write. With kByPdo it is followed by the PDO's number on
-// this line (2, LE; the first of several), a PdoWait and, with PdoWait::values, the positions of
-// the missing entries in the output layout (4 each, LE). A write to the own node's objects has no
-// data. A reply to output_write has the same data, or none if no PDO of the line carries the entry.
-enum ObjectWay : std::uint8_t { kBySdo, kByPdo };
-// What the PDO waits for. The reply with `none` is sent when the bus acknowledged the frame, with
-// `turn` and `bus` after Command::timeout, at the latest after kSendTime.
-enum class PdoWait : std::uint8_t {
-  none,         // sent: the bus acknowledged its frame
-  update_time,  // LineConfig::pdo_update_time
-  values,       // some of its values were never written and have no default
-  operational,  // the own node is not Operational
-  trigger,      // ObjectWrite::keep_pdo
-  turn,         // its inhibit time or its SYNC did not come within the time of the command
-  bus,          // the bus did not acknowledge its frame, or accepts none
-};
-inline constexpr std::size_t kPdoWaits = 7;
-
 // The longest time that a command of an unconfirmed service (NMT, PDO, CommandKind::can_send) waits
 // for the acknowledgement of its frame.
 inline constexpr Duration kSendTime = std::chrono::seconds(1);
@@ -83,10 +66,12 @@ inline std::uint8_t node_of(const Command& command) {
 struct Reply {
   std::uint64_t tag = 0;
   // Domain::none: done. Domain::sdo: aborted with that code. Domain::command: a Refusal.
-  Error error;
-  std::vector<std::byte> data;
+  Error error{};
+  ReplyData data{};
 
   bool ok() const { return error.domain == Domain::none; }
+  // The value of an object, or a text; empty for every other type of result.
+  const std::vector<std::byte>& bytes() const { return bytes_of(data); }
 };
 
 }  // namespace linegate::line

@@ -46,7 +46,7 @@ Error check_nmt(nmt::Command command, std::uint8_t node) {
 }
 
 Error read_object(od::Dictionary& dictionary, const std::variant<od::Address, ObjectRange>& what,
-                  std::vector<std::byte>& data) {
+                  ReplyData& data) {
   if (const auto* const range = std::get_if<ObjectRange>(&what)) {
     data = list_objects(dictionary, *range);
     return {};
@@ -55,7 +55,7 @@ Error read_object(od::Dictionary& dictionary, const std::variant<od::Address, Ob
   if (!value) {
     return value.error();
   }
-  data.assign(value->begin(), value->end());
+  data = std::vector<std::byte>(value->begin(), value->end());
   return {};
 }
 

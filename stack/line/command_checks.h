@@ -28,6 +28,6 @@ Error check_nmt(nmt::Command command, std::uint8_t node);
 
 // The value of the object, or the list of the objects, as data.
 Error read_object(od::Dictionary& dictionary, const std::variant<od::Address, ObjectRange>& what,
-                  std::vector<std::byte>& data);
+                  ReplyData& data);
 
 }  // namespace linegate::line

@@ -177,8 +177,8 @@ void ConfigureService::report_progress(Instant now) const {
 
 void ConfigureService::finish() {
   std::ranges::sort(running_->reports, {}, &manager::NodeReport::node);
-  const Running ended = *std::exchange(running_, std::nullopt);
-  host().reply(ended.tag, Error{}, manager::write_configuration_report(ended.reports));
+  Running ended = *std::exchange(running_, std::nullopt);
+  host().reply(ended.tag, Error{}, std::move(ended.reports));
 }
 
 void ConfigureService::end(Refusal why, Instant /*now*/) {

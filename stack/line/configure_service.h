@@ -23,7 +23,7 @@ class ConfigureService final : public Service {
                    manager::Configurator& configurator, EventLog& events);
 
   std::span<const CommandKind> commands() const override;
-  // Answered with manager::write_configuration_report(). Refusals: wrong_role, line_down,
+  // Answered with a manager::NodeReport of each node. Refusals: wrong_role, line_down,
   // bad_request (the node is not configured), wrong_state (the manager is not active), busy
   // (another command is under way), timed_out.
   void execute(Command command, Instant now) override;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 
-#include "stack/base/byte_order.h"
 #include "stack/line/command_checks.h"
 #include "stack/line/devices_line.h"
 #include "stack/od/objects.h"
@@ -25,7 +24,7 @@ VirtualDevice* DevicesLine::named(std::uint8_t id) const {
 
 void DevicesLine::do_execute(Command command, Instant now) {
   follow_resets(now);
-  std::vector<std::byte> data;
+  ReplyData data;
   Error error = to_error(Refusal::bad_request);
   switch (kind(command)) {
     case CommandKind::sdo_read: {
@@ -93,7 +92,7 @@ void DevicesLine::do_execute(Command command, Instant now) {
   answer(command, error, std::move(data), now);
 }
 
-Error DevicesLine::read_device(const LocalRead& request, std::vector<std::byte>& data) const {
+Error DevicesLine::read_device(const LocalRead& request, ReplyData& data) const {
   VirtualDevice* const device = named(request.node);
   return device == nullptr ? to_error(Refusal::bad_request)
                            : read_object(device->node().dictionary(), request.what, data);
@@ -127,13 +126,13 @@ void DevicesLine::single_output(const Command& command, Instant now) {
     return;
   }
   if (node.state() != nmt::State::operational) {
-    reply(command.tag, Error{}, encode_way(tpdo, PdoWait::operational));
+    reply(command.tag, Error{}, WrittenByPdo{tpdo, PdoWait::operational});
     return;
   }
   answer_when_sent(
       {.command = command,
        .frames = {{.tpdo = tpdo, .device = entry.node, .samples = node.pdos().samples(tpdo)}},
-       .data = encode_way(tpdo, PdoWait::none)},
+       .data = WrittenByPdo{tpdo, PdoWait::none}},
       now);
 }
 
@@ -189,11 +188,9 @@ void DevicesLine::trigger_pdo(const Command& command, Instant now) {
     refuse(command, why, now);
     return;
   }
-  std::vector<std::byte> triggered(sizeof request.number);
-  store_le(triggered.data(), request.number);
   answer_when_sent({.command = command,
                     .frames = {{.tpdo = request.number, .device = device->id()}},
-                    .data = std::move(triggered)},
+                    .data = TriggeredPdos{request.number}},
                    now);
 }
 

@@ -90,7 +90,7 @@ class DevicesLine final : public Line {
   void interface_lost();
 
   // --- devices_commands.cpp ---------------------------------------------------------------------
-  Error read_device(const LocalRead& request, std::vector<std::byte>& data) const;
+  Error read_device(const LocalRead& request, ReplyData& data) const;
   Error write_device(const LocalWrite& request, Instant now);
   void hear_boot_up(const can::Frame& frame);
   void single_output(const Command& command, Instant now);

@@ -24,7 +24,7 @@ void DevicesLine::answer_unsent(FramesUnderWay::Sending& sending, Instant now) {
   const PdoWait wait = why == Refusal::wrong_state   ? PdoWait::operational
                        : why == Refusal::awaits_turn ? PdoWait::turn
                                                      : PdoWait::bus;
-  reply(sending.command.tag, Error{}, encode_way(sending.frames.front().tpdo, wait));
+  reply(sending.command.tag, Error{}, WrittenByPdo{sending.frames.front().tpdo, wait});
 }
 
 // Such a command waits for exactly one frame.

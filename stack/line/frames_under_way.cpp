@@ -3,8 +3,6 @@
 
 #include <algorithm>
 
-#include "stack/base/byte_order.h"
-
 namespace linegate::line {
 
 bool FramesUnderWay::ended(std::uint64_t number, Instant now) {
@@ -54,14 +52,6 @@ void FramesUnderWay::lost(std::uint64_t first, std::uint64_t last) {
         lost_first_ != 0 && first <= lost_last_ + 1 ? std::min(lost_first_, first) : first;
     lost_last_ = last;
   }
-}
-
-std::vector<std::byte> encode_way(std::uint16_t tpdo, PdoWait wait) {
-  std::vector<std::byte> way(4);
-  way[0] = std::byte{kByPdo};
-  store_le(way.data() + 1, tpdo);
-  way[3] = static_cast<std::byte>(wait);
-  return way;
 }
 
 Instant FramesUnderWay::next_deadline() const {

@@ -41,7 +41,7 @@ class FramesUnderWay {
   struct Sending {
     Command command;
     std::vector<Awaited> frames;
-    std::vector<std::byte> data{};  // of the reply
+    ReplyData data{};  // of the reply
     Instant deadline = kNever;
     Report report{};
 
@@ -102,8 +102,5 @@ class FramesUnderWay {
   Instant progress_{};  // last acknowledgement, or first frame under way
   std::vector<Sending> sendings_;
 };
-
-// The first bytes of the reply to an object_write or output_write by PDO, see ObjectWay.
-std::vector<std::byte> encode_way(std::uint16_t tpdo, PdoWait wait);
 
 }  // namespace linegate::line

@@ -224,7 +224,7 @@ bool Line::usable() const {
          bus_ != can::BusState::bus_off;
 }
 
-void Line::reply(std::uint64_t tag, Error error, std::vector<std::byte> data) {
+void Line::reply(std::uint64_t tag, Error error, ReplyData data) {
   replies_.push_back({.tag = tag, .error = error, .data = std::move(data)});
 }
 

@@ -236,7 +236,7 @@ class Line : protected ServiceHost {
   bool is_running() const override { return running_; }
   bool usable() const override;
   bool manages() const override { return false; }
-  void reply(std::uint64_t tag, Error error, std::vector<std::byte> data = {}) override;
+  void reply(std::uint64_t tag, Error error, ReplyData data = {}) override;
   void refuse(const Command& command, Refusal refusal, Instant now, std::uint8_t node = 0) override;
   // Rejects a message to a line that does not take part in routing, so that its sender does not
   // wait.

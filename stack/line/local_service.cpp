@@ -36,7 +36,7 @@ void LocalService::execute(Command command, Instant now) {
 void LocalService::read(std::uint64_t tag, const LocalRead& request) {
   const auto* const range = std::get_if<ObjectRange>(&request.what);
   const bool of_node = range != nullptr && request.node != 0 && request.node != config_.node_id;
-  std::vector<std::byte> data;
+  ReplyData data;
   const Error error = of_node ? list_device_file(request.node, *range, data)
                               : read_object(dictionary_, request.what, data);
   host().reply(tag, error, std::move(data));
@@ -53,8 +53,7 @@ void LocalService::write(std::uint64_t tag, LocalWrite request) {
   }
 }
 
-Error LocalService::list_device_file(std::uint8_t node, ObjectRange range,
-                                     std::vector<std::byte>& data) const {
+Error LocalService::list_device_file(std::uint8_t node, ObjectRange range, ReplyData& data) const {
   const auto found = std::ranges::find(config_.nodes, node, &NodeConfig::id);
   if (found == config_.nodes.end() || found->device.objects.empty()) {
     return to_error(Refusal::bad_request);

@@ -42,7 +42,7 @@ class LocalService final : public Service {
   void read(std::uint64_t tag, const LocalRead& request);
   void write(std::uint64_t tag, LocalWrite request);
   Error create_object(ObjectCreate request);
-  Error list_device_file(std::uint8_t node, ObjectRange range, std::vector<std::byte>& data) const;
+  Error list_device_file(std::uint8_t node, ObjectRange range, ReplyData& data) const;
 
   od::Dictionary& dictionary_;
   OwnObjects& own_objects_;

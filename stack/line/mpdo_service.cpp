@@ -5,7 +5,6 @@
 #include <array>
 #include <utility>
 
-#include "stack/base/byte_order.h"
 #include "stack/od/objects.h"
 #include "stack/pdo/record.h"
 
@@ -57,10 +56,8 @@ void MpdoService::execute(Command command, Instant now) {
       {.mode = pdo::MpdoMode::destination, .node = request.node, .address = request.address});
   const FramesUnderWay::Awaited awaited{.frame = mpdo_frame(node_.dictionary(), tpdo, head),
                                         .any_value = true};
-  std::vector<std::byte> by(sizeof tpdo);
-  store_le(by.data(), tpdo);
   host().answer_when_sent(
-      {.command = std::move(command), .frames = {awaited}, .data = std::move(by)}, now);
+      {.command = std::move(command), .frames = {awaited}, .data = SentByMpdo{tpdo}}, now);
 }
 
 // Returns 0 if there is no such TPDO in destination address mode.

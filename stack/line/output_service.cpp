@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "stack/base/assert.h"
-#include "stack/base/byte_order.h"
 #include "stack/line/command_checks.h"
 #include "stack/line/entry_bytes.h"
 #include "stack/line/line.h"
@@ -162,7 +161,7 @@ Refusal OutputService::check_by_pdo(const ObjectWrite& request,
 
 // Answers after a value was written to that TPDO of the line.
 void OutputService::answer_write(Command command, std::uint16_t tpdo, PdoWait wait, Instant now) {
-  std::vector<std::byte> way = way_of(tpdo, wait);
+  WrittenByPdo way = way_of(tpdo, wait);
   if (wait != PdoWait::none) {
     host().reply(command.tag, Error{}, std::move(way));
     return;
@@ -195,14 +194,13 @@ void OutputService::answer_scanned(Command command, Instant now) {
       now);
 }
 
-std::vector<std::byte> OutputService::way_of(std::uint16_t tpdo, PdoWait wait) const {
-  std::vector<std::byte> way = encode_way(tpdo, wait);
+WrittenByPdo OutputService::way_of(std::uint16_t tpdo, PdoWait wait) const {
+  WrittenByPdo way{.pdo = tpdo, .wait = wait};
   const auto range = parts_.image.entries_of(Direction::outputs, tpdo);
   for (std::uint32_t i = range.first; wait == PdoWait::values && i < range.first + range.count;
        ++i) {
     if (!parts_.image.is_known(Direction::outputs, i)) {
-      way.resize(way.size() + sizeof i);
-      store_le(way.data() + way.size() - sizeof i, i);
+      way.missing.push_back(i);
     }
   }
   return way;
@@ -547,7 +545,7 @@ AbortCode OutputService::may_trigger(const PdoTrigger& what) const {
 }
 
 void OutputService::answer_trigger(Command command, Instant now) {
-  std::vector<std::uint16_t> triggered;
+  TriggeredPdos triggered;
   const auto& request = std::get<PdoTrigger>(command.request);
   if (const Error why = trigger(request, triggered, now); why != Error{}) {
     host().answer(command, why, {}, now);
@@ -556,9 +554,8 @@ void OutputService::answer_trigger(Command command, Instant now) {
   FramesUnderWay::Sending sending{.command = std::move(command), .frames = {}};
   for (const std::uint16_t tpdo : triggered) {
     sending.frames.push_back({.tpdo = tpdo});
-    sending.data.resize(sending.data.size() + sizeof tpdo);
-    store_le(sending.data.data() + sending.data.size() - sizeof tpdo, tpdo);
   }
+  sending.data = std::move(triggered);
   host().answer_when_sent(std::move(sending), now);
 }
 

@@ -109,7 +109,7 @@ class OutputService final : public Service {
   void answer_trigger(Command command, Instant now);
   bool asks_at_once(std::uint16_t tpdo) const;
   PdoWait wait_of(std::uint16_t tpdo) const;
-  std::vector<std::byte> way_of(std::uint16_t tpdo, PdoWait wait) const;
+  WrittenByPdo way_of(std::uint16_t tpdo, PdoWait wait) const;
   std::vector<std::uint16_t> tpdos_of(const PdoTrigger& what) const;
   void request_updated(Instant now);
   void apply(const OutputWrite& write, bool always, Instant now);

@@ -33,56 +33,26 @@ od::VariableDescription highest_sub(std::uint8_t highest) {
   return out;
 }
 
-void append(std::vector<std::byte>& out, std::uint64_t value, std::size_t size) {
-  out.resize(out.size() + size);
-  store_le(std::span(out).last(size), value);
-}
-
-struct Listed {
-  od::Address address;
-  od::DataType type = od::DataType::none;
-  od::Access access = od::Access::rw;
-  unsigned flags = 0;
-  std::string_view name;
-  std::span<const std::byte> value;
-};
-
-void append_listed(const Listed& variable, std::vector<std::byte>& out) {
-  constexpr std::size_t kLongest = 0xFF;
-  const std::string_view name = variable.name.substr(0, kLongest);
-  append(out, variable.address.index, 2);
-  append(out, variable.address.sub, 1);
-  append(out, static_cast<std::uint16_t>(variable.type), 2);
-  append(out, static_cast<std::uint8_t>(variable.access), 1);
-  append(out, variable.flags, 1);
-  append(out, name.size(), 1);
-  const auto* const letters = reinterpret_cast<const std::byte*>(name.data());
-  out.insert(out.end(), letters, letters + name.size());
-  const auto value =
-      variable.value.size() <= kLongest ? variable.value : std::span<const std::byte>();
-  append(out, value.size(), 1);
-  out.insert(out.end(), value.begin(), value.end());
-}
-
-unsigned flags_of(bool mappable, bool stored) {
-  return (mappable ? 1U : 0U) | (stored ? 2U : 0U);
+std::vector<std::byte> listed_value(std::span<const std::byte> value) {
+  return value.size() <= ListedObject::kLongestValue ? std::vector(value.begin(), value.end())
+                                                     : std::vector<std::byte>();
 }
 
 void list_variable(const od::Dictionary& dictionary, od::Address address,
-                   std::vector<std::byte>& out) {
+                   std::vector<ListedObject>& out) {
   const auto variable = dictionary.find(address);
   if (!variable) {
     return;
   }
   const auto value = dictionary.read(address);
-  append_listed({.address = address,
+  out.push_back({.address = address,
                  .type = variable->type,
                  .access = variable->access,
-                 .flags = flags_of(variable->mappable, variable->store) |
-                          (is_own_index(address.index) ? 4U : 0U),
-                 .name = dictionary.name(address),
-                 .value = value.ok() ? *value : std::span<const std::byte>()},
-                out);
+                 .mappable = variable->mappable,
+                 .stored = variable->store,
+                 .application = is_own_index(address.index),
+                 .name = std::string(dictionary.name(address)),
+                 .value = value.ok() ? listed_value(*value) : std::vector<std::byte>()});
 }
 
 // An object without a default starts with 0, which its limits need not include.
@@ -347,8 +317,8 @@ event::ObjectWritten written_event(od::Address address, std::span<const std::byt
   return out;
 }
 
-std::vector<std::byte> list_objects(const od::Dictionary& dictionary, ObjectRange range) {
-  std::vector<std::byte> out;
+std::vector<ListedObject> list_objects(const od::Dictionary& dictionary, ObjectRange range) {
+  std::vector<ListedObject> out;
   for (const std::uint16_t index : dictionary.indices()) {
     const bool window =
         index >= od::objects::kInputVariables && index <= od::objects::kLastNetworkVariable;
@@ -363,20 +333,20 @@ std::vector<std::byte> list_objects(const od::Dictionary& dictionary, ObjectRang
   return out;
 }
 
-std::vector<std::byte> list_objects(const od::DeviceDescription& device, ObjectRange range) {
-  std::vector<std::byte> out;
+std::vector<ListedObject> list_objects(const od::DeviceDescription& device, ObjectRange range) {
+  std::vector<ListedObject> out;
   for (const od::ObjectDescription& object : device.objects) {
     if (object.index < range.first || object.index > range.last) {
       continue;
     }
     for (const od::VariableDescription& variable : object.variables) {
-      append_listed({.address = {object.index, variable.sub},
+      out.push_back({.address = {object.index, variable.sub},
                      .type = variable.type,
                      .access = variable.access,
-                     .flags = flags_of(variable.mappable, variable.store),
+                     .mappable = variable.mappable,
+                     .stored = variable.store,
                      .name = variable.name,
-                     .value = variable.value},
-                    out);
+                     .value = listed_value(variable.value)});
     }
   }
   return out;

@@ -104,13 +104,10 @@ class OwnObjects final : public od::Hook {
 
 event::ObjectWritten written_event(od::Address address, std::span<const std::byte> value);
 
-// LocalRead: the variables of the range, those of A000h..AFFFh only if its first index is one of
-// them. Per variable, little-endian: index (2), sub-index (1), data type
-// (2), access (1, as od::Access), flags (1: bit 0 mappable, 1 stored by 1010h, 2 an application's),
-// length of the name (1) and the name, length of the value (1) and the value; no value if it cannot
-// be read or is longer than 255 bytes.
-std::vector<std::byte> list_objects(const od::Dictionary& dictionary, ObjectRange range);
+// LocalRead: the variables of the range, ascending, those of A000h..AFFFh only if its first index
+// is one of them.
+std::vector<ListedObject> list_objects(const od::Dictionary& dictionary, ObjectRange range);
 // The same for a device file, with its values.
-std::vector<std::byte> list_objects(const od::DeviceDescription& device, ObjectRange range);
+std::vector<ListedObject> list_objects(const od::DeviceDescription& device, ObjectRange range);
 
 }  // namespace linegate::line

@@ -6,7 +6,6 @@
 #include <memory>
 #include <utility>
 
-#include "stack/base/byte_order.h"
 #include "stack/base/time.h"
 #include "stack/can/cob_id.h"
 
@@ -72,12 +71,12 @@ void ProgramService::collect(Instant now) {
       continue;
     }
     Error error{};
-    std::vector<std::byte> data;
+    ReplyData data;
     if (run->result() != manager::ProgramRun::Result::loaded) {
       const manager::BootFinding& finding = run->finding();
       error = to_error(finding.kind == manager::BootFinding::Kind::abort ? finding.abort
                                                                          : AbortCode::hardware);
-      data = write_finding(finding);
+      data = ProgramFault{finding.object, finding.found};
     }
     host().reply(at->tag, error, std::move(data));
     running_.erase(at);
@@ -111,14 +110,6 @@ Instant ProgramService::next_wake() const {
     wake = earlier(wake, running.deadline);
   }
   return wake;
-}
-
-std::vector<std::byte> write_finding(const manager::BootFinding& finding) {
-  std::vector<std::byte> out(7);
-  store_le(std::span(out).first(2), finding.object.index);
-  out[2] = std::byte{finding.object.sub};
-  store_le(std::span(out).last(4), finding.found);
-  return out;
 }
 
 }  // namespace linegate::line

@@ -26,9 +26,9 @@ class ProgramService final : public Service {
 
   std::span<const CommandKind> commands() const override;
   // Answered without error when the program runs. Otherwise an SDO abort code, hardware (0606
-  // 0000h) if the node reported an error, and as data the finding, see write_finding(). Refusals:
-  // wrong_role, line_down, bad_request (no such node or program number, no data, or the own node),
-  // wrong_state (the manager is not active), busy (a download to the node is under way), timed_out.
+  // 0000h) if the node reported an error, and as data a ProgramFault. Refusals: wrong_role,
+  // line_down, bad_request (no such node or program number, no data, or the own node), wrong_state
+  // (the manager is not active), busy (a download to the node is under way), timed_out.
   void execute(Command command, Instant now) override;
   void advance(Instant now) override;
   Instant next_wake() const override;
@@ -52,9 +52,5 @@ class ProgramService final : public Service {
   const std::uint8_t own_node_;
   std::vector<Running> running_;
 };
-
-// U16 index, U8 sub-index, U32 value that was read there (flash status, program control, software
-// identification), little-endian.
-std::vector<std::byte> write_finding(const manager::BootFinding& finding);
 
 }  // namespace linegate::line

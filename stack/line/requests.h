@@ -105,7 +105,7 @@ struct NetworkWrite {
 };
 
 // Writes an object by PDO if a PDO of the line carries it, else by SDO like SdoWrite (CANopenIA
-// manual 5.1). Reply: see ObjectWay.
+// manual 5.1). Reply: WrittenByPdo or WrittenBySdo; no data for an object of the own node.
 struct ObjectWrite {
   static constexpr CommandKind kKind = CommandKind::object_write;
   std::uint8_t node = 0;  // 1..127
@@ -123,7 +123,7 @@ struct ObjectRange {
   std::uint16_t last = 0xFFFF;
 };
 
-// Reads an object of the own dictionary, or a list of objects, see list_objects().
+// Reads an object of the own dictionary, or a list of objects. Reply: the value, or ListedObjects.
 struct LocalRead {
   static constexpr CommandKind kKind = CommandKind::local_read;
   // Role device: the device, 0 = the only one. Else for a list: 0 = the own dictionary, or the node
@@ -155,8 +155,8 @@ struct ObjectCreate {
 
 // --- process data --------------------------------------------------------------------------------
 
-// Writes one output value by hand. wrong_state while its node is not Operational. Reply: see
-// ObjectWay; no data if no PDO of the line carries the entry.
+// Writes one output value by hand. wrong_state while its node is not Operational. Reply:
+// WrittenByPdo; no data if no PDO or MPDO carries the entry.
 struct SingleOutput {
   static constexpr CommandKind kKind = CommandKind::output_write;
   std::uint32_t entry = 0;        // of the output layout
@@ -164,7 +164,7 @@ struct SingleOutput {
 };
 
 // Sends PDOs although nothing changed, as soon as inhibit time and SYNC permit (CANopenIA manual
-// 5F01h:0Ch, IXXAT CANopen Manager API manual 6.1.6). Reply: their numbers (2 each, LE).
+// 5F01h:0Ch, IXXAT CANopen Manager API manual 6.1.6). Reply: TriggeredPdos.
 struct PdoTrigger {
   static constexpr CommandKind kKind = CommandKind::pdo_trigger;
   // 1..127: the PDO that is RPDO `number` of this node; 0: the own TPDO `number`. Role device: TPDO
@@ -186,8 +186,7 @@ struct PdoRequest {
 };
 
 // Writes an object by an MPDO in destination address mode (CiA 301 7.5.2.35). Answered when the bus
-// acknowledged the frame. Reply: the number of the TPDO (2, LE). unknown_entry: there is no such
-// TPDO.
+// acknowledged the frame. Reply: SentByMpdo. unknown_entry: there is no such TPDO.
 struct MpdoWrite {
   static constexpr CommandKind kKind = CommandKind::mpdo_write;
   std::uint8_t node = 0;  // 1..127, 0 = all
@@ -215,7 +214,8 @@ struct EmcySend {
 };
 
 // Reads the identity and the PDOs that the devices report; writes nothing to them. Role manager,
-// one at a time; emits an event for each node meanwhile. Reply: stack/scan/scanned_node.h.
+// one at a time; emits an event for each node meanwhile. Reply: a ScannedNode of each
+// node.
 struct Scan {
   static constexpr CommandKind kKind = CommandKind::scan;
   std::uint8_t node = 0;  // 1..127, 0 = all except the own node
@@ -236,15 +236,15 @@ struct ScanApply {
 
 // Repeats the boot process (CiA 302-2), which begins with NMT reset communication unless the node
 // is to be kept alive. Role manager; emits an event for each result meanwhile. An absent node ends
-// with B when its boot time-out has passed. Reply: stack/manager/boot_report.h.
+// with B when its boot time-out has passed. Reply: a BootOutcome of each node.
 struct Boot {
   static constexpr CommandKind kKind = CommandKind::boot;
   std::uint8_t node = 0;  // 1..127, 0 = all of the network list
 };
 
 // Compares a node with its configuration (CiA 302-3), or boots it again and configures it.
-// Role manager, one at a time; EventKind::command_progress each second. Reply:
-// stack/manager/configuration_report.h.
+// Role manager, one at a time; EventKind::command_progress each second. Reply: a NodeReport of each
+// node.
 struct Configure {
   static constexpr CommandKind kKind = CommandKind::configure;
   std::uint8_t node = 0;  // 1..127, 0 = all
@@ -252,7 +252,7 @@ struct Configure {
 };
 
 // Loads a program into a node (CiA 302-3). Role manager; EventKind::command_progress each second.
-// Reply: stack/line/program_service.h.
+// Reply to a failed download: ProgramFault.
 struct ProgramDownload {
   static constexpr CommandKind kKind = CommandKind::program;
   std::uint8_t node = 0;             // 1..127

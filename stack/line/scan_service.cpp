@@ -119,7 +119,7 @@ void ScanService::conclude() {
     scan::set_up(*found, parts_.records.settings().heartbeat);
   }
   if (tag_) {
-    host().reply(*tag_, Error{}, scan::write_report(*found));
+    host().reply(*tag_, Error{}, *found);
   }
   cache(*std::move(found));
 }

@@ -48,7 +48,7 @@ class ScanService final : public Service, public ScanCache, sdo::TransferOwner, 
   ~ScanService() override { parts_.sdo.disown(*this); }
 
   std::span<const CommandKind> commands() const override;
-  // Answered with scan::write_report(). Refusals: bad_request (no such node, or the own
+  // Answered with a scan::ScannedNode of each node. Refusals: bad_request (no such node, or the own
   // node), wrong_role, wrong_state (scan_apply: nodes are configured that no scan found),
   // line_down, busy (another scan is under way), timed_out.
   void execute(Command command, Instant now) override;

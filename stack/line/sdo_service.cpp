@@ -209,10 +209,13 @@ void SdoService::completed(sdo::Completion& completion, Instant /*now*/) {
     return;  // the command was already answered when its own time-out passed
   }
   const bool done = completion.abort == AbortCode::none;
+  ReplyData data;
   if (it->is_object_write && done) {
-    completion.data.assign(1, std::byte{kBySdo});
+    data = WrittenBySdo{};
+  } else if (!completion.data.empty()) {
+    data = std::move(completion.data);
   }
-  host().reply(it->tag, done ? Error{} : to_error(completion.abort), std::move(completion.data));
+  host().reply(it->tag, done ? Error{} : to_error(completion.abort), std::move(data));
   *it = pending_.back();
   pending_.pop_back();
 }

@@ -38,7 +38,7 @@ class SdoService final : public Service, sdo::TransferOwner {
 
   std::span<const CommandKind> commands() const override;
   bool needs_master() const override { return false; }
-  // Answered with the value that was read, or the abort code; an object_write with kBySdo.
+  // Answered with the value that was read, or the abort code; an object_write with WrittenBySdo.
   // Refusals: bad_request (no such node or network), wrong_role (the default SDO servers are the
   // master's), line_down, busy (kMost are under way, or the queue of the node is full), timed_out.
   void execute(Command command, Instant now) override;

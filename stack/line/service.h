@@ -24,14 +24,14 @@ class ServiceHost {
   virtual ~ServiceHost() = default;
 
   // Sends the one reply to the command with that tag.
-  virtual void reply(std::uint64_t tag, Error error, std::vector<std::byte> data) = 0;
+  virtual void reply(std::uint64_t tag, Error error, ReplyData data) = 0;
   // Refuses a command: sends the reply and emits an event.
   // node: that of the event; 0 = the node that the command names.
   virtual void refuse(const Command& command, Refusal refusal, Instant now,
                       std::uint8_t node = 0) = 0;
   // Refuses the command if the error is a Refusal; otherwise replies with the error, or without
   // one.
-  void answer(const Command& command, Error error, std::vector<std::byte> data, Instant now) {
+  void answer(const Command& command, Error error, ReplyData data, Instant now) {
     if (error.domain == Domain::command) {
       refuse(command, static_cast<Refusal>(error.code), now);
     } else {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stack/manager/boot_report.h"
+#include "stack/manager/boot_event.h"
 
 namespace linegate::manager {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
-#include "stack/manager/boot_report.h"
+#include "stack/manager/boot_event.h"
 #include "stack/od/objects.h"
 
 namespace linegate::manager {

@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "stack/base/abort_code.h"
-#include "stack/manager/configuration_report.h"
+#include "stack/manager/node_report.h"
 #include "stack/manager/node_tasks.h"
 #include "stack/manager/plan.h"
 

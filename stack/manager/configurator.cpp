@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "stack/manager/boot_report.h"
+#include "stack/manager/boot_event.h"
 #include "stack/manager/task_boot_step.h"
 
 namespace linegate::manager {

@@ -18,6 +18,8 @@ namespace linegate::manager {
 struct ObjectWrite {
   od::Address address;
   std::vector<std::byte> data;  // little-endian
+
+  friend bool operator==(const ObjectWrite&, const ObjectWrite&) = default;
 };
 
 // The date of a node's configuration (CiA 301: 1020h; CiA 302-3: 1F26h and 1F27h).

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <utility>
 
-#include "stack/manager/boot_report.h"
+#include "stack/manager/boot_event.h"
 #include "stack/manager/manager.h"
 
 namespace linegate::manager {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stack/manager/state.h"
 
-#include "stack/manager/boot_report.h"
+#include "stack/manager/boot_event.h"
 #include "stack/manager/program_run.h"
 #include "stack/od/description.h"
 #include "stack/od/objects.h"

@@ -72,6 +72,15 @@ struct BootFinding {
   friend bool operator==(const BootFinding&, const BootFinding&) = default;
 };
 
+// The result of a boot process of a node.
+struct BootOutcome {
+  std::uint8_t node = 0;
+  char letter = kBooted;  // as NodeState::boot
+  BootFinding finding{};  // the cause, if there is a letter
+
+  friend bool operator==(const BootOutcome&, const BootOutcome&) = default;
+};
+
 struct NodeState {
   std::uint8_t node = 0;
   bool configured = false;                 // listed in the configuration

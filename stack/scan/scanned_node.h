@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The values that a scan read from one node, and the result of a whole scan as bytes.
+// The values that a scan read from one node.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "stack/base/abort_code.h"
-#include "stack/base/result.h"
 #include "stack/manager/plan.h"
 #include "stack/od/description.h"
 
@@ -26,17 +24,8 @@ struct ScannedNode {
   const std::vector<std::byte>* find(od::Address address) const;
   // The value, little-endian, if it has up to 8 bytes; nothing if it was not read.
   std::optional<std::uint64_t> number(od::Address address) const;
-};
 
-// The result of a scan as bytes: the reply to line::CommandKind::scan.
-//
-//   per node, ascending: U8 node-ID, U32 result (0, or an SDO abort code), U32 size in bytes
-//   of the rest, then the values as a concise DCF (stack/manager/plan.h)
-//
-// little-endian, without gaps. OWN: there is no public format.
-std::vector<std::byte> write_report(std::span<const ScannedNode> nodes);
-// Fails with length_mismatch if the sizes do not agree with the number of bytes, or a node-ID is
-// invalid.
-Result<std::vector<ScannedNode>> read_report(std::span<const std::byte> data);
+  friend bool operator==(const ScannedNode&, const ScannedNode&) = default;
+};
 
 }  // namespace linegate::scan

@@ -126,7 +126,7 @@ void UploadLine::ask(line::Command command) {
 void UploadLine::take(const line::Reply& reply) {
   require(reply.ok(), "the line refuses a command, or a transfer was aborted");
   if (reply.tag != kSyncTag) {
-    require(all_bytes(reply.data), "the bytes differ from those of the device");
+    require(all_bytes(reply.bytes()), "the bytes differ from those of the device");
     ++ended_;
     if (on_) {
       read(static_cast<std::uint8_t>(reply.tag));

@@ -40,8 +40,9 @@ class Commands : public testing::Test {
   std::uint32_t carried_out() {
     line::Command command{.request = line::LocalRead{}};
     const auto result = call(command);
-    EXPECT_EQ(result.reply.data.size(), 4U);
-    return result.reply.data.size() == 4 ? load_le<std::uint32_t>(result.reply.data.data()) : 0;
+    EXPECT_EQ(result.reply.bytes().size(), 4U);
+    return result.reply.bytes().size() == 4 ? load_le<std::uint32_t>(result.reply.bytes().data())
+                                            : 0;
   }
 
   Peer gateway{"gateway"};
@@ -52,7 +53,7 @@ class Commands : public testing::Test {
 TEST_F(Commands, AFreshClientGetsItsFirstReply) {
   const auto result = call(sdo_read(0x2000, 1));
   EXPECT_TRUE(result.reply.ok()) << result.text;
-  EXPECT_EQ(result.reply.data, known::pattern(1'024, 9));
+  EXPECT_EQ(result.reply.bytes(), known::pattern(1'024, 9));
 }
 
 TEST_F(Commands, AnAbortCodeComesWithItsWords) {
@@ -62,15 +63,15 @@ TEST_F(Commands, AnAbortCodeComesWithItsWords) {
 }
 
 TEST_F(Commands, TwentyKilobytesGoInChunksBothWays) {
-  EXPECT_EQ(call(sdo_read(0x2000, 20)).reply.data, known::pattern(20'480, 9));
+  EXPECT_EQ(call(sdo_read(0x2000, 20)).reply.bytes(), known::pattern(20'480, 9));
   const auto written = call(sdo_write(20'480));
   EXPECT_TRUE(written.reply.ok()) << written.text;
-  ASSERT_EQ(written.reply.data.size(), 4U);
-  EXPECT_EQ(load_le<std::uint32_t>(written.reply.data.data()), 20'480U);
+  ASSERT_EQ(written.reply.bytes().size(), 4U);
+  EXPECT_EQ(load_le<std::uint32_t>(written.reply.bytes().data()), 20'480U);
 }
 
 TEST_F(Commands, ALongReplyIsFetchedInRoundsAndNeverOverrunsTheReader) {
-  EXPECT_EQ(call(sdo_read(0x2000, 250)).reply.data, known::pattern(250 * 1'024, 9));
+  EXPECT_EQ(call(sdo_read(0x2000, 250)).reply.bytes(), known::pattern(250 * 1'024, 9));
   EXPECT_EQ(carried_out(), 1U);
 }
 
@@ -85,7 +86,7 @@ TEST_F(Commands, ManyAtOnceAreEachAnsweredOnce) {
     void on_reply(const dds::Target& target, const dds::CommandResult& result) override {
       EXPECT_EQ(target.line, known::kLine);
       EXPECT_TRUE(result.reply.ok()) << result.text;
-      EXPECT_EQ(result.reply.data.size(), 1'024U);
+      EXPECT_EQ(result.reply.bytes().size(), 1'024U);
       ++ids[result.id];
     }
     std::map<std::uint64_t, int> ids;

@@ -65,7 +65,7 @@ TEST_F(Tracker, AnAnswerEndsIt) {
   ASSERT_TRUE(done);
   EXPECT_EQ(done->result.id, 7U);
   EXPECT_TRUE(done->result.reply.ok());
-  EXPECT_EQ(done->result.reply.data, known::pattern(20, 2));
+  EXPECT_EQ(done->result.reply.bytes(), known::pattern(20, 2));
   EXPECT_TRUE(tracker.empty());
   EXPECT_EQ(tracker.next_wake(), kNever);
 }
@@ -85,7 +85,7 @@ TEST_F(Tracker, ALongAnswerIsFetchedInRounds) {
   }
   const auto done = tracker.take(reply(data, 98'304), kStart);
   ASSERT_TRUE(done);
-  EXPECT_EQ(done->result.reply.data, data);
+  EXPECT_EQ(done->result.reply.bytes(), data);
 }
 
 TEST_F(Tracker, ChunksOutOfPlaceDoNotSpoilTheAnswer) {
@@ -99,7 +99,7 @@ TEST_F(Tracker, ChunksOutOfPlaceDoNotSpoilTheAnswer) {
   EXPECT_FALSE(tracker.take(reply(data, 8'192), kStart));
   const auto done = tracker.take(reply(data, 16'384), kStart);
   ASSERT_TRUE(done);
-  EXPECT_EQ(done->result.reply.data, data);
+  EXPECT_EQ(done->result.reply.bytes(), data);
 }
 
 TEST_F(Tracker, AnswersToOthersAreNotTaken) {

@@ -4,6 +4,7 @@
 // crash, every unreadable sample is counted, every rejection has a reason, and every accepted
 // sample is within the bounds of the contract.
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -47,9 +48,13 @@ constexpr DeskLimits kLimits{.clients = 3,
 class Peer {
  public:
   Peer() {
+    const std::array<line::Request, fuzz::kRequests> requests{
+        line::ObjectWrite{}, line::LocalRead{.what = line::ObjectRange{}}, line::Configure{},
+        line::Scan{}};
     for (std::uint64_t id = 1; id <= fuzz::kRequests; ++id) {
       Request request;
       request.target = {fuzz::kGateway, fuzz::kLine, 0};
+      request.command.request = requests[id - 1];
       request.data.resize(id == 1 ? 10'000 : 0);
       request.id = id;
       request.deadline = now_ + std::chrono::seconds(10);

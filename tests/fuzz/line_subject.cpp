@@ -328,14 +328,13 @@ void LineSubject::finish() {
 // The result of a scan, whatever the devices answered, is a valid configuration, or an error says
 // why not.
 void LineSubject::run_what_was_found() {
-  const auto nodes = scan::read_report(subject_.found());
-  if (subject_.found().empty() || !nodes.ok()) {
+  if (subject_.found().empty()) {
     return;
   }
   line::LineConfig config;
   config.name = "found";
   config.node_id = kOwnNode;
-  config.scanned = *nodes;
+  config.scanned = subject_.found();
   for (const scan::ScannedNode& found : config.scanned) {
     line::NodeConfig node;
     node.id = found.id;

@@ -8,9 +8,6 @@
 #include "stack/base/time.h"
 #include "stack/eds/reader.h"
 #include "stack/lss/procedure.h"
-#include "stack/manager/boot_report.h"
-#include "stack/manager/configuration_report.h"
-#include "stack/scan/scanned_node.h"
 
 #include "tests/fuzz/expect.h"
 
@@ -39,41 +36,39 @@ void check_error(const Error& error) {
   }
 }
 
-void check_way(std::span<const std::byte> data) {
-  if (data.empty()) {
-    return;  // a write to an object of the own node
-  }
-  if (data[0] == std::byte{line::kBySdo}) {
-    LINEGATE_EXPECT(data.size() == 1);
-    return;
-  }
-  // The header is followed by the entries that the PDO waits for, four bytes each.
-  LINEGATE_EXPECT(data[0] == std::byte{line::kByPdo} && data.size() >= 4 && data.size() % 4 == 0);
-  LINEGATE_EXPECT(std::to_integer<std::size_t>(data[3]) < line::kPdoWaits);
+bool is_way(const line::ReplyData& data) {
+  const auto* const way = std::get_if<line::WrittenByPdo>(&data);
+  return std::holds_alternative<std::monostate>(data) ||  // an object of the own node
+         std::holds_alternative<line::WrittenBySdo>(data) ||
+         (way != nullptr && static_cast<std::size_t>(way->wait) < line::kPdoWaits &&
+          (way->wait == line::PdoWait::values) == !way->missing.empty());
 }
 
-// The data of an answer have the format that the header specifies.
-void check_data(CommandKind kind, std::span<const std::byte> data) {
+// The data have the type of result that belongs to the kind of request.
+void check_data(CommandKind kind, const line::ReplyData& data) {
   switch (kind) {
     case CommandKind::scan:
     case CommandKind::scan_apply:
-      LINEGATE_EXPECT(scan::read_report(data).ok());
+      LINEGATE_EXPECT(std::holds_alternative<std::vector<scan::ScannedNode>>(data));
       break;
     case CommandKind::boot:
-      LINEGATE_EXPECT(manager::read_boot_report(data).ok());
+      LINEGATE_EXPECT(std::holds_alternative<std::vector<manager::BootOutcome>>(data));
       break;
     case CommandKind::configure:
-      LINEGATE_EXPECT(manager::read_configuration_report(data).ok());
+      LINEGATE_EXPECT(std::holds_alternative<std::vector<manager::NodeReport>>(data));
       break;
     case CommandKind::lss:
-      LINEGATE_EXPECT(data.size() >= lss::kReplyHead);
+      LINEGATE_EXPECT(line::bytes_of(data).size() >= lss::kReplyHead);
       break;
     case CommandKind::object_write:
-      check_way(data);
+    case CommandKind::output_write:
+      LINEGATE_EXPECT(is_way(data));
       break;
     case CommandKind::pdo_trigger:
+      LINEGATE_EXPECT(std::holds_alternative<line::TriggeredPdos>(data));
+      break;
     case CommandKind::mpdo_write:
-      LINEGATE_EXPECT(data.size() % 2 == 0);
+      LINEGATE_EXPECT(std::holds_alternative<line::SentByMpdo>(data));
       break;
     default:
       break;
@@ -231,7 +226,7 @@ void WatchedLine::check_reply(const Asked& asked, const line::Reply& reply) {
                   asked.kind == CommandKind::can_listen);
   check_data(asked.kind, reply.data);
   if (asked.kind == CommandKind::scan || asked.kind == CommandKind::scan_apply) {
-    found_ = reply.data;
+    found_ = std::get<std::vector<scan::ScannedNode>>(reply.data);
   }
 }
 

@@ -62,8 +62,8 @@ class WatchedLine {
   // counted.
   void expect_end();
 
-  // The result of the last scan in the format of scan::write_report(); empty if there was none.
-  const std::vector<std::byte>& found() const { return found_; }
+  // What the last scan found; empty if there was none.
+  const std::vector<scan::ScannedNode>& found() const { return found_; }
 
  private:
   struct Asked {
@@ -78,7 +78,7 @@ class WatchedLine {
   std::unique_ptr<line::Line> line_;
   std::map<std::uint64_t, Asked> open_;  // commands without a reply yet, by tag
   std::array<image::Snapshot, 2> snapshots_;
-  std::vector<std::byte> found_;
+  std::vector<scan::ScannedNode> found_;
   std::uint64_t next_tag_ = 1;
   std::uint64_t next_event_ = 1;
   std::uint64_t heard_ = 0;

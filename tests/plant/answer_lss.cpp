@@ -69,7 +69,7 @@ std::string AnswerModel::check_lss(const Given& given, const line::Reply& reply)
     return check_sent(given);
   }
   const lss::Command wanted = answer_of(procedure);
-  const auto outcome = static_cast<lss::Outcome>(reply.data.front());
+  const auto outcome = static_cast<lss::Outcome>(reply.bytes().front());
   const bool refused = outcome == lss::Outcome::refused;
   if (wanted == lss::Command::switch_global || (outcome != lss::Outcome::done && !refused)) {
     return {};
@@ -79,14 +79,14 @@ std::string AnswerModel::check_lss(const Given& given, const line::Reply& reply)
     return "no device answered";
   }
   const auto& answer = it->second.frame.data;
-  const auto said = std::span(reply.data).subspan(1);
+  const auto said = std::span(reply.bytes()).subspan(1);
   if (has_error(procedure)) {
     return answer[1] == said[0] && (!refused || answer[2] == said[1]) &&
                    refused == (answer[1] != std::byte{0})
                ? ""
                : "the answer has another error";
   }
-  const auto value = std::span(reply.data).subspan(lss::kReplyHead);
+  const auto value = std::span(reply.bytes()).subspan(lss::kReplyHead);
   const std::size_t bytes = procedure == Procedure::inquire_node_id   ? 1
                             : procedure == Procedure::inquire_address ? 4
                                                                       : 0;

@@ -300,8 +300,8 @@ std::string AnswerModel::check_done(const Given& given, const line::Reply& reply
   if (asked == lss) {
     return check_lss(given, reply);
   }
-  const bool by_sdo = asked == object_write && reply.data.size() == 1 &&
-                      reply.data.front() == std::byte{line::kBySdo};
+  const bool by_sdo =
+      asked == object_write && std::holds_alternative<line::WrittenBySdo>(reply.data);
   const auto* const read = as<line::SdoRead>(command);
   const bool by_transfer = read != nullptr && !read->from_image && !read->from_scan;
   if ((by_transfer || asked == sdo_write || by_sdo) && !own) {
@@ -319,7 +319,7 @@ std::string AnswerModel::check_done(const Given& given, const line::Reply& reply
 std::string AnswerModel::check_transfer(const Given& given, const line::Reply& reply) {
   const line::Command& command = given.command;
   const bool reads = as<line::SdoRead>(command) != nullptr;
-  const std::span<const std::byte> value = reads ? reply.data : data_of(command);
+  const std::span<const std::byte> value = reads ? reply.bytes() : data_of(command);
   const auto it = std::ranges::find_if(done_, [&](const Done& done) {
     return done.node == line::node_of(command) && done.after >= given.order &&
            done.transfer.upload == reads && done.transfer.address == address_of(command) &&

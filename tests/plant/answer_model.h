@@ -162,8 +162,8 @@ class AnswerModel {
   std::string check_lss(const Given& given, const line::Reply& reply);
   static bool is_lss_frame_of(const Given& given, const can::Frame& frame);
   std::string check_output(const Given& given, const line::Reply& reply);
-  std::string check_wait(const Given& given, const line::Reply& reply);
-  std::string check_values(const Given& given, const line::Reply& reply);
+  std::string check_wait(const Given& given, const line::WrittenByPdo& way);
+  std::string check_values(const Given& given, const line::WrittenByPdo& way);
   std::string check_refusal(const Given& given, const line::Reply& reply,
                             std::span<const Event> events, Instant now);
   std::string check_event(const Held& refusal, std::span<const Event> events);

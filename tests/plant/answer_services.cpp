@@ -19,7 +19,6 @@
 namespace linegate::plant {
 namespace {
 
-constexpr std::size_t kWaitByte = 3;  // see line::ObjectWay
 constexpr Duration kAnswerGrace = std::chrono::milliseconds(1);
 
 std::uint64_t number_of(std::span<const std::byte> data) {
@@ -275,26 +274,26 @@ std::string AnswerModel::check_sent(const Given& given) {
 }
 
 std::string AnswerModel::check_output(const Given& given, const line::Reply& reply) {
-  if (reply.data.size() <= kWaitByte || reply.data[0] != std::byte{line::kByPdo} ||
-      !is_single_output(given.command)) {
+  const auto* const way = std::get_if<line::WrittenByPdo>(&reply.data);
+  if (way == nullptr || !is_single_output(given.command)) {
     return {};
   }
   if (given.refusable) {
     return "its node is not Operational";
   }
-  if (reply.data[kWaitByte] != static_cast<std::byte>(line::PdoWait::none)) {
-    return check_wait(given, reply);
+  if (way->wait != line::PdoWait::none) {
+    return check_wait(given, *way);
   }
   return check_sent(given).empty() ? std::string()
                                    : "no frame of its PDO with the value was acknowledged";
 }
 
 // Clauses 5 and 6.
-std::string AnswerModel::check_wait(const Given& given, const line::Reply& reply) {
+std::string AnswerModel::check_wait(const Given& given, const line::WrittenByPdo& way) {
   using enum line::PdoWait;
-  switch (static_cast<line::PdoWait>(std::to_integer<std::uint8_t>(reply.data[kWaitByte]))) {
+  switch (way.wait) {
     case values:
-      return check_values(given, reply);
+      return check_values(given, way);
     case operational:
       return line_.state().own_state == nmt::State::operational
                  ? "it waits for the own node, which is Operational"
@@ -308,19 +307,17 @@ std::string AnswerModel::check_wait(const Given& given, const line::Reply& reply
   }
 }
 
-std::string AnswerModel::check_values(const Given& given, const line::Reply& reply) {
+std::string AnswerModel::check_values(const Given& given, const line::WrittenByPdo& way) {
   const auto& entries = line_.layout(image::Direction::outputs).entries;
   const image::Entry& own = entries[entry_of(given.command)];
   line_.snapshot(image::Direction::outputs, snapshot_, given.time, true);
-  const auto list = std::span(reply.data).subspan(kWaitByte + 1);
-  for (std::size_t at = 0; at + sizeof(std::uint32_t) <= list.size(); at += sizeof(std::uint32_t)) {
-    const auto entry = load_le<std::uint32_t>(list.data() + at);
+  for (const std::uint32_t entry : way.missing) {
     if (entry >= entries.size() || entries[entry].node != own.node ||
         entries[entry].remote_pdo != own.remote_pdo || snapshot_.is_known(entry)) {
       return "it waits for the value of entry " + std::to_string(entry);
     }
   }
-  return list.empty() ? "it waits for values and names none" : "";
+  return way.missing.empty() ? "it waits for values and names none" : "";
 }
 
 std::string AnswerModel::check_unsent(const Given& given, bool turn, Instant now) {

@@ -6,7 +6,7 @@
 
 #include "stack/eds/reader.h"
 #include "stack/manager/configuration_objects.h"
-#include "stack/manager/configuration_report.h"
+#include "stack/manager/node_report.h"
 #include "stack/manager/plan.h"
 
 #include "tests/plant/manager_fixture.h"
@@ -68,9 +68,9 @@ class ConfigurationTest : public ManagerFixture {
   std::vector<NodeReport> report(std::uint64_t tag) {
     const line::Reply reply = wait(tag);
     EXPECT_TRUE(reply.ok());
-    auto read = manager::read_configuration_report(reply.data);
-    EXPECT_TRUE(read.ok());
-    return read.ok() ? *std::move(read) : std::vector<NodeReport>{};
+    const auto* const nodes = std::get_if<std::vector<NodeReport>>(&reply.data);
+    EXPECT_NE(nodes, nullptr);
+    return nodes == nullptr ? std::vector<NodeReport>{} : *nodes;
   }
 };
 

@@ -57,8 +57,8 @@ std::string check_error_resets(const std::vector<Event>& events) {
 std::string check_values(const LineSeat& seat) {
   constexpr std::size_t kLong = 40;
   for (const auto& [tag, reply] : seat.replies) {
-    if (reply.data.size() >= kLong && !seat.reports.contains(tag) &&
-        reply.data != pattern(reply.data.size())) {
+    if (reply.bytes().size() >= kLong && !seat.reports.contains(tag) &&
+        reply.bytes() != pattern(reply.bytes().size())) {
       return "the value that command " + std::to_string(tag) + " read is not as it was written";
     }
   }

@@ -13,7 +13,6 @@
 namespace linegate::plant {
 namespace {
 
-constexpr std::size_t kOwnWaitByte = 3;  // see line::ObjectWay
 constexpr Duration kOwnAnswerGrace = std::chrono::milliseconds(1);
 
 std::uint64_t value_of(const line::Command& command) {
@@ -189,12 +188,13 @@ std::string OwnAnswerModel::check(const Given& given, const line::Reply& reply, 
 
 std::string OwnAnswerModel::check_value(const Given& given, const line::Reply& reply, Instant now) {
   if (fields_[entry_of(given.command)].pdo == 0) {
-    return reply.data.empty() ? std::string() : "no TPDO carries it";
+    return reply.data == line::ReplyData{} ? std::string() : "no TPDO carries it";
   }
-  if (reply.data.size() <= kOwnWaitByte || reply.data[0] != std::byte{line::kByPdo}) {
+  const auto* const way = std::get_if<line::WrittenByPdo>(&reply.data);
+  if (way == nullptr) {
     return "it names no TPDO";
   }
-  switch (static_cast<line::PdoWait>(std::to_integer<std::uint8_t>(reply.data[kOwnWaitByte]))) {
+  switch (way->wait) {
     case line::PdoWait::none:
       return is_sent(given) ? std::string()
                             : "no frame of its TPDO with the value was acknowledged";

@@ -133,9 +133,7 @@ TEST_F(ProgramTest, WhatTheDeviceSaysOfABadProgramIsTheAnswer) {
   run();
   const line::Reply bad = wait(load(std::vector<std::byte>(200)));
   EXPECT_EQ(bad.error, to_error(AbortCode::hardware));
-  EXPECT_EQ(bad.data,
-            (std::vector<std::byte>{std::byte{0x57}, std::byte{0x1F}, std::byte{1}, std::byte{4},
-                                    std::byte{0}, std::byte{0}, std::byte{0}}))
+  EXPECT_EQ(bad.data, (line::ReplyData{line::ProgramFault{{0x1F57, 1}, 4}}))
       << "1F57h: format unknown";
   const line::Reply number = wait(load(program_of(kNew, 10), 5, 9));
   EXPECT_EQ(number.error, to_error(AbortCode::no_sub_index));

@@ -327,7 +327,7 @@ class RoutedRun {
             active_, [&](const Transfer& t) { return t.command && t.id == reply.tag; });
         ASSERT_NE(it, active_.end());
         EXPECT_NE(reply.error.domain, Domain::command);
-        judge(*it, {.abort = static_cast<AbortCode>(reply.error.code), .data = reply.data});
+        judge(*it, {.abort = static_cast<AbortCode>(reply.error.code), .data = reply.bytes()});
         active_.erase(it);
       }
     }

@@ -102,9 +102,10 @@ class ScanTest : public testing::Test {
     const line::Reply* const reply = wait(seat, tag);
     EXPECT_NE(reply, nullptr);
     EXPECT_TRUE(reply != nullptr && reply->ok());
-    auto read = scan::read_report(reply == nullptr ? std::vector<std::byte>{} : reply->data);
-    EXPECT_TRUE(read.ok());
-    return read.ok() ? *std::move(read) : std::vector<scan::ScannedNode>{};
+    const auto* const nodes =
+        reply == nullptr ? nullptr : std::get_if<std::vector<scan::ScannedNode>>(&reply->data);
+    EXPECT_NE(nodes, nullptr);
+    return nodes == nullptr ? std::vector<scan::ScannedNode>{} : *nodes;
   }
 
   std::unique_ptr<World> world;
@@ -275,7 +276,7 @@ TEST_F(ScanTest, TheHeartbeatThatIsSetUpCanBeWritten) {
 
 TEST_F(ScanTest, DefaultsAreRestoredBeforeADeviceIsRead) {  // 1011h
   LineSeat& seat = run({});
-  const auto delivered = sdo(seat, 1, 5, kHeartbeat)->data;
+  const auto delivered = sdo(seat, 1, 5, kHeartbeat)->bytes();
   ASSERT_TRUE(sdo(seat, 2, 5, kHeartbeat, {std::byte{77}, std::byte{0}})->ok());
   const std::vector<std::byte> save{std::byte{'s'}, std::byte{'a'}, std::byte{'v'}, std::byte{'e'}};
   ASSERT_TRUE(sdo(seat, 3, 5, {0x1010, 1}, save)->ok());
@@ -326,8 +327,8 @@ TEST_F(ScanTest, CommandsAreCarriedOutDuringTheScan) {
   LineSeat& seat = run({});
   scan(seat, 1);
   ASSERT_TRUE(sdo(seat, 2, 5, kHeartbeat, {std::byte{44}, std::byte{0}})->ok());
-  EXPECT_FALSE(seat.replies.contains(1)) << "the scan continues";
-  EXPECT_EQ(sdo(seat, 3, 5, kHeartbeat)->data[0], std::byte{44});
+  EXPECT_FALSE(seat.replies.contains(1)) << "the scan goes on";
+  EXPECT_EQ(sdo(seat, 3, 5, kHeartbeat)->bytes()[0], std::byte{44});
   EXPECT_FALSE(seat.replies.contains(1));
   EXPECT_EQ(found(seat, 1).size(), std::size(kDevices));
 }
@@ -341,7 +342,7 @@ TEST_F(ScanTest, WhatItReadAnswersLaterReadsOnRequest) {
   const line::Reply* vendor = sdo_cached(seat, 2, 5, {0x1018, 1});
   ASSERT_TRUE(vendor->ok());
   EXPECT_EQ(transfers(), before) << "no request to the device";
-  EXPECT_EQ(sdo(seat, 3, 5, {0x1018, 1})->data, vendor->data);
+  EXPECT_EQ(sdo(seat, 3, 5, {0x1018, 1})->bytes(), vendor->bytes());
   EXPECT_EQ(transfers(), before + 1) << "without the request it is";
   EXPECT_TRUE(sdo_cached(seat, 4, 5, {0x6041, 0})->ok());
   EXPECT_EQ(transfers(), before + 2) << "a scan does not read 6041h";
@@ -351,7 +352,7 @@ TEST_F(ScanTest, WhatItReadAnswersLaterReadsOnRequest) {
   seat.find(5)->device->revive(world->now());
   world->run(world->now() + 1s);
   ASSERT_TRUE(sdo(seat, 6, 5, kHeartbeat, {std::byte{44}, std::byte{0}})->ok());
-  EXPECT_EQ(sdo_cached(seat, 7, 5, kHeartbeat)->data[0], std::byte{44})
+  EXPECT_EQ(sdo_cached(seat, 7, 5, kHeartbeat)->bytes()[0], std::byte{44})
       << "what was written since is not from the cache";
 }
 

@@ -27,7 +27,6 @@ void Scenario::act(Words& words) {
     boot_action(words);
   } else if (verb == "scan") {
     const std::string name = words.take();
-    seat().reports.insert(next_tag_);
     command({.request = line::Scan{.node = words.node()}}, name);
   } else if (verb == "output") {
     const std::string name = words.peek();

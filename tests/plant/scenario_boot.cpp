@@ -104,7 +104,6 @@ void Scenario::boot_action(Words& words) {
   if (words.accept("timeout")) {
     request.timeout = words.duration();
   }
-  seat().reports.insert(next_tag_);
   command(std::move(request), name);
 }
 

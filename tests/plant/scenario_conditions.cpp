@@ -194,7 +194,43 @@ std::function<bool()> Scenario::ours_condition(Words& words) {
   return event_condition(words, &LineSeat::ours_events);
 }
 
-// expect reply NAME ok [HEX | pattern SIZE] | abort CODE | refused
+// RESULT = HEX | pattern SIZE | by-sdo | by-pdo NUMBER [update-time | values ENTRY | operational |
+// trigger | turn | bus] | pdos NUMBER | boot NODE LETTER | boot NODE booted
+line::ReplyData Scenario::reply_data(Words& words) {
+  using line::PdoWait;
+  constexpr std::pair<std::string_view, PdoWait> kWaits[] = {{"update-time", PdoWait::update_time},
+                                                             {"operational", PdoWait::operational},
+                                                             {"trigger", PdoWait::trigger},
+                                                             {"turn", PdoWait::turn},
+                                                             {"bus", PdoWait::bus}};
+  if (words.accept("by-sdo")) {
+    return line::WrittenBySdo{};
+  }
+  if (words.accept("by-pdo")) {
+    line::WrittenByPdo way{.pdo = static_cast<std::uint16_t>(words.number())};
+    for (const auto& [word, wait] : kWaits) {
+      way.wait = words.accept(word) ? wait : way.wait;
+    }
+    if (words.accept("values")) {
+      way.wait = PdoWait::values;
+      way.missing = {static_cast<std::uint32_t>(words.number())};
+    }
+    return way;
+  }
+  if (words.accept("pdos")) {
+    return line::TriggeredPdos{static_cast<std::uint16_t>(words.number())};
+  }
+  if (words.accept("boot")) {
+    manager::BootOutcome outcome{.node = words.node()};
+    const std::string letter = words.take();
+    outcome.letter = letter == "booted" ? manager::kBooted : letter.front();
+    return std::vector{outcome};
+  }
+  std::vector<std::byte> bytes = words.accept("pattern") ? pattern(words.number()) : words.hex();
+  return bytes.empty() ? line::ReplyData{} : line::ReplyData{std::move(bytes)};
+}
+
+// expect reply NAME ok [RESULT] | abort CODE | refused
 std::function<bool()> Scenario::reply_condition(Words& words) {
   const std::string name = words.take();
   const std::string how = words.take();
@@ -207,10 +243,7 @@ std::function<bool()> Scenario::reply_condition(Words& words) {
   };
   if (how == "ok") {
     const bool any = words.peek() == "within" || words.done();
-    std::vector<std::byte> data;
-    if (!any) {
-      data = words.accept("pattern") ? pattern(words.number()) : words.hex();
-    }
+    const line::ReplyData data = any ? line::ReplyData{} : reply_data(words);
     return [find, any, data] {
       const line::Reply* reply = find();
       return reply != nullptr && reply->ok() && (any || reply->data == data);

@@ -94,6 +94,7 @@ class Scenario {
   void acknowledge(bool on);
   std::function<bool()> condition(Words& words);
   std::function<bool()> event_condition(Words& words, std::vector<Event> LineSeat::*told);
+  line::ReplyData reply_data(Words& words);
   std::function<bool()> reply_condition(Words& words);
   std::function<bool()> observer_condition(Words& words);
   std::function<bool()> image_condition(Words& words, line::Line& line, image::Direction direction);

@@ -97,7 +97,8 @@ struct LineSeat {
   SilenceModel silence_of_ours;
   std::vector<Event> events;                     // all events of the line, in order
   std::map<std::uint64_t, line::Reply> replies;  // by tag
-  std::set<std::uint64_t> reports;  // tags of commands whose replies are not the value of an object
+  std::set<std::uint64_t>
+      reports;  // tags of LSS commands, whose bytes are not the value of an object
   std::uint64_t duplicate_replies = 0;
   std::vector<can::Frame> frames;  // all frames on the bus, in order
   IdentityModel identities;

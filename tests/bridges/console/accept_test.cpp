@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "stack/base/byte_order.h"
-#include "stack/manager/boot_report.h"
+#include "stack/manager/state.h"
 
 #include "tests/bridges/console/command_test.h"
 
@@ -36,16 +36,17 @@ class AcceptingGateway : public Client {
         answer.reply.error = {Domain::sdo, static_cast<std::uint32_t>(AbortCode::no_sub_index)};
         answer.text = "no such sub-index";
       } else {
-        answer.reply.data.resize(4);
-        store_le(answer.reply.data.data(), known->second);
+        std::vector<std::byte> value(4);
+        store_le(value.data(), known->second);
+        answer.reply.data = std::move(value);
       }
     } else if (const auto* const write = std::get_if<line::LocalWrite>(&command.request)) {
       EXPECT_EQ(write->address.sub, 5);
       expected[write->address.index] = load_le<std::uint32_t>(write->data.data());
     } else {
       booted = std::get<line::Boot>(command.request).node;
-      answer.reply.data = manager::write_boot_report(std::vector<manager::BootOutcome>{
-          {.node = 5, .letter = manager::kBooted, .finding = {}}});
+      answer.reply.data =
+          std::vector{manager::BootOutcome{.node = 5, .letter = manager::kBooted, .finding = {}}};
     }
     return answer;
   }

@@ -2,7 +2,6 @@
 // The commands against a simulated gateway.
 #include "bridges/console/commands.h"
 
-#include <array>
 #include <string>
 #include <utility>
 
@@ -87,7 +86,8 @@ class FakeGateway : public Client {
     EXPECT_TRUE(id == kPress || written_route);
     const auto* const read = std::get_if<line::LocalRead>(&command.request);
     if (read != nullptr && std::holds_alternative<line::ObjectRange>(read->what)) {
-      Answer list{.reply = {.data = device_file}};
+      Answer list;
+      list.reply.data = device_file;
       list.reply.error = device_file.empty() ? line::to_error(line::Refusal::bad_request) : Error{};
       return list;
     }
@@ -107,10 +107,9 @@ class FakeGateway : public Client {
   std::uint64_t events = 0;    // number of events so far
   bool written_route = false;  // another line has a route
   std::uint8_t missing_node = 0;
-  bool twin = false;             // another gateway has a line of the same name
-  std::uint64_t unreadable = 0;  // unreadable samples in each poll
-  // Device file of each node, in the format of CommandKind::local_read.
-  std::vector<std::byte> device_file;
+  bool twin = false;                            // another gateway has a line of that name
+  std::uint64_t unreadable = 0;                 // unreadable samples in each poll
+  std::vector<line::ListedObject> device_file;  // of each node
   Answer answer;
   line::Command last;
   Duration patience{};
@@ -121,7 +120,7 @@ class FakeGateway : public Client {
 using Commands = test::CommandTest<FakeGateway>;
 
 TEST_F(Commands, SdoReadPrintsTheValueByType) {
-  gateway_.answer.reply.data = {std::byte{0x34}, std::byte{0x12}};
+  gateway_.answer.reply.data = test::raw({0x34, 0x12});
   EXPECT_EQ(sdo_read(context_, "press:5", "6041", "0", ""), kDone);
   EXPECT_EQ(out_.str(), "34 12  (4660)\n");
   EXPECT_EQ(line::kind(gateway_.last), line::CommandKind::sdo_read);
@@ -163,7 +162,7 @@ TEST_F(Commands, SdoReadTakesWhatAScanReadOnlyWhenAsked) {
 
 TEST_F(Commands, AScanWritesOnlyWhenAsked) {
   ScanResult result;
-  gateway_.answer.reply.data = scan::write_report(std::array{scan::ScannedNode{.id = 5}});
+  gateway_.answer.reply.data = std::vector{scan::ScannedNode{.id = 5}};
   EXPECT_EQ(scan(context_, {.what = "press:5"}, result), kDone) << err_.str();
   EXPECT_EQ(line::kind(gateway_.last), line::CommandKind::scan);
   EXPECT_EQ(line::node_of(gateway_.last), 5);
@@ -177,6 +176,7 @@ TEST_F(Commands, AScanWritesOnlyWhenAsked) {
 
 TEST_F(Commands, AScanOfOneNodeThatIsNotThereIsAFailure) {
   ScanResult result;
+  gateway_.answer.reply.data = std::vector<scan::ScannedNode>{};
   EXPECT_EQ(scan(context_, {.what = "press"}, result), kDone) << "a line may have no nodes";
   EXPECT_EQ(err_.str(), "");
   EXPECT_EQ(scan(context_, {.what = "press:5"}, result), kFailed);
@@ -213,7 +213,7 @@ TEST_F(Commands, SdoWriteEncodesTheValue) {
 }
 
 TEST_F(Commands, AnObjectIsWrittenByPdoOrSdoAndSaysWhich) {
-  gateway_.answer.reply.data = {std::byte{1}, std::byte{3}, std::byte{0}, std::byte{0}};
+  gateway_.answer.reply.data = line::WrittenByPdo{3, line::PdoWait::none};
   EXPECT_EQ(object_write(context_, "press:5", "6040", "0", "u16", "0x0F", false), kDone);
   EXPECT_EQ(out_.str(), "by PDO 3, sent\n");
   EXPECT_EQ(line::kind(gateway_.last), line::CommandKind::object_write);
@@ -222,29 +222,29 @@ TEST_F(Commands, AnObjectIsWrittenByPdoOrSdoAndSaysWhich) {
   EXPECT_EQ(as<line::ObjectWrite>(gateway_.last).data,
             (std::vector<std::byte>{std::byte{0x0F}, std::byte{0}}));
   out_.str("");
-  gateway_.answer.reply.data[3] = std::byte{2};
+  gateway_.answer.reply.data = line::WrittenByPdo{3, line::PdoWait::values};
   EXPECT_EQ(object_write(context_, "press:5", "6040", "0", "u16", "1", true), kHeldBack);
   EXPECT_EQ(out_.str(), "by PDO 3, which waits for: values that were never written\n");
   EXPECT_TRUE(as<line::ObjectWrite>(gateway_.last).keep_pdo);
   out_.str("");
-  gateway_.answer.reply.data = {std::byte{0}};
+  gateway_.answer.reply.data = line::WrittenBySdo{};
   EXPECT_EQ(object_write(context_, "press:5", "6083", "0", "u32", "1", false), kDone);
   EXPECT_EQ(out_.str(), "by SDO\n");
   EXPECT_EQ(object_write(context_, "press:5", "6083", "0", "u8", "300", false), kUsage);
-  gateway_.answer.reply.data.clear();
+  gateway_.answer.reply.data = {};
   EXPECT_EQ(object_write(context_, "press:own", "2000", "0", "u8", "3", false), kDone);
   EXPECT_EQ(line::node_of(gateway_.last), 127);
 }
 
 TEST_F(Commands, AReadSaysThatTheImageWillDo) {
-  gateway_.answer.reply.data = {std::byte{7}};
+  gateway_.answer.reply.data = test::raw({7});
   EXPECT_EQ(image_read(context_, "press:5", "6041", "0", "u8"), kDone);
   EXPECT_EQ(out_.str(), "7\n");
   EXPECT_TRUE(as<line::SdoRead>(gateway_.last).from_image);
 }
 
 TEST_F(Commands, APdoIsTriggeredInThreeWays) {
-  gateway_.answer.reply.data = {std::byte{3}, std::byte{0}, std::byte{4}, std::byte{0}};
+  gateway_.answer.reply.data = line::TriggeredPdos{3, 4};
   EXPECT_EQ(pdo_trigger(context_, "press:5", "1", false), kDone);
   EXPECT_EQ(out_.str(), "PDO 3, 4, sent\n");
   EXPECT_EQ(line::node_of(gateway_.last), 5);
@@ -278,7 +278,7 @@ TEST_F(Commands, APdoIsRequested) {
 }
 
 TEST_F(Commands, AValueGoesByMpdo) {
-  gateway_.answer.reply.data = {std::byte{100}, std::byte{0}};
+  gateway_.answer.reply.data = line::SentByMpdo{100};
   EXPECT_EQ(mpdo_write(context_, "press:ram", {"6200:01", "u16", "513"}), kDone) << err_.str();
   EXPECT_EQ(out_.str(), "by TPDO 100, sent\n");
   EXPECT_EQ(line::kind(gateway_.last), line::CommandKind::mpdo_write);
@@ -319,7 +319,7 @@ TEST_F(Commands, ALineCanBeTheWayToAnother) {
 
 TEST_F(Commands, FaultSendsThemAllAtOnceAndPrintsThoseThereAre) {
   const auto sent = [&] { return as<line::BusFault>(gateway_.last).change; };
-  gateway_.answer.reply.data = {std::byte{'o'}, std::byte{'f'}, std::byte{'f'}};
+  gateway_.answer.reply.data = test::raw({'o', 'f', 'f'});
   EXPECT_EQ(fault(context_, "press", {}), kDone);
   EXPECT_EQ(line::kind(gateway_.last), line::CommandKind::bus_fault);
   EXPECT_EQ(sent(), "");
@@ -331,7 +331,7 @@ TEST_F(Commands, FaultSendsThemAllAtOnceAndPrintsThoseThereAre) {
 
 TEST_F(Commands, FaultSaysWhatIsWrong) {
   gateway_.answer.reply.error = line::to_error(line::Refusal::bad_request);
-  gateway_.answer.reply.data = {std::byte{'n'}, std::byte{'o'}};
+  gateway_.answer.reply.data = test::raw({'n', 'o'});
   gateway_.answer.text = "a field is out of range";
   EXPECT_EQ(fault(context_, "press", {"lost=2"}), kFailed);
   EXPECT_EQ(err_.str(), "no\na field is out of range\n");
@@ -450,8 +450,7 @@ TEST_F(Commands, ANodeHasItsNameWhereverItHasItsNumber) {
 }
 
 TEST_F(Commands, AnOutputThatWaitsSaysForWhat) {
-  constexpr auto kValues = static_cast<unsigned>(line::PdoWait::values);
-  gateway_.answer.reply.data = test::raw({line::kByPdo, 3, 0, kValues, 0, 0, 0, 0});
+  gateway_.answer.reply.data = line::WrittenByPdo{3, line::PdoWait::values, {0}};
   EXPECT_EQ(write(context_, "press", "0", "1"), kHeldBack);
   EXPECT_EQ(out_.str(),
             "by PDO 3, which waits for: values that were never written: drive5.Controlword\n");
@@ -475,8 +474,7 @@ TEST_F(Commands, AnOutputOfANodeThatIsNotOperationalIsRefusedWithItsState) {
 }
 
 TEST_F(Commands, AFrameThatTheBusDoesNotAcknowledgeIsNotSent) {
-  gateway_.answer.reply.data =
-      test::raw({line::kByPdo, 3, 0, static_cast<unsigned>(line::PdoWait::bus)});
+  gateway_.answer.reply.data = line::WrittenByPdo{3, line::PdoWait::bus};
   EXPECT_EQ(write(context_, "press", "0", "1"), kHeldBack);
   EXPECT_EQ(out_.str(), "by PDO 3, which waits for: the bus: no acknowledge\n");
   gateway_.answer.reply = {.error = line::to_error(line::Refusal::no_acknowledge)};

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "stack/manager/boot_report.h"
+#include "stack/manager/boot_event.h"
 
 #include "tests/bridges/console/command_test.h"
 
@@ -40,7 +40,7 @@ class ConfiguringGateway : public Client {
     tell(listener, kForge, 5, wrong_product(3));
     tell(listener, {"plant", "other"}, 8, wrong_product(4));
     Answer answer;
-    answer.reply.data = manager::write_configuration_report(nodes);
+    answer.reply.data = nodes;
     return answer;
   }
 

@@ -22,8 +22,13 @@ using testing::HasSubstr;
 
 const LineId kMill{"plant", "mill"};
 
-// 2100:1, UNSIGNED16, rww, mappable, defined by an application, "Rec", 5.
-const std::vector<std::byte> kList = raw({0x00, 0x21, 1, 6, 0, 4, 5, 3, 'R', 'e', 'c', 2, 5, 0});
+const line::ReplyData kList = std::vector{line::ListedObject{.address = {0x2100, 1},
+                                                             .type = od::DataType::unsigned16,
+                                                             .access = od::Access::rww,
+                                                             .mappable = true,
+                                                             .application = true,
+                                                             .name = "Rec",
+                                                             .value = raw({5, 0})}};
 
 // A line whose list has one variable.
 class Mill : public Client {
@@ -44,7 +49,7 @@ class Mill : public Client {
     return answer;
   }
 
-  std::vector<std::byte> list = kList;
+  line::ReplyData list = kList;
   Answer answer;
   line::Command last;
   line::ObjectRange listed;
@@ -68,7 +73,7 @@ TEST_F(OwnDictionary, IsListed) {
             R"([{"index":8448,"sub":1,"name":"Rec","type":"UNSIGNED16","access":"rww",)"
             R"("mappable":true,"stored":false,"application":true,"data":"0500","value":"5"}])"
             "\n");
-  gateway_.list.pop_back();
+  gateway_.list = raw({0x00, 0x21, 1});  // a reply that does not match the request
   EXPECT_EQ(od_list(context_, "mill", ""), kFailed);
   EXPECT_THAT(err_.str(), HasSubstr("the list of objects is damaged"));
   EXPECT_EQ(od_list(context_, "mill", "xyz"), kUsage);

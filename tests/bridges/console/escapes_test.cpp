@@ -57,7 +57,7 @@ class EscapingGateway : public Client {
     out.reply.error = line::to_error(refusal);
     const std::string text = kEscape;
     const auto bytes = std::as_bytes(std::span(text));
-    out.reply.data.assign(bytes.begin(), bytes.end());
+    out.reply.data = std::vector(bytes.begin(), bytes.end());
     return out;
   }
 

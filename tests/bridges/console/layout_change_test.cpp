@@ -73,8 +73,7 @@ TEST_F(LayoutChange, ALongerLayoutDoesNotMatterToARefusedOutput) {
 
 TEST_F(LayoutChange, TheEntriesInTheAnswerHaveTheNamesOfTheLayoutThatWasWrittenTo) {
   gateway_.fresh = layout_of(2, {"node7.A"});
-  gateway_.answer.reply.data =
-      test::raw({line::kByPdo, 1, 0, static_cast<unsigned>(line::PdoWait::values), 0, 0, 0, 0});
+  gateway_.answer.reply.data = line::WrittenByPdo{1, line::PdoWait::values, {0}};
   EXPECT_EQ(write(context_, "press", "node5.Second", "1"), kHeldBack);
   EXPECT_EQ(out_.str(), "by PDO 1, which waits for: values that were never written: node5.First\n");
 }

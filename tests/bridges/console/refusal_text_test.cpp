@@ -8,7 +8,7 @@
 
 #include "bridges/console/boot.h"
 #include "bridges/console/configuration.h"
-#include "stack/manager/boot_report.h"
+#include "stack/manager/state.h"
 
 #include "tests/bridges/console/command_test.h"
 
@@ -58,7 +58,7 @@ class RefusingGateway : public Client {
   }
 
   Refusal refusal = Refusal::unknown_entry;
-  std::vector<std::byte> data;
+  line::ReplyData data;
   line::Role role = line::Role::manager;
   nmt::State own_state = nmt::State::operational;
 };
@@ -120,12 +120,10 @@ TEST_F(RefusalText, ABootOfTheOwnNodeNamesTheOthers) {
 
 TEST_F(RefusalText, ABootOfANodeThatIsNotConfiguredNamesThoseThatAre) {
   gateway_.refusal = Refusal::none;
-  gateway_.data = manager::write_boot_report(
-      std::vector{manager::BootOutcome{.node = 9, .letter = 'A', .finding = {}}});
+  gateway_.data = std::vector{manager::BootOutcome{.node = 9, .letter = 'A', .finding = {}}};
   EXPECT_EQ(boot(context_, "saw:9"), kFailed);
   EXPECT_EQ(err_.str(), "node 9 is none of saw; its nodes: 5 (ram), 8\n");
-  gateway_.data = manager::write_boot_report(
-      std::vector{manager::BootOutcome{.node = 5, .letter = 'B', .finding = {}}});
+  gateway_.data = std::vector{manager::BootOutcome{.node = 5, .letter = 'B', .finding = {}}};
   err_.str("");
   EXPECT_EQ(boot(context_, "saw:5"), kFailed);
   EXPECT_EQ(err_.str(), "") << "node 5 belongs to the line, but is silent";

@@ -89,11 +89,12 @@ class GatewayWithFiles : public Client {
     const auto found = read != nullptr    ? values.find(read->address)
                        : write != nullptr ? values.find(write->address)
                                           : values.end();
-    out.reply.data = found == values.end() ? std::vector<std::byte>() : found->second;
+    out.reply.data = found == values.end() ? line::ReplyData{} : found->second;
+    out.bytes = out.reply.bytes();
     return out;
   }
 
-  std::map<od::Address, std::vector<std::byte>> values{
+  std::map<od::Address, line::ReplyData> values{
       {{0x1017, 0}, test::raw({0xF4, 1})},
       {{0x1018, 0}, test::raw({2})},
       {{0x1018, 1}, test::raw({0x47, 0x4C, 0, 0})},
@@ -181,8 +182,7 @@ TEST_F(SdoCommand, AllIsEachNodeWithOneResultEach) {
 }
 
 TEST_F(SdoCommand, AValueThatAPdoWaitsForHasItsNameThoughTheLayoutComesLate) {
-  constexpr auto kValues = static_cast<unsigned>(line::PdoWait::values);
-  gateway_.values[{0x1017, 0}] = test::raw({line::kByPdo, 3, 0, kValues, 0, 0, 0, 0});
+  gateway_.values[{0x1017, 0}] = line::WrittenByPdo{3, line::PdoWait::values, {0}};
   gateway_.sends_layout = true;
   for (const bool json : {false, true}) {
     gateway_.asked.clear();
@@ -254,7 +254,7 @@ TEST_F(SdoCommand, AllOfANetworkThatIsNoLineIsRefused) {
 
 TEST_F(SdoCommand, AWriteByPdoThatSendsNothingHasAStatusOfItsOwn) {
   const auto held = [&](line::PdoWait wait) {
-    gateway_.values[{0x1017, 0}] = test::raw({line::kByPdo, 3, 0, static_cast<unsigned>(wait)});
+    gateway_.values[{0x1017, 0}] = line::WrittenByPdo{3, wait};
     return object_write(context_, "press:ram", "1017:00", "", "u16", "5", false);
   };
   EXPECT_EQ(held(line::PdoWait::values), kHeldBack);

@@ -318,7 +318,7 @@ TEST(GuardedSystem, NothingOfItIsDropped) {
                             .node = 9, .address = {0, 100}}};  // in many samples, and in fragments
   const auto result = client->call(known_line(), command, std::chrono::seconds(30), lines);
   EXPECT_TRUE(result.reply.ok());
-  EXPECT_EQ(result.reply.data.size(), 100U * 1024);
+  EXPECT_EQ(result.reply.bytes().size(), 100U * 1024);
   const auto late = make_client(client_options());
   ASSERT_NE(late, nullptr);
   Lines late_lines;

@@ -51,7 +51,7 @@ TEST_F(GatewayTest, DevicesOfALineAreThoseOfAManager) {
   // The object of a device is an input of the manager.
   EXPECT_TRUE(until([&] {
     const auto result = call(at("below"), sdo_read(9, 0x6000, 1));
-    return result.reply.ok() && result.reply.data == std::vector{std::byte{0x5A}};
+    return result.reply.ok() && result.reply.bytes() == std::vector{std::byte{0x5A}};
   }));
   line::OutputWrite outputs{.layout_id = seen_.layouts["plc/outputs"].id};
   for (std::uint32_t i = 0; seen_.layouts["plc/outputs"].entries[i].node == 7; ++i) {
@@ -89,8 +89,8 @@ TEST_F(GatewayTest, ADeviceOfALineHasLongValues) {
       << "of which?";
   name.node = 8;
   EXPECT_TRUE(ask("below", {.request = name}).ok());
-  EXPECT_EQ(ask("plc", sdo_read(8, 0x1008, 0)).data, name.data);
-  EXPECT_EQ(ask("below", sdo_read(7, 0x1008, 0)).data.size(),
+  EXPECT_EQ(ask("plc", sdo_read(8, 0x1008, 0)).bytes(), name.data);
+  EXPECT_EQ(ask("below", sdo_read(7, 0x1008, 0)).bytes().size(),
             std::string_view("Linegate digital I/O").size());
   line::SdoWrite program{.node = 8, .address = {0x1F50, 1}};
   for (std::uint32_t i = 0; i < 150'000; ++i) {
@@ -98,7 +98,7 @@ TEST_F(GatewayTest, ADeviceOfALineHasLongValues) {
   }
   EXPECT_TRUE(ask("plc", {.request = program}).ok());
   const line::LocalRead read{.node = 8, .what = od::Address{0x1F50, 1}};
-  EXPECT_EQ(ask("below", {.request = read}).data, program.data);
+  EXPECT_EQ(ask("below", {.request = read}).bytes(), program.data);
 }
 
 TEST_F(GatewayTest, DevicesOfALineStoreTheirParameters) {
@@ -130,7 +130,7 @@ TEST_F(GatewayTest, DevicesOfALineStoreTheirParameters) {
   ASSERT_TRUE(gateway_->reload(plant("    publish: {period: 50ms}\n")).done);
   EXPECT_TRUE(until([&] {
     const auto result = call(at("below"), sdo_read(9, 0x6002, 1));
-    return result.reply.ok() && result.reply.data == std::vector{std::byte{0x81}};
+    return result.reply.ok() && result.reply.bytes() == std::vector{std::byte{0x81}};
   }));
   std::filesystem::remove_all(folder);
 }

@@ -55,7 +55,7 @@ TEST_F(GatewayTest, ADeviceIsAskedForAPdoAndAValueGoesByMpdo) {
       .request = line::MpdoWrite{.node = 5, .address = {0x6200, 1}, .data = {std::byte{5}}}};
   const dds::CommandResult sent = call(at("open"), value);
   EXPECT_TRUE(sent.reply.ok()) << sent.text;
-  EXPECT_EQ(sent.reply.data, (std::vector{std::byte{100}, std::byte{0}}));
+  EXPECT_EQ(sent.reply.data, line::ReplyData{line::SentByMpdo{100}});
 }
 
 TEST_F(GatewayTest, PublishesLinesNodesImagesAndEvents) {
@@ -86,7 +86,7 @@ TEST_F(GatewayTest, PublishesLinesNodesImagesAndEvents) {
 TEST_F(GatewayTest, CarriesOutCommandsAsFarAsTheLineAllows) {
   const auto read = call(at("open"), sdo_read(5, 0x1000, 0));
   EXPECT_TRUE(read.reply.ok()) << read.text;
-  EXPECT_EQ(read.reply.data.size(), 4U);
+  EXPECT_EQ(read.reply.bytes().size(), 4U);
 
   const auto wrong = call(at("open"), sdo_read(5, 0x5FFF, 0));
   EXPECT_EQ(wrong.reply.error, (Error{Domain::sdo, 0x06020000}));
@@ -99,9 +99,9 @@ TEST_F(GatewayTest, CarriesOutCommandsAsFarAsTheLineAllows) {
 
   line::Command versions{.request = line::Versions{}};
   const auto told = call(at("closed"), versions);
-  EXPECT_EQ(
-      std::string(reinterpret_cast<const char*>(told.reply.data.data()), told.reply.data.size()),
-      gateway::versions());
+  EXPECT_EQ(std::string(reinterpret_cast<const char*>(told.reply.bytes().data()),
+                        told.reply.bytes().size()),
+            gateway::versions());
 
   EXPECT_EQ(call(at("open", kIncarnation + 1), sdo_read(5, 0x1000, 0)).reply.error,
             line::to_error(line::Refusal::wrong_incarnation));
@@ -111,7 +111,7 @@ TEST_F(GatewayTest, SwitchesTheFaultsOfASimulatedBus) {
   const auto said = [&](const std::string& change) {
     const line::Reply reply = call(at("open"), {.request = line::BusFault{change}}).reply;
     EXPECT_TRUE(reply.ok()) << reply.error.code;
-    return std::string(reinterpret_cast<const char*>(reply.data.data()), reply.data.size());
+    return std::string(reinterpret_cast<const char*>(reply.bytes().data()), reply.bytes().size());
   };
   EXPECT_EQ(said("stuck=5@always"), "stuck=5@always");
   EXPECT_TRUE(until([&] {
@@ -143,8 +143,8 @@ TEST_F(GatewayTest, WritesOutputsThroughToTheDevice) {
   EXPECT_TRUE(client_->write_outputs(at("open"), write));
   EXPECT_TRUE(until([&] {
     const auto result = call(at("open"), sdo_read(5, 0x6200, 2));
-    return result.reply.ok() && result.reply.data.size() == 1 &&
-           result.reply.data[0] == std::byte{0xA1};
+    return result.reply.ok() && result.reply.bytes().size() == 1 &&
+           result.reply.bytes()[0] == std::byte{0xA1};
   }));
   // The output state: applied, and transmitted to a node that is started.
   const auto& answer = seen_.output_states["open"];
@@ -210,7 +210,7 @@ TEST_F(RoutingGatewayTest, AnSdoCrossesTwoLinesIfBothPermitIt) {
                              line::NetworkRead{.network = 2, .node = 6, .address = {0x1000, 0}}};
   const auto crossed = call(at("open"), crossing);
   EXPECT_TRUE(crossed.reply.ok()) << crossed.text;
-  EXPECT_EQ(crossed.reply.data, call(at("closed"), sdo_read(6, 0x1000, 0)).reply.data);
+  EXPECT_EQ(crossed.reply.bytes(), call(at("closed"), sdo_read(6, 0x1000, 0)).reply.bytes());
   crossing.request =
       line::NetworkWrite{.network = 2, .node = 6, .address = {0x1000, 0}, .data = {std::byte{1}}};
   EXPECT_EQ(call(at("open"), crossing).reply.error, line::to_error(line::Refusal::not_permitted));

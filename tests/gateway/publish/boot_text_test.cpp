@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "gateway/publish/event_text.h"
-#include "stack/manager/boot_report.h"
+#include "stack/manager/boot_event.h"
 
 namespace linegate::gateway {
 namespace {

@@ -180,7 +180,7 @@ TEST_F(ExecutorTest, AnswersACommandThatCameThroughTheRing) {
   }
   EXPECT_EQ(reply.tag, 42U);
   EXPECT_TRUE(reply.ok());
-  EXPECT_EQ(reply.data.size(), 4U);
+  EXPECT_EQ(reply.bytes().size(), 4U);
 }
 
 TEST_F(ExecutorTest, TakesAndGivesBackRunnersWhileAnotherGoesOn) {

@@ -91,8 +91,8 @@ TEST_F(LineRunnerTest, ChangesTheFaultsOfABusThatHasNoneOfItsOwn) {
     serve();
     line::Reply reply;
     EXPECT_TRUE(port_.replies.pop(reply));
-    const auto* const text = reinterpret_cast<const char*>(reply.data.data());
-    return std::pair(reply.error, std::string(text, reply.data.size()));
+    const auto* const text = reinterpret_cast<const char*>(reply.bytes().data());
+    return std::pair(reply.error, std::string(text, reply.bytes().size()));
   };
   EXPECT_EQ(ask(0), std::pair(Error{}, std::string("said of off")));
   EXPECT_EQ(ask(EINVAL),

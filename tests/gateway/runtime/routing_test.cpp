@@ -136,15 +136,15 @@ TEST_P(CrossingTest, ReadsAndWritesADeviceOfAnotherLine) {
   for (int i = 0; i < 20; ++i) {
     const line::Reply vendor = ask(read_in_network({0x1018, 1}));
     ASSERT_TRUE(vendor.ok()) << vendor.error.code;
-    EXPECT_EQ(vendor.data, (std::vector<std::byte>{std::byte{0x47}, std::byte{0x4C}, {}, {}}));
+    EXPECT_EQ(vendor.bytes(), (std::vector<std::byte>{std::byte{0x47}, std::byte{0x4C}, {}, {}}));
   }
   const line::Reply name = ask(read_in_network({0x1008, 0}));
-  EXPECT_GT(name.data.size(), 7U) << "in segments, or a block";
+  EXPECT_GT(name.bytes().size(), 7U) << "in segments, or a block";
   EXPECT_EQ(ask(read_in_network({0x2FFF, 0})).error, to_error(AbortCode::no_object));
   const line::NetworkWrite write{
       .network = 2, .node = 20, .address = {0x1017, 0}, .data = {std::byte{0xE8}, std::byte{3}}};
   EXPECT_TRUE(ask({.tag = ++tag_, .request = write}).ok());
-  EXPECT_EQ(ask(read_in_network({0x1017, 0})).data, write.data);
+  EXPECT_EQ(ask(read_in_network({0x1017, 0})).bytes(), write.data);
   EXPECT_EQ(ask(read_in_network({0x1018, 1}, 9)).error, to_error(AbortCode::invalid_value));
   EXPECT_TRUE(heard(0, EventKind::routing_refused));
   const routing::Counters counted = counters(0);

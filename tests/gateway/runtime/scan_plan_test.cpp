@@ -3,7 +3,6 @@
 #include "gateway/runtime/scan_plan.h"
 
 #include <algorithm>
-#include <array>
 
 #include <gtest/gtest.h>
 
@@ -47,7 +46,7 @@ scan::ScannedNode node_of(std::uint8_t id, AbortCode end = AbortCode::none) {
 }
 
 AppliedScan taken(const std::vector<scan::ScannedNode>& nodes, line::ScanApply request) {
-  return {request, scan::write_report(nodes)};
+  return {request, nodes};
 }
 
 std::vector<std::uint8_t> ids(const config::LinePlan& plan) {
@@ -183,8 +182,6 @@ TEST(ScanPlan, NobodyFoundChangesNothing) {
   EXPECT_FALSE(plan.value.has_value());
   ASSERT_EQ(plan.diagnostics.size(), 1U);
   EXPECT_EQ(plan.diagnostics[0].file, "press");
-  EXPECT_FALSE(plan_of(line_of(kBare), AppliedScan{.request = {}, .report = {std::byte{1}}})
-                   .value.has_value());
 }
 
 TEST(ScanPlan, ConflictsDoNotKeepTheLineFromRunning) {
@@ -221,7 +218,7 @@ struct Taker {
   line::Reply reply(std::uint64_t tag, bool found) {
     line::Reply out;
     out.tag = tag;
-    out.data = found ? scan::write_report(std::array{node_of(5)}) : std::vector<std::byte>{};
+    out.data = found ? std::vector{node_of(5)} : std::vector<scan::ScannedNode>{};
     return out;
   }
 
@@ -244,8 +241,18 @@ TEST(ScanApplier, ALineThatIsToScansUntilItFindsSomething) {
   ASSERT_TRUE(second);
   EXPECT_TRUE(taker.scans.answered(taker.reply(second->tag, true)));
   ASSERT_TRUE(taker.results.pop(result));
-  EXPECT_FALSE(result.report.empty());
+  EXPECT_FALSE(result.nodes.empty());
   EXPECT_EQ(taker.scans.next_wake(), kNever);
+}
+
+TEST(ScanApplier, AReplyThatIsNoListOfNodesChangesNothing) {
+  Taker taker(kBare);
+  taker.scans.asked({.tag = 7, .request = line::ScanApply{.node = 5}});
+  line::Reply reply = taker.reply(7, true);
+  reply.data = std::vector{std::byte{1}};
+  EXPECT_FALSE(taker.scans.answered(reply));
+  AppliedScan result;
+  EXPECT_FALSE(taker.results.pop(result));
 }
 
 TEST(ScanApplier, OthersDoSoOnlyWhenAsked) {
@@ -312,7 +319,7 @@ TEST(ScanApplier, ALateComerIsScannedToo) {
   EXPECT_EQ(scans.next_wake(), kNever) << "once for each boot-up message";
   line::Reply reply;
   reply.tag = scan->tag;
-  reply.data = scan::write_report(std::array{node_of(6)});
+  reply.data = std::vector{node_of(6)};
   EXPECT_TRUE(scans.answered(reply));
   AppliedScan result;
   ASSERT_TRUE(results.pop(result));

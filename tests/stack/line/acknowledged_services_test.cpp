@@ -65,7 +65,7 @@ TEST_F(AcknowledgedServices, ATriggeredPdoIsAnsweredWhenItIsOnTheBus) {
   acknowledge_all();
   const Reply reply = answer();
   EXPECT_TRUE(reply.ok());
-  EXPECT_THAT(reply.data, ElementsAre(std::byte{1}, std::byte{0}));
+  EXPECT_EQ(reply.data, ReplyData{TriggeredPdos{1}});
 }
 
 TEST_F(AcknowledgedServices, ATriggeredPdoOnABusWithoutAcknowledgeSaysSo) {
@@ -196,7 +196,7 @@ TEST_F(AcknowledgedServices, AValueByMpdoIsAnsweredWhenItIsOnTheBus) {
   acknowledge_all();
   const Reply reply = answer();
   EXPECT_TRUE(reply.ok());
-  EXPECT_THAT(reply.data, ElementsAre(std::byte{100}, std::byte{0}));
+  EXPECT_EQ(reply.data, ReplyData{SentByMpdo{100}});
 }
 
 TEST_F(AcknowledgedServices, ANewerValueByMpdoToTheSameObjectAnswersBoth) {
@@ -251,7 +251,7 @@ TEST_F(AcknowledgedServices, AnLssServiceWithoutAResponseIsAnsweredWhenItIsOnThe
   acknowledge_all();
   const Reply reply = answer();
   EXPECT_TRUE(reply.ok());
-  EXPECT_THAT(reply.data, ElementsAre(std::byte{0}, std::byte{0}, std::byte{0}));
+  EXPECT_THAT(reply.bytes(), ElementsAre(std::byte{0}, std::byte{0}, std::byte{0}));
 }
 
 TEST_F(AcknowledgedServices, AnLssServiceOnABusWithoutAcknowledgeSaysSo) {

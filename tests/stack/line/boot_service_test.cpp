@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stack/line/boot_service.h"
 
-#include <array>
-
 #include <gtest/gtest.h>
 
-#include "stack/manager/boot_report.h"
+#include "stack/manager/state.h"
 
 #include "tests/stack/line/service_fixture.h"
 
@@ -40,8 +38,8 @@ TEST_F(BootServiceTest, IsRefusedWhereItMakesNoSense) {
 TEST_F(BootServiceTest, ANodeThatIsNotListedIsReportedAtOnce) {
   execute(99);
   EXPECT_EQ(host.answer(tag), Error{});
-  const std::array expected{manager::BootOutcome{.node = 99, .letter = 'A'}};
-  EXPECT_EQ(host.data(tag), manager::write_boot_report(expected));
+  const std::vector expected{manager::BootOutcome{.node = 99, .letter = 'A'}};
+  EXPECT_EQ(host.data(tag), ReplyData{expected});
 }
 
 TEST_F(BootServiceTest, ACommandEndsAtItsOwnTime) {

@@ -2,7 +2,7 @@
 // The command `boot`, byte by byte: the test simulates the device.
 #include <algorithm>
 
-#include "stack/manager/boot_report.h"
+#include "stack/manager/boot_event.h"
 
 #include "tests/stack/line/line_fixture.h"
 
@@ -54,7 +54,8 @@ TEST_F(BootCommandTest, ResetsTheNodeAndAnswersWhenItIsBooted) {
   ASSERT_TRUE(answered());
   EXPECT_TRUE(reply_.ok());
   EXPECT_EQ(reply_.tag, 7U);
-  const auto outcomes = manager::read_boot_report(reply_.data);
+  const auto* const outcomes = std::get_if<std::vector<manager::BootOutcome>>(&reply_.data);
+  ASSERT_NE(outcomes, nullptr);
   ASSERT_EQ(outcomes->size(), 1U);
   EXPECT_EQ(outcomes->at(0), (manager::BootOutcome{.node = 5, .letter = manager::kBooted}));
 }
@@ -148,7 +149,8 @@ TEST_F(BootCommandTest, OfAllAsksEveryListedNode) {
   line_->advance(now_);
   ASSERT_TRUE(answered());
   EXPECT_TRUE(reply_.ok()) << "the boot result has the error, not the reply";
-  const auto outcomes = manager::read_boot_report(reply_.data);
+  const auto* const outcomes = std::get_if<std::vector<manager::BootOutcome>>(&reply_.data);
+  ASSERT_NE(outcomes, nullptr);
   ASSERT_EQ(outcomes->size(), 1U);
   EXPECT_EQ(outcomes->at(0).letter, 'C');
   EXPECT_EQ(outcomes->at(0).finding.object, (od::Address{0x1000, 0}));
@@ -203,7 +205,8 @@ TEST_F(BootCommandTest, AnAbsentNodeIsAnsweredWhenItsBootTimeOutIsOver) {
   EXPECT_FALSE(answered());
   pass(seconds(2));
   ASSERT_TRUE(answered());
-  const auto outcomes = manager::read_boot_report(reply_.data);
+  const auto* const outcomes = std::get_if<std::vector<manager::BootOutcome>>(&reply_.data);
+  ASSERT_NE(outcomes, nullptr);
   ASSERT_EQ(outcomes->size(), 1U);
   EXPECT_EQ(outcomes->at(0).letter, 'B');
   EXPECT_EQ(outcomes->at(0).finding.abort, AbortCode::timeout);

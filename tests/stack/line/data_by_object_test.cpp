@@ -66,10 +66,8 @@ class DataByObject : public LineTest {
     }
     return out;
   }
-  // The reply data of a write by PDO 1 that waits for `wait`.
-  static std::vector<std::byte> by_pdo(PdoWait wait) {
-    return {std::byte{kByPdo}, std::byte{1}, std::byte{0}, static_cast<std::byte>(wait)};
-  }
+  // The result of a write by PDO 1 that waits for `wait`.
+  static ReplyData by_pdo(PdoWait wait) { return WrittenByPdo{1, wait}; }
   std::vector<std::string> pdos() {
     std::vector<std::string> out = sent();
     std::erase_if(out, [](const std::string& frame) { return !frame.starts_with("205#"); });
@@ -85,8 +83,7 @@ class DataByObject : public LineTest {
 
 TEST_F(DataByObject, APdoIsSentOnlyWhenAllItsValuesWereWritten) {
   run(config_with_axis());
-  std::vector<std::byte> waits = by_pdo(PdoWait::values);
-  waits.insert(waits.end(), {std::byte{1}, std::byte{0}, std::byte{0}, std::byte{0}});
+  const ReplyData waits = WrittenByPdo{1, PdoWait::values, {1}};
   EXPECT_EQ(ask(write(kSetpoint, setpoint(0x11223344))).data, waits) << "waits for entry 1";
   pass(milliseconds(200));
   EXPECT_THAT(pdos(), IsEmpty());
@@ -109,13 +106,13 @@ TEST_F(DataByObject, WhatNoPdoCarriesGoesBySdo) {
   line_->execute(write(0x2F00, setpoint(5)), now_);
   EXPECT_THAT(sent(), ElementsAre("605#23002F0005000000"));
   hear(0x585, {0x60, 0x00, 0x2F, 0, 0, 0, 0, 0});
-  EXPECT_EQ(answer().data, std::vector<std::byte>{std::byte{kBySdo}});
+  EXPECT_EQ(answer().data, ReplyData{WrittenBySdo{}});
   line_->execute(write(0x2F00, setpoint(5)), now_);
   sent();
   hear(0x585, {0x80, 0x00, 0x2F, 0, 0x02, 0, 0x01, 0x06});
   const Reply refused = answer();
   EXPECT_EQ(refused.error, to_error(AbortCode::read_only));
-  EXPECT_THAT(refused.data, IsEmpty());
+  EXPECT_EQ(refused.data, ReplyData{});
 }
 
 TEST_F(DataByObject, SdoCanBeEnforced) {  // 5F01h
@@ -125,7 +122,7 @@ TEST_F(DataByObject, SdoCanBeEnforced) {  // 5F01h
   line_->execute(command, now_);
   EXPECT_THAT(sent(), ElementsAre("605#2F03200007000000"));
   hear(0x585, {0x60, 0x03, 0x20, 0, 0, 0, 0, 0});
-  EXPECT_EQ(answer().data, std::vector<std::byte>{std::byte{kBySdo}});
+  EXPECT_EQ(answer().data, ReplyData{WrittenBySdo{}});
   EXPECT_EQ(snapshot(Direction::outputs).valid.at(0), 0U) << "not valid in the image";
 }
 
@@ -179,7 +176,7 @@ TEST_F(DataByObject, AKeptPdoIsSentWhenItIsTriggered) {  // 5F01h
   EXPECT_EQ(ask(trigger(5, 1)).error, to_error(Refusal::wrong_state)) << "a value is missing";
   ask(write_keeping_pdo(kMode, mode(1)));
   EXPECT_THAT(pdos(), IsEmpty());
-  const std::vector<std::byte> first = {std::byte{1}, std::byte{0}};
+  const ReplyData first = TriggeredPdos{1};
   EXPECT_EQ(ask(trigger(5, 1)).data, first) << "by node and number of its RPDO";
   EXPECT_THAT(pdos(), ElementsAre("205#0100000001"));
   EXPECT_EQ(ask(trigger(0, 1)).data, first) << "by the number of the own TPDO";
@@ -275,7 +272,7 @@ TEST_F(DataByObject, TheOwnNodeIsWrittenWithoutABus) {
   std::get<ObjectWrite>(command.request).node = 127;
   const Reply reply = ask(command);
   EXPECT_TRUE(reply.ok());
-  EXPECT_THAT(reply.data, IsEmpty());
+  EXPECT_EQ(reply.data, ReplyData{});
 }
 
 TEST_F(DataByObject, AReadMayBeAnsweredFromTheImage) {
@@ -284,9 +281,9 @@ TEST_F(DataByObject, AReadMayBeAnsweredFromTheImage) {
   line_->execute(read, now_);
   EXPECT_THAT(sent(), ElementsAre("605#4000200000000000")) << "the PDO was not received yet";
   hear(0x585, {0x4B, 0x00, 0x20, 0, 0x01, 0, 0, 0});
-  EXPECT_EQ(answer().data.size(), 2U);
+  EXPECT_EQ(answer().bytes().size(), 2U);
   hear(0x185, {0x34, 0x12, 0, 0, 0, 0});
-  EXPECT_EQ(ask(read).data, (std::vector<std::byte>{std::byte{0x34}, std::byte{0x12}}));
+  EXPECT_EQ(ask(read).bytes(), (std::vector<std::byte>{std::byte{0x34}, std::byte{0x12}}));
   EXPECT_THAT(sent(), IsEmpty());
   Command fresh = read;
   std::get<SdoRead>(fresh.request).from_image = false;

@@ -38,9 +38,7 @@ class AcknowledgedDevices : public AcknowledgedLine {
   void send_emcy(std::uint16_t code) {
     line_->execute({.request = EmcySend{.node = 6, .code = code}}, now_);
   }
-  static std::vector<std::byte> way(PdoWait wait) {
-    return {std::byte{kByPdo}, std::byte{1}, std::byte{0}, static_cast<std::byte>(wait)};
-  }
+  static ReplyData way(PdoWait wait) { return WrittenByPdo{1, wait}; }
 };
 
 TEST_F(AcknowledgedDevices, AValueIsAnsweredWhenItIsOnTheBus) {
@@ -135,7 +133,7 @@ TEST_F(AcknowledgedDevices, AValueThatNoPdoCarriesIsWritten) {
     EXPECT_TRUE(line_->dictionary().set({0x1800, 1}, raw));
   }
   write_status(4);
-  EXPECT_TRUE(answer().data.empty());
+  EXPECT_EQ(answer().data, ReplyData{});
   EXPECT_THAT(hand_out(), IsEmpty());
 }
 

@@ -327,7 +327,7 @@ TEST_F(DevicesTest, TheMostUrgentFrameOfAllDevicesGoesFirst) {
 TEST_F(DevicesTest, CommandsAreForTheDevices) {
   operate({5, 6});
   const Command read{.request = LocalRead{.node = 6, .what = od::Address{0x1018, 1}}};
-  EXPECT_THAT(command(read).data,
+  EXPECT_THAT(command(read).bytes(),
               ElementsAre(std::byte{0x23}, std::byte{1}, std::byte{}, std::byte{}));
   Command nobody = read;
   std::get<LocalRead>(nobody.request).node = 0;
@@ -460,7 +460,7 @@ class IoDevicesTest : public DevicesTest {
   std::uint64_t number(std::uint16_t index, std::uint8_t sub) {
     const Reply reply = command({.request = LocalRead{.node = 5, .what = od::Address{index, sub}}});
     EXPECT_TRUE(reply.ok());
-    return load_le(std::span<const std::byte>(reply.data));
+    return load_le(std::span<const std::byte>(reply.bytes()));
   }
 };
 

@@ -106,7 +106,7 @@ TEST_F(LineTest, AReceivedPdoIsInTheImageAndInTheNetworkVariables) {
     const Reply reply = answer();
     ASSERT_TRUE(reply.ok());
     EXPECT_TRUE(std::ranges::equal(
-        reply.data, std::span(seen.bytes).subspan(entry.bit_offset / 8, entry.bit_length / 8U)));
+        reply.bytes(), std::span(seen.bytes).subspan(entry.bit_offset / 8, entry.bit_length / 8U)));
   }
 }
 
@@ -254,7 +254,7 @@ TEST_F(LineTest, CommandsAreAnsweredOnceEach) {
   hear(0x585, {0x4B, 0x00, 0x20, 0x00, 0xCD, 0xAB, 0, 0});
   Reply reply = answer();
   EXPECT_EQ(reply.tag, 1U);
-  EXPECT_THAT(reply.data, ElementsAre(std::byte{0xCD}, std::byte{0xAB}));
+  EXPECT_THAT(reply.bytes(), ElementsAre(std::byte{0xCD}, std::byte{0xAB}));
 
   line_->execute({.tag = 2, .request = SdoRead{.node = 5, .address = {0x3000, 0}}}, now_);
   hear(0x585, {0x80, 0x00, 0x30, 0x00, 0x00, 0x00, 0x02, 0x06});
@@ -285,7 +285,7 @@ TEST_F(LineTest, ANetworkIsThatOfTheLineOrThereIsNoRouteToIt) {
   line_->execute(read, now_);
   EXPECT_THAT(sent(), ElementsAre("605#4000200000000000"));
   hear(0x585, {0x4B, 0x00, 0x20, 0x00, 0xCD, 0xAB, 0, 0});
-  EXPECT_THAT(answer().data, ElementsAre(std::byte{0xCD}, std::byte{0xAB}));
+  EXPECT_THAT(answer().bytes(), ElementsAre(std::byte{0xCD}, std::byte{0xAB}));
   std::get<NetworkRead>(read.request).network = 4;
   line_->execute(read, now_);
   EXPECT_EQ(answer().error, to_error(AbortCode::invalid_value));

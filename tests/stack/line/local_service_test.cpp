@@ -47,7 +47,7 @@ TEST_F(LocalServiceTest, ReadsAndWritesTheOwnDictionary) {
   EXPECT_EQ(host.answer(tag), Error{});
   read(kHeartbeat);
   EXPECT_EQ(host.answer(tag), Error{});
-  EXPECT_EQ(host.data(tag), kTwoBytes);
+  EXPECT_EQ(host.bytes(tag), kTwoBytes);
   write(kHeartbeat, {std::byte{1}});
   EXPECT_EQ(host.answer(tag), to_error(AbortCode::length_too_low));
   read({0x2FFF, 0});
@@ -81,7 +81,7 @@ TEST_F(LocalServiceTest, EndCancelsWritesThatWait) {
 TEST_F(LocalServiceTest, ObjectsAreListedOfTheOwnNodeAndOfADeviceFile) {
   list();
   EXPECT_EQ(host.answer(tag), Error{});
-  EXPECT_FALSE(host.data(tag).empty());
+  EXPECT_FALSE(std::get<std::vector<ListedObject>>(host.data(tag)).empty());
   list(5);
   EXPECT_EQ(host.answer(tag), Error{});
   EXPECT_NE(host.data(tag), host.data(tag - 1));

@@ -229,8 +229,8 @@ class LssCommandsOfALine : public LssAssignTest {
   lss::Outcome give(unsigned node) {
     const Reply reply = lss(lss::Procedure::configure_node_id, {node});
     EXPECT_TRUE(reply.ok());
-    return reply.data.empty() ? lss::Outcome::no_answer
-                              : static_cast<lss::Outcome>(reply.data.front());
+    return reply.bytes().empty() ? lss::Outcome::no_answer
+                                 : static_cast<lss::Outcome>(reply.bytes().front());
   }
   void stop_own() {
     line_->execute({.request = NmtRequest{.node = 127, .command = nmt::Command::stop}}, now_);

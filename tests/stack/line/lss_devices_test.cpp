@@ -230,7 +230,7 @@ TEST_F(LssDeviceTest, WhatTheApplicationSaidIsThereUnderTheNewNodeId) {
   waiting();
   line_->execute({.request = SdoRead{.node = 5, .address = {entries[0].index, entries[0].sub}}},
                  now_);
-  EXPECT_EQ(answer().data.at(0), std::byte{0x2A});
+  EXPECT_EQ(answer().bytes().at(0), std::byte{0x2A});
 }
 
 }  // namespace

@@ -77,7 +77,7 @@ TEST_F(MpdoServiceTest, AValueIsSentToTheObjectOfTheNode) {
   EXPECT_EQ(sent(), "1F0#8500600134120000");
   EXPECT_FALSE(host.answer(tag));
   host.acknowledge();
-  EXPECT_EQ(host.data(tag), (std::vector<std::byte>{std::byte{100}, std::byte{0}}));
+  EXPECT_EQ(host.data(tag), ReplyData{SentByMpdo{100}});
 }
 
 TEST_F(MpdoServiceTest, IsRefusedWhereItMakesNoSense) {

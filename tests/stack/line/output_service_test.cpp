@@ -63,8 +63,7 @@ struct OutputServiceTest : testing::Test, NmtHost {
     return std::ranges::any_of(std::span(events).first(count),
                                [kind](const Event& event) { return event.kind() == kind; });
   }
-  std::byte wait(std::uint64_t of) { return host.data(of).at(3); }
-  static std::byte byte(PdoWait wait) { return static_cast<std::byte>(wait); }
+  PdoWait wait(std::uint64_t of) { return std::get<WrittenByPdo>(host.data(of)).wait; }
 
   const std::vector<std::byte> kSetpointValue{std::byte{9}, {}, {}, {}};
   NodeParts parts{config_with_axis()};
@@ -99,13 +98,13 @@ TEST_F(OutputServiceTest, ASingleValueIsAnsweredWithWhatItsPdoWaitsFor) {
   receivers.follow();
   write_entry(0, kSetpointValue);
   EXPECT_EQ(host.answer(tag), Error{});
-  EXPECT_EQ(wait(tag), byte(PdoWait::values));
+  EXPECT_EQ(wait(tag), PdoWait::values);
   EXPECT_TRUE(sent().empty());
   write_entry(1, {std::byte{3}});
   EXPECT_FALSE(host.answer(tag));
   EXPECT_EQ(sent(), std::vector<std::string>{"205#0900000003"});
   host.acknowledge();
-  EXPECT_EQ(wait(tag), byte(PdoWait::none));
+  EXPECT_EQ(wait(tag), PdoWait::none);
 }
 
 TEST_F(OutputServiceTest, ASingleValueIsRefusedWhereItMakesNoSense) {
@@ -121,7 +120,7 @@ TEST_F(OutputServiceTest, ASingleValueIsRefusedWhereItMakesNoSense) {
 TEST_F(OutputServiceTest, AnObjectGoesByPdoIfOneCarriesIt) {
   write_object(kSetpointIndex, kSetpointValue);
   EXPECT_EQ(host.answer(tag), Error{});
-  EXPECT_EQ(host.data(tag).at(0), std::byte{kByPdo});
+  EXPECT_TRUE(std::holds_alternative<WrittenByPdo>(host.data(tag)));
   EXPECT_TRUE(by_sdo.taken.empty());
   write_object(kUnmapped, {std::byte{1}, std::byte{0}});
   write_object(kSetpointIndex, kSetpointValue, true);
@@ -135,7 +134,7 @@ TEST_F(OutputServiceTest, TheUpdateTimeCollectsTheValuesOfAPdo) {
   write_all();
   settings.update_time = milliseconds(20);
   write_object(kSetpointIndex, kSetpointValue);
-  EXPECT_EQ(wait(tag), byte(PdoWait::update_time));
+  EXPECT_EQ(wait(tag), PdoWait::update_time);
   EXPECT_EQ(service.next_wake(), now + milliseconds(20));
   service.advance(now + milliseconds(20));
   EXPECT_EQ(service.next_wake(), kNever);
@@ -171,7 +170,7 @@ TEST_F(OutputServiceTest, APdoIsTriggeredByItsNumberOrThatOfTheDevice) {
   trigger(kAxis, 1);
   EXPECT_FALSE(host.answer(tag));
   host.acknowledge();
-  EXPECT_EQ(host.data(tag), (std::vector<std::byte>{std::byte{1}, std::byte{0}}));
+  EXPECT_EQ(host.data(tag), ReplyData{TriggeredPdos{1}});
   trigger(0, 1);
   service.before_boot(now);
   EXPECT_EQ(host.answer(tag), to_error(Refusal::wrong_state));
@@ -184,11 +183,11 @@ TEST_F(OutputServiceTest, APdoIsTriggeredByItsNumberOrThatOfTheDevice) {
 TEST_F(OutputServiceTest, WithoutAnAcknowledgementItSaysWhatTheFrameWaitsFor) {
   write_all();
   host.expire(service, now);
-  EXPECT_EQ(wait(tag), byte(PdoWait::turn));
+  EXPECT_EQ(wait(tag), PdoWait::turn);
   write_entry(0, kSetpointValue);
   host.set_stuck(true);
   host.expire(service, now);
-  EXPECT_EQ(wait(tag), byte(PdoWait::bus));
+  EXPECT_EQ(wait(tag), PdoWait::bus);
   trigger(kAxis, 1);
   host.expire(service, now);
   EXPECT_EQ(host.answer(tag), to_error(Refusal::no_acknowledge));

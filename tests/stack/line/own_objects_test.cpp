@@ -112,8 +112,8 @@ class OwnObjectsTest : public LineTest {
 
 TEST_F(OwnObjectsTest, ThoseOfTheConfigurationAreInTheDictionary) {
   run(config_with_objects());
-  EXPECT_EQ(read(0x2100, 0).data, bytes_le(2, 1)) << "the highest sub-index";
-  EXPECT_EQ(read(0x2100, 1).data, bytes_le(5, 2));
+  EXPECT_EQ(read(0x2100, 0).bytes(), bytes_le(2, 1)) << "the highest sub-index";
+  EXPECT_EQ(read(0x2100, 1).bytes(), bytes_le(5, 2));
   EXPECT_EQ(write(0x2100, 1, bytes_le(101, 2)).error, to_error(AbortCode::value_too_high));
   EXPECT_TRUE(write(0x2100, 1, bytes_le(7, 2)).ok());
   EXPECT_TRUE(write(0x2100, 2, bytes_le('x', 1)).ok());
@@ -143,7 +143,7 @@ TEST_F(OwnObjectsTest, WhatOthersWriteIsInTheInputs) {
 TEST_F(OwnObjectsTest, WhatTheApplicationGivesIsInTheOutputs) {
   run(config_with_objects());
   set_result(0x11223344);
-  EXPECT_EQ(read(0x6100, 0).data, bytes_le(0x11223344, 4));
+  EXPECT_EQ(read(0x6100, 0).bytes(), bytes_le(0x11223344, 4));
   EXPECT_EQ(image_value(Direction::outputs), 0x11223344U);
 }
 
@@ -156,7 +156,7 @@ TEST_F(OwnObjectsTest, AResetGivesThemTheirDefaults) {  // 1010h
   pass(milliseconds(1));
   EXPECT_TRUE(line_->image_changed(Direction::inputs));
   EXPECT_EQ(image_value(Direction::inputs), 5U);
-  EXPECT_EQ(read(0x2100, 1).data, bytes_le(5, 2));
+  EXPECT_EQ(read(0x2100, 1).bytes(), bytes_le(5, 2));
 }
 
 TEST_F(OwnObjectsTest, PdosMapThem) {
@@ -176,7 +176,7 @@ TEST_F(OwnObjectsTest, PdosMapThem) {
   EXPECT_THAT(sent(), ElementsAre("3AA#04000000"));
   hear(0x3BB, {0x21, 0});
   EXPECT_EQ(image_value(Direction::inputs), 0x21U);
-  EXPECT_EQ(read(0x2100, 1).data, bytes_le(0x21, 2));
+  EXPECT_EQ(read(0x2100, 1).bytes(), bytes_le(0x21, 2));
 }
 
 TEST_F(OwnObjectsTest, ThoseThatAreMarkedAreStored) {
@@ -230,12 +230,12 @@ TEST_F(OwnObjectsTest, LimitsAndDefaultGoTogether) {
 TEST_F(OwnObjectsTest, ACommandCreatesAndRemovesThem) {  // 1010h
   run(config_with_axis());
   EXPECT_TRUE(ask(create(0x2200, 1, od::DataType::unsigned16, 3)).ok());
-  EXPECT_EQ(read(0x2200, 1).data, bytes_le(3, 2));
+  EXPECT_EQ(read(0x2200, 1).bytes(), bytes_le(3, 2));
   write(0x2200, 1, bytes_le(4, 2));
   EXPECT_TRUE(ask(create(0x2200, 2, od::DataType::unsigned8, 8)).ok());
-  EXPECT_EQ(read(0x2200, 1).data, bytes_le(4, 2)) << "other objects keep their values";
-  EXPECT_EQ(read(0x2200, 2).data, bytes_le(8, 1));
-  EXPECT_EQ(read(0x2200, 0).data, bytes_le(2, 1));
+  EXPECT_EQ(read(0x2200, 1).bytes(), bytes_le(4, 2)) << "other objects keep their values";
+  EXPECT_EQ(read(0x2200, 2).bytes(), bytes_le(8, 1));
+  EXPECT_EQ(read(0x2200, 0).bytes(), bytes_le(2, 1));
   EXPECT_TRUE(ask(remove(0x2200)).ok());
   EXPECT_EQ(read(0x2200, 1).error, to_error(AbortCode::no_object));
   EXPECT_EQ(ask(remove(0x2200)).error, to_error(Refusal::unknown_entry));
@@ -245,12 +245,12 @@ TEST_F(OwnObjectsTest, ACreatedObjectMayLieOverTheImage) {
   run(config_with_objects());
   const std::uint32_t offset = last_entry(Direction::inputs).bit_offset / 8;
   EXPECT_TRUE(ask(create_in_image(0x2200, od::DataType::unsigned8, offset)).ok());
-  EXPECT_EQ(read(0x2200, 0).data, bytes_le(5, 1)) << "the bytes there are its value";
+  EXPECT_EQ(read(0x2200, 0).bytes(), bytes_le(5, 1)) << "the bytes there are its value";
   snapshot(Direction::inputs);
   write(0x2200, 0, bytes_le(6, 1));
   EXPECT_TRUE(line_->image_changed(Direction::inputs));
   EXPECT_EQ(image_value(Direction::inputs), 6U);
-  EXPECT_EQ(read(0x2100, 1).data, bytes_le(6, 2));
+  EXPECT_EQ(read(0x2100, 1).bytes(), bytes_le(6, 2));
 }
 
 TEST_F(OwnObjectsTest, CreatingHasItsLimits) {
@@ -275,21 +275,21 @@ TEST_F(OwnObjectsTest, CreatingHasItsLimits) {
 TEST_F(OwnObjectsTest, TheDictionaryCanBeListed) {
   run(config_with_objects());
   LocalRead list{.what = ObjectRange{0x2100, 0x2100}};
-  const std::vector<std::byte> told = ask({.request = list}).data;
-  // Sub-index 0, then "Recipe": 7 bytes of header, its name with length, its value with length.
-  const std::size_t first = 7 + 1 + std::string("Highest sub-index supported").size() + 1 + 1;
-  ASSERT_GT(told.size(), first + 7 + 7 + 3);
-  const auto recipe = std::span<const std::byte>(told).subspan(first);
-  EXPECT_EQ(load_le(recipe.first(2)), 0x2100U);
-  EXPECT_EQ(recipe[2], std::byte{1});
-  EXPECT_EQ(load_le(recipe.subspan(3, 2)), static_cast<unsigned>(od::DataType::unsigned16));
-  EXPECT_EQ(recipe[5], static_cast<std::byte>(od::Access::rww));
-  EXPECT_EQ(recipe[6], std::byte{5}) << "flags: mappable, own object";
-  EXPECT_EQ(recipe[7], std::byte{6});
-  EXPECT_EQ(recipe[14], std::byte{2});
-  EXPECT_EQ(load_le(recipe.subspan(15, 2)), 5U);
+  const auto listed = std::get<std::vector<ListedObject>>(ask({.request = list}).data);
+  ASSERT_EQ(listed.size(), 3U);
+  EXPECT_EQ(listed[0].name, "Highest sub-index supported");
+  EXPECT_EQ(listed[0].value, bytes_le(2, 1));
+  const ListedObject recipe{.address = {0x2100, 1},
+                            .type = od::DataType::unsigned16,
+                            .access = od::Access::rww,
+                            .mappable = true,
+                            .application = true,
+                            .name = "Recipe",
+                            .value = bytes_le(5, 2)};
+  EXPECT_EQ(listed[1], recipe);
   list.what = ObjectRange{};
-  EXPECT_GT(ask({.request = list}).data.size(), 1000U) << "all of it";
+  const auto all = std::get<std::vector<ListedObject>>(ask({.request = list}).data);
+  EXPECT_GT(all.size(), 40U) << "all of it";
 }
 
 TEST_F(OwnObjectsTest, TheDeviceFileOfANodeCanBeListed) {
@@ -305,12 +305,13 @@ TEST_F(OwnObjectsTest, TheDeviceFileOfANodeCanBeListed) {
   config.nodes = {node, {.id = 6}};
   run(std::move(config));
   LocalRead list{.node = 5, .what = ObjectRange{0x2000, 0x2000}};
-  const std::vector<std::byte> told = ask({.request = list}).data;
-  ASSERT_EQ(told.size(), 7U + 1 + 4 + 1 + 1);
-  EXPECT_EQ(load_le(std::span(told).first(2)), 0x2000U);
-  EXPECT_EQ(load_le(std::span(told).subspan(3, 2)), static_cast<unsigned>(od::DataType::unsigned8));
-  EXPECT_EQ(told[5], static_cast<std::byte>(od::Access::rw));
-  EXPECT_EQ(told.back(), std::byte{7}) << "the value in the device file";
+  const auto listed = std::get<std::vector<ListedObject>>(ask({.request = list}).data);
+  const ListedObject gain{.address = {0x2000, 0},
+                          .type = od::DataType::unsigned8,
+                          .access = od::Access::rw,
+                          .name = "Gain",
+                          .value = bytes_le(7, 1)};
+  EXPECT_EQ(listed, std::vector{gain}) << "with the value of the file";
   list.node = 6;
   EXPECT_EQ(ask({.request = list}).error, to_error(Refusal::bad_request))
       << "it has no device file";

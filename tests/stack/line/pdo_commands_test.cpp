@@ -87,7 +87,7 @@ TEST_F(PdoCommands, AValueGoesByMpdoToAnObjectOfOneNodeOrOfAll) {
   run(with_mpdos());
   const Reply done = ask(by_mpdo(5, bytes({0x34, 0x12})));
   EXPECT_TRUE(done.ok());
-  EXPECT_EQ(done.data, bytes({100, 0}));
+  EXPECT_EQ(done.data, ReplyData{SentByMpdo{100}});
   EXPECT_THAT(sent(), ElementsAre("1F0#8500620134120000"));
   EXPECT_EQ(own(1), 0x1234U) << "the object that the TPDO maps";
   EXPECT_TRUE(ask(by_mpdo(0, bytes({7}))).ok());
@@ -218,11 +218,11 @@ TEST_F(ScannedOutputs, ASingleWriteIsAnsweredWithWhatItWaitsFor) {
   command_own(nmt::Command::enter_pre_operational);
   Reply reply = ask(by_hand(7));
   EXPECT_TRUE(reply.ok());
-  EXPECT_EQ(reply.data, bytes({kByPdo, 101, 0, static_cast<unsigned>(PdoWait::operational)}));
+  EXPECT_EQ(reply.data, (ReplyData{WrittenByPdo{101, PdoWait::operational}}));
   command_own(nmt::Command::start);
   EXPECT_THAT(of_scanner(sent()), ElementsAre("1F1#7F00210407000000"));
   reply = ask(by_hand(8));
-  EXPECT_EQ(reply.data, bytes({kByPdo, 101, 0, static_cast<unsigned>(PdoWait::none)}));
+  EXPECT_EQ(reply.data, (ReplyData{WrittenByPdo{101, PdoWait::none}}));
 }
 
 TEST_F(ScannedOutputs, WhereThereIsNoRoomTheyAreSentWhenThereIs) {

@@ -119,8 +119,9 @@ TEST_F(PresenceTest, BootOfANodeThatWasNeverHeardLeavesNoState) {
   EXPECT_TRUE(emitted(EventKind::boot_result, kUnlisted));
   Reply reply;
   ASSERT_TRUE(line_->take_reply(reply));
-  ASSERT_EQ(reply.data.size(), 18U);
-  EXPECT_EQ(reply.data[1], std::byte{'A'});
+  const auto& outcomes = std::get<std::vector<manager::BootOutcome>>(reply.data);
+  ASSERT_EQ(outcomes.size(), 1U);
+  EXPECT_EQ(outcomes[0].letter, 'A');
 }
 
 TEST_F(PresenceTest, AMissingNodeShowsNoStateNotEvenAfterAStartOfAll) {

@@ -299,12 +299,10 @@ TEST_F(OutputsOfANode, ASingleWriteAnswersWhatItsPdoWaitsFor) {
     }
     return out;
   };
-  EXPECT_EQ(ask(1, bytes({7})),
-            bytes({kByPdo, 1, 0, static_cast<unsigned char>(PdoWait::values), 0, 0, 0, 0}))
+  EXPECT_EQ(ask(1, bytes({7})), (ReplyData{WrittenByPdo{1, PdoWait::values, {0}}}))
       << "waits for entry 0";
   EXPECT_THAT(pdos(), IsEmpty());
-  EXPECT_EQ(ask(0, bytes({1, 0, 0, 0})),
-            bytes({kByPdo, 1, 0, static_cast<unsigned char>(PdoWait::none)}));
+  EXPECT_EQ(ask(0, bytes({1, 0, 0, 0})), (ReplyData{WrittenByPdo{1, PdoWait::none}}));
   EXPECT_THAT(pdos(), ElementsAre("205#0100000007"));
 }
 

@@ -53,7 +53,7 @@ class LineRecords : public LineTest {
   std::uint64_t get(std::uint16_t index, std::uint8_t sub) {
     const Reply reply = ask({.request = LocalRead{.what = od::Address{index, sub}}});
     EXPECT_TRUE(reply.ok());
-    return load_le(reply.data);
+    return load_le(reply.bytes());
   }
 
   Reply write(std::uint16_t index, std::uint64_t value, std::size_t size) {
@@ -84,9 +84,9 @@ TEST_F(LineRecords, AToolOnTheBusEnforcesSdo) {
   line_->execute(mode, now_);
   EXPECT_THAT(sent(), ElementsAre("605#2F03200007000000")) << "although a PDO carries it";
   hear(0x585, {0x60, 0x03, 0x20, 0, 0, 0, 0, 0});
-  EXPECT_EQ(answer().data, std::vector<std::byte>{std::byte{kBySdo}});
+  EXPECT_EQ(answer().data, ReplyData{WrittenBySdo{}});
   EXPECT_EQ(set_control(0), Error{});
-  EXPECT_EQ(ask(mode).data.at(0), std::byte{kByPdo});
+  EXPECT_TRUE(std::holds_alternative<WrittenByPdo>(ask(mode).data));
 }
 
 TEST_F(LineRecords, PdosAreTriggeredByHandOnly) {
@@ -94,7 +94,7 @@ TEST_F(LineRecords, PdosAreTriggeredByHandOnly) {
   EXPECT_EQ(set_control(diagnosis::kManualTrigger), Error{});
   EXPECT_EQ(set(0x0C, 0x0501, 2), to_error(AbortCode::device_state)) << "a value is missing";
   write(0x2002, 1, 4);
-  EXPECT_EQ(write(0x2003, 1, 1).data.at(3), static_cast<std::byte>(PdoWait::trigger));
+  EXPECT_EQ(write(0x2003, 1, 1).data, (ReplyData{WrittenByPdo{1, PdoWait::trigger}}));
   OutputState state;
   line_->output_state(0, state);
   ASSERT_EQ(state.waits.size(), 2U);
@@ -224,7 +224,7 @@ TEST_F(LineRecords, ReadsAreAnsweredWithScannedEntries) {
   run(std::move(config));
   const Command vendor{.request = SdoRead{.node = 5, .address = {0x1018, 1}}};
   EXPECT_EQ(set_control(diagnosis::kUseScannedEntries), Error{});
-  EXPECT_EQ(ask(vendor).data, number(0x123, 4));
+  EXPECT_EQ(ask(vendor).bytes(), number(0x123, 4));
   EXPECT_THAT(sent(), IsEmpty()) << "no request to the node";
   EXPECT_EQ(set_control(0), Error{});
   line_->execute(vendor, now_);

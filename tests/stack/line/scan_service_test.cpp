@@ -68,9 +68,9 @@ struct ScanServiceTest : testing::Test {
     FAIL() << "the scan does not end";
   }
   std::vector<std::uint8_t> reported(std::uint64_t of) const {
-    const auto report = scan::read_report(host.data(of));
+    const auto& report = std::get<std::vector<scan::ScannedNode>>(host.data(of));
     std::vector<std::uint8_t> nodes;
-    for (const scan::ScannedNode& node : report.value()) {
+    for (const scan::ScannedNode& node : report) {
       nodes.push_back(node.id);
     }
     return nodes;

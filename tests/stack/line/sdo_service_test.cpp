@@ -77,18 +77,18 @@ TEST_F(SdoServiceTest, AReadIsAnsweredWithTheValue) {
   EXPECT_FALSE(host.answer(tag));
   respond(kUploadResponse, 0x192);
   EXPECT_EQ(host.answer(tag), Error{});
-  EXPECT_EQ(load_le<std::uint32_t>(host.data(tag).data()), 0x192U);
+  EXPECT_EQ(load_le<std::uint32_t>(host.bytes(tag).data()), 0x192U);
 }
 
 TEST_F(SdoServiceTest, AWriteIsAnsweredAndAnObjectWriteSaysItsWay) {
   write(kAxis);
   respond(kDownloadResponse);
   EXPECT_EQ(host.answer(tag), Error{});
-  EXPECT_TRUE(host.data(tag).empty());
+  EXPECT_EQ(host.data(tag), ReplyData{});
   execute(ObjectWrite{
       .node = kAxis, .address = kType, .data = std::vector<std::byte>(4, std::byte{1})});
   respond(kDownloadResponse);
-  EXPECT_EQ(host.data(tag), std::vector<std::byte>{std::byte{kBySdo}});
+  EXPECT_EQ(host.data(tag), ReplyData{WrittenBySdo{}});
 }
 
 TEST_F(SdoServiceTest, AnAbortIsTheReply) {
@@ -121,10 +121,10 @@ TEST_F(SdoServiceTest, TheOwnNodeIsALocalAccess) {
 TEST_F(SdoServiceTest, WhatAScanReadMayBeTheAnswer) {
   known.assign(2, std::byte{7});
   read_cached(kAxis);
-  EXPECT_EQ(host.data(tag), known);
+  EXPECT_EQ(host.bytes(tag), known);
   settings.use_scanned_entries = true;
   read(kAxis);
-  EXPECT_EQ(host.data(tag), known);
+  EXPECT_EQ(host.bytes(tag), known);
   write(kAxis);
   EXPECT_TRUE(known.empty()) << "it was written";
 }

@@ -40,7 +40,7 @@ struct ServiceStub final : Service {
 
 class RecordingHost final : public ServiceHost {
  public:
-  void reply(std::uint64_t tag, Error error, std::vector<std::byte> data) override {
+  void reply(std::uint64_t tag, Error error, ReplyData data) override {
     EXPECT_FALSE(replies_.contains(tag)) << "a second reply to " << tag;
     replies_[tag] = {.tag = tag, .error = error, .data = std::move(data)};
   }
@@ -87,7 +87,8 @@ class RecordingHost final : public ServiceHost {
     const auto found = replies_.find(tag);
     return found == replies_.end() ? std::nullopt : std::optional(found->second.error);
   }
-  const std::vector<std::byte>& data(std::uint64_t tag) const { return replies_.at(tag).data; }
+  const ReplyData& data(std::uint64_t tag) const { return replies_.at(tag).data; }
+  const std::vector<std::byte>& bytes(std::uint64_t tag) const { return replies_.at(tag).bytes(); }
 
  private:
   bool usable_ = true;

@@ -246,7 +246,7 @@ class RepeatedSdo : public LineTest {
     const Reply reply = answer();
     EXPECT_EQ(reply.tag, 7U);
     EXPECT_TRUE(reply.ok());
-    EXPECT_EQ(reply.data.size(), write ? 0U : 2U);
+    EXPECT_EQ(reply.bytes().size(), write ? 0U : 2U);
     expect_nothing();
   }
   void expect_nothing() {

@@ -91,7 +91,8 @@ class AcknowledgedOutputs : public AcknowledgedLine {
     line_->execute({.request = NmtRequest{.node = 5, .command = nmt::Command::start}}, now_);
   }
   PdoWait wait_of(const Reply& reply) {
-    return reply.data.size() >= 4 ? static_cast<PdoWait>(reply.data[3]) : PdoWait::values;
+    const auto* const way = std::get_if<WrittenByPdo>(&reply.data);
+    return way != nullptr ? way->wait : PdoWait::values;
   }
   OutputWait reason() {
     OutputState state;

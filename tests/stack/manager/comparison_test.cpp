@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include "stack/base/byte_order.h"
-#include "stack/manager/configuration_report.h"
 
 #include "tests/stack/manager/numbers.h"
 
@@ -52,34 +51,6 @@ TEST(Comparison, ANodeThatFallsSilentEndsIt) {
   EXPECT_FALSE(comparison.wanted());
   EXPECT_EQ(comparison.end(), AbortCode::timeout);
   EXPECT_EQ(comparison.done(), 0U);
-}
-
-TEST(ConfigurationReport, IsReadAsItWasWritten) {
-  const std::vector<NodeReport> nodes = {
-      {.node = 5},
-      {.node = 7,
-       .boot = 'J',
-       .end = AbortCode::value_too_high,
-       .differences = {
-           {.object = {0x2001, 3}, .expected = number(2), .abort = AbortCode::value_too_high},
-           {.object = {0x1017, 0}, .expected = number(100, 2), .found = number(0, 2)}}}};
-  const auto bytes = write_configuration_report(nodes);
-  EXPECT_EQ(bytes.size(), 10U + 10U + 19U + 19U);
-  const auto read = read_configuration_report(bytes);
-  ASSERT_TRUE(read.ok());
-  EXPECT_EQ(*read, nodes);
-  EXPECT_TRUE(read->at(0).good());
-  EXPECT_FALSE(read->at(1).good());
-  for (std::size_t size = 1; size < bytes.size(); ++size) {
-    const auto cut = read_configuration_report(std::span(bytes).first(size));
-    EXPECT_TRUE(!cut.ok() || cut->size() == 1) << size;
-  }
-  auto count = bytes;
-  count[9] = std::byte{0xFF};
-  EXPECT_FALSE(read_configuration_report(count).ok());
-  auto node = bytes;
-  node[0] = std::byte{0};
-  EXPECT_FALSE(read_configuration_report(node).ok());
 }
 
 }  // namespace

@@ -50,7 +50,7 @@ TEST_F(RemoteSdo, AnotherLineOfTheProcessIsReachedDirectly) {
   server({0x43, 0, 0x10, 0, 0x91, 1, 2, 3});
   const line::Reply got = reply();
   EXPECT_TRUE(got.ok());
-  EXPECT_EQ(got.data,
+  EXPECT_EQ(got.bytes(),
             (std::vector<std::byte>{std::byte{0x91}, std::byte{1}, std::byte{2}, std::byte{3}}));
   EXPECT_EQ(sent(1), Frames{});
   expect_nothing_left();
@@ -65,7 +65,7 @@ TEST_F(RemoteSdo, AGatewayOnTheOwnLineIsToldTheNetworkFirst) {
     hear(1, 0x589, {0xE0, 5, 0, 33, 1, 0, 0, 0});
     EXPECT_EQ(sent(1), Frames{"609 4000100000000000"});
     hear(1, 0x589, {0x4F, 0, 0x10, 0, 5, 0, 0, 0});
-    EXPECT_EQ(reply().data, std::vector<std::byte>{std::byte{5}});
+    EXPECT_EQ(reply().bytes(), std::vector<std::byte>{std::byte{5}});
   }
   expect_nothing_left();
 }
@@ -126,7 +126,7 @@ TEST_F(RemoteSdo, InThePlaceOfADeviceReadsAndWritesAsTheRuleSays) {
   read_as_device(2, 5);
   EXPECT_EQ(sent(2), Frames{"605 4000100000000000"});
   server({0x4F, 0, 0x10, 0, 5, 0, 0, 0});
-  EXPECT_EQ(reply().data, std::vector<std::byte>{std::byte{5}});
+  EXPECT_EQ(reply().bytes(), std::vector<std::byte>{std::byte{5}});
   write_as_device(2, 5);
   EXPECT_EQ(reply().error, to_error(AbortCode::read_only));
   EXPECT_EQ(sent(1), Frames{});
@@ -184,7 +184,7 @@ TEST_F(RemoteSdoByWrittenRoute, OnlyReadsInALineThatMayBeRead) {
   hear(2, 0x589, {0xE0, 4, 0, 7, 1, 0, 0, 0});
   EXPECT_EQ(sent(2), Frames{"609 4000100000000000"});
   hear(2, 0x589, {0x4F, 0, 0x10, 0, 5, 0, 0, 0});
-  EXPECT_EQ(reply().data, std::vector<std::byte>{std::byte{5}});
+  EXPECT_EQ(reply().bytes(), std::vector<std::byte>{std::byte{5}});
   line(1).execute(
       {.tag = 8,
        .request =

@@ -103,35 +103,6 @@ TEST(Survey, KeepsWhatWasReadWhenTheNodeFallsSilent) {
   EXPECT_EQ(survey.result().number({0x1000, 0}), 0x192U);
 }
 
-TEST(ScanReport, IsReadAsItWasWritten) {
-  Answers answers;
-  answers.set_pdo(0x1800, 0x185, 255, {0x6041'0010});
-  const ScannedNode first = answers.survey(3);
-  ScannedNode second{.id = 127, .end = AbortCode::timeout};
-  const std::vector<ScannedNode> nodes{first, second};
-  const auto bytes = write_report(nodes);
-  EXPECT_EQ(bytes[0], std::byte{3});
-  const auto read = read_report(bytes);
-  ASSERT_TRUE(read.ok());
-  ASSERT_EQ(read->size(), 2U);
-  EXPECT_EQ((*read)[0].number({0x1A00, 1}), 0x6041'0010U);
-  EXPECT_EQ((*read)[0].values.size(), first.values.size());
-  EXPECT_EQ((*read)[1].id, 127);
-  EXPECT_EQ((*read)[1].end, AbortCode::timeout);
-}
-
-TEST(ScanReport, IsRefusedWhereItIsCutOrANodeIdIsNone) {
-  Answers answers;
-  answers.set(0x1000, 0, 1, 4);
-  const std::vector<ScannedNode> nodes{answers.survey(3)};
-  auto bytes = write_report(nodes);
-  for (std::size_t size = 1; size < bytes.size(); ++size) {
-    EXPECT_FALSE(read_report(std::span(bytes).first(size)).ok()) << size;
-  }
-  bytes[0] = std::byte{128};
-  EXPECT_FALSE(read_report(bytes).ok());
-}
-
 TEST(ScanConflicts, NameBothWhoSendOnOneIdentifier) {
   Answers first;
   first.set(0x1014, 0, 0x85, 4);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stack/manager/boot_report.h"
+#include "stack/manager/boot_event.h"
 
 #include <gtest/gtest.h>
 
@@ -23,34 +23,6 @@ BootFinding differs() {
           .abort = AbortCode::none,
           .expected = 7,
           .found = 0x1234'5678};
-}
-
-TEST(BootReport, IsEighteenBytesANode) {
-  const std::vector<BootOutcome> outcomes = {{.node = 5, .letter = 'M', .finding = differs()}};
-  const std::vector<std::byte> bytes = write_boot_report(outcomes);
-  const unsigned expected[] = {5, 'M', 0x18, 0x10, 2, 2,    0,    0,    0,
-                               0, 7,   0,    0,    0, 0x78, 0x56, 0x34, 0x12};
-  ASSERT_EQ(bytes.size(), std::size(expected));
-  for (std::size_t i = 0; i < bytes.size(); ++i) {
-    EXPECT_EQ(std::to_integer<unsigned>(bytes[i]), expected[i]) << i;
-  }
-}
-
-TEST(BootReport, IsReadAsItWasWritten) {
-  const std::vector<BootOutcome> outcomes = {{.node = 1, .letter = kBooted, .finding = {}},
-                                             {.node = 2, .letter = 'J', .finding = aborted()},
-                                             {.node = 127, .letter = 'M', .finding = differs()}};
-  const auto read = read_boot_report(write_boot_report(outcomes));
-  ASSERT_TRUE(read.ok());
-  EXPECT_EQ(*read, outcomes);
-  EXPECT_TRUE(read_boot_report({})->empty());
-}
-
-TEST(BootReport, OfHalfANodeIsRefused) {
-  const std::vector<BootOutcome> outcomes = {{.node = 1, .letter = 'B', .finding = aborted()}};
-  std::vector<std::byte> bytes = write_boot_report(outcomes);
-  bytes.pop_back();
-  EXPECT_EQ(read_boot_report(bytes).error(), to_error(AbortCode::length_mismatch));
 }
 
 TEST(BootEvent, SaysTheObjectAndWhatWasFound) {  // 1F80h, 1F81h

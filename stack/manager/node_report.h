@@ -1,21 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The result of a verification or of an application of configurations, and its form as bytes: the
-// reply to line::CommandKind::configure.
-//
-//   per node, ascending: U8 node-ID, U8 boot (0, or a letter), U32 end (0, or an SDO abort code),
-//   U32 number of differences, then each: U16 index, U8 sub-index, U32 SDO abort code or 0,
-//   U32 size and bytes of the expected value, U32 size and bytes of the value found
-//
-// little-endian, without gaps. OWN: there is no public format.
+// The result of a verification or of an application of the configuration of a node.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "stack/base/abort_code.h"
-#include "stack/base/result.h"
 #include "stack/manager/state.h"
 #include "stack/od/description.h"
 
@@ -44,10 +35,5 @@ struct NodeReport {
   bool good() const { return boot == kBooted && end == AbortCode::none && differences.empty(); }
   friend bool operator==(const NodeReport&, const NodeReport&) = default;
 };
-
-std::vector<std::byte> write_configuration_report(std::span<const NodeReport> nodes);
-// Fails with length_mismatch if the sizes do not agree with the number of bytes, or a node-ID is
-// invalid.
-Result<std::vector<NodeReport>> read_configuration_report(std::span<const std::byte> data);
 
 }  // namespace linegate::manager

@@ -1,18 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The results of boot processes: the reply to the command `boot`.
-//
-// For each node, ascending, 18 bytes, little-endian: node-ID (1), letter or 0 (1), index (2) and
-// sub-index (1) of the object, BootFinding::Kind (1), SDO abort code (4), expected value (4), found
-// value (4).
+// The result of a boot process as an event, and the meaning of its finding.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
-#include <span>
-#include <vector>
 
+#include "stack/base/abort_code.h"
 #include "stack/base/event.h"
-#include "stack/base/result.h"
+#include "stack/base/time.h"
 #include "stack/manager/state.h"
 
 namespace linegate::manager {
@@ -31,17 +25,5 @@ bool is_communication_error(AbortCode abort);
 // refuse; one that reported a communication error did only if it repeated it (kRefusals in
 // boot_slave.cpp).
 bool is_refusal(const BootFinding& finding);
-
-struct BootOutcome {
-  std::uint8_t node = 0;
-  char letter = kBooted;
-  BootFinding finding{};
-
-  friend bool operator==(const BootOutcome&, const BootOutcome&) = default;
-};
-
-std::vector<std::byte> write_boot_report(std::span<const BootOutcome> outcomes);
-// length_mismatch if the number of bytes is not a multiple of 18.
-Result<std::vector<BootOutcome>> read_boot_report(std::span<const std::byte> data);
 
 }  // namespace linegate::manager
