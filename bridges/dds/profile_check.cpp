@@ -62,6 +62,15 @@ class Check {
       return missing("data_reader", topic);
     }
     limits("data_reader", topic, found.topic);
+    if (found.qos.m_ownership.kind == rtps::EXCLUSIVE_OWNERSHIP_QOS &&
+        found.topic.historyQos.kind == rtps::KEEP_LAST_HISTORY_QOS &&
+        found.topic.historyQos.depth == 1) {
+      add(Severity::warning, line_of_profile(profiles_.text, "data_reader", topic),
+          "data_reader profile \"" + topic +
+              "\" has EXCLUSIVE ownership and depth 1: in Fast DDS 2.9 samples of a weaker writer "
+              "replace unread samples of the owner; set depth and max_samples_per_instance to 4, "
+              "and max_samples to 4 x max_instances");
+    }
     if (found.qos.m_lifespan.duration != rtps::c_TimeInfinite) {
       add(Severity::error, line_of_profile(profiles_.text, "data_reader", topic),
           "data_reader profile \"" + topic +

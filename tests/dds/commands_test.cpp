@@ -228,7 +228,7 @@ class ProfileText {
 std::string few_instances() {
   ProfileText profiles;
   profiles.set_instances("<data_reader profile_name=\"linegate/v1/CommandRequest\">", 3, 256);
-  profiles.set_instances("<data_reader profile_name=\"linegate/v1/OutputWrite\">", 3, 1);
+  profiles.set_instances("<data_reader profile_name=\"linegate/v1/OutputWrite\">", 3, 4);
   profiles.set_instances("<data_writer profile_name=\"linegate/v1/CommandReply\">", 3, 16);
   return profiles.text();
 }

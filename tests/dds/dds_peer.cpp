@@ -8,6 +8,7 @@
 //     local_read           number of commands of other kinds that were executed, in 4 bytes
 //     other kinds          done, without data
 //   dds_peer unguarded DOMAIN [PROFILES]   the same without a guard
+//   dds_peer slow_gateway DOMAIN [PROFILES]  the same, but looks for samples every 20 ms only
 //   dds_peer subscriber DOMAIN [PROFILES]  prints what it receives, one line for each sample
 //
 // Prints "guard REASON COUNT" whenever a guard has dropped more datagrams, and "guarded" at its end
@@ -15,6 +16,7 @@
 // everything is published). Ends at the end of its standard input.
 #include <cstdio>
 #include <cstdlib>
+#include <thread>
 
 #include <poll.h>
 #include <unistd.h>
@@ -164,7 +166,7 @@ bool publish_all(dds::GatewayBridge& bridge) {
   return ok;
 }
 
-int run_gateway(std::uint32_t domain, const std::string& profiles, bool guard) {
+int run_gateway(std::uint32_t domain, const std::string& profiles, bool guard, bool slow) {
   dds::GatewayOptions options{
       known::kGateway, known::kIncarnation, domain, profiles, {known::kLine}};
   options.guard = guard;
@@ -180,7 +182,9 @@ int run_gateway(std::uint32_t domain, const std::string& profiles, bool guard) {
   const image::Snapshot snapshot = known::snapshot();
   Dropped dropped;
   while (!input_ended()) {
-    bridge.poll(milliseconds(20), plant);
+    if (slow)
+      std::this_thread::sleep_for(milliseconds(20));
+    bridge.poll(milliseconds(slow ? 0 : 20), plant);
     dropped.print(bridge.guard_counters());
     // Repeated, because a volatile reader that matches late receives only later samples.
     bridge.publish_pdo_update(known::kLine, known::layout(), snapshot, snapshot.marks[0], 3);
@@ -242,8 +246,8 @@ int main(int argc, char** argv) {
   const std::string role = argv[1];
   const auto domain = static_cast<std::uint32_t>(std::strtoul(argv[2], nullptr, 10));
   const std::string profiles = argc > 3 ? argv[3] : LOOPBACK_PROFILES;
-  if (role == "gateway" || role == "unguarded")
-    return linegate::run_gateway(domain, profiles, role == "gateway");
+  if (role == "gateway" || role == "unguarded" || role == "slow_gateway")
+    return linegate::run_gateway(domain, profiles, role != "unguarded", role == "slow_gateway");
   if (role == "subscriber" || role == "pdo_subscriber")
     return linegate::run_subscriber(domain, profiles, role == "pdo_subscriber");
   return 2;

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Output values between two processes, and the ownership of a group.
+#include <thread>
+
 #include <gtest/gtest.h>
 
 #include "tests/dds/fixtures.h"
@@ -66,6 +68,45 @@ TEST(Outputs, TheStrongerWriterOwnsTheGroupUntilItIsGone) {
     weak->write_outputs(known_line(), output(300));
     return !gateway.expect("output line=line1 client=weak", std::chrono::milliseconds(50)).empty();
   }));
+}
+
+// The last samples of each round are weak ones, and the gateway reads after them: weaker samples
+// must not replace the owner's newest unread one.
+TEST(Outputs, AWeakWriterDoesNotSilenceTheOwner) {
+  using std::chrono::milliseconds;
+  constexpr std::uint32_t kRounds = 50;
+  constexpr std::uint32_t kWrites = 20;  // of each writer in a round, at 1 kHz
+  Peer gateway("slow_gateway");
+  ASSERT_FALSE(gateway.expect("ready").empty());
+  const auto strong = writer("strong", 10);
+  const auto weak = writer("weak", 1);
+  ASSERT_TRUE(weak != nullptr && strong != nullptr);
+  ASSERT_TRUE(eventually([&] { return weak->output_peers() == 1; }));
+  ASSERT_TRUE(eventually([&] {
+    strong->write_outputs(known_line(), output(0));
+    return !gateway.expect("output line=line1 client=strong", milliseconds(50)).empty();
+  }));
+  std::uint32_t arrived = 0;
+  std::uint32_t number = 0;
+  auto time = std::chrono::steady_clock::now();
+  for (std::uint32_t round = 0; round < kRounds; ++round) {
+    for (std::uint32_t i = 0; i < kWrites; ++i) {
+      strong->write_outputs(known_line(), output(++number));
+      weak->write_outputs(known_line(), output(0));
+      std::this_thread::sleep_until(time += milliseconds(1));
+    }
+    for (int i = 0; i < 5; ++i)
+      weak->write_outputs(known_line(), output(0));
+    const std::string newest = " value=" + std::to_string(number) + ":";
+    std::string line;
+    do {
+      line = gateway.expect("output ", milliseconds(500));
+      EXPECT_EQ(line.find("client=weak"), std::string::npos);
+    } while (!line.empty() && line.find(newest) == std::string::npos);
+    arrived += line.empty() ? 0U : 1U;
+    time = std::chrono::steady_clock::now();
+  }
+  EXPECT_EQ(arrived, kRounds) << "rounds after which the owner's newest sample arrived";
 }
 
 TEST(Outputs, BeyondTheBoundsIsNotSent) {

@@ -192,6 +192,20 @@ TEST(ProfileCheck, AVolatileWriterOfAGatewayIsAWarning) {
       << said;
 }
 
+// With depth 1 a weaker writer silences the owner of a group.
+TEST(ProfileCheck, AnExclusiveReaderOfDepthOneIsAWarning) {
+  const std::string depth = "<depth>4</depth>";
+  std::string text(dds::built_in_profiles());
+  const std::size_t at = text.find("<data_reader profile_name=\"linegate/v1/OutputWrite\">");
+  ASSERT_NE(at, std::string::npos);
+  text.replace(text.find(depth, at), depth.size(), "<depth>1</depth>");
+  const std::string said = findings(text);
+  EXPECT_NE(said.find("data_reader profile \"linegate/v1/OutputWrite\" has EXCLUSIVE ownership and "
+                      "depth 1"),
+            std::string::npos)
+      << said;
+}
+
 std::string findings_with_lifespan(const std::string& kind) {
   std::string text(dds::built_in_profiles());
   const std::string name = "<data_" + kind + " profile_name=\"linegate/v1/LineState\">";
