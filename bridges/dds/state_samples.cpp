@@ -86,10 +86,16 @@ constexpr auto kFromWire = [](const auto& wire, auto& stack) {
 }  // namespace
 
 void to_wire(const std::vector<Property>& from, std::vector<v1::Property>& to) {
-  to.resize(std::min(from.size(), kMaxProperties));
-  for (std::size_t i = 0; i < to.size(); ++i) {
+  const bool all = from.size() <= kMaxProperties;
+  const std::size_t copied = all ? from.size() : kMaxProperties - 1;
+  to.resize(all ? copied : kMaxProperties);
+  for (std::size_t i = 0; i < copied; ++i) {
     to[i].name(from[i].name);
     to[i].value(from[i].value);
+  }
+  if (!all) {
+    to[copied].name("properties-left-out");
+    to[copied].value(std::to_string(from.size() - copied));
   }
 }
 

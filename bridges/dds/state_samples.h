@@ -13,6 +13,8 @@
 
 namespace linegate::dds {
 
+// Of more than kMaxProperties properties, the last one of `to` is `properties-left-out` instead:
+// the number of those that are missing.
 void to_wire(const std::vector<Property>& from, std::vector<v1::Property>& to);
 void from_wire(const std::vector<v1::Property>& from, std::vector<Property>& to);
 

@@ -89,8 +89,8 @@ struct GatewayInfo {
   std::vector<NamedCounter> counters;  // up to 64
 };
 
-// Name and value pairs at the end of LineState, NodeState and Event; up to 40, names up to 64
-// bytes, values up to 256.
+// Name and value pairs at the end of LineState, NodeState and Event; up to kMaxProperties, names up
+// to 64 bytes, values up to 256. Of more properties, the sample has the number that is missing.
 struct Property {
   std::string name;
   std::string value;

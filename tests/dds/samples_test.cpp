@@ -128,10 +128,19 @@ TEST(StateSamples, NeverStaysNever) {
   EXPECT_EQ(known::clock().instant(0), Instant{});
 }
 
-TEST(StateSamples, MorePropertiesThanTheContractHasAreLeftOut) {
+TEST(StateSamples, PropertiesThatTheContractHasNoRoomForAreCounted) {
   std::vector<v1::Property> wire;
-  to_wire(std::vector<Property>(50, Property{"n", "v"}), wire);
-  EXPECT_EQ(wire.size(), 40U);
+  std::vector<Property> back;
+  to_wire(std::vector<Property>(40, Property{"n", "v"}), wire);
+  from_wire(wire, back);
+  ASSERT_EQ(back.size(), 40U);
+  EXPECT_EQ(back.back().name, "n") << "all have room";
+  to_wire(std::vector<Property>(41, Property{"n", "v"}), wire);
+  from_wire(wire, back);
+  ASSERT_EQ(back.size(), 40U);
+  EXPECT_EQ(back[38].name, "n");
+  EXPECT_EQ(back[39].name, "properties-left-out");
+  EXPECT_EQ(back[39].value, "2");
 }
 
 TEST(ImageSamples, SnapshotComesBack) {
