@@ -99,17 +99,47 @@ TEST(Schema, KnowsEveryKeyOfTheSamplePlants) {
   }
 }
 
+// The mapping among the forms of a key, or an undefined node.
+YAML::Node mapping_of(const YAML::Node& key) {
+  if (member(key, "properties").IsDefined()) {
+    return key;
+  }
+  for (const auto& form : member(key, "anyOf")) {
+    if (member(form, "properties").IsDefined()) {
+      return form;
+    }
+  }
+  return YAML::Node(YAML::NodeType::Undefined);
+}
+
+// Each key of the definition with a value of a wrong type. mappings: a key that may be a mapping
+// has one with each of its keys, the others are left out.
+std::string keys_of(const YAML::Node& definition, bool mappings = false) {
+  std::string text;
+  for (const auto& pair : member(definition, "properties")) {
+    const YAML::Node mapping = mapping_of(pair.second);
+    if (mappings && !mapping.IsDefined()) {
+      continue;
+    }
+    text += (text.empty() ? "" : ", ") + pair.first.Scalar() + ": " +
+            (mappings ? keys_of(mapping) : "[1]");
+  }
+  return "{" + text + "}";
+}
+
 // The loader reports a key that only the schema has as "unknown key", and a value of a wrong type
 // with another message.
+void expect_known(const std::string& plant, std::size_t findings) {
+  const auto loaded = read(plant, kRepository + "plant.yaml");
+  EXPECT_FALSE(loaded.ok());
+  EXPECT_GE(loaded.diagnostics.size(), findings) << "every key is reported";
+  for (const auto& diagnostic : loaded.diagnostics) {
+    EXPECT_EQ(diagnostic.text.find("unknown key"), std::string::npos) << to_string(diagnostic);
+  }
+}
+
 TEST(Schema, HasNoKeyTheLoaderDoesNotKnow) {
   const YAML::Node definitions = member(load_schema(), "$defs");
-  const auto keys_of = [](const YAML::Node& definition) {
-    std::string text;
-    for (const auto& pair : member(definition, "properties")) {
-      text += (text.empty() ? "" : ", ") + pair.first.Scalar() + ": [1]";
-    }
-    return "{" + text + "}";
-  };
   const std::string line = keys_of(member(definitions, "line"));
   const std::string node = keys_of(member(definitions, "node"));
   const std::string device = keys_of(member(definitions, "device"));
@@ -131,12 +161,21 @@ TEST(Schema, HasNoKeyTheLoaderDoesNotKnow) {
       "\n      - {id: 5, eds: bridges/sim/eds/drive.eds, pdos: {tpdo1: " + pdo + "}}\n" +
       "  - name: c\n    interface: 'simulated:'\n    role: device\n    devices:\n      - " +
       device + "\n      - {id: 5, bind: {\"6000:1\": " + binding + "}}\n";
-  const auto loaded = read(text, kRepository + "plant.yaml");
-  EXPECT_FALSE(loaded.ok());
-  EXPECT_GT(loaded.diagnostics.size(), 20U) << "every key is reported";
-  for (const auto& diagnostic : loaded.diagnostics) {
-    EXPECT_EQ(diagnostic.text.find("unknown key"), std::string::npos) << to_string(diagnostic);
-  }
+  expect_known(text, 21);
+}
+
+TEST(Schema, HasNoKeyOfAMappingTheLoaderDoesNotKnow) {
+  const YAML::Node schema = load_schema();
+  const YAML::Node definitions = member(schema, "$defs");
+  const YAML::Node top = member(schema, "properties");
+  const std::string own_object = keys_of(member(definitions, "own_object"));
+  expect_known("schema: 1\ngateway: " + keys_of(member(top, "gateway")) +
+                   "\ndds: " + keys_of(member(top, "dds")) + "\nlines:\n  - " +
+                   keys_of(member(definitions, "line"), true) +
+                   "\n  - name: b\n    interface: 'simulated:'\n    own_objects: {\"2000:1\": " +
+                   own_object + "}\n    nodes:\n      - " +
+                   keys_of(member(definitions, "node"), true) + "\n",
+               21);
 }
 
 }  // namespace
