@@ -10,7 +10,6 @@ import os
 import subprocess
 import sys
 import tempfile
-import time
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path[:0] = [HERE, os.path.join(HERE, "..", "..", "gateway", "cli")]
@@ -37,15 +36,6 @@ def descriptors(process):
         except OSError:  # closed meanwhile
             pass
     return found
-
-
-def eventually(condition):
-    end = time.monotonic() + WITHIN
-    while not condition():
-        if time.monotonic() > end:
-            return False
-        time.sleep(0.05)
-    return True
 
 
 def client(peer, profile):
@@ -95,7 +85,7 @@ def check(peer, text, transport):
         for turn in range(CLIENTS // AT_ONCE):
             if not come_and_go(peer, paths[1], transport, turn):
                 return "a client does not receive, or does not end"
-        if not eventually(lambda: not descriptors(gateway.process) - before):
+        if not transports.eventually(lambda: not descriptors(gateway.process) - before):
             return "the gateway had %s, and has %s" % (dict(before), dict(descriptors(gateway.process)))
         print("%s: %s before %d clients, %s after them" % (
             transport, dict(before), CLIENTS, dict(descriptors(gateway.process))))

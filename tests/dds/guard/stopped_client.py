@@ -43,15 +43,6 @@ def is_stuck(port):
     return any(octets and octets in first for octets in unsent(port))
 
 
-def eventually(condition):
-    end = time.monotonic() + WITHIN
-    while not condition():
-        if time.monotonic() > end:
-            return False
-        time.sleep(0.05)
-    return True
-
-
 def check(peer, paths):
     gateway = mutate.Peer(peer, "gateway", DOMAIN, paths[0])
     if not gateway.wait_for("ready", WITHIN):
@@ -60,10 +51,10 @@ def check(peer, paths):
     if not all([transports.receives(one, WITHIN) and one.wait_for("pdo", WITHIN) for one in (stopped, other)]):
         return "a client does not receive"
     stopped.process.send_signal(signal.SIGSTOP)
-    if not eventually(lambda: is_stuck(20000 + DOMAIN)):
+    if not transports.eventually(lambda: is_stuck(20000 + DOMAIN)):
         return "the connection to the stopped client always takes data"
     received = other.lines["pdo"]
-    if not eventually(lambda: other.lines["pdo"] > received + PDOS):
+    if not transports.eventually(lambda: other.lines["pdo"] > received + PDOS):
         return "beside a stopped client, another one receives no more PDOs"
     new = mutate.Peer(peer, "subscriber", DOMAIN, paths[1])
     if not transports.receives(new, WITHIN):

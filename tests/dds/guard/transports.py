@@ -11,6 +11,7 @@ import re
 import socket
 import sys
 import tempfile
+import time
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import mutate  # noqa: E402
@@ -73,6 +74,15 @@ def profiles(text, transport, domain):
 
 def receives(client, seconds):
     return all(client.wait_for(word, seconds) for word in ("line", "image", "event"))
+
+
+def eventually(condition, seconds=mutate.FOUND_WITHIN):
+    end = time.monotonic() + seconds
+    while not condition():
+        if time.monotonic() > end:
+            return False
+        time.sleep(0.05)
+    return True
 
 
 def start_clients(peer, domain, profile, transport):
