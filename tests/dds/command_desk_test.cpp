@@ -177,8 +177,7 @@ TEST_F(Desk, WhatIsOutOfRangeIsRefusedWithTheReason) {
             Refusal::bad_request);
   EXPECT_EQ(refusal(spoilt([](auto& s) { s.data().resize(1030); }, v1::COMMAND_OBJECT_CREATE)),
             Refusal::bad_request);
-  EXPECT_EQ(refusal(spoilt([](auto& s) { s.kind(v1::COMMAND_MPDO_WRITE + 1); })),
-            Refusal::bad_request);
+  EXPECT_EQ(refusal(spoilt([](auto& s) { s.kind(line::kCommandKinds); })), Refusal::bad_request);
   EXPECT_EQ(refusal(spoilt([](auto& s) { s.data().resize(6); }, v1::COMMAND_EMCY_SEND)),
             Refusal::bad_request);
   EXPECT_EQ(refusal(spoilt([](auto& s) { s.code(4); }, v1::COMMAND_SCAN_APPLY)),
