@@ -52,7 +52,7 @@ enum class CommandKind : std::uint8_t {
   pdo_request,
   mpdo_write,
 };
-// "sdo_read"
+// "sdo-read"
 std::string_view name(CommandKind kind);
 
 // --- objects of devices --------------------------------------------------------------------------
