@@ -231,6 +231,7 @@ void Arbiter::begin(Channel& channel, Instant now) {
     channel.written_producer_time =
         request.data.size() == 2 ? load_le<std::uint16_t>(request.data.data()) : std::uint16_t{0};
   }
+  channel.client.set_pace(request.priority == Priority::command ? pace_ : nullptr, channel.node);
   if (request.user != nullptr) {
     request.user->granted(request.number, now);
   } else if (request.write && request.source != nullptr) {
@@ -280,6 +281,7 @@ void Arbiter::response(Channel& channel, const can::Frame& frame) {
     channel.current->user->response(channel.current->number, frame);
     return;
   }
+  channel.client.count_received();
   switch (channel.client.receive(frame, transmit_)) {
     case Receipt::used:
       serve(channel, frame.time);

@@ -28,6 +28,7 @@
 #include "stack/can/dispatch.h"
 #include "stack/can/frame.h"
 #include "stack/can/transmit_queue.h"
+#include "stack/sdo/pace.h"
 #include "stack/sdo/request.h"
 #include "stack/sdo/requests_under_way.h"
 
@@ -66,6 +67,10 @@ class Arbiter {
   // under_way states which requests were acknowledged on the bus, see Client::follow(); it must
   // outlive the arbiter. Call it before the first request.
   void follow(const RequestsUnderWay& under_way) { under_way_ = &under_way; }
+
+  // Limits the frames of requests with Priority::command from now on; pace must outlive the
+  // arbiter.
+  void set_pace(Pace& pace) { pace_ = &pace; }
 
   // Values of at least `bytes` bytes are transferred in blocks with this node; kNoBlocks: never.
   // The default is that of TransferOptions. No effect if the node-ID is out of range.
@@ -130,6 +135,7 @@ class Arbiter {
   can::TransmitQueue& transmit_;
   EventLog& events_;
   const RequestsUnderWay* under_way_ = nullptr;
+  Pace* pace_ = nullptr;
   std::array<std::unique_ptr<Channel>, 128> channels_;  // by node-ID
   std::vector<std::uint8_t> used_;                      // node-IDs that have a channel
   // Of transfers that have ended.

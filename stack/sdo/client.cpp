@@ -83,6 +83,7 @@ void Client::advance(Instant now, can::TransmitQueue& queue) {
   if (now >= look_again_) {
     follow_unanswered(now, queue);
   }
+  extend_while_paced(now);
   if (now >= deadline_ && !fall_back_unanswered(now, queue)) {
     give_up(AbortCode::timeout, now, queue);
   }
@@ -91,6 +92,13 @@ void Client::advance(Instant now, can::TransmitQueue& queue) {
   }
   if (now >= block_wake_) {
     advance_block(now, queue);
+  }
+}
+
+// The server can not answer a request that was not sent yet.
+void Client::extend_while_paced(Instant now) {
+  if (outbox_.is_paced() && deadline_ != kNever) {
+    deadline_ = deadline(now, timeout_);
   }
 }
 

@@ -82,6 +82,12 @@ class Client {
   // time-out.
   void follow(const RequestsUnderWay& under_way, std::uint8_t node);
 
+  // Limits the frames of the transfers that begin from now on; nullptr: no longer. pace must
+  // outlive the client. node: for the pace.
+  void set_pace(Pace* pace, std::uint8_t node) { outbox_.set_pace(pace, node); }
+  // Counts a frame of the server for the pace.
+  void count_received() const { outbox_.count_received(); }
+
   // Starts a transfer. timeout applies to each answer of the server and must be positive. A frame
   // that does not fit into the queue is sent by advance(), as are the segments of a block.
   // Precondition: !busy(), and take() has nothing to return.
@@ -185,6 +191,8 @@ class Client {
   bool may_have_taken_effect() const;
   void finish_or_repeat(AbortCode code, Instant now, can::TransmitQueue& queue);
   void finish(AbortCode code);
+
+  void extend_while_paced(Instant now);
 
   // --- client_unanswered.cpp -------------------------------------------------------------------
   // What may follow from a timed-out transfer.

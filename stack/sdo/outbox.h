@@ -10,6 +10,7 @@
 #include "stack/base/assert.h"
 #include "stack/base/time.h"
 #include "stack/can/transmit_queue.h"
+#include "stack/sdo/pace.h"
 #include "stack/sdo/protocol.h"
 
 namespace linegate::sdo {
@@ -50,7 +51,7 @@ class Outbox {
   // after kRetry.
   bool has_room_for_many(const can::TransmitQueue& queue) const {
     return empty() && queue.queued(can::TransmitClass::sdo) < kMany &&
-           queue.room(can::TransmitClass::sdo) > 0;
+           queue.room(can::TransmitClass::sdo) > 0 && permitted();
   }
 
   // A frame of this channel was not handed out to the bus yet.
@@ -65,11 +66,31 @@ class Outbox {
   Instant next_wake() const { return empty() ? kNever : retry_at_; }
   void clear() { count_ = 0; }
 
+  // Limits the frames from now on; nullptr: no longer. node: for the pace.
+  void set_pace(Pace* pace, std::uint8_t node) {
+    pace_ = pace;
+    node_ = node;
+  }
+  // Whether frames wait because of the pace.
+  bool is_paced() const { return !empty() && !permitted(); }
+  // A frame of the server was received.
+  void count_received() const {
+    if (pace_ != nullptr) {
+      pace_->count(node_);
+    }
+  }
+
  private:
   bool push(std::uint64_t word, can::TransmitQueue& queue) const {
-    return queue.room(can::TransmitClass::sdo) > 0 &&
-           queue.push(can::TransmitClass::sdo, header_, word);
+    if (queue.room(can::TransmitClass::sdo) == 0 || !permitted()) {
+      return false;
+    }
+    if (pace_ != nullptr) [[unlikely]] {
+      pace_->count(node_);
+    }
+    return queue.push(can::TransmitClass::sdo, header_, word);
   }
+  bool permitted() const { return pace_ == nullptr || pace_->permits(node_); }
   void send_later(std::uint64_t word, Instant now, can::TransmitQueue& queue);
 
   can::CobId cob_id_;
@@ -77,6 +98,8 @@ class Outbox {
   std::array<std::uint64_t, 2> words_{};
   std::size_t count_ = 0;
   Instant retry_at_ = kNever;
+  Pace* pace_ = nullptr;
+  std::uint8_t node_ = 0;
 };
 
 }  // namespace linegate::sdo
