@@ -132,8 +132,11 @@ CommandDesk::Outcome CommandDesk::accept(Client& client, const v1::CommandReques
   command.tag = next_tag_++;
   client.pending.insert(request.id());
   Outcome outcome;
-  outcome.command = CommandMessage{request.line().to_string(), request.client().to_string(),
-                                   request.layout_id(), std::move(command)};
+  outcome.command = CommandMessage{request.line().to_string(),
+                                   request.client().to_string(),
+                                   request.layout_id(),
+                                   std::move(command),
+                                   {}};
   pending_[outcome.command->command.tag] = {{outcome.command->line, outcome.command->client},
                                             request.id()};
   return outcome;

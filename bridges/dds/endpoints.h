@@ -50,6 +50,10 @@ class Endpoints {
   Peers peers() const { return names_.peers(); }
   // Counts the other participants in the domain. From any thread.
   DiscoveryCounters discovery() const { return names_.discovery(); }
+  // See NameWatch::host_of(). From any thread.
+  std::string host_of(const guard::Prefix& participant) const {
+    return names_.host_of(participant);
+  }
 
   // The number of datagrams that the guard received and dropped; zeros without a guard. From any
   // thread.

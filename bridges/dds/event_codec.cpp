@@ -89,6 +89,18 @@ std::uint32_t suppressed(const EventFields& from) {
                    load_le(std::span(from.data).subspan(kSuppressedAt, kSize)));
 }
 
+// The client that caused the event, if any: 4 bytes.
+void append_client(EventFields& to, std::uint32_t number) {
+  if (number != 0) {
+    append(to, number, sizeof number);
+  }
+}
+std::uint32_t client(const EventFields& from) {
+  return from.length < sizeof(std::uint32_t)
+             ? 0
+             : static_cast<std::uint32_t>(load_le(std::span(from.data).first(4)));
+}
+
 // --- codecs --------------------------------------------------------------------------------------
 
 // A codec has the kind of the contract, pack() and unpack(). Its comment is the layout: numbers in
@@ -648,31 +660,36 @@ struct EventCodec<event::SdoAbort> {
 
 // --- outputs and commands ------------------------------------------------------------------------
 
-// code: OutputRefusal; value: group; data: from byte 8, if any, number of suppressed events (4).
+// code: OutputRefusal; value: group; data: client (4), if any; from byte 8, if any, number of
+// suppressed events (4).
 template <>
 struct EventCodec<event::OutputRefused> {
   static constexpr v1::EventKind kKind = v1::EVENT_OUTPUT_REFUSED;
   static void pack(const event::OutputRefused& from, EventFields& to) {
     to.code = pack_number(from.refusal);
     to.value = from.group;
+    append_client(to, from.client);
     append_suppressed(to, from.suppressed);
   }
   static void unpack(const EventFields& from, event::OutputRefused& to) {
+    to.client = client(from);
     unpack_number(from.code, to.refusal);
     unpack_number(from.value, to.group);
     to.suppressed = suppressed(from);
   }
 };
 
-// code: watchdog in ms; value: group.
+// code: watchdog in ms; value: group; data: client (4), if any.
 template <>
 struct EventCodec<event::OutputArmed> {
   static constexpr v1::EventKind kKind = v1::EVENT_OUTPUT_ARMED;
   static void pack(const event::OutputArmed& from, EventFields& to) {
     to.code = pack_number(from.watchdog);
     to.value = from.group;
+    append_client(to, from.client);
   }
   static void unpack(const EventFields& from, event::OutputArmed& to) {
+    to.client = client(from);
     unpack_number(from.code, to.watchdog);
     unpack_number(from.value, to.group);
   }
@@ -692,19 +709,81 @@ struct EventCodec<event::OutputWatchdog> {
   }
 };
 
-// code: Refusal; value: CommandKind; data: from byte 8, if any, number of suppressed events (4).
+// code: Refusal; value: CommandKind; data: client (4), if any; from byte 8, if any, number of
+// suppressed events (4).
 template <>
 struct EventCodec<event::CommandRefused> {
   static constexpr v1::EventKind kKind = v1::EVENT_COMMAND_REFUSED;
   static void pack(const event::CommandRefused& from, EventFields& to) {
     to.code = pack_number(from.refusal);
     to.value = pack_number(from.command);
+    append_client(to, from.client);
     append_suppressed(to, from.suppressed);
   }
   static void unpack(const EventFields& from, event::CommandRefused& to) {
+    to.client = client(from);
     unpack_number(from.code, to.refusal);
     unpack_number(from.value, to.command);
     to.suppressed = suppressed(from);
+  }
+};
+
+// code: CommandKind; value: client; data: index (2), sub-index (1) of the object, else 0; from byte
+// 8, if any, number of suppressed events (4).
+template <>
+struct EventCodec<event::CommandAccepted> {
+  static constexpr v1::EventKind kKind = v1::EVENT_COMMAND_ACCEPTED;
+  static void pack(const event::CommandAccepted& from, EventFields& to) {
+    to.code = pack_number(from.command);
+    to.value = from.client;
+    append_object(to, from);
+    append_suppressed(to, from.suppressed);
+  }
+  static void unpack(const EventFields& from, event::CommandAccepted& to) {
+    FieldReader data(from.bytes());
+    unpack_number(from.code, to.command);
+    to.client = from.value;
+    read_object(data, to);
+    to.suppressed = suppressed(from);
+  }
+};
+
+// code: group; value: client; data: client before (4); from byte 8, if any, number of suppressed
+// events (4).
+template <>
+struct EventCodec<event::OutputOwner> {
+  static constexpr v1::EventKind kKind = v1::EVENT_OUTPUT_OWNER;
+  static void pack(const event::OutputOwner& from, EventFields& to) {
+    to.code = from.group;
+    to.value = from.client;
+    append(to, from.before, 4);
+    append_suppressed(to, from.suppressed);
+  }
+  static void unpack(const EventFields& from, event::OutputOwner& to) {
+    FieldReader data(from.bytes());
+    unpack_number(from.code, to.group);
+    to.client = from.value;
+    to.before = data.number<std::uint32_t>();
+    to.suppressed = suppressed(from);
+  }
+};
+
+// code: client; value: delayed commands; data: refused commands (4), replaced outputs (4).
+template <>
+struct EventCodec<event::ClientLimited> {
+  static constexpr v1::EventKind kKind = v1::EVENT_CLIENT_LIMITED;
+  static void pack(const event::ClientLimited& from, EventFields& to) {
+    to.code = from.client;
+    to.value = from.delayed;
+    append(to, from.refused, 4);
+    append(to, from.replaced, 4);
+  }
+  static void unpack(const EventFields& from, event::ClientLimited& to) {
+    FieldReader data(from.bytes());
+    to.client = from.code;
+    to.delayed = from.value;
+    to.refused = data.number<std::uint32_t>();
+    to.replaced = data.number<std::uint32_t>();
   }
 };
 

@@ -7,15 +7,19 @@
 #include <algorithm>
 #include <chrono>
 #include <limits>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <string>
 #include <utility>
 
+#include <fastdds/dds/core/policy/ParameterTypes.hpp>
 #include <fastdds/dds/domain/DomainParticipantListener.hpp>
+#include <fastdds/rtps/builtin/data/ParticipantProxyData.h>
 #include <fastdds/rtps/participant/ParticipantDiscoveryInfo.h>
 #include <fastdds/rtps/reader/ReaderDiscoveryInfo.h>
 #include <fastdds/rtps/writer/WriterDiscoveryInfo.h>
+#include <fastrtps/utils/IPLocator.h>
 
 #include "bridges/dds/guard/guard.h"
 #include "bridges/dds/namesakes.h"
@@ -41,6 +45,14 @@ class NameWatch : public eprosima::fastdds::dds::DomainParticipantListener {
     return {.gateways = peers_.names(), .unchanged = now() - peers_.changed()};
   }
 
+  // The host of a participant as it announced it: its host name, or an address; empty if it
+  // announced none, or is not discovered. From any thread.
+  std::string host_of(const guard::Prefix& participant) const {
+    const std::lock_guard lock(mutex_);
+    const auto known = hosts_.find(participant);
+    return known == hosts_.end() ? std::string() : known->second;
+  }
+
   // From any thread.
   DiscoveryCounters discovery() const {
     const std::lock_guard lock(mutex_);
@@ -64,8 +76,12 @@ class NameWatch : public eprosima::fastdds::dds::DomainParticipantListener {
     const std::lock_guard lock(mutex_);
     count(it.status == Info::DISCOVERED_PARTICIPANT, gone);
     if (gone) {
+      hosts_.erase(guard::prefix_of(guid(it.info.m_guid)));
       peers_.go(it.info.m_guid, now());
     } else {
+      if (hosts_.size() < kMostHosts) {
+        hosts_.insert_or_assign(guard::prefix_of(guid(it.info.m_guid)), announced_host(it.info));
+      }
       peers_.come(it.info.m_guid, name, now());
     }
     if (name != name_)
@@ -90,6 +106,26 @@ class NameWatch : public eprosima::fastdds::dds::DomainParticipantListener {
   }
 
  private:
+  static constexpr std::size_t kMostHosts = 1024;  // bounded, as PeerGateways
+  static constexpr std::size_t kLongestHost = 64;
+
+  // Fast DDS announces "name:number"; other libraries may announce locators only.
+  static std::string announced_host(const eprosima::fastrtps::rtps::ParticipantProxyData& it) {
+    using eprosima::fastrtps::rtps::IPLocator;
+    for (const auto& property : it.m_properties) {
+      if (property.first() == eprosima::fastdds::dds::parameter_policy_physical_data_host) {
+        const std::string host = property.second();
+        return host.substr(0, std::min(host.find(':'), kLongestHost));
+      }
+    }
+    for (const auto& locator : it.default_locators.unicast) {
+      if (locator.kind == LOCATOR_KIND_UDPv4 || locator.kind == LOCATOR_KIND_TCPv4) {
+        return IPLocator::toIPv4string(locator);
+      }
+    }
+    return {};
+  }
+
   static guard::Guid guid(const eprosima::fastrtps::rtps::GUID_t& it) {
     guard::Guid out{};
     std::copy_n(it.guidPrefix.value, 12, out.begin());
@@ -120,6 +156,7 @@ class NameWatch : public eprosima::fastdds::dds::DomainParticipantListener {
   Namesakes<eprosima::fastrtps::rtps::GUID_t> others_;
   PeerGateways<eprosima::fastrtps::rtps::GUID_t> peers_{now()};
   DiscoveryCounters discovery_;
+  std::map<guard::Prefix, std::string> hosts_;
 };
 
 }  // namespace linegate::dds

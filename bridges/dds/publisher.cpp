@@ -114,7 +114,9 @@ struct GatewayBridge::Impl {
 
   bool take_output(GatewayHandler& handler);
   bool take_command(GatewayHandler& handler);
-  void handle(const v1::CommandRequest& request, GatewayHandler& handler);
+  void handle(const v1::CommandRequest& request, const fast::SampleInfo& info,
+              GatewayHandler& handler);
+  const Participant& sender(const fast::SampleInfo& info);
   void tell_what_was_not_taken(GatewayHandler& handler);
   bool send(const Answer& answer, std::size_t from);
 
@@ -122,6 +124,7 @@ struct GatewayBridge::Impl {
   const std::uint64_t incarnation;
   const Duration last_words;
   const std::uint64_t renew_after;
+  Participant last_sender;  // of the thread that calls poll()
 
   Endpoints endpoints;
   StateWriter<v1::GatewayStatePubSubType> states{endpoints, v1::TOPIC_GATEWAY_STATE, renew_after};
@@ -436,6 +439,7 @@ bool GatewayBridge::Impl::take_output(GatewayHandler& handler) {
   if (check.refusal != line::OutputRefusal::none) {
     handler.on_output_refused(message.line, output_sample.group(), check.refusal, check.why);
   } else {
+    message.from = sender(info);
     handler.on_output_write(std::move(message));
   }
   return true;
@@ -446,11 +450,24 @@ bool GatewayBridge::Impl::take_command(GatewayHandler& handler) {
   if (!requests->take(request_sample, info))
     return false;
   if (info.valid_data && request_sample.gateway() == gateway.c_str())
-    handle(request_sample, handler);
+    handle(request_sample, info, handler);
   return true;
 }
 
-void GatewayBridge::Impl::handle(const v1::CommandRequest& request, GatewayHandler& handler) {
+// Requests of one participant often follow each other.
+const Participant& GatewayBridge::Impl::sender(const fast::SampleInfo& info) {
+  Participant from;
+  const auto writer = eprosima::fastrtps::rtps::iHandle2GUID(info.publication_handle);
+  std::copy_n(writer.guidPrefix.value, from.prefix.size(), from.prefix.begin());
+  if (from.prefix != last_sender.prefix || last_sender.host.empty()) {
+    from.host = endpoints.host_of(from.prefix);
+    last_sender = std::move(from);
+  }
+  return last_sender;
+}
+
+void GatewayBridge::Impl::handle(const v1::CommandRequest& request, const fast::SampleInfo& info,
+                                 GatewayHandler& handler) {
   CommandDesk::Outcome outcome;
   {
     const std::lock_guard lock(desk_mutex);
@@ -462,8 +479,10 @@ void GatewayBridge::Impl::handle(const v1::CommandRequest& request, GatewayHandl
     handler.on_command_refused(outcome.answer->line, outcome.answer->client, request.kind(),
                                outcome.refused, outcome.answer->text);
   }
-  if (outcome.command)
+  if (outcome.command) {
+    outcome.command->from = sender(info);
     handler.on_command(std::move(*outcome.command));
+  }
 }
 
 bool GatewayBridge::reply(const line::Reply& reply) {

@@ -58,6 +58,7 @@ struct OutputMessage {
   std::string line;
   std::string client;  // the name in the sample
   line::OutputWrite write;
+  Participant from{};
 };
 
 struct CommandMessage {
@@ -65,6 +66,7 @@ struct CommandMessage {
   std::string client;
   std::uint64_t layout_id = 0;  // for CommandKind::output_write; 0 = any
   line::Command command;        // tag is assigned by the bridge: return it in line::Reply::tag
+  Participant from{};
 };
 
 // Called within poll().

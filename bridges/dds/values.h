@@ -31,6 +31,12 @@ struct DiscoveryCounters {
   std::uint64_t gone = 0;        // left, or silent for longer than their lease
 };
 
+// The participant that sent a request. Without DDS-Security any host can forge it.
+struct Participant {
+  std::array<std::uint8_t, 12> prefix{};  // of the GUID of its writer (RTPS 2.3 9.3.1.1)
+  std::string host;                       // as announced, up to 64 bytes; empty: unknown
+};
+
 // Access of subscribers to a line. The numbers are those of the DDS contract.
 enum class Access : std::uint8_t {
   off,   // commands and outputs are refused

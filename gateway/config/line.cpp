@@ -218,6 +218,24 @@ void read_nodes(Section& section, LineSection& line) {
                    [](const auto& a, const auto& b) { return a.id < b.id; });
 }
 
+// A whole percentage from 1% to 100%, into thousandths.
+void read_share(Section& section, const char* key, std::uint16_t& permille) {
+  const YAML::Node node = section.find(key);
+  const auto text = section.text(node);
+  if (!text) {
+    return;
+  }
+  const bool has_unit = text->ends_with('%');
+  const auto percent =
+      has_unit ? parse_unsigned(std::string_view(*text).substr(0, text->size() - 1)) : std::nullopt;
+  if (!percent || *percent < 1 || *percent > 100) {
+    section.findings().error(place_of(node),
+                             "expected a share from 1% to 100%, got \"" + *text + "\"");
+    return;
+  }
+  permille = static_cast<std::uint16_t>(*percent * 10U);
+}
+
 void read_own_node(Section& section, line::LineConfig& config) {
   section.read_number("node_id", config.node_id, 1, 127);
   section.read_multiple("heartbeat", config.heartbeat, milliseconds(1), milliseconds(65'535));
@@ -273,7 +291,7 @@ void tell_what_an_observer_ignores(Section& section, const line::LineConfig& con
         "pdo_update_time", "emcy_bytes",   "reset_nodes",      "start_nodes",     "startup",
         "identity",        "strict_ixxat", "keep_operational", "canopenia_base",  "own_objects",
         "own_values",      "mpdo_scanner", "mpdo_dispatcher",  "own_concise_dcf", "storage",
-        "outputs",         "lss"}) {
+        "outputs",         "lss",          "request_share",    "client_share"}) {
     const YAML::Node node = section.find(key);
     if (node.IsDefined()) {
       section.findings().warning(place_of(node), std::string(key) +
@@ -346,6 +364,8 @@ LineSection read_line(Findings& findings, const YAML::Node& node) {
   read_lss(section, plan.config);
   read_diagnosis(section, plan.config);
   read_access(section, plan);
+  read_share(section, "request_share", plan.config.request_share);
+  read_share(section, "client_share", plan.config.client_share);
   const YAML::Node enter = section.find("enter");
   out.enter_place = place_of(enter);
   out.enter = read_enter(findings, enter);

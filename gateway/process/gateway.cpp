@@ -51,9 +51,9 @@ Loaded<std::unique_ptr<Gateway>> Gateway::make(const config::Plant& plant,
     return loaded;
   }
   gateway->publisher_ = std::make_unique<Publisher>(*gateway->edge_, gateway->hosts_);
-  gateway->requests_ = std::make_unique<RequestReceiver>(*gateway->edge_, gateway->hosts_,
-                                                         gateway->publisher_->refusals(),
-                                                         gateway->publisher_->wakeup(), versions());
+  gateway->requests_ = std::make_unique<RequestReceiver>(
+      *gateway->edge_, gateway->hosts_, gateway->publisher_->refusals(),
+      gateway->publisher_->wakeup(), gateway->publisher_->clients(), versions());
   append(loaded.diagnostics, gateway->take_in(std::move(lines), plant));
   if (!has_errors(loaded.diagnostics)) {
     gateway->info_.version = LINEGATE_VERSION;

@@ -9,6 +9,7 @@
 // namesakes() and other_gateways().
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -28,10 +29,17 @@
 
 namespace linegate::gateway {
 
+// The client that sent a request: the participant, never a name in the request.
+struct ClientIdentity {
+  std::array<std::uint8_t, 12> id{};  // opaque; DDS: the prefix of its GUID
+  std::string host;                   // as announced, up to 64 bytes; empty: unknown
+};
+
 struct OutputRequest {
   std::string line;
   std::string client;  // the name in the request
   line::OutputWrite write;
+  ClientIdentity from{};
 };
 
 struct CommandRequest {
@@ -39,6 +47,7 @@ struct CommandRequest {
   std::string client;
   std::uint64_t layout_id = 0;  // for CommandKind::output_write; 0 = any
   line::Command command;        // its tag is assigned by the edge: return it in line::Reply::tag
+  ClientIdentity from{};
 };
 
 // Called within DataEdge::poll().

@@ -63,18 +63,22 @@ dds::GatewayInfo to_dds(const GatewayInfo& info) {
   return out;
 }
 
+ClientIdentity from_dds(dds::Participant from) {
+  return {from.prefix, std::move(from.host)};
+}
+
 // Passes requests from the bridge to the handler.
 class Requests final : public dds::GatewayHandler {
  public:
   explicit Requests(RequestHandler& handler) : handler_(handler) {}
 
   void on_output_write(dds::OutputMessage message) override {
-    handler_.on_output_write(
-        {std::move(message.line), std::move(message.client), std::move(message.write)});
+    handler_.on_output_write({std::move(message.line), std::move(message.client),
+                              std::move(message.write), from_dds(std::move(message.from))});
   }
   void on_command(dds::CommandMessage message) override {
     handler_.on_command({std::move(message.line), std::move(message.client), message.layout_id,
-                         std::move(message.command)});
+                         std::move(message.command), from_dds(std::move(message.from))});
   }
   void on_output_refused(std::string_view line, std::uint16_t group, line::OutputRefusal refusal,
                          std::string_view why) override {

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "bridges/can/channel.h"
+#include "gateway/publish/client_directory.h"
 #include "stack/base/abort_code.h"
 #include "stack/can/bus_state.h"
 #include "stack/line/command.h"
@@ -169,6 +170,18 @@ struct EventWords {
   const line::LineConfig& line;
   std::string_view interface;
   std::uint8_t node;
+  const ClientDirectory* clients;
+
+  std::string client_name(std::uint32_t number) const {
+    return clients == nullptr ? fmt::format("client {}", number) : clients->describe(number);
+  }
+  // Empty if it is unknown.
+  std::string by(std::uint32_t client) const {
+    return client == 0 ? std::string() : " by " + client_name(client);
+  }
+  std::string of(std::uint32_t client) const {
+    return client == 0 ? std::string() : " of " + client_name(client);
+  }
 
   // --- the line and its bus ----------------------------------------------------------------------
 
@@ -316,21 +329,37 @@ struct EventWords {
   // --- outputs and commands ----------------------------------------------------------------------
 
   std::string operator()(const event::OutputRefused& e) const {
-    return fmt::format("outputs of group {} refused: {}{}", e.group, line::describe(e.refusal),
-                       suppressed(e.suppressed));
+    return fmt::format("outputs of group {}{} refused: {}{}", e.group, of(e.client),
+                       line::describe(e.refusal), suppressed(e.suppressed));
   }
   std::string operator()(const event::OutputArmed& e) const {
-    return e.watchdog.count() == 0
-               ? fmt::format("outputs of group {} in use, without watchdog", e.group)
-               : fmt::format("outputs of group {} in use, watchdog {} ms", e.group,
-                             e.watchdog.count());
+    return e.watchdog.count() == 0 ? fmt::format("outputs of group {} in use{}, without watchdog",
+                                                 e.group, by(e.client))
+                                   : fmt::format("outputs of group {} in use{}, watchdog {} ms",
+                                                 e.group, by(e.client), e.watchdog.count());
   }
   std::string operator()(const event::OutputWatchdog& e) const {
     return fmt::format("watchdog of output group {} fired: {}", e.group, reactions(e.reactions));
   }
   std::string operator()(const event::CommandRefused& e) const {
-    return fmt::format("command {} refused: {}{}", name(e.command), line::describe(e.refusal),
+    return fmt::format("command {}{} refused: {}{}", name(e.command), of(e.client),
+                       line::describe(e.refusal), suppressed(e.suppressed));
+  }
+  std::string operator()(const event::CommandAccepted& e) const {
+    return fmt::format("command {}{}{} accepted{}", name(e.command),
+                       e.index == 0 ? std::string() : " to " + object(e), of(e.client),
                        suppressed(e.suppressed));
+  }
+  std::string operator()(const event::OutputOwner& e) const {
+    return fmt::format("outputs of group {} taken over{}{}{}", e.group, by(e.client),
+                       e.before == 0 ? std::string() : " from " + client_name(e.before),
+                       suppressed(e.suppressed));
+  }
+  std::string operator()(const event::ClientLimited& e) const {
+    return fmt::format(
+        "{} exceeds its share of the bus: {} commands waited, {} refused, {} outputs replaced by "
+        "newer ones",
+        client_name(e.client), e.delayed, e.refused, e.replaced);
   }
   std::string operator()(const event::CommandProgress& e) const {
     const std::string_view unit = e.command == line::CommandKind::configure ? " objects"
@@ -419,8 +448,10 @@ std::string who(const Event& event, const line::LineConfig& line) {
 
 }  // namespace
 
-std::string describe(const Event& event, const line::LineConfig& line, std::string_view interface) {
-  const EventWords words{.line = line, .interface = interface, .node = event.node};
+std::string describe(const Event& event, const line::LineConfig& line, std::string_view interface,
+                     const ClientDirectory* clients) {
+  const EventWords words{
+      .line = line, .interface = interface, .node = event.node, .clients = clients};
   std::string out = who(event, line) + std::visit(words, event.data);
   if (out.size() > kLongestText) {
     out.resize(kLongestText);

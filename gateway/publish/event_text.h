@@ -11,8 +11,12 @@
 
 namespace linegate::gateway {
 
-// For example "node 5 (drive1): heartbeat lost for 500 ms". At most 256 bytes.
-std::string describe(const Event& event, const line::LineConfig& line, std::string_view interface);
+class ClientDirectory;
+
+// For example "node 5 (drive1): heartbeat lost for 500 ms". At most 256 bytes. clients: the names
+// of clients; nullptr: they are named by number.
+std::string describe(const Event& event, const line::LineConfig& line, std::string_view interface,
+                     const ClientDirectory* clients = nullptr);
 
 // can::BusErrorClass bits: "protocol, no acknowledge".
 std::string describe_bus_errors(std::uint32_t bits);

@@ -254,8 +254,8 @@ void Publisher::publish_replies() {
 void Publisher::publish_events(Line& line, Instant now) {
   for (Event event; line.host->port.events.pop(event);) {
     line.history->correct(event);
-    const std::string text =
-        describe(event, line.host->plan.config, name_for_people(line.host->plan.interface));
+    const std::string text = describe(event, line.host->plan.config,
+                                      name_for_people(line.host->plan.interface), &clients_);
     edge_.publish_event(line.info.name, event, text);
     line.logger.write(line.info.name, event, text, now);
     rounds_.add();

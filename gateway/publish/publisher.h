@@ -15,6 +15,7 @@
 #include "gateway/exchange/cell.h"
 #include "gateway/exchange/ring.h"
 #include "gateway/exchange/wakeup.h"
+#include "gateway/publish/client_directory.h"
 #include "gateway/publish/data_edge.h"
 #include "gateway/publish/event_logger.h"
 #include "gateway/publish/gateway_news.h"
@@ -38,6 +39,8 @@ class Publisher {
   exchange::Wakeup& wakeup() { return wakeup_; }
   // Increases with each iteration and each sample, as a sign of progress.
   const exchange::Counter& rounds() const { return rounds_; }
+  // The clients whose requests were received; the publisher names them in the texts of events.
+  ClientDirectory& clients() { return clients_; }
   // Replies of the request receiver, as opposed to those of lines.
   exchange::Ring<line::Reply>& refusals() { return refusals_; }
 
@@ -118,6 +121,7 @@ class Publisher {
   exchange::Counter rounds_;
   exchange::Ring<line::Reply> refusals_{1024};
   exchange::Ring<GatewayNews> news_{64};
+  ClientDirectory clients_;
   GatewayInfo gateway_;
   bool gateway_known_ = false;
   Instant gateway_due_{};

@@ -29,11 +29,12 @@ void warn_of_suppressed(std::string_view line, std::uint64_t notices) {
 
 RequestReceiver::RequestReceiver(DataEdge& edge, std::span<const std::unique_ptr<LineHost>> lines,
                                  exchange::Ring<line::Reply>& refusals, exchange::Wakeup& publisher,
-                                 std::string versions)
+                                 ClientDirectory& clients, std::string versions)
     : edge_(edge),
       lines_(lines),
       refusals_(refusals),
       publisher_(publisher),
+      clients_(clients),
       versions_(std::move(versions)) {
 }
 
@@ -125,6 +126,9 @@ void RequestReceiver::on_command(CommandRequest request) {
     answer(std::move(reply));
     return;
   }
+  const std::uint32_t client = clients_.number(request.from, request.client);
+  request.command.client = client;
+  request.command.audited = !permitted(request.command, config::Access::read, config::Access::off);
   LineHost* host = find(request.line);
   line::Refusal refusal = host == nullptr ? line::Refusal::unknown_line : judge(*host, request);
   if (refusal == line::Refusal::none) {
@@ -135,7 +139,7 @@ void RequestReceiver::on_command(CommandRequest request) {
     refusal = line::Refusal::busy;
   }
   if (host != nullptr) {
-    notice(*host, event::CommandRefused{.refusal = refusal, .command = kind});
+    notice(*host, event::CommandRefused{.refusal = refusal, .command = kind, .client = client});
   }
   reply.error = line::to_error(refusal);
   answer(std::move(reply));
@@ -147,8 +151,10 @@ void RequestReceiver::on_output_write(OutputRequest request) {
     report_unknown_line(request.line);
     return;
   }
+  request.write.client_number = clients_.number(request.from, request.client);
   if (host->plan.outputs != config::Access::all) {
-    refuse_output(*host, request.write.group, line::OutputRefusal::not_permitted);
+    refuse_output(*host, request.write.group, line::OutputRefusal::not_permitted,
+                  request.write.client_number);
     return;
   }
   request.write.client = std::move(request.client);
@@ -239,8 +245,8 @@ void RequestReceiver::report_suppressed() {
 }
 
 void RequestReceiver::refuse_output(LineHost& host, std::uint16_t group,
-                                    line::OutputRefusal refusal) {
-  notice(host, event::OutputRefused{.refusal = refusal, .group = group});
+                                    line::OutputRefusal refusal, std::uint32_t client) {
+  notice(host, event::OutputRefused{.refusal = refusal, .group = group, .client = client});
 }
 
 void RequestReceiver::notice(LineHost& host, const EventData& what) {

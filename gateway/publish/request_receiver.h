@@ -14,6 +14,7 @@
 #include "gateway/exchange/cell.h"
 #include "gateway/exchange/ring.h"
 #include "gateway/exchange/wakeup.h"
+#include "gateway/publish/client_directory.h"
 #include "gateway/publish/data_edge.h"
 #include "gateway/publish/notice_limit.h"
 #include "gateway/runtime/line_host.h"
@@ -25,7 +26,7 @@ class RequestReceiver final : public RequestHandler {
   // versions: the answer to CommandKind::versions. All references must outlive this object.
   RequestReceiver(DataEdge& edge, std::span<const std::unique_ptr<LineHost>> lines,
                   exchange::Ring<line::Reply>& refusals, exchange::Wakeup& publisher,
-                  std::string versions);
+                  ClientDirectory& clients, std::string versions);
   ~RequestReceiver() override;
   RequestReceiver(const RequestReceiver&) = delete;
   RequestReceiver& operator=(const RequestReceiver&) = delete;
@@ -63,7 +64,8 @@ class RequestReceiver final : public RequestHandler {
   // within the network of the line.
   bool crosses(const LineHost& host, const line::Command& command) const;
   void answer(line::Reply reply);
-  void refuse_output(LineHost& host, std::uint16_t group, line::OutputRefusal refusal);
+  void refuse_output(LineHost& host, std::uint16_t group, line::OutputRefusal refusal,
+                     std::uint32_t client = 0);
   void report_unknown_line(std::string_view line);
   void report_namesakes();
   void report_warnings();
@@ -75,6 +77,7 @@ class RequestReceiver final : public RequestHandler {
   std::span<const std::unique_ptr<LineHost>> lines_;
   exchange::Ring<line::Reply>& refusals_;
   exchange::Wakeup& publisher_;
+  ClientDirectory& clients_;
   std::string versions_;
   std::deque<line::Reply> waiting_;
   std::map<std::string, NoticeLimit>

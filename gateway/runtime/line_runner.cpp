@@ -35,6 +35,31 @@ Duration produced_sync(const line::Line& line) {
   return (cob_id & kProduces) != 0 ? std::chrono::microseconds(period) : Duration::zero();
 }
 
+line::BudgetOptions budget_of(const line::LineConfig& config) {
+  return {.bit_rate = config.bit_rate,
+          .share = config.request_share,
+          .client_share = config.client_share};
+}
+
+// The rate of synchronous PDOs does not depend on clients (CiA 301 7.5.2.37).
+bool is_event_driven(const line::Line& line, std::uint16_t tpdo) {
+  constexpr std::uint64_t kFirstEventDriven = 0xFE;
+  const auto index = static_cast<std::uint16_t>(od::objects::kTpdoCommunication + tpdo - 1U);
+  return tpdo != 0 &&
+         line.dictionary().number({index, 2}).value_or(kFirstEventDriven) >= kFirstEventDriven;
+}
+
+void follow_outputs(const line::Line& line, line::RequestBudget& budget) {
+  const image::Layout& layout = line.layout(image::Direction::outputs);
+  std::vector<bool> event_driven;
+  for (const image::Entry& entry : layout.entries) {
+    event_driven.push_back(line.config().role == line::Role::manager
+                               ? is_event_driven(line, entry.local_pdo)
+                               : entry.local_pdo != 0);
+  }
+  budget.set_outputs(layout, event_driven);
+}
+
 bool wants_fd(const line::Command& command) {
   const auto* const send = std::get_if<line::CanSend>(&command.request);
   return send != nullptr && send->frame.fd();
@@ -76,7 +101,8 @@ void Publication::taken(const line::Line& line, Instant now) {
 LineRunner::LineRunner(std::unique_ptr<line::Line> line,
                        std::unique_ptr<can_bridge::Channel> channel, const config::LinePlan& plan,
                        LinePort& port, exchange::Wakeup& consumer, std::vector<NodeStorage> storage)
-    : line_(std::move(line)),
+    : budget_(std::make_unique<line::RequestBudget>(budget_of(plan.config))),
+      line_(std::move(line)),
       port_(port),
       consumer_(consumer),
       has_queues_(line::longest_queue(plan.config) != 0),
@@ -86,6 +112,8 @@ LineRunner::LineRunner(std::unique_ptr<line::Line> line,
       scans_(plan, port.scans),
       storage_(std::move(storage)) {
   line_->expect_acknowledgements();
+  line_->set_pace(*budget_);
+  follow_outputs(*line_, *budget_);
   for (const NodeStorage& storage_of : storage_) {
     line_->set_medium(storage_of.file, storage_of.of);
   }
@@ -132,7 +160,10 @@ void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
   if (pump_.drained() > 0) {
     look_at_sources(now);  // first, because the bus of another line waits for the values
   }
-  if (called_) {
+  if (budget_->is_in_use()) {
+    budget_->advance(known);
+  }
+  if (called_ || budget_due_ <= known) {
     take_calls(known);  // after the frames received earlier: the line's time never goes back
   }
   if (scans_.next_wake() <= now) {
@@ -207,6 +238,8 @@ void LineRunner::bus_event(const can::BusEvent& event, Instant now) {
   if (event.kind == can::BusEvent::Kind::interface_ready) {
     const can_bridge::ControllerSetup settings = pump_.channel().settings();
     line_->set_bit_rates(settings.bit_rate, settings.data_bit_rate);
+    budget_->set_bit_rate(line_->config().bit_rate != 0 ? line_->config().bit_rate
+                                                        : settings.bit_rate);
   }
   // The line starts when its interface is ready for the first time: it cannot manage a network
   // without one.
@@ -243,17 +276,83 @@ void LineRunner::start_scan(Instant now) {
 }
 
 void LineRunner::take_requests(Instant now) {
-  while (!reply_held_ && (stopping_ || !scans_.holds(now)) && port_.commands.pop(command_)) {
-    take_command(now);
+  budget_->advance(now);
+  while (!reply_held_ && port_.commands.pop(command_)) {
+    queue_command(now);
   }
+  take_next_command(now);
   for (Event notice; port_.notices.pop(notice);) {
     notice.time = now;
     line_->report(notice);
   }
-  while (port_.outputs.pop(write_)) {
-    if (!stopping_) {
-      (void)line_->write_outputs(write_, now);  // the line reports a refusal itself
+  take_outputs(now);
+  while (const auto report = budget_->take_report(now)) {
+    line_->report({.time = now, .data = *report});
+  }
+  budget_due_ = budget_->next_wake();
+}
+
+void LineRunner::queue_command(Instant now) {
+  using Put = line::RequestBudget::Put;
+  const event::CommandRefused refused{
+      .refusal = line::Refusal::busy, .command = line::kind(command_), .client = command_.client};
+  const Put put = budget_->put(command_, now);
+  if (put == Put::queued) {
+    return;
+  }
+  if (put == Put::no_place) {
+    line_->report({.time = now, .data = refused});
+  }
+  reply(command_.tag, line::to_error(line::Refusal::busy));
+}
+
+void LineRunner::take_next_command(Instant now) {
+  while (stopping_ && !reply_held_ && budget_->remove(command_)) {
+    take_command(now);
+  }
+  while (!stopping_ && !reply_held_ && !scans_.holds(now) && budget_->next(admitted_, now)) {
+    command_ = std::move(admitted_.command);
+    if (admitted_.late) {
+      reply(command_.tag, line::to_error(line::Refusal::timed_out));
+    } else {
+      take_command(now);
     }
+  }
+}
+
+// A write that exceeds the share of its client waits, unless the line refuses it: that costs
+// nothing on the bus.
+void LineRunner::take_outputs(Instant now) {
+  while (!stopping_ && budget_->next_output(write_)) {
+    (void)line_->write_outputs(write_, now);  // the line reports a refusal itself
+  }
+  while (port_.outputs.pop(write_)) {
+    if (stopping_) {
+      continue;
+    }
+    const bool admitted = budget_->admits(write_);
+    if (!admitted && line_->feed_watchdog(write_, now)) {
+      budget_->hold(write_, now);
+    } else if (line_->write_outputs(write_, now) == line::OutputRefusal::none) {
+      budget_->applied(write_);
+    }
+  }
+}
+
+// Another command may wait for the node.
+void LineRunner::answered(std::uint64_t tag) {
+  budget_->answered(tag);
+  if (budget_->waiting() != 0) {
+    budget_due_ = Instant{};
+  }
+}
+
+// A command that the line does not see.
+void LineRunner::report_accepted(Instant now) {
+  if (command_.audited) {
+    line_->report({.time = now,
+                   .data = event::CommandAccepted{.command = line::kind(command_),
+                                                  .client = command_.client}});
   }
 }
 
@@ -302,6 +401,9 @@ void LineRunner::leave(std::uint8_t interface, Instant now) {
 
 void LineRunner::restart_bus(Instant now) {
   const int error = pump_.channel().restart(now);
+  if (error == 0) {
+    report_accepted(now);
+  }
   if (error == EBUSY) {
     reply(command_.tag, line::to_error(line::Refusal::wrong_state));
   } else {
@@ -314,6 +416,7 @@ void LineRunner::change_faults(std::string_view change, Instant now) {
   std::string said;
   switch (const int error = pump_.channel().fault(change, said, now)) {
     case 0:
+      report_accepted(now);
       return reply(command_.tag, Error{}, said);
     case EINVAL:
       return reply(command_.tag, line::to_error(line::Refusal::bad_request), said);
@@ -332,6 +435,7 @@ void LineRunner::reply(std::uint64_t tag, Error error, std::string_view text) {
   const auto* const bytes = reinterpret_cast<const std::byte*>(text.data());
   reply_.data = std::vector(bytes, bytes + text.size());
   reply_held_ = true;
+  answered(tag);
   hand_over_events();  // events of earlier replies are published together with them
   hand_over_replies();
 }
@@ -396,8 +500,11 @@ void LineRunner::hand_over_events() {
 
 void LineRunner::hand_over_replies() {
   while (reply_held_ || line_->take_reply(reply_)) {
-    if (!reply_held_ && scans_.answered(reply_)) {
-      continue;
+    if (!reply_held_) {
+      answered(reply_.tag);
+      if (scans_.answered(reply_)) {
+        continue;
+      }
     }
     reply_held_ = !port_.replies.push(reply_);
     if (reply_held_) {
@@ -535,7 +642,8 @@ void LineRunner::look_at_losses() {
   if (started_) {
     next = earlier(next, earlier(line_->next_wake(), scans_.next_wake()));
   }
-  next = earlier(next, std::max(earlier(status_due_, next_image()), held_until_));
+  next = earlier(earlier(next, budget_due_),
+                 std::max(earlier(status_due_, next_image()), held_until_));
   return stopping_ ? earlier(next, stop_deadline_) : next;
 }
 
@@ -561,8 +669,8 @@ bool LineRunner::stopped(Instant now) const {
   if (!stopping_ || now >= stop_deadline_) {
     return stopping_;
   }
-  return !reply_held_ && pump_.held() == 0 && (routes_ == nullptr || !routes_->held()) &&
-         (!started_ || !line_->wants_to_send(now));
+  return !reply_held_ && budget_->waiting() == 0 && pump_.held() == 0 &&
+         (routes_ == nullptr || !routes_->held()) && (!started_ || !line_->wants_to_send(now));
 }
 
 }  // namespace linegate::gateway

@@ -16,6 +16,7 @@
 #include "gateway/runtime/runner.h"
 #include "gateway/runtime/storage_thread.h"
 #include "stack/line/line.h"
+#include "stack/line/request_budget.h"
 
 namespace linegate::gateway {
 
@@ -89,7 +90,12 @@ class LineRunner final : public Runner {
   void take_calls(Instant now);
   void start_scan(Instant now);
   void take_requests(Instant now);
+  void queue_command(Instant now);
+  void take_next_command(Instant now);
   void take_command(Instant now);
+  void take_outputs(Instant now);
+  void answered(std::uint64_t tag);
+  void report_accepted(Instant now);
   void take_messages(Instant now);
   void look_at_sources(Instant now);
   void give_messages(Instant now);
@@ -116,6 +122,7 @@ class LineRunner final : public Runner {
 
   // The members that each round uses are adjacent, to occupy few cache lines: other programs on the
   // processor evict them meanwhile.
+  std::unique_ptr<line::RequestBudget> budget_;  // outlives the line, which uses it as its pace
   std::unique_ptr<line::Line> line_;
   LinePort& port_;
   exchange::Wakeup& consumer_;
@@ -123,7 +130,8 @@ class LineRunner final : public Runner {
   Instant next_wake_{};
   Instant known_{};  // latest time that was passed to the line
   Instant status_due_{};
-  Instant held_until_{};  // delay of images and status that are due
+  Instant budget_due_ = kNever;  // when a waiting request may be carried out
+  Instant held_until_{};         // delay of images and status that are due
   std::uint32_t receive_peak_ = 0;
   bool started_ = false;
   bool stopping_ = false;
@@ -148,6 +156,7 @@ class LineRunner final : public Runner {
   std::uint64_t layout_revision_ = 0;
   std::array<std::uint64_t, 128> revisions_{};
   std::array<Event, FramePump::kBatch> events_{};
+  line::RequestBudget::Admitted admitted_;
   line::Command command_;
   line::OutputWrite write_;
   line::Reply reply_;

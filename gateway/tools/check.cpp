@@ -226,6 +226,8 @@ class Text {
     }
     add("\n");
     startup(c);
+    add("  clients use up to {}% of the bit rate, each of them {}%\n", c.request_share / 10,
+        c.client_share / 10);
     if (c.pdo_update_time != Duration::zero()) {
       add("  objects that go by PDO wait {} for others of it\n",
           format_duration(c.pdo_update_time));

@@ -71,6 +71,9 @@ constexpr std::array<KindInfo, kEventKinds> kInfo{{
     {"object-written", EventSeverity::info},
     {"own-reset", EventSeverity::info},
     {"time-received", EventSeverity::info},
+    {"command-accepted", EventSeverity::info},
+    {"output-owner", EventSeverity::warning},
+    {"client-limited", EventSeverity::warning},
 }};
 
 }  // namespace

@@ -20,7 +20,9 @@ void EventLog::limit_repeats() {
   for (const Limited which : {kMalformed, kBusError, kOutputs, kCommands}) {
     limits_[which].emplace();
   }
-  limits_[kWritten] = RepeatLimit::that_keeps_newest(kObjects, kWritesAtOnce);
+  for (const Limited which : {kWritten, kAccepted, kOwner}) {
+    limits_[which] = RepeatLimit::that_keeps_newest(kObjects, kWritesAtOnce);
+  }
 }
 
 // A master that configures its network transfers many different objects in a second.
@@ -77,6 +79,10 @@ EventLog::Limited EventLog::limit_of(EventKind kind) {
       return kAbort;
     case EventKind::object_written:
       return kWritten;
+    case EventKind::command_accepted:
+      return kAccepted;
+    case EventKind::output_owner:
+      return kOwner;
     default:
       return kFree;
   }

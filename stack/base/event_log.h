@@ -36,7 +36,7 @@ class EventLog {
   // From now on RepeatLimit suppresses repeated malformed_frame, bus_error, output_refused and
   // command_refused: a suppressed event gets no number and does not count as lost. object_written
   // is limited after kWritesAtOnce writes of one object in a second; the newest value always gets
-  // an event.
+  // an event. The same for command_accepted and output_owner.
   void limit_repeats();
   static constexpr std::uint32_t kWritesAtOnce = 8;
   // The same for sdo_transfer and sdo_abort of an observer.
@@ -72,6 +72,8 @@ class EventLog {
     kTransfer,
     kAbort,
     kWritten,
+    kAccepted,
+    kOwner,
     kFree
   };
   static Limited limit_of(EventKind kind);

@@ -146,11 +146,13 @@ void visit(const event::OutputRefused& of, EventMemberVisitor& to) {
   to.number("refusal", number(of.refusal));
   to.number("group", number(of.group));
   to.number("suppressed", number(of.suppressed));
+  to.number("client", number(of.client));
 }
 
 void visit(const event::OutputArmed& of, EventMemberVisitor& to) {
   to.number("group", number(of.group));
   to.number("watchdog", number(of.watchdog));
+  to.number("client", number(of.client));
 }
 
 void visit(const event::OutputWatchdog& of, EventMemberVisitor& to) {
@@ -162,6 +164,29 @@ void visit(const event::CommandRefused& of, EventMemberVisitor& to) {
   to.number("refusal", number(of.refusal));
   to.number("command", number(of.command));
   to.number("suppressed", number(of.suppressed));
+  to.number("client", number(of.client));
+}
+
+void visit(const event::CommandAccepted& of, EventMemberVisitor& to) {
+  to.number("command", number(of.command));
+  to.number("index", number(of.index));
+  to.number("sub", number(of.sub));
+  to.number("client", number(of.client));
+  to.number("suppressed", number(of.suppressed));
+}
+
+void visit(const event::OutputOwner& of, EventMemberVisitor& to) {
+  to.number("group", number(of.group));
+  to.number("client", number(of.client));
+  to.number("before", number(of.before));
+  to.number("suppressed", number(of.suppressed));
+}
+
+void visit(const event::ClientLimited& of, EventMemberVisitor& to) {
+  to.number("client", number(of.client));
+  to.number("delayed", number(of.delayed));
+  to.number("refused", number(of.refused));
+  to.number("replaced", number(of.replaced));
 }
 
 void visit(const event::EventsLost& of, EventMemberVisitor& to) {

@@ -101,11 +101,17 @@ enum class EventKind : std::uint8_t {
   object_written,
   own_reset,
   time_received,
+  command_accepted,
+  output_owner,
+  client_limited,
 };
 
 // "node" in the comments is Event::node. A member `suppressed` is the number of events that were
 // suppressed since the previous one of the series, see RepeatLimit; 0 where the event is emitted.
 namespace event {
+
+// A member `client` is the number that the owner of the line gave to the client (DDS participant)
+// whose request caused the event; 0 = none.
 
 // --- the line and its bus ------------------------------------------------------------------------
 
@@ -515,6 +521,7 @@ struct OutputRefused {
   line::OutputRefusal refusal{};
   std::uint16_t group = 0;
   std::uint32_t suppressed = 0;
+  std::uint32_t client = 0;
 
   friend bool operator==(const OutputRefused&, const OutputRefused&) = default;
 };
@@ -524,6 +531,7 @@ struct OutputArmed {
   static constexpr EventKind kKind = EventKind::output_armed;
   std::uint16_t group = 0;
   std::chrono::milliseconds watchdog{};  // 0 = none
+  std::uint32_t client = 0;
 
   friend bool operator==(const OutputArmed&, const OutputArmed&) = default;
 };
@@ -543,8 +551,44 @@ struct CommandRefused {
   line::Refusal refusal{};
   line::CommandKind command{};
   std::uint32_t suppressed = 0;
+  std::uint32_t client = 0;
 
   friend bool operator==(const CommandRefused&, const CommandRefused&) = default;
+};
+
+// A command that changes something was accepted: see line::Command::audited. node: that of the
+// command, 0 = all or none. The result is in the reply.
+struct CommandAccepted {
+  static constexpr EventKind kKind = EventKind::command_accepted;
+  line::CommandKind command{};
+  std::uint8_t sub = 0;
+  std::uint16_t index = 0;  // of the object, for commands that write one; else 0
+  std::uint32_t client = 0;
+  std::uint32_t suppressed = 0;
+
+  friend bool operator==(const CommandAccepted&, const CommandAccepted&) = default;
+};
+
+// Another client writes a group of outputs that was in use.
+struct OutputOwner {
+  static constexpr EventKind kKind = EventKind::output_owner;
+  std::uint16_t group = 0;
+  std::uint32_t client = 0;
+  std::uint32_t before = 0;  // the client that wrote it before
+  std::uint32_t suppressed = 0;
+
+  friend bool operator==(const OutputOwner&, const OutputOwner&) = default;
+};
+
+// A client exceeds its share of the bus, see line::RequestBudget. Counts since its last such event.
+struct ClientLimited {
+  static constexpr EventKind kKind = EventKind::client_limited;
+  std::uint32_t client = 0;
+  std::uint32_t delayed = 0;   // commands that waited for the share
+  std::uint32_t refused = 0;   // commands refused as busy
+  std::uint32_t replaced = 0;  // outputs that a newer write of their group replaced
+
+  friend bool operator==(const ClientLimited&, const ClientLimited&) = default;
 };
 
 // Progress of a long command. node: 0 = several nodes.
@@ -701,22 +745,21 @@ struct GatewayReloadRefused {
 }  // namespace event
 
 // In the order of EventKind.
-using EventData =
-    std::variant<event::LineStarted, event::LineStopped, event::BusState, event::BusError,
-                 event::FramesLost, event::InterfaceFailed, event::InterfaceReady,
-                 event::ManagerState, event::OwnState, event::BootUp, event::NodeState,
-                 event::HeartbeatLost, event::HeartbeatRecovered, event::BootResult, event::Emcy,
-                 event::EmcySent, event::ConfigurationError, event::PdoLength, event::PdoTimeout,
-                 event::PdoRecovered, event::SyncLost, event::MalformedFrame, event::UnexpectedNode,
-                 event::ForeignSdo, event::SdoAbort, event::OutputRefused, event::OutputArmed,
-                 event::OutputWatchdog, event::CommandRefused, event::EventsLost, event::ClockStep,
-                 event::QueueFull, event::DuplicateNodeId, event::NmtCommand, event::SdoTransfer,
-                 event::PdoMapping, event::LayoutChanged, event::RoutingRefused, event::EmcyRouted,
-                 event::RoutingOpened, event::RoutingEnded, event::NodeScanned,
-                 event::CommandProgress, event::LssResult, event::ForeignManager, event::CanFrame,
-                 event::GatewayStarted, event::GatewayReloaded, event::GatewayReloadRefused,
-                 event::SpontaneousChange, event::SharedNodeId, event::ObjectWritten,
-                 event::OwnReset, event::TimeReceived>;
+using EventData = std::variant<
+    event::LineStarted, event::LineStopped, event::BusState, event::BusError, event::FramesLost,
+    event::InterfaceFailed, event::InterfaceReady, event::ManagerState, event::OwnState,
+    event::BootUp, event::NodeState, event::HeartbeatLost, event::HeartbeatRecovered,
+    event::BootResult, event::Emcy, event::EmcySent, event::ConfigurationError, event::PdoLength,
+    event::PdoTimeout, event::PdoRecovered, event::SyncLost, event::MalformedFrame,
+    event::UnexpectedNode, event::ForeignSdo, event::SdoAbort, event::OutputRefused,
+    event::OutputArmed, event::OutputWatchdog, event::CommandRefused, event::EventsLost,
+    event::ClockStep, event::QueueFull, event::DuplicateNodeId, event::NmtCommand,
+    event::SdoTransfer, event::PdoMapping, event::LayoutChanged, event::RoutingRefused,
+    event::EmcyRouted, event::RoutingOpened, event::RoutingEnded, event::NodeScanned,
+    event::CommandProgress, event::LssResult, event::ForeignManager, event::CanFrame,
+    event::GatewayStarted, event::GatewayReloaded, event::GatewayReloadRefused,
+    event::SpontaneousChange, event::SharedNodeId, event::ObjectWritten, event::OwnReset,
+    event::TimeReceived, event::CommandAccepted, event::OutputOwner, event::ClientLimited>;
 
 inline constexpr std::size_t kEventKinds = std::variant_size_v<EventData>;
 

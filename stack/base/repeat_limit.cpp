@@ -34,18 +34,28 @@ constexpr std::uint32_t object_key(std::uint16_t index, std::uint8_t sub) {
   return std::uint32_t{index} << 8U | sub;
 }
 
+// The lower 24 bits of the number of a client, and what it did.
+constexpr std::uint32_t of_client(std::uint32_t client, std::uint8_t what) {
+  return client << 8U | what;
+}
+
 struct SeriesOf {
   Series operator()(const event::MalformedFrame& frame) const {
     return {.reason = frame.identifier};
   }
   Series operator()(const event::BusError& error) const { return {.reason = error.errors}; }
   Series operator()(const event::OutputRefused& refused) const {
-    return {static_cast<std::uint32_t>(refused.refusal), refused.group};
+    return {of_client(refused.client, static_cast<std::uint8_t>(refused.refusal)), refused.group};
   }
   Series operator()(const event::CommandRefused& refused) const {
-    return {static_cast<std::uint32_t>(refused.refusal),
+    return {of_client(refused.client, static_cast<std::uint8_t>(refused.refusal)),
             static_cast<std::uint32_t>(refused.command)};
   }
+  Series operator()(const event::CommandAccepted& accepted) const {
+    return {of_client(accepted.client, static_cast<std::uint8_t>(accepted.command)),
+            object_key(accepted.index, accepted.sub)};
+  }
+  Series operator()(const event::OutputOwner& owner) const { return {.subject = owner.group}; }
   Series operator()(const event::SdoTransfer& transfer) const {
     return {transfer.download ? 1U : 0U, object_key(transfer.index, transfer.sub)};
   }

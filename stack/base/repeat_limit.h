@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Suppresses repeated events that a remote peer can cause at any rate, by frames or by refused
-// requests: malformed_frame, bus_error, output_refused, command_refused, object_written, and the
-// SDO events of an observer.
+// requests: malformed_frame, bus_error, output_refused, command_refused, command_accepted,
+// output_owner, object_written, and the SDO events of an observer.
 #pragma once
 
 #include <cstddef>
@@ -15,11 +15,12 @@
 namespace linegate {
 
 // Limits each series of events to one event a second, after the first. Events belong to one series
-// if they have the same node and, by their kind: identifier of the frame; bus errors; refusal and
-// group; refusal and kind of command; object and direction; object and abort code; written object.
-// Time is the time of the events. Memory is fixed: when as many series as there are places had an
-// event within a second, all other series share one more place. A new series takes a place that was
-// unused for a second, preferably one without suppressed events.
+// if they have the same node and, by their kind: identifier of the frame; bus errors; refusal,
+// client and group; refusal, client and kind of command; client, kind of command and object; group;
+// object and direction; object and abort code; written object. Time is the time of the events.
+// Memory is fixed: when as many series as there are places had an event within a second, all other
+// series share one more place. A new series takes a place that was unused for a second, preferably
+// one without suppressed events.
 class RepeatLimit {
  public:
   static constexpr std::size_t kPlaces = 16;

@@ -201,6 +201,10 @@ void check_routing(const LineConfig& config, std::vector<Diagnostic>& out) {
   }
 }
 
+bool is_share(std::uint16_t permille) {
+  return permille >= 1 && permille <= 1000;
+}
+
 }  // namespace
 
 std::vector<Diagnostic> check(const LineConfig& config) {
@@ -214,6 +218,9 @@ std::vector<Diagnostic> check(const LineConfig& config) {
   if (config.network_id < 1 || config.network_id > 127) {
     out.push_back(
         error(config, "network-ID " + std::to_string(config.network_id) + " is not in 1..127"));
+  }
+  if (!is_share(config.request_share) || !is_share(config.client_share)) {
+    out.push_back(error(config, "a share of the bit rate is not in 1..1000 thousandths"));
   }
   std::set<std::uint8_t> seen;
   for (const NodeConfig& node : config.nodes) {

@@ -53,6 +53,11 @@ struct Command {
   // included. 0 = no limit except the line's own for each response of the device
   // (LineConfig::sdo_timeout). For unconfirmed services see kSendTime.
   Duration timeout{};
+  // The client whose request it is: a number of the owner of the line, for events and
+  // RequestBudget; 0 = the owner itself.
+  std::uint32_t client = 0;
+  // Emit EventKind::command_accepted unless the command is refused.
+  bool audited = false;
   Request request{};
 };
 

@@ -145,6 +145,10 @@ struct LineConfig {
   // Time from the last CommandKind::object_write to a PDO without event timer until the PDO is
   // requested, unless all its values were written earlier; 0 = immediately.
   Duration pdo_update_time{};
+  // The shares of the bit rate that commands and outputs of all clients, and of each client, may
+  // use, in thousandths, 1..1000: see RequestBudget.
+  std::uint16_t request_share = 300;
+  std::uint16_t client_share = 150;
   // Roles manager and observer: the largest number of receptions of each TPDO of a node that wait
   // to be taken, see NodeConfig::tpdo_queue; 0 = no queue: only the newest values are kept.
   std::uint32_t pdo_queue = 0;

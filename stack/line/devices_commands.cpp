@@ -226,10 +226,15 @@ OutputRefusal DevicesLine::do_write_outputs(const OutputWrite& write, Instant no
     outputs.note_refused(write.group, refusal, write.client, now);
     return refusal;
   }
+  if (const auto before = outputs.displaces(write)) {
+    emit(now, event::OutputOwner{
+                  .group = write.group, .client = write.client_number, .before = *before});
+  }
   if (outputs.accept(write, now)) {
-    emit(now, event::OutputArmed{.group = write.group,
-                                 .watchdog = std::chrono::duration_cast<std::chrono::milliseconds>(
-                                     write.watchdog)});
+    emit(now, event::OutputArmed{
+                  .group = write.group,
+                  .watchdog = std::chrono::duration_cast<std::chrono::milliseconds>(write.watchdog),
+                  .client = write.client_number});
     if (!outputs.any_silent()) {
       for (const Seat& seat : seats) {
         seat.device->node().end_reported(kSilentWriterEmcy, now);
@@ -246,6 +251,10 @@ OutputRefusal DevicesLine::do_write_outputs(const OutputWrite& write, Instant no
   }
   hand_out(outputs.group(write.group)->config.send_always, now);
   return OutputRefusal::none;
+}
+
+bool DevicesLine::do_feed_watchdog(const OutputWrite& write, Instant now) {
+  return outputs.feed(write, now);
 }
 
 void DevicesLine::write_bound(std::span<const BoundValue> values, Instant now) {

@@ -63,6 +63,7 @@ class DevicesLine final : public Line {
   // --- devices_commands.cpp ---------------------------------------------------------------------
   void do_execute(Command command, Instant now) override;
   OutputRefusal do_write_outputs(const OutputWrite& write, Instant now) override;
+  bool do_feed_watchdog(const OutputWrite& write, Instant now) override;
   std::size_t output_groups() const override { return outputs.groups().size(); }
   void output_state(std::size_t position, OutputState& out) const override;
   void note_refused(std::uint16_t group, OutputRefusal refusal, Instant now) override {

@@ -2,6 +2,7 @@
 #include "stack/line/line.h"
 
 #include <utility>
+#include <variant>
 
 #include "stack/line/build.h"
 #include "stack/line/devices_line.h"
@@ -14,6 +15,20 @@ namespace {
 // Messages that may wait to be taken: more than one batch of frames can cause.
 constexpr std::size_t kMessages = 4096;
 constexpr std::size_t kFewMessages = 64;  // of a line that only rejects
+
+Event accepted_event(const Command& command, Instant now) {
+  event::CommandAccepted accepted{.command = kind(command), .client = command.client};
+  std::visit(
+      [&accepted](const auto& request) {
+        if constexpr (requires { request.address; }) {
+          accepted.index = request.address.index;
+          accepted.sub = request.address.sub;
+        }
+      },
+      command.request);
+  const std::uint8_t node = node_of(command);
+  return {.time = now, .node = node <= can::kMaxNodeId ? node : std::uint8_t{0}, .data = accepted};
+}
 
 }  // namespace
 
@@ -115,7 +130,16 @@ void Line::medium_done(bool good, ParameterSet of) {
 void Line::execute(Command command, Instant now) {
   mark_dirty(now);
   ++counters_.commands;
+  if (!command.audited) {
+    do_execute(std::move(command), now);
+    return;
+  }
+  const Event accepted = accepted_event(command, now);
+  const std::uint64_t refused = counters_.commands_refused;
   do_execute(std::move(command), now);
+  if (counters_.commands_refused == refused) {
+    report(accepted);
+  }
 }
 
 OutputRefusal Line::write_outputs(const OutputWrite& write, Instant now) {
@@ -125,7 +149,8 @@ OutputRefusal Line::write_outputs(const OutputWrite& write, Instant now) {
     ++counters_.output_writes;
   } else {
     ++counters_.output_writes_refused;
-    emit(now, event::OutputRefused{.refusal = refusal, .group = write.group});
+    emit(now, event::OutputRefused{
+                  .refusal = refusal, .group = write.group, .client = write.client_number});
   }
   return refusal;
 }
@@ -233,7 +258,8 @@ void Line::refuse(const Command& command, Refusal refusal, Instant now, std::uin
   const std::uint8_t node = named == 0 ? node_of(command) : named;
   events_.emit({.time = now,
                 .node = node <= can::kMaxNodeId ? node : std::uint8_t{0},
-                .data = event::CommandRefused{.refusal = refusal, .command = kind(command)}});
+                .data = event::CommandRefused{
+                    .refusal = refusal, .command = kind(command), .client = command.client}});
   reply(command.tag, to_error(refusal));
 }
 

@@ -36,6 +36,9 @@
 namespace linegate::od {
 class Dictionary;
 }
+namespace linegate::sdo {
+class Pace;
+}
 namespace linegate::storage {
 class Medium;
 }
@@ -108,10 +111,17 @@ class Line : protected ServiceHost {
   // Executes everything that is due. Call it after the socket has been drained, so that a late
   // thread does not report a loss that did not happen.
   virtual void advance(Instant now) = 0;
-  // Queues the command; take_reply() returns its reply.
+  // Queues the command; take_reply() returns its reply. An audited command that is not refused at
+  // once is an event.
   void execute(Command command, Instant now);
   // Applies the write, or reports an OutputRefusal as an event and returns it.
   OutputRefusal write_outputs(const OutputWrite& write, Instant now);
+  // For a write that the owner applies later, see RequestBudget: if its group is in use, its
+  // watchdog starts again. Returns false, without effect, if the write would be refused.
+  bool feed_watchdog(const OutputWrite& write, Instant now) { return do_feed_watchdog(write, now); }
+  // Limits the frames of SDO commands from now on; pace must outlive the line. No effect if the
+  // role has no SDO client.
+  virtual void set_pace(sdo::Pace& /*pace*/) {}
   // Writes all values before any PDO is sent. Without a watchdog. An observer ignores it.
   virtual void write_bound(std::span<const BoundValue> /*values*/, Instant /*now*/) {}
   // Requests a PDO from a device with a remote frame: that RPDO of the line (a local number, as in
@@ -275,6 +285,7 @@ class Line : protected ServiceHost {
   virtual void do_bus_event(const can::BusEvent& event) = 0;  // called for a change only
   virtual void do_execute(Command command, Instant now) = 0;
   virtual OutputRefusal do_write_outputs(const OutputWrite& write, Instant now) = 0;
+  virtual bool do_feed_watchdog(const OutputWrite& /*write*/, Instant /*now*/) { return false; }
   virtual void do_stop(Instant now) = 0;  // called if the line was running
   virtual bool do_next_frame(can::Frame& /*out*/, Instant /*now*/) { return false; }
   virtual bool do_request_pdo(std::uint16_t /*rpdo*/) { return false; }

@@ -86,6 +86,10 @@ class NodeLine final : public Line,
   OutputRefusal do_write_outputs(const OutputWrite& write, Instant now) override {
     return outputs_.write(write, now);
   }
+  bool do_feed_watchdog(const OutputWrite& write, Instant now) override {
+    return outputs_.feed_watchdog(write, now);
+  }
+  void set_pace(sdo::Pace& pace) override { sdo_.set_pace(pace); }
   std::size_t output_groups() const override { return outputs_.groups().size(); }
   void output_state(std::size_t position, OutputState& out) const override {
     outputs_.describe(position, out, advanced_to_);

@@ -268,18 +268,29 @@ OutputRefusal OutputService::write(const OutputWrite& write, Instant now) {
     outputs_.note_refused(write.group, refusal, write.client, now);
     return refusal;
   }
+  if (const auto before = outputs_.displaces(write)) {
+    parts_.events.emit(
+        {.time = now,
+         .data = event::OutputOwner{
+             .group = write.group, .client = write.client_number, .before = *before}});
+  }
   if (outputs_.accept(write, now)) {
     parts_.events.emit(
         {.time = now,
          .data = event::OutputArmed{
              .group = write.group,
-             .watchdog = std::chrono::duration_cast<std::chrono::milliseconds>(write.watchdog)}});
+             .watchdog = std::chrono::duration_cast<std::chrono::milliseconds>(write.watchdog),
+             .client = write.client_number}});
     if (!outputs_.any_silent()) {
       parts_.node.end_reported(kWatchdogEmcy, now);
     }
   }
   apply(write, outputs_.group(write.group)->config.send_always, now);
   return OutputRefusal::none;
+}
+
+bool OutputService::feed_watchdog(const OutputWrite& write, Instant now) {
+  return outputs_.feed(write, now);
 }
 
 // Writes all bytes before requesting PDOs: a PDO never carries half of a write.

@@ -65,6 +65,8 @@ class OutputService final : public Service {
   // --- values ---------------------------------------------------------------------------------
   // See Line::write_outputs().
   OutputRefusal write(const OutputWrite& write, Instant now);
+  // See Line::feed_watchdog().
+  bool feed_watchdog(const OutputWrite& write, Instant now);
   // See Line::write_bound().
   void write_bound(std::span<const BoundValue> values, Instant now);
   void apply_defaults(Instant now);

@@ -48,7 +48,8 @@ struct OutputWrite {
   std::uint8_t reactions = kHoldOutputs;
   std::vector<OutputValue> values{};
   std::vector<OutputBytes> bytes{};
-  std::string client{};  // name of the writer, for OutputState
+  std::string client{};             // name of the writer, for OutputState
+  std::uint32_t client_number = 0;  // as Command::client
 };
 
 // The value of an output that follows an input, see LineConfig::bound.

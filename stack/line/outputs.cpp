@@ -94,9 +94,30 @@ bool Outputs::accept(const OutputWrite& write, Instant now) {
   target.deadline = write.watchdog == Duration::zero() ? kNever : deadline(now, write.watchdog);
   follow_deadlines();
   target.owner = write.client;
+  target.owner_number = write.client_number;
   ++target.applied;
   target.applied_at = now;
   return first;
+}
+
+std::optional<std::uint32_t> Outputs::displaces(const OutputWrite& write) const {
+  const Group* const target = group(write.group);
+  LINEGATE_ASSERT(target != nullptr, "check() found the group");
+  const bool in_use = target->armed && !target->tripped;
+  return in_use && target->owner_number != write.client_number ? std::optional(target->owner_number)
+                                                               : std::nullopt;
+}
+
+bool Outputs::feed(const OutputWrite& write, Instant now) {
+  if (check(write) != OutputRefusal::none) {
+    return false;
+  }
+  Group& target = *find(write.group);
+  if (target.deadline != kNever) {
+    target.deadline = deadline(now, target.watchdog);
+    follow_deadlines();
+  }
+  return true;
 }
 
 void Outputs::note_refused(std::uint16_t group, OutputRefusal refusal, std::string_view client,

@@ -33,6 +33,7 @@ class Outputs {
     Instant deadline = kNever;
     // About its writes, for OutputState.
     std::string owner;
+    std::uint32_t owner_number = 0;  // OutputWrite::client_number
     std::uint64_t applied = 0;
     Instant applied_at{};
     std::uint64_t refused = 0;
@@ -56,6 +57,13 @@ class Outputs {
   // groups.
   void note_refused(std::uint16_t group, OutputRefusal refusal, std::string_view client,
                     Instant now);
+  // The client whose outputs the write takes over; nothing if its group is not in use, or by the
+  // same client. Precondition: check() returned OutputRefusal::none.
+  std::optional<std::uint32_t> displaces(const OutputWrite& write) const;
+  // For a write that is applied later: if its group is in use, its watchdog starts again, with the
+  // time of the last write that was applied. Returns false, without effect, if check() refuses the
+  // write.
+  bool feed(const OutputWrite& write, Instant now);
   // Fills OutputState except its waits. Precondition: position < groups().size().
   void describe(std::size_t position, OutputState& out) const;
 

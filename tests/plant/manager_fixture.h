@@ -43,6 +43,8 @@ class ManagerFixture : public testing::Test {
 
   // The configuration of the line; change it before start().
   line::LineConfig& config() { return config_; }
+  // Its bus; change it before start().
+  sim::BusOptions& bus() { return bus_; }
   // Call it before start(), in ascending order of id.
   void add(line::NodeConfig node, const std::string& profile) {
     devices_.emplace_back(node.id, profile);
@@ -55,7 +57,7 @@ class ManagerFixture : public testing::Test {
     config_.heartbeat = 500ms;
     auto made = line::Line::make(std::move(config_));
     EXPECT_TRUE(made.ok());
-    seat_ = &world_.add_line(*std::move(made.value), {});
+    seat_ = &world_.add_line(*std::move(made.value), bus_);
     for (const auto& [id, profile] : devices_) {
       sim::DeviceOptions options;
       options.node_id = id;
@@ -105,6 +107,7 @@ class ManagerFixture : public testing::Test {
  private:
   World world_;
   line::LineConfig config_;
+  sim::BusOptions bus_;
   std::vector<std::pair<std::uint8_t, std::string>> devices_;
   LineSeat* seat_ = nullptr;
   std::uint64_t tags_ = 0;

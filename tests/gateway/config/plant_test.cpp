@@ -97,7 +97,9 @@ const Bad kBad[] = {
      "    reset_nodes: maybe\n"
      "    access: {commands: write}\n"
      "    publish: on_chang\n"
-     "    nodes: 7\n",
+     "    nodes: 7\n"
+     "    request_share: 30\n"
+     "    client_share: 101%\n",
      {"plant.yaml:2:17: error: a name has 1 to 64 letters, digits, '-' and '_', not \"two words\"",
       "plant.yaml:2:33: error: expected trace, debug, info, warning, error or off, got \"loud\"",
       "plant.yaml:3:15: error: expected a number from 0 to 232, got \"300\"",
@@ -112,7 +114,9 @@ const Bad kBad[] = {
       "plant.yaml:14:24: error: expected off, read or all, got \"write\"",
       "plant.yaml:15:14: error: expected on_change or on_sync, got \"on_chang\"; did you mean "
       "\"on_change\"?",
-      "plant.yaml:16:12: error: nodes is a list, not \"7\""}},
+      "plant.yaml:16:12: error: nodes is a list, not \"7\"",
+      "plant.yaml:17:20: error: expected a share from 1% to 100%, got \"30\"",
+      "plant.yaml:18:19: error: expected a share from 1% to 100%, got \"101%\""}},
     {"roles",
      "schema: 1\nlines:\n"
      "  - {name: a, interface: 'simulated:', role: device}\n"
@@ -455,6 +459,8 @@ lines:
     own_values: {1007: 2000}
     access: {commands: all, outputs: off}
     publish: {period: 20ms}
+    request_share: 40%
+    client_share: 10%
     pdo_update: {min_period: 1s}
     executor: fast
     storage: var/parameters
@@ -500,6 +506,8 @@ void expect_keys_of_the_manager(const LinePlan& line) {
   EXPECT_EQ(line.config.time_period, 1s);
   EXPECT_EQ(line.config.sdo_timeout, 300ms);
   EXPECT_EQ(line.config.pdo_update_time, 20ms);
+  EXPECT_EQ(line.config.request_share, 400);
+  EXPECT_EQ(line.config.client_share, 100);
   EXPECT_EQ(line.config.save_timeout, 20s);
   EXPECT_EQ(line.config.load_timeout, 5s);
   EXPECT_TRUE(line.config.strict_ixxat);

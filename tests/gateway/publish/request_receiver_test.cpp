@@ -24,7 +24,7 @@ class RequestReceiverTest : public testing::Test {
     plan.config.name = "press";
     hosts.push_back(std::make_unique<LineHost>(plan, image::Layout{}, image::Layout{}));
     hosts[0]->executor = &executor;
-    receiver = std::make_unique<RequestReceiver>(edge, hosts, refusals, publisher, "");
+    receiver = std::make_unique<RequestReceiver>(edge, hosts, refusals, publisher, clients, "");
     spdlog::default_logger()->set_level(spdlog::level::debug);
   }
 
@@ -35,6 +35,7 @@ class RequestReceiverTest : public testing::Test {
   Executor executor{config::ExecutorPlan{}};
   exchange::Ring<line::Reply> refusals{4};
   exchange::Wakeup publisher;
+  ClientDirectory clients;
   std::vector<std::unique_ptr<LineHost>> hosts;
   std::unique_ptr<RequestReceiver> receiver;
 };
@@ -94,6 +95,45 @@ TEST_F(RequestReceiverTest, WhatTheEdgeReceivesGoesToTheLineAndItsWarningsToTheL
   EXPECT_EQ(reply.tag, 6U);
   EXPECT_EQ(reply.error, line::to_error(line::Refusal::unknown_line));
   EXPECT_TRUE(was_logged("warning 3 datagrams dropped"));
+}
+
+TEST_F(RequestReceiverTest, RequestsHaveTheNumberOfTheirParticipantWhateverTheirNames) {
+  hosts[0]->plan.commands = config::Access::all;
+  hosts[0]->plan.outputs = config::Access::all;
+  const auto ask = [&](std::uint8_t id, const char* name, line::Request request) {
+    CommandRequest out{.line = "press", .client = name};
+    out.command.request = std::move(request);
+    out.from = {.id = {id}, .host = "panel3"};
+    receiver->on_command(std::move(out));
+    line::Command command;
+    EXPECT_TRUE(hosts[0]->port.commands.pop(command));
+    return command;
+  };
+  const line::Command first = ask(1, "hmi", line::NmtRequest{.node = 5});
+  EXPECT_NE(first.client, 0U);
+  EXPECT_TRUE(first.audited);
+  const line::Command read = ask(1, "hmi again", line::SdoRead{.node = 5});
+  EXPECT_EQ(read.client, first.client);
+  EXPECT_FALSE(read.audited) << "it changes nothing";
+  EXPECT_NE(ask(2, "hmi", line::SdoRead{.node = 5}).client, first.client);
+  OutputRequest outputs{.line = "press", .client = "plc", .from = {.id = {2}, .host = "plc1"}};
+  receiver->on_output_write(std::move(outputs));
+  line::OutputWrite write;
+  ASSERT_TRUE(hosts[0]->port.outputs.pop(write));
+  EXPECT_EQ(clients.describe(write.client_number), "plc at plc1");
+}
+
+TEST_F(RequestReceiverTest, ARefusalNamesTheClient) {
+  CommandRequest request{.line = "press", .client = "hmi"};
+  request.command.request = line::NmtRequest{.node = 5};
+  request.from.id = {7};
+  receiver->on_command(std::move(request));
+  Event event;
+  ASSERT_TRUE(hosts[0]->port.notices.pop(event));
+  const auto* const refused = event.get<event::CommandRefused>();
+  ASSERT_NE(refused, nullptr);
+  EXPECT_EQ(refused->refusal, line::Refusal::not_permitted);
+  EXPECT_EQ(clients.describe(refused->client), "hmi");
 }
 
 }  // namespace

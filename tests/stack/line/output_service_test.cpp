@@ -152,6 +152,35 @@ TEST_F(OutputServiceTest, AWatchdogZeroesTheGroupUntilItIsArmedAnew) {
   EXPECT_EQ(parts.image.read_entry(Direction::outputs, 0), 9U);
 }
 
+TEST_F(OutputServiceTest, AnotherClientThatTakesAGroupOverIsAnEvent) {
+  OutputWrite write = group_write(1);
+  write.client_number = 7;
+  EXPECT_EQ(service.write(write, now), OutputRefusal::none);
+  EXPECT_EQ(service.write(write, now), OutputRefusal::none);
+  EXPECT_FALSE(reported(EventKind::output_owner));
+  write.client_number = 8;
+  write.client = "the same name";
+  EXPECT_EQ(service.write(write, now), OutputRefusal::none);
+  EXPECT_TRUE(reported(EventKind::output_owner));
+}
+
+// A write that waits for the share of its client keeps the group in use.
+TEST_F(OutputServiceTest, AWriteThatWaitsFeedsTheWatchdog) {
+  EXPECT_TRUE(service.feed_watchdog(group_write(1), now));
+  EXPECT_EQ(service.next_watchdog(), kNever) << "it arms the group when it is applied";
+  EXPECT_EQ(service.write(group_write(1), now), OutputRefusal::none);
+  now += milliseconds(60);
+  EXPECT_TRUE(service.feed_watchdog(group_write(1), now));
+  EXPECT_EQ(service.next_watchdog(), now + milliseconds(100));
+  OutputWrite other = group_write(1);
+  other.layout_id = ~other.layout_id;
+  EXPECT_FALSE(service.feed_watchdog(other, now + milliseconds(1)));
+  EXPECT_EQ(service.next_watchdog(), now + milliseconds(100)) << "it would be refused";
+  service.expire_watchdogs(now + milliseconds(100));
+  EXPECT_FALSE(service.feed_watchdog(group_write(1), now + milliseconds(100)));
+  EXPECT_TRUE(reported(EventKind::output_watchdog));
+}
+
 TEST_F(OutputServiceTest, AGroupTellsWhatItsValuesWaitFor) {
   OutputState state;
   service.describe(0, state, now);

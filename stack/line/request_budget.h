@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+// The share of the bus that clients may use: an account in bit times for the line and for each
+// client, and the commands and outputs that wait for it.
+//
+// Invariant: in each interval of t seconds, frames that clients cause occupy at most
+// share x (t + kBurst) of the bus, and those of one client at most client_share x (t + kBurst),
+// plus the cost of one request each. So lower priorities on the bus, heartbeats among them, always
+// get the rest; and while fewer than share / client_share clients exceed their share, the account
+// of the line never delays another client.
+//
+// The cost of a request is the number of bits of its frames: known in advance for frames that the
+// request names, and counted frame by frame for SDO transfers (sdo::Pace). Commands that run a
+// procedure of the manager (boot, configure, scan, program, LSS) cost a fixed number of frames:
+// each line runs one of them at a time, and their transfers are not paced.
+//
+// An account is filled up to its burst and may be overdrawn by one request; it is not overdrawn
+// further. Clients take turns. A client has one SDO command at a node at a time, and each node has
+// one of all clients, so another client waits for one transfer at most.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "stack/base/events.h"
+#include "stack/base/time.h"
+#include "stack/image/layout.h"
+#include "stack/line/command.h"
+#include "stack/line/output_write.h"
+#include "stack/sdo/pace.h"
+
+namespace linegate::line {
+
+struct BudgetOptions {
+  std::uint32_t bit_rate = 0;        // bit/s; 0 = unknown: kAssumedBitRate
+  std::uint16_t share = 300;         // of the bit rate, for all clients, in thousandths
+  std::uint16_t client_share = 150;  // of the bit rate, for each client, in thousandths
+};
+
+class RequestBudget final : public sdo::Pace {
+ public:
+  static constexpr std::uint32_t kAssumedBitRate = 1'000'000;
+  static constexpr std::size_t kClients = 64;  // with requests or an overdrawn account
+  static constexpr std::size_t kQueued = 256;  // waiting commands of a client
+  static constexpr std::size_t kRunning = 16;  // SDO commands of a client in progress
+  static constexpr Duration kBurst = std::chrono::milliseconds(50);
+  // A client that exceeds its share is reported after kFirstReport, then each kNextReport.
+  static constexpr Duration kFirstReport = std::chrono::seconds(1);
+  static constexpr Duration kNextReport = std::chrono::seconds(10);
+
+  explicit RequestBudget(BudgetOptions options);
+
+  // In bit/s, from now on; 0 has no effect.
+  void set_bit_rate(std::uint32_t bit_rate);
+  // The layout of the outputs, and whether each of its entries is sent with an event-driven PDO:
+  // the rate of others does not depend on clients.
+  void set_outputs(const image::Layout& layout, const std::vector<bool>& event_driven);
+  // Fills the accounts. Call it before any other function, with a time that never decreases.
+  void advance(Instant now);
+
+  // --- commands ----------------------------------------------------------------------------------
+
+  // Queues the command, unless it is to be refused as busy.
+  enum class Put : std::uint8_t {
+    queued,
+    queue_full,  // that of its client; counted
+    no_place,    // there are kClients other clients
+  };
+  Put put(Command& command, Instant now);
+  // The next command that may be executed now; false if there is none. A command that waited longer
+  // than its time-out is `late`: it is to be refused as timed out.
+  struct Admitted {
+    Command command;
+    bool late = false;
+  };
+  bool next(Admitted& out, Instant now);
+  // The command with this tag, which next() returned, was answered. No effect for other tags.
+  void answered(std::uint64_t tag);
+  // Removes any waiting command, to be cancelled; false if there is none.
+  bool remove(Command& out);
+
+  // --- outputs -----------------------------------------------------------------------------------
+
+  // Whether a write of this client may be applied now. If so, call applied() when it was; else
+  // hold() it.
+  bool admits(const OutputWrite& write);
+  void applied(const OutputWrite& write);
+  // Keeps a valid write until next_output() returns it. It replaces the write of the same group
+  // that is kept, which is counted.
+  void hold(OutputWrite& write, Instant now);
+  // The next kept write that may be applied now, which is charged; false if there is none.
+  bool next_output(OutputWrite& out);
+
+  // --- sdo::Pace ---------------------------------------------------------------------------------
+
+  bool permits(std::uint8_t node) const override;
+  void count(std::uint8_t node) override;
+
+  // Whether advance() must be called before frames are sent: an account is not full.
+  bool is_in_use() const { return !line_.is_full(); }
+  // Commands that wait, see remove().
+  std::size_t waiting() const { return waiting_; }
+  // When to call advance(), next() and next_output() again; kNever: after the next input.
+  Instant next_wake() const;
+  // A report that is due; nothing if there is none.
+  std::optional<event::ClientLimited> take_report(Instant now);
+  // Clients that have an account.
+  std::size_t clients() const;
+
+ private:
+  // level and burst in bits / 10^9, so that an account is filled exactly.
+  struct Account {
+    std::int64_t level = 0;
+    std::int64_t burst = 0;
+    std::int64_t rate = 0;  // bit/s
+
+    void set(std::int64_t bits_a_second);
+    void fill(Duration time);
+    void charge(std::int64_t bits);
+    bool is_full() const { return level == burst; }
+    bool permits() const { return level > 0; }
+    // Time until permits() is true.
+    Duration wait() const;
+  };
+  struct Waiting {
+    Command command;
+    Instant since{};
+    bool delayed = false;  // counted
+  };
+  struct Client {
+    bool used = false;
+    std::uint32_t number = 0;
+    Account account;
+    std::deque<Waiting> queue;
+    std::size_t running = 0;  // SDO commands
+    event::ClientLimited counts{};
+    Instant report_due = kNever;
+
+    bool is_idle() const {
+      return queue.empty() && running == 0 && account.is_full() && report_due == kNever;
+    }
+  };
+  // An SDO command in progress at a node.
+  struct Running {
+    std::uint64_t tag = 0;    // 0 = none
+    std::uint8_t client = 0;  // place
+  };
+  struct Kept {
+    OutputWrite write;
+    bool used = false;
+  };
+
+  // An entry of the outputs.
+  struct OutputPlace {
+    std::uint32_t bit_offset = 0;
+    std::uint16_t pdo = 0;  // the event-driven PDO that carries it; 0 = none
+  };
+
+  Client* find(std::uint32_t number);
+  Client* find_or_make(std::uint32_t number);
+  bool may_run(const Client& client, const Command& command) const;
+  bool next_of(Client& client, Admitted& out, Instant now);
+  void start(Client& client, const Command& command);
+  std::int64_t cost_of(const OutputWrite& write);
+  Instant wake_of(std::uint32_t client) const;
+  void charge(Client& client, std::int64_t bits);
+  void note(Client& client, std::uint32_t event::ClientLimited::*count, Instant now);
+
+  BudgetOptions options_;
+  Account line_;
+  Instant filled_{};
+  std::array<Client, kClients> clients_;
+  std::size_t turn_ = 0;            // the place whose turn is next
+  std::size_t waiting_ = 0;         // commands
+  std::size_t kept_ = 0;            // outputs
+  std::array<Running, 128> nodes_;  // by node-ID
+  std::vector<Kept> outputs_;
+  std::size_t output_turn_ = 0;
+  std::size_t running_ = 0;             // SDO commands
+  std::vector<OutputPlace> entries_;    // of the output layout
+  std::vector<std::uint64_t> counted_;  // by PDO: the number of the write that counted it last
+  std::uint64_t writes_ = 0;
+};
+
+// The bits of a frame on the bus with the mean of stuff bits (ISO 11898-1): at the nominal bit
+// rate.
+std::int64_t bits_on_bus(const can::Header& header);
+
+}  // namespace linegate::line

@@ -1,0 +1,342 @@
+// SPDX-License-Identifier: Apache-2.0
+// Invariant: whatever clients request, what they may send stays within the share of the line and of
+// each client, and a client within its share is not delayed by one beyond it.
+#include "stack/line/request_budget.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace linegate::line {
+namespace {
+
+using namespace std::chrono_literals;
+using Put = RequestBudget::Put;
+
+constexpr std::uint32_t kBitRate = 125'000;
+constexpr std::int64_t kFullFrame = 122;  // bits: 47 + 64, and 10 % of stuff bits
+
+class RequestBudgetTest : public testing::Test {
+ protected:
+  void SetUp() override { pass(1s); }
+
+  void pass(Duration time) {
+    now += time;
+    budget.advance(now);
+  }
+  Put put(std::uint32_t client, Request request, Duration timeout = {}) {
+    Command command{.tag = ++tags, .timeout = timeout, .request = std::move(request)};
+    command.client = client;
+    return budget.put(command, now);
+  }
+  // The next command, 0 if there is none.
+  std::uint64_t next() { return budget.next(admitted, now) ? admitted.command.tag : 0; }
+  // How many commands each client may send now.
+  std::map<std::uint32_t, unsigned> take_all() {
+    std::map<std::uint32_t, unsigned> out;
+    while (next() != 0) {
+      ++out[admitted.command.client];
+    }
+    return out;
+  }
+  // Uses up the account, and fills the queue.
+  void exhaust(std::uint32_t client) {
+    for (int i = 0; i < 2; ++i) {
+      while (put(client, CanSend{.frame = full()}) == Put::queued) {
+      }
+      (void)take_all();
+    }
+    while (put(client, CanSend{.frame = full()}) == Put::queued) {
+    }
+  }
+  static can::Frame full() {
+    can::Frame frame;
+    frame.id = 0x7E0;
+    frame.length = 8;
+    return frame;
+  }
+  static OutputWrite write(std::uint32_t client, std::uint16_t group, std::uint64_t arming) {
+    OutputWrite out{.group = group, .arming = arming};
+    out.values.push_back({.entry = group, .length = 1});
+    out.client_number = client;
+    return out;
+  }
+  // Entry n is in PDO n + 1.
+  void set_outputs(std::size_t entries, bool event_driven = true) {
+    image::Layout layout;
+    for (std::size_t i = 0; i < entries; ++i) {
+      image::Entry entry;
+      entry.bit_offset = static_cast<std::uint32_t>(8 * i);
+      entry.bit_length = 8;
+      entry.local_pdo = static_cast<std::uint16_t>(i + 1);
+      layout.entries.push_back(entry);
+    }
+    budget.set_outputs(layout, std::vector<bool>(entries, event_driven));
+  }
+
+  RequestBudget budget{{.bit_rate = kBitRate}};
+  RequestBudget::Admitted admitted;
+  Instant now{};
+  std::uint64_t tags = 0;
+};
+
+TEST_F(RequestBudgetTest, ABitOnTheBusIsCountedWithItsShareOfStuffBits) {
+  EXPECT_EQ(bits_on_bus({.length = 8}), kFullFrame);
+  EXPECT_EQ(bits_on_bus({.length = 0}), 51);
+  EXPECT_EQ(bits_on_bus({.length = 8, .flags = can::Frame::kExtended}), 144);
+}
+
+// Three clients send 5,000 frames a second each, for 10 s, in steps of 1 ms.
+TEST_F(RequestBudgetTest, FloodsStayWithinTheShares) {
+  std::map<std::uint32_t, std::int64_t> sent;
+  for (int ms = 0; ms < 10'000; ++ms) {
+    for (std::uint32_t client = 1; client <= 3; ++client) {
+      for (int i = 0; i < 5; ++i) {
+        (void)put(client, CanSend{.frame = full()});
+      }
+    }
+    for (const auto& [client, frames] : take_all()) {
+      sent[client] += frames * kFullFrame;
+    }
+    pass(1ms);
+  }
+  constexpr std::int64_t kTime = 10'000 + 50;  // ms, with the burst
+  constexpr std::int64_t kLine = kBitRate * 30 / 100 * kTime / 1000;
+  const std::int64_t all = sent[1] + sent[2] + sent[3];
+  EXPECT_LE(all, kLine + kFullFrame);
+  EXPECT_GE(all, kLine * 98 / 100) << "the share is used";
+  for (const auto& [client, bits] : sent) {
+    EXPECT_NEAR(static_cast<double>(bits), static_cast<double>(all) / 3, 3.0 * kFullFrame)
+        << "clients take turns: " << client;
+  }
+}
+
+TEST_F(RequestBudgetTest, OneClientDoesNotGetMoreThanItsOwnShare) {
+  std::int64_t sent = 0;
+  for (int ms = 0; ms < 10'000; ++ms) {
+    for (int i = 0; i < 5; ++i) {
+      (void)put(1, CanSend{.frame = full()});
+    }
+    sent += take_all()[1] * kFullFrame;
+    pass(1ms);
+  }
+  constexpr std::int64_t kOwn = kBitRate * 15 / 100 * 10'050 / 1000;
+  EXPECT_LE(sent, kOwn + kFullFrame);
+  EXPECT_GE(sent, kOwn * 98 / 100);
+}
+
+TEST_F(RequestBudgetTest, AClientWithinItsShareIsNotDelayedByAFlood) {
+  for (int ms = 0; ms < 1'000; ++ms) {
+    for (int i = 0; i < 5; ++i) {
+      (void)put(1, NmtRequest{.node = 5});
+    }
+    (void)take_all();
+    if (ms % 100 == 99) {
+      ASSERT_EQ(put(2, NmtRequest{.node = 6}), Put::queued);
+      const std::uint64_t tag = tags;
+      bool executed = false;
+      while (const std::uint64_t got = next()) {
+        executed |= got == tag;
+      }
+      EXPECT_TRUE(executed) << "at " << ms << " ms";
+    }
+    pass(1ms);
+  }
+}
+
+TEST_F(RequestBudgetTest, CommandsThatSendNothingDoNotWait) {
+  exhaust(1);
+  ASSERT_GT(budget.waiting(), 0U);
+  ASSERT_EQ(put(2, LocalRead{}), Put::queued);
+  EXPECT_EQ(next(), tags);
+}
+
+TEST_F(RequestBudgetTest, AFullQueueIsBusyForItsClientAlone) {
+  exhaust(1);
+  EXPECT_EQ(put(1, NmtRequest{}), Put::queue_full);
+  EXPECT_EQ(put(2, NmtRequest{}), Put::queued);
+  EXPECT_EQ(next(), tags);
+}
+
+TEST_F(RequestBudgetTest, AtTheBoundOnlyNewClientsAreRefused) {
+  for (std::uint32_t client = 1; client <= RequestBudget::kClients; ++client) {
+    ASSERT_EQ(put(client, SdoRead{.node = 1}), Put::queued);
+  }
+  EXPECT_EQ(budget.clients(), RequestBudget::kClients);
+  EXPECT_EQ(put(1000, NmtRequest{}), Put::no_place);
+  EXPECT_EQ(put(7, NmtRequest{}), Put::queued) << "a known client";
+  // The commands of one client end, so it gives its place to another.
+  ASSERT_EQ(next(), 1U);
+  budget.answered(1);
+  EXPECT_EQ(put(1000, NmtRequest{}), Put::queued);
+}
+
+TEST_F(RequestBudgetTest, AClientReportIsOneForAFlood) {
+  exhaust(1);
+  ASSERT_EQ(put(1, NmtRequest{}), Put::queue_full);
+  EXPECT_FALSE(budget.take_report(now));
+  EXPECT_LE(budget.next_wake(), now + RequestBudget::kFirstReport);
+  pass(1s);
+  const auto report = budget.take_report(now);
+  ASSERT_TRUE(report);
+  EXPECT_EQ(report->client, 1U);
+  EXPECT_EQ(report->refused, 4U) << "three of exhaust(), and one";
+  EXPECT_EQ(report->delayed, 1U);
+  EXPECT_EQ(report->replaced, 0U);
+  EXPECT_FALSE(budget.take_report(now));
+  ASSERT_EQ(put(1, NmtRequest{}), Put::queue_full);
+  pass(9s);
+  EXPECT_FALSE(budget.take_report(now));
+  pass(1s);
+  ASSERT_TRUE(budget.take_report(now));
+  pass(10s);
+  EXPECT_FALSE(budget.take_report(now)) << "nothing happened since";
+}
+
+TEST_F(RequestBudgetTest, ANodeHasOneSdoCommandAtATime) {
+  ASSERT_EQ(put(1, SdoRead{.node = 5}), Put::queued);
+  ASSERT_EQ(put(1, SdoRead{.node = 5}), Put::queued);
+  ASSERT_EQ(put(1, SdoRead{.node = 6}), Put::queued);
+  ASSERT_EQ(put(2, SdoRead{.node = 5}), Put::queued);
+  ASSERT_EQ(put(1, NmtRequest{.node = 5}), Put::queued);
+  EXPECT_EQ(next(), 1U);
+  EXPECT_EQ(next(), 3U) << "another node does not wait";
+  EXPECT_EQ(next(), 0U) << "the order of a client at a node is kept";
+  budget.answered(99);
+  EXPECT_EQ(next(), 0U);
+  budget.answered(1);
+  EXPECT_EQ(next(), 4U) << "the other client has its turn";
+  budget.answered(4);
+  EXPECT_EQ(next(), 2U);
+  EXPECT_EQ(next(), 5U);
+  EXPECT_EQ(budget.waiting(), 0U);
+}
+
+TEST_F(RequestBudgetTest, WaitingCountsForTheTimeOut) {
+  exhaust(1);
+  ASSERT_EQ(put(2, SdoRead{.node = 5}, 100ms), Put::queued);
+  ASSERT_EQ(next(), tags);
+  ASSERT_EQ(put(2, SdoRead{.node = 5}, 100ms), Put::queued);
+  const std::uint64_t second = tags;
+  pass(40ms);
+  budget.answered(second - 1);
+  for (std::uint64_t got = next(); got != second; got = next()) {
+    ASSERT_NE(got, 0U);
+  }
+  EXPECT_EQ(admitted.command.timeout, 60ms);
+  ASSERT_EQ(put(2, SdoRead{.node = 5}, 100ms), Put::queued);
+  EXPECT_LE(budget.next_wake(), now + 100ms);
+  pass(100ms);
+  bool late = false;
+  while (next() != 0) {
+    late |= admitted.late && admitted.command.tag == tags;
+  }
+  EXPECT_TRUE(late);
+}
+
+TEST_F(RequestBudgetTest, SdoFramesAreCountedForTheClientOfTheNode) {
+  ASSERT_EQ(put(1, SdoRead{.node = 5}), Put::queued);
+  ASSERT_EQ(put(2, SdoRead{.node = 6}), Put::queued);
+  ASSERT_NE(next(), 0U);
+  ASSERT_NE(next(), 0U);
+  while (budget.permits(5)) {
+    budget.count(5);
+  }
+  EXPECT_TRUE(budget.permits(6)) << "that of another client";
+  pass(7ms);  // 131 bits
+  EXPECT_TRUE(budget.permits(5));
+  budget.count(5);
+  EXPECT_FALSE(budget.permits(5));
+}
+
+TEST_F(RequestBudgetTest, WakesWhenTheAccountPermits) {
+  exhaust(1);
+  for (int i = 0; i < 100; ++i) {
+    const Instant wake = budget.next_wake();
+    ASSERT_GT(wake, now) << "time stands still";
+    pass(wake - now);
+    ASSERT_NE(next(), 0U);
+    (void)take_all();
+  }
+}
+
+TEST_F(RequestBudgetTest, TheNewestOutputsOfAGroupReplaceEarlierOnes) {
+  set_outputs(2);
+  exhaust(1);
+  OutputWrite one = write(1, 0, 7);
+  ASSERT_FALSE(budget.admits(one));
+  budget.hold(one, now);
+  OutputWrite other = write(1, 1, 8);
+  budget.hold(other, now);
+  OutputWrite newer = write(1, 0, 9);
+  budget.hold(newer, now);
+  OutputWrite out;
+  EXPECT_FALSE(budget.next_output(out));
+  pass(1s);
+  ASSERT_TRUE(budget.next_output(out));
+  EXPECT_EQ(out.group, 0);
+  EXPECT_EQ(out.arming, 9U);
+  EXPECT_FALSE(budget.admits(write(1, 1, 10))) << "another write of the group waits";
+  ASSERT_TRUE(budget.next_output(out));
+  EXPECT_EQ(out.arming, 8U);
+  EXPECT_FALSE(budget.next_output(out));
+  const auto report = budget.take_report(now);
+  ASSERT_TRUE(report);
+  EXPECT_EQ(report->replaced, 1U);
+}
+
+TEST_F(RequestBudgetTest, OutputsCostTheEventDrivenPdosThatCarryThem) {
+  const auto writes_of = [&](const OutputWrite& write) {
+    unsigned out = 0;
+    for (; out < 1000 && budget.admits(write); ++out) {
+      budget.applied(write);
+    }
+    return out;
+  };
+  set_outputs(8);
+  OutputWrite all{.group = 0};
+  all.bytes.push_back({.offset = 0, .data = std::vector<std::byte>(8)});
+  all.client_number = 1;
+  EXPECT_EQ(writes_of(all), 1U) << "8 frames, at a burst of 937 bits";
+  EXPECT_EQ(writes_of(write(2, 0, 1)), 8U);
+  OutputWrite handshake{.group = 0};
+  handshake.client_number = 3;
+  EXPECT_EQ(writes_of(handshake), 0U) << "the account of the line is used up";
+  pass(1s);
+  EXPECT_EQ(writes_of(handshake), 1000U);
+  set_outputs(8, false);
+  EXPECT_EQ(writes_of(all), 1000U) << "their rate is that of SYNC";
+}
+
+TEST_F(RequestBudgetTest, WithoutABitRateItIsThatOfTheFastestClassicalBus) {
+  RequestBudget unknown{{}};
+  unknown.advance(now);
+  std::int64_t bits = 0;
+  for (Command command{.request = CanSend{.frame = full()}};
+       unknown.put(command, now) == Put::queued && unknown.next(admitted, now);
+       command = {.request = CanSend{.frame = full()}}) {
+    bits += kFullFrame;
+  }
+  constexpr std::int64_t kBurst = 1'000'000 * 15 / 100 / 20;
+  EXPECT_GE(bits, kBurst);
+  EXPECT_LE(bits, kBurst + kFullFrame);
+}
+
+TEST_F(RequestBudgetTest, WaitingCommandsCanBeRemoved) {
+  exhaust(1);
+  const std::size_t waiting = budget.waiting();
+  Command command;
+  std::size_t removed = 0;
+  while (budget.remove(command)) {
+    ++removed;
+  }
+  EXPECT_EQ(removed, waiting);
+  EXPECT_EQ(budget.waiting(), 0U);
+}
+
+}  // namespace
+}  // namespace linegate::line
