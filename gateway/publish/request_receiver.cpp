@@ -45,6 +45,7 @@ RequestReceiver::~RequestReceiver() {
 void RequestReceiver::set_lines(std::span<const std::unique_ptr<LineHost>> lines) {
   lines_ = lines;
   notices_.clear();
+  uses_.clear();
 }
 
 void RequestReceiver::start() {
@@ -132,7 +133,8 @@ void RequestReceiver::on_command(CommandRequest request) {
   LineHost* host = find(request.line);
   line::Refusal refusal = host == nullptr ? line::Refusal::unknown_line : judge(*host, request);
   if (refusal == line::Refusal::none) {
-    if (host->port.commands.push(request.command)) {
+    if (uses_[host->name()].commands.admit(host->port.commands, client) &&
+        host->port.commands.push(request.command)) {
       host->executor->wakeup().signal();
       return;
     }
@@ -158,7 +160,8 @@ void RequestReceiver::on_output_write(OutputRequest request) {
     return;
   }
   request.write.client = std::move(request.client);
-  if (!host->port.outputs.push(request.write)) {
+  if (!uses_[host->name()].outputs.admit(host->port.outputs, request.write.client_number) ||
+      !host->port.outputs.push(request.write)) {
     host->port.requests_lost.add();
   }
   host->executor->wakeup().signal();

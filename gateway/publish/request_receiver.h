@@ -70,6 +70,27 @@ class RequestReceiver final : public RequestHandler {
   void report_namesakes();
   void report_warnings();
   void report_suppressed();
+  // While more than half of a ring is free, everyone may push.
+  class RingUse {
+   public:
+    // Whether the client may push one more. Call it before each push.
+    template <class Entry>
+    bool admit(exchange::Ring<Entry>& ring, std::uint32_t client) {
+      if (ring.room() == ring.capacity()) {
+        used_.clear();
+      }
+      const bool crowded = ring.room() <= LinePort::kOfOneClient;
+      return ++used_[client] <= LinePort::kOfOneClient || !crowded;
+    }
+
+   private:
+    std::map<std::uint32_t, std::size_t> used_;  // pushes since the ring was empty
+  };
+  struct PortUse {
+    RingUse commands;
+    RingUse outputs;
+  };
+
   void notice(LineHost& host, const EventData& what);
   void run();
 
@@ -82,7 +103,8 @@ class RequestReceiver final : public RequestHandler {
   std::deque<line::Reply> waiting_;
   std::map<std::string, NoticeLimit>
       notices_;  // by line: a writer whose samples are refused may continue to write
-  std::uint64_t unreadable_ = 0;  // samples since the last report
+  std::map<std::string, PortUse> uses_;  // by line
+  std::uint64_t unreadable_ = 0;         // samples since the last report
   Instant unreadable_reported_{};
   Instant misfit_reported_{};
   std::uint64_t unknown_lines_ = 0;  // outputs since the last report

@@ -94,8 +94,10 @@ struct LinePort {
 
   // Request receiver to executor. If the ring is full, a command is answered with Refusal::busy,
   // and an output is counted.
-  exchange::Ring<line::Command> commands{256};
-  exchange::Ring<line::OutputWrite> outputs{256};
+  // One client fills at most half of a ring, so that a flood does not lock others out.
+  static constexpr std::size_t kOfOneClient = 256;
+  exchange::Ring<line::Command> commands{2 * kOfOneClient};
+  exchange::Ring<line::OutputWrite> outputs{2 * kOfOneClient};
   exchange::Ring<Event> notices{256};  // refusals, which the line reports
   exchange::Counter requests_lost;     // outputs and notices dropped because their ring was full
 

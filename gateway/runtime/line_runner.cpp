@@ -289,7 +289,8 @@ void LineRunner::take_requests(Instant now) {
   while (const auto report = budget_->take_report(now)) {
     line_->report({.time = now, .data = *report});
   }
-  budget_due_ = budget_->next_wake();
+  const bool held = reply_held_ || scans_.holds(now);  // another input ends that
+  budget_due_ = held ? kNever : budget_->next_wake();
 }
 
 void LineRunner::queue_command(Instant now) {

@@ -146,6 +146,8 @@ Json settings_json(const config::LinePlan& plan, const line::LineConfig& line) {
           {"publish", config::name(plan.publish.rule)},
           {"publish_ns", plan.publish.time.count()},
           {"pdo_min_period_ns", plan.pdo_min_period.count()},
+          {"request_share_permille", line.request_share},
+          {"client_share_permille", line.client_share},
           {"start_nodes", line.start_nodes},
           {"start_all", line.start_all},
           {"own_start", line.own_start},

@@ -76,6 +76,10 @@ std::uint8_t served_by(const Command& command) {
   }
 }
 
+bool costs_nothing(const Command& command) {
+  return served_by(command) == 0 && std::visit(CostOf{}, command.request) == 0;
+}
+
 }  // namespace
 
 std::int64_t bits_on_bus(const can::Header& header) {
@@ -193,7 +197,7 @@ RequestBudget::Put RequestBudget::put(Command& command, Instant now) {
 
 bool RequestBudget::may_run(const Client& client, const Command& command) const {
   const std::uint8_t node = served_by(command);
-  return node == 0 || (client.running < kRunning && nodes_[node].tag == 0);
+  return node == 0 || (client.running < kRunning && !nodes_[node].used);
 }
 
 // The clients take turns, each with one command.
@@ -212,38 +216,49 @@ bool RequestBudget::next(Admitted& out, Instant now) {
 }
 
 // The order of the commands of a client to one node is kept: the first one for a node that is free
-// precedes later ones for it. Commands that send nothing do not wait for the account.
+// precedes later ones for it. Commands that send nothing do not wait for the account, and those
+// whose time-out has passed wait for nothing.
 bool RequestBudget::next_of(Client& client, Admitted& out, Instant now) {
   const bool permitted = client.account.permits() && line_.permits();
   std::bitset<can::kMaxNodeId + 1> preceded;  // nodes of commands that keep waiting
+  bool exhausted = false;                     // a command waits for the account
   for (auto it = client.queue.begin(); it != client.queue.end(); ++it) {
-    const Duration timeout = it->command.timeout;
-    const bool late = timeout > Duration::zero() && now - it->since >= timeout;
-    const bool free = served_by(it->command) == 0 && std::visit(CostOf{}, it->command.request) == 0;
-    if (!late && !free && !permitted) {
+    if (it->is_late(now)) {
+      take(client, it, out, now);
+      return true;
+    }
+    if (exhausted) {
+      continue;
+    }
+    if (!permitted && !costs_nothing(it->command)) {
       if (!std::exchange(it->delayed, true)) {
         note(client, &event::ClientLimited::delayed, now);
       }
-      return false;
+      exhausted = true;
+      continue;
     }
     const std::uint8_t node = std::min(node_of(it->command), can::kMaxNodeId);
-    if (!late && (preceded[node] || !may_run(client, it->command))) {
+    if (preceded[node] || !may_run(client, it->command)) {
       preceded[node] = node != 0;
       continue;
     }
-    out.late = late;
-    out.command = std::move(it->command);
-    if (!late && timeout > Duration::zero()) {
-      out.command.timeout = timeout - (now - it->since);
-    }
-    client.queue.erase(it);
-    --waiting_;
-    if (!late) {
-      start(client, out.command);
-    }
+    take(client, it, out, now);
+    start(client, out.command);
     return true;
   }
   return false;
+}
+
+void RequestBudget::take(Client& client, std::deque<Waiting>::iterator from, Admitted& out,
+                         Instant now) {
+  out.late = from->is_late(now);
+  const Duration waited = now - from->since;
+  out.command = std::move(from->command);
+  if (!out.late && out.command.timeout > Duration::zero()) {
+    out.command.timeout -= waited;
+  }
+  client.queue.erase(from);
+  --waiting_;
 }
 
 void RequestBudget::start(Client& client, const Command& command) {
@@ -251,7 +266,8 @@ void RequestBudget::start(Client& client, const Command& command) {
     charge(client, bits);
   }
   if (const std::uint8_t node = served_by(command); node != 0) {
-    nodes_[node] = {.tag = command.tag,
+    nodes_[node] = {.used = true,
+                    .tag = command.tag,
                     .client = static_cast<std::uint8_t>(&client - clients_.data())};
     ++client.running;
     ++running_;
@@ -259,10 +275,11 @@ void RequestBudget::start(Client& client, const Command& command) {
 }
 
 void RequestBudget::answered(std::uint64_t tag) {
-  if (running_ == 0 || tag == 0) {
+  if (running_ == 0) {
     return;
   }
-  const auto found = std::ranges::find(nodes_, tag, &Running::tag);
+  const auto found = std::ranges::find_if(
+      nodes_, [tag](const Running& running) { return running.used && running.tag == tag; });
   if (found != nodes_.end()) {
     --clients_[found->client].running;
     --running_;
@@ -383,13 +400,13 @@ bool RequestBudget::next_output(OutputWrite& out) {
 
 bool RequestBudget::permits(std::uint8_t node) const {
   const Running& running = nodes_[node];
-  return line_.permits() && (running.tag == 0 || clients_[running.client].account.permits());
+  return line_.permits() && (!running.used || clients_[running.client].account.permits());
 }
 
 void RequestBudget::count(std::uint8_t node) {
   const std::int64_t bits = bits_of(1);
   line_.charge(bits);
-  if (nodes_[node].tag != 0) {
+  if (nodes_[node].used) {
     clients_[nodes_[node].client].account.charge(bits);
   }
 }

@@ -129,6 +129,10 @@ class RequestBudget final : public sdo::Pace {
     Command command;
     Instant since{};
     bool delayed = false;  // counted
+
+    bool is_late(Instant now) const {
+      return command.timeout > Duration::zero() && now - since >= command.timeout;
+    }
   };
   struct Client {
     bool used = false;
@@ -145,7 +149,8 @@ class RequestBudget final : public sdo::Pace {
   };
   // An SDO command in progress at a node.
   struct Running {
-    std::uint64_t tag = 0;    // 0 = none
+    bool used = false;
+    std::uint64_t tag = 0;
     std::uint8_t client = 0;  // place
   };
   struct Kept {
@@ -163,6 +168,7 @@ class RequestBudget final : public sdo::Pace {
   Client* find_or_make(std::uint32_t number);
   bool may_run(const Client& client, const Command& command) const;
   bool next_of(Client& client, Admitted& out, Instant now);
+  void take(Client& client, std::deque<Waiting>::iterator from, Admitted& out, Instant now);
   void start(Client& client, const Command& command);
   std::int64_t cost_of(const OutputWrite& write);
   Instant wake_of(std::uint32_t client) const;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -121,6 +122,36 @@ TEST_F(RequestReceiverTest, RequestsHaveTheNumberOfTheirParticipantWhateverTheir
   line::OutputWrite write;
   ASSERT_TRUE(hosts[0]->port.outputs.pop(write));
   EXPECT_EQ(clients.describe(write.client_number), "plc at plc1");
+}
+
+// The executor of the line is late: nobody empties the ring.
+TEST_F(RequestReceiverTest, AClientDoesNotLockOthersOut) {
+  hosts[0]->plan.commands = config::Access::all;
+  hosts[0]->plan.outputs = config::Access::all;
+  const auto send = [&](std::uint8_t id, std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i) {
+      CommandRequest command{.line = "press"};
+      command.command.request = line::SdoRead{.node = 5};
+      command.from.id = {id};
+      receiver->on_command(std::move(command));
+      OutputRequest outputs{.line = "press"};
+      outputs.from.id = {id};
+      receiver->on_output_write(std::move(outputs));
+    }
+  };
+  send(1, 1000);
+  const std::size_t lost = hosts[0]->port.requests_lost.value();
+  EXPECT_EQ(lost, 1000 - LinePort::kOfOneClient);
+  send(2, 10);
+  EXPECT_EQ(hosts[0]->port.requests_lost.value(), lost);
+  std::map<std::uint32_t, std::size_t> commands;
+  for (line::Command command; hosts[0]->port.commands.pop(command);) {
+    ++commands[command.client];
+  }
+  EXPECT_EQ(commands, (std::map<std::uint32_t, std::size_t>{{1, LinePort::kOfOneClient}, {2, 10}}));
+  send(1, 10);
+  line::Command command;
+  EXPECT_TRUE(hosts[0]->port.commands.pop(command)) << "the ring was emptied";
 }
 
 TEST_F(RequestReceiverTest, ARefusalNamesTheClient) {

@@ -115,6 +115,8 @@ std::string observed_node(const std::string& role) {
 TEST(Check, SaysOfTheSlaveModeWhatIsDoneAsMasterAlone) {
   const std::string text = observed_node("device");
   EXPECT_TRUE(contains(text, "  heartbeat off, SYNC 10ms, TIME off\n")) << text;
+  EXPECT_TRUE(contains(text, "  clients use up to 30% of the bit rate, each of them 15%\n"))
+      << text;
   EXPECT_TRUE(
       contains(text,
                "  only when bit 0 of 1F80h makes it the NMT master: SDO time-out 500ms, reset "

@@ -238,6 +238,20 @@ TEST_F(RequestBudgetTest, WaitingCountsForTheTimeOut) {
   EXPECT_TRUE(late);
 }
 
+// Time must not stand still because of a time-out behind a command that waits.
+TEST_F(RequestBudgetTest, ATimeOutDoesNotWaitForTheAccount) {
+  exhaust(1);
+  Command command;
+  ASSERT_TRUE(budget.remove(command));
+  ASSERT_EQ(put(1, NmtRequest{}, 1ms), Put::queued);
+  EXPECT_EQ(next(), 0U);
+  pass(1ms);
+  ASSERT_EQ(next(), tags);
+  EXPECT_TRUE(admitted.late);
+  EXPECT_EQ(next(), 0U);
+  EXPECT_GT(budget.next_wake(), now);
+}
+
 TEST_F(RequestBudgetTest, SdoFramesAreCountedForTheClientOfTheNode) {
   ASSERT_EQ(put(1, SdoRead{.node = 5}), Put::queued);
   ASSERT_EQ(put(2, SdoRead{.node = 6}), Put::queued);
