@@ -99,8 +99,8 @@ class RequestBudget final : public sdo::Pace {
   bool permits(std::uint8_t node) const override;
   void count(std::uint8_t node) override;
 
-  // Whether advance() must be called before frames are sent: an account is not full.
-  bool is_in_use() const { return !line_.is_full(); }
+  // Whether frames may be sent that need advance() before: an SDO transfer may be in progress.
+  bool is_in_use() const { return running_ != 0 || !line_.is_full(); }
   // Commands that wait, see remove().
   std::size_t waiting() const { return waiting_; }
   // When to call advance(), next() and next_output() again; kNever: after the next input.

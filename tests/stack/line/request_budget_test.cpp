@@ -252,6 +252,25 @@ TEST_F(RequestBudgetTest, ATimeOutDoesNotWaitForTheAccount) {
   EXPECT_GT(budget.next_wake(), now);
 }
 
+// The account of a client that is overdrawn further than that of the line is filled later.
+TEST_F(RequestBudgetTest, IsInUseWhileATransferWaitsForItsClient) {
+  EXPECT_FALSE(budget.is_in_use());
+  ASSERT_EQ(put(1, SdoRead{.node = 5}), Put::queued);
+  ASSERT_EQ(next(), tags);
+  const std::uint64_t read = tags;
+  ASSERT_EQ(put(1, Boot{.node = 6}), Put::queued);
+  ASSERT_EQ(next(), tags);
+  pass(300ms);
+  EXPECT_FALSE(budget.permits(5));
+  EXPECT_TRUE(budget.permits(7)) << "the line has bits for others";
+  EXPECT_TRUE(budget.is_in_use());
+  pass(150ms);
+  EXPECT_TRUE(budget.permits(5));
+  EXPECT_TRUE(budget.is_in_use());
+  budget.answered(read);
+  EXPECT_FALSE(budget.is_in_use());
+}
+
 TEST_F(RequestBudgetTest, SdoFramesAreCountedForTheClientOfTheNode) {
   ASSERT_EQ(put(1, SdoRead{.node = 5}), Put::queued);
   ASSERT_EQ(put(2, SdoRead{.node = 6}), Put::queued);
