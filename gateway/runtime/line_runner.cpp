@@ -277,10 +277,13 @@ void LineRunner::start_scan(Instant now) {
 
 void LineRunner::take_requests(Instant now) {
   budget_->advance(now);
-  while (!reply_held_ && port_.commands.pop(command_)) {
-    queue_command(now);
-  }
   take_next_command(now);
+  // One by one: commands behind a scan that is applied stay in the ring, for the line that is made
+  // with its result.
+  while (!reply_held_ && (stopping_ || !scans_.holds(now)) && port_.commands.pop(command_)) {
+    queue_command(now);
+    take_next_command(now);
+  }
   for (Event notice; port_.notices.pop(notice);) {
     notice.time = now;
     line_->report(notice);
