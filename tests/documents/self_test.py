@@ -99,7 +99,7 @@ class Difference(unittest.TestCase):
             (["...", "c"], ["a", "b", "c"]),
             (["a", "..."], ["a", "b"]),
             (["at 2026-11-23 11:15:17.122 ok"], ["at 2027-01-01 00:00:00.000 ok"]),
-            (["5 ok 2026-11-23 11:15:17.122   0"], ["5 ok 2027-01-01 00:00:00.000   4"]),
+            (["5 ok 2026-11-23 11:15:17.122   ..."], ["5 ok 2027-01-01 00:00:00.000   4"]),
         ):
             with self.subTest(wanted=wanted, printed=printed):
                 self.assertIsNone(difference(wanted, printed))
@@ -114,7 +114,7 @@ class Difference(unittest.TestCase):
             (["...", "c"], ["a", "b"]),
             (["a", "...", "c"], ["b", "c"]),
             (["at 11:15:17.122"], ["at noon"]),
-            (["5 ok 2026-11-23 11:15:17.122   0"], ["6 ok 2027-01-01 00:00:00.000   4"]),
+            (["5 ok 2026-11-23 11:15:17.122   0"], ["5 ok 2027-01-01 00:00:00.000   4"]),
         ):
             with self.subTest(wanted=wanted, printed=printed):
                 self.assertIsNotNone(difference(wanted, printed))
