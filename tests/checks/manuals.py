@@ -1,8 +1,9 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """The manuals are complete: plant.yaml(5) has everything that the schema has, every key of the schema is in the
-operator's guide or in a sample plant, every command and option of the programs is in its manual, and idl/README.md
-lists each function of the IXXAT CANopen Manager that a header of stack/line names."""
+operator's guide or in a sample plant, every visible command of the programs has an entry in its manual, every other
+command and every option is in it, and idl/README.md lists each function of the IXXAT CANopen Manager that a header of
+stack/line names."""
 
 import json
 import os
@@ -20,6 +21,9 @@ OPTION = re.compile(r'add_(?:option|flag)\w*\(\s*"((?:-\w,)?--[\w-]+)"')
 CONTRACT = "idl/README.md"
 FUNCTION = re.compile(r"\bCMM_\w+")
 COMMAND = re.compile(r'add_subcommand\(\s*"([\w-]+)"')
+# A command of the program itself, not of another command; the name of its variable, if it has one.
+TOP_COMMAND = re.compile(r'(?:(\w+)\s*=\s*)?(?:\w+\s*(?:\.|->)\s*)?\bapp(?:\(\)|_)?\s*(?:\.|->)\s*'
+                         r'add_subcommand\(\s*"([\w-]+)"')
 
 
 def plain(manual):
@@ -91,15 +95,31 @@ def programs(root):
             yield source, PROGRAM_MANUALS[0]
 
 
+def entries(manual):
+    """Returns the names of the paragraphs with a tag: the line after .TP, in bold alone."""
+    return set(re.findall(r"^\.TP.*\n\.B ([\w-]+)$", manual.replace("\\-", "-"), flags=re.MULTILINE))
+
+
+def visible_commands(code):
+    """Returns the commands of a program that its help lists: those without an empty group."""
+    for variable, command in TOP_COMMAND.findall(code):
+        if not (variable and re.search(rf'\b{variable}->group\(""\)', code)):
+            yield command
+
+
 def check_programs(root):
     for source, manual in programs(root):
-        text = plain(tree.read(root, manual))
+        page = tree.read(root, manual)
+        text = plain(page)
         code = tree.read(root, source)
+        for command in visible_commands(code):
+            if command not in entries(page):
+                yield f"{source}: {manual} has no entry (.TP, .B {command}) for the command {command}"
         for found in OPTION.findall(code):
             option = found.split(",")[-1]
             if not re.search(rf"(?<![\w-]){re.escape(option)}(?![\w-])", text):
                 yield f"{source}: {manual} has not the option {option}"
-        for command in COMMAND.findall(code):
+        for command in set(COMMAND.findall(code)).difference(visible_commands(code)):
             if not re.search(rf"(?<![\w-]){re.escape(command)}(?![\w-])", text):
                 yield f"{source}: {manual} has not the command {command}"
 

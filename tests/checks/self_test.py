@@ -67,6 +67,25 @@ class Manuals(TreeCase):
             self.assertEqual(len(self.complaints(manuals, "gateway/cli/linegate.cpp", code)), 1, code)
             self.write("gateway/cli/linegate.cpp", "")
 
+    def test_a_command_whose_word_the_manual_has_but_no_entry(self):
+        for source, manual, code in (
+            ("linegate.cpp", manuals.PROGRAM_MANUALS[0], 'CLI::App* one =\n  line.app().add_subcommand(\n"re-try", "");'),
+            ("linegated.cpp", manuals.PROGRAM_MANUALS[1], 'app.add_subcommand("re-try", "");'),
+        ):
+            source = f"gateway/cli/{source}"
+            for page in ("They re-try.\n", ".B re-try\nagain.\n", ".TP\n.B re-try-all\nAll.\n"):
+                self.write(manual, page)
+                self.assertIn("no entry", "".join(self.complaints(manuals, source, code)), (source, page))
+            self.write(manual, ".TP\n.B re\\-try\nAgain.\n")
+            self.assertEqual(self.complaints(manuals, source, code), [])
+
+    def test_a_hidden_command_and_one_of_a_command_need_no_entry(self):
+        self.write(manuals.PROGRAM_MANUALS[0], "All names, and list.\n")
+        hidden = 'CLI::App* names = line.app().add_subcommand("names", "");\n'
+        self.assertEqual(len(self.complaints(manuals, "gateway/cli/a.cpp", hidden)), 1)
+        self.assertEqual(self.complaints(manuals, "gateway/cli/a.cpp", hidden + 'names->group("");'), [])
+        self.assertEqual(self.complaints(manuals, "gateway/cli/a.cpp", 'od->add_subcommand("list", "");'), [])
+
     def test_a_function_of_the_ixxat_manager_that_the_contract_does_not_name(self):
         self.assertEqual(self.complaints(manuals, "stack/line/a.h", "// CMM_Known\n"), [])
         self.assertIn("CMM_Other", self.complaints(manuals, "stack/line/a.h", "// CMM_Known, CMM_Other\n")[0])
