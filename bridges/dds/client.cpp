@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bridges/dds/client.h"
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <map>
@@ -47,6 +48,14 @@ std::string default_name() {
   std::string name(host.data());
   name.resize(std::min<std::size_t>(name.size(), 40));
   return name + "/" + std::to_string(::getpid()) + "/" + std::to_string(++number);
+}
+
+WriterGuid guid_of(const fast::InstanceHandle_t& writer) {
+  const eprosima::fastrtps::rtps::GUID_t guid = eprosima::fastrtps::rtps::iHandle2GUID(writer);
+  WriterGuid out{};
+  std::copy_n(guid.guidPrefix.value, 12, out.begin());
+  std::copy_n(guid.entityId.value, 4, out.begin() + 12);
+  return out;
 }
 
 template <class Sample>
@@ -101,7 +110,7 @@ struct Client::Impl {
   Waiting waiting;
   std::size_t handled = 0;  // samples, in the present poll
   fast::SampleInfo info;    // of the sample being handled
-  LinePublishers<WriterWatch::Handle> publishers;
+  LinePublishers publishers;
   std::map<fast::InstanceHandle_t, std::pair<std::string, std::string>> line_names;
   std::uint64_t left_out = 0;  // samples, in the present poll
 
@@ -133,10 +142,15 @@ Client::Impl::Impl(const ClientOptions& options, std::vector<Diagnostic>& diagno
   // Ids are never reused, not even by the next client of the same name.
   std::random_device random;
   next_id = (std::uint64_t{random()} << 32U | random()) >> 1U | 1U;
-  subscribe<v1::GatewayStatePubSubType>(options.gateways, v1::TOPIC_GATEWAY_STATE, gateways);
-  subscribe<v1::LineStatePubSubType>(options.lines, v1::TOPIC_LINE_STATE, lines);
-  if (lines != nullptr)
-    lines->set_listener(&line_writers, WriterWatch::statuses());
+  // Replies are accepted only from the participants that publish these states.
+  subscribe<v1::GatewayStatePubSubType>(options.gateways || options.commands,
+                                        v1::TOPIC_GATEWAY_STATE, gateways);
+  subscribe<v1::LineStatePubSubType>(options.lines || options.commands, v1::TOPIC_LINE_STATE,
+                                     lines);
+  for (fast::DataReader* reader : {gateways, lines}) {
+    if (reader != nullptr)
+      reader->set_listener(&line_writers, WriterWatch::statuses());
+  }
   subscribe<v1::NodeStatePubSubType>(options.nodes, v1::TOPIC_NODE_STATE, nodes);
   subscribe<v1::OutputStatePubSubType>(options.output_states, v1::TOPIC_OUTPUT_STATE,
                                        output_states);
@@ -251,6 +265,11 @@ void Client::Impl::drain_layouts(ClientListener& listener) {
 
 void Client::Impl::drain_states(ClientListener& listener) {
   drain(gateways, gateway_sample, [&](const v1::GatewayState& sample) {
+    if (!publishers.note(sample.gateway().to_string(), "", guid_of(info.publication_handle),
+                         steady_now())) {
+      ++left_out;
+      return;
+    }
     GatewayInfo gateway;
     from_wire(sample, kUtc, gateway);
     listener.on_gateway(source(sample), gateway);
@@ -258,7 +277,7 @@ void Client::Impl::drain_states(ClientListener& listener) {
   std::vector<Property> properties;
   const auto take_line = [&](const v1::LineState& sample) {
     if (!publishers.note(sample.gateway().to_string(), sample.line().to_string(),
-                         info.publication_handle)) {
+                         guid_of(info.publication_handle), steady_now())) {
       ++left_out;
       return;
     }
@@ -291,8 +310,9 @@ void Client::Impl::line_ended(ClientListener& listener) {
   if (info.instance_state != fast::NOT_ALIVE_DISPOSED_INSTANCE_STATE || found == line_names.end())
     return;
   const auto [gateway, line] = found->second;
+  if (!publishers.forget(gateway, line, guid_of(info.publication_handle)))
+    return;
   line_names.erase(found);
-  publishers.forget(gateway, line);
   ++handled;
   listener.on_line_gone(gateway, line);
 }
@@ -301,12 +321,11 @@ void Client::Impl::line_ended(ClientListener& listener) {
 // gone.
 void Client::Impl::tell_lines_gone(ClientListener& listener) {
   for (const WriterWatch::Handle& lost : line_writers.take_lost()) {
-    publishers.lose(lost, [&](const std::string& gateway, const std::string& line) {
-      std::erase_if(line_names,
-                    [&](const auto& known) { return known.second == std::pair(gateway, line); });
+    for (const LinePublishers::Line& line : publishers.lose(guid_of(lost))) {
+      std::erase_if(line_names, [&](const auto& known) { return known.second == line; });
       ++handled;
-      listener.on_line_gone(gateway, line);
-    });
+      listener.on_line_gone(line.first, line.second);
+    }
   }
 }
 
@@ -339,7 +358,8 @@ void Client::Impl::drain_replies(ClientListener& listener) {
   drain(replies, reply_sample, [&](const v1::CommandReply& sample) {
     if (sample.client() != name.c_str())
       return;
-    if (auto done = tracker.take(sample, steady_now()))
+    const ParticipantPrefix sender = participant_of(guid_of(info.publication_handle));
+    if (auto done = tracker.take(sample, sender, publishers, steady_now()))
       finish(std::move(*done), listener);
   });
 }
@@ -356,6 +376,8 @@ void Client::Impl::finish(RequestTracker::Done done, ClientListener& listener) {
 
 void Client::Impl::keep_asking(ClientListener& listener) {
   const Instant now = steady_now();
+  while (auto done = tracker.disputed(publishers))
+    finish(std::move(*done), listener);
   while (auto done = tracker.expired(now))
     finish(std::move(*done), listener);
   while (const Request* request = tracker.due(now)) {
@@ -401,6 +423,8 @@ std::uint64_t Client::send(const Target& target, const line::Command& command, D
                   .layout_id = layout_id,
                   .deadline = deadline};
   impl_->tracker.add(request, now);
+  if (impl_->publishers.disputed(target.gateway, target.line))
+    return request.id;  // poll() ends it: of several receivers each would carry it out
   const Request* due = impl_->tracker.due(now);
   if (due != nullptr)
     impl_->send(*due);
@@ -434,6 +458,10 @@ bool Client::write_outputs(const Target& target, const line::OutputWrite& write)
 
 guard::Counters Client::guard_counters() const {
   return impl_->endpoints.guard_counters();
+}
+
+std::uint64_t Client::foreign_replies() const {
+  return impl_->tracker.foreign();
 }
 
 std::size_t Client::command_peers() const {

@@ -93,7 +93,7 @@ struct ClientOptions {
   bool pdos = true;
   bool receptions = true;
   bool events = true;
-  bool commands = true;               // CommandRequest and CommandReply
+  bool commands = true;               // CommandRequest and CommandReply; implies gateways and lines
   bool outputs = false;               // OutputWrite
   std::uint32_t output_strength = 0;  // ownership strength: the strongest writer wins
   // Pause before an unanswered request is repeated
@@ -115,8 +115,9 @@ class Client {
 
   // Sends a command. on_reply() receives the answer, or Refusal::timed_out at the latest after
   // `timeout`, which is independent of command.timeout, the time limit of the gateway. Returns the
-  // id, or 0 if this client was created without commands. command.tag is ignored. layout_id: see
-  // the contract.
+  // id, or 0 if this client was created without commands. If several participants publish the line,
+  // the answer is Refusal::not_permitted with their GUIDs, and nothing is sent. command.tag is
+  // ignored. layout_id: see the contract.
   std::uint64_t send(const Target& target, const line::Command& command, Duration timeout,
                      std::uint64_t layout_id = 0);
   // Like send(), and waits for the answer. Meanwhile the listener receives all other samples,
@@ -134,6 +135,10 @@ class Client {
   std::size_t command_peers() const;
   std::size_t output_peers() const;
   const std::string& name() const;
+  // Number of replies to requests of this client that were ignored, because their sender does not
+  // publish the LineState of that line (for the gateway itself: its GatewayState), or because
+  // several participants publish it.
+  std::uint64_t foreign_replies() const;
   // The gateways whose participants are discovered, whether or not a sample of them was received,
   // and for how long this list has not changed. From any thread.
   Peers peers() const;

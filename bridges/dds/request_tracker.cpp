@@ -2,6 +2,7 @@
 #include "bridges/dds/request_tracker.h"
 
 #include <algorithm>
+#include <string>
 #include <utility>
 
 #include "bridges/dds/bytes.h"
@@ -31,7 +32,31 @@ void RequestTracker::add(Request request, Instant now) {
   waiting.send_at = now;
 }
 
+bool RequestTracker::admit(Waiting& waiting, const ParticipantPrefix& sender,
+                           const LinePublishers& publishers, Instant now) {
+  using Right = LinePublishers::Right;
+  const Target& target = waiting.request.target;
+  switch (publishers.right_of(target.gateway, target.line, sender, now)) {
+    case Right::publisher:
+      return true;
+    case Right::unknown:  // the first state of the line arrives soon
+      waiting.send_at = earlier(waiting.send_at, now + retry_ / 4);
+      return false;
+    case Right::contested:
+      waiting.send_at = earlier(waiting.send_at, now + retry_);
+      return false;
+    case Right::disputed:
+    case Right::foreign:
+      break;
+  }
+  ++waiting.foreign;
+  ++foreign_;
+  return false;
+}
+
 std::optional<RequestTracker::Done> RequestTracker::take(const v1::CommandReply& reply,
+                                                         const ParticipantPrefix& sender,
+                                                         const LinePublishers& publishers,
                                                          Instant now) {
   const auto found = waiting_.find(reply.id());
   if (found == waiting_.end())
@@ -42,6 +67,8 @@ std::optional<RequestTracker::Done> RequestTracker::take(const v1::CommandReply&
       reply.line() != request.target.line.c_str() || reply.domain() > v1::RESULT_REFUSED) {
     return std::nullopt;
   }
+  if (!admit(waiting, sender, publishers, now))
+    return std::nullopt;
   if (lost_a_chunk(reply, request) && waiting.sent <= kMostRestarts) {
     waiting.send_at = earlier(waiting.send_at, now + retry_);
     return std::nullopt;
@@ -98,11 +125,40 @@ std::optional<RequestTracker::Done> RequestTracker::expired(Instant now) {
   });
   if (found == waiting_.end())
     return std::nullopt;
-  Done done = finish(found);
-  done.result.reply.error = line::to_error(line::Refusal::timed_out);
+  const std::uint64_t foreign = found->second.foreign;
+  Done done = fail(found, line::Refusal::timed_out, "no answer from the gateway in time");
+  if (foreign != 0) {
+    done.result.text += "; " + std::to_string(foreign) +
+                        " replies of participants that do not publish its state were ignored";
+  }
+  return done;
+}
+
+std::optional<RequestTracker::Done> RequestTracker::disputed(const LinePublishers& publishers) {
+  const auto found = std::ranges::find_if(waiting_, [&](const auto& entry) {
+    const Target& target = entry.second.request.target;
+    return publishers.disputed(target.gateway, target.line);
+  });
+  if (found == waiting_.end())
+    return std::nullopt;
+  const Target& target = found->second.request.target;
+  std::string text = "several DDS participants publish ";
+  text += target.line.empty() ? "gateway " + target.gateway
+                              : "line " + target.gateway + "/" + target.line;
+  text += ", so no answer is trustworthy:";
+  for (const ParticipantPrefix& publisher : publishers.publishers(target.gateway, target.line))
+    text += " " + to_string(publisher);
+  text += "; end all but one, or give each gateway its own name";
+  return fail(found, line::Refusal::not_permitted, std::move(text));
+}
+
+RequestTracker::Done RequestTracker::fail(std::map<std::uint64_t, Waiting>::iterator waiting,
+                                          line::Refusal refusal, std::string text) {
+  Done done = finish(waiting);
+  done.result.reply.error = line::to_error(refusal);
   done.result.reply.data = {};
   done.result.bytes.clear();
-  done.result.text = "no answer from the gateway in time";
+  done.result.text = std::move(text);
   return done;
 }
 

@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pending requests of a client: schedules repetitions and assembles answers from chunks. No DDS
-// except the types of the contract.
+// The pending requests of a client: schedules repetitions, assembles answers from chunks, and
+// accepts them only from the participant that publishes the line. No DDS except the types of the
+// contract.
 #pragma once
 
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include <linegate.h>
 
 #include "bridges/dds/client.h"
+#include "bridges/dds/line_publishers.h"
 #include "stack/base/time.h"
 
 namespace linegate::dds {
@@ -37,8 +40,15 @@ class RequestTracker {
     Target target;
     CommandResult result;
   };
-  // Processes a reply to any client. Returns the answer once it is complete.
-  std::optional<Done> take(const v1::CommandReply& reply, Instant now);
+  // Processes a reply to any client, of that participant. Returns the answer once it is complete. A
+  // reply of a participant that does not publish the line is counted and ignored; while that is not
+  // known yet, the reply is ignored and requested again.
+  std::optional<Done> take(const v1::CommandReply& reply, const ParticipantPrefix& sender,
+                           const LinePublishers& publishers, Instant now);
+  // Ends a request for a line that several participants publish, with an error that names them.
+  std::optional<Done> disputed(const LinePublishers& publishers);
+  // Number of replies to pending requests that were ignored because of their sender.
+  std::uint64_t foreign() const { return foreign_; }
 
   // Returns the next request to be sent (again) now, or nullptr. It is sent completely, or, if
   // reply_offset() > 0, only its head, to fetch the rest of its answer. Valid until the next call.
@@ -50,14 +60,22 @@ class RequestTracker {
  private:
   struct Waiting {
     Request request;
-    CommandResult result;    // the part received so far
-    Instant send_at{};       // time of the next transmission
-    unsigned sent = 0;       // number of transmissions
-    std::size_t chunks = 0;  // received since it was last sent
+    CommandResult result;       // the part received so far
+    Instant send_at{};          // time of the next transmission
+    unsigned sent = 0;          // number of transmissions
+    std::size_t chunks = 0;     // received since it was last sent
+    std::uint64_t foreign = 0;  // replies of other participants
   };
   Done finish(std::map<std::uint64_t, Waiting>::iterator waiting);
+  Done fail(std::map<std::uint64_t, Waiting>::iterator waiting, line::Refusal refusal,
+            std::string text);
+
+  // Whether the reply of that participant is accepted.
+  bool admit(Waiting& waiting, const ParticipantPrefix& sender, const LinePublishers& publishers,
+             Instant now);
 
   Duration retry_;
+  std::uint64_t foreign_ = 0;
   std::map<std::uint64_t, Waiting> waiting_;  // by id
 };
 

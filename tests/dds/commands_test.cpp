@@ -5,6 +5,7 @@
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
 #include <gtest/gtest.h>
 #include <linegatePubSubTypes.h>
+#include <signal.h>
 
 #include "bridges/dds/endpoints.h"
 #include "bridges/dds/waiting.h"
@@ -105,6 +106,109 @@ TEST_F(Commands, ManyAtOnceAreEachAnsweredOnce) {
     EXPECT_EQ(count, 1);
   }
   EXPECT_EQ(carried_out(), 100U);
+}
+
+// A participant that answers requests in place of the gateway, with any names that it likes.
+class Impostor {
+ public:
+  Impostor()
+      : endpoints_("impostor", domain(), LOOPBACK_PROFILES, diagnostics_),
+        lines_(endpoints_.writer<v1::LineStatePubSubType>(v1::TOPIC_LINE_STATE)),
+        replies_(endpoints_.writer<v1::CommandReplyPubSubType>(v1::TOPIC_COMMAND_REPLY)),
+        requests_(endpoints_.reader<v1::CommandRequestPubSubType>(v1::TOPIC_COMMAND_REQUEST)) {}
+
+  void claim_line() {
+    v1::LineState state;
+    state.gateway(known::kGateway);
+    state.line(known::kLine);
+    state.incarnation(known::kIncarnation);
+    EXPECT_TRUE(lines_->write(&state));
+  }
+  // Answers all requests received so far. Returns their number.
+  int forge() {
+    int forged = 0;
+    v1::CommandRequest request;
+    eprosima::fastdds::dds::SampleInfo info;
+    while (requests_->take_next_sample(&request, &info) == ReturnCode_t::RETCODE_OK) {
+      if (!info.valid_data)
+        continue;
+      v1::CommandReply reply;
+      reply.gateway(request.gateway());
+      reply.line(request.line());
+      reply.client(request.client());
+      reply.id(request.id());
+      reply.last(true);
+      reply.data().assign(3, 0x66);
+      forged += replies_->write(&reply) ? 1 : 0;
+    }
+    return forged;
+  }
+
+ private:
+  std::vector<Diagnostic> diagnostics_;
+  dds::Endpoints endpoints_;
+  eprosima::fastdds::dds::DataWriter* lines_;
+  eprosima::fastdds::dds::DataWriter* replies_;
+  eprosima::fastdds::dds::DataReader* requests_;
+};
+
+// Takes answers, while an impostor answers each request, too.
+struct Answers : dds::ClientListener {
+  void on_reply(const dds::Target&, const dds::CommandResult& result) override {
+    results.push_back(result);
+  }
+  std::vector<dds::CommandResult> results;
+};
+
+TEST_F(Commands, TheReplyOfAnotherParticipantIsIgnored) {
+  ASSERT_TRUE(call(sdo_read(0x2000, 1)).reply.ok());
+  Impostor impostor;
+  Answers answers;
+  ASSERT_TRUE(eventually([&] {
+    // The gateway is stopped, so that only the impostor answers.
+    gateway.signal(SIGSTOP);
+    client->send(known_line(), sdo_read(0x2000, 1), kDeadline);
+    const bool refused = eventually(
+        [&] {
+          client->poll(std::chrono::milliseconds(10), answers);
+          impostor.forge();
+          return client->foreign_replies() != 0;
+        },
+        std::chrono::seconds(1));
+    gateway.signal(SIGCONT);
+    return refused;
+  }));
+  EXPECT_TRUE(eventually([&] {
+    client->poll(std::chrono::milliseconds(10), answers);
+    impostor.forge();
+    return !answers.results.empty();
+  }));
+  for (const dds::CommandResult& result : answers.results) {
+    EXPECT_EQ(result.reply.bytes(), known::pattern(1'024, 9));
+  }
+}
+
+TEST_F(Commands, TwoParticipantsThatPublishALineAreAnErrorInPlaceOfAnAnswer) {
+  // This participant publishes the line in turns with the impostor.
+  Impostor first;
+  Impostor second;
+  const dds::Target line = known_line();
+  Answers answers;
+  EXPECT_TRUE(eventually([&] {
+    first.claim_line();
+    client->poll(std::chrono::milliseconds(10), answers);
+    second.claim_line();
+    client->poll(std::chrono::milliseconds(10), answers);
+    if (client->send(line, sdo_read(0x2000, 1), kDeadline) == 0)
+      return false;
+    client->poll(std::chrono::milliseconds(10), answers);
+    second.forge();
+    return !answers.results.empty() &&
+           answers.results.back().reply.error == line::to_error(line::Refusal::not_permitted);
+  }));
+  ASSERT_FALSE(answers.results.empty());
+  EXPECT_EQ(answers.results.back().text.find("several DDS participants publish line "), 0U)
+      << answers.results.back().text;
 }
 
 TEST_F(Commands, NobodyAnswersForAGatewayThatIsNotThere) {

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bridges/dds/request_tracker.h"
 
+#include <optional>
+#include <string>
+
 #include <gtest/gtest.h>
 
 #include "bridges/dds/command_samples.h"
@@ -13,6 +16,10 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr Instant kStart{milliseconds(1'000)};
+
+// Writers of two participants.
+constexpr WriterGuid kGateway{1, 15, 1};
+constexpr WriterGuid kStranger{1, 15, 2};
 
 Request request_with(std::size_t data = 0) {
   Request request;
@@ -34,6 +41,12 @@ v1::CommandReply reply(const std::vector<std::byte>& data, std::size_t offset) {
 
 class Tracker : public testing::Test {
  protected:
+  Tracker() { publishers.note("g", "l", kGateway, kStart); }
+
+  std::optional<RequestTracker::Done> take(const v1::CommandReply& sample, Instant now,
+                                           const WriterGuid& sender = kGateway) {
+    return tracker.take(sample, participant_of(sender), publishers, now);
+  }
   // The times at which the request is sent, in ms after kStart, up to `until`.
   std::vector<long> sent_at(long until) {
     std::vector<long> times;
@@ -44,6 +57,7 @@ class Tracker : public testing::Test {
     return times;
   }
 
+  LinePublishers publishers;
   RequestTracker tracker{milliseconds(100)};
 };
 
@@ -61,7 +75,7 @@ TEST_F(Tracker, ALongRequestIsSentAgainMoreAndMoreSeldom) {
 TEST_F(Tracker, AnAnswerEndsIt) {
   tracker.add(request_with(), kStart);
   tracker.due(kStart);
-  const auto done = tracker.take(reply(known::pattern(20, 2), 0), kStart);
+  const auto done = take(reply(known::pattern(20, 2), 0), kStart);
   ASSERT_TRUE(done);
   EXPECT_EQ(done->result.id, 7U);
   EXPECT_TRUE(done->result.reply.ok());
@@ -76,14 +90,14 @@ TEST_F(Tracker, ALongAnswerIsFetchedInRounds) {
   tracker.due(kStart);
   for (std::size_t chunk = 0; chunk < 8; ++chunk) {
     EXPECT_EQ(tracker.due(kStart), nullptr);
-    EXPECT_FALSE(tracker.take(reply(data, chunk * 8'192), kStart));
+    EXPECT_FALSE(take(reply(data, chunk * 8'192), kStart));
   }
   ASSERT_NE(tracker.due(kStart), nullptr);
   EXPECT_EQ(tracker.reply_offset(7), 65'536U);
   for (std::size_t offset = 65'536; offset + 8'192 < data.size(); offset += 8'192) {
-    EXPECT_FALSE(tracker.take(reply(data, offset), kStart));
+    EXPECT_FALSE(take(reply(data, offset), kStart));
   }
-  const auto done = tracker.take(reply(data, 98'304), kStart);
+  const auto done = take(reply(data, 98'304), kStart);
   ASSERT_TRUE(done);
   EXPECT_EQ(done->result.reply.bytes(), data);
 }
@@ -92,12 +106,12 @@ TEST_F(Tracker, ChunksOutOfPlaceDoNotSpoilTheAnswer) {
   const auto data = known::pattern(20'000, 2);
   tracker.add(request_with(), kStart);
   tracker.due(kStart);
-  EXPECT_FALSE(tracker.take(reply(data, 8'192), kStart));
-  EXPECT_FALSE(tracker.take(reply(data, 0), kStart));
-  EXPECT_FALSE(tracker.take(reply(data, 0), kStart));
-  EXPECT_FALSE(tracker.take(reply(data, 16'384), kStart));
-  EXPECT_FALSE(tracker.take(reply(data, 8'192), kStart));
-  const auto done = tracker.take(reply(data, 16'384), kStart);
+  EXPECT_FALSE(take(reply(data, 8'192), kStart));
+  EXPECT_FALSE(take(reply(data, 0), kStart));
+  EXPECT_FALSE(take(reply(data, 0), kStart));
+  EXPECT_FALSE(take(reply(data, 16'384), kStart));
+  EXPECT_FALSE(take(reply(data, 8'192), kStart));
+  const auto done = take(reply(data, 16'384), kStart);
   ASSERT_TRUE(done);
   EXPECT_EQ(done->result.reply.bytes(), data);
 }
@@ -106,14 +120,85 @@ TEST_F(Tracker, AnswersToOthersAreNotTaken) {
   tracker.add(request_with(), kStart);
   v1::CommandReply other = reply({}, 0);
   other.line("m");
-  EXPECT_FALSE(tracker.take(other, kStart));
+  EXPECT_FALSE(take(other, kStart));
   other = reply({}, 0);
   other.gateway("h");
-  EXPECT_FALSE(tracker.take(other, kStart));
+  EXPECT_FALSE(take(other, kStart));
   other = reply({}, 0);
   other.id(8);
-  EXPECT_FALSE(tracker.take(other, kStart));
-  EXPECT_TRUE(tracker.take(reply({}, 0), kStart));
+  EXPECT_FALSE(take(other, kStart));
+  EXPECT_TRUE(take(reply({}, 0), kStart));
+}
+
+TEST_F(Tracker, AReplyOfAnotherParticipantIsCountedAndIgnored) {
+  tracker.add(request_with(), kStart);
+  tracker.due(kStart);
+  EXPECT_FALSE(take(reply(known::pattern(20, 3), 0), kStart, kStranger));
+  EXPECT_EQ(tracker.foreign(), 1U);
+  EXPECT_EQ(tracker.next_wake(), kStart + milliseconds(100)) << "it delays and hastens nothing";
+  const auto done = take(reply(known::pattern(20, 2), 0), kStart);
+  ASSERT_TRUE(done);
+  EXPECT_EQ(done->result.reply.bytes(), known::pattern(20, 2));
+  EXPECT_EQ(tracker.foreign(), 1U);
+}
+
+TEST_F(Tracker, AForeignChunkDoesNotSpoilALongAnswer) {
+  const auto data = known::pattern(10'000, 2);
+  tracker.add(request_with(), kStart);
+  tracker.due(kStart);
+  EXPECT_FALSE(take(reply(data, 0), kStart));
+  EXPECT_FALSE(take(reply(known::pattern(10'000, 3), 8'192), kStart, kStranger));
+  const auto done = take(reply(data, 8'192), kStart);
+  ASSERT_TRUE(done);
+  EXPECT_EQ(done->result.reply.bytes(), data);
+}
+
+TEST_F(Tracker, ATimeOutReportsForeignReplies) {
+  tracker.add(request_with(), kStart);
+  take(reply({}, 0), kStart, kStranger);
+  const auto done = tracker.expired(kStart + milliseconds(10'000));
+  ASSERT_TRUE(done);
+  EXPECT_EQ(done->result.reply.error, line::to_error(line::Refusal::timed_out));
+  EXPECT_NE(done->result.text.find("; 1 replies of participants"), std::string::npos)
+      << done->result.text;
+}
+
+TEST_F(Tracker, AReplyBeforeTheFirstStateOfItsLineIsRequestedAgain) {
+  publishers = {};
+  tracker.add(request_with(), kStart);
+  tracker.due(kStart);
+  EXPECT_FALSE(take(reply({}, 0), kStart));
+  EXPECT_EQ(tracker.foreign(), 0U);
+  EXPECT_EQ(tracker.next_wake(), kStart + milliseconds(25));
+  publishers.note("g", "l", kGateway, kStart);
+  EXPECT_TRUE(take(reply({}, 0), kStart));
+}
+
+TEST_F(Tracker, TheReplyOfAGatewayThatStartedAgainIsTakenOnceTheEarlierOneIsSilent) {
+  tracker.add(request_with(), kStart);
+  publishers.note("g", "l", kStranger, kStart + milliseconds(500));
+  EXPECT_FALSE(take(reply({}, 0), kStart + milliseconds(500), kStranger));
+  EXPECT_EQ(tracker.foreign(), 0U);
+  EXPECT_TRUE(take(reply({}, 0), kStart + milliseconds(2'000), kStranger));
+}
+
+TEST_F(Tracker, TwoPublishersAreAnErrorThatNamesBoth) {
+  tracker.add(request_with(), kStart);
+  EXPECT_FALSE(tracker.disputed(publishers));
+  publishers.note("g", "l", kStranger, kStart);
+  EXPECT_FALSE(tracker.disputed(publishers));
+  publishers.note("g", "l", kGateway, kStart);
+  EXPECT_FALSE(take(reply({}, 0), kStart, kStranger));
+  EXPECT_FALSE(take(reply({}, 0), kStart, kGateway));
+  EXPECT_EQ(tracker.foreign(), 2U);
+  const auto done = tracker.disputed(publishers);
+  ASSERT_TRUE(done);
+  EXPECT_EQ(done->result.reply.error, line::to_error(line::Refusal::not_permitted));
+  for (const WriterGuid& publisher : {kGateway, kStranger}) {
+    EXPECT_NE(done->result.text.find(to_string(participant_of(publisher))), std::string::npos)
+        << done->result.text;
+  }
+  EXPECT_TRUE(tracker.empty());
 }
 
 TEST_F(Tracker, ItTimesOut) {
@@ -131,7 +216,7 @@ TEST_F(Tracker, ARequestThatLostAChunkIsSentAgain) {
   v1::CommandReply refusal = reply({}, 0);
   refusal.domain(v1::RESULT_REFUSED);
   refusal.code(v1::REFUSAL_BAD_REQUEST);
-  EXPECT_FALSE(tracker.take(refusal, kStart));
+  EXPECT_FALSE(take(refusal, kStart));
   EXPECT_EQ(sent_at(100), std::vector<long>{100});
 }
 
@@ -141,7 +226,7 @@ TEST_F(Tracker, AShortRequestIsRefusedAtOnce) {
   refusal.domain(v1::RESULT_REFUSED);
   refusal.code(v1::REFUSAL_BAD_REQUEST);
   refusal.text("why");
-  const auto done = tracker.take(refusal, kStart);
+  const auto done = take(refusal, kStart);
   ASSERT_TRUE(done);
   EXPECT_EQ(done->result.reply.error, line::to_error(line::Refusal::bad_request));
   EXPECT_EQ(done->result.text, "why");

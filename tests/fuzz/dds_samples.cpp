@@ -58,6 +58,7 @@ class Peer {
       request.data.resize(id == 1 ? 10'000 : 0);
       request.id = id;
       request.deadline = now_ + std::chrono::seconds(10);
+      publishers_.note(request.target.gateway, request.target.line, kPublisher, now_);
       tracker_.add(request, now_);
       asked_.insert(id);
     }
@@ -220,7 +221,7 @@ class Peer {
 
   void take(const v1::CommandReply& sample) {
     now_ += std::chrono::milliseconds(10);
-    if (const auto done = tracker_.take(sample, now_))
+    if (const auto done = tracker_.take(sample, participant_of(kPublisher), publishers_, now_))
       LINEGATE_EXPECT(asked_.erase(done->result.id) == 1);
     for (unsigned sent = 0; const Request* due = tracker_.due(now_); ++sent) {
       LINEGATE_EXPECT(sent < fuzz::kRequests && asked_.contains(due->id));
@@ -283,6 +284,8 @@ class Peer {
   Instant now_ = Instant{} + std::chrono::seconds(1);
   LayoutAssembly assembly_;
   image::Layout layout_;
+  static constexpr WriterGuid kPublisher{1};
+  LinePublishers publishers_;
   RequestTracker tracker_{std::chrono::milliseconds(250)};
   std::set<std::uint64_t> asked_;
   CommandDesk desk_{fuzz::kIncarnation, {fuzz::kLine}, kLimits};
