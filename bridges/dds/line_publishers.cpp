@@ -93,10 +93,16 @@ std::vector<LinePublishers::Line> LinePublishers::lose(const WriterGuid& writer)
   return gone;
 }
 
+std::map<LinePublishers::Line, LinePublishers::Publishers>::const_iterator LinePublishers::find(
+    const std::string& gateway, const std::string& line) const {
+  const auto found = lines_.find(Line(gateway, line));
+  return found != lines_.end() ? found : lines_.find(Line(gateway, ""));
+}
+
 LinePublishers::Right LinePublishers::right_of(const std::string& gateway, const std::string& line,
                                                const ParticipantPrefix& participant,
                                                Instant now) const {
-  const auto found = lines_.find(Line(gateway, line));
+  const auto found = find(gateway, line);
   if (found == lines_.end())
     return Right::unknown;
   const Publishers& known = found->second;
@@ -117,14 +123,14 @@ LinePublishers::Right LinePublishers::right_of(const std::string& gateway, const
 }
 
 bool LinePublishers::disputed(const std::string& gateway, const std::string& line) const {
-  const auto found = lines_.find(Line(gateway, line));
+  const auto found = find(gateway, line);
   return found != lines_.end() && found->second.disputed;
 }
 
 std::vector<ParticipantPrefix> LinePublishers::publishers(const std::string& gateway,
                                                           const std::string& line) const {
   std::vector<ParticipantPrefix> out;
-  const auto found = lines_.find(Line(gateway, line));
+  const auto found = find(gateway, line);
   if (found == lines_.end())
     return out;
   for (const Publisher& publisher : found->second.present)

@@ -57,7 +57,9 @@ class LinePublishers {
     disputed,   // several participants publish the line
     foreign     // another participant is the only publisher
   };
-  // Whether the participant may answer for the line.
+  // Whether the participant may answer for the line. For a line without a publisher, such as one
+  // that the gateway does not have, the publisher of the gateway may answer. The same holds for
+  // disputed() and publishers().
   Right right_of(const std::string& gateway, const std::string& line,
                  const ParticipantPrefix& participant, Instant now) const;
   bool disputed(const std::string& gateway, const std::string& line) const;
@@ -76,6 +78,8 @@ class LinePublishers {
     ParticipantPrefix last{};        // the only publisher before it was lost
     bool disputed = false;
   };
+  std::map<Line, Publishers>::const_iterator find(const std::string& gateway,
+                                                  const std::string& line) const;
   bool make_room();
   static std::vector<Publisher>::iterator find(Publishers& publishers,
                                                const ParticipantPrefix& participant);

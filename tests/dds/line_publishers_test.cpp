@@ -92,6 +92,16 @@ TEST_F(Publishers, OnlyThePublisherMayAnswer) {
   EXPECT_EQ(right(2), Right::foreign) << "it publishes another line";
 }
 
+TEST_F(Publishers, TheGatewayAnswersForALineThatItDoesNotHave) {
+  note("", writer(1));
+  EXPECT_EQ(right(1), Right::publisher);
+  EXPECT_EQ(right(2), Right::foreign);
+  note("press", writer(2));
+  EXPECT_EQ(right(1), Right::foreign) << "the line has a publisher of its own";
+  EXPECT_TRUE(publishers.forget("plant", "press", writer(2)));
+  EXPECT_EQ(right(1), Right::publisher) << "the line was removed";
+}
+
 TEST_F(Publishers, AWriterThatWasOnlyLateMayStillAnswer) {
   note("press", writer(1));
   lose(writer(1));
