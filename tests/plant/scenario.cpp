@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/plant/scenario.h"
 
+#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -72,15 +73,26 @@ void Scenario::check_always_all() {
   }
 }
 
-// Runs until pending actions have ended, then checks that nothing is left.
+bool Scenario::waits_for_replies() {
+  return std::ranges::any_of(world_.lines(), [this](const auto& line) {
+    return line->replies.size() != commands_[line.get()];
+  });
+}
+
+// Runs until pending actions have ended, then checks that nothing is left. Commands to a device
+// that answers slowly wait for each other: several transfers of a string take longer than a rest.
 void Scenario::finish() {
+  constexpr auto kRest = std::chrono::seconds(5);
+  constexpr int kMostRests = 12;
   build();
   for (const auto& line : world_.lines()) {
     line->set_disturbance({});
   }
-  world_.run(world_.now() + std::chrono::seconds(5));
-  if (!world_.failure().empty()) {
-    return;
+  for (int rest = 0; rest == 0 || (rest < kMostRests && waits_for_replies()); ++rest) {
+    world_.run(world_.now() + kRest);
+    if (!world_.failure().empty()) {
+      return;
+    }
   }
   check_always_all();
   for (const auto& line : world_.lines()) {

@@ -61,6 +61,7 @@ class Scenario {
 
   void statement(Words words);
   void finish();
+  bool waits_for_replies();
   World& world() { return world_; }
   unsigned expectations() const { return expectations_; }
 
