@@ -104,6 +104,7 @@ static_assert(same(v1::OUTPUT_REFUSAL_NOT_ARMED, line::OutputRefusal::not_armed)
 static_assert(same(v1::OUTPUT_REFUSAL_BAD_REACTION, line::OutputRefusal::bad_reaction));
 static_assert(same(v1::OUTPUT_REFUSAL_WRONG_ROLE, line::OutputRefusal::wrong_role));
 static_assert(same(v1::OUTPUT_REFUSAL_BOUND_ENTRY, line::OutputRefusal::bound_entry));
+static_assert(same(v1::OUTPUT_REFUSAL_BUSY, line::OutputRefusal::busy));
 
 static_assert(same(v1::OUTPUT_WAIT_VALUE, line::OutputWait::value));
 static_assert(same(v1::OUTPUT_WAIT_VALUES, line::OutputWait::values));

@@ -357,7 +357,7 @@ struct EventWords {
   }
   std::string operator()(const event::ClientLimited& e) const {
     return fmt::format(
-        "{} exceeds its share of the bus: {} commands waited, {} refused, {} outputs replaced by "
+        "{} exceeds its share of the bus: {} commands waited, {} refused, {} outputs joined with "
         "newer ones",
         client_name(e.client), e.delayed, e.refused, e.replaced);
   }

@@ -277,7 +277,14 @@ void LineRunner::start_scan(Instant now) {
 
 void LineRunner::take_requests(Instant now) {
   budget_->advance(now);
-  take_next_command(now);
+  // Commands and outputs that wait take turns: neither uses up the share of the line every time.
+  if (std::exchange(commands_first_, !commands_first_)) {
+    take_next_command(now);
+    take_held_outputs(now);
+  } else {
+    take_held_outputs(now);
+    take_next_command(now);
+  }
   // One by one: commands behind a scan that is applied stay in the ring, for the line that is made
   // with its result.
   while (!reply_held_ && (stopping_ || !scans_.holds(now)) && port_.commands.pop(command_)) {
@@ -327,19 +334,28 @@ void LineRunner::take_next_command(Instant now) {
 // A write that exceeds the share of its client waits, unless the line refuses it: that costs
 // nothing on the bus.
 void LineRunner::take_outputs(Instant now) {
-  while (!stopping_ && budget_->next_output(write_)) {
-    (void)line_->write_outputs(write_, now);  // the line reports a refusal itself
-  }
+  using Admission = line::RequestBudget::Admission;
   while (port_.outputs.pop(write_)) {
     if (stopping_) {
       continue;
     }
-    const bool admitted = budget_->admits(write_);
-    if (!admitted && line_->feed_watchdog(write_, now)) {
+    const Admission admission = budget_->admits(write_);
+    if (admission == Admission::no_place) {
+      line_->report({.time = now,
+                     .data = event::OutputRefused{.refusal = line::OutputRefusal::busy,
+                                                  .group = write_.group,
+                                                  .client = write_.client_number}});
+    } else if (admission == Admission::later && line_->feed_watchdog(write_, now)) {
       budget_->hold(write_, now);
     } else if (line_->write_outputs(write_, now) == line::OutputRefusal::none) {
       budget_->applied(write_);
     }
+  }
+}
+
+void LineRunner::take_held_outputs(Instant now) {
+  while (!stopping_ && budget_->next_output(write_)) {
+    (void)line_->write_outputs(write_, now);  // the line reports a refusal itself
   }
 }
 

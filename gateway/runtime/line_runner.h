@@ -94,6 +94,7 @@ class LineRunner final : public Runner {
   void take_next_command(Instant now);
   void take_command(Instant now);
   void take_outputs(Instant now);
+  void take_held_outputs(Instant now);
   void answered(std::uint64_t tag);
   void report_accepted(Instant now);
   void take_messages(Instant now);
@@ -135,6 +136,7 @@ class LineRunner final : public Runner {
   std::uint32_t receive_peak_ = 0;
   bool started_ = false;
   bool stopping_ = false;
+  bool commands_first_ = true;
   bool status_wanted_ = true;
   bool forwarded_ = false;  // values went to another executor in this round
   bool handed_over_ = false;

@@ -586,7 +586,7 @@ struct ClientLimited {
   std::uint32_t client = 0;
   std::uint32_t delayed = 0;   // commands that waited for the share
   std::uint32_t refused = 0;   // commands refused as busy
-  std::uint32_t replaced = 0;  // outputs that a newer write of their group replaced
+  std::uint32_t replaced = 0;  // output writes that waited when a newer one came
 
   friend bool operator==(const ClientLimited&, const ClientLimited&) = default;
 };

@@ -146,6 +146,8 @@ std::string_view describe(OutputRefusal refusal) {
       return "not possible in the line's role";
     case OutputRefusal::bound_entry:
       return "an output follows an input of another line (forward:), nothing else writes it";
+    case OutputRefusal::busy:
+      return "too many other clients have unfinished requests";
   }
   return "unknown refusal";
 }

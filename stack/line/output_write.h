@@ -74,6 +74,7 @@ enum class OutputRefusal : std::uint8_t {
   bad_reaction,  // reactions that exclude each other
   wrong_role,    // not possible in the line's role: an observer transmits nothing
   bound_entry,   // an output follows an input of another line and cannot be written
+  busy,          // too many other clients have unfinished requests, see RequestBudget
 };
 std::string_view describe(OutputRefusal refusal);
 

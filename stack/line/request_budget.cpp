@@ -309,7 +309,7 @@ void RequestBudget::set_outputs(const image::Layout& layout,
   for (std::size_t i = 0; i < layout.entries.size(); ++i) {
     const image::Entry& entry = layout.entries[i];
     const std::uint16_t pdo = event_driven[i] ? entry.local_pdo : std::uint16_t{0};
-    entries_.push_back({entry.bit_offset, pdo});
+    entries_.push_back({entry.bit_offset, entry.bit_length, pdo});
     most = std::max(most, pdo);
   }
   counted_.assign(most + 1U, 0);
@@ -341,14 +341,15 @@ std::int64_t RequestBudget::cost_of(const OutputWrite& write) {
   return bits_of(frames);
 }
 
-bool RequestBudget::admits(const OutputWrite& write) {
+RequestBudget::Admission RequestBudget::admits(const OutputWrite& write) {
   Client* const client = find_or_make(write.client_number);
-  if (client == nullptr || !client->account.permits() || !line_.permits()) {
-    return false;
+  if (client == nullptr) {
+    return Admission::no_place;
   }
   const bool precedes = std::ranges::any_of(
       outputs_, [&](const Kept& kept) { return kept.used && kept.write.group == write.group; });
-  return !precedes;
+  return precedes || !client->account.permits() || !line_.permits() ? Admission::later
+                                                                    : Admission::now;
 }
 
 void RequestBudget::applied(const OutputWrite& write) {
@@ -365,13 +366,20 @@ void RequestBudget::hold(OutputWrite& write, Instant now) {
     kept = std::prev(outputs_.end());
   }
   if (kept->used) {
-    if (Client* const client = find(kept->write.client_number)) {
-      note(*client, &event::ClientLimited::replaced, now);
+    Client* const before = find(kept->write.client_number);
+    LINEGATE_ASSERT(before != nullptr && before->kept > 0, "a client with outputs has its place");
+    --before->kept;
+    note(*before, &event::ClientLimited::replaced, now);
+    if (kept->write.arming == write.arming && kept->write.layout_id == write.layout_id) {
+      add_earlier(write, kept->write, entries_);
     }
   } else {
     kept->used = true;
     ++kept_;
   }
+  Client* const client = find(write.client_number);
+  LINEGATE_ASSERT(client != nullptr, "admits() found or made its place");
+  ++client->kept;
   std::swap(kept->write, write);
 }
 
@@ -382,11 +390,13 @@ bool RequestBudget::next_output(OutputWrite& out) {
     if (!kept.used) {
       continue;
     }
-    Client* const client = find_or_make(kept.write.client_number);
-    if (client == nullptr || !client->account.permits()) {
+    Client* const client = find(kept.write.client_number);
+    LINEGATE_ASSERT(client != nullptr && client->kept > 0, "a client with outputs has its place");
+    if (!client->account.permits()) {
       continue;
     }
     charge(*client, cost_of(kept.write));
+    --client->kept;
     out = kept.write;  // copied: the group of the place is needed to find it again
     kept.used = false;
     --kept_;

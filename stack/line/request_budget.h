@@ -29,6 +29,7 @@
 #include "stack/base/time.h"
 #include "stack/image/layout.h"
 #include "stack/line/command.h"
+#include "stack/line/output_merge.h"
 #include "stack/line/output_write.h"
 #include "stack/sdo/pace.h"
 
@@ -84,12 +85,15 @@ class RequestBudget final : public sdo::Pace {
 
   // --- outputs -----------------------------------------------------------------------------------
 
-  // Whether a write of this client may be applied now. If so, call applied() when it was; else
-  // hold() it.
-  bool admits(const OutputWrite& write);
+  // Whether a write may be applied now: then call applied() when it was, or hold() it, or it is to
+  // be refused as busy, because there are kClients other clients.
+  enum class Admission : std::uint8_t { now, later, no_place };
+  Admission admits(const OutputWrite& write);
   void applied(const OutputWrite& write);
-  // Keeps a valid write until next_output() returns it. It replaces the write of the same group
-  // that is kept, which is counted.
+  // Keeps a valid write until next_output() returns it. A write of the same group that is kept is
+  // joined with it if both have the same arming number and layout, or else replaced: values from
+  // before an interruption are never applied after it. It is counted. Precondition: admits()
+  // returned `later`.
   void hold(OutputWrite& write, Instant now);
   // The next kept write that may be applied now, which is charged; false if there is none.
   bool next_output(OutputWrite& out);
@@ -140,11 +144,13 @@ class RequestBudget final : public sdo::Pace {
     Account account;
     std::deque<Waiting> queue;
     std::size_t running = 0;  // SDO commands
+    std::size_t kept = 0;     // outputs
     event::ClientLimited counts{};
     Instant report_due = kNever;
 
     bool is_idle() const {
-      return queue.empty() && running == 0 && account.is_full() && report_due == kNever;
+      return queue.empty() && running == 0 && kept == 0 && account.is_full() &&
+             report_due == kNever;
     }
   };
   // An SDO command in progress at a node.
@@ -156,12 +162,6 @@ class RequestBudget final : public sdo::Pace {
   struct Kept {
     OutputWrite write;
     bool used = false;
-  };
-
-  // An entry of the outputs.
-  struct OutputPlace {
-    std::uint32_t bit_offset = 0;
-    std::uint16_t pdo = 0;  // the event-driven PDO that carries it; 0 = none
   };
 
   Client* find(std::uint32_t number);

@@ -62,6 +62,7 @@ class RequestFlood : protected WithBudget, public ManagerFixture {
     return tags_;
   }
   void write_outputs(std::uint32_t client, std::uint8_t value) {
+    using Admission = line::RequestBudget::Admission;
     const image::Layout& layout = seat().line->layout(image::Direction::outputs);
     line::OutputWrite write{.layout_id = layout.id, .arming = 1, .watchdog = 50ms};
     for (std::uint32_t i = 0; i < layout.entries.size(); ++i) {
@@ -71,7 +72,9 @@ class RequestFlood : protected WithBudget, public ManagerFixture {
       write.values.push_back(out);
     }
     write.client_number = client;
-    if (budget_.admits(write)) {
+    const Admission admission = budget_.admits(write);
+    ASSERT_NE(admission, Admission::no_place);
+    if (admission == Admission::now) {
       ASSERT_EQ(seat().line->write_outputs(write, world().now()), line::OutputRefusal::none);
       budget_.applied(write);
     } else if (seat().line->feed_watchdog(write, world().now())) {

@@ -175,13 +175,13 @@ class OutputShareTest : public RequestShareTest {
  protected:
   OutputShareTest() : RequestShareTest(kWithOutputs) {}
 
-  void write(std::uint8_t value) {
+  void write(std::uint8_t value, std::uint32_t client = kFirstClient) {
     const image::Layout& layout = runner_->line().layout(image::Direction::outputs);
     line::OutputWrite out{.layout_id = layout.id, .arming = 1, .watchdog = 20ms};
     for (std::uint32_t i = 0; i < layout.entries.size(); ++i) {
       out.values.push_back({.entry = i, .length = 1, .data = {std::byte{value}}});
     }
-    out.client_number = kFirstClient;
+    out.client_number = client;
     ASSERT_TRUE(port_.outputs.push(out));
   }
 };
@@ -218,6 +218,36 @@ TEST_F(OutputShareTest, TheNewestOutputsAreSentAndTheWatchdogIsServed) {
   EXPECT_TRUE(of_kind(EventKind::output_watchdog).empty());
   serve(20ms);
   EXPECT_EQ(of_kind(EventKind::output_watchdog).size(), 1U) << "the client is silent now";
+}
+
+// Three clients use up the share of the line with commands. Their watchdog would be served while
+// outputs of a fourth client, which keeps within its share, wait for ever.
+TEST_F(OutputShareTest, AFloodOfCommandsDoesNotHoldBackTheOutputsOfOthers) {
+  boot();
+  std::uint64_t tag = 0;
+  for (int i = 0; i < 100; ++i) {
+    for (std::uint32_t client = kFirstClient; client < kFirstClient + 3; ++client) {
+      request(++tag, client, line::NmtRequest{.node = 5});
+    }
+    serve(1ms);
+    (void)replied();
+    channel_->accepts = 1000;
+  }
+  channel_->sent.clear();
+  write(0x5A, kFirstClient + 3);
+  bool sent = false;
+  for (int i = 0; i < 100 && !sent; ++i) {
+    for (std::uint32_t client = kFirstClient; client < kFirstClient + 3; ++client) {
+      request(++tag, client, line::NmtRequest{.node = 5});
+    }
+    serve(1ms);
+    (void)replied();
+    channel_->accepts = 1000;
+    sent = std::ranges::any_of(channel_->sent, [](const can::Frame& frame) {
+      return frame.id == 0x205 && frame.data[0] == std::byte{0x5A};
+    });
+  }
+  EXPECT_TRUE(sent);
 }
 
 }  // namespace

@@ -15,6 +15,7 @@ namespace linegate::line {
 namespace {
 
 using namespace std::chrono_literals;
+using Admission = RequestBudget::Admission;
 using Put = RequestBudget::Put;
 
 constexpr std::uint32_t kBitRate = 125'000;
@@ -297,11 +298,11 @@ TEST_F(RequestBudgetTest, WakesWhenTheAccountPermits) {
   }
 }
 
-TEST_F(RequestBudgetTest, TheNewestOutputsOfAGroupReplaceEarlierOnes) {
+TEST_F(RequestBudgetTest, OutputsOfAnEarlierArmingAreReplaced) {
   set_outputs(2);
   exhaust(1);
   OutputWrite one = write(1, 0, 7);
-  ASSERT_FALSE(budget.admits(one));
+  ASSERT_EQ(budget.admits(one), Admission::later);
   budget.hold(one, now);
   OutputWrite other = write(1, 1, 8);
   budget.hold(other, now);
@@ -313,7 +314,7 @@ TEST_F(RequestBudgetTest, TheNewestOutputsOfAGroupReplaceEarlierOnes) {
   ASSERT_TRUE(budget.next_output(out));
   EXPECT_EQ(out.group, 0);
   EXPECT_EQ(out.arming, 9U);
-  EXPECT_FALSE(budget.admits(write(1, 1, 10))) << "another write of the group waits";
+  EXPECT_EQ(budget.admits(write(1, 1, 10)), Admission::later) << "another write of the group waits";
   ASSERT_TRUE(budget.next_output(out));
   EXPECT_EQ(out.arming, 8U);
   EXPECT_FALSE(budget.next_output(out));
@@ -322,10 +323,50 @@ TEST_F(RequestBudgetTest, TheNewestOutputsOfAGroupReplaceEarlierOnes) {
   EXPECT_EQ(report->replaced, 1U);
 }
 
+TEST_F(RequestBudgetTest, OutputsThatWaitAreJoined) {
+  set_outputs(3);
+  exhaust(1);
+  OutputWrite first = write(1, 0, 7);
+  first.values[0].data[0] = std::byte{1};
+  OutputWrite other = write(1, 0, 7);
+  other.values[0].entry = 2;
+  OutputWrite handshake{.group = 0, .arming = 7};
+  handshake.client_number = 1;
+  for (OutputWrite* const each : {&first, &other, &handshake}) {
+    ASSERT_EQ(budget.admits(*each), Admission::later);
+    budget.hold(*each, now);
+  }
+  pass(1s);
+  OutputWrite out;
+  ASSERT_TRUE(budget.next_output(out));
+  ASSERT_EQ(out.values.size(), 2U) << "no value is lost";
+  EXPECT_EQ(out.values[0].entry + out.values[1].entry, 2U);
+  EXPECT_FALSE(budget.next_output(out));
+}
+
+TEST_F(RequestBudgetTest, AtTheBoundOutputsOfNewClientsAreRefusedAndThoseThatWaitKeepTheirPlace) {
+  set_outputs(2);
+  exhaust(1);
+  for (std::uint32_t client = 2; client < RequestBudget::kClients; ++client) {
+    ASSERT_EQ(put(client, CanSend{.frame = full()}), Put::queued);
+  }
+  const std::uint32_t last = RequestBudget::kClients;
+  OutputWrite waits = write(last, 0, 7);
+  exhaust(2);  // and so the account of the line
+  exhaust(3);
+  ASSERT_EQ(budget.admits(waits), Admission::later);
+  budget.hold(waits, now);
+  EXPECT_EQ(budget.admits(write(last + 1, 1, 7)), Admission::no_place);
+  pass(1s);
+  OutputWrite out;
+  ASSERT_TRUE(budget.next_output(out));
+  EXPECT_EQ(out.client_number, last);
+}
+
 TEST_F(RequestBudgetTest, OutputsCostTheEventDrivenPdosThatCarryThem) {
   const auto writes_of = [&](const OutputWrite& write) {
     unsigned out = 0;
-    for (; out < 1000 && budget.admits(write); ++out) {
+    for (; out < 1000 && budget.admits(write) == Admission::now; ++out) {
       budget.applied(write);
     }
     return out;
