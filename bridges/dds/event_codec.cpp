@@ -472,7 +472,6 @@ struct EventCodec<event::HeartbeatRecovered> : WithState {
 template <>
 struct EventCodec<event::BootResult> {
   static constexpr v1::EventKind kKind = v1::EVENT_BOOT_RESULT;
-  static constexpr std::size_t kLength = 8;
 
   static void pack(const event::BootResult& from, EventFields& to) {
     to.code = static_cast<std::uint8_t>(from.letter);

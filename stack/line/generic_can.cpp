@@ -13,7 +13,6 @@ namespace {
 constexpr std::uint32_t kExtendedId = 0x8000'0000;
 constexpr std::uint32_t kIdBits = 0x1FFF'FFFF;
 constexpr std::uint32_t kStandardIdBits = 0x7FF;
-constexpr std::uint32_t kWholeId = kExtendedId | kIdBits;
 
 std::uint32_t marked_id(const can::Frame& frame) {
   return frame.id | (frame.extended() ? kExtendedId : 0U);
