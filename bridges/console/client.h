@@ -56,6 +56,7 @@ struct GatewayView {
   std::uint32_t reloads = 0;
   std::uint32_t reloads_refused = 0;
   std::uint64_t events = 0;
+  std::uint64_t event_stream = 0;  // identity of the event numbers; 0 = not known
   std::uint64_t participants = 0;
   std::uint64_t participants_most = 0;
   std::vector<std::pair<std::string, std::string>> lines;  // name, interface

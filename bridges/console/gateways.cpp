@@ -33,6 +33,7 @@ nlohmann::ordered_json gateway_json(const std::string& name, const GatewayView& 
                                 {"reloads", view.reloads},
                                 {"reloads_refused", view.reloads_refused},
                                 {"events", view.events},
+                                {"event_stream", configuration_text(view.event_stream)},
                                 {"participants", view.participants},
                                 {"participants_most", view.participants_most},
                                 {"lines", nlohmann::ordered_json::array()},

@@ -1019,6 +1019,23 @@ struct EventCodec<event::GatewayReloadRefused> {
   }
 };
 
+// code: condition; value: number of missing events; data: extended result code of SQLite (4).
+template <>
+struct EventCodec<event::JournalState> {
+  static constexpr v1::EventKind kKind = v1::EVENT_JOURNAL_STATE;
+  static void pack(const event::JournalState& from, EventFields& to) {
+    to.code = pack_number(from.condition);
+    to.value = from.lost;
+    append(to, from.error, 4);
+  }
+  static void unpack(const EventFields& from, event::JournalState& to) {
+    FieldReader data(from.bytes());
+    unpack_number(from.code, to.condition);
+    to.lost = from.value;
+    to.error = data.number<std::uint32_t>();
+  }
+};
+
 // The numbers of the stack are those of the contract.
 template <class... Data>
 constexpr bool same_event_numbers(std::type_identity<std::variant<Data...>> /*of*/) {

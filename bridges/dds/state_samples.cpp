@@ -8,6 +8,9 @@
 namespace linegate::dds {
 namespace {
 
+// A counter of GatewayState, because the members of that type are final.
+constexpr const char* kEventStream = "event-stream";
+
 // The members that differ only in name between the contract and the stack. One list serves both
 // directions: pair(wire, stack) copies in one of them.
 template <class Wire, class Stack, class Pair>
@@ -155,11 +158,14 @@ void to_wire(const GatewayInfo& info, const ClockMap& clock, v1::GatewayState& t
     to.lines()[i].name(info.lines[i].name);
     to.lines()[i].interface_uri(info.lines[i].interface_uri);
   }
-  to.counters().resize(std::min(info.counters.size(), kMaxCounters));
-  for (std::size_t i = 0; i < to.counters().size(); ++i) {
+  const std::size_t counters = std::min(info.counters.size(), kMaxCounters - 1);
+  to.counters().resize(counters + 1);
+  for (std::size_t i = 0; i < counters; ++i) {
     to.counters()[i].name(info.counters[i].name);
     to.counters()[i].value(info.counters[i].value);
   }
+  to.counters()[counters].name(kEventStream);
+  to.counters()[counters].value(info.event_stream);
 }
 
 void from_wire(const v1::GatewayState& from, const ClockMap& clock, GatewayInfo& info) {
@@ -176,8 +182,13 @@ void from_wire(const v1::GatewayState& from, const ClockMap& clock, GatewayInfo&
   for (const v1::GatewayLine& line : from.lines())
     info.lines.push_back({line.name().to_string(), line.interface_uri().to_string()});
   info.counters.clear();
-  for (const v1::NamedCounter& counter : from.counters())
-    info.counters.push_back({counter.name().to_string(), counter.value()});
+  info.event_stream = 0;
+  for (const v1::NamedCounter& counter : from.counters()) {
+    if (counter.name().to_string() == kEventStream)
+      info.event_stream = counter.value();
+    else
+      info.counters.push_back({counter.name().to_string(), counter.value()});
+  }
 }
 
 }  // namespace linegate::dds

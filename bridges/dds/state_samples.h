@@ -26,7 +26,7 @@ void to_wire(const NodeInfo& info, const line::NodeState& state, const ClockMap&
 void from_wire(const v1::NodeState& from, const ClockMap& clock, NodeInfo& info,
                line::NodeState& state);
 
-// Copies at most kMaxGatewayLines lines and kMaxCounters counters.
+// Copies at most kMaxGatewayLines lines and kMaxCounters - 1 counters; one more has event_stream.
 void to_wire(const GatewayInfo& info, const ClockMap& clock, v1::GatewayState& to);
 void from_wire(const v1::GatewayState& from, const ClockMap& clock, GatewayInfo& info);
 

@@ -29,6 +29,7 @@ class Forward final : public dds::ClientListener {
                               .reloads = info.reloads,
                               .reloads_refused = info.reloads_refused,
                               .events = info.events,
+                              .event_stream = info.event_stream,
                               .participants = info.participants,
                               .participants_most = info.participants_most};
     for (const dds::GatewayInfo::Line& line : info.lines) {

@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "gateway/config/value.h"
+
 namespace linegate::config {
 namespace {
 
@@ -25,6 +27,13 @@ void refuse(PlanDifference& out, const std::string& file, std::string_view what,
   }
 }
 
+std::string text_of(const std::optional<Journal>& journal) {
+  return journal ? fmt::format("{}, {} bytes, {}", journal->file, journal->max_size,
+                               journal->max_age == Duration::zero() ? std::string("any age")
+                                                                    : format_age(journal->max_age))
+                 : std::string("none");
+}
+
 std::string names(const std::vector<std::string>& lines) {
   return lines.empty() ? "none" : fmt::format("{}", fmt::join(lines, ", "));
 }
@@ -32,8 +41,13 @@ std::string names(const std::vector<std::string>& lines) {
 }  // namespace
 
 PlantIdentity identity_of(const Plant& plant) {
-  PlantIdentity out{plant.gateway,          plant.dds_domain, plant.dds_profile,
-                    plant.dds_participants, plant.dds_guard,  {}};
+  PlantIdentity out{plant.gateway,
+                    plant.dds_domain,
+                    plant.dds_profile,
+                    plant.dds_participants,
+                    plant.dds_guard,
+                    plant.journal,
+                    {}};
   for (const auto& line : plant.lines) {
     out.lines.push_back({line.config.name, line.source, line.routes});
   }
@@ -51,6 +65,7 @@ PlanDifference difference(const PlantIdentity& running, const Plant& wanted) {
          std::to_string(running.dds_participants), std::to_string(next.dds_participants));
   refuse(out, wanted.file, "the DDS guard", running.dds_guard ? "on" : "off",
          next.dds_guard ? "on" : "off");
+  refuse(out, wanted.file, "the journal", text_of(running.journal), text_of(next.journal));
   for (const auto& line : next.lines) {
     const auto before = find(running.lines, line.name);
     auto& list = before == running.lines.end()   ? out.started

@@ -2,6 +2,7 @@
 // What a configuration changes in the one that runs. A line is known by its name.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,7 @@ struct PlantIdentity {
   std::string dds_profile;
   std::uint32_t dds_participants = 0;
   bool dds_guard = true;
+  std::optional<Journal> journal;
   std::vector<Line> lines;
 };
 PlantIdentity identity_of(const Plant& plant);

@@ -234,6 +234,7 @@ void read_document(Findings& findings, const YAML::Node& root, const std::string
   section.number(section.require("schema"), 1, 1);
   read_gateway(findings, section.find("gateway"), plant);
   read_dds(findings, section.find("dds"), plant);
+  plant.journal = read_journal(findings, section.find("journal"));
   read_executors(findings, section.find("executors"), plant);
   const auto forwards = read_forwards(findings, section.find("forward"));
   const auto shared = read_shared_objects(findings, section.find("shared_objects"));

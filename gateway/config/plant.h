@@ -49,6 +49,16 @@ struct Record {
   unsigned files = 10;                   // number of files to keep, including the newest, >= 1
 };
 
+// The journal of events on disk.
+struct Journal {
+  std::string file;  // path
+  std::uint64_t max_size =
+      250'000'000;     // bytes of the file, >= 10 MB; the oldest events are removed
+  Duration max_age{};  // older events are removed; 0 = no limit
+
+  friend bool operator==(const Journal&, const Journal&) = default;
+};
+
 // When to publish a sample of the process image.
 struct Publish {
   enum class Rule : std::uint8_t {
@@ -128,6 +138,7 @@ struct Plant {
   bool dds_guard = true;    // check received datagrams before Fast DDS processes them
   // How long the shutdown waits for subscribers to receive the last samples; not in plant.yaml.
   Duration dds_last_words = std::chrono::milliseconds(500);
+  std::optional<Journal> journal;
   std::vector<ExecutorPlan> executors;
   std::vector<LinePlan> lines;
   std::vector<Binding> bindings;

@@ -30,21 +30,22 @@ void read_file_name(Section& section, const YAML::Node& node, Record& record) {
   record.file = path.string();
 }
 
-void read_size(Section& section, const YAML::Node& node, std::uint64_t& target) {
+}  // namespace
+
+void read_size(Section& section, const YAML::Node& node, std::uint64_t smallest,
+               std::uint64_t& target) {
   const auto text = section.text(node);
   if (!text) {
     return;
   }
   const auto size = parse_size(*text);
-  if (size && *size >= kSmallest) {
+  if (size && *size >= smallest) {
     target = *size;
   } else {
-    section.findings().error(place_of(node),
-                             "expected a size from 1kB such as 100MB, got \"" + *text + "\"");
+    section.findings().error(place_of(node), "expected a size from " + format_size(smallest) +
+                                                 " such as 100MB, got \"" + *text + "\"");
   }
 }
-
-}  // namespace
 
 std::optional<Record> read_record(Section& line, Place& place) {
   const YAML::Node node = line.find("record");
@@ -63,7 +64,7 @@ std::optional<Record> read_record(Section& line, Place& place) {
     place = place_of(file);
   }
   read_file_name(section, file, record);
-  read_size(section, section.find("max_size"), record.max_size);
+  read_size(section, section.find("max_size"), kSmallest, record.max_size);
   section.read_number("files", record.files, 1, kMostFiles);
   section.done();
   return record;

@@ -156,6 +156,13 @@ Interface read_interface(Section& line, const YAML::Node& node);
 // `strict_ixxat`, `keep_operational` and `canopenia_base` of a line.
 void read_diagnosis(Section& section, line::LineConfig& config);
 std::optional<Record> read_record(Section& line, Place& place);
+
+// A size in bytes, at least `smallest`. target is unchanged if there is none, or an invalid one.
+void read_size(Section& section, const YAML::Node& node, std::uint64_t smallest,
+               std::uint64_t& target);
+
+// `journal:` of the gateway.
+std::optional<Journal> read_journal(Findings& findings, const YAML::Node& node);
 // One element of `nodes:`, with its device file and all values written to the node.
 line::NodeConfig read_node(Findings& findings, const YAML::Node& node);
 // The keys of a node that concern its boot process.

@@ -226,6 +226,41 @@ std::optional<std::uint64_t> parse_size(std::string_view text) {
   return size ? std::optional(static_cast<std::uint64_t>(*size)) : std::nullopt;
 }
 
+std::string format_size(std::uint64_t bytes) {
+  constexpr std::array<std::string_view, 5> kUnits{"B", "kB", "MB", "GB", "TB"};
+  std::size_t unit = 0;
+  for (; unit + 1 < kUnits.size() && bytes != 0 && bytes % 1000 == 0; ++unit) {
+    bytes /= 1000;
+  }
+  return std::to_string(bytes) + std::string(kUnits[unit]);
+}
+
+std::optional<Duration> parse_age(std::string_view text) {
+  constexpr std::int64_t kHoursOfADay = 24;
+  constexpr std::uint64_t kMostHours = 100 * 366 * kHoursOfADay;
+  const bool days = text.ends_with('d');
+  if (days || text.ends_with('h')) {
+    const auto number = parse_unsigned(text.substr(0, text.size() - 1));
+    const std::uint64_t hours_each = days ? kHoursOfADay : 1;
+    if (!number || *number == 0 || *number > kMostHours / hours_each) {
+      return std::nullopt;
+    }
+    return std::chrono::hours(static_cast<std::int64_t>(*number * hours_each));
+  }
+  const auto duration = parse_duration(text);
+  return duration && *duration >= std::chrono::minutes(1) ? duration : std::nullopt;
+}
+
+std::string format_age(Duration age) {
+  constexpr Duration kDayLong = std::chrono::hours(24);
+  constexpr Duration kHourLong = std::chrono::hours(1);
+  if (age >= kHourLong && age % kHourLong == Duration::zero()) {
+    return age % kDayLong == Duration::zero() ? std::to_string(age / kDayLong) + "d"
+                                              : std::to_string(age / kHourLong) + "h";
+  }
+  return format_duration(age);
+}
+
 std::optional<std::uint64_t> parse_unsigned(std::string_view text) {
   const auto number = parse_number(text);
   return number && !number->negative ? std::optional(number->magnitude) : std::nullopt;

@@ -27,6 +27,14 @@ std::optional<std::uint32_t> parse_bit_rate(std::string_view text);
 // "100MB", "1.5GB", "64kB", "5000B": bytes, in powers of 1000. At most 1 TB.
 std::optional<std::uint64_t> parse_size(std::string_view text);
 
+// The shortest form in powers of 1000, "100MB".
+std::string format_size(std::uint64_t bytes);
+
+// "90d", "36h", or as parse_duration(): 1 minute to 100 years.
+std::optional<Duration> parse_age(std::string_view text);
+// The shortest exact form, "90d".
+std::string format_age(Duration age);
+
 // Decimal, or hexadecimal with 0x. Not negative.
 std::optional<std::uint64_t> parse_unsigned(std::string_view text);
 

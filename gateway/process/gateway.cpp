@@ -50,7 +50,13 @@ Loaded<std::unique_ptr<Gateway>> Gateway::make(const config::Plant& plant,
   if (has_errors(loaded.diagnostics)) {
     return loaded;
   }
-  gateway->publisher_ = std::make_unique<Publisher>(*gateway->edge_, gateway->hosts_);
+  gateway->info_.event_stream = incarnation;
+  if (plant.journal) {
+    gateway->journal_ = std::make_unique<JournalThread>(
+        JournalThread::Options{.plan = *plant.journal, .incarnation = incarnation});
+  }
+  gateway->publisher_ =
+      std::make_unique<Publisher>(*gateway->edge_, gateway->hosts_, gateway->journal_.get());
   gateway->requests_ = std::make_unique<RequestReceiver>(
       *gateway->edge_, gateway->hosts_, gateway->publisher_->refusals(),
       gateway->publisher_->wakeup(), gateway->publisher_->clients(), versions());
@@ -263,6 +269,9 @@ std::unique_ptr<can_bridge::Channel> Gateway::channel_for(LineHost& host) {
 
 // Threads that are already running continue.
 void Gateway::start() {
+  if (journal_ != nullptr) {
+    journal_->start();  // before events get their numbers
+  }
   publisher_->start();
   storage_.start();
   recorder_.start();
@@ -294,6 +303,18 @@ void Gateway::stop() {
   }
   if (publisher_ != nullptr) {
     publisher_->stop();
+  }
+  if (journal_ != nullptr) {
+    journal_->stop();
+  }
+}
+
+void Gateway::report_journal() {
+  if (journal_ == nullptr) {
+    return;
+  }
+  while (const auto news = journal_->pop_news()) {
+    report(*news, journal_->describe(*news));
   }
 }
 

@@ -11,6 +11,7 @@
 #include "bridges/sim/virtual_channel.h"
 #include "gateway/config/plan_difference.h"
 #include "gateway/config/plant.h"
+#include "gateway/journal/journal_thread.h"
 #include "gateway/process/progress_watch.h"
 #include "gateway/process/status_text.h"
 #include "gateway/publish/data_edge.h"
@@ -59,6 +60,10 @@ class Gateway {
   // Makes lines anew from scans that were applied. Returns diagnostics; nothing if there were no
   // scans. Call it periodically from the thread that called start(), at run time.
   std::optional<std::vector<Diagnostic>> take_scans();
+
+  // Reports conditions of the journal as events of the gateway. Call it periodically from the
+  // thread that called start().
+  void report_journal();
 
   // The threads that must respond for the gateway to work. Excludes the threads that wait for
   // disks.
@@ -133,6 +138,7 @@ class Gateway {
   std::vector<std::unique_ptr<LineHost>> hosts_;
   std::vector<std::unique_ptr<BoundLink>> links_;
   std::vector<std::unique_ptr<RouteLink>> route_links_;
+  std::unique_ptr<JournalThread> journal_;  // if configured
   std::unique_ptr<Publisher> publisher_;
   StorageThread storage_;
   Recorder recorder_;

@@ -92,6 +92,7 @@ void Service::work(Instant now) {
   }
   take_scans();
   finish_reload();
+  gateway_.report_journal();
   if (now >= look_due_) {
     look_due_ = now + look_period_;
     look();

@@ -119,6 +119,9 @@ class DataEdge {
   // bytes.
   virtual void publish_event(std::string_view line, const Event& event, std::string_view text) = 0;
 
+  // The members code, value and data of the event's sample.
+  virtual EventMembers members(const EventData& data) const = 0;
+
   // Number of refused samples since the start.
   virtual std::uint64_t failed_samples() const = 0;
   // Like statistics().participants, but cheap enough for each iteration.

@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "bridges/dds/event_codec.h"
 #include "bridges/dds/guard/report.h"
 #include "bridges/dds/library_log.h"
 #include "bridges/dds/profiles.h"
@@ -52,6 +53,7 @@ dds::GatewayInfo to_dds(const GatewayInfo& info) {
                        .reloads = info.reloads,
                        .reloads_refused = info.reloads_refused,
                        .events = info.events,
+                       .event_stream = info.event_stream,
                        .participants = info.participants,
                        .participants_most = info.participants_most};
   for (const GatewayInfo::Line& line : info.lines) {
@@ -139,6 +141,11 @@ class DdsEdge final : public DataEdge {
   }
   void publish_event(std::string_view line, const Event& event, std::string_view text) override {
     bridge_->publish(line, event, text);
+  }
+
+  EventMembers members(const EventData& data) const override {
+    const dds::EventFields fields = dds::pack(data);
+    return {fields.code, fields.value, {fields.bytes().begin(), fields.bytes().end()}};
   }
 
   std::uint64_t failed_samples() const override { return bridge_->counters().failed; }

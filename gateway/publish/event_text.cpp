@@ -434,6 +434,9 @@ struct EventWords {
   std::string operator()(const event::GatewayReloadRefused& /*e*/) const {
     return "reload refused";
   }
+  std::string operator()(const event::JournalState& /*e*/) const {
+    return "the journal is in another condition";
+  }
 };
 
 std::string who(const Event& event, const line::LineConfig& line) {

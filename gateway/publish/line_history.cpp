@@ -52,6 +52,12 @@ void LineHistory::correct(line::LineState& state) {
   routed_now_ = state.routing;
 }
 
+// The counter is the number of the newest event.
+void LineHistory::begin_after(std::uint64_t number) {
+  last_event_ = number;
+  now_.events = number;
+}
+
 void LineHistory::restart() {
   first_event_ = last_event_;
   before_ = now_;

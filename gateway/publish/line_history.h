@@ -14,6 +14,9 @@ class LineHistory {
   void correct(Event& event);
   void correct(line::LineState& state);
 
+  // The numbers up to this one are in use by earlier runs of the gateway. Call it before the first
+  // restart().
+  void begin_after(std::uint64_t number);
   // Call it when the line is recreated.
   void restart();
 

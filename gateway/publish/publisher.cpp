@@ -19,6 +19,7 @@
 #include "gateway/publish/routing_text.h"
 #include "gateway/runtime/channels.h"
 #include "stack/diagnosis/network_state.h"
+#include "stack/line/event_severity.h"
 
 namespace linegate::gateway {
 namespace {
@@ -112,9 +113,10 @@ void wait_readable(int descriptor, Instant until, Instant now) {
 
 }  // namespace
 
-Publisher::Line::Line(LineHost& line_host, LineHistory& line_history)
+Publisher::Line::Line(LineHost& line_host, LineHistory& line_history, NumberedLine* numbered_line)
     : host(&line_host),
       history(&line_history),
+      numbers(numbered_line),
       info{line_host.name(), line_host.plan.interface.uri, line_host.plan.config.bit_rate,
            line_host.plan.commands},
       output_groups(output_group_properties(line_host.plan.config.groups)),
@@ -130,8 +132,13 @@ Publisher::Line::Line(LineHost& line_host, LineHistory& line_history)
   }
 }
 
-Publisher::Publisher(DataEdge& edge, std::span<const std::unique_ptr<LineHost>> lines)
-    : edge_(edge) {
+Publisher::Publisher(DataEdge& edge, std::span<const std::unique_ptr<LineHost>> lines,
+                     JournalThread* journal)
+    : edge_(edge), journal_(journal) {
+  if (journal_ != nullptr) {
+    gateway_numbers_ = &journal_->add_line({});
+    gateway_.events = gateway_numbers_->before;
+  }
   set_lines(lines);
 }
 
@@ -145,9 +152,14 @@ void Publisher::set_lines(std::span<const std::unique_ptr<LineHost>> lines) {
       lines_.push_back(std::move(*known));
       continue;
     }
-    LineHistory& history = histories_[host->name()];
+    const auto [past, is_new] = past_.try_emplace(host->name());
+    auto& [history, numbers] = past->second;
+    if (is_new && journal_ != nullptr) {
+      numbers = &journal_->add_line(host->name());
+      history.begin_after(numbers->before);
+    }
     history.restart();
-    lines_.push_back(std::make_unique<Line>(*host, history));
+    lines_.push_back(std::make_unique<Line>(*host, history, numbers));
   }
   interfaces_.clear();
   for (const auto& host : lines) {
@@ -256,11 +268,33 @@ void Publisher::publish_events(Line& line, Instant now) {
     line.history->correct(event);
     const std::string text = describe(event, line.host->plan.config,
                                       name_for_people(line.host->plan.interface), &clients_);
+    journalise(line.numbers, event, text);
     edge_.publish_event(line.info.name, event, text);
     line.logger.write(line.info.name, event, text, now);
     rounds_.add();
   }
   line.logger.advance(line.info.name, now);
+}
+
+// Before the event is published: its stream then holds for its number.
+void Publisher::journalise(NumberedLine* numbers, const Event& event, std::string_view text) {
+  if (journal_ == nullptr) {
+    return;
+  }
+  journal_->use_number(*numbers, event.number);
+  EventMembers members = edge_.members(event.data);
+  entry_.line = numbers->name;
+  entry_.number = event.number;
+  entry_.time = event.time + clock_.map().offset;
+  entry_.clock = clock_.map().quality;
+  entry_.kind = event.kind();
+  entry_.severity = line::severity_of(event.data);
+  entry_.node = event.node;
+  entry_.code = members.code;
+  entry_.value = members.value;
+  entry_.data = std::move(members.data);
+  entry_.text = text;
+  journal_->record(entry_);
 }
 
 void Publisher::publish_states(Line& line, Instant now) {
@@ -438,6 +472,7 @@ Instant Publisher::publish_gateway(Instant now) {
     const std::uint64_t number = gateway_.events + 1;
     gateway_ = std::move(news.info);
     gateway_.events = news.event.number = number;
+    journalise(gateway_numbers_, news.event, news.text);
     edge_.publish_event({}, news.event, news.text);
     gateway_logger_.write("gateway", news.event, news.text, now);
     gateway_known_ = changed = true;
@@ -445,7 +480,8 @@ Instant Publisher::publish_gateway(Instant now) {
   if (!gateway_known_) {
     return kNever;
   }
-  changed = changed || edge_.participants() != participants_seen_;
+  changed = changed || edge_.participants() != participants_seen_ ||
+            (journal_ != nullptr && gateway_.event_stream != journal_->stream());
   if (changed || now >= gateway_due_ || stop_.raised()) {
     refresh_gateway();
     edge_.publish_gateway(gateway_, now);
@@ -456,6 +492,9 @@ Instant Publisher::publish_gateway(Instant now) {
 
 void Publisher::refresh_gateway() {
   EdgeStatistics statistics = edge_.statistics();
+  if (journal_ != nullptr) {
+    gateway_.event_stream = journal_->stream();
+  }
   participants_seen_ = statistics.participants;
   gateway_.participants = statistics.participants;
   gateway_.participants_most = statistics.participants_most;

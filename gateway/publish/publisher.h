@@ -15,6 +15,7 @@
 #include "gateway/exchange/cell.h"
 #include "gateway/exchange/ring.h"
 #include "gateway/exchange/wakeup.h"
+#include "gateway/journal/journal_thread.h"
 #include "gateway/publish/client_directory.h"
 #include "gateway/publish/data_edge.h"
 #include "gateway/publish/event_logger.h"
@@ -29,8 +30,10 @@ namespace linegate::gateway {
 
 class Publisher {
  public:
-  // The edge must outlive the publisher, and the lines must exist while it runs.
-  Publisher(DataEdge& edge, std::span<const std::unique_ptr<LineHost>> lines);
+  // The edge and the journal must outlive the publisher, and the lines must exist while it runs.
+  // journal: stores the events, and continues their numbers; nullptr = there is none.
+  Publisher(DataEdge& edge, std::span<const std::unique_ptr<LineHost>> lines,
+            JournalThread* journal = nullptr);
   ~Publisher();
   Publisher(const Publisher&) = delete;
   Publisher& operator=(const Publisher&) = delete;
@@ -65,10 +68,11 @@ class Publisher {
     Instant since{};
   };
   struct Line {
-    Line(LineHost& line_host, LineHistory& line_history);
+    Line(LineHost& line_host, LineHistory& line_history, NumberedLine* numbered_line);
 
     LineHost* host;
     LineHistory* history;
+    NumberedLine* numbers;  // nullptr without a journal
     bool layouts_known = false;
     LineInfo info;
     std::vector<Property> properties;
@@ -97,6 +101,7 @@ class Publisher {
   void take_replies(Line& line);
   void publish_replies();
   void publish_events(Line& line, Instant now);
+  void journalise(NumberedLine* numbers, const Event& event, std::string_view text);
   void publish_states(Line& line, Instant now);
   void publish_output_states(Line& line, Instant now);
   bool update_routes(Line& line) const;
@@ -111,8 +116,17 @@ class Publisher {
   Instant publish_gateway(Instant now);
   void refresh_gateway();
 
+  // Of a line and the earlier lines with its name.
+  struct Past {
+    LineHistory history;
+    NumberedLine* numbers = nullptr;
+  };
+
   DataEdge& edge_;
-  std::map<std::string, LineHistory, std::less<>> histories_;  // of all present and earlier lines
+  JournalThread* journal_;
+  NumberedLine* gateway_numbers_ = nullptr;
+  JournalEntry entry_;
+  std::map<std::string, Past, std::less<>> past_;  // of all present and earlier lines
   std::vector<std::unique_ptr<Line>> lines_;
   // Names of the lines by routing interface
   std::vector<std::pair<std::uint8_t, std::string>> interfaces_;

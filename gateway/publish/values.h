@@ -51,11 +51,19 @@ struct GatewayInfo {
   Instant configured{};             // when it came into force
   std::uint32_t reloads = 0;
   std::uint32_t reloads_refused = 0;
-  std::uint64_t events = 0;  // number of the newest event of the gateway itself
+  std::uint64_t events = 0;        // number of the newest event of the gateway itself
+  std::uint64_t event_stream = 0;  // identity of the event numbers, see idl/README.md
   std::size_t participants = 0;
   std::size_t participants_most = 0;
   std::vector<Line> lines;             // up to 1024
-  std::vector<NamedCounter> counters;  // up to 64
+  std::vector<NamedCounter> counters;  // up to 63
+};
+
+// The parameters of an event as its sample has them, see EventKind in the IDL.
+struct EventMembers {
+  std::uint32_t code = 0;
+  std::uint32_t value = 0;
+  std::vector<std::byte> data;  // up to 16 bytes
 };
 
 }  // namespace linegate::gateway

@@ -135,6 +135,13 @@ class Text {
     add("gateway {}, DDS domain {}, {}profile {}, log {}\n", plant.gateway, plant.dds_domain,
         plant.dds_guard ? "" : "DDS guard off: one datagram can stop this gateway, ",
         dds_profiles_in_use(plant.dds_profile), config::name(plant.log));
+    if (plant.journal) {
+      add("journal {}: up to {}, {}\n", plant.journal->file,
+          config::format_size(plant.journal->max_size),
+          plant.journal->max_age == Duration::zero()
+              ? "events of any age"
+              : "events up to " + config::format_age(plant.journal->max_age));
+    }
     for (const auto& e : plant.executors) {
       add("executor {}: priority {}, processor {}, memory {}\n", e.name, e.priority,
           e.processor ? std::to_string(*e.processor) : "any",

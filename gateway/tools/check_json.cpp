@@ -176,12 +176,19 @@ Json line_json(const config::LinePlan& plan) {
   return out;
 }
 
+Json journal_json(const config::Journal& journal) {
+  return {{"file", journal.file},
+          {"max_size", journal.max_size},
+          {"max_age_s", std::chrono::floor<std::chrono::seconds>(journal.max_age).count()}};
+}
+
 void add_plant(const config::Plant& plant, Json& to) {
   to["gateway"] = plant.gateway;
   to["dds_domain"] = plant.dds_domain;
   to["dds_profile"] = plant.dds_profile;
   to["dds_guard"] = plant.dds_guard;
   to["log"] = config::name(plant.log);
+  to["journal"] = plant.journal ? journal_json(*plant.journal) : Json();
   const InterfaceNames names = interface_names(plant);
   to["routes"] =
       array_of(routes_of(plant), [&](const auto& route) { return route_json(route, names); });

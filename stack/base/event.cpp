@@ -74,6 +74,7 @@ constexpr std::array<KindInfo, kEventKinds> kInfo{{
     {"command-accepted", EventSeverity::info},
     {"output-owner", EventSeverity::warning},
     {"client-limited", EventSeverity::warning},
+    {"journal-state", EventSeverity::info},
 }};
 
 }  // namespace

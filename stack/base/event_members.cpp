@@ -353,6 +353,12 @@ void visit(const event::TimeReceived& of, EventMemberVisitor& to) {
   to.number("utc", number(of.utc));
 }
 
+void visit(const event::JournalState& of, EventMemberVisitor& to) {
+  to.number("condition", number(of.condition));
+  to.number("error", number(of.error));
+  to.number("lost", number(of.lost));
+}
+
 }  // namespace
 
 void visit_members(const EventData& data, EventMemberVisitor& visitor) {

@@ -104,6 +104,7 @@ enum class EventKind : std::uint8_t {
   command_accepted,
   output_owner,
   client_limited,
+  journal_state,
 };
 
 // "node" in the comments is Event::node. A member `suppressed` is the number of events that were
@@ -742,24 +743,42 @@ struct GatewayReloadRefused {
   friend bool operator==(const GatewayReloadRefused&, const GatewayReloadRefused&) = default;
 };
 
+enum class JournalCondition : std::uint8_t {
+  working = 1,  // stores events, again
+  failing = 2,  // events cannot be stored
+  renewed = 3,  // a new file, or a new stream of event numbers
+};
+
+// The journal of events entered another condition.
+struct JournalState {
+  static constexpr EventKind kKind = EventKind::journal_state;
+  JournalCondition condition = JournalCondition::working;
+  std::uint32_t error = 0;  // extended result code of SQLite; 0 = none
+  std::uint32_t lost = 0;   // number of events that are missing in the journal since the last one
+
+  friend bool operator==(const JournalState&, const JournalState&) = default;
+};
+
 }  // namespace event
 
 // In the order of EventKind.
-using EventData = std::variant<
-    event::LineStarted, event::LineStopped, event::BusState, event::BusError, event::FramesLost,
-    event::InterfaceFailed, event::InterfaceReady, event::ManagerState, event::OwnState,
-    event::BootUp, event::NodeState, event::HeartbeatLost, event::HeartbeatRecovered,
-    event::BootResult, event::Emcy, event::EmcySent, event::ConfigurationError, event::PdoLength,
-    event::PdoTimeout, event::PdoRecovered, event::SyncLost, event::MalformedFrame,
-    event::UnexpectedNode, event::ForeignSdo, event::SdoAbort, event::OutputRefused,
-    event::OutputArmed, event::OutputWatchdog, event::CommandRefused, event::EventsLost,
-    event::ClockStep, event::QueueFull, event::DuplicateNodeId, event::NmtCommand,
-    event::SdoTransfer, event::PdoMapping, event::LayoutChanged, event::RoutingRefused,
-    event::EmcyRouted, event::RoutingOpened, event::RoutingEnded, event::NodeScanned,
-    event::CommandProgress, event::LssResult, event::ForeignManager, event::CanFrame,
-    event::GatewayStarted, event::GatewayReloaded, event::GatewayReloadRefused,
-    event::SpontaneousChange, event::SharedNodeId, event::ObjectWritten, event::OwnReset,
-    event::TimeReceived, event::CommandAccepted, event::OutputOwner, event::ClientLimited>;
+using EventData =
+    std::variant<event::LineStarted, event::LineStopped, event::BusState, event::BusError,
+                 event::FramesLost, event::InterfaceFailed, event::InterfaceReady,
+                 event::ManagerState, event::OwnState, event::BootUp, event::NodeState,
+                 event::HeartbeatLost, event::HeartbeatRecovered, event::BootResult, event::Emcy,
+                 event::EmcySent, event::ConfigurationError, event::PdoLength, event::PdoTimeout,
+                 event::PdoRecovered, event::SyncLost, event::MalformedFrame, event::UnexpectedNode,
+                 event::ForeignSdo, event::SdoAbort, event::OutputRefused, event::OutputArmed,
+                 event::OutputWatchdog, event::CommandRefused, event::EventsLost, event::ClockStep,
+                 event::QueueFull, event::DuplicateNodeId, event::NmtCommand, event::SdoTransfer,
+                 event::PdoMapping, event::LayoutChanged, event::RoutingRefused, event::EmcyRouted,
+                 event::RoutingOpened, event::RoutingEnded, event::NodeScanned,
+                 event::CommandProgress, event::LssResult, event::ForeignManager, event::CanFrame,
+                 event::GatewayStarted, event::GatewayReloaded, event::GatewayReloadRefused,
+                 event::SpontaneousChange, event::SharedNodeId, event::ObjectWritten,
+                 event::OwnReset, event::TimeReceived, event::CommandAccepted, event::OutputOwner,
+                 event::ClientLimited, event::JournalState>;
 
 inline constexpr std::size_t kEventKinds = std::variant_size_v<EventData>;
 

@@ -18,6 +18,9 @@ EventSeverity severity_of(const EventData& data) {
   } else if (const auto* const lss = std::get_if<event::LssResult>(&data)) {
     raised = lss->verdict != lss::Verdict::given;
     to = EventSeverity::warning;
+  } else if (const auto* const journal = std::get_if<event::JournalState>(&data)) {
+    raised = journal->condition == event::JournalCondition::failing || journal->error != 0 ||
+             journal->lost != 0;
   }
   return raised ? to : severity(linegate::kind(data));
 }

@@ -11,6 +11,7 @@ namespace linegate::line {
 //   BootResult    error if the node was not booted
 //   ManagerState  error if the network halts or waits for a mandatory node
 //   LssResult     warning if the device was not configured completely
+//   JournalState  error if events are or were not stored, or the previous journal was unusable
 EventSeverity severity_of(const EventData& data);
 
 }  // namespace linegate::line

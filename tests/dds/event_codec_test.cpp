@@ -72,6 +72,8 @@ std::vector<Row> layouts_of_lines() {
       {event::GatewayStarted{4}, fields(0, 4)},
       {event::GatewayReloaded{.changed = 2, .lines = 5}, fields(2, 5)},
       {event::GatewayReloadRefused{3}, fields(0, 3)},
+      {event::JournalState{event::JournalCondition::failing, 0x0102'0304, 5},
+       fields(2, 5, {4, 3, 2, 1})},
   };
 }
 
@@ -347,6 +349,7 @@ std::vector<EventData> highest_of_lines_and_own_node() {
       event::GatewayStarted{kHighest32},
       event::GatewayReloaded{kHighest32, kHighest32},
       event::GatewayReloadRefused{kHighest32},
+      event::JournalState{event::JournalCondition{kHighest8}, kHighest32, kHighest32},
   };
 }
 

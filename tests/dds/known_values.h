@@ -61,6 +61,7 @@ inline dds::GatewayInfo gateway_info() {
           .reloads = 9,
           .reloads_refused = 10,
           .events = 11,
+          .event_stream = 0xFACE'0000'0000'0001,
           .participants = 12,
           .participants_most = 13,
           .lines = {{kLine, "virtual:known"}},

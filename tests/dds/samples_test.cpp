@@ -54,6 +54,7 @@ TEST(StateSamples, GatewayStateComesBackWithTimesInUtc) {
   EXPECT_EQ(info.reloads, 9U);
   EXPECT_EQ(info.reloads_refused, 10U);
   EXPECT_EQ(info.events, 11U);
+  EXPECT_EQ(info.event_stream, 0xFACE'0000'0000'0001U);
   EXPECT_EQ(info.participants, 12U);
   EXPECT_EQ(info.participants_most, 13U);
   ASSERT_EQ(info.lines.size(), 1U);
@@ -62,6 +63,24 @@ TEST(StateSamples, GatewayStateComesBackWithTimesInUtc) {
   ASSERT_EQ(info.counters.size(), 2U);
   EXPECT_EQ(info.counters[1].name, "second");
   EXPECT_EQ(info.counters[1].value, 0xFFFF'FFFF'FFFF'FFFFU);
+}
+
+// Earlier gateways have no event-stream.
+TEST(StateSamples, TheEventStreamIsTheLastCounterOfAGatewayState) {
+  GatewayInfo sent = known::gateway_info();
+  sent.counters.resize(100, {"more", 1});
+  v1::GatewayState wire;
+  to_wire(sent, known::clock(), wire);
+  ASSERT_EQ(wire.counters().size(), kMaxCounters);
+  EXPECT_EQ(wire.counters().back().name().to_string(), "event-stream");
+  GatewayInfo info;
+  from_wire(wire, known::clock(), info);
+  EXPECT_EQ(info.event_stream, sent.event_stream);
+  EXPECT_EQ(info.counters.size(), kMaxCounters - 1);
+  wire.counters().pop_back();
+  from_wire(wire, known::clock(), info);
+  EXPECT_EQ(info.event_stream, 0U);
+  EXPECT_EQ(info.counters.size(), kMaxCounters - 1);
 }
 
 TEST(StateSamples, NodeStateComesBackWithTimesInUtc) {

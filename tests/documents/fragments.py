@@ -11,7 +11,7 @@ from drive_program import program
 
 HEAD = "schema: 1\ngateway: {name: whole}\n"
 # Keys that stand at the top of a plant; a fragment that begins with another one belongs into a line.
-TOP = ("schema", "gateway", "dds", "executors", "routes", "forward", "shared_objects", "lines")
+TOP = ("schema", "gateway", "dds", "journal", "executors", "routes", "forward", "shared_objects", "lines")
 # The device files that fragments name: copies of those of the simulated devices.
 FILES = {"drive": "drive", "io": "digital-io", "valve": "digital-io", "old": "digital-io", "ram": "drive",
          "inlet": "digital-io", "scale": "analog-io"}

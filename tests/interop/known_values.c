@@ -72,8 +72,8 @@ void compare_gateway_state(const linegate_v1_GatewayState* s) {
   NUMBER(s->participants, 12);
   NUMBER(s->participants_most, 13);
   NUMBER(s->lines._length, 1);
-  NUMBER(s->counters._length, 2);
-  if (s->lines._length != 1 || s->counters._length != 2)
+  NUMBER(s->counters._length, 3);
+  if (s->lines._length != 1 || s->counters._length != 3)
     return;
   TEXT(s->lines._buffer[0].name, "line1");
   TEXT(s->lines._buffer[0].interface_uri, "virtual:known");
@@ -81,6 +81,8 @@ void compare_gateway_state(const linegate_v1_GatewayState* s) {
   NUMBER(s->counters._buffer[0].value, 14);
   TEXT(s->counters._buffer[1].name, "second");
   NUMBER(s->counters._buffer[1].value, 0xFFFFFFFFFFFFFFFFULL);
+  TEXT(s->counters._buffer[2].name, "event-stream");
+  NUMBER(s->counters._buffer[2].value, 0xFACE000000000001ULL);
 }
 
 void compare_line_state(const linegate_v1_LineState* s) {

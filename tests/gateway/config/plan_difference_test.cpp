@@ -53,5 +53,19 @@ TEST(PlanDifference, RefusesWhatSubscribersKnowTheGatewayBy) {
             std::string::npos);
 }
 
+TEST(PlanDifference, RefusesAnotherJournal) {
+  const auto running = identity_of(plant(kA, "journal: {file: deploy/j.db, max_age: 2h}\n"));
+  EXPECT_TRUE(difference(running, plant(kA, "journal: {file: deploy/j.db, max_age: 120min}\n"))
+                  .refusals.empty());
+  for (const char* other : {"", "journal: {file: deploy/k.db, max_age: 2h}\n",
+                            "journal: {file: deploy/j.db, max_age: 3h}\n",
+                            "journal: {file: deploy/j.db, max_age: 2h, max_size: 10MB}\n"}) {
+    const auto refused = difference(running, plant(kA, other));
+    ASSERT_EQ(refused.refusals.size(), 1U) << other;
+    EXPECT_TRUE(has_errors(refused.refusals));
+    EXPECT_NE(refused.refusals[0].text.find("the journal changes from"), std::string::npos);
+  }
+}
+
 }  // namespace
 }  // namespace linegate::config

@@ -179,6 +179,17 @@ const Bad kBad[] = {
       "plant.yaml:5:61: error: expected a size from 1kB such as 100MB, got \"999B\"",
       "plant.yaml:5:67: error: unknown key \"size\" in record",
       "plant.yaml:7:57: error: recorded to the same file x.log as line \"d\""}},
+    {"journal",
+     "schema: 1\njournal: {file: nowhere/j.db, max_size: 9MB, max_age: 1s, path: x}\n"
+     "lines: [{name: a, interface: socketcan:can0}]\n",
+     {"plant.yaml:2:17: warning: no event is stored until there is a folder nowhere",
+      "plant.yaml:2:41: error: expected a size from 10MB such as 100MB, got \"9MB\"",
+      "plant.yaml:2:55: error: expected an age from 1min such as 90d or 36h, got \"1s\"",
+      "plant.yaml:2:59: error: unknown key \"path\" in journal"}},
+    {"journal_without_a_file",
+     "schema: 1\njournal: {file: deploy}\nlines: [{name: a, interface: socketcan:can0}]\n",
+     {"plant.yaml:2:17: error: journal needs the name of a file, not \"deploy\", such as "
+      "/var/lib/linegate/journal.db"}},
     {"replay",
      "schema: 1\nlines:\n"
      "  - {name: a, interface: 'replay:nowhere.log'}\n"
@@ -347,6 +358,22 @@ TEST(Plant, RecordHasDefaults) {
   EXPECT_EQ(lines[1].record->max_size, 1'500'000'000U);
   EXPECT_EQ(lines[1].record->files, 2U);
   EXPECT_FALSE(lines[2].record);
+}
+
+TEST(Plant, AJournalHasDefaults) {
+  const auto journal = [](const std::string& keys) {
+    return read_text("schema: 1\n" + keys + "lines: [{name: a, interface: 'socketcan:can0'}]\n");
+  };
+  EXPECT_FALSE(journal("").value->journal);
+  const auto plain = journal("journal: {file: deploy/j.db}\n");
+  ASSERT_TRUE(plain.value && plain.value->journal) << testing::PrintToString(messages(plain));
+  EXPECT_TRUE(plain.value->journal->file.ends_with("deploy/j.db"));
+  EXPECT_EQ(plain.value->journal->max_size, 250'000'000U);
+  EXPECT_EQ(plain.value->journal->max_age, Duration::zero());
+  const auto full = journal("journal: {file: deploy/j.db, max_size: 10MB, max_age: 90d}\n");
+  ASSERT_TRUE(full.value && full.value->journal) << testing::PrintToString(messages(full));
+  EXPECT_EQ(full.value->journal->max_size, 10'000'000U);
+  EXPECT_EQ(full.value->journal->max_age, std::chrono::hours(90 * 24));
 }
 
 TEST(Plant, TheDdsGuardIsOnUnlessSwitchedOff) {

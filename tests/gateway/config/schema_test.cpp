@@ -169,9 +169,9 @@ TEST(Schema, HasNoKeyOfAMappingTheLoaderDoesNotKnow) {
   const YAML::Node definitions = member(schema, "$defs");
   const YAML::Node top = member(schema, "properties");
   const std::string own_object = keys_of(member(definitions, "own_object"));
-  expect_known("schema: 1\ngateway: " + keys_of(member(top, "gateway")) +
-                   "\ndds: " + keys_of(member(top, "dds")) + "\nlines:\n  - " +
-                   keys_of(member(definitions, "line"), true) +
+  expect_known("schema: 1\ngateway: " + keys_of(member(top, "gateway")) + "\ndds: " +
+                   keys_of(member(top, "dds")) + "\njournal: " + keys_of(member(top, "journal")) +
+                   "\nlines:\n  - " + keys_of(member(definitions, "line"), true) +
                    "\n  - name: b\n    interface: 'simulated:'\n    own_objects: {\"2000:1\": " +
                    own_object + "}\n    nodes:\n      - " +
                    keys_of(member(definitions, "node"), true) + "\n",

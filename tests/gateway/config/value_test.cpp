@@ -109,5 +109,27 @@ TEST(Size, HasAUnit) {
   }
 }
 
+TEST(Size, IsWrittenShort) {
+  EXPECT_EQ(format_size(0), "0B");
+  EXPECT_EQ(format_size(1500), "1500B");
+  EXPECT_EQ(format_size(64'000), "64kB");
+  EXPECT_EQ(format_size(250'000'000), "250MB");
+  EXPECT_EQ(format_size(1'000'000'000'000'000), "1000TB");
+}
+
+TEST(Age, HasAUnit) {
+  EXPECT_EQ(parse_age("90d"), std::chrono::hours(90 * 24));
+  EXPECT_EQ(parse_age("36h"), std::chrono::hours(36));
+  EXPECT_EQ(parse_age("5min"), std::chrono::minutes(5));
+  EXPECT_EQ(format_age(std::chrono::hours(48)), "2d");
+  EXPECT_EQ(format_age(std::chrono::hours(36)), "36h");
+  EXPECT_EQ(format_age(std::chrono::seconds(90)), "90s");
+  EXPECT_EQ(parse_age("36600d"), std::chrono::hours(36'600 * 24));
+  for (const char* text :
+       {"", "d", "5", "0d", "-1d", "1.5d", "36601d", "59s", "90 days", "18446744073709551615d"}) {
+    EXPECT_FALSE(parse_age(text)) << text;
+  }
+}
+
 }  // namespace
 }  // namespace linegate::config

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Samples that belong to no line: the state of the gateway, and its own events.
+#include <algorithm>
 #include <chrono>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <string>
@@ -9,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "bridges/dds/client.h"
+#include "gateway/journal/journal_reader.h"
 #include "gateway/process/gateway.h"
 #include "gateway/publish/gateway_news.h"
 
@@ -134,6 +137,41 @@ TEST_F(GatewayStateTest, ReportsReloadsAsEventsOfItsOwn) {
     EXPECT_EQ(received.events[i].number, i + 1);
   }
   EXPECT_TRUE(comes([&] { return received.info.events == 4; }));
+}
+
+// A gateway, and the next one with the same journal.
+TEST(GatewayJournal, EventNumbersContinueAfterARestart) {
+  std::string folder = (std::filesystem::temp_directory_path() / "linegate-gw-XXXXXX").string();
+  ASSERT_NE(mkdtemp(folder.data()), nullptr);
+  config::Plant plant = make_plant(plant_of(1));
+  plant.journal = config::Journal{.file = folder + "/journal.db"};
+  for (std::uint64_t run = 0; run < 2; ++run) {
+    auto made = Gateway::make(plant, 77 + run);
+    ASSERT_TRUE(made.ok());
+    (*made.value)->start();
+    (*made.value)->report_journal();
+    (*made.value)->stop();
+  }
+  JournalReader reader;
+  JournalPage page;
+  ASSERT_EQ(reader.open(plant.journal->file), 0);
+  ASSERT_EQ(reader.read({.line = ""}, page), 0);
+  ASSERT_EQ(page.entries.size(), 3U);
+  EXPECT_EQ(page.entries[0].kind, EventKind::gateway_started);
+  EXPECT_EQ(page.entries[1].kind, EventKind::journal_state);
+  EXPECT_NE(page.entries[1].text.find("begins a new stream"), std::string::npos);
+  EXPECT_EQ(page.entries[2].kind, EventKind::gateway_started);
+  for (std::uint64_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(page.entries[i].number, i + 1);
+    EXPECT_EQ(page.entries[i].stream, 77U);
+  }
+  std::uint64_t number = 0;
+  ASSERT_EQ(reader.read({.line = "line1"}, page), 0);
+  EXPECT_EQ(std::ranges::count(page.entries, EventKind::line_started, &JournalEntry::kind), 2);
+  for (const JournalEntry& one : page.entries) {
+    EXPECT_EQ(one.number, ++number);
+  }
+  std::filesystem::remove_all(folder);
 }
 
 TEST(ConfigurationHash, ChangesWithEachPartOfTheConfiguration) {

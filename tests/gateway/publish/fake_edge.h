@@ -77,6 +77,9 @@ class FakeEdge final : public DataEdge {
   void publish_event(std::string_view line, const Event& event, std::string_view) override {
     add("event " + std::string(line) + ' ' + std::to_string(event.number));
   }
+  EventMembers members(const EventData& data) const override {
+    return {static_cast<std::uint32_t>(kind(data)), 2, {std::byte{3}}};
+  }
 
   std::uint64_t failed_samples() const override {
     const std::lock_guard lock(mutex_);

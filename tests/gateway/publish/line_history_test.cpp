@@ -53,5 +53,24 @@ TEST(LineHistory, NumbersAndCountersGoOnAfterARestart) {
   EXPECT_EQ(event.number, 8U);
 }
 
+TEST(LineHistory, NumbersContinueThoseOfEarlierRuns) {
+  LineHistory history;
+  history.begin_after(1000);
+  history.restart();
+  line::LineState state;
+  state.counters.events = 2;
+  state.counters.frames_received = 5;
+  history.correct(state);
+  EXPECT_EQ(state.counters.events, 1002U) << "the number of the newest event";
+  EXPECT_EQ(state.counters.frames_received, 5U);
+  Event event{.number = 2};
+  history.correct(event);
+  EXPECT_EQ(event.number, 1002U);
+  history.restart();
+  event.number = 1;
+  history.correct(event);
+  EXPECT_EQ(event.number, 1003U);
+}
+
 }  // namespace
 }  // namespace linegate::gateway

@@ -3,12 +3,15 @@
 #include "gateway/publish/publisher.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "gateway/journal/journal_reader.h"
 
 #include "tests/gateway/log_keeper.h"
 #include "tests/gateway/publish/fake_edge.h"
@@ -70,6 +73,98 @@ TEST_F(PublisherTest, SamplesThatTheEdgeDidNotTakeAreReported) {
   published();
   const std::vector<std::string> lines = log.lines();
   EXPECT_EQ(std::ranges::count(lines, "warning DDS did not take 4 samples"), 1);
+}
+
+// Publishes events of a line and of the gateway twice, as two runs of the gateway do.
+TEST_F(PublisherTest, EventsAreStoredAndTheirNumbersContinue) {
+  std::string folder = (std::filesystem::temp_directory_path() / "linegate-pub-XXXXXX").string();
+  ASSERT_NE(mkdtemp(folder.data()), nullptr);
+  const config::Journal plan{.file = folder + "/journal.db"};
+  for (std::uint64_t run = 0; run < 2; ++run) {
+    JournalThread journal({.plan = plan, .incarnation = 7 + run});
+    Publisher with(edge, hosts, &journal);
+    journal.start();
+    for (std::uint64_t number = 1; number <= 2; ++number) {
+      Event event{.number = number, .node = 5, .data = event::SyncLost{}};
+      port().events.push(event);
+    }
+    GatewayNews news;
+    news.event.data = event::GatewayStarted{.lines = 1};
+    news.text = "gateway started";
+    with.report(std::move(news));
+    with.start();
+    with.stop();
+    journal.stop();
+  }
+  JournalReader reader;
+  JournalPage page;
+  ASSERT_EQ(reader.open(plan.file), 0);
+  ASSERT_EQ(reader.read({.line = "press"}, page), 0);
+  ASSERT_EQ(page.entries.size(), 4U);
+  for (std::uint64_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(page.entries[i].number, i + 1);
+    EXPECT_EQ(page.entries[i].stream, 7U);
+    EXPECT_EQ(page.entries[i].incarnation, i < 2 ? 7U : 8U);
+  }
+  const JournalEntry& last = page.entries[3];
+  EXPECT_EQ(last.kind, EventKind::sync_lost);
+  EXPECT_EQ(last.severity, EventSeverity::error);
+  EXPECT_EQ(last.node, 5U);
+  EXPECT_EQ(last.code, static_cast<std::uint32_t>(EventKind::sync_lost));
+  EXPECT_EQ(last.value, 2U);
+  EXPECT_EQ(last.data, std::vector{std::byte{3}});
+  EXPECT_THAT(last.text, testing::HasSubstr("SYNC"));
+  ASSERT_EQ(reader.read({.line = ""}, page), 0);
+  ASSERT_EQ(page.entries.size(), 2U);
+  EXPECT_EQ(page.entries[1].number, 2U);
+  EXPECT_EQ(page.entries[1].text, "gateway started");
+  EXPECT_THAT(edge.samples(),
+              testing::IsSupersetOf({"event press 1", "event press 4", "event  2"}));
+  std::filesystem::remove_all(folder);
+}
+
+// Requests of clients: the journal has the name and the host, because the number of a client holds
+// for one incarnation.
+TEST_F(PublisherTest, EventsOfClientsAreStoredWithNameAndHost) {
+  std::string folder = (std::filesystem::temp_directory_path() / "linegate-pub-XXXXXX").string();
+  ASSERT_NE(mkdtemp(folder.data()), nullptr);
+  const config::Journal plan{.file = folder + "/journal.db"};
+  {
+    JournalThread journal({.plan = plan, .incarnation = 7});
+    Publisher with(edge, hosts, &journal);
+    journal.start();
+    const std::uint32_t hmi = with.clients().number({.id = {1}, .host = "panel3"}, "hmi");
+    const std::uint32_t tool = with.clients().number({.id = {2}, .host = "laptop"}, "tool");
+    std::uint64_t number = 0;
+    for (const EventData& data : std::initializer_list<EventData>{
+             event::CommandAccepted{.command = line::CommandKind::nmt, .client = hmi},
+             event::OutputOwner{.group = 2, .client = tool, .before = hmi},
+             event::ClientLimited{.client = tool, .delayed = 3, .refused = 4, .replaced = 5}}) {
+      Event event{.number = ++number, .node = number == 1 ? std::uint8_t{5} : std::uint8_t{0}};
+      event.data = data;
+      port().events.push(event);
+    }
+    with.start();
+    with.stop();
+    journal.stop();
+  }
+  JournalReader reader;
+  JournalPage page;
+  ASSERT_EQ(reader.open(plan.file), 0);
+  ASSERT_EQ(reader.read({.line = "press", .text = " at "}, page), 0);
+  ASSERT_EQ(page.entries.size(), 3U);
+  EXPECT_EQ(page.entries[0].kind, EventKind::command_accepted);
+  EXPECT_EQ(page.entries[0].severity, EventSeverity::info);
+  EXPECT_EQ(page.entries[0].node, 5U);
+  EXPECT_THAT(page.entries[0].text, testing::HasSubstr("hmi at panel3"));
+  EXPECT_EQ(page.entries[1].kind, EventKind::output_owner);
+  EXPECT_EQ(page.entries[1].severity, EventSeverity::warning);
+  EXPECT_THAT(page.entries[1].text, testing::HasSubstr("hmi at panel3"));
+  EXPECT_THAT(page.entries[1].text, testing::HasSubstr("tool at laptop"));
+  EXPECT_EQ(page.entries[2].kind, EventKind::client_limited);
+  EXPECT_EQ(page.entries[2].severity, EventSeverity::warning);
+  EXPECT_THAT(page.entries[2].text, testing::HasSubstr("tool at laptop"));
+  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

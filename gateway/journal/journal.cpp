@@ -1,0 +1,274 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/journal/journal.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstdio>
+#include <filesystem>
+#include <system_error>
+#include <utility>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sqlite3.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include "gateway/journal/schema.h"
+#include "stack/base/assert.h"
+
+namespace linegate::gateway {
+namespace {
+
+constexpr std::int64_t kPageBytes = 4096;
+// Entries that one store() removes at most: it must not take much longer than other calls.
+constexpr std::int64_t kRemovedAtOnce = 2000;
+// Pages that stay free for one store(): its entries, limits and changed index pages.
+constexpr std::int64_t kSparePages = 64;
+
+std::int64_t stored(std::uint64_t number) {
+  return std::bit_cast<std::int64_t>(number);
+}
+
+std::uint64_t loaded(std::int64_t number) {
+  return std::bit_cast<std::uint64_t>(number);
+}
+
+}  // namespace
+
+struct Journal::Statements {
+  explicit Statements(sqlite3* of)
+      : insert(of,
+               "INSERT OR IGNORE INTO events(stream, incarnation, line, number, time, clock, kind, "
+               "severity, node, code, value, data, text) VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, "
+               "?, ?)"),
+        stream(of, "INSERT OR REPLACE INTO stream VALUES(1, ?)"),
+        limit(of, "INSERT OR REPLACE INTO lines VALUES(?, ?)"),
+        remove_oldest(of,
+                      "DELETE FROM events WHERE id IN (SELECT id FROM events ORDER BY id LIMIT ?)"),
+        remove_aged(of,
+                    "DELETE FROM events WHERE time < ?1 AND id IN "
+                    "(SELECT id FROM events ORDER BY id LIMIT ?2)") {}
+
+  Statement insert;
+  Statement stream;
+  Statement limit;
+  Statement remove_oldest;
+  Statement remove_aged;
+};
+
+Journal::Journal(config::Journal plan) : plan_(std::move(plan)) {
+}
+
+Journal::~Journal() {
+  close();
+  if (lock_ >= 0) {
+    ::close(lock_);
+  }
+}
+
+std::string Journal::unusable_file() const {
+  return plan_.file + ".unusable";
+}
+
+void Journal::close() {
+  statements_.reset();
+  database_.close();
+}
+
+// A file of its own: closing another descriptor of the journal would end the locks of SQLite.
+int Journal::lock() {
+  if (lock_ < 0) {
+    lock_ = ::open((plan_.file + ".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0640);
+  }
+  if (lock_ < 0) {
+    return SQLITE_CANTOPEN;
+  }
+  return ::flock(lock_, LOCK_EX | LOCK_NB) == 0 ? SQLITE_OK : SQLITE_BUSY;
+}
+
+int Journal::open() {
+  // A new file may take several calls on a full disk
+  set_aside_ = std::exchange(opened_, false) ? 0 : set_aside_;
+  int error = lock();
+  if (error != SQLITE_OK) {
+    return error;
+  }
+  error = open_file();
+  if (is_unusable(error)) {
+    const int why = error;
+    error = set_file_aside();
+    set_aside_ = error == SQLITE_OK ? why : set_aside_;
+    error = error == SQLITE_OK ? open_file() : error;
+  }
+  if (error == SQLITE_OK) {
+    opened_ = true;
+    statements_ = std::make_unique<Statements>(database_.get());
+  } else {
+    close();
+  }
+  return error;
+}
+
+int Journal::open_file() {
+  int error = database_.open(plan_.file, Database::Use::write);
+  // FULL: a commit is on the disk when store() returns, also if the power fails.
+  error = error != SQLITE_OK ? error
+                             : database_.execute(
+                                   "PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL;"
+                                   "PRAGMA journal_size_limit=8000000");
+  if (error == SQLITE_OK) {
+    const auto version = database_.number("PRAGMA user_version", error);
+    const auto tables = error != SQLITE_OK
+                            ? std::nullopt
+                            : database_.number("SELECT count(*) FROM sqlite_schema", error);
+    if (error == SQLITE_OK) {
+      error = version == 0 && tables == 0 ? create() : check();
+    }
+  }
+  if (error == SQLITE_OK) {
+    const std::int64_t pages = static_cast<std::int64_t>(plan_.max_size) / kPageBytes;
+    error = database_.execute(fmt::format("PRAGMA max_page_count={}", pages).c_str());
+  }
+  return error == SQLITE_OK ? read_numbers() : error;
+}
+
+int Journal::create() {
+  const int error = database_.execute(
+      fmt::format("BEGIN IMMEDIATE; PRAGMA application_id={}; PRAGMA user_version={}; {} COMMIT",
+                  kJournalApplication, kJournalVersion, kJournalTables)
+          .c_str());
+  if (error != SQLITE_OK) {
+    database_.execute("ROLLBACK");
+  }
+  return error;
+}
+
+// Unusable: another program's file, another version, or damaged.
+int Journal::check() {
+  int error = SQLITE_OK;
+  const auto application = database_.number("PRAGMA application_id", error);
+  const auto version =
+      error == SQLITE_OK ? database_.number("PRAGMA user_version", error) : std::nullopt;
+  if (error != SQLITE_OK) {
+    return error;
+  }
+  if (application != kJournalApplication || version != kJournalVersion) {
+    return SQLITE_MISMATCH;
+  }
+  const auto finding = database_.text("PRAGMA quick_check(1)", error);
+  return error != SQLITE_OK ? error : finding == "ok" ? SQLITE_OK : SQLITE_CORRUPT;
+}
+
+int Journal::read_numbers() {
+  int error = SQLITE_OK;
+  stream_ = loaded(database_.number("SELECT id FROM stream", error).value_or(0));
+  limits_.clear();
+  if (error != SQLITE_OK) {
+    return error;
+  }
+  Statement lines(database_.get(), "SELECT name, number_limit FROM lines");
+  while ((error = lines.step()) == SQLITE_ROW) {
+    limits_[lines.text(0)] = loaded(lines.number(1));
+  }
+  return error == SQLITE_DONE ? SQLITE_OK : error;
+}
+
+// With the log of SQLite, which belongs to the file; the shared memory is made anew.
+int Journal::set_file_aside() {
+  database_.close();
+  std::error_code ignored;
+  std::filesystem::remove(plan_.file + "-shm", ignored);
+  std::filesystem::remove(unusable_file() + "-wal", ignored);
+  std::filesystem::rename(plan_.file + "-wal", unusable_file() + "-wal", ignored);
+  std::error_code error;
+  std::filesystem::rename(plan_.file, unusable_file(), error);
+  return error ? SQLITE_CANTOPEN : SQLITE_OK;
+}
+
+int Journal::store(std::span<const JournalEntry> entries, std::uint64_t stream,
+                   std::span<const NumberLimit> limits, Instant utc) {
+  LINEGATE_ASSERT(entries.size() <= kMostEntries, "the free pages suffice for the entries");
+  if (!is_open()) {
+    return SQLITE_CANTOPEN;
+  }
+  int error = database_.execute("BEGIN IMMEDIATE");
+  error = error == SQLITE_OK ? write(entries, stream, limits, utc) : error;
+  error = error == SQLITE_OK ? database_.execute("COMMIT") : error;
+  if (error != SQLITE_OK) {
+    database_.execute("ROLLBACK");
+    close();
+    return error;
+  }
+  if (stream != stream_) {
+    limits_.clear();
+  }
+  stream_ = stream;
+  for (const NumberLimit& one : limits) {
+    limits_[one.line] = one.limit;
+  }
+  return SQLITE_OK;
+}
+
+int Journal::write(std::span<const JournalEntry> entries, std::uint64_t stream,
+                   std::span<const NumberLimit> limits, Instant utc) {
+  int error = trim(utc);
+  for (auto entry = entries.begin(); error == SQLITE_OK && entry != entries.end(); ++entry) {
+    error = insert(*entry);
+  }
+  if (error == SQLITE_OK && stream != stream_) {
+    statements_->stream.bind(1, stored(stream));
+    error = statements_->stream.run();
+    error = error == SQLITE_OK ? database_.execute("DELETE FROM lines") : error;
+  }
+  for (auto one = limits.begin(); error == SQLITE_OK && one != limits.end(); ++one) {
+    statements_->limit.bind(1, std::string_view(one->line));
+    statements_->limit.bind(2, stored(one->limit));
+    error = statements_->limit.run();
+  }
+  return error;
+}
+
+int Journal::insert(const JournalEntry& entry) {
+  Statement& to = statements_->insert;
+  to.bind(1, stored(entry.stream));
+  to.bind(2, stored(entry.incarnation));
+  to.bind(3, std::string_view(entry.line));
+  to.bind(4, stored(entry.number));
+  to.bind(5, entry.time.time_since_epoch().count());
+  to.bind(6, static_cast<std::int64_t>(entry.clock));
+  to.bind(7, static_cast<std::int64_t>(entry.kind));
+  to.bind(8, static_cast<std::int64_t>(entry.severity));
+  to.bind(9, std::int64_t{entry.node});
+  to.bind(10, std::int64_t{entry.code});
+  to.bind(11, std::int64_t{entry.value});
+  to.bind(12, std::span<const std::byte>(entry.data));
+  to.bind(13, std::string_view(entry.text));
+  return to.run();
+}
+
+bool Journal::is_nearly_full(int& error) {
+  const auto pages = database_.number("PRAGMA page_count", error);
+  const auto unused =
+      error == SQLITE_OK ? database_.number("PRAGMA freelist_count", error) : std::nullopt;
+  const std::int64_t most = static_cast<std::int64_t>(plan_.max_size) / kPageBytes;
+  return error == SQLITE_OK && *pages - *unused + std::max(kSparePages, most / 50) > most;
+}
+
+// By age: of the oldest stored entries, because the clock may have been wrong when an entry was
+// made.
+int Journal::trim(Instant utc) {
+  int error = SQLITE_OK;
+  if (plan_.max_age > Duration::zero()) {
+    statements_->remove_aged.bind(1, (utc - plan_.max_age).time_since_epoch().count());
+    statements_->remove_aged.bind(2, kRemovedAtOnce);
+    error = statements_->remove_aged.run();
+  }
+  if (error == SQLITE_OK && is_nearly_full(error)) {
+    statements_->remove_oldest.bind(1, kRemovedAtOnce);
+    error = statements_->remove_oldest.run();
+  }
+  return error;
+}
+
+}  // namespace linegate::gateway

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+// The file of the journal: the events of all lines of a gateway, bounded by size and age.
+//
+// Calls block on the disk; one thread at a time. The invariants are in README.md.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "gateway/config/plant.h"
+#include "gateway/journal/database.h"
+#include "gateway/journal/entry.h"
+#include "stack/base/time.h"
+
+namespace linegate::gateway {
+
+// The event numbers that a line may use: those up to `limit`, from now on also after a restart.
+struct NumberLimit {
+  std::string line;  // empty: the gateway itself
+  std::uint64_t limit = 0;
+};
+
+class Journal {
+ public:
+  explicit Journal(config::Journal plan);
+  ~Journal();
+  Journal(const Journal&) = delete;
+  Journal& operator=(const Journal&) = delete;
+
+  // Opens or creates the file, and checks it. A file that is no sound journal of this version is
+  // renamed to unusable_file(), replacing an earlier one, and a new one is created. Returns 0 or
+  // the result code of SQLite; SQLITE_BUSY: another process writes this journal.
+  int open();
+  bool is_open() const { return database_.is_open(); }
+  // Writes the log of SQLite into the file.
+  void close();
+
+  // --- after open() ---
+
+  // The stream of the event numbers; 0 in a new file.
+  std::uint64_t stream() const { return stream_; }
+  // The result code for which the previous file was renamed since the last open() that returned 0
+  // before; 0 = it was not.
+  int set_aside() const { return set_aside_; }
+  // The highest number that each line may have used.
+  const std::map<std::string, std::uint64_t, std::less<>>& limits() const { return limits_; }
+  std::string unusable_file() const;
+
+  // Stores all of this, or nothing, and waits for the disk: up to kMostEntries entries, except
+  // those that are stored already, the stream of later numbers, and limits (of all lines if the
+  // stream is another one). Removes the oldest entries beyond max_size and max_age. utc: the
+  // present time. Returns 0 or the result code of SQLite; the journal is then closed.
+  static constexpr std::size_t kMostEntries = 256;
+  int store(std::span<const JournalEntry> entries, std::uint64_t stream,
+            std::span<const NumberLimit> limits, Instant utc);
+
+ private:
+  struct Statements;
+
+  int open_file();
+  int check();
+  int create();
+  int read_numbers();
+  int set_file_aside();
+  int lock();
+  int write(std::span<const JournalEntry> entries, std::uint64_t stream,
+            std::span<const NumberLimit> limits, Instant utc);
+  int insert(const JournalEntry& entry);
+  int trim(Instant utc);
+  bool is_nearly_full(int& error);
+
+  const config::Journal plan_;
+  Database database_;
+  std::unique_ptr<Statements> statements_;
+  std::uint64_t stream_ = 0;
+  std::map<std::string, std::uint64_t, std::less<>> limits_;
+  int set_aside_ = 0;
+  bool opened_ = false;  // by the last open()
+  int lock_ = -1;        // descriptor
+};
+
+}  // namespace linegate::gateway

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/journal/journal_reader.h"
+
+#include <algorithm>
+#include <bit>
+#include <filesystem>
+#include <string_view>
+#include <system_error>
+
+#include <fmt/format.h>
+#include <sqlite3.h>
+
+#include "gateway/journal/schema.h"
+#include "stack/base/assert.h"
+
+namespace linegate::gateway {
+namespace {
+
+constexpr std::string_view kColumns =
+    "id, stream, incarnation, line, number, time, clock, kind, severity, node, code, value, data, "
+    "text";
+
+// Numbers of one octet in the contract.
+std::uint8_t octet(std::int64_t number) {
+  return static_cast<std::uint8_t>(std::clamp<std::int64_t>(number, 0, 255));
+}
+
+JournalEntry entry_of(const Statement& row) {
+  JournalEntry out;
+  out.stream = std::bit_cast<std::uint64_t>(row.number(1));
+  out.incarnation = std::bit_cast<std::uint64_t>(row.number(2));
+  out.line = row.text(3);
+  out.number = std::bit_cast<std::uint64_t>(row.number(4));
+  out.time = Instant(Duration(row.number(5)));
+  out.clock = static_cast<ClockQuality>(octet(row.number(6)));
+  out.kind = static_cast<EventKind>(octet(row.number(7)));
+  out.severity = static_cast<EventSeverity>(octet(row.number(8)));
+  out.node = octet(row.number(9));
+  out.code = static_cast<std::uint32_t>(row.number(10));
+  out.value = static_cast<std::uint32_t>(row.number(11));
+  out.data = row.data(12);
+  out.text = row.text(13);
+  return out;
+}
+
+int check_version(Database& database) {
+  int error = SQLITE_OK;
+  const auto application = database.number("PRAGMA application_id", error);
+  const auto version =
+      error == SQLITE_OK ? database.number("PRAGMA user_version", error) : std::nullopt;
+  if (error != SQLITE_OK) {
+    return error;
+  }
+  return application == kJournalApplication && version == kJournalVersion ? SQLITE_OK
+                                                                          : SQLITE_MISMATCH;
+}
+
+std::string conditions(const JournalQuery& query) {
+  std::string out = "id > ?1 AND severity >= ?2";
+  const auto add = [&out](bool wanted, std::string_view condition) {
+    if (wanted) {
+      out += " AND ";
+      out += condition;
+    }
+  };
+  add(query.line.has_value(), "line = ?3");
+  add(query.node.has_value(), "node = ?4");
+  add(query.kind.has_value(), "kind = ?5");
+  add(!query.text.empty(), "instr(lower(text), lower(?6)) > 0");
+  add(query.since.has_value(), "time >= ?7");
+  add(query.until.has_value(), "time < ?8");
+  return out;
+}
+
+void bind(Statement& to, const JournalQuery& query) {
+  to.bind(1, query.after);
+  to.bind(2, static_cast<std::int64_t>(query.least));
+  if (query.line) {
+    to.bind(3, std::string_view(*query.line));
+  }
+  if (query.node) {
+    to.bind(4, std::int64_t{*query.node});
+  }
+  if (query.kind) {
+    to.bind(5, static_cast<std::int64_t>(*query.kind));
+  }
+  if (!query.text.empty()) {
+    to.bind(6, std::string_view(query.text));
+  }
+  if (query.since) {
+    to.bind(7, query.since->time_since_epoch().count());
+  }
+  if (query.until) {
+    to.bind(8, query.until->time_since_epoch().count());
+  }
+  to.bind(9, static_cast<std::int64_t>(query.most));
+}
+
+}  // namespace
+
+// Without a writer, SQLite needs to create files beside a journal, unless it is said not to change.
+int JournalReader::open(const std::string& file) {
+  int error = database_.open(file, Database::Use::read);
+  error = error == SQLITE_OK ? check_version(database_) : error;
+  const int primary = error & 0xFF;
+  std::error_code ignored;
+  if ((primary == SQLITE_CANTOPEN || primary == SQLITE_READONLY) &&
+      std::filesystem::is_regular_file(file, ignored) &&
+      !std::filesystem::exists(file + "-wal", ignored)) {
+    error = database_.open(file, Database::Use::read_alone);
+    error = error == SQLITE_OK ? check_version(database_) : error;
+  }
+  if (error != SQLITE_OK) {
+    database_.close();
+  }
+  return error;
+}
+
+int JournalReader::read(const JournalQuery& query, JournalPage& page) {
+  LINEGATE_ASSERT(query.most >= 1, "a page has room for an entry");
+  page.entries.clear();
+  page.position = query.after;
+  if (!database_.is_open()) {
+    return SQLITE_CANTOPEN;
+  }
+  // The parameter ?9 has the highest number, so that every position of bind() exists
+  const std::string select =
+      fmt::format("SELECT {} FROM events WHERE {} ORDER BY id {} LIMIT ?9", kColumns,
+                  conditions(query), query.newest ? "DESC" : "ASC");
+  Statement rows(database_.get(), select);
+  bind(rows, query);
+  int result = SQLITE_OK;
+  while ((result = rows.step()) == SQLITE_ROW) {
+    page.entries.push_back(entry_of(rows));
+    page.position = std::max(page.position, rows.number(0));
+  }
+  if (query.newest) {
+    std::ranges::reverse(page.entries);
+  }
+  return result == SQLITE_DONE ? SQLITE_OK : result;
+}
+
+}  // namespace linegate::gateway

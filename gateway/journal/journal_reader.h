@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reads the journal, also while another process writes it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gateway/journal/database.h"
+#include "gateway/journal/entry.h"
+
+namespace linegate::gateway {
+
+// Entries that fulfil all conditions.
+struct JournalQuery {
+  std::optional<std::string> line;  // "": the gateway itself
+  std::optional<std::uint8_t> node;
+  std::optional<EventKind> kind;
+  EventSeverity least = EventSeverity::info;  // this severity and worse ones
+  std::string text;                           // part of the text; ASCII letters of either case
+  std::optional<Instant> since;               // UTC; inclusive
+  std::optional<Instant> until;               // UTC; exclusive
+  std::int64_t after = 0;                     // position: only entries that were stored later
+  bool newest = false;                        // the newest `most` entries instead of the oldest
+  std::size_t most = 1000;                    // entries, >= 1
+};
+
+// In the order in which the entries were stored.
+struct JournalPage {
+  std::vector<JournalEntry> entries;
+  std::int64_t position = 0;  // `after` of the next page
+};
+
+class JournalReader {
+ public:
+  // 0 or the result code of SQLite: SQLITE_NOTADB or SQLITE_MISMATCH if the file is no journal of
+  // this version. A file on a read-only medium can be read if no process writes it.
+  int open(const std::string& file);
+  int read(const JournalQuery& query, JournalPage& page);
+
+ private:
+  Database database_;
+};
+
+}  // namespace linegate::gateway

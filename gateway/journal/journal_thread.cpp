@@ -1,0 +1,279 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/journal/journal_thread.h"
+
+#include <algorithm>
+#include <limits>
+#include <random>
+#include <utility>
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <pthread.h>
+#include <sqlite3.h>
+
+#include "gateway/runtime/clock.h"
+
+namespace linegate::gateway {
+namespace {
+
+constexpr Duration kTrimPeriod = std::chrono::minutes(1);
+constexpr auto kLongestStart = std::chrono::seconds(1);
+
+std::uint64_t random_stream() {
+  std::random_device device;
+  std::uint64_t value = 0;
+  while (value == 0) {
+    value = std::uint64_t{device()} << 32U | device();
+  }
+  return value;
+}
+
+void raise(exchange::Counter& counter, std::uint64_t to) {
+  if (to > counter.value()) {
+    counter.add(to - counter.value());
+  }
+}
+
+}  // namespace
+
+JournalThread::JournalThread(Options options)
+    : options_(std::move(options)),
+      entries_(options_.queued),
+      stream_(options_.incarnation),
+      journal_(options_.plan),
+      batch_(Journal::kMostEntries) {
+  const Instant now = monotonic_now();
+  trim_due_ = now + kTrimPeriod;
+  if (open(now) && journal_.stream() != 0) {
+    stream_ = journal_.stream();
+    earlier_ = journal_.limits();
+  }
+  stream_stored_ = stream_;
+}
+
+NumberedLine& JournalThread::add_line(const std::string& name) {
+  NumberedLine& line = *lines_.emplace_back(std::make_unique<NumberedLine>());
+  line.name = name;
+  const auto there = earlier_.find(name);
+  line.before = there == earlier_.end() ? 0 : there->second;
+  line.used.add(line.before);
+  line.limit.add(line.before);
+  NumberedLine* pointer = &line;
+  (void)new_lines_.push(pointer);  // beyond its places, numbers of the line end the stream
+  return line;
+}
+
+void JournalThread::start() {
+  if (!thread_.joinable()) {
+    stop_.lower();
+    work(false);
+    thread_ = std::thread([this] { run(); });
+    return;
+  }
+  wakeup_.signal();
+  const Instant until = monotonic_now() + kLongestStart;
+  const auto is_reserved = [](const auto& line) { return line->limit.value() > line->before; };
+  while (!std::ranges::all_of(lines_, is_reserved) && monotonic_now() < until) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+}
+
+void JournalThread::stop() {
+  if (thread_.joinable()) {
+    stop_.raise();
+    wakeup_.signal();
+    thread_.join();
+  }
+}
+
+std::optional<event::JournalState> JournalThread::pop_news() {
+  event::JournalState news;
+  return news_.pop(news) ? std::optional(news) : std::nullopt;
+}
+
+std::string JournalThread::describe(const event::JournalState& news) const {
+  const std::string lost =
+      news.lost == 0 ? "" : fmt::format("; {} events are missing in it", news.lost);
+  std::string what;
+  switch (news.condition) {
+    case event::JournalCondition::working:
+      what = "stores events";
+      break;
+    case event::JournalCondition::failing:
+      what = fmt::format("cannot store events: {} (SQLite result code {})",
+                         error_text(static_cast<int>(news.error)), news.error);
+      break;
+    case event::JournalCondition::renewed:
+      what = news.error == 0 ? "begins a new stream of event numbers"
+                             : fmt::format(
+                                   "is new, the previous file was unusable ({}) and has the "
+                                   "suffix .unusable now",
+                                   error_text(static_cast<int>(news.error)));
+      break;
+  }
+  // The end of a long path names the file
+  constexpr std::size_t kLongestPath = 80;
+  const std::string& path = options_.plan.file;
+  const std::size_t from = path.size() - std::min(path.size(), kLongestPath);
+  return fmt::format("journal {}{} {}{}", from == 0 ? "" : "...", path.substr(from), what, lost);
+}
+
+// A quarter of the reserved numbers is enough for the time that a commit takes.
+void JournalThread::use_number(NumberedLine& line, std::uint64_t number) {
+  raise(line.used, number);
+  const std::uint64_t limit = line.limit.value();
+  if (number > limit && !line.beyond) {
+    stream_ = random_stream();
+  }
+  line.beyond = number > limit;
+  if (number + options_.reserved / 4 > limit) {
+    wakeup_.signal();
+  }
+}
+
+void JournalThread::record(JournalEntry& entry) {
+  entry.stream = stream_;
+  entry.incarnation = options_.incarnation;
+  if (!entries_.push(entry)) {
+    dropped_.add();
+  }
+  if (++since_signal_ >= entries_.capacity() / 4) {
+    since_signal_ = 0;
+    wakeup_.signal();
+  }
+}
+
+void JournalThread::run() {
+  pthread_setname_np(pthread_self(), "journal");
+  const auto period =
+      std::chrono::duration_cast<std::chrono::milliseconds>(options_.period).count();
+  for (;;) {
+    wakeup_.clear();
+    const bool last = stop_.raised();
+    work(last);
+    if (last) {
+      journal_.close();
+      return;
+    }
+    pollfd waiting{wakeup_.descriptor(), POLLIN, 0};
+    poll(&waiting, 1, static_cast<int>(period));
+  }
+}
+
+void JournalThread::work(bool last) {
+  const Instant now = monotonic_now();
+  clock_.refresh();
+  take_lines();
+  if (!journal_.is_open() && ((now < again_ && !last) || !open(now))) {
+    return;
+  }
+  for (;;) {
+    take_entries();
+    const auto due = limits(stream_stored_ != journal_.stream());
+    if (batch_size_ == 0 && due.empty() && now < trim_due_) {
+      break;
+    }
+    trim_due_ = now + kTrimPeriod;
+    if (!store(due)) {
+      return;
+    }
+  }
+  if (const std::uint64_t dropped = dropped_.value(); failing_ || dropped != dropped_seen_) {
+    failing_ = false;
+    report(event::JournalCondition::working, 0);
+  }
+  if (last) {
+    (void)store(final_limits());
+  }
+}
+
+void JournalThread::take_lines() {
+  for (NumberedLine* line = nullptr; new_lines_.pop(line);) {
+    known_.push_back(line);
+  }
+}
+
+bool JournalThread::open(Instant now) {
+  if (const int error = journal_.open(); error != SQLITE_OK) {
+    failed(error, now);
+    return false;
+  }
+  if (journal_.stream() == 0) {
+    report(event::JournalCondition::renewed, journal_.set_aside());
+  }
+  return true;
+}
+
+void JournalThread::take_entries() {
+  while (batch_size_ < batch_.size() && entries_.pop(batch_[batch_size_])) {
+    stream_stored_ = batch_[batch_size_].stream;
+    ++batch_size_;
+  }
+}
+
+std::vector<NumberLimit> JournalThread::limits(bool all) const {
+  std::vector<NumberLimit> out;
+  for (const NumberedLine* line : known_) {
+    const std::uint64_t used = line->used.value();
+    if (all || used + options_.reserved / 2 > line->limit.value()) {
+      out.push_back({line->name, used + options_.reserved});
+    }
+  }
+  // A file that replaces a damaged one has the numbers of lines that this run has not, too
+  for (const auto& [name, number] : earlier_) {
+    if (all && !std::ranges::any_of(known_,
+                                    [&](const NumberedLine* line) { return line->name == name; })) {
+      out.push_back({name, number});
+    }
+  }
+  return out;
+}
+
+std::vector<NumberLimit> JournalThread::final_limits() const {
+  std::vector<NumberLimit> out;
+  for (const NumberedLine* line : known_) {
+    out.push_back({line->name, line->used.value()});
+  }
+  return out;
+}
+
+bool JournalThread::store(const std::vector<NumberLimit>& limits) {
+  const std::uint64_t before = journal_.stream();
+  const Instant utc = monotonic_now() + clock_.map().offset;
+  const int error =
+      journal_.store(std::span(batch_).first(batch_size_), stream_stored_, limits, utc);
+  if (error != SQLITE_OK) {
+    failed(error, monotonic_now());
+    return false;
+  }
+  batch_size_ = 0;
+  if (before != 0 && before != stream_stored_) {
+    report(event::JournalCondition::renewed, 0);
+  }
+  for (const NumberLimit& stored : limits) {
+    const auto line = std::ranges::find(known_, stored.line, &NumberedLine::name);
+    if (line != known_.end()) {
+      raise((*line)->limit, stored.limit);
+    }
+  }
+  return true;
+}
+
+void JournalThread::failed(int error, Instant now) {
+  again_ = now + options_.retry_period;
+  if (!std::exchange(failing_, true)) {
+    report(event::JournalCondition::failing, error);
+  }
+}
+
+void JournalThread::report(event::JournalCondition condition, int error) {
+  const std::uint64_t dropped = dropped_.value();
+  event::JournalState news{condition, static_cast<std::uint32_t>(error), 0};
+  news.lost = static_cast<std::uint32_t>(
+      std::min<std::uint64_t>(dropped - dropped_seen_, std::numeric_limits<std::uint32_t>::max()));
+  if (news_.push(news)) {
+    dropped_seen_ = dropped;
+  }
+}
+
+}  // namespace linegate::gateway

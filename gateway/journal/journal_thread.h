@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+// The thread that writes the journal, so that neither a line nor the publisher waits for the disk,
+// and the event numbers that continue after a restart.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include "gateway/exchange/cell.h"
+#include "gateway/exchange/ring.h"
+#include "gateway/exchange/wakeup.h"
+#include "gateway/journal/journal.h"
+#include "gateway/runtime/clock.h"
+#include "stack/base/events.h"
+
+namespace linegate::gateway {
+
+// The event numbers of a line, between the publisher and the journal.
+struct NumberedLine {
+  std::string name;          // empty: the gateway itself
+  std::uint64_t before = 0;  // the highest number that an earlier run may have used
+  exchange::Counter used;    // by the publisher: the highest number in use
+  exchange::Counter limit;   // by the journal: a later run begins above this number
+  bool beyond = false;       // by the publisher: the last number was above the limit
+};
+
+class JournalThread {
+ public:
+  struct Options {
+    config::Journal plan;
+    std::uint64_t incarnation = 1;                     // of the entries; the first stream
+    Duration period = std::chrono::milliseconds(500);  // between two commits, at most
+    Duration retry_period = std::chrono::seconds(1);   // while the journal fails
+    std::size_t queued = 8192;                         // entries that wait for the disk, at most
+    std::uint64_t reserved = 16'384;                   // numbers of a line that are set aside
+  };
+
+  // Opens the journal, which blocks on the disk. A journal that cannot be opened is tried again.
+  explicit JournalThread(Options options);
+  ~JournalThread() { stop(); }
+  JournalThread(const JournalThread&) = delete;
+  JournalThread& operator=(const JournalThread&) = delete;
+
+  // --- main ---
+
+  // Call it while the publisher is stopped, at most once for each name; then start(). The line
+  // exists as long as this object.
+  NumberedLine& add_line(const std::string& name);
+  // Starts the thread unless it runs. Waits until numbers are reserved for all lines, but not
+  // longer than a second: a failing disk stops nothing.
+  void start();
+  // Stores what is queued, and the numbers in use, if the disk permits. Call it when the publisher
+  // has stopped.
+  void stop();
+  // Conditions that the journal entered, oldest first. For one thread only.
+  std::optional<event::JournalState> pop_news();
+  // In words, at most 256 bytes.
+  std::string describe(const event::JournalState& news) const;
+
+  // --- publisher ---
+
+  // The stream of the next event number. Changes if record() was called with a number above the
+  // limit: the disk failed for so long that a later run might use the number again.
+  std::uint64_t stream() const { return stream_; }
+  // Prepares for an event of the line with that number: call it before stream().
+  void use_number(NumberedLine& line, std::uint64_t number);
+  // Queues the entry with stream() and the incarnation. If the queue is full it is dropped and
+  // counted. The entry becomes that of an earlier call, for the memory of its members.
+  void record(JournalEntry& entry);
+
+ private:
+  void run();
+  void work(bool last);
+  void take_lines();
+  bool open(Instant now);
+  void take_entries();
+  std::vector<NumberLimit> limits(bool all) const;
+  std::vector<NumberLimit> final_limits() const;
+  bool store(const std::vector<NumberLimit>& limits);
+  void failed(int error, Instant now);
+  void report(event::JournalCondition condition, int error);
+
+  const Options options_;
+  exchange::Wakeup wakeup_;
+  exchange::Flag stop_;
+  std::vector<std::unique_ptr<NumberedLine>> lines_;  // main
+  exchange::Ring<NumberedLine*> new_lines_{2048};     // main to journal
+  exchange::Ring<event::JournalState> news_{64};      // journal to main
+  exchange::Ring<JournalEntry> entries_;              // publisher to journal
+  exchange::Counter dropped_;                         // by the publisher
+  std::uint64_t stream_;                              // publisher
+  std::size_t since_signal_ = 0;                      // publisher: entries
+
+  // From here on used by the journal, and by main while the thread does not run.
+  Journal journal_;
+  std::map<std::string, std::uint64_t, std::less<>> earlier_;  // numbers of earlier runs; constant
+  std::vector<NumberedLine*> known_;
+  std::vector<JournalEntry> batch_;  // not stored yet; its first batch_size_ are used
+  std::size_t batch_size_ = 0;
+  std::uint64_t stream_stored_ = 0;  // of the newest entry
+  std::uint64_t dropped_seen_ = 0;
+  bool failing_ = false;
+  Instant again_{};
+  Instant trim_due_{};
+  WallClock clock_;
+  std::thread thread_;
+};
+
+}  // namespace linegate::gateway

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// The tables of the journal. README.md describes them for those who read the file with another
+// program.
+#pragma once
+
+namespace linegate::gateway {
+
+inline constexpr int kJournalApplication = 0x4C67'4A6C;  // "LgJl"
+inline constexpr int kJournalVersion = 1;
+
+inline constexpr const char* kJournalTables = R"sql(
+CREATE TABLE stream(only INTEGER PRIMARY KEY CHECK(only = 1), id INTEGER NOT NULL);
+CREATE TABLE lines(name TEXT PRIMARY KEY NOT NULL, number_limit INTEGER NOT NULL) WITHOUT ROWID;
+CREATE TABLE events(
+  id INTEGER PRIMARY KEY AUTOINCREMENT, stream INTEGER NOT NULL, incarnation INTEGER NOT NULL,
+  line TEXT NOT NULL, number INTEGER NOT NULL, time INTEGER NOT NULL, clock INTEGER NOT NULL,
+  kind INTEGER NOT NULL, severity INTEGER NOT NULL, node INTEGER NOT NULL, code INTEGER NOT NULL,
+  value INTEGER NOT NULL, data BLOB NOT NULL, text TEXT NOT NULL);
+CREATE UNIQUE INDEX events_once ON events(line, stream, number);
+CREATE INDEX events_time ON events(time);
+)sql";
+
+}  // namespace linegate::gateway

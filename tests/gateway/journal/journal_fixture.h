@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+// A folder for a journal, and a disk without room.
+#pragma once
+
+#include <csignal>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include "gateway/journal/journal.h"
+#include "gateway/journal/journal_reader.h"
+
+namespace linegate::gateway {
+
+constexpr std::uint64_t kStream = 0xFEED'0000'0000'0001;
+
+inline Instant at(std::int64_t seconds) {
+  return Instant(std::chrono::seconds(seconds));
+}
+
+inline JournalEntry entry(std::string line, std::uint64_t number) {
+  return {.stream = kStream,
+          .incarnation = 0xFEED'0000'0000'0002,
+          .line = std::move(line),
+          .number = number,
+          .time = at(static_cast<std::int64_t>(number)),
+          .clock = ClockQuality::synchronised,
+          .kind = EventKind::heartbeat_lost,
+          .severity = EventSeverity::error,
+          .node = 5,
+          .code = 0xFFFF'FFFF,
+          .value = 0x8000'0000,
+          .data = {std::byte{0}, std::byte{0xFF}},
+          .text = "node 5: heartbeat lost"};
+}
+
+inline std::vector<JournalEntry> entries(const std::string& line, std::uint64_t first,
+                                         std::uint64_t last) {
+  std::vector<JournalEntry> out;
+  for (std::uint64_t number = first; number <= last; ++number) {
+    out.push_back(entry(line, number));
+  }
+  return out;
+}
+
+// While it exists, no file of this process can grow beyond `bytes`.
+class FileSizeLimit {
+ public:
+  explicit FileSizeLimit(rlim_t bytes) {
+    std::signal(SIGXFSZ, SIG_IGN);
+    getrlimit(RLIMIT_FSIZE, &before_);
+    rlimit limit = before_;
+    limit.rlim_cur = bytes;
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~FileSizeLimit() { setrlimit(RLIMIT_FSIZE, &before_); }
+  FileSizeLimit(const FileSizeLimit&) = delete;
+  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
+
+ private:
+  rlimit before_{};
+};
+
+class JournalTest : public testing::Test {
+ protected:
+  JournalTest() {
+    std::string name =
+        (std::filesystem::temp_directory_path() / "linegate-journal-XXXXXX").string();
+    folder_ = mkdtemp(name.data());
+    plan_.file = folder_ + "/journal.db";
+  }
+  ~JournalTest() override { std::filesystem::remove_all(folder_); }
+
+  // All entries, or those of the query.
+  std::vector<JournalEntry> stored(JournalQuery query = {.most = 1'000'000}) const {
+    JournalReader reader;
+    JournalPage page;
+    EXPECT_EQ(reader.open(plan_.file), 0);
+    EXPECT_EQ(reader.read(query, page), 0);
+    return page.entries;
+  }
+  // The numbers of a line, in the order of the file.
+  std::vector<std::uint64_t> numbers(const std::string& line) const {
+    std::vector<std::uint64_t> out;
+    for (const JournalEntry& one : stored({.line = line, .most = 1'000'000})) {
+      out.push_back(one.number);
+    }
+    return out;
+  }
+
+  std::string folder_;
+  config::Journal plan_;
+};
+
+}  // namespace linegate::gateway

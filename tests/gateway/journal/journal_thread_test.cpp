@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: Apache-2.0
+// The thread beside disks that work, fail and work again: publishers never wait, losses are
+// counted, and numbers continue.
+#include "gateway/journal/journal_thread.h"
+
+#include <fstream>
+#include <thread>
+
+#include <sqlite3.h>
+
+#include "tests/gateway/journal/journal_fixture.h"
+
+namespace linegate::gateway {
+namespace {
+
+using event::JournalCondition;
+using event::JournalState;
+
+constexpr std::uint64_t kIncarnation = 42;
+
+class JournalThreadTest : public JournalTest {
+ protected:
+  JournalThread::Options options() const {
+    return {.plan = plan_,
+            .incarnation = kIncarnation,
+            .period = std::chrono::milliseconds(1),
+            .retry_period = std::chrono::milliseconds(1),
+            .queued = 64,
+            .reserved = 1000};
+  }
+  static void use(JournalThread& thread, NumberedLine& line, std::uint64_t number) {
+    thread.use_number(line, number);
+    JournalEntry one = entry(line.name, number);
+    thread.record(one);
+  }
+  static JournalState next_news(JournalThread& thread) {
+    for (;;) {
+      if (const auto news = thread.pop_news()) {
+        return *news;
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  }
+};
+
+TEST_F(JournalThreadTest, NumbersContinueWithoutAGapAfterAStop) {
+  for (std::uint64_t run = 0; run < 3; ++run) {
+    JournalThread::Options again = options();
+    again.incarnation += run;
+    JournalThread thread(again);
+    NumberedLine& press = thread.add_line("press");
+    NumberedLine& gateway = thread.add_line("");
+    thread.start();
+    EXPECT_EQ(thread.stream(), kIncarnation);
+    EXPECT_EQ(press.before, 10 * run);
+    EXPECT_EQ(gateway.before, run);
+    for (std::uint64_t number = press.before + 1; number <= press.before + 10; ++number) {
+      use(thread, press, number);
+    }
+    use(thread, gateway, gateway.before + 1);
+    thread.stop();
+    EXPECT_EQ(numbers("press").size(), 10 * (run + 1));
+    const auto news = thread.pop_news();
+    EXPECT_EQ(news.has_value(), run == 0);
+    if (news) {
+      EXPECT_EQ(*news, (JournalState{JournalCondition::renewed, 0, 0}));
+    }
+  }
+}
+
+TEST_F(JournalThreadTest, ALostJournalBeginsAStreamAndSaysSo) {
+  for (std::uint64_t run = 1; run <= 2; ++run) {
+    JournalThread::Options again = options();
+    again.incarnation = run;
+    JournalThread thread(again);
+    NumberedLine& press = thread.add_line("press");
+    thread.start();
+    EXPECT_EQ(press.before, 0U);
+    EXPECT_EQ(thread.stream(), run);
+    EXPECT_EQ(next_news(thread).condition, JournalCondition::renewed);
+    use(thread, press, 1);
+    thread.stop();
+    std::filesystem::remove(plan_.file);
+  }
+}
+
+TEST_F(JournalThreadTest, ALineThatComesLaterHasNumbersReservedBeforeItsFirstEvent) {
+  JournalThread thread(options());
+  thread.start();
+  NumberedLine& late = thread.add_line("late");
+  thread.start();
+  EXPECT_GE(late.limit.value(), 1000U);
+  use(thread, late, 1);
+  EXPECT_EQ(thread.stream(), kIncarnation);
+}
+
+TEST_F(JournalThreadTest, ADiskThatFailsIsReportedAndStopsNothing) {
+  JournalThread thread(options());
+  NumberedLine& press = thread.add_line("press");
+  thread.start();
+  EXPECT_EQ(next_news(thread).condition, JournalCondition::renewed);
+  std::uint64_t number = 0;
+  {
+    const FileSizeLimit full(8192);
+    use(thread, press, ++number);
+    const JournalState failing = next_news(thread);
+    EXPECT_EQ(failing.condition, JournalCondition::failing);
+    EXPECT_NE(failing.error, 0U);
+    // The queue has 64 places, and the thread took at most Journal::kMostEntries before it failed
+    while (number < 1000) {
+      use(thread, press, ++number);
+    }
+  }
+  const JournalState working = next_news(thread);
+  EXPECT_EQ(working.condition, JournalCondition::working);
+  EXPECT_EQ(working.error, 0U);
+  EXPECT_GT(working.lost, 0U);
+  use(thread, press, ++number);
+  thread.stop();
+  std::uint64_t lost = working.lost;
+  while (const auto more = thread.pop_news()) {
+    lost += more->lost;
+  }
+  const std::vector<std::uint64_t> kept = numbers("press");
+  EXPECT_EQ(kept.front(), 1U);
+  EXPECT_EQ(kept.back(), number);
+  EXPECT_EQ(kept.size() + lost, number) << "each event is stored, or counted as lost";
+}
+
+TEST_F(JournalThreadTest, NumbersBeyondTheReservedOnesBelongToAnotherStream) {
+  std::uint64_t other = 0;
+  {
+    JournalThread thread(options());
+    NumberedLine& press = thread.add_line("press");
+    thread.start();
+    EXPECT_EQ(next_news(thread).condition, JournalCondition::renewed);
+    {
+      const FileSizeLimit full(8192);
+      use(thread, press, 1);
+      EXPECT_EQ(next_news(thread).condition, JournalCondition::failing);
+      const std::uint64_t limit = press.limit.value();
+      use(thread, press, limit);
+      EXPECT_EQ(thread.stream(), kIncarnation);
+      use(thread, press, limit + 1);
+      other = thread.stream();
+      EXPECT_NE(other, kIncarnation);
+      use(thread, press, limit + 2);
+      EXPECT_EQ(thread.stream(), other) << "one stream for as long as the disk fails";
+    }
+    EXPECT_EQ(next_news(thread).condition, JournalCondition::renewed);
+    EXPECT_EQ(next_news(thread).condition, JournalCondition::working);
+  }
+  JournalThread next(options());
+  EXPECT_EQ(next.stream(), other);
+  EXPECT_EQ(next.add_line("press").before, 1002U);
+}
+
+TEST_F(JournalThreadTest, AJournalThatCannotBeOpenedIsUsedWhenItCan) {
+  plan_.file = folder_ + "/later/journal.db";
+  JournalThread thread(options());
+  NumberedLine& press = thread.add_line("press");
+  thread.start();
+  const JournalState failing = next_news(thread);
+  EXPECT_EQ(failing, (JournalState{JournalCondition::failing, SQLITE_CANTOPEN, 0}));
+  use(thread, press, 1);
+  std::filesystem::create_directory(folder_ + "/later");
+  EXPECT_EQ(next_news(thread).condition, JournalCondition::renewed);
+  EXPECT_EQ(next_news(thread).condition, JournalCondition::working);
+  thread.stop();
+  EXPECT_EQ(numbers("press"), (std::vector<std::uint64_t>{1}));
+}
+
+// The line "oven" is in the first and the third configuration only.
+TEST_F(JournalThreadTest, AFileThatIsReplacedAtRunTimeContinuesAllNumbers) {
+  {
+    JournalThread thread(options());
+    NumberedLine& oven = thread.add_line("oven");
+    thread.start();
+    use(thread, oven, 1);
+    use(thread, oven, 2);
+  }
+  {
+    JournalThread::Options slowly = options();
+    slowly.retry_period = std::chrono::milliseconds(300);  // the file is closed meanwhile
+    JournalThread thread(slowly);
+    NumberedLine& press = thread.add_line("press");
+    thread.start();
+    {
+      const FileSizeLimit full(8192);
+      use(thread, press, 1);
+      EXPECT_EQ(next_news(thread).condition, JournalCondition::failing);
+      std::filesystem::remove(plan_.file + "-wal");
+      std::ofstream(plan_.file, std::ios::trunc) << "no database";
+    }
+    const JournalState renewed = next_news(thread);
+    EXPECT_EQ(renewed.condition, JournalCondition::renewed);
+    EXPECT_NE(renewed.error, 0U);
+    EXPECT_EQ(next_news(thread).condition, JournalCondition::working);
+    use(thread, press, 2);
+    EXPECT_EQ(thread.stream(), kIncarnation);
+  }
+  EXPECT_EQ(numbers("press"), (std::vector<std::uint64_t>{1, 2}));
+  JournalThread thread(options());
+  EXPECT_EQ(thread.stream(), kIncarnation);
+  EXPECT_EQ(thread.add_line("oven").before, 2U);
+  EXPECT_EQ(thread.add_line("press").before, 2U);
+}
+
+TEST_F(JournalThreadTest, AJournalThatAnotherGatewayWritesIsLeftAlone) {
+  JournalThread one(options());
+  NumberedLine& press = one.add_line("press");
+  one.start();
+  JournalThread::Options same = options();
+  same.incarnation = 43;
+  JournalThread other(same);
+  NumberedLine& theirs = other.add_line("press");
+  other.start();
+  EXPECT_EQ(next_news(other).error, static_cast<std::uint32_t>(SQLITE_BUSY));
+  use(one, press, 1);
+  use(other, theirs, 1);
+  one.stop();
+  EXPECT_EQ(numbers("press"), (std::vector<std::uint64_t>{1}));
+}
+
+}  // namespace
+}  // namespace linegate::gateway
