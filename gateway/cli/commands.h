@@ -42,7 +42,8 @@ class CommandLine;
   COMMAND(simulate)                \
   COMMAND(record)                  \
   COMMAND(replay)                  \
-  COMMAND(decode)
+  COMMAND(decode)                  \
+  COMMAND(history)
 
 #define LINEGATE_DECLARE_COMMAND(name) void add_##name(CommandLine& line);
 LINEGATE_COMMANDS(LINEGATE_DECLARE_COMMAND)

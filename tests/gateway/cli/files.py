@@ -73,7 +73,8 @@ def wrong_usage_is_an_object(folder, linegate):
                   "virtual:x"), ("eds", missing, "press"), ("sdo", "read", "x", "1000", "0"), ("sdo", "read"),
                   ("nmt", "start", "press"), ("sdo", "write", "press:5", "1017:00", "u16", "x"),
                   ("sdo", "write", "press:5", "1021", "d", "00FF"), ("sdo", "write", "press:5", "2005", "b", "1"),
-                  ("record", "none:x"), ("emcy", "press", "zz")):
+                  ("record", "none:x"), ("emcy", "press", "zz"), ("history",), ("history", "--journal", missing,
+                  "--severity", "bad")):
         done = run(linegate, "--json", "--wait", "0.1", *words)
         expect(f"the exit status of {words}", done.returncode, 2)
         told = json.loads(done.stdout)
@@ -94,12 +95,14 @@ def what_no_gateway_answers_is_an_object(linegate):
         expect(f"the text of {words}", told["text"] and told["text"] in done.stderr, True)
 
 
-def what_cannot_be_written_is_an_object(folder, linegate):
+def what_cannot_be_written_or_read_is_an_object(folder, linegate):
     file = f"{folder}/no-such-folder/x.log"
     done = run(linegate, "--json", "record", "virtual:x", "-o", file)
     expect("the exit status of record", done.returncode, 1)
     expect("the JSON of record", json.loads(done.stdout),
            {"ok": False, "domain": "console", "text": f"error: {file}: cannot be written: No such file or directory"})
+    done = run(linegate, "--json", "history", "--journal", file)
+    expect("the exit status of history", (done.returncode, json.loads(done.stdout)["domain"]), (1, "console"))
     done = run(linegate, "record", "virtual:x", "-o", file)
     expect("the text of record", (done.returncode, done.stdout), (1, ""))
     unreadable = f"{folder}/none.dcf"
@@ -181,7 +184,7 @@ def test(folder, _linegated, linegate, _profiles):
     wrong_words_are_named(linegate)
     wrong_usage_is_an_object(folder, linegate)
     what_no_gateway_answers_is_an_object(linegate)
-    what_cannot_be_written_is_an_object(folder, linegate)
+    what_cannot_be_written_or_read_is_an_object(folder, linegate)
     names_are_for_completion(folder, linegate)
     names_from_the_network_are_not_expanded(folder, linegate)
 

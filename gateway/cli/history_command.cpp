@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <iostream>
+#include <memory>
+
+#include "gateway/cli/command_line.h"
+#include "gateway/cli/commands.h"
+#include "gateway/cli/problems_as_json.h"
+#include "gateway/runtime/clock.h"
+#include "gateway/tools/history.h"
+
+namespace linegate::gateway {
+
+void add_history(CommandLine& line) {
+  const auto options = std::make_shared<HistoryOptions>();
+  CLI::App* command = line.app().add_subcommand("history", "events of a journal on this host");
+  command->add_option("line", options->line);
+  command->add_option("--journal", options->file, "the file that plant.yaml names")->required();
+  command->add_option("--since", options->since, "10min, 2h, 3d ago, or \"2026-11-21 12:34\"");
+  command->add_option("--until", options->until, "the same: events before that time");
+  command->add_option("--severity", options->severity, "info, warning or error: these and worse");
+  command->add_option("--node", options->node, "LINE:5, or 5 of each line");
+  command->add_option("--kind", options->kind, "such as heartbeat-lost");
+  command->add_option("--text", options->text, "part of the text");
+  command->add_option("-n,--count", options->count, "the newest so many");
+  line.on(command, [&line, options] {
+    options->json = line.common().json;
+    options->utc = line.common().utc;
+    return with_problems_as_json(options->json, [&] {
+      const Instant now = monotonic_now() + WallClock().map().offset;
+      return history(*options, now, std::cout, std::cerr);
+    });
+  });
+}
+
+}  // namespace linegate::gateway

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+// The output of `linegate history` for a journal, and its messages.
+#include "gateway/tools/history.h"
+
+#include <filesystem>
+#include <sstream>
+
+#include <gtest/gtest.h>
+
+#include "gateway/journal/journal.h"
+#include "gateway/runtime/exit_code.h"
+
+namespace linegate::gateway {
+namespace {
+
+constexpr Instant kNow{std::chrono::seconds(1'795'000'000)};
+
+class HistoryTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string name =
+        (std::filesystem::temp_directory_path() / "linegate-history-XXXXXX").string();
+    ASSERT_NE(mkdtemp(name.data()), nullptr);
+    folder_ = name;
+    options_.file = folder_ + "/journal.db";
+    options_.utc = true;
+    Journal journal({.file = options_.file});
+    ASSERT_EQ(journal.open(), 0);
+    for (std::uint64_t first = 1; first <= 2500; first += 250) {
+      std::vector<JournalEntry> some;
+      for (std::uint64_t number = first; number < first + 250; ++number) {
+        some.push_back({.stream = 0xAB,
+                        .incarnation = 0xCD,
+                        .line = number % 2 == 0 ? "press" : "oven",
+                        .number = number,
+                        .time = kNow - std::chrono::seconds(2500 - number),
+                        .clock = ClockQuality::synchronised,
+                        .kind = EventKind::heartbeat_lost,
+                        .severity = number == 2499 ? EventSeverity::error : EventSeverity::info,
+                        .node = static_cast<std::uint8_t>(number % 5),
+                        .code = 1,
+                        .value = 2,
+                        .data = {std::byte{0xAB}},
+                        .text = "lost\x1B[31m"});
+      }
+      some.back().line = first == 2251 ? "" : some.back().line;
+      ASSERT_EQ(journal.store(some, 0xAB, {}, kNow), 0);
+    }
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  // The output; the exit code must be that one.
+  std::string run(int code = kExitOk) {
+    std::ostringstream out;
+    err_.str({});
+    EXPECT_EQ(history(options_, kNow, out, err_), code) << err_.str();
+    return out.str();
+  }
+  std::size_t lines() {
+    const std::string out = run();
+    return static_cast<std::size_t>(std::count(out.begin(), out.end(), '\n'));
+  }
+
+  std::string folder_;
+  HistoryOptions options_;
+  std::ostringstream err_;
+};
+
+TEST_F(HistoryTest, PrintsAllEventsInPages) {
+  EXPECT_EQ(lines(), 2500U);
+}
+
+TEST_F(HistoryTest, PrintsTheNewestWithoutControlCharacters) {
+  options_.count = 2;
+  const std::string out = run();
+  EXPECT_EQ(out.find('\x1B'), std::string::npos);
+  EXPECT_NE(out.find("Z oven #2499 heartbeat-lost: lost"), std::string::npos) << out;
+  EXPECT_NE(out.find("Z gateway #2500 heartbeat-lost: lost"), std::string::npos) << out;
+  EXPECT_LT(out.find("#2499"), out.find("#2500"));
+}
+
+TEST_F(HistoryTest, EachOptionSelects) {
+  options_.line = "press";
+  EXPECT_EQ(lines(), 1249U);
+  options_.node = "oven:3";
+  EXPECT_EQ(lines(), 250U) << "the line of --node counts";
+  options_ = {.file = options_.file, .kind = "boot-up"};
+  EXPECT_EQ(lines(), 0U);
+  options_ = {.file = options_.file, .severity = "error"};
+  EXPECT_EQ(lines(), 1U);
+  options_ = {.file = options_.file, .text = "LOST"};
+  EXPECT_EQ(lines(), 2500U);
+  options_ = {.file = options_.file, .since = "10s"};
+  EXPECT_EQ(lines(), 11U);
+  options_ = {.file = options_.file, .since = "10s", .until = "5s"};
+  EXPECT_EQ(lines(), 5U);
+}
+
+TEST_F(HistoryTest, PrintsAnObjectForEachEvent) {
+  options_.json = true;
+  options_.severity = "error";
+  const std::string out = run();
+  EXPECT_NE(out.find(R"("clock":"synchronised","stream":"00000000000000ab",)"
+                     R"("incarnation":"00000000000000cd","line":"oven","number":2499,)"
+                     R"("kind":"heartbeat-lost","severity":"error","node":4,"code":1,"value":2,)"
+                     R"("data":"AB","text":"lost\u001b[31m")"),
+            std::string::npos)
+      << out;
+}
+
+TEST_F(HistoryTest, ReportsWrongOptionsAndFiles) {
+  options_.severity = "bad";
+  run(kExitUsage);
+  EXPECT_EQ(err_.str(), "severities are info, warning and error\n");
+  for (const char* node : {"x", "128", "press:", ":5", "press:5x", "-1"}) {
+    options_ = {.file = options_.file, .node = node};
+    run(kExitUsage);
+    EXPECT_NE(err_.str().find("is no node: LINE:5"), std::string::npos) << node;
+  }
+  options_ = {.file = options_.file, .kind = "nonsense"};
+  run(kExitUsage);
+  options_ = {.file = options_.file, .until = "soon"};
+  run(kExitUsage);
+  EXPECT_NE(err_.str().find("'soon' is no time"), std::string::npos);
+  options_ = {.file = folder_ + "/missing.db"};
+  run(kExitFailed);
+  EXPECT_NE(err_.str().find("missing.db: the journal cannot be read: "), std::string::npos);
+}
+
+}  // namespace
+}  // namespace linegate::gateway
