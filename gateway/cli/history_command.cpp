@@ -1,17 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <chrono>
+#include <functional>
 #include <iostream>
 #include <memory>
+#include <thread>
 
 #include "gateway/cli/command_line.h"
 #include "gateway/cli/commands.h"
 #include "gateway/cli/problems_as_json.h"
 #include "gateway/runtime/clock.h"
+#include "gateway/runtime/signals.h"
 #include "gateway/tools/history.h"
 
 namespace linegate::gateway {
+namespace {
+
+constexpr auto kFollowPeriod = std::chrono::milliseconds(250);
+
+}  // namespace
 
 void add_history(CommandLine& line) {
   const auto options = std::make_shared<HistoryOptions>();
+  const auto follow = std::make_shared<bool>(false);
   CLI::App* command = line.app().add_subcommand("history", "events of a journal on this host");
   command->add_option("line", options->line);
   command->add_option("--journal", options->file, "the file that plant.yaml names")->required();
@@ -22,12 +32,21 @@ void add_history(CommandLine& line) {
   command->add_option("--kind", options->kind, "such as heartbeat-lost");
   command->add_option("--text", options->text, "part of the text");
   command->add_option("-n,--count", options->count, "the newest so many");
-  line.on(command, [&line, options] {
+  command->add_flag("-f,--follow", *follow, "then later events, until a signal");
+  line.on(command, [&line, options, follow] {
+    if (*follow) {
+      catch_stop_signals();
+    }
     options->json = line.common().json;
     options->utc = line.common().utc;
     return with_problems_as_json(options->json, [&] {
       const Instant now = monotonic_now() + WallClock().map().offset;
-      return history(*options, now, std::cout, std::cerr);
+      const auto wait = [] {
+        std::this_thread::sleep_for(kFollowPeriod);
+        return std::cout.good() && !stop_signal_caught();
+      };
+      return history(*options, now, std::cout, std::cerr,
+                     *follow ? std::function<bool()>(wait) : std::function<bool()>());
     });
   });
 }

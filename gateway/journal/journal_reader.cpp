@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 #include <sqlite3.h>
+#include <sys/stat.h>
 
 #include "gateway/journal/schema.h"
 #include "stack/base/assert.h"
@@ -100,6 +101,8 @@ void bind(Statement& to, const JournalQuery& query) {
 
 // Without a writer, SQLite needs to create files beside a journal, unless it is said not to change.
 int JournalReader::open(const std::string& file) {
+  file_ = file;
+  identity_ = identity_of(file);
   int error = database_.open(file, Database::Use::read);
   error = error == SQLITE_OK ? check_version(database_) : error;
   const int primary = error & 0xFF;
@@ -114,6 +117,16 @@ int JournalReader::open(const std::string& file) {
     database_.close();
   }
   return error;
+}
+
+JournalReader::Identity JournalReader::identity_of(const std::string& file) {
+  struct stat found {};
+  return stat(file.c_str(), &found) == 0 ? Identity{found.st_dev, found.st_ino} : Identity{};
+}
+
+bool JournalReader::is_replaced() const {
+  const Identity now = identity_of(file_);
+  return now.inode != 0 && now != identity_;
 }
 
 int JournalReader::read(const JournalQuery& query, JournalPage& page) {

@@ -39,8 +39,21 @@ class JournalReader {
   // this version. A file on a read-only medium can be read if no process writes it.
   int open(const std::string& file);
   int read(const JournalQuery& query, JournalPage& page);
+  // Whether the name belongs to another file since open(): the gateway moved a damaged one away.
+  // What is read is still the previous one.
+  bool is_replaced() const;
 
  private:
+  struct Identity {
+    std::uint64_t device = 0;
+    std::uint64_t inode = 0;  // 0: there is no file
+
+    friend bool operator==(const Identity&, const Identity&) = default;
+  };
+  static Identity identity_of(const std::string& file);
+
+  std::string file_;
+  Identity identity_;
   Database database_;
 };
 

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <optional>
 #include <ostream>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -116,7 +117,8 @@ std::string text_of(const JournalEntry& entry, bool utc) {
 
 }  // namespace
 
-int history(const HistoryOptions& options, Instant now, std::ostream& out, std::ostream& err) {
+int history(const HistoryOptions& options, Instant now, std::ostream& out, std::ostream& err,
+            const std::function<bool()>& continues) {
   JournalQuery query;
   if (const std::string wrong = read_options(options, now, query); !wrong.empty()) {
     err << wrong << '\n';
@@ -127,14 +129,25 @@ int history(const HistoryOptions& options, Instant now, std::ostream& out, std::
   JournalReader reader;
   JournalPage page;
   int error = reader.open(options.file);
-  do {
-    query.after = page.position;
-    error = error == 0 ? reader.read(query, page) : error;
+  for (bool more = true; error == 0 && more;) {
+    // Before the last entries of the previous file are read
+    const bool replaced = continues && reader.is_replaced();
+    error = reader.read(query, page);
     for (const JournalEntry& entry : page.entries) {
       out << (options.json ? json_of(entry) : text_of(entry, options.utc)) << '\n';
     }
-  } while (error == 0 && !query.newest && page.entries.size() == query.most);
-  out << std::flush;
+    out << std::flush;
+    const bool rest = !query.newest && page.entries.size() == query.most;
+    more = rest || (continues && continues());
+    query.after = page.position;
+    query.newest = false;
+    query.most = kMostOfAPage;
+    // The gateway may be about to make the file: then the next call tries again
+    if (JournalReader next; replaced && !rest && next.open(options.file) == 0) {
+      reader = std::move(next);
+      query.after = 0;
+    }
+  }
   if (error != 0) {
     err << options.file << ": the journal cannot be read: " << error_text(error) << '\n';
     return kExitFailed;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <iosfwd>
 #include <string>
 
@@ -24,8 +25,11 @@ struct HistoryOptions {
   bool utc = false;         // print times in UTC instead of local time; JSON always has UTC
 };
 
-// Prints the events in the order of their publication. now: UTC. Returns the exit code: that of a
-// failure if the file cannot be read, that of wrong usage if an option is invalid.
-int history(const HistoryOptions& options, Instant now, std::ostream& out, std::ostream& err);
+// Prints the events in the order of their publication. now: UTC. continues: called when all stored
+// events were printed, waits for some time, and returns whether later ones are printed too; empty =
+// they are not, and of a file that replaces a damaged one. Returns the exit code: that of a failure
+// if the file cannot be read, that of wrong usage if an option is invalid.
+int history(const HistoryOptions& options, Instant now, std::ostream& out, std::ostream& err,
+            const std::function<bool()>& continues = {});
 
 }  // namespace linegate::gateway

@@ -2,7 +2,10 @@
 // The output of `linegate history` for a journal, and its messages.
 #include "gateway/tools/history.h"
 
+#include <algorithm>
 #include <filesystem>
+#include <fstream>
+#include <memory>
 #include <sstream>
 
 #include <gtest/gtest.h>
@@ -94,6 +97,75 @@ TEST_F(HistoryTest, EachOptionSelects) {
   EXPECT_EQ(lines(), 11U);
   options_ = {.file = options_.file, .since = "10s", .until = "5s"};
   EXPECT_EQ(lines(), 5U);
+}
+
+// Each wait stores an event of each line.
+TEST_F(HistoryTest, FollowsWithEachEventOnce) {
+  options_.line = "press";
+  options_.count = 1;
+  Journal journal({.file = options_.file});
+  ASSERT_EQ(journal.open(), 0);
+  std::uint64_t number = 3000;
+  std::ostringstream out;
+  const auto store = [&] {
+    std::vector<JournalEntry> some;
+    for (const char* line : {"press", "oven"}) {
+      some.push_back({.stream = 0xAB, .line = line, .number = number, .text = "later"});
+    }
+    EXPECT_EQ(journal.store(some, 0xAB, {}, kNow), 0);
+    return ++number <= 3003;
+  };
+  EXPECT_EQ(history(options_, kNow, out, err_, store), kExitOk);
+  std::istringstream lines(out.str());
+  std::vector<std::string> numbers;
+  for (std::string line; std::getline(lines, line);) {
+    numbers.push_back(line.substr(line.find('#'), line.find(' ', line.find('#')) - line.find('#')));
+  }
+  EXPECT_EQ(numbers, (std::vector<std::string>{"#2498", "#3000", "#3001", "#3002"}));
+}
+
+// The gateway replaces a damaged file: the reader prints the last entries of the previous one, then
+// those of the new one.
+TEST_F(HistoryTest, FollowsAFileThatReplacesADamagedOne) {
+  options_.line = "press";
+  options_.count = 1;
+  auto journal = std::make_unique<Journal>(config::Journal{.file = options_.file});
+  ASSERT_EQ(journal->open(), 0);
+  const auto store = [&](std::uint64_t number) {
+    const std::vector<JournalEntry> one{{.stream = 0xAB, .line = "press", .number = number}};
+    EXPECT_EQ(journal->store(one, 0xAB, {}, kNow), 0);
+  };
+  int calls = 0;
+  const auto replace = [&] {
+    switch (++calls) {
+      case 1:
+        store(3000);
+        journal = nullptr;
+        std::filesystem::rename(options_.file, options_.file + ".unusable");
+        std::filesystem::rename(options_.file + "-wal", options_.file + ".unusable-wal");
+        std::filesystem::remove(options_.file + "-shm");
+        std::ofstream(options_.file, std::ios::trunc);  // no journal yet
+        return true;
+      case 2:
+        journal = std::make_unique<Journal>(config::Journal{.file = options_.file});
+        EXPECT_EQ(journal->open(), 0);
+        store(3001);
+        return true;
+      case 3:
+        store(3002);
+        return true;
+      default:
+        return calls < 5;
+    }
+  };
+  std::ostringstream out;
+  EXPECT_EQ(history(options_, kNow, out, err_, replace), kExitOk) << err_.str();
+  std::size_t at = 0;
+  for (const char* number : {"#2498", "#3000", "#3001", "#3002"}) {
+    at = out.str().find(number, at);
+    ASSERT_NE(at, std::string::npos) << number << '\n' << out.str();
+  }
+  EXPECT_EQ(std::ranges::count(out.str(), '\n'), 4);
 }
 
 TEST_F(HistoryTest, PrintsAnObjectForEachEvent) {
