@@ -139,39 +139,32 @@ void RequestBudget::advance(Instant now) {
   }
   filled_ = now;
   line_.fill(time);
-  for (Client& client : clients_) {
-    if (client.used) {
-      client.account.fill(time);
-    }
+  for (Client& client : known()) {
+    client.account.fill(time);
   }
 }
 
 RequestBudget::Client* RequestBudget::find(std::uint32_t number) {
-  const auto known = std::ranges::find_if(
-      clients_, [&](const Client& client) { return client.used && client.number == number; });
-  return known == clients_.end() ? nullptr : &*known;
+  const auto found = std::ranges::find(known(), number, &Client::number);
+  return found == known().end() ? nullptr : &*found;
 }
 
 // A client that is idle gives its place to a new one: its account is full, like that of a new one.
 RequestBudget::Client* RequestBudget::find_or_make(std::uint32_t number) {
-  if (Client* const known = find(number)) {
-    return known;
+  if (Client* const client = find(number)) {
+    return client;
   }
-  const auto free = std::ranges::find_if(
-      clients_, [](const Client& client) { return !client.used || client.is_idle(); });
-  if (free == clients_.end()) {
-    return nullptr;
+  auto free = std::ranges::find_if(known(), &Client::is_idle);
+  if (free == known().end()) {
+    if (known_ == kClients) {
+      return nullptr;
+    }
+    free = known().begin() + static_cast<std::ptrdiff_t>(known_++);
   }
-  free->used = true;
   free->number = number;
   free->account.level = free->account.burst;
   free->counts = {};
   return &*free;
-}
-
-std::size_t RequestBudget::clients() const {
-  return static_cast<std::size_t>(
-      std::ranges::count_if(clients_, [](const Client& client) { return client.used; }));
 }
 
 void RequestBudget::charge(Client& client, std::int64_t bits) {
@@ -205,10 +198,10 @@ bool RequestBudget::next(Admitted& out, Instant now) {
   if (waiting_ == 0) {
     return false;
   }
-  for (std::size_t i = 0; i < kClients; ++i) {
-    Client& client = clients_[(turn_ + i) % kClients];
+  for (std::size_t i = 0; i < known_; ++i) {
+    Client& client = clients_[(turn_ + i) % known_];
     if (!client.queue.empty() && next_of(client, out, now)) {
-      turn_ = (turn_ + i + 1) % kClients;
+      turn_ = (turn_ + i + 1) % known_;
       return true;
     }
   }
@@ -288,7 +281,7 @@ void RequestBudget::answered(std::uint64_t tag) {
 }
 
 bool RequestBudget::remove(Command& out) {
-  for (Client& client : clients_) {
+  for (Client& client : known()) {
     if (!client.queue.empty()) {
       out = std::move(client.queue.front().command);
       client.queue.pop_front();
@@ -425,10 +418,10 @@ void RequestBudget::count(std::uint8_t node) {
 
 Instant RequestBudget::next_wake() const {
   Instant wake = kNever;
-  for (const Client& client : clients_) {
-    if (!client.used) {
-      continue;
-    }
+  if (waiting_ == 0 && kept_ == 0 && reports_ == 0) {
+    return wake;
+  }
+  for (const Client& client : known()) {
     wake = earlier(wake, client.report_due);
     if (!client.queue.empty()) {
       wake = earlier(wake, wake_of(client.number));
@@ -449,9 +442,8 @@ Instant RequestBudget::next_wake() const {
 
 // When both accounts permit a request again. If they permit it now, what waits awaits an answer.
 Instant RequestBudget::wake_of(std::uint32_t number) const {
-  const auto known = std::ranges::find_if(
-      clients_, [&](const Client& client) { return client.used && client.number == number; });
-  const Duration own = known == clients_.end() ? Duration::zero() : known->account.wait();
+  const auto client = std::ranges::find(known(), number, &Client::number);
+  const Duration own = client == known().end() ? Duration::zero() : client->account.wait();
   const Duration wait = std::max(own, line_.wait());
   return wait == Duration::zero() ? kNever : filled_ + wait;
 }
@@ -461,17 +453,22 @@ void RequestBudget::note(Client& client, std::uint32_t event::ClientLimited::*co
   counted += counted != std::numeric_limits<std::uint32_t>::max() ? 1U : 0U;
   if (client.report_due == kNever) {
     client.report_due = now + kFirstReport;
+    ++reports_;
   }
 }
 
 std::optional<event::ClientLimited> RequestBudget::take_report(Instant now) {
-  for (Client& client : clients_) {
+  if (reports_ == 0) {
+    return std::nullopt;
+  }
+  for (Client& client : known()) {
     if (client.report_due > now) {
       continue;
     }
     event::ClientLimited out = std::exchange(client.counts, {});
     out.client = client.number;
     if (out == event::ClientLimited{.client = client.number}) {
+      --reports_;
       client.report_due = kNever;  // the client keeps within its share again
       continue;
     }

@@ -23,6 +23,7 @@
 #include <cstdint>
 #include <deque>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "stack/base/events.h"
@@ -112,7 +113,7 @@ class RequestBudget final : public sdo::Pace {
   // A report that is due; nothing if there is none.
   std::optional<event::ClientLimited> take_report(Instant now);
   // Clients that have an account.
-  std::size_t clients() const;
+  std::size_t clients() const { return known_; }
 
  private:
   // level and burst in bits / 10^9, so that an account is filled exactly.
@@ -139,7 +140,6 @@ class RequestBudget final : public sdo::Pace {
     }
   };
   struct Client {
-    bool used = false;
     std::uint32_t number = 0;
     Account account;
     std::deque<Waiting> queue;
@@ -164,6 +164,9 @@ class RequestBudget final : public sdo::Pace {
     bool used = false;
   };
 
+  // A service without requests reads none of the places, most of which are never used.
+  std::span<Client> known() { return {clients_.data(), known_}; }
+  std::span<const Client> known() const { return {clients_.data(), known_}; }
   Client* find(std::uint32_t number);
   Client* find_or_make(std::uint32_t number);
   bool may_run(const Client& client, const Command& command) const;
@@ -179,9 +182,11 @@ class RequestBudget final : public sdo::Pace {
   Account line_;
   Instant filled_{};
   std::array<Client, kClients> clients_;
+  std::size_t known_ = 0;           // the first of them have a client
   std::size_t turn_ = 0;            // the place whose turn is next
   std::size_t waiting_ = 0;         // commands
   std::size_t kept_ = 0;            // outputs
+  std::size_t reports_ = 0;         // clients with a report_due
   std::array<Running, 128> nodes_;  // by node-ID
   std::vector<Kept> outputs_;
   std::size_t output_turn_ = 0;
