@@ -25,6 +25,7 @@
 #include "bridges/dds/pdo_writer.h"
 #include "bridges/dds/renewed_writer.h"
 #include "bridges/dds/reply_writer.h"
+#include "bridges/dds/sample_port.h"
 #include "bridges/dds/state_samples.h"
 #include "bridges/dds/state_writer.h"
 #include "bridges/dds/waiting.h"
@@ -91,57 +92,216 @@ struct LineWriters {
   Slot outputs;
   Slot receptions;
   Slot events;
-  std::uint64_t receptions_published = 0;
 };
 
 // Returns false if there is no writer, or DDS refused the sample.
 template <class Sample>
-bool write(std::optional<RenewedWriter>& slot, Sample& sample) {
+bool write_to(std::optional<RenewedWriter>& slot, Sample& sample) {
   return LineWriters::writer(slot) != nullptr && slot->next()->write(&sample);
+}
+
+class LocalPort final : public SamplePort {
+ public:
+  LocalPort(const GatewayOptions& options, std::vector<Diagnostic>& diagnostics);
+  ~LocalPort() override;
+  LocalPort(const LocalPort&) = delete;
+  LocalPort& operator=(const LocalPort&) = delete;
+
+  bool ok() const { return endpoints_.ok(); }
+
+  bool add_line(const std::string& line) override {
+    return lines_[line].make(endpoints_, renew_after_);
+  }
+  void remove_line(const std::string& line) override;
+  void forget_pdos(std::string_view line) override { pdos_.forget(line); }
+
+  bool write(v1::GatewayState& sample) override { return states_.write(sample); }
+  bool write(v1::LineState& sample) override { return line_states_.write(sample); }
+  bool write(v1::NodeState& sample) override { return node_states_.write(sample); }
+  bool write(v1::OutputState& sample) override { return output_states_.write(sample); }
+  bool write(v1::ImageLayout& sample) override { return layouts_.write(sample); }
+  bool write(v1::ProcessImage& sample) override {
+    LineWriters& writers = writers_of(sample.line().c_str());
+    const bool is_input = sample.direction() == v1::DIRECTION_INPUTS;
+    return write_to(is_input ? writers.inputs : writers.outputs, sample);
+  }
+  bool write(v1::PdoUpdate& sample) override { return pdos_.write(sample); }
+  bool write(v1::PdoReception& sample) override {
+    return write_to(writers_of(sample.line().c_str()).receptions, sample);
+  }
+  bool write(v1::Event& sample) override {
+    const std::string_view line = sample.line().c_str();
+    return write_to(line.empty() ? own_events_ : writers_of(line).events, sample);
+  }
+  bool write(v1::CommandReply& sample) override { return replies_.write(sample); }
+  bool accepts_image(std::string_view /*line*/, image::Direction /*direction*/) const override {
+    return true;
+  }
+
+  bool wait(Duration timeout) override { return waiting_.wait(timeout); }
+  void wake() override { waiting_.wake(); }
+  Taken take(v1::OutputWrite& sample, Participant& from) override {
+    return take_from(*outputs_, sample, from);
+  }
+  Taken take(v1::CommandRequest& sample, Participant& from) override {
+    return take_from(*requests_, sample, from);
+  }
+  void all_outputs_taken() override { outputs_->renew_if_full(); }
+  void all_commands_taken() override { requests_->renew_if_full(); }
+  std::uint64_t take_unreadable() override { return endpoints_.take_unreadable(); }
+  std::string_view output_misfit() override { return misfit_of(*outputs_); }
+  std::string_view command_misfit() override { return misfit_of(*requests_); }
+
+  std::size_t namesakes() const override { return endpoints_.namesakes(); }
+  std::vector<std::string> other_gateways() const override { return endpoints_.peers().gateways; }
+  DiscoveryCounters discovery() const override { return endpoints_.discovery(); }
+  guard::Counters guard_counters() const override { return endpoints_.guard_counters(); }
+
+ private:
+  // Returns no_writers_ if there is no such line.
+  LineWriters& writers_of(std::string_view line) {
+    const auto found = lines_.find(line);
+    return found == lines_.end() ? no_writers_ : found->second;
+  }
+  template <class Reader, class Sample>
+  Taken take_from(Reader& reader, Sample& sample, Participant& from) {
+    fast::SampleInfo info;
+    if (!reader.take(sample, info))
+      return Taken::none;
+    if (!info.valid_data)
+      return Taken::invalid;
+    from = sender(info);
+    return Taken::sample;
+  }
+  const Participant& sender(const fast::SampleInfo& info);
+  template <class Reader>
+  static std::string_view misfit_of(Reader& reader) {
+    const std::uint32_t policy = reader.misfit();
+    return policy == 0 ? std::string_view() : policy_name(policy);
+  }
+
+  const Duration last_words_;
+  const std::uint64_t renew_after_;
+  Endpoints endpoints_;
+  StateWriter<v1::GatewayStatePubSubType> states_{endpoints_, v1::TOPIC_GATEWAY_STATE,
+                                                  renew_after_};
+  StateWriter<v1::LineStatePubSubType> line_states_{endpoints_, v1::TOPIC_LINE_STATE, renew_after_};
+  StateWriter<v1::NodeStatePubSubType> node_states_{endpoints_, v1::TOPIC_NODE_STATE, renew_after_};
+  StateWriter<v1::OutputStatePubSubType> output_states_{endpoints_, v1::TOPIC_OUTPUT_STATE,
+                                                        renew_after_};
+  StateWriter<v1::ImageLayoutPubSubType> layouts_{endpoints_, v1::TOPIC_IMAGE_LAYOUT, renew_after_};
+  std::map<std::string, LineWriters, std::less<>> lines_;
+  LineWriters no_writers_;
+  LineWriters::Slot own_events_;
+  PdoWriter pdos_{endpoints_, renew_after_};
+  ReplyWriter replies_{endpoints_, renew_after_};
+  Waiting waiting_;
+  std::unique_ptr<InboundReader<v1::OutputWritePubSubType>> outputs_;
+  std::unique_ptr<InboundReader<v1::CommandRequestPubSubType>> requests_;
+  Participant last_sender_;  // of the thread that calls take()
+};
+
+LocalPort::LocalPort(const GatewayOptions& options, std::vector<Diagnostic>& diagnostics)
+    : last_words_(options.last_words),
+      renew_after_(options.renew_after),
+      endpoints_("linegate " + options.gateway, options.domain, options.profile_file, diagnostics,
+                 options.guard, options.participants) {
+  LineWriters::make_events(own_events_, endpoints_, renew_after_);
+  for (const std::string& line : options.lines)
+    lines_[line].make(endpoints_, renew_after_);
+  outputs_ = std::make_unique<InboundReader<v1::OutputWritePubSubType>>(endpoints_, waiting_,
+                                                                        v1::TOPIC_OUTPUT_WRITE);
+  requests_ = std::make_unique<InboundReader<v1::CommandRequestPubSubType>>(
+      endpoints_, waiting_, v1::TOPIC_COMMAND_REQUEST);
+  endpoints_.seal();
+}
+
+// The end of a writer is sent by discovery, not with its samples, and may overtake them.
+LocalPort::~LocalPort() {
+  using Clock = std::chrono::steady_clock;
+  const auto deadline = Clock::now() + last_words_;
+  const auto left = [&] { return std::max(Duration::zero(), Duration{deadline - Clock::now()}); };
+  const auto wait_for_readers_of = [&](fast::DataWriter* writer) {
+    if (writer != nullptr)
+      writer->wait_for_acknowledgments(to_dds(left()));
+  };
+  for (const auto& [name, writers] : lines_)
+    wait_for_readers_of(LineWriters::writer(writers.events));
+  wait_for_readers_of(LineWriters::writer(own_events_));
+  wait_for_readers_of(states_.writer());
+  wait_for_readers_of(node_states_.writer());
+  wait_for_readers_of(output_states_.writer());
+  wait_for_readers_of(line_states_.writer());
+  for (const auto& [name, writers] : lines_) {
+    wait_for_readers_of(LineWriters::writer(writers.inputs));
+    wait_for_readers_of(LineWriters::writer(writers.outputs));
+    wait_for_readers_of(LineWriters::writer(writers.receptions));
+  }
+  replies_.wait_for_acknowledgments(left());
+}
+
+void LocalPort::remove_line(const std::string& line) {
+  const auto of_line = [&](const auto& sample) { return sample.line() == line.c_str(); };
+  node_states_.end(of_line);
+  output_states_.end(of_line);
+  line_states_.end(of_line);
+  layouts_.end(of_line);
+  pdos_.forget(line);
+  LineWriters& writers = lines_[line];
+  for (LineWriters::Slot* image : {&writers.inputs, &writers.outputs, &writers.receptions}) {
+    if (*image)
+      (*image)->remove();
+    image->reset();
+  }
+}
+
+// Requests of one participant often follow each other.
+const Participant& LocalPort::sender(const fast::SampleInfo& info) {
+  Participant from;
+  const auto writer = eprosima::fastrtps::rtps::iHandle2GUID(info.publication_handle);
+  std::copy_n(writer.guidPrefix.value, from.prefix.size(), from.prefix.begin());
+  if (from.prefix != last_sender_.prefix || last_sender_.host.empty()) {
+    from.host = endpoints_.host_of(from.prefix);
+    last_sender_ = std::move(from);
+  }
+  return last_sender_;
 }
 
 }  // namespace
 
+Loaded<std::unique_ptr<SamplePort>> make_local_port(const GatewayOptions& options) {
+  Loaded<std::unique_ptr<SamplePort>> result;
+  auto port = std::make_unique<LocalPort>(options, result.diagnostics);
+  if (port->ok())
+    result.value = std::move(port);
+  return result;
+}
+
 struct GatewayBridge::Impl {
-  Impl(const GatewayOptions& options, std::vector<Diagnostic>& diagnostics);
-  ~Impl();
+  Impl(const GatewayOptions& options, std::unique_ptr<SamplePort> sample_port)
+      : gateway(options.gateway),
+        incarnation(options.incarnation),
+        port(std::move(sample_port)),
+        desk(options.incarnation, options.lines) {}
 
   template <class Sample>
   void address(std::string_view line, Sample& sample) const;
   bool count(bool written);
-  // Returns no_writers if there is no such line.
-  LineWriters& writers_of(std::string_view line);
 
   bool take_output(GatewayHandler& handler);
   bool take_command(GatewayHandler& handler);
-  void handle(const v1::CommandRequest& request, const fast::SampleInfo& info,
-              GatewayHandler& handler);
-  const Participant& sender(const fast::SampleInfo& info);
+  void handle(const v1::CommandRequest& request, GatewayHandler& handler);
   void tell_what_was_not_taken(GatewayHandler& handler);
   bool send(const Answer& answer, std::size_t from);
 
   const std::string gateway;
   const std::uint64_t incarnation;
-  const Duration last_words;
-  const std::uint64_t renew_after;
-  Participant last_sender;  // of the thread that calls poll()
-
-  Endpoints endpoints;
-  StateWriter<v1::GatewayStatePubSubType> states{endpoints, v1::TOPIC_GATEWAY_STATE, renew_after};
-  StateWriter<v1::LineStatePubSubType> line_states{endpoints, v1::TOPIC_LINE_STATE, renew_after};
-  StateWriter<v1::NodeStatePubSubType> node_states{endpoints, v1::TOPIC_NODE_STATE, renew_after};
-  StateWriter<v1::OutputStatePubSubType> output_states{endpoints, v1::TOPIC_OUTPUT_STATE,
-                                                       renew_after};
-  StateWriter<v1::ImageLayoutPubSubType> layouts{endpoints, v1::TOPIC_IMAGE_LAYOUT, renew_after};
-  std::map<std::string, LineWriters, std::less<>> lines;
-  LineWriters no_writers;
-  LineWriters::Slot own_events;
-  PdoWriter pdos{endpoints, renew_after};
-  ReplyWriter replies{endpoints, renew_after};
+  const std::unique_ptr<SamplePort> port;
 
   // Used by the publishing thread. Samples are members so that their buffers are reused.
   ClockMap clock;
   PublishCounters counters;
+  std::map<std::string, std::uint64_t, std::less<>> receptions;  // published, by line
   v1::GatewayState gateway_sample;
   v1::LineState line_sample;
   v1::NodeState node_sample;
@@ -153,57 +313,13 @@ struct GatewayBridge::Impl {
   v1::Event event_sample;
 
   // Used by the polling thread.
-  Waiting waiting;
-  std::unique_ptr<InboundReader<v1::OutputWritePubSubType>> outputs;
-  std::unique_ptr<InboundReader<v1::CommandRequestPubSubType>> requests;
   v1::OutputWrite output_sample;
   v1::CommandRequest request_sample;
+  Participant sender;  // of the sample that was taken last
 
   std::mutex desk_mutex;  // poll() and reply() share the desk; not held while DDS writes
   CommandDesk desk;
 };
-
-GatewayBridge::Impl::Impl(const GatewayOptions& options, std::vector<Diagnostic>& diagnostics)
-    : gateway(options.gateway),
-      incarnation(options.incarnation),
-      last_words(options.last_words),
-      renew_after(options.renew_after),
-      endpoints("linegate " + options.gateway, options.domain, options.profile_file, diagnostics,
-                options.guard, options.participants),
-      desk(options.incarnation, options.lines) {
-  LineWriters::make_events(own_events, endpoints, renew_after);
-  for (const std::string& line : options.lines)
-    lines[line].make(endpoints, renew_after);
-  outputs = std::make_unique<InboundReader<v1::OutputWritePubSubType>>(endpoints, waiting,
-                                                                       v1::TOPIC_OUTPUT_WRITE);
-  requests = std::make_unique<InboundReader<v1::CommandRequestPubSubType>>(
-      endpoints, waiting, v1::TOPIC_COMMAND_REQUEST);
-  endpoints.seal();
-}
-
-// The end of a writer is sent by discovery, not with its samples, and may overtake them.
-GatewayBridge::Impl::~Impl() {
-  using Clock = std::chrono::steady_clock;
-  const auto deadline = Clock::now() + last_words;
-  const auto left = [&] { return std::max(Duration::zero(), Duration{deadline - Clock::now()}); };
-  const auto wait_for_readers_of = [&](fast::DataWriter* writer) {
-    if (writer != nullptr)
-      writer->wait_for_acknowledgments(to_dds(left()));
-  };
-  for (const auto& [name, writers] : lines)
-    wait_for_readers_of(LineWriters::writer(writers.events));
-  wait_for_readers_of(LineWriters::writer(own_events));
-  wait_for_readers_of(states.writer());
-  wait_for_readers_of(node_states.writer());
-  wait_for_readers_of(output_states.writer());
-  wait_for_readers_of(line_states.writer());
-  for (const auto& [name, writers] : lines) {
-    wait_for_readers_of(LineWriters::writer(writers.inputs));
-    wait_for_readers_of(LineWriters::writer(writers.outputs));
-    wait_for_readers_of(LineWriters::writer(writers.receptions));
-  }
-  replies.wait_for_acknowledgments(left());
-}
 
 template <class Sample>
 void GatewayBridge::Impl::address(std::string_view line, Sample& sample) const {
@@ -217,59 +333,49 @@ bool GatewayBridge::Impl::count(bool written) {
   return written;
 }
 
-LineWriters& GatewayBridge::Impl::writers_of(std::string_view line) {
-  const auto found = lines.find(line);
-  return found == lines.end() ? no_writers : found->second;
-}
-
 DiscoveryCounters GatewayBridge::discovery() const {
-  return impl_->endpoints.discovery();
+  return impl_->port->discovery();
 }
 
 guard::Counters GatewayBridge::guard_counters() const {
-  return impl_->endpoints.guard_counters();
+  return impl_->port->guard_counters();
 }
 
 std::size_t GatewayBridge::namesakes() const {
-  return impl_->endpoints.namesakes();
+  return impl_->port->namesakes();
 }
 
 std::vector<std::string> GatewayBridge::other_gateways() const {
-  return impl_->endpoints.peers().gateways;
+  return impl_->port->other_gateways();
 }
 
 // --- lines ---------------------------------------------------------------------------------------
 
 bool GatewayBridge::add_line(const std::string& line) {
   impl_->desk.add_line(line);
-  return impl_->lines[line].make(impl_->endpoints, impl_->renew_after);
+  return impl_->port->add_line(line);
 }
 
 void GatewayBridge::remove_line(const std::string& line) {
   impl_->desk.remove_line(line);
-  const auto of_line = [&](const auto& sample) { return sample.line() == line.c_str(); };
-  impl_->node_states.end(of_line);
-  impl_->output_states.end(of_line);
-  impl_->line_states.end(of_line);
-  impl_->layouts.end(of_line);
-  impl_->pdos.forget(line);
-  LineWriters& writers = impl_->lines[line];
-  for (LineWriters::Slot* image : {&writers.inputs, &writers.outputs, &writers.receptions}) {
-    if (*image)
-      (*image)->remove();
-    image->reset();
-  }
+  impl_->port->remove_line(line);
 }
 
 // --- out -----------------------------------------------------------------------------------------
 
 Loaded<std::unique_ptr<GatewayBridge>> GatewayBridge::make(const GatewayOptions& options) {
   Loaded<std::unique_ptr<GatewayBridge>> result;
-  auto impl = std::make_unique<Impl>(options, result.diagnostics);
-  if (impl->endpoints.ok()) {
-    result.value = std::unique_ptr<GatewayBridge>(new GatewayBridge(std::move(impl)));
-  }
+  auto port = make_local_port(options);
+  result.diagnostics = std::move(port.diagnostics);
+  if (port.value)
+    result.value = make(options, std::move(*port.value));
   return result;
+}
+
+std::unique_ptr<GatewayBridge> GatewayBridge::make(const GatewayOptions& options,
+                                                   std::unique_ptr<SamplePort> port) {
+  return std::unique_ptr<GatewayBridge>(
+      new GatewayBridge(std::make_unique<Impl>(options, std::move(port))));
 }
 
 GatewayBridge::GatewayBridge(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {
@@ -292,7 +398,7 @@ bool GatewayBridge::publish(const LineInfo& line, const line::LineState& state, 
   sample.clock(static_cast<std::uint8_t>(impl_->clock.quality));
   to_wire(line, state, sample);
   to_wire(properties, sample.properties());
-  return impl_->count(impl_->line_states.write(sample));
+  return impl_->count(impl_->port->write(sample));
 }
 
 bool GatewayBridge::publish(const GatewayInfo& info, Instant now) {
@@ -302,7 +408,7 @@ bool GatewayBridge::publish(const GatewayInfo& info, Instant now) {
   sample.time(impl_->clock.utc(now));
   sample.clock(static_cast<std::uint8_t>(impl_->clock.quality));
   to_wire(info, impl_->clock, sample);
-  return impl_->count(impl_->states.write(sample));
+  return impl_->count(impl_->port->write(sample));
 }
 
 bool GatewayBridge::publish(std::string_view line, const NodeInfo& info,
@@ -314,14 +420,14 @@ bool GatewayBridge::publish(std::string_view line, const NodeInfo& info,
   sample.clock(static_cast<std::uint8_t>(impl_->clock.quality));
   to_wire(info, state, impl_->clock, sample);
   to_wire(properties, sample.properties());
-  return impl_->count(impl_->node_states.write(sample));
+  return impl_->count(impl_->port->write(sample));
 }
 
 bool GatewayBridge::publish(std::string_view line, const line::OutputState& state, Instant now) {
   v1::OutputState& sample = impl_->output_state_sample;
   impl_->address(line, sample);
   to_wire(state, impl_->clock, now, sample);
-  return impl_->count(impl_->output_states.write(sample));
+  return impl_->count(impl_->port->write(sample));
 }
 
 bool GatewayBridge::publish(std::string_view line, const image::Layout& layout) {
@@ -330,14 +436,14 @@ bool GatewayBridge::publish(std::string_view line, const image::Layout& layout) 
     return false;
   }
   if (layout.direction == image::Direction::inputs)
-    impl_->pdos.forget(line);
+    impl_->port->forget_pdos(line);
   v1::ImageLayout& sample = impl_->layout_sample;
   impl_->address(line, sample);
   const std::uint16_t parts = layout_parts(layout);
   bool written = true;
   for (std::uint16_t part = 0; part < parts; ++part) {
     to_wire(layout, part, sample);
-    written = impl_->count(impl_->layouts.write(sample)) && written;
+    written = impl_->count(impl_->port->write(sample)) && written;
   }
   return written;
 }
@@ -349,9 +455,7 @@ bool GatewayBridge::publish(std::string_view line, const image::Snapshot& snapsh
     ++impl_->counters.failed;
     return false;
   }
-  LineWriters& writers = impl_->writers_of(line);
-  const bool is_input = snapshot.direction == image::Direction::inputs;
-  return impl_->count(write(is_input ? writers.inputs : writers.outputs, sample));
+  return impl_->count(impl_->port->write(sample));
 }
 
 bool GatewayBridge::publish_pdo_update(std::string_view line, const image::Layout& layout,
@@ -363,17 +467,16 @@ bool GatewayBridge::publish_pdo_update(std::string_view line, const image::Layou
     ++impl_->counters.failed;
     return false;
   }
-  return impl_->count(impl_->pdos.write(sample));
+  return impl_->count(impl_->port->write(sample));
 }
 
 bool GatewayBridge::publish(std::string_view line, const image::Layout& layout,
                             const pdo::Reception& reception) {
   v1::PdoReception& sample = impl_->reception_sample;
-  LineWriters& writers = impl_->writers_of(line);
   impl_->address(line, sample);
-  sample.number(++writers.receptions_published);
+  sample.number(++impl_->receptions[std::string(line)]);
   return impl_->count(to_wire(layout, reception, impl_->clock, sample) &&
-                      write(writers.receptions, sample));
+                      impl_->port->write(sample));
 }
 
 bool GatewayBridge::publish(std::string_view line, const Event& event, std::string_view text,
@@ -382,8 +485,11 @@ bool GatewayBridge::publish(std::string_view line, const Event& event, std::stri
   impl_->address(line, sample);
   to_wire(event, text, impl_->clock, sample);
   to_wire(properties, sample.properties());
-  LineWriters::Slot& slot = line.empty() ? impl_->own_events : impl_->writers_of(line).events;
-  return impl_->count(write(slot, sample));
+  return impl_->count(impl_->port->write(sample));
+}
+
+bool GatewayBridge::accepts_image(std::string_view line, image::Direction direction) const {
+  return impl_->port->accepts_image(line, direction);
 }
 
 // --- in ------------------------------------------------------------------------------------------
@@ -391,7 +497,7 @@ bool GatewayBridge::publish(std::string_view line, const Event& event, std::stri
 std::size_t GatewayBridge::poll(Duration timeout, GatewayHandler& handler) {
   std::size_t outputs = 0;
   std::size_t commands = 0;
-  if (impl_->waiting.wait(timeout)) {
+  if (impl_->port->wait(timeout)) {
     while (outputs < kSamplesPerPoll && impl_->take_output(handler))
       ++outputs;
     while (commands < kSamplesPerPoll && impl_->take_command(handler))
@@ -399,32 +505,32 @@ std::size_t GatewayBridge::poll(Duration timeout, GatewayHandler& handler) {
   }
   impl_->tell_what_was_not_taken(handler);
   if (outputs < kSamplesPerPoll)
-    impl_->outputs->renew_if_full();
+    impl_->port->all_outputs_taken();
   if (commands < kSamplesPerPoll)
-    impl_->requests->renew_if_full();
+    impl_->port->all_commands_taken();
   if (outputs == kSamplesPerPoll || commands == kSamplesPerPoll)
-    impl_->waiting.wake();
+    impl_->port->wake();
   return outputs + commands;
 }
 
 void GatewayBridge::Impl::tell_what_was_not_taken(GatewayHandler& handler) {
-  if (const std::uint64_t unreadable = endpoints.take_unreadable(); unreadable != 0)
+  if (const std::uint64_t unreadable = port->take_unreadable(); unreadable != 0)
     handler.on_unreadable(unreadable);
-  if (const std::uint32_t policy = outputs->misfit(); policy != 0)
-    handler.on_misfit(v1::TOPIC_OUTPUT_WRITE, policy_name(policy));
-  if (const std::uint32_t policy = requests->misfit(); policy != 0)
-    handler.on_misfit(v1::TOPIC_COMMAND_REQUEST, policy_name(policy));
+  if (const std::string_view policy = port->output_misfit(); !policy.empty())
+    handler.on_misfit(v1::TOPIC_OUTPUT_WRITE, policy);
+  if (const std::string_view policy = port->command_misfit(); !policy.empty())
+    handler.on_misfit(v1::TOPIC_COMMAND_REQUEST, policy);
 }
 
 void GatewayBridge::wake() {
-  impl_->waiting.wake();
+  impl_->port->wake();
 }
 
 bool GatewayBridge::Impl::take_output(GatewayHandler& handler) {
-  fast::SampleInfo info;
-  if (!outputs->take(output_sample, info))
+  const SamplePort::Taken taken = port->take(output_sample, sender);
+  if (taken == SamplePort::Taken::none)
     return false;
-  if (!info.valid_data || output_sample.gateway() != gateway.c_str())
+  if (taken == SamplePort::Taken::invalid || output_sample.gateway() != gateway.c_str())
     return true;
   OutputMessage message;
   message.line = output_sample.line().to_string();
@@ -439,35 +545,22 @@ bool GatewayBridge::Impl::take_output(GatewayHandler& handler) {
   if (check.refusal != line::OutputRefusal::none) {
     handler.on_output_refused(message.line, output_sample.group(), check.refusal, check.why);
   } else {
-    message.from = sender(info);
+    message.from = sender;
     handler.on_output_write(std::move(message));
   }
   return true;
 }
 
 bool GatewayBridge::Impl::take_command(GatewayHandler& handler) {
-  fast::SampleInfo info;
-  if (!requests->take(request_sample, info))
+  const SamplePort::Taken taken = port->take(request_sample, sender);
+  if (taken == SamplePort::Taken::none)
     return false;
-  if (info.valid_data && request_sample.gateway() == gateway.c_str())
-    handle(request_sample, info, handler);
+  if (taken == SamplePort::Taken::sample && request_sample.gateway() == gateway.c_str())
+    handle(request_sample, handler);
   return true;
 }
 
-// Requests of one participant often follow each other.
-const Participant& GatewayBridge::Impl::sender(const fast::SampleInfo& info) {
-  Participant from;
-  const auto writer = eprosima::fastrtps::rtps::iHandle2GUID(info.publication_handle);
-  std::copy_n(writer.guidPrefix.value, from.prefix.size(), from.prefix.begin());
-  if (from.prefix != last_sender.prefix || last_sender.host.empty()) {
-    from.host = endpoints.host_of(from.prefix);
-    last_sender = std::move(from);
-  }
-  return last_sender;
-}
-
-void GatewayBridge::Impl::handle(const v1::CommandRequest& request, const fast::SampleInfo& info,
-                                 GatewayHandler& handler) {
+void GatewayBridge::Impl::handle(const v1::CommandRequest& request, GatewayHandler& handler) {
   CommandDesk::Outcome outcome;
   {
     const std::lock_guard lock(desk_mutex);
@@ -480,7 +573,7 @@ void GatewayBridge::Impl::handle(const v1::CommandRequest& request, const fast::
                                outcome.refused, outcome.answer->text);
   }
   if (outcome.command) {
-    outcome.command->from = sender(info);
+    outcome.command->from = sender;
     handler.on_command(std::move(*outcome.command));
   }
 }
@@ -506,7 +599,7 @@ bool GatewayBridge::Impl::send(const Answer& answer, std::size_t from) {
   sample.total(static_cast<std::uint32_t>(answer.data.size()));
   for (std::size_t chunk = 0; chunk < kChunksPerReply; ++chunk) {
     set_chunk(answer.data, from, sample);
-    if (!replies.write(sample))
+    if (!port->write(sample))
       return false;
     if (sample.last())
       break;

@@ -98,11 +98,16 @@ struct PublishCounters {
   std::uint64_t failed = 0;   // refused by DDS: too many instances, time-out
 };
 
+class SamplePort;
+
 class GatewayBridge {
  public:
   // Creates participant, topics and endpoints. Diagnostics name the profile file and its errors.
   // Without a value, everything created was deleted.
   static Loaded<std::unique_ptr<GatewayBridge>> make(const GatewayOptions& options);
+  // Uses the endpoints of that port; of the options only the names and the incarnation.
+  static std::unique_ptr<GatewayBridge> make(const GatewayOptions& options,
+                                             std::unique_ptr<SamplePort> port);
   // Waits until every reader has acknowledged the last samples, which would be lost with their
   // writer, but at most GatewayOptions::last_words.
   ~GatewayBridge();
@@ -130,6 +135,8 @@ class GatewayBridge {
   bool publish(std::string_view line, const line::OutputState& state, Instant now);
   // Published in parts of kMaxLayoutPart entries.
   bool publish(std::string_view line, const image::Layout& layout);
+  // False while an image would wait: fetch and publish it later, with newer values.
+  bool accepts_image(std::string_view line, image::Direction direction) const;
   // Returns false also if it exceeds the contract's bounds (kMaxEntries, kMaxStamps).
   bool publish(std::string_view line, const image::Snapshot& snapshot);
   // The values of one PDO (mark, of this input snapshot) with the layout that describes them.

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+// The writers and readers of a gateway, without the meaning of their samples.
+//
+// GatewayBridge makes and interprets samples. The port writes and receives them: with the endpoints
+// of this process (make_local_port), or by messages to a process that has them (remote_port.h).
+//
+// write() from one thread at a time, except CommandReply: from any. wait(), take() and the counters
+// below them from one thread at a time. wake() and the last group from any thread.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <linegate.h>
+
+#include "bridges/dds/guard/counters.h"
+#include "bridges/dds/publisher.h"
+#include "bridges/dds/values.h"
+#include "stack/base/diagnostic.h"
+#include "stack/image/layout.h"
+
+namespace linegate::dds {
+
+class SamplePort {
+ public:
+  virtual ~SamplePort() = default;
+
+  // As in GatewayBridge.
+  virtual bool add_line(const std::string& line) = 0;
+  virtual void remove_line(const std::string& line) = 0;
+  // The PDOs of the line have a new layout: their old values are not written again.
+  virtual void forget_pdos(std::string_view line) = 0;
+
+  // --- out: false = not written. The gateway, the line and other keys are in the samples.
+  // ---------
+
+  virtual bool write(v1::GatewayState& sample) = 0;
+  virtual bool write(v1::LineState& sample) = 0;
+  virtual bool write(v1::NodeState& sample) = 0;
+  virtual bool write(v1::OutputState& sample) = 0;
+  virtual bool write(v1::ImageLayout& sample) = 0;
+  virtual bool write(v1::ProcessImage& sample) = 0;
+  virtual bool write(v1::PdoUpdate& sample) = 0;
+  virtual bool write(v1::PdoReception& sample) = 0;
+  virtual bool write(v1::Event& sample) = 0;
+  virtual bool write(v1::CommandReply& sample) = 0;
+  // False while a ProcessImage of the line would wait: it is better made later, with newer values.
+  virtual bool accepts_image(std::string_view line, image::Direction direction) const = 0;
+
+  // --- in
+  // -----------------------------------------------------------------------------------------
+
+  // Waits until samples may have arrived, wake() was called, or the timeout passed. Returns false
+  // if nothing happened.
+  virtual bool wait(Duration timeout) = 0;
+  virtual void wake() = 0;
+
+  enum class Taken : std::uint8_t { none, invalid, sample };  // invalid: without data
+  // from: the participant that sent the sample; valid if the result is `sample`.
+  virtual Taken take(v1::OutputWrite& sample, Participant& from) = 0;
+  virtual Taken take(v1::CommandRequest& sample, Participant& from) = 0;
+  // Call it after all samples of that topic were taken.
+  virtual void all_outputs_taken() = 0;
+  virtual void all_commands_taken() = 0;
+
+  // Number of samples that could not be deserialized, since the last call.
+  virtual std::uint64_t take_unreadable() = 0;
+  // The name of the QoS policy in which a writer discovered since the last call is incompatible;
+  // empty: none.
+  virtual std::string_view output_misfit() = 0;
+  virtual std::string_view command_misfit() = 0;
+
+  // --- status
+  // -------------------------------------------------------------------------------------
+
+  virtual std::size_t namesakes() const = 0;
+  virtual std::vector<std::string> other_gateways() const = 0;
+  virtual DiscoveryCounters discovery() const = 0;
+  virtual guard::Counters guard_counters() const = 0;
+};
+
+// Creates the participant with its writers and readers. Without a value, a diagnostic states the
+// reason. Its destructor waits for readers as that of GatewayBridge.
+Loaded<std::unique_ptr<SamplePort>> make_local_port(const GatewayOptions& options);
+
+}  // namespace linegate::dds
