@@ -386,8 +386,10 @@ void GatewayBridge::set_clock(const ClockMap& clock) {
   impl_->clock = clock;
 }
 
-const PublishCounters& GatewayBridge::counters() const {
-  return impl_->counters;
+PublishCounters GatewayBridge::counters() const {
+  PublishCounters out = impl_->counters;
+  out.failed += impl_->port->failed_later();
+  return out;
 }
 
 bool GatewayBridge::publish(const LineInfo& line, const line::LineState& state, Instant now,

@@ -152,7 +152,7 @@ class GatewayBridge {
   bool publish(std::string_view line, const Event& event, std::string_view text,
                const std::vector<Property>& properties = {});
 
-  const PublishCounters& counters() const;
+  PublishCounters counters() const;
 
   // Number of other gateways of this name in the domain: subscribers cannot distinguish them from
   // this one, and requests for one reach all. Detected some seconds after the other gateway

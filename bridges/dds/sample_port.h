@@ -49,6 +49,8 @@ class SamplePort {
   virtual bool write(v1::CommandReply& sample) = 0;
   // False while a ProcessImage of the line would wait: it is better made later, with newer values.
   virtual bool accepts_image(std::string_view line, image::Direction direction) const = 0;
+  // Number of samples that were accepted and could not be written later. From any thread.
+  virtual std::uint64_t failed_later() const { return 0; }
 
   // --- in
   // -----------------------------------------------------------------------------------------

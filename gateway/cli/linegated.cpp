@@ -143,6 +143,9 @@ int start(const Arguments& arguments) {
 int main(int argc, char** argv) {
   namespace gateway = linegate::gateway;
   gateway::report_assertions();
+  if (argc == 2 && argv[1] == gateway::kDdsProcessArgument) {
+    gateway::run_dds_process();
+  }
   gateway::Arguments arguments;
   CLI::App app{"Linegate: runs CANopen lines and publishes them over DDS", "linegated"};
   app.add_option("plant", arguments.plant, "the configuration, plant.yaml")->required();

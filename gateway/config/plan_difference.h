@@ -24,6 +24,7 @@ struct PlantIdentity {
   std::uint32_t dds_participants = 0;
   bool dds_guard = true;
   std::optional<Journal> journal;
+  bool dds_own_process = false;
   std::vector<Line> lines;
 };
 PlantIdentity identity_of(const Plant& plant);

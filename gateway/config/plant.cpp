@@ -55,6 +55,7 @@ void read_dds(Findings& findings, const YAML::Node& node, Plant& plant) {
     plant.dds_profile = path.string();
   }
   section.read_choice<bool>("guard", plant.dds_guard, {{"on", true}, {"off", false}});
+  section.read_choice<bool>("process", plant.dds_own_process, {{"same", false}, {"own", true}});
   section.done();
 }
 

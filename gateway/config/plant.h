@@ -136,6 +136,12 @@ struct Plant {
   std::uint32_t dds_participants = 0;
   std::string dds_profile;  // path of the XML file; empty = the one installed
   bool dds_guard = true;    // check received datagrams before Fast DDS processes them
+  // true: DDS runs in a process of its own, which the gateway starts and replaces when it fails.
+  bool dds_own_process = false;
+  // The program of that process, and for how long it must run to be replaced at once when it ends;
+  // not in plant.yaml. Empty: this program.
+  std::string dds_program;
+  Duration dds_stable = std::chrono::seconds(10);
   // How long the shutdown waits for subscribers to receive the last samples; not in plant.yaml.
   Duration dds_last_words = std::chrono::milliseconds(500);
   std::optional<Journal> journal;

@@ -107,6 +107,11 @@ class DataEdge {
                                     Instant now) = 0;
   virtual void publish_layout(std::string_view line, const image::Layout& layout) = 0;
   virtual void publish_image(std::string_view line, const image::Snapshot& snapshot) = 0;
+  // False while an image of the line would wait in the edge. Fetch and publish it later: until then
+  // newer values and marks are merged into it, and its number has no gap.
+  virtual bool accepts_image(std::string_view /*line*/, image::Direction /*direction*/) const {
+    return true;
+  }
   // The values of one PDO (mark, of this input snapshot). receptions: number of frames since the
   // last update of that PDO, which this update represents.
   virtual void publish_pdo_update(std::string_view line, const image::Layout& layout,

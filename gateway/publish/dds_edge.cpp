@@ -8,6 +8,7 @@
 #include "bridges/dds/library_log.h"
 #include "bridges/dds/profiles.h"
 #include "bridges/dds/publisher.h"
+#include "gateway/publish/dds_process.h"
 
 namespace linegate::gateway {
 namespace {
@@ -127,6 +128,9 @@ class DdsEdge final : public DataEdge {
   void publish_image(std::string_view line, const image::Snapshot& snapshot) override {
     bridge_->publish(line, snapshot);
   }
+  bool accepts_image(std::string_view line, image::Direction direction) const override {
+    return bridge_->accepts_image(line, direction);
+  }
   void publish_pdo_update(std::string_view line, const image::Layout& layout,
                           const image::Snapshot& snapshot, const image::PdoMark& mark,
                           std::uint32_t receptions) override {
@@ -202,7 +206,8 @@ Loaded<std::unique_ptr<DataEdge>> make_dds_edge(const config::Plant& plant,
   for (const auto& line : plant.lines) {
     options.lines.push_back(line.config.name);
   }
-  auto made = dds::GatewayBridge::make(options);
+  auto made = plant.dds_own_process ? make_bridge_to_process(options, plant)
+                                    : dds::GatewayBridge::make(options);
   Loaded<std::unique_ptr<DataEdge>> out;
   out.diagnostics = std::move(made.diagnostics);
   if (made.value) {

@@ -21,6 +21,12 @@ namespace linegate::gateway {
 Loaded<std::unique_ptr<DataEdge>> make_dds_edge(const config::Plant& plant,
                                                 std::uint64_t incarnation);
 
+// The only argument of a program that shall call run_dds_process() first in main(): the gateway
+// starts it so for `dds: {process: own}`.
+inline constexpr std::string_view kDdsProcessArgument = "--dds-process";
+// Holds the DDS endpoints of the gateway that started this process, until that gateway ends.
+[[noreturn]] void run_dds_process();
+
 // Reports what makes a file of QoS profiles unusable (errors) or dangerous (warnings). An empty
 // name selects the installed file, or the built-in copy. Opens no socket.
 std::vector<Diagnostic> check_dds_profiles(const std::string& file);

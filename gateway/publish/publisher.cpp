@@ -26,6 +26,7 @@ namespace {
 
 constexpr Duration kClockPeriod = std::chrono::milliseconds(500);
 constexpr Duration kStatePeriod = std::chrono::seconds(1);
+constexpr Duration kImageRetry = std::chrono::milliseconds(5);
 constexpr Duration kFailurePeriod = std::chrono::seconds(10);
 
 // Compares the members whose changes are published at once; counters and load follow every second.
@@ -230,8 +231,11 @@ Instant Publisher::step(Instant now) {
     if (publish_receptions(*line)) {
       next = now;
     }
-    publish_image(*line, image::Direction::inputs);
-    publish_image(*line, image::Direction::outputs);
+    for (const auto direction : {image::Direction::inputs, image::Direction::outputs}) {
+      if (!publish_image(*line, direction)) {
+        next = earlier(next, now + kImageRetry);
+      }
+    }
     rounds_.add();
     next = earlier(next, publish_updates(*line, now));
   }
@@ -414,10 +418,13 @@ void Publisher::publish_new_layouts(Line& line) {
   line.updates = PdoUpdates(line.host->plan.pdo_min_period);
 }
 
-void Publisher::publish_image(Line& line, image::Direction direction) {
+bool Publisher::publish_image(Line& line, image::Direction direction) {
+  if (!stop_.raised() && !edge_.accepts_image(line.info.name, direction)) {
+    return false;
+  }
   image::Snapshot* snapshot = line.host->port.image(direction).fetch();
   if (snapshot == nullptr) {
-    return;
+    return true;
   }
   if (snapshot->layout_id != line.layouts[static_cast<std::size_t>(direction)].id) {
     publish_new_layouts(line);  // the layout was handed over before this image
@@ -426,7 +433,7 @@ void Publisher::publish_image(Line& line, image::Direction direction) {
     line.inputs = snapshot;
   }
   if (snapshot->layout_id != line.layouts[static_cast<std::size_t>(direction)].id) {
-    return;  // its layout was already replaced
+    return true;  // its layout was already replaced
   }
   if (direction == image::Direction::inputs) {
     line.updates.add(*snapshot);
@@ -434,6 +441,7 @@ void Publisher::publish_image(Line& line, image::Direction direction) {
   if (line.sequences[static_cast<std::size_t>(direction)].admit(*snapshot)) {
     edge_.publish_image(line.info.name, *snapshot);
   }
+  return true;
 }
 
 Instant Publisher::publish_updates(Line& line, Instant now) {

@@ -108,7 +108,8 @@ class Publisher {
   static void update_controller(Line& line, const can_bridge::ControllerSetup& controller);
   void publish_node(Line& line, const NodeStatus& status);
   void publish_new_layouts(Line& line);
-  void publish_image(Line& line, image::Direction direction);
+  // Returns false if the edge does not accept it yet.
+  bool publish_image(Line& line, image::Direction direction);
   Instant publish_updates(Line& line, Instant now);
   // Returns true if more receptions are waiting.
   bool publish_receptions(Line& line);

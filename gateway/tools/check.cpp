@@ -132,7 +132,8 @@ class Text {
   std::string take() { return std::move(out_); }
 
   void plant(const config::Plant& plant) {
-    add("gateway {}, DDS domain {}, {}profile {}, log {}\n", plant.gateway, plant.dds_domain,
+    add("gateway {}, DDS domain {}, {}{}profile {}, log {}\n", plant.gateway, plant.dds_domain,
+        plant.dds_own_process ? "DDS in a process of its own, " : "",
         plant.dds_guard ? "" : "DDS guard off: one datagram can stop this gateway, ",
         dds_profiles_in_use(plant.dds_profile), config::name(plant.log));
     if (plant.journal) {

@@ -13,12 +13,23 @@
 
 namespace linegate::gateway {
 
+// Where DDS runs: `same` or `own`, for `dds: {process: ...}`. A program of tests is built for each.
+#ifndef LINEGATE_TEST_DDS_PROCESS
+#define LINEGATE_TEST_DDS_PROCESS "same"
+#endif
+
 // A plant from text. Device file names are relative to the root of the repository.
 inline config::Plant make_plant(const std::string& text) {
   auto loaded = config::read(text, LINEGATE_SOURCE_DIR "/plant.yaml");
   for (const auto& diagnostic : loaded.diagnostics) {
     ADD_FAILURE() << to_string(diagnostic);
   }
+#ifdef LINEGATED
+  if (loaded.value) {
+    loaded.value->dds_program = LINEGATED;  // by default the program that runs, which is a test
+    loaded.value->dds_stable = Duration::zero();  // no pauses between deaths
+  }
+#endif
   return loaded.value ? std::move(*loaded.value) : config::Plant{};
 }
 

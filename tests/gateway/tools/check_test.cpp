@@ -48,6 +48,9 @@ TEST(Check, SaysThatTheDdsGuardIsOff) {
       contains(describe(*loaded.value), "journal /x/journal.db: up to 20MB, events up to 90d"));
   EXPECT_EQ(YAML::Load(to_json(loaded))["journal"]["max_age_s"].as<int>(), 90 * 86'400);
   EXPECT_FALSE(contains(describe(*loaded.value), "DDS guard"));
+  EXPECT_FALSE(contains(describe(*loaded.value), "process of its own"));
+  loaded.value->dds_own_process = true;
+  EXPECT_TRUE(contains(describe(*loaded.value), "DDS in a process of its own"));
   loaded.value->dds_guard = false;
   EXPECT_TRUE(contains(describe(*loaded.value), "DDS guard off"));
   EXPECT_FALSE(YAML::Load(to_json(loaded))["dds_guard"].as<bool>());

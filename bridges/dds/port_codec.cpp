@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bridges/dds/port_codec.h"
+
+#include <algorithm>
+
+#include "bridges/dds/field_bytes.h"
+
+namespace linegate::dds {
+namespace {
+
+constexpr std::size_t kTextLength = 2;  // octets of the length of a text
+constexpr std::size_t kLongestText = 1'024;
+static_assert(std::tuple_size_v<decltype(Participant::prefix)> + 4 + kLongestHost == kSenderBytes);
+
+FieldWriter begin_message(std::uint8_t kind) {
+  FieldWriter out;
+  out.number(kind, kMessageHead);
+  return out;
+}
+
+FieldReader content_of(PortBytes message) {
+  const bool has_head = kind_of(message) != 0;
+  FieldReader in(has_head ? message.subspan(kMessageHead) : PortBytes());
+  in.require(has_head);
+  return in;
+}
+
+void add_text(std::string_view text, FieldWriter& out) {
+  out.sized(text.substr(0, kLongestText), kTextLength);
+}
+
+std::string take_text(FieldReader& in, std::size_t longest) {
+  std::string out = in.text(kTextLength);
+  in.require(out.size() <= longest);
+  return out;
+}
+
+template <class Value>
+std::optional<Value> if_complete(const FieldReader& in, Value value) {
+  return in.complete() ? std::optional(std::move(value)) : std::nullopt;
+}
+
+void encode_text(std::uint8_t kind, std::string_view text, PortMessage& out) {
+  FieldWriter writer = begin_message(kind);
+  add_text(text, writer);
+  out = writer.take();
+}
+
+}  // namespace
+
+bool EndpointStatus::operator==(const EndpointStatus& other) const {
+  const auto members = [](const EndpointStatus& of) {
+    return std::tuple(of.discovery.participants, of.discovery.most, of.discovery.discovered,
+                      of.discovery.gone, of.guard.endpoints, of.guard.received, of.guard.dropped,
+                      of.failed, of.namesakes);
+  };
+  return members(*this) == members(other) && other_gateways == other.other_gateways;
+}
+
+std::uint8_t kind_of(PortBytes message) {
+  const auto is_zero = [](std::byte octet) { return octet == std::byte{0}; };
+  if (message.size() < kMessageHead ||
+      !std::ranges::all_of(message.subspan(1, kMessageHead - 1), is_zero)) {
+    return 0;
+  }
+  return std::to_integer<std::uint8_t>(message.front());
+}
+
+void encode(ToEndpoints kind, std::string_view text, PortMessage& out) {
+  encode_text(static_cast<std::uint8_t>(kind), text, out);
+}
+
+void encode(FromEndpoints kind, std::string_view text, PortMessage& out) {
+  encode_text(static_cast<std::uint8_t>(kind), text, out);
+}
+
+std::optional<std::string> decode_text(PortBytes message, std::size_t longest) {
+  FieldReader in = content_of(message);
+  std::string out = take_text(in, longest);
+  return if_complete(in, std::move(out));
+}
+
+void add_sender(const Participant& from, PortMessage& out) {
+  const std::string_view host = std::string_view(from.host).substr(0, kLongestHost);
+  FieldWriter writer;
+  writer.bytes(std::as_bytes(std::span(from.prefix)));
+  writer.number(host.size(), 4);
+  writer.bytes(std::as_bytes(std::span(host)));
+  const std::vector<std::byte> sender = writer.take();
+  out.insert(out.end(), sender.begin(), sender.end());
+  out.resize(out.size() + kSenderBytes - sender.size());
+}
+
+std::optional<PortBytes> take_sender(PortBytes message, Participant& from) {
+  FieldReader in = content_of(message);
+  const PortBytes prefix = in.raw(from.prefix.size());
+  const auto length = in.number<std::uint32_t>();
+  const PortBytes host = in.raw(kLongestHost);
+  if (!in.good() || length > kLongestHost)
+    return std::nullopt;
+  const auto is_zero = [](std::byte octet) { return octet == std::byte{0}; };
+  if (!std::ranges::all_of(host.subspan(length), is_zero))
+    return std::nullopt;
+  std::ranges::copy(prefix, std::as_writable_bytes(std::span(from.prefix)).begin());
+  from.host.assign(reinterpret_cast<const char*>(host.data()), length);
+  return message.subspan(kMessageHead + kSenderBytes);
+}
+
+// gateway, incarnation 8, domain 4, profile file, number of lines 4 and their names, renew_after 8,
+// participants 8, last_words 8, guard 1.
+void encode(const GatewayOptions& options, PortMessage& out) {
+  FieldWriter writer = begin_message(static_cast<std::uint8_t>(ToEndpoints::configure));
+  add_text(options.gateway, writer);
+  writer.number(options.incarnation, 8);
+  writer.number(options.domain, 4);
+  add_text(options.profile_file, writer);
+  writer.number(options.lines.size(), 4);
+  for (const std::string& line : options.lines)
+    add_text(line, writer);
+  writer.number(options.renew_after, 8);
+  writer.number(options.participants, 8);
+  writer.number(static_cast<std::uint64_t>(options.last_words.count()), 8);
+  writer.number(options.guard ? 1 : 0, 1);
+  out = writer.take();
+}
+
+std::optional<GatewayOptions> decode_options(PortBytes message) {
+  FieldReader in = content_of(message);
+  GatewayOptions out;
+  out.gateway = take_text(in, kLongestName);
+  out.incarnation = in.number<std::uint64_t>();
+  out.domain = in.number<std::uint32_t>();
+  out.profile_file = take_text(in, kLongestText);
+  const auto lines = in.number<std::uint32_t>();
+  for (std::uint32_t i = 0; i < lines && in.good(); ++i)
+    out.lines.push_back(take_text(in, kLongestName));
+  out.renew_after = in.number<std::uint64_t>();
+  out.participants = in.number<std::size_t>(8);
+  out.last_words = Duration{in.number<std::int64_t>()};
+  const auto guard = in.number<std::uint8_t>();
+  in.require(guard <= 1);
+  out.guard = guard == 1;
+  return if_complete(in, std::move(out));
+}
+
+// Number 1; each: severity 1, file, line 4, column 4, text.
+void encode(FromEndpoints kind, const std::vector<Diagnostic>& diagnostics, PortMessage& out) {
+  FieldWriter writer = begin_message(static_cast<std::uint8_t>(kind));
+  const std::size_t count = std::min(diagnostics.size(), kMostDiagnostics);
+  writer.number(count, 1);
+  for (const Diagnostic& diagnostic : std::span(diagnostics).first(count)) {
+    writer.number(static_cast<std::uint8_t>(diagnostic.severity), 1);
+    add_text(diagnostic.file, writer);
+    writer.number(static_cast<std::uint32_t>(diagnostic.line), 4);
+    writer.number(static_cast<std::uint32_t>(diagnostic.column), 4);
+    add_text(diagnostic.text, writer);
+  }
+  out = writer.take();
+}
+
+std::optional<std::vector<Diagnostic>> decode_diagnostics(PortBytes message) {
+  FieldReader in = content_of(message);
+  const auto count = in.number<std::uint8_t>();
+  in.require(count <= kMostDiagnostics);
+  std::vector<Diagnostic> out;
+  for (std::uint8_t i = 0; i < count && in.good(); ++i) {
+    Diagnostic& diagnostic = out.emplace_back();
+    const auto severity = in.number<std::uint8_t>();
+    in.require(severity <= static_cast<std::uint8_t>(Severity::error));
+    diagnostic.severity = static_cast<Severity>(severity);
+    diagnostic.file = take_text(in, kLongestText);
+    diagnostic.line = static_cast<decltype(diagnostic.line)>(in.number<std::uint32_t>());
+    diagnostic.column = static_cast<decltype(diagnostic.column)>(in.number<std::uint32_t>());
+    diagnostic.text = take_text(in, kLongestText);
+  }
+  return if_complete(in, std::move(out));
+}
+
+void encode_unreadable(std::uint64_t samples, PortMessage& out) {
+  FieldWriter writer = begin_message(static_cast<std::uint8_t>(FromEndpoints::unreadable));
+  writer.number(samples, 8);
+  out = writer.take();
+}
+
+std::optional<std::uint64_t> decode_unreadable(PortBytes message) {
+  FieldReader in = content_of(message);
+  const auto samples = in.number<std::uint64_t>();
+  return if_complete(in, samples);
+}
+
+// participants 8, most 8, discovered 8, gone 8, endpoints 8, received 8, dropped 8 each, failed 8,
+// namesakes 4, number of other gateways 4 and their names.
+void encode(const EndpointStatus& status, PortMessage& out) {
+  FieldWriter writer = begin_message(static_cast<std::uint8_t>(FromEndpoints::status));
+  writer.number(status.discovery.participants, 8);
+  writer.number(status.discovery.most, 8);
+  writer.number(status.discovery.discovered, 8);
+  writer.number(status.discovery.gone, 8);
+  writer.number(status.guard.endpoints, 8);
+  writer.number(status.guard.received, 8);
+  for (const std::uint64_t dropped : status.guard.dropped)
+    writer.number(dropped, 8);
+  writer.number(status.failed, 8);
+  writer.number(status.namesakes, 4);
+  const std::size_t listed = std::min(status.other_gateways.size(), EndpointStatus::kMostListed);
+  writer.number(listed, 4);
+  for (const std::string& gateway : std::span(status.other_gateways).first(listed))
+    add_text(std::string_view(gateway).substr(0, kLongestName), writer);
+  out = writer.take();
+}
+
+std::optional<EndpointStatus> decode_status(PortBytes message) {
+  FieldReader in = content_of(message);
+  EndpointStatus out;
+  out.discovery.participants = in.number<std::size_t>(8);
+  out.discovery.most = in.number<std::size_t>(8);
+  out.discovery.discovered = in.number<std::uint64_t>();
+  out.discovery.gone = in.number<std::uint64_t>();
+  out.guard.endpoints = in.number<std::size_t>(8);
+  out.guard.received = in.number<std::uint64_t>();
+  for (std::uint64_t& dropped : out.guard.dropped)
+    dropped = in.number<std::uint64_t>();
+  out.failed = in.number<std::uint64_t>();
+  out.namesakes = in.number<std::uint32_t>();
+  const auto listed = in.number<std::uint32_t>();
+  in.require(listed <= EndpointStatus::kMostListed);
+  for (std::uint32_t i = 0; i < listed && in.good(); ++i)
+    out.other_gateways.push_back(take_text(in, kLongestName));
+  return if_complete(in, std::move(out));
+}
+
+}  // namespace linegate::dds

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+// The messages between a gateway and the process with its DDS endpoints.
+//
+// Layout: the kind in one octet, seven octets 0, and the content. Samples are in CDR without
+// encapsulation, as fastddsgen generates it from linegate.idl, in the byte order of the host, with
+// alignments counted from its first octet. Before a sample from the endpoints is its sender: the
+// prefix of its GUID in 12 octets, the length of its host in 4, and 64 octets with the host, the
+// unused ones 0. The content of all other kinds is in the comments below: numbers are
+// little-endian, a text is its length in 2 octets and its octets.
+//
+// Messages from the endpoints come from a process that the network may have taken over. Each
+// decoder returns false, or nothing, unless the message is complete, has no octet too many and each
+// of its members is within its limits.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <exception>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <fastcdr/Cdr.h>
+#include <fastcdr/FastBuffer.h>
+
+#include "bridges/dds/guard/counters.h"
+#include "bridges/dds/publisher.h"
+#include "bridges/dds/values.h"
+#include "stack/base/diagnostic.h"
+
+namespace linegate::dds {
+
+enum class ToEndpoints : std::uint8_t {
+  configure = 1,  // GatewayOptions; the first message
+  add_line,       // text
+  remove_line,    // text
+  forget_pdos,    // text: line
+  gateway_state,  // samples
+  line_state,
+  node_state,
+  output_state,
+  image_layout,
+  process_image,
+  pdo_update,
+  pdo_reception,
+  event,
+  command_reply,
+  stop,  // nothing: end after the last words
+};
+
+enum class FromEndpoints : std::uint8_t {
+  ready = 1,     // diagnostics: the endpoints exist
+  failed,        // diagnostics: they could not be created, the process ends
+  output_write,  // samples with their sender
+  command_request,
+  unreadable,      // 8 octets: number of samples
+  output_misfit,   // text: name of the QoS policy
+  command_misfit,  // text
+  status,          // EndpointStatus
+};
+
+// The state of the endpoints. All counters are since the start of the process.
+struct EndpointStatus {
+  DiscoveryCounters discovery;
+  guard::Counters guard;
+  std::uint64_t failed = 0;  // samples that DDS refused
+  std::uint32_t namesakes = 0;
+  std::vector<std::string> other_gateways;  // up to kMostListed
+
+  static constexpr std::size_t kMostListed = 256;
+
+  bool operator==(const EndpointStatus& other) const;
+};
+
+inline constexpr std::size_t kMessageHead = 8;
+inline constexpr std::size_t kLongestName = 64;
+inline constexpr std::size_t kMostDiagnostics = 32;
+inline constexpr std::size_t kLongestHost = 64;
+inline constexpr std::size_t kSenderBytes = 80;
+
+using PortMessage = std::vector<std::byte>;
+using PortBytes = std::span<const std::byte>;
+
+// 0 if the message has no valid head.
+std::uint8_t kind_of(PortBytes message);
+
+void encode(ToEndpoints kind, std::string_view text, PortMessage& out);
+void encode(FromEndpoints kind, std::string_view text, PortMessage& out);
+std::optional<std::string> decode_text(PortBytes message, std::size_t longest = kLongestName);
+
+void encode(const GatewayOptions& options, PortMessage& out);
+std::optional<GatewayOptions> decode_options(PortBytes message);
+
+void encode(FromEndpoints kind, const std::vector<Diagnostic>& diagnostics, PortMessage& out);
+std::optional<std::vector<Diagnostic>> decode_diagnostics(PortBytes message);
+
+void encode_unreadable(std::uint64_t samples, PortMessage& out);
+std::optional<std::uint64_t> decode_unreadable(PortBytes message);
+
+void encode(const EndpointStatus& status, PortMessage& out);
+std::optional<EndpointStatus> decode_status(PortBytes message);
+
+// Adds the sender to the head of a message; a longer host is cut. Returns its content behind the
+// sender, or nothing if the sender is malformed.
+void add_sender(const Participant& from, PortMessage& out);
+std::optional<PortBytes> take_sender(PortBytes message, Participant& from);
+
+template <class Sample>
+void add_sample(const Sample& sample, PortMessage& out) {
+  const std::size_t begin = out.size();
+  out.resize(begin + Sample::getCdrSerializedSize(sample));
+  eprosima::fastcdr::FastBuffer buffer(reinterpret_cast<char*>(out.data() + begin),
+                                       out.size() - begin);
+  eprosima::fastcdr::Cdr cdr(buffer);
+  sample.serialize(cdr);
+  out.resize(begin + cdr.getSerializedDataLength());
+}
+
+// Strings longer than those of the contract are cut. The sample may have any content that its type
+// can have; check it as a sample of an untrusted writer.
+template <class Sample>
+bool read_sample(PortBytes content, Sample& sample) {
+  try {
+    // Reads only.
+    eprosima::fastcdr::FastBuffer buffer(
+        const_cast<char*>(reinterpret_cast<const char*>(content.data())), content.size());
+    eprosima::fastcdr::Cdr cdr(buffer);
+    sample.deserialize(cdr);
+    return cdr.getSerializedDataLength() == content.size();
+  } catch (const std::exception&) {
+    return false;
+  }
+}
+
+// Throws nothing for samples within the bounds of the contract. out keeps its capacity.
+template <class Sample>
+void encode_sample(std::uint8_t kind, const Sample& sample, PortMessage& out) {
+  out.assign(kMessageHead, std::byte{0});
+  out.front() = std::byte{kind};
+  add_sample(sample, out);
+}
+
+template <class Sample>
+bool decode_sample(PortBytes message, Sample& sample) {
+  return kind_of(message) != 0 && read_sample(message.subspan(kMessageHead), sample);
+}
+
+// The same for a sample from the endpoints.
+template <class Sample>
+void encode_received(FromEndpoints kind, const Participant& from, const Sample& sample,
+                     PortMessage& out) {
+  out.assign(kMessageHead, std::byte{0});
+  out.front() = static_cast<std::byte>(kind);
+  add_sender(from, out);
+  add_sample(sample, out);
+}
+
+template <class Sample>
+bool decode_received(PortBytes message, Participant& from, Sample& sample) {
+  const auto content = take_sender(message, from);
+  return content && read_sample(*content, sample);
+}
+
+}  // namespace linegate::dds

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bridges/dds/port_server.h"
+
+#include <cstdint>
+#include <mutex>
+#include <utility>
+
+#include "bridges/dds/port_codec.h"
+#include "bridges/dds/sample_port.h"
+
+namespace linegate::dds {
+namespace {
+
+constexpr int kSamplesOfTopic = 256;  // in one poll(), so that no topic starves the other
+
+class EndpointServer final : public PortServer {
+ public:
+  explicit EndpointServer(std::unique_ptr<SamplePort> port) : port_(std::move(port)) {}
+
+  bool handle(Message message) override;
+  bool poll(Duration timeout, const Send& send) override;
+  void wake() override { port_->wake(); }
+
+ private:
+  template <class Sample>
+  void write(Message message, Sample& sample);
+  template <class Sample>
+  bool pass_on(FromEndpoints kind, Sample& sample, const Send& send);
+  template <class Sample>
+  bool pass_on_all(FromEndpoints kind, Sample& sample, const Send& send, int& passed);
+  bool send_waiting(const Send& send);
+  void send_status(const Send& send);
+
+  const std::unique_ptr<SamplePort> port_;
+
+  // Used by handle(): buffers are reused.
+  v1::GatewayState gateway_;
+  v1::LineState line_;
+  v1::NodeState node_;
+  v1::OutputState output_state_;
+  v1::ImageLayout layout_;
+  v1::ProcessImage image_;
+  v1::PdoUpdate update_;
+  v1::PdoReception reception_;
+  v1::Event event_;
+  v1::CommandReply reply_;
+
+  // Used by poll().
+  PortMessage waiting_;  // a message for which there was no room
+  v1::OutputWrite output_;
+  v1::CommandRequest request_;
+  Participant from_;  // the sender of the one that was taken last
+  EndpointStatus reported_;
+  bool status_reported_ = false;
+
+  std::mutex mutex_;
+  std::uint64_t failed_ = 0;  // samples that DDS refused
+};
+
+template <class Sample>
+void EndpointServer::write(Message message, Sample& sample) {
+  if (decode_sample(message, sample) && port_->write(sample))
+    return;
+  const std::lock_guard lock(mutex_);
+  ++failed_;
+}
+
+bool EndpointServer::handle(Message message) {
+  switch (static_cast<ToEndpoints>(kind_of(message))) {
+    case ToEndpoints::add_line:
+      port_->add_line(decode_text(message).value_or(""));
+      return true;
+    case ToEndpoints::remove_line:
+      port_->remove_line(decode_text(message).value_or(""));
+      return true;
+    case ToEndpoints::forget_pdos:
+      port_->forget_pdos(decode_text(message).value_or(""));
+      return true;
+    case ToEndpoints::gateway_state:
+      write(message, gateway_);
+      return true;
+    case ToEndpoints::line_state:
+      write(message, line_);
+      return true;
+    case ToEndpoints::node_state:
+      write(message, node_);
+      return true;
+    case ToEndpoints::output_state:
+      write(message, output_state_);
+      return true;
+    case ToEndpoints::image_layout:
+      write(message, layout_);
+      return true;
+    case ToEndpoints::process_image:
+      write(message, image_);
+      return true;
+    case ToEndpoints::pdo_update:
+      write(message, update_);
+      return true;
+    case ToEndpoints::pdo_reception:
+      write(message, reception_);
+      return true;
+    case ToEndpoints::event:
+      write(message, event_);
+      return true;
+    case ToEndpoints::command_reply:
+      write(message, reply_);
+      return true;
+    case ToEndpoints::configure:
+    case ToEndpoints::stop:
+      break;
+  }
+  return false;
+}
+
+bool EndpointServer::poll(Duration timeout, const Send& send) {
+  if (!send_waiting(send))
+    return false;
+  const bool any = port_->wait(timeout);
+  int outputs = 0;
+  int commands = 0;
+  const bool room = !any || (pass_on_all(FromEndpoints::output_write, output_, send, outputs) &&
+                             pass_on_all(FromEndpoints::command_request, request_, send, commands));
+  if (!room || outputs == kSamplesOfTopic || commands == kSamplesOfTopic) {
+    port_->wake();  // the next wait() reports new samples only
+    return room;
+  }
+  port_->all_outputs_taken();
+  port_->all_commands_taken();
+  send_status(send);
+  return true;
+}
+
+template <class Sample>
+bool EndpointServer::pass_on_all(FromEndpoints kind, Sample& sample, const Send& send,
+                                 int& passed) {
+  bool room = true;
+  while (room && passed < kSamplesOfTopic) {
+    const SamplePort::Taken taken = port_->take(sample, from_);
+    if (taken == SamplePort::Taken::none)
+      break;
+    ++passed;
+    room = taken == SamplePort::Taken::invalid || pass_on(kind, sample, send);
+  }
+  return room;
+}
+
+template <class Sample>
+bool EndpointServer::pass_on(FromEndpoints kind, Sample& sample, const Send& send) {
+  encode_received(kind, from_, sample, waiting_);
+  return send_waiting(send);
+}
+
+bool EndpointServer::send_waiting(const Send& send) {
+  if (!waiting_.empty() && !send(waiting_))
+    return false;
+  waiting_.clear();
+  return true;
+}
+
+// What has no room is sent with the next change; only the newest state counts.
+void EndpointServer::send_status(const Send& send) {
+  PortMessage message;
+  if (const std::uint64_t unreadable = port_->take_unreadable(); unreadable != 0) {
+    encode_unreadable(unreadable, message);
+    send(message);
+  }
+  if (const std::string_view policy = port_->output_misfit(); !policy.empty()) {
+    encode(FromEndpoints::output_misfit, policy, message);
+    send(message);
+  }
+  if (const std::string_view policy = port_->command_misfit(); !policy.empty()) {
+    encode(FromEndpoints::command_misfit, policy, message);
+    send(message);
+  }
+  EndpointStatus status{.discovery = port_->discovery(),
+                        .guard = port_->guard_counters(),
+                        .namesakes = static_cast<std::uint32_t>(port_->namesakes()),
+                        .other_gateways = port_->other_gateways()};
+  {
+    const std::lock_guard lock(mutex_);
+    status.failed = failed_;
+  }
+  if (status_reported_ && status == reported_)
+    return;
+  encode(status, message);
+  status_reported_ = send(message);
+  reported_ = std::move(status);
+}
+
+}  // namespace
+
+std::unique_ptr<PortServer> PortServer::make(Message configure, const Send& send) {
+  const bool is_first = kind_of(configure) == static_cast<std::uint8_t>(ToEndpoints::configure);
+  const auto options = is_first ? decode_options(configure) : std::nullopt;
+  if (!options)
+    return nullptr;
+  auto made = make_local_port(*options);
+  PortMessage answer;
+  encode(made.value ? FromEndpoints::ready : FromEndpoints::failed, made.diagnostics, answer);
+  if (!send(answer) || !made.value)
+    return nullptr;
+  return std::make_unique<EndpointServer>(std::move(*made.value));
+}
+
+}  // namespace linegate::dds

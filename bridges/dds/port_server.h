@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// The other end of a RemotePort: carries out its messages with the endpoints of this process.
+//
+// Passive: handle() from one thread, poll() from another, wake() from any.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <span>
+
+#include "stack/base/time.h"
+
+namespace linegate::dds {
+
+class PortServer {
+ public:
+  using Message = std::span<const std::byte>;  // see port_codec.h
+  // Sends a message; returns false if there is no room.
+  using Send = std::function<bool(Message message)>;
+
+  virtual ~PortServer() = default;
+
+  // Creates the endpoints that the first message describes, and sends FromEndpoints::ready or
+  // failed. Returns nullptr if it failed.
+  static std::unique_ptr<PortServer> make(Message configure, const Send& send);
+
+  // Returns false if the message asks to end, or is malformed.
+  virtual bool handle(Message message) = 0;
+
+  // Waits for samples, at most `timeout`, and sends them, and changes of the status. Returns false
+  // if there was no room: try again soon.
+  virtual bool poll(Duration timeout, const Send& send) = 0;
+  // Ends the present poll(), or the next one.
+  virtual void wake() = 0;
+};
+
+}  // namespace linegate::dds

@@ -1,0 +1,437 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bridges/dds/remote_port.h"
+
+#include <algorithm>
+#include <chrono>
+#include <mutex>
+#include <utility>
+
+#include "bridges/dds/port_codec.h"
+#include "bridges/dds/retained_messages.h"
+#include "bridges/dds/sample_port.h"
+
+namespace linegate::dds {
+namespace {
+
+using Key = RetainedMessages::Key;
+using Policy = RetainedMessages::Policy;
+
+// As deep as the history of the writers in linegate-profiles.xml.
+constexpr Policy kNewest{};
+constexpr Policy kEvents{.depth = 1'000};
+constexpr Policy kReplies{.depth = 256};  // a client that misses one repeats its request
+constexpr Policy kImages{.depth = 8, .once = true, .newest_always = true};
+constexpr Policy kReceptions{.depth = 4'096, .once = true};
+constexpr Policy kUpdates{.once = true};
+
+constexpr Duration kRetryPeriod = std::chrono::milliseconds(2);  // while the ring is full
+constexpr int kControlsPerPoll = 64;
+// Time for what is left to be sent, besides the last words.
+constexpr Duration kTimeToEnd = std::chrono::milliseconds(1'500);
+
+constexpr std::uint8_t number_of(ToEndpoints kind) {
+  return static_cast<std::uint8_t>(kind);
+}
+
+class RemotePort final : public SamplePort {
+ public:
+  RemotePort(const GatewayOptions& options, std::unique_ptr<MessageLink> link);
+  ~RemotePort() override;
+  RemotePort(const RemotePort&) = delete;
+  RemotePort& operator=(const RemotePort&) = delete;
+
+  // Waits for the first process.
+  std::vector<Diagnostic> start(Duration patience);
+
+  bool add_line(const std::string& line) override;
+  void remove_line(const std::string& line) override;
+  void forget_pdos(std::string_view line) override;
+
+  bool write(v1::GatewayState& sample) override {
+    return keep(ToEndpoints::gateway_state, {}, {}, kNewest, sample);
+  }
+  bool write(v1::LineState& sample) override {
+    return keep(ToEndpoints::line_state, sample.line().c_str(), {}, kNewest, sample);
+  }
+  bool write(v1::NodeState& sample) override {
+    return keep(ToEndpoints::node_state, sample.line().c_str(), std::to_string(sample.node()),
+                kNewest, sample);
+  }
+  bool write(v1::OutputState& sample) override {
+    return keep(ToEndpoints::output_state, sample.line().c_str(), std::to_string(sample.group()),
+                kNewest, sample);
+  }
+  bool write(v1::ImageLayout& sample) override {
+    return keep(ToEndpoints::image_layout, sample.line().c_str(),
+                std::to_string(sample.direction()) + ' ' + std::to_string(sample.part()), kNewest,
+                sample);
+  }
+  bool write(v1::ProcessImage& sample) override {
+    return keep(ToEndpoints::process_image, sample.line().c_str(),
+                std::to_string(sample.direction()), kImages, sample);
+  }
+  bool write(v1::PdoUpdate& sample) override;
+  bool write(v1::PdoReception& sample) override {
+    return keep(ToEndpoints::pdo_reception, sample.line().c_str(), {}, kReceptions, sample);
+  }
+  bool write(v1::Event& sample) override {
+    return keep(ToEndpoints::event, sample.line().c_str(), {}, kEvents, sample);
+  }
+  bool write(v1::CommandReply& sample) override {
+    return keep(ToEndpoints::command_reply, {}, {}, kReplies, sample);
+  }
+  bool accepts_image(std::string_view line, image::Direction direction) const override;
+  std::uint64_t failed_later() const override;
+
+  bool wait(Duration timeout) override;
+  void wake() override { link_->wake(); }
+  Taken take(v1::OutputWrite& sample, Participant& from) override {
+    return take(FromEndpoints::output_write, sample, from);
+  }
+  Taken take(v1::CommandRequest& sample, Participant& from) override {
+    return take(FromEndpoints::command_request, sample, from);
+  }
+  void all_outputs_taken() override {}
+  void all_commands_taken() override {}
+  std::uint64_t take_unreadable() override { return std::exchange(unreadable_, 0); }
+  std::string_view output_misfit() override { return taken(output_misfit_, last_misfit_); }
+  std::string_view command_misfit() override { return taken(command_misfit_, last_misfit_); }
+
+  std::size_t namesakes() const override { return locked().namesakes; }
+  std::vector<std::string> other_gateways() const override { return locked().other_gateways; }
+  DiscoveryCounters discovery() const override { return total().discovery; }
+  guard::Counters guard_counters() const override { return total().guard; }
+
+ private:
+  template <class Sample>
+  bool keep(ToEndpoints kind, std::string line, std::string instance, Policy policy,
+            const Sample& sample, std::uint32_t tally = 0);
+  void keep_text(ToEndpoints kind, std::uint8_t topic, const std::string& line, Policy policy);
+  void pump();
+  void note_process(ProcessNumber process);
+  bool fetch();
+  void handle_control();
+  void note_started(std::vector<Diagnostic> diagnostics);
+  template <class Sample>
+  Taken take(FromEndpoints kind, Sample& sample, Participant& from);
+  static std::string_view taken(std::string& misfit, std::string& last) {
+    last = std::exchange(misfit, {});
+    return last;
+  }
+  EndpointStatus locked() const {
+    const std::lock_guard lock(mutex_);
+    return status_;
+  }
+  EndpointStatus total() const;
+
+  const Duration last_words_;
+  const std::unique_ptr<MessageLink> link_;
+
+  mutable std::mutex mutex_;  // write() runs in two threads; held for a copy of messages at most
+  RetainedMessages retained_;
+  PortMessage buffer_;
+  ProcessNumber process_ = 0;  // the one that the messages are sent to
+  bool ready_ = false;         // it has created its endpoints
+  EndpointStatus status_;      // of that process
+  EndpointStatus before_;      // sums of the counters of all processes before it
+  std::uint64_t lost_ = 0;
+
+  // Used by the polling thread.
+  PortMessage received_;  // empty: none
+  ProcessNumber received_of_ = 0;
+  std::uint64_t unreadable_ = 0;
+  std::string output_misfit_;
+  std::string command_misfit_;
+  std::string last_misfit_;
+  bool started_ = false;
+  bool failed_ = false;
+  std::vector<Diagnostic> diagnostics_;  // of the first process
+};
+
+RemotePort::RemotePort(const GatewayOptions& options, std::unique_ptr<MessageLink> link)
+    : last_words_(options.last_words), link_(std::move(link)) {
+  encode(options, buffer_);
+  retained_.add({.line = {}, .topic = number_of(ToEndpoints::configure)}, kNewest, buffer_);
+}
+
+// The process receives what is left, and a request to end. It has a limited time for both.
+RemotePort::~RemotePort() {
+  using Clock = std::chrono::steady_clock;
+  const auto deadline = Clock::now() + kTimeToEnd + last_words_;
+  {
+    const std::lock_guard lock(mutex_);
+    encode(ToEndpoints::stop, "", buffer_);
+    retained_.add({.line = {}, .topic = number_of(ToEndpoints::stop)}, kNewest, buffer_);
+  }
+  for (bool left = true; left && Clock::now() < deadline;) {
+    {
+      const std::lock_guard lock(mutex_);
+      pump();
+      left = retained_.next() != nullptr && link_->process() != 0;
+    }
+    if (left)
+      link_->wait(kRetryPeriod);
+  }
+  link_->finish(std::max(Duration::zero(), Duration{deadline - Clock::now()}));
+}
+
+std::vector<Diagnostic> RemotePort::start(Duration patience) {
+  using Clock = std::chrono::steady_clock;
+  const auto deadline = Clock::now() + patience;
+  while (!started_ && !failed_ && Clock::now() < deadline)
+    wait(Duration{deadline - Clock::now()});
+  if (!started_ && !failed_) {
+    diagnostics_.push_back({Severity::error,
+                            {},
+                            0,
+                            0,
+                            "the DDS process does not respond: see the log for its reason"});
+  }
+  return std::move(diagnostics_);
+}
+
+// --- out -----------------------------------------------------------------------------------------
+
+template <class Sample>
+bool RemotePort::keep(ToEndpoints kind, std::string line, std::string instance, Policy policy,
+                      const Sample& sample, std::uint32_t tally) {
+  const std::lock_guard lock(mutex_);
+  try {
+    encode_sample(number_of(kind), sample, buffer_);
+  } catch (const std::exception&) {
+    return false;  // its size is beyond that of any buffer
+  }
+  retained_.add({std::move(line), number_of(kind), std::move(instance)}, policy, buffer_, tally);
+  pump();
+  return true;
+}
+
+// The receptions of an update that was not sent yet count with the newer one.
+bool RemotePort::write(v1::PdoUpdate& sample) {
+  std::string instance = std::to_string(sample.node()) + ' ' + std::to_string(sample.pdo());
+  {
+    const std::lock_guard lock(mutex_);
+    const Key key{sample.line().to_string(), number_of(ToEndpoints::pdo_update), instance};
+    sample.receptions(sample.receptions() + retained_.unsent_tally(key));
+  }
+  return keep(ToEndpoints::pdo_update, sample.line().to_string(), std::move(instance), kUpdates,
+              sample, sample.receptions());
+}
+
+void RemotePort::keep_text(ToEndpoints kind, std::uint8_t topic, const std::string& line,
+                           Policy policy) {
+  encode(kind, line, buffer_);
+  retained_.add({line, topic}, policy, buffer_);
+}
+
+// The first add_line() of a line stays before its events, which outlive the line. A later one, of a
+// line that is made anew, follows its remove_line().
+bool RemotePort::add_line(const std::string& line) {
+  constexpr std::uint8_t kAgain = 0xFF;
+  const std::lock_guard lock(mutex_);
+  const std::uint8_t first = number_of(ToEndpoints::add_line);
+  keep_text(ToEndpoints::add_line, retained_.contains({line, first}) ? kAgain : first, line,
+            kNewest);
+  pump();
+  return true;
+}
+
+void RemotePort::remove_line(const std::string& line) {
+  const std::lock_guard lock(mutex_);
+  retained_.drop([&](const Key& key) {
+    return key.line == line && key.topic != number_of(ToEndpoints::event) &&
+           key.topic != number_of(ToEndpoints::add_line);
+  });
+  keep_text(ToEndpoints::remove_line, number_of(ToEndpoints::remove_line), line, kNewest);
+  pump();
+}
+
+void RemotePort::forget_pdos(std::string_view line) {
+  const std::lock_guard lock(mutex_);
+  retained_.drop([&](const Key& key) {
+    return key.line == line && key.topic == number_of(ToEndpoints::pdo_update);
+  });
+  keep_text(ToEndpoints::forget_pdos, number_of(ToEndpoints::forget_pdos), std::string(line),
+            kUpdates);
+  pump();
+}
+
+bool RemotePort::accepts_image(std::string_view line, image::Direction direction) const {
+  const std::lock_guard lock(mutex_);
+  const Key key{std::string(line), number_of(ToEndpoints::process_image),
+                std::to_string(static_cast<unsigned>(direction))};
+  return ready_ && retained_.pending(key) + 1 < kImages.depth;
+}
+
+// Sends as much as there is room for. The mutex is held.
+void RemotePort::pump() {
+  const ProcessNumber process = link_->process();
+  if (process != process_)
+    note_process(process);
+  if (process == 0)
+    return;
+  retained_.note_done(link_->positions(process).done);
+  while (const PortMessage* message = retained_.next()) {
+    if (!link_->send(process, *message))
+      return;
+    retained_.note_sent(link_->positions(process).sent);
+  }
+}
+
+void RemotePort::note_process(ProcessNumber process) {
+  process_ = process;
+  ready_ = false;
+  before_.discovery.discovered += status_.discovery.discovered;
+  before_.discovery.gone += status_.discovery.gone + status_.discovery.participants;
+  before_.guard.received += status_.guard.received;
+  for (std::size_t i = 0; i < before_.guard.dropped.size(); ++i)
+    before_.guard.dropped[i] += status_.guard.dropped[i];
+  before_.failed += status_.failed;
+  status_ = {};
+  retained_.restart();
+}
+
+EndpointStatus RemotePort::total() const {
+  const std::lock_guard lock(mutex_);
+  EndpointStatus out = status_;
+  out.discovery.discovered += before_.discovery.discovered;
+  out.discovery.gone += before_.discovery.gone;
+  out.guard.received += before_.guard.received;
+  for (std::size_t i = 0; i < out.guard.dropped.size(); ++i)
+    out.guard.dropped[i] += before_.guard.dropped[i];
+  return out;
+}
+
+std::uint64_t RemotePort::failed_later() const {
+  const std::lock_guard lock(mutex_);
+  return before_.failed + status_.failed + retained_.lost();
+}
+
+// --- in ------------------------------------------------------------------------------------------
+
+bool RemotePort::wait(Duration timeout) {
+  bool waits_for_room = false;
+  {
+    const std::lock_guard lock(mutex_);
+    pump();
+    waits_for_room = retained_.next() != nullptr && process_ != 0;
+  }
+  if (received_.empty() && !fetch())
+    link_->wait(waits_for_room ? std::min(timeout, kRetryPeriod) : timeout);
+  {
+    const std::lock_guard lock(mutex_);
+    pump();
+  }
+  return !received_.empty() || fetch();
+}
+
+// Returns true if there is a sample in received_. Other messages are handled; their number is
+// limited, because a process that was taken over may send them without end.
+bool RemotePort::fetch() {
+  for (int i = 0; i < kControlsPerPoll; ++i) {
+    received_of_ = link_->receive(received_);
+    if (received_of_ == 0) {
+      received_.clear();
+      return false;
+    }
+    const auto kind = static_cast<FromEndpoints>(kind_of(received_));
+    if (kind == FromEndpoints::output_write || kind == FromEndpoints::command_request)
+      return true;
+    handle_control();
+    received_.clear();
+  }
+  return false;
+}
+
+void RemotePort::handle_control() {
+  bool good = false;
+  switch (static_cast<FromEndpoints>(kind_of(received_))) {
+    case FromEndpoints::ready:
+      if (auto diagnostics = decode_diagnostics(received_)) {
+        note_started(std::move(*diagnostics));
+        good = true;
+      }
+      break;
+    case FromEndpoints::failed:
+      if (auto diagnostics = decode_diagnostics(received_)) {
+        for (const Diagnostic& diagnostic : *diagnostics) {
+          if (started_)
+            link_->log(diagnostic.severity, to_string(diagnostic));
+        }
+        failed_ = true;
+        diagnostics_ = std::move(*diagnostics);
+        good = true;
+      }
+      break;
+    case FromEndpoints::unreadable:
+      if (const auto samples = decode_unreadable(received_)) {
+        unreadable_ += *samples;
+        good = true;
+      }
+      break;
+    case FromEndpoints::output_misfit:
+    case FromEndpoints::command_misfit:
+      if (auto policy = decode_text(received_)) {
+        const bool of_outputs =
+            static_cast<FromEndpoints>(kind_of(received_)) == FromEndpoints::output_misfit;
+        (of_outputs ? output_misfit_ : command_misfit_) = std::move(*policy);
+        good = true;
+      }
+      break;
+    case FromEndpoints::status:
+      if (auto status = decode_status(received_)) {
+        const std::lock_guard lock(mutex_);
+        if (received_of_ == process_)
+          status_ = std::move(*status);
+        good = true;
+      }
+      break;
+    case FromEndpoints::output_write:
+    case FromEndpoints::command_request:
+      break;
+  }
+  if (!good)
+    link_->reject(received_of_, "it sent a malformed message");
+}
+
+void RemotePort::note_started(std::vector<Diagnostic> diagnostics) {
+  {
+    const std::lock_guard lock(mutex_);
+    ready_ = ready_ || received_of_ == process_;
+  }
+  if (std::exchange(started_, true)) {
+    link_->log(Severity::note, "the DDS process runs again");
+  } else {
+    diagnostics_ = std::move(diagnostics);
+  }
+}
+
+template <class Sample>
+SamplePort::Taken RemotePort::take(FromEndpoints kind, Sample& sample, Participant& from) {
+  if (received_.empty() && !fetch())
+    return Taken::none;
+  if (kind_of(received_) != static_cast<std::uint8_t>(kind))
+    return Taken::none;  // a sample of the other topic is next
+  const bool good = decode_received(received_, from, sample);
+  received_.clear();
+  if (!good) {
+    link_->reject(received_of_, "it sent a malformed sample");
+    return Taken::invalid;
+  }
+  return Taken::sample;
+}
+
+}  // namespace
+
+Loaded<std::unique_ptr<GatewayBridge>> make_remote_bridge(const GatewayOptions& options,
+                                                          std::unique_ptr<MessageLink> link,
+                                                          Duration patience) {
+  Loaded<std::unique_ptr<GatewayBridge>> result;
+  auto port = std::make_unique<RemotePort>(options, std::move(link));
+  result.diagnostics = port->start(patience);
+  if (!has_errors(result.diagnostics))
+    result.value = GatewayBridge::make(options, std::move(port));
+  return result;
+}
+
+}  // namespace linegate::dds

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/edge/edge_end.h"
+
+#include <array>
+#include <chrono>
+#include <csignal>
+
+#include <linux/capability.h>
+#include <poll.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+namespace linegate::gateway {
+namespace {
+
+bool drop_capabilities() {
+  for (unsigned long capability = 0; capability <= CAP_LAST_CAP; ++capability) {
+    prctl(PR_CAPBSET_DROP, capability, 0, 0, 0);  // not permitted without CAP_SETPCAP
+  }
+  __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
+  std::array<__user_cap_data_struct, 2> none{};
+  return prctl(PR_CAP_AMBIENT, PR_CAP_AMBIENT_CLEAR_ALL, 0, 0, 0) == 0 &&
+         syscall(SYS_capset, &header, none.data()) == 0;
+}
+
+bool limit(__rlimit_resource resource, std::size_t most) {
+  rlimit present{};
+  getrlimit(resource, &present);
+  const rlimit wanted{std::min<rlim_t>(most, present.rlim_max),
+                      std::min<rlim_t>(most, present.rlim_max)};
+  return setrlimit(resource, &wanted) == 0;
+}
+
+}  // namespace
+
+bool give_up_privileges(std::size_t memory) {
+  const pid_t parent = getppid();
+  return prctl(PR_SET_PDEATHSIG, SIGKILL, 0, 0, 0) == 0 && getppid() == parent && parent != 1 &&
+         drop_capabilities() && prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 &&
+         limit(RLIMIT_RTPRIO, 0) && limit(RLIMIT_MEMLOCK, 0) && limit(RLIMIT_DATA, memory);
+}
+
+EdgeEnd::EdgeEnd()
+    : rings_(kRingsDescriptor),
+      incoming_(rings_.other_incoming()),
+      outgoing_(rings_.other_outgoing()) {
+  close(kRingsDescriptor);
+}
+
+std::span<const std::byte> EdgeEnd::receive(Duration timeout) {
+  if (incoming_.front(message_)) {
+    return message_;
+  }
+  if (!incoming_.broken() && incoming_.prepare_wait()) {
+    pollfd wake{kWakeDescriptor, POLLIN, 0};
+    const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(timeout).count();
+    if (poll(&wake, 1, static_cast<int>(ms)) == 1) {
+      std::array<char, 64> octets{};
+      recv(kWakeDescriptor, octets.data(), octets.size(), MSG_DONTWAIT);
+    }
+  }
+  return incoming_.front(message_) ? std::span<const std::byte>(message_)
+                                   : std::span<const std::byte>();
+}
+
+bool EdgeEnd::send(std::span<const std::byte> message) {
+  if (!outgoing_.push(message)) {
+    return false;
+  }
+  if (outgoing_.pop_waiting()) {
+    const char octet = 0;
+    ::send(kWakeDescriptor, &octet, 1, MSG_DONTWAIT | MSG_NOSIGNAL);
+  }
+  return true;
+}
+
+}  // namespace linegate::gateway

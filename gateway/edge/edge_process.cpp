@@ -1,0 +1,422 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/edge/edge_process.h"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+#include <optional>
+#include <system_error>
+#include <utility>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <pthread.h>
+#include <spawn.h>
+#include <sys/socket.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "gateway/edge/edge_end.h"
+#include "gateway/runtime/clock.h"
+
+namespace linegate::gateway {
+namespace {
+
+constexpr Duration kLookPeriod = std::chrono::milliseconds(200);
+constexpr std::size_t kLongestLine = 2'000;
+constexpr int kReadsPerLook = 16;
+
+// Closes it at its end.
+class Descriptor {
+ public:
+  explicit Descriptor(int number = -1) : number_(number) {}
+  Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
+  Descriptor& operator=(Descriptor&& other) noexcept {
+    std::swap(number_, other.number_);
+    return *this;
+  }
+  ~Descriptor() {
+    if (number_ >= 0) {
+      close(number_);
+    }
+  }
+  int get() const { return number_; }
+
+ private:
+  int number_;
+};
+
+using DescriptorPair = std::pair<Descriptor, Descriptor>;
+
+DescriptorPair checked(int result, const std::array<int, 2>& both, const char* what) {
+  if (result != 0) {
+    throw std::system_error(errno, std::generic_category(), what);
+  }
+  return {Descriptor(both[0]), Descriptor(both[1])};
+}
+
+DescriptorPair make_sockets() {
+  std::array<int, 2> both{};
+  const int result = socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, both.data());
+  return checked(result, both, "socketpair");
+}
+
+DescriptorPair make_pipe() {
+  std::array<int, 2> both{};
+  const int result = pipe2(both.data(), O_CLOEXEC);
+  return checked(result, both, "pipe");
+}
+
+// Its numbers are above those of the process that is started, so that none is overwritten before it
+// is duplicated.
+Descriptor moved_up(Descriptor from) {
+  Descriptor out(fcntl(from.get(), F_DUPFD_CLOEXEC, 16));
+  return out;
+}
+
+std::string describe_end(const siginfo_t& end) {
+  if (end.si_code == CLD_EXITED) {
+    return fmt::format("ended with exit code {}", end.si_status);
+  }
+  return fmt::format("was ended by signal {} ({})", end.si_status, strsignal(end.si_status));
+}
+
+// Without NOTIFY_SOCKET and WATCHDOG_...: only this process reports to the service manager.
+std::vector<char*> environment_of_child() {
+  std::vector<char*> out;
+  for (char** entry = environ; *entry != nullptr; ++entry) {
+    const std::string_view text = *entry;
+    if (!text.starts_with("NOTIFY_SOCKET=") && !text.starts_with("WATCHDOG_")) {
+      out.push_back(*entry);
+    }
+  }
+  out.push_back(nullptr);
+  return out;
+}
+
+// Returns its process ID, or -1 with errno.
+pid_t spawn(const std::string& program, const std::vector<std::string>& command, int rings,
+            int socket, int output) {
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  posix_spawn_file_actions_adddup2(&actions, output, STDOUT_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, output, STDERR_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, rings, kRingsDescriptor);
+  posix_spawn_file_actions_adddup2(&actions, socket, kWakeDescriptor);
+  posix_spawn_file_actions_addclosefrom_np(&actions, kWakeDescriptor + 1);
+  // Signals to the service or the terminal are for this process, which then ends the other one.
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  sigset_t blocked;
+  sigemptyset(&blocked);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    sigaddset(&blocked, signal);
+  }
+  posix_spawnattr_setsigmask(&attributes, &blocked);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
+  std::vector<char*> arguments;
+  arguments.reserve(command.size() + 1);
+  for (const std::string& argument : command) {
+    arguments.push_back(const_cast<char*>(argument.c_str()));
+  }
+  arguments.push_back(nullptr);
+  pid_t pid = -1;
+  const int error = posix_spawn(&pid, program.c_str(), &actions, &attributes, arguments.data(),
+                                environment_of_child().data());
+  posix_spawn_file_actions_destroy(&actions);
+  posix_spawnattr_destroy(&attributes);
+  errno = error;
+  return error == 0 ? pid : -1;
+}
+
+}  // namespace
+
+Duration RestartPauses::after(Duration ran) {
+  if (ran >= stable_) {
+    next_ = {};
+  }
+  const Duration pause = next_;
+  next_ = pause == Duration::zero() ? kFirst : std::min(2 * pause, kLongest);
+  return pause;
+}
+
+bool ProgressLimit::look(std::span<const std::uint64_t> counters, Instant now) {
+  const Duration since = now - std::exchange(asked_, now);
+  seen_.resize(counters.size());
+  bool good = true;
+  for (std::size_t i = 0; i < counters.size(); ++i) {
+    Seen& seen = seen_[i];
+    if (std::exchange(seen.value, counters[i]) != counters[i]) {
+      seen.unchanged = {};
+    } else {
+      seen.unchanged += std::min(since, kOwnDelay);
+    }
+    good = good && seen.unchanged < (counters[i] == 0 ? kToStart : kToContinue);
+  }
+  return good;
+}
+
+// One start of the process.
+struct EdgeProcess::Child {
+  explicit Child(std::uint64_t start_number, Instant start)
+      : number(start_number), started(start), progress(start) {}
+
+  const std::uint64_t number;
+  exchange::SharedRings rings;
+  exchange::ByteRingProducer outgoing{rings.outgoing()};
+  exchange::ByteRingConsumer incoming{rings.incoming()};
+  Descriptor socket;
+  Descriptor output;
+  pid_t pid = -1;
+  Descriptor pidfd;
+  const Instant started;
+  ProgressLimit progress;
+  std::string line;       // incomplete line of its output
+  std::string killed_as;  // why this process has ended it
+};
+
+EdgeProcess::EdgeProcess(Options options) : options_(std::move(options)), pauses_(options_.stable) {
+  if (!start()) {
+    throw std::system_error(errno, std::generic_category(), options_.program);
+  }
+  thread_ = std::thread([this] { run(); });
+}
+
+EdgeProcess::~EdgeProcess() {
+  finish(Duration::zero());
+}
+
+std::shared_ptr<EdgeProcess::Child> EdgeProcess::present() const {
+  const std::lock_guard lock(mutex_);
+  return child_;
+}
+
+// --- messages ------------------------------------------------------------------------------------
+
+std::uint64_t EdgeProcess::number() const {
+  const std::lock_guard lock(mutex_);
+  return child_ == nullptr ? 0 : child_->number;
+}
+
+bool EdgeProcess::send(std::uint64_t number, std::span<const std::byte> message) {
+  const std::lock_guard lock(mutex_);
+  if (child_ == nullptr || child_->number != number || !child_->outgoing.push(message)) {
+    return false;
+  }
+  if (child_->outgoing.pop_waiting()) {
+    const char octet = 0;
+    ::send(child_->socket.get(), &octet, 1, MSG_DONTWAIT | MSG_NOSIGNAL);
+  }
+  return true;
+}
+
+EdgeProcess::Positions EdgeProcess::positions(std::uint64_t number) {
+  const std::lock_guard lock(mutex_);
+  if (child_ == nullptr || child_->number != number) {
+    return {};
+  }
+  return {child_->outgoing.position(), child_->outgoing.consumed()};
+}
+
+std::uint64_t EdgeProcess::receive(std::vector<std::byte>& message) {
+  const std::lock_guard lock(mutex_);
+  if (child_ == nullptr || !child_->incoming.front(message)) {
+    return 0;
+  }
+  child_->incoming.pop();
+  return child_->number;
+}
+
+// Octets of the socket mean nothing except that there may be a message.
+void EdgeProcess::wait(Duration timeout) {
+  const std::shared_ptr<Child> child = present();
+  {
+    const std::lock_guard lock(mutex_);
+    if (child_ != nullptr && !child_->incoming.broken() && !child_->incoming.prepare_wait()) {
+      return;
+    }
+  }
+  std::array<pollfd, 2> wakes{{{wakeup_.descriptor(), POLLIN, 0}, {-1, POLLIN, 0}}};
+  if (child != nullptr) {
+    wakes[1].fd = child->socket.get();
+  }
+  const timespec limit{static_cast<time_t>(timeout.count() / 1'000'000'000),
+                       static_cast<long>(timeout.count() % 1'000'000'000)};
+  if (ppoll(wakes.data(), wakes.size(), &limit, nullptr) <= 0) {
+    return;
+  }
+  if (wakes[0].revents != 0) {
+    wakeup_.clear();
+  }
+  if (wakes[1].revents != 0) {
+    std::array<char, 64> octets{};
+    if (recv(wakes[1].fd, octets.data(), octets.size(), MSG_DONTWAIT) <= 0) {
+      // It has closed its end: nothing arrives until its successor runs, which wakes this thread.
+      wakes[1].fd = -1;
+      ppoll(wakes.data(), wakes.size(), &limit, nullptr);
+    }
+  }
+}
+
+void EdgeProcess::reject(std::uint64_t number, std::string_view reason) {
+  const std::lock_guard lock(mutex_);
+  if (child_ != nullptr && child_->number == number) {
+    rejected_ = reason;
+    supervisor_.signal();
+  }
+}
+
+void EdgeProcess::finish(Duration limit) {
+  if (!thread_.joinable()) {
+    return;
+  }
+  finishing_.raise();
+  supervisor_.signal();
+  if (const auto child = present()) {
+    pollfd end{child->pidfd.get(), POLLIN, 0};
+    poll(&end, 1,
+         static_cast<int>(std::chrono::duration_cast<std::chrono::milliseconds>(limit).count()));
+  }
+  kill_.raise();
+  supervisor_.signal();
+  thread_.join();
+}
+
+// --- supervision ---------------------------------------------------------------------------------
+
+bool EdgeProcess::start() {
+  auto child = std::make_shared<Child>(++started_, monotonic_now());
+  auto [socket, socket_of_child] = make_sockets();
+  auto [output, output_of_child] = make_pipe();
+  fcntl(output.get(), F_SETFL, O_NONBLOCK);
+  const Descriptor rings = moved_up(Descriptor(dup(child->rings.descriptor())));
+  const Descriptor other_socket = moved_up(std::move(socket_of_child));
+  const Descriptor other_output = moved_up(std::move(output_of_child));
+  child->pid = spawn(options_.program, options_.arguments, rings.get(), other_socket.get(),
+                     other_output.get());
+  if (child->pid < 0) {
+    return false;
+  }
+  child->pidfd = Descriptor(static_cast<int>(syscall(SYS_pidfd_open, child->pid, 0)));
+  child->socket = std::move(socket);
+  child->output = std::move(output);
+  {
+    const std::lock_guard lock(mutex_);
+    child_ = std::move(child);
+    rejected_.clear();
+  }
+  wakeup_.signal();
+  return true;
+}
+
+void EdgeProcess::run() {
+  pthread_setname_np(pthread_self(), "supervisor");
+  while (true) {
+    const std::shared_ptr<Child> child = present();
+    std::array<pollfd, 3> wakes{
+        {{supervisor_.descriptor(), POLLIN, 0}, {-1, POLLIN, 0}, {-1, POLLIN, 0}}};
+    if (child != nullptr) {
+      wakes[1].fd = child->pidfd.get();
+      wakes[2].fd = child->output.get();
+    }
+    const auto look_ms = std::chrono::duration_cast<std::chrono::milliseconds>(kLookPeriod).count();
+    poll(wakes.data(), wakes.size(), static_cast<int>(look_ms));
+    if (wakes[0].revents != 0) {
+      supervisor_.clear();
+    }
+    const Instant now = monotonic_now();
+    if (child != nullptr) {
+      look_at(*child, now);
+    } else if (finishing_.raised()) {
+      return;
+    } else if (now >= start_due_ && !start()) {
+      options_.log(Severity::error, fmt::format("the {} process cannot be started: {}",
+                                                options_.name, strerror(errno)));
+      start_due_ = now + pauses_.after({});
+    }
+  }
+}
+
+void EdgeProcess::look_at(Child& child, Instant now) {
+  take_output(child, false);
+  siginfo_t end{};
+  if (waitid(P_PID, static_cast<id_t>(child.pid), &end, WEXITED | WNOHANG) == 0 &&
+      end.si_pid != 0) {
+    take_output(child, true);
+    const std::string how = child.killed_as.empty() ? describe_end(end) : child.killed_as;
+    {
+      const std::lock_guard lock(mutex_);
+      child_.reset();
+    }
+    if (!finishing_.raised()) {
+      const Duration pause = pauses_.after(now - child.started);
+      const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(pause).count();
+      start_due_ = now + pause;
+      options_.log(
+          Severity::error,
+          fmt::format("the {} process {} {}; it is started again{}", options_.name, child.pid, how,
+                      ms == 0 ? std::string() : fmt::format(" in {} ms", ms)));
+    }
+    supervisor_.signal();
+    return;
+  }
+  if (!child.killed_as.empty()) {
+    return;
+  }
+  const std::array counters{child.rings.progress(0), child.rings.progress(1)};
+  std::string reason;
+  {
+    const std::lock_guard lock(mutex_);
+    reason = child.incoming.broken() || child.outgoing.broken()
+                 ? "it damaged the memory that both processes share"
+                 : rejected_;
+  }
+  if (reason.empty() && !child.progress.look(counters, now)) {
+    reason = "it did not respond";
+  }
+  if (!reason.empty() || kill_.raised()) {
+    child.killed_as = "was ended: " + reason;
+    kill(child.pid, SIGKILL);
+  }
+}
+
+// all: also an incomplete line at the end.
+void EdgeProcess::take_output(Child& child, bool all) {
+  std::array<char, 4096> text{};
+  for (int i = 0; i < kReadsPerLook; ++i) {
+    const ssize_t length = read(child.output.get(), text.data(), text.size());
+    if (length == 0) {
+      child.output = Descriptor();  // it has closed its end
+    }
+    if (length <= 0) {
+      break;
+    }
+    for (const char c : std::string_view(text.data(), static_cast<std::size_t>(length))) {
+      if (c != '\n' && child.line.size() < kLongestLine) {
+        child.line += c;
+      } else if (!child.line.empty()) {
+        report_line(std::exchange(child.line, {}));
+      }
+    }
+  }
+  if (all && !child.line.empty()) {
+    report_line(std::exchange(child.line, {}));
+  }
+}
+
+// A line may begin with the severity as the journal has it (sd-daemon(3)).
+void EdgeProcess::report_line(std::string_view line) const {
+  Severity severity = Severity::error;
+  if (line.starts_with("<4>") || line.starts_with("<3>")) {
+    severity = line[1] == '4' ? Severity::warning : Severity::error;
+    line.remove_prefix(3);
+  }
+  options_.output(severity, line);
+}
+
+}  // namespace linegate::gateway

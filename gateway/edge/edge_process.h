@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+// Starts a second process and replaces it whenever it ends or no longer responds; exchanges
+// messages with it through shared memory.
+//
+// That process is not trusted: nothing that it does with the memory, its descriptors or its output
+// blocks this process or accesses memory outside of the rings (exchange/byte_ring.h).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include "gateway/exchange/cell.h"
+#include "gateway/exchange/shared_rings.h"
+#include "gateway/exchange/wakeup.h"
+#include "stack/base/diagnostic.h"
+#include "stack/base/time.h"
+
+namespace linegate::gateway {
+
+// When a process that ended is started again.
+class RestartPauses {
+ public:
+  static constexpr Duration kFirst = std::chrono::milliseconds(250);
+  static constexpr Duration kLongest = std::chrono::seconds(30);
+
+  // stable: a process that ran for that long is replaced at once; otherwise pauses double.
+  explicit RestartPauses(Duration stable) : stable_(stable) {}
+
+  // Returns the pause after a process that ran for `ran`.
+  Duration after(Duration ran);
+
+ private:
+  Duration stable_;
+  Duration next_{};
+};
+
+// Whether a process makes progress, from counters that it increments.
+class ProgressLimit {
+ public:
+  // From the start of the process to its first progress, and later from one to the next.
+  static constexpr Duration kToStart = std::chrono::seconds(15);
+  static constexpr Duration kToContinue = std::chrono::milliseconds(1'500);
+  // Time between two calls beyond which this process itself was late, so that nothing follows.
+  static constexpr Duration kOwnDelay = std::chrono::milliseconds(500);
+
+  explicit ProgressLimit(Instant start) : asked_(start) {}
+
+  // Returns false if one of the counters has not changed for too long. Call it several times a
+  // second.
+  bool look(std::span<const std::uint64_t> counters, Instant now);
+
+ private:
+  struct Seen {
+    std::uint64_t value = 0;
+    Duration unchanged{};
+  };
+  std::vector<Seen> seen_;
+  Instant asked_;
+};
+
+class EdgeProcess {
+ public:
+  struct Options {
+    std::string program;
+    // The first one is the name that a list of processes shows. The process receives descriptors as
+    // described in edge_end.h.
+    std::vector<std::string> arguments;
+    std::string name;  // in the log: "DDS"
+    // A process that ran for that long is replaced at once.
+    Duration stable = std::chrono::seconds(10);
+    // Receive reports of the end of the process, and the lines of its output, which may contain
+    // anything. Called in the thread of this object.
+    std::function<void(Severity, std::string_view text)> log;
+    std::function<void(Severity, std::string_view text)> output;
+  };
+
+  // Starts the process. Throws std::system_error if the system refuses memory or descriptors.
+  explicit EdgeProcess(Options options);
+  ~EdgeProcess();
+  EdgeProcess(const EdgeProcess&) = delete;
+  EdgeProcess& operator=(const EdgeProcess&) = delete;
+
+  // 1, 2, 3, ... for each start; 0: it does not run. From any thread, as all functions below.
+  std::uint64_t number() const;
+  // Never waits. Returns false if there is no room, or another process runs.
+  bool send(std::uint64_t number, std::span<const std::byte> message);
+  struct Positions {
+    std::uint64_t sent = 0;
+    std::uint64_t done = 0;
+  };
+  Positions positions(std::uint64_t number);
+  // Returns the number of the process, or 0 without a message. From one thread at a time.
+  std::uint64_t receive(std::vector<std::byte>& message);
+  // Until a message may have arrived, a process was started, wake(), or the timeout. From one
+  // thread at a time.
+  void wait(Duration timeout);
+  void wake() { wakeup_.signal(); }
+
+  // Replaces that process.
+  void reject(std::uint64_t number, std::string_view reason);
+  // Waits for the end of the process, which was asked to end, at most `limit`; then kills it. It is
+  // not started again.
+  void finish(Duration limit);
+
+ private:
+  struct Child;
+  void run();
+  bool start();
+  void look_at(Child& child, Instant now);
+  void take_output(Child& child, bool all);
+  void report_line(std::string_view line) const;
+  std::shared_ptr<Child> present() const;
+
+  const Options options_;
+  mutable std::mutex mutex_;  // held for a copy of one message at most
+  std::shared_ptr<Child> child_;
+  std::uint64_t started_ = 0;
+  std::string rejected_;  // reason; empty: none
+
+  exchange::Wakeup wakeup_;      // of the thread in wait()
+  exchange::Wakeup supervisor_;  // of thread_
+  exchange::Flag finishing_;
+  exchange::Flag kill_;
+  RestartPauses pauses_;
+  Instant start_due_{};
+  std::thread thread_;
+};
+
+}  // namespace linegate::gateway

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/publish/dds_process.h"
+
+#include <algorithm>
+#include <chrono>
+#include <exception>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <pthread.h>
+#include <spdlog/spdlog.h>
+#include <sys/prctl.h>
+#include <unistd.h>
+
+#include "bridges/dds/library_log.h"
+#include "bridges/dds/port_server.h"
+#include "bridges/dds/remote_port.h"
+#include "gateway/edge/edge_end.h"
+#include "gateway/edge/edge_process.h"
+#include "gateway/exchange/cell.h"
+#include "gateway/publish/dds_edge.h"
+#include "gateway/publish/foreign_text.h"
+#include "gateway/publish/library_logger.h"
+#include "gateway/runtime/clock.h"
+#include "gateway/runtime/exit_code.h"
+
+namespace linegate::gateway {
+namespace {
+
+constexpr Duration kTimeToStart = std::chrono::seconds(20);
+constexpr Duration kReceivePeriod = std::chrono::milliseconds(200);
+constexpr Duration kPollPeriod = std::chrono::milliseconds(100);
+constexpr Duration kFullPeriod = std::chrono::milliseconds(2);  // while there is no room
+constexpr std::size_t kMemory = std::size_t{2} << 30U;
+
+void write_log(Severity severity, std::string_view text) {
+  const auto level = severity == Severity::error     ? spdlog::level::err
+                     : severity == Severity::warning ? spdlog::level::warn
+                                                     : spdlog::level::info;
+  spdlog::log(level, "{}", printable(text));
+}
+
+class ProcessLink final : public dds::MessageLink {
+ public:
+  explicit ProcessLink(const config::Plant& plant) : process_(options_for(plant)) {}
+
+  dds::ProcessNumber process() const override { return process_.number(); }
+  bool send(dds::ProcessNumber process, std::span<const std::byte> message) override {
+    return process_.send(process, message);
+  }
+  Positions positions(dds::ProcessNumber process) override {
+    const EdgeProcess::Positions positions = process_.positions(process);
+    return {positions.sent, positions.done};
+  }
+  dds::ProcessNumber receive(std::vector<std::byte>& message) override {
+    return process_.receive(message);
+  }
+  void wait(Duration timeout) override { process_.wait(timeout); }
+  void wake() override { process_.wake(); }
+  void reject(dds::ProcessNumber process, std::string_view reason) override {
+    process_.reject(process, reason);
+  }
+  void log(Severity severity, std::string_view text) override { write_log(severity, text); }
+  void finish(Duration limit) override { process_.finish(limit); }
+
+ private:
+  EdgeProcess::Options options_for(const config::Plant& plant) {
+    const std::string program = plant.dds_program.empty() ? "/proc/self/exe" : plant.dds_program;
+    return {.program = program,
+            .arguments = {"linegated-dds", std::string(kDdsProcessArgument)},
+            .name = "DDS",
+            .stable = plant.dds_stable,
+            .log = write_log,
+            .output = [this](Severity severity, std::string_view text) {
+              library_.write(severity, text, monotonic_now());
+            }};
+  }
+
+  LibraryLogger library_;  // outlives the process
+  EdgeProcess process_;
+};
+
+// One line of the parent's log; a single write, so that lines of several threads are not mixed.
+void write_line(Severity severity, std::string_view text) {
+  std::string line = severity == Severity::error ? "<3>" : "<4>";
+  line += text;
+  std::replace(line.begin(), line.end(), '\n', ' ');
+  line += '\n';
+  if (write(STDERR_FILENO, line.data(), line.size()) < 0) {
+    return;  // the log is lost, and nothing else
+  }
+}
+
+void send_samples(dds::PortServer& server, EdgeEnd& end, const exchange::Flag& stop) {
+  pthread_setname_np(pthread_self(), "dds receiver");
+  while (!stop.raised()) {
+    const bool room = server.poll(
+        kPollPeriod, [&](dds::PortServer::Message message) { return end.send(message); });
+    if (!room) {
+      std::this_thread::sleep_for(kFullPeriod);
+    }
+    end.add_sender_progress();
+  }
+}
+
+// Returns when the parent asks for the end.
+void serve(dds::PortServer& server, EdgeEnd& end) {
+  exchange::Flag stop;
+  std::thread sender([&] { send_samples(server, end, stop); });
+  bool more = true;
+  while (more && !end.broken()) {
+    const dds::PortServer::Message message = end.receive(kReceivePeriod);
+    if (!message.empty()) {
+      more = server.handle(message);
+      end.done();
+    }
+    end.add_receiver_progress();
+  }
+  stop.raise();
+  server.wake();
+  sender.join();
+}
+
+int run() {
+  if (!give_up_privileges(kMemory)) {
+    write_line(Severity::error, "the DDS process cannot give up its privileges");
+    return kExitFailed;
+  }
+  dds::set_library_log(write_line);
+  EdgeEnd end;
+  const dds::PortServer::Message configure = end.receive(kTimeToStart);
+  auto server = dds::PortServer::make(
+      configure, [&](dds::PortServer::Message message) { return end.send(message); });
+  if (server == nullptr) {
+    return kExitFailed;
+  }
+  end.done();
+  serve(*server, end);
+  server.reset();
+  return kExitOk;
+}
+
+}  // namespace
+
+Loaded<std::unique_ptr<dds::GatewayBridge>> make_bridge_to_process(
+    const dds::GatewayOptions& options, const config::Plant& plant) {
+  Loaded<std::unique_ptr<dds::GatewayBridge>> out;
+  try {
+    out = dds::make_remote_bridge(options, std::make_unique<ProcessLink>(plant), kTimeToStart);
+  } catch (const std::exception& error) {
+    out.diagnostics.push_back({Severity::error, plant.file, 0, 0,
+                               std::string("the DDS process cannot be started: ") + error.what()});
+  }
+  return out;
+}
+
+// Neither destructors of static objects nor threads of the library may delay the end.
+void run_dds_process() {
+  prctl(PR_SET_NAME, "linegated-dds", 0, 0, 0);
+  int result = kExitFailed;
+  try {
+    result = run();
+  } catch (const std::exception& error) {
+    write_line(Severity::error, error.what());
+  }
+  _exit(result);
+}
+
+}  // namespace linegate::gateway

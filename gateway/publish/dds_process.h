@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// DDS in a process of its own: both ends.
+#pragma once
+
+#include <memory>
+#include <string_view>
+
+#include "gateway/config/plant.h"
+#include "stack/base/diagnostic.h"
+
+namespace linegate::dds {
+class GatewayBridge;
+struct GatewayOptions;
+}  // namespace linegate::dds
+
+namespace linegate::gateway {
+
+// Starts the process and waits until it has created the endpoints. Without a value, a diagnostic
+// states the reason.
+Loaded<std::unique_ptr<dds::GatewayBridge>> make_bridge_to_process(
+    const dds::GatewayOptions& options, const config::Plant& plant);
+
+}  // namespace linegate::gateway
