@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/edge/edge_process.h"
+
+#include <array>
+#include <chrono>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace linegate::gateway {
+namespace {
+
+using namespace std::chrono_literals;
+
+TEST(RestartPauses, DoubleWhileAProcessDiesSoonAndEndWhenOneRanForLong) {
+  RestartPauses pauses(10s);
+  EXPECT_EQ(pauses.after(9s), 0s);
+  EXPECT_EQ(pauses.after(1s), 250ms);
+  EXPECT_EQ(pauses.after(1s), 500ms);
+  for (int i = 0; i < 20; ++i) {
+    pauses.after(0s);
+  }
+  EXPECT_EQ(pauses.after(0s), 30s);
+  EXPECT_EQ(pauses.after(10s), 0s);
+  EXPECT_EQ(pauses.after(0s), 250ms);
+}
+
+class ProgressLimitTest : public testing::Test {
+ protected:
+  // Looks every 200 ms while `time` passes; returns the last result.
+  bool pass(Duration time, std::array<std::uint64_t, 2> counters) {
+    bool good = true;
+    for (; time > Duration::zero() && good; time -= 200ms) {
+      now_ += 200ms;
+      good = limit_.look(counters, now_);
+    }
+    return good;
+  }
+
+  Instant now_{Duration{1s}};
+  ProgressLimit limit_{now_};
+};
+
+TEST_F(ProgressLimitTest, EachCounterMustChange) {
+  EXPECT_TRUE(pass(1s, {1, 1}));
+  EXPECT_TRUE(pass(1s, {2, 2}));
+  EXPECT_FALSE(pass(2s, {3, 2}));
+}
+
+TEST_F(ProgressLimitTest, AHangIsFoundWithin2Seconds) {
+  EXPECT_TRUE(pass(200ms, {1, 1}));
+  EXPECT_TRUE(pass(1'400ms, {1, 1}));
+  EXPECT_FALSE(pass(200ms, {1, 1}));
+}
+
+TEST_F(ProgressLimitTest, TheStartMayTakeLonger) {
+  EXPECT_TRUE(pass(14s, {0, 0}));
+  EXPECT_FALSE(pass(2s, {0, 0}));
+}
+
+TEST_F(ProgressLimitTest, ADelayOfThisProcessIsNotOneOfTheOther) {
+  EXPECT_TRUE(pass(200ms, {1, 1}));
+  now_ += 1h;
+  EXPECT_TRUE(limit_.look(std::array<std::uint64_t, 2>{1, 1}, now_));
+}
+
+// Any program may be in the place of the process: here the shell.
+class EdgeProcessTest : public testing::Test {
+ protected:
+  std::unique_ptr<EdgeProcess> run(const std::string& script) {
+    const auto note = [this](Severity, std::string_view text) {
+      const std::lock_guard lock(mutex_);
+      lines_.emplace_back(text);
+    };
+    return std::make_unique<EdgeProcess>(EdgeProcess::Options{.program = "/bin/sh",
+                                                              .arguments = {"sh", "-c", script},
+                                                              .name = "test",
+                                                              .log = note,
+                                                              .output = note});
+  }
+  bool logged(const std::string& text) {
+    for (int i = 0; i < 1'000; ++i) {
+      {
+        const std::lock_guard lock(mutex_);
+        for (const std::string& line : lines_) {
+          if (line.find(text) != std::string::npos) {
+            return true;
+          }
+        }
+      }
+      std::this_thread::sleep_for(10ms);
+    }
+    return false;
+  }
+
+  std::mutex mutex_;
+  std::vector<std::string> lines_;
+};
+
+TEST_F(EdgeProcessTest, ReportsTheEndOfAProcessAndStartsAnother) {
+  const auto process = run("exit 7");
+  EXPECT_TRUE(logged("ended with exit code 7; it is started again"));
+  EXPECT_TRUE(logged("it is started again in 250 ms"));
+}
+
+TEST_F(EdgeProcessTest, ReportsASignalInWords) {
+  const auto process = run("kill -ABRT $$");
+  EXPECT_TRUE(logged("was ended by signal 6 (Aborted)"));
+}
+
+TEST_F(EdgeProcessTest, PassesItsOutputToTheLog) {
+  const auto process = run("echo first; echo '<4>second' >&2; printf third; exit 0");
+  EXPECT_TRUE(logged("first"));
+  EXPECT_TRUE(logged("second"));
+  EXPECT_TRUE(logged("third"));
+}
+
+TEST_F(EdgeProcessTest, RejectsAProcess) {
+  const auto process = run("sleep 1000");
+  process->reject(process->number(), "it lies");
+  EXPECT_TRUE(logged("was ended: it lies; it is started again"));
+}
+
+TEST_F(EdgeProcessTest, NeverWaitsForAProcessThatReadsNothing) {
+  const auto process = run("exec sleep 1000");
+  const std::vector<std::byte> message(100'000);
+  int sent = 0;
+  while (process->send(process->number(), message)) {
+    ++sent;
+  }
+  EXPECT_GT(sent, 10);
+  EXPECT_EQ(process->positions(process->number()).done, 0U);
+  EXPECT_FALSE(process->send(process->number() + 1, message));
+  std::vector<std::byte> received;
+  EXPECT_EQ(process->receive(received), 0U);
+}
+
+TEST_F(EdgeProcessTest, ReplacesAProcessThatDamagesTheMemory) {
+  // Writes over all of the memory; descriptor 3 is the memory, see edge_end.h.
+  const auto process = run("head -c 4096 /dev/zero | tr '\\0' '\\377' >&3; exec sleep 1000");
+  std::vector<std::byte> received;
+  bool reported = false;
+  for (int i = 0; i < 1'000 && !reported; ++i) {
+    process->receive(received);
+    process->wait(10ms);
+    const std::lock_guard lock(mutex_);
+    for (const std::string& line : lines_) {
+      reported = reported || line.find("damaged the memory") != std::string::npos;
+    }
+  }
+  EXPECT_TRUE(reported);
+}
+
+TEST_F(EdgeProcessTest, AProgramThatDoesNotExistIsAnError) {
+  EXPECT_THROW(EdgeProcess({.program = "/nonexistent",
+                            .arguments = {"x"},
+                            .log = [](Severity, std::string_view) {},
+                            .output = [](Severity, std::string_view) {}}),
+               std::system_error);
+}
+
+}  // namespace
+}  // namespace linegate::gateway
