@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Implements DataEdge with DDS, and wraps the other functions of bridges/dds that the gateway
-// needs. dds_edge.cpp is the only file of the gateway that includes that bridge, besides
-// cli/remote_client.cpp, which is a subscriber.
+// needs. dds_edge.cpp and dds_process.cpp are the only files of the gateway that include that
+// bridge, besides cli/remote_client.cpp, which is a subscriber.
 #pragma once
 
 #include <cstdint>
