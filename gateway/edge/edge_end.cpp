@@ -2,9 +2,12 @@
 #include "gateway/edge/edge_end.h"
 
 #include <array>
+#include <cerrno>
 #include <chrono>
 #include <csignal>
+#include <string_view>
 
+#include <fcntl.h>
 #include <linux/capability.h>
 #include <poll.h>
 #include <sys/prctl.h>
@@ -12,6 +15,8 @@
 #include <sys/socket.h>
 #include <sys/syscall.h>
 #include <unistd.h>
+
+#include "gateway/edge/system_calls.h"
 
 namespace linegate::gateway {
 namespace {
@@ -34,13 +39,32 @@ bool limit(__rlimit_resource resource, std::size_t most) {
   return setrlimit(resource, &wanted) == 0;
 }
 
+// The process ID of the parent does not show it: a gateway in a container may have ID 1.
+bool parent_has_ended() {
+  pollfd socket{kWakeDescriptor, 0, 0};
+  return poll(&socket, 1, 0) == 1 && (socket.revents & POLLHUP) != 0;
+}
+
+// If memory is short, the kernel ends this process before the gateway (proc(5)).
+void offer_to_end_first() {
+  const int file = open("/proc/self/oom_score_adj", O_WRONLY | O_CLOEXEC);
+  if (file >= 0) {
+    constexpr std::string_view kScore = "500";
+    if (write(file, kScore.data(), kScore.size()) < 0) {
+      errno = 0;  // without it, the kernel compares the size of both
+    }
+    close(file);
+  }
+}
+
 }  // namespace
 
 bool give_up_privileges(std::size_t memory) {
-  const pid_t parent = getppid();
-  return prctl(PR_SET_PDEATHSIG, SIGKILL, 0, 0, 0) == 0 && getppid() == parent && parent != 1 &&
+  offer_to_end_first();
+  return prctl(PR_SET_PDEATHSIG, SIGKILL, 0, 0, 0) == 0 && !parent_has_ended() &&
          drop_capabilities() && prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 &&
-         limit(RLIMIT_RTPRIO, 0) && limit(RLIMIT_MEMLOCK, 0) && limit(RLIMIT_DATA, memory);
+         limit(RLIMIT_RTPRIO, 0) && limit(RLIMIT_MEMLOCK, 0) && limit(RLIMIT_DATA, memory) &&
+         protect_other_processes();
 }
 
 EdgeEnd::EdgeEnd()

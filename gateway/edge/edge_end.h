@@ -18,8 +18,9 @@ inline constexpr int kRingsDescriptor = 3;  // exchange::SharedRings
 inline constexpr int kWakeDescriptor = 4;   // a socket: an octet wakes the other process
 
 // Gives up every privilege that the process does not need: capabilities, new privileges, real-time
-// priority; limits its memory to `memory` octets. The process ends with its parent. Call it first
-// in main(). Returns false if the system refuses one of them, or the parent has ended already.
+// priority, and system calls that affect other processes (system_calls.h); limits its memory to
+// `memory` octets. The process ends with its parent. Call it first in main(). Returns false if the
+// system refuses one of them, or the parent has ended already.
 bool give_up_privileges(std::size_t memory);
 
 class EdgeEnd {

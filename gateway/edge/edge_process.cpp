@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <csignal>
 #include <cstring>
+#include <exception>
 #include <optional>
 #include <system_error>
 #include <utility>
@@ -225,7 +226,7 @@ EdgeProcess::Positions EdgeProcess::positions(std::uint64_t number) {
 
 std::uint64_t EdgeProcess::receive(std::vector<std::byte>& message) {
   const std::lock_guard lock(mutex_);
-  if (child_ == nullptr || !child_->incoming.front(message)) {
+  if (child_ == nullptr || !rejected_.empty() || !child_->incoming.front(message)) {
     return 0;
   }
   child_->incoming.pop();
@@ -237,7 +238,8 @@ void EdgeProcess::wait(Duration timeout) {
   const std::shared_ptr<Child> child = present();
   {
     const std::lock_guard lock(mutex_);
-    if (child_ != nullptr && !child_->incoming.broken() && !child_->incoming.prepare_wait()) {
+    if (child_ != nullptr && rejected_.empty() && !child_->incoming.broken() &&
+        !child_->incoming.prepare_wait()) {
       return;
     }
   }
@@ -334,12 +336,26 @@ void EdgeProcess::run() {
       look_at(*child, now);
     } else if (finishing_.raised()) {
       return;
-    } else if (now >= start_due_ && !start()) {
-      options_.log(Severity::error, fmt::format("the {} process cannot be started: {}",
-                                                options_.name, strerror(errno)));
-      start_due_ = now + pauses_.after({});
+    } else if (now >= start_due_) {
+      start_again(now);
     }
   }
+}
+
+// A refusal of the system must not end this process: it is tried again.
+void EdgeProcess::start_again(Instant now) {
+  std::string reason;
+  try {
+    if (start()) {
+      return;
+    }
+    reason = strerror(errno);
+  } catch (const std::exception& error) {
+    reason = error.what();
+  }
+  options_.log(Severity::error,
+               fmt::format("the {} process cannot be started: {}", options_.name, reason));
+  start_due_ = now + pauses_.after({});
 }
 
 void EdgeProcess::look_at(Child& child, Instant now) {

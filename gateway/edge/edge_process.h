@@ -104,7 +104,7 @@ class EdgeProcess {
   void wait(Duration timeout);
   void wake() { wakeup_.signal(); }
 
-  // Replaces that process.
+  // Replaces that process. No more of its messages are received.
   void reject(std::uint64_t number, std::string_view reason);
   // Waits for the end of the process, which was asked to end, at most `limit`; then kills it. It is
   // not started again.
@@ -114,6 +114,7 @@ class EdgeProcess {
   struct Child;
   void run();
   bool start();
+  void start_again(Instant now);
   void look_at(Child& child, Instant now);
   void take_output(Child& child, bool all);
   void report_line(std::string_view line) const;

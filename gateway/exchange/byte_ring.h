@@ -128,6 +128,8 @@ class ByteRingConsumer : public ByteRingMemory {
     std::uint32_t length = 0;
     if (filled <= bytes_.size() && filled >= 8) {
       get(head_, std::as_writable_bytes(std::span(&length, 1)));
+      // The length that is checked is the one that is used: never read again.
+      std::atomic_signal_fence(std::memory_order_seq_cst);
     }
     if (length == 0 || length > longest() || places(length) > filled) {
       broken_ = true;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 namespace linegate::gateway {
 namespace {
@@ -97,6 +98,13 @@ class EdgeProcessTest : public testing::Test {
     return false;
   }
 
+  static bool eventually(const std::function<bool()>& condition) {
+    for (int i = 0; i < 1'000 && !condition(); ++i) {
+      std::this_thread::sleep_for(10ms);
+    }
+    return condition();
+  }
+
   std::mutex mutex_;
   std::vector<std::string> lines_;
 };
@@ -123,6 +131,34 @@ TEST_F(EdgeProcessTest, RejectsAProcess) {
   const auto process = run("sleep 1000");
   process->reject(process->number(), "it lies");
   EXPECT_TRUE(logged("was ended: it lies; it is started again"));
+}
+
+TEST_F(EdgeProcessTest, ARefusalOfTheSystemIsReportedAndTriedAgain) {
+  const auto process = run("exec sleep 1000");
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
+  const rlimit no_more{3, before.rlim_max};  // no descriptor can be opened
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &no_more), 0);
+  process->reject(process->number(), "it lies");
+  const bool reported = logged("the test process cannot be started: ");
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &before), 0);
+  EXPECT_TRUE(reported);
+  EXPECT_TRUE(eventually([&] { return process->number() > 1; }));
+}
+
+// Bytes for the memory of the process: one message of one octet in the ring to the gateway.
+TEST_F(EdgeProcessTest, ReceivesNothingMoreFromARejectedProcess) {
+  // Offset 192 is the tail of the second ring, 4096 + 8 MiB its first octet (shared_rings.cpp).
+  const auto process =
+      run("put() { printf \"$2\" | dd bs=1 seek=$1 conv=notrunc of=/proc/self/fd/3 2>/dev/null; };"
+          "put 8392704 '\\001\\000\\000\\000x'; put 8392712 '\\001\\000\\000\\000y';"
+          "put 192 '\\020'; echo written; exec sleep 1000");
+  ASSERT_TRUE(logged("written"));
+  std::vector<std::byte> received;
+  EXPECT_EQ(process->receive(received), 1U);
+  EXPECT_EQ(received, std::vector<std::byte>{std::byte{'x'}});
+  process->reject(1, "it lies");
+  EXPECT_EQ(process->receive(received), 0U);
 }
 
 TEST_F(EdgeProcessTest, NeverWaitsForAProcessThatReadsNothing) {

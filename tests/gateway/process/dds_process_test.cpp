@@ -135,7 +135,7 @@ TEST_F(DdsProcessTest, HasNoPrivilegesAndLimitedMemory) {
   std::stringstream status;
   status << file.rdbuf();
   for (const char* expected :
-       {"NoNewPrivs:\t1", "CapEff:\t0000000000000000", "CapPrm:\t0000000000000000",
+       {"NoNewPrivs:\t1", "Seccomp:\t2", "CapEff:\t0000000000000000", "CapPrm:\t0000000000000000",
         "CapInh:\t0000000000000000", "CapAmb:\t0000000000000000"}) {
     EXPECT_NE(status.str().find(expected), std::string::npos) << expected;
   }
