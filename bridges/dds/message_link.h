@@ -17,6 +17,9 @@ namespace linegate::dds {
 // Identifies one start of the process: 1, 2, 3, ...; 0: it does not run.
 using ProcessNumber = std::uint64_t;
 
+// Longer messages are never sent.
+inline constexpr std::size_t kLongestMessage = 4'000'000;
+
 class MessageLink {
  public:
   virtual ~MessageLink() = default;

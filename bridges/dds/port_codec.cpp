@@ -35,6 +35,13 @@ std::string take_text(FieldReader& in, std::size_t longest) {
   return out;
 }
 
+// A name as peer_gateways.h takes it from that of a participant.
+std::string take_gateway(FieldReader& in) {
+  std::string out = take_text(in, kLongestName);
+  in.require(!out.empty() && out.find_first_of(" /,") == std::string::npos);
+  return out;
+}
+
 template <class Value>
 std::optional<Value> if_complete(const FieldReader& in, Value value) {
   return in.complete() ? std::optional(std::move(value)) : std::nullopt;
@@ -225,7 +232,7 @@ std::optional<EndpointStatus> decode_status(PortBytes message) {
   const auto listed = in.number<std::uint32_t>();
   in.require(listed <= EndpointStatus::kMostListed);
   for (std::uint32_t i = 0; i < listed && in.good(); ++i)
-    out.other_gateways.push_back(take_text(in, kLongestName));
+    out.other_gateways.push_back(take_gateway(in));
   return if_complete(in, std::move(out));
 }
 

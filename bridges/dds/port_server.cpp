@@ -1,16 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bridges/dds/port_server.h"
 
+#include <chrono>
 #include <cstdint>
+#include <exception>
 #include <mutex>
 #include <utility>
 
+#include "bridges/dds/message_link.h"
 #include "bridges/dds/port_codec.h"
 #include "bridges/dds/sample_port.h"
 
 namespace linegate::dds {
 namespace {
 
+using Clock = std::chrono::steady_clock;
+
+constexpr auto kStatusPeriod = std::chrono::milliseconds(50);
 constexpr int kSamplesOfTopic = 256;  // in one poll(), so that no topic starves the other
 
 class EndpointServer final : public PortServer {
@@ -49,7 +55,9 @@ class EndpointServer final : public PortServer {
   PortMessage waiting_;  // a message for which there was no room
   v1::OutputWrite output_;
   v1::CommandRequest request_;
-  Participant from_;  // the sender of the one that was taken last
+  Participant from_;              // the sender of the one that was taken last
+  std::uint64_t unreadable_ = 0;  // samples that were not reported yet
+  Clock::time_point status_due_{};
   EndpointStatus reported_;
   bool status_reported_ = false;
 
@@ -145,9 +153,19 @@ bool EndpointServer::pass_on_all(FromEndpoints kind, Sample& sample, const Send&
   return room;
 }
 
+// A sample beyond the bounds of the contract must neither end this process nor wait for ever.
 template <class Sample>
 bool EndpointServer::pass_on(FromEndpoints kind, Sample& sample, const Send& send) {
-  encode_received(kind, from_, sample, waiting_);
+  try {
+    encode_received(kind, from_, sample, waiting_);
+  } catch (const std::exception&) {
+    waiting_.clear();
+  }
+  if (waiting_.empty() || waiting_.size() > kLongestMessage) {
+    waiting_.clear();
+    ++unreadable_;
+    return true;
+  }
   return send_waiting(send);
 }
 
@@ -158,12 +176,18 @@ bool EndpointServer::send_waiting(const Send& send) {
   return true;
 }
 
-// What has no room is sent with the next change; only the newest state counts.
+// Not after each sample, because counters of datagrams change with each. What has no room is sent
+// later; only the newest state counts.
 void EndpointServer::send_status(const Send& send) {
+  const auto now = Clock::now();
+  if (now < status_due_)
+    return;
+  status_due_ = now + kStatusPeriod;
   PortMessage message;
-  if (const std::uint64_t unreadable = port_->take_unreadable(); unreadable != 0) {
-    encode_unreadable(unreadable, message);
-    send(message);
+  unreadable_ += port_->take_unreadable();
+  if (unreadable_ != 0) {
+    encode_unreadable(unreadable_, message);
+    unreadable_ = send(message) ? 0 : unreadable_;
   }
   if (const std::string_view policy = port_->output_misfit(); !policy.empty()) {
     encode(FromEndpoints::output_misfit, policy, message);

@@ -269,6 +269,13 @@ const Participant& LocalPort::sender(const fast::SampleInfo& info) {
 
 }  // namespace
 
+bool is_policy_name(std::string_view text) {
+  constexpr std::array kPolicies{fast::DURABILITY_QOS_POLICY_ID,  fast::DEADLINE_QOS_POLICY_ID,
+                                 fast::OWNERSHIP_QOS_POLICY_ID,   fast::LIVELINESS_QOS_POLICY_ID,
+                                 fast::RELIABILITY_QOS_POLICY_ID, fast::INVALID_QOS_POLICY_ID};
+  return std::ranges::any_of(kPolicies, [&](auto id) { return policy_name(id) == text; });
+}
+
 Loaded<std::unique_ptr<SamplePort>> make_local_port(const GatewayOptions& options) {
   Loaded<std::unique_ptr<SamplePort>> result;
   auto port = std::make_unique<LocalPort>(options, result.diagnostics);

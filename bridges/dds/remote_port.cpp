@@ -139,6 +139,7 @@ class RemotePort final : public SamplePort {
   // Used by the polling thread.
   PortMessage received_;  // empty: none
   ProcessNumber received_of_ = 0;
+  ProcessNumber answered_ = 0;  // that process has sent `ready` or `failed`
   std::uint64_t unreadable_ = 0;
   std::string output_misfit_;
   std::string command_misfit_;
@@ -201,6 +202,8 @@ bool RemotePort::keep(ToEndpoints kind, std::string line, std::string instance, 
   } catch (const std::exception&) {
     return false;  // its size is beyond that of any buffer
   }
+  if (buffer_.size() > kLongestMessage)
+    return false;
   retained_.add({std::move(line), number_of(kind), std::move(instance)}, policy, buffer_, tally);
   pump();
   return true;
@@ -326,7 +329,8 @@ bool RemotePort::wait(Duration timeout) {
 }
 
 // Returns true if there is a sample in received_. Other messages are handled; their number is
-// limited, because a process that was taken over may send them without end.
+// limited, because a process that was taken over may send them without end. A process answers the
+// options once, before everything else.
 bool RemotePort::fetch() {
   for (int i = 0; i < kControlsPerPoll; ++i) {
     received_of_ = link_->receive(received_);
@@ -335,9 +339,14 @@ bool RemotePort::fetch() {
       return false;
     }
     const auto kind = static_cast<FromEndpoints>(kind_of(received_));
-    if (kind == FromEndpoints::output_write || kind == FromEndpoints::command_request)
+    const bool is_answer = kind == FromEndpoints::ready || kind == FromEndpoints::failed;
+    if (is_answer == (answered_ == received_of_)) {
+      link_->reject(received_of_, "it sent messages in another order than permitted");
+    } else if (kind == FromEndpoints::output_write || kind == FromEndpoints::command_request) {
       return true;
-    handle_control();
+    } else {
+      handle_control();
+    }
     received_.clear();
   }
   return false;
@@ -358,6 +367,7 @@ void RemotePort::handle_control() {
           if (started_)
             link_->log(diagnostic.severity, to_string(diagnostic));
         }
+        answered_ = received_of_;
         failed_ = true;
         diagnostics_ = std::move(*diagnostics);
         good = true;
@@ -371,7 +381,7 @@ void RemotePort::handle_control() {
       break;
     case FromEndpoints::output_misfit:
     case FromEndpoints::command_misfit:
-      if (auto policy = decode_text(received_)) {
+      if (auto policy = decode_text(received_); policy && is_policy_name(*policy)) {
         const bool of_outputs =
             static_cast<FromEndpoints>(kind_of(received_)) == FromEndpoints::output_misfit;
         (of_outputs ? output_misfit_ : command_misfit_) = std::move(*policy);
@@ -395,6 +405,7 @@ void RemotePort::handle_control() {
 }
 
 void RemotePort::note_started(std::vector<Diagnostic> diagnostics) {
+  answered_ = received_of_;
   {
     const std::lock_guard lock(mutex_);
     ready_ = ready_ || received_of_ == process_;

@@ -84,6 +84,9 @@ class SamplePort {
   virtual guard::Counters guard_counters() const = 0;
 };
 
+// Whether output_misfit() and command_misfit() may return that text.
+bool is_policy_name(std::string_view text);
+
 // Creates the participant with its writers and readers. Without a value, a diagnostic states the
 // reason. Its destructor waits for readers as that of GatewayBridge.
 Loaded<std::unique_ptr<SamplePort>> make_local_port(const GatewayOptions& options);

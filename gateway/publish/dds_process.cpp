@@ -20,6 +20,7 @@
 #include "gateway/edge/edge_end.h"
 #include "gateway/edge/edge_process.h"
 #include "gateway/exchange/cell.h"
+#include "gateway/exchange/shared_rings.h"
 #include "gateway/publish/dds_edge.h"
 #include "gateway/publish/foreign_text.h"
 #include "gateway/publish/library_logger.h"
@@ -33,6 +34,7 @@ constexpr Duration kTimeToStart = std::chrono::seconds(20);
 constexpr Duration kReceivePeriod = std::chrono::milliseconds(200);
 constexpr Duration kPollPeriod = std::chrono::milliseconds(100);
 constexpr Duration kFullPeriod = std::chrono::milliseconds(2);  // while there is no room
+static_assert(dds::kLongestMessage < exchange::SharedRings::kRingBytes / 2 - 8);
 constexpr std::size_t kMemory = std::size_t{2} << 30U;
 
 void write_log(Severity severity, std::string_view text) {
@@ -152,6 +154,9 @@ Loaded<std::unique_ptr<dds::GatewayBridge>> make_bridge_to_process(
   } catch (const std::exception& error) {
     out.diagnostics.push_back({Severity::error, plant.file, 0, 0,
                                std::string("the DDS process cannot be started: ") + error.what()});
+  }
+  for (Diagnostic& diagnostic : out.diagnostics) {  // they may be texts of the process
+    diagnostic.text = printable(diagnostic.text);
   }
   return out;
 }

@@ -221,9 +221,12 @@ void RequestReceiver::report_unknown_line(std::string_view line) {
 
 void RequestReceiver::report_namesakes() {
   const std::size_t others = edge_.namesakes();
-  if (others == std::exchange(namesakes_, others)) {
+  const Instant now = monotonic_now();
+  if (others == namesakes_ || now - namesakes_reported_ < kNoticePeriod) {
     return;
   }
+  namesakes_ = others;
+  namesakes_reported_ = now;
   if (others == 0) {
     spdlog::info("no other gateway of this name is in the DDS domain any more");
   } else {

@@ -110,6 +110,7 @@ class RequestReceiver final : public RequestHandler {
   std::uint64_t unknown_lines_ = 0;  // outputs since the last report
   Instant unknown_lines_reported_{};
   std::size_t namesakes_ = 0;  // other gateways of this name at the last report
+  Instant namesakes_reported_{};
   exchange::Flag stop_;
   exchange::Counter rounds_;
   std::thread thread_;

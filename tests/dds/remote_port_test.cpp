@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: Apache-2.0
+// A gateway whose DDS process lies: it sends any message at any time.
+#include "bridges/dds/remote_port.h"
+
+#include <deque>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <linegate.h>
+
+#include "bridges/dds/port_codec.h"
+
+namespace linegate::dds {
+namespace {
+
+using namespace std::chrono_literals;
+
+// What the gateway and its process exchange, outside of the link so that a test can access it.
+struct Wire {
+  ProcessNumber process = 1;
+  std::deque<PortMessage> to_gateway;
+  std::vector<PortMessage> to_process;  // of the present process
+  std::vector<std::string> rejected;
+  std::vector<std::string> logged;
+
+  void send(PortMessage message) { to_gateway.push_back(std::move(message)); }
+  void send_answer() {
+    PortMessage message;
+    encode(FromEndpoints::ready, std::vector<Diagnostic>{}, message);
+    send(message);
+  }
+  void restart() {
+    ++process;
+    to_gateway.clear();
+    to_process.clear();
+  }
+  int count(ToEndpoints kind) const {
+    int out = 0;
+    for (const PortMessage& message : to_process)
+      out += kind_of(message) == static_cast<std::uint8_t>(kind) ? 1 : 0;
+    return out;
+  }
+};
+
+class FakeLink final : public MessageLink {
+ public:
+  explicit FakeLink(Wire& wire) : wire_(wire) {}
+  ProcessNumber process() const override { return wire_.process; }
+  bool send(ProcessNumber process, std::span<const std::byte> message) override {
+    if (process != wire_.process)
+      return false;
+    wire_.to_process.emplace_back(message.begin(), message.end());
+    return true;
+  }
+  Positions positions(ProcessNumber) override {
+    return {wire_.to_process.size(), wire_.to_process.size()};
+  }
+  ProcessNumber receive(std::vector<std::byte>& message) override {
+    if (wire_.to_gateway.empty())
+      return 0;
+    message = std::move(wire_.to_gateway.front());
+    wire_.to_gateway.pop_front();
+    return wire_.process;
+  }
+  void wait(Duration) override {}
+  void wake() override {}
+  void reject(ProcessNumber, std::string_view reason) override {
+    wire_.rejected.emplace_back(reason);
+  }
+  void log(Severity, std::string_view text) override { wire_.logged.emplace_back(text); }
+  void finish(Duration) override { wire_.process = 0; }
+
+ private:
+  Wire& wire_;
+};
+
+struct Received final : GatewayHandler {
+  void on_output_write(OutputMessage message) override { outputs.push_back(std::move(message)); }
+  void on_command(CommandMessage message) override { commands.push_back(std::move(message)); }
+  void on_output_refused(std::string_view, std::uint16_t, line::OutputRefusal,
+                         std::string_view) override {}
+  void on_command_refused(std::string_view, std::string_view, std::uint8_t, line::Refusal,
+                          std::string_view) override {}
+  void on_misfit(std::string_view, std::string_view policy) override {
+    misfits.emplace_back(policy);
+  }
+
+  std::vector<OutputMessage> outputs;
+  std::vector<CommandMessage> commands;
+  std::vector<std::string> misfits;
+};
+
+class RemotePortTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    wire_.send_answer();
+    auto made = make_remote_bridge({.gateway = "g", .incarnation = 1, .lines = {"line"}},
+                                   std::make_unique<FakeLink>(wire_), 5s);
+    ASSERT_TRUE(made.ok());
+    bridge_ = std::move(*made.value);
+  }
+  static PortMessage request(std::uint8_t client, std::uint64_t id) {
+    v1::CommandRequest sample;
+    sample.gateway("g");
+    sample.line("line");
+    sample.client("client " + std::to_string(client));
+    sample.id(id);
+    sample.kind(static_cast<std::uint8_t>(v1::COMMAND_LOCAL_READ));
+    sample.index(0x1000);
+    sample.timeout_ns(1'000'000'000);
+    sample.last(true);
+    Participant from{.host = "panel" + std::to_string(client)};
+    from.prefix.fill(client);
+    PortMessage message;
+    encode_received(FromEndpoints::command_request, from, sample, message);
+    return message;
+  }
+  void poll() {
+    for (int i = 0; i < 20; ++i)
+      bridge_->poll(0s, received_);
+  }
+
+  Wire wire_;
+  std::unique_ptr<GatewayBridge> bridge_;
+  Received received_;
+};
+
+TEST_F(RemotePortTest, ARequestHasTheSenderThatItsMessageStates) {
+  wire_.send(request(1, 1));
+  wire_.send(request(2, 1));
+  poll();
+  ASSERT_EQ(received_.commands.size(), 2U);
+  for (std::uint8_t client = 1; client <= 2; ++client) {
+    const Participant& from = received_.commands[client - 1U].from;
+    EXPECT_EQ(from.prefix[0], client);
+    EXPECT_EQ(from.host, "panel" + std::to_string(client));
+  }
+  EXPECT_TRUE(wire_.rejected.empty());
+}
+
+TEST_F(RemotePortTest, ARequestThatANewProcessReceivesAgainIsCarriedOutOnce) {
+  wire_.send(request(1, 1));
+  poll();
+  wire_.restart();
+  wire_.send_answer();
+  wire_.send(request(1, 1));
+  poll();
+  EXPECT_EQ(received_.commands.size(), 1U);
+  EXPECT_TRUE(wire_.rejected.empty());
+}
+
+TEST_F(RemotePortTest, ANewProcessReceivesTheOptionsFirstAndEverythingAgain) {
+  Event event;
+  for (event.number = 1; event.number <= 3; ++event.number)
+    bridge_->publish("line", event, "text");
+  poll();
+  ASSERT_EQ(wire_.count(ToEndpoints::event), 3);
+  for (int restarts = 0; restarts < 3; ++restarts) {
+    wire_.restart();
+    wire_.send_answer();
+    poll();
+    ASSERT_FALSE(wire_.to_process.empty());
+    EXPECT_EQ(kind_of(wire_.to_process[0]), static_cast<std::uint8_t>(ToEndpoints::configure));
+    EXPECT_EQ(wire_.count(ToEndpoints::configure), 1);
+    EXPECT_EQ(wire_.count(ToEndpoints::event), 3);
+  }
+  EXPECT_EQ(wire_.logged.size(), 3U) << "one entry for each start";
+}
+
+TEST_F(RemotePortTest, AProcessThatAnswersTheOptionsTwiceIsReplacedAndNotLogged) {
+  for (int i = 0; i < 1'000; ++i)
+    wire_.send_answer();
+  poll();
+  EXPECT_FALSE(wire_.rejected.empty());
+  EXPECT_TRUE(wire_.logged.empty());
+}
+
+TEST_F(RemotePortTest, ASampleBeforeTheAnswerIsNotAccepted) {
+  wire_.restart();
+  wire_.send(request(1, 1));
+  poll();
+  EXPECT_EQ(wire_.rejected.size(), 1U);
+  EXPECT_TRUE(received_.commands.empty());
+}
+
+TEST_F(RemotePortTest, AProcessThatLiesFromItsStartDoesNotKeepTheGatewayBusy) {
+  Wire wire;
+  for (int i = 0; i < 100; ++i)
+    wire.send(request(1, 1));
+  wire.send_answer();
+  const auto made =
+      make_remote_bridge({.gateway = "g", .incarnation = 1}, std::make_unique<FakeLink>(wire), 5s);
+  EXPECT_TRUE(made.ok());
+  EXPECT_EQ(wire.rejected.size(), 100U);
+}
+
+TEST_F(RemotePortTest, AMalformedSenderOrSampleIsNotAccepted) {
+  PortMessage bad_host = request(1, 1);
+  bad_host[kMessageHead + 15] = std::byte{0xFF};  // its length
+  wire_.send(bad_host);
+  PortMessage longer = request(1, 2);
+  longer.push_back(std::byte{0});
+  wire_.send(longer);
+  wire_.send(PortMessage{});
+  wire_.send(PortMessage(8));
+  wire_.send(PortMessage(8, std::byte{0xFF}));
+  poll();
+  EXPECT_EQ(wire_.rejected.size(), 5U);
+  EXPECT_TRUE(received_.commands.empty());
+}
+
+TEST_F(RemotePortTest, OnlyTheNameOfAPolicyIsAMisfit) {
+  PortMessage message;
+  encode(FromEndpoints::command_misfit, "ownership", message);
+  wire_.send(message);
+  poll();
+  EXPECT_EQ(received_.misfits, std::vector<std::string>{"ownership"});
+  encode(FromEndpoints::command_misfit, "x\n\x1b[2J", message);
+  wire_.send(message);
+  poll();
+  EXPECT_EQ(received_.misfits.size(), 1U);
+  EXPECT_EQ(wire_.rejected.size(), 1U);
+}
+
+}  // namespace
+}  // namespace linegate::dds
