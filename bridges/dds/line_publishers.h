@@ -31,8 +31,10 @@ std::string to_string(const ParticipantPrefix& participant);
 
 class LinePublishers {
  public:
-  static constexpr std::size_t kMaxLines = 4'096;   // bounded: any host may publish any names
-  static constexpr std::size_t kMaxPublishers = 4;  // of a line; the others are not recorded
+  static constexpr std::size_t kMaxLines = 4'096;  // bounded: any host may publish any names
+  // Of a line; the others are not recorded, and the line is disputed. Ended processes of a gateway
+  // that ends again and again count until their writers are lost.
+  static constexpr std::size_t kMaxPublishers = 16;
   // A gateway publishes its LineStates and its GatewayState once a second.
   static constexpr Duration kSilence = std::chrono::seconds(2);
 
