@@ -38,6 +38,11 @@ Client::Answer ask_line(Context& context, Model& model, const Line& line,
   return context.client.call(line.id, limited, patience, layout_id, model);
 }
 
+Client::Answer ask_gateway(Context& context, Model& model, const Line& line,
+                           const request::GatewayRequest& request) {
+  return context.client.call_gateway(line.id, request, context.timeout, model);
+}
+
 int print_answer(Context& context, const Client::Answer& answer, const std::string& value) {
   if (context.json) {
     context.out << answer_json(answer, value) << '\n';

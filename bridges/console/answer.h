@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sends a request to a line and prints the answer: shared by all commands that are one request.
+// Sends a request to a line or its gateway and prints the answer: shared by all commands that are
+// one request.
 #pragma once
 
 #include <cstdint>
@@ -16,6 +17,10 @@ namespace linegate::console {
 // time limit. layout_id: see Client::call().
 Client::Answer ask_line(Context& context, Model& model, const Line& line,
                         const line::Command& command, std::uint64_t layout_id = 0);
+
+// The same for a request that the gateway executes itself.
+Client::Answer ask_gateway(Context& context, Model& model, const Line& line,
+                           const request::GatewayRequest& request);
 
 // Prints the answer as JSON if requested, else its value or the error. Returns kDone, kFailed, or
 // kHeldBack if the bus did not acknowledge the frame.

@@ -13,6 +13,7 @@
 #include <variant>
 #include <vector>
 
+#include "bridges/request/request.h"
 #include "stack/base/event.h"
 #include "stack/base/time.h"
 #include "stack/image/layout.h"
@@ -129,6 +130,14 @@ class Client {
   // layout_id: of the output layout for CommandKind::output_write, else 0.
   virtual Answer call(const LineId& id, const line::Command& command, Duration timeout,
                       std::uint64_t layout_id, Listener& listener) = 0;
+
+  // The same for a request that the gateway executes itself. Refusal::bad_request: this client has
+  // no commands.
+  virtual Answer call_gateway(const LineId& /*id*/, const request::GatewayRequest& /*request*/,
+                              Duration /*timeout*/, Listener& /*listener*/) {
+    return {.reply = {.error = line::to_error(line::Refusal::bad_request)},
+            .text = "this client has no commands"};
+  }
 
   // Publishes an OutputWrite, which has no reply. Returns false if this client was created without
   // outputs, or DDS refused the sample.

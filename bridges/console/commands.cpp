@@ -290,17 +290,17 @@ int emcy(Context& context, const std::string& sender, const std::string& code,
 
 int bus_restart(Context& context, const std::string& line) {
   return on_line(context, line, [&](Model& model, const Line& target) {
-    return print_answer(context, ask_line(context, model, target, {.request = line::BusRestart{}}));
+    return print_answer(context, ask_gateway(context, model, target, request::BusRestart{}));
   });
 }
 
 int fault(Context& context, const std::string& line, const std::vector<std::string>& faults) {
-  line::BusFault request;
+  request::BusFault request;
   for (const std::string& text : faults) {
     request.change += (&text == &faults.front() ? "" : "&") + text;
   }
   return on_line(context, line, [&](Model& model, const Line& target) {
-    const Client::Answer answer = ask_line(context, model, target, {.request = request});
+    const Client::Answer answer = ask_gateway(context, model, target, request);
     if (!answer.reply.ok() && !answer.reply.bytes().empty() && !context.json) {
       context.err << printable(text_of(answer)) << '\n';
     }
@@ -320,7 +320,7 @@ int versions(Context& context, const std::string& line) {
     if (!one->view || one->gone || !asked.insert(one->id.gateway).second) {
       continue;
     }
-    const Client::Answer answer = ask_line(context, model, *one, {.request = line::Versions{}});
+    const Client::Answer answer = ask_gateway(context, model, *one, request::Versions{});
     code = std::max(code, print_answer(context, answer, printable(text_of(answer))));
   }
   return std::max(code, completeness(context, model));

@@ -91,6 +91,9 @@ struct Client::Impl {
   void finish(RequestTracker::Done done, ClientListener& listener);
   void keep_asking(ClientListener& listener);
   bool send(const Request& request);
+  // Assigns id, data and deadline, and sends it. Returns the id, or 0 for a client without
+  // commands.
+  std::uint64_t start(Request request, Duration timeout);
 
   const std::string name;
   WriterWatch line_writers{waiting};  // outlives the reader it listens to
@@ -395,7 +398,7 @@ bool Client::Impl::send(const Request& request) {
   sample.id(request.id);
   sample.layout_id(request.layout_id);
   sample.reply_offset(tracker.reply_offset(request.id));
-  to_wire(request.command, sample);
+  to_wire(request.request, request.timeout, sample);
   if (sample.reply_offset() != 0) {
     set_chunk({}, 0, sample);
     return requests->write(&sample);
@@ -410,32 +413,37 @@ bool Client::Impl::send(const Request& request) {
   return true;
 }
 
-std::uint64_t Client::send(const Target& target, const line::Command& command, Duration timeout,
-                           std::uint64_t layout_id) {
-  if (impl_->requests == nullptr)
+std::uint64_t Client::Impl::start(Request request, Duration timeout) {
+  if (requests == nullptr)
     return 0;
   const Instant now = steady_now();
-  const Instant deadline = timeout > kNever - now ? kNever : now + timeout;
-  Request request{.target = target,
-                  .command = command,
-                  .data = encode_data(command.request),
-                  .id = impl_->next_id++,
-                  .layout_id = layout_id,
-                  .deadline = deadline};
-  impl_->tracker.add(request, now);
-  if (impl_->publishers.disputed(target.gateway, target.line))
-    return request.id;  // poll() ends it: of several receivers each would carry it out
-  const Request* due = impl_->tracker.due(now);
+  request.data = encode_data(request.request);
+  request.id = next_id++;
+  request.deadline = timeout > kNever - now ? kNever : now + timeout;
+  const std::uint64_t id = request.id;
+  const bool disputed = publishers.disputed(request.target.gateway, request.target.line);
+  tracker.add(std::move(request), now);
+  if (disputed)
+    return id;  // poll() ends it: of several receivers each would carry it out
+  const Request* due = tracker.due(now);
   if (due != nullptr)
-    impl_->send(*due);
-  return request.id;
+    send(*due);
+  return id;
 }
 
-CommandResult Client::call(const Target& target, const line::Command& command, Duration timeout,
-                           ClientListener& listener, std::uint64_t layout_id) {
+std::uint64_t Client::send(const Target& target, const line::Command& command, Duration timeout,
+                           std::uint64_t layout_id) {
+  return impl_->start({.target = target,
+                       .request = command.request,
+                       .timeout = command.timeout,
+                       .layout_id = layout_id},
+                      timeout);
+}
+
+CommandResult Client::wait_for(std::uint64_t id, Duration timeout, ClientListener& listener) {
   impl_->call_result.reset();
-  impl_->called = send(target, command, timeout, layout_id);
-  if (impl_->called == 0) {
+  impl_->called = id;
+  if (id == 0) {
     return {0, {0, line::to_error(line::Refusal::bad_request), {}}, "this client has no commands"};
   }
   while (!impl_->call_result)
@@ -443,6 +451,16 @@ CommandResult Client::call(const Target& target, const line::Command& command, D
   poll(Duration::zero(), listener);  // receives an event that arrived just before the reply
   impl_->called = 0;
   return std::move(*impl_->call_result);
+}
+
+CommandResult Client::call(const Target& target, const line::Command& command, Duration timeout,
+                           ClientListener& listener, std::uint64_t layout_id) {
+  return wait_for(send(target, command, timeout, layout_id), timeout, listener);
+}
+
+CommandResult Client::call_gateway(const Target& target, const request::GatewayRequest& request,
+                                   Duration timeout, ClientListener& listener) {
+  return wait_for(impl_->start({.target = target, .request = request}, timeout), timeout, listener);
 }
 
 bool Client::write_outputs(const Target& target, const line::OutputWrite& write) {

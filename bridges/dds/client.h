@@ -14,6 +14,7 @@
 #include "bridges/dds/clock_map.h"
 #include "bridges/dds/guard/counters.h"
 #include "bridges/dds/values.h"
+#include "bridges/request/request.h"
 #include "stack/base/diagnostic.h"
 #include "stack/base/event.h"
 #include "stack/image/layout.h"
@@ -124,6 +125,9 @@ class Client {
   // including the events that the gateway published before it answered.
   CommandResult call(const Target& target, const line::Command& command, Duration timeout,
                      ClientListener& listener, std::uint64_t layout_id = 0);
+  // Like call(), for a request that the gateway executes itself.
+  CommandResult call_gateway(const Target& target, const request::GatewayRequest& request,
+                             Duration timeout, ClientListener& listener);
 
   // Publishes all output values of this client for one group: only the last sample counts. Repeat
   // it at least once within the deadline of the profile, or a weaker writer takes over. Returns
@@ -148,6 +152,8 @@ class Client {
  private:
   struct Impl;
   explicit Client(std::unique_ptr<Impl> impl);
+  // Waits for the answer to the request with that id; 0: it was not sent.
+  CommandResult wait_for(std::uint64_t id, Duration timeout, ClientListener& listener);
   std::unique_ptr<Impl> impl_;
 };
 

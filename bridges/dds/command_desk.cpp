@@ -87,14 +87,15 @@ CommandDesk::Outcome CommandDesk::append(Client& client, const v1::CommandReques
   if (request.offset() == 0) {
     if (assembly != client.assemblies.end())
       drop_assembly(client, assembly);
-    line::Command command;
-    if (const char* why = from_wire(request, command)) {
+    request::Request read;
+    Duration timeout{};
+    if (const char* why = from_wire(request, read, timeout)) {
       return refuse(request, Refusal::bad_request, why);
     }
     if (client.assemblies.size() >= limits_.assemblies) {
       drop_assembly(client, client.assemblies.begin());
     }
-    client.assemblies.push_back({request.id(), std::move(command), {}});
+    client.assemblies.push_back({request.id(), std::move(read), timeout, {}});
     assembly = std::prev(client.assemblies.end());
   } else if (assembly == client.assemblies.end() || assembly->data.size() != request.offset()) {
     const std::size_t have = assembly == client.assemblies.end() ? 0 : assembly->data.size();
@@ -124,21 +125,25 @@ CommandDesk::Outcome CommandDesk::append(Client& client, const v1::CommandReques
 
 CommandDesk::Outcome CommandDesk::accept(Client& client, const v1::CommandRequest& request,
                                          Assembly assembly) {
-  line::Command command = std::move(assembly.command);
-  if (const char* why = decode_data(std::move(assembly.data), command.request))
+  if (const char* why = decode_data(std::move(assembly.data), assembly.request))
     return refuse(request, Refusal::bad_request, why);
   if (client.pending.size() >= limits_.pending)
     return refuse(request, Refusal::busy, "");
-  command.tag = next_tag_++;
+  const std::uint64_t tag = next_tag_++;
   client.pending.insert(request.id());
+  ClientKey from{request.line().to_string(), request.client().to_string()};
   Outcome outcome;
-  outcome.command = CommandMessage{request.line().to_string(),
-                                   request.client().to_string(),
-                                   request.layout_id(),
-                                   std::move(command),
-                                   {}};
-  pending_[outcome.command->command.tag] = {{outcome.command->line, outcome.command->client},
-                                            request.id()};
+  if (auto* const of_line = std::get_if<line::Request>(&assembly.request)) {
+    line::Command command{.tag = tag, .timeout = assembly.timeout, .request = std::move(*of_line)};
+    outcome.command =
+        CommandMessage{from.first, from.second, request.layout_id(), std::move(command), {}};
+  } else {
+    request::GatewayCommand command{
+        .tag = tag, .request = std::get<request::GatewayRequest>(std::move(assembly.request))};
+    outcome.gateway_command =
+        GatewayCommandMessage{from.first, from.second, std::move(command), {}};
+  }
+  pending_[tag] = {std::move(from), request.id()};
   return outcome;
 }
 

@@ -21,6 +21,7 @@
 #include <linegate.h>
 
 #include "bridges/dds/publisher.h"
+#include "bridges/request/request.h"
 #include "stack/line/command.h"
 
 namespace linegate::dds {
@@ -54,11 +55,13 @@ class CommandDesk {
   void add_line(const std::string& line) { lines_.insert(line); }
   void remove_line(const std::string& line) { lines_.erase(line); }
 
-  // The result of a request sample: any combination except command with answer. Empty for a chunk
+  // The result of a request sample: any combination except an answer with a command.
+  // At most one command. Empty for a chunk
   // that is not the last, and for a duplicate of a command in progress.
   struct Outcome {
-    std::optional<CommandMessage> command;  // complete and new: execute it
-    std::shared_ptr<const Answer> answer;   // send it, from offset answer_from of its data
+    std::optional<CommandMessage> command;                 // complete and new: execute it
+    std::optional<GatewayCommandMessage> gateway_command;  // the same for one of the gateway
+    std::shared_ptr<const Answer> answer;  // send it, from offset answer_from of its data
     std::size_t answer_from = 0;
     line::Refusal refused = line::Refusal::none;  // the answer is a refusal by the desk
   };
@@ -73,7 +76,8 @@ class CommandDesk {
 
   struct Assembly {
     std::uint64_t id = 0;
-    line::Command command;  // without its data
+    request::Request request;  // without its data
+    Duration timeout{};
     std::vector<std::byte> data;
   };
   struct Client {

@@ -11,14 +11,14 @@
 
 namespace linegate::dds {
 
-void to_wire(const line::Command& from, v1::CommandRequest& to) {
-  write_members(from.request, to);
-  to.timeout_ns(from.timeout.count());
+void to_wire(const request::Request& from, Duration timeout, v1::CommandRequest& to) {
+  write_members(from, to);
+  to.timeout_ns(timeout.count());
 }
 
-const char* from_wire(const v1::CommandRequest& from, line::Command& to) {
-  to.timeout = Duration{from.timeout_ns()};
-  const char* const why = read_members(from, to.request);
+const char* from_wire(const v1::CommandRequest& from, request::Request& to, Duration& timeout) {
+  timeout = Duration{from.timeout_ns()};
+  const char* const why = read_members(from, to);
   return why != nullptr || from.timeout_ns() >= 0 ? why : "timeout_ns is negative";
 }
 

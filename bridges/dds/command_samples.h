@@ -10,18 +10,18 @@
 
 #include <linegate.h>
 
-#include "stack/line/command.h"
+#include "bridges/request/request.h"
 
 namespace linegate::dds {
 
 // Everything except gateway, line, client, incarnation, id, layout_id and the chunk of the data;
 // for the data see encode_data().
-void to_wire(const line::Command& from, v1::CommandRequest& to);
+void to_wire(const request::Request& from, Duration timeout, v1::CommandRequest& to);
 
 // Copies the members of `from` except its data, see decode_data(). Returns nullptr, or, for
 // Refusal::bad_request, a description of the member that is out of range or the members that
 // contradict each other.
-const char* from_wire(const v1::CommandRequest& from, line::Command& to);
+const char* from_wire(const v1::CommandRequest& from, request::Request& to, Duration& timeout);
 
 // Puts the chunk of `data` at `offset` (<= data.size()) into a request or a reply.
 template <class Sample>

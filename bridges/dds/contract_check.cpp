@@ -6,6 +6,7 @@
 #include <linegate.h>
 
 #include "bridges/dds/values.h"
+#include "bridges/request/request.h"
 #include "stack/base/event.h"
 #include "stack/can/bus_state.h"
 #include "stack/image/layout.h"
@@ -67,7 +68,7 @@ static_assert(same(v1::SEVERITY_ERROR, EventSeverity::error));
 
 static_assert(v1::EVENT_JOURNAL_STATE + 1U == kEventKinds);
 
-static_assert(v1::COMMAND_MPDO_WRITE + 1U == line::kCommandKinds);
+static_assert(v1::COMMAND_MPDO_WRITE + 1U == request::kCommandKinds);
 
 static_assert(same(v1::RESULT_DONE, Domain::none));
 static_assert(same(v1::RESULT_SDO, Domain::sdo));

@@ -585,6 +585,10 @@ void GatewayBridge::Impl::handle(const v1::CommandRequest& request, GatewayHandl
     outcome.command->from = sender;
     handler.on_command(std::move(*outcome.command));
   }
+  if (outcome.gateway_command) {
+    outcome.gateway_command->from = sender;
+    handler.on_gateway_command(std::move(*outcome.gateway_command));
+  }
 }
 
 bool GatewayBridge::reply(const line::Reply& reply) {

@@ -20,6 +20,7 @@
 #include "bridges/dds/clock_map.h"
 #include "bridges/dds/guard/counters.h"
 #include "bridges/dds/values.h"
+#include "bridges/request/request.h"
 #include "stack/base/diagnostic.h"
 #include "stack/base/event.h"
 #include "stack/image/layout.h"
@@ -62,10 +63,18 @@ struct OutputMessage {
 };
 
 struct CommandMessage {
-  std::string line;  // any name for CommandKind::versions
+  std::string line;
   std::string client;
   std::uint64_t layout_id = 0;  // for CommandKind::output_write; 0 = any
   line::Command command;        // tag is assigned by the bridge: return it in line::Reply::tag
+  Participant from{};
+};
+
+// A command that the gateway executes itself.
+struct GatewayCommandMessage {
+  std::string line;  // any name for request::Versions
+  std::string client;
+  request::GatewayCommand command;  // as CommandMessage::command
   Participant from{};
 };
 
@@ -78,6 +87,7 @@ class GatewayHandler {
   virtual void on_output_write(OutputMessage message) = 0;
   // Complete (all chunks) and not a duplicate. Exactly one reply() is expected for each.
   virtual void on_command(CommandMessage message) = 0;
+  virtual void on_gateway_command(GatewayCommandMessage message) = 0;
 
   // A sample that is malformed, or for another incarnation of the gateway. A refused command was
   // already answered. `line` may be a name that does not exist.

@@ -257,12 +257,9 @@ std::optional<ReplyData> decode_done(const line::Request& request,
     case line::CommandKind::local_write:
     case line::CommandKind::emcy_send:
     case line::CommandKind::nmt:
-    case line::CommandKind::versions:
     case line::CommandKind::network_read:
     case line::CommandKind::network_write:
-    case line::CommandKind::bus_restart:
     case line::CommandKind::routing_trace:
-    case line::CommandKind::bus_fault:
     case line::CommandKind::program:
     case line::CommandKind::lss:
     case line::CommandKind::can_send:
@@ -282,11 +279,14 @@ std::vector<std::byte> encode_reply(const line::ReplyData& data) {
   return out.take();
 }
 
-std::optional<line::ReplyData> decode_reply(const line::Request& request, Error error,
+std::optional<line::ReplyData> decode_reply(const request::Request& request, Error error,
                                             std::span<const std::byte> bytes) {
+  const auto* const of_line = std::get_if<line::Request>(&request);
+  if (of_line == nullptr)
+    return decode_bytes(bytes);
   if (error.domain == Domain::none)
-    return decode_done(request, bytes);
-  const bool of_program = std::holds_alternative<line::ProgramDownload>(request);
+    return decode_done(*of_line, bytes);
+  const bool of_program = std::holds_alternative<line::ProgramDownload>(*of_line);
   return of_program && !bytes.empty() ? decode_as<line::ProgramFault>(bytes) : decode_bytes(bytes);
 }
 

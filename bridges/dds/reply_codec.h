@@ -8,15 +8,15 @@
 #include <span>
 #include <vector>
 
+#include "bridges/request/request.h"
 #include "stack/base/result.h"
 #include "stack/line/replies.h"
-#include "stack/line/requests.h"
 
 namespace linegate::dds {
 
 std::vector<std::byte> encode_reply(const line::ReplyData& data);
 // error: of the same reply. Returns nothing if the bytes do not match the request.
-std::optional<line::ReplyData> decode_reply(const line::Request& request, Error error,
+std::optional<line::ReplyData> decode_reply(const request::Request& request, Error error,
                                             std::span<const std::byte> bytes);
 
 }  // namespace linegate::dds

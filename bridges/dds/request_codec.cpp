@@ -9,7 +9,7 @@
 namespace linegate::dds {
 namespace {
 
-// The numbers of the stack are those of the contract.
+// The numbers of the kinds are those of the contract.
 template <class... Requests>
 constexpr bool same_numbers(std::type_identity<std::variant<Requests...>> /*of*/) {
   return ((static_cast<unsigned>(RequestCodec<Requests>::kKind) ==
@@ -17,16 +17,23 @@ constexpr bool same_numbers(std::type_identity<std::variant<Requests...>> /*of*/
           ...);
 }
 static_assert(same_numbers(std::type_identity<line::Request>{}));
+static_assert(same_numbers(std::type_identity<request::GatewayRequest>{}));
 
-template <class Request>
-RequestCodec<std::remove_cvref_t<Request>> codec_of(const Request& /*request*/) {
+template <class Kind>
+RequestCodec<std::remove_cvref_t<Kind>> codec_of(const Kind& /*request*/) {
   return {};
+}
+
+// Calls `use` with the request of its kind. Request: request::Request, const or not.
+template <class Request, class Use>
+auto visit_kind(Request& request, const Use& use) {
+  return std::visit([&use](auto& of_sort) { return std::visit(use, of_sort); }, request);
 }
 
 }  // namespace
 
-void write_members(const line::Request& from, v1::CommandRequest& to) {
-  to.kind(static_cast<std::uint8_t>(line::kind(from)));
+void write_members(const request::Request& from, v1::CommandRequest& to) {
+  to.kind(static_cast<std::uint8_t>(request::kind(from)));
   to.node(0);
   to.index(0);
   to.sub(0);
@@ -34,23 +41,24 @@ void write_members(const line::Request& from, v1::CommandRequest& to) {
   to.code(0);
   to.error_register(0);
   to.entry(0);
-  std::visit([&to](const auto& request) { codec_of(request).write(request, to); }, from);
+  visit_kind(from, [&to](const auto& request) { codec_of(request).write(request, to); });
 }
 
-std::vector<std::byte> encode_data(const line::Request& from) {
-  return std::visit([](const auto& request) { return codec_of(request).encode(request); }, from);
+std::vector<std::byte> encode_data(const request::Request& from) {
+  return visit_kind(from, [](const auto& request) { return codec_of(request).encode(request); });
 }
 
-const char* read_members(const v1::CommandRequest& from, line::Request& to) {
-  if (from.kind() >= line::kCommandKinds)
+const char* read_members(const v1::CommandRequest& from, request::Request& to) {
+  auto empty = request::empty_request(from.kind());
+  if (!empty)
     return "kind is not a CommandKind";
-  to = line::empty_request(static_cast<line::CommandKind>(from.kind()));
-  return std::visit([&from](auto& request) { return codec_of(request).read(from, request); }, to);
+  to = *std::move(empty);
+  return visit_kind(to, [&from](auto& request) { return codec_of(request).read(from, request); });
 }
 
-const char* decode_data(std::vector<std::byte> data, line::Request& to) {
-  return std::visit(
-      [&data](auto& request) { return codec_of(request).decode(std::move(data), request); }, to);
+const char* decode_data(std::vector<std::byte> data, request::Request& to) {
+  return visit_kind(
+      to, [&data](auto& request) { return codec_of(request).decode(std::move(data), request); });
 }
 
 }  // namespace linegate::dds

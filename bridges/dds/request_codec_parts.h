@@ -9,6 +9,7 @@
 
 #include <linegate.h>
 
+#include "bridges/request/request.h"
 #include "stack/can/cob_id.h"
 #include "stack/line/requests.h"
 

@@ -82,7 +82,7 @@ std::optional<RequestTracker::Done> RequestTracker::take(const v1::CommandReply&
   waiting.result.text = reply.text().to_string();
   if (reply.last()) {
     line::Reply& whole = waiting.result.reply;
-    auto read = decode_reply(request.command.request, whole.error, data);
+    auto read = decode_reply(request.request, whole.error, data);
     whole.data = read ? *std::move(read) : line::ReplyData{data};
     return finish(found);
   }

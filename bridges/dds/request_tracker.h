@@ -14,14 +14,16 @@
 
 #include "bridges/dds/client.h"
 #include "bridges/dds/line_publishers.h"
+#include "bridges/request/request.h"
 #include "stack/base/time.h"
 
 namespace linegate::dds {
 
 struct Request {
   Target target;
-  line::Command command;
-  std::vector<std::byte> data;  // of the command
+  request::Request request;
+  Duration timeout{};           // of the gateway, 0 = none
+  std::vector<std::byte> data;  // of the request
   std::uint64_t id = 0;
   std::uint64_t layout_id = 0;
   Instant deadline{};  // time at which the request times out

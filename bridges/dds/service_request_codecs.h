@@ -296,22 +296,22 @@ struct RequestCodec<line::CanListen> {
 };
 
 template <>
-struct RequestCodec<line::Versions> : WithoutMembers, WithoutData {
+struct RequestCodec<request::Versions> : WithoutMembers, WithoutData {
   static constexpr v1::CommandKind kKind = v1::COMMAND_VERSIONS;
 };
 template <>
-struct RequestCodec<line::BusRestart> : WithoutMembers, WithoutData {
+struct RequestCodec<request::BusRestart> : WithoutMembers, WithoutData {
   static constexpr v1::CommandKind kKind = v1::COMMAND_BUS_RESTART;
 };
 
 template <>
-struct RequestCodec<line::BusFault> : WithoutMembers {
+struct RequestCodec<request::BusFault> : WithoutMembers {
   static constexpr v1::CommandKind kKind = v1::COMMAND_BUS_FAULT;
-  static Bytes encode(const line::BusFault& from) {
+  static Bytes encode(const request::BusFault& from) {
     const auto text = std::as_bytes(std::span(from.change));
     return {text.begin(), text.end()};
   }
-  static const char* decode(const Bytes& data, line::BusFault& to) {
+  static const char* decode(const Bytes& data, request::BusFault& to) {
     to.change.assign(reinterpret_cast<const char*>(data.data()), data.size());
     return data.size() > 256 ? "data is more than 256 bytes of text" : nullptr;
   }

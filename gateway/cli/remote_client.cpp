@@ -110,11 +110,15 @@ class RemoteClient final : public console::Client {
   Answer call(const console::LineId& id, const line::Command& command, Duration timeout,
               std::uint64_t layout_id, console::Listener& listener) override {
     Forward forward(listener);
-    dds::CommandResult result = client_->call({.gateway = id.gateway, .line = id.line}, command,
-                                              timeout, forward, layout_id);
-    return {.reply = std::move(result.reply),
-            .text = std::move(result.text),
-            .bytes = std::move(result.bytes)};
+    return to_answer(client_->call({.gateway = id.gateway, .line = id.line}, command, timeout,
+                                   forward, layout_id));
+  }
+
+  Answer call_gateway(const console::LineId& id, const request::GatewayRequest& request,
+                      Duration timeout, console::Listener& listener) override {
+    Forward forward(listener);
+    return to_answer(
+        client_->call_gateway({.gateway = id.gateway, .line = id.line}, request, timeout, forward));
   }
 
   bool write_outputs(const console::LineId& id, const line::OutputWrite& write) override {
@@ -122,6 +126,12 @@ class RemoteClient final : public console::Client {
   }
 
  private:
+  static Answer to_answer(dds::CommandResult result) {
+    return {.reply = std::move(result.reply),
+            .text = std::move(result.text),
+            .bytes = std::move(result.bytes)};
+  }
+
   std::unique_ptr<dds::Client> client_;
 };
 

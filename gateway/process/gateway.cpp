@@ -431,6 +431,9 @@ void Gateway::hand_on_commands(LineHost& from, LineHost& to) {
         to.port.commands.push(command);
       }
     }
+    for (request::GatewayCommand command; from.port.interface_commands.pop(command);) {
+      to.port.interface_commands.push(command);
+    }
   });
 }
 

@@ -29,7 +29,7 @@
 
 namespace linegate::gateway {
 
-// The reply to CommandKind::versions, and the output of --version.
+// The reply to request::Versions, and the output of --version.
 std::string versions();
 
 class Gateway {

@@ -5,8 +5,6 @@ namespace linegate::gateway {
 
 bool permitted(line::CommandKind kind, config::Access commands, config::Access outputs) {
   switch (kind) {
-    case line::CommandKind::versions:
-      return true;
     case line::CommandKind::sdo_read:
     case line::CommandKind::network_read:
     case line::CommandKind::local_read:
@@ -24,8 +22,6 @@ bool permitted(line::CommandKind kind, config::Access commands, config::Access o
     case line::CommandKind::local_write:
     case line::CommandKind::emcy_send:
     case line::CommandKind::nmt:
-    case line::CommandKind::bus_restart:
-    case line::CommandKind::bus_fault:
     case line::CommandKind::boot:
     case line::CommandKind::configure:
     case line::CommandKind::program:
@@ -45,6 +41,10 @@ bool permitted(const line::Command& command, config::Access commands, config::Ac
     return commands != config::Access::off;
   }
   return permitted(line::kind(command), commands, outputs);
+}
+
+bool permitted(const request::GatewayRequest& request, config::Access commands) {
+  return std::holds_alternative<request::Versions>(request) || commands == config::Access::all;
 }
 
 bool is_of_outputs(line::CommandKind kind) {

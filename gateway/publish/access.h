@@ -2,17 +2,19 @@
 // Checks the access of subscribers to a line.
 #pragma once
 
+#include "bridges/request/request.h"
 #include "gateway/config/plant.h"
 #include "stack/line/command.h"
 
 namespace linegate::gateway {
 
-// CommandKind::versions needs no access; `read` permits commands that change nothing. A single
-// output value, an object that may be written by PDO, and the trigger of a PDO need `all` for
-// commands and for outputs.
+// `read` permits commands that change nothing. A single output value, an object that may be written
+// by PDO, and the trigger of a PDO need `all` for commands and for outputs.
 bool permitted(line::CommandKind kind, config::Access commands, config::Access outputs);
 // The same for a command with its members: the verification of configurations needs only `read`.
 bool permitted(const line::Command& command, config::Access commands, config::Access outputs);
+// request::Versions needs no access, other requests of this kind need `all`.
+bool permitted(const request::GatewayRequest& request, config::Access commands);
 
 // Whether the command refers to entries, bytes or PDOs by their positions in the output layout.
 bool is_of_outputs(line::CommandKind kind);

@@ -16,6 +16,7 @@
 #include <string_view>
 #include <vector>
 
+#include "bridges/request/request.h"
 #include "gateway/publish/values.h"
 #include "gateway/runtime/clock.h"
 #include "stack/base/event.h"
@@ -43,10 +44,18 @@ struct OutputRequest {
 };
 
 struct CommandRequest {
-  std::string line;  // any name for CommandKind::versions
+  std::string line;
   std::string client;
   std::uint64_t layout_id = 0;  // for CommandKind::output_write; 0 = any
   line::Command command;        // its tag is assigned by the edge: return it in line::Reply::tag
+  ClientIdentity from{};
+};
+
+// A command that the gateway executes itself.
+struct GatewayCommandRequest {
+  std::string line;  // any name for request::Versions
+  std::string client;
+  request::GatewayCommand command;  // as CommandRequest::command
   ClientIdentity from{};
 };
 
@@ -59,9 +68,10 @@ class RequestHandler {
   virtual void on_output_write(OutputRequest request) = 0;
   // Complete and not a duplicate. Exactly one reply() is expected for each.
   virtual void on_command(CommandRequest request) = 0;
+  virtual void on_gateway_command(GatewayCommandRequest request) = 0;
 
   // A request that is malformed, or for another incarnation of the gateway. A refused command was
-  // already answered. `line` may be a name that does not exist; kind is a line::CommandKind or an
+  // already answered. `line` may be a name that does not exist; kind is that of a command, or an
   // undefined number.
   virtual void on_output_refused(std::string_view line, std::uint16_t group,
                                  line::OutputRefusal refusal, std::string_view why) = 0;

@@ -83,6 +83,10 @@ class Requests final : public dds::GatewayHandler {
     handler_.on_command({std::move(message.line), std::move(message.client), message.layout_id,
                          std::move(message.command), from_dds(std::move(message.from))});
   }
+  void on_gateway_command(dds::GatewayCommandMessage message) override {
+    handler_.on_gateway_command({std::move(message.line), std::move(message.client),
+                                 std::move(message.command), from_dds(std::move(message.from))});
+  }
   void on_output_refused(std::string_view line, std::uint16_t group, line::OutputRefusal refusal,
                          std::string_view why) override {
     handler_.on_output_refused(line, group, refusal, why);

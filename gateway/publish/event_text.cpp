@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "bridges/can/channel.h"
+#include "bridges/request/request.h"
 #include "gateway/publish/client_directory.h"
 #include "stack/base/abort_code.h"
 #include "stack/can/bus_state.h"
@@ -342,11 +343,11 @@ struct EventWords {
     return fmt::format("watchdog of output group {} fired: {}", e.group, reactions(e.reactions));
   }
   std::string operator()(const event::CommandRefused& e) const {
-    return fmt::format("command {}{} refused: {}{}", name(e.command), of(e.client),
+    return fmt::format("command {}{} refused: {}{}", request::command_name(e.command), of(e.client),
                        line::describe(e.refusal), suppressed(e.suppressed));
   }
   std::string operator()(const event::CommandAccepted& e) const {
-    return fmt::format("command {}{}{} accepted{}", name(e.command),
+    return fmt::format("command {}{}{} accepted{}", request::command_name(e.command),
                        e.index == 0 ? std::string() : " to " + object(e), of(e.client),
                        suppressed(e.suppressed));
   }

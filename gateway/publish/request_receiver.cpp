@@ -118,16 +118,9 @@ line::Refusal RequestReceiver::judge(const LineHost& host, const CommandRequest&
 }
 
 void RequestReceiver::on_command(CommandRequest request) {
-  line::Reply reply;
-  reply.tag = request.command.tag;
-  const line::CommandKind kind = line::kind(request.command);
-  if (kind == line::CommandKind::versions) {
-    const auto* text = reinterpret_cast<const std::byte*>(versions_.data());
-    reply.data = std::vector(text, text + versions_.size());
-    answer(std::move(reply));
-    return;
-  }
+  const std::uint64_t tag = request.command.tag;
   const std::uint32_t client = clients_.number(request.from, request.client);
+  const line::CommandKind kind = line::kind(request.command);
   request.command.client = client;
   request.command.audited = !permitted(request.command, config::Access::read, config::Access::off);
   LineHost* host = find(request.line);
@@ -140,11 +133,41 @@ void RequestReceiver::on_command(CommandRequest request) {
     }
     refusal = line::Refusal::busy;
   }
-  if (host != nullptr) {
-    notice(*host, event::CommandRefused{.refusal = refusal, .command = kind, .client = client});
+  refuse_command(host, tag, {.refusal = refusal, .command = kind, .client = client});
+}
+
+void RequestReceiver::on_gateway_command(GatewayCommandRequest request) {
+  const std::uint64_t tag = request.command.tag;
+  if (std::holds_alternative<request::Versions>(request.command.request)) {
+    const auto* text = reinterpret_cast<const std::byte*>(versions_.data());
+    answer({.tag = tag, .data = std::vector(text, text + versions_.size())});
+    return;
   }
-  reply.error = line::to_error(refusal);
-  answer(std::move(reply));
+  const std::uint32_t client = clients_.number(request.from, request.client);
+  const line::CommandKind kind = request::kind(request.command.request);
+  request.command.client = client;
+  request.command.audited = !permitted(request.command.request, config::Access::read);
+  LineHost* host = find(request.line);
+  line::Refusal refusal = line::Refusal::unknown_line;
+  if (host != nullptr && !permitted(request.command.request, host->plan.commands)) {
+    refusal = line::Refusal::not_permitted;
+  } else if (host != nullptr) {
+    auto& ring = host->port.interface_commands;
+    if (uses_[host->name()].interface_commands.admit(ring, client) && ring.push(request.command)) {
+      host->executor->wakeup().signal();
+      return;
+    }
+    refusal = line::Refusal::busy;
+  }
+  refuse_command(host, tag, {.refusal = refusal, .command = kind, .client = client});
+}
+
+void RequestReceiver::refuse_command(LineHost* host, std::uint64_t tag,
+                                     const event::CommandRefused& refused) {
+  if (host != nullptr) {
+    notice(*host, refused);
+  }
+  refuse(tag, refused.refusal);
 }
 
 void RequestReceiver::on_output_write(OutputRequest request) {

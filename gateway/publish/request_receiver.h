@@ -23,7 +23,7 @@ namespace linegate::gateway {
 
 class RequestReceiver final : public RequestHandler {
  public:
-  // versions: the answer to CommandKind::versions. All references must outlive this object.
+  // versions: the answer to request::Versions. All references must outlive this object.
   RequestReceiver(DataEdge& edge, std::span<const std::unique_ptr<LineHost>> lines,
                   exchange::Ring<line::Reply>& refusals, exchange::Wakeup& publisher,
                   ClientDirectory& clients, std::string versions);
@@ -45,6 +45,7 @@ class RequestReceiver final : public RequestHandler {
   // Called by the edge within poll(); public for tests.
   void on_output_write(OutputRequest request) override;
   void on_command(CommandRequest request) override;
+  void on_gateway_command(GatewayCommandRequest request) override;
   void on_output_refused(std::string_view line, std::uint16_t group, line::OutputRefusal refusal,
                          std::string_view why) override;
   void on_command_refused(std::string_view line, std::string_view client, std::uint8_t kind,
@@ -64,6 +65,9 @@ class RequestReceiver final : public RequestHandler {
   // within the network of the line.
   bool crosses(const LineHost& host, const line::Command& command) const;
   void answer(line::Reply reply);
+  // Answers a command that was not passed to a line. host: reports it as an event; nullptr: there
+  // is no such line.
+  void refuse_command(LineHost* host, std::uint64_t tag, const event::CommandRefused& refused);
   void refuse_output(LineHost& host, std::uint16_t group, line::OutputRefusal refusal,
                      std::uint32_t client = 0);
   void report_unknown_line(std::string_view line);
@@ -88,6 +92,7 @@ class RequestReceiver final : public RequestHandler {
   };
   struct PortUse {
     RingUse commands;
+    RingUse interface_commands;
     RingUse outputs;
   };
 

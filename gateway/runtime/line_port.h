@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "bridges/can/controller_setup.h"
+#include "bridges/request/request.h"
 #include "gateway/exchange/cell.h"
 #include "gateway/exchange/handover.h"
 #include "gateway/exchange/ring.h"
@@ -97,6 +98,8 @@ struct LinePort {
   // One client fills at most half of a ring, so that a flood does not lock others out.
   static constexpr std::size_t kOfOneClient = 256;
   exchange::Ring<line::Command> commands{2 * kOfOneClient};
+  // BusRestart and BusFault, which the line does not receive
+  exchange::Ring<request::GatewayCommand> interface_commands{2 * kOfOneClient};
   exchange::Ring<line::OutputWrite> outputs{2 * kOfOneClient};
   exchange::Ring<Event> notices{256};  // refusals, which the line reports
   exchange::Counter requests_lost;     // outputs and notices dropped because their ring was full

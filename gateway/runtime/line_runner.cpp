@@ -291,6 +291,7 @@ void LineRunner::take_requests(Instant now) {
     queue_command(now);
     take_next_command(now);
   }
+  take_interface_commands(now);
   for (Event notice; port_.notices.pop(notice);) {
     notice.time = now;
     line_->report(notice);
@@ -367,12 +368,30 @@ void LineRunner::answered(std::uint64_t tag) {
   }
 }
 
-// A command that the line does not see.
-void LineRunner::report_accepted(Instant now) {
-  if (command_.audited) {
+// The line does not receive these commands.
+void LineRunner::report_accepted(const request::GatewayCommand& command, Instant now) {
+  if (command.audited) {
     line_->report({.time = now,
-                   .data = event::CommandAccepted{.command = line::kind(command_),
-                                                  .client = command_.client}});
+                   .data = event::CommandAccepted{.command = request::kind(command.request),
+                                                  .client = command.client}});
+  }
+}
+
+// They send nothing on the bus, so they neither use nor wait for the share of a client.
+void LineRunner::take_interface_commands(Instant now) {
+  request::GatewayCommand command;
+  while (!reply_held_ && port_.interface_commands.pop(command)) {
+    if (stopping_) {
+      reply(command.tag, line::to_error(line::Refusal::cancelled));
+    } else if (!started_) {
+      reply(command.tag, line::to_error(line::Refusal::line_down));
+    } else if (const auto* const fault = std::get_if<request::BusFault>(&command.request)) {
+      change_faults(command, fault->change, now);
+    } else {
+      LINEGATE_ASSERT(std::holds_alternative<request::BusRestart>(command.request),
+                      "other commands of the gateway do not reach an interface");
+      restart_bus(command, now);
+    }
   }
 }
 
@@ -382,10 +401,6 @@ void LineRunner::take_command(Instant now) {
     reply(command_.tag, line::to_error(line::Refusal::cancelled));
   } else if (!started_) {
     reply(command_.tag, line::to_error(line::Refusal::line_down));
-  } else if (std::holds_alternative<line::BusRestart>(command_.request)) {
-    restart_bus(now);
-  } else if (const auto* const fault = std::get_if<line::BusFault>(&command_.request)) {
-    change_faults(fault->change, now);
   } else if (bound && std::holds_alternative<line::ScanApply>(command_.request)) {
     reply(command_.tag,
           line::to_error(line::Refusal::wrong_state));  // a bound line cannot be made anew alone
@@ -419,31 +434,32 @@ void LineRunner::leave(std::uint8_t interface, Instant now) {
   give_messages(now);
 }
 
-void LineRunner::restart_bus(Instant now) {
+void LineRunner::restart_bus(const request::GatewayCommand& command, Instant now) {
   const int error = pump_.channel().restart(now);
   if (error == 0) {
-    report_accepted(now);
+    report_accepted(command, now);
   }
   if (error == EBUSY) {
-    reply(command_.tag, line::to_error(line::Refusal::wrong_state));
+    reply(command.tag, line::to_error(line::Refusal::wrong_state));
   } else {
-    reply(command_.tag,
+    reply(command.tag,
           error == 0 ? Error{} : Error{Domain::can, static_cast<std::uint32_t>(error)});
   }
 }
 
-void LineRunner::change_faults(std::string_view change, Instant now) {
+void LineRunner::change_faults(const request::GatewayCommand& command, std::string_view change,
+                               Instant now) {
   std::string said;
   switch (const int error = pump_.channel().fault(change, said, now)) {
     case 0:
-      report_accepted(now);
-      return reply(command_.tag, Error{}, said);
+      report_accepted(command, now);
+      return reply(command.tag, Error{}, said);
     case EINVAL:
-      return reply(command_.tag, line::to_error(line::Refusal::bad_request), said);
+      return reply(command.tag, line::to_error(line::Refusal::bad_request), said);
     case EOPNOTSUPP:
-      return reply(command_.tag, line::to_error(line::Refusal::wrong_interface));
+      return reply(command.tag, line::to_error(line::Refusal::wrong_interface));
     default:
-      return reply(command_.tag, Error{Domain::can, static_cast<std::uint32_t>(error)});
+      return reply(command.tag, Error{Domain::can, static_cast<std::uint32_t>(error)});
   }
 }
 

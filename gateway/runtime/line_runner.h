@@ -96,12 +96,13 @@ class LineRunner final : public Runner {
   void take_outputs(Instant now);
   void take_held_outputs(Instant now);
   void answered(std::uint64_t tag);
-  void report_accepted(Instant now);
+  void report_accepted(const request::GatewayCommand& command, Instant now);
+  void take_interface_commands(Instant now);
   void take_messages(Instant now);
   void look_at_sources(Instant now);
   void give_messages(Instant now);
-  void restart_bus(Instant now);
-  void change_faults(std::string_view change, Instant now);
+  void restart_bus(const request::GatewayCommand& command, Instant now);
+  void change_faults(const request::GatewayCommand& command, std::string_view change, Instant now);
   bool is_snapshot_due(Instant now);
   void hand_over(Instant now);
   void hand_over_events();

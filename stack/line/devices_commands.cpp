@@ -84,9 +84,6 @@ void DevicesLine::do_execute(Command command, Instant now) {
     case CommandKind::mpdo_write:
       error = to_error(Refusal::wrong_role);
       break;
-    case CommandKind::versions:
-    case CommandKind::bus_restart:
-    case CommandKind::bus_fault:
       break;
   }
   answer(command, error, std::move(data), now);

@@ -36,20 +36,14 @@ std::string_view name(CommandKind kind) {
       return "emcy-send";
     case CommandKind::nmt:
       return "nmt";
-    case CommandKind::versions:
-      return "versions";
     case CommandKind::network_read:
       return "network-read";
     case CommandKind::network_write:
       return "network-write";
-    case CommandKind::bus_restart:
-      return "bus-restart";
     case CommandKind::routing_trace:
       return "routing-trace";
     case CommandKind::scan:
       return "scan";
-    case CommandKind::bus_fault:
-      return "bus-fault";
     case CommandKind::boot:
       return "boot";
     case CommandKind::configure:

@@ -16,12 +16,6 @@ namespace {
 // Distinguishes the targets of the manager's consumers from those of the own node.
 constexpr std::uint16_t kManagerMark = 128;
 
-// Whether the owner of the line executes the command.
-bool is_of_owner(CommandKind kind) {
-  return kind == CommandKind::versions || kind == CommandKind::bus_restart ||
-         kind == CommandKind::bus_fault;
-}
-
 std::uint8_t node_of(const can::Target& target) {
   return static_cast<std::uint8_t>(target.index & 0x7FU);
 }
@@ -75,15 +69,13 @@ NodeLine::NodeLine(LineConfig line_config, pdo::LinkPlan link_plan)
   manager_.set_configuration_step([this](std::uint8_t id) { return configurator_.make_step(id); });
   for (Service* service : services_) {
     for (const CommandKind kind : service->commands()) {
-      Service*& place = service_of_[static_cast<std::size_t>(kind)];
+      Service*& place = service_of_[index_of(kind)];
       LINEGATE_ASSERT(place == nullptr, "a command belongs to one service");
       place = service;
     }
   }
-  for (std::size_t kind = 0; kind < kCommandKinds; ++kind) {
-    LINEGATE_ASSERT(service_of_[kind] != nullptr || is_of_owner(static_cast<CommandKind>(kind)),
-                    "each command that reaches a line belongs to a service");
-  }
+  LINEGATE_ASSERT(std::ranges::find(service_of_, nullptr) == service_of_.end(),
+                  "each command belongs to a service");
   node_.pdos().link(plan_);
   for (const pdo::Parameters& own : config_.forwarding.tpdos) {
     node_.pdos().set_auto_notify(own.number, own.mpdo == pdo::MpdoMode::source);

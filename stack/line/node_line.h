@@ -255,7 +255,7 @@ class NodeLine final : public Line,
       &nmt_commands_, &lss_,          &scanning_,      &routing_,   &emcy_commands_, &generic_can_,
       &local_access_, &sdo_commands_, &pdo_requests_,  &booting_,   &configuring_,   &programming_,
       &records_,      &diagnosing_,   &mpdo_commands_, &receivers_, &outputs_};
-  std::array<Service*, kCommandKinds> service_of_{};  // by CommandKind; nullptr: not supported
+  std::array<Service*, kRequestKinds.size()> service_of_{};  // by Request::index()
 
   // --- time -------------------------------------------------------------------------------------
   std::uint64_t resets_ = 0;  // resets of the own node that were processed

@@ -303,8 +303,7 @@ void ObserverLine::do_execute(Command command, Instant now) {
     answer(command, listening.ask(*listen, now), {}, now);
     return;
   }
-  refuse(command,
-         kind(command) == CommandKind::versions ? Refusal::bad_request : Refusal::wrong_role, now);
+  refuse(command, Refusal::wrong_role, now);
 }
 
 OutputRefusal ObserverLine::do_write_outputs(const OutputWrite& /*write*/, Instant /*now*/) {

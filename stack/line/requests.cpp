@@ -3,13 +3,16 @@
 
 #include <utility>
 
+#include "stack/base/assert.h"
+
 namespace linegate::line {
 
 Request empty_request(CommandKind kind) {
   constexpr auto kMake = []<class... Kinds>(std::type_identity<std::variant<Kinds...>>) {
     return std::array<Request (*)(), sizeof...(Kinds)>{[] { return Request(Kinds{}); }...};
   }(std::type_identity<Request>{});
-  return kMake[static_cast<std::size_t>(kind)]();
+  LINEGATE_ASSERT(index_of(kind) < kMake.size(), "it is a kind of request");
+  return kMake[index_of(kind)]();
 }
 
 std::uint8_t node_of(const Request& request) {

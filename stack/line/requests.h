@@ -3,6 +3,7 @@
 // the ranges that the types do not enforce, and refuses other values with Refusal::bad_request.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstddef>
@@ -22,35 +23,33 @@
 
 namespace linegate::line {
 
-// Append only: the numbers are part of the DDS contract. Names, access rules and counters use it;
-// the parameters are in the alternatives of Request.
+// Append only: the numbers are those of the DDS contract. Names, access rules and counters use it;
+// the parameters are in the alternatives of Request. 7, 10 and 13 are commands that the owner of
+// the lines executes; it may report their events with Line::report().
 enum class CommandKind : std::uint8_t {
-  sdo_read,
-  sdo_write,
-  local_read,
-  local_write,
-  output_write,
-  emcy_send,
-  nmt,
-  versions,
-  network_read,
-  network_write,
-  bus_restart,
-  routing_trace,
-  scan,
-  bus_fault,
-  boot,
-  configure,
-  program,
-  lss,
-  object_write,
-  pdo_trigger,
-  can_send,
-  can_listen,
-  object_create,
-  scan_apply,
-  pdo_request,
-  mpdo_write,
+  sdo_read = 0,
+  sdo_write = 1,
+  local_read = 2,
+  local_write = 3,
+  output_write = 4,
+  emcy_send = 5,
+  nmt = 6,
+  network_read = 8,
+  network_write = 9,
+  routing_trace = 11,
+  scan = 12,
+  boot = 14,
+  configure = 15,
+  program = 16,
+  lss = 17,
+  object_write = 18,
+  pdo_trigger = 19,
+  can_send = 20,
+  can_listen = 21,
+  object_create = 22,
+  scan_apply = 23,
+  pdo_request = 24,
+  mpdo_write = 25,
 };
 // "sdo-read"
 std::string_view name(CommandKind kind);
@@ -293,33 +292,11 @@ struct RoutingTrace {
   std::chrono::seconds duration{};  // 1..routing::Trace::kLongest
 };
 
-// --- executed by the owner of the line, never reach it
-// --------------------------------------------
-
-// The versions of the program and its libraries. Reply: text.
-struct Versions {
-  static constexpr CommandKind kKind = CommandKind::versions;
-};
-
-// Restarts the CAN controller after bus-off.
-struct BusRestart {
-  static constexpr CommandKind kKind = CommandKind::bus_restart;
-};
-
-// Changes the faults of a virtual bus. Reply: text.
-struct BusFault {
-  static constexpr CommandKind kKind = CommandKind::bus_fault;
-  std::string change{};
-};
-
 // In the order of CommandKind.
-using Request =
-    std::variant<SdoRead, SdoWrite, LocalRead, LocalWrite, SingleOutput, EmcySend, NmtRequest,
-                 Versions, NetworkRead, NetworkWrite, BusRestart, RoutingTrace, Scan, BusFault,
-                 Boot, Configure, ProgramDownload, LssRequest, ObjectWrite, PdoTrigger, CanSend,
-                 CanListen, ObjectCreate, ScanApply, PdoRequest, MpdoWrite>;
-
-inline constexpr std::size_t kCommandKinds = std::variant_size_v<Request>;
+using Request = std::variant<SdoRead, SdoWrite, LocalRead, LocalWrite, SingleOutput, EmcySend,
+                             NmtRequest, NetworkRead, NetworkWrite, RoutingTrace, Scan, Boot,
+                             Configure, ProgramDownload, LssRequest, ObjectWrite, PdoTrigger,
+                             CanSend, CanListen, ObjectCreate, ScanApply, PdoRequest, MpdoWrite>;
 
 // The kind of each alternative.
 inline constexpr auto kRequestKinds =
@@ -328,8 +305,8 @@ inline constexpr auto kRequestKinds =
     }(std::type_identity<Request>{});
 static_assert(
     [] {
-      for (std::size_t i = 0; i < kRequestKinds.size(); ++i) {
-        if (static_cast<std::size_t>(kRequestKinds[i]) != i) {
+      for (std::size_t i = 1; i < kRequestKinds.size(); ++i) {
+        if (kRequestKinds[i - 1] >= kRequestKinds[i]) {
           return false;
         }
       }
@@ -337,10 +314,17 @@ static_assert(
     }(),
     "the alternatives of Request are in the order of CommandKind");
 
+// Request::index() of a kind, or the number of alternatives if the number is not one of
+// CommandKind.
+constexpr std::size_t index_of(CommandKind kind) {
+  const auto found = std::ranges::lower_bound(kRequestKinds, kind);
+  const bool is_one = found != kRequestKinds.end() && *found == kind;
+  return is_one ? static_cast<std::size_t>(found - kRequestKinds.begin()) : kRequestKinds.size();
+}
 inline CommandKind kind(const Request& request) {
   return kRequestKinds[request.index()];
 }
-// A request of that kind with default parameters.
+// A request of that kind with default parameters. Precondition: kind is one of kRequestKinds.
 Request empty_request(CommandKind kind);
 // The node of a request, 0 for all nodes or if the kind has no node.
 std::uint8_t node_of(const Request& request);

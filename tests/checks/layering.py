@@ -38,8 +38,9 @@ RESERVED = [
     (r"spdlog/.*", ["gateway"], "logs are rendered in the gateway"),
 ]
 
-# The only bridge that may use another one: simulated devices attach to any interface.
-BRIDGE_TO_BRIDGE = {("sim", "can")}
+# The only bridges that may use another folder of bridges/: simulated devices attach to any interface; bridges/request is
+# no edge, but the requests that clients send.
+BRIDGE_TO_BRIDGE = {("sim", "can"), ("dds", "request"), ("console", "request")}
 PRODUCT = ("stack", "bridges", "gateway", "idl")
 
 CLOCK = re.compile(r"\b(steady|system|high_resolution|utc)_clock::now\b")

@@ -43,7 +43,7 @@ class Desk : public testing::Test {
   CommandDesk::Outcome take(const v1::CommandRequest& sample) { return desk.take(sample); }
   Refusal refusal(const v1::CommandRequest& sample) {
     const auto outcome = desk.take(sample);
-    EXPECT_FALSE(outcome.command.has_value());
+    EXPECT_FALSE(outcome.command || outcome.gateway_command);
     return outcome.refused;
   }
   void answer(std::uint64_t tag, std::size_t bytes = 4) {
@@ -177,7 +177,7 @@ TEST_F(Desk, WhatIsOutOfRangeIsRefusedWithTheReason) {
             Refusal::bad_request);
   EXPECT_EQ(refusal(spoilt([](auto& s) { s.data().resize(1030); }, v1::COMMAND_OBJECT_CREATE)),
             Refusal::bad_request);
-  EXPECT_EQ(refusal(spoilt([](auto& s) { s.kind(line::kCommandKinds); })), Refusal::bad_request);
+  EXPECT_EQ(refusal(spoilt([](auto& s) { s.kind(request::kCommandKinds); })), Refusal::bad_request);
   EXPECT_EQ(refusal(spoilt([](auto& s) { s.data().resize(6); }, v1::COMMAND_EMCY_SEND)),
             Refusal::bad_request);
   EXPECT_EQ(refusal(spoilt([](auto& s) { s.code(4); }, v1::COMMAND_SCAN_APPLY)),
@@ -199,7 +199,7 @@ TEST_F(Desk, ANetworkIsNamedByTheCode) {
   ASSERT_TRUE(outcome.command);
   EXPECT_EQ(std::get<line::NetworkRead>(outcome.command->command.request).network, 0x0203);
   v1::CommandRequest back;
-  to_wire(outcome.command->command, back);
+  to_wire(outcome.command->command.request, outcome.command->command.timeout, back);
   EXPECT_EQ(back.code(), 0x0203);
   sample.id(12);
   sample.entry(1);
@@ -216,7 +216,30 @@ TEST_F(Desk, ANetworkIsNamedByTheCode) {
 TEST_F(Desk, VersionsNeedNoLine) {
   v1::CommandRequest sample = request(10, v1::COMMAND_VERSIONS);
   sample.line("");
-  EXPECT_TRUE(take(sample).command);
+  const auto outcome = take(sample);
+  ASSERT_TRUE(outcome.gateway_command);
+  EXPECT_TRUE(std::holds_alternative<request::Versions>(outcome.gateway_command->command.request));
+  EXPECT_FALSE(outcome.command);
+  answer(outcome.gateway_command->command.tag);
+}
+
+TEST_F(Desk, ACommandOfTheGatewayHasItsDataAndIsAnsweredOnce) {
+  v1::CommandRequest sample = request(10, v1::COMMAND_BUS_FAULT);
+  set_chunk(std::as_bytes(std::span("off", 3)), 0, sample);
+  const auto outcome = take(sample);
+  ASSERT_TRUE(outcome.gateway_command);
+  EXPECT_EQ(outcome.gateway_command->line, "line1");
+  EXPECT_EQ(outcome.gateway_command->client, "c");
+  const auto& command = outcome.gateway_command->command;
+  EXPECT_EQ(std::get<request::BusFault>(command.request).change, "off");
+  EXPECT_FALSE(take(sample).gateway_command) << "it is in progress";
+  answer(command.tag);
+  const auto again = take(sample);
+  EXPECT_FALSE(again.gateway_command);
+  EXPECT_NE(again.answer, nullptr);
+  v1::CommandRequest nowhere = request(11, v1::COMMAND_BUS_RESTART);
+  nowhere.line("other");
+  EXPECT_EQ(refusal(nowhere), Refusal::unknown_line);
 }
 
 TEST_F(Desk, RepliesToNothingAreNotSent) {

@@ -81,6 +81,11 @@ class Plant : public dds::GatewayHandler {
       bridge->reply(reply);
   }
 
+  void on_gateway_command(dds::GatewayCommandMessage message) override {
+    if (bridge != nullptr)
+      bridge->reply({.tag = message.command.tag});
+  }
+
   void on_output_refused(std::string_view line, std::uint16_t group, line::OutputRefusal refusal,
                          std::string_view why) override {
     std::printf("output-refused line=%s group=%u refusal=%u %s\n", std::string(line).c_str(), group,

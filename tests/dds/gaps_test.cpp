@@ -149,6 +149,7 @@ struct Answering : dds::GatewayHandler {
     reply.tag = message.command.tag;
     bridge->reply(reply);
   }
+  void on_gateway_command(dds::GatewayCommandMessage) override {}
   void on_output_refused(std::string_view, std::uint16_t, line::OutputRefusal,
                          std::string_view) override {}
   void on_command_refused(std::string_view, std::string_view, std::uint8_t, line::Refusal,

@@ -80,6 +80,7 @@ class FakeLink final : public MessageLink {
 struct Received final : GatewayHandler {
   void on_output_write(OutputMessage message) override { outputs.push_back(std::move(message)); }
   void on_command(CommandMessage message) override { commands.push_back(std::move(message)); }
+  void on_gateway_command(GatewayCommandMessage) override {}
   void on_output_refused(std::string_view, std::uint16_t, line::OutputRefusal,
                          std::string_view) override {}
   void on_command_refused(std::string_view, std::string_view, std::uint8_t, line::Refusal,

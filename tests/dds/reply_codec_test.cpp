@@ -25,7 +25,7 @@ Bytes octets(std::initializer_list<unsigned> values) {
   return out;
 }
 
-std::optional<ReplyData> decode(const line::Request& request, const Bytes& bytes) {
+std::optional<ReplyData> decode(const request::Request& request, const Bytes& bytes) {
   return decode_reply(request, Error{}, bytes);
 }
 
@@ -81,8 +81,8 @@ TEST(ReplyCodec, BytesAreAsDocumented) {
 }
 
 TEST(ReplyCodec, EachResultComesBackAsItWent) {
-  const line::Request list = line::LocalRead{.what = line::ObjectRange{}};
-  const std::pair<line::Request, ReplyData> known[] = {
+  const request::Request list = line::LocalRead{.what = line::ObjectRange{}};
+  const std::pair<request::Request, ReplyData> known[] = {
       {line::SdoRead{}, octets({1, 2})},
       {line::SdoWrite{}, ReplyData{}},
       {line::LocalRead{.what = od::Address{0x1000, 0}}, octets({1})},
@@ -98,14 +98,14 @@ TEST(ReplyCodec, EachResultComesBackAsItWent) {
       {line::Boot{}, std::vector{BootOutcome{.node = 5, .letter = 'M', .finding = differs()}}},
       {line::Configure{}, std::vector{NodeReport{.node = 5}}},
       {line::LssRequest{}, octets({0, 0, 0})},
-      {line::Versions{}, octets({'v', '1'})},
+      {request::Versions{}, octets({'v', '1'})},
   };
   const ReplyData fault = line::ProgramFault{{0x1F57, 1}, 4};
   std::set<std::size_t> tested{fault.index()};
   for (const auto& [request, data] : known) {
     const auto back = decode(request, encode_reply(data));
-    ASSERT_TRUE(back) << line::name(line::kind(request));
-    EXPECT_TRUE(*back == data) << line::name(line::kind(request));
+    ASSERT_TRUE(back) << request::command_name(request::kind(request));
+    EXPECT_TRUE(*back == data) << request::command_name(request::kind(request));
     tested.insert(data.index());
   }
   const auto back =
@@ -117,12 +117,12 @@ TEST(ReplyCodec, EachResultComesBackAsItWent) {
 TEST(ReplyCodec, TheTextOfARefusalComesBack) {
   const ReplyData text = octets({'n', 'o'});
   const Error refused = line::to_error(line::Refusal::bad_request);
-  const auto back = decode_reply(line::BusFault{}, refused, encode_reply(text));
+  const auto back = decode_reply(request::BusFault{}, refused, encode_reply(text));
   EXPECT_TRUE(back && *back == text);
 }
 
 TEST(ReplyCodec, ALongNameIsCutAndALongValueLeftOut) {
-  const line::Request list = line::LocalRead{.what = line::ObjectRange{}};
+  const request::Request list = line::LocalRead{.what = line::ObjectRange{}};
   const std::vector objects{line::ListedObject{
       .address = {0x2100, 0}, .name = std::string(300, 'n'), .value = Bytes(256)}};
   const auto back = decode(list, encode_reply(objects));
@@ -134,7 +134,7 @@ TEST(ReplyCodec, ALongNameIsCutAndALongValueLeftOut) {
 }
 
 TEST(ReplyCodec, WhatIsNoAnswerToTheRequestIsNotRead) {
-  const line::Request list = line::LocalRead{.what = line::ObjectRange{}};
+  const request::Request list = line::LocalRead{.what = line::ObjectRange{}};
   Bytes cut = encode_reply(std::vector{line::ListedObject{.name = "Rec", .value = octets({5})}});
   cut.pop_back();
   EXPECT_FALSE(decode(list, cut));
@@ -150,7 +150,7 @@ TEST(ReplyCodec, WhatIsNoAnswerToTheRequestIsNotRead) {
 // --- results of nodes ---------------------------------------------------------------------------
 
 template <class Result>
-std::optional<std::vector<Result>> results_of(const line::Request& request,
+std::optional<std::vector<Result>> results_of(const request::Request& request,
                                               std::span<const std::byte> bytes) {
   const auto data = decode_reply(request, Error{}, bytes);
   return data ? std::optional(std::get<std::vector<Result>>(*data)) : std::nullopt;

@@ -20,7 +20,7 @@ struct Sample {
   Bytes data;
 };
 
-Sample encode(const line::Request& request) {
+Sample encode(const request::Request& request) {
   Sample out;
   write_members(request, out.members);
   out.data = encode_data(request);
@@ -28,19 +28,19 @@ Sample encode(const line::Request& request) {
 }
 
 // What is wrong with it; empty if nothing is.
-std::string decode(const Sample& sample, line::Request& out) {
+std::string decode(const Sample& sample, request::Request& out) {
   const char* why = read_members(sample.members, out);
   if (why == nullptr)
     why = decode_data(sample.data, out);
   return why == nullptr ? "" : why;
 }
 std::string fault_of(const Sample& sample) {
-  line::Request request;
+  request::Request request;
   return decode(sample, request);
 }
 
 // With a value in each member.
-std::vector<line::Request> one_of_each_kind() {
+std::vector<request::Request> one_of_each_kind() {
   const Bytes value = bytes({1, 2, 3, 4});
   const od::Address address{0x6200, 2};
   line::OwnObject object{.index = 0x2200, .in_image = true, .offset = 6};
@@ -62,14 +62,14 @@ std::vector<line::Request> one_of_each_kind() {
                      .error_register = 4,
                      .manufacturer = {std::byte{1}, std::byte{2}}},
       line::NmtRequest{.node = 5, .command = nmt::Command::reset_node},
-      line::Versions{},
+      request::Versions{},
       line::NetworkRead{.network = 12, .node = 5, .address = address, .as_device = true},
       line::NetworkWrite{
           .network = 12, .node = 5, .address = address, .as_device = true, .data = value},
-      line::BusRestart{},
+      request::BusRestart{},
       line::RoutingTrace{.duration = std::chrono::seconds(30)},
       line::Scan{.node = 5},
-      line::BusFault{"lost=1%"},
+      request::BusFault{"lost=1%"},
       line::Boot{.node = 5},
       line::Configure{.node = 5, .apply = true},
       line::ProgramDownload{.node = 5, .number = 2, .program = value},
@@ -90,8 +90,8 @@ std::vector<line::Request> one_of_each_kind() {
 }
 
 // And those whose members have another meaning then.
-std::vector<line::Request> requests() {
-  std::vector<line::Request> out = one_of_each_kind();
+std::vector<request::Request> requests() {
+  std::vector<request::Request> out = one_of_each_kind();
   can::Frame fast = can::make_frame(0x150, {1, 2});
   fast.flags = can::Frame::kExtended | can::Frame::kFd | can::Frame::kBitRateSwitch;
   can::Frame remote = can::make_frame(0x150);
@@ -106,22 +106,22 @@ std::vector<line::Request> requests() {
 }
 
 TEST(RequestCodec, EachKindComesBackAsItWent) {
-  ASSERT_EQ(one_of_each_kind().size(), line::kCommandKinds);
-  for (const line::Request& request : requests()) {
+  ASSERT_EQ(one_of_each_kind().size(), request::kCommandKinds);
+  for (const request::Request& request : requests()) {
     const Sample sample = encode(request);
-    line::Request back;
-    EXPECT_EQ(decode(sample, back), "") << line::name(line::kind(request));
-    EXPECT_EQ(line::kind(back), line::kind(request));
+    request::Request back;
+    EXPECT_EQ(decode(sample, back), "") << request::command_name(request::kind(request));
+    EXPECT_EQ(request::kind(back), request::kind(request));
     const Sample again = encode(back);
-    EXPECT_TRUE(again.members == sample.members) << line::name(line::kind(request));
-    EXPECT_EQ(again.data, sample.data) << line::name(line::kind(request));
+    EXPECT_TRUE(again.members == sample.members) << request::command_name(request::kind(request));
+    EXPECT_EQ(again.data, sample.data) << request::command_name(request::kind(request));
   }
 }
 
 TEST(RequestCodec, EachKindHasAnAlternativeAtItsPlace) {
-  const std::vector<line::Request> each = one_of_each_kind();
+  const std::vector<request::Request> each = one_of_each_kind();
   for (std::size_t i = 0; i < each.size(); ++i)
-    EXPECT_EQ(static_cast<std::size_t>(line::kind(each[i])), i);
+    EXPECT_EQ(static_cast<std::size_t>(request::kind(each[i])), i);
 }
 
 // idl/COMMANDS.md, byte for byte.
@@ -132,10 +132,10 @@ TEST(RequestCodec, DataAreAsDocumented) {
             bytes({0x00, 0x07, 0x00, 0x80}));
   EXPECT_EQ(encode(line::CanListen{.identifier = 0x150, .extended = false}).data, Bytes{});
   EXPECT_EQ(encode(line::CanListen{.mask = 0}).data, bytes({0, 0, 0, 0}));
-  const Sample frame = encode(requests()[line::kCommandKinds + 2]);
+  const Sample frame = encode(requests()[request::kCommandKinds + 2]);
   EXPECT_EQ(frame.members.entry(), 0x8000'0150U);
   EXPECT_EQ(frame.members.sub(), 5);
-  const Sample remote = encode(requests()[line::kCommandKinds + 3]);
+  const Sample remote = encode(requests()[request::kCommandKinds + 3]);
   EXPECT_EQ(remote.members.entry(), 0x4000'0150U);
   EXPECT_EQ(remote.members.code(), 8);
   EXPECT_EQ(remote.data, Bytes{});
@@ -145,9 +145,10 @@ TEST(RequestCodec, AListWithoutItsEndIsOfAllObjects) {
   Sample sample = encode(line::LocalRead{.what = line::ObjectRange{0x2000, 0xFFFF}});
   for (const std::uint32_t entry : {0U, 0x1'0000U}) {
     sample.members.entry(entry);
-    line::Request request;
+    request::Request request;
     EXPECT_EQ(decode(sample, request), "");
-    const auto& range = std::get<line::ObjectRange>(std::get<line::LocalRead>(request).what);
+    const auto& of_line = std::get<line::Request>(request);
+    const auto& range = std::get<line::ObjectRange>(std::get<line::LocalRead>(of_line).what);
     EXPECT_EQ(range.last, 0xFFFF);
   }
 }

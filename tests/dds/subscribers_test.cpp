@@ -275,6 +275,7 @@ TEST_F(Publishing, WakeEndsAPoll) {
   struct Nobody : dds::GatewayHandler {
     void on_output_write(dds::OutputMessage) override {}
     void on_command(dds::CommandMessage) override {}
+    void on_gateway_command(dds::GatewayCommandMessage) override {}
     void on_output_refused(std::string_view, std::uint16_t, line::OutputRefusal,
                            std::string_view) override {}
     void on_command_refused(std::string_view, std::string_view, std::uint8_t, line::Refusal,

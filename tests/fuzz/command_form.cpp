@@ -154,12 +154,6 @@ void fill(CommandForm& form, line::ObjectCreate& out) {
   }
   out.what = std::move(object);
 }
-void fill(CommandForm& /*form*/, line::Versions& /*out*/) {
-}
-void fill(CommandForm& /*form*/, line::BusRestart& /*out*/) {
-}
-void fill(CommandForm& /*form*/, line::BusFault& /*out*/) {
-}
 
 }  // namespace
 
@@ -186,7 +180,11 @@ std::vector<std::byte> read_data(Input& input) {
 
 CommandForm read_form(Input& input) {
   CommandForm out;
-  out.kind = line::kRequestKinds[input.byte() % line::kRequestKinds.size()];
+  const std::uint8_t number = input.byte();
+  const std::size_t index = line::index_of(static_cast<line::CommandKind>(number));
+  out.kind =
+      line::kRequestKinds[index < line::kRequestKinds.size() ? index
+                                                             : number % line::kRequestKinds.size()];
   out.node = input.byte();
   out.index = input.word();
   out.sub = input.byte();

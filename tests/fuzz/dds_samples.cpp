@@ -54,7 +54,7 @@ class Peer {
     for (std::uint64_t id = 1; id <= fuzz::kRequests; ++id) {
       Request request;
       request.target = {fuzz::kGateway, fuzz::kLine, 0};
-      request.command.request = requests[id - 1];
+      request.request = requests[id - 1];
       request.data.resize(id == 1 ? 10'000 : 0);
       request.id = id;
       request.deadline = now_ + std::chrono::seconds(10);

@@ -174,7 +174,7 @@ v1::OutputWrite output_write(std::size_t values, std::size_t run) {
   return sample;
 }
 
-v1::CommandRequest request(std::uint64_t id, line::CommandKind kind, std::size_t bytes) {
+v1::CommandRequest command_request(std::uint64_t id, line::CommandKind kind, std::size_t bytes) {
   auto sample = addressed<v1::CommandRequest>();
   sample.kind(static_cast<std::uint8_t>(kind));
   sample.node(5);
@@ -191,7 +191,7 @@ v1::CommandRequest request(std::uint64_t id, line::CommandKind kind, std::size_t
 
 // A chunk of an SDO download of 30 bytes.
 v1::CommandRequest chunk(std::uint64_t id, std::uint32_t offset, std::size_t bytes) {
-  v1::CommandRequest sample = request(id, line::CommandKind::sdo_write, bytes);
+  v1::CommandRequest sample = command_request(id, line::CommandKind::sdo_write, bytes);
   sample.offset(offset);
   sample.last(offset + bytes == 30);
   return sample;
@@ -214,7 +214,7 @@ Seed every_topic(Cdr::Endianness order) {
   seed.add(Topic::image_layout, layout_parts(3, 1)[0]);
   seed.add(Topic::process_image, process_image(3)).add(Topic::pdo_update, pdo_update());
   seed.add(Topic::event, event()).add(Topic::output_write, output_write(2, 4));
-  seed.add(Topic::command_request, request(1, line::CommandKind::sdo_read, 0));
+  seed.add(Topic::command_request, command_request(1, line::CommandKind::sdo_read, 0));
   seed.add(Topic::gateway_state, gateway_state());
   seed.add(Topic::output_state, output_state()).add(Topic::pdo_reception, pdo_reception());
   return seed.add(Topic::command_reply, reply(1, 0, 4, true));
@@ -242,9 +242,9 @@ Seed layout_and_image() {
 // Each kind of command, the first one twice, and the rest of its answer.
 Seed commands() {
   Seed seed;
-  seed.add(Topic::command_request, request(1, line::CommandKind::sdo_write, 30));
-  seed.add(Topic::command_request, request(1, line::CommandKind::sdo_write, 30));
-  v1::CommandRequest rest = request(1, line::CommandKind::sdo_write, 0);
+  seed.add(Topic::command_request, command_request(1, line::CommandKind::sdo_write, 30));
+  seed.add(Topic::command_request, command_request(1, line::CommandKind::sdo_write, 30));
+  v1::CommandRequest rest = command_request(1, line::CommandKind::sdo_write, 0);
   rest.reply_offset(10);
   seed.add(Topic::command_request, rest);
   for (unsigned kind = 0; kind <= v1::COMMAND_NETWORK_WRITE; ++kind) {
@@ -252,7 +252,7 @@ Seed commands() {
     const bool writes =
         as == line::CommandKind::sdo_write || as == line::CommandKind::local_write ||
         as == line::CommandKind::network_write || as == line::CommandKind::output_write;
-    seed.add(Topic::command_request, request(2 + kind, as, writes ? 2 : 0));
+    seed.add(Topic::command_request, command_request(2 + kind, as, writes ? 2 : 0));
   }
   return seed;
 }
@@ -296,7 +296,7 @@ int main(int argc, char** argv) {
   commands().save(folder / "commands");
   chunks().save(folder / "chunks");
   replies().save(folder / "replies");
-  const v1::CommandRequest good = request(1, line::CommandKind::sdo_read, 0);
+  const v1::CommandRequest good = command_request(1, line::CommandKind::sdo_read, 0);
   const auto spoilt = [&] { return Seed().add(Topic::command_request, good); };
   spoilt().spoil(-8, 2).save(folder / "boolean-neither-true-nor-false");
   spoilt().spoil(-4, 9).save(folder / "octets-that-are-not-there");

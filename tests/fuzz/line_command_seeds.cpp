@@ -79,13 +79,10 @@ void ask_everything(Script& script) {
   script.ask({.kind = CommandKind::output_write, .entry = 0}, {6, 0});
   script.ask({.kind = CommandKind::emcy_send, .node = kDrive, .sub = 1, .code = 0x2310}, {1, 2});
   script.ask({.kind = CommandKind::nmt, .node = kDrive, .nmt = nmt::Command::start});
-  script.ask({.kind = CommandKind::versions});
   script.ask({.kind = CommandKind::network_read, .node = 5, .network = 2, .index = 0x1000});
   script.ask({.kind = CommandKind::network_write, .node = 5, .network = 1, .index = 0x1015},
              {0x0A, 0x00});
-  script.ask({.kind = CommandKind::bus_restart});
   script.ask({.kind = CommandKind::routing_trace, .code = 60});
-  script.ask({.kind = CommandKind::bus_fault});
   script.ask({.kind = CommandKind::object_write, .node = kInputsOutputs, .index = 0x6200, .sub = 1},
              {0x55});
   script.ask({.kind = CommandKind::object_write,

@@ -52,6 +52,13 @@ class EscapingGateway : public Client {
   }
   Answer call(const LineId& /*id*/, const line::Command& /*command*/, Duration /*timeout*/,
               std::uint64_t /*layout_id*/, Listener& /*listener*/) override {
+    return escaping();
+  }
+  Answer call_gateway(const LineId& /*id*/, const request::GatewayRequest& /*request*/,
+                      Duration /*timeout*/, Listener& /*listener*/) override {
+    return escaping();
+  }
+  Answer escaping() const {
     Answer out;
     out.text = kEscape;
     out.reply.error = line::to_error(refusal);

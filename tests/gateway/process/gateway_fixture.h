@@ -100,6 +100,10 @@ class GatewayTest : public testing::Test {
                           std::uint64_t layout_id = 0) {
     return client_->call(target, command, std::chrono::seconds(10), seen_, layout_id);
   }
+  dds::CommandResult call_gateway(const dds::Target& target,
+                                  const request::GatewayRequest& request) {
+    return client_->call_gateway(target, request, std::chrono::seconds(10), seen_);
+  }
 
   std::unique_ptr<Gateway> gateway_;
   std::unique_ptr<dds::Client> client_;

@@ -97,8 +97,7 @@ TEST_F(GatewayTest, CarriesOutCommandsAsFarAsTheLineAllows) {
   EXPECT_EQ(call(at("closed"), nmt).reply.error, line::to_error(line::Refusal::not_permitted));
   EXPECT_TRUE(until([&] { return seen_.happened("closed", EventKind::command_refused); }));
 
-  line::Command versions{.request = line::Versions{}};
-  const auto told = call(at("closed"), versions);
+  const auto told = call_gateway(at("closed"), request::Versions{});
   EXPECT_EQ(std::string(reinterpret_cast<const char*>(told.reply.bytes().data()),
                         told.reply.bytes().size()),
             gateway::versions());
@@ -109,7 +108,7 @@ TEST_F(GatewayTest, CarriesOutCommandsAsFarAsTheLineAllows) {
 
 TEST_F(GatewayTest, SwitchesTheFaultsOfASimulatedBus) {
   const auto said = [&](const std::string& change) {
-    const line::Reply reply = call(at("open"), {.request = line::BusFault{change}}).reply;
+    const line::Reply reply = call_gateway(at("open"), request::BusFault{change}).reply;
     EXPECT_TRUE(reply.ok()) << reply.error.code;
     return std::string(reinterpret_cast<const char*>(reply.bytes().data()), reply.bytes().size());
   };
@@ -124,7 +123,7 @@ TEST_F(GatewayTest, SwitchesTheFaultsOfASimulatedBus) {
   }));
   EXPECT_EQ(said("bus_off=now&restart=1ms"), "restart=0.001s");
   EXPECT_TRUE(until([&] { return seen_.happened("open", EventKind::bus_state); }));
-  EXPECT_EQ(call(at("closed"), {.request = line::BusFault{}}).reply.error,
+  EXPECT_EQ(call_gateway(at("closed"), request::BusFault{}).reply.error,
             line::to_error(line::Refusal::not_permitted));
 }
 

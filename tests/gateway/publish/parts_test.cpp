@@ -438,7 +438,12 @@ TEST(EventText, HasWordsForEveryKind) {
 TEST(Access, ReadAllowsWhatChangesNothing) {
   using config::Access;
   using line::CommandKind;
-  EXPECT_TRUE(permitted(CommandKind::versions, Access::off, Access::off));
+  EXPECT_TRUE(permitted(request::Versions{}, Access::off));
+  for (const request::GatewayRequest& request : {request::GatewayRequest(request::BusRestart{}),
+                                                 request::GatewayRequest(request::BusFault{})}) {
+    EXPECT_FALSE(permitted(request, Access::read));
+    EXPECT_TRUE(permitted(request, Access::all));
+  }
   EXPECT_FALSE(permitted(CommandKind::sdo_read, Access::off, Access::all));
   EXPECT_TRUE(permitted(CommandKind::sdo_read, Access::read, Access::off));
   EXPECT_TRUE(permitted(CommandKind::local_read, Access::read, Access::off));
@@ -458,10 +463,9 @@ TEST(Access, ReadAllowsWhatChangesNothing) {
   EXPECT_FALSE(permitted(CommandKind::scan, Access::off, Access::all));
   for (const auto kind :
        {CommandKind::sdo_write, CommandKind::network_write, CommandKind::local_write,
-        CommandKind::nmt, CommandKind::emcy_send, CommandKind::output_write,
-        CommandKind::bus_restart, CommandKind::bus_fault, CommandKind::lss, CommandKind::can_send,
-        CommandKind::object_write, CommandKind::pdo_trigger, CommandKind::object_create,
-        CommandKind::pdo_request, CommandKind::mpdo_write}) {
+        CommandKind::nmt, CommandKind::emcy_send, CommandKind::output_write, CommandKind::lss,
+        CommandKind::can_send, CommandKind::object_write, CommandKind::pdo_trigger,
+        CommandKind::object_create, CommandKind::pdo_request, CommandKind::mpdo_write}) {
     EXPECT_FALSE(permitted(kind, Access::read, Access::all)) << name(kind);
     EXPECT_TRUE(permitted(kind, Access::all, Access::all)) << name(kind);
   }

@@ -167,5 +167,39 @@ TEST_F(RequestReceiverTest, ARefusalNamesTheClient) {
   EXPECT_EQ(clients.describe(refused->client), "hmi");
 }
 
+TEST_F(RequestReceiverTest, CommandsOfTheGatewayReachTheInterfaceOfAPermittedLine) {
+  const auto ask = [&](const char* name, request::GatewayRequest what) {
+    GatewayCommandRequest request{.line = name, .client = "hmi"};
+    request.command = {.tag = 9, .request = std::move(what)};
+    request.from.id = {7};
+    receiver->on_gateway_command(std::move(request));
+    line::Reply reply;
+    return refusals.pop(reply) ? std::optional(reply) : std::nullopt;
+  };
+  const auto versions = ask("", request::Versions{});
+  ASSERT_TRUE(versions);
+  EXPECT_TRUE(versions->ok());
+  EXPECT_EQ(versions->tag, 9U);
+  EXPECT_EQ(ask("other", request::BusRestart{})->error,
+            line::to_error(line::Refusal::unknown_line));
+  EXPECT_EQ(ask("press", request::BusRestart{})->error,
+            line::to_error(line::Refusal::not_permitted));
+  Event event;
+  ASSERT_TRUE(hosts[0]->port.notices.pop(event));
+  EXPECT_EQ(event.get<event::CommandRefused>()->command, request::BusRestart::kKind);
+
+  hosts[0]->plan.commands = config::Access::all;
+  EXPECT_FALSE(ask("press", request::BusFault{"off"}));
+  request::GatewayCommand command;
+  ASSERT_TRUE(hosts[0]->port.interface_commands.pop(command));
+  EXPECT_EQ(std::get<request::BusFault>(command.request).change, "off");
+  EXPECT_EQ(clients.describe(command.client), "hmi");
+  EXPECT_TRUE(command.audited);
+  for (std::size_t i = 0; i < LinePort::kOfOneClient; ++i) {
+    EXPECT_FALSE(ask("press", request::BusRestart{})) << i;
+  }
+  EXPECT_EQ(ask("press", request::BusRestart{})->error, line::to_error(line::Refusal::busy));
+}
+
 }  // namespace
 }  // namespace linegate::gateway

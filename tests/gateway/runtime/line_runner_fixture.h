@@ -95,6 +95,10 @@ class LineRunnerTest : public testing::Test {
     line::Command command{.tag = tag, .request = std::move(request)};
     port_.commands.push(command);
   }
+  void send_command(std::uint64_t tag, request::GatewayRequest request) {
+    request::GatewayCommand command{.tag = tag, .request = std::move(request)};
+    port_.interface_commands.push(command);
+  }
 
   config::Plant plant_;
   LinePort port_{room_for_receptions(plan().config)};

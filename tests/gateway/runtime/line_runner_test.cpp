@@ -20,14 +20,14 @@ using namespace std::chrono_literals;
 
 TEST_F(LineRunnerTest, WhatOthersLeaveIsLookedAtWhenItIsCalled) {
   make_ready();
-  send_command(7, line::BusRestart{});
+  send_command(7, request::BusRestart{});
   runner_->service(now_);
   line::Reply reply;
   EXPECT_FALSE(port_.replies.pop(reply));
   runner_->called();
   runner_->service(now_);
   EXPECT_TRUE(port_.replies.pop(reply));
-  send_command(8, line::BusRestart{});
+  send_command(8, request::BusRestart{});
   runner_->service(now_);
   EXPECT_FALSE(port_.replies.pop(reply)) << "each call counts once";
 }
@@ -62,6 +62,12 @@ TEST_F(LineRunnerTest, RefusesCommandsBeforeTheInterfaceIsReady) {
   ASSERT_TRUE(port_.replies.pop(reply));
   EXPECT_EQ(reply.tag, 7U);
   EXPECT_EQ(reply.error, line::to_error(line::Refusal::line_down));
+  send_command(8, request::BusRestart{});
+  serve();
+  ASSERT_TRUE(port_.replies.pop(reply));
+  EXPECT_EQ(reply.tag, 8U);
+  EXPECT_EQ(reply.error, line::to_error(line::Refusal::line_down));
+  EXPECT_EQ(channel_->restarts, 0);
 }
 
 TEST_F(LineRunnerTest, RestartsTheBusOnCommandAndSaysWhatCameOfIt) {
@@ -73,7 +79,7 @@ TEST_F(LineRunnerTest, RestartsTheBusOnCommandAndSaysWhatCameOfIt) {
   };
   for (const auto& [given, error] : answers) {
     channel_->restart_gives = given;
-    send_command(7, line::BusRestart{});
+    send_command(7, request::BusRestart{});
     serve();
     line::Reply reply;
     ASSERT_TRUE(port_.replies.pop(reply));
@@ -87,7 +93,7 @@ TEST_F(LineRunnerTest, ChangesTheFaultsOfABusThatHasNoneOfItsOwn) {
   make_ready();
   const auto ask = [&](int channel_gives) {
     channel_->fault_gives = channel_gives;
-    port_.commands.push({.tag = 7, .request = line::BusFault{"off"}});
+    send_command(7, request::BusFault{"off"});
     serve();
     line::Reply reply;
     EXPECT_TRUE(port_.replies.pop(reply));

@@ -154,9 +154,14 @@ TEST_F(RequestShareTest, AcceptedCommandsThatChangeSomethingAreEvents) {
       EventData(event::CommandAccepted{
           .command = line::CommandKind::sdo_write, .index = 0x1017, .client = kSecondClient}));
   channel_->restart_gives = 0;
-  request(4, kFirstClient, line::BusRestart{}, true);
+  request::GatewayCommand restart{
+      .tag = 4, .client = kFirstClient, .audited = true, .request = request::BusRestart{}};
+  port_.interface_commands.push(restart);
   serve();
-  EXPECT_EQ(of_kind(EventKind::command_accepted).size(), 1U);
+  accepted = of_kind(EventKind::command_accepted);
+  ASSERT_EQ(accepted.size(), 1U);
+  EXPECT_EQ(accepted[0].data, EventData(event::CommandAccepted{
+                                  .command = request::BusRestart::kKind, .client = kFirstClient}));
 }
 
 TEST_F(RequestShareTest, ARefusedCommandIsNotAccepted) {

@@ -44,6 +44,10 @@ class HoldingLineTest : public testing::Test {
     line::Command command{.tag = tag, .request = std::move(request)};
     port_.commands.push(command);
   }
+  void send_command(std::uint64_t tag, request::GatewayRequest request) {
+    request::GatewayCommand command{.tag = tag, .request = std::move(request)};
+    port_.interface_commands.push(command);
+  }
 
   config::Plant plant_ = make_plant(
       "schema: 1\nlines: [{name: a, interface: 'virtual:a', access: all, sdo_timeout: 50ms}]\n");
@@ -72,7 +76,7 @@ class ScannedLineTest : public HoldingLineTest {
 };
 
 TEST_F(ScannedLineTest, CommandsWaitForWhatBecomesOfTheResult) {
-  send_command(8, line::BusRestart{});
+  send_command(8, line::CanListen{});
   serve();
   serve(1s);
   line::Reply reply;
@@ -84,8 +88,22 @@ TEST_F(ScannedLineTest, CommandsWaitForWhatBecomesOfTheResult) {
   EXPECT_TRUE(reply.ok());
 }
 
+TEST_F(ScannedLineTest, CommandsForTheInterfaceDoNotWait) {
+  send_command(8, request::BusRestart{});
+  serve();
+  line::Reply reply;
+  ASSERT_TRUE(port_.replies.pop(reply));
+  EXPECT_EQ(reply.tag, 8U);
+  runner_->stop(now_);
+  send_command(9, request::BusRestart{});
+  serve();
+  ASSERT_TRUE(port_.replies.pop(reply));
+  EXPECT_EQ(reply.tag, 9U);
+  EXPECT_EQ(reply.error, line::to_error(line::Refusal::cancelled));
+}
+
 TEST_F(ScannedLineTest, CommandsThatWaitAreAnsweredWhenItStops) {
-  send_command(8, line::BusRestart{});
+  send_command(8, line::CanListen{});
   serve();
   runner_->stop(now_);
   serve();
@@ -100,7 +118,7 @@ TEST_F(HoldingLineTest, AnInterfaceThatComesLateLetsCommandsWaitNoLongerThanTheD
   serve();
   serve(1s);
   make_ready();
-  send_command(8, line::BusRestart{});
+  send_command(8, line::CanListen{});
   serve();
   line::Reply reply;
   EXPECT_FALSE(port_.replies.pop(reply));

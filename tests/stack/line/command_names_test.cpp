@@ -10,15 +10,27 @@
 namespace linegate::line {
 namespace {
 
-// Compares kCommandKinds with the enumeration: a kind that is missing there has a name, too.
 TEST(CommandKinds, EachHasANameOfItsOwn) {
   std::set<std::string_view> names;
-  for (std::size_t i = 0; i < kCommandKinds; ++i) {
-    const std::string_view text = name(static_cast<CommandKind>(i));
-    EXPECT_NE(text, "unknown") << i;
+  for (const CommandKind kind : kRequestKinds) {
+    const std::string_view text = name(kind);
+    EXPECT_NE(text, "unknown") << static_cast<unsigned>(kind);
     EXPECT_TRUE(names.insert(text).second) << text;
   }
-  EXPECT_EQ(name(static_cast<CommandKind>(kCommandKinds)), "unknown");
+}
+
+TEST(CommandKinds, ANumberOfTheOwnerOfTheLineIsNoRequest) {
+  for (const unsigned number : {7U, 10U, 13U, 26U, 255U}) {
+    const auto kind = static_cast<CommandKind>(number);
+    EXPECT_EQ(index_of(kind), kRequestKinds.size()) << number;
+    EXPECT_EQ(name(kind), "unknown") << number;
+  }
+}
+
+TEST(CommandKinds, AnEmptyRequestHasItsKind) {
+  for (const CommandKind asked : kRequestKinds) {
+    EXPECT_EQ(kind(empty_request(asked)), asked) << name(asked);
+  }
 }
 
 }  // namespace
