@@ -22,71 +22,50 @@ VirtualDevice* DevicesLine::named(std::uint8_t id) const {
   return id == 0 && seats.size() == 1 ? seats.front().device.get() : find(id);
 }
 
+// Requests for a device of the line itself are executed directly, without the bus. The line is not
+// the master of other nodes.
+struct DevicesLine::Execution {
+  void operator()(const SdoRead& request) const {
+    ReplyData data;
+    const Error error =
+        line.find(request.node) == nullptr
+            ? to_error(Refusal::wrong_role)
+            : line.read_device({.node = request.node, .what = request.address}, data);
+    line.answer(command, error, std::move(data), now);
+  }
+  void operator()(const SdoWrite& request) const {
+    const LocalWrite write{.node = request.node, .address = request.address, .data = request.data};
+    answer(line.find(request.node) == nullptr ? to_error(Refusal::wrong_role)
+                                              : line.write_device(write, now));
+  }
+  void operator()(const LocalRead& request) const {
+    ReplyData data;
+    const Error error = line.read_device(request, data);
+    line.answer(command, error, std::move(data), now);
+  }
+  void operator()(const LocalWrite& request) const { answer(line.write_device(request, now)); }
+  void operator()(const SingleOutput& /*request*/) const { line.single_output(command, now); }
+  void operator()(const EmcySend& /*request*/) const { line.send_emcy(command, now); }
+  void operator()(const NmtRequest& request) const { answer(line.send_nmt(request, now)); }
+  void operator()(const PdoTrigger& /*request*/) const { line.trigger_pdo(command, now); }
+  void operator()(const CanSend& /*request*/) const { line.send_frame(command, now); }
+  void operator()(const CanListen& request) const { answer(line.listening.ask(request, now)); }
+  // Other services belong to a manager, or to a line with a single own node.
+  template <class Other>
+  void operator()(const Other& /*request*/) const {
+    line.refuse(command, Refusal::wrong_role, now);
+  }
+
+  void answer(Error error) const { line.answer(command, error, {}, now); }
+
+  DevicesLine& line;
+  const Command& command;
+  Instant now;
+};
+
 void DevicesLine::do_execute(Command command, Instant now) {
   follow_resets(now);
-  ReplyData data;
-  Error error = to_error(Refusal::bad_request);
-  switch (kind(command)) {
-    case CommandKind::sdo_read: {
-      // A device of the line itself is accessed directly, without the bus. The line is not the
-      // master of other nodes.
-      const auto& request = std::get<SdoRead>(command.request);
-      error = find(request.node) == nullptr
-                  ? to_error(Refusal::wrong_role)
-                  : read_device({.node = request.node, .what = request.address}, data);
-      break;
-    }
-    case CommandKind::sdo_write: {
-      const auto& request = std::get<SdoWrite>(command.request);
-      error =
-          find(request.node) == nullptr
-              ? to_error(Refusal::wrong_role)
-              : write_device(
-                    {.node = request.node, .address = request.address, .data = request.data}, now);
-      break;
-    }
-    case CommandKind::local_read:
-      error = read_device(std::get<LocalRead>(command.request), data);
-      break;
-    case CommandKind::local_write:
-      error = write_device(std::get<LocalWrite>(command.request), now);
-      break;
-    case CommandKind::output_write:
-      single_output(command, now);
-      return;
-    case CommandKind::emcy_send:
-      send_emcy(command, now);
-      return;
-    case CommandKind::nmt:
-      error = send_nmt(std::get<NmtRequest>(command.request), now);
-      break;
-    case CommandKind::pdo_trigger:
-      trigger_pdo(command, now);
-      return;
-    case CommandKind::can_send:
-      send_frame(command, now);
-      return;
-    case CommandKind::can_listen:
-      error = listening.ask(std::get<CanListen>(command.request), now);
-      break;
-    case CommandKind::network_read:
-    case CommandKind::network_write:
-    case CommandKind::routing_trace:
-    case CommandKind::scan:
-    case CommandKind::boot:
-    case CommandKind::configure:
-    case CommandKind::program:
-    case CommandKind::lss:
-    case CommandKind::object_write:
-    case CommandKind::object_create:
-    case CommandKind::scan_apply:
-    case CommandKind::pdo_request:
-    case CommandKind::mpdo_write:
-      error = to_error(Refusal::wrong_role);
-      break;
-      break;
-  }
-  answer(command, error, std::move(data), now);
+  std::visit(Execution{*this, command, now}, command.request);
 }
 
 Error DevicesLine::read_device(const LocalRead& request, ReplyData& data) const {

@@ -91,6 +91,7 @@ class DevicesLine final : public Line {
   void interface_lost();
 
   // --- devices_commands.cpp ---------------------------------------------------------------------
+  struct Execution;  // executes the request of a command
   Error read_device(const LocalRead& request, ReplyData& data) const;
   Error write_device(const LocalWrite& request, Instant now);
   void hear_boot_up(const can::Frame& frame);

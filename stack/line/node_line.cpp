@@ -346,17 +346,11 @@ bool NodeLine::carries_newest(const FramesUnderWay::Awaited& awaited,
 }
 
 void NodeLine::do_execute(Command command, Instant now) {
-  if (Service* const service = service_of_[command.request.index()]) {
-    service->execute(std::move(command), now);
-  } else {
-    refuse(command, Refusal::bad_request, now);
-  }
+  service_of_[command.request.index()]->execute(std::move(command), now);
 }
 
 void NodeLine::answer_unsent(FramesUnderWay::Sending& sending, Instant now) {
-  Service* const service = service_of_[sending.command.request.index()];
-  LINEGATE_ASSERT(service != nullptr, "a command that waits for its frames has a service");
-  service->answer_unsent(sending, now);
+  service_of_[sending.command.request.index()]->answer_unsent(sending, now);
 }
 
 }  // namespace linegate::line
