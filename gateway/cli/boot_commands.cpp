@@ -13,7 +13,7 @@ namespace linegate::gateway {
 void add_boot(CommandLine& line) {
   const auto name = std::make_shared<std::string>();
   CLI::App* boot = line.app().add_subcommand(
-      "boot", "check, configure and start the nodes of a line anew; fails if one is not booted");
+      "boot", "repeat the boot process of the nodes of a line; fails if a node is not booted");
   boot->add_option("line", *name, "LINE, or LINE:NODE for one node")->required();
   line.on(boot, {.events = true, .commands = true},
           [name](console::Context& c) { return console::boot(c, *name); });
@@ -22,7 +22,7 @@ void add_boot(CommandLine& line) {
 void add_accept(CommandLine& line) {
   const auto name = std::make_shared<std::string>();
   CLI::App* accept = line.app().add_subcommand(
-      "accept", "expect the device that is there from now on, and boot it: after an exchange");
+      "accept", "after a device was replaced: expect the identity of the present one, and boot it");
   accept->add_option("node", *name, "LINE:NODE")->required();
   line.on(accept, {.events = true, .commands = true},
           [name](console::Context& c) { return console::accept(c, *name); });

@@ -20,7 +20,7 @@ struct FaultArguments {
 void add_bus_restart(CommandLine& line) {
   const auto name = std::make_shared<std::string>();
   CLI::App* restart = line.app().add_subcommand(
-      "bus-restart", "bring a line's controller back to the bus after bus-off");
+      "bus-restart", "restart the CAN controller of a line after bus-off");
   restart->add_option("line", *name)->required();
   line.on(restart, {.commands = true},
           [name](console::Context& c) { return console::bus_restart(c, *name); });
@@ -29,7 +29,7 @@ void add_bus_restart(CommandLine& line) {
 void add_fault(CommandLine& line) {
   const auto arguments = std::make_shared<FaultArguments>();
   CLI::App* fault = line.app().add_subcommand(
-      "fault", "faults of a bus without wires, on and off; without any: those it has");
+      "fault", "change the faults of a simulated bus; without arguments: print them");
   fault->add_option("line", arguments->line)->required();
   fault->add_option("faults", arguments->faults,
                     "lost=1%, disturbed=1%, doubled=1%, stuck=5@always, bus_off=now, ...=off; off");

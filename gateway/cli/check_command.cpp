@@ -18,11 +18,12 @@ struct CheckArguments {
 
 void add_check(CommandLine& line) {
   const auto arguments = std::make_shared<CheckArguments>();
-  CLI::App* command =
-      line.app().add_subcommand("check", "what a plant.yaml would run, and what is wrong");
+  CLI::App* command = line.app().add_subcommand(
+      "check", "print the lines that a plant.yaml configures, or its errors");
   command->add_option("plant", arguments->plant)->required();
-  command->add_option("--against", arguments->running,
-                      "the plant.yaml that runs: what a reload would change, start and stop");
+  command->add_option(
+      "--against", arguments->running,
+      "the running plant.yaml: print which lines a reload changes, starts and stops");
   line.on(command, [&line, arguments] {
     const bool json = line.common().json;
     return arguments->running.empty() ? check(arguments->plant, json)

@@ -37,8 +37,9 @@ CommandLine::CommandLine() {
   app_.add_option("--timeout", common_.timeout, "seconds to wait for an answer")
       ->check(CLI::PositiveNumber);
   app_.add_flag("--json", common_.json, "print JSON");
-  app_.add_flag("--utc", common_.utc, "times in UTC, not in local time; JSON has always UTC");
-  app_.add_flag("--verbose", common_.verbose, "say on standard error what Fast DDS reports");
+  app_.add_flag("--utc", common_.utc,
+                "print times in UTC instead of local time; JSON is always in UTC");
+  app_.add_flag("--verbose", common_.verbose, "print messages of Fast DDS on standard error");
   app_.footer(
       "Exit status: 0 done, 1 failed or refused, 2 wrong usage or configuration, 3 printed, but\n"
       "incomplete, 4 a value was taken, but its PDO is not sent yet (0 with --keep, and while "

@@ -50,12 +50,13 @@ void add_config(CommandLine& line) {
                     console::ConfigAction::verify);
   add_config_action(
       line,
-      config->add_subcommand("apply", "boot devices anew and write their configuration to them"),
+      config->add_subcommand("apply",
+                             "repeat the boot process of devices and write their configuration"),
       console::ConfigAction::apply);
   const auto arguments = std::make_shared<ImportArguments>();
   CLI::App* import = config->add_subcommand(
-      "import", "give a concise DCF to the manager: a node's, or its own objects");
-  import->add_option("line", arguments->line, "LINE:NODE, or LINE for the manager itself")
+      "import", "write a concise DCF to the manager: the configuration of a node, or own objects");
+  import->add_option("line", arguments->line, "LINE:NODE, or LINE for objects of the manager")
       ->required();
   import->add_option("file", arguments->file)->required()->check(CLI::ExistingFile);
   line.on(import, {.commands = true}, [arguments](console::Context& c) {
@@ -72,7 +73,7 @@ void add_program(CommandLine& line) {
   program->add_option("file", arguments->file)->required()->check(CLI::ExistingFile);
   program
       ->add_option("--number", arguments->number,
-                   "of the program: sub-index of 1F50h, 1F51h, 1F57h")
+                   "program number: sub-index of 1F50h, 1F51h and 1F57h")
       ->check(CLI::Range(1, 255));
   line.on(program, {.events = true, .commands = true}, [arguments](console::Context& c) {
     const std::string content = content_of(arguments->file);

@@ -13,12 +13,12 @@ void add_decode(CommandLine& line) {
   CLI::App* command = line.app().add_subcommand("decode", "explain a candump log line by line");
   command
       ->add_option("log", options->file,
-                   "as candump -L or linegate record write it; - is the standard input, live")
+                   "log of candump -L or linegate record; - reads the standard input, live")
       ->required();
   command->add_option("--plant", options->plant,
-                      "names, objects and PDOs of the devices of this plant.yaml");
+                      "use the names, objects and PDOs of the devices of this plant.yaml");
   command->add_option("--line", options->line,
-                      "which line of the plant; else the one on the interface the log names");
+                      "line of the plant; default: the line on the interface that the log names");
   line.on(command, [&line, options] {
     options->json = line.common().json;
     return with_problems_as_json(options->json, [&] { return decode(*options); });

@@ -33,8 +33,8 @@ void add_eds(CommandLine& line) {
 
 void add_dcf(CommandLine& line) {
   const auto arguments = std::make_shared<DeviceFileArguments>();
-  CLI::App* dcf =
-      line.app().add_subcommand("dcf", "print the DCF of a node, with all that is written to it");
+  CLI::App* dcf = line.app().add_subcommand(
+      "dcf", "print the DCF of a node, with each value that is written to it");
   dcf->add_option("plant", arguments->plant)->required();
   dcf->add_option("node", arguments->node, "LINE:NODE")->required();
   dcf->add_flag("--concise", arguments->concise, "concise DCF, as 1F22h holds it (binary)");

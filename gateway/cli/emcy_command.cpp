@@ -18,8 +18,7 @@ struct EmcyArguments {
 void add_emcy(CommandLine& line) {
   const auto arguments = std::make_shared<EmcyArguments>();
   CLI::App* emcy = line.app().add_subcommand(
-      "emcy",
-      "the last EMCYs of each node; with a code: send one from the line's own node or device");
+      "emcy", "print the last EMCYs of each node; with a code: send an EMCY of the own node");
   emcy->add_option("line", arguments->line,
                    "LINE, or LINE:NODE for one node; a device of a line in the role "
                    "device sends as LINE:NODE")

@@ -26,9 +26,10 @@ struct ListenArguments {
 void add_send(CommandLine& line) {
   const auto arguments = std::make_shared<SendArguments>();
   CLI::App* send =
-      line.app().add_subcommand("send", "give a frame of no CANopen service to the bus of a line");
+      line.app().add_subcommand("send", "send a CAN frame that belongs to no CANopen service");
   send->add_option("line", arguments->line)->required();
-  send->add_option("frame", arguments->frame, "ID#DATA as cansend has it: 123#1122, 00000123#R8")
+  send->add_option("frame", arguments->frame,
+                   "ID#DATA in the format of cansend: 123#1122, 00000123#R8")
       ->required();
   line.on(send, {.commands = true}, [arguments](console::Context& c) {
     return console::send(c, arguments->line, arguments->frame);
@@ -37,11 +38,11 @@ void add_send(CommandLine& line) {
 
 void add_listen(CommandLine& line) {
   const auto arguments = std::make_shared<ListenArguments>();
-  CLI::App* listen =
-      line.app().add_subcommand("listen", "frames that no CANopen service of a line wants, live");
+  CLI::App* listen = line.app().add_subcommand(
+      "listen", "print received frames that belong to no CANopen service, live");
   listen->add_option("line", arguments->line)->required();
   listen->add_option("filter", arguments->filter, "ID or ID/MASK, hexadecimal: 123, 100/700");
-  listen->add_option("-n,--count", arguments->count, "end after so many");
+  listen->add_option("-n,--count", arguments->count, "end after N frames");
   line.on_live(listen, {.events = true, .commands = true}, [arguments](console::Context& c) {
     return console::listen(c, arguments->line, arguments->filter, arguments->count,
                            stop_signal_caught);

@@ -17,9 +17,10 @@ struct ImageArguments {
 
 void add_image(CommandLine& line) {
   const auto arguments = std::make_shared<ImageArguments>();
-  CLI::App* image = line.app().add_subcommand("image", "the process image of a line, or of all");
+  CLI::App* image =
+      line.app().add_subcommand("image", "print the process image of a line, or of all lines");
   image->add_option("line", arguments->line);
-  image->add_flag("-o,--outputs", arguments->outputs, "outputs instead of inputs");
+  image->add_flag("-o,--outputs", arguments->outputs, "print outputs instead of inputs");
   line.on(image, {.images = true}, [arguments](console::Context& c) {
     return console::image(
         c, arguments->line,

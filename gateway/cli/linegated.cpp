@@ -149,21 +149,22 @@ int main(int argc, char** argv) {
   gateway::Arguments arguments;
   CLI::App app{"Linegate: runs CANopen lines and publishes them over DDS", "linegated"};
   app.add_option("plant", arguments.plant, "the configuration, plant.yaml")->required();
-  app.add_flag("--check", arguments.check, "say what would be run, and end");
-  app.add_option("--log-level", arguments.log_level, "instead of the one in the configuration")
+  app.add_flag("--check", arguments.check, "print what would be run, and end");
+  app.add_option("--log-level", arguments.log_level, "overrides the configuration")
       ->check(CLI::IsMember({"trace", "debug", "info", "warning", "error", "off"}));
   app.add_option("--dds-profile", arguments.dds_profile,
                  "QoS profile file instead of the one in the configuration");
-  app.add_option("--dds-domain", arguments.dds_domain, "instead of the one in the configuration")
+  app.add_option("--dds-domain", arguments.dds_domain, "overrides the configuration")
       ->check(CLI::Range(0, 232));
-  app.add_option("--last-words", arguments.last_words,
-                 "seconds that the end waits at most until all subscribers have the last samples")
+  app.add_option(
+         "--last-words", arguments.last_words,
+         "seconds to wait at most, before the end, until all subscribers have the last samples")
       ->check(CLI::Range(0.0, 60.0))
       ->capture_default_str();
   app.set_version_flag("--version", gateway::versions());
   app.footer(
       "Ends on SIGINT and SIGTERM; reads the configuration again on SIGHUP.\n"
-      "Exit codes: 0 ended as asked, 1 failed while running, 2 the command line, the\n"
+      "Exit codes: 0 ended as requested, 1 failed while running, 2 the command line, the\n"
       "configuration or the DDS profiles are wrong, 70 a thread did not end within 5 s after the\n"
       "signal (longer with --last-words above 0.5).");
   try {

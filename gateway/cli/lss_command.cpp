@@ -19,17 +19,18 @@ struct LssSubcommand {
 };
 
 constexpr LssSubcommand kLssSubcommands[] = {
-    {"scan", "find every device without a node-ID, by fastscan", nullptr, nullptr, false, false},
-    {"assign", "give all devices without a node-ID that of their node in the configuration",
-     nullptr, nullptr, false, false},
-    {"identify", "whether there is a device without a node-ID", nullptr, nullptr, false, false},
-    {"inquire", "the LSS address and the node-ID of a device", nullptr, nullptr, true, false},
-    {"set-node-id", "give a device a node-ID", "node-id", "1..127, or none", true, true},
-    {"bit-timing", "give a device a bit rate, for activate or the next power-on", "kbit",
+    {"scan", "find all devices without a node-ID, by LSS fastscan", nullptr, nullptr, false, false},
+    {"assign", "configure the node-ID of each device without one, as plant.yaml specifies", nullptr,
+     nullptr, false, false},
+    {"identify", "report whether a device has no node-ID", nullptr, nullptr, false, false},
+    {"inquire", "print the LSS address and the node-ID of a device", nullptr, nullptr, true, false},
+    {"set-node-id", "configure the node-ID of a device", "node-id", "1..127, or none", true, true},
+    {"bit-timing", "configure the bit rate of a device, for activate or the next power-on", "kbit",
      "10, 20, 50, 125, 250, 500, 800 or 1000 kbit/s", true, true},
-    {"activate", "all devices that were given a bit rate use it now", "delay",
-     "ms of silence before the switch, and after it", false, false},
-    {"store", "a device keeps what it was given", nullptr, nullptr, true, false},
+    {"activate", "switch all devices to their configured bit rate", "delay",
+     "switch delay in ms: no frames for this time before and after the switch", false, false},
+    {"store", "store the configured node-ID and bit rate in a device", nullptr, nullptr, true,
+     false},
 };
 
 void add_one(CommandLine& line, CLI::App* lss, const LssSubcommand& one,
@@ -41,11 +42,10 @@ void add_one(CommandLine& line, CLI::App* lss, const LssSubcommand& one,
   if (one.one_device) {
     CLI::Option* address = command->add_option(
         "address", request->address, "VENDOR:PRODUCT:REVISION:SERIAL, hexadecimal (1018h)");
-    command->add_flag("--only", request->only, "there is but one device on the line")
-        ->excludes(address);
+    command->add_flag("--only", request->only, "the line has only one device")->excludes(address);
   }
   if (one.may_store) {
-    command->add_flag("--store", request->store, "it keeps that while it is off");
+    command->add_flag("--store", request->store, "store it in the device");
   }
   if (std::string_view(one.name) == "set-node-id") {
     command->add_flag("--force", request->force, "even if another device uses the node-ID");

@@ -41,14 +41,12 @@ void add_monitor(CommandLine& line) {
   const auto arguments = std::make_shared<MonitorArguments>();
   CLI::App* monitor =
       line.app().add_subcommand("monitor", "live view: lines, nodes, values, events");
-  monitor
-      ->add_option("--duration", arguments->duration,
-                   "end by itself after so many seconds, e.g. 30s")
+  monitor->add_option("--duration", arguments->duration, "end after this time, e.g. 30s")
       ->transform(CLI::AsNumberWithUnit(units_of_seconds()));
   monitor->add_flag("--once", arguments->options.once,
-                    "what there is now, and end; with --json one document");
-  monitor->add_option("--line", arguments->options.filter.line, "only this line");
-  monitor->add_option("--node", arguments->node, "only this node: its node-ID, or its name");
+                    "print the present state once; with --json as one document");
+  monitor->add_option("--line", arguments->options.filter.line, "show only this line");
+  monitor->add_option("--node", arguments->node, "show only this node, by its node-ID or its name");
   line.on_live(monitor, {.images = true, .events = true},
                [arguments](console::Context& context) { return run_monitor(context, *arguments); });
 }

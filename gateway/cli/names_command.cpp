@@ -40,9 +40,10 @@ int print_names(const std::string& path) {
 // For completion by a shell, which must be fast. Hidden from the help.
 void add_names(CommandLine& line) {
   const auto plant = std::make_shared<std::string>();
-  CLI::App* names = line.app().add_subcommand("names", "names of lines and nodes, for completion");
+  CLI::App* names =
+      line.app().add_subcommand("names", "print names of lines and nodes, for shell completion");
   names->group("");
-  names->add_option("--plant", *plant, "those of a plant.yaml, not of running gateways");
+  names->add_option("--plant", *plant, "names of a plant.yaml instead of running gateways");
   line.on(names, [&line, plant] {
     return plant->empty() ? line.with_client({}, console::names) : print_names(*plant);
   });

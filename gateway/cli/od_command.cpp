@@ -28,8 +28,8 @@ std::optional<console::ObjectWords> split_words(console::Context& context,
                                                 const OdArguments& arguments, std::size_t behind) {
   auto words = console::split_object(arguments.words, behind, behind);
   if (!words) {
-    context.err << "usage: an object as INDEX:SUB, hexadecimal, and " << behind
-                << " words behind it\n";
+    context.err << "usage: an object as INDEX:SUB, hexadecimal, followed by " << behind
+                << " arguments\n";
   }
   return words;
 }
@@ -54,7 +54,7 @@ int create_object(console::Context& context, OdArguments& arguments) {
 }
 
 void add_od_read_and_write(CommandLine& line, CLI::App* od, const SharedOdArguments& arguments) {
-  CLI::App* list = od->add_subcommand("list", "all objects, or the variables of one");
+  CLI::App* list = od->add_subcommand("list", "list all objects, or the sub-indices of one");
   list->add_option("index", arguments->object.index, "hexadecimal");
   line.on(list, {.commands = true}, [arguments](console::Context& c) {
     return console::od_list(c, arguments->line, arguments->object.index);
@@ -65,9 +65,9 @@ void add_od_read_and_write(CommandLine& line, CLI::App* od, const SharedOdArgume
     return words ? console::od_read(c, arguments->line, words->index, words->sub) : console::kUsage;
   });
   CLI::App* write = add_od_object(od, arguments, "write",
-                                  "give a value, by the type that the object has", "2100:01 VALUE");
+                                  "write a value of the data type of the object", "2100:01 VALUE");
   write->add_flag("--own", arguments->own,
-                  "as the device itself (LINE:NODE of the role device), whatever the access");
+                  "write as the device itself (LINE:NODE of the role device), whatever the access");
   line.on(write, {.commands = true}, [arguments](console::Context& c) {
     const auto words = split_words(c, *arguments, 1);
     return words ? console::od_write(c, arguments->line, words->index, words->sub, words->rest[0],
@@ -77,20 +77,21 @@ void add_od_read_and_write(CommandLine& line, CLI::App* od, const SharedOdArgume
 }
 
 void add_od_create_and_remove(CommandLine& line, CLI::App* od, const SharedOdArguments& arguments) {
-  CLI::App* create = add_od_object(od, arguments, "create",
-                                   "an object of an application, until the line is stopped",
-                                   "2200:01 TYPE NAME; types: u8, i16, r32, vs, ...");
+  CLI::App* create =
+      add_od_object(od, arguments, "create",
+                    "create an object of an application; it exists until the line is stopped",
+                    "2200:01 TYPE NAME; types: u8, i16, r32, vs, ...");
   console::NewObject& object = arguments->object;
   create->add_option("--access", object.access, "ro, wo, rw, rwr, rww, const");
   create->add_option("--default", object.value, "value after a reset of the node");
   create->add_option("--low", object.low, "lowest value that may be written");
   create->add_option("--high", object.high, "highest value that may be written");
-  create->add_option("--offset", object.offset, "over the image, from this byte on");
-  create->add_flag("--map", object.mappable, "PDOs may map it");
+  create->add_option("--offset", object.offset, "position in the process image, in bytes");
+  create->add_flag("--map", object.mappable, "allow PDOs to map it");
   line.on(create, {.commands = true},
           [arguments](console::Context& c) { return create_object(c, *arguments); });
   CLI::App* remove =
-      od->add_subcommand("remove", "an object that was created, with all its sub-indices");
+      od->add_subcommand("remove", "remove a created object with all its sub-indices");
   remove->add_option("index", object.index, "hexadecimal")->required();
   line.on(remove, {.commands = true}, [arguments](console::Context& c) {
     return console::od_remove(c, arguments->line, arguments->object.index);
@@ -102,7 +103,7 @@ void add_od_create_and_remove(CommandLine& line, CLI::App* od, const SharedOdArg
 void add_od(CommandLine& line) {
   const auto arguments = std::make_shared<OdArguments>();
   CLI::App* od = line.app().add_subcommand(
-      "od", "the object dictionary of a line's own node: lists, reads, writes");
+      "od", "list, read and write the object dictionary of a line's own node");
   od->add_option("line", arguments->line, "LINE, or LINE:NODE with a device in the role device")
       ->required();
   od->require_subcommand(1);

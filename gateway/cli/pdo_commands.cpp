@@ -26,11 +26,14 @@ struct MpdoArguments {
 
 void add_trigger(CommandLine& line) {
   const auto arguments = std::make_shared<TriggerArguments>();
-  CLI::App* trigger = line.app().add_subcommand("trigger", "send a PDO although nothing changed");
+  CLI::App* trigger =
+      line.app().add_subcommand("trigger", "send a PDO whose values did not change");
   trigger->add_option("line", arguments->line, "LINE:NODE, or LINE")->required();
-  trigger->add_option("number", arguments->number, "of the node's RPDO, or of the line's TPDO")
+  trigger
+      ->add_option("number", arguments->number, "number of the node's RPDO, or of the line's TPDO")
       ->required();
-  trigger->add_flag("--offset", arguments->by_offset, "all that carry this byte of the outputs");
+  trigger->add_flag("--offset", arguments->by_offset,
+                    "send all PDOs that contain this byte of the outputs");
   line.on(trigger, {.layouts = true, .commands = true}, [arguments](console::Context& c) {
     return console::pdo_trigger(c, arguments->line, arguments->number, arguments->by_offset);
   });
@@ -38,17 +41,16 @@ void add_trigger(CommandLine& line) {
 
 void add_pdo(CommandLine& line) {
   CLI::App* pdo =
-      line.app().add_subcommand("pdo", "ask for a PDO with a remote frame, or send an MPDO");
+      line.app().add_subcommand("pdo", "request a PDO with a remote frame, or send an MPDO");
   pdo->require_subcommand(1);
   const auto number = std::make_shared<std::string>();
-  CLI::App* request =
-      pdo->add_subcommand("request", "a node is asked for its TPDO; ends when it came");
+  CLI::App* request = pdo->add_subcommand("request", "request a TPDO of a node, and wait for it");
   request->add_option("pdo", *number, "LINE:NODE:tpdoN, or LINE:own:rpdoN")->required();
   line.on(request, {.commands = true},
           [number](console::Context& c) { return console::pdo_request(c, *number); });
   const auto arguments = std::make_shared<MpdoArguments>();
   CLI::App* mpdo = pdo->add_subcommand(
-      "mpdo", "give an object of a node, or of all, a value by MPDO; not confirmed");
+      "mpdo", "write an object of one node or of all nodes by MPDO; unconfirmed");
   mpdo->add_option("node", arguments->node, "LINE:NODE, or LINE:all")->required();
   mpdo->add_option("object", arguments->words, "the object, data type and value: 6200:01 u8 5")
       ->required()

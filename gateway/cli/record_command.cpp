@@ -12,16 +12,15 @@ namespace linegate::gateway {
 void add_record(CommandLine& line) {
   const auto options = std::make_shared<RecordOptions>();
   CLI::App* command = line.app().add_subcommand(
-      "record", "write what is on an interface as candump log; sends nothing");
+      "record", "record the frames of an interface as candump log; sends nothing");
   command->add_option("interface", options->uri, "e.g. socketcan:can0")->required();
-  command->add_option("-o,--output", options->file.file,
-                      "file; the standard output if it is not given");
+  command->add_option("-o,--output", options->file.file, "log file; default: the standard output");
   command
       ->add_option("--max-size", options->file.max_size,
-                   "bytes until the file is renamed to FILE.1, e.g. 100MB")
+                   "size at which the file is renamed to FILE.1, e.g. 100MB")
       ->transform(CLI::AsSizeValue(true))
       ->check(CLI::Range(1000.0, 1e12));
-  command->add_option("--files", options->file.files, "files kept at most")
+  command->add_option("--files", options->file.files, "largest number of files")
       ->check(CLI::Range(1, 10'000));
   line.on(command, [&line, options] {
     block_stop_signals();

@@ -10,15 +10,16 @@
 namespace linegate::gateway {
 
 void add_routes(CommandLine& line) {
-  CLI::App* routes =
-      line.app().add_subcommand("routes", "how other networks are reached, and what is routed");
+  CLI::App* routes = line.app().add_subcommand(
+      "routes", "print the routes to other networks, and the routed connections");
   line.on(routes, {}, console::routes);
 }
 
 void add_trace(CommandLine& line) {
   const auto count = std::make_shared<std::uint64_t>(0);
-  CLI::App* trace = line.app().add_subcommand("trace", "what is routed between networks, live");
-  trace->add_option("-n,--count", *count, "end after so many");
+  CLI::App* trace =
+      line.app().add_subcommand("trace", "print the traffic routed between networks, live");
+  trace->add_option("-n,--count", *count, "end after N lines");
   line.on_live(trace, {.events = true, .commands = true}, [count](console::Context& c) {
     return console::trace(c, *count, stop_signal_caught);
   });

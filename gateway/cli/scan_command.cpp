@@ -84,13 +84,15 @@ int scan_and_write(console::Context& context, const ScanArguments& target, unsig
 
 void add_scan(CommandLine& line) {
   const auto arguments = std::make_shared<ScanArguments>();
-  CLI::App* scan = line.app().add_subcommand("scan", "find out what is on a line");
+  CLI::App* scan =
+      line.app().add_subcommand("scan", "read the identity and the PDOs of the devices on a line");
   scan->add_option("line", arguments->request.what, "LINE, or LINE:NODE for one node")->required();
   scan->add_flag("--apply", arguments->request.apply,
-                 "set up heartbeats where there are none, and run the line with what is found");
-  scan->add_flag("--restore-defaults", arguments->request.restore_defaults,
-                 "the devices restore their defaults first; run the line with what is found");
-  scan->add_option("--write", arguments->folder, "folder to put a plant.yaml and DCF files into");
+                 "configure missing heartbeats, and run the line with the devices found");
+  scan->add_flag(
+      "--restore-defaults", arguments->request.restore_defaults,
+      "restore the defaults of the devices first, and run the line with the devices found");
+  scan->add_option("--write", arguments->folder, "folder for a plant.yaml and DCF files");
   scan->add_option("--eds", arguments->eds, "folder of EDS files, for names and exact types")
       ->check(CLI::ExistingDirectory);
   line.on(scan, [&line, arguments] {

@@ -63,7 +63,7 @@ void add_object(CLI::App* command, SdoArguments& arguments, const char* words) {
   command->add_option("object", arguments.words, words)->required()->expected(1, 4);
   command->add_option(
       "--via", arguments.via,
-      "in the place of a device on this line: the rules enter: of the line with the node apply");
+      "send as a device on this line; the rules enter: of the line of the node apply");
 }
 
 void add_sdo_read(CommandLine& line, CLI::App* sdo) {
@@ -73,7 +73,7 @@ void add_sdo_read(CommandLine& line, CLI::App* sdo) {
              "the object, as 1018:01 or 1018 1, or all of 1018; then the data type if it is not "
              "that of the device file: 1018:01 u32");
   read->add_flag("--from-image", arguments->from_image,
-                 "the value of the process image will do, if it is valid")
+                 "accept the value of the process image, if it is valid")
       ->excludes("--via");
   read->add_flag("--cached", arguments->cached, "accept values that a scan read");
   line.on(read, [&line, arguments] { return read_object(line, *arguments); });
@@ -81,17 +81,17 @@ void add_sdo_read(CommandLine& line, CLI::App* sdo) {
 
 void add_sdo_write(CommandLine& line, CLI::App* sdo) {
   const auto arguments = std::make_shared<SdoArguments>();
-  CLI::App* write = sdo->add_subcommand("write", "give an object a value");
+  CLI::App* write = sdo->add_subcommand("write", "write a value to an object");
   add_object(write, *arguments,
              "the object and its value, the data type before it if it is not that of the device "
              "file: 1017:00 500, or 1017 0 u16 500");
   write
       ->add_flag("--by-pdo", arguments->by_pdo,
-                 "by PDO if a PDO carries the object; says which way it went")
+                 "write by PDO if a PDO contains the object; prints the used service")
       ->excludes("--via");
   write
       ->add_flag("--keep", arguments->keep,
-                 "the PDO is not sent before linegate trigger asks for it")
+                 "do not send the PDO until linegate trigger requests it")
       ->needs("--by-pdo");
   line.on(write, [&line, arguments] { return write_object(line, *arguments); });
 }

@@ -10,18 +10,20 @@ namespace linegate::gateway {
 
 void add_gateways(CommandLine& line) {
   CLI::App* gateways = line.app().add_subcommand(
-      "gateways", "the gateways themselves: version, reloads, DDS counters");
+      "gateways", "print version, reloads and DDS counters of the gateways");
   line.on(gateways, {}, console::gateways);
 }
 
 void add_lines(CommandLine& line) {
-  CLI::App* lines = line.app().add_subcommand("lines", "the lines of all gateways and their state");
+  CLI::App* lines =
+      line.app().add_subcommand("lines", "print the lines of all gateways and their state");
   line.on(lines, {}, console::lines);
 }
 
 void add_nodes(CommandLine& line) {
   const auto name = std::make_shared<std::string>();
-  CLI::App* nodes = line.app().add_subcommand("nodes", "the nodes of a line, or of all");
+  CLI::App* nodes =
+      line.app().add_subcommand("nodes", "print the nodes of a line, or of all lines");
   nodes->add_option("line", *name);
   line.on(nodes, {}, [name](console::Context& c) { return console::nodes(c, *name); });
 }

@@ -9,7 +9,8 @@ namespace linegate::gateway {
 
 void add_versions(CommandLine& line) {
   const auto name = std::make_shared<std::string>();
-  CLI::App* versions = line.app().add_subcommand("versions", "versions of a running gateway");
+  CLI::App* versions = line.app().add_subcommand(
+      "versions", "print the versions of a running gateway and its libraries");
   versions->add_option("line", *name);
   line.on(versions, {.commands = true},
           [name](console::Context& c) { return console::versions(c, *name); });

@@ -44,17 +44,19 @@ int write_output(const CommandLine& line, const WriteArguments& arguments) {
 
 void add_write(CommandLine& line) {
   const auto arguments = std::make_shared<WriteArguments>();
-  CLI::App* write = line.app().add_subcommand("write", "give one output a value");
+  CLI::App* write = line.app().add_subcommand("write", "write the value of one output");
   write->add_option("line", arguments->line)->required();
   write
       ->add_option("entry", arguments->entry,
                    "name, NODE.INDEX:SUB with the name or the node-ID, or number")
       ->required();
   write->add_option("value", arguments->value)->required();
-  auto* const hold = write->add_option("--hold", arguments->hold,
-                                       "the value for so long, e.g. 30s; then its group becomes 0");
+  auto* const hold =
+      write->add_option("--hold", arguments->hold,
+                        "hold the value for this time, e.g. 30s; then its group becomes 0");
   hold->transform(CLI::AsNumberWithUnit(units_of_seconds()))->check(CLI::PositiveNumber);
-  write->add_flag("--while", arguments->until_end, "the same until this command ends (Ctrl-C)")
+  write
+      ->add_flag("--while", arguments->until_end, "hold the value until this command ends (Ctrl-C)")
       ->excludes(hold);
   write
       ->add_option("--group", arguments->group,
