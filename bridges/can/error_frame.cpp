@@ -39,7 +39,7 @@ std::uint32_t error_bits(const canfd_frame& raw) {
   return bits;
 }
 
-BusState state_told(const canfd_frame& raw, BusState before) {
+BusState reported_state(const canfd_frame& raw, BusState before) {
   if ((raw.can_id & CAN_ERR_BUSOFF) != 0) {
     return BusState::bus_off;
   }
@@ -129,7 +129,7 @@ void ErrorDecoder::decode(const canfd_frame& raw, Instant time, BusEvents& event
     event.errors = 0;
     events.push(event);
   }
-  change(state_told(raw, state_), time, events);
+  change(reported_state(raw, state_), time, events);
 }
 
 void ErrorDecoder::set_state(BusState state, Instant time, BusEvents& events) {

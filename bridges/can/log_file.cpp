@@ -16,7 +16,7 @@ namespace linegate::can_bridge {
 namespace {
 
 // A log that is none at all has as many bad lines as lines.
-constexpr std::size_t kMostTold = 20;
+constexpr std::size_t kMostReported = 20;
 
 Diagnostic finding(Severity severity, const std::string& path, std::string text) {
   return {severity, path, 0, 0, std::move(text)};
@@ -165,14 +165,14 @@ std::vector<Diagnostic> check_log(const std::string& path, std::string_view inte
     }
     const bool last = next == LogFile::Next::cut_short;
     bad += last ? 0U : 1U;
-    if (last || bad <= kMostTold) {
+    if (last || bad <= kMostReported) {
       out.push_back({last ? Severity::warning : Severity::error, path, file.line(), problem.column,
                      (last ? "the log ends within a line: " : "") + std::string(problem.text)});
     }
   }
-  if (bad > kMostTold) {
+  if (bad > kMostReported) {
     out.push_back(finding(Severity::error, path,
-                          std::to_string(bad - kMostTold) + " more lines are not of a log"));
+                          std::to_string(bad - kMostReported) + " more lines are not of a log"));
   }
   if (interfaces.empty() || (!interface.empty() && !interfaces.contains(interface))) {
     out.push_back(finding(Severity::error, path,

@@ -71,7 +71,7 @@ class ReplayChannel final : public Channel {
       wake_ = now + kReopenPeriod;
       event.kind = BusEvent::Kind::interface_failed;
       event.code = static_cast<std::uint32_t>(error);
-      if (std::exchange(told_, error) != error) {
+      if (std::exchange(reported_, error) != error) {
         events.push(event);
         errors_.set_state(BusState::absent, now, events);
       }
@@ -164,7 +164,7 @@ class ReplayChannel final : public Channel {
   bool waiting_ = false;
   bool begun_ = false;
   bool ended_ = false;
-  int told_ = 0;
+  int reported_ = 0;
   std::int64_t first_stamp_ = 0;
   Instant start_{};
   Instant latest_{};

@@ -61,7 +61,7 @@ int SocketChannel::restart(Instant /*now*/) {
 
 void SocketChannel::open(BusEvents& events, Instant now) {
   if (adopted()) {
-    told_ready(BusState::error_active, events, now);
+    report_ready(BusState::error_active, events, now);
     return;
   }
   const OpenedInterface opened =
@@ -73,10 +73,10 @@ void SocketChannel::open(BusEvents& events, Instant now) {
   socket_.reset(opened.descriptor);
   fd_ = opened.fd;
   settings_ = opened.settings;
-  told_ready(opened.state, events, now);
+  report_ready(opened.state, events, now);
 }
 
-void SocketChannel::told_ready(BusState state, BusEvents& events, Instant now) {
+void SocketChannel::report_ready(BusState state, BusEvents& events, Instant now) {
   ready_ = true;
   reported_ = 0;
   dropped_ = 0;
@@ -268,7 +268,7 @@ std::size_t SocketChannel::sendable_prefix(std::span<const can::Frame> frames) c
 [[gnu::hot]] std::size_t SocketChannel::send(std::span<const can::Frame> frames, Instant now) {
   const int result = socket_.send(frames);
   if (result < 0) {
-    told_back_pressure(-result, now);
+    report_back_pressure(-result, now);
     return 0;
   }
   const auto sent = static_cast<std::size_t>(result);
@@ -284,7 +284,7 @@ std::size_t SocketChannel::sendable_prefix(std::span<const can::Frame> frames) c
   return sent;
 }
 
-void SocketChannel::told_back_pressure(int error, Instant now) {
+void SocketChannel::report_back_pressure(int error, Instant now) {
   if (error == ENOBUFS) {
     write_again_ = now + kNoBuffersPause;
   } else if (again(error)) {

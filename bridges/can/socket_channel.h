@@ -37,7 +37,7 @@ class SocketChannel final : public Channel {
   bool bus_off() const { return errors_.state() == can::BusState::bus_off; }
 
   void open(BusEvents& events, Instant now);
-  void told_ready(can::BusState state, BusEvents& events, Instant now);
+  void report_ready(can::BusState state, BusEvents& events, Instant now);
   void fail(int error, BusEvents& events, Instant now);
 
   bool refill(std::size_t room);
@@ -48,7 +48,7 @@ class SocketChannel final : public Channel {
 
   std::size_t sendable_prefix(std::span<const can::Frame> frames) const;
   std::size_t send(std::span<const can::Frame> frames, Instant now);
-  void told_back_pressure(int error, Instant now);
+  void report_back_pressure(int error, Instant now);
   void flush_window();
 
   const std::string interface_;

@@ -70,7 +70,7 @@ bool write_part(Context& context, Model& model, const Line& line, std::uint8_t n
   return answer.reply.ok();
 }
 
-void tell_identity(Context& context, std::uint8_t node, const IdentityValues& values) {
+void print_identity(Context& context, std::uint8_t node, const IdentityValues& values) {
   std::array<char, 160> text{};
   std::snprintf(text.data(), text.size(),
                 "node %u: device type %08Xh, vendor-ID %08Xh, product code %08Xh, revision number "
@@ -110,7 +110,7 @@ int accept(Context& context, const std::string& what) {
         return kFailed;
       }
     }
-    tell_identity(context, target->node, values);
+    print_identity(context, target->node, values);
     return kDone;
   });
   return written == kDone ? boot(context, what) : written;

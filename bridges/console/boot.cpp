@@ -78,7 +78,7 @@ int boot(Context& context, const std::string& what) {
   if (!answer.reply.ok()) {
     const int code = print_answer(context, answer);
     if (answer.reply.error == line::to_error(line::Refusal::bad_request)) {
-      tell_no_such_node(context, model, *line, target->node);
+      report_no_such_node(context, model, *line, target->node);
     }
     return code;
   }
@@ -97,7 +97,7 @@ int boot(Context& context, const std::string& what) {
   if (all_booted(*outcomes)) {
     return kDone;
   }
-  tell_no_such_node(context, model, *line, target->node);
+  report_no_such_node(context, model, *line, target->node);
   return kFailed;
 }
 

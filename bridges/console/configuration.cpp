@@ -80,7 +80,7 @@ int configure(Context& context, ConfigAction action, const std::string& what) {
   if (!answer.reply.ok()) {
     const int code = print_answer(context, answer);
     if (answer.reply.error == line::to_error(line::Refusal::bad_request)) {
-      tell_no_such_node(context, model, *line, target->node);
+      report_no_such_node(context, model, *line, target->node);
     }
     return code;
   }

@@ -267,7 +267,7 @@ class Session {
     } else if (!select_all() || !is_alone()) {
       return kFailed;
     }
-    return tell_device(*arguments);
+    return configure_device(*arguments);
   }
 
   // Whether exactly one device answers; an inquiry detects that by itself.
@@ -304,7 +304,7 @@ class Session {
     return Bytes{};
   }
 
-  int tell_device(const Bytes& arguments) {
+  int configure_device(const Bytes& arguments) {
     if (request_.what == "inquire") {
       return inquire();
     }

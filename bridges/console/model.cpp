@@ -167,10 +167,10 @@ void Model::on_event(const LineId& id, const EventView& event) {
 
 std::vector<std::string> Model::take_warnings() {
   std::vector<std::string> out;
-  if (unreadable_ > 0 && !std::exchange(unreadable_told_, true)) {
+  if (unreadable_ > 0 && !std::exchange(unreadable_reported_, true)) {
     out.emplace_back("damaged samples were received and dropped");
   }
-  if (left_out_ > 0 && !std::exchange(left_out_told_, true)) {
+  if (left_out_ > 0 && !std::exchange(left_out_reported_, true)) {
     out.push_back("more than " + std::to_string(kMaxLines) +
                   " lines are published: the others are left out");
   }

@@ -131,8 +131,8 @@ class Model : public Listener {
   std::uint64_t events_seen_ = 0;
   std::uint64_t unreadable_ = 0;
   std::uint64_t left_out_ = 0;
-  bool unreadable_told_ = false;
-  bool left_out_told_ = false;
+  bool unreadable_reported_ = false;
+  bool left_out_reported_ = false;
   std::map<std::string, bool> namesakes_;  // gateways with a namesake; true: reported
 };
 

@@ -111,7 +111,7 @@ std::string no_such_node(const Line& line, std::uint8_t node) {
          printable(line.id.line) + "; its nodes: " + nodes_text(line);
 }
 
-void tell_no_such_node(Context& context, Model& model, const Line& line, std::uint8_t node) {
+void report_no_such_node(Context& context, Model& model, const Line& line, std::uint8_t node) {
   if (node == 0 || !know_nodes(context, model, line)) {
     return;
   }

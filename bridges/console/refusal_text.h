@@ -15,7 +15,7 @@ std::string no_such_node(const Line& line, std::uint8_t node);
 
 // Prints the same on context.err after the gateway's answer; waits for the states of the line's
 // nodes. Prints nothing if node is 0 or the line publishes no nodes.
-void tell_no_such_node(Context& context, Model& model, const Line& line, std::uint8_t node);
+void report_no_such_node(Context& context, Model& model, const Line& line, std::uint8_t node);
 
 // After Refusal::wrong_state for a single output value of that node: adds the node and its state to
 // answer.text.

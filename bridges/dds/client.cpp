@@ -85,7 +85,7 @@ struct Client::Impl {
   void line_ended(ClientListener& listener);
   void drain_layouts(ClientListener& listener);
   void drain_states(ClientListener& listener);
-  void tell_lines_gone(ClientListener& listener);
+  void report_lines_gone(ClientListener& listener);
   void drain_values(ClientListener& listener);
   void drain_replies(ClientListener& listener);
   void finish(RequestTracker::Done done, ClientListener& listener);
@@ -221,7 +221,7 @@ std::size_t Client::poll(Duration timeout, ClientListener& listener) {
   if (impl_->waiting.wait(std::min(timeout, until_wake))) {
     impl_->drain_layouts(listener);
     impl_->drain_states(listener);
-    impl_->tell_lines_gone(listener);
+    impl_->report_lines_gone(listener);
     impl_->drain_values(listener);
     impl_->drain_replies(listener);
     const std::uint64_t unreadable = impl_->endpoints.take_unreadable();
@@ -307,7 +307,7 @@ void Client::Impl::drain_states(ClientListener& listener) {
 }
 
 // The gateway removed the line and continues without it. A lost writer is handled by
-// tell_lines_gone().
+// report_lines_gone().
 void Client::Impl::line_ended(ClientListener& listener) {
   const auto found = line_names.find(info.instance_handle);
   if (info.instance_state != fast::NOT_ALIVE_DISPOSED_INSTANCE_STATE || found == line_names.end())
@@ -322,7 +322,7 @@ void Client::Impl::line_ended(ClientListener& listener) {
 
 // Called after states are drained: the lines of a gateway that was restarted meanwhile are not
 // gone.
-void Client::Impl::tell_lines_gone(ClientListener& listener) {
+void Client::Impl::report_lines_gone(ClientListener& listener) {
   for (const WriterWatch::Handle& lost : line_writers.take_lost()) {
     for (const LinePublishers::Line& line : publishers.lose(guid_of(lost))) {
       std::erase_if(line_names, [&](const auto& known) { return known.second == line; });

@@ -298,7 +298,7 @@ struct GatewayBridge::Impl {
   bool take_output(GatewayHandler& handler);
   bool take_command(GatewayHandler& handler);
   void handle(const v1::CommandRequest& request, GatewayHandler& handler);
-  void tell_what_was_not_taken(GatewayHandler& handler);
+  void report_discarded(GatewayHandler& handler);
   bool send(const Answer& answer, std::size_t from);
 
   const std::string gateway;
@@ -512,7 +512,7 @@ std::size_t GatewayBridge::poll(Duration timeout, GatewayHandler& handler) {
     while (commands < kSamplesPerPoll && impl_->take_command(handler))
       ++commands;
   }
-  impl_->tell_what_was_not_taken(handler);
+  impl_->report_discarded(handler);
   if (outputs < kSamplesPerPoll)
     impl_->port->all_outputs_taken();
   if (commands < kSamplesPerPoll)
@@ -522,7 +522,7 @@ std::size_t GatewayBridge::poll(Duration timeout, GatewayHandler& handler) {
   return outputs + commands;
 }
 
-void GatewayBridge::Impl::tell_what_was_not_taken(GatewayHandler& handler) {
+void GatewayBridge::Impl::report_discarded(GatewayHandler& handler) {
   if (const std::uint64_t unreadable = port->take_unreadable(); unreadable != 0)
     handler.on_unreadable(unreadable);
   if (const std::string_view policy = port->output_misfit(); !policy.empty())

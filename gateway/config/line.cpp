@@ -256,7 +256,7 @@ void read_own_node(Section& section, line::LineConfig& config) {
   read_identity(section, config.identity);
 }
 
-void tell_what_an_observer_ignores(Findings& findings, const YAML::Node& section, const char* key) {
+void report_ignored_keys(Findings& findings, const YAML::Node& section, const char* key) {
   const YAML::Node node = section[key];
   if (node.IsDefined()) {
     findings.warning(place_of(node),
@@ -265,7 +265,7 @@ void tell_what_an_observer_ignores(Findings& findings, const YAML::Node& section
 }
 
 // An observer uses only the device file, error control, PDOs and their deadlines of a node.
-void tell_what_an_observer_ignores_of_nodes(Findings& findings, const YAML::Node& nodes) {
+void report_ignored_keys_of_nodes(Findings& findings, const YAML::Node& nodes) {
   if (!nodes.IsDefined() || !nodes.IsSequence()) {
     return;
   }
@@ -276,13 +276,13 @@ void tell_what_an_observer_ignores_of_nodes(Findings& findings, const YAML::Node
     for (const char* key :
          {"boot", "mandatory", "keep_alive", "boot_timeout", "reset_time", "sdo_timeout", "sdo",
           "check", "check_identity", "serial", "restore", "store", "program"}) {
-      tell_what_an_observer_ignores(findings, node, key);
+      report_ignored_keys(findings, node, key);
     }
   }
 }
 
 // Warnings, not errors: the configuration of a manager must work for an observer of the same line.
-void tell_what_an_observer_ignores(Section& section, const line::LineConfig& config) {
+void report_ignored_keys(Section& section, const line::LineConfig& config) {
   if (config.role != line::Role::observer) {
     return;
   }
@@ -299,7 +299,7 @@ void tell_what_an_observer_ignores(Section& section, const line::LineConfig& con
                                                      "transmits nothing");
     }
   }
-  tell_what_an_observer_ignores_of_nodes(section.findings(), section.find("nodes"));
+  report_ignored_keys_of_nodes(section.findings(), section.find("nodes"));
 }
 
 // Its name, its interface and the bit rate of that.
@@ -360,7 +360,7 @@ LineSection read_line(Findings& findings, const YAML::Node& node) {
 
   read_role(section, plan.config);
   read_own_node(section, plan.config);
-  tell_what_an_observer_ignores(section, plan.config);
+  report_ignored_keys(section, plan.config);
   read_lss(section, plan.config);
   read_diagnosis(section, plan.config);
   read_access(section, plan);

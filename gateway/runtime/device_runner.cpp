@@ -43,11 +43,11 @@ Loaded<sim::DeviceGroup> make_devices(std::span<const config::SimulatedDevice> d
 }
 
 DeviceRunner::DeviceRunner(sim::DeviceGroup devices, std::unique_ptr<can_bridge::Channel> channel,
-                           std::string interface, bool tell_failures)
+                           std::string interface, bool report_failures)
     : devices_(std::move(devices)),
       pump_(std::move(channel)),
       interface_(std::move(interface)),
-      tell_failures_(tell_failures) {
+      report_failures_(report_failures) {
 }
 
 void DeviceRunner::service(Instant now) {
@@ -71,13 +71,13 @@ void DeviceRunner::service(Instant now) {
 }
 
 void DeviceRunner::bus_event(const can::BusEvent& event, Instant now) {
-  if (event.kind == can::BusEvent::Kind::interface_failed && tell_failures_) {
+  if (event.kind == can::BusEvent::Kind::interface_failed && report_failures_) {
     spdlog::error("{}", can_bridge::describe_failure(interface_, event.code));
   }
   if (event.kind != can::BusEvent::Kind::interface_ready) {
     return;
   }
-  if (tell_failures_) {
+  if (report_failures_) {
     spdlog::info("interface {} ready", interface_);
   }
   if (!started_) {

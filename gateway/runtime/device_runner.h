@@ -23,10 +23,10 @@ Loaded<sim::DeviceGroup> make_devices(std::span<const config::SimulatedDevice> d
 
 class DeviceRunner final : public Runner {
  public:
-  // The devices are switched on as soon as the channel is usable. tell_failures: log failures of
+  // The devices are switched on as soon as the channel is usable. report_failures: log failures of
   // the interface here, because no line does.
   DeviceRunner(sim::DeviceGroup devices, std::unique_ptr<can_bridge::Channel> channel,
-               std::string interface, bool tell_failures);
+               std::string interface, bool report_failures);
 
   int descriptor() const override { return pump_.channel().descriptor(); }
   bool wants_writable() const override { return pump_.channel().wants_writable(); }
@@ -41,7 +41,7 @@ class DeviceRunner final : public Runner {
   sim::DeviceGroup devices_;
   FramePump pump_;
   std::string interface_;
-  bool tell_failures_;
+  bool report_failures_;
   bool started_ = false;
   bool stopping_ = false;
   Instant next_wake_{};

@@ -665,10 +665,10 @@ void LineRunner::look_at_clock() {
 
 void LineRunner::look_at_losses() {
   const std::uint64_t lost = port_.requests_lost.value();
-  if (lost == losses_told_) {
+  if (lost == losses_reported_) {
     return;
   }
-  const auto more = static_cast<std::uint32_t>(lost - std::exchange(losses_told_, lost));
+  const auto more = static_cast<std::uint32_t>(lost - std::exchange(losses_reported_, lost));
   line_->report({.time = monotonic_now(),
                  .data = event::QueueFull{.queue = event::Queue::requests, .lost = more}});
 }

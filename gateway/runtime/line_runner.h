@@ -164,7 +164,7 @@ class LineRunner final : public Runner {
   line::OutputWrite write_;
   line::Reply reply_;
   pdo::Reception reception_;
-  std::uint64_t losses_told_ = 0;
+  std::uint64_t losses_reported_ = 0;
 };
 
 }  // namespace linegate::gateway

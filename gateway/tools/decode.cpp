@@ -134,7 +134,7 @@ class Decoding {
       std::cout << json_text(out) << '\n';
       return;
     }
-    tell_day(entry.stamp_ns);
+    print_day(entry.stamp_ns);
     std::cout << fmt::format("{} {:<8} {:>8}  {:<23}  {}\n", clock(entry.stamp_ns), entry.interface,
                              id, data, text);
   }
@@ -149,7 +149,7 @@ class Decoding {
       std::cout << json_text(out) << '\n';
       return;
     }
-    tell_day(entry.stamp_ns);
+    print_day(entry.stamp_ns);
     std::cout << fmt::format("{} {:<8} {:>8}  {:<23}  {}\n", clock(entry.stamp_ns), entry.interface,
                              kind, "", text);
   }
@@ -161,7 +161,7 @@ class Decoding {
                                        stamp_ns % kSecond / 1000);
   }
 
-  void tell_day(std::int64_t stamp_ns) {
+  void print_day(std::int64_t stamp_ns) {
     constexpr std::int64_t kDay = 86'400;
     const std::int64_t day = stamp_ns / kSecond / kDay;
     if (stamp_ns != 0 && day_ != day) {

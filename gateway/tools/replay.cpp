@@ -41,7 +41,7 @@ class SendRunner final : public Runner {
     if (ready_) {
       pump_.transmit(now, [&](can::Frame& frame) { return next(frame, now); });
     }
-    if (at_end_ && pump_.held() == 0 && !std::exchange(told_, true)) {
+    if (at_end_ && pump_.held() == 0 && !std::exchange(reported_, true)) {
       ::kill(::getpid(), SIGTERM);
     }
   }
@@ -78,11 +78,11 @@ class SendRunner final : public Runner {
   can_bridge::BusEvents events_;
   bool ready_ = false;
   bool at_end_ = false;
-  bool told_ = false;
+  bool reported_ = false;
   bool stopping_ = false;
 };
 
-void tell_error(const std::string& text) {
+void report_error(const std::string& text) {
   std::cerr << "error: " << text << '\n';
 }
 
@@ -98,7 +98,7 @@ int replay(const ReplayCommand& command) {
   const auto options = can_bridge::replay_options(log);
   for (const std::string& problem : {error, options.error}) {
     if (!problem.empty()) {
-      tell_error(problem);
+      report_error(problem);
       return kExitUsage;
     }
   }

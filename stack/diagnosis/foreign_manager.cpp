@@ -31,7 +31,7 @@ void ForeignManager::receive(std::uint16_t index, const can::Frame& frame) {
 }
 
 void ForeignManager::report(const event::ForeignManager& what, Instant now) {
-  Instant& reported = told_[static_cast<std::size_t>(what.evidence)];
+  Instant& reported = reported_[static_cast<std::size_t>(what.evidence)];
   if (reported != Instant{} && now - reported < kInterval) {
     return;
   }

@@ -29,7 +29,7 @@ class ForeignManager {
   void report(const event::ForeignManager& what, Instant now);
 
   EventLog& events_;
-  Instant told_[3]{};  // time of the last report, by event::ManagerEvidence
+  Instant reported_[3]{};  // time of the last report, by event::ManagerEvidence
 };
 
 }  // namespace linegate::diagnosis

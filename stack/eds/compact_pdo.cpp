@@ -124,8 +124,8 @@ class Builder {
     if (i >= 4) {
       return kNotValid;
     }
-    if (context_.node_id == 0 && !context_.missing_node_id_told) {
-      context_.missing_node_id_told = true;
+    if (context_.node_id == 0 && !context_.missing_node_id_reported) {
+      context_.missing_node_id_reported = true;
       context_.report.error(place_,
                             "CompactPDO: the COB-IDs depend on the node-ID, but none is given");
     }

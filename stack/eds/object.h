@@ -18,10 +18,10 @@ namespace linegate::eds {
 // State shared by the parts of the reader.
 struct Context {
   Report& report;
-  std::uint8_t node_id = 0;           // 0: unknown
-  bool is_dcf = false;                // the file configures one device
-  bool missing_node_id_told = false;  // reported only once
-  std::size_t expanded = 0;           // bytes that CompactSubObj has added so far
+  std::uint8_t node_id = 0;               // 0: unknown
+  bool is_dcf = false;                    // the file configures one device
+  bool missing_node_id_reported = false;  // reported only once
+  std::size_t expanded = 0;               // bytes that CompactSubObj has added so far
 };
 
 // AccessType; an invalid one is reported as a warning and read as ro.

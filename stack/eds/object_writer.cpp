@@ -83,9 +83,9 @@ bool is_compact(const ObjectDescription& object, const WriteOptions& options) {
     const VariableDescription& variable = variables[i];
     // In a DCF only configured elements have individual values.
     const bool same_default = default_of(variable) == default_of(first);
-    const bool value_can_be_told = options.dcf || !default_of(variable).value.empty();
+    const bool has_value_to_write = options.dcf || !default_of(variable).value.empty();
     if (variable.sub != i || has_files(variable) || !equal_but_for_value(variable, first) ||
-        (!same_default && (options.dcf || !value_can_be_told))) {
+        (!same_default && (options.dcf || !has_value_to_write))) {
       return false;
     }
   }

@@ -74,8 +74,8 @@ std::optional<Value> read_bytes(const Entry& entry, std::string_view what, DataT
   if (!value.remark.empty()) {
     context.report.warning(entry.value_place, std::string(what) + ": " + value.remark);
   }
-  if (value.uses_node_id && context.node_id == 0 && !context.missing_node_id_told) {
-    context.missing_node_id_told = true;
+  if (value.uses_node_id && context.node_id == 0 && !context.missing_node_id_reported) {
+    context.missing_node_id_reported = true;
     context.report.error(entry.value_place, std::string(what) + ": " + quote(entry.value) +
                                                 " depends on the node-ID, but none is given");
   }

@@ -139,10 +139,10 @@ void Listening::match(const can::Frame& frame, bool all, EventLog& events) {
 bool Listening::admit(Instant now) {
   if (now >= second_ + std::chrono::seconds(1)) {
     second_ = now;
-    told_ = 0;
+    reported_ = 0;
   }
-  const bool admitted = told_ < kMostASecond;
-  ++(admitted ? told_ : withheld_);
+  const bool admitted = reported_ < kMostASecond;
+  ++(admitted ? reported_ : withheld_);
   return admitted;
 }
 

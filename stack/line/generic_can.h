@@ -65,7 +65,7 @@ class Listening {
   std::array<Filter, kFilters> filters_{};
   Instant end_{};  // of the filter that ends last
   Instant second_{};
-  std::uint32_t told_ = 0;
+  std::uint32_t reported_ = 0;
   std::uint32_t withheld_ = 0;
 };
 

@@ -219,7 +219,7 @@ bool LssService::begin_next(Instant now) {
   check_.end();
   if (!asked_.empty()) {
     running_ = true;
-    told_parts_ = 0;
+    reported_parts_ = 0;
     if (!asked_.front().course) {
       deselect();
       assigner_.begin();
@@ -279,7 +279,7 @@ void LssService::take_answer(const lss::Answer& answer, Instant now) {
   if (course_runs()) {
     lss::Course& course = *asked_.front().course;
     course.answered(answer);
-    tell_progress(course.parts(), now);
+    report_progress(course.parts(), now);
     if (course.over()) {
       note_configuration(answer, now);
       if (const auto given = course.given()) {
@@ -375,11 +375,11 @@ void LssService::report(const lss::Finding& finding, Instant now) {
                                          .address = finding.address}});
 }
 
-void LssService::tell_progress(unsigned parts, Instant now) {
-  if (!asked_.front().course->is_fastscan() || parts <= told_parts_) {
+void LssService::report_progress(unsigned parts, Instant now) {
+  if (!asked_.front().course->is_fastscan() || parts <= reported_parts_) {
     return;
   }
-  told_parts_ = parts;
+  reported_parts_ = parts;
   events_.emit({.time = now,
                 .data = event::CommandProgress{
                     .command = CommandKind::lss, .done = parts, .total = lss::kParts}});

@@ -111,7 +111,7 @@ class LssService final : public Service, public sdo::TransferOwner, lss::Assigne
   void finish_command(Error error, std::vector<std::byte> data, Instant now);
   void finish_round(Instant now);
   void report(const lss::Finding& finding, Instant now);
-  void tell_progress(unsigned parts, Instant now);
+  void report_progress(unsigned parts, Instant now);
   void expire(Instant now);
   void end_running();
   void interface_back(Instant now);
@@ -134,7 +134,7 @@ class LssService final : public Service, public sdo::TransferOwner, lss::Assigne
   bool holding_ = false;  // the start of the network is held
   bool network_started_ = false;
   bool interrupted_ = false;  // a round was interrupted and is repeated
-  unsigned told_parts_ = 0;
+  unsigned reported_parts_ = 0;
   std::vector<Given> given_;
   Instant next_round_ = kNever;
   Instant hands_off_until_{};  // a command put devices into configuration

@@ -54,14 +54,14 @@ void NodeLine::mark_dirty(Instant now) {
 // node or of a PDO, or as a write to the dictionary.
 [[gnu::hot]] bool NodeLine::is_dirty() const {
   return dirty_ || pdo_requests_.active() || events_.emitted() != events_seen_ ||
-         node_.dictionary().writes_told() != writes_seen_;
+         node_.dictionary().writes_reported() != writes_seen_;
 }
 
 // Changes that services cause in each other are processed in the next round at the latest.
 void NodeLine::advance_services(Instant now) {
   dirty_ = false;
   events_seen_ = events_.emitted();
-  writes_seen_ = node_.dictionary().writes_told();
+  writes_seen_ = node_.dictionary().writes_reported();
   heartbeats_.advance(now);
   sdo_.advance(now);
   take_completions(now);

@@ -118,7 +118,7 @@ class ObserverLine final : public Line, observer::NodeListener {
   void relink(Instant now);
   bool nothing_new(Instant now) const;
   Loaded<pdo::LinkPlan> plan_of_what_is_known(Instant now) const;
-  void tell_mappings(Device& device, Instant now);
+  void report_mappings(Device& device, Instant now);
   void replace(image::Direction direction, const image::Layout& layout,
                std::vector<pdo::LinkedPdo> pdos, Instant now);
 

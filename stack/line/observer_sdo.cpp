@@ -175,7 +175,7 @@ void ObserverLine::relink(Instant now) {
   }
   const std::uint64_t before[] = {inputs->layout().id, outputs->layout().id};
   for (Device& device : devices) {
-    tell_mappings(device, now);
+    report_mappings(device, now);
   }
   replace(Direction::inputs, plan.value->inputs, std::move(plan.value->rpdos), now);
   replace(Direction::outputs, plan.value->outputs, as_received(std::move(plan.value->tpdos)), now);
@@ -205,7 +205,7 @@ void ObserverLine::replace(Direction direction, const image::Layout& layout,
   side = std::move(next);
 }
 
-void ObserverLine::tell_mappings(Device& device, Instant now) {
+void ObserverLine::report_mappings(Device& device, Instant now) {
   std::vector<KnownPdo> known = known_pdos(device, now);
   for (const KnownPdo& pdo : known) {
     if (!has(device.used, pdo)) {

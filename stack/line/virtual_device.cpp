@@ -474,10 +474,10 @@ void VirtualDevice::report_write(od::Address address, std::span<const std::byte>
 
 void VirtualDevice::time_received(const time::TimeOfDay& time, Instant now) {
   constexpr Duration kPause = std::chrono::seconds(1);
-  if (time_told_ && now - *time_told_ < kPause) {
+  if (time_reported_ && now - *time_reported_ < kPause) {
     return;
   }
-  time_told_ = now;
+  time_reported_ = now;
   events_.emit(
       {.time = now, .node = node_->node_id(), .data = event::TimeReceived{time::to_utc(time)}});
 }

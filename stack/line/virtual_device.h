@@ -162,7 +162,7 @@ class VirtualDevice final : node::Application {
   // Values outside the image that the application wrote as the device itself.
   std::map<od::Address, std::vector<std::byte>> own_values_;
   bool by_itself_ = false;  // a write or reset does not come from a master
-  std::optional<Instant> time_told_;
+  std::optional<Instant> time_reported_;
   std::array<Numbers, 2> numbers_{};                   // by image::Direction
   std::array<std::vector<std::uint32_t>, 2> entries_;  // of this device, by image::Direction
   std::vector<od::Address> changed_;                   // used by take_outputs()

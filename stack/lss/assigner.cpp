@@ -186,7 +186,7 @@ void Assigner::answered(const Answer& answer) {
         begun_ ? resume() : try_target();
         begun_ = true;
       } else {
-        told_nobody_ = false;
+        reported_none_ = false;
         cancel();
       }
       return;
@@ -516,19 +516,19 @@ void Assigner::report(const Finding& finding) {
 
 bool Assigner::is_news(const Finding& finding) {
   if (!finding.address) {
-    return !std::exchange(told_nobody_, true);
+    return !std::exchange(reported_none_, true);
   }
-  const auto known = std::ranges::find(told_, *finding.address, &Reported::address);
-  if (known != told_.end() && known->verdict == finding.verdict) {
+  const auto known = std::ranges::find(reported_, *finding.address, &Reported::address);
+  if (known != reported_.end() && known->verdict == finding.verdict) {
     return has_node_id(finding.verdict);
   }
-  if (known != told_.end()) {
+  if (known != reported_.end()) {
     known->verdict = finding.verdict;
   } else {
-    if (told_.size() == kMostKept) {
-      told_.erase(told_.begin());
+    if (reported_.size() == kMostKept) {
+      reported_.erase(reported_.begin());
     }
-    told_.push_back({*finding.address, finding.verdict});
+    reported_.push_back({*finding.address, finding.verdict});
   }
   return true;
 }

@@ -188,8 +188,8 @@ class Assigner {
   unsigned repeats_ = 0;           // of the current step
   unsigned finds_ = 0;             // in this round
   std::vector<Address> strangers_;
-  std::vector<Reported> told_;
-  bool told_nobody_ = false;
+  std::vector<Reported> reported_;
+  bool reported_none_ = false;
   std::vector<Finding> found_;
   std::deque<Finding> news_;
 };

@@ -115,7 +115,7 @@ void BootSlave::cancel() {
   abandon_step();
   reset_ = {};
   result_.reset();
-  told_ = false;
+  reported_ = false;
   set_step(Step::idle, kNever);
 }
 
@@ -142,7 +142,7 @@ void BootSlave::restarted(Instant now) {
   booted_up_ = true;
   was_operational_ = false;
   ++restarts_;
-  if (!told_) {
+  if (!reported_) {
     node_.boot = kBootUnfinished;
     node_.finding = {};
   }
@@ -153,8 +153,9 @@ void BootSlave::restarted(Instant now) {
   const Duration pause = std::min(kFirstPause * (1 << std::min(restarts_ - 2, 8U)), kLongestPause);
   set_step(Step::retry, now + pause);
   const BootFinding finding{.kind = BootFinding::Kind::last, .object = last_written_};
-  if (now + pause >= give_up_ && !(told_ && node_.boot == kRestarts && node_.finding == finding)) {
-    told_ = true;
+  if (now + pause >= give_up_ &&
+      !(reported_ && node_.boot == kRestarts && node_.finding == finding)) {
+    reported_ = true;
     report(kRestarts, finding, now);
   }
 }
@@ -515,7 +516,7 @@ void BootSlave::fail(char letter, BootFinding finding, Instant now) {
     finish(letter, finding, now);
     return;
   }
-  const bool again = told_ && said_ && node_.boot == letter && node_.finding == finding;
+  const bool again = reported_ && said_ && node_.boot == letter && node_.finding == finding;
   refusals_ = again ? refusals_ + 1 : std::uint32_t{said_};
   if (refusals_ < kRefusals || now < give_up_) {
     search(letter, finding, now);
@@ -526,7 +527,7 @@ void BootSlave::fail(char letter, BootFinding finding, Instant now) {
 }
 
 void BootSlave::finish(char letter, const BootFinding& finding, Instant now) {
-  told_ = false;
+  reported_ = false;
   set_step(Step::done, kNever);
   report(letter, finding, now);
 }
@@ -538,8 +539,8 @@ void BootSlave::search(char letter, const BootFinding& finding, Instant now) {
     missing();
   }
   set_step(Step::retry, now + kRetryDelay);
-  if (!told_ || node_.boot != letter || node_.finding != finding) {
-    told_ = true;
+  if (!reported_ || node_.boot != letter || node_.finding != finding) {
+    reported_ = true;
     report(letter, finding, now);
   }
 }

@@ -89,7 +89,7 @@ class BootSlave final : private StepContext {
   // The process waits before it configures a node again that restarted during its configuration.
   bool pauses() const { return restarts_ > 1 && step_ == Step::retry; }
   // The process has reported that the node does not answer, and tries again every second.
-  bool searching() const { return told_; }
+  bool searching() const { return reported_; }
 
   // Returns the result once, see NodeState::boot: when the process has ended, and when a node does
   // not answer, after which the process tries again every second.
@@ -157,7 +157,7 @@ class BootSlave final : private StepContext {
   Instant wake_ = kNever;
   // From then on a missing answer is boot status B, and repeated aborts are a refusal
   Instant give_up_ = kNever;
-  bool told_ = false;             // the reason why the process keeps trying was reported
+  bool reported_ = false;         // the reason why the process keeps trying was reported
   bool booted_up_ = false;        // a boot-up message was received: the node cannot be Operational
   bool was_operational_ = false;  // boot status L
   // The last NMT reset of the node.

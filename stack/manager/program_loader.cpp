@@ -10,7 +10,7 @@
 namespace linegate::manager {
 namespace {
 
-constexpr Duration kTellEvery = std::chrono::seconds(1);
+constexpr Duration kReportPeriod = std::chrono::seconds(1);
 
 char letter_of(ProgramRun::Result result) {
   switch (result) {
@@ -88,12 +88,12 @@ ProgramOrder ProgramLoader::order(std::uint8_t node) const {
 
 void ProgramLoader::load(ProgramOrder order, Instant now) {
   tasks_.begin(std::make_unique<ProgramRun>(std::move(order)), now);
-  tell_at_ = earlier(tell_at_, now + kTellEvery);
+  report_at_ = earlier(report_at_, now + kReportPeriod);
 }
 
 void ProgramLoader::runs(std::uint8_t node, const ProgramRun* run, Instant now) {
   if (run != nullptr && steps_[node] == nullptr) {
-    tell_at_ = earlier(tell_at_, now + kTellEvery);
+    report_at_ = earlier(report_at_, now + kReportPeriod);
   }
   steps_[node] = run;
 }
@@ -104,16 +104,16 @@ const ProgramRun* ProgramLoader::running(std::uint8_t node) const {
 
 void ProgramLoader::advance(Instant now) {
   tasks_.advance(now);
-  if (now < tell_at_) {
+  if (now < report_at_) {
     return;
   }
-  tell_at_ = kNever;
+  report_at_ = kNever;
   for (std::uint8_t node = can::kMinNodeId; node <= can::kMaxNodeId; ++node) {
     const ProgramRun* run = running(node);
     if (run == nullptr) {
       continue;
     }
-    tell_at_ = now + kTellEvery;
+    report_at_ = now + kReportPeriod;
     events_.emit(
         {.time = now,
          .node = node,

@@ -42,7 +42,7 @@ class ProgramLoader {
   std::unique_ptr<ProgramRun> take_ended() { return tasks_.take_ended(); }
 
   void advance(Instant now);
-  Instant next_wake() const { return earlier(tasks_.next_wake(), tell_at_); }
+  Instant next_wake() const { return earlier(tasks_.next_wake(), report_at_); }
 
  private:
   class Step;
@@ -57,7 +57,7 @@ class ProgramLoader {
   ProgramObjects objects_;
   NodeTasks<ProgramRun> tasks_;
   std::array<const ProgramRun*, 128> steps_{};  // of boot processes, by node-ID
-  Instant tell_at_ = kNever;
+  Instant report_at_ = kNever;
 };
 
 }  // namespace linegate::manager

@@ -241,10 +241,10 @@ void Node::Impl::obey_error_behaviour(std::uint8_t error_class) {
 
 // Sends EMCY 6300h (data set) with storage::Damage in the first manufacturer byte. The error is
 // present until the next reset of the node: no error reset is sent before.
-void Node::Impl::tell_damage(storage::Damage what) {
+void Node::Impl::report_damage(storage::Damage what) {
   send_by_itself(emcy::kDataSet, errors.begin(emcy::kDataSet, emcy.error_register()),
                  {static_cast<std::byte>(what)});
-  tell_configuration_error({od::objects::kStoreParameters, 0}, abort_code(what));
+  report_configuration_error({od::objects::kStoreParameters, 0}, abort_code(what));
 }
 
 void Node::Impl::heartbeat_lost(std::uint8_t node, Instant deadline) {
@@ -314,7 +314,7 @@ void Node::Impl::rpdo_in_order(std::uint16_t number) {
   }
 }
 
-void Node::Impl::tell_configuration_error(od::Address place, AbortCode why) {
+void Node::Impl::report_configuration_error(od::Address place, AbortCode why) {
   events.emit(
       {.time = now,
        .node = options.node_id,
@@ -346,7 +346,7 @@ void Node::Impl::mpdo_malformed(const can::Frame& frame) {
 }
 
 void Node::Impl::pdo_unusable(od::Address place, AbortCode why) {
-  tell_configuration_error(place, why);
+  report_configuration_error(place, why);
   if (application != nullptr) {
     application->pdo_unusable(place, why);
   }

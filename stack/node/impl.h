@@ -53,7 +53,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   bool self_starting() const;  // by the options and 1F80h
   void state_changed(nmt::State before, Instant time);
   void keep_early_pdos();
-  void tell_state(nmt::State before, Instant time);
+  void report_state(nmt::State before, Instant time);
   bool serves(can::Service service) const { return nmt::is_served(service, slave.state()); }
 
   // --- frames: receive.cpp ----------------------------------------------------------------------
@@ -73,7 +73,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   void take_error_control(std::uint16_t index, const can::Frame& frame);
   void take_own_id(const can::Frame& frame);
   void take_own_emergency(const can::Frame& frame);
-  void tell_duplicate(nmt::State shown, Instant time);
+  void report_duplicate(nmt::State shown, Instant time);
   void take_emergency(std::uint16_t index, const can::Frame& frame);
   void hand_to_master_services(can::Target target, const can::Frame& frame);
   void malformed(const can::Frame& frame, std::uint8_t node);
@@ -101,8 +101,8 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
       end_error(emergency_code(fault), number);
     }
   }
-  void tell_configuration_error(od::Address place, AbortCode why);
-  void tell_damage(storage::Damage damage);
+  void report_configuration_error(od::Address place, AbortCode why);
+  void report_damage(storage::Damage damage);
   emcy::SendResult set_error(std::uint16_t code, std::span<const std::byte> info);
   bool reset_error(std::uint16_t code, std::span<const std::byte> info);
   emcy::SendResult report_error(std::uint16_t code, std::uint8_t bits,
@@ -165,9 +165,10 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   MasterServices* master_services = nullptr;
   Application* application = nullptr;
   NodeCounters counters;
-  Instant sync_queued{};             // time of the last SYNC of the own producer
-  std::uint64_t attended = 0;        // frames processed by receive(frame)
-  std::uint64_t emergency_told = 0;  // counters.received.frames at the last malformed EMCY reported
+  Instant sync_queued{};       // time of the last SYNC of the own producer
+  std::uint64_t attended = 0;  // frames processed by receive(frame)
+  std::uint64_t emergency_reported =
+      0;  // counters.received.frames at the last malformed EMCY reported
   CommunicationFaults faults;
   emcy::ErrorState errors;  // communication errors and the device's own
   struct Reported {
@@ -180,10 +181,10 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   std::uint8_t sticky = 0;                         // see ErrorScheme
   std::uint8_t device_temporary = 0;               // see Node::set_error_bits()
   can::BusState bus = can::BusState::unknown;
-  Instant next_overrun{};       // earliest time of the next report of lost frames
-  bool duplicate_told = false;  // reported since the last reset
+  Instant next_overrun{};           // earliest time of the next report of lost frames
+  bool duplicate_reported = false;  // reported since the last reset
   bool started = false;
-  std::uint64_t settled_writes = 0;  // Dictionary::writes_told() at the last settle()
+  std::uint64_t settled_writes = 0;  // Dictionary::writes_reported() at the last settle()
   // Of the stored parameters, reported after boot-up.
   storage::Damage damage = storage::Damage::none;
   Instant now{};  // time of the current call, for errors reported without a time

@@ -184,7 +184,7 @@ class Node {
   void advance(Instant now);
   Instant next_wake() const;
 
-  // Lets callers skip idle advance() calls: while this and dictionary().writes_told() are
+  // Lets callers skip idle advance() calls: while this and dictionary().writes_reported() are
   // unchanged, and no other function is called, only the PDOs can need service before
   // next_service(). A caller that skips advance() calls pass_time() before any other function.
   // Increases with each received frame except those copied into the image and requests answered

@@ -83,7 +83,7 @@ void Node::Impl::take_sdo(std::uint16_t index, const can::Frame& frame) {
   if (sdo::Server* const server = sdo.find(index); server != nullptr) {
     server->receive(frame, transmit);
   }
-  if (dictionary.writes_told() != settled_writes) [[unlikely]] {
+  if (dictionary.writes_reported() != settled_writes) [[unlikely]] {
     settle(frame.time);
   }
 }
@@ -266,7 +266,7 @@ void Node::Impl::take_own_id(const can::Frame& frame) {
     malformed(frame, options.node_id);
     return;
   }
-  tell_duplicate(content, frame.time);
+  report_duplicate(content, frame.time);
 }
 
 // A frame on 1014h. If a PDO or the EMCY of another node also has that COB-ID, it is no evidence.
@@ -276,16 +276,16 @@ void Node::Impl::take_own_emergency(const can::Frame& frame) {
     return;
   }
   if (emcy::decode(frame)) {
-    tell_duplicate(nmt::State::unknown, frame.time);
+    report_duplicate(nmt::State::unknown, frame.time);
   } else {
     malformed(frame, options.node_id);
   }
 }
 
 // Reports each boot-up message, and the first of the other messages.
-void Node::Impl::tell_duplicate(nmt::State shown, Instant time) {
-  if (shown == nmt::State::initialising || !duplicate_told) {
-    duplicate_told = true;
+void Node::Impl::report_duplicate(nmt::State shown, Instant time) {
+  if (shown == nmt::State::initialising || !duplicate_reported) {
+    duplicate_reported = true;
     events.emit({.time = time, .node = options.node_id, .data = event::DuplicateNodeId{shown}});
   }
   begin(Fault::node_id, 0);
@@ -305,7 +305,7 @@ void Node::Impl::take_emergency(std::uint16_t index, const can::Frame& frame) {
     return;
   }
   // Count the frame once, even if several sub-indices of 1028h have its COB-ID.
-  if (std::exchange(emergency_told, counters.received.frames) != counters.received.frames) {
+  if (std::exchange(emergency_reported, counters.received.frames) != counters.received.frames) {
     malformed(frame, node);
   }
 }

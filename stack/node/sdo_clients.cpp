@@ -83,7 +83,7 @@ void SdoClients::receive(std::uint16_t index, const can::Frame& frame, can::Tran
   if (entry != nullptr && entry->client->receive(frame, queue) == sdo::Receipt::malformed) {
     ++malformed_;
     const auto server = dictionary_.number({entry->index, kServerSub}).value_or(0);
-    sdo::tell_malformed(frame, static_cast<std::uint8_t>(server), events_);
+    sdo::report_malformed(frame, static_cast<std::uint8_t>(server), events_);
   }
 }
 

@@ -102,11 +102,11 @@ void Node::Impl::command(nmt::Command command, Instant time) {
       state_changed(before, time);
       return;
     case nmt::Effect::reset_node:
-      tell_state(before, time);
+      report_state(before, time);
       reset(true, time);
       return;
     case nmt::Effect::reset_communication:
-      tell_state(before, time);
+      report_state(before, time);
       reset(false, time);
       return;
   }
@@ -143,7 +143,7 @@ void Node::Impl::boot(Instant time) {
   reported_count = 0;
   sticky = 0;
   device_temporary = 0;
-  duplicate_told = false;
+  duplicate_reported = false;
   sync.configure();
   clock.configure();
   emcy.configure();
@@ -158,7 +158,7 @@ void Node::Impl::boot(Instant time) {
   slave.booted();
   state_changed(nmt::State::initialising, time);
   if (damage != storage::Damage::none) {
-    tell_damage(std::exchange(damage, storage::Damage::none));
+    report_damage(std::exchange(damage, storage::Damage::none));
   }
   if (self_starting()) {
     command(nmt::Command::start, time);
@@ -186,7 +186,7 @@ void Node::Impl::state_changed(nmt::State before, Instant time) {
   pdos.set_operational(state == nmt::State::operational, time);
   keep_early_pdos();
   settle(time);
-  tell_state(before, time);
+  report_state(before, time);
   if (application != nullptr) {
     application->state_changed(state, time);
   }
@@ -196,7 +196,7 @@ void Node::Impl::keep_early_pdos() {
   pdos.keep_early(!options.nmt_slave && slave.state() == nmt::State::pre_operational);
 }
 
-void Node::Impl::tell_state(nmt::State before, Instant time) {
+void Node::Impl::report_state(nmt::State before, Instant time) {
   events.emit({.time = time,
                .node = options.node_id,
                .data = event::OwnState{
@@ -248,7 +248,7 @@ void Node::Impl::settle(Instant time) {
   heartbeat.settle(time);
   sdo.settle();
   sdo_clients.settle();
-  settled_writes = dictionary.writes_told();
+  settled_writes = dictionary.writes_reported();
 }
 
 }  // namespace linegate::node

@@ -103,7 +103,7 @@ void Nodes::assume(std::uint8_t id, nmt::Command command) {
     set_state(id, nmt::State::unknown);
     listener_.node_data_invalid(id);
     reset_[id] = true;
-  } else if (!tells_state_[id] && !reset_[id]) {
+  } else if (!reports_state_[id] && !reset_[id]) {
     set_state(id, nmt::state_after(command));
   }
 }
@@ -121,7 +121,7 @@ void Nodes::set_state(std::uint8_t id, nmt::State state) {
 
 void Nodes::heard_pdo(std::uint8_t node, Instant now) {
   NodeState& seen = nodes_[node];
-  if (tells_state_[node]) {
+  if (reports_state_[node]) {
     return;
   }
   seen.last_heard = now;
@@ -198,7 +198,7 @@ void Nodes::boot_up(std::uint8_t id, Instant now) {
     changed_itself(id, nmt::State::initialising, nodes_[id].state, now);
   }
   heard(id, nmt::State::initialising, now);
-  tells_state_[id] = false;
+  reports_state_[id] = false;
   nodes_[id].heartbeat_monitored = false;
   // A node enters it by itself right after the boot-up message
   nodes_[id].state = nmt::State::pre_operational;
@@ -211,7 +211,8 @@ void Nodes::boot_up(std::uint8_t id, Instant now) {
 
 void Nodes::heartbeat(std::uint8_t id, nmt::State state, Instant now) {
   NodeState& seen = nodes_[id];
-  const bool news = seen.state != state || seen.presence != Presence::present || !tells_state_[id];
+  const bool news =
+      seen.state != state || seen.presence != Presence::present || !reports_state_[id];
   const auto twin =
       heartbeats_.guarded(id) ? event::SharedIdEvidence::none : shared_.heartbeat(id, state, now);
   if (twin != event::SharedIdEvidence::none) {
@@ -231,7 +232,7 @@ void Nodes::heartbeat(std::uint8_t id, nmt::State state, Instant now) {
   if (was_present && changes_.shows(seen, state)) {
     changed_itself(id, state, before, now);
   }
-  tells_state_[id] = true;
+  reports_state_[id] = true;
   seen.state = state;
   seen.heartbeat_monitored = heartbeats_.monitored(id);
   touch(id);

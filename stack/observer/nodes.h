@@ -95,7 +95,7 @@ class Nodes final : nmt::HeartbeatListener, emcy::Listener {
   nmt::LifeSigns life_;                         // of nodes whose error control is not monitored
   std::array<Duration, 128> heartbeat_time_{};  // configured consumer heartbeat time
   // A heartbeat or guard answer was received since its boot-up message
-  std::array<bool, 128> tells_state_{};
+  std::array<bool, 128> reports_state_{};
   std::array<bool, 128> reset_{};             // reset by an NMT command, and not received since
   std::array<Duration, 128> guarded_time_{};  // configured life time
 };

@@ -214,21 +214,21 @@ std::optional<std::uint64_t> number_in(const Variable& variable) {
 
 void Dictionary::notify(Address address, const Variable& variable) {
   if (variable.hook != nullptr) {
-    ++writes_told_;
+    ++writes_reported_;
     variable.hook->written(address);
   }
 }
 
-void Dictionary::store_and_tell(Address address, Variable& variable,
-                                std::span<const std::byte> value) {
+void Dictionary::store_and_notify(Address address, Variable& variable,
+                                  std::span<const std::byte> value) {
   const std::uint32_t before = variable.size;
   const bool news = store(*objects_, address, variable, value);
   if (reshaped(*objects_, address, variable, before)) {
-    tell_observers(address.index);
+    notify_observers(address.index);
   }
   notify(address, variable);
   if (news) {
-    tell_changed(address);
+    notify_changed(address);
   }
 }
 
@@ -237,7 +237,7 @@ AbortCode Dictionary::execute_and_store(Address address, Variable& variable,
                                         std::span<const std::byte> value) {
   const AbortCode why = execute(address, variable, value);
   if (why == AbortCode::none) {
-    store_and_tell(address, variable, value);
+    store_and_notify(address, variable, value);
   }
   return why;
 }
@@ -334,7 +334,7 @@ AbortCode Dictionary::write_all(std::span<const Assignment> values, std::size_t*
     }
   }
   for (const std::uint16_t index : moved) {
-    tell_observers(index);
+    notify_observers(index);
   }
   for (const auto& [address, value] : values) {
     const Variable* variable = objects_->find(address, element, why);
@@ -343,7 +343,7 @@ AbortCode Dictionary::write_all(std::span<const Assignment> values, std::size_t*
     }
   }
   for (const Address address : changed) {
-    tell_changed(address);
+    notify_changed(address);
   }
   return AbortCode::none;
 }
@@ -373,7 +373,7 @@ bool Dictionary::set(Address address, std::span<const std::byte> value) {
   if (variable == nullptr || check_length(*variable, value.size()) != AbortCode::none) {
     return false;
   }
-  store_and_tell(address, *variable, value);
+  store_and_notify(address, *variable, value);
   return true;
 }
 
@@ -390,7 +390,7 @@ bool Dictionary::restore(Address address, std::span<const std::byte> value) {
   const std::uint32_t before = variable->size;
   (void)store(*objects_, address, *variable, value);
   if (reshaped(*objects_, address, *variable, before)) {
-    tell_observers(address.index);
+    notify_observers(address.index);
   }
   return true;
 }
@@ -404,7 +404,7 @@ bool Dictionary::restore(Address address, std::span<const std::byte> value) {
     return false;
   }
   if (replace_number(*variable, value) && variable->followed != 0) {
-    tell_changed(address, variable->followed);
+    notify_changed(address, variable->followed);
   }
   return true;
 }
@@ -421,7 +421,7 @@ bool Dictionary::set_hooked_number(Address address, std::uint64_t value, bool ne
   const bool news = replace_number(*variable, value);
   notify(address, *variable);
   if (news) {
-    tell_changed(address);
+    notify_changed(address);
   }
   return true;
 }

@@ -161,7 +161,7 @@ Result<void> Dictionary::add(const ObjectDescription& object) {
   slot.highest = highest;
   slot.kind = Slot::Kind::plain;
   objects_->insert(object.index, std::move(details));
-  tell_observers(object.index);
+  notify_observers(object.index);
   return {};
 }
 
@@ -171,7 +171,7 @@ Result<void> Dictionary::remove(std::uint16_t index) {
   }
   deferrals_->refuse(index, nullptr, AbortCode::no_object);
   objects_->erase(index);
-  tell_observers(index);
+  notify_observers(index);
   return {};
 }
 
@@ -190,7 +190,7 @@ Result<void> Dictionary::bind(Address address, std::byte* data, bool kept) {
   variable->elsewhere = true;
   objects_->details(address).kept = kept;
   objects_->look_at(address.index);
-  tell_observers(address.index);
+  notify_observers(address.index);
   return {};
 }
 
@@ -224,7 +224,7 @@ Result<void> Dictionary::add_window(std::uint16_t index, DataType type, Access a
   slot.highest = count;
   slot.kind = Slot::Kind::window;
   objects_->insert(index, std::move(details));
-  tell_observers(index);
+  notify_observers(index);
   return {};
 }
 

@@ -243,7 +243,7 @@ class Dictionary {
 
   // Increases whenever a hook is informed of a write: as long as it is unchanged, no service
   // parameter has changed.
-  std::uint64_t writes_told() const { return writes_told_; }
+  std::uint64_t writes_reported() const { return writes_reported_; }
 
   // The value as an unsigned number, zero-extended; nothing if there is no such variable, or its
   // size is 0 or more than 8 bytes. Hooks are not called.
@@ -257,19 +257,19 @@ class Dictionary {
   void notify(Address address, const Variable& variable);
   AbortCode execute_and_store(Address address, Variable& variable,
                               std::span<const std::byte> value);
-  void store_and_tell(Address address, Variable& variable, std::span<const std::byte> value);
+  void store_and_notify(Address address, Variable& variable, std::span<const std::byte> value);
   void point_at(std::uint16_t index, Hook* hook);
   Ticket put_off(Address address);
   Ticket put_off_stream(Address address, bool writing);
-  void tell_changed(Address address);
-  void tell_changed(Address address, FollowMark mark);
-  void tell_observers(std::uint16_t index);
+  void notify_changed(Address address);
+  void notify_changed(Address address, FollowMark mark);
+  void notify_observers(std::uint16_t index);
 
   std::unique_ptr<SlotPages> slots_;
   std::unique_ptr<ObjectTable> objects_;  // uses slots_
   std::unique_ptr<Deferrals> deferrals_;
   std::vector<Observer*> observers_;
-  std::uint64_t writes_told_ = 0;
+  std::uint64_t writes_reported_ = 0;
 };
 
 }  // namespace linegate::od

@@ -22,7 +22,7 @@ void Dictionary::point_at(std::uint16_t index, Hook* hook) {
   }
   objects_->look_at(index);
   if (changed) {
-    tell_observers(index);
+    notify_observers(index);
   }
 }
 
@@ -106,22 +106,22 @@ Result<void> Dictionary::follow(Address address, FollowMark mark) {
 }
 
 // Called after the hooks, which may have changed the mark of the value or removed the value.
-void Dictionary::tell_changed(Address address) {
+void Dictionary::notify_changed(Address address) {
   Variable element;
   AbortCode why = AbortCode::none;
   const Variable* const variable = objects_->find(address, element, why);
   if (variable != nullptr && variable->followed != 0) {
-    tell_changed(address, variable->followed);
+    notify_changed(address, variable->followed);
   }
 }
 
-[[gnu::hot]] void Dictionary::tell_changed(Address address, FollowMark mark) {
+[[gnu::hot]] void Dictionary::notify_changed(Address address, FollowMark mark) {
   for (std::size_t i = 0; i < observers_.size(); ++i) {
     observers_[i]->changed(address, mark);
   }
 }
 
-void Dictionary::tell_observers(std::uint16_t index) {
+void Dictionary::notify_observers(std::uint16_t index) {
   for (std::size_t i = 0; i < observers_.size(); ++i) {
     observers_[i]->reshaped(index);
   }

@@ -64,8 +64,8 @@ std::vector<Diagnostic> Engine::Impl::configure() {
   details.assign(rpdo_count, {});
   shadows.reset(rpdo_count);
   tpdos.assign(tpdo_count, {});
-  told_rpdos.assign(rpdo_count, {});
-  told_tpdos.assign(tpdo_count, {});
+  reported_rpdos.assign(rpdo_count, {});
+  reported_tpdos.assign(tpdo_count, {});
   inputs->grow_pdos(rpdo_count);
   outputs->grow_pdos(tpdo_count);
   long_shadows.clear();
@@ -127,8 +127,8 @@ Engine::Impl::Problem Engine::Impl::compile(PdoKind kind, std::uint16_t number) 
   const auto slot = static_cast<std::uint16_t>(number - 1U);
   stop(kind, slot);
   Problem problem = try_to_compile(kind, number);
-  const ToldProblem present{problem.why, problem.place};
-  ToldProblem& reported = kind == PdoKind::rpdo ? told_rpdos[slot] : told_tpdos[slot];
+  const ReportedProblem present{problem.why, problem.place};
+  ReportedProblem& reported = kind == PdoKind::rpdo ? reported_rpdos[slot] : reported_tpdos[slot];
   const bool news = std::exchange(reported, present) != present;
   if (news && problem.why != AbortCode::none && listener != nullptr) {
     listener->pdo_unusable(problem.place, problem.why);
@@ -338,10 +338,10 @@ void Engine::Impl::stop(PdoKind kind, std::uint16_t slot) {
     const bool refused = details[slot].refused;
     details[slot] = {};
     std::uint32_t& attention = inputs->pdo(slot).attention;
-    const bool in_error = refused || (attention & (kTimedOut | kLengthTold)) != 0;
+    const bool in_error = refused || (attention & (kTimedOut | kLengthReported)) != 0;
     attention &= image::PdoState::kNotValid;
     if (in_error) {
-      tell_in_order(slot);
+      report_valid_length(slot);
     }
     shadows.remove(slot);
     asked.clear(slot);

@@ -95,7 +95,7 @@ std::vector<od::Address> Engine::Impl::watched_objects(std::uint16_t rpdo) const
 }
 
 // A hook may change PDOs, including this one.
-void Engine::Impl::tell_watched(std::uint16_t slot) {
+void Engine::Impl::notify_watched(std::uint16_t slot) {
   for (std::size_t i = 0; slot < details.size() && i < details[slot].watched.size(); ++i) {
     dictionary.came_by_rpdo(details[slot].watched[i]);
   }

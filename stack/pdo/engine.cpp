@@ -120,11 +120,11 @@ void Engine::sync_handed_out(Instant now) {
 }
 
 bool Engine::any_unusable() const {
-  const auto is_problem = [](const Impl::ToldProblem& reported) {
+  const auto is_problem = [](const Impl::ReportedProblem& reported) {
     return reported.why != AbortCode::none;
   };
-  return std::ranges::any_of(impl_->told_rpdos, is_problem) ||
-         std::ranges::any_of(impl_->told_tpdos, is_problem);
+  return std::ranges::any_of(impl_->reported_rpdos, is_problem) ||
+         std::ranges::any_of(impl_->reported_tpdos, is_problem);
 }
 
 void Engine::set_sync_window(Duration window) {

@@ -33,9 +33,10 @@ namespace linegate::pdo {
 
 // Reasons in image::PdoState::attention besides kNotValid.
 enum Attention : std::uint32_t {
-  kFirst = 0x02,      // no frame yet since Operational: the deadline starts with the first one
-  kTimedOut = 0x04,   // the deadline was missed
-  kLengthTold = 0x08  // a wrong length was reported; the next frame of the right length clears it
+  kFirst = 0x02,     // no frame yet since Operational: the deadline starts with the first one
+  kTimedOut = 0x04,  // the deadline was missed
+  kLengthReported =
+      0x08  // a wrong length was reported; the next frame of the right length clears it
 };
 
 // The part of an RPDO that is needed for each frame. Frames of up to 8 bytes are one word.
@@ -135,10 +136,10 @@ struct Engine::Impl final : od::Hook, od::Observer {
     std::string text{};
   };
   // The last problem of a PDO that was reported to the listener; none after it ended.
-  struct ToldProblem {
+  struct ReportedProblem {
     AbortCode why = AbortCode::none;
     od::Address place{};
-    bool operator==(const ToldProblem&) const = default;
+    bool operator==(const ReportedProblem&) const = default;
   };
   // Reports a new problem to the listener.
   Problem compile(PdoKind kind, std::uint16_t number);
@@ -166,7 +167,7 @@ struct Engine::Impl final : od::Hook, od::Observer {
   void follow_sources();
   bool depends_on(PdoKind kind, std::uint16_t number, std::uint16_t index) const;
   std::vector<od::Address> watched_objects(std::uint16_t rpdo) const;
-  void tell_watched(std::uint16_t slot);
+  void notify_watched(std::uint16_t slot);
 
   // --- data derived from all PDOs together (schedule.cpp) ---------------------------------------
   void lay_out();
@@ -224,8 +225,8 @@ struct Engine::Impl final : od::Hook, od::Observer {
   void commit(const Shadow& shadow);
   can::Frame remote_frame(std::uint16_t slot) const;
   void check_deadline(std::uint16_t slot, Instant now);
-  void tell_length(std::uint16_t slot, const can::Frame& frame);
-  void tell_in_order(std::uint16_t slot);
+  void report_length(std::uint16_t slot, const can::Frame& frame);
+  void report_valid_length(std::uint16_t slot);
   void open_window(Instant sync);
   void close_window(Instant now) {
     if (window_open && now >= window_end) [[unlikely]] {
@@ -324,8 +325,8 @@ struct Engine::Impl final : od::Hook, od::Observer {
   std::vector<LinkedPdo> linked_rpdos;
   std::vector<LinkedPdo> linked_tpdos;
   std::vector<RpdoDetails> details;
-  std::vector<ToldProblem> told_rpdos;  // by slot
-  std::vector<ToldProblem> told_tpdos;
+  std::vector<ReportedProblem> reported_rpdos;  // by slot
+  std::vector<ReportedProblem> reported_tpdos;
   std::vector<std::array<std::byte, can::kMaxFdData>> long_shadows;  // frames longer than 8 bytes
 
   std::vector<Tpdo> tpdos;

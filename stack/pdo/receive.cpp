@@ -124,7 +124,7 @@ void Engine::Impl::take(std::uint16_t slot, const std::byte* data, Instant time,
     listener->rpdo_received(static_cast<std::uint16_t>(slot + 1), time);
   }
   if (watched) [[unlikely]] {
-    tell_watched(slot);
+    notify_watched(slot);
   }
 }
 
@@ -166,12 +166,12 @@ void Engine::Impl::receive_wrong_length(std::uint16_t slot, const can::Frame& fr
   const auto unchanged = [&] {  // whether the listener left the RPDO unchanged
     return slot < details.size() && details[slot].active && details[slot].cob_id == cob_id;
   };
-  tell_length(slot, frame);
+  report_length(slot, frame);
   if (too_short || !unchanged()) {
     return;
   }
   // Only a frame of the right length clears the mark of a wrong length.
-  const std::uint32_t mark = inputs->pdo(slot).attention & kLengthTold;
+  const std::uint32_t mark = inputs->pdo(slot).attention & kLengthReported;
   inputs->pdo(slot).attention &= ~mark;
   if (is_synchronous(details[slot].type)) {
     defer(slot, frame);
@@ -269,10 +269,10 @@ void Engine::Impl::attend_reception(std::uint16_t slot, Instant time) {
   if ((attention & (kFirst | kTimedOut)) != 0 && details[slot].deadline > Duration::zero()) {
     timers.set(slot, time + details[slot].deadline);
   }
-  const bool right_again = (attention & kLengthTold) != 0;
+  const bool right_again = (attention & kLengthReported) != 0;
   attention &= image::PdoState::kNotValid;
   if (right_again) {
-    tell_in_order(slot);
+    report_valid_length(slot);
   }
 }
 
@@ -302,12 +302,12 @@ bool Engine::timed_out(std::uint16_t rpdo) const {
 
 // Reports a wrong length once until a frame of the right length arrives, because a misconfigured
 // device sends continuously.
-void Engine::Impl::tell_length(std::uint16_t slot, const can::Frame& frame) {
+void Engine::Impl::report_length(std::uint16_t slot, const can::Frame& frame) {
   std::uint32_t& attention = inputs->pdo(slot).attention;
-  if ((attention & kLengthTold) != 0) {
+  if ((attention & kLengthReported) != 0) {
     return;
   }
-  attention |= kLengthTold;
+  attention |= kLengthReported;
   const auto mapped = static_cast<unsigned>(details[slot].plan.bytes());
   report(slot, frame.time,
          event::PdoLength{.number = static_cast<std::uint16_t>(slot + 1),
@@ -318,7 +318,7 @@ void Engine::Impl::tell_length(std::uint16_t slot, const can::Frame& frame) {
   }
 }
 
-void Engine::Impl::tell_in_order(std::uint16_t slot) {
+void Engine::Impl::report_valid_length(std::uint16_t slot) {
   if (listener != nullptr) {
     listener->rpdo_in_order(static_cast<std::uint16_t>(slot + 1));
   }

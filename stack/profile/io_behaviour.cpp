@@ -34,15 +34,16 @@ std::uint64_t scaled(std::uint64_t value, std::int64_t factor, std::int64_t offs
 bool IoBehaviour::is_reported(od::Address input, std::uint64_t before, std::uint64_t now) {
   switch (input.index) {
     case cia401::kDigitalInputs:
-      return digital_tells(input.sub, before, now);
+      return digital_triggers(input.sub, before, now);
     case cia401::kAnalogueInputs:
-      return analogue_tells(input.sub, now);
+      return analogue_triggers(input.sub, now);
     default:
       return true;
   }
 }
 
-bool IoBehaviour::digital_tells(std::uint8_t sub, std::uint64_t before, std::uint64_t now) const {
+bool IoBehaviour::digital_triggers(std::uint8_t sub, std::uint64_t before,
+                                   std::uint64_t now) const {
   if (dictionary_.number({cia401::kDigitalInterrupts, 0}).value_or(1) == 0) {
     return false;
   }
@@ -56,19 +57,19 @@ bool IoBehaviour::digital_tells(std::uint8_t sub, std::uint64_t before, std::uin
          (before & ~now & falling.value_or(0)) != 0;
 }
 
-bool IoBehaviour::analogue_tells(std::uint8_t sub, std::uint64_t now) {
+bool IoBehaviour::analogue_triggers(std::uint8_t sub, std::uint64_t now) {
   if (dictionary_.number({cia401::kAnalogueInterrupts, 0}).value_or(1) == 0) {
     return false;
   }
   const std::int64_t value = integer16(now);
   const std::uint64_t trigger =
       dictionary_.number({cia401::kAnalogueTrigger, sub}).value_or(kChanged);
-  const auto last = told_.find(sub);
+  const auto last = reported_.find(sub);
   if (!beyond_limits(sub, trigger, value) ||
-      (last != told_.end() && !differs(sub, trigger, value - last->second))) {
+      (last != reported_.end() && !differs(sub, trigger, value - last->second))) {
     return false;
   }
-  told_[sub] = static_cast<std::int16_t>(value);
+  reported_[sub] = static_cast<std::int16_t>(value);
   return true;
 }
 

@@ -44,14 +44,14 @@ class IoBehaviour {
   void take_error_values();
 
  private:
-  bool digital_tells(std::uint8_t sub, std::uint64_t before, std::uint64_t now) const;
-  bool analogue_tells(std::uint8_t sub, std::uint64_t now);
+  bool digital_triggers(std::uint8_t sub, std::uint64_t before, std::uint64_t now) const;
+  bool analogue_triggers(std::uint8_t sub, std::uint64_t now);
   std::int64_t integer(std::uint16_t index, std::uint8_t sub, std::int64_t otherwise) const;
   bool beyond_limits(std::uint8_t sub, std::uint64_t trigger, std::int64_t value) const;
   bool differs(std::uint8_t sub, std::uint64_t trigger, std::int64_t by) const;
 
   od::Dictionary& dictionary_;
-  std::map<std::uint8_t, std::int16_t> told_;  // last 6401h that requested a TPDO
+  std::map<std::uint8_t, std::int16_t> reported_;  // last 6401h that requested a TPDO
 };
 
 }  // namespace linegate::profile

@@ -94,9 +94,9 @@ void EmcyRouter::forward(const ForwardedEmcy& emcy, std::uint32_t networks, Inst
     const Route* const route = table.find(static_cast<std::uint16_t>(network), config_.interface);
     if (route == nullptr) {
       ++counters_.emcy_dropped;
-      tell_refused(events_, RoutedService::emcy, emcy.network,
-                   {.network = static_cast<std::uint16_t>(network), .node = 0},
-                   AbortCode::invalid_value, now);
+      report_refused(events_, RoutedService::emcy, emcy.network,
+                     {.network = static_cast<std::uint16_t>(network), .node = 0},
+                     AbortCode::invalid_value, now);
       continue;
     }
     if (interfaces.test(route->interface)) {
@@ -123,8 +123,8 @@ void EmcyRouter::deliver(const Message& message, Instant now) {
   }
   if (!may_enter(message.source)) {
     ++counters_.not_permitted;
-    tell_refused(events_, RoutedService::emcy, message.source,
-                 {.network = message.network, .node = 0}, AbortCode::local_control, now);
+    report_refused(events_, RoutedService::emcy, message.source,
+                   {.network = message.network, .node = 0}, AbortCode::local_control, now);
     return;
   }
   if (emcy->network == network_ || !is_new(*emcy, now)) {

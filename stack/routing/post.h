@@ -48,8 +48,8 @@ inline std::uint64_t word_of(const Message& message) {
 
 enum class RoutedService : std::uint8_t { sdo, emcy, pdo };
 
-inline void tell_refused(EventLog& events, RoutedService service, std::uint16_t source,
-                         const Indication& target, AbortCode why, Instant now) {
+inline void report_refused(EventLog& events, RoutedService service, std::uint16_t source,
+                           const Indication& target, AbortCode why, Instant now) {
   events.emit({.time = now,
                .data = event::RoutingRefused{.abort = why,
                                              .source = source,

@@ -170,8 +170,8 @@ void SdoEgress::open(const Message& message, Instant now) {
   if (!may_read && !may_write) {
     const AbortCode why = AbortCode::local_control;
     ++counters_.not_permitted;
-    tell_refused(events_, RoutedService::sdo, message.source,
-                 {.network = message.network, .node = message.node}, why, now);
+    report_refused(events_, RoutedService::sdo, message.source,
+                   {.network = message.network, .node = message.node}, why, now);
     (void)post_.send(refusal(message, why));
     return;
   }
@@ -284,7 +284,7 @@ void SdoEgress::request(Passage& passage, std::uint64_t word, Instant now) {
   }
   if (const AbortCode why = not_permitted(passage, word); why != AbortCode::none) {
     ++counters_.not_permitted;
-    tell_refused(events_, RoutedService::sdo, passage.source, passage.target, why, now);
+    report_refused(events_, RoutedService::sdo, passage.source, passage.target, why, now);
     abort_server(passage, AbortCode::general, now);
     (void)answer(passage, sdo::abort_word(sdo::multiplexer(word), why));
     release(passage, why);

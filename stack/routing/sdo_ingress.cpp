@@ -135,7 +135,7 @@ void SdoIngress::request(ClientSide& side, std::uint64_t word, Instant now) {
       return;
     case Connection::State::opening:
       if (is_sdo_abort(word)) {
-        tell_exit(*connection, AbortCode::general);
+        close_exit(*connection, AbortCode::general);
         release(*connection, now);
       } else {
         give(*connection, sdo::abort_word(sdo::multiplexer(word), AbortCode::device_state), now);
@@ -153,7 +153,7 @@ void SdoIngress::indication(ClientSide& side, std::uint64_t word, Instant now) {
     }
     if (old->state != Connection::State::draining) {
       count_end(*old, SdoPhase::End::aborted, AbortCode::general, now);
-      tell_exit(*old, AbortCode::general);
+      close_exit(*old, AbortCode::general);
     }
     free(*old);
   }
@@ -240,8 +240,8 @@ void SdoIngress::route_failed(Connection& connection, AbortCode why, Instant now
 
 void SdoIngress::refuse(Connection& connection, AbortCode why, Instant now) {
   ++counters_.refused;
-  tell_refused(events_, RoutedService::sdo, source_of(*connection.side),
-               decode_indication(connection.word), why, now);
+  report_refused(events_, RoutedService::sdo, source_of(*connection.side),
+                 decode_indication(connection.word), why, now);
   connection.waiting.clear();  // refusals of requests that arrived before the route was open
   give(connection, sdo::abort_word({}, why), now);
   release(connection, now);
@@ -250,7 +250,7 @@ void SdoIngress::refuse(Connection& connection, AbortCode why, Instant now) {
 void SdoIngress::armed(Connection& connection, std::uint64_t word, Instant now) {
   if (is_sdo_abort(word)) {
     count_end(connection, SdoPhase::End::aborted, AbortCode::general, now);
-    tell_exit(connection, AbortCode::general);
+    close_exit(connection, AbortCode::general);
     release(connection, now);
   } else if (SdoPhase::initiates(word)) {
     connection.state = Connection::State::forward;
@@ -279,7 +279,7 @@ void SdoIngress::gone(ClientSide& side) {
   if (Connection* const connection = of(side)) {
     if (connection->state != Connection::State::draining) {
       count_end(*connection, SdoPhase::End::aborted, AbortCode::general, now_);
-      tell_exit(*connection, AbortCode::general);
+      close_exit(*connection, AbortCode::general);
     }
     free(*connection);
   }
@@ -391,13 +391,13 @@ void SdoIngress::free(Connection& connection) {
 // Frames that still wait are obsolete, because the client gets an abort.
 void SdoIngress::break_down(Connection& connection, AbortCode why, Instant now) {
   count_end(connection, SdoPhase::End::aborted, why, now);
-  tell_exit(connection, why);
+  close_exit(connection, why);
   connection.waiting.clear();
   give(connection, sdo::abort_word(connection.phase.address(), why), now);
   release(connection, now);
 }
 
-void SdoIngress::tell_exit(const Connection& connection, AbortCode why) {
+void SdoIngress::close_exit(const Connection& connection, AbortCode why) {
   (void)post_.send(to_connection(MessageKind::sdo_close, connection.to, connection.number,
                                  static_cast<std::uint32_t>(why)));
 }
@@ -494,12 +494,12 @@ void SdoIngress::expire(Connection& connection, Instant now) {
   connection.deadline = kNever;
   switch (connection.state) {
     case Connection::State::opening:
-      tell_exit(connection, AbortCode::timeout);
+      close_exit(connection, AbortCode::timeout);
       route_failed(connection, AbortCode::timeout, now);
       return;
     case Connection::State::armed:
       count_end(connection, SdoPhase::End::aborted, AbortCode::timeout, now);
-      tell_exit(connection, AbortCode::timeout);
+      close_exit(connection, AbortCode::timeout);
       release(connection, now);
       return;
     default:

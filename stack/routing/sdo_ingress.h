@@ -97,7 +97,7 @@ class SdoIngress {
   void count_end(Connection& connection, SdoPhase::End how, AbortCode why, Instant now);
   void report_opened(const Connection& connection, Instant now);
   void report_ended(const Connection& connection, AbortCode why, Instant now);
-  void tell_exit(const Connection& connection, AbortCode why);
+  void close_exit(const Connection& connection, AbortCode why);
   // Passes on the waiting frames, then releases the client's side.
   void release(Connection& connection, Instant now);
   void free(Connection& connection);

@@ -25,10 +25,10 @@ class Trace {
     }
     if (now >= second_ + std::chrono::seconds(1)) {
       second_ = now;
-      told_ = 0;
+      reported_ = 0;
     }
-    const bool admitted = told_ < kMostASecond;
-    ++(admitted ? told_ : withheld_);
+    const bool admitted = reported_ < kMostASecond;
+    ++(admitted ? reported_ : withheld_);
     return admitted;
   }
   // Number of connections that were not reported since the last call.
@@ -37,7 +37,7 @@ class Trace {
  private:
   Instant end_{};
   Instant second_{};
-  std::uint32_t told_ = 0;
+  std::uint32_t reported_ = 0;
   std::uint32_t withheld_ = 0;
 };
 

@@ -203,7 +203,7 @@ void Arbiter::serve(Channel& channel, Instant now) {
       if (!outcome->refused) {
         channel.doubles.disturb(now);
       }
-      tell_abort(*channel.current, outcome->abort, now);
+      report_abort(*channel.current, outcome->abort, now);
     } else if (channel.current->address == kProducerHeartbeatTime) {
       channel.producer_time = channel.current->write ? channel.written_producer_time
                               : outcome->data.size() == 2
@@ -300,7 +300,7 @@ void Arbiter::response(Channel& channel, const can::Frame& frame) {
       break;
     case Receipt::malformed:
       ++counters_.malformed;
-      tell_malformed(frame, channel.node, events_);
+      report_malformed(frame, channel.node, events_);
       break;
   }
 }
@@ -337,7 +337,7 @@ void Arbiter::release(ChannelUser& user, std::uint8_t node, std::uint64_t number
     each.client.expect_stray();  // the pending answer
     each.client.expect_stray();  // an abort by the server, if it times out too
     if (address != od::Address{}) {
-      tell_abort(*each.current, outcome, now_);
+      report_abort(*each.current, outcome, now_);
     }
   }
   count(outcome);
@@ -389,7 +389,7 @@ Request Arbiter::abort_running(Channel& channel, AbortCode code) {
   return *std::exchange(channel.current, std::nullopt);
 }
 
-void Arbiter::tell_abort(const Request& request, AbortCode code, Instant now) {
+void Arbiter::report_abort(const Request& request, AbortCode code, Instant now) {
   if (request.priority != Priority::command && request.priority != Priority::routing) {
     return;
   }

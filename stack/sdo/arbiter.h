@@ -129,7 +129,7 @@ class Arbiter {
   void cancel_running(Channel& channel, AbortCode code);
   Request abort_running(Channel& channel, AbortCode code);
   static bool is_current(const Channel& channel, const RequestOwner& owner, std::uint64_t number);
-  void tell_abort(const Request& request, AbortCode code, Instant now);
+  void report_abort(const Request& request, AbortCode code, Instant now);
 
   can::Dispatch& dispatch_;
   can::TransmitQueue& transmit_;

@@ -150,7 +150,7 @@ void Client::begin(od::Address address, bool write, od::ByteSink* into, Duration
 void Client::start(Instant now, can::TransmitQueue& queue) {
   toggle_ = false;
   tried_block_ = false;
-  told_size_.reset();
+  announced_size_.reset();
   const bool block = options_.transfer == Transfer::block ||
                      (writing_ && worth_a_block(source_.size())) ||
                      (into_ != nullptr && worth_a_block(std::nullopt));
@@ -290,7 +290,7 @@ AbortCode Client::upload_initiated(std::uint64_t word, Instant now, can::Transmi
     return why;
   }
   if (announced && !tried_block_ && worth_a_block(*announced)) {
-    told_size_ = announced;
+    announced_size_ = announced;
     // The upload is open: a server may refuse a block initiate before its end.
     outbox_.send(abort_word(address_, AbortCode::general), now, queue);
     expect_stray();  // some servers answer an abort

@@ -254,10 +254,10 @@ class Client {
   Instant look_again_ = kNever;  // end of the state unanswered_, or time of the next check
   std::optional<std::uint64_t> held_;  // the first request, while it waits for unanswered_
 
-  bool tried_block_ = false;                // in this transfer
-  bool blocks_refused_ = false;             // by the server, as far as known
-  bool block_unanswered_ = false;           // the previous block initiate was not answered
-  std::optional<std::uint32_t> told_size_;  // size indicated to a read that changes to blocks
+  bool tried_block_ = false;                     // in this transfer
+  bool blocks_refused_ = false;                  // by the server, as far as known
+  bool block_unanswered_ = false;                // the previous block initiate was not answered
+  std::optional<std::uint32_t> announced_size_;  // size indicated to a read that changes to blocks
   // block_download: time of the next segments; block_upload: time of a stall.
   Instant block_wake_ = kNever;
   BlockSender sender_;

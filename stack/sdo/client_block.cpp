@@ -36,10 +36,10 @@ void Client::initiate_block(Instant now, can::TransmitQueue& queue) {
             queue);
     return;
   }
-  const unsigned threshold = told_size_ ? 0U : kSwitchThreshold;
+  const unsigned threshold = announced_size_ ? 0U : kSwitchThreshold;
   request(State::block_upload_initiate,
           initiate_word(kBlockTake | kBlockCrc, address_,
-                        BlockReceiver::best_block_size(told_size_) | threshold << 8U),
+                        BlockReceiver::best_block_size(announced_size_) | threshold << 8U),
           now, queue);
 }
 
@@ -59,7 +59,7 @@ bool Client::fits_block_initiate(std::uint8_t command) const {
 // Continues in segments if the server refuses block transfer; whatever the code, if the server has
 // just indicated the size of the object.
 bool Client::fall_back(AbortCode code, Instant now, can::TransmitQueue& queue) {
-  if (!initiates_block() || (is_about_object(code) && !told_size_)) {
+  if (!initiates_block() || (is_about_object(code) && !announced_size_)) {
     return false;
   }
   blocks_refused_ = blocks_refused_ || code == AbortCode::command_specifier;
@@ -102,7 +102,7 @@ AbortCode Client::block_initiated(std::uint64_t word, Instant now, can::Transmit
   if (why != AbortCode::none) {
     return why;
   }
-  receiver_.start(announced, crc, BlockReceiver::best_block_size(told_size_), kFewestSegments);
+  receiver_.start(announced, crc, BlockReceiver::best_block_size(announced_size_), kFewestSegments);
   request(State::block_upload, kBlockStart, now, queue);
   block_wake_ = now + stall();
   return AbortCode::none;

@@ -4,7 +4,7 @@
 
 namespace linegate::sdo {
 
-void tell_malformed(const can::Frame& frame, std::uint8_t node, EventLog& events) {
+void report_malformed(const can::Frame& frame, std::uint8_t node, EventLog& events) {
   events.emit(can::malformed_event(frame, node));
 }
 

@@ -177,6 +177,6 @@ inline void set_header(can::Frame& frame, can::CobId cob_id) {
 }
 
 // Reports an invalid SDO frame as EventKind::malformed_frame. node: its sender, 0 if unknown.
-void tell_malformed(const can::Frame& frame, std::uint8_t node, EventLog& events);
+void report_malformed(const can::Frame& frame, std::uint8_t node, EventLog& events);
 
 }  // namespace linegate::sdo

@@ -25,7 +25,7 @@ std::uint32_t expedited_data(std::span<const std::byte> value) {
 }
 
 // The size of a value whose expedited download indicates none.
-std::size_t untold_size(const od::Dictionary& dictionary, od::Address address) {
+std::size_t unannounced_size(const od::Dictionary& dictionary, od::Address address) {
   const auto variable = dictionary.find(address);
   return variable ? std::min(kExpeditedSize, std::size_t{variable->capacity}) : kExpeditedSize;
 }
@@ -118,7 +118,7 @@ bool Server::respond(std::uint64_t word, can::TransmitQueue& queue) const {
 void Server::receive(const can::Frame& frame, can::TransmitQueue& queue) {
   if (!well_formed(frame)) [[unlikely]] {
     ++counters_.malformed;
-    tell_malformed(frame, 0, events_);
+    report_malformed(frame, 0, events_);
     return;
   }
   if (answer_at_once(word_of(frame), queue)) {
@@ -289,8 +289,8 @@ bool Server::initiate_download(std::uint64_t request, Instant now, std::uint64_t
 
 AbortCode Server::expedited_download(std::uint64_t request, od::Address address, Awaited& awaited) {
   const auto command = static_cast<std::uint8_t>(request);
-  const std::size_t size =
-      (command & kSizeIndicated) != 0 ? expedited_size(command) : untold_size(dictionary_, address);
+  const std::size_t size = (command & kSizeIndicated) != 0 ? expedited_size(command)
+                                                           : unannounced_size(dictionary_, address);
   std::array<std::byte, kExpeditedSize> data;
   store_le(data.data(), long_word(request));
   const auto value = std::span<const std::byte>(data).first(size);
