@@ -153,7 +153,7 @@ bool parse_remote(Cursor& at, can::Frame& frame, LogProblem& problem) {
   if (is_digit(at.peek())) {
     frame.length = static_cast<std::uint8_t>(at.peek() - '0');
     if (frame.length > can::kMaxClassicData) {
-      return at.wrong(problem, "a remote frame asks for 8 bytes at most");
+      return at.wrong(problem, "a remote frame requests 8 bytes at most");
     }
     at.skip(at.peek());
   }

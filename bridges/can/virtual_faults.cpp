@@ -175,7 +175,7 @@ FaultChange change_faults(const VirtualFaults& faults, std::string_view text) {
   for (const UriOption& option : options) {
     if (change.error.empty() && !change_option(option, change)) {
       change.error = not_an_option(option) +
-                     "; what is there ends with off, a bus-off comes with "
+                     "; off ends a fault, a bus-off begins with "
                      "bus_off=now";
     }
   }

@@ -77,7 +77,7 @@ void print_identity(Context& context, std::uint8_t node, const IdentityValues& v
                 "%08Xh, serial number %u",
                 unsigned{node}, values[0], values[1], values[2], values[3], values[kSerialNumber]);
   context.err << text.data()
-              << "\nis expected until the gateway starts anew. For later, plant.yaml needs the "
+              << "\nis expected until the gateway restarts. To keep this, plant.yaml needs the "
                  "device file of this device";
   if (values[kSerialNumber] != 0) {
     context.err << ", and \"serial: " << values[kSerialNumber] << "\" if it names one";

@@ -46,7 +46,7 @@ std::vector<const Line*> find_lines(Context& context, Model& model, const std::s
   });
   auto found = model.find(line);
   if (std::ranges::none_of(found, is_received)) {
-    context.err << (line.empty() ? "no gateway was heard of" : "no line '" + printable(line) + "'")
+    context.err << (line.empty() ? "no gateway was found" : "no line '" + printable(line) + "'")
                 << '\n';
     found.clear();
   }

@@ -106,7 +106,7 @@ int import_configuration(Context& context, const std::string& what,
   auto writes = manager::read_concise_dcf(concise_dcf);
   if (!writes.ok()) {
     context.err << "this is no concise DCF: its " << concise_dcf.size()
-                << " bytes are not what its count and sizes say\n";
+                << " bytes do not match its count and sizes\n";
   }
   if (!target || !writes.ok()) {
     return kUsage;

@@ -125,7 +125,7 @@ int print_kept(Context& context, Model& model, const EventsRequest& request, Eve
   });
   list.take(model);
   if (model.find(request.line).empty()) {
-    context.err << (request.line.empty() ? "no gateway was heard of"
+    context.err << (request.line.empty() ? "no gateway was found"
                                          : "no line '" + request.line + "'")
                 << '\n';
     return kFailed;

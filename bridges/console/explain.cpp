@@ -152,7 +152,7 @@ std::string Explainer::nmt(const can::Frame& frame) const {
 
 std::string Explainer::error_control(const can::Frame& frame, unsigned id) const {
   if (frame.remote()) {
-    return "node guarding: asks " + node(id) + " for its state";
+    return "node guarding: requests the state of " + node(id);
   }
   if (frame.length != 1) {
     return wrong_length(frame, "heartbeat");
@@ -200,7 +200,7 @@ std::string Explainer::pdo(const can::Frame& frame, const Pdo& pdo) const {
                     (pdo.transmitted ? " of " : " to ") + node(pdo.node);
   const od::DeviceDescription* device = description(pdo.node);
   if (frame.remote()) {
-    return out + " is asked for";
+    return out + " is requested";
   }
   std::size_t offset = 0;
   for (const pdo::Mapping& mapping : pdo.parameters.mapping) {

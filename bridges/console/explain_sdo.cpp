@@ -57,7 +57,7 @@ std::string SdoConversation::explain(const can::Frame& frame, const od::DeviceDe
 }
 
 std::string SdoConversation::object() const {
-  return known_ ? object_text(device_, address_) : "an object asked for before";
+  return known_ ? object_text(device_, address_) : "an object of an earlier request";
 }
 
 void SdoConversation::collect(const can::Frame& frame, std::size_t count) {
@@ -104,7 +104,8 @@ std::string SdoConversation::answer(const can::Frame& frame) {
         return object_text(device_, address_of(frame)) + " = " + expedited(frame);
       }
       begin(frame, false);
-      return object() + " comes in parts" + size_text(frame, (command & sdo::kSizeIndicated) != 0);
+      return object() + " is uploaded in segments" +
+             size_text(frame, (command & sdo::kSizeIndicated) != 0);
     case ServerCommand::download_segment:
       return "taken: part of " + object();
     case ServerCommand::upload_segment:
@@ -200,7 +201,7 @@ std::string SdoConversation::block_frame(const can::Frame& frame, bool request) 
 std::string SdoConversation::block_send(const can::Frame& frame, bool request) {
   begin(frame, false);
   block_ = Block::agreed;
-  return (request ? "write " + object() + " in blocks" : object() + " comes in blocks") +
+  return (request ? "write " + object() + " in blocks" : object() + " is uploaded in blocks") +
          size_text(frame, (sdo::command_of(frame) & sdo::kBlockSize) != 0);
 }
 

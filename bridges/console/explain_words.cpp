@@ -60,7 +60,7 @@ constexpr std::array<ErrorClass, 42> kErrorClasses{{
     {0xF000, 0x4000, "temperature"},
     {0xF000, 0x5000, "device hardware"},
     {0xF000, 0x6000, "device software"},
-    {0x0000, 0x0000, "an error of a class that CiA 301 does not know"},
+    {0x0000, 0x0000, "an error class that CiA 301 does not define"},
 }};
 
 struct LssCommand {
@@ -81,13 +81,13 @@ constexpr std::array<LssCommand, 26> kLssCommands{{
     {0x42, "with revision number", "", 4},
     {0x43, "with serial number", "", 4},
     {0x44, "", "it is in configuration state", 0},
-    {0x46, "who has vendor-ID", "", 4},
+    {0x46, "identify devices with vendor-ID", "", 4},
     {0x47, "and product code", "", 4},
     {0x48, "and revision number from", "", 4},
     {0x49, "and revision number to", "", 4},
     {0x4A, "and serial number from", "", 4},
     {0x4B, "and serial number to", "", 4},
-    {0x4C, "who has no node-ID", "", 0},
+    {0x4C, "identify devices without a node-ID", "", 0},
     {0x4F, "", "here is such a device", 0},
     {0x50, "", "here is a device without node-ID", 0},
     {0x51, "fastscan for", "", 4},

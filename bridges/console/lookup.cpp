@@ -101,14 +101,14 @@ bool poll_until(Context& context, Model& model, const std::function<bool()>& con
 const Line* the_one(Context& context, const Model& model, const std::string& name, bool certain) {
   const std::vector<const Line*> found = model.find(name);
   if (found.size() > 1) {
-    context.err << "more than one line is meant: " << full_names(found) << '\n';
+    context.err << "the name matches more than one line: " << full_names(found) << '\n';
     return nullptr;
   }
   const std::string unsettled = unsettled_text(context, model);
   if (found.empty() || !found.front()->view) {
-    context.err << (name.empty() ? "no gateway was heard of"
-                                 : "no line '" + printable(name) +
-                                       "'; lines heard of: " + known_lines(model))
+    context.err << (name.empty()
+                        ? "no gateway was found"
+                        : "no line '" + printable(name) + "'; lines found: " + known_lines(model))
                 << (unsettled.empty() ? "" : "; " + unsettled) << '\n';
     return nullptr;
   }

@@ -360,7 +360,7 @@ class Session {
       const std::string owner = owner_of(node);
       context_.err << "node-ID " << unsigned{node} << " is used by "
                    << (owner.empty() ? "another device" : printable(owner))
-                   << ": the device keeps what it had. Choose another node-ID, or take that one "
+                   << ": the device keeps its node-ID. Choose another node-ID, or use this one "
                       "off the line; --force gives it all the same\n";
       return false;
     }

@@ -172,12 +172,12 @@ std::vector<std::string> Model::take_warnings() {
   }
   if (left_out_ > 0 && !std::exchange(left_out_reported_, true)) {
     out.push_back("more than " + std::to_string(kMaxLines) +
-                  " lines are published: the others are left out");
+                  " lines are published; further lines are ignored");
   }
   for (auto& [gateway, warned] : namesakes_) {
     if (!std::exchange(warned, true)) {
       out.push_back("more than one gateway is called '" + printable(gateway) +
-                    "': what is shown is of all of them, and commands reach all");
+                    "': values of all of them are shown, and all execute commands");
     }
   }
   return out;

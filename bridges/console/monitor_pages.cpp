@@ -30,12 +30,12 @@ void describe_identity(const line::NodeState& state, std::vector<Note>& out) {
 
 void describe_errors(const line::NodeState& state, std::vector<Note>& out) {
   if (state.emcy_count == 0) {
-    add_fact(out, "errors", "no EMCY came");
+    add_fact(out, "errors", "no EMCY received");
     return;
   }
   add_fact(out, "errors",
            std::to_string(state.emcy_count) +
-               (state.emcy_count == 1 ? " EMCY, it said " : " EMCYs, the last said ") +
+               (state.emcy_count == 1 ? " EMCY: " : " EMCYs, the last: ") +
                hex_digits(state.last_emcy, 4) + "h: " + describe_error_code(state.last_emcy),
            state.last_emcy == 0 ? Style::plain : Style::warning);
   const std::string bits = describe_error_register(state.error_register);
@@ -145,20 +145,21 @@ std::vector<Note> help_page() {
   constexpr std::pair<std::string_view, std::string_view> kKeys[] = {
       {"1 2 3 4", "lines, nodes, values, events"},
       {"Tab, Shift-Tab", "next page, previous page"},
-      {"up, down, k, j", "choose a row"},
+      {"up, down, k, j", "select a row"},
       {"PgUp, PgDn", "a screen up or down"},
-      {"Home, End, g, G", "first row, last row; at the first row a list stays at its begin"},
-      {"left, right", "what finds no room at the right"},
-      {"Enter", "on a line: its nodes; else: all about the node of the row"},
+      {"Home, End, g, G",
+       "first row, last row; while the first row is selected, a list stays at its beginning"},
+      {"left, right", "scroll to columns beyond the right edge"},
+      {"Enter", "on a line: its nodes; else: the page of the node"},
       {"Esc, Backspace", "back from a node or from help; else: show everything again"},
-      {"s, S", "sort by the next column, by the one before"},
-      {"r", "the other way round"},
-      {"/", "filter: line=NAME, node=NUMBER and words, blanks in between"},
-      {"l", "only the next line, and after the last one all"},
-      {"n", "only the node of the row; again: all nodes"},
+      {"s, S", "sort by the next column, by the previous column"},
+      {"r", "reverse the order"},
+      {"/", "filter: line=NAME, node=NUMBER and words, separated by blanks"},
+      {"l", "show only the next line; after the last line all lines"},
+      {"n", "show only the node of the row; again: all nodes"},
       {"o", "inputs, outputs, or both"},
-      {"p, Space", "hold the picture; again: go on"},
-      {"?, h", "these keys"},
+      {"p, Space", "stop updating the screen; again: continue"},
+      {"?, h", "show these keys"},
       {"q, Ctrl-C", "end"},
   };
   std::vector<Note> out{{"keys", Style::bold}};
@@ -173,7 +174,7 @@ std::vector<Note> help_page() {
   out.push_back({"  needs a look: not operational, not valid, bus warning", Style::warning});
   out.push_back({"  failed, missing, gone, bus-off", Style::error});
   out.push_back({"  a value that changed with the last image", Style::changed});
-  out.push_back({"  the last that came, of a gateway that is silent or gone", Style::stale});
+  out.push_back({"  the last received values; the gateway is silent or gone", Style::stale});
   return out;
 }
 

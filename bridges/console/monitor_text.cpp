@@ -115,7 +115,7 @@ int monitor_once(Context& context, const MonitorOptions& options, Model& model,
   };
   const bool complete = wait_until(context, model, have_all);
   if (model.find(options.filter.line).empty()) {
-    context.err << (model.lines().empty() ? "no gateway was heard of"
+    context.err << (model.lines().empty() ? "no gateway was found"
                                           : "no line '" + options.filter.line + "'")
                 << '\n';
     return kFailed;
@@ -141,7 +141,7 @@ int monitor_text(Context& context, const MonitorOptions& options, Model& model,
   const bool heard =
       wait_until(context, model, [&] { return !model.lines().empty() || stopped(); });
   if (!heard) {
-    context.err << "no gateway was heard of\n";
+    context.err << "no gateway was found\n";
     return kFailed;
   }
   TextMonitor monitor(context, options, model);

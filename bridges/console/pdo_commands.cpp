@@ -31,13 +31,13 @@ std::string why_not_requested(const line::PdoRequest& request, line::Refusal ref
   switch (refusal) {
     case line::Refusal::bad_request:
       return pdo +
-             " cannot be requested: bit 30 of its COB-ID says that there is no RTR (plant.yaml: "
+             " cannot be requested: bit 30 of its COB-ID does not allow RTR (plant.yaml: "
              "rtr: true)";
     case line::Refusal::unknown_entry:
       return "the line receives no " + pdo +
              (request.node == 0 ? "" : " of node " + std::to_string(request.node));
     case line::Refusal::timed_out:
-      return pdo + " did not come";
+      return pdo + " was not received in time";
     case line::Refusal::wrong_state:
       return "the own node is not Operational";
     default:

@@ -78,7 +78,7 @@ std::string no_such_pdo(const Line& line, const line::PdoTrigger& trigger) {
   }
   if (trigger.node == 0) {
     return name + " has no TPDO " + std::to_string(trigger.number) +
-           "; those of its outputs: " + pdos_text(tpdos_of(outputs));
+           "; the PDOs of its outputs: " + pdos_text(tpdos_of(outputs));
   }
   return name + " does not send to RPDO " + std::to_string(trigger.number) + " of node " +
          std::to_string(trigger.node) +

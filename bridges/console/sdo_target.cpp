@@ -39,7 +39,7 @@ bool resolve_target(Context& context, Model& model, const Line& line, SdoTarget&
 // The line named by `via`; the network is a number, or that of a line.
 const Line* find_via(Context& context, Model& model, SdoTarget& target, const std::string& via) {
   if (target.node.own) {
-    context.err << "the own node of a line is not asked through another one\n";
+    context.err << "--via cannot address the own node of a line\n";
     return nullptr;
   }
   const Line* const line = find_line(context, model, via);

@@ -39,12 +39,11 @@ std::optional<Note> trouble(const Model& model, const Line& line) {
     case Freshness::unheard:
       break;
     case Freshness::silent:
-      return Note{name + ": nothing heard for " + duration_text(model.silence(line)) +
-                      "; what is shown is the last that came",
+      return Note{name + ": nothing received for " + duration_text(model.silence(line)) +
+                      "; the last received values are shown",
                   Style::error};
     case Freshness::gone:
-      return Note{name + ": the gateway is gone; what is shown is the last that came",
-                  Style::error};
+      return Note{name + ": the gateway is gone; the last received values are shown", Style::error};
   }
   return std::nullopt;
 }

@@ -37,7 +37,7 @@ constexpr std::array<Counted, 9> kCounted{
      {"timed-out", "timed out"},
      {"refused", "refused"},
      {"not-permitted", "not let in"},
-     {"forwarded", "frames sent here for others"},
+     {"forwarded", "forwarded frames sent on this line"},
      {"emcys", "EMCYs handed to other lines"},
      {"values", "values taken over from PDOs of other lines"}}};
 using Counts = std::array<std::uint64_t, kCounted.size()>;
@@ -209,7 +209,7 @@ int trace(Context& context, std::uint64_t count, const std::function<bool()>& st
     printed += tracer.look(model);
     tracer.ask(model);
     if (model.lines().empty() && std::chrono::steady_clock::now() >= end) {
-      context.err << "no gateway was heard of\n";
+      context.err << "no gateway was found\n";
       return kFailed;
     }
   }

@@ -547,7 +547,7 @@ bool GatewayBridge::Impl::take_output(GatewayHandler& handler) {
   if (output_sample.incarnation() != 0 && output_sample.incarnation() != incarnation) {
     handler.on_output_refused(message.line, output_sample.group(),
                               line::OutputRefusal::stale_layout,
-                              "meant for another start of the gateway");
+                              "addressed to another start of the gateway");
     return true;
   }
   const OutputCheck check = from_wire(output_sample, message.write);

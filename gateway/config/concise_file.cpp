@@ -20,7 +20,7 @@ std::vector<manager::ObjectWrite> read_concise_file(Findings& findings, const Pl
   auto writes = manager::read_concise_dcf(std::as_bytes(std::span(*content)));
   if (!writes.ok()) {
     findings.error(place, path + " is no concise DCF: its " + std::to_string(content->size()) +
-                              " bytes are not what its count and sizes say");
+                              " bytes do not match its count and sizes");
     return {};
   }
   return *std::move(writes);

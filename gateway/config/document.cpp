@@ -61,7 +61,7 @@ class ValueCounter : public YAML::EventHandler {
     values_ += std::min(values, kMostValues + 1);
     if (values_ > kMostValues) {
       fail(mark, "the document has more than " + std::to_string(kMostValues) +
-                     " values, those that aliases stand for included");
+                     " values, including those of aliases");
       values_ = 0;
     }
   }

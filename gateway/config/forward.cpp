@@ -175,7 +175,7 @@ class ForwardResolver {
                                            "\"" + lines_.suggestion(line, Direction::inputs, text));
     } else if (!feeder_of(rule.from)) {
       findings_.error(rule.from.place,
-                      "\"" + text + "\" is an output; what is forwarded is an input");
+                      "\"" + text + "\" is an output; only inputs can be forwarded");
     } else {
       findings_.error(rule.from.place,
                       "\"" + text + "\" is what another rule writes" +

@@ -144,8 +144,8 @@ class Override {
       return;
     }
     if (!config_.device.dynamic_mapping) {
-      findings_.error(place_of(node),
-                      config_.device.file + " says that mapping cannot be changed (Granularity=0)");
+      findings_.error(place_of(node), config_.device.file +
+                                          " does not allow changes of the mapping (Granularity=0)");
       return;
     }
     std::vector<pdo::Mapping> mapping;

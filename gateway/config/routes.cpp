@@ -169,7 +169,7 @@ class RoutingResolver {
     }
     if (routes_.size() > routing::kMaxRoutes) {
       findings_.error(section_.routes.back().place,
-                      "more than 254 routes, those to the lines' own networks among them");
+                      "more than 254 routes, including those to the lines' own networks");
     }
   }
 

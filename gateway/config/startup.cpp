@@ -70,8 +70,7 @@ void read_boot(Section& section, line::NodeConfig& config) {
   section.read("sdo_timeout", config.sdo_timeout, milliseconds(1), std::chrono::minutes(10));
   read_sdo(section, config);
   if (config.keep_alive && !config.boot) {
-    section.findings().error(place_of(keep),
-                             "keep_alive is for a node that is booted, and boot is false");
+    section.findings().error(place_of(keep), "keep_alive has no effect, because boot is false");
   }
 }
 

@@ -10,19 +10,19 @@ std::vector<std::string> complaints(const config::LinePlan& plan,
   std::vector<std::string> out;
   const std::uint32_t wanted = plan.config.bit_rate;
   if (wanted != 0 && controller.bit_rate != 0 && controller.bit_rate != wanted) {
-    out.push_back(
-        fmt::format("{} runs at {} bit/s, and the configuration of the line says {} bit/s",
-                    plan.interface.uri, controller.bit_rate, wanted));
+    out.push_back(fmt::format("{} runs at {} bit/s, but the configuration of the line has {} bit/s",
+                              plan.interface.uri, controller.bit_rate, wanted));
   }
   if (!controller.listen_only) {
     return out;
   }
   const bool observes = plan.config.role == line::Role::observer;
   if (observes && !*controller.listen_only) {
-    out.push_back(fmt::format(
-        "{} acknowledges what others send, though the line only observes: ip link set {} type can "
-        "listen-only on, while it is down",
-        plan.interface.uri, plan.interface.name));
+    out.push_back(
+        fmt::format("{} acknowledges frames of other nodes, although the line only observes: ip "
+                    "link set {} type can "
+                    "listen-only on, while it is down",
+                    plan.interface.uri, plan.interface.name));
   }
   if (!observes && *controller.listen_only) {
     out.push_back(fmt::format(

@@ -111,7 +111,7 @@ std::string shared_id_text(const event::SharedNodeId& e) {
     case event::SharedIdEvidence::two_states:
       return "heartbeats of two NMT states in turn";
     case event::SharedIdEvidence::unchanged_after_boot_up:
-      return "a boot-up message, and the heartbeat went on in Operational";
+      return "a boot-up message, followed by heartbeats in state Operational";
     case event::SharedIdEvidence::too_many_heartbeats:
       return "twice as many heartbeats as its 1017h allows";
     case event::SharedIdEvidence::two_periods:
@@ -320,7 +320,7 @@ struct EventWords {
     return fmt::format("PDO {} received again", e.number);
   }
   std::string operator()(const event::ForeignSdo& e) const {
-    return fmt::format("somebody else uses its SDO server ({:03X}h)", e.identifier);
+    return fmt::format("another client uses its SDO server ({:03X}h)", e.identifier);
   }
   std::string operator()(const event::SdoAbort& e) const {
     return fmt::format("SDO transfer of {} ended: {}{}", object(e), abort_text(e.abort),

@@ -162,7 +162,7 @@ void Recording::failed(int error, Instant now) {
   missing_ += frames_in_text_;
   again_ = now + kRetryPeriod;
   if (std::exchange(error_, error) == 0) {
-    spdlog::error("{}: recording to {} stopped: {}; it goes on when that is over", line_,
+    spdlog::error("{}: recording to {} stopped: {}; it continues when the cause is removed", line_,
                   file_name_, std::generic_category().message(error));
   }
 }

@@ -237,7 +237,7 @@ class Text {
     add("  clients use up to {}% of the bit rate, each of them {}%\n", c.request_share / 10,
         c.client_share / 10);
     if (c.pdo_update_time != Duration::zero()) {
-      add("  objects that go by PDO wait {} for others of it\n",
+      add("  an object written by PDO waits {} for further objects of the PDO\n",
           format_duration(c.pdo_update_time));
     }
   }
@@ -276,10 +276,10 @@ class Text {
       add("  stored parameters in {}\n", plan.storage);
     }
     if (plan.auto_scan) {
-      add("  nodes: what a scan finds{}{}{}\n", plan.auto_scan->at_start ? " at the start" : "",
-          plan.auto_scan->set_up
-              ? "; what is missing is set up, heartbeat " + format_duration(c.found_heartbeat)
-              : "; nothing is written to them",
+      add("  nodes: found by a scan{}{}{}\n", plan.auto_scan->at_start ? " at the start" : "",
+          plan.auto_scan->set_up ? "; missing error control is configured, heartbeat " +
+                                       format_duration(c.found_heartbeat)
+                                 : "; nothing is written to them",
           plan.auto_scan->eds.empty() ? "" : "; device files in " + plan.auto_scan->eds);
     }
     for (const auto& node : c.nodes) {

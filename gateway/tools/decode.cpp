@@ -115,7 +115,7 @@ class Decoding {
     for (const can::BusEvent& event : events.view()) {
       out += (out.empty() ? "" : "; ") + errors_text(event);
     }
-    return out.empty() ? "error frame that tells nothing new" : out;
+    return out.empty() ? "error frame without a change" : out;
   }
 
   void frame(const LogEntry& entry, const std::string& text) {

@@ -16,7 +16,7 @@ EventLog::EventLog(std::size_t capacity) : ring_(capacity < 2 ? 2 : capacity) {
 }
 
 void EventLog::limit_repeats() {
-  LINEGATE_ASSERT(line_ == nullptr, "a log that hands on leaves the limits to the line");
+  LINEGATE_ASSERT(line_ == nullptr, "only the log of a line limits events");
   for (const Limited which : {kMalformed, kBusError, kOutputs, kCommands}) {
     limits_[which].emplace();
   }
@@ -27,7 +27,7 @@ void EventLog::limit_repeats() {
 
 // A master that configures its network transfers many different objects in a second.
 void EventLog::limit_overheard() {
-  LINEGATE_ASSERT(line_ == nullptr, "a log that hands on leaves the limits to the line");
+  LINEGATE_ASSERT(line_ == nullptr, "only the log of a line limits events");
   limits_[kTransfer].emplace(kObjects);
   limits_[kAbort].emplace(kObjects);
 }

@@ -18,7 +18,7 @@ Dispatch::Dispatch() : extended_(16), targets_(1), added_(1) {
 }
 
 void Dispatch::add(std::uint32_t id, bool extended, Service service, std::uint16_t index) {
-  LINEGATE_ASSERT(service != Service::none, "a frame goes to a service");
+  LINEGATE_ASSERT(service != Service::none, "a frame belongs to a service");
   std::uint16_t last = 0;
   for (std::uint16_t at = head(id, extended); at != 0; at = targets_[at].next) {
     if (targets_[at].service == service && targets_[at].index == index) {

@@ -50,8 +50,7 @@ void check_version(const Section& section, Report& report) {
 std::uint32_t identity_number(const Fields& fields, std::string_view key, Report& report) {
   const Entry* entry = fields.section().find(key);
   if (entry != nullptr && entry->value.empty()) {
-    report.warning(entry->key_place,
-                   std::string(key) + " has no value; what object 1018h says is used");
+    report.warning(entry->key_place, std::string(key) + " has no value; object 1018h is used");
   }
   return number<std::uint32_t>(fields, key, kLargestU32);
 }

@@ -194,9 +194,9 @@ bool charge(Context& context, const VariableDescription& pattern, unsigned count
   context.expanded += count * (sizeof pattern + pattern.name.size() + pattern.value.size() +
                                pattern.low_limit.size() + pattern.high_limit.size());
   if (context.expanded > kMost) {
-    context.report.error(place, "what a few lines describe as many elements takes more than " +
-                                    std::to_string(kMostMegabytes) +
-                                    " MB so far; from here on they are left out");
+    context.report.error(
+        place, "the arrays and records that compact sections describe take more than " +
+                   std::to_string(kMostMegabytes) + " MB so far; from here on they are left out");
   }
   return context.expanded <= kMost;
 }

@@ -87,7 +87,7 @@ std::string_view describe(Refusal refusal) {
     case Refusal::unknown_entry:
       return "no such output entry";
     case Refusal::wrong_incarnation:
-      return "meant for another start of the gateway";
+      return "addressed to another start of the gateway";
     case Refusal::wrong_role:
       return "not possible in the line's role";
     case Refusal::wrong_state:
@@ -101,7 +101,7 @@ std::string_view describe(Refusal refusal) {
     case Refusal::stale_layout:
       return "made for another image layout";
     case Refusal::cancelled:
-      return "the line was stopped or started anew meanwhile";
+      return "the line was stopped or restarted meanwhile";
     case Refusal::wrong_interface:
       return "not possible with the line's interface";
     case Refusal::identifier_in_use:

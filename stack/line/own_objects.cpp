@@ -82,7 +82,7 @@ std::string_view fault_of(const OwnObject& object) {
     return "has no data type that an application may use";
   }
   if (variable.type == od::DataType::boolean && object.in_image) {
-    return "is a BOOLEAN, of which the image has bits: take UNSIGNED8";
+    return "is a BOOLEAN, which the image stores as a bit: use UNSIGNED8";
   }
   if (size == 0 && (variable.mappable || object.in_image)) {
     return "has no fixed length: it is neither in a PDO nor in the image";

@@ -177,7 +177,7 @@ std::optional<Diagnostic> unsynchronised_pdos(const LineConfig& config) {
   }
   return Diagnostic{.severity = Severity::warning,
                     .file = config.name,
-                    .text = names + ": on SYNC, which nobody produces (sync of the line)"};
+                    .text = names + ": on SYNC, but no node produces SYNC (sync of the line)"};
 }
 
 }  // namespace linegate::line

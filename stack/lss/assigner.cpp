@@ -36,7 +36,8 @@ std::string_view describe(Verdict verdict) {
     case Verdict::nobody_found:
       return "a device has no node-ID, and neither a known address nor fastscan finds it";
     case Verdict::answers_in_configuration:
-      return "a device answers fastscan in configuration state, which hides others: give it a "
+      return "a device answers fastscan in configuration state, which hides other devices: give it "
+             "a "
              "node-ID by its address, or take it off the line";
     case Verdict::node_id_not_free:
       return "has no node-ID and waits: another device uses its node-ID";

@@ -337,7 +337,7 @@ void BootSlave::check_keep_alive(Instant now) {
 }
 
 void BootSlave::reset(Instant now) {
-  LINEGATE_ASSERT(step_ != Step::wait_reset, "the step that goes on after the reset is known");
+  LINEGATE_ASSERT(step_ != Step::wait_reset, "the step after the reset is known");
   reset_by_ = step_;
   reset_.repeats = 0;
   // Restored values include those of the application, so reset node is needed.

@@ -48,7 +48,7 @@ std::string again(char letter, const BootFinding& finding) {
     const bool repeated = finding.expected != 0;
     return repeated ? ", " + std::to_string(finding.expected) + " times in a row" : "";
   }
-  return "; asked again every second";
+  return "; requested again every second";
 }
 
 }  // namespace

@@ -93,7 +93,7 @@ void Scanner::restored(Running& running, AbortCode outcome, Instant now) {
 }
 
 void Scanner::submit(Running& running, sdo::Request request, Instant now) {
-  LINEGATE_ASSERT(running.wake == kNever, "a node that restarts is not asked");
+  LINEGATE_ASSERT(running.wake == kNever, "no request is sent to a node that restarts");
   running.asked = now;
   running.transfer = ++transfers_;
   request.owner = &owner_;

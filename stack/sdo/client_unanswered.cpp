@@ -71,7 +71,7 @@ void Client::follow_unanswered(Instant now, can::TransmitQueue& queue) {
 // The first request of a transfer.
 void Client::hold(std::uint64_t word, Instant now) {
   LINEGATE_ASSERT(!held_ && unanswered_ != Unanswered::nothing,
-                  "one request waits for what an earlier one left behind");
+                  "one request waits for the responses to an earlier one");
   held_ = word;
   deadline_ = unanswered_ == Unanswered::due ? kNever : now + timeout_;
 }

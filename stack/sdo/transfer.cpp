@@ -55,7 +55,7 @@ std::optional<std::uint32_t> Source::size() const {
 std::size_t Source::next(std::span<std::byte> out) {
   LINEGATE_ASSERT_HOT(out.size() <= 8, "a frame takes up to 8 bytes");
   LINEGATE_ASSERT_HOT(from_ == nullptr || position_ - released_ <= kRewind,
-                      "what may be given again fits into the window");
+                      "data that may be repeated fits into the window");
   error_ = error_ == od::kLater ? AbortCode::none : error_;
   if (!ended_ && position_ + out.size() >= begin_ + bytes_.size()) {
     fill();

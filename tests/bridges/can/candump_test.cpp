@@ -97,7 +97,7 @@ TEST(CandumpLine, WhatIsWrongIsToldWithItsColumn) {
   EXPECT_EQ(wrong("(1.0) can0 40000000#01"), "12: there is no such identifier");
   EXPECT_EQ(wrong("(1.0) can0 181#1"), "17: expected the second hexadecimal digit of a byte");
   EXPECT_EQ(wrong("(1.0) can0 181#112233445566778899"), "32: more data than such a frame has");
-  EXPECT_EQ(wrong("(1.0) can0 181#R9"), "17: a remote frame asks for 8 bytes at most");
+  EXPECT_EQ(wrong("(1.0) can0 181#R9"), "17: a remote frame requests 8 bytes at most");
   EXPECT_EQ(wrong("(1.0) can0 181##5112233445566778899"), "18: a length that CAN FD does not have");
   EXPECT_EQ(wrong("(1.0) can0 181##"), "17: expected a digit of flags after ##");
   EXPECT_EQ(wrong("(1.0) can0 181#01 02"), "19: nothing is expected after the frame");

@@ -281,7 +281,7 @@ TEST_F(Commands, APdoIsRequested) {
   }
   gateway_.answer.reply.error = line::to_error(line::Refusal::bad_request);
   EXPECT_EQ(pdo_request(context_, "press:5:tpdo3"), kFailed);
-  EXPECT_THAT(err_.str(), HasSubstr("there is no RTR"));
+  EXPECT_THAT(err_.str(), HasSubstr("does not allow RTR"));
 }
 
 TEST_F(Commands, AValueGoesByMpdo) {
@@ -520,14 +520,14 @@ TEST_F(Commands, NmtToOneToAllAndToTheOwnNode) {
 
 TEST_F(Commands, AnUnknownLineIsNamedWithThoseThatThereAre) {
   EXPECT_EQ(sdo_read(context_, "hall:5", "1000", "0", ""), kFailed);
-  EXPECT_THAT(err_.str(), HasSubstr("no line 'hall'; lines heard of: press (gateway plant)"));
+  EXPECT_THAT(err_.str(), HasSubstr("no line 'hall'; lines found: press (gateway plant)"));
 }
 
 TEST_F(Commands, ALineOfTwoGatewaysIsNamedWithItsGateway) {
   gateway_.written_route = true;
   gateway_.twin = true;
   EXPECT_EQ(sdo_read(context_, "press:5", "1000", "0", ""), kFailed);
-  EXPECT_EQ(err_.str(), "more than one line is meant: other/press or plant/press\n")
+  EXPECT_EQ(err_.str(), "the name matches more than one line: other/press or plant/press\n")
       << "the third line does not match";
   EXPECT_EQ(sdo_read(context_, "plant/press:5", "1000", "0", ""), kDone);
 }
@@ -536,7 +536,7 @@ TEST_F(Commands, SilenceIsAFailureWithAReason) {
   gateway_.silent = true;
   EXPECT_EQ(lines(context_), kFailed);
   EXPECT_EQ(events(context_, {.count = 1}, [] { return false; }), kFailed);
-  EXPECT_THAT(err_.str(), HasSubstr("no gateway was heard of"));
+  EXPECT_THAT(err_.str(), HasSubstr("no gateway was found"));
 }
 
 TEST_F(Commands, EventsAreThoseOfALineByNameOrNetworkId) {

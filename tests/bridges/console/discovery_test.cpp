@@ -66,7 +66,7 @@ TEST_F(DiscoveryTest, ANameThatALaterGatewayHasTooIsRefused) {
   gateway_.other_after = 200;
   context_.wait = std::chrono::minutes(10);
   EXPECT_EQ(read("press:5"), kFailed);
-  EXPECT_EQ(err_.str(), "more than one line is meant: other/press or plant/press\n");
+  EXPECT_EQ(err_.str(), "the name matches more than one line: other/press or plant/press\n");
   EXPECT_THAT(gateway_.asked, IsEmpty());
 }
 

@@ -70,7 +70,7 @@ TEST_F(ExplainTest, ErrorControl) {
   can::Frame guarding = can::make_frame(0x705);
   guarding.flags = can::Frame::kRemote;
   guarding.length = 1;
-  EXPECT_EQ(known.explain(guarding), "node guarding: asks node 5 (inlet) for its state");
+  EXPECT_EQ(known.explain(guarding), "node guarding: requests the state of node 5 (inlet)");
 }
 
 TEST_F(ExplainTest, Emcy) {
@@ -81,7 +81,7 @@ TEST_F(ExplainTest, Emcy) {
   EXPECT_EQ(describe_error_code(0x3211), "voltage inside the device");
   EXPECT_EQ(describe_error_code(0x3999), "voltage");
   EXPECT_EQ(describe_error_code(0xFF01), "device-specific error");
-  EXPECT_EQ(describe_error_code(0xA000), "an error of a class that CiA 301 does not know");
+  EXPECT_EQ(describe_error_code(0xA000), "an error class that CiA 301 does not define");
 }
 
 TEST_F(ExplainTest, PdosByName) {
@@ -167,7 +167,7 @@ TEST_F(ExplainTest, ExpeditedSdo) {
 TEST_F(ExplainTest, SegmentedSdo) {
   sdo(0x605, {0x40, 0x08, 0x10, 0, 0, 0, 0, 0});
   EXPECT_EQ(sdo(0x585, {0x41, 0x08, 0x10, 0, 10, 0, 0, 0}),
-            "1008:00 Manufacturer device name comes in parts, 10 bytes");
+            "1008:00 Manufacturer device name is uploaded in segments, 10 bytes");
   EXPECT_EQ(sdo(0x605, {0x60, 0, 0, 0, 0, 0, 0, 0}), "read on in 1008:00 Manufacturer device name");
   EXPECT_EQ(sdo(0x585, {0x00, 'L', 'i', 'n', 'e', 'g', 'a', 't'}),
             "1008:00 Manufacturer device name: 7 bytes more, 7 so far");
@@ -175,7 +175,7 @@ TEST_F(ExplainTest, SegmentedSdo) {
   EXPECT_EQ(sdo(0x585, {0x19, 'e', ' ', '1', 0, 0, 0, 0}),
             "1008:00 Manufacturer device name: the last 3 bytes; = \"Linegate 1\"");
   EXPECT_EQ(sdo(0x609, {0x00, 1, 2, 3, 4, 5, 6, 7}),
-            "write an object asked for before: 7 bytes more, 7 so far")
+            "write an object of an earlier request: 7 bytes more, 7 so far")
       << "the log begins within a transfer";
 }
 
@@ -203,7 +203,7 @@ TEST_F(ExplainTest, BlockUpload) {
   EXPECT_EQ(sdo(0x605, {0xA4, 0x08, 0x10, 0, 127, 0, 0, 0}),
             "read 1008:00 Manufacturer device name in blocks of 127 segments");
   EXPECT_EQ(sdo(0x585, {0xC6, 0x08, 0x10, 0, 2, 0, 0, 0}),
-            "1008:00 Manufacturer device name comes in blocks, 2 bytes");
+            "1008:00 Manufacturer device name is uploaded in blocks, 2 bytes");
   EXPECT_EQ(sdo(0x605, {0xA3, 0, 0, 0, 0, 0, 0, 0}),
             "let the blocks of 1008:00 Manufacturer device name come");
   EXPECT_THAT(sdo(0x585, {0x81, 'H', 'I', 0, 0, 0, 0, 0}),

@@ -122,9 +122,8 @@ TEST(Model, AGatewayWhoseNameAnotherHasIsToldOnce) {
   model.on_line(kPressId, view);
   model.on_line({"plant", "hall"}, view);
   const std::vector<std::string> told{
-      "more than one gateway is called 'plant': what is shown is of all of them, and commands "
-      "reach "
-      "all"};
+      "more than one gateway is called 'plant': values of all of them are shown, and all execute "
+      "commands"};
   EXPECT_EQ(model.take_warnings(), told);
   model.on_line(kPressId, view);
   EXPECT_TRUE(model.take_warnings().empty());

@@ -110,7 +110,7 @@ TEST_F(MonitorTextTest, WhatIsNoNodeIsNamed) {
   EXPECT_EQ(err_.str(), "no node 'ran' on press; there are: ram (5)\n");
   err_.str("");
   EXPECT_EQ(monitor("ram"), kFailed);
-  EXPECT_EQ(err_.str(), "no gateway was heard of\n");
+  EXPECT_EQ(err_.str(), "no gateway was found\n");
 }
 
 TEST_F(MonitorTextTest, ANameIsNotGuessedWhileAGatewayIsMissing) {

@@ -121,11 +121,10 @@ TEST_F(MonitorTest, EnterGoesFromALineToItsNodesToOneNodeAndEscapeBack) {
   EXPECT_EQ(style_of_text("(not configured)"), Style::warning);
   press(Key::enter);
   EXPECT_EQ(row(2), " node 5 of press (gateway plant): ram");
-  EXPECT_THAT(all(),
-              AllOf(HasSubstr("operational, present"), HasSubstr("vendor 00000319h"),
-                    HasSubstr("2 EMCYs, the last said 8130h: heartbeat or life guarding error"),
-                    HasSubstr("ram.Position [mm]"), HasSubstr("ram.Controlword"),
-                    HasSubstr("heartbeat-lost  second"), Not(HasSubstr("line-started"))));
+  EXPECT_THAT(all(), AllOf(HasSubstr("operational, present"), HasSubstr("vendor 00000319h"),
+                           HasSubstr("2 EMCYs, the last: 8130h: heartbeat or life guarding error"),
+                           HasSubstr("ram.Position [mm]"), HasSubstr("ram.Controlword"),
+                           HasSubstr("heartbeat-lost  second"), Not(HasSubstr("line-started"))));
   press(Key::escape);
   EXPECT_THAT(row(2), StartsWith(" LINE  NODE NAME"));
   press(Key::escape);
@@ -250,8 +249,8 @@ TEST_F(MonitorTest, StaleAndGoneLinesAreMarkedOnEveryPage) {
   model_.on_line_gone(test::kHall);
   press("2");
   EXPECT_THAT(row(1), HasSubstr("2 not heard"));
-  EXPECT_EQ(row(2), " hall: the gateway is gone; what is shown is the last that came");
-  EXPECT_EQ(row(3), " press: nothing heard for 7.0s; what is shown is the last that came");
+  EXPECT_EQ(row(2), " hall: the gateway is gone; the last received values are shown");
+  EXPECT_EQ(row(3), " press: nothing received for 7.0s; the last received values are shown");
   EXPECT_EQ(canvas_.at(2, 1).style, Style::error);
   EXPECT_EQ(style_of_text("ram"), Style::stale);
   press("3");

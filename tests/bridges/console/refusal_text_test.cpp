@@ -78,7 +78,7 @@ TEST_F(RefusalText, ATriggerNamesThePdosThatThereAre) {
             "no such output entry: saw does not send to RPDO 2 of node 5; to its RPDOs: 1, 3\n");
   EXPECT_THAT(of_trigger("saw:8", "1"), HasSubstr("RPDO 1 of node 8; to its RPDOs: none"));
   EXPECT_THAT(of_trigger("saw", "40"),
-              HasSubstr(": saw has no TPDO 40; those of its outputs: 11, 12"));
+              HasSubstr(": saw has no TPDO 40; the PDOs of its outputs: 11, 12"));
   EXPECT_THAT(of_trigger("saw", "3", true),
               HasSubstr("no PDO carries byte 3 of the outputs of saw, which have 3 bytes"));
 }

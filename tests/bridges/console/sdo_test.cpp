@@ -156,6 +156,7 @@ TEST_F(SdoCommand, WriteTakesTheTypeFromTheDeviceFileAndRefusesWhatDoesNotFit) {
   EXPECT_EQ(write("press:ram", "1018", "1"), kUsage);
   EXPECT_THAT(err_.str(), HasSubstr("object 1018h has sub-indices"));
   EXPECT_EQ(gateway_.asked.size(), 1U) << "nothing more was written";
+  gateway_.values[{0x1017, 0}] = line::WrittenBySdo{};
   EXPECT_EQ(object_write(context_, "press:ram", "1017:00", "", "", "500", false), kDone);
   EXPECT_EQ(as<line::ObjectWrite>(gateway_.asked.back()).data, test::raw({0xF4, 1}));
 }

@@ -198,7 +198,7 @@ TEST(Tables, WhatIsStaleIsShownAsSuch) {
   const Table silent = values_of(model, {.line = "press"}, Directions::inputs);
   ASSERT_THAT(silent.notes, SizeIs(1));
   EXPECT_EQ(silent.notes[0].text,
-            "press: nothing heard for 10s; what is shown is the last that came");
+            "press: nothing received for 10s; the last received values are shown");
   EXPECT_EQ(silent.rows[0].style, Style::stale);
   EXPECT_THAT(column(lines_of(model, {.line = "press"}), 2), ElementsAre("silent 10s"));
   model.on_line_gone(test::kPress);

@@ -56,9 +56,9 @@ def names_are_refused_or_right(plant, gateways):
     """One round: an ambiguous name is rejected with all candidates; an unambiguous one is answered."""
     refused = plant.command("sdo", "read", "press:8", *READ, code=1)
     expect("the candidates", refused.stderr.strip(),
-           "more than one line is meant: " + " or ".join(f"{gateway}/press" for gateway in gateways))
+           "the name matches more than one line: " + " or ".join(f"{gateway}/press" for gateway in gateways))
     refused = plant.command("write", "1", "panel.Write output 8-bit.Outputs 1 to 8", "1", code=1)
-    expect("a network-ID that several lines have", "more than one line is meant" in refused.stderr, True)
+    expect("a network-ID that several lines have", "matches more than one line" in refused.stderr, True)
     plant.command("sdo", "read", f"only-{gateways[-1]}:8", *READ)
     plant.command("sdo", "read", f"{gateways[-1]}/press:8", *READ)
 

@@ -132,10 +132,9 @@ TEST_F(Configuration, WhatIsNoConciseDcfIsToldWithItsPlace) {
   write("other.cdc", {{{0x7FFF, 1}, u32(1)}});
   EXPECT_THAT(messages(plant("        concise_dcf: none.cdc\n")),
               ElementsAre(HasSubstr("9: there is no file " + folder_ + "/none.cdc")));
-  EXPECT_THAT(
-      messages(plant("        concise_dcf: cut.cdc\n")),
-      ElementsAre(HasSubstr("cut.cdc is no concise DCF: its 14 bytes are not what its count "
-                            "and sizes say")));
+  EXPECT_THAT(messages(plant("        concise_dcf: cut.cdc\n")),
+              ElementsAre(HasSubstr("cut.cdc is no concise DCF: its 14 bytes do not match its "
+                                    "count and sizes")));
   const auto unknown = plant("        concise_dcf: other.cdc\n");
   EXPECT_TRUE(unknown.ok());
   EXPECT_THAT(messages(unknown), ElementsAre(HasSubstr("the concise DCF writes to 7FFF:01")));

@@ -115,7 +115,7 @@ TEST(Forward, WhatCannotBeForwardedIsToldWithItsPlace) {
           "did you mean \"axis.Position actual value\"?",
           "plant.yaml:17:27: error: line \"hall\" has no output \"axis.Target positoin\"; did "
           "you mean \"axis.Target position\"?",
-          "plant.yaml:18:5: error: \"axis.60FF:0\" is an output; what is forwarded is an input",
+          "plant.yaml:18:5: error: \"axis.60FF:0\" is an output; only inputs can be forwarded",
           "plant.yaml:19:26: error: \"axis.6064:0\" is an input; the target of a rule is an "
           "output",
           "plant.yaml:20:26: error: \"axis.Statusword\" is UNSIGNED16, \"axis.Target position\" "

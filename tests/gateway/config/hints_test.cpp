@@ -30,7 +30,7 @@ TEST(Hints, PdosOnASyncOfNobody) {
   const std::string nodes =
       "nodes: [{id: 5, name: ram, eds: bridges/sim/eds/drive.eds, heartbeat: 200ms}]";
   EXPECT_THAT(hints_of(nodes), ElementsAre("press: warning: TPDO 2 of ram, RPDO 2 of ram: on SYNC, "
-                                           "which nobody produces (sync of the line)"));
+                                           "but no node produces SYNC (sync of the line)"));
   EXPECT_THAT(hints_of("sync: 10ms, " + nodes), IsEmpty());
 }
 

@@ -123,8 +123,8 @@ TEST_F(OwnValues, AFileThatIsNoneIsTold) {
   std::ofstream(folder_ + "/own.cdc", std::ios::binary) << "none";
   EXPECT_THAT(messages("    own_concise_dcf: own.cdc\n"),
               ElementsAre("5:22: " + folder_ +
-                          "/own.cdc is no concise DCF: its 4 bytes are not what its count and "
-                          "sizes say"));
+                          "/own.cdc is no concise DCF: its 4 bytes do not match its count and "
+                          "sizes"));
   EXPECT_THAT(messages("    own_concise_dcf: other.cdc\n"),
               ElementsAre("5:22: there is no file " + folder_ + "/other.cdc"));
 }

@@ -153,7 +153,8 @@ const Bad kBad[] = {
       "plant.yaml:10:35: error: \"256\" is no UNSIGNED8",
       "plant.yaml:10:48: error: expected ro, wo, rw, rwr, rww or const, got \"r\"; did you "
       "mean \"ro\"?",
-      "plant.yaml:11:7: error: 2100:04 is a BOOLEAN, of which the image has bits: take UNSIGNED8",
+      "plant.yaml:11:7: error: 2100:04 is a BOOLEAN, which the image stores as a bit: use "
+      "UNSIGNED8",
       "plant.yaml:12:7: error: 2100:05 is to be stored, but the line has no storage",
       "plant.yaml:13:26: error: unknown key \"limit\" in 2100:06",
       "plant.yaml:15:7: error: 2100:07 is there twice"}},

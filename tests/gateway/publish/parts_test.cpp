@@ -85,7 +85,7 @@ TEST(ControllerText, TellsWhereTheControllerIsSetOtherwiseThanTheLineNeeds) {
   plan.config.bit_rate = 500'000;
   ASSERT_EQ(complaints(plan, controller).size(), 1U);
   EXPECT_EQ(complaints(plan, controller)[0],
-            "socketcan:can0 runs at 250000 bit/s, and the configuration of the line says 500000 "
+            "socketcan:can0 runs at 250000 bit/s, but the configuration of the line has 500000 "
             "bit/s");
 
   plan.config.bit_rate = 0;

@@ -208,7 +208,7 @@ TEST(ScanPlan, PdosOnASyncThatNobodyProducesAreNamed) {
   const auto plan = plan_of(line_of(kBare), taken({node}, {.set_up = true}));
   EXPECT_TRUE(std::ranges::any_of(plan.diagnostics, [](const Diagnostic& each) {
     return each.severity == Severity::warning &&
-           each.text == "TPDO 1 of node5: on SYNC, which nobody produces (sync of the line)";
+           each.text == "TPDO 1 of node5: on SYNC, but no node produces SYNC (sync of the line)";
   }));
 }
 

@@ -257,13 +257,14 @@ TEST(Check, SaysThatALineTakesItsNodesFromAScan) {
   const auto bare = config::read(head + "true}\n", LINEGATE_SOURCE_DIR "/plant.yaml");
   ASSERT_TRUE(bare.ok());
   EXPECT_TRUE(contains(describe(*bare.value),
-                       "nodes: what a scan finds at the start; nothing is written to them\n"));
+                       "nodes: found by a scan at the start; nothing is written to them\n"));
   const auto more = config::read(head + "{at_start: false, set_up: true, eds: bridges/sim/eds}}\n",
                                  LINEGATE_SOURCE_DIR "/plant.yaml");
   ASSERT_TRUE(more.ok());
-  EXPECT_TRUE(contains(describe(*more.value),
-                       "nodes: what a scan finds; what is missing is set up, heartbeat 500ms; "
-                       "device files in " LINEGATE_SOURCE_DIR "/bridges/sim/eds\n"));
+  EXPECT_TRUE(
+      contains(describe(*more.value),
+               "nodes: found by a scan; missing error control is configured, heartbeat 500ms; "
+               "device files in " LINEGATE_SOURCE_DIR "/bridges/sim/eds\n"));
 }
 
 TEST(Check, PutsFindingsIntoTheJson) {

@@ -80,7 +80,7 @@ def scenario():
     loud = site.gateway("loud", plant("loud", "can2", "observer"))
     eventually(
         "loud: the log says that its controller acknowledges",
-        lambda: "can2 acknowledges what others send" in loud.text(),
+        lambda: "can2 acknowledges frames of other nodes" in loud.text(),
     )
     check("that observer ends well", loud.stop() == 0)
     subprocess.run("ip link set can2 down".split(), check=True)

@@ -69,7 +69,7 @@ std::vector<Row> sloppy_files() {
       {"decimal 010 that is meant so or not", file_with("[2000]\n" + variable + "LowLimit=010\n"),
        "x.eds:18:10: warning: LowLimit: '010' begins with 0, which means octal; read as 8"},
       {"empty VendorNumber", replaced(fine, "VendorName=Linegate", "VendorNumber="),
-       "x.eds:4:1: warning: VendorNumber has no value; what object 1018h says is used"},
+       "x.eds:4:1: warning: VendorNumber has no value; object 1018h is used"},
       {"missing Dummy0001", fine + replaced(std::string(test::kDummyUsage), "Dummy0001=0\n", ""),
        "x.eds:14:1: warning: 'DummyUsage' has no Dummy0001; 0 is assumed"},
       {"missing ParameterName", replaced(fine, "ParameterName=Device type\n", ""),

@@ -292,7 +292,7 @@ TEST_F(MandatoryNodeTest, AServerThatSaysSoThreeTimesRefuses) {
     hear(0x585, {0x80, 0x17, 0x10, 0x00, 0x01, 0x00, 0x04, 0x05});
     if (i < 2) {
       EXPECT_THAT(manager::describe_boot('J', line_->node_state(5).finding),
-                  testing::EndsWith("; asked again every second"));
+                  testing::EndsWith("; requested again every second"));
       sent();
       pass(seconds(1));
       answer_identity();
@@ -390,7 +390,7 @@ TEST_F(MandatoryNodeTest, A1000hThatIsRefusedIsToldAndAskedForWithoutEnd) {
   EXPECT_EQ(
       manager::describe_boot(line_->node_state(5).boot, line_->node_state(5).finding),
       "1000h cannot be read: 1000:00 ended with 06020000h, object does not exist in the object "
-      "dictionary; asked again every second");
+      "dictionary; requested again every second");
 }
 
 // The previous response, an abort, is received a second time.

@@ -108,8 +108,8 @@ TEST(PdoChecks, PdosThatWaitForASyncOfNobodyAreNamed) {
   ASSERT_TRUE(unsynchronised_pdos(config));
   EXPECT_EQ(
       to_string(*unsynchronised_pdos(config)),
-      "press: warning: TPDO 1 of axis, RPDO 1 of axis: on SYNC, which nobody produces (sync of "
-      "the line)");
+      "press: warning: TPDO 1 of axis, RPDO 1 of axis: on SYNC, but no node produces SYNC (sync "
+      "of the line)");
   LineConfig with_sync = config;
   with_sync.sync_period = milliseconds(10);
   EXPECT_FALSE(unsynchronised_pdos(with_sync));
