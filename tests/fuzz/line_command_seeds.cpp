@@ -4,6 +4,9 @@
 #include <chrono>
 #include <cstdint>
 #include <initializer_list>
+#include <set>
+#include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "stack/lss/procedure.h"
@@ -36,6 +39,8 @@ class Script {
   void ask(const CommandForm& form, std::initializer_list<std::uint8_t> data = {}) {
     ask(form, bytes(data));
   }
+  // Whether ask() was called with that kind.
+  bool has_asked(CommandKind kind) const { return asked_.contains(kind); }
   void ask(lss::Procedure procedure, const std::vector<std::byte>& data = {}) {
     ask({.kind = CommandKind::lss, .code = static_cast<std::uint16_t>(procedure)}, data);
     wait(5);
@@ -63,13 +68,15 @@ class Script {
  private:
   void ask(CommandForm form, const std::vector<std::byte>& data) {
     form.data = data;
+    asked_.insert(form.kind);
     steps_.command(form);
   }
 
   Steps steps_;
+  std::set<CommandKind> asked_;
 };
 
-// Each command once, with valid fields for a manager of these devices.
+// A command of each kind, with valid fields for a manager of these devices.
 void ask_everything(Script& script) {
   script.ask({.kind = CommandKind::sdo_read, .node = kDrive, .index = 0x1018, .sub = 1});
   script.ask({.kind = CommandKind::sdo_write, .node = kDrive, .index = 0x1015}, {0x0A, 0x00});
@@ -118,6 +125,12 @@ void ask_everything(Script& script) {
              {'L', 'G', 'F', 'W', 4, 3, 2, 1, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8});
   script.ask(lss::Procedure::assign);
   script.ask({.kind = CommandKind::scan_apply, .node = kAll, .timeout = milliseconds(5000)});
+  for (const CommandKind kind : line::kRequestKinds) {
+    if (!script.has_asked(kind)) {
+      throw std::logic_error("ask_everything() has no command of the kind " +
+                             std::string(line::name(kind)));
+    }
+  }
   script.wait(40);
   script.look();
 }

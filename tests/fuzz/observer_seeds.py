@@ -97,7 +97,7 @@ SEEDS = {
     "sync-time-strange": frame(0x080) + frame(0x100, 1, 2, 3, 4, 5, 6) + strange(0x1ABCDEF0, 1, 1, 2)
     + strange(0x185, 0x0C, *range(12)) + LOOK,
     "bus": frame(0x185, 1, 2, 3, 4, 5, 6) + steps(BUS, 2, 4, 0) + LOOK + steps(BUS, 2, 1, 0) + steps(BUS, 4, 0, 9) + LOOK,
-    "asked-to-send": b"".join(command(kind, 5) for kind in range(24))
+    "asked-to-send": b"".join(command(kind, 5) for kind in range(26))
     + strange(0x1ABCDEF0, 1, 1, 2)
     + steps(OUTPUTS, 0, 0)
     + steps(STOP)
