@@ -13,6 +13,8 @@ namespace linegate::console {
 namespace {
 
 constexpr std::size_t kMostNames = 3;  // entries named in one sentence
+constexpr std::string_view kUnknownWay =
+    "accepted; the answer has an unknown reason, so it may not be sent yet";
 constexpr std::string_view kTurn = "its turn on the bus (SYNC, inhibit time)";
 
 std::string list_of(const std::vector<std::string>& names) {
@@ -89,6 +91,9 @@ bool names_entries(const line::ReplyData& data) {
 }
 
 bool is_held_back(const line::ReplyData& data) {
+  if (!line::bytes_of(data).empty()) {
+    return true;
+  }
   const auto* const way = std::get_if<line::WrittenByPdo>(&data);
   return way != nullptr &&
          (way->wait == line::PdoWait::values || way->wait == line::PdoWait::operational ||
@@ -100,6 +105,9 @@ std::string way_text(const line::ReplyData& data, const image::Layout* outputs) 
       "",        "update time", "values that were never written", "own node operational",
       "trigger", kTurn,         "the bus: no acknowledge"};
   const auto* const way = std::get_if<line::WrittenByPdo>(&data);
+  if (!line::bytes_of(data).empty()) {
+    return std::string(kUnknownWay);
+  }
   if (way == nullptr) {
     return std::holds_alternative<line::WrittenBySdo>(data) ? "by SDO" : "";
   }

@@ -30,6 +30,8 @@ struct RequestCodec<line::SdoRead> : WithoutData {
     to.address = address_of(from);
     to.from_image = (from.code() & kFromImageBit) != 0;
     to.from_scan = (from.code() & kFromScanBit) != 0;
+    if (from.code() > (kFromImageBit | kFromScanBit))
+      return "code has other bits than 0 and 1";
     return one_node(to.node);
   }
 };
@@ -119,7 +121,7 @@ struct RequestCodec<line::LocalRead> : WithoutData {
       const std::uint32_t last = to_end ? 0xFFFF : from.entry();
       to.what = line::ObjectRange{from.index(), static_cast<std::uint16_t>(last)};
     }
-    return nullptr;
+    return from.code() == 0 || from.code() == kListCode ? nullptr : "code is not 0 or 2";
   }
 };
 
@@ -167,6 +169,11 @@ struct RequestCodec<line::ObjectCreate> {
     to.what = std::move(object);
     return from.code() > 1 ? "code is not 0 or 1" : nullptr;
   }
+  static bool is_defined(od::DataType type) {
+    using od::DataType;
+    return od::has_fixed_size(type) || od::is_string(type) || type == DataType::time_of_day ||
+           type == DataType::time_difference || type == DataType::domain;
+  }
   static Bytes encode(const line::ObjectCreate& from) {
     const auto* const object = std::get_if<line::OwnObject>(&from.what);
     if (object == nullptr)
@@ -202,6 +209,8 @@ struct RequestCodec<line::ObjectCreate> {
     variable.high_limit = in.sized(1);
     const bool known =
         variable.access <= od::Access::constant && flags <= (kMappable | kStored | kPlaced);
+    if (in.complete() && !is_defined(variable.type))
+      return "data has a data type that CiA 301 does not define";
     return in.complete() && known ? nullptr : "data is no description of an object";
   }
 };

@@ -17,6 +17,7 @@ inline constexpr std::uint32_t kExtendedBit = 0x8000'0000;
 inline constexpr std::uint32_t kRemoteBit = 0x4000'0000;
 inline constexpr std::uint8_t kFdSub = 4;  // of COMMAND_CAN_SEND
 inline constexpr std::uint8_t kSwitchedFdSub = 5;
+inline constexpr std::uint32_t kNoByte = 0xFFFF'FFFF;  // entry of COMMAND_PDO_TRIGGER
 
 template <>
 struct RequestCodec<line::SingleOutput> {
@@ -172,7 +173,9 @@ struct RequestCodec<line::PdoTrigger> : WithoutData {
   static void write(const line::PdoTrigger& from, v1::CommandRequest& to) {
     to.node(from.node);
     to.code(from.number);
-    to.entry(from.output_byte.value_or(0));
+    // Without node, number and byte: no PDO, as in the stack. Byte 0 would be one of the outputs.
+    const bool names_none = from.node == 0 && from.number == 0 && !from.output_byte;
+    to.entry(names_none ? kNoByte : from.output_byte.value_or(0));
   }
   static const char* read(const v1::CommandRequest& from, line::PdoTrigger& to) {
     to.node = from.node();

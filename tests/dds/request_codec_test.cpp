@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "stack/image/layout.h"
+
 namespace linegate::dds {
 namespace {
 
@@ -124,6 +126,22 @@ TEST(RequestCodec, EachKindHasAnAlternativeAtItsPlace) {
     EXPECT_EQ(static_cast<std::size_t>(request::kind(each[i])), i);
 }
 
+TEST(RequestCodec, ATriggerOfNothingDoesNotBecomeOneOfTheFirstByte) {
+  request::Request request;
+  EXPECT_EQ(decode(encode(line::PdoTrigger{}), request), "");
+  const auto& trigger = std::get<line::PdoTrigger>(std::get<line::Request>(request));
+  ASSERT_TRUE(trigger.output_byte);
+  EXPECT_GE(*trigger.output_byte, image::kMaxAreaBytes) << "no output is there";
+}
+
+TEST(RequestCodec, ADataTypeThatCiaDoesNotDefineIsRefused) {
+  Sample sample = encode(one_of_each_kind()[v1::COMMAND_OBJECT_CREATE]);
+  for (const unsigned type : {0x00U, 0x0EU, 0x17U, 0x1CU, 0xFFU}) {
+    sample.data[0] = static_cast<std::byte>(type);
+    EXPECT_EQ(fault_of(sample), "data has a data type that CiA 301 does not define") << type;
+  }
+}
+
 // idl/COMMANDS.md, byte for byte.
 TEST(RequestCodec, DataAreAsDocumented) {
   EXPECT_EQ(encode(one_of_each_kind()[v1::COMMAND_OBJECT_CREATE]).data,
@@ -165,6 +183,9 @@ TEST(RequestCodec, WhatHasNoMeaningIsRefused) {
   const auto with_data = [&](unsigned kind, const Bytes& data) {
     return spoilt(kind, [&data](Sample& sample) { sample.data = data; });
   };
+  EXPECT_EQ(with_code(v1::COMMAND_SDO_READ, 4), "code has other bits than 0 and 1");
+  EXPECT_EQ(with_code(v1::COMMAND_LOCAL_READ, 1), "code is not 0 or 2");
+  EXPECT_EQ(with_code(v1::COMMAND_LOCAL_READ, 3), "code is not 0 or 2");
   EXPECT_NE(with_code(v1::COMMAND_OBJECT_WRITE, 4), "");
   EXPECT_NE(with_code(v1::COMMAND_LOCAL_WRITE, 2), "");
   EXPECT_NE(with_code(v1::COMMAND_CONFIGURE, 2), "");

@@ -238,6 +238,10 @@ TEST_F(Commands, AnObjectIsWrittenByPdoOrSdoAndSaysWhich) {
   EXPECT_EQ(object_write(context_, "press:5", "6083", "0", "u32", "1", false), kDone);
   EXPECT_EQ(out_.str(), "by SDO\n");
   EXPECT_EQ(object_write(context_, "press:5", "6083", "0", "u8", "300", false), kUsage);
+  out_.str("");
+  gateway_.answer.reply.data = test::raw({1, 3, 0, 9});  // a reason that is not defined
+  EXPECT_EQ(object_write(context_, "press:5", "6083", "0", "u32", "1", false), kHeldBack);
+  EXPECT_THAT(out_.str(), testing::HasSubstr("unknown reason"));
   gateway_.answer.reply.data = {};
   EXPECT_EQ(object_write(context_, "press:own", "2000", "0", "u8", "3", false), kDone);
   EXPECT_EQ(line::node_of(gateway_.last), 127);
