@@ -215,6 +215,7 @@ void Client::wake() {
 
 std::size_t Client::poll(Duration timeout, ClientListener& listener) {
   impl_->handled = 0;
+  impl_->endpoints.limit_stalls();
   impl_->keep_asking(listener);
   const Instant wake = impl_->tracker.next_wake();
   const Duration until_wake = wake == kNever ? timeout : wake - steady_now();

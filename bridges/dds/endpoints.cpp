@@ -69,6 +69,8 @@ void Endpoints::create_participant(const std::string& name, std::uint32_t domain
     guard_ = std::make_shared<guard::Guard>(guard::requires_protection(qos),
                                             guard::discovery_limits(qos));
     names_.inform(guard_);
+    if (guard::has_tcp(qos))
+      stalls_.emplace();
     guard::wrap_transports(qos, guard_);
   }
   participant_ = factory->create_participant(domain, qos, &names_, fast::StatusMask::none());

@@ -2,9 +2,11 @@
 // A participant with its writers and readers, which it owns. Each has the QoS of its profile.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +18,7 @@
 #include <fastdds/dds/topic/TypeSupport.hpp>
 
 #include "bridges/dds/guard/guard.h"
+#include "bridges/dds/guard/stalled_connections.h"
 #include "bridges/dds/name_watch.h"
 #include "bridges/dds/received_type.h"
 #include "bridges/dds/written_type.h"
@@ -61,6 +64,13 @@ class Endpoints {
     return guard_ == nullptr ? guard::Counters{} : guard_->counters();
   }
 
+  // Limits how long TCP connections may stall. Call it about every second, from one thread that
+  // does not write.
+  void limit_stalls() {
+    if (stalls_)
+      stalls_->advance(std::chrono::steady_clock::now().time_since_epoch());
+  }
+
   // Number of received samples that could not be deserialized, since the last call.
   std::uint64_t take_unreadable() { return unreadable_->take(); }
 
@@ -97,9 +107,10 @@ class Endpoints {
 
   std::vector<Diagnostic>* diagnostics_;  // nullptr after seal()
   std::shared_ptr<UnreadableCount> unreadable_ = std::make_shared<UnreadableCount>();
-  std::shared_ptr<guard::Guard> guard_;  // nullptr: disabled
-  NameWatch names_;                      // outlives the participant, whose listener it is
-  std::string origin_;                   // file of the profiles, for diagnostics
+  std::shared_ptr<guard::Guard> guard_;       // nullptr: disabled
+  std::optional<guard::StallLimits> stalls_;  // nullopt: no TCP, or no guard
+  NameWatch names_;                           // outlives the participant, whose listener it is
+  std::string origin_;                        // file of the profiles, for diagnostics
   std::size_t participants_;
   bool ok_ = true;
   eprosima::fastdds::dds::DomainParticipant* participant_ = nullptr;

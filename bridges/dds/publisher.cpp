@@ -138,7 +138,10 @@ class LocalPort final : public SamplePort {
     return true;
   }
 
-  bool wait(Duration timeout) override { return waiting_.wait(timeout); }
+  bool wait(Duration timeout) override {
+    endpoints_.limit_stalls();
+    return waiting_.wait(timeout);
+  }
   void wake() override { waiting_.wake(); }
   Taken take(v1::OutputWrite& sample, Participant& from) override {
     return take_from(*outputs_, sample, from);

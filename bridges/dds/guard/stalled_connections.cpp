@@ -26,4 +26,28 @@ std::size_t limit_stalls_of_listeners() {
   return limited;
 }
 
+std::size_t limit_stalls_of_all() {
+  std::size_t limited = 0;
+  each_descriptor([&](int descriptor) {
+    int protocol = 0;
+    socklen_t size = sizeof protocol;
+    if (::getsockopt(descriptor, SOL_SOCKET, SO_PROTOCOL, &protocol, &size) != 0 ||
+        protocol != IPPROTO_TCP)
+      return;
+    unsigned limit = 0;
+    size = sizeof limit;
+    if (::getsockopt(descriptor, IPPROTO_TCP, TCP_USER_TIMEOUT, &limit, &size) == 0 && limit == 0 &&
+        limit_stalls(descriptor))
+      ++limited;
+  });
+  return limited;
+}
+
+std::size_t StallLimits::advance(std::chrono::nanoseconds now) {
+  if (next_ && now < *next_)
+    return 0;
+  next_ = now + kPeriod;
+  return limit_stalls_of_all();
+}
+
 }  // namespace linegate::dds::guard

@@ -9,6 +9,7 @@
 
 #include <chrono>
 #include <cstddef>
+#include <optional>
 
 namespace linegate::dds::guard {
 
@@ -19,5 +20,23 @@ inline constexpr std::chrono::milliseconds kStalled{2000};
 bool limit_stalls(int socket);
 // Applies the limit to every listening TCP socket of this process. Returns their number.
 std::size_t limit_stalls_of_listeners();
+// Applies the limit to every TCP socket of this process that has none: connections that Fast DDS
+// opened, or opened again. Returns their number.
+std::size_t limit_stalls_of_all();
+
+// Repeats limit_stalls_of_all(), because Fast DDS opens a lost connection again without notice. One
+// thread; it is not the one that sends, which a stalled connection blocks. The limit also ends a
+// call that already blocks.
+class StallLimits {
+ public:
+  static constexpr std::chrono::milliseconds kPeriod{500};
+
+  // now: of any steady clock. Does nothing if the last repetition is less than kPeriod ago. Returns
+  // the number of sockets that had no limit.
+  std::size_t advance(std::chrono::nanoseconds now);
+
+ private:
+  std::optional<std::chrono::nanoseconds> next_;
+};
 
 }  // namespace linegate::dds::guard

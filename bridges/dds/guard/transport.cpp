@@ -10,6 +10,7 @@
 
 #include <fastdds/rtps/network/SenderResource.h>
 #include <fastdds/rtps/transport/ChainingTransport.h>
+#include <fastdds/rtps/transport/TCPTransportDescriptor.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
@@ -181,6 +182,13 @@ void wrap_transports(eprosima::fastdds::dds::DomainParticipantQos& qos,
     replace_built_in(transport);
   for (auto& each : transport.user_transports)
     each = wrap(each, guard);
+}
+
+bool has_tcp(const eprosima::fastdds::dds::DomainParticipantQos& qos) {
+  const auto& transports = qos.transport().user_transports;
+  return std::any_of(transports.begin(), transports.end(), [](const auto& each) {
+    return dynamic_cast<const fast::TCPTransportDescriptor*>(each.get()) != nullptr;
+  });
 }
 
 DiscoveryLimits discovery_limits(const eprosima::fastdds::dds::DomainParticipantQos& qos) {

@@ -17,6 +17,9 @@ namespace linegate::dds::guard {
 void wrap_transports(eprosima::fastdds::dds::DomainParticipantQos& qos,
                      const std::shared_ptr<Guard>& guard);
 
+// Whether the participant has a TCP transport. Call it before wrap_transports().
+bool has_tcp(const eprosima::fastdds::dds::DomainParticipantQos& qos);
+
 // The limits for a QoS with a bounded number of participants: that bound, and the hosts of its
 // initial peers.
 DiscoveryLimits discovery_limits(const eprosima::fastdds::dds::DomainParticipantQos& qos);

@@ -2,12 +2,18 @@
 // The system ends TCP connections whose peer reads nothing any more.
 #include "bridges/dds/guard/stalled_connections.h"
 
+#include <atomic>
 #include <cerrno>
+#include <chrono>
+#include <thread>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <linux/sockios.h>
 #include <linux/tcp.h>
 #include <netinet/in.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -35,6 +41,13 @@ class StalledConnections : public testing::Test {
       ::close(socket);
   }
 
+  static unsigned limit_of(int socket) {
+    unsigned limit = 0;
+    socklen_t size = sizeof limit;
+    EXPECT_EQ(::getsockopt(socket, IPPROTO_TCP, TCP_USER_TIMEOUT, &limit, &size), 0);
+    return limit;
+  }
+
   const int listener_ = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   const int client_ = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   int accepted_ = -1;
@@ -45,6 +58,52 @@ TEST_F(StalledConnections, AcceptedOnesInheritTheLimit) {
   socklen_t size = sizeof limit;
   ASSERT_EQ(::getsockopt(accepted_, IPPROTO_TCP, TCP_USER_TIMEOUT, &limit, &size), 0);
   EXPECT_EQ(limit, dds::guard::kStalled.count());
+}
+
+TEST_F(StalledConnections, OpenedOnesGetTheLimitPeriodically) {
+  EXPECT_EQ(limit_of(client_), 0U) << "the system sets none";
+  dds::guard::StallLimits limits;
+  const std::chrono::seconds now(7);
+  EXPECT_GE(limits.advance(now), 1U);
+  EXPECT_EQ(limit_of(client_), dds::guard::kStalled.count());
+
+  const unsigned none = 0;  // as if it had been opened again
+  ASSERT_EQ(::setsockopt(client_, IPPROTO_TCP, TCP_USER_TIMEOUT, &none, sizeof none), 0);
+  EXPECT_EQ(limits.advance(now + dds::guard::StallLimits::kPeriod - std::chrono::nanoseconds(1)),
+            0U);
+  EXPECT_EQ(limit_of(client_), 0U);
+  EXPECT_EQ(limits.advance(now + dds::guard::StallLimits::kPeriod), 1U);
+  EXPECT_EQ(limit_of(client_), dds::guard::kStalled.count());
+}
+
+TEST_F(StalledConnections, AnotherLimitIsKept) {
+  const unsigned own = 9000;
+  ASSERT_EQ(::setsockopt(client_, IPPROTO_TCP, TCP_USER_TIMEOUT, &own, sizeof own), 0);
+  dds::guard::limit_stalls_of_all();
+  EXPECT_EQ(limit_of(client_), own);
+}
+
+// The send blocks first; another thread sets the limit afterwards.
+TEST_F(StalledConnections, TheLimitEndsASendThatAlreadyBlocks) {
+  std::atomic<bool> ended = false;
+  std::thread sender([&] {
+    const std::vector<char> data(1U << 20U);
+    while (::send(client_, data.data(), data.size(), MSG_NOSIGNAL) >= 0) {
+    }
+    ended = true;
+  });
+  const auto queued = [&] {
+    int octets = 0;
+    return ::ioctl(client_, SIOCOUTQ, &octets) == 0 ? octets : -1;
+  };
+  for (int before = 0, now = queued(); now == 0 || now != before;) {  // until it blocks
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    before = std::exchange(now, queued());
+  }
+  EXPECT_FALSE(ended);
+  EXPECT_GE(dds::guard::limit_stalls_of_all(), 1U);
+  sender.join();
+  EXPECT_TRUE(ended);
 }
 
 TEST_F(StalledConnections, ABlockedSendEnds) {
