@@ -105,6 +105,10 @@ void Guard::set_process_of(const Prefix& it) {
   process_ = process_of(it);
 }
 
+void Guard::set_utc(SampleTime (*utc)()) {
+  utc_ = utc;
+}
+
 void Guard::count(Reason reason) {
   dropped_[static_cast<std::size_t>(reason)].fetch_add(1, std::memory_order_relaxed);
 }
@@ -249,7 +253,7 @@ Reason Guard::judge_numbers(Datagram& datagram, const Content& content) {
         if (!numbers.advance(content.highest, datagram.now))
           return Reason::rate;
         if (content.is_sample)
-          datagram.time = numbers.times.of(content.highest, datagram.sent);
+          datagram.time = numbers.times.of(content.highest, datagram.sent, utc_);
         return Reason::none;
       },
       Reason::writers);

@@ -47,6 +47,9 @@ class Guard {
   // from a writer of this process is forged or looped back, and is dropped. it: prefix of any
   // participant of the process.
   void set_process_of(const Prefix& it);
+  // Limits the first timestamp of each writer to the present UTC, see SampleTimes. Without this
+  // call, there is no limit. Call it before the first datagram. utc: callable from any thread.
+  void set_utc(SampleTime (*utc)());
   // Records the acknowledgements of local readers in a sent datagram. From any thread. Does not
   // allocate.
   void sent(Octets datagram);
@@ -87,6 +90,7 @@ class Guard {
   bool is_own(const Datagram& datagram, const Submessage& submessage, const Content& content) const;
 
   const bool protection_required_;
+  SampleTime (*utc_)() = SampleTimes::no_limit;
   std::atomic<std::uint64_t> process_{0};  // 0: none
   std::atomic<Number> kept_{0};            // sum over all KeptNumbers
   GuidTable<WriterNumbers, 1024> writers_;

@@ -14,7 +14,9 @@
 //
 // Therefore the timestamp is a function of the number: the timestamp of the first received sample,
 // plus 2^-32 s for each further number. The timestamps of later samples have no effect, and neither
-// has a sender's clock that is set back.
+// has a sender's clock that is set back. The first timestamp is at most the time of its reception:
+// a full history keeps the samples with the later timestamps, so a writer that claims a time in the
+// future would displace the samples of all others.
 #pragma once
 
 #include <algorithm>
@@ -30,16 +32,19 @@ using SampleTime = std::int64_t;
 
 class SampleTimes {
  public:
+  static SampleTime no_limit() { return std::numeric_limits<SampleTime>::max(); }
+
   // Greater than the highest number (kLastNumber), so that no timestamp overflows.
   static constexpr SampleTime kMargin = SampleTime{1} << 49;
 
-  // The timestamp of the sample `number`, 1 to 2^48. sent: its received timestamp; 0: none.
-  SampleTime of(Number number, SampleTime sent) {
+  // The timestamp of the sample `number`, 1 to 2^48. sent: its received timestamp; 0: none. utc:
+  // the present time, which is called for the first sample only.
+  SampleTime of(Number number, SampleTime sent, SampleTime (*utc)() = no_limit) {
     if (!begun_) {
       constexpr SampleTime kEarliest = std::numeric_limits<SampleTime>::min() + kMargin;
       constexpr SampleTime kLatest = std::numeric_limits<SampleTime>::max() - kMargin;
       begun_ = true;
-      zero_ = std::clamp(sent, kEarliest, kLatest) - number;
+      zero_ = std::clamp(std::min(sent, utc()), kEarliest, kLatest) - number;
     }
     return zero_ + number;
   }

@@ -31,6 +31,14 @@ std::int64_t steady_ns() {
       .count();
 }
 
+SampleTime utc() {
+  const auto now = std::chrono::duration_cast<std::chrono::nanoseconds>(
+                       std::chrono::system_clock::now().time_since_epoch())
+                       .count();
+  constexpr std::int64_t kSecond = 1'000'000'000;
+  return (now / kSecond << 32) | ((now % kSecond) << 32) / kSecond;
+}
+
 // The address that TCPChannelResourceBasic::connect connects to.
 sockaddr_in tcp_address(const rtps::Locator_t& locator) {
   sockaddr_in out{};
@@ -177,6 +185,7 @@ bool leaves_plain(const std::string& document) {
 
 void wrap_transports(eprosima::fastdds::dds::DomainParticipantQos& qos,
                      const std::shared_ptr<Guard>& guard) {
+  guard->set_utc(utc);
   auto& transport = qos.transport();
   if (transport.use_builtin_transports)
     replace_built_in(transport);

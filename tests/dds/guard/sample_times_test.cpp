@@ -83,6 +83,17 @@ TEST_F(SampleTimesTest, TheFirstSampleKeepsItsTimestamp) {
   }
 }
 
+// Otherwise a writer that claims a time in the future would displace the samples of every other one
+// from a full history.
+TEST_F(SampleTimesTest, AFirstTimestampInTheFutureIsThatOfTheReception) {
+  static constexpr SampleTime kNow = SampleTime{1'800'000'000} << 32;
+  guard.set_utc([] { return kNow; });
+  EXPECT_EQ(time_of(7, kNow + 1, 1), kNow);
+  EXPECT_EQ(time_of(8, kNow + 1, 1), kNow + 1) << "the next number, whatever its timestamp";
+  EXPECT_EQ(time_of(7, INT64_MAX, 2), kNow);
+  EXPECT_EQ(time_of(7, kNow - 5, 3), kNow - 5) << "a time in the past stays";
+}
+
 TEST_F(SampleTimesTest, ASampleWithoutATimestampGetsOne) {
   EXPECT_EQ(pass(Datagram().add(0x15, data(1))),
             Datagram().add(0x09, time(0, 0)).add(0x15, data(1)).get());
