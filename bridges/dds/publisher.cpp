@@ -37,6 +37,8 @@ namespace fast = eprosima::fastdds::dds;
 
 constexpr std::size_t kSamplesPerPoll = 256;  // of each topic, so that none starves the other
 
+constexpr Duration kLivelinessPeriod = std::chrono::milliseconds(500);  // a quarter of the lease
+
 // Name of a QoS policy that writer and reader must match (DDS 1.4 2.2.3).
 std::string_view policy_name(std::uint32_t id) {
   switch (id) {
@@ -138,10 +140,7 @@ class LocalPort final : public SamplePort {
     return true;
   }
 
-  bool wait(Duration timeout) override {
-    endpoints_.limit_stalls();
-    return waiting_.wait(timeout);
-  }
+  bool wait(Duration timeout) override;
   void wake() override { waiting_.wake(); }
   Taken take(v1::OutputWrite& sample, Participant& from) override {
     return take_from(*outputs_, sample, from);
@@ -202,6 +201,7 @@ class LocalPort final : public SamplePort {
   std::unique_ptr<InboundReader<v1::OutputWritePubSubType>> outputs_;
   std::unique_ptr<InboundReader<v1::CommandRequestPubSubType>> requests_;
   Participant last_sender_;  // of the thread that calls take()
+  std::chrono::steady_clock::time_point liveliness_due_{};
 };
 
 LocalPort::LocalPort(const GatewayOptions& options, std::vector<Diagnostic>& diagnostics)
@@ -255,6 +255,24 @@ void LocalPort::remove_line(const std::string& line) {
     if (*image)
       (*image)->remove();
     image->reset();
+  }
+}
+
+// A gateway whose requests are not received is not alive: hence here, not in a thread of Fast DDS.
+bool LocalPort::wait(Duration timeout) {
+  using Clock = std::chrono::steady_clock;
+  endpoints_.limit_stalls();
+  for (const auto end = Clock::now() + timeout;;) {
+    const auto now = Clock::now();
+    if (now >= liveliness_due_) {
+      line_states_.assert_liveliness();
+      liveliness_due_ = now + kLivelinessPeriod;
+    }
+    const auto until = std::min(end, liveliness_due_);
+    if (waiting_.wait(until - now))
+      return true;
+    if (until == end)
+      return false;
   }
 }
 

@@ -10,6 +10,7 @@
 #pragma once
 
 #include <cstdint>
+#include <mutex>
 #include <string>
 
 #include <fastdds/dds/publisher/DataWriter.hpp>
@@ -33,6 +34,7 @@ class StateWriter {
 
   // Returns false if DDS refused the sample.
   bool write(Sample& sample) {
+    const std::lock_guard lock(mutex_);
     Key key;
     if (writer_.writer() == nullptr || !type_.getKey(&sample, &key))
       return false;
@@ -46,9 +48,18 @@ class StateWriter {
   // samples.
   template <class Wanted>
   void end(Wanted wanted) {
+    const std::lock_guard lock(mutex_);
     held_.drop(wanted, [&](const Key& key, Sample& sample) {
       writer_.each([&](auto* writer) { writer->unregister_instance(&sample, key); });
     });
+  }
+
+  // Asserts the liveliness of its writers (DDS 1.4 2.2.3.11, manual by topic), from any thread. Has
+  // no effect while a sample is written, which asserts it.
+  void assert_liveliness() {
+    const std::unique_lock lock(mutex_, std::try_to_lock);
+    if (lock)
+      writer_.each([](auto* writer) { writer->assert_liveliness(); });
   }
 
   eprosima::fastdds::dds::DataWriter* writer() const { return writer_.writer(); }
@@ -61,6 +72,7 @@ class StateWriter {
         [&](auto* writer) { held_.each([&](Sample& sample) { writer->write(&sample); }); });
   }
 
+  std::mutex mutex_;
   RenewedWriter writer_;
   PubSubType type_;
   HeldSamples<Key, Sample> held_;

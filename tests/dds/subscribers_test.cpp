@@ -2,7 +2,9 @@
 // Subscribers that join late, are killed, or are stopped.
 #include <map>
 #include <optional>
+#include <set>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -128,6 +130,49 @@ TEST(Subscribers, TheEndOfAGatewayIsTold) {
   gateway->signal(SIGKILL);
   EXPECT_TRUE(eventually([&] { return client->poll(milliseconds(50), got), !got.gone.empty(); }));
   EXPECT_EQ(got.gone, "known-gateway/line1");
+}
+
+struct NoRequests : dds::GatewayHandler {
+  void on_output_write(dds::OutputMessage) override {}
+  void on_command(dds::CommandMessage) override {}
+  void on_gateway_command(dds::GatewayCommandMessage) override {}
+  void on_output_refused(std::string_view, std::uint16_t, line::OutputRefusal,
+                         std::string_view) override {}
+  void on_command_refused(std::string_view, std::string_view, std::uint8_t, line::Refusal,
+                          std::string_view) override {}
+};
+
+// With automatic liveliness, a gateway that is alive would keep the lines of another one alive
+// (issue 4373 of Fast DDS), until the lease of its participant ends.
+TEST(Subscribers, TheEndOfOneOfTwoGatewaysIsDetectedBeforeItsLeaseEnds) {
+  Peer killed("gateway");
+  ASSERT_FALSE(killed.expect("ready").empty());
+  auto made = dds::GatewayBridge::make({"another", 1, domain(), LOOPBACK_PROFILES, {known::kLine}});
+  ASSERT_TRUE(made.ok());
+  const auto another = *std::move(made.value);
+  const auto client = make_client(client_options());
+  ASSERT_NE(client, nullptr);
+  struct : dds::ClientListener {
+    void on_line(const dds::Source& source, const dds::LineInfo&, const line::LineState&,
+                 const std::vector<dds::Property>&) override {
+      gateways.insert(source.gateway);
+    }
+    void on_line_gone(std::string_view gateway, std::string_view) override { gone = gateway; }
+
+    std::set<std::string> gateways;
+    std::string gone;
+  } got;
+  NoRequests nobody;
+  const auto pass = [&] {
+    another->poll(milliseconds(20), nobody);
+    another->publish(known::line_info(), known::line_state(), known::at(1));
+    client->poll(milliseconds(20), got);
+  };
+  ASSERT_TRUE(eventually([&] { return pass(), got.gateways.size() == 2; }));
+  killed.signal(SIGKILL);
+  ASSERT_TRUE(eventually([&] { return pass(), !got.gone.empty(); }));
+  EXPECT_EQ(got.gone, known::kGateway);
+  EXPECT_THAT(client->peers().gateways, testing::Contains(known::kGateway));
 }
 
 // A gateway in this process with one peer subscribed and one healthy client.
@@ -272,15 +317,7 @@ TEST_F(Publishing, AShorterLayoutReplacesALongerOne) {
 }
 
 TEST_F(Publishing, WakeEndsAPoll) {
-  struct Nobody : dds::GatewayHandler {
-    void on_output_write(dds::OutputMessage) override {}
-    void on_command(dds::CommandMessage) override {}
-    void on_gateway_command(dds::GatewayCommandMessage) override {}
-    void on_output_refused(std::string_view, std::uint16_t, line::OutputRefusal,
-                           std::string_view) override {}
-    void on_command_refused(std::string_view, std::string_view, std::uint8_t, line::Refusal,
-                            std::string_view) override {}
-  } nobody;
+  NoRequests nobody;
   bridge->wake();
   const auto start = std::chrono::steady_clock::now();
   EXPECT_EQ(bridge->poll(std::chrono::hours(1), nobody), 0U);
