@@ -380,7 +380,8 @@ void Client::Impl::finish(RequestTracker::Done done, ClientListener& listener) {
 
 void Client::Impl::keep_asking(ClientListener& listener) {
   const Instant now = steady_now();
-  while (auto done = tracker.disputed(publishers))
+  const auto host_of = [this](const ParticipantPrefix& it) { return endpoints.host_of(it); };
+  while (auto done = tracker.disputed(publishers, host_of))
     finish(std::move(*done), listener);
   while (auto done = tracker.expired(now))
     finish(std::move(*done), listener);

@@ -117,8 +117,8 @@ class Client {
   // Sends a command. on_reply() receives the answer, or Refusal::timed_out at the latest after
   // `timeout`, which is independent of command.timeout, the time limit of the gateway. Returns the
   // id, or 0 if this client was created without commands. If several participants publish the line,
-  // the answer is Refusal::not_permitted with their GUIDs, and nothing is sent. command.tag is
-  // ignored. layout_id: see the contract.
+  // the answer is Refusal::not_permitted with their hosts and GUID prefixes, and nothing is sent.
+  // command.tag is ignored. layout_id: see the contract.
   std::uint64_t send(const Target& target, const line::Command& command, Duration timeout,
                      std::uint64_t layout_id = 0);
   // Like send(), and waits for the answer. Meanwhile the listener receives all other samples,

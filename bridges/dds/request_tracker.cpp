@@ -134,7 +134,8 @@ std::optional<RequestTracker::Done> RequestTracker::expired(Instant now) {
   return done;
 }
 
-std::optional<RequestTracker::Done> RequestTracker::disputed(const LinePublishers& publishers) {
+std::optional<RequestTracker::Done> RequestTracker::disputed(const LinePublishers& publishers,
+                                                             const HostOf& host_of) {
   const auto found = std::ranges::find_if(waiting_, [&](const auto& entry) {
     const Target& target = entry.second.request.target;
     return publishers.disputed(target.gateway, target.line);
@@ -146,8 +147,12 @@ std::optional<RequestTracker::Done> RequestTracker::disputed(const LinePublisher
   text += target.line.empty() ? "gateway " + target.gateway
                               : "line " + target.gateway + "/" + target.line;
   text += ", so no answer is trustworthy:";
-  for (const ParticipantPrefix& publisher : publishers.publishers(target.gateway, target.line))
-    text += " " + to_string(publisher);
+  std::string_view separator = " ";
+  for (const ParticipantPrefix& publisher : publishers.publishers(target.gateway, target.line)) {
+    const std::string host = host_of(publisher);
+    text += std::string(std::exchange(separator, ", ")) + to_string(publisher) + " at " +
+            (host.empty() ? "an unknown host" : host);
+  }
   text += "; end all but one, or give each gateway its own name";
   return fail(found, line::Refusal::not_permitted, std::move(text));
 }

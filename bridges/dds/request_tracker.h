@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -47,8 +48,11 @@ class RequestTracker {
   // known yet, the reply is ignored and requested again.
   std::optional<Done> take(const v1::CommandReply& reply, const ParticipantPrefix& sender,
                            const LinePublishers& publishers, Instant now);
-  // Ends a request for a line that several participants publish, with an error that names them.
-  std::optional<Done> disputed(const LinePublishers& publishers);
+  // The host of a participant as it announced it; empty if it is unknown.
+  using HostOf = std::function<std::string(const ParticipantPrefix&)>;
+  // Ends a request for a line that several participants publish, with an error that names their
+  // hosts and GUID prefixes.
+  std::optional<Done> disputed(const LinePublishers& publishers, const HostOf& host_of);
   // Number of replies to pending requests that were ignored because of their sender.
   std::uint64_t foreign() const { return foreign_; }
 

@@ -134,6 +134,7 @@ int start(const Arguments& arguments) {
   const DdsLibraryLog library_log([&logger](Severity severity, std::string_view text) {
     logger.write(severity, text, monotonic_now());
   });
+  log(check_dds_exposure(*loaded.value));
   return run(*loaded.value, arguments);
 }
 

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "bridges/dds/event_codec.h"
+#include "bridges/dds/exposure.h"
 #include "bridges/dds/guard/report.h"
 #include "bridges/dds/library_log.h"
 #include "bridges/dds/profiles.h"
@@ -226,6 +227,26 @@ std::vector<Diagnostic> check_dds_profiles(const std::string& file) {
 
 std::string dds_profiles_in_use(const std::string& file) {
   return dds::profiles_in_use(file);
+}
+
+std::vector<Diagnostic> check_dds_exposure(const config::Plant& plant) {
+  std::string lines;
+  for (const config::LinePlan& line : plant.lines) {
+    if (line.commands == config::Access::all || line.outputs == config::Access::all)
+      lines += (lines.empty() ? "" : ", ") + line.config.name;
+  }
+  if (lines.empty())
+    return {};
+  std::string transports;
+  for (const std::string& transport : dds::open_transports(plant.dds_profile))
+    transports += (transports.empty() ? "" : "; ") + transport;
+  if (transports.empty())
+    return {};
+  return {{Severity::warning, dds_profiles_in_use(plant.dds_profile), 0, 0,
+           "DDS is open without DDS-Security (" + transports + "), and every host that reaches " +
+               "it may send commands or outputs to " + lines +
+               ": secure DDS (SECURITY.md), list 127.0.0.1 alone in the interfaceWhiteList of the "
+               "profiles, or set access: read"}};
 }
 
 DdsLibraryLog::DdsLibraryLog(std::function<void(Severity, std::string_view text)> log) {

@@ -33,6 +33,10 @@ std::vector<Diagnostic> check_dds_profiles(const std::string& file);
 // The file that an empty name selects: a path, or "(built-in ...)".
 std::string dds_profiles_in_use(const std::string& file);
 
+// A warning if every host of a network may command the plant: a line permits commands or outputs,
+// and DDS is open on an interface other than loopback without DDS-Security. Opens no socket.
+std::vector<Diagnostic> check_dds_exposure(const config::Plant& plant);
+
 // While it exists, `log` receives the warnings and errors of the DDS library. It is called in
 // threads of the library and must only forward the text. Afterwards, and with an empty function,
 // they are discarded. At most one object at a time.

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Command requests and replies between two processes.
+#include <array>
+#include <string>
 #include <thread>
 
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
 #include <gtest/gtest.h>
 #include <linegatePubSubTypes.h>
 #include <signal.h>
+#include <unistd.h>
 
 #include "bridges/dds/endpoints.h"
 #include "bridges/dds/waiting.h"
@@ -209,6 +212,14 @@ TEST_F(Commands, TwoParticipantsThatPublishALineAreAnErrorInPlaceOfAnAnswer) {
   ASSERT_FALSE(answers.results.empty());
   EXPECT_EQ(answers.results.back().text.find("several DDS participants publish line "), 0U)
       << answers.results.back().text;
+  // Both claimants are on this host.
+  std::array<char, 65> name{};
+  ::gethostname(name.data(), name.size() - 1);
+  const std::string host = std::string(" at ") + name.data();
+  const std::string& text = answers.results.back().text;
+  const std::size_t at = text.find(host);
+  EXPECT_NE(at, std::string::npos) << text;
+  EXPECT_NE(text.find(host, at + 1), std::string::npos) << text;
 }
 
 TEST_F(Commands, NobodyAnswersForAGatewayThatIsNotThere) {

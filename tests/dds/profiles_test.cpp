@@ -6,6 +6,7 @@
 #include <mutex>
 #include <ostream>
 #include <string>
+#include <vector>
 
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
@@ -14,6 +15,7 @@
 #include <gtest/gtest.h>
 #include <linegate.h>
 
+#include "bridges/dds/exposure.h"
 #include "bridges/dds/publisher.h"
 
 #include "tests/dds/fixtures.h"
@@ -295,6 +297,76 @@ INSTANTIATE_TEST_SUITE_P(
                       "<tls><private_key_file>/nonexistent.key</private_key_file></tls>",
                       "cannot read /nonexistent.key, which its <tls> names"}),
     [](const auto& each) { return each.param.name; });
+
+struct ExposureCase {
+  std::string name;  // of the test
+  std::string type;
+  std::string rest;
+  std::vector<std::string> open;
+};
+
+void PrintTo(const ExposureCase& it, std::ostream* out) {
+  *out << it.name;
+}
+
+class Exposure : public testing::TestWithParam<ExposureCase> {};
+
+TEST_P(Exposure, NamesInterfacesOtherThanLoopback) {
+  const ExposureCase& it = GetParam();
+  const File file(profiles_with_transport(it.type, it.rest));
+  EXPECT_EQ(dds::open_transports(file.path), it.open);
+}
+
+std::string white_list(const std::string& addresses) {
+  return "<interfaceWhiteList>" + addresses + "</interfaceWhiteList>";
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Profiles, Exposure,
+    testing::Values(
+        ExposureCase{"Udp", "UDPv4", "", {"UDPv4 on every interface"}},
+        ExposureCase{"UdpV6", "UDPv6", "", {"UDPv6 on every interface"}},
+        ExposureCase{"Tcp", "TCPv4", "", {"TCPv4 on every interface"}},
+        ExposureCase{"SharedMemory", "SHM", "", {}},
+        ExposureCase{"Loopback", "UDPv4", white_list("<address>127.0.0.1</address>"), {}},
+        ExposureCase{"LoopbackV6", "UDPv6", white_list("<address>::1</address>"), {}},
+        ExposureCase{"LoopbackAndAnother",
+                     "UDPv4",
+                     white_list("<address>127.0.0.1</address><address>192.0.2.7</address>"),
+                     {"UDPv4 on 192.0.2.7"}},
+        ExposureCase{"TlsWithoutPeers",
+                     "TCPv4",
+                     "<tls><verify_mode><verify>VERIFY_PEER</verify></verify_mode></tls>",
+                     {"TCPv4 on every interface"}},
+        ExposureCase{"TlsWithPeers",
+                     "TCPv4",
+                     "<tls><verify_mode><verify>VERIFY_PEER</verify>"
+                     "<verify>VERIFY_FAIL_IF_NO_PEER_CERT</verify></verify_mode></tls>",
+                     {}}),
+    [](const auto& each) { return each.param.name; });
+
+TEST(ExposureOfProfiles, TheBuiltInProfilesAreOpen) {
+  const File file{std::string(dds::built_in_profiles())};
+  EXPECT_EQ(dds::open_transports(file.path), std::vector<std::string>{"UDPv4 on every interface"});
+}
+
+TEST(ExposureOfProfiles, BuiltInTransportsAreOpen) {
+  const File file(profiles_with("<useBuiltinTransports>false", "<useBuiltinTransports>true"));
+  EXPECT_EQ(dds::open_transports(file.path).front(), "UDPv4 on every interface");
+}
+
+TEST(ExposureOfProfiles, ASecuredParticipantIsNotOpen) {
+  const File file(
+      profiles_with("<useBuiltinTransports>",
+                    "<propertiesPolicy><properties><property><name>dds.sec.auth.plugin</name>"
+                    "<value>builtin.PKI-DH</value></property></properties></propertiesPolicy>"
+                    "<useBuiltinTransports>"));
+  EXPECT_TRUE(dds::open_transports(file.path).empty());
+}
+
+TEST(ExposureOfProfiles, TheLoopbackProfilesOfTheTestsAreNotOpen) {
+  EXPECT_TRUE(dds::open_transports(LOOPBACK_PROFILES).empty());
+}
 
 TEST(ProfileCheck, BuiltInTransportsHaveNoFindings) {
   EXPECT_EQ(findings(profiles_with("<useBuiltinTransports>false", "<useBuiltinTransports>true")),
