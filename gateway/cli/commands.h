@@ -43,7 +43,8 @@ class CommandLine;
   COMMAND(record)                  \
   COMMAND(replay)                  \
   COMMAND(decode)                  \
-  COMMAND(history)
+  COMMAND(history)                 \
+  COMMAND(security)
 
 #define LINEGATE_DECLARE_COMMAND(name) void add_##name(CommandLine& line);
 LINEGATE_COMMANDS(LINEGATE_DECLARE_COMMAND)

@@ -13,7 +13,7 @@ import tree
 STACK_PARTS = "base can od eds sdo nmt sync time emcy lss image pdo storage node profile manager diagnosis scan observer routing line".split()
 
 # A part of the gateway may use the parts before it.
-GATEWAY_ROOMS = "exchange config runtime journal edge publish process tools cli".split()
+GATEWAY_ROOMS = "exchange config security runtime journal edge publish process tools cli".split()
 # Exceptions: exchange is only for the threads, and the commands that run without a gateway must not depend on one.
 ROOM_TO_ROOM_FORBIDDEN = {("config", "exchange"), ("tools", "process")}
 
@@ -35,6 +35,7 @@ RESERVED = [
     (r"yaml-cpp/.*", ["gateway"], "configuration is the gateway's subject"),
     (r"pugixml\.hpp", ["bridges/xdd", "bridges/dds"], "XML is the subject of bridges/xdd and of DDS profiles"),
     (r"sqlite3\.h", ["gateway/journal"], "the journal is the only database"),
+    (r"openssl/.*", ["gateway/security"], "OpenSSL is the subject of gateway/security"),
     (r"spdlog/.*", ["gateway"], "logs are rendered in the gateway"),
 ]
 

@@ -45,7 +45,7 @@ FILES = {
 }
 # Libraries that the programs call directly; these depend on further ones.
 NEEDED = {"libc6", "libfastrtps2.9", "libfastcdr1", "libyaml-cpp0.7", "libspdlog1.10-fmt9", "libpugixml1v5",
-          "libsystemd0", "libncursesw6", "libsqlite3-0"}
+          "libsystemd0", "libncursesw6", "libsqlite3-0", "libssl3"}
 CONTROL = {"conffiles", "control", "md5sums", "postinst", "prerm", "postrm"}
 
 

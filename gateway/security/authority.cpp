@@ -1,0 +1,408 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/security/authority.h"
+
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <ctime>
+#include <filesystem>
+#include <regex>
+#include <utility>
+#include <vector>
+
+#include <fcntl.h>
+#include <openssl/rand.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "gateway/security/files.h"
+#include "gateway/security/openssl.h"
+
+namespace linegate::security {
+namespace {
+
+namespace files = std::filesystem;
+
+constexpr const char* kCaKeyFile = "ca.key";
+constexpr long kDay = 24L * 60 * 60;
+constexpr mode_t kPrivate = 0600;
+constexpr mode_t kPublic = 0644;
+
+struct Authority {
+  Certificate certificate;
+  Key key;
+};
+
+std::string content_of(const Bio& bio) {
+  char* text = nullptr;
+  const long size = BIO_get_mem_data(bio.get(), &text);
+  return {text, static_cast<std::size_t>(size)};
+}
+
+// Replaces the file in one step: a participant that starts meanwhile reads the old or the new one.
+std::string write_file(const files::path& path, const std::string& content, mode_t mode) {
+  const std::string beside = path.string() + ".new";
+  ::unlink(beside.c_str());
+  const int file = ::open(beside.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
+  if (file < 0)
+    return path.string() + " cannot be written: " + std::strerror(errno);
+  const bool written =
+      ::write(file, content.data(), content.size()) == static_cast<ssize_t>(content.size()) &&
+      ::fchmod(file, mode) == 0 && ::fsync(file) == 0;
+  const bool closed = ::close(file) == 0;
+  if (!written || !closed || ::rename(beside.c_str(), path.c_str()) != 0)
+    return path.string() + " cannot be written: " + std::strerror(errno);
+  return {};
+}
+
+std::string write_key(const files::path& path, EVP_PKEY* key) {
+  const Bio out(BIO_new(BIO_s_secmem()));
+  if (key == nullptr ||
+      PEM_write_bio_PrivateKey(out.get(), key, nullptr, nullptr, 0, nullptr, nullptr) != 1)
+    return "OpenSSL cannot make a key";
+  return write_file(path, content_of(out), kPrivate);
+}
+
+std::string write_certificate(const files::path& path, X509* certificate) {
+  const Bio out(BIO_new(BIO_s_mem()));
+  if (PEM_write_bio_X509(out.get(), certificate) != 1)
+    return "OpenSSL cannot encode the certificate";
+  return write_file(path, content_of(out), kPublic);
+}
+
+// As `openssl smime -sign -text`, which Fast DDS expects.
+std::string write_signed(const files::path& path, const std::string& text, const Authority& by) {
+  const Bio in(BIO_new_mem_buf(text.data(), static_cast<int>(text.size())));
+  const Bio out(BIO_new(BIO_s_mem()));
+  constexpr int kFlags = PKCS7_TEXT | PKCS7_DETACHED | PKCS7_STREAM;
+  const Pkcs7 document(PKCS7_sign(by.certificate.get(), by.key.get(), nullptr, in.get(), kFlags));
+  if (!document || SMIME_write_PKCS7(out.get(), document.get(), in.get(), kFlags) != 1)
+    return "OpenSSL cannot sign " + path.string();
+  return write_file(path, content_of(out), kPublic);
+}
+
+// Unique without a file of numbers (CA/Browser Forum Baseline Requirements 7.1: 64 random bits).
+void set_random_serial(X509* certificate) {
+  std::array<unsigned char, 16> octets{};
+  RAND_bytes(octets.data(), octets.size());
+  octets[0] = (octets[0] & 0x3FU) | 0x40U;  // positive, and always of the same length
+  const std::unique_ptr<BIGNUM, Deleter<BN_free>> number(
+      BN_bin2bn(octets.data(), octets.size(), nullptr));
+  BN_to_ASN1_INTEGER(number.get(), X509_get_serialNumber(certificate));
+}
+
+void add_extension(X509* to, X509* issuer, int id, const char* value) {
+  X509V3_CTX context;
+  X509V3_set_ctx(&context, issuer, to, nullptr, nullptr, 0);
+  const std::unique_ptr<X509_EXTENSION, Deleter<X509_EXTENSION_free>> extension(
+      X509V3_EXT_conf_nid(nullptr, &context, id, value));
+  X509_add_ext(to, extension.get(), -1);
+}
+
+// Valid from one hour ago, because clocks of hosts differ.
+Certificate new_certificate(EVP_PKEY* key, const std::string& name, std::string_view unit,
+                            long days) {
+  Certificate out(X509_new());
+  X509_set_version(out.get(), X509_VERSION_3);
+  set_random_serial(out.get());
+  X509_gmtime_adj(X509_getm_notBefore(out.get()), -3600);
+  X509_gmtime_adj(X509_getm_notAfter(out.get()), days * kDay);
+  X509_set_subject_name(out.get(), make_subject(name, unit).get());
+  X509_set_pubkey(out.get(), key);
+  return out;
+}
+
+std::string xml_time(const ASN1_TIME* time) {
+  std::tm parts{};
+  ASN1_TIME_to_tm(time, &parts);
+  std::array<char, 32> text{};
+  std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%S", &parts);
+  return text.data();
+}
+
+std::string load(const files::path& folder, Authority& out) {
+  out.certificate = read_certificate(folder / kCaFile);
+  out.key = read_key(folder / kCaKeyFile);
+  if (!out.certificate || !out.key)
+    return folder.string() + " has no usable " + kCaFile + " and " + kCaKeyFile +
+           "; make an authority with `linegate security init`";
+  if (X509_check_private_key(out.certificate.get(), out.key.get()) != 1)
+    return (folder / kCaKeyFile).string() + " is not the key of " + kCaFile;
+  return {};
+}
+
+// The list expires with the authority: Fast DDS refuses every participant after that time.
+std::string write_revocations(const files::path& path, X509_CRL* list, const Authority& by) {
+  X509_CRL_set_version(list, 1);
+  X509_CRL_set_issuer_name(list, X509_get_subject_name(by.certificate.get()));
+  const std::unique_ptr<ASN1_TIME, Deleter<ASN1_TIME_free>> now(X509_gmtime_adj(nullptr, -3600));
+  X509_CRL_set1_lastUpdate(list, now.get());
+  X509_CRL_set1_nextUpdate(list, X509_get0_notAfter(by.certificate.get()));
+  X509_CRL_sort(list);
+  const Bio out(BIO_new(BIO_s_mem()));
+  if (X509_CRL_sign(list, by.key.get(), EVP_sha256()) == 0 ||
+      PEM_write_bio_X509_CRL(out.get(), list) != 1)
+    return "OpenSSL cannot sign " + path.string();
+  return write_file(path, content_of(out), kPublic);
+}
+
+std::string copy(const files::path& from, const files::path& to, const char* name) {
+  const files::path beside = to / (std::string(name) + ".new");
+  std::error_code error;
+  files::copy_file(from / name, beside, files::copy_options::overwrite_existing, error);
+  if (!error)
+    files::rename(beside, to / name, error);
+  return error ? (to / name).string() + " cannot be written: " + error.message() : std::string();
+}
+
+bool is_revoked(const files::path& folder, X509* certificate) {
+  const RevocationList list = read_revocations(folder / kRevocationsFile);
+  X509_REVOKED* entry = nullptr;
+  return list && X509_CRL_get0_by_cert(list.get(), &entry, certificate) == 1;
+}
+
+bool is_name(const std::string& name) {
+  static const std::regex kName("[A-Za-z0-9_-][A-Za-z0-9._-]{0,63}");
+  return std::regex_match(name, kName);
+}
+
+// Also excludes wildcards and slashes other than the one between gateway and line.
+bool is_line(const std::string& line) {
+  const std::size_t slash = line.find('/');
+  if (slash == std::string::npos)
+    return false;
+  const std::string gateway = line.substr(0, slash);
+  const std::string name = line.substr(slash + 1);
+  return (gateway == "*" || is_name(gateway)) && (name == "*" || name.empty() || is_name(name));
+}
+
+std::string refuse(const files::path& folder, const Issue& issue) {
+  const std::string& name = issue.holder.name;
+  if (issue.days < 1 || issue.days > kAuthorityDays)
+    return std::to_string(issue.days) + " days: 1 to " + std::to_string(kAuthorityDays) +
+           " are possible";
+  if (!is_name(name))
+    return "\"" + name +
+           "\" is no name of an identity: use 1 to 64 of A-Z a-z 0-9 . - _, not beginning with a "
+           "point";
+  for (const std::string& line : issue.holder.lines) {
+    if (!is_line(line))
+      return "\"" + line + "\" names no line: use GATEWAY/LINE, with * for all names";
+  }
+  const files::path file = folder / name / kCertificateFile;
+  std::error_code ignored;
+  if (issue.renew || !files::exists(folder / name, ignored))
+    return {};
+  const Certificate before = read_certificate(file);
+  if (before && is_revoked(folder, before.get()))
+    return {};
+  return (folder / name).string() + " exists: revoke \"" + name +
+         "\" before you issue it again, or use --renew";
+}
+
+Certificate new_identity(EVP_PKEY* key, const Authority& by, const Issue& issue) {
+  Certificate made = new_certificate(key, issue.holder.name, name(issue.holder.role), issue.days);
+  const ASN1_TIME* last = X509_get0_notAfter(by.certificate.get());
+  if (ASN1_TIME_compare(X509_get0_notAfter(made.get()), last) > 0)
+    X509_set1_notAfter(made.get(), last);
+  X509_set_issuer_name(made.get(), X509_get_subject_name(by.certificate.get()));
+  add_extension(made.get(), by.certificate.get(), NID_basic_constraints, "critical,CA:FALSE");
+  add_extension(made.get(), by.certificate.get(), NID_authority_key_identifier, "keyid");
+  if (X509_sign(made.get(), by.key.get(), EVP_sha256()) == 0)
+    made.reset();
+  return made;
+}
+
+std::string write_identity(const files::path& folder, const files::path& own, const Authority& by,
+                           const Issue& issue) {
+  const Key key(EVP_EC_gen("P-256"));
+  const Certificate made = key ? new_identity(key.get(), by, issue) : nullptr;
+  if (!made)
+    return "OpenSSL cannot make a key and its certificate";
+  for (const char* file : {kCaFile, kGovernanceFile, kRevocationsFile}) {
+    if (std::string failed = copy(folder, own, file); !failed.empty())
+      return failed;
+  }
+  const std::string document =
+      permissions(issue.holder, subject_of(*made), xml_time(X509_get0_notBefore(made.get())),
+                  xml_time(X509_get0_notAfter(made.get())));
+  std::string error = write_key(own / kKeyFile, key.get());
+  if (error.empty())
+    error = write_signed(own / kPermissionsFile, document, by);
+  return error.empty() ? write_certificate(own / kCertificateFile, made.get()) : error;
+}
+
+// Certificates that a renewal replaced: they remain valid, and are revoked with their identity.
+files::path replaced(const files::path& folder, const std::string& name) {
+  return folder / ".replaced" / name;
+}
+
+std::string keep_replaced(const files::path& folder, const std::string& name) {
+  const Certificate before = read_certificate(folder / name / kCertificateFile);
+  if (!before)
+    return {};
+  const std::unique_ptr<BIGNUM, Deleter<BN_free>> number(
+      ASN1_INTEGER_to_BN(X509_get0_serialNumber(before.get()), nullptr));
+  const std::unique_ptr<char, void (*)(char*)> serial(BN_bn2hex(number.get()),
+                                                      [](char* text) { OPENSSL_free(text); });
+  std::error_code error;
+  files::create_directories(replaced(folder, name), error);
+  if (error)
+    return replaced(folder, name).string() + " cannot be created: " + error.message();
+  return write_certificate(replaced(folder, name) / (std::string(serial.get()) + ".crt"),
+                           before.get());
+}
+
+// Those of an identity, the present one first. Empty if it was never issued.
+std::vector<Certificate> certificates_of(const files::path& folder, const std::string& name) {
+  std::vector<Certificate> out;
+  if (Certificate present = read_certificate(folder / name / kCertificateFile))
+    out.push_back(std::move(present));
+  std::error_code error;
+  for (const auto& each : files::directory_iterator(replaced(folder, name), error)) {
+    if (Certificate before = read_certificate(each.path()))
+      out.push_back(std::move(before));
+  }
+  return out;
+}
+
+void add_revocation(X509_CRL* list, const X509* certificate) {
+  X509_REVOKED* entry = X509_REVOKED_new();
+  X509_REVOKED_set_serialNumber(
+      entry, const_cast<ASN1_INTEGER*>(X509_get0_serialNumber(certificate)));  // only copied
+  const std::unique_ptr<ASN1_TIME, Deleter<ASN1_TIME_free>> now(X509_gmtime_adj(nullptr, 0));
+  X509_REVOKED_set_revocationDate(entry, now.get());
+  X509_CRL_add0_revoked(list, entry);  // takes the entry
+}
+
+std::string copy_to_identities(const files::path& folder, const char* file) {
+  std::error_code error;
+  for (const auto& each : files::directory_iterator(folder, error)) {
+    if (!each.is_directory() || !files::exists(each.path() / kCertificateFile))
+      continue;
+    if (std::string failed = copy(folder, each.path(), file); !failed.empty())
+      return failed;
+  }
+  return {};
+}
+
+// Puts the new folder in the place of the old one, if there is one, in one step.
+std::string replace(const files::path& made, const files::path& own) {
+  std::error_code error;
+  const bool exists = files::exists(own, error);
+  const unsigned flags = exists ? RENAME_EXCHANGE : RENAME_NOREPLACE;
+  if (::renameat2(AT_FDCWD, made.c_str(), AT_FDCWD, own.c_str(), flags) != 0)
+    return own.string() + " cannot be written: " + std::strerror(errno);
+  return {};
+}
+
+// Only one command at a time changes an authority.
+class Lock {
+ public:
+  explicit Lock(const files::path& folder)
+      : folder_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+    if (folder_ >= 0)
+      ::flock(folder_, LOCK_EX);
+  }
+  ~Lock() {
+    if (folder_ >= 0)
+      ::close(folder_);
+  }
+  Lock(const Lock&) = delete;
+  Lock& operator=(const Lock&) = delete;
+
+ private:
+  int folder_;
+};
+
+}  // namespace
+
+std::string init(const std::string& folder) {
+  const files::path at(folder);
+  std::error_code error;
+  files::create_directories(at, error);
+  if (error)
+    return folder + " cannot be created: " + error.message();
+  const Lock lock(folder);
+  for (const char* file : {kCaFile, kCaKeyFile}) {
+    if (files::exists(at / file, error))
+      return (at / file).string() + " exists: the folder has an authority already";
+  }
+  Authority made{nullptr, Key(EVP_EC_gen("P-256"))};
+  if (!made.key)
+    return "OpenSSL cannot make a key";
+  // A name of its own: certificates of two authorities are not confused.
+  made.certificate = new_certificate(made.key.get(), "authority", {}, kAuthorityDays);
+  X509* ca = made.certificate.get();
+  X509_set_issuer_name(ca, X509_get_subject_name(ca));
+  add_extension(ca, ca, NID_subject_key_identifier, "hash");
+  add_extension(ca, ca, NID_basic_constraints, "critical,CA:TRUE");
+  if (X509_sign(ca, made.key.get(), EVP_sha256()) == 0)
+    return "OpenSSL cannot sign the certificate";
+  const RevocationList none(X509_CRL_new());
+  std::string failed = write_key(at / kCaKeyFile, made.key.get());
+  if (failed.empty())
+    failed = write_signed(at / kGovernanceFile, governance(), made);
+  if (failed.empty())
+    failed = write_revocations(at / kRevocationsFile, none.get(), made);
+  return failed.empty() ? write_certificate(at / kCaFile, ca) : failed;
+}
+
+std::string issue(const std::string& folder, const Issue& issue) {
+  const Lock lock(folder);
+  Authority by;
+  if (std::string error = load(folder, by); !error.empty())
+    return error;
+  const files::path at(folder);
+  if (std::string error = refuse(at, issue); !error.empty())
+    return error;
+  const files::path made = at / ("." + issue.holder.name + ".new");
+  std::error_code error;
+  files::remove_all(made, error);  // of a command that was killed
+  files::create_directory(made, error);
+  if (!error)
+    files::permissions(made, files::perms::owner_all, error);
+  if (error)
+    return made.string() + " cannot be created: " + error.message();
+  std::string failed = write_identity(at, made, by, issue);
+  if (failed.empty())
+    failed = keep_replaced(at, issue.holder.name);
+  if (failed.empty())
+    failed = replace(made, at / issue.holder.name);
+  files::remove_all(made, error);
+  return failed;
+}
+
+std::string revoke(const std::string& folder, const std::string& name) {
+  const Lock lock(folder);
+  Authority by;
+  if (std::string error = load(folder, by); !error.empty())
+    return error;
+  const files::path at(folder);
+  if (!is_name(name))
+    return "\"" + name + "\" is no name of an identity";
+  const std::vector<Certificate> certificates = certificates_of(at, name);
+  if (certificates.empty())
+    return (at / name / kCertificateFile).string() + " is no certificate: no identity \"" + name +
+           "\" was issued here";
+  const RevocationList list = read_revocations(at / kRevocationsFile);
+  if (!list)
+    return (at / kRevocationsFile).string() + " is no revocation list";
+  bool changed = false;
+  for (const Certificate& certificate : certificates) {
+    X509_REVOKED* entry = nullptr;
+    if (X509_CRL_get0_by_cert(list.get(), &entry, certificate.get()) == 1)
+      continue;
+    add_revocation(list.get(), certificate.get());
+    changed = true;
+  }
+  if (!changed)
+    return "\"" + name + "\" is revoked already";
+  if (std::string error = write_revocations(at / kRevocationsFile, list.get(), by); !error.empty())
+    return error;
+  return copy_to_identities(at, kRevocationsFile);
+}
+
+}  // namespace linegate::security

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// The files of an identity.
+#pragma once
+
+#include <string>
+
+namespace linegate::security {
+
+inline constexpr const char* kCaFile = "ca.crt";                      // of the authority
+inline constexpr const char* kCertificateFile = "identity.crt";       // of the participant
+inline constexpr const char* kKeyFile = "identity.key";               // its key, mode 0600
+inline constexpr const char* kGovernanceFile = "governance.smime";    // signed by the authority
+inline constexpr const char* kPermissionsFile = "permissions.smime";  // signed by the authority
+inline constexpr const char* kRevocationsFile = "revoked.crl";        // signed by the authority
+
+struct Files {
+  std::string ca, certificate, key, governance, permissions, revocations;
+};
+// Absolute paths: the DDS library reads them as URIs.
+Files files_in(const std::string& folder);
+
+}  // namespace linegate::security

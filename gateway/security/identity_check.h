@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// Why Fast DDS would refuse an identity. The library itself reports no reason to an operator.
+#pragma once
+
+#include <ctime>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gateway/security/documents.h"
+#include "stack/base/diagnostic.h"
+
+namespace linegate::security {
+
+struct Identity {
+  std::string name;
+  Role role = Role::viewer;
+};
+// The identity in a folder (files.h) by the subject of its certificate; nothing if the certificate
+// cannot be read or names no role.
+std::optional<Identity> identity_of(const std::string& folder);
+
+// Checks the files of an identity (files.h) at the time `now`. Reports every finding at once:
+// errors prevent the participant, or every other participant refuses it; a warning names a
+// certificate that expires within 30 days.
+std::vector<Diagnostic> check_identity(const std::string& folder, std::time_t now);
+
+// The same for the identity of a gateway with that name; empty if `folder` is empty.
+std::vector<Diagnostic> check_gateway(const std::string& folder, const std::string& gateway,
+                                      std::time_t now);
+
+}  // namespace linegate::security

@@ -1,0 +1,341 @@
+// SPDX-License-Identifier: Apache-2.0
+// The authority of a plant, its identities, and the findings of their check.
+#include <algorithm>
+#include <cstdlib>
+#include <ctime>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <regex>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "gateway/security/authority.h"
+#include "gateway/security/files.h"
+#include "gateway/security/fingerprint.h"
+#include "gateway/security/identity_check.h"
+
+namespace linegate::security {
+namespace {
+
+namespace files = std::filesystem;
+
+constexpr std::time_t kDay = 24 * 60 * 60;
+
+std::string content(const files::path& path) {
+  std::ifstream in(path);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+mode_t mode_of(const files::path& path) {
+  struct stat status {};
+  return ::stat(path.c_str(), &status) == 0 ? status.st_mode & 0777U : 0;
+}
+
+bool run(const std::string& command) {
+  return std::system(("(" + command + ") >/dev/null 2>&1").c_str()) == 0;
+}
+
+class Authority : public testing::Test {
+ protected:
+  Authority() { EXPECT_EQ(init(plant.string()), ""); }
+  ~Authority() override { files::remove_all(top); }
+
+  std::string issue_as(const std::string& name, Role role, bool renew = false, int days = 60) {
+    return issue(plant.string(), {{.name = name, .role = role}, days, renew});
+  }
+  // The findings of the identity, one per line, without the folder.
+  std::string findings(const files::path& folder, std::time_t after = 0) const {
+    std::string out;
+    for (const Diagnostic& found : check_identity(folder.string(), std::time(nullptr) + after))
+      out += files::path(found.file).filename().string() + " " + found.text + "\n";
+    return out;
+  }
+  bool openssl_accepts(const files::path& identity) const {
+    return run("openssl verify -crl_check -CAfile '" + (plant / "ca.crt").string() +
+               "' -CRLfile '" + (plant / "revoked.crl").string() + "' '" +
+               (identity / kCertificateFile).string() + "'");
+  }
+  // Replaces a text in a signed document, and signs it again if asked.
+  void change(const files::path& file, const std::string& before, const std::string& after,
+              bool sign) const {
+    const std::string plain = (top / "plain").string();
+    ASSERT_TRUE(run("openssl smime -verify -text -noverify -in '" + file.string() + "' -out '" +
+                    plain + "'"));
+    std::string text = content(sign ? files::path(plain) : file);
+    const std::size_t at = text.find(before);
+    ASSERT_NE(at, std::string::npos);
+    std::ofstream(sign ? files::path(plain) : file) << text.replace(at, before.size(), after);
+    if (sign) {
+      ASSERT_TRUE(run("openssl smime -sign -text -in '" + plain + "' -out '" + file.string() +
+                      "' -signer '" + (plant / "ca.crt").string() + "' -inkey '" +
+                      (plant / "ca.key").string() + "'"));
+    }
+  }
+
+  const files::path top =
+      files::path(testing::TempDir()) / ("security-" + std::to_string(::getpid()));
+  const files::path plant = top / "plant";
+};
+
+TEST_F(Authority, IsMadeOnce) {
+  const std::string before = content(plant / "ca.key");
+  EXPECT_EQ(mode_of(plant / "ca.key"), 0600U);
+  EXPECT_EQ(init(plant.string()),
+            (plant / "ca.crt").string() + " exists: the folder has an authority already");
+  EXPECT_EQ(content(plant / "ca.key"), before);
+}
+
+TEST_F(Authority, IssuesIdentitiesThatOpensslAccepts) {
+  for (const Role role : {Role::gateway, Role::viewer, Role::operator_, Role::engineer}) {
+    const std::string name(security::name(role));
+    ASSERT_EQ(issue_as(name, role), "");
+    EXPECT_EQ(findings(plant / name), "");
+    EXPECT_TRUE(openssl_accepts(plant / name));
+    EXPECT_EQ(mode_of(plant / name), 0700U);
+    EXPECT_EQ(mode_of(plant / name / kKeyFile), 0600U);
+    ASSERT_TRUE(identity_of((plant / name).string()));
+    EXPECT_EQ(identity_of((plant / name).string())->name, name);
+    EXPECT_EQ(identity_of((plant / name).string())->role, role);
+    for (const char* document : {kGovernanceFile, kPermissionsFile}) {
+      EXPECT_TRUE(run("openssl smime -verify -text -in '" + (plant / name / document).string() +
+                      "' -CAfile '" + (plant / "ca.crt").string() + "'"))
+          << document;
+    }
+  }
+  // The folder of an identity has nothing of the authority that is secret.
+  EXPECT_FALSE(files::exists(plant / "viewer" / "ca.key"));
+}
+
+TEST_F(Authority, OverwritesNothingSilently) {
+  ASSERT_EQ(issue_as("alice", Role::operator_), "");
+  const std::string before = content(plant / "alice" / kCertificateFile);
+  EXPECT_EQ(issue_as("alice", Role::engineer),
+            (plant / "alice").string() +
+                " exists: revoke \"alice\" before you issue it again, or use --renew");
+  EXPECT_EQ(content(plant / "alice" / kCertificateFile), before);
+  files::create_directory(plant / "notes");
+  EXPECT_NE(issue_as("notes", Role::viewer), "");
+}
+
+TEST_F(Authority, RefusesNamesThatWouldBePathsOrPatterns) {
+  const auto entries = [&] {
+    return std::distance(files::directory_iterator(plant), files::directory_iterator());
+  };
+  const auto before = entries();
+  for (const char* name :
+       {"", ".", "..", "../x", "a/b", "*", "a b", "a,CN=b", ".hidden", "a?", "[a]"})
+    EXPECT_NE(issue_as(name, Role::viewer).find("is no name of an identity"), std::string::npos)
+        << name;
+  EXPECT_NE(issue_as(std::string(65, 'a'), Role::viewer), "");
+  EXPECT_NE(revoke(plant.string(), "../plant").find("is no name"), std::string::npos);
+  for (const char* line :
+       {"", "press", "plant/press/engineer", "pl*/press", "plant/pr?ss", "/press"}) {
+    EXPECT_NE(issue(plant.string(), {{.name = "x", .role = Role::operator_, .lines = {line}}}), "")
+        << line;
+  }
+  EXPECT_NE(issue_as("x", Role::viewer, false, 0), "");
+  EXPECT_NE(issue_as("x", Role::viewer, false, kAuthorityDays + 1), "");
+  EXPECT_EQ(entries(), before);
+}
+
+TEST_F(Authority, RevokesAndIssuesAgain) {
+  ASSERT_EQ(issue_as("alice", Role::operator_), "");
+  ASSERT_EQ(issue_as("bob", Role::viewer), "");
+  ASSERT_EQ(revoke(plant.string(), "alice"), "");
+  EXPECT_EQ(findings(plant / "alice"), "identity.crt is revoked: issue the identity again\n");
+  EXPECT_FALSE(openssl_accepts(plant / "alice"));
+  EXPECT_EQ(findings(plant / "bob"), "");
+  EXPECT_TRUE(openssl_accepts(plant / "bob"));
+  EXPECT_EQ(content(plant / "bob" / kRevocationsFile), content(plant / kRevocationsFile));
+  EXPECT_EQ(revoke(plant.string(), "alice"), "\"alice\" is revoked already");
+  EXPECT_NE(revoke(plant.string(), "carol").find("no identity \"carol\" was issued here"),
+            std::string::npos);
+  ASSERT_EQ(issue_as("alice", Role::operator_), "");
+  EXPECT_EQ(findings(plant / "alice"), "");
+}
+
+TEST_F(Authority, ARenewedCertificateIsRevokedWithItsIdentity) {
+  ASSERT_EQ(issue_as("alice", Role::operator_), "");
+  const files::path stolen = top / "stolen";
+  files::copy(plant / "alice", stolen);
+  ASSERT_EQ(issue_as("alice", Role::operator_, true), "");
+  EXPECT_NE(content(plant / "alice" / kKeyFile), content(stolen / kKeyFile));
+  EXPECT_TRUE(openssl_accepts(stolen)) << "both are valid until the hosts have the new one";
+  EXPECT_TRUE(openssl_accepts(plant / "alice"));
+  ASSERT_EQ(revoke(plant.string(), "alice"), "");
+  EXPECT_FALSE(openssl_accepts(stolen));
+  EXPECT_FALSE(openssl_accepts(plant / "alice"));
+}
+
+TEST_F(Authority, ACommandThatWasKilledLeavesNoHalfIdentity) {
+  files::create_directory(plant / ".alice.new");
+  std::ofstream(plant / ".alice.new" / kKeyFile) << "half";
+  ASSERT_EQ(issue_as("alice", Role::viewer), "");
+  EXPECT_EQ(findings(plant / "alice"), "");
+  EXPECT_FALSE(files::exists(plant / ".alice.new"));
+}
+
+TEST_F(Authority, AFolderWithoutAnAuthorityIsNamed) {
+  EXPECT_NE(issue(top.string(), {{.name = "x"}}).find("make an authority with"), std::string::npos);
+  EXPECT_NE(init("/proc/nowhere").find("cannot be created"), std::string::npos);
+}
+
+class Check : public Authority {
+ protected:
+  Check() {
+    EXPECT_EQ(issue_as("alice", Role::operator_), "");
+    EXPECT_EQ(issue_as("bob", Role::operator_), "");
+    EXPECT_EQ(init(other.string()), "");
+    EXPECT_EQ(issue(other.string(), {{.name = "alice", .role = Role::operator_}, 60}), "");
+  }
+  void take(const char* file, const files::path& from) const {
+    files::copy_file(from / file, alice / file, files::copy_options::overwrite_existing);
+  }
+  const files::path alice = plant / "alice";
+  const files::path other = top / "other";
+};
+
+TEST_F(Check, NamesMissingAndUnreadableFiles) {
+  files::remove(alice / kPermissionsFile);
+  files::permissions(alice / kKeyFile, files::perms::group_read, files::perm_options::add);
+  EXPECT_EQ(findings(alice),
+            "identity.key is a private key that other users may read: chmod 600\n"
+            "permissions.smime is missing: copy the whole folder of the identity\n");
+}
+
+TEST_F(Check, NamesContentThatIsNotWhatTheFileNamePromises) {
+  for (const char* file : {kCaFile, kCertificateFile})
+    std::ofstream(alice / file) << "nonsense";
+  EXPECT_NE(findings(alice).find("ca.crt is not a certificate in PEM\n"), std::string::npos);
+  take(kCaFile, plant);
+  EXPECT_NE(findings(alice).find("identity.crt is not a certificate in PEM\n"), std::string::npos);
+}
+
+TEST_F(Check, NamesAnotherAuthority) {
+  take(kCaFile, other);
+  const std::string found = findings(alice);
+  EXPECT_NE(found.find("identity.crt was issued by another authority than ca.crt\n"),
+            std::string::npos)
+      << found;
+  EXPECT_NE(found.find("revoked.crl was signed by another authority than ca.crt\n"),
+            std::string::npos);
+  EXPECT_NE(found.find("permissions.smime was changed, or signed by another authority than ca.crt"),
+            std::string::npos);
+}
+
+TEST_F(Check, NamesCertificatesOutsideTheirTime) {
+  EXPECT_EQ(findings(alice, 31 * kDay), "identity.crt expires within 30 days\n");
+  EXPECT_EQ(findings(alice, 61 * kDay),
+            "identity.crt has expired: issue the identity again\n"
+            "permissions.smime has expired: issue the identity again\n");
+  EXPECT_EQ(findings(alice, -kDay),
+            "ca.crt is not valid yet: compare the clock of this host\n"
+            "identity.crt is not valid yet: compare the clock of this host\n"
+            "permissions.smime is not valid yet: compare the clock of this host\n");
+}
+
+TEST_F(Check, NamesAKeyThatDoesNotFitOrHasAPassword) {
+  take(kKeyFile, plant / "bob");
+  EXPECT_EQ(findings(alice), "identity.key does not match identity.crt\n");
+  ASSERT_TRUE(run("openssl pkey -aes128 -passout pass:secret -in '" + (alice / kKeyFile).string() +
+                  "' -out '" + (top / "locked").string() + "'"));
+  files::copy_file(top / "locked", alice / kKeyFile, files::copy_options::overwrite_existing);
+  files::permissions(alice / kKeyFile, files::perms::owner_read | files::perms::owner_write);
+  EXPECT_EQ(findings(alice), "identity.key is not a private key in PEM, or has a password\n");
+}
+
+TEST_F(Check, NamesPermissionsOfAnotherSubject) {
+  take(kPermissionsFile, plant / "bob");
+  EXPECT_EQ(findings(alice),
+            "permissions.smime is for another subject, \"CN=bob,OU=operator,O=linegate\": write "
+            "<subject_name>CN=alice,OU=operator,O=linegate</subject_name>, as in identity.crt\n");
+}
+
+TEST_F(Check, NamesTheSubjectInAnotherOrder) {
+  change(alice / kPermissionsFile, "CN=alice,OU=operator,O=linegate",
+         "O=linegate, OU=operator, CN=alice", true);
+  EXPECT_EQ(findings(alice),
+            "permissions.smime is for the same subject in another order, "
+            "\"O=linegate, OU=operator, CN=alice\": write "
+            "<subject_name>CN=alice,OU=operator,O=linegate</subject_name>, as in identity.crt\n");
+}
+
+TEST_F(Check, NamesADocumentThatWasChangedOrIsNotSigned) {
+  change(alice / kPermissionsFile, "*/*/operator/alice", "*/*/engineer/alice", false);
+  EXPECT_EQ(findings(alice),
+            "permissions.smime was changed, or signed by another authority than ca.crt\n");
+  std::ofstream(alice / kPermissionsFile) << governance();
+  EXPECT_EQ(findings(alice), "permissions.smime is not a signed document (S/MIME)\n");
+  files::copy_file(plant / kGovernanceFile, alice / kPermissionsFile,
+                   files::copy_options::overwrite_existing);
+  EXPECT_EQ(findings(alice), "permissions.smime is a signed document of another kind\n");
+}
+
+TEST_F(Check, AGatewayNeedsItsOwnIdentity) {
+  ASSERT_EQ(issue_as("hall-7", Role::gateway), "");
+  const auto check = [&](const char* name, const char* gateway) {
+    return check_gateway((plant / name).string(), gateway, std::time(nullptr));
+  };
+  EXPECT_TRUE(check("hall-7", "hall-7").empty());
+  ASSERT_EQ(check("hall-7", "hall-8").size(), 1U);
+  ASSERT_EQ(check("alice", "alice").size(), 1U);
+  EXPECT_EQ(check("alice", "alice")[0].text,
+            "is of operator \"alice\": a gateway needs an identity of role gateway with its own "
+            "name, \"alice\"");
+  EXPECT_TRUE(check_gateway("", "any", 0).empty()) << "without DDS-Security";
+}
+
+TEST(Documents, EachTopicOfTheContractHasItsPlace) {
+  const std::string idl = content(LINEGATE_SOURCE_DIR "/idl/linegate.idl");
+  const std::regex topic("\"(linegate/v1/[A-Za-z]+)\"");
+  const std::string gateway = permissions({.name = "g", .role = Role::gateway}, "s", "a", "b");
+  unsigned topics = 0;
+  for (std::sregex_iterator it(idl.begin(), idl.end(), topic), end; it != end; ++it, ++topics) {
+    EXPECT_NE(gateway.find("<topic>" + (*it)[1].str() + "</topic>"), std::string::npos)
+        << it->str();
+  }
+  EXPECT_GE(topics, 12U);
+}
+
+TEST(Documents, RequestsHaveThePartitionsOfTheirWriter) {
+  const auto text = [](Role role, std::vector<std::string> lines) {
+    return permissions({.name = "alice", .role = role, .lines = std::move(lines)}, "s", "a", "b");
+  };
+  EXPECT_NE(text(Role::engineer, {"*/*"}).find("<partition>*/*/engineer/alice</partition>"),
+            std::string::npos);
+  const std::string two = text(Role::operator_, {"plant/press", "plant/"});
+  EXPECT_NE(two.find("<partition>plant/press/operator/alice</partition>\n"
+                     "<partition>plant//operator/alice</partition>"),
+            std::string::npos);
+  EXPECT_EQ(text(Role::viewer, {"*/*"}).find("<publish>"), std::string::npos);
+}
+
+// Calculated with sha256sum from the DER that openssl prints for that subject.
+TEST_F(Authority, FingerprintsAreThoseOfTheCertificates) {
+  ASSERT_EQ(issue_as("alice", Role::operator_), "");
+  const std::string der = (top / "subject").string();
+  ASSERT_TRUE(run("openssl x509 -in '" + (plant / "alice" / kCertificateFile).string() +
+                  "' -outform DER -out '" + der + ".crt' && openssl asn1parse -inform DER -in '" +
+                  der + ".crt' -strparse $(openssl asn1parse -inform DER -in '" + der +
+                  ".crt' | awk '/SEQUENCE/ && $0 ~ /d=2/ {n++} n==4 {sub(/:.*/, \"\"); print $1; "
+                  "exit}') -out '" +
+                  der + "' && sha256sum '" + der + "' > '" + der + ".sum'"));
+  const std::string sum = content(der + ".sum");
+  Fingerprint expected{};
+  unsigned above = 1;
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    const auto octet = static_cast<unsigned>(std::stoul(sum.substr(2 * i, 2), nullptr, 16));
+    expected[i] = static_cast<std::uint8_t>(above << 7U | octet >> 1U);
+    above = octet & 1U;
+  }
+  EXPECT_EQ(fingerprint_of("alice", Role::operator_), expected);
+  EXPECT_NE(fingerprint_of("alice", Role::engineer), expected);
+}
+
+}  // namespace
+}  // namespace linegate::security
