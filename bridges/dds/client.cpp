@@ -35,6 +35,8 @@ namespace fast = eprosima::fastdds::dds;
 
 constexpr int kSamplesPerTopic = 256;  // of each topic, in one poll()
 constexpr ClockMap kUtc{};             // times passed to the listener are UTC
+constexpr const char* kNotPermitted =
+    "the permissions of this client do not name that line (linegate security issue --line)";
 
 Instant steady_now() {
   return Instant{
@@ -56,6 +58,18 @@ WriterGuid guid_of(const fast::InstanceHandle_t& writer) {
   std::copy_n(guid.guidPrefix.value, 12, out.begin());
   std::copy_n(guid.entityId.value, 4, out.begin() + 12);
   return out;
+}
+
+std::size_t peers_of(const std::map<std::string, fast::DataWriter*>& writers) {
+  std::size_t peers = 0;
+  for (const auto& [partition, writer] : writers) {
+    fast::PublicationMatchedStatus status;
+    if (writer == nullptr)
+      continue;
+    writer->get_publication_matched_status(status);
+    peers += static_cast<std::size_t>(std::max(status.current_count, 0));
+  }
+  return peers;
 }
 
 template <class Sample>
@@ -90,12 +104,21 @@ struct Client::Impl {
   void drain_replies(ClientListener& listener);
   void finish(RequestTracker::Done done, ClientListener& listener);
   void keep_asking(ClientListener& listener);
-  bool send(const Request& request);
+  bool send(const Request& request, fast::DataWriter& writer);
   // Assigns id, data and deadline, and sends it. Returns the id, or 0 for a client without
   // commands.
   std::uint64_t start(Request request, Duration timeout);
+  using Writers = std::map<std::string, fast::DataWriter*>;  // by partition
+  template <class PubSubType>
+  fast::DataWriter* writer_to(Writers& writers, const std::string& topic, const Target& target);
+  fast::DataWriter* requests_to(const Target& target);
+  fast::DataWriter* outputs_to(const Target& target);
 
   const std::string name;
+  const Security security;
+  const bool sends_commands;
+  const bool sends_outputs;
+  const std::uint32_t output_strength;
   WriterWatch line_writers{waiting};  // outlives the reader it listens to
   Endpoints endpoints;
   fast::DataReader* gateways = nullptr;
@@ -108,8 +131,9 @@ struct Client::Impl {
   fast::DataReader* receptions = nullptr;
   fast::DataReader* events = nullptr;
   fast::DataReader* replies = nullptr;
-  fast::DataWriter* requests = nullptr;
-  fast::DataWriter* outputs = nullptr;
+  // Without DDS-Security in the default partition alone. nullptr: not permitted
+  Writers requests;
+  Writers outputs;
   Waiting waiting;
   std::size_t handled = 0;  // samples, in the present poll
   fast::SampleInfo info;    // of the sample being handled
@@ -139,8 +163,12 @@ struct Client::Impl {
 
 Client::Impl::Impl(const ClientOptions& options, std::vector<Diagnostic>& diagnostics)
     : name(options.name.empty() ? default_name() : options.name),
+      security(options.security),
+      sends_commands(options.commands),
+      sends_outputs(options.outputs),
+      output_strength(options.output_strength),
       endpoints("linegate client " + name, options.domain, options.profile_file, diagnostics,
-                options.guard),
+                options.guard, 0, options.security),
       tracker(options.retry) {
   // Ids are never reused, not even by the next client of the same name.
   std::random_device random;
@@ -163,18 +191,45 @@ Client::Impl::Impl(const ClientOptions& options, std::vector<Diagnostic>& diagno
   subscribe<v1::PdoReceptionPubSubType>(options.receptions, v1::TOPIC_PDO_RECEPTION, receptions);
   subscribe<v1::EventPubSubType>(options.events, v1::TOPIC_EVENT, events);
   subscribe<v1::CommandReplyPubSubType>(options.commands, v1::TOPIC_COMMAND_REPLY, replies);
-  if (options.commands) {
-    requests = endpoints.writer<v1::CommandRequestPubSubType>(v1::TOPIC_COMMAND_REQUEST);
-  }
-  if (options.outputs) {
-    outputs = endpoints.writer<v1::OutputWritePubSubType>(v1::TOPIC_OUTPUT_WRITE,
-                                                          options.output_strength);
+  if (sends_commands)
+    endpoints.add_topic<v1::CommandRequestPubSubType>(v1::TOPIC_COMMAND_REQUEST);
+  if (sends_outputs)
+    endpoints.add_topic<v1::OutputWritePubSubType>(v1::TOPIC_OUTPUT_WRITE);
+  if (!security.enabled()) {
+    if (sends_commands)
+      requests_to({});
+    if (sends_outputs)
+      outputs_to({});
   }
   endpoints.seal();
 }
 
 Client::Impl::~Impl() {
   line_writers.close();
+}
+
+// With DDS-Security a writer is created with the first request to a line: requests that it writes
+// before the gateway has matched it are lost and repeated.
+template <class PubSubType>
+fast::DataWriter* Client::Impl::writer_to(Writers& writers, const std::string& topic,
+                                          const Target& target) {
+  const std::string partition =
+      security.enabled() ? request_partition(target.gateway, target.line, security.right) : "";
+  const auto [known, added] = writers.try_emplace(partition);
+  if (added) {
+    known->second = security.enabled()
+                        ? endpoints.writer_in<PubSubType>(partition, topic, output_strength)
+                        : endpoints.writer<PubSubType>(topic, output_strength);
+  }
+  return known->second;
+}
+
+fast::DataWriter* Client::Impl::requests_to(const Target& target) {
+  return writer_to<v1::CommandRequestPubSubType>(requests, v1::TOPIC_COMMAND_REQUEST, target);
+}
+
+fast::DataWriter* Client::Impl::outputs_to(const Target& target) {
+  return writer_to<v1::OutputWritePubSubType>(outputs, v1::TOPIC_OUTPUT_WRITE, target);
 }
 
 template <class PubSubType>
@@ -386,12 +441,16 @@ void Client::Impl::keep_asking(ClientListener& listener) {
   while (auto done = tracker.expired(now))
     finish(std::move(*done), listener);
   while (const Request* request = tracker.due(now)) {
-    if (!send(*request))
+    fast::DataWriter* writer = requests_to(request->target);
+    if (writer == nullptr) {
+      finish(tracker.refuse(request->id, kNotPermitted), listener);
+    } else if (!send(*request, *writer)) {
       return;
+    }
   }
 }
 
-bool Client::Impl::send(const Request& request) {
+bool Client::Impl::send(const Request& request, fast::DataWriter& writer) {
   v1::CommandRequest& sample = request_sample;
   sample.gateway(request.target.gateway);
   sample.line(request.target.line);
@@ -403,12 +462,12 @@ bool Client::Impl::send(const Request& request) {
   to_wire(request.request, request.timeout, sample);
   if (sample.reply_offset() != 0) {
     set_chunk({}, 0, sample);
-    return requests->write(&sample);
+    return writer.write(&sample);
   }
   std::size_t offset = 0;
   do {
     set_chunk(request.data, offset, sample);
-    if (!requests->write(&sample))
+    if (!writer.write(&sample))
       return false;
     offset += sample.data().size();
   } while (!sample.last());
@@ -416,7 +475,7 @@ bool Client::Impl::send(const Request& request) {
 }
 
 std::uint64_t Client::Impl::start(Request request, Duration timeout) {
-  if (requests == nullptr)
+  if (!sends_commands)
     return 0;
   const Instant now = steady_now();
   request.data = encode_data(request.request);
@@ -428,8 +487,9 @@ std::uint64_t Client::Impl::start(Request request, Duration timeout) {
   if (disputed)
     return id;  // poll() ends it: of several receivers each would carry it out
   const Request* due = tracker.due(now);
-  if (due != nullptr)
-    send(*due);
+  fast::DataWriter* writer = due == nullptr ? nullptr : requests_to(due->target);
+  if (writer != nullptr)
+    send(*due, *writer);
   return id;
 }
 
@@ -466,14 +526,15 @@ CommandResult Client::call_gateway(const Target& target, const request::GatewayR
 }
 
 bool Client::write_outputs(const Target& target, const line::OutputWrite& write) {
-  if (impl_->outputs == nullptr)
+  fast::DataWriter* writer = impl_->sends_outputs ? impl_->outputs_to(target) : nullptr;
+  if (writer == nullptr)
     return false;
   v1::OutputWrite& sample = impl_->output_sample;
   sample.gateway(target.gateway);
   sample.line(target.line);
   sample.incarnation(target.incarnation);
   sample.client(impl_->name);
-  return to_wire(write, sample) && impl_->outputs->write(&sample);
+  return to_wire(write, sample) && writer->write(&sample);
 }
 
 guard::Counters Client::guard_counters() const {
@@ -485,19 +546,11 @@ std::uint64_t Client::foreign_replies() const {
 }
 
 std::size_t Client::command_peers() const {
-  fast::PublicationMatchedStatus status;
-  if (impl_->requests == nullptr)
-    return 0;
-  impl_->requests->get_publication_matched_status(status);
-  return status.current_count < 0 ? 0 : static_cast<std::size_t>(status.current_count);
+  return peers_of(impl_->requests);
 }
 
 std::size_t Client::output_peers() const {
-  fast::PublicationMatchedStatus status;
-  if (impl_->outputs == nullptr)
-    return 0;
-  impl_->outputs->get_publication_matched_status(status);
-  return status.current_count < 0 ? 0 : static_cast<std::size_t>(status.current_count);
+  return peers_of(impl_->outputs);
 }
 
 }  // namespace linegate::dds

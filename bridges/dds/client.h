@@ -13,6 +13,7 @@
 
 #include "bridges/dds/clock_map.h"
 #include "bridges/dds/guard/counters.h"
+#include "bridges/dds/security.h"
 #include "bridges/dds/values.h"
 #include "bridges/request/request.h"
 #include "stack/base/diagnostic.h"
@@ -97,6 +98,9 @@ struct ClientOptions {
   bool commands = true;               // CommandRequest and CommandReply; implies gateways and lines
   bool outputs = false;               // OutputWrite
   std::uint32_t output_strength = 0;  // ownership strength: the strongest writer wins
+  // A client that sends requests writes those to each line in a partition of their own. A command
+  // to a line that its permissions do not name is answered with Refusal::not_permitted.
+  Security security{};
   // Pause before an unanswered request is repeated
   Duration retry = std::chrono::milliseconds(250);
 };
@@ -135,7 +139,7 @@ class Client {
   bool write_outputs(const Target& target, const line::OutputWrite& write);
 
   // Number of matched gateway endpoints that receive commands (or outputs); 0: nothing would be
-  // received.
+  // received. With DDS-Security: those of the lines to which this client has sent one before.
   std::size_t command_peers() const;
   std::size_t output_peers() const;
   const std::string& name() const;

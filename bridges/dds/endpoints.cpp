@@ -10,6 +10,7 @@
 
 #include "bridges/dds/guard/transport.h"
 #include "bridges/dds/profiles.h"
+#include "bridges/dds/security_properties.h"
 
 namespace linegate::dds {
 namespace {
@@ -36,11 +37,19 @@ void clear(fast::DataWriter& writer) {
   writer.clear_history(&dropped);
 }
 
+void clear_writers(const fast::Publisher& publisher) {
+  std::vector<fast::DataWriter*> writers;
+  publisher.get_datawriters(writers);
+  for (fast::DataWriter* writer : writers)
+    clear(*writer);
+}
+
 }  // namespace
 
 Endpoints::Endpoints(const std::string& name, std::uint32_t domain, const std::string& profile_file,
-                     std::vector<Diagnostic>& diagnostics, bool guarded, std::size_t participants)
-    : diagnostics_(&diagnostics), names_(name), participants_(participants) {
+                     std::vector<Diagnostic>& diagnostics, bool guarded, std::size_t participants,
+                     const Security& security)
+    : diagnostics_(&diagnostics), names_(name), participants_(participants), security_(security) {
   const auto profiles = load_profiles(profile_file, diagnostics);
   if (!profiles) {
     ok_ = false;
@@ -65,6 +74,10 @@ void Endpoints::create_participant(const std::string& name, std::uint32_t domain
   // two readers share no locator. The library's default is 1, if the profile does not set it.
   qos.allocation().locators.max_multicast_locators = 0;
   bound_discovery(qos);
+  if (security_.enabled()) {
+    add_properties(security_, qos);
+    names_.keep_partitions();
+  }
   if (guarded) {
     guard_ = std::make_shared<guard::Guard>(guard::requires_protection(qos),
                                             guard::discovery_limits(qos));
@@ -75,8 +88,11 @@ void Endpoints::create_participant(const std::string& name, std::uint32_t domain
   }
   participant_ = factory->create_participant(domain, qos, &names_, fast::StatusMask::none());
   if (participant_ == nullptr) {
-    return fail("no DDS participant in domain " + std::to_string(domain) +
-                ": the network or the participant profile does not allow it");
+    return fail("no DDS participant in domain " + std::to_string(domain) + ": " +
+                (security_.enabled()
+                     ? "the network, the participant profile or the identity " +
+                           security_.certificate + " does not allow it (linegate security check)"
+                     : "the network or the participant profile does not allow it"));
   }
   if (guard_ != nullptr && delivers_within_process()) {
     guard::Prefix prefix{};
@@ -84,7 +100,10 @@ void Endpoints::create_participant(const std::string& name, std::uint32_t domain
     guard_->set_process_of(prefix);
   }
   publisher_ = participant_->create_publisher(fast::PUBLISHER_QOS_DEFAULT);
-  subscriber_ = participant_->create_subscriber(fast::SUBSCRIBER_QOS_DEFAULT);
+  fast::SubscriberQos readers = fast::SUBSCRIBER_QOS_DEFAULT;
+  if (!security_.request_partition.empty())
+    readers.partition().push_back(security_.request_partition.c_str());
+  subscriber_ = participant_->create_subscriber(readers);
   if (publisher_ == nullptr || subscriber_ == nullptr)
     fail("no DDS publisher and subscriber");
 }
@@ -109,11 +128,10 @@ void Endpoints::bound_discovery(fast::DomainParticipantQos& qos) {
 Endpoints::~Endpoints() {
   if (participant_ == nullptr)
     return;
-  std::vector<fast::DataWriter*> writers;
   if (publisher_ != nullptr)
-    publisher_->get_datawriters(writers);
-  for (fast::DataWriter* writer : writers)
-    clear(*writer);
+    clear_writers(*publisher_);
+  for (const auto& [partition, publisher] : publishers_)
+    clear_writers(*publisher);
   participant_->delete_contained_entities();
   fast::DomainParticipantFactory::get_instance()->delete_participant(participant_);
 }
@@ -152,9 +170,9 @@ fast::Topic* Endpoints::make_topic(const std::string& topic, fast::TypeSupport t
 }
 
 fast::DataWriter* Endpoints::make_writer(const std::string& topic, fast::TypeSupport type,
-                                         std::uint32_t strength) {
+                                         std::uint32_t strength, fast::Publisher* publisher) {
   fast::Topic* made = make_topic(topic, std::move(type));
-  if (made == nullptr)
+  if (made == nullptr || publisher == nullptr)
     return nullptr;
   fast::DataWriterQos qos;
   if (publisher_->get_datawriter_qos_from_profile(topic, qos) != ReturnCode_t::RETCODE_OK) {
@@ -164,10 +182,31 @@ fast::DataWriter* Endpoints::make_writer(const std::string& topic, fast::TypeSup
   if (qos.ownership().kind == fast::EXCLUSIVE_OWNERSHIP_QOS && strength != 0) {
     qos.ownership_strength().value = strength;
   }
-  fast::DataWriter* writer = publisher_->create_datawriter(made, qos);
+  fast::DataWriter* writer = publisher->create_datawriter(made, qos);
   if (writer == nullptr)
-    fail("data_writer profile \"" + topic + "\" is contradictory");
+    fail(refusal("data_writer", topic));
   return writer;
+}
+
+fast::Publisher* Endpoints::publisher_in(const std::string& partition) {
+  if (!ok_)
+    return nullptr;
+  fast::Publisher*& known = publishers_[partition];
+  if (known == nullptr) {
+    fast::PublisherQos qos = fast::PUBLISHER_QOS_DEFAULT;
+    qos.partition().push_back(partition.c_str());
+    known = participant_->create_publisher(qos);
+  }
+  return known;
+}
+
+std::string Endpoints::refusal(std::string_view kind, const std::string& topic) const {
+  const std::string profile = std::string(kind) + " profile \"" + topic + "\" is contradictory";
+  if (!security_.enabled())
+    return profile;
+  return "the role of the certificate " + security_.certificate + " does not permit a " +
+         std::string(kind == "data_writer" ? "writer" : "reader") + " of " + topic + ", or " +
+         profile;
 }
 
 fast::DataReader* Endpoints::make_reader(const std::string& topic, fast::TypeSupport type) {
@@ -181,7 +220,7 @@ fast::DataReader* Endpoints::make_reader(const std::string& topic, fast::TypeSup
   }
   fast::DataReader* reader = subscriber_->create_datareader(made, qos);
   if (reader == nullptr)
-    fail("data_reader profile \"" + topic + "\" is contradictory");
+    fail(refusal("data_reader", topic));
   return reader;
 }
 

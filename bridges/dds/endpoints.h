@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <fastdds/dds/domain/DomainParticipant.hpp>
@@ -21,6 +22,7 @@
 #include "bridges/dds/guard/stalled_connections.h"
 #include "bridges/dds/name_watch.h"
 #include "bridges/dds/received_type.h"
+#include "bridges/dds/security.h"
 #include "bridges/dds/written_type.h"
 #include "stack/base/diagnostic.h"
 
@@ -31,10 +33,11 @@ class Endpoints {
   // Loads the profiles (see load_profiles) and creates the participant. On failure ok() is false
   // and a diagnostic states the reason. guarded: a guard checks received datagrams
   // (bridges/dds/guard). participants: the number of other participants that are accepted at the
-  // same time; 0: the number in the profile, or kMostParticipants.
+  // same time; 0: the number in the profile, or kMostParticipants. security: its files, and the
+  // partition of all readers if request_partition is not empty.
   Endpoints(const std::string& name, std::uint32_t domain, const std::string& profile_file,
-            std::vector<Diagnostic>& diagnostics, bool guarded = true,
-            std::size_t participants = 0);
+            std::vector<Diagnostic>& diagnostics, bool guarded = true, std::size_t participants = 0,
+            const Security& security = {});
   ~Endpoints();
   Endpoints(const Endpoints&) = delete;
   Endpoints& operator=(const Endpoints&) = delete;
@@ -56,6 +59,11 @@ class Endpoints {
   // See NameWatch::host_of(). From any thread.
   std::string host_of(const guard::Prefix& participant) const {
     return names_.host_of(participant);
+  }
+
+  // The partitions of a writer of requests, see NameWatch::partitions_of(). From any thread.
+  std::optional<std::vector<std::string>> partitions_of(const guard::Guid& writer) const {
+    return names_.partitions_of(writer);
   }
 
   // The number of datagrams that the guard received and dropped; zeros without a guard. From any
@@ -85,7 +93,21 @@ class Endpoints {
   template <class PubSubType>
   eprosima::fastdds::dds::DataWriter* writer(const std::string& topic, std::uint32_t strength = 0) {
     return make_writer(topic, eprosima::fastdds::dds::TypeSupport(new WrittenType<PubSubType>()),
-                       strength);
+                       strength, publisher_);
+  }
+  // The same in a partition. One thread at a time may call it; also after seal(), if a writer of
+  // the topic was created before or the topic was made by add_topic().
+  template <class PubSubType>
+  eprosima::fastdds::dds::DataWriter* writer_in(const std::string& partition,
+                                                const std::string& topic,
+                                                std::uint32_t strength = 0) {
+    return make_writer(topic, eprosima::fastdds::dds::TypeSupport(new WrittenType<PubSubType>()),
+                       strength, publisher_in(partition));
+  }
+  // Creates a topic whose writers are created later.
+  template <class PubSubType>
+  void add_topic(const std::string& topic) {
+    make_topic(topic, eprosima::fastdds::dds::TypeSupport(new WrittenType<PubSubType>()));
   }
   template <class PubSubType>
   eprosima::fastdds::dds::DataReader* reader(const std::string& topic) {
@@ -98,7 +120,11 @@ class Endpoints {
   void bound_discovery(eprosima::fastdds::dds::DomainParticipantQos& qos);
   eprosima::fastdds::dds::DataWriter* make_writer(const std::string& topic,
                                                   eprosima::fastdds::dds::TypeSupport type,
-                                                  std::uint32_t strength);
+                                                  std::uint32_t strength,
+                                                  eprosima::fastdds::dds::Publisher* publisher);
+  eprosima::fastdds::dds::Publisher* publisher_in(const std::string& partition);
+  // The reason for an endpoint that could not be created.
+  std::string refusal(std::string_view kind, const std::string& topic) const;
   eprosima::fastdds::dds::DataReader* make_reader(const std::string& topic,
                                                   eprosima::fastdds::dds::TypeSupport type);
   eprosima::fastdds::dds::Topic* make_topic(const std::string& topic,
@@ -112,10 +138,12 @@ class Endpoints {
   NameWatch names_;                           // outlives the participant, whose listener it is
   std::string origin_;                        // file of the profiles, for diagnostics
   std::size_t participants_;
+  const Security security_;
   bool ok_ = true;
   eprosima::fastdds::dds::DomainParticipant* participant_ = nullptr;
   eprosima::fastdds::dds::Publisher* publisher_ = nullptr;
   eprosima::fastdds::dds::Subscriber* subscriber_ = nullptr;
+  std::map<std::string, eprosima::fastdds::dds::Publisher*> publishers_;  // by partition
   std::map<std::string, eprosima::fastdds::dds::Topic*> topics_;
 };
 

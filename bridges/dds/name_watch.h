@@ -10,8 +10,10 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <fastdds/dds/core/policy/ParameterTypes.hpp>
 #include <fastdds/dds/domain/DomainParticipantListener.hpp>
@@ -20,11 +22,13 @@
 #include <fastdds/rtps/reader/ReaderDiscoveryInfo.h>
 #include <fastdds/rtps/writer/WriterDiscoveryInfo.h>
 #include <fastrtps/utils/IPLocator.h>
+#include <linegate.h>
 
 #include "bridges/dds/guard/guard.h"
 #include "bridges/dds/namesakes.h"
 #include "bridges/dds/peer_gateways.h"
 #include "bridges/dds/values.h"
+#include "bridges/dds/writer_partitions.h"
 
 namespace linegate::dds {
 
@@ -51,6 +55,13 @@ class NameWatch : public eprosima::fastdds::dds::DomainParticipantListener {
     const std::lock_guard lock(mutex_);
     const auto known = hosts_.find(participant);
     return known == hosts_.end() ? std::string() : known->second;
+  }
+
+  // Record the partitions of writers of requests. Call it before the participant is created.
+  void keep_partitions() { keeps_partitions_ = true; }
+  // See WriterPartitions::of(). From any thread.
+  std::optional<std::vector<std::string>> partitions_of(const guard::Guid& writer) const {
+    return partitions_.of(writer);
   }
 
   // From any thread.
@@ -97,7 +108,15 @@ class NameWatch : public eprosima::fastdds::dds::DomainParticipantListener {
   void on_publisher_discovery(eprosima::fastdds::dds::DomainParticipant*,
                               eprosima::fastrtps::rtps::WriterDiscoveryInfo&& it) override {
     using Info = eprosima::fastrtps::rtps::WriterDiscoveryInfo;
-    endpoint(it.info.guid(), it.status == Info::REMOVED_WRITER);
+    const bool gone = it.status == Info::REMOVED_WRITER;
+    endpoint(it.info.guid(), gone);
+    if (!keeps_partitions_)
+      return;
+    if (gone) {
+      partitions_.forget(guid(it.info.guid()));
+    } else if (is_request(it.info.topicName().to_string())) {
+      partitions_.note(guid(it.info.guid()), it.info.m_qos.m_partition.names());
+    }
   }
   void on_subscriber_discovery(eprosima::fastdds::dds::DomainParticipant*,
                                eprosima::fastrtps::rtps::ReaderDiscoveryInfo&& it) override {
@@ -124,6 +143,10 @@ class NameWatch : public eprosima::fastdds::dds::DomainParticipantListener {
       }
     }
     return {};
+  }
+
+  static bool is_request(const std::string& topic) {
+    return topic == v1::TOPIC_OUTPUT_WRITE || topic == v1::TOPIC_COMMAND_REQUEST;
   }
 
   static guard::Guid guid(const eprosima::fastrtps::rtps::GUID_t& it) {
@@ -157,6 +180,8 @@ class NameWatch : public eprosima::fastdds::dds::DomainParticipantListener {
   PeerGateways<eprosima::fastrtps::rtps::GUID_t> peers_{now()};
   DiscoveryCounters discovery_;
   std::map<guard::Prefix, std::string> hosts_;
+  bool keeps_partitions_ = false;
+  WriterPartitions partitions_;
 };
 
 }  // namespace linegate::dds

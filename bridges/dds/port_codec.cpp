@@ -2,6 +2,8 @@
 #include "bridges/dds/port_codec.h"
 
 #include <algorithm>
+#include <array>
+#include <utility>
 
 #include "bridges/dds/field_bytes.h"
 
@@ -10,7 +12,9 @@ namespace {
 
 constexpr std::size_t kTextLength = 2;  // octets of the length of a text
 constexpr std::size_t kLongestText = 1'024;
-static_assert(std::tuple_size_v<decltype(Participant::prefix)> + 4 + kLongestHost == kSenderBytes);
+static_assert(std::tuple_size_v<decltype(Participant::prefix)> + 4 + kLongestHost + 8 +
+                  kLongestSubject ==
+              kSenderBytes);
 
 FieldWriter begin_message(std::uint8_t kind) {
   FieldWriter out;
@@ -23,6 +27,13 @@ FieldReader content_of(PortBytes message) {
   FieldReader in(has_head ? message.subspan(kMessageHead) : PortBytes());
   in.require(has_head);
   return in;
+}
+
+// What the process of the endpoints needs of it: the gateway checks the holders.
+template <class SecurityOptions>
+auto texts_of(SecurityOptions& of) {
+  return std::array{&of.ca,          &of.certificate,      &of.key, &of.governance, &of.permissions,
+                    &of.revocations, &of.request_partition};
 }
 
 void add_text(std::string_view text, FieldWriter& out) {
@@ -87,34 +98,58 @@ std::optional<std::string> decode_text(PortBytes message, std::size_t longest) {
   return if_complete(in, std::move(out));
 }
 
+namespace {
+
+// length 4, and the octets, with zeros up to `longest`
+void add_padded(std::string_view text, std::size_t longest, FieldWriter& out) {
+  const std::string_view cut = text.substr(0, longest);
+  out.number(cut.size(), 4);
+  out.bytes(std::as_bytes(std::span(cut)));
+  const std::vector<std::byte> zeros(longest - cut.size());
+  out.bytes(zeros);
+}
+
+std::string take_padded(FieldReader& in, std::size_t longest) {
+  const auto length = in.number<std::uint32_t>();
+  const PortBytes text = in.raw(longest);
+  in.require(length <= longest);
+  if (!in.good())
+    return {};
+  const auto is_zero = [](std::byte octet) { return octet == std::byte{0}; };
+  in.require(std::ranges::all_of(text.subspan(length), is_zero));
+  return {reinterpret_cast<const char*>(text.data()), length};
+}
+
+}  // namespace
+
 void add_sender(const Participant& from, PortMessage& out) {
-  const std::string_view host = std::string_view(from.host).substr(0, kLongestHost);
   FieldWriter writer;
   writer.bytes(std::as_bytes(std::span(from.prefix)));
-  writer.number(host.size(), 4);
-  writer.bytes(std::as_bytes(std::span(host)));
+  add_padded(from.host, kLongestHost, writer);
+  writer.number(static_cast<std::uint8_t>(from.right), 4);
+  add_padded(from.subject, kLongestSubject, writer);
   const std::vector<std::byte> sender = writer.take();
   out.insert(out.end(), sender.begin(), sender.end());
-  out.resize(out.size() + kSenderBytes - sender.size());
 }
 
 std::optional<PortBytes> take_sender(PortBytes message, Participant& from) {
   FieldReader in = content_of(message);
   const PortBytes prefix = in.raw(from.prefix.size());
-  const auto length = in.number<std::uint32_t>();
-  const PortBytes host = in.raw(kLongestHost);
-  if (!in.good() || length > kLongestHost)
-    return std::nullopt;
-  const auto is_zero = [](std::byte octet) { return octet == std::byte{0}; };
-  if (!std::ranges::all_of(host.subspan(length), is_zero))
+  std::string host = take_padded(in, kLongestHost);
+  const auto right = in.number<std::uint32_t>();
+  in.require(right <= static_cast<std::uint32_t>(ClientRight::engineer));
+  std::string subject = take_padded(in, kLongestSubject);
+  if (!in.good())
     return std::nullopt;
   std::ranges::copy(prefix, std::as_writable_bytes(std::span(from.prefix)).begin());
-  from.host.assign(reinterpret_cast<const char*>(host.data()), length);
+  from.host = std::move(host);
+  from.right = static_cast<ClientRight>(right);
+  from.subject = std::move(subject);
   return message.subspan(kMessageHead + kSenderBytes);
 }
 
 // gateway, incarnation 8, domain 4, profile file, number of lines 4 and their names, renew_after 8,
-// participants 8, last_words 8, guard 1.
+// participants 8, last_words 8, guard 1, the texts of security.
 void encode(const GatewayOptions& options, PortMessage& out) {
   FieldWriter writer = begin_message(static_cast<std::uint8_t>(ToEndpoints::configure));
   add_text(options.gateway, writer);
@@ -128,6 +163,8 @@ void encode(const GatewayOptions& options, PortMessage& out) {
   writer.number(options.participants, 8);
   writer.number(static_cast<std::uint64_t>(options.last_words.count()), 8);
   writer.number(options.guard ? 1 : 0, 1);
+  for (const std::string* text : texts_of(options.security))
+    add_text(*text, writer);
   out = writer.take();
 }
 
@@ -147,6 +184,8 @@ std::optional<GatewayOptions> decode_options(PortBytes message) {
   const auto guard = in.number<std::uint8_t>();
   in.require(guard <= 1);
   out.guard = guard == 1;
+  for (std::string* text : texts_of(out.security))
+    *text = take_text(in, kLongestText);
   return if_complete(in, std::move(out));
 }
 

@@ -77,7 +77,8 @@ inline constexpr std::size_t kMessageHead = 8;
 inline constexpr std::size_t kLongestName = 64;
 inline constexpr std::size_t kMostDiagnostics = 32;
 inline constexpr std::size_t kLongestHost = 64;
-inline constexpr std::size_t kSenderBytes = 80;
+inline constexpr std::size_t kLongestSubject = 64;
+inline constexpr std::size_t kSenderBytes = 152;
 
 using PortMessage = std::vector<std::byte>;
 using PortBytes = std::span<const std::byte>;
@@ -101,8 +102,8 @@ std::optional<std::uint64_t> decode_unreadable(PortBytes message);
 void encode(const EndpointStatus& status, PortMessage& out);
 std::optional<EndpointStatus> decode_status(PortBytes message);
 
-// Adds the sender to the head of a message; a longer host is cut. Returns its content behind the
-// sender, or nothing if the sender is malformed.
+// Adds the sender to the head of a message; a longer host or subject is cut. Returns its content
+// behind the sender, or nothing if the sender is malformed.
 void add_sender(const Participant& from, PortMessage& out);
 std::optional<PortBytes> take_sender(PortBytes message, Participant& from);
 

@@ -14,8 +14,6 @@
 namespace linegate::dds {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
 constexpr auto kStatusPeriod = std::chrono::milliseconds(50);
 constexpr int kSamplesOfTopic = 256;  // in one poll(), so that no topic starves the other
 
@@ -57,7 +55,7 @@ class EndpointServer final : public PortServer {
   v1::CommandRequest request_;
   Participant from_;              // the sender of the one that was taken last
   std::uint64_t unreadable_ = 0;  // samples that were not reported yet
-  Clock::time_point status_due_{};
+  std::chrono::steady_clock::time_point status_due_{};
   EndpointStatus reported_;
   bool status_reported_ = false;
 
@@ -179,7 +177,7 @@ bool EndpointServer::send_waiting(const Send& send) {
 // Not after each sample, because counters of datagrams change with each. What has no room is sent
 // later; only the newest state counts.
 void EndpointServer::send_status(const Send& send) {
-  const auto now = Clock::now();
+  const auto now = std::chrono::steady_clock::now();
   if (now < status_due_)
     return;
   status_due_ = now + kStatusPeriod;

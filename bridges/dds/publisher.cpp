@@ -38,6 +38,7 @@ namespace fast = eprosima::fastdds::dds;
 constexpr std::size_t kSamplesPerPoll = 256;  // of each topic, so that none starves the other
 
 constexpr Duration kLivelinessPeriod = std::chrono::milliseconds(500);  // a quarter of the lease
+constexpr const char* kForeignPartition = "the partition of its writer is not one of this line";
 
 // Name of a QoS policy that writer and reader must match (DDS 1.4 2.2.3).
 std::string_view policy_name(std::uint32_t id) {
@@ -173,15 +174,19 @@ class LocalPort final : public SamplePort {
     if (!info.valid_data)
       return Taken::invalid;
     from = sender(info);
+    add_claim(info, sample.line().to_string(), from);
     return Taken::sample;
   }
   const Participant& sender(const fast::SampleInfo& info);
+  void add_claim(const fast::SampleInfo& info, std::string_view line, Participant& from) const;
   template <class Reader>
   static std::string_view misfit_of(Reader& reader) {
     const std::uint32_t policy = reader.misfit();
     return policy == 0 ? std::string_view() : policy_name(policy);
   }
 
+  const std::string gateway_;
+  const bool secured_;
   const Duration last_words_;
   const std::uint64_t renew_after_;
   Endpoints endpoints_;
@@ -205,10 +210,12 @@ class LocalPort final : public SamplePort {
 };
 
 LocalPort::LocalPort(const GatewayOptions& options, std::vector<Diagnostic>& diagnostics)
-    : last_words_(options.last_words),
+    : gateway_(options.gateway),
+      secured_(options.security.enabled()),
+      last_words_(options.last_words),
       renew_after_(options.renew_after),
       endpoints_("linegate " + options.gateway, options.domain, options.profile_file, diagnostics,
-                 options.guard, options.participants) {
+                 options.guard, options.participants, options.security) {
   LineWriters::make_events(own_events_, endpoints_, renew_after_);
   for (const std::string& line : options.lines)
     lines_[line].make(endpoints_, renew_after_);
@@ -288,6 +295,25 @@ const Participant& LocalPort::sender(const fast::SampleInfo& info) {
   return last_sender_;
 }
 
+// The right to send requests to that line, and the subject, by the partition of the writer; in a
+// domain without DDS-Security every writer has it.
+void LocalPort::add_claim(const fast::SampleInfo& info, std::string_view line,
+                          Participant& from) const {
+  from.right = secured_ ? ClientRight::none : ClientRight::unlimited;
+  from.subject.clear();
+  if (!secured_)
+    return;
+  const auto writer = eprosima::fastrtps::rtps::iHandle2GUID(info.publication_handle);
+  guard::Guid guid{};
+  std::copy_n(writer.guidPrefix.value, 12, guid.begin());
+  std::copy_n(writer.entityId.value, 4, guid.begin() + 12);
+  const auto partitions = endpoints_.partitions_of(guid);
+  if (auto claim = partitions ? claim_of(*partitions, gateway_, line) : std::nullopt) {
+    from.right = claim->right;
+    from.subject = std::move(claim->name);
+  }
+}
+
 }  // namespace
 
 bool is_policy_name(std::string_view text) {
@@ -309,6 +335,7 @@ struct GatewayBridge::Impl {
   Impl(const GatewayOptions& options, std::unique_ptr<SamplePort> sample_port)
       : gateway(options.gateway),
         incarnation(options.incarnation),
+        security(options.security),
         port(std::move(sample_port)),
         desk(options.incarnation, options.lines) {}
 
@@ -319,11 +346,13 @@ struct GatewayBridge::Impl {
   bool take_output(GatewayHandler& handler);
   bool take_command(GatewayHandler& handler);
   void handle(const v1::CommandRequest& request, GatewayHandler& handler);
+  bool authorize(const Participant& from) const;
   void report_discarded(GatewayHandler& handler);
   bool send(const Answer& answer, std::size_t from);
 
   const std::string gateway;
   const std::uint64_t incarnation;
+  const Security security;
   const std::unique_ptr<SamplePort> port;
 
   // Used by the publishing thread. Samples are members so that their buffers are reused.
@@ -571,11 +600,16 @@ bool GatewayBridge::Impl::take_output(GatewayHandler& handler) {
                               "addressed to another start of the gateway");
     return true;
   }
+  message.from = sender;
+  if (!authorize(sender)) {
+    handler.on_output_refused(message.line, output_sample.group(),
+                              line::OutputRefusal::not_permitted, kForeignPartition);
+    return true;
+  }
   const OutputCheck check = from_wire(output_sample, message.write);
   if (check.refusal != line::OutputRefusal::none) {
     handler.on_output_refused(message.line, output_sample.group(), check.refusal, check.why);
   } else {
-    message.from = sender;
     handler.on_output_write(std::move(message));
   }
   return true;
@@ -590,7 +624,20 @@ bool GatewayBridge::Impl::take_command(GatewayHandler& handler) {
   return true;
 }
 
+// Whether the sender may send requests to the line: the port determined its right. In a domain
+// without DDS-Security every participant may.
+bool GatewayBridge::Impl::authorize(const Participant& from) const {
+  return !security.enabled() ||
+         (from.right != ClientRight::none && from.right != ClientRight::unlimited &&
+          (!security.is_holder || security.is_holder(from.prefix, name(from.right), from.subject)));
+}
+
 void GatewayBridge::Impl::handle(const v1::CommandRequest& request, GatewayHandler& handler) {
+  if (!authorize(sender)) {
+    handler.on_command_refused(request.line().to_string(), request.client().to_string(),
+                               request.kind(), line::Refusal::not_permitted, kForeignPartition);
+    return;
+  }
   CommandDesk::Outcome outcome;
   {
     const std::lock_guard lock(desk_mutex);

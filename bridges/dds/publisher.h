@@ -19,6 +19,7 @@
 
 #include "bridges/dds/clock_map.h"
 #include "bridges/dds/guard/counters.h"
+#include "bridges/dds/security.h"
 #include "bridges/dds/values.h"
 #include "bridges/request/request.h"
 #include "stack/base/diagnostic.h"
@@ -53,6 +54,7 @@ struct GatewayOptions {
   Duration last_words = std::chrono::milliseconds(500);
   // Check received datagrams before Fast DDS reads them (bridges/dds/guard).
   bool guard = true;
+  Security security{};
 };
 
 struct OutputMessage {

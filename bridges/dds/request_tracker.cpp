@@ -7,6 +7,7 @@
 
 #include "bridges/dds/bytes.h"
 #include "bridges/dds/reply_codec.h"
+#include "stack/base/assert.h"
 
 namespace linegate::dds {
 namespace {
@@ -154,6 +155,12 @@ std::optional<RequestTracker::Done> RequestTracker::disputed(const LinePublisher
             (host.empty() ? "an unknown host" : host);
   }
   text += "; end all but one, or give each gateway its own name";
+  return fail(found, line::Refusal::not_permitted, std::move(text));
+}
+
+RequestTracker::Done RequestTracker::refuse(std::uint64_t id, std::string text) {
+  const auto found = waiting_.find(id);
+  LINEGATE_ASSERT(found != waiting_.end(), "only a pending request is refused");
   return fail(found, line::Refusal::not_permitted, std::move(text));
 }
 

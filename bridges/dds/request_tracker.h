@@ -53,6 +53,8 @@ class RequestTracker {
   // Ends a request for a line that several participants publish, with an error that names their
   // hosts and GUID prefixes.
   std::optional<Done> disputed(const LinePublishers& publishers, const HostOf& host_of);
+  // Ends a pending request that cannot be sent, with Refusal::not_permitted and that text.
+  Done refuse(std::uint64_t id, std::string text);
   // Number of replies to pending requests that were ignored because of their sender.
   std::uint64_t foreign() const { return foreign_; }
 

@@ -31,10 +31,35 @@ struct DiscoveryCounters {
   std::uint64_t gone = 0;        // left, or silent for longer than their lease
 };
 
+// The right of a client in a secured domain.
+enum class ClientRight : std::uint8_t {
+  unlimited,  // without DDS-Security
+  none,
+  operate,   // outputs, and commands that read or change the process state
+  engineer,  // also commands that change configuration, firmware and node-IDs
+};
+
+// As in the name of a partition (security.h).
+constexpr std::string_view name(ClientRight right) {
+  switch (right) {
+    case ClientRight::unlimited:
+      return "unlimited";
+    case ClientRight::none:
+      return "none";
+    case ClientRight::operate:
+      return "operator";
+    case ClientRight::engineer:
+      return "engineer";
+  }
+  return "none";
+}
+
 // The participant that sent a request. Without DDS-Security any host can forge it.
 struct Participant {
   std::array<std::uint8_t, 12> prefix{};  // of the GUID of its writer (RTPS 2.3 9.3.1.1)
   std::string host;                       // as announced, up to 64 bytes; empty: unknown
+  ClientRight right = ClientRight::unlimited;
+  std::string subject{};  // name of its certificate; empty without DDS-Security
 };
 
 // Access of subscribers to a line. The numbers are those of the DDS contract.

@@ -32,6 +32,9 @@ CommandLine::CommandLine() {
   app_.set_version_flag("--version", LINEGATE_VERSION);
   app_.add_option("-d,--domain", common_.domain, "DDS domain")->check(CLI::Range(0, 232));
   app_.add_option("--profile", common_.profile, "QoS profile file instead of the installed one");
+  app_.add_option("--security", common_.security,
+                  "folder of an identity (linegate security issue), for a plant with DDS-Security")
+      ->envname("LINEGATE_SECURITY");
   app_.add_option("--wait", common_.wait, "seconds to wait for a gateway")
       ->check(CLI::NonNegativeNumber);
   app_.add_option("--timeout", common_.timeout, "seconds to wait for an answer")
@@ -72,6 +75,7 @@ int CommandLine::with_client(const Topics& topics, const ClientAction& action) c
                                       : std::function<void(Severity, std::string_view)>());
   auto made = make_remote_client({.domain = common_.domain,
                                   .profile = common_.profile,
+                                  .security = common_.security,
                                   .images = topics.images,
                                   .layouts = topics.layouts,
                                   .events = topics.events,

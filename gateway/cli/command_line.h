@@ -17,8 +17,9 @@ namespace linegate::gateway {
 struct CommonOptions {
   unsigned domain = 0;
   std::string profile;
-  double wait = 5;     // time limit for the discovery of a gateway, in seconds
-  double timeout = 5;  // time limit for an answer, in seconds
+  std::string security;  // folder of an identity; empty = without DDS-Security
+  double wait = 5;       // time limit for the discovery of a gateway, in seconds
+  double timeout = 5;    // time limit for an answer, in seconds
   bool json = false;
   bool utc = false;
   bool verbose = false;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
+#include <ctime>
 #include <exception>
 #include <optional>
 #include <random>
@@ -21,6 +22,7 @@
 #include "gateway/runtime/exit_code.h"
 #include "gateway/runtime/log.h"
 #include "gateway/runtime/signals.h"
+#include "gateway/security/identity_check.h"
 #include "gateway/tools/check.h"
 
 namespace linegate::gateway {
@@ -124,6 +126,9 @@ int start(const Arguments& arguments) {
   if (loaded.value) {
     const auto found = check_dds_profiles(loaded.value->dds_profile);
     loaded.diagnostics.insert(loaded.diagnostics.end(), found.begin(), found.end());
+    const auto identity = security::check_gateway(loaded.value->dds_security, loaded.value->gateway,
+                                                  std::time(nullptr));
+    loaded.diagnostics.insert(loaded.diagnostics.end(), identity.begin(), identity.end());
   }
   print(loaded.diagnostics);
   if (!loaded.value || has_errors(loaded.diagnostics)) {

@@ -2,11 +2,14 @@
 #include "gateway/cli/remote_client.h"
 
 #include <cstddef>
+#include <ctime>
 #include <span>
 #include <string>
 #include <utility>
 
 #include "bridges/dds/client.h"
+#include "gateway/security/files.h"
+#include "gateway/security/identity_check.h"
 
 namespace linegate::gateway {
 namespace {
@@ -135,10 +138,41 @@ class RemoteClient final : public console::Client {
   std::unique_ptr<dds::Client> client_;
 };
 
+// Sets the identity of the client. Returns the findings that make it unusable.
+std::vector<Diagnostic> secure(const RemoteClientOptions& options, dds::Security& out) {
+  auto found = security::check_identity(options.security, std::time(nullptr));
+  const auto identity = security::identity_of(options.security);
+  if (has_errors(found) || !identity)
+    return found;
+  const bool may_request =
+      identity->role == security::Role::operator_ || identity->role == security::Role::engineer;
+  const security::Files files = security::files_in(options.security);
+  if ((options.commands || options.outputs) && !may_request) {
+    found.push_back(
+        {Severity::error, files.certificate, 0, 0,
+         "is of role " + std::string(security::name(identity->role)) +
+             ", which sends no commands: use an identity of role operator or engineer"});
+  }
+  out = {.ca = files.ca,
+         .certificate = files.certificate,
+         .key = files.key,
+         .governance = files.governance,
+         .permissions = files.permissions,
+         .revocations = files.revocations,
+         .right = std::string(security::name(identity->role)) + "/" + identity->name};
+  return found;
+}
+
 }  // namespace
 
 Loaded<std::unique_ptr<console::Client>> make_remote_client(const RemoteClientOptions& options) {
   dds::ClientOptions client;
+  Loaded<std::unique_ptr<console::Client>> out;
+  if (!options.security.empty()) {
+    out.diagnostics = secure(options, client.security);
+    if (has_errors(out.diagnostics))
+      return out;
+  }
   client.domain = options.domain;
   client.profile_file = options.profile;
   client.layouts = options.layouts;
@@ -149,8 +183,7 @@ Loaded<std::unique_ptr<console::Client>> make_remote_client(const RemoteClientOp
   client.commands = options.commands;
   client.outputs = options.outputs;
   auto made = dds::Client::make(client);
-  Loaded<std::unique_ptr<console::Client>> out;
-  out.diagnostics = std::move(made.diagnostics);
+  out.diagnostics.insert(out.diagnostics.end(), made.diagnostics.begin(), made.diagnostics.end());
   if (made.value) {
     out.value = std::make_unique<RemoteClient>(std::move(*made.value));
   }

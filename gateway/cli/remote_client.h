@@ -13,7 +13,8 @@ namespace linegate::gateway {
 
 struct RemoteClientOptions {
   std::uint32_t domain = 0;
-  std::string profile;  // file of QoS profiles; empty = the installed one, or the built-in copy
+  std::string profile;   // file of QoS profiles; empty = the installed one, or the built-in copy
+  std::string security;  // folder of an identity; empty = without DDS-Security
   // The topics to subscribe to besides the states of gateways, lines and nodes.
   bool images = false;  // and states of outputs
   bool layouts = false;

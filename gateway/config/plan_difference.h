@@ -25,6 +25,7 @@ struct PlantIdentity {
   bool dds_guard = true;
   std::optional<Journal> journal;
   bool dds_own_process = false;
+  std::string dds_security;
   std::vector<Line> lines;
 };
 PlantIdentity identity_of(const Plant& plant);

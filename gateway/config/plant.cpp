@@ -54,6 +54,15 @@ void read_dds(Findings& findings, const YAML::Node& node, Plant& plant) {
     }
     plant.dds_profile = path.string();
   }
+  const YAML::Node security = section.find("security");
+  if (const auto text = section.text(security)) {
+    const auto path = std::filesystem::path(findings.file()).parent_path() / *text;
+    std::error_code ignored;
+    if (!std::filesystem::is_directory(path, ignored)) {
+      findings.error(place_of(security), "there is no folder " + path.string());
+    }
+    plant.dds_security = path.string();
+  }
   section.read_choice<bool>("guard", plant.dds_guard, {{"on", true}, {"off", false}});
   section.read_choice<bool>("process", plant.dds_own_process, {{"same", false}, {"own", true}});
   section.done();

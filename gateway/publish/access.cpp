@@ -47,6 +47,37 @@ bool permitted(const request::GatewayRequest& request, config::Access commands) 
   return std::holds_alternative<request::Versions>(request) || commands == config::Access::all;
 }
 
+bool permitted(const line::Command& command, ClientRight right) {
+  switch (right) {
+    case ClientRight::unlimited:
+    case ClientRight::engineer:
+      return true;
+    case ClientRight::none:
+      return false;
+    case ClientRight::operate:
+      break;
+  }
+  switch (line::kind(command)) {
+    case line::CommandKind::output_write:
+    case line::CommandKind::object_write:
+    case line::CommandKind::pdo_trigger:
+    case line::CommandKind::pdo_request:
+    case line::CommandKind::mpdo_write:
+    case line::CommandKind::nmt:
+    case line::CommandKind::boot:
+    case line::CommandKind::emcy_send:
+      return true;
+    default:
+      return permitted(command, config::Access::read, config::Access::off);
+  }
+}
+
+bool permitted(const request::GatewayRequest& request, ClientRight right) {
+  if (right == ClientRight::operate)
+    return !std::holds_alternative<request::BusFault>(request);
+  return right != ClientRight::none;
+}
+
 bool is_of_outputs(line::CommandKind kind) {
   return kind == line::CommandKind::output_write || kind == line::CommandKind::pdo_trigger;
 }

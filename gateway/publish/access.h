@@ -4,6 +4,7 @@
 
 #include "bridges/request/request.h"
 #include "gateway/config/plant.h"
+#include "gateway/publish/data_edge.h"
 #include "stack/line/command.h"
 
 namespace linegate::gateway {
@@ -15,6 +16,11 @@ bool permitted(line::CommandKind kind, config::Access commands, config::Access o
 bool permitted(const line::Command& command, config::Access commands, config::Access outputs);
 // request::Versions needs no access, other requests of this kind need `all`.
 bool permitted(const request::GatewayRequest& request, config::Access commands);
+
+// Whether a client with that right may send the command: an operator reads, and changes the process
+// state; only an engineer changes configuration, firmware and node-IDs.
+bool permitted(const line::Command& command, ClientRight right);
+bool permitted(const request::GatewayRequest& request, ClientRight right);
 
 // Whether the command refers to entries, bytes or PDOs by their positions in the output layout.
 bool is_of_outputs(line::CommandKind kind);

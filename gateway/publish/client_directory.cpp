@@ -26,6 +26,9 @@ std::uint32_t ClientDirectory::number(const ClientIdentity& from, std::string_vi
   if (client.host != from.host) {
     client.host = from.host;
   }
+  if (client.subject != from.subject) {
+    client.subject = from.subject;
+  }
   return client.number;
 }
 
@@ -38,7 +41,8 @@ std::string ClientDirectory::describe(std::uint32_t number) const {
   }
   const Client& client = known->second;
   const std::string name = printable(client.name.empty() ? "a client" : client.name);
-  return client.host.empty() ? name : name + " at " + printable(client.host);
+  const std::string at = client.host.empty() ? name : name + " at " + printable(client.host);
+  return client.subject.empty() ? at : printable(client.subject) + " (" + at + ")";
 }
 
 }  // namespace linegate::gateway

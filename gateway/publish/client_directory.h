@@ -23,7 +23,8 @@ class ClientDirectory {
   // From 1, the same for all requests of one participant. name: the one in the request, for people
   // alone.
   std::uint32_t number(const ClientIdentity& from, std::string_view name);
-  // "hmi at panel3"; "client 7" if it was forgotten. Printable.
+  // "hmi at panel3", with an authenticated subject "alice (hmi at panel3)"; "client 7" if it was
+  // forgotten. Printable.
   std::string describe(std::uint32_t number) const;
 
  private:
@@ -32,6 +33,7 @@ class ClientDirectory {
     std::uint64_t used = 0;  // number of its last request
     std::string name;
     std::string host;
+    std::string subject;
   };
   using Clients = std::map<std::array<std::uint8_t, 12>, Client>;
 

@@ -30,10 +30,20 @@
 
 namespace linegate::gateway {
 
+// What a client may do as far as the edge authenticates clients.
+enum class ClientRight : std::uint8_t {
+  unlimited,  // the edge does not authenticate
+  none,
+  operate,   // outputs, and commands that read or change the process state
+  engineer,  // also commands that change configuration, firmware and node-IDs
+};
+
 // The client that sent a request: the participant, never a name in the request.
 struct ClientIdentity {
-  std::array<std::uint8_t, 12> id{};  // opaque; DDS: the prefix of its GUID
+  std::array<std::uint8_t, 12> id{};  // opaque; DDS: the prefix of its GUID, or of its subject
   std::string host;                   // as announced, up to 64 bytes; empty: unknown
+  ClientRight right = ClientRight::unlimited;
+  std::string subject{};  // authenticated name; empty: the edge does not authenticate
 };
 
 struct OutputRequest {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/publish/dds_edge.h"
 
+#include <algorithm>
+#include <array>
 #include <utility>
 
 #include "bridges/dds/event_codec.h"
@@ -10,6 +12,9 @@
 #include "bridges/dds/profiles.h"
 #include "bridges/dds/publisher.h"
 #include "gateway/publish/dds_process.h"
+#include "gateway/security/documents.h"
+#include "gateway/security/files.h"
+#include "gateway/security/fingerprint.h"
 
 namespace linegate::gateway {
 namespace {
@@ -67,8 +72,45 @@ dds::GatewayInfo to_dds(const GatewayInfo& info) {
   return out;
 }
 
+ClientRight from_dds(dds::ClientRight right) {
+  switch (right) {
+    case dds::ClientRight::unlimited:
+      return ClientRight::unlimited;
+    case dds::ClientRight::none:
+      break;
+    case dds::ClientRight::operate:
+      return ClientRight::operate;
+    case dds::ClientRight::engineer:
+      return ClientRight::engineer;
+  }
+  return ClientRight::none;
+}
+
+// All participants with one certificate are one client.
 ClientIdentity from_dds(dds::Participant from) {
-  return {from.prefix, std::move(from.host)};
+  ClientIdentity out{from.prefix, std::move(from.host), from_dds(from.right),
+                     std::move(from.subject)};
+  if (!out.subject.empty())
+    std::fill(out.id.begin() + security::Fingerprint().size(), out.id.end(), std::uint8_t{0});
+  return out;
+}
+
+dds::Security to_dds(const security::Files& files) {
+  return {.ca = files.ca,
+          .certificate = files.certificate,
+          .key = files.key,
+          .governance = files.governance,
+          .permissions = files.permissions,
+          .revocations = files.revocations};
+}
+
+bool is_holder(const std::array<std::uint8_t, 12>& prefix, std::string_view right,
+               std::string_view name) {
+  const auto role = security::parse_role(right);
+  if (!role)
+    return false;
+  const security::Fingerprint expected = security::fingerprint_of(name, *role);
+  return std::equal(expected.begin(), expected.end(), prefix.begin());
 }
 
 // Passes requests from the bridge to the handler.
@@ -208,6 +250,11 @@ Loaded<std::unique_ptr<DataEdge>> make_dds_edge(const config::Plant& plant,
   options.profile_file = plant.dds_profile;
   options.guard = plant.dds_guard;
   options.last_words = plant.dds_last_words;
+  if (!plant.dds_security.empty()) {
+    options.security = to_dds(security::files_in(plant.dds_security));
+    options.security.request_partition = security::requests_of_gateway(plant.gateway);
+    options.security.is_holder = is_holder;
+  }
   for (const auto& line : plant.lines) {
     options.lines.push_back(line.config.name);
   }
@@ -235,7 +282,7 @@ std::vector<Diagnostic> check_dds_exposure(const config::Plant& plant) {
     if (line.commands == config::Access::all || line.outputs == config::Access::all)
       lines += (lines.empty() ? "" : ", ") + line.config.name;
   }
-  if (lines.empty())
+  if (lines.empty() || !plant.dds_security.empty())
     return {};
   std::string transports;
   for (const std::string& transport : dds::open_transports(plant.dds_profile))
@@ -245,7 +292,8 @@ std::vector<Diagnostic> check_dds_exposure(const config::Plant& plant) {
   return {{Severity::warning, dds_profiles_in_use(plant.dds_profile), 0, 0,
            "DDS is open without DDS-Security (" + transports + "), and every host that reaches " +
                "it may send commands or outputs to " + lines +
-               ": secure DDS (SECURITY.md), list 127.0.0.1 alone in the interfaceWhiteList of the "
+               ": secure DDS (linegate security, dds: {security: FOLDER}), list 127.0.0.1 alone in "
+               "the interfaceWhiteList of the "
                "profiles, or set access: read"}};
 }
 

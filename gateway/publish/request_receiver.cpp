@@ -104,7 +104,8 @@ bool RequestReceiver::crosses(const LineHost& host, const line::Command& command
 
 line::Refusal RequestReceiver::judge(const LineHost& host, const CommandRequest& request) const {
   const line::Command& command = request.command;
-  if (!permitted(command, host.plan.commands, host.plan.outputs)) {
+  if (!permitted(command, request.from.right) ||
+      !permitted(command, host.plan.commands, host.plan.outputs)) {
     return line::Refusal::not_permitted;
   }
   if (!crosses(host, command)) {
@@ -149,7 +150,8 @@ void RequestReceiver::on_gateway_command(GatewayCommandRequest request) {
   request.command.audited = !permitted(request.command.request, config::Access::read);
   LineHost* host = find(request.line);
   line::Refusal refusal = line::Refusal::unknown_line;
-  if (host != nullptr && !permitted(request.command.request, host->plan.commands)) {
+  if (host != nullptr && (!permitted(request.command.request, request.from.right) ||
+                          !permitted(request.command.request, host->plan.commands))) {
     refusal = line::Refusal::not_permitted;
   } else if (host != nullptr) {
     auto& ring = host->port.interface_commands;
@@ -177,7 +179,9 @@ void RequestReceiver::on_output_write(OutputRequest request) {
     return;
   }
   request.write.client_number = clients_.number(request.from, request.client);
-  if (host->plan.outputs != config::Access::all) {
+  const bool may_write =
+      request.from.right != ClientRight::none && host->plan.outputs == config::Access::all;
+  if (!may_write) {
     refuse_output(*host, request.write.group, line::OutputRefusal::not_permitted,
                   request.write.client_number);
     return;

@@ -2,6 +2,7 @@
 #include "gateway/tools/check.h"
 
 #include <algorithm>
+#include <ctime>
 #include <iostream>
 #include <iterator>
 #include <memory>
@@ -14,6 +15,7 @@
 #include "gateway/publish/routing_text.h"
 #include "gateway/runtime/exit_code.h"
 #include "gateway/runtime/log.h"
+#include "gateway/security/identity_check.h"
 #include "gateway/tools/check_parts.h"
 #include "stack/base/byte_order.h"
 #include "stack/line/line.h"
@@ -136,6 +138,8 @@ class Text {
         plant.dds_own_process ? "DDS in a process of its own, " : "",
         plant.dds_guard ? "" : "DDS guard off: one datagram can stop this gateway, ",
         dds_profiles_in_use(plant.dds_profile), config::name(plant.log));
+    if (!plant.dds_security.empty())
+      add("DDS-Security with the identity in {}\n", plant.dds_security);
     if (plant.journal) {
       add("journal {}: up to {}, {}\n", plant.journal->file,
           config::format_size(plant.journal->max_size),
@@ -452,7 +456,10 @@ int check(const std::string& path, bool json, const std::string& dds_profile) {
     if (!dds_profile.empty()) {
       loaded.value->dds_profile = dds_profile;
     }
-    const auto found = check_dds_profiles(loaded.value->dds_profile);
+    auto found = check_dds_profiles(loaded.value->dds_profile);
+    const auto identity = security::check_gateway(loaded.value->dds_security, loaded.value->gateway,
+                                                  std::time(nullptr));
+    found.insert(found.end(), identity.begin(), identity.end());
     loaded.diagnostics.insert(loaded.diagnostics.end(), found.begin(), found.end());
     if (has_errors(found)) {
       loaded.value.reset();

@@ -186,6 +186,7 @@ void add_plant(const config::Plant& plant, Json& to) {
   to["gateway"] = plant.gateway;
   to["dds_domain"] = plant.dds_domain;
   to["dds_profile"] = plant.dds_profile;
+  to["dds_security"] = plant.dds_security;
   to["dds_guard"] = plant.dds_guard;
   to["dds_process"] = plant.dds_own_process ? "own" : "same";
   to["log"] = config::name(plant.log);

@@ -79,7 +79,8 @@ std::string_view describe(Refusal refusal) {
     case Refusal::busy:
       return "a queue is full, try again";
     case Refusal::not_permitted:
-      return "not permitted by the line's access configuration";
+      return "not permitted by the line's access configuration, or by the role of the client's "
+             "certificate";
     case Refusal::bad_request:
       return "a field is out of range or the fields do not go together";
     case Refusal::unknown_line:

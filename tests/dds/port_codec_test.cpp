@@ -112,7 +112,9 @@ TEST(PortCodec, AnyChangeOfASampleIsHarmless) {
 }
 
 Participant full_sender() {
-  Participant from{.host = std::string(64, 'h')};
+  Participant from{.host = std::string(64, 'h'),
+                   .right = ClientRight::engineer,
+                   .subject = std::string(64, 's')};
   for (std::size_t i = 0; i < from.prefix.size(); ++i)
     from.prefix[i] = static_cast<std::uint8_t>(0xF0 + i);
   return from;
@@ -122,6 +124,7 @@ TEST(PortCodec, ARequestHasItsSender) {
   for (const std::string& host : {std::string(), std::string("panel3"), std::string(64, 'h')}) {
     Participant from = full_sender();
     from.host = host;
+    from.subject = host;
     PortMessage message;
     encode_received(FromEndpoints::command_request, from, full_request(), message);
     EXPECT_EQ(kind_of(message), static_cast<std::uint8_t>(FromEndpoints::command_request));
@@ -130,6 +133,8 @@ TEST(PortCodec, ARequestHasItsSender) {
     ASSERT_TRUE(decode_received(PortBytes(message), back, request));
     EXPECT_EQ(back.prefix, from.prefix);
     EXPECT_EQ(back.host, host);
+    EXPECT_EQ(back.right, ClientRight::engineer);
+    EXPECT_EQ(back.subject, host);
     EXPECT_TRUE(request == full_request());
   }
 }
@@ -161,7 +166,12 @@ TEST(PortCodec, AMalformedSenderIsRefused) {
   EXPECT_TRUE(refused(kLength, 5)) << "an octet behind the host";
   EXPECT_TRUE(refused(kLength, 65)) << "longer than a host";
   EXPECT_TRUE(refused(kLength + 3, 0xFF)) << "longer than the message";
-  EXPECT_TRUE(refused(kMessageHead + kSenderBytes - 1, 1)) << "an octet behind the host";
+  constexpr std::size_t kRight = kLength + 4 + kLongestHost;
+  EXPECT_FALSE(refused(kRight, 1));
+  EXPECT_TRUE(refused(kRight, 4)) << "no such right";
+  EXPECT_TRUE(refused(kRight + 4, 65)) << "longer than a subject";
+  EXPECT_TRUE(refused(kRight - 1, 1)) << "an octet behind the host";
+  EXPECT_TRUE(refused(kMessageHead + kSenderBytes - 1, 1)) << "an octet behind the subject";
 }
 
 TEST(PortCodec, AReceivedSampleIsAcceptedOnlyWholeAndHarmless) {
@@ -188,7 +198,14 @@ TEST(PortCodec, OptionsComeBackAsTheyWent) {
                                .renew_after = 1'000,
                                .participants = 12,
                                .last_words = std::chrono::milliseconds(700),
-                               .guard = false};
+                               .guard = false,
+                               .security = {.ca = "/s/ca",
+                                            .certificate = "/s/certificate",
+                                            .key = "/s/key",
+                                            .governance = "/s/governance",
+                                            .permissions = "/s/permissions",
+                                            .revocations = "/s/revocations",
+                                            .request_partition = "plant/*"}};
   PortMessage message;
   encode(options, message);
   const auto back = decode_options(message);
@@ -202,6 +219,13 @@ TEST(PortCodec, OptionsComeBackAsTheyWent) {
   EXPECT_EQ(back->participants, options.participants);
   EXPECT_EQ(back->last_words, options.last_words);
   EXPECT_EQ(back->guard, options.guard);
+  EXPECT_EQ(back->security.ca, options.security.ca);
+  EXPECT_EQ(back->security.certificate, options.security.certificate);
+  EXPECT_EQ(back->security.key, options.security.key);
+  EXPECT_EQ(back->security.governance, options.security.governance);
+  EXPECT_EQ(back->security.permissions, options.security.permissions);
+  EXPECT_EQ(back->security.revocations, options.security.revocations);
+  EXPECT_EQ(back->security.request_partition, options.security.request_partition);
   expect_only_whole(message, [](PortBytes bytes) { return decode_options(bytes).has_value(); });
 }
 

@@ -45,8 +45,9 @@ TEST(PlanDifference, TellsLinesApartByTheirNames) {
 TEST(PlanDifference, RefusesWhatSubscribersKnowTheGatewayBy) {
   const auto running = identity_of(plant(kA));
   EXPECT_TRUE(difference(running, plant(kA, "gateway: {log: debug}\n")).refusals.empty());
-  const auto refused = difference(running, plant(kA, "gateway: {name: other}\ndds: {domain: 7}\n"));
-  ASSERT_EQ(refused.refusals.size(), 2U);
+  const auto refused = difference(
+      running, plant(kA, "gateway: {name: other}\ndds: {domain: 7, security: /proc/self}\n"));
+  ASSERT_EQ(refused.refusals.size(), 3U);
   EXPECT_TRUE(has_errors(refused.refusals));
   EXPECT_NE(refused.refusals[0].text.find("the name of the gateway changes from \"linegate\" to "
                                           "\"other\", which needs a new start"),

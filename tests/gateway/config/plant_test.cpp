@@ -391,6 +391,18 @@ TEST(Plant, TheDdsGuardIsOnUnlessSwitchedOff) {
   EXPECT_FALSE(guard("dds: {process: another}\n").ok());
 }
 
+TEST(Plant, TheFolderOfDdsSecurityExists) {
+  const auto security = [](const std::string& dds) {
+    return read_text("schema: 1\n" + dds + "lines: [{name: a, interface: 'socketcan:can0'}]\n");
+  };
+  EXPECT_EQ(security("").value->dds_security, "");
+  EXPECT_EQ(security("dds: {security: /proc/self}\n").value->dds_security, "/proc/self");
+  const auto missing = security("dds: {security: nowhere}\n");
+  EXPECT_FALSE(missing.ok());
+  EXPECT_NE(testing::PrintToString(messages(missing)).find("there is no folder "),
+            std::string::npos);
+}
+
 TEST(Plant, HasDefaults) {
   const auto loaded = read_text("schema: 1\nlines: [{name: a, interface: 'socketcan:can0'}]\n");
   ASSERT_TRUE(loaded.ok()) << testing::PrintToString(messages(loaded));

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The small parts of publishing: selection of samples, their rate, and their texts.
+#include <set>
 #include <string>
+#include <utility>
+#include <variant>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -472,6 +475,46 @@ TEST(Access, ReadAllowsWhatChangesNothing) {
   for (const auto kind :
        {CommandKind::output_write, CommandKind::object_write, CommandKind::pdo_trigger}) {
     EXPECT_FALSE(permitted(kind, Access::all, Access::read)) << name(kind);
+  }
+}
+
+template <std::size_t... kIndices>
+std::vector<line::Command> one_of_each(std::index_sequence<kIndices...>) {
+  std::vector<line::Command> out;
+  (out.push_back({.request = std::variant_alternative_t<kIndices, line::Request>{}}), ...);
+  return out;
+}
+
+// Each kind of command: a new one fails here until it has its place.
+TEST(Access, RightsOfCertificates) {
+  using line::CommandKind;
+  const std::set<CommandKind> of_operators{
+      CommandKind::sdo_read,      CommandKind::network_read, CommandKind::local_read,
+      CommandKind::routing_trace, CommandKind::can_listen,   CommandKind::scan,
+      CommandKind::output_write,  CommandKind::object_write, CommandKind::pdo_trigger,
+      CommandKind::pdo_request,   CommandKind::mpdo_write,   CommandKind::nmt,
+      CommandKind::boot,          CommandKind::emcy_send,    CommandKind::configure};
+  for (const line::Command& command :
+       one_of_each(std::make_index_sequence<std::variant_size_v<line::Request>>())) {
+    const CommandKind kind = line::kind(command);
+    EXPECT_TRUE(permitted(command, ClientRight::unlimited)) << name(kind);
+    EXPECT_TRUE(permitted(command, ClientRight::engineer)) << name(kind);
+    EXPECT_FALSE(permitted(command, ClientRight::none)) << name(kind);
+    EXPECT_EQ(permitted(command, ClientRight::operate), of_operators.contains(kind)) << name(kind);
+  }
+  const line::Command apply{.request = line::Configure{.apply = true}};
+  EXPECT_FALSE(permitted(apply, ClientRight::operate)) << "it writes configuration";
+}
+
+TEST(Access, RightsOfCertificatesForRequestsToTheGateway) {
+  for (const request::GatewayRequest& request : {request::GatewayRequest(request::Versions{}),
+                                                 request::GatewayRequest(request::BusRestart{}),
+                                                 request::GatewayRequest(request::BusFault{})}) {
+    const std::string_view name = request::command_name(request::kind(request));
+    EXPECT_TRUE(permitted(request, ClientRight::unlimited)) << name;
+    EXPECT_TRUE(permitted(request, ClientRight::engineer)) << name;
+    EXPECT_FALSE(permitted(request, ClientRight::none)) << name;
+    EXPECT_EQ(permitted(request, ClientRight::operate), name != "bus-fault") << name;
   }
 }
 

@@ -124,6 +124,35 @@ TEST_F(RequestReceiverTest, RequestsHaveTheNumberOfTheirParticipantWhateverTheir
   EXPECT_EQ(clients.describe(write.client_number), "plc at plc1");
 }
 
+TEST_F(RequestReceiverTest, ACommandNeedsTheRightOfItsClientAndTheAccessOfItsLine) {
+  hosts[0]->plan.commands = config::Access::all;
+  hosts[0]->plan.outputs = config::Access::all;
+  const auto refusal = [&](ClientRight right, line::Request request) {
+    CommandRequest out{.line = "press", .client = "hmi"};
+    out.command.request = std::move(request);
+    out.from = {.id = {1}, .host = "panel3", .right = right, .subject = "alice"};
+    receiver->on_command(std::move(out));
+    line::Command command;
+    line::Reply reply;
+    if (hosts[0]->port.commands.pop(command))
+      return Error{};
+    EXPECT_TRUE(refusals.pop(reply));
+    return reply.error;
+  };
+  const Error not_permitted = line::to_error(line::Refusal::not_permitted);
+  EXPECT_EQ(refusal(ClientRight::operate, line::NmtRequest{.node = 5}), Error{});
+  EXPECT_EQ(refusal(ClientRight::operate, line::SdoWrite{.node = 5}), not_permitted);
+  EXPECT_EQ(refusal(ClientRight::engineer, line::SdoWrite{.node = 5}), Error{});
+  EXPECT_EQ(refusal(ClientRight::none, line::SdoRead{.node = 5}), not_permitted);
+  hosts[0]->plan.commands = config::Access::read;
+  EXPECT_EQ(refusal(ClientRight::engineer, line::SdoWrite{.node = 5}), not_permitted);
+  EXPECT_EQ(clients.describe(1), "alice (hmi at panel3)");
+  OutputRequest outputs{.line = "press", .from = {.id = {1}, .right = ClientRight::none}};
+  receiver->on_output_write(std::move(outputs));
+  line::OutputWrite write;
+  EXPECT_FALSE(hosts[0]->port.outputs.pop(write));
+}
+
 // The executor of the line is late: nobody empties the ring.
 TEST_F(RequestReceiverTest, AClientDoesNotLockOthersOut) {
   hosts[0]->plan.commands = config::Access::all;

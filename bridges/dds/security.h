@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// DDS-Security of a participant, and the rights that its partitions express.
+//
+// In a secured domain, requests (OutputWrite, CommandRequest) are written in the partition
+// GATEWAY/LINE/RIGHT/NAME; everything else is in the default partition. The permissions of each
+// certificate name the partitions that it may write in, and every peer checks them. So the
+// partition of a matched writer proves right and name of its certificate.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "bridges/dds/values.h"
+
+namespace linegate::dds {
+
+struct Security {
+  // Paths of files in PEM; the documents are S/MIME. All are set, or none: without DDS-Security.
+  std::string ca;
+  std::string certificate;
+  std::string key;
+  std::string governance;
+  std::string permissions;
+  std::string revocations;
+  // Of a gateway: the partition of its requests, with a wildcard: "plant/*".
+  std::string request_partition;
+  // Of a client that sends requests: the end of its partitions, "operator/alice".
+  std::string right;
+  // Of a gateway: whether a participant with that GUID prefix has the certificate of that right and
+  // name. Without a function: always.
+  std::function<bool(const std::array<std::uint8_t, 12>& prefix, std::string_view right,
+                     std::string_view name)>
+      is_holder;
+
+  bool enabled() const { return !certificate.empty(); }
+};
+
+// The partition of requests to a line; an empty line: to the gateway itself.
+std::string request_partition(std::string_view gateway, std::string_view line,
+                              std::string_view right);
+
+struct Claim {
+  ClientRight right = ClientRight::none;
+  std::string name;
+};
+// What a writer with these partitions may send to that line. Nothing if none of them is of the line
+// and has a known right, or if any has a wildcard: such a writer matches readers of lines that its
+// partition does not name.
+std::optional<Claim> claim_of(const std::vector<std::string>& partitions, std::string_view gateway,
+                              std::string_view line);
+
+}  // namespace linegate::dds

@@ -1,0 +1,352 @@
+// SPDX-License-Identifier: Apache-2.0
+// Participants with the identities of `linegate security`: what each role may read and send, who is
+// refused, and how the gateway takes the right and the subject of a request from its writer.
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstdlib>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <fastdds/dds/publisher/DataWriter.hpp>
+#include <gtest/gtest.h>
+#include <linegatePubSubTypes.h>
+#include <unistd.h>
+
+#include "bridges/dds/command_samples.h"
+#include "bridges/dds/endpoints.h"
+#include "bridges/dds/publisher.h"
+#include "bridges/dds/writer_partitions.h"
+#include "gateway/security/authority.h"
+#include "gateway/security/files.h"
+#include "gateway/security/fingerprint.h"
+
+#include "tests/dds/fixtures.h"
+
+namespace linegate::test {
+namespace {
+
+namespace folders = std::filesystem;
+using security::Role;
+using std::chrono::milliseconds;
+
+constexpr const char* kGateway = "plant";
+constexpr const char* kLine = "press";
+// Fast DDS 2.9.1 does not authenticate every participant that joins late: a new one is made.
+constexpr int kAttempts = 8;
+constexpr std::chrono::seconds kOneAttempt{6};
+
+dds::Security security_of(const folders::path& folder) {
+  const security::Files files = security::files_in(folder.string());
+  return {.ca = files.ca,
+          .certificate = files.certificate,
+          .key = files.key,
+          .governance = files.governance,
+          .permissions = files.permissions,
+          .revocations = files.revocations};
+}
+
+bool is_holder(const std::array<std::uint8_t, 12>& prefix, std::string_view right,
+               std::string_view name) {
+  const auto expected = security::fingerprint_of(name, *security::parse_role(right));
+  return std::equal(expected.begin(), expected.end(), prefix.begin());
+}
+
+// Answers each command; counts requests by "right subject", and refusals by their reason.
+struct Handler : dds::GatewayHandler {
+  void on_output_write(dds::OutputMessage message) override { note("output", message.from); }
+  void on_gateway_command(dds::GatewayCommandMessage) override {}
+  void on_command(dds::CommandMessage message) override {
+    note("command", message.from);
+    line::Reply reply;
+    reply.tag = message.command.tag;
+    bridge->reply(reply);
+  }
+  void on_output_refused(std::string_view, std::uint16_t, line::OutputRefusal,
+                         std::string_view why) override {
+    ++refused["output " + std::string(why)];
+  }
+  void on_command_refused(std::string_view, std::string_view client, std::uint8_t, line::Refusal,
+                          std::string_view why) override {
+    ++refused[std::string(client) + " " + std::string(why)];
+  }
+  void note(const std::string& what, const dds::Participant& from) {
+    ++requests[what + " " + std::string(name(from.right)) + " " + from.subject];
+  }
+
+  dds::GatewayBridge* bridge = nullptr;
+  std::map<std::string, int> requests;
+  std::map<std::string, int> refused;
+};
+
+struct Lines : dds::ClientListener {
+  void on_line(const dds::Source&, const dds::LineInfo&, const line::LineState&,
+               const std::vector<dds::Property>&) override {
+    ++received;
+  }
+  int received = 0;
+};
+
+class Identities : public testing::Test {
+ protected:
+  Identities() {
+    EXPECT_EQ(security::init(plant.string()), "");
+    issue(kGateway, Role::gateway);
+    issue("alice", Role::operator_);
+    issue("erin", Role::engineer);
+    issue("victor", Role::viewer);
+  }
+  ~Identities() override { folders::remove_all(top); }
+
+  void issue(const std::string& name, Role role, std::vector<std::string> lines = {"*/*"}) const {
+    EXPECT_EQ(security::issue(plant.string(), {{name, role, std::move(lines)}, 60}), "");
+  }
+  void start_gateway() {
+    dds::GatewayOptions options{kGateway, 1, domain(), LOOPBACK_PROFILES, {kLine, "other"}};
+    options.last_words = milliseconds(0);
+    options.security = security_of(plant / kGateway);
+    options.security.request_partition = security::requests_of_gateway(kGateway);
+    options.security.is_holder = is_holder;
+    auto made = dds::GatewayBridge::make(options);
+    for (const Diagnostic& diagnostic : made.diagnostics)
+      ADD_FAILURE() << to_string(diagnostic);
+    ASSERT_TRUE(made.ok());
+    bridge = std::move(*made.value);
+    handler.bridge = bridge.get();
+  }
+  static dds::ClientOptions options_of(const folders::path& folder, const std::string& right) {
+    dds::ClientOptions options = client_options();
+    options.commands = options.outputs = !right.empty();
+    options.security = security_of(folder);
+    options.security.right = right;
+    return options;
+  }
+  Loaded<std::unique_ptr<dds::Client>> make(const std::string& name, const std::string& right) {
+    return dds::Client::make(options_of(plant / name, right));
+  }
+
+  void serve(dds::Client& client, dds::ClientListener& listener) {
+    bridge->publish({.name = kLine}, known::line_state(), known::at(1));
+    bridge->publish({}, known::at(1));
+    bridge->poll(milliseconds(2), handler);
+    client.poll(milliseconds(2), listener);
+  }
+  // Makes clients until one receives the line.
+  std::unique_ptr<dds::Client> connect(const dds::ClientOptions& options) {
+    for (int attempt = 0; attempt < kAttempts; ++attempt) {
+      auto client = make_client(options);
+      if (client == nullptr)
+        return nullptr;
+      Lines lines;
+      const auto connected = [&] {
+        serve(*client, lines);
+        return lines.received != 0;
+      };
+      if (eventually(connected, kOneAttempt))
+        return client;
+    }
+    return nullptr;
+  }
+  // Sends that command, and outputs to the same line, until both arrive.
+  void send(dds::Client& client, const std::string& from) {
+    Lines lines;
+    const dds::Target target{kGateway, kLine, 0};
+    line::OutputWrite outputs{.group = 1};
+    outputs.values.resize(1);
+    outputs.values[0].length = 1;
+    client.send(target, {.request = line::SdoRead{.node = 5}}, std::chrono::hours(1));
+    EXPECT_TRUE(eventually([&] {
+      client.write_outputs(target, outputs);
+      serve(client, lines);
+      return handler.requests["command " + from] != 0 && handler.requests["output " + from] != 0;
+    })) << from;
+  }
+
+  const folders::path top =
+      folders::path(testing::TempDir()) / ("identities-" + std::to_string(::getpid()));
+  const folders::path plant = top / "plant";
+  std::unique_ptr<dds::GatewayBridge> bridge;
+  Handler handler;
+};
+
+TEST_F(Identities, RequestsHaveTheRightAndTheSubjectOfTheirCertificate) {
+  ASSERT_NO_FATAL_FAILURE(start_gateway());
+  const auto alice = connect(options_of(plant / "alice", "operator/alice"));
+  ASSERT_NE(alice, nullptr);
+  send(*alice, "operator alice");
+  const auto erin = connect(options_of(plant / "erin", "engineer/erin"));
+  ASSERT_NE(erin, nullptr);
+  send(*erin, "engineer erin");
+  EXPECT_EQ(handler.requests.size(), 4U);
+  EXPECT_TRUE(handler.refused.empty());
+}
+
+TEST_F(Identities, AViewerReadsAndSendsNothing) {
+  ASSERT_NO_FATAL_FAILURE(start_gateway());
+  EXPECT_NE(connect(options_of(plant / "victor", "")), nullptr);
+  const auto made = make("victor", "viewer/victor");
+  EXPECT_FALSE(made.ok());
+  ASSERT_FALSE(made.diagnostics.empty());
+  EXPECT_NE(made.diagnostics[0].text.find("does not permit a reader of linegate/v1/CommandReply"),
+            std::string::npos)
+      << made.diagnostics[0].text;
+}
+
+TEST_F(Identities, RightsOfOthersAreRefusedToTheirWriter) {
+  for (const char* right : {"engineer/alice", "operator/erin", "operator/alice/more"}) {
+    auto made = make("alice", right);
+    ASSERT_TRUE(made.ok()) << right;
+    struct Answer : dds::ClientListener {
+      void on_reply(const dds::Target&, const dds::CommandResult& result) override {
+        error = result.reply.error;
+      }
+      Error error;
+    } answer;
+    (*made.value)->send({kGateway, kLine, 0}, {.request = line::SdoRead{}}, kDeadline);
+    EXPECT_TRUE(eventually([&] {
+      (*made.value)->poll(milliseconds(10), answer);
+      return answer.error == line::to_error(line::Refusal::not_permitted);
+    })) << right;
+  }
+}
+
+TEST_F(Identities, AnIdentityOfOneLineSendsToNoOther) {
+  issue("lena", Role::operator_, {"plant/press", "plant/"});
+  ASSERT_NO_FATAL_FAILURE(start_gateway());
+  const auto lena = connect(options_of(plant / "lena", "operator/lena"));
+  ASSERT_NE(lena, nullptr);
+  send(*lena, "operator lena");
+  line::OutputWrite outputs{.group = 1};
+  EXPECT_FALSE(lena->write_outputs({kGateway, "other", 0}, outputs));
+  Lines lines;
+  const auto result =
+      lena->call({kGateway, "other", 0}, {.request = line::SdoRead{}}, kDeadline, lines);
+  EXPECT_EQ(result.reply.error, line::to_error(line::Refusal::not_permitted));
+}
+
+// What a program other than Linegate's client may announce: its permissions have patterns, so a
+// partition with wildcards or further parts satisfies them.
+TEST_F(Identities, PartitionsThatAreNotOfTheLineAreRefused) {
+  ASSERT_NO_FATAL_FAILURE(start_gateway());
+  const std::vector<std::string> partitions{"plant/*/operator/alice", "plant/pr?ss/operator/alice",
+                                            "plant/press/engineer/erin/operator/alice",
+                                            "plant/other/operator/alice"};
+  bool connected = false;
+  for (int attempt = 0; attempt < kAttempts && !connected; ++attempt) {
+    std::vector<Diagnostic> diagnostics;
+    dds::Endpoints endpoints("alice", domain(), LOOPBACK_PROFILES, diagnostics, true, 0,
+                             security_of(plant / "alice"));
+    ASSERT_TRUE(endpoints.ok());
+    std::vector<eprosima::fastdds::dds::DataWriter*> writers;
+    for (const std::string& partition : partitions) {
+      writers.push_back(
+          endpoints.writer_in<v1::CommandRequestPubSubType>(partition, v1::TOPIC_COMMAND_REQUEST));
+      ASSERT_NE(writers.back(), nullptr) << partition;
+    }
+    std::uint64_t id = 0;
+    const auto all_refused = [&] {
+      for (std::size_t i = 0; i < writers.size(); ++i) {
+        v1::CommandRequest request;
+        request.gateway(kGateway);
+        request.line(kLine);
+        request.client(partitions[i]);
+        request.id(++id);
+        request.last(true);
+        dds::to_wire(line::Request(line::NmtRequest{.node = 5}), Duration::zero(), request);
+        writers[i]->write(&request);
+      }
+      bridge->poll(milliseconds(20), handler);
+      return handler.refused.size() == partitions.size();
+    };
+    connected = eventually(all_refused, kOneAttempt);
+  }
+  EXPECT_TRUE(connected);
+  for (const std::string& partition : partitions) {
+    EXPECT_NE(handler.refused[partition + " the partition of its writer is not one of this line"],
+              0)
+        << partition;
+  }
+  EXPECT_TRUE(handler.requests.empty());
+}
+
+// Each is refused while an identity of the plant is served.
+TEST_F(Identities, RoguesAreRefused) {
+  const folders::path other = top / "other";
+  ASSERT_EQ(security::init(other.string()), "");
+  ASSERT_EQ(security::issue(other.string(), {{"alice", Role::operator_}, 60}), "");
+  issue("roger", Role::operator_);
+  const folders::path revoked = top / "revoked";
+  folders::copy(plant / "roger", revoked);  // still has the list without its own certificate
+  ASSERT_EQ(security::revoke(plant.string(), "roger"), "");
+  ASSERT_NO_FATAL_FAILURE(start_gateway());
+  dds::ClientOptions plain = client_options();
+  plain.commands = false;
+  std::vector<std::unique_ptr<dds::Client>> rogues;
+  for (const dds::ClientOptions& options : {options_of(other / "alice", "operator/alice"),
+                                            options_of(revoked, "operator/roger"), plain}) {
+    rogues.push_back(make_client(options));
+    ASSERT_NE(rogues.back(), nullptr);
+  }
+  Lines of_rogues;
+  for (int served = 0; served < 2; ++served) {
+    const auto alice = connect(options_of(plant / "alice", "operator/alice"));
+    ASSERT_NE(alice, nullptr);
+    for (const auto& rogue : rogues) {
+      rogue->send({kGateway, kLine, 0}, {.request = line::SdoRead{}}, kDeadline);
+      for (int i = 0; i < 50; ++i)
+        serve(*rogue, of_rogues);
+    }
+    send(*alice, "operator alice");
+  }
+  EXPECT_EQ(of_rogues.received, 0);
+  EXPECT_EQ(handler.requests.size(), 2U) << "of alice: commands and outputs";
+}
+
+TEST_F(Identities, AnExpiredCertificateIsNoParticipant) {
+  const folders::path expired = top / "expired";
+  folders::copy(plant / "alice", expired);
+  const std::string command =
+      "cd '" + expired.string() +
+      "' && openssl req -new -key identity.key -subj /O=linegate/OU=operator/CN=alice -out csr && "
+      "openssl x509 -req -in csr -CA ca.crt -CAkey '" +
+      (plant / "ca.key").string() + "' -set_serial 7 -days -1 -sha256 -out identity.crt";
+  ASSERT_EQ(std::system((command + " >/dev/null 2>&1").c_str()), 0);
+  const auto made = dds::Client::make(options_of(expired, "operator/alice"));
+  EXPECT_FALSE(made.ok());
+  ASSERT_FALSE(made.diagnostics.empty());
+  EXPECT_NE(made.diagnostics[0].text.find("(linegate security check)"), std::string::npos);
+}
+
+TEST(WriterPartitions, AWriterThatChangesThemHasNone) {
+  dds::WriterPartitions writers;
+  const dds::guard::Guid writer{1};
+  EXPECT_FALSE(writers.of(writer));
+  writers.note(writer, {"plant/press/operator/alice"});
+  writers.note(writer, {"plant/press/operator/alice"});
+  EXPECT_TRUE(writers.of(writer));
+  writers.note(writer, {"plant/press/engineer/alice"});
+  EXPECT_FALSE(writers.of(writer));
+  writers.note(writer, {"plant/press/operator/alice"});
+  EXPECT_FALSE(writers.of(writer)) << "samples of both may be unread";
+  writers.forget(writer);
+  writers.note(writer, {"plant/press/operator/alice"});
+  EXPECT_TRUE(writers.of(writer));
+}
+
+TEST(WriterPartitions, AreBounded) {
+  dds::WriterPartitions writers;
+  dds::guard::Guid writer{};
+  for (std::size_t i = 0; i <= dds::WriterPartitions::kMost; ++i) {
+    writer[0] = static_cast<std::uint8_t>(i);
+    writer[1] = static_cast<std::uint8_t>(i >> 8U);
+    writers.note(writer, {"plant/press/operator/alice"});
+  }
+  EXPECT_FALSE(writers.of(writer));
+}
+
+}  // namespace
+}  // namespace linegate::test
