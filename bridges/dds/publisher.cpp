@@ -38,7 +38,7 @@ namespace fast = eprosima::fastdds::dds;
 constexpr std::size_t kSamplesPerPoll = 256;  // of each topic, so that none starves the other
 
 constexpr Duration kLivelinessPeriod = std::chrono::milliseconds(500);  // a quarter of the lease
-constexpr const char* kForeignPartition = "the partition of its writer is not one of this line";
+constexpr const char* kForeignPartition = "its writer has no right to send requests to this line";
 
 // Name of a QoS policy that writer and reader must match (DDS 1.4 2.2.3).
 std::string_view policy_name(std::uint32_t id) {

@@ -15,6 +15,7 @@
 #include "gateway/security/documents.h"
 #include "gateway/security/files.h"
 #include "gateway/security/fingerprint.h"
+#include "gateway/security/revoked_names.h"
 
 namespace linegate::gateway {
 namespace {
@@ -104,10 +105,11 @@ dds::Security to_dds(const security::Files& files) {
           .revocations = files.revocations};
 }
 
+// revoked: used by the thread that polls.
 bool is_holder(const std::array<std::uint8_t, 12>& prefix, std::string_view right,
-               std::string_view name) {
+               std::string_view name, security::RevokedNames& revoked) {
   const auto role = security::parse_role(right);
-  if (!role)
+  if (!role || revoked.contains(right, name, monotonic_now()))
     return false;
   const security::Fingerprint expected = security::fingerprint_of(name, *role);
   return std::equal(expected.begin(), expected.end(), prefix.begin());
@@ -251,9 +253,14 @@ Loaded<std::unique_ptr<DataEdge>> make_dds_edge(const config::Plant& plant,
   options.guard = plant.dds_guard;
   options.last_words = plant.dds_last_words;
   if (!plant.dds_security.empty()) {
-    options.security = to_dds(security::files_in(plant.dds_security));
+    const security::Files files = security::files_in(plant.dds_security);
+    options.security = to_dds(files);
     options.security.request_partition = security::requests_of_gateway(plant.gateway);
-    options.security.is_holder = is_holder;
+    options.security.is_holder =
+        [revoked = std::make_shared<security::RevokedNames>(files.revoked_names)](
+            const auto& prefix, auto right, auto name) {
+          return is_holder(prefix, right, name, *revoked);
+        };
   }
   for (const auto& line : plant.lines) {
     options.lines.push_back(line.config.name);

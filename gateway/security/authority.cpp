@@ -8,6 +8,7 @@
 #include <ctime>
 #include <filesystem>
 #include <regex>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -19,6 +20,7 @@
 
 #include "gateway/security/files.h"
 #include "gateway/security/openssl.h"
+#include "gateway/security/revoked_names.h"
 
 namespace linegate::security {
 namespace {
@@ -277,6 +279,14 @@ void add_revocation(X509_CRL* list, const X509* certificate) {
   X509_CRL_add0_revoked(list, entry);  // takes the entry
 }
 
+std::string write_revoked_names(const files::path& folder,
+                                const std::set<std::string, std::less<>>& names) {
+  std::string text;
+  for (const std::string& name : names)
+    text += name + "\n";
+  return write_file(folder / kRevokedNamesFile, text, kPublic);
+}
+
 std::string copy_to_identities(const files::path& folder, const char* file) {
   std::error_code error;
   for (const auto& each : files::directory_iterator(folder, error)) {
@@ -347,6 +357,8 @@ std::string init(const std::string& folder) {
     failed = write_signed(at / kGovernanceFile, governance(), made);
   if (failed.empty())
     failed = write_revocations(at / kRevocationsFile, none.get(), made);
+  if (failed.empty())
+    failed = write_revoked_names(at, {});
   return failed.empty() ? write_certificate(at / kCaFile, ca) : failed;
 }
 
@@ -367,6 +379,12 @@ std::string issue(const std::string& folder, const Issue& issue) {
   if (error)
     return made.string() + " cannot be created: " + error.message();
   std::string failed = write_identity(at, made, by, issue);
+  auto names = read_revoked_names((at / kRevokedNamesFile).string());
+  if (names.erase(std::string(name(issue.holder.role)) + "/" + issue.holder.name) != 0 &&
+      failed.empty())
+    failed = write_revoked_names(at, names);
+  if (failed.empty())
+    failed = copy(at, made, kRevokedNamesFile);
   if (failed.empty())
     failed = keep_replaced(at, issue.holder.name);
   if (failed.empty())
@@ -391,18 +409,23 @@ std::string revoke(const std::string& folder, const std::string& name) {
   if (!list)
     return (at / kRevocationsFile).string() + " is no revocation list";
   bool changed = false;
+  auto names = read_revoked_names((at / kRevokedNamesFile).string());
   for (const Certificate& certificate : certificates) {
     X509_REVOKED* entry = nullptr;
     if (X509_CRL_get0_by_cert(list.get(), &entry, certificate.get()) == 1)
       continue;
     add_revocation(list.get(), certificate.get());
+    names.insert(entry_of(*certificate, NID_organizationalUnitName) + "/" + name);
     changed = true;
   }
   if (!changed)
     return "\"" + name + "\" is revoked already";
   if (std::string error = write_revocations(at / kRevocationsFile, list.get(), by); !error.empty())
     return error;
-  return copy_to_identities(at, kRevocationsFile);
+  if (std::string error = write_revoked_names(at, names); !error.empty())
+    return error;
+  std::string error = copy_to_identities(at, kRevocationsFile);
+  return error.empty() ? copy_to_identities(at, kRevokedNamesFile) : error;
 }
 
 }  // namespace linegate::security

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The certificate authority of a plant, in a folder: ca.crt, ca.key, governance.smime, revoked.crl,
-// and a subfolder for each identity with the files of files.h.
+// revoked.names, and a subfolder for each identity with the files of files.h.
 //
 // Each function returns an empty text, or the reason of its failure. Private keys (EC P-256) have
 // the mode 0600. A failed function leaves no part of a file or of an identity.
@@ -28,7 +28,8 @@ struct Issue {
 // then its subfolder is replaced in one step.
 std::string issue(const std::string& folder, const Issue& issue);
 
-// Adds the certificate of `name` to revoked.crl, and copies this list to each subfolder.
+// Adds the certificates of `name` to revoked.crl and their names to revoked.names, and copies both
+// to each subfolder.
 std::string revoke(const std::string& folder, const std::string& name);
 
 }  // namespace linegate::security

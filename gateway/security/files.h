@@ -13,8 +13,11 @@ inline constexpr const char* kGovernanceFile = "governance.smime";    // signed 
 inline constexpr const char* kPermissionsFile = "permissions.smime";  // signed by the authority
 inline constexpr const char* kRevocationsFile = "revoked.crl";        // signed by the authority
 
+// "ROLE/NAME" of each revoked identity, for running gateways; may be missing.
+inline constexpr const char* kRevokedNamesFile = "revoked.names";
+
 struct Files {
-  std::string ca, certificate, key, governance, permissions, revocations;
+  std::string ca, certificate, key, governance, permissions, revocations, revoked_names;
 };
 // Absolute paths: the DDS library reads them as URIs.
 Files files_in(const std::string& folder);

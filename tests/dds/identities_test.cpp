@@ -266,7 +266,7 @@ TEST_F(Identities, PartitionsThatAreNotOfTheLineAreRefused) {
   }
   EXPECT_TRUE(connected);
   for (const std::string& partition : partitions) {
-    EXPECT_NE(handler.refused[partition + " the partition of its writer is not one of this line"],
+    EXPECT_NE(handler.refused[partition + " its writer has no right to send requests to this line"],
               0)
         << partition;
   }

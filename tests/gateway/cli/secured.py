@@ -45,6 +45,7 @@ class Secured:
         self.domain = str(200 + os.getpid() % 10)  # lower numbers are used by tests/dds/own_domain.h
         self.profiles = profiles
         self.identities = os.path.join(folder, "identities")
+        self.stolen = os.path.join(folder, "stolen")  # not below the authority, which updates its subfolders
 
     def security(self, *words, code=0):
         told = subprocess.run([self.linegate, "security", *words], capture_output=True, text=True, timeout=PATIENCE,
@@ -103,13 +104,31 @@ def roles_have_their_commands(secured):
 
 
 def others_see_nothing(secured):
-    shutil.copytree(os.path.join(secured.identities, "operator"), os.path.join(secured.identities, "stolen"))
+    shutil.copytree(os.path.join(secured.identities, "operator"), secured.stolen)
     expect("lines without an identity", secured.lines(None, wait=4), [])
     rogue = os.path.join(secured.folder, "rogue")
     secured.security("init", rogue)
     secured.security("issue", rogue, "operator", "--role", "operator")
     expect("lines with an identity of another authority",
            secured.lines(os.path.join(rogue, "operator"), wait=4), [])
+
+
+def a_running_gateway_refuses_a_revoked_identity(secured):
+    """Its holder still has the folder from before."""
+    log = os.path.join(secured.folder, "log")
+    secured.until_it_ends(secured.stolen, ["nmt", "start", "press:8"], True)
+    secured.security("revoke", secured.identities, "operator")
+    with open(log, encoding="utf-8") as file:
+        before = len(file.read())
+
+    def refused():
+        secured.ask(secured.stolen, "--timeout", "3", "nmt", "start", "press:8")
+        with open(log, encoding="utf-8") as file:
+            return "nmt refused" in file.read()[before:]
+    until("the gateway refuses the revoked identity", refused)
+    expect("exit status of a revoked identity",
+           secured.ask(secured.stolen, "--timeout", "3", "nmt", "start", "press:8").returncode, 1)
+    secured.until_it_ends("engineer", ["nmt", "start", "press:8"], True)
 
 
 def mistakes_are_named(secured, plant):
@@ -149,6 +168,7 @@ def test(folder, linegated, linegate, profiles, process="same"):
     with running(secured, plant):
         roles_have_their_commands(secured)
         others_see_nothing(secured)
+        a_running_gateway_refuses_a_revoked_identity(secured)
         environment = {**os.environ, "LINEGATE_SECURITY": os.path.join(secured.identities, "viewer")}
         until("the identity of the environment is used",
               lambda: secured.lines(None, environment=environment) == ["press"])
@@ -157,11 +177,10 @@ def test(folder, linegated, linegate, profiles, process="same"):
         text = log.read()
     if "engineer (" not in text and "engineer (" not in events:
         raise Failure(f"no event names the subject\n{text}\n{events}")
-    # Revoked: the gateway reads the list when it starts.
-    secured.security("revoke", secured.identities, "operator")
+    # A gateway that starts refuses to authenticate a revoked identity.
     with running(secured, plant):
         until("the viewer sees the line", lambda: secured.lines("viewer") == ["press"])
-        expect("lines of a revoked identity", secured.lines("stolen", wait=4), [])
+        expect("lines of a revoked identity", secured.lines(secured.stolen, wait=4), [])
         told = secured.ask("operator", "lines")
         if told.returncode != 1 or "is revoked" not in told.stderr:
             raise Failure(f"revoked: {told.returncode} {told.stderr}")

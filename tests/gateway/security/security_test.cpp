@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The authority of a plant, its identities, and the findings of their check.
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
@@ -18,6 +19,7 @@
 #include "gateway/security/files.h"
 #include "gateway/security/fingerprint.h"
 #include "gateway/security/identity_check.h"
+#include "gateway/security/revoked_names.h"
 
 namespace linegate::security {
 namespace {
@@ -170,6 +172,26 @@ TEST_F(Authority, ARenewedCertificateIsRevokedWithItsIdentity) {
   ASSERT_EQ(revoke(plant.string(), "alice"), "");
   EXPECT_FALSE(openssl_accepts(stolen));
   EXPECT_FALSE(openssl_accepts(plant / "alice"));
+}
+
+TEST_F(Authority, ARunningGatewayReadsRevokedNamesAgain) {
+  ASSERT_EQ(issue_as("plant", Role::gateway), "");
+  ASSERT_EQ(issue_as("alice", Role::operator_), "");
+  RevokedNames revoked((plant / "plant" / kRevokedNamesFile).string());
+  const Instant start{std::chrono::hours(1)};
+  EXPECT_FALSE(revoked.contains("operator", "alice", start));
+  ASSERT_EQ(issue_as("alice", Role::engineer, true), "");
+  ASSERT_EQ(revoke(plant.string(), "alice"), "");
+  const Instant later = start + RevokedNames::kPeriod;
+  EXPECT_FALSE(revoked.contains("operator", "alice", later - std::chrono::nanoseconds(1)));
+  EXPECT_TRUE(revoked.contains("operator", "alice", later));
+  EXPECT_TRUE(revoked.contains("engineer", "alice", later)) << "the renewed certificate, too";
+  EXPECT_FALSE(revoked.contains("operator", "alic", later));
+  ASSERT_EQ(issue_as("alice", Role::operator_), "");
+  files::copy_file(plant / kRevokedNamesFile, plant / "plant" / kRevokedNamesFile,
+                   files::copy_options::overwrite_existing);
+  EXPECT_FALSE(revoked.contains("operator", "alice", later + RevokedNames::kPeriod));
+  EXPECT_TRUE(revoked.contains("engineer", "alice", later + RevokedNames::kPeriod));
 }
 
 TEST_F(Authority, ACommandThatWasKilledLeavesNoHalfIdentity) {
