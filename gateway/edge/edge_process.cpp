@@ -30,6 +30,9 @@ namespace {
 constexpr Duration kLookPeriod = std::chrono::milliseconds(200);
 constexpr std::size_t kLongestLine = 2'000;
 constexpr int kReadsPerLook = 16;
+// Wake-ups without a message between two messages. A process that works causes one at most: it
+// signals once for each call of prepare_wait(), after the message.
+constexpr int kMostEmptyWakes = 100;
 
 // Closes it at its end.
 class Descriptor {
@@ -230,17 +233,20 @@ std::uint64_t EdgeProcess::receive(std::vector<std::byte>& message) {
     return 0;
   }
   child_->incoming.pop();
+  empty_wakes_ = 0;
   return child_->number;
 }
 
 // Octets of the socket mean nothing except that there may be a message.
 void EdgeProcess::wait(Duration timeout) {
-  const std::shared_ptr<Child> child = present();
+  std::shared_ptr<Child> child;  // none: nothing that it signals matters
   {
     const std::lock_guard lock(mutex_);
-    if (child_ != nullptr && rejected_.empty() && !child_->incoming.broken() &&
-        !child_->incoming.prepare_wait()) {
-      return;
+    if (child_ != nullptr && rejected_.empty() && !child_->incoming.broken()) {
+      child = child_;
+      if (!child->incoming.prepare_wait()) {
+        return;
+      }
     }
   }
   std::array<pollfd, 2> wakes{{{wakeup_.descriptor(), POLLIN, 0}, {-1, POLLIN, 0}}};
@@ -261,8 +267,21 @@ void EdgeProcess::wait(Duration timeout) {
       // It has closed its end: nothing arrives until its successor runs, which wakes this thread.
       wakes[1].fd = -1;
       ppoll(wakes.data(), wakes.size(), &limit, nullptr);
+    } else {
+      note_wake(*child);
     }
   }
+}
+
+// Without a limit, a process that only signals would keep the thread in wait() busy.
+void EdgeProcess::note_wake(const Child& child) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (child_.get() != &child || ++empty_wakes_ <= kMostEmptyWakes) {
+      return;
+    }
+  }
+  reject(child.number, "it signalled without messages");
 }
 
 void EdgeProcess::reject(std::uint64_t number, std::string_view reason) {
@@ -311,6 +330,7 @@ bool EdgeProcess::start() {
     const std::lock_guard lock(mutex_);
     child_ = std::move(child);
     rejected_.clear();
+    empty_wakes_ = 0;
   }
   wakeup_.signal();
   return true;

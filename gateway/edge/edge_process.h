@@ -118,6 +118,7 @@ class EdgeProcess {
   void look_at(Child& child, Instant now);
   void take_output(Child& child, bool all);
   void report_line(std::string_view line) const;
+  void note_wake(const Child& child);
   std::shared_ptr<Child> present() const;
 
   const Options options_;
@@ -125,6 +126,7 @@ class EdgeProcess {
   std::shared_ptr<Child> child_;
   std::uint64_t started_ = 0;
   std::string rejected_;  // reason; empty: none
+  int empty_wakes_ = 0;   // since the last message
 
   exchange::Wakeup wakeup_;      // of the thread in wait()
   exchange::Wakeup supervisor_;  // of thread_

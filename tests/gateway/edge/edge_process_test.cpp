@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/edge/edge_process.h"
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <functional>
@@ -187,6 +188,22 @@ TEST_F(EdgeProcessTest, ReplacesAProcessThatDamagesTheMemory) {
     for (const std::string& line : lines_) {
       reported = reported || line.find("damaged the memory") != std::string::npos;
     }
+  }
+  EXPECT_TRUE(reported);
+}
+
+TEST_F(EdgeProcessTest, ReplacesAProcessThatSignalsWithoutMessages) {
+  const auto process = run("exec yes >&4");  // descriptor 4 is the socket, see edge_end.h
+  const auto replaced = [&] {
+    process->wait(10ms);
+    const std::lock_guard lock(mutex_);
+    return std::any_of(lines_.begin(), lines_.end(), [](const std::string& line) {
+      return line.find("it signalled without messages; it is started again") != std::string::npos;
+    });
+  };
+  bool reported = false;
+  for (int i = 0; i < 10'000 && !reported; ++i) {
+    reported = replaced();
   }
   EXPECT_TRUE(reported);
 }
