@@ -105,7 +105,13 @@ class RemotePort final : public SamplePort {
  private:
   template <class Sample>
   bool keep(ToEndpoints kind, std::string line, std::string instance, Policy policy,
-            const Sample& sample, std::uint32_t tally = 0);
+            const Sample& sample) {
+    const std::lock_guard lock(mutex_);
+    return keep_locked(kind, std::move(line), std::move(instance), policy, sample);
+  }
+  template <class Sample>
+  bool keep_locked(ToEndpoints kind, std::string line, std::string instance, Policy policy,
+                   const Sample& sample, std::uint32_t tally = 0);
   void keep_text(ToEndpoints kind, std::uint8_t topic, const std::string& line, Policy policy);
   void pump();
   void note_process(ProcessNumber process);
@@ -193,10 +199,10 @@ std::vector<Diagnostic> RemotePort::start(Duration patience) {
 
 // --- out -----------------------------------------------------------------------------------------
 
+// The mutex is held.
 template <class Sample>
-bool RemotePort::keep(ToEndpoints kind, std::string line, std::string instance, Policy policy,
-                      const Sample& sample, std::uint32_t tally) {
-  const std::lock_guard lock(mutex_);
+bool RemotePort::keep_locked(ToEndpoints kind, std::string line, std::string instance,
+                             Policy policy, const Sample& sample, std::uint32_t tally) {
   try {
     encode_sample(number_of(kind), sample, buffer_);
   } catch (const std::exception&) {
@@ -209,16 +215,15 @@ bool RemotePort::keep(ToEndpoints kind, std::string line, std::string instance, 
   return true;
 }
 
-// The receptions of an update that was not sent yet count with the newer one.
+// The receptions of an update that was not sent yet count with the newer one. The polling thread
+// must not send it in between: its receptions would be counted twice.
 bool RemotePort::write(v1::PdoUpdate& sample) {
   std::string instance = std::to_string(sample.node()) + ' ' + std::to_string(sample.pdo());
-  {
-    const std::lock_guard lock(mutex_);
-    const Key key{sample.line().to_string(), number_of(ToEndpoints::pdo_update), instance};
-    sample.receptions(sample.receptions() + retained_.unsent_tally(key));
-  }
-  return keep(ToEndpoints::pdo_update, sample.line().to_string(), std::move(instance), kUpdates,
-              sample, sample.receptions());
+  const Key key{sample.line().to_string(), number_of(ToEndpoints::pdo_update), instance};
+  const std::lock_guard lock(mutex_);
+  sample.receptions(sample.receptions() + retained_.unsent_tally(key));
+  return keep_locked(ToEndpoints::pdo_update, key.line, std::move(instance), kUpdates, sample,
+                     sample.receptions());
 }
 
 void RemotePort::keep_text(ToEndpoints kind, std::uint8_t topic, const std::string& line,
