@@ -398,6 +398,10 @@ guard::Counters GatewayBridge::guard_counters() const {
   return impl_->port->guard_counters();
 }
 
+std::uint64_t GatewayBridge::process_starts() const {
+  return impl_->port->process_starts();
+}
+
 std::size_t GatewayBridge::namesakes() const {
   return impl_->port->namesakes();
 }

@@ -177,6 +177,8 @@ class GatewayBridge {
 
   // The number of datagrams that the guard received and dropped. From any thread.
   guard::Counters guard_counters() const;
+  // Number of processes that were started for the endpoints; 0: they are in this process.
+  std::uint64_t process_starts() const;
 
   // --- in ---------------------------------------------------------------------------------------
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <functional>
 #include <mutex>
 #include <utility>
 
@@ -24,7 +25,8 @@ constexpr Policy kImages{.depth = 8, .once = true, .newest_always = true};
 constexpr Policy kReceptions{.depth = 4'096, .once = true};
 constexpr Policy kUpdates{.once = true};
 
-constexpr Duration kRetryPeriod = std::chrono::milliseconds(2);  // while the ring is full
+constexpr Duration kStopPeriod = std::chrono::milliseconds(100);  // between calls of stop()
+constexpr Duration kRetryPeriod = std::chrono::milliseconds(2);   // while the ring is full
 constexpr int kControlsPerPoll = 64;
 // Time for what is left to be sent, besides the last words.
 constexpr Duration kTimeToEnd = std::chrono::milliseconds(1'500);
@@ -40,8 +42,8 @@ class RemotePort final : public SamplePort {
   RemotePort(const RemotePort&) = delete;
   RemotePort& operator=(const RemotePort&) = delete;
 
-  // Waits for the first process.
-  std::vector<Diagnostic> start(Duration patience);
+  // Waits for the first answer to the options; see make_remote_bridge().
+  std::vector<Diagnostic> start(Duration patience, const std::function<bool()>& stop);
 
   bool add_line(const std::string& line) override;
   void remove_line(const std::string& line) override;
@@ -82,6 +84,10 @@ class RemotePort final : public SamplePort {
   }
   bool accepts_image(std::string_view line, image::Direction direction) const override;
   std::uint64_t failed_later() const override;
+  std::uint64_t process_starts() const override {
+    const std::lock_guard lock(mutex_);
+    return starts_;
+  }
 
   bool wait(Duration timeout) override;
   void wake() override { link_->wake(); }
@@ -118,6 +124,7 @@ class RemotePort final : public SamplePort {
   bool fetch();
   void handle_control();
   void note_started(std::vector<Diagnostic> diagnostics);
+  void note_failed(std::vector<Diagnostic> diagnostics);
   template <class Sample>
   Taken take(FromEndpoints kind, Sample& sample, Participant& from);
   static std::string_view taken(std::string& misfit, std::string& last) {
@@ -137,6 +144,7 @@ class RemotePort final : public SamplePort {
   RetainedMessages retained_;
   PortMessage buffer_;
   ProcessNumber process_ = 0;  // the one that the messages are sent to
+  ProcessNumber starts_ = 0;   // the newest process
   bool ready_ = false;         // it has created its endpoints
   EndpointStatus status_;      // of that process
   EndpointStatus before_;      // sums of the counters of all processes before it
@@ -150,9 +158,10 @@ class RemotePort final : public SamplePort {
   std::string output_misfit_;
   std::string command_misfit_;
   std::string last_misfit_;
-  bool started_ = false;
-  bool failed_ = false;
-  std::vector<Diagnostic> diagnostics_;  // of the first process
+  bool starting_ = true;                 // start() has not returned
+  bool started_ = false;                 // a process has sent `ready`
+  bool failed_ = false;                  // a process has sent `failed` before start() returned
+  std::vector<Diagnostic> diagnostics_;  // of the first answer before start() returned
 };
 
 RemotePort::RemotePort(const GatewayOptions& options, std::unique_ptr<MessageLink> link)
@@ -182,17 +191,17 @@ RemotePort::~RemotePort() {
   link_->finish(std::max(Duration::zero(), Duration{deadline - Clock::now()}));
 }
 
-std::vector<Diagnostic> RemotePort::start(Duration patience) {
+// A process that never answers is no error of the configuration: datagrams may cause it.
+std::vector<Diagnostic> RemotePort::start(Duration patience, const std::function<bool()>& stop) {
   using Clock = std::chrono::steady_clock;
   const auto deadline = Clock::now() + patience;
-  while (!started_ && !failed_ && Clock::now() < deadline)
-    wait(Duration{deadline - Clock::now()});
-  if (!started_ && !failed_) {
-    diagnostics_.push_back({Severity::error,
-                            {},
-                            0,
-                            0,
-                            "the DDS process does not respond: see the log for its reason"});
+  bool stopped = false;
+  while (!started_ && !failed_ && Clock::now() < deadline && !(stopped = stop()))
+    wait(std::min(kStopPeriod, Duration{deadline - Clock::now()}));
+  starting_ = false;
+  if (!started_ && !failed_ && !stopped) {
+    link_->log(Severity::error,
+               "the DDS process has not answered yet: the lines start without DDS");
   }
   return std::move(diagnostics_);
 }
@@ -288,6 +297,7 @@ void RemotePort::pump() {
 
 void RemotePort::note_process(ProcessNumber process) {
   process_ = process;
+  starts_ = std::max(starts_, process);
   ready_ = false;
   before_.discovery.discovered += status_.discovery.discovered;
   before_.discovery.gone += status_.discovery.gone + status_.discovery.participants;
@@ -367,14 +377,9 @@ void RemotePort::handle_control() {
       }
       break;
     case FromEndpoints::failed:
-      if (auto diagnostics = decode_diagnostics(received_)) {
-        for (const Diagnostic& diagnostic : *diagnostics) {
-          if (started_)
-            link_->log(diagnostic.severity, to_string(diagnostic));
-        }
-        answered_ = received_of_;
-        failed_ = true;
-        diagnostics_ = std::move(*diagnostics);
+      if (auto diagnostics = decode_diagnostics(received_);
+          diagnostics && has_errors(*diagnostics)) {
+        note_failed(std::move(*diagnostics));
         good = true;
       }
       break;
@@ -415,11 +420,23 @@ void RemotePort::note_started(std::vector<Diagnostic> diagnostics) {
     const std::lock_guard lock(mutex_);
     ready_ = ready_ || received_of_ == process_;
   }
-  if (std::exchange(started_, true)) {
-    link_->log(Severity::note, "the DDS process runs again");
-  } else {
+  const bool again = std::exchange(started_, true);
+  if (starting_) {
     diagnostics_ = std::move(diagnostics);
+  } else {
+    link_->log(Severity::note, again ? "the DDS process runs again" : "the DDS process runs");
   }
+}
+
+void RemotePort::note_failed(std::vector<Diagnostic> diagnostics) {
+  answered_ = received_of_;
+  if (starting_) {
+    failed_ = true;
+    diagnostics_ = std::move(diagnostics);
+    return;
+  }
+  for (const Diagnostic& diagnostic : diagnostics)
+    link_->log(diagnostic.severity, to_string(diagnostic));
 }
 
 template <class Sample>
@@ -441,10 +458,11 @@ SamplePort::Taken RemotePort::take(FromEndpoints kind, Sample& sample, Participa
 
 Loaded<std::unique_ptr<GatewayBridge>> make_remote_bridge(const GatewayOptions& options,
                                                           std::unique_ptr<MessageLink> link,
-                                                          Duration patience) {
+                                                          Duration patience,
+                                                          const std::function<bool()>& stop) {
   Loaded<std::unique_ptr<GatewayBridge>> result;
   auto port = std::make_unique<RemotePort>(options, std::move(link));
-  result.diagnostics = port->start(patience);
+  result.diagnostics = port->start(patience, stop);
   if (!has_errors(result.diagnostics))
     result.value = GatewayBridge::make(options, std::move(port));
   return result;

@@ -7,6 +7,7 @@
 // numbers. write() never waits: while no process accepts messages, newer states replace older ones.
 #pragma once
 
+#include <functional>
 #include <memory>
 
 #include "bridges/dds/message_link.h"
@@ -14,10 +15,13 @@
 
 namespace linegate::dds {
 
-// Waits until the endpoints exist, at most `patience`. Without a value, a diagnostic states the
-// reason.
+// Waits until the endpoints exist, at most `patience`, or until stop() is true, which is called
+// several times a second. After that the bridge works without endpoints until a process creates
+// them; an entry of the log reports it. Without a value, a process has reported why it cannot
+// create them: an error in the configuration.
 Loaded<std::unique_ptr<GatewayBridge>> make_remote_bridge(const GatewayOptions& options,
                                                           std::unique_ptr<MessageLink> link,
-                                                          Duration patience);
+                                                          Duration patience,
+                                                          const std::function<bool()>& stop);
 
 }  // namespace linegate::dds

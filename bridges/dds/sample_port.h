@@ -34,9 +34,10 @@ class SamplePort {
   // The PDOs of the line have a new layout: their old values are not written again.
   virtual void forget_pdos(std::string_view line) = 0;
 
-  // --- out: false = not written. The gateway, the line and other keys are in the samples.
-  // ---------
+  // --- out ---------------------------------------------------------------------------------
 
+  // Each write() returns false if the sample was not written. The gateway, the line and other keys
+  // are in the samples.
   virtual bool write(v1::GatewayState& sample) = 0;
   virtual bool write(v1::LineState& sample) = 0;
   virtual bool write(v1::NodeState& sample) = 0;
@@ -51,9 +52,11 @@ class SamplePort {
   virtual bool accepts_image(std::string_view line, image::Direction direction) const = 0;
   // Number of samples that were accepted and could not be written later. From any thread.
   virtual std::uint64_t failed_later() const { return 0; }
+  // Number of processes that were started for the endpoints; 0: they are in this process. From any
+  // thread.
+  virtual std::uint64_t process_starts() const { return 0; }
 
-  // --- in
-  // -----------------------------------------------------------------------------------------
+  // --- in ----------------------------------------------------------------------------------
 
   // Waits until samples may have arrived, wake() was called, or the timeout passed. Returns false
   // if nothing happened.
@@ -75,8 +78,7 @@ class SamplePort {
   virtual std::string_view output_misfit() = 0;
   virtual std::string_view command_misfit() = 0;
 
-  // --- status
-  // -------------------------------------------------------------------------------------
+  // --- status ------------------------------------------------------------------------------
 
   virtual std::size_t namesakes() const = 0;
   virtual std::vector<std::string> other_gateways() const = 0;

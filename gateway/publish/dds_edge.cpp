@@ -237,6 +237,9 @@ EdgeStatistics DdsEdge::statistics() const {
     const auto reason = static_cast<dds::guard::Reason>(i);
     out.counters.push_back({"guard-dropped-" + std::string(to_string(reason)), guard.of(reason)});
   }
+  if (const std::uint64_t starts = bridge_->process_starts(); starts != 0) {
+    out.counters.push_back({"dds-process-starts", starts});
+  }
   return out;
 }
 

@@ -26,11 +26,15 @@
 #include "gateway/publish/library_logger.h"
 #include "gateway/runtime/clock.h"
 #include "gateway/runtime/exit_code.h"
+#include "gateway/runtime/signals.h"
 
 namespace linegate::gateway {
 namespace {
 
 constexpr Duration kTimeToStart = std::chrono::seconds(20);
+// The lines start without DDS after that time. A process that works creates its endpoints, or
+// reports an error of the configuration, in less than 1 s.
+constexpr Duration kDelayOfLines = std::chrono::seconds(3);
 constexpr Duration kReceivePeriod = std::chrono::milliseconds(200);
 constexpr Duration kPollPeriod = std::chrono::milliseconds(100);
 constexpr Duration kFullPeriod = std::chrono::milliseconds(2);  // while there is no room
@@ -150,7 +154,8 @@ Loaded<std::unique_ptr<dds::GatewayBridge>> make_bridge_to_process(
     const dds::GatewayOptions& options, const config::Plant& plant) {
   Loaded<std::unique_ptr<dds::GatewayBridge>> out;
   try {
-    out = dds::make_remote_bridge(options, std::make_unique<ProcessLink>(plant), kTimeToStart);
+    out = dds::make_remote_bridge(options, std::make_unique<ProcessLink>(plant), kDelayOfLines,
+                                  stop_signal_pending);
   } catch (const std::exception& error) {
     out.diagnostics.push_back({Severity::error, plant.file, 0, 0,
                                std::string("the DDS process cannot be started: ") + error.what()});

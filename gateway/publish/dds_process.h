@@ -15,8 +15,9 @@ struct GatewayOptions;
 
 namespace linegate::gateway {
 
-// Starts the process and waits until it has created the endpoints. Without a value, a diagnostic
-// states the reason.
+// Starts the process and waits until it has created the endpoints, at most 3 s, and no longer than
+// to a stop signal (runtime/signals.h); the lines must not depend on it. Without a value, a
+// diagnostic states the reason: an error in the configuration, or no process can be started.
 Loaded<std::unique_ptr<dds::GatewayBridge>> make_bridge_to_process(
     const dds::GatewayOptions& options, const config::Plant& plant);
 

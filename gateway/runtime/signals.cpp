@@ -54,14 +54,6 @@ exchange::Flag& stop_taken() {
   return *flag;
 }
 
-// A signal that no thread takes stays pending.
-bool stop_pending() {
-  sigset_t pending;
-  sigemptyset(&pending);
-  sigpending(&pending);
-  return sigismember(&pending, SIGINT) == 1 || sigismember(&pending, SIGTERM) == 1;
-}
-
 int note(int signal) {
   if (signal == SIGINT || signal == SIGTERM) {
     stop_taken().raise();
@@ -71,7 +63,7 @@ int note(int signal) {
 
 [[noreturn]] void end_after(Duration limit, const std::string& message) {
   pthread_setname_np(pthread_self(), "end");
-  while (!stop_taken().raised() && !stop_pending()) {
+  while (!stop_taken().raised() && !stop_signal_pending()) {
     std::this_thread::sleep_for(kLookPeriod);
   }
   std::this_thread::sleep_for(limit - kLookPeriod);
@@ -112,6 +104,14 @@ void catch_stop_signals() {
 
 bool stop_signal_caught() {
   return stop_caught != 0;
+}
+
+// A signal that no thread takes stays pending.
+bool stop_signal_pending() {
+  sigset_t pending;
+  sigemptyset(&pending);
+  sigpending(&pending);
+  return sigismember(&pending, SIGINT) == 1 || sigismember(&pending, SIGTERM) == 1;
 }
 
 int wait_for_stop_signal() {

@@ -29,6 +29,9 @@ void block_reload_signal();
 void catch_stop_signals();
 bool stop_signal_caught();
 
+// Whether SIGINT or SIGTERM has arrived and no thread has taken it yet. After block_stop_signals().
+bool stop_signal_pending();
+
 // Waits for SIGINT or SIGTERM and returns its number.
 int wait_for_stop_signal();
 

@@ -77,6 +77,10 @@ class FakeLink final : public MessageLink {
   Wire& wire_;
 };
 
+bool never() {
+  return false;
+}
+
 struct Received final : GatewayHandler {
   void on_output_write(OutputMessage message) override { outputs.push_back(std::move(message)); }
   void on_command(CommandMessage message) override { commands.push_back(std::move(message)); }
@@ -99,7 +103,7 @@ class RemotePortTest : public testing::Test {
   void SetUp() override {
     wire_.send_answer();
     auto made = make_remote_bridge({.gateway = "g", .incarnation = 1, .lines = {"line"}},
-                                   std::make_unique<FakeLink>(wire_), 5s);
+                                   std::make_unique<FakeLink>(wire_), 5s, never);
     ASSERT_TRUE(made.ok());
     bridge_ = std::move(*made.value);
   }
@@ -192,10 +196,68 @@ TEST_F(RemotePortTest, AProcessThatLiesFromItsStartDoesNotKeepTheGatewayBusy) {
   for (int i = 0; i < 100; ++i)
     wire.send(request(1, 1));
   wire.send_answer();
-  const auto made =
-      make_remote_bridge({.gateway = "g", .incarnation = 1}, std::make_unique<FakeLink>(wire), 5s);
+  const auto made = make_remote_bridge({.gateway = "g", .incarnation = 1},
+                                       std::make_unique<FakeLink>(wire), 5s, never);
   EXPECT_TRUE(made.ok());
   EXPECT_EQ(wire.rejected.size(), 100U);
+}
+
+TEST_F(RemotePortTest, AProcessThatNeverAnswersDoesNotStopTheGateway) {
+  Wire wire;
+  const auto made = make_remote_bridge({.gateway = "g", .incarnation = 1, .lines = {"line"}},
+                                       std::make_unique<FakeLink>(wire), 1ms, never);
+  ASSERT_TRUE(made.ok());
+  EXPECT_TRUE(made.diagnostics.empty());
+  ASSERT_EQ(wire.logged.size(), 1U);
+  EXPECT_NE(wire.logged[0].find("the lines start without DDS"), std::string::npos);
+  (*made.value)->publish("line", Event{.number = 1}, "text");
+  wire.restart();
+  wire.send_answer();
+  (*made.value)->poll(0s, received_);
+  EXPECT_EQ(wire.count(ToEndpoints::event), 1);
+  ASSERT_EQ(wire.logged.size(), 2U);
+  EXPECT_EQ(wire.logged[1], "the DDS process runs");
+  EXPECT_EQ((*made.value)->process_starts(), 2U);
+}
+
+TEST_F(RemotePortTest, AStopEndsTheWaitForTheFirstAnswer) {
+  Wire wire;
+  int calls = 0;
+  EXPECT_TRUE(make_remote_bridge({.gateway = "g", .incarnation = 1},
+                                 std::make_unique<FakeLink>(wire), 1h, [&] { return ++calls == 3; })
+                  .ok());
+  EXPECT_EQ(calls, 3);
+  EXPECT_TRUE(wire.logged.empty());
+}
+
+TEST_F(RemotePortTest, OnlyAnErrorThatTheProcessReportsStopsTheGateway) {
+  const auto make = [](std::vector<Diagnostic> diagnostics, Wire& wire) {
+    PortMessage message;
+    encode(FromEndpoints::failed, diagnostics, message);
+    wire.send(message);
+    return make_remote_bridge({.gateway = "g", .incarnation = 1}, std::make_unique<FakeLink>(wire),
+                              1ms, never);
+  };
+  Wire with_error;
+  const auto failed = make({{Severity::error, "profile.xml", 1, 1, "bad"}}, with_error);
+  EXPECT_FALSE(failed.value);
+  ASSERT_EQ(failed.diagnostics.size(), 1U);
+  EXPECT_EQ(failed.diagnostics[0].text, "bad");
+  Wire without;
+  EXPECT_TRUE(make({}, without).ok());
+  EXPECT_EQ(without.rejected.size(), 1U);
+}
+
+TEST_F(RemotePortTest, AnErrorAfterTheStartOfTheLinesIsLogged) {
+  wire_.restart();
+  PortMessage message;
+  encode(FromEndpoints::failed,
+         std::vector<Diagnostic>{{Severity::error, "profile.xml", 1, 1, "bad"}}, message);
+  wire_.send(message);
+  poll();
+  ASSERT_EQ(wire_.logged.size(), 1U);
+  EXPECT_NE(wire_.logged[0].find("bad"), std::string::npos);
+  EXPECT_TRUE(wire_.rejected.empty());
 }
 
 TEST_F(RemotePortTest, AMalformedSenderOrSampleIsNotAccepted) {

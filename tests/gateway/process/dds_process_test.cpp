@@ -130,6 +130,16 @@ class DdsProcessTest : public GatewayTest {
   StrictListener strict_;
 };
 
+// A datagram may end each process before it has created its endpoints, as this program ends.
+TEST(DdsProcess, LinesStartWhileEachProcessDiesAtItsStart) {
+  config::Plant plant = make_plant(plant_text());
+  plant.dds_program = "/bin/false";
+  const auto made = Gateway::make(plant, 1);
+  ASSERT_TRUE(made.ok());
+  EXPECT_TRUE(made.diagnostics.empty());
+  (*made.value)->start();
+}
+
 TEST_F(DdsProcessTest, HasNoPrivilegesAndLimitedMemory) {
   std::ifstream file("/proc/" + std::to_string(dds_process()) + "/status");
   std::stringstream status;
