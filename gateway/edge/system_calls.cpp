@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#include <fcntl.h>
 #include <linux/audit.h>
 #include <linux/filter.h>
 #include <linux/seccomp.h>
@@ -26,6 +27,9 @@ constexpr std::uint32_t kArchitecture = 0;
 #endif
 
 constexpr std::uint32_t kX32 = 0x4000'0000;  // the numbers of another interface of x86-64
+
+// Headers of Linux 6.1 lack it (Linux 6.6).
+constexpr int kFchmodat2 = 452;
 
 // Forbidden whatever their arguments are.
 constexpr std::array kForbidden{SYS_tkill,
@@ -57,7 +61,16 @@ constexpr std::array kForbidden{SYS_tkill,
                                 SYS_io_uring_setup,
                                 SYS_add_key,
                                 SYS_keyctl,
-                                SYS_request_key};
+                                SYS_request_key,
+                                SYS_truncate,
+                                SYS_fchmodat,
+                                kFchmodat2,
+                                SYS_fchownat};
+#if defined(SYS_chmod)  // not on AArch64
+constexpr std::array kForbiddenOld{SYS_chmod, SYS_chown, SYS_lchown};
+#else
+constexpr std::array<int, 0> kForbiddenOld{};
+#endif
 
 class Filter {
  public:
@@ -86,6 +99,22 @@ class Filter {
     load_first_argument();
     refuse_unless_equal(first_argument);
     load_number();
+  }
+  // The call is not permitted if the flags in that argument truncate a file that they open for
+  // reading: Landlock before ABI 3 permits it.
+  void refuse_truncation(std::uint32_t number, std::size_t argument) {
+    constexpr std::uint32_t kMask = O_ACCMODE | O_TRUNC;
+    add(BPF_JMP | BPF_JEQ | BPF_K, number, 0, 5);
+    load(offsetof(seccomp_data, args) + argument * sizeof(std::uint64_t));
+    add(BPF_ALU | BPF_AND | BPF_K, kMask);
+    refuse_if_equal(O_RDONLY | O_TRUNC);
+    load_number();
+  }
+  // The flags of that call are in memory, which no filter can read. The C library falls back to
+  // another call.
+  void hide(std::uint32_t number) {
+    add(BPF_JMP | BPF_JEQ | BPF_K, number, 0, 1);
+    add(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | ENOSYS);
   }
   bool install() {
     add(BPF_RET | BPF_K, SECCOMP_RET_ALLOW);
@@ -117,9 +146,17 @@ bool protect_other_processes() {
   for (const long number : kForbidden) {
     filter.refuse_if_equal(static_cast<std::uint32_t>(number));
   }
+  for (const long number : kForbiddenOld) {
+    filter.refuse_if_equal(static_cast<std::uint32_t>(number));
+  }
   filter.refuse_call_unless(SYS_kill, self);
   filter.refuse_call_unless(SYS_tgkill, self);
   filter.refuse_call_unless(SYS_prlimit64, 0);
+#if defined(SYS_open)
+  filter.refuse_truncation(SYS_open, 1);
+#endif
+  filter.refuse_truncation(SYS_openat, 2);
+  filter.hide(SYS_openat2);
   return filter.install();
 }
 

@@ -19,6 +19,7 @@
 #include "bridges/dds/remote_port.h"
 #include "gateway/edge/edge_end.h"
 #include "gateway/edge/edge_process.h"
+#include "gateway/edge/file_access.h"
 #include "gateway/exchange/cell.h"
 #include "gateway/exchange/shared_rings.h"
 #include "gateway/publish/dds_edge.h"
@@ -133,6 +134,17 @@ int run() {
   if (!give_up_privileges(kMemory)) {
     write_line(Severity::error, "the DDS process cannot give up its privileges");
     return kExitFailed;
+  }
+  // Fast DDS writes the segments of its shared memory transport, and no other file.
+  switch (restrict_writing({"/dev/shm"})) {
+    case WriteLimit::set:
+      break;
+    case WriteLimit::unavailable:
+      write_line(Severity::warning, kWritesNotLimited);
+      break;
+    case WriteLimit::refused:
+      write_line(Severity::error, "the access of the DDS process to files cannot be limited");
+      return kExitFailed;
   }
   dds::set_library_log(write_line);
   EdgeEnd end;
