@@ -136,6 +136,21 @@ int JournalReader::read(const JournalQuery& query, JournalPage& page) {
   if (!database_.is_open()) {
     return SQLITE_CANTOPEN;
   }
+  // One transaction: an entry that is stored meanwhile is neither read nor passed over
+  int result = database_.execute("BEGIN");
+  if (result != SQLITE_OK) {
+    return result;
+  }
+  const auto newest = database_.number("SELECT max(id) FROM events", result);
+  result = result == SQLITE_OK ? read_rows(query, page) : result;
+  database_.execute("COMMIT");
+  if (result == SQLITE_OK && (query.newest || page.entries.size() < query.most)) {
+    page.position = std::max(page.position, newest.value_or(0));
+  }
+  return result;
+}
+
+int JournalReader::read_rows(const JournalQuery& query, JournalPage& page) {
   // The parameter ?9 has the highest number, so that every position of bind() exists
   const std::string select =
       fmt::format("SELECT {} FROM events WHERE {} ORDER BY id {} LIMIT ?9", kColumns,

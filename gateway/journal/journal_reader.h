@@ -30,7 +30,7 @@ struct JournalQuery {
 // In the order in which the entries were stored.
 struct JournalPage {
   std::vector<JournalEntry> entries;
-  std::int64_t position = 0;  // `after` of the next page
+  std::int64_t position = 0;  // `after` of the next page; passes over entries that do not match
 };
 
 class JournalReader {
@@ -50,6 +50,7 @@ class JournalReader {
 
     friend bool operator==(const Identity&, const Identity&) = default;
   };
+  int read_rows(const JournalQuery& query, JournalPage& page);
   static Identity identity_of(const std::string& file);
 
   std::string file_;

@@ -128,5 +128,23 @@ TEST_F(ReaderTest, AJournalThatNoProcessWritesCanBeReadAlone) {
   EXPECT_EQ(database.number("SELECT count(*) FROM events", error), 6);
 }
 
+// Otherwise the next page reads all entries behind the last match again.
+TEST_F(ReaderTest, ThePositionPassesOverEntriesThatDoNotMatch) {
+  JournalReader reader;
+  JournalPage page;
+  ASSERT_EQ(reader.open(plan_.file), 0);
+  ASSERT_EQ(reader.read({}, page), 0);
+  const std::int64_t end = page.position;
+  ASSERT_EQ(reader.read({.kind = EventKind::emcy}, page), 0);
+  EXPECT_EQ(page.position, end);
+  ASSERT_EQ(reader.read({.text = "no such text", .newest = true}, page), 0);
+  EXPECT_EQ(page.position, end);
+  ASSERT_EQ(reader.read({.most = 2}, page), 0);
+  EXPECT_LT(page.position, end) << "the next page begins behind a full one";
+  ASSERT_EQ(journal_.store(entries("press", 7, 7), kStream, {}, at(0)), 0);
+  ASSERT_EQ(reader.read({.after = end}, page), 0);
+  EXPECT_EQ(page.entries.size(), 1U);
+}
+
 }  // namespace
 }  // namespace linegate::gateway
