@@ -111,6 +111,15 @@ int Database::open(const std::string& file, Use use) {
   return SQLITE_OK;
 }
 
+void Database::stop_when(const exchange::Flag& flag) {
+  constexpr int kSteps = 1000;  // of a statement, between two looks at the flag
+  const auto is_raised = [](void* of) {
+    return static_cast<const exchange::Flag*>(of)->raised() ? 1 : 0;
+  };
+  sqlite3_progress_handler(connection_.get(), kSteps, is_raised,
+                           const_cast<exchange::Flag*>(&flag));
+}
+
 void Database::close() {
   connection_.reset();
 }

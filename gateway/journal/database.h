@@ -11,6 +11,8 @@
 #include <string_view>
 #include <vector>
 
+#include "gateway/exchange/cell.h"
+
 struct sqlite3;
 struct sqlite3_stmt;
 
@@ -61,6 +63,10 @@ class Database {
   void close();
   bool is_open() const { return connection_ != nullptr; }
   sqlite3* get() const { return connection_.get(); }
+
+  // Ends statements with SQLITE_INTERRUPT while the flag is raised. It must exist while this is
+  // open.
+  void stop_when(const exchange::Flag& flag);
 
   // Executes statements without results. 0 or an error.
   int execute(const char* statements);

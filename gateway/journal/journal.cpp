@@ -88,21 +88,22 @@ int Journal::lock() {
 }
 
 int Journal::open() {
-  // A new file may take several calls on a full disk
-  set_aside_ = std::exchange(opened_, false) ? 0 : set_aside_;
   int error = lock();
   if (error != SQLITE_OK) {
     return error;
   }
-  error = open_file();
+  error = unusable_ != 0 ? unusable_ : open_file();
   if (is_unusable(error)) {
     const int why = error;
     error = set_file_aside();
-    set_aside_ = error == SQLITE_OK ? why : set_aside_;
-    error = error == SQLITE_OK ? open_file() : error;
+    if (error == SQLITE_OK) {
+      set_aside_ = why;  // until store() succeeds: a new file may take several calls on a full disk
+      unusable_ = 0;
+      error = open_file();
+    }
   }
   if (error == SQLITE_OK) {
-    opened_ = true;
+    checked_ = true;
     statements_ = std::make_unique<Statements>(database_.get());
   } else {
     close();
@@ -111,7 +112,13 @@ int Journal::open() {
 }
 
 int Journal::open_file() {
-  int error = database_.open(plan_.file, Database::Use::write);
+  // A log without its database, after a crash in set_file_aside(), has numbers of the past
+  std::error_code ignored;
+  int error = std::filesystem::exists(plan_.file, ignored) ? SQLITE_OK : move_log_aside();
+  error = error != SQLITE_OK ? error : database_.open(plan_.file, Database::Use::write);
+  if (error == SQLITE_OK) {
+    database_.stop_when(interrupted_);
+  }
   // FULL: a commit is on the disk when store() returns, also if the power fails.
   error = error != SQLITE_OK ? error
                              : database_.execute(
@@ -144,7 +151,8 @@ int Journal::create() {
   return error;
 }
 
-// Unusable: another program's file, another version, or damaged.
+// Unusable: another program's file, another version, or damaged. The contents are read once only: a
+// large file takes long, and a full disk is no reason to doubt it.
 int Journal::check() {
   int error = SQLITE_OK;
   const auto application = database_.number("PRAGMA application_id", error);
@@ -155,6 +163,9 @@ int Journal::check() {
   }
   if (application != kJournalApplication || version != kJournalVersion) {
     return SQLITE_MISMATCH;
+  }
+  if (checked_) {
+    return SQLITE_OK;
   }
   const auto finding = database_.text("PRAGMA quick_check(1)", error);
   return error != SQLITE_OK ? error : finding == "ok" ? SQLITE_OK : SQLITE_CORRUPT;
@@ -174,15 +185,29 @@ int Journal::read_numbers() {
   return error == SQLITE_DONE ? SQLITE_OK : error;
 }
 
-// With the log of SQLite, which belongs to the file; the shared memory is made anew.
+// The database first: without its log it would be a sound journal with limits of the past, from
+// which numbers would repeat.
 int Journal::set_file_aside() {
-  database_.close();
-  std::error_code ignored;
-  std::filesystem::remove(plan_.file + "-shm", ignored);
-  std::filesystem::remove(unusable_file() + "-wal", ignored);
-  std::filesystem::rename(plan_.file + "-wal", unusable_file() + "-wal", ignored);
+  close();
+  checked_ = false;
   std::error_code error;
-  std::filesystem::rename(plan_.file, unusable_file(), error);
+  std::filesystem::remove(unusable_file() + "-wal", error);
+  if (!error) {
+    std::filesystem::rename(plan_.file, unusable_file(), error);
+  }
+  if (error && error != std::errc::no_such_file_or_directory) {
+    return SQLITE_CANTOPEN;
+  }
+  return move_log_aside();
+}
+
+// The log of SQLite belongs to the file; the shared memory is made anew.
+int Journal::move_log_aside() {
+  std::error_code error;
+  std::filesystem::rename(plan_.file + "-wal", unusable_file() + "-wal", error);
+  if (!error || error == std::errc::no_such_file_or_directory) {
+    std::filesystem::remove(plan_.file + "-shm", error);
+  }
   return error ? SQLITE_CANTOPEN : SQLITE_OK;
 }
 
@@ -197,9 +222,11 @@ int Journal::store(std::span<const JournalEntry> entries, std::uint64_t stream,
   error = error == SQLITE_OK ? database_.execute("COMMIT") : error;
   if (error != SQLITE_OK) {
     database_.execute("ROLLBACK");
+    unusable_ = is_unusable(error) ? error : 0;
     close();
     return error;
   }
+  set_aside_ = 0;
   if (stream != stream_) {
     limits_.clear();
   }

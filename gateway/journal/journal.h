@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "gateway/config/plant.h"
+#include "gateway/exchange/cell.h"
 #include "gateway/journal/database.h"
 #include "gateway/journal/entry.h"
 #include "stack/base/time.h"
@@ -32,8 +33,10 @@ class Journal {
   Journal& operator=(const Journal&) = delete;
 
   // Opens or creates the file, and checks it. A file that is no sound journal of this version is
-  // renamed to unusable_file(), replacing an earlier one, and a new one is created. Returns 0 or
-  // the result code of SQLite; SQLITE_BUSY: another process writes this journal.
+  // renamed to unusable_file(), replacing an earlier one, and a new one is created. So is a file in
+  // which store() found damage. The contents are read and checked until that succeeds once: later
+  // calls, after a disk that was full or busy, check the header only. Returns 0 or the result code
+  // of SQLite; SQLITE_BUSY: another process writes this journal; SQLITE_INTERRUPT: interrupt().
   int open();
   bool is_open() const { return database_.is_open(); }
   // Writes the log of SQLite into the file.
@@ -43,8 +46,8 @@ class Journal {
 
   // The stream of the event numbers; 0 in a new file.
   std::uint64_t stream() const { return stream_; }
-  // The result code for which the previous file was renamed since the last open() that returned 0
-  // before; 0 = it was not.
+  // The result code for which the previous file was renamed; 0 = it was not, or the new file
+  // stored since.
   int set_aside() const { return set_aside_; }
   // The highest number that each line may have used.
   const std::map<std::string, std::uint64_t, std::less<>>& limits() const { return limits_; }
@@ -58,6 +61,10 @@ class Journal {
   int store(std::span<const JournalEntry> entries, std::uint64_t stream,
             std::span<const NumberLimit> limits, Instant utc);
 
+  // Ends the calls in progress and later ones with SQLITE_INTERRUPT, at their next statement or
+  // after some steps of it. A call that waits for the disk does not return earlier. Any thread.
+  void interrupt() { interrupted_.raise(); }
+
  private:
   struct Statements;
 
@@ -66,6 +73,7 @@ class Journal {
   int create();
   int read_numbers();
   int set_file_aside();
+  int move_log_aside();
   int lock();
   int write(std::span<const JournalEntry> entries, std::uint64_t stream,
             std::span<const NumberLimit> limits, Instant utc);
@@ -79,8 +87,10 @@ class Journal {
   std::uint64_t stream_ = 0;
   std::map<std::string, std::uint64_t, std::less<>> limits_;
   int set_aside_ = 0;
-  bool opened_ = false;  // by the last open()
-  int lock_ = -1;        // descriptor
+  int unusable_ = 0;      // result code of a store() that found damage
+  bool checked_ = false;  // the contents of the file
+  int lock_ = -1;         // descriptor
+  exchange::Flag interrupted_;
 };
 
 }  // namespace linegate::gateway

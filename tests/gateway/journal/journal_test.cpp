@@ -178,6 +178,98 @@ TEST_F(JournalTest, AFullDiskLosesNothingThatWasStored) {
   EXPECT_EQ(numbers("press").size(), 300U);
 }
 
+// A page of old entries becomes unreadable while the disk is full: neither open() nor new entries
+// need it, only a check of the whole file.
+TEST_F(JournalTest, AFullDiskDoesNotRepeatTheCheckOfTheFile) {
+  auto first_run = std::make_unique<Journal>(plan_);
+  Journal& journal = *first_run;
+  ASSERT_EQ(journal.open(), 0);
+  for (std::uint64_t first = 1; first <= 2000; first += 200) {
+    ASSERT_EQ(journal.store(entries("press", first, first + 199), kStream, {}, at(0)), 0);
+  }
+  {
+    const FileSizeLimit full(std::filesystem::file_size(plan_.file + "-wal") + 5000);
+    ASSERT_NE(journal.store(entries("press", 2001, 2200), kStream, {}, at(0)), 0);
+  }
+  std::string bytes = bytes_of(plan_.file);
+  constexpr std::size_t kPage = 4096;
+  constexpr char kTableLeaf = 0x0D;
+  std::size_t page = 20 * kPage;
+  while (page < bytes.size() && bytes[page] != kTableLeaf) {
+    page += kPage;
+  }
+  ASSERT_LT(page, bytes.size() / 2);
+  bytes[page] = 0x7F;
+  write_file(plan_.file, bytes);
+  ASSERT_EQ(journal.open(), 0);
+  EXPECT_EQ(journal.set_aside(), 0);
+  ASSERT_EQ(journal.store(entries("press", 2001, 2200), kStream, {}, at(0)), 0);
+  first_run.reset();
+  Journal later(plan_);
+  ASSERT_EQ(later.open(), 0);
+  EXPECT_NE(later.set_aside(), 0) << "the check at the start finds it";
+}
+
+// The entries of the index are those of another column, which the check at the start does not see.
+TEST_F(JournalTest, DamageThatOnlyAStoreFindsMovesTheFileAway) {
+  plan_.max_age = std::chrono::seconds(10);
+  {
+    Journal journal(plan_);
+    ASSERT_EQ(journal.open(), 0);
+    ASSERT_EQ(journal.store(entries("press", 1, 20), kStream, {}, at(20)), 0);
+  }
+  {
+    Database database;
+    ASSERT_EQ(database.open(plan_.file, Database::Use::write), 0);
+    ASSERT_EQ(database.execute("PRAGMA writable_schema=ON; UPDATE sqlite_schema SET sql = "
+                               "'CREATE INDEX events_time ON events(code)' "
+                               "WHERE name = 'events_time'"),
+              0);
+  }
+  Journal journal(plan_);
+  ASSERT_EQ(journal.open(), 0);
+  ASSERT_EQ(journal.set_aside(), 0);
+  const int error = journal.store(entries("press", 21, 21), kStream, {}, at(40));
+  ASSERT_EQ(error & 0xFF, SQLITE_CORRUPT);
+  ASSERT_EQ(journal.open(), 0);
+  EXPECT_EQ(journal.set_aside(), error);
+  EXPECT_TRUE(std::filesystem::exists(journal.unusable_file()));
+  ASSERT_EQ(journal.store(entries("press", 21, 21), kStream, {}, at(40)), 0);
+  EXPECT_EQ(journal.set_aside(), 0) << "it is stored, hence reported once";
+  EXPECT_EQ(numbers("press"), (std::vector<std::uint64_t>{21}));
+}
+
+// As after a crash between the two renames, or if somebody removed the database alone.
+TEST_F(JournalTest, ALogWithoutItsDatabaseBringsNoNumbersBack) {
+  {
+    Journal journal(plan_);
+    ASSERT_EQ(journal.open(), 0);
+    const std::vector<NumberLimit> limits{{"press", 100}};
+    ASSERT_EQ(journal.store(entries("press", 1, 3), kStream, limits, at(0)), 0);
+    std::filesystem::copy_file(plan_.file + "-wal", folder_ + "/log");
+  }
+  const std::string log = bytes_of(folder_ + "/log");
+  std::filesystem::remove(plan_.file);
+  write_file(plan_.file + "-wal", log);
+  Journal journal(plan_);
+  ASSERT_EQ(journal.open(), 0);
+  EXPECT_EQ(journal.stream(), 0U);
+  EXPECT_TRUE(journal.limits().empty());
+  EXPECT_EQ(bytes_of(journal.unusable_file() + "-wal"), log);
+}
+
+// Without the check of the result, the old file would be opened again, or lost.
+TEST_F(JournalTest, AFileThatCannotBeMovedAwayIsAnErrorUntilItCan) {
+  write_file(plan_.file, std::string(10'000, 'j'));
+  std::filesystem::create_directories(plan_.file + ".unusable-wal/occupied");
+  Journal journal(plan_);
+  EXPECT_EQ(journal.open(), SQLITE_CANTOPEN);
+  EXPECT_EQ(bytes_of(plan_.file).size(), 10'000U);
+  std::filesystem::remove_all(plan_.file + ".unusable-wal");
+  ASSERT_EQ(journal.open(), 0);
+  EXPECT_NE(journal.set_aside(), 0);
+}
+
 TEST_F(JournalTest, OneProcessWritesAJournal) {
   Journal journal(plan_);
   ASSERT_EQ(journal.open(), 0);
