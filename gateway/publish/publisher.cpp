@@ -280,12 +280,15 @@ void Publisher::publish_events(Line& line, Instant now) {
   line.logger.advance(line.info.name, now);
 }
 
-// Before the event is published: its stream then holds for its number.
+// Before the event is published: subscribers then have the stream of its number.
 void Publisher::journalise(NumberedLine* numbers, const Event& event, std::string_view text) {
   if (journal_ == nullptr) {
     return;
   }
   journal_->use_number(*numbers, event.number);
+  if (gateway_known_ && journal_->stream() != stream_published_) {
+    publish_gateway_state(monotonic_now());
+  }
   EventMembers members = edge_.members(event.data);
   entry_.line = numbers->name;
   entry_.number = event.number;
@@ -480,28 +483,31 @@ Instant Publisher::publish_gateway(Instant now) {
     const std::uint64_t number = gateway_.events + 1;
     gateway_ = std::move(news.info);
     gateway_.events = news.event.number = number;
+    gateway_known_ = changed = true;
     journalise(gateway_numbers_, news.event, news.text);
     edge_.publish_event({}, news.event, news.text);
     gateway_logger_.write("gateway", news.event, news.text, now);
-    gateway_known_ = changed = true;
   }
   if (!gateway_known_) {
     return kNever;
   }
-  changed = changed || edge_.participants() != participants_seen_ ||
-            (journal_ != nullptr && gateway_.event_stream != journal_->stream());
+  changed = changed || edge_.participants() != participants_seen_;
   if (changed || now >= gateway_due_ || stop_.raised()) {
-    refresh_gateway();
-    edge_.publish_gateway(gateway_, now);
-    gateway_due_ = now + kStatePeriod;
+    publish_gateway_state(now);
   }
   return gateway_due_;
+}
+
+void Publisher::publish_gateway_state(Instant now) {
+  refresh_gateway();
+  edge_.publish_gateway(gateway_, now);
+  gateway_due_ = now + kStatePeriod;
 }
 
 void Publisher::refresh_gateway() {
   EdgeStatistics statistics = edge_.statistics();
   if (journal_ != nullptr) {
-    gateway_.event_stream = journal_->stream();
+    gateway_.event_stream = stream_published_ = journal_->stream();
   }
   participants_seen_ = statistics.participants;
   gateway_.participants = statistics.participants;

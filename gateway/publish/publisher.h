@@ -116,6 +116,7 @@ class Publisher {
   void report_failures(Instant now);
   Instant publish_gateway(Instant now);
   void refresh_gateway();
+  void publish_gateway_state(Instant now);
 
   // Of a line and the earlier lines with its name.
   struct Past {
@@ -127,6 +128,7 @@ class Publisher {
   JournalThread* journal_;
   NumberedLine* gateway_numbers_ = nullptr;
   JournalEntry entry_;
+  std::uint64_t stream_published_ = 0;
   std::map<std::string, Past, std::less<>> past_;  // of all present and earlier lines
   std::vector<std::unique_ptr<Line>> lines_;
   // Names of the lines by routing interface

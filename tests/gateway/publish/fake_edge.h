@@ -26,6 +26,8 @@ class FakeEdge final : public DataEdge {
     requests_.push_back(std::move(request));
     changed_.notify_all();
   }
+  // The stream in the newest GatewayState before the newest event. While the publisher is stopped.
+  std::uint64_t stream_before_event() const { return stream_before_event_; }
   void warn(std::string warning) {
     const std::lock_guard lock(mutex_);
     warnings_.push_back(std::move(warning));
@@ -72,9 +74,11 @@ class FakeEdge final : public DataEdge {
     add("reception " + std::string(line));
   }
   void publish_gateway(const GatewayInfo& info, Instant) override {
+    stream_ = info.event_stream;
     add("gateway " + info.version + ' ' + std::to_string(info.participants));
   }
   void publish_event(std::string_view line, const Event& event, std::string_view) override {
+    stream_before_event_ = stream_;
     add("event " + std::string(line) + ' ' + std::to_string(event.number));
   }
   EventMembers members(const EventData& data) const override {
@@ -127,6 +131,8 @@ class FakeEdge final : public DataEdge {
   std::vector<std::function<void(RequestHandler&)>> requests_;
   std::vector<std::string> warnings_;
   std::uint64_t failed_ = 0;
+  std::uint64_t stream_ = 0;
+  std::uint64_t stream_before_event_ = 0;
   bool woken_ = false;
 };
 

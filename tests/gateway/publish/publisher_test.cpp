@@ -123,6 +123,21 @@ TEST_F(PublisherTest, EventsAreStoredAndTheirNumbersContinue) {
   std::filesystem::remove_all(folder);
 }
 
+// The journal cannot reserve numbers, so the first event of the line begins another stream.
+TEST_F(PublisherTest, ANewStreamIsPublishedBeforeItsFirstEvent) {
+  JournalThread journal({.plan = {.file = "/missing/journal.db"}, .incarnation = 7});
+  Publisher with(edge, hosts, &journal);
+  journal.start();
+  GatewayNews news;
+  news.event.data = event::GatewayStarted{.lines = 1};
+  with.report(std::move(news));
+  port().events.push(Event{.number = 1, .data = event::SyncLost{}});
+  with.start();
+  with.stop();
+  EXPECT_NE(journal.stream(), 7U);
+  EXPECT_EQ(edge.stream_before_event(), journal.stream());
+}
+
 // Requests of clients: the journal has the name and the host, because the number of a client holds
 // for one incarnation.
 TEST_F(PublisherTest, EventsOfClientsAreStoredWithNameAndHost) {
