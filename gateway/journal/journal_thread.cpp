@@ -17,7 +17,6 @@ namespace linegate::gateway {
 namespace {
 
 constexpr Duration kTrimPeriod = std::chrono::minutes(1);
-constexpr auto kLongestStart = std::chrono::seconds(1);
 
 std::uint64_t random_stream() {
   std::random_device device;
@@ -26,6 +25,18 @@ std::uint64_t random_stream() {
     value = std::uint64_t{device()} << 32U | device();
   }
   return value;
+}
+
+// Waits for the condition until that time. Returns the condition.
+template <typename Condition>
+bool await(Instant until, const Condition& condition) {
+  while (!condition()) {
+    if (monotonic_now() >= until) {
+      return false;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  return true;
 }
 
 void raise(exchange::Counter& counter, std::uint64_t to) {
@@ -41,21 +52,53 @@ JournalThread::JournalThread(Options options)
       entries_(options_.queued),
       stream_(options_.incarnation),
       journal_(options_.plan),
-      batch_(Journal::kMostEntries) {
-  const Instant now = monotonic_now();
-  trim_due_ = now + kTrimPeriod;
-  if (open(now) && journal_.stream() != 0) {
-    stream_ = journal_.stream();
-    earlier_ = journal_.limits();
-  }
+      batch_(Journal::kMostEntries),
+      first_stream_(options_.incarnation) {
+  trim_due_ = monotonic_now() + kTrimPeriod;
   stream_stored_ = stream_;
+  launch();
+  const Instant until = monotonic_now() + kLongestWait;
+  if (!await(until, [&] { return opening() != Opening::waiting; }) &&
+      end_opening(Opening::given_up)) {
+    failing_shown_.raise();
+    return;
+  }
+  stream_ = first_stream_;
+}
+
+JournalThread::~JournalThread() {
+  if (!stop()) {
+    thread_.join();
+  }
+}
+
+JournalThread::Opening JournalThread::opening() const {
+  const std::lock_guard lock(opening_mutex_);
+  return opening_;
+}
+
+bool JournalThread::end_opening(Opening with) {
+  const std::lock_guard lock(opening_mutex_);
+  if (opening_ != Opening::waiting) {
+    return false;
+  }
+  opening_ = with;
+  return true;
+}
+
+void JournalThread::launch() {
+  stop_.lower();
+  ended_.lower();
+  thread_ = std::thread([this] { run(); });
 }
 
 NumberedLine& JournalThread::add_line(const std::string& name) {
   NumberedLine& line = *lines_.emplace_back(std::make_unique<NumberedLine>());
   line.name = name;
-  const auto there = earlier_.find(name);
-  line.before = there == earlier_.end() ? 0 : there->second;
+  if (opening() == Opening::done) {
+    const auto there = earlier_.find(name);
+    line.before = there == earlier_.end() ? 0 : there->second;
+  }
   line.used.add(line.before);
   line.limit.add(line.before);
   NumberedLine* pointer = &line;
@@ -65,25 +108,40 @@ NumberedLine& JournalThread::add_line(const std::string& name) {
 
 void JournalThread::start() {
   if (!thread_.joinable()) {
-    stop_.lower();
-    work(false);
-    thread_ = std::thread([this] { run(); });
-    return;
+    launch();
   }
   wakeup_.signal();
-  const Instant until = monotonic_now() + kLongestStart;
   const auto is_reserved = [](const auto& line) { return line->limit.value() > line->before; };
-  while (!std::ranges::all_of(lines_, is_reserved) && monotonic_now() < until) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  const bool ready = await(monotonic_now() + kLongestWait, [&] {
+    return failing_shown_.raised() || std::ranges::all_of(lines_, is_reserved);
+  });
+  if (!ready) {
+    failing_shown_.raise();
   }
 }
 
-void JournalThread::stop() {
-  if (thread_.joinable()) {
-    stop_.raise();
-    wakeup_.signal();
-    thread_.join();
+bool JournalThread::stop() {
+  if (!thread_.joinable()) {
+    return true;
   }
+  stop_.raise();
+  wakeup_.signal();
+  if (!await_end()) {
+    journal_.interrupt();
+    if (!await_end()) {
+      return false;
+    }
+  }
+  thread_.join();
+  return true;
+}
+
+bool JournalThread::await_end() {
+  return await(monotonic_now() + kLongestStop, [&] { return ended_.raised(); });
+}
+
+std::uint64_t JournalThread::lost_at_stop() const {
+  return batch_size_ + recorded_ - taken_ + dropped_.value() - dropped_seen_;
 }
 
 std::optional<event::JournalState> JournalThread::pop_news() {
@@ -134,7 +192,9 @@ void JournalThread::use_number(NumberedLine& line, std::uint64_t number) {
 void JournalThread::record(JournalEntry& entry) {
   entry.stream = stream_;
   entry.incarnation = options_.incarnation;
-  if (!entries_.push(entry)) {
+  if (entries_.push(entry)) {
+    ++recorded_;
+  } else {
     dropped_.add();
   }
   if (++since_signal_ >= entries_.capacity() / 4) {
@@ -153,6 +213,7 @@ void JournalThread::run() {
     work(last);
     if (last) {
       journal_.close();
+      ended_.raise();
       return;
     }
     pollfd waiting{wakeup_.descriptor(), POLLIN, 0};
@@ -196,18 +257,35 @@ void JournalThread::take_lines() {
 bool JournalThread::open(Instant now) {
   if (const int error = journal_.open(); error != SQLITE_OK) {
     failed(error, now);
+    take_numbers();
     return false;
   }
-  if (journal_.stream() == 0) {
-    report(event::JournalCondition::renewed, journal_.set_aside());
-  }
+  take_numbers();
   return true;
+}
+
+// Of the first open(): later ones continue the numbers in memory.
+void JournalThread::take_numbers() {
+  if (opening_seen_) {
+    return;
+  }
+  opening_seen_ = true;
+  if (journal_.is_open() && journal_.stream() != 0) {
+    first_stream_ = journal_.stream();
+    earlier_ = journal_.limits();
+  }
+  if (end_opening(Opening::done)) {
+    stream_stored_ = first_stream_;
+  } else {
+    earlier_.clear();
+  }
 }
 
 void JournalThread::take_entries() {
   while (batch_size_ < batch_.size() && entries_.pop(batch_[batch_size_])) {
     stream_stored_ = batch_[batch_size_].stream;
     ++batch_size_;
+    ++taken_;
   }
 }
 
@@ -239,6 +317,7 @@ std::vector<NumberLimit> JournalThread::final_limits() const {
 
 bool JournalThread::store(const std::vector<NumberLimit>& limits) {
   const std::uint64_t before = journal_.stream();
+  const int set_aside = journal_.set_aside();
   const Instant utc = monotonic_now() + clock_.map().offset;
   const int error =
       journal_.store(std::span(batch_).first(batch_size_), stream_stored_, limits, utc);
@@ -247,8 +326,9 @@ bool JournalThread::store(const std::vector<NumberLimit>& limits) {
     return false;
   }
   batch_size_ = 0;
-  if (before != 0 && before != stream_stored_) {
-    report(event::JournalCondition::renewed, 0);
+  failing_shown_.lower();
+  if (before != stream_stored_) {
+    report(event::JournalCondition::renewed, set_aside);
   }
   for (const NumberLimit& stored : limits) {
     const auto line = std::ranges::find(known_, stored.line, &NumberedLine::name);
@@ -261,6 +341,7 @@ bool JournalThread::store(const std::vector<NumberLimit>& limits) {
 
 void JournalThread::failed(int error, Instant now) {
   again_ = now + options_.retry_period;
+  failing_shown_.raise();
   if (!std::exchange(failing_, true)) {
     report(event::JournalCondition::failing, error);
   }

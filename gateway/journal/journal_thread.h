@@ -3,8 +3,10 @@
 // and the event numbers that continue after a restart.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -31,6 +33,11 @@ struct NumberedLine {
 
 class JournalThread {
  public:
+  static constexpr auto kLongestWait = std::chrono::seconds(1);
+  // The check of a file is interrupted after that time, and the thread is given up after the
+  // double.
+  static constexpr auto kLongestStop = std::chrono::seconds(3);
+
   struct Options {
     config::Journal plan;
     std::uint64_t incarnation = 1;                     // of the entries; the first stream
@@ -40,9 +47,12 @@ class JournalThread {
     std::uint64_t reserved = 16'384;                   // numbers of a line that are set aside
   };
 
-  // Opens the journal, which blocks on the disk. A journal that cannot be opened is tried again.
+  // Opens the journal in the thread, and waits for it: at most kLongestWait, after which the
+  // incarnation is the stream, and the file takes it when it is open. A journal that cannot be
+  // opened is tried again.
   explicit JournalThread(Options options);
-  ~JournalThread() { stop(); }
+  // Waits for the thread without limit.
+  ~JournalThread();
   JournalThread(const JournalThread&) = delete;
   JournalThread& operator=(const JournalThread&) = delete;
 
@@ -51,12 +61,15 @@ class JournalThread {
   // Call it while the publisher is stopped, at most once for each name; then start(). The line
   // exists as long as this object.
   NumberedLine& add_line(const std::string& name);
-  // Starts the thread unless it runs. Waits until numbers are reserved for all lines, but not
-  // longer than a second: a failing disk stops nothing.
+  // Starts the thread unless it runs. Waits until numbers are reserved for all lines, at most
+  // kLongestWait, and not while the journal fails: a disk stops nothing.
   void start();
   // Stores what is queued, and the numbers in use, if the disk permits. Call it when the publisher
-  // has stopped.
-  void stop();
+  // has stopped. False: the thread still waits for the disk after kLongestStop. This object must
+  // then exist until the process ends.
+  bool stop();
+  // After a stop() that returned true: entries that are not stored, and not in news either.
+  std::uint64_t lost_at_stop() const;
   // Conditions that the journal entered, oldest first. For one thread only.
   std::optional<event::JournalState> pop_news();
   // In words, at most 256 bytes.
@@ -74,6 +87,15 @@ class JournalThread {
   void record(JournalEntry& entry);
 
  private:
+  // Of the first open(): its result counts if it comes before the thread that waits gives up.
+  enum class Opening : std::uint8_t { waiting, done, given_up };
+
+  Opening opening() const;
+  // Ends the waiting. False: the other thread did before.
+  bool end_opening(Opening with);
+  void launch();
+  bool await_end();
+  void take_numbers();
   void run();
   void work(bool last);
   void take_lines();
@@ -93,18 +115,26 @@ class JournalThread {
   exchange::Ring<event::JournalState> news_{64};      // journal to main
   exchange::Ring<JournalEntry> entries_;              // publisher to journal
   exchange::Counter dropped_;                         // by the publisher
-  std::uint64_t stream_;                              // publisher
-  std::size_t since_signal_ = 0;                      // publisher: entries
+  exchange::Flag ended_;                              // by the journal: run() has ended
+  exchange::Flag failing_shown_;                      // no reason to wait for the disk
+  mutable std::mutex opening_mutex_;
+  Opening opening_ = Opening::waiting;  // guarded by opening_mutex_
+  std::uint64_t stream_;                // publisher
+  std::size_t since_signal_ = 0;        // publisher: entries
+  std::uint64_t recorded_ = 0;          // publisher: entries that were queued
 
   // From here on used by the journal, and by main while the thread does not run.
   Journal journal_;
-  std::map<std::string, std::uint64_t, std::less<>> earlier_;  // numbers of earlier runs; constant
+  std::map<std::string, std::uint64_t, std::less<>> earlier_;  // of earlier runs; constant if done
   std::vector<NumberedLine*> known_;
   std::vector<JournalEntry> batch_;  // not stored yet; its first batch_size_ are used
   std::size_t batch_size_ = 0;
+  std::uint64_t taken_ = 0;          // entries of the queue
+  std::uint64_t first_stream_;       // of the file, or the incarnation
   std::uint64_t stream_stored_ = 0;  // of the newest entry
   std::uint64_t dropped_seen_ = 0;
   bool failing_ = false;
+  bool opening_seen_ = false;
   Instant again_{};
   Instant trim_due_{};
   WallClock clock_;

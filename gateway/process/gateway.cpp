@@ -5,6 +5,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include "gateway/publish/access.h"
 #include "gateway/publish/dds_edge.h"
@@ -304,8 +305,25 @@ void Gateway::stop() {
   if (publisher_ != nullptr) {
     publisher_->stop();
   }
-  if (journal_ != nullptr) {
-    journal_->stop();
+  stop_journal();
+}
+
+// A disk that hangs must not delay the end, and with it the last samples: the journal then exists
+// until the process ends.
+void Gateway::stop_journal() {
+  if (journal_ == nullptr) {
+    return;
+  }
+  if (!journal_->stop()) {
+    spdlog::error("the disk of the journal does not respond: its last events are not stored");
+    (void)journal_.release();
+    return;
+  }
+  while (const auto news = journal_->pop_news()) {
+    spdlog::info("at the end: {}", journal_->describe(*news));
+  }
+  if (const std::uint64_t lost = journal_->lost_at_stop(); lost != 0) {
+    spdlog::error("the gateway ends with {} events that the journal could not store", lost);
   }
 }
 

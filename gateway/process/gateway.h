@@ -117,6 +117,7 @@ class Gateway {
               std::vector<NewLine> lines, const config::Plant& wanted,
               std::vector<Diagnostic>& diagnostics, const std::vector<std::string>& rerouted = {});
   void report(const EventData& what, std::string text);
+  void stop_journal();
   void take_scan(const std::string& name, const AppliedScan& scan,
                  std::vector<Diagnostic>& diagnostics);
   // Moves waiting commands of a line to its replacement, which does not run yet. Call it while the

@@ -3,7 +3,9 @@
 // counted, and numbers continue.
 #include "gateway/journal/journal_thread.h"
 
+#include <atomic>
 #include <fstream>
+#include <optional>
 #include <thread>
 
 #include <sqlite3.h>
@@ -220,6 +222,150 @@ TEST_F(JournalThreadTest, AJournalThatAnotherGatewayWritesIsLeftAlone) {
   use(other, theirs, 1);
   one.stop();
   EXPECT_EQ(numbers("press"), (std::vector<std::uint64_t>{1}));
+}
+
+// SQLite waits for as long as it exists, when it opens a file.
+class HangingDisk {
+ public:
+  HangingDisk() {
+    real_ = sqlite3_vfs_find(nullptr);
+    hanging_ = *real_;
+    hanging_.zName = "hanging";
+    hanging_.xOpen = [](sqlite3_vfs* self, const char* name, sqlite3_file* file, int flags,
+                        int* out) {
+      hangs_.wait(true);
+      return real_->xOpen(self, name, file, flags, out);
+    };
+    hangs_ = true;
+    sqlite3_vfs_register(&hanging_, 1);
+  }
+  ~HangingDisk() {
+    respond();
+    sqlite3_vfs_register(real_, 1);
+    sqlite3_vfs_unregister(&hanging_);
+  }
+  HangingDisk(const HangingDisk&) = delete;
+  HangingDisk& operator=(const HangingDisk&) = delete;
+
+  static void respond() {
+    hangs_ = false;
+    hangs_.notify_all();
+  }
+
+ private:
+  static inline std::atomic<bool> hangs_{false};
+  static inline sqlite3_vfs* real_ = nullptr;
+  static inline sqlite3_vfs hanging_{};
+};
+
+TEST_F(JournalThreadTest, ADiskThatHangsDelaysNeitherTheStartNorTheEnd) {
+  {
+    JournalThread thread(options());
+    NumberedLine& press = thread.add_line("press");
+    thread.start();
+    use(thread, press, 1);
+  }
+  HangingDisk disk;
+  JournalThread::Options again = options();
+  again.incarnation = kIncarnation + 1;
+  JournalThread thread(again);
+  EXPECT_EQ(thread.stream(), again.incarnation) << "not the stream of a file that nobody has read";
+  NumberedLine& press = thread.add_line("press");
+  EXPECT_EQ(press.before, 0U);
+  thread.start();
+  use(thread, press, 1);
+  EXPECT_FALSE(thread.stop());
+  HangingDisk::respond();
+}
+
+TEST_F(JournalThreadTest, ADiskThatRespondsLateGetsTheEventsWithTheirOwnStream) {
+  std::uint64_t stream = 0;
+  {
+    JournalThread thread(options());
+    NumberedLine& press = thread.add_line("press");
+    thread.start();
+    use(thread, press, 1);
+  }
+  {
+    HangingDisk disk;
+    JournalThread::Options again = options();
+    again.incarnation = kIncarnation + 1;
+    JournalThread thread(again);
+    NumberedLine& press = thread.add_line("press");
+    thread.start();
+    use(thread, press, 1);
+    stream = thread.stream();
+    EXPECT_NE(stream, kIncarnation);
+    HangingDisk::respond();
+    EXPECT_EQ(next_news(thread), (JournalState{JournalCondition::renewed, 0, 0}));
+    EXPECT_TRUE(thread.stop());
+  }
+  EXPECT_EQ(numbers("press"), (std::vector<std::uint64_t>{1, 1}));
+  JournalThread next(options());
+  EXPECT_EQ(next.stream(), stream);
+  EXPECT_EQ(next.add_line("press").before, 1U);
+}
+
+TEST_F(JournalThreadTest, EventsThatCannotBeStoredAtTheEndAreCounted) {
+  plan_.file = folder_ + "/missing/journal.db";
+  JournalThread thread(options());
+  NumberedLine& press = thread.add_line("press");
+  thread.start();
+  for (std::uint64_t number = 1; number <= 100; ++number) {
+    use(thread, press, number);
+  }
+  EXPECT_TRUE(thread.stop());
+  std::uint64_t reported = 0;
+  while (const auto news = thread.pop_news()) {
+    reported += news->lost;
+  }
+  EXPECT_EQ(thread.lost_at_stop() + reported, 100U);
+}
+
+// The disk has room for the tables of the new file only.
+TEST_F(JournalThreadTest, ANewFileIsReportedOnceWithTheReasonWhenItStores) {
+  config::Journal other = plan_;
+  other.file = folder_ + "/other.db";
+  Journal tables(other);
+  ASSERT_EQ(tables.open(), 0);
+  const auto size = std::filesystem::file_size(other.file + "-wal");
+  std::ofstream(plan_.file) << std::string(10'000, 'j');
+  std::optional<JournalThread> thread;
+  {
+    const FileSizeLimit full(size + 100);
+    thread.emplace(options());
+    thread->add_line("press");
+    thread->start();
+    EXPECT_EQ(next_news(*thread).condition, JournalCondition::failing);
+  }
+  EXPECT_EQ(next_news(*thread), (JournalState{JournalCondition::renewed, SQLITE_NOTADB, 0}));
+  EXPECT_EQ(next_news(*thread), (JournalState{JournalCondition::working, 0, 0}));
+}
+
+// The statements of deploy/OPERATING.md for a restored backup.
+TEST_F(JournalThreadTest, AnOperatorCanBeginANewStream) {
+  {
+    JournalThread thread(options());
+    NumberedLine& press = thread.add_line("press");
+    thread.start();
+    use(thread, press, 1);
+  }
+  {
+    Database database;
+    ASSERT_EQ(database.open(plan_.file, Database::Use::write), 0);
+    ASSERT_EQ(database.execute("DELETE FROM stream; DELETE FROM lines"), 0);
+  }
+  JournalThread::Options again = options();
+  again.incarnation = kIncarnation + 1;
+  JournalThread thread(again);
+  EXPECT_EQ(thread.stream(), again.incarnation);
+  NumberedLine& press = thread.add_line("press");
+  EXPECT_EQ(press.before, 0U);
+  thread.start();
+  EXPECT_EQ(next_news(thread), (JournalState{JournalCondition::renewed, 0, 0}));
+  use(thread, press, 1);
+  thread.stop();
+  EXPECT_EQ(numbers("press"), (std::vector<std::uint64_t>{1, 1}));
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -140,6 +141,24 @@ TEST_F(GatewayStateTest, ReportsReloadsAsEventsOfItsOwn) {
 }
 
 // A gateway, and the next one with the same journal.
+// Waits until the journal has the start of line1 by that incarnation.
+bool a_line_started(const std::string& file, std::uint64_t incarnation) {
+  const auto is_it = [&](const JournalEntry& entry) {
+    return entry.kind == EventKind::line_started && entry.incarnation == incarnation;
+  };
+  for (const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+       std::chrono::steady_clock::now() < end;) {
+    JournalReader reader;
+    JournalPage page;
+    if (reader.open(file) == 0 && reader.read({.line = "line1"}, page) == 0 &&
+        std::ranges::any_of(page.entries, is_it)) {
+      return true;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  return false;
+}
+
 TEST(GatewayJournal, EventNumbersContinueAfterARestart) {
   std::string folder = (std::filesystem::temp_directory_path() / "linegate-gw-XXXXXX").string();
   ASSERT_NE(mkdtemp(folder.data()), nullptr);
@@ -150,6 +169,7 @@ TEST(GatewayJournal, EventNumbersContinueAfterARestart) {
     ASSERT_TRUE(made.ok());
     (*made.value)->start();
     (*made.value)->report_journal();
+    ASSERT_TRUE(a_line_started(plant.journal->file, 77 + run));
     (*made.value)->stop();
   }
   JournalReader reader;
