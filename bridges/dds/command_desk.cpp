@@ -52,13 +52,13 @@ const char* CommandDesk::admit(const v1::CommandRequest& request, Refusal& refus
   return nullptr;
 }
 
-CommandDesk::Outcome CommandDesk::take(const v1::CommandRequest& request) {
+CommandDesk::Outcome CommandDesk::take(const v1::CommandRequest& request, const Sender& from) {
   ++requests_;
   Refusal refusal{};
   if (const char* why = admit(request, refusal))
     return refuse(request, refusal, why);
 
-  Client* client = client_of({request.line().to_string(), request.client().to_string()});
+  Client* client = client_of({request.line().to_string(), request.client().to_string(), from});
   if (client == nullptr)
     return refuse(request, Refusal::busy, "too many clients");
   client->used = requests_;
@@ -78,10 +78,11 @@ CommandDesk::Outcome CommandDesk::take(const v1::CommandRequest& request) {
   if (request.reply_offset() != 0) {
     return refuse(request, Refusal::bad_request, "the answer is no longer kept");
   }
-  return append(*client, request);
+  return append(*client, request, from);
 }
 
-CommandDesk::Outcome CommandDesk::append(Client& client, const v1::CommandRequest& request) {
+CommandDesk::Outcome CommandDesk::append(Client& client, const v1::CommandRequest& request,
+                                         const Sender& from) {
   auto assembly = std::find_if(client.assemblies.begin(), client.assemblies.end(),
                                [&](const Assembly& a) { return a.id == request.id(); });
   if (request.offset() == 0) {
@@ -120,30 +121,29 @@ CommandDesk::Outcome CommandDesk::append(Client& client, const v1::CommandReques
   Assembly whole = std::move(*assembly);
   request_bytes_ -= whole.data.size();
   client.assemblies.erase(assembly);
-  return accept(client, request, std::move(whole));
+  return accept(client, request, from, std::move(whole));
 }
 
 CommandDesk::Outcome CommandDesk::accept(Client& client, const v1::CommandRequest& request,
-                                         Assembly assembly) {
+                                         const Sender& from, Assembly assembly) {
   if (const char* why = decode_data(std::move(assembly.data), assembly.request))
     return refuse(request, Refusal::bad_request, why);
   if (client.pending.size() >= limits_.pending)
     return refuse(request, Refusal::busy, "");
   const std::uint64_t tag = next_tag_++;
   client.pending.insert(request.id());
-  ClientKey from{request.line().to_string(), request.client().to_string()};
+  ClientKey key{request.line().to_string(), request.client().to_string(), from};
   Outcome outcome;
   if (auto* const of_line = std::get_if<line::Request>(&assembly.request)) {
     line::Command command{.tag = tag, .timeout = assembly.timeout, .request = std::move(*of_line)};
     outcome.command =
-        CommandMessage{from.first, from.second, request.layout_id(), std::move(command), {}};
+        CommandMessage{key.line, key.client, request.layout_id(), std::move(command), {}};
   } else {
     request::GatewayCommand command{
         .tag = tag, .request = std::get<request::GatewayRequest>(std::move(assembly.request))};
-    outcome.gateway_command =
-        GatewayCommandMessage{from.first, from.second, std::move(command), {}};
+    outcome.gateway_command = GatewayCommandMessage{key.line, key.client, std::move(command), {}};
   }
-  pending_[tag] = {std::move(from), request.id()};
+  pending_[tag] = {std::move(key), request.id()};
   return outcome;
 }
 
@@ -158,8 +158,8 @@ std::shared_ptr<const Answer> CommandDesk::answer(const line::Reply& reply) {
     return nullptr;
 
   auto answer = std::make_shared<Answer>();
-  answer->line = asked.client.first;
-  answer->client = asked.client.second;
+  answer->line = asked.client.line;
+  answer->client = asked.client.client;
   answer->id = asked.id;
   answer->error = reply.error;
   answer->text = describe_result(reply.error);

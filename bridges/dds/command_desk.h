@@ -6,6 +6,7 @@
 // a refusal and does not affect other clients.
 #pragma once
 
+#include <compare>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -27,7 +28,7 @@
 namespace linegate::dds {
 
 struct DeskLimits {
-  std::size_t clients = 1'024;        // pairs of line and client
+  std::size_t clients = 1'024;        // of all lines; a name of two participants counts twice
   std::size_t window = 256;           // answers kept for each
   std::size_t pending = 256;          // commands in progress of each
   std::size_t assemblies = 4;         // incomplete requests of each
@@ -55,9 +56,8 @@ class CommandDesk {
   void add_line(const std::string& line) { lines_.insert(line); }
   void remove_line(const std::string& line) { lines_.erase(line); }
 
-  // The result of a request sample: any combination except an answer with a command.
-  // At most one command. Empty for a chunk
-  // that is not the last, and for a duplicate of a command in progress.
+  // The result of a request sample: any combination except an answer with a command. At most one
+  // command. Empty for a chunk that is not the last, and for a duplicate of a command in progress.
   struct Outcome {
     std::optional<CommandMessage> command;                 // complete and new: execute it
     std::optional<GatewayCommandMessage> gateway_command;  // the same for one of the gateway
@@ -65,15 +65,23 @@ class CommandDesk {
     std::size_t answer_from = 0;
     line::Refusal refused = line::Refusal::none;  // the answer is a refusal by the desk
   };
-  Outcome take(const v1::CommandRequest& request);
+  // from: the participant that sent it. Requests of two participants never affect each other, even
+  // if they name the same client.
+  using Sender = decltype(Participant::prefix);
+  Outcome take(const v1::CommandRequest& request, const Sender& from);
 
   // Keeps and returns the answer to the command with that tag; nullptr if no such command is in
   // progress.
   std::shared_ptr<const Answer> answer(const line::Reply& reply);
 
  private:
-  using ClientKey = std::pair<std::string, std::string>;  // line, client
+  struct ClientKey {
+    std::string line;
+    std::string client;
+    Sender from{};
 
+    auto operator<=>(const ClientKey&) const = default;
+  };
   struct Assembly {
     std::uint64_t id = 0;
     request::Request request;  // without its data
@@ -97,8 +105,9 @@ class CommandDesk {
   bool make_room();
   void drop(std::map<ClientKey, Client>::iterator client);
   void drop_assembly(Client& client, std::list<Assembly>::iterator assembly);
-  Outcome append(Client& client, const v1::CommandRequest& request);
-  Outcome accept(Client& client, const v1::CommandRequest& request, Assembly assembly);
+  Outcome append(Client& client, const v1::CommandRequest& request, const Sender& from);
+  Outcome accept(Client& client, const v1::CommandRequest& request, const Sender& from,
+                 Assembly assembly);
   void trim_answers();
   void drop_oldest_answer(Client& client);
 

@@ -645,7 +645,7 @@ void GatewayBridge::Impl::handle(const v1::CommandRequest& request, GatewayHandl
   CommandDesk::Outcome outcome;
   {
     const std::lock_guard lock(desk_mutex);
-    outcome = desk.take(request);
+    outcome = desk.take(request, sender.prefix);
   }
   if (outcome.answer)
     send(*outcome.answer, outcome.answer_from);

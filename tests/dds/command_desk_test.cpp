@@ -40,9 +40,11 @@ std::vector<v1::CommandRequest> download(std::uint64_t id, std::size_t size) {
 
 class Desk : public testing::Test {
  protected:
-  CommandDesk::Outcome take(const v1::CommandRequest& sample) { return desk.take(sample); }
+  CommandDesk::Outcome take(const v1::CommandRequest& sample, std::uint8_t from = 1) {
+    return desk.take(sample, {from});
+  }
   Refusal refusal(const v1::CommandRequest& sample) {
-    const auto outcome = desk.take(sample);
+    const auto outcome = desk.take(sample, {1});
     EXPECT_FALSE(outcome.command || outcome.gateway_command);
     return outcome.refused;
   }
@@ -132,6 +134,27 @@ TEST_F(Desk, TheSameIdOfAnotherClientOrLineIsAnother) {
   v1::CommandRequest other = request(10);
   other.line("line2");
   EXPECT_TRUE(take(other).command);
+}
+
+// A client on the network can read the names and numbers of others in their replies.
+TEST_F(Desk, ARequestOfAnotherParticipantInTheSameNameIsAnother) {
+  constexpr std::uint8_t kOther = 2;
+  const auto chunks = download(5, 20'000);
+  EXPECT_EQ(take(chunks[0]).refused, Refusal::none);
+  auto forged = download(5, 20'000);
+  forged[0].node(9);
+  EXPECT_EQ(take(forged[0], kOther).refused, Refusal::none);
+  EXPECT_EQ(take(chunks[1]).refused, Refusal::none);
+  const auto whole = take(chunks[2]);
+  ASSERT_TRUE(whole.command);
+  EXPECT_EQ(line::node_of(whole.command->command), 5);
+
+  const auto first = take(request(6), kOther);
+  ASSERT_TRUE(first.command);
+  answer(first.command->command.tag);
+  const auto victim = take(request(6));
+  EXPECT_TRUE(victim.command) << "not a duplicate of the request of another participant";
+  EXPECT_FALSE(victim.answer);
 }
 
 TEST_F(Desk, AMissingChunkIsRefusedAndTheWholeCanBeSentAgain) {
@@ -251,56 +274,56 @@ TEST_F(Desk, RepliesToNothingAreNotSent) {
 
 TEST(DeskLimits, ManyCommandsAtOnceAreBusy) {
   CommandDesk desk(1, {"line1"}, {.pending = 2});
-  EXPECT_TRUE(desk.take(request(1)).command);
-  EXPECT_TRUE(desk.take(request(2)).command);
-  EXPECT_EQ(desk.take(request(3)).refused, Refusal::busy);
+  EXPECT_TRUE(desk.take(request(1), {1}).command);
+  EXPECT_TRUE(desk.take(request(2), {1}).command);
+  EXPECT_EQ(desk.take(request(3), {1}).refused, Refusal::busy);
 }
 
 TEST(DeskLimits, TheClientSilentTheLongestMakesRoom) {
   CommandDesk desk(1, {"line1"}, {.clients = 2});
   for (const char* client : {"a", "b"}) {
-    const auto outcome = desk.take(request(1, v1::COMMAND_SDO_READ, client));
+    const auto outcome = desk.take(request(1, v1::COMMAND_SDO_READ, client), {1});
     desk.answer({outcome.command->command.tag, {}, {}});
   }
-  EXPECT_TRUE(desk.take(request(1, v1::COMMAND_SDO_READ, "a")).answer);
-  EXPECT_TRUE(desk.take(request(1, v1::COMMAND_SDO_READ, "c")).command);
+  EXPECT_TRUE(desk.take(request(1, v1::COMMAND_SDO_READ, "a"), {1}).answer);
+  EXPECT_TRUE(desk.take(request(1, v1::COMMAND_SDO_READ, "c"), {1}).command);
   // The desk has forgotten it, so it counts as a new request.
-  EXPECT_TRUE(desk.take(request(1, v1::COMMAND_SDO_READ, "b")).command);
+  EXPECT_TRUE(desk.take(request(1, v1::COMMAND_SDO_READ, "b"), {1}).command);
 }
 
 TEST(DeskLimits, ClientsThatAllWaitLeaveNoRoom) {
   CommandDesk desk(1, {"line1"}, {.clients = 1});
-  EXPECT_TRUE(desk.take(request(1, v1::COMMAND_SDO_READ, "a")).command);
-  EXPECT_EQ(desk.take(request(1, v1::COMMAND_SDO_READ, "b")).refused, Refusal::busy);
+  EXPECT_TRUE(desk.take(request(1, v1::COMMAND_SDO_READ, "a"), {1}).command);
+  EXPECT_EQ(desk.take(request(1, v1::COMMAND_SDO_READ, "b"), {1}).refused, Refusal::busy);
 }
 
 TEST(DeskLimits, LongRequestsAreBounded) {
   CommandDesk desk(1, {"line1"}, {.request = 10'000});
   const auto chunks = download(1, 20'000);
-  EXPECT_EQ(desk.take(chunks[0]).refused, Refusal::none);
-  EXPECT_EQ(desk.take(chunks[1]).refused, Refusal::bad_request);
+  EXPECT_EQ(desk.take(chunks[0], {1}).refused, Refusal::none);
+  EXPECT_EQ(desk.take(chunks[1], {1}).refused, Refusal::bad_request);
 }
 
 TEST(DeskLimits, RequestsNeverEndedCostNobodyElse) {
   CommandDesk desk(1, {"line1"}, {.assemblies = 2, .requests = 5 * 8'192});
   for (std::uint64_t id = 1; id <= 100; ++id) {
-    EXPECT_EQ(desk.take(download(id, 20'000)[0]).refused, Refusal::none);
+    EXPECT_EQ(desk.take(download(id, 20'000)[0], {1}).refused, Refusal::none);
   }
   const auto chunks = download(101, 20'000);
-  EXPECT_EQ(desk.take(chunks[0]).refused, Refusal::none);
-  EXPECT_EQ(desk.take(chunks[1]).refused, Refusal::none);
-  EXPECT_TRUE(desk.take(chunks[2]).command);
+  EXPECT_EQ(desk.take(chunks[0], {1}).refused, Refusal::none);
+  EXPECT_EQ(desk.take(chunks[1], {1}).refused, Refusal::none);
+  EXPECT_TRUE(desk.take(chunks[2], {1}).command);
 }
 
 TEST(DeskLimits, LongAnswersAreKeptWithinTheirBound) {
   CommandDesk desk(1, {"line1"}, {.answers = 1'000});
   for (std::uint64_t id = 1; id <= 3; ++id) {
-    const auto outcome = desk.take(request(id));
+    const auto outcome = desk.take(request(id), {1});
     desk.answer({outcome.command->command.tag, {}, known::pattern(400, 1)});
   }
-  EXPECT_TRUE(desk.take(request(1)).command);
-  EXPECT_TRUE(desk.take(request(2)).answer);
-  EXPECT_TRUE(desk.take(request(3)).answer);
+  EXPECT_TRUE(desk.take(request(1), {1}).command);
+  EXPECT_TRUE(desk.take(request(2), {1}).answer);
+  EXPECT_TRUE(desk.take(request(3), {1}).answer);
 }
 
 TEST(CommandSamples, ResultsAreSaidInWords) {

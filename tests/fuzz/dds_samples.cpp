@@ -250,7 +250,7 @@ class Peer {
   }
 
   void take(const v1::CommandRequest& sample) {
-    const CommandDesk::Outcome outcome = desk_.take(sample);
+    const CommandDesk::Outcome outcome = desk_.take(sample, {});
     LINEGATE_EXPECT(!(outcome.command && outcome.answer));
     if (outcome.refused != line::Refusal::none) {
       LINEGATE_EXPECT(outcome.answer && !outcome.answer->text.empty());
