@@ -11,6 +11,7 @@
 #include <linux/audit.h>
 #include <linux/filter.h>
 #include <linux/seccomp.h>
+#include <linux/sockios.h>
 #include <sys/prctl.h>
 #include <sys/syscall.h>
 #include <unistd.h>
@@ -65,12 +66,19 @@ constexpr std::array kForbidden{SYS_tkill,
                                 SYS_truncate,
                                 SYS_fchmodat,
                                 kFchmodat2,
-                                SYS_fchownat};
+                                SYS_fchownat,
+                                SYS_setxattr,
+                                SYS_lsetxattr,
+                                SYS_utimensat};
 #if defined(SYS_chmod)  // not on AArch64
 constexpr std::array kForbiddenOld{SYS_chmod, SYS_chown, SYS_lchown};
 #else
 constexpr std::array<int, 0> kForbiddenOld{};
 #endif
+
+// Direct the signals of a file or socket to another process, with any number (fcntl(2)).
+constexpr std::array<std::uint32_t, 3> kSignalsByFile{F_SETOWN, F_SETOWN_EX, F_SETSIG};
+constexpr std::array<std::uint32_t, 2> kSignalsBySocket{FIOSETOWN, SIOCSPGRP};
 
 class Filter {
  public:
@@ -79,7 +87,11 @@ class Filter {
     add(BPF_LD | BPF_W | BPF_ABS, static_cast<std::uint32_t>(offset));
   }
   // The first argument of the call, of which a process ID has the low 32 bits (little-endian).
-  void load_first_argument() { load(offsetof(seccomp_data, args)); }
+  void load_first_argument() { load_argument(0); }
+  // The low 32 bits.
+  void load_argument(std::size_t argument) {
+    load(offsetof(seccomp_data, args) + argument * sizeof(std::uint64_t));
+  }
   void load_number() { load(offsetof(seccomp_data, nr)); }
   void refuse_if_equal(std::uint32_t value) {
     add(BPF_JMP | BPF_JEQ | BPF_K, value, 0, 1);
@@ -100,14 +112,26 @@ class Filter {
     refuse_unless_equal(first_argument);
     load_number();
   }
-  // The call is not permitted if the flags in that argument truncate a file that they open for
-  // reading: Landlock before ABI 3 permits it.
+  // The call is not permitted if the flags in that argument truncate a file that they do not open
+  // for writing: Landlock before ABI 3 permits it. Access mode 3 is neither reading nor writing
+  // (open(2)).
   void refuse_truncation(std::uint32_t number, std::size_t argument) {
     constexpr std::uint32_t kMask = O_ACCMODE | O_TRUNC;
-    add(BPF_JMP | BPF_JEQ | BPF_K, number, 0, 5);
-    load(offsetof(seccomp_data, args) + argument * sizeof(std::uint64_t));
+    add(BPF_JMP | BPF_JEQ | BPF_K, number, 0, 7);
+    load_argument(argument);
     add(BPF_ALU | BPF_AND | BPF_K, kMask);
     refuse_if_equal(O_RDONLY | O_TRUNC);
+    refuse_if_equal(O_ACCMODE | O_TRUNC);
+    load_number();
+  }
+  // The call is not permitted if its second argument is one of the values.
+  template <std::size_t count>
+  void refuse_call_if(std::uint32_t number, const std::array<std::uint32_t, count>& values) {
+    add(BPF_JMP | BPF_JEQ | BPF_K, number, 0, 2 * count + 2);
+    load_argument(1);
+    for (const std::uint32_t value : values) {
+      refuse_if_equal(value);
+    }
     load_number();
   }
   // The flags of that call are in memory, which no filter can read. The C library falls back to
@@ -157,6 +181,8 @@ bool protect_other_processes() {
 #endif
   filter.refuse_truncation(SYS_openat, 2);
   filter.hide(SYS_openat2);
+  filter.refuse_call_if(SYS_fcntl, kSignalsByFile);
+  filter.refuse_call_if(SYS_ioctl, kSignalsBySocket);
   return filter.install();
 }
 

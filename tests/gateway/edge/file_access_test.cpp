@@ -15,6 +15,7 @@
 #include <sys/stat.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
+#include <sys/xattr.h>
 #include <unistd.h>
 
 #include "gateway/edge/system_calls.h"
@@ -64,7 +65,10 @@ class FileAccess : public testing::Test {
         prevented(open(file.c_str(), O_WRONLY)),
         prevented(open(file.c_str(), O_RDWR)),
         prevented(open(file.c_str(), O_RDONLY | O_TRUNC)),
+        prevented(open(file.c_str(), O_ACCMODE | O_TRUNC)),
         prevented(truncate(file.c_str(), 0)),
+        prevented(setxattr(file.c_str(), "system.posix_acl_access", "", 0, 0)),
+        prevented(utimensat(AT_FDCWD, file.c_str(), nullptr, 0)),
         prevented(open(other.c_str(), O_WRONLY | O_CREAT, 0600)),
         prevented(unlink(file.c_str())),
         prevented(rename(file.c_str(), other.c_str())),

@@ -6,8 +6,11 @@
 #include <csignal>
 #include <cstdint>
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <linux/sockios.h>
 #include <sched.h>
+#include <sys/ioctl.h>
 #include <sys/prctl.h>
 #include <sys/ptrace.h>
 #include <sys/resource.h>
@@ -29,7 +32,13 @@ int attack(pid_t victim) {
   const sched_param lowest{};
   std::array<char*, 1> arguments{};
   // Process 0 is the caller for some calls, and all of its group for kill().
+  const f_owner_ex owner{F_OWNER_PID, victim};
   const std::array attempts{
+      refused(fcntl(STDERR_FILENO, F_SETOWN, victim)),
+      refused(fcntl(STDERR_FILENO, F_SETOWN_EX, &owner)),
+      refused(fcntl(STDERR_FILENO, F_SETSIG, SIGKILL)),
+      refused(ioctl(STDERR_FILENO, FIOSETOWN, &victim)),
+      refused(ioctl(STDERR_FILENO, SIOCSPGRP, &victim)),
       refused(kill(victim, 0)),
       refused(kill(0, 0)),
       refused(kill(-1, 0)),
