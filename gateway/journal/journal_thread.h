@@ -35,8 +35,8 @@ class JournalThread {
  public:
   static constexpr auto kLongestWait = std::chrono::seconds(1);
   // The check of a file is interrupted after that time, and the thread is given up after the
-  // double.
-  static constexpr auto kLongestStop = std::chrono::seconds(3);
+  // double, so that the last samples of DDS are still sent (limit_end(), 4.5 s).
+  static constexpr auto kLongestStop = std::chrono::seconds(1);
 
   struct Options {
     config::Journal plan;
