@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/security/authority.h"
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstdio>
@@ -8,7 +9,7 @@
 #include <ctime>
 #include <filesystem>
 #include <regex>
-#include <set>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -28,6 +29,8 @@ namespace {
 namespace files = std::filesystem;
 
 constexpr const char* kCaKeyFile = "ca.key";
+constexpr std::array kAuthorityFiles{kCaFile, kCaKeyFile, kGovernanceFile, kRevocationsFile,
+                                     kRevokedNamesFile};
 constexpr long kDay = 24L * 60 * 60;
 constexpr mode_t kPrivate = 0600;
 constexpr mode_t kPublic = 0644;
@@ -43,20 +46,34 @@ std::string content_of(const Bio& bio) {
   return {text, static_cast<std::size_t>(size)};
 }
 
+bool write_all(int file, std::string_view content) {
+  while (!content.empty()) {
+    const ssize_t size = ::write(file, content.data(), content.size());
+    if (size < 0)
+      return false;
+    content.remove_prefix(static_cast<std::size_t>(size));
+  }
+  return true;
+}
+
 // Replaces the file in one step: a participant that starts meanwhile reads the old or the new one.
+// A failure leaves the old one only.
 std::string write_file(const files::path& path, const std::string& content, mode_t mode) {
   const std::string beside = path.string() + ".new";
   ::unlink(beside.c_str());
   const int file = ::open(beside.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
   if (file < 0)
     return path.string() + " cannot be written: " + std::strerror(errno);
-  const bool written =
-      ::write(file, content.data(), content.size()) == static_cast<ssize_t>(content.size()) &&
-      ::fchmod(file, mode) == 0 && ::fsync(file) == 0;
-  const bool closed = ::close(file) == 0;
-  if (!written || !closed || ::rename(beside.c_str(), path.c_str()) != 0)
-    return path.string() + " cannot be written: " + std::strerror(errno);
-  return {};
+  const bool written = write_all(file, content) && ::fchmod(file, mode) == 0 && ::fsync(file) == 0;
+  int error = written ? 0 : errno;
+  if (::close(file) != 0 && error == 0)
+    error = errno;
+  if (error == 0 && ::rename(beside.c_str(), path.c_str()) != 0)
+    error = errno;
+  if (error == 0)
+    return {};
+  ::unlink(beside.c_str());
+  return path.string() + " cannot be written: " + std::strerror(error);
 }
 
 std::string write_key(const files::path& path, EVP_PKEY* key) {
@@ -156,7 +173,11 @@ std::string copy(const files::path& from, const files::path& to, const char* nam
   files::copy_file(from / name, beside, files::copy_options::overwrite_existing, error);
   if (!error)
     files::rename(beside, to / name, error);
-  return error ? (to / name).string() + " cannot be written: " + error.message() : std::string();
+  if (!error)
+    return {};
+  std::error_code ignored;
+  files::remove(beside, ignored);
+  return (to / name).string() + " cannot be written: " + error.message();
 }
 
 bool is_revoked(const files::path& folder, X509* certificate) {
@@ -180,6 +201,13 @@ bool is_line(const std::string& line) {
   return (gateway == "*" || is_name(gateway)) && (name == "*" || name.empty() || is_name(name));
 }
 
+// Also the name of each file while it is written.
+bool is_authority_file(const std::string& name) {
+  return std::any_of(kAuthorityFiles.begin(), kAuthorityFiles.end(), [&](const char* file) {
+    return name == file || name == std::string(file) + ".new";
+  });
+}
+
 std::string refuse(const files::path& folder, const Issue& issue) {
   const std::string& name = issue.holder.name;
   if (issue.days < 1 || issue.days > kAuthorityDays)
@@ -189,16 +217,20 @@ std::string refuse(const files::path& folder, const Issue& issue) {
     return "\"" + name +
            "\" is no name of an identity: use 1 to 64 of A-Z a-z 0-9 . - _, not beginning with a "
            "point";
+  if (is_authority_file(name))
+    return "\"" + name + "\" is a file of the authority: use another name";
   for (const std::string& line : issue.holder.lines) {
     if (!is_line(line))
       return "\"" + line + "\" names no line: use GATEWAY/LINE, with * for all names";
   }
-  const files::path file = folder / name / kCertificateFile;
   std::error_code ignored;
-  if (issue.renew || !files::exists(folder / name, ignored))
+  if (files::symlink_status(folder / name, ignored).type() == files::file_type::not_found)
     return {};
-  const Certificate before = read_certificate(file);
-  if (before && is_revoked(folder, before.get()))
+  const Certificate before = read_certificate(folder / name / kCertificateFile);
+  if (!before)
+    return (folder / name).string() + " exists, and is no identity, because it has no readable " +
+           kCertificateFile + ": use another name, or move it to another place";
+  if (issue.renew || is_revoked(folder, before.get()))
     return {};
   return (folder / name).string() + " exists: revoke \"" + name +
          "\" before you issue it again, or use --renew";
@@ -279,23 +311,61 @@ void add_revocation(X509_CRL* list, const X509* certificate) {
   X509_CRL_add0_revoked(list, entry);  // takes the entry
 }
 
-std::string write_revoked_names(const files::path& folder,
-                                const std::set<std::string, std::less<>>& names) {
+std::string no_revoked_names(const files::path& folder) {
+  return (folder / kRevokedNamesFile).string() +
+         " cannot be read: copy it from the folder of an identity";
+}
+
+std::string write_revoked_names(const files::path& folder, const NameSet& names) {
   std::string text;
   for (const std::string& name : names)
     text += name + "\n";
   return write_file(folder / kRevokedNamesFile, text, kPublic);
 }
 
+void add_failure(std::string& to, const std::string& failed) {
+  if (!to.empty() && !failed.empty())
+    to += "; ";
+  to += failed;
+}
+
+// To all identities that it can be copied to. Returns every failure.
 std::string copy_to_identities(const files::path& folder, const char* file) {
+  std::string out;
   std::error_code error;
-  for (const auto& each : files::directory_iterator(folder, error)) {
-    if (!each.is_directory() || !files::exists(each.path() / kCertificateFile))
-      continue;
-    if (std::string failed = copy(folder, each.path(), file); !failed.empty())
-      return failed;
+  for (files::directory_iterator each(folder, error), end; !error && each != end;
+       each.increment(error)) {
+    std::error_code ignored;
+    if (files::exists(each->path() / kCertificateFile, ignored))
+      add_failure(out, copy(folder, each->path(), file));
   }
-  return {};
+  if (error)
+    add_failure(out, folder.string() + " cannot be read: " + error.message());
+  return out;
+}
+
+// The names are first, because running gateways need them. list: null if it has not changed. Each
+// step is done even if another one failed, and both files are copied even if nothing has changed:
+// so the next command completes what a failure left.
+std::string publish_revocations(const files::path& folder, const NameSet& names, X509_CRL* list,
+                                const Authority& by) {
+  std::string out = write_revoked_names(folder, names);
+  add_failure(out, copy_to_identities(folder, kRevokedNamesFile));
+  if (list != nullptr)
+    add_failure(out, write_revocations(folder / kRevocationsFile, list, by));
+  add_failure(out, copy_to_identities(folder, kRevocationsFile));
+  return out;
+}
+
+// Removes the name of an identity that was issued from the revoked names.
+std::string permit_again(const files::path& folder, const Holder& holder, NameSet names) {
+  names.erase(std::string(name(holder.role)) + "/" + holder.name);
+  std::string failed = write_revoked_names(folder, names);
+  if (failed.empty())
+    failed = copy_to_identities(folder, kRevokedNamesFile);
+  return failed.empty() ? failed
+                        : "\"" + holder.name + "\" was issued, but " + failed +
+                              ": correct this, and issue it again with --renew";
 }
 
 // Puts the new folder in the place of the old one, if there is one, in one step.
@@ -306,6 +376,30 @@ std::string replace(const files::path& made, const files::path& own) {
   if (::renameat2(AT_FDCWD, made.c_str(), AT_FDCWD, own.c_str(), flags) != 0)
     return own.string() + " cannot be written: " + std::strerror(errno);
   return {};
+}
+
+// All files of a new authority; its certificate is the last.
+std::string write_authority(const files::path& at) {
+  Authority made{nullptr, Key(EVP_EC_gen("P-256"))};
+  if (!made.key)
+    return "OpenSSL cannot make a key";
+  // A name of its own: certificates of two authorities are not confused.
+  made.certificate = new_certificate(made.key.get(), "authority", {}, kAuthorityDays);
+  X509* ca = made.certificate.get();
+  X509_set_issuer_name(ca, X509_get_subject_name(ca));
+  add_extension(ca, ca, NID_subject_key_identifier, "hash");
+  add_extension(ca, ca, NID_basic_constraints, "critical,CA:TRUE");
+  if (X509_sign(ca, made.key.get(), EVP_sha256()) == 0)
+    return "OpenSSL cannot sign the certificate";
+  const RevocationList none(X509_CRL_new());
+  std::string failed = write_key(at / kCaKeyFile, made.key.get());
+  if (failed.empty())
+    failed = write_signed(at / kGovernanceFile, governance(), made);
+  if (failed.empty())
+    failed = write_revocations(at / kRevocationsFile, none.get(), made);
+  if (failed.empty())
+    failed = write_revoked_names(at, {});
+  return failed.empty() ? write_certificate(at / kCaFile, ca) : failed;
 }
 
 // Only one command at a time changes an authority.
@@ -332,34 +426,22 @@ class Lock {
 std::string init(const std::string& folder) {
   const files::path at(folder);
   std::error_code error;
-  files::create_directories(at, error);
+  const bool is_new = files::create_directories(at, error);
   if (error)
     return folder + " cannot be created: " + error.message();
   const Lock lock(folder);
-  for (const char* file : {kCaFile, kCaKeyFile}) {
+  for (const char* file : kAuthorityFiles) {
     if (files::exists(at / file, error))
       return (at / file).string() + " exists: the folder has an authority already";
   }
-  Authority made{nullptr, Key(EVP_EC_gen("P-256"))};
-  if (!made.key)
-    return "OpenSSL cannot make a key";
-  // A name of its own: certificates of two authorities are not confused.
-  made.certificate = new_certificate(made.key.get(), "authority", {}, kAuthorityDays);
-  X509* ca = made.certificate.get();
-  X509_set_issuer_name(ca, X509_get_subject_name(ca));
-  add_extension(ca, ca, NID_subject_key_identifier, "hash");
-  add_extension(ca, ca, NID_basic_constraints, "critical,CA:TRUE");
-  if (X509_sign(ca, made.key.get(), EVP_sha256()) == 0)
-    return "OpenSSL cannot sign the certificate";
-  const RevocationList none(X509_CRL_new());
-  std::string failed = write_key(at / kCaKeyFile, made.key.get());
+  std::string failed = write_authority(at);
   if (failed.empty())
-    failed = write_signed(at / kGovernanceFile, governance(), made);
-  if (failed.empty())
-    failed = write_revocations(at / kRevocationsFile, none.get(), made);
-  if (failed.empty())
-    failed = write_revoked_names(at, {});
-  return failed.empty() ? write_certificate(at / kCaFile, ca) : failed;
+    return {};
+  for (const char* file : kAuthorityFiles)
+    files::remove(at / file, error);
+  if (is_new)
+    files::remove(at, error);
+  return failed;
 }
 
 std::string issue(const std::string& folder, const Issue& issue) {
@@ -370,6 +452,9 @@ std::string issue(const std::string& folder, const Issue& issue) {
   const files::path at(folder);
   if (std::string error = refuse(at, issue); !error.empty())
     return error;
+  auto names = read_revoked_names((at / kRevokedNamesFile).string());
+  if (!names)
+    return no_revoked_names(at);
   const files::path made = at / ("." + issue.holder.name + ".new");
   std::error_code error;
   files::remove_all(made, error);  // of a command that was killed
@@ -379,10 +464,6 @@ std::string issue(const std::string& folder, const Issue& issue) {
   if (error)
     return made.string() + " cannot be created: " + error.message();
   std::string failed = write_identity(at, made, by, issue);
-  auto names = read_revoked_names((at / kRevokedNamesFile).string());
-  if (names.erase(std::string(name(issue.holder.role)) + "/" + issue.holder.name) != 0 &&
-      failed.empty())
-    failed = write_revoked_names(at, names);
   if (failed.empty())
     failed = copy(at, made, kRevokedNamesFile);
   if (failed.empty())
@@ -390,7 +471,7 @@ std::string issue(const std::string& folder, const Issue& issue) {
   if (failed.empty())
     failed = replace(made, at / issue.holder.name);
   files::remove_all(made, error);
-  return failed;
+  return failed.empty() ? permit_again(at, issue.holder, std::move(*names)) : failed;
 }
 
 std::string revoke(const std::string& folder, const std::string& name) {
@@ -408,24 +489,22 @@ std::string revoke(const std::string& folder, const std::string& name) {
   const RevocationList list = read_revocations(at / kRevocationsFile);
   if (!list)
     return (at / kRevocationsFile).string() + " is no revocation list";
-  bool changed = false;
   auto names = read_revoked_names((at / kRevokedNamesFile).string());
+  if (!names)
+    return no_revoked_names(at);
+  bool changed = false;
   for (const Certificate& certificate : certificates) {
+    names->insert(entry_of(*certificate, NID_organizationalUnitName) + "/" + name);
     X509_REVOKED* entry = nullptr;
     if (X509_CRL_get0_by_cert(list.get(), &entry, certificate.get()) == 1)
       continue;
     add_revocation(list.get(), certificate.get());
-    names.insert(entry_of(*certificate, NID_organizationalUnitName) + "/" + name);
     changed = true;
   }
-  if (!changed)
-    return "\"" + name + "\" is revoked already";
-  if (std::string error = write_revocations(at / kRevocationsFile, list.get(), by); !error.empty())
-    return error;
-  if (std::string error = write_revoked_names(at, names); !error.empty())
-    return error;
-  std::string error = copy_to_identities(at, kRevocationsFile);
-  return error.empty() ? copy_to_identities(at, kRevokedNamesFile) : error;
+  std::string error = publish_revocations(at, *names, changed ? list.get() : nullptr, by);
+  if (!error.empty())
+    return error + ": correct this, and revoke \"" + name + "\" again";
+  return changed ? std::string() : "\"" + name + "\" is revoked already";
 }
 
 }  // namespace linegate::security

@@ -3,7 +3,7 @@
 // revoked.names, and a subfolder for each identity with the files of files.h.
 //
 // Each function returns an empty text, or the reason of its failure. Private keys (EC P-256) have
-// the mode 0600. A failed function leaves no part of a file or of an identity.
+// the mode 0600. A failed function leaves no part of a file or of an identity, and can be repeated.
 #pragma once
 
 #include <string>
@@ -15,7 +15,8 @@ namespace linegate::security {
 inline constexpr int kAuthorityDays = 3650;
 inline constexpr int kIdentityDays = 365;
 
-// Creates the folder. Fails if it contains an authority.
+// Creates the folder. Fails if it contains a file of an authority. If it fails, removes what it
+// made.
 std::string init(const std::string& folder);
 
 struct Issue {
@@ -24,12 +25,15 @@ struct Issue {
   bool renew = false;        // replace a valid identity, whose old certificate is not revoked
 };
 // Makes an identity with the subject CN=name,OU=role,O=linegate. A name has 1 to 64 letters,
-// digits, '.', '-' and '_'. Fails if the identity exists, unless it is revoked or `renew` is set:
-// then its subfolder is replaced in one step.
+// digits, '.', '-' and '_', and is not that of a file of the authority. Fails if the identity
+// exists, unless it is revoked or `renew` is set: then its subfolder is replaced in one step. Never
+// replaces what has no readable identity.crt. Then removes the name from revoked.names, and copies
+// that file to each subfolder; if this fails, the text begins with the fact that it was issued.
 std::string issue(const std::string& folder, const Issue& issue);
 
-// Adds the certificates of `name` to revoked.crl and their names to revoked.names, and copies both
-// to each subfolder.
+// Adds the names of the certificates of `name` to revoked.names and the certificates to
+// revoked.crl, and copies both to each subfolder, to all others even if one fails. Fails if the
+// identity is revoked already, but completes what an earlier failure left.
 std::string revoke(const std::string& folder, const std::string& name);
 
 }  // namespace linegate::security

@@ -5,19 +5,23 @@
 
 namespace linegate::security {
 
-std::set<std::string, std::less<>> read_revoked_names(const std::string& file) {
-  std::set<std::string, std::less<>> out;
+std::optional<NameSet> read_revoked_names(const std::string& file) {
+  NameSet out;
   std::ifstream in(file);
-  for (std::string line; std::getline(in, line);) {
+  if (!in.is_open())
+    return std::nullopt;
+  for (std::string line; std::getline(in, line) && !in.eof();) {
     if (!line.empty())
       out.insert(line);
   }
+  if (in.bad())
+    return std::nullopt;
   return out;
 }
 
 bool RevokedNames::contains(std::string_view role, std::string_view name, Instant now) {
   if (!was_read_ || now - read_ >= kPeriod) {
-    names_ = read_revoked_names(file_);
+    names_ = read_revoked_names(file_).value_or(NameSet());
     was_read_ = true;
     read_ = now;
   }

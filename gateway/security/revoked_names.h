@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <functional>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -14,8 +15,11 @@
 
 namespace linegate::security {
 
-// "ROLE/NAME" of each. Empty if the file cannot be read.
-std::set<std::string, std::less<>> read_revoked_names(const std::string& file);
+using NameSet = std::set<std::string, std::less<>>;
+
+// "ROLE/NAME" of each revoked identity, one per line. Nothing if the file cannot be read. A last
+// line without a line end is ignored: `cp` has written a part of the file only.
+std::optional<NameSet> read_revoked_names(const std::string& file);
 
 class RevokedNames {
  public:
@@ -29,7 +33,7 @@ class RevokedNames {
 
  private:
   std::string file_;
-  std::set<std::string, std::less<>> names_;
+  NameSet names_;
   bool was_read_ = false;
   Instant read_{};
 };

@@ -2,6 +2,7 @@
 // The authority of a plant, its identities, and the findings of their check.
 #include <algorithm>
 #include <chrono>
+#include <csignal>
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
@@ -12,6 +13,7 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -42,6 +44,26 @@ bool run(const std::string& command) {
   return std::system(("(" + command + ") >/dev/null 2>&1").c_str()) == 0;
 }
 
+// As a full disk: no file becomes longer than `size` octets.
+class FileSizeLimit {
+ public:
+  explicit FileSizeLimit(rlim_t size) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
+    EXPECT_EQ(::getrlimit(RLIMIT_FSIZE, &before_), 0);
+    const rlimit limit{size, before_.rlim_max};
+    EXPECT_EQ(::setrlimit(RLIMIT_FSIZE, &limit), 0);
+  }
+  ~FileSizeLimit() {
+    ::setrlimit(RLIMIT_FSIZE, &before_);
+    std::signal(SIGXFSZ, handler_);
+  }
+  FileSizeLimit(const FileSizeLimit&) = delete;
+  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
+
+ private:
+  rlimit before_{};
+  void (*handler_)(int);
+};
+
 class Authority : public testing::Test {
  protected:
   Authority() { EXPECT_EQ(init(plant.string()), ""); }
@@ -49,6 +71,14 @@ class Authority : public testing::Test {
 
   std::string issue_as(const std::string& name, Role role, bool renew = false, int days = 60) {
     return issue(plant.string(), {{.name = name, .role = role}, days, renew});
+  }
+  // Every file and folder below the folder, in order.
+  static std::vector<std::string> entries(const files::path& folder) {
+    std::vector<std::string> out;
+    for (const auto& each : files::recursive_directory_iterator(folder))
+      out.push_back(each.path().lexically_relative(folder).string());
+    std::sort(out.begin(), out.end());
+    return out;
   }
   // The findings of the identity, one per line, without the folder.
   std::string findings(const files::path& folder, std::time_t after = 0) const {
@@ -192,6 +222,150 @@ TEST_F(Authority, ARunningGatewayReadsRevokedNamesAgain) {
                    files::copy_options::overwrite_existing);
   EXPECT_FALSE(revoked.contains("operator", "alice", later + RevokedNames::kPeriod));
   EXPECT_TRUE(revoked.contains("engineer", "alice", later + RevokedNames::kPeriod));
+}
+
+TEST_F(Authority, ARevocationThatFailedIsCompletedByTheNextOne) {
+  for (const char* name : {"alice", "bob", "carol", "dave"})
+    ASSERT_EQ(issue_as(name, Role::operator_), "");
+  // No file can replace a folder.
+  for (const char* file : {kRevocationsFile, kRevokedNamesFile}) {
+    files::remove(plant / "bob" / file);
+    files::create_directory(plant / "bob" / file);
+  }
+  const std::string failed = revoke(plant.string(), "alice");
+  for (const char* file : {kRevocationsFile, kRevokedNamesFile}) {
+    EXPECT_NE(failed.find((plant / "bob" / file).string() + " cannot be written"),
+              std::string::npos)
+        << failed;
+    for (const char* name : {"alice", "carol", "dave"})
+      EXPECT_EQ(content(plant / name / file), content(plant / file)) << name << " " << file;
+    EXPECT_FALSE(files::exists(plant / "bob" / (std::string(file) + ".new")));
+    files::remove(plant / "bob" / file);
+  }
+  EXPECT_EQ(revoke(plant.string(), "alice"), "\"alice\" is revoked already");
+  for (const char* file : {kRevocationsFile, kRevokedNamesFile})
+    EXPECT_EQ(content(plant / "bob" / file), content(plant / file)) << file;
+  EXPECT_EQ(content(plant / "bob" / kRevokedNamesFile), "operator/alice\n");
+}
+
+TEST_F(Authority, TheNameIsRevokedEvenIfTheListCannotBeWritten) {
+  ASSERT_EQ(issue_as("alice", Role::operator_), "");
+  const std::string list = content(plant / kRevocationsFile);
+  {
+    const FileSizeLimit limit(list.size() / 2);
+    EXPECT_NE(revoke(plant.string(), "alice").find("revoked.crl cannot be written: File too large"),
+              std::string::npos);
+  }
+  EXPECT_EQ(content(plant / kRevocationsFile), list);
+  EXPECT_EQ(content(plant / "alice" / kRevokedNamesFile), "operator/alice\n");
+  EXPECT_EQ(content(plant / kRevokedNamesFile), "operator/alice\n");
+  ASSERT_EQ(revoke(plant.string(), "alice"), "");
+  EXPECT_EQ(findings(plant / "alice"), "identity.crt is revoked: issue the identity again\n");
+}
+
+TEST_F(Authority, AnAuthorityWithoutRevokedNamesIsNamed) {
+  ASSERT_EQ(issue_as("alice", Role::operator_), "");
+  files::remove(plant / kRevokedNamesFile);
+  const std::string expected = (plant / kRevokedNamesFile).string() +
+                               " cannot be read: copy it from the folder of an identity";
+  EXPECT_EQ(revoke(plant.string(), "alice"), expected);
+  EXPECT_EQ(issue_as("bob", Role::viewer), expected);
+  EXPECT_FALSE(files::exists(plant / "bob"));
+}
+
+TEST_F(Authority, IssuingAgainUpdatesTheRevokedNamesOfAllIdentities) {
+  ASSERT_EQ(issue_as("plant", Role::gateway), "");
+  ASSERT_EQ(issue_as("alice", Role::operator_), "");
+  ASSERT_EQ(revoke(plant.string(), "alice"), "");
+  ASSERT_EQ(content(plant / "plant" / kRevokedNamesFile), "operator/alice\n");
+  ASSERT_EQ(issue_as("alice", Role::operator_), "");
+  for (const char* folder : {".", "plant", "alice"})
+    EXPECT_EQ(content(plant / folder / kRevokedNamesFile), "") << folder;
+}
+
+TEST_F(Authority, ANameRemainsRevokedIfItCannotBeIssuedAgain) {
+  ASSERT_EQ(issue_as("plant", Role::gateway), "");
+  ASSERT_EQ(issue_as("alice", Role::operator_), "");
+  ASSERT_EQ(revoke(plant.string(), "alice"), "");
+  std::ofstream(plant / ".replaced") << "prevents the last step before the replacement";
+  EXPECT_NE(issue_as("alice", Role::operator_), "");
+  for (const char* folder : {".", "plant", "alice"})
+    EXPECT_EQ(content(plant / folder / kRevokedNamesFile), "operator/alice\n") << folder;
+  EXPECT_FALSE(files::exists(plant / ".alice.new"));
+}
+
+TEST_F(Authority, AnIssueThatReachedNotAllIdentitiesIsCompletedByARenewal) {
+  ASSERT_EQ(issue_as("plant", Role::gateway), "");
+  ASSERT_EQ(issue_as("alice", Role::operator_), "");
+  ASSERT_EQ(revoke(plant.string(), "alice"), "");
+  files::remove(plant / "plant" / kRevokedNamesFile);
+  files::create_directory(plant / "plant" / kRevokedNamesFile);
+  EXPECT_NE(issue_as("alice", Role::operator_).find("\"alice\" was issued, but "),
+            std::string::npos);
+  EXPECT_EQ(findings(plant / "alice"), "");
+  files::remove(plant / "plant" / kRevokedNamesFile);
+  ASSERT_EQ(issue_as("alice", Role::operator_, true), "");
+  EXPECT_EQ(content(plant / "plant" / kRevokedNamesFile), "");
+  EXPECT_TRUE(files::exists(plant / "plant" / kRevokedNamesFile));
+}
+
+TEST_F(Authority, ARenewalReplacesIdentitiesOnly) {
+  const std::string key = content(plant / "ca.key");
+  files::create_directory(plant / "notes");
+  std::ofstream(plant / "notes" / "text") << "of a person";
+  std::ofstream(plant / "list") << "of a person";
+  files::create_symlink(plant / "nowhere", plant / "link");
+  const auto before = entries(plant);
+  for (const char* name : {kCaFile, "ca.key", kGovernanceFile, kRevocationsFile, kRevokedNamesFile,
+                           "ca.key.new", "revoked.crl.new"}) {
+    EXPECT_EQ(issue_as(name, Role::viewer, true),
+              "\"" + std::string(name) + "\" is a file of the authority: use another name");
+  }
+  for (const bool renew : {false, true}) {
+    for (const char* name : {"notes", "list", "link"}) {
+      EXPECT_EQ(issue_as(name, Role::viewer, renew),
+                (plant / name).string() +
+                    " exists, and is no identity, because it has no readable identity.crt: use "
+                    "another name, or move it to another place");
+    }
+  }
+  EXPECT_EQ(entries(plant), before);
+  EXPECT_EQ(content(plant / "ca.key"), key);
+}
+
+TEST_F(Authority, AFailedInitLeavesNothing) {
+  const files::path made = top / "made";
+  const files::path empty = top / "empty";
+  files::create_directory(empty);
+  {
+    const FileSizeLimit limit(400);  // the key is shorter, the governance longer
+    EXPECT_EQ(init(made.string()),
+              (made / kGovernanceFile).string() + " cannot be written: File too large");
+    EXPECT_NE(init(empty.string()), "");
+  }
+  EXPECT_FALSE(files::exists(made));
+  EXPECT_TRUE(files::is_empty(empty));
+  EXPECT_EQ(init(made.string()), "");
+  EXPECT_EQ(init(empty.string()), "");
+}
+
+TEST_F(Authority, AFailedInitRemovesNoFileFromBefore) {
+  const files::path folder = top / "moved";
+  files::create_directory(folder);
+  std::ofstream(folder / kRevokedNamesFile) << "operator/alice\n";
+  EXPECT_NE(init(folder.string()).find("the folder has an authority already"), std::string::npos);
+  EXPECT_EQ(content(folder / kRevokedNamesFile), "operator/alice\n");
+}
+
+TEST_F(Authority, AFailedCommandLeavesNoFileBesideTheOldOne) {
+  ASSERT_EQ(issue_as("alice", Role::operator_), "");
+  const auto before = entries(plant);
+  {
+    const FileSizeLimit limit(100);
+    EXPECT_NE(revoke(plant.string(), "alice"), "");
+    EXPECT_NE(issue_as("bob", Role::viewer), "");
+  }
+  EXPECT_EQ(entries(plant), before);
 }
 
 TEST_F(Authority, ACommandThatWasKilledLeavesNoHalfIdentity) {
