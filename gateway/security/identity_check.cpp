@@ -29,9 +29,12 @@ class Check {
       return std::move(found_);
     check_certificates();
     check_key();
-    if (certificate_ && !identity_of(folder_))
+    const auto identity = identity_of(folder_);
+    if (certificate_ && !identity)
       report(kCertificateFile,
              "names no role: its subject needs OU=gateway, viewer, operator or engineer, and a CN");
+    if (identity && identity->role == Role::gateway)
+      check_file(kRevokedNamesFile);
     if (ca_ && certificate_) {
       check_revocations();
       document(kGovernanceFile, "<domain_access_rules>");

@@ -20,12 +20,15 @@ std::optional<NameSet> read_revoked_names(const std::string& file) {
 }
 
 bool RevokedNames::contains(std::string_view role, std::string_view name, Instant now) {
-  if (!was_read_ || now - read_ >= kPeriod) {
-    names_ = read_revoked_names(file_).value_or(NameSet());
-    was_read_ = true;
-    read_ = now;
+  if (!was_tried_ || now - tried_ >= kPeriod) {
+    if (auto read = read_revoked_names(file_)) {
+      names_.merge(*read);
+      is_known_ = true;
+    }
+    was_tried_ = true;
+    tried_ = now;
   }
-  return names_.contains(std::string(role).append("/").append(name));
+  return !is_known_ || names_.contains(std::string(role).append("/").append(name));
 }
 
 }  // namespace linegate::security

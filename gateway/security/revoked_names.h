@@ -21,6 +21,9 @@ using NameSet = std::set<std::string, std::less<>>;
 // line without a line end is ignored: `cp` has written a part of the file only.
 std::optional<NameSet> read_revoked_names(const std::string& file);
 
+// A name that was read once remains revoked, even if the file no longer has it: the certificate
+// that was revoked has the same subject as the one that was issued again, and the participant
+// still has the revoked.crl of its start. So only a new process accepts that name again.
 class RevokedNames {
  public:
   static constexpr Duration kPeriod = std::chrono::seconds(5);
@@ -28,14 +31,16 @@ class RevokedNames {
   // file: kRevokedNamesFile of an identity.
   explicit RevokedNames(std::string file) : file_(std::move(file)) {}
 
-  // Reads the file again if the last time was kPeriod before `now`. From one thread at a time.
+  // Reads the file again if the last time was kPeriod before `now`. True for each name as long as
+  // the file could never be read. From one thread at a time.
   bool contains(std::string_view role, std::string_view name, Instant now);
 
  private:
   std::string file_;
-  NameSet names_;
-  bool was_read_ = false;
-  Instant read_{};
+  NameSet names_;           // of each time that the file could be read
+  bool is_known_ = false;   // the file could be read at least once
+  bool was_tried_ = false;  // to read it
+  Instant tried_{};
 };
 
 }  // namespace linegate::security

@@ -217,11 +217,61 @@ TEST_F(Authority, ARunningGatewayReadsRevokedNamesAgain) {
   EXPECT_TRUE(revoked.contains("operator", "alice", later));
   EXPECT_TRUE(revoked.contains("engineer", "alice", later)) << "the renewed certificate, too";
   EXPECT_FALSE(revoked.contains("operator", "alic", later));
+}
+
+// The certificate that was stolen has the subject of the one that was issued again.
+TEST_F(Authority, ANameIssuedAgainRemainsRevokedInARunningGateway) {
+  ASSERT_EQ(issue_as("plant", Role::gateway), "");
   ASSERT_EQ(issue_as("alice", Role::operator_), "");
-  files::copy_file(plant / kRevokedNamesFile, plant / "plant" / kRevokedNamesFile,
-                   files::copy_options::overwrite_existing);
-  EXPECT_FALSE(revoked.contains("operator", "alice", later + RevokedNames::kPeriod));
-  EXPECT_TRUE(revoked.contains("engineer", "alice", later + RevokedNames::kPeriod));
+  ASSERT_EQ(revoke(plant.string(), "alice"), "");
+  const std::string file = (plant / "plant" / kRevokedNamesFile).string();
+  RevokedNames running(file);
+  const Instant start{std::chrono::hours(1)};
+  EXPECT_TRUE(running.contains("operator", "alice", start));
+  ASSERT_EQ(issue_as("alice", Role::operator_), "");
+  EXPECT_EQ(content(file), "") << "the name is permitted again";
+  EXPECT_TRUE(running.contains("operator", "alice", start + RevokedNames::kPeriod));
+  EXPECT_FALSE(RevokedNames(file).contains("operator", "alice", start)) << "a new process";
+}
+
+TEST_F(Authority, ARunningGatewayKeepsItsRevokedNamesWithoutTheFile) {
+  ASSERT_EQ(issue_as("plant", Role::gateway), "");
+  ASSERT_EQ(issue_as("alice", Role::operator_), "");
+  ASSERT_EQ(revoke(plant.string(), "alice"), "");
+  const files::path file = plant / "plant" / kRevokedNamesFile;
+  RevokedNames running(file.string());
+  Instant now{std::chrono::hours(1)};
+  ASSERT_TRUE(running.contains("operator", "alice", now));
+  std::ofstream(file) << "";
+  EXPECT_TRUE(running.contains("operator", "alice", now += RevokedNames::kPeriod)) << "empty";
+  files::remove(file);
+  EXPECT_TRUE(running.contains("operator", "alice", now += RevokedNames::kPeriod)) << "missing";
+  files::create_directory(file);
+  EXPECT_TRUE(running.contains("operator", "alice", now += RevokedNames::kPeriod)) << "unreadable";
+  EXPECT_FALSE(running.contains("viewer", "bob", now));
+}
+
+TEST_F(Authority, EveryNameIsRevokedUntilTheFileWasRead) {
+  const files::path file = top / kRevokedNamesFile;
+  RevokedNames running(file.string());
+  const Instant start{std::chrono::hours(1)};
+  EXPECT_TRUE(running.contains("operator", "bob", start)) << "missing";
+  files::create_directory(file);
+  EXPECT_TRUE(running.contains("operator", "bob", start + RevokedNames::kPeriod)) << "unreadable";
+  files::remove(file);
+  std::ofstream(file) << "operator/alice\n";
+  EXPECT_FALSE(running.contains("operator", "bob", start + 2 * RevokedNames::kPeriod));
+}
+
+TEST_F(Authority, APartOfANameIsNotRevoked) {
+  const files::path file = top / kRevokedNamesFile;
+  std::ofstream(file) << "operator/alice\noperator/bob";  // cp has not written "by\n" yet
+  RevokedNames running(file.string());
+  const Instant start{std::chrono::hours(1)};
+  EXPECT_TRUE(running.contains("operator", "alice", start));
+  std::ofstream(file) << "operator/alice\noperator/bobby\n";
+  EXPECT_TRUE(running.contains("operator", "bobby", start + RevokedNames::kPeriod));
+  EXPECT_FALSE(running.contains("operator", "bob", start + RevokedNames::kPeriod));
 }
 
 TEST_F(Authority, ARevocationThatFailedIsCompletedByTheNextOne) {
@@ -484,6 +534,24 @@ TEST_F(Check, AGatewayNeedsItsOwnIdentity) {
             "is of operator \"alice\": a gateway needs an identity of role gateway with its own "
             "name, \"alice\"");
   EXPECT_TRUE(check_gateway("", "any", 0).empty()) << "without DDS-Security";
+}
+
+TEST_F(Check, AGatewayNeedsItsRevokedNames) {
+  ASSERT_EQ(issue_as("hall-7", Role::gateway), "");
+  const auto check = [&] {
+    return check_gateway((plant / "hall-7").string(), "hall-7", std::time(nullptr));
+  };
+  files::remove(plant / "hall-7" / kRevokedNamesFile);
+  ASSERT_EQ(check().size(), 1U);
+  EXPECT_EQ(check()[0].text, "is missing: copy the whole folder of the identity");
+  EXPECT_EQ(check()[0].file, (plant / "hall-7" / kRevokedNamesFile).string());
+  EXPECT_EQ(check()[0].severity, Severity::error);
+  EXPECT_EQ(findings(plant / "hall-7"),
+            "revoked.names is missing: copy the whole folder of the identity\n");
+  files::create_directory(plant / "hall-7" / kRevokedNamesFile);
+  EXPECT_EQ(findings(plant / "hall-7"), "revoked.names cannot be read by this user\n");
+  files::remove(alice / kRevokedNamesFile);
+  EXPECT_EQ(findings(alice), "") << "only a gateway reads it";
 }
 
 TEST(Documents, EachTopicOfTheContractHasItsPlace) {
