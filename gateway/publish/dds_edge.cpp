@@ -151,7 +151,10 @@ class Requests final : public dds::GatewayHandler {
 
 class DdsEdge final : public DataEdge {
  public:
-  explicit DdsEdge(std::unique_ptr<dds::GatewayBridge> bridge) : bridge_(std::move(bridge)) {}
+  // revoked: null without DDS-Security.
+  DdsEdge(std::unique_ptr<dds::GatewayBridge> bridge,
+          std::shared_ptr<security::RevokedNames> revoked)
+      : bridge_(std::move(bridge)), revoked_(std::move(revoked)) {}
 
   bool add_line(const std::string& line) override { return bridge_->add_line(line); }
   void remove_line(const std::string& line) override { bridge_->remove_line(line); }
@@ -208,6 +211,8 @@ class DdsEdge final : public DataEdge {
   std::vector<std::string> other_gateways() const override { return bridge_->other_gateways(); }
 
   void poll(Duration timeout, RequestHandler& handler) override {
+    if (revoked_)
+      revoked_->update(monotonic_now());
     Requests requests(handler);
     bridge_->poll(timeout, requests);
   }
@@ -219,6 +224,7 @@ class DdsEdge final : public DataEdge {
 
  private:
   std::unique_ptr<dds::GatewayBridge> bridge_;
+  std::shared_ptr<security::RevokedNames> revoked_;  // used by the thread that polls
   dds::guard::Report guard_;
 };
 
@@ -255,15 +261,15 @@ Loaded<std::unique_ptr<DataEdge>> make_dds_edge(const config::Plant& plant,
   options.profile_file = plant.dds_profile;
   options.guard = plant.dds_guard;
   options.last_words = plant.dds_last_words;
+  std::shared_ptr<security::RevokedNames> revoked;
   if (!plant.dds_security.empty()) {
     const security::Files files = security::files_in(plant.dds_security);
     options.security = to_dds(files);
     options.security.request_partition = security::requests_of_gateway(plant.gateway);
-    options.security.is_holder =
-        [revoked = std::make_shared<security::RevokedNames>(files.revoked_names)](
-            const auto& prefix, auto right, auto name) {
-          return is_holder(prefix, right, name, *revoked);
-        };
+    revoked = std::make_shared<security::RevokedNames>(files.revoked_names);
+    options.security.is_holder = [revoked](const auto& prefix, auto right, auto name) {
+      return is_holder(prefix, right, name, *revoked);
+    };
   }
   for (const auto& line : plant.lines) {
     options.lines.push_back(line.config.name);
@@ -273,7 +279,7 @@ Loaded<std::unique_ptr<DataEdge>> make_dds_edge(const config::Plant& plant,
   Loaded<std::unique_ptr<DataEdge>> out;
   out.diagnostics = std::move(made.diagnostics);
   if (made.value) {
-    out.value = std::make_unique<DdsEdge>(std::move(*made.value));
+    out.value = std::make_unique<DdsEdge>(std::move(*made.value), std::move(revoked));
   }
   return out;
 }

@@ -19,7 +19,7 @@ std::optional<NameSet> read_revoked_names(const std::string& file) {
   return out;
 }
 
-bool RevokedNames::contains(std::string_view role, std::string_view name, Instant now) {
+void RevokedNames::update(Instant now) {
   if (!was_tried_ || now - tried_ >= kPeriod) {
     if (auto read = read_revoked_names(file_)) {
       names_.merge(*read);
@@ -28,6 +28,10 @@ bool RevokedNames::contains(std::string_view role, std::string_view name, Instan
     was_tried_ = true;
     tried_ = now;
   }
+}
+
+bool RevokedNames::contains(std::string_view role, std::string_view name, Instant now) {
+  update(now);
   return !is_known_ || names_.contains(std::string(role).append("/").append(name));
 }
 

@@ -31,8 +31,12 @@ class RevokedNames {
   // file: kRevokedNamesFile of an identity.
   explicit RevokedNames(std::string file) : file_(std::move(file)) {}
 
-  // Reads the file again if the last time was kPeriod before `now`. True for each name as long as
-  // the file could never be read. From one thread at a time.
+  // Reads the file again if the last time was kPeriod before `now`. To call without requests too:
+  // a name may be revoked and issued again between two requests. From one thread at a time.
+  void update(Instant now);
+
+  // Updates first. True for each name as long as the file could never be read. From the same thread
+  // as update().
   bool contains(std::string_view role, std::string_view name, Instant now);
 
  private:

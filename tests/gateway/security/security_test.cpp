@@ -234,6 +234,18 @@ TEST_F(Authority, ANameIssuedAgainRemainsRevokedInARunningGateway) {
   EXPECT_FALSE(RevokedNames(file).contains("operator", "alice", start)) << "a new process";
 }
 
+TEST_F(Authority, ANameRevokedAndIssuedAgainBetweenTwoRequestsRemainsRevoked) {
+  ASSERT_EQ(issue_as("plant", Role::gateway), "");
+  ASSERT_EQ(issue_as("alice", Role::operator_), "");
+  RevokedNames running((plant / "plant" / kRevokedNamesFile).string());
+  const Instant start{std::chrono::hours(1)};
+  EXPECT_FALSE(running.contains("operator", "alice", start));
+  ASSERT_EQ(revoke(plant.string(), "alice"), "");
+  running.update(start + RevokedNames::kPeriod);
+  ASSERT_EQ(issue_as("alice", Role::operator_), "");
+  EXPECT_TRUE(running.contains("operator", "alice", start + 2 * RevokedNames::kPeriod));
+}
+
 TEST_F(Authority, ARunningGatewayKeepsItsRevokedNamesWithoutTheFile) {
   ASSERT_EQ(issue_as("plant", Role::gateway), "");
   ASSERT_EQ(issue_as("alice", Role::operator_), "");
