@@ -148,7 +148,6 @@ class RemotePort final : public SamplePort {
   bool ready_ = false;         // it has created its endpoints
   EndpointStatus status_;      // of that process
   EndpointStatus before_;      // sums of the counters of all processes before it
-  std::uint64_t lost_ = 0;
 
   // Used by the polling thread.
   PortMessage received_;  // empty: none

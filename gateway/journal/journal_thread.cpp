@@ -298,10 +298,10 @@ std::vector<NumberLimit> JournalThread::limits(bool all) const {
     }
   }
   // A file that replaces a damaged one has the numbers of lines that this run has not, too
-  for (const auto& [name, number] : earlier_) {
-    if (all && !std::ranges::any_of(known_,
-                                    [&](const NumberedLine* line) { return line->name == name; })) {
-      out.push_back({name, number});
+  for (const auto& earlier : earlier_) {
+    const auto is_it = [&](const NumberedLine* line) { return line->name == earlier.first; };
+    if (all && !std::ranges::any_of(known_, is_it)) {
+      out.push_back({earlier.first, earlier.second});
     }
   }
   return out;
