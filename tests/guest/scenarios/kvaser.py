@@ -71,8 +71,8 @@ def scenario():
     check("hall: and its mode", line["properties"]["listen-only"] == "off")
     check(
         "hall: the log says that the configuration has another bit rate",
-        "can0?bitrate=250000&sample-point=0.75&restart-ms=200 runs at 250000 bit/s, and the configuration of the line "
-        "says 500000 bit/s" in gateway.text(),
+        "can0?bitrate=250000&sample-point=0.75&restart-ms=200 runs at 250000 bit/s, but the configuration of the line "
+        "has 500000 bit/s" in gateway.text(),
     )
 
     subprocess.run("ip link set can2 type can bitrate 250000".split(), check=True)
