@@ -97,9 +97,9 @@ TEST_F(GatewayTest, CarriesOutCommandsAsFarAsTheLineAllows) {
   EXPECT_EQ(call(at("closed"), nmt).reply.error, line::to_error(line::Refusal::not_permitted));
   EXPECT_TRUE(until([&] { return seen_.happened("closed", EventKind::command_refused); }));
 
-  const auto told = call_gateway(at("closed"), request::Versions{});
-  EXPECT_EQ(std::string(reinterpret_cast<const char*>(told.reply.bytes().data()),
-                        told.reply.bytes().size()),
+  const auto answered = call_gateway(at("closed"), request::Versions{});
+  EXPECT_EQ(std::string(reinterpret_cast<const char*>(answered.reply.bytes().data()),
+                        answered.reply.bytes().size()),
             gateway::versions());
 
   EXPECT_EQ(call(at("open", kIncarnation + 1), sdo_read(5, 0x1000, 0)).reply.error,
