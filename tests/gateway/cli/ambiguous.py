@@ -79,7 +79,7 @@ def lists_have_all(plant, gateways):
 
 
 def test(folder, linegated, linegate, profiles):
-    plant = plant_process.Plant(linegated, linegate, profiles, str(190 + os.getpid() % 8))
+    plant = plant_process.Plant(linegated, linegate, profiles, plant_process.own_domain())
     processes = {gateway: start(plant, folder, gateway) for gateway in GATEWAYS}
     try:
         until("four gateways that discovered each other", lambda: each_has_discovered_the_others(plant, GATEWAYS))

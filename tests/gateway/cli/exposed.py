@@ -10,7 +10,7 @@ import os
 import signal
 import subprocess
 
-from plant_process import Failure, PATIENCE, SOURCES, run_test, write
+from plant_process import Failure, PATIENCE, SOURCES, own_domain, run_test, write
 
 OPEN_PROFILES = os.path.join(SOURCES, "deploy", "dds", "linegate-profiles.xml")
 WARNING = "DDS is open without DDS-Security"
@@ -30,7 +30,7 @@ lines:
 
 def log_of(linegated, plant, profiles):
     """Returns the log of a gateway that started, was reloaded and ended."""
-    domain = str(200 + os.getpid() % 10)  # lower numbers are used by tests/dds/own_domain.h
+    domain = own_domain()
     process = subprocess.Popen([linegated, plant, "--dds-domain", domain, "--dds-profile", profiles],
                                stderr=subprocess.PIPE, text=True)
     log = ""

@@ -71,7 +71,7 @@ def check_share(caused):
 
 
 def test(folder, linegated, linegate, profiles, request_flood):
-    domain = str(188 + os.getpid() % 2)
+    domain = plant_process.own_domain()
     plant = plant_process.Plant(linegated, linegate, profiles, domain)
     record = os.path.join(folder, "hall.log")
     eds = os.path.join(plant_process.EDS, "digital-io.eds")

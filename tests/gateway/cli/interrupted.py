@@ -11,6 +11,8 @@ import subprocess
 import sys
 import time
 
+from plant_process import own_domain
+
 PATIENCE = 60  # seconds; the command itself would wait far longer
 
 
@@ -20,7 +22,7 @@ def is_waiting(process):
 
 
 def main(linegate, profiles):
-    domain = str(190 + os.getpid() % 10)  # lower numbers are used by tests/dds/own_domain.h
+    domain = own_domain()
     command = [linegate, "--profile", profiles, "--domain", domain, "--wait", "3600", "nodes"]
     with subprocess.Popen(command) as process:
         try:

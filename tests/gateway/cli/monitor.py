@@ -16,7 +16,7 @@ import subprocess
 import termios
 import time
 
-from plant_process import Console, EDS, Failure, PATIENCE, run_test, write
+from plant_process import Console, EDS, Failure, PATIENCE, own_domain, run_test, write
 
 PLANT = """schema: 1
 gateway: {{name: monitored}}
@@ -161,7 +161,7 @@ class Terminal:
 
 class Bench(Console):
     def __init__(self, linegated, linegate, profiles, folder):
-        domain = str(220 + os.getpid() % 10)  # lower numbers are used by tests/dds/own_domain.h
+        domain = own_domain()
         super().__init__(linegate, profiles, domain,
                          {**os.environ, "TERMINFO": folder, "TERM": "lgtest", "LC_ALL": "C"})
         subprocess.run(["tic", "-x", "-o", folder, write(os.path.join(folder, "lgtest.ti"), TERMINAL)], check=True)

@@ -9,6 +9,7 @@ import contextlib
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -17,6 +18,7 @@ import time
 PATIENCE = 60  # seconds
 SOURCES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "..")
 EDS = os.path.join(SOURCES, "bridges", "sim", "eds")
+HELD = []  # sockets whose names reserve DDS domains
 INSIDE = "--inside"  # last argument of a program that runs in a separate network namespace
 
 
@@ -38,6 +40,22 @@ def until(what, condition):
             raise Failure(f"not within {PATIENCE} s: {what}")
         time.sleep(0.2)
     return found
+
+
+def own_domain():
+    """Returns a DDS domain that no other program of these tests uses until this one ends, even if it is killed. Lower
+    numbers are those of tests/dds/own_domain.h."""
+    for i in range(30):
+        domain = 200 + (os.getpid() + i) % 30
+        held = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        try:
+            held.bind(f"\0linegate-test-domain-{domain}")  # a name without a file
+        except OSError:
+            held.close()
+            continue
+        HELD.append(held)
+        return str(domain)
+    raise Failure("every DDS domain is in use")
 
 
 def write(path, text):

@@ -39,7 +39,7 @@ EDS = os.path.join(plant_process.EDS, "digital-io.eds")
 
 class Gateway(Console):
     def __init__(self, linegated, linegate, profiles, folder):
-        domain = str(210 + os.getpid() % 10)  # lower numbers are used by tests/dds/own_domain.h
+        domain = plant_process.own_domain()
         super().__init__(linegate, profiles, domain)
         self.head = HEAD.format(domain=domain, profiles=profiles)
         self.plant = os.path.join(folder, "plant.yaml")

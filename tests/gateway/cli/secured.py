@@ -12,7 +12,7 @@ import os
 import shutil
 import subprocess
 
-from plant_process import Failure, PATIENCE, end, expect, run_test, stop, until, write
+from plant_process import Failure, PATIENCE, end, expect, own_domain, run_test, stop, until, write
 
 PLANT = """schema: 1
 gateway: {name: plant}
@@ -42,7 +42,7 @@ class Secured:
 
     def __init__(self, folder, linegated, linegate, profiles):
         self.folder, self.linegated, self.linegate = folder, linegated, linegate
-        self.domain = str(200 + os.getpid() % 10)  # lower numbers are used by tests/dds/own_domain.h
+        self.domain = own_domain()
         self.profiles = profiles
         self.identities = os.path.join(folder, "identities")
         self.stolen = os.path.join(folder, "stolen")  # not below the authority, which updates its subfolders

@@ -15,7 +15,7 @@ import subprocess
 import tempfile
 import time
 
-from plant_process import Failure, PATIENCE, run_test, write
+from plant_process import Failure, PATIENCE, own_domain, run_test, write
 
 WATCHDOG = 1.0  # seconds
 FORCED = 70  # gateway/runtime/exit_code.h
@@ -178,7 +178,7 @@ def with_service(folder, command, body):
 
 
 def test(folder, linegated, profiles):
-    domain = 200 + os.getpid() % 10  # lower numbers are used by tests/dds/own_domain.h
+    domain = own_domain()
     plant = write(os.path.join(folder, "plant.yaml"), PLANT.format(domain=domain, profile=profiles))
     command = [linegated, plant]
     check_journal(with_service(folder, command, run))

@@ -90,7 +90,7 @@ def a_value_is_held_and_then_0(plant):
 
 
 def test(folder, linegated, linegate, profiles):
-    plant = plant_process.Plant(linegated, linegate, profiles, str(188 + os.getpid() % 2))
+    plant = plant_process.Plant(linegated, linegate, profiles, plant_process.own_domain())
     text = PLANT.format(eds=os.path.join(plant_process.EDS, "digital-io.eds"))
     with plant.running(write(os.path.join(folder, "plant.yaml"), text)):
         plant.await_operational("press", 1)
