@@ -29,6 +29,7 @@ SharedIds::Evidence SharedIds::heartbeat(std::uint8_t id, nmt::State state, Inst
     node.producer_time = producer_time;
     node.last = kNever;
     node.times = 0;
+    node.steady = {};
   }
   const bool known = node.last != kNever;
   const Duration time = known ? now - node.last : Duration{};
@@ -44,6 +45,8 @@ SharedIds::Evidence SharedIds::heartbeat(std::uint8_t id, nmt::State state, Inst
     node.changes = node.state != state
                        ? static_cast<std::uint8_t>(std::min<unsigned>(node.changes + 1U, kChanges))
                        : std::uint8_t{0};
+    const Duration period = steady_period(node);
+    node.steady = period != Duration::zero() ? period : node.steady;
   }
   node.last = now;
   node.state = state;
@@ -158,7 +161,16 @@ bool SharedIds::alternates(const Node& node) {
   const Duration sum = least[0] + least[1];
   const bool steady = most[0] - least[0] <= sum / kVaries && most[1] - least[1] <= sum / kVaries;
   const Duration gap = std::max(least[0], least[1]) - std::min(most[0], most[1]);
-  return steady && gap >= sum / kDiffers;
+  return steady && gap >= sum / kDiffers && !is_average_of_one(node, sum / 2);
+}
+
+// Whether one device sends with this average time between its heartbeats. Two with the same period
+// halve it.
+bool SharedIds::is_average_of_one(const Node& node, Duration average) {
+  if (node.producer_time != Duration::zero()) {
+    return average * 4 >= node.producer_time * 3;
+  }
+  return average * 4 >= node.steady * 3 && average * 4 <= node.steady * 5;
 }
 
 // Whether eight heartbeats arrived in a time in which one device would send about half of them.

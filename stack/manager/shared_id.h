@@ -6,7 +6,10 @@
 // twice as many heartbeats as it allows, whatever their distances. After a boot-up message the
 // heartbeats of the device that did not boot continue as before. Anything that one device can cause
 // is not counted: a shorter period that is not known, an additional heartbeat when its state
-// changes, a reboot with which its heartbeats begin again, an occasional repeated frame. Two
+// changes, a reboot with which its heartbeats begin again, an occasional repeated frame, times that
+// alternate because the bus delays every second heartbeat: their average remains the producer time,
+// or, if it is not known, the period of before. (So two devices that were heard from the beginning,
+// first with equal distances, are not detected if their producer time is not known.) Two
 // devices whose 1017h was written by one request send at the same time: each heartbeat seems to be
 // repeated.
 #pragma once
@@ -50,6 +53,7 @@ class SharedIds {
     bool repeated = false;     // the last heartbeat was repeated
     std::array<Duration, kTimes> between{};
     Duration producer_time{};
+    Duration steady{};  // the newest period that did not vary; 0 = not known
     // Before its boot-up message, if it was Operational:
     Duration period{};  // 0: it was not Operational, or not steady
     Instant heard{};
@@ -65,6 +69,7 @@ class SharedIds {
   static Duration steady_period(const Node& node);
   static bool goes_on(Node& node, nmt::State state, Instant now);
   static bool alternates(const Node& node);
+  static bool is_average_of_one(const Node& node, Duration average);
   static bool too_many(const Node& node);
 
   std::array<Node, can::kMaxNodeId + 1> nodes_{};

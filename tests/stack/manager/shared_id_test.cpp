@@ -46,6 +46,27 @@ TEST_F(SharedIdsTest, OneDeviceMayVaryAndChangeItsPeriod) {
   EXPECT_EQ(pairs(50, 500, 500), Evidence::none);
 }
 
+// Found by random plants (210000658): at 125 kbit/s other frames delayed every second heartbeat.
+TEST_F(SharedIdsTest, HeartbeatsThatABusyBusDelaysAreThoseOfOneDevice) {
+  EXPECT_EQ(pairs(3, 50, 51), Evidence::none);
+  EXPECT_EQ(pairs(20, 66, 34), Evidence::none) << "their average is the period of before";
+  EXPECT_EQ(pairs(20, 34, 17), Evidence::two_periods) << "their average is half of it";
+}
+
+TEST_F(SharedIdsTest, TimesThatAlternateAroundTheProducerTimeAreThoseOfOneDevice) {
+  const auto sign_of = [this](Duration first, Duration second) {
+    Evidence sign = Evidence::none;
+    for (int i = 0; i < 20 && sign == Evidence::none; ++i) {
+      sign = ids_.heartbeat(5, State::operational, now_ += i % 2 == 0 ? first : second,
+                            milliseconds(51));
+    }
+    return sign;
+  };
+  EXPECT_EQ(sign_of(milliseconds(67), milliseconds(35)), Evidence::none);
+  ids_.begin(5);
+  EXPECT_EQ(sign_of(milliseconds(31), milliseconds(20)), Evidence::two_periods);
+}
+
 TEST_F(SharedIdsTest, AHeartbeatBesidesIsNoSecondDevice) {
   for (int i = 0; i < 20; ++i) {
     EXPECT_EQ(after(100), Evidence::none);
