@@ -76,6 +76,18 @@ class Area {
     hot_.touched_in = hot.generation;
   }
 
+  // merge() and touch() of the PDO in one.
+  void receive(std::uint32_t offset, std::uint64_t word, std::uint64_t mask, std::size_t slot,
+               Instant time) {
+    LINEGATE_ASSERT_HOT(has(offset, mask) && slot < pdos(), "the bits and the PDO are in the area");
+    const Hot hot = hot_;
+    if (merge(hot, offset, word, mask) != 0) {
+      hot_.changed_in = hot.generation;
+    }
+    touch(hot, slot, time, 1);
+    hot_.touched_in = hot.generation;
+  }
+
   // A series of merges and touches without any other use of the area in between: state that no
   // frame changes stays in registers. changed() and touched() are updated at its end.
   class Series;

@@ -233,25 +233,25 @@ void NodeLine::do_stop(Instant now) {
   node_.command(nmt::Command::enter_pre_operational, now);
 }
 
-// Lines without routing pay for this one condition only: nothing is stored for later.
+// Lines without routing and LSS pay for these conditions only: nothing is stored for later.
 [[gnu::hot]] void NodeLine::do_receive(std::span<const can::Frame> frames) {
   own_objects_.pass_time(frames.empty() ? advanced_to_ : frames.back().time);
-  if (lss_.listens()) [[unlikely]] {
-    dirty_ = true;
-    lss_.hear(frames);
-  }
-  if (!routing_.takes_part()) {
-    node_.receive(frames);
+  if (lss_.listens() || routing_.takes_part()) [[unlikely]] {
+    receive_beside_others(frames);
     return;
   }
-  receive_and_route(frames);
+  node_.receive(frames);
 }
 
 // PDOs do not affect routing.
-void NodeLine::receive_and_route(std::span<const can::Frame> frames) {
+void NodeLine::receive_beside_others(std::span<const can::Frame> frames) {
+  if (lss_.listens()) {
+    dirty_ = true;
+    lss_.hear(frames);
+  }
   const std::uint64_t served = node_.served();
   node_.receive(frames);
-  if (node_.served() != served) {
+  if (routing_.takes_part() && node_.served() != served) {
     dirty_ = true;
     routing_.hand_on(frames.back().time);
   }

@@ -151,7 +151,7 @@ class NodeLine final : public Line,
   // --- the line itself --------------------------------------------------------------------------
   // For a line whose image was made from a scan.
   void report_found_layout(Instant now);
-  void receive_and_route(std::span<const can::Frame> frames);
+  void receive_beside_others(std::span<const can::Frame> frames);
   void malformed(const can::Target& target, const can::Frame& frame);
   void take_completions(Instant now);
   Input forwarded_input(std::size_t object) const;

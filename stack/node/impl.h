@@ -59,6 +59,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   // --- frames: receive.cpp ----------------------------------------------------------------------
   void receive(std::span<const can::Frame> frames);
   void receive(const can::Frame& frame);
+  void receive_one(const can::Frame& frame);
   void receive_others(std::span<const can::Frame> frames);
   bool answer_sdo_request(const can::Frame& frame);
   void serve_all(const can::Target* target, const can::Frame& frame);

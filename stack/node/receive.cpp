@@ -11,6 +11,11 @@ namespace {
 
 constexpr std::uint16_t kNodeBits = 0x7F;
 
+// Whether nothing but one RPDO uses the frame.
+inline bool is_rpdo(const can::Target* target) {
+  return target != nullptr && target->alone_of(can::Service::rpdo);
+}
+
 }  // namespace
 
 // Fast path of the most frequent SDO request to the default server. Returns false for other frames.
@@ -31,28 +36,43 @@ inline bool Node::Impl::answer_sdo_request(const can::Frame& frame) {
 // Processing a frame may change the table (a COB-ID is written, a reset), so a target is not used
 // after it was served.
 [[gnu::hot]] void Node::Impl::receive(std::span<const can::Frame> frames) {
+  if (frames.size() == 1 && !frames.front().extended()) {
+    receive_one(frames.front());
+    return;
+  }
   // This loop makes no call, so no registers have to be saved.
   while (!frames.empty() && answer_sdo_request(frames.front())) {
     frames = frames.subspan(1);
-  }
-  if (frames.size() == 1 && pdos.receive_alone(frames.front(), counters.received)) {
-    return;
   }
   if (!frames.empty()) {
     receive_others(frames);
   }
 }
 
+// Precondition: an 11-bit identifier.
+[[gnu::hot]] void Node::Impl::receive_one(const can::Frame& frame) {
+  const can::Target* const target = dispatch.find_standard(frame.id);
+  if (is_rpdo(target) ? pdos.receive_alone(target->index, frame, counters.received)
+                      : answer_sdo_request(frame)) {
+    return;
+  }
+  receive(frame);
+}
+
 [[gnu::hot]] void Node::Impl::receive_others(std::span<const can::Frame> frames) {
   while (!frames.empty()) {
-    const can::Target* const target = dispatch.find(frames.front());
+    const can::Frame& frame = frames.front();
+    const can::Target* const target = dispatch.find(frame);
     std::size_t taken = 0;
-    if (target != nullptr && target->alone_of(can::Service::rpdo)) {
-      taken = pdos.receive_ordinary(frames, counters.received);
+    if (is_rpdo(target)) {
+      const bool alone = frames.size() == 1 || !is_rpdo(dispatch.find(frames[1]));
+      taken = alone && !frame.extended()
+                  ? std::size_t{pdos.receive_alone(target->index, frame, counters.received)}
+                  : pdos.receive_ordinary(frames, counters.received);
     }
     if (taken == 0) {
-      if (!answer_sdo_request(frames.front())) {
-        receive(frames.front());
+      if (!answer_sdo_request(frame)) {
+        receive(frame);
       }
       taken = 1;
     }

@@ -148,8 +148,9 @@ class Engine {
   // be copied (or kept for SYNC). Returns their number, and adds them to traffic. Pass the next
   // frame to its service by Dispatch. Uses frame.time. No allocation, lock, exception.
   std::size_t receive_ordinary(std::span<const can::Frame> frames, can::Traffic& traffic);
-  // The same for one frame with an 11-bit identifier; false if it is not processed. Hot.
-  bool receive_alone(const can::Frame& frame, can::Traffic& traffic);
+  // The same for one frame whose only target is RPDO `slot` (can::Target::index); false if it is
+  // not processed. Hot.
+  bool receive_alone(std::uint16_t slot, const can::Frame& frame, can::Traffic& traffic);
   // Returns the oldest queued reception of the linked RPDOs with a queue (LinkedPdo::queue), in the
   // order of reception; false if there is none. A synchronous RPDO is queued at its reception,
   // before the SYNC. No allocation.

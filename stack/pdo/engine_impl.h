@@ -181,6 +181,8 @@ struct Engine::Impl final : od::Hook, od::Observer {
   void go_quiet();
 
   // --- reception (receive.cpp) ------------------------------------------------------------------
+  // The part of Engine::receive_alone() for frames that wait for SYNC.
+  bool keep_alone(std::uint16_t slot, const can::Frame& frame, can::Traffic& traffic);
   // See Engine::receive_ordinary().
   bool is_for_rpdo(const can::Frame& frame) const {
     const can::Target* const target = dispatch.find(frame);

@@ -6,31 +6,32 @@
 
 namespace linegate::pdo {
 
-// Like receive_series(), but without its fixed cost, which exceeds that of a frame. Makes no calls.
-[[gnu::hot]] bool Engine::receive_alone(const can::Frame& frame, can::Traffic& traffic) {
+// Like receive_series(), but without its fixed cost, which exceeds that of a frame. The frame that
+// is copied at once makes no calls.
+[[gnu::hot]] bool Engine::receive_alone(std::uint16_t slot, const can::Frame& frame,
+                                        can::Traffic& traffic) {
   Impl& engine = *impl_;
-  if (frame.extended() || engine.hears_frames) [[unlikely]] {
-    return false;
-  }
-  const can::Target* const target = engine.dispatch.find_standard(frame.id);
-  if (target == nullptr || !target->alone_of(can::Service::rpdo)) {
-    return false;
-  }
-  const std::uint16_t slot = target->index;
+  image::Area& inputs = *engine.inputs;
   const Rpdo& pdo = engine.rpdos[slot];
-  const std::uint8_t form = Rpdo::form(frame);
-  const std::uint32_t attention = engine.inputs->pdo(slot).attention;
+  if (Rpdo::form(frame) != pdo.at_once || inputs.pdo(slot).attention != 0 || engine.hears_frames) {
+    return engine.keep_alone(slot, frame, traffic);
+  }
+  traffic.add_standard(frame.length);
+  ++engine.counters.received;
   const auto word = load_le<std::uint64_t>(frame.data.data());
-  if (form == pdo.at_once && attention == 0) {
-    engine.inputs->merge(pdo.offset, pdo.to_image(word), pdo.mask);
-    engine.inputs->touch(slot, frame.time);
-    ++engine.counters.received;
-  } else if (form == pdo.deferred && attention <= image::PdoState::kNotValid) {
-    Shadows::Series(engine.shadows).keep(slot, word, frame.time);
-  } else {
+  inputs.receive(pdo.offset, pdo.to_image(word), pdo.mask, slot, frame.time);
+  return true;
+}
+
+[[gnu::hot, gnu::noinline]] bool Engine::Impl::keep_alone(std::uint16_t slot,
+                                                          const can::Frame& frame,
+                                                          can::Traffic& traffic) {
+  if (Rpdo::form(frame) != rpdos[slot].deferred || hears_frames ||
+      inputs->pdo(slot).attention > image::PdoState::kNotValid) {
     return false;
   }
   traffic.add_standard(frame.length);
+  Shadows::Series(shadows).keep(slot, load_le<std::uint64_t>(frame.data.data()), frame.time);
   return true;
 }
 
@@ -42,7 +43,11 @@ namespace linegate::pdo {
   }
   const bool alone = frames.size() == 1 || !engine.is_for_rpdo(frames[1]);
   if (alone && !frames.front().extended()) {
-    return receive_alone(frames.front(), traffic) ? 1 : 0;
+    const can::Target* const target = engine.dispatch.find_standard(frames.front().id);
+    return target != nullptr && target->alone_of(can::Service::rpdo) &&
+                   receive_alone(target->index, frames.front(), traffic)
+               ? 1
+               : 0;
   }
   return engine.receive_series(frames, traffic);
 }
