@@ -10,6 +10,7 @@
 #include "stack/base/event.h"
 #include "stack/can/bus_state.h"
 #include "stack/image/layout.h"
+#include "stack/image/limits.h"
 #include "stack/line/command.h"
 #include "stack/line/output_state.h"
 #include "stack/line/output_write.h"
@@ -135,6 +136,11 @@ static_assert(same(v1::WATCHDOG_NMT_RESET_COMMUNICATION, line::kNmtResetCommunic
 static_assert(same(v1::WATCHDOG_NMT_RESET_NODE, line::kNmtResetNode));
 static_assert(same(v1::WATCHDOG_SEND_EMCY, line::kSendEmcy));
 static_assert(same(v1::WATCHDOG_HEARTBEAT_OFF, line::kHeartbeatOff));
+
+// What a line may have fits the sequences of the contract.
+static_assert(image::kMaxEntries == kMaxEntries);
+static_assert(image::kMaxPdos == kMaxStamps);
+static_assert(image::kMaxEntries % kMaxLayoutPart == 0);
 
 }  // namespace
 }  // namespace linegate::dds

@@ -5,9 +5,15 @@
 #include <string>
 
 #include "bridges/dds/event_codec.h"
+#include "stack/base/short_text.h"
 #include "stack/line/event_severity.h"
 
 namespace linegate::dds {
+namespace {
+
+constexpr std::size_t kLongestText = 256;  // of Event::text, in bytes
+
+}  // namespace
 
 void to_wire(const linegate::Event& from, std::string_view text, const ClockMap& clock,
              v1::Event& to) {
@@ -23,7 +29,7 @@ void to_wire(const linegate::Event& from, std::string_view text, const ClockMap&
   to.data().resize(fields.length);
   for (std::size_t i = 0; i < fields.length; ++i)
     to.data()[i] = std::to_integer<std::uint8_t>(fields.data[i]);
-  to.text(std::string(text));
+  to.text(short_text(text, kLongestText));
 }
 
 void from_wire(const v1::Event& from, const ClockMap& clock, ReceivedEvent& to) {

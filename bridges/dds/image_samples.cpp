@@ -4,6 +4,8 @@
 #include <algorithm>
 
 #include "bridges/dds/bytes.h"
+#include "stack/base/short_text.h"
+#include "stack/image/limits.h"
 
 namespace linegate::dds {
 namespace {
@@ -83,7 +85,7 @@ void to_wire(const image::Layout& from, std::uint16_t part, v1::ImageLayout& to)
     each_member(to.entries()[i], entry, [](auto& wire, const auto& stack) {
       wire = static_cast<std::remove_reference_t<decltype(wire)>>(stack);
     });
-    to.entries()[i].name(entry.name);
+    to.entries()[i].name(short_text(entry.name, image::kLongestEntryName));
   }
 }
 

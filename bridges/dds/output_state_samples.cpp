@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <string>
 
+#include "stack/base/short_text.h"
 #include "stack/base/time.h"
 
 namespace linegate::dds {
@@ -12,7 +13,7 @@ namespace {
 constexpr std::size_t kMostText = 64;
 
 std::string bounded(const std::string& text) {
-  return text.substr(0, kMostText);
+  return short_text(text, kMostText);
 }
 
 }  // namespace

@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <array>
+#include <string>
 #include <utility>
 
 #include "bridges/dds/field_bytes.h"
+#include "stack/base/short_text.h"
 
 namespace linegate::dds {
 namespace {
@@ -37,7 +39,7 @@ auto texts_of(SecurityOptions& of) {
 }
 
 void add_text(std::string_view text, FieldWriter& out) {
-  out.sized(text.substr(0, kLongestText), kTextLength);
+  out.sized(short_text(text, kLongestText), kTextLength);
 }
 
 std::string take_text(FieldReader& in, std::size_t longest) {
@@ -192,9 +194,14 @@ std::optional<GatewayOptions> decode_options(PortBytes message) {
 // Number 1; each: severity 1, file, line 4, column 4, text.
 void encode(FromEndpoints kind, const std::vector<Diagnostic>& diagnostics, PortMessage& out) {
   FieldWriter writer = begin_message(static_cast<std::uint8_t>(kind));
-  const std::size_t count = std::min(diagnostics.size(), kMostDiagnostics);
-  writer.number(count, 1);
-  for (const Diagnostic& diagnostic : std::span(diagnostics).first(count)) {
+  std::vector<Diagnostic> sent = diagnostics;
+  if (sent.size() > kMostDiagnostics) {
+    const std::size_t left_out = sent.size() - (kMostDiagnostics - 1);
+    sent.resize(kMostDiagnostics - 1);
+    sent.push_back({Severity::error, {}, 0, 0, "and " + std::to_string(left_out) + " more"});
+  }
+  writer.number(sent.size(), 1);
+  for (const Diagnostic& diagnostic : sent) {
     writer.number(static_cast<std::uint8_t>(diagnostic.severity), 1);
     add_text(diagnostic.file, writer);
     writer.number(static_cast<std::uint32_t>(diagnostic.line), 4);

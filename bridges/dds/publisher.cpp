@@ -29,13 +29,15 @@
 #include "bridges/dds/state_samples.h"
 #include "bridges/dds/state_writer.h"
 #include "bridges/dds/waiting.h"
+#include "stack/base/short_text.h"
 
 namespace linegate::dds {
 namespace {
 
 namespace fast = eprosima::fastdds::dds;
 
-constexpr std::size_t kSamplesPerPoll = 256;  // of each topic, so that none starves the other
+constexpr std::size_t kLongestReplyText = 256;  // of CommandReply::text, in bytes
+constexpr std::size_t kSamplesPerPoll = 256;    // of each topic, so that none starves the other
 
 constexpr Duration kLivelinessPeriod = std::chrono::milliseconds(500);  // a quarter of the lease
 constexpr const char* kForeignPartition = "its writer has no right to send requests to this line";
@@ -680,7 +682,7 @@ bool GatewayBridge::Impl::send(const Answer& answer, std::size_t from) {
   sample.id(answer.id);
   sample.domain(static_cast<std::uint8_t>(answer.error.domain));
   sample.code(answer.error.code);
-  sample.text(answer.text);
+  sample.text(short_text(answer.text, kLongestReplyText));
   sample.total(static_cast<std::uint32_t>(answer.data.size()));
   for (std::size_t chunk = 0; chunk < kChunksPerReply; ++chunk) {
     set_chunk(answer.data, from, sample);

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "bridges/dds/field_bytes.h"
+#include "stack/base/short_text.h"
 #include "stack/can/cob_id.h"
 #include "stack/manager/plan.h"
 
@@ -55,7 +56,7 @@ void write_result(const std::vector<line::ListedObject>& list, FieldWriter& out)
     out.number((one.mappable ? kMappableFlag : 0U) | (one.stored ? kStoredFlag : 0U) |
                    (one.application ? kApplicationFlag : 0U),
                1);
-    out.sized(std::string_view(one.name).substr(0, kLongestName), 1);
+    out.sized(short_text(one.name, kLongestName), 1);
     const bool fits = one.value.size() <= line::ListedObject::kLongestValue;
     out.sized(fits ? one.value : ReplyBytes{}, 1);
   }

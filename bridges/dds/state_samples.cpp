@@ -5,11 +5,16 @@
 #include <string>
 #include <type_traits>
 
+#include "stack/base/assert.h"
+#include "stack/base/short_text.h"
+
 namespace linegate::dds {
 namespace {
 
 // A counter of GatewayState, because the members of that type are final.
 constexpr const char* kEventStream = "event-stream";
+// The number of counters that have no room.
+constexpr const char* kCountersLeftOut = "counters-left-out";
 
 // The members that differ only in name between the contract and the stack. One list serves both
 // directions: pair(wire, stack) copies in one of them.
@@ -77,7 +82,30 @@ void each_member(Wire& wire, Stack& stack,
   pair(wire.spontaneous_changes(), stack.spontaneous_changes);
 }
 
-constexpr std::size_t kMaxBootText = 128;
+// Lengths of texts in the contract, in bytes.
+constexpr std::size_t kLongestName = 64;
+constexpr std::size_t kLongestBootText = 128;
+constexpr std::size_t kLongestUri = 128;
+constexpr std::size_t kLongestValue = 256;
+
+void to_wire(const NamedCounter& from, v1::NamedCounter& to) {
+  to.name(short_text(from.name, kLongestName));
+  to.value(from.value);
+}
+
+// The last one is always the event stream.
+void to_wire(const std::vector<NamedCounter>& from, std::uint64_t stream,
+             std::vector<v1::NamedCounter>& to) {
+  constexpr std::size_t kRoom = kMaxCounters - 1;
+  const bool all = from.size() <= kRoom;
+  const std::size_t copied = all ? from.size() : kRoom - 1;
+  to.resize(copied);
+  for (std::size_t i = 0; i < copied; ++i)
+    to_wire(from[i], to[i]);
+  if (!all)
+    to_wire({kCountersLeftOut, from.size() - copied}, to.emplace_back());
+  to_wire({kEventStream, stream}, to.emplace_back());
+}
 
 constexpr auto kToWire = [](auto& wire, const auto& stack) {
   wire = static_cast<std::remove_reference_t<decltype(wire)>>(stack);
@@ -93,8 +121,8 @@ void to_wire(const std::vector<Property>& from, std::vector<v1::Property>& to) {
   const std::size_t copied = all ? from.size() : kMaxProperties - 1;
   to.resize(all ? copied : kMaxProperties);
   for (std::size_t i = 0; i < copied; ++i) {
-    to[i].name(from[i].name);
-    to[i].value(from[i].value);
+    to[i].name(short_text(from[i].name, kLongestName));
+    to[i].value(short_text(from[i].value, kLongestValue));
   }
   if (!all) {
     to[copied].name("properties-left-out");
@@ -111,7 +139,7 @@ void from_wire(const std::vector<v1::Property>& from, std::vector<Property>& to)
 
 void to_wire(const LineInfo& info, const line::LineState& state, v1::LineState& to) {
   to.access(static_cast<std::uint8_t>(info.access));
-  to.interface_uri(info.interface_uri);
+  to.interface_uri(short_text(info.interface_uri, kLongestUri));
   to.bit_rate(info.bit_rate);
   each_member(to, state, kToWire);
 }
@@ -129,9 +157,7 @@ void to_wire(const NodeInfo& info, const line::NodeState& state, const ClockMap&
   to.name(info.name);
   to.since(clock.utc(info.since));
   to.last_heard(clock.utc(state.last_heard));
-  std::string boot = manager::describe_boot(state.boot, state.finding);
-  boot.resize(std::min(boot.size(), kMaxBootText));
-  to.boot_text(boot);
+  to.boot_text(short_text(manager::describe_boot(state.boot, state.finding), kLongestBootText));
   each_member(to, state, kToWire);
 }
 
@@ -153,19 +179,14 @@ void to_wire(const GatewayInfo& info, const ClockMap& clock, v1::GatewayState& t
   to.events(info.events);
   to.participants(static_cast<std::uint32_t>(info.participants));
   to.participants_most(static_cast<std::uint32_t>(info.participants_most));
-  to.lines().resize(std::min(info.lines.size(), kMaxGatewayLines));
+  LINEGATE_ASSERT(info.lines.size() <= kMaxGatewayLines,
+                  "a plant with more lines is refused when it is read");
+  to.lines().resize(info.lines.size());
   for (std::size_t i = 0; i < to.lines().size(); ++i) {
     to.lines()[i].name(info.lines[i].name);
-    to.lines()[i].interface_uri(info.lines[i].interface_uri);
+    to.lines()[i].interface_uri(short_text(info.lines[i].interface_uri, kLongestUri));
   }
-  const std::size_t counters = std::min(info.counters.size(), kMaxCounters - 1);
-  to.counters().resize(counters + 1);
-  for (std::size_t i = 0; i < counters; ++i) {
-    to.counters()[i].name(info.counters[i].name);
-    to.counters()[i].value(info.counters[i].value);
-  }
-  to.counters()[counters].name(kEventStream);
-  to.counters()[counters].value(info.event_stream);
+  to_wire(info.counters, info.event_stream, to.counters());
 }
 
 void from_wire(const v1::GatewayState& from, const ClockMap& clock, GatewayInfo& info) {

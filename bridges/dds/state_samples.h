@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Converts between LineState and NodeState of the contract and the stack's values. gateway, line
-// and incarnation are unchanged; from_wire() keeps unknown numbers.
+// and incarnation are unchanged; from_wire() keeps unknown numbers. A text that is longer than its
+// member ends with "...".
 #pragma once
 
 #include <vector>
@@ -26,7 +27,9 @@ void to_wire(const NodeInfo& info, const line::NodeState& state, const ClockMap&
 void from_wire(const v1::NodeState& from, const ClockMap& clock, NodeInfo& info,
                line::NodeState& state);
 
-// Copies at most kMaxGatewayLines lines and kMaxCounters - 1 counters; one more has event_stream.
+// Precondition: at most kMaxGatewayLines lines, as config::load() ensures. The last counter of `to`
+// has event_stream. Of more than kMaxCounters - 1 counters, the one before it is
+// `counters-left-out`: the number of those that are missing.
 void to_wire(const GatewayInfo& info, const ClockMap& clock, v1::GatewayState& to);
 void from_wire(const v1::GatewayState& from, const ClockMap& clock, GatewayInfo& info);
 

@@ -12,6 +12,7 @@
 #include "bridges/request/request.h"
 #include "gateway/publish/client_directory.h"
 #include "stack/base/abort_code.h"
+#include "stack/base/short_text.h"
 #include "stack/can/bus_state.h"
 #include "stack/line/command.h"
 #include "stack/line/output_write.h"
@@ -456,11 +457,7 @@ std::string describe(const Event& event, const line::LineConfig& line, std::stri
                      const ClientDirectory* clients) {
   const EventWords words{
       .line = line, .interface = interface, .node = event.node, .clients = clients};
-  std::string out = who(event, line) + std::visit(words, event.data);
-  if (out.size() > kLongestText) {
-    out.resize(kLongestText);
-  }
-  return out;
+  return short_text(who(event, line) + std::visit(words, event.data), kLongestText);
 }
 
 std::string describe_bus_errors(std::uint32_t bits) {

@@ -1,21 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <set>
+#include <string>
 #include <utility>
 
+#include "stack/base/short_text.h"
 #include "stack/image/layout.h"
+#include "stack/image/limits.h"
 
 namespace linegate::image {
+namespace {
+
+// The suffix remains whole, because it makes the difference.
+std::string with_suffix(const std::string& name, const std::string& suffix) {
+  return short_text(name, kLongestEntryName - suffix.size()) + suffix;
+}
+
+}  // namespace
 
 void make_names_unique(Layout& layout) {
   std::set<std::string> seen;
   for (Entry& entry : layout.entries) {
-    std::string name = entry.name;
+    std::string name = with_suffix(entry.name, {});
+    std::string suffix;
     if (seen.contains(name) && entry.remote_pdo != 0) {
-      name += " in PDO " + std::to_string(entry.remote_pdo);
+      suffix = " in PDO " + std::to_string(entry.remote_pdo);
+      name = with_suffix(entry.name, suffix);
     }
-    const std::string base = name;
     for (unsigned number = 2; !seen.insert(name).second; ++number) {
-      name = base + " #" + std::to_string(number);
+      name = with_suffix(entry.name, suffix + " #" + std::to_string(number));
     }
     entry.name = std::move(name);
   }

@@ -4,6 +4,7 @@
 #include <utility>
 #include <variant>
 
+#include "stack/image/limits.h"
 #include "stack/line/build.h"
 #include "stack/line/devices_line.h"
 #include "stack/line/node_line.h"
@@ -49,7 +50,8 @@ Loaded<std::unique_ptr<Line>> Line::make(LineConfig config) {
   } else if (!place_own_objects(config, *plan.value)) {
     out.diagnostics.push_back({Severity::error, config.name, 0, 0,
                                "own objects in the image: an area would have more than " +
-                                   std::to_string(image::kMaxAreaBytes) + " bytes"});
+                                   std::to_string(image::kMaxAreaBytes) + " bytes or " +
+                                   std::to_string(image::kMaxEntries) + " entries"});
     return out;
   }
   const std::vector<Diagnostic> wrong = check_outputs(config, plan.value->outputs);

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "stack/base/byte_order.h"
+#include "stack/image/limits.h"
 #include "stack/image/network_variables.h"
 #include "stack/od/data_type.h"
 #include "stack/od/objects.h"
@@ -153,8 +154,10 @@ bool place_own_objects(const LineConfig& config, pdo::LinkPlan& plan) {
   }
   image::make_names_unique(plan.inputs);
   image::make_names_unique(plan.outputs);
-  return plan.inputs.byte_size <= image::kMaxAreaBytes &&
-         plan.outputs.byte_size <= image::kMaxAreaBytes;
+  const auto fits = [](const image::Layout& layout) {
+    return layout.byte_size <= image::kMaxAreaBytes && layout.entries.size() <= image::kMaxEntries;
+  };
+  return fits(plan.inputs) && fits(plan.outputs);
 }
 
 OwnObjects::OwnObjects(const std::vector<OwnObject>& objects, image::ProcessImage& image,

@@ -42,7 +42,8 @@ std::vector<Diagnostic> check_own_objects(const LineConfig& config);
 
 // Adds image entries for the objects that need a place, behind those of PDOs, in the order of their
 // addresses: node is the own node-ID, PDO numbers are 0. Precondition: check_own_objects() found
-// nothing. Returns false if an area becomes larger than image::kMaxAreaBytes.
+// nothing. Returns false if an area becomes larger than image::kMaxAreaBytes, or has more than
+// image::kMaxEntries entries.
 bool place_own_objects(const LineConfig& config, pdo::LinkPlan& plan);
 
 class OwnObjects final : public od::Hook {

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "stack/base/byte_order.h"
+#include "stack/image/limits.h"
 #include "stack/image/network_variables.h"
 #include "stack/od/objects.h"
 #include "stack/pdo/mapping.h"
@@ -119,8 +120,8 @@ class Linker {
         link_rpdo(*node, rpdo);
       }
     }
-    finish(plan_.inputs, inputs_);
-    finish(plan_.outputs, outputs_);
+    finish(plan_.inputs, plan_.rpdos.size(), inputs_);
+    finish(plan_.outputs, plan_.tpdos.size(), outputs_);
     Loaded<LinkPlan> loaded;
     loaded.diagnostics = std::move(diagnostics_);
     if (!has_errors(loaded.diagnostics)) {
@@ -258,19 +259,26 @@ class Linker {
     layout.entries.push_back(std::move(entry));
   }
 
-  void finish(image::Layout& layout, Placement& placement) {
+  void finish(image::Layout& layout, std::size_t pdos, Placement& placement) {
     image::make_names_unique(layout);
     layout.byte_size = placement.bytes();
-    if (layout.byte_size > image::kMaxAreaBytes) {
+    refuse_above(image::kMaxAreaBytes, layout.byte_size, "bytes", layout);
+    refuse_above(image::kMaxEntries, layout.entries.size(), "entries", layout);
+    refuse_above(image::kMaxPdos, pdos, "PDOs", layout);
+    layout.id = image::layout_id(layout);
+  }
+
+  void refuse_above(std::size_t most, std::size_t number, std::string_view unit,
+                    const image::Layout& layout) {
+    if (number > most) {
       diagnostics_.push_back({Severity::error,
                               {},
                               0,
                               0,
                               "the " + std::string(image::name(layout.direction)) + " need " +
-                                  std::to_string(layout.byte_size) + " bytes, more than " +
-                                  std::to_string(image::kMaxAreaBytes)});
+                                  std::to_string(number) + ' ' + std::string(unit) +
+                                  ", more than " + std::to_string(most)});
     }
-    layout.id = image::layout_id(layout);
   }
 
   std::vector<const RemoteNode*> nodes_;

@@ -280,6 +280,21 @@ TEST(PortCodec, DiagnosticsComeBackAsTheyWent) {
   expect_harmless(message, decode);
 }
 
+TEST(PortCodec, DiagnosticsThatHaveNoRoomAreCounted) {
+  PortMessage message;
+  encode(FromEndpoints::failed,
+         std::vector<Diagnostic>(kMostDiagnostics, {Severity::note, "file", 1, 2, "text"}),
+         message);
+  EXPECT_EQ(decode_diagnostics(message).value().back().text, "text") << "all have room";
+  encode(FromEndpoints::failed,
+         std::vector<Diagnostic>(kMostDiagnostics + 1, {Severity::note, "file", 1, 2, "text"}),
+         message);
+  const auto back = decode_diagnostics(message);
+  ASSERT_TRUE(back);
+  ASSERT_EQ(back->size(), kMostDiagnostics);
+  EXPECT_EQ(back->back().text, "and 2 more");
+}
+
 TEST(PortCodec, TextsAndNumbersComeBackAsTheyWent) {
   PortMessage message;
   encode(FromEndpoints::output_misfit, "ownership", message);

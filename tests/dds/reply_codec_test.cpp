@@ -129,7 +129,7 @@ TEST(ReplyCodec, ALongNameIsCutAndALongValueLeftOut) {
   ASSERT_TRUE(back);
   const auto& listed = std::get<std::vector<line::ListedObject>>(*back);
   ASSERT_EQ(listed.size(), 1U);
-  EXPECT_EQ(listed[0].name, std::string(255, 'n'));
+  EXPECT_EQ(listed[0].name, std::string(252, 'n') + "...");
   EXPECT_TRUE(listed[0].value.empty());
 }
 

@@ -68,7 +68,7 @@ TEST(StateSamples, GatewayStateComesBackWithTimesInUtc) {
 // Earlier gateways have no event-stream.
 TEST(StateSamples, TheEventStreamIsTheLastCounterOfAGatewayState) {
   GatewayInfo sent = known::gateway_info();
-  sent.counters.resize(100, {"more", 1});
+  sent.counters.resize(kMaxCounters - 1, {"more", 1});
   v1::GatewayState wire;
   to_wire(sent, known::clock(), wire);
   ASSERT_EQ(wire.counters().size(), kMaxCounters);
@@ -81,6 +81,82 @@ TEST(StateSamples, TheEventStreamIsTheLastCounterOfAGatewayState) {
   from_wire(wire, known::clock(), info);
   EXPECT_EQ(info.event_stream, 0U);
   EXPECT_EQ(info.counters.size(), kMaxCounters - 1);
+}
+
+TEST(StateSamples, CountersThatTheContractHasNoRoomForAreCounted) {
+  GatewayInfo sent = known::gateway_info();
+  sent.counters.assign(kMaxCounters, {"more", 1});
+  v1::GatewayState wire;
+  to_wire(sent, known::clock(), wire);
+  ASSERT_EQ(wire.counters().size(), kMaxCounters);
+  EXPECT_EQ(wire.counters()[kMaxCounters - 3].name().to_string(), "more");
+  EXPECT_EQ(wire.counters()[kMaxCounters - 2].name().to_string(), "counters-left-out");
+  EXPECT_EQ(wire.counters()[kMaxCounters - 2].value(), 2U);
+  EXPECT_EQ(wire.counters().back().name().to_string(), "event-stream");
+}
+
+// config::load() refuses a plant with more lines.
+TEST(StateSamples, AllLinesOfAGatewayHaveRoom) {
+  GatewayInfo sent = known::gateway_info();
+  sent.lines.assign(kMaxGatewayLines, {"line", "virtual:line"});
+  v1::GatewayState wire;
+  to_wire(sent, known::clock(), wire);
+  EXPECT_EQ(wire.lines().size(), kMaxGatewayLines);
+  sent.lines.emplace_back();
+  EXPECT_DEATH(to_wire(sent, known::clock(), wire), "");
+}
+
+TEST(StateSamples, TextsThatAreTooLongEndWithDots) {
+  const std::string value(256, 'v');
+  std::vector<v1::Property> properties;
+  to_wire(std::vector<Property>{{"whole", value}, {std::string(65, 'n'), value + 'v'}}, properties);
+  EXPECT_EQ(properties[0].value().to_string(), value);
+  EXPECT_EQ(properties[1].name().to_string(), std::string(61, 'n') + "...");
+  EXPECT_EQ(properties[1].value().to_string(), std::string(253, 'v') + "...");
+
+  LineInfo line = known::line_info();
+  line.interface_uri = "replay:" + std::string(122, 'p');
+  v1::LineState line_state;
+  to_wire(line, known::line_state(), line_state);
+  EXPECT_EQ(line_state.interface_uri().to_string(), "replay:" + std::string(118, 'p') + "...");
+
+  GatewayInfo gateway = known::gateway_info();
+  gateway.lines[0].interface_uri = line.interface_uri;
+  v1::GatewayState gateway_state;
+  to_wire(gateway, known::clock(), gateway_state);
+  EXPECT_TRUE(gateway_state.lines()[0].interface_uri().to_string().ends_with("p..."));
+
+  line::OutputState outputs = known::output_state();
+  outputs.owner = std::string(65, 'o');
+  v1::OutputState output_state;
+  to_wire(outputs, known::clock(), known::at(4), output_state);
+  EXPECT_EQ(output_state.owner().to_string(), std::string(61, 'o') + "...");
+}
+
+// The longest words of a boot result that the stack has.
+TEST(StateSamples, ABootTextThatIsTooLongEndsWithDots) {
+  line::NodeState node = known::node_state();
+  node.boot = 'J';
+  node.finding = {.kind = manager::BootFinding::Kind::abort,
+                  .object = {0x1F50, 1},
+                  .abort = AbortCode::local_control,
+                  .expected = 4'000'000'000};
+  const std::string whole = manager::describe_boot(node.boot, node.finding);
+  v1::NodeState wire;
+  to_wire(known::node_info(), node, known::clock(), wire);
+  const std::string text = wire.boot_text().to_string();
+  EXPECT_TRUE(text == whole || (text.size() == 128 && text.ends_with("..."))) << text;
+}
+
+// 64 entries have room; waiting_count is the number of all.
+TEST(StateSamples, WaitingEntriesThatHaveNoRoomAreCounted) {
+  line::OutputState sent = known::output_state();
+  sent.waits.assign(line::OutputState::kMostWaits, {7, line::OutputWait::node});
+  sent.waiting = 1000;
+  v1::OutputState wire;
+  to_wire(sent, known::clock(), known::at(4), wire);
+  EXPECT_EQ(wire.waiting().size(), 64U);
+  EXPECT_EQ(wire.waiting_count(), 1000U);
 }
 
 TEST(StateSamples, NodeStateComesBackWithTimesInUtc) {

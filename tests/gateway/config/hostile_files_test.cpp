@@ -158,6 +158,17 @@ TEST_F(HostileFile, MoreNodesThanALineHasRoomForAreNotRead) {
               HasSubstr("plant.yaml:133:9: error: nodes has at most 127 elements"));
 }
 
+// GatewayState has room for 1024 lines (bridges/dds/values.h), so it lists all of a plant.
+TEST_F(HostileFile, MoreLinesThanAGatewayHasRoomForAreRefused) {
+  std::string lines;
+  for (int i = 0; i < 128; ++i) {
+    lines +=
+        "  - {name: l" + std::to_string(i) + ", interface: 'virtual:l" + std::to_string(i) + "'}\n";
+  }
+  EXPECT_THAT(messages(read("schema: 1\nlines:\n" + lines, "plant.yaml")),
+              HasSubstr("plant.yaml:130:5: error: lines has at most 127 elements"));
+}
+
 TEST_F(HostileFile, ASecondDocumentIsAnError) {
   EXPECT_THAT(messages(read("schema: 1\nlines:\n  - {name: a, interface: 'virtual:a'}\n---\n"
                             "schema: 1\n",

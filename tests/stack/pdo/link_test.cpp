@@ -71,6 +71,20 @@ struct LinkTest : testing::Test {
   }
 
   od::DeviceDescription device = drive();
+
+  // Each has 512 TPDOs, with 29-bit identifiers.
+  std::vector<RemoteNode> full_nodes(std::uint8_t count,
+                                     const std::vector<std::uint32_t>& mapping) {
+    std::vector<RemoteNode> nodes;
+    for (std::uint8_t id = 1; id <= count; ++id) {
+      std::vector<Parameters> tpdos;
+      for (std::uint16_t n = 1; n <= 512; ++n) {
+        tpdos.push_back(pdo(n, 0x2000'0000U + id * 512U + n, mapping));
+      }
+      nodes.push_back(node(id, std::move(tpdos)));
+    }
+    return nodes;
+  }
 };
 
 TEST_F(LinkTest, AnEntrySaysEverythingAboutItsObject) {
@@ -229,22 +243,32 @@ TEST_F(LinkTest, ReceiversOfOneCobIdGetOneTpdo) {
   EXPECT_EQ(out.diagnostics[0].severity, Severity::warning);
 }
 
-// 127 nodes x 512 TPDOs x 8 bytes is more than 131,072 bytes.
+// 4 nodes x 512 TPDOs x 64 bytes (CAN FD) are 131,072 bytes.
 TEST_F(LinkTest, AnAreaHasALimit) {
-  std::vector<RemoteNode> nodes;
-  for (std::uint8_t id = 1; id <= 33; ++id) {
-    std::vector<Parameters> tpdos;
-    for (std::uint16_t n = 1; n <= 512; ++n) {
-      tpdos.push_back(pdo(n, 0x2000'0000U + id * 512U + n, {0x20030040}));
-    }
-    nodes.push_back(node(id, std::move(tpdos)));
-  }
-  const Loaded<LinkPlan> full = plan_links(std::span(nodes).first(32));
+  const auto nodes = full_nodes(5, std::vector<std::uint32_t>(8, 0x20030040));
+  const Loaded<LinkPlan> full = plan_links(std::span(nodes).first(4));
   ASSERT_TRUE(full.ok());
   EXPECT_EQ(full.value->inputs.byte_size, image::kMaxAreaBytes);
   const Loaded<LinkPlan> out = plan_links(nodes);
   EXPECT_FALSE(out.ok());
-  EXPECT_THAT(out.diagnostics.back().text, HasSubstr("135168 bytes, more than 131072"));
+  EXPECT_THAT(out.diagnostics.back().text, HasSubstr("163840 bytes, more than 131072"));
+}
+
+// A sample of an image has no room for the times of more PDOs.
+TEST_F(LinkTest, TheNumberOfPdosHasALimit) {
+  const auto nodes = full_nodes(9, {0x20000008});
+  ASSERT_TRUE(plan_links(std::span(nodes).first(8)).ok());
+  const Loaded<LinkPlan> out = plan_links(nodes);
+  EXPECT_FALSE(out.ok());
+  EXPECT_EQ(out.diagnostics.back().text, "the inputs need 4608 PDOs, more than 4096");
+}
+
+TEST_F(LinkTest, TheNumberOfEntriesHasALimit) {
+  const auto nodes = full_nodes(3, std::vector<std::uint32_t>(64, 0x20010001));
+  ASSERT_TRUE(plan_links(std::span(nodes).first(2)).ok());
+  const Loaded<LinkPlan> out = plan_links(nodes);
+  EXPECT_FALSE(out.ok());
+  EXPECT_EQ(out.diagnostics.back().text, "the inputs need 98304 entries, more than 65536");
 }
 
 TEST_F(LinkTest, BeyondTheNetworkVariablesThereIsOnlyTheImage) {
