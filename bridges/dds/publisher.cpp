@@ -601,20 +601,21 @@ bool GatewayBridge::Impl::take_output(GatewayHandler& handler) {
   message.line = output_sample.line().to_string();
   message.client = output_sample.client().to_string();
   if (output_sample.incarnation() != 0 && output_sample.incarnation() != incarnation) {
-    handler.on_output_refused(message.line, output_sample.group(),
+    handler.on_output_refused({message.line, message.client, sender}, output_sample.group(),
                               line::OutputRefusal::stale_layout,
                               "addressed to another start of the gateway");
     return true;
   }
   message.from = sender;
   if (!authorize(sender)) {
-    handler.on_output_refused(message.line, output_sample.group(),
+    handler.on_output_refused({message.line, message.client, sender}, output_sample.group(),
                               line::OutputRefusal::not_permitted, kForeignPartition);
     return true;
   }
   const OutputCheck check = from_wire(output_sample, message.write);
   if (check.refusal != line::OutputRefusal::none) {
-    handler.on_output_refused(message.line, output_sample.group(), check.refusal, check.why);
+    handler.on_output_refused({message.line, message.client, sender}, output_sample.group(),
+                              check.refusal, check.why);
   } else {
     handler.on_output_write(std::move(message));
   }
@@ -640,7 +641,7 @@ bool GatewayBridge::Impl::authorize(const Participant& from) const {
 
 void GatewayBridge::Impl::handle(const v1::CommandRequest& request, GatewayHandler& handler) {
   if (!authorize(sender)) {
-    handler.on_command_refused(request.line().to_string(), request.client().to_string(),
+    handler.on_command_refused({request.line().to_string(), request.client().to_string(), sender},
                                request.kind(), line::Refusal::not_permitted, kForeignPartition);
     return;
   }
@@ -652,8 +653,8 @@ void GatewayBridge::Impl::handle(const v1::CommandRequest& request, GatewayHandl
   if (outcome.answer)
     send(*outcome.answer, outcome.answer_from);
   if (outcome.refused != line::Refusal::none) {
-    handler.on_command_refused(outcome.answer->line, outcome.answer->client, request.kind(),
-                               outcome.refused, outcome.answer->text);
+    handler.on_command_refused({outcome.answer->line, outcome.answer->client, sender},
+                               request.kind(), outcome.refused, outcome.answer->text);
   }
   if (outcome.command) {
     outcome.command->from = sender;

@@ -80,6 +80,13 @@ struct GatewayCommandMessage {
   Participant from{};
 };
 
+// Of a request: names in the sample, and its sender.
+struct RequestOrigin {
+  std::string line;  // may be a name that does not exist
+  std::string client;
+  Participant from{};
+};
+
 // Called within poll().
 class GatewayHandler {
  public:
@@ -92,10 +99,10 @@ class GatewayHandler {
   virtual void on_gateway_command(GatewayCommandMessage message) = 0;
 
   // A sample that is malformed, or for another incarnation of the gateway. A refused command was
-  // already answered. `line` may be a name that does not exist.
-  virtual void on_output_refused(std::string_view line, std::uint16_t group,
+  // already answered.
+  virtual void on_output_refused(const RequestOrigin& origin, std::uint16_t group,
                                  line::OutputRefusal refusal, std::string_view why) = 0;
-  virtual void on_command_refused(std::string_view line, std::string_view client, std::uint8_t kind,
+  virtual void on_command_refused(const RequestOrigin& origin, std::uint8_t kind,
                                   line::Refusal refusal, std::string_view why) = 0;
   // `samples` more samples could not be deserialized. They are dropped.
   virtual void on_unreadable(std::uint64_t /*samples*/) {}

@@ -118,7 +118,7 @@ struct GatewayInfo {
   std::size_t participants = 0;
   std::size_t participants_most = 0;
   std::vector<Line> lines;             // up to 1024
-  std::vector<NamedCounter> counters;  // up to 63
+  std::vector<NamedCounter> counters;  // up to 63; of more, the sample has the number missing
 };
 
 // Name and value pairs at the end of LineState, NodeState and Event; up to kMaxProperties, names up

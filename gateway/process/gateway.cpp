@@ -26,6 +26,11 @@ void await_round(Executor& executor) {
   }
 }
 
+std::string by(const std::optional<SignalSender>& sender) {
+  return sender ? fmt::format(" (by process {} of user {})", sender->process, sender->user)
+                : std::string();
+}
+
 void append(std::vector<Diagnostic>& to, std::vector<Diagnostic> from) {
   to.insert(to.end(), from.begin(), from.end());
 }
@@ -59,8 +64,10 @@ Loaded<std::unique_ptr<Gateway>> Gateway::make(const config::Plant& plant,
   gateway->publisher_ =
       std::make_unique<Publisher>(*gateway->edge_, gateway->hosts_, gateway->journal_.get());
   gateway->requests_ = std::make_unique<RequestReceiver>(
-      *gateway->edge_, gateway->hosts_, gateway->publisher_->refusals(),
-      gateway->publisher_->wakeup(), gateway->publisher_->clients(), versions());
+      *gateway->edge_, gateway->hosts_,
+      PublisherInlets{gateway->publisher_->refusals(), gateway->publisher_->notices(),
+                      gateway->publisher_->wakeup()},
+      gateway->publisher_->clients(), versions());
   append(loaded.diagnostics, gateway->take_in(std::move(lines), plant));
   if (!has_errors(loaded.diagnostics)) {
     gateway->info_.version = LINEGATE_VERSION;
@@ -70,6 +77,10 @@ Loaded<std::unique_ptr<Gateway>> Gateway::make(const config::Plant& plant,
     loaded.value = std::move(gateway);
   }
   return loaded;
+}
+
+void Gateway::set_reload_sender(const std::optional<SignalSender>& sender) {
+  reload_sender_ = sender;
 }
 
 // Called by the main thread, like all functions that report on the gateway itself.
@@ -93,7 +104,7 @@ void Gateway::refuse_reload(const std::vector<Diagnostic>& diagnostics) {
   ++info_.reloads_refused;
   report(event::GatewayReloadRefused{static_cast<std::uint32_t>(
              std::ranges::count_if(diagnostics, is_error))},
-         "not reloaded, everything runs as before: " +
+         "not reloaded" + by(reload_sender_) + ", everything runs as before: " +
              (first == diagnostics.end() ? std::string("no reason given") : to_string(*first)));
 }
 
@@ -367,7 +378,7 @@ Gateway::Reload Gateway::reload(const config::Plant& wanted) {
       changes.started.size() + changes.stopped.size() + changes.changed.size();
   report(event::GatewayReloaded{.changed = static_cast<std::uint32_t>(changed),
                                 .lines = static_cast<std::uint32_t>(hosts_.size())},
-         "reloaded: " + describe(changes));
+         "reloaded" + by(reload_sender_) + ": " + describe(changes));
   return out;
 }
 

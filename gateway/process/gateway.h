@@ -23,6 +23,7 @@
 #include "gateway/runtime/line_runner.h"
 #include "gateway/runtime/recorder.h"
 #include "gateway/runtime/route_links.h"
+#include "gateway/runtime/signals.h"
 #include "gateway/runtime/storage_thread.h"
 #include "stack/base/diagnostic.h"
 #include "stack/line/line.h"
@@ -54,6 +55,8 @@ class Gateway {
     bool done = false;
   };
   Reload reload(const config::Plant& wanted);
+  // The process that requested the next reload, for its event; nothing: not known.
+  void set_reload_sender(const std::optional<SignalSender>& sender);
   // A configuration could not be read: reports this to subscribers, like a failed reload().
   void refuse_reload(const std::vector<Diagnostic>& diagnostics);
 
@@ -147,6 +150,7 @@ class Gateway {
   std::unique_ptr<Executor> devices_;
   std::unique_ptr<RequestReceiver> requests_;
   GatewayInfo info_;
+  std::optional<SignalSender> reload_sender_;
   config::PlantIdentity identity_;                    // of the present configuration
   std::vector<config::ExecutorPlan> executor_plans_;  // of the present configuration
 };

@@ -54,18 +54,20 @@ int Service::wait() {
   if (!signal) {
     return 0;
   }
-  if (*signal != SIGHUP) {
-    return *signal;
+  if (signal->number != SIGHUP) {
+    return signal->number;
   }
   if (reading_.active()) {
     read_again_ = true;
+    next_sender_ = signal->sender;
   } else {
-    begin_reload();
+    begin_reload(signal->sender);
   }
   return 0;
 }
 
-void Service::begin_reload() {
+void Service::begin_reload(const std::optional<SignalSender>& sender) {
+  gateway_.set_reload_sender(sender);
   manager_.reloading();
   reading_.start(reload_);
 }
@@ -80,7 +82,7 @@ void Service::finish_reload() {
   watch_ = ProgressWatch(gateway_.threads());
   ready_ = false;
   if (std::exchange(read_again_, false)) {
-    begin_reload();
+    begin_reload(next_sender_);
   }
 }
 

@@ -30,7 +30,7 @@ class Service {
   // = none.
   int wait();
   void work(Instant now);
-  void begin_reload();
+  void begin_reload(const std::optional<SignalSender>& sender);
   void finish_reload();
   void take_scans();
   void look();
@@ -39,7 +39,8 @@ class Service {
   Gateway& gateway_;
   std::function<Background::Rest()> reload_;
   Background reading_;
-  bool read_again_ = false;  // SIGHUP was received while files were read
+  bool read_again_ = false;                  // SIGHUP was received while files were read
+  std::optional<SignalSender> next_sender_;  // its sender
   ServiceManager manager_;
   Duration look_period_;
   ProgressWatch watch_;

@@ -69,6 +69,13 @@ struct GatewayCommandRequest {
   ClientIdentity from{};
 };
 
+// Of a request: names in it, and its sender.
+struct RequestOrigin {
+  std::string line;  // may be a name that does not exist
+  std::string client;
+  ClientIdentity from{};
+};
+
 // Called within DataEdge::poll().
 class RequestHandler {
  public:
@@ -81,12 +88,11 @@ class RequestHandler {
   virtual void on_gateway_command(GatewayCommandRequest request) = 0;
 
   // A request that is malformed, or for another incarnation of the gateway. A refused command was
-  // already answered. `line` may be a name that does not exist; kind is that of a command, or an
-  // undefined number.
-  virtual void on_output_refused(std::string_view line, std::uint16_t group,
+  // already answered. kind is that of a command, or an undefined number.
+  virtual void on_output_refused(RequestOrigin origin, std::uint16_t group,
                                  line::OutputRefusal refusal, std::string_view why) = 0;
-  virtual void on_command_refused(std::string_view line, std::string_view client, std::uint8_t kind,
-                                  line::Refusal refusal, std::string_view why) = 0;
+  virtual void on_command_refused(RequestOrigin origin, std::uint8_t kind, line::Refusal refusal,
+                                  std::string_view why) = 0;
   // `samples` more samples were malformed and are discarded.
   virtual void on_unreadable(std::uint64_t samples) = 0;
   // A subscriber writes that topic with a QoS policy that is incompatible with the requested one,

@@ -132,13 +132,15 @@ class Requests final : public dds::GatewayHandler {
     handler_.on_gateway_command({std::move(message.line), std::move(message.client),
                                  std::move(message.command), from_dds(std::move(message.from))});
   }
-  void on_output_refused(std::string_view line, std::uint16_t group, line::OutputRefusal refusal,
-                         std::string_view why) override {
-    handler_.on_output_refused(line, group, refusal, why);
+  void on_output_refused(const dds::RequestOrigin& origin, std::uint16_t group,
+                         line::OutputRefusal refusal, std::string_view why) override {
+    handler_.on_output_refused({origin.line, origin.client, from_dds(origin.from)}, group, refusal,
+                               why);
   }
-  void on_command_refused(std::string_view line, std::string_view client, std::uint8_t kind,
+  void on_command_refused(const dds::RequestOrigin& origin, std::uint8_t kind,
                           line::Refusal refusal, std::string_view why) override {
-    handler_.on_command_refused(line, client, kind, refusal, why);
+    handler_.on_command_refused({origin.line, origin.client, from_dds(origin.from)}, kind, refusal,
+                                why);
   }
   void on_unreadable(std::uint64_t samples) override { handler_.on_unreadable(samples); }
   void on_misfit(std::string_view topic, std::string_view policy) override {

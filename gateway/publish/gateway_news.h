@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An event of the gateway itself, from the main thread to the publisher.
+// Events of the gateway itself, to the publisher.
 #pragma once
 
 #include <cstdint>
@@ -11,10 +11,17 @@
 
 namespace linegate::gateway {
 
+// From the main thread.
 struct GatewayNews {
   Event event;       // its number is assigned when it is published
   std::string text;  // description of the event
   GatewayInfo info;  // state after the event; the publisher adds counters and discovery
+};
+
+// An event of the gateway that changes nothing, from the request receiver to the publisher.
+struct GatewayNotice {
+  Event event;  // as in GatewayNews
+  std::string text;
 };
 
 // Hash of the configuration. Two configurations have the same hash with a probability of 2^-64.

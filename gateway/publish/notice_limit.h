@@ -13,14 +13,15 @@
 namespace linegate::gateway {
 
 // One for each line. A reason is what the event reports. Each reason is reported at most once a
-// second, and at most kReasons reasons within a second.
+// second, and at most kReasons reasons within a second, kOfOneClient of them of the same client.
 class NoticeLimit {
  public:
   static constexpr std::size_t kReasons = 32;
+  static constexpr std::size_t kOfOneClient = 8;
   static constexpr Duration kPeriod = std::chrono::seconds(1);
 
   // Returns true if it may be reported now. Returns false for a reason that was reported less than
-  // kPeriod ago; a reason beyond kReasons others is suppressed and counted.
+  // kPeriod ago; a reason beyond these numbers is suppressed and counted.
   bool admit(const EventData& what, Instant now);
 
   // Number of suppressed reports since the last call that returned any, once per kPeriod; else 0.

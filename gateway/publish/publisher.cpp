@@ -480,22 +480,30 @@ void Publisher::report(GatewayNews news) {
 Instant Publisher::publish_gateway(Instant now) {
   bool changed = false;
   for (GatewayNews news; news_.pop(news);) {
-    const std::uint64_t number = gateway_.events + 1;
+    news.info.events = gateway_.events;
     gateway_ = std::move(news.info);
-    gateway_.events = news.event.number = number;
     gateway_known_ = changed = true;
-    journalise(gateway_numbers_, news.event, news.text);
-    edge_.publish_event({}, news.event, news.text);
-    gateway_logger_.write("gateway", news.event, news.text, now);
+    publish_gateway_event(news.event, news.text, now);
   }
   if (!gateway_known_) {
     return kNever;
+  }
+  for (GatewayNotice notice; notices_.pop(notice);) {
+    changed = true;
+    publish_gateway_event(notice.event, notice.text, now);
   }
   changed = changed || edge_.participants() != participants_seen_;
   if (changed || now >= gateway_due_ || stop_.raised()) {
     publish_gateway_state(now);
   }
   return gateway_due_;
+}
+
+void Publisher::publish_gateway_event(Event& event, const std::string& text, Instant now) {
+  gateway_.events = event.number = gateway_.events + 1;
+  journalise(gateway_numbers_, event, text);
+  edge_.publish_event({}, event, text);
+  gateway_logger_.write("gateway", event, text, now);
 }
 
 void Publisher::publish_gateway_state(Instant now) {

@@ -46,6 +46,8 @@ class Publisher {
   ClientDirectory& clients() { return clients_; }
   // Replies of the request receiver, as opposed to those of lines.
   exchange::Ring<line::Reply>& refusals() { return refusals_; }
+  // Of the request receiver: published once the state of the gateway is known.
+  exchange::Ring<GatewayNotice>& notices() { return notices_; }
 
   // Reports an event of the gateway itself. Called by the main thread only. Dropped if the ring is
   // full.
@@ -115,6 +117,8 @@ class Publisher {
   bool publish_receptions(Line& line);
   void report_failures(Instant now);
   Instant publish_gateway(Instant now);
+  // Assigns the next number of the gateway to the event.
+  void publish_gateway_event(Event& event, const std::string& text, Instant now);
   void refresh_gateway();
   void publish_gateway_state(Instant now);
 
@@ -138,6 +142,7 @@ class Publisher {
   exchange::Counter rounds_;
   exchange::Ring<line::Reply> refusals_{1024};
   exchange::Ring<GatewayNews> news_{64};
+  exchange::Ring<GatewayNotice> notices_{256};
   ClientDirectory clients_;
   GatewayInfo gateway_;
   bool gateway_known_ = false;

@@ -8,6 +8,7 @@
 #include <spdlog/spdlog.h>
 
 #include "gateway/publish/access.h"
+#include "gateway/publish/event_text.h"
 #include "gateway/publish/foreign_text.h"
 #include "gateway/runtime/clock.h"
 
@@ -20,19 +21,18 @@ constexpr Duration kNoticePeriod = std::chrono::seconds(1);
 
 void warn_of_suppressed(std::string_view line, std::uint64_t notices) {
   if (notices > 0) {
-    spdlog::warn("{}: {} further refusals are not reported as events, too many came at once", line,
-                 notices);
+    spdlog::warn("{}: {} further refusals are not reported as events, too many came at once",
+                 line.empty() ? "gateway" : line, notices);
   }
 }
 
 }  // namespace
 
 RequestReceiver::RequestReceiver(DataEdge& edge, std::span<const std::unique_ptr<LineHost>> lines,
-                                 exchange::Ring<line::Reply>& refusals, exchange::Wakeup& publisher,
-                                 ClientDirectory& clients, std::string versions)
+                                 PublisherInlets publisher, ClientDirectory& clients,
+                                 std::string versions)
     : edge_(edge),
       lines_(lines),
-      refusals_(refusals),
       publisher_(publisher),
       clients_(clients),
       versions_(std::move(versions)) {
@@ -134,7 +134,7 @@ void RequestReceiver::on_command(CommandRequest request) {
     }
     refusal = line::Refusal::busy;
   }
-  refuse_command(host, tag, {.refusal = refusal, .command = kind, .client = client});
+  refuse_command(host, request.line, tag, {.refusal = refusal, .command = kind, .client = client});
 }
 
 void RequestReceiver::on_gateway_command(GatewayCommandRequest request) {
@@ -161,29 +161,26 @@ void RequestReceiver::on_gateway_command(GatewayCommandRequest request) {
     }
     refusal = line::Refusal::busy;
   }
-  refuse_command(host, tag, {.refusal = refusal, .command = kind, .client = client});
+  refuse_command(host, request.line, tag, {.refusal = refusal, .command = kind, .client = client});
 }
 
-void RequestReceiver::refuse_command(LineHost* host, std::uint64_t tag,
+void RequestReceiver::refuse_command(LineHost* host, std::string_view line, std::uint64_t tag,
                                      const event::CommandRefused& refused) {
-  if (host != nullptr) {
-    notice(*host, refused);
-  }
+  notice(host, line, refused);
   refuse(tag, refused.refusal);
 }
 
 void RequestReceiver::on_output_write(OutputRequest request) {
   LineHost* host = find(request.line);
-  if (host == nullptr) {
-    report_unknown_line(request.line);
-    return;
-  }
   request.write.client_number = clients_.number(request.from, request.client);
-  const bool may_write =
-      request.from.right != ClientRight::none && host->plan.outputs == config::Access::all;
+  const bool may_write = host != nullptr && request.from.right != ClientRight::none &&
+                         host->plan.outputs == config::Access::all;
   if (!may_write) {
-    refuse_output(*host, request.write.group, line::OutputRefusal::not_permitted,
-                  request.write.client_number);
+    notice(host, request.line,
+           event::OutputRefused{.refusal = host == nullptr ? line::OutputRefusal::unknown_group
+                                                           : line::OutputRefusal::not_permitted,
+                                .group = request.write.group,
+                                .client = request.write.client_number});
     return;
   }
   request.write.client = std::move(request.client);
@@ -194,24 +191,23 @@ void RequestReceiver::on_output_write(OutputRequest request) {
   host->executor->wakeup().signal();
 }
 
-void RequestReceiver::on_output_refused(std::string_view line, std::uint16_t group,
+void RequestReceiver::on_output_refused(RequestOrigin origin, std::uint16_t group,
                                         line::OutputRefusal refusal, std::string_view why) {
-  spdlog::debug("{}: outputs of group {} refused: {}", printable(line), group, why);
-  if (LineHost* host = find(line)) {
-    refuse_output(*host, group, refusal);
-  } else {
-    report_unknown_line(line);
-  }
+  spdlog::debug("{}: outputs of group {} refused: {}", printable(origin.line), group, why);
+  const std::uint32_t client = clients_.number(origin.from, origin.client);
+  notice(find(origin.line), origin.line,
+         event::OutputRefused{.refusal = refusal, .group = group, .client = client});
 }
 
-void RequestReceiver::on_command_refused(std::string_view line, std::string_view client,
-                                         std::uint8_t kind, line::Refusal refusal,
-                                         std::string_view why) {
-  spdlog::debug("{}: command of {} refused: {}", printable(line), printable(client), why);
-  if (LineHost* host = find(line)) {
-    notice(*host, event::CommandRefused{.refusal = refusal,
-                                        .command = static_cast<line::CommandKind>(kind)});
-  }
+void RequestReceiver::on_command_refused(RequestOrigin origin, std::uint8_t kind,
+                                         line::Refusal refusal, std::string_view why) {
+  spdlog::debug("{}: command of {} refused: {}", printable(origin.line), printable(origin.client),
+                why);
+  const std::uint32_t client = clients_.number(origin.from, origin.client);
+  notice(
+      find(origin.line), origin.line,
+      event::CommandRefused{
+          .refusal = refusal, .command = static_cast<line::CommandKind>(kind), .client = client});
 }
 
 void RequestReceiver::on_unreadable(std::uint64_t samples) {
@@ -232,18 +228,6 @@ void RequestReceiver::on_misfit(std::string_view topic, std::string_view policy)
   misfit_reported_ = now;
   spdlog::warn("{}: a subscriber writes with a quality of service that does not fit ({})", topic,
                policy);
-}
-
-// Reported in the log, because there is no line that could report an event.
-void RequestReceiver::report_unknown_line(std::string_view line) {
-  ++unknown_lines_;
-  const Instant now = monotonic_now();
-  if (now - unknown_lines_reported_ < kNoticePeriod) {
-    return;
-  }
-  unknown_lines_reported_ = now;
-  spdlog::warn("{} outputs for a line that does not exist were received and dropped, last '{}'",
-               std::exchange(unknown_lines_, 0), printable(line));
 }
 
 void RequestReceiver::report_namesakes() {
@@ -277,20 +261,30 @@ void RequestReceiver::report_suppressed() {
   }
 }
 
-void RequestReceiver::refuse_output(LineHost& host, std::uint16_t group,
-                                    line::OutputRefusal refusal, std::uint32_t client) {
-  notice(host, event::OutputRefused{.refusal = refusal, .group = group, .client = client});
-}
-
-void RequestReceiver::notice(LineHost& host, const EventData& what) {
-  if (!notices_[host.name()].admit(what, monotonic_now())) {
+void RequestReceiver::notice(LineHost* host, std::string_view line, const EventData& what) {
+  if (!notices_[host == nullptr ? std::string() : host->name()].admit(what, monotonic_now())) {
+    return;
+  }
+  if (host == nullptr) {
+    notice_unknown_line(line, what);
     return;
   }
   Event event{.data = what};
-  if (!host.port.notices.push(event)) {
-    host.port.requests_lost.add();
+  if (!host->port.notices.push(event)) {
+    host->port.requests_lost.add();
   }
-  host.executor->wakeup().signal();
+  host->executor->wakeup().signal();
+}
+
+// The ring has room for the events of several seconds.
+void RequestReceiver::notice_unknown_line(std::string_view line, const EventData& what) {
+  GatewayNotice notice{.event = {.time = monotonic_now(), .data = what}, .text = {}};
+  notice.text = "line '" + printable(line) +
+                "' does not exist: " + describe(notice.event, line::LineConfig{}, {}, &clients_);
+  if (!publisher_.notices.push(notice)) {
+    spdlog::warn("{}", notice.text);
+  }
+  publisher_.wakeup.signal();
 }
 
 void RequestReceiver::refuse(std::uint64_t tag, line::Refusal refusal) {
@@ -307,12 +301,12 @@ void RequestReceiver::answer(line::Reply reply) {
 
 void RequestReceiver::flush() {
   bool moved = false;
-  while (!waiting_.empty() && refusals_.push(waiting_.front())) {
+  while (!waiting_.empty() && publisher_.refusals.push(waiting_.front())) {
     waiting_.pop_front();
     moved = true;
   }
   if (moved) {
-    publisher_.signal();
+    publisher_.wakeup.signal();
   }
 }
 

@@ -16,17 +16,24 @@
 #include "gateway/exchange/wakeup.h"
 #include "gateway/publish/client_directory.h"
 #include "gateway/publish/data_edge.h"
+#include "gateway/publish/gateway_news.h"
 #include "gateway/publish/notice_limit.h"
 #include "gateway/runtime/line_host.h"
 
 namespace linegate::gateway {
 
+// What the receiver passes to the publisher.
+struct PublisherInlets {
+  exchange::Ring<line::Reply>& refusals;
+  exchange::Ring<GatewayNotice>& notices;
+  exchange::Wakeup& wakeup;
+};
+
 class RequestReceiver final : public RequestHandler {
  public:
   // versions: the answer to request::Versions. All references must outlive this object.
   RequestReceiver(DataEdge& edge, std::span<const std::unique_ptr<LineHost>> lines,
-                  exchange::Ring<line::Reply>& refusals, exchange::Wakeup& publisher,
-                  ClientDirectory& clients, std::string versions);
+                  PublisherInlets publisher, ClientDirectory& clients, std::string versions);
   ~RequestReceiver() override;
   RequestReceiver(const RequestReceiver&) = delete;
   RequestReceiver& operator=(const RequestReceiver&) = delete;
@@ -46,10 +53,10 @@ class RequestReceiver final : public RequestHandler {
   void on_output_write(OutputRequest request) override;
   void on_command(CommandRequest request) override;
   void on_gateway_command(GatewayCommandRequest request) override;
-  void on_output_refused(std::string_view line, std::uint16_t group, line::OutputRefusal refusal,
+  void on_output_refused(RequestOrigin origin, std::uint16_t group, line::OutputRefusal refusal,
                          std::string_view why) override;
-  void on_command_refused(std::string_view line, std::string_view client, std::uint8_t kind,
-                          line::Refusal refusal, std::string_view why) override;
+  void on_command_refused(RequestOrigin origin, std::uint8_t kind, line::Refusal refusal,
+                          std::string_view why) override;
   void on_unreadable(std::uint64_t samples) override;
   void on_misfit(std::string_view topic, std::string_view policy) override;
   // Retries replies that found their ring full.
@@ -65,12 +72,9 @@ class RequestReceiver final : public RequestHandler {
   // within the network of the line.
   bool crosses(const LineHost& host, const line::Command& command) const;
   void answer(line::Reply reply);
-  // Answers a command that was not passed to a line. host: reports it as an event; nullptr: there
-  // is no such line.
-  void refuse_command(LineHost* host, std::uint64_t tag, const event::CommandRefused& refused);
-  void refuse_output(LineHost& host, std::uint16_t group, line::OutputRefusal refusal,
-                     std::uint32_t client = 0);
-  void report_unknown_line(std::string_view line);
+  // Answers a command that was not passed to a line. host, line: see notice().
+  void refuse_command(LineHost* host, std::string_view line, std::uint64_t tag,
+                      const event::CommandRefused& refused);
   void report_namesakes();
   void report_warnings();
   void report_suppressed();
@@ -96,13 +100,15 @@ class RequestReceiver final : public RequestHandler {
     RingUse outputs;
   };
 
-  void notice(LineHost& host, const EventData& what);
+  // Reports a refusal as an event of the line; without a host as one of the gateway: `line` is the
+  // name of a line that does not exist.
+  void notice(LineHost* host, std::string_view line, const EventData& what);
+  void notice_unknown_line(std::string_view line, const EventData& what);
   void run();
 
   DataEdge& edge_;
   std::span<const std::unique_ptr<LineHost>> lines_;
-  exchange::Ring<line::Reply>& refusals_;
-  exchange::Wakeup& publisher_;
+  PublisherInlets publisher_;
   ClientDirectory& clients_;
   std::string versions_;
   std::deque<line::Reply> waiting_;
@@ -112,8 +118,6 @@ class RequestReceiver final : public RequestHandler {
   std::uint64_t unreadable_ = 0;         // samples since the last report
   Instant unreadable_reported_{};
   Instant misfit_reported_{};
-  std::uint64_t unknown_lines_ = 0;  // outputs since the last report
-  Instant unknown_lines_reported_{};
   std::size_t namesakes_ = 0;  // other gateways of this name at the last report
   Instant namesakes_reported_{};
   exchange::Flag stop_;

@@ -122,14 +122,22 @@ int wait_for_stop_signal() {
   return note(signal);
 }
 
-std::optional<int> wait_for_signal(Duration timeout) {
+std::optional<ReceivedSignal> wait_for_signal(Duration timeout) {
   const sigset_t set = set_of({SIGINT, SIGTERM, SIGHUP});
   const Duration left = std::max(timeout, Duration::zero());
   const auto seconds = std::chrono::floor<std::chrono::seconds>(left);
   const timespec ts{static_cast<std::time_t>(seconds.count()),
                     static_cast<long>((left - seconds).count())};
-  const int signal = sigtimedwait(&set, nullptr, &ts);
-  return signal > 0 ? std::optional(note(signal)) : std::nullopt;
+  siginfo_t info{};
+  const int signal = sigtimedwait(&set, &info, &ts);
+  if (signal <= 0) {
+    return std::nullopt;
+  }
+  ReceivedSignal out{.number = note(signal)};
+  if (info.si_code == SI_USER || info.si_code == SI_QUEUE || info.si_code == SI_TKILL) {
+    out.sender = SignalSender{info.si_pid, info.si_uid};
+  }
+  return out;
 }
 
 }  // namespace linegate::gateway

@@ -6,6 +6,8 @@
 #include <chrono>
 #include <optional>
 
+#include <sys/types.h>
+
 #include "stack/base/time.h"
 
 namespace linegate::gateway {
@@ -35,7 +37,18 @@ bool stop_signal_pending();
 // Waits for SIGINT or SIGTERM and returns its number.
 int wait_for_stop_signal();
 
+// The process that sent a signal, as the kernel reports it.
+struct SignalSender {
+  pid_t process = 0;
+  uid_t user = 0;  // the real user ID of the process
+};
+
+struct ReceivedSignal {
+  int number = 0;
+  std::optional<SignalSender> sender{};  // nothing: the kernel, such as a terminal that is closed
+};
+
 // Waits for any of the three signals, for at most `timeout`.
-std::optional<int> wait_for_signal(Duration timeout);
+std::optional<ReceivedSignal> wait_for_signal(Duration timeout);
 
 }  // namespace linegate::gateway

@@ -86,17 +86,17 @@ class Plant : public dds::GatewayHandler {
       bridge->reply({.tag = message.command.tag});
   }
 
-  void on_output_refused(std::string_view line, std::uint16_t group, line::OutputRefusal refusal,
-                         std::string_view why) override {
-    std::printf("output-refused line=%s group=%u refusal=%u %s\n", std::string(line).c_str(), group,
+  void on_output_refused(const dds::RequestOrigin& origin, std::uint16_t group,
+                         line::OutputRefusal refusal, std::string_view why) override {
+    std::printf("output-refused line=%s group=%u refusal=%u %s\n", origin.line.c_str(), group,
                 static_cast<unsigned>(refusal), std::string(why).c_str());
   }
 
-  void on_command_refused(std::string_view line, std::string_view client, std::uint8_t kind,
+  void on_command_refused(const dds::RequestOrigin& origin, std::uint8_t kind,
                           line::Refusal refusal, std::string_view why) override {
-    std::printf("command-refused line=%s client=%s kind=%u refusal=%u %s\n",
-                std::string(line).c_str(), std::string(client).c_str(), kind,
-                static_cast<unsigned>(refusal), std::string(why).c_str());
+    std::printf("command-refused line=%s client=%s kind=%u refusal=%u %s\n", origin.line.c_str(),
+                origin.client.c_str(), kind, static_cast<unsigned>(refusal),
+                std::string(why).c_str());
   }
 
   void on_unreadable(std::uint64_t samples) override {

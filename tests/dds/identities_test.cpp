@@ -66,13 +66,13 @@ struct Handler : dds::GatewayHandler {
     reply.tag = message.command.tag;
     bridge->reply(reply);
   }
-  void on_output_refused(std::string_view, std::uint16_t, line::OutputRefusal,
+  void on_output_refused(const dds::RequestOrigin&, std::uint16_t, line::OutputRefusal,
                          std::string_view why) override {
     ++refused["output " + std::string(why)];
   }
-  void on_command_refused(std::string_view, std::string_view client, std::uint8_t, line::Refusal,
+  void on_command_refused(const dds::RequestOrigin& origin, std::uint8_t, line::Refusal,
                           std::string_view why) override {
-    ++refused[std::string(client) + " " + std::string(why)];
+    ++refused[origin.client + " " + std::string(why)];
   }
   void note(const std::string& what, const dds::Participant& from) {
     ++requests[what + " " + std::string(name(from.right)) + " " + from.subject];

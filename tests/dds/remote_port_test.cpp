@@ -85,9 +85,9 @@ struct Received final : GatewayHandler {
   void on_output_write(OutputMessage message) override { outputs.push_back(std::move(message)); }
   void on_command(CommandMessage message) override { commands.push_back(std::move(message)); }
   void on_gateway_command(GatewayCommandMessage) override {}
-  void on_output_refused(std::string_view, std::uint16_t, line::OutputRefusal,
+  void on_output_refused(const RequestOrigin&, std::uint16_t, line::OutputRefusal,
                          std::string_view) override {}
-  void on_command_refused(std::string_view, std::string_view, std::uint8_t, line::Refusal,
+  void on_command_refused(const RequestOrigin&, std::uint8_t, line::Refusal,
                           std::string_view) override {}
   void on_misfit(std::string_view, std::string_view policy) override {
     misfits.emplace_back(policy);

@@ -136,9 +136,9 @@ struct NoRequests : dds::GatewayHandler {
   void on_output_write(dds::OutputMessage) override {}
   void on_command(dds::CommandMessage) override {}
   void on_gateway_command(dds::GatewayCommandMessage) override {}
-  void on_output_refused(std::string_view, std::uint16_t, line::OutputRefusal,
+  void on_output_refused(const dds::RequestOrigin&, std::uint16_t, line::OutputRefusal,
                          std::string_view) override {}
-  void on_command_refused(std::string_view, std::string_view, std::uint8_t, line::Refusal,
+  void on_command_refused(const dds::RequestOrigin&, std::uint8_t, line::Refusal,
                           std::string_view) override {}
 };
 

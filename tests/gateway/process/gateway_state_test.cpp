@@ -115,10 +115,12 @@ TEST_F(GatewayStateTest, ReportsReloadsAsEventsOfItsOwn) {
   ASSERT_TRUE(comes([&] { return received.events.size() == 1 && !received.name.empty(); }));
   EXPECT_EQ(received.events[0].data, EventData(event::GatewayStarted{.lines = 1}));
   const std::uint64_t before = received.info.configuration;
+  gateway->set_reload_sender(SignalSender{.process = 123, .user = 1000});
   EXPECT_TRUE(gateway->reload(make_plant(plant_of(2))).done);
   ASSERT_TRUE(comes([&] { return received.events.size() == 2 && received.info.reloads == 1; }));
   EXPECT_EQ(received.events[1].data, EventData(event::GatewayReloaded{.changed = 1, .lines = 2}));
   EXPECT_NE(received.texts[1].find("line2"), std::string::npos) << received.texts[1];
+  EXPECT_TRUE(received.texts[1].starts_with("reloaded (by process 123 of user 1000): "));
   EXPECT_EQ(received.info.lines.size(), 2U);
   EXPECT_NE(received.info.configuration, before);
 
@@ -129,9 +131,12 @@ TEST_F(GatewayStateTest, ReportsReloadsAsEventsOfItsOwn) {
       comes([&] { return received.events.size() == 3 && received.info.reloads_refused == 1; }));
   EXPECT_EQ(received.events[2].data, EventData(event::GatewayReloadRefused{.errors = 1}));
   EXPECT_NE(received.texts[2].find("the name of the gateway"), std::string::npos);
+  EXPECT_TRUE(received.texts[2].starts_with("not reloaded (by process 123 of user 1000), "));
 
+  gateway->set_reload_sender({});
   gateway->refuse_reload({{Severity::error, "plant.yaml", 3, 5, "there is no file"}});
   ASSERT_TRUE(comes([&] { return received.events.size() == 4; }));
+  EXPECT_TRUE(received.texts[3].starts_with("not reloaded, everything runs as before"));
   EXPECT_NE(received.texts[3].find("plant.yaml:3:5: error: there is no file"), std::string::npos)
       << received.texts[3];
   for (std::size_t i = 0; i < received.events.size(); ++i) {

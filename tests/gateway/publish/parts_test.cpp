@@ -54,6 +54,23 @@ TEST(NoticeLimit, TellsEachReasonOnceASecond) {
   EXPECT_EQ(limit.pop_suppressed(), 0U) << "a reason that was reported already is not suppressed";
 }
 
+TEST(NoticeLimit, OneClientHasAPartOfThePlaces) {
+  NoticeLimit limit;
+  const Instant start(10s);
+  const auto output = [](std::uint32_t client, std::uint16_t group) {
+    return event::OutputRefused{
+        .refusal = line::OutputRefusal::bad_length, .group = group, .client = client};
+  };
+  for (std::uint16_t group = 0; group < NoticeLimit::kOfOneClient; ++group)
+    EXPECT_TRUE(limit.admit(output(1, group), start));
+  EXPECT_FALSE(limit.admit(output(1, 100), start + 999ms));
+  EXPECT_EQ(limit.pop_suppressed(start + 999ms), 1U);
+  EXPECT_FALSE(limit.admit(event::CommandRefused{.client = 1}, start + 999ms));
+  EXPECT_TRUE(limit.admit(output(2, 100), start + 999ms));
+  EXPECT_TRUE(limit.admit(event::CommandRefused{.client = 3}, start + 999ms));
+  EXPECT_TRUE(limit.admit(output(1, 100), start + 1s));
+}
+
 TEST(NoticeLimit, AReasonThatAlwaysChangesIsToldSoManyTimesASecond) {
   NoticeLimit limit;
   const Instant start(10s);

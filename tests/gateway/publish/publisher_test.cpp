@@ -123,6 +123,20 @@ TEST_F(PublisherTest, EventsAreStoredAndTheirNumbersContinue) {
   std::filesystem::remove_all(folder);
 }
 
+// Such as a request for a line that does not exist.
+TEST_F(PublisherTest, NoticesOfTheReceiverAreEventsOfTheGateway) {
+  Publisher with(edge, hosts, nullptr);
+  GatewayNotice notice{.event = {.data = event::CommandRefused{.client = 1}}, .text = "refused"};
+  with.notices().push(notice);
+  GatewayNews news;
+  news.event.data = event::GatewayStarted{.lines = 1};
+  news.text = "gateway started";
+  with.report(std::move(news));
+  with.start();
+  with.stop();
+  EXPECT_THAT(edge.samples(), testing::IsSupersetOf({"event  1", "event  2"}));
+}
+
 // The journal cannot reserve numbers, so the first event of the line begins another stream.
 TEST_F(PublisherTest, ANewStreamIsPublishedBeforeItsFirstEvent) {
   JournalThread journal({.plan = {.file = "/missing/journal.db"}, .incarnation = 7});

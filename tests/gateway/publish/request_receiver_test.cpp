@@ -18,6 +18,8 @@
 namespace linegate::gateway {
 namespace {
 
+constexpr auto kSdoRead = static_cast<std::uint8_t>(line::CommandKind::sdo_read);
+
 class RequestReceiverTest : public testing::Test {
  protected:
   RequestReceiverTest() {
@@ -25,7 +27,8 @@ class RequestReceiverTest : public testing::Test {
     plan.config.name = "press";
     hosts.push_back(std::make_unique<LineHost>(plan, image::Layout{}, image::Layout{}));
     hosts[0]->executor = &executor;
-    receiver = std::make_unique<RequestReceiver>(edge, hosts, refusals, publisher, clients, "");
+    receiver = std::make_unique<RequestReceiver>(
+        edge, hosts, PublisherInlets{refusals, gateway_notices, publisher}, clients, "");
     spdlog::default_logger()->set_level(spdlog::level::debug);
   }
 
@@ -35,6 +38,7 @@ class RequestReceiverTest : public testing::Test {
   LogKeeper log;
   Executor executor{config::ExecutorPlan{}};
   exchange::Ring<line::Reply> refusals{4};
+  exchange::Ring<GatewayNotice> gateway_notices{1024};
   exchange::Wakeup publisher;
   ClientDirectory clients;
   std::vector<std::unique_ptr<LineHost>> hosts;
@@ -42,17 +46,22 @@ class RequestReceiverTest : public testing::Test {
 };
 
 TEST_F(RequestReceiverTest, NamesOfStrangersDoNotSteerTheLog) {
-  receiver->on_command_refused("pre\nss", "\x1b[2Jme", 1, line::Refusal::bad_request, "why");
+  receiver->on_command_refused({"pre\nss", "\x1b[2Jme"}, 1, line::Refusal::bad_request, "why");
   EXPECT_TRUE(was_logged("debug pre.ss: command of .[2Jme refused: why"));
-  receiver->on_output_refused("pre\x1bss", 1, line::OutputRefusal::not_permitted, "why");
+  receiver->on_output_refused({"pre\x1bss", "me"}, 1, line::OutputRefusal::not_permitted, "why");
   EXPECT_TRUE(was_logged("debug pre.ss: outputs of group 1 refused: why"));
+  GatewayNotice notice;
+  ASSERT_TRUE(gateway_notices.pop(notice));
+  EXPECT_EQ(notice.text.find_first_of("\n\x1b"), std::string::npos) << notice.text;
 }
 
-// Each request has another group, so that no reason equals the previous one.
+// Each request has another client and group, so that no reason equals the previous one.
 TEST_F(RequestReceiverTest, WhatALineIsToldOfStrangersIsBoundedAndTheRestCounted) {
   constexpr unsigned kMany = 200;
   for (unsigned group = 0; group < kMany; ++group) {
-    receiver->on_output_refused("press", static_cast<std::uint16_t>(group),
+    // so many clients that the limit of each is not reached
+    const RequestOrigin origin{"press", "me", {.id = {static_cast<std::uint8_t>(group)}}};
+    receiver->on_output_refused(origin, static_cast<std::uint16_t>(group),
                                 line::OutputRefusal::not_permitted, "why");
   }
   unsigned reported = 0;
@@ -68,6 +77,71 @@ TEST_F(RequestReceiverTest, WhatALineIsToldOfStrangersIsBoundedAndTheRestCounted
     EXPECT_TRUE(was_logged("warning press: " + std::to_string(kMany - reported) +
                            " further refusals are not reported as events, too many came at once"));
   }
+}
+
+// The reasons of one client leave room for those of others.
+TEST_F(RequestReceiverTest, RefusalsOfOneClientAreBoundedAndDoNotHideThoseOfOthers) {
+  const RequestOrigin flood{"press", "flood", {.id = {1}, .host = "panel3"}};
+  const RequestOrigin other{"press", "other", {.id = {2}, .host = "panel4"}};
+  for (std::uint16_t group = 0; group < 100; ++group)
+    receiver->on_output_refused(flood, group, line::OutputRefusal::bad_length, "why");
+  receiver->on_command_refused(other, kSdoRead, line::Refusal::wrong_incarnation, "why");
+  std::vector<Event> events;
+  for (Event event; hosts[0]->port.notices.pop(event);)
+    events.push_back(event);
+  ASSERT_GT(events.size(), NoticeLimit::kOfOneClient);
+  // If the machine stalls for a second, it may report more than the limit of one second.
+  EXPECT_LT(events.size(), 100U);
+  const auto& first = std::get<event::OutputRefused>(events.front().data);
+  EXPECT_EQ(clients.describe(first.client), "flood at panel3");
+  const auto& last = std::get<event::CommandRefused>(events.back().data);
+  EXPECT_EQ(last.refusal, line::Refusal::wrong_incarnation);
+  EXPECT_EQ(clients.describe(last.client), "other at panel4");
+}
+
+TEST_F(RequestReceiverTest, RequestsForAnUnknownLineAreEventsOfTheGateway) {
+  const ClientIdentity alice{.id = {1}, .host = "panel3", .subject = "alice"};
+  CommandRequest command{.line = "nowhere", .client = "hmi", .from = alice};
+  command.command.request = line::NmtRequest{.node = 5};
+  receiver->on_command(command);
+  receiver->on_output_write({.line = "nowhere", .client = "hmi", .from = alice});
+  receiver->on_command_refused({"nowhere", "hmi", alice}, kSdoRead, line::Refusal::bad_request,
+                               "why");
+  GatewayNotice notice;
+  ASSERT_TRUE(gateway_notices.pop(notice));
+  const auto& refused = std::get<event::CommandRefused>(notice.event.data);
+  EXPECT_EQ(refused.refusal, line::Refusal::unknown_line);
+  EXPECT_EQ(refused.command, line::CommandKind::nmt);
+  EXPECT_EQ(notice.text,
+            "line 'nowhere' does not exist: command nmt of alice (hmi at panel3) refused: " +
+                std::string(line::describe(line::Refusal::unknown_line)));
+  ASSERT_TRUE(gateway_notices.pop(notice));
+  EXPECT_EQ(notice.event.kind(), EventKind::output_refused);
+  EXPECT_EQ(notice.text,
+            "line 'nowhere' does not exist: outputs of group 0 of alice (hmi at panel3) refused: " +
+                std::string(line::describe(line::OutputRefusal::unknown_group)));
+  ASSERT_TRUE(gateway_notices.pop(notice));
+  EXPECT_EQ(std::get<event::CommandRefused>(notice.event.data).refusal, line::Refusal::bad_request);
+  receiver->on_command(command);
+  EXPECT_FALSE(gateway_notices.pop(notice)) << "once a second";
+}
+
+// Names that do not exist must not make a table grow.
+TEST_F(RequestReceiverTest, EventsOfUnknownLinesAreBounded) {
+  for (unsigned i = 0; i < 1000; ++i) {
+    CommandRequest command{.line = "nowhere" + std::to_string(i), .client = "hmi"};
+    command.command.request = line::NmtRequest{.node = 5};
+    command.from.id = {static_cast<std::uint8_t>(i), static_cast<std::uint8_t>(i >> 8U)};
+    receiver->on_command(std::move(command));
+    for (line::Reply reply; refusals.pop(reply);) {
+    }
+  }
+  unsigned reported = 0;
+  for (GatewayNotice notice; gateway_notices.pop(notice);)
+    ++reported;
+  EXPECT_GE(reported, NoticeLimit::kReasons);
+  // If the machine stalls for a second, it may report more than the limit of one second.
+  EXPECT_LT(reported, 1000U);
 }
 
 TEST_F(RequestReceiverTest, WhatTheEdgeReceivesGoesToTheLineAndItsWarningsToTheLog) {

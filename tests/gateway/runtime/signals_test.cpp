@@ -69,7 +69,28 @@ TEST_F(LimitEndTest, LeavesAProgramAloneThatEndsInTime) {
       {
         begin(60s);
         ::kill(::getpid(), SIGTERM);
-        std::_Exit(wait_for_signal(10s) == SIGTERM ? 0 : 1);
+        const auto received = wait_for_signal(10s);
+        std::_Exit(received && received->number == SIGTERM ? 0 : 1);
+      },
+      testing::ExitedWithCode(0), "");
+}
+
+// An event of the gateway names who requested a reload.
+TEST(WaitForSignal, NamesTheProcessThatSentIt) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(
+      {
+        block_reload_signal();
+        const pid_t sender = ::fork();
+        if (sender == 0) {
+          ::kill(::getppid(), SIGHUP);
+          std::_Exit(0);
+        }
+        const auto received = wait_for_signal(10s);
+        const bool known = received && received->number == SIGHUP && received->sender &&
+                           received->sender->process == sender &&
+                           received->sender->user == ::getuid();
+        std::_Exit(known ? 0 : 1);
       },
       testing::ExitedWithCode(0), "");
 }
