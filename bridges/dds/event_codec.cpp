@@ -1036,6 +1036,25 @@ struct EventCodec<event::JournalState> {
   }
 };
 
+// code: cause; value: exit code, signal or error number; data: ends (4), pause in ms (4).
+template <>
+struct EventCodec<event::DdsProcessEnded> {
+  static constexpr v1::EventKind kKind = v1::EVENT_DDS_PROCESS_ENDED;
+  static void pack(const event::DdsProcessEnded& from, EventFields& to) {
+    to.code = pack_number(from.cause);
+    to.value = from.detail;
+    append(to, from.ends, 4);
+    append(to, from.pause_ms, 4);
+  }
+  static void unpack(const EventFields& from, event::DdsProcessEnded& to) {
+    FieldReader data(from.bytes());
+    unpack_number(from.code, to.cause);
+    to.detail = from.value;
+    to.ends = data.number<std::uint32_t>();
+    to.pause_ms = data.number<std::uint32_t>();
+  }
+};
+
 // The numbers of the stack are those of the contract.
 template <class... Data>
 constexpr bool same_event_numbers(std::type_identity<std::variant<Data...>> /*of*/) {

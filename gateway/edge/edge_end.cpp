@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/edge/edge_end.h"
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
+#include <new>
 #include <string_view>
 
 #include <fcntl.h>
@@ -57,10 +59,45 @@ void offer_to_end_first() {
   }
 }
 
+// In octets, as RLIMIT_DATA counts: the sixth number of /proc/self/statm, in pages (proc(5)).
+std::size_t data_size() {
+  const int file = open("/proc/self/statm", O_RDONLY | O_CLOEXEC);
+  std::array<char, 128> text{};
+  const ssize_t length = file < 0 ? -1 : read(file, text.data(), text.size() - 1);
+  close(file);
+  std::size_t pages = 0;
+  int number = 0;
+  for (ssize_t i = 0; i < length; ++i) {
+    const char c = text[static_cast<std::size_t>(i)];
+    if (c == ' ') {
+      pages = ++number == 5 ? 0 : pages;
+    } else if (number == 5) {
+      pages = 10 * pages + static_cast<std::size_t>(c - '0');
+    }
+  }
+  return pages * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+}
+
+// A single allocation of an absurd size is an error of its caller; with little memory left, nobody
+// can go on. Allocates nothing.
+void out_of_memory() {
+  rlimit data{};
+  getrlimit(RLIMIT_DATA, &data);
+  if (data_size() < data.rlim_cur / 4 * 3) {
+    throw std::bad_alloc();
+  }
+  constexpr std::string_view kText = "<3>the memory of this process is used up\n";
+  if (write(STDERR_FILENO, kText.data(), kText.size()) < 0) {
+    errno = 0;  // its exit code says so, too
+  }
+  _exit(kExitOutOfMemory);
+}
+
 }  // namespace
 
 bool give_up_privileges(std::size_t memory) {
   offer_to_end_first();
+  std::set_new_handler(out_of_memory);
   return prctl(PR_SET_PDEATHSIG, SIGKILL, 0, 0, 0) == 0 && !parent_has_ended() &&
          drop_capabilities() && prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 &&
          limit(RLIMIT_RTPRIO, 0) && limit(RLIMIT_MEMLOCK, 0) && limit(RLIMIT_DATA, memory) &&

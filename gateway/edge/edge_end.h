@@ -17,10 +17,15 @@ namespace linegate::gateway {
 inline constexpr int kRingsDescriptor = 3;  // exchange::SharedRings
 inline constexpr int kWakeDescriptor = 4;   // a socket: an octet wakes the other process
 
+// The exit code of a process that has used up the memory of give_up_privileges(). As in sysexits.h,
+// it is none that a program ends with by accident.
+inline constexpr int kExitOutOfMemory = 71;
+
 // Gives up every privilege that the process does not need: capabilities, new privileges, real-time
 // priority, and system calls that affect other processes (system_calls.h); limits its memory to
-// `memory` octets. The process ends with its parent. Call it first in main(). Returns false if the
-// system refuses one of them, or the parent has ended already.
+// `memory` octets, and ends with kExitOutOfMemory when operator new reaches that limit. The process
+// ends with its parent. Call it first in main(). Returns false if the system refuses one of them,
+// or the parent has ended already.
 bool give_up_privileges(std::size_t memory);
 
 class EdgeEnd {

@@ -83,6 +83,9 @@ Descriptor moved_up(Descriptor from) {
 }
 
 std::string describe_end(const siginfo_t& end) {
+  if (end.si_code == CLD_EXITED && end.si_status == kExitOutOfMemory) {
+    return "ended because it had used up its memory";
+  }
   if (end.si_code == CLD_EXITED) {
     return fmt::format("ended with exit code {}", end.si_status);
   }
@@ -181,7 +184,8 @@ struct EdgeProcess::Child {
   const Instant started;
   ProgressLimit progress;
   std::string line;       // incomplete line of its output
-  std::string killed_as;  // why this process has ended it
+  std::string killed_as;  // why this process has ended it; empty: it has not
+  event::ProcessEnd killed_for{};
 };
 
 EdgeProcess::EdgeProcess(Options options) : options_(std::move(options)), pauses_(options_.stable) {
@@ -365,17 +369,45 @@ void EdgeProcess::run() {
 // A refusal of the system must not end this process: it is tried again.
 void EdgeProcess::start_again(Instant now) {
   std::string reason;
+  int error = 0;
   try {
     if (start()) {
       return;
     }
-    reason = strerror(errno);
-  } catch (const std::exception& error) {
-    reason = error.what();
+    error = errno;
+    reason = strerror(error);
+  } catch (const std::system_error& refused) {
+    error = refused.code().value();
+    reason = refused.what();
+  } catch (const std::exception& other) {
+    reason = other.what();
   }
   options_.log(Severity::error,
                fmt::format("the {} process cannot be started: {}", options_.name, reason));
-  start_due_ = now + pauses_.after({});
+  const Duration pause = pauses_.after({});
+  start_due_ = now + pause;
+  options_.ended({event::ProcessEnd::not_started, static_cast<std::uint32_t>(error), pause,
+                  "could not be started: " + reason});
+}
+
+void EdgeProcess::note_end(const Child& child, const siginfo_t& end, Instant now) {
+  Options::End report{.cause = child.killed_for,
+                      .pause = pauses_.after(now - child.started),
+                      .words = child.killed_as};
+  if (report.words.empty()) {
+    const bool exited = end.si_code == CLD_EXITED;
+    report.cause = !exited                             ? event::ProcessEnd::signal
+                   : end.si_status == kExitOutOfMemory ? event::ProcessEnd::memory
+                                                       : event::ProcessEnd::exited;
+    report.detail = static_cast<std::uint32_t>(end.si_status);
+    report.words = describe_end(end);
+  }
+  const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(report.pause).count();
+  start_due_ = now + report.pause;
+  options_.log(Severity::error,
+               fmt::format("the {} process {} {}; it is started again{}", options_.name, child.pid,
+                           report.words, ms == 0 ? std::string() : fmt::format(" in {} ms", ms)));
+  options_.ended(std::move(report));
 }
 
 void EdgeProcess::look_at(Child& child, Instant now) {
@@ -384,19 +416,12 @@ void EdgeProcess::look_at(Child& child, Instant now) {
   if (waitid(P_PID, static_cast<id_t>(child.pid), &end, WEXITED | WNOHANG) == 0 &&
       end.si_pid != 0) {
     take_output(child, true);
-    const std::string how = child.killed_as.empty() ? describe_end(end) : child.killed_as;
     {
       const std::lock_guard lock(mutex_);
       child_.reset();
     }
     if (!finishing_.raised()) {
-      const Duration pause = pauses_.after(now - child.started);
-      const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(pause).count();
-      start_due_ = now + pause;
-      options_.log(
-          Severity::error,
-          fmt::format("the {} process {} {}; it is started again{}", options_.name, child.pid, how,
-                      ms == 0 ? std::string() : fmt::format(" in {} ms", ms)));
+      note_end(child, end, now);
     }
     supervisor_.signal();
     return;
@@ -412,8 +437,10 @@ void EdgeProcess::look_at(Child& child, Instant now) {
                  ? "it damaged the memory that both processes share"
                  : rejected_;
   }
+  child.killed_for = event::ProcessEnd::malformed;
   if (reason.empty() && !child.progress.look(counters, now)) {
     reason = "it did not respond";
+    child.killed_for = event::ProcessEnd::no_response;
   }
   if (!reason.empty() || kill_.raised()) {
     child.killed_as = "was ended: " + reason;

@@ -6,6 +6,7 @@
 // blocks this process or accesses memory outside of the rings (exchange/byte_ring.h).
 #pragma once
 
+#include <csignal>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -21,6 +22,7 @@
 #include "gateway/exchange/shared_rings.h"
 #include "gateway/exchange/wakeup.h"
 #include "stack/base/diagnostic.h"
+#include "stack/base/events.h"
 #include "stack/base/time.h"
 
 namespace linegate::gateway {
@@ -76,6 +78,16 @@ class EdgeProcess {
     std::string name;  // in the log: "DDS"
     // A process that ran for that long is replaced at once.
     Duration stable = std::chrono::seconds(10);
+    // Receives each end of the process, and each failed start. The words are those of the log
+    // without their subject; the pause is before the next start. Called in the thread of this
+    // object, after `log`.
+    struct End {
+      event::ProcessEnd cause{};
+      std::uint32_t detail = 0;  // as event::DdsProcessEnded
+      Duration pause{};
+      std::string words;
+    };
+    std::function<void(End)> ended = [](const End&) {};
     // Receive reports of the end of the process, and the lines of its output, which may contain
     // anything. Called in the thread of this object.
     std::function<void(Severity, std::string_view text)> log;
@@ -115,6 +127,7 @@ class EdgeProcess {
   void run();
   bool start();
   void start_again(Instant now);
+  void note_end(const Child& child, const siginfo_t& end, Instant now);
   void look_at(Child& child, Instant now);
   void take_output(Child& child, bool all);
   void report_line(std::string_view line) const;

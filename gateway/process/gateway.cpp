@@ -347,6 +347,12 @@ void Gateway::report_journal() {
   }
 }
 
+void Gateway::report_edge() {
+  while (const auto notice = edge_->pop_notice(monotonic_now())) {
+    report(notice->event, notice->text);
+  }
+}
+
 Gateway::Reload Gateway::reload(const config::Plant& wanted) {
   Reload out;
   out.difference = difference(identity_, wanted);

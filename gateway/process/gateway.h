@@ -67,6 +67,8 @@ class Gateway {
   // Reports conditions of the journal as events of the gateway. Call it periodically from the
   // thread that called start().
   void report_journal();
+  // Reports ends of the DDS process as events of the gateway. Call it likewise.
+  void report_edge();
 
   // The threads that must respond for the gateway to work. Excludes the threads that wait for
   // disks.

@@ -95,6 +95,7 @@ void Service::work(Instant now) {
   take_scans();
   finish_reload();
   gateway_.report_journal();
+  gateway_.report_edge();
   if (now >= look_due_) {
     look_due_ = now + look_period_;
     look();

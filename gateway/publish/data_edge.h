@@ -4,14 +4,15 @@
 // Publisher and RequestReceiver depend on this interface only. dds_edge.h implements it with
 // bridges/dds; another bridge, or DDS in a separate process, would be another implementation.
 //
-// Three groups of calls may run at the same time, each from one thread at a time: set_clock(),
-// publish_...(), and the counters; poll() and warnings(); reply(). Any thread may call wake(),
-// namesakes() and other_gateways().
+// Four groups of calls may run at the same time, each from one thread at a time: set_clock(),
+// publish_...(), and the counters; poll() and warnings(); reply(); pop_notice(). Any thread may
+// call wake(), namesakes() and other_gateways().
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -100,6 +101,12 @@ class RequestHandler {
   virtual void on_misfit(std::string_view topic, std::string_view policy) = 0;
 };
 
+// What happened to the edge itself, as an event of the gateway.
+struct EdgeNotice {
+  EventData event;
+  std::string text;  // description of the event
+};
+
 // Statistics of the edge itself, for GatewayState.
 struct EdgeStatistics {
   std::size_t participants = 0;        // other participants that are discovered now
@@ -173,6 +180,8 @@ class DataEdge {
   virtual void wake() = 0;
   // Sentences for the log about data that the edge discarded since the last call; usually empty.
   virtual std::vector<std::string> warnings(Instant now) = 0;
+  // Events since the last call that the caller publishes; usually none. From one thread at a time.
+  virtual std::optional<EdgeNotice> pop_notice(Instant /*now*/) { return std::nullopt; }
 
   // Answers the command with that tag, and keeps the answer for duplicates.
   virtual void reply(const line::Reply& reply) = 0;

@@ -155,8 +155,8 @@ class DdsEdge final : public DataEdge {
  public:
   // revoked: null without DDS-Security.
   DdsEdge(std::unique_ptr<dds::GatewayBridge> bridge,
-          std::shared_ptr<security::RevokedNames> revoked)
-      : bridge_(std::move(bridge)), revoked_(std::move(revoked)) {}
+          std::shared_ptr<security::RevokedNames> revoked, std::shared_ptr<ProcessEnds> ends)
+      : bridge_(std::move(bridge)), revoked_(std::move(revoked)), ends_(std::move(ends)) {}
 
   bool add_line(const std::string& line) override { return bridge_->add_line(line); }
   void remove_line(const std::string& line) override { bridge_->remove_line(line); }
@@ -222,11 +222,13 @@ class DdsEdge final : public DataEdge {
   std::vector<std::string> warnings(Instant now) override {
     return guard_.update(bridge_->guard_counters(), now);
   }
+  std::optional<EdgeNotice> pop_notice(Instant now) override { return ends_->pop(now); }
   void reply(const line::Reply& reply) override { bridge_->reply(reply); }
 
  private:
   std::unique_ptr<dds::GatewayBridge> bridge_;
   std::shared_ptr<security::RevokedNames> revoked_;  // used by the thread that polls
+  std::shared_ptr<ProcessEnds> ends_;                // of the DDS process; none without one
   dds::guard::Report guard_;
 };
 
@@ -276,12 +278,14 @@ Loaded<std::unique_ptr<DataEdge>> make_dds_edge(const config::Plant& plant,
   for (const auto& line : plant.lines) {
     options.lines.push_back(line.config.name);
   }
-  auto made = plant.dds_own_process ? make_bridge_to_process(options, plant)
+  auto ends = std::make_shared<ProcessEnds>();
+  auto made = plant.dds_own_process ? make_bridge_to_process(options, plant, ends)
                                     : dds::GatewayBridge::make(options);
   Loaded<std::unique_ptr<DataEdge>> out;
   out.diagnostics = std::move(made.diagnostics);
   if (made.value) {
-    out.value = std::make_unique<DdsEdge>(std::move(*made.value), std::move(revoked));
+    out.value =
+        std::make_unique<DdsEdge>(std::move(*made.value), std::move(revoked), std::move(ends));
   }
   return out;
 }

@@ -51,7 +51,8 @@ void write_log(Severity severity, std::string_view text) {
 
 class ProcessLink final : public dds::MessageLink {
  public:
-  explicit ProcessLink(const config::Plant& plant) : process_(options_for(plant)) {}
+  ProcessLink(const config::Plant& plant, std::shared_ptr<ProcessEnds> ends)
+      : ends_(std::move(ends)), process_(options_for(plant)) {}
 
   dds::ProcessNumber process() const override { return process_.number(); }
   bool send(dds::ProcessNumber process, std::span<const std::byte> message) override {
@@ -79,13 +80,19 @@ class ProcessLink final : public dds::MessageLink {
             .arguments = {"linegated-dds", std::string(kDdsProcessArgument)},
             .name = "DDS",
             .stable = plant.dds_stable,
+            .ended =
+                [this](EdgeProcess::Options::End end) {
+                  ends_->note(end.cause, end.detail, end.pause, std::move(end.words));
+                },
             .log = write_log,
-            .output = [this](Severity severity, std::string_view text) {
-              library_.write(severity, text, monotonic_now());
-            }};
+            .output =
+                [this](Severity severity, std::string_view text) {
+                  library_.write(severity, text, monotonic_now());
+                }};
   }
 
-  LibraryLogger library_;  // outlives the process
+  const std::shared_ptr<ProcessEnds> ends_;  // outlives the process
+  LibraryLogger library_;                    // as well
   EdgeProcess process_;
 };
 
@@ -163,11 +170,12 @@ int run() {
 }  // namespace
 
 Loaded<std::unique_ptr<dds::GatewayBridge>> make_bridge_to_process(
-    const dds::GatewayOptions& options, const config::Plant& plant) {
+    const dds::GatewayOptions& options, const config::Plant& plant,
+    std::shared_ptr<ProcessEnds> ends) {
   Loaded<std::unique_ptr<dds::GatewayBridge>> out;
   try {
-    out = dds::make_remote_bridge(options, std::make_unique<ProcessLink>(plant), kDelayOfLines,
-                                  stop_signal_pending);
+    out = dds::make_remote_bridge(options, std::make_unique<ProcessLink>(plant, std::move(ends)),
+                                  kDelayOfLines, stop_signal_pending);
   } catch (const std::exception& error) {
     out.diagnostics.push_back({Severity::error, plant.file, 0, 0,
                                std::string("the DDS process cannot be started: ") + error.what()});

@@ -439,6 +439,9 @@ struct EventWords {
   std::string operator()(const event::JournalState& /*e*/) const {
     return "the journal is in another condition";
   }
+  std::string operator()(const event::DdsProcessEnded& /*e*/) const {
+    return "the DDS process ended and is started again";
+  }
 };
 
 std::string who(const Event& event, const line::LineConfig& line) {

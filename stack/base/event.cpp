@@ -75,6 +75,7 @@ constexpr std::array<KindInfo, kEventKinds> kInfo{{
     {"output-owner", EventSeverity::warning},
     {"client-limited", EventSeverity::warning},
     {"journal-state", EventSeverity::info},
+    {"dds-process-ended", EventSeverity::error},
 }};
 
 }  // namespace

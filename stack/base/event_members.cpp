@@ -359,6 +359,13 @@ void visit(const event::JournalState& of, EventMemberVisitor& to) {
   to.number("lost", number(of.lost));
 }
 
+void visit(const event::DdsProcessEnded& of, EventMemberVisitor& to) {
+  to.number("cause", number(of.cause));
+  to.number("detail", number(of.detail));
+  to.number("ends", number(of.ends));
+  to.number("pause_ms", number(of.pause_ms));
+}
+
 }  // namespace
 
 void visit_members(const EventData& data, EventMemberVisitor& visitor) {

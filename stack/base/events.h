@@ -105,6 +105,7 @@ enum class EventKind : std::uint8_t {
   output_owner,
   client_limited,
   journal_state,
+  dds_process_ended,
 };
 
 // "node" in the comments is Event::node. A member `suppressed` is the number of events that were
@@ -759,6 +760,26 @@ struct JournalState {
   friend bool operator==(const JournalState&, const JournalState&) = default;
 };
 
+enum class ProcessEnd : std::uint8_t {
+  exited = 1,       // by itself
+  signal = 2,       // of the system or of another process
+  no_response = 3,  // was ended: it did not respond
+  malformed = 4,    // was ended: it sent what no working process sends
+  memory = 5,       // it used up its memory
+  not_started = 6,  // the system refused to start it
+};
+
+// The process with the DDS endpoints ended and is started again.
+struct DdsProcessEnded {
+  static constexpr EventKind kKind = EventKind::dds_process_ended;
+  ProcessEnd cause = ProcessEnd::exited;
+  std::uint32_t detail = 0;    // exit code, number of the signal, or error number of the system
+  std::uint32_t ends = 1;      // since the last one of these events, with this one
+  std::uint32_t pause_ms = 0;  // before the next start
+
+  friend bool operator==(const DdsProcessEnded&, const DdsProcessEnded&) = default;
+};
+
 }  // namespace event
 
 // In the order of EventKind.
@@ -778,7 +799,7 @@ using EventData =
                  event::GatewayStarted, event::GatewayReloaded, event::GatewayReloadRefused,
                  event::SpontaneousChange, event::SharedNodeId, event::ObjectWritten,
                  event::OwnReset, event::TimeReceived, event::CommandAccepted, event::OutputOwner,
-                 event::ClientLimited, event::JournalState>;
+                 event::ClientLimited, event::JournalState, event::DdsProcessEnded>;
 
 inline constexpr std::size_t kEventKinds = std::variant_size_v<EventData>;
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <chrono>
 #include <functional>
 #include <mutex>
@@ -12,6 +13,8 @@
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+
+#include "gateway/edge/edge_end.h"
 
 #include "tests/dds/sanitizers.h"
 
@@ -83,6 +86,12 @@ class EdgeProcessTest : public testing::Test {
     return std::make_unique<EdgeProcess>(EdgeProcess::Options{.program = "/bin/sh",
                                                               .arguments = {"sh", "-c", script},
                                                               .name = "test",
+                                                              .ended =
+                                                                  [this](const auto& end) {
+                                                                    const std::lock_guard lock(
+                                                                        mutex_);
+                                                                    ends_.push_back(end);
+                                                                  },
                                                               .log = note,
                                                               .output = note});
   }
@@ -108,19 +117,50 @@ class EdgeProcessTest : public testing::Test {
     return condition();
   }
 
+  // The first one, which was reported before its line appeared in the log, or is reported soon.
+  EdgeProcess::Options::End first_end() {
+    eventually([&] {
+      const std::lock_guard lock(mutex_);
+      return !ends_.empty();
+    });
+    const std::lock_guard lock(mutex_);
+    return ends_.empty() ? EdgeProcess::Options::End{} : ends_.front();
+  }
+
   std::mutex mutex_;
   std::vector<std::string> lines_;
+  std::vector<EdgeProcess::Options::End> ends_;
 };
 
 TEST_F(EdgeProcessTest, ReportsTheEndOfAProcessAndStartsAnother) {
   const auto process = run("exit 7");
   EXPECT_TRUE(logged("ended with exit code 7; it is started again"));
   EXPECT_TRUE(logged("it is started again in 250 ms"));
+  EXPECT_EQ(first_end().cause, event::ProcessEnd::exited);
+  EXPECT_EQ(first_end().detail, 7U);
+  EXPECT_EQ(first_end().words, "ended with exit code 7");
 }
 
 TEST_F(EdgeProcessTest, ReportsASignalInWords) {
   const auto process = run("kill -ABRT $$");
   EXPECT_TRUE(logged("was ended by signal 6 (Aborted)"));
+  EXPECT_EQ(first_end().cause, event::ProcessEnd::signal);
+  EXPECT_EQ(first_end().detail, 6U);
+}
+
+TEST_F(EdgeProcessTest, ReportsThatTheMemoryWasUsedUp) {
+  const auto process = run("exit " + std::to_string(kExitOutOfMemory));
+  EXPECT_TRUE(logged("ended because it had used up its memory"));
+  EXPECT_EQ(first_end().cause, event::ProcessEnd::memory);
+}
+
+TEST_F(EdgeProcessTest, ReportsAProcessThatDoesNotRespond) {
+  const auto process =
+      run("printf '\\001' | dd bs=1 seek=384 conv=notrunc of=/proc/self/fd/3 2>/dev/null;"
+          "printf '\\001' | dd bs=1 seek=448 conv=notrunc of=/proc/self/fd/3 2>/dev/null;"
+          "exec sleep 1000");
+  EXPECT_TRUE(logged("was ended: it did not respond; it is started again"));
+  EXPECT_EQ(first_end().cause, event::ProcessEnd::no_response);
 }
 
 TEST_F(EdgeProcessTest, PassesItsOutputToTheLog) {
@@ -134,6 +174,7 @@ TEST_F(EdgeProcessTest, RejectsAProcess) {
   const auto process = run("sleep 1000");
   process->reject(process->number(), "it lies");
   EXPECT_TRUE(logged("was ended: it lies; it is started again"));
+  EXPECT_EQ(first_end().cause, event::ProcessEnd::malformed);
 }
 
 #ifndef LINEGATE_TESTS_ARE_SANITIZED  // the sanitizers open descriptors themselves
@@ -148,6 +189,10 @@ TEST_F(EdgeProcessTest, ARefusalOfTheSystemIsReportedAndTriedAgain) {
   ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &before), 0);
   EXPECT_TRUE(reported);
   EXPECT_TRUE(eventually([&] { return process->number() > 1; }));
+  const std::lock_guard lock(mutex_);
+  EXPECT_TRUE(std::any_of(ends_.begin(), ends_.end(), [](const auto& end) {
+    return end.cause == event::ProcessEnd::not_started && end.detail == EMFILE;
+  }));
 }
 #endif
 

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// The ends of the DDS process as events of the gateway.
+#pragma once
+
+#include <cstdint>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "gateway/publish/data_edge.h"
+#include "stack/base/events.h"
+#include "stack/base/time.h"
+
+namespace linegate::gateway {
+
+// Joins ends that follow each other, so that a process that dies again and again does not fill the
+// events. note() and pop() may be called from different threads.
+class ProcessEnds {
+ public:
+  // Between two events. A process that cannot run at all is started every 30 s.
+  static constexpr Duration kPeriod = std::chrono::seconds(60);
+
+  // words: the reason, as in "the DDS process was ended by signal 9 (Killed)": without a subject.
+  void note(event::ProcessEnd cause, std::uint32_t detail, Duration pause, std::string words);
+  // The ends since the last event, with the cause, pause and words of the newest one. Empty if
+  // there are none, or the last event is more recent than kPeriod.
+  std::optional<EdgeNotice> pop(Instant now);
+
+ private:
+  std::mutex mutex_;
+  event::DdsProcessEnded newest_{.ends = 0};
+  std::string words_;
+  std::optional<Instant> reported_;
+};
+
+}  // namespace linegate::gateway

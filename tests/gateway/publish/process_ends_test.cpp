@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/publish/process_ends.h"
+
+#include <variant>
+
+#include <gtest/gtest.h>
+
+namespace linegate::gateway {
+namespace {
+
+using namespace std::chrono_literals;
+using event::DdsProcessEnded;
+using event::ProcessEnd;
+
+class ProcessEndsTest : public testing::Test {
+ protected:
+  ProcessEnds ends_;
+  Instant now_{1h};
+};
+
+TEST_F(ProcessEndsTest, TheFirstOneIsReportedAtOnce) {
+  EXPECT_FALSE(ends_.pop(now_));
+  ends_.note(ProcessEnd::signal, 9, 0ms, "was ended by signal 9 (Killed)");
+  const auto notice = ends_.pop(now_);
+  ASSERT_TRUE(notice);
+  EXPECT_EQ(std::get<DdsProcessEnded>(notice->event), (DdsProcessEnded{ProcessEnd::signal, 9, 1}));
+  EXPECT_EQ(notice->text, "the DDS process was ended by signal 9 (Killed); it is started again");
+  EXPECT_FALSE(ends_.pop(now_ + 1h));
+}
+
+TEST_F(ProcessEndsTest, LaterOnesAreJoinedForAMinute) {
+  ends_.note(ProcessEnd::exited, 1, 0ms, "ended with exit code 1");
+  ASSERT_TRUE(ends_.pop(now_));
+  ends_.note(ProcessEnd::exited, 1, 250ms, "ended with exit code 1");
+  ends_.note(ProcessEnd::no_response, 0, 500ms, "was ended: it did not respond");
+  EXPECT_FALSE(ends_.pop(now_ + ProcessEnds::kPeriod - 1ns));
+  const auto notice = ends_.pop(now_ + ProcessEnds::kPeriod);
+  ASSERT_TRUE(notice);
+  EXPECT_EQ(std::get<DdsProcessEnded>(notice->event),
+            (DdsProcessEnded{ProcessEnd::no_response, 0, 2, 500}));
+  EXPECT_EQ(notice->text,
+            "the DDS process was ended: it did not respond; it is started again in 500 ms; 2 ends "
+            "since the last report");
+}
+
+TEST_F(ProcessEndsTest, OneAfterAMinuteIsReportedAtOnce) {
+  ends_.note(ProcessEnd::memory, 71, 0ms, "ended because it had used up its memory");
+  ASSERT_TRUE(ends_.pop(now_));
+  ends_.note(ProcessEnd::memory, 71, 0ms, "ended because it had used up its memory");
+  const auto notice = ends_.pop(now_ + ProcessEnds::kPeriod);
+  ASSERT_TRUE(notice);
+  EXPECT_EQ(std::get<DdsProcessEnded>(notice->event).ends, 1U);
+}
+
+}  // namespace
+}  // namespace linegate::gateway
