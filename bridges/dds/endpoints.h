@@ -72,6 +72,14 @@ class Endpoints {
     return guard_ == nullptr ? guard::Counters{} : guard_->counters();
   }
 
+  // Time that the library has spent on the oldest datagram that it processes now; 0 without one, or
+  // without a guard. From any thread.
+  Duration longest_call() const {
+    const auto now = std::chrono::steady_clock::now().time_since_epoch();
+    return guard_ == nullptr ? Duration{}
+                             : Duration{guard_->calls().longest(Duration{now}.count())};
+  }
+
   // Limits how long TCP connections may stall. Call it about every second, from one thread that
   // does not write.
   void limit_stalls() {

@@ -24,6 +24,7 @@ class EndpointServer final : public PortServer {
   bool handle(Message message) override;
   bool poll(Duration timeout, const Send& send) override;
   void wake() override { port_->wake(); }
+  Duration longest_call() const override { return port_->longest_call(); }
 
  private:
   template <class Sample>

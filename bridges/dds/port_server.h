@@ -33,6 +33,9 @@ class PortServer {
   virtual bool poll(Duration timeout, const Send& send) = 0;
   // Ends the present poll(), or the next one.
   virtual void wake() = 0;
+
+  // See SamplePort::longest_call().
+  virtual Duration longest_call() const = 0;
 };
 
 }  // namespace linegate::dds

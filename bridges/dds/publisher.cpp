@@ -161,6 +161,7 @@ class LocalPort final : public SamplePort {
   std::vector<std::string> other_gateways() const override { return endpoints_.peers().gateways; }
   DiscoveryCounters discovery() const override { return endpoints_.discovery(); }
   guard::Counters guard_counters() const override { return endpoints_.guard_counters(); }
+  Duration longest_call() const override { return endpoints_.longest_call(); }
 
  private:
   // Returns no_writers_ if there is no such line.

@@ -84,6 +84,9 @@ class SamplePort {
   virtual std::vector<std::string> other_gateways() const = 0;
   virtual DiscoveryCounters discovery() const = 0;
   virtual guard::Counters guard_counters() const = 0;
+  // Time that the library has spent on the oldest datagram that it processes now; 0: none, or not
+  // known. From any thread.
+  virtual Duration longest_call() const { return Duration{}; }
 };
 
 // Whether output_misfit() and command_misfit() may return that text.

@@ -13,6 +13,7 @@
 #include <mutex>
 #include <utility>
 
+#include "bridges/dds/guard/call_watch.h"
 #include "bridges/dds/guard/counters.h"
 #include "bridges/dds/guard/discovered.h"
 #include "bridges/dds/guard/guid_table.h"
@@ -63,6 +64,10 @@ class Guard {
 
   Counters counters() const;
 
+  // The datagrams that the library processes now, in ns of steady_clock.
+  CallWatch& calls() { return calls_; }
+  const CallWatch& calls() const { return calls_; }
+
  private:
   struct Datagram;
   enum class Reliability : std::uint8_t { unknown, best_effort, reliable };
@@ -101,6 +106,7 @@ class Guard {
   Discovered discovered_;
   std::atomic<std::uint64_t> received_{0};
   std::array<std::atomic<std::uint64_t>, kReasons> dropped_{};
+  CallWatch calls_;
 };
 
 }  // namespace linegate::dds::guard

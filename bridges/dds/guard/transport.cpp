@@ -109,9 +109,11 @@ class Transport final : public fast::ChainingTransport {
     Address from{};
     std::copy(std::begin(remote.address), std::end(remote.address), from.begin());
     thread_local PassedOn out;
-    if (descriptor_.guard->judge({octets, size}, steady_ns(), from, &out).reason != Reason::none)
+    const std::int64_t now = steady_ns();
+    if (descriptor_.guard->judge({octets, size}, now, from, &out).reason != Reason::none)
       return;
     const Octets datagram = out.octets();
+    const CallWatch::Call call(descriptor_.guard->calls(), now);
     next->OnDataReceived(datagram.data(), static_cast<std::uint32_t>(datagram.size()), local,
                          remote);
   }

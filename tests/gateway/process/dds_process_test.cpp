@@ -110,6 +110,7 @@ class DdsProcessTest : public GatewayTest {
         return false;
       }
       client_->poll(5ms, strict_);
+      gateway_->report_edge();  // as the service does
     }
     return true;
   }
@@ -127,7 +128,52 @@ class DdsProcessTest : public GatewayTest {
     }();
   }
 
+  // The first end of a process, as its event reports it.
+  event::DdsProcessEnded reported_end() {
+    meanwhile([&] { return strict_.happened("", EventKind::dds_process_ended); });
+    for (const auto& [number, event] : strict_.events[""]) {
+      if (const auto* const end = event.get<event::DdsProcessEnded>()) {
+        return *end;
+      }
+    }
+    return {.ends = 0};
+  }
+  // The fault of the process, at the request of that signal (dds_faults.cpp), must replace it for
+  // that reason, and must not affect the lines.
+  void expect_replacement(int signal, event::ProcessEnd cause) {
+    ASSERT_TRUE(meanwhile([&] { return strict_.lines.contains("open"); }));
+    const auto before = strict_.lines["open"].counters.heartbeats_lost;
+    const pid_t first = dds_process();
+    const Instant begin = monotonic_now();
+    kill(first, signal);
+    ASSERT_TRUE(meanwhile([&] { return dds_process() != first; }));
+    const Duration found = monotonic_now() - begin;
+    ASSERT_TRUE(back_after(first));
+    const auto ms = [](Duration time) {
+      return std::chrono::duration_cast<std::chrono::milliseconds>(time).count();
+    };
+    std::cout << "replaced after " << ms(found) << " ms, samples after "
+              << ms(monotonic_now() - begin) << " ms\n";
+    EXPECT_EQ(reported_end().cause, cause);
+    EXPECT_EQ(reported_end().ends, 1U);
+    EXPECT_TRUE(read().reply.ok());
+    EXPECT_LE(strict_.lost_images, kImages);
+    EXPECT_EQ(strict_.missing_events(""), 0U);
+    pass(1500ms);  // the state of the line is published once a second
+    EXPECT_EQ(strict_.lines["open"].counters.heartbeats_lost, before);
+  }
+
   StrictListener strict_;
+};
+
+// With a library in the DDS process that causes faults of Fast DDS.
+class DdsFaultsTest : public DdsProcessTest {
+ protected:
+  void SetUp() override {
+    setenv("LD_PRELOAD", DDS_FAULTS, 1);
+    DdsProcessTest::SetUp();
+  }
+  void TearDown() override { unsetenv("LD_PRELOAD"); }
 };
 
 // A datagram may end each process before it has created its endpoints, as this program ends.
@@ -207,6 +253,37 @@ TEST_F(DdsProcessTest, AStoppedProcessIsReplaced) {
   EXPECT_TRUE(back_after(first));
   EXPECT_TRUE(read().reply.ok());
   EXPECT_LE(strict_.lost_images, kImages);
+}
+
+TEST_F(DdsProcessTest, AnEndIsAnEventOfTheGatewayWithItsReason) {
+  const pid_t first = dds_process();
+  kill(first, SIGABRT);
+  const auto end = reported_end();
+  EXPECT_EQ(end.cause, event::ProcessEnd::signal);
+  EXPECT_EQ(end.detail, static_cast<std::uint32_t>(SIGABRT));
+  EXPECT_EQ(end.ends, 1U);
+  const auto is_text = [](const std::string& text) {
+    return text.starts_with("the DDS process was ended by signal 6 (Aborted); it is started again");
+  };
+  EXPECT_TRUE(std::any_of(strict_.texts.begin(), strict_.texts.end(), is_text));
+  EXPECT_EQ(strict_.missing_events(""), 0U);
+}
+
+TEST_F(DdsProcessTest, AStoppedProcessIsReportedAsOneThatDidNotRespond) {
+  expect_replacement(SIGSTOP, event::ProcessEnd::no_response);
+}
+
+TEST_F(DdsFaultsTest, AProcessThatUsesUpItsMemoryIsReplaced) {
+  expect_replacement(SIGUSR2, event::ProcessEnd::memory);
+}
+
+TEST_F(DdsFaultsTest, AnEndlessLoopInTheThreadThatServesTheGatewayIsFound) {
+  expect_replacement(SIGRTMIN, event::ProcessEnd::no_response);
+}
+
+// The threads that serve the gateway continue meanwhile.
+TEST_F(DdsFaultsTest, AnEndlessLoopForADatagramIsFound) {
+  expect_replacement(SIGUSR1, event::ProcessEnd::no_response);
 }
 
 TEST_F(DdsProcessTest, AnAnswerThatWasLostWithItsProcessIsSentAgain) {

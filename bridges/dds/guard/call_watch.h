@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// How long the library takes for the datagrams that it processes now. A datagram that makes it loop
+// or wait without end never returns, and other threads may not notice that.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+
+namespace linegate::dds::guard {
+
+class CallWatch {
+ public:
+  // Threads that process datagrams at the same time; further ones are not watched.
+  static constexpr std::size_t kCalls = 64;
+
+  // A datagram is processed during the life of this object. now: in ns of any monotonic clock, not
+  // 0. Does not allocate or wait.
+  class Call {
+   public:
+    Call(CallWatch& watch, std::int64_t now) {
+      for (std::atomic<std::int64_t>& begun : watch.begun_) {
+        std::int64_t none = 0;
+        if (begun.load(std::memory_order_relaxed) == 0 &&
+            begun.compare_exchange_strong(none, now)) {
+          begun_ = &begun;
+          return;
+        }
+      }
+    }
+    ~Call() {
+      if (begun_ != nullptr)
+        begun_->store(0, std::memory_order_relaxed);
+    }
+    Call(const Call&) = delete;
+    Call& operator=(const Call&) = delete;
+
+   private:
+    std::atomic<std::int64_t>* begun_ = nullptr;
+  };
+
+  // Time since the beginning of the oldest present call, in ns; 0 if there is none. now: of the
+  // same clock. From any thread.
+  std::int64_t longest(std::int64_t now) const {
+    std::int64_t out = 0;
+    for (const std::atomic<std::int64_t>& begun : begun_) {
+      const std::int64_t since = begun.load(std::memory_order_relaxed);
+      out = since == 0 ? out : std::max(out, now - since);
+    }
+    return out;
+  }
+
+ private:
+  std::array<std::atomic<std::int64_t>, kCalls> begun_{};  // 0: free
+};
+
+}  // namespace linegate::dds::guard

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+// Preloaded into the DDS process (LD_PRELOAD): faults of Fast DDS at the request of a signal.
+//   SIGUSR1     the thread that receives the next datagram loops in the library without end
+//   SIGUSR2     a thread allocates and fills memory without end
+//   SIGRTMIN    the thread that the signal interrupts loops without end, with the locks that it has
+#include <csignal>
+#include <cstddef>
+#include <cstring>
+#include <thread>
+
+#include <dlfcn.h>
+#include <fastdds/rtps/common/CDRMessage_t.h>
+#include <fastdds/rtps/common/Locator.h>
+#include <semaphore.h>
+
+namespace {
+
+volatile std::sig_atomic_t receiver_loops = 0;
+volatile std::sig_atomic_t work = 0;
+sem_t hog;
+
+[[noreturn]] void loop() {
+  while (true) {
+    work = work + 1;
+  }
+}
+
+void allocate_without_end() {
+  constexpr std::size_t kBlock = std::size_t{1} << 20U;
+  while (sem_wait(&hog) != 0) {
+  }
+  while (true) {
+    auto* const block = new std::byte[kBlock];
+    std::memset(block, 0x5A, kBlock);
+  }
+}
+
+void on(int signal, void (*handler)(int)) {
+  struct sigaction action {};
+  action.sa_handler = handler;
+  sigaction(signal, &action, nullptr);
+}
+
+[[gnu::constructor]] void install() {
+  sem_init(&hog, 0, 0);
+  std::thread(allocate_without_end).detach();
+  on(SIGUSR1, [](int) { receiver_loops = 1; });
+  on(SIGUSR2, [](int) { sem_post(&hog); });
+  on(SIGRTMIN, [](int) { loop(); });
+}
+
+}  // namespace
+
+// Replaces the function of the library that reads each datagram, and calls it.
+namespace eprosima::fastrtps::rtps {
+
+class MessageReceiver {
+ public:
+  void processCDRMsg(const Locator_t& from, const Locator_t& to, CDRMessage_t* message);
+};
+
+void MessageReceiver::processCDRMsg(const Locator_t& from, const Locator_t& to,
+                                    CDRMessage_t* message) {
+  if (receiver_loops != 0) {
+    loop();
+  }
+  using Function = void (*)(MessageReceiver*, const Locator_t&, const Locator_t&, CDRMessage_t*);
+  static const auto library = reinterpret_cast<Function>(
+      dlsym(RTLD_NEXT,
+            "_ZN8eprosima8fastrtps4rtps15MessageReceiver13processCDRMsgERKNS1_9Locator_tES5_PNS1_"
+            "12CDRMessage_tE"));
+  library(this, from, to, message);
+}
+
+}  // namespace eprosima::fastrtps::rtps
