@@ -142,12 +142,13 @@ int Journal::open_file() {
 
 int Journal::create() {
   const int error = database_.execute(
-      fmt::format("BEGIN IMMEDIATE; PRAGMA application_id={}; PRAGMA user_version={}; {} COMMIT",
-                  kJournalApplication, kJournalVersion, kJournalTables)
+      fmt::format("BEGIN IMMEDIATE; PRAGMA application_id={}; PRAGMA user_version={}; {}{} COMMIT",
+                  kJournalApplication, kJournalVersion, kJournalTables, kLastRunTable)
           .c_str());
   if (error != SQLITE_OK) {
     database_.execute("ROLLBACK");
   }
+  version_ = kJournalVersion;
   return error;
 }
 
@@ -161,9 +162,11 @@ int Journal::check() {
   if (error != SQLITE_OK) {
     return error;
   }
-  if (application != kJournalApplication || version != kJournalVersion) {
+  if (application != kJournalApplication || version < kOldestJournalVersion ||
+      version > kJournalVersion) {
     return SQLITE_MISMATCH;
   }
+  version_ = static_cast<int>(*version);
   if (checked_) {
     return SQLITE_OK;
   }
@@ -182,7 +185,35 @@ int Journal::read_numbers() {
   while ((error = lines.step()) == SQLITE_ROW) {
     limits_[lines.text(0)] = loaded(lines.number(1));
   }
-  return error == SQLITE_DONE ? SQLITE_OK : error;
+  return error == SQLITE_DONE ? read_last_run() : error;
+}
+
+int Journal::read_last_run() {
+  if (last_run_read_ || version_ < 2) {
+    return SQLITE_OK;
+  }
+  int error = SQLITE_OK;
+  const auto ended = database_.number("SELECT ended FROM last_run", error);
+  const auto lost =
+      error == SQLITE_OK ? database_.number("SELECT lost FROM last_run", error) : std::nullopt;
+  if (error == SQLITE_OK && ended && lost) {
+    last_run_ = {*ended != 0, loaded(*lost)};
+  }
+  return error;
+}
+
+// In the transaction of a store(): a file of version 1 on a full disk can still be opened.
+int Journal::mark(const LastRun& run) {
+  int error = SQLITE_OK;
+  if (version_ < kJournalVersion) {
+    error = database_.execute(
+        fmt::format("{} PRAGMA user_version={}", kLastRunTable, kJournalVersion).c_str());
+  }
+  return error != SQLITE_OK || run == marked_
+             ? error
+             : database_.execute(fmt::format("INSERT OR REPLACE INTO last_run VALUES(1, {}, {})",
+                                             run.ended ? 1 : 0, stored(run.lost))
+                                     .c_str());
 }
 
 // The database first: without its log it would be a sound journal with limits of the past, from
@@ -190,6 +221,7 @@ int Journal::read_numbers() {
 int Journal::set_file_aside() {
   close();
   checked_ = false;
+  marked_.reset();
   std::error_code error;
   std::filesystem::remove(unusable_file() + "-wal", error);
   if (!error) {
@@ -212,13 +244,16 @@ int Journal::move_log_aside() {
 }
 
 int Journal::store(std::span<const JournalEntry> entries, std::uint64_t stream,
-                   std::span<const NumberLimit> limits, Instant utc) {
+                   std::span<const NumberLimit> limits, Instant utc,
+                   std::optional<std::uint64_t> lost_at_end) {
   LINEGATE_ASSERT(entries.size() <= kMostEntries, "the free pages suffice for the entries");
   if (!is_open()) {
     return SQLITE_CANTOPEN;
   }
   int error = database_.execute("BEGIN IMMEDIATE");
+  const LastRun run{lost_at_end.has_value(), lost_at_end.value_or(0)};
   error = error == SQLITE_OK ? write(entries, stream, limits, utc) : error;
+  error = error == SQLITE_OK ? mark(run) : error;
   error = error == SQLITE_OK ? database_.execute("COMMIT") : error;
   if (error != SQLITE_OK) {
     database_.execute("ROLLBACK");
@@ -227,6 +262,9 @@ int Journal::store(std::span<const JournalEntry> entries, std::uint64_t stream,
     return error;
   }
   set_aside_ = 0;
+  version_ = kJournalVersion;
+  last_run_read_ = true;
+  marked_ = run;
   if (stream != stream_) {
     limits_.clear();
   }

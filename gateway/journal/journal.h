@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -23,6 +24,14 @@ namespace linegate::gateway {
 struct NumberLimit {
   std::string line;  // empty: the gateway itself
   std::uint64_t limit = 0;
+};
+
+// How the run of the gateway that wrote the file last ended.
+struct LastRun {
+  bool ended = true;       // in order; also of a file that does not say it
+  std::uint64_t lost = 0;  // its entries that are missing, and that no event reported
+
+  friend bool operator==(const LastRun&, const LastRun&) = default;
 };
 
 class Journal {
@@ -51,15 +60,20 @@ class Journal {
   int set_aside() const { return set_aside_; }
   // The highest number that each line may have used.
   const std::map<std::string, std::uint64_t, std::less<>>& limits() const { return limits_; }
+  // Of the run before the first store() of this object.
+  const LastRun& last_run() const { return last_run_; }
   std::string unusable_file() const;
 
   // Stores all of this, or nothing, and waits for the disk: up to kMostEntries entries, except
   // those that are stored already, the stream of later numbers, and limits (of all lines if the
   // stream is another one). Removes the oldest entries beyond max_size and max_age. utc: the
-  // present time. Returns 0 or the result code of SQLite; the journal is then closed.
+  // present time. lost_at_end: the run ends with this call, and so many of its entries are missing;
+  // without it, the file says that the run has not ended. Returns 0 or the result code of SQLite;
+  // the journal is then closed.
   static constexpr std::size_t kMostEntries = 256;
   int store(std::span<const JournalEntry> entries, std::uint64_t stream,
-            std::span<const NumberLimit> limits, Instant utc);
+            std::span<const NumberLimit> limits, Instant utc,
+            std::optional<std::uint64_t> lost_at_end = std::nullopt);
 
   // Ends the calls in progress and later ones with SQLITE_INTERRUPT, at their next statement or
   // after some steps of it. A call that waits for the disk does not return earlier. Any thread.
@@ -77,6 +91,8 @@ class Journal {
   int lock();
   int write(std::span<const JournalEntry> entries, std::uint64_t stream,
             std::span<const NumberLimit> limits, Instant utc);
+  int read_last_run();
+  int mark(const LastRun& run);
   int insert(const JournalEntry& entry);
   int trim(Instant utc);
   bool is_nearly_full(int& error);
@@ -86,6 +102,10 @@ class Journal {
   std::unique_ptr<Statements> statements_;
   std::uint64_t stream_ = 0;
   std::map<std::string, std::uint64_t, std::less<>> limits_;
+  int version_ = 0;             // of the tables
+  bool last_run_read_ = false;  // a later open() reads the mark of this run
+  LastRun last_run_;
+  std::optional<LastRun> marked_;  // of this run in the file
   int set_aside_ = 0;
   int unusable_ = 0;      // result code of a store() that found damage
   bool checked_ = false;  // the contents of the file

@@ -52,8 +52,9 @@ int check_version(Database& database) {
   if (error != SQLITE_OK) {
     return error;
   }
-  return application == kJournalApplication && version == kJournalVersion ? SQLITE_OK
-                                                                          : SQLITE_MISMATCH;
+  const bool readable = application == kJournalApplication && version >= kOldestJournalVersion &&
+                        version <= kJournalVersion;
+  return readable ? SQLITE_OK : SQLITE_MISMATCH;
 }
 
 std::string conditions(const JournalQuery& query) {

@@ -36,7 +36,7 @@ struct JournalPage {
 class JournalReader {
  public:
   // 0 or the result code of SQLite: SQLITE_NOTADB or SQLITE_MISMATCH if the file is no journal of
-  // this version. A file on a read-only medium can be read if no process writes it.
+  // a known version. A file on a read-only medium can be read if no process writes it.
   int open(const std::string& file);
   int read(const JournalQuery& query, JournalPage& page);
   // Whether the name belongs to another file since open(): the gateway moved a damaged one away.

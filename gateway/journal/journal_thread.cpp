@@ -27,6 +27,11 @@ std::uint64_t random_stream() {
   return value;
 }
 
+std::uint32_t in_32_bits(std::uint64_t number) {
+  return static_cast<std::uint32_t>(
+      std::min<std::uint64_t>(number, std::numeric_limits<std::uint32_t>::max()));
+}
+
 // Waits for the condition until that time. Returns the condition.
 template <typename Condition>
 bool await(Instant until, const Condition& condition) {
@@ -37,6 +42,11 @@ bool await(Instant until, const Condition& condition) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
   return true;
+}
+
+// Codes that SQLite itself only logs, for a file that an earlier process did not close.
+bool is_of_last_run(const event::JournalState& news) {
+  return (news.error & 0xFFU) == SQLITE_NOTICE;
 }
 
 void raise(exchange::Counter& counter, std::uint64_t to) {
@@ -146,16 +156,27 @@ std::uint64_t JournalThread::lost_at_stop() const {
 
 std::optional<event::JournalState> JournalThread::pop_news() {
   event::JournalState news;
-  return news_.pop(news) ? std::optional(news) : std::nullopt;
+  if (!news_.pop(news)) {
+    return std::nullopt;
+  }
+  if (!is_of_last_run(news)) {
+    announced_.add(news.lost);
+  }
+  return news;
 }
 
 std::string JournalThread::describe(const event::JournalState& news) const {
-  const std::string lost =
-      news.lost == 0 ? "" : fmt::format("; {} events are missing in it", news.lost);
+  const std::string lost = news.lost == 0
+                               ? ""
+                               : fmt::format("; {} events{} are missing in it", news.lost,
+                                             is_of_last_run(news) ? " of the last run" : "");
   std::string what;
   switch (news.condition) {
     case event::JournalCondition::working:
-      what = "stores events";
+      what = news.error != SQLITE_NOTICE_RECOVER_WAL
+                 ? "stores events"
+                 : "stores events; the last run did not end in order: its events of the last "
+                   "second, or since the disk failed, may be missing";
       break;
     case event::JournalCondition::failing:
       what = fmt::format("cannot store events: {} (SQLite result code {})",
@@ -244,7 +265,7 @@ void JournalThread::work(bool last) {
     report(event::JournalCondition::working, 0);
   }
   if (last) {
-    (void)store(final_limits());
+    (void)store(final_limits(), dropped_.value() - announced_.value());
   }
 }
 
@@ -315,12 +336,13 @@ std::vector<NumberLimit> JournalThread::final_limits() const {
   return out;
 }
 
-bool JournalThread::store(const std::vector<NumberLimit>& limits) {
+bool JournalThread::store(const std::vector<NumberLimit>& limits,
+                          std::optional<std::uint64_t> lost_at_end) {
   const std::uint64_t before = journal_.stream();
   const int set_aside = journal_.set_aside();
   const Instant utc = monotonic_now() + clock_.map().offset;
-  const int error =
-      journal_.store(std::span(batch_).first(batch_size_), stream_stored_, limits, utc);
+  const int error = journal_.store(std::span(batch_).first(batch_size_), stream_stored_, limits,
+                                   utc, lost_at_end);
   if (error != SQLITE_OK) {
     failed(error, monotonic_now());
     return false;
@@ -330,6 +352,7 @@ bool JournalThread::store(const std::vector<NumberLimit>& limits) {
   if (before != stream_stored_) {
     report(event::JournalCondition::renewed, set_aside);
   }
+  report_last_run();
   for (const NumberLimit& stored : limits) {
     const auto line = std::ranges::find(known_, stored.line, &NumberedLine::name);
     if (line != known_.end()) {
@@ -337,6 +360,19 @@ bool JournalThread::store(const std::vector<NumberLimit>& limits) {
     }
   }
   return true;
+}
+
+// Once, after the first store(): the file then stores the event, too.
+void JournalThread::report_last_run() {
+  if (last_run_reported_) {
+    return;
+  }
+  const LastRun& last = journal_.last_run();
+  event::JournalState news{
+      event::JournalCondition::working,
+      static_cast<std::uint32_t>(last.ended ? SQLITE_NOTICE : SQLITE_NOTICE_RECOVER_WAL),
+      in_32_bits(last.lost)};
+  last_run_reported_ = last == LastRun{} || news_.push(news);
 }
 
 void JournalThread::failed(int error, Instant now) {
@@ -350,8 +386,7 @@ void JournalThread::failed(int error, Instant now) {
 void JournalThread::report(event::JournalCondition condition, int error) {
   const std::uint64_t dropped = dropped_.value();
   event::JournalState news{condition, static_cast<std::uint32_t>(error), 0};
-  news.lost = static_cast<std::uint32_t>(
-      std::min<std::uint64_t>(dropped - dropped_seen_, std::numeric_limits<std::uint32_t>::max()));
+  news.lost = in_32_bits(dropped - dropped_seen_);
   if (news_.push(news)) {
     dropped_seen_ = dropped;
   }

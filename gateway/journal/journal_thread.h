@@ -64,13 +64,16 @@ class JournalThread {
   // Starts the thread unless it runs. Waits until numbers are reserved for all lines, at most
   // kLongestWait, and not while the journal fails: a disk stops nothing.
   void start();
-  // Stores what is queued, and the numbers in use, if the disk permits. Call it when the publisher
-  // has stopped. False: the thread still waits for the disk after kLongestStop. This object must
-  // then exist until the process ends.
+  // Stores what is queued, the numbers in use, and that the run ended, if the disk permits. Call it
+  // when the publisher has stopped, and after the last pop_news() whose result becomes an event:
+  // the next run reports the losses that no pop_news() returned. False: the thread still waits for
+  // the disk after kLongestStop. This object must then exist until the process ends.
   bool stop();
   // After a stop() that returned true: entries that are not stored, and not in news either.
   std::uint64_t lost_at_stop() const;
-  // Conditions that the journal entered, oldest first. For one thread only.
+  // Conditions that the journal entered, oldest first. For one thread only. The result codes
+  // SQLITE_NOTICE (events of the previous run are missing) and SQLITE_NOTICE_RECOVER_WAL (it did
+  // not end in order) are those of the previous run.
   std::optional<event::JournalState> pop_news();
   // In words, at most 256 bytes.
   std::string describe(const event::JournalState& news) const;
@@ -103,7 +106,9 @@ class JournalThread {
   void take_entries();
   std::vector<NumberLimit> limits(bool all) const;
   std::vector<NumberLimit> final_limits() const;
-  bool store(const std::vector<NumberLimit>& limits);
+  bool store(const std::vector<NumberLimit>& limits,
+             std::optional<std::uint64_t> lost_at_end = std::nullopt);
+  void report_last_run();
   void failed(int error, Instant now);
   void report(event::JournalCondition condition, int error);
 
@@ -115,6 +120,7 @@ class JournalThread {
   exchange::Ring<event::JournalState> news_{64};      // journal to main
   exchange::Ring<JournalEntry> entries_;              // publisher to journal
   exchange::Counter dropped_;                         // by the publisher
+  exchange::Counter announced_;                       // by main: lost entries in pop_news()
   exchange::Flag ended_;                              // by the journal: run() has ended
   exchange::Flag failing_shown_;                      // no reason to wait for the disk
   mutable std::mutex opening_mutex_;
@@ -135,6 +141,7 @@ class JournalThread {
   std::uint64_t dropped_seen_ = 0;
   bool failing_ = false;
   bool opening_seen_ = false;
+  bool last_run_reported_ = false;
   Instant again_{};
   Instant trim_due_{};
   WallClock clock_;

@@ -6,7 +6,10 @@
 namespace linegate::gateway {
 
 inline constexpr int kJournalApplication = 0x4C67'4A6C;  // "LgJl"
-inline constexpr int kJournalVersion = 1;
+inline constexpr int kJournalVersion = 2;
+// Files of this version and later ones are read; the first store() makes the tables of the present
+// version.
+inline constexpr int kOldestJournalVersion = 1;
 
 inline constexpr const char* kJournalTables = R"sql(
 CREATE TABLE stream(only INTEGER PRIMARY KEY CHECK(only = 1), id INTEGER NOT NULL);
@@ -18,6 +21,13 @@ CREATE TABLE events(
   value INTEGER NOT NULL, data BLOB NOT NULL, text TEXT NOT NULL);
 CREATE UNIQUE INDEX events_once ON events(line, stream, number);
 CREATE INDEX events_time ON events(time);
+)sql";
+
+// Of version 2: whether the last run of the gateway ended in order, and the number of its events
+// that are missing and that no event reported.
+inline constexpr const char* kLastRunTable = R"sql(
+CREATE TABLE last_run(only INTEGER PRIMARY KEY CHECK(only = 1), ended INTEGER NOT NULL,
+                      lost INTEGER NOT NULL);
 )sql";
 
 }  // namespace linegate::gateway

@@ -144,7 +144,7 @@ TEST_F(JournalTest, AFileWithWrongBytesIsUsableOrMovedAway) {
 }
 
 TEST_F(JournalTest, AFileOfAnotherVersionOrProgramIsMovedAway) {
-  for (const char* change : {"PRAGMA user_version=2", "PRAGMA application_id=1"}) {
+  for (const char* change : {"PRAGMA user_version=3", "PRAGMA application_id=1"}) {
     {
       Journal journal(plan_);
       ASSERT_EQ(journal.open(), 0);
@@ -159,6 +159,86 @@ TEST_F(JournalTest, AFileOfAnotherVersionOrProgramIsMovedAway) {
     EXPECT_EQ(journal.set_aside(), SQLITE_MISMATCH) << change;
     EXPECT_TRUE(stored().empty());
   }
+}
+
+// As the first version of the tables was: without the mark of the last run.
+void make_first_version(const std::string& file) {
+  Database database;
+  ASSERT_EQ(database.open(file, Database::Use::write), 0);
+  ASSERT_EQ(database.execute("DROP TABLE last_run; PRAGMA user_version=1"), 0);
+}
+
+TEST_F(JournalTest, TheFileSaysHowTheLastRunEnded) {
+  {
+    Journal journal(plan_);
+    ASSERT_EQ(journal.open(), 0);
+    EXPECT_EQ(journal.last_run(), LastRun{}) << "a new file";
+    ASSERT_EQ(journal.store(entries("press", 1, 1), kStream, {}, at(0)), 0);
+    journal.close();
+    ASSERT_EQ(journal.open(), 0);
+    EXPECT_EQ(journal.last_run(), LastRun{}) << "this run is not the last one";
+  }
+  {
+    Journal journal(plan_);
+    ASSERT_EQ(journal.open(), 0);
+    EXPECT_EQ(journal.last_run(), (LastRun{.ended = false, .lost = 0}));
+  }
+  {
+    Journal journal(plan_);
+    ASSERT_EQ(journal.open(), 0);
+    EXPECT_FALSE(journal.last_run().ended) << "a run that stores nothing changes nothing";
+    ASSERT_EQ(journal.store({}, kStream, {}, at(0)), 0);
+    ASSERT_EQ(journal.store({}, kStream, {}, at(0), 7), 0);
+    EXPECT_FALSE(journal.last_run().ended);
+  }
+  Journal journal(plan_);
+  ASSERT_EQ(journal.open(), 0);
+  EXPECT_EQ(journal.last_run(), (LastRun{.ended = true, .lost = 7}));
+}
+
+TEST_F(JournalTest, AFileOfTheFirstVersionContinues) {
+  {
+    Journal journal(plan_);
+    ASSERT_EQ(journal.open(), 0);
+    const std::vector<NumberLimit> limits{{"press", 100}};
+    ASSERT_EQ(journal.store(entries("press", 1, 3), kStream, limits, at(0)), 0);
+  }
+  make_first_version(plan_.file);
+  {
+    Journal journal(plan_);
+    ASSERT_EQ(journal.open(), 0);
+    EXPECT_EQ(journal.set_aside(), 0);
+    EXPECT_EQ(journal.stream(), kStream);
+    EXPECT_EQ(journal.limits().at("press"), 100U);
+    EXPECT_EQ(journal.last_run(), LastRun{}) << "it does not say how the run ended";
+    EXPECT_EQ(numbers("press").size(), 3U) << "the reader reads this version";
+    ASSERT_EQ(journal.store(entries("press", 4, 4), kStream, {}, at(0)), 0);
+  }
+  Journal journal(plan_);
+  ASSERT_EQ(journal.open(), 0);
+  EXPECT_EQ(journal.set_aside(), 0);
+  EXPECT_FALSE(journal.last_run().ended);
+  EXPECT_EQ(numbers("press"), (std::vector<std::uint64_t>{1, 2, 3, 4}));
+}
+
+// Otherwise its numbers would not continue until the disk has room.
+TEST_F(JournalTest, AFileOfTheFirstVersionOnAFullDiskIsOpened) {
+  {
+    Journal journal(plan_);
+    ASSERT_EQ(journal.open(), 0);
+    ASSERT_EQ(journal.store(entries("press", 1, 3), kStream, {}, at(0)), 0);
+  }
+  make_first_version(plan_.file);
+  Journal journal(plan_);
+  {
+    const FileSizeLimit full(33'000);  // room for the index of the log alone
+    ASSERT_EQ(journal.open(), 0);
+    EXPECT_EQ(journal.stream(), kStream);
+    EXPECT_NE(journal.store(entries("press", 4, 250), kStream, {}, at(0)), 0);
+  }
+  ASSERT_EQ(journal.open(), 0);
+  ASSERT_EQ(journal.store(entries("press", 4, 250), kStream, {}, at(0)), 0);
+  EXPECT_EQ(numbers("press").size(), 250U);
 }
 
 TEST_F(JournalTest, AFullDiskLosesNothingThatWasStored) {

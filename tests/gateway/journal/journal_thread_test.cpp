@@ -322,6 +322,64 @@ TEST_F(JournalThreadTest, EventsThatCannotBeStoredAtTheEndAreCounted) {
   EXPECT_EQ(thread.lost_at_stop() + reported, 100U);
 }
 
+// The file as a killed gateway leaves it.
+TEST_F(JournalThreadTest, ARunThatDidNotEndInOrderIsReportedAtTheNextStart) {
+  {
+    Journal journal(plan_);
+    ASSERT_EQ(journal.open(), 0);
+    ASSERT_EQ(journal.store(entries("press", 1, 1), kStream, {}, at(0)), 0);
+  }
+  const JournalState unended{JournalCondition::working, SQLITE_NOTICE_RECOVER_WAL, 0};
+  {
+    JournalThread thread(options());
+    thread.add_line("press");
+    thread.start();
+    EXPECT_EQ(next_news(thread), unended);
+    EXPECT_NE(thread.describe(unended).find("may be missing"), std::string::npos);
+  }
+  JournalThread thread(options());
+  thread.add_line("press");
+  thread.start();
+  EXPECT_TRUE(thread.stop());
+  EXPECT_EQ(thread.pop_news(), std::nullopt) << "it ended in order";
+}
+
+// Nobody reports the news of the last moments as events.
+TEST_F(JournalThreadTest, EventsThatWereLostAtTheEndAreReportedAtTheNextStart) {
+  std::uint64_t number = 0;
+  std::uint64_t reported = 0;
+  {
+    JournalThread thread(options());
+    NumberedLine& press = thread.add_line("press");
+    thread.start();
+    EXPECT_EQ(next_news(thread).condition, JournalCondition::renewed);
+    for (unsigned outage = 0; outage < 2; ++outage) {
+      {
+        const FileSizeLimit full(8192);
+        use(thread, press, ++number);
+        EXPECT_EQ(next_news(thread).condition, JournalCondition::failing);
+        for (unsigned i = 0; i < 900; ++i) {
+          use(thread, press, ++number);
+        }
+      }
+      if (outage == 0) {
+        reported = next_news(thread).lost;
+        EXPECT_GT(reported, 0U);
+      }
+    }
+    EXPECT_TRUE(thread.stop());
+    EXPECT_EQ(thread.stream(), kIncarnation);
+  }
+  const std::size_t kept = numbers("press").size();
+  JournalThread thread(options());
+  thread.add_line("press");
+  thread.start();
+  const JournalState lost = next_news(thread);
+  EXPECT_EQ(lost.error, static_cast<std::uint32_t>(SQLITE_NOTICE));
+  EXPECT_EQ(kept + reported + lost.lost, number) << "each event is stored, or reported as lost";
+  EXPECT_NE(thread.describe(lost).find("events of the last run are missing"), std::string::npos);
+}
+
 // The disk has room for the tables of the new file only.
 TEST_F(JournalThreadTest, ANewFileIsReportedOnceWithTheReasonWhenItStores) {
   config::Journal other = plan_;
