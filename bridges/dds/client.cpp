@@ -92,6 +92,7 @@ struct Client::Impl {
 
   template <class PubSubType>
   void subscribe(bool wanted, const std::string& topic, fast::DataReader*& reader);
+  void subscribe_to_replies();
   template <class Sample, class Handle>
   void drain(fast::DataReader* reader, Sample& sample, Handle handle);
   template <class Sample, class Handle, class Ended>
@@ -190,7 +191,7 @@ Client::Impl::Impl(const ClientOptions& options, std::vector<Diagnostic>& diagno
   subscribe<v1::PdoUpdatePubSubType>(options.pdos, v1::TOPIC_PDO_UPDATE, pdos);
   subscribe<v1::PdoReceptionPubSubType>(options.receptions, v1::TOPIC_PDO_RECEPTION, receptions);
   subscribe<v1::EventPubSubType>(options.events, v1::TOPIC_EVENT, events);
-  subscribe<v1::CommandReplyPubSubType>(options.commands, v1::TOPIC_COMMAND_REPLY, replies);
+  subscribe_to_replies();
   if (sends_commands)
     endpoints.add_topic<v1::CommandRequestPubSubType>(v1::TOPIC_COMMAND_REQUEST);
   if (sends_outputs)
@@ -239,6 +240,18 @@ void Client::Impl::subscribe(bool wanted, const std::string& topic, fast::DataRe
   reader = endpoints.reader<PubSubType>(topic);
   if (reader != nullptr)
     waiting.watch(reader);
+}
+
+// With DDS-Security the replies to each identity have a partition of their own.
+void Client::Impl::subscribe_to_replies() {
+  using Type = v1::CommandReplyPubSubType;
+  if (!security.enabled())
+    return subscribe<Type>(sends_commands, v1::TOPIC_COMMAND_REPLY, replies);
+  if (!sends_commands)
+    return;
+  replies = endpoints.reader_in<Type>(replies_to(security.right), v1::TOPIC_COMMAND_REPLY);
+  if (replies != nullptr)
+    waiting.watch(replies);
 }
 
 Loaded<std::unique_ptr<Client>> Client::make(const ClientOptions& options) {

@@ -52,7 +52,19 @@ const char* CommandDesk::admit(const v1::CommandRequest& request, Refusal& refus
   return nullptr;
 }
 
-CommandDesk::Outcome CommandDesk::take(const v1::CommandRequest& request, const Sender& from) {
+CommandDesk::Outcome CommandDesk::take(const v1::CommandRequest& request, const Sender& from,
+                                       const std::string& partition) {
+  Outcome outcome = handle(request, from, partition);
+  if (outcome.refused != Refusal::none) {
+    auto refusal = std::make_shared<Answer>(*outcome.answer);
+    refusal->partition = partition;
+    outcome.answer = std::move(refusal);
+  }
+  return outcome;
+}
+
+CommandDesk::Outcome CommandDesk::handle(const v1::CommandRequest& request, const Sender& from,
+                                         const std::string& partition) {
   ++requests_;
   Refusal refusal{};
   if (const char* why = admit(request, refusal))
@@ -78,11 +90,11 @@ CommandDesk::Outcome CommandDesk::take(const v1::CommandRequest& request, const 
   if (request.reply_offset() != 0) {
     return refuse(request, Refusal::bad_request, "the answer is no longer kept");
   }
-  return append(*client, request, from);
+  return append(*client, request, from, partition);
 }
 
 CommandDesk::Outcome CommandDesk::append(Client& client, const v1::CommandRequest& request,
-                                         const Sender& from) {
+                                         const Sender& from, const std::string& partition) {
   auto assembly = std::find_if(client.assemblies.begin(), client.assemblies.end(),
                                [&](const Assembly& a) { return a.id == request.id(); });
   if (request.offset() == 0) {
@@ -121,11 +133,12 @@ CommandDesk::Outcome CommandDesk::append(Client& client, const v1::CommandReques
   Assembly whole = std::move(*assembly);
   request_bytes_ -= whole.data.size();
   client.assemblies.erase(assembly);
-  return accept(client, request, from, std::move(whole));
+  return accept(client, request, from, partition, std::move(whole));
 }
 
 CommandDesk::Outcome CommandDesk::accept(Client& client, const v1::CommandRequest& request,
-                                         const Sender& from, Assembly assembly) {
+                                         const Sender& from, const std::string& partition,
+                                         Assembly assembly) {
   if (const char* why = decode_data(std::move(assembly.data), assembly.request))
     return refuse(request, Refusal::bad_request, why);
   if (client.pending.size() >= limits_.pending)
@@ -143,7 +156,7 @@ CommandDesk::Outcome CommandDesk::accept(Client& client, const v1::CommandReques
         .tag = tag, .request = std::get<request::GatewayRequest>(std::move(assembly.request))};
     outcome.gateway_command = GatewayCommandMessage{key.line, key.client, std::move(command), {}};
   }
-  pending_[tag] = {std::move(key), request.id()};
+  pending_[tag] = {std::move(key), request.id(), partition};
   return outcome;
 }
 
@@ -161,6 +174,7 @@ std::shared_ptr<const Answer> CommandDesk::answer(const line::Reply& reply) {
   answer->line = asked.client.line;
   answer->client = asked.client.client;
   answer->id = asked.id;
+  answer->partition = asked.partition;
   answer->error = reply.error;
   answer->text = describe_result(reply.error);
   answer->data = encode_reply(reply.data);

@@ -45,6 +45,7 @@ struct Answer {
   Error error;
   std::string text;
   std::vector<std::byte> data;
+  std::string partition{};  // see take()
 };
 
 class CommandDesk {
@@ -66,9 +67,11 @@ class CommandDesk {
     line::Refusal refused = line::Refusal::none;  // the answer is a refusal by the desk
   };
   // from: the participant that sent it. Requests of two participants never affect each other, even
-  // if they name the same client.
+  // if they name the same client. partition: of the answers to that participant (security.h); empty
+  // without DDS-Security.
   using Sender = decltype(Participant::prefix);
-  Outcome take(const v1::CommandRequest& request, const Sender& from);
+  Outcome take(const v1::CommandRequest& request, const Sender& from,
+               const std::string& partition = {});
 
   // Keeps and returns the answer to the command with that tag; nullptr if no such command is in
   // progress.
@@ -97,6 +100,7 @@ class CommandDesk {
   struct Pending {
     ClientKey client;
     std::uint64_t id = 0;
+    std::string partition;
   };
 
   Outcome refuse(const v1::CommandRequest& request, line::Refusal refusal, std::string why);
@@ -105,9 +109,12 @@ class CommandDesk {
   bool make_room();
   void drop(std::map<ClientKey, Client>::iterator client);
   void drop_assembly(Client& client, std::list<Assembly>::iterator assembly);
-  Outcome append(Client& client, const v1::CommandRequest& request, const Sender& from);
+  Outcome handle(const v1::CommandRequest& request, const Sender& from,
+                 const std::string& partition);
+  Outcome append(Client& client, const v1::CommandRequest& request, const Sender& from,
+                 const std::string& partition);
   Outcome accept(Client& client, const v1::CommandRequest& request, const Sender& from,
-                 Assembly assembly);
+                 const std::string& partition, Assembly assembly);
   void trim_answers();
   void drop_oldest_answer(Client& client);
 

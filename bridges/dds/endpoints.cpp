@@ -138,7 +138,15 @@ Endpoints::~Endpoints() {
 
 void Endpoints::remove(fast::DataWriter* writer) {
   clear(*writer);
-  publisher_->delete_datawriter(writer);
+  const_cast<fast::Publisher*>(writer->get_publisher())->delete_datawriter(writer);
+}
+
+void Endpoints::remove_partition(const std::string& partition) {
+  const auto found = publishers_.find(partition);
+  if (found == publishers_.end())
+    return;
+  participant_->delete_publisher(found->second);
+  publishers_.erase(found);
 }
 
 void Endpoints::fail(std::string text) {
@@ -209,16 +217,25 @@ std::string Endpoints::refusal(std::string_view kind, const std::string& topic) 
          profile;
 }
 
-fast::DataReader* Endpoints::make_reader(const std::string& topic, fast::TypeSupport type) {
+fast::Subscriber* Endpoints::subscriber_in(const std::string& partition) {
+  if (!ok_)
+    return nullptr;
+  fast::SubscriberQos qos = fast::SUBSCRIBER_QOS_DEFAULT;
+  qos.partition().push_back(partition.c_str());
+  return participant_->create_subscriber(qos);
+}
+
+fast::DataReader* Endpoints::make_reader(const std::string& topic, fast::TypeSupport type,
+                                         fast::Subscriber* subscriber) {
   fast::Topic* made = make_topic(topic, std::move(type));
-  if (made == nullptr)
+  if (made == nullptr || subscriber == nullptr)
     return nullptr;
   fast::DataReaderQos qos;
   if (subscriber_->get_datareader_qos_from_profile(topic, qos) != ReturnCode_t::RETCODE_OK) {
     fail("there is no data_reader profile \"" + topic + "\"");
     return nullptr;
   }
-  fast::DataReader* reader = subscriber_->create_datareader(made, qos);
+  fast::DataReader* reader = subscriber->create_datareader(made, qos);
   if (reader == nullptr)
     fail(refusal("data_reader", topic));
   return reader;

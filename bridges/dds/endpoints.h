@@ -34,7 +34,7 @@ class Endpoints {
   // and a diagnostic states the reason. guarded: a guard checks received datagrams
   // (bridges/dds/guard). participants: the number of other participants that are accepted at the
   // same time; 0: the number in the profile, or kMostParticipants. security: its files, and the
-  // partition of all readers if request_partition is not empty.
+  // partition of the readers that reader() makes if request_partition is not empty.
   Endpoints(const std::string& name, std::uint32_t domain, const std::string& profile_file,
             std::vector<Diagnostic>& diagnostics, bool guarded = true, std::size_t participants = 0,
             const Security& security = {});
@@ -92,6 +92,8 @@ class Endpoints {
 
   // No thread may write meanwhile. Samples that a reader has not received yet are lost.
   void remove(eprosima::fastdds::dds::DataWriter* writer);
+  // After its last writer was removed. As writer_in(): one thread at a time.
+  void remove_partition(const std::string& partition);
   void remove(eprosima::fastdds::dds::DataReader* reader) {
     subscriber_->delete_datareader(reader);
   }
@@ -120,7 +122,15 @@ class Endpoints {
   template <class PubSubType>
   eprosima::fastdds::dds::DataReader* reader(const std::string& topic) {
     auto* type = new ReceivedType<PubSubType>(unreadable_);
-    return make_reader(topic, eprosima::fastdds::dds::TypeSupport(type));
+    return make_reader(topic, eprosima::fastdds::dds::TypeSupport(type), subscriber_);
+  }
+  // The same in a partition, which may have wildcards, instead of that of all readers. At most once
+  // for each partition; the reader remains until the end.
+  template <class PubSubType>
+  eprosima::fastdds::dds::DataReader* reader_in(const std::string& partition,
+                                                const std::string& topic) {
+    auto* type = new ReceivedType<PubSubType>(unreadable_);
+    return make_reader(topic, eprosima::fastdds::dds::TypeSupport(type), subscriber_in(partition));
   }
 
  private:
@@ -133,8 +143,10 @@ class Endpoints {
   eprosima::fastdds::dds::Publisher* publisher_in(const std::string& partition);
   // The reason for an endpoint that could not be created.
   std::string refusal(std::string_view kind, const std::string& topic) const;
+  eprosima::fastdds::dds::Subscriber* subscriber_in(const std::string& partition);
   eprosima::fastdds::dds::DataReader* make_reader(const std::string& topic,
-                                                  eprosima::fastdds::dds::TypeSupport type);
+                                                  eprosima::fastdds::dds::TypeSupport type,
+                                                  eprosima::fastdds::dds::Subscriber* subscriber);
   eprosima::fastdds::dds::Topic* make_topic(const std::string& topic,
                                             eprosima::fastdds::dds::TypeSupport type);
   void fail(std::string text);

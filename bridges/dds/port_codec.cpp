@@ -150,6 +150,22 @@ std::optional<PortBytes> take_sender(PortBytes message, Participant& from) {
   return message.subspan(kMessageHead + kSenderBytes);
 }
 
+void add_partition(std::string_view partition, PortMessage& out) {
+  FieldWriter writer;
+  add_padded(partition.size() <= kLongestPartition ? partition : "", kLongestPartition, writer);
+  const std::vector<std::byte> octets = writer.take();
+  out.insert(out.end(), octets.begin(), octets.end());
+}
+
+std::optional<PortBytes> take_partition(PortBytes message, std::string& partition) {
+  FieldReader in = content_of(message);
+  std::string taken = take_padded(in, kLongestPartition);
+  if (!in.good())
+    return std::nullopt;
+  partition = std::move(taken);
+  return message.subspan(kMessageHead + 4 + kLongestPartition);
+}
+
 // gateway, incarnation 8, domain 4, profile file, number of lines 4 and their names, renew_after 8,
 // participants 8, last_words 8, guard 1, the texts of security.
 void encode(const GatewayOptions& options, PortMessage& out) {

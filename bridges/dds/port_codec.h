@@ -3,10 +3,11 @@
 //
 // Layout: the kind in one octet, seven octets 0, and the content. Samples are in CDR without
 // encapsulation, as fastddsgen generates it from linegate.idl, in the byte order of the host, with
-// alignments counted from its first octet. Before a sample from the endpoints is its sender: the
-// prefix of its GUID in 12 octets, the length of its host in 4, and 64 octets with the host, the
-// unused ones 0. The content of all other kinds is in the comments below: numbers are
-// little-endian, a text is its length in 2 octets and its octets.
+// alignments counted from its first octet. Before a CommandReply is the length of its partition in
+// 4 octets and 252 octets with the partition, the unused ones 0. Before a sample from the endpoints
+// is its sender: the prefix of its GUID in 12 octets, the length of its host in 4, and 64 octets
+// with the host, the unused ones 0. The content of all other kinds is in the comments below:
+// numbers are little-endian, a text is its length in 2 octets and its octets.
 //
 // Messages from the endpoints come from a process that the network may have taken over. Each
 // decoder returns false, or nothing, unless the message is complete, has no octet too many and each
@@ -79,6 +80,7 @@ inline constexpr std::size_t kMostDiagnostics = 32;
 inline constexpr std::size_t kLongestHost = 64;
 inline constexpr std::size_t kLongestSubject = 64;
 inline constexpr std::size_t kSenderBytes = 152;
+inline constexpr std::size_t kLongestPartition = 252;
 
 using PortMessage = std::vector<std::byte>;
 using PortBytes = std::span<const std::byte>;
@@ -106,6 +108,10 @@ std::optional<EndpointStatus> decode_status(PortBytes message);
 // behind the sender, or nothing if the sender is malformed.
 void add_sender(const Participant& from, PortMessage& out);
 std::optional<PortBytes> take_sender(PortBytes message, Participant& from);
+
+// The same for the partition of a CommandReply; a longer one is not sent: it becomes empty.
+void add_partition(std::string_view partition, PortMessage& out);
+std::optional<PortBytes> take_partition(PortBytes message, std::string& partition);
 
 template <class Sample>
 void add_sample(const Sample& sample, PortMessage& out) {
@@ -145,6 +151,22 @@ void encode_sample(std::uint8_t kind, const Sample& sample, PortMessage& out) {
 template <class Sample>
 bool decode_sample(PortBytes message, Sample& sample) {
   return kind_of(message) != 0 && read_sample(message.subspan(kMessageHead), sample);
+}
+
+// The same for a sample with its partition.
+template <class Sample>
+void encode_sample_in(const std::string& partition, ToEndpoints kind, const Sample& sample,
+                      PortMessage& out) {
+  out.assign(kMessageHead, std::byte{0});
+  out.front() = static_cast<std::byte>(kind);
+  add_partition(partition, out);
+  add_sample(sample, out);
+}
+
+template <class Sample>
+bool decode_sample_in(PortBytes message, std::string& partition, Sample& sample) {
+  const auto content = take_partition(message, partition);
+  return content && read_sample(*content, sample);
 }
 
 // The same for a sample from the endpoints.

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <exception>
 #include <mutex>
+#include <string>
 #include <utility>
 
 #include "bridges/dds/message_link.h"
@@ -29,6 +30,7 @@ class EndpointServer final : public PortServer {
  private:
   template <class Sample>
   void write(Message message, Sample& sample);
+  void write_reply(Message message);
   template <class Sample>
   bool pass_on(FromEndpoints kind, Sample& sample, const Send& send);
   template <class Sample>
@@ -49,6 +51,7 @@ class EndpointServer final : public PortServer {
   v1::PdoReception reception_;
   v1::Event event_;
   v1::CommandReply reply_;
+  std::string reply_partition_;
 
   // Used by poll().
   PortMessage waiting_;  // a message for which there was no room
@@ -67,6 +70,13 @@ class EndpointServer final : public PortServer {
 template <class Sample>
 void EndpointServer::write(Message message, Sample& sample) {
   if (decode_sample(message, sample) && port_->write(sample))
+    return;
+  const std::lock_guard lock(mutex_);
+  ++failed_;
+}
+
+void EndpointServer::write_reply(Message message) {
+  if (decode_sample_in(message, reply_partition_, reply_) && port_->write(reply_, reply_partition_))
     return;
   const std::lock_guard lock(mutex_);
   ++failed_;
@@ -111,7 +121,7 @@ bool EndpointServer::handle(Message message) {
       write(message, event_);
       return true;
     case ToEndpoints::command_reply:
-      write(message, reply_);
+      write_reply(message);
       return true;
     case ToEndpoints::configure:
     case ToEndpoints::stop:

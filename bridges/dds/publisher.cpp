@@ -24,7 +24,7 @@
 #include "bridges/dds/output_state_samples.h"
 #include "bridges/dds/pdo_writer.h"
 #include "bridges/dds/renewed_writer.h"
-#include "bridges/dds/reply_writer.h"
+#include "bridges/dds/reply_writers.h"
 #include "bridges/dds/sample_port.h"
 #include "bridges/dds/state_samples.h"
 #include "bridges/dds/state_writer.h"
@@ -138,7 +138,9 @@ class LocalPort final : public SamplePort {
     const std::string_view line = sample.line().c_str();
     return write_to(line.empty() ? own_events_ : writers_of(line).events, sample);
   }
-  bool write(v1::CommandReply& sample) override { return replies_.write(sample); }
+  bool write(v1::CommandReply& sample, const std::string& partition) override {
+    return replies_.write(sample, partition, now());
+  }
   bool accepts_image(std::string_view /*line*/, image::Direction /*direction*/) const override {
     return true;
   }
@@ -164,6 +166,10 @@ class LocalPort final : public SamplePort {
   Duration longest_call() const override { return endpoints_.longest_call(); }
 
  private:
+  static Instant now() {
+    return Instant(
+        std::chrono::duration_cast<Duration>(std::chrono::steady_clock::now().time_since_epoch()));
+  }
   // Returns no_writers_ if there is no such line.
   LineWriters& writers_of(std::string_view line) {
     const auto found = lines_.find(line);
@@ -204,7 +210,7 @@ class LocalPort final : public SamplePort {
   LineWriters no_writers_;
   LineWriters::Slot own_events_;
   PdoWriter pdos_{endpoints_, renew_after_};
-  ReplyWriter replies_{endpoints_, renew_after_};
+  ReplyWriters replies_{endpoints_, renew_after_, secured_};
   Waiting waiting_;
   std::unique_ptr<InboundReader<v1::OutputWritePubSubType>> outputs_;
   std::unique_ptr<InboundReader<v1::CommandRequestPubSubType>> requests_;
@@ -276,6 +282,7 @@ bool LocalPort::wait(Duration timeout) {
     const auto now = Clock::now();
     if (now >= liveliness_due_) {
       line_states_.assert_liveliness();
+      replies_.remove_unread(LocalPort::now());
       liveliness_due_ = now + kLivelinessPeriod;
     }
     const auto until = std::min(end, liveliness_due_);
@@ -350,6 +357,7 @@ struct GatewayBridge::Impl {
   bool take_command(GatewayHandler& handler);
   void handle(const v1::CommandRequest& request, GatewayHandler& handler);
   bool authorize(const Participant& from) const;
+  std::string replies_to_sender() const;
   void report_discarded(GatewayHandler& handler);
   bool send(const Answer& answer, std::size_t from);
 
@@ -640,6 +648,13 @@ bool GatewayBridge::Impl::authorize(const Participant& from) const {
           (!security.is_holder || security.is_holder(from.prefix, name(from.right), from.subject)));
 }
 
+// The partition of the replies to the sender of the present sample.
+std::string GatewayBridge::Impl::replies_to_sender() const {
+  if (!security.enabled())
+    return {};
+  return reply_partition(gateway, std::string(name(sender.right)) + "/" + sender.subject);
+}
+
 void GatewayBridge::Impl::handle(const v1::CommandRequest& request, GatewayHandler& handler) {
   if (!authorize(sender)) {
     handler.on_command_refused({request.line().to_string(), request.client().to_string(), sender},
@@ -649,7 +664,7 @@ void GatewayBridge::Impl::handle(const v1::CommandRequest& request, GatewayHandl
   CommandDesk::Outcome outcome;
   {
     const std::lock_guard lock(desk_mutex);
-    outcome = desk.take(request, sender.prefix);
+    outcome = desk.take(request, sender.prefix, replies_to_sender());
   }
   if (outcome.answer)
     send(*outcome.answer, outcome.answer_from);
@@ -688,7 +703,7 @@ bool GatewayBridge::Impl::send(const Answer& answer, std::size_t from) {
   sample.total(static_cast<std::uint32_t>(answer.data.size()));
   for (std::size_t chunk = 0; chunk < kChunksPerReply; ++chunk) {
     set_chunk(answer.data, from, sample);
-    if (!port->write(sample))
+    if (!port->write(sample, answer.partition))
       return false;
     if (sample.last())
       break;

@@ -79,9 +79,7 @@ class RemotePort final : public SamplePort {
   bool write(v1::Event& sample) override {
     return keep(ToEndpoints::event, sample.line().c_str(), {}, kEvents, sample);
   }
-  bool write(v1::CommandReply& sample) override {
-    return keep(ToEndpoints::command_reply, {}, {}, kReplies, sample);
-  }
+  bool write(v1::CommandReply& sample, const std::string& partition) override;
   bool accepts_image(std::string_view line, image::Direction direction) const override;
   std::uint64_t failed_later() const override;
   std::uint64_t process_starts() const override {
@@ -118,6 +116,7 @@ class RemotePort final : public SamplePort {
   template <class Sample>
   bool keep_locked(ToEndpoints kind, std::string line, std::string instance, Policy policy,
                    const Sample& sample, std::uint32_t tally = 0);
+  bool keep_buffer(Key key, Policy policy, std::uint32_t tally);
   void keep_text(ToEndpoints kind, std::uint8_t topic, const std::string& line, Policy policy);
   void pump();
   void note_process(ProcessNumber process);
@@ -216,11 +215,26 @@ bool RemotePort::keep_locked(ToEndpoints kind, std::string line, std::string ins
   } catch (const std::exception&) {
     return false;  // its size is beyond that of any buffer
   }
+  return keep_buffer({std::move(line), number_of(kind), std::move(instance)}, policy, tally);
+}
+
+// The mutex is held.
+bool RemotePort::keep_buffer(Key key, Policy policy, std::uint32_t tally) {
   if (buffer_.size() > kLongestMessage)
     return false;
-  retained_.add({std::move(line), number_of(kind), std::move(instance)}, policy, buffer_, tally);
+  retained_.add(std::move(key), policy, buffer_, tally);
   pump();
   return true;
+}
+
+bool RemotePort::write(v1::CommandReply& sample, const std::string& partition) {
+  const std::lock_guard lock(mutex_);
+  try {
+    encode_sample_in(partition, ToEndpoints::command_reply, sample, buffer_);
+  } catch (const std::exception&) {
+    return false;  // as in keep_locked()
+  }
+  return keep_buffer({.line = {}, .topic = number_of(ToEndpoints::command_reply)}, kReplies, 0);
 }
 
 // The receptions of an update that was not sent yet count with the newer one. The polling thread

@@ -13,10 +13,17 @@ constexpr std::size_t kMostReplies = 16'384;  // dropped even if not
 
 }  // namespace
 
-ReplyWriter::ReplyWriter(Endpoints& endpoints, std::uint64_t renew_after)
+ReplyWriter::ReplyWriter(Endpoints& endpoints, std::uint64_t renew_after, std::string partition)
     : endpoints_(endpoints),
       renew_after_(renew_after),
-      writer_(endpoints.writer<v1::CommandReplyPubSubType>(v1::TOPIC_COMMAND_REPLY)) {
+      partition_(std::move(partition)),
+      writer_(create()) {
+}
+
+eprosima::fastdds::dds::DataWriter* ReplyWriter::create() {
+  using Type = v1::CommandReplyPubSubType;
+  return partition_.empty() ? endpoints_.writer<Type>(v1::TOPIC_COMMAND_REPLY)
+                            : endpoints_.writer_in<Type>(partition_, v1::TOPIC_COMMAND_REPLY);
 }
 
 bool ReplyWriter::write(v1::CommandReply& sample) {
@@ -33,6 +40,21 @@ void ReplyWriter::wait_for_acknowledgments(Duration most) {
     writer_->wait_for_acknowledgments(to_dds(most));
 }
 
+bool ReplyWriter::has_readers() const {
+  const std::lock_guard lock(mutex_);
+  eprosima::fastdds::dds::PublicationMatchedStatus status;
+  return writer_ != nullptr &&
+         writer_->get_publication_matched_status(status) == ReturnCode_t::RETCODE_OK &&
+         status.current_count > 0;
+}
+
+void ReplyWriter::remove() {
+  const std::lock_guard lock(mutex_);
+  if (writer_ != nullptr)
+    endpoints_.remove(writer_);
+  writer_ = nullptr;
+}
+
 void ReplyWriter::make_room_for(const v1::CommandReply& sample) {
   std::pair instance(sample.line().to_string(), sample.client().to_string());
   if (writer_ != nullptr) {
@@ -44,7 +66,7 @@ void ReplyWriter::make_room_for(const v1::CommandReply& sample) {
       return;
     endpoints_.remove(writer_);
   }
-  writer_ = endpoints_.writer<v1::CommandReplyPubSubType>(v1::TOPIC_COMMAND_REPLY);
+  writer_ = create();
   instances_ = {std::move(instance)};
   written_ = 0;
   kept_ = 0;

@@ -30,21 +30,27 @@ class ReplyWriter {
   // endpoints must outlive it, and reports whether the writer could be created.
   // renew_after: number of replies after which a new writer replaces the old one, once every reader
   // has received all of them (renewed_writer.h describes the reason).
-  ReplyWriter(Endpoints& endpoints, std::uint64_t renew_after);
+  // partition: empty for the default one. The topic must exist.
+  ReplyWriter(Endpoints& endpoints, std::uint64_t renew_after, std::string partition = {});
 
   // From any thread. Returns false if DDS refused the sample.
   bool write(v1::CommandReply& sample);
   // Waits until every reader has acknowledged all replies, at most `most`.
   void wait_for_acknowledgments(Duration most);
+  bool has_readers() const;
+  // Deletes the DDS writer; only the destructor may follow.
+  void remove();
 
  private:
+  eprosima::fastdds::dds::DataWriter* create();
   void make_room_for(const v1::CommandReply& sample);
   void drop_old();
   bool all_received();
 
   Endpoints& endpoints_;
   const std::uint64_t renew_after_;
-  std::mutex mutex_;
+  const std::string partition_;
+  mutable std::mutex mutex_;
   eprosima::fastdds::dds::DataWriter* writer_;               // nullptr: the next reply creates it
   std::set<std::pair<std::string, std::string>> instances_;  // line and client, of this writer
   std::uint64_t written_ = 0;                                // by this writer

@@ -47,7 +47,8 @@ class SamplePort {
   virtual bool write(v1::PdoUpdate& sample) = 0;
   virtual bool write(v1::PdoReception& sample) = 0;
   virtual bool write(v1::Event& sample) = 0;
-  virtual bool write(v1::CommandReply& sample) = 0;
+  // partition: of the client (reply_partition()); empty without DDS-Security.
+  virtual bool write(v1::CommandReply& sample, const std::string& partition) = 0;
   // False while a ProcessImage of the line would wait: it is better made later, with newer values.
   virtual bool accepts_image(std::string_view line, image::Direction direction) const = 0;
   // Number of samples that were accepted and could not be written later. From any thread.

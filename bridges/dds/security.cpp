@@ -25,6 +25,14 @@ std::string request_partition(std::string_view gateway, std::string_view line,
   return out;
 }
 
+std::string reply_partition(std::string_view gateway, std::string_view right) {
+  return request_partition(gateway, "", right);
+}
+
+std::string replies_to(std::string_view right) {
+  return request_partition("*", "*", right);
+}
+
 std::optional<Claim> claim_of(const std::vector<std::string>& partitions, std::string_view gateway,
                               std::string_view line) {
   const bool has_wildcard = std::ranges::any_of(partitions, [](const std::string& partition) {

@@ -2,7 +2,8 @@
 // DDS-Security of a participant, and the rights that its partitions express.
 //
 // In a secured domain, requests (OutputWrite, CommandRequest) are written in the partition
-// GATEWAY/LINE/RIGHT/NAME; everything else is in the default partition. The permissions of each
+// GATEWAY/LINE/RIGHT/NAME, and the replies to an identity in GATEWAY//RIGHT/NAME; everything else
+// is in the default partition. The permissions of each
 // certificate name the partitions that it may write in, and every peer checks them. So the
 // partition of a matched writer proves right and name of its certificate.
 #pragma once
@@ -43,6 +44,12 @@ struct Security {
 // The partition of requests to a line; an empty line: to the gateway itself.
 std::string request_partition(std::string_view gateway, std::string_view line,
                               std::string_view right);
+
+// The partition of all replies of a gateway to a client with that right, "operator/alice". Its line
+// is empty, so that a gateway needs one writer for each identity.
+std::string reply_partition(std::string_view gateway, std::string_view right);
+// The partition with wildcards in which this client reads the replies of all gateways.
+std::string replies_to(std::string_view right);
 
 struct Claim {
   ClientRight right = ClientRight::none;

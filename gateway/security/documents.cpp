@@ -43,7 +43,8 @@ std::string rule(std::string_view action, const Topics& topics,
 std::string rules(const Holder& holder) {
   switch (holder.role) {
     case Role::gateway:
-      return rule("publish", kPublished) + rule("publish", kReplies) +
+      return rule("publish", kPublished) +
+             rule("publish", kReplies, {requests_of_gateway(holder.name)}) +
              rule("subscribe", kRequests, {requests_of_gateway(holder.name)});
     case Role::viewer:
       break;
@@ -53,7 +54,8 @@ std::string rules(const Holder& holder) {
       for (const std::string& line : holder.lines)
         partitions.push_back(line + "/" + std::string(name(holder.role)) + "/" + holder.name);
       return rule("publish", kRequests, partitions) + rule("subscribe", kPublished) +
-             rule("subscribe", kReplies);
+             rule("subscribe", kReplies,
+                  {"*/*/" + std::string(name(holder.role)) + "/" + holder.name});
     }
   }
   return rule("subscribe", kPublished);

@@ -3,7 +3,9 @@
 //
 // Requests (OutputWrite, CommandRequest) have the partition GATEWAY/LINE/RIGHT/NAME, where RIGHT is
 // the role of the writer's certificate and NAME its name: each participant of the domain enforces
-// that a certificate writes in its own partitions only. Everything else is in the default
+// that a certificate writes in its own partitions only. The replies (CommandReply) to an identity
+// have the partition GATEWAY//RIGHT/NAME: a certificate may read those of its own name only, and a
+// gateway may write those that begin with its own name only. Everything else is in the default
 // partition.
 #pragma once
 

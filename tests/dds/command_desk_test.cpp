@@ -76,6 +76,20 @@ TEST_F(Desk, ARequestBecomesACommand) {
   EXPECT_EQ(outcome.command->command.timeout, Duration{5});
 }
 
+TEST_F(Desk, AnAnswerHasThePartitionOfItsRequest) {
+  const auto first = desk.take(request(10), {1}, "plant//operator/alice");
+  const auto second = desk.take(request(10), {2}, "plant//operator/bob");
+  ASSERT_TRUE(first.command && second.command);
+  EXPECT_EQ(desk.answer({.tag = second.command->command.tag})->partition, "plant//operator/bob");
+  EXPECT_EQ(desk.answer({.tag = first.command->command.tag})->partition, "plant//operator/alice");
+  EXPECT_EQ(desk.take(request(10), {1}, "plant//operator/alice").answer->partition,
+            "plant//operator/alice");
+  EXPECT_EQ(desk.take(request(0), {1}, "plant//operator/alice").answer->partition,
+            "plant//operator/alice")
+      << "a refusal";
+  EXPECT_EQ(take(request(0)).answer->partition, "");
+}
+
 TEST_F(Desk, ChunksArePutTogether) {
   const auto chunks = download(10, 20'480);
   ASSERT_EQ(chunks.size(), 3U);

@@ -13,6 +13,9 @@
 #include <vector>
 
 #include <fastdds/dds/publisher/DataWriter.hpp>
+#include <fastdds/dds/subscriber/DataReader.hpp>
+#include <fastdds/dds/subscriber/SampleInfo.hpp>
+#include <fastdds/dds/subscriber/Subscriber.hpp>
 #include <gtest/gtest.h>
 #include <linegatePubSubTypes.h>
 #include <unistd.h>
@@ -198,20 +201,128 @@ TEST_F(Identities, AViewerReadsAndSendsNothing) {
 
 TEST_F(Identities, RightsOfOthersAreRefusedToTheirWriter) {
   for (const char* right : {"engineer/alice", "operator/erin", "operator/alice/more"}) {
-    auto made = make("alice", right);
-    ASSERT_TRUE(made.ok()) << right;
-    struct Answer : dds::ClientListener {
-      void on_reply(const dds::Target&, const dds::CommandResult& result) override {
-        error = result.reply.error;
-      }
-      Error error;
-    } answer;
-    (*made.value)->send({kGateway, kLine, 0}, {.request = line::SdoRead{}}, kDeadline);
-    EXPECT_TRUE(eventually([&] {
-      (*made.value)->poll(milliseconds(10), answer);
-      return answer.error == line::to_error(line::Refusal::not_permitted);
-    })) << right;
+    dds::ClientOptions options = options_of(plant / "alice", right);
+    options.commands = false;
+    const auto client = make_client(options);
+    ASSERT_NE(client, nullptr) << right;
+    EXPECT_FALSE(client->write_outputs({kGateway, kLine, 0}, {.group = 1})) << right;
+    const auto made = make("alice", right);
+    EXPECT_FALSE(made.ok()) << right;
+    ASSERT_FALSE(made.diagnostics.empty());
+    EXPECT_NE(made.diagnostics[0].text.find("does not permit a reader of linegate/v1/CommandReply"),
+              std::string::npos)
+        << made.diagnostics[0].text;
   }
+}
+
+// A program other than Linegate's client, which may read and write whatever its certificate
+// permits.
+class Program {
+ public:
+  explicit Program(const folders::path& identity, const std::string& right)
+      : endpoints_("program", domain(), LOOPBACK_PROFILES, diagnostics_, true, 0,
+                   security_of(identity)),
+        requests_(endpoints_.writer_in<v1::CommandRequestPubSubType>(
+            dds::request_partition(kGateway, kLine, right), v1::TOPIC_COMMAND_REQUEST)),
+        replies_(replies_in(dds::replies_to(right))) {}
+
+  bool ok() const { return requests_ != nullptr && replies_ != nullptr; }
+  eprosima::fastdds::dds::DataReader* replies_in(const std::string& partition) {
+    return endpoints_.reader_in<v1::CommandReplyPubSubType>(partition, v1::TOPIC_COMMAND_REPLY);
+  }
+  bool reads_replies_in_the_default_partition() {
+    return endpoints_.reader<v1::CommandReplyPubSubType>(v1::TOPIC_COMMAND_REPLY) != nullptr;
+  }
+  // Changes the partition of the reader that ok() describes.
+  void read_replies_in(const std::string& partition) {
+    auto* subscriber = const_cast<eprosima::fastdds::dds::Subscriber*>(replies_->get_subscriber());
+    eprosima::fastdds::dds::SubscriberQos qos = subscriber->get_qos();
+    qos.partition().clear();
+    qos.partition().push_back(partition.c_str());
+    subscriber->set_qos(qos);
+  }
+  void send(std::uint64_t id, const std::string& client) {
+    v1::CommandRequest request;
+    request.gateway(kGateway);
+    request.line(kLine);
+    request.client(client);
+    request.id(id);
+    request.last(true);
+    dds::to_wire(line::Request(line::NmtRequest{.node = 5}), Duration::zero(), request);
+    requests_->write(&request);
+  }
+  // Takes the replies that have arrived; returns those to all clients by their name.
+  const std::map<std::string, int>& replies() {
+    v1::CommandReply reply;
+    eprosima::fastdds::dds::SampleInfo info;
+    while (replies_->take_next_sample(&reply, &info) == ReturnCode_t::RETCODE_OK) {
+      if (info.valid_data)
+        ++received_[reply.client().to_string()];
+    }
+    return received_;
+  }
+
+ private:
+  using ReturnCode_t = eprosima::fastrtps::types::ReturnCode_t;
+
+  std::vector<Diagnostic> diagnostics_;
+  dds::Endpoints endpoints_;
+  eprosima::fastdds::dds::DataWriter* requests_;
+  eprosima::fastdds::dds::DataReader* replies_;
+  std::map<std::string, int> received_;
+};
+
+// Neither by another reader, nor by one that changes its partition after it was matched.
+TEST_F(Identities, EachIdentityReadsTheRepliesToItselfOnly) {
+  issue("bob", Role::operator_);
+  ASSERT_NO_FATAL_FAILURE(start_gateway());
+  std::unique_ptr<Program> bob;
+  std::uint64_t id = 0;
+  const auto connected = [&] {
+    bob->send(++id, "bob");
+    bridge->poll(milliseconds(20), handler);
+    return !bob->replies().empty();
+  };
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    bob = std::make_unique<Program>(plant / "bob", "operator/bob");
+    ASSERT_TRUE(bob->ok());
+    if (eventually(connected, kOneAttempt))
+      break;
+  }
+  ASSERT_FALSE(bob->replies().empty());
+  for (const char* partition : {"*", "plant/*", "*/*/operator/*", "*/*/operator/alice",
+                                "plant//operator/alice", "*/*/operator/bo?"})
+    EXPECT_EQ(bob->replies_in(partition), nullptr) << partition;
+  EXPECT_FALSE(bob->reads_replies_in_the_default_partition());
+
+  const auto alice = connect(options_of(plant / "alice", "operator/alice"));
+  ASSERT_NE(alice, nullptr);
+  Lines lines;
+  const auto is_answered = [&] {
+    bool answered = false;
+    struct Answer : dds::ClientListener {
+      explicit Answer(bool& it) : answered_(it) {}
+      void on_reply(const dds::Target&, const dds::CommandResult&) override { answered_ = true; }
+      bool& answered_;
+    } answer(answered);
+    alice->send({kGateway, kLine, 0}, {.request = line::SdoRead{.node = 5}}, kDeadline);
+    return eventually([&] {
+      bob->replies();
+      serve(*alice, answer);
+      return answered;
+    });
+  };
+  EXPECT_TRUE(is_answered());
+  // The library does not check a change of partitions, but the gateway checks its announcement.
+  for (const char* partition : {"*", "*/*/operator/alice", "plant//operator/alice"}) {
+    bob->read_replies_in(partition);
+    for (int i = 0; i < 10; ++i)
+      EXPECT_TRUE(is_answered());
+  }
+  for (int i = 0; i < 50; ++i)
+    serve(*alice, lines);
+  ASSERT_EQ(bob->replies().size(), 1U);
+  EXPECT_EQ(bob->replies().begin()->first, "bob");
 }
 
 TEST_F(Identities, AnIdentityOfOneLineSendsToNoOther) {

@@ -189,6 +189,28 @@ TEST(PortCodec, AReceivedSampleIsAcceptedOnlyWholeAndHarmless) {
   expect_harmless(message, decode);
 }
 
+TEST(PortCodec, AReplyHasItsPartition) {
+  v1::CommandReply reply;
+  reply.client("panel");
+  reply.id(7);
+  PortMessage message;
+  encode_sample_in("plant//operator/alice", ToEndpoints::command_reply, reply, message);
+  std::string partition;
+  v1::CommandReply decoded;
+  ASSERT_TRUE(decode_sample_in(message, partition, decoded));
+  EXPECT_EQ(partition, "plant//operator/alice");
+  EXPECT_EQ(decoded, reply);
+  for (std::size_t size = 0; size < message.size(); ++size)
+    EXPECT_FALSE(decode_sample_in(PortBytes(message).first(size), partition, decoded)) << size;
+  message[kMessageHead + 1] = std::byte{1};  // length: 277
+  EXPECT_FALSE(decode_sample_in(message, partition, decoded));
+  // A part of it would be the partition of another identity.
+  encode_sample_in(std::string(kLongestPartition + 1, 'a'), ToEndpoints::command_reply, reply,
+                   message);
+  ASSERT_TRUE(decode_sample_in(message, partition, decoded));
+  EXPECT_EQ(partition, "");
+}
+
 TEST(PortCodec, OptionsComeBackAsTheyWent) {
   const GatewayOptions options{.gateway = "gateway",
                                .incarnation = 0xFEDC'BA98'7654'3210,

@@ -20,6 +20,11 @@ TEST(ClaimOf, APartitionOfTheLine) {
   EXPECT_EQ(request_partition("plant", "press", "operator/alice"), "plant/press/operator/alice");
 }
 
+TEST(ReplyPartition, HasRightAndName) {
+  EXPECT_EQ(reply_partition("plant", "operator/alice"), "plant//operator/alice");
+  EXPECT_EQ(replies_to("operator/alice"), "*/*/operator/alice");
+}
+
 TEST(ClaimOf, NothingElse) {
   for (const char* partition :
        {"", "*", "plant/*", "plant/press", "plant/press/", "plant/press/operator",
