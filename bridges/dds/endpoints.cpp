@@ -81,6 +81,8 @@ void Endpoints::create_participant(const std::string& name, std::uint32_t domain
   if (guarded) {
     guard_ = std::make_shared<guard::Guard>(guard::requires_protection(qos),
                                             guard::discovery_limits(qos));
+    if (security_.accepts_certificate)
+      guard_->watch_certificates(security_.accepts_certificate);
     names_.inform(guard_);
     if (guard::has_tcp(qos))
       stalls_.emplace();

@@ -48,6 +48,9 @@ class MessageLink {
 
   // The process has sent what no working process sends: it is replaced.
   virtual void reject(ProcessNumber process, std::string_view reason) = 0;
+  // That process was asked to end, and is replaced when it has ended, or after a time. From any
+  // thread.
+  virtual void replace(ProcessNumber process, std::string_view reason) = 0;
   // Adds an entry to the log.
   virtual void log(Severity severity, std::string_view text) = 0;
   // Ends the process, which was asked to end, within `limit`.

@@ -72,7 +72,7 @@ bool EndpointStatus::operator==(const EndpointStatus& other) const {
   const auto members = [](const EndpointStatus& of) {
     return std::tuple(of.discovery.participants, of.discovery.most, of.discovery.discovered,
                       of.discovery.gone, of.guard.endpoints, of.guard.received, of.guard.dropped,
-                      of.failed, of.namesakes);
+                      of.failed, of.namesakes, of.next_expiry);
   };
   return members(*this) == members(other) && other_gateways == other.other_gateways;
 }
@@ -258,7 +258,7 @@ std::optional<std::uint64_t> decode_unreadable(PortBytes message) {
 }
 
 // participants 8, most 8, discovered 8, gone 8, endpoints 8, received 8, dropped 8 each, failed 8,
-// namesakes 4, number of other gateways 4 and their names.
+// namesakes 4, next expiry 8, number of other gateways 4 and their names.
 void encode(const EndpointStatus& status, PortMessage& out) {
   FieldWriter writer = begin_message(static_cast<std::uint8_t>(FromEndpoints::status));
   writer.number(status.discovery.participants, 8);
@@ -271,6 +271,7 @@ void encode(const EndpointStatus& status, PortMessage& out) {
     writer.number(dropped, 8);
   writer.number(status.failed, 8);
   writer.number(status.namesakes, 4);
+  writer.number(static_cast<std::uint64_t>(status.next_expiry), 8);
   const std::size_t listed = std::min(status.other_gateways.size(), EndpointStatus::kMostListed);
   writer.number(listed, 4);
   for (const std::string& gateway : std::span(status.other_gateways).first(listed))
@@ -291,6 +292,7 @@ std::optional<EndpointStatus> decode_status(PortBytes message) {
     dropped = in.number<std::uint64_t>();
   out.failed = in.number<std::uint64_t>();
   out.namesakes = in.number<std::uint32_t>();
+  out.next_expiry = in.number<std::int64_t>();
   const auto listed = in.number<std::uint32_t>();
   in.require(listed <= EndpointStatus::kMostListed);
   for (std::uint32_t i = 0; i < listed && in.good(); ++i)

@@ -67,6 +67,7 @@ struct EndpointStatus {
   guard::Counters guard;
   std::uint64_t failed = 0;  // samples that DDS refused
   std::uint32_t namesakes = 0;
+  std::int64_t next_expiry = 0;             // see GatewayBridge
   std::vector<std::string> other_gateways;  // up to kMostListed
 
   static constexpr std::size_t kMostListed = 256;

@@ -209,6 +209,7 @@ void EndpointServer::send_status(const Send& send) {
   EndpointStatus status{.discovery = port_->discovery(),
                         .guard = port_->guard_counters(),
                         .namesakes = static_cast<std::uint32_t>(port_->namesakes()),
+                        .next_expiry = port_->next_expiry(),
                         .other_gateways = port_->other_gateways()};
   {
     const std::lock_guard lock(mutex_);
@@ -223,11 +224,14 @@ void EndpointServer::send_status(const Send& send) {
 
 }  // namespace
 
-std::unique_ptr<PortServer> PortServer::make(Message configure, const Send& send) {
+std::unique_ptr<PortServer> PortServer::make(Message configure, const Send& send,
+                                             const AddFunctions& add_functions) {
   const bool is_first = kind_of(configure) == static_cast<std::uint8_t>(ToEndpoints::configure);
-  const auto options = is_first ? decode_options(configure) : std::nullopt;
+  auto options = is_first ? decode_options(configure) : std::nullopt;
   if (!options)
     return nullptr;
+  if (add_functions)
+    add_functions(options->security);
   auto made = make_local_port(*options);
   PortMessage answer;
   encode(made.value ? FromEndpoints::ready : FromEndpoints::failed, made.diagnostics, answer);

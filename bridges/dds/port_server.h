@@ -9,6 +9,7 @@
 #include <memory>
 #include <span>
 
+#include "bridges/dds/security.h"
 #include "stack/base/time.h"
 
 namespace linegate::dds {
@@ -22,8 +23,11 @@ class PortServer {
   virtual ~PortServer() = default;
 
   // Creates the endpoints that the first message describes, and sends FromEndpoints::ready or
-  // failed. Returns nullptr if it failed.
-  static std::unique_ptr<PortServer> make(Message configure, const Send& send);
+  // failed. Returns nullptr if it failed. add_functions: sets those that the message cannot
+  // contain.
+  using AddFunctions = std::function<void(Security& security)>;
+  static std::unique_ptr<PortServer> make(Message configure, const Send& send,
+                                          const AddFunctions& add_functions = {});
 
   // Returns false if the message asks to end, or is malformed.
   virtual bool handle(Message message) = 0;

@@ -164,6 +164,7 @@ class LocalPort final : public SamplePort {
   DiscoveryCounters discovery() const override { return endpoints_.discovery(); }
   guard::Counters guard_counters() const override { return endpoints_.guard_counters(); }
   Duration longest_call() const override { return endpoints_.longest_call(); }
+  std::int64_t next_expiry() const override { return next_expiry_ ? next_expiry_() : 0; }
 
  private:
   static Instant now() {
@@ -196,6 +197,7 @@ class LocalPort final : public SamplePort {
 
   const std::string gateway_;
   const bool secured_;
+  const std::function<std::int64_t()> next_expiry_;
   const Duration last_words_;
   const std::uint64_t renew_after_;
   Endpoints endpoints_;
@@ -221,6 +223,7 @@ class LocalPort final : public SamplePort {
 LocalPort::LocalPort(const GatewayOptions& options, std::vector<Diagnostic>& diagnostics)
     : gateway_(options.gateway),
       secured_(options.security.enabled()),
+      next_expiry_(options.security.next_expiry),
       last_words_(options.last_words),
       renew_after_(options.renew_after),
       endpoints_("linegate " + options.gateway, options.domain, options.profile_file, diagnostics,
@@ -411,6 +414,14 @@ guard::Counters GatewayBridge::guard_counters() const {
 
 std::uint64_t GatewayBridge::process_starts() const {
   return impl_->port->process_starts();
+}
+
+std::int64_t GatewayBridge::next_expiry() const {
+  return impl_->port->next_expiry();
+}
+
+bool GatewayBridge::replace_process(std::string_view reason) {
+  return impl_->port->replace_process(reason);
 }
 
 std::size_t GatewayBridge::namesakes() const {

@@ -187,6 +187,14 @@ class GatewayBridge {
   // Number of processes that were started for the endpoints; 0: they are in this process.
   std::uint64_t process_starts() const;
 
+  // The earliest end of validity of the certificates of other participants, in s since 1970; 0:
+  // there were none. From any thread.
+  std::int64_t next_expiry() const;
+  // Replaces the process of the endpoints, so that each other participant is authenticated anew.
+  // Nothing that was published is lost, and nothing is carried out twice. Returns false if the
+  // endpoints are in this process, or it cannot be done now. From the thread that polls.
+  bool replace_process(std::string_view reason);
+
   // --- in ---------------------------------------------------------------------------------------
 
   // Waits until samples were received and handled, wake() was called, or the timeout passed (0 =

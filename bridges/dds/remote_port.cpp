@@ -87,6 +87,9 @@ class RemotePort final : public SamplePort {
     return starts_;
   }
 
+  std::int64_t next_expiry() const override { return locked().next_expiry; }
+  bool replace_process(std::string_view reason) override;
+
   bool wait(Duration timeout) override;
   void wake() override { link_->wake(); }
   Taken take(v1::OutputWrite& sample, Participant& from) override {
@@ -331,6 +334,18 @@ EndpointStatus RemotePort::total() const {
   for (std::size_t i = 0; i < out.guard.dropped.size(); ++i)
     out.guard.dropped[i] += before_.guard.dropped[i];
   return out;
+}
+
+// What the process does not carry out before its end, the next one receives. The request to end is
+// not kept for it.
+bool RemotePort::replace_process(std::string_view reason) {
+  const std::lock_guard lock(mutex_);
+  pump();
+  encode(ToEndpoints::stop, "", buffer_);
+  if (!ready_ || !link_->send(process_, buffer_))
+    return false;
+  link_->replace(process_, reason);
+  return true;
 }
 
 std::uint64_t RemotePort::failed_later() const {

@@ -56,6 +56,9 @@ class SamplePort {
   // Number of processes that were started for the endpoints; 0: they are in this process. From any
   // thread.
   virtual std::uint64_t process_starts() const { return 0; }
+  // As in GatewayBridge.
+  virtual std::int64_t next_expiry() const = 0;
+  virtual bool replace_process(std::string_view /*reason*/) { return false; }
 
   // --- in ----------------------------------------------------------------------------------
 

@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -37,6 +38,12 @@ struct Security {
   std::function<bool(const std::array<std::uint8_t, 12>& prefix, std::string_view right,
                      std::string_view name)>
       is_holder;
+
+  // Of a gateway: whether a message of the authentication with that certificate in PEM, and octets
+  // behind it, is accepted; without a function: always. Only with a guard. Called from any thread.
+  std::function<bool(std::span<const std::uint8_t> pem)> accepts_certificate;
+  // The earliest end of validity of these certificates in s since 1970; 0: there were none.
+  std::function<std::int64_t()> next_expiry;
 
   bool enabled() const { return !certificate.empty(); }
 };

@@ -64,6 +64,7 @@ void read_dds(Findings& findings, const YAML::Node& node, Plant& plant) {
     plant.dds_security = path.string();
   }
   section.read_choice<bool>("guard", plant.dds_guard, {{"on", true}, {"off", false}});
+  plant.dds_own_process = !plant.dds_security.empty();
   section.read_choice<bool>("process", plant.dds_own_process, {{"same", false}, {"own", true}});
   section.done();
 }

@@ -296,6 +296,15 @@ void EdgeProcess::reject(std::uint64_t number, std::string_view reason) {
   }
 }
 
+void EdgeProcess::replace(std::uint64_t number, std::string_view reason) {
+  const std::lock_guard lock(mutex_);
+  if (child_ != nullptr && child_->number == number && replaced_.empty()) {
+    replaced_ = reason;
+    end_due_ = monotonic_now() + kTimeToEnd;
+    supervisor_.signal();
+  }
+}
+
 void EdgeProcess::finish(Duration limit) {
   if (!thread_.joinable()) {
     return;
@@ -334,6 +343,7 @@ bool EdgeProcess::start() {
     const std::lock_guard lock(mutex_);
     child_ = std::move(child);
     rejected_.clear();
+    replaced_.clear();
     empty_wakes_ = 0;
   }
   wakeup_.signal();
@@ -412,40 +422,66 @@ void EdgeProcess::note_end(const Child& child, const siginfo_t& end, Instant now
 
 void EdgeProcess::look_at(Child& child, Instant now) {
   take_output(child, false);
-  siginfo_t end{};
-  if (waitid(P_PID, static_cast<id_t>(child.pid), &end, WEXITED | WNOHANG) == 0 &&
-      end.si_pid != 0) {
-    take_output(child, true);
-    {
-      const std::lock_guard lock(mutex_);
-      child_.reset();
-    }
-    if (!finishing_.raised()) {
-      note_end(child, end, now);
-    }
-    supervisor_.signal();
+  if (has_ended(child, now) || !child.killed_as.empty()) {
     return;
   }
-  if (!child.killed_as.empty()) {
-    return;
-  }
-  const std::array counters{child.rings.progress(0), child.rings.progress(1)};
-  std::string reason;
-  {
-    const std::lock_guard lock(mutex_);
-    reason = child.incoming.broken() || child.outgoing.broken()
-                 ? "it damaged the memory that both processes share"
-                 : rejected_;
-  }
-  child.killed_for = event::ProcessEnd::malformed;
-  if (reason.empty() && !child.progress.look(counters, now)) {
-    reason = "it did not respond";
-    child.killed_for = event::ProcessEnd::no_response;
-  }
+  const std::string reason = reason_to_kill(child, now);
   if (!reason.empty() || kill_.raised()) {
     child.killed_as = "was ended: " + reason;
     kill(child.pid, SIGKILL);
   }
+}
+
+bool EdgeProcess::has_ended(Child& child, Instant now) {
+  siginfo_t end{};
+  if (waitid(P_PID, static_cast<id_t>(child.pid), &end, WEXITED | WNOHANG) != 0 ||
+      end.si_pid == 0) {
+    return false;
+  }
+  take_output(child, true);
+  {
+    const std::lock_guard lock(mutex_);
+    child_.reset();
+  }
+  if (!finishing_.raised()) {
+    report_end(child, end, now);
+  }
+  supervisor_.signal();
+  return true;
+}
+
+void EdgeProcess::report_end(const Child& child, const siginfo_t& end, Instant now) {
+  std::string replaced;
+  {
+    const std::lock_guard lock(mutex_);
+    replaced = replaced_;
+  }
+  if (replaced.empty() || !child.killed_as.empty()) {
+    note_end(child, end, now);
+    return;
+  }
+  start_due_ = now;
+  options_.log(Severity::note, fmt::format("the {} process {} is replaced: {}", options_.name,
+                                           child.pid, replaced));
+}
+
+// Empty: there is none. A process that was asked to end need not show progress.
+std::string EdgeProcess::reason_to_kill(Child& child, Instant now) {
+  const std::array counters{child.rings.progress(0), child.rings.progress(1)};
+  const bool progress = child.progress.look(counters, now);
+  const std::lock_guard lock(mutex_);
+  child.killed_for = event::ProcessEnd::malformed;
+  if (child.incoming.broken() || child.outgoing.broken()) {
+    return "it damaged the memory that both processes share";
+  }
+  if (!rejected_.empty()) {
+    return rejected_;
+  }
+  child.killed_for = event::ProcessEnd::no_response;
+  if (!replaced_.empty()) {
+    return now >= end_due_ ? "it did not end when it was asked to" : "";
+  }
+  return progress ? "" : "it did not respond";
 }
 
 // all: also an incomplete line at the end.

@@ -118,6 +118,10 @@ class EdgeProcess {
 
   // Replaces that process. No more of its messages are received.
   void reject(std::uint64_t number, std::string_view reason);
+  // That process was asked to end. When it has, or after kTimeToEnd, another one is started at
+  // once.
+  static constexpr Duration kTimeToEnd = std::chrono::seconds(3);
+  void replace(std::uint64_t number, std::string_view reason);
   // Waits for the end of the process, which was asked to end, at most `limit`; then kills it. It is
   // not started again.
   void finish(Duration limit);
@@ -129,6 +133,9 @@ class EdgeProcess {
   void start_again(Instant now);
   void note_end(const Child& child, const siginfo_t& end, Instant now);
   void look_at(Child& child, Instant now);
+  bool has_ended(Child& child, Instant now);
+  void report_end(const Child& child, const siginfo_t& end, Instant now);
+  std::string reason_to_kill(Child& child, Instant now);
   void take_output(Child& child, bool all);
   void report_line(std::string_view line) const;
   void note_wake(const Child& child);
@@ -139,6 +146,8 @@ class EdgeProcess {
   std::shared_ptr<Child> child_;
   std::uint64_t started_ = 0;
   std::string rejected_;  // reason; empty: none
+  std::string replaced_;  // the same; the process was asked to end
+  Instant end_due_{};     // of that process
   int empty_wakes_ = 0;   // since the last message
 
   exchange::Wakeup wakeup_;      // of the thread in wait()

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <ctime>
 #include <utility>
 
 #include "bridges/dds/event_codec.h"
@@ -15,6 +16,7 @@
 #include "gateway/security/documents.h"
 #include "gateway/security/files.h"
 #include "gateway/security/fingerprint.h"
+#include "gateway/security/identity_watch.h"
 #include "gateway/security/revoked_names.h"
 
 namespace linegate::gateway {
@@ -153,10 +155,15 @@ class Requests final : public dds::GatewayHandler {
 
 class DdsEdge final : public DataEdge {
  public:
-  // revoked: null without DDS-Security.
+  // revoked: null without DDS-Security. identities: null without a process of the endpoints that
+  // can be replaced.
   DdsEdge(std::unique_ptr<dds::GatewayBridge> bridge,
-          std::shared_ptr<security::RevokedNames> revoked, std::shared_ptr<ProcessEnds> ends)
-      : bridge_(std::move(bridge)), revoked_(std::move(revoked)), ends_(std::move(ends)) {}
+          std::shared_ptr<security::RevokedNames> revoked,
+          std::unique_ptr<security::IdentityWatch> identities, std::shared_ptr<ProcessEnds> ends)
+      : bridge_(std::move(bridge)),
+        revoked_(std::move(revoked)),
+        identities_(std::move(identities)),
+        ends_(std::move(ends)) {}
 
   bool add_line(const std::string& line) override { return bridge_->add_line(line); }
   void remove_line(const std::string& line) override { bridge_->remove_line(line); }
@@ -215,6 +222,7 @@ class DdsEdge final : public DataEdge {
   void poll(Duration timeout, RequestHandler& handler) override {
     if (revoked_)
       revoked_->update(monotonic_now());
+    end_access();
     Requests requests(handler);
     bridge_->poll(timeout, requests);
   }
@@ -226,11 +234,24 @@ class DdsEdge final : public DataEdge {
   void reply(const line::Reply& reply) override { bridge_->reply(reply); }
 
  private:
+  void end_access();
+
   std::unique_ptr<dds::GatewayBridge> bridge_;
   std::shared_ptr<security::RevokedNames> revoked_;  // used by the thread that polls
-  std::shared_ptr<ProcessEnds> ends_;                // of the DDS process; none without one
+  std::unique_ptr<security::IdentityWatch> identities_;
+  std::shared_ptr<ProcessEnds> ends_;  // of the DDS process; none without one
   dds::guard::Report guard_;
 };
+
+// Participants with an identity that was revoked or has expired must no longer receive anything.
+void DdsEdge::end_access() {
+  if (!identities_)
+    return;
+  const Instant now = monotonic_now();
+  const std::string reason = identities_->due(now, std::time(nullptr), bridge_->next_expiry());
+  if (!reason.empty() && bridge_->replace_process(reason))
+    identities_->note_replaced(now);
+}
 
 EdgeStatistics DdsEdge::statistics() const {
   const dds::DiscoveryCounters discovery = bridge_->discovery();
@@ -266,11 +287,14 @@ Loaded<std::unique_ptr<DataEdge>> make_dds_edge(const config::Plant& plant,
   options.guard = plant.dds_guard;
   options.last_words = plant.dds_last_words;
   std::shared_ptr<security::RevokedNames> revoked;
+  std::unique_ptr<security::IdentityWatch> identities;
   if (!plant.dds_security.empty()) {
     const security::Files files = security::files_in(plant.dds_security);
     options.security = to_dds(files);
     options.security.request_partition = security::requests_of_gateway(plant.gateway);
     revoked = std::make_shared<security::RevokedNames>(files.revoked_names);
+    if (plant.dds_own_process)
+      identities = std::make_unique<security::IdentityWatch>(files);
     options.security.is_holder = [revoked](const auto& prefix, auto right, auto name) {
       return is_holder(prefix, right, name, *revoked);
     };
@@ -284,8 +308,8 @@ Loaded<std::unique_ptr<DataEdge>> make_dds_edge(const config::Plant& plant,
   Loaded<std::unique_ptr<DataEdge>> out;
   out.diagnostics = std::move(made.diagnostics);
   if (made.value) {
-    out.value =
-        std::make_unique<DdsEdge>(std::move(*made.value), std::move(revoked), std::move(ends));
+    out.value = std::make_unique<DdsEdge>(std::move(*made.value), std::move(revoked),
+                                          std::move(identities), std::move(ends));
   }
   return out;
 }
@@ -304,6 +328,10 @@ std::vector<Diagnostic> check_dds_exposure(const config::Plant& plant) {
     if (line.commands == config::Access::all || line.outputs == config::Access::all)
       lines += (lines.empty() ? "" : ", ") + line.config.name;
   }
+  if (!plant.dds_security.empty() && !plant.dds_own_process)
+    return {{Severity::warning, plant.file, 0, 0,
+             "with `dds: {process: same}` an identity that is revoked or expires continues to read "
+             "until the gateway is restarted: use `process: own`, the default with `security`"}};
   if (lines.empty() || !plant.dds_security.empty())
     return {};
   std::string transports;

@@ -34,7 +34,8 @@ std::vector<Diagnostic> check_dds_profiles(const std::string& file);
 std::string dds_profiles_in_use(const std::string& file);
 
 // A warning if every host of a network may command the plant: a line permits commands or outputs,
-// and DDS is open on an interface other than loopback without DDS-Security. Opens no socket.
+// and DDS is open on an interface other than loopback without DDS-Security; or if identities that
+// are revoked would continue to read. Opens no socket.
 std::vector<Diagnostic> check_dds_exposure(const config::Plant& plant);
 
 // While it exists, `log` receives the warnings and errors of the DDS library. It is called in

@@ -3,7 +3,11 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdint>
+#include <ctime>
 #include <exception>
+#include <memory>
+#include <span>
 #include <string>
 #include <thread>
 #include <utility>
@@ -28,6 +32,7 @@
 #include "gateway/runtime/clock.h"
 #include "gateway/runtime/exit_code.h"
 #include "gateway/runtime/signals.h"
+#include "gateway/security/peer_certificates.h"
 
 namespace linegate::gateway {
 namespace {
@@ -71,6 +76,9 @@ class ProcessLink final : public dds::MessageLink {
   void wake() override { process_.wake(); }
   void reject(dds::ProcessNumber process, std::string_view reason) override {
     process_.reject(process, reason);
+  }
+  void replace(dds::ProcessNumber process, std::string_view reason) override {
+    process_.replace(process, reason);
   }
   void log(Severity severity, std::string_view text) override { write_log(severity, text); }
   void finish(Duration limit) override { process_.finish(limit); }
@@ -142,6 +150,18 @@ void serve(dds::PortServer& server, EdgeEnd& end) {
   sender.join();
 }
 
+// The certificates of all participants pass this process only.
+void watch_certificates(dds::Security& to) {
+  if (!to.enabled()) {
+    return;
+  }
+  const auto peers = std::make_shared<security::PeerCertificates>(to.ca);
+  to.accepts_certificate = [peers](std::span<const std::uint8_t> pem) {
+    return peers->note(pem, std::time(nullptr));
+  };
+  to.next_expiry = [peers] { return std::int64_t{peers->next_expiry()}; };
+}
+
 int run() {
   if (!give_up_privileges(kMemory)) {
     write_line(Severity::error, "the DDS process cannot give up its privileges");
@@ -162,7 +182,8 @@ int run() {
   EdgeEnd end;
   const dds::PortServer::Message configure = end.receive(kTimeToStart);
   auto server = dds::PortServer::make(
-      configure, [&](dds::PortServer::Message message) { return end.send(message); });
+      configure, [&](dds::PortServer::Message message) { return end.send(message); },
+      watch_certificates);
   if (server == nullptr) {
     return kExitFailed;
   }

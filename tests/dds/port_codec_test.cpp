@@ -259,6 +259,7 @@ EndpointStatus full_status() {
   status.guard.dropped.fill(7);
   status.failed = 8;
   status.namesakes = 9;
+  status.next_expiry = 1'800'000'000;
   status.other_gateways = {"a", std::string(64, 'b')};
   return status;
 }

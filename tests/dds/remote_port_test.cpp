@@ -25,6 +25,7 @@ struct Wire {
   std::vector<PortMessage> to_process;  // of the present process
   std::vector<std::string> rejected;
   std::vector<std::string> logged;
+  std::vector<std::string> replaced;
 
   void send(PortMessage message) { to_gateway.push_back(std::move(message)); }
   void send_answer() {
@@ -69,6 +70,9 @@ class FakeLink final : public MessageLink {
   void wake() override {}
   void reject(ProcessNumber, std::string_view reason) override {
     wire_.rejected.emplace_back(reason);
+  }
+  void replace(ProcessNumber process, std::string_view reason) override {
+    wire_.replaced.push_back(std::to_string(process) + " " + std::string(reason));
   }
   void log(Severity, std::string_view text) override { wire_.logged.emplace_back(text); }
   void finish(Duration) override { wire_.process = 0; }
@@ -173,6 +177,20 @@ TEST_F(RemotePortTest, ANewProcessReceivesTheOptionsFirstAndEverythingAgain) {
     EXPECT_EQ(wire_.count(ToEndpoints::event), 3);
   }
   EXPECT_EQ(wire_.logged.size(), 3U) << "one entry for each start";
+}
+
+TEST_F(RemotePortTest, AProcessThatIsReplacedIsAskedToEndAndItsSuccessorIsNot) {
+  EXPECT_TRUE(bridge_->replace_process("revoked"));
+  EXPECT_EQ(wire_.count(ToEndpoints::stop), 1);
+  EXPECT_EQ(wire_.replaced, std::vector<std::string>{"1 revoked"});
+  wire_.restart();
+  EXPECT_FALSE(bridge_->replace_process("again")) << "it has not answered yet";
+  wire_.send_answer();
+  poll();
+  EXPECT_EQ(wire_.count(ToEndpoints::configure), 1);
+  EXPECT_EQ(wire_.count(ToEndpoints::stop), 0);
+  EXPECT_TRUE(bridge_->replace_process("again"));
+  EXPECT_EQ(wire_.replaced.back(), "2 again");
 }
 
 TEST_F(RemotePortTest, AProcessThatAnswersTheOptionsTwiceIsReplacedAndNotLogged) {

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cstring>
 #include <optional>
+#include <utility>
 
+#include "bridges/dds/guard/handshake.h"
 #include "bridges/dds/guard/protection.h"
 
 namespace linegate::dds::guard {
@@ -107,6 +109,10 @@ void Guard::set_process_of(const Prefix& it) {
 
 void Guard::set_utc(SampleTime (*utc)()) {
   utc_ = utc;
+}
+
+void Guard::watch_certificates(std::function<bool(Octets pem)> accepts) {
+  accepts_certificate_ = std::move(accepts);
 }
 
 void Guard::count(Reason reason) {
@@ -330,7 +336,7 @@ Reason Guard::judge_payload(Datagram& datagram, const Content& content) {
   if (content.writer == entity::kLiveliness)
     return check_liveliness_message(content.payload) ? Reason::none : Reason::discovery;
   if (content.writer == entity::kStateless)
-    return check_stateless_message(content.payload) ? Reason::none : Reason::discovery;
+    return judge_handshake(content);
   if (!carries_parameters(content.writer))
     return Reason::none;
   Announcement announcement;
@@ -347,6 +353,16 @@ Reason Guard::judge_payload(Datagram& datagram, const Content& content) {
   return reason == Reason::none && content.writer == entity::kSubscriptions
              ? judge_announcement(datagram, announcement)
              : reason;
+}
+
+Reason Guard::judge_handshake(const Content& content) const {
+  if (!check_stateless_message(content.payload))
+    return Reason::discovery;
+  if (!accepts_certificate_)
+    return Reason::none;
+  const auto certificate = certificate_in(content.payload.octets());
+  const bool accepted = certificate && (certificate->empty() || accepts_certificate_(*certificate));
+  return accepted ? Reason::none : Reason::discovery;
 }
 
 // Fast DDS takes the announced participant from the payload, and the source from the header. With

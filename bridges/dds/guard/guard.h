@@ -10,6 +10,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <mutex>
 #include <utility>
 
@@ -51,6 +52,10 @@ class Guard {
   // Limits the first timestamp of each writer to the present UTC, see SampleTimes. Without this
   // call, there is no limit. Call it before the first datagram. utc: callable from any thread.
   void set_utc(SampleTime (*utc)());
+  // accepts: receives the certificate in PEM in each message of a handshake, and the octets behind
+  // it; if it returns false, the datagram is dropped, as one in which another certificate could be
+  // hidden. Called from any thread. Call it before the first datagram.
+  void watch_certificates(std::function<bool(Octets pem)> accepts);
   // Records the acknowledgements of local readers in a sent datagram. From any thread. Does not
   // allocate.
   void sent(Octets datagram);
@@ -86,6 +91,7 @@ class Guard {
   Reason judge_fragments(Datagram& datagram, const Content& content);
   void note_end(const Datagram& datagram, const Content& content);
   Reason judge_payload(Datagram& datagram, const Content& content);
+  Reason judge_handshake(const Content& content) const;
   Reason judge_participant(const Datagram& datagram, const Announcement& announcement);
   Reason judge_endpoint(const Datagram& datagram, const Content& content,
                         const Announcement& announcement);
@@ -96,6 +102,7 @@ class Guard {
 
   const bool protection_required_;
   SampleTime (*utc_)() = SampleTimes::no_limit;
+  std::function<bool(Octets)> accepts_certificate_;
   std::atomic<std::uint64_t> process_{0};  // 0: none
   std::atomic<Number> kept_{0};            // sum over all KeptNumbers
   GuidTable<WriterNumbers, 1024> writers_;

@@ -46,7 +46,8 @@ TEST(PlanDifference, RefusesWhatSubscribersKnowTheGatewayBy) {
   const auto running = identity_of(plant(kA));
   EXPECT_TRUE(difference(running, plant(kA, "gateway: {log: debug}\n")).refusals.empty());
   const auto refused = difference(
-      running, plant(kA, "gateway: {name: other}\ndds: {domain: 7, security: /proc/self}\n"));
+      running,
+      plant(kA, "gateway: {name: other}\ndds: {domain: 7, security: /proc/self, process: same}\n"));
   ASSERT_EQ(refused.refusals.size(), 3U);
   EXPECT_TRUE(has_errors(refused.refusals));
   EXPECT_NE(refused.refusals[0].text.find("the name of the gateway changes from \"linegate\" to "

@@ -388,6 +388,8 @@ TEST(Plant, TheDdsGuardIsOnUnlessSwitchedOff) {
   EXPECT_FALSE(guard("").value->dds_own_process);
   EXPECT_FALSE(guard("dds: {process: same}\n").value->dds_own_process);
   EXPECT_TRUE(guard("dds: {process: own}\n").value->dds_own_process);
+  EXPECT_TRUE(guard("dds: {security: .}\n").value->dds_own_process);
+  EXPECT_FALSE(guard("dds: {security: ., process: same}\n").value->dds_own_process);
   EXPECT_FALSE(guard("dds: {process: another}\n").ok());
 }
 

@@ -257,6 +257,25 @@ TEST_F(EdgeProcessTest, ReplacesAProcessThatSignalsWithoutMessages) {
   EXPECT_TRUE(reported);
 }
 
+TEST_F(EdgeProcessTest, AProcessThatEndsWhenItIsAskedIsReplacedAtOnce) {
+  const auto process = run("echo runs; sleep 1");
+  ASSERT_TRUE(logged("runs"));
+  process->replace(1, "a new list");
+  EXPECT_TRUE(logged("is replaced: a new list"));
+  EXPECT_TRUE(eventually([&] { return process->number() == 2; }));
+  const std::lock_guard lock(mutex_);
+  EXPECT_FALSE(std::any_of(lines_.begin(), lines_.end(), [](const std::string& line) {
+    return line.find("it is started again") != std::string::npos;
+  }));
+}
+
+TEST_F(EdgeProcessTest, AProcessThatDoesNotEndIsKilled) {
+  const auto process = run("exec sleep 1000");
+  process->replace(process->number(), "a new list");
+  EXPECT_TRUE(logged("was ended: it did not end when it was asked to; it is started again"));
+  EXPECT_TRUE(eventually([&] { return process->number() == 2; }));
+}
+
 TEST_F(EdgeProcessTest, AProgramThatDoesNotExistIsAnError) {
   EXPECT_THROW(EdgeProcess({.program = "/nonexistent",
                             .arguments = {"x"},

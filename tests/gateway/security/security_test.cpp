@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <csignal>
+#include <cstdint>
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
@@ -21,6 +22,8 @@
 #include "gateway/security/files.h"
 #include "gateway/security/fingerprint.h"
 #include "gateway/security/identity_check.h"
+#include "gateway/security/identity_watch.h"
+#include "gateway/security/peer_certificates.h"
 #include "gateway/security/revoked_names.h"
 
 namespace linegate::security {
@@ -611,6 +614,99 @@ TEST_F(Authority, FingerprintsAreThoseOfTheCertificates) {
   }
   EXPECT_EQ(fingerprint_of("alice", Role::operator_), expected);
   EXPECT_NE(fingerprint_of("alice", Role::engineer), expected);
+}
+
+// --- identities that lose their access while a gateway runs --------------------------------------
+
+// The certificate of an identity in PEM, as in a message of a handshake.
+std::vector<std::uint8_t> pem_of(const files::path& identity) {
+  const std::string text = content(identity / kCertificateFile);
+  return {text.begin(), text.end()};
+}
+
+TEST_F(Authority, TheEarliestEndOfTheCertificatesOfOthersIsKnown) {
+  ASSERT_EQ(issue_as("alice", Role::operator_, false, 20), "");
+  ASSERT_EQ(issue_as("victor", Role::viewer, false, 10), "");
+  PeerCertificates peers((plant / kCaFile).string());
+  EXPECT_EQ(peers.next_expiry(), 0);
+  const std::time_t now = std::time(nullptr);
+  EXPECT_TRUE(peers.note(pem_of(plant / "alice"), now));
+  const std::time_t of_alice = peers.next_expiry();
+  EXPECT_NEAR(static_cast<double>(of_alice), static_cast<double>(now + 20 * kDay), 60.0);
+  EXPECT_TRUE(peers.note(pem_of(plant / "victor"), now));
+  EXPECT_NEAR(static_cast<double>(peers.next_expiry()), static_cast<double>(now + 10 * kDay), 60.0);
+  // A new participant does not note what has expired: the library refuses it.
+  PeerCertificates later((plant / kCaFile).string());
+  EXPECT_TRUE(later.note(pem_of(plant / "alice"), of_alice));
+  EXPECT_EQ(later.next_expiry(), 0);
+}
+
+TEST_F(Authority, CertificatesOfOtherAuthoritiesAreNotNoted) {
+  const files::path other = top / "other";
+  ASSERT_EQ(init(other.string()), "");
+  ASSERT_EQ(issue(other.string(), {{.name = "alice", .role = Role::operator_}, 1}), "");
+  PeerCertificates peers((plant / kCaFile).string());
+  EXPECT_FALSE(peers.note(pem_of(other / "alice"), std::time(nullptr)));
+  EXPECT_FALSE(peers.note({}, std::time(nullptr)));
+  const std::string text = "-----BEGIN CERTIFICATE-----\nAAAA\n-----END CERTIFICATE-----\n";
+  EXPECT_FALSE(peers.note(std::vector<std::uint8_t>(text.begin(), text.end()), 0));
+  EXPECT_EQ(peers.next_expiry(), 0);
+  ASSERT_EQ(issue_as("alice", Role::operator_), "");
+  PeerCertificates without((top / "none").string());
+  EXPECT_FALSE(without.note(pem_of(plant / "alice"), std::time(nullptr)));
+}
+
+// Forged ones cost processor time until their signature is refused.
+TEST_F(Authority, TheNumberOfCertificatesThatAreVerifiedIsLimited) {
+  const files::path other = top / "other";
+  ASSERT_EQ(init(other.string()), "");
+  ASSERT_EQ(issue(other.string(), {{.name = "eve", .role = Role::operator_}, 1}), "");
+  ASSERT_EQ(issue_as("alice", Role::operator_), "");
+  ASSERT_EQ(issue_as("victor", Role::viewer), "");
+  PeerCertificates peers((plant / kCaFile).string());
+  const std::time_t now = std::time(nullptr);
+  EXPECT_TRUE(peers.note(pem_of(plant / "alice"), now));
+  for (unsigned i = 0; i < PeerCertificates::kMostPerSecond; ++i)
+    EXPECT_FALSE(peers.note(pem_of(other / "eve"), now));
+  EXPECT_TRUE(peers.note(pem_of(plant / "alice"), now)) << "was verified before";
+  EXPECT_FALSE(peers.note(pem_of(plant / "victor"), now));
+  EXPECT_TRUE(peers.note(pem_of(plant / "victor"), now + 1));
+}
+
+TEST_F(Authority, AChangedListOrAnExpiredCertificateRequiresANewParticipant) {
+  ASSERT_EQ(issue_as("plant", Role::gateway), "");
+  ASSERT_EQ(issue_as("alice", Role::operator_), "");
+  Instant now{std::chrono::hours(1)};
+  IdentityWatch watch(files_in((plant / "plant").string()));
+  EXPECT_EQ(watch.due(now, 1'000, 0), "");
+  EXPECT_EQ(watch.due(now, 1'000, 1'000), "");
+  EXPECT_EQ(watch.due(now, 1'001, 1'000), "the certificate of a participant has expired");
+  ASSERT_EQ(revoke(plant.string(), "alice"), "");
+  EXPECT_EQ(watch.due(now += IdentityWatch::kPeriod, 0, 0), "revoked.crl has changed");
+  EXPECT_EQ(watch.due(now, 0, 0), "revoked.crl has changed") << "it was not replaced";
+  watch.note_replaced(now);
+  EXPECT_EQ(watch.due(now += IdentityWatch::kPeriod, 1'001, 1'000), "") << "the pause";
+  EXPECT_EQ(watch.due(now += IdentityWatch::kPause, 0, 0), "");
+  EXPECT_LE(IdentityWatch::kPeriod + IdentityWatch::kPause, std::chrono::seconds(30));
+}
+
+// A participant would not start with it.
+TEST_F(Authority, AListThatIsIncompleteOrOfAnotherAuthorityChangesNothing) {
+  ASSERT_EQ(issue_as("plant", Role::gateway), "");
+  const files::path other = top / "other";
+  ASSERT_EQ(init(other.string()), "");
+  const files::path list = plant / "plant" / kRevocationsFile;
+  const std::string whole = content(list);
+  Instant now{std::chrono::hours(1)};
+  IdentityWatch watch(files_in((plant / "plant").string()));
+  std::ofstream(list) << whole.substr(0, whole.size() / 2);
+  EXPECT_EQ(watch.due(now += IdentityWatch::kPeriod, 0, 0), "") << "a part";
+  files::copy_file(other / kRevocationsFile, list, files::copy_options::overwrite_existing);
+  EXPECT_EQ(watch.due(now += IdentityWatch::kPeriod, 0, 0), "") << "another authority";
+  files::remove(list);
+  EXPECT_EQ(watch.due(now += IdentityWatch::kPeriod, 0, 0), "") << "missing";
+  std::ofstream(list) << whole;
+  EXPECT_EQ(watch.due(now += IdentityWatch::kPeriod, 0, 0), "") << "the same";
 }
 
 }  // namespace
