@@ -107,7 +107,8 @@ class AnswerModel {
     can::Frame frame;
     std::uint64_t number = 0;
     std::uint64_t after = 0;  // number of commands before it
-    bool newest = false;      // of a PDO: it carries the values of the image
+    Instant time{};
+    bool newest = false;  // of a PDO: it carries the values of the image
     bool used = false;
   };
   struct Heard {
@@ -200,6 +201,7 @@ class AnswerModel {
   std::uint64_t commands_ = 0;
   std::uint64_t submitted_ = 0;
   std::uint64_t acknowledged_ = 0;
+  Instant answered_{};  // time of the newest reply
 };
 
 }  // namespace linegate::plant

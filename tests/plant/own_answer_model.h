@@ -65,7 +65,8 @@ class OwnAnswerModel {
     can::Frame frame;
     std::uint64_t number = 0;
     std::uint64_t after = 0;  // number of commands before it
-    bool newest = false;      // it carries the values of the image
+    Instant time{};
+    bool newest = false;  // it carries the values of the image
     bool used = false;
   };
   // The position of an output entry in the frames of its TPDO.
