@@ -11,7 +11,7 @@
 namespace linegate::dds {
 namespace {
 
-constexpr std::size_t kLongestText = 256;  // of Event::text, in bytes
+constexpr std::size_t kLongestEventText = 256;  // of Event::text, in bytes
 
 }  // namespace
 
@@ -29,7 +29,7 @@ void to_wire(const linegate::Event& from, std::string_view text, const ClockMap&
   to.data().resize(fields.length);
   for (std::size_t i = 0; i < fields.length; ++i)
     to.data()[i] = std::to_integer<std::uint8_t>(fields.data[i]);
-  to.text(short_text(text, kLongestText));
+  to.text(short_text(text, kLongestEventText));
 }
 
 void from_wire(const v1::Event& from, const ClockMap& clock, ReceivedEvent& to) {

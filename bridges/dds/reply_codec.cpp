@@ -18,7 +18,7 @@ using ReplyBytes = std::vector<std::byte>;
 
 constexpr std::uint8_t kBySdo = 0;
 constexpr std::uint8_t kByPdo = 1;
-constexpr std::size_t kLongestName = 0xFF;  // of a listed object: longer names are cut
+constexpr std::size_t kLongestObjectName = 0xFF;  // of a listed object: longer names are cut
 constexpr unsigned kMappableFlag = 1;
 constexpr unsigned kStoredFlag = 2;
 constexpr unsigned kApplicationFlag = 4;
@@ -56,7 +56,7 @@ void write_result(const std::vector<line::ListedObject>& list, FieldWriter& out)
     out.number((one.mappable ? kMappableFlag : 0U) | (one.stored ? kStoredFlag : 0U) |
                    (one.application ? kApplicationFlag : 0U),
                1);
-    out.sized(short_text(one.name, kLongestName), 1);
+    out.sized(short_text(one.name, kLongestObjectName), 1);
     const bool fits = one.value.size() <= line::ListedObject::kLongestValue;
     out.sized(fits ? one.value : ReplyBytes{}, 1);
   }

@@ -83,13 +83,13 @@ void each_member(Wire& wire, Stack& stack,
 }
 
 // Lengths of texts in the contract, in bytes.
-constexpr std::size_t kLongestName = 64;
+constexpr std::size_t kLongestCounterName = 64;
 constexpr std::size_t kLongestBootText = 128;
 constexpr std::size_t kLongestUri = 128;
 constexpr std::size_t kLongestValue = 256;
 
 void to_wire(const NamedCounter& from, v1::NamedCounter& to) {
-  to.name(short_text(from.name, kLongestName));
+  to.name(short_text(from.name, kLongestCounterName));
   to.value(from.value);
 }
 
@@ -121,7 +121,7 @@ void to_wire(const std::vector<Property>& from, std::vector<v1::Property>& to) {
   const std::size_t copied = all ? from.size() : kMaxProperties - 1;
   to.resize(all ? copied : kMaxProperties);
   for (std::size_t i = 0; i < copied; ++i) {
-    to[i].name(short_text(from[i].name, kLongestName));
+    to[i].name(short_text(from[i].name, kLongestCounterName));
     to[i].value(short_text(from[i].value, kLongestValue));
   }
   if (!all) {
