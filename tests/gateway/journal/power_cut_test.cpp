@@ -141,7 +141,7 @@ TEST_F(PowerCut, NothingThatWasStoredIsMissing) {
 // The log is written into the file while it grows, and its pages are used again.
 TEST_F(PowerCut, NothingIsMissingWhileTheLogIsWrittenIntoTheFile) {
   run(1, 500);
-  const std::uint64_t cuts = from_environment("LINEGATE_POWER_CUTS", 150) / 15;
+  const std::uint64_t cuts = from_environment("LINEGATE_POWER_CUTS", 150) / 50;
   for (std::uint64_t i = 0; i < cuts; ++i) {
     const std::size_t operation = random_operation();
     const auto files = disk_.cut(operation, RecordedDisk::Sync::honest, random_);
