@@ -88,7 +88,6 @@ void AnswerModel::submitted(const can::Frame& frame, Instant now) {
     sent_.push_back({.frame = frame,
                      .number = submitted_,
                      .after = commands_,
-                     .time = now,
                      .newest = has_newest(frame, now)});
   }
 }
@@ -280,7 +279,6 @@ std::string AnswerModel::answered(const line::Reply& reply, std::span<const Even
   }
   const Given given = found->second;
   given_.erase(found);
-  answered_ = now;
   std::string out =
       reply.ok() ? check_done(given, reply) : check_refusal(given, reply, events, now);
   if (given_.empty()) {

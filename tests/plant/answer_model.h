@@ -107,8 +107,7 @@ class AnswerModel {
     can::Frame frame;
     std::uint64_t number = 0;
     std::uint64_t after = 0;  // number of commands before it
-    Instant time{};
-    bool newest = false;  // of a PDO: it carries the values of the image
+    bool newest = false;      // of a PDO: it carries the values of the image
     bool used = false;
   };
   struct Heard {
@@ -201,7 +200,6 @@ class AnswerModel {
   std::uint64_t commands_ = 0;
   std::uint64_t submitted_ = 0;
   std::uint64_t acknowledged_ = 0;
-  Instant answered_{};  // time of the newest reply
 };
 
 }  // namespace linegate::plant

@@ -329,8 +329,7 @@ std::string AnswerModel::check_unsent(const Given& given, bool turn, Instant now
     if (since && !given.lost && sent.number <= acknowledged_) {
       return "its frame was acknowledged";
     }
-    // A frame of the same moment may have been handed out after the answer.
-    if (since && turn && sent.number > acknowledged_ && sent.time < answered_) {
+    if (since && turn && sent.number > acknowledged_) {
       return "it waits for its turn, and its frame is under way";
     }
   }

@@ -65,8 +65,7 @@ class OwnAnswerModel {
     can::Frame frame;
     std::uint64_t number = 0;
     std::uint64_t after = 0;  // number of commands before it
-    Instant time{};
-    bool newest = false;  // it carries the values of the image
+    bool newest = false;      // it carries the values of the image
     bool used = false;
   };
   // The position of an output entry in the frames of its TPDO.

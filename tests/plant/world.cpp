@@ -420,6 +420,7 @@ void World::turn_line(LineSeat& seat) {
   line.advance(now_);
   seat.outputs->look_at_sync(seat, now_, true);
   seat.model->after_call(take_events(seat));
+  judge_replies(seat);
   can::Frame frame;
   while (seat.bus.room(seat.end) > 0 && line.next_frame(frame, now_)) {
     if (std::string text = seat.silence.sends(frame); !text.empty()) {
@@ -456,6 +457,7 @@ void World::turn_ours(LineSeat& seat) {
   seat.answers_of_ours->acknowledged(seat.bus.acknowledged(seat.ours_end));
   line.acknowledged(seat.bus.acknowledged(seat.ours_end), now_);
   line.advance(now_);
+  judge_replies_of_ours(seat);
   can::Frame frame;
   while (seat.bus.room(seat.ours_end) > 0 && line.next_frame(frame, now_)) {
     if (std::string text = seat.silence_of_ours.sends(frame); !text.empty()) {
@@ -507,17 +509,33 @@ void World::judge(const LineSeat& seat, std::span<const Event> events) {
   }
 }
 
-void World::collect_of_ours(LineSeat& seat) {
-  while (const std::size_t count = seat.ours->take_events(told_)) {
-    seat.ours_events.insert(seat.ours_events.end(), told_.begin(),
-                            told_.begin() + static_cast<long>(count));
+void World::judge_replies(LineSeat& seat) {
+  line::Reply reply;
+  while (seat.line->take_reply(reply)) {
+    if (!seat.replies.emplace(reply.tag, reply).second) {
+      ++seat.duplicate_replies;
+    }
+    if (std::string text = seat.answers->answered(reply, seat.events, now_); !text.empty()) {
+      fail("answers: " + text);
+    }
   }
+}
+
+void World::judge_replies_of_ours(LineSeat& seat) {
   line::Reply reply;
   while (seat.ours->take_reply(reply)) {
     if (std::string text = seat.answers_of_ours->answered(reply, now_); !text.empty()) {
       fail("answers of our devices: " + text);
     }
   }
+}
+
+void World::collect_of_ours(LineSeat& seat) {
+  while (const std::size_t count = seat.ours->take_events(told_)) {
+    seat.ours_events.insert(seat.ours_events.end(), told_.begin(),
+                            told_.begin() + static_cast<long>(count));
+  }
+  judge_replies_of_ours(seat);
   if (std::string text = seat.answers_of_ours->compare(now_); !text.empty()) {
     fail("answers of our devices: " + text);
   }
@@ -537,15 +555,7 @@ void World::collect(LineSeat& seat) {
   if (seat.ours != nullptr) {
     collect_of_ours(seat);
   }
-  line::Reply reply;
-  while (seat.line->take_reply(reply)) {
-    if (!seat.replies.emplace(reply.tag, reply).second) {
-      ++seat.duplicate_replies;
-    }
-    if (std::string text = seat.answers->answered(reply, seat.events, now_); !text.empty()) {
-      fail("answers: " + text);
-    }
-  }
+  judge_replies(seat);
   if (std::string text = seat.answers->compare(seat.events, now_); !text.empty()) {
     fail("answers: " + text);
   }

@@ -154,6 +154,9 @@ class World {
   void check_requests(const std::string& text);
   void turn_observer(LineSeat& seat);
   void collect(LineSeat& seat);
+  // Before the frames of the same moment are submitted: the replies were given before them.
+  void judge_replies(LineSeat& seat);
+  void judge_replies_of_ours(LineSeat& seat);
   void collect_of_ours(LineSeat& seat);
   std::span<const Event> take_events(LineSeat& seat);
   void judge(const LineSeat& seat, std::span<const Event> events);
