@@ -140,6 +140,7 @@ Endpoints::~Endpoints() {
 
 void Endpoints::remove(fast::DataWriter* writer) {
   clear(*writer);
+  // The library returns its own publisher as const.
   const_cast<fast::Publisher*>(writer->get_publisher())->delete_datawriter(writer);
 }
 

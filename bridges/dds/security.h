@@ -3,9 +3,9 @@
 //
 // In a secured domain, requests (OutputWrite, CommandRequest) are written in the partition
 // GATEWAY/LINE/RIGHT/NAME, and the replies to an identity in GATEWAY//RIGHT/NAME; everything else
-// is in the default partition. The permissions of each
-// certificate name the partitions that it may write in, and every peer checks them. So the
-// partition of a matched writer proves right and name of its certificate.
+// is in the default partition. The permissions of each certificate name the partitions that it may
+// write in, and every peer checks them. So the partition of a matched writer proves right and name
+// of its certificate.
 #pragma once
 
 #include <array>
@@ -47,6 +47,18 @@ struct Security {
 
   bool enabled() const { return !certificate.empty(); }
 };
+
+// Of the files of an identity; Files has members of the same names (security::Files of the gateway,
+// which this bridge does not know).
+template <class Files>
+Security security_with(const Files& files) {
+  return {.ca = files.ca,
+          .certificate = files.certificate,
+          .key = files.key,
+          .governance = files.governance,
+          .permissions = files.permissions,
+          .revocations = files.revocations};
+}
 
 // The partition of requests to a line; an empty line: to the gateway itself.
 std::string request_partition(std::string_view gateway, std::string_view line,

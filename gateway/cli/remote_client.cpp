@@ -153,13 +153,8 @@ std::vector<Diagnostic> secure(const RemoteClientOptions& options, dds::Security
          "is of role " + std::string(security::name(identity->role)) +
              ", which sends no commands: use an identity of role operator or engineer"});
   }
-  out = {.ca = files.ca,
-         .certificate = files.certificate,
-         .key = files.key,
-         .governance = files.governance,
-         .permissions = files.permissions,
-         .revocations = files.revocations,
-         .right = std::string(security::name(identity->role)) + "/" + identity->name};
+  out = dds::security_with(files);
+  out.right = std::string(security::name(identity->role)) + "/" + identity->name;
   return found;
 }
 

@@ -98,15 +98,6 @@ ClientIdentity from_dds(dds::Participant from) {
   return out;
 }
 
-dds::Security to_dds(const security::Files& files) {
-  return {.ca = files.ca,
-          .certificate = files.certificate,
-          .key = files.key,
-          .governance = files.governance,
-          .permissions = files.permissions,
-          .revocations = files.revocations};
-}
-
 // revoked: used by the thread that polls.
 bool is_holder(const std::array<std::uint8_t, 12>& prefix, std::string_view right,
                std::string_view name, security::RevokedNames& revoked) {
@@ -290,7 +281,7 @@ Loaded<std::unique_ptr<DataEdge>> make_dds_edge(const config::Plant& plant,
   std::unique_ptr<security::IdentityWatch> identities;
   if (!plant.dds_security.empty()) {
     const security::Files files = security::files_in(plant.dds_security);
-    options.security = to_dds(files);
+    options.security = dds::security_with(files);
     options.security.request_partition = security::requests_of_gateway(plant.gateway);
     revoked = std::make_shared<security::RevokedNames>(files.revoked_names);
     if (plant.dds_own_process)

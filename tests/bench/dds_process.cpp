@@ -43,13 +43,7 @@ dds::Security security_of(const std::string& folder) {
   if (folder.empty()) {
     return {};
   }
-  const security::Files files = security::files_in(folder);
-  return {.ca = files.ca,
-          .certificate = files.certificate,
-          .key = files.key,
-          .governance = files.governance,
-          .permissions = files.permissions,
-          .revocations = files.revocations};
+  return dds::security_with(security::files_in(folder));
 }
 
 // --- the other processes ------------------------------------------------------------------------

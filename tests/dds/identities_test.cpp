@@ -44,13 +44,7 @@ constexpr int kAttempts = 8;
 constexpr std::chrono::seconds kOneAttempt{6};
 
 dds::Security security_of(const folders::path& folder) {
-  const security::Files files = security::files_in(folder.string());
-  return {.ca = files.ca,
-          .certificate = files.certificate,
-          .key = files.key,
-          .governance = files.governance,
-          .permissions = files.permissions,
-          .revocations = files.revocations};
+  return dds::security_with(security::files_in(folder.string()));
 }
 
 bool is_holder(const std::array<std::uint8_t, 12>& prefix, std::string_view right,
