@@ -46,9 +46,10 @@ const char* CommandDesk::admit(const v1::CommandRequest& request, Refusal& refus
   if (request.incarnation() != 0 && request.incarnation() != incarnation_)
     return "";
   refusal = Refusal::unknown_line;
-  if (request.kind() != v1::COMMAND_VERSIONS && !lines_.contains(request.line().to_string())) {
+  const bool needs_line =
+      request.kind() != v1::COMMAND_VERSIONS && request.kind() != v1::COMMAND_JOURNAL_READ;
+  if (needs_line && !lines_.contains(request.line().to_string()))
     return "";
-  }
   return nullptr;
 }
 

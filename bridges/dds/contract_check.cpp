@@ -69,7 +69,7 @@ static_assert(same(v1::SEVERITY_ERROR, EventSeverity::error));
 
 static_assert(v1::EVENT_DDS_PROCESS_ENDED + 1U == kEventKinds);
 
-static_assert(v1::COMMAND_MPDO_WRITE + 1U == request::kCommandKinds);
+static_assert(v1::COMMAND_JOURNAL_READ + 1U == request::kCommandKinds);
 
 static_assert(same(v1::RESULT_DONE, Domain::none));
 static_assert(same(v1::RESULT_SDO, Domain::sdo));

@@ -11,13 +11,15 @@
 
 #include <linegate.h>
 
-#include "bridges/dds/field_bytes.h"
+#include "bridges/request/field_bytes.h"
 #include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
 #include "stack/pdo/parameters.h"
 
 namespace linegate::dds {
 namespace {
+
+using request::FieldReader;
 
 // --- numbers and data ----------------------------------------------------------------------------
 

@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <utility>
 
-#include "bridges/dds/field_bytes.h"
 #include "bridges/dds/request_codec_parts.h"
 
 namespace linegate::dds {

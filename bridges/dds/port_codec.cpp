@@ -6,11 +6,14 @@
 #include <string>
 #include <utility>
 
-#include "bridges/dds/field_bytes.h"
+#include "bridges/request/field_bytes.h"
 #include "stack/base/short_text.h"
 
 namespace linegate::dds {
 namespace {
+
+using request::FieldReader;
+using request::FieldWriter;
 
 constexpr std::size_t kTextLength = 2;  // octets of the length of a text
 constexpr std::size_t kLongestText = 1'024;

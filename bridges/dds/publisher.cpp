@@ -372,6 +372,7 @@ struct GatewayBridge::Impl {
   // Used by the publishing thread. Samples are members so that their buffers are reused.
   ClockMap clock;
   PublishCounters counters;
+  std::uint64_t event_stream = 0;  // of the last GatewayState; 0 before it
   std::map<std::string, std::uint64_t, std::less<>> receptions;  // published, by line
   v1::GatewayState gateway_sample;
   v1::LineState line_sample;
@@ -493,6 +494,7 @@ bool GatewayBridge::publish(const GatewayInfo& info, Instant now) {
   sample.time(impl_->clock.utc(now));
   sample.clock(static_cast<std::uint8_t>(impl_->clock.quality));
   to_wire(info, impl_->clock, sample);
+  impl_->event_stream = info.event_stream;
   return impl_->count(impl_->port->write(sample));
 }
 
@@ -570,6 +572,7 @@ bool GatewayBridge::publish(std::string_view line, const Event& event, std::stri
   impl_->address(line, sample);
   to_wire(event, text, impl_->clock, sample);
   to_wire(properties, sample.properties());
+  add_stream(impl_->event_stream, sample);
   return impl_->count(impl_->port->write(sample));
 }
 

@@ -74,7 +74,7 @@ struct CommandMessage {
 
 // A command that the gateway executes itself.
 struct GatewayCommandMessage {
-  std::string line;  // any name for request::Versions
+  std::string line;  // any name for request::Versions and request::JournalRead
   std::string client;
   request::GatewayCommand command;  // as CommandMessage::command
   Participant from{};

@@ -5,13 +5,16 @@
 #include <string_view>
 #include <utility>
 
-#include "bridges/dds/field_bytes.h"
+#include "bridges/request/field_bytes.h"
 #include "stack/base/short_text.h"
 #include "stack/can/cob_id.h"
 #include "stack/manager/plan.h"
 
 namespace linegate::dds {
 namespace {
+
+using request::FieldReader;
+using request::FieldWriter;
 
 using line::ReplyData;
 using ReplyBytes = std::vector<std::byte>;

@@ -9,12 +9,15 @@
 
 #include <linegate.h>
 
+#include "bridges/request/field_bytes.h"
 #include "bridges/request/request.h"
 #include "stack/can/cob_id.h"
 #include "stack/line/requests.h"
 
 namespace linegate::dds {
 
+using request::FieldReader;
+using request::FieldWriter;
 using Bytes = std::vector<std::byte>;
 
 inline const char* one_node(std::uint8_t node) {

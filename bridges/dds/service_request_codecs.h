@@ -8,7 +8,6 @@
 #include <string>
 #include <utility>
 
-#include "bridges/dds/field_bytes.h"
 #include "bridges/dds/request_codec_parts.h"
 
 namespace linegate::dds {
@@ -317,6 +316,22 @@ struct RequestCodec<request::BusFault> : WithoutMembers {
   static const char* decode(const Bytes& data, request::BusFault& to) {
     to.change.assign(reinterpret_cast<const char*>(data.data()), data.size());
     return data.size() > 256 ? "data is more than 256 bytes of text" : nullptr;
+  }
+};
+
+template <>
+struct RequestCodec<request::JournalRead> {
+  static constexpr v1::CommandKind kKind = v1::COMMAND_JOURNAL_READ;
+  static void write(const request::JournalRead& from, v1::CommandRequest& to) {
+    to.entry(from.most);
+  }
+  static const char* read(const v1::CommandRequest& from, request::JournalRead& to) {
+    to.most = from.entry();
+    return from.code() == 0 ? nullptr : "code is not 0";
+  }
+  static Bytes encode(const request::JournalRead& from) { return request::encode(from); }
+  static const char* decode(const Bytes& data, request::JournalRead& to) {
+    return request::decode(data, to);
   }
 };
 

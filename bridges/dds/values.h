@@ -143,6 +143,7 @@ struct EventFields {
 // An event as a subscriber receives it, from a gateway of this or another version.
 struct ReceivedEvent {
   std::uint64_t number = 0;
+  std::uint64_t stream = 0;  // of the number; 0: the gateway does not state it
   Instant time{};
   EventKind kind{};  // kinds that are unknown to this version keep their number
   EventSeverity severity{};

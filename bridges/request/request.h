@@ -13,6 +13,7 @@
 #include <type_traits>
 #include <variant>
 
+#include "bridges/request/journal.h"
 #include "stack/line/command.h"
 
 namespace linegate::request {
@@ -39,7 +40,8 @@ struct BusFault {
   std::string change{};
 };
 
-using GatewayRequest = std::variant<Versions, BusRestart, BusFault>;
+// JournalRead: journal.h. Needs no line, as Versions.
+using GatewayRequest = std::variant<Versions, BusRestart, BusFault, JournalRead>;
 
 // As line::Command. A time-out would have no effect: none of them waits for the network.
 struct GatewayCommand {

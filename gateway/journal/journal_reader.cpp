@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <filesystem>
+#include <initializer_list>
 #include <string_view>
 #include <system_error>
 
@@ -71,6 +72,7 @@ std::string conditions(const JournalQuery& query) {
   add(!query.text.empty(), "instr(lower(text), lower(?6)) > 0");
   add(query.since.has_value(), "time >= ?7");
   add(query.until.has_value(), "time < ?8");
+  add(query.last.has_value(), "id <= ?10");
   return out;
 }
 
@@ -96,6 +98,24 @@ void bind(Statement& to, const JournalQuery& query) {
     to.bind(8, query.until->time_since_epoch().count());
   }
   to.bind(9, static_cast<std::int64_t>(query.most));
+  if (query.last) {
+    to.bind(10, *query.last);
+  }
+}
+
+// The hash FNV-1a, which is the same in each version of the program.
+std::uint64_t fnv_1a(std::initializer_list<std::int64_t> numbers, std::string_view text) {
+  std::uint64_t hash = 0xCBF2'9CE4'8422'2325;
+  const auto add = [&hash](std::uint64_t octet) { hash = (hash ^ octet) * 0x0000'0100'0000'01B3; };
+  for (const std::int64_t number : numbers) {
+    for (unsigned shift = 0; shift < 64; shift += 8) {
+      add(std::bit_cast<std::uint64_t>(number) >> shift & 0xFFU);
+    }
+  }
+  for (const char c : text) {
+    add(static_cast<unsigned char>(c));
+  }
+  return hash;
 }
 
 }  // namespace
@@ -130,9 +150,62 @@ bool JournalReader::is_replaced() const {
   return now.inode != 0 && now != identity_;
 }
 
+// After all entries were removed, the next position is still known.
+int JournalReader::extent(Extent& out) {
+  int error = SQLITE_OK;
+  const auto newest =
+      database_.number("SELECT seq FROM sqlite_sequence WHERE name = 'events'", error);
+  const auto oldest =
+      error == SQLITE_OK ? database_.number("SELECT min(id) FROM events", error) : std::nullopt;
+  out.newest = newest.value_or(0);
+  // min() of no entry is NULL, which reads as 0
+  out.oldest = oldest.value_or(0) > 0 ? *oldest : out.newest + 1;
+  return error;
+}
+
+int JournalReader::check_of(std::int64_t position, std::optional<std::uint64_t>& check) {
+  Statement row(database_.get(), "SELECT stream, number, line FROM events WHERE id = ?1");
+  row.bind(1, position);
+  const int result = row.step();
+  check.reset();
+  if (result == SQLITE_ROW) {
+    check = fnv_1a({row.number(0), row.number(1)}, row.text(2));
+  }
+  return result == SQLITE_ROW || result == SQLITE_DONE ? SQLITE_OK : result;
+}
+
+int JournalReader::find(const std::string& line, std::uint64_t stream, std::uint64_t number,
+                        std::int64_t& position, bool& known) {
+  constexpr std::string_view kBefore =
+      "SELECT id FROM events WHERE line = ?1 AND stream = ?2 AND number <= ?3 "
+      "ORDER BY number DESC LIMIT 1";
+  constexpr std::string_view kAfter =
+      "SELECT id - 1 FROM events WHERE line = ?1 AND stream = ?2 AND number > ?3 "
+      "ORDER BY number LIMIT 1";
+  position = 0;
+  known = false;
+  for (const std::string_view query : {kBefore, kAfter}) {
+    Statement row(database_.get(), query);
+    row.bind(1, std::string_view(line));
+    row.bind(2, std::bit_cast<std::int64_t>(stream));
+    row.bind(3, std::bit_cast<std::int64_t>(number));
+    const int result = row.step();
+    if (result == SQLITE_ROW) {
+      position = row.number(0);
+      known = true;
+      return SQLITE_OK;
+    }
+    if (result != SQLITE_DONE) {
+      return result;
+    }
+  }
+  return SQLITE_OK;
+}
+
 int JournalReader::read(const JournalQuery& query, JournalPage& page) {
   LINEGATE_ASSERT(query.most >= 1, "a page has room for an entry");
   page.entries.clear();
+  page.positions.clear();
   page.position = query.after;
   if (!database_.is_open()) {
     return SQLITE_CANTOPEN;
@@ -152,19 +225,22 @@ int JournalReader::read(const JournalQuery& query, JournalPage& page) {
 }
 
 int JournalReader::read_rows(const JournalQuery& query, JournalPage& page) {
-  // The parameter ?9 has the highest number, so that every position of bind() exists
-  const std::string select =
-      fmt::format("SELECT {} FROM events WHERE {} ORDER BY id {} LIMIT ?9", kColumns,
-                  conditions(query), query.newest ? "DESC" : "ASC");
+  // The last parameter has the highest number, so that every position of bind() exists. Between two
+  // positions, an index of another column would read all entries
+  const std::string select = fmt::format(
+      "SELECT {} FROM events {} WHERE {} ORDER BY id {} LIMIT ?9", kColumns,
+      query.last ? "NOT INDEXED" : "", conditions(query), query.newest ? "DESC" : "ASC");
   Statement rows(database_.get(), select);
   bind(rows, query);
   int result = SQLITE_OK;
   while ((result = rows.step()) == SQLITE_ROW) {
     page.entries.push_back(entry_of(rows));
+    page.positions.push_back(rows.number(0));
     page.position = std::max(page.position, rows.number(0));
   }
   if (query.newest) {
     std::ranges::reverse(page.entries);
+    std::ranges::reverse(page.positions);
   }
   return result == SQLITE_DONE ? SQLITE_OK : result;
 }

@@ -23,6 +23,7 @@ struct JournalQuery {
   std::optional<Instant> since;               // UTC; inclusive
   std::optional<Instant> until;               // UTC; exclusive
   std::int64_t after = 0;                     // position: only entries that were stored later
+  std::optional<std::int64_t> last{};         // position: only entries up to it
   bool newest = false;                        // the newest `most` entries instead of the oldest
   std::size_t most = 1000;                    // entries, >= 1
 };
@@ -30,6 +31,7 @@ struct JournalQuery {
 // In the order in which the entries were stored.
 struct JournalPage {
   std::vector<JournalEntry> entries;
+  std::vector<std::int64_t> positions;  // of the entries
   std::int64_t position = 0;  // `after` of the next page; passes over entries that do not match
 };
 
@@ -39,6 +41,25 @@ class JournalReader {
   // a known version. A file on a read-only medium can be read if no process writes it.
   int open(const std::string& file);
   int read(const JournalQuery& query, JournalPage& page);
+  // Calls end with SQLITE_INTERRUPT while the flag is raised. It must exist while this is open.
+  void stop_when(const exchange::Flag& flag) { database_.stop_when(flag); }
+
+  // The positions of the oldest and the newest entry. Of a journal without entries, the oldest one
+  // is after the newest one.
+  struct Extent {
+    std::int64_t oldest = 1;
+    std::int64_t newest = 0;
+  };
+  int extent(Extent& out);
+  // A number that differs for the entries at the same position of two files; nothing if there is no
+  // entry at the position.
+  int check_of(std::int64_t position, std::optional<std::uint64_t>& check);
+  // The position of the entry, after which all entries are later than it. If it is not stored: that
+  // of the nearest one of the stream before the next one that is. known: the line has an entry of
+  // the stream; else the position is 0.
+  int find(const std::string& line, std::uint64_t stream, std::uint64_t number,
+           std::int64_t& position, bool& known);
+
   // Whether the name belongs to another file since open(): the gateway moved a damaged one away.
   // What is read is still the previous one.
   bool is_replaced() const;

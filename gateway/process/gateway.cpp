@@ -63,11 +63,15 @@ Loaded<std::unique_ptr<Gateway>> Gateway::make(const config::Plant& plant,
   }
   gateway->publisher_ =
       std::make_unique<Publisher>(*gateway->edge_, gateway->hosts_, gateway->journal_.get());
+  if (plant.journal) {
+    gateway->pages_ = std::make_unique<JournalServer>(
+        plant.journal->file, gateway->publisher_->pages(), gateway->publisher_->wakeup());
+  }
   gateway->requests_ = std::make_unique<RequestReceiver>(
       *gateway->edge_, gateway->hosts_,
       PublisherInlets{gateway->publisher_->refusals(), gateway->publisher_->notices(),
                       gateway->publisher_->wakeup()},
-      gateway->publisher_->clients(), versions());
+      gateway->publisher_->clients(), versions(), gateway->pages_.get());
   append(loaded.diagnostics, gateway->take_in(std::move(lines), plant));
   if (!has_errors(loaded.diagnostics)) {
     gateway->info_.version = LINEGATE_VERSION;
@@ -285,6 +289,9 @@ void Gateway::start() {
     journal_->start();  // before events get their numbers
   }
   publisher_->start();
+  if (pages_ != nullptr) {
+    pages_->start();
+  }
   storage_.start();
   recorder_.start();
   if (devices_ != nullptr) {
@@ -300,6 +307,10 @@ void Gateway::start() {
 void Gateway::stop() {
   if (requests_ != nullptr) {
     requests_->stop();
+  }
+  if (pages_ != nullptr && !pages_->stop()) {
+    spdlog::error("the disk of the journal does not respond: requests to read it are not answered");
+    (void)pages_.release();
   }
   for (auto& [name, executor] : executors_) {
     executor->request_stop();

@@ -11,6 +11,7 @@
 #include "bridges/sim/virtual_channel.h"
 #include "gateway/config/plan_difference.h"
 #include "gateway/config/plant.h"
+#include "gateway/journal/journal_server.h"
 #include "gateway/journal/journal_thread.h"
 #include "gateway/process/progress_watch.h"
 #include "gateway/process/status_text.h"
@@ -146,6 +147,7 @@ class Gateway {
   std::vector<std::unique_ptr<RouteLink>> route_links_;
   std::unique_ptr<JournalThread> journal_;  // if configured
   std::unique_ptr<Publisher> publisher_;
+  std::unique_ptr<JournalServer> pages_;  // with the journal
   StorageThread storage_;
   Recorder recorder_;
   std::vector<NamedExecutor> executors_;

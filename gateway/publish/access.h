@@ -14,7 +14,8 @@ namespace linegate::gateway {
 bool permitted(line::CommandKind kind, config::Access commands, config::Access outputs);
 // The same for a command with its members: the verification of configurations needs only `read`.
 bool permitted(const line::Command& command, config::Access commands, config::Access outputs);
-// request::Versions needs no access, other requests of this kind need `all`.
+// request::Versions and request::JournalRead need no access, other requests of this kind need
+// `all`: the topic Event has the events of each line, whatever its access is.
 bool permitted(const request::GatewayRequest& request, config::Access commands);
 
 // Whether a client with that right may send the command: an operator reads, and changes the process

@@ -64,7 +64,7 @@ struct CommandRequest {
 
 // A command that the gateway executes itself.
 struct GatewayCommandRequest {
-  std::string line;  // any name for request::Versions
+  std::string line;  // any name for request::Versions and request::JournalRead
   std::string client;
   request::GatewayCommand command;  // as CommandRequest::command
   ClientIdentity from{};

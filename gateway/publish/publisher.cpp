@@ -225,7 +225,7 @@ Instant Publisher::step(Instant now) {
     publish_states(*line, now);
     publish_output_states(*line, now);
   }
-  Instant next = gateway_next;
+  Instant next = publish_page() ? now : gateway_next;
   for (const auto& line : lines_) {
     publish_new_layouts(*line);
     if (publish_receptions(*line)) {
@@ -265,6 +265,16 @@ void Publisher::publish_replies() {
     rounds_.add();
   }
   replies_.clear();
+}
+
+// A page is up to eight samples: only one at once, because other data is waiting, too. Returns true
+// if there are more.
+bool Publisher::publish_page() {
+  if (line::Reply page; pages_.pop(page)) {
+    edge_.reply(page);
+    rounds_.add();
+  }
+  return !pages_.empty();
 }
 
 void Publisher::publish_events(Line& line, Instant now) {

@@ -48,6 +48,8 @@ class Publisher {
   exchange::Ring<line::Reply>& refusals() { return refusals_; }
   // Of the request receiver: published once the state of the gateway is known.
   exchange::Ring<GatewayNotice>& notices() { return notices_; }
+  // Replies of the thread that reads the journal.
+  exchange::Ring<line::Reply>& pages() { return pages_; }
 
   // Reports an event of the gateway itself. Called by the main thread only. Dropped if the ring is
   // full.
@@ -101,6 +103,7 @@ class Publisher {
   void refresh_clock(Instant now);
   void publish_layouts();
   void take_replies(Line& line);
+  bool publish_page();
   void publish_replies();
   void publish_events(Line& line, Instant now);
   void journalise(NumberedLine* numbers, const Event& event, std::string_view text);
@@ -141,6 +144,7 @@ class Publisher {
   exchange::Flag stop_;
   exchange::Counter rounds_;
   exchange::Ring<line::Reply> refusals_{1024};
+  exchange::Ring<line::Reply> pages_{16};
   exchange::Ring<GatewayNews> news_{64};
   exchange::Ring<GatewayNotice> notices_{256};
   ClientDirectory clients_;

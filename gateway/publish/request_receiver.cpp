@@ -30,12 +30,13 @@ void warn_of_suppressed(std::string_view line, std::uint64_t notices) {
 
 RequestReceiver::RequestReceiver(DataEdge& edge, std::span<const std::unique_ptr<LineHost>> lines,
                                  PublisherInlets publisher, ClientDirectory& clients,
-                                 std::string versions)
+                                 std::string versions, JournalServer* journal)
     : edge_(edge),
       lines_(lines),
       publisher_(publisher),
       clients_(clients),
-      versions_(std::move(versions)) {
+      versions_(std::move(versions)),
+      journal_(journal) {
 }
 
 RequestReceiver::~RequestReceiver() {
@@ -144,6 +145,10 @@ void RequestReceiver::on_gateway_command(GatewayCommandRequest request) {
     answer({.tag = tag, .data = std::vector(text, text + versions_.size())});
     return;
   }
+  if (std::holds_alternative<request::JournalRead>(request.command.request)) {
+    read_journal(std::move(request));
+    return;
+  }
   const std::uint32_t client = clients_.number(request.from, request.client);
   const line::CommandKind kind = request::kind(request.command.request);
   request.command.client = client;
@@ -162,6 +167,26 @@ void RequestReceiver::on_gateway_command(GatewayCommandRequest request) {
     refusal = line::Refusal::busy;
   }
   refuse_command(host, request.line, tag, {.refusal = refusal, .command = kind, .client = client});
+}
+
+// Of the whole gateway, whatever line it is addressed to: a refusal is no event.
+void RequestReceiver::read_journal(GatewayCommandRequest request) {
+  const std::uint64_t tag = request.command.tag;
+  if (!permitted(request.command.request, request.from.right)) {
+    refuse(tag, line::Refusal::not_permitted);
+  } else if (journal_ == nullptr) {
+    answer(refused_page(tag, {line::Refusal::wrong_state,
+                              "this gateway has no journal (journal: in its plant.yaml)"}));
+  } else {
+    const std::uint32_t client = clients_.number(request.from, request.client);
+    if (journal_use_.admit(journal_->requests(), client) &&
+        journal_->requests().push(request.command)) {
+      journal_->signal();
+    } else {
+      answer(refused_page(
+          tag, {line::Refusal::busy, "too many requests wait for the journal: repeat it later"}));
+    }
+  }
 }
 
 void RequestReceiver::refuse_command(LineHost* host, std::string_view line, std::uint64_t tag,

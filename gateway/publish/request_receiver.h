@@ -14,6 +14,7 @@
 #include "gateway/exchange/cell.h"
 #include "gateway/exchange/ring.h"
 #include "gateway/exchange/wakeup.h"
+#include "gateway/journal/journal_server.h"
 #include "gateway/publish/client_directory.h"
 #include "gateway/publish/data_edge.h"
 #include "gateway/publish/gateway_news.h"
@@ -31,9 +32,11 @@ struct PublisherInlets {
 
 class RequestReceiver final : public RequestHandler {
  public:
-  // versions: the answer to request::Versions. All references must outlive this object.
+  // versions: the answer to request::Versions. journal: executes request::JournalRead; nullptr: the
+  // gateway has no journal. All references and pointers must outlive this object.
   RequestReceiver(DataEdge& edge, std::span<const std::unique_ptr<LineHost>> lines,
-                  PublisherInlets publisher, ClientDirectory& clients, std::string versions);
+                  PublisherInlets publisher, ClientDirectory& clients, std::string versions,
+                  JournalServer* journal = nullptr);
   ~RequestReceiver() override;
   RequestReceiver(const RequestReceiver&) = delete;
   RequestReceiver& operator=(const RequestReceiver&) = delete;
@@ -71,6 +74,7 @@ class RequestReceiver final : public RequestHandler {
   // Whether every line on the route to another network permits the command. True for commands
   // within the network of the line.
   bool crosses(const LineHost& host, const line::Command& command) const;
+  void read_journal(GatewayCommandRequest request);
   void answer(line::Reply reply);
   // Answers a command that was not passed to a line. host, line: see notice().
   void refuse_command(LineHost* host, std::string_view line, std::uint64_t tag,
@@ -84,11 +88,12 @@ class RequestReceiver final : public RequestHandler {
     // Whether the client may push one more. Call it before each push.
     template <class Entry>
     bool admit(exchange::Ring<Entry>& ring, std::uint32_t client) {
+      const std::size_t of_one_client = ring.capacity() / 2;
       if (ring.room() == ring.capacity()) {
         used_.clear();
       }
-      const bool crowded = ring.room() <= LinePort::kOfOneClient;
-      return ++used_[client] <= LinePort::kOfOneClient || !crowded;
+      const bool crowded = ring.room() <= of_one_client;
+      return ++used_[client] <= of_one_client || !crowded;
     }
 
    private:
@@ -111,11 +116,13 @@ class RequestReceiver final : public RequestHandler {
   PublisherInlets publisher_;
   ClientDirectory& clients_;
   std::string versions_;
+  JournalServer* journal_;
   std::deque<line::Reply> waiting_;
   std::map<std::string, NoticeLimit>
       notices_;  // by line: a writer whose samples are refused may continue to write
   std::map<std::string, PortUse> uses_;  // by line
-  std::uint64_t unreadable_ = 0;         // samples since the last report
+  RingUse journal_use_;
+  std::uint64_t unreadable_ = 0;  // samples since the last report
   Instant unreadable_reported_{};
   Instant misfit_reported_{};
   std::size_t namesakes_ = 0;  // other gateways of this name at the last report

@@ -88,6 +88,16 @@ std::vector<request::Request> one_of_each_kind() {
       line::ScanApply{.node = 5, .set_up = true, .restore = true},
       line::PdoRequest{.node = 5, .number = 3},
       line::MpdoWrite{.node = 5, .address = address, .data = value, .tpdo = 100},
+      request::JournalRead{.line = "press",
+                           .node = 5,
+                           .kind = EventKind::emcy,
+                           .least = EventSeverity::warning,
+                           .text = "lost",
+                           .since = Instant(std::chrono::seconds(1)),
+                           .until = Instant(std::chrono::seconds(2)),
+                           .after = request::EventPosition{3, 4},
+                           .cursor = {5, 6},
+                           .most = 7},
   };
 }
 

@@ -26,8 +26,8 @@ TEST(Request, OtherNumbersHaveNone) {
   }
 }
 
-TEST(Request, TheGatewayExecutesThreeKinds) {
-  for (const std::uint8_t number : std::initializer_list<std::uint8_t>{7, 10, 13}) {
+TEST(Request, TheGatewayExecutesFourKinds) {
+  for (const std::uint8_t number : std::initializer_list<std::uint8_t>{7, 10, 13, 26}) {
     const auto empty = empty_request(number);
     ASSERT_TRUE(empty);
     EXPECT_TRUE(std::holds_alternative<GatewayRequest>(*empty)) << unsigned{number};
@@ -35,6 +35,7 @@ TEST(Request, TheGatewayExecutesThreeKinds) {
   EXPECT_EQ(command_name(kind(GatewayRequest(Versions{}))), "versions");
   EXPECT_EQ(command_name(kind(GatewayRequest(BusRestart{}))), "bus-restart");
   EXPECT_EQ(command_name(kind(GatewayRequest(BusFault{}))), "bus-fault");
+  EXPECT_EQ(command_name(kind(GatewayRequest(JournalRead{}))), "journal-read");
   EXPECT_EQ(command_name(line::CommandKind::sdo_read), "sdo-read");
 }
 

@@ -459,6 +459,7 @@ TEST(Access, ReadAllowsWhatChangesNothing) {
   using config::Access;
   using line::CommandKind;
   EXPECT_TRUE(permitted(request::Versions{}, Access::off));
+  EXPECT_TRUE(permitted(request::JournalRead{}, Access::off));
   for (const request::GatewayRequest& request : {request::GatewayRequest(request::BusRestart{}),
                                                  request::GatewayRequest(request::BusFault{})}) {
     EXPECT_FALSE(permitted(request, Access::read));
@@ -526,7 +527,8 @@ TEST(Access, RightsOfCertificates) {
 TEST(Access, RightsOfCertificatesForRequestsToTheGateway) {
   for (const request::GatewayRequest& request : {request::GatewayRequest(request::Versions{}),
                                                  request::GatewayRequest(request::BusRestart{}),
-                                                 request::GatewayRequest(request::BusFault{})}) {
+                                                 request::GatewayRequest(request::BusFault{}),
+                                                 request::GatewayRequest(request::JournalRead{})}) {
     const std::string_view name = request::command_name(request::kind(request));
     EXPECT_TRUE(permitted(request, ClientRight::unlimited)) << name;
     EXPECT_TRUE(permitted(request, ClientRight::engineer)) << name;

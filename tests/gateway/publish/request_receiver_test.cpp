@@ -304,5 +304,39 @@ TEST_F(RequestReceiverTest, CommandsOfTheGatewayReachTheInterfaceOfAPermittedLin
   EXPECT_EQ(ask("press", request::BusRestart{})->error, line::to_error(line::Refusal::busy));
 }
 
+TEST_F(RequestReceiverTest, AReadOfTheJournalNeedsNoLineAndIsRefusedWithASentence) {
+  const auto ask = [&](RequestReceiver& of, ClientRight right, std::uint8_t client) {
+    GatewayCommandRequest request{.line = "nowhere", .client = "hmi"};
+    request.command = {.tag = 9, .request = request::JournalRead{}};
+    request.from.id = {client};
+    request.from.right = right;
+    of.on_gateway_command(std::move(request));
+    line::Reply reply;
+    return refusals.pop(reply) ? std::optional(reply) : std::nullopt;
+  };
+  const auto sentence = [](const line::Reply& reply) {
+    return std::string(reinterpret_cast<const char*>(reply.bytes().data()), reply.bytes().size());
+  };
+  const auto without = ask(*receiver, ClientRight::unlimited, 1);
+  ASSERT_TRUE(without);
+  EXPECT_EQ(without->error, line::to_error(line::Refusal::wrong_state));
+  EXPECT_EQ(sentence(*without), "this gateway has no journal (journal: in its plant.yaml)");
+
+  exchange::Ring<line::Reply> pages{4};
+  JournalServer server("/nowhere/journal.db", pages, publisher);  // not started: requests wait
+  RequestReceiver with(edge, hosts, PublisherInlets{refusals, gateway_notices, publisher}, clients,
+                       "", &server);
+  EXPECT_EQ(ask(with, ClientRight::none, 1)->error, line::to_error(line::Refusal::not_permitted));
+  for (std::size_t i = 0; i < JournalServer::kOfOneClient; ++i) {
+    EXPECT_FALSE(ask(with, ClientRight::operate, 1)) << i;
+  }
+  const auto crowded = ask(with, ClientRight::operate, 1);
+  ASSERT_TRUE(crowded);
+  EXPECT_EQ(crowded->error, line::to_error(line::Refusal::busy));
+  EXPECT_FALSE(ask(with, ClientRight::operate, 2)) << "another client has its own share";
+  Event event;
+  EXPECT_FALSE(hosts[0]->port.notices.pop(event)) << "no line is concerned";
+}
+
 }  // namespace
 }  // namespace linegate::gateway

@@ -12,7 +12,7 @@
 
 #include "stack/base/byte_order.h"
 
-namespace linegate::dds {
+namespace linegate::request {
 
 class FieldWriter {
  public:
@@ -75,4 +75,4 @@ class FieldReader {
   bool good_ = true;
 };
 
-}  // namespace linegate::dds
+}  // namespace linegate::request

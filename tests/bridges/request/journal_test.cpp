@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+// The bytes of requests for pages of the journal and of the pages; malformed bytes.
+#include "bridges/request/journal.h"
+
+#include <chrono>
+
+#include <gtest/gtest.h>
+
+namespace linegate::request {
+namespace {
+
+using Bytes = std::vector<std::byte>;
+
+JournalRecord record() {
+  return {.stream = 1,
+          .incarnation = 2,
+          .line = "press",
+          .number = 3,
+          .time = Instant(std::chrono::nanoseconds(4)),
+          .clock = 2,
+          .kind = EventKind::emcy,
+          .severity = EventSeverity::error,
+          .node = 5,
+          .code = 6,
+          .value = 7,
+          .data = {std::byte{8}},
+          .text = "words"};
+}
+
+TEST(JournalCodec, ARequestHasTheLayoutOfTheContract) {
+  const JournalRead request{.line = "ab", .least = EventSeverity::warning, .text = "c"};
+  Bytes expected(2 + 3 + 8 * 6);
+  expected[0] = std::byte{1};
+  expected[4] = std::byte{1};
+  for (const int octet : {2, int{'a'}, int{'b'}, 1, int{'c'}})
+    expected.push_back(static_cast<std::byte>(octet));
+  EXPECT_EQ(encode(request), expected);
+}
+
+TEST(JournalCodec, MalformedRequestsAreRefusedWithTheReason) {
+  const Bytes good = encode(JournalRead{.line = "ab", .text = "c"});
+  JournalRead read;
+  ASSERT_EQ(decode(good, read), nullptr);
+  for (std::size_t length = 0; length < good.size(); ++length)
+    EXPECT_NE(decode(std::span(good).first(length), read), nullptr) << length;
+  const auto spoilt = [&](std::size_t at, int octet) {
+    Bytes bytes = good;
+    bytes[at] = static_cast<std::byte>(octet);
+    const char* const why = decode(bytes, read);
+    return std::string(why == nullptr ? "" : why);
+  };
+  EXPECT_EQ(spoilt(0, 0x80), "the flags have unknown bits");
+  EXPECT_EQ(spoilt(1, 1), "the flags have unknown bits");
+  EXPECT_EQ(spoilt(2, 128), "the node is not 0..127");
+  EXPECT_EQ(spoilt(4, 3), "the severity is not 0..2");
+  EXPECT_EQ(spoilt(0, 32), "a stream and number need a line, and the order of publication");
+  EXPECT_EQ(spoilt(0, 1 | 32 | 64),
+            "a stream and number need a line, and the order of publication");
+  EXPECT_NE(spoilt(good.size() - 2, 255), "") << "a length beyond the end";
+  Bytes longer = good;
+  longer.push_back(std::byte{0});
+  EXPECT_NE(decode(longer, read), nullptr);
+}
+
+TEST(JournalCodec, APageComesBackAsItWent) {
+  const JournalPage page{.cursor = {5, 6},
+                         .newest = {7, 8},
+                         .more = true,
+                         .unknown_stream = true,
+                         .records = {record(), {}, record()}};
+  const auto back = decode_page(encode(page));
+  ASSERT_TRUE(back);
+  EXPECT_EQ(*back, page);
+}
+
+TEST(JournalCodec, TheSizeOfARecordIsKnownBeforeItIsEncodedAndItsStringsAreCut) {
+  JournalRecord longest = record();
+  longest.line.assign(300, 'l');
+  longest.data.resize(300);
+  longest.text.assign(300, 't');
+  for (const JournalRecord& one : {JournalRecord{}, record(), longest}) {
+    const std::size_t empty = encode(JournalPage{}).size();
+    EXPECT_EQ(encode(JournalPage{.records = {one}}).size(), empty + encoded_size(one));
+  }
+  const auto back = decode_page(encode(JournalPage{.records = {longest}}));
+  ASSERT_TRUE(back);
+  EXPECT_EQ(back->records[0].line.size(), 64U);
+  EXPECT_EQ(back->records[0].data.size(), 16U);
+  EXPECT_EQ(back->records[0].text.size(), 256U);
+}
+
+TEST(JournalCodec, CutPagesAreNotRead) {
+  const Bytes good = encode(JournalPage{.records = {record()}});
+  const std::size_t without_records = encode(JournalPage{}).size();
+  for (std::size_t length = 0; length < good.size(); ++length)
+    EXPECT_EQ(decode_page(std::span(good).first(length)).has_value(), length == without_records);
+}
+
+}  // namespace
+}  // namespace linegate::request
