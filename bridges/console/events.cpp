@@ -55,6 +55,21 @@ std::optional<Instant> parse_date(std::string text) {
   return std::nullopt;
 }
 
+// Days differ in their length when the local time is changed.
+std::optional<Instant> parse_day(const std::string& text, Instant now) {
+  if (text != "today" && text != "yesterday") {
+    return std::nullopt;
+  }
+  const auto seconds = static_cast<std::time_t>(
+      std::chrono::floor<std::chrono::seconds>(now.time_since_epoch()).count());
+  std::tm parts{};
+  ::localtime_r(&seconds, &parts);
+  parts.tm_hour = parts.tm_min = parts.tm_sec = 0;
+  parts.tm_mday -= text == "yesterday" ? 1 : 0;
+  parts.tm_isdst = -1;
+  return Instant(std::chrono::seconds(std::mktime(&parts)));
+}
+
 // The received events that match the request, in order.
 class EventList {
  public:
@@ -140,6 +155,8 @@ int print_kept(Context& context, Model& model, const EventsRequest& request, Eve
   return kIncomplete;
 }
 
+}  // namespace
+
 std::optional<EventSeverity> severity_named(const std::string& text) {
   for (const auto severity : {EventSeverity::info, EventSeverity::warning, EventSeverity::error}) {
     if (text.empty() || text == name(severity)) {
@@ -149,13 +166,12 @@ std::optional<EventSeverity> severity_named(const std::string& text) {
   return std::nullopt;
 }
 
-}  // namespace
-
 std::optional<Instant> parse_since(const std::string& text, Instant now) {
   if (const auto ago = parse_ago(text)) {
     return now - *ago;
   }
-  return parse_date(text);
+  const auto day = parse_day(text, now);
+  return day ? day : parse_date(text);
 }
 
 int events(Context& context, const EventsRequest& request, const std::function<bool()>& stopped) {
@@ -163,8 +179,7 @@ int events(Context& context, const EventsRequest& request, const std::function<b
   const auto since =
       request.since.empty() ? std::optional(Instant{}) : parse_since(request.since, utc_now());
   if (!least || !since) {
-    context.err << (least ? "'" + printable(request.since) +
-                                "' is no time: 10min, 2h, 3d, or 2026-11-21 12:34"
+    context.err << (least ? "'" + printable(request.since) + "' is no time: " + kTimes
                           : "severities are info, warning and error")
                 << '\n';
     return kUsage;

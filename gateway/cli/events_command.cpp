@@ -14,7 +14,8 @@ void add_events(CommandLine& line) {
   events->add_option("line", request->line);
   events->add_option("-n,--count", request->count, "print the newest N events, and end");
   events->add_flag("--once", request->once, "end after the stored events");
-  events->add_option("--since", request->since, "10min, 2h, 3d ago, or \"2026-11-21 12:34\"");
+  events->add_option("--since", request->since,
+                     "10min, 2h, 3d ago, today, yesterday, or \"2026-11-21 12:34\"");
   events->add_option("--severity", request->severity, "lowest severity: info, warning or error");
   line.on_live(events, {.events = true}, [request](console::Context& c) {
     return console::events(c, *request, stop_signal_caught);

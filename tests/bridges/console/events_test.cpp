@@ -90,9 +90,9 @@ TEST_F(EventsTest, AreThoseOfALineSinceATimeAndOfASeverity) {
       kDone);
   EXPECT_THAT(lines(), ElementsAre("1970-01-01T00:39:54.000Z press #1197 emcy: 1197",
                                    "1970-01-01T00:40:00.000Z press #1200 emcy: 1200"));
-  EXPECT_EQ(events(context_, {.since = "yesterday"}, never), kUsage);
+  EXPECT_EQ(events(context_, {.since = "tomorrow"}, never), kUsage);
   EXPECT_EQ(events(context_, {.severity = "bad"}, never), kUsage);
-  EXPECT_THAT(err_.str(), HasSubstr("'yesterday' is no time"));
+  EXPECT_THAT(err_.str(), HasSubstr("'tomorrow' is no time"));
   EXPECT_THAT(err_.str(), HasSubstr("severities are info, warning and error"));
 }
 
@@ -112,6 +112,20 @@ TEST(Since, IsAnAgeOrADate) {
   for (const char* text : {"", "10", "-1s", "10m", "1h5", "1970-13-01", "1970-01-02 03:04+1"}) {
     EXPECT_EQ(parse_since(text, now), std::nullopt) << text;
   }
+}
+
+// In Berlin the clocks were put forward on 1996-03-31, so that this day has 23 hours.
+TEST(Since, IsTheBeginOfALocalDay) {
+  ASSERT_EQ(::setenv("TZ", "CET-1CEST,M3.5.0,M10.5.0/3", 1), 0);
+  ::tzset();
+  const Instant now = *parse_since("1996-04-01 15:30", {});
+  EXPECT_EQ(parse_since("today", now), parse_since("1996-04-01", now));
+  EXPECT_EQ(parse_since("yesterday", now), parse_since("1996-03-31", now));
+  EXPECT_EQ(*parse_since("today", now) - *parse_since("yesterday", now), std::chrono::hours(23));
+  const Instant first_of_march = *parse_since("1996-03-01 00:00", {});
+  EXPECT_EQ(parse_since("yesterday", first_of_march), parse_since("1996-02-29", now));
+  ASSERT_EQ(::unsetenv("TZ"), 0);
+  ::tzset();
 }
 
 TEST(LocalText, HasTheDateAndTheTimeZoneOfThePlace) {

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """A gateway with a journal is killed, stopped and started again; `linegate history` has the events of all runs, and each
-event number once.
+event number once. So it has over DDS, with the same conditions, and while the gateway is killed and started again.
 
 history.py LINEGATED LINEGATE PROFILES
 """
@@ -14,7 +14,8 @@ from plant_process import Failure, Plant, expect, run_test, until, write
 
 PLANT = """schema: 1
 gateway: {{name: journal}}
-journal: {{file: {file}}}
+{journal}
+dds: {{process: {process}}}
 lines:
   - name: press
     interface: "simulated:"
@@ -43,11 +44,79 @@ def numbers_by_line(events):
     return out
 
 
+def over_dds(plant, *words):
+    """The events that gateways answer, without the names of the gateways, which must be there."""
+    events = plant.stream("history", *words)
+    for event in events:
+        expect("the gateway of an event", event.pop("gateway"), "journal")
+    return events
+
+
+def same_over_dds(plant, history):
+    """Each condition selects over DDS what it selects in the file."""
+    kind = ["--kind", "line-started"]
+    until("the journal to be the same twice", lambda: history.events() == over_dds(plant))
+    for words in [kind, [*kind, "-n", "1"], [*kind, "press"], [*kind, "--node", "press:0"], [*kind, "--text", "PRESS"],
+                  ["--node", "press:8", "--kind", "boot-up"], [*kind, "--severity", "error"],
+                  [*kind, "--since", "yesterday"], [*kind, "--until", "today"], ["--kind", "gateway-started"]]:
+        expect(f"events over DDS with {words}", over_dds(plant, *words), history.events(*words))
+    expect("the newest event", over_dds(plant, *kind, "-n", "1"), over_dds(plant, *kind)[-1:])
+    expect("the gateway of a line", over_dds(plant, "journal/press", *kind), history.events(*kind))
+    for words, error in [(["--since", "tomorrow"], "is no time"), (["--node", "x"], "is no node"),
+                         (["elsewhere/press"], "no gateway of line 'elsewhere/press'")]:
+        told = plant.ask("history", *words)
+        if told.returncode == 0 or error not in told.stderr:
+            raise Failure(f"{words}: {told.returncode} {told.stderr}")
+
+
+class Follower:
+    """`linegate history --follow` in the background."""
+
+    def __init__(self, plant, folder, *words):
+        self.path = f"{folder}/followed"
+        self.output = open(self.path, "w", encoding="utf-8")
+        self.process = subprocess.Popen([*plant.console, "--json", "--timeout", "1", "history", "--follow", *words],
+                                        stdout=self.output, stderr=subprocess.DEVNULL)
+
+    def numbers(self):
+        with open(self.path, encoding="utf-8") as file:
+            return [json.loads(line)["number"] for line in file if line.endswith("\n")]
+
+
+def test_followed(folder, plant, path, history):
+    """Follows while the gateway is killed and another one continues its journal."""
+    kind = ["press", "--kind", "line-started"]
+    before = [event["number"] for event in history.events(*kind)]
+    first = plant.gateway(path)
+    history.await_kind("line-started", len(before) + 1)
+    follower = Follower(plant, folder, *kind, "-n", "1")
+    until("the newest event", lambda: len(follower.numbers()) == 1)
+    first.kill()
+    first.wait()
+    with plant.running(path):
+        history.await_kind("line-started", len(before) + 2)
+        until("the event of the next run", lambda: len(follower.numbers()) == 2)
+        numbers = [event["number"] for event in history.events(*kind)]
+        expect("the followed events", follower.numbers(), numbers[-2:])
+        follower.process.terminate()
+        expect("the end of history --follow", follower.process.wait(), 0)
+
+
+def test_without_journal(folder, plant):
+    path = write(f"{folder}/without.yaml", PLANT.format(journal="", process="same"))
+    with plant.running(path):
+        told = plant.command("history", code=1)
+        expect("the answer of a gateway without a journal", told.stderr,
+               "journal: this gateway has no journal (journal: in its plant.yaml)\n")
+
+
 def test(folder, linegated, linegate, profiles):
     file = f"{folder}/journal.db"
     history = History(linegate, file)
     plant = Plant(linegated, linegate, profiles, "0")
-    path = write(f"{folder}/plant.yaml", PLANT.format(file=file))
+    journal = f"journal: {{file: {file}}}"
+    path = write(f"{folder}/plant.yaml", PLANT.format(journal=journal, process="same"))
+    own_process = write(f"{folder}/own.yaml", PLANT.format(journal=journal, process="own"))
 
     killed = plant.gateway(path)
     history.await_kind("line-started", 1)
@@ -61,6 +130,7 @@ def test(folder, linegated, linegate, profiles):
         plant.text("nmt", "start", "press:all")
         history.await_kind("command-accepted", 1)
         history.await_kind("line-started", 3)
+        same_over_dds(plant, history)
 
     events = history.events()
     expect("the number of streams", len({event["stream"] for event in events}), 1)
@@ -78,6 +148,12 @@ def test(folder, linegated, linegate, profiles):
     accepted = history.events("--kind", "command-accepted")[0]["text"]
     if "command nmt of " not in accepted or " at " not in accepted:
         raise Failure(f"no client is named: {accepted}")
+
+    with plant.running(own_process):
+        history.await_kind("line-started", 4)
+        same_over_dds(plant, history)
+    test_followed(folder, plant, own_process, history)
+    test_without_journal(folder, plant)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// `linegate history`: stored events of gateways; and its conditions and output, which it has in
+// common with `linegate history --journal` (gateway/tools/history.h).
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "bridges/console/commands.h"
+#include "bridges/request/journal.h"
+
+namespace linegate::console {
+
+struct HistoryRequest {
+  std::string line;         // empty: all lines, and the gateway itself
+  std::string node;         // "LINE:5", or "5" of each line; empty: all
+  std::string kind;         // "heartbeat-lost"; empty: all
+  std::string severity;     // "info", "warning" or "error": these and worse; empty: all
+  std::string text;         // part of the text; ASCII letters of either case
+  std::string since;        // see parse_since(); empty: from the oldest event on
+  std::string until;        // exclusive; empty: to the newest event
+  std::uint64_t count = 0;  // the newest so many; 0 = all
+};
+
+// Sets the conditions of the request. now: UTC. Returns an empty text, or what is wrong.
+std::string parse_history(const HistoryRequest& request, Instant now, request::JournalRead& to);
+
+// One event for people. gateway: precedes the line; empty: is left out.
+std::string history_text(const request::JournalRecord& record, const std::string& gateway,
+                         bool utc);
+// One event as a JSON object, with `gateway` unless it is empty.
+std::string history_json(const request::JournalRecord& record, const std::string& gateway);
+
+// Prints the events in the journals of all gateways that are found, by time if there are several;
+// request.line and the line of request.node may be "GATEWAY/LINE". follow: then later events until
+// stopped() returns true. kFailed if a journal cannot be read, after the events of the others.
+int history(Context& context, const HistoryRequest& request, bool follow,
+            const std::function<bool()>& stopped);
+
+}  // namespace linegate::console

@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+// `linegate history` over DDS: pages, several gateways, the newest events, later ones, errors.
+#include "bridges/console/history.h"
+
+#include <algorithm>
+#include <map>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+
+#include "tests/bridges/console/command_test.h"
+#include "tests/bridges/console/plant.h"
+
+namespace linegate::console {
+namespace {
+
+using request::JournalPage;
+using request::JournalRead;
+using request::JournalRecord;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+// Gateways with journals whose pages have two events.
+class Journals : public Client {
+ public:
+  void poll(Duration /*timeout*/, Listener& listener) override {
+    for (const auto& [gateway, journal] : journals) {
+      listener.on_gateway(gateway, {});
+      listener.on_line({gateway, "press"}, test::line_view(3));
+    }
+  }
+  Answer call(const LineId& /*id*/, const line::Command& /*command*/, Duration /*timeout*/,
+              std::uint64_t /*layout_id*/, Listener& /*listener*/) override {
+    return {};
+  }
+  Answer call_gateway(const LineId& id, const request::GatewayRequest& request,
+                      Duration /*timeout*/, Listener& /*listener*/) override {
+    last = std::get<JournalRead>(request);
+    addressed.push_back(id);
+    if (busy > 0) {
+      --busy;
+      return {.reply = {.error = line::to_error(line::Refusal::busy)}, .text = "busy"};
+    }
+    if (refusal != line::Refusal::none && id.gateway == refusing) {
+      const std::string sentence = "it has\nnone";
+      const auto* text = reinterpret_cast<const std::byte*>(sentence.data());
+      return {.reply = {.error = line::to_error(refusal),
+                        .data = std::vector(text, text + sentence.size())}};
+    }
+    if (last.cursor.position != 0 && last.cursor.check != file) {
+      return {.reply = {.error = line::to_error(line::Refusal::wrong_incarnation)}};
+    }
+    return {.reply = {.data = encode(page(journals.at(id.gateway)))}};
+  }
+
+  void add(const std::string& gateway, std::uint64_t number, int seconds) {
+    journals[gateway].push_back({.line = number % 2 == 0 ? "" : "press",
+                                 .number = number,
+                                 .time = Instant(std::chrono::seconds(seconds)),
+                                 .kind = EventKind::emcy,
+                                 .text = "words"});
+  }
+
+  std::map<std::string, std::vector<JournalRecord>> journals;
+  std::string refusing;
+  line::Refusal refusal = line::Refusal::none;
+  int busy = 0;
+  std::uint64_t file = 1;
+  JournalRead last;
+  std::vector<LineId> addressed;
+
+ private:
+  JournalPage page(const std::vector<JournalRecord>& journal) const {
+    JournalPage out{.newest = {journal.size(), file}};
+    const std::size_t most = last.most == 0 ? 2 : std::min<std::size_t>(2, last.most);
+    std::size_t at = last.cursor.position;
+    if (last.newest_first) {
+      at = at == 0 ? journal.size() + 1 : at;
+      for (; at > 1 && out.records.size() < most; --at)
+        out.records.push_back(journal[at - 2]);
+      out.more = at > 1;
+    } else {
+      for (; at < journal.size() && out.records.size() < most; ++at)
+        out.records.push_back(journal[at]);
+      out.more = at < journal.size();
+    }
+    out.cursor = {at, file};
+    return out;
+  }
+};
+
+class HistoryOverDds : public test::CommandTest<Journals> {
+ protected:
+  HistoryOverDds() {
+    context_.utc = true;
+    context_.wait = std::chrono::minutes(10);
+  }
+  // "gateway/press #3" without time and text.
+  std::vector<std::string> events() {
+    std::vector<std::string> out;
+    std::istringstream in(out_.str());
+    for (std::string line; std::getline(in, line);) {
+      line = line.substr(line.find(' ') + 1);
+      out.push_back(line.substr(0, line.find(" emcy")));
+    }
+    return out;
+  }
+  int run(const HistoryRequest& request = {}) {
+    return history(context_, request, false, [] { return false; });
+  }
+};
+
+TEST_F(HistoryOverDds, PrintsAllPagesOfAGateway) {
+  for (int i = 1; i <= 5; ++i)
+    gateway_.add("a", static_cast<std::uint64_t>(i), i);
+  gateway_.busy = 2;
+  EXPECT_EQ(run(), kDone) << err_.str();
+  EXPECT_THAT(events(),
+              ElementsAre("press #1", "gateway #2", "press #3", "gateway #4", "press #5"));
+  EXPECT_THAT(out_.str(), HasSubstr("1970-01-01T00:00:01.000Z press #1 emcy: words\n"));
+  EXPECT_EQ(gateway_.addressed.front(), (LineId{"a", ""}));
+}
+
+TEST_F(HistoryOverDds, OrdersSeveralGatewaysByTime) {
+  for (const int second : {1, 4, 5})
+    gateway_.add("a", static_cast<std::uint64_t>(second), second);
+  for (const int second : {2, 3, 6})
+    gateway_.add("b", static_cast<std::uint64_t>(second), second);
+  EXPECT_EQ(run(), kDone) << err_.str();
+  EXPECT_THAT(events(), ElementsAre("a/press #1", "b/gateway #2", "b/press #3", "a/gateway #4",
+                                    "a/press #5", "b/gateway #6"));
+  out_.str("");
+  EXPECT_EQ(run({.count = 3}), kDone);
+  EXPECT_THAT(events(), ElementsAre("a/gateway #4", "a/press #5", "b/gateway #6"));
+  out_.str("");
+  EXPECT_EQ(run({.line = "b/press"}), kDone);
+  EXPECT_THAT(events(), ElementsAre("gateway #2", "press #3", "gateway #6"));
+  EXPECT_EQ(gateway_.last.line, "press");
+  EXPECT_EQ(gateway_.addressed.back(), (LineId{"b", "press"})) << "a partition it may write in";
+}
+
+TEST_F(HistoryOverDds, FollowsTheNewestAlsoInAFileThatReplacesAnother) {
+  for (int i = 1; i <= 5; ++i)
+    gateway_.add("a", static_cast<std::uint64_t>(i), i);
+  const auto printed = [&](const char* event) {
+    return out_.str().find(event) != std::string::npos;
+  };
+  const auto stopped = [&] {
+    if (printed("#5") && gateway_.journals["a"].size() == 5) {
+      for (const int later : {6, 7, 8})
+        gateway_.add("a", static_cast<std::uint64_t>(later), later);
+    } else if (printed("#8") && gateway_.file == 1) {
+      gateway_.file = 2;
+      gateway_.journals["a"].clear();
+      gateway_.add("a", 9, 9);
+    }
+    return printed("#9");
+  };
+  EXPECT_EQ(history(context_, {.count = 1}, true, stopped), kDone) << err_.str();
+  EXPECT_THAT(events(),
+              ElementsAre("press #5", "gateway #6", "press #7", "gateway #8", "press #9"));
+}
+
+TEST_F(HistoryOverDds, AGatewayThatRefusesIsReportedAndTheOthersArePrinted) {
+  gateway_.add("a", 1, 1);
+  gateway_.add("b", 2, 2);
+  gateway_.refusing = "a";
+  gateway_.refusal = line::Refusal::wrong_state;
+  EXPECT_EQ(run(), kFailed);
+  EXPECT_THAT(events(), ElementsAre("b/gateway #2"));
+  EXPECT_EQ(err_.str(), "a: it has?none\n");
+}
+
+TEST_F(HistoryOverDds, ConditionsArePartOfTheRequestAndWrongOnesAreReported) {
+  gateway_.add("a", 1, 1);
+  context_.json = true;
+  EXPECT_EQ(run({.node = "press:5",
+                 .kind = "emcy",
+                 .severity = "warning",
+                 .text = "ab",
+                 .since = "1970-01-01T00:00:01Z",
+                 .until = "1970-01-01T00:00:02Z"}),
+            kDone);
+  EXPECT_EQ(gateway_.last.line, "press");
+  EXPECT_EQ(gateway_.last.node, 5);
+  EXPECT_EQ(gateway_.last.kind, EventKind::emcy);
+  EXPECT_EQ(gateway_.last.least, EventSeverity::warning);
+  EXPECT_EQ(gateway_.last.text, "ab");
+  EXPECT_EQ(gateway_.last.since, Instant(std::chrono::seconds(1)));
+  EXPECT_EQ(gateway_.last.until, Instant(std::chrono::seconds(2)));
+  EXPECT_THAT(out_.str(), HasSubstr(R"("gateway":"a")"));
+  EXPECT_EQ(run({.node = "press:128"}), kUsage);
+  EXPECT_EQ(run({.kind = "none"}), kUsage);
+  EXPECT_EQ(run({.severity = "none"}), kUsage);
+  EXPECT_EQ(run({.since = "none"}), kUsage);
+  EXPECT_EQ(run({.text = std::string(256, 'x')}), kUsage);
+  EXPECT_EQ(run({.line = "c/press"}), kFailed);
+  EXPECT_THAT(err_.str(), HasSubstr("no gateway of line 'c/press'"));
+}
+
+}  // namespace
+}  // namespace linegate::console
