@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <random>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -16,6 +17,7 @@
 
 #include "bridges/dds/command_samples.h"
 #include "bridges/dds/endpoints.h"
+#include "bridges/dds/event_follower.h"
 #include "bridges/dds/event_samples.h"
 #include "bridges/dds/image_samples.h"
 #include "bridges/dds/layout_assembly.h"
@@ -34,7 +36,8 @@ namespace {
 namespace fast = eprosima::fastdds::dds;
 
 constexpr int kSamplesPerTopic = 256;  // of each topic, in one poll()
-constexpr ClockMap kUtc{};             // times passed to the listener are UTC
+constexpr Duration kPageTimeout = std::chrono::seconds(5);
+constexpr ClockMap kUtc{};  // times passed to the listener are UTC
 constexpr const char* kNotPermitted =
     "the permissions of this client do not name that line (linegate security issue --line)";
 
@@ -105,6 +108,7 @@ struct Client::Impl {
   void drain_replies(ClientListener& listener);
   void finish(RequestTracker::Done done, ClientListener& listener);
   void keep_asking(ClientListener& listener);
+  void follow_events(ClientListener& listener);
   bool send(const Request& request, fast::DataWriter& writer);
   // Assigns id, data and deadline, and sends it. Returns the id, or 0 for a client without
   // commands.
@@ -157,6 +161,8 @@ struct Client::Impl {
 
   LayoutAssembly assembly;
   RequestTracker tracker;
+  std::optional<EventFollower> follower;  // with complete_events
+  std::set<std::uint64_t> pages;          // ids of the requests of the follower
   std::uint64_t next_id;
   std::uint64_t called = 0;  // id of the request that call() waits for
   std::optional<CommandResult> call_result;
@@ -171,6 +177,8 @@ Client::Impl::Impl(const ClientOptions& options, std::vector<Diagnostic>& diagno
       endpoints("linegate client " + name, options.domain, options.profile_file, diagnostics,
                 options.guard, 0, options.security),
       tracker(options.retry) {
+  if (options.complete_events && options.events && options.commands)
+    follower.emplace(options.events_from_oldest);
   // Ids are never reused, not even by the next client of the same name.
   std::random_device random;
   next_id = (std::uint64_t{random()} << 32U | random()) >> 1U | 1U;
@@ -285,7 +293,9 @@ std::size_t Client::poll(Duration timeout, ClientListener& listener) {
   impl_->handled = 0;
   impl_->endpoints.limit_stalls();
   impl_->keep_asking(listener);
-  const Instant wake = impl_->tracker.next_wake();
+  impl_->follow_events(listener);
+  const Instant wake =
+      earlier(impl_->tracker.next_wake(), impl_->follower ? impl_->follower->next_wake() : kNever);
   const Duration until_wake = wake == kNever ? timeout : wake - steady_now();
   if (impl_->waiting.wait(std::min(timeout, until_wake))) {
     impl_->drain_layouts(listener);
@@ -300,6 +310,7 @@ std::size_t Client::poll(Duration timeout, ClientListener& listener) {
       listener.on_left_out(std::exchange(impl_->left_out, 0));
   }
   impl_->keep_asking(listener);
+  impl_->follow_events(listener);
   return impl_->handled;
 }
 
@@ -344,6 +355,10 @@ void Client::Impl::drain_states(ClientListener& listener) {
     }
     GatewayInfo gateway;
     from_wire(sample, kUtc, gateway);
+    if (follower) {
+      follower->take_gateway(sample.gateway().to_string(), sample.incarnation(),
+                             gateway.event_stream, gateway.events, steady_now());
+    }
     listener.on_gateway(source(sample), gateway);
   });
   std::vector<Property> properties;
@@ -358,6 +373,10 @@ void Client::Impl::drain_states(ClientListener& listener) {
     line::LineState state;
     from_wire(sample, line, state);
     from_wire(sample.properties(), properties);
+    if (follower) {
+      follower->take_line(sample.gateway().to_string(), sample.line().to_string(),
+                          state.counters.events, steady_now());
+    }
     listener.on_line(source(sample), line, state, properties);
   };
   drain(lines, line_sample, take_line, [&] { line_ended(listener); });
@@ -422,6 +441,12 @@ void Client::Impl::drain_values(ClientListener& listener) {
     std::vector<Property> properties;
     from_wire(sample, kUtc, event);
     from_wire(sample.properties(), properties);
+    if (follower) {
+      follower->take(
+          {source(sample), std::move(event), sample.text().to_string(), std::move(properties)},
+          steady_now());
+      return;
+    }
     listener.on_event(source(sample), event, sample.text().c_str(), properties);
   });
 }
@@ -439,6 +464,10 @@ void Client::Impl::drain_replies(ClientListener& listener) {
 // --- commands ------------------------------------------------------------------------------------
 
 void Client::Impl::finish(RequestTracker::Done done, ClientListener& listener) {
+  if (pages.erase(done.result.id) != 0) {
+    follower->take_answer(done.target.gateway, done.target.line, done.result, steady_now());
+    return;
+  }
   if (done.result.id == called) {
     call_result = std::move(done.result);
   } else {
@@ -459,6 +488,28 @@ void Client::Impl::keep_asking(ClientListener& listener) {
       finish(tracker.refuse(request->id, kNotPermitted), listener);
     } else if (!send(*request, *writer)) {
       return;
+    }
+  }
+}
+
+// Passes on the events that are in order, and requests those that are missing.
+void Client::Impl::follow_events(ClientListener& listener) {
+  if (!follower)
+    return;
+  while (auto fetch = follower->due(steady_now())) {
+    const std::uint64_t id = start(
+        {.target = std::move(fetch->target), .request = std::move(fetch->read)}, kPageTimeout);
+    pages.insert(id);
+  }
+  for (EventFollower::Item item; follower->pop(item);) {
+    if (const auto* const event = std::get_if<FollowedEvent>(&item)) {
+      listener.on_event(event->source, event->event, event->text, event->properties);
+    } else if (const auto* const missing = std::get_if<MissingEvents>(&item)) {
+      listener.on_events_missing({missing->gateway, missing->line}, missing->stream, missing->first,
+                                 missing->last);
+    } else if (const auto* const stream = std::get_if<NewEventStream>(&item)) {
+      listener.on_event_stream({stream->gateway, stream->line}, stream->before, stream->now,
+                               stream->lost);
     }
   }
 }
@@ -536,6 +587,12 @@ CommandResult Client::call(const Target& target, const line::Command& command, D
 CommandResult Client::call_gateway(const Target& target, const request::GatewayRequest& request,
                                    Duration timeout, ClientListener& listener) {
   return wait_for(impl_->start({.target = target, .request = request}, timeout), timeout, listener);
+}
+
+void Client::begin_events_after(const std::string& gateway, const std::string& line,
+                                request::EventPosition position) {
+  if (impl_->follower)
+    impl_->follower->begin_after(gateway, line, position);
 }
 
 bool Client::write_outputs(const Target& target, const line::OutputWrite& write) {

@@ -70,6 +70,14 @@ class ClientListener {
   virtual void on_reception(const Source&, const PdoReception&) {}
   virtual void on_event(const Source&, const ReceivedEvent&, std::string_view /*text*/,
                         const std::vector<Property>&) {}
+  // With complete_events: those numbers of the stream were not used, or their events are lost.
+  // Before the next event of the line.
+  virtual void on_events_missing(const Source&, std::uint64_t /*stream*/, std::uint64_t /*first*/,
+                                 std::uint64_t /*last*/) {}
+  // With complete_events: the next events of the line have numbers of another stream. lost: the
+  // journal has no event of the line with the stream before, as after its loss.
+  virtual void on_event_stream(const Source&, std::uint64_t /*before*/, std::uint64_t /*now*/,
+                               bool /*lost*/) {}
   // The line was removed, or the gateway that published it has left or is unreachable.
   virtual void on_line_gone(std::string_view /*gateway*/, std::string_view /*line*/) {}
   // `samples` more samples could not be deserialized and were dropped.
@@ -95,6 +103,12 @@ struct ClientOptions {
   bool pdos = true;
   bool receptions = true;
   bool events = true;
+  // Passes the events of each line to on_event() in order, each once, and reads those that this
+  // client missed from the journal of the gateway. Needs events and commands. If a gateway has no
+  // journal, an event after a gap is passed on when 5 s have passed.
+  bool complete_events = false;
+  // A line begins with the oldest event in the journal, instead of the first that is received.
+  bool events_from_oldest = false;
   bool commands = true;               // CommandRequest and CommandReply; implies gateways and lines
   bool outputs = false;               // OutputWrite
   std::uint32_t output_strength = 0;  // ownership strength: the strongest writer wins
@@ -117,6 +131,11 @@ class Client {
   std::size_t poll(Duration timeout, ClientListener& listener);
   // Ends the present poll(), or the next one. From any thread.
   void wake();
+
+  // The line begins after that event (ReceivedEvent::stream and number): what follows it was
+  // missed. Call it before the first poll(). Only with complete_events.
+  void begin_events_after(const std::string& gateway, const std::string& line,
+                          request::EventPosition position);
 
   // Sends a command. on_reply() receives the answer, or Refusal::timed_out at the latest after
   // `timeout`, which is independent of command.timeout, the time limit of the gateway. Returns the

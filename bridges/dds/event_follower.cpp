@@ -1,0 +1,341 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bridges/dds/event_follower.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "bridges/dds/event_codec.h"
+#include "stack/line/event_severity.h"
+
+namespace linegate::dds {
+namespace {
+
+constexpr std::size_t kMostPastStreams = 64;
+
+FollowedEvent followed_event(const std::string& gateway, request::JournalRecord record) {
+  FollowedEvent out;
+  out.source = {gateway, std::move(record.line), record.incarnation, record.time,
+                static_cast<ClockQuality>(record.clock)};
+  EventFields fields{.code = record.code, .value = record.value};
+  fields.length = static_cast<std::uint8_t>(std::min(record.data.size(), fields.data.size()));
+  std::copy_n(record.data.begin(), fields.length, fields.data.begin());
+  out.event = {.number = record.number,
+               .stream = record.stream,
+               .time = record.time,
+               .kind = record.kind,
+               .severity = record.severity,
+               .node = record.node,
+               .fields = fields,
+               .data = unpack(record.kind, fields)};
+  out.text = std::move(record.text);
+  return out;
+}
+
+bool is_refused(const CommandResult& result, line::Refusal refusal) {
+  return result.reply.error == line::to_error(refusal);
+}
+
+}  // namespace
+
+// --- in ------------------------------------------------------------------------------------------
+
+void EventFollower::begin_after(const std::string& gateway, const std::string& name,
+                                request::EventPosition position) {
+  if (Line* const known = line(gateway, name)) {
+    known->position = position;
+  }
+}
+
+EventFollower::Line* EventFollower::line(const std::string& gateway, const std::string& name) {
+  const auto found = lines_.find({gateway, name});
+  if (found != lines_.end())
+    return &found->second;
+  if (lines_.size() >= kMostLines)
+    return nullptr;
+  Line& made = lines_[{gateway, name}];
+  made.gateway = gateway;
+  made.name = name;
+  made.from_oldest = from_oldest_;
+  return &made;
+}
+
+const EventFollower::Gateway& EventFollower::gateway_of(const Line& line) const {
+  static const Gateway kUnknown;
+  const auto found = gateways_.find(line.gateway);
+  return found == gateways_.end() ? kUnknown : found->second;
+}
+
+// A gateway that was started again: events of its last run may be missing, of which no sample
+// exists.
+void EventFollower::take_gateway(const std::string& gateway, std::uint64_t incarnation,
+                                 std::uint64_t stream, std::uint64_t newest, Instant now) {
+  if (!gateways_.contains(gateway) && gateways_.size() >= kMostLines)
+    return;
+  Gateway& known = gateways_[gateway];
+  const bool is_new = known.incarnation != incarnation;
+  known = {incarnation, stream};
+  take_line(gateway, "", newest, now);
+  for (auto& [key, one] : lines_) {
+    if (key.first != gateway)
+      continue;
+    if (is_new && one.position) {
+      one.unchecked = true;
+      one.pause = kFirstPause;
+      one.missed_since = kNever;
+      ask(one, now);
+    }
+  }
+}
+
+void EventFollower::take_line(const std::string& gateway, const std::string& name,
+                              std::uint64_t newest, Instant now) {
+  Line* const known = line(gateway, name);
+  if (known == nullptr)
+    return;
+  known->newest = newest;
+  if (known->ask_at == kNever && is_behind(*known))
+    ask(*known, now + (known->position ? kGrace : Duration::zero()));
+}
+
+// Whether events are known to exist that were not passed on.
+bool EventFollower::is_behind(const Line& line) const {
+  if (!line.position)
+    return line.from_oldest || line.pending_count != 0;
+  const Gateway& gateway = gateway_of(line);
+  return line.unchecked || line.pending_count != 0 ||
+         (gateway.stream != 0 && gateway.stream != line.position->stream) ||
+         line.newest > line.position->number;
+}
+
+void EventFollower::take(FollowedEvent event, Instant now) {
+  Line* const known = line(event.source.gateway, event.source.line);
+  const request::EventPosition at{event.event.stream, event.event.number};
+  if (known == nullptr || at.stream == 0) {
+    items_.emplace_back(std::move(event));
+    return;
+  }
+  if (known->past.contains(at.stream))
+    return;
+  if (!known->position && !known->from_oldest)
+    known->position = {at.stream, at.number - 1};
+  if (known->position && known->position->stream == at.stream &&
+      at.number <= known->position->number) {
+    return;
+  }
+  const bool was_complete = known->pending_count == 0;
+  if (known->pending_count < kMostPending &&
+      known->pending[at.stream].emplace(at.number, std::move(event)).second)
+    ++known->pending_count;
+  deliver_pending(*known);
+  if (known->pending_count == 0)
+    return;
+  if (was_complete || known->ask_at == kNever)  // else after the pause for the same gap
+    ask(*known, now);
+}
+
+void EventFollower::ask(Line& line, Instant at) {
+  if (!line.asking)
+    line.ask_at = earlier(line.ask_at, at);
+}
+
+// --- order ---------------------------------------------------------------------------------------
+
+void EventFollower::deliver(Line& line, FollowedEvent event) {
+  line.position = {event.event.stream, event.event.number};
+  line.pause = kFirstPause;
+  line.missed_since = kNever;
+  items_.emplace_back(std::move(event));
+}
+
+// Those that follow the last one without a gap.
+void EventFollower::deliver_pending(Line& line) {
+  if (!line.position)
+    return;
+  const auto found = line.pending.find(line.position->stream);
+  if (found == line.pending.end())
+    return;
+  auto& waiting = found->second;
+  while (!waiting.empty() && waiting.begin()->first <= line.position->number + 1) {
+    auto first = waiting.extract(waiting.begin());
+    --line.pending_count;
+    if (first.key() > line.position->number)
+      deliver(line, std::move(first.mapped()));
+  }
+  if (waiting.empty())
+    line.pending.erase(found);
+}
+
+// Those of the present stream before that number, and the gaps between them.
+void EventFollower::deliver_before(Line& line, std::uint64_t number) {
+  const auto report_missing = [&](std::uint64_t next) {
+    if (next > line.position->number + 1) {
+      items_.emplace_back(MissingEvents{line.gateway, line.name, line.position->stream,
+                                        line.position->number + 1, next - 1});
+      line.position->number = next - 1;
+    }
+  };
+  for (deliver_pending(line);; deliver_pending(line)) {
+    const auto found = line.pending.find(line.position->stream);
+    if (found == line.pending.end() || found->second.begin()->first >= number)
+      break;
+    report_missing(found->second.begin()->first);
+  }
+  if (number != std::numeric_limits<std::uint64_t>::max())
+    report_missing(number);
+}
+
+void EventFollower::change_stream(Line& line, std::uint64_t stream, std::uint64_t before_first) {
+  if (line.position) {
+    deliver_before(line, std::numeric_limits<std::uint64_t>::max());
+    items_.emplace_back(
+        NewEventStream{line.gateway, line.name, line.position->stream, stream, line.lost});
+    if (line.past.size() >= kMostPastStreams)
+      line.past.erase(line.past.begin());
+    line.past.insert(line.position->stream);
+  }
+  line.lost = false;
+  line.past.erase(stream);
+  // Samples of the stream may be older than the first entry of the journal
+  const auto waiting = line.pending.find(stream);
+  if (waiting != line.pending.end() && !waiting->second.empty())
+    before_first = std::min(before_first, waiting->second.begin()->first - 1);
+  line.position = {stream, before_first};
+}
+
+// --- the journal ---------------------------------------------------------------------------------
+
+std::optional<EventFollower::Fetch> EventFollower::due(Instant now) {
+  for (auto& [key, line] : lines_) {
+    if (line.asking || line.ask_at > now || gateway_of(line).stream == 0)
+      continue;
+    line.ask_at = kNever;
+    const bool has_more = line.cursor != request::JournalCursor{};
+    if (!has_more && !is_behind(line))
+      continue;
+    line.asking = true;
+    Fetch fetch{.target = {.gateway = line.gateway, .line = line.name},
+                .read = {.line = line.name, .after = line.position, .cursor = line.cursor}};
+    return fetch;
+  }
+  return std::nullopt;
+}
+
+Instant EventFollower::next_wake() const {
+  Instant next = kNever;
+  for (const auto& [key, line] : lines_) {
+    if (!line.asking && gateway_of(line).stream != 0)
+      next = earlier(next, line.ask_at);
+  }
+  return next;
+}
+
+void EventFollower::take_answer(const std::string& gateway, const std::string& name,
+                                const CommandResult& result, Instant now) {
+  const auto found = lines_.find({gateway, name});
+  if (found == lines_.end())
+    return;
+  Line& line = found->second;
+  line.asking = false;
+  auto page = result.reply.ok() ? request::decode_page(result.reply.bytes()) : std::nullopt;
+  if (page) {
+    take_page(line, *std::move(page), now);
+  } else {
+    take_refusal(line, result, now);
+  }
+}
+
+void EventFollower::take_page(Line& line, request::JournalPage page, Instant now) {
+  const bool is_first = line.cursor == request::JournalCursor{};
+  if (is_first && page.unknown_stream && line.position) {
+    // Of the present stream, the journal has not stored an event of the line yet
+    if (line.position->stream == gateway_of(line).stream)
+      return wait_for_journal(line, now);
+    line.lost = true;
+  }
+  for (request::JournalRecord& record : page.records) {
+    if (record.line == line.name)
+      take_record(line, std::move(record));
+  }
+  deliver_pending(line);
+  if (page.more) {
+    line.cursor = page.cursor;
+    line.ask_at = now;
+    return;
+  }
+  line.cursor = {};
+  wait_for_journal(line, now);
+}
+
+void EventFollower::take_record(Line& line, request::JournalRecord record) {
+  if (record.number == 0 || line.past.contains(record.stream))
+    return;
+  if (!line.position || line.position->stream != record.stream)
+    change_stream(line, record.stream, record.number - 1);
+  if (record.number <= line.position->number)
+    return;
+  deliver_before(line, record.number);
+  if (record.number <= line.position->number)
+    return;
+  deliver(line, followed_event(line.gateway, std::move(record)));
+  deliver_pending(line);
+}
+
+// The end of the journal was reached: what is missing is stored soon, or never.
+void EventFollower::wait_for_journal(Line& line, Instant now) {
+  line.unchecked = false;
+  if (!is_behind(line)) {
+    line.missed_since = kNever;
+    return;
+  }
+  if (line.missed_since == kNever) {
+    line.missed_since = now;
+  } else if (line.pending_count != 0 && now - line.missed_since >= kPatience) {
+    give_up(line);
+  }
+  line.ask_at = now + line.pause;
+  line.pause = std::min(2 * line.pause, kLongestPause);
+}
+
+// The samples that wait are continued with. Samples of a stream that is neither the present one of
+// the line nor of the gateway are older than both, or in the journal.
+void EventFollower::give_up(Line& line) {
+  const std::uint64_t stream = gateway_of(line).stream;
+  if (line.position)
+    deliver_before(line, std::numeric_limits<std::uint64_t>::max());
+  const auto present = line.pending.find(stream);
+  if (present != line.pending.end() && !present->second.empty()) {
+    change_stream(line, stream, present->second.begin()->first - 1);
+    deliver_before(line, std::numeric_limits<std::uint64_t>::max());
+  }
+  line.pending.clear();
+  line.pending_count = 0;
+  line.missed_since = kNever;
+}
+
+void EventFollower::take_refusal(Line& line, const CommandResult& result, Instant now) {
+  if (is_refused(result, line::Refusal::wrong_incarnation) &&
+      line.cursor != request::JournalCursor{}) {
+    line.cursor = {};  // the file was replaced: after the last event again
+    line.ask_at = now;
+    return;
+  }
+  const bool later = result.reply.ok() || is_refused(result, line::Refusal::timed_out) ||
+                     is_refused(result, line::Refusal::busy) ||
+                     is_refused(result, line::Refusal::cancelled);
+  if (!later) {
+    wait_for_journal(line, now);  // there is no journal, or it is not readable (yet)
+    return;
+  }
+  line.ask_at = now + line.pause;
+  line.pause = std::min(2 * line.pause, kLongestPause);
+}
+
+bool EventFollower::pop(Item& item) {
+  if (items_.empty())
+    return false;
+  item = std::move(items_.front());
+  items_.pop_front();
+  return true;
+}
+
+}  // namespace linegate::dds
