@@ -33,6 +33,10 @@ class FakeEdge final : public DataEdge {
     warnings_.push_back(std::move(warning));
     changed_.notify_all();
   }
+  // While the publisher is stopped.
+  void set_namesakes(std::size_t others) { namesakes_ = others; }
+  // The properties of the newest LineState. While the publisher is stopped.
+  const std::vector<Property>& line_properties() const { return line_properties_; }
   void fail(std::uint64_t samples) {
     const std::lock_guard lock(mutex_);
     failed_ += samples;
@@ -44,6 +48,7 @@ class FakeEdge final : public DataEdge {
   void set_clock(const ClockMap&) override {}
   void publish_line(const LineInfo& info, const line::LineState&, Instant,
                     const std::vector<Property>& properties) override {
+    line_properties_ = properties;
     std::string text = "state " + info.name;
     for (const Property& property : properties) {
       text += ' ' + property.name + '=' + property.value;
@@ -91,7 +96,7 @@ class FakeEdge final : public DataEdge {
   }
   std::size_t participants() const override { return 0; }
   EdgeStatistics statistics() const override { return {}; }
-  std::size_t namesakes() const override { return 0; }
+  std::size_t namesakes() const override { return namesakes_; }
   std::vector<std::string> other_gateways() const override { return {"hall"}; }
 
   void poll(Duration timeout, RequestHandler& handler) override {
@@ -130,6 +135,8 @@ class FakeEdge final : public DataEdge {
   std::vector<std::string> samples_;
   std::vector<std::function<void(RequestHandler&)>> requests_;
   std::vector<std::string> warnings_;
+  std::vector<Property> line_properties_;
+  std::size_t namesakes_ = 0;
   std::uint64_t failed_ = 0;
   std::uint64_t stream_ = 0;
   std::uint64_t stream_before_event_ = 0;

@@ -5,12 +5,14 @@
 #include <algorithm>
 #include <filesystem>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "bridges/dds/values.h"
 #include "gateway/journal/journal_reader.h"
 
 #include "tests/gateway/log_keeper.h"
@@ -20,6 +22,7 @@ namespace linegate::gateway {
 namespace {
 
 using testing::ElementsAre;
+using testing::IsSupersetOf;
 using testing::StartsWith;
 
 class PublisherTest : public testing::Test {
@@ -66,6 +69,41 @@ TEST_F(PublisherTest, LayoutsArePublishedOnceAndRefusalsFirst) {
   event.number = 1;
   port().events.push(event);
   EXPECT_THAT(published(), ElementsAre("layout press", "layout press", "reply 9", "event press 1"));
+}
+
+// A manager that routes and forwards, with output groups, more routes than have room, known
+// settings of its controller, and another gateway of the same name.
+TEST_F(PublisherTest, LineStateHasRoomForEveryPropertyOfALine) {
+  config::LinePlan plan;
+  plan.config.name = "press";
+  plan.config.routing.interface = 1;
+  plan.config.groups = {{.number = 1, .entries = {0}}};
+  hosts[0] = std::make_unique<LineHost>(plan, image::Layout{}, image::Layout{});
+  publisher = std::make_unique<Publisher>(edge, hosts);
+  edge.set_namesakes(1);
+  std::vector<routing::Route>& routes = port().routes.draft().value;
+  for (std::uint16_t network = 1; network <= 1000; ++network) {
+    routes.push_back({.first = network, .last = network, .interface = 1, .gateway = 127});
+  }
+  port().routes.publish();
+  LineStatus& status = port().status.draft().value;
+  status.controller.listen_only = false;
+  status.controller.restart_ms = 100;
+  status.controller.hardware_stamps = true;
+  status.sync_period = std::chrono::milliseconds(1);
+  status.state.routing.values = 1;
+  port().status.publish();
+  published();
+
+  std::set<std::string> names;
+  for (const Property& property : edge.line_properties()) {
+    EXPECT_TRUE(names.insert(property.name).second) << property.name;
+  }
+  EXPECT_THAT(names,
+              IsSupersetOf({"namesakes", "indicators", "ixxat_state", "output-groups",
+                            "sync-period-us", "listen-only", "restart-ms", "time-stamps",
+                            "routing-values", "routing-stalls", "routes-6", "routes-left-out"}));
+  EXPECT_LE(names.size(), dds::kMaxProperties);
 }
 
 TEST_F(PublisherTest, SamplesThatTheEdgeDidNotTakeAreReported) {
