@@ -61,7 +61,7 @@ class PdoWriter {
   using Key = eprosima::fastdds::dds::InstanceHandle_t;
 
   RenewedWriter writer_;
-  v1::PdoUpdatePubSubType type_;
+  KeyedType<v1::PdoUpdatePubSubType> type_;
   HeldSamples<Key, v1::PdoUpdate> held_;
 };
 

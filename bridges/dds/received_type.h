@@ -16,6 +16,7 @@
 
 #include <fastdds/dds/topic/TypeSupport.hpp>
 
+#include "bridges/dds/keyed_type.h"
 #include "bridges/dds/payload_handover.h"
 
 namespace linegate::dds {
@@ -51,7 +52,7 @@ class UnreadableCount {
 };
 
 template <class PubSubType>
-class ReceivedType : public PubSubType {
+class ReceivedType : public KeyedType<PubSubType> {
  public:
   explicit ReceivedType(std::shared_ptr<UnreadableCount> unreadable)
       : unreadable_(std::move(unreadable)) {}

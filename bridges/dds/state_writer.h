@@ -17,6 +17,7 @@
 
 #include "bridges/dds/endpoints.h"
 #include "bridges/dds/held_samples.h"
+#include "bridges/dds/keyed_type.h"
 #include "bridges/dds/renewed_writer.h"
 
 namespace linegate::dds {
@@ -74,7 +75,7 @@ class StateWriter {
 
   std::mutex mutex_;
   RenewedWriter writer_;
-  PubSubType type_;
+  KeyedType<PubSubType> type_;
   HeldSamples<Key, Sample> held_;
 };
 

@@ -4,12 +4,13 @@
 
 #include <fastdds/dds/topic/TypeSupport.hpp>
 
+#include "bridges/dds/keyed_type.h"
 #include "bridges/dds/payload_handover.h"
 
 namespace linegate::dds {
 
 template <class PubSubType>
-class WrittenType : public PubSubType {
+class WrittenType : public KeyedType<PubSubType> {
  public:
   bool serialize(void* sample, eprosima::fastrtps::rtps::SerializedPayload_t* payload) override {
     payload_is_free(payload->data);
