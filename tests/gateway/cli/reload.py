@@ -98,6 +98,18 @@ class Gateway(Console):
         return lines
 
 
+def await_reload_event(gateway, kind, text):
+    """Waits for the gateway's event of a reload: it names the process that sent the signal, this one."""
+    expected = text.format(f"by process {os.getpid()} of user {os.getuid()}")
+    last = time.monotonic() + PATIENCE
+    while time.monotonic() < last:
+        events = map(json.loads, gateway.ask("--json", "events", "--once").stdout.splitlines())
+        texts = [event["text"] for event in events if (event["line"], event["kind"]) == ("", kind)]
+        if any(expected in text for text in texts):
+            return
+    raise Failure(f"no event {kind} with {expected!r}: {texts}")
+
+
 def run(gateway):
     for name in ("stays", "changes", "goes"):
         gateway.await_log(f"{name}: node 8: boot-up")
@@ -105,6 +117,7 @@ def run(gateway):
 
     gateway.write({"stays": 1, "changes": 2, "comes": 4}, heartbeat="200ms")
     gateway.reload("reloaded: lines changed: changes; started: comes; stopped: goes; unchanged: 1")
+    await_reload_event(gateway, "gateway-reloaded", "reloaded ({}): lines changed: changes; started: comes")
     gateway.await_log("changes: started as manager", 2)
     gateway.await_log("comes: node 8: boot-up")
     gateway.await_log("goes: stopped")
@@ -119,6 +132,7 @@ def run(gateway):
     gateway.reload("not reloaded: everything runs as before")
     for part in ("interfce", "nonsense"):
         gateway.await_log(part)
+    await_reload_event(gateway, "gateway-reload-refused", "not reloaded ({}), everything runs as before")
     os.remove(gateway.plant)
     os.mkdir(gateway.plant)  # can be opened but not read, as on a failing disk
     gateway.reload("not reloaded: everything runs as before", 2)
