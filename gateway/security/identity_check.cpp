@@ -2,6 +2,7 @@
 #include "gateway/security/identity_check.h"
 
 #include <array>
+#include <cerrno>
 #include <filesystem>
 #include <set>
 #include <sstream>
@@ -53,9 +54,11 @@ class Check {
 
   void check_file(const char* file) {
     struct stat status {};
-    if (::stat(path(file).c_str(), &status) != 0) {
+    const bool found = ::stat(path(file).c_str(), &status) == 0;
+    // EACCES: the file is in a folder of another user.
+    if (!found && errno != EACCES) {
       report(file, "is missing: copy the whole folder of the identity");
-    } else if (!S_ISREG(status.st_mode) || !open_file(path(file))) {
+    } else if (!found || !S_ISREG(status.st_mode) || !open_file(path(file))) {
       report(file, "cannot be read by this user");
     } else if (file == kKeyFile && (status.st_mode & (S_IRWXG | S_IRWXO)) != 0) {
       report(file, "is a private key that other users may read: chmod 600");

@@ -469,6 +469,22 @@ TEST_F(Check, NamesMissingAndUnreadableFiles) {
             "permissions.smime is missing: copy the whole folder of the identity\n");
 }
 
+TEST_F(Check, AFolderOfAnotherUserIsNotMissing) {
+  constexpr uid_t kNobody = 65534;
+  const bool root = ::geteuid() == 0;
+  files::permissions(alice, files::perms::none);  // root may enter it all the same
+  if (root) {
+    ASSERT_EQ(::seteuid(kNobody), 0);
+  }
+  const std::string found = findings(alice);
+  if (root) {
+    ASSERT_EQ(::seteuid(0), 0);
+  }
+  files::permissions(alice, files::perms::owner_all);
+  EXPECT_EQ(found.find("missing"), std::string::npos) << found;
+  EXPECT_EQ(found.find("ca.crt cannot be read by this user\n"), 0U) << found;
+}
+
 TEST_F(Check, NamesContentThatIsNotWhatTheFileNamePromises) {
   for (const char* file : {kCaFile, kCertificateFile})
     std::ofstream(alice / file) << "nonsense";
