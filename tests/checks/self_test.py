@@ -9,6 +9,7 @@ import unittest
 
 import catalogue
 import formatting
+import kinds
 import layering
 import licences
 import manuals
@@ -93,6 +94,46 @@ class Manuals(TreeCase):
     def test_what_the_page_leaves_out(self):
         parts = list(manuals.parts(manuals.json.loads(self.SCHEMA)))
         self.assertEqual(sorted(parts), ["1 .. 9", "colour", "green", "hue", "red"])
+
+
+class Kinds(TreeCase):
+    def setUp(self):
+        super().setUp()
+        self.write(kinds.CONTRACT, "enum CommandKind {\n  COMMAND_READ,  // node, data\n  COMMAND_VERSIONS,\n"
+                                   "  COMMAND_BUS_RESET  // of a line, see COMMAND_READ,\n};\n"
+                                   "enum EventKind {\n  EVENT_STARTED,\n  EVENT_STOPPED\n};\n")
+        self.write(kinds.COMMANDS, self.commands("read = 0"))
+        self.write(kinds.EVENTS, "enum class EventKind : std::uint8_t {\n  started,\n  stopped,  // by a command\n};\n")
+        self.write("bridges/request/request.h", self.of_gateway(1, "versions") + self.of_gateway(2, "bus-reset"))
+
+    @staticmethod
+    def commands(members):
+        return f"enum class CommandKind : std::uint8_t {{\n  {members},\n}};\n"
+
+    @staticmethod
+    def of_gateway(number, name):
+        return (f"static constexpr line::CommandKind kKind{{{number}}};\n"
+                f'static constexpr std::string_view kName = "{name}";\n')
+
+    def test_numbers_and_names_are_those_of_the_contract(self):
+        self.assertEqual(list(kinds.check(self.root)), [])
+
+    def test_a_command_with_the_number_of_another(self):
+        self.assertEqual(self.complaints(kinds, kinds.COMMANDS, self.commands("read = 2")),
+                         ["stack/line/requests.h: read has the number 2, COMMAND_READ in idl/linegate.idl has 0"])
+
+    def test_a_command_that_only_the_program_has(self):
+        self.assertEqual(self.complaints(kinds, kinds.COMMANDS, self.commands("read = 0,\n  scan = 3")),
+                         ["stack/line/requests.h: scan has the number 3, idl/linegate.idl has no COMMAND_SCAN"])
+
+    def test_a_command_that_only_the_contract_has(self):
+        self.assertEqual(self.complaints(kinds, "bridges/request/request.h", self.of_gateway(1, "versions")),
+                         ["idl/linegate.idl: COMMAND_BUS_RESET has the number 2, and is missing in stack/line/requests.h "
+                          "and bridges/request"])
+
+    def test_events_in_another_order(self):
+        swapped = "enum class EventKind : std::uint8_t {\n  stopped,\n  started,\n};\n"
+        self.assertEqual(len(self.complaints(kinds, kinds.EVENTS, swapped)), 2)
 
 
 class Mutations(TreeCase):
