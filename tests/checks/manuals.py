@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """The manuals are complete: plant.yaml(5) has everything that the schema has, every key of the schema is in the
-operator's guide or in a sample plant, every visible command of the programs has an entry in its manual, every other
+loader and in the operator's guide or a sample plant, every key of the loader in the schema, every visible command of the programs has an entry in its manual, every other
 command and every option is in it, and idl/README.md lists each function of the IXXAT CANopen Manager that a header of
 stack/line names."""
 
@@ -13,11 +13,14 @@ import sys
 import tree
 
 SCHEMA = "deploy/plant.schema.json"
+LOADER = "gateway/config"
 GUIDES = ("deploy/OPERATING.md", "README.md", "deploy/plants")
 DAEMON = "gateway/cli/linegated.cpp"
 COMMANDS = "gateway/cli"  # all other files there are commands of linegate
 PROGRAM_MANUALS = ("deploy/package/linegate.1", "deploy/package/linegated.8")
 OPTION = re.compile(r'add_(?:option|flag)\w*\(\s*"((?:-\w,)?--[\w-]+)"')
+# A key that the loader reads, as in section.read_number("node_id", ...) and section.find("nodes").
+READ_KEY = re.compile(r'\b(?:read\w*|find|require)(?:<[^>]*>)?\(\s*(?:\w+,\s*)?"(\w+)"')
 CONTRACT = "idl/README.md"
 FUNCTION = re.compile(r"\bCMM_\w+")
 COMMAND = re.compile(r'add_subcommand\(\s*"([\w-]+)"')
@@ -71,6 +74,19 @@ def guides(root):
         yield from (tree.read(root, os.path.join(path, name).rstrip("/")) for name in names)
 
 
+def check_loader(root, known):
+    """known: the names of all keys of the schema."""
+    quoted = set()
+    for path in tree.files(root, (".cpp",)):
+        if os.path.dirname(path) == LOADER:
+            code = tree.read(root, path)
+            quoted.update(re.findall(r'"(\w+)"', code))
+            for key in sorted(set(READ_KEY.findall(code)) - known):
+                yield f"{path}: {SCHEMA} has not the key {key}"
+    for key in sorted(known - quoted):
+        yield f"{SCHEMA}: no file of {LOADER} reads the key {key}"
+
+
 def check_schema(root):
     sys.path.insert(0, os.path.join(root, "deploy", "package"))
     import plant_manual  # the module of the checked tree
@@ -83,7 +99,8 @@ def check_schema(root):
     text = "\n".join(guides(root))
     for key in sorted(keys(schema)):
         if not re.search(rf"\b{re.escape(key)}\b", text):
-            yield f"{SCHEMA}: the key {key} is in no guide and no sample"
+            yield f"{SCHEMA}: the key {key} is in none of {', '.join(GUIDES)}"
+    yield from check_loader(root, keys(schema))
 
 
 def programs(root):

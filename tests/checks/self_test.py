@@ -55,12 +55,21 @@ class Manuals(TreeCase):
         for path in (*manuals.GUIDES[:2], "deploy/plants/a.yaml", *manuals.PROGRAM_MANUALS):
             self.write(path, "colour: {hue: 1}")
         self.write(manuals.SCHEMA, self.SCHEMA)
+        self.write("gateway/config/a.cpp", 'section.find("colour"); from.read<int>("hue", hue);')
         self.write(manuals.CONTRACT, "CMM_Known does nothing.")
 
     def test_a_key_that_no_guide_has(self):
         self.assertEqual(list(manuals.check(self.root)), [])
         wider = self.SCHEMA.replace('"hue"', '"tint"')
         self.assertIn("the key tint", self.complaints(manuals, manuals.SCHEMA, wider)[0])
+
+    def test_a_key_that_only_the_loader_or_only_the_schema_has(self):
+        for read in ('from.find("tint")', 'from.read_number("tint", tint, 1, 9)', 'read_share(from, "tint", tint)',
+                     'from.read_choice<Hue>(\n"tint", hue,'):
+            self.assertEqual(self.complaints(manuals, "gateway/config/b.cpp", read),
+                             [f"gateway/config/b.cpp: {manuals.SCHEMA} has not the key tint"])
+        self.assertEqual(self.complaints(manuals, "gateway/config/a.cpp", 'section.find("colour");'),
+                         [f"{manuals.SCHEMA}: no file of gateway/config reads the key hue"])
 
     def test_an_option_and_a_command_that_no_manual_has(self):
         for code in ('add_flag("--loud", loud);', 'add_option("-l,--loud", loud);', 'add_subcommand("shout", "");'):
