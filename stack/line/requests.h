@@ -24,8 +24,8 @@
 namespace linegate::line {
 
 // Append only: the numbers are those of the DDS contract. Names, access rules and counters use it;
-// the parameters are in the alternatives of Request. 7, 10 and 13 are commands that the owner of
-// the lines executes; it may report their events with Line::report().
+// the parameters are in the alternatives of Request. The numbers that are left out are commands
+// that the owner of the lines executes; it may report their events with Line::report().
 enum class CommandKind : std::uint8_t {
   sdo_read = 0,
   sdo_write = 1,
