@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The JSON Schema for editors and the loader accept the same keys.
+#include <algorithm>
+#include <array>
 #include <string>
 #include <vector>
 
@@ -176,6 +178,73 @@ TEST(Schema, HasNoKeyOfAMappingTheLoaderDoesNotKnow) {
                    own_object + "}\n    nodes:\n      - " +
                    keys_of(member(definitions, "node"), true) + "\n",
                21);
+}
+
+// Whether the loader refuses the value of a key in this plant because of its range, "1 to 127" or
+// "1..127".
+bool refuses_beyond_range(const std::string& plant, const std::string& lowest,
+                          const std::string& highest, std::string& report) {
+  bool found = false;
+  for (const Diagnostic& diagnostic : read(plant, kRepository + "plant.yaml").diagnostics) {
+    found = found ||
+            diagnostic.text.find(" " + lowest + " to " + highest + ",") != std::string::npos ||
+            diagnostic.text.ends_with(" " + lowest + ".." + highest);
+    report += to_string(diagnostic) + '\n';
+  }
+  return found;
+}
+
+// before and after: a plant around a key of the definition.
+void expect_ranges(const YAML::Node& definition, const std::string& before,
+                   const std::string& after) {
+  for (const auto& pair : member(definition, "properties")) {
+    const std::string key = pair.first.Scalar();
+    const YAML::Node mapping = mapping_of(pair.second);
+    const YAML::Node highest = member(pair.second, "maximum");
+    if (mapping.IsDefined()) {
+      expect_ranges(mapping, before + key + ": {", "}" + after);
+    }
+    if (!highest.IsDefined()) {
+      continue;
+    }
+    std::string head = before;
+    if (const std::size_t given = head.find(key + ": 5, "); given != std::string::npos) {
+      head.erase(given, (key + ": 5, ").size());
+    }
+    const std::string beyond = std::to_string(highest.as<std::uint64_t>() + 1);
+    const std::string lowest = member(pair.second, "minimum").Scalar();
+    std::string report;
+    EXPECT_TRUE(
+        refuses_beyond_range(head + key + ": " + beyond + after, lowest, highest.Scalar(), report))
+        << key << " has the range " << lowest << ".." << highest.Scalar()
+        << " in the schema, so the loader must refuse " << beyond
+        << " with this range. It reports:\n"
+        << report;
+  }
+}
+
+// The loader refuses the number above the highest one of each key, and names the same range.
+TEST(Schema, HasTheRangesOfTheLoader) {
+  const YAML::Node schema = load_schema();
+  const std::string lines = "schema: 1\nlines: []\n";
+  const std::string line = "schema: 1\nlines: [{name: a, interface: 'simulated:', ";
+  const std::string eds = "eds: bridges/sim/eds/drive.eds, ";
+  const std::vector<std::array<std::string, 3>> places{
+      {"line", line, "}]\n"},
+      {"node", line + "nodes: [{id: 5, " + eds, "}]}]\n"},
+      {"pdo", line + "nodes: [{id: 5, " + eds + "pdos: {tpdo1: {", "}}}]}]\n"},
+      {"own_pdo", line + "own_pdos: {tpdo9: {", "}}}]\n"},
+      {"group", line + "outputs: {groups: [{name: g, ", "}]}}]\n"},
+      {"device", line + "role: device, devices: [{id: 5, profile: 401, ", "}]}]\n"},
+      {"executor", lines + "executors: [{name: x, ", "}]\n"},
+      {"route", lines + "routes: [{", "}]\n"},
+      {"routing", lines + "routing: {", "}\n"}};
+  for (const auto& [name, before, after] : places) {
+    const YAML::Node definition = member(member(schema, "$defs"), name);
+    ASSERT_TRUE(definition.IsDefined()) << name;
+    expect_ranges(definition, before, after);
+  }
+  expect_ranges(schema, lines, "\n");
 }
 
 }  // namespace
