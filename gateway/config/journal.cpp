@@ -9,6 +9,7 @@ namespace linegate::config {
 namespace {
 
 constexpr std::uint64_t kSmallestJournal = 10'000'000;
+constexpr std::uint64_t kSmallestHistory = 1'000'000;
 
 // A warning, because the gateway runs without its journal too, and the folder may appear later.
 void read_journal_file(Section& section, Journal& journal) {
@@ -41,6 +42,7 @@ std::optional<Journal> read_journal(Findings& findings, const YAML::Node& node) 
   Section section(findings, node, "journal");
   read_journal_file(section, journal);
   read_size(section, section.find("max_size"), kSmallestJournal, journal.max_size);
+  read_size(section, section.find("values_size"), kSmallestHistory, journal.values_size);
   const YAML::Node age = section.find("max_age");
   if (const auto text = section.text(age)) {
     const auto parsed = parse_age(*text);

@@ -392,6 +392,7 @@ LineSection read_line(Findings& findings, const YAML::Node& node) {
   out.own_pdos = read_own_pdos(findings, section.find("own_pdos"));
   read_feeds_every_tpdo(section, out);
   out.outputs = read_outputs(findings, section.find("outputs"));
+  out.history = read_history(section, plan.history);
   section.done();
   return out;
 }

@@ -129,6 +129,7 @@ void resolve_outputs(Findings& findings, LineSection& section) {
   LinePlan& plan = section.plan;
   const auto& layout = made->layout(image::Direction::outputs);
   const EntryNames names(plan.config, layout);
+  resolve_history(findings, section.history, *made, plan);
   const std::size_t before = findings.errors();
   resolve_groups(findings, section.outputs, names, layout, plan.config);
   resolve_defaults(findings, section.outputs, names, layout, plan.config);

@@ -28,7 +28,8 @@ void refuse(PlanDifference& out, const std::string& file, std::string_view what,
 }
 
 std::string text_of(const std::optional<Journal>& journal) {
-  return journal ? fmt::format("{}, {} bytes, {}", journal->file, journal->max_size,
+  return journal ? fmt::format("{}, {} bytes, {} bytes of values, {}", journal->file,
+                               journal->max_size, journal->values_size,
                                journal->max_age == Duration::zero() ? std::string("any age")
                                                                     : format_age(journal->max_age))
                  : std::string("none");

@@ -210,6 +210,10 @@ void read_lines(Findings& findings, const YAML::Node& node, const RoutingSection
       section.plan.config.network_id = place;
     }
     check_executor(findings, section, plant);
+    if (!section.history.entries.empty() && !plant.journal) {
+      findings.error(section.history.place,
+                     "history needs the journal that stores it: journal: {file: ...}");
+    }
     const std::string files = findings.take_sources();
     check_collisions(findings, section, sections);
     if (findings.errors() == before) {

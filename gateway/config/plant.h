@@ -49,12 +49,27 @@ struct Record {
   unsigned files = 10;                   // number of files to keep, including the newest, >= 1
 };
 
+// The value history of a line: entries of its process image whose changes the journal stores.
+struct History {
+  struct Entry {
+    image::Direction direction = image::Direction::inputs;
+    std::uint8_t node = 0;
+    std::string name;  // in the layout
+
+    friend bool operator==(const Entry&, const Entry&) = default;
+  };
+  std::vector<Entry> entries;
+  Duration min_interval = std::chrono::seconds(1);  // between two stored values of an entry
+};
+
 // The journal of events on disk.
 struct Journal {
   std::string file;  // path
   std::uint64_t max_size =
       250'000'000;     // bytes of the file, >= 10 MB; the oldest events are removed
-  Duration max_age{};  // older events are removed; 0 = no limit
+  Duration max_age{};  // older events and values are removed; 0 = no limit
+  // Bytes of the value history in the file, beyond max_size; >= 1 MB
+  std::uint64_t values_size = 50'000'000;
 
   friend bool operator==(const Journal&, const Journal&) = default;
 };
@@ -106,6 +121,7 @@ struct LinePlan {
   std::vector<SimulatedDevice> simulated;  // on the bus of a simulated: line
   std::string storage;                     // folder for parameters stored by 1010h; empty = none
   std::optional<Record> record;
+  History history;
   // Everything the line was read from, including its executor, device files and bindings: two plans
   // with the same source differ at most in `routes`.
   std::string source;

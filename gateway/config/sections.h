@@ -122,10 +122,21 @@ struct NodePlace {
 
 class JoinedLines;
 
+// `history:` of a line. The text of an entry is in the syntax of EntryNames::find().
+struct HistorySection {
+  struct Entry {
+    std::string text;
+    Place place;
+  };
+  std::vector<Entry> entries;
+  Place place;
+};
+
 // One element of `lines:`, with the positions of keys that can conflict with other lines.
 struct LineSection {
   LinePlan plan;
   OutputsSection outputs;
+  HistorySection history;
   std::vector<BindingSection> bindings;
   std::vector<EnterSection> enter;
   std::vector<OwnPdoSection> own_pdos;
@@ -161,6 +172,10 @@ std::optional<Record> read_record(Section& line, Place& place);
 void read_size(Section& section, const YAML::Node& node, std::uint64_t smallest,
                std::uint64_t& target);
 
+// `history:` of a line; resolve_history() finds its entries in the layouts of the line.
+HistorySection read_history(Section& line, History& history);
+void resolve_history(Findings& findings, const HistorySection& section, const line::Line& made,
+                     LinePlan& plan);
 // `journal:` of the gateway.
 std::optional<Journal> read_journal(Findings& findings, const YAML::Node& node);
 // One element of `nodes:`, with its device file and all values written to the node.

@@ -42,6 +42,11 @@ void Statement::bind(int position, std::int64_t value) {
   }
 }
 
+void Statement::bind_null(int position) {
+  const int error = sqlite3_bind_null(statement_.get(), position);
+  error_ = error != 0 ? error : error_;
+}
+
 void Statement::bind(int position, std::string_view text) {
   const int error = sqlite3_bind_text(statement_.get(), position, text.data(),
                                       static_cast<int>(text.size()), SQLITE_STATIC);

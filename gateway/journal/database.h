@@ -26,6 +26,7 @@ class Statement {
 
   // The parameter at that position, from 1 on.
   void bind(int position, std::int64_t value);
+  void bind_null(int position);
   // The bytes must exist until reset().
   void bind(int position, std::string_view text);
   void bind(int position, std::span<const std::byte> data);

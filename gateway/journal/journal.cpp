@@ -23,8 +23,10 @@ namespace {
 constexpr std::int64_t kPageBytes = 4096;
 // Entries that one store() removes at most: it must not take much longer than other calls.
 constexpr std::int64_t kRemovedAtOnce = 2000;
-// Pages that stay free for one store(): its entries, limits and changed index pages.
-constexpr std::int64_t kSparePages = 64;
+// Pages that stay free for one store(): its entries, values, limits and changed index pages.
+constexpr std::int64_t kSparePages = 128;
+// Of a value, with its part of the unused room of pages; at most.
+constexpr std::int64_t kValueRowBytes = 40;
 
 std::int64_t stored(std::uint64_t number) {
   return std::bit_cast<std::int64_t>(number);
@@ -48,13 +50,36 @@ struct Journal::Statements {
                       "DELETE FROM events WHERE id IN (SELECT id FROM events ORDER BY id LIMIT ?)"),
         remove_aged(of,
                     "DELETE FROM events WHERE time < ?1 AND id IN "
-                    "(SELECT id FROM events ORDER BY id LIMIT ?2)") {}
+                    "(SELECT id FROM events ORDER BY id LIMIT ?2)"),
+        insert_value(of,
+                     "INSERT INTO value_rows(entry, time, clock, type, bits, value) "
+                     "VALUES(?, ?, ?, ?, ?, ?)"),
+        set_newest(of, "UPDATE value_entries SET newest = last_insert_rowid() WHERE id = ?"),
+        oldest_value(of,
+                     "SELECT id FROM value_rows WHERE id NOT IN (SELECT newest FROM value_entries) "
+                     "ORDER BY id LIMIT 1"),
+        remove_entries(of,
+                       "DELETE FROM value_entries WHERE newest < ? AND "
+                       "(SELECT value FROM value_rows WHERE id = newest) IS NULL"),
+        remove_values(of,
+                      "DELETE FROM value_rows WHERE id IN (SELECT id FROM value_rows WHERE id NOT "
+                      "IN (SELECT newest FROM value_entries) ORDER BY id LIMIT ?)"),
+        remove_aged_values(of,
+                           "DELETE FROM value_rows WHERE time < ?1 AND id IN (SELECT id FROM "
+                           "value_rows WHERE id NOT IN (SELECT newest FROM value_entries) "
+                           "ORDER BY id LIMIT ?2)") {}
 
   Statement insert;
   Statement stream;
   Statement limit;
   Statement remove_oldest;
   Statement remove_aged;
+  Statement insert_value;
+  Statement set_newest;
+  Statement oldest_value;
+  Statement remove_entries;
+  Statement remove_values;
+  Statement remove_aged_values;
 };
 
 Journal::Journal(config::Journal plan) : plan_(std::move(plan)) {
@@ -73,6 +98,7 @@ std::string Journal::unusable_file() const {
 
 void Journal::close() {
   statements_.reset();
+  value_entries_.clear();  // those of a failed transaction do not exist
   database_.close();
 }
 
@@ -134,7 +160,8 @@ int Journal::open_file() {
     }
   }
   if (error == SQLITE_OK) {
-    const std::int64_t pages = static_cast<std::int64_t>(plan_.max_size) / kPageBytes;
+    const std::int64_t pages =
+        static_cast<std::int64_t>(plan_.max_size + plan_.values_size) / kPageBytes;
     error = database_.execute(fmt::format("PRAGMA max_page_count={}", pages).c_str());
   }
   return error == SQLITE_OK ? read_numbers() : error;
@@ -142,8 +169,9 @@ int Journal::open_file() {
 
 int Journal::create() {
   const int error = database_.execute(
-      fmt::format("BEGIN IMMEDIATE; PRAGMA application_id={}; PRAGMA user_version={}; {}{} COMMIT",
-                  kJournalApplication, kJournalVersion, kJournalTables, kLastRunTable)
+      fmt::format(
+          "BEGIN IMMEDIATE; PRAGMA application_id={}; PRAGMA user_version={}; {}{}{} COMMIT",
+          kJournalApplication, kJournalVersion, kJournalTables, kLastRunTable, kValueTables)
           .c_str());
   if (error != SQLITE_OK) {
     database_.execute("ROLLBACK");
@@ -192,28 +220,21 @@ int Journal::read_last_run() {
   if (last_run_read_ || version_ < 2) {
     return SQLITE_OK;
   }
-  int error = SQLITE_OK;
-  const auto ended = database_.number("SELECT ended FROM last_run", error);
-  const auto lost =
-      error == SQLITE_OK ? database_.number("SELECT lost FROM last_run", error) : std::nullopt;
-  if (error == SQLITE_OK && ended && lost) {
-    last_run_ = {*ended != 0, loaded(*lost)};
+  Statement row(database_.get(), version_ < kFirstVersionWithValues
+                                     ? "SELECT ended, lost, 0 FROM last_run"
+                                     : "SELECT ended, lost, written FROM last_run");
+  const int result = row.step();
+  if (result == SQLITE_ROW) {
+    last_run_ = {row.number(0) != 0, loaded(row.number(1)), Instant(Duration(row.number(2)))};
   }
-  return error;
+  return result == SQLITE_ROW || result == SQLITE_DONE ? SQLITE_OK : result;
 }
 
-// In the transaction of a store(): a file of version 1 on a full disk can still be opened.
 int Journal::mark(const LastRun& run) {
-  int error = SQLITE_OK;
-  if (version_ < kJournalVersion) {
-    error = database_.execute(
-        fmt::format("{} PRAGMA user_version={}", kLastRunTable, kJournalVersion).c_str());
-  }
-  return error != SQLITE_OK || run == marked_
-             ? error
-             : database_.execute(fmt::format("INSERT OR REPLACE INTO last_run VALUES(1, {}, {})",
-                                             run.ended ? 1 : 0, stored(run.lost))
-                                     .c_str());
+  return database_.execute(fmt::format("INSERT OR REPLACE INTO last_run VALUES(1, {}, {}, {})",
+                                       run.ended ? 1 : 0, stored(run.lost),
+                                       run.written.time_since_epoch().count())
+                               .c_str());
 }
 
 // The database first: without its log it would be a sound journal with limits of the past, from
@@ -221,7 +242,6 @@ int Journal::mark(const LastRun& run) {
 int Journal::set_file_aside() {
   close();
   checked_ = false;
-  marked_.reset();
   std::error_code error;
   std::filesystem::remove(unusable_file() + "-wal", error);
   if (!error) {
@@ -243,17 +263,14 @@ int Journal::move_log_aside() {
   return error ? SQLITE_CANTOPEN : SQLITE_OK;
 }
 
-int Journal::store(std::span<const JournalEntry> entries, std::uint64_t stream,
-                   std::span<const NumberLimit> limits, Instant utc,
-                   std::optional<std::uint64_t> lost_at_end) {
-  LINEGATE_ASSERT(entries.size() <= kMostEntries, "the free pages suffice for the entries");
+int Journal::store(const JournalBatch& batch, Instant utc) {
+  LINEGATE_ASSERT(batch.entries.size() <= kMostEntries && batch.values.size() <= kMostValues,
+                  "the free pages suffice for the entries and values");
   if (!is_open()) {
     return SQLITE_CANTOPEN;
   }
   int error = database_.execute("BEGIN IMMEDIATE");
-  const LastRun run{lost_at_end.has_value(), lost_at_end.value_or(0)};
-  error = error == SQLITE_OK ? write(entries, stream, limits, utc) : error;
-  error = error == SQLITE_OK ? mark(run) : error;
+  error = error == SQLITE_OK ? write(batch, utc) : error;
   error = error == SQLITE_OK ? database_.execute("COMMIT") : error;
   if (error != SQLITE_OK) {
     database_.execute("ROLLBACK");
@@ -264,32 +281,131 @@ int Journal::store(std::span<const JournalEntry> entries, std::uint64_t stream,
   set_aside_ = 0;
   version_ = kJournalVersion;
   last_run_read_ = true;
-  marked_ = run;
-  if (stream != stream_) {
+  if (batch.stream != stream_) {
     limits_.clear();
   }
-  stream_ = stream;
-  for (const NumberLimit& one : limits) {
+  stream_ = batch.stream;
+  for (const NumberLimit& one : batch.limits) {
     limits_[one.line] = one.limit;
   }
   return SQLITE_OK;
 }
 
-int Journal::write(std::span<const JournalEntry> entries, std::uint64_t stream,
-                   std::span<const NumberLimit> limits, Instant utc) {
-  int error = trim(utc);
-  for (auto entry = entries.begin(); error == SQLITE_OK && entry != entries.end(); ++entry) {
+// A file of an earlier version gets its further tables here, so that it can be opened on a full
+// disk.
+int Journal::write(const JournalBatch& batch, Instant utc) {
+  int error = SQLITE_OK;
+  if (version_ < kJournalVersion) {
+    error = database_.execute(fmt::format("{}{} PRAGMA user_version={}",
+                                          version_ < 2 ? kLastRunTable : "", kValueTables,
+                                          kJournalVersion)
+                                  .c_str());
+    statements_ = std::make_unique<Statements>(database_.get());
+  }
+  error = error == SQLITE_OK ? trim(utc) : error;
+  if (error == SQLITE_OK && !last_run_read_) {
+    error = end_values(last_run_.written);
+  }
+  for (auto entry = batch.entries.begin(); error == SQLITE_OK && entry != batch.entries.end();
+       ++entry) {
     error = insert(*entry);
   }
-  if (error == SQLITE_OK && stream != stream_) {
-    statements_->stream.bind(1, stored(stream));
+  for (auto value = batch.values.begin(); error == SQLITE_OK && value != batch.values.end();
+       ++value) {
+    error = insert(*value);
+  }
+  if (error == SQLITE_OK && batch.lost_at_end) {
+    error = end_values(utc);
+  }
+  error = error == SQLITE_OK ? write_numbers(batch) : error;
+  return error == SQLITE_OK
+             ? mark({batch.lost_at_end.has_value(), batch.lost_at_end.value_or(0), utc})
+             : error;
+}
+
+int Journal::write_numbers(const JournalBatch& batch) {
+  int error = SQLITE_OK;
+  if (batch.stream != stream_) {
+    statements_->stream.bind(1, stored(batch.stream));
     error = statements_->stream.run();
     error = error == SQLITE_OK ? database_.execute("DELETE FROM lines") : error;
   }
-  for (auto one = limits.begin(); error == SQLITE_OK && one != limits.end(); ++one) {
+  for (auto one = batch.limits.begin(); error == SQLITE_OK && one != batch.limits.end(); ++one) {
     statements_->limit.bind(1, std::string_view(one->line));
     statements_->limit.bind(2, stored(one->limit));
     error = statements_->limit.run();
+  }
+  return error;
+}
+
+int Journal::number_of(const ValueEntry& entry, std::int64_t& number) {
+  if (const auto known = value_entries_.find(entry); known != value_entries_.end()) {
+    number = known->second;
+    return SQLITE_OK;
+  }
+  int error = SQLITE_OK;
+  for (const char* const text :
+       {"INSERT OR IGNORE INTO value_entries(line, direction, node, name) VALUES(?1, ?2, ?3, ?4)",
+        "SELECT id FROM value_entries WHERE line = ?1 AND direction = ?2 AND node = ?3 AND "
+        "name = ?4"}) {
+    Statement statement(database_.get(), text);
+    statement.bind(1, std::string_view(entry.line));
+    statement.bind(2, static_cast<std::int64_t>(entry.direction));
+    statement.bind(3, std::int64_t{entry.node});
+    statement.bind(4, std::string_view(entry.name));
+    const int result = statement.step();
+    error = result == SQLITE_ROW || result == SQLITE_DONE ? error : result;
+    number = result == SQLITE_ROW ? statement.number(0) : 0;
+  }
+  if (error == SQLITE_OK) {
+    value_entries_.emplace(entry, number);
+  }
+  return error;
+}
+
+int Journal::insert(const StoredValue& value) {
+  std::int64_t number = 0;
+  const int error = number_of(*value.entry, number);
+  return error == SQLITE_OK ? insert(number, value) : error;
+}
+
+int Journal::insert(std::int64_t entry, const StoredValue& value) {
+  Statement& to = statements_->insert_value;
+  to.bind(1, entry);
+  to.bind(2, value.time.time_since_epoch().count());
+  to.bind(3, static_cast<std::int64_t>(value.clock));
+  to.bind(4, static_cast<std::int64_t>(value.type));
+  to.bind(5, std::int64_t{value.bits});
+  if (value.value) {
+    to.bind(6, stored(*value.value));
+  } else {
+    to.bind_null(6);
+  }
+  const int error = to.run();
+  statements_->set_newest.bind(1, entry);
+  return error == SQLITE_OK ? statements_->set_newest.run() : error;
+}
+
+// No value holds while no gateway reads it. The time of its clock is not known.
+int Journal::end_values(Instant utc) {
+  std::vector<std::pair<std::int64_t, StoredValue>> valid;
+  Statement rows(database_.get(),
+                 "SELECT e.id, max(v.time, ?1), v.type, v.bits FROM value_entries e "
+                 "JOIN value_rows v ON v.id = e.newest WHERE v.value IS NOT NULL");
+  rows.bind(1, utc.time_since_epoch().count());
+  int result = SQLITE_OK;
+  while ((result = rows.step()) == SQLITE_ROW) {
+    valid.emplace_back(rows.number(0),
+                       StoredValue{.entry = {},
+                                   .time = Instant(Duration(rows.number(1))),
+                                   .clock = ClockQuality::unknown,
+                                   .type = static_cast<od::DataType>(rows.number(2)),
+                                   .bits = static_cast<std::uint16_t>(rows.number(3)),
+                                   .value = {}});
+  }
+  int error = result == SQLITE_DONE ? SQLITE_OK : result;
+  for (auto one = valid.begin(); error == SQLITE_OK && one != valid.end(); ++one) {
+    error = insert(one->first, one->second);
   }
   return error;
 }
@@ -312,24 +428,65 @@ int Journal::insert(const JournalEntry& entry) {
   return to.run();
 }
 
-bool Journal::is_nearly_full(int& error) {
+// Values do not use the room of entries.
+bool Journal::is_nearly_full(std::int64_t value_rows, int& error) {
   const auto pages = database_.number("PRAGMA page_count", error);
   const auto unused =
       error == SQLITE_OK ? database_.number("PRAGMA freelist_count", error) : std::nullopt;
   const std::int64_t most = static_cast<std::int64_t>(plan_.max_size) / kPageBytes;
-  return error == SQLITE_OK && *pages - *unused + std::max(kSparePages, most / 50) > most;
+  const std::int64_t of_values = value_rows * kValueRowBytes / kPageBytes;
+  return error == SQLITE_OK &&
+         *pages - *unused - of_values + std::max(kSparePages, most / 50) > most;
+}
+
+// The newest value of an entry is not removed as long as it holds. An entry whose last value has
+// ended, and is older than all others, is removed with it.
+int Journal::trim_values(std::int64_t& rows) {
+  if (version_ < kFirstVersionWithValues) {
+    return SQLITE_OK;
+  }
+  int error = SQLITE_OK;
+  const auto newest = database_.number("SELECT max(id) FROM value_rows", error);
+  const auto entries = error == SQLITE_OK
+                           ? database_.number("SELECT count(*) FROM value_entries", error)
+                           : std::nullopt;
+  if (error != SQLITE_OK) {
+    return error;
+  }
+  const int result = statements_->oldest_value.step();
+  const std::int64_t oldest = result == SQLITE_ROW ? statements_->oldest_value.number(0) : 0;
+  statements_->oldest_value.reset();
+  if (result != SQLITE_ROW) {
+    return result == SQLITE_DONE ? SQLITE_OK : result;
+  }
+  const std::int64_t most = static_cast<std::int64_t>(plan_.values_size) / kValueRowBytes;
+  rows = *newest - oldest + 1;
+  statements_->remove_entries.bind(1, oldest);
+  error = statements_->remove_entries.run();
+  if (error == SQLITE_OK && sqlite3_changes(database_.get()) > 0) {
+    value_entries_.clear();
+  }
+  // All entries may end in one transaction
+  if (error == SQLITE_OK && rows + static_cast<std::int64_t>(kMostValues) + *entries > most) {
+    statements_->remove_values.bind(1, kRemovedAtOnce + *entries);
+    error = statements_->remove_values.run();
+  }
+  return error;
 }
 
 // By age: of the oldest stored entries, because the clock may have been wrong when an entry was
 // made.
 int Journal::trim(Instant utc) {
-  int error = SQLITE_OK;
+  std::int64_t value_rows = 0;
+  int error = trim_values(value_rows);
   if (plan_.max_age > Duration::zero()) {
-    statements_->remove_aged.bind(1, (utc - plan_.max_age).time_since_epoch().count());
-    statements_->remove_aged.bind(2, kRemovedAtOnce);
-    error = statements_->remove_aged.run();
+    for (Statement* const remove : {&statements_->remove_aged, &statements_->remove_aged_values}) {
+      remove->bind(1, (utc - plan_.max_age).time_since_epoch().count());
+      remove->bind(2, kRemovedAtOnce);
+      error = error == SQLITE_OK ? remove->run() : error;
+    }
   }
-  if (error == SQLITE_OK && is_nearly_full(error)) {
+  if (error == SQLITE_OK && is_nearly_full(value_rows, error)) {
     statements_->remove_oldest.bind(1, kRemovedAtOnce);
     error = statements_->remove_oldest.run();
   }

@@ -16,6 +16,7 @@
 #include "gateway/exchange/cell.h"
 #include "gateway/journal/database.h"
 #include "gateway/journal/entry.h"
+#include "gateway/journal/stored_value.h"
 #include "stack/base/time.h"
 
 namespace linegate::gateway {
@@ -26,10 +27,22 @@ struct NumberLimit {
   std::uint64_t limit = 0;
 };
 
+// What one transaction stores.
+struct JournalBatch {
+  std::span<const JournalEntry> entries{};  // up to Journal::kMostEntries
+  std::span<const StoredValue> values{};    // up to Journal::kMostValues
+  std::uint64_t stream = 0;                 // of later numbers
+  std::span<const NumberLimit> limits{};    // of all lines if the stream is another one
+  // The run ends with this transaction, and so many of its entries are missing. Nothing: the file
+  // says that the run has not ended.
+  std::optional<std::uint64_t> lost_at_end{};
+};
+
 // How the run of the gateway that wrote the file last ended.
 struct LastRun {
   bool ended = true;       // in order; also of a file that does not say it
   std::uint64_t lost = 0;  // its entries that are missing, and that no event reported
+  Instant written{};       // UTC: of its last transaction
 
   friend bool operator==(const LastRun&, const LastRun&) = default;
 };
@@ -64,16 +77,14 @@ class Journal {
   const LastRun& last_run() const { return last_run_; }
   std::string unusable_file() const;
 
-  // Stores all of this, or nothing, and waits for the disk: up to kMostEntries entries, except
-  // those that are stored already, the stream of later numbers, and limits (of all lines if the
-  // stream is another one). Removes the oldest entries beyond max_size and max_age. utc: the
-  // present time. lost_at_end: the run ends with this call, and so many of its entries are missing;
-  // without it, the file says that the run has not ended. Returns 0 or the result code of SQLite;
-  // the journal is then closed.
+  // Stores all of this, or nothing, and waits for the disk; entries that are stored already are
+  // skipped. Removes the oldest entries beyond max_size, the oldest values beyond values_size, and
+  // both beyond max_age; but not the newest value of an entry while it holds. The first call ends
+  // the values of the last run at the time of its last transaction, and the last call those of this
+  // run. utc: the present time. Returns 0 or the result code of SQLite; the journal is then closed.
   static constexpr std::size_t kMostEntries = 256;
-  int store(std::span<const JournalEntry> entries, std::uint64_t stream,
-            std::span<const NumberLimit> limits, Instant utc,
-            std::optional<std::uint64_t> lost_at_end = std::nullopt);
+  static constexpr std::size_t kMostValues = 256;
+  int store(const JournalBatch& batch, Instant utc);
 
   // Ends the calls in progress and later ones with SQLITE_INTERRUPT, at their next statement or
   // after some steps of it. A call that waits for the disk does not return earlier. Any thread.
@@ -89,13 +100,18 @@ class Journal {
   int set_file_aside();
   int move_log_aside();
   int lock();
-  int write(std::span<const JournalEntry> entries, std::uint64_t stream,
-            std::span<const NumberLimit> limits, Instant utc);
+  int write(const JournalBatch& batch, Instant utc);
+  int write_numbers(const JournalBatch& batch);
   int read_last_run();
   int mark(const LastRun& run);
+  int insert(const StoredValue& value);
+  int insert(std::int64_t entry, const StoredValue& value);
+  int number_of(const ValueEntry& entry, std::int64_t& number);
+  int end_values(Instant utc);
+  int trim_values(std::int64_t& rows);
   int insert(const JournalEntry& entry);
   int trim(Instant utc);
-  bool is_nearly_full(int& error);
+  bool is_nearly_full(std::int64_t value_rows, int& error);
 
   const config::Journal plan_;
   Database database_;
@@ -105,7 +121,7 @@ class Journal {
   int version_ = 0;             // of the tables
   bool last_run_read_ = false;  // a later open() reads the mark of this run
   LastRun last_run_;
-  std::optional<LastRun> marked_;  // of this run in the file
+  std::map<ValueEntry, std::int64_t> value_entries_;  // their number in the file
   int set_aside_ = 0;
   int unusable_ = 0;      // result code of a store() that found damage
   bool checked_ = false;  // the contents of the file

@@ -99,7 +99,7 @@ int JournalPages::read_page(const JournalRead& request, request::JournalPage& pa
                             bool& is_foreign) {
   JournalReader::Extent extent;
   Window window;
-  int error = reader_.extent(extent);
+  int error = reader_.extent(JournalReader::Table::events, extent);
   error = error == SQLITE_OK ? begin(request, extent, window, page) : error;
   error = error == SQLITE_OK ? make_cursor(extent.newest, page.newest) : error;
   is_foreign = window.is_foreign;
@@ -164,7 +164,8 @@ int JournalPages::check_cursor(const JournalCursor& cursor, const JournalReader:
     return SQLITE_OK;
   }
   std::optional<std::uint64_t> check;
-  const int error = reader_.check_of(static_cast<std::int64_t>(cursor.position), check);
+  const int error = reader_.check_of(JournalReader::Table::events,
+                                     static_cast<std::int64_t>(cursor.position), check);
   window.is_foreign = check && *check != cursor.check;
   return error;
 }
@@ -172,7 +173,7 @@ int JournalPages::check_cursor(const JournalCursor& cursor, const JournalReader:
 // Without an entry, which was removed meanwhile: no later one of this file is at the position.
 int JournalPages::make_cursor(std::int64_t position, JournalCursor& cursor) {
   std::optional<std::uint64_t> check;
-  const int error = reader_.check_of(position, check);
+  const int error = reader_.check_of(JournalReader::Table::events, position, check);
   cursor = {static_cast<std::uint64_t>(position), check.value_or(0)};
   return error;
 }

@@ -45,16 +45,17 @@ JournalEntry entry_of(const Statement& row) {
   return out;
 }
 
-int check_version(Database& database) {
+int read_version(Database& database, int& version) {
   int error = SQLITE_OK;
   const auto application = database.number("PRAGMA application_id", error);
-  const auto version =
+  const auto found =
       error == SQLITE_OK ? database.number("PRAGMA user_version", error) : std::nullopt;
   if (error != SQLITE_OK) {
     return error;
   }
-  const bool readable = application == kJournalApplication && version >= kOldestJournalVersion &&
-                        version <= kJournalVersion;
+  const bool readable = application == kJournalApplication && found >= kOldestJournalVersion &&
+                        found <= kJournalVersion;
+  version = readable ? static_cast<int>(*found) : 0;
   return readable ? SQLITE_OK : SQLITE_MISMATCH;
 }
 
@@ -118,25 +119,32 @@ std::uint64_t fnv_1a(std::initializer_list<std::int64_t> numbers, std::string_vi
   return hash;
 }
 
-}  // namespace
-
 // Without a writer, SQLite needs to create files beside a journal, unless it is said not to change.
-int JournalReader::open(const std::string& file) {
-  file_ = file;
-  identity_ = identity_of(file);
-  int error = database_.open(file, Database::Use::read);
-  error = error == SQLITE_OK ? check_version(database_) : error;
+int open_journal(const std::string& file, Database& database, int& version) {
+  int error = database.open(file, Database::Use::read);
+  error = error == SQLITE_OK ? read_version(database, version) : error;
   const int primary = error & 0xFF;
   std::error_code ignored;
   if ((primary == SQLITE_CANTOPEN || primary == SQLITE_READONLY) &&
       std::filesystem::is_regular_file(file, ignored) &&
       !std::filesystem::exists(file + "-wal", ignored)) {
-    error = database_.open(file, Database::Use::read_alone);
-    error = error == SQLITE_OK ? check_version(database_) : error;
+    error = database.open(file, Database::Use::read_alone);
+    error = error == SQLITE_OK ? read_version(database, version) : error;
   }
   if (error != SQLITE_OK) {
-    database_.close();
+    database.close();
   }
+  return error;
+}
+
+}  // namespace
+
+int JournalReader::open(const std::string& file) {
+  file_ = file;
+  identity_ = identity_of(file);
+  int version = 0;
+  const int error = open_journal(file, database_, version);
+  has_values_ = version >= kFirstVersionWithValues;
   return error;
 }
 
@@ -151,23 +159,35 @@ bool JournalReader::is_replaced() const {
 }
 
 // After all entries were removed, the next position is still known.
-int JournalReader::extent(Extent& out) {
+int JournalReader::extent(Table table, Extent& out) {
+  out = {};
+  if (table == Table::values && !has_values_) {
+    return SQLITE_OK;
+  }
+  const char* const name = table == Table::events ? "events" : "value_rows";
   int error = SQLITE_OK;
-  const auto newest =
-      database_.number("SELECT seq FROM sqlite_sequence WHERE name = 'events'", error);
-  const auto oldest =
-      error == SQLITE_OK ? database_.number("SELECT min(id) FROM events", error) : std::nullopt;
+  const auto newest = database_.number(
+      fmt::format("SELECT seq FROM sqlite_sequence WHERE name = '{}'", name), error);
+  const auto oldest = error == SQLITE_OK
+                          ? database_.number(fmt::format("SELECT min(id) FROM {}", name), error)
+                          : std::nullopt;
   out.newest = newest.value_or(0);
   // min() of no entry is NULL, which reads as 0
   out.oldest = oldest.value_or(0) > 0 ? *oldest : out.newest + 1;
   return error;
 }
 
-int JournalReader::check_of(std::int64_t position, std::optional<std::uint64_t>& check) {
-  Statement row(database_.get(), "SELECT stream, number, line FROM events WHERE id = ?1");
+int JournalReader::check_of(Table table, std::int64_t position,
+                            std::optional<std::uint64_t>& check) {
+  check.reset();
+  if (table == Table::values && !has_values_) {
+    return SQLITE_OK;
+  }
+  Statement row(database_.get(), table == Table::events
+                                     ? "SELECT stream, number, line FROM events WHERE id = ?1"
+                                     : "SELECT time, entry, '' FROM value_rows WHERE id = ?1");
   row.bind(1, position);
   const int result = row.step();
-  check.reset();
   if (result == SQLITE_ROW) {
     check = fnv_1a({row.number(0), row.number(1)}, row.text(2));
   }

@@ -60,6 +60,7 @@ void raise(exchange::Counter& counter, std::uint64_t to) {
 JournalThread::JournalThread(Options options)
     : options_(std::move(options)),
       entries_(options_.queued),
+      values_(options_.queued_values),
       stream_(options_.incarnation),
       journal_(options_.plan),
       batch_(Journal::kMostEntries),
@@ -224,6 +225,14 @@ void JournalThread::record(JournalEntry& entry) {
   }
 }
 
+bool JournalThread::record(StoredValue value) {
+  const bool queued = values_.push(value);
+  if (!queued) {
+    wakeup_.signal();
+  }
+  return queued;
+}
+
 void JournalThread::run() {
   pthread_setname_np(pthread_self(), "journal");
   const auto period =
@@ -251,8 +260,9 @@ void JournalThread::work(bool last) {
   }
   for (;;) {
     take_entries();
+    take_values();
     const auto due = limits(stream_stored_ != journal_.stream());
-    if (batch_size_ == 0 && due.empty() && now < trim_due_) {
+    if (batch_size_ == 0 && value_batch_.empty() && due.empty() && now < trim_due_) {
       break;
     }
     trim_due_ = now + kTrimPeriod;
@@ -310,6 +320,12 @@ void JournalThread::take_entries() {
   }
 }
 
+void JournalThread::take_values() {
+  for (StoredValue value; value_batch_.size() < Journal::kMostValues && values_.pop(value);) {
+    value_batch_.push_back(std::move(value));
+  }
+}
+
 std::vector<NumberLimit> JournalThread::limits(bool all) const {
   std::vector<NumberLimit> out;
   for (const NumberedLine* line : known_) {
@@ -341,13 +357,18 @@ bool JournalThread::store(const std::vector<NumberLimit>& limits,
   const std::uint64_t before = journal_.stream();
   const int set_aside = journal_.set_aside();
   const Instant utc = monotonic_now() + clock_.map().offset;
-  const int error = journal_.store(std::span(batch_).first(batch_size_), stream_stored_, limits,
-                                   utc, lost_at_end);
+  const int error = journal_.store({.entries = std::span(batch_).first(batch_size_),
+                                    .values = value_batch_,
+                                    .stream = stream_stored_,
+                                    .limits = limits,
+                                    .lost_at_end = lost_at_end},
+                                   utc);
   if (error != SQLITE_OK) {
     failed(error, monotonic_now());
     return false;
   }
   batch_size_ = 0;
+  value_batch_.clear();
   failing_shown_.lower();
   if (before != stream_stored_) {
     report(event::JournalCondition::renewed, set_aside);
@@ -372,7 +393,7 @@ void JournalThread::report_last_run() {
       event::JournalCondition::working,
       static_cast<std::uint32_t>(last.ended ? SQLITE_NOTICE : SQLITE_NOTICE_RECOVER_WAL),
       in_32_bits(last.lost)};
-  last_run_reported_ = last == LastRun{} || news_.push(news);
+  last_run_reported_ = (last.ended && last.lost == 0) || news_.push(news);
 }
 
 void JournalThread::failed(int error, Instant now) {

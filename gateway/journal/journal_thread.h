@@ -44,6 +44,7 @@ class JournalThread {
     Duration period = std::chrono::milliseconds(500);  // between two commits, at most
     Duration retry_period = std::chrono::seconds(1);   // while the journal fails
     std::size_t queued = 8192;                         // entries that wait for the disk, at most
+    std::size_t queued_values = 8192;                  // the same of values
     std::uint64_t reserved = 16'384;                   // numbers of a line that are set aside
   };
 
@@ -88,6 +89,8 @@ class JournalThread {
   // Queues the entry with stream() and the incarnation. If the queue is full it is dropped and
   // counted. The entry becomes that of an earlier call, for the memory of its members.
   void record(JournalEntry& entry);
+  // Queues a value of the value history. False: the queue is full.
+  bool record(StoredValue value);
 
  private:
   // Of the first open(): its result counts if it comes before the thread that waits gives up.
@@ -104,6 +107,7 @@ class JournalThread {
   void take_lines();
   bool open(Instant now);
   void take_entries();
+  void take_values();
   std::vector<NumberLimit> limits(bool all) const;
   std::vector<NumberLimit> final_limits() const;
   bool store(const std::vector<NumberLimit>& limits,
@@ -119,6 +123,7 @@ class JournalThread {
   exchange::Ring<NumberedLine*> new_lines_{2048};     // main to journal
   exchange::Ring<event::JournalState> news_{64};      // journal to main
   exchange::Ring<JournalEntry> entries_;              // publisher to journal
+  exchange::Ring<StoredValue> values_;                // publisher to journal
   exchange::Counter dropped_;                         // by the publisher
   exchange::Counter announced_;                       // by main: lost entries in pop_news()
   exchange::Flag ended_;                              // by the journal: run() has ended
@@ -135,9 +140,10 @@ class JournalThread {
   std::vector<NumberedLine*> known_;
   std::vector<JournalEntry> batch_;  // not stored yet; its first batch_size_ are used
   std::size_t batch_size_ = 0;
-  std::uint64_t taken_ = 0;          // entries of the queue
-  std::uint64_t first_stream_;       // of the file, or the incarnation
-  std::uint64_t stream_stored_ = 0;  // of the newest entry
+  std::vector<StoredValue> value_batch_;  // not stored yet
+  std::uint64_t taken_ = 0;               // entries of the queue
+  std::uint64_t first_stream_;            // of the file, or the incarnation
+  std::uint64_t stream_stored_ = 0;       // of the newest entry
   std::uint64_t dropped_seen_ = 0;
   bool failing_ = false;
   bool opening_seen_ = false;

@@ -6,10 +6,11 @@
 namespace linegate::gateway {
 
 inline constexpr int kJournalApplication = 0x4C67'4A6C;  // "LgJl"
-inline constexpr int kJournalVersion = 2;
+inline constexpr int kJournalVersion = 3;
 // Files of this version and later ones are read; the first store() makes the tables of the present
 // version.
 inline constexpr int kOldestJournalVersion = 1;
+inline constexpr int kFirstVersionWithValues = 3;
 
 inline constexpr const char* kJournalTables = R"sql(
 CREATE TABLE stream(only INTEGER PRIMARY KEY CHECK(only = 1), id INTEGER NOT NULL);
@@ -28,6 +29,18 @@ CREATE INDEX events_time ON events(time);
 inline constexpr const char* kLastRunTable = R"sql(
 CREATE TABLE last_run(only INTEGER PRIMARY KEY CHECK(only = 1), ended INTEGER NOT NULL,
                       lost INTEGER NOT NULL);
+)sql";
+
+// Of version 3: the time of the last transaction, and the value history. `newest` is the row of the
+// newest value of the entry, so that no index of value_rows is needed.
+inline constexpr const char* kValueTables = R"sql(
+ALTER TABLE last_run ADD COLUMN written INTEGER NOT NULL DEFAULT 0;
+CREATE TABLE value_entries(
+  id INTEGER PRIMARY KEY, line TEXT NOT NULL, direction INTEGER NOT NULL, node INTEGER NOT NULL,
+  name TEXT NOT NULL, newest INTEGER NOT NULL DEFAULT 0, UNIQUE(line, direction, node, name));
+CREATE TABLE value_rows(
+  id INTEGER PRIMARY KEY AUTOINCREMENT, entry INTEGER NOT NULL, time INTEGER NOT NULL,
+  clock INTEGER NOT NULL, type INTEGER NOT NULL, bits INTEGER NOT NULL, value INTEGER);
 )sql";
 
 }  // namespace linegate::gateway

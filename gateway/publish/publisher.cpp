@@ -27,6 +27,8 @@ namespace {
 constexpr Duration kClockPeriod = std::chrono::milliseconds(500);
 constexpr Duration kStatePeriod = std::chrono::seconds(1);
 constexpr Duration kImageRetry = std::chrono::milliseconds(5);
+constexpr Duration kEndRetry = std::chrono::milliseconds(250);
+constexpr std::size_t kMostEnding = 256;  // lines whose values have to be ended
 constexpr Duration kFailurePeriod = std::chrono::seconds(10);
 
 // Compares the members whose changes are published at once; counters and load follow every second.
@@ -131,6 +133,9 @@ Publisher::Line::Line(LineHost& line_host, LineHistory& line_history, NumberedLi
   for (const auto& device : line_host.plan.config.devices) {
     nodes[device.id].name = device.name;
   }
+  if (numbered_line != nullptr && !line_host.plan.history.entries.empty()) {
+    values = std::make_unique<ValueSampler>(line_host.plan.history, line_host.name(), layouts);
+  }
 }
 
 Publisher::Publisher(DataEdge& edge, std::span<const std::unique_ptr<LineHost>> lines,
@@ -162,6 +167,15 @@ void Publisher::set_lines(std::span<const std::unique_ptr<LineHost>> lines) {
     history.restart();
     lines_.push_back(std::make_unique<Line>(*host, history, numbers));
   }
+  for (const auto& gone : before) {
+    if (gone != nullptr && gone->values != nullptr) {
+      ending_.push_back(std::move(gone->values));
+    }
+  }
+  if (ending_.size() > kMostEnding) {
+    ending_.erase(ending_.begin(), ending_.end() - kMostEnding);
+  }
+  end_values();
   interfaces_.clear();
   for (const auto& host : lines) {
     interfaces_.emplace_back(host->interface(), host->name());
@@ -238,9 +252,10 @@ Instant Publisher::step(Instant now) {
     }
     rounds_.add();
     next = earlier(next, publish_updates(*line, now));
+    next = earlier(next, store_values(*line, now));
   }
   report_failures(now);
-  return next;
+  return earlier(next, end_values());
 }
 
 void Publisher::refresh_clock(Instant now) {
@@ -429,6 +444,9 @@ void Publisher::publish_new_layouts(Line& line) {
     }
   }
   line.updates = PdoUpdates(line.host->plan.pdo_min_period);
+  if (line.values != nullptr) {
+    line.values->use(line.layouts, monotonic_now());
+  }
 }
 
 bool Publisher::publish_image(Line& line, image::Direction direction) {
@@ -451,6 +469,9 @@ bool Publisher::publish_image(Line& line, image::Direction direction) {
   if (direction == image::Direction::inputs) {
     line.updates.add(*snapshot);
   }
+  if (line.values != nullptr) {
+    line.values->add(*snapshot);
+  }
   if (line.sequences[static_cast<std::size_t>(direction)].admit(*snapshot)) {
     edge_.publish_image(line.info.name, *snapshot);
   }
@@ -461,6 +482,24 @@ Instant Publisher::publish_updates(Line& line, Instant now) {
   return line.updates.publish_due(now, [&](const image::PdoMark& mark, std::uint32_t receptions) {
     edge_.publish_pdo_update(line.info.name, line.layouts[0], *line.inputs, mark, receptions);
   });
+}
+
+Instant Publisher::store_values(Line& line, Instant now) {
+  if (line.values == nullptr) {
+    return kNever;
+  }
+  return line.values->store_due(
+      now, clock_.map(), [&](StoredValue value) { return journal_->record(std::move(value)); });
+}
+
+// Of lines that have ended. While the disk fails, the queue of the journal may have no room.
+Instant Publisher::end_values() {
+  const Instant now = monotonic_now();
+  std::erase_if(ending_, [&](const auto& values) {
+    return values->end(now, clock_.map(),
+                       [&](StoredValue value) { return journal_->record(std::move(value)); });
+  });
+  return ending_.empty() ? kNever : now + kEndRetry;
 }
 
 // Publishes at most as many as the ring holds, because other data is waiting, too. The layout of a

@@ -23,6 +23,7 @@
 #include "gateway/publish/image_sequence.h"
 #include "gateway/publish/line_history.h"
 #include "gateway/publish/pdo_updates.h"
+#include "gateway/publish/value_sampler.h"
 #include "gateway/runtime/clock.h"
 #include "gateway/runtime/line_host.h"
 
@@ -95,6 +96,7 @@ class Publisher {
     PdoUpdates updates;
     image::Snapshot* inputs = nullptr;  // the last fetched snapshot
     std::array<ImageSequence, 2> sequences;
+    std::unique_ptr<ValueSampler> values;  // nullptr without a value history
   };
 
   void run();
@@ -106,6 +108,8 @@ class Publisher {
   bool publish_page();
   void publish_replies();
   void publish_events(Line& line, Instant now);
+  Instant store_values(Line& line, Instant now);
+  Instant end_values();
   void journalise(NumberedLine* numbers, const Event& event, std::string_view text);
   void publish_states(Line& line, Instant now);
   void publish_output_states(Line& line, Instant now);
@@ -136,7 +140,8 @@ class Publisher {
   NumberedLine* gateway_numbers_ = nullptr;
   JournalEntry entry_;
   std::uint64_t stream_published_ = 0;
-  std::map<std::string, Past, std::less<>> past_;  // of all present and earlier lines
+  std::vector<std::unique_ptr<ValueSampler>> ending_;  // of lines that have ended
+  std::map<std::string, Past, std::less<>> past_;      // of all present and earlier lines
   std::vector<std::unique_ptr<Line>> lines_;
   // Names of the lines by routing interface
   std::vector<std::pair<std::uint8_t, std::string>> interfaces_;

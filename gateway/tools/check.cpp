@@ -141,11 +141,12 @@ class Text {
     if (!plant.dds_security.empty())
       add("DDS-Security with the identity in {}\n", plant.dds_security);
     if (plant.journal) {
-      add("journal {}: up to {}, {}\n", plant.journal->file,
+      add("journal {}: up to {}, {}; values up to {}\n", plant.journal->file,
           config::format_size(plant.journal->max_size),
           plant.journal->max_age == Duration::zero()
               ? "events of any age"
-              : "events up to " + config::format_age(plant.journal->max_age));
+              : "events up to " + config::format_age(plant.journal->max_age),
+          config::format_size(plant.journal->values_size));
     }
     for (const auto& e : plant.executors) {
       add("executor {}: priority {}, processor {}, memory {}\n", e.name, e.priority,
@@ -276,6 +277,10 @@ class Text {
         format_duration(plan.pdo_min_period));
     entered(c.routing);
     add("  executor {}\n", plan.executor.empty() ? "of its own" : plan.executor);
+    if (!plan.history.entries.empty()) {
+      add("  history of {} entries, each at most every {}\n", plan.history.entries.size(),
+          format_duration(plan.history.min_interval));
+    }
     if (!plan.storage.empty()) {
       add("  stored parameters in {}\n", plan.storage);
     }

@@ -130,6 +130,10 @@ Json group_json(const line::OutputGroup& group, const image::Layout& outputs) {
            })}};
 }
 
+Json history_json(const config::History::Entry& entry) {
+  return {{"direction", image::name(entry.direction)}, {"entry", entry.name}};
+}
+
 Json settings_json(const config::LinePlan& plan, const line::LineConfig& line) {
   return {{"name", line.name},
           {"interface", plan.interface.uri},
@@ -155,7 +159,9 @@ Json settings_json(const config::LinePlan& plan, const line::LineConfig& line) {
           {"boot_time_ns", line.boot_time.count()},
           {"nmt_inhibit_ns", line.nmt_inhibit.count()},
           {"executor", plan.executor},
-          {"storage", plan.storage}};
+          {"storage", plan.storage},
+          {"history", array_of(plan.history.entries, history_json)},
+          {"history_min_interval_ns", plan.history.min_interval.count()}};
 }
 
 Json line_json(const config::LinePlan& plan) {
@@ -179,6 +185,7 @@ Json line_json(const config::LinePlan& plan) {
 Json journal_json(const config::Journal& journal) {
   return {{"file", journal.file},
           {"max_size", journal.max_size},
+          {"values_size", journal.values_size},
           {"max_age_s", std::chrono::floor<std::chrono::seconds>(journal.max_age).count()}};
 }
 

@@ -61,6 +61,7 @@ TEST(PlanDifference, RefusesAnotherJournal) {
                   .refusals.empty());
   for (const char* other : {"", "journal: {file: deploy/k.db, max_age: 2h}\n",
                             "journal: {file: deploy/j.db, max_age: 3h}\n",
+                            "journal: {file: deploy/j.db, max_age: 2h, values_size: 10MB}\n",
                             "journal: {file: deploy/j.db, max_age: 2h, max_size: 10MB}\n"}) {
     const auto refused = difference(running, plant(kA, other));
     ASSERT_EQ(refused.refusals.size(), 1U) << other;

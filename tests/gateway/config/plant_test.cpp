@@ -187,6 +187,28 @@ const Bad kBad[] = {
       "plant.yaml:2:41: error: expected a size from 10MB such as 100MB, got \"9MB\"",
       "plant.yaml:2:55: error: expected an age from 1min such as 90d or 36h, got \"1s\"",
       "plant.yaml:2:59: error: unknown key \"path\" in journal"}},
+    {"history",
+     "schema: 1\njournal: {file: deploy/j.db, values_size: 900kB}\nlines:\n"
+     "  - name: a\n"
+     "    interface: socketcan:can0\n"
+     "    nodes: [{id: 5, name: ram, eds: bridges/sim/eds/drive.eds}]\n"
+     "    history: {entries: [ram.Statuswort, ram.6041, [x]], min_interval: 10ms, every: 1s}\n",
+     {"plant.yaml:2:43: error: expected a size from 1MB such as 100MB, got \"900kB\"",
+      "plant.yaml:7:51: error: expected the name of an entry of the process image",
+      "plant.yaml:7:71: error: expected a time from 100ms to 86400s, got \"10ms\"",
+      "plant.yaml:7:77: error: unknown key \"every\" in history"}},
+    {"history_of_no_entry",
+     "schema: 1\njournal: {file: deploy/j.db}\nlines:\n"
+     "  - name: a\n"
+     "    interface: socketcan:can0\n"
+     "    nodes: [{id: 5, name: ram, eds: bridges/sim/eds/drive.eds}]\n"
+     "    history: [ram.Statuswort, ram.6041, lamp.*]\n",
+     {"plant.yaml:7:15: error: there is no input and no output \"ram.Statuswort\"; did you mean "
+      "\"ram.Statusword\"?",
+      "plant.yaml:7:41: error: there is no input and no output \"lamp.*\""}},
+    {"history_without_a_journal",
+     "schema: 1\nlines:\n  - {name: a, interface: socketcan:can0, history: [ram.Statusword]}\n",
+     {"plant.yaml:3:51: error: history needs the journal that stores it: journal: {file: ...}"}},
     {"journal_without_a_file",
      "schema: 1\njournal: {file: deploy}\nlines: [{name: a, interface: socketcan:can0}]\n",
      {"plant.yaml:2:17: error: journal needs the name of a file, not \"deploy\", such as "
@@ -371,10 +393,33 @@ TEST(Plant, AJournalHasDefaults) {
   EXPECT_TRUE(plain.value->journal->file.ends_with("deploy/j.db"));
   EXPECT_EQ(plain.value->journal->max_size, 250'000'000U);
   EXPECT_EQ(plain.value->journal->max_age, Duration::zero());
+  EXPECT_EQ(plain.value->journal->values_size, 50'000'000U);
   const auto full = journal("journal: {file: deploy/j.db, max_size: 10MB, max_age: 90d}\n");
   ASSERT_TRUE(full.value && full.value->journal) << testing::PrintToString(messages(full));
   EXPECT_EQ(full.value->journal->max_size, 10'000'000U);
   EXPECT_EQ(full.value->journal->max_age, std::chrono::hours(90 * 24));
+}
+
+TEST(Plant, AHistoryNamesInputsAndOutputs) {
+  const auto history = [](const std::string& keys) {
+    return read_text(
+        "schema: 1\njournal: {file: deploy/j.db, values_size: 2MB}\nlines:\n"
+        "  - name: a\n    interface: 'socketcan:can0'\n"
+        "    nodes: [{id: 5, name: ram, eds: bridges/sim/eds/drive.eds}]\n    history: " +
+        keys + "\n");
+  };
+  const auto plain = history("[ram.6041, ram.Controlword, ram.Statusword]");
+  ASSERT_TRUE(plain.ok()) << testing::PrintToString(messages(plain));
+  EXPECT_EQ(plain.value->journal->values_size, 2'000'000U);
+  const History& found = plain.value->lines.at(0).history;
+  EXPECT_EQ(found.entries,
+            (std::vector<History::Entry>{{image::Direction::inputs, 5, "ram.Statusword"},
+                                         {image::Direction::outputs, 5, "ram.Controlword"}}));
+  EXPECT_EQ(found.min_interval, 1s);
+  const auto full = history("{entries: ['ram.*'], min_interval: 5s}");
+  ASSERT_TRUE(full.ok()) << testing::PrintToString(messages(full));
+  EXPECT_GT(full.value->lines.at(0).history.entries.size(), 2U);
+  EXPECT_EQ(full.value->lines.at(0).history.min_interval, 5s);
 }
 
 TEST(Plant, TheDdsGuardIsOnUnlessSwitchedOff) {

@@ -5,6 +5,9 @@
 #include <csignal>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -48,6 +51,19 @@ inline std::vector<JournalEntry> entries(const std::string& line, std::uint64_t 
   return out;
 }
 
+inline int store(Journal& journal, std::span<const JournalEntry> entries, std::uint64_t stream,
+                 std::span<const NumberLimit> limits, Instant utc,
+                 std::optional<std::uint64_t> lost_at_end = std::nullopt) {
+  return journal.store(
+      {.entries = entries, .stream = stream, .limits = limits, .lost_at_end = lost_at_end}, utc);
+}
+
+// A value of an entry that is valid from that time on, or of which the validity ends then.
+inline StoredValue value_at(const std::shared_ptr<const ValueEntry>& entry, std::int64_t seconds,
+                            std::optional<std::uint64_t> value) {
+  return {entry, at(seconds), ClockQuality::synchronised, od::DataType::unsigned16, 16, value};
+}
+
 // While it exists, no file of this process can grow beyond `bytes`.
 class FileSizeLimit {
  public:
@@ -83,6 +99,14 @@ class JournalTest : public testing::Test {
     EXPECT_EQ(reader.open(plan_.file), 0);
     EXPECT_EQ(reader.read(query, page), 0);
     return page.entries;
+  }
+  std::vector<StoredValue> stored_values(const ValueQuery& query = {.most = 1'000'000}) const {
+    JournalReader reader;
+    ValuePage page;
+    EXPECT_EQ(reader.open(plan_.file), 0);
+    EXPECT_EQ(reader.read(query, page), 0);
+    EXPECT_EQ(page.values.size(), page.positions.size());
+    return page.values;
   }
   // The numbers of a line, in the order of the file.
   std::vector<std::uint64_t> numbers(const std::string& line) const {

@@ -31,7 +31,7 @@ TEST_F(JournalTest, EntriesAndNumbersAreThereAfterAStart) {
     ASSERT_EQ(journal.open(), 0);
     EXPECT_EQ(journal.stream(), 0U);
     const std::vector<NumberLimit> limits{{"press", 100}, {"", 0xFFFF'FFFF'FFFF'FFFF}};
-    ASSERT_EQ(journal.store(sent, kStream, limits, at(0)), 0);
+    ASSERT_EQ(store(journal, sent, kStream, limits, at(0)), 0);
   }
   Journal journal(plan_);
   ASSERT_EQ(journal.open(), 0);
@@ -46,8 +46,8 @@ TEST_F(JournalTest, EntriesAndNumbersAreThereAfterAStart) {
 TEST_F(JournalTest, AnEntryIsStoredOnce) {
   Journal journal(plan_);
   ASSERT_EQ(journal.open(), 0);
-  ASSERT_EQ(journal.store(entries("press", 1, 3), kStream, {}, at(0)), 0);
-  ASSERT_EQ(journal.store(entries("press", 2, 4), kStream, {}, at(0)), 0);
+  ASSERT_EQ(store(journal, entries("press", 1, 3), kStream, {}, at(0)), 0);
+  ASSERT_EQ(store(journal, entries("press", 2, 4), kStream, {}, at(0)), 0);
   EXPECT_EQ(numbers("press"), (std::vector<std::uint64_t>{1, 2, 3, 4}));
 }
 
@@ -56,10 +56,10 @@ TEST_F(JournalTest, AnotherStreamHasNumbersOfItsOwn) {
   ASSERT_EQ(journal.open(), 0);
   const std::vector<NumberLimit> before{{"press", 100}, {"oven", 100}};
   const std::vector<NumberLimit> limits{{"press", 50}};
-  ASSERT_EQ(journal.store(entries("press", 1, 1), kStream, before, at(0)), 0);
+  ASSERT_EQ(store(journal, entries("press", 1, 1), kStream, before, at(0)), 0);
   std::vector<JournalEntry> other = entries("press", 1, 1);
   other[0].stream = 2;
-  ASSERT_EQ(journal.store(other, 2, limits, at(0)), 0);
+  ASSERT_EQ(store(journal, other, 2, limits, at(0)), 0);
   EXPECT_EQ(numbers("press"), (std::vector<std::uint64_t>{1, 1}));
   journal.close();
   ASSERT_EQ(journal.open(), 0);
@@ -77,7 +77,7 @@ TEST_F(JournalTest, TheOldestEntriesAreRemovedBeyondTheSize) {
     for (JournalEntry& one : some) {
       one.text = std::string(256, 'x');
     }
-    ASSERT_EQ(journal.store(some, kStream, {}, at(0)), 0) << first;
+    ASSERT_EQ(store(journal, some, kStream, {}, at(0)), 0) << first;
   }
   journal.close();
   EXPECT_LE(std::filesystem::file_size(plan_.file), plan_.max_size);
@@ -92,8 +92,8 @@ TEST_F(JournalTest, EntriesAreRemovedByAge) {
   plan_.max_age = std::chrono::seconds(10);
   Journal journal(plan_);
   ASSERT_EQ(journal.open(), 0);
-  ASSERT_EQ(journal.store(entries("press", 1, 20), kStream, {}, at(20)), 0);
-  ASSERT_EQ(journal.store({}, kStream, {}, at(25)), 0);
+  ASSERT_EQ(store(journal, entries("press", 1, 20), kStream, {}, at(20)), 0);
+  ASSERT_EQ(store(journal, {}, kStream, {}, at(25)), 0);
   EXPECT_EQ(numbers("press").front(), 15U);
   EXPECT_EQ(numbers("press").back(), 20U);
 }
@@ -107,7 +107,7 @@ TEST_F(JournalTest, ADamagedFileIsMovedAway) {
     EXPECT_NE(journal.set_aside(), 0);
     EXPECT_EQ(journal.stream(), 0U);
     EXPECT_EQ(bytes_of(journal.unusable_file()), contents);
-    ASSERT_EQ(journal.store(entries("press", 1, 3), kStream, {}, at(0)), 0);
+    ASSERT_EQ(store(journal, entries("press", 1, 3), kStream, {}, at(0)), 0);
     EXPECT_EQ(numbers("press").size(), 3U);
   }
 }
@@ -117,7 +117,7 @@ TEST_F(JournalTest, AFileWithWrongBytesIsUsableOrMovedAway) {
   {
     Journal journal(plan_);
     ASSERT_EQ(journal.open(), 0);
-    ASSERT_EQ(journal.store(entries("press", 1, 200), kStream, {}, at(0)), 0);
+    ASSERT_EQ(store(journal, entries("press", 1, 200), kStream, {}, at(0)), 0);
   }
   const std::string sound = bytes_of(plan_.file);
   std::mt19937 random(18);
@@ -135,20 +135,20 @@ TEST_F(JournalTest, AFileWithWrongBytesIsUsableOrMovedAway) {
     ASSERT_EQ(journal.open(), 0) << i;
     moved += journal.set_aside() != 0 ? 1U : 0U;
     // Damage that the check cannot find may be found by the first call, and the next open().
-    if (journal.store(entries("press", 1000, 1010), kStream, {}, at(0)) != 0) {
+    if (store(journal, entries("press", 1000, 1010), kStream, {}, at(0)) != 0) {
       ASSERT_EQ(journal.open(), 0) << i;
-      ASSERT_EQ(journal.store(entries("press", 1000, 1010), kStream, {}, at(0)), 0) << i;
+      ASSERT_EQ(store(journal, entries("press", 1000, 1010), kStream, {}, at(0)), 0) << i;
     }
   }
   EXPECT_GT(moved, 20U);
 }
 
 TEST_F(JournalTest, AFileOfAnotherVersionOrProgramIsMovedAway) {
-  for (const char* change : {"PRAGMA user_version=3", "PRAGMA application_id=1"}) {
+  for (const char* change : {"PRAGMA user_version=4", "PRAGMA application_id=1"}) {
     {
       Journal journal(plan_);
       ASSERT_EQ(journal.open(), 0);
-      ASSERT_EQ(journal.store(entries("press", 1, 1), kStream, {}, at(0)), 0);
+      ASSERT_EQ(store(journal, entries("press", 1, 1), kStream, {}, at(0)), 0);
       journal.close();
       Database database;
       ASSERT_EQ(database.open(plan_.file, Database::Use::write), 0);
@@ -165,7 +165,9 @@ TEST_F(JournalTest, AFileOfAnotherVersionOrProgramIsMovedAway) {
 void make_first_version(const std::string& file) {
   Database database;
   ASSERT_EQ(database.open(file, Database::Use::write), 0);
-  ASSERT_EQ(database.execute("DROP TABLE last_run; PRAGMA user_version=1"), 0);
+  ASSERT_EQ(database.execute("DROP TABLE last_run; DROP TABLE value_entries; "
+                             "DROP TABLE value_rows; PRAGMA user_version=1"),
+            0);
 }
 
 TEST_F(JournalTest, TheFileSaysHowTheLastRunEnded) {
@@ -173,7 +175,7 @@ TEST_F(JournalTest, TheFileSaysHowTheLastRunEnded) {
     Journal journal(plan_);
     ASSERT_EQ(journal.open(), 0);
     EXPECT_EQ(journal.last_run(), LastRun{}) << "a new file";
-    ASSERT_EQ(journal.store(entries("press", 1, 1), kStream, {}, at(0)), 0);
+    ASSERT_EQ(store(journal, entries("press", 1, 1), kStream, {}, at(0)), 0);
     journal.close();
     ASSERT_EQ(journal.open(), 0);
     EXPECT_EQ(journal.last_run(), LastRun{}) << "this run is not the last one";
@@ -181,19 +183,19 @@ TEST_F(JournalTest, TheFileSaysHowTheLastRunEnded) {
   {
     Journal journal(plan_);
     ASSERT_EQ(journal.open(), 0);
-    EXPECT_EQ(journal.last_run(), (LastRun{.ended = false, .lost = 0}));
+    EXPECT_EQ(journal.last_run(), (LastRun{.ended = false, .lost = 0, .written = at(0)}));
   }
   {
     Journal journal(plan_);
     ASSERT_EQ(journal.open(), 0);
     EXPECT_FALSE(journal.last_run().ended) << "a run that stores nothing changes nothing";
-    ASSERT_EQ(journal.store({}, kStream, {}, at(0)), 0);
-    ASSERT_EQ(journal.store({}, kStream, {}, at(0), 7), 0);
+    ASSERT_EQ(store(journal, {}, kStream, {}, at(0)), 0);
+    ASSERT_EQ(store(journal, {}, kStream, {}, at(0), 7), 0);
     EXPECT_FALSE(journal.last_run().ended);
   }
   Journal journal(plan_);
   ASSERT_EQ(journal.open(), 0);
-  EXPECT_EQ(journal.last_run(), (LastRun{.ended = true, .lost = 7}));
+  EXPECT_EQ(journal.last_run(), (LastRun{.ended = true, .lost = 7, .written = at(0)}));
 }
 
 TEST_F(JournalTest, AFileOfTheFirstVersionContinues) {
@@ -201,7 +203,7 @@ TEST_F(JournalTest, AFileOfTheFirstVersionContinues) {
     Journal journal(plan_);
     ASSERT_EQ(journal.open(), 0);
     const std::vector<NumberLimit> limits{{"press", 100}};
-    ASSERT_EQ(journal.store(entries("press", 1, 3), kStream, limits, at(0)), 0);
+    ASSERT_EQ(store(journal, entries("press", 1, 3), kStream, limits, at(0)), 0);
   }
   make_first_version(plan_.file);
   {
@@ -212,7 +214,7 @@ TEST_F(JournalTest, AFileOfTheFirstVersionContinues) {
     EXPECT_EQ(journal.limits().at("press"), 100U);
     EXPECT_EQ(journal.last_run(), LastRun{}) << "it does not say how the run ended";
     EXPECT_EQ(numbers("press").size(), 3U) << "the reader reads this version";
-    ASSERT_EQ(journal.store(entries("press", 4, 4), kStream, {}, at(0)), 0);
+    ASSERT_EQ(store(journal, entries("press", 4, 4), kStream, {}, at(0)), 0);
   }
   Journal journal(plan_);
   ASSERT_EQ(journal.open(), 0);
@@ -226,7 +228,7 @@ TEST_F(JournalTest, AFileOfTheFirstVersionOnAFullDiskIsOpened) {
   {
     Journal journal(plan_);
     ASSERT_EQ(journal.open(), 0);
-    ASSERT_EQ(journal.store(entries("press", 1, 3), kStream, {}, at(0)), 0);
+    ASSERT_EQ(store(journal, entries("press", 1, 3), kStream, {}, at(0)), 0);
   }
   make_first_version(plan_.file);
   Journal journal(plan_);
@@ -234,27 +236,27 @@ TEST_F(JournalTest, AFileOfTheFirstVersionOnAFullDiskIsOpened) {
     const FileSizeLimit full(33'000);  // room for the index of the log alone
     ASSERT_EQ(journal.open(), 0);
     EXPECT_EQ(journal.stream(), kStream);
-    EXPECT_NE(journal.store(entries("press", 4, 250), kStream, {}, at(0)), 0);
+    EXPECT_NE(store(journal, entries("press", 4, 250), kStream, {}, at(0)), 0);
   }
   ASSERT_EQ(journal.open(), 0);
-  ASSERT_EQ(journal.store(entries("press", 4, 250), kStream, {}, at(0)), 0);
+  ASSERT_EQ(store(journal, entries("press", 4, 250), kStream, {}, at(0)), 0);
   EXPECT_EQ(numbers("press").size(), 250U);
 }
 
 TEST_F(JournalTest, AFullDiskLosesNothingThatWasStored) {
   Journal journal(plan_);
   ASSERT_EQ(journal.open(), 0);
-  ASSERT_EQ(journal.store(entries("press", 1, 100), kStream, {}, at(0)), 0);
+  ASSERT_EQ(store(journal, entries("press", 1, 100), kStream, {}, at(0)), 0);
   {
     const FileSizeLimit full(std::filesystem::file_size(plan_.file + "-wal") + 5000);
-    EXPECT_NE(journal.store(entries("press", 101, 300), kStream, {}, at(0)), 0);
+    EXPECT_NE(store(journal, entries("press", 101, 300), kStream, {}, at(0)), 0);
     EXPECT_FALSE(journal.is_open());
   }
   ASSERT_EQ(journal.open(), 0);
   EXPECT_EQ(journal.set_aside(), 0);
   EXPECT_EQ(journal.stream(), kStream);
   EXPECT_EQ(numbers("press").size(), 100U);
-  ASSERT_EQ(journal.store(entries("press", 101, 300), kStream, {}, at(0)), 0);
+  ASSERT_EQ(store(journal, entries("press", 101, 300), kStream, {}, at(0)), 0);
   EXPECT_EQ(numbers("press").size(), 300U);
 }
 
@@ -265,11 +267,11 @@ TEST_F(JournalTest, AFullDiskDoesNotRepeatTheCheckOfTheFile) {
   Journal& journal = *first_run;
   ASSERT_EQ(journal.open(), 0);
   for (std::uint64_t first = 1; first <= 2000; first += 200) {
-    ASSERT_EQ(journal.store(entries("press", first, first + 199), kStream, {}, at(0)), 0);
+    ASSERT_EQ(store(journal, entries("press", first, first + 199), kStream, {}, at(0)), 0);
   }
   {
     const FileSizeLimit full(std::filesystem::file_size(plan_.file + "-wal") + 5000);
-    ASSERT_NE(journal.store(entries("press", 2001, 2200), kStream, {}, at(0)), 0);
+    ASSERT_NE(store(journal, entries("press", 2001, 2200), kStream, {}, at(0)), 0);
   }
   std::string bytes = bytes_of(plan_.file);
   constexpr std::size_t kPage = 4096;
@@ -283,7 +285,7 @@ TEST_F(JournalTest, AFullDiskDoesNotRepeatTheCheckOfTheFile) {
   write_file(plan_.file, bytes);
   ASSERT_EQ(journal.open(), 0);
   EXPECT_EQ(journal.set_aside(), 0);
-  ASSERT_EQ(journal.store(entries("press", 2001, 2200), kStream, {}, at(0)), 0);
+  ASSERT_EQ(store(journal, entries("press", 2001, 2200), kStream, {}, at(0)), 0);
   first_run.reset();
   Journal later(plan_);
   ASSERT_EQ(later.open(), 0);
@@ -296,7 +298,7 @@ TEST_F(JournalTest, DamageThatOnlyAStoreFindsMovesTheFileAway) {
   {
     Journal journal(plan_);
     ASSERT_EQ(journal.open(), 0);
-    ASSERT_EQ(journal.store(entries("press", 1, 20), kStream, {}, at(20)), 0);
+    ASSERT_EQ(store(journal, entries("press", 1, 20), kStream, {}, at(20)), 0);
   }
   {
     Database database;
@@ -309,12 +311,12 @@ TEST_F(JournalTest, DamageThatOnlyAStoreFindsMovesTheFileAway) {
   Journal journal(plan_);
   ASSERT_EQ(journal.open(), 0);
   ASSERT_EQ(journal.set_aside(), 0);
-  const int error = journal.store(entries("press", 21, 21), kStream, {}, at(40));
+  const int error = store(journal, entries("press", 21, 21), kStream, {}, at(40));
   ASSERT_EQ(error & 0xFF, SQLITE_CORRUPT);
   ASSERT_EQ(journal.open(), 0);
   EXPECT_EQ(journal.set_aside(), error);
   EXPECT_TRUE(std::filesystem::exists(journal.unusable_file()));
-  ASSERT_EQ(journal.store(entries("press", 21, 21), kStream, {}, at(40)), 0);
+  ASSERT_EQ(store(journal, entries("press", 21, 21), kStream, {}, at(40)), 0);
   EXPECT_EQ(journal.set_aside(), 0) << "it is stored, hence reported once";
   EXPECT_EQ(numbers("press"), (std::vector<std::uint64_t>{21}));
 }
@@ -325,7 +327,7 @@ TEST_F(JournalTest, ALogWithoutItsDatabaseBringsNoNumbersBack) {
     Journal journal(plan_);
     ASSERT_EQ(journal.open(), 0);
     const std::vector<NumberLimit> limits{{"press", 100}};
-    ASSERT_EQ(journal.store(entries("press", 1, 3), kStream, limits, at(0)), 0);
+    ASSERT_EQ(store(journal, entries("press", 1, 3), kStream, limits, at(0)), 0);
     std::filesystem::copy_file(plan_.file + "-wal", folder_ + "/log");
   }
   const std::string log = bytes_of(folder_ + "/log");
@@ -362,7 +364,7 @@ TEST_F(JournalTest, AFolderThatDoesNotExistIsAnError) {
   plan_.file = folder_ + "/missing/journal.db";
   Journal journal(plan_);
   EXPECT_EQ(journal.open(), SQLITE_CANTOPEN);
-  EXPECT_EQ(journal.store(entries("press", 1, 1), kStream, {}, at(0)), SQLITE_CANTOPEN);
+  EXPECT_EQ(store(journal, entries("press", 1, 1), kStream, {}, at(0)), SQLITE_CANTOPEN);
 }
 
 }  // namespace

@@ -327,7 +327,7 @@ TEST_F(JournalThreadTest, ARunThatDidNotEndInOrderIsReportedAtTheNextStart) {
   {
     Journal journal(plan_);
     ASSERT_EQ(journal.open(), 0);
-    ASSERT_EQ(journal.store(entries("press", 1, 1), kStream, {}, at(0)), 0);
+    ASSERT_EQ(store(journal, entries("press", 1, 1), kStream, {}, at(0)), 0);
   }
   const JournalState unended{JournalCondition::working, SQLITE_NOTICE_RECOVER_WAL, 0};
   {

@@ -69,11 +69,16 @@ void store_for_ever(const config::Journal& plan, std::uint64_t first, int out) {
   if (journal.open() != 0 || journal.set_aside() != 0) {
     _exit(2);
   }
+  const auto count =
+      std::make_shared<const ValueEntry>(ValueEntry{.line = "press", .name = "last"});
   for (std::uint64_t next = first;; next += 20) {
-    if (journal.store(entries("press", next, next + 19), kStream, {}, at(0)) != 0) {
+    const std::uint64_t last = next + 19;
+    const std::vector<JournalEntry> some = entries("press", next, last);
+    const StoredValue value = value_at(count, static_cast<std::int64_t>(last), last);
+    const std::span values(&value, 1);
+    if (journal.store({.entries = some, .values = values, .stream = kStream}, value.time) != 0) {
       _exit(3);
     }
-    const std::uint64_t last = next + 19;
     (void)!write(out, &last, sizeof last);
   }
 }
@@ -103,6 +108,20 @@ TEST_F(Killed, NothingThatWasStoredIsMissing) {
     ASSERT_EQ(kept.back(), entry("press", kept.back().number));
     first = kept.back().number + 1;
   }
+  // Each run but the last one has ended its values at its last transaction
+  std::uint64_t last = 0;
+  unsigned ends = 0;
+  for (const StoredValue& one : stored_values()) {
+    if (one.value) {
+      ASSERT_EQ(*one.value, last + 20) << "none is missing";
+      last = *one.value;
+    } else {
+      EXPECT_EQ(one.time, at(static_cast<std::int64_t>(last)));
+      ++ends;
+    }
+  }
+  EXPECT_EQ(last, first - 1);
+  EXPECT_EQ(ends, kills() - 1);
 }
 
 // Uses event numbers as the publisher does, and reports each before it is queued for the disk.

@@ -29,7 +29,7 @@ class PagesTest : public JournalTest {
         one.stream = stream;
         one.text = text;
       }
-      ASSERT_EQ(journal.store(some, stream, {}, at(0)), 0);
+      ASSERT_EQ(journal.store({.entries = some, .stream = stream}, at(0)), 0);
     }
   }
   void fill(const std::string& line, std::uint64_t first, std::uint64_t last) {
@@ -181,9 +181,9 @@ TEST_F(PagesTest, ACursorAtARemovedEntryContinuesWithTheOldest) {
   ASSERT_EQ(journal.open(), 0);
   store(journal, "press", 1, 10);
   const auto begin = page({.most = 2});
-  ASSERT_EQ(journal.store({}, kStream, {}, at(15)), 0);  // removes those before 5
+  ASSERT_EQ(journal.store({.stream = kStream}, at(15)), 0);  // removes those before 5
   EXPECT_EQ(all({.cursor = begin.cursor}), from_to(5, 10));
-  ASSERT_EQ(journal.store({}, kStream, {}, at(1000)), 0);
+  ASSERT_EQ(journal.store({.stream = kStream}, at(1000)), 0);
   EXPECT_EQ(all({.cursor = begin.cursor}), Numbers{});
   EXPECT_EQ(all({.newest_first = true}), Numbers{});
   store(journal, "press", 1000, 1001);

@@ -39,13 +39,22 @@ class PowerCut : public JournalTest {
     checked_.max_size = plan_.max_size;
   }
 
-  void store(Journal& journal, std::size_t count, std::optional<std::uint64_t> lost = {}) {
+  void commit(Journal& journal, std::size_t count, std::optional<std::uint64_t> lost = {}) {
     const std::uint64_t last = stored_ + count;
     const std::vector<NumberLimit> limits{{"press", last + 100}};
-    ASSERT_EQ(journal.store(entries("press", stored_ + 1, last), kStream, limits, at(0), lost), 0);
+    const std::vector<JournalEntry> some = entries("press", stored_ + 1, last);
+    const StoredValue value = value_at(count_, 0, last);
+    ASSERT_EQ(journal.store({.entries = some,
+                             .values = std::span(&value, 1),
+                             .stream = kStream,
+                             .limits = limits,
+                             .lost_at_end = lost},
+                            at(0)),
+              0);
     stored_ = last;
-    promises_.push_back({disk_.operations(), last, last + 100,
-                         LastRun{.ended = lost.has_value(), .lost = lost.value_or(0)}});
+    promises_.push_back(
+        {disk_.operations(), last, last + 100,
+         LastRun{.ended = lost.has_value(), .lost = lost.value_or(0), .written = at(0)}});
   }
 
   // Runs of a gateway, the last of which ends in order or not.
@@ -57,10 +66,10 @@ class PowerCut : public JournalTest {
       ASSERT_EQ(journal.open(), 0);
       ASSERT_EQ(journal.set_aside(), 0);
       for (unsigned k = 0; k < stores; ++k) {
-        store(journal, 1 + random_() % 20);
+        commit(journal, 1 + random_() % 20);
       }
       if (random_() % 2 == 0) {
-        store(journal, 0, random_() % 3);
+        commit(journal, 0, random_() % 3);
       }
     }
   }
@@ -114,6 +123,14 @@ class PowerCut : public JournalTest {
         return "entry " + std::to_string(i + 1) + " differs";
       }
     }
+    ValuePage values;
+    if (reader.read({.newest = true, .most = 2}, values) != 0) {
+      return "values are not read";
+    }
+    const auto is_count = [&](const StoredValue& one) { return one.value == page.entries.size(); };
+    if (!page.entries.empty() && std::ranges::none_of(values.values, is_count)) {
+      return "the value of the last transaction is missing";
+    }
     return {};
   }
 
@@ -123,6 +140,8 @@ class PowerCut : public JournalTest {
   std::mt19937 random_;
   RecordedDisk disk_;
   config::Journal checked_;
+  const std::shared_ptr<const ValueEntry> count_ =
+      std::make_shared<const ValueEntry>(ValueEntry{.line = "press", .name = "events"});
   std::uint64_t stored_ = 0;
   std::vector<Promise> promises_{Promise{}};
 };

@@ -22,7 +22,7 @@ class ReaderTest : public JournalTest {
     sent[3].severity = EventSeverity::warning;
     sent[4].text = "100% of a_b: Overheated 'quoted'; DROP";
     sent[5].line = "";
-    EXPECT_EQ(journal_.store(sent, kStream, {}, at(0)), 0);
+    EXPECT_EQ(store(journal_, sent, kStream, {}, at(0)), 0);
   }
 
   std::vector<std::uint64_t> found(const JournalQuery& query) const {
@@ -75,7 +75,7 @@ TEST_F(ReaderTest, PagesHaveEachEntryOnceWhileOthersAreStored) {
       seen.push_back(one.number);
     }
     if (i == 0) {
-      ASSERT_EQ(journal_.store(entries("press", 7, 8), kStream, {}, at(0)), 0);
+      ASSERT_EQ(store(journal_, entries("press", 7, 8), kStream, {}, at(0)), 0);
     }
   }
   EXPECT_EQ(seen, (Numbers{1, 2, 3, 4, 5, 6, 7, 8}));
@@ -98,7 +98,7 @@ TEST_F(ReaderTest, APlaceAfterRemovedEntriesIsNotUsedAgain) {
   ASSERT_EQ(database.execute("DELETE FROM events"), 0);
   database.close();
   ASSERT_EQ(journal_.open(), 0);
-  ASSERT_EQ(journal_.store(entries("press", 9, 9), kStream, {}, at(0)), 0);
+  ASSERT_EQ(store(journal_, entries("press", 9, 9), kStream, {}, at(0)), 0);
   ASSERT_EQ(reader.read({.after = page.position}, page), 0);
   ASSERT_EQ(page.entries.size(), 1U);
   EXPECT_EQ(page.entries[0].number, 9U);
@@ -141,7 +141,7 @@ TEST_F(ReaderTest, ThePositionPassesOverEntriesThatDoNotMatch) {
   EXPECT_EQ(page.position, end);
   ASSERT_EQ(reader.read({.most = 2}, page), 0);
   EXPECT_LT(page.position, end) << "the next page begins behind a full one";
-  ASSERT_EQ(journal_.store(entries("press", 7, 7), kStream, {}, at(0)), 0);
+  ASSERT_EQ(store(journal_, entries("press", 7, 7), kStream, {}, at(0)), 0);
   ASSERT_EQ(reader.read({.after = end}, page), 0);
   EXPECT_EQ(page.entries.size(), 1U);
 }

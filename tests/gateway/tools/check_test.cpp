@@ -44,8 +44,8 @@ TEST(Check, SaysThatTheDdsGuardIsOff) {
   EXPECT_FALSE(contains(describe(*loaded.value), "journal"));
   EXPECT_TRUE(YAML::Load(to_json(loaded))["journal"].IsNull());
   loaded.value->journal = config::Journal{"/x/journal.db", 20'000'000, std::chrono::hours(90 * 24)};
-  EXPECT_TRUE(
-      contains(describe(*loaded.value), "journal /x/journal.db: up to 20MB, events up to 90d"));
+  EXPECT_TRUE(contains(describe(*loaded.value),
+                       "journal /x/journal.db: up to 20MB, events up to 90d; values up to 50MB"));
   EXPECT_EQ(YAML::Load(to_json(loaded))["journal"]["max_age_s"].as<int>(), 90 * 86'400);
   EXPECT_FALSE(contains(describe(*loaded.value), "DDS guard"));
   EXPECT_FALSE(contains(describe(*loaded.value), "process of its own"));

@@ -47,7 +47,7 @@ class HistoryTest : public testing::Test {
                         .text = "lost\x1B[31m"});
       }
       some.back().line = first == 2251 ? "" : some.back().line;
-      ASSERT_EQ(journal.store(some, 0xAB, {}, kNow), 0);
+      ASSERT_EQ(journal.store({.entries = some, .stream = 0xAB}, kNow), 0);
     }
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
@@ -112,7 +112,7 @@ TEST_F(HistoryTest, FollowsWithEachEventOnce) {
     for (const char* line : {"press", "oven"}) {
       some.push_back({.stream = 0xAB, .line = line, .number = number, .text = "later"});
     }
-    EXPECT_EQ(journal.store(some, 0xAB, {}, kNow), 0);
+    EXPECT_EQ(journal.store({.entries = some, .stream = 0xAB}, kNow), 0);
     return ++number <= 3003;
   };
   EXPECT_EQ(history(options_, kNow, out, err_, store), kExitOk);
@@ -133,7 +133,7 @@ TEST_F(HistoryTest, FollowsAFileThatReplacesADamagedOne) {
   ASSERT_EQ(journal->open(), 0);
   const auto store = [&](std::uint64_t number) {
     const std::vector<JournalEntry> one{{.stream = 0xAB, .line = "press", .number = number}};
-    EXPECT_EQ(journal->store(one, 0xAB, {}, kNow), 0);
+    EXPECT_EQ(journal->store({.entries = one, .stream = 0xAB}, kNow), 0);
   };
   int calls = 0;
   const auto replace = [&] {

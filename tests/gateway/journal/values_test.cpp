@@ -1,0 +1,335 @@
+// SPDX-License-Identifier: Apache-2.0
+// The value history: what was stored is read by its conditions, the oldest values make room, and no
+// value holds beyond the run that read it.
+#include <algorithm>
+
+#include <sqlite3.h>
+
+#include "gateway/journal/journal_thread.h"
+
+#include "tests/gateway/journal/journal_fixture.h"
+
+namespace linegate::gateway {
+namespace {
+
+std::shared_ptr<const ValueEntry> entry_called(const std::string& name,
+                                               const std::string& line = "press") {
+  return std::make_shared<const ValueEntry>(ValueEntry{
+      line, image::Direction::inputs, name == "ram" ? std::uint8_t{6} : std::uint8_t{5}, name});
+}
+
+class ValuesTest : public JournalTest {
+ protected:
+  static int store_values(Journal& journal, std::span<const StoredValue> values, Instant utc,
+                          std::optional<std::uint64_t> lost_at_end = std::nullopt) {
+    return journal.store({.values = values, .stream = kStream, .lost_at_end = lost_at_end}, utc);
+  }
+  // "inlet@5=7", "inlet@9=invalid"
+  std::vector<std::string> texts(const ValueQuery& query = {.most = 1'000'000}) const {
+    std::vector<std::string> out;
+    for (const StoredValue& one : stored_values(query)) {
+      const auto time = std::chrono::floor<std::chrono::seconds>(one.time.time_since_epoch());
+      out.push_back(one.entry->name + "@" + std::to_string(time.count()) + "=" +
+                    (one.value ? std::to_string(*one.value) : std::string("invalid")));
+    }
+    return out;
+  }
+
+  using Texts = std::vector<std::string>;
+  std::shared_ptr<const ValueEntry> inlet_ = entry_called("inlet");
+  std::shared_ptr<const ValueEntry> ram_ = entry_called("ram");
+};
+
+TEST_F(ValuesTest, AreReadAsTheyWereStored) {
+  Journal journal(plan_);
+  ASSERT_EQ(journal.open(), 0);
+  const StoredValue sent{
+      std::make_shared<const ValueEntry>(ValueEntry{"p", image::Direction::outputs, 127, "x.y"}),
+      Instant(std::chrono::nanoseconds(1'795'000'000'123'456'789)),
+      ClockQuality::free_running,
+      od::DataType::real64,
+      64,
+      0xFFFF'FFFF'FFFF'FFFE};
+  ASSERT_EQ(store_values(journal, std::span(&sent, 1), at(0)), 0);
+  const std::vector<StoredValue> found = stored_values();
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(*found[0].entry, *sent.entry);
+  EXPECT_EQ(found[0].time, sent.time);
+  EXPECT_EQ(found[0].clock, sent.clock);
+  EXPECT_EQ(found[0].type, sent.type);
+  EXPECT_EQ(found[0].bits, sent.bits);
+  EXPECT_EQ(found[0].value, sent.value);
+}
+
+TEST_F(ValuesTest, AreSelectedByEachCondition) {
+  Journal journal(plan_);
+  ASSERT_EQ(journal.open(), 0);
+  const std::vector<StoredValue> sent{value_at(inlet_, 1, 10), value_at(ram_, 2, 20),
+                                      value_at(entry_called("inlet", "hall"), 3, 30),
+                                      value_at(inlet_, 4, std::nullopt), value_at(inlet_, 5, 50)};
+  ASSERT_EQ(store_values(journal, sent, at(5)), 0);
+  EXPECT_EQ(texts(),
+            (Texts{"inlet@1=10", "ram@2=20", "inlet@3=30", "inlet@4=invalid", "inlet@5=50"}));
+  EXPECT_EQ(texts({.name = "ram"}), (Texts{"ram@2=20"}));
+  EXPECT_EQ(texts({.node = 6}), (Texts{"ram@2=20"}));
+  EXPECT_EQ(texts({.line = "hall"}), (Texts{"inlet@3=30"}));
+  EXPECT_EQ(texts({.line = "press", .name = "inlet", .since = at(4)}),
+            (Texts{"inlet@4=invalid", "inlet@5=50"}));
+  EXPECT_EQ(texts({.until = at(2)}), (Texts{"inlet@1=10"}));
+  EXPECT_EQ(texts({.newest = true, .most = 2}), (Texts{"inlet@4=invalid", "inlet@5=50"}));
+  EXPECT_EQ(texts({.name = "x') OR 1=1 --"}), Texts{});
+}
+
+TEST_F(ValuesTest, AStarInANameIsAnyText) {
+  Journal journal(plan_);
+  ASSERT_EQ(journal.open(), 0);
+  std::vector<StoredValue> sent;
+  for (const char* const name : {"inlet.Left", "inlet.Lift", "ram.Left", "inlet.*", "a.aab"}) {
+    sent.push_back(value_at(entry_called(name), 1, 1));
+  }
+  ASSERT_EQ(store_values(journal, sent, at(1)), 0);
+  const auto found = [&](const std::string& name) {
+    std::string out;
+    for (const StoredValue& one : stored_values({.name = name})) {
+      out += one.entry->name + ' ';
+    }
+    return out;
+  };
+  EXPECT_EQ(found("inlet.*"), "inlet.Left inlet.Lift inlet.* ");
+  EXPECT_EQ(found("*.L*ft"), "inlet.Left inlet.Lift ram.Left ");
+  EXPECT_EQ(found("*Left"), "inlet.Left ram.Left ");
+  EXPECT_EQ(found("*ab*"), "a.aab ");
+  EXPECT_EQ(found("**"), "inlet.Left inlet.Lift ram.Left inlet.* a.aab ");
+  EXPECT_EQ(found("inlet.L"), "");
+  EXPECT_EQ(found("inlet.L?ft"), "");
+  EXPECT_EQ(found("Inlet.Left"), "");
+  JournalReader reader;
+  ValuePage page;
+  ASSERT_EQ(reader.open(plan_.file), 0);
+  ASSERT_EQ(reader.read(ValueQuery{.name = "ram.Left", .since = at(100)}, page), 0);
+  EXPECT_TRUE(page.is_known) << "it has values, at other times";
+  ASSERT_EQ(reader.read(ValueQuery{.name = "ram.Right"}, page), 0);
+  EXPECT_FALSE(page.is_known);
+}
+
+TEST_F(ValuesTest, PagesHaveEachValueOnceWhileOthersAreStored) {
+  Journal journal(plan_);
+  ASSERT_EQ(journal.open(), 0);
+  std::vector<StoredValue> sent;
+  for (std::int64_t i = 1; i <= 6; ++i) {
+    sent.push_back(value_at(i % 2 == 0 ? ram_ : inlet_, i, static_cast<std::uint64_t>(i)));
+  }
+  ASSERT_EQ(store_values(journal, sent, at(5)), 0);
+  JournalReader reader;
+  ValuePage page;
+  ASSERT_EQ(reader.open(plan_.file), 0);
+  std::vector<std::uint64_t> seen;
+  std::int64_t position = 0;
+  for (int i = 0; i < 4; ++i) {
+    ASSERT_EQ(reader.read(ValueQuery{.name = "inlet", .after = position, .most = 2}, page), 0);
+    for (const StoredValue& one : page.values) {
+      seen.push_back(*one.value);
+    }
+    position = page.positions.empty() ? position : page.positions.back();
+    if (i == 0) {
+      const StoredValue more = value_at(inlet_, 7, 7);
+      ASSERT_EQ(store_values(journal, std::span(&more, 1), at(7)), 0);
+    }
+  }
+  EXPECT_EQ(seen, (std::vector<std::uint64_t>{1, 3, 5, 7}));
+}
+
+TEST_F(ValuesTest, TheOldestMakeRoomAndCostNoEvent) {
+  plan_.max_size = 10'000'000;
+  plan_.values_size = 1'000'000;
+  Journal journal(plan_);
+  ASSERT_EQ(journal.open(), 0);
+  ASSERT_EQ(store(journal, entries("press", 1, 200), kStream, {}, at(0)), 0);
+  std::int64_t next = 0;
+  for (unsigned call = 0; call < 400; ++call) {
+    std::vector<StoredValue> some;
+    for (unsigned i = 0; i < Journal::kMostValues; ++i, ++next) {
+      some.push_back(value_at(next % 2 == 0 ? inlet_ : ram_, next, next % 65'536));
+    }
+    ASSERT_EQ(store_values(journal, some, at(next)), 0) << call;
+  }
+  journal.close();
+  EXPECT_EQ(numbers("press").size(), 200U);
+  const std::vector<StoredValue> kept = stored_values();
+  EXPECT_GT(kept.size(), 20'000U);
+  EXPECT_LE(kept.size(), 1'000'000U / 40);
+  EXPECT_EQ(kept.back().time, at(next - 1));
+  EXPECT_EQ(kept.front().time, at(next - static_cast<std::int64_t>(kept.size())));
+  EXPECT_LE(std::filesystem::file_size(plan_.file), 1'200'000U) << "the room of a value is enough";
+}
+
+// A constant value is as true as one that changes: it is not pushed out. When it has ended, it is.
+TEST_F(ValuesTest, AValueThatHoldsIsNotRemoved) {
+  plan_.values_size = 1'000'000;
+  plan_.max_age = std::chrono::hours(1);
+  Journal journal(plan_);
+  ASSERT_EQ(journal.open(), 0);
+  const StoredValue constant = value_at(ram_, 0, 7);
+  ASSERT_EQ(store_values(journal, std::span(&constant, 1), at(0)), 0);
+  std::int64_t next = 0;
+  const auto fill = [&] {
+    for (unsigned call = 0; call < 200; ++call) {
+      std::vector<StoredValue> some;
+      for (unsigned i = 0; i < Journal::kMostValues; ++i, ++next) {
+        some.push_back(value_at(inlet_, next, 1));
+      }
+      ASSERT_EQ(store_values(journal, some, at(next)), 0) << call;
+    }
+  };
+  fill();
+  EXPECT_EQ(texts({.name = "ram"}), (Texts{"ram@0=7"}));
+  EXPECT_GT(stored_values().size(), 3000U);
+  const StoredValue end = value_at(ram_, next, std::nullopt);
+  ASSERT_EQ(store_values(journal, std::span(&end, 1), at(next)), 0);
+  EXPECT_EQ(texts({.name = "ram"}).size(), 2U);
+  fill();
+  EXPECT_EQ(texts({.name = "ram"}), Texts{});
+  const StoredValue again = value_at(ram_, next, 8);
+  ASSERT_EQ(store_values(journal, std::span(&again, 1), at(next)), 0);
+  EXPECT_EQ(texts({.name = "ram"}).size(), 1U) << "the entry is made again";
+}
+
+// All entries end in one transaction, in a file without room for more values.
+TEST_F(ValuesTest, ManyEntriesEndInAFullFile) {
+  plan_.max_size = 10'000'000;
+  plan_.values_size = 1'000'000;
+  constexpr std::int64_t kMany = 2000;
+  std::vector<std::shared_ptr<const ValueEntry>> many;
+  for (std::int64_t i = 0; i < kMany; ++i) {
+    many.push_back(entry_called("entry " + std::to_string(i)));
+  }
+  {
+    Journal journal(plan_);
+    ASSERT_EQ(journal.open(), 0);
+    std::int64_t next = 0;
+    for (unsigned call = 0; call < 150; ++call) {
+      std::vector<StoredValue> some;
+      for (unsigned i = 0; i < Journal::kMostValues; ++i, ++next) {
+        some.push_back(value_at(many[static_cast<std::size_t>(next % kMany)], next, 1));
+      }
+      ASSERT_EQ(store_values(journal, some, at(next)), 0) << call;
+    }
+  }
+  Journal journal(plan_);
+  ASSERT_EQ(journal.open(), 0);
+  ASSERT_EQ(store_values(journal, {}, at(1'000'000)), 0);
+  const std::vector<StoredValue> kept = stored_values();
+  EXPECT_EQ(std::ranges::count_if(kept, [](const StoredValue& one) { return !one.value; }), kMany);
+  EXPECT_LE(kept.size(), 1'000'000U / 40);
+}
+
+TEST_F(ValuesTest, AreRemovedByAge) {
+  plan_.max_age = std::chrono::seconds(10);
+  Journal journal(plan_);
+  ASSERT_EQ(journal.open(), 0);
+  const std::vector<StoredValue> sent{value_at(inlet_, 1, 10), value_at(inlet_, 9, 20)};
+  ASSERT_EQ(store_values(journal, sent, at(9)), 0);
+  ASSERT_EQ(store_values(journal, {}, at(15)), 0);
+  EXPECT_EQ(texts(), (Texts{"inlet@9=20"}));
+}
+
+TEST_F(ValuesTest, EndWithTheirRun) {
+  {
+    Journal journal(plan_);
+    ASSERT_EQ(journal.open(), 0);
+    const std::vector<StoredValue> sent{value_at(inlet_, 1, 10), value_at(ram_, 2, 20),
+                                        value_at(ram_, 3, std::nullopt)};
+    ASSERT_EQ(store_values(journal, sent, at(3)), 0);
+    ASSERT_EQ(store_values(journal, {}, at(7), 0), 0);
+    EXPECT_EQ(texts(), (Texts{"inlet@1=10", "ram@2=20", "ram@3=invalid", "inlet@7=invalid"}));
+  }
+  Journal journal(plan_);
+  ASSERT_EQ(journal.open(), 0);
+  ASSERT_EQ(store_values(journal, {}, at(20)), 0);
+  EXPECT_EQ(stored_values().size(), 4U) << "they have ended once";
+}
+
+// The gateway was killed: its values hold until its last transaction, not until the next start.
+TEST_F(ValuesTest, EndWithTheLastTransactionOfARunThatDidNotEndInOrder) {
+  {
+    Journal journal(plan_);
+    ASSERT_EQ(journal.open(), 0);
+    const StoredValue sent = value_at(inlet_, 1, 10);
+    ASSERT_EQ(store_values(journal, std::span(&sent, 1), at(1)), 0);
+    ASSERT_EQ(store_values(journal, {}, at(60)), 0);
+  }
+  Journal journal(plan_);
+  ASSERT_EQ(journal.open(), 0);
+  EXPECT_EQ(texts(), (Texts{"inlet@1=10"})) << "to open it changes nothing";
+  const StoredValue sent = value_at(inlet_, 1000, 11);
+  ASSERT_EQ(store_values(journal, std::span(&sent, 1), at(1000)), 0);
+  EXPECT_EQ(texts(), (Texts{"inlet@1=10", "inlet@60=invalid", "inlet@1000=11"}));
+}
+
+// A transaction that failed has made no entry.
+TEST_F(ValuesTest, AFullDiskLosesNoEntry) {
+  Journal journal(plan_);
+  ASSERT_EQ(journal.open(), 0);
+  ASSERT_EQ(store_values(journal, {}, at(0)), 0);
+  std::vector<StoredValue> sent;
+  for (unsigned i = 0; i < Journal::kMostValues; ++i) {
+    sent.push_back(value_at(entry_called("entry " + std::to_string(i)), i, i));
+  }
+  {
+    const FileSizeLimit full(std::filesystem::file_size(plan_.file + "-wal") + 5000);
+    EXPECT_NE(store_values(journal, sent, at(0)), 0);
+  }
+  ASSERT_EQ(journal.open(), 0);
+  ASSERT_EQ(store_values(journal, sent, at(0)), 0);
+  EXPECT_EQ(texts({.name = "entry 200"}), (Texts{"entry 200@200=200"}));
+  EXPECT_EQ(stored_values().size(), Journal::kMostValues);
+}
+
+TEST_F(ValuesTest, AJournalOfAnEarlierVersionHasNoneAndContinues) {
+  for (const char* const earlier :
+       {"DROP TABLE last_run; PRAGMA user_version=1",
+        "ALTER TABLE last_run DROP COLUMN written; PRAGMA user_version=2"}) {
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directory(folder_);
+    {
+      Journal journal(plan_);
+      ASSERT_EQ(journal.open(), 0);
+      ASSERT_EQ(store(journal, entries("press", 1, 1), kStream, {}, at(0)), 0);
+    }
+    Database database;
+    ASSERT_EQ(database.open(plan_.file, Database::Use::write), 0);
+    ASSERT_EQ(database.execute("DROP TABLE value_entries; DROP TABLE value_rows"), 0);
+    ASSERT_EQ(database.execute(earlier), 0);
+    database.close();
+    EXPECT_TRUE(stored_values().empty());
+    Journal journal(plan_);
+    ASSERT_EQ(journal.open(), 0);
+    EXPECT_EQ(journal.set_aside(), 0);
+    const StoredValue sent = value_at(inlet_, 1, 10);
+    ASSERT_EQ(store_values(journal, std::span(&sent, 1), at(1)), 0);
+    EXPECT_EQ(texts(), (Texts{"inlet@1=10"}));
+    EXPECT_EQ(numbers("press").size(), 1U);
+  }
+}
+
+TEST_F(ValuesTest, AreStoredByTheThreadWhileTheQueueHasRoom) {
+  JournalThread::Options options{.plan = plan_, .incarnation = 42, .queued_values = 8};
+  {
+    JournalThread thread(options);
+    thread.add_line("press");
+    thread.start();
+    EXPECT_TRUE(thread.record(value_at(inlet_, 1, 10)));
+    EXPECT_TRUE(thread.stop());
+    for (std::int64_t i = 2; i < 10; ++i) {
+      EXPECT_TRUE(thread.record(value_at(inlet_, i, 10)));
+    }
+    EXPECT_FALSE(thread.record(value_at(inlet_, 10, 10)));
+  }
+  const Texts found = texts();
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_EQ(found[0], "inlet@1=10");
+  EXPECT_TRUE(found[1].ends_with("=invalid")) << "the run has ended";
+}
+
+}  // namespace
+}  // namespace linegate::gateway
