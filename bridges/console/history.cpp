@@ -4,15 +4,19 @@
 #include <algorithm>
 #include <charconv>
 #include <deque>
+#include <iterator>
 #include <optional>
 #include <ostream>
+#include <set>
 #include <string_view>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include <nlohmann/json.hpp>
 
 #include "bridges/console/events.h"
+#include "bridges/console/history_values.h"
 #include "bridges/console/lookup.h"
 #include "bridges/console/tables.h"
 
@@ -22,6 +26,7 @@ namespace {
 using request::JournalPage;
 using request::JournalRead;
 using request::JournalRecord;
+using request::JournalValue;
 
 constexpr Duration kFollowPeriod = std::chrono::milliseconds(250);
 constexpr Duration kBusyPause = std::chrono::milliseconds(100);
@@ -52,49 +57,75 @@ bool read_node(const std::string& text, JournalRead& to) {
   return true;
 }
 
-std::string_view clock_name(std::uint8_t quality) {
-  return quality == 2 ? "synchronised" : quality == 1 ? "free-running" : "unknown";
+using HistoryItem = std::variant<JournalRecord, JournalValue>;
+
+Instant time_of(const HistoryItem& item) {
+  return std::visit([](const auto& one) { return one.time; }, item);
 }
 
-// The journal of a gateway, page by page.
-class GatewayJournal {
+std::vector<HistoryItem> items_of(JournalPage&& page) {
+  std::vector<HistoryItem> out{std::make_move_iterator(page.records.begin()),
+                               std::make_move_iterator(page.records.end())};
+  out.insert(out.end(), std::make_move_iterator(page.values.begin()),
+             std::make_move_iterator(page.values.end()));
+  return out;
+}
+
+std::string history_line(const HistoryItem& item, const std::string& gateway, bool several,
+                         const HistoryOutput& output) {
+  const std::string before = several ? gateway : std::string();
+  if (const auto* const value = std::get_if<JournalValue>(&item)) {
+    return output.csv    ? value_history_csv(*value, gateway)
+           : output.json ? value_history_json(*value, gateway)
+                         : value_history_text(*value, before, output.utc);
+  }
+  const auto& record = std::get<JournalRecord>(item);
+  return output.json ? history_json(record, gateway) : history_text(record, before, output.utc);
+}
+
+// A query of a journal, page by page.
+class JournalPart {
  public:
-  GatewayJournal(std::string gateway, JournalRead read)
-      : gateway_(std::move(gateway)), read_(std::move(read)), more_(true) {}
+  // gateway: empty for a file.
+  JournalPart(std::string gateway, std::string name, AskForPage ask, JournalRead read)
+      : gateway_(std::move(gateway)),
+        name_(std::move(name)),
+        ask_(std::move(ask)),
+        read_(std::move(read)),
+        more_(true) {}
 
   const std::string& gateway() const { return gateway_; }
+  const std::string& name() const { return name_; }
+  const JournalRead& query() const { return read_; }
   bool failed() const { return failed_; }
-  std::deque<JournalRecord>& waiting() { return waiting_; }
-  // Lets fetch() ask again for events that are stored later.
+  bool knows_entry() const { return knows_entry_; }
+  std::deque<HistoryItem>& waiting() { return waiting_; }
+  // Lets fetch() ask again for what is stored later.
   void resume() { more_ = true; }
 
-  // Requests pages until events wait, or there are no more.
-  void fetch(Context& context, Model& model) {
+  // Requests pages until events or values wait, or there are no more.
+  void fetch(std::ostream& err) {
     while (waiting_.empty() && more_) {
-      auto page = next_page(context, model);
-      if (page) {
-        waiting_ = {std::make_move_iterator(page->records.begin()),
-                    std::make_move_iterator(page->records.end())};
+      if (auto page = next_page(err)) {
+        std::ranges::move(items_of(std::move(*page)), std::back_inserter(waiting_));
       }
     }
   }
 
-  // The newest events, of which later ones follow with fetch().
-  void fetch_newest(Context& context, Model& model, std::uint64_t count) {
+  // The newest ones, of which later ones follow with fetch().
+  void fetch_newest(std::ostream& err, std::uint64_t count) {
     const JournalRead forwards = read_;
     std::optional<request::JournalCursor> newest;
     read_.newest_first = true;
     while (more_ && waiting_.size() < count) {
       read_.most =
           static_cast<std::uint32_t>(std::min<std::uint64_t>(count - waiting_.size(), 1'000'000));
-      auto page = next_page(context, model);
+      auto page = next_page(err);
       if (!page) {
         break;
       }
       newest = newest ? newest : page->newest;
-      for (JournalRecord& record : page->records) {
-        waiting_.push_front(std::move(record));
-      }
+      std::ranges::move(items_of(std::move(*page)), std::front_inserter(waiting_));
     }
     read_ = forwards;
     read_.cursor = newest.value_or(request::JournalCursor{});
@@ -103,133 +134,201 @@ class GatewayJournal {
 
  private:
   // Nothing after a failure, which is reported once.
-  std::optional<JournalPage> next_page(Context& context, Model& model) {
-    Client::Answer answer = ask(context, model);
-    const bool replaced = answer.reply.error == line::to_error(line::Refusal::wrong_incarnation) &&
-                          read_.cursor != request::JournalCursor{};
-    if (replaced) {
+  std::optional<JournalPage> next_page(std::ostream& err) {
+    PageAnswer answer = ask_(read_);
+    if (answer.is_foreign && read_.cursor != request::JournalCursor{}) {
       read_.cursor = {};
       more_ = !read_.newest_first;
       return std::nullopt;
     }
-    auto page = answer.reply.ok() ? request::decode_page(answer.reply.bytes()) : std::nullopt;
-    more_ = page && page->more;
-    if (!page) {
-      report(context, answer);
+    more_ = answer.page && answer.page->more;
+    if (!answer.page) {
+      if (!std::exchange(failed_, true)) {
+        err << printable(name_) << ": " << printable(answer.error) << '\n';
+      }
       return std::nullopt;
     }
     failed_ = false;
-    read_.cursor = page->cursor;
-    return page;
-  }
-
-  Client::Answer ask(Context& context, Model& model) {
-    const LineId id{gateway_, read_.line.value_or("")};
-    for (int busy = 0;; ++busy) {
-      Client::Answer answer = context.client.call_gateway(id, read_, context.timeout, model);
-      if (busy == kMostBusy || answer.reply.error != line::to_error(line::Refusal::busy)) {
-        return answer;
-      }
-      poll(context, model, kBusyPause);
-    }
-  }
-
-  void report(Context& context, const Client::Answer& answer) {
-    if (std::exchange(failed_, true)) {
-      return;
-    }
-    const std::vector<std::byte>& bytes = answer.reply.bytes();
-    const std::string sentence(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-    const bool is_sentence = !answer.reply.ok() && !sentence.empty();
-    context.err << printable(gateway_) << ": "
-                << (is_sentence         ? printable(sentence)
-                    : answer.reply.ok() ? "the reply is not a page of a journal"
-                                        : answer.text)
-                << '\n';
+    knows_entry_ = knows_entry_ || !answer.page->unknown_entry;
+    read_.cursor = answer.page->cursor;
+    return std::move(answer.page);
   }
 
   std::string gateway_;
+  std::string name_;
+  AskForPage ask_;
   JournalRead read_;
-  std::deque<JournalRecord> waiting_;
+  std::deque<HistoryItem> waiting_;
   bool more_;
   bool failed_ = false;
+  bool knows_entry_ = false;
 };
 
 class History {
  public:
-  History(Context& context, Model& model, std::vector<GatewayJournal> journals)
-      : context_(context), model_(model), journals_(std::move(journals)) {}
+  History(const HistoryOutput& output, std::vector<JournalPart> parts)
+      : output_(output), parts_(std::move(parts)) {
+    several_ = std::ranges::any_of(
+        parts_, [&](const auto& one) { return one.gateway() != parts_.front().gateway(); });
+    if (output_.csv) {
+      output_.out << kValueCsvHead << '\n';
+    }
+  }
 
   // All that are stored and were not printed.
   void print() {
     for (;;) {
-      GatewayJournal* earliest = nullptr;
-      for (GatewayJournal& journal : journals_) {
-        journal.fetch(context_, model_);
-        if (!journal.waiting().empty() &&
+      JournalPart* earliest = nullptr;
+      for (JournalPart& part : parts_) {
+        part.fetch(output_.err);
+        if (!part.waiting().empty() &&
             (earliest == nullptr ||
-             journal.waiting().front().time < earliest->waiting().front().time)) {
-          earliest = &journal;
+             time_of(part.waiting().front()) < time_of(earliest->waiting().front()))) {
+          earliest = &part;
         }
       }
-      if (earliest == nullptr) {
+      if (earliest == nullptr || !output_.out.good()) {
         break;
       }
-      print(*earliest);
+      output_.out << history_line(earliest->waiting().front(), earliest->gateway(), several_,
+                                  output_)
+                  << '\n';
+      earliest->waiting().pop_front();
     }
-    context_.out << std::flush;
+    output_.out << std::flush;
   }
 
   void print_newest(std::uint64_t count) {
     std::size_t waiting = 0;
-    for (GatewayJournal& journal : journals_) {
-      journal.fetch_newest(context_, model_, count);
-      waiting += journal.waiting().size();
+    for (JournalPart& part : parts_) {
+      part.fetch_newest(output_.err, count);
+      waiting += part.waiting().size();
     }
     for (; waiting > count; --waiting) {
-      const auto is_later = [](GatewayJournal& a, GatewayJournal& b) {
+      const auto is_later = [](JournalPart& a, JournalPart& b) {
         return !a.waiting().empty() &&
-               (b.waiting().empty() || a.waiting().front().time < b.waiting().front().time);
+               (b.waiting().empty() || time_of(a.waiting().front()) < time_of(b.waiting().front()));
       };
-      std::ranges::min_element(journals_, is_later)->waiting().pop_front();
+      std::ranges::min_element(parts_, is_later)->waiting().pop_front();
     }
     print();
   }
 
-  void resume() { std::ranges::for_each(journals_, &GatewayJournal::resume); }
-  bool failed() const { return std::ranges::any_of(journals_, &GatewayJournal::failed); }
-
- private:
-  void print(GatewayJournal& journal) {
-    const JournalRecord& record = journal.waiting().front();
-    const std::string& gateway = journal.gateway();
-    context_.out << (context_.json
-                         ? history_json(record, gateway)
-                         : history_text(record, journals_.size() > 1 ? gateway : "", context_.utc))
-                 << '\n';
-    journal.waiting().pop_front();
+  // Reports entries of which no journal has values. False if there are some.
+  bool knows_all_entries() const {
+    std::set<std::string> unknown;
+    for (const JournalPart& part : parts_) {
+      if (part.query().values && !part.failed() && !part.knows_entry()) {
+        unknown.insert(part.query().text);
+      }
+    }
+    for (const JournalPart& part : parts_) {
+      if (part.knows_entry()) {
+        unknown.erase(part.query().text);
+      }
+    }
+    for (const std::string& entry : unknown) {
+      output_.err << "no values " << (entry.empty() ? "" : "of \"" + printable(entry) + "\" ")
+                  << "are stored: `history:` of a line names the entries\n";
+    }
+    return unknown.empty();
   }
 
-  Context& context_;
-  Model& model_;
-  std::vector<GatewayJournal> journals_;
+  void resume() { std::ranges::for_each(parts_, &JournalPart::resume); }
+  bool failed() const { return std::ranges::any_of(parts_, &JournalPart::failed); }
+
+ private:
+  const HistoryOutput output_;
+  std::vector<JournalPart> parts_;
+  bool several_ = false;  // gateways
 };
 
-// The journals that may have such events. "GATEWAY/LINE" selects one.
-std::vector<GatewayJournal> journals_of(const Model& model, JournalRead read) {
+// A query for each entry.
+void add_parts(const std::string& gateway, const std::string& name, const AskForPage& ask,
+               const HistoryRequest& request, JournalRead read, std::vector<JournalPart>& to) {
+  if (!request.values || request.entries.empty()) {
+    to.emplace_back(gateway, name, ask, read);
+    return;
+  }
+  for (const std::string& entry : request.entries) {
+    read.text = entry;
+    to.emplace_back(gateway, name, ask, read);
+  }
+}
+
+PageAnswer page_of(const Client::Answer& answer) {
+  const std::vector<std::byte>& bytes = answer.reply.bytes();
+  PageAnswer out;
+  if (answer.reply.ok()) {
+    out.page = request::decode_page(bytes);
+    out.error = "the reply is not a page of a journal";
+  } else {
+    out.is_foreign = answer.reply.error == line::to_error(line::Refusal::wrong_incarnation);
+    out.error = bytes.empty()
+                    ? answer.text
+                    : std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  }
+  return out;
+}
+
+AskForPage ask_gateway(Context& context, Model& model, const std::string& gateway) {
+  return [&context, &model, gateway](const JournalRead& read) {
+    const LineId id{gateway, read.line.value_or("")};
+    for (int busy = 0;; ++busy) {
+      const Client::Answer answer = context.client.call_gateway(id, read, context.timeout, model);
+      if (busy == kMostBusy || answer.reply.error != line::to_error(line::Refusal::busy)) {
+        return page_of(answer);
+      }
+      poll(context, model, kBusyPause);
+    }
+  };
+}
+
+// The journals that may have such events or values. "GATEWAY/LINE" selects one.
+std::vector<JournalPart> journals_of(Context& context, Model& model, const HistoryRequest& request,
+                                     JournalRead read) {
   std::string only;
   if (const std::size_t slash = read.line.value_or("").find('/');
       read.line && slash != std::string::npos) {
     only = read.line->substr(0, slash);
     read.line = read.line->substr(slash + 1);
   }
-  std::vector<GatewayJournal> out;
+  std::vector<JournalPart> out;
   for (const auto& [gateway, view] : model.gateways()) {
     if (only.empty() || gateway == only) {
-      out.emplace_back(gateway, read);
+      add_parts(gateway, gateway, ask_gateway(context, model, gateway), request, read, out);
     }
   }
   return out;
+}
+
+int print_history(History& history, std::uint64_t count) {
+  if (count != 0) {
+    history.print_newest(count);
+  } else {
+    history.print();
+  }
+  return history.failed() || !history.knows_all_entries() ? kFailed : kDone;
+}
+
+// Why the options of values are wrong; empty if they are not.
+std::string parse_values(const HistoryRequest& request, JournalRead& to) {
+  constexpr std::size_t kMostEntries = 100;
+  if (!request.values) {
+    return request.csv ? "--csv prints values: --values" : "";
+  }
+  if (!request.kind.empty() || !request.severity.empty() || !request.text.empty()) {
+    return "values have no kind, severity and text";
+  }
+  if (request.entries.size() > kMostEntries) {
+    return "more than 100 entries";
+  }
+  const auto is_long = [](const auto& name) { return name.size() > JournalRead::kLongestText; };
+  if (std::ranges::any_of(request.entries, is_long)) {
+    return "the name of an entry has more than 255 bytes";
+  }
+  to.values = true;
+  return "";
 }
 
 }  // namespace
@@ -258,6 +357,9 @@ std::string parse_history(const HistoryRequest& request, Instant now, JournalRea
   }
   if (request.text.size() > JournalRead::kLongestText) {
     return "the text has more than 255 bytes";
+  }
+  if (const std::string wrong = parse_values(request, to); !wrong.empty()) {
+    return wrong;
   }
   to.least = *severity;
   to.text = request.text;
@@ -299,6 +401,19 @@ std::string history_json(const JournalRecord& record, const std::string& gateway
   return out.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
+int values_of(const std::string& name, const AskForPage& ask, const HistoryRequest& request,
+              Instant now, const HistoryOutput& output) {
+  JournalRead read;
+  if (const std::string wrong = parse_history(request, now, read); !wrong.empty()) {
+    output.err << wrong << '\n';
+    return kUsage;
+  }
+  std::vector<JournalPart> parts;
+  add_parts("", name, ask, request, read, parts);
+  History history(output, std::move(parts));
+  return print_history(history, request.count);
+}
+
 int history(Context& context, const HistoryRequest& request, bool follow,
             const std::function<bool()>& stopped) {
   JournalRead read;
@@ -308,20 +423,21 @@ int history(Context& context, const HistoryRequest& request, bool follow,
   }
   Model model;
   (void)wait_until_settled(context, model, [&] { return stopped() || !model.gateways().empty(); });
-  auto journals = journals_of(model, read);
+  auto journals = journals_of(context, model, request, read);
   if (journals.empty()) {
     context.err << (model.gateways().empty() ? "no gateway was found"
                                              : "no gateway of line '" + printable(*read.line) + "'")
                 << '\n';
     return kFailed;
   }
-  History history(context, model, std::move(journals));
-  if (request.count != 0) {
-    history.print_newest(request.count);
-  } else {
-    history.print();
-  }
-  const int code = history.failed() ? kFailed : completeness(context, model);
+  History history({.out = context.out,
+                   .err = context.err,
+                   .json = context.json,
+                   .csv = request.csv,
+                   .utc = context.utc},
+                  std::move(journals));
+  const int printed = print_history(history, request.count);
+  const int code = printed == kDone ? completeness(context, model) : printed;
   while (follow && !stopped() && context.out.good()) {
     poll(context, model, kFollowPeriod);
     history.resume();

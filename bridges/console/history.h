@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// `linegate history`: stored events of gateways; and its conditions and output, which it has in
-// common with `linegate history --journal` (gateway/tools/history.h).
+// `linegate history`: stored events and values of gateways; and its conditions and output, which it
+// has in common with `linegate history --journal` (gateway/tools/history.h).
 #pragma once
 
 #include <cstdint>
 #include <functional>
+#include <iosfwd>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "bridges/console/commands.h"
 #include "bridges/request/journal.h"
@@ -21,6 +24,10 @@ struct HistoryRequest {
   std::string since;        // see parse_since(); empty: from the oldest event on
   std::string until;        // exclusive; empty: to the newest event
   std::uint64_t count = 0;  // the newest so many; 0 = all
+  // Values instead of events: of entries with these names, `*` is any text; empty: of all.
+  bool values = false;
+  std::vector<std::string> entries{};
+  bool csv = false;  // values as CSV
 };
 
 // Sets the conditions of the request. now: UTC. Returns an empty text, or what is wrong.
@@ -32,9 +39,29 @@ std::string history_text(const request::JournalRecord& record, const std::string
 // One event as a JSON object, with `gateway` unless it is empty.
 std::string history_json(const request::JournalRecord& record, const std::string& gateway);
 
-// Prints the events in the journals of all gateways that are found, by time if there are several;
-// request.line and the line of request.node may be "GATEWAY/LINE". follow: then later events until
-// stopped() returns true. kFailed if a journal cannot be read, after the events of the others.
+// The page that answers a request, from a gateway or a file.
+struct PageAnswer {
+  std::optional<request::JournalPage> page{};
+  bool is_foreign = false;  // the cursor is that of another file
+  std::string error{};      // without a page
+};
+using AskForPage = std::function<PageAnswer(const request::JournalRead&)>;
+// Where the values of a file are printed, and how.
+struct HistoryOutput {
+  std::ostream& out;
+  std::ostream& err;
+  bool json = false;
+  bool csv = false;
+  bool utc = false;
+};
+// Prints the values of one journal; the exit code is that of history(). name: for messages.
+int values_of(const std::string& name, const AskForPage& ask, const HistoryRequest& request,
+              Instant now, const HistoryOutput& output);
+
+// Prints the events or values in the journals of all gateways that are found, by time if there are
+// several; request.line and the line of request.node may be "GATEWAY/LINE". follow: then later
+// events until stopped() returns true. kFailed if a journal cannot be read, after the events of the
+// others, or none has values of an entry.
 int history(Context& context, const HistoryRequest& request, bool follow,
             const std::function<bool()>& stopped);
 

@@ -2,10 +2,12 @@
 #include "bridges/request/journal.h"
 
 #include <algorithm>
+#include <map>
 #include <string_view>
 #include <utility>
 
 #include "bridges/request/field_bytes.h"
+#include "stack/base/assert.h"
 #include "stack/can/cob_id.h"
 
 namespace linegate::request {
@@ -19,14 +21,21 @@ constexpr unsigned kSince = 8;
 constexpr unsigned kUntil = 16;
 constexpr unsigned kAfter = 32;
 constexpr unsigned kNewestFirst = 64;
-constexpr unsigned kAllFlags = 127;
+constexpr unsigned kValues = 128;
+constexpr unsigned kAllFlags = 255;
 // Flags of the page.
 constexpr unsigned kMore = 1;
 constexpr unsigned kUnknownStream = 2;
+constexpr unsigned kPageOfValues = 4;
+constexpr unsigned kUnknownEntry = 8;
 
 constexpr std::size_t kLongestName = 64;
 constexpr std::size_t kLongestData = 16;
 constexpr std::size_t kLongestEventText = 256;
+constexpr std::size_t kLongestEntryName = 128;
+constexpr std::size_t kMostBits = 64;
+constexpr std::size_t kValueBytes = 20;        // of a value of a known series
+constexpr std::size_t kFixedSeriesBytes = 9;   // with the lengths of its strings
 constexpr std::size_t kFixedRecordBytes = 48;  // of a record, with the lengths of its strings
 
 std::uint64_t nanoseconds(std::optional<Instant> time) {
@@ -85,6 +94,66 @@ JournalRecord read_record(FieldReader& in) {
   return out;
 }
 
+void write(const JournalSeries& series, FieldWriter& out) {
+  out.number(series.direction, 1);
+  out.number(series.node, 1);
+  out.number(series.type, 2);
+  out.number(series.bits, 2);
+  out.sized(cut(series.line, kLongestName), 1);
+  out.sized(cut(series.name, kLongestEntryName), 2);
+}
+
+JournalSeries read_series(FieldReader& in) {
+  JournalSeries out;
+  out.direction = in.number<std::uint8_t>();
+  out.node = in.number<std::uint8_t>();
+  out.type = in.number<std::uint16_t>();
+  out.bits = in.number<std::uint16_t>();
+  out.line = in.text(1);
+  out.name = in.text(2);
+  in.require(out.direction <= 1 && out.bits >= 1 && out.bits <= kMostBits &&
+             out.line.size() <= kLongestName && out.name.size() <= kLongestEntryName);
+  return out;
+}
+
+// A series is described where its first value is.
+void write(const std::vector<JournalValue>& values, FieldWriter& out) {
+  std::map<JournalSeries, std::uint16_t> known;
+  for (const JournalValue& value : values) {
+    const auto [series, is_new] =
+        known.try_emplace(value.series, static_cast<std::uint16_t>(known.size()));
+    out.number(series->second, 2);
+    if (is_new)
+      write(value.series, out);
+    out.number(nanoseconds(value.time), 8);
+    out.number(value.clock, 1);
+    out.number(value.value ? 1U : 0U, 1);
+    out.number(value.value.value_or(0), 8);
+  }
+}
+
+std::vector<JournalValue> read_values(FieldReader& in) {
+  std::vector<JournalSeries> known;
+  std::vector<JournalValue> out;
+  while (in.good() && in.left() > 0) {
+    const auto series = in.number<std::uint16_t>();
+    in.require(series <= known.size());
+    if (in.good() && series == known.size())
+      known.push_back(read_series(in));
+    JournalValue& value = out.emplace_back();
+    value.time = instant(in.number<std::uint64_t>());
+    value.clock = in.number<std::uint8_t>();
+    const auto valid = in.number<std::uint8_t>();
+    const auto bits = in.number<std::uint64_t>();
+    in.require(valid <= 1);
+    if (in.good()) {
+      value.series = known[series];
+      value.value = valid == 1 ? std::optional(bits) : std::nullopt;
+    }
+  }
+  return out;
+}
+
 }  // namespace
 
 std::vector<std::byte> encode(const JournalRead& request) {
@@ -92,7 +161,7 @@ std::vector<std::byte> encode(const JournalRead& request) {
   out.number((request.line ? kOfLine : 0U) | (request.node ? kOfNode : 0U) |
                  (request.kind ? kOfKind : 0U) | (request.since ? kSince : 0U) |
                  (request.until ? kUntil : 0U) | (request.after ? kAfter : 0U) |
-                 (request.newest_first ? kNewestFirst : 0U),
+                 (request.newest_first ? kNewestFirst : 0U) | (request.values ? kValues : 0U),
              2);
   out.number(request.node.value_or(0), 1);
   out.number(static_cast<std::uint8_t>(request.kind.value_or(EventKind{})), 1);
@@ -132,6 +201,8 @@ const char* decode(std::span<const std::byte> data, JournalRead& to) {
     return "the severity is not 0..2";
   if ((flags & kAfter) != 0 && ((flags & kOfLine) == 0 || (flags & kNewestFirst) != 0))
     return "a stream and number need a line, and the order of publication";
+  if ((flags & kValues) != 0 && ((flags & (kOfKind | kAfter)) != 0 || least != 0))
+    return "values have no kind, severity, stream and number";
   const auto has = [flags](unsigned flag) { return (flags & flag) != 0; };
   to.line = has(kOfLine) ? std::optional(std::move(line)) : std::nullopt;
   to.node = has(kOfNode) ? std::optional(node) : std::nullopt;
@@ -141,6 +212,7 @@ const char* decode(std::span<const std::byte> data, JournalRead& to) {
   to.until = has(kUntil) ? std::optional(instant(until)) : std::nullopt;
   to.after = has(kAfter) ? std::optional(EventPosition{stream, number}) : std::nullopt;
   to.newest_first = has(kNewestFirst);
+  to.values = has(kValues);
   return nullptr;
 }
 
@@ -150,13 +222,25 @@ std::size_t encoded_size(const JournalRecord& record) {
          std::min(record.text.size(), kLongestEventText);
 }
 
+std::size_t encoded_size(const JournalValue& value, bool of_new_series) {
+  return kValueBytes + (of_new_series
+                            ? kFixedSeriesBytes + std::min(value.series.line.size(), kLongestName) +
+                                  std::min(value.series.name.size(), kLongestEntryName)
+                            : 0);
+}
+
 std::vector<std::byte> encode(const JournalPage& page) {
+  LINEGATE_ASSERT(page.records.empty() || page.values.empty(), "a page has events or values");
   FieldWriter out;
-  out.number((page.more ? kMore : 0U) | (page.unknown_stream ? kUnknownStream : 0U), 1);
+  out.number((page.more ? kMore : 0U) | (page.unknown_stream ? kUnknownStream : 0U) |
+                 (page.values.empty() ? 0U : kPageOfValues) |
+                 (page.unknown_entry ? kUnknownEntry : 0U),
+             1);
   write(page.cursor, out);
   write(page.newest, out);
   for (const JournalRecord& record : page.records)
     write(record, out);
+  write(page.values, out);
   return out.take();
 }
 
@@ -166,8 +250,11 @@ std::optional<JournalPage> decode_page(std::span<const std::byte> data) {
   const auto flags = in.number<std::uint8_t>();
   page.more = (flags & kMore) != 0;
   page.unknown_stream = (flags & kUnknownStream) != 0;
+  page.unknown_entry = (flags & kUnknownEntry) != 0;
   page.cursor = read_cursor(in);
   page.newest = read_cursor(in);
+  if ((flags & kPageOfValues) != 0)
+    page.values = read_values(in);
   while (in.good() && in.left() > 0)
     page.records.push_back(read_record(in));
   return in.complete() ? std::optional(std::move(page)) : std::nullopt;

@@ -2,6 +2,7 @@
 // The request that reads the journal of a gateway, and the page that answers it.
 #pragma once
 
+#include <compare>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -32,7 +33,8 @@ struct JournalCursor {
   friend bool operator==(const JournalCursor&, const JournalCursor&) = default;
 };
 
-// Reads stored events that fulfil all conditions. Reply: a JournalPage; of a refusal a sentence.
+// Reads stored events, or values, that fulfil all conditions. Reply: a JournalPage; of a refusal a
+// sentence.
 struct JournalRead {
   static constexpr line::CommandKind kKind{26};
   static constexpr std::string_view kName = "journal-read";
@@ -42,14 +44,17 @@ struct JournalRead {
   std::optional<std::uint8_t> node{};
   std::optional<EventKind> kind{};
   EventSeverity least = EventSeverity::info;  // this severity and worse ones
-  std::string text{};                         // part of the text; ASCII letters of either case
-  std::optional<Instant> since{};             // UTC; inclusive
-  std::optional<Instant> until{};             // UTC; exclusive
+  // Part of the text of the event; ASCII letters of either case. Of values: the name of the entry
+  // in the process image, in which `*` stands for any text. Empty: all.
+  std::string text{};
+  std::optional<Instant> since{};  // UTC; inclusive
+  std::optional<Instant> until{};  // UTC; exclusive
   // Begins after that event of `line`, which must be set; not with newest_first.
   std::optional<EventPosition> after{};
   JournalCursor cursor{};     // of the page before; it then replaces `after`
   bool newest_first = false;  // from the newest event back
-  std::uint32_t most = 0;     // events of the page; 0 = as many as fit
+  std::uint32_t most = 0;     // events or values of the page; 0 = as many as fit
+  bool values = false;        // of the value history; then without kind, severity and `after`
 };
 
 // The members of an Event sample (idl/linegate.idl) but `gateway`, and the stream of its number.
@@ -71,18 +76,45 @@ struct JournalRecord {
   friend bool operator==(const JournalRecord&, const JournalRecord&) = default;
 };
 
-// In the order in which the events were stored, or the reverse order with newest_first. A page may
-// be empty although there are more: the gateway bounds the work for a page.
+// An entry of a process image with a value history, and the type of its value.
+struct JournalSeries {
+  std::string line{};
+  std::uint8_t direction = 0;  // 0 inputs, 1 outputs
+  std::uint8_t node = 0;
+  std::uint16_t type = 0;  // CiA 301 data type
+  std::uint16_t bits = 0;  // 1..64
+  std::string name{};      // of the entry, up to 128 bytes
+
+  friend auto operator<=>(const JournalSeries&, const JournalSeries&) = default;
+};
+
+// A value from its time on, until the next one of the same line, direction, node and name.
+struct JournalValue {
+  JournalSeries series{};
+  Instant time{};          // UTC
+  std::uint8_t clock = 0;  // ClockQuality of the contract
+  // Bits of the value, the first one is the lowest. Nothing: from that time on there is no valid
+  // value, or none is known.
+  std::optional<std::uint64_t> value{};
+
+  friend bool operator==(const JournalValue&, const JournalValue&) = default;
+};
+
+// In the order in which the events or values were stored, or the reverse order with newest_first. A
+// page may be empty although there are more: the gateway bounds the work for a page.
 struct JournalPage {
   static constexpr std::size_t kMostBytes = 60'000;  // encoded: 8 samples of a reply
 
   JournalCursor cursor{};  // of the next page
-  JournalCursor newest{};  // at the newest event of the journal, whatever the conditions are
-  bool more = false;       // the page does not reach the end
+  // At the newest event, or value, of the journal, whatever the conditions are.
+  JournalCursor newest{};
+  bool more = false;  // the page does not reach the end
   // The journal has no event of the line with the stream of `after`: the page begins with the
   // oldest event instead.
   bool unknown_stream = false;
+  bool unknown_entry = false;  // no entry with a value history fulfils the conditions
   std::vector<JournalRecord> records{};
+  std::vector<JournalValue> values{};  // without records
 
   friend bool operator==(const JournalPage&, const JournalPage&) = default;
 };
@@ -93,6 +125,8 @@ std::vector<std::byte> encode(const JournalRead& request);
 const char* decode(std::span<const std::byte> data, JournalRead& to);
 // The encoded size of a page with these records is at most that of the empty page and their sum.
 std::size_t encoded_size(const JournalRecord& record);
+// of_new_series: the page has no earlier value of the series.
+std::size_t encoded_size(const JournalValue& value, bool of_new_series);
 // Longer strings than the contract permits are cut.
 std::vector<std::byte> encode(const JournalPage& page);
 std::optional<JournalPage> decode_page(std::span<const std::byte> data);

@@ -3,7 +3,9 @@
 #include <functional>
 #include <iostream>
 #include <memory>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "bridges/console/history.h"
 #include "gateway/cli/command_line.h"
@@ -12,11 +14,18 @@
 #include "gateway/runtime/clock.h"
 #include "gateway/runtime/signals.h"
 #include "gateway/tools/history.h"
+#include "gateway/tools/value_history.h"
 
 namespace linegate::gateway {
 namespace {
 
 constexpr auto kFollowPeriod = std::chrono::milliseconds(250);
+
+struct WantedValues {
+  bool wanted = false;
+  std::vector<std::string> entries;
+  bool csv = false;
+};
 
 int of_file(const HistoryOptions& options, bool follow) {
   return with_problems_as_json(options.json, [&] {
@@ -30,15 +39,32 @@ int of_file(const HistoryOptions& options, bool follow) {
   });
 }
 
-int of_gateways(const CommandLine& line, const HistoryOptions& options, bool follow) {
-  const console::HistoryRequest request{.line = options.line,
-                                        .node = options.node,
-                                        .kind = options.kind,
-                                        .severity = options.severity,
-                                        .text = options.text,
-                                        .since = options.since,
-                                        .until = options.until,
-                                        .count = options.count};
+console::HistoryRequest request_of(const HistoryOptions& options, const WantedValues& values) {
+  return {.line = options.line,
+          .node = options.node,
+          .kind = options.kind,
+          .severity = options.severity,
+          .text = options.text,
+          .since = options.since,
+          .until = options.until,
+          .count = options.count,
+          .values = values.wanted,
+          .entries = values.entries,
+          .csv = values.csv};
+}
+
+int values_of_file(const HistoryOptions& options, const console::HistoryRequest& request) {
+  return with_problems_as_json(options.json, [&] {
+    return value_history(options.file, request, monotonic_now() + WallClock().map().offset,
+                         {.out = std::cout,
+                          .err = std::cerr,
+                          .json = options.json,
+                          .csv = request.csv,
+                          .utc = options.utc});
+  });
+}
+
+int of_gateways(const CommandLine& line, const console::HistoryRequest& request, bool follow) {
   return line.with_client({.commands = true}, [&](console::Context& context) {
     return console::history(context, request, follow, stop_signal_caught);
   });
@@ -62,14 +88,29 @@ void add_history(CommandLine& line) {
   command->add_option("--text", options->text, "part of the text");
   command->add_option("-n,--count", options->count, "the newest so many");
   command->add_flag("-f,--follow", *follow, "then later events, until a signal");
-  line.on(command, [&line, options, follow] {
+  const auto values = std::make_shared<WantedValues>();
+  CLI::Option* const wanted =
+      command
+          ->add_option("--values", values->entries,
+                       "instead of events, values of these entries, of all without a name; inlet.*")
+          ->expected(0, -1)
+          ->type_name("ENTRY");
+  command->add_flag("--csv", values->csv, "values as CSV")->needs(wanted);
+  line.on(command, [&line, options, follow, values, wanted] {
+    values->wanted = wanted->count() != 0;
     if (*follow) {
       catch_stop_signals();
     }
     options->json = line.common().json;
     options->utc = line.common().utc;
-    return options->file.empty() ? of_gateways(line, *options, *follow)
-                                 : of_file(*options, *follow);
+    const console::HistoryRequest request = request_of(*options, *values);
+    if (options->file.empty()) {
+      return of_gateways(line, request, *follow);
+    }
+    if (values->wanted && *follow) {
+      return line.usage_error("--follow of values needs a gateway, not a file");
+    }
+    return values->wanted ? values_of_file(*options, request) : of_file(*options, *follow);
   });
 }
 

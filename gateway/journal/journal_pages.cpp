@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include <sqlite3.h>
@@ -15,6 +16,14 @@ using request::JournalCursor;
 using request::JournalRead;
 using request::JournalRecord;
 
+std::size_t most_of(const JournalRead& request, std::size_t limit) {
+  return request.most == 0 ? limit : std::min<std::size_t>(request.most, limit);
+}
+
+JournalReader::Table table_of(const JournalRead& request) {
+  return request.values ? JournalReader::Table::values : JournalReader::Table::events;
+}
+
 JournalQuery query_of(const JournalRead& request) {
   return {.line = request.line,
           .node = request.node,
@@ -24,9 +33,17 @@ JournalQuery query_of(const JournalRead& request) {
           .since = request.since,
           .until = request.until,
           .newest = request.newest_first,
-          .most = request.most == 0
-                      ? JournalPages::kMostRecords
-                      : std::min<std::size_t>(request.most, JournalPages::kMostRecords)};
+          .most = most_of(request, JournalPages::kMostRecords)};
+}
+
+ValueQuery value_query_of(const JournalRead& request) {
+  return {.line = request.line,
+          .node = request.node,
+          .name = request.text,
+          .since = request.since,
+          .until = request.until,
+          .newest = request.newest_first,
+          .most = most_of(request, JournalPages::kMostValues)};
 }
 
 // Adds the entries that fit; returns their number.
@@ -40,6 +57,20 @@ std::size_t add_records(JournalPage&& from, request::JournalPage& to) {
     to.records.push_back(std::move(record));
   }
   return to.records.size();
+}
+
+// Adds the values that fit; returns their number.
+std::size_t add_values(const ValuePage& from, request::JournalPage& to) {
+  std::set<request::JournalSeries> known;
+  std::size_t bytes = request::encode(to).size();
+  for (const StoredValue& one : from.values) {
+    request::JournalValue value = value_of(one);
+    bytes += request::encoded_size(value, known.insert(value.series).second);
+    if (bytes > request::JournalPage::kMostBytes)
+      break;
+    to.values.push_back(std::move(value));
+  }
+  return to.values.size();
 }
 
 PageRefusal unreadable(int error) {
@@ -64,6 +95,18 @@ request::JournalRecord record_of(JournalEntry entry) {
           .value = entry.value,
           .data = std::move(entry.data),
           .text = std::move(entry.text)};
+}
+
+request::JournalValue value_of(const StoredValue& value) {
+  return {.series = {.line = value.entry->line,
+                     .direction = static_cast<std::uint8_t>(value.entry->direction),
+                     .node = value.entry->node,
+                     .type = static_cast<std::uint16_t>(value.type),
+                     .bits = value.bits,
+                     .name = value.entry->name},
+          .time = value.time,
+          .clock = static_cast<std::uint8_t>(value.clock),
+          .value = value.value};
 }
 
 std::variant<request::JournalPage, PageRefusal> JournalPages::read(const JournalRead& request,
@@ -99,40 +142,66 @@ int JournalPages::read_page(const JournalRead& request, request::JournalPage& pa
                             bool& is_foreign) {
   JournalReader::Extent extent;
   Window window;
-  int error = reader_.extent(JournalReader::Table::events, extent);
+  const JournalReader::Table table = table_of(request);
+  int error = reader_.extent(table, extent);
   error = error == SQLITE_OK ? begin(request, extent, window, page) : error;
-  error = error == SQLITE_OK ? make_cursor(extent.newest, page.newest) : error;
+  error = error == SQLITE_OK ? make_cursor(table, extent.newest, page.newest) : error;
   is_foreign = window.is_foreign;
   if (error != SQLITE_OK || is_foreign)
     return error;
+  Found found;
+  error = request.values ? read_values(request, window, page, found)
+                         : read_events(request, window, page, found);
+  if (error != SQLITE_OK)
+    return error;
+  std::int64_t reached = request.newest_first ? window.first + 1 : window.last;
+  if (found.is_cut)
+    reached = found.positions[found.added - 1];
+  page.more = request.newest_first ? reached > extent.oldest : reached < extent.newest;
+  const bool is_before_all = request.newest_first && window.first == window.last;
+  return is_before_all ? SQLITE_OK : make_cursor(table, reached, page.cursor);
+}
+
+int JournalPages::read_events(const JournalRead& request, const Window& window,
+                              request::JournalPage& page, Found& found) {
   JournalQuery query = query_of(request);
   query.after = window.first;
   query.last = window.last;
-  JournalPage found;
-  error = reader_.read(query, found);
-  if (error != SQLITE_OK)
-    return error;
+  JournalPage read;
+  const int error = reader_.read(query, read);
   if (query.newest) {
-    std::ranges::reverse(found.entries);
-    std::ranges::reverse(found.positions);
+    std::ranges::reverse(read.entries);
+    std::ranges::reverse(read.positions);
   }
-  const std::vector<std::int64_t> positions = found.positions;
-  const std::size_t most = query.most;
-  const std::size_t added = add_records(std::move(found), page);
-  const bool is_cut = added < positions.size() || added == most;
-  std::int64_t reached = query.newest ? window.first + 1 : window.last;
-  if (is_cut)
-    reached = positions[added - 1];
-  page.more = query.newest ? reached > extent.oldest : reached < extent.newest;
-  const bool is_before_all = query.newest && window.first == window.last;
-  return is_before_all ? SQLITE_OK : make_cursor(reached, page.cursor);
+  found.positions = std::move(read.positions);
+  found.added = add_records(std::move(read), page);
+  found.is_cut = found.added < found.positions.size() || found.added == query.most;
+  return error;
+}
+
+int JournalPages::read_values(const JournalRead& request, const Window& window,
+                              request::JournalPage& page, Found& found) {
+  ValueQuery query = value_query_of(request);
+  query.after = window.first;
+  query.last = window.last;
+  ValuePage read;
+  const int error = reader_.read(query, read);
+  page.unknown_entry = !read.is_known;
+  if (query.newest) {
+    std::ranges::reverse(read.values);
+    std::ranges::reverse(read.positions);
+  }
+  found.added = add_values(read, page);
+  found.positions = std::move(read.positions);
+  found.is_cut = found.added < found.positions.size() || found.added == query.most;
+  return error;
 }
 
 // Forwards after the cursor or the event, backwards before the cursor or from the newest entry on.
 int JournalPages::begin(const JournalRead& request, const JournalReader::Extent& extent,
                         Window& window, request::JournalPage& page) {
   page.cursor = request.cursor;
-  int error = check_cursor(request.cursor, extent, window);
+  int error = check_cursor(request, extent, window);
   if (error != SQLITE_OK || window.is_foreign)
     return error;
   const auto cursor = static_cast<std::int64_t>(request.cursor.position);
@@ -155,8 +224,9 @@ int JournalPages::begin(const JournalRead& request, const JournalReader::Extent&
 }
 
 // An entry that was removed for its age or for room leaves its cursor valid.
-int JournalPages::check_cursor(const JournalCursor& cursor, const JournalReader::Extent& extent,
+int JournalPages::check_cursor(const JournalRead& request, const JournalReader::Extent& extent,
                                Window& window) {
+  const JournalCursor& cursor = request.cursor;
   if (cursor.position == 0)
     return SQLITE_OK;
   if (cursor.position > static_cast<std::uint64_t>(extent.newest)) {
@@ -164,16 +234,17 @@ int JournalPages::check_cursor(const JournalCursor& cursor, const JournalReader:
     return SQLITE_OK;
   }
   std::optional<std::uint64_t> check;
-  const int error = reader_.check_of(JournalReader::Table::events,
-                                     static_cast<std::int64_t>(cursor.position), check);
+  const int error =
+      reader_.check_of(table_of(request), static_cast<std::int64_t>(cursor.position), check);
   window.is_foreign = check && *check != cursor.check;
   return error;
 }
 
 // Without an entry, which was removed meanwhile: no later one of this file is at the position.
-int JournalPages::make_cursor(std::int64_t position, JournalCursor& cursor) {
+int JournalPages::make_cursor(JournalReader::Table table, std::int64_t position,
+                              JournalCursor& cursor) {
   std::optional<std::uint64_t> check;
-  const int error = reader_.check_of(JournalReader::Table::events, position, check);
+  const int error = reader_.check_of(table, position, check);
   cursor = {static_cast<std::uint64_t>(position), check.value_or(0)};
   return error;
 }

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "bridges/request/journal.h"
 #include "gateway/exchange/cell.h"
@@ -23,14 +24,16 @@ struct PageRefusal {
 
 // For clients.
 request::JournalRecord record_of(JournalEntry entry);
+request::JournalValue value_of(const StoredValue& value);
 
 // One thread at a time; calls block on the disk. The work for a page is bounded, whatever the
-// request: kMostScanned entries are read, and a page has up to kMostRecords of them and
-// JournalPage::kMostBytes.
+// request: kMostScanned events or values are read, and a page has up to kMostRecords events or
+// kMostValues values, and JournalPage::kMostBytes.
 class JournalPages {
  public:
   static constexpr std::int64_t kMostScanned = 20'000;
   static constexpr std::size_t kMostRecords = 600;
+  static constexpr std::size_t kMostValues = 3000;
 
   // file: the journal, which may not exist yet, and may be replaced by another one.
   explicit JournalPages(std::string file) : file_(std::move(file)) {}
@@ -46,13 +49,24 @@ class JournalPages {
     std::int64_t last = 0;
     bool is_foreign = false;  // the cursor is that of another file
   };
+  // What was read of the window, in the order of the page.
+  struct Found {
+    std::vector<std::int64_t> positions;
+    std::size_t added = 0;  // so many of them fit into the page
+    bool is_cut = false;    // there may be more in the window
+  };
   int open(const exchange::Flag& stop);
+  int read_events(const request::JournalRead& request, const Window& window,
+                  request::JournalPage& page, Found& found);
+  int read_values(const request::JournalRead& request, const Window& window,
+                  request::JournalPage& page, Found& found);
   int read_page(const request::JournalRead& request, request::JournalPage& page, bool& is_foreign);
   int begin(const request::JournalRead& request, const JournalReader::Extent& extent,
             Window& window, request::JournalPage& page);
-  int check_cursor(const request::JournalCursor& cursor, const JournalReader::Extent& extent,
+  int check_cursor(const request::JournalRead& request, const JournalReader::Extent& extent,
                    Window& window);
-  int make_cursor(std::int64_t position, request::JournalCursor& cursor);
+  int make_cursor(JournalReader::Table table, std::int64_t position,
+                  request::JournalCursor& cursor);
 
   const std::string file_;
   JournalReader reader_;

@@ -52,7 +52,8 @@ class Journals : public Client {
     if (last.cursor.position != 0 && last.cursor.check != file) {
       return {.reply = {.error = line::to_error(line::Refusal::wrong_incarnation)}};
     }
-    return {.reply = {.data = encode(page(journals.at(id.gateway)))}};
+    return {.reply = {.data = encode(last.values ? values_of(values[id.gateway])
+                                                 : page(journals.at(id.gateway)))}};
   }
 
   void add(const std::string& gateway, std::uint64_t number, int seconds) {
@@ -63,6 +64,21 @@ class Journals : public Client {
                                  .text = "words"});
   }
 
+  void add_value(const std::string& gateway, const std::string& entry, int seconds,
+                 std::optional<std::uint64_t> value) {
+    journals[gateway];
+    values[gateway].push_back({.series = {.line = "press",
+                                          .direction = 0,
+                                          .node = 5,
+                                          .type = 3,  // INTEGER16
+                                          .bits = 16,
+                                          .name = entry},
+                               .time = Instant(std::chrono::seconds(seconds)),
+                               .clock = 2,
+                               .value = value});
+  }
+
+  std::map<std::string, std::vector<request::JournalValue>> values;
   std::map<std::string, std::vector<JournalRecord>> journals;
   std::string refusing;
   line::Refusal refusal = line::Refusal::none;
@@ -72,6 +88,18 @@ class Journals : public Client {
   std::vector<LineId> addressed;
 
  private:
+  // All at once; a name is compared as it is.
+  JournalPage values_of(std::vector<request::JournalValue> of) const {
+    std::erase_if(
+        of, [&](const auto& one) { return !last.text.empty() && one.series.name != last.text; });
+    JournalPage out{.cursor = {of.size() + 1, file}, .newest = {of.size() + 1, file}};
+    out.unknown_entry = of.empty();
+    if (last.newest_first)
+      std::ranges::reverse(of);
+    if (last.cursor.position == 0)
+      out.values = std::move(of);
+    return out;
+  }
   JournalPage page(const std::vector<JournalRecord>& journal) const {
     JournalPage out{.newest = {journal.size(), file}};
     const std::size_t most = last.most == 0 ? 2 : std::min<std::size_t>(2, last.most);
@@ -171,6 +199,67 @@ TEST_F(HistoryOverDds, AGatewayThatRefusesIsReportedAndTheOthersArePrinted) {
   EXPECT_EQ(run(), kFailed);
   EXPECT_THAT(events(), ElementsAre("b/gateway #2"));
   EXPECT_EQ(err_.str(), "a: it has?none\n");
+}
+
+TEST_F(HistoryOverDds, PrintsValuesOfEntriesByTime) {
+  gateway_.add_value("a", "inlet.Left", 1, 0xFF85);
+  gateway_.add_value("a", "inlet.Right", 2, 7);
+  gateway_.add_value("a", "inlet.Left", 3, std::nullopt);
+  gateway_.add_value("a", "ram.Left", 4, 9);
+  EXPECT_EQ(run({.values = true, .entries = {"inlet.Right", "inlet.Left"}}), kDone) << err_.str();
+  EXPECT_EQ(out_.str(),
+            "1970-01-01T00:00:01.000Z press inlet.Left: -123\n"
+            "1970-01-01T00:00:02.000Z press inlet.Right: 7\n"
+            "1970-01-01T00:00:03.000Z press inlet.Left: not valid\n");
+  EXPECT_TRUE(gateway_.last.values);
+  out_.str("");
+  EXPECT_EQ(run({.node = "press:5", .count = 2, .values = true}), kDone);
+  EXPECT_EQ(out_.str(),
+            "1970-01-01T00:00:03.000Z press inlet.Left: not valid\n"
+            "1970-01-01T00:00:04.000Z press ram.Left: 9\n");
+  EXPECT_EQ(gateway_.last.node, 5);
+  EXPECT_EQ(gateway_.last.text, "");
+}
+
+TEST_F(HistoryOverDds, PrintsValuesAsCsvAndJson) {
+  gateway_.add_value("a", "inlet.\"Hot, or not\"", 1, 0xFF85);
+  gateway_.add_value("a", "inlet.\"Hot, or not\"", 2, std::nullopt);
+  EXPECT_EQ(run({.values = true, .csv = true}), kDone) << err_.str();
+  EXPECT_EQ(out_.str(),
+            "time,gateway,line,direction,entry,value\n"
+            "1970-01-01T00:00:01.000Z,a,press,inputs,\"inlet.\"\"Hot, or not\"\"\",-123\n"
+            "1970-01-01T00:00:02.000Z,a,press,inputs,\"inlet.\"\"Hot, or not\"\"\",\n");
+  out_.str("");
+  context_.json = true;
+  EXPECT_EQ(run({.values = true}), kDone);
+  EXPECT_THAT(
+      out_.str(),
+      HasSubstr(R"("gateway":"a","clock":"synchronised","line":"press","direction":"inputs",)"
+                R"("node":5,"entry":"inlet.\"Hot, or not\"","type":"INTEGER16","valid":true,)"
+                R"("value":-123})"));
+  EXPECT_THAT(out_.str(), HasSubstr(R"("valid":false,"value":null})"));
+}
+
+TEST_F(HistoryOverDds, AnEntryWithoutValuesIsReportedUnlessAnotherGatewayHasSome) {
+  gateway_.add_value("a", "inlet.Left", 1, 1);
+  gateway_.add_value("b", "ram.Left", 2, 2);
+  EXPECT_EQ(run({.values = true, .entries = {"inlet.Left", "ram.Left"}}), kDone) << err_.str();
+  EXPECT_THAT(out_.str(), HasSubstr("a/press inlet.Left: 1\n"));
+  EXPECT_THAT(out_.str(), HasSubstr("b/press ram.Left: 2\n"));
+  EXPECT_EQ(run({.values = true, .entries = {"inlet.Left", "ram.\nRight"}}), kFailed);
+  EXPECT_EQ(err_.str(),
+            "no values of \"ram.?Right\" are stored: `history:` of a line names the entries\n");
+}
+
+TEST_F(HistoryOverDds, ValuesHaveNoOptionsOfEvents) {
+  gateway_.add_value("a", "inlet.Left", 1, 1);
+  EXPECT_EQ(run({.kind = "emcy", .values = true}), kUsage);
+  EXPECT_EQ(run({.severity = "error", .values = true}), kUsage);
+  EXPECT_EQ(run({.text = "x", .values = true}), kUsage);
+  EXPECT_EQ(run({.csv = true}), kUsage);
+  EXPECT_EQ(run({.values = true, .entries = std::vector<std::string>(101, "x")}), kUsage);
+  EXPECT_EQ(run({.values = true, .entries = {std::string(256, 'x')}}), kUsage);
+  EXPECT_THAT(out_.str(), IsEmpty());
 }
 
 TEST_F(HistoryOverDds, ConditionsArePartOfTheRequestAndWrongOnesAreReported) {

@@ -49,13 +49,16 @@ TEST(JournalCodec, MalformedRequestsAreRefusedWithTheReason) {
     const char* const why = decode(bytes, read);
     return std::string(why == nullptr ? "" : why);
   };
-  EXPECT_EQ(spoilt(0, 0x80), "the flags have unknown bits");
   EXPECT_EQ(spoilt(1, 1), "the flags have unknown bits");
   EXPECT_EQ(spoilt(2, 128), "the node is not 0..127");
   EXPECT_EQ(spoilt(4, 3), "the severity is not 0..2");
   EXPECT_EQ(spoilt(0, 32), "a stream and number need a line, and the order of publication");
   EXPECT_EQ(spoilt(0, 1 | 32 | 64),
             "a stream and number need a line, and the order of publication");
+  for (const int flags : {1 | 4, 1 | 32})
+    EXPECT_EQ(spoilt(0, 128 | flags), "values have no kind, severity, stream and number");
+  EXPECT_EQ(spoilt(0, 128), "");
+  EXPECT_TRUE(read.values);
   EXPECT_NE(spoilt(good.size() - 2, 255), "") << "a length beyond the end";
   Bytes longer = good;
   longer.push_back(std::byte{0});
@@ -87,6 +90,72 @@ TEST(JournalCodec, TheSizeOfARecordIsKnownBeforeItIsEncodedAndItsStringsAreCut) 
   EXPECT_EQ(back->records[0].line.size(), 64U);
   EXPECT_EQ(back->records[0].data.size(), 16U);
   EXPECT_EQ(back->records[0].text.size(), 256U);
+}
+
+JournalValue value(std::uint16_t bits, std::optional<std::uint64_t> of, std::string name = "a.b") {
+  return {.series = {.line = "press",
+                     .direction = 1,
+                     .node = 5,
+                     .type = 6,
+                     .bits = bits,
+                     .name = std::move(name)},
+          .time = Instant(std::chrono::nanoseconds(0x0102)),
+          .clock = 2,
+          .value = of};
+}
+
+TEST(JournalCodec, APageOfValuesHasTheLayoutOfTheContract) {
+  const Bytes page = encode(JournalPage{.values = {value(16, 7), value(16, {})}});
+  Bytes expected(1 + 16 + 16);
+  expected[0] = std::byte{4};
+  for (const int octet :
+       {0,        0,        1, 5, 6,        0,        16,       0, 5, int{'p'}, int{'r'}, int{'e'},
+        int{'s'}, int{'s'}, 3, 0, int{'a'}, int{'.'}, int{'b'}, 2, 1, 0,        0,        0,
+        0,        0,        0, 2, 1,        7,        0,        0, 0, 0,        0,        0,
+        0,        0,        0, 2, 1,        0,        0,        0, 0, 0,        0,        2,
+        0,        0,        0, 0, 0,        0,        0,        0, 0})
+    expected.push_back(static_cast<std::byte>(octet));
+  EXPECT_EQ(page, expected);
+}
+
+TEST(JournalCodec, APageOfValuesComesBackAsItWent) {
+  const JournalPage page{.cursor = {5, 6},
+                         .newest = {7, 8},
+                         .more = true,
+                         .unknown_entry = true,
+                         .values = {value(16, 7), value(64, ~std::uint64_t{0}, "c.d"),
+                                    value(16, std::nullopt), value(8, 1)}};
+  const Bytes bytes = encode(page);
+  const auto back = decode_page(bytes);
+  ASSERT_TRUE(back);
+  EXPECT_EQ(*back, page);
+  std::size_t size = encode(JournalPage{}).size();
+  for (std::size_t i = 0; i < page.values.size(); ++i)
+    size += encoded_size(page.values[i], i != 2);
+  EXPECT_EQ(bytes.size(), size);
+}
+
+TEST(JournalCodec, MalformedPagesOfValuesAreNotRead) {
+  const JournalPage page{.values = {value(16, 7), value(16, 8)}};
+  const Bytes good = encode(page);
+  const std::size_t first = encode(JournalPage{}).size();
+  const std::size_t second = first + encoded_size(page.values[0], true);
+  for (std::size_t length = 0; length < good.size(); ++length)
+    EXPECT_EQ(decode_page(std::span(good).first(length)).has_value(),
+              length == first || length == second)
+        << length;
+  const auto spoilt = [&](std::size_t at, int octet) {
+    Bytes bytes = good;
+    bytes[at] = static_cast<std::byte>(octet);
+    return decode_page(bytes).has_value();
+  };
+  EXPECT_FALSE(spoilt(first, 1)) << "a series that was not described";
+  EXPECT_FALSE(spoilt(first + 2, 2)) << "the direction";
+  EXPECT_FALSE(spoilt(first + 6, 0)) << "no bits";
+  EXPECT_FALSE(spoilt(first + 6, 65)) << "more than 64 bits";
+  EXPECT_FALSE(spoilt(second + 11, 2)) << "neither valid nor invalid";
+  EXPECT_TRUE(spoilt(second + 11, 0));
+  EXPECT_FALSE(spoilt(second + 1, 1)) << "a series far beyond";
 }
 
 TEST(JournalCodec, CutPagesAreNotRead) {

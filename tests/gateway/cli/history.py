@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A gateway with a journal is killed, stopped and started again; `linegate history` has the events of all runs, and each
 event number once. So it has over DDS, with the same conditions, and while the gateway is killed and started again.
+The values of an entry are valid in each run, and end with it.
 
 history.py LINEGATED LINEGATE PROFILES
 """
@@ -10,8 +11,10 @@ import collections
 import json
 import subprocess
 
-from plant_process import Failure, Plant, expect, run_test, until, write
+from plant_process import EDS, Failure, Plant, expect, run_test, until, write
 
+HISTORY = """nodes: [{id: 8, name: panel, eds: %s/digital-io.eds}]
+    history: ["panel.*"]""" % EDS
 PLANT = """schema: 1
 gateway: {{name: journal}}
 {journal}
@@ -21,12 +24,19 @@ lines:
     interface: "simulated:"
     access: all
     simulate: [{{node: 8, profile: digital-io}}]
+    {history}
 """
+
+
+INPUT = "panel.Read input 8-bit.Inputs 1 to 8"
 
 
 class History:
     def __init__(self, linegate, file):
         self.words = [linegate, "--json", "history", "--journal", file]
+
+    def values(self, *words):
+        return self.events(*words, "--values", INPUT)
 
     def events(self, *words):
         done = subprocess.run([*self.words, *words], capture_output=True, text=True, check=False)
@@ -69,6 +79,24 @@ def same_over_dds(plant, history):
             raise Failure(f"{words}: {told.returncode} {told.stderr}")
 
 
+def same_values_over_dds(plant, history):
+    """Values by each condition, over DDS and from the file."""
+    until("a value that is valid again", lambda: history.values()[-1]["valid"])
+    newest = history.values("-n", "1")
+    expect("the newest value", newest, history.values()[-1:])
+    for words in [["--values", INPUT], ["press", "--values"], ["--values", "panel.*", "-n", "3"],
+                  ["--node", "press:8", "--until", newest[0]["time"], "--values"], ["--since", "yesterday", "--values"]]:
+        until(f"the same values with {words}", lambda chosen=words: over_dds(plant, *chosen) == history.events(*chosen))
+    csv = plant.command("history", "--values", INPUT, "--csv").stdout.splitlines()
+    expect("the head of CSV", csv[0], "time,gateway,line,direction,entry,value")
+    expect("the lines of CSV", len(csv), len(history.values()) + 1)
+    for words, error in [(["--values", "nowhere"], 'no values of "nowhere" are stored'),
+                         (["--values", "--kind", "emcy"], "values have no kind")]:
+        told = plant.ask("history", *words)
+        if told.returncode == 0 or error not in told.stderr:
+            raise Failure(f"{words}: {told.returncode} {told.stderr}")
+
+
 class Follower:
     """`linegate history --follow` in the background."""
 
@@ -103,7 +131,7 @@ def test_followed(folder, plant, path, history):
 
 
 def test_without_journal(folder, plant):
-    path = write(f"{folder}/without.yaml", PLANT.format(journal="", process="same"))
+    path = write(f"{folder}/without.yaml", PLANT.format(journal="", process="same", history=""))
     with plant.running(path):
         told = plant.command("history", code=1)
         expect("the answer of a gateway without a journal", told.stderr,
@@ -115,12 +143,13 @@ def test(folder, linegated, linegate, profiles):
     history = History(linegate, file)
     plant = Plant(linegated, linegate, profiles, "0")
     journal = f"journal: {{file: {file}}}"
-    path = write(f"{folder}/plant.yaml", PLANT.format(journal=journal, process="same"))
-    own_process = write(f"{folder}/own.yaml", PLANT.format(journal=journal, process="own"))
+    path = write(f"{folder}/plant.yaml", PLANT.format(journal=journal, process="same", history=HISTORY))
+    own_process = write(f"{folder}/own.yaml", PLANT.format(journal=journal, process="own", history=HISTORY))
 
     killed = plant.gateway(path)
     history.await_kind("line-started", 1)
     history.await_kind("journal-state", 1)
+    until("values are stored", history.values)
     killed.kill()
     killed.wait()
     with plant.running(path):
@@ -131,6 +160,7 @@ def test(folder, linegated, linegate, profiles):
         history.await_kind("command-accepted", 1)
         history.await_kind("line-started", 3)
         same_over_dds(plant, history)
+        same_values_over_dds(plant, history)
 
     events = history.events()
     expect("the number of streams", len({event["stream"] for event in events}), 1)
@@ -149,9 +179,14 @@ def test(folder, linegated, linegate, profiles):
     if "command nmt of " not in accepted or " at " not in accepted:
         raise Failure(f"no client is named: {accepted}")
 
+    valid = [value["valid"] for value in history.values()]
+    if valid[0] is not True or valid[-1] is not False or valid.count(False) < 2:
+        raise Failure(f"values that do not end with their run: {valid}")
+
     with plant.running(own_process):
         history.await_kind("line-started", 4)
         same_over_dds(plant, history)
+        same_values_over_dds(plant, history)
     test_followed(folder, plant, own_process, history)
     test_without_journal(folder, plant)
 

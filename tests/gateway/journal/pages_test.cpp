@@ -200,6 +200,134 @@ TEST_F(PagesTest, WithoutAReadableFileTheReasonIsStatedAndALaterFileIsRead) {
   EXPECT_EQ(refusal({.text = "words"}).refusal, line::Refusal::cancelled);
 }
 
+class ValuePagesTest : public PagesTest {
+ protected:
+  // Values 1 to `last` with the time of their number, of four entries in turn.
+  void fill_values(std::uint64_t last, std::int64_t later = 0) {
+    Journal journal(plan_);
+    ASSERT_EQ(journal.open(), 0);
+    std::vector<std::shared_ptr<const ValueEntry>> four;
+    for (const char* const name : {"inlet.A", "inlet.B", "ram.A", "ram.B"}) {
+      four.push_back(std::make_shared<const ValueEntry>(
+          ValueEntry{.line = "press",
+                     .node = *name == 'i' ? std::uint8_t{5} : std::uint8_t{6},
+                     .name = name}));
+    }
+    for (std::uint64_t next = 1; next <= last;) {
+      std::vector<StoredValue> some;
+      for (; next <= last && some.size() < Journal::kMostValues; ++next) {
+        some.push_back(value_at(four[next % 4], later + static_cast<std::int64_t>(next), next));
+      }
+      ASSERT_EQ(journal.store({.values = some, .stream = kStream}, at(0)), 0);
+    }
+  }
+  Numbers all_values(JournalRead request, std::size_t* read_pages = nullptr) {
+    Numbers out;
+    request.values = true;
+    for (std::size_t pages = 1;; ++pages) {
+      const request::JournalPage one = page(request);
+      EXPECT_TRUE(one.records.empty());
+      for (const auto& value : one.values) {
+        out.push_back(value.value.value_or(0));
+      }
+      request.cursor = one.cursor;
+      if (!one.more || pages > 10'000) {
+        EXPECT_LE(pages, 10'000U) << "the pages never end";
+        if (read_pages != nullptr) {
+          *read_pages = pages;
+        }
+        return out;
+      }
+    }
+  }
+};
+
+TEST_F(ValuePagesTest, HaveEachValueOnceInEitherOrder) {
+  fill_values(7000);
+  for (const std::uint32_t most : {0U, 7U, 3000U, std::numeric_limits<std::uint32_t>::max()}) {
+    EXPECT_EQ(all_values({.most = most}), from_to(1, 7000)) << most;
+    Numbers backwards = all_values({.newest_first = true, .most = most});
+    std::ranges::reverse(backwards);
+    EXPECT_EQ(backwards, from_to(1, 7000)) << most;
+  }
+  request::JournalPage one = page({.values = true});
+  EXPECT_GT(one.values.size(), 2900U);
+  EXPECT_LE(encode(one).size(), request::JournalPage::kMostBytes);
+  EXPECT_EQ(
+      one.values[0].series,
+      (request::JournalSeries{
+          .line = "press", .direction = 0, .node = 5, .type = 6, .bits = 16, .name = "inlet.B"}));
+  EXPECT_EQ(one.values[0].clock, 2U);
+  EXPECT_EQ(one.values[0].time, at(1));
+}
+
+TEST_F(ValuePagesTest, EachConditionSelects) {
+  fill_values(12);
+  EXPECT_EQ(all_values({.text = "inlet.A"}), (Numbers{4, 8, 12}));
+  EXPECT_EQ(all_values({.text = "*.B"}), (Numbers{1, 3, 5, 7, 9, 11}));
+  EXPECT_EQ(all_values({.node = 6}), (Numbers{2, 3, 6, 7, 10, 11}));
+  EXPECT_EQ(all_values({.line = "press", .since = at(11)}), (Numbers{11, 12}));
+  EXPECT_EQ(all_values({.until = at(3)}), (Numbers{1, 2}));
+  EXPECT_EQ(all_values({.text = "inlet.A", .until = at(9), .newest_first = true, .most = 1})[0], 8U)
+      << "the value that held before that time";
+  EXPECT_FALSE(page({.text = "inlet.A", .since = at(99), .values = true}).unknown_entry);
+  for (const JournalRead& read :
+       {JournalRead{.text = "inlet.C"}, JournalRead{.line = "hall"}, JournalRead{.node = 7}}) {
+    JournalRead values = read;
+    values.values = true;
+    EXPECT_TRUE(page(values).unknown_entry);
+    EXPECT_EQ(all_values(values), Numbers{});
+  }
+  EXPECT_TRUE(page({}).records.empty()) << "values are no events";
+}
+
+TEST_F(ValuePagesTest, TheWorkForAPageIsBounded) {
+  fill_values(JournalPages::kMostScanned * 2 + 10);
+  for (const bool newest_first : {false, true}) {
+    std::size_t pages = 0;
+    EXPECT_EQ(all_values({.since = at(1'000'000), .newest_first = newest_first}, &pages),
+              Numbers{});
+    EXPECT_EQ(pages, 3U);
+  }
+}
+
+TEST_F(ValuePagesTest, ACursorContinuesAndThatOfAnotherFileOrOfEventsIsRefused) {
+  fill("press", 1, 100);
+  fill_values(100);
+  auto last = page({.values = true});
+  EXPECT_FALSE(last.more);
+  EXPECT_EQ(last.newest, last.cursor);
+  EXPECT_EQ(refusal({.cursor = last.cursor}).refusal, line::Refusal::wrong_incarnation);
+  EXPECT_EQ(refusal({.cursor = page({}).cursor, .values = true}).refusal,
+            line::Refusal::wrong_incarnation);
+  fill_values(3, 1000);
+  last = page({.text = "inlet.B", .cursor = last.cursor, .values = true});
+  ASSERT_EQ(last.values.size(), 2U) << "the run ended: its end is stored, too";
+  EXPECT_FALSE(last.values[0].value);
+  EXPECT_EQ(last.values[1].value, 1U);
+  std::filesystem::remove_all(folder_);
+  std::filesystem::create_directory(folder_);
+  fill_values(500, 7);
+  EXPECT_EQ(refusal({.cursor = last.cursor, .values = true}).refusal,
+            line::Refusal::wrong_incarnation);
+}
+
+TEST_F(ValuePagesTest, AJournalOfAnEarlierVersionHasNoValues) {
+  fill("press", 1, 3);
+  {
+    Database database;
+    ASSERT_EQ(database.open(plan_.file, Database::Use::write), 0);
+    ASSERT_EQ(database.execute("DROP TABLE value_entries; DROP TABLE value_rows; "
+                               "ALTER TABLE last_run DROP COLUMN written; PRAGMA user_version=2"),
+              0);
+  }
+  const auto none = page({.values = true});
+  EXPECT_TRUE(none.values.empty());
+  EXPECT_TRUE(none.unknown_entry);
+  EXPECT_FALSE(none.more);
+  EXPECT_EQ(all({}), from_to(1, 3));
+}
+
 class ServerTest : public PagesTest {
  protected:
   void ask(std::uint64_t tag, JournalRead request = {}) {

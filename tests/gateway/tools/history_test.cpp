@@ -12,6 +12,7 @@
 
 #include "gateway/journal/journal.h"
 #include "gateway/runtime/exit_code.h"
+#include "gateway/tools/value_history.h"
 
 namespace linegate::gateway {
 namespace {
@@ -197,6 +198,56 @@ TEST_F(HistoryTest, ReportsWrongOptionsAndFiles) {
   options_ = {.file = folder_ + "/missing.db"};
   run(kExitFailed);
   EXPECT_NE(err_.str().find("missing.db: the journal cannot be read: "), std::string::npos);
+}
+
+class ValueHistoryTest : public HistoryTest {
+ protected:
+  void SetUp() override {
+    HistoryTest::SetUp();
+    const auto entry = std::make_shared<const ValueEntry>(
+        ValueEntry{"press", image::Direction::inputs, 5, "inlet.Temperature"});
+    std::vector<StoredValue> values;
+    for (std::uint64_t i = 0; i < 2; ++i) {
+      values.push_back({entry, kNow + std::chrono::seconds(i), ClockQuality::synchronised,
+                        od::DataType::integer16, 16,
+                        i == 0 ? std::optional<std::uint64_t>(0xFF85) : std::nullopt});
+    }
+    Journal journal({.file = options_.file});
+    ASSERT_EQ(journal.open(), 0);
+    ASSERT_EQ(journal.store({.values = values, .stream = 0xAB}, kNow), 0);
+  }
+  std::string values(const console::HistoryRequest& request, int code, bool json = false) {
+    std::ostringstream out;
+    err_.str({});
+    const console::HistoryOutput output{
+        .out = out, .err = err_, .json = json, .csv = request.csv, .utc = true};
+    EXPECT_EQ(value_history(options_.file, request, kNow, output), code) << err_.str();
+    return out.str();
+  }
+};
+
+TEST_F(ValueHistoryTest, PrintsTheValuesOfAFile) {
+  EXPECT_EQ(values({.values = true, .entries = {"inlet.*"}}, kExitOk),
+            "2026-11-18T11:06:40.000Z press inlet.Temperature: -123\n"
+            "2026-11-18T11:06:41.000Z press inlet.Temperature: not valid\n");
+  EXPECT_EQ(values({.values = true, .csv = true}, kExitOk),
+            "time,gateway,line,direction,entry,value\n"
+            "2026-11-18T11:06:40.000Z,,press,inputs,inlet.Temperature,-123\n"
+            "2026-11-18T11:06:41.000Z,,press,inputs,inlet.Temperature,\n");
+  EXPECT_EQ(values({.count = 1, .values = true}, kExitOk, true),
+            "{\"time\":\"2026-11-18T11:06:41.000Z\",\"clock\":\"synchronised\",\"line\":\"press\","
+            "\"direction\":\"inputs\",\"node\":5,\"entry\":\"inlet.Temperature\","
+            "\"type\":\"INTEGER16\",\"valid\":false,\"value\":null}\n");
+}
+
+TEST_F(ValueHistoryTest, ReportsWrongOptionsEntriesAndFiles) {
+  EXPECT_EQ(values({.values = true, .entries = {"inlet.Cold"}}, kExitFailed), "");
+  EXPECT_EQ(err_.str(),
+            "no values of \"inlet.Cold\" are stored: `history:` of a line names the entries\n");
+  values({.since = "whenever", .values = true}, kExitUsage);
+  options_.file += ".missing";
+  values({.values = true}, kExitFailed);
+  EXPECT_NE(err_.str().find(".missing: the journal cannot be read: "), std::string::npos);
 }
 
 }  // namespace
