@@ -302,6 +302,22 @@ std::vector<JournalPart> journals_of(Context& context, Model& model, const Histo
   return out;
 }
 
+// "LINE:NAME" selects the node of the only line with that name. False after an error message.
+bool resolve_history_node(Context& context, Model& model, const std::string& node,
+                          JournalRead& read) {
+  if (history_node_name(node).empty()) {
+    return true;
+  }
+  NodeRef ref = *parse_node(node);
+  const Line* const line = find_line(context, model, ref.line);
+  if (line == nullptr || !resolve_node(context, model, *line, ref)) {
+    return false;
+  }
+  read.line = line->id.gateway + '/' + line->id.line;
+  read.node = ref.node;
+  return true;
+}
+
 int print_history(History& history, std::uint64_t count) {
   if (count != 0) {
     history.print_newest(count);
@@ -333,6 +349,11 @@ std::string parse_values(const HistoryRequest& request, JournalRead& to) {
 
 }  // namespace
 
+std::string history_node_name(const std::string& node) {
+  const auto ref = parse_node(node);
+  return ref && !ref->line.empty() ? ref->name : "";
+}
+
 std::string parse_history(const HistoryRequest& request, Instant now, JournalRead& to) {
   const auto time = [&](const std::string& text, std::optional<Instant>& into) {
     into = text.empty() ? std::nullopt : parse_since(text, now);
@@ -341,8 +362,9 @@ std::string parse_history(const HistoryRequest& request, Instant now, JournalRea
   if (!request.line.empty()) {
     to.line = request.line;
   }
-  if (!request.node.empty() && !read_node(request.node, to)) {
-    return "'" + printable(request.node) + "' is no node: LINE:5, or 5 of each line";
+  if (!request.node.empty() && history_node_name(request.node).empty() &&
+      !read_node(request.node, to)) {
+    return "'" + printable(request.node) + "' is no node: LINE:5, LINE:NAME, or 5 of each line";
   }
   for (std::size_t i = 0; i < kEventKinds && !request.kind.empty() && !to.kind; ++i) {
     const auto kind = static_cast<EventKind>(i);
@@ -408,6 +430,10 @@ int values_of(const std::string& name, const AskForPage& ask, const HistoryReque
     output.err << wrong << '\n';
     return kUsage;
   }
+  if (!history_node_name(request.node).empty()) {
+    output.err << kNoNodeNames << '\n';
+    return kUsage;
+  }
   std::vector<JournalPart> parts;
   add_parts("", name, ask, request, read, parts);
   History history(output, std::move(parts));
@@ -423,6 +449,9 @@ int history(Context& context, const HistoryRequest& request, bool follow,
   }
   Model model;
   (void)wait_until_settled(context, model, [&] { return stopped() || !model.gateways().empty(); });
+  if (!resolve_history_node(context, model, request.node, read)) {
+    return kFailed;
+  }
   auto journals = journals_of(context, model, request, read);
   if (journals.empty()) {
     context.err << (model.gateways().empty() ? "no gateway was found"

@@ -17,7 +17,7 @@ namespace linegate::console {
 
 struct HistoryRequest {
   std::string line;         // empty: all lines, and the gateway itself
-  std::string node;         // "LINE:5", or "5" of each line; empty: all
+  std::string node;         // "LINE:5", "LINE:NAME", or "5" of each line; empty: all
   std::string kind;         // "heartbeat-lost"; empty: all
   std::string severity;     // "info", "warning" or "error": these and worse; empty: all
   std::string text;         // part of the text; ASCII letters of either case
@@ -30,7 +30,12 @@ struct HistoryRequest {
   bool csv = false;  // values as CSV
 };
 
-// Sets the conditions of the request. now: UTC. Returns an empty text, or what is wrong.
+// The name of the node in "LINE:NAME"; empty for other texts. A journal has no names of nodes.
+std::string history_node_name(const std::string& node);
+inline constexpr const char* kNoNodeNames =
+    "a file has no names of nodes: --node LINE:5 with the node-ID";
+// Sets the conditions of the request, but a node with a name. now: UTC. Returns an empty text, or
+// what is wrong.
 std::string parse_history(const HistoryRequest& request, Instant now, request::JournalRead& to);
 
 // One event for people. gateway: precedes the line; empty: is left out.

@@ -83,7 +83,7 @@ void add_history(CommandLine& line) {
                       "10min, 2h, 3d ago, today, yesterday, or \"2026-11-21 12:34\"");
   command->add_option("--until", options->until, "the same: events before that time");
   command->add_option("--severity", options->severity, "info, warning or error: these and worse");
-  command->add_option("--node", options->node, "LINE:5, or 5 of each line");
+  command->add_option("--node", options->node, "LINE:5, LINE:NAME, or 5 of each line");
   command->add_option("--kind", options->kind, "such as heartbeat-lost");
   command->add_option("--text", options->text, "part of the text");
   command->add_option("-n,--count", options->count, "the newest so many");

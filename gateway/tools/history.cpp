@@ -26,6 +26,9 @@ std::string read_options(const HistoryOptions& options, Instant now, JournalQuer
                                                     .until = options.until,
                                                     .count = options.count},
                                                    now, read);
+  if (!console::history_node_name(options.node).empty()) {
+    return console::kNoNodeNames;
+  }
   query.line = read.line;
   query.node = read.node;
   query.kind = read.kind;

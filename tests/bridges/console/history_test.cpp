@@ -29,6 +29,8 @@ class Journals : public Client {
     for (const auto& [gateway, journal] : journals) {
       listener.on_gateway(gateway, {});
       listener.on_line({gateway, "press"}, test::line_view(3));
+      listener.on_node({gateway, "press"},
+                       {.name = "node3", .state = {.node = 3, .configured = true}});
     }
   }
   Answer call(const LineId& /*id*/, const line::Command& /*command*/, Duration /*timeout*/,
@@ -201,6 +203,21 @@ TEST_F(HistoryOverDds, AGatewayThatRefusesIsReportedAndTheOthersArePrinted) {
   EXPECT_EQ(err_.str(), "a: it has?none\n");
 }
 
+TEST_F(HistoryOverDds, ANodeHasItsNameOnItsLine) {
+  gateway_.add("a", 1, 1);
+  gateway_.add("b", 2, 2);
+  EXPECT_EQ(run({.node = "press:node3"}), kFailed);
+  EXPECT_THAT(err_.str(), HasSubstr("a/press"));
+  EXPECT_THAT(err_.str(), HasSubstr("b/press"));
+  EXPECT_EQ(run({.node = "b/press:node3"}), kDone);
+  EXPECT_THAT(events(), ElementsAre("gateway #2"));
+  EXPECT_EQ(gateway_.last.line, "press");
+  EXPECT_EQ(gateway_.last.node, 3);
+  err_.str("");
+  EXPECT_EQ(run({.node = "b/press:nobody"}), kFailed);
+  EXPECT_THAT(err_.str(), HasSubstr("no node 'nobody' on press; there are: node3 (3)"));
+}
+
 TEST_F(HistoryOverDds, PrintsValuesOfEntriesByTime) {
   gateway_.add_value("a", "inlet.Left", 1, 0xFF85);
   gateway_.add_value("a", "inlet.Right", 2, 7);
@@ -281,6 +298,7 @@ TEST_F(HistoryOverDds, ConditionsArePartOfTheRequestAndWrongOnesAreReported) {
   EXPECT_EQ(gateway_.last.until, Instant(std::chrono::seconds(2)));
   EXPECT_THAT(out_.str(), HasSubstr(R"("gateway":"a")"));
   EXPECT_EQ(run({.node = "press:128"}), kUsage);
+  EXPECT_EQ(run({.node = "inlet"}), kUsage) << "of which line?";
   EXPECT_EQ(run({.kind = "none"}), kUsage);
   EXPECT_EQ(run({.severity = "none"}), kUsage);
   EXPECT_EQ(run({.since = "none"}), kUsage);

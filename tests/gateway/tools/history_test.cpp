@@ -190,6 +190,9 @@ TEST_F(HistoryTest, ReportsWrongOptionsAndFiles) {
     run(kExitUsage);
     EXPECT_NE(err_.str().find("is no node: LINE:5"), std::string::npos) << node;
   }
+  options_ = {.file = options_.file, .node = "press:inlet"};
+  run(kExitUsage);
+  EXPECT_EQ(err_.str(), "a file has no names of nodes: --node LINE:5 with the node-ID\n");
   options_ = {.file = options_.file, .kind = "nonsense"};
   run(kExitUsage);
   options_ = {.file = options_.file, .until = "soon"};
