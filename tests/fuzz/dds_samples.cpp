@@ -26,6 +26,7 @@
 #include "bridges/dds/request_codec.h"
 #include "bridges/dds/request_tracker.h"
 #include "bridges/dds/state_samples.h"
+#include "bridges/request/journal.h"
 
 #include "tests/fuzz/dds_input.h"
 #include "tests/fuzz/expect.h"
@@ -223,10 +224,17 @@ class Peer {
     now_ += std::chrono::milliseconds(10);
     if (const auto done = tracker_.take(sample, participant_of(kPublisher), publishers_, now_))
       LINEGATE_EXPECT(asked_.erase(done->result.id) == 1);
+    take_page(std::as_bytes(std::span(sample.data())));
     for (unsigned sent = 0; const Request* due = tracker_.due(now_); ++sent) {
       LINEGATE_EXPECT(sent < fuzz::kRequests && asked_.contains(due->id));
     }
     LINEGATE_EXPECT(tracker_.next_wake() > now_);
+  }
+
+  // As an answer to COMMAND_JOURNAL_READ: what is read is written with the same meaning.
+  static void take_page(std::span<const std::byte> data) {
+    if (const auto page = request::decode_page(data))
+      LINEGATE_EXPECT(request::decode_page(request::encode(*page)) == page);
   }
 
   // --- of the gateway --------------------------------------------------------------------------

@@ -22,6 +22,7 @@
 #include "bridges/dds/output_samples.h"
 #include "bridges/dds/output_state_samples.h"
 #include "bridges/dds/state_samples.h"
+#include "bridges/request/journal.h"
 
 #include "tests/dds/known_values.h"
 #include "tests/fuzz/dds_input.h"
@@ -257,6 +258,40 @@ Seed commands() {
   return seed;
 }
 
+// Requests for stored events and values, with each condition, within the limit of the target.
+Seed journal_reads() {
+  const auto time = [](std::int64_t ns) { return Instant(Duration(ns)); };
+  const request::JournalRead events{.line = fuzz::kLine,
+                                    .node = 5,
+                                    .kind = EventKind::emcy,
+                                    .least = EventSeverity::warning,
+                                    .text = "w",
+                                    .since = time(1),
+                                    .until = time(2),
+                                    .after = request::EventPosition{3, 4},
+                                    .most = 10};
+  const request::JournalRead values{.line = fuzz::kLine,
+                                    .node = 5,
+                                    .text = "a*",
+                                    .since = time(1),
+                                    .until = time(2),
+                                    .cursor = {6, 7},
+                                    .newest_first = true,
+                                    .values = true};
+  Seed seed;
+  std::uint64_t id = 1;
+  for (const request::JournalRead& read : {events, values}) {
+    auto sample = addressed<v1::CommandRequest>();
+    sample.kind(v1::COMMAND_JOURNAL_READ);
+    sample.entry(read.most);
+    sample.client(fuzz::kClient);
+    sample.id(id++);
+    set_chunk(encode(read), 0, sample);
+    seed.add(Topic::command_request, sample);
+  }
+  return seed;
+}
+
 Seed chunks() {
   Seed seed;
   for (const std::uint64_t id : {1U, 2U})
@@ -294,6 +329,7 @@ int main(int argc, char** argv) {
   Seed().add(Topic::output_write, output_write(40, 500)).save(folder / "outputs-many");
   Seed().add(Topic::process_image, process_image(300)).save(folder / "image-larger");
   commands().save(folder / "commands");
+  journal_reads().save(folder / "journal-reads");
   chunks().save(folder / "chunks");
   replies().save(folder / "replies");
   const v1::CommandRequest good = command_request(1, line::CommandKind::sdo_read, 0);

@@ -18,12 +18,14 @@ from plant_process import Failure, PATIENCE, end, expect, own_domain, run_test, 
 PLANT = """schema: 1
 gateway: {name: plant}
 dds: {security: identities/plant, process: PROCESS}
+journal: {file: JOURNAL}
 lines:
   - name: press
     interface: "simulated:"
     access: all
     simulate: [{node: 8, profile: digital-io}]
     nodes: [{id: 8, name: io, eds: EDS, heartbeat: 100ms}]
+    history: ["io.*"]
 """
 EDS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "..", "bridges", "sim", "eds", "digital-io.eds")
 
@@ -35,6 +37,8 @@ COMMANDS = (
     (["sdo", "write", "press:8", "1017:00", "150"], {"engineer"}),
     (["config", "apply", "press:8"], {"engineer"}),
     (["lss", "press", "identify"], {"engineer"}),
+    (["history"], {"operator", "engineer"}),
+    (["history", "--node", "press:io", "--values"], {"operator", "engineer"}),
 )
 
 
@@ -167,7 +171,8 @@ def test(folder, linegated, linegate, profiles, process="same"):
     for role in ("viewer", "operator", "engineer"):
         secured.security("issue", secured.identities, role, "--role", role)
     secured.security("issue", secured.identities, "operator", "--role", "operator", code=1)
-    plant = write(os.path.join(folder, "plant.yaml"), PLANT.replace("EDS", EDS).replace("PROCESS", process))
+    plant = write(os.path.join(folder, "plant.yaml"), PLANT.replace("EDS", EDS).replace("PROCESS", process)
+                  .replace("JOURNAL", os.path.join(folder, "journal.db")))
     mistakes_are_named(secured, plant)
     with running(secured, plant):
         roles_have_their_commands(secured)
