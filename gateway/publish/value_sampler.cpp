@@ -60,8 +60,8 @@ std::optional<std::uint64_t> ValueSampler::value_of(const Place& of,
 }
 
 void ValueSampler::change(Watched& of, std::optional<std::uint64_t> to, Instant time) {
-  const Place place = of.place.value_or(Place{});
-  const Value next{time, place.type, place.bits, to};
+  const Value next{time, of.place ? of.place->type : of.newest.type,
+                   of.place ? of.place->bits : of.newest.bits, to};
   if (is_same(next, of.newest)) {
     return;
   }

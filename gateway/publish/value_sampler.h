@@ -22,7 +22,7 @@ namespace linegate::gateway {
 // the time of the snapshot in which it was first seen. The end of validity of a stored value is
 // stored at once, after the newest value before it: so neither the last value of a burst nor that
 // of a device that fails is lost, and no value is shown for a time in which the device did not have
-// it. An entry has at most three stored values in min_interval. The calls allocate nothing.
+// it. An entry has at most three stored values in min_interval. A call allocates nothing.
 class ValueSampler {
  public:
   using Layouts = std::array<image::Layout, 2>;  // by image::Direction

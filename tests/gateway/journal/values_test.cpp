@@ -2,6 +2,7 @@
 // The value history: what was stored is read by its conditions, the oldest values make room, and no
 // value holds beyond the run that read it.
 #include <algorithm>
+#include <thread>
 
 #include <sqlite3.h>
 
@@ -329,6 +330,43 @@ TEST_F(ValuesTest, AreStoredByTheThreadWhileTheQueueHasRoom) {
   ASSERT_EQ(found.size(), 2U);
   EXPECT_EQ(found[0], "inlet@1=10");
   EXPECT_TRUE(found[1].ends_with("=invalid")) << "the run has ended";
+}
+
+// Values alone find the failure, too. What found room in the queue is stored when the disk works.
+TEST_F(ValuesTest, ADiskThatFailsIsReportedAndLosesNoQueuedValue) {
+  JournalThread thread({.plan = plan_,
+                        .incarnation = kStream,
+                        .period = std::chrono::milliseconds(2),
+                        .retry_period = std::chrono::milliseconds(2),
+                        .queued_values = 64});
+  thread.add_line("press");
+  thread.start();
+  const auto next_condition = [&] {
+    for (;;) {
+      if (const auto news = thread.pop_news()) {
+        return news->condition;
+      }
+      std::this_thread::yield();
+    }
+  };
+  EXPECT_EQ(next_condition(), event::JournalCondition::renewed);
+  std::int64_t queued = 0;
+  {
+    const FileSizeLimit full(8192);
+    ASSERT_TRUE(thread.record(value_at(inlet_, ++queued, 1)));
+    EXPECT_EQ(next_condition(), event::JournalCondition::failing);
+    while (thread.record(value_at(inlet_, queued + 1, 1))) {
+      ASSERT_LT(++queued, 1000) << "the queue is bounded";
+    }
+  }
+  EXPECT_EQ(next_condition(), event::JournalCondition::working);
+  EXPECT_TRUE(thread.stop());
+  const std::vector<StoredValue> kept = stored_values();
+  ASSERT_EQ(kept.size(), static_cast<std::size_t>(queued) + 1);
+  for (std::int64_t i = 0; i < queued; ++i) {
+    EXPECT_EQ(kept[static_cast<std::size_t>(i)].time, at(i + 1));
+  }
+  EXPECT_FALSE(kept.back().value) << "the run has ended";
 }
 
 }  // namespace
