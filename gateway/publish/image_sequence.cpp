@@ -4,10 +4,7 @@
 #include <algorithm>
 
 namespace linegate::gateway {
-namespace {
-
-// The receptions of `newer` are later than those of `marks`.
-void merge(std::vector<image::PdoMark>& marks, const std::vector<image::PdoMark>& newer) {
+void merge_marks(std::vector<image::PdoMark>& marks, const std::vector<image::PdoMark>& newer) {
   for (const image::PdoMark& mark : newer) {
     const auto it = std::find_if(marks.begin(), marks.end(), [&](const image::PdoMark& other) {
       return other.local_pdo == mark.local_pdo;
@@ -22,8 +19,6 @@ void merge(std::vector<image::PdoMark>& marks, const std::vector<image::PdoMark>
   }
 }
 
-}  // namespace
-
 bool ImageSequence::changed(const image::Snapshot& snapshot) const {
   return number_ == 0 || snapshot.valid != last_valid_ || snapshot.known != last_known_ ||
          std::any_of(snapshot.changed.begin(), snapshot.changed.end(),
@@ -32,11 +27,11 @@ bool ImageSequence::changed(const image::Snapshot& snapshot) const {
 
 bool ImageSequence::admit(image::Snapshot& snapshot) {
   if (rule_ == config::Publish::Rule::on_change && !changed(snapshot)) {
-    merge(skipped_, snapshot.marks);
+    merge_marks(skipped_, snapshot.marks);
     return false;
   }
   if (!skipped_.empty()) {
-    merge(skipped_, snapshot.marks);
+    merge_marks(skipped_, snapshot.marks);
     snapshot.marks.swap(skipped_);
     skipped_.clear();
   }

@@ -10,6 +10,9 @@
 
 namespace linegate::gateway {
 
+// Adds receptions that are later than those of `marks`.
+void merge_marks(std::vector<image::PdoMark>& marks, const std::vector<image::PdoMark>& newer);
+
 // A line hands over snapshots for several purposes; with the rule on_change only those with a
 // change are published. Published snapshots are numbered without gaps, and include the receptions
 // of the skipped ones before them.

@@ -246,7 +246,7 @@ Instant Publisher::step(Instant now) {
       next = now;
     }
     for (const auto direction : {image::Direction::inputs, image::Direction::outputs}) {
-      if (!publish_image(*line, direction)) {
+      if (!publish_image(*line, direction, now)) {
         next = earlier(next, now + kImageRetry);
       }
     }
@@ -449,33 +449,49 @@ void Publisher::publish_new_layouts(Line& line) {
   }
 }
 
-bool Publisher::publish_image(Line& line, image::Direction direction) {
-  if (!stop_.raised() && !edge_.accepts_image(line.info.name, direction)) {
+bool Publisher::publish_image(Line& line, image::Direction direction, Instant now) {
+  const auto place = static_cast<std::size_t>(direction);
+  const bool accepted = stop_.raised() || edge_.accepts_image(line.info.name, direction);
+  if (!accepted && (line.values == nullptr || !line.deferred[place].is_due(now))) {
     return false;
   }
-  image::Snapshot* snapshot = line.host->port.image(direction).fetch();
-  if (snapshot == nullptr) {
-    return true;
+  image::Snapshot* snapshot = fetch_image(line, direction);
+  if (!accepted) {
+    if (snapshot != nullptr) {
+      line.deferred[place].defer(*snapshot, now);
+    }
+    return false;
   }
-  if (snapshot->layout_id != line.layouts[static_cast<std::size_t>(direction)].id) {
-    publish_new_layouts(line);  // the layout was handed over before this image
-  }
-  if (direction == image::Direction::inputs) {
-    line.inputs = snapshot;
-  }
-  if (snapshot->layout_id != line.layouts[static_cast<std::size_t>(direction)].id) {
+  snapshot = line.deferred[place].take(snapshot);
+  if (snapshot == nullptr || snapshot->layout_id != line.layouts[place].id) {
     return true;  // its layout was already replaced
   }
   if (direction == image::Direction::inputs) {
     line.updates.add(*snapshot);
   }
-  if (line.values != nullptr) {
-    line.values->add(*snapshot);
-  }
-  if (line.sequences[static_cast<std::size_t>(direction)].admit(*snapshot)) {
+  if (line.sequences[place].admit(*snapshot)) {
     edge_.publish_image(line.info.name, *snapshot);
   }
   return true;
+}
+
+// The newest one, of which the value history has the values. nullptr: there is no newer one.
+image::Snapshot* Publisher::fetch_image(Line& line, image::Direction direction) {
+  image::Snapshot* const snapshot = line.host->port.image(direction).fetch();
+  if (snapshot == nullptr) {
+    return nullptr;
+  }
+  const image::Layout& layout = line.layouts[static_cast<std::size_t>(direction)];
+  if (snapshot->layout_id != layout.id) {
+    publish_new_layouts(line);  // the layout was handed over before this image
+  }
+  if (direction == image::Direction::inputs) {
+    line.inputs = snapshot;
+  }
+  if (line.values != nullptr && snapshot->layout_id == layout.id) {
+    line.values->add(*snapshot);
+  }
+  return snapshot;
 }
 
 Instant Publisher::publish_updates(Line& line, Instant now) {

@@ -18,6 +18,7 @@
 #include "gateway/journal/journal_thread.h"
 #include "gateway/publish/client_directory.h"
 #include "gateway/publish/data_edge.h"
+#include "gateway/publish/deferred_image.h"
 #include "gateway/publish/event_logger.h"
 #include "gateway/publish/gateway_news.h"
 #include "gateway/publish/image_sequence.h"
@@ -96,6 +97,7 @@ class Publisher {
     PdoUpdates updates;
     image::Snapshot* inputs = nullptr;  // the last fetched snapshot
     std::array<ImageSequence, 2> sequences;
+    std::array<DeferredImage, 2> deferred;
     std::unique_ptr<ValueSampler> values;  // nullptr without a value history
   };
 
@@ -118,7 +120,8 @@ class Publisher {
   void publish_node(Line& line, const NodeStatus& status);
   void publish_new_layouts(Line& line);
   // Returns false if the edge does not accept it yet.
-  bool publish_image(Line& line, image::Direction direction);
+  bool publish_image(Line& line, image::Direction direction, Instant now);
+  image::Snapshot* fetch_image(Line& line, image::Direction direction);
   Instant publish_updates(Line& line, Instant now);
   // Returns true if more receptions are waiting.
   bool publish_receptions(Line& line);

@@ -28,6 +28,8 @@ class FakeEdge final : public DataEdge {
   }
   // The stream in the newest GatewayState before the newest event. While the publisher is stopped.
   std::uint64_t stream_before_event() const { return stream_before_event_; }
+  // Whether it accepts images. While the publisher is stopped.
+  void accept_images(bool accepts) { accepts_images_ = accepts; }
   void warn(std::string warning) {
     const std::lock_guard lock(mutex_);
     warnings_.push_back(std::move(warning));
@@ -66,6 +68,7 @@ class FakeEdge final : public DataEdge {
   void publish_layout(std::string_view line, const image::Layout&) override {
     add("layout " + std::string(line));
   }
+  bool accepts_image(std::string_view, image::Direction) const override { return accepts_images_; }
   void publish_image(std::string_view line, const image::Snapshot& snapshot) override {
     add("image " + std::string(line) + ' ' + std::to_string(snapshot.sequence));
   }
@@ -137,6 +140,7 @@ class FakeEdge final : public DataEdge {
   std::vector<std::string> warnings_;
   std::vector<Property> line_properties_;
   std::size_t namesakes_ = 0;
+  bool accepts_images_ = true;
   std::uint64_t failed_ = 0;
   std::uint64_t stream_ = 0;
   std::uint64_t stream_before_event_ = 0;

@@ -10,6 +10,7 @@
 
 #include "gateway/publish/access.h"
 #include "gateway/publish/controller_text.h"
+#include "gateway/publish/deferred_image.h"
 #include "gateway/publish/event_logger.h"
 #include "gateway/publish/event_text.h"
 #include "gateway/publish/foreign_text.h"
@@ -211,6 +212,48 @@ TEST(ImageSequence, PublishesEverythingByPeriod) {
     EXPECT_TRUE(sequence.admit(snapshot));
     EXPECT_EQ(snapshot.sequence, i);
   }
+}
+
+TEST(DeferredImage, IsPublishedWithTheChangesAndReceptionsOfThoseBefore) {
+  DeferredImage deferred;
+  EXPECT_EQ(deferred.take(nullptr), nullptr);
+  std::array<image::Snapshot, 4> images{snapshot_with(1, 2), snapshot_with(2, 5),
+                                        snapshot_with(1, 1), snapshot_with(1, 1)};
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    images[i].layout_id = 7;
+    images[i].changed = {std::uint64_t{1} << i};
+  }
+  const Instant start(10s);
+  EXPECT_TRUE(deferred.is_due(start));
+  deferred.defer(images[0], start);
+  EXPECT_FALSE(deferred.is_due(start + 99ms));
+  EXPECT_TRUE(deferred.is_due(start + 100ms));
+  deferred.defer(images[1], start + 100ms);
+  EXPECT_EQ(deferred.take(nullptr), images.data() + 1);
+  EXPECT_EQ(images[1].changed[0], 0b11U);
+  ASSERT_EQ(images[1].marks.size(), 2U);
+  EXPECT_EQ(deferred.take(nullptr), nullptr) << "it is published once";
+  deferred.defer(images[1], start + 200ms);
+  EXPECT_EQ(deferred.take(images.data() + 2), images.data() + 2);
+  EXPECT_EQ(images[2].changed[0], 0b111U);
+  ASSERT_EQ(images[2].marks.size(), 2U);
+  EXPECT_EQ(images[2].marks[0].count, 3U);
+  EXPECT_EQ(images[2].marks[1].count, 5U);
+  EXPECT_EQ(deferred.take(images.data() + 3), images.data() + 3);
+  EXPECT_EQ(images[3].marks.size(), 1U) << "those were published";
+}
+
+TEST(DeferredImage, OfAnotherLayoutIsNoPartOfALaterOne) {
+  DeferredImage deferred;
+  image::Snapshot before = snapshot_with(1, 2);
+  before.layout_id = 7;
+  before.changed = {1};
+  image::Snapshot after = snapshot_with(3, 4);
+  after.layout_id = 8;
+  deferred.defer(before, Instant(10s));
+  EXPECT_EQ(deferred.take(&after), &after);
+  EXPECT_EQ(after.changed[0], 0U);
+  EXPECT_EQ(after.marks.size(), 1U);
 }
 
 TEST(ForeignText, CannotEndALineNorSteerATerminal) {

@@ -7,6 +7,7 @@
 #include <memory>
 #include <set>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -162,6 +163,58 @@ TEST_F(PublisherTest, EventsAreStoredAndTheirNumbersContinue) {
 }
 
 // Such as a request for a line that does not exist.
+// Also while the edge accepts no image, which is published later. The values of a line end when a
+// reload removes it.
+TEST_F(PublisherTest, ValuesAreStoredWithoutAnEdgeAndEndWithTheirLine) {
+  std::string folder = (std::filesystem::temp_directory_path() / "linegate-pub-XXXXXX").string();
+  ASSERT_NE(mkdtemp(folder.data()), nullptr);
+  const config::Journal journal_plan{.file = folder + "/journal.db"};
+  image::Layout inputs{.id = 1, .byte_size = 1};
+  inputs.entries = {
+      {.bit_length = 8, .type = od::DataType::unsigned8, .node = 5, .name = "inlet.Level"}};
+  config::LinePlan plan;
+  plan.config.name = "hall";
+  plan.history.entries = {{image::Direction::inputs, 5, "inlet.Level"}};
+  hosts.push_back(std::make_unique<LineHost>(plan, inputs, image::Layout{}));
+  {
+    JournalThread journal(
+        {.plan = journal_plan, .incarnation = 7, .period = std::chrono::milliseconds(2)});
+    Publisher with(edge, hosts, &journal);
+    journal.start();
+    edge.accept_images(false);
+    image::Snapshot& snapshot = hosts[1]->port.image(image::Direction::inputs).draft().value;
+    snapshot.layout_id = 1;
+    snapshot.bytes = {std::byte{42}};
+    snapshot.changed = {1};
+    snapshot.valid = {1};
+    hosts[1]->port.image(image::Direction::inputs).publish();
+    with.start();
+    JournalReader reader;
+    ValuePage page;
+    ASSERT_EQ(reader.open(journal_plan.file), 0);
+    while (page.values.empty()) {
+      ASSERT_EQ(reader.read(ValueQuery{}, page), 0);
+      std::this_thread::yield();
+    }
+    EXPECT_THAT(edge.samples(), testing::Not(testing::Contains("image hall 1")));
+    with.stop();
+    EXPECT_THAT(edge.samples(), testing::Contains("image hall 1").Times(1));
+    with.set_lines(std::span(hosts).first(1));
+    journal.stop();
+  }
+  JournalReader reader;
+  ValuePage page;
+  ASSERT_EQ(reader.open(journal_plan.file), 0);
+  ASSERT_EQ(reader.read({.line = "hall", .name = "inlet.*"}, page), 0);
+  ASSERT_EQ(page.values.size(), 2U);
+  EXPECT_EQ(page.values[0].value, 42U);
+  EXPECT_EQ(page.values[0].entry->node, 5U);
+  EXPECT_EQ(page.values[1].value, std::nullopt);
+  EXPECT_EQ(page.values[1].type, od::DataType::unsigned8);
+  EXPECT_EQ(page.values[1].clock, page.values[0].clock) << "ended by the line, not by the journal";
+  std::filesystem::remove_all(folder);
+}
+
 TEST_F(PublisherTest, NoticesOfTheReceiverAreEventsOfTheGateway) {
   Publisher with(edge, hosts, nullptr);
   GatewayNotice notice{.event = {.data = event::CommandRefused{.client = 1}}, .text = "refused"};
