@@ -207,9 +207,7 @@ int JournalPages::begin(const JournalRead& request, const JournalReader::Extent&
   const auto cursor = static_cast<std::int64_t>(request.cursor.position);
   if (request.newest_first) {
     window.last = cursor == 0 ? extent.newest : cursor - 1;
-    window.first = std::max(extent.oldest - 1, window.last - kMostScanned);
-    window.first = std::min(window.first, window.last);
-    return SQLITE_OK;
+    return limit_window(request, extent, window);
   }
   window.first = cursor;
   if (cursor == 0 && request.after) {
@@ -219,7 +217,28 @@ int JournalPages::begin(const JournalRead& request, const JournalReader::Extent&
     page.unknown_stream = !known;
   }
   window.first = std::max(window.first, extent.oldest - 1);
-  window.last = std::min(extent.newest, window.first + kMostScanned);
+  return error == SQLITE_OK ? limit_window(request, extent, window) : error;
+}
+
+// Sets the other end of the window. The positions of events have no gaps. Those of values do: the
+// newest value of an entry may be much older than all others.
+int JournalPages::limit_window(const JournalRead& request, const JournalReader::Extent& extent,
+                               Window& window) {
+  const bool backwards = request.newest_first;
+  const std::int64_t from = backwards ? window.last : window.first;
+  std::optional<std::int64_t> reached;
+  int error = SQLITE_OK;
+  if (request.values) {
+    error = reader_.reach(from, kMostScanned, backwards, reached);
+  } else {
+    reached = backwards ? from - kMostScanned + 1 : from + kMostScanned;
+  }
+  if (backwards) {
+    window.first = std::max(extent.oldest, reached.value_or(extent.oldest)) - 1;
+    window.first = std::min(window.first, window.last);
+  } else {
+    window.last = std::min(extent.newest, reached.value_or(extent.newest));
+  }
   return error;
 }
 

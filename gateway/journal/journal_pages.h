@@ -63,6 +63,8 @@ class JournalPages {
   int read_page(const request::JournalRead& request, request::JournalPage& page, bool& is_foreign);
   int begin(const request::JournalRead& request, const JournalReader::Extent& extent,
             Window& window, request::JournalPage& page);
+  int limit_window(const request::JournalRead& request, const JournalReader::Extent& extent,
+                   Window& window);
   int check_cursor(const request::JournalRead& request, const JournalReader::Extent& extent,
                    Window& window);
   int make_cursor(JournalReader::Table table, std::int64_t position,

@@ -77,6 +77,10 @@ class JournalReader {
     std::int64_t newest = 0;
   };
   int extent(Table table, Extent& out);
+  // The position of the value number `count` (>= 1) after, or with backwards up to and before, that
+  // position; nothing if there are fewer. Between kept values positions may be missing.
+  int reach(std::int64_t from, std::int64_t count, bool backwards,
+            std::optional<std::int64_t>& position);
   // A number that differs for the entries at the same position of two files; nothing if there is no
   // entry at the position.
   int check_of(Table table, std::int64_t position, std::optional<std::uint64_t>& check);

@@ -102,6 +102,25 @@ int JournalReader::read(const ValueQuery& query, ValuePage& page) {
   return result;
 }
 
+int JournalReader::reach(std::int64_t from, std::int64_t count, bool backwards,
+                         std::optional<std::int64_t>& position) {
+  position.reset();
+  if (!has_values_) {
+    return SQLITE_OK;
+  }
+  Statement row(database_.get(),
+                backwards
+                    ? "SELECT id FROM value_rows WHERE id <= ?1 ORDER BY id DESC LIMIT 1 OFFSET ?2"
+                    : "SELECT id FROM value_rows WHERE id > ?1 ORDER BY id LIMIT 1 OFFSET ?2");
+  row.bind(1, from);
+  row.bind(2, count - 1);
+  const int result = row.step();
+  if (result == SQLITE_ROW) {
+    position = row.number(0);
+  }
+  return result == SQLITE_ROW || result == SQLITE_DONE ? SQLITE_OK : result;
+}
+
 // all: each entry of the file is selected.
 int JournalReader::select_entries(const ValueQuery& query, Entries& selected, bool& all) {
   Statement rows(database_.get(), "SELECT id, line, direction, node, name FROM value_entries");

@@ -291,6 +291,33 @@ TEST_F(ValuePagesTest, TheWorkForAPageIsBounded) {
   }
 }
 
+// A value that holds is kept although those around it were removed.
+TEST_F(ValuePagesTest, RemovedValuesCostNoPages) {
+  plan_.values_size = 1'000'000;
+  {
+    Journal journal(plan_);
+    ASSERT_EQ(journal.open(), 0);
+    const auto constant =
+        std::make_shared<const ValueEntry>(ValueEntry{.line = "hall", .name = "a"});
+    const StoredValue kept = value_at(constant, 0, 7);
+    ASSERT_EQ(journal.store({.values = std::span(&kept, 1), .stream = kStream}, at(0)), 0);
+    const auto other = std::make_shared<const ValueEntry>(ValueEntry{.line = "hall", .name = "b"});
+    const std::vector<StoredValue> many(Journal::kMostValues, value_at(other, 1, 8));
+    for (unsigned call = 0; call < 400; ++call) {
+      ASSERT_EQ(journal.store({.values = many, .stream = kStream}, at(1)), 0);
+    }
+  }
+  const std::size_t stored = stored_values().size();
+  const std::size_t needed = (stored + JournalPages::kMostScanned - 1) / JournalPages::kMostScanned;
+  for (const bool newest_first : {false, true}) {
+    std::size_t pages = 0;
+    EXPECT_EQ(all_values({.text = "a", .newest_first = newest_first}, &pages), (Numbers{7}));
+    EXPECT_EQ(pages, needed);
+  }
+  EXPECT_EQ(all_values({.text = "b"}).size(), stored - 1);
+  EXPECT_EQ(all_values({.text = "b", .newest_first = true}).size(), stored - 1);
+}
+
 TEST_F(ValuePagesTest, ACursorContinuesAndThatOfAnotherFileOrOfEventsIsRefused) {
   fill("press", 1, 100);
   fill_values(100);
