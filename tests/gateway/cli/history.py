@@ -85,7 +85,7 @@ def same_values_over_dds(plant, history):
     newest = history.values("-n", "1")
     expect("the newest value", newest, history.values()[-1:])
     for words in [["--values", INPUT], ["press", "--values"], ["--values", "panel.*", "-n", "3"],
-                  ["--node", "press:8", "--until", newest[0]["time"], "--values"], ["--since", "yesterday", "--values"]]:
+                  ["--node", "press:8", "--until", newest[0]["time"][:19] + "Z", "--values"], ["--since", "yesterday", "--values"]]:
         until(f"the same values with {words}", lambda chosen=words: over_dds(plant, *chosen) == history.events(*chosen))
     csv = plant.command("history", "--values", INPUT, "--csv").stdout.splitlines()
     expect("the head of CSV", csv[0], "time,gateway,line,direction,entry,value")
