@@ -17,6 +17,8 @@ namespace linegate::gateway {
 namespace {
 
 constexpr Duration kTrimPeriod = std::chrono::minutes(1);
+// Transactions before the thread does its other work again, while more and more is queued.
+constexpr unsigned kMostRounds = 64;
 
 std::uint64_t random_stream() {
   std::random_device device;
@@ -258,7 +260,11 @@ void JournalThread::work(bool last) {
   if (!journal_.is_open() && ((now < again_ && !last) || !open(now))) {
     return;
   }
-  for (;;) {
+  for (unsigned round = 0;; ++round) {
+    if (round == kMostRounds && !last) {
+      wakeup_.signal();
+      break;
+    }
     take_entries();
     take_values();
     const auto due = limits(stream_stored_ != journal_.stream());

@@ -369,5 +369,36 @@ TEST_F(ValuesTest, ADiskThatFailsIsReportedAndLosesNoQueuedValue) {
   EXPECT_FALSE(kept.back().value) << "the run has ended";
 }
 
+// More values than the disk takes: the thread still reports, and still ends.
+TEST_F(ValuesTest, AFloodOfValuesHidesNoNews) {
+  JournalThread thread({.plan = plan_,
+                        .incarnation = kStream,
+                        .period = std::chrono::milliseconds(2),
+                        .retry_period = std::chrono::milliseconds(2)});
+  thread.add_line("press");
+  thread.start();
+  exchange::Flag stop;
+  std::thread flood([&] {
+    for (std::int64_t i = 1; !stop.raised(); ++i) {
+      (void)thread.record(value_at(inlet_, i, 1));
+    }
+  });
+  const auto await = [&](event::JournalCondition condition) {
+    for (auto news = thread.pop_news(); !news || news->condition != condition;) {
+      std::this_thread::yield();
+      news = thread.pop_news();
+    }
+  };
+  await(event::JournalCondition::renewed);
+  {
+    const FileSizeLimit full(8192);
+    await(event::JournalCondition::failing);
+  }
+  await(event::JournalCondition::working);
+  stop.raise();
+  flood.join();
+  EXPECT_TRUE(thread.stop());
+}
+
 }  // namespace
 }  // namespace linegate::gateway
