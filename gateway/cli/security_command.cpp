@@ -22,6 +22,7 @@ struct SecurityArguments {
   std::string role = "viewer";
   security::Issue issue;
   std::vector<std::string> lines;
+  std::string certificate;
 };
 
 // Reports a failure on standard error; with --json, with_problems_as_json() makes it an object.
@@ -41,6 +42,14 @@ int issue_identity(SecurityArguments& arguments) {
     issue.holder.lines = arguments.lines;
   }
   return finish(security::issue(arguments.folder, issue));
+}
+
+int revoke_identity(const SecurityArguments& arguments) {
+  if (!arguments.certificate.empty())
+    return finish(security::revoke_certificate(arguments.folder, arguments.certificate));
+  if (arguments.issue.holder.name.empty())
+    return finish("name an identity, or a file with --certificate");
+  return finish(security::revoke(arguments.folder, arguments.issue.holder.name));
 }
 
 int print_check(const std::string& folder) {
@@ -85,11 +94,13 @@ void add_security(CommandLine& line) {
   issue->add_option("--days", arguments->issue.days, "validity")->capture_default_str();
   issue->add_flag("--renew", arguments->issue.renew,
                   "replace an identity; its old certificate remains valid until it expires");
-  CLI::App* revoke =
-      command("revoke", "withdraw an identity, and update revoked.crl everywhere", [arguments] {
-        return finish(security::revoke(arguments->folder, arguments->issue.holder.name));
-      });
-  revoke->add_option("name", arguments->issue.holder.name)->required();
+  CLI::App* revoke = command("revoke", "withdraw an identity, and update revoked.crl everywhere",
+                             [arguments] { return revoke_identity(*arguments); });
+  CLI::Option* name = revoke->add_option("name", arguments->issue.holder.name);
+  revoke
+      ->add_option("--certificate", arguments->certificate,
+                   "identity.crt of the identity, instead of its name")
+      ->excludes(name);
   command("check", "what makes an identity unusable",
           [arguments] { return print_check(arguments->folder); });
 }

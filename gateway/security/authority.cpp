@@ -268,25 +268,36 @@ std::string write_identity(const files::path& folder, const files::path& own, co
   return error.empty() ? write_certificate(own / kCertificateFile, made.get()) : error;
 }
 
-// Certificates that a renewal replaced: they remain valid, and are revoked with their identity.
-files::path replaced(const files::path& folder, const std::string& name) {
-  return folder / ".replaced" / name;
+// Each certificate that was issued, by the name of its identity: they are revoked with the
+// identity, even if its subfolder has another certificate or is missing.
+files::path issued(const files::path& folder, const std::string& name) {
+  return folder / ".issued" / name;
 }
 
-std::string keep_replaced(const files::path& folder, const std::string& name) {
-  const Certificate before = read_certificate(folder / name / kCertificateFile);
-  if (!before)
-    return {};
+// The file of a certificate that was issued, by its serial number in hexadecimal.
+files::path issued_file(const files::path& folder, const std::string& name, X509* certificate) {
   const std::unique_ptr<BIGNUM, Deleter<BN_free>> number(
-      ASN1_INTEGER_to_BN(X509_get0_serialNumber(before.get()), nullptr));
+      ASN1_INTEGER_to_BN(X509_get0_serialNumber(certificate), nullptr));
   const std::unique_ptr<char, void (*)(char*)> serial(BN_bn2hex(number.get()),
                                                       [](char* text) { OPENSSL_free(text); });
+  return issued(folder, name) / (std::string(serial.get()) + ".crt");
+}
+
+std::string keep_issued(const files::path& folder, const std::string& name, X509* certificate) {
   std::error_code error;
-  files::create_directories(replaced(folder, name), error);
+  files::create_directories(issued(folder, name), error);
   if (error)
-    return replaced(folder, name).string() + " cannot be created: " + error.message();
-  return write_certificate(replaced(folder, name) / (std::string(serial.get()) + ".crt"),
-                           before.get());
+    return issued(folder, name).string() + " cannot be created: " + error.message();
+  return write_certificate(issued_file(folder, name, certificate), certificate);
+}
+
+// The present certificate of an identity, which an older authority has not kept, and the new one.
+std::string keep_certificates(const files::path& folder, const files::path& made,
+                              const std::string& name) {
+  const Certificate present = read_certificate(folder / name / kCertificateFile);
+  std::string failed = present ? keep_issued(folder, name, present.get()) : std::string();
+  const Certificate next = read_certificate(made / kCertificateFile);
+  return failed.empty() ? keep_issued(folder, name, next.get()) : failed;
 }
 
 // Those of an identity, the present one first. Empty if it was never issued.
@@ -295,9 +306,9 @@ std::vector<Certificate> certificates_of(const files::path& folder, const std::s
   if (Certificate present = read_certificate(folder / name / kCertificateFile))
     out.push_back(std::move(present));
   std::error_code error;
-  for (const auto& each : files::directory_iterator(replaced(folder, name), error)) {
-    if (Certificate before = read_certificate(each.path()))
-      out.push_back(std::move(before));
+  for (const auto& each : files::directory_iterator(issued(folder, name), error)) {
+    if (Certificate one = read_certificate(each.path()))
+      out.push_back(std::move(one));
   }
   return out;
 }
@@ -402,6 +413,30 @@ std::string write_authority(const files::path& at) {
   return failed.empty() ? write_certificate(at / kCaFile, ca) : failed;
 }
 
+// All certificates of an identity.
+std::string revoke_all(const files::path& at, const std::string& name,
+                       const std::vector<Certificate>& certificates, const Authority& by) {
+  const RevocationList list = read_revocations(at / kRevocationsFile);
+  if (!list)
+    return (at / kRevocationsFile).string() + " is no revocation list";
+  auto names = read_revoked_names((at / kRevokedNamesFile).string());
+  if (!names)
+    return no_revoked_names(at);
+  bool changed = false;
+  for (const Certificate& certificate : certificates) {
+    names->insert(entry_of(*certificate, NID_organizationalUnitName) + "/" + name);
+    X509_REVOKED* entry = nullptr;
+    if (X509_CRL_get0_by_cert(list.get(), &entry, certificate.get()) == 1)
+      continue;
+    add_revocation(list.get(), certificate.get());
+    changed = true;
+  }
+  std::string error = publish_revocations(at, *names, changed ? list.get() : nullptr, by);
+  if (!error.empty())
+    return error + ": correct this, and revoke \"" + name + "\" again";
+  return changed ? std::string() : "\"" + name + "\" is revoked already";
+}
+
 // Only one command at a time changes an authority.
 class Lock {
  public:
@@ -467,7 +502,7 @@ std::string issue(const std::string& folder, const Issue& issue) {
   if (failed.empty())
     failed = copy(at, made, kRevokedNamesFile);
   if (failed.empty())
-    failed = keep_replaced(at, issue.holder.name);
+    failed = keep_certificates(at, made, issue.holder.name);
   if (failed.empty())
     failed = replace(made, at / issue.holder.name);
   files::remove_all(made, error);
@@ -484,27 +519,28 @@ std::string revoke(const std::string& folder, const std::string& name) {
     return "\"" + name + "\" is no name of an identity";
   const std::vector<Certificate> certificates = certificates_of(at, name);
   if (certificates.empty())
-    return (at / name / kCertificateFile).string() + " is no certificate: no identity \"" + name +
-           "\" was issued here";
-  const RevocationList list = read_revocations(at / kRevocationsFile);
-  if (!list)
-    return (at / kRevocationsFile).string() + " is no revocation list";
-  auto names = read_revoked_names((at / kRevokedNamesFile).string());
-  if (!names)
-    return no_revoked_names(at);
-  bool changed = false;
-  for (const Certificate& certificate : certificates) {
-    names->insert(entry_of(*certificate, NID_organizationalUnitName) + "/" + name);
-    X509_REVOKED* entry = nullptr;
-    if (X509_CRL_get0_by_cert(list.get(), &entry, certificate.get()) == 1)
-      continue;
-    add_revocation(list.get(), certificate.get());
-    changed = true;
-  }
-  std::string error = publish_revocations(at, *names, changed ? list.get() : nullptr, by);
-  if (!error.empty())
-    return error + ": correct this, and revoke \"" + name + "\" again";
-  return changed ? std::string() : "\"" + name + "\" is revoked already";
+    return "no identity \"" + name + "\" was issued here: if you have a copy of its " +
+           kCertificateFile + ", revoke it with --certificate";
+  return revoke_all(at, name, certificates, by);
+}
+
+std::string revoke_certificate(const std::string& folder, const std::string& file) {
+  const Lock lock(folder);
+  Authority by;
+  if (std::string error = load(folder, by); !error.empty())
+    return error;
+  Certificate certificate = read_certificate(file);
+  if (!certificate)
+    return file + " is not a certificate in PEM";
+  if (X509_verify(certificate.get(), X509_get0_pubkey(by.certificate.get())) != 1)
+    return file + " was issued by another authority than " +
+           (files::path(folder) / kCaFile).string();
+  const std::string name = entry_of(*certificate, NID_commonName);
+  if (!is_name(name) || !parse_role(entry_of(*certificate, NID_organizationalUnitName)))
+    return file + " is not the certificate of an identity";
+  std::vector<Certificate> certificates = certificates_of(folder, name);
+  certificates.push_back(std::move(certificate));
+  return revoke_all(folder, name, certificates, by);
 }
 
 }  // namespace linegate::security

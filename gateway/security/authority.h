@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The certificate authority of a plant, in a folder: ca.crt, ca.key, governance.smime, revoked.crl,
-// revoked.names, and a subfolder for each identity with the files of files.h.
+// revoked.names, a subfolder for each identity with the files of files.h, and .issued with the
+// certificate of each identity that was issued.
 //
 // Each function returns an empty text, or the reason of its failure. Private keys (EC P-256) have
 // the mode 0600. A failed function leaves no part of a file or of an identity, and can be repeated.
@@ -34,6 +35,11 @@ std::string issue(const std::string& folder, const Issue& issue);
 // Adds the names of the certificates of `name` to revoked.names and the certificates to
 // revoked.crl, and copies both to each subfolder, to all others even if one fails. Fails if the
 // identity is revoked already, but completes what an earlier failure left.
+// Needs no subfolder: the authority keeps each certificate that it issues in .issued/NAME.
 std::string revoke(const std::string& folder, const std::string& name);
+
+// The same for the identity of that certificate of the authority, in PEM: all certificates of its
+// name and this one, even if the authority has not kept it.
+std::string revoke_certificate(const std::string& folder, const std::string& file);
 
 }  // namespace linegate::security

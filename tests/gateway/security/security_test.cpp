@@ -188,8 +188,10 @@ TEST_F(Authority, RevokesAndIssuesAgain) {
   EXPECT_TRUE(openssl_accepts(plant / "bob"));
   EXPECT_EQ(content(plant / "bob" / kRevocationsFile), content(plant / kRevocationsFile));
   EXPECT_EQ(revoke(plant.string(), "alice"), "\"alice\" is revoked already");
-  EXPECT_NE(revoke(plant.string(), "carol").find("no identity \"carol\" was issued here"),
-            std::string::npos);
+  EXPECT_EQ(
+      revoke(plant.string(), "carol"),
+      "no identity \"carol\" was issued here: if you have a copy of its identity.crt, revoke it "
+      "with --certificate");
   ASSERT_EQ(issue_as("alice", Role::operator_), "");
   EXPECT_EQ(findings(plant / "alice"), "");
 }
@@ -205,6 +207,52 @@ TEST_F(Authority, ARenewedCertificateIsRevokedWithItsIdentity) {
   ASSERT_EQ(revoke(plant.string(), "alice"), "");
   EXPECT_FALSE(openssl_accepts(stolen));
   EXPECT_FALSE(openssl_accepts(plant / "alice"));
+}
+
+TEST_F(Authority, AnIdentityWithoutItsSubfolderIsRevokedByItsName) {
+  ASSERT_EQ(issue_as("alice", Role::operator_), "");
+  ASSERT_EQ(issue_as("bob", Role::viewer), "");
+  ASSERT_EQ(issue_as("alice", Role::engineer, true), "");
+  const files::path moved = top / "moved";
+  files::rename(plant / "alice", moved);
+  ASSERT_EQ(revoke(plant.string(), "alice"), "");
+  EXPECT_FALSE(openssl_accepts(moved));
+  EXPECT_TRUE(openssl_accepts(plant / "bob"));
+  EXPECT_EQ(content(plant / "bob" / kRevokedNamesFile), "engineer/alice\noperator/alice\n");
+  EXPECT_FALSE(files::exists(plant / "alice"));
+  EXPECT_EQ(revoke(plant.string(), "alice"), "\"alice\" is revoked already");
+}
+
+// As after the loss of the authority's disk, of which only a copy of the key from before remains.
+TEST_F(Authority, AnIdentityIsRevokedByItsCertificate) {
+  ASSERT_EQ(issue_as("alice", Role::operator_), "");
+  ASSERT_EQ(issue_as("bob", Role::viewer), "");
+  const files::path host = top / "host";
+  files::rename(plant / "alice", host);
+  files::remove_all(plant / ".issued");
+  EXPECT_NE(revoke(plant.string(), "alice"), "");
+  ASSERT_EQ(revoke_certificate(plant.string(), (host / kCertificateFile).string()), "");
+  EXPECT_FALSE(openssl_accepts(host));
+  EXPECT_EQ(content(plant / "bob" / kRevokedNamesFile), "operator/alice\n");
+  EXPECT_EQ(revoke_certificate(plant.string(), (host / kCertificateFile).string()),
+            "\"alice\" is revoked already");
+}
+
+TEST_F(Authority, OnlyACertificateOfItsOwnIsRevoked) {
+  const files::path other = top / "other";
+  ASSERT_EQ(init(other.string()), "");
+  ASSERT_EQ(issue(other.string(), {{"alice", Role::operator_}, 60}), "");
+  ASSERT_EQ(issue_as("alice", Role::operator_), "");
+  const auto before = content(plant / kRevocationsFile);
+  const std::string foreign = (other / "alice" / kCertificateFile).string();
+  EXPECT_EQ(revoke_certificate(plant.string(), foreign),
+            foreign + " was issued by another authority than " + (plant / kCaFile).string());
+  const std::string ca = (plant / kCaFile).string();
+  EXPECT_EQ(revoke_certificate(plant.string(), ca), ca + " is not the certificate of an identity");
+  const std::string key = (plant / "alice" / kKeyFile).string();
+  EXPECT_EQ(revoke_certificate(plant.string(), key), key + " is not a certificate in PEM");
+  EXPECT_EQ(content(plant / kRevocationsFile), before);
+  EXPECT_EQ(content(plant / kRevokedNamesFile), "");
 }
 
 TEST_F(Authority, ARunningGatewayReadsRevokedNamesAgain) {
@@ -352,7 +400,8 @@ TEST_F(Authority, ANameRemainsRevokedIfItCannotBeIssuedAgain) {
   ASSERT_EQ(issue_as("plant", Role::gateway), "");
   ASSERT_EQ(issue_as("alice", Role::operator_), "");
   ASSERT_EQ(revoke(plant.string(), "alice"), "");
-  std::ofstream(plant / ".replaced") << "prevents the last step before the replacement";
+  files::remove_all(plant / ".issued");
+  std::ofstream(plant / ".issued") << "prevents the last step before the replacement";
   EXPECT_NE(issue_as("alice", Role::operator_), "");
   for (const char* folder : {".", "plant", "alice"})
     EXPECT_EQ(content(plant / folder / kRevokedNamesFile), "operator/alice\n") << folder;
