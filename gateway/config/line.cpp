@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
+#include <regex>
+#include <string>
 #include <string_view>
 #include <system_error>
 
@@ -26,23 +28,71 @@ void read_role(Section& section, line::LineConfig& config) {
   }
 }
 
-void read_access(Section& section, LinePlan& plan) {
-  const auto read = [](Section& from, const YAML::Node& node, Access& target) {
-    from.choose<Access>(node, target,
-                        {{"off", Access::off}, {"read", Access::read}, {"all", Access::all}});
-  };
+void read_access(Section& from, const YAML::Node& node, Access& target) {
+  from.choose<Access>(node, target,
+                      {{"off", Access::off}, {"read", Access::read}, {"all", Access::all}});
+}
+
+// "operator/panel3": role and name of a certificate (gateway/security/authority.h).
+bool is_client(const std::string& text) {
+  static const std::regex kClient("(operator|engineer)/[A-Za-z0-9_-][A-Za-z0-9._-]{0,63}");
+  return std::regex_match(text, kClient);
+}
+
+LineAccess read_client_access(Section& clients, const YAML::Node& node, const std::string& client) {
+  LineAccess out;
+  if (!node.IsMap()) {
+    read_access(clients, node, out.commands);
+    out.outputs = out.commands;
+    return out;
+  }
+  Section access(clients.findings(), node, "the access of " + client);
+  read_access(access, access.require("commands"), out.commands);
+  read_access(access, access.require("outputs"), out.outputs);
+  access.done();
+  return out;
+}
+
+void read_clients(Findings& findings, const YAML::Node& node, LinePlan& plan) {
+  Section clients(findings, node, "clients");
+  if (!clients.valid()) {
+    return;
+  }
+  for (const auto& pair : node) {
+    const std::string client = pair.first.IsScalar() ? pair.first.Scalar() : std::string();
+    clients.find(client);
+    if (!is_client(client)) {
+      findings.error(place_of(pair.first),
+                     "\"" + client +
+                         "\" is no client that sends requests: write the role and "
+                         "the name of its certificate, such as operator/panel3 "
+                         "or engineer/anna");
+      continue;
+    }
+    plan.clients[client] = read_client_access(clients, pair.second, client);
+  }
+  clients.done();
+}
+
+void read_access(Section& section, LineSection& out) {
+  LinePlan& plan = out.plan;
   const YAML::Node node = section.find("access");
   if (!node.IsDefined()) {
     return;
   }
   if (!node.IsMap()) {
-    read(section, node, plan.commands);
+    read_access(section, node, plan.commands);
     plan.outputs = plan.commands;
     return;
   }
   Section access(section.findings(), node, "access");
-  read(access, access.find("commands"), plan.commands);
-  read(access, access.find("outputs"), plan.outputs);
+  read_access(access, access.find("commands"), plan.commands);
+  read_access(access, access.find("outputs"), plan.outputs);
+  const YAML::Node clients = access.find("clients");
+  if (clients.IsDefined()) {
+    out.clients_place = place_of(clients);
+    read_clients(section.findings(), clients, plan);
+  }
   access.done();
 }
 
@@ -363,7 +413,7 @@ LineSection read_line(Findings& findings, const YAML::Node& node) {
   report_ignored_keys(section, plan.config);
   read_lss(section, plan.config);
   read_diagnosis(section, plan.config);
-  read_access(section, plan);
+  read_access(section, out);
   read_share(section, "request_share", plan.config.request_share);
   read_share(section, "client_share", plan.config.client_share);
   const YAML::Node enter = section.find("enter");

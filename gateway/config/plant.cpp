@@ -93,6 +93,15 @@ void read_executors(Findings& findings, const YAML::Node& node, Plant& plant) {
   }
 }
 
+// Without DDS-Security the name of a client is a claim.
+void check_clients(Findings& findings, const LineSection& section, const Plant& plant) {
+  if (!section.plan.clients.empty() && plant.dds_security.empty()) {
+    findings.error(section.clients_place,
+                   "clients of \"access\" need DDS-Security, which proves the name of a client: "
+                   "dds: {security: FOLDER}");
+  }
+}
+
 void check_executor(Findings& findings, const LineSection& section, const Plant& plant) {
   if (section.plan.executor.empty()) {
     return;
@@ -214,6 +223,7 @@ void read_lines(Findings& findings, const YAML::Node& node, const RoutingSection
       findings.error(section.history.place,
                      "history needs the journal that stores it: journal: {file: ...}");
     }
+    check_clients(findings, section, plant);
     const std::string files = findings.take_sources();
     check_collisions(findings, section, sections);
     if (findings.errors() == before) {

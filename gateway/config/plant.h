@@ -3,6 +3,8 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -108,11 +110,19 @@ struct ExecutorPlan {
   bool lock_memory = false;
 };
 
+struct LineAccess {
+  Access commands = Access::read;
+  Access outputs = Access::read;
+};
+
 struct LinePlan {
   line::LineConfig config;  // complete: Line::make(config) makes the line
   Interface interface;
   Access commands = Access::read;
   Access outputs = Access::read;
+  // Replaces `commands` and `outputs` for the holder of a certificate, by "ROLE/NAME", where ROLE
+  // is operator or engineer. Empty without DDS-Security.
+  std::map<std::string, LineAccess, std::less<>> clients;
   Publish publish;
   // Between two samples of one PdoUpdate instance
   Duration pdo_min_period = std::chrono::milliseconds(100);

@@ -152,6 +152,7 @@ struct LineSection {
   Place enter_place;
   Place emcy_place;
   Place gateways_place;
+  Place clients_place;
 };
 
 // Whether the line has one own node with the dictionary of a manager: a manager, or a line in the

@@ -79,6 +79,19 @@ bool permitted(const request::GatewayRequest& request, ClientRight right) {
   return right != ClientRight::none;
 }
 
+config::LineAccess access_of(const config::LinePlan& plan, const ClientIdentity& client) {
+  const bool is_known = !client.subject.empty() && (client.right == ClientRight::operate ||
+                                                    client.right == ClientRight::engineer);
+  if (is_known && !plan.clients.empty()) {
+    const auto found = plan.clients.find(
+        (client.right == ClientRight::operate ? "operator/" : "engineer/") + client.subject);
+    if (found != plan.clients.end()) {
+      return found->second;
+    }
+  }
+  return {plan.commands, plan.outputs};
+}
+
 bool is_of_outputs(line::CommandKind kind) {
   return kind == line::CommandKind::output_write || kind == line::CommandKind::pdo_trigger;
 }

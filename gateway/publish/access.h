@@ -23,6 +23,9 @@ bool permitted(const request::GatewayRequest& request, config::Access commands);
 bool permitted(const line::Command& command, ClientRight right);
 bool permitted(const request::GatewayRequest& request, ClientRight right);
 
+// The access of a client to a line: that of its certificate, or else that of the line.
+config::LineAccess access_of(const config::LinePlan& plan, const ClientIdentity& client);
+
 // Whether the command refers to entries, bytes or PDOs by their positions in the output layout.
 bool is_of_outputs(line::CommandKind kind);
 

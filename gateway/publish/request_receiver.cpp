@@ -86,7 +86,8 @@ LineHost* RequestReceiver::find(std::string_view line) const {
   return nullptr;
 }
 
-bool RequestReceiver::crosses(const LineHost& host, const line::Command& command) const {
+bool RequestReceiver::crosses(const LineHost& host, const CommandRequest& request) const {
+  const line::Command& command = request.command;
   const auto* const read = std::get_if<line::NetworkRead>(&command.request);
   const auto* const write = std::get_if<line::NetworkWrite>(&command.request);
   if (read == nullptr && write == nullptr) {
@@ -97,19 +98,21 @@ bool RequestReceiver::crosses(const LineHost& host, const line::Command& command
   return std::none_of(routes.begin(), routes.end(), [&](const routing::Route& route) {
     return route.reaches(network) &&
            std::any_of(lines_.begin(), lines_.end(), [&](const auto& other) {
+             const config::LineAccess access = access_of(other->plan, request.from);
              return other->interface() == route.interface &&
-                    !permitted(line::kind(command), other->plan.commands, other->plan.outputs);
+                    !permitted(line::kind(command), access.commands, access.outputs);
            });
   });
 }
 
 line::Refusal RequestReceiver::judge(const LineHost& host, const CommandRequest& request) const {
   const line::Command& command = request.command;
+  const config::LineAccess access = access_of(host.plan, request.from);
   if (!permitted(command, request.from.right) ||
-      !permitted(command, host.plan.commands, host.plan.outputs)) {
+      !permitted(command, access.commands, access.outputs)) {
     return line::Refusal::not_permitted;
   }
-  if (!crosses(host, command)) {
+  if (!crosses(host, request)) {
     return line::Refusal::not_permitted;
   }
   const std::uint64_t layout = host.layout(image::Direction::outputs).id;
@@ -155,8 +158,9 @@ void RequestReceiver::on_gateway_command(GatewayCommandRequest request) {
   request.command.audited = !permitted(request.command.request, config::Access::read);
   LineHost* host = find(request.line);
   line::Refusal refusal = line::Refusal::unknown_line;
-  if (host != nullptr && (!permitted(request.command.request, request.from.right) ||
-                          !permitted(request.command.request, host->plan.commands))) {
+  if (host != nullptr &&
+      (!permitted(request.command.request, request.from.right) ||
+       !permitted(request.command.request, access_of(host->plan, request.from).commands))) {
     refusal = line::Refusal::not_permitted;
   } else if (host != nullptr) {
     auto& ring = host->port.interface_commands;
@@ -199,7 +203,7 @@ void RequestReceiver::on_output_write(OutputRequest request) {
   LineHost* host = find(request.line);
   request.write.client_number = clients_.number(request.from, request.client);
   const bool may_write = host != nullptr && request.from.right != ClientRight::none &&
-                         host->plan.outputs == config::Access::all;
+                         access_of(host->plan, request.from).outputs == config::Access::all;
   if (!may_write) {
     notice(host, request.line,
            event::OutputRefused{.refusal = host == nullptr ? line::OutputRefusal::unknown_group

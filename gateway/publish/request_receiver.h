@@ -71,9 +71,9 @@ class RequestReceiver final : public RequestHandler {
  private:
   LineHost* find(std::string_view line) const;
   line::Refusal judge(const LineHost& host, const CommandRequest& request) const;
-  // Whether every line on the route to another network permits the command. True for commands
-  // within the network of the line.
-  bool crosses(const LineHost& host, const line::Command& command) const;
+  // Whether every line on the route to another network permits the command of this client. True for
+  // commands within the network of the line.
+  bool crosses(const LineHost& host, const CommandRequest& request) const;
   void read_journal(GatewayCommandRequest request);
   void answer(line::Reply reply);
   // Answers a command that was not passed to a line. host, line: see notice().

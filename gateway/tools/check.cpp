@@ -275,6 +275,10 @@ class Text {
     add("  access: commands {}, outputs {}; published {}; PDO updates every {} at most\n",
         config::name(plan.commands), config::name(plan.outputs), publish_text(plan.publish),
         format_duration(plan.pdo_min_period));
+    for (const auto& [client, access] : plan.clients) {
+      add("  access of {}: commands {}, outputs {}\n", client, config::name(access.commands),
+          config::name(access.outputs));
+    }
     entered(c.routing);
     add("  executor {}\n", plan.executor.empty() ? "of its own" : plan.executor);
     if (!plan.history.entries.empty()) {

@@ -134,6 +134,15 @@ Json history_json(const config::History::Entry& entry) {
   return {{"direction", image::name(entry.direction)}, {"entry", entry.name}};
 }
 
+Json clients_json(const config::LinePlan& plan) {
+  Json out = Json::object();
+  for (const auto& [client, access] : plan.clients) {
+    out[client] = {{"commands", config::name(access.commands)},
+                   {"outputs", config::name(access.outputs)}};
+  }
+  return out;
+}
+
 Json settings_json(const config::LinePlan& plan, const line::LineConfig& line) {
   return {{"name", line.name},
           {"interface", plan.interface.uri},
@@ -147,6 +156,7 @@ Json settings_json(const config::LinePlan& plan, const line::LineConfig& line) {
           {"emcy_bytes", node::name(line.error_scheme)},
           {"commands", config::name(plan.commands)},
           {"outputs", config::name(plan.outputs)},
+          {"clients", clients_json(plan)},
           {"publish", config::name(plan.publish.rule)},
           {"publish_ns", plan.publish.time.count()},
           {"pdo_min_period_ns", plan.pdo_min_period.count()},

@@ -117,6 +117,39 @@ const Bad kBad[] = {
       "plant.yaml:16:12: error: nodes is a list, not \"7\"",
       "plant.yaml:17:20: error: expected a share from 1% to 100%, got \"30\"",
       "plant.yaml:18:19: error: expected a share from 1% to 100%, got \"101%\""}},
+    {"clients_of_access",
+     "schema: 1\ndds: {security: /proc/self}\nlines:\n"
+     "  - name: a\n"
+     "    interface: 'simulated:'\n"
+     "    access:\n"
+     "      clients:\n"
+     "        anna: all\n"
+     "        viewer/office: read\n"
+     "        operator/a/b: all\n"
+     "        operator/panel3: some\n"
+     "        engineer/anna: {commands: all}\n"
+     "        engineer/anna: all\n"
+     "  - {name: b, interface: 'simulated:', access: {clients: [operator/panel3]}}\n",
+     {"plant.yaml:8:9: error: \"anna\" is no client that sends requests: write the role and the "
+      "name of "
+      "its certificate, such as operator/panel3 or engineer/anna",
+      "plant.yaml:9:9: error: \"viewer/office\" is no client that sends requests: write the role "
+      "and the "
+      "name of its certificate, such as operator/panel3 or engineer/anna",
+      "plant.yaml:10:9: error: \"operator/a/b\" is no client that sends requests: write the role "
+      "and the "
+      "name of its certificate, such as operator/panel3 or engineer/anna",
+      "plant.yaml:11:26: error: expected off, read or all, got \"some\"",
+      "plant.yaml:12:24: error: the access of engineer/anna needs the key \"outputs\"",
+      "plant.yaml:13:9: error: the key \"engineer/anna\" is there twice",
+      "plant.yaml:14:58: error: clients is a mapping (\"key: value\"), not a list"}},
+    {"clients_without_security",
+     "schema: 1\nlines:\n"
+     "  - name: a\n"
+     "    interface: 'simulated:'\n"
+     "    access: {commands: all, clients: {operator/panel3: read}}\n",
+     {"plant.yaml:5:38: error: clients of \"access\" need DDS-Security, which proves the name of a "
+      "client: dds: {security: FOLDER}"}},
     {"roles",
      "schema: 1\nlines:\n"
      "  - {name: a, interface: 'simulated:', role: device}\n"
@@ -420,6 +453,22 @@ TEST(Plant, AHistoryNamesInputsAndOutputs) {
   ASSERT_TRUE(full.ok()) << testing::PrintToString(messages(full));
   EXPECT_GT(full.value->lines.at(0).history.entries.size(), 2U);
   EXPECT_EQ(full.value->lines.at(0).history.min_interval, 5s);
+}
+
+TEST(Plant, ACertificateHasAnAccessOfItsOwn) {
+  const auto plant = read_text(
+      "schema: 1\ndds: {security: /proc/self}\nlines:\n  - name: a\n    interface: 'simulated:'\n"
+      "    access:\n      outputs: off\n      clients:\n        operator/panel.3: all\n"
+      "        engineer/anna: {commands: all, outputs: off}\n");
+  ASSERT_TRUE(plant.value) << testing::PrintToString(messages(plant));
+  const LinePlan& line = plant.value->lines.at(0);
+  EXPECT_EQ(line.commands, Access::read);
+  EXPECT_EQ(line.outputs, Access::off);
+  ASSERT_EQ(line.clients.size(), 2U);
+  EXPECT_EQ(line.clients.at("operator/panel.3").commands, Access::all);
+  EXPECT_EQ(line.clients.at("operator/panel.3").outputs, Access::all);
+  EXPECT_EQ(line.clients.at("engineer/anna").commands, Access::all);
+  EXPECT_EQ(line.clients.at("engineer/anna").outputs, Access::off);
 }
 
 TEST(Plant, TheDdsGuardIsOnUnlessSwitchedOff) {

@@ -228,6 +228,40 @@ TEST_F(RequestReceiverTest, ACommandNeedsTheRightOfItsClientAndTheAccessOfItsLin
 }
 
 // The executor of the line is late: nobody empties the ring.
+// Neither a name without a certificate nor the same name with another role has its access.
+TEST_F(RequestReceiverTest, TheAccessOfACertificateReplacesThatOfItsLine) {
+  hosts[0]->plan.commands = config::Access::read;
+  hosts[0]->plan.outputs = config::Access::off;
+  hosts[0]->plan.clients = {
+      {"operator/alice", {config::Access::all, config::Access::all}},
+      {"engineer/erin", {config::Access::off, config::Access::off}},
+  };
+  const auto accepted = [&](ClientRight right, const std::string& subject, line::Request request) {
+    CommandRequest out{.line = "press"};
+    out.command.request = std::move(request);
+    out.from = {.id = {1}, .host = "panel3", .right = right, .subject = subject};
+    receiver->on_command(std::move(out));
+    OutputRequest outputs{.line = "press", .from = {.id = {1}, .right = right, .subject = subject}};
+    receiver->on_output_write(std::move(outputs));
+    line::Command command;
+    line::OutputWrite write;
+    line::Reply reply;
+    while (refusals.pop(reply)) {
+    }
+    return std::pair(hosts[0]->port.commands.pop(command), hosts[0]->port.outputs.pop(write));
+  };
+  const auto write = line::SdoWrite{.node = 5};
+  const auto nmt = line::NmtRequest{.node = 5};
+  const auto read = line::SdoRead{.node = 5};
+  EXPECT_EQ(accepted(ClientRight::operate, "alice", nmt), std::pair(true, true));
+  EXPECT_EQ(accepted(ClientRight::operate, "alice", write), std::pair(false, true)) << "the role";
+  EXPECT_EQ(accepted(ClientRight::engineer, "alice", nmt), std::pair(false, false));
+  EXPECT_EQ(accepted(ClientRight::unlimited, "alice", nmt), std::pair(false, false));
+  EXPECT_EQ(accepted(ClientRight::operate, "", nmt), std::pair(false, false));
+  EXPECT_EQ(accepted(ClientRight::engineer, "erin", read), std::pair(false, false));
+  EXPECT_EQ(accepted(ClientRight::operate, "erin", read), std::pair(true, false)) << "of the line";
+}
+
 TEST_F(RequestReceiverTest, AClientDoesNotLockOthersOut) {
   hosts[0]->plan.commands = config::Access::all;
   hosts[0]->plan.outputs = config::Access::all;
