@@ -96,6 +96,7 @@ struct Client::Impl {
   template <class PubSubType>
   void subscribe(bool wanted, const std::string& topic, fast::DataReader*& reader);
   void subscribe_to_replies();
+  bool is_of_gateway(const std::string& gateway);
   template <class Sample, class Handle>
   void drain(fast::DataReader* reader, Sample& sample, Handle handle);
   template <class Sample, class Handle, class Ended>
@@ -145,6 +146,9 @@ struct Client::Impl {
   LinePublishers publishers;
   std::map<fast::InstanceHandle_t, std::pair<std::string, std::string>> line_names;
   std::uint64_t left_out = 0;  // samples, in the present poll
+  std::uint64_t foreign_samples = 0;
+  // Whether that participant has the certificate of that gateway. Bounded: emptied when it is full.
+  std::map<std::pair<ParticipantPrefix, std::string>, bool> holders;
 
   v1::GatewayState gateway_sample;
   v1::LineState line_sample;
@@ -331,10 +335,29 @@ void Client::Impl::drain(fast::DataReader* reader, Sample& sample, Handle handle
       ended();
       continue;
     }
+    if (!is_of_gateway(sample.gateway().to_string())) {
+      ++foreign_samples;
+      continue;
+    }
     ++handled;
     handle(sample);
   }
   waiting.wake();
+}
+
+// With DDS-Security: whether the writer of the sample that `info` describes has the certificate of
+// that gateway. The permissions of a gateway do not limit the names in its samples.
+bool Client::Impl::is_of_gateway(const std::string& gateway) {
+  constexpr std::size_t kMostHolders = 1'024;
+  if (!security.is_holder)
+    return true;
+  const std::pair key{participant_of(guid_of(info.publication_handle)), gateway};
+  const auto known = holders.find(key);
+  if (known != holders.end())
+    return known->second;
+  if (holders.size() >= kMostHolders)
+    holders.clear();
+  return holders[key] = security.is_holder(key.first, "gateway", gateway);
 }
 
 // Called before values are drained, so that a layout is known when its first image arrives.
@@ -613,6 +636,10 @@ guard::Counters Client::guard_counters() const {
 
 std::uint64_t Client::foreign_replies() const {
   return impl_->tracker.foreign();
+}
+
+std::uint64_t Client::foreign_samples() const {
+  return impl_->foreign_samples;
 }
 
 std::size_t Client::command_peers() const {

@@ -166,6 +166,9 @@ class Client {
   // publish the LineState of that line (for the gateway itself: its GatewayState), or because
   // several participants publish it.
   std::uint64_t foreign_replies() const;
+  // Number of samples that were ignored, because their writer has not the certificate of the
+  // gateway that they name (Security::is_holder).
+  std::uint64_t foreign_samples() const;
   // The gateways whose participants are discovered, whether or not a sample of them was received,
   // and for how long this list has not changed. From any thread.
   Peers peers() const;

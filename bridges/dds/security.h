@@ -33,8 +33,9 @@ struct Security {
   std::string request_partition;
   // Of a client that sends requests: the end of its partitions, "operator/alice".
   std::string right;
-  // Of a gateway: whether a participant with that GUID prefix has the certificate of that right and
-  // name. Without a function: always.
+  // Whether a participant with that GUID prefix has the certificate of that right and name; without
+  // a function: always. A gateway calls it for the right and name of a request; a client for
+  // "gateway" and the gateway that a sample names, and ignores the sample if not.
   std::function<bool(const std::array<std::uint8_t, 12>& prefix, std::string_view right,
                      std::string_view name)>
       is_holder;

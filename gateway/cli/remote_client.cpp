@@ -9,6 +9,7 @@
 
 #include "bridges/dds/client.h"
 #include "gateway/security/files.h"
+#include "gateway/security/fingerprint.h"
 #include "gateway/security/identity_check.h"
 
 namespace linegate::gateway {
@@ -154,6 +155,7 @@ std::vector<Diagnostic> secure(const RemoteClientOptions& options, dds::Security
              ", which sends no commands: use an identity of role operator or engineer"});
   }
   out = dds::security_with(files);
+  out.is_holder = security::is_holder;
   out.right = std::string(security::name(identity->role)) + "/" + identity->name;
   return found;
 }

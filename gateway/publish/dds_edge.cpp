@@ -101,11 +101,8 @@ ClientIdentity from_dds(dds::Participant from) {
 // revoked: used by the thread that polls.
 bool is_holder(const std::array<std::uint8_t, 12>& prefix, std::string_view right,
                std::string_view name, security::RevokedNames& revoked) {
-  const auto role = security::parse_role(right);
-  if (!role || revoked.contains(right, name, monotonic_now()))
-    return false;
-  const security::Fingerprint expected = security::fingerprint_of(name, *role);
-  return std::equal(expected.begin(), expected.end(), prefix.begin());
+  return !revoked.contains(right, name, monotonic_now()) &&
+         security::is_holder(prefix, right, name);
 }
 
 // Passes requests from the bridge to the handler.

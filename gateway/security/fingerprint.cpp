@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/security/fingerprint.h"
 
+#include <algorithm>
 #include <string>
 
 #include "gateway/security/openssl.h"
@@ -19,6 +20,15 @@ Fingerprint fingerprint_of(std::string_view name, Role role) {
     above = digest[i] & 1U;
   }
   return out;
+}
+
+bool is_holder(const std::array<std::uint8_t, 12>& prefix, std::string_view role,
+               std::string_view name) {
+  const auto known = parse_role(role);
+  if (!known)
+    return false;
+  const Fingerprint expected = fingerprint_of(name, *known);
+  return std::equal(expected.begin(), expected.end(), prefix.begin());
 }
 
 }  // namespace linegate::security

@@ -17,4 +17,9 @@ using Fingerprint = std::array<std::uint8_t, 6>;
 // 9.3.3). Both sides of an authentication check them.
 Fingerprint fingerprint_of(std::string_view name, Role role);
 
+// Whether an authenticated participant with that GUID prefix has a certificate of that role (as in
+// name(Role)) and name.
+bool is_holder(const std::array<std::uint8_t, 12>& prefix, std::string_view role,
+               std::string_view name);
+
 }  // namespace linegate::security

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Participants with the identities of `linegate security`: what each role may read and send, who is
 // refused, and how the gateway takes the right and the subject of a request from its writer.
-#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <cstdlib>
@@ -9,7 +8,9 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fastdds/dds/publisher/DataWriter.hpp>
@@ -45,12 +46,6 @@ constexpr std::chrono::seconds kOneAttempt{6};
 
 dds::Security security_of(const folders::path& folder) {
   return dds::security_with(security::files_in(folder.string()));
-}
-
-bool is_holder(const std::array<std::uint8_t, 12>& prefix, std::string_view right,
-               std::string_view name) {
-  const auto expected = security::fingerprint_of(name, *security::parse_role(right));
-  return std::equal(expected.begin(), expected.end(), prefix.begin());
 }
 
 // Answers each command; counts requests by "right subject", and refusals by their reason.
@@ -107,7 +102,7 @@ class Identities : public testing::Test {
     options.last_words = milliseconds(0);
     options.security = security_of(plant / kGateway);
     options.security.request_partition = security::requests_of_gateway(kGateway);
-    options.security.is_holder = is_holder;
+    options.security.is_holder = security::is_holder;
     auto made = dds::GatewayBridge::make(options);
     for (const Diagnostic& diagnostic : made.diagnostics)
       ADD_FAILURE() << to_string(diagnostic);
@@ -119,6 +114,7 @@ class Identities : public testing::Test {
     dds::ClientOptions options = client_options();
     options.commands = options.outputs = !right.empty();
     options.security = security_of(folder);
+    options.security.is_holder = security::is_holder;
     options.security.right = right;
     return options;
   }
@@ -317,6 +313,65 @@ TEST_F(Identities, EachIdentityReadsTheRepliesToItselfOnly) {
     serve(*alice, lines);
   ASSERT_EQ(bob->replies().size(), 1U);
   EXPECT_EQ(bob->replies().begin()->first, "bob");
+}
+
+// The permissions of each gateway allow it to publish; the name in a sample is a member.
+TEST_F(Identities, AGatewayPublishesInItsOwnNameOnly) {
+  issue("hall", Role::gateway);
+  ASSERT_NO_FATAL_FAILURE(start_gateway());
+  const auto victor = connect(options_of(plant / "victor", ""));
+  ASSERT_NE(victor, nullptr);
+  EXPECT_EQ(victor->foreign_samples(), 0U);
+  struct Sources : dds::ClientListener {
+    void on_line(const dds::Source& source, const dds::LineInfo&, const line::LineState&,
+                 const std::vector<dds::Property>&) override {
+      lines.insert(source.gateway + "/" + source.line);
+    }
+    void on_event(const dds::Source& source, const dds::ReceivedEvent& event, std::string_view,
+                  const std::vector<dds::Property>&) override {
+      events.emplace(source.gateway, event.number);
+    }
+    std::set<std::string> lines;
+    std::set<std::pair<std::string, std::uint64_t>> events;
+  } sources;
+  const auto forged = [&](dds::Endpoints& hall) {
+    auto* const lines = hall.writer<v1::LineStatePubSubType>(v1::TOPIC_LINE_STATE);
+    auto* const events = hall.writer<v1::EventPubSubType>(v1::TOPIC_EVENT);
+    auto* const images = hall.writer<v1::ProcessImagePubSubType>(v1::TOPIC_PROCESS_IMAGE);
+    return eventually(
+        [&] {
+          for (const char* gateway : {kGateway, "hall"}) {
+            v1::LineState line;
+            line.gateway(gateway);
+            line.line("forged");
+            lines->write(&line);
+            v1::Event event;
+            event.gateway(gateway);
+            event.line("forged");
+            event.number(77);
+            events->write(&event);
+            v1::ProcessImage image;
+            image.gateway(gateway);
+            image.line("forged");
+            images->write(&image);
+          }
+          serve(*victor, sources);
+          return sources.lines.contains("hall/forged") && sources.events.contains({"hall", 77U}) &&
+                 victor->foreign_samples() >= 3;
+        },
+        kOneAttempt);
+  };
+  bool arrived = false;
+  for (int attempt = 0; attempt < kAttempts && !arrived; ++attempt) {
+    std::vector<Diagnostic> diagnostics;
+    dds::Endpoints hall("linegate hall", domain(), LOOPBACK_PROFILES, diagnostics, true, 0,
+                        security_of(plant / "hall"));
+    ASSERT_TRUE(hall.ok());
+    arrived = forged(hall);
+  }
+  EXPECT_TRUE(arrived);
+  EXPECT_FALSE(sources.lines.contains("plant/forged"));
+  EXPECT_FALSE(sources.events.contains({kGateway, 77U}));
 }
 
 TEST_F(Identities, AnIdentityOfOneLineSendsToNoOther) {
