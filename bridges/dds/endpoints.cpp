@@ -199,12 +199,29 @@ fast::DataWriter* Endpoints::make_writer(const std::string& topic, fast::TypeSup
   return writer;
 }
 
-fast::Publisher* Endpoints::publisher_in(const std::string& partition) {
+// The name of the default partition is empty (DDS 1.4 2.2.3.13).
+void Endpoints::join(const std::string& partition) {
+  if (!ok_)
+    return;
+  fast::PublisherQos publisher = publisher_->get_qos();
+  fast::SubscriberQos subscriber = subscriber_->get_qos();
+  for (const char* name : {"", partition.c_str()}) {
+    publisher.partition().push_back(name);
+    subscriber.partition().push_back(name);
+  }
+  if (publisher_->set_qos(publisher) != ReturnCode_t::RETCODE_OK ||
+      subscriber_->set_qos(subscriber) != ReturnCode_t::RETCODE_OK)
+    fail("the partition " + partition + " cannot be used");
+}
+
+fast::Publisher* Endpoints::publisher_in(const std::string& partition, bool and_default) {
   if (!ok_)
     return nullptr;
   fast::Publisher*& known = publishers_[partition];
   if (known == nullptr) {
     fast::PublisherQos qos = fast::PUBLISHER_QOS_DEFAULT;
+    if (and_default)
+      qos.partition().push_back("");
     qos.partition().push_back(partition.c_str());
     known = participant_->create_publisher(qos);
   }

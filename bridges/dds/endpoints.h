@@ -45,6 +45,10 @@ class Endpoints {
   // False once anything could not be created.
   bool ok() const { return ok_; }
 
+  // From now on writer() and reader() use the default partition and `partition`, which may have
+  // wildcards. Call it before the first of them.
+  void join(const std::string& partition);
+
   // Afterwards nullptr alone reports a failure, and the diagnostics may be destroyed. No more
   // topics are created, and any thread may create writers and readers.
   void seal() { diagnostics_ = nullptr; }
@@ -114,6 +118,17 @@ class Endpoints {
     return make_writer(topic, eprosima::fastdds::dds::TypeSupport(new WrittenType<PubSubType>()),
                        strength, publisher_in(partition));
   }
+  // The same in the default partition and another one; in those of writer() if it is empty. As
+  // writer_in(): one thread at a time.
+  template <class PubSubType>
+  eprosima::fastdds::dds::DataWriter* writer_beside(const std::string& partition,
+                                                    const std::string& topic) {
+    return partition.empty()
+               ? writer<PubSubType>(topic)
+               : make_writer(topic,
+                             eprosima::fastdds::dds::TypeSupport(new WrittenType<PubSubType>()), 0,
+                             publisher_in(partition, true));
+  }
   // Creates a topic whose writers are created later.
   template <class PubSubType>
   void add_topic(const std::string& topic) {
@@ -140,7 +155,8 @@ class Endpoints {
                                                   eprosima::fastdds::dds::TypeSupport type,
                                                   std::uint32_t strength,
                                                   eprosima::fastdds::dds::Publisher* publisher);
-  eprosima::fastdds::dds::Publisher* publisher_in(const std::string& partition);
+  eprosima::fastdds::dds::Publisher* publisher_in(const std::string& partition,
+                                                  bool and_default = false);
   // The reason for an endpoint that could not be created.
   std::string refusal(std::string_view kind, const std::string& topic) const;
   eprosima::fastdds::dds::Subscriber* subscriber_in(const std::string& partition);

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <string_view>
 
 #include <fastdds/dds/publisher/DataWriter.hpp>
@@ -23,11 +24,13 @@ namespace linegate::dds {
 class PdoWriter {
  public:
   // endpoints must outlive it, and reports whether the writer could be created. renew_after:
-  // samples, see RenewedWriter.
-  PdoWriter(Endpoints& endpoints, std::uint64_t renew_after)
-      : writer_(endpoints, renew_after, RenewedWriter::Keep::until_received, [&endpoints] {
-          return endpoints.writer<v1::PdoUpdatePubSubType>(v1::TOPIC_PDO_UPDATE);
-        }) {}
+  // samples, see RenewedWriter. partition: see Endpoints::writer_beside().
+  PdoWriter(Endpoints& endpoints, std::uint64_t renew_after, const std::string& partition = {})
+      : writer_(endpoints, renew_after, RenewedWriter::Keep::until_received,
+                [&endpoints, partition] {
+                  return endpoints.writer_beside<v1::PdoUpdatePubSubType>(partition,
+                                                                          v1::TOPIC_PDO_UPDATE);
+                }) {}
 
   // Returns false if DDS refused the sample.
   bool write(v1::PdoUpdate& sample) {

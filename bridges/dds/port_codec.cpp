@@ -170,7 +170,7 @@ std::optional<PortBytes> take_partition(PortBytes message, std::string& partitio
 }
 
 // gateway, incarnation 8, domain 4, profile file, number of lines 4 and their names, renew_after 8,
-// participants 8, last_words 8, guard 1, the texts of security.
+// participants 8, last_words 8, guard 1, partitions 1, the texts of security.
 void encode(const GatewayOptions& options, PortMessage& out) {
   FieldWriter writer = begin_message(static_cast<std::uint8_t>(ToEndpoints::configure));
   add_text(options.gateway, writer);
@@ -184,6 +184,7 @@ void encode(const GatewayOptions& options, PortMessage& out) {
   writer.number(options.participants, 8);
   writer.number(static_cast<std::uint64_t>(options.last_words.count()), 8);
   writer.number(options.guard ? 1 : 0, 1);
+  writer.number(options.partitions ? 1 : 0, 1);
   for (const std::string* text : texts_of(options.security))
     add_text(*text, writer);
   out = writer.take();
@@ -205,6 +206,9 @@ std::optional<GatewayOptions> decode_options(PortBytes message) {
   const auto guard = in.number<std::uint8_t>();
   in.require(guard <= 1);
   out.guard = guard == 1;
+  const auto partitions = in.number<std::uint8_t>();
+  in.require(partitions <= 1);
+  out.partitions = partitions == 1;
   for (std::string* text : texts_of(out.security))
     *text = take_text(in, kLongestText);
   return if_complete(in, std::move(out));

@@ -66,28 +66,33 @@ std::string_view policy_name(std::uint32_t id) {
 struct LineWriters {
   using Slot = std::optional<RenewedWriter>;
 
-  // Creates the missing writers. Returns false if one could not be created.
-  bool make(Endpoints& endpoints, std::uint64_t renew_after) {
+  // Creates the missing writers. Returns false if one could not be created. partition: see
+  // Endpoints::writer_beside().
+  bool make(Endpoints& endpoints, std::uint64_t renew_after, const std::string& partition) {
+    constexpr auto kKeep = RenewedWriter::Keep::until_received;
     for (Slot* image : {&inputs, &outputs}) {
       if (writer(*image) == nullptr) {
-        image->emplace(endpoints, renew_after, RenewedWriter::Keep::until_received, [&endpoints] {
-          return endpoints.writer<v1::ProcessImagePubSubType>(v1::TOPIC_PROCESS_IMAGE);
+        image->emplace(endpoints, renew_after, kKeep, [&endpoints, partition] {
+          return endpoints.writer_beside<v1::ProcessImagePubSubType>(partition,
+                                                                     v1::TOPIC_PROCESS_IMAGE);
         });
       }
     }
     if (writer(receptions) == nullptr) {
-      receptions.emplace(endpoints, renew_after, RenewedWriter::Keep::until_received, [&endpoints] {
-        return endpoints.writer<v1::PdoReceptionPubSubType>(v1::TOPIC_PDO_RECEPTION);
+      receptions.emplace(endpoints, renew_after, kKeep, [&endpoints, partition] {
+        return endpoints.writer_beside<v1::PdoReceptionPubSubType>(partition,
+                                                                   v1::TOPIC_PDO_RECEPTION);
       });
     }
-    make_events(events, endpoints, renew_after);
+    make_events(events, endpoints, renew_after, partition);
     return writer(inputs) != nullptr && writer(outputs) != nullptr &&
            writer(receptions) != nullptr && writer(events) != nullptr;
   }
-  static void make_events(Slot& events, Endpoints& endpoints, std::uint64_t renew_after) {
+  static void make_events(Slot& events, Endpoints& endpoints, std::uint64_t renew_after,
+                          const std::string& partition = {}) {
     if (writer(events) == nullptr) {
-      events.emplace(endpoints, renew_after, RenewedWriter::Keep::history, [&endpoints] {
-        return endpoints.writer<v1::EventPubSubType>(v1::TOPIC_EVENT);
+      events.emplace(endpoints, renew_after, RenewedWriter::Keep::history, [&endpoints, partition] {
+        return endpoints.writer_beside<v1::EventPubSubType>(partition, v1::TOPIC_EVENT);
       });
     }
   }
@@ -97,6 +102,22 @@ struct LineWriters {
   Slot outputs;
   Slot receptions;
   Slot events;
+};
+
+// Writers of the states and PDOs of all lines, or of one line if lines have partitions.
+struct StateWriters {
+  StateWriters(Endpoints& endpoints, std::uint64_t renew_after, const std::string& partition)
+      : lines(endpoints, v1::TOPIC_LINE_STATE, renew_after, partition),
+        nodes(endpoints, v1::TOPIC_NODE_STATE, renew_after, partition),
+        outputs(endpoints, v1::TOPIC_OUTPUT_STATE, renew_after, partition),
+        layouts(endpoints, v1::TOPIC_IMAGE_LAYOUT, renew_after, partition),
+        pdos(endpoints, renew_after, partition) {}
+
+  StateWriter<v1::LineStatePubSubType> lines;
+  StateWriter<v1::NodeStatePubSubType> nodes;
+  StateWriter<v1::OutputStatePubSubType> outputs;
+  StateWriter<v1::ImageLayoutPubSubType> layouts;
+  PdoWriter pdos;
 };
 
 // Returns false if there is no writer, or DDS refused the sample.
@@ -114,23 +135,24 @@ class LocalPort final : public SamplePort {
 
   bool ok() const { return endpoints_.ok(); }
 
-  bool add_line(const std::string& line) override {
-    return lines_[line].make(endpoints_, renew_after_);
-  }
+  bool add_line(const std::string& line) override;
   void remove_line(const std::string& line) override;
-  void forget_pdos(std::string_view line) override { pdos_.forget(line); }
+  void forget_pdos(std::string_view line) override {
+    if (StateWriters* const of_line = states_of(line))
+      of_line->pdos.forget(line);
+  }
 
   bool write(v1::GatewayState& sample) override { return states_.write(sample); }
-  bool write(v1::LineState& sample) override { return line_states_.write(sample); }
-  bool write(v1::NodeState& sample) override { return node_states_.write(sample); }
-  bool write(v1::OutputState& sample) override { return output_states_.write(sample); }
-  bool write(v1::ImageLayout& sample) override { return layouts_.write(sample); }
+  bool write(v1::LineState& sample) override { return write(&StateWriters::lines, sample); }
+  bool write(v1::NodeState& sample) override { return write(&StateWriters::nodes, sample); }
+  bool write(v1::OutputState& sample) override { return write(&StateWriters::outputs, sample); }
+  bool write(v1::ImageLayout& sample) override { return write(&StateWriters::layouts, sample); }
   bool write(v1::ProcessImage& sample) override {
     LineWriters& writers = writers_of(sample.line().c_str());
     const bool is_input = sample.direction() == v1::DIRECTION_INPUTS;
     return write_to(is_input ? writers.inputs : writers.outputs, sample);
   }
-  bool write(v1::PdoUpdate& sample) override { return pdos_.write(sample); }
+  bool write(v1::PdoUpdate& sample) override { return write(&StateWriters::pdos, sample); }
   bool write(v1::PdoReception& sample) override {
     return write_to(writers_of(sample.line().c_str()).receptions, sample);
   }
@@ -176,6 +198,20 @@ class LocalPort final : public SamplePort {
     const auto found = lines_.find(line);
     return found == lines_.end() ? no_writers_ : found->second;
   }
+  // The partition of a line; empty without partitions.
+  std::string partition_of(const std::string& line) const {
+    return partitions_ ? gateway_ + "/" + line : std::string();
+  }
+  // Without partitions those of all lines; with partitions nullptr if there is no such line.
+  StateWriters* states_of(std::string_view line) {
+    const auto found = line_states_.find(partitions_ ? line : std::string_view());
+    return found == line_states_.end() ? nullptr : &found->second;
+  }
+  template <class Writer, class Sample>
+  bool write(Writer StateWriters::*writer, Sample& sample) {
+    StateWriters* const of_line = states_of(sample.line().c_str());
+    return of_line != nullptr && (of_line->*writer).write(sample);
+  }
   template <class Reader, class Sample>
   Taken take_from(Reader& reader, Sample& sample, Participant& from) {
     fast::SampleInfo info;
@@ -197,21 +233,19 @@ class LocalPort final : public SamplePort {
 
   const std::string gateway_;
   const bool secured_;
+  const bool partitions_;
   const std::function<std::int64_t()> next_expiry_;
   const Duration last_words_;
   const std::uint64_t renew_after_;
   Endpoints endpoints_;
+  const bool joined_;  // before the first writer
   StateWriter<v1::GatewayStatePubSubType> states_{endpoints_, v1::TOPIC_GATEWAY_STATE,
                                                   renew_after_};
-  StateWriter<v1::LineStatePubSubType> line_states_{endpoints_, v1::TOPIC_LINE_STATE, renew_after_};
-  StateWriter<v1::NodeStatePubSubType> node_states_{endpoints_, v1::TOPIC_NODE_STATE, renew_after_};
-  StateWriter<v1::OutputStatePubSubType> output_states_{endpoints_, v1::TOPIC_OUTPUT_STATE,
-                                                        renew_after_};
-  StateWriter<v1::ImageLayoutPubSubType> layouts_{endpoints_, v1::TOPIC_IMAGE_LAYOUT, renew_after_};
+  // With partitions by line; otherwise one with an empty name.
+  std::map<std::string, StateWriters, std::less<>> line_states_;
   std::map<std::string, LineWriters, std::less<>> lines_;
   LineWriters no_writers_;
   LineWriters::Slot own_events_;
-  PdoWriter pdos_{endpoints_, renew_after_};
   ReplyWriters replies_{endpoints_, renew_after_, secured_};
   Waiting waiting_;
   std::unique_ptr<InboundReader<v1::OutputWritePubSubType>> outputs_;
@@ -223,14 +257,18 @@ class LocalPort final : public SamplePort {
 LocalPort::LocalPort(const GatewayOptions& options, std::vector<Diagnostic>& diagnostics)
     : gateway_(options.gateway),
       secured_(options.security.enabled()),
+      partitions_(options.partitions && !secured_),
       next_expiry_(options.security.next_expiry),
       last_words_(options.last_words),
       renew_after_(options.renew_after),
       endpoints_("linegate " + options.gateway, options.domain, options.profile_file, diagnostics,
-                 options.guard, options.participants, options.security) {
+                 options.guard, options.participants, options.security),
+      joined_(partitions_ && (endpoints_.join(gateway_ + "/*"), true)) {
   LineWriters::make_events(own_events_, endpoints_, renew_after_);
+  if (!partitions_)
+    line_states_.try_emplace("", endpoints_, renew_after_, "");
   for (const std::string& line : options.lines)
-    lines_[line].make(endpoints_, renew_after_);
+    add_line(line);
   outputs_ = std::make_unique<InboundReader<v1::OutputWritePubSubType>>(endpoints_, waiting_,
                                                                         v1::TOPIC_OUTPUT_WRITE);
   requests_ = std::make_unique<InboundReader<v1::CommandRequestPubSubType>>(
@@ -251,9 +289,11 @@ LocalPort::~LocalPort() {
     wait_for_readers_of(LineWriters::writer(writers.events));
   wait_for_readers_of(LineWriters::writer(own_events_));
   wait_for_readers_of(states_.writer());
-  wait_for_readers_of(node_states_.writer());
-  wait_for_readers_of(output_states_.writer());
-  wait_for_readers_of(line_states_.writer());
+  for (const auto& [name, writers] : line_states_) {
+    wait_for_readers_of(writers.nodes.writer());
+    wait_for_readers_of(writers.outputs.writer());
+    wait_for_readers_of(writers.lines.writer());
+  }
   for (const auto& [name, writers] : lines_) {
     wait_for_readers_of(LineWriters::writer(writers.inputs));
     wait_for_readers_of(LineWriters::writer(writers.outputs));
@@ -262,13 +302,23 @@ LocalPort::~LocalPort() {
   replies_.wait_for_acknowledgments(left());
 }
 
+bool LocalPort::add_line(const std::string& line) {
+  const std::string partition = partition_of(line);
+  if (partitions_)
+    line_states_.try_emplace(line, endpoints_, renew_after_, partition);
+  return lines_[line].make(endpoints_, renew_after_, partition);
+}
+
+// With partitions the writers of its states remain, as that of its events.
 void LocalPort::remove_line(const std::string& line) {
   const auto of_line = [&](const auto& sample) { return sample.line() == line.c_str(); };
-  node_states_.end(of_line);
-  output_states_.end(of_line);
-  line_states_.end(of_line);
-  layouts_.end(of_line);
-  pdos_.forget(line);
+  if (StateWriters* const states = states_of(line)) {
+    states->nodes.end(of_line);
+    states->outputs.end(of_line);
+    states->lines.end(of_line);
+    states->layouts.end(of_line);
+    states->pdos.forget(line);
+  }
   LineWriters& writers = lines_[line];
   for (LineWriters::Slot* image : {&writers.inputs, &writers.outputs, &writers.receptions}) {
     if (*image)
@@ -284,7 +334,8 @@ bool LocalPort::wait(Duration timeout) {
   for (const auto end = Clock::now() + timeout;;) {
     const auto now = Clock::now();
     if (now >= liveliness_due_) {
-      line_states_.assert_liveliness();
+      for (auto& [name, writers] : line_states_)
+        writers.lines.assert_liveliness();
       replies_.remove_unread(LocalPort::now());
       liveliness_due_ = now + kLivelinessPeriod;
     }

@@ -54,6 +54,9 @@ struct GatewayOptions {
   Duration last_words = std::chrono::milliseconds(500);
   // Check received datagrams before Fast DDS reads them (bridges/dds/guard).
   bool guard = true;
+  // Without `security`: what belongs to a line is published in the partition GATEWAY/LINE beside
+  // the default one, everything else in GATEWAY/*, and requests are received in both.
+  bool partitions = false;
   Security security{};
 };
 

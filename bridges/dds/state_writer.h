@@ -28,10 +28,13 @@ class StateWriter {
   using Sample = typename PubSubType::type;
 
   // endpoints must outlive it, and reports whether the writer could be created. renew_after:
-  // samples, see RenewedWriter.
-  StateWriter(Endpoints& endpoints, const std::string& topic, std::uint64_t renew_after)
+  // samples, see RenewedWriter. partition: see Endpoints::writer_beside().
+  StateWriter(Endpoints& endpoints, const std::string& topic, std::uint64_t renew_after,
+              const std::string& partition = {})
       : writer_(endpoints, renew_after, RenewedWriter::Keep::until_received,
-                [&endpoints, topic] { return endpoints.writer<PubSubType>(topic); }) {}
+                [&endpoints, topic, partition] {
+                  return endpoints.writer_beside<PubSubType>(partition, topic);
+                }) {}
 
   // Returns false if DDS refused the sample.
   bool write(Sample& sample) {

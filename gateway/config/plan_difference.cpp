@@ -42,9 +42,11 @@ std::string names(const std::vector<std::string>& lines) {
 }  // namespace
 
 PlantIdentity identity_of(const Plant& plant) {
-  PlantIdentity out{plant.gateway,          plant.dds_domain,   plant.dds_profile,
-                    plant.dds_participants, plant.dds_guard,    plant.journal,
-                    plant.dds_own_process,  plant.dds_security, {}};
+  PlantIdentity out{plant.gateway,      plant.dds_domain,
+                    plant.dds_profile,  plant.dds_participants,
+                    plant.dds_guard,    plant.dds_partitions,
+                    plant.journal,      plant.dds_own_process,
+                    plant.dds_security, {}};
   for (const auto& line : plant.lines) {
     out.lines.push_back({line.config.name, line.source, line.routes});
   }
@@ -62,6 +64,8 @@ PlanDifference difference(const PlantIdentity& running, const Plant& wanted) {
          std::to_string(running.dds_participants), std::to_string(next.dds_participants));
   refuse(out, wanted.file, "the DDS guard", running.dds_guard ? "on" : "off",
          next.dds_guard ? "on" : "off");
+  refuse(out, wanted.file, "the use of partitions", running.dds_partitions ? "on" : "off",
+         next.dds_partitions ? "on" : "off");
   refuse(out, wanted.file, "the journal", text_of(running.journal), text_of(next.journal));
   refuse(out, wanted.file, "the process of DDS", running.dds_own_process ? "own" : "same",
          next.dds_own_process ? "own" : "same");

@@ -23,6 +23,7 @@ struct PlantIdentity {
   std::string dds_profile;
   std::uint32_t dds_participants = 0;
   bool dds_guard = true;
+  bool dds_partitions = false;
   std::optional<Journal> journal;
   bool dds_own_process = false;
   std::string dds_security;

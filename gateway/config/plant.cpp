@@ -63,6 +63,14 @@ void read_dds(Findings& findings, const YAML::Node& node, Plant& plant) {
     }
     plant.dds_security = path.string();
   }
+  const YAML::Node partitions = section.find("partitions");
+  section.read("partitions", plant.dds_partitions);
+  if (plant.dds_partitions && !plant.dds_security.empty()) {
+    findings.error(
+        place_of(partitions),
+        "\"partitions\" is for DDS without security: the permissions of a gateway allow it to "
+        "publish in the default partition alone");
+  }
   section.read_choice<bool>("guard", plant.dds_guard, {{"on", true}, {"off", false}});
   plant.dds_own_process = !plant.dds_security.empty();
   section.read_choice<bool>("process", plant.dds_own_process, {{"same", false}, {"own", true}});

@@ -160,9 +160,10 @@ struct Plant {
   std::uint32_t dds_domain = 0;  // 0..232
   // Largest number of other participants in the domain; 0: that of the profile, or 100.
   std::uint32_t dds_participants = 0;
-  std::string dds_profile;   // path of the XML file; empty = the one installed
-  std::string dds_security;  // folder of the identity; empty = without DDS-Security
-  bool dds_guard = true;     // check received datagrams before Fast DDS processes them
+  std::string dds_profile;      // path of the XML file; empty = the one installed
+  std::string dds_security;     // folder of the identity; empty = without DDS-Security
+  bool dds_partitions = false;  // each line has a partition; only without DDS-Security
+  bool dds_guard = true;        // check received datagrams before Fast DDS processes them
   // true: DDS runs in a process of its own, which the gateway starts and replaces when it fails.
   bool dds_own_process = false;
   // The program of that process, and for how long it must run to be replaced at once when it ends;

@@ -273,6 +273,7 @@ Loaded<std::unique_ptr<DataEdge>> make_dds_edge(const config::Plant& plant,
   options.participants = plant.dds_participants;
   options.profile_file = plant.dds_profile;
   options.guard = plant.dds_guard;
+  options.partitions = plant.dds_partitions;
   options.last_words = plant.dds_last_words;
   std::shared_ptr<security::RevokedNames> revoked;
   std::unique_ptr<security::IdentityWatch> identities;

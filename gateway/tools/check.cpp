@@ -138,6 +138,8 @@ class Text {
         plant.dds_own_process ? "DDS in a process of its own, " : "",
         plant.dds_guard ? "" : "DDS guard off: one datagram can stop this gateway, ",
         dds_profiles_in_use(plant.dds_profile), config::name(plant.log));
+    if (plant.dds_partitions)
+      add("DDS partition of each line: {}/LINE\n", plant.gateway);
     if (!plant.dds_security.empty())
       add("DDS-Security with the identity in {}\n", plant.dds_security);
     if (plant.journal) {

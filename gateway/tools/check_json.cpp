@@ -205,6 +205,7 @@ void add_plant(const config::Plant& plant, Json& to) {
   to["dds_profile"] = plant.dds_profile;
   to["dds_security"] = plant.dds_security;
   to["dds_guard"] = plant.dds_guard;
+  to["dds_partitions"] = plant.dds_partitions;
   to["dds_process"] = plant.dds_own_process ? "own" : "same";
   to["log"] = config::name(plant.log);
   to["journal"] = plant.journal ? journal_json(*plant.journal) : Json();

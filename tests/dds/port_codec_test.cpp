@@ -221,6 +221,7 @@ TEST(PortCodec, OptionsComeBackAsTheyWent) {
                                .participants = 12,
                                .last_words = std::chrono::milliseconds(700),
                                .guard = false,
+                               .partitions = true,
                                .security = {.ca = "/s/ca",
                                             .certificate = "/s/certificate",
                                             .key = "/s/key",
@@ -235,6 +236,7 @@ TEST(PortCodec, OptionsComeBackAsTheyWent) {
   EXPECT_EQ(back->gateway, options.gateway);
   EXPECT_EQ(back->incarnation, options.incarnation);
   EXPECT_EQ(back->domain, options.domain);
+  EXPECT_EQ(back->partitions, options.partitions);
   EXPECT_EQ(back->profile_file, options.profile_file);
   EXPECT_EQ(back->lines, options.lines);
   EXPECT_EQ(back->renew_after, options.renew_after);

@@ -55,6 +55,14 @@ TEST(PlanDifference, RefusesWhatSubscribersKnowTheGatewayBy) {
             std::string::npos);
 }
 
+TEST(PlanDifference, RefusesOtherPartitions) {
+  const auto refused = difference(identity_of(plant(kA)), plant(kA, "dds: {partitions: true}\n"));
+  ASSERT_EQ(refused.refusals.size(), 1U);
+  EXPECT_NE(refused.refusals[0].text.find("the use of partitions changes from \"off\" to \"on\""),
+            std::string::npos)
+      << refused.refusals[0].text;
+}
+
 TEST(PlanDifference, RefusesAnotherJournal) {
   const auto running = identity_of(plant(kA, "journal: {file: deploy/j.db, max_age: 2h}\n"));
   EXPECT_TRUE(difference(running, plant(kA, "journal: {file: deploy/j.db, max_age: 120min}\n"))

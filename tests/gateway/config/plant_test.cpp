@@ -471,6 +471,20 @@ TEST(Plant, ACertificateHasAnAccessOfItsOwn) {
   EXPECT_EQ(line.clients.at("engineer/anna").outputs, Access::off);
 }
 
+TEST(Plant, PartitionsOfLinesAreForDdsWithoutSecurity) {
+  const auto partitions = [](const std::string& dds) {
+    return read_text("schema: 1\n" + dds + "lines: [{name: a, interface: 'socketcan:can0'}]\n");
+  };
+  EXPECT_FALSE(partitions("").value->dds_partitions);
+  EXPECT_TRUE(partitions("dds: {partitions: true}\n").value->dds_partitions);
+  EXPECT_FALSE(
+      partitions("dds: {partitions: false, security: /proc/self}\n").value->dds_partitions);
+  EXPECT_EQ(messages(partitions("dds: {partitions: true, security: /proc/self}\n")),
+            std::vector<std::string>{"plant.yaml:2:19: error: \"partitions\" is for DDS without "
+                                     "security: the permissions of a "
+                                     "gateway allow it to publish in the default partition alone"});
+}
+
 TEST(Plant, TheDdsGuardIsOnUnlessSwitchedOff) {
   const auto guard = [](const std::string& dds) {
     return read_text("schema: 1\n" + dds + "lines: [{name: a, interface: 'socketcan:can0'}]\n");
