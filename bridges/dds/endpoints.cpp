@@ -130,6 +130,7 @@ void Endpoints::bound_discovery(fast::DomainParticipantQos& qos) {
 Endpoints::~Endpoints() {
   if (participant_ == nullptr)
     return;
+  timers_.reset();
   if (publisher_ != nullptr)
     clear_writers(*publisher_);
   for (const auto& [partition, publisher] : publishers_)

@@ -2,6 +2,7 @@
 // A participant with its writers and readers, which it owns. Each has the QoS of its profile.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <map>
@@ -20,6 +21,7 @@
 
 #include "bridges/dds/guard/guard.h"
 #include "bridges/dds/guard/stalled_connections.h"
+#include "bridges/dds/guard/timer_watch.h"
 #include "bridges/dds/name_watch.h"
 #include "bridges/dds/received_type.h"
 #include "bridges/dds/security.h"
@@ -76,12 +78,15 @@ class Endpoints {
     return guard_ == nullptr ? guard::Counters{} : guard_->counters();
   }
 
-  // Time that the library has spent on the oldest datagram that it processes now; 0 without one, or
-  // without a guard. From any thread.
-  Duration longest_call() const {
-    const auto now = std::chrono::steady_clock::now().time_since_epoch();
-    return guard_ == nullptr ? Duration{}
-                             : Duration{guard_->calls().longest(Duration{now}.count())};
+  // From now on longest_stall() includes the timers of the library.
+  void watch_timers() { timers_.emplace(*participant_); }
+  // Time that the library has spent on the oldest datagram that it processes now (0 without one, or
+  // without a guard), or by which its timers are late, whichever is longer. From any thread.
+  Duration longest_stall() const {
+    const Duration now = std::chrono::steady_clock::now().time_since_epoch();
+    const Duration call =
+        guard_ == nullptr ? Duration{} : Duration{guard_->calls().longest(now.count())};
+    return timers_ ? std::max(call, timers_->late()) : call;
   }
 
   // Limits how long TCP connections may stall. Call it about every second, from one thread that
@@ -177,6 +182,7 @@ class Endpoints {
   const Security security_;
   bool ok_ = true;
   eprosima::fastdds::dds::DomainParticipant* participant_ = nullptr;
+  std::optional<guard::TimerWatch> timers_;
   eprosima::fastdds::dds::Publisher* publisher_ = nullptr;
   eprosima::fastdds::dds::Subscriber* subscriber_ = nullptr;
   std::map<std::string, eprosima::fastdds::dds::Publisher*> publishers_;  // by partition

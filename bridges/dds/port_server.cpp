@@ -20,12 +20,14 @@ constexpr int kSamplesOfTopic = 256;  // in one poll(), so that no topic starves
 
 class EndpointServer final : public PortServer {
  public:
-  explicit EndpointServer(std::unique_ptr<SamplePort> port) : port_(std::move(port)) {}
+  explicit EndpointServer(std::unique_ptr<SamplePort> port) : port_(std::move(port)) {
+    port_->watch_timers();
+  }
 
   bool handle(Message message) override;
   bool poll(Duration timeout, const Send& send) override;
   void wake() override { port_->wake(); }
-  Duration longest_call() const override { return port_->longest_call(); }
+  Duration longest_stall() const override { return port_->longest_stall(); }
 
  private:
   template <class Sample>

@@ -38,8 +38,8 @@ class PortServer {
   // Ends the present poll(), or the next one.
   virtual void wake() = 0;
 
-  // See SamplePort::longest_call().
-  virtual Duration longest_call() const = 0;
+  // See SamplePort::longest_stall().
+  virtual Duration longest_stall() const = 0;
 };
 
 }  // namespace linegate::dds

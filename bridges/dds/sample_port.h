@@ -88,9 +88,12 @@ class SamplePort {
   virtual std::vector<std::string> other_gateways() const = 0;
   virtual DiscoveryCounters discovery() const = 0;
   virtual guard::Counters guard_counters() const = 0;
-  // Time that the library has spent on the oldest datagram that it processes now; 0: none, or not
-  // known. From any thread.
-  virtual Duration longest_call() const { return Duration{}; }
+  // Time for which a thread of the library has made no progress: with the oldest datagram that it
+  // processes now, or, after watch_timers(), with its timers; 0: none, or not known. From any
+  // thread.
+  virtual Duration longest_stall() const { return Duration{}; }
+  // Call it at most once, before longest_stall().
+  virtual void watch_timers() {}
 };
 
 // Whether output_misfit() and command_misfit() may return that text.

@@ -42,11 +42,17 @@ std::string names(const std::vector<std::string>& lines) {
 }  // namespace
 
 PlantIdentity identity_of(const Plant& plant) {
-  PlantIdentity out{plant.gateway,      plant.dds_domain,
-                    plant.dds_profile,  plant.dds_participants,
-                    plant.dds_guard,    plant.dds_partitions,
-                    plant.journal,      plant.dds_own_process,
-                    plant.dds_security, {}};
+  PlantIdentity out{plant.gateway,
+                    plant.dds_domain,
+                    plant.dds_profile,
+                    plant.dds_participants,
+                    plant.dds_guard,
+                    plant.dds_partitions,
+                    plant.journal,
+                    plant.dds_own_process,
+                    plant.dds_memory,
+                    plant.dds_security,
+                    {}};
   for (const auto& line : plant.lines) {
     out.lines.push_back({line.config.name, line.source, line.routes});
   }
@@ -69,6 +75,8 @@ PlanDifference difference(const PlantIdentity& running, const Plant& wanted) {
   refuse(out, wanted.file, "the journal", text_of(running.journal), text_of(next.journal));
   refuse(out, wanted.file, "the process of DDS", running.dds_own_process ? "own" : "same",
          next.dds_own_process ? "own" : "same");
+  refuse(out, wanted.file, "the memory of the DDS process", format_size(running.dds_memory),
+         format_size(next.dds_memory));
   refuse(out, wanted.file, "the folder of DDS-Security", running.dds_security, next.dds_security);
   for (const auto& line : next.lines) {
     const auto before = find(running.lines, line.name);

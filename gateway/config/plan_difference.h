@@ -26,6 +26,7 @@ struct PlantIdentity {
   bool dds_partitions = false;
   std::optional<Journal> journal;
   bool dds_own_process = false;
+  std::uint64_t dds_memory = 0;
   std::string dds_security;
   std::vector<Line> lines;
 };

@@ -38,6 +38,22 @@ void read_gateway(Findings& findings, const YAML::Node& node, Plant& plant) {
   section.done();
 }
 
+void read_dds_memory(Section& section, Plant& plant) {
+  const YAML::Node node = section.find("memory");
+  const auto text = section.text(node);
+  if (!text) {
+    return;
+  }
+  const auto size = parse_size(*text);
+  if (size && *size >= kLeastDdsMemory && *size <= kMostDdsMemory) {
+    plant.dds_memory = *size;
+  } else {
+    section.findings().error(place_of(node),
+                             "expected a size from " + format_size(kLeastDdsMemory) + " to " +
+                                 format_size(kMostDdsMemory) + ", got \"" + *text + "\"");
+  }
+}
+
 void read_dds(Findings& findings, const YAML::Node& node, Plant& plant) {
   if (!node.IsDefined()) {
     return;
@@ -74,6 +90,7 @@ void read_dds(Findings& findings, const YAML::Node& node, Plant& plant) {
   section.read_choice<bool>("guard", plant.dds_guard, {{"on", true}, {"off", false}});
   plant.dds_own_process = !plant.dds_security.empty();
   section.read_choice<bool>("process", plant.dds_own_process, {{"same", false}, {"own", true}});
+  read_dds_memory(section, plant);
   section.done();
 }
 

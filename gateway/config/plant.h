@@ -153,6 +153,9 @@ struct Binding : line::Following {
   std::optional<od::Address> object;
 };
 
+inline constexpr std::uint64_t kLeastDdsMemory = 100'000'000;
+inline constexpr std::uint64_t kMostDdsMemory = 2'000'000'000;
+
 struct Plant {
   std::string file;
   std::string gateway = "linegate";  // name in all samples, 1..64 characters
@@ -166,6 +169,8 @@ struct Plant {
   bool dds_guard = true;        // check received datagrams before Fast DDS processes them
   // true: DDS runs in a process of its own, which the gateway starts and replaces when it fails.
   bool dds_own_process = false;
+  // Memory in octets beyond which that process is replaced, kLeastDdsMemory..kMostDdsMemory.
+  std::uint64_t dds_memory = 512'000'000;
   // The program of that process, and for how long it must run to be replaced at once when it ends;
   // not in plant.yaml. Empty: this program.
   std::string dds_program;

@@ -18,6 +18,7 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include "gateway/edge/memory_size.h"
 #include "gateway/edge/system_calls.h"
 
 namespace linegate::gateway {
@@ -59,31 +60,12 @@ void offer_to_end_first() {
   }
 }
 
-// In octets, as RLIMIT_DATA counts: the sixth number of /proc/self/statm, in pages (proc(5)).
-std::size_t data_size() {
-  const int file = open("/proc/self/statm", O_RDONLY | O_CLOEXEC);
-  std::array<char, 128> text{};
-  const ssize_t length = file < 0 ? -1 : read(file, text.data(), text.size() - 1);
-  close(file);
-  std::size_t pages = 0;
-  int number = 0;
-  for (ssize_t i = 0; i < length; ++i) {
-    const char c = text[static_cast<std::size_t>(i)];
-    if (c == ' ') {
-      pages = ++number == 5 ? 0 : pages;
-    } else if (number == 5) {
-      pages = 10 * pages + static_cast<std::size_t>(c - '0');
-    }
-  }
-  return pages * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
-}
-
 // A single allocation of an absurd size is an error of its caller; with little memory left, nobody
 // can go on. Allocates nothing.
 void out_of_memory() {
   rlimit data{};
   getrlimit(RLIMIT_DATA, &data);
-  if (data_size() < data.rlim_cur / 4 * 3) {
+  if (memory_size("/proc/self/statm").data < data.rlim_cur / 4 * 3) {
     throw std::bad_alloc();
   }
   constexpr std::string_view kText = "<3>the memory of this process is used up\n";

@@ -22,12 +22,13 @@
 #include <unistd.h>
 
 #include "gateway/edge/edge_end.h"
+#include "gateway/edge/memory_size.h"
 #include "gateway/runtime/clock.h"
 
 namespace linegate::gateway {
 namespace {
 
-constexpr Duration kLookPeriod = std::chrono::milliseconds(200);
+constexpr Duration kLookPeriod = std::chrono::milliseconds(100);
 constexpr std::size_t kLongestLine = 2'000;
 constexpr int kReadsPerLook = 16;
 // Wake-ups without a message between two messages. A process that works causes one at most: it
@@ -180,6 +181,7 @@ struct EdgeProcess::Child {
   Descriptor socket;
   Descriptor output;
   pid_t pid = -1;
+  std::string statm;  // see memory_size()
   Descriptor pidfd;
   const Instant started;
   ProgressLimit progress;
@@ -336,6 +338,7 @@ bool EdgeProcess::start() {
   if (child->pid < 0) {
     return false;
   }
+  child->statm = fmt::format("/proc/{}/statm", child->pid);
   child->pidfd = Descriptor(static_cast<int>(syscall(SYS_pidfd_open, child->pid, 0)));
   child->socket = std::move(socket);
   child->output = std::move(output);
@@ -469,6 +472,10 @@ void EdgeProcess::report_end(const Child& child, const siginfo_t& end, Instant n
 std::string EdgeProcess::reason_to_kill(Child& child, Instant now) {
   const std::array counters{child.rings.progress(0), child.rings.progress(1)};
   const bool progress = child.progress.look(counters, now);
+  child.killed_for = event::ProcessEnd::memory;
+  if (std::string excess = excess_of_memory(child); !excess.empty()) {
+    return excess;
+  }
   const std::lock_guard lock(mutex_);
   child.killed_for = event::ProcessEnd::malformed;
   if (child.incoming.broken() || child.outgoing.broken()) {
@@ -482,6 +489,16 @@ std::string EdgeProcess::reason_to_kill(Child& child, Instant now) {
     return now >= end_due_ ? "it did not end when it was asked to" : "";
   }
   return progress ? "" : "it did not respond";
+}
+
+std::string EdgeProcess::excess_of_memory(const Child& child) const {
+  const std::size_t used = memory_size(child.statm.c_str()).resident;
+  if (options_.memory == 0 || used <= options_.memory) {
+    return {};
+  }
+  constexpr std::size_t kMegabyte = 1'000'000;
+  return fmt::format("it used {} MB of memory, more than the permitted {} MB", used / kMegabyte,
+                     options_.memory / kMegabyte);
 }
 
 // all: also an incomplete line at the end.

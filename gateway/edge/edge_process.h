@@ -78,6 +78,8 @@ class EdgeProcess {
     std::string name;  // in the log: "DDS"
     // A process that ran for that long is replaced at once.
     Duration stable = std::chrono::seconds(10);
+    // A process that uses more is replaced; in octets, as MemorySize::resident. 0: not limited.
+    std::size_t memory = 0;
     // Receives each end of the process, and each failed start. The words are those of the log
     // without their subject; the pause is before the next start. Called in the thread of this
     // object, after `log`.
@@ -136,6 +138,7 @@ class EdgeProcess {
   bool has_ended(Child& child, Instant now);
   void report_end(const Child& child, const siginfo_t& end, Instant now);
   std::string reason_to_kill(Child& child, Instant now);
+  std::string excess_of_memory(const Child& child) const;
   void take_output(Child& child, bool all);
   void report_line(std::string_view line) const;
   void note_wake(const Child& child);

@@ -24,6 +24,7 @@
 #include "gateway/edge/edge_end.h"
 #include "gateway/edge/edge_process.h"
 #include "gateway/edge/file_access.h"
+#include "gateway/edge/run_delay.h"
 #include "gateway/exchange/cell.h"
 #include "gateway/exchange/shared_rings.h"
 #include "gateway/publish/dds_edge.h"
@@ -45,7 +46,7 @@ constexpr Duration kReceivePeriod = std::chrono::milliseconds(200);
 constexpr Duration kPollPeriod = std::chrono::milliseconds(100);
 constexpr Duration kFullPeriod = std::chrono::milliseconds(2);  // while there is no room
 // Fast DDS needs less than 10 ms for any datagram, a handshake of DDS-Security included.
-constexpr Duration kLongestCall = std::chrono::milliseconds(200);
+constexpr Duration kLongestStall = std::chrono::milliseconds(200);
 static_assert(dds::kLongestMessage < exchange::SharedRings::kRingBytes / 2 - 8);
 constexpr std::size_t kMemory = std::size_t{2} << 30U;
 
@@ -90,6 +91,7 @@ class ProcessLink final : public dds::MessageLink {
             .arguments = {"linegated-dds", std::string(kDdsProcessArgument)},
             .name = "DDS",
             .stable = plant.dds_stable,
+            .memory = plant.dds_memory,
             .ended =
                 [this](EdgeProcess::Options::End end) {
                   ends_->note(end.cause, end.detail, end.pause, std::move(end.words));
@@ -117,16 +119,40 @@ void write_line(Severity severity, std::string_view text) {
   }
 }
 
+// Without the time in which threads of this process waited for a processor: on an overloaded
+// machine a thread that works may take long.
+class StallOfLibrary {
+ public:
+  Duration of(Duration stall) {
+    if (stall < kCountFrom) {
+      counts_ = false;
+      return stall;
+    }
+    if (!std::exchange(counts_, true)) {
+      delay_.begin();
+    }
+    return stall - delay_.longest();
+  }
+
+ private:
+  static constexpr Duration kCountFrom = kLongestStall / 4;
+
+  RunDelay delay_;
+  bool counts_ = false;
+};
+
 void send_samples(dds::PortServer& server, EdgeEnd& end, const exchange::Flag& stop) {
   pthread_setname_np(pthread_self(), "dds receiver");
+  StallOfLibrary stall;
   while (!stop.raised()) {
     const bool room = server.poll(
         kPollPeriod, [&](dds::PortServer::Message message) { return end.send(message); });
     if (!room) {
       std::this_thread::sleep_for(kFullPeriod);
     }
-    // A datagram that keeps a thread of the library is no progress, whatever the other threads do.
-    if (server.longest_call() < kLongestCall) {
+    // A datagram or a timer that keeps a thread of the library is no progress, whatever the other
+    // threads do.
+    if (stall.of(server.longest_stall()) < kLongestStall) {
       end.add_sender_progress();
     }
   }

@@ -501,6 +501,17 @@ TEST(Plant, TheDdsGuardIsOnUnlessSwitchedOff) {
   EXPECT_FALSE(guard("dds: {process: another}\n").ok());
 }
 
+TEST(Plant, TheMemoryOfTheDdsProcessHasBounds) {
+  const auto memory = [](const std::string& dds) {
+    return read_text("schema: 1\n" + dds + "lines: [{name: a, interface: 'socketcan:can0'}]\n");
+  };
+  EXPECT_EQ(memory("dds: {process: own, memory: 100MB}\n").value->dds_memory, kLeastDdsMemory);
+  EXPECT_EQ(memory("dds: {process: own, memory: 2GB}\n").value->dds_memory, kMostDdsMemory);
+  EXPECT_FALSE(memory("dds: {process: own, memory: 99MB}\n").ok());
+  EXPECT_FALSE(memory("dds: {process: own, memory: 2001MB}\n").ok());
+  EXPECT_FALSE(memory("dds: {process: own, memory: much}\n").ok());
+}
+
 TEST(Plant, TheFolderOfDdsSecurityExists) {
   const auto security = [](const std::string& dds) {
     return read_text("schema: 1\n" + dds + "lines: [{name: a, interface: 'socketcan:can0'}]\n");

@@ -78,7 +78,8 @@ TEST_F(ProgressLimitTest, ADelayOfThisProcessIsNotOneOfTheOther) {
 // Any program may be in the place of the process: here the shell.
 class EdgeProcessTest : public testing::Test {
  protected:
-  std::unique_ptr<EdgeProcess> run(const std::string& script) {
+  // memory: EdgeProcess::Options::memory
+  std::unique_ptr<EdgeProcess> run(const std::string& script, std::size_t memory = 0) {
     const auto note = [this](Severity, std::string_view text) {
       const std::lock_guard lock(mutex_);
       lines_.emplace_back(text);
@@ -86,6 +87,7 @@ class EdgeProcessTest : public testing::Test {
     return std::make_unique<EdgeProcess>(EdgeProcess::Options{.program = "/bin/sh",
                                                               .arguments = {"sh", "-c", script},
                                                               .name = "test",
+                                                              .memory = memory,
                                                               .ended =
                                                                   [this](const auto& end) {
                                                                     const std::lock_guard lock(
@@ -139,6 +141,21 @@ TEST_F(EdgeProcessTest, ReportsTheEndOfAProcessAndStartsAnother) {
   EXPECT_EQ(first_end().cause, event::ProcessEnd::exited);
   EXPECT_EQ(first_end().detail, 7U);
   EXPECT_EQ(first_end().words, "ended with exit code 7");
+}
+
+// The limit of its data would be reached much later: the shell has none.
+TEST_F(EdgeProcessTest, AProcessThatUsesTooMuchMemoryIsReplaced) {
+  const auto process =
+      run("text=$(head -c 40000000 /dev/zero | tr '\\0' x); sleep 60; echo $text", 20'000'000);
+  EXPECT_TRUE(logged("MB of memory, more than the permitted 20 MB; it is started again"));
+  EXPECT_EQ(first_end().cause, event::ProcessEnd::memory);
+}
+
+TEST_F(EdgeProcessTest, AProcessWithinItsMemoryRuns) {
+  const auto process = run("echo ready; sleep 60", 20'000'000);
+  ASSERT_TRUE(logged("ready"));
+  std::this_thread::sleep_for(500ms);  // several looks
+  EXPECT_EQ(process->number(), 1U);
 }
 
 TEST_F(EdgeProcessTest, ReportsASignalInWords) {

@@ -3,6 +3,8 @@
 //   SIGUSR1     the thread that receives the next datagram loops in the library without end
 //   SIGUSR2     a thread allocates and fills memory without end
 //   SIGRTMIN    the thread that the signal interrupts loops without end, with the locks that it has
+//   SIGRTMIN+1  the thread that runs the timers loops without end in the next one
+#include <chrono>
 #include <csignal>
 #include <cstddef>
 #include <cstring>
@@ -16,6 +18,7 @@
 namespace {
 
 volatile std::sig_atomic_t receiver_loops = 0;
+volatile std::sig_atomic_t timer_loops = 0;
 volatile std::sig_atomic_t work = 0;
 sem_t hog;
 
@@ -47,11 +50,12 @@ void on(int signal, void (*handler)(int)) {
   on(SIGUSR1, [](int) { receiver_loops = 1; });
   on(SIGUSR2, [](int) { sem_post(&hog); });
   on(SIGRTMIN, [](int) { loop(); });
+  on(SIGRTMIN + 1, [](int) { timer_loops = 1; });
 }
 
 }  // namespace
 
-// Replaces the function of the library that reads each datagram, and calls it.
+// Replace the functions of the library that read each datagram and run each timer, and call them.
 namespace eprosima::fastrtps::rtps {
 
 class MessageReceiver {
@@ -70,6 +74,24 @@ void MessageReceiver::processCDRMsg(const Locator_t& from, const Locator_t& to,
             "_ZN8eprosima8fastrtps4rtps15MessageReceiver13processCDRMsgERKNS1_9Locator_tES5_PNS1_"
             "12CDRMessage_tE"));
   library(this, from, to, message);
+}
+
+class TimedEventImpl {
+ public:
+  using Time = std::chrono::steady_clock::time_point;
+  void trigger(Time now, Time cancelled);
+};
+
+void TimedEventImpl::trigger(Time now, Time cancelled) {
+  if (timer_loops != 0) {
+    loop();
+  }
+  using Function = void (*)(TimedEventImpl*, Time, Time);
+  static const auto library = reinterpret_cast<Function>(
+      dlsym(RTLD_NEXT,
+            "_ZN8eprosima8fastrtps4rtps14TimedEventImpl7triggerENSt6chrono10time_pointINS3_3_"
+            "V212steady_clockENS3_8durationIlSt5ratioILl1ELl1000000000EEEEEESB_"));
+  library(this, now, cancelled);
 }
 
 }  // namespace eprosima::fastrtps::rtps

@@ -8,7 +8,6 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
-#include <map>
 #include <random>
 #include <set>
 #include <sstream>
@@ -18,163 +17,12 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-#include "tests/gateway/process/gateway_fixture.h"
+#include "tests/gateway/process/dds_process_fixture.h"
 
 namespace linegate::gateway {
 namespace {
 
 using namespace std::chrono_literals;
-
-// Its process ID; 0: there is none.
-pid_t dds_process() {
-  for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
-    std::ifstream file(entry.path() / "stat");
-    std::string text;
-    std::getline(file, text);
-    const std::size_t name_end = text.rfind(')');
-    if (name_end == std::string::npos || text.find("(linegated-dds)") == std::string::npos) {
-      continue;
-    }
-    std::istringstream rest(text.substr(name_end + 2));
-    char state = 0;
-    pid_t parent = 0;
-    rest >> state >> parent;
-    if (parent == getpid() && state != 'Z') {
-      return static_cast<pid_t>(std::stol(text));
-    }
-  }
-  return 0;
-}
-
-// Checks the order of all that arrives. After the end of a DDS process samples may arrive again.
-class StrictListener final : public GatewayListener {
- public:
-  void on_image(const dds::Source& source, const image::Snapshot& snapshot) override {
-    auto& last = sequences[source.line + "/" + std::string(image::name(snapshot.direction))];
-    lost_images += last != 0 && snapshot.sequence > last + 1 ? 1 : 0;
-    last = std::max(last, snapshot.sequence);
-    ++image_samples;
-    GatewayListener::on_image(source, snapshot);
-  }
-  void on_event(const dds::Source& source, const dds::ReceivedEvent& event, std::string_view text,
-                const std::vector<dds::Property>& properties) override {
-    const auto& known = events[source.line];
-    if (const auto it = known.find(event.number); it != known.end()) {
-      changed_events += it->second.kind != event.kind || it->second.time != event.time ? 1 : 0;
-    }
-    incarnations.insert(source.incarnation);
-    GatewayListener::on_event(source, event, text, properties);
-  }
-
-  // Number of events that are missing between the first and the last one.
-  std::uint64_t missing_events(const std::string& line) const {
-    const auto it = events.find(line);
-    if (it == events.end() || it->second.empty()) {
-      return 0;
-    }
-    return it->second.rbegin()->first - it->second.begin()->first + 1 - it->second.size();
-  }
-
-  std::map<std::string, std::uint64_t> sequences;
-  std::set<std::uint64_t> incarnations;
-  int lost_images = 0;
-  int image_samples = 0;
-  int changed_events = 0;
-};
-
-class DdsProcessTest : public GatewayTest {
- protected:
-  // Of both lines. An image has KEEP_LAST 1: those that are written before a reader has matched the
-  // new writer replace each other, so each death may leave one gap in the numbers of each.
-  static constexpr int kImages = 4;
-  static constexpr Duration kBack = 10s;  // generous: the machine of a test may be busy
-
-  void SetUp() override {
-    GatewayTest::SetUp();
-    ASSERT_NE(dds_process(), 0);
-    dds::ClientOptions options;
-    options.domain = test::own_domain();
-    options.profile_file = LOOPBACK_PROFILES;
-    options.outputs = true;
-    auto made = dds::Client::make(options);
-    ASSERT_TRUE(made.ok());
-    client_ = std::move(*made.value);
-    ASSERT_TRUE(meanwhile([&] { return client_->command_peers() > 0 && images() > 0; }));
-  }
-
-  int images() const { return strict_.image_samples; }
-  bool meanwhile(const std::function<bool()>& condition, Duration most = kPatience) {
-    const Instant give_up = monotonic_now() + most;
-    while (!condition()) {
-      if (monotonic_now() > give_up) {
-        return false;
-      }
-      client_->poll(5ms, strict_);
-      gateway_->report_edge();  // as the service does
-    }
-    return true;
-  }
-  void pass(Duration time) {
-    meanwhile([] { return false; }, time);
-  }
-  dds::CommandResult read(std::uint8_t node = 5) {
-    return client_->call(at("open"), sdo_read(node, 0x1000, 0), 30s, strict_);
-  }
-  // Waits for another process than that one, and for its samples.
-  bool back_after(pid_t gone) {
-    return meanwhile([&] { return dds_process() != 0 && dds_process() != gone; }, kBack) && [&] {
-      const int before = images();
-      return meanwhile([&] { return images() > before + 2; }, kBack);
-    }();
-  }
-
-  // The first end of a process, as its event reports it.
-  event::DdsProcessEnded reported_end() {
-    meanwhile([&] { return strict_.happened("", EventKind::dds_process_ended); });
-    for (const auto& [number, event] : strict_.events[""]) {
-      if (const auto* const end = event.get<event::DdsProcessEnded>()) {
-        return *end;
-      }
-    }
-    return {.ends = 0};
-  }
-  // The fault of the process, at the request of that signal (dds_faults.cpp), must replace it for
-  // that reason, and must not affect the lines.
-  void expect_replacement(int signal, event::ProcessEnd cause) {
-    ASSERT_TRUE(meanwhile([&] { return strict_.lines.contains("open"); }));
-    const auto before = strict_.lines["open"].counters.heartbeats_lost;
-    const pid_t first = dds_process();
-    const Instant begin = monotonic_now();
-    kill(first, signal);
-    ASSERT_TRUE(meanwhile([&] { return dds_process() != first; }));
-    const Duration found = monotonic_now() - begin;
-    ASSERT_TRUE(back_after(first));
-    const auto ms = [](Duration time) {
-      return std::chrono::duration_cast<std::chrono::milliseconds>(time).count();
-    };
-    std::cout << "replaced after " << ms(found) << " ms, samples after "
-              << ms(monotonic_now() - begin) << " ms\n";
-    EXPECT_EQ(reported_end().cause, cause);
-    EXPECT_EQ(reported_end().ends, 1U);
-    EXPECT_TRUE(read().reply.ok());
-    EXPECT_LE(strict_.lost_images, kImages);
-    EXPECT_EQ(strict_.missing_events(""), 0U);
-    pass(1500ms);  // the state of the line is published once a second
-    EXPECT_EQ(strict_.lines["open"].counters.heartbeats_lost, before);
-  }
-
-  StrictListener strict_;
-};
-
-// With a library in the DDS process that causes faults of Fast DDS.
-class DdsFaultsTest : public DdsProcessTest {
- protected:
-  void SetUp() override {
-    setenv("LD_PRELOAD", DDS_FAULTS, 1);
-    DdsProcessTest::SetUp();
-  }
-  void TearDown() override { unsetenv("LD_PRELOAD"); }
-};
 
 // A datagram may end each process before it has created its endpoints, as this program ends.
 TEST(DdsProcess, LinesStartWhileEachProcessDiesAtItsStart) {
@@ -284,6 +132,11 @@ TEST_F(DdsFaultsTest, AnEndlessLoopInTheThreadThatServesTheGatewayIsFound) {
 // The threads that serve the gateway continue meanwhile.
 TEST_F(DdsFaultsTest, AnEndlessLoopForADatagramIsFound) {
   expect_replacement(SIGUSR1, event::ProcessEnd::no_response);
+}
+
+// The threads that serve the gateway and receive datagrams continue meanwhile.
+TEST_F(DdsFaultsTest, AnEndlessLoopInATimerIsFound) {
+  expect_replacement(SIGRTMIN + 1, event::ProcessEnd::no_response);
 }
 
 TEST_F(DdsProcessTest, AnAnswerThatWasLostWithItsProcessIsSentAgain) {

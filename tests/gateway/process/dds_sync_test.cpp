@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+// SYNC of a line on a socket while the DDS process ends and hangs in each way.
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <span>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <poll.h>
+
+#include "bridges/can/udp.h"
+
+#include "tests/gateway/process/dds_process_fixture.h"
+
+namespace linegate::gateway {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr std::uint32_t kSync = 0x80;
+constexpr Duration kPeriod = 20ms;
+
+// Another station of that bus, which notes the times of all SYNCs as the kernel stamps them.
+class SyncRecorder {
+ public:
+  explicit SyncRecorder(std::uint16_t port)
+      : channel_(can_bridge::open_udp({.group = "239.74.163.12", .port = port})),
+        thread_([this] { record(); }) {}
+  ~SyncRecorder() { stop(); }
+  SyncRecorder(const SyncRecorder&) = delete;
+  SyncRecorder& operator=(const SyncRecorder&) = delete;
+
+  bool receives() const { return count_ > 0; }
+  // Ends the recording.
+  const std::vector<Instant>& stop() {
+    ending_ = true;
+    if (thread_.joinable())
+      thread_.join();
+    return times_;
+  }
+
+ private:
+  void record() {
+    std::array<can::Frame, 16> frames;
+    can_bridge::BusEvents events;
+    while (!ending_) {
+      events.clear();
+      const std::size_t count = channel_->read(frames, events, monotonic_now());
+      for (const can::Frame& frame : std::span(frames).first(count)) {
+        if (frame.id == kSync)
+          times_.push_back(frame.time);
+      }
+      count_ += count;
+      pollfd socket{channel_->descriptor(), POLLIN, 0};
+      if (count < frames.size())
+        poll(&socket, 1, 20);
+    }
+  }
+
+  const std::unique_ptr<can_bridge::Channel> channel_;
+  std::vector<Instant> times_;  // of the thread
+  std::atomic<std::size_t> count_{0};
+  std::atomic<bool> ending_{false};
+  std::thread thread_;
+};
+
+// SYNCs in parts of the run. The period does not drift, so each has its time on a grid.
+struct SyncTimes {
+  std::vector<double> late;  // ms behind the earliest possible time
+  int missing = 0;
+
+  double quantile(double part) const {
+    return late.empty() ? 0 : late[static_cast<std::size_t>(part * double(late.size() - 1))];
+  }
+  void print(const char* when) const {
+    std::printf("SYNC %s: %zu, missing %d; late by p50 %.2f ms, p95 %.2f ms, most %.2f ms\n", when,
+                late.size(), missing, quantile(0.5), quantile(0.95), quantile(1));
+  }
+};
+
+using Span = std::pair<Instant, Instant>;
+
+class SyncSplit {
+ public:
+  explicit SyncSplit(const std::vector<Instant>& times) : times_(times) {
+    for (const Instant time : times)
+      earliest_ = std::min(earliest_, offset(time));
+  }
+  SyncTimes during(const std::vector<Span>& spans) const {
+    SyncTimes out;
+    for (const auto& [begin, end] : spans) {
+      std::int64_t before = 0;
+      for (const Instant time : times_) {
+        if (time < begin || time >= end)
+          continue;
+        const std::int64_t number = number_of(time);
+        out.missing += before == 0 ? 0 : static_cast<int>(number - before - 1);
+        before = number;
+        out.late.push_back(
+            std::chrono::duration<double, std::milli>(offset(time) - earliest_).count());
+      }
+    }
+    std::sort(out.late.begin(), out.late.end());
+    return out;
+  }
+
+ private:
+  // On the grid of the first one; not 0.
+  std::int64_t number_of(Instant time) const {
+    const Duration since = time - times_.front() + kPeriod / 2;
+    return since / kPeriod + 1;
+  }
+  Duration offset(Instant time) const {
+    return time - times_.front() - (number_of(time) - 1) * kPeriod;
+  }
+
+  const std::vector<Instant>& times_;
+  Duration earliest_{};
+};
+
+class DdsSyncTest : public DdsFaultsTest {
+ protected:
+  std::string with_pulse() const {
+    return plant_text() +
+           "  - {name: pulse, interface: \"udp:239.74.163.12:" + std::to_string(port_) +
+           "\", sync: 20ms}\n";
+  }
+  void expect_sync_undisturbed(const std::vector<Instant>& times) {
+    const SyncSplit split(times);
+    const SyncTimes quiet = split.during(quiet_);
+    const SyncTimes disturbed = split.during(disturbed_);
+    quiet.print("undisturbed");
+    disturbed.print("while DDS fails");
+    ASSERT_GT(quiet.late.size(), 100U);
+    ASSERT_GT(disturbed.late.size(), 100U);
+    // The machine of a test may be busy: both parts are compared, with room for its accidents.
+    EXPECT_LE(disturbed.quantile(0.95), 5 * quiet.quantile(0.95) + 5);
+    EXPECT_LE(disturbed.missing, quiet.missing + static_cast<int>(disturbed.late.size() / 50));
+  }
+
+  const std::uint16_t port_ = static_cast<std::uint16_t>(43'300 + test::own_domain());
+  std::vector<Span> quiet_;
+  std::vector<Span> disturbed_;
+};
+
+TEST_F(DdsSyncTest, SyncIsAsPunctualWhileTheProcessIsKilledStoppedLoopsOrUsesUpItsMemory) {
+  SyncRecorder recorder(port_);
+  ASSERT_TRUE(gateway_->reload(make_plant(with_pulse())).done);
+  ASSERT_TRUE(meanwhile([&] { return recorder.receives(); }));
+  for (const int fault : {SIGKILL, SIGABRT, SIGSTOP, SIGUSR1, SIGUSR2, SIGRTMIN, SIGRTMIN + 1}) {
+    const Instant begin = monotonic_now();
+    pass(1500ms);
+    const Instant fault_begin = monotonic_now();
+    const pid_t present = dds_process();
+    kill(present, fault);
+    ASSERT_TRUE(back_after(present)) << "signal " << fault;
+    quiet_.emplace_back(begin, fault_begin);
+    disturbed_.emplace_back(fault_begin, monotonic_now());
+  }
+  expect_sync_undisturbed(recorder.stop());
+  EXPECT_EQ(strict_.missing_events("pulse"), 0U);
+}
+
+}  // namespace
+}  // namespace linegate::gateway
