@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <chrono>
 #include <csignal>
 #include <new>
 #include <string_view>
@@ -97,13 +96,8 @@ std::span<const std::byte> EdgeEnd::receive(Duration timeout) {
   if (incoming_.front(message_)) {
     return message_;
   }
-  if (!incoming_.broken() && incoming_.prepare_wait()) {
-    pollfd wake{kWakeDescriptor, POLLIN, 0};
-    const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(timeout).count();
-    if (poll(&wake, 1, static_cast<int>(ms)) == 1) {
-      std::array<char, 64> octets{};
-      recv(kWakeDescriptor, octets.data(), octets.size(), MSG_DONTWAIT);
-    }
+  if (!incoming_.broken()) {
+    incoming_.wait(timeout);
   }
   return incoming_.front(message_) ? std::span<const std::byte>(message_)
                                    : std::span<const std::byte>();

@@ -15,7 +15,7 @@ namespace linegate::gateway {
 // The descriptors that the process has, besides standard input (/dev/null), output and error (a
 // pipe to the log).
 inline constexpr int kRingsDescriptor = 3;  // exchange::SharedRings
-inline constexpr int kWakeDescriptor = 4;   // a socket: an octet wakes the other process
+inline constexpr int kWakeDescriptor = 4;   // a socket: an octet wakes the gateway
 
 // The exit code of a process that has used up the memory of give_up_privileges(). As in sysexits.h,
 // it is none that a program ends with by accident.

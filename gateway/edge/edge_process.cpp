@@ -218,10 +218,7 @@ bool EdgeProcess::send(std::uint64_t number, std::span<const std::byte> message)
   if (child_ == nullptr || child_->number != number || !child_->outgoing.push(message)) {
     return false;
   }
-  if (child_->outgoing.pop_waiting()) {
-    const char octet = 0;
-    ::send(child_->socket.get(), &octet, 1, MSG_DONTWAIT | MSG_NOSIGNAL);
-  }
+  child_->outgoing.wake();
   return true;
 }
 
