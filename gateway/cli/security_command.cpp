@@ -41,6 +41,7 @@ int issue_identity(SecurityArguments& arguments) {
       return finish("--line limits requests: a " + arguments.role + " sends none");
     issue.holder.lines = arguments.lines;
   }
+  issue.keep_lines = arguments.lines.empty();
   return finish(security::issue(arguments.folder, issue));
 }
 
@@ -88,8 +89,10 @@ void add_security(CommandLine& line) {
       ->required()
       ->check(CLI::IsMember({"gateway", "viewer", "operator", "engineer"}));
   issue
-      ->add_option("--line", arguments->lines,
-                   "GATEWAY/LINE that an operator or engineer may command; default: */*, all")
+      ->add_option(
+          "--line", arguments->lines,
+          "GATEWAY/LINE that an operator or engineer may command; default: */*, all, or with "
+          "--renew the lines of before")
       ->allow_extra_args(false);
   issue->add_option("--days", arguments->issue.days, "validity")->capture_default_str();
   issue->add_flag("--renew", arguments->issue.renew,

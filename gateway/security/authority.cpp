@@ -8,7 +8,9 @@
 #include <cstring>
 #include <ctime>
 #include <filesystem>
+#include <fstream>
 #include <regex>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -225,15 +227,48 @@ std::string refuse(const files::path& folder, const Issue& issue) {
   }
   std::error_code ignored;
   if (files::symlink_status(folder / name, ignored).type() == files::file_type::not_found)
-    return {};
+    return issue.renew ? "there is no identity " + (folder / name).string() +
+                             " to renew: issue it without --renew"
+                       : std::string();
   const Certificate before = read_certificate(folder / name / kCertificateFile);
   if (!before)
     return (folder / name).string() + " exists, and is no identity, because it has no readable " +
            kCertificateFile + ": use another name, or move it to another place";
+  const std::string role = entry_of(*before, NID_organizationalUnitName);
+  if (issue.renew && role != security::name(issue.holder.role))
+    return "\"" + name + "\" is of role " + role +
+           ": revoke it before you issue it with another role";
   if (issue.renew || is_revoked(folder, before.get()))
     return {};
   return (folder / name).string() + " exists: revoke \"" + name +
          "\" before you issue it again, or use --renew";
+}
+
+// The lines that the permissions of an identity name, as in Holder. Nothing if they cannot be read.
+// The text of the signed document is legible.
+std::vector<std::string> lines_of(const files::path& own, const Holder& holder) {
+  constexpr std::string_view kOpening = "<partition>";
+  const std::string closing =
+      "/" + std::string(name(holder.role)) + "/" + holder.name + "</partition>";
+  std::ifstream in(own / kPermissionsFile);
+  std::vector<std::string> out;
+  for (std::string text; std::getline(in, text) && text.find("</publish>") == std::string::npos;) {
+    const std::size_t begin = text.find(kOpening);
+    const std::size_t end = text.find(closing);
+    if (begin != std::string::npos && end != std::string::npos)
+      out.push_back(text.substr(begin + kOpening.size(), end - begin - kOpening.size()));
+  }
+  return out;
+}
+
+// Replaces the lines of an operator or engineer that is renewed with those it has. Returns why not.
+std::string keep_lines(const files::path& folder, Holder& holder) {
+  if (holder.role != Role::operator_ && holder.role != Role::engineer)
+    return {};
+  holder.lines = lines_of(folder / holder.name, holder);
+  return holder.lines.empty() ? (folder / holder.name / kPermissionsFile).string() +
+                                    " names no lines: name them with --line"
+                              : std::string();
 }
 
 Certificate new_identity(EVP_PKEY* key, const Authority& by, const Issue& issue) {
@@ -479,14 +514,19 @@ std::string init(const std::string& folder) {
   return failed;
 }
 
-std::string issue(const std::string& folder, const Issue& issue) {
+std::string issue(const std::string& folder, const Issue& wanted) {
   const Lock lock(folder);
   Authority by;
+  Issue issue = wanted;
   if (std::string error = load(folder, by); !error.empty())
     return error;
   const files::path at(folder);
   if (std::string error = refuse(at, issue); !error.empty())
     return error;
+  if (issue.renew && issue.keep_lines) {
+    if (std::string error = keep_lines(at, issue.holder); !error.empty())
+      return error;
+  }
   auto names = read_revoked_names((at / kRevokedNamesFile).string());
   if (!names)
     return no_revoked_names(at);

@@ -23,13 +23,15 @@ std::string init(const std::string& folder);
 struct Issue {
   Holder holder;
   int days = kIdentityDays;  // 1 to 3650; the certificate expires with the authority at the latest
-  bool renew = false;        // replace a valid identity, whose old certificate is not revoked
+  bool renew = false;        // replace an identity, whose old certificate is not revoked
+  bool keep_lines = false;   // with renew: of the replaced identity, instead of holder.lines
 };
 // Makes an identity with the subject CN=name,OU=role,O=linegate. A name has 1 to 64 letters,
 // digits, '.', '-' and '_', and is not that of a file of the authority. Fails if the identity
-// exists, unless it is revoked or `renew` is set: then its subfolder is replaced in one step. Never
-// replaces what has no readable identity.crt. Then removes the name from revoked.names, and copies
-// that file to each subfolder; if this fails, the text begins with the fact that it was issued.
+// exists, unless it is revoked or `renew` is set: then its subfolder is replaced in one step. With
+// `renew` it fails if there is no such identity, or it has another role. Never replaces what has no
+// readable identity.crt. Then removes the name from revoked.names, and copies that file to each
+// subfolder; if this fails, the text begins with the fact that it was issued.
 std::string issue(const std::string& folder, const Issue& issue);
 
 // Adds the names of the certificates of `name` to revoked.names and the certificates to

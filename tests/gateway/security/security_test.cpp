@@ -157,6 +157,43 @@ TEST_F(Authority, OverwritesNothingSilently) {
   EXPECT_NE(issue_as("notes", Role::viewer), "");
 }
 
+// A renewal extends no right.
+TEST_F(Authority, ARenewedIdentityKeepsItsRoleAndItsLines) {
+  const auto issue_operator = [&](bool renew, std::vector<std::string> lines) {
+    return issue(plant.string(),
+                 {.holder = {.name = "alice", .role = Role::operator_, .lines = lines},
+                  .renew = renew,
+                  .keep_lines = renew && lines.empty()});
+  };
+  const auto partitions = [&] {
+    std::vector<std::string> out;
+    std::ifstream in(plant / "alice" / kPermissionsFile);
+    for (std::string text; std::getline(in, text) && !text.starts_with("</publish>");) {
+      if (text.starts_with("<partition>"))
+        out.push_back(text.substr(0, text.find("</")));
+    }
+    return out;
+  };
+  EXPECT_EQ(issue_operator(true, {}), "there is no identity " + (plant / "alice").string() +
+                                          " to renew: issue it without --renew");
+  EXPECT_FALSE(files::exists(plant / "alice"));
+  ASSERT_EQ(issue_operator(false, {"plant/press", "hall/*"}), "");
+  const std::string key = content(plant / "alice" / kKeyFile);
+  const std::vector<std::string> both{"<partition>plant/press/operator/alice",
+                                      "<partition>hall/*/operator/alice"};
+  ASSERT_EQ(partitions(), both);
+  for (int i = 0; i < 2; ++i) {
+    ASSERT_EQ(issue_operator(true, {}), "");
+    EXPECT_EQ(partitions(), both);
+  }
+  EXPECT_NE(content(plant / "alice" / kKeyFile), key);
+  EXPECT_EQ(issue_as("alice", Role::gateway, true),
+            "\"alice\" is of role operator: revoke it before you issue it with another role");
+  EXPECT_EQ(partitions(), both);
+  ASSERT_EQ(issue_operator(true, {"plant/pack"}), "");
+  EXPECT_EQ(partitions(), (std::vector<std::string>{"<partition>plant/pack/operator/alice"}));
+}
+
 TEST_F(Authority, RefusesNamesThatWouldBePathsOrPatterns) {
   const auto entries = [&] {
     return std::distance(files::directory_iterator(plant), files::directory_iterator());
@@ -212,7 +249,8 @@ TEST_F(Authority, ARenewedCertificateIsRevokedWithItsIdentity) {
 TEST_F(Authority, AnIdentityWithoutItsSubfolderIsRevokedByItsName) {
   ASSERT_EQ(issue_as("alice", Role::operator_), "");
   ASSERT_EQ(issue_as("bob", Role::viewer), "");
-  ASSERT_EQ(issue_as("alice", Role::engineer, true), "");
+  files::remove_all(plant / "alice");
+  ASSERT_EQ(issue_as("alice", Role::engineer), "");
   const files::path moved = top / "moved";
   files::rename(plant / "alice", moved);
   ASSERT_EQ(revoke(plant.string(), "alice"), "");
@@ -261,7 +299,8 @@ TEST_F(Authority, ARunningGatewayReadsRevokedNamesAgain) {
   RevokedNames revoked((plant / "plant" / kRevokedNamesFile).string());
   const Instant start{std::chrono::hours(1)};
   EXPECT_FALSE(revoked.contains("operator", "alice", start));
-  ASSERT_EQ(issue_as("alice", Role::engineer, true), "");
+  files::remove_all(plant / "alice");
+  ASSERT_EQ(issue_as("alice", Role::engineer), "");
   ASSERT_EQ(revoke(plant.string(), "alice"), "");
   const Instant later = start + RevokedNames::kPeriod;
   EXPECT_FALSE(revoked.contains("operator", "alice", later - std::chrono::nanoseconds(1)));
