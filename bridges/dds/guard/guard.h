@@ -67,6 +67,12 @@ class Guard {
   void endpoint_found(const Guid& endpoint);
   void endpoint_lost(const Guid& endpoint);
 
+  // Whether that participant was found and not lost. From any thread.
+  bool knows(const Prefix& participant) const { return discovered_.has_participant(participant); }
+
+  // Counts a TCP connection that was ended, see tcp_input.h. From any thread.
+  void connection_ended(Reason reason) { count(reason); }
+
   Counters counters() const;
 
   // The datagrams that the library processes now, in ns of steady_clock.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Why a datagram is dropped.
+// Why a datagram is dropped, or a TCP connection ended.
 #pragma once
 
 #include <array>
@@ -27,8 +27,10 @@ enum class Reason : std::uint8_t {
   participants,  // a new participant while the remaining places are reserved for configured peers
   endpoints,     // a participant that announces more endpoints than permitted
   gap,           // single GAPs that are dropped; the rest of the datagram is passed on
+  stream,        // TCP connections whose octets are no RTCP messages
+  reader,        // TCP connections from which two threads of the library read
 };
-inline constexpr std::size_t kReasons = 17;
+inline constexpr std::size_t kReasons = 19;
 
 // As in log messages and counter names.
 constexpr std::string_view to_string(Reason reason) {
@@ -36,7 +38,7 @@ constexpr std::string_view to_string(Reason reason) {
       "none",      "header",     "submessage",  "sequence_number", "sequence_set",
       "fragment",  "parameters", "discovery",   "statistics",      "rate",
       "writers",   "protection", "unprotected", "reliability",     "participants",
-      "endpoints", "gap"};
+      "endpoints", "gap",        "stream",      "reader"};
   return kNames.at(static_cast<std::size_t>(reason));
 }
 

@@ -42,15 +42,28 @@ std::string_view meaning(Reason reason) {
       return "participants announce more endpoints than they may";
     case Reason::gap:
       return "more numbers above a missing one than a reader may keep";
+    case Reason::stream:
+      return "their octets are no RTCP messages";
+    case Reason::reader:
+      return "two threads of Fast DDS read from them; it opens them again";
   }
   return "no reason";
 }
 
+// What the guard does for that reason, and to what.
+std::string deed(std::uint64_t count, Reason reason) {
+  const std::string many = count == 1 ? "" : "s";
+  if (reason == Reason::gap)
+    return " GAP" + many + " left out";
+  if (reason == Reason::stream || reason == Reason::reader)
+    return " TCP connection" + many + " ended";
+  return " datagram" + many + " dropped";
+}
+
 std::string sentence(std::uint64_t count, Reason reason) {
-  const bool gap = reason == Reason::gap;
-  return std::to_string(count) + (gap ? " GAP" : " datagram") + (count == 1 ? "" : "s") +
-         (gap ? " left out" : " dropped") + " by the DDS guard: " + std::string(meaning(reason)) +
-         " (" + std::string(to_string(reason)) + ")";
+  return std::to_string(count) + deed(count, reason) +
+         " by the DDS guard: " + std::string(meaning(reason)) + " (" +
+         std::string(to_string(reason)) + ")";
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reports dropped datagrams as sentences for a log.
+// Reports dropped datagrams and ended TCP connections as sentences for a log.
 #pragma once
 
 #include <array>

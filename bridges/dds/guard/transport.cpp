@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <utility>
@@ -15,9 +14,9 @@
 #include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
 
-#include "bridges/dds/guard/new_connections.h"
 #include "bridges/dds/guard/passed_on.h"
 #include "bridges/dds/guard/stalled_connections.h"
+#include "bridges/dds/guard/tcp_input.h"
 
 namespace linegate::dds::guard {
 namespace {
@@ -37,17 +36,6 @@ SampleTime utc() {
                        .count();
   constexpr std::int64_t kSecond = 1'000'000'000;
   return (now / kSecond << 32) | ((now % kSecond) << 32) / kSecond;
-}
-
-// The address that TCPChannelResourceBasic::connect connects to.
-sockaddr_in tcp_address(const rtps::Locator_t& locator) {
-  sockaddr_in out{};
-  out.sin_family = AF_INET;
-  out.sin_port = htons(rtps::IPLocator::getPhysicalPort(locator));
-  const rtps::octet* address = rtps::IPLocator::hasWan(locator) ? rtps::IPLocator::getWan(locator)
-                                                                : rtps::IPLocator::getIPv4(locator);
-  std::memcpy(&out.sin_addr, address, sizeof out.sin_addr);
-  return out;
 }
 
 // Derived, because only a derived class has access to send_lambda_.
@@ -81,6 +69,11 @@ class Transport final : public fast::ChainingTransport {
   fast::TransportDescriptorInterface* get_configuration() override { return &descriptor_; }
 
   bool init(const rtps::PropertyPolicy* properties) override {
+    const auto* const tcp = dynamic_cast<const fast::TCPTransportDescriptor*>(
+        low_level_transport_->get_configuration());
+    if (tcp != nullptr &&
+        !check_tcp_input({tcp->maxMessageSize, tcp->apply_security}, descriptor_.guard))
+      return false;
     const bool made = low_level_transport_->init(properties);
     limit_stalls_of_listeners();
     return made;
@@ -113,23 +106,43 @@ class Transport final : public fast::ChainingTransport {
     if (descriptor_.guard->judge({octets, size}, now, from, &out).reason != Reason::none)
       return;
     const Octets datagram = out.octets();
+    if (low_level_transport_->kind() == LOCATOR_KIND_TCPv4)
+      return pass_from_tcp(next, datagram, local, remote, now);
+    pass(next, datagram, local, remote, now);
+  }
+
+ private:
+  void pass(fast::TransportReceiverInterface* next, Octets datagram, const rtps::Locator_t& local,
+            const rtps::Locator_t& remote, std::int64_t now) {
     const CallWatch::Call call(descriptor_.guard->calls(), now);
     next->OnDataReceived(datagram.data(), static_cast<std::uint32_t>(datagram.size()), local,
                          remote);
   }
 
- private:
+  void pass_from_tcp(fast::TransportReceiverInterface* next, Octets datagram,
+                     const rtps::Locator_t& local, const rtps::Locator_t& remote,
+                     std::int64_t now) {
+    const auto known = [this](const Prefix& prefix) { return descriptor_.guard->knows(prefix); };
+    constexpr std::ptrdiff_t kPrefix = 8;  // RTPS 2.3 9.4.4
+    Prefix sender{};
+    std::copy_n(datagram.begin() + kPrefix, sender.size(), sender.begin());
+    const bool before = known(sender);
+    if (!lost_.may_pass(sender, before, has_ended))
+      return;
+    pass(next, datagram, local, remote, now);
+    if (!before && known(sender))
+      lost_.found(sender, receiving_connection(), known);
+  }
+
   bool open_below(fast::SendResourceList& senders, const rtps::Locator_t& to) {
     if (to.kind != LOCATOR_KIND_TCPv4)
       return low_level_transport_->OpenOutputChannel(senders, to);
-    const NewConnections connections(tcp_address(to));
-    const bool open = low_level_transport_->OpenOutputChannel(senders, to);
-    connections.end_answered();
-    connections.limit_stalls();
-    return open;
+    const OpeningChannel opening;
+    return low_level_transport_->OpenOutputChannel(senders, to);
   }
 
   Descriptor descriptor_;
+  LostPeers lost_;
 };
 
 fast::TransportInterface* Descriptor::create_transport() const {

@@ -70,11 +70,7 @@ def come_and_go(peer, profile, transport, turn):
 
 def check(peer, text, transport):
     with tempfile.TemporaryDirectory() as folder:
-        paths = []
-        for role, profile in zip(("gateway", "subscriber"), transports.profiles(text, transport, DOMAIN)):
-            paths.append(os.path.join(folder, role + ".xml"))
-            with open(paths[-1], "w", encoding="utf-8") as out:
-                out.write(profile)
+        paths = transports.write_profiles(folder, text, transport, DOMAIN)
         gateway = mutate.Peer(peer, "gateway", DOMAIN, paths[0])
         if not gateway.wait_for("ready", WITHIN):
             return "the gateway does not start"

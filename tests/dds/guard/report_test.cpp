@@ -54,5 +54,15 @@ TEST_F(GuardReportTest, GapsAreLeftOutOfDatagramsThatPass) {
                                      "missing one than a reader may keep (gap)"});
 }
 
+TEST_F(GuardReportTest, ConnectionsAreEnded) {
+  drop(Reason::stream, 1);
+  drop(Reason::reader, 2);
+  EXPECT_EQ(update(std::chrono::seconds(1)),
+            (std::vector<std::string>{"1 TCP connection ended by the DDS guard: their octets are "
+                                      "no RTCP messages (stream)",
+                                      "2 TCP connections ended by the DDS guard: two threads of "
+                                      "Fast DDS read from them; it opens them again (reader)"}));
+}
+
 }  // namespace
 }  // namespace linegate::dds::guard

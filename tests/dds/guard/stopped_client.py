@@ -72,12 +72,7 @@ def main():
     with open(sys.argv[2], encoding="utf-8") as source:
         text = source.read()
     with tempfile.TemporaryDirectory() as folder:
-        paths = []
-        for role, profile in zip(("gateway", "subscriber"), transports.profiles(text, "TCPv4", DOMAIN)):
-            paths.append(os.path.join(folder, role + ".xml"))
-            with open(paths[-1], "w", encoding="utf-8") as out:
-                out.write(profile)
-        wrong = check(sys.argv[1], paths)
+        wrong = check(sys.argv[1], transports.write_profiles(folder, text, "TCPv4", DOMAIN))
     print("TCPv4: %s" % (wrong or "ok"))
     return 1 if wrong else 0
 

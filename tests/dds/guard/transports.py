@@ -72,6 +72,16 @@ def profiles(text, transport, domain):
     return text, text
 
 
+def write_profiles(folder, text, transport, domain):
+    """Returns the paths of the profiles of the gateway and of a client, which it writes to that folder."""
+    paths = []
+    for role, profile in zip(("gateway", "subscriber"), profiles(text, transport, domain)):
+        paths.append(os.path.join(folder, role + ".xml"))
+        with open(paths[-1], "w", encoding="utf-8") as out:
+            out.write(profile)
+    return paths
+
+
 def receives(client, seconds):
     return all(client.wait_for(word, seconds) for word in ("line", "image", "event"))
 
@@ -86,8 +96,8 @@ def eventually(condition, seconds=mutate.FOUND_WITHIN):
 
 
 def start_clients(peer, domain, profile, transport):
-    """Returns clients that are matched at the same time, or None if one receives nothing. Without new_connections.h
-    about one in twenty clients over TCP never received anything: that many join and leave before."""
+    """Returns clients that are matched at the same time, or None if one receives nothing. Without OpeningChannel of
+    tcp_input.h about one in twenty clients over TCP never received anything: that many join and leave before."""
     for _ in range(ONE_AFTER_THE_OTHER if transport == "TCPv4" else 0):
         client = mutate.Peer(peer, "subscriber", domain, profile)
         if not receives(client, mutate.FOUND_WITHIN) or not client.end():
@@ -99,11 +109,7 @@ def start_clients(peer, domain, profile, transport):
 def check(peer, text, transport):
     domain, held = mutate.own_domain()
     with tempfile.TemporaryDirectory() as folder:
-        paths = []
-        for role, profile in zip(("gateway", "subscriber"), profiles(text, transport, domain)):
-            paths.append(os.path.join(folder, role + ".xml"))
-            with open(paths[-1], "w") as out:
-                out.write(profile)
+        paths = write_profiles(folder, text, transport, domain)
         gateway = mutate.Peer(peer, "gateway", domain, paths[0])
         if not gateway.wait_for("ready", mutate.FOUND_WITHIN):
             return "the gateway does not start"
