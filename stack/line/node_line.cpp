@@ -67,7 +67,7 @@ NodeLine::NodeLine(LineConfig line_config, pdo::LinkPlan link_plan)
   node_.show_monitored(&heartbeats_);
   manager_.set_program_step([this](std::uint8_t id) { return loader_.make_step(id); });
   manager_.set_configuration_step([this](std::uint8_t id) { return configurator_.make_step(id); });
-  for (Service* service : services_) {
+  for (Service* service : services()) {
     for (const CommandKind kind : service->commands()) {
       Service*& place = service_of_[index_of(kind)];
       LINEGATE_ASSERT(place == nullptr, "a command belongs to one service");
@@ -94,10 +94,10 @@ NodeLine::NodeLine(LineConfig line_config, pdo::LinkPlan link_plan)
 
 void NodeLine::do_start(Instant now) {
   report_found_layout(now);
-  receivers_.mark_changed();
-  receivers_.follow();
+  services_.receivers.mark_changed();
+  services_.receivers.follow();
   node_.start(now);
-  outputs_.apply_defaults(now);
+  services_.outputs.apply_defaults(now);
   take_role(now);
 }
 
@@ -112,55 +112,55 @@ void NodeLine::report_found_layout(Instant now) {
 
 void NodeLine::take_completions(Instant now) {
   sdo_.deliver_completions(now);
-  if (configuring_.active()) {
-    configuring_.advance(now);
+  if (services_.configure.active()) {
+    services_.configure.advance(now);
   }
-  if (programming_.active()) {
-    programming_.advance(now);
+  if (services_.program.active()) {
+    services_.program.advance(now);
   }
 }
 
 void NodeLine::do_deliver(const routing::Message& message, Instant now) {
-  if (routing_.takes_part()) {
-    routing_.deliver(message, now);
+  if (services_.routing.takes_part()) {
+    services_.routing.deliver(message, now);
   } else {
     reject(message);
   }
 }
 
 void NodeLine::do_set_routes(const routing::Config& wanted) {
-  routing_.set_routes(wanted);
+  services_.routing.set_routes(wanted);
 }
 
 void NodeLine::routes(std::vector<routing::Route>& out) const {
   out.clear();
-  routing_.routes(out);
+  services_.routing.routes(out);
 }
 
 [[gnu::hot]] bool NodeLine::do_next_frame(can::Frame& out, Instant now) {
   const std::uint64_t number = under_way_.next_number();
   bool given = false;
-  if (lss_.wants_to_send()) [[unlikely]] {
+  if (services_.lss.wants_to_send()) [[unlikely]] {
     dirty_ = true;
-    given = node_.next_frame(out, now, number) || lss_.next_frame(out, number, now);
+    given = node_.next_frame(out, now, number) || services_.lss.next_frame(out, number, now);
   } else {
     given = node_.next_frame(out, now, number);
   }
-  if (given && lss_.listens()) [[unlikely]] {
-    lss_.handed_out(out, number, now);
+  if (given && services_.lss.listens()) [[unlikely]] {
+    services_.lss.handed_out(out, number, now);
   }
   if (given) {
-    outputs_.handed_out(out, number);
+    services_.outputs.handed_out(out, number);
   }
   if (given && number != 0) {
-    receivers_.handed_out(out, number);
+    services_.receivers.handed_out(out, number);
     note_handed_out(out, now);
   }
   return given;
 }
 
 void NodeLine::do_bus_event(const can::BusEvent& event) {
-  receivers_.mark_changed();
+  services_.receivers.mark_changed();
   node_.bus_event(event);
   if (!usable()) {
     interface_lost();
@@ -193,7 +193,7 @@ void NodeLine::receive(const can::Target& target, const can::Frame& frame) {
       take_completions(frame.time);
       return;
     case can::Service::lss:
-      if (!lss_.receive(frame)) {
+      if (!services_.lss.receive(frame)) {
         malformed(target, frame);
       }
       return;
@@ -208,22 +208,22 @@ void NodeLine::synced(Instant /*now*/) {
 
 void NodeLine::unwanted(const can::Frame& frame) {
   dirty_ = true;
-  generic_can_.hear(frame, records_.hear(frame));
+  services_.can.hear(frame, services_.records.hear(frame));
 }
 
 void NodeLine::emergency(std::uint8_t id, const emcy::Message& message, Instant now) {
-  diagnosing_.diagnosis().emergency(id, message);
+  services_.diagnosis.diagnosis().emergency(id, message);
   manager_.emergency(id, message.code, message.error_register, now);
-  routing_.emergency(id, message, now);
+  services_.routing.emergency(id, message, now);
 }
 
 // The nodes keep their outputs, like the devices of a PLC that is switched off; the own node stops
 // transmitting with its heartbeat.
 void NodeLine::do_stop(Instant now) {
   manager_.stop(now);
-  receivers_.follow();
+  services_.receivers.follow();
   cancel_sendings();
-  for (Service* service : services_) {
+  for (Service* service : services()) {
     service->end(Refusal::cancelled, now);
   }
   if (manages() && config_.stop_nodes) {
@@ -236,7 +236,7 @@ void NodeLine::do_stop(Instant now) {
 // Lines without routing and LSS pay for these conditions only: nothing is stored for later.
 [[gnu::hot]] void NodeLine::do_receive(std::span<const can::Frame> frames) {
   own_objects_.pass_time(frames.empty() ? advanced_to_ : frames.back().time);
-  if (lss_.listens() || routing_.takes_part()) [[unlikely]] {
+  if (services_.lss.listens() || services_.routing.takes_part()) [[unlikely]] {
     receive_beside_others(frames);
     return;
   }
@@ -245,19 +245,19 @@ void NodeLine::do_stop(Instant now) {
 
 // PDOs do not affect routing.
 void NodeLine::receive_beside_others(std::span<const can::Frame> frames) {
-  if (lss_.listens()) {
+  if (services_.lss.listens()) {
     dirty_ = true;
-    lss_.hear(frames);
+    services_.lss.hear(frames);
   }
   const std::uint64_t served = node_.served();
   node_.receive(frames);
-  if (routing_.takes_part() && node_.served() != served) {
+  if (services_.routing.takes_part() && node_.served() != served) {
     dirty_ = true;
-    routing_.hand_on(frames.back().time);
+    services_.routing.hand_on(frames.back().time);
   }
 }
 bool NodeLine::wants_to_send(Instant now) const {
-  return node_.wants_to_send(now) || lss_.wants_to_send();
+  return node_.wants_to_send(now) || services_.lss.wants_to_send();
 }
 const image::Layout& NodeLine::layout(image::Direction direction) const {
   return image_.layout(direction);
@@ -325,19 +325,19 @@ Line::Input NodeLine::forwarded_input(std::size_t object) const {
 
 void NodeLine::note_acknowledged(std::uint64_t number, Instant now) {
   node_.pdos().acknowledged(number);
-  receivers_.acknowledged(number);
-  if (lss_.awaits_acknowledgement()) [[unlikely]] {
+  services_.receivers.acknowledged(number);
+  if (services_.lss.awaits_acknowledgement()) [[unlikely]] {
     dirty_ = true;
-    lss_.acknowledged(number, now);
+    services_.lss.acknowledged(number, now);
   }
-  outputs_.acknowledged(number);
+  services_.outputs.acknowledged(number);
 }
 
 void NodeLine::note_lost(std::uint64_t first, std::uint64_t last) {
   node_.pdos().lost(first, last);
-  lss_.lost(first, last);
-  outputs_.lost(first, last);
-  receivers_.lost(first, last);
+  services_.lss.lost(first, last);
+  services_.outputs.lost(first, last);
+  services_.receivers.lost(first, last);
 }
 
 bool NodeLine::carries_newest(const FramesUnderWay::Awaited& awaited,

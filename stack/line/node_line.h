@@ -6,30 +6,13 @@
 #include <array>
 #include <optional>
 #include <span>
-#include <vector>
 
 #include "stack/emcy/consumer.h"
 #include "stack/emcy/producer.h"
 #include "stack/image/process_image.h"
-#include "stack/line/boot_service.h"
-#include "stack/line/can_service.h"
-#include "stack/line/configure_service.h"
-#include "stack/line/diagnosis_service.h"
-#include "stack/line/emcy_service.h"
 #include "stack/line/line.h"
-#include "stack/line/local_service.h"
-#include "stack/line/lss_service.h"
-#include "stack/line/mpdo_service.h"
-#include "stack/line/nmt_service.h"
-#include "stack/line/output_receivers.h"
-#include "stack/line/output_service.h"
 #include "stack/line/own_objects.h"
-#include "stack/line/pdo_request_service.h"
-#include "stack/line/program_service.h"
-#include "stack/line/record_service.h"
-#include "stack/line/routing_service.h"
-#include "stack/line/scan_service.h"
-#include "stack/line/sdo_service.h"
+#include "stack/line/services.h"
 #include "stack/manager/configurator.h"
 #include "stack/manager/manager.h"
 #include "stack/manager/program_loader.h"
@@ -84,21 +67,21 @@ class NodeLine final : public Line,
   od::Dictionary& do_dictionary() override { return node_.dictionary(); }
   const od::Dictionary& do_dictionary() const override { return node_.dictionary(); }
   OutputRefusal do_write_outputs(const OutputWrite& write, Instant now) override {
-    return outputs_.write(write, now);
+    return services_.outputs.write(write, now);
   }
   bool do_feed_watchdog(const OutputWrite& write, Instant now) override {
-    return outputs_.feed_watchdog(write, now);
+    return services_.outputs.feed_watchdog(write, now);
   }
   void set_pace(sdo::Pace& pace) override { sdo_.set_pace(pace); }
-  std::size_t output_groups() const override { return outputs_.groups().size(); }
+  std::size_t output_groups() const override { return services_.outputs.groups().size(); }
   void output_state(std::size_t position, OutputState& out) const override {
-    outputs_.describe(position, out, advanced_to_);
+    services_.outputs.describe(position, out, advanced_to_);
   }
   void note_refused(std::uint16_t group, OutputRefusal refusal, Instant now) override {
-    outputs_.note_refused(group, refusal, now);
+    services_.outputs.note_refused(group, refusal, now);
   }
   void write_bound(std::span<const BoundValue> values, Instant now) override {
-    outputs_.write_bound(values, now);
+    services_.outputs.write_bound(values, now);
   }
   void note_acknowledged(std::uint64_t number, Instant now) override;
   void note_lost(std::uint64_t first, std::uint64_t last) override;
@@ -141,7 +124,7 @@ class NodeLine final : public Line,
   void command_own(nmt::Command command, Instant now) override;
   nmt::State own_state() const override;
   void nmt_sent(nmt::Command command, std::uint8_t id, Instant now) override;
-  bool has_failed() const override { return diagnosing_.diagnosis().fatal(); }
+  bool has_failed() const override { return services_.diagnosis.diagnosis().fatal(); }
 
   // --- RecordOrders: node_line_role.cpp ---------------------------------------------------------
   void order_nmt(nmt::Command command, std::uint8_t node, Instant now) override;
@@ -194,67 +177,26 @@ class NodeLine final : public Line,
   bool manages_ = config_.role == Role::manager;
 
   // --- services ---------------------------------------------------------------------------------
-  LssService lss_{
-      *this,       config_,
-      manager_,    {.manager = manager_, .sdo = sdo_, .heartbeats = heartbeats_, .host = *this},
-      plan_.rpdos, events_};
-  ScanService scanning_{*this,
-                        config_,
-                        {.sdo = sdo_,
-                         .manager = manager_,
-                         .nmt = *this,
-                         .diagnosing = diagnosing_,
-                         .records = records_,
-                         .events = events_}};
-  RoutingService routing_{*this, config_, node_, sdo_, events_, messages_, routed_};
-  // Must follow the members that it reads the state of the network from.
-  DiagnosisService diagnosing_{*this, config_, node_, manager_, scanning_, events_};
-  RecordService records_{*this,
-                         config_,
-                         {.node = node_,
-                          .diagnosis = diagnosing_.diagnosis(),
-                          .nmt = *this,
-                          .scanning = scanning_,
-                          .orders = *this,
-                          .load = load_,
-                          .plan = plan_}};
-  NmtService nmt_commands_{*this, *this, nmt_, node_, manager_, config_.node_id};
-  EmcyService emcy_commands_{*this, node_};
-  CanService generic_can_{*this, node_, plan_.tpdos, events_};
-  LocalService local_access_{*this, node_.dictionary(), own_objects_, config_};
-  SdoService sdo_commands_{*this,
-                           config_,
-                           {.sdo = sdo_,
-                            .node = node_,
-                            .image = image_,
-                            .routing = routing_,
-                            .cache = scanning_,
-                            .local = local_access_,
-                            .settings = records_.settings()}};
-  PdoRequestService pdo_requests_{*this, node_, image_, plan_, config_.sdo_timeout};
-  BootService booting_{*this, manager_, config_.node_id};
-  ConfigureService configuring_{*this, manager_, configurator_, events_};
-  ProgramService programming_{*this, manager_, loader_, config_.node_id};
-  MpdoService mpdo_commands_{*this, node_, own_objects_, config_};
-  OutputReceivers receivers_{
-      *this, config_, {.manager = manager_, .nmt = *this, .master = nmt_, .pdos = node_.pdos()}};
-  OutputService outputs_{*this,
-                         config_,
-                         {.node = node_,
-                          .image = image_,
-                          .plan = plan_,
-                          .nmt = nmt_commands_,
-                          .receivers = receivers_,
-                          .settings = records_.settings(),
-                          .forwarded = forwarded_,
-                          .routed = routed_,
-                          .events = events_},
-                         sdo_commands_};
-  // In the order in which they are advanced.
-  const std::vector<Service*> services_{
-      &nmt_commands_, &lss_,          &scanning_,      &routing_,   &emcy_commands_, &generic_can_,
-      &local_access_, &sdo_commands_, &pdo_requests_,  &booting_,   &configuring_,   &programming_,
-      &records_,      &diagnosing_,   &mpdo_commands_, &receivers_, &outputs_};
+  Services services_{{.host = *this,
+                      .nmt_host = *this,
+                      .nmt = *this,
+                      .orders = *this,
+                      .config = config_,
+                      .node = node_,
+                      .image = image_,
+                      .own_objects = own_objects_,
+                      .forwarded = forwarded_,
+                      .plan = plan_,
+                      .master = nmt_,
+                      .heartbeats = heartbeats_,
+                      .sdo = sdo_,
+                      .configurator = configurator_,
+                      .loader = loader_,
+                      .manager = manager_,
+                      .events = events_,
+                      .load = load_,
+                      .messages = messages_,
+                      .routed = routed_}};
   std::array<Service*, kRequestKinds.size()> service_of_{};  // by Request::index()
 
   // --- time -------------------------------------------------------------------------------------

@@ -15,7 +15,7 @@ namespace linegate::line {
   if (load_.is_due(now)) {
     can::Traffic seen = node_.counters().sent;
     seen += node_.counters().received;
-    seen += lss_.sent();
+    seen += services_.lss.sent();
     load_.advance(seen, now);
   }
 }
@@ -23,7 +23,7 @@ namespace linegate::line {
 void NodeLine::advance_all(Instant now) {
   events_.advance(now);
   node_.advance(now);
-  outputs_.expire_watchdogs(now);
+  services_.outputs.expire_watchdogs(now);
   if (is_dirty() || now >= services_due_) {
     advance_services(now);
   }
@@ -31,7 +31,7 @@ void NodeLine::advance_all(Instant now) {
 
 [[gnu::hot]] bool NodeLine::is_idle(Instant now) const {
   return now < rest_until_ && !is_dirty() && node_.served() == rest_served_ &&
-         now < node_.pdos().next_wake() && now < outputs_.next_watchdog();
+         now < node_.pdos().next_wake() && now < services_.outputs.next_watchdog();
 }
 
 [[gnu::hot]] Instant NodeLine::next_wake() const {
@@ -41,7 +41,7 @@ void NodeLine::advance_all(Instant now) {
                           is_dirty() ? services_wake() : services_due_);
     rest_served_ = node_.served();
   }
-  return earlier(rest_until_, earlier(node_.pdos().next_wake(), outputs_.next_watchdog()));
+  return earlier(rest_until_, earlier(node_.pdos().next_wake(), services_.outputs.next_watchdog()));
 }
 
 // The time of the node is not updated while the line is idle.
@@ -53,7 +53,7 @@ void NodeLine::mark_dirty(Instant now) {
 // Every input of the services arrives in one of these ways: from outside, as an event of the own
 // node or of a PDO, or as a write to the dictionary.
 [[gnu::hot]] bool NodeLine::is_dirty() const {
-  return dirty_ || pdo_requests_.active() || events_.emitted() != events_seen_ ||
+  return dirty_ || services_.pdo_request.active() || events_.emitted() != events_seen_ ||
          node_.dictionary().writes_reported() != writes_seen_;
 }
 
@@ -69,7 +69,7 @@ void NodeLine::advance_services(Instant now) {
   startup_.advance(now);
   manager_.advance(now);
   nmt_.advance(now);
-  for (Service* service : services_) {
+  for (Service* service : services()) {
     service->advance(now);
   }
   expire_sendings(now);
@@ -82,7 +82,7 @@ Instant NodeLine::services_wake() const {
   }
   Instant wake = earlier(heartbeats_.next_wake(), earlier(sdo_.next_wake(), manager_.next_wake()));
   wake = earlier(wake, earlier(startup_.next_wake(), nmt_.next_wake()));
-  for (const Service* service : services_) {
+  for (const Service* service : services()) {
     wake = earlier(wake, service->next_wake());
   }
   return earlier(wake, under_way_.next_deadline());

@@ -9,14 +9,14 @@ namespace linegate::line {
 // The node boots with its configured values: its role, master or slave (1F80h), never has the
 // default, not even for a moment.
 void NodeLine::before_boot(Instant now) {
-  for (Service* service : services_) {
+  for (Service* service : services()) {
     service->before_boot(now);
   }
   if (std::exchange(resets_, node_.counters().resets) != node_.counters().resets) {
     own_objects_.values_reset();
   }
   write_own_values(now);
-  records_.apply_pdo_times();
+  services_.records.apply_pdo_times();
   node_.set_nmt_slave(!startup_.wants_manager());
   if (!startup_.wants_manager()) {
     nmt_.set_active(false);

@@ -10,18 +10,18 @@ void NodeLine::consumer_lost(std::uint8_t id, Instant deadline) {
 }
 
 void NodeLine::boot_up(std::uint8_t id, Instant now) {
-  receivers_.confirm(id, nmt::State::initialising, now);
-  lss_.boot_up(id);
+  services_.receivers.confirm(id, nmt::State::initialising, now);
+  services_.lss.boot_up(id);
   manager_.boot_up(id, now);
-  scanning_.boot_up(id, now);
+  services_.scan.boot_up(id, now);
 }
 
 void NodeLine::heartbeat(std::uint8_t id, nmt::State state, Instant now) {
-  receivers_.confirm(id, state, now);
-  lss_.heartbeat(id);
-  diagnosing_.diagnosis().heard(id, state, now);
+  services_.receivers.confirm(id, state, now);
+  services_.lss.heartbeat(id);
+  services_.diagnosis.diagnosis().heard(id, state, now);
   manager_.heartbeat(id, state, now);
-  records_.heartbeat(id, now);
+  services_.records.heartbeat(id, now);
 }
 
 void NodeLine::heartbeat_lost(std::uint8_t id, Instant deadline) {
@@ -34,7 +34,7 @@ void NodeLine::heartbeat_recovered(std::uint8_t id, Instant now) {
 
 // Commands of another master, or of the master while the own node is an NMT slave.
 void NodeLine::hear_nmt(std::uint16_t index, const can::Frame& frame) {
-  diagnosing_.nmt_received(index, frame);
+  services_.diagnosis.nmt_received(index, frame);
   const auto control = index == 0 ? nmt::decode_node_control(frame) : std::nullopt;
   if (control) {
     manager_.sent(control->command, control->node, frame.time);
@@ -46,10 +46,10 @@ void NodeLine::hear_nmt(std::uint16_t index, const can::Frame& frame) {
 }
 
 void NodeLine::node_data_invalid(std::uint8_t id) {
-  diagnosing_.diagnosis().states_changed();
+  services_.diagnosis.diagnosis().states_changed();
   image_.set_node_valid(id, false);
   node_.pdos().drop_waiting(id);
-  receivers_.invalidate(id);
+  services_.receivers.invalidate(id);
 }
 
 }  // namespace linegate::line

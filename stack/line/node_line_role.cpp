@@ -11,12 +11,12 @@ namespace linegate::line {
 // Takes the role of 1F80h bit 0, which may be a stored value.
 void NodeLine::take_role(Instant now) {
   manages_ = startup_.wants_manager();
-  receivers_.mark_changed();
+  services_.receivers.mark_changed();
   node_.set_nmt_slave(!manages_);
   nmt_.set_active(manages_);
   if (manages_) {
     node_.dispatch().add(lss::kSlaveId, false, can::Service::lss, 0);
-    lss_.start(now);
+    services_.lss.start(now);
     return;
   }
   for (const NodeConfig& device : config_.nodes) {
@@ -37,7 +37,7 @@ void NodeLine::change_role(Instant now) {
     return;
   }
   if (manages_) {
-    for (Service* service : services_) {
+    for (Service* service : services()) {
       if (service->needs_master()) {
         service->end(Refusal::wrong_role, now);
       }
@@ -45,7 +45,7 @@ void NodeLine::change_role(Instant now) {
     for (const NodeConfig& device : config_.nodes) {
       const bool shows_itself = std::max(device.heartbeat, device.guard_time) > Duration::zero();
       if (shows_itself && manager_.boots(device.id)) {
-        receivers_.expect_state(
+        services_.receivers.expect_state(
             device.id);  // a state received before or during its boot process does not count
       }
     }
@@ -68,14 +68,14 @@ void NodeLine::send_nmt(nmt::Command command, std::uint8_t id, Instant now) {
 }
 
 void NodeLine::nmt_sent(nmt::Command command, std::uint8_t id, Instant now) {
-  diagnosing_.diagnosis().commanded(command, id);
+  services_.diagnosis.diagnosis().commanded(command, id);
   manager_.sent(command, id, now);
   note_command(command, id);
 }
 
 void NodeLine::note_command(nmt::Command command, std::uint8_t id) {
-  lss_.commanded(command, id);
-  receivers_.commanded(command, id);
+  services_.lss.commanded(command, id);
+  services_.receivers.commanded(command, id);
 }
 
 void NodeLine::command_own(nmt::Command command, Instant now) {
@@ -87,16 +87,16 @@ nmt::State NodeLine::own_state() const {
 }
 
 AbortCode NodeLine::may_trigger(std::uint8_t id, std::uint8_t rpdo) const {
-  return outputs_.may_trigger({.node = id, .number = rpdo});
+  return services_.outputs.may_trigger({.node = id, .number = rpdo});
 }
 
 void NodeLine::order_nmt(nmt::Command command, std::uint8_t id, Instant now) {
-  (void)nmt_commands_.send(command, id, now);
+  (void)services_.nmt.send(command, id, now);
 }
 
 void NodeLine::order_trigger(std::uint8_t id, std::uint8_t rpdo, Instant now) {
   std::vector<std::uint16_t> triggered;
-  (void)outputs_.trigger({.node = id, .number = rpdo}, triggered, now);
+  (void)services_.outputs.trigger({.node = id, .number = rpdo}, triggered, now);
 }
 
 }  // namespace linegate::line

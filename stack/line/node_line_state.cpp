@@ -12,7 +12,7 @@ LineState NodeLine::do_state() const {
   out.own_state = node_.state();
   out.indicators = node_.indicators();
   out.manager = manager_.state();
-  out.network = diagnosing_.diagnosis().network_state();
+  out.network = services_.diagnosis.diagnosis().network_state();
   out.bus = bus_;
   out.transmit_errors = transmit_errors_;
   out.receive_errors = receive_errors_;
@@ -28,7 +28,7 @@ Counters NodeLine::count() const {
   const node::NodeCounters& of_node = node_.counters();
   const pdo::EngineCounters& of_pdos = node_.pdos().counters();
   out.frames_received = of_node.received.frames;
-  out.frames_sent = of_node.sent.frames + lss_.sent().frames;
+  out.frames_sent = of_node.sent.frames + services_.lss.sent().frames;
   out.frames_unused = of_node.unused;
   out.frames_malformed +=
       of_node.malformed + sdo_.counters().malformed + of_pdos.too_short + of_pdos.too_long;
@@ -60,7 +60,7 @@ NodeState NodeLine::do_node_state(std::uint8_t id) const {
 
 // Nothing can be received any more, so the values in the image are invalid.
 void NodeLine::interface_lost() {
-  lss_.interface_lost();
+  services_.lss.interface_lost();
   for (const NodeConfig& device : config_.nodes) {
     node_data_invalid(device.id);
   }

@@ -15,6 +15,8 @@
 
 namespace linegate::line {
 
+class Service;
+
 // The interface of the line for its services.
 class ServiceHost {
  public:
@@ -51,14 +53,24 @@ class ServiceHost {
   virtual bool usable() const = 0;
   // Whether the line is NMT master.
   virtual bool manages() const = 0;
+
+ protected:
+  // The services of this host, in the order in which they were created.
+  std::span<Service* const> services() const { return services_; }
+
+ private:
+  friend class Service;
+
+  std::vector<Service*> services_;
 };
 
 class Service {
  public:
-  explicit Service(ServiceHost& host) : host_(host) {}
+  // Adds itself to the services of the host, which must outlive it.
+  explicit Service(ServiceHost& host) : host_(host) { host.services_.push_back(this); }
   Service(const Service&) = delete;
   Service& operator=(const Service&) = delete;
-  virtual ~Service() = default;
+  virtual ~Service() { std::erase(host_.services_, this); }
 
   // The kinds of commands that the line passes to execute(). Override both functions or neither.
   virtual std::span<const CommandKind> commands() const { return {}; }

@@ -391,6 +391,13 @@ class Services(TreeCase):
         row = "| SYNC | `sync/producer.h` | `Sync.IsSent` `stack/sync_test.cpp` |\n"
         self.assertEqual(self.found_in(row), [])
 
+    def test_a_pattern_of_files(self):
+        self.write("tests/sync/CMakeLists.txt", "file(GLOB sync CONFIGURE_DEPENDS *_service_test.cpp)\n")
+        self.write("tests/sync/sync_service_test.cpp", "TEST(SyncService, IsBuilt) {}\n")
+        self.write("tests/sync/sync_test.cpp", "TEST(SyncService, IsNotBuilt) {}\n")
+        self.assertEqual(self.found_in("| SYNC | `sync/producer.h` | `SyncService.IsBuilt` |\n"), [])
+        self.assertEqual(len(self.found_in("| SYNC | `sync/producer.h` | `SyncService.IsNotBuilt` |\n")), 1)
+
     def test_what_is_missing(self):
         for cells in (
             "`sync/producer.h` | `Sync.IsGone`",

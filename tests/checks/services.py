@@ -6,6 +6,7 @@ they name exists, and the test is built. The guide's table of events has each ki
 checks that no test is disabled.) A test that is not a GoogleTest is named by its path below tests/. Each row is
 compared with its tests: see rows.py."""
 
+import fnmatch
 import os
 import re
 
@@ -54,14 +55,15 @@ TEST = re.compile(r"^(?:TYPED_)?TEST(?:_[FP])?\(\s*(\w+)\s*,\s*(\w+)\s*\)", re.M
 
 
 def tests_of(root):
-    """Returns Suite.Name of each test whose file is named by the CMakeLists.txt in its folder."""
+    """Returns Suite.Name of each test whose file the CMakeLists.txt in its folder names, or has a pattern (GLOB) of."""
     found = set()
     for folder, _, files in tree.walk(root):
         if folder.split(os.sep)[0] != "tests" or "CMakeLists.txt" not in files:
             continue
         built = re.split(r"[\s()]+", tree.read(root, os.path.join(folder, "CMakeLists.txt")))
-        for name in set(built).intersection(files):
-            if name.endswith(".cpp"):
+        patterns = [word for word in built if word.endswith(".cpp")]
+        for name in files:
+            if any(fnmatch.fnmatch(name, pattern) for pattern in patterns):
                 text = tree.read(root, os.path.join(folder, name))
                 found.update(f"{test[1]}.{test[2]}" for test in TEST.finditer(text))
     return found

@@ -40,6 +40,8 @@ struct ServiceStub final : Service {
 
 class RecordingHost final : public ServiceHost {
  public:
+  using ServiceHost::services;
+
   void reply(std::uint64_t tag, Error error, ReplyData data) override {
     EXPECT_FALSE(replies_.contains(tag)) << "a second reply to " << tag;
     replies_[tag] = {.tag = tag, .error = error, .data = std::move(data)};
