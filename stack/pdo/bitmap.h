@@ -61,6 +61,7 @@ class SummedBitmap {
   void reset(std::size_t bits) {
     summary_ = 0;
     words_.assign((bits + 63) / 64, 0);
+    one_to_one_ = words_.size() <= 64;
   }
   // Returns false if the bit was already set.
   bool set(std::size_t bit) {
@@ -73,7 +74,7 @@ class SummedBitmap {
   void clear(std::size_t bit) {
     std::uint64_t& word = words_[bit / 64];
     word &= ~(std::uint64_t{1} << (bit % 64));
-    if (word == 0 && !others_of_summary(bit / 64)) {
+    if (word == 0 && (one_to_one_ || !others_of_summary(bit / 64))) {
       summary_ &= ~(std::uint64_t{1} << (bit / 64 % 64));
     }
   }
@@ -85,23 +86,40 @@ class SummedBitmap {
   // Returns the lowest bit that is set here and not in `except`, which has the same size; kNone if
   // there is none.
   std::size_t first_except(const Bitmap& except) const {
-    const bool ordered = words_.size() <= 64;
-    for (std::uint64_t used = summary_; ordered && used != 0; used &= used - 1) {
+    for (std::uint64_t used = summary_; one_to_one_ && used != 0; used &= used - 1) {
       const auto word = static_cast<std::size_t>(std::countr_zero(used));
       const std::uint64_t bits = words_[word] & ~except.words()[word];
       if (bits != 0) {
         return 64 * word + static_cast<std::size_t>(std::countr_zero(bits));
       }
     }
-    return ordered ? kNone : first_of_many(except);
+    return one_to_one_ ? kNone : first_of_many(except);
+  }
+  // Whether each bit of the summary is that of one word: a set of up to 4096 bits.
+  bool one_to_one() const { return one_to_one_; }
+  // Removes first_except() and returns it. The bits that are left do not depend on the number of
+  // the removed one: the next call can begin before it is known. Precondition: one_to_one().
+  std::size_t pop_first_except(const Bitmap& except) {
+    const std::uint64_t summary = summary_;
+    for (std::uint64_t used = summary; used != 0; used &= used - 1) {
+      const auto word = static_cast<std::size_t>(std::countr_zero(used));
+      const std::uint64_t all = words_[word];
+      const std::uint64_t bits = all & ~except.words()[word];
+      if (bits != 0) {
+        const std::uint64_t rest = all ^ (bits & (~bits + 1));
+        words_[word] = rest;
+        if (rest == 0) {
+          summary_ = summary ^ (used & (~used + 1));
+        }
+        return 64 * word + static_cast<std::size_t>(std::countr_zero(bits));
+      }
+    }
+    return kNone;
   }
 
  private:
   // Whether another word that shares the summary bit of this word is not 0.
-  bool others_of_summary(std::size_t word) const {
-    if (words_.size() <= 64) {
-      return false;
-    }
+  [[gnu::noinline]] bool others_of_summary(std::size_t word) const {
     for (std::size_t other = word % 64; other < words_.size(); other += 64) {
       if (words_[other] != 0) {
         return true;
@@ -109,7 +127,7 @@ class SummedBitmap {
     }
     return false;
   }
-  std::size_t first_of_many(const Bitmap& except) const {
+  [[gnu::noinline]] std::size_t first_of_many(const Bitmap& except) const {
     for (std::size_t word = 0; word < words_.size(); ++word) {
       const std::uint64_t bits = words_[word] & ~except.words()[word];
       if (bits != 0) {
@@ -121,6 +139,7 @@ class SummedBitmap {
 
   std::vector<std::uint64_t> words_;
   std::uint64_t& summary_;
+  bool one_to_one_ = true;  // each bit of the summary is that of one word
 };
 
 }  // namespace linegate::pdo

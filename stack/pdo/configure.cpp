@@ -33,7 +33,7 @@ AbortCode Engine::Impl::check_write(od::Address address, std::span<const std::by
 
 void Engine::Impl::written(od::Address address) {
   if (is_scanner_list(address.index)) {
-    ++revision;
+    renew_revision();
     read_scanner_list();
     follow_sources();
     return;
@@ -231,6 +231,7 @@ void Engine::Impl::start_mpdo(Tpdo& pdo, MpdoMode mode, std::uint16_t number) {
     return;
   }
   pdo.direct = false;
+  pdo.plain = false;
   reserve_mpdos(pdo);
   if (mode == MpdoMode::source) {
     source_tpdo = static_cast<std::uint16_t>(number - 1U);
@@ -326,6 +327,7 @@ void Engine::Impl::start_tpdo(const Parameters& parameters, CopyPlan plan) {
   }
   pdo.direct = is_event_driven(pdo.type) && !pdo.linked && pdo.is_word() && pdo.plan.runs.empty() &&
                std::ranges::all_of(pdo.plan.objects, &ObjectRun::is_word);
+  pdo.plain = pdo.direct && !pdo.timed && own_image != nullptr && !pdo.cob_id.extended();
   if ((pdo.cob_id.raw & can::CobId::kNoRtrBit) == 0) {
     dispatch.add(pdo.cob_id.id(), pdo.cob_id.extended(), can::Service::tpdo_rtr, slot);
   }
@@ -347,6 +349,7 @@ void Engine::Impl::stop(PdoKind kind, std::uint16_t slot) {
     asked.clear(slot);
     timers.stop(slot);
   } else {
+    renew_revision();
     const can::CobId cob_id = tpdos[slot].cob_id;
     dispatch.remove(cob_id.id(), cob_id.extended(), can::Service::tpdo_rtr, slot);
     tpdos[slot] = {};

@@ -37,6 +37,7 @@ class Producer;
 namespace linegate::pdo {
 
 struct LinkPlan;
+struct Tpdo;
 
 // Counters that never decrease.
 struct EngineCounters {
@@ -87,10 +88,10 @@ class TpdoValue {
  private:
   friend class Engine;
 
-  std::byte* data_ = nullptr;  // start of a 64-bit word
-  std::uint64_t mask_ = 0;     // bits of the value
-  std::uint64_t revision_ = 0;
-  std::uint16_t slot_ = 0;
+  std::byte* data_ = nullptr;   // start of a 64-bit word
+  std::uint64_t mask_ = 0;      // bits of the value
+  std::uint64_t revision_ = 0;  // of the engine, and whether the TPDO is direct: see Engine::Impl
+  Tpdo* pdo_ = nullptr;         // that sends it; exists as long as the handle is valid
 };
 
 class Engine {

@@ -11,6 +11,7 @@
 #include <bitset>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -83,9 +84,9 @@ struct RpdoDetails {
 // The data that each transmission needs comes first, in one cache line with the header of the frame
 // and the first 8 bytes of its data.
 struct alignas(64) Tpdo {
-  const Run* runs = nullptr;  // from the plan
-  const ObjectRun* objects = nullptr;
-  std::uint64_t samples = 0;  // number of samples since it was configured
+  const Run* runs = nullptr;           // from the plan
+  const ObjectRun* objects = nullptr;  // from the plan, see lay_out_objects()
+  std::uint64_t samples = 0;           // number of samples since it was configured
   std::uint8_t run_count = 0;
   std::uint8_t object_count = 0;
   std::uint16_t rank = 0;  // position among the TPDOs in the order of bus priority
@@ -93,18 +94,19 @@ struct alignas(64) Tpdo {
   MpdoMode mpdo = MpdoMode::none;
   std::uint8_t syncs = 0;  // number of SYNCs since it was sent
   bool active = false;
-  bool direct = false;    // a changed value requests it at once, see change()
-  bool linked = false;    // held back until its output entries are known
-  bool timed = false;     // has an inhibit time or an event timer
-  bool sampled = false;   // frame holds a sample, taken since Operational
-  bool asking = false;    // the listener's before_tpdo() is running
-  bool event = false;     // type 0: requested for the next SYNC
-  bool of_sync = false;   // sampled at a SYNC
-  bool counting = false;  // the SYNC start value was received
-  can::Frame frame;       // the newest sample
+  bool direct = false;   // a changed value requests it at once, see change()
+  bool plain = false;    // nothing follows from its transmission, see send_plain()
+  bool linked = false;   // held back until its output entries are known
+  bool timed = false;    // has an inhibit time or an event timer
+  bool sampled = false;  // frame holds a sample, taken since Operational
+  bool asking = false;   // the listener's before_tpdo() is running
+  bool event = false;    // type 0: requested for the next SYNC
+  bool of_sync = false;  // sampled at a SYNC
+  can::Frame frame;      // the newest sample
 
   std::uint8_t node = 0;  // of a linked TPDO: the receiver
   std::uint8_t sync_start = 0;
+  bool counting = false;  // the SYNC start value was received
   can::CobId cob_id;
   Duration inhibit{};  // of event-driven TPDOs only
   Duration event_timer{};
@@ -173,7 +175,13 @@ struct Engine::Impl final : od::Hook, od::Observer {
   void lay_out();
   void lay_out_rpdos();
   void rank_tpdos();
+  void lay_out_objects();
   void forget_sources();
+  // All handles of values become invalid: before a TPDO stops, and when all have a place again.
+  void renew_revision() {
+    ++revision;
+    follow_mode();
+  }
   void index_sources();
   void set_operational(bool on, Instant now);
   void open_rpdos();
@@ -266,9 +274,19 @@ struct Engine::Impl final : od::Hook, od::Observer {
   // Samples and requests the TPDO; without always only if the sample has changed.
   void request(std::uint16_t slot, bool always);
   void source_changed(std::uint16_t slot, bool always);
-  // One of its values has changed.
-  void change(std::uint16_t slot);
-  void follow_mode() { direct = operational && !held && !hears_frames; }
+  // One of the values of a direct TPDO has changed.
+  void change(Tpdo& pdo);
+  // See Engine::set(), for a handle whose TPDO is not requested at once.
+  bool set_otherwise(const TpdoValue& value, std::uint64_t word);
+  std::uint16_t slot_of(const Tpdo& pdo) const {
+    return static_cast<std::uint16_t>(&pdo - tpdos.data());
+  }
+  void follow_mode() {
+    direct = operational && !held && !hears_frames;
+    direct_handles = direct ? handles_of_direct_tpdos() : kNoHandle;
+  }
+  // TpdoValue::revision_ of values that direct TPDOs send; of others it is larger by 1.
+  std::uint64_t handles_of_direct_tpdos() const { return 2 * revision; }
   // Marks in `affected` the TPDOs that send some of these bits of the output area.
   void mark_affected(std::uint32_t bit_offset, std::uint32_t bits);
   void output_variable_changed(od::Address address);
@@ -278,15 +296,19 @@ struct Engine::Impl final : od::Hook, od::Observer {
   void on_event_timer(std::uint16_t slot, Instant now);
   void release(Instant now);
   void end_times(Instant now);
-  bool next_frame_in_turn(can::Frame& out, Instant now, can::Traffic& sent);
+  bool next_frame_in_turn(can::Frame& out, Instant now, std::uint64_t number, can::Traffic& sent);
   bool peek(can::Frame& out, Instant now);
   // The rank of the first TPDO that may be sent; kNoRank if there is none.
   std::size_t first_ready() const;
   std::size_t first_remote_frame(can::Frame& out) const;
   bool next_remote_frame(can::Frame& out, std::size_t rank);
   void release_held();
-  void send(std::size_t rank, can::Frame& out, Instant now, can::Traffic& sent);
-  void follow_sending(std::uint16_t slot, Instant now);
+  // Hand out the frame of a requested TPDO; return true. number: see next_frame(). send_plain(): of
+  // a TPDO with up to 8 bytes and an 11-bit identifier, without times and without marks in an
+  // image.
+  bool send_plain(const Tpdo& pdo, can::Frame& out, can::Traffic& sent);
+  bool send(std::size_t rank, can::Frame& out, Instant now, std::uint64_t number,
+            can::Traffic& sent);
   void start_times(std::uint16_t slot, Instant now);
   bool wants_to_send(Instant now) const;
   Instant next_sending() const;
@@ -304,7 +326,9 @@ struct Engine::Impl final : od::Hook, od::Observer {
   std::vector<Rpdo> rpdos;
   image::Area* inputs = nullptr;
   Listener* listener = nullptr;
-  std::uint64_t revision = 0;
+  static constexpr std::uint64_t kNoHandle = std::numeric_limits<std::uint64_t>::max();
+  std::uint64_t revision = 1;
+  std::uint64_t direct_handles = kNoHandle;  // handles_of_direct_tpdos() while `direct`
   EngineCounters counters;
   Shadows shadows;            // frames of synchronous RPDOs, and of RPDOs before Operational
   bool hears_frames = false;  // the listener uses rpdo_received() and before_tpdo()
@@ -332,7 +356,9 @@ struct Engine::Impl final : od::Hook, od::Observer {
   std::vector<std::array<std::byte, can::kMaxFdData>> long_shadows;  // frames longer than 8 bytes
 
   std::vector<Tpdo> tpdos;
+  std::vector<ObjectRun> object_runs;     // of all TPDOs, side by side: of their plans
   std::vector<std::uint16_t> by_rank;     // slots
+  std::vector<const Tpdo*> ranked;        // the same TPDOs
   Duration window{};                      // 1007h
   Instant window_end = kNever;            // of the current window
   bool window_open = false;               // the TPDOs of the window were not dropped yet
@@ -344,7 +370,7 @@ struct Engine::Impl final : od::Hook, od::Observer {
   bool held = false;                      // requests wait for release_held()
   Bitmap held_changed;                    // by slot: request if the value has changed
   Bitmap held_always;                     // by slot: request in any case
-  std::uint64_t frame_number = 0;         // of the current frame, see next_frame()
+  std::uint64_t frame_number = 0;         // of the current frame, see note_transmission()
   std::uint64_t awaiting = 0;             // summary of unacknowledged
   SummedBitmap unacknowledged{awaiting};  // by slot: under_way has frames
   std::vector<ValuesUnderWay> under_way;  // by slot: linked TPDOs with values that are not valid

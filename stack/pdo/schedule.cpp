@@ -7,9 +7,10 @@
 namespace linegate::pdo {
 
 void Engine::Impl::lay_out() {
-  ++revision;
+  renew_revision();
   lay_out_rpdos();
   rank_tpdos();
+  lay_out_objects();
   index_sources();
   open_rpdos();
 }
@@ -50,6 +51,10 @@ void Engine::Impl::rank_tpdos() {
   std::ranges::stable_sort(by_rank, [this](std::uint16_t a, std::uint16_t b) {
     return can::wins_arbitration(tpdos[a].frame, tpdos[b].frame);
   });
+  ranked.clear();
+  for (const std::uint16_t slot : by_rank) {
+    ranked.push_back(&tpdos[slot]);
+  }
   pending.reset(tpdos.size());
   inhibited.reset(tpdos.size());
   sync_tpdos.clear();
@@ -70,6 +75,21 @@ void Engine::Impl::rank_tpdos() {
     if (is_synchronous(pdo.type) || pdo.type == kRtrOnSync) {
       sync_tpdos.push_back(slot);
     }
+  }
+}
+
+// Copies the object runs of all plans into one array: TPDOs that are sent in turn use fewer cache
+// lines than with an allocation each.
+void Engine::Impl::lay_out_objects() {
+  std::size_t count = 0;
+  for (const Tpdo& pdo : tpdos) {
+    count += pdo.plan.objects.size();
+  }
+  object_runs.clear();
+  object_runs.reserve(count);
+  for (Tpdo& pdo : tpdos) {
+    pdo.objects = object_runs.data() + object_runs.size();
+    object_runs.insert(object_runs.end(), pdo.plan.objects.begin(), pdo.plan.objects.end());
   }
 }
 

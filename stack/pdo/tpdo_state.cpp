@@ -5,13 +5,13 @@
 namespace linegate::pdo {
 
 std::optional<TpdoValue> Engine::value(od::Address address) const {
-  const Impl& engine = *impl_;
+  Impl& engine = *impl_;
   const std::optional<od::Variable> variable = engine.dictionary.find(address);
   std::size_t senders = 0;
   TpdoValue out;
   engine.object_sources.for_each(address, [&](std::uint16_t slot) {
     ++senders;
-    out.slot_ = slot;
+    out.pdo_ = &engine.tpdos[slot];
   });
   if (senders != 1 || !variable || !od::has_fixed_size(variable->type) ||
       variable->size > sizeof(std::uint64_t) || variable->hook != nullptr || variable->elsewhere ||
@@ -20,7 +20,7 @@ std::optional<TpdoValue> Engine::value(od::Address address) const {
   }
   out.data_ = variable->data;
   out.mask_ = ~std::uint64_t{0} >> (64 - 8 * variable->size);
-  out.revision_ = engine.revision;
+  out.revision_ = engine.handles_of_direct_tpdos() + (out.pdo_->direct ? 0U : 1U);
   return out;
 }
 

@@ -43,15 +43,9 @@ void Engine::set_auto_notify(bool wanted) {
   return word;
 }
 
-// The most frequent case is handled inline, without calls.
-[[gnu::hot, gnu::always_inline]] inline void Engine::Impl::change(std::uint16_t slot) {
-  Tpdo& pdo = tpdos[slot];
-  if (!direct || !pdo.direct) [[unlikely]] {
-    if (!pdo.asking) {
-      source_changed(slot, false);
-    }
-    return;
-  }
+// Precondition: the engine and the TPDO are direct. Its other values are read, too: they may have
+// changed without a request.
+[[gnu::hot, gnu::always_inline]] inline void Engine::Impl::change(Tpdo& pdo) {
   std::uint64_t word = 0;
   for (const ObjectRun& object : std::span(pdo.objects, pdo.object_count)) {
     word |= load_le<std::uint64_t>(object.data) << object.frame_bit;
@@ -61,7 +55,9 @@ void Engine::set_auto_notify(bool wanted) {
   if (load_le<std::uint64_t>(last) != word || !pdo.sampled) {
     pdo.sampled = true;
     store_le(last, word);
-    counters.coalesced += pending.set(pdo.rank) ? 0U : 1U;
+    if (!pending.set(pdo.rank)) [[unlikely]] {
+      ++counters.coalesced;
+    }
   }
 }
 
@@ -72,7 +68,13 @@ void Engine::set_auto_notify(bool wanted) {
     return;
   }
   if (mark != od::kSharedMark) [[likely]] {
-    change(static_cast<std::uint16_t>(mark - 1U));
+    const auto slot = static_cast<std::uint16_t>(mark - 1U);
+    Tpdo& pdo = tpdos[slot];
+    if (direct && pdo.direct) [[likely]] {
+      change(pdo);
+    } else if (!pdo.asking) {
+      source_changed(slot, false);
+    }
     return;
   }
   object_sources.for_each(address, [this](std::uint16_t slot) {
@@ -90,14 +92,25 @@ void Engine::set_auto_notify(bool wanted) {
 
 [[gnu::hot]] bool Engine::set(const TpdoValue& value, std::uint64_t number) {
   Impl& engine = *impl_;
-  if (value.revision_ != engine.revision) [[unlikely]] {
-    return false;
-  }
   const std::uint64_t word = number & value.mask_;
+  if (value.revision_ != engine.direct_handles) [[unlikely]] {
+    return engine.set_otherwise(value, word);
+  }
   if (load_le<std::uint64_t>(value.data_) != word) {
     store_le(value.data_, word);
-    if (engine.operational) {
-      engine.change(value.slot_);
+    engine.change(*value.pdo_);
+  }
+  return true;
+}
+
+bool Engine::Impl::set_otherwise(const TpdoValue& value, std::uint64_t word) {
+  if (value.revision_ / 2 != revision) {
+    return false;
+  }
+  if (load_le<std::uint64_t>(value.data_) != word) {
+    store_le(value.data_, word);
+    if (operational && !value.pdo_->asking) {
+      source_changed(slot_of(*value.pdo_), false);
     }
   }
   return true;
@@ -351,28 +364,29 @@ inline std::size_t Engine::Impl::first_ready() const {
   }
 }
 
-[[gnu::hot, gnu::always_inline]] inline void Engine::Impl::send(std::size_t rank, can::Frame& out,
-                                                                Instant now, can::Traffic& sent) {
-  const std::uint16_t slot = by_rank[rank];
-  const Tpdo& pdo = tpdos[slot];
-  const can::Header header = can::copy_content(pdo.frame, out);
-  if ((header.flags & can::Frame::kExtended) == 0) [[likely]] {
-    sent.add_standard(header.length);
-  } else {
-    sent.add(header.flags, header.length);
-  }
-  pending.clear(rank);
+[[gnu::hot, gnu::always_inline]] inline bool Engine::Impl::send_plain(const Tpdo& pdo,
+                                                                      can::Frame& out,
+                                                                      can::Traffic& sent) {
+  const can::Header header{pdo.frame.id, pdo.frame.length, pdo.frame.flags};
+  out.id = header.id;
+  out.length = header.length;
+  out.flags = header.flags;
+  store_le(out.data.data(), load_le<std::uint64_t>(pdo.frame.data.data()));
+  sent.add_standard(header.length);
   ++counters.sent;
-  outputs->touch(slot, now);
-  if (!pdo.direct || pdo.timed) {
-    follow_sending(slot, now);
-  }
+  return true;
 }
 
-// Further consequences of a frame that was handed out.
-void Engine::Impl::follow_sending(std::uint16_t slot, Instant now) {
+[[gnu::hot, gnu::noinline]] bool Engine::Impl::send(std::size_t rank, can::Frame& out, Instant now,
+                                                    std::uint64_t number, can::Traffic& sent) {
+  const std::uint16_t slot = by_rank[rank];
   Tpdo& pdo = tpdos[slot];
+  const can::Header header = can::copy_content(pdo.frame, out);
+  sent.add(header.flags, header.length);
+  ++counters.sent;
+  outputs->touch(slot, now);
   if (pdo.linked && (outputs->pdo(slot).attention & image::PdoState::kNotValid) != 0) {
+    frame_number = number;
     note_transmission(slot);
   }
   if (pdo.timed) {
@@ -381,6 +395,7 @@ void Engine::Impl::follow_sending(std::uint16_t slot, Instant now) {
   if (pdo.mpdo != MpdoMode::none) {
     next_mpdo(pdo);
   }
+  return true;
 }
 
 [[gnu::hot]] bool Engine::next_frame(can::Frame& out, Instant now, std::uint64_t number) {
@@ -392,21 +407,21 @@ void Engine::Impl::follow_sending(std::uint16_t slot, Instant now) {
 [[gnu::hot]] bool Engine::next_frame(can::Frame& out, Instant now, std::uint64_t number,
                                      can::Traffic& sent) {
   Impl& engine = *impl_;
-  engine.frame_number = number;
-  const bool in_order = now < engine.next_release && !engine.window_open && asking_ == 0;
+  const bool in_order = now < engine.next_release && !engine.window_open && asking_ == 0 &&
+                        engine.pending.one_to_one();
   if (!in_order) [[unlikely]] {
-    return engine.next_frame_in_turn(out, now, sent);
+    return engine.next_frame_in_turn(out, now, number, sent);
   }
-  const std::size_t rank = engine.first_ready();
+  const std::size_t rank = engine.pending.pop_first_except(engine.inhibited);
   if (rank == Impl::kNoRank) {
     return false;
   }
-  engine.send(rank, out, now, sent);
-  return true;
+  const Tpdo& pdo = *engine.ranked[rank];
+  return pdo.plain ? engine.send_plain(pdo, out, sent) : engine.send(rank, out, now, number, sent);
 }
 
 [[gnu::noinline]] bool Engine::Impl::next_frame_in_turn(can::Frame& out, Instant now,
-                                                        can::Traffic& sent) {
+                                                        std::uint64_t number, can::Traffic& sent) {
   end_times(now);
   const std::size_t rank = first_ready();
   if (asked.any() && next_remote_frame(out, rank)) {
@@ -416,8 +431,8 @@ void Engine::Impl::follow_sending(std::uint16_t slot, Instant now) {
   if (rank == kNoRank) {
     return false;
   }
-  send(rank, out, now, sent);
-  return true;
+  pending.clear(rank);
+  return send(rank, out, now, number, sent);
 }
 
 bool Engine::Impl::peek(can::Frame& out, Instant now) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Value changed -> frame out: a value is set in the dictionary of a node with 4 x UNSIGNED16 in
 // each TPDO, and the frame is taken from Node::next_frame(). By object: the dictionary looks up the
-// value, and auto-notify looks up its TPDO. By handle (pdo::TpdoValue): both are known. One value
-// and its frame at a time; or all TPDOs at once: one value of each, then all frames in the order of
-// the bus. TPDOs in seeded random order.
+// value, and auto-notify looks up its TPDO. By handle (pdo::TpdoValue): both are known, and so is
+// the engine of the node. One value and its frame at a time; or all TPDOs at once: one value of
+// each, then all frames in the order of the bus. TPDOs in seeded random order.
 //
 // The floor looks up the place of a value in a table, compares, and keeps a frame for each TPDO and
 // a bit for each frame to send, in the order of the bus. It has no dictionary, access rights,
@@ -198,10 +198,11 @@ class HandleSubject : public Subject {
 
   void change(Change which, std::uint16_t value) {
     note(which);
-    (void)node().pdos().set(handles_[std::size_t{kValues} * which.pdo + which.sub - 1], value);
+    (void)pdos_.set(handles_[std::size_t{kValues} * which.pdo + which.sub - 1], value);
   }
 
  private:
+  pdo::Engine& pdos_ = node().pdos();
   std::vector<pdo::TpdoValue> handles_;
 };
 
