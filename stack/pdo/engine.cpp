@@ -101,14 +101,22 @@ void Engine::set_operational(bool operational, Instant now) {
   impl_->set_operational(operational, now);
 }
 
+// A SYNC that no PDO waits for costs no call.
 [[gnu::hot]] void Engine::sync(std::uint8_t counter, Instant now) {
-  impl_->latest = now;
-  if (impl_->operational) {
-    impl_->commit_rpdos();
-    impl_->open_window(now);
+  Impl& engine = *impl_;
+  engine.latest = now;
+  if (!engine.operational) {
+    return;
   }
-  if (impl_->operational) {  // the listener may have left Operational within rpdo_received()
-    impl_->sample_tpdos(counter);
+  if (engine.shadows.size() != 0) {
+    engine.commit_rpdos();
+  }
+  if (engine.window > Duration::zero()) {
+    engine.open_window(now);
+  }
+  // The listener may have left Operational within rpdo_received().
+  if (engine.operational && !engine.sync_tpdos.empty()) {
+    engine.sample_tpdos(counter);
   }
 }
 
