@@ -184,31 +184,36 @@ TEST(TpdoValues, KeepTheTimesOfTheirTpdo) {
   }
 }
 
-// Neither identifiers of 29 bits nor marks in an image depend on the way of the frame.
+// Frames are counted, and marked in an image if there is one.
 TEST(TpdoValues, AreCountedAndMarked) {
-  od::Dictionary dictionary(sorted(Sender::description(
-      {{.cob_id = 0x181, .mapping = {0x20020008}},
-       {.number = 2, .cob_id = can::CobId::kExtendedBit | 0x18181, .mapping = {0x20030010}}})));
-  can::Dispatch dispatch;
-  EventLog events;
-  image::ProcessImage image;
-  Engine engine(dictionary, dispatch, events, &image);
-  EXPECT_THAT(engine.configure(), IsEmpty());
-  engine.set_operational(true, at(0));
-  can::Frame frame;
-  while (engine.next_frame(frame, at(0))) {
+  for (const bool with_image : {true, false}) {
+    SCOPED_TRACE(with_image);
+    od::Dictionary dictionary(sorted(Sender::description(
+        {{.cob_id = 0x181, .mapping = {0x20020008}},
+         {.number = 2, .cob_id = can::CobId::kExtendedBit | 0x18181, .mapping = {0x20030010}}})));
+    can::Dispatch dispatch;
+    EventLog events;
+    image::ProcessImage image;
+    Engine engine(dictionary, dispatch, events, with_image ? &image : nullptr);
+    EXPECT_THAT(engine.configure(), IsEmpty());
+    engine.set_operational(true, at(0));
+    can::Frame frame;
+    while (engine.next_frame(frame, at(0))) {
+    }
+    EXPECT_TRUE(engine.set(*engine.value({0x2002, 0}), 1));
+    EXPECT_TRUE(engine.set(*engine.value({0x2003, 0}), 1));
+    can::Traffic sent;
+    while (engine.next_frame(frame, at(7), 0, sent)) {
+    }
+    EXPECT_EQ(sent.frames, 2U);
+    EXPECT_EQ(sent.extended, 1U);
+    EXPECT_EQ(sent.bytes, 3U);
+    EXPECT_EQ(engine.counters().sent, 4U);
+    for (std::size_t slot = 0; with_image && slot < 2; ++slot) {
+      EXPECT_EQ(image.area(image::Direction::outputs).pdo(slot).last, at(7));
+      EXPECT_EQ(image.area(image::Direction::outputs).pdo(slot).count, 2U);
+    }
   }
-  EXPECT_TRUE(engine.set(*engine.value({0x2002, 0}), 1));
-  EXPECT_TRUE(engine.set(*engine.value({0x2003, 0}), 1));
-  can::Traffic sent;
-  while (engine.next_frame(frame, at(7), 0, sent)) {
-  }
-  EXPECT_EQ(sent.frames, 2U);
-  EXPECT_EQ(sent.extended, 1U);
-  EXPECT_EQ(sent.bytes, 3U);
-  EXPECT_EQ(image.area(image::Direction::outputs).pdo(0).last, at(7));
-  EXPECT_EQ(image.area(image::Direction::outputs).pdo(1).last, at(7));
-  EXPECT_EQ(image.area(image::Direction::outputs).pdo(1).count, 2U);
 }
 
 // While PDOs are compiled, no handle is valid: the TPDO of an earlier one may be gone.
@@ -226,9 +231,9 @@ TEST(TpdoValues, AreInvalidWhileThePdosAreCompiled) {
   Sender device({{.cob_id = 0x181, .mapping = {0x20020008}},
                  {.number = 2, .cob_id = 0x281, .mapping = {0x20030010}}});
   listener.device = &device;
+  ASSERT_TRUE(device.dictionary.remove(0x2003));
   listener.before = device.value(0x2002);
   ASSERT_TRUE(listener.before);
-  ASSERT_TRUE(device.dictionary.remove(0x2003));
   device.engine->set_listener(&listener, false);
   EXPECT_EQ(device.engine->configure().size(), 1U);
   EXPECT_EQ(listener.reports, 1);
