@@ -37,6 +37,10 @@ void BootService::execute(Command command, Instant now) {
     host().refuse(command, Refusal::line_down, now);
     return;
   }
+  if (boots_.size() >= kMost) {
+    host().refuse(command, Refusal::busy, now);
+    return;
+  }
   Boot boot{.tag = command.tag};
   boot.deadline = command.timeout > Duration::zero() ? deadline(now, command.timeout) : kNever;
   for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
@@ -44,7 +48,7 @@ void BootService::execute(Command command, Instant now) {
       boot.nodes.push_back(id);
     }
   }
-  manager_.boot(node, now);
+  manager_.boot(node, now, command.client);
   boots_.push_back(std::move(boot));
   advance(now);
 }

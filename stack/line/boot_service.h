@@ -3,6 +3,7 @@
 // Private to stack/line.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -13,6 +14,8 @@ namespace linegate::line {
 
 class BootService final : public Service {
  public:
+  static constexpr std::size_t kMost = 256;  // commands under way
+
   // own_node: the manager's node-ID, which has no boot process. The manager must outlive the
   // service.
   BootService(ServiceHost& host, manager::Manager& manager, std::uint8_t own_node)
@@ -20,7 +23,7 @@ class BootService final : public Service {
 
   std::span<const CommandKind> commands() const override;
   // Answered with a manager::BootOutcome of each node. Refusals: bad_request (no such node, or the
-  // own node), wrong_role, line_down, timed_out.
+  // own node), wrong_role, line_down, busy (kMost commands are under way), timed_out.
   void execute(Command command, Instant now) override;
   void advance(Instant now) override;
   Instant next_wake() const override;

@@ -75,8 +75,10 @@ Refusal ConfigureService::begin(const Command& command, Instant now) {
   if (request.node != 0 && nodes.none()) {
     return Refusal::bad_request;
   }
-  running_ =
-      Running{.tag = command.tag, .apply = request.apply, .report_at = now + kProgressPeriod};
+  running_ = Running{.tag = command.tag,
+                     .client = command.client,
+                     .apply = request.apply,
+                     .report_at = now + kProgressPeriod};
   running_->deadline = command.timeout > Duration::zero() ? deadline(now, command.timeout) : kNever;
   running_->nodes = nodes;
   running_->totals.resize(nodes.size());
@@ -87,8 +89,8 @@ Refusal ConfigureService::begin(const Command& command, Instant now) {
 void ConfigureService::begin_node(std::uint8_t node, Instant now) {
   if (running_->apply) {
     running_->totals[node] = configurator_.objects().order(node).writes.size();
-    apply(node, now);
-  } else if (configurator_.verify(node, now)) {
+    apply(node, now, running_->client);
+  } else if (configurator_.verify(node, now, running_->client)) {
     running_->totals[node] = configurator_.progress(node).total;
   } else {
     running_->nodes.reset(node);
@@ -96,9 +98,9 @@ void ConfigureService::begin_node(std::uint8_t node, Instant now) {
   }
 }
 
-void ConfigureService::apply(std::uint8_t node, Instant now) {
+void ConfigureService::apply(std::uint8_t node, Instant now, std::uint32_t client) {
   configurator_.force(node);
-  manager_.boot(node, now);
+  manager_.boot(node, now, client);
 }
 
 void ConfigureService::carry_out_requests(Instant now) {

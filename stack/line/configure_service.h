@@ -38,6 +38,7 @@ class ConfigureService final : public Service {
  private:
   struct Running {
     std::uint64_t tag = 0;
+    std::uint32_t client = 0;
     bool apply = false;
     Instant deadline = kNever;
     Instant report_at = kNever;       // next progress report
@@ -50,7 +51,7 @@ class ConfigureService final : public Service {
   AbortCode may_configure(std::uint8_t id) const;
   void carry_out_requests(Instant now);
   void begin_node(std::uint8_t node, Instant now);
-  void apply(std::uint8_t node, Instant now);
+  void apply(std::uint8_t node, Instant now, std::uint32_t client = 0);
   void conclude(Instant now);
   void collect();
   manager::NodeReport applied(std::uint8_t node) const;

@@ -14,6 +14,7 @@ namespace linegate::line {
 namespace {
 
 constexpr std::size_t kMostAsked = 32;
+constexpr std::size_t kMostOfOneClient = 16;
 // How long rounds leave devices in configuration after a command put them there.
 constexpr Duration kHandsOff = std::chrono::minutes(1);
 // If no frame can be sent for this long, no device on the bus can be assigned a node-ID.
@@ -154,10 +155,12 @@ void LssService::execute(Command command, Instant now) {
 }
 
 Refusal LssService::queue(const Command& command, Instant now) {
-  if (asked_.size() >= kMostAsked) {
+  const auto of_client = std::ranges::count(asked_, command.client, &Asked::client);
+  if (asked_.size() >= kMostAsked ||
+      (command.client != 0 && static_cast<std::size_t>(of_client) >= kMostOfOneClient)) {
     return Refusal::busy;
   }
-  Asked asked{.tag = command.tag, .course = {}};
+  Asked asked{.tag = command.tag, .client = command.client, .course = {}};
   const auto& request = std::get<LssRequest>(command.request);
   asked.procedure = request.procedure;
   const bool assigns = request.procedure == lss::Procedure::assign && request.arguments.empty();
@@ -210,6 +213,7 @@ void LssService::pump(Instant now) {
 
 void LssService::begin_service(const lss::Request& request, Instant now) {
   master_.start(request);
+  look_again(now);
   stuck_at_ = holding_ ? deadline(now, kStuck) : kNever;
   unsent_at_ = course_runs() ? deadline(now, kSendTime) : kNever;
 }
@@ -244,10 +248,10 @@ bool LssService::check_node_id(Instant now) {
   const std::uint8_t node = *node_to_check();
   const bool promised = is_given_to_another(node);
   if (!promised && check_.use(node) == NodeIdCheck::Use::unknown) {
-    check_.begin(node, holding_, now);
+    check_.begin(node, holding_, now, client());
     for (const lss::Candidate& candidate : assigner_.candidates()) {
       if (!course_runs() && !is_present(candidate.node)) {
-        check_.begin(candidate.node, holding_, now);
+        check_.begin(candidate.node, holding_, now, client());
       }
     }
   }
@@ -451,6 +455,7 @@ void LssService::completed(sdo::Completion& completion, Instant now) {
 }
 
 bool LssService::receive(const can::Frame& frame) {
+  sdo_.charge(client(), 1);
   const bool good = master_.receive(frame);
   pump(frame.time);
   stuck_at_ = holding_ ? deadline(frame.time, kStuck) : kNever;
@@ -470,10 +475,11 @@ void LssService::advance(Instant now) {
   reset_given(now);
   pump(now);
   start_network(now);
+  look_again(now);
 }
 
 void LssService::release_if_stuck(Instant now) {
-  const bool stuck = now >= stuck_at_ && master_.wants_to_send();
+  const bool stuck = now >= stuck_at_ && wants_to_send();
   if (holding_ && (stuck || !usable_ || now >= hold_until_)) {
     holding_ = false;
   }
@@ -514,6 +520,9 @@ void LssService::interface_back(Instant now) {
 }
 
 void LssService::expire(Instant now) {
+  if (now >= unsent_at_ && is_paced()) {
+    unsent_at_ = deadline(now, kSendTime);  // the frame waits for the share of its client
+  }
   if (now >= unsent_at_ && course_runs() && is_unsent()) {
     host().reply(asked_.front().tag, to_error(Refusal::no_acknowledge), {});
     end_running();
@@ -534,7 +543,7 @@ void LssService::expire(Instant now) {
 }
 
 Instant LssService::next_wake() const {
-  Instant wake = earlier(earlier(master_.next_wake(), stuck_at_), unsent_at_);
+  Instant wake = earlier(earlier(master_.next_wake(), stuck_at_), earlier(unsent_at_, retry_at_));
   wake = holding_ ? earlier(wake, hold_until_) : wake;
   for (const Given& given : given_) {
     wake = usable_ ? earlier(wake, given.due) : wake;
@@ -549,9 +558,11 @@ Instant LssService::next_wake() const {
 }
 
 bool LssService::next_frame(can::Frame& out, std::uint64_t number, Instant now) {
-  if (!master_.next_frame(out, now, number != 0)) {
+  if (!is_permitted() || !master_.next_frame(out, now, number != 0)) {
     return false;
   }
+  sdo_.charge(client(), 1);
+  look_again(now);
   sent_.add(out);
   given_frame_ = out;
   given_at_ = now;

@@ -17,6 +17,7 @@
 #include "stack/lss/assigner.h"
 #include "stack/lss/procedure.h"
 #include "stack/manager/manager.h"
+#include "stack/sdo/outbox.h"
 
 namespace linegate::line {
 
@@ -35,8 +36,8 @@ class LssService final : public Service, public sdo::TransferOwner, lss::Assigne
   std::span<const CommandKind> commands() const override;
   // Answered with the reply of an lss::Course, or the findings of a round; an unconfirmed service
   // when the bus acknowledged its frame. Refusals: wrong_role, line_down, busy (too many commands
-  // wait, or the node-ID cannot be checked now), bad_request, wrong_state (the own node is
-  // stopped), no_acknowledge, timed_out.
+  // wait, in all or of the client, or the node-ID cannot be checked now), bad_request, wrong_state
+  // (the own node is stopped), no_acknowledge, timed_out.
   void execute(Command command, Instant now) override;
   void advance(Instant now) override;
   Instant next_wake() const override;
@@ -69,12 +70,14 @@ class LssService final : public Service, public sdo::TransferOwner, lss::Assigne
   // Returns the next LSS frame; less urgent than all frames of the own node. number: as in
   // handed_out().
   bool next_frame(can::Frame& out, std::uint64_t number, Instant now);
-  bool wants_to_send() const { return master_.wants_to_send(); }
+  // False while the client of the command exceeds its share, see sdo::Pace.
+  bool wants_to_send() const { return master_.wants_to_send() && is_permitted(); }
   const can::Traffic& sent() const { return sent_; }
 
  private:
   struct Asked {
     std::uint64_t tag = 0;
+    std::uint32_t client = 0;
     lss::Procedure procedure = lss::Procedure::assign;
     std::optional<lss::Course> course;  // nothing for Procedure::assign
     Instant deadline = kNever;
@@ -116,6 +119,11 @@ class LssService final : public Service, public sdo::TransferOwner, lss::Assigne
   void end_running();
   void interface_back(Instant now);
   void release_if_stuck(Instant now);
+  // Whose command is executed; 0 = nobody's.
+  std::uint32_t client() const { return running_ && !asked_.empty() ? asked_.front().client : 0; }
+  bool is_permitted() const { return sdo_.permits(client()); }
+  bool is_paced() const { return master_.wants_to_send() && !is_permitted(); }
+  void look_again(Instant now) { retry_at_ = is_paced() ? now + sdo::Outbox::kRetry : kNever; }
   bool is_unsent() const { return master_.wants_to_send() || number_ != 0; }
   bool course_runs() const { return !asked_.empty() && asked_.front().course && running_; }
 
@@ -145,6 +153,7 @@ class LssService final : public Service, public sdo::TransferOwner, lss::Assigne
   std::uint64_t number_ = 0;    // of given_frame_; 0 = acknowledged
   bool lost_ = false;           // given_frame_ will never be acknowledged
   Instant unsent_at_ = kNever;  // of a command: then a frame that still waits cannot be sent
+  Instant retry_at_ = kNever;   // when the pace may permit the next frame
   can::Traffic sent_;
 };
 

@@ -17,7 +17,7 @@ std::span<const CommandKind> NmtService::commands() const {
 void NmtService::execute(Command command, Instant now) {
   const auto request = std::get<NmtRequest>(command.request);
   const bool own = request.node == own_node_ || restarts_network(request.command, request.node);
-  const Error why = send(request.command, request.node, now);
+  const Error why = send(request.command, request.node, now, command.client);
   if (why != Error{} || own) {
     host().answer(command, why, {}, now);
     return;
@@ -32,7 +32,7 @@ bool NmtService::restarts_network(nmt::Command command, std::uint8_t node) const
          (node == own_node_ || node == 0);
 }
 
-Error NmtService::send(nmt::Command command, std::uint8_t node, Instant now) {
+Error NmtService::send(nmt::Command command, std::uint8_t node, Instant now, std::uint32_t client) {
   if (const Error why = check_nmt(command, node); why != Error{}) {
     return why;
   }
@@ -51,15 +51,16 @@ Error NmtService::send(nmt::Command command, std::uint8_t node, Instant now) {
   if (!host().manages()) {
     return to_error(Refusal::wrong_role);
   }
-  return send_to_others(command, node, now) ? Error{} : to_error(Refusal::busy);
+  return send_to_others(command, node, now, client) ? Error{} : to_error(Refusal::busy);
 }
 
-bool NmtService::send_to_others(nmt::Command command, std::uint8_t node, Instant now) {
+bool NmtService::send_to_others(nmt::Command command, std::uint8_t node, Instant now,
+                                std::uint32_t client) {
   if (!host().manages() || !master_.send(command, node, now)) {
     return false;
   }
   nmt_host_.nmt_sent(command, node, now);
-  manager_.commanded(command, node, now);
+  manager_.commanded(command, node, now, client);
   return true;
 }
 

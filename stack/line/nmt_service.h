@@ -51,10 +51,12 @@ class NmtService final : public Service {
   void answer_unsent(FramesUnderWay::Sending& sending, Instant now) override;
 
   // Sends a command to the own node, to another node or to all others (0), like execute().
-  Error send(nmt::Command command, std::uint8_t node, Instant now);
+  // client: for the boot processes that follow a reset, see manager::Manager::commanded().
+  Error send(nmt::Command command, std::uint8_t node, Instant now, std::uint32_t client = 0);
   // Sends a command to another node, or to all others with 0, that does not come from the manager.
   // Returns false if the queue is full, or the line is not NMT master.
-  bool send_to_others(nmt::Command command, std::uint8_t node, Instant now);
+  bool send_to_others(nmt::Command command, std::uint8_t node, Instant now,
+                      std::uint32_t client = 0);
 
  private:
   bool restarts_network(nmt::Command command, std::uint8_t node) const;

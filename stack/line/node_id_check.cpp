@@ -87,13 +87,14 @@ Duration NodeIdCheck::upload_time(const NodeConfig* config) const {
   return own ? config->sdo_timeout : config_.sdo_timeout;
 }
 
-void NodeIdCheck::begin(std::uint8_t node, bool before_boot, Instant now) {
+void NodeIdCheck::begin(std::uint8_t node, bool before_boot, Instant now, std::uint32_t client) {
   Check& check = checks_[node];
   if (check.use != Use::unknown) {
     return;
   }
   begun_.push_back(node);
   check.use = Use::checking;
+  check.client = client;
   const NodeConfig* const config = find(node);
   Duration time = kUploads * upload_time(config);
   if (before_boot && may_reset(config)) {
@@ -122,7 +123,8 @@ void NodeIdCheck::ask(std::uint8_t node, Instant now) {
                              .node = node,
                              .address = kDeviceTypeObject,
                              .timeout = upload_time(find(node)),
-                             .priority = sdo::Priority::boot},
+                             .priority = sdo::Priority::boot,
+                             .client = check.client},
                             now)) {
     check.use = Use::cannot_ask;
   }

@@ -44,8 +44,8 @@ class NodeIdCheck {
               std::span<const pdo::LinkedPdo> inputs);
 
   // Checks the node-ID, 1..127, unless its check has begun already. before_boot: the manager has
-  // not reset the nodes yet, so this node may be reset.
-  void begin(std::uint8_t node, bool before_boot, Instant now);
+  // not reset the nodes yet, so this node may be reset. client: see sdo::Request::client.
+  void begin(std::uint8_t node, bool before_boot, Instant now, std::uint32_t client = 0);
   // unknown: begin() was not called since end().
   Use use(std::uint8_t node) const { return checks_[node].use; }
   // Discards all checks and results.
@@ -73,6 +73,7 @@ class NodeIdCheck {
  private:
   struct Check {
     Use use = Use::unknown;
+    std::uint32_t client = 0;
     Duration time{};  // duration of silence that shows that the node-ID is free
     Instant until{};
     std::uint64_t upload = 0;  // SDO transfer under way

@@ -46,6 +46,7 @@ Refusal ProgramService::begin(Command& command, Instant now) {
   }
   running_.push_back(
       {.tag = command.tag,
+       .client = command.client,
        .node = request.node,
        .deadline = command.timeout > Duration::zero() ? deadline(now, command.timeout) : kNever});
   manager_.hold(request.node);
@@ -53,7 +54,7 @@ Refusal ProgramService::begin(Command& command, Instant now) {
       {.node = request.node,
        .number = request.number,
        .program = std::make_shared<const std::vector<std::byte>>(std::move(request.program))},
-      now);
+      now, command.client);
   collect(now);
   return Refusal::none;
 }
@@ -79,8 +80,9 @@ void ProgramService::collect(Instant now) {
       data = ProgramFault{finding.object, finding.found};
     }
     host().reply(at->tag, error, std::move(data));
+    const std::uint32_t client = at->client;
     running_.erase(at);
-    manager_.release(run->node(), now);
+    manager_.release(run->node(), now, client);
   }
 }
 
@@ -91,7 +93,7 @@ void ProgramService::expire(Instant now) {
     }
     loader_.cancel(running.node);
     host().reply(running.tag, to_error(Refusal::timed_out), {});
-    manager_.release(running.node, now);
+    manager_.release(running.node, now, running.client);
     return true;
   });
 }
@@ -100,7 +102,7 @@ void ProgramService::end(Refusal why, Instant now) {
   for (const Running& running : std::exchange(running_, {})) {
     loader_.cancel(running.node);
     host().reply(running.tag, to_error(why), {});
-    manager_.release(running.node, now);
+    manager_.release(running.node, now, running.client);
   }
 }
 

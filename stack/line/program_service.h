@@ -39,6 +39,7 @@ class ProgramService final : public Service {
  private:
   struct Running {
     std::uint64_t tag = 0;
+    std::uint32_t client = 0;
     std::uint8_t node = 0;
     Instant deadline = kNever;
   };

@@ -11,6 +11,8 @@
 #include "stack/base/assert.h"
 #include "stack/can/cob_id.h"
 #include "stack/can/frame.h"
+#include "stack/od/objects.h"
+#include "stack/sdo/outbox.h"
 
 namespace linegate::line {
 namespace {
@@ -19,11 +21,14 @@ namespace {
 constexpr std::int64_t kScale = 1'000'000'000;
 constexpr std::uint8_t kFullFrame = 8;
 
-// Frames of a procedure of the manager with one node, or of a scan of node-IDs.
-constexpr std::int64_t kProcedureFrames = 64;
-// Frames that an NMT command causes, with the boot-up messages after a reset.
-constexpr std::int64_t kFramesOfOneNode = 2;
-constexpr std::int64_t kFramesOfAllNodes = 32;
+// The part of the share that is divided equally, in quarters: the rest lets the line recover from
+// requests of several clients at once.
+constexpr std::int64_t kCreditQuarters = 3;
+// What a write to an object of the own dictionary causes that orders a procedure: NMT commands
+// (1F82h), a configuration (1F25h), a scan or triggers (the CanopenIA records).
+constexpr std::int64_t kOrderedFrames = 64;
+// How long after the last frame of a transfer or procedure others of it are expected.
+constexpr Duration kInProgress = std::chrono::seconds(1);
 // A transfer through another network: a request and a response, with the node's abort.
 constexpr std::int64_t kRoutedFrames = 4;
 
@@ -36,25 +41,34 @@ struct CostOf {
   std::int64_t operator()(const CanSend& send) const {
     return bits_on_bus({send.frame.id, send.frame.length, send.frame.flags});
   }
-  std::int64_t operator()(const NmtRequest& nmt) const {
-    return bits_of(nmt.node == 0 ? kFramesOfAllNodes : kFramesOfOneNode);
-  }
+  // The frames of the boot processes that follow a reset are counted one by one.
+  std::int64_t operator()(const NmtRequest&) const { return bits_of(1); }
   std::int64_t operator()(const EmcySend&) const { return bits_of(1); }
   std::int64_t operator()(const SingleOutput&) const { return bits_of(1); }
   std::int64_t operator()(const ObjectWrite&) const { return bits_of(1); }
   std::int64_t operator()(const PdoTrigger&) const { return bits_of(1); }
   std::int64_t operator()(const MpdoWrite&) const { return bits_of(1); }
+  // An object may be mapped into an event-driven PDO.
+  std::int64_t operator()(const LocalWrite& write) const {
+    const std::uint16_t index = write.address.index;
+    const bool orders =
+        index == od::objects::kRequestNmt || index == od::objects::kConfigureSlave ||
+        (index >= od::objects::kLowestCanopenIa && index <= od::objects::kHighestCanopenIa);
+    return bits_of(orders ? kOrderedFrames : 1);
+  }
   std::int64_t operator()(const PdoRequest&) const { return bits_of(2); }
   std::int64_t operator()(const NetworkRead&) const { return bits_of(kRoutedFrames); }
   std::int64_t operator()(const NetworkWrite& write) const {
     return bits_of(kRoutedFrames + 2 * static_cast<std::int64_t>(write.data.size() / 7));
   }
-  std::int64_t operator()(const Boot&) const { return bits_of(kProcedureFrames); }
-  std::int64_t operator()(const Configure&) const { return bits_of(kProcedureFrames); }
-  std::int64_t operator()(const Scan&) const { return bits_of(kProcedureFrames); }
-  std::int64_t operator()(const ScanApply&) const { return bits_of(kProcedureFrames); }
-  std::int64_t operator()(const ProgramDownload&) const { return bits_of(kProcedureFrames); }
-  std::int64_t operator()(const LssRequest&) const { return bits_of(kProcedureFrames); }
+  // Procedures are counted frame by frame. One more frame for each command limits the number of
+  // those that are refused.
+  std::int64_t operator()(const Boot&) const { return bits_of(1); }
+  std::int64_t operator()(const Configure&) const { return bits_of(1); }
+  std::int64_t operator()(const Scan&) const { return bits_of(1); }
+  std::int64_t operator()(const ScanApply&) const { return bits_of(1); }
+  std::int64_t operator()(const ProgramDownload&) const { return bits_of(1); }
+  std::int64_t operator()(const LssRequest&) const { return bits_of(1); }
   // SDO transfers are counted frame by frame; the others send nothing.
   template <class Other>
   std::int64_t operator()(const Other& /*other*/) const {
@@ -109,8 +123,8 @@ void RequestBudget::Account::charge(std::int64_t bits) {
   level -= bits * kScale;
 }
 
-Duration RequestBudget::Account::wait() const {
-  return permits() ? Duration::zero() : Duration(-level / rate + 1);
+Duration RequestBudget::Account::wait(std::int64_t reserved) const {
+  return permits(reserved) ? Duration::zero() : Duration((reserved - level) / rate + 1);
 }
 
 RequestBudget::RequestBudget(BudgetOptions options) : options_(options) {
@@ -129,6 +143,16 @@ void RequestBudget::set_bit_rate(std::uint32_t bit_rate) {
   line_.set(std::int64_t{bit_rate} * options_.share / 1000);
   for (Client& client : clients_) {
     client.account.set(std::int64_t{bit_rate} * options_.client_share / 1000);
+    client.credit.burst = bits_of(kCredit) * kScale;
+  }
+  share_credit();
+}
+
+// Divides the credit among the clients that use it.
+void RequestBudget::share_credit() {
+  const auto parts = static_cast<std::int64_t>(std::max<std::size_t>(sharing_, 1));
+  for (Client& client : clients_) {
+    client.credit.rate = std::max<std::int64_t>(line_.rate * kCreditQuarters / 4 / parts, 1);
   }
 }
 
@@ -139,12 +163,25 @@ void RequestBudget::advance(Instant now) {
   }
   filled_ = now;
   line_.fill(time);
+  all_full_ = true;
+  std::size_t sharing = 0;
   for (Client& client : known()) {
     client.account.fill(time);
+    client.credit.fill(time);
+    all_full_ = all_full_ && client.account.is_full() && client.credit.is_full();
+    sharing += client.is_idle() ? 0U : 1U;
+  }
+  if (std::exchange(sharing_, sharing) != sharing) {
+    share_credit();
   }
 }
 
 RequestBudget::Client* RequestBudget::find(std::uint32_t number) {
+  const auto found = std::ranges::find(known(), number, &Client::number);
+  return found == known().end() ? nullptr : &*found;
+}
+
+const RequestBudget::Client* RequestBudget::find(std::uint32_t number) const {
   const auto found = std::ranges::find(known(), number, &Client::number);
   return found == known().end() ? nullptr : &*found;
 }
@@ -163,13 +200,41 @@ RequestBudget::Client* RequestBudget::find_or_make(std::uint32_t number) {
   }
   free->number = number;
   free->account.level = free->account.burst;
+  free->credit.level = free->credit.burst;
+  free->counted = {};
   free->counts = {};
   return &*free;
 }
 
 void RequestBudget::charge(Client& client, std::int64_t bits) {
-  line_.charge(bits);
+  charge(client, bits, bits);
+}
+
+// A client that has used up its credit does not owe any: it is one of many without.
+void RequestBudget::charge(Client& client, std::int64_t bits, std::int64_t of_line) {
+  line_.charge(of_line);
   client.account.charge(bits);
+  client.credit.charge(bits);
+  client.credit.level = std::max(client.credit.level, -client.credit.burst);
+  all_full_ = all_full_ && bits == 0;
+}
+
+// Proportional to the missing credit: many clients that have just got a little of it at the same
+// time leave the rest to those with more.
+std::int64_t RequestBudget::reserved_before(const Client& client) const {
+  const std::int64_t missing = client.credit.burst - std::max(client.credit.level, std::int64_t{0});
+  return line_.burst / 2 / (client.credit.burst / kScale) * (missing / kScale);
+}
+
+bool RequestBudget::is_permitted(const Client& client) const {
+  return client.account.permits() && line_.permits(reserved_before(client));
+}
+
+// A new request leaves a part of the account to what is in progress.
+bool RequestBudget::may_begin(const Client& client) const {
+  const bool in_progress = client.counted != Instant{} && filled_ - client.counted < kInProgress;
+  return client.account.permits(in_progress ? client.account.burst / 4 : 0) &&
+         line_.permits(reserved_before(client));
 }
 
 // --- commands ------------------------------------------------------------------------------------
@@ -184,24 +249,58 @@ RequestBudget::Put RequestBudget::put(Command& command, Instant now) {
     return Put::queue_full;
   }
   client->queue.push_back({.command = std::move(command), .since = now});
+  client->late_at = earlier(client->late_at, client->queue.back().late_at());
+  client->searched = Searched::no;
   ++waiting_;
   return Put::queued;
 }
 
 bool RequestBudget::may_run(const Client& client, const Command& command) const {
   const std::uint8_t node = served_by(command);
-  return node == 0 || (client.running < kRunning && !nodes_[node].used);
+  if (node == 0 || client.running >= kRunning) {
+    return node == 0;
+  }
+  const auto& [current, behind] = nodes_[node];
+  if (!current.used) {
+    return true;
+  }
+  // The SDO arbiter sees that it waits, and lets the transfer in progress end earlier.
+  const Client& other = clients_[current.client];
+  const std::int64_t half = client.credit.burst / 2;
+  return !behind.used && &other != &client && client.credit.level >= half &&
+         other.credit.level < half;
 }
 
-// The clients take turns, each with one command.
+// Whether next_of() may find a command.
+bool RequestBudget::may_be_served(const Client& client, Instant now) const {
+  if (client.queue.empty()) {
+    return false;
+  }
+  return client.late_at <= now || client.searched == Searched::no ||
+         (client.searched == Searched::exhausted && may_begin(client));
+}
+
+// The client with the most credit is first; those with the same take turns, each with one command.
 bool RequestBudget::next(Admitted& out, Instant now) {
   if (waiting_ == 0) {
     return false;
   }
+  std::array<std::uint8_t, kClients> places{};
+  std::size_t count = 0;
   for (std::size_t i = 0; i < known_; ++i) {
-    Client& client = clients_[(turn_ + i) % known_];
-    if (!client.queue.empty() && next_of(client, out, now)) {
-      turn_ = (turn_ + i + 1) % known_;
+    const std::size_t place = (turn_ + i) % known_;
+    if (!may_be_served(clients_[place], now)) {
+      continue;
+    }
+    std::size_t to = count++;
+    for (; to > 0 && clients_[places[to - 1]].credit.level < clients_[place].credit.level; --to) {
+      places[to] = places[to - 1];
+    }
+    places[to] = static_cast<std::uint8_t>(place);
+  }
+  for (const std::uint8_t place : std::span(places).first(count)) {
+    if (next_of(clients_[place], out, now)) {
+      turn_ = (place + 1U) % known_;
       return true;
     }
   }
@@ -212,11 +311,11 @@ bool RequestBudget::next(Admitted& out, Instant now) {
 // precedes later ones for it. Commands that send nothing do not wait for the account, and those
 // whose time-out has passed wait for nothing.
 bool RequestBudget::next_of(Client& client, Admitted& out, Instant now) {
-  const bool permitted = client.account.permits() && line_.permits();
+  const bool permitted = may_begin(client);
   std::bitset<can::kMaxNodeId + 1> preceded;  // nodes of commands that keep waiting
   bool exhausted = false;                     // a command waits for the account
   for (auto it = client.queue.begin(); it != client.queue.end(); ++it) {
-    if (it->is_late(now)) {
+    if (it->late_at() <= now) {
       take(client, it, out, now);
       return true;
     }
@@ -228,6 +327,9 @@ bool RequestBudget::next_of(Client& client, Admitted& out, Instant now) {
         note(client, &event::ClientLimited::delayed, now);
       }
       exhausted = true;
+      if (now < client.late_at) {
+        break;
+      }
       continue;
     }
     const std::uint8_t node = std::min(node_of(it->command), can::kMaxNodeId);
@@ -239,29 +341,43 @@ bool RequestBudget::next_of(Client& client, Admitted& out, Instant now) {
     start(client, out.command);
     return true;
   }
+  client.searched = exhausted ? Searched::exhausted : Searched::occupied;
   return false;
 }
 
 void RequestBudget::take(Client& client, std::deque<Waiting>::iterator from, Admitted& out,
                          Instant now) {
-  out.late = from->is_late(now);
+  const Instant late_at = from->late_at();
+  out.late = late_at <= now;
   const Duration waited = now - from->since;
   out.command = std::move(from->command);
   if (!out.late && out.command.timeout > Duration::zero()) {
     out.command.timeout -= waited;
   }
   client.queue.erase(from);
+  client.searched = Searched::no;
   --waiting_;
+  if (late_at == client.late_at && late_at != kNever) {
+    client.late_at = kNever;
+    for (const Waiting& waiting : client.queue) {
+      client.late_at = earlier(client.late_at, waiting.late_at());
+    }
+  }
 }
 
 void RequestBudget::start(Client& client, const Command& command) {
   if (const std::int64_t bits = std::visit(CostOf{}, command.request); bits != 0) {
-    charge(client, bits);
+    // The segments of a long value to another network are sent there, one after the other: they
+    // must not keep the other clients of this line waiting.
+    const bool routed = kind(command) == CommandKind::network_write;
+    charge(client, bits, routed ? std::min(bits, bits_of(kRoutedFrames)) : bits);
   }
   if (const std::uint8_t node = served_by(command); node != 0) {
-    nodes_[node] = {.used = true,
-                    .tag = command.tag,
-                    .client = static_cast<std::uint8_t>(&client - clients_.data())};
+    auto& [current, behind] = nodes_[node];
+    (current.used ? behind : current) = {
+        .used = true,
+        .tag = command.tag,
+        .client = static_cast<std::uint8_t>(&client - clients_.data())};
     ++client.running;
     ++running_;
   }
@@ -271,12 +387,22 @@ void RequestBudget::answered(std::uint64_t tag) {
   if (running_ == 0) {
     return;
   }
-  const auto found = std::ranges::find_if(
-      nodes_, [tag](const Running& running) { return running.used && running.tag == tag; });
-  if (found != nodes_.end()) {
+  for (auto& of_node : nodes_) {
+    const auto found = std::ranges::find_if(
+        of_node, [tag](const Running& running) { return running.used && running.tag == tag; });
+    if (found == of_node.end()) {
+      continue;
+    }
     --clients_[found->client].running;
     --running_;
     *found = {};
+    if (!of_node[0].used) {
+      std::swap(of_node[0], of_node[1]);
+    }
+    for (Client& client : known()) {
+      client.searched = Searched::no;  // a command may have waited for this one
+    }
+    return;
   }
 }
 
@@ -285,6 +411,7 @@ bool RequestBudget::remove(Command& out) {
     if (!client.queue.empty()) {
       out = std::move(client.queue.front().command);
       client.queue.pop_front();
+      client.searched = Searched::no;
       --waiting_;
       return true;
     }
@@ -341,8 +468,7 @@ RequestBudget::Admission RequestBudget::admits(const OutputWrite& write) {
   }
   const bool precedes = std::ranges::any_of(
       outputs_, [&](const Kept& kept) { return kept.used && kept.write.group == write.group; });
-  return precedes || !client->account.permits() || !line_.permits() ? Admission::later
-                                                                    : Admission::now;
+  return precedes || !may_begin(*client) ? Admission::later : Admission::now;
 }
 
 void RequestBudget::applied(const OutputWrite& write) {
@@ -377,7 +503,7 @@ void RequestBudget::hold(OutputWrite& write, Instant now) {
 }
 
 bool RequestBudget::next_output(OutputWrite& out) {
-  for (std::size_t i = 0; kept_ != 0 && line_.permits() && i < outputs_.size(); ++i) {
+  for (std::size_t i = 0; kept_ != 0 && i < outputs_.size(); ++i) {
     const std::size_t place = (output_turn_ + i) % outputs_.size();
     Kept& kept = outputs_[place];
     if (!kept.used) {
@@ -385,7 +511,7 @@ bool RequestBudget::next_output(OutputWrite& out) {
     }
     Client* const client = find(kept.write.client_number);
     LINEGATE_ASSERT(client != nullptr && client->kept > 0, "a client with outputs has its place");
-    if (!client->account.permits()) {
+    if (!may_begin(*client)) {
       continue;
     }
     charge(*client, cost_of(kept.write));
@@ -401,16 +527,22 @@ bool RequestBudget::next_output(OutputWrite& out) {
 
 // --- sdo::Pace -----------------------------------------------------------------------------------
 
-bool RequestBudget::permits(std::uint8_t node) const {
-  const Running& running = nodes_[node];
-  return line_.permits() && (!running.used || clients_[running.client].account.permits());
+// A client without a place is like a new one. At the bound its frames count for the line alone.
+bool RequestBudget::permits(std::uint32_t number, bool awaited) const {
+  const Client* const client = find(number);
+  if (client == nullptr || awaited) {
+    return line_.permits() &&
+           (client == nullptr || client->account.permits(-client->account.burst));
+  }
+  return is_permitted(*client);
 }
 
-void RequestBudget::count(std::uint8_t node) {
-  const std::int64_t bits = bits_of(1);
-  line_.charge(bits);
-  if (nodes_[node].used) {
-    clients_[nodes_[node].client].account.charge(bits);
+void RequestBudget::count(std::uint32_t number) {
+  if (Client* const client = find_or_make(number)) {
+    client->counted = filled_;
+    charge(*client, bits_of(1));
+  } else {
+    line_.charge(bits_of(1));
   }
 }
 
@@ -424,28 +556,27 @@ Instant RequestBudget::next_wake() const {
   for (const Client& client : known()) {
     wake = earlier(wake, client.report_due);
     if (!client.queue.empty()) {
-      wake = earlier(wake, wake_of(client.number));
-    }
-    for (const Waiting& waiting : client.queue) {
-      if (waiting.command.timeout > Duration::zero()) {
-        wake = earlier(wake, deadline(waiting.since, waiting.command.timeout));
-      }
+      wake = earlier(wake, earlier(wake_of(&client), client.late_at));
     }
   }
   if (kept_ != 0) {
     for (const Kept& kept : outputs_) {
-      wake = kept.used ? earlier(wake, wake_of(kept.write.client_number)) : wake;
+      wake = kept.used ? earlier(wake, wake_of(find(kept.write.client_number))) : wake;
     }
   }
   return wake;
 }
 
 // When both accounts permit a request again. If they permit it now, what waits awaits an answer.
-Instant RequestBudget::wake_of(std::uint32_t number) const {
-  const auto client = std::ranges::find(known(), number, &Client::number);
-  const Duration own = client == known().end() ? Duration::zero() : client->account.wait();
-  const Duration wait = std::max(own, line_.wait());
-  return wait == Duration::zero() ? kNever : filled_ + wait;
+Instant RequestBudget::wake_of(const Client* client) const {
+  if (client == nullptr) {
+    return line_.permits() ? kNever : filled_ + line_.wait();
+  }
+  if (may_begin(*client)) {
+    return kNever;
+  }
+  // With more credit less is reserved, and new requests may begin when nothing is in progress.
+  return filled_ + std::max(client->account.wait(), sdo::Outbox::kRetry);
 }
 
 void RequestBudget::note(Client& client, std::uint32_t event::ClientLimited::*count, Instant now) {

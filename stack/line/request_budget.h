@@ -4,18 +4,28 @@
 //
 // Invariant: in each interval of t seconds, frames that clients cause occupy at most
 // share x (t + kBurst) of the bus, and those of one client at most client_share x (t + kBurst),
-// plus the cost of one request each. So lower priorities on the bus, heartbeats among them, always
-// get the rest; and while fewer than share / client_share clients exceed their share, the account
-// of the line never delays another client.
+// plus the cost of one request and the responses under way. So lower priorities on the bus,
+// heartbeats among them, always get the rest. Frames that the line sends on its own (boot at start,
+// recovery, SYNC, PDOs of its own) are neither counted nor delayed.
 //
 // The cost of a request is the number of bits of its frames: known in advance for frames that the
-// request names, and counted frame by frame for SDO transfers (sdo::Pace). Commands that run a
-// procedure of the manager (boot, configure, scan, program, LSS) cost a fixed number of frames:
-// each line runs one of them at a time, and their transfers are not paced.
+// request names, and counted frame by frame for SDO transfers and for the procedures that a command
+// starts (boot, configure, scan, program, LSS; and the boot processes that follow an NMT reset),
+// see sdo::Pace. A write to the own dictionary that orders a procedure has a fixed cost.
 //
 // An account is filled up to its burst and may be overdrawn by one request; it is not overdrawn
-// further. Clients take turns. A client has one SDO command at a node at a time, and each node has
-// one of all clients, so another client waits for one transfer at most.
+// further. Frames of transfers and procedures in progress precede new requests of their client, so
+// that it cannot hold a node by starving its own transfer. A transfer for whose end another client
+// waits may overdraw the account by another burst.
+//
+// A client has one SDO command at a node at a time, and each node has one of all clients, so
+// another client waits for one transfer at most.
+//
+// Fairness: each client has a credit of kCredit, which is filled with an equal part of three
+// quarters of the share, among the clients that use it. The client with the most credit is served
+// first. The lower half of the line's burst is reserved: a client may use as much of it as its
+// credit is full. So a client that uses less than its part is never delayed by the account of the
+// line, whatever the others do; no division of a finite share can give more clients more than that.
 #pragma once
 
 #include <array>
@@ -49,6 +59,7 @@ class RequestBudget final : public sdo::Pace {
   static constexpr std::size_t kQueued = 256;  // waiting commands of a client
   static constexpr std::size_t kRunning = 16;  // SDO commands of a client in progress
   static constexpr Duration kBurst = std::chrono::milliseconds(50);
+  static constexpr std::int64_t kCredit = 4;  // full frames: two expedited SDO transfers
   // A client that exceeds its share is reported after kFirstReport, then each kNextReport.
   static constexpr Duration kFirstReport = std::chrono::seconds(1);
   static constexpr Duration kNextReport = std::chrono::seconds(10);
@@ -101,11 +112,12 @@ class RequestBudget final : public sdo::Pace {
 
   // --- sdo::Pace ---------------------------------------------------------------------------------
 
-  bool permits(std::uint8_t node) const override;
-  void count(std::uint8_t node) override;
+  bool permits(std::uint32_t client, bool awaited) const override;
+  void count(std::uint32_t client) override;
 
-  // Whether frames may be sent that need advance() before: an SDO transfer may be in progress.
-  bool is_in_use() const { return running_ != 0 || !line_.is_full(); }
+  // Whether frames may be sent that need advance() before: an SDO transfer or a procedure may be in
+  // progress.
+  bool is_in_use() const { return running_ != 0 || !line_.is_full() || !all_full_; }
   // Commands that wait, see remove().
   std::size_t waiting() const { return waiting_; }
   // When to call advance(), next() and next_output() again; kNever: after the next input.
@@ -126,30 +138,37 @@ class RequestBudget final : public sdo::Pace {
     void fill(Duration time);
     void charge(std::int64_t bits);
     bool is_full() const { return level == burst; }
-    bool permits() const { return level > 0; }
-    // Time until permits() is true.
-    Duration wait() const;
+    // Whether more than `reserved` is left, and the time until then.
+    bool permits(std::int64_t reserved = 0) const { return level > reserved; }
+    Duration wait(std::int64_t reserved = 0) const;
   };
   struct Waiting {
     Command command;
     Instant since{};
     bool delayed = false;  // counted
 
-    bool is_late(Instant now) const {
-      return command.timeout > Duration::zero() && now - since >= command.timeout;
+    Instant late_at() const {
+      return command.timeout > Duration::zero() ? deadline(since, command.timeout) : kNever;
     }
   };
+  // What the last search for a command that may be executed found: none, while the account did not
+  // permit any or because of commands in progress. It is not repeated until that changes.
+  enum class Searched : std::uint8_t { no, exhausted, occupied };
   struct Client {
     std::uint32_t number = 0;
     Account account;
+    Account credit;
     std::deque<Waiting> queue;
+    Instant late_at = kNever;  // the earliest of the queue
+    Searched searched = Searched::no;
+    Instant counted{};        // the last frame of a transfer or procedure
     std::size_t running = 0;  // SDO commands
     std::size_t kept = 0;     // outputs
     event::ClientLimited counts{};
     Instant report_due = kNever;
 
     bool is_idle() const {
-      return queue.empty() && running == 0 && kept == 0 && account.is_full() &&
+      return queue.empty() && running == 0 && kept == 0 && account.is_full() && credit.is_full() &&
              report_due == kNever;
     }
   };
@@ -168,26 +187,36 @@ class RequestBudget final : public sdo::Pace {
   std::span<Client> known() { return {clients_.data(), known_}; }
   std::span<const Client> known() const { return {clients_.data(), known_}; }
   Client* find(std::uint32_t number);
+  const Client* find(std::uint32_t number) const;
   Client* find_or_make(std::uint32_t number);
+  std::int64_t reserved_before(const Client& client) const;
+  bool is_permitted(const Client& client) const;
+  bool may_begin(const Client& client) const;
+  bool may_be_served(const Client& client, Instant now) const;
+  void share_credit();
   bool may_run(const Client& client, const Command& command) const;
   bool next_of(Client& client, Admitted& out, Instant now);
   void take(Client& client, std::deque<Waiting>::iterator from, Admitted& out, Instant now);
   void start(Client& client, const Command& command);
   std::int64_t cost_of(const OutputWrite& write);
-  Instant wake_of(std::uint32_t client) const;
+  Instant wake_of(const Client* client) const;
   void charge(Client& client, std::int64_t bits);
+  void charge(Client& client, std::int64_t bits, std::int64_t of_line);
   void note(Client& client, std::uint32_t event::ClientLimited::*count, Instant now);
 
   BudgetOptions options_;
   Account line_;
   Instant filled_{};
   std::array<Client, kClients> clients_;
-  std::size_t known_ = 0;           // the first of them have a client
-  std::size_t turn_ = 0;            // the place whose turn is next
-  std::size_t waiting_ = 0;         // commands
-  std::size_t kept_ = 0;            // outputs
-  std::size_t reports_ = 0;         // clients with a report_due
-  std::array<Running, 128> nodes_;  // by node-ID
+  std::size_t known_ = 0;    // the first of them have a client
+  std::size_t turn_ = 0;     // the place whose turn is next, among those of equal credit
+  std::size_t sharing_ = 0;  // clients that share the credit
+  bool all_full_ = true;     // the accounts of the clients
+  std::size_t waiting_ = 0;  // commands
+  std::size_t kept_ = 0;     // outputs
+  std::size_t reports_ = 0;  // clients with a report_due
+  // By node-ID: the command in progress, and one of a client with credit that waits for its end.
+  std::array<std::array<Running, 2>, 128> nodes_;
   std::vector<Kept> outputs_;
   std::size_t output_turn_ = 0;
   std::size_t running_ = 0;             // SDO commands

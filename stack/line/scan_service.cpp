@@ -42,7 +42,7 @@ void ScanService::execute(Command command, Instant now) {
     host().refuse(command, why, now);
     return;
   }
-  if (!begin(request_of(command), now)) {
+  if (!begin(request_of(command), command.client, now)) {
     host().refuse(command, Refusal::busy, now);
     return;
   }
@@ -67,21 +67,23 @@ Refusal ScanService::check(const Command& command) const {
 }
 
 bool ScanService::begin(std::uint8_t node, Instant now) {
-  const bool begun = begin(ScanApply{.node = node}, now);
+  const bool begun = begin(ScanApply{.node = node}, 0, now);
   conclude();
   return begun;
 }
 
-bool ScanService::begin(const ScanApply& request, Instant now) {
+bool ScanService::begin(const ScanApply& request, std::uint32_t client, Instant now) {
   const bool one = request.node != 0;
   if (!scanner_.begin({.first = one ? request.node : can::kMinNodeId,
                        .last = one ? request.node : can::kMaxNodeId,
                        .except = config_.node_id,
                        .timeout = config_.sdo_timeout,
-                       .restore_defaults = request.restore},
+                       .restore_defaults = request.restore,
+                       .client = client},
                       now)) {
     return false;
   }
+  client_ = client;
   if (request.restore) {
     parts_.manager.stop(now);  // it would configure the nodes that boot again
   }
@@ -159,6 +161,7 @@ void ScanService::end(Refusal why, Instant now) {
 
 void ScanService::reset_node(std::uint8_t node, Instant now) {
   parts_.nmt.send_nmt(nmt::Command::reset_node, node, now);
+  parts_.sdo.charge(client_, 2);  // and the boot-up message
 }
 
 void ScanService::asked(std::uint8_t node, bool answered, Instant asked_at, Instant now) {

@@ -76,7 +76,7 @@ class ScanService final : public Service, public ScanCache, sdo::TransferOwner, 
   void asked(std::uint8_t node, bool answered, Instant asked_at, Instant now) override;
 
   Refusal check(const Command& command) const;
-  bool begin(const ScanApply& request, Instant now);
+  bool begin(const ScanApply& request, std::uint32_t client, Instant now);
   void conclude();
   void cache(std::vector<scan::ScannedNode> found);
   void expire(Instant now);
@@ -85,6 +85,7 @@ class ScanService final : public Service, public ScanCache, sdo::TransferOwner, 
   Parts parts_;
   scan::Scanner scanner_;
   std::optional<std::uint64_t> tag_;  // of the command under way
+  std::uint32_t client_ = 0;          // whose command it is
   bool of_all_ = false;
   bool sets_up_ = false;  // ScanApply::set_up
   Instant deadline_ = kNever;

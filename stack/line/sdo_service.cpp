@@ -156,6 +156,7 @@ void SdoService::start(const Command& command, Transfer transfer, Instant now) {
                        .timeout = share > Duration::zero() ? std::min(share, config_.sdo_timeout)
                                                            : config_.sdo_timeout,
                        .priority = sdo::Priority::command,
+                       .client = command.client,
                        .options = {.repeats = transfer.repeats}};
   if (pending_.size() >= kMost || !parts_.sdo.submit(std::move(request), now)) {
     host().refuse(command, Refusal::busy, now);

@@ -120,6 +120,9 @@ void BootSlave::cancel() {
 }
 
 void BootSlave::boot_up(Instant now) {
+  if (step_ == Step::idle || step_ == Step::done) {
+    client_ = 0;
+  }
   reset_.waits_for_boot_up = false;
   if (step_ == Step::wait_reset) {
     after_reset(now);
@@ -569,6 +572,7 @@ void BootSlave::submit(sdo::Request request, Instant now) {
   request.number = transfer_;
   request.node = plan_.id;
   request.priority = sdo::Priority::boot;
+  request.client = client_;
   said_ = false;
   if (!services_.sdo.submit(std::move(request), now)) {
     // The queue of this node is full of commands: retry when some of them are done.

@@ -66,6 +66,11 @@ class BootSlave final : private StepContext {
   // Ends the process without a result.
   void cancel();
 
+  // Whose frames those of the process are from now on, see sdo::Request::client; 0 = nobody's. A
+  // process that begins with a boot-up message after the end of the last one is nobody's.
+  void set_client(std::uint32_t client) { client_ = client; }
+  std::uint32_t client() const { return client_; }
+
   // The node sent its boot-up message: starts again, unless the process itself reset the node.
   void boot_up(Instant now);
   // An NMT command other than a reset was sent to the node: the states that it shows from now on
@@ -176,6 +181,7 @@ class BootSlave final : private StepContext {
   std::uint32_t refusals_ = 0;    // number of consecutive equal aborts
   std::uint32_t assignment_ = 0;  // 1F81h at the start of the process
   std::uint8_t identity_sub_ = 0;
+  std::uint32_t client_ = 0;
   std::uint64_t transfer_ = 0;  // in progress; 0 = none
   std::uint64_t sequence_ = 0;
   std::optional<char> result_;

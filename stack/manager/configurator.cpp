@@ -95,11 +95,11 @@ void Configurator::ended(const ConfigurationRun& run, Instant now) {
                     .abort = run.abort(), .index = run.object().index, .sub = run.object().sub}});
 }
 
-bool Configurator::verify(std::uint8_t node, Instant now) {
+bool Configurator::verify(std::uint8_t node, Instant now, std::uint32_t client) {
   if (runs_[node] != nullptr || comparisons_.busy(node)) {
     return false;
   }
-  comparisons_.begin(std::make_unique<Comparison>(node, objects_.order(node).writes), now);
+  comparisons_.begin(std::make_unique<Comparison>(node, objects_.order(node).writes), now, client);
   return true;
 }
 

@@ -50,8 +50,8 @@ class Configurator {
   // --- comparing --------------------------------------------------------------------------------
 
   // Starts a comparison, which ends with one NodeReport. False if the node is being configured or
-  // compared.
-  bool verify(std::uint8_t node, Instant now);
+  // compared. client: see sdo::Request::client.
+  bool verify(std::uint8_t node, Instant now, std::uint32_t client = 0);
   // Ends the comparison without a report.
   void cancel_verify(std::uint8_t node) { (void)comparisons_.cancel(node); }
   std::optional<NodeReport> take_report();

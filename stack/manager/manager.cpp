@@ -252,7 +252,9 @@ void Manager::sent(nmt::Command command, std::uint8_t node, Instant now) {
   }
 }
 
-void Manager::commanded(nmt::Command command, std::uint8_t node, Instant now) {
+void Manager::commanded(nmt::Command command, std::uint8_t node, Instant now,
+                        std::uint32_t client) {
+  client_ = client;
   if (node == 0 && command != nmt::Command::stop) {
     leave_stop(now);
   }
@@ -289,6 +291,7 @@ void Manager::commanded(nmt::Command command, std::uint8_t node, Instant now) {
     }
   }
   update_state(now);
+  client_ = 0;
 }
 
 void Manager::hold(std::uint8_t node) {
@@ -306,10 +309,10 @@ void Manager::hold(std::uint8_t node) {
   held_.set(node);
 }
 
-void Manager::release(std::uint8_t node, Instant now) {
+void Manager::release(std::uint8_t node, Instant now, std::uint32_t client) {
   held_.reset(node);
   if (active() && find(node) != nullptr) {
-    boot(node, now);
+    boot(node, now, client);
   }
 }
 
@@ -371,6 +374,11 @@ bool Manager::concluded(std::uint8_t id) const {
 bool Manager::boots(std::uint8_t id) const {
   const Slot* slot = find(id);
   return slot != nullptr && slot->boot->under_way() && !concluded(id);
+}
+
+std::uint32_t Manager::client_of(std::uint8_t id) const {
+  const Slot* slot = find(id);
+  return id == 0 ? client_ : slot != nullptr ? slot->boot->client() : 0;
 }
 
 std::uint8_t Manager::configured() const {

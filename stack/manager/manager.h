@@ -58,8 +58,9 @@ class Manager final : public sdo::TransferOwner {
   void emergency(std::uint8_t node, std::uint16_t code, std::uint8_t error_register, Instant now);
   // sdo::TransferOwner, for the transfers of the boot processes.
   void completed(sdo::Completion& completion, Instant now) override;
-  // An NMT command that a client requested was sent. node 0 = all.
-  void commanded(nmt::Command command, std::uint8_t node, Instant now);
+  // An NMT command that a client requested was sent. node 0 = all. client: as in boot(), for the
+  // boot processes that follow a reset.
+  void commanded(nmt::Command command, std::uint8_t node, Instant now, std::uint32_t client = 0);
   // Another node sent this NMT command; node 0 = all.
   void heard(nmt::Command command, std::uint8_t node);
   // Nodes without error control that count as Operational once the bus has acknowledged their NMT
@@ -74,12 +75,13 @@ class Manager final : public sdo::TransferOwner {
   // The own node was reset by a command: the network is started as after power-on.
   void own_reset();
   // Boots the node, or all with 0, again; resets it first unless it is to be kept alive. A node
-  // that is not listed gets boot status A at once.
-  void boot(std::uint8_t node, Instant now);
+  // that is not listed gets boot status A at once. client: whose frames those of the boot processes
+  // are, see sdo::Pace, until each has reported its first result; 0 = nobody's.
+  void boot(std::uint8_t node, Instant now, std::uint32_t client = 0);
   // Reserves the node for a program download: it is neither monitored nor booted until release(),
   // which boots it again. No effect on nodes that are not listed.
   void hold(std::uint8_t node);
-  void release(std::uint8_t node, Instant now);
+  void release(std::uint8_t node, Instant now, std::uint32_t client = 0);
   // The network list (1F81h) was written: the node was added or removed.
   void list_changed(std::uint8_t node);
   // The node is reserved for a program download.
@@ -114,6 +116,9 @@ class Manager final : public sdo::TransferOwner {
   bool concluded(std::uint8_t id) const;
   // A boot process of the node is in progress.
   bool boots(std::uint8_t id) const;
+  // Whose command caused the boot process of the node that is in progress, or with node 0 that of
+  // all nodes that begins; 0 = nobody's.
+  std::uint32_t client_of(std::uint8_t id) const;
   std::uint8_t configured() const;
   std::uint8_t operational() const;
   // The manager controls the network: it was started, and neither stopped nor handed over.
@@ -194,6 +199,7 @@ class Manager final : public sdo::TransferOwner {
   std::array<NodeState, 128> nodes_;
   std::array<std::uint64_t, 128> revisions_{};
   std::uint64_t changes_ = 0;
+  std::uint32_t client_ = 0;  // whose command is carried out, within boot() and commanded()
   std::bitset<128> held_;
   std::bitset<128> reset_;     // state unknown after a reset, and nothing received since
   std::bitset<128> starting_;  // without error control, and the NMT start is not acknowledged yet

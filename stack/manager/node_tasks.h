@@ -45,12 +45,13 @@ class NodeTasks final : public sdo::TransferOwner {
   NodeTasks(sdo::Arbiter& sdo, Duration timeout) : sdo_(sdo), timeout_(timeout) {}
   ~NodeTasks() override { sdo_.disown(*this); }
 
-  // Precondition: !busy(task->node()).
-  void begin(std::unique_ptr<Task> task, Instant now) {
+  // Precondition: !busy(task->node()). client: see sdo::Request::client.
+  void begin(std::unique_ptr<Task> task, Instant now, std::uint32_t client = 0) {
     LINEGATE_ASSERT(!busy(task->node()), "a node has one task at a time");
     std::unique_ptr<Running>& running = running_[task->node()];
     running = std::make_unique<Running>();
     running->task = std::move(task);
+    running->client = client;
     ++count_;
     next(running, now);
   }
@@ -121,6 +122,7 @@ class NodeTasks final : public sdo::TransferOwner {
   struct Running {
     std::unique_ptr<Task> task;
     TaskStep step;
+    std::uint32_t client = 0;
     std::uint64_t transfer = 0;  // in progress; 0 = none
     Instant wake = kNever;       // start time of the step
   };
@@ -154,6 +156,7 @@ class NodeTasks final : public sdo::TransferOwner {
                          .source = step.source,
                          .timeout = step.timeout > Duration::zero() ? step.timeout : timeout_,
                          .priority = Task::kPriority,
+                         .client = running.client,
                          .options = {.repeats = Task::kRepeats}};
     if (!sdo_.submit(std::move(request), now)) {
       running.transfer = 0;

@@ -86,8 +86,8 @@ ProgramOrder ProgramLoader::order(std::uint8_t node) const {
           .program = objects_.program(node)};
 }
 
-void ProgramLoader::load(ProgramOrder order, Instant now) {
-  tasks_.begin(std::make_unique<ProgramRun>(std::move(order)), now);
+void ProgramLoader::load(ProgramOrder order, Instant now, std::uint32_t client) {
+  tasks_.begin(std::make_unique<ProgramRun>(std::move(order)), now, client);
   report_at_ = earlier(report_at_, now + kReportPeriod);
 }
 

@@ -34,8 +34,9 @@ class ProgramLoader {
   std::unique_ptr<BootStep> make_step(std::uint8_t node);
 
   // Loads a program on command, whatever software the node runs. Precondition:
-  // !loading(order.node), and no boot process of the node is in progress.
-  void load(ProgramOrder order, Instant now);
+  // !loading(order.node), and no boot process of the node is in progress. client: see
+  // sdo::Request::client.
+  void load(ProgramOrder order, Instant now, std::uint32_t client = 0);
   bool loading(std::uint8_t node) const { return tasks_.busy(node); }
   void cancel(std::uint8_t node) { (void)tasks_.cancel(node); }
   // Removes and returns the run that ended first; nullptr if there is none.

@@ -33,6 +33,7 @@ void Manager::reset_nodes(Instant now) {
   }
   for (const auto& slot : slots_) {
     if (nodes_[slot->plan.id].configured && !kept(slot)) {
+      slot->boot->set_client(client_);
       host_.send_nmt(kCommand, slot->plan.id, now);
     }
   }
@@ -116,9 +117,11 @@ void Manager::leave_unwatched(const Slot& slot, Instant now) {
   }
 }
 
-void Manager::boot(std::uint8_t node, Instant now) {
+void Manager::boot(std::uint8_t node, Instant now, std::uint32_t client) {
   if (node == 0) {
+    client_ = client;
     start(now);
+    client_ = 0;
     return;
   }
   Slot* slot = find(node);
@@ -131,6 +134,7 @@ void Manager::boot(std::uint8_t node, Instant now) {
     events_.emit(boot_result(node, 'A', {}, now));
     return;
   }
+  client_ = client;
   leave_stop(now);
   heartbeats_.stop(node);
   if (list_.has(node, assignment::kKeepAlive)) {
@@ -140,6 +144,7 @@ void Manager::boot(std::uint8_t node, Instant now) {
     reset(*slot, nmt::Command::reset_communication, now);
   }
   update_state(now);
+  client_ = 0;
 }
 
 void Manager::advance(Instant now) {
@@ -184,12 +189,14 @@ void Manager::begin(Slot& slot, BootSlave::Reason reason, Instant now, nmt::Comm
   nodes_[slot.plan.id].heartbeat_monitored = false;
   slot.started = false;
   slot.not_started = kNever;
+  slot.boot->set_client(client_);
   slot.boot->begin(reason, now, command);
   touch(slot.plan.id);
   settle(slot, now);
 }
 
 void Manager::reset(Slot& slot, nmt::Command command, Instant now) {
+  slot.boot->set_client(client_);
   host_.send_nmt(command, slot.plan.id, now);
   slot.reset_at = now;
   begin(slot, BootSlave::Reason::reset, now, command);
@@ -211,6 +218,7 @@ void Manager::settle(Slot& slot, Instant now) {
   }
   touch(slot.plan.id);
   update_state(now);
+  slot.boot->set_client(0);  // a process that goes on searches for the node, which nobody requested
 }
 
 // --- starting nodes -----------------------------------------------------------------------------

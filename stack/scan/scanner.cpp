@@ -100,6 +100,7 @@ void Scanner::submit(Running& running, sdo::Request request, Instant now) {
   request.number = running.transfer;
   request.node = running.survey.result().id;
   request.priority = sdo::Priority::background;
+  request.client = options_.client;
   if (!sdo_.submit(std::move(request), now)) {
     running.survey.give_up(AbortCode::out_of_memory);
     finish(running, now);

@@ -36,6 +36,7 @@ struct Options {
   // Before a node is read, 1011h:1 is written and the node is reset. A refusal (the node has no
   // 1011h) is reported as event sdo_abort, and the node is read unchanged.
   bool restore_defaults = false;
+  std::uint32_t client = 0;  // see sdo::Request::client
 };
 
 class Scanner {

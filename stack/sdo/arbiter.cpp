@@ -214,9 +214,15 @@ void Arbiter::serve(Channel& channel, Instant now) {
     channel.current.reset();
   }
   Request next;
-  if (!channel.current && channel.queue.pop(next)) {
+  if (!channel.current && channel.queue.pop(next, pace_)) {
     channel.current = std::move(next);
     begin(channel, now);
+  }
+  if (!channel.current && !channel.queue.empty()) {
+    wake_ = earlier(wake_, now + Outbox::kRetry);  // the pace does not permit any of them
+  }
+  if (pace_ != nullptr && channel.current && channel.current->client != 0) {
+    channel.client.set_awaited(channel.queue.has_other(channel.current->client, *pace_));
   }
   wake_ = earlier(wake_, channel.client.next_wake());
 }
@@ -231,7 +237,7 @@ void Arbiter::begin(Channel& channel, Instant now) {
     channel.written_producer_time =
         request.data.size() == 2 ? load_le<std::uint16_t>(request.data.data()) : std::uint16_t{0};
   }
-  channel.client.set_pace(request.priority == Priority::command ? pace_ : nullptr, channel.node);
+  channel.client.set_pace(request.client != 0 ? pace_ : nullptr, request.client);
   if (request.user != nullptr) {
     request.user->granted(request.number, now);
   } else if (request.write && request.source != nullptr) {

@@ -7,7 +7,11 @@
 // No other client of this process may use these identifiers: a node::Node beside the arbiter has
 // Options::clients_of_default_servers off, so that its objects 1280h to 12FFh cannot.
 //
-// The order at a node is that of RequestQueue: by priority, owners in turns, without starvation.
+// The order at a node is that of RequestQueue: by priority, owners in turns, without starvation. A
+// request whose client exceeds its share of the bus does not occupy the server until its first
+// frame may be sent; a transfer that has begun occupies it until its end, however slowly its client
+// may continue: CANopen has no way to interrupt and resume one (CiA 301 7.2.4.3). Pace::permits()
+// may let it end earlier while others wait for it.
 //
 // Use of a server by another client (a request on 600h + node, or an answer without a request) is
 // reported as EventKind::foreign_sdo, once per node until no such frame was received for 10
@@ -68,9 +72,17 @@ class Arbiter {
   // outlive the arbiter. Call it before the first request.
   void follow(const RequestsUnderWay& under_way) { under_way_ = &under_way; }
 
-  // Limits the frames of requests with Priority::command from now on; pace must outlive the
-  // arbiter.
+  // Limits the frames of requests with a client from now on; pace must outlive the arbiter.
   void set_pace(Pace& pace) { pace_ = &pace; }
+  // Frames that a command of that client caused beside SDO transfers, see Pace; 0: nobody's.
+  bool permits(std::uint32_t client) const {
+    return pace_ == nullptr || client == 0 || pace_->permits(client, false);
+  }
+  void charge(std::uint32_t client, unsigned frames) {
+    for (; pace_ != nullptr && client != 0 && frames > 0; --frames) {
+      pace_->count(client);
+    }
+  }
 
   // Values of at least `bytes` bytes are transferred in blocks with this node; kNoBlocks: never.
   // The default is that of TransferOptions. No effect if the node-ID is out of range.

@@ -392,9 +392,9 @@ void Client::send_abort(AbortCode code, Instant now, can::TransmitQueue& queue) 
   if (std::exchange(held_, std::nullopt)) {
     return;  // no frame of this transfer was sent
   }
-  outbox_.clear();                   // discard a request that waits for space
-  outbox_.set_pace(nullptr, node_);  // one frame, which ends the transfer: the server need not wait
-  outbox_.send(abort_word(address_, code), now, queue);
+  outbox_.clear();  // discard a request that waits for space
+  // One frame, which ends the transfer: the server need not wait.
+  outbox_.send_urgent(abort_word(address_, code), now, queue);
   expect_stray();  // the pending answer
   expect_stray();  // an abort by the server, if it times out too
   if (state_ == State::block_upload) {

@@ -82,9 +82,11 @@ class Client {
   // time-out.
   void follow(const RequestsUnderWay& under_way, std::uint8_t node);
 
-  // Limits the frames of the transfers that begin from now on; nullptr: no longer. pace must
-  // outlive the client. node: for the pace.
-  void set_pace(Pace* pace, std::uint8_t node) { outbox_.set_pace(pace, node); }
+  // Limits the frames of the transfers that begin from now on, as those of that client of the
+  // pace, repetitions included; nullptr: no longer. pace must outlive this object.
+  void set_pace(Pace* pace, std::uint32_t client) { outbox_.set_pace(pace, client); }
+  // Whether another client of the pace waits for the end of the transfer.
+  void set_awaited(bool awaited) { outbox_.set_awaited(awaited); }
   // Counts a frame of the server for the pace.
   void count_received() const { outbox_.count_received(); }
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 
 #include "stack/base/assert.h"
 #include "stack/base/time.h"
@@ -66,17 +67,26 @@ class Outbox {
   Instant next_wake() const { return empty() ? kNever : retry_at_; }
   void clear() { count_ = 0; }
 
-  // Limits the frames from now on; nullptr: no longer. node: for the pace.
-  void set_pace(Pace* pace, std::uint8_t node) {
+  // Limits the frames from now on, as those of that client; nullptr: no longer.
+  void set_pace(Pace* pace, std::uint32_t client) {
     pace_ = pace;
-    node_ = node;
+    client_ = client;
+  }
+  // Whether another client waits for the end of the transfer, see Pace::permits().
+  void set_awaited(bool awaited) { awaited_ = awaited; }
+  // Sends the frame like send(), counted, but without waiting for the pace.
+  void send_urgent(std::uint64_t word, Instant now, can::TransmitQueue& queue) {
+    count_received();
+    Pace* const pace = std::exchange(pace_, nullptr);
+    send(word, now, queue);
+    pace_ = pace;
   }
   // Whether frames wait because of the pace.
   bool is_paced() const { return !empty() && !permitted(); }
   // A frame of the server was received.
   void count_received() const {
     if (pace_ != nullptr) {
-      pace_->count(node_);
+      pace_->count(client_);
     }
   }
 
@@ -86,11 +96,11 @@ class Outbox {
       return false;
     }
     if (pace_ != nullptr) [[unlikely]] {
-      pace_->count(node_);
+      pace_->count(client_);
     }
     return queue.push(can::TransmitClass::sdo, header_, word);
   }
-  bool permitted() const { return pace_ == nullptr || pace_->permits(node_); }
+  bool permitted() const { return pace_ == nullptr || pace_->permits(client_, awaited_); }
   void send_later(std::uint64_t word, Instant now, can::TransmitQueue& queue);
 
   can::CobId cob_id_;
@@ -99,7 +109,8 @@ class Outbox {
   std::size_t count_ = 0;
   Instant retry_at_ = kNever;
   Pace* pace_ = nullptr;
-  std::uint8_t node_ = 0;
+  std::uint32_t client_ = 0;
+  bool awaited_ = false;
 };
 
 }  // namespace linegate::sdo

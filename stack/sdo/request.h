@@ -69,6 +69,8 @@ struct Request {
   od::ByteSink* sink = nullptr;
   Duration timeout = std::chrono::milliseconds(500);  // for each answer of the server, positive
   Priority priority = Priority::command;
+  // Whose command caused it: its frames are limited by the Pace. 0: nobody's; it is not limited.
+  std::uint32_t client = 0;
   TransferOptions options{};
 };
 

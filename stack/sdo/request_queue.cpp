@@ -8,6 +8,13 @@
 #include "stack/base/assert.h"
 
 namespace linegate::sdo {
+namespace {
+
+bool is_permitted(const Request& request, const Pace* pace) {
+  return pace == nullptr || request.client == 0 || pace->permits(request.client, false);
+}
+
+}  // namespace
 
 bool RequestQueue::push(Request&& request) {
   if (waiting_.size() >= capacity_) {
@@ -25,15 +32,25 @@ bool RequestQueue::push(Request&& request) {
   return true;
 }
 
-bool RequestQueue::pop(Request& out) {
+bool RequestQueue::pop(Request& out, const Pace* pace) {
   if (waiting_.empty()) {
     return false;
   }
+  const bool oldest = (popped_ + 1) % kOldestEvery == 0 && is_permitted(waiting_[0].request, pace);
+  const std::size_t position = oldest ? 0 : next(pace);
+  if (position == waiting_.size()) {
+    return false;
+  }
   ++popped_;
-  const std::size_t position = popped_ % kOldestEvery == 0 ? 0 : next();
   note_served(waiting_[position]);
   take(position, out);
   return true;
+}
+
+bool RequestQueue::has_other(std::uint32_t client, const Pace& pace) const {
+  return std::ranges::any_of(waiting_, [&](const Waiting& waiting) {
+    return waiting.request.client != client && is_permitted(waiting.request, &pace);
+  });
 }
 
 bool RequestQueue::remove(const RequestOwner& of, std::uint64_t number, Request& out) {
@@ -52,10 +69,17 @@ std::size_t RequestQueue::remove_all(const RequestOwner& of) {
                        [&](const Waiting& waiting) { return owner(waiting.request) == &of; });
 }
 
-std::size_t RequestQueue::next() const {
-  const auto first = std::ranges::min_element(waiting_, {}, [](const Waiting& waiting) {
-    return std::tuple(waiting.request.priority, waiting.turn);
-  });
+// size(): the pace permits none.
+std::size_t RequestQueue::next(const Pace* pace) const {
+  auto first = waiting_.end();
+  for (auto it = waiting_.begin(); it != waiting_.end(); ++it) {
+    const bool precedes =
+        first == waiting_.end() || std::tuple(it->request.priority, it->turn) <
+                                       std::tuple(first->request.priority, first->turn);
+    if (precedes && is_permitted(it->request, pace)) {
+      first = it;
+    }
+  }
   return static_cast<std::size_t>(first - waiting_.begin());
 }
 

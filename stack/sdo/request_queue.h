@@ -7,13 +7,15 @@
 #include <cstdint>
 #include <vector>
 
+#include "stack/sdo/pace.h"
 #include "stack/sdo/request.h"
 
 namespace linegate::sdo {
 
 // Ordered by Priority; within a priority the parties take turns, and requests of one party keep
 // their order. Every eighth request is the one that waits longest, whatever its priority, which
-// prevents starvation.
+// prevents starvation. A request that the pace does not permit yet precedes none: it would occupy
+// the server without a frame on the bus.
 class RequestQueue {
  public:
   static constexpr std::uint64_t kOldestEvery = 8;
@@ -33,8 +35,10 @@ class RequestQueue {
 
   // Returns false, and leaves the request unchanged, if the queue is full.
   bool push(Request&& request);
-  // Removes the next request; false if the queue is empty.
-  bool pop(Request& out);
+  // Removes the next request that pace permits; false if there is none. nullptr permits all.
+  bool pop(Request& out, const Pace* pace = nullptr);
+  // Whether a request that the pace permits waits, and is not of that client.
+  bool has_other(std::uint32_t client, const Pace& pace) const;
   // Removes the owner's request with this number; false if there is none.
   bool remove(const RequestOwner& owner, std::uint64_t number, Request& out);
   // Removes all requests of the owner and returns their number.
@@ -54,7 +58,7 @@ class RequestQueue {
     std::vector<Party> served;  // parties served in this turn
   };
 
-  std::size_t next() const;
+  std::size_t next(const Pace* pace) const;
   void note_served(const Waiting& waiting);
   void take(std::size_t position, Request& out);
   Turn& turn(const Request& request) { return turns_[static_cast<std::size_t>(request.priority)]; }

@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// Invariant: whatever clients request, the heartbeats and SYNC of the line are sent in time, and
-// another client is answered within twice its unloaded time.
+// Invariant: whatever clients request, the heartbeats and SYNC of the line are sent in time,
+// another client is answered within twice its unloaded time, and the frames that the requests cause
+// stay within the shares in every interval, those of procedures included.
 //
 // A line at 125 kbit/s whose requests pass a RequestBudget, as in the gateway.
 #include <algorithm>
 #include <array>
 #include <cstdint>
 #include <set>
+#include <string>
 #include <utility>
 #include <vector>
 
+#include "bridges/sim/program_memory.h"
 #include "stack/can/cob_id.h"
 #include "stack/line/request_budget.h"
 
@@ -28,17 +31,23 @@ constexpr std::uint32_t kOther = 2;
 
 // A base, because the budget outlives the line of the fixture.
 struct WithBudget {
-  line::RequestBudget budget_{{.bit_rate = kBitRate}};
+  explicit WithBudget(line::BudgetOptions options) : budget_(options) {}
+  line::RequestBudget budget_;
 };
 
 class RequestFlood : protected WithBudget, public ManagerFixture {
  protected:
+  explicit RequestFlood(line::BudgetOptions options = {.bit_rate = kBitRate})
+      : WithBudget(options) {}
+
   void SetUp() override {
     bus().bit_rate = kBitRate;
     config().bit_rate = kBitRate;
     config().sync_period = kSync;
     for (const std::uint8_t id : kNodes) {
-      add(node_of(id, "drive"), "drive");
+      line::NodeConfig node = node_of(id, "drive");
+      node.objects = {{{0x6081, 0}, number(1'000)}, {{0x6083, 0}, number(2'000)}};
+      add(std::move(node), "drive");
     }
     start();
     ASSERT_EQ(world().failure(), "");
@@ -46,12 +55,22 @@ class RequestFlood : protected WithBudget, public ManagerFixture {
     const image::Layout& outputs = seat().line->layout(image::Direction::outputs);
     budget_.set_outputs(outputs, std::vector<bool>(outputs.entries.size(), true));
     budget_.advance(world().now());
+    begin_here();
+  }
+  void TearDown() override { EXPECT_EQ(world().failure(), ""); }
+
+  // The checks are about the time from now on.
+  void begin_here() {
     begin_ = world().now();
     first_frame_ = seat().frames.size();
     first_event_ = seat().events.size();
   }
-  void TearDown() override { EXPECT_EQ(world().failure(), ""); }
-
+  // Requests it for the hostile client once the last one was answered.
+  void repeat(const line::Request& each) {
+    if (repeated_ == 0 || seat().replies.contains(repeated_)) {
+      repeated_ = request(kHostile, each);
+    }
+  }
   std::uint64_t request(std::uint32_t client, line::Request request) {
     line::Command command{.tag = ++tags_, .request = std::move(request)};
     command.client = client;
@@ -107,10 +126,10 @@ class RequestFlood : protected WithBudget, public ManagerFixture {
     }
     world().settle();
   }
-  // Reads an object of node 6 for the other client each 50 ms while `flood` is called each tick for
-  // that time; returns the longest time from the request to its answer.
+  // Reads an object of node 6 for the other client each `period` while `flood` is called each tick
+  // for that time; returns the longest time from the request to its answer.
   template <class Flood>
-  Duration longest_answer(Duration time, Flood flood) {
+  Duration longest_answer(Duration time, Flood flood, Duration period = 50ms) {
     Duration longest{};
     std::uint64_t tag = 0;
     Instant asked{};
@@ -121,7 +140,7 @@ class RequestFlood : protected WithBudget, public ManagerFixture {
         tag = request(kOther, line::SdoRead{.node = 6, .address = {0x1000, 0}});
         EXPECT_NE(tag, 0U) << "the other client is refused";
         asked = world().now();
-        due = asked + 50ms + std::chrono::microseconds(700 * ++asked_);
+        due = asked + period + std::chrono::microseconds(700 * (++asked_ % 64));
       }
       tick();
       if (tag != 0 && seat().replies.contains(tag)) {
@@ -145,13 +164,41 @@ class RequestFlood : protected WithBudget, public ManagerFixture {
     }
     return std::max(longest, seat().frames.back().time - last);
   }
-  void expect_services_in_time() {
+  // The most bits that the frames of some identifiers ever were ahead of that rate in bit/s: the
+  // burst that an account of that rate would have needed. Node-IDs 0: NMT and LSS frames only.
+  std::int64_t burst_at(std::int64_t rate, const std::set<std::uint32_t>& nodes) {
+    std::int64_t burst = 0;
+    std::int64_t level = 0;
+    Instant last = begin_;
+    frames_of_flood_ = 0;
+    for (std::size_t i = first_frame_; i < seat().frames.size(); ++i) {
+      const can::Frame& frame = seat().frames[i];
+      const std::uint32_t node = frame.id & 0x7FU;
+      const std::uint32_t base = frame.id & 0x780U;
+      const bool boots = base == 0x700 && frame.length == 1 && frame.data[0] == std::byte{0};
+      const bool is_sdo = base == 0x580 || base == 0x600;
+      const bool is_lss = frame.id == 0x7E4 || frame.id == 0x7E5;
+      if (frame.id != 0 && !is_lss && !((is_sdo || boots) && nodes.contains(node))) {
+        continue;
+      }
+      level = std::max<std::int64_t>(level - rate * (frame.time - last).count() / 1'000'000'000, 0);
+      level += line::bits_on_bus({frame.id, frame.length, frame.flags});
+      burst = std::max(burst, level);
+      last = frame.time;
+      ++frames_of_flood_;
+    }
+    return burst;
+  }
+  // victim: a node that the flood resets.
+  void expect_services_in_time(std::uint8_t victim = 0) {
     EXPECT_LE(longest_gap(0x080), kSync + 5ms);
     for (const std::uint32_t node : kNodes) {
-      EXPECT_LE(longest_gap(can::kErrorControlBase + node), kHeartbeat + 10ms) << node;
+      if (node != victim) {
+        EXPECT_LE(longest_gap(can::kErrorControlBase + node), kHeartbeat + 10ms) << node;
+      }
     }
     for (std::size_t i = first_event_; i < seat().events.size(); ++i) {
-      EXPECT_NE(seat().events[i].kind(), EventKind::heartbeat_lost);
+      EXPECT_NE(seat().events[i].kind(), EventKind::heartbeat_lost) << int{seat().events[i].node};
       EXPECT_NE(seat().events[i].kind(), EventKind::output_watchdog);
     }
   }
@@ -161,8 +208,10 @@ class RequestFlood : protected WithBudget, public ManagerFixture {
   Instant begin_{};
   std::size_t first_frame_ = 0;
   std::size_t first_event_ = 0;
+  std::uint64_t frames_of_flood_ = 0;  // of the last burst_at()
   std::uint64_t tags_ = 1'000'000;
   std::uint64_t busy_ = 0;
+  std::uint64_t repeated_ = 0;
   std::int64_t asked_ = 0;
   std::uint8_t value_ = 0;
 };
@@ -235,6 +284,208 @@ TEST_F(RequestFlood, LongTransfersAreSlowedDown) {
   EXPECT_LE(bits, kBitRate * 0.15 * (seconds + 0.05) + 4 * 122);
   EXPECT_GE(bits, kBitRate * 0.15 * seconds * 0.8) << "the share can be used";
   expect_services_in_time();
+}
+
+// --- procedures ----------------------------------------------------------------------------------
+
+constexpr std::int64_t kClientRate = kBitRate * 15 / 100;
+// Of the account, the same for a transfer for which the other client waits, one request, and the
+// responses under way.
+constexpr std::int64_t kMostAhead = 2 * (kClientRate / 20) + 5 * 122;
+// At a node whose server is in use the other client waits for the end of a transfer: a name of
+// several segments is the longest that a scan reads.
+constexpr int kWithATransfer = 5;
+
+line::ProgramDownload long_program() {
+  return {.node = 7, .number = 1, .program = sim::make_program(2, std::vector<std::byte>(50'000))};
+}
+
+struct Procedure {
+  const char* name;
+  line::Request request;
+  std::uint8_t node = 5;  // whose frames are counted
+  bool resets = false;    // the node
+  // Frames that it sends at least, one after the other, of those that the share permits, in %
+  std::uint64_t least = 0;
+};
+
+class FloodOfProcedures : public RequestFlood, public testing::WithParamInterface<Procedure> {};
+
+// 5,000 a second, for 10 s.
+TEST_P(FloodOfProcedures, StaysWithinTheShareOfTheClient) {
+  const Procedure& procedure = GetParam();
+  const Duration unloaded = longest_answer(2s, [] {});
+  begin_here();
+  const Duration loaded = longest_answer(10s, [&] { (void)request(kHostile, procedure.request); });
+  EXPECT_LE(loaded, 2 * unloaded) << loaded.count() << " ns, unloaded " << unloaded.count();
+  expect_services_in_time(procedure.resets ? procedure.node : std::uint8_t{0});
+  EXPECT_LE(burst_at(kClientRate, {procedure.node}), kMostAhead);
+  EXPECT_GT(busy_ + seat().replies.size(), 40'000U);
+}
+
+// One after the other, so that no refused command uses the share.
+TEST_P(FloodOfProcedures, UsesTheShareOfTheClient) {
+  const Procedure& procedure = GetParam();
+  const Duration unloaded = longest_answer(2s, [] {});
+  begin_here();
+  const Duration loaded = longest_answer(5s, [&] { repeat(procedure.request); });
+  EXPECT_LE(loaded, 2 * unloaded) << loaded.count() << " ns, unloaded " << unloaded.count();
+  expect_services_in_time(procedure.resets ? procedure.node : std::uint8_t{0});
+  EXPECT_LE(burst_at(kClientRate, {procedure.node}), kMostAhead);
+  EXPECT_GE(frames_of_flood_, kClientRate * 5 / 122 * procedure.least / 100);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Kinds, FloodOfProcedures,
+    testing::Values(Procedure{"boot", line::Boot{.node = 5}, 5, true, 20},
+                    Procedure{"reset",
+                              line::NmtRequest{.node = 5, .command = nmt::Command::reset_node}, 5,
+                              true, 20},
+                    Procedure{"compare", line::Configure{.node = 5}, 5, false, 50},
+                    Procedure{"configure", line::Configure{.node = 5, .apply = true}, 5, true, 5},
+                    Procedure{"scan", line::Scan{.node = 5}, 5, false, 50},
+                    Procedure{"program", long_program(), 7, true, 80},
+                    Procedure{"lss",
+                              line::LssRequest{.procedure = lss::Procedure::switch_global,
+                                               .arguments = {std::byte{0}}},
+                              0, false, 50},
+                    Procedure{"fastscan", line::LssRequest{.procedure = lss::Procedure::fastscan},
+                              0, false, 1}),
+    [](const auto& each) { return std::string(each.param.name); });
+
+// A scan of all node-IDs, most of which do not answer.
+TEST_F(RequestFlood, AScanOfAllNodesStaysWithinTheShare) {
+  const Duration unloaded = longest_answer(2s, [] {});
+  begin_here();
+  const Duration loaded = longest_answer(10s, [&] { (void)request(kHostile, line::Scan{}); });
+  EXPECT_LE(loaded, kWithATransfer * unloaded)
+      << loaded.count() << " ns, unloaded " << unloaded.count();
+  expect_services_in_time();
+  std::set<std::uint32_t> scanned;
+  for (std::uint32_t node = 1; node <= can::kMaxNodeId; ++node) {
+    if (node != 6) {  // the other client reads it
+      scanned.insert(node);
+    }
+  }
+  EXPECT_LE(burst_at(kClientRate, scanned), kMostAhead);
+}
+
+// All procedures at once, with transfers and outputs, of one client.
+TEST_F(RequestFlood, ProceduresOfAllKindsStayWithinTheShare) {
+  const Duration unloaded = longest_answer(2s, [] {});
+  begin_here();
+  const line::ProgramDownload program = long_program();
+  bool loads = false;
+  const Duration loaded = longest_answer(10s, [&] {
+    if (!std::exchange(loads, true)) {
+      (void)request(kHostile, program);
+    }
+    (void)request(kHostile, line::Boot{.node = 5});
+    (void)request(kHostile, line::Configure{.node = 6});
+    (void)request(kHostile, line::Scan{.node = 6});
+    (void)request(kHostile, line::SdoRead{.node = 5, .address = {0x1018, 1}});
+    (void)request(kHostile, line::LssRequest{.procedure = lss::Procedure::inquire_node_id});
+  });
+  EXPECT_LE(loaded, kWithATransfer * unloaded)
+      << loaded.count() << " ns, unloaded " << unloaded.count();
+  EXPECT_LE(longest_gap(0x080), kSync + 5ms);
+  EXPECT_LE(longest_gap(can::kErrorControlBase + 6), kHeartbeat + 10ms);
+  EXPECT_LE(burst_at(kClientRate, {5, 7}), kMostAhead);
+}
+
+// What Linegate does on its own is not slowed down by a flood: a node that was switched off and on
+// is booted as fast as on a quiet line.
+TEST_F(RequestFlood, ARecoveryIsNotSlowedDown) {
+  const auto recovery = [&](auto flood) {
+    sim::Device& device = *seat().find(7)->device;
+    device.kill();
+    for (const Instant end = world().now() + 1s; world().now() < end;) {
+      flood();
+      tick();
+    }
+    device.revive(world().now());
+    const Instant revived = world().now();
+    while (world().now() < revived + 10s &&
+           seat().line->node_state(7).state != nmt::State::operational) {
+      flood();
+      tick();
+    }
+    return world().now() - revived;
+  };
+  const Duration quiet = recovery([] {});
+  const Duration flooded = recovery([&] {
+    (void)request(kHostile, line::Scan{});
+    (void)request(kHostile, line::Boot{.node = 5});
+    (void)request(kHostile, line::SdoRead{.node = 6, .address = {0x1018, 1}});
+  });
+  EXPECT_LT(quiet, 10s);
+  EXPECT_LE(flooded, quiet + 20ms);
+}
+
+class FloodOfManyClients : public RequestFlood,
+                           public testing::WithParamInterface<std::uint32_t> {};
+
+// Each client sends 5,000 requests a second. The other one uses less than its part of the share.
+TEST_P(FloodOfManyClients, DelaysNoClientThatUsesLessThanItsPart) {
+  const std::uint32_t clients = GetParam();
+  // The time in which its part pays for the two frames of a read.
+  constexpr std::int64_t kParts = kBitRate * 30 / 100 * 3 / 4;
+  const Duration of_part = Duration(1s) * (2 * 122) * std::int64_t{clients + 1} / kParts;
+  const Duration period = std::max<Duration>(50ms, of_part + 5ms);
+  const Duration unloaded = longest_answer(2s, [] {});
+  std::uint32_t turn = 0;
+  const auto flood = [&] {
+    ++turn;
+    for (std::uint32_t i = 0; i < clients; ++i) {
+      switch ((turn + i) % 5) {
+        case 0:
+          (void)request(10 + i, line::NmtRequest{.node = 5, .command = nmt::Command::start});
+          break;
+        case 1:
+          (void)request(10 + i, line::CanSend{.frame = urgent_frame()});
+          break;
+        case 2:
+          (void)request(10 + i, line::Scan{.node = 7});
+          break;
+        default:
+          (void)request(10 + i, line::SdoRead{.node = static_cast<std::uint8_t>(5 + i % 3),
+                                              .address = {0x1018, 1}});
+      }
+    }
+  };
+  // They begin together: until each has used its credit, they are served in turns.
+  for (const Instant end = world().now() + 5s; world().now() < end;) {
+    flood();
+    tick();
+  }
+  const Duration loaded = longest_answer(10s, flood, period);
+  EXPECT_LE(loaded, 2 * unloaded) << loaded.count() << " ns, unloaded " << unloaded.count();
+  expect_services_in_time();
+  constexpr std::int64_t kLineRate = kBitRate * 30 / 100;
+  EXPECT_LE(burst_at(kLineRate, {5, 6, 7}), kLineRate / 20 + 8 * 122);
+}
+
+INSTANTIATE_TEST_SUITE_P(Clients, FloodOfManyClients, testing::Values(1U, 3U, 10U, 63U));
+
+// These tests see what they are to see: with the whole bus as share a flood exceeds the limits.
+class FloodOfTheWholeBus : public RequestFlood {
+ protected:
+  FloodOfTheWholeBus()
+      : RequestFlood({.bit_rate = kBitRate, .share = 1000, .client_share = 1000}) {}
+};
+
+TEST_F(FloodOfTheWholeBus, IsAheadOfTheShare) {
+  for (const line::Request& each :
+       {line::Request(long_program()), line::Request(line::Scan{.node = 5}),
+        line::Request(line::LssRequest{.procedure = lss::Procedure::switch_global,
+        .arguments = {std::byte{0}}})}) {
+    begin_here();
+    for (const Instant end = world().now() + 3s; world().now() < end;) {
+      repeat(each);
+      tick();
+    }
+    EXPECT_GT(burst_at(kClientRate, {5, 7}), 2 * kMostAhead) << name(line::kind(each));
+  }
 }
 
 }  // namespace

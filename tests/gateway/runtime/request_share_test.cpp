@@ -14,7 +14,7 @@ namespace linegate::gateway {
 namespace {
 
 // NMT commands: more than the burst of a client on a bus of 1 Mbit/s.
-constexpr std::uint64_t kFlood = 100;
+constexpr std::uint64_t kFlood = 200;
 constexpr std::uint32_t kFirstClient = 1;
 constexpr std::uint32_t kSecondClient = 2;
 

@@ -65,5 +65,16 @@ TEST_F(BootServiceTest, EndAnswersAllCommandsUnderWayOnce) {
   service.advance(parts.now + seconds(60));
 }
 
+// A client that repeats the command faster than the node boots must not use up memory.
+TEST_F(BootServiceTest, ABoundedNumberOfCommandsIsUnderWay) {
+  for (std::size_t i = 0; i < BootService::kMost; ++i) {
+    execute(5);
+    ASSERT_FALSE(host.answer(tag)) << i;
+  }
+  execute(5);
+  EXPECT_EQ(host.answer(tag), to_error(Refusal::busy));
+  service.end(Refusal::cancelled, parts.now);
+}
+
 }  // namespace
 }  // namespace linegate::line

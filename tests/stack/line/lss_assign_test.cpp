@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The network boots after its devices have got their node-IDs.
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -10,6 +14,7 @@
 #include "stack/lss/assigner.h"
 #include "stack/lss/procedure.h"
 #include "stack/lss/slave.h"
+#include "stack/sdo/pace.h"
 
 #include "tests/stack/line/line_fixture.h"
 
@@ -322,6 +327,84 @@ TEST_F(LssAssignTest, NmtResetCommunicationWaitsForTheBus) {
   EXPECT_THAT(run_for(milliseconds(900), true), Not(Contains("000#8205")));
   EXPECT_THAT(run_for(milliseconds(300), true), Contains("000#8205"));
   EXPECT_TRUE(reported(lss::Verdict::reset_to_boot));
+}
+
+// --- commands of clients -------------------------------------------------------------------------
+
+class CountedPace final : public sdo::Pace {
+ public:
+  bool permits(std::uint32_t /*client*/, bool /*awaited*/) const override { return left > 0; }
+  void count(std::uint32_t client) override {
+    --left;
+    ++counted[client];
+  }
+
+  int left = 0;
+  std::map<std::uint32_t, int> counted;
+};
+
+// A base, because it outlives the line.
+struct WithPace {
+  CountedPace pace_;
+};
+
+class LssCommandsOfAClient : protected WithPace, public LssCommandsOfALine {
+ protected:
+  static constexpr std::uint32_t kClient = 7;
+
+  void select(std::uint32_t client) {
+    LssRequest request{.procedure = lss::Procedure::switch_selective};
+    lss::put({0x123, 0x42, 1, 1}, request.arguments);
+    line_->execute({.client = client, .request = std::move(request)}, now_);
+  }
+  bool is_answered() {
+    Reply reply;
+    return line_->take_reply(reply);
+  }
+  // LSS frames that the line sends in that time.
+  std::ptrdiff_t sent_in(Duration time) {
+    return std::ranges::count_if(run_for(time, true), StartsWithLss());
+  }
+
+ private:
+  struct StartsWithLss {
+    bool operator()(const std::string& frame) const { return frame.starts_with("7E5#"); }
+  };
+};
+
+TEST_F(LssCommandsOfAClient, EachFrameWaitsForTheShare) {
+  line_->set_pace(pace_);
+  select(kClient);
+  EXPECT_EQ(sent_in(seconds(5)), 0);
+  EXPECT_FALSE(line_->wants_to_send(now_)) << "the bus would be polled without a pause";
+  EXPECT_LE(line_->next_wake(), now_ + milliseconds(1));
+  pace_.left = 1;
+  EXPECT_EQ(sent_in(seconds(5)), 1);
+  EXPECT_FALSE(is_answered()) << "neither unsent nor unanswered";
+  pace_.left = 10;
+  EXPECT_EQ(sent_in(seconds(1)), 3);
+  EXPECT_TRUE(answer().ok());
+  EXPECT_EQ(pace_.counted, (std::map<std::uint32_t, int>{{kClient, 5}})) << "with the response";
+}
+
+TEST_F(LssCommandsOfAClient, ThoseOfTheLineItselfDoNotWait) {
+  line_->set_pace(pace_);
+  select(0);
+  EXPECT_EQ(sent_in(seconds(1)), 4);
+  EXPECT_TRUE(answer().ok());
+  EXPECT_TRUE(pace_.counted.empty());
+}
+
+TEST_F(LssCommandsOfAClient, OneClientDoesNotTakeAllPlaces) {
+  line_->set_pace(pace_);
+  for (int i = 0; i < 16; ++i) {
+    select(kClient);
+    EXPECT_FALSE(is_answered()) << i;
+  }
+  select(kClient);
+  EXPECT_EQ(answer().error, to_error(Refusal::busy));
+  select(kClient + 1);
+  EXPECT_FALSE(is_answered());
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include "stack/line/request_budget.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <map>
 #include <utility>
@@ -254,37 +255,178 @@ TEST_F(RequestBudgetTest, ATimeOutDoesNotWaitForTheAccount) {
 }
 
 // The account of a client that is overdrawn further than that of the line is filled later.
-TEST_F(RequestBudgetTest, IsInUseWhileATransferWaitsForItsClient) {
+TEST_F(RequestBudgetTest, IsInUseWhileAProcedureWaitsForItsClient) {
   EXPECT_FALSE(budget.is_in_use());
-  ASSERT_EQ(put(1, SdoRead{.node = 5}), Put::queued);
-  ASSERT_EQ(next(), tags);
-  const std::uint64_t read = tags;
-  ASSERT_EQ(put(1, Boot{.node = 6}), Put::queued);
-  ASSERT_EQ(next(), tags);
+  for (int i = 0; i < 64; ++i) {
+    budget.count(1);
+  }
   pass(300ms);
-  EXPECT_FALSE(budget.permits(5));
-  EXPECT_TRUE(budget.permits(7)) << "the line has bits for others";
+  EXPECT_FALSE(budget.permits(1, false));
+  EXPECT_TRUE(budget.permits(2, false)) << "the line has bits for others";
   EXPECT_TRUE(budget.is_in_use());
-  pass(150ms);
-  EXPECT_TRUE(budget.permits(5));
+  pass(100ms);
+  EXPECT_TRUE(budget.permits(1, false));
   EXPECT_TRUE(budget.is_in_use());
-  budget.answered(read);
+  pass(1s);
   EXPECT_FALSE(budget.is_in_use());
 }
 
-TEST_F(RequestBudgetTest, SdoFramesAreCountedForTheClientOfTheNode) {
-  ASSERT_EQ(put(1, SdoRead{.node = 5}), Put::queued);
-  ASSERT_EQ(put(2, SdoRead{.node = 6}), Put::queued);
-  ASSERT_NE(next(), 0U);
-  ASSERT_NE(next(), 0U);
-  while (budget.permits(5)) {
-    budget.count(5);
+TEST_F(RequestBudgetTest, FramesAreCountedForTheirClient) {
+  while (budget.permits(1, false)) {
+    budget.count(1);
   }
-  EXPECT_TRUE(budget.permits(6)) << "that of another client";
+  EXPECT_TRUE(budget.permits(2, false)) << "another client";
   pass(7ms);  // 131 bits
-  EXPECT_TRUE(budget.permits(5));
-  budget.count(5);
-  EXPECT_FALSE(budget.permits(5));
+  EXPECT_TRUE(budget.permits(1, false));
+  budget.count(1);
+  EXPECT_FALSE(budget.permits(1, false));
+}
+
+// A command is admitted before its frames are known: it must not be more than the account permits.
+TEST_F(RequestBudgetTest, ACommandThatStartsAProcedureWaitsForTheAccount) {
+  const std::vector<Request> kinds{
+      Boot{.node = 5}, Configure{.node = 5}, Scan{.node = 5},           ScanApply{.node = 5},
+      LssRequest{},    SdoRead{.node = 5},   ProgramDownload{.node = 5}};
+  while (budget.permits(1, false)) {
+    budget.count(1);
+  }
+  std::uint32_t other = 1;
+  for (const Request& each : kinds) {
+    ASSERT_EQ(put(1, each), Put::queued);
+    EXPECT_EQ(next(), 0U) << name(kind(each));
+    Command command;
+    ASSERT_TRUE(budget.remove(command));
+    ASSERT_EQ(put(++other, each), Put::queued);
+    EXPECT_EQ(next(), tags) << name(kind(each)) << ": another client";
+    budget.answered(tags);
+    pass(10ms);
+    while (budget.permits(1, false)) {
+      budget.count(1);
+    }
+  }
+}
+
+TEST_F(RequestBudgetTest, AWriteToTheOwnDictionaryCostsWhatItOrders) {
+  const auto writes = [&](std::uint16_t index) {
+    unsigned out = 0;
+    for (; out < 100; ++out) {
+      EXPECT_EQ(put(1, LocalWrite{.address = {index, 1}}), Put::queued);
+      if (next() == 0) {
+        break;
+      }
+    }
+    Command command;
+    while (budget.remove(command)) {
+    }
+    pass(1s);
+    return out;
+  };
+  EXPECT_EQ(writes(0x2000), 8U) << "a frame each, of 937 bits";
+  for (const std::uint16_t index : std::array<std::uint16_t, 3>{0x1F25, 0x1F82, 0x5F41}) {
+    EXPECT_EQ(writes(index), 1U) << std::hex << index;
+  }
+}
+
+// Any number of clients up to the bound exceeds the share; one that uses less than its part does
+// not wait for them, neither for the account of the line nor for the turns of the others.
+TEST_F(RequestBudgetTest, AClientBelowItsPartDoesNotWaitForAnyNumberOfFloods) {
+  for (const std::uint32_t floods : {3U, 16U, 63U}) {
+    pass(10s);
+    constexpr std::uint32_t kOther = 1000;
+    // Less than 3/4 of 37,500 bit/s, among all clients.
+    const Duration period = std::chrono::milliseconds(1000 * (floods + 1) * 122 / 28'125 + 20);
+    Duration since{};
+    for (int ms = 0; ms < 30'000; ++ms) {
+      for (std::uint32_t client = 1; client <= floods; ++client) {
+        (void)put(client, CanSend{.frame = full()});
+      }
+      (void)take_all();
+      since += 1ms;
+      // They begin with their credits at once: the line needs time for those.
+      if (since >= period && ms > 10'000) {
+        since = {};
+        ASSERT_EQ(put(kOther, CanSend{.frame = full()}), Put::queued);
+        EXPECT_EQ(next(), tags) << floods << " floods, " << ms << " ms";
+      }
+      pass(1ms);
+    }
+    Command command;
+    while (budget.remove(command)) {
+    }
+  }
+}
+
+TEST_F(RequestBudgetTest, TheClientWithTheMostCreditIsFirstAtANode) {
+  for (std::uint32_t client = 1; client <= 4; ++client) {
+    budget.count(client);
+    ASSERT_EQ(put(client, SdoRead{.node = 5}), Put::queued);
+  }
+  ASSERT_NE(next(), 0U);
+  const std::uint64_t first = admitted.command.tag;
+  EXPECT_EQ(next(), 0U) << "the node is occupied";
+  ASSERT_EQ(put(21, SdoRead{.node = 5}), Put::queued);
+  budget.answered(first);
+  EXPECT_EQ(next(), tags);
+}
+
+// So the arbiter sees that another client waits for the end of the transfer.
+TEST_F(RequestBudgetTest, AClientWithCreditIsAdmittedBehindOneWithout) {
+  for (int i = 0; i < 4; ++i) {
+    budget.count(1);
+  }
+  ASSERT_EQ(put(1, SdoRead{.node = 5}), Put::queued);
+  ASSERT_EQ(next(), tags);
+  const std::uint64_t first = tags;
+  ASSERT_EQ(put(2, SdoRead{.node = 5}), Put::queued);
+  ASSERT_EQ(next(), tags);
+  const std::uint64_t second = tags;
+  ASSERT_EQ(put(3, SdoRead{.node = 5}), Put::queued);
+  EXPECT_EQ(next(), 0U) << "one at a time";
+  budget.answered(first);
+  EXPECT_EQ(next(), 0U) << "behind one with credit none is admitted";
+  budget.answered(second);
+  EXPECT_EQ(next(), tags);
+}
+
+TEST_F(RequestBudgetTest, ATransferThatIsAwaitedMayOverdrawItsAccountOnce) {
+  while (budget.permits(1, false)) {
+    budget.count(1);
+  }
+  int frames = 0;
+  for (; frames < 100 && budget.permits(1, true); ++frames) {
+    budget.count(1);
+  }
+  EXPECT_EQ(frames, 8) << "of a burst of 937 bits";
+  pass(7ms);
+  EXPECT_TRUE(budget.permits(1, true));
+  EXPECT_FALSE(budget.permits(1, false));
+}
+
+// Else a client could hold the server of each node with a transfer that it starves.
+TEST_F(RequestBudgetTest, TransfersInProgressPrecedeNewRequestsOfTheirClient) {
+  budget.count(1);
+  int begun = 0;
+  for (int ms = 0; ms < 500; ++ms) {
+    (void)put(1, CanSend{.frame = full()});
+    begun += next() != 0 ? 1 : 0;
+    for (; budget.permits(1, false) && ms >= 100; budget.count(1)) {
+    }
+    pass(1ms);
+  }
+  EXPECT_GT(begun, 0);
+  EXPECT_LE(begun, 25) << "none while there are frames to send";
+}
+
+// A long value for another network must not keep the clients of this line waiting for minutes.
+TEST_F(RequestBudgetTest, ALongWriteToAnotherNetworkDelaysItsClientAlone) {
+  NetworkWrite write{.network = 2, .node = 5};
+  write.data.resize(1'000'000);
+  ASSERT_EQ(put(1, write), Put::queued);
+  ASSERT_EQ(next(), tags);
+  EXPECT_FALSE(budget.permits(1, false));
+  EXPECT_TRUE(budget.permits(2, false));
+  pass(60s);
+  EXPECT_FALSE(budget.permits(1, false));
 }
 
 TEST_F(RequestBudgetTest, WakesWhenTheAccountPermits) {
@@ -352,8 +494,9 @@ TEST_F(RequestBudgetTest, AtTheBoundOutputsOfNewClientsAreRefusedAndThoseThatWai
   }
   const std::uint32_t last = RequestBudget::kClients;
   OutputWrite waits = write(last, 0, 7);
-  exhaust(2);  // and so the account of the line
-  exhaust(3);
+  for (std::uint32_t client = 2; client < 8; ++client) {
+    exhaust(client);  // and so the account of the line
+  }
   ASSERT_EQ(budget.admits(waits), Admission::later);
   budget.hold(waits, now);
   EXPECT_EQ(budget.admits(write(last + 1, 1, 7)), Admission::no_place);
@@ -376,10 +519,11 @@ TEST_F(RequestBudgetTest, OutputsCostTheEventDrivenPdosThatCarryThem) {
   all.bytes.push_back({.offset = 0, .data = std::vector<std::byte>(8)});
   all.client_number = 1;
   EXPECT_EQ(writes_of(all), 1U) << "8 frames, at a burst of 937 bits";
-  EXPECT_EQ(writes_of(write(2, 0, 1)), 8U);
+  EXPECT_EQ(writes_of(write(2, 0, 1)), 3U) << "with less credit more of the line's is reserved";
   OutputWrite handshake{.group = 0};
   handshake.client_number = 3;
-  EXPECT_EQ(writes_of(handshake), 0U) << "the account of the line is used up";
+  EXPECT_EQ(writes_of(write(3, 0, 1)), 2U) << "another credit";
+  EXPECT_EQ(writes_of(handshake), 0U) << "and no more";
   pass(1s);
   EXPECT_EQ(writes_of(handshake), 1000U);
   set_outputs(8, false);

@@ -145,5 +145,42 @@ TEST(RequestQueue, RemovesAllOfAnOwner) {
   EXPECT_THAT(pop_all(queue), ElementsAre(Name(1, 1)));
 }
 
+class OnePermitted final : public Pace {
+ public:
+  explicit OnePermitted(std::uint32_t client) : client_(client) {}
+  bool permits(std::uint32_t client, bool /*awaited*/) const override { return client == client_; }
+  void count(std::uint32_t /*client*/) override {}
+
+ private:
+  std::uint32_t client_;
+};
+
+// Also at the turn of the one that waits longest.
+TEST(RequestQueue, PassesOverRequestsThatThePaceDoesNotPermit) {
+  RequestQueue queue(32);
+  const auto of = [](std::uint32_t client, std::uint64_t number, Priority priority) {
+    Request out = request(0, number, priority);
+    out.client = client;
+    return out;
+  };
+  ASSERT_TRUE(queue.push(of(1, 1, Priority::command)));
+  for (std::uint64_t i = 2; i <= 2 * RequestQueue::kOldestEvery; ++i) {
+    ASSERT_TRUE(queue.push(of(2, i, Priority::background)));
+  }
+  ASSERT_TRUE(queue.push(of(0, 100, Priority::background)));
+  const OnePermitted second(2);
+  Request next;
+  for (std::uint64_t i = 2; i <= 2 * RequestQueue::kOldestEvery; ++i) {
+    ASSERT_TRUE(queue.pop(next, &second));
+    EXPECT_EQ(next.number, i);
+  }
+  ASSERT_TRUE(queue.pop(next, &second));
+  EXPECT_EQ(next.number, 100U) << "without a client";
+  EXPECT_FALSE(queue.pop(next, &second));
+  EXPECT_EQ(queue.size(), 1U);
+  ASSERT_TRUE(queue.pop(next));
+  EXPECT_EQ(next.number, 1U);
+}
+
 }  // namespace
 }  // namespace linegate::sdo
