@@ -19,8 +19,8 @@
 namespace linegate::console {
 namespace {
 
-// 126 nodes of 1000 objects each, read one after the other at 50 kbit/s, take minutes.
-constexpr Duration kLongestConfiguring = std::chrono::minutes(15);
+// 126 nodes of 1000 objects each at 50 kbit/s take more than an hour with a client_share of 15 %.
+constexpr Duration kLongestConfiguring = std::chrono::hours(4);
 
 bool write_own(Context& context, Model& model, const Line& line,
                const manager::ObjectWrite& write) {

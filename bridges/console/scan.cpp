@@ -16,8 +16,9 @@
 namespace linegate::console {
 namespace {
 
-// 127 nodes of 1024 PDO records each at 125 kbit/s take minutes.
-constexpr Duration kLongest = std::chrono::minutes(15);
+// 127 nodes of 1024 PDO records each at 125 kbit/s take more than an hour with a client_share of 15
+// %.
+constexpr Duration kLongest = std::chrono::hours(4);
 
 // A node that was read, or one whose defaults could not be restored.
 std::string progress_words(const EventView& view) {
