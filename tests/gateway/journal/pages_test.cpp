@@ -293,7 +293,7 @@ TEST_F(ValuePagesTest, TheWorkForAPageIsBounded) {
 
 // A value that holds is kept although those around it were removed.
 TEST_F(ValuePagesTest, RemovedValuesCostNoPages) {
-  plan_.values_size = 1'000'000;
+  plan_.values_size = 400'000;
   {
     Journal journal(plan_);
     ASSERT_EQ(journal.open(), 0);
@@ -303,7 +303,7 @@ TEST_F(ValuePagesTest, RemovedValuesCostNoPages) {
     ASSERT_EQ(journal.store({.values = std::span(&kept, 1), .stream = kStream}, at(0)), 0);
     const auto other = std::make_shared<const ValueEntry>(ValueEntry{.line = "hall", .name = "b"});
     const std::vector<StoredValue> many(Journal::kMostValues, value_at(other, 1, 8));
-    for (unsigned call = 0; call < 400; ++call) {
+    for (unsigned call = 0; call < 150; ++call) {
       ASSERT_EQ(journal.store({.values = many, .stream = kStream}, at(1)), 0);
     }
   }
