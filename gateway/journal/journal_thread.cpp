@@ -376,6 +376,9 @@ bool JournalThread::store(const std::vector<NumberLimit>& limits,
   batch_size_ = 0;
   value_batch_.clear();
   failing_shown_.lower();
+  if (set_aside != 0) {
+    replaced_files_.add();
+  }
   if (before != stream_stored_) {
     report(event::JournalCondition::renewed, set_aside);
   }

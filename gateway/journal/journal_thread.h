@@ -91,6 +91,8 @@ class JournalThread {
   void record(JournalEntry& entry);
   // Queues a value of the value history. False: the queue is full.
   bool record(StoredValue value);
+  // How many files replaced a damaged one: such a file has none of the values stored before.
+  std::uint64_t replaced_files() const { return replaced_files_.value(); }
 
  private:
   // Of the first open(): its result counts if it comes before the thread that waits gives up.
@@ -126,6 +128,7 @@ class JournalThread {
   exchange::Ring<StoredValue> values_;                // publisher to journal
   exchange::Counter dropped_;                         // by the publisher
   exchange::Counter announced_;                       // by main: lost entries in pop_news()
+  exchange::Counter replaced_files_;                  // by the journal
   exchange::Flag ended_;                              // by the journal: run() has ended
   exchange::Flag failing_shown_;                      // no reason to wait for the disk
   mutable std::mutex opening_mutex_;

@@ -504,6 +504,10 @@ Instant Publisher::store_values(Line& line, Instant now) {
   if (line.values == nullptr) {
     return kNever;
   }
+  if (const std::uint64_t file = journal_->replaced_files(); file != line.values_file) {
+    line.values_file = file;
+    line.values->repeat();
+  }
   return line.values->store_due(
       now, clock_.map(), [&](StoredValue value) { return journal_->record(std::move(value)); });
 }

@@ -99,6 +99,7 @@ class Publisher {
     std::array<ImageSequence, 2> sequences;
     std::array<DeferredImage, 2> deferred;
     std::unique_ptr<ValueSampler> values;  // nullptr without a value history
+    std::uint64_t values_file = 0;         // JournalThread::replaced_files() of the stored ones
   };
 
   void run();

@@ -119,6 +119,16 @@ Instant ValueSampler::store_due(Watched& of, Instant now, const ClockMap& clock,
   return stores(of.newest) ? kNever : now + kRetryPeriod;
 }
 
+void ValueSampler::repeat() {
+  for (Watched& one : watched_) {
+    one.stored = Value{};
+    one.last.reset();
+    one.end.reset();
+    one.due = Instant{};
+  }
+  is_waiting_ = true;
+}
+
 bool ValueSampler::end(Instant now, const ClockMap& clock, const Store& store) {
   for (Watched& one : watched_) {
     one.place.reset();

@@ -38,6 +38,8 @@ class ValueSampler {
   // Stores what is due. Returns when to call it again; kNever: after the next change. What finds no
   // room is tried again.
   Instant store_due(Instant now, const ClockMap& clock, const Store& store);
+  // What is stored was lost: stores the present values again, with the times since when they hold.
+  void repeat();
   // The line has ended: ends all values. False: there was no room for all, call it again.
   bool end(Instant now, const ClockMap& clock, const Store& store);
 

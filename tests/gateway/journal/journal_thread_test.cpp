@@ -86,6 +86,17 @@ TEST_F(JournalThreadTest, ALostJournalBeginsAStreamAndSaysSo) {
   }
 }
 
+TEST_F(JournalThreadTest, AFileThatReplacesADamagedOneIsCounted) {
+  std::ofstream(plan_.file) << "this is no journal";
+  for (std::uint64_t run = 1; run <= 2; ++run) {
+    JournalThread thread(options());
+    thread.add_line("press");
+    thread.start();
+    EXPECT_TRUE(thread.stop());
+    EXPECT_EQ(thread.replaced_files(), run == 1 ? 1U : 0U);
+  }
+}
+
 TEST_F(JournalThreadTest, ALineThatComesLaterHasNumbersReservedBeforeItsFirstEvent) {
   JournalThread thread(options());
   thread.start();

@@ -249,6 +249,17 @@ TEST_F(ValueSamplerTest, WhatIsNotThereIsNotValid) {
   EXPECT_EQ(stored_[1].value, std::nullopt);
 }
 
+TEST_F(ValueSamplerTest, ANewFileHasThePresentValues) {
+  ValueSampler of = sampler({"inlet.Temperature", "inlet.Flag"});
+  of.add(snapshot(Instant(10s), 1, false, 1));
+  store(of, Instant(10s));
+  of.repeat();
+  EXPECT_EQ(store(of, Instant(10'100ms)), kNever);
+  ASSERT_EQ(stored_.size(), 2U) << "and not that an entry was never valid";
+  EXPECT_EQ(stored_[1].value, 1U);
+  EXPECT_EQ(stored_[1].time, Instant(10s) + 1h) << "since when it holds";
+}
+
 TEST_F(ValueSamplerTest, TheEndOfTheLineEndsItsValues) {
   ValueSampler of = sampler({"inlet.Temperature", "inlet.Flag"});
   of.add(snapshot(Instant(10s), 1, false, 1));
