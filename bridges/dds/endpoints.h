@@ -2,7 +2,6 @@
 // A participant with its writers and readers, which it owns. Each has the QoS of its profile.
 #pragma once
 
-#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <map>
@@ -20,6 +19,7 @@
 #include <fastdds/dds/topic/TypeSupport.hpp>
 
 #include "bridges/dds/guard/guard.h"
+#include "bridges/dds/guard/stall.h"
 #include "bridges/dds/guard/stalled_connections.h"
 #include "bridges/dds/guard/timer_watch.h"
 #include "bridges/dds/name_watch.h"
@@ -80,13 +80,15 @@ class Endpoints {
 
   // From now on longest_stall() includes the timers of the library.
   void watch_timers() { timers_.emplace(*participant_); }
-  // Time that the library has spent on the oldest datagram that it processes now (0 without one, or
-  // without a guard), or by which its timers are late, whichever is longer. From any thread.
-  Duration longest_stall() const {
-    const Duration now = std::chrono::steady_clock::now().time_since_epoch();
-    const Duration call =
-        guard_ == nullptr ? Duration{} : Duration{guard_->calls().longest(now.count())};
-    return timers_ ? std::max(call, timers_->late()) : call;
+  // The time that the library has spent on the oldest datagram that it processes now (none without
+  // a guard), or by which its timers are late, whichever is longer. From any thread.
+  guard::Stall longest_stall() const {
+    const std::int64_t now = Duration{std::chrono::steady_clock::now().time_since_epoch()}.count();
+    guard::Stall call;
+    if (guard_ != nullptr)
+      call = {Duration{guard_->calls().longest(now)}, guard_->calls().thread_of_longest(now)};
+    const guard::Stall timer = timers_ ? timers_->stall() : guard::Stall{};
+    return timer.time > call.time ? timer : call;
   }
 
   // Limits how long TCP connections may stall. Call it about every second, from one thread that

@@ -27,7 +27,7 @@ class EndpointServer final : public PortServer {
   bool handle(Message message) override;
   bool poll(Duration timeout, const Send& send) override;
   void wake() override { port_->wake(); }
-  Duration longest_stall() const override { return port_->longest_stall(); }
+  guard::Stall longest_stall() const override { return port_->longest_stall(); }
 
  private:
   template <class Sample>

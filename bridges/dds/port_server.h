@@ -9,6 +9,7 @@
 #include <memory>
 #include <span>
 
+#include "bridges/dds/guard/stall.h"
 #include "bridges/dds/security.h"
 #include "stack/base/time.h"
 
@@ -39,7 +40,7 @@ class PortServer {
   virtual void wake() = 0;
 
   // See SamplePort::longest_stall().
-  virtual Duration longest_stall() const = 0;
+  virtual guard::Stall longest_stall() const = 0;
 };
 
 }  // namespace linegate::dds

@@ -185,7 +185,7 @@ class LocalPort final : public SamplePort {
   std::vector<std::string> other_gateways() const override { return endpoints_.peers().gateways; }
   DiscoveryCounters discovery() const override { return endpoints_.discovery(); }
   guard::Counters guard_counters() const override { return endpoints_.guard_counters(); }
-  Duration longest_stall() const override { return endpoints_.longest_stall(); }
+  guard::Stall longest_stall() const override { return endpoints_.longest_stall(); }
   void watch_timers() override { endpoints_.watch_timers(); }
   std::int64_t next_expiry() const override { return next_expiry_ ? next_expiry_() : 0; }
 

@@ -17,6 +17,7 @@
 #include <linegate.h>
 
 #include "bridges/dds/guard/counters.h"
+#include "bridges/dds/guard/stall.h"
 #include "bridges/dds/publisher.h"
 #include "bridges/dds/values.h"
 #include "stack/base/diagnostic.h"
@@ -88,10 +89,9 @@ class SamplePort {
   virtual std::vector<std::string> other_gateways() const = 0;
   virtual DiscoveryCounters discovery() const = 0;
   virtual guard::Counters guard_counters() const = 0;
-  // Time for which a thread of the library has made no progress: with the oldest datagram that it
-  // processes now, or, after watch_timers(), with its timers; 0: none, or not known. From any
-  // thread.
-  virtual Duration longest_stall() const { return Duration{}; }
+  // The thread of the library that has made no progress for longest: with a datagram that it
+  // processes now, or, after watch_timers(), with its timers. From any thread.
+  virtual guard::Stall longest_stall() const { return {}; }
   // Call it at most once, before longest_stall().
   virtual void watch_timers() {}
 };

@@ -24,7 +24,7 @@
 #include "gateway/edge/edge_end.h"
 #include "gateway/edge/edge_process.h"
 #include "gateway/edge/file_access.h"
-#include "gateway/edge/run_delay.h"
+#include "gateway/edge/processor_times.h"
 #include "gateway/exchange/cell.h"
 #include "gateway/exchange/shared_rings.h"
 #include "gateway/publish/dds_edge.h"
@@ -46,7 +46,7 @@ constexpr Duration kReceivePeriod = std::chrono::milliseconds(200);
 constexpr Duration kPollPeriod = std::chrono::milliseconds(100);
 constexpr Duration kFullPeriod = std::chrono::milliseconds(2);  // while there is no room
 // Fast DDS needs less than 10 ms for any datagram, a handshake of DDS-Security included.
-constexpr Duration kLongestStall = std::chrono::milliseconds(200);
+constexpr Duration kLongestStall = std::chrono::milliseconds(100);
 static_assert(dds::kLongestMessage < exchange::SharedRings::kRingBytes / 2 - 8);
 constexpr std::size_t kMemory = std::size_t{2} << 30U;
 
@@ -119,25 +119,36 @@ void write_line(Severity severity, std::string_view text) {
   }
 }
 
-// Without the time in which threads of this process waited for a processor: on an overloaded
-// machine a thread that works may take long.
+// How long a thread of the library has stalled. A thread that did not sleep meanwhile loops. One
+// that slept is blocked, or only late, because it needs a lock of a thread that waits for a
+// processor: on an overloaded machine the time in which threads of this process wait for one does
+// not count.
 class StallOfLibrary {
  public:
-  Duration of(Duration stall) {
-    if (stall < kCountFrom) {
+  Duration of(const dds::guard::Stall& stall) {
+    const bool continues = stall.thread == last_.thread && stall.time >= last_.time;
+    last_ = stall;
+    if (stall.time < kCountFrom) {
       counts_ = false;
-      return stall;
+      return stall.time;
     }
-    if (!std::exchange(counts_, true)) {
-      delay_.begin();
+    const Instant now = monotonic_now();
+    if (!std::exchange(counts_, true) || !continues) {
+      times_.begin();
+      begun_ = now;
     }
-    return stall - delay_.longest();
+    const ProcessorTimes::Times since = times_.since_begin(stall.thread);
+    const Duration counted = now - begun_;
+    const Duration slept = counted - since.running - since.waiting;
+    return slept < counted / 50 ? counted : stall.time - since.waiting_of_all;
   }
 
  private:
-  static constexpr Duration kCountFrom = kLongestStall / 4;
+  static constexpr Duration kCountFrom = kLongestStall / 2;
 
-  RunDelay delay_;
+  ProcessorTimes times_;
+  dds::guard::Stall last_;
+  Instant begun_{};
   bool counts_ = false;
 };
 

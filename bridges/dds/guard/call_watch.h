@@ -17,14 +17,16 @@ class CallWatch {
   static constexpr std::size_t kCalls = 64;
 
   // A datagram is processed during the life of this object. now: in ns of any monotonic clock, not
-  // 0. Does not allocate or wait.
+  // 0. thread: as gettid(2). Does not allocate or wait.
   class Call {
    public:
-    Call(CallWatch& watch, std::int64_t now) {
-      for (std::atomic<std::int64_t>& begun : watch.begun_) {
+    Call(CallWatch& watch, std::int64_t now, int thread = 0) {
+      for (std::size_t i = 0; i < kCalls; ++i) {
+        std::atomic<std::int64_t>& begun = watch.begun_[i];
         std::int64_t none = 0;
         if (begun.load(std::memory_order_relaxed) == 0 &&
             begun.compare_exchange_strong(none, now)) {
+          watch.threads_[i].store(thread, std::memory_order_relaxed);
           begun_ = &begun;
           return;
         }
@@ -51,9 +53,23 @@ class CallWatch {
     }
     return out;
   }
+  // The thread of that call; 0 if there is none.
+  int thread_of_longest(std::int64_t now) const {
+    std::int64_t longest = 0;
+    int out = 0;
+    for (std::size_t i = 0; i < kCalls; ++i) {
+      const std::int64_t since = begun_[i].load(std::memory_order_relaxed);
+      if (since != 0 && now - since > longest) {
+        longest = now - since;
+        out = threads_[i].load(std::memory_order_relaxed);
+      }
+    }
+    return out;
+  }
 
  private:
   std::array<std::atomic<std::int64_t>, kCalls> begun_{};  // 0: free
+  std::array<std::atomic<int>, kCalls> threads_{};
 };
 
 }  // namespace linegate::dds::guard

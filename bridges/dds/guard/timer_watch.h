@@ -11,7 +11,10 @@
 
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/rtps/resources/TimedEvent.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
+#include "bridges/dds/guard/stall.h"
 #include "stack/base/time.h"
 
 namespace linegate::dds::guard {
@@ -25,6 +28,7 @@ class TimerWatch {
       : timer_(
             participant.get_resource_event(),
             [this] {
+              thread_.store(static_cast<int>(syscall(SYS_gettid)), std::memory_order_relaxed);
               due_.store(now() + kPeriod.count(), std::memory_order_relaxed);
               return true;  // start it again
             },
@@ -34,9 +38,10 @@ class TimerWatch {
   TimerWatch(const TimerWatch&) = delete;
   TimerWatch& operator=(const TimerWatch&) = delete;
 
-  // Time since the timer was due; 0: it is not late. From any thread.
-  Duration late() const {
-    return std::max(Duration::zero(), Duration{now() - due_.load(std::memory_order_relaxed)});
+  // Time since the timer was due. From any thread.
+  Stall stall() const {
+    const Duration late{now() - due_.load(std::memory_order_relaxed)};
+    return {std::max(Duration::zero(), late), thread_.load(std::memory_order_relaxed)};
   }
 
  private:
@@ -44,6 +49,7 @@ class TimerWatch {
     return Duration{std::chrono::steady_clock::now().time_since_epoch()}.count();
   }
 
+  std::atomic<int> thread_{0};
   std::atomic<std::int64_t> due_{now() + kPeriod.count()};  // in ns of the steady clock
   eprosima::fastrtps::rtps::TimedEvent timer_;              // last: its destructor ends the calls
 };

@@ -13,6 +13,8 @@
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
 #include "bridges/dds/guard/passed_on.h"
 #include "bridges/dds/guard/stalled_connections.h"
@@ -114,7 +116,8 @@ class Transport final : public fast::ChainingTransport {
  private:
   void pass(fast::TransportReceiverInterface* next, Octets datagram, const rtps::Locator_t& local,
             const rtps::Locator_t& remote, std::int64_t now) {
-    const CallWatch::Call call(descriptor_.guard->calls(), now);
+    thread_local const auto thread = static_cast<int>(syscall(SYS_gettid));
+    const CallWatch::Call call(descriptor_.guard->calls(), now, thread);
     next->OnDataReceived(datagram.data(), static_cast<std::uint32_t>(datagram.size()), local,
                          remote);
   }

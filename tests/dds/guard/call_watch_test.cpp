@@ -19,6 +19,14 @@ TEST(CallWatch, TheOldestPresentCallCounts) {
   EXPECT_EQ(watch.longest(1'000), 700);
 }
 
+TEST(CallWatch, TheThreadOfTheOldestCallIsKnown) {
+  CallWatch watch;
+  EXPECT_EQ(watch.thread_of_longest(1'000), 0);
+  const CallWatch::Call first(watch, 300, 17);
+  const CallWatch::Call second(watch, 100, 18);
+  EXPECT_EQ(watch.thread_of_longest(1'000), 18);
+}
+
 TEST(CallWatch, ACallWithoutAPlaceIsNotWatchedAndDisturbsNone) {
   CallWatch watch;
   {
