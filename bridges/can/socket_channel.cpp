@@ -133,7 +133,7 @@ void SocketChannel::fail(int error, BusEvents& events, Instant now) {
     if (empty) {
       break;
     }
-    count += take_batch(out.subspan(count), events, now);
+    count += receive_batch(out.subspan(count), events, now);
   }
   if (failure_ != 0 && empty) {
     fail(failure_, events, std::max(now, clock_.latest()));
@@ -164,8 +164,8 @@ void SocketChannel::fail(int error, BusEvents& events, Instant now) {
   return true;
 }
 
-[[gnu::hot]] std::size_t SocketChannel::take_batch(std::span<can::Frame> out, BusEvents& events,
-                                                   Instant now) {
+[[gnu::hot]] std::size_t SocketChannel::receive_batch(std::span<can::Frame> out, BusEvents& events,
+                                                      Instant now) {
   std::size_t count = 0;
   while (batch_next_ < batch_end_ && count < out.size() && events.room() >= BusEvents::kPerFrame) {
     const bool given = take(socket_.received(batch_next_++), out[count], events, now);
@@ -187,7 +187,7 @@ void SocketChannel::fail(int error, BusEvents& events, Instant now) {
     return false;
   }
   if (received.bytes >= CAN_MTU && (received.raw->can_id & CAN_ERR_FLAG) != 0) {
-    take_error_frame(*received.raw, events, time);
+    receive_error_frame(*received.raw, events, time);
     return false;
   }
   if (!decode(*received.raw, received.bytes, out)) {
@@ -219,7 +219,7 @@ void SocketChannel::count_dropped(std::uint32_t dropped, BusEvents& events, Inst
   dropped_ = dropped;
 }
 
-void SocketChannel::take_error_frame(const canfd_frame& raw, BusEvents& events, Instant time) {
+void SocketChannel::receive_error_frame(const canfd_frame& raw, BusEvents& events, Instant time) {
   errors_.decode(raw, time, events);
   if ((raw.can_id & (CAN_ERR_BUSOFF | CAN_ERR_RESTARTED)) != 0) {
     flush_window();

@@ -41,10 +41,10 @@ class SocketChannel final : public Channel {
   void fail(int error, BusEvents& events, Instant now);
 
   bool refill(std::size_t room);
-  std::size_t take_batch(std::span<can::Frame> out, BusEvents& events, Instant now);
+  std::size_t receive_batch(std::span<can::Frame> out, BusEvents& events, Instant now);
   bool take(const FrameSocket::Received& received, can::Frame& out, BusEvents& events, Instant now);
   void count_dropped(std::uint32_t dropped, BusEvents& events, Instant time);
-  void take_error_frame(const canfd_frame& raw, BusEvents& events, Instant time);
+  void receive_error_frame(const canfd_frame& raw, BusEvents& events, Instant time);
 
   std::size_t sendable_prefix(std::span<const can::Frame> frames) const;
   std::size_t send(std::span<const can::Frame> frames, Instant now);

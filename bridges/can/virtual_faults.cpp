@@ -104,7 +104,7 @@ std::string contradiction(const VirtualFaults& faults) {
 }
 
 // "lost=off". Returns false if there is no such option.
-bool take_away(std::string_view key, FaultChange& out) {
+bool reset_fault(std::string_view key, FaultChange& out) {
   constexpr VirtualFaults kNone;
   VirtualFaults& faults = out.faults;
   if (key == "lost") {
@@ -127,7 +127,7 @@ bool take_away(std::string_view key, FaultChange& out) {
 
 bool change_option(const UriOption& option, FaultChange& out) {
   if (option.value == "off") {
-    return take_away(option.key, out);
+    return reset_fault(option.key, out);
   }
   if (option.key == "bus_off" && option.value == "now") {
     out.bus_off_now = true;

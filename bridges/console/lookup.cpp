@@ -77,7 +77,7 @@ void poll(Context& context, Model& model, Duration timeout) {
   model.at(steady_now());
   context.client.poll(timeout, model);
   model.at(steady_now());
-  for (const std::string& warning : model.take_warnings()) {
+  for (const std::string& warning : model.pop_warnings()) {
     context.err << warning << '\n';
   }
 }

@@ -165,7 +165,7 @@ void Model::on_event(const LineId& id, const EventView& event) {
   }
 }
 
-std::vector<std::string> Model::take_warnings() {
+std::vector<std::string> Model::pop_warnings() {
   std::vector<std::string> out;
   if (unreadable_ > 0 && !std::exchange(unreadable_reported_, true)) {
     out.emplace_back("damaged samples were received and dropped");

@@ -113,7 +113,7 @@ class Model : public Listener {
   std::uint64_t unreadable() const { return unreadable_; }
   std::uint64_t left_out() const { return left_out_; }
   // The kinds of dropped samples in words; each kind is returned once.
-  std::vector<std::string> take_warnings();
+  std::vector<std::string> pop_warnings();
 
   // Lines with the name or network-ID `text`; with "GATEWAY/" in front only those of that gateway.
   // An empty text selects all.

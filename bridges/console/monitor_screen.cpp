@@ -14,7 +14,7 @@ constexpr Duration kFrame = std::chrono::milliseconds(200);  // shortest time be
 constexpr Duration kStill = std::chrono::seconds(1);  // redraw at least this often, for the clock
 
 // Handles all pending keys. Returns false to end.
-bool take_keys(Screen& screen, MonitorView& view, const Model& model, bool& typed) {
+bool handle_keys(Screen& screen, MonitorView& view, const Model& model, bool& typed) {
   for (Input input = screen.input(); input.key != Key::none; input = screen.input()) {
     typed = true;
     if (!view.handle(input, model)) {
@@ -40,7 +40,7 @@ int monitor_screen(Context& context, const MonitorOptions& options, Model& model
   std::uint64_t revision = 0;
   while (!stopped()) {
     bool typed = false;
-    if (!take_keys(screen, view, model, typed)) {
+    if (!handle_keys(screen, view, model, typed)) {
       break;
     }
     const Instant now = steady_now();

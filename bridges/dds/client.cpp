@@ -307,7 +307,7 @@ std::size_t Client::poll(Duration timeout, ClientListener& listener) {
     impl_->report_lines_gone(listener);
     impl_->drain_values(listener);
     impl_->drain_replies(listener);
-    const std::uint64_t unreadable = impl_->endpoints.take_unreadable();
+    const std::uint64_t unreadable = impl_->endpoints.pop_unreadable();
     if (unreadable != 0)
       listener.on_unreadable(unreadable);
     if (impl_->left_out != 0)
@@ -379,13 +379,13 @@ void Client::Impl::drain_states(ClientListener& listener) {
     GatewayInfo gateway;
     from_wire(sample, kUtc, gateway);
     if (follower) {
-      follower->take_gateway(sample.gateway().to_string(), sample.incarnation(),
-                             gateway.event_stream, gateway.events, steady_now());
+      follower->receive_gateway(sample.gateway().to_string(), sample.incarnation(),
+                                gateway.event_stream, gateway.events, steady_now());
     }
     listener.on_gateway(source(sample), gateway);
   });
   std::vector<Property> properties;
-  const auto take_line = [&](const v1::LineState& sample) {
+  const auto receive_line = [&](const v1::LineState& sample) {
     if (!publishers.note(sample.gateway().to_string(), sample.line().to_string(),
                          guid_of(info.publication_handle), steady_now())) {
       ++left_out;
@@ -397,12 +397,12 @@ void Client::Impl::drain_states(ClientListener& listener) {
     from_wire(sample, line, state);
     from_wire(sample.properties(), properties);
     if (follower) {
-      follower->take_line(sample.gateway().to_string(), sample.line().to_string(),
-                          state.counters.events, steady_now());
+      follower->receive_line(sample.gateway().to_string(), sample.line().to_string(),
+                             state.counters.events, steady_now());
     }
     listener.on_line(source(sample), line, state, properties);
   };
-  drain(lines, line_sample, take_line, [&] { line_ended(listener); });
+  drain(lines, line_sample, receive_line, [&] { line_ended(listener); });
   drain(nodes, node_sample, [&](const v1::NodeState& sample) {
     NodeInfo node;
     line::NodeState state;
@@ -434,7 +434,7 @@ void Client::Impl::line_ended(ClientListener& listener) {
 // Called after states are drained: the lines of a gateway that was restarted meanwhile are not
 // gone.
 void Client::Impl::report_lines_gone(ClientListener& listener) {
-  for (const WriterWatch::Handle& lost : line_writers.take_lost()) {
+  for (const WriterWatch::Handle& lost : line_writers.pop_lost()) {
     for (const LinePublishers::Line& line : publishers.lose(guid_of(lost))) {
       std::erase_if(line_names, [&](const auto& known) { return known.second == line; });
       ++handled;
@@ -488,7 +488,7 @@ void Client::Impl::drain_replies(ClientListener& listener) {
 
 void Client::Impl::finish(RequestTracker::Done done, ClientListener& listener) {
   if (pages.erase(done.result.id) != 0) {
-    follower->take_answer(done.target.gateway, done.target.line, done.result, steady_now());
+    follower->receive_answer(done.target.gateway, done.target.line, done.result, steady_now());
     return;
   }
   if (done.result.id == called) {

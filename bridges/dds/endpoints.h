@@ -99,7 +99,7 @@ class Endpoints {
   }
 
   // Number of received samples that could not be deserialized, since the last call.
-  std::uint64_t take_unreadable() { return unreadable_->take(); }
+  std::uint64_t pop_unreadable() { return unreadable_->take(); }
 
   // No thread may write meanwhile. Samples that a reader has not received yet are lost.
   void remove(eprosima::fastdds::dds::DataWriter* writer);

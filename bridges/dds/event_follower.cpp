@@ -67,14 +67,14 @@ const EventFollower::Gateway& EventFollower::gateway_of(const Line& line) const 
 
 // A gateway that was started again: events of its last run may be missing, of which no sample
 // exists.
-void EventFollower::take_gateway(const std::string& gateway, std::uint64_t incarnation,
-                                 std::uint64_t stream, std::uint64_t newest, Instant now) {
+void EventFollower::receive_gateway(const std::string& gateway, std::uint64_t incarnation,
+                                    std::uint64_t stream, std::uint64_t newest, Instant now) {
   if (!gateways_.contains(gateway) && gateways_.size() >= kMostLines)
     return;
   Gateway& known = gateways_[gateway];
   const bool is_new = known.incarnation != incarnation;
   known = {incarnation, stream};
-  take_line(gateway, "", newest, now);
+  receive_line(gateway, "", newest, now);
   for (auto& [key, one] : lines_) {
     if (key.first != gateway)
       continue;
@@ -87,8 +87,8 @@ void EventFollower::take_gateway(const std::string& gateway, std::uint64_t incar
   }
 }
 
-void EventFollower::take_line(const std::string& gateway, const std::string& name,
-                              std::uint64_t newest, Instant now) {
+void EventFollower::receive_line(const std::string& gateway, const std::string& name,
+                                 std::uint64_t newest, Instant now) {
   Line* const known = line(gateway, name);
   if (known == nullptr)
     return;
@@ -229,8 +229,8 @@ Instant EventFollower::next_wake() const {
   return next;
 }
 
-void EventFollower::take_answer(const std::string& gateway, const std::string& name,
-                                const CommandResult& result, Instant now) {
+void EventFollower::receive_answer(const std::string& gateway, const std::string& name,
+                                   const CommandResult& result, Instant now) {
   const auto found = lines_.find({gateway, name});
   if (found == lines_.end())
     return;
@@ -238,13 +238,13 @@ void EventFollower::take_answer(const std::string& gateway, const std::string& n
   line.asking = false;
   auto page = result.reply.ok() ? request::decode_page(result.reply.bytes()) : std::nullopt;
   if (page) {
-    take_page(line, *std::move(page), now);
+    receive_page(line, *std::move(page), now);
   } else {
-    take_refusal(line, result, now);
+    receive_refusal(line, result, now);
   }
 }
 
-void EventFollower::take_page(Line& line, request::JournalPage page, Instant now) {
+void EventFollower::receive_page(Line& line, request::JournalPage page, Instant now) {
   const bool is_first = line.cursor == request::JournalCursor{};
   if (is_first && page.unknown_stream && line.position) {
     // Of the present stream, the journal has not stored an event of the line yet
@@ -254,7 +254,7 @@ void EventFollower::take_page(Line& line, request::JournalPage page, Instant now
   }
   for (request::JournalRecord& record : page.records) {
     if (record.line == line.name)
-      take_record(line, std::move(record));
+      receive_record(line, std::move(record));
   }
   deliver_pending(line);
   if (page.more) {
@@ -266,7 +266,7 @@ void EventFollower::take_page(Line& line, request::JournalPage page, Instant now
   wait_for_journal(line, now);
 }
 
-void EventFollower::take_record(Line& line, request::JournalRecord record) {
+void EventFollower::receive_record(Line& line, request::JournalRecord record) {
   if (record.number == 0 || line.past.contains(record.stream))
     return;
   if (!line.position || line.position->stream != record.stream)
@@ -312,7 +312,7 @@ void EventFollower::give_up(Line& line) {
   line.missed_since = kNever;
 }
 
-void EventFollower::take_refusal(Line& line, const CommandResult& result, Instant now) {
+void EventFollower::receive_refusal(Line& line, const CommandResult& result, Instant now) {
   if (is_refused(result, line::Refusal::wrong_incarnation) &&
       line.cursor != request::JournalCursor{}) {
     line.cursor = {};  // the file was replaced: after the last event again

@@ -74,14 +74,14 @@ class EventFollower {
   // --- in ---
 
   // A GatewayState or LineState; newest: the number of the newest event of the line.
-  void take_gateway(const std::string& gateway, std::uint64_t incarnation, std::uint64_t stream,
-                    std::uint64_t newest, Instant now);
-  void take_line(const std::string& gateway, const std::string& line, std::uint64_t newest,
-                 Instant now);
+  void receive_gateway(const std::string& gateway, std::uint64_t incarnation, std::uint64_t stream,
+                       std::uint64_t newest, Instant now);
+  void receive_line(const std::string& gateway, const std::string& line, std::uint64_t newest,
+                    Instant now);
   void take(FollowedEvent event, Instant now);
   // The answer to the request of due().
-  void take_answer(const std::string& gateway, const std::string& line, const CommandResult& result,
-                   Instant now);
+  void receive_answer(const std::string& gateway, const std::string& line,
+                      const CommandResult& result, Instant now);
 
   // --- out ---
 
@@ -93,7 +93,7 @@ class EventFollower {
     Target target;
     request::JournalRead read;
   };
-  // A request to send now; take_answer() is expected once for each.
+  // A request to send now; receive_answer() is expected once for each.
   std::optional<Fetch> due(Instant now);
   // When due() has a request, unless something is taken before.
   Instant next_wake() const;
@@ -130,9 +130,9 @@ class EventFollower {
   void deliver_pending(Line& line);
   void deliver_before(Line& line, std::uint64_t number);
   void change_stream(Line& line, std::uint64_t stream, std::uint64_t before_first);
-  void take_page(Line& line, request::JournalPage page, Instant now);
-  void take_record(Line& line, request::JournalRecord record);
-  void take_refusal(Line& line, const CommandResult& result, Instant now);
+  void receive_page(Line& line, request::JournalPage page, Instant now);
+  void receive_record(Line& line, request::JournalRecord record);
+  void receive_refusal(Line& line, const CommandResult& result, Instant now);
   void wait_for_journal(Line& line, Instant now);
   void give_up(Line& line);
 

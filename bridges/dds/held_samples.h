@@ -56,7 +56,7 @@ class HeldSamples {
 
   // Returns a sample that must be written again now, and counts it as written; nullptr if there is
   // none. Call it after each note() until it returns nullptr.
-  Sample* take_stale() {
+  Sample* pop_stale() {
     const std::uint64_t most = std::max<std::uint64_t>(kMostSince, 2 * held_.size());
     if (held_.empty() || written_ - held_.front().number <= most)
       return nullptr;

@@ -40,7 +40,7 @@ class PdoWriter {
     v1::PdoUpdate& held = held_.note(key, sample);
     const bool written = writer_.next()->write(&held);
     held.receptions(0);
-    while (v1::PdoUpdate* stale = held_.take_stale())
+    while (v1::PdoUpdate* stale = held_.pop_stale())
       writer_.next()->write(stale);
     return written;
   }

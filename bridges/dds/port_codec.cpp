@@ -45,15 +45,15 @@ void add_text(std::string_view text, FieldWriter& out) {
   out.sized(short_text(text, kLongestText), kTextLength);
 }
 
-std::string take_text(FieldReader& in, std::size_t longest) {
+std::string read_text(FieldReader& in, std::size_t longest) {
   std::string out = in.text(kTextLength);
   in.require(out.size() <= longest);
   return out;
 }
 
 // A name as peer_gateways.h takes it from that of a participant.
-std::string take_gateway(FieldReader& in) {
-  std::string out = take_text(in, kLongestName);
+std::string read_gateway(FieldReader& in) {
+  std::string out = read_text(in, kLongestName);
   in.require(!out.empty() && out.find_first_of(" /,") == std::string::npos);
   return out;
 }
@@ -99,7 +99,7 @@ void encode(FromEndpoints kind, std::string_view text, PortMessage& out) {
 
 std::optional<std::string> decode_text(PortBytes message, std::size_t longest) {
   FieldReader in = content_of(message);
-  std::string out = take_text(in, longest);
+  std::string out = read_text(in, longest);
   return if_complete(in, std::move(out));
 }
 
@@ -114,7 +114,7 @@ void add_padded(std::string_view text, std::size_t longest, FieldWriter& out) {
   out.bytes(zeros);
 }
 
-std::string take_padded(FieldReader& in, std::size_t longest) {
+std::string read_padded(FieldReader& in, std::size_t longest) {
   const auto length = in.number<std::uint32_t>();
   const PortBytes text = in.raw(longest);
   in.require(length <= longest);
@@ -137,13 +137,13 @@ void add_sender(const Participant& from, PortMessage& out) {
   out.insert(out.end(), sender.begin(), sender.end());
 }
 
-std::optional<PortBytes> take_sender(PortBytes message, Participant& from) {
+std::optional<PortBytes> read_sender(PortBytes message, Participant& from) {
   FieldReader in = content_of(message);
   const PortBytes prefix = in.raw(from.prefix.size());
-  std::string host = take_padded(in, kLongestHost);
+  std::string host = read_padded(in, kLongestHost);
   const auto right = in.number<std::uint32_t>();
   in.require(right <= static_cast<std::uint32_t>(ClientRight::engineer));
-  std::string subject = take_padded(in, kLongestSubject);
+  std::string subject = read_padded(in, kLongestSubject);
   if (!in.good())
     return std::nullopt;
   std::ranges::copy(prefix, std::as_writable_bytes(std::span(from.prefix)).begin());
@@ -160,9 +160,9 @@ void add_partition(std::string_view partition, PortMessage& out) {
   out.insert(out.end(), octets.begin(), octets.end());
 }
 
-std::optional<PortBytes> take_partition(PortBytes message, std::string& partition) {
+std::optional<PortBytes> read_partition(PortBytes message, std::string& partition) {
   FieldReader in = content_of(message);
-  std::string taken = take_padded(in, kLongestPartition);
+  std::string taken = read_padded(in, kLongestPartition);
   if (!in.good())
     return std::nullopt;
   partition = std::move(taken);
@@ -193,13 +193,13 @@ void encode(const GatewayOptions& options, PortMessage& out) {
 std::optional<GatewayOptions> decode_options(PortBytes message) {
   FieldReader in = content_of(message);
   GatewayOptions out;
-  out.gateway = take_text(in, kLongestName);
+  out.gateway = read_text(in, kLongestName);
   out.incarnation = in.number<std::uint64_t>();
   out.domain = in.number<std::uint32_t>();
-  out.profile_file = take_text(in, kLongestText);
+  out.profile_file = read_text(in, kLongestText);
   const auto lines = in.number<std::uint32_t>();
   for (std::uint32_t i = 0; i < lines && in.good(); ++i)
-    out.lines.push_back(take_text(in, kLongestName));
+    out.lines.push_back(read_text(in, kLongestName));
   out.renew_after = in.number<std::uint64_t>();
   out.participants = in.number<std::size_t>(8);
   out.last_words = Duration{in.number<std::int64_t>()};
@@ -210,7 +210,7 @@ std::optional<GatewayOptions> decode_options(PortBytes message) {
   in.require(partitions <= 1);
   out.partitions = partitions == 1;
   for (std::string* text : texts_of(out.security))
-    *text = take_text(in, kLongestText);
+    *text = read_text(in, kLongestText);
   return if_complete(in, std::move(out));
 }
 
@@ -244,10 +244,10 @@ std::optional<std::vector<Diagnostic>> decode_diagnostics(PortBytes message) {
     const auto severity = in.number<std::uint8_t>();
     in.require(severity <= static_cast<std::uint8_t>(Severity::error));
     diagnostic.severity = static_cast<Severity>(severity);
-    diagnostic.file = take_text(in, kLongestText);
+    diagnostic.file = read_text(in, kLongestText);
     diagnostic.line = static_cast<decltype(diagnostic.line)>(in.number<std::uint32_t>());
     diagnostic.column = static_cast<decltype(diagnostic.column)>(in.number<std::uint32_t>());
-    diagnostic.text = take_text(in, kLongestText);
+    diagnostic.text = read_text(in, kLongestText);
   }
   return if_complete(in, std::move(out));
 }
@@ -303,7 +303,7 @@ std::optional<EndpointStatus> decode_status(PortBytes message) {
   const auto listed = in.number<std::uint32_t>();
   in.require(listed <= EndpointStatus::kMostListed);
   for (std::uint32_t i = 0; i < listed && in.good(); ++i)
-    out.other_gateways.push_back(take_gateway(in));
+    out.other_gateways.push_back(read_gateway(in));
   return if_complete(in, std::move(out));
 }
 

@@ -108,11 +108,11 @@ std::optional<EndpointStatus> decode_status(PortBytes message);
 // Adds the sender to the head of a message; a longer host or subject is cut. Returns its content
 // behind the sender, or nothing if the sender is malformed.
 void add_sender(const Participant& from, PortMessage& out);
-std::optional<PortBytes> take_sender(PortBytes message, Participant& from);
+std::optional<PortBytes> read_sender(PortBytes message, Participant& from);
 
 // The same for the partition of a CommandReply; a longer one is not sent: it becomes empty.
 void add_partition(std::string_view partition, PortMessage& out);
-std::optional<PortBytes> take_partition(PortBytes message, std::string& partition);
+std::optional<PortBytes> read_partition(PortBytes message, std::string& partition);
 
 template <class Sample>
 void add_sample(const Sample& sample, PortMessage& out) {
@@ -166,7 +166,7 @@ void encode_sample_in(const std::string& partition, ToEndpoints kind, const Samp
 
 template <class Sample>
 bool decode_sample_in(PortBytes message, std::string& partition, Sample& sample) {
-  const auto content = take_partition(message, partition);
+  const auto content = read_partition(message, partition);
   return content && read_sample(*content, sample);
 }
 
@@ -182,7 +182,7 @@ void encode_received(FromEndpoints kind, const Participant& from, const Sample& 
 
 template <class Sample>
 bool decode_received(PortBytes message, Participant& from, Sample& sample) {
-  const auto content = take_sender(message, from);
+  const auto content = read_sender(message, from);
   return content && read_sample(*content, sample);
 }
 

@@ -195,7 +195,7 @@ void EndpointServer::send_status(const Send& send) {
     return;
   status_due_ = now + kStatusPeriod;
   PortMessage message;
-  unreadable_ += port_->take_unreadable();
+  unreadable_ += port_->pop_unreadable();
   if (unreadable_ != 0) {
     encode_unreadable(unreadable_, message);
     unreadable_ = send(message) ? 0 : unreadable_;

@@ -170,14 +170,14 @@ class LocalPort final : public SamplePort {
   bool wait(Duration timeout) override;
   void wake() override { waiting_.wake(); }
   Taken take(v1::OutputWrite& sample, Participant& from) override {
-    return take_from(*outputs_, sample, from);
+    return receive_from(*outputs_, sample, from);
   }
   Taken take(v1::CommandRequest& sample, Participant& from) override {
-    return take_from(*requests_, sample, from);
+    return receive_from(*requests_, sample, from);
   }
   void all_outputs_taken() override { outputs_->renew_if_full(); }
   void all_commands_taken() override { requests_->renew_if_full(); }
-  std::uint64_t take_unreadable() override { return endpoints_.take_unreadable(); }
+  std::uint64_t pop_unreadable() override { return endpoints_.pop_unreadable(); }
   std::string_view output_misfit() override { return misfit_of(*outputs_); }
   std::string_view command_misfit() override { return misfit_of(*requests_); }
 
@@ -214,7 +214,7 @@ class LocalPort final : public SamplePort {
     return of_line != nullptr && (of_line->*writer).write(sample);
   }
   template <class Reader, class Sample>
-  Taken take_from(Reader& reader, Sample& sample, Participant& from) {
+  Taken receive_from(Reader& reader, Sample& sample, Participant& from) {
     fast::SampleInfo info;
     if (!reader.take(sample, info))
       return Taken::none;
@@ -408,8 +408,8 @@ struct GatewayBridge::Impl {
   void address(std::string_view line, Sample& sample) const;
   bool count(bool written);
 
-  bool take_output(GatewayHandler& handler);
-  bool take_command(GatewayHandler& handler);
+  bool read_output(GatewayHandler& handler);
+  bool receive_command(GatewayHandler& handler);
   void handle(const v1::CommandRequest& request, GatewayHandler& handler);
   bool authorize(const Participant& from) const;
   std::string replies_to_sender() const;
@@ -638,9 +638,9 @@ std::size_t GatewayBridge::poll(Duration timeout, GatewayHandler& handler) {
   std::size_t outputs = 0;
   std::size_t commands = 0;
   if (impl_->port->wait(timeout)) {
-    while (outputs < kSamplesPerPoll && impl_->take_output(handler))
+    while (outputs < kSamplesPerPoll && impl_->read_output(handler))
       ++outputs;
-    while (commands < kSamplesPerPoll && impl_->take_command(handler))
+    while (commands < kSamplesPerPoll && impl_->receive_command(handler))
       ++commands;
   }
   impl_->report_discarded(handler);
@@ -654,7 +654,7 @@ std::size_t GatewayBridge::poll(Duration timeout, GatewayHandler& handler) {
 }
 
 void GatewayBridge::Impl::report_discarded(GatewayHandler& handler) {
-  if (const std::uint64_t unreadable = port->take_unreadable(); unreadable != 0)
+  if (const std::uint64_t unreadable = port->pop_unreadable(); unreadable != 0)
     handler.on_unreadable(unreadable);
   if (const std::string_view policy = port->output_misfit(); !policy.empty())
     handler.on_misfit(v1::TOPIC_OUTPUT_WRITE, policy);
@@ -666,7 +666,7 @@ void GatewayBridge::wake() {
   impl_->port->wake();
 }
 
-bool GatewayBridge::Impl::take_output(GatewayHandler& handler) {
+bool GatewayBridge::Impl::read_output(GatewayHandler& handler) {
   const SamplePort::Taken taken = port->take(output_sample, sender);
   if (taken == SamplePort::Taken::none)
     return false;
@@ -697,7 +697,7 @@ bool GatewayBridge::Impl::take_output(GatewayHandler& handler) {
   return true;
 }
 
-bool GatewayBridge::Impl::take_command(GatewayHandler& handler) {
+bool GatewayBridge::Impl::receive_command(GatewayHandler& handler) {
   const SamplePort::Taken taken = port->take(request_sample, sender);
   if (taken == SamplePort::Taken::none)
     return false;

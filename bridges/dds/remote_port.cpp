@@ -100,7 +100,7 @@ class RemotePort final : public SamplePort {
   }
   void all_outputs_taken() override {}
   void all_commands_taken() override {}
-  std::uint64_t take_unreadable() override { return std::exchange(unreadable_, 0); }
+  std::uint64_t pop_unreadable() override { return std::exchange(unreadable_, 0); }
   std::string_view output_misfit() override { return taken(output_misfit_, last_misfit_); }
   std::string_view command_misfit() override { return taken(command_misfit_, last_misfit_); }
 

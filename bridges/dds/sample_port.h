@@ -77,7 +77,7 @@ class SamplePort {
   virtual void all_commands_taken() = 0;
 
   // Number of samples that could not be deserialized, since the last call.
-  virtual std::uint64_t take_unreadable() = 0;
+  virtual std::uint64_t pop_unreadable() = 0;
   // The name of the QoS policy in which a writer discovered since the last call is incompatible;
   // empty: none.
   virtual std::string_view output_misfit() = 0;

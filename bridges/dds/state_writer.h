@@ -43,7 +43,7 @@ class StateWriter {
     if (writer_.writer() == nullptr || !type_.getKey(&sample, &key))
       return false;
     const bool written = next()->write(&held_.note(key, sample));
-    while (Sample* stale = held_.take_stale())
+    while (Sample* stale = held_.pop_stale())
       next()->write(stale);
     return written;
   }

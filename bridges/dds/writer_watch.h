@@ -33,7 +33,7 @@ class WriterWatch : public eprosima::fastdds::dds::DataReaderListener {
   }
 
   // Returns the writers lost since the last call; a writer may occur twice.
-  std::vector<Handle> take_lost() {
+  std::vector<Handle> pop_lost() {
     const std::lock_guard lock(mutex_);
     return std::exchange(lost_, {});
   }

@@ -42,7 +42,7 @@ class Behaviour : public node::Application, public od::Hook {
   virtual Instant next_step() const { return kNever; }
   // Returns a value once after each NMT reset of the node: true for reset node, false for reset
   // communication.
-  std::optional<bool> take_reset() { return std::exchange(reset_, std::nullopt); }
+  std::optional<bool> pop_reset() { return std::exchange(reset_, std::nullopt); }
   // Sets the time of the next call into the node.
   void set_time(Instant now) { now_ = now; }
 

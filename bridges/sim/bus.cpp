@@ -215,7 +215,7 @@ Instant Bus::first_waiting(Endpoint endpoint) const {
   return history_[number % history_.size()].frame.time;
 }
 
-std::uint64_t Bus::take_lost(Endpoint endpoint) {
+std::uint64_t Bus::pop_lost(Endpoint endpoint) {
   return std::exchange(ends_[endpoint].lost, 0);
 }
 

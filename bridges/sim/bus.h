@@ -75,7 +75,7 @@ class Bus {
   // The time of the first frame that take() would return; kNever if none.
   Instant first_waiting(Endpoint endpoint) const;
   // Number of frames since the last call that the endpoint missed because it read too late.
-  std::uint64_t take_lost(Endpoint endpoint);
+  std::uint64_t pop_lost(Endpoint endpoint);
   // Number of frames that this endpoint has sent. Never decreases.
   std::uint64_t sent(Endpoint endpoint) const;
   // Every frame of this endpoint up to this number has been sent. Frames are counted from 1 in the

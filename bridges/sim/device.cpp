@@ -252,7 +252,7 @@ void Device::set_time(Instant now) {
 
 // After its program was stopped or started.
 void Device::restart_if_due(Instant now) {
-  if (program_->take_restart(now)) {
+  if (program_->pop_restart(now)) {
     node_->command(nmt::Command::reset_node, now);
   }
 }
@@ -268,7 +268,7 @@ void Device::start(Instant now) {
   set_time(now);
   node_->start(now);
   // Discard the power-on reset, which the LSS slave already processed
-  (void)behaviour_->take_reset();
+  (void)behaviour_->pop_reset();
 }
 
 void Device::kill() {
@@ -284,10 +284,10 @@ void Device::revive(Instant now) {
 // The pending node-ID becomes active at an NMT reset, and when the slave leaves LSS configuration
 // state with its first node-ID.
 void Device::follow_lss(Instant now) {
-  std::optional<bool> reset = behaviour_->take_reset();
+  std::optional<bool> reset = behaviour_->pop_reset();
   reset = reset ? reset : lss_->reset;
   lss_->reset.reset();
-  const bool first = lss_->slave.take_reset();
+  const bool first = lss_->slave.pop_reset();
   if (!first && !reset) {
     return;
   }
@@ -297,7 +297,7 @@ void Device::follow_lss(Instant now) {
     rebuild(active);
     behaviour_->set_time(now);
     node_->start(now);
-    (void)behaviour_->take_reset();
+    (void)behaviour_->pop_reset();
   }
 }
 
@@ -372,7 +372,7 @@ bool Device::wants_to_send(Instant now) const {
   return (has_node_id() && node_->wants_to_send(now)) || !lss_->answers.empty();
 }
 
-std::size_t Device::take_events(std::span<Event> out) {
+std::size_t Device::pop_events(std::span<Event> out) {
   return events_.take(out);
 }
 

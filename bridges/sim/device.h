@@ -83,7 +83,7 @@ class Device {
   const lss::Slave& lss_slave() const;
 
   // Moves events of the node to `out`, oldest first, and returns their number.
-  std::size_t take_events(std::span<Event> out);
+  std::size_t pop_events(std::span<Event> out);
 
   const DeviceOptions& options() const { return options_; }
   // The reference is invalid after the device gets another node-ID.

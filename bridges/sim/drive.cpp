@@ -102,7 +102,7 @@ class Drive final : public Behaviour {
     target_ = 0;
     acknowledged_ = false;
     next_ = kNever;
-    take_mode();
+    apply_mode();
     show();
   }
 
@@ -112,11 +112,11 @@ class Drive final : public Behaviour {
       quiet_set(kSimulatedFault, std::uint16_t{0});
       fault(code);
     }
-    take_mode();
+    apply_mode();
     const auto control = static_cast<std::uint16_t>(unsigned_value(kControlword));
     const std::uint16_t before = std::exchange(control_, control);
     command(drive_command(control, before));
-    take_set_point((control & kNewSetPoint) != 0 && (before & kNewSetPoint) == 0);
+    apply_set_point((control & kNewSetPoint) != 0 && (before & kNewSetPoint) == 0);
     show();
   }
 
@@ -195,7 +195,7 @@ class Drive final : public Behaviour {
 
   // --- modes and motion -------------------------------------------------------------------------
 
-  void take_mode() {
+  void apply_mode() {
     const auto wanted = static_cast<Mode>(signed_value(kMode));
     switch (wanted) {
       case Mode::none:
@@ -213,7 +213,7 @@ class Drive final : public Behaviour {
 
   void hold_position() { target_ = std::round(motion_.position()); }
 
-  void take_set_point(bool rising) {
+  void apply_set_point(bool rising) {
     if ((control_ & kNewSetPoint) == 0) {
       acknowledged_ = false;
     }

@@ -81,7 +81,7 @@ ProgramMemory::~ProgramMemory() {
   }
 }
 
-bool ProgramMemory::take_restart(Instant now) {
+bool ProgramMemory::pop_restart(Instant now) {
   if (restart_at_ > now) {
     return false;
   }

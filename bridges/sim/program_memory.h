@@ -36,7 +36,7 @@ class ProgramMemory final : public od::Hook {
   // When the device is due to restart; kNever if not.
   Instant restart_at() const { return restart_at_; }
   // Returns true once when the restart is due.
-  bool take_restart(Instant now);
+  bool pop_restart(Instant now);
 
   // od::Hook
   AbortCode before_read(od::Address address, const od::Variable& variable) override;

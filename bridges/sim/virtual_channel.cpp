@@ -173,7 +173,7 @@ class VirtualChannel final : public can_bridge::Channel {
     const std::uint64_t left = bus.acknowledged(self_.endpoint);
     counters_.acknowledged =
         std::max(counters_.acknowledged, left == counters_.sent ? counters_.taken() : left);
-    report_lost(bus.take_lost(self_.endpoint), events, count > 0 ? out[0].time : now);
+    report_lost(bus.pop_lost(self_.endpoint), events, count > 0 ? out[0].time : now);
     events.frames_given(count);
     report_disturbed(events, now);
     const Instant wake =

@@ -28,7 +28,7 @@ static void run(line::Line& line, node::Node& device, Instant& now, Duration tim
       line.receive({&frame, 1}, now);
     }
     Event event;
-    while (line.take_events({&event, 1}) != 0) {
+    while (line.pop_events({&event, 1}) != 0) {
       std::printf("%-13s node %u", name(event.kind()).data(), event.node);
       if (const auto* own = event.get<event::OwnState>()) {
         std::printf(" %s", name(own->state).data());

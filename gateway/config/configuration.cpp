@@ -40,8 +40,8 @@ void read_group(Section& section, const char* key, std::uint8_t& target) {
 
 // A concise DCF replaces all configured values of the device file; PDOs are linked as it leaves
 // them.
-void take_writes(Findings& findings, Place place, std::vector<manager::ObjectWrite> writes,
-                 line::NodeConfig& config) {
+void add_writes(Findings& findings, Place place, std::vector<manager::ObjectWrite> writes,
+                line::NodeConfig& config) {
   for (od::ObjectDescription& object : config.device.objects) {
     for (od::VariableDescription& variable : object.variables) {
       variable.configured = false;
@@ -73,7 +73,7 @@ void read_concise(Section& section, const YAML::Node& node, line::NodeConfig& co
                                              "place of all other values of the node");
     }
   }
-  take_writes(findings, place_of(node), read_concise_file(findings, place_of(node), *text), config);
+  add_writes(findings, place_of(node), read_concise_file(findings, place_of(node), *text), config);
 }
 
 void read_program(Section& section, line::NodeConfig& config) {

@@ -31,7 +31,7 @@ std::optional<std::string> content_of(const std::filesystem::path& path, Finding
 }
 
 // Makes the content of a DownloadFile the configured value. Returns false if that is not possible.
-bool take_download(od::VariableDescription& variable, const std::filesystem::path& device_file,
+bool read_download(od::VariableDescription& variable, const std::filesystem::path& device_file,
                    Findings& findings) {
   const auto path = (device_file.parent_path() / variable.notes.download_file).lexically_normal();
   const auto fail = [&](const std::string& text) {
@@ -54,13 +54,13 @@ bool take_download(od::VariableDescription& variable, const std::filesystem::pat
   return true;
 }
 
-bool take_downloads(od::DeviceDescription& device, const std::filesystem::path& device_file,
+bool read_downloads(od::DeviceDescription& device, const std::filesystem::path& device_file,
                     Findings& findings) {
   bool ok = true;
   for (od::ObjectDescription& object : device.objects) {
     for (od::VariableDescription& variable : object.variables) {
       if (!variable.notes.download_file.empty() && !variable.configured) {
-        ok = take_download(variable, device_file, findings) && ok;
+        ok = read_download(variable, device_file, findings) && ok;
       }
     }
   }
@@ -96,7 +96,7 @@ std::optional<od::DeviceDescription> load_device(Findings& findings, const std::
   }
   auto loaded = parse_sheet(*content, path, node_id);
   findings.add(std::move(loaded.diagnostics));
-  if (!loaded.value || !take_downloads(loaded.value->device, path, findings)) {
+  if (!loaded.value || !read_downloads(loaded.value->device, path, findings)) {
     findings.error(place, "the device file " + path + " has errors");
     return std::nullopt;
   }

@@ -94,7 +94,7 @@ std::string name_of(const line::NodeConfig& node) {
   return out.empty() ? "node" + id : out + '-' + id;
 }
 
-void take_error_control(const scan::ScannedNode& node, line::NodeConfig& config) {
+void receive_error_control(const scan::ScannedNode& node, line::NodeConfig& config) {
   const auto heartbeat = node.number({od::objects::kProducerHeartbeatTime, 0}).value_or(0);
   const auto guard = node.number({od::objects::kGuardTime, 0}).value_or(0);
   const auto factor = node.number({od::objects::kLifeTimeFactor, 0}).value_or(0);
@@ -123,7 +123,7 @@ FoundNodes found_nodes(std::span<const scan::ScannedNode> nodes, const std::stri
     for (const std::string& note : scan::leave_out(found.config.device, node.id, pdos)) {
       out.notes.push_back(fmt::format("node {}: {}", node.id, note));
     }
-    take_error_control(node, found.config);
+    receive_error_control(node, found.config);
     if (node.number(kInputsSent) == 1U) {
       found.config.objects.push_back({kInputsSent, {std::byte{1}}});
     }

@@ -98,7 +98,7 @@ class SharedObjects {
 
   void run() {
     for (std::size_t line = 0; line < lines_.size(); ++line) {
-      take_pdos(line);
+      apply_own_pdos(line);
     }
     for (std::size_t from = 0; from < lines_.size(); ++from) {
       for (std::size_t to = 0; to < lines_.size(); ++to) {
@@ -114,7 +114,7 @@ class SharedObjects {
     return lines_.line(line).plan.config.forwarding;
   }
 
-  void take_pdos(std::size_t line) {
+  void apply_own_pdos(std::size_t line) {
     LineSection& section = lines_.line(line);
     if (section.own_pdos.empty()) {
       return;

@@ -249,7 +249,7 @@ void read_lines(Findings& findings, const YAML::Node& node, const RoutingSection
                      "history needs the journal that stores it: journal: {file: ...}");
     }
     check_clients(findings, section, plant);
-    const std::string files = findings.take_sources();
+    const std::string files = findings.pop_sources();
     check_collisions(findings, section, sections);
     if (findings.errors() == before) {
       resolve_outputs(findings, section);

@@ -37,10 +37,10 @@ class Findings {
   // Adds findings of another file; duplicates are dropped.
   void add(std::vector<Diagnostic> diagnostics);
 
-  // Records something besides the document that was read; for take_sources().
+  // Records something besides the document that was read; for pop_sources().
   void add_source(std::string source) { sources_ += source; }
   // Everything recorded since the last call.
-  std::string take_sources() { return std::exchange(sources_, {}); }
+  std::string pop_sources() { return std::exchange(sources_, {}); }
 
   const std::string& file() const { return file_; }
   bool failed() const { return errors_ != 0; }

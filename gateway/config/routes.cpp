@@ -124,7 +124,7 @@ class RoutingResolver {
     number_lines();
     make_routes();
     for (std::size_t i = 0; i < lines_.size(); ++i) {
-      take_part(i);
+      apply_routing(i);
     }
   }
 
@@ -245,7 +245,7 @@ class RoutingResolver {
     return std::nullopt;
   }
 
-  void take_part(std::size_t i) {
+  void apply_routing(std::size_t i) {
     LineSection& line = lines_[i];
     if (!routes(line)) {
       if (!line.enter.empty()) {

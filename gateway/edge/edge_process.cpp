@@ -421,7 +421,7 @@ void EdgeProcess::note_end(const Child& child, const siginfo_t& end, Instant now
 }
 
 void EdgeProcess::look_at(Child& child, Instant now) {
-  take_output(child, false);
+  read_output(child, false);
   if (has_ended(child, now) || !child.killed_as.empty()) {
     return;
   }
@@ -438,7 +438,7 @@ bool EdgeProcess::has_ended(Child& child, Instant now) {
       end.si_pid == 0) {
     return false;
   }
-  take_output(child, true);
+  read_output(child, true);
   {
     const std::lock_guard lock(mutex_);
     child_.reset();
@@ -499,7 +499,7 @@ std::string EdgeProcess::excess_of_memory(const Child& child) const {
 }
 
 // all: also an incomplete line at the end.
-void EdgeProcess::take_output(Child& child, bool all) {
+void EdgeProcess::read_output(Child& child, bool all) {
   std::array<char, 4096> text{};
   for (int i = 0; i < kReadsPerLook; ++i) {
     const ssize_t length = read(child.output.get(), text.data(), text.size());

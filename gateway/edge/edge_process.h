@@ -139,7 +139,7 @@ class EdgeProcess {
   void report_end(const Child& child, const siginfo_t& end, Instant now);
   std::string reason_to_kill(Child& child, Instant now);
   std::string excess_of_memory(const Child& child) const;
-  void take_output(Child& child, bool all);
+  void read_output(Child& child, bool all);
   void report_line(std::string_view line) const;
   void note_wake(const Child& child);
   std::shared_ptr<Child> present() const;

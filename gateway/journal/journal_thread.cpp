@@ -256,7 +256,7 @@ void JournalThread::run() {
 void JournalThread::work(bool last) {
   const Instant now = monotonic_now();
   clock_.refresh();
-  take_lines();
+  pop_lines();
   if (!journal_.is_open() && ((now < again_ && !last) || !open(now))) {
     return;
   }
@@ -265,8 +265,8 @@ void JournalThread::work(bool last) {
       wakeup_.signal();
       break;
     }
-    take_entries();
-    take_values();
+    pop_entries();
+    pop_values();
     const auto due = limits(stream_stored_ != journal_.stream());
     if (batch_size_ == 0 && value_batch_.empty() && due.empty() && now < trim_due_) {
       break;
@@ -285,7 +285,7 @@ void JournalThread::work(bool last) {
   }
 }
 
-void JournalThread::take_lines() {
+void JournalThread::pop_lines() {
   for (NumberedLine* line = nullptr; new_lines_.pop(line);) {
     known_.push_back(line);
   }
@@ -294,15 +294,15 @@ void JournalThread::take_lines() {
 bool JournalThread::open(Instant now) {
   if (const int error = journal_.open(); error != SQLITE_OK) {
     failed(error, now);
-    take_numbers();
+    read_numbers();
     return false;
   }
-  take_numbers();
+  read_numbers();
   return true;
 }
 
 // Of the first open(): later ones continue the numbers in memory.
-void JournalThread::take_numbers() {
+void JournalThread::read_numbers() {
   if (opening_seen_) {
     return;
   }
@@ -318,7 +318,7 @@ void JournalThread::take_numbers() {
   }
 }
 
-void JournalThread::take_entries() {
+void JournalThread::pop_entries() {
   while (batch_size_ < batch_.size() && entries_.pop(batch_[batch_size_])) {
     stream_stored_ = batch_[batch_size_].stream;
     ++batch_size_;
@@ -326,7 +326,7 @@ void JournalThread::take_entries() {
   }
 }
 
-void JournalThread::take_values() {
+void JournalThread::pop_values() {
   for (StoredValue value; value_batch_.size() < Journal::kMostValues && values_.pop(value);) {
     value_batch_.push_back(std::move(value));
   }

@@ -103,13 +103,13 @@ class JournalThread {
   bool end_opening(Opening with);
   void launch();
   bool await_end();
-  void take_numbers();
+  void read_numbers();
   void run();
   void work(bool last);
-  void take_lines();
+  void pop_lines();
   bool open(Instant now);
-  void take_entries();
-  void take_values();
+  void pop_entries();
+  void pop_values();
   std::vector<NumberLimit> limits(bool all) const;
   std::vector<NumberLimit> final_limits() const;
   bool store(const std::vector<NumberLimit>& limits,

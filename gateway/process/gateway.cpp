@@ -72,7 +72,7 @@ Loaded<std::unique_ptr<Gateway>> Gateway::make(const config::Plant& plant,
       PublisherInlets{gateway->publisher_->refusals(), gateway->publisher_->notices(),
                       gateway->publisher_->wakeup()},
       gateway->publisher_->clients(), versions(), gateway->pages_.get());
-  append(loaded.diagnostics, gateway->take_in(std::move(lines), plant));
+  append(loaded.diagnostics, gateway->apply_lines(std::move(lines), plant));
   if (!has_errors(loaded.diagnostics)) {
     gateway->info_.version = LINEGATE_VERSION;
     gateway->info_.started = gateway->info_.configured = monotonic_now();
@@ -137,7 +137,8 @@ std::vector<Gateway::NewLine> Gateway::make_lines(const config::Plant& plant,
   return out;
 }
 
-std::vector<Diagnostic> Gateway::take_in(std::vector<NewLine> lines, const config::Plant& plant) {
+std::vector<Diagnostic> Gateway::apply_lines(std::vector<NewLine> lines,
+                                             const config::Plant& plant) {
   std::vector<Diagnostic> diagnostics;
   std::vector<std::unique_ptr<LineHost>> before = std::exchange(hosts_, {});
   std::vector<LineHost*> started;
@@ -419,11 +420,11 @@ void Gateway::change(const std::vector<std::string>& go, const std::vector<std::
                              "line " + name + " cannot be published: DDS has no writers"});
     }
   }
-  append(diagnostics, take_in(std::move(lines), wanted));
+  append(diagnostics, apply_lines(std::move(lines), wanted));
   start();
 }
 
-std::optional<std::vector<Diagnostic>> Gateway::take_scans() {
+std::optional<std::vector<Diagnostic>> Gateway::apply_scans() {
   std::vector<std::pair<std::string, AppliedScan>> taken;
   for (const auto& host : hosts_) {
     for (AppliedScan scan; host->port.scans.pop(scan);) {
@@ -435,15 +436,15 @@ std::optional<std::vector<Diagnostic>> Gateway::take_scans() {
   }
   std::vector<Diagnostic> diagnostics;
   for (const auto& [name, scan] : taken) {
-    take_scan(name, scan, diagnostics);
+    apply_scan(name, scan, diagnostics);
   }
   return diagnostics;
 }
 
 // If the result cannot be used, the line keeps its configuration; it is made anew if its nodes were
 // reset.
-void Gateway::take_scan(const std::string& name, const AppliedScan& scan,
-                        std::vector<Diagnostic>& diagnostics) {
+void Gateway::apply_scan(const std::string& name, const AppliedScan& scan,
+                         std::vector<Diagnostic>& diagnostics) {
   const config::LinePlan& present = host(name).plan;
   Loaded<config::LinePlan> wanted = plan_of(present, scan);
   append(diagnostics, std::move(wanted.diagnostics));

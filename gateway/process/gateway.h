@@ -63,7 +63,7 @@ class Gateway {
 
   // Makes lines anew from scans that were applied. Returns diagnostics; nothing if there were no
   // scans. Call it periodically from the thread that called start(), at run time.
-  std::optional<std::vector<Diagnostic>> take_scans();
+  std::optional<std::vector<Diagnostic>> apply_scans();
 
   // Reports conditions of the journal as events of the gateway. Call it periodically from the
   // thread that called start().
@@ -90,7 +90,7 @@ class Gateway {
                                          const std::vector<std::string>& names,
                                          std::vector<Diagnostic>& diagnostics);
   // Updates hosts_ to the plant: keeps present lines and adds the new ones.
-  std::vector<Diagnostic> take_in(std::vector<NewLine> lines, const config::Plant& plant);
+  std::vector<Diagnostic> apply_lines(std::vector<NewLine> lines, const config::Plant& plant);
   // Adds it to its executor when all runners exist, because they may call each other.
   void make_runner(NewLine& made, std::vector<Diagnostic>& diagnostics);
   // Links the bindings between two lines of which at least one is new. stay: the lines that are not
@@ -124,8 +124,8 @@ class Gateway {
               std::vector<Diagnostic>& diagnostics, const std::vector<std::string>& rerouted = {});
   void report(const EventData& what, std::string text);
   void stop_journal();
-  void take_scan(const std::string& name, const AppliedScan& scan,
-                 std::vector<Diagnostic>& diagnostics);
+  void apply_scan(const std::string& name, const AppliedScan& scan,
+                  std::vector<Diagnostic>& diagnostics);
   // Moves waiting commands of a line to its replacement, which does not run yet. Call it while the
   // request receiver is stopped.
   void hand_on_commands(LineHost& from, LineHost& to);

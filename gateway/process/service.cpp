@@ -92,7 +92,7 @@ void Service::work(Instant now) {
     manager_.ready();
     spdlog::info("ready");
   }
-  take_scans();
+  apply_scans();
   finish_reload();
   gateway_.report_journal();
   gateway_.report_edge();
@@ -106,8 +106,8 @@ void Service::work(Instant now) {
   }
 }
 
-void Service::take_scans() {
-  const auto said = gateway_.take_scans();
+void Service::apply_scans() {
+  const auto said = gateway_.apply_scans();
   if (!said) {
     return;
   }

@@ -32,7 +32,7 @@ class Service {
   void work(Instant now);
   void begin_reload(const std::optional<SignalSender>& sender);
   void finish_reload();
-  void take_scans();
+  void apply_scans();
   void look();
   void show_status();
 

@@ -54,7 +54,7 @@ bool EventLogger::join(const Event& event, Instant now) {
   return true;
 }
 
-std::string EventLogger::take_joined(Instant now) {
+std::string EventLogger::pop_joined(Instant now) {
   if (nodes_.empty() || now < due_) {
     return {};
   }
@@ -66,7 +66,7 @@ std::string EventLogger::take_joined(Instant now) {
 }
 
 void EventLogger::advance(std::string_view line, Instant now) {
-  if (const std::string text = take_joined(now); !text.empty()) {
+  if (const std::string text = pop_joined(now); !text.empty()) {
     spdlog::error("{}: {}", line, text);
   }
 }

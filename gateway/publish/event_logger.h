@@ -26,11 +26,11 @@ class EventLogger {
   bool admit(EventKind kind, Instant now, std::uint64_t& left_out);
 
   // Returns true if the event is a consequence of an interface that is down: it is combined with
-  // others, see take_joined().
+  // others, see pop_joined().
   bool join(const Event& event, Instant now);
   // The sentence about the combined events, once kJoined has passed or the interface is usable
   // again; empty if there is none.
-  std::string take_joined(Instant now);
+  std::string pop_joined(Instant now);
 
   void write(std::string_view line, const Event& event, std::string_view text, Instant now);
   // Writes combined events that are due.

@@ -231,7 +231,7 @@ Instant Publisher::step(Instant now) {
   }
   const Instant gateway_next = publish_gateway(now);
   for (const auto& line : lines_) {
-    take_replies(*line);
+    poll_replies(*line);
     publish_events(*line, now);
     publish_replies();
   }
@@ -268,7 +268,7 @@ void Publisher::refresh_clock(Instant now) {
 
 // Replies are taken before events: events that precede a reply are then already in the event ring,
 // and are published before it.
-void Publisher::take_replies(Line& line) {
+void Publisher::poll_replies(Line& line) {
   for (line::Reply reply; line.host->port.replies.pop(reply);) {
     replies_.push_back(std::move(reply));
   }

@@ -107,7 +107,7 @@ class Publisher {
   Instant step(Instant now);
   void refresh_clock(Instant now);
   void publish_layouts();
-  void take_replies(Line& line);
+  void poll_replies(Line& line);
   bool publish_page();
   void publish_replies();
   void publish_events(Line& line, Instant now);

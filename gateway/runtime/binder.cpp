@@ -26,7 +26,7 @@ BoundSource::BoundSource(BoundLink& link) : link_(&link), inputs_(link.following
   std::copy(inputs_.values().begin(), inputs_.values().end(), draft.value.begin());
   link_->values.publish();
   if (link_->runner != nullptr) {
-    link_->runner->take_bound(*link_, now);
+    link_->runner->receive_bound(*link_, now);
     return false;
   }
   link_->taker->signal();

@@ -139,7 +139,7 @@ void Executor::join() {
   for (;;) {
     const Instant now = monotonic_now();
     if (std::exchange(woken_, false)) {
-      take_changes(now);
+      poll_changes(now);
       receive_visits();
     }
     if (stop_.raised() && !stopping) {
@@ -171,7 +171,7 @@ void Executor::join() {
   }
 }
 
-void Executor::take_changes(Instant now) {
+void Executor::poll_changes(Instant now) {
   for (std::unique_ptr<Runner> runner; arrivals_.pop(runner);) {
     place(std::move(runner));
   }

@@ -78,7 +78,7 @@ class Executor {
   void wait(Instant until);
   bool all_stopped(Instant now) const;
   void place(std::unique_ptr<Runner> runner);
-  void take_changes(Instant now);
+  void poll_changes(Instant now);
   void receive_visits();
   void let_go(Instant now);
 

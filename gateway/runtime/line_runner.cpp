@@ -164,12 +164,12 @@ void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
     budget_->advance(known);
   }
   if (called_ || budget_due_ <= known) {
-    take_calls(known);  // after the frames received earlier: the line's time never goes back
+    poll_calls(known);  // after the frames received earlier: the line's time never goes back
   }
   if (scans_.next_wake() <= now) {
     start_scan(known);
   }
-  take_messages(known);
+  poll_messages(known);
   if (started_) {
     line_->advance(known);
     for (BoundTarget& target : bound_targets_) {
@@ -216,7 +216,7 @@ void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
                      [&](std::uint64_t first, std::uint64_t last) { line_->lost(first, last); });
 }
 
-[[gnu::hot]] void LineRunner::take_bound(const BoundLink& link, Instant now) {
+[[gnu::hot]] void LineRunner::receive_bound(const BoundLink& link, Instant now) {
   if (!started_ || stopping_) {
     return;  // a line reads the values itself when it starts
   }
@@ -251,7 +251,7 @@ void LineRunner::bus_event(const can::BusEvent& event, Instant now) {
   }
 }
 
-void LineRunner::take_storage_results() {
+void LineRunner::poll_storage_results() {
   for (const NodeStorage& storage : storage_) {
     if (const auto good = storage.file->pop_result()) {
       line_->medium_done(*good, storage.of);
@@ -260,9 +260,9 @@ void LineRunner::take_storage_results() {
 }
 
 // Commands stay in their ring while a reply waits for room, or a scan holds them.
-void LineRunner::take_calls(Instant now) {
-  take_storage_results();
-  take_requests(now);
+void LineRunner::poll_calls(Instant now) {
+  poll_storage_results();
+  poll_requests(now);
   called_ = reply_held_ || scans_.holds(now);
 }
 
@@ -275,29 +275,29 @@ void LineRunner::start_scan(Instant now) {
   }
 }
 
-void LineRunner::take_requests(Instant now) {
+void LineRunner::poll_requests(Instant now) {
   budget_->advance(now);
   // Commands and outputs that wait take turns: neither uses up the share of the line every time.
   if (std::exchange(commands_first_, !commands_first_)) {
-    take_next_command(now);
-    take_held_outputs(now);
+    execute_admitted_commands(now);
+    write_held_outputs(now);
   } else {
-    take_held_outputs(now);
-    take_next_command(now);
+    write_held_outputs(now);
+    execute_admitted_commands(now);
   }
   // One by one: commands behind a scan that is applied stay in the ring, for the line that is made
   // with its result.
   while (!reply_held_ && (stopping_ || !scans_.holds(now)) && port_.commands.pop(command_)) {
     queue_command(now);
-    take_next_command(now);
+    execute_admitted_commands(now);
   }
-  take_interface_commands(now);
+  poll_interface_commands(now);
   for (Event notice; port_.notices.pop(notice);) {
     notice.time = now;
     line_->report(notice);
   }
-  take_outputs(now);
-  while (const auto report = budget_->take_report(now)) {
+  poll_outputs(now);
+  while (const auto report = budget_->pop_report(now)) {
     line_->report({.time = now, .data = *report});
   }
   const bool held = reply_held_ || scans_.holds(now);  // another input ends that
@@ -318,23 +318,23 @@ void LineRunner::queue_command(Instant now) {
   reply(command_.tag, line::to_error(line::Refusal::busy));
 }
 
-void LineRunner::take_next_command(Instant now) {
+void LineRunner::execute_admitted_commands(Instant now) {
   while (stopping_ && !reply_held_ && budget_->remove(command_)) {
-    take_command(now);
+    execute_command(now);
   }
   while (!stopping_ && !reply_held_ && !scans_.holds(now) && budget_->next(admitted_, now)) {
     command_ = std::move(admitted_.command);
     if (admitted_.late) {
       reply(command_.tag, line::to_error(line::Refusal::timed_out));
     } else {
-      take_command(now);
+      execute_command(now);
     }
   }
 }
 
 // A write that exceeds the share of its client waits, unless the line refuses it: that costs
 // nothing on the bus.
-void LineRunner::take_outputs(Instant now) {
+void LineRunner::poll_outputs(Instant now) {
   using Admission = line::RequestBudget::Admission;
   while (port_.outputs.pop(write_)) {
     if (stopping_) {
@@ -354,7 +354,7 @@ void LineRunner::take_outputs(Instant now) {
   }
 }
 
-void LineRunner::take_held_outputs(Instant now) {
+void LineRunner::write_held_outputs(Instant now) {
   while (!stopping_ && budget_->next_output(write_)) {
     (void)line_->write_outputs(write_, now);  // the line reports a refusal itself
   }
@@ -378,7 +378,7 @@ void LineRunner::report_accepted(const request::GatewayCommand& command, Instant
 }
 
 // They send nothing on the bus, so they neither use nor wait for the share of a client.
-void LineRunner::take_interface_commands(Instant now) {
+void LineRunner::poll_interface_commands(Instant now) {
   request::GatewayCommand command;
   while (!reply_held_ && port_.interface_commands.pop(command)) {
     if (stopping_) {
@@ -395,7 +395,7 @@ void LineRunner::take_interface_commands(Instant now) {
   }
 }
 
-void LineRunner::take_command(Instant now) {
+void LineRunner::execute_command(Instant now) {
   const bool bound = !bound_sources_.empty() || !bound_targets_.empty();
   if (stopping_) {
     reply(command_.tag, line::to_error(line::Refusal::cancelled));
@@ -413,7 +413,7 @@ void LineRunner::take_command(Instant now) {
   }
 }
 
-[[gnu::hot]] void LineRunner::take_messages(Instant now) {
+[[gnu::hot]] void LineRunner::poll_messages(Instant now) {
   if (routes_ != nullptr) {
     routes_->take([&](const routing::Message& message) { line_->deliver(message, now); });
   }
@@ -421,14 +421,14 @@ void LineRunner::take_command(Instant now) {
 
 [[gnu::hot]] void LineRunner::give_messages(Instant now) {
   if (routes_ != nullptr) {
-    routes_->give([&](routing::Message& message) { return line_->take_message(message); },
+    routes_->give([&](routing::Message& message) { return line_->pop_message(message); },
                   [&](const routing::Message& message) { line_->deliver(message, now); });
   }
 }
 
 void LineRunner::leave(std::uint8_t interface, Instant now) {
   const RunningLine running(*line_);
-  take_messages(now);
+  poll_messages(now);
   routes_->remove(interface,
                   [&](const routing::Message& message) { line_->deliver(message, now); });
   give_messages(now);
@@ -519,7 +519,7 @@ void LineRunner::reply(std::uint64_t tag, Error error, std::string_view text) {
 void LineRunner::hand_over_events() {
   for (;;) {
     const std::size_t room = std::min(port_.events.room(), events_.size());
-    const std::size_t count = line_->take_events(std::span<Event>(events_.data(), room));
+    const std::size_t count = line_->pop_events(std::span<Event>(events_.data(), room));
     for (std::size_t i = 0; i < count; ++i) {
       if (events_[i].kind() == EventKind::boot_up) {
         scans_.booted_up(events_[i].node, events_[i].time);
@@ -535,7 +535,7 @@ void LineRunner::hand_over_events() {
 }
 
 void LineRunner::hand_over_replies() {
-  while (reply_held_ || line_->take_reply(reply_)) {
+  while (reply_held_ || line_->pop_reply(reply_)) {
     if (!reply_held_) {
       answered(reply_.tag);
       if (scans_.answered(reply_)) {
@@ -557,7 +557,7 @@ void LineRunner::hand_over_replies() {
   }
   hand_over_layouts();
   std::size_t room = port_.receptions.room();
-  for (; room > 0 && line_->take_reception(reception_); --room) {
+  for (; room > 0 && line_->pop_reception(reception_); --room) {
     LINEGATE_ASSERT(port_.receptions.push(reception_), "no more than there is room for");
     handed_over_ = true;
   }

@@ -57,7 +57,7 @@ class LineRunner final : public Runner {
   // On its thread: the other line of that link was removed; its last values are taken first.
   void unbind(const BoundLink& link, Instant now);
   // Takes values of another line of the same executor, and sends the resulting frames.
-  void take_bound(const BoundLink& link, Instant now);
+  void receive_bound(const BoundLink& link, Instant now);
 
   // Before it runs, if the line routes: its links to other lines.
   void route(std::unique_ptr<RouteEnd> routes) { routes_ = std::move(routes); }
@@ -86,19 +86,19 @@ class LineRunner final : public Runner {
 
  private:
   void bus_event(const can::BusEvent& event, Instant now);
-  void take_storage_results();
-  void take_calls(Instant now);
+  void poll_storage_results();
+  void poll_calls(Instant now);
   void start_scan(Instant now);
-  void take_requests(Instant now);
+  void poll_requests(Instant now);
   void queue_command(Instant now);
-  void take_next_command(Instant now);
-  void take_command(Instant now);
-  void take_outputs(Instant now);
-  void take_held_outputs(Instant now);
+  void execute_admitted_commands(Instant now);
+  void execute_command(Instant now);
+  void poll_outputs(Instant now);
+  void write_held_outputs(Instant now);
   void answered(std::uint64_t tag);
   void report_accepted(const request::GatewayCommand& command, Instant now);
-  void take_interface_commands(Instant now);
-  void take_messages(Instant now);
+  void poll_interface_commands(Instant now);
+  void poll_messages(Instant now);
   void look_at_sources(Instant now);
   void give_messages(Instant now);
   void restart_bus(const request::GatewayCommand& command, Instant now);

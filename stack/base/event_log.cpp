@@ -56,7 +56,7 @@ void EventLog::advance(Instant now) {
     if (!limit) {
       continue;
     }
-    while (const auto event = limit->take_due(now)) {
+    while (const auto event = limit->pop_due(now)) {
       number(*event);
     }
     next_wake_ = earlier(next_wake_, limit->next_wake());

@@ -100,7 +100,7 @@ bool RepeatLimit::admit(Event& event) {
   return true;
 }
 
-std::optional<Event> RepeatLimit::take_due(Instant now) {
+std::optional<Event> RepeatLimit::pop_due(Instant now) {
   if (next_ > now) {
     return std::nullopt;
   }

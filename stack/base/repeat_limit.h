@@ -44,8 +44,8 @@ class RepeatLimit {
   // The last suppressed event of a series whose second is over by `now`, if no other event has
   // reported it. It has the number of other suppressed events, as above; its time is the end of the
   // second. Returns nothing if there is none (left).
-  std::optional<Event> take_due(Instant now);
-  // When to call take_due(); kNever if no event is suppressed.
+  std::optional<Event> pop_due(Instant now);
+  // When to call pop_due(); kNever if no event is suppressed.
   Instant next_wake() const { return next_; }
 
  private:

@@ -22,7 +22,7 @@ bool TransmitQueue::push(TransmitClass cls, const Frame& frame) {
     ++refused_;
     return false;
   }
-  copy_content(frame, take_place(cls));
+  copy_content(frame, reserve_place(cls));
   return true;
 }
 

@@ -76,7 +76,7 @@ class TransmitQueue {
 
   const Frame* first(unsigned classes) const;
   // Counts one more frame and returns its place. Precondition: there is room.
-  Frame& take_place(TransmitClass cls);
+  Frame& reserve_place(TransmitClass cls);
   // Removes the first frame of the most urgent of these classes, none of which may be empty. sent
   // may be nullptr.
   bool pop(unsigned classes, Frame& out, Traffic* sent = nullptr);
@@ -89,7 +89,7 @@ class TransmitQueue {
   std::vector<Frame> frames_;  // the places of all rings
 };
 
-inline Frame& TransmitQueue::take_place(TransmitClass cls) {
+inline Frame& TransmitQueue::reserve_place(TransmitClass cls) {
   LINEGATE_ASSERT_HOT(room(cls) > 0, "the class has room");
   Ring& places = ring(cls);
   const std::uint32_t place = (places.head + places.count++) & mask_;
@@ -100,7 +100,7 @@ inline Frame& TransmitQueue::take_place(TransmitClass cls) {
 // Copies the whole header although its length is known: pop() loads adjacent fields at once and
 // would stall on fields that were stored separately.
 inline void TransmitQueue::push_into_room(TransmitClass cls, Header header, std::uint64_t data) {
-  Frame& place = take_place(cls);
+  Frame& place = reserve_place(cls);
   place.id = header.id;
   place.length = header.length;
   place.flags = header.flags;

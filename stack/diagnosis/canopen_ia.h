@@ -151,7 +151,7 @@ class CanopenIa final : public od::Hook {
   // there is none.
   bool take(Order& out);
   // True once after event time or inhibit time was written.
-  bool take_pdo_times() { return std::exchange(pdo_times_written_, false); }
+  bool pop_pdo_times_written() { return std::exchange(pdo_times_written_, false); }
   // An order or new PDO times are pending.
   bool waits() const { return !orders_.empty() || pdo_times_written_; }
 

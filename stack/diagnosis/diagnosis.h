@@ -76,7 +76,7 @@ class Diagnosis final : public EventListener {
   bool strayed(std::uint8_t node) const;
   // True once after the network has entered the state fatal error, which only the next
   // initialisation (begin()) ends.
-  bool take_failure() { return std::exchange(failed_, false); }
+  bool pop_failure() { return std::exchange(failed_, false); }
   bool failed() const { return failed_; }
   bool fatal() const { return state_.fatal(); }
 

@@ -15,7 +15,7 @@ Number failure(std::string problem) {
   return number;
 }
 
-int take_base(std::string_view& digits) {
+int read_base(std::string_view& digits) {
   if (digits.starts_with("0x") || digits.starts_with("0X")) {
     digits.remove_prefix(2);
     return 16;
@@ -43,7 +43,7 @@ Number parse_number(std::string_view text) {
     number.negative = digits.front() == '-';
     digits.remove_prefix(1);
   }
-  const int base = take_base(digits);
+  const int base = read_base(digits);
   number.hexadecimal = base == 16;
   const char* end = digits.data() + digits.size();
   const auto [stop, error] = std::from_chars(digits.data(), end, number.magnitude, base);

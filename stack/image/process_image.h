@@ -157,7 +157,7 @@ class ProcessImage {
   // The entry was written; changed: its value is different.
   void note_written(Direction direction, std::uint32_t entry, bool changed);
   static void index_pieces(Side& side);
-  static void take_back_marks(Side& side, const Snapshot& into);
+  static void restore_marks(Side& side, const Snapshot& into);
   static void copy_blocks(Side& side, Snapshot& into);
   static void fold_changes(Side& side, Snapshot& into);
   static void collect_marks(Side& side, Snapshot& into);

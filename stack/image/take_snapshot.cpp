@@ -35,7 +35,7 @@ void ProcessImage::snapshot(Direction direction, Snapshot& into, Instant now, bo
   if (!fits(into, s.layout)) {
     prepare(into, s.layout, s.pdos.size());
   } else if (merge) {
-    take_back_marks(s, into);
+    restore_marks(s, into);
   } else {
     std::ranges::fill(into.changed, 0);
   }
@@ -62,7 +62,7 @@ void ProcessImage::succeed(const ProcessImage& before) {
 }
 
 // The counts of an unread snapshot are added to the present ones.
-void ProcessImage::take_back_marks(Side& side, const Snapshot& into) {
+void ProcessImage::restore_marks(Side& side, const Snapshot& into) {
   for (const PdoMark& mark : into.marks) {
     const std::size_t slot = mark.local_pdo - 1U;
     side.area.touch(slot, std::max(mark.time, side.area.pdo(slot).last), mark.count);

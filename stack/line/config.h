@@ -59,7 +59,7 @@ struct NodeConfig {
   // multiples of 100 us. RPDOs that are not listed have no inhibit time.
   std::map<std::uint16_t, Duration> rpdo_inhibit{};
   // By number of its TPDO: the largest number of receptions that wait to be taken, see
-  // Line::take_reception(); 0 = no queue. TPDOs that are not listed have LineConfig::pdo_queue.
+  // Line::pop_reception(); 0 = no queue. TPDOs that are not listed have LineConfig::pdo_queue.
   std::map<std::uint16_t, std::uint32_t> tpdo_queue{};
   Duration boot_timeout = std::chrono::seconds(10);  // time until presence becomes `missing`
   // Longest time from a reset to the boot-up message

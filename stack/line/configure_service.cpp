@@ -105,7 +105,7 @@ void ConfigureService::apply(std::uint8_t node, Instant now, std::uint32_t clien
 
 void ConfigureService::carry_out_requests(Instant now) {
   if (configurator_.objects().requested()) {
-    for_each_node(configurator_.objects().take_requests(),
+    for_each_node(configurator_.objects().pop_requests(),
                   [&](std::uint8_t node) { apply(node, now); });
   }
 }
@@ -134,7 +134,7 @@ void ConfigureService::conclude(Instant now) {
 
 // Drops reports of a command that has already ended.
 void ConfigureService::collect() {
-  while (auto report = configurator_.take_report()) {
+  while (auto report = configurator_.pop_report()) {
     if (running_ && !running_->apply && running_->nodes[report->node]) {
       running_->nodes.reset(report->node);
       running_->reports.push_back(*std::move(report));

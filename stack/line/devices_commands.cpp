@@ -283,7 +283,7 @@ void DevicesLine::hand_out(bool always, Instant now) {
     while (last < written.size() && entries[written[last]].node == id) {
       ++last;
     }
-    find(id)->take_outputs(std::span(written).subspan(first, last - first), always, now);
+    find(id)->apply_outputs(std::span(written).subspan(first, last - first), always, now);
     first = last;
   }
   written.clear();

@@ -27,7 +27,7 @@ DiagnosisService::~DiagnosisService() {
 
 // After a fatal error all nodes are stopped, the own one too.
 void DiagnosisService::advance(Instant now) {
-  if (diagnosis_.take_failure() && host().manages()) {
+  if (diagnosis_.pop_failure() && host().manages()) {
     manager_.halt(now);
   }
   diagnosis_.update(now);

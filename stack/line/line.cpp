@@ -179,7 +179,7 @@ void Line::set_routes(const routing::Config& wanted, Instant now) {
   do_set_routes(wanted);
 }
 
-bool Line::take_reply(Reply& out) {
+bool Line::pop_reply(Reply& out) {
   if (replies_.empty()) {
     return false;
   }

@@ -111,7 +111,7 @@ class Line : protected ServiceHost {
   // Executes everything that is due. Call it after the socket has been drained, so that a late
   // thread does not report a loss that did not happen.
   virtual void advance(Instant now) = 0;
-  // Queues the command; take_reply() returns its reply. An audited command that is not refused at
+  // Queues the command; pop_reply() returns its reply. An audited command that is not refused at
   // once is an event.
   void execute(Command command, Instant now);
   // Applies the write, or reports an OutputRefusal as an event and returns it.
@@ -155,24 +155,24 @@ class Line : protected ServiceHost {
   }
   // Whether next_frame() would return one.
   virtual bool wants_to_send(Instant /*now*/) const { return false; }
-  // Whether take_events() or take_reply() would return something.
+  // Whether pop_events() or pop_reply() would return something.
   bool has_news() const { return !events_.empty() || !replies_.empty(); }
   // Oldest events first; returns their number.
-  std::size_t take_events(std::span<Event> out) { return events_.take(out); }
+  std::size_t pop_events(std::span<Event> out) { return events_.take(out); }
   // Up to out.size() of its newest events, taken or not, oldest first; returns their number. For
   // the report of a violated assertion.
   std::size_t newest_events(std::span<Event> out) const { return events_.newest(out); }
-  bool take_reply(Reply& out);
+  bool pop_reply(Reply& out);
 
   // The oldest message for another line of this process (message.to is its interface); false if
   // there is none. Call it after each receive(), deliver(), execute() and advance(). For a message
   // that cannot be delivered see routing::undeliverable().
-  bool take_message(routing::Message& out) { return messages_.pop(out); }
+  bool pop_message(routing::Message& out) { return messages_.pop(out); }
 
   // The oldest reception of the TPDOs that have a queue (NodeConfig::tpdo_queue); false if there is
   // none. Every frame that an RPDO of the line accepts is one reception, in the order of reception;
   // when a queue is full, its oldest is dropped and counted.
-  virtual bool take_reception(pdo::Reception& /*out*/) { return false; }
+  virtual bool pop_reception(pdo::Reception& /*out*/) { return false; }
 
   // Copies the parts of `into` that are out of date (a snapshot of this line and direction, or an
   // empty one) and clears the marks. With merge, the marks already in `into`, which were not read

@@ -192,7 +192,7 @@ Refusal LssService::queue(const Command& command, Instant now) {
 void LssService::pump(Instant now) {
   for (;;) {
     if (const auto answer = master_.take()) {
-      take_answer(*answer, now);
+      receive_answer(*answer, now);
     }
     if (master_.busy()) {
       return;
@@ -278,7 +278,7 @@ bool LssService::check_node_id(Instant now) {
   return true;
 }
 
-void LssService::take_answer(const lss::Answer& answer, Instant now) {
+void LssService::receive_answer(const lss::Answer& answer, Instant now) {
   number_ = 0;
   if (course_runs()) {
     lss::Course& course = *asked_.front().course;

@@ -101,7 +101,7 @@ class LssService final : public Service, public sdo::TransferOwner, lss::Assigne
   void pump(Instant now);
   void begin_service(const lss::Request& request, Instant now);
   bool begin_next(Instant now);
-  void take_answer(const lss::Answer& answer, Instant now);
+  void receive_answer(const lss::Answer& answer, Instant now);
   std::optional<std::uint8_t> node_to_check() const;
   bool check_node_id(Instant now);
   void follow_assigner(Instant now);

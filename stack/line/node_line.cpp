@@ -98,7 +98,7 @@ void NodeLine::do_start(Instant now) {
   services_.receivers.follow();
   node_.start(now);
   services_.outputs.apply_defaults(now);
-  take_role(now);
+  adopt_role(now);
 }
 
 // Subscribers must reload the layout of a line that was made anew from a scan.
@@ -110,7 +110,7 @@ void NodeLine::report_found_layout(Instant now) {
                                  .outputs = layout(image::Direction::outputs).id});
 }
 
-void NodeLine::take_completions(Instant now) {
+void NodeLine::process_completions(Instant now) {
   sdo_.deliver_completions(now);
   if (services_.configure.active()) {
     services_.configure.advance(now);
@@ -190,7 +190,7 @@ void NodeLine::receive(const can::Target& target, const can::Frame& frame) {
       return;
     case can::Service::sdo_client:
       sdo_.receive(target, frame);
-      take_completions(frame.time);
+      process_completions(frame.time);
       return;
     case can::Service::lss:
       if (!services_.lss.receive(frame)) {

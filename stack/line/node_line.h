@@ -51,7 +51,7 @@ class NodeLine final : public Line,
   void do_bus_event(const can::BusEvent& event) override;
   void do_execute(Command command, Instant now) override;
   bool do_request_pdo(std::uint16_t rpdo) override;
-  bool take_reception(pdo::Reception& out) override;
+  bool pop_reception(pdo::Reception& out) override;
   void snapshot(image::Direction direction, image::Snapshot& into, Instant now,
                 bool merge) override;
   bool image_changed(image::Direction direction) const override;
@@ -136,7 +136,7 @@ class NodeLine final : public Line,
   void report_found_layout(Instant now);
   void receive_beside_others(std::span<const can::Frame> frames);
   void malformed(const can::Target& target, const can::Frame& frame);
-  void take_completions(Instant now);
+  void process_completions(Instant now);
   Input forwarded_input(std::size_t object) const;
   Counters count() const;
   Role role() const { return manages_ ? Role::manager : Role::device; }
@@ -146,7 +146,7 @@ class NodeLine final : public Line,
   // An NMT command was sent, or received from another master; id 0 = to all. Updates the expected
   // state of each node.
   void note_command(nmt::Command command, std::uint8_t id);
-  void take_role(Instant now);
+  void adopt_role(Instant now);
   void change_role(Instant now);
   // Whether only process data was received since the last next_wake(), and nothing is due: a round
   // would have nothing to do.

@@ -64,7 +64,7 @@ void NodeLine::advance_services(Instant now) {
   writes_seen_ = node_.dictionary().writes_reported();
   heartbeats_.advance(now);
   sdo_.advance(now);
-  take_completions(now);
+  process_completions(now);
   change_role(now);
   startup_.advance(now);
   manager_.advance(now);

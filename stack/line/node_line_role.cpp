@@ -9,7 +9,7 @@
 namespace linegate::line {
 
 // Takes the role of 1F80h bit 0, which may be a stored value.
-void NodeLine::take_role(Instant now) {
+void NodeLine::adopt_role(Instant now) {
   manages_ = startup_.wants_manager();
   services_.receivers.mark_changed();
   node_.set_nmt_slave(!manages_);
@@ -55,7 +55,7 @@ void NodeLine::change_role(Instant now) {
       heartbeats_.stop(device.id);
     }
   }
-  take_role(now);
+  adopt_role(now);
 }
 
 void NodeLine::may_operate(Instant now) {

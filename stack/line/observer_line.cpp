@@ -58,7 +58,7 @@ void Overheard::link(std::vector<pdo::LinkedPdo> pdos) {
   (void)engine.configure();  // linked PDOs are always valid
 }
 
-void Overheard::take_over(const Overheard& before) {
+void Overheard::copy_values(const Overheard& before) {
   image.succeed(before.image);
   std::map<ObjectPlace, std::uint32_t> places;
   for (std::uint32_t i = 0; i < before.layout().entries.size(); ++i) {
@@ -215,23 +215,23 @@ void ObserverLine::serve(const can::Target& target, const can::Frame& frame) {
       }
       return;
     case can::Service::sdo_client:
-      take_sdo(target.index, frame);
+      receive_sdo(target.index, frame);
       return;
     case can::Service::nmt:
-      take_node_control(frame);
+      receive_node_control(frame);
       return;
     case can::Service::sync:
-      take_sync(frame);
+      receive_sync(frame);
       return;
     case can::Service::time:
-      take_time(frame);
+      receive_time(frame);
       return;
     default:
       return;
   }
 }
 
-void ObserverLine::take_node_control(const can::Frame& frame) {
+void ObserverLine::receive_node_control(const can::Frame& frame) {
   if (const auto command = nmt::decode_node_control(frame)) {
     if (command->command == nmt::Command::start) {
       for (Device& device : devices) {
@@ -247,7 +247,7 @@ void ObserverLine::take_node_control(const can::Frame& frame) {
 }
 
 // The presence of a SYNC counter is not checked: it is a matter of the producer and the devices.
-void ObserverLine::take_sync(const can::Frame& frame) {
+void ObserverLine::receive_sync(const can::Frame& frame) {
   if (frame.remote()) {
     return;
   }
@@ -260,7 +260,7 @@ void ObserverLine::take_sync(const can::Frame& frame) {
   inputs->engine.sync(0, frame.time);
 }
 
-void ObserverLine::take_time(const can::Frame& frame) {
+void ObserverLine::receive_time(const can::Frame& frame) {
   if (const auto decoded = time::decode(frame)) {
     network_time = decoded;
     network_time_at = frame.time;

@@ -37,7 +37,7 @@ struct Overheard {
   // Replaces the PDOs; the layout stays the same.
   void link(std::vector<pdo::LinkedPdo> pdos);
   // Copies the values of the same objects in the same PDOs, with their validity.
-  void take_over(const Overheard& before);
+  void copy_values(const Overheard& before);
 
   image::ProcessImage image;
   od::Dictionary dictionary;
@@ -75,7 +75,7 @@ class ObserverLine final : public Line, observer::NodeListener {
   bool image_changed(image::Direction direction) const override;
   bool image_touched(image::Direction direction) const override;
   Input input(std::uint32_t entry) const override;
-  bool take_reception(pdo::Reception& out) override;
+  bool pop_reception(pdo::Reception& out) override;
   std::optional<Duration> network_utc(Instant now) const override;
   LineState do_state() const override;
   std::uint64_t do_node_revision(std::uint8_t id) const override;
@@ -104,13 +104,13 @@ class ObserverLine final : public Line, observer::NodeListener {
   bool takes_outputs(std::uint8_t id) const;
   bool is_new_pdo(const can::Frame& frame);
   void serve(const can::Target& target, const can::Frame& frame);
-  void take_node_control(const can::Frame& frame);
-  void take_sync(const can::Frame& frame);
-  void take_time(const can::Frame& frame);
+  void receive_node_control(const can::Frame& frame);
+  void receive_sync(const can::Frame& frame);
+  void receive_time(const can::Frame& frame);
   void malformed(const can::Frame& frame, std::uint8_t id);
 
   // --- observer_sdo.cpp -------------------------------------------------------------------------
-  void take_sdo(std::uint16_t index, const can::Frame& frame);
+  void receive_sdo(std::uint16_t index, const can::Frame& frame);
   std::optional<observer::Transfer> follow(std::uint16_t index, const can::Frame& frame);
   void report_transfer(std::uint8_t id, const observer::Transfer& transfer, Instant now);
   void learn(std::uint8_t id, const observer::Transfer& transfer, Instant now);

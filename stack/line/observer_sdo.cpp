@@ -64,7 +64,7 @@ ObserverLine::Device* ObserverLine::find(std::uint8_t id) {
   return it == devices.end() ? nullptr : &*it;
 }
 
-void ObserverLine::take_sdo(std::uint16_t index, const can::Frame& frame) {
+void ObserverLine::receive_sdo(std::uint16_t index, const can::Frame& frame) {
   const bool further = (index & observer::SdoChannels::kFurther) != 0;
   const auto id =
       further ? channels.node_of(index) : static_cast<std::uint8_t>(index & ~kSdoRequest);
@@ -196,7 +196,7 @@ void ObserverLine::replace(Direction direction, const image::Layout& layout,
   }
   auto next = std::make_unique<Overheard>(events_, in ? dispatch : output_dispatch, layout,
                                           std::vector<pdo::LinkedPdo>{});
-  next->take_over(*side);
+  next->copy_values(*side);
   side->engine.drop_receptions();
   add(in ? inputs_before : outputs_before, side->engine.counters());
   side = nullptr;  // releases its identifiers

@@ -66,7 +66,7 @@ void ProgramService::advance(Instant now) {
 }
 
 void ProgramService::collect(Instant now) {
-  while (const auto run = loader_.take_ended()) {
+  while (const auto run = loader_.pop_ended()) {
     const auto at = std::ranges::find(running_, run->node(), &Running::node);
     if (at == running_.end()) {
       continue;

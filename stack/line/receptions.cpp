@@ -35,12 +35,12 @@ void set_queues(const LineConfig& config, pdo::LinkPlan& plan) {
   }
 }
 
-bool NodeLine::take_reception(pdo::Reception& out) {
-  return node_.pdos().take_reception(out);
+bool NodeLine::pop_reception(pdo::Reception& out) {
+  return node_.pdos().pop_reception(out);
 }
 
-bool ObserverLine::take_reception(pdo::Reception& out) {
-  return inputs->engine.take_reception(out);
+bool ObserverLine::pop_reception(pdo::Reception& out) {
+  return inputs->engine.pop_reception(out);
 }
 
 }  // namespace linegate::line

@@ -19,7 +19,7 @@ void RecordService::advance(Instant now) {
   for (diagnosis::CanopenIa::Order order; records_.take(order);) {
     carry_out(order, now);
   }
-  if (records_.take_pdo_times()) {
+  if (records_.pop_pdo_times_written()) {
     apply_pdo_times();
   }
 }

@@ -588,7 +588,7 @@ void RequestBudget::note(Client& client, std::uint32_t event::ClientLimited::*co
   }
 }
 
-std::optional<event::ClientLimited> RequestBudget::take_report(Instant now) {
+std::optional<event::ClientLimited> RequestBudget::pop_report(Instant now) {
   if (reports_ == 0) {
     return std::nullopt;
   }

@@ -123,7 +123,7 @@ class RequestBudget final : public sdo::Pace {
   // When to call advance(), next() and next_output() again; kNever: after the next input.
   Instant next_wake() const;
   // A report that is due; nothing if there is none.
-  std::optional<event::ClientLimited> take_report(Instant now);
+  std::optional<event::ClientLimited> pop_report(Instant now);
   // Clients that have an account.
   std::size_t clients() const { return known_; }
 

@@ -45,16 +45,16 @@ Routing::~Routing() = default;
 void Routing::tables_changed() {
   LINEGATE_ASSERT(node_.dictionary().set_hook(od::objects::kRoutingTable, &table_).ok(),
                   "the own dictionary has a routing table");
-  emcys_.take_gateways();
+  emcys_.update_gateways();
 }
 
 void Routing::deliver(const routing::Message& message, bool usable, Instant now) {
   exit_.set_usable(usable);
-  take_in(message, now);
+  receive_message(message, now);
   hand_on(usable, now);
 }
 
-void Routing::take_in(const routing::Message& message, Instant now) {
+void Routing::receive_message(const routing::Message& message, Instant now) {
   switch (message.kind) {
     case routing::MessageKind::sdo_open:
     case routing::MessageKind::sdo_request:
@@ -86,7 +86,7 @@ void Routing::hand_on(bool usable, Instant now) {
   routing::Message message;
   do {
     while (post_.take(message)) {
-      take_in(message, now);
+      receive_message(message, now);
     }
   } while (clients_.pump(now));
 }

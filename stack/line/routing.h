@@ -56,7 +56,7 @@ class Routing final : sdo::NetworkHandler {
   void network_request(sdo::Server& server, std::uint64_t request, Instant now) override;
   void diverted_request(sdo::Server& server, std::uint64_t request, Instant now) override;
   void diverted_reset(sdo::Server& server) override;
-  void take_in(const routing::Message& message, Instant now);
+  void receive_message(const routing::Message& message, Instant now);
 
   node::Node& node_;
   routing::Post post_;

@@ -111,7 +111,7 @@ Instant ScanService::next_wake() const {
 }
 
 void ScanService::conclude() {
-  auto found = scanner_.take_result();
+  auto found = scanner_.pop_result();
   if (!found) {
     return;
   }
@@ -151,7 +151,7 @@ void ScanService::end(Refusal why, Instant now) {
     return;
   }
   scanner_.cancel(now);
-  (void)scanner_.take_result();
+  (void)scanner_.pop_result();
   deadline_ = kNever;
   parts_.diagnosing.diagnosis().scan_ends();
   if (tag_) {

@@ -51,7 +51,7 @@ struct Counters {
   std::uint64_t output_writes_refused = 0;
   std::uint64_t events = 0;
   std::uint64_t events_lost = 0;
-  std::uint64_t receptions_lost = 0;  // of queued PDOs, see Line::take_reception()
+  std::uint64_t receptions_lost = 0;  // of queued PDOs, see Line::pop_reception()
 };
 
 // The state of one of the line's own devices (role device with LineConfig::devices).

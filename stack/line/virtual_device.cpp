@@ -177,7 +177,7 @@ std::uint64_t VirtualDevice::value_of(std::uint32_t output) const {
   return io_ ? io_->input_value({entry.index, entry.sub}, value) : value;
 }
 
-void VirtualDevice::take_from_image(std::uint32_t output) {
+void VirtualDevice::copy_from_image(std::uint32_t output) {
   const image::Entry& entry = image_.layout(Direction::outputs).entries[output];
   const bool outer = std::exchange(from_image_, true);
   node_->dictionary().set({entry.index, entry.sub}, value_of(output));
@@ -196,7 +196,7 @@ void VirtualDevice::convert(od::Address process) {
       if (direction == Direction::inputs) {
         copy_to_image(direction, i, process);
       } else if (image_.is_valid(direction, i)) {
-        take_outputs(std::span(&i, 1), false, now_);
+        apply_outputs(std::span(&i, 1), false, now_);
       }
     }
   }
@@ -244,7 +244,7 @@ void VirtualDevice::follow_lss(Instant now) {
   if (lss_ == nullptr) {
     return;
   }
-  const bool first = lss_->slave().take_reset();
+  const bool first = lss_->slave().pop_reset();
   const std::optional<bool> reset = std::exchange(reset_, std::nullopt);
   if (!first && !reset) {
     return;
@@ -353,7 +353,8 @@ VirtualDevice::Counts VirtualDevice::counts() const {
 
 // Reentrant: a value that changes the conversion of others causes a second call within this one.
 // Each call has its own part of changed_.
-void VirtualDevice::take_outputs(std::span<const std::uint32_t> entries, bool always, Instant now) {
+void VirtualDevice::apply_outputs(std::span<const std::uint32_t> entries, bool always,
+                                  Instant now) {
   now_ = now;
   const std::size_t first = changed_.size();
   for (const std::uint32_t i : entries) {
@@ -363,7 +364,7 @@ void VirtualDevice::take_outputs(std::span<const std::uint32_t> entries, bool al
     const auto before = node_->dictionary().number(address);
     const bool same = before == value;
     if (!same) {
-      take_from_image(i);
+      copy_from_image(i);
     }
     if (always || (!same && (!io_ || io_->is_reported(address, before.value_or(0), value)))) {
       changed_.push_back(address);
@@ -444,7 +445,7 @@ void VirtualDevice::state_changed(nmt::State state, Instant now) {
   }
   const bool failed = state == nmt::State::stopped || !node_->error_free();
   if (io_ && before == nmt::State::operational && failed) {
-    io_->take_error_values();
+    io_->apply_error_values();
   }
   inputs_lost();
 }
@@ -524,7 +525,7 @@ void VirtualDevice::reset(bool whole_node, Instant now) {
   }
   for (const std::uint32_t i : entries_[static_cast<std::size_t>(Direction::outputs)]) {
     if (image_.is_valid(Direction::outputs, i)) {
-      take_from_image(i);
+      copy_from_image(i);
     }
   }
   for (const std::uint32_t i : entries_[static_cast<std::size_t>(Direction::inputs)]) {

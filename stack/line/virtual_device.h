@@ -52,7 +52,7 @@ class VirtualDevice final : node::Application {
   // Writes the values of these output entries, which belong to this device, to the dictionary. All
   // values are written before the first TPDO is requested. always: requests the TPDOs of unchanged
   // values, too; otherwise of those whose change the profile reports.
-  void take_outputs(std::span<const std::uint32_t> entries, bool always, Instant now);
+  void apply_outputs(std::span<const std::uint32_t> entries, bool always, Instant now);
   // Makes the inputs invalid, because nothing can be received.
   void inputs_lost();
   // Sends an EMCY on behalf of the application.
@@ -128,7 +128,7 @@ class VirtualDevice final : node::Application {
   void follow_lss(Instant now);
   void mirror(image::Direction direction);
   void convert(od::Address process);
-  void take_from_image(std::uint32_t output);
+  void copy_from_image(std::uint32_t output);
   std::uint64_t value_of(std::uint32_t output) const;
   void copy_to_image(image::Direction direction, std::uint32_t entry, od::Address address);
   void touch(image::Direction direction, std::uint16_t pdo, Instant now);
@@ -165,7 +165,7 @@ class VirtualDevice final : node::Application {
   std::optional<Instant> time_reported_;
   std::array<Numbers, 2> numbers_{};                   // by image::Direction
   std::array<std::vector<std::uint32_t>, 2> entries_;  // of this device, by image::Direction
-  std::vector<od::Address> changed_;                   // used by take_outputs()
+  std::vector<od::Address> changed_;                   // used by apply_outputs()
   bool from_image_ = false;  // the value being written comes from the image and is not copied back
   std::unique_ptr<node::Node> node_;
   std::optional<profile::IoBehaviour> io_;  // only for a device of CiA 401

@@ -63,7 +63,7 @@ bool Course::take(std::span<const std::byte> arguments) {
       }
       return size == kAddressBytes;
     case Procedure::configure_node_id:
-      return take_node_id(arguments);
+      return read_node_id(arguments);
     case Procedure::configure_bit_timing:
       request_.service = Service::configure_bit_timing;
       if (size == 2) {
@@ -101,14 +101,14 @@ bool Course::take(std::span<const std::byte> arguments) {
       request_.service = Service::identify_unconfigured;
       return size == 0;
     case Procedure::fastscan:
-      return take_known(arguments);
+      return read_known(arguments);
     case Procedure::assign:
       break;
   }
   return false;
 }
 
-bool Course::take_node_id(std::span<const std::byte> arguments) {
+bool Course::read_node_id(std::span<const std::byte> arguments) {
   request_.service = Service::configure_node_id;
   const bool forced = arguments.size() == 2 && byte_at(arguments, 1) == 1;
   if (arguments.size() != 1 && !forced) {
@@ -119,7 +119,7 @@ bool Course::take_node_id(std::span<const std::byte> arguments) {
   return is_node_id(request_.node_id);
 }
 
-bool Course::take_known(std::span<const std::byte> arguments) {
+bool Course::read_known(std::span<const std::byte> arguments) {
   request_.service = Service::question;
   if (arguments.empty()) {
     return true;

@@ -76,8 +76,8 @@ class Course {
 
   explicit Course(Procedure procedure) : procedure_(procedure) {}
   bool take(std::span<const std::byte> arguments);
-  bool take_node_id(std::span<const std::byte> arguments);
-  bool take_known(std::span<const std::byte> arguments);
+  bool read_node_id(std::span<const std::byte> arguments);
+  bool read_known(std::span<const std::byte> arguments);
   void scanned(bool yes);
   void inquired(const Answer& answer);
 

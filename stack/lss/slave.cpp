@@ -56,7 +56,7 @@ std::uint8_t Slave::reset(bool whole_node) {
   return active_;
 }
 
-bool Slave::take_reset() {
+bool Slave::pop_reset() {
   return std::exchange(reset_wanted_, false);
 }
 

@@ -70,7 +70,7 @@ class Slave {
 
   // Returns true once after the slave left configuration with a new node-ID: the owner performs
   // reset communication.
-  bool take_reset();
+  bool pop_reset();
   // A switch of the bit rate is under way: no service of the device may send.
   bool silent() const { return phase_ != Phase::none; }
 

@@ -251,7 +251,7 @@ void BootSlave::advance(Instant now) {
   }
 }
 
-std::optional<char> BootSlave::take_result() {
+std::optional<char> BootSlave::pop_result() {
   return std::exchange(result_, std::nullopt);
 }
 
@@ -459,7 +459,7 @@ void BootSlave::settle(Instant now) {
   if (step_ != Step::program && step_ != Step::configuration) {
     return;  // the queue of the node is full, see submit()
   }
-  const auto end = running().take_end();
+  const auto end = running().pop_end();
   if (!end) {
     wake_ = running().next_wake();
     return;

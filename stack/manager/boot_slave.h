@@ -98,7 +98,7 @@ class BootSlave final : private StepContext {
 
   // Returns the result once, see NodeState::boot: when the process has ended, and when a node does
   // not answer, after which the process tries again every second.
-  std::optional<char> take_result();
+  std::optional<char> pop_result();
 
  private:
   enum class Step : std::uint8_t {

@@ -54,7 +54,7 @@ class BootStep {
   // The process ended without the result of this step; no further calls follow.
   virtual void cancel() = 0;
   // Returns the result once, when the step has ended. Called after each of the calls above.
-  virtual std::optional<StepEnd> take_end() = 0;
+  virtual std::optional<StepEnd> pop_end() = 0;
 };
 
 }  // namespace linegate::manager

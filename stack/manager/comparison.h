@@ -32,7 +32,7 @@ class Comparison {
   // were not read.
   AbortCode end() const { return end_; }
   void give_up(AbortCode why) { end_ = why; }
-  std::vector<Difference> take_differences() { return std::move(differences_); }
+  std::vector<Difference> pop_differences() { return std::move(differences_); }
   // Number of objects read, and number of all objects.
   std::size_t done() const { return next_; }
   std::size_t total() const { return expected_.size(); }

@@ -53,7 +53,7 @@ class ConfigurationObjects final : public od::Hook {
 
   // Nodes requested with 1F25h since the last call.
   bool requested() const { return requests_.any(); }
-  std::bitset<128> take_requests() { return std::exchange(requests_, {}); }
+  std::bitset<128> pop_requests() { return std::exchange(requests_, {}); }
 
   // od::Hook
   AbortCode check_write(od::Address address, std::span<const std::byte> value) override;

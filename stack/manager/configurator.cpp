@@ -68,7 +68,7 @@ ConfigurationOrder Configurator::begin(std::uint8_t node) {
   if (auto comparison = comparisons_.cancel(node)) {
     comparison->give_up(AbortCode::device_state);
     reports_.push_back(
-        {.node = node, .end = comparison->end(), .differences = comparison->take_differences()});
+        {.node = node, .end = comparison->end(), .differences = comparison->pop_differences()});
   }
   ConfigurationOrder order = objects_.order(node);
   order.check = !forced_[node];
@@ -107,11 +107,11 @@ void Configurator::advance(Instant now) {
   comparisons_.advance(now);
 }
 
-std::optional<NodeReport> Configurator::take_report() {
-  if (const auto comparison = comparisons_.take_ended()) {
+std::optional<NodeReport> Configurator::pop_report() {
+  if (const auto comparison = comparisons_.pop_ended()) {
     reports_.push_back({.node = comparison->node(),
                         .end = comparison->end(),
-                        .differences = comparison->take_differences()});
+                        .differences = comparison->pop_differences()});
   }
   if (reports_.empty()) {
     return std::nullopt;

@@ -54,7 +54,7 @@ class Configurator {
   bool verify(std::uint8_t node, Instant now, std::uint32_t client = 0);
   // Ends the comparison without a report.
   void cancel_verify(std::uint8_t node) { (void)comparisons_.cancel(node); }
-  std::optional<NodeReport> take_report();
+  std::optional<NodeReport> pop_report();
 
   // --- both -------------------------------------------------------------------------------------
 

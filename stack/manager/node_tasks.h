@@ -106,7 +106,7 @@ class NodeTasks final : public sdo::TransferOwner {
   Instant next_wake() const { return wake_; }
 
   // Removes and returns the task that ended first; nullptr if there is none.
-  std::unique_ptr<Task> take_ended() {
+  std::unique_ptr<Task> pop_ended() {
     if (ended_.empty()) {
       return nullptr;
     }

@@ -40,7 +40,7 @@ class ProgramLoader {
   bool loading(std::uint8_t node) const { return tasks_.busy(node); }
   void cancel(std::uint8_t node) { (void)tasks_.cancel(node); }
   // Removes and returns the run that ended first; nullptr if there is none.
-  std::unique_ptr<ProgramRun> take_ended() { return tasks_.take_ended(); }
+  std::unique_ptr<ProgramRun> pop_ended() { return tasks_.pop_ended(); }
 
   void advance(Instant now);
   Instant next_wake() const { return earlier(tasks_.next_wake(), report_at_); }

@@ -148,7 +148,7 @@ void Manager::boot(std::uint8_t node, Instant now, std::uint32_t client) {
 }
 
 void Manager::advance(Instant now) {
-  while (const std::uint8_t node = life_.take_expired(now)) {
+  while (const std::uint8_t node = life_.pop_expired(now)) {
     expire(node);
   }
   if (reaction_ != Reaction::none) {
@@ -204,7 +204,7 @@ void Manager::reset(Slot& slot, nmt::Command command, Instant now) {
 
 // Processes the result of the boot process of a node.
 void Manager::settle(Slot& slot, Instant now) {
-  const std::optional<char> result = slot.boot->take_result();
+  const std::optional<char> result = slot.boot->pop_result();
   if (!result) {
     return;
   }

@@ -36,7 +36,7 @@ class TaskBootStep : public BootStep {
     end_.reset();
     wake_ = kNever;
   }
-  std::optional<StepEnd> take_end() override { return std::exchange(end_, std::nullopt); }
+  std::optional<StepEnd> pop_end() override { return std::exchange(end_, std::nullopt); }
 
  protected:
   // nullptr if no task runs.

@@ -14,7 +14,7 @@ can::Frame guard_request(std::uint8_t node) {
   return frame;
 }
 
-bool Guard::take_toggle(can::Frame& answer) {
+bool Guard::accept_toggle(can::Frame& answer) {
   if (answer.length != 1) {
     return false;
   }

@@ -140,7 +140,7 @@ void HeartbeatConsumer::stop(std::uint8_t node) {
 bool HeartbeatConsumer::receive(std::uint8_t node, const can::Frame& frame) {
   if (exists(node) && nodes_[node].guard.active()) {
     can::Frame answer = frame;
-    return nodes_[node].guard.take_toggle(answer) && take(node, answer);
+    return nodes_[node].guard.accept_toggle(answer) && take(node, answer);
   }
   if (exists(node) && std::exchange(nodes_[node].asked, false)) {
     can::Frame answer = frame;
@@ -162,9 +162,9 @@ bool HeartbeatConsumer::take(std::uint8_t node, const can::Frame& frame) {
     lose(node);
   }
   if (*state == State::initialising) {
-    take_boot_up(node, frame.time);
+    receive_boot_up(node, frame.time);
   } else {
-    take_heartbeat(node, *state, frame.time);
+    receive_heartbeat(node, *state, frame.time);
   }
   return true;
 }
@@ -238,7 +238,7 @@ void HeartbeatConsumer::recover(std::uint8_t id, State state, Instant now) {
   }
 }
 
-void HeartbeatConsumer::take_boot_up(std::uint8_t id, Instant now) {
+void HeartbeatConsumer::receive_boot_up(std::uint8_t id, Instant now) {
   // The node enters Pre-operational by itself. It may have lost its producer heartbeat time, so the
   // next heartbeat has no deadline. A guarded node is requested, so it keeps its deadline.
   nodes_[id].state = State::pre_operational;
@@ -251,7 +251,7 @@ void HeartbeatConsumer::take_boot_up(std::uint8_t id, Instant now) {
   }
 }
 
-void HeartbeatConsumer::take_heartbeat(std::uint8_t id, State state, Instant now) {
+void HeartbeatConsumer::receive_heartbeat(std::uint8_t id, State state, Instant now) {
   Node& node = nodes_[id];
   if (node.time > Duration::zero()) {
     set_deadline(node, now + node.time);

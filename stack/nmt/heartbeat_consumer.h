@@ -46,7 +46,7 @@ struct Guard {
   bool active() const { return asks() || by_others; }
   // Clears the toggle bit in the answer. Returns false if it is not the expected one: the answer is
   // to be ignored. A boot-up message is not an answer: it makes 0 the expected toggle bit.
-  bool take_toggle(can::Frame& answer);
+  bool accept_toggle(can::Frame& answer);
 };
 
 // Called within receive() and advance(), after the event was emitted. The default of every function
@@ -135,8 +135,8 @@ class HeartbeatConsumer {
   Instant next_deadline() const;
   void lose(std::uint8_t id);
   void recover(std::uint8_t id, State state, Instant now);
-  void take_boot_up(std::uint8_t id, Instant now);
-  void take_heartbeat(std::uint8_t id, State state, Instant now);
+  void receive_boot_up(std::uint8_t id, Instant now);
+  void receive_heartbeat(std::uint8_t id, State state, Instant now);
   void request(Instant now);
   void set_deadline(Node& node, Instant deadline);
 

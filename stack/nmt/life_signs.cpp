@@ -33,7 +33,7 @@ void LifeSigns::boot_up(std::uint8_t id, Instant now) {
   hold(id, now + kHold);
 }
 
-std::uint8_t LifeSigns::take_expired(Instant now) {
+std::uint8_t LifeSigns::pop_expired(Instant now) {
   if (next_ > now) {
     return 0;
   }

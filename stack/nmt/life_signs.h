@@ -36,7 +36,7 @@ class LifeSigns {
   bool holds(std::uint8_t node) const { return nodes_[node].expires != kNever; }
 
   // Returns a node whose hold time has expired, once each; 0 if there is none (left).
-  std::uint8_t take_expired(Instant now);
+  std::uint8_t pop_expired(Instant now);
   // No hold time expires earlier.
   Instant next_wake() const { return next_; }
 

@@ -87,7 +87,7 @@ void Node::Impl::hide_monitored() {
   }
 }
 
-void Node::Impl::take_sdo(std::uint16_t index, const can::Frame& frame) {
+void Node::Impl::receive_sdo(std::uint16_t index, const can::Frame& frame) {
   hide_monitored();
   if (index >= kSdoServers) {
     hand_to_master_services({can::Service::sdo_server, index, 0}, frame);
@@ -120,7 +120,7 @@ void Node::Impl::take_sdo(std::uint16_t index, const can::Frame& frame) {
   if (frame.remote()) [[unlikely]] {
     remote_request(*found, frame);
   } else if (found->alone_is(can::Service::sync, 0)) {
-    take_sync(frame);
+    receive_sync(frame);
   } else {
     serve_all(found, frame);
   }
@@ -146,32 +146,32 @@ void Node::Impl::serve(can::Service service, std::uint16_t index, const can::Fra
   switch (service) {
     case can::Service::nmt:
       if (index == 0) {
-        take_node_control(frame);
+        receive_node_control(frame);
       } else {
         hand_to_master_services({service, index, 0}, frame);
       }
       return;
     case can::Service::sync:
-      take_sync(frame);
+      receive_sync(frame);
       return;
     case can::Service::sdo_server:
-      take_sdo(index, frame);
+      receive_sdo(index, frame);
       return;
     case can::Service::error_control:
-      take_error_control(index, frame);
+      receive_error_control(index, frame);
       return;
     case can::Service::emcy:
-      take_emergency(index, frame);
+      receive_emergency(index, frame);
       return;
     case can::Service::tpdo_rtr:
     case can::Service::none:
       ++counters.unused;  // an error of another device: data frames on a TPDO of this node
       return;
     case can::Service::sdo_client:
-      take_sdo_answer(index, frame);
+      receive_sdo_answer(index, frame);
       return;
     case can::Service::time:
-      take_time(frame);
+      receive_time(frame);
       return;
     case can::Service::rpdo:
     case can::Service::lss:
@@ -203,7 +203,7 @@ void Node::Impl::remote_request(can::Target target, const can::Frame& frame) {
   }
 }
 
-void Node::Impl::take_node_control(const can::Frame& frame) {
+void Node::Impl::receive_node_control(const can::Frame& frame) {
   const auto control = nmt::decode_node_control(frame);
   if (!control) {
     malformed(frame, 0);
@@ -217,7 +217,7 @@ void Node::Impl::take_node_control(const can::Frame& frame) {
   }
 }
 
-[[gnu::hot]] void Node::Impl::take_sync(const can::Frame& frame) {
+[[gnu::hot]] void Node::Impl::receive_sync(const can::Frame& frame) {
   if (!serves(can::Service::sync)) {
     return;
   }
@@ -235,7 +235,7 @@ void Node::Impl::take_node_control(const can::Frame& frame) {
   }
 }
 
-void Node::Impl::take_sdo_answer(std::uint16_t index, const can::Frame& frame) {
+void Node::Impl::receive_sdo_answer(std::uint16_t index, const can::Frame& frame) {
   if ((index & SdoClients::kMark) == 0) {
     hand_to_master_services({can::Service::sdo_client, index, 0}, frame);
     return;
@@ -247,7 +247,7 @@ void Node::Impl::take_sdo_answer(std::uint16_t index, const can::Frame& frame) {
   }
 }
 
-void Node::Impl::take_time(const can::Frame& frame) {
+void Node::Impl::receive_time(const can::Frame& frame) {
   if (!serves(can::Service::time)) {
     return;
   }
@@ -261,13 +261,13 @@ void Node::Impl::take_time(const can::Frame& frame) {
   }
 }
 
-void Node::Impl::take_error_control(std::uint16_t index, const can::Frame& frame) {
+void Node::Impl::receive_error_control(std::uint16_t index, const can::Frame& frame) {
   if ((index & kOwnMark) == 0) {
     hand_to_master_services({can::Service::error_control, index, 0}, frame);
     return;
   }
   if ((index & kOwnIdMark) == kOwnIdMark) {
-    take_own_id(frame);
+    check_own_id(frame);
     return;
   }
   const auto node = static_cast<std::uint8_t>(index & kNodeBits);
@@ -277,7 +277,7 @@ void Node::Impl::take_error_control(std::uint16_t index, const can::Frame& frame
 }
 
 // An error control message of another device with this node's node-ID.
-void Node::Impl::take_own_id(const can::Frame& frame) {
+void Node::Impl::check_own_id(const can::Frame& frame) {
   if (!serves(can::Service::error_control)) {
     return;
   }
@@ -290,7 +290,7 @@ void Node::Impl::take_own_id(const can::Frame& frame) {
 }
 
 // A frame on 1014h. If a PDO or the EMCY of another node also has that COB-ID, it is no evidence.
-void Node::Impl::take_own_emergency(const can::Frame& frame) {
+void Node::Impl::receive_own_emergency(const can::Frame& frame) {
   const can::Target* const target = dispatch.find(frame);
   if (!serves(can::Service::emcy) || target == nullptr || !target->alone_of(can::Service::emcy)) {
     return;
@@ -311,13 +311,13 @@ void Node::Impl::report_duplicate(nmt::State shown, Instant time) {
   begin(Fault::node_id, 0);
 }
 
-void Node::Impl::take_emergency(std::uint16_t index, const can::Frame& frame) {
+void Node::Impl::receive_emergency(std::uint16_t index, const can::Frame& frame) {
   if ((index & kOwnMark) == 0) {
     hand_to_master_services({can::Service::emcy, index, 0}, frame);
     return;
   }
   if ((index & kOwnIdMark) == kOwnIdMark) {
-    take_own_emergency(frame);
+    receive_own_emergency(frame);
     return;
   }
   const auto node = static_cast<std::uint8_t>(index & kNodeBits);

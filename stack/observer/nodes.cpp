@@ -48,7 +48,7 @@ void Nodes::listen_emcy(std::uint8_t node, can::CobId cob_id) {
 
 void Nodes::advance(Instant now) {
   heartbeats_.advance(now);
-  while (const std::uint8_t id = life_.take_expired(now)) {
+  while (const std::uint8_t id = life_.pop_expired(now)) {
     if (nodes_[id].presence == Presence::present && !nodes_[id].heartbeat_monitored) {
       const bool is_missing = has_error_control(id) || life_.beats(id);
       miss(id, is_missing ? Presence::missing : Presence::unknown);

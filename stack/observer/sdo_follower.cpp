@@ -29,7 +29,7 @@ std::optional<Transfer> SdoFollower::request(const can::Frame& frame) {
   }
   if (phase_ == Phase::block_taking) {
     if (!last_ || !sdo::is_block_send_end(command)) {
-      take_block_segment(frame);
+      receive_block_segment(frame);
       return std::nullopt;
     }
     const std::uint64_t unused = command >> 2U & 7U;
@@ -51,7 +51,7 @@ std::optional<Transfer> SdoFollower::request(const can::Frame& frame) {
   switch (static_cast<ClientCommand>(sdo::specifier(command))) {
     case ClientCommand::download_segment:
       if (phase_ == Phase::download_segments && sdo::toggle_of(command) == toggle_) {
-        take_segment(command, frame);
+        receive_segment(command, frame);
         phase_ = Phase::download_segment;
       }
       return std::nullopt;
@@ -113,7 +113,7 @@ std::optional<Transfer> SdoFollower::answer(const can::Frame& frame) {
       transfer_.size -= std::min(transfer_.size, unused);
       phase_ = Phase::block_given;
     } else {
-      take_block_segment(frame);
+      receive_block_segment(frame);
     }
     return std::nullopt;
   }
@@ -133,18 +133,18 @@ std::optional<Transfer> SdoFollower::answer(const can::Frame& frame) {
       return last_ ? end() : std::nullopt;
     case ServerCommand::upload_initiate:
     case ServerCommand::upload_segment:
-      return take_upload(command, frame);
+      return receive_upload(command, frame);
     default:
       return answer_block(command, frame);
   }
 }
 
-std::optional<Transfer> SdoFollower::take_upload(std::uint8_t command, const can::Frame& frame) {
+std::optional<Transfer> SdoFollower::receive_upload(std::uint8_t command, const can::Frame& frame) {
   if (sdo::specifier(command) == static_cast<std::uint8_t>(ServerCommand::upload_segment)) {
     if (phase_ != Phase::upload_segment || sdo::toggle_of(command) != toggle_) {
       return lose();
     }
-    take_segment(command, frame);
+    receive_segment(command, frame);
     toggle_ = !toggle_;
     phase_ = Phase::upload_segments;
     return last_ ? end() : std::nullopt;
@@ -204,7 +204,7 @@ std::optional<Transfer> SdoFollower::lose() {
   return std::nullopt;
 }
 
-void SdoFollower::take_segment(std::uint8_t command, const can::Frame& frame) {
+void SdoFollower::receive_segment(std::uint8_t command, const can::Frame& frame) {
   const std::size_t count = sdo::segment_size(command);
   keep(transfer_.size, bytes_of(frame, 1, count));
   transfer_.size += count;
@@ -212,7 +212,7 @@ void SdoFollower::take_segment(std::uint8_t command, const can::Frame& frame) {
 }
 
 // A segment that the receiver lost is repeated with its old number.
-void SdoFollower::take_block_segment(const can::Frame& frame) {
+void SdoFollower::receive_block_segment(const can::Frame& frame) {
   const std::uint8_t command = sdo::command_of(frame);
   const std::uint8_t number = command & sdo::kMaxBlockSize;
   if (number == 0) {

@@ -71,10 +71,10 @@ class SdoFollower {
   std::optional<Transfer> answer_block(std::uint8_t command, const can::Frame& frame);
   std::optional<Transfer> end();
   std::optional<Transfer> abort(const can::Frame& frame);
-  std::optional<Transfer> take_upload(std::uint8_t command, const can::Frame& frame);
+  std::optional<Transfer> receive_upload(std::uint8_t command, const can::Frame& frame);
   std::optional<Transfer> lose();
-  void take_segment(std::uint8_t command, const can::Frame& frame);
-  void take_block_segment(const can::Frame& frame);
+  void receive_segment(std::uint8_t command, const can::Frame& frame);
+  void receive_block_segment(const can::Frame& frame);
   void acknowledge(std::uint8_t number);
   void keep(std::uint64_t at, std::span<const std::byte> bytes);
   bool is_mine(const can::Frame& frame) const;

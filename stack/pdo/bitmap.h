@@ -34,7 +34,7 @@ class Bitmap {
   // Clears all bits, and calls take(bit) for each in ascending order. Bits that take() sets stay
   // set.
   template <class Take>
-  void take_all(Take take) {
+  void drain(Take take) {
     for (std::size_t word = 0; word < words_.size(); ++word) {
       for (std::uint64_t bits = std::exchange(words_[word], 0); bits != 0; bits &= bits - 1) {
         const auto bit = static_cast<std::size_t>(std::countr_zero(bits));

@@ -22,7 +22,7 @@ void Engine::Impl::receive_early(std::uint16_t slot, const can::Frame& frame) {
 }
 
 // The deadline starts at the entry into Operational: the kept frame may be old.
-void Engine::Impl::take_early() {
+void Engine::Impl::process_early() {
   for (std::size_t place = 0; place < shadows.size(); ++place) {
     const Shadow early = shadows[place];  // a copy: the listener may change PDOs
     if (early.frames == 0 || is_synchronous(details[early.slot].type)) {

@@ -75,8 +75,8 @@ void Engine::link(const LinkPlan& plan) {
   }
 }
 
-bool Engine::take_reception(Reception& out) {
-  return impl_->take_reception(out);
+bool Engine::pop_reception(Reception& out) {
+  return impl_->pop_reception(out);
 }
 
 void Engine::drop_receptions() {
@@ -163,7 +163,7 @@ void Engine::advance(Instant now) {
   if (now >= impl_->next_release) {
     impl_->release(now);
   }
-  while (const std::optional<std::size_t> timer = impl_->timers.take_due(now)) {
+  while (const std::optional<std::size_t> timer = impl_->timers.pop_due(now)) {
     const std::size_t rpdos = impl_->rpdos.size();
     if (*timer < rpdos) {
       impl_->check_deadline(static_cast<std::uint16_t>(*timer), now);

@@ -155,7 +155,7 @@ class Engine {
   // Returns the oldest queued reception of the linked RPDOs with a queue (LinkedPdo::queue), in the
   // order of reception; false if there is none. A synchronous RPDO is queued at its reception,
   // before the SYNC. No allocation.
-  bool take_reception(Reception& out);
+  bool pop_reception(Reception& out);
   // Drops the queued receptions, which count as lost.
   void drop_receptions();
   // Processes any frame. slot: Target::index of Service::rpdo.

@@ -209,10 +209,10 @@ struct Engine::Impl final : od::Hook, od::Observer {
     }
   }
   void assign_queues();
-  bool take_reception(Reception& out);
+  bool pop_reception(Reception& out);
   // early.cpp
   void receive_early(std::uint16_t slot, const can::Frame& frame);
-  void take_early();
+  void process_early();
   // receive.cpp
   void receive_wrong_length(std::uint16_t slot, const can::Frame& frame);
   // multiplexed.cpp

@@ -53,7 +53,7 @@ struct LinkedPdo {
   std::uint16_t mapped_bits = 0;   // length of the PDO, fillers included
   std::vector<std::uint8_t> also;  // of a TPDO: other nodes that have an RPDO with its COB-ID
   std::vector<LinkTarget> targets;
-  // Of an RPDO: largest number of queued receptions, see Engine::take_reception(); 0: no queue,
+  // Of an RPDO: largest number of queued receptions, see Engine::pop_reception(); 0: no queue,
   // only the newest values are kept.
   std::uint32_t queue = 0;
 };

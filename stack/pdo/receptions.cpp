@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The engine's part in queued receptions: see Engine::take_reception().
+// The engine's part in queued receptions: see Engine::pop_reception().
 #include "stack/pdo/engine_impl.h"
 
 namespace linegate::pdo {
@@ -30,7 +30,7 @@ void Engine::Impl::assign_queues() {
   counters.receptions_lost = receptions.lost();
 }
 
-bool Engine::Impl::take_reception(Reception& out) {
+bool Engine::Impl::pop_reception(Reception& out) {
   ReceptionQueues::Raw raw;
   if (!receptions.pop(raw)) {
     return false;

@@ -142,7 +142,7 @@ void Engine::Impl::set_operational(bool on, Instant now) {
     begin(PdoKind::tpdo, slot);
   }
   if (on) {
-    take_early();
+    process_early();
   } else {
     shadows.clear();
   }

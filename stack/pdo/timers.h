@@ -43,7 +43,7 @@ class Timers {
   void stop(std::size_t number) { timers_[number].due = kNever; }
 
   // Stops a due time-out and returns its number; nothing if none is due.
-  std::optional<std::size_t> take_due(Instant now) {
+  std::optional<std::size_t> pop_due(Instant now) {
     while (!heap_.empty() && heap_.front().due <= now) {
       std::pop_heap(heap_.begin(), heap_.end(), later);
       const std::size_t number = heap_.back().number;

@@ -145,7 +145,7 @@ void Engine::Impl::output_variable_changed(od::Address address) {
     return;
   }
   mark_affected(place->bit_offset, place->bit_length);
-  affected.take_all([this](std::uint16_t slot) {
+  affected.drain([this](std::uint16_t slot) {
     if (auto_notify[slot] && !tpdos[slot].asking) {
       source_changed(slot, false);
     }
@@ -158,7 +158,7 @@ void Engine::Impl::output_variable_changed(od::Address address) {
     return;
   }
   impl_->mark_affected(bit_offset, bits);
-  impl_->affected.take_all(
+  impl_->affected.drain(
       [this, always](std::uint16_t slot) { impl_->source_changed(slot, always); });
 }
 
@@ -197,7 +197,7 @@ void Engine::Impl::release_held() {
   }
   follow_mode();
   const auto take = [this](Bitmap& slots, bool always) {
-    slots.take_all([this, always](std::uint16_t slot) {
+    slots.drain([this, always](std::uint16_t slot) {
       if (tpdos[slot].mpdo != MpdoMode::none) {
         release_mpdos(tpdos[slot]);
       } else if (tpdos[slot].active) {

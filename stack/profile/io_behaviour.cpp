@@ -147,7 +147,7 @@ std::uint16_t IoBehaviour::converted_by(std::uint16_t index) {
   }
 }
 
-void IoBehaviour::take_error_values() {
+void IoBehaviour::apply_error_values() {
   const std::uint8_t digitals = dictionary_.highest_sub(cia401::kDigitalOutputs).value_or(0);
   for (unsigned i = 1; i <= digitals; ++i) {
     const auto sub = static_cast<std::uint8_t>(i);

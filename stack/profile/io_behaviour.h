@@ -41,7 +41,7 @@ class IoBehaviour {
   // The device was stopped or its communication failed: outputs take the values of 6207h if
   // selected by 6206h, of 6444h if selected by 6443h. Objects that are not outputs of the profile
   // are unchanged.
-  void take_error_values();
+  void apply_error_values();
 
  private:
   bool digital_triggers(std::uint8_t sub, std::uint64_t before, std::uint64_t now) const;

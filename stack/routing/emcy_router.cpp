@@ -40,10 +40,10 @@ EmcyRouter::EmcyRouter(const Config& config, std::uint16_t network,
       post_(post),
       events_(events),
       counters_(counters) {
-  take_gateways();
+  update_gateways();
 }
 
-void EmcyRouter::take_gateways() {
+void EmcyRouter::update_gateways() {
   gateways_.reset();
   for (const std::uint8_t node : config_.gateways) {
     gateways_.set(node & can::kMaxNodeId);

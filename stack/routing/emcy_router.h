@@ -31,7 +31,7 @@ class EmcyRouter {
              emcy::Producer& producer, Post& post, EventLog& events, Counters& counters);
 
   // Call it after the routes of the configuration have changed.
-  void take_gateways();
+  void update_gateways();
 
   // A node of this line sent an EMCY.
   void heard(std::uint8_t node, const emcy::Message& message, Instant now);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The messages between the lines of one process: a plain value, small enough for a ring between two
-// threads. Line::take_message() returns a line's messages to other lines, Line::deliver() takes
+// threads. Line::pop_message() returns a line's messages to other lines, Line::deliver() takes
 // those of other lines.
 #pragma once
 

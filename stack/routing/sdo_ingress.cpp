@@ -425,7 +425,7 @@ void SdoIngress::report_opened(const Connection& connection, Instant now) {
   const Indication wanted = decode_indication(connection.word);
   events_.emit({.time = now,
                 .data = event::RoutingOpened{.connection = connection.number,
-                                             .suppressed = trace_.take_withheld(),
+                                             .suppressed = trace_.pop_withheld(),
                                              .source = source_of(*connection.side),
                                              .target = wanted.network,
                                              .target_node = wanted.node,

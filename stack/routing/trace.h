@@ -32,7 +32,7 @@ class Trace {
     return admitted;
   }
   // Number of connections that were not reported since the last call.
-  std::uint32_t take_withheld() { return std::exchange(withheld_, 0U); }
+  std::uint32_t pop_withheld() { return std::exchange(withheld_, 0U); }
 
  private:
   Instant end_{};

@@ -160,7 +160,7 @@ void Scanner::finish(Running& running, Instant now) {
          .node = node.id,
          .data = event::NodeScanned{.abort = node.end,
                                     .objects = static_cast<std::uint32_t>(node.values.size())}});
-    found_.push_back(running.survey.take_result());
+    found_.push_back(running.survey.pop_result());
   }
   if (&running != &running_.back()) {
     running = std::move(running_.back());
@@ -180,7 +180,7 @@ void Scanner::cancel(Instant now) {
   }
 }
 
-std::optional<std::vector<ScannedNode>> Scanner::take_result() {
+std::optional<std::vector<ScannedNode>> Scanner::pop_result() {
   if (!std::exchange(done_, false)) {
     return std::nullopt;
   }

@@ -69,7 +69,7 @@ class Scanner {
 
   // Returns the nodes that answered, ascending, once after a scan has ended. Each was reported
   // before as event::NodeScanned.
-  std::optional<std::vector<ScannedNode>> take_result();
+  std::optional<std::vector<ScannedNode>> pop_result();
 
  private:
   struct Running {

@@ -33,7 +33,7 @@ class Survey {
   // The node answered: there is a device.
   bool present() const { return present_; }
   const ScannedNode& result() const { return node_; }
-  ScannedNode take_result() { return std::move(node_); }
+  ScannedNode pop_result() { return std::move(node_); }
 
  private:
   enum class Part : std::uint8_t { head, identity, communication, mapping, done };

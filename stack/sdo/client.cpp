@@ -57,7 +57,8 @@ Receipt Client::receive(const can::Frame& frame, can::TransmitQueue& queue) {
   // Also before the request was sent: another program may have sent a request before.
   if (!busy() || (waits_for_initiate() && (held_ || outbox_.waits(queue)))) {
     note_answer(frame.time, queue);
-    return take_stray(word, frame.time) || word == last_used_ ? Receipt::stray : Receipt::unasked;
+    return receive_stray(word, frame.time) || word == last_used_ ? Receipt::stray
+                                                                 : Receipt::unasked;
   }
   if (is_abort(command_of(frame))) {
     return aborted_by_server(word, frame.time, queue);
@@ -69,7 +70,7 @@ Receipt Client::receive(const can::Frame& frame, can::TransmitQueue& queue) {
     return Receipt::stray;
   }
   const AbortCode why = answered(word, frame.time, queue);
-  if (why == AbortCode::command_specifier && take_stray(word, frame.time)) {
+  if (why == AbortCode::command_specifier && receive_stray(word, frame.time)) {
     return Receipt::stray;
   }
   last_used_ = word;
@@ -210,7 +211,7 @@ AbortCode Client::send_download_segment(Instant now, can::TransmitQueue& queue) 
   return source_.error();
 }
 
-bool Client::take_stray(std::uint64_t word, Instant now) {
+bool Client::receive_stray(std::uint64_t word, Instant now) {
   if (late_.expected() && late_.take(static_cast<std::uint8_t>(word), now)) {
     return true;
   }
@@ -249,7 +250,7 @@ Receipt Client::initiate_answered(std::uint64_t word, Instant now, can::Transmit
   } else if (multiplexer(word) != address_) {
     why = AbortCode::parameter_incompatible;
   }
-  if (why != AbortCode::none && (word == last_used_ || take_stray(word, now))) {
+  if (why != AbortCode::none && (word == last_used_ || receive_stray(word, now))) {
     return Receipt::stray;
   }
   last_used_ = word;
@@ -370,7 +371,7 @@ AbortCode Client::download_segment_taken(Instant now, can::TransmitQueue& queue)
 Receipt Client::aborted_by_server(std::uint64_t word, Instant now, can::TransmitQueue& queue) {
   const od::Address address = multiplexer(word);
   const bool ours = address == address_ || address == od::Address{};
-  if (!ours && waits_for_initiate() && (word == last_used_ || take_stray(word, now))) {
+  if (!ours && waits_for_initiate() && (word == last_used_ || receive_stray(word, now))) {
     return Receipt::stray;
   }
   last_used_ = word;

@@ -187,7 +187,7 @@ class Client {
   AbortCode download_segment_taken(Instant now, can::TransmitQueue& queue);
   bool is_abort(std::uint8_t command) const;
   Receipt aborted_by_server(std::uint64_t word, Instant now, can::TransmitQueue& queue);
-  bool take_stray(std::uint64_t word, Instant now);
+  bool receive_stray(std::uint64_t word, Instant now);
   void send_abort(AbortCode code, Instant now, can::TransmitQueue& queue);
   void give_up(AbortCode why, Instant now, can::TransmitQueue& queue);
   bool may_have_taken_effect() const;

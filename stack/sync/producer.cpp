@@ -40,7 +40,7 @@ std::optional<std::uint8_t> Producer::advance(Instant now) {
   if (transmit_.queued(can::TransmitClass::sync) != 0) {
     return std::nullopt;
   }
-  const std::uint8_t counter = take_counter();
+  const std::uint8_t counter = next_counter();
   can::Frame frame;
   frame.id = parameters_.cob_id.id();
   if (parameters_.cob_id.extended()) {
@@ -58,7 +58,7 @@ void Producer::restart() {
   next_ = runs ? Instant{} : kNever;
 }
 
-std::uint8_t Producer::take_counter() {
+std::uint8_t Producer::next_counter() {
   if (parameters_.overflow == 0) {
     return 0;
   }

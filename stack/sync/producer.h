@@ -32,7 +32,7 @@ class Producer {
 
  private:
   void restart();
-  std::uint8_t take_counter();
+  std::uint8_t next_counter();
 
   can::TransmitQueue& transmit_;
   Parameters parameters_;

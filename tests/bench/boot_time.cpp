@@ -84,7 +84,7 @@ class Device {
   void receive(const can::Frame& frame) {
     if (frame.id == 0 && frame.length == 2 &&
         (frame.data[1] == std::byte{0} || frame.data[1] == std::byte{id_})) {
-      take_command(frame);
+      receive_command(frame);
     } else if (frame.id == can::kSdoRequestBase + id_) {
       answer(frame);
     }
@@ -113,7 +113,7 @@ class Device {
   bool operational() const { return operational_; }
 
  private:
-  void take_command(const can::Frame& frame) {
+  void receive_command(const can::Frame& frame) {
     operational_ = frame.data[0] == std::byte{0x01};
     if (frame.data[0] == std::byte{0x82}) {
       heartbeat_ = kNever;
@@ -203,7 +203,7 @@ class Network {
     const std::size_t count = bus_.take(end_, frames, now_);
     line_->receive(std::span(frames).first(count), now_);
     line_->advance(now_);
-    take_stock();
+    count_frames();
   }
 
   void send() {
@@ -219,7 +219,7 @@ class Network {
   }
 
   // Counts the necessary frames: boot-up messages, SDO, NMT, and the first heartbeat of each node.
-  void take_stock() {
+  void count_frames() {
     std::array<can::Frame, 8> frames;
     const std::size_t count = bus_.take(watch_, frames, now_);
     for (const can::Frame& frame : std::span(frames).first(count)) {

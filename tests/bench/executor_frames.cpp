@@ -221,11 +221,11 @@ class Gateway {
 
  private:
   void take() {
-    if (const gateway::LineStatus* status = bench::take_reports(port_)) {
+    if (const gateway::LineStatus* status = bench::discard_reports(port_)) {
       running_ = bench::manager_runs(*status);
       rpdos_ = status->state.counters.rpdos;
     }
-    bench::take_images(port_);
+    bench::discard_images(port_);
   }
 
   std::atomic<bool> running_{false};

@@ -33,7 +33,7 @@ class Forwarding final : public bench::WiredCourse {
   bench::ForwardingLines lines_;
 };
 
-void take_the_cache() {
+void evict_cache() {
   for (std::size_t i = 0; i < others.size(); i += kCacheLine) {
     others[i] = std::byte{1};
   }
@@ -48,6 +48,6 @@ int main(int argc, char** argv) {
   for (unsigned i = 0; i < frames; ++i) {
     (void)course.pass(i);
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    take_the_cache();
+    evict_cache();
   }
 }

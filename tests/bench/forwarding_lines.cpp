@@ -62,8 +62,8 @@ ForwardingLines::~ForwardingLines() {
 
 void ForwardingLines::take() {
   for (gateway::LinePort& port : ports_) {
-    (void)take_reports(port);
-    take_images(port);
+    (void)discard_reports(port);
+    discard_images(port);
   }
 }
 

@@ -134,7 +134,7 @@ class Lines {
     }
   }
   static void take(LineUnderLoad& line) {
-    if (const gateway::LineStatus* status = bench::take_reports(line.port)) {
+    if (const gateway::LineStatus* status = bench::discard_reports(line.port)) {
       Seen& seen = line.seen;
       seen.running = bench::manager_runs(*status);
       seen.load_permille = status->state.load_permille;

@@ -40,7 +40,7 @@ void ClockedRunner::service(Instant now) {
   }
 }
 
-const gateway::LineStatus* take_reports(gateway::LinePort& port) {
+const gateway::LineStatus* discard_reports(gateway::LinePort& port) {
   for (Event event; port.events.pop(event);) {
   }
   for (gateway::NodeStatus node; port.nodes.pop(node);) {
@@ -48,7 +48,7 @@ const gateway::LineStatus* take_reports(gateway::LinePort& port) {
   return port.status.fetch();
 }
 
-void take_images(gateway::LinePort& port) {
+void discard_images(gateway::LinePort& port) {
   for (const auto direction : {image::Direction::inputs, image::Direction::outputs}) {
     (void)port.image(direction).fetch();
   }

@@ -53,8 +53,8 @@ class ClockedRunner final : public gateway::Runner {
 
 // Discards the events and the states of the nodes. Returns the newest status or nullptr; it is
 // valid until the next call.
-const gateway::LineStatus* take_reports(gateway::LinePort& port);
-void take_images(gateway::LinePort& port);
+const gateway::LineStatus* discard_reports(gateway::LinePort& port);
+void discard_images(gateway::LinePort& port);
 bool manager_runs(const gateway::LineStatus& status);
 
 // A thread in the publisher's place: calls `take` whenever the wake-up was signalled, from start()

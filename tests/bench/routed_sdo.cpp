@@ -244,7 +244,7 @@ class Chain {
     routing::Message message;
     for (bool any = true; std::exchange(any, false);) {
       for (std::size_t i = 0; i < lines_.size(); ++i) {
-        while (lines_[i].line->take_message(message)) {
+        while (lines_[i].line->pop_message(message)) {
           lines_[i ^ 1U].line->deliver(message, now_);
           any = true;
         }

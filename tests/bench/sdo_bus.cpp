@@ -115,7 +115,7 @@ void SdoBus::run() {
 
 void SdoBus::take(const can_frame& frame, std::int64_t stamp, Instant now) {
   if (frame.can_id == can::kSyncId) {
-    take_sync(frame, stamp, now);
+    receive_sync(frame, stamp, now);
   }
   require(frame.can_id <= CAN_SFF_MASK && frame.len <= can::kMaxClassicData,
           "not a valid CAN frame");
@@ -124,7 +124,7 @@ void SdoBus::take(const can_frame& frame, std::int64_t stamp, Instant now) {
   require(bus_.submit(measured_, copy, now), "more frames than the protocol allows");
 }
 
-void SdoBus::take_sync(const can_frame& frame, std::int64_t stamp, Instant now) {
+void SdoBus::receive_sync(const can_frame& frame, std::int64_t stamp, Instant now) {
   const std::size_t wanted = wanted_.load(std::memory_order_acquire);
   if (wanted == 0) {
     return;

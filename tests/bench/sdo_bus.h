@@ -58,7 +58,7 @@ class SdoBus {
 
   void run();
   void take(const can_frame& frame, std::int64_t stamp, Instant now);
-  void take_sync(const can_frame& frame, std::int64_t stamp, Instant now);
+  void receive_sync(const can_frame& frame, std::int64_t stamp, Instant now);
   void deliver(Instant now);
   void submit_answers(Instant now);
 

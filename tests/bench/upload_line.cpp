@@ -94,10 +94,10 @@ void UploadLine::take() {
   for (line::Reply reply; port_.replies.pop(reply);) {
     take(reply);
   }
-  if (const gateway::LineStatus* status = take_reports(port_)) {
+  if (const gateway::LineStatus* status = discard_reports(port_)) {
     manager_runs_ = manager_runs(*status);
   }
-  take_images(port_);
+  discard_images(port_);
 }
 
 void UploadLine::turn(bool on) {

@@ -37,8 +37,8 @@ class Plant {
     tell_state();
   }
   void tell_state() {
-    follower.take_gateway("g", incarnation, stream, 0, now);
-    follower.take_line("g", "l", number, now);
+    follower.receive_gateway("g", incarnation, stream, 0, now);
+    follower.receive_line("g", "l", number, now);
   }
   // An event is published: the sample reaches the reader or not, the journal stores it or not.
   void publish(bool reaches = true, bool is_stored = true) {
@@ -72,7 +72,7 @@ class Plant {
     for (const Instant end = now + time; now < end; now += step) {
       while (const auto fetch = follower.due(now)) {
         ++requests;
-        follower.take_answer("g", "l", answer(fetch->read), now);
+        follower.receive_answer("g", "l", answer(fetch->read), now);
       }
       drain();
     }
@@ -338,7 +338,7 @@ TEST(EventFollower, AFileThatIsReplacedBetweenTwoPagesIsReadAfterTheLastEvent) {
   plant.start(7, 30);
   const auto first = plant.follower.due(plant.now);
   ASSERT_TRUE(first);
-  plant.follower.take_answer("g", "l", plant.answer(first->read), plant.now);
+  plant.follower.receive_answer("g", "l", plant.answer(first->read), plant.now);
   plant.lose_journal();
   plant.journal = from_to(7, 21, 30);
   plant.run(milliseconds(1000));
@@ -372,7 +372,7 @@ TEST(EventFollower, MalformedPagesAreRequestedAgainWithPauses) {
        plant.now += milliseconds(50)) {
     while (plant.follower.due(plant.now)) {
       ++asked;
-      plant.follower.take_answer("g", "l", wrong, plant.now);
+      plant.follower.receive_answer("g", "l", wrong, plant.now);
     }
   }
   EXPECT_GE(asked, 5U);

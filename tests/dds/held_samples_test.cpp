@@ -19,7 +19,7 @@ struct Writer {
   void write(int instance, const std::string& sample) {
     EXPECT_EQ(held.note(instance, sample), sample);
     last[instance] = ++written;
-    while (const std::string* stale = held.take_stale()) {
+    while (const std::string* stale = held.pop_stale()) {
       ++repeated;
       last[std::stoi(*stale)] = ++written;
     }
@@ -60,7 +60,7 @@ TEST(HeldSamples, TheNewestSampleIsTheOneWrittenAgain) {
   held.note(1, "new");
   held.note(2, "");
   std::string* stale = nullptr;
-  while ((stale = held.take_stale()) == nullptr)
+  while ((stale = held.pop_stale()) == nullptr)
     held.note(2, "");
   EXPECT_EQ(*stale, "new");
 }
@@ -90,7 +90,7 @@ TEST(HeldSamples, WhatIsDroppedIsNotWrittenAgain) {
   EXPECT_EQ(dropped, "1");
   for (int i = 0; i < 5'000; ++i) {
     held.note(3, "speaks");
-    while (const std::string* stale = held.take_stale()) {
+    while (const std::string* stale = held.pop_stale()) {
       ASSERT_EQ(*stale, "stays");
     }
   }
@@ -98,7 +98,7 @@ TEST(HeldSamples, WhatIsDroppedIsNotWrittenAgain) {
 
 TEST(HeldSamples, NothingIsHeldAtFirst) {
   Held held;
-  EXPECT_EQ(held.take_stale(), nullptr);
+  EXPECT_EQ(held.pop_stale(), nullptr);
 }
 
 }  // namespace

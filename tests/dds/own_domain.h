@@ -16,7 +16,7 @@ namespace linegate::test {
 
 // Returns false if another process has the name. The name is released when this process ends, even
 // if it is killed.
-inline bool take_name(const std::string& name) {
+inline bool bind_name(const std::string& name) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;  // without a path: a name of the abstract namespace needs no file
   std::memcpy(address.sun_path + 1, name.data(), name.size());
@@ -38,7 +38,7 @@ inline std::uint32_t own_domain() {
     const auto begin = static_cast<std::uint32_t>(::getpid());
     for (std::uint32_t i = 0; i < kCount; ++i) {
       const std::uint32_t candidate = kFirst + (begin + i) % kCount;
-      if (take_name("linegate-test-domain-" + std::to_string(candidate))) {
+      if (bind_name("linegate-test-domain-" + std::to_string(candidate))) {
         return candidate;
       }
     }

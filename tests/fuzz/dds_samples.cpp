@@ -224,7 +224,7 @@ class Peer {
     now_ += std::chrono::milliseconds(10);
     if (const auto done = tracker_.take(sample, participant_of(kPublisher), publishers_, now_))
       LINEGATE_EXPECT(asked_.erase(done->result.id) == 1);
-    take_page(std::as_bytes(std::span(sample.data())));
+    receive_page(std::as_bytes(std::span(sample.data())));
     for (unsigned sent = 0; const Request* due = tracker_.due(now_); ++sent) {
       LINEGATE_EXPECT(sent < fuzz::kRequests && asked_.contains(due->id));
     }
@@ -232,7 +232,7 @@ class Peer {
   }
 
   // As an answer to COMMAND_JOURNAL_READ: what is read is written with the same meaning.
-  static void take_page(std::span<const std::byte> data) {
+  static void receive_page(std::span<const std::byte> data) {
     if (const auto page = request::decode_page(data))
       LINEGATE_EXPECT(request::decode_page(request::encode(*page)) == page);
   }

@@ -81,10 +81,10 @@ class Run {
         report();
         break;
       case Step::events:
-        subject_.take_events(input_.byte());
+        subject_.pop_events(input_.byte());
         break;
       case Step::replies:
-        subject_.take_replies();
+        subject_.check_replies();
         break;
       case Step::snapshot: {
         const bool outputs = input_.flag();

@@ -183,29 +183,29 @@ LineSubject::LineSubject(const Setup& setup)
 
 void LineSubject::hear(std::span<const can::Frame> frames) {
   subject_.hear(frames, now_);
-  take_messages();
+  check_messages();
 }
 
 void LineSubject::execute(line::Command command) {
   if (!stopped_) {
     subject_.execute(std::move(command), now_);
-    take_messages();
+    check_messages();
   }
 }
 
 void LineSubject::deliver(const routing::Message& message) {
   line().deliver(message, now_);
   if (!routes_) {
-    take_refusal(message);
+    check_refusal(message);
   }
-  take_messages();
+  check_messages();
 }
 
 // A line that does not route rejects a message on behalf of the interface it was addressed to.
-void LineSubject::take_refusal(const routing::Message& message) {
+void LineSubject::check_refusal(const routing::Message& message) {
   const auto refusal = routing::undeliverable(message);
   routing::Message out;
-  LINEGATE_EXPECT(line().take_message(out) == refusal.has_value());
+  LINEGATE_EXPECT(line().pop_message(out) == refusal.has_value());
   if (refusal) {
     LINEGATE_EXPECT(out.from == message.to && out.to == message.from);
     LINEGATE_EXPECT(out.kind == refusal->kind && out.connection == message.connection);
@@ -213,9 +213,9 @@ void LineSubject::take_refusal(const routing::Message& message) {
 }
 
 // Takes the messages to other lines. The input determines the reactions of those lines.
-void LineSubject::take_messages() {
+void LineSubject::check_messages() {
   routing::Message message;
-  while (line().take_message(message)) {
+  while (line().pop_message(message)) {
     LINEGATE_EXPECT(routes_ && message.from == kInterface && message.to != kInterface);
     LINEGATE_EXPECT(message.kind <= routing::MessageKind::pdo);
     if (message.kind == routing::MessageKind::sdo_open) {
@@ -232,7 +232,7 @@ void LineSubject::expect_no_connection() {
     sleep(std::chrono::seconds(10));
     advance();
     lose(~0U);
-    take_messages();
+    check_messages();
   }
   const routing::Counters counters = line().state().routing;
   LINEGATE_EXPECT(counters.open == 0 && counters.channels == 0);
@@ -246,7 +246,7 @@ void LineSubject::stop() {
 
 void LineSubject::advance() {
   subject_.advance(now_);
-  take_messages();
+  check_messages();
 }
 
 void LineSubject::pass(Duration time) {
@@ -306,7 +306,7 @@ void LineSubject::turn_devices() {
       hear(std::span(&frame, 1));
     }
   }
-  devices_->take_events(64);
+  devices_->pop_events(64);
 }
 
 void LineSubject::finish() {

@@ -75,8 +75,8 @@ class LineSubject {
   void lose(unsigned frames);
   // Frames of and to the devices are lost while their cable is unplugged.
   void plug(bool in) { plugged_ = in; }
-  void take_events(std::size_t count) { subject_.take_events(count); }
-  void take_replies() { subject_.take_replies(); }
+  void pop_events(std::size_t count) { subject_.pop_events(count); }
+  void check_replies() { subject_.check_replies(); }
   void snapshot(image::Direction direction, bool merge) {
     subject_.snapshot(direction, merge, now_);
   }
@@ -86,8 +86,8 @@ class LineSubject {
  private:
   bool next(can::Frame& frame);
   void turn_devices();
-  void take_messages();
-  void take_refusal(const routing::Message& message);
+  void check_messages();
+  void check_refusal(const routing::Message& message);
   void expect_no_connection();
   void run_what_was_found();
 

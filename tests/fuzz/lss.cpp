@@ -190,7 +190,7 @@ class Bus final : lss::AssignerHost {
     }
     for (Device& device : devices_) {
       device.slave.advance(now_);
-      if (device.slave.take_reset()) {
+      if (device.slave.pop_reset()) {
         (void)device.slave.reset(false);
       }
     }

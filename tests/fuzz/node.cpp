@@ -176,8 +176,8 @@ class Run {
   void all() {
     for (unsigned steps = 0; !input_.empty() && steps < kMostSteps; ++steps) {
       step(static_cast<Step>(input_.byte() % kSteps));
-      take_outcomes();
-      take_events();
+      check_outcomes();
+      pop_events();
     }
     finish();
   }
@@ -286,7 +286,7 @@ class Run {
   }
 
   // Each transfer ends once: there is never an outcome without a transfer.
-  void take_outcomes() {
+  void check_outcomes() {
     for (unsigned which = 0; which < kClients; ++which) {
       const auto client = node_.sdo_clients().client(static_cast<std::uint16_t>(which + 1));
       if (client.ok() && (*client)->take()) {
@@ -375,7 +375,7 @@ class Run {
     return seen;
   }
 
-  void take_events() {
+  void pop_events() {
     std::array<Event, 16> events;
     while (const std::size_t count = log_.take(events)) {
       for (const Event& event : std::span(events).first(count)) {
@@ -390,7 +390,7 @@ class Run {
   // Stored parameters may have any value. Without them the node has its factory settings.
   void finish() {
     pass(std::chrono::seconds(2));
-    take_outcomes();
+    check_outcomes();
     node_.set_medium(nullptr);
     node_.start(now_);
     send(~0U);

@@ -101,7 +101,7 @@ class Run {
         break;
       }
       case Step::events:
-        watched_.take_events(input_.byte());
+        watched_.pop_events(input_.byte());
         break;
       case Step::bus:
         line_.bus_event(fuzz::read_bus_event(input_, now_));

@@ -168,7 +168,7 @@ void WatchedLine::advance(Instant now) {
 void WatchedLine::check_overdue(Instant now) {
   const auto overdue = [now](const auto& asked) { return asked.second.deadline <= now; };
   if (std::ranges::any_of(open_, overdue)) {
-    take_replies();
+    check_replies();
     LINEGATE_EXPECT(std::ranges::none_of(open_, overdue));
   }
 }
@@ -185,10 +185,10 @@ bool WatchedLine::next_frame(can::Frame& out, Instant now) {
   return given;
 }
 
-void WatchedLine::take_events(std::size_t count) {
+void WatchedLine::pop_events(std::size_t count) {
   std::array<Event, 64> events;
   const std::size_t taken =
-      line_->take_events(std::span(events).first(std::min(count, events.size())));
+      line_->pop_events(std::span(events).first(std::min(count, events.size())));
   LINEGATE_EXPECT(taken <= count);
   std::for_each_n(events.begin(), taken, [this](const Event& event) { check_event(event); });
 }
@@ -207,9 +207,9 @@ void WatchedLine::check_event(const Event& event) {
   ++next_event_;
 }
 
-void WatchedLine::take_replies() {
+void WatchedLine::check_replies() {
   line::Reply reply;
-  while (line_->take_reply(reply)) {
+  while (line_->pop_reply(reply)) {
     const auto asked = open_.find(reply.tag);
     LINEGATE_EXPECT(asked != open_.end());
     check_reply(asked->second, reply);
@@ -248,7 +248,7 @@ void WatchedLine::snapshot(image::Direction direction, bool merge, Instant now) 
 }
 
 void WatchedLine::expect_end() {
-  take_replies();
+  check_replies();
   LINEGATE_EXPECT(open_.empty());
   const line::LineState state = line_->state();
   LINEGATE_EXPECT(state.counters.frames_received == heard_);
@@ -256,7 +256,7 @@ void WatchedLine::expect_end() {
   LINEGATE_EXPECT(state.nodes_operational <= state.nodes_configured);
   while (next_event_ <= state.counters.events) {
     const std::uint64_t before = next_event_;
-    take_events(64);
+    pop_events(64);
     LINEGATE_EXPECT(next_event_ > before);
   }
   LINEGATE_EXPECT(next_event_ == state.counters.events + 1);

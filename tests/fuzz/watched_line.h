@@ -55,8 +55,8 @@ class WatchedLine {
   // Processes everything that is due. Expired commands must have their replies.
   void advance(Instant now);
   bool next_frame(can::Frame& out, Instant now);
-  void take_events(std::size_t count);
-  void take_replies();
+  void pop_events(std::size_t count);
+  void check_replies();
   void snapshot(image::Direction direction, bool merge, Instant now);
   // Call it after a stop: every command was answered, no event is missing, and all frames were
   // counted.

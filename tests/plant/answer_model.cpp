@@ -186,7 +186,7 @@ void AnswerModel::response(std::uint8_t node, const can::Frame& frame) {
 // Adds a segment to the current sub-block, if it is the next one in order, or the first one again.
 // Segments that are queued when a sub-block is acknowledged too early continue its numbers and are
 // ignored.
-void AnswerModel::take_segment(Transfer& transfer, const can::Frame& frame) {
+void AnswerModel::receive_segment(Transfer& transfer, const can::Frame& frame) {
   const unsigned number = byte_at(frame, 0) & kNumber;
   const bool again = number == 1 && !transfer.upload;
   transfer.newest = number;
@@ -202,7 +202,7 @@ void AnswerModel::take_segment(Transfer& transfer, const can::Frame& frame) {
 }
 
 // Appends the first `count` segments of the sub-block to the value, and begins another sub-block.
-void AnswerModel::take_sub_block(Transfer& transfer, unsigned count) {
+void AnswerModel::receive_sub_block(Transfer& transfer, unsigned count) {
   const std::size_t bytes = std::min(count, transfer.segments) * kSegmentSize;
   append(transfer.value, std::span(transfer.sub_block).first(bytes));
   transfer.last = transfer.ends && count == transfer.segments;
@@ -211,7 +211,7 @@ void AnswerModel::take_sub_block(Transfer& transfer, unsigned count) {
 }
 
 // The last segment need not be full.
-void AnswerModel::take_block_end(Transfer& transfer, const can::Frame& frame) {
+void AnswerModel::receive_block_end(Transfer& transfer, const can::Frame& frame) {
   const std::size_t unused = byte_at(frame, 0) >> 2U & 7U;
   transfer.value.resize(transfer.value.size() - std::min(unused, transfer.value.size()));
 }
@@ -222,18 +222,18 @@ bool AnswerModel::block_request(Transfer& transfer, const can::Frame& frame) {
   const unsigned command = byte_at(frame, 0);
   if (transfer.upload) {
     if (command == kBlockAck) {
-      take_sub_block(transfer, byte_at(frame, 1));
+      receive_sub_block(transfer, byte_at(frame, 1));
     }
     return command == kBlockAck;
   }
   if (transfer.last && is_block_end(command)) {
-    take_block_end(transfer, frame);
+    receive_block_end(transfer, frame);
     return true;
   }
   const unsigned number = command & kNumber;
   const bool is_segment = number == 1 || number == transfer.newest + 1;
   if (is_segment) {
-    take_segment(transfer, frame);
+    receive_segment(transfer, frame);
   }
   return is_segment;
 }
@@ -245,17 +245,17 @@ void AnswerModel::block_response(std::uint8_t node, const can::Frame& frame) {
   if (transfer.upload) {
     const bool repeated = word_of(frame) == transfer.last_segment;
     if (transfer.last && is_block_end(command) && !repeated) {
-      take_block_end(transfer, frame);
+      receive_block_end(transfer, frame);
       end(node);
     } else {
-      take_segment(transfer, frame);
+      receive_segment(transfer, frame);
     }
   } else if (command == kBlockTakeEnd) {
     end(node);
   } else if (command == kBlockAck) {
     const bool whole = transfer.ends || transfer.segments == transfer.size;
     if (whole || word_of(frame) != transfer.acknowledged) {
-      take_sub_block(transfer, byte_at(frame, 1));
+      receive_sub_block(transfer, byte_at(frame, 1));
       transfer.size = byte_at(frame, 2);
       transfer.acknowledged = word_of(frame);
     }

@@ -150,9 +150,9 @@ class AnswerModel {
 
   void request(std::uint8_t node, const can::Frame& frame);
   void response(std::uint8_t node, const can::Frame& frame);
-  static void take_segment(Transfer& transfer, const can::Frame& frame);
-  static void take_sub_block(Transfer& transfer, unsigned count);
-  static void take_block_end(Transfer& transfer, const can::Frame& frame);
+  static void receive_segment(Transfer& transfer, const can::Frame& frame);
+  static void receive_sub_block(Transfer& transfer, unsigned count);
+  static void receive_block_end(Transfer& transfer, const can::Frame& frame);
   static bool block_request(Transfer& transfer, const can::Frame& frame);
   void block_response(std::uint8_t node, const can::Frame& frame);
   void end(std::uint8_t node);

@@ -108,7 +108,7 @@ void DeviceModel::after_advance(sim::Device& device, Instant now) {
     guarded_until_ = kNever;
   }
   std::array<Event, 16> events;
-  while (const std::size_t count = device.take_events(events)) {
+  while (const std::size_t count = device.pop_events(events)) {
     for (const Event& event : std::span(events).first(count)) {
       const auto* const lost = event.get<event::HeartbeatLost>();
       if (lost != nullptr && lost->by == event::ErrorControl::life_guarding) {

@@ -121,7 +121,7 @@ class RequestFlood : protected WithBudget, public ManagerFixture {
     for (line::OutputWrite write; budget_.next_output(write);) {
       ASSERT_EQ(seat().line->write_outputs(write, now), line::OutputRefusal::none);
     }
-    while (const auto report = budget_.take_report(now)) {
+    while (const auto report = budget_.pop_report(now)) {
       reports_.push_back(*report);
     }
     world().settle();

@@ -482,7 +482,7 @@ void RoutedWorld::turn_line(Network& network, Seat& seat) {
 
 void RoutedWorld::collect(Seat& seat) {
   routing::Message message;
-  while (seat.line->take_message(message)) {
+  while (seat.line->pop_message(message)) {
     Instant& last = last_due_[{seat.process, message.from * 256U + message.to}];
     const auto delay = Duration(
         static_cast<Duration::rep>(chance_() % static_cast<std::uint64_t>(kLongestDelay.count())));

@@ -116,7 +116,7 @@ class RoutedRun {
       EXPECT_EQ(now.channels, 0U) << name;
       EXPECT_EQ(now.opened, now.finished + now.aborted + now.timed_out) << name;
       line::Reply reply;
-      EXPECT_FALSE(line->take_reply(reply)) << name << ": a second reply";
+      EXPECT_FALSE(line->pop_reply(reply)) << name << ": a second reply";
     }
     world_.lose(0);
     const std::size_t before = tally_.right;
@@ -322,7 +322,7 @@ class RoutedRun {
   void finish_some() {
     for (line::Line* const line : world_.lines()) {
       line::Reply reply;
-      while (line->take_reply(reply)) {
+      while (line->pop_reply(reply)) {
         const auto it = std::ranges::find_if(
             active_, [&](const Transfer& t) { return t.command && t.id == reply.tag; });
         ASSERT_NE(it, active_.end());

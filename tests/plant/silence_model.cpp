@@ -185,12 +185,12 @@ void SilenceModel::before_receive(const can::Frame& frame) {
   const std::uint32_t node = frame.id - can::kSdoRequestBase;
   if (frame.id > can::kSdoRequestBase && node <= can::kMaxNodeId && own_[node] &&
       is_expedited_download(frame)) {
-    take_written_cob_id(frame);
+    receive_written_cob_id(frame);
   }
 }
 
 // Another node configures the own node.
-void SilenceModel::take_written_cob_id(const can::Frame& frame) {
+void SilenceModel::receive_written_cob_id(const can::Frame& frame) {
   const can::CobId cob_id{load_le<std::uint32_t>(frame.data.data() + 4)};
   if (!holds_cob_id(load_le<std::uint16_t>(frame.data.data() + 1), byte_of(frame, 3))) {
     return;

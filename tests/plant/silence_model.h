@@ -37,7 +37,7 @@ class SilenceModel {
   void allow_pdos(const od::DeviceDescription& device, bool rpdos);
   void note_tpdos(const line::NodeConfig& node);
   void follow_own_reset(std::uint8_t command, std::uint8_t node);
-  void take_written_cob_id(const can::Frame& frame);
+  void receive_written_cob_id(const can::Frame& frame);
   bool is_allowed(const can::Frame& frame) const;
   std::string check_download(const can::Frame& frame) const;
 

@@ -189,7 +189,7 @@ void World::carry() {
   routing::Message message;
   for (bool any = true; std::exchange(any, false);) {
     for (const auto& from : lines_) {
-      while (from->line->take_message(message)) {
+      while (from->line->pop_message(message)) {
         any = true;
         const auto to = std::find_if(lines_.begin(), lines_.end(), [&](const auto& seat) {
           return seat->line->config().routing.interface == message.to;
@@ -400,7 +400,7 @@ void World::receive_alone(LineSeat& seat, DeviceSeat& device, const can::Frame& 
 
 void World::turn_line(LineSeat& seat) {
   line::Line& line = *seat.line;
-  seat.model->after_call(take_events(seat));
+  seat.model->after_call(pop_events(seat));
   while (const std::size_t count = seat.bus.take(seat.end, batch_)) {
     for (const can::Frame& frame : std::span(batch_).first(count)) {
       seat.model->before_receive(frame);
@@ -410,7 +410,7 @@ void World::turn_line(LineSeat& seat) {
       seat.outputs->look_at_sync(seat, now_);
       line.receive(std::span(&frame, 1), now_);
       seat.outputs->look_at_sync(seat, now_);
-      seat.model->after_call(take_events(seat));
+      seat.model->after_call(pop_events(seat));
     }
   }
   seat.outputs->look_at_sync(seat, now_);
@@ -419,7 +419,7 @@ void World::turn_line(LineSeat& seat) {
   line.acknowledged(seat.bus.acknowledged(seat.end), now_);
   line.advance(now_);
   seat.outputs->look_at_sync(seat, now_, true);
-  seat.model->after_call(take_events(seat));
+  seat.model->after_call(pop_events(seat));
   judge_replies(seat);
   can::Frame frame;
   while (seat.bus.room(seat.end) > 0 && line.next_frame(frame, now_)) {
@@ -491,9 +491,9 @@ void World::turn_observer(LineSeat& seat) {
 }
 
 // Returns the new events.
-std::span<const Event> World::take_events(LineSeat& seat) {
+std::span<const Event> World::pop_events(LineSeat& seat) {
   const std::size_t before = seat.events.size();
-  while (const std::size_t count = seat.line->take_events(told_)) {
+  while (const std::size_t count = seat.line->pop_events(told_)) {
     seat.events.insert(seat.events.end(), told_.begin(), told_.begin() + static_cast<long>(count));
     judge(seat, std::span(told_).first(count));
   }
@@ -511,7 +511,7 @@ void World::judge(const LineSeat& seat, std::span<const Event> events) {
 
 void World::judge_replies(LineSeat& seat) {
   line::Reply reply;
-  while (seat.line->take_reply(reply)) {
+  while (seat.line->pop_reply(reply)) {
     if (!seat.replies.emplace(reply.tag, reply).second) {
       ++seat.duplicate_replies;
     }
@@ -523,7 +523,7 @@ void World::judge_replies(LineSeat& seat) {
 
 void World::judge_replies_of_ours(LineSeat& seat) {
   line::Reply reply;
-  while (seat.ours->take_reply(reply)) {
+  while (seat.ours->pop_reply(reply)) {
     if (std::string text = seat.answers_of_ours->answered(reply, now_); !text.empty()) {
       fail("answers of our devices: " + text);
     }
@@ -531,7 +531,7 @@ void World::judge_replies_of_ours(LineSeat& seat) {
 }
 
 void World::collect_of_ours(LineSeat& seat) {
-  while (const std::size_t count = seat.ours->take_events(told_)) {
+  while (const std::size_t count = seat.ours->pop_events(told_)) {
     seat.ours_events.insert(seat.ours_events.end(), told_.begin(),
                             told_.begin() + static_cast<long>(count));
   }
@@ -546,8 +546,8 @@ void World::collect(LineSeat& seat) {
     seat.frames.insert(seat.frames.end(), batch_.begin(),
                        batch_.begin() + static_cast<long>(count));
   }
-  take_events(seat);
-  while (const std::size_t count = seat.observer->take_events(told_)) {
+  pop_events(seat);
+  while (const std::size_t count = seat.observer->pop_events(told_)) {
     seat.observed.insert(seat.observed.end(), told_.begin(),
                          told_.begin() + static_cast<long>(count));
     judge(seat, std::span(told_).first(count));

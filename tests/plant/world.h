@@ -158,7 +158,7 @@ class World {
   void judge_replies(LineSeat& seat);
   void judge_replies_of_ours(LineSeat& seat);
   void collect_of_ours(LineSeat& seat);
-  std::span<const Event> take_events(LineSeat& seat);
+  std::span<const Event> pop_events(LineSeat& seat);
   void judge(const LineSeat& seat, std::span<const Event> events);
   void transmit(LineSeat& seat, DeviceSeat& device);
   // Delivers the messages between the lines.

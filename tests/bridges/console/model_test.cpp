@@ -87,8 +87,8 @@ TEST(Model, IsBoundedWhateverNamesStrangersPublish) {
   EXPECT_EQ(model.events_seen(), 0U);
   model.on_event({"stranger", "7"}, {});
   EXPECT_EQ(model.events_seen(), 1U) << "known lines are still processed";
-  EXPECT_EQ(model.take_warnings().size(), 1U);
-  EXPECT_TRUE(model.take_warnings().empty()) << "reported once";
+  EXPECT_EQ(model.pop_warnings().size(), 1U);
+  EXPECT_TRUE(model.pop_warnings().empty()) << "reported once";
   EXPECT_EQ(dropped_text(model), "   dropped, too many lines: 12");
 }
 
@@ -116,7 +116,7 @@ TEST(Model, KeepsTheNewestEvents) {
 TEST(Model, AGatewayWhoseNameAnotherHasIsToldOnce) {
   Model model;
   model.on_line(kPressId, line_view(3));
-  EXPECT_TRUE(model.take_warnings().empty());
+  EXPECT_TRUE(model.pop_warnings().empty());
   LineView view = line_view(3);
   view.properties = {{"outputs-access", "all"}, {"namesakes", "1"}};
   model.on_line(kPressId, view);
@@ -124,9 +124,9 @@ TEST(Model, AGatewayWhoseNameAnotherHasIsToldOnce) {
   const std::vector<std::string> told{
       "more than one gateway is called 'plant': values of all of them are shown, and all execute "
       "commands"};
-  EXPECT_EQ(model.take_warnings(), told);
+  EXPECT_EQ(model.pop_warnings(), told);
   model.on_line(kPressId, view);
-  EXPECT_TRUE(model.take_warnings().empty());
+  EXPECT_TRUE(model.pop_warnings().empty());
 }
 
 TEST(Tables, ShowValuesAndWhatIsMissing) {

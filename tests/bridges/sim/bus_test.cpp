@@ -243,8 +243,8 @@ TEST_F(BusTest, LateReaderIsToldWhatPassed) {
   const auto seen = taken(bus4, y);
   ASSERT_EQ(seen.size(), 4U);
   EXPECT_EQ(seen[0].data[0], std::byte{3});
-  EXPECT_EQ(bus4.take_lost(y), 3U);
-  EXPECT_EQ(bus4.take_lost(y), 0U);
+  EXPECT_EQ(bus4.pop_lost(y), 3U);
+  EXPECT_EQ(bus4.pop_lost(y), 0U);
 }
 
 TEST_F(BusTest, TakeStopsAtTheGivenTime) {

@@ -89,10 +89,10 @@ class Terminal:
         news = os.read(self.master, 65536)
         self.seen += news
         self.pending += news.decode("ascii", "replace")
-        self.take_pending()
+        self.process_pending()
         return True
 
-    def take_pending(self):
+    def process_pending(self):
         while self.pending:
             if self.pending[0] == "\x1b":
                 found = SEQUENCE.match(self.pending)

@@ -354,7 +354,7 @@ TEST_F(GatewayTest, AScanBehindOneThatIsAppliedWaitsForTheLine) {
   const Instant taken = monotonic_now() + 300ms;  // the other thread checks once a second
   ASSERT_TRUE(until([&] { return monotonic_now() > taken; }));
   EXPECT_TRUE(seen_.replies.empty());
-  ASSERT_TRUE(gateway_->take_scans());
+  ASSERT_TRUE(gateway_->apply_scans());
   ASSERT_TRUE(until([&] { return !seen_.replies.empty(); }));
   EXPECT_EQ(seen_.replies, std::vector{Error{}});
   EXPECT_EQ(seen_.lines["bare"].nodes_configured, 1U);

@@ -287,14 +287,14 @@ TEST(EventLogger, JoinsTheHeartbeatsThatAreLostWithTheInterface) {
   EXPECT_FALSE(joins(3, 0, event::BusState{.state = can::BusState::stopped}));
   EXPECT_TRUE(joins(4, 5, lost));
   EXPECT_TRUE(joins(5, 6, lost));
-  EXPECT_EQ(logger.take_joined(now), "") << "more events may be joined";
+  EXPECT_EQ(logger.pop_joined(now), "") << "more events may be joined";
   now += EventLogger::kJoined;
-  EXPECT_EQ(logger.take_joined(now),
+  EXPECT_EQ(logger.pop_joined(now),
             "bus stopped: the heartbeat of nodes 5, 6 is lost because of it (#4 to #5)");
-  EXPECT_EQ(logger.take_joined(now), "");
+  EXPECT_EQ(logger.pop_joined(now), "");
   EXPECT_TRUE(joins(6, 7, lost));
   EXPECT_FALSE(joins(7, 0, event::InterfaceReady{}));
-  EXPECT_EQ(logger.take_joined(now),
+  EXPECT_EQ(logger.pop_joined(now),
             "bus stopped: the heartbeat of node 7 is lost because of it (#6)");
   EXPECT_FALSE(joins(8, 5, lost));
 }

@@ -48,11 +48,11 @@ class PythonLssSlave:
             if message.arbitration_id == MASTER and len(data) == 8:
                 self.hear(data)
             elif message.arbitration_id == 0x000 and len(data) == 2 and data[0] in (0x81, 0x82) and data[1] == 0:
-                self.take_over()
+                self.copy_values()
             elif message.arbitration_id == 0x600 + self.node and len(data) == 8:
                 self.serve(data)
 
-    def take_over(self):
+    def copy_values(self):
         """The pending node-ID becomes the active one."""
         self.is_configured = False
         if self.pending != UNCONFIGURED:
@@ -64,7 +64,7 @@ class PythonLssSlave:
         if command == SWITCH_GLOBAL:
             was_configured, self.is_configured = self.is_configured, data[1] == 1
             if was_configured and not self.is_configured and self.node == UNCONFIGURED:
-                self.take_over()
+                self.copy_values()
         elif SELECT_FIRST <= command <= SELECT_LAST:
             self.selected = (self.selected if command > SELECT_FIRST else []) + [number]
             if tuple(self.selected) == self.identity:

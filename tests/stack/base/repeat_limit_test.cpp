@@ -107,18 +107,18 @@ TEST(RepeatLimit, TheLastOfASeriesIsToldWhenTheSecondIsOver) {
     EXPECT_EQ(limit.admit(event), ms == 0);
   }
   EXPECT_EQ(limit.next_wake(), now(1000));
-  EXPECT_FALSE(limit.take_due(now(999)));
-  const auto last = limit.take_due(now(1500));
+  EXPECT_FALSE(limit.pop_due(now(999)));
+  const auto last = limit.pop_due(now(1500));
   ASSERT_TRUE(last);
   EXPECT_EQ(last->time, now(1000));
   EXPECT_EQ(frame_of(*last).identifier, 0x585U);
   EXPECT_EQ(frame_of(*last).data[0], std::byte{9});
   EXPECT_EQ(held_back(*last), 8U) << "8 others were suppressed";
-  EXPECT_FALSE(limit.take_due(now(9999)));
+  EXPECT_FALSE(limit.pop_due(now(9999)));
   EXPECT_EQ(limit.next_wake(), kNever);
   Event soon = malformed(0x585, milliseconds(1999));
   EXPECT_FALSE(limit.admit(soon)) << "within a second of the last report";
-  const auto alone = limit.take_due(now(2000));
+  const auto alone = limit.pop_due(now(2000));
   ASSERT_TRUE(alone);
   EXPECT_EQ(held_back(*alone), 0U) << "no other event was suppressed";
 }
@@ -141,7 +141,7 @@ TEST(RepeatLimit, EachPlaceHasItsOwnSecond) {
     }
   }
   std::vector<std::uint32_t> told;
-  while (const auto event = limit.take_due(Instant{milliseconds(5000)})) {
+  while (const auto event = limit.pop_due(Instant{milliseconds(5000)})) {
     told.push_back(frame_of(*event).identifier);
   }
   ASSERT_EQ(told.size(), 17U) << "16 places and the shared one";
@@ -229,7 +229,7 @@ TEST(RepeatLimit, OfAWrittenObjectSomeAreToldAtOnceAndThenTheNewestOfEachSecond)
     told.emplace_back(ms, value_of(object), object.suppressed);
   };
   for (int ms = 0; ms < 2500; ++ms) {
-    while (const auto due = limit.take_due(Instant{milliseconds(ms)})) {
+    while (const auto due = limit.pop_due(Instant{milliseconds(ms)})) {
       note(ms, *due);
     }
     if (ms < 100) {
@@ -260,11 +260,11 @@ TEST(RepeatLimit, TheNewestValueOfEachObjectIsToldWhateverElseIsWritten) {
         note(event);
       }
     }
-    while (const auto due = limit.take_due(Instant{when})) {
+    while (const auto due = limit.pop_due(Instant{when})) {
       note(*due);
     }
   }
-  while (const auto due = limit.take_due(Instant{std::chrono::seconds(10)})) {
+  while (const auto due = limit.pop_due(Instant{std::chrono::seconds(10)})) {
     note(*due);
   }
   for (std::uint16_t index = 0; index < kObjects; ++index) {

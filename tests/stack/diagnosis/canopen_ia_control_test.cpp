@@ -72,10 +72,10 @@ TEST_F(CanopenIaControl, TimesOfPdosAreAsConfiguredUntilTheyAreWritten) {
   EXPECT_FALSE(records_->waits());
   EXPECT_EQ(write(0x5F41, 8, 100, 2), AbortCode::none);
   EXPECT_TRUE(records_->waits());
-  EXPECT_TRUE(records_->take_pdo_times());
-  EXPECT_FALSE(records_->take_pdo_times());
+  EXPECT_TRUE(records_->pop_pdo_times_written());
+  EXPECT_FALSE(records_->pop_pdo_times_written());
   EXPECT_EQ(write(0x5F41, 9, 50, 2), AbortCode::none);
-  EXPECT_TRUE(records_->take_pdo_times());
+  EXPECT_TRUE(records_->pop_pdo_times_written());
   EXPECT_EQ(records_->settings().event_time, 100);
   EXPECT_EQ(records_->settings().inhibit_time, 50);
   EXPECT_EQ(read(0x5F41, 9), 50U);

@@ -14,7 +14,7 @@ namespace {
 using namespace std::chrono_literals;
 using testing::at;
 using testing::frame_at;
-using testing::take_events;
+using testing::pop_events;
 using testing::write;
 
 struct Heard : Listener {
@@ -39,7 +39,7 @@ TEST_F(EmcyConsumerTest, MessagesBecomeEvents) {
   Heard heard;
   consumer.set_listener(&heard);
   EXPECT_TRUE(consumer.receive(5, frame_at(at(7ms), 0x85, {0x30, 0x81, 0x11, 1, 2, 3, 4, 5})));
-  const auto told = take_events(events);
+  const auto told = pop_events(events);
   ASSERT_EQ(told.size(), 1U);
   EXPECT_EQ(told[0].node, 5);
   EXPECT_EQ(told[0].time, at(7ms));

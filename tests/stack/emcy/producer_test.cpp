@@ -13,8 +13,8 @@ namespace {
 using namespace std::chrono_literals;
 using testing::at;
 using testing::data_of;
-using testing::take_events;
-using testing::take_frames;
+using testing::pop_events;
+using testing::pop_frames;
 using testing::write;
 
 constexpr std::byte kInfo[] = {std::byte{0xA1}, std::byte{0xA2}, std::byte{0xA3}, std::byte{0xA4},
@@ -57,12 +57,12 @@ class EmcyProducerTest : public ::testing::Test {
 
 TEST_F(EmcyProducerTest, SendsEightBytes) {  // 1014h
   EXPECT_EQ(send(0x6200, 0ms, 0x81), SendResult::sent);
-  const auto frames = take_frames(queue);
+  const auto frames = pop_frames(queue);
   ASSERT_EQ(frames.size(), 1U);
   EXPECT_EQ(frames[0].id, 0x85U);
   EXPECT_EQ(data_of(frames[0]), (std::vector<int>{0x00, 0x62, 0x81, 0xA1, 0xA2, 0xA3, 0xA4, 0xA5}));
   EXPECT_EQ(dictionary.number({od::objects::kErrorRegister, 0}), 0x81U);
-  const auto told = take_events(events);
+  const auto told = pop_events(events);
   ASSERT_EQ(told.size(), 1U);
   EXPECT_EQ(told[0].node, 5);
   EXPECT_EQ(std::get<event::EmcySent>(told[0].data).code, 0x6200U);
@@ -73,7 +73,7 @@ TEST_F(EmcyProducerTest, MissingManufacturerBytesAreZeroAndMoreAreLeftOut) {
   const std::array<std::byte, 7> seven{std::byte{1}, std::byte{2}, std::byte{3}, std::byte{4},
                                        std::byte{5}, std::byte{6}, std::byte{7}};
   EXPECT_EQ(producer.send(0x6200, 0x81, seven, at(0ms)), SendResult::sent);
-  const auto frames = take_frames(queue);
+  const auto frames = pop_frames(queue);
   ASSERT_EQ(frames.size(), 2U);
   EXPECT_EQ(data_of(frames[0]), (std::vector<int>{0x00, 0x62, 0x81, 0, 0, 0, 0, 0}));
   EXPECT_EQ(data_of(frames[1]), (std::vector<int>{0x00, 0x62, 0x81, 1, 2, 3, 4, 5}));
@@ -100,7 +100,7 @@ TEST_F(EmcyProducerTest, ErrorResetClearsTheRegisterAndIsNoError) {
   EXPECT_EQ(producer.send(kErrorReset, 0, {}, at(1ms)), SendResult::sent);
   EXPECT_EQ(producer.error_register(), 0);
   EXPECT_EQ(history(0), 1U);
-  EXPECT_EQ(data_of(take_frames(queue)[1]), (std::vector<int>(8, 0)));
+  EXPECT_EQ(data_of(pop_frames(queue)[1]), (std::vector<int>(8, 0)));
 }
 
 TEST_F(EmcyProducerTest, WritingZeroEmptiesTheHistory) {
@@ -118,17 +118,17 @@ TEST_F(EmcyProducerTest, TheInhibitTimeSpacesMessages) {
   EXPECT_EQ(send(0x1000, 0ms), SendResult::sent);
   EXPECT_EQ(send(0x2000, 4ms), SendResult::queued);
   EXPECT_EQ(send(0x3000, 5ms), SendResult::queued);
-  EXPECT_EQ(take_frames(queue).size(), 1U);
+  EXPECT_EQ(pop_frames(queue).size(), 1U);
   EXPECT_EQ(producer.next_wake(), at(10ms));
   producer.advance(at(9ms));
   EXPECT_TRUE(queue.empty());
   producer.advance(at(10ms));
-  const auto second = take_frames(queue);
+  const auto second = pop_frames(queue);
   ASSERT_EQ(second.size(), 1U);
   EXPECT_EQ(data_of(second[0])[1], 0x20);
   EXPECT_EQ(producer.next_wake(), at(20ms));
   producer.advance(at(20ms));
-  EXPECT_EQ(take_frames(queue).size(), 1U);
+  EXPECT_EQ(pop_frames(queue).size(), 1U);
   EXPECT_EQ(producer.next_wake(), kNever);
 }
 
@@ -168,7 +168,7 @@ TEST_F(EmcyProducerTest, CobIdRules) {
   EXPECT_EQ(cob_id(0x0000'0886), AbortCode::invalid_value);
   EXPECT_EQ(cob_id(0x0000'0086), AbortCode::none);
   EXPECT_EQ(send(0x1000, 0ms), SendResult::sent);
-  EXPECT_EQ(take_frames(queue)[0].id, 0x86U);
+  EXPECT_EQ(pop_frames(queue)[0].id, 0x86U);
 }
 
 TEST_F(EmcyProducerTest, WhatWaitsIsForgottenWithTheCobId) {

@@ -21,7 +21,7 @@ class BootCommandTest : public LineTest {
     line_->execute(std::move(command), now_);
   }
 
-  bool answered() { return line_->take_reply(reply_); }
+  bool answered() { return line_->pop_reply(reply_); }
 
   // Answers the SDO requests that are on the bus.
   void answer_sdo(std::initializer_list<std::uint8_t> data) {

@@ -97,7 +97,7 @@ class LineTest : public testing::Test {
 
   std::vector<Event> events() {
     std::array<Event, 64> out;
-    const std::size_t count = line_->take_events(out);
+    const std::size_t count = line_->pop_events(out);
     return {out.begin(), out.begin() + static_cast<long>(count)};
   }
 
@@ -131,7 +131,7 @@ class LineTest : public testing::Test {
 
   Reply answer() {
     Reply reply;
-    EXPECT_TRUE(line_->take_reply(reply));
+    EXPECT_TRUE(line_->pop_reply(reply));
     return reply;
   }
 

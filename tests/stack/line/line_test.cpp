@@ -272,7 +272,7 @@ TEST_F(LineTest, CommandsAreAnsweredOnceEach) {
   line_->execute({.tag = 6, .request = LocalRead{.what = od::Address{0x1018, 9}}}, now_);
   EXPECT_EQ(answer().error, to_error(AbortCode::no_sub_index));
   Reply none;
-  EXPECT_FALSE(line_->take_reply(none));
+  EXPECT_FALSE(line_->pop_reply(none));
 }
 
 TEST_F(LineTest, ANetworkIsThatOfTheLineOrThereIsNoRouteToIt) {
@@ -304,7 +304,7 @@ TEST_F(LineTest, ACommandsOwnTimeOutEndsIt) {
   EXPECT_FALSE(reply.ok());
   hear(0x585, {0x4B, 0x00, 0x20, 0x00, 0xCD, 0xAB, 0, 0});
   Reply none;
-  EXPECT_FALSE(line_->take_reply(none)) << "a late response causes no reply";
+  EXPECT_FALSE(line_->pop_reply(none)) << "a late response causes no reply";
 }
 
 TEST_F(LineTest, ATimeOutBeyondTheEndOfTimeIsNotOver) {
@@ -326,7 +326,7 @@ TEST_F(LineTest, AFullQueueSaysBusyAndKeepsTheRest) {
   }
   Reply reply;
   unsigned busy = 0;
-  while (line_->take_reply(reply)) {
+  while (line_->pop_reply(reply)) {
     EXPECT_EQ(reply.error, to_error(Refusal::busy));
     ++busy;
   }
@@ -334,7 +334,7 @@ TEST_F(LineTest, AFullQueueSaysBusyAndKeepsTheRest) {
   EXPECT_LT(busy, 80U);
   line_->stop(now_);
   unsigned cancelled = 0;
-  while (line_->take_reply(reply)) {
+  while (line_->pop_reply(reply)) {
     EXPECT_EQ(reply.error, to_error(Refusal::cancelled));
     ++cancelled;
   }
@@ -544,7 +544,7 @@ TEST_F(LineTest, TheOwnNodeStoresItsParameters) {
   write(0x1010, 1, save);
   pass(seconds(1));
   Reply reply;
-  EXPECT_FALSE(line_->take_reply(reply)) << "not stored yet";
+  EXPECT_FALSE(line_->pop_reply(reply)) << "not stored yet";
   line_->medium_done(true);
   line_->advance(now_);
   EXPECT_EQ(answer().error, Error{});

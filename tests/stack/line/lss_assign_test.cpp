@@ -359,7 +359,7 @@ class LssCommandsOfAClient : protected WithPace, public LssCommandsOfALine {
   }
   bool is_answered() {
     Reply reply;
-    return line_->take_reply(reply);
+    return line_->pop_reply(reply);
   }
   // LSS frames that the line sends in that time.
   std::ptrdiff_t sent_in(Duration time) {

@@ -128,7 +128,7 @@ TEST_F(SlaveByOwnValuesTest, ADeviceStartsNoSdoToOtherNodes) {
   for (const Request& request : requests) {
     line_->execute({.request = request}, now_);
     Reply reply;
-    ASSERT_TRUE(line_->take_reply(reply));
+    ASSERT_TRUE(line_->pop_reply(reply));
     EXPECT_EQ(reply.error, to_error(Refusal::wrong_role));
   }
   pass(milliseconds(10));

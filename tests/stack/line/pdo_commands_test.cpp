@@ -63,7 +63,7 @@ class PdoCommands : public LineTest {
   }
   bool answered() {
     Reply reply;
-    return line_->take_reply(reply);
+    return line_->pop_reply(reply);
   }
   static Command request(std::uint8_t node, std::uint16_t code) {
     return {.request = PdoRequest{.node = node, .number = code}};

@@ -118,7 +118,7 @@ TEST_F(PresenceTest, BootOfANodeThatWasNeverHeardLeavesNoState) {
   EXPECT_EQ(line_->node_revision(kUnlisted), revision) << "nothing to be published";
   EXPECT_TRUE(emitted(EventKind::boot_result, kUnlisted));
   Reply reply;
-  ASSERT_TRUE(line_->take_reply(reply));
+  ASSERT_TRUE(line_->pop_reply(reply));
   const auto& outcomes = std::get<std::vector<manager::BootOutcome>>(reply.data);
   ASSERT_EQ(outcomes.size(), 1U);
   EXPECT_EQ(outcomes[0].letter, 'A');

@@ -244,10 +244,10 @@ TEST_F(LineRecords, ANodeIsScannedAgainAndNobodyIsAnswered) {
   EXPECT_TRUE(emitted(EventKind::node_scanned, 5));
   EXPECT_EQ(get(0x5F44, 5), 0xA8U) << "the node does not respond";
   Reply reply;
-  EXPECT_FALSE(line_->take_reply(reply)) << "no command asked for it";
+  EXPECT_FALSE(line_->pop_reply(reply)) << "no command asked for it";
   line_->execute({.request = Scan{.node = 5}}, now_);
   pass(seconds(2));
-  EXPECT_TRUE(line_->take_reply(reply)) << "requested by a command";
+  EXPECT_TRUE(line_->pop_reply(reply)) << "requested by a command";
 }
 
 TEST_F(LineRecords, ScansAreForTheManagerAndOfOthers) {

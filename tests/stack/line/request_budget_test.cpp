@@ -38,7 +38,7 @@ class RequestBudgetTest : public testing::Test {
   // The next command, 0 if there is none.
   std::uint64_t next() { return budget.next(admitted, now) ? admitted.command.tag : 0; }
   // How many commands each client may send now.
-  std::map<std::uint32_t, unsigned> take_all() {
+  std::map<std::uint32_t, unsigned> drain() {
     std::map<std::uint32_t, unsigned> out;
     while (next() != 0) {
       ++out[admitted.command.client];
@@ -50,7 +50,7 @@ class RequestBudgetTest : public testing::Test {
     for (int i = 0; i < 2; ++i) {
       while (put(client, CanSend{.frame = full()}) == Put::queued) {
       }
-      (void)take_all();
+      (void)drain();
     }
     while (put(client, CanSend{.frame = full()}) == Put::queued) {
     }
@@ -101,7 +101,7 @@ TEST_F(RequestBudgetTest, FloodsStayWithinTheShares) {
         (void)put(client, CanSend{.frame = full()});
       }
     }
-    for (const auto& [client, frames] : take_all()) {
+    for (const auto& [client, frames] : drain()) {
       sent[client] += frames * kFullFrame;
     }
     pass(1ms);
@@ -123,7 +123,7 @@ TEST_F(RequestBudgetTest, OneClientDoesNotGetMoreThanItsOwnShare) {
     for (int i = 0; i < 5; ++i) {
       (void)put(1, CanSend{.frame = full()});
     }
-    sent += take_all()[1] * kFullFrame;
+    sent += drain()[1] * kFullFrame;
     pass(1ms);
   }
   constexpr std::int64_t kOwn = kBitRate * 15 / 100 * 10'050 / 1000;
@@ -136,7 +136,7 @@ TEST_F(RequestBudgetTest, AClientWithinItsShareIsNotDelayedByAFlood) {
     for (int i = 0; i < 5; ++i) {
       (void)put(1, NmtRequest{.node = 5});
     }
-    (void)take_all();
+    (void)drain();
     if (ms % 100 == 99) {
       ASSERT_EQ(put(2, NmtRequest{.node = 6}), Put::queued);
       const std::uint64_t tag = tags;
@@ -180,23 +180,23 @@ TEST_F(RequestBudgetTest, AtTheBoundOnlyNewClientsAreRefused) {
 TEST_F(RequestBudgetTest, AClientReportIsOneForAFlood) {
   exhaust(1);
   ASSERT_EQ(put(1, NmtRequest{}), Put::queue_full);
-  EXPECT_FALSE(budget.take_report(now));
+  EXPECT_FALSE(budget.pop_report(now));
   EXPECT_LE(budget.next_wake(), now + RequestBudget::kFirstReport);
   pass(1s);
-  const auto report = budget.take_report(now);
+  const auto report = budget.pop_report(now);
   ASSERT_TRUE(report);
   EXPECT_EQ(report->client, 1U);
   EXPECT_EQ(report->refused, 4U) << "three of exhaust(), and one";
   EXPECT_EQ(report->delayed, 1U);
   EXPECT_EQ(report->replaced, 0U);
-  EXPECT_FALSE(budget.take_report(now));
+  EXPECT_FALSE(budget.pop_report(now));
   ASSERT_EQ(put(1, NmtRequest{}), Put::queue_full);
   pass(9s);
-  EXPECT_FALSE(budget.take_report(now));
+  EXPECT_FALSE(budget.pop_report(now));
   pass(1s);
-  ASSERT_TRUE(budget.take_report(now));
+  ASSERT_TRUE(budget.pop_report(now));
   pass(10s);
-  EXPECT_FALSE(budget.take_report(now)) << "nothing happened since";
+  EXPECT_FALSE(budget.pop_report(now)) << "nothing happened since";
 }
 
 TEST_F(RequestBudgetTest, ANodeHasOneSdoCommandAtATime) {
@@ -340,7 +340,7 @@ TEST_F(RequestBudgetTest, AClientBelowItsPartDoesNotWaitForAnyNumberOfFloods) {
       for (std::uint32_t client = 1; client <= floods; ++client) {
         (void)put(client, CanSend{.frame = full()});
       }
-      (void)take_all();
+      (void)drain();
       since += 1ms;
       // They begin with their credits at once: the line needs time for those.
       if (since >= period && ms > 10'000) {
@@ -436,7 +436,7 @@ TEST_F(RequestBudgetTest, WakesWhenTheAccountPermits) {
     ASSERT_GT(wake, now) << "time stands still";
     pass(wake - now);
     ASSERT_NE(next(), 0U);
-    (void)take_all();
+    (void)drain();
   }
 }
 
@@ -460,7 +460,7 @@ TEST_F(RequestBudgetTest, OutputsOfAnEarlierArmingAreReplaced) {
   ASSERT_TRUE(budget.next_output(out));
   EXPECT_EQ(out.arming, 8U);
   EXPECT_FALSE(budget.next_output(out));
-  const auto report = budget.take_report(now);
+  const auto report = budget.pop_report(now);
   ASSERT_TRUE(report);
   EXPECT_EQ(report->replaced, 1U);
 }

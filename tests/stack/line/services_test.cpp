@@ -251,7 +251,7 @@ class RepeatedSdo : public LineTest {
   }
   void expect_nothing() {
     Reply none;
-    EXPECT_FALSE(line_->take_reply(none));
+    EXPECT_FALSE(line_->pop_reply(none));
   }
   // Without the heartbeats of the own node and similar frames.
   std::vector<std::string> sent_to_server() {

@@ -32,7 +32,7 @@ class AcknowledgedLine : public LineTest {
   void acknowledge_all() { line_->acknowledged(given_, now_); }
   bool is_answered() {
     Reply reply;
-    return line_->take_reply(reply);
+    return line_->pop_reply(reply);
   }
 
   std::uint64_t given_ = 0;

@@ -69,7 +69,7 @@ class Assignment : public ::testing::Test {
       }
     }
     for (const auto& subject : slaves) {
-      if (subject->slave.take_reset()) {
+      if (subject->slave.pop_reset()) {
         subject->slave.reset(false);
       }
     }

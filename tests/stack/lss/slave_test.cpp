@@ -263,7 +263,7 @@ TEST(LssSlave, ThreeNodeIds) {
   subject.configuration();
   subject.say({0x11, 9, 0, 0, 0, 0, 0, 0});
   subject.waiting();
-  EXPECT_FALSE(subject.slave.take_reset()) << "the NMT master decides on the reset";
+  EXPECT_FALSE(subject.slave.pop_reset()) << "the NMT master decides on the reset";
   EXPECT_EQ(subject.slave.active_node_id(), 5);
   EXPECT_EQ(subject.slave.reset(false), 9) << "reset communication: pending becomes active";
   EXPECT_EQ(subject.slave.active_node_id(), 9);
@@ -276,13 +276,13 @@ TEST(LssSlave, WithoutANodeIdItBootsWhenItLeavesConfigurationWithOne) {
   EXPECT_EQ(subject.slave.active_node_id(), kNoNodeId);
   subject.configuration();
   subject.waiting();
-  EXPECT_FALSE(subject.slave.take_reset());
+  EXPECT_FALSE(subject.slave.pop_reset());
   subject.configuration();
   subject.say({0x11, 9, 0, 0, 0, 0, 0, 0});
-  EXPECT_FALSE(subject.slave.take_reset());
+  EXPECT_FALSE(subject.slave.pop_reset());
   subject.waiting();
-  EXPECT_TRUE(subject.slave.take_reset());
-  EXPECT_FALSE(subject.slave.take_reset());
+  EXPECT_TRUE(subject.slave.pop_reset());
+  EXPECT_FALSE(subject.slave.pop_reset());
   EXPECT_EQ(subject.slave.reset(false), 9);
 }
 

@@ -25,7 +25,7 @@ TEST(Comparison, ReadsEachObjectOnceAndExpectsItsLastValue) {
   comparison.take(AbortCode::none, number(1, 1));
   EXPECT_FALSE(comparison.wanted());
   EXPECT_EQ(comparison.end(), AbortCode::none);
-  EXPECT_EQ(comparison.take_differences(),
+  EXPECT_EQ(comparison.pop_differences(),
             (std::vector<Difference>{
                 {.object = {0x1A00, 0}, .expected = number(2, 1), .found = number(1, 1)}}));
 }
@@ -38,7 +38,7 @@ TEST(Comparison, AnObjectThatCannotBeReadIsADifferenceButForWriteOnlyOnes) {
   (void)comparison.wanted();
   comparison.take(AbortCode::no_object, {});
   EXPECT_FALSE(comparison.wanted());
-  EXPECT_EQ(comparison.take_differences(),
+  EXPECT_EQ(comparison.pop_differences(),
             (std::vector<Difference>{
                 {.object = {0x2001, 0}, .expected = number(2), .abort = AbortCode::no_object}}));
 }

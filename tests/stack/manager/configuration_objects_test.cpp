@@ -139,7 +139,7 @@ TEST_F(ConfigurationObjectsTest, RequestsAreRefusedInTheWordsOfCia302) {
   EXPECT_FALSE(objects_->requested());
   EXPECT_EQ(dictionary_.write({0x1F25, 5}, number(kConf)), AbortCode::none);
   EXPECT_TRUE(objects_->requested());
-  EXPECT_EQ(objects_->take_requests().to_ullong(), 1U << 5U);
+  EXPECT_EQ(objects_->pop_requests().to_ullong(), 1U << 5U);
   EXPECT_FALSE(objects_->requested());
   EXPECT_FALSE(dictionary_.read({0x1F25, 5}).ok()) << "write-only";
 }
@@ -148,7 +148,7 @@ TEST_F(ConfigurationObjectsTest, ARequestForAllIsForThoseThatCanBeConfigured) {
   answers_[5] = AbortCode::none;
   answers_[7] = AbortCode::device_state;
   EXPECT_EQ(dictionary_.write({0x1F25, 128}, number(kConf)), AbortCode::none);
-  EXPECT_EQ(objects_->take_requests().to_ullong(), 1U << 5U);
+  EXPECT_EQ(objects_->pop_requests().to_ullong(), 1U << 5U);
   answers_[5] = AbortCode::device_state;
   EXPECT_EQ(dictionary_.write({0x1F25, 128}, number(kConf)), AbortCode::device_state);
   objects_->set_may_configure(nullptr);

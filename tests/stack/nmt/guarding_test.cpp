@@ -17,8 +17,8 @@ using namespace std::chrono_literals;
 using testing::at;
 using testing::data_of;
 using testing::frame_at;
-using testing::take_events;
-using testing::take_frames;
+using testing::pop_events;
+using testing::pop_frames;
 
 constexpr std::uint8_t kNode = 5;
 
@@ -44,7 +44,7 @@ class GuardingSlaveTest : public ::testing::Test {
   std::vector<int> ask(Duration when) {
     slave.request(at(when));
     std::vector<int> out;
-    for (const can::Frame& frame : take_frames(transmit)) {
+    for (const can::Frame& frame : pop_frames(transmit)) {
       EXPECT_EQ(frame.id, 0x705U);
       EXPECT_EQ(frame.length, 1U);
       EXPECT_EQ(frame.flags, 0U);
@@ -104,7 +104,7 @@ TEST_F(GuardingSlaveTest, LifeGuardingStartsWithTheFirstRequest) {
   EXPECT_TRUE(told.losses.empty());
   slave.advance(at(10s + 599ms));
   EXPECT_EQ(told.losses, (std::vector<Instant>{at(10s + 599ms)}));
-  const auto lost = take_events(events);
+  const auto lost = pop_events(events);
   ASSERT_EQ(lost.size(), 1U);
   EXPECT_EQ(lost[0].node, kNode);
   EXPECT_EQ(lost[0].data, EventData(event::HeartbeatLost{.by = event::ErrorControl::life_guarding,
@@ -180,7 +180,7 @@ class GuardingMasterTest : public ::testing::Test {
   // The nodes that were guarded since the last call.
   std::vector<int> asked() {
     std::vector<int> out;
-    for (const can::Frame& frame : take_frames(transmit)) {
+    for (const can::Frame& frame : pop_frames(transmit)) {
       EXPECT_EQ(frame.flags, can::Frame::kRemote);
       EXPECT_EQ(frame.length, 1U);
       out.push_back(static_cast<int>(frame.id) - 0x700);
@@ -253,7 +253,7 @@ TEST_F(GuardingMasterTest, WithoutAnAnswerForTheLifeTimeItIsLost) {
   EXPECT_FALSE(consumer.lost(kNode));
   consumer.advance(at(300ms));
   EXPECT_TRUE(consumer.lost(kNode));
-  const auto told = take_events(events);
+  const auto told = pop_events(events);
   ASSERT_EQ(told.size(), 1U);
   EXPECT_EQ(told[0].time, at(300ms));
   EXPECT_EQ(told[0].node, kNode);

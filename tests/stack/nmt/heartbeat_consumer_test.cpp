@@ -13,7 +13,7 @@ namespace {
 using namespace std::chrono_literals;
 using testing::at;
 using testing::frame_at;
-using testing::take_events;
+using testing::pop_events;
 
 struct Diary : HeartbeatListener {
   void boot_up(std::uint8_t node, Instant now) override { add("boot", node, now); }
@@ -60,11 +60,11 @@ TEST_F(HeartbeatConsumerTest, MonitoringStartsWithTheFirstHeartbeat) {
 TEST_F(HeartbeatConsumerTest, LossIsToldAtItsDeadline) {
   consumer.monitor(5, 100ms);
   hear(5, 0x05, 0ms);
-  take_events(events);
+  pop_events(events);
   consumer.advance(at(99ms));
   EXPECT_TRUE(events.empty());
   consumer.advance(at(250ms));
-  const auto told = take_events(events);
+  const auto told = pop_events(events);
   ASSERT_EQ(told.size(), 1U);
   EXPECT_EQ(told[0].node, 5);
   EXPECT_EQ(told[0].time, at(100ms));
@@ -86,10 +86,10 @@ TEST_F(HeartbeatConsumerTest, ALateThreadReportsNoLossThatDidNotHappen) {
 TEST_F(HeartbeatConsumerTest, AHeartbeatAfterItsDeadlineIsALossAndARecovery) {
   consumer.monitor(5, 100ms);
   hear(5, 0x05, 0ms);
-  take_events(events);
+  pop_events(events);
   diary.take();
   hear(5, 0x05, 130ms);
-  const auto told = take_events(events);
+  const auto told = pop_events(events);
   ASSERT_EQ(told.size(), 2U);
   EXPECT_EQ(told[0].kind(), EventKind::heartbeat_lost);
   EXPECT_EQ(told[0].time, at(100ms));
@@ -124,7 +124,7 @@ TEST_F(HeartbeatConsumerTest, AStateChangeIsAnEventOnce) {
   hear(5, 0x7F, 0ms);
   hear(5, 0x7F, 10ms);
   hear(5, 0x05, 20ms);
-  const auto told = take_events(events);
+  const auto told = pop_events(events);
   ASSERT_EQ(told.size(), 2U);
   EXPECT_EQ(told[0].data,
             EventData(event::NodeState{.state = State::pre_operational, .before = State::unknown}));
@@ -158,7 +158,7 @@ TEST_F(HeartbeatConsumerTest, BootUpAfterALossIsNotYetTheRecovery) {
 TEST_F(HeartbeatConsumerTest, MalformedFramesChangeNothing) {
   consumer.monitor(5, 100ms);
   hear(5, 0x05, 0ms);
-  take_events(events);
+  pop_events(events);
   diary.take();
   EXPECT_FALSE(consumer.receive(5, frame_at(at(50ms), 0x705, {})));
   EXPECT_FALSE(consumer.receive(5, frame_at(at(50ms), 0x705, {0x05, 0x00})));

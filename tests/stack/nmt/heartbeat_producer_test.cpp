@@ -13,7 +13,7 @@ namespace {
 using namespace std::chrono_literals;
 using testing::at;
 using testing::data_of;
-using testing::take_frames;
+using testing::pop_frames;
 
 class HeartbeatProducerTest : public ::testing::Test {
  protected:
@@ -27,12 +27,12 @@ class HeartbeatProducerTest : public ::testing::Test {
   void boot() {
     producer.boot_up(at(0ms));
     producer.set_state(State::pre_operational);
-    take_frames(queue);
+    pop_frames(queue);
   }
 
   std::size_t frames_at(Instant now) {
     producer.advance(now);
-    return take_frames(queue).size();
+    return pop_frames(queue).size();
   }
 
   od::Dictionary dictionary;
@@ -42,7 +42,7 @@ class HeartbeatProducerTest : public ::testing::Test {
 
 TEST_F(HeartbeatProducerTest, BootUpIsOneZeroByteAndTheFirstHeartbeat) {
   producer.boot_up(at(0ms));
-  const auto frames = take_frames(queue);
+  const auto frames = pop_frames(queue);
   ASSERT_EQ(frames.size(), 1U);
   EXPECT_EQ(frames[0].id, 0x705U);
   EXPECT_EQ(data_of(frames[0]), (std::vector<int>{0x00}));
@@ -58,7 +58,7 @@ TEST_F(HeartbeatProducerTest, ShowsTheState) {
     producer.set_state(state);
     time += 100ms;
     producer.advance(time);
-    const auto frames = take_frames(queue);
+    const auto frames = pop_frames(queue);
     ASSERT_EQ(frames.size(), 1U);
     EXPECT_EQ(data_of(frames[0]), (std::vector<int>{byte}));
   }
@@ -83,7 +83,7 @@ TEST_F(HeartbeatProducerTest, DoesNotPileUpBehindABlockedBus) {
   for (int i = 1; i <= 50; ++i) {
     producer.advance(at(i * 100ms));
   }
-  EXPECT_EQ(take_frames(queue).size(), 1U);
+  EXPECT_EQ(pop_frames(queue).size(), 1U);
 }
 
 TEST_F(HeartbeatProducerTest, AWriteStartsAtOnce) {
@@ -91,7 +91,7 @@ TEST_F(HeartbeatProducerTest, AWriteStartsAtOnce) {
   EXPECT_EQ(testing::write<std::uint16_t>(dictionary, {0x1017, 0}, 30), AbortCode::none);
   EXPECT_LE(producer.next_wake(), at(50ms));
   producer.settle(at(50ms));
-  EXPECT_EQ(take_frames(queue).size(), 1U);
+  EXPECT_EQ(pop_frames(queue).size(), 1U);
   EXPECT_EQ(producer.next_wake(), at(80ms));
   EXPECT_EQ(frames_at(at(80ms)), 1U);
 }
@@ -116,7 +116,7 @@ class SilentHeartbeatProducerTest : public HeartbeatProducerTest {
 
 TEST_F(SilentHeartbeatProducerTest, OnlyBootsUp) {
   producer.boot_up(at(0ms));
-  EXPECT_EQ(take_frames(queue).size(), 1U);
+  EXPECT_EQ(pop_frames(queue).size(), 1U);
   EXPECT_EQ(producer.next_wake(), kNever);
 }
 

@@ -16,7 +16,7 @@ class LifeSignsTest : public ::testing::Test {
   // The time until the node is no longer present.
   Duration held_from(Instant from) {
     for (Instant now = from;; now += milliseconds(1)) {
-      if (life_.take_expired(now) == kLampNode) {
+      if (life_.pop_expired(now) == kLampNode) {
         return now - from;
       }
       if (now > from + seconds(100)) {
@@ -33,7 +33,7 @@ TEST_F(LifeSignsTest, ABootUpMessageOrAnAnswerHoldsForATime) {
   life_.boot_up(kLampNode, now_);
   EXPECT_FALSE(life_.beats(kLampNode));
   EXPECT_EQ(held_from(now_), LifeSigns::kHold);
-  EXPECT_EQ(life_.take_expired(now_ + seconds(60)), 0) << "expires once";
+  EXPECT_EQ(life_.pop_expired(now_ + seconds(60)), 0) << "expires once";
   life_.answer(kLampNode, now_);
   EXPECT_EQ(held_from(now_), LifeSigns::kHold);
 }

@@ -12,7 +12,7 @@ namespace linegate::nmt {
 namespace {
 
 using testing::data_of;
-using testing::take_frames;
+using testing::pop_frames;
 
 TEST(NodeControl, CommandSpecifiers) {
   const std::pair<Command, int> table[] = {{Command::start, 0x01},
@@ -60,7 +60,7 @@ TEST(Master, QueuesTheCommand) {
   Master master(queue);
   EXPECT_TRUE(master.send(Command::reset_communication, 0, Instant{}));
   EXPECT_EQ(queue.queued(can::TransmitClass::nmt), 1U);
-  const auto frames = take_frames(queue);
+  const auto frames = pop_frames(queue);
   ASSERT_EQ(frames.size(), 1U);
   EXPECT_EQ(frames[0].id, 0U);
   EXPECT_EQ(data_of(frames[0]), (std::vector<int>{0x82, 0}));
@@ -95,21 +95,21 @@ TEST(Master, CommandsKeepTheInhibitTimeAndTheirOrder) {
   EXPECT_TRUE(master.send(Command::stop, 5, start));
   EXPECT_TRUE(master.send(Command::stop, 6, start));
   EXPECT_TRUE(master.send(Command::start, 5, start + milliseconds(1)));
-  EXPECT_EQ(data_of(take_frames(queue).at(0)), (std::vector<int>{0x02, 5}));
+  EXPECT_EQ(data_of(pop_frames(queue).at(0)), (std::vector<int>{0x02, 5}));
   EXPECT_EQ(master.next_wake(), start + milliseconds(10));
   master.advance(start + milliseconds(9));
   EXPECT_TRUE(queue.empty());
   master.advance(start + milliseconds(10));
-  EXPECT_EQ(data_of(take_frames(queue).at(0)), (std::vector<int>{0x02, 6}));
+  EXPECT_EQ(data_of(pop_frames(queue).at(0)), (std::vector<int>{0x02, 6}));
   EXPECT_EQ(master.next_wake(), start + milliseconds(20));
   ASSERT_TRUE(dictionary.set({0x102A, 0}, std::uint16_t{0}));
   master.advance(start + milliseconds(20));
-  EXPECT_EQ(data_of(take_frames(queue).at(0)), (std::vector<int>{0x01, 5}));
+  EXPECT_EQ(data_of(pop_frames(queue).at(0)), (std::vector<int>{0x01, 5}));
   EXPECT_EQ(master.next_wake(), kNever);
   EXPECT_TRUE(master.send(Command::stop, 6, start + milliseconds(20)))
       << "no inhibit time any more";
   EXPECT_TRUE(master.send(Command::stop, 7, start + milliseconds(20)));
-  EXPECT_EQ(take_frames(queue).size(), 2U);
+  EXPECT_EQ(pop_frames(queue).size(), 2U);
 }
 
 }  // namespace

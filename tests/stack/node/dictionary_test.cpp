@@ -60,7 +60,7 @@ TEST_F(LaterNodeTest, AResetEndsTheWaiting) {
 TEST_F(NodeTest, APdoWhoseObjectIsRemovedIsAConfigurationErrorAndStops) {
   boot_and_start();
   ASSERT_TRUE(node->dictionary().remove(0x2001));
-  const std::vector<Event> events_now = testing::take_events(events);
+  const std::vector<Event> events_now = testing::pop_events(events);
   ASSERT_EQ(events_now.size(), 2U);
   for (const Event& event : events_now) {
     EXPECT_EQ(event.node, kNodeId);

@@ -47,7 +47,7 @@ TEST_F(ErrorControlTest, ALostGuardIsAnEmcyAndEndsOperational) {
   EXPECT_EQ(sdo_write({0x100D, 0}, 1, 3), 0U);
   ask(10ms);
   EXPECT_EQ(node->next_wake(), at(310ms));
-  testing::take_events(events);
+  testing::pop_events(events);
   EXPECT_EQ(advance(310ms), (Frames{{at(310ms), 0x085, {0x30, 0x81, 0x11, 0, 0, 0, 0, 0}}}));
   EXPECT_EQ(node->state(), nmt::State::pre_operational);
   EXPECT_EQ(kinds(), (std::vector<EventKind>{EventKind::heartbeat_lost, EventKind::emcy_sent,
@@ -71,7 +71,7 @@ TEST_F(ErrorControlTest, AHeartbeatWinsOverGuarding) {
 TEST_F(ErrorControlTest, TheOwnNodeIdOfAnotherIsToldByItsBootUp) {
   boot_and_start();
   hear(1ms, 0x705, {0x00});
-  const auto told = testing::take_events(events);
+  const auto told = testing::pop_events(events);
   ASSERT_EQ(told.size(), 2U);
   EXPECT_EQ(told[0].node, kNodeId);
   EXPECT_EQ(told[0].data, EventData(event::DuplicateNodeId{nmt::State::initialising}));
@@ -86,13 +86,13 @@ TEST_F(ErrorControlTest, TheOwnNodeIdOfAnotherIsToldByItsBootUp) {
 TEST_F(ErrorControlTest, OfItsHeartbeatsTheFirstIsTold) {
   boot();
   hear(1ms, 0x705, {0x85});
-  const auto told = testing::take_events(events);
+  const auto told = testing::pop_events(events);
   ASSERT_FALSE(told.empty());
   EXPECT_EQ(told[0].data, EventData(event::DuplicateNodeId{nmt::State::operational}));
   hear(2ms, 0x705, {0x05});
   EXPECT_TRUE(kinds().empty());
   nmt(0x82, kNodeId, 3ms);
-  testing::take_events(events);
+  testing::pop_events(events);
   hear(4ms, 0x705, {0x05});
   EXPECT_EQ(kinds().front(), EventKind::duplicate_node_id) << "reported again after a reset";
 }
@@ -102,7 +102,7 @@ TEST_F(ErrorControlTest, OfItsHeartbeatsTheFirstIsTold) {
 TEST_F(ErrorControlTest, AnEmcyOfAnotherWithTheOwnNodeIdIsToldOnce) {
   boot_and_start();
   hear(1ms, 0x085, {0x10, 0x10, 0x01, 0, 0, 0, 0, 0});
-  const auto told = testing::take_events(events);
+  const auto told = testing::pop_events(events);
   ASSERT_EQ(told.size(), 2U);
   EXPECT_EQ(told[0].node, kNodeId);
   EXPECT_EQ(told[0].data, EventData(event::DuplicateNodeId{nmt::State::unknown}));

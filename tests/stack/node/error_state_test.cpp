@@ -291,11 +291,11 @@ TEST_F(ErrorStateTest, EmcysOf127NodesAreConsumed) {
       EXPECT_EQ(sdo_write({0x1028, id}, 4, 0x80U + id), 0U);
     }
   }
-  testing::take_events(events);
+  testing::pop_events(events);
   for (std::uint32_t id = 1; id <= 127; ++id) {
     hear(1ms, 0x80 + id, {0x00, 0x10, 0x01, 0, 0, 0, 0, 0});
   }
-  auto told = testing::take_events(events);
+  auto told = testing::pop_events(events);
   EXPECT_EQ(std::ranges::count(told, EventKind::duplicate_node_id, &Event::kind), 1)
       << "one event for the own node-ID";
   std::erase_if(told, [](const Event& event) { return event.kind() != EventKind::emcy; });

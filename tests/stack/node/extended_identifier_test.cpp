@@ -102,10 +102,10 @@ TEST_F(ExtendedIdentifierTest, EmcyProducer1014h) {
 TEST_F(ExtendedIdentifierTest, EmcyConsumer1028h) {
   write(0x1028, 7, kExtended | kId);
   write(0x1028, 8, kExtended | kOther);
-  testing::take_events(events);
+  testing::pop_events(events);
   hear_extended(kId, {0x00, 0x10, 0x01, 0, 0, 0, 0, 0});
   hear_extended(kOther, {0x00, 0x20, 0x01, 0, 0, 0, 0, 0});
-  const std::vector<Event> told = testing::take_events(events);
+  const std::vector<Event> told = testing::pop_events(events);
   ASSERT_EQ(told.size(), 2U);
   EXPECT_EQ(told[0].kind(), EventKind::emcy);
   EXPECT_EQ(told[0].node, 7);
@@ -114,7 +114,7 @@ TEST_F(ExtendedIdentifierTest, EmcyConsumer1028h) {
   can::Frame frame = frame_at(at(2ms), kId, {0x00, 0x10, 0x01, 0, 0, 0, 0, 0});
   frame.flags = can::Frame::kExtended;
   node->receive({&frame, 1});
-  EXPECT_TRUE(testing::take_events(events).empty());
+  EXPECT_TRUE(testing::pop_events(events).empty());
 }
 
 TEST_F(ExtendedIdentifierTest, SdoServer1201h) {

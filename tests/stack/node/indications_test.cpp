@@ -9,7 +9,7 @@
 namespace linegate::node {
 namespace {
 
-using testing::take_events;
+using testing::pop_events;
 
 // Records all indications in order.
 class Hearing : public Application, public MasterServices {
@@ -46,7 +46,7 @@ class IndicationsTest : public NodeTest {
   // Event own-state: the new state and the previous one.
   std::vector<std::pair<nmt::State, nmt::State>> own_states() {
     std::vector<std::pair<nmt::State, nmt::State>> out;
-    for (const Event& event : take_events(events)) {
+    for (const Event& event : pop_events(events)) {
       if (const auto* const own = event.get<event::OwnState>()) {
         out.emplace_back(own->state, own->before);
       }
@@ -88,7 +88,7 @@ TEST_F(IndicationsTest, SyncLostIsAnEvent) {
   ASSERT_EQ(sdo_write({0x1006, 0}, 4, 10'000), 0U);
   nmt(0x01);
   hear(0ms, 0x080, {});
-  take_events(events);
+  pop_events(events);
   advance(14ms);
   EXPECT_THAT(kinds(), ::testing::Not(::testing::Contains(EventKind::sync_lost)));
   advance(15ms);
@@ -115,7 +115,7 @@ TEST_F(IndicationsTest, SleepIsNobodys) {
   EXPECT_EQ(node->counters().unused, unused + 2);
   EXPECT_EQ(node->state(), nmt::State::operational);
   EXPECT_TRUE(drain(at(1ms)).empty());
-  EXPECT_TRUE(take_events(events).empty());
+  EXPECT_TRUE(pop_events(events).empty());
   EXPECT_TRUE(hearing_.heard.empty());
 }
 

@@ -103,9 +103,9 @@ TEST_F(NodeTest, TheEventOfALostSyncNamesIt) {
   sdo_write({0x1006, 0}, 4, 10'000);
   nmt(0x01);
   hear(110ms, 0x080, {});
-  testing::take_events(events);
+  testing::pop_events(events);
   advance(200ms);
-  const auto all = testing::take_events(events);
+  const auto all = testing::pop_events(events);
   const auto lost = std::ranges::find(all, EventKind::sync_lost, &Event::kind);
   ASSERT_NE(lost, all.end());
   EXPECT_EQ(lost->node, kNodeId);

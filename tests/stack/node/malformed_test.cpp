@@ -13,10 +13,10 @@ class MalformedFrameTest : public NodeTest {
   void expect_told(std::uint32_t id, std::initializer_list<std::uint8_t> data) {
     const auto before = node->counters().malformed;
     const auto state = node->state();
-    testing::take_events(events);
+    testing::pop_events(events);
     hear(1ms, id, data);
     EXPECT_EQ(node->counters().malformed, before + 1) << id;
-    const auto told = testing::take_events(events);
+    const auto told = testing::pop_events(events);
     const auto is_malformed = [](const Event& e) { return e.kind() == EventKind::malformed_frame; };
     ASSERT_EQ(std::ranges::count_if(told, is_malformed), 1) << id;
     const Event& event = *std::ranges::find_if(told, is_malformed);
@@ -142,7 +142,7 @@ TEST_F(MalformedFrameTest, RandomFramesDoNoHarm) {
     now += 37us;
     node->advance(now);
     drain(now);
-    testing::take_events(events);
+    testing::pop_events(events);
   }
   EXPECT_EQ(node->counters().received.frames, 20'000U + 3);
   node->start(now);

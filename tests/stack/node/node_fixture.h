@@ -94,13 +94,13 @@ class NodeTest : public ::testing::Test {
   void boot() {
     node->start(at(0ms));
     drain(at(0ms));
-    testing::take_events(events);
+    testing::pop_events(events);
   }
   void boot_and_start() {
     boot();
     nmt(0x01);
     drain(at(0ms));
-    testing::take_events(events);
+    testing::pop_events(events);
   }
 
   void hear(Duration when, std::uint32_t id, std::initializer_list<std::uint8_t> data) {
@@ -149,7 +149,7 @@ class NodeTest : public ::testing::Test {
 
   std::vector<EventKind> kinds() {
     std::vector<EventKind> out;
-    for (const Event& event : testing::take_events(events)) {
+    for (const Event& event : testing::pop_events(events)) {
       out.push_back(event.kind());
     }
     return out;

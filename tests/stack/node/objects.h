@@ -78,14 +78,14 @@ AbortCode write(od::Dictionary& dictionary, od::Address address, T value) {
   return dictionary.write(address, raw);
 }
 
-inline std::vector<Event> take_events(EventLog& log) {
+inline std::vector<Event> pop_events(EventLog& log) {
   std::vector<Event> out(1024);
   out.resize(log.take(out));
   return out;
 }
 
 // All frames of the queue, highest priority first.
-inline std::vector<can::Frame> take_frames(can::TransmitQueue& queue) {
+inline std::vector<can::Frame> pop_frames(can::TransmitQueue& queue) {
   std::vector<can::Frame> out;
   can::Frame frame;
   while (queue.pop_urgent(frame) || queue.pop_rest(frame)) {

@@ -24,7 +24,7 @@ TEST_F(PdoErrorTest, AnMpdoWithoutADestinationIsAnEmcyUntilOneHasIt) {
   hear(3ms, 0x205, {0x80, 0x00, 0x20, 1, 0x35, 0x12, 0, 0});
   EXPECT_EQ(drain(at(3ms)), (Frames{{at(3ms), 0x085, {0, 0, 0, 0, 0, 0, 0, 0}}}));
   EXPECT_EQ(node->counters().malformed, 0U);
-  testing::take_events(events);
+  testing::pop_events(events);
   hear(4ms, 0x205, {kNodeId, 0x00, 0x20, 1, 0, 0, 0, 0});
   hear(5ms, 0x205, {0x80, 0x00, 0x20, 1});
   EXPECT_EQ(node->counters().malformed, 2U);

@@ -204,7 +204,7 @@ class SdoClientsTest : public NodeTest {
     other = make_node(clients, events, 6);
     other->start(at(0ms));
     exchange();
-    testing::take_events(events);
+    testing::pop_events(events);
   }
 
   // Delivers frames until neither node sends any.
@@ -306,7 +306,7 @@ TEST_F(SdoClientsTest, AMalformedAnswerIsCountedAndTold) {
   answer.flags = can::Frame::kExtended;
   other->receive({&answer, 1});
   EXPECT_EQ(other->counters().malformed, 1U);
-  EXPECT_EQ(testing::take_events(events).at(0).kind(), EventKind::malformed_frame);
+  EXPECT_EQ(testing::pop_events(events).at(0).kind(), EventKind::malformed_frame);
   exchange();
   EXPECT_EQ(client(2).take()->abort, AbortCode::none);
 }

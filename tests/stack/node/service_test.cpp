@@ -159,7 +159,7 @@ TEST_F(NodeTest, ALostHeartbeatIsAnEmcyAndEndsOperational) {
   boot_and_start();
   sdo_write({0x1016, 1}, 4, 0x0007'0064);
   hear(10ms, 0x707, {0x05});
-  testing::take_events(events);
+  testing::pop_events(events);
   const Frames lost{{at(110ms), 0x085, {0x30, 0x81, 0x11, 7, 0, 0, 0, 0}}};
   EXPECT_EQ(node->next_wake(), at(110ms));
   EXPECT_EQ(advance(110ms), lost);
@@ -335,7 +335,7 @@ TEST_F(NodeTest, MasterServicesGetWhatTheNodeDoesNotServe) {
   node->dispatch().add(0x087, false, can::Service::emcy, 7);
   boot();
   sdo_write({0x1016, 1}, 4, 0x0007'0064);
-  testing::take_events(events);
+  testing::pop_events(events);
   for (const std::uint32_t id : {0x587U, 0x607U, 0x707U, 0x087U}) {
     hear(1ms, id, {0x05});
   }
@@ -377,7 +377,7 @@ TEST_F(NodeTest, APdoThatCannotBeUsedIsTold) {
   node =
       std::make_unique<Node>(std::move(dictionary), Options{.node_id = kNodeId}, events, nullptr);
   node->start(at(1ms));
-  const auto told = testing::take_events(events);
+  const auto told = testing::pop_events(events);
   const auto it = std::ranges::find(told, EventKind::configuration_error, &Event::kind);
   ASSERT_NE(it, told.end());
   EXPECT_EQ(it->time, at(1ms));

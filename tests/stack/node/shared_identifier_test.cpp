@@ -65,9 +65,9 @@ TEST_F(SharedIdentifierTest, OneThatIsAddedGetsNothingYet) {
   request(kDownload, {0x1028, 7}, kShared);
   EXPECT_EQ(received(), 2U);
   const auto is_emcy = [](const Event& event) { return event.kind() == EventKind::emcy; };
-  EXPECT_EQ(std::ranges::count_if(testing::take_events(events), is_emcy), 0);
+  EXPECT_EQ(std::ranges::count_if(testing::pop_events(events), is_emcy), 0);
   hear(2ms, kShared, {0, 0x10, 1, 0, 0, 0, 0, 0});
-  EXPECT_EQ(std::ranges::count_if(testing::take_events(events), is_emcy), 1);
+  EXPECT_EQ(std::ranges::count_if(testing::pop_events(events), is_emcy), 1);
 }
 
 }  // namespace

@@ -18,7 +18,7 @@ TEST_F(NodeTest, BootsUpToPreOperational) {
   node->start(at(0ms));
   EXPECT_EQ(node->state(), nmt::State::pre_operational);
   EXPECT_EQ(drain(at(0ms)), (Frames{{at(0ms), 0x705, {0x00}}}));
-  const auto told = testing::take_events(events);
+  const auto told = testing::pop_events(events);
   ASSERT_EQ(told.size(), 1U);
   EXPECT_EQ(told[0].node, kNodeId);
   const auto& state = std::get<event::OwnState>(told[0].data);
@@ -170,7 +170,7 @@ TEST_F(NodeTest, ResetNodeRestoresEverything) {
   nmt(0x81, 0, 10ms);
   EXPECT_EQ(number(0x2000, 1), 0x1111U);
   EXPECT_EQ(drain(at(10ms)), (Frames{{at(10ms), 0x705, {0x00}}}));
-  const auto told = testing::take_events(events);
+  const auto told = testing::pop_events(events);
   ASSERT_EQ(told.size(), 2U);
   const auto& reset = std::get<event::OwnState>(told[0].data);
   EXPECT_EQ(reset.state, nmt::State::initialising);

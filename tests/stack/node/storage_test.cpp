@@ -136,7 +136,7 @@ TEST_F(StoringNodeTest, WhatCannotBeUsedIsToldOnceAndTheDefaultsAreUsed) {
   boot();
   EXPECT_EQ(sdo_write({0x2100, 0}, 2, 8), 0U);
   EXPECT_EQ(sdo_write({0x1010, 1}, 4, kSave), 0U);
-  testing::take_events(events);
+  testing::pop_events(events);
 
   make(6);  // the medium was moved to another device
   node->start(at(0ms));

@@ -63,7 +63,7 @@ TEST(Allocations, NoneFromFrameToSnapshotAndFromValueToFrame) {
     manager.engine->lost(sent, sent);
     while (events.take(drained) != 0) {
     }
-    for (Reception reception; ms % 10 == 0 && manager.engine->take_reception(reception);) {
+    for (Reception reception; ms % 10 == 0 && manager.engine->pop_reception(reception);) {
       ++queued;
     }
     manager.image->set_node_valid(static_cast<std::uint8_t>(1 + ms % 40), false);

@@ -37,7 +37,7 @@ class Receptions : public testing::Test {
   }
   std::vector<Reception> taken() {
     std::vector<Reception> out;
-    for (Reception reception; manager_->engine->take_reception(reception);) {
+    for (Reception reception; manager_->engine->pop_reception(reception);) {
       out.push_back(reception);
     }
     return out;

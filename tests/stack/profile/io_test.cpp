@@ -209,7 +209,7 @@ TEST_F(IoBehaviourTest, OutputsTakeTheirErrorValues) {
   set(0x6411, 2, 77);
   set(0x6443, 2, 0);
   set(0x6444, 1, 0xFFFF'FFFE);
-  io_.take_error_values();
+  io_.apply_error_values();
   EXPECT_EQ(dictionary_.number({0x6200, 1}), 0xF3U);
   EXPECT_EQ(dictionary_.number({0x6200, 2}), 0U);
   EXPECT_EQ(dictionary_.number({0x6411, 1}), 0xFFFEU);

@@ -60,7 +60,7 @@ class EmcyRouting : public test::RoutedLines {
   std::vector<Event> events(unsigned number, EventKind kind) {
     std::vector<Event> out;
     std::array<Event, 64> events;
-    while (const std::size_t count = line(number).take_events(events)) {
+    while (const std::size_t count = line(number).pop_events(events)) {
       for (const Event& event : std::span(events).first(count)) {
         if (event.kind() == kind) {
           out.push_back(event);

@@ -38,7 +38,7 @@ class RemoteSdo : public SdoRouting {
   }
   line::Reply reply() {
     line::Reply out;
-    EXPECT_TRUE(line(1).take_reply(out));
+    EXPECT_TRUE(line(1).pop_reply(out));
     return out;
   }
 };

@@ -98,7 +98,7 @@ class RoutedLines : public testing::Test {
   bool refused_with(unsigned number, AbortCode code) {
     bool found = false;
     std::array<Event, 64> events;
-    while (const std::size_t count = line(number).take_events(events)) {
+    while (const std::size_t count = line(number).pop_events(events)) {
       for (const Event& event : std::span(events).first(count)) {
         const auto* const refused = event.get<event::RoutingRefused>();
         found = found || (refused != nullptr && refused->abort == code);
@@ -109,7 +109,7 @@ class RoutedLines : public testing::Test {
   std::vector<Event> events(unsigned number, EventKind first, EventKind second) {
     std::vector<Event> out;
     std::array<Event, 64> events;
-    while (const std::size_t count = line(number).take_events(events)) {
+    while (const std::size_t count = line(number).pop_events(events)) {
       for (const Event& event : std::span(events).first(count)) {
         if (event.kind() == first || event.kind() == second) {
           out.push_back(event);
@@ -131,7 +131,7 @@ class RoutedLines : public testing::Test {
     for (bool any = true; any;) {
       any = false;
       for (unsigned number : {1U, 2U}) {
-        while (line(number).take_message(message)) {
+        while (line(number).pop_message(message)) {
           any = true;
           ASSERT_EQ(message.from, number);
           if (message.to == 1 || message.to == 2) {

@@ -31,7 +31,7 @@ TEST_F(SdoRouting, NmtSyncTimeAndErrorControlStayOnTheirLine) {
     line(1).advance(now_);
   }
   Message message;
-  EXPECT_FALSE(line(1).take_message(message));
+  EXPECT_FALSE(line(1).pop_message(message));
   pass(milliseconds(10));
   can::Frame frame;
   EXPECT_FALSE(line(2).next_frame(frame, now_)) << frame.id;
@@ -327,7 +327,7 @@ TEST_F(TracedRouting, ATraceOfNoTimeOrOfALineWithoutRoutesIsRefused) {
   line::Reply reply;
   for (const std::uint16_t wrong : std::initializer_list<std::uint16_t>{0, 3601}) {
     trace(wrong);
-    ASSERT_TRUE(line(1).take_reply(reply));
+    ASSERT_TRUE(line(1).pop_reply(reply));
     EXPECT_EQ(reply.error, to_error(line::Refusal::bad_request));
   }
   line::LineConfig alone;
@@ -339,7 +339,7 @@ TEST_F(TracedRouting, ATraceOfNoTimeOrOfALineWithoutRoutesIsRefused) {
   (*made.value)
       ->execute({.tag = 1, .request = line::RoutingTrace{.duration = std::chrono::seconds(5)}},
                 now_);
-  ASSERT_TRUE((*made.value)->take_reply(reply));
+  ASSERT_TRUE((*made.value)->pop_reply(reply));
   EXPECT_EQ(reply.error, to_error(line::Refusal::wrong_role));
 }
 

@@ -187,12 +187,12 @@ TEST(RoutingOfALine, ARoleThatCannotRefusesAndCounts) {
   auto line = *std::move(line::Line::make(config).value);
   line->deliver({.from = 1, .to = 2, .kind = MessageKind::sdo_open, .connection = 5}, Instant{});
   Message out;
-  ASSERT_TRUE(line->take_message(out));
+  ASSERT_TRUE(line->pop_message(out));
   EXPECT_EQ(out.from, 2);  // the interface that was addressed: the line has no interface number
   EXPECT_EQ(out.to, 1);
   EXPECT_EQ(out.kind, MessageKind::sdo_refused);
   EXPECT_EQ(abort_of(out), AbortCode::device_state);
-  EXPECT_FALSE(line->take_message(out));
+  EXPECT_FALSE(line->pop_message(out));
   EXPECT_EQ(line->state().routing.unexpected, 1U);
 }
 

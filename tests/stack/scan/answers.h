@@ -45,7 +45,7 @@ struct Answers {
         survey.take(AbortCode::none, found->second);
       }
     }
-    return survey.take_result();
+    return survey.pop_result();
   }
 };
 

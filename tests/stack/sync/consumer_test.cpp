@@ -11,7 +11,7 @@ namespace {
 using namespace std::chrono_literals;
 using testing::at;
 using testing::frame_at;
-using testing::take_events;
+using testing::pop_events;
 
 class SyncConsumerTest : public ::testing::Test {
  protected:
@@ -86,7 +86,7 @@ TEST_F(SyncConsumerTest, LostAfterOneAndAHalfPeriodsOnce) {
   consumer.advance(at(14ms));
   EXPECT_TRUE(events.empty());
   consumer.advance(at(40ms));
-  const auto told = take_events(events);
+  const auto told = pop_events(events);
   ASSERT_EQ(told.size(), 1U);
   EXPECT_EQ(told[0].time, at(15ms));
   EXPECT_EQ(told[0].data, EventData(event::SyncLost{10ms}));
@@ -98,7 +98,7 @@ TEST_F(SyncConsumerTest, ALateSyncTellsTheLossItself) {
   run(10ms);
   hear(0ms);
   hear(16ms);
-  const auto told = take_events(events);
+  const auto told = pop_events(events);
   ASSERT_EQ(told.size(), 1U);
   EXPECT_EQ(told[0].time, at(15ms));
   EXPECT_EQ(consumer.next_wake(), at(31ms));

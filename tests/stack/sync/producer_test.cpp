@@ -11,7 +11,7 @@ namespace {
 using namespace std::chrono_literals;
 using testing::at;
 using testing::data_of;
-using testing::take_frames;
+using testing::pop_frames;
 
 class SyncProducerTest : public ::testing::Test {
  protected:
@@ -23,7 +23,7 @@ class SyncProducerTest : public ::testing::Test {
 
   std::vector<can::Frame> frames_at(Duration when) {
     producer.advance(at(when));
-    return take_frames(queue);
+    return pop_frames(queue);
   }
 
   can::TransmitQueue queue;
@@ -46,7 +46,7 @@ TEST_F(SyncProducerTest, TheCounterRunsFromOneToItsOverflowValue) {  // 1019h
   std::vector<int> seen;
   for (int i = 1; i <= 7; ++i) {
     const auto counter = producer.advance(at(i * 10ms));
-    const auto frames = take_frames(queue);
+    const auto frames = pop_frames(queue);
     ASSERT_EQ(frames.size(), 1U);
     EXPECT_EQ(data_of(frames[0]), std::vector<int>{counter.value_or(0)});
     seen.push_back(*counter);
@@ -91,7 +91,7 @@ TEST_F(SyncProducerTest, DoesNotPileUpBehindABlockedBus) {
   EXPECT_TRUE(producer.advance(at(10ms)));
   EXPECT_FALSE(producer.advance(at(20ms)));
   EXPECT_FALSE(producer.advance(at(30ms)));
-  EXPECT_EQ(take_frames(queue).size(), 1U);
+  EXPECT_EQ(pop_frames(queue).size(), 1U);
   const auto counter = producer.advance(at(40ms));
   ASSERT_TRUE(counter);
   EXPECT_EQ(*counter, 2);

@@ -13,7 +13,7 @@ using namespace std::chrono_literals;
 using testing::at;
 using testing::data_of;
 using testing::frame_at;
-using testing::take_frames;
+using testing::pop_frames;
 
 // 2026-11-21 10:00:00.123 UTC.
 constexpr Duration kSomeUtc = std::chrono::seconds(1'795'255'200) + 123ms;
@@ -66,7 +66,7 @@ class TimeServiceTest : public ::testing::Test {
   }
   // Whether the COB-ID is registered.
   bool wanted(std::uint32_t id) { return dispatch.find(frame_at(at(0ms), id, {})) != nullptr; }
-  std::size_t sent() { return take_frames(transmit).size(); }
+  std::size_t sent() { return pop_frames(transmit).size(); }
 
   od::Dictionary dictionary =
       testing::dictionary_of({testing::object(0x1012, od::DataType::unsigned32, 0x100)});
@@ -79,7 +79,7 @@ TEST_F(TimeServiceTest, AProducerSends) {
   EXPECT_FALSE(service.send(kSomeTime)) << "bit 30 is clear";
   EXPECT_EQ(write(0x4000'0100), AbortCode::none);
   EXPECT_TRUE(service.send(kSomeTime));
-  const auto frames = take_frames(transmit);
+  const auto frames = pop_frames(transmit);
   ASSERT_EQ(frames.size(), 1U);
   EXPECT_EQ(frames[0].id, 0x100U);
   service.set_active(false);
@@ -105,7 +105,7 @@ TEST_F(TimeServiceTest, AProducerSendsTheTimeEveryPeriod) {
   service.advance(at(999ms));
   EXPECT_EQ(sent(), 0U);
   service.advance(at(1s));
-  const auto frames = take_frames(transmit);
+  const auto frames = pop_frames(transmit);
   ASSERT_EQ(frames.size(), 1U);
   EXPECT_EQ(decode(frames[0]), kSomeTime);
   service.advance(at(3500ms));
