@@ -14,6 +14,7 @@ import layering
 import licences
 import manuals
 import mutations
+import programs
 import public_headers
 import readmes
 import rows
@@ -143,6 +144,28 @@ class Kinds(TreeCase):
     def test_events_in_another_order(self):
         swapped = "enum class EventKind : std::uint8_t {\n  stopped,\n  started,\n};\n"
         self.assertEqual(len(self.complaints(kinds, kinds.EVENTS, swapped)), 2)
+
+
+class Programs(TreeCase):
+    TESTS = "tests/dds/CMakeLists.txt"
+
+    def setUp(self):
+        super().setUp()
+        self.write(programs.RUN, "  case $1 in\n    programs)\n      printf linegated test_dds\n      ;;\n    all)\n"
+                                 "      printf dds_peer\n      ;;\n")
+        self.write("tests/bench/CMakeLists.txt", "add_test(NAME b COMMAND $<TARGET_FILE:measure>)\n")
+
+    def test_a_program_that_is_built(self):
+        self.assertEqual(self.complaints(programs, self.TESTS, "linegate_test(test_dds TIER dds TIMEOUT 9)\n"
+                                         "add_dependencies(test_dds faults)\n"
+                                         "add_test(NAME a COMMAND a.py $<TARGET_FILE:linegated> $<TARGET_FILE:faults>)\n"
+                                         "linegate_test(test_units TIER unit)\n"), [])
+
+    def test_a_program_that_is_not_built(self):
+        self.assertEqual(self.complaints(programs, self.TESTS, "linegate_gateway_test(test_rights TIER dds)\n"
+                                         "add_test(NAME a COMMAND $<TARGET_FILE:dds_peer>)\n"),
+                         [f"{self.TESTS}: a test of the tier dds runs {name}, which is not in the set programs of tests/run"
+                          for name in ("dds_peer", "test_rights")])
 
 
 class Mutations(TreeCase):

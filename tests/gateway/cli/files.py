@@ -73,7 +73,7 @@ def wrong_usage_is_an_object(folder, linegate):
                   "virtual:x"), ("eds", missing, "press"), ("sdo", "read", "x", "1000", "0"), ("sdo", "read"),
                   ("nmt", "start", "press"), ("sdo", "write", "press:5", "1017:00", "u16", "x"),
                   ("sdo", "write", "press:5", "1021", "d", "00FF"), ("sdo", "write", "press:5", "2005", "b", "1"),
-                  ("record", "none:x"), ("emcy", "press", "zz"), ("history",), ("history", "--journal", missing,
+                  ("record", "none:x"), ("emcy", "press", "zz"), ("history", "--csv"), ("history", "--journal", missing,
                   "--severity", "bad")):
         done = run(linegate, "--json", "--wait", "0.1", *words)
         expect(f"the exit status of {words}", done.returncode, 2)
