@@ -23,9 +23,11 @@ void pattern(uint8_t* data, size_t size, uint8_t seed) {
     data[i] = (uint8_t)(i * 3 + seed);
 }
 
-static void compare_properties(const dds_sequence_linegate_v1_Property* properties) {
-  NUMBER(properties->_length, 2);
-  if (properties->_length != 2)
+/* count: the number of properties, of which the first two have known values. */
+static void compare_properties(const dds_sequence_linegate_v1_Property* properties,
+                               uint32_t count) {
+  NUMBER(properties->_length, count);
+  if (properties->_length != count)
     return;
   TEXT(properties->_buffer[0].name, "first");
   TEXT(properties->_buffer[0].value, "1");
@@ -104,7 +106,7 @@ void compare_line_state(const linegate_v1_LineState* s) {
   NUMBER(s->nodes_configured, 3);
   NUMBER(s->nodes_operational, 2);
   compare_counters(&s->count);
-  compare_properties(&s->properties);
+  compare_properties(&s->properties, 2);
 }
 
 void compare_output_state(const linegate_v1_OutputState* s) {
@@ -157,7 +159,7 @@ void compare_node_state(const linegate_v1_NodeState* s) {
   NUMBER(s->heartbeats_lost, 2);
   NUMBER(s->cause, linegate_v1_STATE_CAUSE_ITSELF);
   NUMBER(s->spontaneous_changes, 3);
-  compare_properties(&s->properties);
+  compare_properties(&s->properties, 2);
 }
 
 static void compare_entry(const linegate_v1_LayoutEntry* entry, uint32_t i) {
@@ -282,6 +284,10 @@ void compare_event(const linegate_v1_Event* s) {
   NUMBER(s->value, 0x11);
   BYTES(s->data, data, sizeof data);
   TEXT(s->text, text);
-  compare_properties(&s->properties);
+  compare_properties(&s->properties, 3);
+  if (s->properties._length == 3) {
+    TEXT(s->properties._buffer[2].name, "stream");
+    TEXT(s->properties._buffer[2].value, "face000000000001");
+  }
   ++expected;
 }
