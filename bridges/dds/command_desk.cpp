@@ -140,12 +140,21 @@ CommandDesk::Outcome CommandDesk::append(Client& client, const v1::CommandReques
 CommandDesk::Outcome CommandDesk::accept(Client& client, const v1::CommandRequest& request,
                                          const Sender& from, const std::string& partition,
                                          Assembly assembly) {
+  const std::size_t bytes = assembly.data.size();
   if (const char* why = decode_data(std::move(assembly.data), assembly.request))
     return refuse(request, Refusal::bad_request, why);
   if (client.pending.size() >= limits_.pending)
     return refuse(request, Refusal::busy, "");
+  if (bytes > limits_.data - client.pending_bytes)
+    return refuse(request, Refusal::busy,
+                  "unanswered requests of this client have too much data: repeat it later");
+  if (bytes > limits_.all_data - pending_bytes_)
+    return refuse(request, Refusal::busy,
+                  "unanswered requests of all clients have too much data: repeat it later");
   const std::uint64_t tag = next_tag_++;
   client.pending.insert(request.id());
+  client.pending_bytes += bytes;
+  pending_bytes_ += bytes;
   ClientKey key{request.line().to_string(), request.client().to_string(), from};
   Outcome outcome;
   if (auto* const of_line = std::get_if<line::Request>(&assembly.request)) {
@@ -157,7 +166,7 @@ CommandDesk::Outcome CommandDesk::accept(Client& client, const v1::CommandReques
         .tag = tag, .request = std::get<request::GatewayRequest>(std::move(assembly.request))};
     outcome.gateway_command = GatewayCommandMessage{key.line, key.client, std::move(command), {}};
   }
-  pending_[tag] = {std::move(key), request.id(), partition};
+  pending_[tag] = {std::move(key), request.id(), partition, bytes};
   return outcome;
 }
 
@@ -167,9 +176,11 @@ std::shared_ptr<const Answer> CommandDesk::answer(const line::Reply& reply) {
     return nullptr;
   const Pending asked = std::move(pending->second);
   pending_.erase(pending);
+  pending_bytes_ -= asked.bytes;
   const auto client = clients_.find(asked.client);
   if (client == clients_.end() || client->second.pending.erase(asked.id) == 0)
     return nullptr;
+  client->second.pending_bytes -= asked.bytes;
 
   auto answer = std::make_shared<Answer>();
   answer->line = asked.client.line;

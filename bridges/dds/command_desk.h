@@ -35,6 +35,9 @@ struct DeskLimits {
   std::size_t request = 16U << 20U;   // bytes of data in one request
   std::size_t answers = 64U << 20U;   // bytes of data in all kept answers
   std::size_t requests = 64U << 20U;  // bytes of data in all incomplete requests
+  // Bytes of data in commands in progress, those that wait included: of each client, and of all.
+  std::size_t data = 64U << 20U;
+  std::size_t all_data = 256U << 20U;
 };
 
 // The answer to a command, as sent to its client.
@@ -94,6 +97,7 @@ class CommandDesk {
   struct Client {
     std::list<Assembly> assemblies;  // oldest first
     std::set<std::uint64_t> pending;
+    std::size_t pending_bytes = 0;
     std::deque<std::shared_ptr<const Answer>> window;  // oldest first
     std::uint64_t used = 0;  // number of the request that the client sent last
   };
@@ -101,6 +105,7 @@ class CommandDesk {
     ClientKey client;
     std::uint64_t id = 0;
     std::string partition;
+    std::size_t bytes = 0;  // of its data
   };
 
   Outcome refuse(const v1::CommandRequest& request, line::Refusal refusal, std::string why);
@@ -127,6 +132,7 @@ class CommandDesk {
   std::uint64_t requests_ = 0;
   std::size_t answer_bytes_ = 0;
   std::size_t request_bytes_ = 0;
+  std::size_t pending_bytes_ = 0;
 };
 
 }  // namespace linegate::dds

@@ -329,6 +329,34 @@ TEST(DeskLimits, RequestsNeverEndedCostNobodyElse) {
   EXPECT_TRUE(desk.take(chunks[2], {1}).command);
 }
 
+// 256 programs of 16 MB would be 4 GB.
+TEST(DeskLimits, TheDataOfCommandsInProgressAreBoundedForEachClient) {
+  CommandDesk desk(1, {"line1", "line2"}, {.data = 10'000});
+  const auto first = desk.take(download(1, 8'000)[0], {1});
+  ASSERT_TRUE(first.command);
+  EXPECT_EQ(desk.take(download(2, 2'001)[0], {1}).refused, Refusal::busy);
+  ASSERT_TRUE(desk.take(download(3, 2'000)[0], {1}).command);
+  EXPECT_TRUE(desk.take(request(4), {1}).command) << "without data";
+  EXPECT_TRUE(desk.take(download(2, 8'000)[0], {2}).command) << "another client";
+  v1::CommandRequest elsewhere = download(2, 8'000)[0];
+  elsewhere.line("line2");
+  EXPECT_TRUE(desk.take(elsewhere, {1}).command) << "another line";
+  desk.answer({first.command->command.tag, {}, {}});
+  EXPECT_TRUE(desk.take(download(2, 8'000)[0], {1}).command) << "the refused one, repeated";
+  EXPECT_EQ(desk.take(download(5, 1)[0], {1}).refused, Refusal::busy);
+}
+
+TEST(DeskLimits, TheDataOfCommandsInProgressAreBoundedForAll) {
+  CommandDesk desk(1, {"line1"}, {.data = 8'000, .all_data = 20'000});
+  const auto first = desk.take(download(1, 8'000)[0], {1});
+  ASSERT_TRUE(first.command);
+  EXPECT_TRUE(desk.take(download(1, 8'000)[0], {2}).command);
+  EXPECT_EQ(desk.take(download(1, 8'000)[0], {3}).refused, Refusal::busy);
+  EXPECT_TRUE(desk.take(download(1, 4'000)[0], {3}).command);
+  desk.answer({first.command->command.tag, {}, {}});
+  EXPECT_TRUE(desk.take(download(2, 8'000)[0], {4}).command);
+}
+
 TEST(DeskLimits, LongAnswersAreKeptWithinTheirBound) {
   CommandDesk desk(1, {"line1"}, {.answers = 1'000});
   for (std::uint64_t id = 1; id <= 3; ++id) {
