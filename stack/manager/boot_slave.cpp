@@ -81,7 +81,7 @@ BootSlave::BootSlave(const NodePlan& plan, const BootServices& services, NodeSta
 }
 
 void BootSlave::begin(Reason reason, Instant now, nmt::Command command) {
-  cancel();
+  clear();
   reset_ = {.waits_for_boot_up = reason == Reason::reset, .command = command, .sent = now};
   node_.boot = kBootUnfinished;
   node_.finding = {};
@@ -112,6 +112,11 @@ void BootSlave::abandon_step() {
 }
 
 void BootSlave::cancel() {
+  clear();
+  client_ = 0;
+}
+
+void BootSlave::clear() {
   abandon_step();
   reset_ = {};
   result_.reset();

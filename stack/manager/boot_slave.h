@@ -68,6 +68,7 @@ class BootSlave final : private StepContext {
 
   // Whose frames those of the process are from now on, see sdo::Request::client; 0 = nobody's. A
   // process that begins with a boot-up message after the end of the last one is nobody's.
+  // cancel() ends that, too.
   void set_client(std::uint32_t client) { client_ = client; }
   std::uint32_t client() const { return client_; }
 
@@ -134,6 +135,7 @@ class BootSlave final : private StepContext {
   void repeat_reset(Instant now);
   void restarted(Instant now);
   void abandon_step();
+  void clear();
   void state_unknown();
   void missing();
   void after_reset(Instant now);
