@@ -38,13 +38,13 @@ Error NmtService::send(nmt::Command command, std::uint8_t node, Instant now, std
   }
   if (restarts_network(command, node)) {
     node_.command(command, now);
-    manager_.start(now);
+    manager_.boot(0, now, client);
     return {};
   }
   if (node == own_node_) {
     node_.command(command, now);
     if (nmt::is_reset(command)) {
-      manager_.own_reset();
+      manager_.own_reset(client);
     }
     return {};
   }

@@ -10,7 +10,7 @@ void NodeLine::consumer_lost(std::uint8_t id, Instant deadline) {
 }
 
 void NodeLine::boot_up(std::uint8_t id, Instant now) {
-  sdo_.charge(manager_.client_of(id), 1);
+  sdo_.charge(services_.scan.restarts(id) ? services_.scan.client() : manager_.client_of(id), 1);
   services_.receivers.confirm(id, nmt::State::initialising, now);
   services_.lss.boot_up(id);
   manager_.boot_up(id, now);

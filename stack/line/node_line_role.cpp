@@ -64,7 +64,6 @@ void NodeLine::may_operate(Instant now) {
 
 void NodeLine::send_nmt(nmt::Command command, std::uint8_t id, Instant now) {
   nmt_.send(command, id, now);
-  sdo_.charge(manager_.client_of(id), 1);
   nmt_sent(command, id, now);
 }
 

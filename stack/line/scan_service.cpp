@@ -141,7 +141,7 @@ void ScanService::expire(Instant now) {
   if (deadline_ <= now) {
     end(Refusal::timed_out, now);
     if (parts_.manager.state() == ManagerState::stopped) {
-      parts_.manager.start(now);
+      parts_.manager.boot(0, now, client_);  // because of the command
     }
   }
 }
@@ -161,7 +161,7 @@ void ScanService::end(Refusal why, Instant now) {
 
 void ScanService::reset_node(std::uint8_t node, Instant now) {
   parts_.nmt.send_nmt(nmt::Command::reset_node, node, now);
-  parts_.sdo.charge(client_, 2);  // and the boot-up message
+  parts_.sdo.charge(client_, 1);
 }
 
 void ScanService::asked(std::uint8_t node, bool answered, Instant asked_at, Instant now) {

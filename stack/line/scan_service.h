@@ -64,6 +64,10 @@ class ScanService final : public Service, public ScanCache, sdo::TransferOwner, 
   bool scans_all() const { return of_all_ && scanner_.active(); }
   // The boot-up message of a node was received.
   void boot_up(std::uint8_t node, Instant now) { scanner_.boot_up(node, now); }
+  // Whether the scan has reset the node and waits for its boot-up message.
+  bool restarts(std::uint8_t node) const { return scanner_.restarts(node); }
+  // Whose command the scan is, see sdo::Pace; 0 = nobody's.
+  std::uint32_t client() const { return client_; }
 
   const std::vector<std::byte>* cached(std::uint8_t node, od::Address address) const override;
   void forget_cached(std::uint8_t node, od::Address address) override;

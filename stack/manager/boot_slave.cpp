@@ -360,6 +360,7 @@ void BootSlave::send_reset(nmt::Command command, Instant now) {
   reset_.command = command;
   reset_.sent = now;
   services_.host.send_nmt(command, plan_.id, now);
+  services_.sdo.charge(client_, 1);
   state_unknown();
 }
 

@@ -378,7 +378,7 @@ bool Manager::boots(std::uint8_t id) const {
 
 std::uint32_t Manager::client_of(std::uint8_t id) const {
   const Slot* slot = find(id);
-  return id == 0 ? client_ : slot != nullptr ? slot->boot->client() : 0;
+  return slot != nullptr ? slot->boot->client() : 0;
 }
 
 std::uint8_t Manager::configured() const {

@@ -72,8 +72,9 @@ class Manager final : public sdo::TransferOwner {
   // causes are not spontaneous, and a start before a reset does not determine the state after the
   // reset.
   void sent(nmt::Command command, std::uint8_t node, Instant now);
-  // The own node was reset by a command: the network is started as after power-on.
-  void own_reset();
+  // The own node was reset by a command: the network is started as after power-on. client: as in
+  // boot().
+  void own_reset(std::uint32_t client = 0);
   // Boots the node, or all with 0, again; resets it first unless it is to be kept alive. A node
   // that is not listed gets boot status A at once. client: whose frames those of the boot processes
   // are, see sdo::Pace, until each has reported its first result; 0 = nobody's.
@@ -116,8 +117,7 @@ class Manager final : public sdo::TransferOwner {
   bool concluded(std::uint8_t id) const;
   // A boot process of the node is in progress.
   bool boots(std::uint8_t id) const;
-  // Whose command caused the boot process of the node that is in progress, or with node 0 that of
-  // all nodes that begins; 0 = nobody's.
+  // Whose command caused the boot process of the node that is in progress; 0 = nobody's.
   std::uint32_t client_of(std::uint8_t id) const;
   std::uint8_t configured() const;
   std::uint8_t operational() const;
@@ -194,6 +194,7 @@ class Manager final : public sdo::TransferOwner {
   bool time_is_over_ = false;   // boot time 1F89h is over
   bool nodes_stopped_ = false;  // by an error event (1F80h bit 6)
   Reaction reaction_ = Reaction::none;
+  std::uint32_t reaction_client_ = 0;  // whose command Reaction::restart follows
   Instant boot_deadline_ = kNever;
   std::vector<std::unique_ptr<Slot>> slots_;  // ascending by id
   std::array<NodeState, 128> nodes_;

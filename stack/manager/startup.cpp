@@ -29,12 +29,13 @@ void Manager::reset_nodes(Instant now) {
   };
   if (std::ranges::none_of(slots_, kept)) {
     host_.send_nmt(kCommand, 0, now);
+    services_.sdo.charge(client_, 1);
     return;
   }
   for (const auto& slot : slots_) {
     if (nodes_[slot->plan.id].configured && !kept(slot)) {
-      slot->boot->set_client(client_);
       host_.send_nmt(kCommand, slot->plan.id, now);
+      services_.sdo.charge(client_, 1);
     }
   }
 }
@@ -196,8 +197,8 @@ void Manager::begin(Slot& slot, BootSlave::Reason reason, Instant now, nmt::Comm
 }
 
 void Manager::reset(Slot& slot, nmt::Command command, Instant now) {
-  slot.boot->set_client(client_);
   host_.send_nmt(command, slot.plan.id, now);
+  services_.sdo.charge(client_, 1);
   slot.reset_at = now;
   begin(slot, BootSlave::Reason::reset, now, command);
 }
@@ -245,6 +246,7 @@ void Manager::start_nodes(Instant now) {
     });
     if (all && !slots_.empty()) {
       host_.send_nmt(nmt::Command::start, 0, now);
+      services_.sdo.charge(client_, 1);
       for (const auto& slot : slots_) {
         slot->started = true;
         slot->boot->commanded();
@@ -268,6 +270,7 @@ bool Manager::may_start(const Slot& slot) const {
 void Manager::start_node(Slot& slot, Instant now) {
   slot.started = true;
   host_.send_nmt(nmt::Command::start, slot.plan.id, now);
+  services_.sdo.charge(slot.boot->client(), 1);
   assume_state(slot.plan.id, nmt::Command::start);
   expect_start(slot, now);
 }
@@ -305,20 +308,22 @@ void Manager::miss_start(Slot& slot, Instant now) {
 
 // --- error events -------------------------------------------------------------------------------
 
-void Manager::own_reset() {
-  if (active()) {
-    reaction_ = std::max(reaction_, Reaction::restart);
+void Manager::own_reset(std::uint32_t client) {
+  if (active() && reaction_ < Reaction::restart) {
+    reaction_ = Reaction::restart;
+    reaction_client_ = client;
   }
 }
 
 void Manager::react(Instant now) {
   const Reaction reaction = std::exchange(reaction_, Reaction::none);
+  const std::uint32_t client = std::exchange(reaction_client_, 0);
   if (reaction == Reaction::stop_all) {
     stop_all(now);
     return;
   }
   if (reaction == Reaction::restart) {
-    start(now);
+    boot(0, now, client);
     return;
   }
   for (const auto& slot : slots_) {

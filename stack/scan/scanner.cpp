@@ -122,6 +122,12 @@ void Scanner::completed(const sdo::Completion& completion, Instant now) {
   go_on(*at, now);
 }
 
+bool Scanner::restarts(std::uint8_t node) const {
+  return std::ranges::any_of(running_, [node](const Running& running) {
+    return running.wake != kNever && running.survey.result().id == node;
+  });
+}
+
 void Scanner::boot_up(std::uint8_t node, Instant now) {
   const auto at = std::ranges::find_if(running_, [node](const Running& running) {
     return running.wake != kNever && running.survey.result().id == node;

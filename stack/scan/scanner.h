@@ -64,6 +64,8 @@ class Scanner {
 
   // The node sent its boot-up message.
   void boot_up(std::uint8_t node, Instant now);
+  // Whether the scan has reset the node and waits for that message.
+  bool restarts(std::uint8_t node) const;
   void advance(Instant now);
   Instant next_wake() const;
 

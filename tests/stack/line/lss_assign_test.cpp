@@ -14,8 +14,8 @@
 #include "stack/lss/assigner.h"
 #include "stack/lss/procedure.h"
 #include "stack/lss/slave.h"
-#include "stack/sdo/pace.h"
 
+#include "tests/stack/line/counted_pace.h"
 #include "tests/stack/line/line_fixture.h"
 
 namespace linegate::line {
@@ -330,23 +330,6 @@ TEST_F(LssAssignTest, NmtResetCommunicationWaitsForTheBus) {
 }
 
 // --- commands of clients -------------------------------------------------------------------------
-
-class CountedPace final : public sdo::Pace {
- public:
-  bool permits(std::uint32_t /*client*/, bool /*awaited*/) const override { return left > 0; }
-  void count(std::uint32_t client) override {
-    --left;
-    ++counted[client];
-  }
-
-  int left = 0;
-  std::map<std::uint32_t, int> counted;
-};
-
-// A base, because it outlives the line.
-struct WithPace {
-  CountedPace pace_;
-};
 
 class LssCommandsOfAClient : protected WithPace, public LssCommandsOfALine {
  protected:
