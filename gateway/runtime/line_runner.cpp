@@ -150,7 +150,9 @@ void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
       now,
       [&](std::span<const can::Frame> frames) {
         if (started_) {
-          line_->receive(frames, std::max(now, frames.back().time));
+          const Instant time = std::max(now, frames.back().time);
+          fill_budget(time);
+          line_->receive(frames, time);
         }
       },
       [&](const can::BusEvent& event) { bus_event(event, now); });
@@ -160,9 +162,7 @@ void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
   if (pump_.drained() > 0) {
     look_at_sources(now);  // first, because the bus of another line waits for the values
   }
-  if (budget_->is_in_use()) {
-    budget_->advance(known);
-  }
+  fill_budget(known);
   if (called_ || budget_due_ <= known) {
     poll_calls(known);  // after the frames received earlier: the line's time never goes back
   }
@@ -190,6 +190,13 @@ void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
   }
 }
 
+// Before frames are counted: those counted at an earlier time would be refilled for the time since.
+[[gnu::hot]] void LineRunner::fill_budget(Instant now) {
+  if (budget_->is_in_use()) {
+    budget_->advance(now);
+  }
+}
+
 [[gnu::hot]] void LineRunner::announce() {
   if (std::exchange(handed_over_, false)) {
     consumer_.signal();
@@ -205,6 +212,7 @@ void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
 [[gnu::hot]] void LineRunner::transmit(Instant now) {
   if (started_) {
     known_ = std::max(known_, now);
+    fill_budget(now);
     pump_.transmit(now, [&](can::Frame& frame) { return line_->next_frame(frame, now); });
     report_ended(now);
   }

@@ -162,6 +162,9 @@ void RequestBudget::advance(Instant now) {
     return;
   }
   filled_ = now;
+  if (line_.is_full() && all_full_ && sharing_ == 0) {
+    return;
+  }
   line_.fill(time);
   all_full_ = true;
   std::size_t sharing = 0;

@@ -115,9 +115,9 @@ class RequestBudget final : public sdo::Pace {
   bool permits(std::uint32_t client, bool awaited) const override;
   void count(std::uint32_t client) override;
 
-  // Whether frames may be sent that need advance() before: an SDO transfer or a procedure may be in
-  // progress.
-  bool is_in_use() const { return running_ != 0 || !line_.is_full() || !all_full_; }
+  // Whether frames may be counted, which needs advance() before: a client is known, so a transfer
+  // or procedure of it may be in progress.
+  bool is_in_use() const { return known_ != 0; }
   // Commands that wait, see remove().
   std::size_t waiting() const { return waiting_; }
   // When to call advance(), next() and next_output() again; kNever: after the next input.

@@ -130,6 +130,32 @@ TEST_F(RequestShareTest, AnSdoCommandWaitsForTheOneBeforeItAtItsNode) {
   EXPECT_EQ(channel_->sent.size(), 2U) << "the next one begins without another input";
 }
 
+// A sub-block of more frames than the burst of the client arrives after a pause. The account is
+// filled for the pause before they are counted, not after.
+TEST_F(RequestShareTest, APauseBeforeFramesOfATransferDoesNotPayForThem) {
+  boot();
+  request(1, kFirstClient, kRead);
+  serve();
+  come(0x585, {0x41, 0x00, 0x10, 0x00, 0x79, 0x03, 0, 0});  // 889 bytes: one sub-block
+  serve(1ms);
+  come(0x585, {0xC2, 0x00, 0x10, 0x00, 0x79, 0x03, 0, 0});
+  serve(1ms);
+  channel_->sent.clear();
+  now_ += 40ms;
+  for (std::uint8_t i = 1; i <= 127; ++i) {
+    come(0x585, {static_cast<std::uint8_t>(i == 127 ? 0xFF : i), 0, 0, 0, 0, 0, 0, 0});
+  }
+  const Instant arrived = now_;
+  while (channel_->sent.empty() && now_ < arrived + 1s) {
+    serve(1ms);
+  }
+  // At 150 kbit/s, less the burst of 50 ms
+  constexpr Duration kTimeOfTheFrames = 127 * Duration(122s) / 150'000;
+  EXPECT_GE(now_ - arrived, kTimeOfTheFrames - 50ms);
+  ASSERT_EQ(channel_->sent.size(), 1U);
+  EXPECT_EQ(channel_->sent[0].data[0], std::byte{0xA2}) << "the acknowledgement";
+}
+
 TEST_F(RequestShareTest, AcceptedCommandsThatChangeSomethingAreEvents) {
   boot();
   (void)events();

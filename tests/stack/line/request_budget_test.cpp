@@ -268,7 +268,7 @@ TEST_F(RequestBudgetTest, IsInUseWhileAProcedureWaitsForItsClient) {
   EXPECT_TRUE(budget.permits(1, false));
   EXPECT_TRUE(budget.is_in_use());
   pass(1s);
-  EXPECT_FALSE(budget.is_in_use());
+  EXPECT_TRUE(budget.is_in_use()) << "another frame of the procedure may be counted";
 }
 
 TEST_F(RequestBudgetTest, FramesAreCountedForTheirClient) {
