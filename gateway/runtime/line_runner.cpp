@@ -163,6 +163,7 @@ void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
     look_at_sources(now);  // first, because the bus of another line waits for the values
   }
   fill_budget(known);
+  note_next_due();
   if (called_ || budget_due_ <= known) {
     poll_calls(known);  // after the frames received earlier: the line's time never goes back
   }
@@ -181,6 +182,7 @@ void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
   transmit(now);
   give_messages(now);
   hand_over(now);
+  note_next_due();
   next_wake_ = pump_.more() ? now : compute_next_wake();
   if (routes_ != nullptr && routes_->held()) {
     next_wake_ = earlier(next_wake_, now + kLinkFull);
@@ -194,6 +196,12 @@ void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
 [[gnu::hot]] void LineRunner::fill_budget(Instant now) {
   if (budget_->is_in_use()) {
     budget_->advance(now);
+  }
+}
+
+[[gnu::hot]] void LineRunner::note_next_due() {
+  if (budget_->pop_next_due()) {
+    budget_due_ = Instant{};
   }
 }
 

@@ -97,6 +97,7 @@ class LineRunner final : public Runner {
   void write_held_outputs(Instant now);
   void answered(std::uint64_t tag);
   void fill_budget(Instant now);
+  void note_next_due();
   void report_accepted(const request::GatewayCommand& command, Instant now);
   void poll_interface_commands(Instant now);
   void poll_messages(Instant now);

@@ -171,6 +171,7 @@ void RequestBudget::advance(Instant now) {
   for (Client& client : known()) {
     client.account.fill(time);
     client.credit.fill(time);
+    compare_credit(client);
     all_full_ = all_full_ && client.account.is_full() && client.credit.is_full();
     sharing += client.is_idle() ? 0U : 1U;
   }
@@ -204,6 +205,7 @@ RequestBudget::Client* RequestBudget::find_or_make(std::uint32_t number) {
   free->number = number;
   free->account.level = free->account.burst;
   free->credit.level = free->credit.burst;
+  free->has_credit = true;
   free->counted = {};
   free->counts = {};
   return &*free;
@@ -219,7 +221,25 @@ void RequestBudget::charge(Client& client, std::int64_t bits, std::int64_t of_li
   client.account.charge(bits);
   client.credit.charge(bits);
   client.credit.level = std::max(client.credit.level, -client.credit.burst);
+  compare_credit(client);
   all_full_ = all_full_ && bits == 0;
+}
+
+// A client with credit may be admitted behind one without, see may_run(). So the search is repeated
+// for a client that has credit again, and, if one with a command in progress has none any more, for
+// those that have.
+void RequestBudget::compare_credit(Client& client) {
+  const bool has = client.credit.level >= client.credit.burst / 2;
+  if (std::exchange(client.has_credit, has) == has) {
+    return;
+  }
+  for (Client& other : known()) {
+    const bool concerned = has ? &other == &client : client.running != 0 && other.has_credit;
+    if (concerned && other.searched == Searched::occupied) {
+      other.searched = Searched::no;
+      next_due_ = true;
+    }
+  }
 }
 
 // Proportional to the missing credit: many clients that have just got a little of it at the same
@@ -269,9 +289,7 @@ bool RequestBudget::may_run(const Client& client, const Command& command) const 
   }
   // The SDO arbiter sees that it waits, and lets the transfer in progress end earlier.
   const Client& other = clients_[current.client];
-  const std::int64_t half = client.credit.burst / 2;
-  return !behind.used && &other != &client && client.credit.level >= half &&
-         other.credit.level < half;
+  return !behind.used && &other != &client && client.has_credit && !other.has_credit;
 }
 
 // Whether next_of() may find a command.
@@ -560,6 +578,9 @@ Instant RequestBudget::next_wake() const {
     wake = earlier(wake, client.report_due);
     if (!client.queue.empty()) {
       wake = earlier(wake, earlier(wake_of(&client), client.late_at));
+      if (client.searched == Searched::occupied && !client.has_credit) {
+        wake = earlier(wake, filled_ + client.credit.wait(client.credit.burst / 2));
+      }
     }
   }
   if (kept_ != 0) {

@@ -34,6 +34,7 @@
 #include <deque>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "stack/base/events.h"
@@ -90,6 +91,9 @@ class RequestBudget final : public sdo::Pace {
     bool late = false;
   };
   bool next(Admitted& out, Instant now);
+  // Returns once that the credits of clients changed so that next() may return a command that
+  // waited for a node: call it, whatever next_wake() was before.
+  bool pop_next_due() { return std::exchange(next_due_, false); }
   // The command with this tag, which next() returned, was answered. No effect for other tags.
   void answered(std::uint64_t tag);
   // Removes any waiting command, to be cancelled; false if there is none.
@@ -152,7 +156,8 @@ class RequestBudget final : public sdo::Pace {
     }
   };
   // What the last search for a command that may be executed found: none, while the account did not
-  // permit any or because of commands in progress. It is not repeated until that changes.
+  // permit any or because of commands in progress. It is not repeated until that changes, or the
+  // credits are compared differently.
   enum class Searched : std::uint8_t { no, exhausted, occupied };
   struct Client {
     std::uint32_t number = 0;
@@ -166,6 +171,7 @@ class RequestBudget final : public sdo::Pace {
     std::size_t kept = 0;     // outputs
     event::ClientLimited counts{};
     Instant report_due = kNever;
+    bool has_credit = true;  // at least half of it, see compare_credit()
 
     bool is_idle() const {
       return queue.empty() && running == 0 && kept == 0 && account.is_full() && credit.is_full() &&
@@ -194,6 +200,7 @@ class RequestBudget final : public sdo::Pace {
   bool may_begin(const Client& client) const;
   bool may_be_served(const Client& client, Instant now) const;
   void share_credit();
+  void compare_credit(Client& client);
   bool may_run(const Client& client, const Command& command) const;
   bool next_of(Client& client, Admitted& out, Instant now);
   void take(Client& client, std::deque<Waiting>::iterator from, Admitted& out, Instant now);
@@ -212,6 +219,7 @@ class RequestBudget final : public sdo::Pace {
   std::size_t turn_ = 0;     // the place whose turn is next, among those of equal credit
   std::size_t sharing_ = 0;  // clients that share the credit
   bool all_full_ = true;     // the accounts of the clients
+  bool next_due_ = false;    // see pop_next_due()
   std::size_t waiting_ = 0;  // commands
   std::size_t kept_ = 0;     // outputs
   std::size_t reports_ = 0;  // clients with a report_due

@@ -388,6 +388,50 @@ TEST_F(RequestBudgetTest, AClientWithCreditIsAdmittedBehindOneWithout) {
   EXPECT_EQ(next(), tags);
 }
 
+// The credits change while the command waits for the node.
+TEST_F(RequestBudgetTest, AClientIsAdmittedBehindOneThatUsesUpItsCredit) {
+  ASSERT_EQ(put(1, SdoRead{.node = 5}), Put::queued);
+  ASSERT_EQ(next(), tags);
+  ASSERT_EQ(put(2, SdoRead{.node = 5}), Put::queued);
+  EXPECT_EQ(next(), 0U) << "both have credit";
+  EXPECT_FALSE(budget.pop_next_due());
+  for (int i = 0; i < 3; ++i) {
+    budget.count(1);
+  }
+  EXPECT_TRUE(budget.pop_next_due());
+  EXPECT_FALSE(budget.pop_next_due());
+  EXPECT_EQ(next(), tags);
+}
+
+TEST_F(RequestBudgetTest, AClientIsAdmittedBehindAnotherWhenItHasCreditAgain) {
+  for (const std::uint32_t client : {1U, 2U}) {
+    for (int i = 0; i < 3; ++i) {
+      budget.count(client);
+    }
+  }
+  ASSERT_EQ(put(1, SdoRead{.node = 5}), Put::queued);
+  ASSERT_EQ(next(), tags);
+  ASSERT_EQ(put(2, SdoRead{.node = 5}), Put::queued);
+  EXPECT_EQ(next(), 0U) << "neither has credit";
+  const Instant wake = budget.next_wake();
+  ASSERT_LT(wake, now + 1s);
+  budget.count(1);
+  pass(wake - now);
+  EXPECT_EQ(next(), tags);
+}
+
+TEST_F(RequestBudgetTest, CreditsAreNotComparedForAClientThatWaitsForNoNode) {
+  ASSERT_EQ(put(1, SdoRead{.node = 5}), Put::queued);
+  ASSERT_EQ(next(), tags);
+  for (int i = 0; i < 4; ++i) {
+    budget.count(1);
+    budget.count(2);
+  }
+  pass(10s);
+  EXPECT_FALSE(budget.pop_next_due());
+  EXPECT_EQ(budget.next_wake(), kNever);
+}
+
 TEST_F(RequestBudgetTest, ATransferThatIsAwaitedMayOverdrawItsAccountOnce) {
   while (budget.permits(1, false)) {
     budget.count(1);
