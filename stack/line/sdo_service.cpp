@@ -195,7 +195,8 @@ void SdoService::start_in_network(const Command& command, Way way, Transfer tran
                         .data = std::move(transfer.data),
                         .timeout = share > Duration::zero() ? std::min(share, patience) : patience,
                         .repeats = transfer.repeats,
-                        .as_device = way.as_device},
+                        .as_device = way.as_device,
+                        .client = command.client},
                        now);
 }
 

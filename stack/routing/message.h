@@ -17,8 +17,10 @@ namespace linegate::routing {
 
 enum class MessageKind : std::uint8_t {
   // An SDO connection, opened by the line of the client. data is 0 unless it is described here.
-  sdo_open,    // network, node, gateway, hops, source, of_process: reserve a client channel for the
-               // connection
+  // network, node, gateway, hops, source, of_process: reserve a client channel for the connection.
+  // data: the number of the client in this process whose command it is, 0 = nobody's (U32, LE) in
+  // bytes 0..3; see sdo::Pace
+  sdo_open,
   sdo_opened,  // the route is free
   // The connection has ended: refused, or ended on the target's side. data: abort code (U32, LE) in
   // bytes 0..3
@@ -28,6 +30,9 @@ enum class MessageKind : std::uint8_t {
   sdo_close,     // the connection has ended on the client's side. data: abort code as above
   emcy,          // data: a forwarded EMCY, see README.md
   pdo,           // a forwarded object of the process data
+  // Of an SDO connection: the share of the client (see sdo_open) does not permit its frames yet.
+  // They wait on the target's side, and the time-outs of the client begin again.
+  sdo_paced,
 };
 
 struct Message {

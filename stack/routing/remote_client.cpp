@@ -105,6 +105,8 @@ class RemoteClient::Transfer final : public ClientSide {
   }
   bool on_bus() const override { return false; }
   bool is_device() const override { return request_.as_device; }
+  std::uint32_t client() const override { return request_.client; }
+  void paced(Instant now) override { client_.restart_timeout(now); }
 
  private:
   void begin(Instant now) {

@@ -17,6 +17,7 @@ namespace {
 constexpr std::uint64_t kWhatIsEchoed = 0xFF'FFFF'FFFF;
 // Queue of a server of the own node: more than it sends at once
 constexpr std::uint32_t kPlaces = 48;
+constexpr Duration kPacedPeriod = std::chrono::milliseconds(5);
 
 // The own dictionary as the target: a server without a bus.
 struct OwnServer {
@@ -74,12 +75,14 @@ struct SdoEgress::Passage {
   bool may_write = false;
   std::uint16_t source = 0;
   std::uint32_t connection = 0;
+  std::uint32_t client = 0;  // whose command it is, see sdo::Pace; 0 = nobody's
   std::uint64_t number = 0;  // of its request to the arbiter
   Indication target;         // sent to the next gateway
   SdoPhase phase;
   AbortCode outcome = AbortCode::none;
   Instant deadline = kNever;
   Instant budget = kNever;            // end of the requester's wait for the route
+  Instant paced_at = kNever;          // when the ingress is to receive sdo_paced
   WordQueue waiting;                  // frames that wait for room on the bus
   std::unique_ptr<OwnServer> server;  // kept for the next passage
 };
@@ -131,6 +134,7 @@ SdoEgress::Passage& SdoEgress::make(const Message& open) {
   made.from = open.from;
   made.connection = open.connection;
   made.source = open.source;
+  made.client = open.of_process ? load_le<std::uint32_t>(open.data.data()) : 0;
   made.target = {
       .network = open.network, .node = open.node, .hops = static_cast<std::uint8_t>(open.hops + 1)};
   made.to_gateway = open.gateway != 0;
@@ -140,6 +144,7 @@ SdoEgress::Passage& SdoEgress::make(const Message& open) {
   made.phase.reset();
   made.waiting.clear();
   made.deadline = kNever;
+  made.paced_at = kNever;
   return made;
 }
 
@@ -217,7 +222,8 @@ AbortCode SdoEgress::reserve(Passage& passage, Instant now) {
                                       .number = passage.number,
                                       .group = passage.from,
                                       .node = passage.node,
-                                      .priority = sdo::Priority::routing},
+                                      .priority = sdo::Priority::routing,
+                                      .client = passage.client},
                                      now);
   if (!taken) {
     channels_taken_[std::exchange(passage.channel, std::uint8_t{0})] = false;
@@ -313,6 +319,7 @@ void SdoEgress::response(std::uint64_t number, const can::Frame& frame) {
   if (passage == nullptr || passage->state == Passage::State::draining) {
     return;
   }
+  arbiter_.charge(passage->client, 1);
   const std::uint64_t word = sdo::word_of(frame);
   if (passage->state == Passage::State::asking) {
     answered_by_gateway(*passage, word, frame.time);
@@ -374,14 +381,29 @@ void SdoEgress::give(Passage& passage, std::uint64_t word, Instant now) {
     break_down(passage, AbortCode::out_of_memory, now);
     return;
   }
-  wake_ = earlier(wake_, now + WordQueue::kRetry);
+  note_waiting(passage, now);
 }
 
 // Only a few frames may wait in the transmit queue, so that requests of other users are not
 // delayed.
 bool SdoEgress::put_on_bus(const Passage& passage, std::uint64_t word) {
   constexpr auto kSdo = can::TransmitClass::sdo;
-  return transmit_.queued(kSdo) < sdo::Outbox::kMany && push(passage, word);
+  return transmit_.queued(kSdo) < sdo::Outbox::kMany && arbiter_.permits(passage.client) &&
+         push(passage, word);
+}
+
+// Frames wait. No answer is due while they wait for the share of the client: the ingress learns it
+// often enough for the shortest time-out, and not with every frame.
+void SdoEgress::note_waiting(Passage& passage, Instant now) {
+  wake_ = earlier(wake_, now + WordQueue::kRetry);
+  if (arbiter_.permits(passage.client) || passage.state != Passage::State::open) {
+    return;
+  }
+  wait_until(passage, now + frame_timeout());
+  if (passage.paced_at == kNever || now >= passage.paced_at) {
+    passage.paced_at = now + kPacedPeriod;
+    (void)post_.send(to_connection(MessageKind::sdo_paced, passage.from, passage.connection, 0));
+  }
 }
 
 bool SdoEgress::push(const Passage& passage, std::uint64_t word) {
@@ -391,13 +413,14 @@ bool SdoEgress::push(const Passage& passage, std::uint64_t word) {
   }
   const can::CobId request{can::kSdoRequestBase + passage.node};
   ++counters_.forwarded;
+  arbiter_.charge(passage.client, 1);
   return transmit_.push(kSdo, request.header(sdo::kFrameSize), word);
 }
 
 void SdoEgress::flush(Passage& passage, Instant now) {
   while (!passage.waiting.empty()) {
     if (!put_on_bus(passage, passage.waiting.front())) {
-      wake_ = earlier(wake_, now + WordQueue::kRetry);
+      note_waiting(passage, now);
       return;
     }
     passage.waiting.pop();

@@ -3,7 +3,9 @@
 // SdoIngress is the counterpart on the line of the client.
 //
 // Each goes through the arbiter of the line, so that no other user in this process accesses the
-// same server meanwhile. A connection to the own node uses its dictionary at once.
+// same server meanwhile. Frames that a client of this process causes are limited by its share of
+// this line (sdo::Pace), those of devices are not. A connection to the own node uses its dictionary
+// at once.
 //
 //   waiting -- channel is free --> asking (next gateway) -- E0h --> open -- last frame --> (gone)
 //                             \--> open (target)
@@ -74,6 +76,7 @@ class SdoEgress final : public sdo::ChannelUser {
   void give(Passage& passage, std::uint64_t word, Instant now);
   void flush(Passage& passage, Instant now);
   bool put_on_bus(const Passage& passage, std::uint64_t word);
+  void note_waiting(Passage& passage, Instant now);
   bool push(const Passage& passage, std::uint64_t word);
   // Ends the passage: sends an abort to a server that has state to clear, and sdo_refused to the
   // ingress.

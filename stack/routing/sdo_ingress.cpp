@@ -213,7 +213,7 @@ void SdoIngress::try_route(Connection& connection, Instant now) {
   connection.to = route->interface;
   connection.gateway = route->gateway;
   wait_until(connection, now + opening_timeout(wanted.hops + 1U));
-  const Message open{
+  Message open{
       .to = route->interface,
       .kind = MessageKind::sdo_open,
       .hops = wanted.hops,
@@ -224,6 +224,7 @@ void SdoIngress::try_route(Connection& connection, Instant now) {
       .gateway = route->gateway,
       .of_process = !connection.side->on_bus(),
   };
+  store_le(open.data.data(), connection.side->client());
   if (!post_.send(open)) {
     refuse(connection, AbortCode::out_of_memory, now);
   }
@@ -320,9 +321,19 @@ void SdoIngress::deliver(const Message& message, Instant now) {
         release(*connection, now);
       }
       return;
+    case MessageKind::sdo_paced:
+      paced(*connection, now);
+      return;
     default:
       response(*connection, message, now);
       return;
+  }
+}
+
+void SdoIngress::paced(Connection& connection, Instant now) {
+  if (connection.state == Connection::State::forward) {
+    wait_until(connection, now + frame_timeout());
+    connection.side->paced(now);
   }
 }
 

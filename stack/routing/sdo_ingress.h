@@ -35,6 +35,10 @@ class ClientSide {
   // Whether it is a device on the bus of this line, or a client that acts for one: the source of
   // the request is the network of the line, and a route never leads back there.
   virtual bool is_device() const = 0;
+  // The number of the client of this process whose command it is, see sdo::Pace; 0 = nobody's.
+  virtual std::uint32_t client() const { return 0; }
+  // Its frames wait for the share of that client on the line of the target: no response is due yet.
+  virtual void paced(Instant /*now*/) {}
 
  private:
   friend class SdoIngress;
@@ -62,7 +66,7 @@ class SdoIngress {
   void request(ClientSide& side, std::uint64_t word, Instant now);
   // The client no longer exists: its connection ends without a response.
   void gone(ClientSide& side);
-  // Takes sdo_opened, sdo_refused and sdo_response.
+  // Takes sdo_opened, sdo_refused, sdo_response and sdo_paced.
   void deliver(const Message& message, Instant now);
   void advance(Instant now);
   Instant next_wake() const { return wake_; }
@@ -89,6 +93,7 @@ class SdoIngress {
   void armed(Connection& connection, std::uint64_t word, Instant now);
   void forward(Connection& connection, std::uint64_t word, Instant now);
   void response(Connection& connection, const Message& message, Instant now);
+  void paced(Connection& connection, Instant now);
   void give(Connection& connection, std::uint64_t word, Instant now);
   void flush(Connection& connection, Instant now);
   void expire(Connection& connection, Instant now);

@@ -98,7 +98,13 @@ void Client::advance(Instant now, can::TransmitQueue& queue) {
 
 // The server can not answer a request that was not sent yet.
 void Client::extend_while_paced(Instant now) {
-  if (outbox_.is_paced() && deadline_ != kNever) {
+  if (outbox_.is_paced()) {
+    restart_timeout(now);
+  }
+}
+
+void Client::restart_timeout(Instant now) {
+  if (deadline_ != kNever) {
     deadline_ = deadline(now, timeout_);
   }
 }

@@ -85,6 +85,9 @@ class Client {
   // Limits the frames of the transfers that begin from now on, as those of that client of the
   // pace, repetitions included; nullptr: no longer. pace must outlive this object.
   void set_pace(Pace* pace, std::uint32_t client) { outbox_.set_pace(pace, client); }
+  // Waits as long for the next answer as if its request were sent now. For a client whose frames
+  // are paced elsewhere. No effect if no answer is awaited.
+  void restart_timeout(Instant now);
   // Whether another client of the pace waits for the end of the transfer.
   void set_awaited(bool awaited) { outbox_.set_awaited(awaited); }
   // Counts a frame of the server for the pace.

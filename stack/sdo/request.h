@@ -57,10 +57,12 @@ class ChannelUser : public RequestOwner {
 
 struct Request {
   TransferOwner* owner = nullptr;  // for a transfer
-  ChannelUser* user = nullptr;  // instead of owner; only number, group, node and priority are used
-  std::uint64_t number = 0;     // chosen by the owner, unique among its requests to the node
-  std::uint8_t group = 0;       // requests of an owner in one group share its turns
-  std::uint8_t node = 0;        // 1..127
+  // Instead of owner; only number, group, node, priority and client are used. It counts its frames
+  // itself.
+  ChannelUser* user = nullptr;
+  std::uint64_t number = 0;  // chosen by the owner, unique among its requests to the node
+  std::uint8_t group = 0;    // requests of an owner in one group share its turns
+  std::uint8_t node = 0;     // 1..127
   od::Address address{};
   bool write = false;
   std::vector<std::byte> data{};     // value to write

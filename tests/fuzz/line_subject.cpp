@@ -217,7 +217,7 @@ void LineSubject::check_messages() {
   routing::Message message;
   while (line().pop_message(message)) {
     LINEGATE_EXPECT(routes_ && message.from == kInterface && message.to != kInterface);
-    LINEGATE_EXPECT(message.kind <= routing::MessageKind::pdo);
+    LINEGATE_EXPECT(message.kind <= routing::MessageKind::sdo_paced);
     if (message.kind == routing::MessageKind::sdo_open) {
       LINEGATE_EXPECT(message.connection != 0 && message.node < 128 && message.gateway < 128);
       std::shift_right(opened_.begin(), opened_.end(), 1);

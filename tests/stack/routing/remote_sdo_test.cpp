@@ -223,5 +223,105 @@ TEST_F(RemoteSdo, CommandsOfTheProcessAreNotSubjectToTheRulesOfAccess) {
   EXPECT_EQ(sent(2), Frames{"605 4000100000000000"});
 }
 
+// --- the share of a client on the line of the target ---------------------------------------------
+
+constexpr std::uint32_t kClient = 42;
+
+// Permits everything or nothing, and records for whom frames were counted.
+class FakePace final : public sdo::Pace {
+ public:
+  bool permits(std::uint32_t client, bool /*awaited*/) const override {
+    asked.push_back(client);
+    return permitted;
+  }
+  void count(std::uint32_t client) override { counted.push_back(client); }
+
+  bool permitted = true;
+  mutable std::vector<std::uint32_t> asked;
+  std::vector<std::uint32_t> counted;
+};
+
+class PacedRemoteSdo : public RemoteSdo {
+ protected:
+  void start_paced() {
+    start();
+    line(2).set_pace(pace_);
+  }
+  void write(std::size_t octets, std::uint32_t client) {
+    line(1).execute({.tag = 7,
+                     .client = client,
+                     .request = line::NetworkWrite{.network = 2,
+                                                   .node = 5,
+                                                   .address = {0x2000, 0},
+                                                   .data = std::vector<std::byte>(octets)}},
+                    now_);
+    carry();
+  }
+
+  FakePace pace_;
+};
+
+TEST_F(PacedRemoteSdo, FramesOfBothDirectionsCountForTheClientOfTheCommand) {
+  start_paced();
+  write(4, kClient);
+  EXPECT_EQ(sent(2), Frames{"605 2300200000000000"});
+  server({0x60, 0, 0x20, 0, 0, 0, 0, 0});
+  EXPECT_TRUE(reply().ok());
+  EXPECT_EQ(pace_.counted, (std::vector<std::uint32_t>{kClient, kClient}));
+}
+
+TEST_F(PacedRemoteSdo, FramesThatTheShareDoesNotPermitWaitWithoutATimeout) {
+  start_paced();
+  write(10, kClient);
+  EXPECT_EQ(sent(2), Frames{"605 210020000A000000"});
+  pace_.permitted = false;
+  server({0x60, 0, 0x20, 0, 0, 0, 0, 0});
+  pass(seconds(60));
+  EXPECT_EQ(sent(2), Frames{});
+  line::Reply none;
+  EXPECT_FALSE(line(1).pop_reply(none));
+  pace_.permitted = true;
+  pass(milliseconds(1));
+  EXPECT_EQ(sent(2), Frames{"605 0000000000000000"});
+  server({0x20, 0, 0, 0, 0, 0, 0, 0});
+  EXPECT_EQ(sent(2), Frames{"605 1900000000000000"});
+  server({0x30, 0, 0, 0, 0, 0, 0, 0});
+  EXPECT_TRUE(reply().ok());
+  expect_nothing_left();
+}
+
+TEST_F(PacedRemoteSdo, AServerThatDoesNotAnswerIsATimeoutAfterTheWait) {
+  start_paced();
+  write(10, kClient);
+  pace_.permitted = false;
+  server({0x60, 0, 0x20, 0, 0, 0, 0, 0});
+  pass(seconds(10));
+  pace_.permitted = true;
+  pass(seconds(10));
+  EXPECT_EQ(reply().error, to_error(AbortCode::timeout));
+  expect_nothing_left();
+}
+
+TEST_F(PacedRemoteSdo, ATransferThatHasNotBegunDoesNotOccupyTheServer) {
+  start_paced();
+  pace_.permitted = false;
+  write(4, kClient);
+  pass(milliseconds(5));
+  EXPECT_EQ(sent(2), Frames{});
+  line(2).execute({.tag = 9, .request = line::SdoRead{.node = 5, .address = {0x1000, 0}}}, now_);
+  EXPECT_EQ(sent(2), Frames{"605 4000100000000000"}) << "nobody's frames are not limited";
+}
+
+TEST_F(PacedRemoteSdo, FramesOfDevicesAndOfTheLineItselfAreNotLimited) {
+  start_paced();
+  pace_.permitted = false;
+  write(4, 0);
+  EXPECT_EQ(sent(2), Frames{"605 2300200000000000"});
+  server({0x60, 0, 0x20, 0, 0, 0, 0, 0});
+  EXPECT_TRUE(reply().ok());
+  EXPECT_TRUE(pace_.asked.empty());
+  EXPECT_TRUE(pace_.counted.empty());
+}
+
 }  // namespace
 }  // namespace linegate::routing::test
