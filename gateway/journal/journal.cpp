@@ -58,9 +58,12 @@ struct Journal::Statements {
         oldest_value(of,
                      "SELECT id FROM value_rows WHERE id NOT IN (SELECT newest FROM value_entries) "
                      "ORDER BY id LIMIT 1"),
+        remove_ended_values(of,
+                            "DELETE FROM value_rows WHERE value IS NULL AND id IN "
+                            "(SELECT newest FROM value_entries WHERE newest < ?)"),
         remove_entries(of,
                        "DELETE FROM value_entries WHERE newest < ? AND "
-                       "(SELECT value FROM value_rows WHERE id = newest) IS NULL"),
+                       "NOT EXISTS (SELECT 1 FROM value_rows WHERE value_rows.id = newest)"),
         remove_values(of,
                       "DELETE FROM value_rows WHERE id IN (SELECT id FROM value_rows WHERE id NOT "
                       "IN (SELECT newest FROM value_entries) ORDER BY id LIMIT ?)"),
@@ -77,6 +80,7 @@ struct Journal::Statements {
   Statement insert_value;
   Statement set_newest;
   Statement oldest_value;
+  Statement remove_ended_values;
   Statement remove_entries;
   Statement remove_values;
   Statement remove_aged_values;
@@ -99,6 +103,7 @@ std::string Journal::unusable_file() const {
 void Journal::close() {
   statements_.reset();
   value_entries_.clear();  // those of a failed transaction do not exist
+  value_rows_.reset();
   database_.close();
 }
 
@@ -382,6 +387,7 @@ int Journal::insert(std::int64_t entry, const StoredValue& value) {
     to.bind_null(6);
   }
   const int error = to.run();
+  value_rows_ = value_rows_.value_or(0) + (error == SQLITE_OK ? 1 : 0);
   statements_->set_newest.bind(1, entry);
   return error == SQLITE_OK ? statements_->set_newest.run() : error;
 }
@@ -429,24 +435,36 @@ int Journal::insert(const JournalEntry& entry) {
 }
 
 // Values do not use the room of entries.
-bool Journal::is_nearly_full(std::int64_t value_rows, int& error) {
+bool Journal::is_nearly_full(int& error) {
   const auto pages = database_.number("PRAGMA page_count", error);
   const auto unused =
       error == SQLITE_OK ? database_.number("PRAGMA freelist_count", error) : std::nullopt;
   const std::int64_t most = static_cast<std::int64_t>(plan_.max_size) / kPageBytes;
-  const std::int64_t of_values = value_rows * kValueRowBytes / kPageBytes;
+  const std::int64_t of_values = value_rows_.value_or(0) * kValueRowBytes / kPageBytes;
   return error == SQLITE_OK &&
          *pages - *unused - of_values + std::max(kSparePages, most / 50) > most;
 }
 
+// Executes a statement that removes rows of values.
+int Journal::remove_values(Statement& statement) {
+  const int error = statement.run();
+  if (error == SQLITE_OK) {
+    value_rows_ = value_rows_.value_or(0) - sqlite3_changes(database_.get());
+  }
+  return error;
+}
+
 // The newest value of an entry is not removed as long as it holds. An entry whose last value has
 // ended, and is older than all others, is removed with it.
-int Journal::trim_values(std::int64_t& rows) {
+int Journal::trim_values() {
   if (version_ < kFirstVersionWithValues) {
+    value_rows_ = 0;  // write() has made the table
     return SQLITE_OK;
   }
   int error = SQLITE_OK;
-  const auto newest = database_.number("SELECT max(id) FROM value_rows", error);
+  if (!value_rows_) {
+    value_rows_ = database_.number("SELECT count(*) FROM value_rows", error);
+  }
   const auto entries = error == SQLITE_OK
                            ? database_.number("SELECT count(*) FROM value_entries", error)
                            : std::nullopt;
@@ -460,16 +478,18 @@ int Journal::trim_values(std::int64_t& rows) {
     return result == SQLITE_DONE ? SQLITE_OK : result;
   }
   const std::int64_t most = static_cast<std::int64_t>(plan_.values_size) / kValueRowBytes;
-  rows = *newest - oldest + 1;
+  statements_->remove_ended_values.bind(1, oldest);
+  error = remove_values(statements_->remove_ended_values);
   statements_->remove_entries.bind(1, oldest);
-  error = statements_->remove_entries.run();
+  error = error == SQLITE_OK ? statements_->remove_entries.run() : error;
   if (error == SQLITE_OK && sqlite3_changes(database_.get()) > 0) {
     value_entries_.clear();
   }
   // All entries may end in one transaction
-  if (error == SQLITE_OK && rows + static_cast<std::int64_t>(kMostValues) + *entries > most) {
+  if (error == SQLITE_OK &&
+      *value_rows_ + static_cast<std::int64_t>(kMostValues) + *entries > most) {
     statements_->remove_values.bind(1, kRemovedAtOnce + *entries);
-    error = statements_->remove_values.run();
+    error = remove_values(statements_->remove_values);
   }
   return error;
 }
@@ -477,16 +497,16 @@ int Journal::trim_values(std::int64_t& rows) {
 // By age: of the oldest stored entries, because the clock may have been wrong when an entry was
 // made.
 int Journal::trim(Instant utc) {
-  std::int64_t value_rows = 0;
-  int error = trim_values(value_rows);
+  int error = trim_values();
   if (plan_.max_age > Duration::zero()) {
     for (Statement* const remove : {&statements_->remove_aged, &statements_->remove_aged_values}) {
       remove->bind(1, (utc - plan_.max_age).time_since_epoch().count());
       remove->bind(2, kRemovedAtOnce);
-      error = error == SQLITE_OK ? remove->run() : error;
     }
+    error = error == SQLITE_OK ? statements_->remove_aged.run() : error;
+    error = error == SQLITE_OK ? remove_values(statements_->remove_aged_values) : error;
   }
-  if (error == SQLITE_OK && is_nearly_full(value_rows, error)) {
+  if (error == SQLITE_OK && is_nearly_full(error)) {
     statements_->remove_oldest.bind(1, kRemovedAtOnce);
     error = statements_->remove_oldest.run();
   }

@@ -108,10 +108,11 @@ class Journal {
   int insert(std::int64_t entry, const StoredValue& value);
   int number_of(const ValueEntry& entry, std::int64_t& number);
   int end_values(Instant utc);
-  int trim_values(std::int64_t& rows);
+  int remove_values(Statement& statement);
+  int trim_values();
   int insert(const JournalEntry& entry);
   int trim(Instant utc);
-  bool is_nearly_full(std::int64_t value_rows, int& error);
+  bool is_nearly_full(int& error);
 
   const config::Journal plan_;
   Database database_;
@@ -122,6 +123,7 @@ class Journal {
   bool last_run_read_ = false;  // a later open() reads the mark of this run
   LastRun last_run_;
   std::map<ValueEntry, std::int64_t> value_entries_;  // their number in the file
+  std::optional<std::int64_t> value_rows_;  // stored ones; nothing: not counted since open()
   int set_aside_ = 0;
   int unusable_ = 0;      // result code of a store() that found damage
   bool checked_ = false;  // the contents of the file

@@ -39,7 +39,8 @@ std::uint8_t octet_of(std::int64_t number) {
   return static_cast<std::uint8_t>(std::clamp<std::int64_t>(number, 0, 255));
 }
 
-// Numbers of the file, hence safe in a statement.
+// entries: numbers of the file, or a query of them. Rows of other entries must not count as rows of
+// the page.
 std::string value_conditions(const ValueQuery& query, const std::string& entries) {
   std::string out = "id > ?1";
   if (query.since) {
@@ -51,7 +52,7 @@ std::string value_conditions(const ValueQuery& query, const std::string& entries
   if (query.last) {
     out += " AND id <= ?5";
   }
-  return out + (entries.empty() ? "" : " AND entry IN (" + entries + ")");
+  return out + " AND entry IN (" + entries + ")";
 }
 
 void bind_values(Statement& to, const ValueQuery& query) {
@@ -144,7 +145,7 @@ int JournalReader::select_entries(const ValueQuery& query, Entries& selected, bo
 
 int JournalReader::read_values(const ValueQuery& query, const Entries& entries, bool all,
                                ValuePage& page) {
-  std::string list;
+  std::string list = all ? "SELECT id FROM value_entries" : "";
   for (auto one = entries.begin(); !all && one != entries.end(); ++one) {
     list += fmt::format("{}{}", list.empty() ? "" : ",", one->first);
   }

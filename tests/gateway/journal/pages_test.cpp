@@ -318,6 +318,24 @@ TEST_F(ValuePagesTest, RemovedValuesCostNoPages) {
   EXPECT_EQ(all_values({.text = "b", .newest_first = true}).size(), stored - 1);
 }
 
+// Earlier builds left the last row of an entry that they removed.
+TEST_F(ValuePagesTest, ARowWithoutAnEntryTakesNoPlaceInAPage) {
+  fill_values(20);
+  {
+    Database database;
+    ASSERT_EQ(database.open(plan_.file, Database::Use::write), 0);
+    ASSERT_EQ(database.execute("UPDATE value_rows SET entry = 999, value = NULL WHERE id % 4 > 1"),
+              0);
+  }
+  const Numbers kept{1, 4, 5, 8, 9, 12, 13, 16, 17, 20};
+  for (const std::uint32_t most : {1U, 3U, 4U, 100U}) {
+    EXPECT_EQ(all_values({.most = most}), kept) << most;
+    Numbers backwards = all_values({.newest_first = true, .most = most});
+    std::ranges::reverse(backwards);
+    EXPECT_EQ(backwards, kept) << most;
+  }
+}
+
 TEST_F(ValuePagesTest, ACursorContinuesAndThatOfAnotherFileOrOfEventsIsRefused) {
   fill("press", 1, 100);
   fill_values(100);

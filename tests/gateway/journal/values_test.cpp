@@ -36,6 +36,15 @@ class ValuesTest : public JournalTest {
     return out;
   }
 
+  std::int64_t rows(const std::string& table) const {
+    Database database;
+    EXPECT_EQ(database.open(plan_.file, Database::Use::read), 0);
+    int error = 0;
+    const auto count = database.number("SELECT count(*) FROM " + table, error);
+    EXPECT_EQ(error, 0);
+    return count.value_or(-1);
+  }
+
   using Texts = std::vector<std::string>;
   std::shared_ptr<const ValueEntry> inlet_ = entry_called("inlet");
   std::shared_ptr<const ValueEntry> ram_ = entry_called("ram");
@@ -193,6 +202,74 @@ TEST_F(ValuesTest, AValueThatHoldsIsNotRemoved) {
   const StoredValue again = value_at(ram_, next, 8);
   ASSERT_EQ(store_values(journal, std::span(&again, 1), at(next)), 0);
   EXPECT_EQ(texts({.name = "ram"}).size(), 1U) << "the entry is made again";
+}
+
+TEST_F(ValuesTest, AnEntryIsRemovedWithItsLastRow) {
+  plan_.values_size = 200'000;
+  Journal journal(plan_);
+  ASSERT_EQ(journal.open(), 0);
+  std::vector<StoredValue> ended;
+  for (std::int64_t i = 0; i < 100; ++i) {
+    ended.push_back(value_at(entry_called("entry " + std::to_string(i)), i, 7));
+    ended.push_back(value_at(ended.back().entry, i, std::nullopt));
+  }
+  ASSERT_EQ(store_values(journal, ended, at(100)), 0);
+  for (std::int64_t call = 0; call < 50; ++call) {
+    const std::vector<StoredValue> some(Journal::kMostValues, value_at(inlet_, 100 + call, 1));
+    ASSERT_EQ(store_values(journal, some, at(100 + call)), 0) << call;
+    ASSERT_EQ(rows("value_rows"), static_cast<std::int64_t>(stored_values().size())) << call;
+  }
+  EXPECT_EQ(rows("value_entries"), 1);
+}
+
+// The clock was years ahead when the first value was stored: those after it are removed by their
+// age, and the numbers of their rows cost the later values no room.
+TEST_F(ValuesTest, RemovedValuesNeedNoRoom) {
+  plan_.values_size = 200'000;
+  plan_.max_age = std::chrono::hours(1);
+  Journal journal(plan_);
+  ASSERT_EQ(journal.open(), 0);
+  const std::vector<StoredValue> ahead{value_at(inlet_, 1'000'000'000, 1)};
+  ASSERT_EQ(store_values(journal, ahead, at(1'000'000'000)), 0);
+  std::int64_t now = 0;
+  for (unsigned call = 0; call < 100; ++call) {
+    std::vector<StoredValue> some;
+    for (unsigned i = 0; i < 100; ++i, now += 2) {
+      some.push_back(value_at(inlet_, now, 1));
+    }
+    ASSERT_EQ(store_values(journal, some, at(now)), 0) << call;
+    EXPECT_GE(stored_values({.name = "inlet", .since = at(now - 3600), .most = 10'000}).size(),
+              std::min<std::size_t>(1 + 100 * (call + 1), 1800))
+        << call;
+  }
+}
+
+// Values that hold are older than all others and count nevertheless.
+TEST_F(ValuesTest, ValuesThatHoldCountAndTheirEndsHaveRoom) {
+  plan_.max_size = 10'000'000;
+  plan_.values_size = 400'000;
+  std::int64_t next = 0;
+  {
+    Journal journal(plan_);
+    ASSERT_EQ(journal.open(), 0);
+    for (unsigned call = 0; call < 10; ++call) {
+      std::vector<StoredValue> constant;
+      for (unsigned i = 0; i < 250; ++i, ++next) {
+        constant.push_back(value_at(entry_called("entry " + std::to_string(next)), 0, 7));
+      }
+      ASSERT_EQ(store_values(journal, constant, at(0)), 0);
+    }
+    for (unsigned call = 0; call < 100; ++call, ++next) {
+      const std::vector<StoredValue> some(Journal::kMostValues, value_at(inlet_, next, 1));
+      ASSERT_EQ(store_values(journal, some, at(next)), 0) << call;
+      ASSERT_LE(rows("value_rows"), 400'000 / 40 - 2500) << call;
+    }
+    EXPECT_EQ(stored_values({.until = at(1), .most = 10'000}).size(), 2500U);
+  }
+  Journal journal(plan_);
+  ASSERT_EQ(journal.open(), 0);
+  ASSERT_EQ(store_values(journal, {}, at(next)), 0);
+  EXPECT_LE(rows("value_rows"), 400'000 / 40);
 }
 
 // All entries end in one transaction, in a file without room for more values.
