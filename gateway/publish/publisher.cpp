@@ -229,6 +229,7 @@ Instant Publisher::step(Instant now) {
   for (line::Reply reply; refusals_.pop(reply);) {
     edge_.reply(reply);
   }
+  const Instant ends_due = end_values();
   const Instant gateway_next = publish_gateway(now);
   for (const auto& line : lines_) {
     poll_replies(*line);
@@ -255,7 +256,7 @@ Instant Publisher::step(Instant now) {
     next = earlier(next, store_values(*line, now));
   }
   report_failures(now);
-  return earlier(next, end_values());
+  return earlier(next, ends_due);
 }
 
 void Publisher::refresh_clock(Instant now) {
@@ -500,8 +501,10 @@ Instant Publisher::publish_updates(Line& line, Instant now) {
   });
 }
 
+// The values of an earlier line with the same name must end first. end_values() has failed for want
+// of room in the queue, which this line would not find either.
 Instant Publisher::store_values(Line& line, Instant now) {
-  if (line.values == nullptr) {
+  if (line.values == nullptr || !ending_.empty()) {
     return kNever;
   }
   if (const std::uint64_t file = journal_->replaced_files(); file != line.values_file) {
@@ -512,12 +515,16 @@ Instant Publisher::store_values(Line& line, Instant now) {
       now, clock_.map(), [&](StoredValue value) { return journal_->record(std::move(value)); });
 }
 
-// Of lines that have ended. While the disk fails, the queue of the journal may have no room.
+// Of lines that have ended, in the order of their ends: two of them may have had the same name.
+// While the disk fails, the queue of the journal may have no room.
 Instant Publisher::end_values() {
   const Instant now = monotonic_now();
+  bool has_room = true;
   std::erase_if(ending_, [&](const auto& values) {
-    return values->end(now, clock_.map(),
-                       [&](StoredValue value) { return journal_->record(std::move(value)); });
+    return values->end(now, clock_.map(), [&](StoredValue value) {
+      has_room = has_room && journal_->record(std::move(value));
+      return has_room;
+    });
   });
   return ending_.empty() ? kNever : now + kEndRetry;
 }

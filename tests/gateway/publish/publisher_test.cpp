@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <thread>
@@ -16,6 +18,7 @@
 #include "bridges/dds/values.h"
 #include "gateway/journal/journal_reader.h"
 
+#include "tests/gateway/journal/journal_fixture.h"
 #include "tests/gateway/log_keeper.h"
 #include "tests/gateway/publish/fake_edge.h"
 
@@ -36,6 +39,23 @@ class PublisherTest : public testing::Test {
   }
 
   LinePort& port() { return hosts[0]->port; }
+  // A line with the value history of an entry, which has a value.
+  static std::unique_ptr<LineHost> hall(std::uint8_t value) {
+    image::Layout inputs{.id = 1, .byte_size = 1};
+    inputs.entries = {
+        {.bit_length = 8, .type = od::DataType::unsigned8, .node = 5, .name = "inlet.Level"}};
+    config::LinePlan plan;
+    plan.config.name = "hall";
+    plan.history.entries = {{image::Direction::inputs, 5, "inlet.Level"}};
+    auto host = std::make_unique<LineHost>(plan, inputs, image::Layout{});
+    image::Snapshot& snapshot = host->port.image(image::Direction::inputs).draft().value;
+    snapshot.layout_id = 1;
+    snapshot.bytes = {std::byte{value}};
+    snapshot.changed = {1};
+    snapshot.valid = {1};
+    host->port.image(image::Direction::inputs).publish();
+    return host;
+  }
   // stop() returns only after all available data are published.
   std::vector<std::string> published() {
     publisher->start();
@@ -162,32 +182,19 @@ TEST_F(PublisherTest, EventsAreStoredAndTheirNumbersContinue) {
   std::filesystem::remove_all(folder);
 }
 
-// Such as a request for a line that does not exist.
 // Also while the edge accepts no image, which is published later. The values of a line end when a
 // reload removes it.
 TEST_F(PublisherTest, ValuesAreStoredWithoutAnEdgeAndEndWithTheirLine) {
   std::string folder = (std::filesystem::temp_directory_path() / "linegate-pub-XXXXXX").string();
   ASSERT_NE(mkdtemp(folder.data()), nullptr);
   const config::Journal journal_plan{.file = folder + "/journal.db"};
-  image::Layout inputs{.id = 1, .byte_size = 1};
-  inputs.entries = {
-      {.bit_length = 8, .type = od::DataType::unsigned8, .node = 5, .name = "inlet.Level"}};
-  config::LinePlan plan;
-  plan.config.name = "hall";
-  plan.history.entries = {{image::Direction::inputs, 5, "inlet.Level"}};
-  hosts.push_back(std::make_unique<LineHost>(plan, inputs, image::Layout{}));
+  hosts.push_back(hall(42));
   {
     JournalThread journal(
         {.plan = journal_plan, .incarnation = 7, .period = std::chrono::milliseconds(2)});
     Publisher with(edge, hosts, &journal);
     journal.start();
     edge.accept_images(false);
-    image::Snapshot& snapshot = hosts[1]->port.image(image::Direction::inputs).draft().value;
-    snapshot.layout_id = 1;
-    snapshot.bytes = {std::byte{42}};
-    snapshot.changed = {1};
-    snapshot.valid = {1};
-    hosts[1]->port.image(image::Direction::inputs).publish();
     with.start();
     JournalReader reader;
     ValuePage page;
@@ -215,6 +222,64 @@ TEST_F(PublisherTest, ValuesAreStoredWithoutAnEdgeAndEndWithTheirLine) {
   std::filesystem::remove_all(folder);
 }
 
+// A reload restarts a line while the disk fails: the end of its values finds no room at first.
+TEST_F(PublisherTest, ValuesOfALineEndBeforeThoseOfTheNextLineOfItsName) {
+  std::string folder = (std::filesystem::temp_directory_path() / "linegate-pub-XXXXXX").string();
+  ASSERT_NE(mkdtemp(folder.data()), nullptr);
+  const config::Journal journal_plan{.file = folder + "/journal.db"};
+  constexpr std::size_t kQueued = 8;
+  {
+    JournalThread journal({.plan = journal_plan,
+                           .incarnation = 7,
+                           .period = std::chrono::milliseconds(2),
+                           .retry_period = std::chrono::milliseconds(2),
+                           .queued_values = kQueued});
+    hosts.push_back(hall(42));
+    Publisher with(edge, hosts, &journal);
+    journal.start();
+    with.start();
+    with.stop();
+    const auto await = [&](event::JournalCondition condition) {
+      for (auto news = journal.pop_news(); !news || news->condition != condition;) {
+        std::this_thread::yield();
+        news = journal.pop_news();
+      }
+    };
+    await(event::JournalCondition::renewed);
+    JournalReader reader;
+    ValuePage page;
+    ASSERT_EQ(reader.open(journal_plan.file), 0);
+    while (page.values.empty()) {
+      ASSERT_EQ(reader.read(ValueQuery{}, page), 0);
+      std::this_thread::yield();
+    }
+    const auto filler = std::make_shared<const ValueEntry>(ValueEntry{.name = "filler"});
+    {
+      const FileSizeLimit full(8192);
+      for (std::size_t queued = 0; queued < Journal::kMostValues + kQueued;) {
+        queued += journal.record(StoredValue{.entry = filler, .value = queued}) ? 1U : 0U;
+        std::this_thread::yield();
+      }
+      hosts[1] = hall(43);
+      with.set_lines(hosts);
+      await(event::JournalCondition::failing);
+    }
+    await(event::JournalCondition::working);
+    with.start();
+    with.stop();
+    journal.stop();
+  }
+  JournalReader reader;
+  ValuePage page;
+  ASSERT_EQ(reader.open(journal_plan.file), 0);
+  ASSERT_EQ(reader.read({.line = "hall"}, page), 0);
+  std::vector<std::optional<std::uint64_t>> values;
+  std::ranges::transform(page.values, std::back_inserter(values), &StoredValue::value);
+  EXPECT_THAT(values, ElementsAre(42U, std::nullopt, 43U, std::nullopt));
+  std::filesystem::remove_all(folder);
+}
+
+// Such as a request for a line that does not exist.
 TEST_F(PublisherTest, NoticesOfTheReceiverAreEventsOfTheGateway) {
   Publisher with(edge, hosts, nullptr);
   GatewayNotice notice{.event = {.data = event::CommandRefused{.client = 1}}, .text = "refused"};
