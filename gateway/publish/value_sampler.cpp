@@ -68,6 +68,8 @@ void ValueSampler::change(Watched& of, std::optional<std::uint64_t> to, Instant 
   if (!to && of.stored.value && !of.end) {
     of.last = is_same(of.newest, of.stored) ? std::nullopt : std::optional(of.newest);
     of.end = next;
+  } else if (!to) {
+    of.phase = Phase{.last = of.newest, .end = next};
   }
   of.newest = next;
   is_waiting_ = true;
@@ -104,11 +106,28 @@ Instant ValueSampler::store_due(Watched& of, Instant now, const ClockMap& clock,
     }
     return done;
   };
-  for (std::optional<Value>* const one : {&of.last, &of.end}) {
-    if (*one && !stores(**one)) {
+  const auto stores_ended = [&] {
+    for (std::optional<Value>* const one : {&of.last, &of.end}) {
+      if (*one && !stores(**one)) {
+        return false;
+      }
+      one->reset();
+    }
+    return true;
+  };
+  if (!stores_ended()) {
+    return now + kRetryPeriod;
+  }
+  if (of.phase) {
+    if (now < of.due) {
+      return of.due;
+    }
+    of.last = of.phase->last;
+    of.end = of.phase->end;
+    of.phase.reset();
+    if (!stores_ended()) {
       return now + kRetryPeriod;
     }
-    one->reset();
   }
   if (is_same(of.newest, of.stored)) {
     return kNever;
@@ -124,14 +143,17 @@ void ValueSampler::repeat() {
     one.stored = Value{};
     one.last.reset();
     one.end.reset();
+    one.phase.reset();
     one.due = Instant{};
   }
   is_waiting_ = true;
 }
 
 bool ValueSampler::end(Instant now, const ClockMap& clock, const Store& store) {
+  min_interval_ = Duration::zero();  // nothing follows that could be too much
   for (Watched& one : watched_) {
     one.place.reset();
+    one.due = Instant{};
     change(one, std::nullopt, now);
   }
   return store_due(now, clock, store) == kNever;

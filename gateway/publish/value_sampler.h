@@ -22,7 +22,9 @@ namespace linegate::gateway {
 // the time of the snapshot in which it was first seen. The end of validity of a stored value is
 // stored at once, after the newest value before it: so neither the last value of a burst nor that
 // of a device that fails is lost, and no value is shown for a time in which the device did not have
-// it. An entry has at most three stored values in min_interval. A call allocates nothing.
+// it. If the entry was valid between two stored values only, the last value of the newest such time
+// is stored with its end. An entry has at most three stored values in min_interval. A call
+// allocates nothing.
 class ValueSampler {
  public:
   using Layouts = std::array<image::Layout, 2>;  // by image::Direction
@@ -50,6 +52,11 @@ class ValueSampler {
     std::uint16_t bits = 1;
     std::optional<std::uint64_t> value;
   };
+  // A time in which the entry was valid, and of which nothing was stored.
+  struct Phase {
+    Value last;
+    Value end;
+  };
   struct Place {
     std::size_t entry = 0;  // in its layout
     std::uint32_t bit_offset = 0;
@@ -64,7 +71,8 @@ class ValueSampler {
     // The end of the validity of `stored`, and the newest value before it, until they are stored.
     std::optional<Value> last;
     std::optional<Value> end;
-    Instant due{};  // of the next stored value
+    std::optional<Phase> phase;  // after them, and before `newest`
+    Instant due{};               // of the next stored value
   };
 
   static bool is_same(const Value& a, const Value& b);

@@ -154,6 +154,58 @@ TEST_F(ValueSamplerTest, TheLastValueBeforeTheEndIsStored) {
   EXPECT_EQ(stored_[2].time, Instant(10'300ms) + 1h);
 }
 
+// The device returns for a moment, and fails again before its next value is due.
+TEST_F(ValueSamplerTest, TheLastValueOfAShortPhaseIsStoredWithItsEnd) {
+  ValueSampler of = sampler({"inlet.Temperature"});
+  of.add(snapshot(Instant(10s), 1, false));
+  store(of, Instant(10s));
+  of.add(snapshot(Instant(10'100ms), 1, false, 0));
+  store(of, Instant(10'100ms));
+  ASSERT_EQ(stored_.size(), 2U);
+  for (const Instant begin : {Instant(10'200ms), Instant(10'300ms)}) {  // the newest is stored
+    const std::uint16_t value = begin == Instant(10'200ms) ? 20 : 30;
+    of.add(snapshot(begin, 5, false));
+    EXPECT_EQ(store(of, begin), Instant(11'100ms));
+    of.add(snapshot(begin + 50ms, value, false));
+    of.add(snapshot(begin + 60ms, value, false, 0));
+    EXPECT_EQ(store(of, begin + 60ms), Instant(11'100ms));
+  }
+  of.add(snapshot(Instant(10'500ms), 4, false));
+  EXPECT_EQ(store(of, Instant(11'100ms)), Instant(12'100ms));
+  ASSERT_EQ(stored_.size(), 4U);
+  EXPECT_EQ(stored_[2].value, 30U);
+  EXPECT_EQ(stored_[2].time, Instant(10'350ms) + 1h);
+  EXPECT_EQ(stored_[3].value, std::nullopt);
+  EXPECT_EQ(stored_[3].time, Instant(10'360ms) + 1h);
+  EXPECT_EQ(store(of, Instant(12'100ms)), kNever);
+  ASSERT_EQ(stored_.size(), 5U);
+  EXPECT_EQ(stored_[4].value, 4U);
+  EXPECT_EQ(stored_[4].time, Instant(10'500ms) + 1h);
+}
+
+// Such as between two calls, or while the queue has no room for its two values.
+TEST_F(ValueSamplerTest, TheFirstPhaseMayBeShort) {
+  ValueSampler of = sampler({"inlet.Temperature"});
+  of.add(snapshot(Instant(10s), 1, false));
+  of.add(snapshot(Instant(10'100ms), 1, false, 0));
+  has_room_ = false;
+  EXPECT_EQ(store(of, Instant(11s)), Instant(11'250ms));
+  const auto store_one = [&](StoredValue value) {
+    const bool has_room = stored_.empty();
+    if (has_room) {
+      stored_.push_back(std::move(value));
+    }
+    return has_room;
+  };
+  EXPECT_EQ(of.store_due(Instant(11'250ms), {}, store_one), Instant(11'500ms));
+  has_room_ = true;
+  EXPECT_EQ(store(of, Instant(11'500ms)), kNever);
+  ASSERT_EQ(stored_.size(), 2U);
+  EXPECT_EQ(stored_[0].value, 1U);
+  EXPECT_EQ(stored_[1].value, std::nullopt);
+  EXPECT_EQ(stored_[1].time, Instant(10'100ms) + 1h);
+}
+
 // A device that fails and returns all the time cannot fill the journal.
 TEST_F(ValueSamplerTest, AFlappingEntryHasAtMostThreeValuesInTheInterval) {
   ValueSampler of = sampler({"inlet.Temperature"});
@@ -184,12 +236,16 @@ TEST_F(ValueSamplerTest, AnEndWithoutRoomIsStoredBeforeTheNextValue) {
   store(of, Instant(32s));
   has_room_ = true;
   EXPECT_EQ(store(of, Instant(33s)), Instant(34s));
-  EXPECT_EQ(store(of, Instant(34s)), kNever);
-  ASSERT_EQ(stored_.size(), 4U);
+  EXPECT_EQ(store(of, Instant(34s)), Instant(35s));
+  EXPECT_EQ(store(of, Instant(35s)), kNever);
+  ASSERT_EQ(stored_.size(), 6U);
   EXPECT_EQ(stored_[1].value, 2U);
   EXPECT_EQ(stored_[2].value, std::nullopt);
   EXPECT_EQ(stored_[2].time, Instant(21s) + 1h);
-  EXPECT_EQ(stored_[3].value, 4U);
+  EXPECT_EQ(stored_[3].value, 3U);
+  EXPECT_EQ(stored_[4].value, std::nullopt);
+  EXPECT_EQ(stored_[4].time, Instant(31s) + 1h);
+  EXPECT_EQ(stored_[5].value, 4U);
 }
 
 TEST_F(ValueSamplerTest, EachPlaceInTheImageIsRead) {
@@ -258,6 +314,25 @@ TEST_F(ValueSamplerTest, ANewFileHasThePresentValues) {
   ASSERT_EQ(stored_.size(), 2U) << "and not that an entry was never valid";
   EXPECT_EQ(stored_[1].value, 1U);
   EXPECT_EQ(stored_[1].time, Instant(10s) + 1h) << "since when it holds";
+}
+
+TEST_F(ValueSamplerTest, TheEndOfTheLineStoresAPhaseThatIsNotDue) {
+  ValueSampler of = sampler({"inlet.Temperature"});
+  for (const Instant begin : {Instant(10s), Instant(10'010ms)}) {
+    of.add(snapshot(begin, 1, false));
+    of.add(snapshot(begin + 5ms, 1, false, 0));
+    store(of, begin + 5ms);
+  }
+  EXPECT_EQ(stored_.size(), 2U);
+  of.add(snapshot(Instant(10'100ms), 3, false));
+  EXPECT_TRUE(of.end(Instant(10'200ms), {}, [&](StoredValue value) {
+    stored_.push_back(std::move(value));
+    return true;
+  }));
+  ASSERT_EQ(stored_.size(), 4U);
+  EXPECT_EQ(stored_[2].value, 3U);
+  EXPECT_EQ(stored_[3].value, std::nullopt);
+  EXPECT_EQ(stored_[3].time, Instant(10'200ms));
 }
 
 TEST_F(ValueSamplerTest, TheEndOfTheLineEndsItsValues) {
