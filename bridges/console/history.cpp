@@ -105,6 +105,8 @@ class JournalPart {
 
   // Requests pages until events or values wait, or there are no more.
   void fetch(std::ostream& err) {
+    if (more_ && newest_wanted_ != 0)
+      fetch_newest(err, newest_wanted_);
     while (waiting_.empty() && more_) {
       if (auto page = next_page(err)) {
         std::ranges::move(items_of(std::move(*page)), std::back_inserter(waiting_));
@@ -112,7 +114,8 @@ class JournalPart {
     }
   }
 
-  // The newest ones, of which later ones follow with fetch().
+  // The newest ones, of which later ones follow with fetch(). After a failure, the next fetch()
+  // requests them again: without their cursor, it would begin with the oldest one.
   void fetch_newest(std::ostream& err, std::uint64_t count) {
     const JournalRead forwards = read_;
     std::optional<request::JournalCursor> newest;
@@ -129,6 +132,7 @@ class JournalPart {
     }
     read_ = forwards;
     read_.cursor = newest.value_or(request::JournalCursor{});
+    newest_wanted_ = newest ? 0 : count;
     more_ = false;
   }
 
@@ -159,6 +163,7 @@ class JournalPart {
   AskForPage ask_;
   JournalRead read_;
   std::deque<HistoryItem> waiting_;
+  std::uint64_t newest_wanted_ = 0;  // of a fetch_newest() that failed
   bool more_;
   bool failed_ = false;
   bool knows_entry_ = false;

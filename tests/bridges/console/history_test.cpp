@@ -193,6 +193,24 @@ TEST_F(HistoryOverDds, FollowsTheNewestAlsoInAFileThatReplacesAnother) {
               ElementsAre("press #5", "gateway #6", "press #7", "gateway #8", "press #9"));
 }
 
+TEST_F(HistoryOverDds, FollowsTheNewestOnlyAlsoIfTheFirstRequestFails) {
+  for (int i = 1; i <= 9; ++i)
+    gateway_.add("a", static_cast<std::uint64_t>(i), i);
+  gateway_.refusing = "a";
+  gateway_.refusal = line::Refusal::wrong_state;
+  int calls = 0;
+  const auto stopped = [&] {
+    if (err_.str().find("it has?none") != std::string::npos && ++calls == 3)
+      gateway_.refusal = line::Refusal::none;
+    if (out_.str().find("#9") != std::string::npos && gateway_.journals["a"].size() == 9)
+      gateway_.add("a", 10, 10);
+    return out_.str().find("#10") != std::string::npos || calls > 100;
+  };
+  EXPECT_EQ(history(context_, {.count = 3}, true, stopped), kFailed);
+  EXPECT_THAT(events(), ElementsAre("press #7", "gateway #8", "press #9", "gateway #10"));
+  EXPECT_EQ(err_.str(), "a: it has?none\n");
+}
+
 TEST_F(HistoryOverDds, AGatewayThatRefusesIsReportedAndTheOthersArePrinted) {
   gateway_.add("a", 1, 1);
   gateway_.add("b", 2, 2);
