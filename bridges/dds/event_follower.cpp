@@ -11,6 +11,15 @@ namespace linegate::dds {
 namespace {
 
 constexpr std::size_t kMostPastStreams = 64;
+constexpr std::uint64_t kNoLimit = std::numeric_limits<std::uint64_t>::max();
+
+// Appends to a list of streams, from which the oldest one makes room.
+template <class T>
+void append_stream(std::deque<T>& to, T one) {
+  if (to.size() >= kMostPastStreams)
+    to.pop_front();
+  to.push_back(one);
+}
 
 FollowedEvent followed_event(const std::string& gateway, request::JournalRecord record) {
   FollowedEvent out;
@@ -107,25 +116,46 @@ bool EventFollower::is_behind(const Line& line) const {
          line.newest > line.position->number;
 }
 
+// Whether the event was passed on, or is of a stream that ended.
+bool EventFollower::is_passed(const Line& line, request::EventPosition at) const {
+  if (line.position && line.position->stream == at.stream)
+    return at.number <= line.position->number;
+  const auto end = std::ranges::find(line.past, at.stream, &request::EventPosition::stream);
+  if (end == line.past.end())
+    return false;
+  return at.number <= end->number || at.stream != gateway_of(line).stream;
+}
+
+// The journal has one event without a number of a stream at most.
+bool EventFollower::is_first_unnumbered(Line& line, std::uint64_t stream) {
+  const bool is_first = std::ranges::find(line.unnumbered, stream) == line.unnumbered.end();
+  if (is_first)
+    append_stream(line.unnumbered, stream);
+  return is_first;
+}
+
 void EventFollower::take(FollowedEvent event, Instant now) {
   Line* const known = line(event.source.gateway, event.source.line);
   const request::EventPosition at{event.event.stream, event.event.number};
-  if (known == nullptr || at.stream == 0) {
+  if (known == nullptr || at.stream == 0 || at.number == 0) {
+    if (known != nullptr && at.stream != 0)
+      (void)is_first_unnumbered(*known, at.stream);
     items_.emplace_back(std::move(event));
     return;
   }
-  if (known->past.contains(at.stream))
-    return;
   if (!known->position && !known->from_oldest)
     known->position = {at.stream, at.number - 1};
-  if (known->position && known->position->stream == at.stream &&
-      at.number <= known->position->number) {
+  const bool is_present = known->position && known->position->stream == at.stream;
+  known->sampled = known->sampled || is_present;
+  if (is_passed(*known, at))
     return;
-  }
   const bool was_complete = known->pending_count == 0;
-  if (known->pending_count < kMostPending &&
-      known->pending[at.stream].emplace(at.number, std::move(event)).second)
-    ++known->pending_count;
+  if (known->pending_count < kMostPending) {
+    auto waiting = std::ranges::find(known->pending, at.stream, &Pending::stream);
+    if (waiting == known->pending.end())
+      waiting = known->pending.insert(waiting, {.stream = at.stream, .follows = known->sampled});
+    known->pending_count += waiting->events.emplace(at.number, std::move(event)).second ? 1U : 0U;
+  }
   deliver_pending(*known);
   if (known->pending_count == 0)
     return;
@@ -151,10 +181,10 @@ void EventFollower::deliver(Line& line, FollowedEvent event) {
 void EventFollower::deliver_pending(Line& line) {
   if (!line.position)
     return;
-  const auto found = line.pending.find(line.position->stream);
+  const auto found = std::ranges::find(line.pending, line.position->stream, &Pending::stream);
   if (found == line.pending.end())
     return;
-  auto& waiting = found->second;
+  auto& waiting = found->events;
   while (!waiting.empty() && waiting.begin()->first <= line.position->number + 1) {
     auto first = waiting.extract(waiting.begin());
     --line.pending_count;
@@ -175,31 +205,56 @@ void EventFollower::deliver_before(Line& line, std::uint64_t number) {
     }
   };
   for (deliver_pending(line);; deliver_pending(line)) {
-    const auto found = line.pending.find(line.position->stream);
-    if (found == line.pending.end() || found->second.begin()->first >= number)
+    const auto found = std::ranges::find(line.pending, line.position->stream, &Pending::stream);
+    if (found == line.pending.end() ||
+        (number != kNoLimit && found->events.begin()->first >= number))
       break;
-    report_missing(found->second.begin()->first);
+    report_missing(found->events.begin()->first);
   }
-  if (number != std::numeric_limits<std::uint64_t>::max())
+  if (number != kNoLimit)
     report_missing(number);
 }
 
-void EventFollower::change_stream(Line& line, std::uint64_t stream, std::uint64_t before_first) {
+// The samples of the present stream, and the gaps between them.
+void EventFollower::deliver_all(Line& line) {
+  if (line.position)
+    deliver_before(line, kNoLimit);
+}
+
+void EventFollower::enter_stream(Line& line, std::uint64_t stream, std::uint64_t before_first) {
   if (line.position) {
-    deliver_before(line, std::numeric_limits<std::uint64_t>::max());
     items_.emplace_back(
         NewEventStream{line.gateway, line.name, line.position->stream, stream, line.lost});
-    if (line.past.size() >= kMostPastStreams)
-      line.past.erase(line.past.begin());
-    line.past.insert(line.position->stream);
+    append_stream(line.past, *line.position);
   }
   line.lost = false;
-  line.past.erase(stream);
   // Samples of the stream may be older than the first entry of the journal
-  const auto waiting = line.pending.find(stream);
-  if (waiting != line.pending.end() && !waiting->second.empty())
-    before_first = std::min(before_first, waiting->second.begin()->first - 1);
+  const auto waiting = std::ranges::find(line.pending, stream, &Pending::stream);
+  line.sampled = waiting != line.pending.end();
+  if (line.sampled)
+    before_first = std::min(before_first, waiting->events.begin()->first - 1);
+  const auto end = std::ranges::find(line.past, stream, &request::EventPosition::stream);
+  if (end != line.past.end()) {
+    before_first = end->number;
+    line.past.erase(end);
+  }
   line.position = {stream, before_first};
+}
+
+// The journal does not have streams that are left out, such as those while the disk failed: their
+// samples are passed on if they are known to be between the present stream and the next one.
+void EventFollower::change_stream(Line& line, std::uint64_t stream, std::uint64_t before_first) {
+  deliver_all(line);
+  for (;;) {
+    const auto next = std::ranges::find(line.pending, stream, &Pending::stream);
+    const bool is_newest = next != line.pending.end() || stream == gateway_of(line).stream;
+    const auto between = std::ranges::find_if(line.pending.begin(), next, &Pending::follows);
+    if (!line.position || !is_newest || between == next)
+      break;
+    enter_stream(line, between->stream, kNoLimit);
+    deliver_all(line);
+  }
+  enter_stream(line, stream, before_first);
 }
 
 // --- the journal ---------------------------------------------------------------------------------
@@ -267,7 +322,13 @@ void EventFollower::receive_page(Line& line, request::JournalPage page, Instant 
 }
 
 void EventFollower::receive_record(Line& line, request::JournalRecord record) {
-  if (record.number == 0 || line.past.contains(record.stream))
+  const request::EventPosition at{record.stream, record.number};
+  if (at.number == 0) {
+    if (is_first_unnumbered(line, at.stream))
+      items_.emplace_back(followed_event(line.gateway, std::move(record)));
+    return;
+  }
+  if (is_passed(line, at))
     return;
   if (!line.position || line.position->stream != record.stream)
     change_stream(line, record.stream, record.number - 1);
@@ -296,17 +357,23 @@ void EventFollower::wait_for_journal(Line& line, Instant now) {
   line.pause = std::min(2 * line.pause, kLongestPause);
 }
 
-// The samples that wait are continued with. Samples of a stream that is neither the present one of
-// the line nor of the gateway are older than both, or in the journal.
+// The samples that wait are continued with. Other samples are of streams that are older than those
+// of the line and of the gateway.
 void EventFollower::give_up(Line& line) {
   const std::uint64_t stream = gateway_of(line).stream;
-  if (line.position)
-    deliver_before(line, std::numeric_limits<std::uint64_t>::max());
-  const auto present = line.pending.find(stream);
-  if (present != line.pending.end() && !present->second.empty()) {
-    change_stream(line, stream, present->second.begin()->first - 1);
-    deliver_before(line, std::numeric_limits<std::uint64_t>::max());
+  deliver_all(line);
+  const bool is_behind_gateway = line.position && line.position->stream != stream;
+  if (std::ranges::find(line.pending, stream, &Pending::stream) != line.pending.end()) {
+    change_stream(line, stream, kNoLimit);
+    deliver_all(line);
+  } else if (const auto last = std::ranges::find(line.pending.rbegin(), line.pending.rend(), true,
+                                                 &Pending::follows);
+             is_behind_gateway && last != line.pending.rend()) {
+    change_stream(line, last->stream, kNoLimit);
+    deliver_all(line);
   }
+  for (const Pending& older : line.pending)
+    append_stream(line.past, {older.stream, older.events.rbegin()->first});
   line.pending.clear();
   line.pending_count = 0;
   line.missed_since = kNever;

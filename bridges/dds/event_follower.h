@@ -7,6 +7,15 @@
 // order, also across restarts and streams, but an event only some time after its publication. So a
 // line continues with samples while their numbers do, and with pages of the journal after a gap,
 // until both meet. Numbers that neither has are reported as missing.
+//
+// Invariant: each event that the journal has after the first one of a line is passed on exactly
+// once. So is each sample with a number, unless its stream is older than the line or ended before
+// it. A sample without a stream or a number is passed on as it comes: it is no part of a sequence,
+// and no gap is seen before or after it.
+//
+// Streams have no order of their own. It is that of the journal, and of samples, which arrive in
+// the order of their publication: a stream that has ended begins again if the gateway has it again,
+// after its last number that was passed on.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +23,6 @@
 #include <deque>
 #include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <utility>
 #include <variant>
@@ -99,16 +107,24 @@ class EventFollower {
   Instant next_wake() const;
 
  private:
+  // Samples of a stream that wait for those before them.
+  struct Pending {
+    std::uint64_t stream = 0;
+    bool follows = false;  // a sample of the present stream came before the first one
+    std::map<std::uint64_t, FollowedEvent> events;  // by number
+  };
   struct Line {
     std::string gateway;
     std::string name;
     std::optional<request::EventPosition> position;  // of the last event that was passed on
     bool from_oldest = false;                        // without a position: of the journal
-    bool unchecked = false;  // the journal was not read since the gateway started
-    bool lost = false;       // the stream of the position is not in the journal
-    std::map<std::uint64_t, std::map<std::uint64_t, FollowedEvent>> pending;  // by stream, number
+    bool unchecked = false;        // the journal was not read since the gateway started
+    bool lost = false;             // the stream of the position is not in the journal
+    bool sampled = false;          // a sample of the stream of the position came
+    std::vector<Pending> pending;  // in the order of their first samples; none is empty
     std::size_t pending_count = 0;
-    std::set<std::uint64_t> past;  // streams that ended
+    std::deque<request::EventPosition> past;  // the ends of streams, in their order
+    std::deque<std::uint64_t> unnumbered;     // streams of which an event without a number was seen
     std::uint64_t newest = 0;
     bool asking = false;
     Instant ask_at = kNever;
@@ -125,10 +141,14 @@ class EventFollower {
   Line* line(const std::string& gateway, const std::string& name);
   const Gateway& gateway_of(const Line& line) const;
   bool is_behind(const Line& line) const;
+  bool is_passed(const Line& line, request::EventPosition at) const;
+  static bool is_first_unnumbered(Line& line, std::uint64_t stream);
   void ask(Line& line, Instant at);
   void deliver(Line& line, FollowedEvent event);
   void deliver_pending(Line& line);
   void deliver_before(Line& line, std::uint64_t number);
+  void deliver_all(Line& line);
+  void enter_stream(Line& line, std::uint64_t stream, std::uint64_t before_first);
   void change_stream(Line& line, std::uint64_t stream, std::uint64_t before_first);
   void receive_page(Line& line, request::JournalPage page, Instant now);
   void receive_record(Line& line, request::JournalRecord record);

@@ -4,6 +4,7 @@
 #include "bridges/dds/event_follower.h"
 
 #include <algorithm>
+#include <limits>
 #include <optional>
 #include <random>
 #include <string>
@@ -357,6 +358,162 @@ TEST(EventFollower, SamplesWithoutAStreamArePassedOnAsTheyCome) {
   plant.run(milliseconds(100));
   EXPECT_EQ(plant.seen, (std::vector<Plant::Stored>{{0, 5}, {0, 3}}));
   EXPECT_EQ(plant.requests, 0U);
+}
+
+// Number 0 is not of the contract: such an event is no part of a sequence.
+TEST(EventFollower, AnEventWithNumberZeroIsPassedOnAndTheOthersFollow) {
+  Plant plant;
+  plant.start(7, 0);
+  plant.take(7, 0);
+  plant.publish();
+  plant.publish();
+  plant.take(7, 0);
+  plant.run(milliseconds(100));
+  std::vector<Plant::Stored> expected{{7, 0}, {7, 1}, {7, 2}, {7, 0}};
+  EXPECT_EQ(plant.seen, expected);
+  plant.take(8, 0);
+  plant.run(milliseconds(100));
+  expected.push_back({8, 0});
+  EXPECT_EQ(plant.seen, expected);
+  EXPECT_EQ(plant.requests, 0U);
+  EXPECT_TRUE(plant.missing.empty());
+}
+
+TEST(EventFollower, AStoredEventWithNumberZeroIsPassedOnOnce) {
+  Plant plant(true);
+  plant.page_size = 1;
+  plant.journal = {{7, 1}, {7, 0}, {7, 2}, {7, 3}};
+  plant.start(7, 3);
+  plant.run(milliseconds(1000));
+  EXPECT_EQ(plant.seen, (std::vector<Plant::Stored>{{7, 1}, {7, 0}, {7, 2}, {7, 3}}));
+  plant.lose_journal();
+  plant.journal = {{7, 0}, {8, 1}, {8, 0}};
+  plant.start(8, 1);
+  plant.take(8, 0);
+  plant.run(milliseconds(1000));
+  const std::vector<Plant::Stored> expected{{7, 1}, {7, 0}, {7, 2}, {7, 3}, {8, 0}, {8, 1}};
+  EXPECT_EQ(plant.seen, expected);
+  EXPECT_TRUE(plant.missing.empty());
+}
+
+// The numbers of streams are random: the lower one is not the older one.
+TEST(EventFollower, ASampleOfARecentStreamCostsNoRequestAfterManyStreams) {
+  for (const bool ascending : {true, false}) {
+    Plant plant;
+    plant.start(1000, 0);
+    plant.publish();
+    for (std::uint64_t i = 1; i <= 70; ++i) {
+      plant.start(ascending ? 1000 + i : 1000 - i, 0);
+      plant.publish();
+      plant.commit();
+      plant.run(milliseconds(1000));
+    }
+    EXPECT_EQ(plant.seen.size(), 71U);
+    const unsigned before = plant.requests;
+    plant.take(ascending ? 1068 : 932, 1);
+    plant.run(milliseconds(10'000));
+    EXPECT_EQ(plant.requests, before) << ascending;
+    EXPECT_EQ(plant.seen.size(), 71U);
+  }
+}
+
+// An operator restored an older copy of the journal: its stream is that of earlier events.
+TEST(EventFollower, AStreamThatReturnsContinuesAfterItsLastEvent) {
+  Plant plant;
+  plant.start(7, 0);
+  for (int i = 0; i < 5; ++i)
+    plant.publish();
+  plant.commit();
+  plant.run(milliseconds(100));
+  const auto copy = plant.journal;
+  plant.lose_journal();
+  plant.start(8, 0);
+  for (int i = 0; i < 3; ++i)
+    plant.publish();
+  plant.commit();
+  plant.run(milliseconds(2000));
+  plant.lose_journal();
+  plant.journal = copy;
+  plant.start(7, 100);
+  plant.publish();
+  plant.publish(false);
+  plant.publish();
+  plant.commit();
+  plant.run(milliseconds(2000));
+  plant.take(8, 2);
+  plant.take(7, 101);
+  plant.run(milliseconds(2000));
+  auto expected = from_to(7, 1, 5);
+  for (const auto& more : {from_to(8, 1, 3), from_to(7, 101, 103)})
+    expected.insert(expected.end(), more.begin(), more.end());
+  EXPECT_EQ(plant.seen, expected);
+  EXPECT_EQ(plant.missing, from_to(7, 6, 100));
+  EXPECT_EQ(plant.streams.size(), 2U);
+}
+
+// The disk failed for so long that streams began of which the journal has nothing.
+TEST(EventFollower, SamplesOfAStreamThatTheJournalLeftOutKeepTheirPlace) {
+  for (const bool has_journal : {true, false}) {
+    for (const bool has_later : {true, false}) {
+      Plant plant;
+      plant.start(70, 0);
+      plant.publish();
+      plant.publish();
+      plant.commit();
+      plant.run(milliseconds(100));
+      plant.refusal = has_journal ? line::Refusal::none : line::Refusal::wrong_state;
+      auto expected = from_to(70, 1, 2);
+      for (const std::uint64_t stream : {90U, 80U}) {
+        plant.stream = stream;
+        plant.publish(true, false);
+        plant.publish(true, false);
+        const auto more = from_to(stream, plant.number - 1, plant.number);
+        expected.insert(expected.end(), more.begin(), more.end());
+      }
+      plant.stream = 60;
+      plant.publish(has_later);
+      plant.publish(has_later);
+      plant.commit();
+      plant.tell_state();
+      plant.run(std::chrono::seconds(20));
+      if (has_journal || has_later)
+        expected.insert(expected.end(), {{60, 7}, {60, 8}});
+      EXPECT_EQ(plant.seen, expected) << has_journal << has_later;
+      EXPECT_TRUE(plant.missing.empty());
+    }
+  }
+}
+
+TEST(EventFollower, AStreamThatEndsWithTheHighestNumberIsLeft) {
+  constexpr auto kHighest = std::numeric_limits<std::uint64_t>::max();
+  Plant plant;
+  plant.start(7, 0);
+  plant.publish();
+  plant.take(8, kHighest);
+  plant.stream = 9;
+  plant.publish();
+  plant.tell_state();
+  plant.run(std::chrono::seconds(20));
+  EXPECT_EQ(plant.seen, (std::vector<Plant::Stored>{{7, 1}, {8, kHighest}, {9, 2}}));
+}
+
+// DDS keeps samples of streams that ended before the last event that the reader handled.
+TEST(EventFollower, OlderStreamsInTheHistoryOfDdsAreNotPassedOnAgain) {
+  Plant plant;
+  plant.follower.begin_after("g", "l", {7, 2});
+  plant.journal = from_to(7, 1, 4);
+  plant.start(8, 4);
+  for (int repetition = 0; repetition < 2; ++repetition) {
+    plant.take(6, 9);
+    for (std::uint64_t number = 1; number <= 4; ++number)
+      plant.take(7, number);
+    if (repetition == 0)
+      plant.publish();
+    plant.commit();
+    plant.run(std::chrono::seconds(20));
+    EXPECT_EQ(plant.seen, (std::vector<Plant::Stored>{{7, 3}, {7, 4}, {8, 5}}));
+  }
+  EXPECT_EQ(plant.streams.size(), 1U);
 }
 
 TEST(EventFollower, MalformedPagesAreRequestedAgainWithPauses) {
