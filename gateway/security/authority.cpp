@@ -305,8 +305,12 @@ std::string write_identity(const files::path& folder, const files::path& own, co
 
 // Each certificate that was issued, by the name of its identity: they are revoked with the
 // identity, even if its subfolder has another certificate or is missing.
+constexpr const char* kIssuedFolder = ".issued";
+// The same of an authority before kIssuedFolder: the certificates that a renewal replaced.
+constexpr const char* kReplacedFolder = ".replaced";
+
 files::path issued(const files::path& folder, const std::string& name) {
-  return folder / ".issued" / name;
+  return folder / kIssuedFolder / name;
 }
 
 // The file of a certificate that was issued, by its serial number in hexadecimal.
@@ -340,10 +344,12 @@ std::vector<Certificate> certificates_of(const files::path& folder, const std::s
   std::vector<Certificate> out;
   if (Certificate present = read_certificate(folder / name / kCertificateFile))
     out.push_back(std::move(present));
-  std::error_code error;
-  for (const auto& each : files::directory_iterator(issued(folder, name), error)) {
-    if (Certificate one = read_certificate(each.path()))
-      out.push_back(std::move(one));
+  for (const char* kept : {kIssuedFolder, kReplacedFolder}) {
+    std::error_code error;
+    for (const auto& each : files::directory_iterator(folder / kept / name, error)) {
+      if (Certificate one = read_certificate(each.path()))
+        out.push_back(std::move(one));
+    }
   }
   return out;
 }

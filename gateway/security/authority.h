@@ -37,7 +37,8 @@ std::string issue(const std::string& folder, const Issue& issue);
 // Adds the names of the certificates of `name` to revoked.names and the certificates to
 // revoked.crl, and copies both to each subfolder, to all others even if one fails. Fails if the
 // identity is revoked already, but completes what an earlier failure left.
-// Needs no subfolder: the authority keeps each certificate that it issues in .issued/NAME.
+// Needs no subfolder: the authority keeps each certificate that it issues in .issued/NAME. An older
+// authority kept those that a renewal replaced in .replaced/NAME: they are revoked, too.
 std::string revoke(const std::string& folder, const std::string& name);
 
 // The same for the identity of that certificate of the authority, in PEM: all certificates of its

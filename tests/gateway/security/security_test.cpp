@@ -246,6 +246,23 @@ TEST_F(Authority, ARenewedCertificateIsRevokedWithItsIdentity) {
   EXPECT_FALSE(openssl_accepts(plant / "alice"));
 }
 
+// An older authority kept the certificates that a renewal replaced, in a folder of another name.
+TEST_F(Authority, ACertificateThatAnOlderAuthorityReplacedIsRevokedWithItsIdentity) {
+  ASSERT_EQ(issue_as("alice", Role::operator_), "");
+  const files::path stolen = top / "stolen";
+  files::copy(plant / "alice", stolen);
+  ASSERT_EQ(issue_as("bob", Role::viewer), "");
+  files::rename(plant / ".issued" / "alice", top / "kept");
+  files::create_directory(plant / ".replaced");
+  files::rename(top / "kept", plant / ".replaced" / "alice");
+  ASSERT_EQ(issue_as("alice", Role::operator_, true), "");
+  files::remove_all(plant / ".issued");
+  ASSERT_EQ(revoke(plant.string(), "alice"), "");
+  EXPECT_FALSE(openssl_accepts(stolen));
+  EXPECT_FALSE(openssl_accepts(plant / "alice"));
+  EXPECT_TRUE(openssl_accepts(plant / "bob"));
+}
+
 TEST_F(Authority, AnIdentityWithoutItsSubfolderIsRevokedByItsName) {
   ASSERT_EQ(issue_as("alice", Role::operator_), "");
   ASSERT_EQ(issue_as("bob", Role::viewer), "");
