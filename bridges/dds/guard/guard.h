@@ -69,6 +69,8 @@ class Guard {
 
   // Whether that participant was found and not lost. From any thread.
   bool knows(const Prefix& participant) const { return discovered_.has_participant(participant); }
+  // Whether it was found with an infinite lease, and not lost. From any thread.
+  bool is_endless(const Prefix& participant) const { return discovered_.is_endless(participant); }
 
   // Counts a TCP connection that was ended, see tcp_input.h. From any thread.
   void connection_ended(Reason reason) { count(reason); }

@@ -5,7 +5,8 @@
 // connection over which it discovered the participant, which is lost; only a new discovery takes
 // the new connection (TCPTransportInterface::OpenOutputChannel). What the participant sends on the
 // new one renews its lease, so there was none: it received nothing for ever. So the guard drops
-// what it sends until its lease expires.
+// what it sends until its lease expires. An infinite lease never does: what such a participant
+// sends passes, also its end, which frees its place.
 #pragma once
 
 #include <cstdint>
@@ -30,13 +31,14 @@ class LostPeers {
   }
 
   // The library discovered the participant by a datagram that was received on that connection.
-  // known(const Prefix&): whether a participant is still discovered.
+  // endless: its lease is infinite. known(const Prefix&): whether a participant is still
+  // discovered.
   template <class Known>
-  void found(const Prefix& sender, Connection on, Known known) {
+  void found(const Prefix& sender, Connection on, bool endless, Known known) {
     const std::lock_guard lock(mutex_);
     std::erase_if(found_, [&](const auto& each) { return !known(each.first); });
     found_.erase(sender);
-    if (on != 0)
+    if (on != 0 && !endless)
       found_.emplace(sender, on);
   }
 

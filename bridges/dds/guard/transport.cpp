@@ -134,7 +134,7 @@ class Transport final : public fast::ChainingTransport {
       return;
     pass(next, datagram, local, remote, now);
     if (!before && known(sender))
-      lost_.found(sender, receiving_connection(), known);
+      lost_.found(sender, receiving_connection(), descriptor_.guard->is_endless(sender), known);
   }
 
   bool open_below(fast::SendResourceList& senders, const rtps::Locator_t& to) {

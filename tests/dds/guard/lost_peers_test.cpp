@@ -17,9 +17,9 @@ class LostPeersTest : public testing::Test {
     return peers.may_pass(sender, known.contains(sender),
                           [this](LostPeers::Connection which) { return ended.contains(which); });
   }
-  void find(const Prefix& sender, LostPeers::Connection on) {
+  void find(const Prefix& sender, LostPeers::Connection on, bool endless = false) {
     known.insert(sender);
-    peers.found(sender, on, [this](const Prefix& each) { return known.contains(each); });
+    peers.found(sender, on, endless, [this](const Prefix& each) { return known.contains(each); });
   }
 
   LostPeers peers;
@@ -58,6 +58,17 @@ TEST_F(LostPeersTest, OneThatWasDiscoveredOtherwiseIsUnaffected) {
   find(kOther, 0);
   ended.insert(7);
   EXPECT_TRUE(may_pass(kOther));
+}
+
+// Its lease never expires: it would be kept away for ever, and its end would free no place.
+TEST_F(LostPeersTest, OneWithAnInfiniteLeaseIsNotKeptAway) {
+  find(kOne, 7, true);
+  ended.insert(7);
+  EXPECT_TRUE(may_pass(kOne));
+  known.erase(kOne);
+  find(kOne, 8);
+  ended.insert(8);
+  EXPECT_FALSE(may_pass(kOne)) << "it was discovered again, with another lease";
 }
 
 TEST_F(LostPeersTest, OneThatLeftIsForgotten) {
