@@ -11,6 +11,8 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <optional>
 
 #include <sys/types.h>
 
@@ -43,7 +45,9 @@ class TcpReader {
 
  private:
   RtcpStream stream_;
-  int socket_ = -1;     // its connection; negative: no octets received yet
+  // The cookie of its connection, because the descriptor of a closed one is used again; nothing: no
+  // octets received yet.
+  std::optional<std::uint64_t> connection_;
   bool ended_ = false;  // that connection
 };
 

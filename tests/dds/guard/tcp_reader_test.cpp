@@ -134,6 +134,16 @@ TEST_F(Reader, AThreadThatDidNotFindTheEndReadsNoOtherOne) {
   expect(reader, first, 0, Event::shared);  // and none from there on
 }
 
+TEST_F(Reader, NorOneThatHasTheDescriptorOfItsOwn) {
+  first.send_message();
+  expect(reader, first, 15, Event::begun);
+  ASSERT_EQ(::dup2(second.socket(), first.socket()), first.socket());
+  second.send_message();
+  expect(reader, first, 0, Event::shared);
+  TcpReader next{65'500};
+  expect(next, second, 15, Event::begun);
+}
+
 TEST_F(Reader, AnErrorIsPassedOnAndIsTheEnd) {
   const auto reset = [](int, void*, std::size_t, int) -> ssize_t {
     errno = ECONNRESET;
