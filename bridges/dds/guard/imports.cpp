@@ -66,9 +66,13 @@ Tables tables_of(const dl_phdr_info& it, const Elf64_Phdr& dynamic) {
   return out;
 }
 
+std::size_t page_size() {
+  return static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+}
+
 // The page is read-only if the library was linked with -z relro.
 bool write(std::uintptr_t slot, void* value, bool read_only) {
-  const auto page = static_cast<std::uintptr_t>(::sysconf(_SC_PAGESIZE));
+  const std::size_t page = page_size();
   auto* const begin = reinterpret_cast<void*>(slot & ~(page - 1));
   if (read_only && ::mprotect(begin, page, PROT_READ | PROT_WRITE) != 0)
     return false;
@@ -80,8 +84,8 @@ bool write(std::uintptr_t slot, void* value, bool read_only) {
 bool is_read_only(const dl_phdr_info& it, std::uintptr_t address) {
   for (std::size_t i = 0; i < it.dlpi_phnum; ++i) {
     const Elf64_Phdr& part = it.dlpi_phdr[i];
-    const std::uintptr_t begin = it.dlpi_addr + part.p_vaddr;
-    if (part.p_type == PT_GNU_RELRO && address >= begin && address < begin + part.p_memsz)
+    if (part.p_type == PT_GNU_RELRO &&
+        is_relro(address, it.dlpi_addr + part.p_vaddr, part.p_memsz, page_size()))
       return true;
   }
   return false;
@@ -116,6 +120,11 @@ int visit(dl_phdr_info* it, std::size_t, void* data) {
 }
 
 }  // namespace
+
+bool is_relro(std::uintptr_t address, std::uintptr_t begin, std::size_t size, std::size_t page) {
+  const std::uintptr_t whole = ~(std::uintptr_t{page} - 1);
+  return address >= (begin & whole) && address < ((begin + size) & whole);
+}
 
 bool replace_import(std::string_view library, std::string_view function, void* replacement) {
   Search search{library, function, replacement};
