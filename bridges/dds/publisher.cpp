@@ -242,8 +242,10 @@ class LocalPort final : public SamplePort {
   const bool joined_;  // before the first writer
   StateWriter<v1::GatewayStatePubSubType> states_{endpoints_, v1::TOPIC_GATEWAY_STATE,
                                                   renew_after_};
-  // With partitions by line; otherwise one with an empty name.
+  // With partitions by line; otherwise one with an empty name. The thread that writes samples adds
+  // lines, the one that waits for requests asserts the liveliness of all.
   std::map<std::string, StateWriters, std::less<>> line_states_;
+  std::mutex line_states_mutex_;  // for add_line() and wait()
   std::map<std::string, LineWriters, std::less<>> lines_;
   LineWriters no_writers_;
   LineWriters::Slot own_events_;
@@ -305,8 +307,12 @@ LocalPort::~LocalPort() {
 
 bool LocalPort::add_line(const std::string& line) {
   const std::string partition = partition_of(line);
-  if (partitions_)
-    line_states_.try_emplace(line, endpoints_, renew_after_, partition);
+  if (partitions_ && !line_states_.contains(line)) {
+    decltype(line_states_) made;  // without the mutex: discovery takes time
+    made.try_emplace(line, endpoints_, renew_after_, partition);
+    const std::lock_guard lock(line_states_mutex_);
+    line_states_.merge(made);
+  }
   return lines_[line].make(endpoints_, renew_after_, partition);
 }
 
@@ -335,6 +341,7 @@ bool LocalPort::wait(Duration timeout) {
   for (const auto end = Clock::now() + timeout;;) {
     const auto now = Clock::now();
     if (now >= liveliness_due_) {
+      const std::lock_guard lock(line_states_mutex_);
       for (auto& [name, writers] : line_states_)
         writers.lines.assert_liveliness();
       replies_.remove_unread(LocalPort::now());

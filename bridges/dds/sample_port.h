@@ -4,8 +4,9 @@
 // GatewayBridge makes and interprets samples. The port writes and receives them: with the endpoints
 // of this process (make_local_port), or by messages to a process that has them (remote_port.h).
 //
-// write() from one thread at a time, except CommandReply: from any. wait(), take() and the counters
-// below them from one thread at a time. wake() and the last group from any thread.
+// write() and the functions before it from one thread at a time, except CommandReply: from any.
+// wait(), take() and the counters below them from one thread at a time, which may be another one.
+// wake() and the last group from any thread.
 #pragma once
 
 #include <cstdint>
@@ -29,7 +30,7 @@ class SamplePort {
  public:
   virtual ~SamplePort() = default;
 
-  // As in GatewayBridge.
+  // As in GatewayBridge; but another thread may call wait() and take() meanwhile.
   virtual bool add_line(const std::string& line) = 0;
   virtual void remove_line(const std::string& line) = 0;
   // The PDOs of the line have a new layout: their old values are not written again.

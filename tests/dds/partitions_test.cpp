@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Partitions of lines without DDS-Security: a reader in the partition of a line receives what
 // belongs to this line and to the gateway, one in the default partition receives everything.
+#include <atomic>
+#include <chrono>
 #include <functional>
 #include <map>
 #include <memory>
 #include <set>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <vector>
 
 #include <fastdds/dds/publisher/DataWriter.hpp>
@@ -18,6 +21,7 @@
 #include "bridges/dds/command_samples.h"
 #include "bridges/dds/endpoints.h"
 #include "bridges/dds/publisher.h"
+#include "bridges/dds/sample_port.h"
 
 #include "tests/dds/fixtures.h"
 
@@ -207,6 +211,28 @@ TEST_F(Partitions, WithoutThemEverythingIsInTheDefaultPartition) {
   }));
   EXPECT_EQ(all.take(), expected({"press", "hall"}));
   EXPECT_TRUE(of_press.take().empty());
+}
+
+// A line that is added has writers of its own, whose liveliness another thread asserts.
+TEST(SamplePorts, ALineIsAddedWhileAnotherThreadWaitsForRequests) {
+  dds::GatewayOptions options{"plant", 1, domain(), LOOPBACK_PROFILES, {"press"}};
+  options.last_words = Duration::zero();
+  options.partitions = true;
+  auto made = dds::make_local_port(options);
+  ASSERT_TRUE(made.ok());
+  dds::SamplePort& port = **made.value;
+  std::atomic<bool> stop = false;
+  std::thread waiting([&] {
+    while (!stop)
+      port.wait(std::chrono::milliseconds(1));
+  });
+  for (int i = 0; i < 8; ++i) {
+    EXPECT_TRUE(port.add_line("line " + std::to_string(i)));
+    std::this_thread::sleep_for(
+        std::chrono::milliseconds(200));  // liveliness is asserted twice a second
+  }
+  stop = true;
+  waiting.join();
 }
 
 }  // namespace
