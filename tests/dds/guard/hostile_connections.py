@@ -10,16 +10,12 @@ import os
 import socket
 import struct
 import sys
-import tempfile
 
-HERE = os.path.dirname(os.path.abspath(__file__))
-sys.path[:0] = [HERE, os.path.join(HERE, "..", "..", "gateway", "cli")]
-import mutate  # noqa: E402
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import tcp_test  # noqa: E402
 import transports  # noqa: E402
-from plant_process import INSIDE, in_a_network_of_its_own  # noqa: E402
+from tcp_test import DOMAIN, WITHIN  # noqa: E402
 
-DOMAIN = 7  # the only one in this network
-WITHIN = 60  # s, for a condition
 PDOS = 50  # 1 s of them
 
 
@@ -62,11 +58,11 @@ def attack(octets, close):
 
 
 def check(peer, paths):
-    gateway = mutate.Peer(peer, "gateway", DOMAIN, paths[0])
-    if not gateway.wait_for("ready", WITHIN):
+    gateway = tcp_test.start_gateway(peer, paths)
+    if gateway is None:
         return "the gateway does not start"
-    client = mutate.Peer(peer, "pdo_subscriber", DOMAIN, paths[1])
-    if not transports.receives(client, WITHIN) or not client.wait_for("pdo", WITHIN):
+    client = tcp_test.start_client(peer, paths)
+    if not tcp_test.receives_pdos(client):
         return "a client does not receive"
     for number, (name, (octets, close)) in enumerate(HOSTILE.items(), start=1):
         if not attack(octets, close):
@@ -76,8 +72,8 @@ def check(peer, paths):
     received = client.lines["pdo"]
     if not transports.eventually(lambda: client.lines["pdo"] > received + PDOS, WITHIN):
         return "a client receives no more PDOs"
-    new = mutate.Peer(peer, "subscriber", DOMAIN, paths[1])
-    if not transports.receives(new, WITHIN):
+    new = tcp_test.start_client(peer, paths, "subscriber")
+    if not tcp_test.receives(new):
         return "a new client does not receive"
     if not all([one.end() for one in (client, new, gateway)]):
         return "a process does not end"
@@ -87,16 +83,5 @@ def check(peer, paths):
     return None if dropped == collections.Counter(stream=len(HOSTILE)) else "dropped: %s" % dict(dropped)
 
 
-def main():
-    if sys.argv[-1] != INSIDE:
-        in_a_network_of_its_own()
-    with open(sys.argv[2], encoding="utf-8") as source:
-        text = source.read()
-    with tempfile.TemporaryDirectory() as folder:
-        wrong = check(sys.argv[1], transports.write_profiles(folder, text, "TCPv4", DOMAIN))
-    print("TCPv4: %s" % (wrong or "ok"))
-    return 1 if wrong else 0
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(tcp_test.main(check))

@@ -8,16 +8,13 @@ its own."""
 import os
 import signal
 import sys
-import tempfile
 
-HERE = os.path.dirname(os.path.abspath(__file__))
-sys.path[:0] = [HERE, os.path.join(HERE, "..", "..", "gateway", "cli")]
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import mutate  # noqa: E402
+import tcp_test  # noqa: E402
 import transports  # noqa: E402
-from plant_process import INSIDE, in_a_network_of_its_own  # noqa: E402
+from tcp_test import WITHIN  # noqa: E402
 
-DOMAIN = 7  # the only one in this network
-WITHIN = 60  # s, for a condition
 TIMES = 3
 PDOS = 50  # 1 s of them
 
@@ -38,12 +35,12 @@ def lose_connection(client, times):
 
 
 def check(peer, paths, faults):
-    gateway = mutate.Peer(peer, "gateway", DOMAIN, paths[0])
-    if not gateway.wait_for("ready", WITHIN):
+    gateway = tcp_test.start_gateway(peer, paths)
+    if gateway is None:
         return "the gateway does not start"
     preload(faults)
-    client = mutate.Peer(peer, "pdo_subscriber", DOMAIN, paths[1])
-    if not transports.receives(client, WITHIN) or not client.wait_for("pdo", WITHIN):
+    client = tcp_test.start_client(peer, paths)
+    if not tcp_test.receives_pdos(client):
         return "a client does not receive"
     for times in range(1, TIMES + 1):
         wrong = lose_connection(client, times)
@@ -57,16 +54,5 @@ def check(peer, paths, faults):
     return None
 
 
-def main():
-    if sys.argv[-1] != INSIDE:
-        in_a_network_of_its_own()
-    with open(sys.argv[2], encoding="utf-8") as source:
-        text = source.read()
-    with tempfile.TemporaryDirectory() as folder:
-        wrong = check(sys.argv[1], transports.write_profiles(folder, text, "TCPv4", DOMAIN), sys.argv[3])
-    print("TCPv4: %s" % (wrong or "ok"))
-    return 1 if wrong else 0
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(tcp_test.main(check))

@@ -8,17 +8,13 @@ network of its own, with small socket buffers, so that they are soon full."""
 import os
 import signal
 import sys
-import tempfile
 import time
 
-HERE = os.path.dirname(os.path.abspath(__file__))
-sys.path[:0] = [HERE, os.path.join(HERE, "..", "..", "gateway", "cli")]
-import mutate  # noqa: E402
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import tcp_test  # noqa: E402
 import transports  # noqa: E402
-from plant_process import INSIDE, in_a_network_of_its_own  # noqa: E402
+from tcp_test import DOMAIN, WITHIN  # noqa: E402
 
-DOMAIN = 7  # the only one in this network
-WITHIN = 60  # s, for a condition
 PDOS = 200  # 4 s of them
 QUEUED = 400  # at most, in the buffers of the connection to the stopped client
 BUFFERS = "4096 16384 32768"  # octets: smallest, initial, largest
@@ -45,11 +41,12 @@ def is_stuck(port):
 
 
 def check(peer, paths):
-    gateway = mutate.Peer(peer, "gateway", DOMAIN, paths[0])
-    if not gateway.wait_for("ready", WITHIN):
+    limit_buffers()
+    gateway = tcp_test.start_gateway(peer, paths)
+    if gateway is None:
         return "the gateway does not start"
-    stopped, other = [mutate.Peer(peer, "pdo_subscriber", DOMAIN, paths[1]) for _ in range(2)]
-    if not all([transports.receives(one, WITHIN) and one.wait_for("pdo", WITHIN) for one in (stopped, other)]):
+    stopped, other = [tcp_test.start_client(peer, paths) for _ in range(2)]
+    if not all([tcp_test.receives_pdos(one) for one in (stopped, other)]):
         return "a client does not receive"
     stopped.process.send_signal(signal.SIGSTOP)
     if not transports.eventually(lambda: is_stuck(20000 + DOMAIN)):
@@ -57,8 +54,8 @@ def check(peer, paths):
     received = other.lines["pdo"]
     if not transports.eventually(lambda: other.lines["pdo"] > received + PDOS):
         return "beside a stopped client, another one receives no more PDOs"
-    new = mutate.Peer(peer, "subscriber", DOMAIN, paths[1])
-    if not transports.receives(new, WITHIN):
+    new = tcp_test.start_client(peer, paths, "subscriber")
+    if not tcp_test.receives(new):
         return "beside a stopped client, a new one does not receive"
     stopped.process.send_signal(signal.SIGCONT)
     # Also because a participant of Fast DDS 2.9.1 that is deleted while it opens a connection again may wait for ever for a
@@ -71,17 +68,5 @@ def check(peer, paths):
     return None
 
 
-def main():
-    if sys.argv[-1] != INSIDE:
-        in_a_network_of_its_own()
-    limit_buffers()
-    with open(sys.argv[2], encoding="utf-8") as source:
-        text = source.read()
-    with tempfile.TemporaryDirectory() as folder:
-        wrong = check(sys.argv[1], transports.write_profiles(folder, text, "TCPv4", DOMAIN))
-    print("TCPv4: %s" % (wrong or "ok"))
-    return 1 if wrong else 0
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(tcp_test.main(check))
