@@ -40,6 +40,11 @@ void for_each_word(std::uint32_t bit_offset, std::uint32_t bits, Part part) {
   }
 }
 
+// Whether the entry is in the 64-bit word at the byte of its first bit, as nearly all are.
+bool is_in_one_word(const Entry& entry) {
+  return entry.bit_offset % 8 + entry.bit_length <= 64;
+}
+
 }  // namespace
 
 ProcessImage::ProcessImage()
@@ -120,7 +125,8 @@ bool ProcessImage::write_entry(Direction direction, std::uint32_t entry,
   return changed;
 }
 
-void ProcessImage::note_written(Direction direction, std::uint32_t entry, bool changed) {
+[[gnu::hot]] void ProcessImage::note_written(Direction direction, std::uint32_t entry,
+                                             bool changed) {
   Side& s = side(direction);
   if (!get_bit(s.known, entry)) {
     set_bit(s.known, entry, true);
@@ -133,7 +139,18 @@ void ProcessImage::note_written(Direction direction, std::uint32_t entry, bool c
   }
 }
 
-bool ProcessImage::write_entry(Direction direction, std::uint32_t entry, std::uint64_t value) {
+[[gnu::hot]] bool ProcessImage::write_entry(Direction direction, std::uint32_t entry,
+                                            std::uint64_t value) {
+  Side& s = side(direction);
+  LINEGATE_ASSERT(entry < s.layout.entries.size(), "the entry exists");
+  const Entry& at = s.layout.entries[entry];
+  if (is_in_one_word(at)) [[likely]] {
+    const std::uint32_t shift = at.bit_offset % 8;
+    const bool changed =
+        s.area.merge(at.bit_offset / 8, value << shift, low_bits(at.bit_length) << shift);
+    note_written(direction, entry, changed);
+    return changed;
+  }
   std::array<std::byte, 64> raw{};
   store_le(std::span(raw).first<8>(), value);
   return write_entry(direction, entry, std::span<const std::byte>(raw));
@@ -167,10 +184,15 @@ bool ProcessImage::write_bytes(Direction direction, std::uint32_t offset,
   return changed;
 }
 
-std::uint64_t ProcessImage::read_entry(Direction direction, std::uint32_t entry) const {
+[[gnu::hot]] std::uint64_t ProcessImage::read_entry(Direction direction,
+                                                    std::uint32_t entry) const {
   const Side& s = side(direction);
   LINEGATE_ASSERT(entry < s.layout.entries.size(), "the entry exists");
   const Entry& at = s.layout.entries[entry];
+  if (is_in_one_word(at)) [[likely]] {
+    const auto word = load_le<std::uint64_t>(s.area.data() + at.bit_offset / 8);
+    return word >> at.bit_offset % 8 & low_bits(at.bit_length);
+  }
   std::uint64_t value = 0;
   for_each_word(
       at.bit_offset, std::min<std::uint32_t>(at.bit_length, 64),
@@ -211,7 +233,8 @@ void ProcessImage::set_node_valid(std::uint8_t node, bool valid) {
   }
 }
 
-void ProcessImage::set_pdo_valid(Direction direction, std::uint16_t local_pdo, bool valid) {
+[[gnu::hot]] void ProcessImage::set_pdo_valid(Direction direction, std::uint16_t local_pdo,
+                                              bool valid) {
   Side& s = side(direction);
   if (local_pdo == 0 || local_pdo > s.area.pdos()) {
     return;
@@ -224,7 +247,8 @@ void ProcessImage::set_pdo_valid(Direction direction, std::uint16_t local_pdo, b
   }
 }
 
-void ProcessImage::set_entry_valid(Direction direction, std::uint32_t entry, bool valid) {
+[[gnu::hot]] void ProcessImage::set_entry_valid(Direction direction, std::uint32_t entry,
+                                                bool valid) {
   Side& s = side(direction);
   if (get_bit(s.valid, entry) == valid) {
     return;
@@ -236,15 +260,15 @@ void ProcessImage::set_entry_valid(Direction direction, std::uint32_t entry, boo
   }
 }
 
-bool ProcessImage::is_valid(Direction direction, std::uint32_t entry) const {
+[[gnu::hot]] bool ProcessImage::is_valid(Direction direction, std::uint32_t entry) const {
   return get_bit(side(direction).valid, entry);
 }
 
-bool ProcessImage::is_known(Direction direction, std::uint32_t entry) const {
+[[gnu::hot]] bool ProcessImage::is_known(Direction direction, std::uint32_t entry) const {
   return get_bit(side(direction).known, entry);
 }
 
-bool ProcessImage::pdo_known(Direction direction, std::uint16_t local_pdo) const {
+[[gnu::hot]] bool ProcessImage::pdo_known(Direction direction, std::uint16_t local_pdo) const {
   const EntryRange range = entries_of(direction, local_pdo);
   for (std::uint32_t entry = range.first; entry < range.first + range.count; ++entry) {
     if (!is_known(direction, entry)) {
@@ -263,8 +287,8 @@ void ProcessImage::forget_entry(Direction direction, std::uint32_t entry) {
   set_entry_valid(direction, entry, false);
 }
 
-ProcessImage::EntryRange ProcessImage::entries_of(Direction direction,
-                                                  std::uint16_t local_pdo) const {
+[[gnu::hot]] ProcessImage::EntryRange ProcessImage::entries_of(Direction direction,
+                                                               std::uint16_t local_pdo) const {
   const std::vector<Pdo>& pdos = side(direction).pdos;
   return local_pdo == 0 || local_pdo > pdos.size() ? EntryRange{} : pdos[local_pdo - 1U].entries;
 }

@@ -58,15 +58,15 @@ void FollowedInputs::find_entries(const Line& line) {
   }
   bool changed = false;
   for (std::size_t i = 0; i < entries_.size(); ++i) {
-    Line::Input next = values_[i];
-    next.valid = false;
-    if (entries_[i] != kNone) {
-      next = line.input(entries_[i]);
+    Line::Input& last = values_[i];
+    if (entries_[i] == kNone) [[unlikely]] {
+      changed |= std::exchange(last.valid, false);
+      continue;
     }
-    changed = changed || next.value != values_[i].value || next.valid != values_[i].valid ||
-              (what_[i].forwarded &&
-               (next.received != values_[i].received || next.late != values_[i].late));
-    values_[i] = next;
+    const Line::Input next = line.input(entries_[i]);
+    changed = changed || next.value != last.value || next.valid != last.valid ||
+              (what_[i].forwarded && (next.received != last.received || next.late != last.late));
+    last = next;
   }
   return changed;
 }
@@ -88,8 +88,8 @@ FollowingOutputs::FollowingOutputs(std::span<const Following> what)
   return !changed_.empty();
 }
 
-void FollowingOutputs::consider(const Following& following, const Line::Input& input,
-                                Written& written) {
+[[gnu::hot]] void FollowingOutputs::consider(const Following& following, const Line::Input& input,
+                                             Written& written) {
   const bool lost = !input.valid || (following.forwarded && input.late);
   if (lost && !written.any) {
     return;
