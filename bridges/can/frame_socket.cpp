@@ -26,25 +26,33 @@ std::int64_t nanoseconds_in(const cmsghdr* message, std::size_t place) {
 
 }  // namespace
 
+// The parts of one datagram are adjacent: most batches have a single one.
 struct FrameSocket::Buffers {
+  struct Incoming {
+    canfd_frame frame{};
+    iovec vector{};
+    Control control{};
+  };
+  struct Outgoing {
+    canfd_frame frame{};
+    iovec vector{};
+  };
+  std::array<Outgoing, kBatch> outgoing{};
+  std::array<Incoming, kBatch> incoming{};
   std::array<mmsghdr, kBatch> receive_headers{};
-  std::array<iovec, kBatch> receive_vectors{};
-  std::array<canfd_frame, kBatch> receive_frames{};
-  std::array<Control, kBatch> controls{};
   std::array<mmsghdr, kBatch> send_headers{};
-  std::array<iovec, kBatch> send_vectors{};
-  std::array<canfd_frame, kBatch> send_frames{};
 };
 
 FrameSocket::FrameSocket() : buffers_(std::make_unique<Buffers>()) {
   Buffers& b = *buffers_;
   for (std::size_t i = 0; i < kBatch; ++i) {
-    b.receive_vectors[i] = {&b.receive_frames[i], sizeof(canfd_frame)};
-    b.receive_headers[i].msg_hdr.msg_iov = &b.receive_vectors[i];
+    Buffers::Incoming& in = b.incoming[i];
+    in.vector = {&in.frame, sizeof(canfd_frame)};
+    b.receive_headers[i].msg_hdr.msg_iov = &in.vector;
     b.receive_headers[i].msg_hdr.msg_iovlen = 1;
-    b.receive_headers[i].msg_hdr.msg_control = b.controls[i].bytes.data();
-    b.send_vectors[i].iov_base = &b.send_frames[i];
-    b.send_headers[i].msg_hdr.msg_iov = &b.send_vectors[i];
+    b.receive_headers[i].msg_hdr.msg_control = in.control.bytes.data();
+    b.outgoing[i].vector.iov_base = &b.outgoing[i].frame;
+    b.send_headers[i].msg_hdr.msg_iov = &b.outgoing[i].vector;
     b.send_headers[i].msg_hdr.msg_iovlen = 1;
   }
 }
@@ -79,7 +87,7 @@ void FrameSocket::reset(int descriptor) {
   const Buffers& b = *buffers_;
   const mmsghdr& header = b.receive_headers[index];
   Received result;
-  result.raw = &b.receive_frames[index];
+  result.raw = &b.incoming[index].frame;
   result.bytes = header.msg_len;
   result.own = (header.msg_hdr.msg_flags & MSG_CONFIRM) != 0;
   read_control(header.msg_hdr, result);
@@ -107,13 +115,13 @@ void FrameSocket::reset(int descriptor) {
 [[gnu::hot]] int FrameSocket::send(std::span<const can::Frame> frames) {
   Buffers& b = *buffers_;
   const std::size_t count = std::min(frames.size(), kBatch);
-  for (std::size_t i = 0; i < count; ++i) {
-    b.send_vectors[i].iov_len = encode(frames[i], b.send_frames[i]);
-  }
   constexpr int kFlags = MSG_DONTWAIT | MSG_NOSIGNAL;
-  if (count == 1) {  // the usual case: recvmsg without a batch header
-    const iovec& only = b.send_vectors[0];
-    return ::send(descriptor_, only.iov_base, only.iov_len, kFlags) >= 0 ? 1 : -errno;
+  if (count == 1) {  // the usual case: without a batch header
+    canfd_frame& only = b.outgoing[0].frame;
+    return ::send(descriptor_, &only, encode(frames[0], only), kFlags) >= 0 ? 1 : -errno;
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    b.outgoing[i].vector.iov_len = encode(frames[i], b.outgoing[i].frame);
   }
   const int sent =
       ::sendmmsg(descriptor_, b.send_headers.data(), static_cast<unsigned>(count), kFlags);
