@@ -241,7 +241,7 @@ void SocketChannel::flush_window() {
   return adopted() ? FrameSocket::kBatch : window_.room(now);
 }
 
-std::size_t SocketChannel::sendable_prefix(std::span<const can::Frame> frames) const {
+[[gnu::hot]] std::size_t SocketChannel::sendable_prefix(std::span<const can::Frame> frames) const {
   const auto end = std::ranges::find_if_not(
       frames, [this](const can::Frame& frame) { return sendable(frame, fd_); });
   return static_cast<std::size_t>(end - frames.begin());

@@ -20,13 +20,13 @@ class SocketChannel final : public Channel {
   // Takes ownership of an open descriptor, without echoes and without reopening.
   explicit SocketChannel(int descriptor);
 
-  int descriptor() const override { return socket_.descriptor(); }
+  [[gnu::hot]] int descriptor() const override { return socket_.descriptor(); }
   std::size_t read(std::span<can::Frame> out, BusEvents& events, Instant now) override;
   std::size_t write(std::span<const can::Frame> frames, Instant now) override;
   std::size_t room(Instant now) const override;
-  bool wants_writable() const override { return wants_writable_; }
+  [[gnu::hot]] bool wants_writable() const override { return wants_writable_; }
   Instant next_wake() const override;
-  const ChannelCounters& counters() const override { return counters_; }
+  [[gnu::hot]] const ChannelCounters& counters() const override { return counters_; }
   ControllerSetup settings() const override { return settings_; }
   bool carries_fd() const override { return fd_; }
   int restart(Instant now) override;

@@ -20,7 +20,7 @@ Wakeup::~Wakeup() {
   close(descriptor_);
 }
 
-void Wakeup::signal() {
+[[gnu::hot]] void Wakeup::signal() {
   if (pending_.exchange(true, std::memory_order_acq_rel)) {
     return;
   }
@@ -29,7 +29,7 @@ void Wakeup::signal() {
   }
 }
 
-void Wakeup::clear() {
+[[gnu::hot]] void Wakeup::clear() {
   std::uint64_t count = 0;
   while (read(descriptor_, &count, sizeof count) < 0 && errno == EINTR) {
   }

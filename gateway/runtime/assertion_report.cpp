@@ -106,10 +106,11 @@ void report_assertions() {
   set_assertion_handler(print_violated);
 }
 
-RunningLine::RunningLine(const line::Line& line) : before_(std::exchange(running_line, &line)) {
+[[gnu::hot]] RunningLine::RunningLine(const line::Line& line)
+    : before_(std::exchange(running_line, &line)) {
 }
 
-RunningLine::~RunningLine() {
+[[gnu::hot]] RunningLine::~RunningLine() {
   running_line = before_;
 }
 

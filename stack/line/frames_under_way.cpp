@@ -5,7 +5,7 @@
 
 namespace linegate::line {
 
-bool FramesUnderWay::ended(std::uint64_t number, Instant now) {
+[[gnu::hot]] bool FramesUnderWay::ended(std::uint64_t number, Instant now) {
   if (number <= ended_) {
     return false;
   }
@@ -15,7 +15,7 @@ bool FramesUnderWay::ended(std::uint64_t number, Instant now) {
 }
 
 // Precondition: number > ended_.
-void FramesUnderWay::end(std::uint64_t number) {
+[[gnu::hot]] void FramesUnderWay::end(std::uint64_t number) {
   ended_ = std::min(number, handed_out_);
   if (lost_first_ != 0 && lost_first_ <= ended_ + 1) {
     ended_ = std::max(ended_, std::min(lost_last_, handed_out_));

@@ -292,7 +292,7 @@ void NodeLine::do_medium_done(bool good, ParameterSet of) {
   }
 }
 
-Line::Input NodeLine::input(std::uint32_t entry) const {
+[[gnu::hot]] Line::Input NodeLine::input(std::uint32_t entry) const {
   using image::Direction;
   if ((entry & kForwarded) != 0) {
     return forwarded_input(entry & ~kForwarded);
@@ -323,7 +323,7 @@ Line::Input NodeLine::forwarded_input(std::size_t object) const {
   return out;
 }
 
-void NodeLine::note_acknowledged(std::uint64_t number, Instant now) {
+[[gnu::hot]] void NodeLine::note_acknowledged(std::uint64_t number, Instant now) {
   node_.pdos().acknowledged(number);
   services_.receivers.acknowledged(number);
   if (services_.lss.awaits_acknowledgement()) [[unlikely]] {

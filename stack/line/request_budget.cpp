@@ -113,7 +113,7 @@ void RequestBudget::Account::set(std::int64_t bits_a_second) {
   level = std::min(level, burst);
 }
 
-void RequestBudget::Account::fill(Duration time) {
+[[gnu::hot]] void RequestBudget::Account::fill(Duration time) {
   const std::int64_t missing = burst - level;
   const bool full = time.count() >= missing / rate + 1;
   level = full ? burst : level + time.count() * rate;
@@ -156,7 +156,7 @@ void RequestBudget::share_credit() {
   }
 }
 
-void RequestBudget::advance(Instant now) {
+[[gnu::hot]] void RequestBudget::advance(Instant now) {
   const Duration time = now - filled_;
   if (time <= Duration::zero()) {
     return;
@@ -302,7 +302,7 @@ bool RequestBudget::may_be_served(const Client& client, Instant now) const {
 }
 
 // The client with the most credit is first; those with the same take turns, each with one command.
-bool RequestBudget::next(Admitted& out, Instant now) {
+[[gnu::hot]] bool RequestBudget::next(Admitted& out, Instant now) {
   if (waiting_ == 0) {
     return false;
   }
@@ -523,7 +523,7 @@ void RequestBudget::hold(OutputWrite& write, Instant now) {
   std::swap(kept->write, write);
 }
 
-bool RequestBudget::next_output(OutputWrite& out) {
+[[gnu::hot]] bool RequestBudget::next_output(OutputWrite& out) {
   for (std::size_t i = 0; kept_ != 0 && i < outputs_.size(); ++i) {
     const std::size_t place = (output_turn_ + i) % outputs_.size();
     Kept& kept = outputs_[place];
@@ -569,7 +569,7 @@ void RequestBudget::count(std::uint32_t number) {
 
 // --- time and reports ----------------------------------------------------------------------------
 
-Instant RequestBudget::next_wake() const {
+[[gnu::hot]] Instant RequestBudget::next_wake() const {
   Instant wake = kNever;
   if (waiting_ == 0 && kept_ == 0 && reports_ == 0) {
     return wake;
@@ -612,7 +612,7 @@ void RequestBudget::note(Client& client, std::uint32_t event::ClientLimited::*co
   }
 }
 
-std::optional<event::ClientLimited> RequestBudget::pop_report(Instant now) {
+[[gnu::hot]] std::optional<event::ClientLimited> RequestBudget::pop_report(Instant now) {
   if (reports_ == 0) {
     return std::nullopt;
   }

@@ -300,7 +300,7 @@ void Engine::Impl::check_deadline(std::uint16_t slot, Instant now) {
   }
 }
 
-bool Engine::timed_out(std::uint16_t rpdo) const {
+[[gnu::hot]] bool Engine::timed_out(std::uint16_t rpdo) const {
   const image::Area& inputs = *impl_->inputs;
   return rpdo != 0 && rpdo <= inputs.pdos() && (inputs.pdo(rpdo - 1U).attention & kTimedOut) != 0;
 }

@@ -225,12 +225,12 @@ void Engine::Impl::release_held() {
   }
 }
 
-bool Engine::Impl::held_back(std::uint16_t slot) const {
+[[gnu::hot]] bool Engine::Impl::held_back(std::uint16_t slot) const {
   return tpdos[slot].linked &&
          !image.pdo_known(image::Direction::outputs, static_cast<std::uint16_t>(slot + 1));
 }
 
-void Engine::Impl::ask(std::uint16_t slot) {
+[[gnu::hot]] void Engine::Impl::ask(std::uint16_t slot) {
   if (hears_frames && !std::exchange(tpdos[slot].asking, true)) {
     listener->before_tpdo(static_cast<std::uint16_t>(slot + 1));
     tpdos[slot].asking = false;
@@ -477,13 +477,13 @@ bool Engine::Impl::shows_newest(std::uint16_t slot) const {
 }
 
 // Whether the receiver counts as taking the frame.
-bool Engine::Impl::is_taken(std::uint16_t slot) const {
+[[gnu::hot]] bool Engine::Impl::is_taken(std::uint16_t slot) const {
   const Receiver state = receivers[tpdos[slot].node];
   return state == Receiver::unknown || state == Receiver::started;
 }
 
 // Precondition: not all of its values are valid.
-void Engine::Impl::note_transmission(std::uint16_t slot) {
+[[gnu::hot]] void Engine::Impl::note_transmission(std::uint16_t slot) {
   const Tpdo& pdo = tpdos[slot];
   if (!is_taken(slot) || held_back(slot)) {
     return;
@@ -501,7 +501,7 @@ void Engine::Impl::note_transmission(std::uint16_t slot) {
 }
 
 // The receivers have the present values except those bits of the frame.
-void Engine::Impl::confirm(std::uint16_t slot, const FrameData& differs) {
+[[gnu::hot]] void Engine::Impl::confirm(std::uint16_t slot, const FrameData& differs) {
   const auto number = static_cast<std::uint16_t>(slot + 1);
   if (differs == FrameData{}) {
     image.set_pdo_valid(image::Direction::outputs, number, true);
@@ -517,7 +517,7 @@ void Engine::Impl::confirm(std::uint16_t slot, const FrameData& differs) {
   }
 }
 
-void Engine::Impl::acknowledged(std::uint64_t number) {
+[[gnu::hot]] void Engine::Impl::acknowledged(std::uint64_t number) {
   for_each_bit(unacknowledged.words(), [&](std::size_t bit) {
     const auto slot = static_cast<std::uint16_t>(bit);
     const Tpdo& pdo = tpdos[slot];
