@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Forwards PDOs across executors, one after the other, and evicts the data cache before each, like
-// a program that runs between two frames. Measures nothing by itself: the script cache_lines runs
-// it in valgrind, which counts the cache lines that the lines fetch again.
+// Forwards PDOs within an executor or across two, one after the other, and evicts the data cache
+// before each, like a program that runs between two frames. Measures nothing by itself: the script
+// cache_lines runs it in valgrind, which counts the cache lines that the lines fetch again.
 #include <array>
 #include <chrono>
 #include <cstddef>
 #include <cstdlib>
+#include <string_view>
 #include <thread>
 
 #include "bridges/can/socketcan.h"
@@ -17,15 +18,18 @@ namespace {
 
 using namespace linegate;
 
+// Valgrind slows the lines down: images at the default rate would outweigh the frames.
+constexpr config::Publish kNoImages{.rule = config::Publish::Rule::period,
+                                    .time = std::chrono::hours(1)};
 constexpr std::size_t kCacheLine = 64;
 std::array<volatile std::byte, std::size_t{512} * 1024> others;  // larger than the simulated cache
 
 class Forwarding final : public bench::WiredCourse {
  public:
-  Forwarding()
+  explicit Forwarding(bool together)
       : lines_(
             {can_bridge::open_on_descriptor(in.far()), can_bridge::open_on_descriptor(out.far())},
-            false) {
+            together, {}, kNoImages) {
     start_nodes();
   }
 
@@ -42,9 +46,9 @@ void evict_cache() {
 }  // namespace
 
 int main(int argc, char** argv) {
-  bench::require(argc == 2, "the number of frames is missing");
-  const Forwarding course;
-  const unsigned long frames = std::strtoul(argv[1], nullptr, 10);
+  bench::require(argc == 3, "the arguments are within or across, and the number of frames");
+  const Forwarding course(std::string_view(argv[1]) == "within");
+  const unsigned long frames = std::strtoul(argv[2], nullptr, 10);
   for (unsigned i = 0; i < frames; ++i) {
     (void)course.pass(i);
     std::this_thread::sleep_for(std::chrono::milliseconds(1));

@@ -23,7 +23,8 @@ forward:
 }  // namespace
 
 ForwardingLines::ForwardingLines(std::array<std::unique_ptr<can_bridge::Channel>, 2> channels,
-                                 bool together, std::array<std::optional<unsigned>, 2> processors)
+                                 bool together, std::array<std::optional<unsigned>, 2> processors,
+                                 std::optional<config::Publish> publish)
     : plant_(*config::read(kPlant, LINEGATE_SOURCE_DIR "/plant.yaml").value),
       link_(plant_.bindings),
       publisher_([this] { take(); }) {
@@ -35,6 +36,7 @@ ForwardingLines::ForwardingLines(std::array<std::unique_ptr<can_bridge::Channel>
   for (std::size_t i = 0; i < 2; ++i) {
     config::LinePlan& plan = plant_.lines[i];
     plan.config.role = line::Role::device;
+    plan.publish = publish.value_or(plan.publish);
     runners[i] = std::make_unique<gateway::LineRunner>(
         make_line(plan.config), std::move(channels[i]), plan, ports_[i], publisher_.wakeup);
   }

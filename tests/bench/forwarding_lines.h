@@ -22,9 +22,11 @@ namespace linegate::bench {
 class ForwardingLines {
  public:
   // Frames enter on the first channel. together: both lines on one executor, else on one each.
-  // processors: those of the executors; if empty, the scheduler chooses.
+  // processors: those of the executors; if empty, the scheduler chooses. publish: when images are
+  // handed over; if empty, as configured by default.
   ForwardingLines(std::array<std::unique_ptr<can_bridge::Channel>, 2> channels, bool together,
-                  std::array<std::optional<unsigned>, 2> processors = {});
+                  std::array<std::optional<unsigned>, 2> processors = {},
+                  std::optional<config::Publish> publish = {});
   ~ForwardingLines();
   ForwardingLines(const ForwardingLines&) = delete;
   ForwardingLines& operator=(const ForwardingLines&) = delete;
