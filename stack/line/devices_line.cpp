@@ -125,7 +125,7 @@ void DevicesLine::do_bus_event(const can::BusEvent& event) {
   }
 }
 
-void DevicesLine::advance(Instant now) {
+bool DevicesLine::advance(Instant now) {
   events_.advance(now);
   for (const Seat& seat : seats) {
     seat.device->advance(now);
@@ -139,6 +139,7 @@ void DevicesLine::advance(Instant now) {
   can::Traffic seen = sent;
   seen += received;
   load_.advance(seen, now);
+  return true;
 }
 
 Instant DevicesLine::next_wake() const {

@@ -34,7 +34,7 @@ class DevicesLine final : public Line {
   void do_bus_event(const can::BusEvent& event) override;
   void do_set_medium(storage::Medium* medium, ParameterSet of) override;
   void do_medium_done(bool good, ParameterSet of) override;
-  void advance(Instant now) override;
+  bool advance(Instant now) override;
   void do_stop(Instant now) override;
   Instant next_wake() const override;
   bool do_next_frame(can::Frame& out, Instant now) override;

@@ -109,8 +109,9 @@ class Line : protected ServiceHost {
   // A slow medium has finished a write: call advance() soon.
   void medium_done(bool good, ParameterSet of = {});
   // Executes everything that is due. Call it after the socket has been drained, so that a late
-  // thread does not report a loss that did not happen.
-  virtual void advance(Instant now) = 0;
+  // thread does not report a loss that did not happen. Returns false if nothing was due and nothing
+  // but process data was received: then the call changed no input().
+  virtual bool advance(Instant now) = 0;
   // Queues the command; pop_reply() returns its reply. An audited command that is not refused at
   // once is an event.
   void execute(Command command, Instant now);

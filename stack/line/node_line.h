@@ -80,7 +80,7 @@ class NodeLine final : public Line,
   void note_refused(std::uint16_t group, OutputRefusal refusal, Instant now) override {
     services_.outputs.note_refused(group, refusal, now);
   }
-  void write_bound(std::span<const BoundValue> values, Instant now) override {
+  [[gnu::hot]] void write_bound(std::span<const BoundValue> values, Instant now) override {
     services_.outputs.write_bound(values, now);
   }
   void note_acknowledged(std::uint64_t number, Instant now) override;
@@ -97,7 +97,7 @@ class NodeLine final : public Line,
   bool manages() const override { return manages_; }
 
   // --- Line: node_line_advance.cpp --------------------------------------------------------------
-  void advance(Instant now) override;
+  bool advance(Instant now) override;
   Instant next_wake() const override;
   void mark_dirty(Instant now) override;
 

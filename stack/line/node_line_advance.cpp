@@ -6,9 +6,10 @@
 
 namespace linegate::line {
 
-[[gnu::hot]] void NodeLine::advance(Instant now) {
+[[gnu::hot]] bool NodeLine::advance(Instant now) {
   advanced_to_ = now;
-  if (!is_idle(now)) {
+  const bool idle = is_idle(now);
+  if (!idle) {
     advance_all(now);
     rest_until_ = {};
   }
@@ -18,6 +19,7 @@ namespace linegate::line {
     seen += services_.lss.sent();
     load_.advance(seen, now);
   }
+  return !idle;
 }
 
 void NodeLine::advance_all(Instant now) {

@@ -281,7 +281,7 @@ void ObserverLine::do_bus_event(const can::BusEvent& /*event*/) {
   }
 }
 
-void ObserverLine::advance(Instant now) {
+bool ObserverLine::advance(Instant now) {
   events_.advance(now);
   inputs->engine.advance(now);
   nodes.advance(now);
@@ -290,6 +290,7 @@ void ObserverLine::advance(Instant now) {
     relink(now);
   }
   load_.advance(received, now);
+  return true;
 }
 
 Instant ObserverLine::next_wake() const {

@@ -65,7 +65,7 @@ class ObserverLine final : public Line, observer::NodeListener {
   void do_start(Instant now) override;
   void do_receive(std::span<const can::Frame> frames) override;
   void do_bus_event(const can::BusEvent& event) override;
-  void advance(Instant now) override;
+  bool advance(Instant now) override;
   void do_execute(Command command, Instant now) override;
   OutputRefusal do_write_outputs(const OutputWrite& write, Instant now) override;
   void do_stop(Instant now) override;

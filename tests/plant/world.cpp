@@ -401,7 +401,9 @@ void World::receive_alone(LineSeat& seat, DeviceSeat& device, const can::Frame& 
 void World::turn_line(LineSeat& seat) {
   line::Line& line = *seat.line;
   seat.model->after_call(pop_events(seat));
+  bool inputs_changed = false;
   while (const std::size_t count = seat.bus.take(seat.end, batch_)) {
+    inputs_changed = true;
     for (const can::Frame& frame : std::span(batch_).first(count)) {
       seat.model->before_receive(frame);
       seat.states->before_receive(frame);
@@ -416,8 +418,15 @@ void World::turn_line(LineSeat& seat) {
   seat.outputs->look_at_sync(seat, now_);
   seat.answers->acknowledged(seat.bus.acknowledged(seat.end));
   seat.outputs->acknowledged(seat.bus.acknowledged(seat.end));
+  if (inputs_changed) {
+    seat.idle_inputs.note(line);
+  }
   line.acknowledged(seat.bus.acknowledged(seat.end), now_);
-  line.advance(now_);
+  if (line.advance(now_)) {
+    seat.idle_inputs.note(line);
+  } else if (std::string text = seat.idle_inputs.compare(line); !text.empty()) {
+    fail("inputs: " + text);
+  }
   seat.outputs->look_at_sync(seat, now_, true);
   seat.model->after_call(pop_events(seat));
   judge_replies(seat);

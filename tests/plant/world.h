@@ -27,6 +27,7 @@
 #include "tests/plant/device_model.h"
 #include "tests/plant/foreign_sdo.h"
 #include "tests/plant/identity_model.h"
+#include "tests/plant/idle_inputs.h"
 #include "tests/plant/image_model.h"
 #include "tests/plant/output_model.h"
 #include "tests/plant/own_answer_model.h"
@@ -94,6 +95,7 @@ struct LineSeat {
   std::optional<AnswerModel> answers;
   sim::Bus::Disturbance disturbance;
   SilenceModel silence;
+  IdleInputs idle_inputs;
   SilenceModel silence_of_ours;
   std::vector<Event> events;                     // all events of the line, in order
   std::map<std::uint64_t, line::Reply> replies;  // by tag

@@ -110,6 +110,28 @@ TEST_F(LineTest, AReceivedPdoIsInTheImageAndInTheNetworkVariables) {
   }
 }
 
+TEST_F(LineTest, AdvanceTellsWhetherInputsMayHaveChanged) {
+  LineConfig config = config_with_axis();
+  config.nodes[0].pdo_deadline = milliseconds(50);
+  make(std::move(config));
+  boot();
+  EXPECT_TRUE(line_->advance(now_));
+  hear(0x185, {1, 0, 2, 0, 0, 0});
+  pass(milliseconds(1));
+  (void)line_->next_wake();
+  EXPECT_FALSE(line_->advance(now_)) << "nothing is due, and nothing was received";
+  EXPECT_FALSE(line_->input(0).late);
+  now_ += milliseconds(50);
+  EXPECT_TRUE(line_->advance(now_));
+  EXPECT_TRUE(line_->input(0).late) << "its deadline has passed";
+  hear(0x185, {1, 0, 2, 0, 0, 0});
+  hear(0x705, {0x05});
+  EXPECT_TRUE(line_->advance(now_)) << "a heartbeat was received";
+  line_->bus_event({.kind = can::BusEvent::Kind::interface_failed, .time = now_});
+  EXPECT_TRUE(line_->advance(now_));
+  EXPECT_FALSE(line_->input(0).valid);
+}
+
 TEST_F(LineTest, ADeviceIsAskedForItsPdoWithARemoteFrame) {
   make(config_with_axis());
   EXPECT_FALSE(line_->request_pdo(1)) << "the line is not started";
