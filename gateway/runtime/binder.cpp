@@ -22,11 +22,13 @@ BoundSource::BoundSource(BoundLink& link) : link_(&link), inputs_(link.following
   if (!inputs_.look(line)) {
     return false;
   }
+  if (link_->runner != nullptr && link_->runner->receive_bound(*link_, inputs_.values(), now)) {
+    return false;
+  }
   auto draft = link_->values.draft();
   std::copy(inputs_.values().begin(), inputs_.values().end(), draft.value.begin());
   link_->values.publish();
   if (link_->runner != nullptr) {
-    link_->runner->receive_bound(*link_, now);
     return false;
   }
   link_->taker->signal();

@@ -2,6 +2,7 @@
 // Passes values from one line to another, across executors: outputs that follow inputs.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "gateway/config/plant.h"
@@ -16,7 +17,7 @@ class LineRunner;
 
 // All bindings from one line to another. Their newest values are handed over together, so that
 // values of one PDO stay together. Neither side waits for the other. On one executor the hand-over
-// is a call.
+// is a call; only a line that is not running finds the values here when it starts.
 struct BoundLink {
   explicit BoundLink(std::vector<config::Binding> bindings_of_two_lines);
 
@@ -52,6 +53,10 @@ class BoundTarget {
   // Passes the values that were handed over to line::FollowingOutputs. Returns true if anything was
   // written.
   bool take(line::Line& line, Instant now);
+  // The same for these values. Precondition: take() was called since the link was last given any.
+  bool write(line::Line& line, std::span<const line::Line::Input> values, Instant now) {
+    return outputs_.take(line, values, now);
+  }
 
   const BoundLink& link() const { return *link_; }
 

@@ -107,7 +107,7 @@ void Executor::visit(const std::function<void()>& work) {
   }
 }
 
-void Executor::receive_visits() {
+[[gnu::hot]] void Executor::receive_visits() {
   for (Visit work = nullptr; visits_.pop(work);) {
     (*work)();
     LINEGATE_ASSERT(visited_.push(work), "there is one visit at a time");
@@ -167,11 +167,11 @@ void Executor::join() {
         until = earlier(until, place.runner->next_wake());
       }
     }
-    wait(until);
+    wait(until, now);
   }
 }
 
-void Executor::poll_changes(Instant now) {
+[[gnu::hot]] void Executor::poll_changes(Instant now) {
   for (std::unique_ptr<Runner> runner; arrivals_.pop(runner);) {
     place(std::move(runner));
   }
@@ -240,9 +240,9 @@ void Executor::let_go(Instant now) {
   was = is;
 }
 
-[[gnu::hot]] void Executor::wait(Instant until) {
+// A timer that has expired since `now` wakes at once.
+[[gnu::hot]] void Executor::wait(Instant until, Instant now) {
   constexpr Duration kLongest = std::chrono::seconds(10);
-  const Instant now = monotonic_now();
   if (until > now) {
     timer_.wake_at(std::min(until, now + kLongest), now);
   }

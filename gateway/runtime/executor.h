@@ -74,8 +74,8 @@ class Executor {
   void announce();
   void update_interest(std::size_t i);
   // Sets `ready` of places whose descriptor is ready; `ready` and `called` of all if the executor
-  // was woken.
-  void wait(Instant until);
+  // was woken. now: the time of the present round.
+  void wait(Instant until, Instant now);
   bool all_stopped(Instant now) const;
   void place(std::unique_ptr<Runner> runner);
   void poll_changes(Instant now);

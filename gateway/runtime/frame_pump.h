@@ -55,15 +55,16 @@ class FramePump {
   bool more() { return std::exchange(more_, kNever) != kNever; }
 
   // Pulls frames while the channel has room: next(frame) fills in the most urgent frame, or returns
-  // false.
+  // false. It is not called again after that: writing gives it no new frame.
   template <class Next>
   void transmit(Instant now, Next&& next) {
-    for (;;) {
+    for (bool more = true; more;) {
       if (held_count_ == 0) {
         const std::size_t room = std::min(channel_->room(now), kBatch);
         while (held_count_ < room && next(held_[held_count_])) {
           ++held_count_;
         }
+        more = held_count_ == room;
       }
       if (held_count_ == 0) {
         return;

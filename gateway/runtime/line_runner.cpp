@@ -67,17 +67,18 @@ bool wants_fd(const line::Command& command) {
 
 }  // namespace
 
-bool Publication::due(const line::Line& line, image::Direction direction, Instant now) const {
+bool Publication::due(const line::Line& line, image::Direction direction, Instant now) {
   return next(line, direction) <= now;
 }
 
-[[gnu::hot]] Instant Publication::next(const line::Line& line, image::Direction direction) const {
+[[gnu::hot]] Instant Publication::next(const line::Line& line, image::Direction direction) {
   if (first_) {
     return last_;
   }
   switch (rule_.rule) {
     case config::Publish::Rule::on_change:
-      if (line.image_changed(direction)) {
+      changed_ = changed_ || line.image_changed(direction);
+      if (changed_) {
         return last_ + rule_.time;
       }
       return line.image_touched(direction) ? last_ + touched_period_ : kNever;
@@ -96,6 +97,7 @@ void Publication::taken(const line::Line& line, Instant now) {
   last_ = in_rhythm ? last_ + rule_.time : now;
   last_sync_ = line.sync_count();
   first_ = false;
+  changed_ = false;
 }
 
 LineRunner::LineRunner(std::unique_ptr<line::Line> line,
@@ -122,6 +124,7 @@ LineRunner::LineRunner(std::unique_ptr<line::Line> line,
 void LineRunner::bind(std::vector<BoundSource> sources, std::vector<BoundTarget> targets) {
   bound_sources_ = std::move(sources);
   bound_targets_ = std::move(targets);
+  inputs_changed_ = true;
 }
 
 void LineRunner::unbind(const BoundLink& link, Instant now) {
@@ -129,6 +132,7 @@ void LineRunner::unbind(const BoundLink& link, Instant now) {
   if (started_ && !stopping_) {
     for (BoundTarget& target : bound_targets_) {
       if (&target.link() == &link && target.take(*line_, std::max(now, known_))) {
+        inputs_changed_ = true;
         next_wake_ = now;
       }
     }
@@ -166,19 +170,22 @@ void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
   note_next_due();
   if (called_ || budget_due_ <= known) {
     poll_calls(known);  // after the frames received earlier: the line's time never goes back
+    inputs_changed_ = true;
   }
   if (scans_.next_wake() <= now) {
     start_scan(known);
   }
   poll_messages(known);
   if (started_) {
-    line_->advance(known);
+    inputs_changed_ |= line_->advance(known);
     for (BoundTarget& target : bound_targets_) {
-      target.take(*line_, known);
+      inputs_changed_ |= target.take(*line_, known);
     }
     give_messages(known);  // before frames are sent: other lines wait for them
   }
-  look_at_sources(now);  // time-outs and requests change values, too
+  if (std::exchange(inputs_changed_, !started_)) {
+    look_at_sources(now);  // time-outs and requests change values, too
+  }
   transmit(now);
   give_messages(now);
   hand_over(now);
@@ -232,20 +239,25 @@ void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
                      [&](std::uint64_t first, std::uint64_t last) { line_->lost(first, last); });
 }
 
-[[gnu::hot]] void LineRunner::receive_bound(const BoundLink& link, Instant now) {
+[[gnu::hot]] bool LineRunner::receive_bound(const BoundLink& link,
+                                            std::span<const line::Line::Input> values,
+                                            Instant now) {
   if (!started_ || stopping_) {
-    return;  // a line reads the values itself when it starts
+    return false;
   }
   const RunningLine running(*line_);
   now = std::max(now, known_);  // this line may have advanced further than the calling line
   for (BoundTarget& target : bound_targets_) {
-    if (&target.link() != &link || !target.take(*line_, now)) {
+    if (&target.link() != &link || !target.write(*line_, values, now)) {
       continue;
     }
+    inputs_changed_ = true;
     const bool waited = wants_writable();
     transmit(now);
+    image_due_ = next_image();
     next_wake_ = wants_writable() == waited ? earlier(next_wake_, compute_next_wake()) : now;
   }
+  return true;
 }
 
 void LineRunner::bus_event(const can::BusEvent& event, Instant now) {
@@ -267,7 +279,7 @@ void LineRunner::bus_event(const can::BusEvent& event, Instant now) {
   }
 }
 
-void LineRunner::poll_storage_results() {
+[[gnu::hot]] void LineRunner::poll_storage_results() {
   for (const NodeStorage& storage : storage_) {
     if (const auto good = storage.file->pop_result()) {
       line_->medium_done(*good, storage.of);
@@ -276,7 +288,7 @@ void LineRunner::poll_storage_results() {
 }
 
 // Commands stay in their ring while a reply waits for room, or a scan holds them.
-void LineRunner::poll_calls(Instant now) {
+[[gnu::hot]] void LineRunner::poll_calls(Instant now) {
   poll_storage_results();
   poll_requests(now);
   called_ = reply_held_ || scans_.holds(now);
@@ -291,7 +303,7 @@ void LineRunner::start_scan(Instant now) {
   }
 }
 
-void LineRunner::poll_requests(Instant now) {
+[[gnu::hot]] void LineRunner::poll_requests(Instant now) {
   budget_->advance(now);
   // Commands and outputs that wait take turns: neither uses up the share of the line every time.
   if (std::exchange(commands_first_, !commands_first_)) {
@@ -334,7 +346,7 @@ void LineRunner::queue_command(Instant now) {
   reply(command_.tag, line::to_error(line::Refusal::busy));
 }
 
-void LineRunner::execute_admitted_commands(Instant now) {
+[[gnu::hot]] void LineRunner::execute_admitted_commands(Instant now) {
   while (stopping_ && !reply_held_ && budget_->remove(command_)) {
     execute_command(now);
   }
@@ -350,7 +362,7 @@ void LineRunner::execute_admitted_commands(Instant now) {
 
 // A write that exceeds the share of its client waits, unless the line refuses it: that costs
 // nothing on the bus.
-void LineRunner::poll_outputs(Instant now) {
+[[gnu::hot]] void LineRunner::poll_outputs(Instant now) {
   using Admission = line::RequestBudget::Admission;
   while (port_.outputs.pop(write_)) {
     if (stopping_) {
@@ -370,7 +382,7 @@ void LineRunner::poll_outputs(Instant now) {
   }
 }
 
-void LineRunner::write_held_outputs(Instant now) {
+[[gnu::hot]] void LineRunner::write_held_outputs(Instant now) {
   while (!stopping_ && budget_->next_output(write_)) {
     (void)line_->write_outputs(write_, now);  // the line reports a refusal itself
   }
@@ -394,7 +406,7 @@ void LineRunner::report_accepted(const request::GatewayCommand& command, Instant
 }
 
 // They send nothing on the bus, so they neither use nor wait for the share of a client.
-void LineRunner::poll_interface_commands(Instant now) {
+[[gnu::hot]] void LineRunner::poll_interface_commands(Instant now) {
   request::GatewayCommand command;
   while (!reply_held_ && port_.interface_commands.pop(command)) {
     if (stopping_) {
@@ -495,7 +507,8 @@ void LineRunner::reply(std::uint64_t tag, Error error, std::string_view text) {
 // A due snapshot is delayed only once, whatever is forwarded meanwhile.
 [[gnu::hot]] bool LineRunner::is_snapshot_due(Instant now) {
   const bool forwarded = std::exchange(forwarded_, false);
-  if (earlier(status_due_, next_image()) > now) {
+  image_due_ = next_image();
+  if (earlier(status_due_, image_due_) > now) {
     return false;
   }
   if (forwarded && held_until_ == Instant{}) {
@@ -526,9 +539,10 @@ void LineRunner::reply(std::uint64_t tag, Error error, std::string_view text) {
   if (status_wanted_) {
     hand_over_status(now);
   }
-  if (due && next_image() <= now) {
+  if (due && image_due_ <= now) {
     hand_over_layouts();
     hand_over_images(now);
+    image_due_ = next_image();
   }
 }
 
@@ -628,6 +642,9 @@ void LineRunner::hand_over_layouts() {
   if (std::exchange(layout_revision_, line_->layout_revision()) == line_->layout_revision()) {
     return;
   }
+  for (Publication& publication : publications_) {
+    publication.image_replaced();
+  }
   auto draft = port_.layouts.draft();
   draft.value = {line_->layout(image::Direction::inputs), line_->layout(image::Direction::outputs)};
   port_.layouts.publish();
@@ -694,12 +711,12 @@ void LineRunner::look_at_losses() {
   if (started_) {
     next = earlier(next, earlier(line_->next_wake(), scans_.next_wake()));
   }
-  next = earlier(earlier(next, budget_due_),
-                 std::max(earlier(status_due_, next_image()), held_until_));
+  next =
+      earlier(earlier(next, budget_due_), std::max(earlier(status_due_, image_due_), held_until_));
   return stopping_ ? earlier(next, stop_deadline_) : next;
 }
 
-[[gnu::hot]] Instant LineRunner::next_image() const {
+[[gnu::hot]] Instant LineRunner::next_image() {
   return earlier(publications_[0].next(*line_, image::Direction::inputs),
                  publications_[1].next(*line_, image::Direction::outputs));
 }

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "gateway/config/plant.h"
@@ -28,15 +29,18 @@ class Publication {
 
   // touched_period: time after which a reception without a change causes a snapshot (on_change); a
   // year: never.
-  bool due(const line::Line& line, image::Direction direction, Instant now) const;
+  bool due(const line::Line& line, image::Direction direction, Instant now);
   // When the next snapshot is due if nothing else happens; kNever if something must happen first.
-  Instant next(const line::Line& line, image::Direction direction) const;
+  Instant next(const line::Line& line, image::Direction direction);
   void taken(const line::Line& line, Instant now);
+  // The line has another image, because its layout changed.
+  void image_replaced() { changed_ = false; }
 
  private:
   config::Publish rule_;
   Duration touched_period_;
   bool first_ = true;
+  bool changed_ = false;  // the image is known to have changed since the last snapshot
   Instant last_{};
   std::uint32_t last_sync_ = 0;
 };
@@ -52,12 +56,17 @@ class LineRunner final : public Runner {
   // Before it runs: the line's inputs that other lines follow, and its outputs that follow inputs.
   void bind(std::vector<BoundSource> sources, std::vector<BoundTarget> targets);
   // On its thread: adds a binding with a line that was made anew.
-  void bind(const BoundSource& source) { bound_sources_.push_back(source); }
+  void bind(const BoundSource& source) {
+    bound_sources_.push_back(source);
+    inputs_changed_ = true;
+  }
   void bind(const BoundTarget& target) { bound_targets_.push_back(target); }
   // On its thread: the other line of that link was removed; its last values are taken first.
   void unbind(const BoundLink& link, Instant now);
-  // Takes values of another line of the same executor, and sends the resulting frames.
-  void receive_bound(const BoundLink& link, Instant now);
+  // Writes values of another line of the same executor, and sends the resulting frames. Returns
+  // false, without effect, while the line is not running: a line that starts reads the values of
+  // the link.
+  bool receive_bound(const BoundLink& link, std::span<const line::Line::Input> values, Instant now);
 
   // Before it runs, if the line routes: its links to other lines.
   void route(std::unique_ptr<RouteEnd> routes) { routes_ = std::move(routes); }
@@ -122,7 +131,7 @@ class LineRunner final : public Runner {
   void report_ended(Instant now);
   void reply(std::uint64_t tag, Error error, std::string_view text = {});
   Instant compute_next_wake() const;
-  Instant next_image() const;
+  Instant next_image();
 
   // The members that each round uses are adjacent, to occupy few cache lines: other programs on the
   // processor evict them meanwhile.
@@ -134,6 +143,7 @@ class LineRunner final : public Runner {
   Instant next_wake_{};
   Instant known_{};  // latest time that was passed to the line
   Instant status_due_{};
+  Instant image_due_{};          // the last result of next_image()
   Instant budget_due_ = kNever;  // when a waiting request may be carried out
   Instant held_until_{};         // delay of images and status that are due
   std::uint32_t receive_peak_ = 0;
@@ -141,7 +151,8 @@ class LineRunner final : public Runner {
   bool stopping_ = false;
   bool commands_first_ = true;
   bool status_wanted_ = true;
-  bool forwarded_ = false;  // values went to another executor in this round
+  bool forwarded_ = false;      // values went to another executor in this round
+  bool inputs_changed_ = true;  // maybe, other than by the frames received in this round
   bool handed_over_ = false;
   bool called_ = true;  // other threads may have put something into a ring
   bool reply_held_ = false;

@@ -337,6 +337,19 @@ TEST_F(ForwardingCallTest, ALineThatBeginsLaterTakesTheNewestValues) {
   EXPECT_EQ(channels_[1]->sent[0].data[0], std::byte{0x38});
 }
 
+TEST_F(ForwardingCallTest, ASourceThatIsAddedIsReadThoughNothingIsReceived) {
+  begin(0);
+  begin(1);
+  runners_[0]->unbind(*link_, now_);
+  come(0, 0x185, {0x37, 0x12, 0x08});
+  runners_[0]->service(now_);
+  EXPECT_TRUE(channels_[1]->sent.empty());
+  runners_[0]->bind(BoundSource(*link_));
+  runners_[0]->service(now_);
+  ASSERT_EQ(channels_[1]->sent.size(), 1U);
+  EXPECT_EQ(channels_[1]->sent[0].data[0], std::byte{0x37});
+}
+
 TEST_F(ForwardingCallTest, WhatTheInterfaceDoesNotTakeIsSentWhenItDoes) {
   begin(0);
   begin(1);

@@ -156,6 +156,42 @@ TEST(FramePump, ReportsWhatBecameOfTheFramesByTheirNumbers) {
   EXPECT_EQ(ended(pump), "l5-6a8") << "5 was lost before";
 }
 
+// Returns how often transmit() asked for a frame, of which there are `frames`.
+std::size_t calls_for(std::size_t frames, std::size_t accepts) {
+  auto made = std::make_unique<FakeChannel>();
+  made->accepts = accepts;
+  FramePump pump(std::move(made));
+  std::size_t calls = 0;
+  pump.transmit(Instant{}, [&](can::Frame& frame) {
+    frame = can::make_frame(0x181);
+    return ++calls <= frames;
+  });
+  return calls;
+}
+
+TEST(FramePump, AsksForNoFrameAfterThereWasNone) {
+  EXPECT_EQ(calls_for(0, 1000), 1U);
+  EXPECT_EQ(calls_for(2, 1000), 3U);
+  EXPECT_EQ(calls_for(FramePump::kBatch - 1, 1000), FramePump::kBatch);
+  EXPECT_EQ(calls_for(FramePump::kBatch + 1, 1000), FramePump::kBatch + 2) << "a second batch";
+  EXPECT_EQ(calls_for(100, 0), 0U) << "the channel has no room";
+}
+
+TEST(FramePump, AsksAgainAfterTheFramesThatWereHeld) {
+  auto made = std::make_unique<FakeChannel>();
+  FakeChannel& channel = *made;
+  channel.accepts = 1;
+  channel.promises = 2;
+  FramePump pump(std::move(made));
+  send(pump, 2);
+  ASSERT_EQ(pump.held(), 1U);
+  channel.accepts = 10;
+  channel.promises.reset();
+  send(pump, 1);
+  EXPECT_EQ(pump.held(), 0U);
+  EXPECT_EQ(channel.sent.size(), 3U);
+}
+
 TEST(FramePump, WhatTheChannelCannotSendIsLost) {
   auto made = std::make_unique<FakeChannel>();
   FakeChannel& channel = *made;
