@@ -23,7 +23,7 @@ BoundSource::BoundSource(BoundLink& link) : link_(&link), inputs_(link.following
     return false;
   }
   if (link_->runner != nullptr && link_->runner->receive_bound(*link_, inputs_.values(), now)) {
-    return false;
+    return true;
   }
   auto draft = link_->values.draft();
   std::copy(inputs_.values().begin(), inputs_.values().end(), draft.value.begin());

@@ -37,7 +37,8 @@ class BoundSource {
 
   bool is_of(const BoundLink& link) const { return link_ == &link; }
   // Hands over the values that line::FollowedInputs reads. now: for the runner that is called.
-  // Returns true if they went to another executor, which is woken.
+  // Returns true if there were any. An executor that runs the receiver is woken, unless it is
+  // called.
   bool look(const line::Line& line, Instant now);
 
  private:

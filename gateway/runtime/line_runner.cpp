@@ -15,8 +15,10 @@ namespace linegate::gateway {
 namespace {
 
 constexpr Duration kStatusPeriod = std::chrono::milliseconds(100);
-// Images and status are delayed this long after values were passed to another executor: if both
-// share a processor, the consumer would otherwise wake up before that executor sends its frame.
+// Images and status are delayed this long after values were forwarded. If the consumer shares a
+// processor with another executor that sends them, it would otherwise wake up before it; within one
+// executor, a frame that is received meanwhile would wait for them. A due image thus also leaves
+// the phase of PDOs that are received periodically.
 constexpr Duration kAfterForwarding = std::chrono::microseconds(100);
 // The time limit for the last frames and events of a line that stops.
 constexpr Duration kStopTime = std::chrono::milliseconds(500);
@@ -179,7 +181,10 @@ void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
   if (started_) {
     inputs_changed_ |= line_->advance(known);
     for (BoundTarget& target : bound_targets_) {
-      inputs_changed_ |= target.take(*line_, known);
+      if (target.take(*line_, known)) {
+        inputs_changed_ = true;
+        forwarded_ = true;
+      }
     }
     give_messages(known);  // before frames are sent: other lines wait for them
   }
@@ -255,6 +260,7 @@ void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
     const bool waited = wants_writable();
     transmit(now);
     image_due_ = next_image();
+    hold_snapshot(now);
     next_wake_ = wants_writable() == waited ? earlier(next_wake_, compute_next_wake()) : now;
   }
   return true;
@@ -511,14 +517,21 @@ void LineRunner::reply(std::uint64_t tag, Error error, std::string_view text) {
   if (earlier(status_due_, image_due_) > now) {
     return false;
   }
-  if (forwarded && held_until_ == Instant{}) {
-    held_until_ = now + kAfterForwarding;
+  if (forwarded) {
+    hold_snapshot(now);
   }
   if (now < held_until_) {
     return false;
   }
   held_until_ = {};
   return true;
+}
+
+// Values were forwarded: delays a snapshot that is due.
+[[gnu::hot]] void LineRunner::hold_snapshot(Instant now) {
+  if (held_until_ == Instant{} && earlier(status_due_, image_due_) <= now) {
+    held_until_ = now + kAfterForwarding;
+  }
 }
 
 [[gnu::hot]] void LineRunner::hand_over(Instant now) {

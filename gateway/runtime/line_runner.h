@@ -115,6 +115,7 @@ class LineRunner final : public Runner {
   void restart_bus(const request::GatewayCommand& command, Instant now);
   void change_faults(const request::GatewayCommand& command, std::string_view change, Instant now);
   bool is_snapshot_due(Instant now);
+  void hold_snapshot(Instant now);
   void hand_over(Instant now);
   void hand_over_events();
   void hand_over_replies();
@@ -151,7 +152,7 @@ class LineRunner final : public Runner {
   bool stopping_ = false;
   bool commands_first_ = true;
   bool status_wanted_ = true;
-  bool forwarded_ = false;      // values went to another executor in this round
+  bool forwarded_ = false;      // values went to or came from another line in this round
   bool inputs_changed_ = true;  // maybe, other than by the frames received in this round
   bool handed_over_ = false;
   bool called_ = true;  // other threads may have put something into a ring

@@ -396,5 +396,32 @@ TEST_F(ForwardingCallTest, ImagesWaitAMomentForAnotherExecutor) {
   EXPECT_NE(images.fetch(), nullptr);
 }
 
+// The same on one executor, for both lines: the next frame does not wait for the images.
+TEST_F(ForwardingCallTest, ImagesWaitAMomentForTheNextFrame) {
+  begin(0);
+  begin(1);
+  auto& inputs = ports_[0].image(image::Direction::inputs);
+  auto& outputs = ports_[1].image(image::Direction::outputs);
+  for (int i = 0; i < 3; ++i) {
+    now_ += 20ms;
+    runners_[0]->service(now_);
+    runners_[1]->service(now_);
+    (void)inputs.fetch();
+    (void)outputs.fetch();
+    come(0, 0x185, {static_cast<std::uint8_t>(0x37 + i), 0x12, 0x08});
+    runners_[0]->service(now_);
+    EXPECT_EQ(channels_[1]->sent.size(), static_cast<std::size_t>(i) + 1);
+    EXPECT_EQ(inputs.fetch(), nullptr);
+    EXPECT_EQ(runners_[0]->next_wake(), now_ + 100us);
+    EXPECT_EQ(runners_[1]->next_wake(), now_ + 100us);
+    now_ += 100us;
+    runners_[0]->service(now_);
+    runners_[1]->service(now_);
+    EXPECT_NE(inputs.fetch(), nullptr);
+    EXPECT_NE(outputs.fetch(), nullptr);
+    EXPECT_GT(runners_[1]->next_wake(), now_);
+  }
+}
+
 }  // namespace
 }  // namespace linegate::gateway
