@@ -92,11 +92,12 @@ function(linegate_unity target files)
   endif()
 endfunction()
 
-# linegate_library(NAME SOURCES a.cpp ... [HOT] [OPTIONS ...] [DEPENDS linegate::x ...] [PRIVATE_DEPENDS ...])
-# makes static library linegate_NAME with alias linegate::NAME. HOT: its sources are compiled one by
-# one, because what is inlined across files makes the way of a frame longer. OPTIONS: of the compiler.
+# linegate_library(NAME SOURCES a.cpp ... [HOT] [NO_FUZZER] [OPTIONS ...] [DEPENDS linegate::x ...]
+# [PRIVATE_DEPENDS ...]) makes static library linegate_NAME with alias linegate::NAME. HOT: its sources are compiled
+# one by one, because what is inlined across files makes the way of a frame longer. NO_FUZZER: no program of
+# tests/fuzz links it. OPTIONS: of the compiler.
 function(linegate_library name)
-  cmake_parse_arguments(ARG "HOT" "" "SOURCES;OPTIONS;DEPENDS;PRIVATE_DEPENDS" ${ARGN})
+  cmake_parse_arguments(ARG "HOT;NO_FUZZER" "" "SOURCES;OPTIONS;DEPENDS;PRIVATE_DEPENDS" ${ARGN})
   if(ARG_SOURCES)
     add_library(linegate_${name} STATIC ${ARG_SOURCES})
     target_link_libraries(linegate_${name} PUBLIC linegate_flags ${ARG_DEPENDS}
@@ -105,8 +106,9 @@ function(linegate_library name)
     if(NOT ARG_HOT)
       linegate_unity(linegate_${name} 8)
     endif()
+    set_target_properties(linegate_${name} PROPERTIES LINEGATE_NO_FUZZER ${ARG_NO_FUZZER})
     set(options ${ARG_OPTIONS})
-    if(LINEGATE_BUILD_FUZZ)
+    if(LINEGATE_BUILD_FUZZ AND NOT ARG_NO_FUZZER)
       # Counts the branches that inputs of a fuzzer reach; tests/fuzz links the fuzzer itself.
       list(APPEND options -fsanitize=fuzzer-no-link)
     endif()
