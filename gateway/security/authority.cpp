@@ -30,7 +30,6 @@ namespace {
 
 namespace files = std::filesystem;
 
-constexpr const char* kCaKeyFile = "ca.key";
 constexpr std::array kAuthorityFiles{kCaFile, kCaKeyFile, kGovernanceFile, kRevocationsFile,
                                      kRevokedNamesFile};
 constexpr long kDay = 24L * 60 * 60;

@@ -13,6 +13,9 @@ inline constexpr const char* kGovernanceFile = "governance.smime";    // signed 
 inline constexpr const char* kPermissionsFile = "permissions.smime";  // signed by the authority
 inline constexpr const char* kRevocationsFile = "revoked.crl";        // signed by the authority
 
+// Of the authority alone: no identity has it.
+inline constexpr const char* kCaKeyFile = "ca.key";
+
 // "ROLE/NAME" of each revoked identity, for running gateways. A gateway does not start without it.
 inline constexpr const char* kRevokedNamesFile = "revoked.names";
 

@@ -17,12 +17,17 @@ namespace linegate::security {
 namespace {
 
 constexpr std::time_t kSoon = 30L * 24 * 60 * 60;
+constexpr const char* kCompareClock = ": compare the clock of this host";
+constexpr const char* kIssueAgain = "issue the identity again";
 
 class Check {
  public:
   Check(const std::string& folder, std::time_t now) : folder_(folder), now_(now) {}
 
   std::vector<Diagnostic> run() {
+    check_folder();
+    if (has_errors(found_))
+      return std::move(found_);
     for (const char* file :
          {kCaFile, kCertificateFile, kKeyFile, kGovernanceFile, kPermissionsFile, kRevocationsFile})
       check_file(file);
@@ -52,6 +57,24 @@ class Check {
     found_.push_back({severity, path(file), 0, 0, std::move(text)});
   }
 
+  void report_folder(std::string text) {
+    found_.push_back({Severity::error, folder_, 0, 0, std::move(text)});
+  }
+
+  // A folder that this user may not enter is reported by its files.
+  void check_folder() {
+    struct stat status {};
+    const auto exists = [&](const std::string& at) { return ::stat(at.c_str(), &status) == 0; };
+    if (!exists(folder_)) {
+      if (errno != EACCES)
+        report_folder("does not exist: name the folder of an identity (linegate security issue)");
+    } else if (!S_ISDIR(status.st_mode)) {
+      report_folder("is not a folder: name the folder of an identity, with its files");
+    } else if (exists(path(kCaKeyFile)) && !exists(path(kCertificateFile))) {
+      report_folder("is the folder of an authority: name that of an identity, as " + path("NAME"));
+    }
+  }
+
   void check_file(const char* file) {
     struct stat status {};
     const bool found = ::stat(path(file).c_str(), &status) == 0;
@@ -65,16 +88,25 @@ class Check {
     }
   }
 
-  void check_validity(const char* file, const X509& it) {
+  // remedy: for a certificate that has expired.
+  void check_validity(const char* file, const X509& it, const std::string& remedy) {
     std::time_t now = now_;
     std::time_t soon = now_ + kSoon;
-    if (X509_cmp_time(X509_get0_notBefore(&it), &now) > 0) {
-      report(file, "is not valid yet: compare the clock of this host");
-    } else if (X509_cmp_time(X509_get0_notAfter(&it), &now) < 0) {
-      report(file, "has expired: issue the identity again");
-    } else if (X509_cmp_time(X509_get0_notAfter(&it), &soon) < 0) {
-      report(file, "expires within 30 days", Severity::warning);
+    const ASN1_TIME* const begin = X509_get0_notBefore(&it);
+    const ASN1_TIME* const end = X509_get0_notAfter(&it);
+    if (X509_cmp_time(begin, &now) > 0) {
+      report(file, "is not valid yet, but from " + utc_text(*begin) + kCompareClock);
+    } else if (X509_cmp_time(end, &now) < 0) {
+      report(file, "has expired, on " + utc_text(*end) + ": " + remedy);
+    } else if (X509_cmp_time(end, &soon) < 0) {
+      report(file, "expires within 30 days, on " + utc_text(*end), Severity::warning);
     }
+  }
+
+  static std::string utc_text(const ASN1_TIME& time) {
+    std::tm parts{};
+    ASN1_TIME_to_tm(&time, &parts);
+    return xml_time(parts) + " UTC";
   }
 
   void check_certificates() {
@@ -84,8 +116,8 @@ class Check {
       return report(kCaFile, "is not a certificate in PEM");
     if (!certificate_)
       return report(kCertificateFile, "is not a certificate in PEM");
-    check_validity(kCaFile, *ca_);
-    check_validity(kCertificateFile, *certificate_);
+    check_validity(kCaFile, *ca_, "make a new authority, and issue each identity again");
+    check_validity(kCertificateFile, *certificate_, kIssueAgain);
     if (X509_verify(certificate_.get(), X509_get0_pubkey(ca_.get())) != 1)
       report(kCertificateFile, "was issued by another authority than " + std::string(kCaFile));
   }
@@ -95,7 +127,8 @@ class Check {
     if (!key) {
       report(kKeyFile, "is not a private key in PEM, or has a password");
     } else if (certificate_ && X509_check_private_key(certificate_.get(), key.get()) != 1) {
-      report(kKeyFile, "does not match " + std::string(kCertificateFile));
+      report(kKeyFile, "does not match " + std::string(kCertificateFile) +
+                           ": copy the whole folder of the identity again");
     }
   }
 
@@ -159,9 +192,11 @@ class Check {
     }
     const std::string now = xml_time(now_);
     if (content_of("not_before", text) > now) {
-      report(kPermissionsFile, "is not valid yet: compare the clock of this host");
+      report(kPermissionsFile, "is not valid yet, but from " + content_of("not_before", text) +
+                                   " UTC" + kCompareClock);
     } else if (content_of("not_after", text) <= now) {
-      report(kPermissionsFile, "has expired: issue the identity again");
+      report(kPermissionsFile,
+             "has expired, on " + content_of("not_after", text) + " UTC: " + kIssueAgain);
     }
   }
 
@@ -189,6 +224,10 @@ class Check {
   static std::string xml_time(std::time_t time) {
     std::tm parts{};
     ::gmtime_r(&time, &parts);
+    return xml_time(parts);
+  }
+
+  static std::string xml_time(const std::tm& parts) {
     std::array<char, 32> text{};
     std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%S", &parts);
     return text.data();

@@ -562,6 +562,11 @@ class Check : public Authority {
   void take(const char* file, const files::path& from) const {
     files::copy_file(from / file, alice / file, files::copy_options::overwrite_existing);
   }
+  // Of alice, with TIME for each time in UTC.
+  std::string findings_without_time(std::time_t after) const {
+    static const std::regex time("[0-9]{4}-[0-9]{2}-[0-9]{2}T[0-9]{2}:[0-9]{2}:[0-9]{2} UTC");
+    return std::regex_replace(findings(alice, after), time, "TIME");
+  }
   const files::path alice = plant / "alice";
   const files::path other = top / "other";
 };
@@ -611,19 +616,60 @@ TEST_F(Check, NamesAnotherAuthority) {
 }
 
 TEST_F(Check, NamesCertificatesOutsideTheirTime) {
-  EXPECT_EQ(findings(alice, 31 * kDay), "identity.crt expires within 30 days\n");
-  EXPECT_EQ(findings(alice, 61 * kDay),
-            "identity.crt has expired: issue the identity again\n"
-            "permissions.smime has expired: issue the identity again\n");
-  EXPECT_EQ(findings(alice, -kDay),
-            "ca.crt is not valid yet: compare the clock of this host\n"
-            "identity.crt is not valid yet: compare the clock of this host\n"
-            "permissions.smime is not valid yet: compare the clock of this host\n");
+  EXPECT_EQ(findings_without_time(31 * kDay), "identity.crt expires within 30 days, on TIME\n");
+  EXPECT_EQ(findings_without_time(61 * kDay),
+            "identity.crt has expired, on TIME: issue the identity again\n"
+            "permissions.smime has expired, on TIME: issue the identity again\n");
+  EXPECT_EQ(findings_without_time(-kDay),
+            "ca.crt is not valid yet, but from TIME: compare the clock of this host\n"
+            "identity.crt is not valid yet, but from TIME: compare the clock of this host\n"
+            "permissions.smime is not valid yet, but from TIME: compare the clock of this host\n");
+  const std::string all = findings_without_time(3651 * kDay);
+  EXPECT_EQ(all.find("ca.crt has expired, on TIME: make a new authority, and issue each identity "
+                     "again\n"),
+            0U)
+      << all;
+}
+
+TEST_F(Check, NamesTheTimeOfACertificateAsItsIssuerDoes) {
+  const std::string file = (top / "end").string();
+  ASSERT_TRUE(
+      run("TZ=UTC date -u '+%Y-%m-%dT%H:%M:%S UTC' -d \"$(openssl x509 -noout -enddate -in '" +
+          (alice / kCertificateFile).string() + "' | cut -d= -f2)\" > '" + file + "'"));
+  std::string end = content(file);
+  end.erase(end.find('\n'));
+  EXPECT_EQ(findings(alice, 31 * kDay), "identity.crt expires within 30 days, on " + end + "\n");
+}
+
+TEST_F(Check, NamesAFolderThatIsNoneOfAnIdentity) {
+  const auto folder = [&](const files::path& at) {
+    const auto found = check_identity(at.string(), std::time(nullptr));
+    EXPECT_EQ(found.size(), 1U) << at;
+    EXPECT_EQ(found.empty() ? "" : found[0].file, at.string());
+    return found.empty() ? "" : found[0].text;
+  };
+  EXPECT_EQ(folder(plant / "nobody"),
+            "does not exist: name the folder of an identity (linegate security issue)");
+  EXPECT_EQ(folder(alice / kKeyFile / "nobody"),
+            "does not exist: name the folder of an identity (linegate security issue)");
+  EXPECT_EQ(folder(alice / kCertificateFile),
+            "is not a folder: name the folder of an identity, with its files");
+  EXPECT_EQ(folder(plant), "is the folder of an authority: name that of an identity, as " +
+                               (plant / "NAME").string());
+  const auto of_gateway = check_gateway(plant.string(), "hall-7", std::time(nullptr));
+  ASSERT_EQ(of_gateway.size(), 1U) << "linegated and linegate check report the same";
+  EXPECT_EQ(of_gateway[0].text, folder(plant));
+  const files::path empty = top / "empty";
+  files::create_directory(empty);
+  EXPECT_NE(findings(empty).find("identity.crt is missing: copy the whole folder"),
+            std::string::npos);
 }
 
 TEST_F(Check, NamesAKeyThatDoesNotFitOrHasAPassword) {
   take(kKeyFile, plant / "bob");
-  EXPECT_EQ(findings(alice), "identity.key does not match identity.crt\n");
+  EXPECT_EQ(
+      findings(alice),
+      "identity.key does not match identity.crt: copy the whole folder of the identity again\n");
   ASSERT_TRUE(run("openssl pkey -aes128 -passout pass:secret -in '" + (alice / kKeyFile).string() +
                   "' -out '" + (top / "locked").string() + "'"));
   files::copy_file(top / "locked", alice / kKeyFile, files::copy_options::overwrite_existing);
