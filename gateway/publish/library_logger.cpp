@@ -1,21 +1,42 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/publish/library_logger.h"
 
+#include <utility>
+#include <vector>
+
 #include <spdlog/spdlog.h>
 
 #include "gateway/publish/foreign_text.h"
 
 namespace linegate::gateway {
 
+namespace {
+
+spdlog::level::level_enum level_of(Severity severity) {
+  return severity == Severity::error ? spdlog::level::err : spdlog::level::warn;
+}
+
+}  // namespace
+
 void LibraryLogger::write(Severity severity, std::string_view text, Instant now) {
   std::uint64_t left_out = 0;
+  std::vector<RepeatedTexts::Joined> repeated;
+  bool admitted = false;
   {
     const std::lock_guard lock(mutex_);
-    if (!limit_.admit(now, left_out)) {
-      return;
+    while (auto joined = repeats_.pop_due(now)) {
+      repeated.push_back(*std::move(joined));
     }
+    admitted = repeats_.admit(severity, text, now) && limit_.admit(now, left_out);
   }
-  const auto level = severity == Severity::error ? spdlog::level::err : spdlog::level::warn;
+  for (const RepeatedTexts::Joined& one : repeated) {
+    spdlog::log(level_of(one.severity), "Fast DDS: {} ({} more suppressed)", printable(one.text),
+                one.suppressed);
+  }
+  if (!admitted) {
+    return;
+  }
+  const auto level = level_of(severity);
   if (left_out > 0) {
     spdlog::log(level, "Fast DDS: {} ({} more messages left out)", printable(text), left_out);
   } else {

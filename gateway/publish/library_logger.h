@@ -6,11 +6,13 @@
 #include <string_view>
 
 #include "gateway/publish/rate_limit.h"
+#include "gateway/publish/repeated_texts.h"
 #include "stack/base/diagnostic.h"
 
 namespace linegate::gateway {
 
-// Limits the rate of messages, and counts suppressed ones.
+// Joins equal messages, limits the rate of all, and counts suppressed ones. The number is written
+// with a later message.
 class LibraryLogger {
  public:
   // From any thread.
@@ -18,6 +20,7 @@ class LibraryLogger {
 
  private:
   std::mutex mutex_;
+  RepeatedTexts repeats_;
   RateLimit limit_;
 };
 

@@ -268,11 +268,57 @@ TEST(LibraryLogger, TellsWarningsAndErrorsAndCutsAStormShort) {
   logger.write(Severity::warning, "first\nsecond", start);
   EXPECT_EQ(log.lines(), std::vector<std::string>{"warning Fast DDS: first.second"});
   for (int i = 0; i < 1000; ++i) {
-    logger.write(Severity::error, "storm", start);
+    logger.write(Severity::error, "storm " + std::to_string(i), start);
   }
   EXPECT_EQ(log.lines().size(), static_cast<std::size_t>(RateLimit::kBurst));
   logger.write(Severity::error, "last", start + 1s);
   EXPECT_EQ(log.lines().back(), "error Fast DDS: last (981 more messages left out)");
+}
+
+// The program of a revoked identity tries to authenticate about twice a second, as long as it runs.
+TEST(LibraryLogger, JoinsEqualMessagesOfAMinute) {
+  LogKeeper log;
+  LibraryLogger logger;
+  const Instant start{1s};
+  const std::string text = "Error verifying certificate";
+  for (Duration at = 0s; at <= 2min; at += 500ms) {
+    logger.write(Severity::warning, text, start + at);
+  }
+  const std::string line = "warning Fast DDS: " + text;
+  std::vector<std::string> expected{line, line + " (119 more suppressed)",
+                                    line + " (120 more suppressed)"};
+  EXPECT_EQ(log.lines(), expected);
+  logger.write(Severity::error, text, start + 2min);
+  expected.push_back("error Fast DDS: " + text);
+  EXPECT_EQ(log.lines(), expected) << "an error is no warning";
+  logger.write(Severity::warning, "other", start + 1h);
+  expected.push_back(line + " (1 more suppressed)");
+  expected.emplace_back("warning Fast DDS: other");
+  EXPECT_EQ(log.lines(), expected) << "suppressed ones are reported with the next message";
+  logger.write(Severity::warning, "other", start + 3h);
+  expected.emplace_back("warning Fast DDS: other");
+  EXPECT_EQ(log.lines(), expected);
+}
+
+TEST(RepeatedTexts, FurtherMessagesAreNotLimited) {
+  RepeatedTexts texts;
+  const Instant start{1s};
+  for (std::size_t i = 0; i < RepeatedTexts::kPlaces; ++i) {
+    EXPECT_TRUE(texts.admit(Severity::warning, std::to_string(i), start));
+    EXPECT_FALSE(texts.admit(Severity::warning, std::to_string(i), start));
+  }
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_TRUE(texts.admit(Severity::warning, "further", start));
+    EXPECT_TRUE(texts.admit(Severity::warning, std::string(RepeatedTexts::kLongest + 1, 'x'),
+                            start + RepeatedTexts::kPeriod));
+  }
+  EXPECT_FALSE(texts.pop_due(start + RepeatedTexts::kPeriod - 1ns));
+  for (std::size_t i = 0; i < RepeatedTexts::kPlaces; ++i) {
+    const auto due = texts.pop_due(start + RepeatedTexts::kPeriod);
+    ASSERT_TRUE(due);
+    EXPECT_EQ(due->suppressed, 1U);
+  }
+  EXPECT_FALSE(texts.pop_due(start + RepeatedTexts::kPeriod));
 }
 
 TEST(EventLogger, JoinsTheHeartbeatsThatAreLostWithTheInterface) {
