@@ -31,14 +31,14 @@ class Bitmap {
   void clear_all() { std::fill(words_.begin(), words_.end(), 0); }
   const std::vector<std::uint64_t>& words() const { return words_; }
 
-  // Clears all bits, and calls take(bit) for each in ascending order. Bits that take() sets stay
-  // set.
-  template <class Take>
-  void drain(Take take) {
+  // Clears all bits, and calls visit(bit) for each that was set, in ascending order. Bits that
+  // visit() sets stay set.
+  template <class Visit>
+  void drain(Visit visit) {
     for (std::size_t word = 0; word < words_.size(); ++word) {
       for (std::uint64_t bits = std::exchange(words_[word], 0); bits != 0; bits &= bits - 1) {
         const auto bit = static_cast<std::size_t>(std::countr_zero(bits));
-        take(static_cast<std::uint16_t>(64 * word + bit));
+        visit(static_cast<std::uint16_t>(64 * word + bit));
       }
     }
   }

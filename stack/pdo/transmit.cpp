@@ -196,7 +196,7 @@ void Engine::Impl::release_held() {
     return;
   }
   follow_mode();
-  const auto take = [this](Bitmap& slots, bool always) {
+  const auto release = [this](Bitmap& slots, bool always) {
     slots.drain([this, always](std::uint16_t slot) {
       if (tpdos[slot].mpdo != MpdoMode::none) {
         release_mpdos(tpdos[slot]);
@@ -205,8 +205,8 @@ void Engine::Impl::release_held() {
       }
     });
   };
-  take(held_always, true);
-  take(held_changed, false);
+  release(held_always, true);
+  release(held_changed, false);
 }
 
 [[gnu::hot]] void Engine::Impl::source_changed(std::uint16_t slot, bool always) {
