@@ -95,6 +95,7 @@ static_assert(same(v1::REFUSAL_IDENTIFIER_IN_USE, line::Refusal::identifier_in_u
 static_assert(same(v1::REFUSAL_BOUND_ENTRY, line::Refusal::bound_entry));
 static_assert(same(v1::REFUSAL_NO_ACKNOWLEDGE, line::Refusal::no_acknowledge));
 static_assert(same(v1::REFUSAL_AWAITS_TURN, line::Refusal::awaits_turn));
+static_assert(same(v1::REFUSAL_NO_RIGHT, line::Refusal::no_right));
 
 static_assert(same(v1::OUTPUT_REFUSAL_NONE, line::OutputRefusal::none));
 static_assert(same(v1::OUTPUT_REFUSAL_NOT_PERMITTED, line::OutputRefusal::not_permitted));
@@ -107,6 +108,7 @@ static_assert(same(v1::OUTPUT_REFUSAL_BAD_REACTION, line::OutputRefusal::bad_rea
 static_assert(same(v1::OUTPUT_REFUSAL_WRONG_ROLE, line::OutputRefusal::wrong_role));
 static_assert(same(v1::OUTPUT_REFUSAL_BOUND_ENTRY, line::OutputRefusal::bound_entry));
 static_assert(same(v1::OUTPUT_REFUSAL_BUSY, line::OutputRefusal::busy));
+static_assert(same(v1::OUTPUT_REFUSAL_NO_RIGHT, line::OutputRefusal::no_right));
 
 static_assert(same(v1::OUTPUT_WAIT_VALUE, line::OutputWait::value));
 static_assert(same(v1::OUTPUT_WAIT_VALUES, line::OutputWait::values));

@@ -691,7 +691,7 @@ bool GatewayBridge::Impl::read_output(GatewayHandler& handler) {
   message.from = sender;
   if (!authorize(sender)) {
     handler.on_output_refused({message.line, message.client, sender}, output_sample.group(),
-                              line::OutputRefusal::not_permitted, kForeignPartition);
+                              line::OutputRefusal::no_right, kForeignPartition);
     return true;
   }
   const OutputCheck check = from_wire(output_sample, message.write);
@@ -731,7 +731,7 @@ std::string GatewayBridge::Impl::replies_to_sender() const {
 void GatewayBridge::Impl::handle(const v1::CommandRequest& request, GatewayHandler& handler) {
   if (!authorize(sender)) {
     handler.on_command_refused({request.line().to_string(), request.client().to_string(), sender},
-                               request.kind(), line::Refusal::not_permitted, kForeignPartition);
+                               request.kind(), line::Refusal::no_right, kForeignPartition);
     return;
   }
   CommandDesk::Outcome outcome;

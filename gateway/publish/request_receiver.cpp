@@ -108,8 +108,10 @@ bool RequestReceiver::crosses(const LineHost& host, const CommandRequest& reques
 line::Refusal RequestReceiver::judge(const LineHost& host, const CommandRequest& request) const {
   const line::Command& command = request.command;
   const config::LineAccess access = access_of(host.plan, request.from);
-  if (!permitted(command, request.from.right) ||
-      !permitted(command, access.commands, access.outputs)) {
+  if (!permitted(command, request.from.right)) {
+    return line::Refusal::no_right;
+  }
+  if (!permitted(command, access.commands, access.outputs)) {
     return line::Refusal::not_permitted;
   }
   if (!crosses(host, request)) {
@@ -120,6 +122,19 @@ line::Refusal RequestReceiver::judge(const LineHost& host, const CommandRequest&
     return line::Refusal::stale_layout;
   }
   return line::Refusal::none;
+}
+
+line::OutputRefusal RequestReceiver::judge_outputs(const LineHost* host,
+                                                   const ClientIdentity& from) {
+  if (host == nullptr) {
+    return line::OutputRefusal::unknown_group;
+  }
+  if (from.right == ClientRight::none) {
+    return line::OutputRefusal::no_right;
+  }
+  return access_of(host->plan, from).outputs == config::Access::all
+             ? line::OutputRefusal::none
+             : line::OutputRefusal::not_permitted;
 }
 
 void RequestReceiver::on_command(CommandRequest request) {
@@ -158,9 +173,10 @@ void RequestReceiver::on_gateway_command(GatewayCommandRequest request) {
   request.command.audited = !permitted(request.command.request, config::Access::read);
   LineHost* host = find(request.line);
   line::Refusal refusal = line::Refusal::unknown_line;
-  if (host != nullptr &&
-      (!permitted(request.command.request, request.from.right) ||
-       !permitted(request.command.request, access_of(host->plan, request.from).commands))) {
+  if (host != nullptr && !permitted(request.command.request, request.from.right)) {
+    refusal = line::Refusal::no_right;
+  } else if (host != nullptr &&
+             !permitted(request.command.request, access_of(host->plan, request.from).commands)) {
     refusal = line::Refusal::not_permitted;
   } else if (host != nullptr) {
     auto& ring = host->port.interface_commands;
@@ -177,7 +193,7 @@ void RequestReceiver::on_gateway_command(GatewayCommandRequest request) {
 void RequestReceiver::read_journal(GatewayCommandRequest request) {
   const std::uint64_t tag = request.command.tag;
   if (!permitted(request.command.request, request.from.right)) {
-    refuse(tag, line::Refusal::not_permitted);
+    refuse(tag, line::Refusal::no_right);
   } else if (journal_ == nullptr) {
     answer(refused_page(tag, {line::Refusal::wrong_state,
                               "this gateway has no journal (journal: in its plant.yaml)"}));
@@ -202,12 +218,10 @@ void RequestReceiver::refuse_command(LineHost* host, std::string_view line, std:
 void RequestReceiver::on_output_write(OutputRequest request) {
   LineHost* host = find(request.line);
   request.write.client_number = clients_.number(request.from, request.client);
-  const bool may_write = host != nullptr && request.from.right != ClientRight::none &&
-                         access_of(host->plan, request.from).outputs == config::Access::all;
-  if (!may_write) {
+  const line::OutputRefusal refusal = judge_outputs(host, request.from);
+  if (refusal != line::OutputRefusal::none) {
     notice(host, request.line,
-           event::OutputRefused{.refusal = host == nullptr ? line::OutputRefusal::unknown_group
-                                                           : line::OutputRefusal::not_permitted,
+           event::OutputRefused{.refusal = refusal,
                                 .group = request.write.group,
                                 .client = request.write.client_number});
     return;

@@ -19,7 +19,7 @@ namespace linegate::line {
 enum class Refusal : std::uint8_t {
   none,
   busy,           // a queue is full, try again
-  not_permitted,  // the line's access configuration does not allow it
+  not_permitted,  // the access of the line (for the client) does not allow it
   bad_request,    // a field is out of range, or fields are inconsistent
   unknown_line,
   unknown_entry,      // no such output entry
@@ -36,6 +36,7 @@ enum class Refusal : std::uint8_t {
   bound_entry,        // the output follows an input of another line and cannot be written
   no_acknowledge,     // the bus did not acknowledge the frame in time; it may still be sent
   awaits_turn,        // waits for an inhibit time, SYNC, or the remote request of a PDO; sent then
+  no_right,           // the role of the client's certificate does not allow it, or it is revoked
 };
 std::string_view describe(Refusal refusal);
 

@@ -7,6 +7,14 @@
 #include "stack/line/state.h"
 
 namespace linegate::line {
+namespace {
+
+constexpr std::string_view kNotPermitted =
+    "not permitted by the access of the line (`access:` in plant.yaml)";
+constexpr std::string_view kNoRight =
+    "not permitted by the client's certificate: its role, or it is revoked";
+
+}  // namespace
 
 std::string_view name(Role role) {
   switch (role) {
@@ -79,8 +87,7 @@ std::string_view describe(Refusal refusal) {
     case Refusal::busy:
       return "a queue is full, try again";
     case Refusal::not_permitted:
-      return "not permitted by the line's access configuration, or by the role of the client's "
-             "certificate";
+      return kNotPermitted;
     case Refusal::bad_request:
       return "a field is out of range or the fields do not go together";
     case Refusal::unknown_line:
@@ -115,6 +122,8 @@ std::string_view describe(Refusal refusal) {
     case Refusal::awaits_turn:
       return "not sent yet, waits for its turn (inhibit time, SYNC or remote request); it is sent "
              "then";
+    case Refusal::no_right:
+      return kNoRight;
   }
   return "unknown refusal";
 }
@@ -124,7 +133,7 @@ std::string_view describe(OutputRefusal refusal) {
     case OutputRefusal::none:
       return "applied";
     case OutputRefusal::not_permitted:
-      return "not permitted by the line's access configuration";
+      return kNotPermitted;
     case OutputRefusal::stale_layout:
       return "made for another image layout";
     case OutputRefusal::unknown_group:
@@ -143,6 +152,8 @@ std::string_view describe(OutputRefusal refusal) {
       return "an output follows an input of another line (forward:), nothing else writes it";
     case OutputRefusal::busy:
       return "too many other clients have unfinished requests";
+    case OutputRefusal::no_right:
+      return kNoRight;
   }
   return "unknown refusal";
 }

@@ -65,7 +65,7 @@ struct BoundValue {
 // Why an OutputWrite was not applied. Append only: DDS contract.
 enum class OutputRefusal : std::uint8_t {
   none,
-  not_permitted,
+  not_permitted,  // the access of the line (for the client) does not allow it
   stale_layout,
   unknown_group,
   unknown_entry,  // no such entry, or not in this group
@@ -75,6 +75,7 @@ enum class OutputRefusal : std::uint8_t {
   wrong_role,    // not possible in the line's role: an observer transmits nothing
   bound_entry,   // an output follows an input of another line and cannot be written
   busy,          // too many other clients have unfinished requests, see RequestBudget
+  no_right,      // the role of the client's certificate does not allow it, or it is revoked
 };
 std::string_view describe(OutputRefusal refusal);
 

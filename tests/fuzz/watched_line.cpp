@@ -29,7 +29,7 @@ void check_error(const Error& error) {
       return;
     case Domain::command:
       LINEGATE_EXPECT(error.code > 0);
-      LINEGATE_EXPECT(error.code <= static_cast<std::uint32_t>(line::Refusal::awaits_turn));
+      LINEGATE_EXPECT(error.code <= static_cast<std::uint32_t>(line::Refusal::no_right));
       return;
     default:
       LINEGATE_EXPECT(false);

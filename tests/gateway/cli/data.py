@@ -192,7 +192,7 @@ def check_types(plant):
 
 
 def check_access(plant):
-    not_permitted = "not permitted by the line's access configuration, or by the role of the client's certificate"
+    not_permitted = "not permitted by the access of the line (`access:` in plant.yaml)"
     plant.expect(not_permitted, "send", "press", "351#00", code=1)
     plant.expect(not_permitted, "sdo", "write", "press:8", "6200", "1", "u8", "1", "--by-pdo", code=1)
     plant.expect(not_permitted, "trigger", "press", "1", code=1)

@@ -214,17 +214,52 @@ TEST_F(RequestReceiverTest, ACommandNeedsTheRightOfItsClientAndTheAccessOfItsLin
     return reply.error;
   };
   const Error not_permitted = line::to_error(line::Refusal::not_permitted);
+  const Error no_right = line::to_error(line::Refusal::no_right);
   EXPECT_EQ(refusal(ClientRight::operate, line::NmtRequest{.node = 5}), Error{});
-  EXPECT_EQ(refusal(ClientRight::operate, line::SdoWrite{.node = 5}), not_permitted);
+  EXPECT_EQ(refusal(ClientRight::operate, line::SdoWrite{.node = 5}), no_right);
   EXPECT_EQ(refusal(ClientRight::engineer, line::SdoWrite{.node = 5}), Error{});
-  EXPECT_EQ(refusal(ClientRight::none, line::SdoRead{.node = 5}), not_permitted);
+  EXPECT_EQ(refusal(ClientRight::none, line::SdoRead{.node = 5}), no_right);
   hosts[0]->plan.commands = config::Access::read;
   EXPECT_EQ(refusal(ClientRight::engineer, line::SdoWrite{.node = 5}), not_permitted);
+  EXPECT_EQ(refusal(ClientRight::operate, line::SdoWrite{.node = 5}), no_right);
   EXPECT_EQ(clients.describe(1), "alice (hmi at panel3)");
   OutputRequest outputs{.line = "press", .from = {.id = {1}, .right = ClientRight::none}};
   receiver->on_output_write(std::move(outputs));
   line::OutputWrite write;
   EXPECT_FALSE(hosts[0]->port.outputs.pop(write));
+}
+
+// The operator has to change the line in one case, and needs another certificate in the other.
+TEST_F(RequestReceiverTest, ARefusalStatesWhetherTheLineOrTheCertificateRefuses) {
+  hosts[0]->plan.outputs = config::Access::off;
+  std::vector<std::string> texts;
+  const auto notices = [&] {
+    for (Event event; hosts[0]->port.notices.pop(event);)
+      texts.push_back(describe(event, {}, {}, nullptr));
+  };
+  for (const ClientRight right : {ClientRight::none, ClientRight::engineer}) {
+    CommandRequest command{.line = "press"};
+    command.command.request = line::NmtRequest{.node = 5};
+    command.from = {.id = {1}, .right = right, .subject = "alice"};
+    receiver->on_command(std::move(command));
+    notices();
+    GatewayCommandRequest restart{.line = "press"};
+    restart.command.request = request::BusRestart{};
+    restart.from = {.id = {1}, .right = right, .subject = "alice"};
+    receiver->on_gateway_command(std::move(restart));
+    notices();
+    receiver->on_output_write(
+        {.line = "press", .from = {.id = {1}, .right = right, .subject = "alice"}});
+    notices();
+  }
+  const std::string certificate(line::describe(line::Refusal::no_right));
+  const std::string access(line::describe(line::Refusal::not_permitted));
+  EXPECT_EQ(certificate, "not permitted by the client's certificate: its role, or it is revoked");
+  EXPECT_EQ(access, "not permitted by the access of the line (`access:` in plant.yaml)");
+  ASSERT_EQ(texts.size(), 6U);
+  for (std::size_t i = 0; i < texts.size(); ++i) {
+    EXPECT_NE(texts[i].find(i < 3 ? certificate : access), std::string::npos) << texts[i];
+  }
 }
 
 // The executor of the line is late: nobody empties the ring.
@@ -360,7 +395,7 @@ TEST_F(RequestReceiverTest, AReadOfTheJournalNeedsNoLineAndIsRefusedWithASentenc
   JournalServer server("/nowhere/journal.db", pages, publisher);  // not started: requests wait
   RequestReceiver with(edge, hosts, PublisherInlets{refusals, gateway_notices, publisher}, clients,
                        "", &server);
-  EXPECT_EQ(ask(with, ClientRight::none, 1)->error, line::to_error(line::Refusal::not_permitted));
+  EXPECT_EQ(ask(with, ClientRight::none, 1)->error, line::to_error(line::Refusal::no_right));
   for (std::size_t i = 0; i < JournalServer::kOfOneClient; ++i) {
     EXPECT_FALSE(ask(with, ClientRight::operate, 1)) << i;
   }

@@ -169,7 +169,7 @@ class CommandRights : public testing::Test {
   };
 
   // Sends each kind of request to each line. A cell is "yes" if the answer is any other than
-  // Refusal::not_permitted.
+  // Refusal::not_permitted or no_right.
   void observe(const std::string& role, Table& out) {
     std::vector<Cell> cells;
     for (const auto& [line, access] : kLines) {
@@ -212,7 +212,10 @@ class CommandRights : public testing::Test {
   static std::string cell_of(const Error& error) {
     if (error == line::to_error(line::Refusal::busy))
       return "busy";
-    return error == line::to_error(line::Refusal::not_permitted) ? "no" : "yes";
+    return error == line::to_error(line::Refusal::not_permitted) ||
+                   error == line::to_error(line::Refusal::no_right)
+               ? "no"
+               : "yes";
   }
 
   // To a group that no line has: the line refuses it for this reason if the client is permitted.
