@@ -46,8 +46,7 @@ std::vector<const Line*> find_lines(Context& context, Model& model, const std::s
   });
   auto found = model.find(line);
   if (std::ranges::none_of(found, is_received)) {
-    context.err << (line.empty() ? "no gateway was found" : "no line '" + printable(line) + "'")
-                << '\n';
+    context.err << no_line_text(context, model, line) << '\n';
     found.clear();
   }
   return found;

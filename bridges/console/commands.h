@@ -3,6 +3,7 @@
 // errors to `err`, and returns the exit code of the program.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <iosfwd>
 #include <string>
@@ -22,6 +23,13 @@ inline constexpr int kIncomplete = 3;
 // A value or a command was accepted but not sent yet; the reason was printed.
 inline constexpr int kHeldBack = 4;
 
+// How the client takes part in DDS, for messages.
+struct DdsSettings {
+  std::uint32_t domain = 0;
+  std::string security{};  // folder of its identity; empty: without DDS-Security
+  std::string profile{};   // file of QoS profiles; empty: the default one
+};
+
 struct Context {
   Client& client;
   std::ostream& out;
@@ -30,6 +38,7 @@ struct Context {
   bool utc = false;  // print times in UTC instead of local time; JSON always has UTC
   Duration wait = std::chrono::seconds(5);     // for the discovery of a gateway
   Duration timeout = std::chrono::seconds(5);  // for an answer
+  DdsSettings dds{};
 };
 
 // "LINE:NODE": the name or the network-ID of a line, or "GATEWAY/LINE", and the name of a node

@@ -140,9 +140,7 @@ int print_kept(Context& context, Model& model, const EventsRequest& request, Eve
   });
   list.take(model);
   if (model.find(request.line).empty()) {
-    context.err << (request.line.empty() ? "no gateway was found"
-                                         : "no line '" + request.line + "'")
-                << '\n';
+    context.err << no_line_text(context, model, request.line) << '\n';
     return kFailed;
   }
   left -= list.print(model, left);

@@ -77,7 +77,7 @@ int gateways(Context& context) {
            std::ranges::none_of(context.client.discovery().gateways, is_missing);
   });
   if (model.gateways().empty()) {
-    context.err << "no gateway was found\n";
+    context.err << no_gateway_text(context) << '\n';
     return kFailed;
   }
   nlohmann::ordered_json all = nlohmann::ordered_json::array();

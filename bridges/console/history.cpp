@@ -317,6 +317,15 @@ bool resolve_history_node(Context& context, Model& model, const std::string& nod
   const Line* const line = find_line(context, model, ref.line);
   if (line == nullptr || !resolve_node(context, model, *line, ref)) {
     return false;
+std::string no_journal_text(const Context& context, const Model& model, const std::string& line) {
+  std::string found;
+  for (const auto& [name, view] : model.gateways()) {
+    found += (found.empty() ? "" : ", ") + printable(name);
+  }
+  return found.empty() ? no_gateway_text(context)
+                       : "no gateway of line '" + printable(line) + "'; gateways found: " + found;
+}
+
   }
   read.line = line->id.gateway + '/' + line->id.line;
   read.node = ref.node;
@@ -459,9 +468,7 @@ int history(Context& context, const HistoryRequest& request, bool follow,
   }
   auto journals = journals_of(context, model, request, read);
   if (journals.empty()) {
-    context.err << (model.gateways().empty() ? "no gateway was found"
-                                             : "no gateway of line '" + printable(*read.line) + "'")
-                << '\n';
+    context.err << no_journal_text(context, model, read.line.value_or("")) << '\n';
     return kFailed;
   }
   History history({.out = context.out,

@@ -82,6 +82,27 @@ void poll(Context& context, Model& model, Duration timeout) {
   }
 }
 
+std::string no_gateway_text(const Context& context) {
+  const DdsSettings& dds = context.dds;
+  const bool secured = !dds.security.empty();
+  return "no gateway was found (DDS domain " + std::to_string(dds.domain) + ", " +
+         (secured ? "identity " + printable(dds.security) : "without security") +
+         (dds.profile.empty() ? "" : ", profile " + printable(dds.profile)) +
+         "): check that linegated runs, with this domain and " +
+         (secured ? "an identity of the same authority" : "without `security`") +
+         " in `dds:` of its plant.yaml; then see \"When something fails\" in OPERATING.md";
+}
+
+std::string no_line_text(const Context& context, const Model& model, const std::string& name) {
+  const bool none = model.lines().empty() && model.gateways().empty();
+  const std::string unsettled = unsettled_text(context, model);
+  return (none ? no_gateway_text(context)
+          : name.empty()
+              ? "no line was received"
+              : "no line '" + printable(name) + "'; lines found: " + known_lines(model)) +
+         (unsettled.empty() ? "" : "; " + unsettled);
+}
+
 namespace {
 
 bool poll_until(Context& context, Model& model, const std::function<bool()>& condition) {
@@ -104,16 +125,13 @@ const Line* the_one(Context& context, const Model& model, const std::string& nam
     context.err << "the name matches more than one line: " << full_names(found) << '\n';
     return nullptr;
   }
-  const std::string unsettled = unsettled_text(context, model);
   if (found.empty() || !found.front()->view) {
-    context.err << (name.empty()
-                        ? "no gateway was found"
-                        : "no line '" + printable(name) + "'; lines found: " + known_lines(model))
-                << (unsettled.empty() ? "" : "; " + unsettled) << '\n';
+    context.err << no_line_text(context, model, name) << '\n';
     return nullptr;
   }
   const Line& line = *found.front();
   if (!certain) {
+    const std::string unsettled = unsettled_text(context, model);
     context.err << "'" << printable(name) << "' may be ambiguous: "
                 << (unsettled.empty() ? "discovery has not ended" : unsettled)
                 << "; name the line as " << full_names(found) << ", or use a longer --wait\n";

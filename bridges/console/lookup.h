@@ -29,6 +29,13 @@ bool wait_until_settled(Context& context, Model& model, const std::function<bool
 // Returns kDone, or kIncomplete after a message on context.err that names what is missing.
 int completeness(Context& context, const Model& model);
 
+// The error message of a command that received nothing from any gateway: where the client looked,
+// and what to check.
+std::string no_gateway_text(const Context& context);
+// That no line has this name (empty: that there is no line), with the lines found and what was not
+// received; or no_gateway_text().
+std::string no_line_text(const Context& context, const Model& model, const std::string& name);
+
 // The only line with that name; nullptr after an error message that lists the candidates.
 // "GATEWAY/LINE" is unambiguous as soon as it is received. Other names wait for all gateways.
 const Line* find_line(Context& context, Model& model, const std::string& line);

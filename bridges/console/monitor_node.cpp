@@ -62,7 +62,7 @@ int find_on_any_line(Context& context, Model& model, const std::string& name, Fi
                        [&](const NamedOnLine& one) { return one.node->name == name; });
   const std::string unsettled = unsettled_text(context, model);
   if (model.lines().empty()) {
-    context.err << "no gateway was found\n";
+    context.err << no_line_text(context, model, "") << '\n';
   } else if (meant.empty()) {
     context.err << "no node '" << printable(name) << "' on any line; there are: "
                 << (all.empty() ? "none with a name" : list_of_nodes(model, all, true))

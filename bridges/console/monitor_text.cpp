@@ -115,9 +115,7 @@ int monitor_once(Context& context, const MonitorOptions& options, Model& model,
   };
   const bool complete = wait_until(context, model, have_all);
   if (model.find(options.filter.line).empty()) {
-    context.err << (model.lines().empty() ? "no gateway was found"
-                                          : "no line '" + options.filter.line + "'")
-                << '\n';
+    context.err << no_line_text(context, model, options.filter.line) << '\n';
     return kFailed;
   }
   TextMonitor(context, options, model).all();
@@ -141,7 +139,7 @@ int monitor_text(Context& context, const MonitorOptions& options, Model& model,
   const bool heard =
       wait_until(context, model, [&] { return !model.lines().empty() || stopped(); });
   if (!heard) {
-    context.err << "no gateway was found\n";
+    context.err << no_line_text(context, model, "") << '\n';
     return kFailed;
   }
   TextMonitor monitor(context, options, model);

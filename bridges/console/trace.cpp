@@ -209,7 +209,7 @@ int trace(Context& context, std::uint64_t count, const std::function<bool()>& st
     printed += tracer.look(model);
     tracer.ask(model);
     if (model.lines().empty() && std::chrono::steady_clock::now() >= end) {
-      context.err << "no gateway was found\n";
+      context.err << no_line_text(context, model, "") << '\n';
       return kFailed;
     }
   }

@@ -90,13 +90,15 @@ int CommandLine::with_client(const Topics& topics, const ClientAction& action) c
     common_.json ? print_failure(std::cout, err.text()) : void();
     return kExitFailed;
   }
-  console::Context context{.client = **made.value,
-                           .out = out,
-                           .err = err,
-                           .json = common_.json,
-                           .utc = common_.utc,
-                           .wait = seconds(common_.wait),
-                           .timeout = seconds(common_.timeout)};
+  console::Context context{
+      .client = **made.value,
+      .out = out,
+      .err = err,
+      .json = common_.json,
+      .utc = common_.utc,
+      .wait = seconds(common_.wait),
+      .timeout = seconds(common_.timeout),
+      .dds = {.domain = common_.domain, .security = common_.security, .profile = common_.profile}};
   const int code = action(context);
   if (code == console::kUsage && common_.json) {
     print_usage_error(std::cout, err.text());

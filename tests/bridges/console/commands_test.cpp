@@ -2,6 +2,7 @@
 // The commands against a simulated gateway.
 #include "bridges/console/commands.h"
 
+#include <set>
 #include <string>
 #include <utility>
 
@@ -11,6 +12,9 @@
 #include "bridges/console/boot.h"
 #include "bridges/console/configuration.h"
 #include "bridges/console/events.h"
+#include "bridges/console/filter.h"
+#include "bridges/console/history.h"
+#include "bridges/console/monitor.h"
 #include "bridges/console/pdo_commands.h"
 #include "bridges/console/scan.h"
 #include "stack/base/abort_code.h"
@@ -23,6 +27,7 @@ namespace {
 
 using test::as;
 
+using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -541,6 +546,45 @@ TEST_F(Commands, SilenceIsAFailureWithAReason) {
   EXPECT_EQ(lines(context_), kFailed);
   EXPECT_EQ(events(context_, {.count = 1}, [] { return false; }), kFailed);
   EXPECT_THAT(err_.str(), HasSubstr("no gateway was found"));
+}
+
+TEST_F(Commands, SilenceIsReportedWithTheDomainAndTheIdentityThatWereUsed) {
+  gateway_.silent = true;
+  const auto texts = [&] {
+    std::set<std::string> out;
+    const auto ran = [&](int code) {
+      EXPECT_EQ(code, kFailed);
+      out.insert(err_.str());
+      err_.str("");
+    };
+    const auto never = [] { return false; };
+    Model model;
+    Filter filter;
+    ran(gateways(context_));
+    ran(lines(context_));
+    ran(nodes(context_, "press"));
+    ran(routes(context_));
+    ran(trace(context_, 1, never));
+    ran(sdo_read(context_, "press:5", "1000", "0", ""));
+    ran(events(context_, {.count = 1}, never));
+    ran(events(context_, {.line = "press", .count = 1}, never));
+    ran(history(context_, {}, false, never));
+    ran(history(context_, {.line = "press"}, false, never));
+    ran(monitor_text(context_, {.once = true}, model, never));
+    ran(monitor_text(context_, {}, model, never));
+    ran(find_node(context_, model, "ram", filter));
+    return out;
+  };
+  EXPECT_THAT(texts(),
+              ElementsAre("no gateway was found (DDS domain 0, without security): check that "
+                          "linegated runs, with this domain and without `security` in `dds:` of "
+                          "its plant.yaml; then see \"When something fails\" in OPERATING.md\n"));
+  context_.dds = {.domain = 7, .security = "/id/panel3", .profile = "own\n.xml"};
+  EXPECT_THAT(texts(),
+              ElementsAre("no gateway was found (DDS domain 7, identity /id/panel3, profile "
+                          "own?.xml): check that linegated runs, with this domain and an identity "
+                          "of the same authority in `dds:` of its plant.yaml; then see \"When "
+                          "something fails\" in OPERATING.md\n"));
 }
 
 TEST_F(Commands, EventsAreThoseOfALineByNameOrNetworkId) {

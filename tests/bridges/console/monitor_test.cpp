@@ -6,6 +6,8 @@
 
 #include <gmock/gmock.h>
 
+#include "bridges/console/lookup.h"
+
 #include "tests/bridges/console/command_test.h"
 #include "tests/bridges/console/plant.h"
 
@@ -110,7 +112,7 @@ TEST_F(MonitorTextTest, WhatIsNoNodeIsNamed) {
   EXPECT_EQ(err_.str(), "no node 'ran' on press; there are: ram (5)\n");
   err_.str("");
   EXPECT_EQ(monitor("ram"), kFailed);
-  EXPECT_EQ(err_.str(), "no gateway was found\n");
+  EXPECT_EQ(err_.str(), no_gateway_text(context_) + '\n');
 }
 
 TEST_F(MonitorTextTest, ANameIsNotGuessedWhileAGatewayIsMissing) {
