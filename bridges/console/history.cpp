@@ -199,6 +199,7 @@ class History {
                                   output_)
                   << '\n';
       earliest->waiting().pop_front();
+      printed_ = true;
     }
     output_.out << std::flush;
   }
@@ -241,11 +242,13 @@ class History {
 
   void resume() { std::ranges::for_each(parts_, &JournalPart::resume); }
   bool failed() const { return std::ranges::any_of(parts_, &JournalPart::failed); }
+  bool has_printed() const { return printed_; }
 
  private:
   const HistoryOutput output_;
   std::vector<JournalPart> parts_;
   bool several_ = false;  // gateways
+  bool printed_ = false;  // an event or a value
 };
 
 // A query for each entry.
@@ -301,10 +304,26 @@ std::vector<JournalPart> journals_of(Context& context, Model& model, const Histo
   std::vector<JournalPart> out;
   for (const auto& [gateway, view] : model.gateways()) {
     if (only.empty() || gateway == only) {
-      add_parts(gateway, gateway, ask_gateway(context, model, gateway), request, read, out);
+      JournalRead there = read;
+      // A journal has the names of lines, not their network-IDs. It may have lines that the gateway
+      // does not have any more.
+      if (read.line && !read.line->empty()) {
+        const std::vector<const Line*> lines = model.find(gateway + '/' + *read.line);
+        there.line = lines.size() == 1 ? lines.front()->id.line : *read.line;
+      }
+      add_parts(gateway, gateway, ask_gateway(context, model, gateway), request, there, out);
     }
   }
   return out;
+}
+
+std::string no_journal_text(const Context& context, const Model& model, const std::string& line) {
+  std::string found;
+  for (const auto& [name, view] : model.gateways()) {
+    found += (found.empty() ? "" : ", ") + printable(name);
+  }
+  return found.empty() ? no_gateway_text(context)
+                       : "no gateway of line '" + printable(line) + "'; gateways found: " + found;
 }
 
 // "LINE:NAME" selects the node of the only line with that name. False after an error message.
@@ -317,15 +336,6 @@ bool resolve_history_node(Context& context, Model& model, const std::string& nod
   const Line* const line = find_line(context, model, ref.line);
   if (line == nullptr || !resolve_node(context, model, *line, ref)) {
     return false;
-std::string no_journal_text(const Context& context, const Model& model, const std::string& line) {
-  std::string found;
-  for (const auto& [name, view] : model.gateways()) {
-    found += (found.empty() ? "" : ", ") + printable(name);
-  }
-  return found.empty() ? no_gateway_text(context)
-                       : "no gateway of line '" + printable(line) + "'; gateways found: " + found;
-}
-
   }
   read.line = line->id.gateway + '/' + line->id.line;
   read.node = ref.node;
@@ -478,6 +488,10 @@ int history(Context& context, const HistoryRequest& request, bool follow,
                    .utc = context.utc},
                   std::move(journals));
   const int printed = print_history(history, request.count);
+  if (printed == kDone && !history.has_printed() && read.line && model.find(*read.line).empty()) {
+    context.err << no_line_text(context, model, *read.line) << "; nothing stored matches\n";
+    return kFailed;
+  }
   const int code = printed == kDone ? completeness(context, model) : printed;
   while (follow && !stopped() && context.out.good()) {
     poll(context, model, kFollowPeriod);

@@ -66,7 +66,7 @@ int values_of(const std::string& name, const AskForPage& ask, const HistoryReque
 // Prints the events or values in the journals of all gateways that are found, by time if there are
 // several; request.line and the line of request.node may be "GATEWAY/LINE". follow: then later
 // events until stopped() returns true. kFailed if a journal cannot be read, after the events of the
-// others, or none has values of an entry.
+// others, or none has values of an entry, or nothing is stored of a line that no gateway has.
 int history(Context& context, const HistoryRequest& request, bool follow,
             const std::function<bool()>& stopped);
 

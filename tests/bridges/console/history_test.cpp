@@ -55,7 +55,7 @@ class Journals : public Client {
       return {.reply = {.error = line::to_error(line::Refusal::wrong_incarnation)}};
     }
     return {.reply = {.data = encode(last.values ? values_of(values[id.gateway])
-                                                 : page(journals.at(id.gateway)))}};
+                                                 : page(of_line(journals.at(id.gateway))))}};
   }
 
   void add(const std::string& gateway, std::uint64_t number, int seconds) {
@@ -82,6 +82,7 @@ class Journals : public Client {
 
   std::map<std::string, std::vector<request::JournalValue>> values;
   std::map<std::string, std::vector<JournalRecord>> journals;
+  bool selects_line = false;  // as a journal does; else the line of a request is ignored
   std::string refusing;
   line::Refusal refusal = line::Refusal::none;
   int busy = 0;
@@ -101,6 +102,12 @@ class Journals : public Client {
     if (last.cursor.position == 0)
       out.values = std::move(of);
     return out;
+  }
+  std::vector<JournalRecord> of_line(std::vector<JournalRecord> of) const {
+    std::erase_if(of, [&](const auto& one) {
+      return selects_line && one.line != last.line.value_or(one.line);
+    });
+    return of;
   }
   JournalPage page(const std::vector<JournalRecord>& journal) const {
     JournalPage out{.newest = {journal.size(), file}};
@@ -322,7 +329,57 @@ TEST_F(HistoryOverDds, ConditionsArePartOfTheRequestAndWrongOnesAreReported) {
   EXPECT_EQ(run({.since = "none"}), kUsage);
   EXPECT_EQ(run({.text = std::string(256, 'x')}), kUsage);
   EXPECT_EQ(run({.line = "c/press"}), kFailed);
-  EXPECT_THAT(err_.str(), HasSubstr("no gateway of line 'c/press'"));
+  EXPECT_EQ(err_.str().substr(err_.str().find("no gateway of")),
+            "no gateway of line 'c/press'; gateways found: a\n");
+}
+
+TEST_F(HistoryOverDds, ALineThatDoesNotExistIsReported) {
+  gateway_.selects_line = true;
+  gateway_.add("a", 1, 1);
+  gateway_.add("b", 1, 2);
+  const std::string text =
+      "; lines found: press (gateway a), press (gateway b); nothing stored matches\n";
+  EXPECT_EQ(run({.line = "nosuch"}), kFailed);
+  EXPECT_EQ(err_.str(), "no line 'nosuch'" + text);
+  for (const HistoryRequest& request :
+       {HistoryRequest{.line = "a/nosuch"}, HistoryRequest{.node = "a/nosuch:5"},
+        HistoryRequest{.line = "a/nosuch", .count = 3}}) {
+    err_.str("");
+    EXPECT_EQ(run(request), kFailed);
+    EXPECT_EQ(err_.str(), "no line 'a/nosuch'" + text);
+  }
+  EXPECT_EQ(
+      history(context_, {.line = "nosuch"}, true, [calls = 0]() mutable { return ++calls > 100; }),
+      kFailed)
+      << "does not follow a line that does not exist";
+  EXPECT_THAT(out_.str(), IsEmpty());
+}
+
+TEST_F(HistoryOverDds, EventsOfALineThatWasRemovedArePrinted) {
+  gateway_.selects_line = true;
+  gateway_.add("a", 1, 1);
+  gateway_.journals["a"].front().line = "removed";
+  EXPECT_EQ(run({.line = "removed"}), kDone) << err_.str();
+  EXPECT_THAT(events(), ElementsAre("removed #1"));
+}
+
+TEST_F(HistoryOverDds, ALineWithoutEventsIsNoError) {
+  gateway_.selects_line = true;
+  gateway_.add("a", 2, 1);
+  EXPECT_EQ(run({.line = "press"}), kDone);
+  EXPECT_EQ(run({.line = "a/press"}), kDone);
+  EXPECT_EQ(out_.str() + err_.str(), "");
+}
+
+TEST_F(HistoryOverDds, ALineIsFoundByItsNetworkId) {
+  gateway_.selects_line = true;
+  gateway_.add("a", 1, 1);
+  EXPECT_EQ(run({.line = "3"}), kDone) << err_.str();
+  EXPECT_EQ(gateway_.last.line, "press");
+  EXPECT_EQ(run({.line = "a/3"}), kDone) << err_.str();
+  EXPECT_EQ(run({.node = "3:5"}), kDone) << err_.str();
+  EXPECT_EQ(gateway_.last.line, "press");
+  EXPECT_THAT(events(), ElementsAre("press #1", "press #1", "press #1"));
 }
 
 }  // namespace
