@@ -76,7 +76,7 @@ void Endpoints::create_participant(const std::string& name, std::uint32_t domain
   bound_discovery(qos);
   if (security_.enabled()) {
     add_properties(security_, qos);
-    names_.keep_partitions();
+    names_.expect_authentication();
   }
   if (guarded) {
     guard_ = std::make_shared<guard::Guard>(guard::requires_protection(qos),

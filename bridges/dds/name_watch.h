@@ -2,6 +2,9 @@
 // Observes the other participants in the domain: their number, those with the name of this
 // participant, the gateways, and the discovery results that the guard needs. Fast DDS reports them
 // to a listener only.
+//
+// With DDS-Security, names count from the authentication on: an announcement is not protected, so
+// anybody can forge one, or send a recorded one again.
 #pragma once
 
 #include <algorithm>
@@ -57,8 +60,9 @@ class NameWatch : public eprosima::fastdds::dds::DomainParticipantListener {
     return known == hosts_.end() ? std::string() : known->second;
   }
 
-  // Record the partitions of writers of requests. Call it before the participant is created.
-  void keep_partitions() { keeps_partitions_ = true; }
+  // The participant uses DDS-Security: record the partitions of writers of requests, and count the
+  // names of authenticated participants only. Call it before the participant is created.
+  void expect_authentication() { secured_ = true; }
   // See WriterPartitions::of(). From any thread.
   std::optional<std::vector<std::string>> partitions_of(const guard::Guid& writer) const {
     return partitions_.of(writer);
@@ -88,20 +92,31 @@ class NameWatch : public eprosima::fastdds::dds::DomainParticipantListener {
     count(it.status == Info::DISCOVERED_PARTICIPANT, gone);
     if (gone) {
       hosts_.erase(guard::prefix_of(guid(it.info.m_guid)));
+      named_.erase(it.info.m_guid);
       peers_.go(it.info.m_guid, now());
-    } else {
-      if (hosts_.size() < kMostHosts) {
-        hosts_.insert_or_assign(guard::prefix_of(guid(it.info.m_guid)), announced_host(it.info));
-      }
-      peers_.come(it.info.m_guid, name, now());
-    }
-    if (name != name_)
-      return;
-    if (gone) {
       others_.go(it.info.m_guid);
-    } else {
-      const Duration lease(it.info.m_leaseDuration.to_ns());
-      others_.come(it.info.m_guid, now(), std::max(Duration::zero(), lease));
+      return;
+    }
+    if (hosts_.size() < kMostHosts) {
+      hosts_.insert_or_assign(guard::prefix_of(guid(it.info.m_guid)), announced_host(it.info));
+    }
+    if (Named* const known = entry_of(it.info.m_guid)) {
+      known->name = name;
+      known->lease = std::max(Duration::zero(), Duration(it.info.m_leaseDuration.to_ns()));
+      count_name(it.info.m_guid, *known);
+    }
+  }
+
+  // May be called before the discovery of the participant is reported.
+  void onParticipantAuthentication(
+      eprosima::fastdds::dds::DomainParticipant*,
+      eprosima::fastrtps::rtps::ParticipantAuthenticationInfo&& it) override {
+    using Info = eprosima::fastrtps::rtps::ParticipantAuthenticationInfo;
+    const std::lock_guard lock(mutex_);
+    Named* const known = it.status == Info::AUTHORIZED_PARTICIPANT ? entry_of(it.guid) : nullptr;
+    if (known != nullptr) {
+      known->authenticated = true;
+      count_name(it.guid, *known);
     }
   }
 
@@ -110,7 +125,7 @@ class NameWatch : public eprosima::fastdds::dds::DomainParticipantListener {
     using Info = eprosima::fastrtps::rtps::WriterDiscoveryInfo;
     const bool gone = it.status == Info::REMOVED_WRITER;
     endpoint(it.info.guid(), gone);
-    if (!keeps_partitions_)
+    if (!secured_)
       return;
     if (gone) {
       partitions_.forget(guid(it.info.guid()));
@@ -125,6 +140,12 @@ class NameWatch : public eprosima::fastdds::dds::DomainParticipantListener {
   }
 
  private:
+  struct Named {
+    std::string name;  // empty until it is discovered
+    Duration lease{};
+    bool authenticated = false;
+  };
+
   static constexpr std::size_t kMostHosts = 1024;  // bounded, as PeerGateways
   static constexpr std::size_t kLongestHost = 64;
 
@@ -143,6 +164,21 @@ class NameWatch : public eprosima::fastdds::dds::DomainParticipantListener {
       }
     }
     return {};
+  }
+
+  // nullptr if there are kMostHosts others.
+  Named* entry_of(const eprosima::fastrtps::rtps::GUID_t& it) {
+    const auto known = named_.find(it);
+    if (known != named_.end())
+      return &known->second;
+    return named_.size() < kMostHosts ? &named_[it] : nullptr;
+  }
+  void count_name(const eprosima::fastrtps::rtps::GUID_t& it, const Named& known) {
+    if (known.name.empty() || (secured_ && !known.authenticated))
+      return;
+    peers_.come(it, known.name, now());
+    if (known.name == name_)
+      others_.come(it, now(), known.lease);
   }
 
   static bool is_request(const std::string& topic) {
@@ -180,7 +216,8 @@ class NameWatch : public eprosima::fastdds::dds::DomainParticipantListener {
   PeerGateways<eprosima::fastrtps::rtps::GUID_t> peers_{now()};
   DiscoveryCounters discovery_;
   std::map<guard::Prefix, std::string> hosts_;
-  bool keeps_partitions_ = false;
+  std::map<eprosima::fastrtps::rtps::GUID_t, Named> named_;
+  bool secured_ = false;
   WriterPartitions partitions_;
 };
 

@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Recorded datagrams of secured clients are sent again, from their own and from another port: while the clients live, after
-they have ended, and after the gateway was restarted. No request is carried out twice.
+they have ended, and after the gateway was restarted. No request is carried out twice, and the gateway from before the
+restart does not count as a second one of its name.
 
 replayed.py LINEGATED LINEGATE PROFILES
 """
@@ -179,10 +180,12 @@ def test(folder, linegated, linegate, profiles):
             until("the gateway has restarted", lambda: secured.lines("viewer") == ["press"])
             nothing_is_repeated(secured, bus, replay, "after a restart of the gateway", times=5)
             before = bus.count(TO_A_DEVICE)
-            # Refused while the announcement of the gateway from before, which is not encrypted, counts: its lease.
             until("a new request is carried out",
                   lambda: secured.ask("engineer", "sdo", "write", "press:8", *SDO_WRITE).returncode == 0)
             expect("frames of a new request", bus.count(TO_A_DEVICE), before + 1)
+            # The announcements, which are not encrypted, name a gateway that nobody authenticates.
+            with open(os.path.join(folder, "log"), encoding="utf-8") as log:
+                expect("warnings of a second gateway of this name", log.read().count("of the same name"), 0)
     except BaseException:
         stop(process)
         with open(os.path.join(folder, "log"), encoding="utf-8") as log:
