@@ -120,7 +120,7 @@ class CommandRights : public testing::Test {
   std::string plant() const {
     std::string out =
         "schema: 1\ngateway: {name: plant}\ndds: {domain: " + std::to_string(test::own_domain()) +
-        ", process: same, profile: " LOOPBACK_PROFILES ", security: " +
+        ", process: " LINEGATE_TEST_DDS_PROCESS ", profile: " LOOPBACK_PROFILES ", security: " +
         (authority / "plant").string() + "}\nlines:\n";
     for (const auto& [name, access] : kLines) {
       out += "  - name: " + name + "\n    interface: \"simulated:\"\n    sdo_timeout: 500ms\n" +

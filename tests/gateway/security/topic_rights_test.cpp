@@ -11,7 +11,9 @@
 #include <map>
 #include <memory>
 #include <set>
+#include <span>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -28,8 +30,10 @@
 #include "gateway/security/authority.h"
 #include "gateway/security/files.h"
 #include "gateway/security/openssl.h"
+#include "gateway/security/peer_certificates.h"
 
 #include "tests/dds/own_domain.h"
+#include "tests/gateway/plans.h"
 #include "tests/gateway/security/rights_table.h"
 
 namespace linegate::security {
@@ -38,6 +42,9 @@ namespace {
 namespace folders = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
+// Whether the gateways check certificates as the DDS process does
+// (gateway/publish/dds_process.cpp).
+constexpr bool kOwnProcess = std::string_view(LINEGATE_TEST_DDS_PROCESS) == "own";
 constexpr std::chrono::seconds kLife{10};  // of the certificate that expires
 // Fast DDS 2.9.1 does not authenticate every participant that joins late: new ones are made.
 constexpr int kAttempts = 8;
@@ -190,8 +197,14 @@ class TopicRights : public testing::Test {
 
   void join(const std::string& column, const folders::path& identity, const Partitions& own,
             const Partitions& other) {
-    const dds::Security security =
+    dds::Security security =
         identity.empty() ? dds::Security{} : dds::security_with(files_in(identity.string()));
+    if (kOwnProcess && (column == "plant" || column == "gateway")) {
+      const auto peers = std::make_shared<PeerCertificates>(security.ca);
+      security.accepts_certificate = [peers](std::span<const std::uint8_t> pem) {
+        return peers->note(pem, std::time(nullptr));
+      };
+    }
     members_[column] = std::make_unique<Member>(column, security, own, other);
   }
   // Identities that no participant of the plant may accept.
