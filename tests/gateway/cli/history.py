@@ -87,9 +87,10 @@ def same_values_over_dds(plant, history):
     for words in [["--values", INPUT], ["press", "--values"], ["--values", "panel.*", "-n", "3"],
                   ["--node", "press:8", "--until", newest[0]["time"][:19] + "Z", "--values"], ["--since", "yesterday", "--values"]]:
         until(f"the same values with {words}", lambda chosen=words: over_dds(plant, *chosen) == history.events(*chosen))
-    csv = plant.command("history", "--values", INPUT, "--csv").stdout.splitlines()
-    expect("the head of CSV", csv[0], "time,gateway,line,direction,entry,value")
-    expect("the lines of CSV", len(csv), len(history.values()) + 1)
+    def csv():
+        return plant.command("history", "--values", INPUT, "--csv").stdout.splitlines()
+    expect("the head of CSV", csv()[0], "time,gateway,line,direction,entry,value")
+    until("a line of CSV for each value", lambda: len(csv()) == len(history.values()) + 1)
     for words, error in [(["--values", "nowhere"], 'no values of "nowhere" are stored'),
                          (["--values", "--kind", "emcy"], "values have no kind")]:
         told = plant.ask("history", *words)
