@@ -12,6 +12,11 @@ namespace {
 
 constexpr std::int64_t kSector = 512;
 
+// The contents of a file, which is empty if it did not exist.
+std::string& contents_of(std::optional<std::string>& file) {
+  return file ? *file : file.emplace();
+}
+
 std::string name_of(const std::string& path) {
   return std::filesystem::path(path).filename().string();
 }
@@ -209,12 +214,12 @@ void RecordedDisk::sync_file(State& state) {
       state.persistent.reset();
       continue;
     }
-    state.persistent = state.persistent.value_or("");
+    std::string& contents = contents_of(state.persistent);
     if (written->kind != Operation::Kind::create) {
-      apply(*written, *state.persistent);
+      apply(*written, contents);
     }
   }
-  state.persistent = state.persistent.value_or("");
+  (void)contents_of(state.persistent);
 }
 
 std::optional<std::string> RecordedDisk::settle(const State& state, std::mt19937& random) {
@@ -225,13 +230,12 @@ std::optional<std::string> RecordedDisk::settle(const State& state, std::mt19937
     const bool done = random() % 8 < of_eight;
     if (operation->kind == Operation::Kind::write) {
       if (out || done) {
-        out = out.value_or("");
-        apply_sectors(*operation, *out, of_eight, random);
+        apply_sectors(*operation, contents_of(out), of_eight, random);
       }
     } else if (done && operation->kind == Operation::Kind::remove) {
       out.reset();
     } else if (done && operation->kind == Operation::Kind::create) {
-      out = out.value_or("");
+      (void)contents_of(out);
     } else if (done && out && operation->kind == Operation::Kind::truncate) {
       apply(*operation, *out);
     }
