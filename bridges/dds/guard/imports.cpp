@@ -14,7 +14,7 @@ namespace {
 
 static_assert(sizeof(void*) == sizeof(Elf64_Addr), "relocations with addends");
 
-struct Search {
+struct Wanted {
   std::string_view library;
   std::string_view function;
   void* replacement = nullptr;
@@ -92,20 +92,20 @@ bool is_read_only(const dl_phdr_info& it, std::uintptr_t address) {
 }
 
 void replace(const dl_phdr_info& it, const Tables& tables, const Elf64_Rela* relocations,
-             std::size_t octets, Search& search) {
+             std::size_t octets, Wanted& wanted) {
   for (std::size_t i = 0; relocations != nullptr && i < octets / sizeof *relocations; ++i) {
     const std::size_t symbol = ELF64_R_SYM(relocations[i].r_info);
-    if (symbol == 0 || search.function != tables.names + tables.symbols[symbol].st_name)
+    if (symbol == 0 || wanted.function != tables.names + tables.symbols[symbol].st_name)
       continue;
     const std::uintptr_t slot = it.dlpi_addr + relocations[i].r_offset;
-    search.replaced = write(slot, search.replacement, is_read_only(it, slot)) || search.replaced;
+    wanted.replaced = write(slot, wanted.replacement, is_read_only(it, slot)) || wanted.replaced;
   }
 }
 
 int visit(dl_phdr_info* it, std::size_t, void* data) {
-  auto& search = *static_cast<Search*>(data);
+  auto& wanted = *static_cast<Wanted*>(data);
   const std::string_view path(it->dlpi_name);
-  if (path.substr(path.rfind('/') + 1).rfind(search.library, 0) != 0)
+  if (path.substr(path.rfind('/') + 1).rfind(wanted.library, 0) != 0)
     return 0;
   for (std::size_t i = 0; i < it->dlpi_phnum; ++i) {
     if (it->dlpi_phdr[i].p_type != PT_DYNAMIC)
@@ -113,8 +113,8 @@ int visit(dl_phdr_info* it, std::size_t, void* data) {
     const Tables tables = tables_of(*it, it->dlpi_phdr[i]);
     if (tables.names == nullptr || tables.symbols == nullptr)
       continue;
-    replace(*it, tables, tables.calls, tables.calls_size, search);
-    replace(*it, tables, tables.data, tables.data_size, search);
+    replace(*it, tables, tables.calls, tables.calls_size, wanted);
+    replace(*it, tables, tables.data, tables.data_size, wanted);
   }
   return 1;
 }
@@ -127,9 +127,9 @@ bool is_relro(std::uintptr_t address, std::uintptr_t begin, std::size_t size, st
 }
 
 bool replace_import(std::string_view library, std::string_view function, void* replacement) {
-  Search search{library, function, replacement};
-  ::dl_iterate_phdr(visit, &search);
-  return search.replaced;
+  Wanted wanted{library, function, replacement};
+  ::dl_iterate_phdr(visit, &wanted);
+  return wanted.replaced;
 }
 
 }  // namespace linegate::dds::guard
