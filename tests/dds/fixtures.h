@@ -22,6 +22,9 @@ namespace linegate::test {
 
 // Long enough for a loaded machine. A test that passes does not wait that long.
 inline constexpr std::chrono::seconds kDeadline{20};
+// Fast DDS 2.9.1 does not authenticate every participant that joins late: a new one is made.
+inline constexpr int kAttempts = 8;
+inline constexpr std::chrono::seconds kOneAttempt{6};
 
 // Repeats `step` until it returns true. Returns false after the deadline.
 inline bool eventually(const std::function<bool()>& step,

@@ -40,9 +40,6 @@ using std::chrono::milliseconds;
 
 constexpr const char* kGateway = "plant";
 constexpr const char* kLine = "press";
-// Fast DDS 2.9.1 does not authenticate every participant that joins late: a new one is made.
-constexpr int kAttempts = 8;
-constexpr std::chrono::seconds kOneAttempt{6};
 
 dds::Security security_of(const folders::path& folder) {
   return dds::security_with(security::files_in(folder.string()));

@@ -16,6 +16,7 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include "bridges/dds/guard/message_room.h"
 #include "bridges/dds/guard/passed_on.h"
 #include "bridges/dds/guard/stalled_connections.h"
 #include "bridges/dds/guard/tcp_input.h"
@@ -54,13 +55,26 @@ struct Sender final : rtps::SenderResource {
   }
 };
 
+// A transport for very short messages keeps half of its size.
+std::uint32_t with_room(std::uint32_t size, std::uint32_t room) {
+  return size - std::min(room, size / 2);
+}
+
 struct Descriptor final : fast::ChainingTransportDescriptor {
+  // room: octets that the library does not fill in a message.
   Descriptor(std::shared_ptr<fast::TransportDescriptorInterface> below,
-             std::shared_ptr<Guard> its_guard)
-      : ChainingTransportDescriptor(std::move(below)), guard(std::move(its_guard)) {}
+             std::shared_ptr<Guard> its_guard, std::uint32_t its_room)
+      : ChainingTransportDescriptor(std::move(below)),
+        guard(std::move(its_guard)),
+        room(its_room) {}
   fast::TransportInterface* create_transport() const override;
+  // Of sent messages; the transport below still receives longer ones.
+  std::uint32_t max_message_size() const override {
+    return with_room(ChainingTransportDescriptor::max_message_size(), room);
+  }
 
   std::shared_ptr<Guard> guard;
+  std::uint32_t room;
 };
 
 class Transport final : public fast::ChainingTransport {
@@ -155,23 +169,28 @@ fast::TransportInterface* Descriptor::create_transport() const {
 // Fast DDS determines by this type whether shared memory is available; without it, it drops the
 // shared memory locators of other participants.
 struct SharedMemory final : fast::SharedMemTransportDescriptor {
-  SharedMemory(const fast::SharedMemTransportDescriptor& below, std::shared_ptr<Guard> its_guard)
-      : SharedMemTransportDescriptor(below), guard(std::move(its_guard)) {}
+  SharedMemory(const fast::SharedMemTransportDescriptor& below, std::shared_ptr<Guard> its_guard,
+               std::uint32_t its_room)
+      : SharedMemTransportDescriptor(below), guard(std::move(its_guard)), room(its_room) {}
   fast::TransportInterface* create_transport() const override {
     return new Transport(
-        Descriptor(std::make_shared<fast::SharedMemTransportDescriptor>(*this), guard));
+        Descriptor(std::make_shared<fast::SharedMemTransportDescriptor>(*this), guard, room));
+  }
+  std::uint32_t max_message_size() const override {
+    return with_room(SharedMemTransportDescriptor::max_message_size(), room);
   }
 
   std::shared_ptr<Guard> guard;
+  std::uint32_t room;  // see Descriptor
 };
 
 std::shared_ptr<fast::TransportDescriptorInterface> wrap(
     const std::shared_ptr<fast::TransportDescriptorInterface>& below,
-    const std::shared_ptr<Guard>& guard) {
+    const std::shared_ptr<Guard>& guard, std::uint32_t room) {
   const auto* shared = dynamic_cast<const fast::SharedMemTransportDescriptor*>(below.get());
   if (shared != nullptr)
-    return std::make_shared<SharedMemory>(*shared, guard);
-  return std::make_shared<Descriptor>(below, guard);
+    return std::make_shared<SharedMemory>(*shared, guard, room);
+  return std::make_shared<Descriptor>(below, guard, room);
 }
 
 // The same transports as the built-in ones of Fast DDS, which cannot be wrapped because the API
@@ -207,8 +226,9 @@ void wrap_transports(eprosima::fastdds::dds::DomainParticipantQos& qos,
   auto& transport = qos.transport();
   if (transport.use_builtin_transports)
     replace_built_in(transport);
+  const std::uint32_t room = requires_protection(qos) ? kProtectionRoom : 0;
   for (auto& each : transport.user_transports)
-    each = wrap(each, guard);
+    each = wrap(each, guard, room);
 }
 
 bool has_tcp(const eprosima::fastdds::dds::DomainParticipantQos& qos) {
