@@ -12,7 +12,7 @@
 namespace linegate::gateway {
 
 // Joins equal messages, limits the rate of all, and counts suppressed ones. The number is written
-// with a later message.
+// with a later message. Leaves out one that states nothing wrong.
 class LibraryLogger {
  public:
   // From any thread.

@@ -275,6 +275,14 @@ TEST(LibraryLogger, TellsWarningsAndErrorsAndCutsAStormShort) {
   EXPECT_EQ(log.lines().back(), "error Fast DDS: last (981 more messages left out)");
 }
 
+TEST(LibraryLogger, LeavesOutWhatTheLibraryWritesForEachSubmessage) {
+  LogKeeper log;
+  LibraryLogger logger;
+  logger.write(Severity::warning, "No key material yet", Instant{1s});
+  logger.write(Severity::warning, "other", Instant{2min});
+  EXPECT_EQ(log.lines(), std::vector<std::string>{"warning Fast DDS: other"});
+}
+
 // The program of a revoked identity tries to authenticate about twice a second, as long as it runs.
 TEST(LibraryLogger, JoinsEqualMessagesOfAMinute) {
   LogKeeper log;
