@@ -153,11 +153,11 @@ class Drive final : public Behaviour {
     if (state_ == DriveState::operation_enabled) {
       hold_position();
     }
-    settle();
+    update_motion();
   }
 
   // No step without voltage; the first step follows one period after power-up.
-  void settle() {
+  void update_motion() {
     if (!powered()) {
       motion_.halt();
       next_ = kNever;
@@ -173,7 +173,7 @@ class Drive final : public Behaviour {
     state_ = DriveState::fault;
     set(kErrorCode, code);
     node().emcy().send(code, error_register(code), {}, now());
-    settle();
+    update_motion();
   }
 
   void connection_aborted() {

@@ -205,7 +205,7 @@ void BootSlave::completed(const sdo::Completion& answer, Instant now) {
     case Step::program:
     case Step::configuration:
       running().completed(completion, now);
-      settle(now);
+      process_step_end(now);
       return;
     case Step::idle:
     case Step::wait_boot_up:
@@ -245,7 +245,7 @@ void BootSlave::advance(Instant now) {
     case Step::program:
     case Step::configuration:
       running().advance(now);
-      settle(now);
+      process_step_end(now);
       return;
     case Step::idle:
     case Step::device_type:
@@ -426,7 +426,7 @@ void BootSlave::after_reset(Instant now) {
   }
   set_step(reset_by_, kNever);
   running().resumed(now);
-  settle(now);
+  process_step_end(now);
 }
 
 // --- program and configuration ------------------------------------------------------------------
@@ -452,7 +452,7 @@ void BootSlave::configure(Instant now) {
 void BootSlave::run(BootStep& step, Step which, Instant now) {
   set_step(which, kNever);
   step.begin(*this, now);
-  settle(now);
+  process_step_end(now);
 }
 
 BootStep& BootSlave::running() {
@@ -461,7 +461,7 @@ BootStep& BootSlave::running() {
 }
 
 // Processes the result of the running step.
-void BootSlave::settle(Instant now) {
+void BootSlave::process_step_end(Instant now) {
   if (step_ != Step::program && step_ != Step::configuration) {
     return;  // the queue of the node is full, see submit()
   }

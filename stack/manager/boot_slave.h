@@ -143,7 +143,7 @@ class BootSlave final : private StepContext {
   void configure(Instant now);
   void run(BootStep& step, Step which, Instant now);
   BootStep& running();
-  void settle(Instant now);
+  void process_step_end(Instant now);
   void start_error_control(Instant now);
   void no_error_control(Instant now);
   void fail(char letter, BootFinding finding, Instant now);

@@ -78,7 +78,7 @@ void Manager::boot_up(std::uint8_t node, Instant now) {
   if (slot->boot->pauses()) {
     life_.answer(node, now);
   }
-  settle(*slot, now);
+  process_boot_result(*slot, now);
   update_state(now);
 }
 
@@ -116,7 +116,7 @@ void Manager::heartbeat(std::uint8_t node, nmt::State state, Instant now) {
       end_start(*slot, now);
     }
     slot->boot->heartbeat(state, now);
-    settle(*slot, now);
+    process_boot_result(*slot, now);
   }
 }
 
@@ -146,7 +146,7 @@ void Manager::heartbeat_lost(std::uint8_t node, Instant now) {
     return;
   }
   if (slot->boot->heartbeat_lost(now)) {
-    settle(*slot, now);
+    process_boot_result(*slot, now);
     return;
   }
   // Error event of a slave (CiA 302-2): unless all nodes are affected, it is reset, and booted
@@ -238,7 +238,7 @@ void Manager::completed(sdo::Completion& completion, Instant now) {
   }
   slot->boot->completed(completion, now);
   touch(completion.node);
-  settle(*slot, now);
+  process_boot_result(*slot, now);
 }
 
 void Manager::sent(nmt::Command command, std::uint8_t node, Instant now) {

@@ -167,7 +167,7 @@ class Manager final : public sdo::TransferOwner {
   void begin(Slot& slot, BootSlave::Reason reason, Instant now,
              nmt::Command command = nmt::Command::reset_communication);
   void reset(Slot& slot, nmt::Command command, Instant now);
-  void settle(Slot& slot, Instant now);
+  void process_boot_result(Slot& slot, Instant now);
   void start_nodes(Instant now);
   void start_node(Slot& slot, Instant now);
   bool may_start(const Slot& slot) const;

@@ -166,7 +166,7 @@ void Manager::advance(Instant now) {
     }
     if (slot->boot->next_wake() <= now) {
       slot->boot->advance(now);
-      settle(*slot, now);
+      process_boot_result(*slot, now);
       update_state(now);
     }
   }
@@ -193,7 +193,7 @@ void Manager::begin(Slot& slot, BootSlave::Reason reason, Instant now, nmt::Comm
   slot.boot->set_client(client_);
   slot.boot->begin(reason, now, command);
   touch(slot.plan.id);
-  settle(slot, now);
+  process_boot_result(slot, now);
 }
 
 void Manager::reset(Slot& slot, nmt::Command command, Instant now) {
@@ -204,7 +204,7 @@ void Manager::reset(Slot& slot, nmt::Command command, Instant now) {
 }
 
 // Processes the result of the boot process of a node.
-void Manager::settle(Slot& slot, Instant now) {
+void Manager::process_boot_result(Slot& slot, Instant now) {
   const std::optional<char> result = slot.boot->pop_result();
   if (!result) {
     return;

@@ -21,7 +21,7 @@ void HeartbeatProducer::boot_up(Instant now) {
   next_ = period_ > Duration{} ? now + period_ : kNever;
 }
 
-void HeartbeatProducer::settle(Instant now) {
+void HeartbeatProducer::apply_writes(Instant now) {
   if (restart_) {
     restart_ = false;
     send(static_cast<std::uint8_t>(state_));
@@ -30,7 +30,7 @@ void HeartbeatProducer::settle(Instant now) {
 }
 
 void HeartbeatProducer::advance(Instant now) {
-  settle(now);
+  apply_writes(now);
   if (next_ > now) {
     return;
   }

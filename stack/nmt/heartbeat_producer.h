@@ -26,12 +26,12 @@ class HeartbeatProducer final : public od::Hook {
   void set_state(State state) { state_ = state; }
 
   // Sends the first heartbeat after a write to 1017h; processes no time-out.
-  void settle(Instant now);
+  void apply_writes(Instant now);
   // Sends a heartbeat if one is due. The period does not drift: the next one is due one period
   // after the due time of this one. Missed heartbeats are skipped, and no heartbeat is queued while
   // another one is still in the transmit queue.
   void advance(Instant now);
-  // A time in the past (Instant{}) after a write: call advance() or settle() at once.
+  // A time in the past (Instant{}) after a write: call advance() or apply_writes() at once.
   Instant next_wake() const { return next_; }
 
   void written(od::Address address) override;

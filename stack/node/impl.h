@@ -88,7 +88,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   Instant next_service() const;
   void stamp(Instant time);
   // Applies written objects: timers, COB-IDs. Processes no time-out.
-  void settle(Instant time);
+  void apply_writes(Instant time);
 
   // --- errors: errors.cpp -----------------------------------------------------------------------
   struct Lengths {  // of a PDO, in bytes
@@ -185,7 +185,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   Instant next_overrun{};           // earliest time of the next report of lost frames
   bool duplicate_reported = false;  // reported since the last reset
   bool started = false;
-  std::uint64_t settled_writes = 0;  // Dictionary::writes_reported() at the last settle()
+  std::uint64_t applied_writes = 0;  // Dictionary::writes_reported() at the last apply_writes()
   // Of the stored parameters, reported after boot-up.
   storage::Damage damage = storage::Damage::none;
   Instant now{};  // time of the current call, for errors reported without a time

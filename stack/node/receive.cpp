@@ -103,8 +103,8 @@ void Node::Impl::receive_sdo(std::uint16_t index, const can::Frame& frame) {
   if (sdo::Server* const server = sdo.find(index); server != nullptr) {
     server->receive(frame, transmit);
   }
-  if (dictionary.writes_reported() != settled_writes) [[unlikely]] {
-    settle(frame.time);
+  if (dictionary.writes_reported() != applied_writes) [[unlikely]] {
+    apply_writes(frame.time);
   }
 }
 

@@ -57,7 +57,7 @@ void SdoClients::find_objects() {
 }
 
 Result<sdo::Client*> SdoClients::client(std::uint16_t number) {
-  settle();
+  apply_writes();
   Entry* entry = find(static_cast<std::uint16_t>(od::objects::kSdoClient + number - 1));
   if (entry == nullptr || !entry->request.valid() || entry->client->busy()) {
     return to_error(AbortCode::sdo_connection);
@@ -69,7 +69,7 @@ void SdoClients::configure() {
   reset();
   find_objects();
   changed_ = true;
-  settle();
+  apply_writes();
 }
 
 void SdoClients::reset() {
@@ -87,7 +87,7 @@ void SdoClients::receive(std::uint16_t index, const can::Frame& frame, can::Tran
   }
 }
 
-void SdoClients::settle() {
+void SdoClients::apply_writes() {
   if (!changed_) {
     return;
   }
@@ -98,7 +98,7 @@ void SdoClients::settle() {
 }
 
 void SdoClients::advance(Instant now, can::TransmitQueue& queue) {
-  settle();
+  apply_writes();
   for (Entry& entry : entries_) {
     entry.client->advance(now, queue);
   }

@@ -28,7 +28,7 @@ namespace linegate::node {
 
 inline constexpr std::uint16_t kSdoClients = 128;
 
-// Hook of 1280h to 12FFh. Writes take effect at the next settle().
+// Hook of 1280h to 12FFh. Writes take effect at the next apply_writes().
 class SdoClients final : public od::Hook {
  public:
   // Index bit of the sdo_client targets registered here; the low bits are the client number from 0.
@@ -51,7 +51,7 @@ class SdoClients final : public od::Hook {
 
   // index: of a target with the bit kMark.
   void receive(std::uint16_t index, const can::Frame& frame, can::TransmitQueue& queue);
-  void settle();
+  void apply_writes();
   void advance(Instant now, can::TransmitQueue& queue);
   Instant next_wake() const;
 

@@ -79,7 +79,7 @@ sdo::Server* SdoServers::find_other(std::uint16_t number) {
   return entry == entries_.end() || entry->number != number ? nullptr : entry->server.get();
 }
 
-void SdoServers::settle() {
+void SdoServers::apply_writes() {
   if (!changed_) {
     return;
   }
@@ -90,7 +90,7 @@ void SdoServers::settle() {
 }
 
 void SdoServers::advance(Instant now, can::TransmitQueue& queue) {
-  settle();
+  apply_writes();
   // The first server fills the free space of the queue: rotate, so that each server is first once.
   first_ = first_ + 1 < entries_.size() ? first_ + 1 : 0;
   for (std::size_t i = 0; i < entries_.size(); ++i) {

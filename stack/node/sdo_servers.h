@@ -38,8 +38,8 @@ bool has_identifier(const od::Dictionary& dictionary, std::uint16_t first, std::
 
 inline constexpr std::uint16_t kSdoServers = 128;
 
-// Hook of 1200h to 127Fh. Writes take effect at the next settle(), after the answer to the write,
-// because the request may have come through the server that it changes.
+// Hook of 1200h to 127Fh. Writes take effect at the next apply_writes(), after the answer to the
+// write, because the request may have come through the server that it changes.
 class SdoServers final : public od::Hook {
  public:
   // Creates a server for each object and sets the hooks. Requests are registered as
@@ -59,7 +59,7 @@ class SdoServers final : public od::Hook {
     return number == 0 ? default_server_ : find_other(number);
   }
   sdo::Server& default_server() { return *default_server_; }
-  void settle();
+  void apply_writes();
   void advance(Instant now, can::TransmitQueue& queue);
   Instant next_wake() const;
 

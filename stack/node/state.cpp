@@ -185,7 +185,7 @@ void Node::Impl::state_changed(nmt::State before, Instant time) {
   }
   pdos.set_operational(state == nmt::State::operational, time);
   keep_early_pdos();
-  settle(time);
+  apply_writes(time);
   report_state(before, time);
   if (application != nullptr) {
     application->state_changed(state, time);
@@ -241,14 +241,14 @@ Instant Node::Impl::next_service() const {
   return earlier(next, earlier(sdo.next_wake(), sdo_clients.next_wake()));
 }
 
-void Node::Impl::settle(Instant time) {
-  sync.settle(time);
+void Node::Impl::apply_writes(Instant time) {
+  sync.apply_writes(time);
   pdos.set_sync_window(sync.window());
-  clock.settle(time);
-  heartbeat.settle(time);
-  sdo.settle();
-  sdo_clients.settle();
-  settled_writes = dictionary.writes_reported();
+  clock.apply_writes(time);
+  heartbeat.apply_writes(time);
+  sdo.apply_writes();
+  sdo_clients.apply_writes();
+  applied_writes = dictionary.writes_reported();
 }
 
 }  // namespace linegate::node

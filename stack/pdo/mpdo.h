@@ -69,13 +69,13 @@ class ScannerList {
   // Reads the objects; entries of 0 are unused. Allocates.
   void read(const od::Dictionary& dictionary);
   bool contains(od::Address address) const;
-  // Calls take(address) for each address in the list, whether the object exists or not.
-  template <class Take>
-  void for_each(Take take) const {
+  // Calls visit(address) for each address in the list, whether the object exists or not.
+  template <class Visitor>
+  void for_each(Visitor visit) const {
     for (const MpdoBlock& block : blocks_) {
       const unsigned end = block.first.sub + std::max(1U, unsigned{block.count});
       for (unsigned sub = block.first.sub; sub < end && sub < 0xFF; ++sub) {
-        take(od::Address{block.first.index, static_cast<std::uint8_t>(sub)});
+        visit(od::Address{block.first.index, static_cast<std::uint8_t>(sub)});
       }
     }
   }
@@ -101,16 +101,16 @@ class DispatcherList {
 
   std::size_t size() const { return entries_.size(); }
 
-  // Calls take(address) for each own object that receives this value of this node, in the order of
+  // Calls visit(address) for each own object that receives this value of this node, in the order of
   // the list.
-  template <class Take>
-  void for_each(std::uint8_t node, od::Address address, Take take) const {
+  template <class Visitor>
+  void for_each(std::uint8_t node, od::Address address, Visitor visit) const {
     const auto [first, last] = entries_of(node, address.index);
     for (std::size_t i = first; i < last && i < entries_.size(); ++i) {
       const Entry entry = entries_[i];
       if (entry.remote.contains(address)) {
         const int sub = entry.local.sub + address.sub - entry.remote.first.sub;
-        take(od::Address{entry.local.index, static_cast<std::uint8_t>(sub)});
+        visit(od::Address{entry.local.index, static_cast<std::uint8_t>(sub)});
       }
     }
   }

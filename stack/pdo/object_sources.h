@@ -39,16 +39,16 @@ class ObjectSources {
   // Ascending by address, and by slot within one.
   const std::vector<ObjectSource>& all() const { return sources_; }
 
-  // Calls take(slot) for each TPDO that sends the object; take may call assign(), which ends the
+  // Calls visit(slot) for each TPDO that sends the object; visit may call assign(), which ends the
   // loop.
-  template <class Take>
-  void for_each(od::Address address, Take take) const {
+  template <class Visitor>
+  void for_each(od::Address address, Visitor visit) const {
     if (places_.empty()) {
       return;
     }
     for (std::size_t i = places_[find(address)];
          i < sources_.size() && sources_[i].address == address; ++i) {
-      take(sources_[i].slot);
+      visit(sources_[i].slot);
     }
   }
 

@@ -23,7 +23,7 @@ void Producer::set_active(bool active) {
   }
 }
 
-void Producer::settle(Instant now) {
+void Producer::apply_writes(Instant now) {
   if (!anchored_) {
     anchored_ = true;
     next_ = now + parameters_.period;
@@ -31,7 +31,7 @@ void Producer::settle(Instant now) {
 }
 
 std::optional<std::uint8_t> Producer::advance(Instant now) {
-  settle(now);
+  apply_writes(now);
   if (next_ > now) {
     return std::nullopt;
   }

@@ -16,18 +16,19 @@ class Producer {
   // transmit must outlive the producer.
   explicit Producer(can::TransmitQueue& transmit);
 
-  // Restarts, or stops: the first SYNC is due one period after the next settle() or advance().
+  // Restarts, or stops: the first SYNC is due one period after the next apply_writes() or
+  // advance().
   void configure(const Parameters& parameters);
   // False in Stopped and Initialising. A change to true restarts with counter 1.
   void set_active(bool active);
 
   // Starts the period after a change; sends nothing.
-  void settle(Instant now);
+  void apply_writes(Instant now);
   // Queues a SYNC if one is due and returns its counter (0 = without). The period does not drift;
   // missed SYNCs are skipped, and no SYNC is queued while another one is still in the transmit
   // queue.
   std::optional<std::uint8_t> advance(Instant now);
-  // A time in the past (Instant{}) after a change: call settle() or advance() at once.
+  // A time in the past (Instant{}) after a change: call apply_writes() or advance() at once.
   Instant next_wake() const { return next_; }
 
  private:
@@ -37,7 +38,7 @@ class Producer {
   can::TransmitQueue& transmit_;
   Parameters parameters_;
   bool active_ = false;
-  bool anchored_ = true;  // next_ is a time, not a request for settle()
+  bool anchored_ = true;  // next_ is a time, not a request for apply_writes()
   Instant next_ = kNever;
   std::uint8_t counter_ = 1;
 };

@@ -40,7 +40,7 @@ class Service final : public od::Hook {
   Reception receive(const can::Frame& frame) { return consumer_.receive(frame); }
 
   // Starts periods after a write; processes no time-out.
-  void settle(Instant now) { producer_.settle(now); }
+  void apply_writes(Instant now) { producer_.apply_writes(now); }
   // Returns the counter of the SYNC (0 = without) if one was queued now: the own node has to
   // process it too.
   std::optional<std::uint8_t> advance(Instant now);

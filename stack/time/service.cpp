@@ -76,7 +76,7 @@ std::optional<Duration> Service::network_utc(Instant now) const {
   return to_utc(received_->time) + (now - received_->at);
 }
 
-void Service::settle(Instant now) {
+void Service::apply_writes(Instant now) {
   if (!anchored_) {
     anchored_ = true;
     next_ = now + period_;
@@ -84,7 +84,7 @@ void Service::settle(Instant now) {
 }
 
 void Service::advance(Instant now) {
-  settle(now);
+  apply_writes(now);
   if (next_ > now) {
     return;
   }

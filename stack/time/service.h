@@ -43,8 +43,8 @@ class Service final : public od::Hook {
 
   // UTC (since 1970-01-01) is protocol time + offset.
   void set_utc(Duration offset) { utc_offset_ = offset; }
-  // Sends the time of `now` every period, from one period after the next settle() or advance(); 0 =
-  // no periodic transmission.
+  // Sends the time of `now` every period, from one period after the next apply_writes() or
+  // advance(); 0 = no periodic transmission.
   void produce_every(Duration period);
   // Whether the node's application has a clock and calls send(). A node without it and without
   // periodic transmission refuses to be a producer.
@@ -63,11 +63,11 @@ class Service final : public od::Hook {
   // UTC according to the network: the last TIME message plus the time since.
   std::optional<Duration> network_utc(Instant now) const;
 
-  void settle(Instant now);
+  void apply_writes(Instant now);
   // Sends messages that are due. Missed messages are skipped, and no message is queued while
   // another one is still in the transmit queue. Without set_utc() nothing is sent.
   void advance(Instant now);
-  // A time in the past (Instant{}) after a change: call settle() or advance() at once.
+  // A time in the past (Instant{}) after a change: call apply_writes() or advance() at once.
   Instant next_wake() const { return next_; }
 
   // Returns invalid_value for an identifier that may not be configured, for another one while the
@@ -90,7 +90,7 @@ class Service final : public od::Hook {
   bool has_clock_ = false;
   std::optional<Duration> utc_offset_;
   Duration period_{};
-  bool anchored_ = true;  // next_ is a time, not a request for settle()
+  bool anchored_ = true;  // next_ is a time, not a request for apply_writes()
   Instant next_ = kNever;
   std::optional<Received> received_;
 };

@@ -90,7 +90,7 @@ TEST_F(HeartbeatProducerTest, AWriteStartsAtOnce) {
   boot();
   EXPECT_EQ(testing::write<std::uint16_t>(dictionary, {0x1017, 0}, 30), AbortCode::none);
   EXPECT_LE(producer.next_wake(), at(50ms));
-  producer.settle(at(50ms));
+  producer.apply_writes(at(50ms));
   EXPECT_EQ(pop_frames(queue).size(), 1U);
   EXPECT_EQ(producer.next_wake(), at(80ms));
   EXPECT_EQ(frames_at(at(80ms)), 1U);
@@ -105,7 +105,7 @@ TEST_F(HeartbeatProducerTest, ZeroStops) {
 
 TEST_F(HeartbeatProducerTest, SettleRunsNoTimeOut) {
   boot();
-  producer.settle(at(500ms));
+  producer.apply_writes(at(500ms));
   EXPECT_TRUE(queue.empty());
 }
 

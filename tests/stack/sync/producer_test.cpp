@@ -18,7 +18,7 @@ class SyncProducerTest : public ::testing::Test {
   void run(Duration period, std::uint8_t overflow = 0, std::uint32_t cob_id = 0x4000'0080) {
     producer.set_active(true);
     producer.configure({true, can::CobId{cob_id}, period, overflow});
-    producer.settle(at(0ms));
+    producer.apply_writes(at(0ms));
   }
 
   std::vector<can::Frame> frames_at(Duration when) {
@@ -62,7 +62,7 @@ TEST_F(SyncProducerTest, TheCounterStartsOverAfterStopped) {
   EXPECT_EQ(producer.next_wake(), kNever);
   EXPECT_TRUE(frames_at(100ms).empty());
   producer.set_active(true);
-  producer.settle(at(100ms));
+  producer.apply_writes(at(100ms));
   const auto frames = frames_at(110ms);
   ASSERT_EQ(frames.size(), 1U);
   EXPECT_EQ(data_of(frames[0]), (std::vector<int>{1}));
@@ -106,7 +106,7 @@ TEST_F(SyncProducerTest, NothingWithoutBitOrPeriod) {
 }
 
 TEST_F(SyncProducerTest, NothingBeforeItIsConfigured) {
-  producer.settle(at(0ms));
+  producer.apply_writes(at(0ms));
   EXPECT_TRUE(frames_at(10s).empty());
   EXPECT_EQ(producer.next_wake(), kNever);
 }
@@ -123,7 +123,7 @@ TEST_F(SyncProducerTest, AChangeStartsAnewWithTheNextTime) {
   run(10ms);
   producer.configure({true, can::CobId{0x4000'0080}, 4ms, 0});
   EXPECT_LE(producer.next_wake(), at(7ms));
-  producer.settle(at(7ms));
+  producer.apply_writes(at(7ms));
   EXPECT_EQ(producer.next_wake(), at(11ms));
 }
 

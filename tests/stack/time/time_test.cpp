@@ -100,7 +100,7 @@ TEST_F(TimeServiceTest, AProducerSendsTheTimeEveryPeriod) {
   service.set_utc(kSomeUtc - at(1s).time_since_epoch());
   service.produce_every(1s);
   EXPECT_LE(service.next_wake(), at(0ms)) << "a call is due";
-  service.settle(at(0ms));
+  service.apply_writes(at(0ms));
   EXPECT_EQ(service.next_wake(), at(1s));
   service.advance(at(999ms));
   EXPECT_EQ(sent(), 0U);
