@@ -8,6 +8,7 @@
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastrtps/xmlparser/XMLProfileManager.h>
 
+#include "bridges/dds/guard/instance_states.h"
 #include "bridges/dds/guard/message_room.h"
 #include "bridges/dds/guard/transport.h"
 #include "bridges/dds/profiles.h"
@@ -79,6 +80,8 @@ void Endpoints::create_participant(const std::string& name, std::uint32_t domain
     add_properties(security_, qos);
     names_.expect_authentication();
   }
+  if (!guard::watch_instance_states())
+    return fail("the states of instances in this Fast DDS cannot be checked: linegate needs 2.9.1");
   if (guard::requires_protection(qos) && !guard::make_room_for_protection())
     return fail("this Fast DDS cannot be made to encrypt full messages: linegate needs 2.9.1");
   if (guarded) {

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bridges/dds/guard/instance_states.h"
+
+#include <cstdint>
+#include <limits>
+
+#include <dlfcn.h>
+#include <fastdds/rtps/common/CacheChange.h>
+#include <fastdds/rtps/common/InstanceHandle.h>
+#include <fastdds/rtps/history/ReaderHistory.h>
+#include <fastdds/rtps/reader/RTPSReader.h>
+
+#include "bridges/dds/guard/imports.h"
+
+namespace linegate::dds::guard {
+namespace {
+
+namespace rtps = eprosima::fastrtps::rtps;
+
+// Of eprosima::fastdds::dds::detail::DataReaderHistory, which has no public header:
+// bool update_instance_nts(CacheChange_t*), bool is_instance_present(const InstanceHandle_t&) const
+constexpr const char* kUpdate =
+    "_ZN8eprosima7fastdds3dds6detail17DataReaderHistory19update_instance_nts"
+    "EPNS_8fastrtps4rtps13CacheChange_tE";
+constexpr const char* kIsPresent =
+    "_ZNK8eprosima7fastdds3dds6detail17DataReaderHistory19is_instance_present"
+    "ERKNS_8fastrtps4rtps16InstanceHandle_tE";
+using Update = bool(rtps::ReaderHistory* history, rtps::CacheChange_t* sample);
+using IsPresent = bool(const rtps::ReaderHistory* history, const rtps::InstanceHandle_t& instance);
+
+struct Library {
+  Update* update = reinterpret_cast<Update*>(::dlsym(RTLD_DEFAULT, kUpdate));
+  IsPresent* is_present = reinterpret_cast<IsPresent*>(::dlsym(RTLD_DEFAULT, kIsPresent));
+};
+
+const Library& library() {
+  static const Library it;
+  return it;
+}
+
+struct HistoryAccess : rtps::ReaderHistory {
+  static bool is_exclusive(rtps::ReaderHistory& history) {
+    constexpr auto kReader = &HistoryAccess::mp_reader;
+    return (history.*kReader)->getAttributes().ownershipKind ==
+           eprosima::fastdds::dds::EXCLUSIVE_OWNERSHIP_QOS;
+  }
+};
+
+// Called with the mutex of the reader. Where it returns false, the library removes the sample and
+// reports it to nobody, as that of a writer that does not own the instance.
+bool update(rtps::ReaderHistory* history, rtps::CacheChange_t* sample) {
+  const rtps::InstanceHandle_t& instance = sample->instanceHandle;
+  if (instance.isDefined() && !library().is_present(history, instance))
+    return false;
+  if (HistoryAccess::is_exclusive(*history)) {
+    if (sample->kind != rtps::ALIVE)
+      return false;
+    std::uint32_t& strength = sample->reader_info.writer_ownership_strength;
+    if (strength == std::numeric_limits<std::uint32_t>::max())
+      --strength;
+  }
+  if (sample->kind != rtps::NOT_ALIVE_DISPOSED)
+    return library().update(history, sample);
+  sample->kind = rtps::NOT_ALIVE_DISPOSED_UNREGISTERED;
+  const bool reported = library().update(history, sample);
+  sample->kind = rtps::NOT_ALIVE_DISPOSED;
+  return reported;
+}
+
+}  // namespace
+
+bool watch_instance_states() {
+  static const bool replaced =
+      library().update != nullptr && library().is_present != nullptr &&
+      replace_import("libfastrtps.so", kUpdate, reinterpret_cast<void*>(update));
+  return replaced;
+}
+
+}  // namespace linegate::dds::guard
