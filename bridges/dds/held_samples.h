@@ -32,6 +32,9 @@ class HeldSamples {
     return held_.back().sample;
   }
 
+  // The number of samples that are kept.
+  std::size_t size() const { return held_.size(); }
+
   // Removes the samples for which wanted(sample) is true, and calls dropped(key, sample) for each.
   template <class Wanted, class Dropped>
   void drop(Wanted wanted, Dropped dropped) {

@@ -8,6 +8,7 @@
 // samples.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <functional>
@@ -57,6 +58,9 @@ class RenewedWriter {
   Writer* next() {
     return next([](Writer*) {});
   }
+
+  // Begins to replace the writer with the next sample, unless it is being replaced.
+  void renew() { written_ = std::max(written_, renew_after_); }
 
   // nullptr if it could not be created.
   Writer* writer() const { return current_; }

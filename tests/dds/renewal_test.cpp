@@ -2,6 +2,8 @@
 // Writers that are replaced by new ones: readers lose no sample, and a late joiner has few sequence
 // numbers to process.
 #include <algorithm>
+#include <fstream>
+#include <iterator>
 #include <set>
 #include <string>
 #include <vector>
@@ -150,6 +152,41 @@ TEST_F(Renewal, ALineThatEndsWhileAWriterIsReplacedIsGone) {
   EXPECT_TRUE(bridge->add_line(known::kLine));
   publish(5'000);
   EXPECT_TRUE(receives([&] { return received.image == 5'000; }));
+}
+
+// The built-in profiles, with room for that many PDOs.
+std::string profiles_with_pdos(int most) {
+  std::ifstream file(LOOPBACK_PROFILES);
+  std::string text{std::istreambuf_iterator<char>(file), {}};
+  const std::string limit = std::to_string(most);
+  const std::size_t profile = text.find("<data_writer profile_name=\"linegate/v1/PdoUpdate\">");
+  for (const char* name : {"<max_samples>", "<max_instances>"}) {
+    const std::size_t at = text.find(name, profile) + std::string(name).size();
+    text.replace(at, text.find('<', at) - at, limit);
+  }
+  return text;
+}
+
+// Reloads name PDOs anew, until there were more than a writer has instances.
+TEST(RenewalOfPdos, AllAreWrittenHoweverOftenTheyAreNamedAnew) {
+  constexpr int kMost = 16;
+  constexpr std::uint16_t kReloads = 50;
+  constexpr std::uint8_t kPdos = 4;
+  const File file(profiles_with_pdos(kMost));
+  const auto made =
+      dds::GatewayBridge::make({known::kGateway, 1, domain(), file.path, {known::kLine}});
+  ASSERT_TRUE(made.ok());
+  dds::GatewayBridge& bridge = **made.value;
+  image::Snapshot snapshot = known::snapshot();
+  image::PdoMark& mark = snapshot.marks.at(0);
+  for (std::uint16_t reload = 0; reload < kReloads; ++reload) {
+    ASSERT_TRUE(bridge.publish(known::kLine, known::layout()));
+    mark.remote_pdo = static_cast<std::uint16_t>(reload + 1);
+    for (mark.node = 1; mark.node <= kPdos; ++mark.node) {
+      ASSERT_TRUE(bridge.publish_pdo_update(known::kLine, known::layout(), snapshot, mark, 1))
+          << reload << ", " << unsigned{mark.node};
+    }
+  }
 }
 
 }  // namespace
