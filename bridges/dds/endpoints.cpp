@@ -10,6 +10,7 @@
 
 #include "bridges/dds/guard/instance_states.h"
 #include "bridges/dds/guard/message_room.h"
+#include "bridges/dds/guard/sent_tokens.h"
 #include "bridges/dds/guard/transport.h"
 #include "bridges/dds/profiles.h"
 #include "bridges/dds/security_properties.h"
@@ -84,6 +85,8 @@ void Endpoints::create_participant(const std::string& name, std::uint32_t domain
     return fail("the states of instances in this Fast DDS cannot be checked: linegate needs 2.9.1");
   if (guard::requires_protection(qos) && !guard::make_room_for_protection())
     return fail("this Fast DDS cannot be made to encrypt full messages: linegate needs 2.9.1");
+  if (security_.enabled() && !guard::drop_sent_tokens())
+    return fail("this Fast DDS cannot be made to drop sent keys: linegate needs 2.9.1");
   if (guarded) {
     guard_ = std::make_shared<guard::Guard>(guard::requires_protection(qos),
                                             guard::discovery_limits(qos));

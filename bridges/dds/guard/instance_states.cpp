@@ -19,22 +19,23 @@ namespace rtps = eprosima::fastrtps::rtps;
 
 // Of eprosima::fastdds::dds::detail::DataReaderHistory, which has no public header:
 // bool update_instance_nts(CacheChange_t*), bool is_instance_present(const InstanceHandle_t&) const
-constexpr const char* kUpdate =
+constexpr const char* kUpdateInstance =
     "_ZN8eprosima7fastdds3dds6detail17DataReaderHistory19update_instance_nts"
     "EPNS_8fastrtps4rtps13CacheChange_tE";
 constexpr const char* kIsPresent =
     "_ZNK8eprosima7fastdds3dds6detail17DataReaderHistory19is_instance_present"
     "ERKNS_8fastrtps4rtps16InstanceHandle_tE";
-using Update = bool(rtps::ReaderHistory* history, rtps::CacheChange_t* sample);
+using UpdateInstance = bool(rtps::ReaderHistory* history, rtps::CacheChange_t* sample);
 using IsPresent = bool(const rtps::ReaderHistory* history, const rtps::InstanceHandle_t& instance);
 
-struct Library {
-  Update* update = reinterpret_cast<Update*>(::dlsym(RTLD_DEFAULT, kUpdate));
+struct InstanceCalls {
+  UpdateInstance* update =
+      reinterpret_cast<UpdateInstance*>(::dlsym(RTLD_DEFAULT, kUpdateInstance));
   IsPresent* is_present = reinterpret_cast<IsPresent*>(::dlsym(RTLD_DEFAULT, kIsPresent));
 };
 
-const Library& library() {
-  static const Library it;
+const InstanceCalls& instance_calls() {
+  static const InstanceCalls it;
   return it;
 }
 
@@ -48,9 +49,9 @@ struct HistoryAccess : rtps::ReaderHistory {
 
 // Called with the mutex of the reader. Where it returns false, the library removes the sample and
 // reports it to nobody, as that of a writer that does not own the instance.
-bool update(rtps::ReaderHistory* history, rtps::CacheChange_t* sample) {
+bool update_instance(rtps::ReaderHistory* history, rtps::CacheChange_t* sample) {
   const rtps::InstanceHandle_t& instance = sample->instanceHandle;
-  if (instance.isDefined() && !library().is_present(history, instance))
+  if (instance.isDefined() && !instance_calls().is_present(history, instance))
     return false;
   if (HistoryAccess::is_exclusive(*history)) {
     if (sample->kind != rtps::ALIVE)
@@ -60,9 +61,9 @@ bool update(rtps::ReaderHistory* history, rtps::CacheChange_t* sample) {
       --strength;
   }
   if (sample->kind != rtps::NOT_ALIVE_DISPOSED)
-    return library().update(history, sample);
+    return instance_calls().update(history, sample);
   sample->kind = rtps::NOT_ALIVE_DISPOSED_UNREGISTERED;
-  const bool reported = library().update(history, sample);
+  const bool reported = instance_calls().update(history, sample);
   sample->kind = rtps::NOT_ALIVE_DISPOSED;
   return reported;
 }
@@ -71,8 +72,8 @@ bool update(rtps::ReaderHistory* history, rtps::CacheChange_t* sample) {
 
 bool watch_instance_states() {
   static const bool replaced =
-      library().update != nullptr && library().is_present != nullptr &&
-      replace_import("libfastrtps.so", kUpdate, reinterpret_cast<void*>(update));
+      instance_calls().update != nullptr && instance_calls().is_present != nullptr &&
+      replace_import("libfastrtps.so", kUpdateInstance, reinterpret_cast<void*>(update_instance));
   return replaced;
 }
 

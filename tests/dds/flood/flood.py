@@ -37,8 +37,8 @@ ENDS_WITHIN = 60
 LEAST_SENT = 100
 FOUND_WITHIN = 120
 GROWTH_KB = 150_000
-# With DDS-Security, Fast DDS 2.9.1 never frees the key material that it sent to a participant (its issue 4553): about
-# 120 kB for each console, 1.6 MB with the address sanitizer.
+# With DDS-Security a participant keeps the key material that it sent to a console until the lease of the console has
+# expired: about 120 kB, 1.6 MB with the address sanitizer.
 VISIT_KB = 2000
 PLANT = """schema: 1
 gateway: {{name: hall, log: warning}}
