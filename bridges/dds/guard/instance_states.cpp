@@ -5,6 +5,7 @@
 #include <limits>
 
 #include <dlfcn.h>
+#include <fastdds/rtps/attributes/EndpointAttributes.h>
 #include <fastdds/rtps/common/CacheChange.h>
 #include <fastdds/rtps/common/InstanceHandle.h>
 #include <fastdds/rtps/history/ReaderHistory.h>
@@ -40,20 +41,20 @@ const InstanceCalls& instance_calls() {
 }
 
 struct HistoryAccess : rtps::ReaderHistory {
-  static bool is_exclusive(rtps::ReaderHistory& history) {
+  static const rtps::EndpointAttributes& attributes(rtps::ReaderHistory& history) {
     constexpr auto kReader = &HistoryAccess::mp_reader;
-    return (history.*kReader)->getAttributes().ownershipKind ==
-           eprosima::fastdds::dds::EXCLUSIVE_OWNERSHIP_QOS;
+    return (history.*kReader)->getAttributes();
   }
 };
 
 // Called with the mutex of the reader. Where it returns false, the library removes the sample and
 // reports it to nobody, as that of a writer that does not own the instance.
 bool update_instance(rtps::ReaderHistory* history, rtps::CacheChange_t* sample) {
-  const rtps::InstanceHandle_t& instance = sample->instanceHandle;
-  if (instance.isDefined() && !instance_calls().is_present(history, instance))
+  const rtps::EndpointAttributes& reader = HistoryAccess::attributes(*history);
+  if (reader.topicKind == rtps::WITH_KEY &&
+      !instance_calls().is_present(history, sample->instanceHandle))
     return false;
-  if (HistoryAccess::is_exclusive(*history)) {
+  if (reader.ownershipKind == eprosima::fastdds::dds::EXCLUSIVE_OWNERSHIP_QOS) {
     if (sample->kind != rtps::ALIVE)
       return false;
     std::uint32_t& strength = sample->reader_info.writer_ownership_strength;

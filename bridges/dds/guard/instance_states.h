@@ -6,7 +6,8 @@
 // - if a writer disposes an instance without writers, and then writes it. An instance has no writer
 //   after its only one missed its deadline, lost its liveliness or unregistered the instance;
 // - if an instance with a weaker owner gets two writers with the greatest ownership strength;
-// - if the instance of a sample that waited for an earlier one was given to another key meanwhile.
+// - if a sample has no instance: a GAP names it while fragments of it are missing, or its instance
+//   was given to another key while it waited for an earlier sample.
 #pragma once
 
 namespace linegate::dds::guard {
@@ -17,7 +18,7 @@ namespace linegate::dds::guard {
 // - a reader with exclusive ownership ignores what disposes or unregisters its instances. Ownership
 //   then ends with the deadline or the liveliness of the writer;
 // - the greatest ownership strength is one less;
-// - a sample without an instance is dropped.
+// - a sample without an instance is dropped, if its topic has keys.
 // Returns false if the call of the library cannot be replaced.
 bool watch_instance_states();
 

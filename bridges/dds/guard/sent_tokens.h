@@ -3,7 +3,7 @@
 // BuiltinParticipantVolatileMessageSecureWriter).
 //
 // Fast DDS 2.9.1 keeps each of these samples for ever, though their writer is volatile (its issue
-// 4553): one for each pair of a writer and a reader that were ever matched, so 0.9 MB for each
+// 4553): one for each pair of a writer and a reader that were ever matched, so 0.7 MB for each
 // console that joins a gateway with 64 lines.
 #pragma once
 
