@@ -26,6 +26,10 @@ constexpr const char* kUpdateInstance =
 constexpr const char* kIsPresent =
     "_ZNK8eprosima7fastdds3dds6detail17DataReaderHistory19is_instance_present"
     "ERKNS_8fastrtps4rtps16InstanceHandle_tE";
+// void instance_viewed_nts(const std::shared_ptr<DataReaderInstance>&)
+constexpr const char* kViewInstance =
+    "_ZN8eprosima7fastdds3dds6detail17DataReaderHistory19instance_viewed_nts"
+    "ERKSt10shared_ptrINS2_18DataReaderInstanceEE";
 using UpdateInstance = bool(rtps::ReaderHistory* history, rtps::CacheChange_t* sample);
 using IsPresent = bool(const rtps::ReaderHistory* history, const rtps::InstanceHandle_t& instance);
 
@@ -69,12 +73,18 @@ bool update_instance(rtps::ReaderHistory* history, rtps::CacheChange_t* sample) 
   return reported;
 }
 
+// Called after samples of the instance were taken. It would set the view state to NOT_NEW, which
+// Linegate's programs do not use.
+void view_instance(rtps::ReaderHistory* /*history*/, const void* /*instance*/) {
+}
+
 }  // namespace
 
 bool watch_instance_states() {
   static const bool replaced =
       instance_calls().update != nullptr && instance_calls().is_present != nullptr &&
-      replace_import("libfastrtps.so", kUpdateInstance, reinterpret_cast<void*>(update_instance));
+      replace_import("libfastrtps.so", kUpdateInstance, reinterpret_cast<void*>(update_instance)) &&
+      replace_import("libfastrtps.so", kViewInstance, reinterpret_cast<void*>(view_instance));
   return replaced;
 }
 
