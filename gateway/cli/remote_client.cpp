@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/cli/remote_client.h"
 
+#include <chrono>
 #include <cstddef>
 #include <ctime>
 #include <span>
@@ -8,6 +9,7 @@
 #include <utility>
 
 #include "bridges/dds/client.h"
+#include "gateway/runtime/signals.h"
 #include "gateway/security/files.h"
 #include "gateway/security/fingerprint.h"
 #include "gateway/security/identity_check.h"
@@ -99,7 +101,16 @@ class Forward final : public dds::ClientListener {
 
 class RemoteClient final : public console::Client {
  public:
+  // Over TCP, Fast DDS 2.9.1 may wait for ever for the end of a thread that has ended.
+  static constexpr std::chrono::seconds kTimeToEnd{10};
+
   explicit RemoteClient(std::unique_ptr<dds::Client> client) : client_(std::move(client)) {}
+  ~RemoteClient() override {
+    const TimeToEnd limit(kTimeToEnd);
+    client_.reset();
+  }
+  RemoteClient(const RemoteClient&) = delete;
+  RemoteClient& operator=(const RemoteClient&) = delete;
 
   void poll(Duration timeout, console::Listener& listener) override {
     Forward forward(listener);

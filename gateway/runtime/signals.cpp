@@ -39,7 +39,7 @@ void catch_stop(int /*signal*/) {
 
 void end_by_force(int /*signal*/) {
   constexpr std::string_view kMessage =
-      "a thread did not end in time after the stop signal: the process ends without it\n";
+      "a thread did not end in time: the process ends without it\n";
   (void)!::write(STDERR_FILENO, kMessage.data(), kMessage.size());
   ::_exit(kExitForced);
 }
@@ -100,6 +100,17 @@ void catch_stop_signals() {
   std::signal(SIGALRM, end_by_force);
   std::signal(SIGINT, catch_stop);
   std::signal(SIGTERM, catch_stop);
+}
+
+TimeToEnd::TimeToEnd(std::chrono::seconds limit) {
+  std::signal(SIGALRM, end_by_force);
+  const unsigned earlier = ::alarm(static_cast<unsigned>(limit.count()));
+  if (earlier != 0 && earlier < static_cast<unsigned>(limit.count()))
+    ::alarm(earlier);
+}
+
+TimeToEnd::~TimeToEnd() {
+  ::alarm(0);
 }
 
 bool stop_signal_caught() {

@@ -31,6 +31,18 @@ void block_reload_signal();
 void catch_stop_signals();
 bool stop_signal_caught();
 
+// Limits the time until the end of its scope, such as that of the end of a library that may wait
+// for a thread for ever: the process then ends with a message to standard error and kExitForced.
+// One at a time. Uses SIGALRM, as catch_stop_signals() does; the earlier one of both limits
+// applies.
+class TimeToEnd {
+ public:
+  explicit TimeToEnd(std::chrono::seconds limit);
+  ~TimeToEnd();
+  TimeToEnd(const TimeToEnd&) = delete;
+  TimeToEnd& operator=(const TimeToEnd&) = delete;
+};
+
 // Whether SIGINT or SIGTERM has arrived and no thread has taken it yet. After block_stop_signals().
 bool stop_signal_pending();
 

@@ -64,6 +64,26 @@ TEST_F(LimitEndTest, EndsAProgramThatCaughtTheSignalAndDoesNotEnd) {
       testing::ExitedWithCode(kExitForced), "the process ends without it");
 }
 
+// Like the end of a participant that waits for a thread of a library.
+TEST_F(LimitEndTest, EndsAProgramInAScopeWithoutEnd) {
+  EXPECT_EXIT(
+      {
+        const TimeToEnd limit(1s);
+        never_end();
+      },
+      testing::ExitedWithCode(kExitForced), "the process ends without it");
+}
+
+TEST_F(LimitEndTest, LeavesAProgramAloneAfterTheScope) {
+  EXPECT_EXIT(
+      {
+        { const TimeToEnd limit(1s); }
+        std::this_thread::sleep_for(1'500ms);
+        ::_exit(0);
+      },
+      testing::ExitedWithCode(0), "");
+}
+
 TEST_F(LimitEndTest, LeavesAProgramAloneThatEndsInTime) {
   EXPECT_EXIT(
       {
