@@ -163,6 +163,13 @@ bool wait_until_settled(Context& context, Model& model, const std::function<bool
   return poll_until(context, model, [&] { return condition() && is_settled(context, model); });
 }
 
+bool is_removed(const Model& model, const Line& line) {
+  const auto gateway = model.gateways().find(line.id.gateway);
+  return !line.view && gateway != model.gateways().end() &&
+         std::none_of(gateway->second.lines.begin(), gateway->second.lines.end(),
+                      [&](const auto& present) { return present.first == line.id.line; });
+}
+
 int completeness(Context& context, const Model& model) {
   const std::string missing = unsettled_text(context, model);
   if (missing.empty()) {

@@ -26,6 +26,10 @@ bool wait_until(Context& context, Model& model, const std::function<bool()>& con
 // context.wait passes before.
 bool wait_until_settled(Context& context, Model& model, const std::function<bool()>& condition);
 
+// Whether the gateway of the line has removed it: its list of lines does not have it, and only old
+// events of it were received.
+bool is_removed(const Model& model, const Line& line);
+
 // Returns kDone, or kIncomplete after a message on context.err that names what is missing.
 int completeness(Context& context, const Model& model);
 

@@ -109,8 +109,8 @@ int monitor_once(Context& context, const MonitorOptions& options, Model& model,
   const auto have_all = [&] {
     const auto lines = model.find(options.filter.line);
     return stopped() || (!lines.empty() && is_settled(context, model) &&
-                         std::all_of(lines.begin(), lines.end(), [](const Line* line) {
-                           return line->gone || is_complete(*line);
+                         std::all_of(lines.begin(), lines.end(), [&](const Line* line) {
+                           return line->gone || is_complete(*line) || is_removed(model, *line);
                          }));
   };
   const bool complete = wait_until(context, model, have_all);

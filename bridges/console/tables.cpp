@@ -5,6 +5,7 @@
 #include <array>
 #include <utility>
 
+#include "bridges/console/lookup.h"
 #include "bridges/console/output_text.h"
 #include "bridges/console/value_text.h"
 #include "stack/od/description.h"
@@ -65,7 +66,9 @@ Row line_row(const Model& model, const Line& line) {
   Row row{{line.id}, {text_cell(line.id.line)}, style_of(model, line)};
   if (!line.view) {
     row.cells.resize(14);
-    row.cells[2] = text_cell(line.gone ? "gateway gone" : "(no state yet)");
+    row.cells[2] = text_cell(is_removed(model, line) ? "removed"
+                             : line.gone             ? "gateway gone"
+                                                     : "(no state yet)");
     row.cells[13] = text_cell(line.id.gateway);
     return row;
   }

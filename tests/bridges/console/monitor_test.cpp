@@ -22,8 +22,11 @@ using testing::Not;
 class OnceSent : public Client {
  public:
   void poll(Duration /*timeout*/, Listener& listener) override {
+    for (const auto& [name, gateway] : model.gateways()) {
+      listener.on_gateway(name, gateway);
+    }
     for (const auto& [id, line] : model.lines()) {
-      listener.on_line(id, *line.view);
+      line.view ? listener.on_line(id, *line.view) : void();
       for (const auto& [number, node] : line.nodes) {
         listener.on_node(id, node);
       }
@@ -70,6 +73,14 @@ TEST_F(MonitorTextTest, ANodeByItsNameHasItsRowsAndItsEvents) {
     EXPECT_EQ(err_.str(), "");
   }
   EXPECT_EQ(filter_.line, "press") << "the only line with a node of this name";
+}
+
+// A gateway keeps the events of lines that a reload has removed.
+TEST_F(MonitorTextTest, ALineThatWasRemovedIsNotAwaited) {
+  gateway_.model.on_gateway("plant", {.lines = {{"press", ""}, {"hall", ""}}});
+  gateway_.model.on_event({"plant", "old"}, {});
+  EXPECT_EQ(monitor("5"), kDone) << err_.str();
+  EXPECT_THAT(out_.str(), HasSubstr("removed"));
 }
 
 TEST_F(MonitorTextTest, ANodeByItsNumberNeedsNoLine) {
