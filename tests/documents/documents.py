@@ -149,7 +149,7 @@ class Reader:
         """Writes plant.yaml as the document shows it under the same heading."""
         for other in self.blocks:
             if other.heading == block.heading and other.language == "yaml" and other.text.startswith("schema:"):
-                self.stage.write("plant.yaml", other.text)
+                self.stage.plant("plant.yaml", other.text)
 
     def execute(self, command, running):
         text = command.text
@@ -203,7 +203,7 @@ def test(folder, linegated, linegate, *documents):
         reader = Reader(stage, document)
         try:
             if document in GUIDES:
-                stage.write("plant.yaml", GUIDE_PLANT)
+                stage.plant("plant.yaml", GUIDE_PLANT)
                 stage.write("press.log", GUIDE_LOG)
                 shutil.copytree(os.path.join(stage.folder, "devices"), os.path.join(stage.folder, "etc/linegate/devices"))
                 stage.gateway("linegated plant.yaml")
