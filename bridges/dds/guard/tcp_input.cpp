@@ -56,8 +56,8 @@ void count(Reason reason) {
   }
 }
 
-void begin(int socket) {
-  limit_stalls(socket);
+// See OpeningChannel.
+void await_opened() {
   std::unique_lock lock(process().mutex);
   process().opened.wait_for(lock, kOpening, [] { return process().opening == 0; });
 }
@@ -73,7 +73,9 @@ ssize_t receive_unchecked(int socket, void* buffer, std::size_t size, int flags)
   const ssize_t received = ::recv(socket, buffer, size, flags);
   const int error = errno;
   if (has_begun_with(socket, received))
-    begin(socket);
+    limit_stalls(socket);
+  if (received > 0)
+    await_opened();
   errno = error;
   return received;
 }
@@ -127,7 +129,7 @@ ssize_t receive(int socket, void* buffer, std::size_t size, int flags) {
     case TcpReader::Event::none:
       break;
     case TcpReader::Event::begun:
-      begin(socket);
+      limit_stalls(socket);
       break;
     case TcpReader::Event::malformed:
       count(Reason::stream);
@@ -136,6 +138,8 @@ ssize_t receive(int socket, void* buffer, std::size_t size, int flags) {
       count(Reason::reader);
       break;
   }
+  if (result.received > 0)
+    await_opened();
   errno = error;
   return result.received;
 }
@@ -163,6 +167,11 @@ LostPeers::Connection receiving_connection() {
 bool has_ended(LostPeers::Connection which) {
   const std::lock_guard lock(process().mutex);
   return !process().open.contains(which);
+}
+
+bool is_opening_channel() {
+  const std::lock_guard lock(process().mutex);
+  return process().opening != 0;
 }
 
 OpeningChannel::OpeningChannel() {

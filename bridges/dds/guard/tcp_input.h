@@ -30,11 +30,11 @@ bool has_ended(LostPeers::Connection which);
 
 // Exists while Fast DDS opens a channel.
 //
-// Fast DDS 2.9.1 connects first and records the logical port afterwards. If it processes the
-// response to its bind request in between, it ignores it (RTCPMessageManager.cpp,
-// BIND_CONNECTION_RESPONSE: no port is pending), and never sends anything on that connection: about
-// one of 30 clients never received anything. So the first octets of a connection are not passed on
-// while a channel is opened, for kOpening at most.
+// Fast DDS 2.9.1 connects, or asks for a logical port, first and records the port afterwards. If it
+// processes the response to this request in between, it ignores it (RTCPMessageManager.cpp,
+// BIND_CONNECTION_RESPONSE: no port is pending; TCPChannelResource::add_logical_port()), and never
+// sends anything to that port: about one of 30 clients never received anything. So no received
+// octets are passed on while a channel is opened, for kOpening at most.
 class OpeningChannel {
  public:
   OpeningChannel();
@@ -42,5 +42,8 @@ class OpeningChannel {
   OpeningChannel(const OpeningChannel&) = delete;
   OpeningChannel& operator=(const OpeningChannel&) = delete;
 };
+
+// Whether a channel is opened now. Its thread may wait for a receiving thread.
+bool is_opening_channel();
 
 }  // namespace linegate::dds::guard

@@ -5,7 +5,9 @@
 #include <chrono>
 #include <fstream>
 #include <iterator>
+#include <optional>
 #include <utility>
+#include <vector>
 
 #include <fastdds/rtps/network/SenderResource.h>
 #include <fastdds/rtps/transport/ChainingTransport.h>
@@ -16,6 +18,7 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include "bridges/dds/guard/delivery_thread.h"
 #include "bridges/dds/guard/message_room.h"
 #include "bridges/dds/guard/passed_on.h"
 #include "bridges/dds/guard/stalled_connections.h"
@@ -91,6 +94,8 @@ class Transport final : public fast::ChainingTransport {
     if (tcp != nullptr &&
         !check_tcp_input({tcp->maxMessageSize, tcp->apply_security}, descriptor_.guard))
       return false;
+    if (low_level_transport_->kind() == LOCATOR_KIND_TCPv4)
+      from_tcp_.emplace([this](FromTcp& datagram) { pass_from_tcp(datagram); });
     const bool made = low_level_transport_->init(properties);
     limit_stalls_of_listeners();
     return made;
@@ -110,6 +115,13 @@ class Transport final : public fast::ChainingTransport {
             const std::chrono::steady_clock::time_point& until) override {
     return below->send(octets, size, begin, end, until);
   }
+  // The library ends the receiver of this channel afterwards.
+  bool CloseInputChannel(const rtps::Locator_t& on) override {
+    const bool closed = ChainingTransport::CloseInputChannel(on);
+    if (from_tcp_)
+      from_tcp_->drop_all();
+    return closed;
+  }
   // Not forwarded by ChainingTransport.
   void shutdown() override { low_level_transport_->shutdown(); }
 
@@ -123,12 +135,23 @@ class Transport final : public fast::ChainingTransport {
     if (descriptor_.guard->judge({octets, size}, now, from, &out).reason != Reason::none)
       return;
     const Octets datagram = out.octets();
-    if (low_level_transport_->kind() == LOCATOR_KIND_TCPv4)
-      return pass_from_tcp(next, datagram, local, remote, now);
-    pass(next, datagram, local, remote, now);
+    if (!from_tcp_)
+      return pass(next, datagram, local, remote, now);
+    from_tcp_->add(
+        {next, {datagram.begin(), datagram.end()}, local, remote, receiving_connection()},
+        datagram.size(), [] { return is_opening_channel(); });
   }
 
  private:
+  // A datagram from a TCP connection.
+  struct FromTcp {
+    fast::TransportReceiverInterface* next;
+    std::vector<std::uint8_t> octets;
+    rtps::Locator_t local;
+    rtps::Locator_t remote;
+    LostPeers::Connection connection;
+  };
+
   void pass(fast::TransportReceiverInterface* next, Octets datagram, const rtps::Locator_t& local,
             const rtps::Locator_t& remote, std::int64_t now) {
     thread_local const auto thread = static_cast<int>(syscall(SYS_gettid));
@@ -137,19 +160,17 @@ class Transport final : public fast::ChainingTransport {
                          remote);
   }
 
-  void pass_from_tcp(fast::TransportReceiverInterface* next, Octets datagram,
-                     const rtps::Locator_t& local, const rtps::Locator_t& remote,
-                     std::int64_t now) {
+  void pass_from_tcp(const FromTcp& datagram) {
     const auto known = [this](const Prefix& prefix) { return descriptor_.guard->knows(prefix); };
     constexpr std::ptrdiff_t kPrefix = 8;  // RTPS 2.3 9.4.4
     Prefix sender{};
-    std::copy_n(datagram.begin() + kPrefix, sender.size(), sender.begin());
+    std::copy_n(datagram.octets.begin() + kPrefix, sender.size(), sender.begin());
     const bool before = known(sender);
     if (!lost_.may_pass(sender, before, has_ended))
       return;
-    pass(next, datagram, local, remote, now);
+    pass(datagram.next, datagram.octets, datagram.local, datagram.remote, steady_ns());
     if (!before && known(sender))
-      lost_.found(sender, receiving_connection(), descriptor_.guard->is_endless(sender), known);
+      lost_.found(sender, datagram.connection, descriptor_.guard->is_endless(sender), known);
   }
 
   bool open_below(fast::SendResourceList& senders, const rtps::Locator_t& to) {
@@ -161,6 +182,7 @@ class Transport final : public fast::ChainingTransport {
 
   Descriptor descriptor_;
   LostPeers lost_;
+  std::optional<DeliveryThread<FromTcp>> from_tcp_;  // for TCP; it uses the others
 };
 
 fast::TransportInterface* Descriptor::create_transport() const {

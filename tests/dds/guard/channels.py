@@ -50,22 +50,24 @@ def change_address(change):
 def come_and_go(peer, profile, transport, turn):
     """Runs AT_ONCE clients, of which the second half is killed. Every second time, UDP clients start with the other
     address. TCP clients do not: Fast DDS 2.9.1 reads the addresses of its host once, and takes a later one for that
-    of another host."""
+    of another host. Returns what went wrong, or None."""
     early = transport == "UDPv4" and turn % 2 == 0
     if early:
         change_address("add")
     clients = [mutate.Peer(peer, "subscriber", DOMAIN, profile) for _ in range(AT_ONCE)]
-    received = all([transports.receives(one, WITHIN) for one in clients])
+    deaf = ["client %d received only %s, dropped %s" % (number, dict(one.lines), dict(one.dropped)) for number, one in enumerate(clients)
+            if not transports.receives(one, WITHIN)]
     if not early:
         change_address("add")
+    endless = []
     for number, one in enumerate(clients):
-        if number < AT_ONCE / 2:
-            received = one.end() and received
-        else:
+        if number >= AT_ONCE / 2:
             one.process.kill()
             one.process.wait()
+        elif not one.end():
+            endless.append("client %d ended with %s" % (number, one.process.returncode))
     change_address("del")
-    return received
+    return "; ".join(deaf + endless) or None
 
 
 def check(peer, text, transport):
@@ -79,8 +81,9 @@ def check(peer, text, transport):
             return "the first client does not receive"
         before = descriptors(gateway.process)
         for turn in range(CLIENTS // AT_ONCE):
-            if not come_and_go(peer, paths[1], transport, turn):
-                return "a client does not receive, or does not end"
+            wrong = come_and_go(peer, paths[1], transport, turn)
+            if wrong is not None:
+                return "turn %d: %s; the gateway dropped %s" % (turn, wrong, dict(gateway.dropped))
         if not transports.eventually(lambda: not descriptors(gateway.process) - before):
             return "the gateway had %s, and has %s" % (dict(before), dict(descriptors(gateway.process)))
         print("%s: %s before %d clients, %s after them" % (

@@ -40,7 +40,7 @@ GROWTH_KB = 100_000
 # has ended, asio in Fast DDS 2.9 frees memory from aligned_alloc with delete.
 SANITIZER = ("quarantine_size_mb=32", "alloc_dealloc_mismatch=0")
 ENVIRONMENT = os.environ | {"ASAN_OPTIONS": ":".join(filter(None, (os.environ.get("ASAN_OPTIONS"), *SANITIZER)))}
-ENDS_WITHIN = 15
+ENDS_WITHIN = 60
 FOUND_WITHIN = 60
 
 
