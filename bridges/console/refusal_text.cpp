@@ -62,6 +62,9 @@ std::set<std::uint16_t> tpdos_of(const image::Layout& outputs) {
   return out;
 }
 
+// The gateway refused the request before the state that is known now.
+constexpr const char* kWasNotOperational = " was not operational; now it is: repeat the command";
+
 std::string no_such_pdo(const Line& line, const line::PdoTrigger& trigger) {
   if (line.view->state.role == line::Role::device) {
     return "device " + std::to_string(trigger.node) + " has no TPDO " +
@@ -89,6 +92,8 @@ std::string wrong_state(const Line& line, const line::PdoTrigger& trigger) {
   const bool devices = line.view->state.role == line::Role::device;
   const auto known = line.nodes.find(trigger.node);
   if (devices && known != line.nodes.end()) {
+    if (known->second.state.state == nmt::State::operational)
+      return "device " + std::to_string(trigger.node) + kWasNotOperational;
     return "device " + std::to_string(trigger.node) + " is " +
            std::string(nmt::name(known->second.state.state)) + ", not operational";
   }
@@ -135,8 +140,13 @@ void add_node_state(Context& context, Model& model, const Line& line, std::uint8
   const line::NodeState& seen = known->second.state;
   const bool present = seen.presence == manager::Presence::present;
   const std::string& name = known->second.name;
-  answer.text += ": node " + std::to_string(node) +
-                 (name.empty() ? "" : " (" + printable(name) + ')') + " is ";
+  answer.text +=
+      ": node " + std::to_string(node) + (name.empty() ? "" : " (" + printable(name) + ')');
+  if (present && seen.state == nmt::State::operational) {
+    answer.text += kWasNotOperational;
+    return;
+  }
+  answer.text += " is ";
   if (seen.presence != manager::Presence::unknown) {
     answer.text += present ? nmt::name(seen.state) : manager::name(seen.presence);
     answer.text += ", ";

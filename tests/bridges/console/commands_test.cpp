@@ -84,6 +84,13 @@ class FakeGateway : public Client {
                                             .configured = true,
                                             .presence = line::Presence::missing}});
       }
+      if (operational_node != 0) {
+        listener.on_node(kPress, {.name = "drive",
+                                  .state = {.node = operational_node,
+                                            .configured = true,
+                                            .state = nmt::State::operational,
+                                            .presence = line::Presence::present}});
+      }
     }
   }
   Answer call(const LineId& id, const line::Command& command, Duration timeout,
@@ -118,6 +125,7 @@ class FakeGateway : public Client {
   std::uint64_t events = 0;    // number of events so far
   bool written_route = false;  // another line has a route
   std::uint8_t missing_node = 0;
+  std::uint8_t operational_node = 0;
   bool twin = false;                            // another gateway has a line of that name
   std::uint64_t unreadable = 0;                 // unreadable samples in each poll
   std::vector<line::ListedObject> device_file;  // of each node
@@ -486,6 +494,16 @@ TEST_F(Commands, AnOutputOfANodeThatIsNotOperationalIsRefusedWithItsState) {
   EXPECT_EQ(err_.str(),
             "not possible in the present state: node 5 (drive) is missing, not "
             "operational\n");
+}
+
+TEST_F(Commands, ARefusedNodeThatIsOperationalMeanwhileIsNotCalledBoth) {
+  gateway_.answer.reply.error = line::to_error(line::Refusal::wrong_state);
+  gateway_.answer.text = "not possible in the present state";
+  gateway_.operational_node = 5;
+  EXPECT_EQ(object_write(context_, "press:5", "6040", "0", "u16", "1", false), kFailed);
+  EXPECT_EQ(err_.str(),
+            "not possible in the present state: node 5 (drive) was not operational; now it is: "
+            "repeat the command\n");
 }
 
 TEST_F(Commands, AFrameThatTheBusDoesNotAcknowledgeIsNotSent) {
