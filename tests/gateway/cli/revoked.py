@@ -6,6 +6,7 @@ receive no event any more, others receive each, and each CAN frame is recorded.
 revoked.py LINEGATED LINEGATE PROFILES
 """
 
+import contextlib
 import json
 import os
 import re
@@ -163,10 +164,21 @@ def check_frames(record, sent):
 
 
 def run(secured, bus):
-    office = subscribed(secured, "office")
-    victor = subscribed(secured, "victor")
+    with contextlib.ExitStack() as ended:
+        return with_subscribers(secured, bus, ended)
+
+
+def with_subscribers(secured, bus, ended):
+    """ended: ends the subscribers. One that is left would keep the output of the test open until its time-out."""
+    def subscriber(identity):
+        one = subscribed(secured, identity)
+        ended.callback(stop, one.process)
+        return one
+
+    office = subscriber("office")
+    victor = subscriber("victor")
     last = issue_for_seconds(secured, "temp", LIFE)
-    temp = subscribed(secured, "temp")
+    temp = subscriber("temp")
     expect("it has not expired yet", time.time() < last, True)
     frames = Frames(bus)
     try:
@@ -182,8 +194,6 @@ def run(secured, bus):
     # A new writer sends the last events again, with their numbers.
     numbers = sorted({event["number"] for event in office.events})
     expect("numbers of the events", numbers, list(range(1, numbers[-1] + 1)))
-    for subscriber in (office, victor, temp):
-        stop(subscriber.process)
     return frames.sent
 
 
