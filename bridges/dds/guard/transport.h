@@ -12,8 +12,8 @@
 namespace linegate::dds::guard {
 
 // Replaces every transport of the QoS, including built-in ones, by a guarded one. Sent datagrams
-// are unchanged; with protection they are kProtectionRoom shorter, see message_room.h. Supports UDPv4, UDPv6, TCP and shared memory; other transports are wrapped in the
-// same way.
+// are unchanged; with protection they are kProtectionRoom shorter, see message_room.h. Supports
+// UDPv4, UDPv6, TCP and shared memory; other transports are wrapped in the same way.
 void wrap_transports(eprosima::fastdds::dds::DomainParticipantQos& qos,
                      const std::shared_ptr<Guard>& guard);
 
