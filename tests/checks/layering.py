@@ -23,11 +23,12 @@ STACK_FORBIDDEN = {
     "thread",
 }
 
-# Header (as a pattern) -> the only product folders that may use it, and why.
+# Header (as a pattern) -> the only product folders, or files, that may use it, and why.
 RESERVED = [
     (r"atomic", ["gateway/exchange", "bridges/dds/guard"],
      "atomics live in gateway/exchange, and in the guard's counters"),
-    (r"thread|stop_token|future", ["gateway"], "bridges start no thread, the gateway owns all"),
+    (r"thread|stop_token|future", ["gateway", "bridges/dds/guard/delivery_thread.h"],
+     "bridges start no thread, the gateway owns all, but one in the place of Fast DDS's receiving threads"),
     (r"fast(dds|rtps|cdr)/.*", ["bridges/dds"], "replacing Fast DDS must touch bridges/dds alone"),
     (r"linegate(PubSubTypes)?\.h", ["bridges/dds"], "the DDS contract is known to bridges/dds alone"),
     (r"linux/can.*", ["bridges/can"], "SocketCAN is bridges/can's subject"),
@@ -103,7 +104,7 @@ DDS_EDGES = ("gateway/publish/dds_edge.cpp", "gateway/publish/dds_process.cpp", 
 def reserved_complaint(source, header):
     for pattern, folders, reason in RESERVED:
         if re.fullmatch(pattern, header) and not any(
-            str(source).startswith(folder + "/") for folder in folders
+            str(source) == folder or str(source).startswith(folder + "/") for folder in folders
         ):
             return reason
     return None
