@@ -11,7 +11,7 @@ import sys
 import time
 
 FOLDER = os.environ["TMPDIR"]
-PATIENCE = 60  # seconds; a guest on an idle machine needs only a few
+PATIENCE = 180  # seconds; a guest on an idle machine needs only a few, one on a busy machine up to a minute
 
 
 class Failed(Exception):
@@ -124,7 +124,7 @@ class Site:
         self.programs = parser.parse_args()
 
     def console(self, *arguments):
-        return (self.programs.linegate, "--wait", "60", "--timeout", "20", *arguments)
+        return (self.programs.linegate, "--wait", str(PATIENCE), "--timeout", "60", *arguments)
 
     def command(self, *arguments):
         """Runs a console command that must succeed, and returns the JSON that it printed."""

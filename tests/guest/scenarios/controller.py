@@ -66,7 +66,7 @@ def up_to_bus_off_and_back(plant, controller):
     plant.command("bus-restart", "press")
     eventually("can7 is open again", lambda: controller.commands[-1] == "O")
     is_told(plant, "error-active")
-    eventually("press: all nodes are operational again", lambda: plant.is_up("press"), 90)
+    eventually("press: all nodes are operational again", lambda: plant.is_up("press"))
     for subscriber in plant.subscribers:
         eventually(f"press: PDOs flow again to {subscriber.name}", lambda: all_valid(subscriber.image("press")))
     check("the gateway is still the same process", plant.running.runs() and plant.running.process.pid == before)

@@ -10,7 +10,7 @@ from actors import check, eventually, play
 from plant import INTERFACES, NODES, Plant, all_valid, utc_seconds
 from subscribers import same_events
 
-CONSUMER_TIME = {"press": 0.5}  # 2.5 x the heartbeat time in plant.yaml
+CONSUMER_TIME = {"press": 5.0, "hall": 5.0}  # 2.5 x the heartbeat time in plant.yaml
 SLACK = 1.0  # the guest has one slow CPU
 
 
@@ -43,6 +43,17 @@ def loss_is_told(subscriber, line, last_heard):
         f"{line}: no value of a missing node is valid for {subscriber.name}",
         lambda: none_valid(subscriber.image(line)),
     )
+
+
+def every_loss_is_true(plant):
+    """No loss is reported while the bus has the heartbeats of the node, however slow the machine is."""
+    for line, consumer_time in CONSUMER_TIME.items():
+        lost = plant.subscriber.events(line, "heartbeat-lost")
+        for event in lost:
+            at = utc_seconds(event["time"])
+            before = [time for time, _, _ in plant.bus[line].frames(0x700 + event["node"]) if time <= at]
+            check(f"{line}: no heartbeat in the {at - before[-1]:.3f} s before a loss", at - before[-1] >= consumer_time - 0.01)
+        check(f"{line}: each of {len(lost)} losses is true", True)
 
 
 def none_valid(image):
@@ -97,6 +108,7 @@ def scenario():
     devices_return(plant, "press")
     interface_goes_and_comes(plant)
     check("the gateway is still the same process", plant.running.runs())
+    every_loss_is_true(plant)
     plant.stop()
     for line in NODES:
         same_events(line, *plant.subscribers)

@@ -22,10 +22,10 @@ lines:
     access: all
     lss: {{assign: true, period: 1s, store: true}}
     nodes:
-      - {{id: 12, name: doors, eds: {EDS}/digital-io.eds, heartbeat: 500ms}}
-      - {{id: 20, name: gate, eds: {EDS}/encoder.eds, heartbeat: 500ms}}
-      - {{id: 30, name: late, eds: {EDS}/drive.eds, heartbeat: 500ms}}
-      - {{id: 40, name: ours, eds: {EDS}/analog-io.eds, serial: 4711, heartbeat: 500ms}}
+      - {{id: 12, name: doors, eds: {EDS}/digital-io.eds, heartbeat: 2s}}
+      - {{id: 20, name: gate, eds: {EDS}/encoder.eds, heartbeat: 2s}}
+      - {{id: 30, name: late, eds: {EDS}/drive.eds, heartbeat: 2s}}
+      - {{id: 40, name: ours, eds: {EDS}/analog-io.eds, serial: 4711, heartbeat: 2s}}
 """
 BELOW = f"""\
 schema: 1

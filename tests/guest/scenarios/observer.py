@@ -27,7 +27,7 @@ lines:
     heartbeat: 1s
     access: all
     nodes:
-      - {{id: 12, name: doors, {file}, heartbeat: 500ms{pdos}}}
+      - {{id: 12, name: doors, {file}, heartbeat: 2s{pdos}}}
 """
 # The identifiers, objects and order differ from those of the EDS.
 PDOS = """, pdos: {tpdo1: {cob_id: 0x1AC, map: ["6000:3", "6000:1"]}, \
@@ -42,14 +42,14 @@ lines:
     role: observer
     node_id: 127
     access: all
-    nodes: [{id: 12, name: doors, dcf: doors.dcf, heartbeat: 500ms}]
+    nodes: [{id: 12, name: doors, dcf: doors.dcf, heartbeat: 2s}]
   - name: heard
     interface: socketcan:obs1
     bit_rate: 500kbit
     role: observer
     node_id: 127
     access: all
-    nodes: [{id: 12, name: doors, eds: EDS, heartbeat: 500ms}]
+    nodes: [{id: 12, name: doors, eds: EDS, heartbeat: 2s}]
 """
 
 
@@ -122,11 +122,11 @@ class Bus(Site):
 
 
 def the_image_is_that_of_the_master(bus):
-    eventually("the node is operational for all", lambda: bus.everywhere("state", "operational"), 90)
-    eventually("the inputs have one layout, and values", bus.all_valid, 120)
+    eventually("the node is operational for all", lambda: bus.everywhere("state", "operational"))
+    eventually("the inputs have one layout, and values", bus.all_valid)
     bus.held_back("write", "hall", OUTPUTS + "1 to 8", "0xA5")
     bus.command("write", "hall", OUTPUTS + "9 to 16", "0x5A")
-    _, octets, valid = eventually("the outputs are the same", lambda: bus.all_same("--outputs"), 120)
+    _, octets, valid = eventually("the outputs are the same", lambda: bus.all_same("--outputs"))
     check(f"{octets}: they are those written, as mapped", bytes.fromhex(octets) == b"\x5a\xa5" and all(valid))
     bus.bus.await_frame(0x2AC, b"\x5a\xa5")
 
@@ -134,7 +134,7 @@ def the_image_is_that_of_the_master(bus):
 def the_values_of_a_dead_node_are_the_same(bus):
     """While the node lives its values change, so three consecutive images would differ."""
     bus.device.kill()
-    eventually("the dead node is missing for all", lambda: bus.everywhere("presence", "missing"), 90)
+    eventually("the dead node is missing for all", lambda: bus.everywhere("presence", "missing"))
     _, octets, valid = eventually("the inputs are the same", bus.all_same)
     bus.bus.catch_up("vcan0")
     last = bus.bus.frames(0x1AC)[-1][2] + bus.bus.frames(0x28C)[-1][2]
@@ -142,8 +142,8 @@ def the_values_of_a_dead_node_are_the_same(bus):
     send("vcan0", "1AC#A1B2")
     eventually("a frame in its name is in all", lambda: (bus.all_same() or ("", ""))[1].startswith("A1B2"))
     bus.device = bus.simulate()
-    eventually("the node is back for all", lambda: bus.everywhere("state", "operational"), 90)
-    eventually("with values", bus.all_valid, 120)
+    eventually("the node is back for all", lambda: bus.everywhere("state", "operational"))
+    eventually("with values", bus.all_valid)
 
 
 def the_observer_sends_nothing(bus):

@@ -64,7 +64,7 @@ lines:
     lss: {{assign: true, period: 1s}}
     nodes:
       - {{id: {SLAVE}, name: parked, eds: EDS_OF_SLAVE, mandatory: false}}
-      - {{id: {OTHER}, name: gate, eds: {EDS}/encoder.eds, heartbeat: 500ms}}
+      - {{id: {OTHER}, name: gate, eds: {EDS}/encoder.eds, heartbeat: 2s}}
 """
 
 

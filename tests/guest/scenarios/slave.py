@@ -34,7 +34,7 @@ lines:
     node_id: 127
     access: all
     heartbeat: 250ms
-    nodes: [{{id: 5, name: other, eds: {eds}, heartbeat: 250ms}}]
+    nodes: [{{id: 5, name: other, eds: {eds}, heartbeat: 2s}}]
 """
 OPERATIONAL, STOPPED = 5, 4
 
@@ -93,7 +93,7 @@ def by_its_role():
     check("the node is no master", pack.master.upload(LAST, 0x1F80, 0) == struct.pack("<I", 4))
     said = pack.refused("sdo", "read", "pack:5", "1000:0")
     print(f"ok: SDO to other nodes is the master's: {said}")
-    check("the device has a heartbeat", pack.master.download(DEVICE, 0x1017, 0, struct.pack("<H", 250)) is None)
+    check("the device has a heartbeat", pack.master.download(DEVICE, 0x1017, 0, struct.pack("<H", 2000)) is None)
     pack.master.nmt("startNode", DEVICE)
 
     def observed():

@@ -7,7 +7,7 @@ import os
 import re
 from datetime import datetime, timezone
 
-from actors import Actor, Failed, check, eventually, read
+from actors import PATIENCE, Actor, Failed, check, eventually, read
 
 REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), "../../.."))
 NMT_STATES = {0: "initialising", 4: "stopped", 5: "operational", 127: "pre-operational", 255: "unknown"}
@@ -43,7 +43,7 @@ class FastSubscriber(Subscriber):
     """`linegate monitor` (Fast DDS): events at once, the newest of all other samples every 2 s."""
 
     def __init__(self, linegate):
-        super().__init__("Fast DDS", linegate, "--json", "--wait", "60", "monitor")
+        super().__init__("Fast DDS", linegate, "--json", "--wait", str(PATIENCE), "monitor")
 
     def images(self, line):
         """Returns the images of the inputs that have a layout."""

@@ -19,7 +19,7 @@ lines:
     bit_rate: 500kbit
     access: all
     nodes:
-      - {{id: {node}, name: python, eds: {eds}, heartbeat: 500ms, mandatory: false}}
+      - {{id: {node}, name: python, eds: {eds}, heartbeat: 2s, mandatory: false}}
 """
 
 

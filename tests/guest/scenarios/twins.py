@@ -17,8 +17,8 @@ lines:
     bit_rate: 500kbit
     access: all
     nodes:
-      - {{id: 5, name: pump, eds: {pump}, heartbeat: 250ms, objects: {{"2000:0": 1, "2001:0": one, "2002:0": 2}}}}
-      - {{id: 6, name: fan, eds: {fan}, heartbeat: 250ms}}
+      - {{id: 5, name: pump, eds: {pump}, heartbeat: 2s, objects: {{"2000:0": 1, "2001:0": one, "2002:0": 2}}}}
+      - {{id: 6, name: fan, eds: {fan}, heartbeat: 2s}}
 """
 
 
