@@ -13,6 +13,9 @@ import time
 FOLDER = os.environ["TMPDIR"]
 PATIENCE = 180  # seconds; a guest on an idle machine needs only a few, one on a busy machine up to a minute
 
+# The gateway may take longer for its end: otherwise it ends with 70 after 5 s, which is too short in a guest on a busy machine.
+LAST_WORDS = ("--last-words", "30")
+
 
 class Failed(Exception):
     """An expectation of a scenario failed."""
@@ -146,7 +149,7 @@ class Site:
 
     def gateway(self, name, plant):
         """Starts a gateway with that plant."""
-        return Actor(name, self.programs.linegated, write_file(f"{name}.yaml", plant))
+        return Actor(name, self.programs.linegated, *LAST_WORDS, write_file(f"{name}.yaml", plant))
 
 
 def write_file(name, text):

@@ -5,7 +5,7 @@ separate process."""
 import os
 from datetime import datetime
 
-from actors import Actor, Site, Witness, check, eventually
+from actors import LAST_WORDS, Actor, Site, Witness, check, eventually
 from subscribers import CycloneSubscriber, FastSubscriber
 
 PLANT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "plant.yaml")
@@ -19,8 +19,8 @@ class Plant(Site):
         programs = self.programs
         self.bus = {line: Witness(interface) for line, interface in INTERFACES.items()}
         self.devices = {line: self.simulate(line) for line in INTERFACES}
-        # --last-words: the guest is slow, and the tests need the last events.
-        self.running = Actor("linegated", programs.linegated, "--last-words", "8", configuration)
+        # Also because the tests need the last events.
+        self.running = Actor("linegated", programs.linegated, *LAST_WORDS, configuration)
         self.subscriber = FastSubscriber(programs.linegate)
         self.stranger = CycloneSubscriber(programs.cyclone_images)
         self.subscribers = (self.subscriber, self.stranger)
