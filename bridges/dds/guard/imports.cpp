@@ -15,7 +15,7 @@ namespace {
 static_assert(sizeof(void*) == sizeof(Elf64_Addr), "relocations with addends");
 
 struct Wanted {
-  std::string_view library;
+  std::string_view file;  // the begin of its name
   std::string_view function;
   void* replacement = nullptr;
   bool replaced = false;  // the result
@@ -105,7 +105,7 @@ void replace(const dl_phdr_info& it, const Tables& tables, const Elf64_Rela* rel
 int visit(dl_phdr_info* it, std::size_t, void* data) {
   auto& wanted = *static_cast<Wanted*>(data);
   const std::string_view path(it->dlpi_name);
-  if (path.substr(path.rfind('/') + 1).rfind(wanted.library, 0) != 0)
+  if (path.substr(path.rfind('/') + 1).rfind(wanted.file, 0) != 0)
     return 0;
   for (std::size_t i = 0; i < it->dlpi_phnum; ++i) {
     if (it->dlpi_phdr[i].p_type != PT_DYNAMIC)
