@@ -21,11 +21,14 @@ std::uint64_t number(sim::Device& device, std::uint16_t index) {
   return device.node().dictionary().number({index, 0}).value_or(0);
 }
 
-// A write of 100Ch or 100Dh by the default client, expedited.
-bool writes_guarding(std::uint8_t node, const can::Frame& frame) {
+// A write of 100Ch or 100Dh by the default client, expedited, that the device executes: it does not
+// while it is stopped.
+bool writes_guarding(sim::Device& device, const can::Frame& frame) {
   const std::uint16_t index = load_le<std::uint16_t>(frame.data.data() + 1);
-  return frame.id == can::kSdoRequestBase + node && frame.length == can::kMaxClassicData &&
-         byte(frame, 0) >> 5U == 1 && (index == 0x100C || index == 0x100D);
+  return device.node().state() != nmt::State::stopped &&
+         frame.id == can::kSdoRequestBase + device.node_id() &&
+         frame.length == can::kMaxClassicData && byte(frame, 0) >> 5U == 1 &&
+         (index == 0x100C || index == 0x100D);
 }
 
 }  // namespace
@@ -66,7 +69,7 @@ void DeviceModel::follow_nmt(std::uint8_t node, const can::Frame& frame) {
 // heartbeat.
 void DeviceModel::follow_guarding(sim::Device& device, const can::Frame& frame) {
   const std::uint8_t node = device.node_id();
-  if (!frame.remote() && writes_guarding(node, frame)) {
+  if (!frame.remote() && writes_guarding(device, frame)) {
     guarded_until_ = kNever;
   }
   if (!frame.remote() || frame.id != can::kErrorControlBase + node || number(device, 0x1017) != 0) {

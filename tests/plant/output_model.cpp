@@ -273,7 +273,9 @@ void OutputModel::ended(LineSeat& seat, const can::Frame& frame, sim::Bus::Endpo
   }
 }
 
-// A device without error control does not show that it was started.
+// Whoever ends Operational: values sent before do not count, and later ones need not be sent before
+// the node has shown that it is Operational. A device without error control does not show that it
+// was started.
 void OutputModel::follow_command(const can::Frame& frame, std::uint8_t id) {
   const auto control = frame.id == can::kNmtId ? nmt::decode_node_control(frame) : std::nullopt;
   if (!control || (control->node != 0 && control->node != id)) {
@@ -281,7 +283,7 @@ void OutputModel::follow_command(const can::Frame& frame, std::uint8_t id) {
   }
   Node& node = nodes_[id];
   const bool starts = control->command == nmt::Command::start;
-  if (starts && !node.shown) {
+  if (!starts || !node.shown) {
     forget_frames(id);
   }
   if (!starts || node.period == Duration::zero()) {
