@@ -169,7 +169,8 @@ void add_values(const Model& model, const Line& line, image::Direction direction
                 Table& out) {
   const Area& area = line.areas[static_cast<std::size_t>(direction)];
   if (!area.complete()) {
-    if (!area.layout || !area.layout->entries.empty()) {
+    const bool has_values = !area.layout || !area.layout->entries.empty();
+    if (has_values && !is_removed(model, line)) {
       out.notes.push_back({missing_text(line, direction), Style::warning});
     }
     return;
