@@ -18,6 +18,7 @@
 #include <sys/prctl.h>
 #include <unistd.h>
 
+#include "bridges/dds/guard/stalled_connections.h"
 #include "bridges/dds/library_log.h"
 #include "bridges/dds/port_server.h"
 #include "bridges/dds/remote_port.h"
@@ -47,6 +48,9 @@ constexpr Duration kPollPeriod = std::chrono::milliseconds(100);
 constexpr Duration kFullPeriod = std::chrono::milliseconds(2);  // while there is no room
 // Fast DDS needs less than 10 ms for any datagram, a handshake of DDS-Security included.
 constexpr Duration kLongestStall = std::chrono::milliseconds(100);
+// A TCP peer that reads nothing must not look like a library that hangs: a call that sends to it
+// ends before.
+static_assert(dds::guard::kStalled + dds::guard::kStalledLater < ProgressLimit::kToContinue);
 static_assert(dds::kLongestMessage < exchange::SharedRings::kRingBytes / 2 - 8);
 constexpr std::size_t kMemory = std::size_t{2} << 30U;
 

@@ -5,6 +5,9 @@
 // the locks of the writer: one peer that stops reading keeps every other one from being served, and
 // two that send to each other at the same time may both stop for ever. So the system ends a
 // connection on which sent data was not taken for kStalled; Fast DDS opens it again.
+//
+// The price of a short limit: a connection that an interrupted network keeps from its peer for that
+// long is ended, too.
 #pragma once
 
 #include <chrono>
@@ -13,7 +16,10 @@
 
 namespace linegate::dds::guard {
 
-inline constexpr std::chrono::milliseconds kStalled{2000};
+inline constexpr std::chrono::milliseconds kStalled{750};
+// A call that blocks ends so much later at most: Linux counts from its first probe of a peer
+// without room, which it sends after the retransmission time-out (at least 200 ms), and rounds up.
+inline constexpr std::chrono::milliseconds kStalledLater{500};
 
 // Applies the limit to that TCP socket; connections that a listening socket accepts inherit it.
 // Returns false if the descriptor is not a TCP socket.
