@@ -9,6 +9,7 @@
 #include <fastrtps/xmlparser/XMLProfileManager.h>
 
 #include "bridges/dds/guard/instance_states.h"
+#include "bridges/dds/guard/key_warnings.h"
 #include "bridges/dds/guard/message_room.h"
 #include "bridges/dds/guard/sent_tokens.h"
 #include "bridges/dds/guard/transport.h"
@@ -87,6 +88,8 @@ void Endpoints::create_participant(const std::string& name, std::uint32_t domain
     return fail("this Fast DDS cannot be made to encrypt full messages: linegate needs 2.9.1");
   if (security_.enabled() && !guard::drop_sent_tokens())
     return fail("this Fast DDS cannot be made to drop sent keys: linegate needs 2.9.1");
+  if (security_.enabled())
+    guard::leave_out_key_warnings();  // else each costs time, but no more
   if (guarded) {
     guard_ = std::make_shared<guard::Guard>(guard::requires_protection(qos),
                                             guard::discovery_limits(qos));
