@@ -2,6 +2,7 @@
 // A device as its file (EDS, DCF) describes it: plain values, from which a Dictionary is built.
 #pragma once
 
+#include <compare>
 #include <cstddef>
 #include <cstdint>
 #include <optional>

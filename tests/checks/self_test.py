@@ -298,6 +298,20 @@ class PublicHeaders(TreeCase):
         self.assertEqual(len(found), 1)
         self.assertIn("stack/base/secret.h", found[0])
 
+    def test_a_name_of_the_standard_library_without_its_header(self):
+        text = '#include "stack/base/time.h"\n'  # which includes <chrono>
+        for line, complaint in (
+            ("std::chrono::seconds a; // std::vector\n", None),
+            ("std::vector<int> a;\n", "frame.h:2: uses vector, but does not include <vector>"),
+            ("auto operator<=>(const A&) const = default;\n", "frame.h:2: uses <=>, but does not include <compare>"),
+            ("std::flat_map<int> a;\n", "frame.h:2: flat_map has no header"),
+        ):
+            with self.subTest(line=line):
+                self.write("stack/can/frame.h", text + line)
+                found = list(public_headers.check(self.root))
+                self.assertEqual(len(found), 1 if complaint else 0)
+                self.assertTrue(not complaint or complaint in found[0], found)
+
     def test_a_header_that_does_not_exist(self):
         os.remove(os.path.join(self.root, "stack/can/frame.h"))
         self.assertEqual(len(list(public_headers.check(self.root))), 1)
