@@ -50,17 +50,21 @@ option(LINEGATE_PRECOMPILE_HEADERS "Precompile the headers of the standard libra
 
 set(LINEGATE_STANDARD_HEADERS <algorithm> <array> <bit> <bitset> <charconv> <chrono> <deque> <functional> <map> <memory>
                               <optional> <set> <span> <string> <string_view> <tuple> <utility> <vector>)
+set(LINEGATE_FAST_DDS_HEADERS
+    <fastdds/dds/domain/DomainParticipantFactory.hpp> <fastdds/dds/domain/DomainParticipant.hpp>
+    <fastdds/dds/publisher/DataWriter.hpp> <fastdds/dds/publisher/Publisher.hpp> <fastdds/dds/subscriber/DataReader.hpp>
+    <fastdds/dds/subscriber/SampleInfo.hpp> <fastdds/dds/subscriber/Subscriber.hpp> <fastdds/dds/topic/TypeSupport.hpp>)
 
-# linegate_precompile(TARGET [PIC] [GTEST] [option ...]) gives TARGET these headers, of libraries alone: our own files say
+# linegate_precompile(TARGET [PIC] [GTEST] [FAST_DDS] [option ...]) gives TARGET these headers, of libraries alone: our own files say
 # what they need. The options are those that TARGET is compiled with besides those of its folder; targets of equal
 # options share the headers.
 function(linegate_precompile target)
   if(NOT LINEGATE_PRECOMPILE_HEADERS)
     return()
   endif()
-  cmake_parse_arguments(ARG "PIC;GTEST" "" "" ${ARGN})
+  cmake_parse_arguments(ARG "PIC;GTEST;FAST_DDS" "" "" ${ARGN})
   get_directory_property(of_folder COMPILE_OPTIONS)
-  string(MD5 key "${ARG_PIC};${ARG_GTEST};${of_folder};${ARG_UNPARSED_ARGUMENTS}")
+  string(MD5 key "${ARG_PIC};${ARG_GTEST};${ARG_FAST_DDS};${of_folder};${ARG_UNPARSED_ARGUMENTS}")
   string(SUBSTRING ${key} 0 8 key)
   set(headers linegate_headers_${key})
   if(NOT TARGET ${headers})
@@ -74,6 +78,10 @@ function(linegate_precompile target)
     if(ARG_GTEST)
       target_link_libraries(${headers} PRIVATE GTest::gmock)
       target_precompile_headers(${headers} PRIVATE <gmock/gmock.h> <gtest/gtest.h>)
+    endif()
+    if(ARG_FAST_DDS)
+      target_link_libraries(${headers} PRIVATE fastrtps)
+      target_precompile_headers(${headers} PRIVATE ${LINEGATE_FAST_DDS_HEADERS})
     endif()
   endif()
   target_precompile_headers(${target} REUSE_FROM ${headers})
@@ -100,12 +108,12 @@ function(linegate_unity target files)
   endif()
 endfunction()
 
-# linegate_library(NAME SOURCES a.cpp ... [HOT] [NO_FUZZER] [OPTIONS ...] [DEPENDS linegate::x ...]
+# linegate_library(NAME SOURCES a.cpp ... [HOT] [NO_FUZZER] [FAST_DDS] [OPTIONS ...] [DEPENDS linegate::x ...]
 # [PRIVATE_DEPENDS ...]) makes static library linegate_NAME with alias linegate::NAME. HOT: its sources are compiled
 # one by one, because what is inlined across files makes the way of a frame longer. NO_FUZZER: no program of
-# tests/fuzz links it. OPTIONS: of the compiler.
+# tests/fuzz links it. FAST_DDS: its sources include headers of Fast DDS. OPTIONS: of the compiler.
 function(linegate_library name)
-  cmake_parse_arguments(ARG "HOT;NO_FUZZER" "" "SOURCES;OPTIONS;DEPENDS;PRIVATE_DEPENDS" ${ARGN})
+  cmake_parse_arguments(ARG "HOT;NO_FUZZER;FAST_DDS" "" "SOURCES;OPTIONS;DEPENDS;PRIVATE_DEPENDS" ${ARGN})
   if(ARG_SOURCES)
     add_library(linegate_${name} STATIC ${ARG_SOURCES})
     target_link_libraries(linegate_${name} PUBLIC linegate_flags ${ARG_DEPENDS}
@@ -121,7 +129,11 @@ function(linegate_library name)
       list(APPEND options -fsanitize=fuzzer-no-link)
     endif()
     target_compile_options(linegate_${name} PRIVATE ${options})
-    linegate_precompile(linegate_${name} PIC ${options})
+    set(fast_dds)
+    if(ARG_FAST_DDS AND LINEGATE_UNITY)  # a library that is one file reads them once anyway
+      set(fast_dds FAST_DDS)
+    endif()
+    linegate_precompile(linegate_${name} PIC ${fast_dds} ${options})
   else()
     add_library(linegate_${name} INTERFACE)
     target_link_libraries(linegate_${name} INTERFACE linegate_flags ${ARG_DEPENDS})
@@ -142,12 +154,16 @@ function(linegate_program name)
   install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT gateway)
 endfunction()
 
-# linegate_test_code(TARGET LEVEL): how the sources of a test program, or of a library that several have, are compiled;
-# LEVEL: -O0 but for those that work for seconds. More than -O1 takes longer to compile than it saves.
+# linegate_test_code(TARGET LEVEL [FAST_DDS]): how the sources of a test program, or of a library that several have, are
+# compiled; LEVEL: -O0 but for those that work for seconds. More than -O1 takes longer to compile than it saves.
 function(linegate_test_code target level)
+  set(options ${level})
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    list(APPEND options --param=ggc-min-heapsize=524288)  # kB of memory before GCC looks for what it can free
+  endif()
   set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF)
-  target_compile_options(${target} PRIVATE ${level})
-  linegate_precompile(${target} GTEST ${level})
+  target_compile_options(${target} PRIVATE ${options})
+  linegate_precompile(${target} GTEST ${ARGN} ${options})
   linegate_unity(${target} 0)
 endfunction()
 
@@ -157,6 +173,11 @@ find_program(LINEGATE_LLD ld.lld)
 if(LINEGATE_LLD)
   set(LINEGATE_TEST_LINKER lld)
 endif()
+function(linegate_link_quickly target)
+  if(LINEGATE_TEST_LINKER)
+    target_link_options(${target} PRIVATE -fuse-ld=${LINEGATE_TEST_LINKER})
+  endif()
+endfunction()
 
 # What the names of tests begin with: tests/run runs those of all presets together.
 set(LINEGATE_TEST_PREFIX "")
@@ -167,15 +188,25 @@ if("thread" IN_LIST LINEGATE_SANITIZE)
   set(LINEGATE_TEST_PREFIX tsan.)
 endif()
 
-# linegate_test(NAME TIER unit [OPTIMISED] [NO_THREADS] [LONGEST pattern] SOURCES ... DEPENDS ...) makes a GoogleTest
+# linegate_test_program(NAME SOURCES ... DEPENDS ...) makes a program that tests start.
+function(linegate_test_program name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE linegate_flags linegate_warnings ${ARG_DEPENDS})
+  set_target_properties(${name} PROPERTIES CXX_EXTENSIONS OFF)
+  linegate_precompile(${name})
+  linegate_link_quickly(${name})
+endfunction()
+
+# linegate_test(NAME TIER unit [OPTIMISED] [NO_THREADS] [FAST_DDS] [LONGEST pattern] SOURCES ... DEPENDS ...) makes a GoogleTest
 # program whose cases carry the tier as their CTest label. Its own sources are not optimised; OPTIMISED is for those that
-# work for seconds. NO_THREADS: it starts none, so it is not built under the thread sanitizer. LONGEST: a filter of
-# GoogleTest for the case that has to start first, or all wait for its end.
+# work for seconds. NO_THREADS: it starts none, so it is not built under the thread sanitizer. FAST_DDS: its sources
+# include headers of Fast DDS. LONGEST: a filter of GoogleTest for the case that has to start first, or all wait for its end.
 function(linegate_test name)
   if(NOT LINEGATE_BUILD_TESTS)
     return()
   endif()
-  cmake_parse_arguments(ARG "OPTIMISED;NO_THREADS" "TIER;TIMEOUT;LONGEST" "SOURCES;DEPENDS" ${ARGN})
+  cmake_parse_arguments(ARG "OPTIMISED;NO_THREADS;FAST_DDS" "TIER;TIMEOUT;LONGEST" "SOURCES;DEPENDS" ${ARGN})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 120)
   endif()
@@ -189,10 +220,12 @@ function(linegate_test name)
   if(ARG_OPTIMISED)
     set(level -O1)
   endif()
-  linegate_test_code(${name} ${level})
-  if(LINEGATE_TEST_LINKER)
-    target_link_options(${name} PRIVATE -fuse-ld=${LINEGATE_TEST_LINKER})
+  set(fast_dds)
+  if(ARG_FAST_DDS)
+    set(fast_dds FAST_DDS)
   endif()
+  linegate_test_code(${name} ${level} ${fast_dds})
+  linegate_link_quickly(${name})
   if(ARG_TIER STREQUAL "unit")  # a process takes longer to start than most cases take
     linegate_group_cases(${name} ${ARG_TIER} ${ARG_TIMEOUT})
     return()
