@@ -13,10 +13,16 @@
 
 namespace linegate::gateway {
 
-// Where DDS runs: `same` or `own`, for `dds: {process: ...}`. A program of tests is built for each.
-#ifndef LINEGATE_TEST_DDS_PROCESS
-#define LINEGATE_TEST_DDS_PROCESS "same"
-#endif
+// Where DDS runs in this program of tests.
+struct PlaceOfDds {
+  std::string process = "same";  // or `own`, of `dds: {process: ...}`
+  std::string program;           // that is started; empty: the program that runs, which is a test
+};
+// dds_process_own.cpp, which is part of some programs, sets it before their first test.
+inline PlaceOfDds& place_of_dds() {
+  static PlaceOfDds place;
+  return place;
+}
 
 // A plant from text. Device file names are relative to the root of the repository.
 inline config::Plant make_plant(const std::string& text) {
@@ -24,12 +30,10 @@ inline config::Plant make_plant(const std::string& text) {
   for (const auto& diagnostic : loaded.diagnostics) {
     ADD_FAILURE() << to_string(diagnostic);
   }
-#ifdef LINEGATED
-  if (loaded.value) {
-    loaded.value->dds_program = LINEGATED;  // by default the program that runs, which is a test
+  if (loaded.value && !place_of_dds().program.empty()) {
+    loaded.value->dds_program = place_of_dds().program;
     loaded.value->dds_stable = Duration::zero();  // no pauses between deaths
   }
-#endif
   return loaded.value ? std::move(*loaded.value) : config::Plant{};
 }
 

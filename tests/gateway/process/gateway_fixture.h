@@ -25,7 +25,7 @@ inline constexpr Duration kPatience = std::chrono::seconds(20);
 
 inline std::string plant_text() {
   return "schema: 1\ngateway: {name: test}\ndds: {domain: " + std::to_string(test::own_domain()) +
-         ", process: " LINEGATE_TEST_DDS_PROCESS ", profile: " + LOOPBACK_PROFILES + R"(}
+         ", process: " + place_of_dds().process + ", profile: " + LOOPBACK_PROFILES + R"(}
 lines:
   - name: open
     interface: "simulated:"

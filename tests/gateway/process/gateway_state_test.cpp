@@ -28,7 +28,7 @@ using namespace std::chrono_literals;
 std::string plant_of(unsigned lines) {
   std::string text =
       "schema: 1\ngateway: {name: state}\ndds: {domain: " + std::to_string(test::own_domain()) +
-      ", process: " LINEGATE_TEST_DDS_PROCESS ", profile: " + LOOPBACK_PROFILES + "}\nlines:\n";
+      ", process: " + place_of_dds().process + ", profile: " + LOOPBACK_PROFILES + "}\nlines:\n";
   for (unsigned i = 1; i <= lines; ++i) {
     text += "  - {name: line" + std::to_string(i) + ", interface: \"virtual:state" +
             std::to_string(i) + "\"}\n";

@@ -120,8 +120,9 @@ class CommandRights : public testing::Test {
   std::string plant() const {
     std::string out =
         "schema: 1\ngateway: {name: plant}\ndds: {domain: " + std::to_string(test::own_domain()) +
-        ", process: " LINEGATE_TEST_DDS_PROCESS ", profile: " LOOPBACK_PROFILES ", security: " +
-        (authority / "plant").string() + "}\nlines:\n";
+        ", process: " + place_of_dds().process +
+        ", profile: " LOOPBACK_PROFILES ", security: " + (authority / "plant").string() +
+        "}\nlines:\n";
     for (const auto& [name, access] : kLines) {
       out += "  - name: " + name + "\n    interface: \"simulated:\"\n    sdo_timeout: 500ms\n" +
              "    access: " + access +

@@ -44,7 +44,6 @@ using Clock = std::chrono::steady_clock;
 
 // Whether the gateways check certificates as the DDS process does
 // (gateway/publish/dds_process.cpp).
-constexpr bool kOwnProcess = std::string_view(LINEGATE_TEST_DDS_PROCESS) == "own";
 constexpr std::chrono::seconds kLife{10};  // of the certificate that expires
 // Fast DDS 2.9.1 does not authenticate every participant that joins late: new ones are made.
 constexpr int kAttempts = 8;
@@ -199,7 +198,7 @@ class TopicRights : public testing::Test {
             const Partitions& other) {
     dds::Security security =
         identity.empty() ? dds::Security{} : dds::security_with(files_in(identity.string()));
-    if (kOwnProcess && (column == "plant" || column == "gateway")) {
+    if (gateway::place_of_dds().process == "own" && (column == "plant" || column == "gateway")) {
       const auto peers = std::make_shared<PeerCertificates>(security.ca);
       security.accepts_certificate = [peers](std::span<const std::uint8_t> pem) {
         return peers->note(pem, std::time(nullptr));

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+// The cases of this program run with DDS in a process of its own, which linegated is started as.
+#include "tests/gateway/plans.h"
+
+namespace linegate::gateway {
+namespace {
+
+const bool kIsOwnProcess = [] {
+  place_of_dds() = {.process = "own", .program = LINEGATED};
+  return true;
+}();
+
+}  // namespace
+}  // namespace linegate::gateway
