@@ -16,7 +16,7 @@ constexpr bool same_numbers(std::type_identity<std::variant<Requests...>> /*of*/
            static_cast<unsigned>(Requests::kKind)) &&
           ...);
 }
-static_assert(same_numbers(std::type_identity<line::Request>{}));
+static_assert(same_numbers(std::type_identity<line::AnyRequest>{}));
 static_assert(same_numbers(std::type_identity<request::GatewayRequest>{}));
 
 template <class Kind>

@@ -2,8 +2,16 @@
 #include "stack/line/frames_under_way.h"
 
 #include <algorithm>
+#include <utility>
+
+#include "stack/base/assert.h"
 
 namespace linegate::line {
+
+void FramesUnderWay::add(Sending sending) {
+  LINEGATE_ASSERT(sendings_.size() < kMost, "one more command may wait");
+  sendings_.push_back(std::move(sending));
+}
 
 [[gnu::hot]] bool FramesUnderWay::ended(std::uint64_t number, Instant now) {
   if (number <= ended_) {

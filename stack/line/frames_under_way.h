@@ -8,7 +8,6 @@
 #include <limits>
 #include <vector>
 
-#include "stack/base/assert.h"
 #include "stack/base/event_log.h"
 #include "stack/base/time.h"
 #include "stack/can/frame.h"
@@ -81,10 +80,7 @@ class FramesUnderWay {
   static constexpr Duration kStuck = std::chrono::milliseconds(100);
 
   // Precondition: sendings().size() < kMost.
-  void add(Sending sending) {
-    LINEGATE_ASSERT(sendings_.size() < kMost, "one more command may wait");
-    sendings_.push_back(std::move(sending));
-  }
+  void add(Sending sending);
   std::vector<Sending>& sendings() { return sendings_; }
   const std::vector<Sending>& sendings() const { return sendings_; }
   bool any() const { return !sendings_.empty(); }

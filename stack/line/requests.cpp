@@ -7,10 +7,17 @@
 
 namespace linegate::line {
 
+Request::Request() = default;
+Request::Request(const Request& from) = default;
+Request::Request(Request&& from) noexcept = default;
+Request& Request::operator=(const Request& from) = default;
+Request& Request::operator=(Request&& from) noexcept = default;
+Request::~Request() = default;
+
 Request empty_request(CommandKind kind) {
   constexpr auto kMake = []<class... Kinds>(std::type_identity<std::variant<Kinds...>>) {
     return std::array<Request (*)(), sizeof...(Kinds)>{[] { return Request(Kinds{}); }...};
-  }(std::type_identity<Request>{});
+  }(std::type_identity<AnyRequest>{});
   LINEGATE_ASSERT(index_of(kind) < kMake.size(), "it is a kind of request");
   return kMake[index_of(kind)]();
 }

@@ -293,16 +293,29 @@ struct RoutingTrace {
 };
 
 // In the order of CommandKind.
-using Request = std::variant<SdoRead, SdoWrite, LocalRead, LocalWrite, SingleOutput, EmcySend,
-                             NmtRequest, NetworkRead, NetworkWrite, RoutingTrace, Scan, Boot,
-                             Configure, ProgramDownload, LssRequest, ObjectWrite, PdoTrigger,
-                             CanSend, CanListen, ObjectCreate, ScanApply, PdoRequest, MpdoWrite>;
+using AnyRequest = std::variant<SdoRead, SdoWrite, LocalRead, LocalWrite, SingleOutput, EmcySend,
+                                NmtRequest, NetworkRead, NetworkWrite, RoutingTrace, Scan, Boot,
+                                Configure, ProgramDownload, LssRequest, ObjectWrite, PdoTrigger,
+                                CanSend, CanListen, ObjectCreate, ScanApply, PdoRequest, MpdoWrite>;
+
+// One of them. A class, so that not every file that copies or destroys a command compiles that for
+// each kind.
+struct Request : AnyRequest {
+  using AnyRequest::AnyRequest;
+  using AnyRequest::operator=;
+  Request();
+  Request(const Request& from);
+  Request(Request&& from) noexcept;
+  Request& operator=(const Request& from);
+  Request& operator=(Request&& from) noexcept;
+  ~Request();
+};
 
 // The kind of each alternative.
 inline constexpr auto kRequestKinds =
     []<class... Kinds>(std::type_identity<std::variant<Kinds...>>) {
       return std::array{Kinds::kKind...};
-    }(std::type_identity<Request>{});
+    }(std::type_identity<AnyRequest>{});
 static_assert(
     [] {
       for (std::size_t i = 1; i < kRequestKinds.size(); ++i) {

@@ -596,7 +596,7 @@ TEST(Access, ReadAllowsWhatChangesNothing) {
 template <std::size_t... kIndices>
 std::vector<line::Command> one_of_each(std::index_sequence<kIndices...>) {
   std::vector<line::Command> out;
-  (out.push_back({.request = std::variant_alternative_t<kIndices, line::Request>{}}), ...);
+  (out.push_back({.request = std::variant_alternative_t<kIndices, line::AnyRequest>{}}), ...);
   return out;
 }
 
@@ -610,7 +610,7 @@ TEST(Access, RightsOfCertificates) {
       CommandKind::pdo_request,   CommandKind::mpdo_write,   CommandKind::nmt,
       CommandKind::boot,          CommandKind::emcy_send,    CommandKind::configure};
   for (const line::Command& command :
-       one_of_each(std::make_index_sequence<std::variant_size_v<line::Request>>())) {
+       one_of_each(std::make_index_sequence<std::variant_size_v<line::AnyRequest>>())) {
     const CommandKind kind = line::kind(command);
     EXPECT_TRUE(permitted(command, ClientRight::unlimited)) << name(kind);
     EXPECT_TRUE(permitted(command, ClientRight::engineer)) << name(kind);
