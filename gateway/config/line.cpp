@@ -2,12 +2,12 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
-#include <regex>
 #include <string>
 #include <string_view>
 #include <system_error>
 
 #include "bridges/sim/device.h"
+#include "gateway/config/certificate_name.h"
 #include "gateway/config/sections.h"
 
 namespace linegate::config {
@@ -34,9 +34,11 @@ void read_access(Section& from, const YAML::Node& node, Access& target) {
 }
 
 // "operator/panel3": role and name of a certificate (gateway/security/authority.h).
-bool is_client(const std::string& text) {
-  static const std::regex kClient("(operator|engineer)/[A-Za-z0-9_-][A-Za-z0-9._-]{0,63}");
-  return std::regex_match(text, kClient);
+bool is_client(std::string_view text) {
+  const std::size_t slash = text.find('/');
+  const std::string_view role = text.substr(0, slash);
+  return slash != std::string_view::npos && (role == "operator" || role == "engineer") &&
+         is_certificate_name(text.substr(slash + 1));
 }
 
 LineAccess read_client_access(Section& clients, const YAML::Node& node, const std::string& client) {

@@ -9,7 +9,6 @@
 #include <ctime>
 #include <filesystem>
 #include <fstream>
-#include <regex>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -21,6 +20,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "gateway/config/certificate_name.h"
 #include "gateway/security/files.h"
 #include "gateway/security/openssl.h"
 #include "gateway/security/revoked_names.h"
@@ -187,11 +187,6 @@ bool is_revoked(const files::path& folder, X509* certificate) {
   return list && X509_CRL_get0_by_cert(list.get(), &entry, certificate) == 1;
 }
 
-bool is_name(const std::string& name) {
-  static const std::regex kName("[A-Za-z0-9_-][A-Za-z0-9._-]{0,63}");
-  return std::regex_match(name, kName);
-}
-
 // Also excludes wildcards and slashes other than the one between gateway and line.
 bool is_line(const std::string& line) {
   const std::size_t slash = line.find('/');
@@ -199,7 +194,8 @@ bool is_line(const std::string& line) {
     return false;
   const std::string gateway = line.substr(0, slash);
   const std::string name = line.substr(slash + 1);
-  return (gateway == "*" || is_name(gateway)) && (name == "*" || name.empty() || is_name(name));
+  return (gateway == "*" || config::is_certificate_name(gateway)) &&
+         (name == "*" || name.empty() || config::is_certificate_name(name));
 }
 
 // Also the name of each file while it is written.
@@ -214,7 +210,7 @@ std::string refuse(const files::path& folder, const Issue& issue) {
   if (issue.days < 1 || issue.days > kAuthorityDays)
     return std::to_string(issue.days) + " days: 1 to " + std::to_string(kAuthorityDays) +
            " are possible";
-  if (!is_name(name))
+  if (!config::is_certificate_name(name))
     return "\"" + name +
            "\" is no name of an identity: use 1 to 64 of A-Z a-z 0-9 . - _, not beginning with a "
            "point";
@@ -560,7 +556,7 @@ std::string revoke(const std::string& folder, const std::string& name) {
   if (std::string error = load(folder, by); !error.empty())
     return error;
   const files::path at(folder);
-  if (!is_name(name))
+  if (!config::is_certificate_name(name))
     return "\"" + name + "\" is no name of an identity";
   const std::vector<Certificate> certificates = certificates_of(at, name);
   if (certificates.empty())
@@ -581,7 +577,8 @@ std::string revoke_certificate(const std::string& folder, const std::string& fil
     return file + " was issued by another authority than " +
            (files::path(folder) / kCaFile).string();
   const std::string name = entry_of(*certificate, NID_commonName);
-  if (!is_name(name) || !parse_role(entry_of(*certificate, NID_organizationalUnitName)))
+  if (!config::is_certificate_name(name) ||
+      !parse_role(entry_of(*certificate, NID_organizationalUnitName)))
     return file + " is not the certificate of an identity";
   std::vector<Certificate> certificates = certificates_of(folder, name);
   certificates.push_back(std::move(certificate));
