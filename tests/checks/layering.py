@@ -40,9 +40,9 @@ RESERVED = [
     (r"spdlog/.*", ["gateway"], "logs are rendered in the gateway"),
 ]
 
-# The only bridges that may use another folder of bridges/: simulated devices attach to any interface; bridges/request is
-# no edge, but the requests that clients send.
-BRIDGE_TO_BRIDGE = {("sim", "can"), ("dds", "request"), ("console", "request")}
+# The only bridges that may use another folder of bridges/: simulated devices attach to any interface; bridges/request and
+# bridges/named are no edges, but the requests that clients send and the types of named topics.
+BRIDGE_TO_BRIDGE = {("sim", "can"), ("dds", "request"), ("console", "request"), ("dds", "named")}
 PRODUCT = ("stack", "bridges", "gateway", "idl")
 
 CLOCK = re.compile(r"\b(steady|system|high_resolution|utc)_clock::now\b")
