@@ -39,6 +39,7 @@ class CommandLine;
   COMMAND(check)                   \
   COMMAND(eds)                     \
   COMMAND(dcf)                     \
+  COMMAND(idl)                     \
   COMMAND(simulate)                \
   COMMAND(record)                  \
   COMMAND(replay)                  \

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shared by the text and JSON output of `linegate check`. Private to check*.cpp.
+// Shared by the text and JSON output of `linegate check`, and `linegate idl`. Private to this room.
 #pragma once
 
 #include <cstdint>

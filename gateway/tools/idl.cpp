@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/tools/idl.h"
+
+#include <algorithm>
+#include <iostream>
+#include <iterator>
+#include <utility>
+
+#include "bridges/named/device_types.h"
+#include "bridges/named/idl_text.h"
+#include "gateway/runtime/exit_code.h"
+#include "gateway/runtime/log.h"
+#include "gateway/tools/check_parts.h"
+#include "stack/line/line.h"
+
+namespace linegate::gateway {
+namespace {
+
+// The types of a line: of each device its inputs and then its outputs, in the order of the layouts.
+named::DeviceTypes types_of(const config::LinePlan& plan) {
+  named::DeviceTypes out;
+  const auto made = line::Line::make(as_started(plan.config));
+  if (!made.value) {
+    const auto error = std::ranges::find(made.diagnostics, Severity::error, &Diagnostic::severity);
+    out.collisions.push_back(to_string(*error));
+    return out;
+  }
+  for (const auto direction : {image::Direction::inputs, image::Direction::outputs}) {
+    named::DeviceTypes some =
+        named::device_types(plan.config.name, (*made.value)->layout(direction));
+    std::ranges::move(some.types, std::back_inserter(out.types));
+    std::ranges::move(some.collisions, std::back_inserter(out.collisions));
+  }
+  std::ranges::stable_sort(out.types, {}, &named::DeviceType::node);
+  return out;
+}
+
+bool is_named(const named::DeviceType& type, const std::string& device) {
+  return type.device == device || std::to_string(type.node) == device;
+}
+
+}  // namespace
+
+PlantIdl idl_of(const config::Plant& plant, const std::string& of) {
+  const std::size_t colon = std::min(of.find(':'), of.size());
+  const std::string line = of.substr(0, colon);
+  const std::string device = of.substr(std::min(colon + 1, of.size()));
+  PlantIdl out;
+  std::vector<named::DeviceType> types;
+  bool known = of.empty();
+  for (const config::LinePlan& plan : plant.lines) {
+    if (!of.empty() && plan.config.name != line && std::to_string(plan.config.network_id) != line) {
+      continue;
+    }
+    known = true;
+    named::DeviceTypes made = types_of(plan);
+    std::ranges::move(made.collisions, std::back_inserter(out.errors));
+    std::ranges::copy_if(made.types, std::back_inserter(types), [&](const auto& type) {
+      return device.empty() || is_named(type, device);
+    });
+  }
+  if (!known) {
+    out.errors.push_back("there is no line " + line);
+  } else if (types.empty() && out.errors.empty()) {
+    out.errors.push_back((of.empty() ? plant.file : of) + " has no process data in this plant");
+  }
+  out.text = named::idl_text(types);
+  return out;
+}
+
+int print_idl(const std::string& path, const std::string& of) {
+  const auto loaded = config::load(path);
+  print(loaded.diagnostics);
+  if (!loaded.value) {
+    return kExitUsage;
+  }
+  const PlantIdl idl = idl_of(*loaded.value, of);
+  for (const std::string& error : idl.errors) {
+    std::cerr << error << '\n';
+  }
+  if (!idl.errors.empty()) {
+    return kExitUsage;
+  }
+  std::cout << idl.text;
+  return kExitOk;
+}
+
+}  // namespace linegate::gateway

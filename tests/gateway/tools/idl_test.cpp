@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/tools/idl.h"
+
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "gateway/config/whole_file.h"
+
+#include "tests/gateway/plans.h"
+
+namespace linegate::gateway {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+const std::string kFolder = LINEGATE_SOURCE_DIR "/tests/bridges/named/";
+
+config::Plant plant_in(const std::string& file) {
+  auto loaded = config::load(file);
+  EXPECT_TRUE(loaded.value);
+  return loaded.value ? *std::move(loaded.value) : config::Plant{};
+}
+
+std::string content_of(const std::string& file) {
+  std::string why;
+  return config::whole_file(file, why).value_or("");
+}
+
+// The file, which has its licence before the text, is compiled by fastddsgen (tests/dds) and by
+// idlc (tests/interop). If a change is intended: `linegate idl every_type.yaml press`.
+TEST(Idl, OfAPlantWithEveryTypeIsTheStoredOne) {
+  const PlantIdl idl = idl_of(plant_in(kFolder + "every_type.yaml"), "press");
+  EXPECT_THAT(idl.errors, IsEmpty());
+  EXPECT_EQ("// SPDX-License-Identifier: Apache-2.0\n" + idl.text,
+            content_of(kFolder + "every_type.idl"));
+}
+
+TEST(Idl, IsOfOneDeviceOrLineOrAll) {
+  const config::Plant plant = plant_in(LINEGATE_SOURCE_DIR "/deploy/plants/demo.yaml");
+  const std::string ram = idl_of(plant, "press:ram").text;
+  EXPECT_THAT(ram, HasSubstr("// plant/press/ram/inputs\n"));
+  EXPECT_THAT(ram, HasSubstr("// plant/press/ram/outputs\n"));
+  EXPECT_THAT(ram, Not(HasSubstr("feeder")));
+  EXPECT_EQ(idl_of(plant, "1:5").text, ram);
+  const std::string press = idl_of(plant, "press").text;
+  EXPECT_THAT(press, HasSubstr("// plant/press/feeder/inputs\n"));
+  EXPECT_THAT(press, HasSubstr("// plant/press/angle/inputs\n"));
+  EXPECT_THAT(press, Not(HasSubstr("plant/hall")));
+  EXPECT_THAT(idl_of(plant, "").text, HasSubstr("// plant/hall/doors/outputs\n"));
+}
+
+// The text of a device does not depend on other devices, lines and settings.
+TEST(Idl, IsTheSameAfterUnrelatedEdits) {
+  const std::string before = R"(schema: 1
+lines:
+  - name: press
+    interface: "simulated:"
+    nodes:
+      - {id: 5, name: ram, eds: bridges/sim/eds/drive.eds}
+)";
+  const std::string after = R"(schema: 1
+gateway: {name: other}
+lines:
+  - {name: hall, interface: "simulated:"}
+  - name: press
+    interface: "simulated:"
+    network_id: 9
+    node_id: 9
+    publish: on_sync
+    nodes:
+      - {id: 3, name: doors, eds: bridges/sim/eds/digital-io.eds}
+      - {id: 6, name: ram, eds: bridges/sim/eds/drive.eds, heartbeat: 1s}
+)";
+  const std::string text = idl_of(make_plant(before), "press:ram").text;
+  EXPECT_THAT(text, HasSubstr("@final struct press_ram_inputs_"));
+  EXPECT_EQ(idl_of(make_plant(after), "press:ram").text, text);
+}
+
+TEST(Idl, ReportsWhatThePlantDoesNotHave) {
+  const config::Plant plant = plant_in(LINEGATE_SOURCE_DIR "/deploy/plants/demo.yaml");
+  EXPECT_THAT(idl_of(plant, "hull").errors, ElementsAre("there is no line hull"));
+  EXPECT_THAT(idl_of(plant, "press:rum").errors,
+              ElementsAre("press:rum has no process data in this plant"));
+}
+
+}  // namespace
+}  // namespace linegate::gateway
