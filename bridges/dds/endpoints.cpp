@@ -193,6 +193,32 @@ fast::Topic* Endpoints::make_topic(const std::string& topic, fast::TypeSupport t
   return made;
 }
 
+fast::Topic* Endpoints::add_own_topic(const std::string& topic, fast::TypeSupport type) {
+  if (!ok_)
+    return nullptr;
+  type->auto_fill_type_information(false);
+  type->auto_fill_type_object(false);
+  if (type.register_type(participant_) != ReturnCode_t::RETCODE_OK)
+    return nullptr;
+  return participant_->create_topic(topic, type.get_type_name(), fast::TOPIC_QOS_DEFAULT);
+}
+
+void Endpoints::remove_own_topic(fast::Topic* topic) {
+  const std::string type = topic->get_type_name();
+  if (participant_->delete_topic(topic) == ReturnCode_t::RETCODE_OK)
+    participant_->unregister_type(type);
+}
+
+fast::DataWriter* Endpoints::writer_of(fast::Topic* topic, const std::string& profile,
+                                       const std::string& partition) {
+  fast::Publisher* const publisher = partition.empty() ? publisher_ : publisher_in(partition, true);
+  fast::DataWriterQos qos;
+  if (publisher == nullptr ||
+      publisher_->get_datawriter_qos_from_profile(profile, qos) != ReturnCode_t::RETCODE_OK)
+    return nullptr;
+  return publisher->create_datawriter(topic, qos);
+}
+
 fast::DataWriter* Endpoints::make_writer(const std::string& topic, fast::TypeSupport type,
                                          std::uint32_t strength, fast::Publisher* publisher) {
   fast::Topic* made = make_topic(topic, std::move(type));

@@ -141,6 +141,16 @@ class Endpoints {
   void add_topic(const std::string& topic) {
     make_topic(topic, eprosima::fastdds::dds::TypeSupport(new WrittenType<PubSubType>()));
   }
+  // Topics with types that are made at run time; they may come and go at any time. One thread at a
+  // time may call these. nullptr on failure.
+  eprosima::fastdds::dds::Topic* add_own_topic(const std::string& topic,
+                                               eprosima::fastdds::dds::TypeSupport type);
+  // After its last writer was removed.
+  void remove_own_topic(eprosima::fastdds::dds::Topic* topic);
+  // profile: of the data writer. partition: see writer_beside().
+  eprosima::fastdds::dds::DataWriter* writer_of(eprosima::fastdds::dds::Topic* topic,
+                                                const std::string& profile,
+                                                const std::string& partition);
   template <class PubSubType>
   eprosima::fastdds::dds::DataReader* reader(const std::string& topic) {
     auto* type = new ReceivedType<PubSubType>(unreadable_);

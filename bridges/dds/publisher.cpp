@@ -20,6 +20,7 @@
 #include "bridges/dds/event_samples.h"
 #include "bridges/dds/image_samples.h"
 #include "bridges/dds/inbound_reader.h"
+#include "bridges/dds/named_writers.h"
 #include "bridges/dds/output_samples.h"
 #include "bridges/dds/output_state_samples.h"
 #include "bridges/dds/pdo_writer.h"
@@ -29,6 +30,7 @@
 #include "bridges/dds/state_samples.h"
 #include "bridges/dds/state_writer.h"
 #include "bridges/dds/waiting.h"
+#include "bridges/named/sample_plan.h"
 #include "stack/base/short_text.h"
 
 namespace linegate::dds {
@@ -163,6 +165,13 @@ class LocalPort final : public SamplePort {
   bool write(v1::CommandReply& sample, const std::string& partition) override {
     return replies_.write(sample, partition, now());
   }
+  bool add_named(const NamedTopic& topic) override {
+    return named_.add(topic, partition_of(topic.line));
+  }
+  void remove_named(std::span<const std::string> topics) override { named_.remove(topics); }
+  bool write_named(std::string_view topic, std::span<const std::byte> sample) override {
+    return named_.write(topic, sample);
+  }
   bool accepts_image(std::string_view /*line*/, image::Direction /*direction*/) const override {
     return true;
   }
@@ -249,6 +258,7 @@ class LocalPort final : public SamplePort {
   std::map<std::string, LineWriters, std::less<>> lines_;
   LineWriters no_writers_;
   LineWriters::Slot own_events_;
+  NamedWriters named_{endpoints_, renew_after_};
   ReplyWriters replies_{endpoints_, renew_after_, secured_};
   Waiting waiting_;
   std::unique_ptr<InboundReader<v1::OutputWritePubSubType>> outputs_;
@@ -302,6 +312,7 @@ LocalPort::~LocalPort() {
     wait_for_readers_of(LineWriters::writer(writers.outputs));
     wait_for_readers_of(LineWriters::writer(writers.receptions));
   }
+  named_.wait_for_acknowledgments(left());
   replies_.wait_for_acknowledgments(left());
 }
 
@@ -411,8 +422,19 @@ struct GatewayBridge::Impl {
         port(std::move(sample_port)),
         desk(options.incarnation, options.lines) {}
 
+  // A named topic of a line.
+  struct Named {
+    std::string line;
+    image::Direction direction = image::Direction::inputs;
+    std::string type;
+    named::SamplePlan plan;
+  };
+
   template <class Sample>
   void address(std::string_view line, Sample& sample) const;
+  // Removes the topics of the line for which `wanted` is true.
+  template <class Wanted>
+  void remove_named(std::string_view line, Wanted wanted);
   bool count(bool written);
 
   bool read_output(GatewayHandler& handler);
@@ -433,6 +455,9 @@ struct GatewayBridge::Impl {
   PublishCounters counters;
   std::uint64_t event_stream = 0;  // of the last GatewayState; 0 before it
   std::map<std::string, std::uint64_t, std::less<>> receptions;  // published, by line
+  std::map<std::string, Named, std::less<>> named_topics;        // by topic
+  std::vector<std::int64_t> pdo_times;
+  std::vector<std::byte> named_sample;
   v1::GatewayState gateway_sample;
   v1::LineState line_sample;
   v1::NodeState node_sample;
@@ -501,6 +526,7 @@ bool GatewayBridge::add_line(const std::string& line) {
 
 void GatewayBridge::remove_line(const std::string& line) {
   impl_->desk.remove_line(line);
+  impl_->remove_named(line, [](const auto&) { return true; });
   impl_->port->remove_line(line);
 }
 
@@ -592,6 +618,62 @@ bool GatewayBridge::publish(std::string_view line, const image::Layout& layout) 
     written = impl_->count(impl_->port->write(sample)) && written;
   }
   return written;
+}
+
+template <class Wanted>
+void GatewayBridge::Impl::remove_named(std::string_view line, Wanted wanted) {
+  std::vector<std::string> topics;
+  for (const auto& [topic, known] : named_topics) {
+    if (known.line == line && wanted(known))
+      topics.push_back(topic);
+  }
+  if (!topics.empty())
+    port->remove_named(topics);
+  for (const std::string& topic : topics)
+    named_topics.erase(topic);
+}
+
+// A type that remains keeps its writer; the places of its values in the image are new.
+bool GatewayBridge::set_named_types(std::string_view line, image::Direction direction,
+                                    std::span<const named::DeviceType> types) {
+  impl_->remove_named(line, [&](const Impl::Named& known) {
+    return known.direction == direction &&
+           std::ranges::find(types, known.type, &named::DeviceType::type_name) == types.end();
+  });
+  bool made = true;
+  for (const named::DeviceType& type : types) {
+    named::SamplePlan plan(type, impl_->gateway);
+    const std::string topic = type.topic();
+    if (!impl_->named_topics.contains(topic)) {
+      made = impl_->port->add_named(
+                 {std::string(line), topic, type.type_name(), plan.max_size(), plan.key()}) &&
+             made;
+    }
+    impl_->named_topics.insert_or_assign(
+        topic, Impl::Named{std::string(line), direction, type.type_name(), std::move(plan)});
+  }
+  return made;
+}
+
+bool GatewayBridge::publish(const named::DeviceType& type, const image::Snapshot& snapshot,
+                            std::uint64_t number, std::span<const Instant> times) {
+  const auto known = impl_->named_topics.find(type.topic());
+  if (known == impl_->named_topics.end())
+    return impl_->count(false);
+  impl_->pdo_times.clear();
+  for (const Instant time : times)
+    impl_->pdo_times.push_back(impl_->clock.utc(time));
+  const named::SampleHead head{.incarnation = impl_->incarnation,
+                               .sequence_number = number,
+                               .time = impl_->clock.utc(snapshot.acquired),
+                               .clock = static_cast<std::uint8_t>(impl_->clock.quality),
+                               .pdo_times = impl_->pdo_times};
+  const named::SamplePlan& plan = known->second.plan;
+  if (impl_->named_sample.size() < plan.max_size())
+    impl_->named_sample.resize(plan.max_size());
+  const std::size_t size = plan.write(head, snapshot, impl_->named_sample);
+  return impl_->count(impl_->port->write_named(
+      known->first, std::span<const std::byte>(impl_->named_sample).first(size)));
 }
 
 bool GatewayBridge::publish(std::string_view line, const image::Snapshot& snapshot) {

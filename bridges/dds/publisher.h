@@ -13,6 +13,7 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,6 +22,7 @@
 #include "bridges/dds/guard/counters.h"
 #include "bridges/dds/security.h"
 #include "bridges/dds/values.h"
+#include "bridges/named/device_types.h"
 #include "bridges/request/request.h"
 #include "stack/base/diagnostic.h"
 #include "stack/base/event.h"
@@ -161,6 +163,15 @@ class GatewayBridge {
   bool accepts_image(std::string_view line, image::Direction direction) const;
   // Returns false also if it exceeds the contract's bounds (kMaxEntries, kMaxStamps).
   bool publish(std::string_view line, const image::Snapshot& snapshot);
+  // The named topics of that direction of the line, which replace those before. The instances of
+  // topics that are no more, or whose type changed, end. Returns false if a topic could not be
+  // created.
+  bool set_named_types(std::string_view line, image::Direction direction,
+                       std::span<const named::DeviceType> types);
+  // A sample of a named topic with the values of the snapshot, whose layout is that of the types
+  // set last. number: 1, 2, ...; times: of the PDOs of the type, Instant{} = never.
+  bool publish(const named::DeviceType& type, const image::Snapshot& snapshot, std::uint64_t number,
+               std::span<const Instant> times);
   // The values of one PDO (mark, of this input snapshot) with the layout that describes them.
   // receptions: number of frames since the last update of that PDO, which this update represents.
   bool publish_pdo_update(std::string_view line, const image::Layout& layout,

@@ -80,6 +80,12 @@ class RemotePort final : public SamplePort {
     return keep(ToEndpoints::event, sample.line().c_str(), {}, kEvents, sample);
   }
   bool write(v1::CommandReply& sample, const std::string& partition) override;
+  // A configuration with named topics is refused with `process: own`.
+  bool add_named(const NamedTopic& /*topic*/) override { return false; }
+  void remove_named(std::span<const std::string> /*topics*/) override {}
+  bool write_named(std::string_view /*topic*/, std::span<const std::byte> /*sample*/) override {
+    return false;
+  }
   bool accepts_image(std::string_view line, image::Direction direction) const override;
   std::uint64_t failed_later() const override;
   std::uint64_t process_starts() const override {

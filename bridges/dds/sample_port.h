@@ -11,6 +11,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -19,6 +20,7 @@
 
 #include "bridges/dds/guard/counters.h"
 #include "bridges/dds/guard/stall.h"
+#include "bridges/dds/named_topic.h"
 #include "bridges/dds/publisher.h"
 #include "bridges/dds/values.h"
 #include "stack/base/diagnostic.h"
@@ -51,6 +53,11 @@ class SamplePort {
   virtual bool write(v1::Event& sample) = 0;
   // partition: of the client (reply_partition()); empty without DDS-Security.
   virtual bool write(v1::CommandReply& sample, const std::string& partition) = 0;
+  // Named topics. add_named() returns false if the topic could not be created. The instances of
+  // removed topics end. sample: CDR with its encapsulation.
+  virtual bool add_named(const NamedTopic& topic) = 0;
+  virtual void remove_named(std::span<const std::string> topics) = 0;
+  virtual bool write_named(std::string_view topic, std::span<const std::byte> sample) = 0;
   // False while a ProcessImage of the line would wait: it is better made later, with newer values.
   virtual bool accepts_image(std::string_view line, image::Direction direction) const = 0;
   // Number of samples that were accepted and could not be written later. From any thread.

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// A named topic (bridges/named), as its writer has to know it.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace linegate::dds {
+
+struct NamedTopic {
+  std::string line;
+  std::string topic;
+  std::string type;
+  std::size_t max_size = 0;    // of a sample, in octets
+  std::vector<std::byte> key;  // see NamedType
+};
+
+}  // namespace linegate::dds

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bridges/dds/named_writers.h"
+
+#include <algorithm>
+#include <utility>
+
+#include <fastdds/dds/publisher/DataWriter.hpp>
+#include <linegate.h>
+
+namespace linegate::dds {
+namespace {
+
+void wait_for_readers_of(eprosima::fastdds::dds::DataWriter* writer,
+                         std::chrono::steady_clock::time_point deadline) {
+  const auto left = std::max(std::chrono::nanoseconds::zero(),
+                             std::chrono::nanoseconds(deadline - std::chrono::steady_clock::now()));
+  const auto seconds = std::chrono::floor<std::chrono::seconds>(left);
+  writer->wait_for_acknowledgments({static_cast<std::int32_t>(seconds.count()),
+                                    static_cast<std::uint32_t>((left - seconds).count())});
+}
+
+}  // namespace
+
+bool NamedWriters::add(const NamedTopic& topic, const std::string& partition) {
+  if (topics_.contains(topic.topic))
+    return false;
+  Topic made;
+  made.topic = endpoints_.add_own_topic(
+      topic.topic,
+      eprosima::fastdds::dds::TypeSupport(new NamedType(topic.type, topic.max_size, topic.key)));
+  if (made.topic == nullptr)
+    return false;
+  made.writer = std::make_unique<RenewedWriter>(
+      endpoints_, renew_after_, RenewedWriter::Keep::until_received,
+      [this, partition, own = made.topic] {
+        return endpoints_.writer_of(own, v1::TOPIC_PROCESS_IMAGE, partition);
+      });
+  if (made.writer->writer() == nullptr) {
+    remove(made);
+    return false;
+  }
+  topics_.emplace(topic.topic, std::move(made));
+  return true;
+}
+
+void NamedWriters::remove(Topic& topic) {
+  if (topic.writer)
+    topic.writer->remove();
+  endpoints_.remove_own_topic(topic.topic);
+}
+
+// A topic has one type in a participant, so a topic of another type can follow only when its writer
+// is removed. The end of an instance would be lost with its writer.
+void NamedWriters::remove(std::span<const std::string> topics) {
+  const auto deadline = std::chrono::steady_clock::now() + kPatience;
+  std::vector<decltype(topics_)::node_type> ending;
+  for (const std::string& topic : topics) {
+    if (auto node = topics_.extract(topic))
+      ending.push_back(std::move(node));
+  }
+  NamedData any;
+  for (const auto& node : ending) {
+    node.mapped().writer->each([&](auto* writer) {
+      writer->unregister_instance(&any, eprosima::fastdds::dds::HANDLE_NIL);
+    });
+  }
+  for (auto& node : ending) {
+    node.mapped().writer->each([&](auto* writer) { wait_for_readers_of(writer, deadline); });
+    remove(node.mapped());
+  }
+}
+
+bool NamedWriters::write(std::string_view topic, std::span<const std::byte> sample) {
+  const auto found = topics_.find(topic);
+  if (found == topics_.end())
+    return false;
+  NamedData data{sample};
+  return found->second.writer->next()->write(&data);
+}
+
+void NamedWriters::wait_for_acknowledgments(std::chrono::nanoseconds most) {
+  const auto deadline = std::chrono::steady_clock::now() + most;
+  for (const auto& [name, topic] : topics_)
+    topic.writer->each([&](auto* writer) { wait_for_readers_of(writer, deadline); });
+}
+
+}  // namespace linegate::dds
