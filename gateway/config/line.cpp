@@ -445,6 +445,7 @@ LineSection read_line(Findings& findings, const YAML::Node& node) {
   read_feeds_every_tpdo(section, out);
   out.outputs = read_outputs(findings, section.find("outputs"));
   out.history = read_history(section, plan.history);
+  out.named = read_named(section, plan.named);
   section.done();
   return out;
 }

@@ -130,6 +130,7 @@ void resolve_outputs(Findings& findings, LineSection& section) {
   const auto& layout = made->layout(image::Direction::outputs);
   const EntryNames names(plan.config, layout);
   resolve_history(findings, section.history, *made, plan);
+  resolve_named(findings, section.named, *made, plan);
   const std::size_t before = findings.errors();
   resolve_groups(findings, section.outputs, names, layout, plan.config);
   resolve_defaults(findings, section.outputs, names, layout, plan.config);

@@ -127,6 +127,22 @@ void check_clients(Findings& findings, const LineSection& section, const Plant& 
   }
 }
 
+// The second process has the topics of the contract alone, and so have the permissions of a
+// gateway.
+void check_named(Findings& findings, const LineSection& section, const Plant& plant) {
+  if (!section.plan.named.published) {
+    return;
+  }
+  if (!plant.dds_security.empty()) {
+    findings.error(section.named.place,
+                   "named topics are for DDS without security: the permissions of a gateway do not "
+                   "include them");
+  } else if (plant.dds_own_process) {
+    findings.error(section.named.place,
+                   "named topics need dds: {process: same}: a second process does not have them");
+  }
+}
+
 void check_executor(Findings& findings, const LineSection& section, const Plant& plant) {
   if (section.plan.executor.empty()) {
     return;
@@ -249,6 +265,7 @@ void read_lines(Findings& findings, const YAML::Node& node, const RoutingSection
                      "history needs the journal that stores it: journal: {file: ...}");
     }
     check_clients(findings, section, plant);
+    check_named(findings, section, plant);
     const std::string files = findings.pop_sources();
     check_collisions(findings, section, sections);
     if (findings.errors() == before) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "bridges/can/interface_uri.h"
+#include "bridges/named/device_types.h"
 #include "stack/base/diagnostic.h"
 #include "stack/base/time.h"
 #include "stack/line/config.h"
@@ -62,6 +63,12 @@ struct History {
   };
   std::vector<Entry> entries;
   Duration min_interval = std::chrono::seconds(1);  // between two stored values of an entry
+};
+
+// Topics of the devices of a line, with named members (bridges/named).
+struct NamedTopics {
+  bool published = false;
+  std::vector<named::Alias> aliases;
 };
 
 // The journal of events on disk.
@@ -132,6 +139,7 @@ struct LinePlan {
   std::string storage;                     // folder for parameters stored by 1010h; empty = none
   std::optional<Record> record;
   History history;
+  NamedTopics named;
   // Everything the line was read from, including its executor, device files and bindings: two plans
   // with the same source differ at most in `routes`.
   std::string source;

@@ -132,11 +132,23 @@ struct HistorySection {
   Place place;
 };
 
+// `named:` of a line. The text of an entry is in the syntax of EntryNames::find().
+struct NamedSection {
+  struct Alias {
+    std::string entry;
+    std::string identifier;
+    Place place;
+  };
+  std::vector<Alias> aliases;
+  Place place;
+};
+
 // One element of `lines:`, with the positions of keys that can conflict with other lines.
 struct LineSection {
   LinePlan plan;
   OutputsSection outputs;
   HistorySection history;
+  NamedSection named;
   std::vector<BindingSection> bindings;
   std::vector<EnterSection> enter;
   std::vector<OwnPdoSection> own_pdos;
@@ -177,6 +189,11 @@ void read_size(Section& section, const YAML::Node& node, std::uint64_t smallest,
 HistorySection read_history(Section& line, History& history);
 void resolve_history(Findings& findings, const HistorySection& section, const line::Line& made,
                      LinePlan& plan);
+// `named:` of a line; resolve_named() finds the entries of its aliases in the layouts of the line,
+// and reports identifiers that collide.
+NamedSection read_named(Section& line, NamedTopics& named);
+void resolve_named(Findings& findings, const NamedSection& section, const line::Line& made,
+                   LinePlan& plan);
 // `journal:` of the gateway.
 std::optional<Journal> read_journal(Findings& findings, const YAML::Node& node);
 // One element of `nodes:`, with its device file and all values written to the node.

@@ -13,6 +13,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -140,6 +141,12 @@ class DataEdge {
                                     Instant now) = 0;
   virtual void publish_layout(std::string_view line, const image::Layout& layout) = 0;
   virtual void publish_image(std::string_view line, const image::Snapshot& snapshot) = 0;
+  // The named topics of that direction of the line, which replace those before: the instances of
+  // topics that are no more, or whose type changed, end.
+  virtual void set_named_types(std::string_view line, image::Direction direction,
+                               std::span<const named::DeviceType> types) = 0;
+  // With the values of the snapshot, whose layout is that of the types set last.
+  virtual void publish_named(const NamedSample& sample, const image::Snapshot& snapshot) = 0;
   // False while an image of the line would wait in the edge. Fetch and publish it later: until then
   // newer values and marks are merged into it, and its number has no gap.
   virtual bool accepts_image(std::string_view /*line*/, image::Direction /*direction*/) const {

@@ -177,6 +177,13 @@ class DdsEdge final : public DataEdge {
   void publish_image(std::string_view line, const image::Snapshot& snapshot) override {
     bridge_->publish(line, snapshot);
   }
+  void set_named_types(std::string_view line, image::Direction direction,
+                       std::span<const named::DeviceType> types) override {
+    bridge_->set_named_types(line, direction, types);
+  }
+  void publish_named(const NamedSample& sample, const image::Snapshot& snapshot) override {
+    bridge_->publish(sample.type, snapshot, sample.number, sample.times);
+  }
   bool accepts_image(std::string_view line, image::Direction direction) const override {
     return bridge_->accepts_image(line, direction);
   }

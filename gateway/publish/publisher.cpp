@@ -133,6 +133,11 @@ Publisher::Line::Line(LineHost& line_host, LineHistory& line_history, NumberedLi
   for (const auto& device : line_host.plan.config.devices) {
     nodes[device.id].name = device.name;
   }
+  if (line_host.plan.named.published) {
+    for (auto& samples : named) {
+      samples = std::make_unique<NamedSamples>(line_host.plan);
+    }
+  }
   if (numbered_line != nullptr && !line_host.plan.history.entries.empty()) {
     values = std::make_unique<ValueSampler>(line_host.plan.history, line_host.name(), layouts);
   }
@@ -218,10 +223,24 @@ void Publisher::run() {
 void Publisher::publish_layouts() {
   for (const auto& line : lines_) {
     if (!std::exchange(line->layouts_known, true)) {
-      edge_.publish_layout(line->host->name(), line->host->layout(image::Direction::inputs));
-      edge_.publish_layout(line->host->name(), line->host->layout(image::Direction::outputs));
+      publish_layout(*line, line->host->layout(image::Direction::inputs));
+      publish_layout(*line, line->host->layout(image::Direction::outputs));
     }
   }
+}
+
+// The types of named topics follow from the layout. A configuration whose names collide is refused
+// when it is read, so this is a layout that a scan or an observer has found.
+void Publisher::publish_layout(Line& line, const image::Layout& layout) {
+  edge_.publish_layout(line.info.name, layout);
+  const auto& named = line.named[static_cast<std::size_t>(layout.direction)];
+  if (named == nullptr) {
+    return;
+  }
+  for (const std::string& collision : named->use(layout)) {
+    spdlog::warn("{}: no named topic: {}", line.info.name, collision);
+  }
+  edge_.set_named_types(line.info.name, layout.direction, named->types());
 }
 
 Instant Publisher::step(Instant now) {
@@ -441,7 +460,7 @@ void Publisher::publish_new_layouts(Line& line) {
     const image::Layout& layout = (*fresh)[static_cast<std::size_t>(direction)];
     if (known.id != layout.id) {
       known = layout;
-      edge_.publish_layout(line.info.name, known);
+      publish_layout(line, known);
     }
   }
   line.updates = PdoUpdates(line.host->plan.pdo_min_period);
@@ -472,6 +491,12 @@ bool Publisher::publish_image(Line& line, image::Direction direction, Instant no
   }
   if (line.sequences[place].admit(*snapshot)) {
     edge_.publish_image(line.info.name, *snapshot);
+    if (line.named[place] != nullptr) {
+      line.named[place]->add(*snapshot, [&](const NamedSample& sample) {
+        edge_.publish_named(sample, *snapshot);
+        rounds_.add();
+      });
+    }
   }
   return true;
 }

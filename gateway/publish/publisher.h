@@ -23,6 +23,7 @@
 #include "gateway/publish/gateway_news.h"
 #include "gateway/publish/image_sequence.h"
 #include "gateway/publish/line_history.h"
+#include "gateway/publish/named_samples.h"
 #include "gateway/publish/pdo_updates.h"
 #include "gateway/publish/value_sampler.h"
 #include "gateway/runtime/clock.h"
@@ -98,8 +99,9 @@ class Publisher {
     image::Snapshot* inputs = nullptr;  // the last fetched snapshot
     std::array<ImageSequence, 2> sequences;
     std::array<DeferredImage, 2> deferred;
-    std::unique_ptr<ValueSampler> values;  // nullptr without a value history
-    std::uint64_t values_file = 0;         // JournalThread::replaced_files() of the stored ones
+    std::array<std::unique_ptr<NamedSamples>, 2> named;  // nullptr: not published
+    std::unique_ptr<ValueSampler> values;                // nullptr without a value history
+    std::uint64_t values_file = 0;  // JournalThread::replaced_files() of the stored ones
   };
 
   void run();
@@ -120,6 +122,7 @@ class Publisher {
   static void update_controller(Line& line, const can_bridge::ControllerSetup& controller);
   void publish_node(Line& line, const NodeStatus& status);
   void publish_new_layouts(Line& line);
+  void publish_layout(Line& line, const image::Layout& layout);
   // Returns false if the edge does not accept it yet.
   bool publish_image(Line& line, image::Direction direction, Instant now);
   image::Snapshot* fetch_image(Line& line, image::Direction direction);

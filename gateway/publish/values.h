@@ -4,9 +4,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "bridges/named/device_types.h"
 #include "gateway/config/plant.h"
 #include "stack/base/time.h"
 
@@ -57,6 +59,13 @@ struct GatewayInfo {
   std::size_t participants_most = 0;
   std::vector<Line> lines;             // up to 1024
   std::vector<NamedCounter> counters;  // up to 63
+};
+
+// A sample of a named topic: its values are in the snapshot that it is published with.
+struct NamedSample {
+  const named::DeviceType& type;
+  std::uint64_t number = 0;
+  std::span<const Instant> times;  // of the PDOs of the type; Instant{} = never
 };
 
 // The parameters of an event as its sample has them, see EventKind in the IDL.

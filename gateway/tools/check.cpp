@@ -287,6 +287,13 @@ class Text {
       add("  history of {} entries, each at most every {}\n", plan.history.entries.size(),
           format_duration(plan.history.min_interval));
     }
+    if (plan.named.published) {
+      add("  a topic of each device and direction: plant/{}/DEVICE/inputs, .../outputs\n", c.name);
+    }
+    for (const auto& alias : plan.named.aliases) {
+      add("  {} {} is called {} in its topic\n", image::name(alias.direction), alias.entry,
+          alias.identifier);
+    }
     if (!plan.storage.empty()) {
       add("  stored parameters in {}\n", plan.storage);
     }

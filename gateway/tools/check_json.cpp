@@ -130,6 +130,12 @@ Json group_json(const line::OutputGroup& group, const image::Layout& outputs) {
            })}};
 }
 
+Json alias_json(const named::Alias& alias) {
+  return {{"direction", image::name(alias.direction)},
+          {"entry", alias.entry},
+          {"identifier", alias.identifier}};
+}
+
 Json history_json(const config::History::Entry& entry) {
   return {{"direction", image::name(entry.direction)}, {"entry", entry.name}};
 }
@@ -170,6 +176,8 @@ Json settings_json(const config::LinePlan& plan, const line::LineConfig& line) {
           {"nmt_inhibit_ns", line.nmt_inhibit.count()},
           {"executor", plan.executor},
           {"storage", plan.storage},
+          {"named", plan.named.published},
+          {"aliases", array_of(plan.named.aliases, alias_json)},
           {"history", array_of(plan.history.entries, history_json)},
           {"history_min_interval_ns", plan.history.min_interval.count()}};
 }

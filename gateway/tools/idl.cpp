@@ -27,7 +27,7 @@ named::DeviceTypes types_of(const config::LinePlan& plan) {
   }
   for (const auto direction : {image::Direction::inputs, image::Direction::outputs}) {
     named::DeviceTypes some =
-        named::device_types(plan.config.name, (*made.value)->layout(direction));
+        named::device_types(plan.config.name, (*made.value)->layout(direction), plan.named.aliases);
     std::ranges::move(some.types, std::back_inserter(out.types));
     std::ranges::move(some.collisions, std::back_inserter(out.collisions));
   }

@@ -242,6 +242,37 @@ const Bad kBad[] = {
     {"history_without_a_journal",
      "schema: 1\nlines:\n  - {name: a, interface: socketcan:can0, history: [ram.Statusword]}\n",
      {"plant.yaml:3:51: error: history needs the journal that stores it: journal: {file: ...}"}},
+    {"named",
+     "schema: 1\nlines:\n  - name: a\n    interface: socketcan:can0\n"
+     "    nodes: [{id: 5, name: ram, eds: bridges/sim/eds/drive.eds}]\n"
+     "    named: {aliases: {ram.6041: long, ram.Statuswort: State, ram.6064: [x]}, topics: 1}\n",
+     {"plant.yaml:6:33: error: \"long\" is no identifier: letters, digits and single underscores "
+      "between them, beginning with a letter, no reserved word, up to 128 characters; did you mean "
+      "\"long_\"?",
+      "plant.yaml:6:72: error: expected a value, got a list",
+      "plant.yaml:6:78: error: unknown key \"topics\" in named"}},
+    {"named_in_a_second_process",
+     "schema: 1\ndds: {process: own}\nlines:\n"
+     "  - {name: a, interface: socketcan:can0, named: true}\n",
+     {"plant.yaml:4:49: error: named topics need dds: {process: same}: a second process does not "
+      "have them"}},
+    {"named_and_secured",
+     "schema: 1\ndds: {security: deploy, process: same}\nlines:\n"
+     "  - {name: a, interface: socketcan:can0, named: true}\n",
+     {"plant.yaml:4:49: error: named topics are for DDS without security: the permissions of a "
+      "gateway do not include them"}},
+    {"named_entry",
+     "schema: 1\nlines:\n  - name: a\n    interface: socketcan:can0\n"
+     "    nodes: [{id: 5, name: ram, eds: bridges/sim/eds/drive.eds}]\n"
+     "    named: {aliases: {ram.Statuswort: State}}\n",
+     {"plant.yaml:6:23: error: there is no input and no output \"ram.Statuswort\"; did you mean "
+      "\"ram.Statusword\"?"}},
+    {"named_collision",
+     "schema: 1\nlines:\n  - name: a\n    interface: socketcan:can0\n"
+     "    nodes: [{id: 5, name: ram, eds: bridges/sim/eds/drive.eds}]\n"
+     "    named: {aliases: {ram.6041: statusWORD, ram.6064: Statusword}}\n",
+     {"plant.yaml:6:12: error: inputs of line a: \"ram.Position actual value\" and "
+      "\"ram.Statusword\" make the same identifier Statusword: give one of them an alias"}},
     {"journal_without_a_file",
      "schema: 1\njournal: {file: deploy}\nlines: [{name: a, interface: socketcan:can0}]\n",
      {"plant.yaml:2:17: error: journal needs the name of a file, not \"deploy\", such as "
@@ -629,6 +660,7 @@ lines:
     pdo_update: {min_period: 1s}
     executor: fast
     storage: var/parameters
+    named: {aliases: {ram.6041: State, "ram.6040:0": Control}}
     simulate: [{node: 5, profile: drive}]
     nodes:
       - id: 5
@@ -719,6 +751,11 @@ void expect_keys_of_the_runtime(const LinePlan& line) {
   EXPECT_EQ(line.executor, "fast");
   EXPECT_EQ(line.storage, kRoot + "var/parameters");
   EXPECT_TRUE(line.config.stores_parameters);
+  EXPECT_TRUE(line.named.published);
+  EXPECT_THAT(
+      line.named.aliases,
+      testing::ElementsAre(named::Alias{image::Direction::inputs, "ram.Statusword", "State"},
+                           named::Alias{image::Direction::outputs, "ram.Controlword", "Control"}));
   ASSERT_EQ(line.simulated.size(), 1U);
   EXPECT_EQ(line.simulated[0].profile, "drive");
 }

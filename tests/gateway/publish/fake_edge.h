@@ -72,6 +72,18 @@ class FakeEdge final : public DataEdge {
   void publish_image(std::string_view line, const image::Snapshot& snapshot) override {
     add("image " + std::string(line) + ' ' + std::to_string(snapshot.sequence));
   }
+  void set_named_types(std::string_view, image::Direction,
+                       std::span<const named::DeviceType> types) override {
+    std::string text = "types";
+    for (const named::DeviceType& type : types) {
+      text += ' ' + type.topic();
+    }
+    add(text);
+  }
+  void publish_named(const NamedSample& sample, const image::Snapshot& snapshot) override {
+    add(sample.type.topic() + ' ' + std::to_string(sample.number) + " of image " +
+        std::to_string(snapshot.sequence));
+  }
   void publish_pdo_update(std::string_view line, const image::Layout&, const image::Snapshot&,
                           const image::PdoMark& mark, std::uint32_t receptions) override {
     add("pdo " + std::string(line) + ' ' + std::to_string(mark.remote_pdo) + ' ' +

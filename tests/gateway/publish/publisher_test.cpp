@@ -92,6 +92,28 @@ TEST_F(PublisherTest, LayoutsArePublishedOnceAndRefusalsFirst) {
   EXPECT_THAT(published(), ElementsAre("layout press", "layout press", "reply 9", "event press 1"));
 }
 
+TEST_F(PublisherTest, NamedTopicsFollowTheirLayoutAndTheImage) {
+  image::Layout inputs{.id = 1, .byte_size = 1, .entries = {}};
+  inputs.entries = {
+      {.bit_length = 8, .type = od::DataType::unsigned8, .node = 5, .name = "inlet.Level"}};
+  config::LinePlan plan;
+  plan.config.name = "hall";
+  plan.named.published = true;
+  hosts.clear();
+  hosts.push_back(std::make_unique<LineHost>(
+      plan, inputs, image::Layout{.direction = image::Direction::outputs}));
+  image::Snapshot& snapshot = port().image(image::Direction::inputs).draft().value;
+  snapshot.layout_id = 1;
+  snapshot.bytes = {std::byte{1}};
+  snapshot.changed = {1};
+  snapshot.valid = {1};
+  port().image(image::Direction::inputs).publish();
+  publisher->set_lines(hosts);
+  EXPECT_THAT(published(),
+              ElementsAre("layout hall", "types plant/hall/inlet/inputs", "layout hall", "types",
+                          "image hall 1", "plant/hall/inlet/inputs 1 of image 1"));
+}
+
 // A manager that routes and forwards, with output groups, more routes than have room, known
 // settings of its controller, and another gateway of the same name.
 TEST_F(PublisherTest, LineStateHasRoomForEveryPropertyOfALine) {

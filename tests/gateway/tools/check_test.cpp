@@ -252,6 +252,26 @@ lines:
   EXPECT_TRUE(contains(text, "own.Recipe")) << text;
 }
 
+TEST(Check, SaysThatDevicesHaveNamedTopics) {
+  const auto loaded = config::read(R"(schema: 1
+lines:
+  - name: a
+    interface: "simulated:"
+    named: {aliases: {ram.6041: State}}
+    nodes: [{id: 5, name: ram, eds: bridges/sim/eds/drive.eds}]
+)",
+                                   LINEGATE_SOURCE_DIR "/plant.yaml");
+  ASSERT_TRUE(loaded.ok());
+  const std::string text = describe(*loaded.value);
+  EXPECT_TRUE(contains(
+      text, "  a topic of each device and direction: plant/a/DEVICE/inputs, .../outputs\n"))
+      << text;
+  EXPECT_TRUE(contains(text, "  inputs ram.Statusword is called State in its topic\n")) << text;
+  const YAML::Node line = YAML::Load(to_json(loaded))["lines"][0];
+  EXPECT_TRUE(line["named"].as<bool>());
+  EXPECT_EQ(line["aliases"][0]["identifier"].as<std::string>(), "State");
+}
+
 TEST(Check, SaysThatALineTakesItsNodesFromAScan) {
   const std::string head = "schema: 1\nlines:\n  - {name: a, interface: 'simulated:', auto: ";
   const auto bare = config::read(head + "true}\n", LINEGATE_SOURCE_DIR "/plant.yaml");

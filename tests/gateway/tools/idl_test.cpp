@@ -81,6 +81,18 @@ lines:
   EXPECT_EQ(idl_of(make_plant(after), "press:ram").text, text);
 }
 
+TEST(Idl, HasTheAliasesOfThePlant) {
+  const config::Plant plant = make_plant(R"(schema: 1
+lines:
+  - name: press
+    interface: "simulated:"
+    named: {aliases: {ram.6041: State}}
+    nodes: [{id: 5, name: ram, eds: bridges/sim/eds/drive.eds}]
+)");
+  EXPECT_THAT(idl_of(plant, "press:ram").text,
+              HasSubstr("  unsigned short State;  // 6041:00 UNSIGNED16, PDO 1: Statusword\n"));
+}
+
 TEST(Idl, ReportsWhatThePlantDoesNotHave) {
   const config::Plant plant = plant_in(LINEGATE_SOURCE_DIR "/deploy/plants/demo.yaml");
   EXPECT_THAT(idl_of(plant, "hull").errors, ElementsAre("there is no line hull"));

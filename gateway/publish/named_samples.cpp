@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/publish/named_samples.h"
+
+#include <algorithm>
+
+namespace linegate::gateway {
+
+NamedSamples::NamedSamples(const config::LinePlan& plan)
+    : line_(plan.config.name),
+      aliases_(plan.named.aliases),
+      always_(plan.publish.rule != config::Publish::Rule::on_change) {
+}
+
+std::vector<std::string> NamedSamples::use(const image::Layout& layout) {
+  const std::vector<named::DeviceType> before = std::exchange(types_, {});
+  std::vector<State> states = std::exchange(states_, {});
+  slots_.clear();
+  named::DeviceTypes made = named::device_types(line_, layout, aliases_);
+  types_ = std::move(made.types);
+  for (std::size_t i = 0; i < types_.size(); ++i) {
+    const auto same = std::ranges::find(before, types_[i].name, &named::DeviceType::name);
+    if (same != before.end()) {
+      states_.push_back(std::move(states[static_cast<std::size_t>(same - before.begin())]));
+    } else {
+      states_.push_back({.number = 0, .times = {}, .marks = {}});
+      states_.back().times.resize(types_[i].pdos.size());
+      states_.back().marks.resize(2 * types_[i].members.size());
+    }
+    add_slots(layout, i);
+  }
+  std::ranges::sort(slots_, {}, &Slot::local_pdo);
+  return std::move(made.collisions);
+}
+
+void NamedSamples::add_slots(const image::Layout& layout, std::size_t type) {
+  const std::vector<std::uint16_t>& pdos = types_[type].pdos;
+  for (const named::Member& member : types_[type].members) {
+    const std::uint16_t local = layout.entries[member.entry].local_pdo;
+    const auto place = std::ranges::lower_bound(pdos, member.pdo);
+    const bool known = !slots_.empty() && slots_.back().local_pdo == local;
+    if (local != 0 && member.pdo != 0 && !known) {
+      slots_.push_back({local, type, static_cast<std::size_t>(place - pdos.begin())});
+    }
+  }
+}
+
+void NamedSamples::note_times(const image::Snapshot& snapshot) {
+  for (const image::PdoMark& mark : snapshot.marks) {
+    const auto slot = std::ranges::lower_bound(slots_, mark.local_pdo, {}, &Slot::local_pdo);
+    if (slot != slots_.end() && slot->local_pdo == mark.local_pdo) {
+      states_[slot->type].times[slot->time] = mark.time;
+    }
+  }
+}
+
+bool NamedSamples::note(std::size_t type, const image::Snapshot& snapshot) {
+  State& state = states_[type];
+  const bool is_output = types_[type].direction == image::Direction::outputs;
+  bool due = always_ || state.number == 0;
+  for (std::size_t i = 0; i < types_[type].members.size(); ++i) {
+    const std::uint32_t entry = types_[type].members[i].entry;
+    const bool valid = snapshot.is_valid(entry);
+    const bool known = is_output && snapshot.is_known(entry);
+    due = due || snapshot.is_changed(entry) || state.marks[2 * i] != valid ||
+          state.marks[2 * i + 1] != known;
+    state.marks[2 * i] = valid;
+    state.marks[2 * i + 1] = known;
+  }
+  state.number += due ? 1 : 0;
+  return due;
+}
+
+}  // namespace linegate::gateway

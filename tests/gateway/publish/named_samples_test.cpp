@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/publish/named_samples.h"
+
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace linegate::gateway {
+namespace {
+
+using image::Direction;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+// Devices ram (entries 0, 1 in PDOs 1 and 3 of the gateway) and axis (entry 2, PDO 2).
+image::Layout two_devices(Direction direction) {
+  image::Layout layout{.direction = direction, .id = 1, .byte_size = 3, .entries = {}};
+  const auto add = [&](const std::string& name, std::uint8_t node, std::uint16_t remote,
+                       std::uint16_t local) {
+    layout.entries.push_back({.bit_offset = static_cast<std::uint32_t>(8 * layout.entries.size()),
+                              .bit_length = 8,
+                              .type = od::DataType::unsigned8,
+                              .node = node,
+                              .remote_pdo = remote,
+                              .local_pdo = local,
+                              .name = name});
+  };
+  add("ram.A", 5, 1, 1);
+  add("ram.B", 5, 4, 3);
+  add("axis.A", 6, 1, 2);
+  return layout;
+}
+
+class NamedSamplesTest : public testing::Test {
+ protected:
+  NamedSamplesTest() {
+    plan.config.name = "press";
+    snapshot.layout_id = 1;
+    snapshot.bytes.resize(3);
+    snapshot.changed = snapshot.valid = snapshot.known = {0};
+  }
+
+  // "ram 1: 10 0": number and times of the samples that are due.
+  std::vector<std::string> due(NamedSamples& samples) {
+    std::vector<std::string> out;
+    samples.add(snapshot, [&](const NamedSample& sample) {
+      std::string text = sample.type.device + ' ' + std::to_string(sample.number) + ':';
+      for (const Instant time : sample.times) {
+        text += ' ' + std::to_string(time.time_since_epoch().count());
+      }
+      out.push_back(text);
+    });
+    snapshot.changed = {0};
+    snapshot.marks.clear();
+    return out;
+  }
+
+  config::LinePlan plan;
+  image::Snapshot snapshot;
+};
+
+TEST_F(NamedSamplesTest, ASampleFollowsAChangeOfItsDevice) {
+  NamedSamples samples(plan);
+  EXPECT_THAT(samples.use(two_devices(Direction::inputs)), IsEmpty());
+  EXPECT_THAT(due(samples), ElementsAre("ram 1: 0 0", "axis 1: 0"));
+  EXPECT_THAT(due(samples), IsEmpty());
+  snapshot.changed = {0b010};
+  EXPECT_THAT(due(samples), ElementsAre("ram 2: 0 0"));
+  snapshot.valid = {0b100};
+  EXPECT_THAT(due(samples), ElementsAre("axis 2: 0"));
+  EXPECT_THAT(due(samples), IsEmpty());
+  snapshot.known = {0b111};  // has no meaning for inputs
+  EXPECT_THAT(due(samples), IsEmpty());
+}
+
+TEST_F(NamedSamplesTest, AnOutputThatBecomesKnownIsAChange) {
+  NamedSamples samples(plan);
+  samples.use(two_devices(Direction::outputs));
+  due(samples);
+  snapshot.known = {0b001};
+  EXPECT_THAT(due(samples), ElementsAre("ram 2: 0 0"));
+}
+
+TEST_F(NamedSamplesTest, TimesAreThoseOfTheLastReceptionOfEachPdo) {
+  NamedSamples samples(plan);
+  samples.use(two_devices(Direction::inputs));
+  due(samples);
+  snapshot.marks = {{.local_pdo = 1, .time = Instant{Duration{10}}},
+                    {.local_pdo = 2, .time = Instant{Duration{20}}},
+                    {.local_pdo = 99, .time = Instant{Duration{90}}}};
+  EXPECT_THAT(due(samples), IsEmpty());  // nothing changed
+  snapshot.marks = {{.local_pdo = 3, .time = Instant{Duration{30}}}};
+  snapshot.changed = {0b101};
+  EXPECT_THAT(due(samples), ElementsAre("ram 2: 10 30", "axis 2: 20"));
+}
+
+TEST_F(NamedSamplesTest, WithOtherRulesEachImageIsASampleOfEachDevice) {
+  for (const auto rule : {config::Publish::Rule::on_sync, config::Publish::Rule::period}) {
+    plan.publish.rule = rule;
+    NamedSamples samples(plan);
+    samples.use(two_devices(Direction::inputs));
+    EXPECT_THAT(due(samples), ElementsAre("ram 1: 0 0", "axis 1: 0"));
+    EXPECT_THAT(due(samples), ElementsAre("ram 2: 0 0", "axis 2: 0"));
+  }
+}
+
+TEST_F(NamedSamplesTest, ATypeThatRemainsContinues) {
+  NamedSamples samples(plan);
+  samples.use(two_devices(Direction::inputs));
+  snapshot.marks = {{.local_pdo = 1, .time = Instant{Duration{10}}}};
+  due(samples);
+  image::Layout layout = two_devices(Direction::inputs);
+  layout.entries[2].type = od::DataType::integer8;
+  layout.entries.insert(layout.entries.begin(), layout.entries[2]);
+  layout.entries.front().name = "valve.A";
+  layout.entries.front().node = 4;
+  samples.use(layout);
+  snapshot.valid = {0b0001};
+  EXPECT_THAT(due(samples), ElementsAre("valve 1: 0", "axis 1: 0"));
+  snapshot.changed = {0b0010};
+  EXPECT_THAT(due(samples), ElementsAre("ram 2: 10 0"));
+}
+
+TEST_F(NamedSamplesTest, ACollisionIsReported) {
+  NamedSamples samples(plan);
+  image::Layout layout = two_devices(Direction::inputs);
+  layout.entries[1].name = "ram.a";
+  EXPECT_THAT(samples.use(layout), ElementsAre(HasSubstr("make the same identifier a")));
+  EXPECT_THAT(due(samples), ElementsAre("axis 1: 0"));
+  plan.named.aliases = {{Direction::inputs, "ram.a", "Other"}};
+  NamedSamples named(plan);
+  EXPECT_THAT(named.use(layout), IsEmpty());
+}
+
+}  // namespace
+}  // namespace linegate::gateway
