@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: Apache-2.0
+// Named topics of a gateway, read with types that fastddsgen generated from what `linegate idl`
+// printed. The device is a line of the same gateway, in the role device.
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <every_typePubSubTypes.h>
+#include <fastdds/dds/domain/DomainParticipant.hpp>
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/subscriber/DataReader.hpp>
+#include <fastdds/dds/subscriber/SampleInfo.hpp>
+#include <fastdds/dds/subscriber/Subscriber.hpp>
+#include <gtest/gtest.h>
+
+#include "bridges/dds/client.h"
+#include "bridges/dds/profiles.h"
+#include "gateway/process/gateway.h"
+#include "gateway/runtime/clock.h"
+
+#include "tests/bridges/named/every_value.h"
+#include "tests/dds/own_domain.h"
+#include "tests/gateway/plans.h"
+#include "tests/gateway/process/gateway_listener.h"
+
+namespace linegate::gateway {
+namespace {
+
+namespace fast = eprosima::fastdds::dds;
+using Inputs = plant::press_every_inputs_26c77fbdaf07453c;
+using InputsType = plant::press_every_inputs_26c77fbdaf07453cPubSubType;
+using Outputs = plant::press_every_outputs_c3600e3d770d8694;
+using OutputsType = plant::press_every_outputs_c3600e3d770d8694PubSubType;
+using test::kEveryValue;
+
+constexpr std::chrono::seconds kNamedPatience{30};
+
+config::Plant named_plant(bool named) {
+  const std::string file = LINEGATE_SOURCE_DIR "/tests/bridges/named/every_type.";
+  auto loaded = config::read(
+      "schema: 1\ngateway: {name: test}\ndds: {domain: " + std::to_string(test::own_domain()) +
+          ", process: same, profile: " + LOOPBACK_PROFILES +
+          "}\nlines:\n"
+          "  - name: press\n    interface: \"virtual:named\"\n    access: all\n    named: " +
+          (named ? "true" : "false") + "\n    nodes: [{id: 5, name: every, eds: " + file +
+          "eds, heartbeat: 100ms}]\n"
+          "  - name: device\n    interface: \"virtual:named\"\n    role: device\n    access: all\n"
+          "    devices: [{id: 5, name: every, eds: " +
+          file + "eds}]\n",
+      LINEGATE_SOURCE_DIR "/plant.yaml");
+  EXPECT_TRUE(loaded.value);
+  return loaded.value ? std::move(*loaded.value) : config::Plant{};
+}
+
+// A participant with one reader. The gateway has loaded the profiles.
+template <class PubSubType>
+class NamedReader {
+ public:
+  using Sample = typename PubSubType::type;
+
+  explicit NamedReader(const std::string& topic) {
+    auto* const factory = fast::DomainParticipantFactory::get_instance();
+    participant_ = factory->create_participant_with_profile(
+        static_cast<fast::DomainId_t>(test::own_domain()), dds::kParticipantProfile);
+    fast::TypeSupport type(new PubSubType());
+    type.register_type(participant_);
+    auto* const made =
+        participant_->create_topic(topic, type.get_type_name(), fast::TOPIC_QOS_DEFAULT);
+    auto* const subscriber = participant_->create_subscriber(fast::SUBSCRIBER_QOS_DEFAULT);
+    fast::DataReaderQos qos = fast::DATAREADER_QOS_DEFAULT;
+    qos.reliability().kind = fast::RELIABLE_RELIABILITY_QOS;
+    qos.durability().kind = fast::TRANSIENT_LOCAL_DURABILITY_QOS;
+    reader_ = subscriber->create_datareader(made, qos);
+  }
+  ~NamedReader() {
+    participant_->delete_contained_entities();
+    fast::DomainParticipantFactory::get_instance()->delete_participant(participant_);
+  }
+  NamedReader(const NamedReader&) = delete;
+  NamedReader& operator=(const NamedReader&) = delete;
+
+  void take() {
+    Sample taken;
+    fast::SampleInfo info;
+    while (reader_->take_next_sample(&taken, &info) == ReturnCode_t::RETCODE_OK) {
+      disposed = info.instance_state == fast::NOT_ALIVE_DISPOSED_INSTANCE_STATE;
+      if (!info.valid_data) {
+        continue;
+      }
+      back += taken.sequence_number() <= sample.sequence_number() ? 1 : 0;
+      sample = taken;
+    }
+  }
+  int writers() {
+    fast::SubscriptionMatchedStatus status;
+    reader_->get_subscription_matched_status(status);
+    return status.current_count;
+  }
+
+  Sample sample;  // the newest
+  bool disposed = false;
+  int back = 0;  // samples with a number that is not above the one before
+
+ private:
+  fast::DomainParticipant* participant_ = nullptr;
+  fast::DataReader* reader_ = nullptr;
+};
+
+class NamedGatewayTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    auto made = Gateway::make(named_plant(true), kIncarnation);
+    ASSERT_TRUE(made.ok());
+    gateway_ = std::move(*made.value);
+    gateway_->start();
+    auto client = dds::Client::make(
+        {.domain = test::own_domain(), .profile_file = LOOPBACK_PROFILES, .outputs = true});
+    ASSERT_TRUE(client.ok());
+    client_ = std::move(*client.value);
+    ASSERT_TRUE(until([&] {
+      return seen_.nodes["press/every"].state == nmt::State::operational &&
+             client_->output_peers() > 0 && seen_.layouts.size() == 4;
+    }));
+  }
+
+  bool until(const std::function<bool()>& condition) {
+    const Instant give_up = monotonic_now() + kNamedPatience;
+    while (!condition()) {
+      if (monotonic_now() > give_up) {
+        return false;
+      }
+      client_->poll(std::chrono::milliseconds(20), seen_);
+    }
+    return true;
+  }
+  // Writes each value to the entry "every.PREFIXname" of the outputs of a line.
+  void write(const std::string& line, std::string_view prefix) {
+    const image::Layout& layout = seen_.layouts[line + "/outputs"];
+    line::OutputWrite write;
+    write.layout_id = layout.id;
+    for (const test::EveryValue& value : kEveryValue) {
+      if (line == "device" && value.name == "Domain") {
+        continue;  // of an object that its PDO cannot carry
+      }
+      const std::string name = "every." + std::string(prefix) + std::string(value.name);
+      const auto entry = std::ranges::find(layout.entries, name, &image::Entry::name);
+      ASSERT_NE(entry, layout.entries.end()) << name;
+      line::OutputValue one;
+      one.entry = static_cast<std::uint32_t>(entry - layout.entries.begin());
+      one.length = value.length;
+      std::ranges::transform(value.data, one.data.begin(),
+                             [](std::uint8_t octet) { return std::byte{octet}; });
+      write.values.push_back(one);
+    }
+    EXPECT_TRUE(client_->write_outputs({"test", line, 0}, write));
+  }
+
+  static constexpr std::uint64_t kIncarnation = 0x1234'5678'9ABC'DEF0;
+  std::unique_ptr<Gateway> gateway_;
+  std::unique_ptr<dds::Client> client_;
+  GatewayListener seen_;
+};
+
+TEST_F(NamedGatewayTest, AnInputOfEveryTypeArrivesByName) {
+  NamedReader<InputsType> reader("plant/press/every/inputs");
+  write("device", "");
+  ASSERT_TRUE(until([&] {
+    reader.take();
+    return reader.sample.values().Duration() == 86'400'002'000'000;  // of the last PDO
+  }));
+  const Inputs& sample = reader.sample;
+  EXPECT_EQ(sample.gateway(), "test");
+  EXPECT_EQ(sample.line(), "press");
+  EXPECT_EQ(sample.incarnation(), kIncarnation);
+  EXPECT_EQ(reader.back, 0);
+  EXPECT_GT(sample.received().pdo1(), 1'700'000'000'000'000'000);
+  EXPECT_GE(sample.time(), sample.received().pdo18());
+  EXPECT_EQ(sample.received().pdo19(), 0);
+  const auto& values = sample.values();
+  EXPECT_TRUE(values.Flag());
+  EXPECT_FALSE(values.Second_flag());
+  EXPECT_EQ(values.n24V_supply(), 240);
+  EXPECT_EQ(values.Signed_16(), -300);
+  EXPECT_EQ(values.Unsigned_16(), 65'000);
+  EXPECT_EQ(values.Signed_24(), -70'000);
+  EXPECT_EQ(values.Unsigned_24(), 16'000'000U);
+  EXPECT_EQ(values.Signed_32(), -2'000'000'000);
+  EXPECT_EQ(values.Unsigned_32(), 4'000'000'000U);
+  EXPECT_EQ(values.Signed_40(), -500'000'000'000);
+  EXPECT_EQ(values.Unsigned_40(), 1'000'000'000'000U);
+  EXPECT_EQ(values.Signed_48(), -100'000'000'000'000);
+  EXPECT_EQ(values.Unsigned_48(), 200'000'000'000'000U);
+  EXPECT_EQ(values.Signed_56(), -30'000'000'000'000'000);
+  EXPECT_EQ(values.Unsigned_56(), 70'000'000'000'000'000U);
+  EXPECT_EQ(values.Signed_64(), -9'000'000'000'000'000'000);
+  EXPECT_EQ(values.Unsigned_64(), 18'000'000'000'000'000'000U);
+  EXPECT_EQ(values.Real_64(), -0.1);
+  EXPECT_EQ(values.Real_32_m_s(), 1.5F);
+  EXPECT_EQ(values.Visible(), "Press 01");
+  EXPECT_EQ(values.Octets(), (std::array<std::uint8_t, 8>{0, 1, 2, 3, 0xFC, 0xFD, 0xFE, 0xFF}));
+  EXPECT_EQ(values.Unicode(),
+            "\xE2\x82\xAC"
+            "5 m");
+  EXPECT_EQ(values.Time_of_day(), 1'796'000'400'001'000'000);
+  EXPECT_EQ(values.Duration(), 86'400'002'000'000);
+  // A device of ours does not send it.
+  EXPECT_FALSE(sample.valid().Domain());
+  EXPECT_TRUE(sample.valid().Duration());
+  EXPECT_EQ(values.Domain(), (std::array<std::uint8_t, 8>{}));
+}
+
+TEST_F(NamedGatewayTest, OutputsHaveTheirMarksAndAnInstanceEndsWithItsLine) {
+  NamedReader<OutputsType> reader("plant/press/every/outputs");
+  NamedReader<InputsType> stranger("plant/press/every/outputs");  // another type on that topic
+  write("press", "Set ");
+  ASSERT_TRUE(until([&] {
+    reader.take();
+    return reader.sample.valid().Set_Signed_16() && reader.sample.valid().Set_Domain();
+  }));
+  EXPECT_TRUE(reader.sample.known().Set_Signed_16());
+  EXPECT_EQ(reader.sample.values().Set_Signed_16(), -300);
+  EXPECT_EQ(reader.sample.values().Set_Unicode(),
+            "\xE2\x82\xAC"
+            "5 m");
+  EXPECT_EQ(reader.sample.values().Set_Domain()[7], 8);
+  EXPECT_GT(reader.sample.sent().pdo1(), 0);
+  EXPECT_EQ(stranger.writers(), 0);
+  EXPECT_EQ(reader.writers(), 1);
+
+  const auto result = gateway_->reload(named_plant(false));
+  ASSERT_TRUE(result.done);
+  EXPECT_TRUE(until([&] {
+    reader.take();
+    return reader.disposed && reader.writers() == 0;
+  }));
+}
+
+}  // namespace
+}  // namespace linegate::gateway
