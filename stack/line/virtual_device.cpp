@@ -2,10 +2,13 @@
 #include "stack/line/virtual_device.h"
 
 #include <algorithm>
+#include <array>
 #include <map>
+#include <span>
 #include <utility>
 
 #include "stack/base/assert.h"
+#include "stack/base/byte_order.h"
 #include "stack/line/own_objects.h"
 #include "stack/od/description.h"
 #include "stack/od/objects.h"
@@ -179,8 +182,16 @@ std::uint64_t VirtualDevice::value_of(std::uint32_t output) const {
 
 void VirtualDevice::copy_from_image(std::uint32_t output) {
   const image::Entry& entry = image_.layout(Direction::outputs).entries[output];
+  const od::Address address{entry.index, entry.sub};
+  const std::uint64_t value = value_of(output);
   const bool outer = std::exchange(from_image_, true);
-  node_->dictionary().set({entry.index, entry.sub}, value_of(output));
+  if (od::has_fixed_size(entry.type)) {
+    node_->dictionary().set(address, value);
+  } else {
+    std::array<std::byte, sizeof value> octets;
+    store_le(octets.data(), value);
+    node_->dictionary().set(address, std::span(octets).first(entry.bit_length / 8U));
+  }
   from_image_ = outer;
 }
 

@@ -395,6 +395,36 @@ TEST_F(DevicesTest, BoundOutputsFollowAnInputAlone) {
   EXPECT_TRUE(line_->input(0).valid);
 }
 
+// A string of a device in its TPDO 1, in the place of its two numbers.
+LineConfig text_config() {
+  LineConfig config = devices_config({5});
+  auto& objects = config.devices[0].device.objects;
+  objects.push_back({.index = 0x2300, .name = "Text", .type = od::ObjectType::variable});
+  objects.back().variables.push_back({.type = od::DataType::visible_string,
+                                      .access = od::Access::rw,
+                                      .mappable = true,
+                                      .value = std::vector<std::byte>(4, std::byte{'-'})});
+  std::ranges::sort(objects, {}, &od::ObjectDescription::index);
+  auto& mapping = *std::ranges::find(objects, 0x1A00, &od::ObjectDescription::index);
+  mapping.variables[0].value = {std::byte{1}};
+  mapping.variables[1].value = {std::byte{32}, std::byte{0}, std::byte{0x00}, std::byte{0x23}};
+  return config;
+}
+
+TEST_F(DevicesTest, TheOutputOfAStringIsTransmitted) {
+  LineConfig config = text_config();
+  config.defaults = {{.entry = 0, .value = 0x6463'6261}};
+  make(std::move(config));
+  line_->start(now_);
+  sent();
+  hear(0x000, {0x01, 0x05});
+  EXPECT_THAT(sent(), Contains("185#61626364"));
+  EXPECT_EQ(write("axis5.Text", 'x', 4), OutputRefusal::none);
+  EXPECT_THAT(sent(), ElementsAre("185#78000000"));
+  EXPECT_EQ(write("axis5.Text", 'x', 4), OutputRefusal::none);
+  EXPECT_THAT(sent(), IsEmpty()) << "the value is the same";
+}
+
 TEST(DevicesMake, WhatCannotBeIsToldAtOnce) {
   LineConfig config = devices_config({5, 5, 6});
   config.devices[2].id = 128;
