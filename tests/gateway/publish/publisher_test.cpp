@@ -99,16 +99,15 @@ TEST_F(PublisherTest, NamedTopicsFollowTheirLayoutAndTheImage) {
   config::LinePlan plan;
   plan.config.name = "hall";
   plan.named.published = true;
-  hosts.clear();
-  hosts.push_back(std::make_unique<LineHost>(
-      plan, inputs, image::Layout{.direction = image::Direction::outputs}));
+  hosts[0] = std::make_unique<LineHost>(plan, inputs,
+                                        image::Layout{.direction = image::Direction::outputs});
+  publisher = std::make_unique<Publisher>(edge, hosts);
   image::Snapshot& snapshot = port().image(image::Direction::inputs).draft().value;
   snapshot.layout_id = 1;
   snapshot.bytes = {std::byte{1}};
   snapshot.changed = {1};
   snapshot.valid = {1};
   port().image(image::Direction::inputs).publish();
-  publisher->set_lines(hosts);
   EXPECT_THAT(published(),
               ElementsAre("layout hall", "types plant/hall/inlet/inputs", "layout hall", "types",
                           "image hall 1", "plant/hall/inlet/inputs 1 of image 1"));
