@@ -2,21 +2,22 @@
 #include "bridges/dds/named_writers.h"
 
 #include <algorithm>
+#include <chrono>
 #include <utility>
 
 #include <fastdds/dds/publisher/DataWriter.hpp>
 #include <linegate.h>
 
+#include "bridges/dds/waiting.h"
+
 namespace linegate::dds {
 namespace {
 
-void wait_for_readers_of(eprosima::fastdds::dds::DataWriter* writer,
-                         std::chrono::steady_clock::time_point deadline) {
-  const auto left = std::max(std::chrono::nanoseconds::zero(),
-                             std::chrono::nanoseconds(deadline - std::chrono::steady_clock::now()));
-  const auto seconds = std::chrono::floor<std::chrono::seconds>(left);
-  writer->wait_for_acknowledgments({static_cast<std::int32_t>(seconds.count()),
-                                    static_cast<std::uint32_t>((left - seconds).count())});
+using Clock = std::chrono::steady_clock;
+
+void wait_for_readers_of(eprosima::fastdds::dds::DataWriter* writer, Clock::time_point deadline) {
+  const auto left = std::max(Duration::zero(), Duration{deadline - Clock::now()});
+  writer->wait_for_acknowledgments(to_dds(left));
 }
 
 }  // namespace
@@ -52,7 +53,7 @@ void NamedWriters::remove(Topic& topic) {
 // A topic has one type in a participant, so a topic of another type can follow only when its writer
 // is removed. The end of an instance would be lost with its writer.
 void NamedWriters::remove(std::span<const std::string> topics) {
-  const auto deadline = std::chrono::steady_clock::now() + kPatience;
+  const auto deadline = Clock::now() + kPatience;
   std::vector<decltype(topics_)::node_type> ending;
   for (const std::string& topic : topics) {
     if (auto node = topics_.extract(topic))
@@ -78,8 +79,8 @@ bool NamedWriters::write(std::string_view topic, std::span<const std::byte> samp
   return found->second.writer->next()->write(&data);
 }
 
-void NamedWriters::wait_for_acknowledgments(std::chrono::nanoseconds most) {
-  const auto deadline = std::chrono::steady_clock::now() + most;
+void NamedWriters::wait_for_acknowledgments(Duration most) {
+  const auto deadline = Clock::now() + most;
   for (const auto& [name, topic] : topics_)
     topic.writer->each([&](auto* writer) { wait_for_readers_of(writer, deadline); });
 }

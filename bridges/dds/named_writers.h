@@ -17,6 +17,7 @@
 #include "bridges/dds/named_topic.h"
 #include "bridges/dds/named_type.h"
 #include "bridges/dds/renewed_writer.h"
+#include "stack/base/time.h"
 
 namespace linegate::dds {
 
@@ -36,7 +37,7 @@ class NamedWriters {
   // Returns false if there is no such topic, or DDS refused the sample.
   bool write(std::string_view topic, std::span<const std::byte> sample);
   // Waits until all readers have received all samples.
-  void wait_for_acknowledgments(std::chrono::nanoseconds most);
+  void wait_for_acknowledgments(Duration most);
 
  private:
   static constexpr std::chrono::milliseconds kPatience{200};
