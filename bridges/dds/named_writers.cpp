@@ -13,10 +13,10 @@
 namespace linegate::dds {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-void wait_for_readers_of(eprosima::fastdds::dds::DataWriter* writer, Clock::time_point deadline) {
-  const auto left = std::max(Duration::zero(), Duration{deadline - Clock::now()});
+void wait_for_readers_of(eprosima::fastdds::dds::DataWriter* writer,
+                         std::chrono::steady_clock::time_point deadline) {
+  const auto left =
+      std::max(Duration::zero(), Duration{deadline - std::chrono::steady_clock::now()});
   writer->wait_for_acknowledgments(to_dds(left));
 }
 
@@ -53,7 +53,7 @@ void NamedWriters::remove(Topic& topic) {
 // A topic has one type in a participant, so a topic of another type can follow only when its writer
 // is removed. The end of an instance would be lost with its writer.
 void NamedWriters::remove(std::span<const std::string> topics) {
-  const auto deadline = Clock::now() + kPatience;
+  const auto deadline = std::chrono::steady_clock::now() + kPatience;
   std::vector<decltype(topics_)::node_type> ending;
   for (const std::string& topic : topics) {
     if (auto node = topics_.extract(topic))
@@ -80,7 +80,7 @@ bool NamedWriters::write(std::string_view topic, std::span<const std::byte> samp
 }
 
 void NamedWriters::wait_for_acknowledgments(Duration most) {
-  const auto deadline = Clock::now() + most;
+  const auto deadline = std::chrono::steady_clock::now() + most;
   for (const auto& [name, topic] : topics_)
     topic.writer->each([&](auto* writer) { wait_for_readers_of(writer, deadline); });
 }
