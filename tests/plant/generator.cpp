@@ -307,8 +307,9 @@ class Generator {
       constexpr unsigned kFirst = 110;
       Device device{.id = kFirst + i * 4 + below_ours(4), .profile = "digital-io"};
       device.heartbeat = 50 + below_ours(200);
+      device.text = below_ours(2) == 0;
       out_ << "device " << device.id << ' ' << device.profile << " heartbeat " << device.heartbeat
-           << "ms ours" << requests_.device_words(device) << '\n';
+           << "ms ours" << (device.text ? " text" : "") << requests_.device_words(device) << '\n';
       ours_.push_back(std::move(device));
     }
   }

@@ -27,6 +27,7 @@ struct Device {
   // Ms, of its SDO server; with kAnswerTimeout or more it never answers in time
   unsigned answers_after = 0;
   unsigned serial = 0;  // 0 = that of the device file
+  bool text = false;    // its TPDO 1 has a string, 2300h
   bool mpdo = false;
   unsigned mpdo_of = 0;  // the node whose MPDOs it receives, 0 = none
 };

@@ -21,6 +21,9 @@ std::string OwnDeviceCommands::command(const Device& device) {
     case 2:
       return "ours write " + node + " 6000:1 " + value.str();
     default:
+      if (device.text && below(2) == 0) {
+        return "ours output " + node + ".2300:0 = 412D" + value.str() + "7A";
+      }
       return "ours output " + node + ".6000:" + std::to_string(1 + below(2)) + " = " + value.str();
   }
 }
@@ -30,6 +33,12 @@ void OwnDeviceCommands::expect_value(std::ostream& out, const Device& device, un
   out << "at " << time << "ms ours write " << device.id << " 6000:1 " << std::hex << std::uppercase
       << std::setfill('0') << std::setw(2) << value << std::dec << "\nexpect input " << device.id
       << ".6000:1 = " << value << " within 1s\n";
+  if (device.text) {
+    const unsigned last = '!' + below('~' - '!');
+    out << "at " << time << "ms ours output " << device.id << ".2300:0 = 4F6B2D" << std::hex
+        << std::uppercase << last << std::dec << "\nexpect input " << device.id
+        << ".2300:0 = " << (last << 24U | 0x2D6B4FU) << " within 1s\n";
+  }
 }
 
 OwnDeviceCommands::Actions OwnDeviceCommands::draw(const std::vector<Device>& ours, unsigned time) {

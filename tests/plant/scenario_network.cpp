@@ -47,6 +47,39 @@ od::ObjectDescription object(std::uint16_t index, std::vector<od::VariableDescri
   return out;
 }
 
+// Adds 2300h, a string of four characters, behind the mapped objects of TPDO 1.
+void map_text(od::DeviceDescription& device) {
+  constexpr std::uint16_t kFirstMapping = 0x1A00;
+  constexpr std::uint16_t kText = 0x2300;
+  constexpr std::uint8_t kBits = 32;
+  const auto mapping =
+      std::ranges::find(device.objects, kFirstMapping, &od::ObjectDescription::index);
+  if (mapping == device.objects.end()) {
+    throw BadStatement("the device file has no TPDO 1");
+  }
+  auto& count = mapping->variables.front().value;
+  const auto sub = static_cast<std::uint8_t>(load_le<std::uint8_t>(count.data()) + 1);
+  store_le(std::span(count), std::uint64_t{sub});
+  const auto place =
+      std::ranges::find_if(mapping->variables, [&](const auto& v) { return v.sub >= sub; });
+  const auto entry = variable(sub, od::DataType::unsigned32, std::uint64_t{kText} << 16U | kBits);
+  if (place != mapping->variables.end() && place->sub == sub) {
+    *place = entry;
+  } else {
+    mapping->variables.insert(place, entry);
+  }
+  od::VariableDescription text{.name = "Text",
+                               .type = od::DataType::visible_string,
+                               .access = od::Access::rw,
+                               .mappable = true,
+                               .value = std::vector<std::byte>(kBits / 8)};
+  auto added = object(kText, {std::move(text)});
+  added.name = "Text";
+  const auto next =
+      std::ranges::upper_bound(device.objects, kText, {}, &od::ObjectDescription::index);
+  device.objects.insert(next, std::move(added));
+}
+
 void set_serial(od::DeviceDescription& device, std::uint32_t serial) {
   for (od::ObjectDescription& object : device.objects) {
     for (od::VariableDescription& variable : object.variables) {
@@ -262,6 +295,8 @@ bool Scenario::object_property(const std::string& key, Words& words, DeviceState
     const std::uint64_t tpdo = words.number();
     said.on_request.emplace_back(static_cast<std::uint16_t>(tpdo), words.number());
     plan.on_request.insert(id);
+  } else if (key == "text") {
+    said.text = true;
   } else if (key == "no-cob-ids") {
     said.no_cob_ids = true;
   } else if (key == "reboots-on") {
@@ -293,6 +328,9 @@ void Scenario::list_device(DeviceStatement& said) {
   }
   for (const auto& [record, time] : said.inhibit_times) {
     set_inhibit_time(node.device, record, time);
+  }
+  if (said.text) {
+    map_text(node.device);
   }
   if (said.no_cob_ids) {
     leave_cob_ids(node.device);

@@ -40,6 +40,7 @@ struct DeviceStatement {
   bool present = true;
   bool ours = false;
   bool no_cob_ids = false;
+  bool text = false;
   std::optional<Duration> heartbeat{};
   std::vector<std::pair<od::Address, std::uint64_t>> expected{};
   std::vector<std::pair<std::uint16_t, Duration>> inhibit_times{};    // by communication record
