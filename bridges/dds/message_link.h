@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -20,6 +21,12 @@ using ProcessNumber = std::uint64_t;
 // Longer messages are never sent.
 inline constexpr std::size_t kLongestMessage = 4'000'000;
 
+// Memory that a link can pass to the process; this bridge does not read it.
+class SharedFiles {
+ public:
+  virtual ~SharedFiles() = default;
+};
+
 class MessageLink {
  public:
   virtual ~MessageLink() = default;
@@ -29,6 +36,9 @@ class MessageLink {
   // Returns false if there is no room, or that process no longer runs. Never waits. From one thread
   // at a time.
   virtual bool send(ProcessNumber process, std::span<const std::byte> message) = 0;
+  // The same for memory, before a message with that tag.
+  virtual bool share(ProcessNumber process, std::uint64_t tag,
+                     const std::shared_ptr<SharedFiles>& files) = 0;
   // In octets since the start of the process: behind the last message that was sent, and behind the
   // last one that the process has carried out.
   struct Positions {

@@ -169,6 +169,23 @@ std::optional<PortBytes> read_partition(PortBytes message, std::string& partitio
   return message.subspan(kMessageHead + 4 + kLongestPartition);
 }
 
+void encode(const SharedImagesMessage& shared, PortMessage& out) {
+  FieldWriter writer = begin_message(static_cast<std::uint8_t>(ToEndpoints::share_images));
+  writer.number(shared.tag, 8);
+  add_text(shared.line, writer);
+  out = writer.take();
+}
+
+std::optional<SharedImagesMessage> decode_shared_images(PortBytes message) {
+  if (kind_of(message) != static_cast<std::uint8_t>(ToEndpoints::share_images))
+    return std::nullopt;
+  FieldReader in = content_of(message);
+  SharedImagesMessage out;
+  out.tag = in.number<std::uint64_t>();
+  out.line = read_text(in, kLongestName);
+  return if_complete(in, std::move(out));
+}
+
 // gateway, incarnation 8, domain 4, profile file, number of lines 4 and their names, renew_after 8,
 // participants 8, last_words 8, guard 1, partitions 1, the texts of security.
 void encode(const GatewayOptions& options, PortMessage& out) {

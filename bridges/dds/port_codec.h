@@ -47,7 +47,8 @@ enum class ToEndpoints : std::uint8_t {
   pdo_reception,
   event,
   command_reply,
-  stop,  // nothing: end after the last words
+  stop,          // nothing: end after the last words
+  share_images,  // tag in 8 octets, text: line; the link has passed memory with that tag
 };
 
 enum class FromEndpoints : std::uint8_t {
@@ -92,6 +93,14 @@ std::uint8_t kind_of(PortBytes message);
 void encode(ToEndpoints kind, std::string_view text, PortMessage& out);
 void encode(FromEndpoints kind, std::string_view text, PortMessage& out);
 std::optional<std::string> decode_text(PortBytes message, std::size_t longest = kLongestName);
+
+// The tag of that memory, and the line whose images are in it.
+struct SharedImagesMessage {
+  std::uint64_t tag = 0;
+  std::string line;
+};
+void encode(const SharedImagesMessage& shared, PortMessage& out);
+std::optional<SharedImagesMessage> decode_shared_images(PortBytes message);
 
 void encode(const GatewayOptions& options, PortMessage& out);
 std::optional<GatewayOptions> decode_options(PortBytes message);

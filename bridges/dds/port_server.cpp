@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "bridges/dds/image_samples.h"
 #include "bridges/dds/message_link.h"
 #include "bridges/dds/port_codec.h"
 #include "bridges/dds/sample_port.h"
@@ -20,11 +21,16 @@ constexpr int kSamplesOfTopic = 256;  // in one poll(), so that no topic starves
 
 class EndpointServer final : public PortServer {
  public:
-  explicit EndpointServer(std::unique_ptr<SamplePort> port) : port_(std::move(port)) {
+  EndpointServer(const GatewayOptions& options, std::unique_ptr<SamplePort> port)
+      : port_(std::move(port)) {
+    shared_image_.gateway(options.gateway);
+    shared_image_.incarnation(options.incarnation);
     port_->watch_timers();
   }
 
   bool handle(Message message) override;
+  void publish(std::string_view line, const image::Snapshot& snapshot,
+               const ClockMap& clock) override;
   bool poll(Duration timeout, const Send& send) override;
   void wake() override { port_->wake(); }
   guard::Stall longest_stall() const override { return port_->longest_stall(); }
@@ -49,6 +55,7 @@ class EndpointServer final : public PortServer {
   v1::OutputState output_state_;
   v1::ImageLayout layout_;
   v1::ProcessImage image_;
+  v1::ProcessImage shared_image_;
   v1::PdoUpdate update_;
   v1::PdoReception reception_;
   v1::Event event_;
@@ -125,11 +132,22 @@ bool EndpointServer::handle(Message message) {
     case ToEndpoints::command_reply:
       write_reply(message);
       return true;
+    case ToEndpoints::share_images:
+      return true;
     case ToEndpoints::configure:
     case ToEndpoints::stop:
       break;
   }
   return false;
+}
+
+void EndpointServer::publish(std::string_view line, const image::Snapshot& snapshot,
+                             const ClockMap& clock) {
+  shared_image_.line(std::string(line));
+  if (to_wire(snapshot, clock, shared_image_) && port_->write(shared_image_))
+    return;
+  const std::lock_guard lock(mutex_);
+  ++failed_;
 }
 
 bool EndpointServer::poll(Duration timeout, const Send& send) {
@@ -226,6 +244,19 @@ void EndpointServer::send_status(const Send& send) {
 
 }  // namespace
 
+std::optional<PortServer::SharedImages> PortServer::shared_images(Message message) {
+  auto shared = decode_shared_images(message);
+  if (!shared)
+    return std::nullopt;
+  return SharedImages{shared->tag, std::move(shared->line)};
+}
+
+std::optional<std::string> PortServer::removed_line(Message message) {
+  if (kind_of(message) != static_cast<std::uint8_t>(ToEndpoints::remove_line))
+    return std::nullopt;
+  return decode_text(message);
+}
+
 std::unique_ptr<PortServer> PortServer::make(Message configure, const Send& send,
                                              const AddFunctions& add_functions) {
   const bool is_first = kind_of(configure) == static_cast<std::uint8_t>(ToEndpoints::configure);
@@ -239,7 +270,7 @@ std::unique_ptr<PortServer> PortServer::make(Message configure, const Send& send
   encode(made.value ? FromEndpoints::ready : FromEndpoints::failed, made.diagnostics, answer);
   if (!send(answer) || !made.value)
     return nullptr;
-  return std::make_unique<EndpointServer>(std::move(*made.value));
+  return std::make_unique<EndpointServer>(*options, std::move(*made.value));
 }
 
 }  // namespace linegate::dds

@@ -5,13 +5,19 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
+#include <string>
+#include <string_view>
 
+#include "bridges/dds/clock_map.h"
 #include "bridges/dds/guard/stall.h"
 #include "bridges/dds/security.h"
 #include "stack/base/time.h"
+#include "stack/image/snapshot.h"
 
 namespace linegate::dds {
 
@@ -32,6 +38,19 @@ class PortServer {
 
   // Returns false if the message asks to end, or is malformed.
   virtual bool handle(Message message) = 0;
+
+  // Publishes an image of the line that it has received otherwise (ToEndpoints::share_images). From
+  // the thread that calls handle().
+  virtual void publish(std::string_view line, const image::Snapshot& snapshot,
+                       const ClockMap& clock) = 0;
+  // What a message asks for besides handle(), which is called afterwards.
+  struct SharedImages {
+    std::uint64_t tag = 0;  // see MessageLink::share()
+    std::string line;
+  };
+  static std::optional<SharedImages> shared_images(Message message);
+  // The line that it removes.
+  static std::optional<std::string> removed_line(Message message);
 
   // Waits for samples, at most `timeout`, and sends them, and changes of the status. Returns false
   // if there was no room: try again soon.

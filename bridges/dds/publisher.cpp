@@ -686,6 +686,10 @@ bool GatewayBridge::publish(std::string_view line, const image::Snapshot& snapsh
   return impl_->count(impl_->port->write(sample));
 }
 
+bool GatewayBridge::share_images(const std::string& line, std::shared_ptr<SharedFiles> files) {
+  return impl_->port->share_images(line, std::move(files));
+}
+
 bool GatewayBridge::publish_pdo_update(std::string_view line, const image::Layout& layout,
                                        const image::Snapshot& snapshot, const image::PdoMark& mark,
                                        std::uint32_t receptions) {

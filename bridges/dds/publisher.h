@@ -36,6 +36,8 @@
 
 namespace linegate::dds {
 
+class SharedFiles;
+
 struct GatewayOptions {
   std::string gateway;            // up to 64 bytes
   std::uint64_t incarnation = 1;  // random for each start, not 0
@@ -163,6 +165,9 @@ class GatewayBridge {
   bool accepts_image(std::string_view line, image::Direction direction) const;
   // Returns false also if it exceeds the contract's bounds (kMaxEntries, kMaxStamps).
   bool publish(std::string_view line, const image::Snapshot& snapshot);
+  // Images of the line that the process of the endpoints takes from that memory (message_link.h),
+  // after the layouts that were published before. Returns false if there is no such process.
+  bool share_images(const std::string& line, std::shared_ptr<SharedFiles> files);
   // The named topics of that direction of the line, which replace those before. The instances of
   // topics that are no more, or whose type changed, end. Returns false if a topic could not be
   // created.

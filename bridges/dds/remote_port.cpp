@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <functional>
+#include <map>
 #include <mutex>
 #include <utility>
 
@@ -72,6 +73,7 @@ class RemotePort final : public SamplePort {
     return keep(ToEndpoints::process_image, sample.line().c_str(),
                 std::to_string(sample.direction()), kImages, sample);
   }
+  bool share_images(const std::string& line, std::shared_ptr<SharedFiles> files) override;
   bool write(v1::PdoUpdate& sample) override;
   bool write(v1::PdoReception& sample) override {
     return keep(ToEndpoints::pdo_reception, sample.line().c_str(), {}, kReceptions, sample);
@@ -128,6 +130,7 @@ class RemotePort final : public SamplePort {
   bool keep_buffer(Key key, Policy policy, std::uint32_t tally);
   void keep_text(ToEndpoints kind, std::uint8_t topic, const std::string& line, Policy policy);
   void pump();
+  bool pass_files(ProcessNumber process, const PortMessage& message);
   void note_process(ProcessNumber process);
   bool fetch();
   void handle_control();
@@ -151,6 +154,9 @@ class RemotePort final : public SamplePort {
   mutable std::mutex mutex_;  // write() runs in two threads; held for a copy of messages at most
   RetainedMessages retained_;
   PortMessage buffer_;
+  std::map<std::uint64_t, std::shared_ptr<SharedFiles>> shared_;  // by tag, of present lines
+  std::map<std::string, std::uint64_t> tags_;                     // of them, by line
+  std::uint64_t last_tag_ = 0;
   ProcessNumber process_ = 0;  // the one that the messages are sent to
   ProcessNumber starts_ = 0;   // the newest process
   bool ready_ = false;         // it has created its endpoints
@@ -275,12 +281,27 @@ bool RemotePort::add_line(const std::string& line) {
   return true;
 }
 
+bool RemotePort::share_images(const std::string& line, std::shared_ptr<SharedFiles> files) {
+  const std::lock_guard lock(mutex_);
+  shared_.emplace(++last_tag_, std::move(files));
+  tags_[line] = last_tag_;
+  encode(SharedImagesMessage{last_tag_, line}, buffer_);
+  retained_.add({line, number_of(ToEndpoints::share_images)}, kNewest, buffer_);
+  pump();
+  return true;
+}
+
+// The process publishes the last images of the line before it removes it.
 void RemotePort::remove_line(const std::string& line) {
   const std::lock_guard lock(mutex_);
   retained_.drop([&](const Key& key) {
     return key.line == line && key.topic != number_of(ToEndpoints::event) &&
            key.topic != number_of(ToEndpoints::add_line);
   });
+  if (const auto tag = tags_.find(line); tag != tags_.end()) {
+    shared_.erase(tag->second);
+    tags_.erase(tag);
+  }
   keep_text(ToEndpoints::remove_line, number_of(ToEndpoints::remove_line), line, kNewest);
   pump();
 }
@@ -311,10 +332,19 @@ void RemotePort::pump() {
     return;
   retained_.note_done(link_->positions(process).done);
   while (const PortMessage* message = retained_.next()) {
-    if (!link_->send(process, *message))
+    if (!pass_files(process, *message) || !link_->send(process, *message))
       return;
     retained_.note_sent(link_->positions(process).sent);
   }
+}
+
+// Memory that was passed and whose message finds no room is passed again with it.
+bool RemotePort::pass_files(ProcessNumber process, const PortMessage& message) {
+  if (kind_of(message) != number_of(ToEndpoints::share_images))
+    return true;
+  const auto shared = decode_shared_images(message);
+  const auto files = shared ? shared_.find(shared->tag) : shared_.end();
+  return files != shared_.end() && link_->share(process, files->first, files->second);
 }
 
 void RemotePort::note_process(ProcessNumber process) {

@@ -20,6 +20,7 @@
 
 #include "bridges/dds/guard/counters.h"
 #include "bridges/dds/guard/stall.h"
+#include "bridges/dds/message_link.h"
 #include "bridges/dds/named_topic.h"
 #include "bridges/dds/publisher.h"
 #include "bridges/dds/values.h"
@@ -48,6 +49,11 @@ class SamplePort {
   virtual bool write(v1::OutputState& sample) = 0;
   virtual bool write(v1::ImageLayout& sample) = 0;
   virtual bool write(v1::ProcessImage& sample) = 0;
+  // The process of the endpoints takes the images of the line from that memory, once it has carried
+  // out what was written before. Returns false if the endpoints are in this process.
+  virtual bool share_images(const std::string& /*line*/, std::shared_ptr<SharedFiles> /*files*/) {
+    return false;
+  }
   virtual bool write(v1::PdoUpdate& sample) = 0;
   virtual bool write(v1::PdoReception& sample) = 0;
   virtual bool write(v1::Event& sample) = 0;

@@ -5,8 +5,10 @@
 #include <array>
 #include <cerrno>
 #include <csignal>
+#include <cstring>
 #include <new>
 #include <string_view>
+#include <system_error>
 
 #include <fcntl.h>
 #include <linux/capability.h>
@@ -15,6 +17,7 @@
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/syscall.h>
+#include <sys/uio.h>
 #include <unistd.h>
 
 #include "gateway/edge/memory_size.h"
@@ -87,20 +90,53 @@ bool give_up_privileges(std::size_t memory) {
 
 EdgeEnd::EdgeEnd()
     : rings_(kRingsDescriptor),
+      bell_(kBellDescriptor),
       incoming_(rings_.other_incoming()),
       outgoing_(rings_.other_outgoing()) {
   close(kRingsDescriptor);
+  close(kBellDescriptor);
 }
 
-std::span<const std::byte> EdgeEnd::receive(Duration timeout) {
+std::span<const std::byte> EdgeEnd::receive(Duration timeout, const std::function<bool()>& more) {
   if (incoming_.front(message_)) {
     return message_;
   }
-  if (!incoming_.broken()) {
-    incoming_.wait(timeout);
+  bell_.arm();
+  const bool work = more && more();
+  if (!work && !incoming_.front(message_) && !incoming_.broken()) {
+    bell_.wait(timeout);
   }
+  bell_.disarm();
   return incoming_.front(message_) ? std::span<const std::byte>(message_)
                                    : std::span<const std::byte>();
+}
+
+// Files of an earlier tag may be there: a message about them that found no room was not sent.
+std::array<int, 2> EdgeEnd::take_files(std::uint64_t tag) {
+  for (;;) {
+    std::uint64_t received = 0;
+    iovec content{&received, sizeof received};
+    alignas(cmsghdr) std::array<char, CMSG_SPACE(2 * sizeof(int))> control{};
+    msghdr message{};
+    message.msg_iov = &content;
+    message.msg_iovlen = 1;
+    message.msg_control = control.data();
+    message.msg_controllen = control.size();
+    const ssize_t length = recvmsg(kWakeDescriptor, &message, MSG_DONTWAIT | MSG_CMSG_CLOEXEC);
+    const cmsghdr* const head = CMSG_FIRSTHDR(&message);
+    if (length != sizeof received || head == nullptr || head->cmsg_type != SCM_RIGHTS ||
+        head->cmsg_len != CMSG_LEN(2 * sizeof(int))) {
+      throw std::system_error(length < 0 ? errno : EINVAL, std::generic_category(),
+                              "shared memory of the gateway");
+    }
+    std::array<int, 2> files{};
+    std::memcpy(files.data(), CMSG_DATA(head), sizeof files);
+    if (received == tag) {
+      return files;
+    }
+    close(files[0]);
+    close(files[1]);
+  }
 }
 
 bool EdgeEnd::send(std::span<const std::byte> message) {

@@ -2,11 +2,14 @@
 // The end of the link in the process that EdgeProcess starts.
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <span>
 #include <vector>
 
+#include "gateway/exchange/bell.h"
 #include "gateway/exchange/shared_rings.h"
 #include "stack/base/time.h"
 
@@ -15,7 +18,9 @@ namespace linegate::gateway {
 // The descriptors that the process has, besides standard input (/dev/null), output and error (a
 // pipe to the log).
 inline constexpr int kRingsDescriptor = 3;  // exchange::SharedRings
-inline constexpr int kWakeDescriptor = 4;   // a socket: an octet wakes the gateway
+// A socket: an octet wakes the gateway, which sends descriptors by it (EdgeEnd::take_files()).
+inline constexpr int kWakeDescriptor = 4;
+inline constexpr int kBellDescriptor = 5;  // exchange::Bell
 
 // The exit code of a process that has used up the memory of give_up_privileges(). As in sysexits.h,
 // it is none that a program ends with by accident.
@@ -37,10 +42,14 @@ class EdgeEnd {
 
   // Returns the oldest message, which counts as carried out after done(); empty if none arrived
   // within the timeout.
-  std::span<const std::byte> receive(Duration timeout);
+  // more: returns true if the caller has other work, which ring() of the gateway's bell announces.
+  std::span<const std::byte> receive(Duration timeout, const std::function<bool()>& more = {});
   void done() { incoming_.pop(); }
   // The memory contains what no EdgeProcess writes.
   bool broken() const { return incoming_.broken(); }
+  // The descriptors that the gateway has sent with that tag, before any message about it. The
+  // caller closes them. Throws std::system_error if there are none.
+  std::array<int, 2> take_files(std::uint64_t tag);
   void add_receiver_progress() { rings_.add_progress(0); }
 
   // --- the thread that sends ------------------------------------------------------------------
@@ -51,6 +60,7 @@ class EdgeEnd {
 
  private:
   exchange::SharedRings rings_;
+  exchange::Bell bell_;
   exchange::ByteRingConsumer incoming_;
   exchange::ByteRingProducer outgoing_;
   std::vector<std::byte> message_;

@@ -108,7 +108,7 @@ std::vector<char*> environment_of_child() {
 
 // Returns its process ID, or -1 with errno.
 pid_t spawn(const std::string& program, const std::vector<std::string>& command, int rings,
-            int socket, int output) {
+            int socket, int bell, int output) {
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
@@ -116,7 +116,8 @@ pid_t spawn(const std::string& program, const std::vector<std::string>& command,
   posix_spawn_file_actions_adddup2(&actions, output, STDERR_FILENO);
   posix_spawn_file_actions_adddup2(&actions, rings, kRingsDescriptor);
   posix_spawn_file_actions_adddup2(&actions, socket, kWakeDescriptor);
-  posix_spawn_file_actions_addclosefrom_np(&actions, kWakeDescriptor + 1);
+  posix_spawn_file_actions_adddup2(&actions, bell, kBellDescriptor);
+  posix_spawn_file_actions_addclosefrom_np(&actions, kBellDescriptor + 1);
   // Signals to the service or the terminal are for this process, which then ends the other one.
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
@@ -178,6 +179,7 @@ struct EdgeProcess::Child {
   exchange::SharedRings rings;
   exchange::ByteRingProducer outgoing{rings.outgoing()};
   exchange::ByteRingConsumer incoming{rings.incoming()};
+  std::vector<std::weak_ptr<SharedWithProcess>> shared;
   Descriptor socket;
   Descriptor output;
   pid_t pid = -1;
@@ -218,7 +220,36 @@ bool EdgeProcess::send(std::uint64_t number, std::span<const std::byte> message)
   if (child_ == nullptr || child_->number != number || !child_->outgoing.push(message)) {
     return false;
   }
-  child_->outgoing.wake();
+  options_.bell->ring();
+  return true;
+}
+
+bool EdgeProcess::share(std::uint64_t number, std::uint64_t tag,
+                        const std::shared_ptr<SharedWithProcess>& memory) {
+  const std::lock_guard lock(mutex_);
+  if (child_ == nullptr || child_->number != number) {
+    return false;
+  }
+  const std::array<int, 2> files = memory->descriptors();
+  iovec content{&tag, sizeof tag};
+  alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof files)> control{};
+  msghdr message{};
+  message.msg_iov = &content;
+  message.msg_iovlen = 1;
+  message.msg_control = control.data();
+  message.msg_controllen = control.size();
+  cmsghdr* const head = CMSG_FIRSTHDR(&message);
+  head->cmsg_level = SOL_SOCKET;
+  head->cmsg_type = SCM_RIGHTS;
+  head->cmsg_len = CMSG_LEN(sizeof files);
+  std::memcpy(CMSG_DATA(head), files.data(), sizeof files);
+  memory->forget_damage();
+  if (sendmsg(child_->socket.get(), &message, MSG_DONTWAIT | MSG_NOSIGNAL) !=
+      static_cast<ssize_t>(sizeof tag)) {
+    return false;
+  }
+  std::erase_if(child_->shared, [](const auto& other) { return other.expired(); });
+  child_->shared.push_back(memory);
   return true;
 }
 
@@ -330,8 +361,9 @@ bool EdgeProcess::start() {
   const Descriptor rings = moved_up(Descriptor(dup(child->rings.descriptor())));
   const Descriptor other_socket = moved_up(std::move(socket_of_child));
   const Descriptor other_output = moved_up(std::move(output_of_child));
+  const Descriptor bell = moved_up(Descriptor(dup(options_.bell->descriptor())));
   child->pid = spawn(options_.program, options_.arguments, rings.get(), other_socket.get(),
-                     other_output.get());
+                     bell.get(), other_output.get());
   if (child->pid < 0) {
     return false;
   }
@@ -475,7 +507,11 @@ std::string EdgeProcess::reason_to_kill(Child& child, Instant now) {
   }
   const std::lock_guard lock(mutex_);
   child.killed_for = event::ProcessEnd::malformed;
-  if (child.incoming.broken() || child.outgoing.broken()) {
+  const bool damaged = std::ranges::any_of(child.shared, [](const auto& memory) {
+    const auto shared = memory.lock();
+    return shared != nullptr && shared->damaged();
+  });
+  if (damaged || child.incoming.broken() || child.outgoing.broken()) {
     return "it damaged the memory that both processes share";
   }
   if (!rejected_.empty()) {

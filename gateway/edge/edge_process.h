@@ -6,6 +6,7 @@
 // blocks this process or accesses memory outside of the rings (exchange/byte_ring.h).
 #pragma once
 
+#include <array>
 #include <csignal>
 #include <cstddef>
 #include <cstdint>
@@ -18,6 +19,7 @@
 #include <thread>
 #include <vector>
 
+#include "gateway/exchange/bell.h"
 #include "gateway/exchange/cell.h"
 #include "gateway/exchange/shared_rings.h"
 #include "gateway/exchange/wakeup.h"
@@ -68,6 +70,17 @@ class ProgressLimit {
   Instant asked_;
 };
 
+// Memory that the process receives by two descriptors.
+class SharedWithProcess {
+ public:
+  virtual ~SharedWithProcess() = default;
+  virtual std::array<int, 2> descriptors() const = 0;
+  // The process has written to it what no working process writes. From any thread.
+  virtual bool damaged() const = 0;
+  // It is passed to another process.
+  virtual void forget_damage() = 0;
+};
+
 class EdgeProcess {
  public:
   struct Options {
@@ -90,6 +103,8 @@ class EdgeProcess {
       std::string words;
     };
     std::function<void(End)> ended = [](const End&) {};
+    // Wakes the process; any thread may ring it.
+    std::shared_ptr<exchange::Bell> bell = std::make_shared<exchange::Bell>();
     // Receive reports of the end of the process, and the lines of its output, which may contain
     // anything. Called in the thread of this object.
     std::function<void(Severity, std::string_view text)> log;
@@ -106,6 +121,10 @@ class EdgeProcess {
   std::uint64_t number() const;
   // Never waits. Returns false if there is no room, or another process runs.
   bool send(std::uint64_t number, std::span<const std::byte> message);
+  // Passes that memory to it, before a message about it. Never waits. Returns false if there is no
+  // room, or another process runs.
+  bool share(std::uint64_t number, std::uint64_t tag,
+             const std::shared_ptr<SharedWithProcess>& memory);
   struct Positions {
     std::uint64_t sent = 0;
     std::uint64_t done = 0;

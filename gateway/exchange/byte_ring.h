@@ -16,17 +16,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <ctime>
 #include <span>
 #include <vector>
 
-#include <linux/futex.h>
-#include <sys/syscall.h>
-#include <unistd.h>
-
 #include "gateway/exchange/ring.h"
 #include "stack/base/assert.h"
-#include "stack/base/time.h"
 
 namespace linegate::exchange {
 
@@ -37,7 +31,6 @@ struct ByteRingHeader {
   alignas(kCacheLine) std::atomic<std::uint32_t> waiting{0};
 };
 static_assert(std::atomic<std::uint64_t>::is_always_lock_free);
-static_assert(sizeof(std::atomic<std::uint32_t>) == 4, "futex(2) needs its address");
 
 // What both ends need to access the bytes.
 class ByteRingMemory {
@@ -100,14 +93,6 @@ class ByteRingProducer : public ByteRingMemory {
            header_->waiting.exchange(0, std::memory_order_relaxed) != 0;
   }
 
-  // Wakes the consumer if it is in wait(). Never waits, whatever the memory contains. Call it after
-  // push().
-  void wake() {
-    if (pop_waiting()) {
-      syscall(SYS_futex, &header_->waiting, FUTEX_WAKE, 1, nullptr, nullptr, 0);
-    }
-  }
-
   // Position behind the last message.
   std::uint64_t position() const { return tail_; }
   // Position up to which the consumer has removed messages; never decreases.
@@ -166,16 +151,6 @@ class ByteRingConsumer : public ByteRingMemory {
     header_->waiting.store(1, std::memory_order_relaxed);
     std::atomic_thread_fence(std::memory_order_seq_cst);
     return header_->tail.load(std::memory_order_relaxed) == head_;
-  }
-
-  // Returns when the producer called wake(), when the timeout has passed, or, rarely, earlier; at
-  // once if a message has arrived.
-  void wait(Duration timeout) {
-    if (prepare_wait()) {
-      const timespec limit{static_cast<time_t>(timeout.count() / 1'000'000'000),
-                           static_cast<long>(timeout.count() % 1'000'000'000)};
-      syscall(SYS_futex, &header_->waiting, FUTEX_WAIT, 1, &limit, nullptr, 0);
-    }
   }
 
   // The producer has written an impossible position or length: no more messages are read.

@@ -181,6 +181,7 @@ void Gateway::make_runner(NewLine& made, std::vector<Diagnostic>& diagnostics) {
   LineHost& host = *made.host;
   host.storage = storage_for(host, diagnostics);
   run_devices(host, diagnostics);
+  host.port.direct = edge_->make_direct_images(host.plan, host.layouts);
   made.runner = std::make_unique<LineRunner>(std::move(made.line), channel_for(host), host.plan,
                                              host.port, publisher_->wakeup(), host.storage);
   std::vector<BoundSource> sources;

@@ -12,6 +12,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -19,6 +20,7 @@
 #include <vector>
 
 #include "bridges/request/request.h"
+#include "gateway/config/plant.h"
 #include "gateway/publish/values.h"
 #include "gateway/runtime/clock.h"
 #include "stack/base/event.h"
@@ -115,6 +117,8 @@ struct EdgeStatistics {
   std::vector<NamedCounter> counters;  // listed in idl/README.md
 };
 
+class DirectImages;
+
 class DataEdge {
  public:
   virtual ~DataEdge() = default;
@@ -141,6 +145,15 @@ class DataEdge {
                                     Instant now) = 0;
   virtual void publish_layout(std::string_view line, const image::Layout& layout) = 0;
   virtual void publish_image(std::string_view line, const image::Snapshot& snapshot) = 0;
+  // The way for the images of a line, without the publisher; nullptr: publish_image() is the way.
+  // layouts: those of the line, which never change. Call it before the line runs, and
+  // share_images() after its layouts were published: from then on its images are.
+  virtual std::shared_ptr<DirectImages> make_direct_images(
+      const config::LinePlan& /*plan*/, const std::array<image::Layout, 2>& /*layouts*/) {
+    return nullptr;
+  }
+  virtual void share_images(const std::string& /*line*/,
+                            const std::shared_ptr<DirectImages>& /*images*/) {}
   // The named topics of that direction of the line, which replace those before: the instances of
   // topics that are no more, or whose type changed, end.
   virtual void set_named_types(std::string_view line, image::Direction direction,

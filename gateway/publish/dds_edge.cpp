@@ -4,7 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <ctime>
+#include <map>
+#include <system_error>
 #include <utility>
+
+#include <spdlog/spdlog.h>
 
 #include "bridges/dds/event_codec.h"
 #include "bridges/dds/exposure.h"
@@ -12,7 +16,9 @@
 #include "bridges/dds/library_log.h"
 #include "bridges/dds/profiles.h"
 #include "bridges/dds/publisher.h"
+#include "gateway/exchange/bell.h"
 #include "gateway/publish/dds_process.h"
+#include "gateway/runtime/direct_images.h"
 #include "gateway/security/documents.h"
 #include "gateway/security/files.h"
 #include "gateway/security/fingerprint.h"
@@ -147,14 +153,22 @@ class DdsEdge final : public DataEdge {
   // can be replaced.
   DdsEdge(std::unique_ptr<dds::GatewayBridge> bridge,
           std::shared_ptr<security::RevokedNames> revoked,
-          std::unique_ptr<security::IdentityWatch> identities, std::shared_ptr<ProcessEnds> ends)
+          std::unique_ptr<security::IdentityWatch> identities, std::shared_ptr<ProcessEnds> ends,
+          std::shared_ptr<exchange::Bell> bell)
       : bridge_(std::move(bridge)),
         revoked_(std::move(revoked)),
         identities_(std::move(identities)),
-        ends_(std::move(ends)) {}
+        ends_(std::move(ends)),
+        bell_(std::move(bell)) {}
 
   bool add_line(const std::string& line) override { return bridge_->add_line(line); }
-  void remove_line(const std::string& line) override { bridge_->remove_line(line); }
+  void remove_line(const std::string& line) override {
+    bridge_->remove_line(line);
+    if (const auto direct = direct_.find(line); direct != direct_.end()) {
+      direct_before_ += direct->second->records().published();
+      direct_.erase(direct);
+    }
+  }
 
   void set_clock(const ClockMap& clock) override { bridge_->set_clock(to_dds(clock)); }
   void publish_line(const LineInfo& info, const line::LineState& state, Instant now,
@@ -176,6 +190,11 @@ class DdsEdge final : public DataEdge {
   }
   void publish_image(std::string_view line, const image::Snapshot& snapshot) override {
     bridge_->publish(line, snapshot);
+  }
+  std::shared_ptr<DirectImages> make_direct_images(
+      const config::LinePlan& plan, const std::array<image::Layout, 2>& layouts) override;
+  void share_images(const std::string& line, const std::shared_ptr<DirectImages>& images) override {
+    bridge_->share_images(line, shared_files(images));
   }
   void set_named_types(std::string_view line, image::Direction direction,
                        std::span<const named::DeviceType> types) override {
@@ -230,13 +249,39 @@ class DdsEdge final : public DataEdge {
 
  private:
   void end_access();
+  std::uint64_t direct_samples() const {
+    std::uint64_t out = direct_before_;
+    for (const auto& [line, direct] : direct_) {
+      out += direct->records().published();
+    }
+    return out;
+  }
 
   std::unique_ptr<dds::GatewayBridge> bridge_;
   std::shared_ptr<security::RevokedNames> revoked_;  // used by the thread that polls
   std::unique_ptr<security::IdentityWatch> identities_;
-  std::shared_ptr<ProcessEnds> ends_;  // of the DDS process; none without one
+  std::shared_ptr<ProcessEnds> ends_;           // of the DDS process; none without one
+  const std::shared_ptr<exchange::Bell> bell_;  // of the DDS process; none without one
+  std::map<std::string, std::shared_ptr<DirectImages>> direct_;  // by line
+  std::uint64_t direct_before_ = 0;                              // images of lines that are no more
   dds::guard::Report guard_;
 };
+
+// A layout that changes, and the value history, need the publisher. A system that cannot protect
+// the memory leaves the images to it, too.
+std::shared_ptr<DirectImages> DdsEdge::make_direct_images(
+    const config::LinePlan& plan, const std::array<image::Layout, 2>& layouts) {
+  if (bell_ == nullptr || plan.config.role == line::Role::observer ||
+      !plan.history.entries.empty()) {
+    return nullptr;
+  }
+  try {
+    return direct_[plan.config.name] = std::make_shared<DirectImages>(plan, layouts, bell_);
+  } catch (const std::system_error& error) {
+    spdlog::warn("{}: images take the longer way: {}", plan.config.name, error.what());
+    return nullptr;
+  }
+}
 
 // Participants with an identity that was revoked or has expired must no longer receive anything.
 void DdsEdge::end_access() {
@@ -256,7 +301,7 @@ EdgeStatistics DdsEdge::statistics() const {
                      {{"discovery-discovered", discovery.discovered},
                       {"discovery-gone", discovery.gone},
                       {"discovery-endpoints", guard.endpoints},
-                      {"samples-published", bridge_->counters().samples},
+                      {"samples-published", bridge_->counters().samples + direct_samples()},
                       {"samples-failed", bridge_->counters().failed},
                       {"guard-received", guard.received}}};
   for (std::size_t i = 1; i < dds::guard::kReasons; ++i) {
@@ -299,13 +344,14 @@ Loaded<std::unique_ptr<DataEdge>> make_dds_edge(const config::Plant& plant,
     options.lines.push_back(line.config.name);
   }
   auto ends = std::make_shared<ProcessEnds>();
-  auto made = plant.dds_own_process ? make_bridge_to_process(options, plant, ends)
+  const auto bell = plant.dds_own_process ? std::make_shared<exchange::Bell>() : nullptr;
+  auto made = plant.dds_own_process ? make_bridge_to_process(options, plant, ends, bell)
                                     : dds::GatewayBridge::make(options);
   Loaded<std::unique_ptr<DataEdge>> out;
   out.diagnostics = std::move(made.diagnostics);
   if (made.value) {
     out.value = std::make_unique<DdsEdge>(std::move(*made.value), std::move(revoked),
-                                          std::move(identities), std::move(ends));
+                                          std::move(identities), std::move(ends), bell);
   }
   return out;
 }

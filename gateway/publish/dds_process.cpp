@@ -2,10 +2,12 @@
 #include "gateway/publish/dds_process.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <ctime>
 #include <exception>
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -20,6 +22,7 @@
 
 #include "bridges/dds/guard/stalled_connections.h"
 #include "bridges/dds/library_log.h"
+#include "bridges/dds/message_link.h"
 #include "bridges/dds/port_server.h"
 #include "bridges/dds/remote_port.h"
 #include "gateway/edge/edge_end.h"
@@ -28,11 +31,14 @@
 #include "gateway/edge/processor_times.h"
 #include "gateway/exchange/cell.h"
 #include "gateway/exchange/shared_rings.h"
+#include "gateway/exchange/shared_slots.h"
 #include "gateway/publish/dds_edge.h"
 #include "gateway/publish/foreign_text.h"
 #include "gateway/publish/library_logger.h"
 #include "gateway/runtime/clock.h"
+#include "gateway/runtime/direct_images.h"
 #include "gateway/runtime/exit_code.h"
+#include "gateway/runtime/image_record.h"
 #include "gateway/runtime/signals.h"
 #include "gateway/security/peer_certificates.h"
 
@@ -61,14 +67,31 @@ void write_log(Severity severity, std::string_view text) {
   spdlog::log(level, "{}", printable(text));
 }
 
+class SharedImages final : public dds::SharedFiles, public SharedWithProcess {
+ public:
+  explicit SharedImages(std::shared_ptr<DirectImages> images) : images_(std::move(images)) {}
+
+  std::array<int, 2> descriptors() const override { return images_->records().descriptors(); }
+  bool damaged() const override { return images_->records().damaged(); }
+  void forget_damage() override { images_->records().forget_damage(); }
+
+ private:
+  const std::shared_ptr<DirectImages> images_;
+};
+
 class ProcessLink final : public dds::MessageLink {
  public:
-  ProcessLink(const config::Plant& plant, std::shared_ptr<ProcessEnds> ends)
-      : ends_(std::move(ends)), process_(options_for(plant)) {}
+  ProcessLink(const config::Plant& plant, std::shared_ptr<ProcessEnds> ends,
+              std::shared_ptr<exchange::Bell> bell)
+      : ends_(std::move(ends)), process_(options_for(plant, std::move(bell))) {}
 
   dds::ProcessNumber process() const override { return process_.number(); }
   bool send(dds::ProcessNumber process, std::span<const std::byte> message) override {
     return process_.send(process, message);
+  }
+  bool share(dds::ProcessNumber process, std::uint64_t tag,
+             const std::shared_ptr<dds::SharedFiles>& files) override {
+    return process_.share(process, tag, std::dynamic_pointer_cast<SharedWithProcess>(files));
   }
   Positions positions(dds::ProcessNumber process) override {
     const EdgeProcess::Positions positions = process_.positions(process);
@@ -89,7 +112,8 @@ class ProcessLink final : public dds::MessageLink {
   void finish(Duration limit) override { process_.finish(limit); }
 
  private:
-  EdgeProcess::Options options_for(const config::Plant& plant) {
+  EdgeProcess::Options options_for(const config::Plant& plant,
+                                   std::shared_ptr<exchange::Bell> bell) {
     const std::string program = plant.dds_program.empty() ? "/proc/self/exe" : plant.dds_program;
     return {.program = program,
             .arguments = {"linegated-dds", std::string(kDdsProcessArgument)},
@@ -100,6 +124,7 @@ class ProcessLink final : public dds::MessageLink {
                 [this](EdgeProcess::Options::End end) {
                   ends_->note(end.cause, end.detail, end.pause, std::move(end.words));
                 },
+            .bell = std::move(bell),
             .log = write_log,
             .output =
                 [this](Severity severity, std::string_view text) {
@@ -173,18 +198,85 @@ void send_samples(dds::PortServer& server, EdgeEnd& end, const exchange::Flag& s
   }
 }
 
-// Returns when the parent asks for the end.
+// The images that lines publish without messages.
+class ImageReceiver {
+ public:
+  ImageReceiver(dds::PortServer& server, EdgeEnd& end) : server_(server), end_(end) {}
+
+  // Before the server handles the message.
+  void look_at(dds::PortServer::Message message) {
+    if (const auto shared = dds::PortServer::shared_images(message)) {
+      const std::array<int, 2> files = end_.take_files(shared->tag);
+      lines_.insert_or_assign(shared->line, std::make_unique<exchange::SlotReader>(files));
+      close(files[0]);
+      close(files[1]);
+    } else if (const auto removed = dds::PortServer::removed_line(message)) {
+      if (const auto line = lines_.find(*removed); line != lines_.end()) {
+        while (publish_next(line->first, *line->second)) {
+          end_.add_receiver_progress();
+        }
+        lines_.erase(line);
+      }
+    }
+  }
+
+  bool any() const {
+    return std::ranges::any_of(lines_, [](const auto& line) { return line.second->any(); });
+  }
+  // One of each line and direction, because messages wait, too. Returns false if there was none.
+  bool publish() {
+    bool any = false;
+    for (auto& [name, records] : lines_) {
+      any |= publish_next(name, *records);
+      end_.add_receiver_progress();
+    }
+    return any;
+  }
+
+ private:
+  bool publish_next(const std::string& line, exchange::SlotReader& records) {
+    bool any = false;
+    for (std::size_t series = 0; series < exchange::kSharedSeries; ++series) {
+      const exchange::SlotReader::Record record = records.next(series);
+      if (record.number == 0) {
+        continue;
+      }
+      any = true;
+      ClockMap clock;
+      if (read_record(record.data, snapshot_, clock)) {
+        snapshot_.sequence = record.number;
+        server_.publish(line, snapshot_,
+                        {clock.offset, static_cast<dds::ClockQuality>(clock.quality)});
+      }
+      records.done(series);
+    }
+    return any;
+  }
+
+  dds::PortServer& server_;
+  EdgeEnd& end_;
+  std::map<std::string, std::unique_ptr<exchange::SlotReader>> lines_;
+  image::Snapshot snapshot_;
+};
+
+// Returns when the parent asks for the end, after the last images.
 void serve(dds::PortServer& server, EdgeEnd& end) {
   exchange::Flag stop;
   std::thread sender([&] { send_samples(server, end, stop); });
+  ImageReceiver images(server, end);
+  const auto images_wait = [&] { return images.any(); };
   bool more = true;
   while (more && !end.broken()) {
-    const dds::PortServer::Message message = end.receive(kReceivePeriod);
+    const dds::PortServer::Message message = end.receive(kReceivePeriod, images_wait);
     if (!message.empty()) {
+      images.look_at(message);
       more = server.handle(message);
       end.done();
     }
+    images.publish();
     end.add_receiver_progress();
+  }
+  for (std::uint64_t i = 0; i < exchange::SlotWriter::kSlots && images.publish(); ++i) {
   }
   stop.raise();
   server.wake();
@@ -236,13 +328,18 @@ int run() {
 
 }  // namespace
 
+std::shared_ptr<dds::SharedFiles> shared_files(std::shared_ptr<DirectImages> images) {
+  return std::make_shared<SharedImages>(std::move(images));
+}
+
 Loaded<std::unique_ptr<dds::GatewayBridge>> make_bridge_to_process(
     const dds::GatewayOptions& options, const config::Plant& plant,
-    std::shared_ptr<ProcessEnds> ends) {
+    std::shared_ptr<ProcessEnds> ends, std::shared_ptr<exchange::Bell> bell) {
   Loaded<std::unique_ptr<dds::GatewayBridge>> out;
   try {
-    out = dds::make_remote_bridge(options, std::make_unique<ProcessLink>(plant, std::move(ends)),
-                                  kDelayOfLines, stop_signal_pending);
+    out = dds::make_remote_bridge(
+        options, std::make_unique<ProcessLink>(plant, std::move(ends), std::move(bell)),
+        kDelayOfLines, stop_signal_pending);
   } catch (const std::exception& error) {
     out.diagnostics.push_back({Severity::error, plant.file, 0, 0,
                                std::string("the DDS process cannot be started: ") + error.what()});

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <limits>
 #include <vector>
 
@@ -23,6 +24,7 @@ class PdoUpdates {
   // was added last. Returns when the next one is due; kNever if none is waiting.
   template <class Publish>
   Instant publish_due(Instant now, Publish&& publish) {
+    next_look(now);
     Instant next = kNever;
     std::size_t kept = 0;
     for (const std::size_t i : waiting_) {
@@ -36,9 +38,22 @@ class PdoUpdates {
       pdo.receptions = 0;
       pdo.published = true;
       pdo.last = now;
+      if (looks_.empty() || looks_.back() != now + min_period_) {
+        looks_.push_back(now + min_period_);
+      }
     }
     waiting_.resize(kept);
     return next;
+  }
+
+  // When receptions of a PDO that was published become due, whether there are any or not; kNever:
+  // of all others, each reception is due. For lines that report only those that are due
+  // (UpdateWakes).
+  Instant next_look(Instant now) {
+    while (!looks_.empty() && looks_.front() <= now) {
+      looks_.pop_front();
+    }
+    return looks_.empty() ? kNever : looks_.front();
   }
 
  private:
@@ -54,6 +69,7 @@ class PdoUpdates {
   std::vector<Pdo> pdos_;
   std::vector<std::size_t> by_local_pdo_;
   std::vector<std::size_t> waiting_;
+  std::deque<Instant> looks_;  // in the order of time
 };
 
 }  // namespace linegate::gateway

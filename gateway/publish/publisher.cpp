@@ -225,6 +225,9 @@ void Publisher::publish_layouts() {
     if (!std::exchange(line->layouts_known, true)) {
       publish_layout(*line, line->host->layout(image::Direction::inputs));
       publish_layout(*line, line->host->layout(image::Direction::outputs));
+      if (line->host->port.direct != nullptr) {
+        edge_.share_images(line->info.name, line->host->port.direct);
+      }
     }
   }
 }
@@ -471,6 +474,12 @@ void Publisher::publish_new_layouts(Line& line) {
 
 bool Publisher::publish_image(Line& line, image::Direction direction, Instant now) {
   const auto place = static_cast<std::size_t>(direction);
+  if (line.host->port.direct != nullptr) {
+    if (direction == image::Direction::inputs) {
+      add_direct_inputs(line);
+    }
+    return true;
+  }
   const bool accepted = stop_.raised() || edge_.accepts_image(line.info.name, direction);
   if (!accepted && (line.values == nullptr || !line.deferred[place].is_due(now))) {
     return false;
@@ -501,6 +510,14 @@ bool Publisher::publish_image(Line& line, image::Direction direction, Instant no
   return true;
 }
 
+// The line publishes its images itself.
+void Publisher::add_direct_inputs(Line& line) {
+  if (image::Snapshot* const inputs = line.host->port.image(image::Direction::inputs).fetch()) {
+    line.inputs = inputs;
+    line.updates.add(*inputs);
+  }
+}
+
 // The newest one, of which the value history has the values. nullptr: there is no newer one.
 image::Snapshot* Publisher::fetch_image(Line& line, image::Direction direction) {
   image::Snapshot* const snapshot = line.host->port.image(direction).fetch();
@@ -521,9 +538,11 @@ image::Snapshot* Publisher::fetch_image(Line& line, image::Direction direction) 
 }
 
 Instant Publisher::publish_updates(Line& line, Instant now) {
-  return line.updates.publish_due(now, [&](const image::PdoMark& mark, std::uint32_t receptions) {
-    edge_.publish_pdo_update(line.info.name, line.layouts[0], *line.inputs, mark, receptions);
-  });
+  const Instant due =
+      line.updates.publish_due(now, [&](const image::PdoMark& mark, std::uint32_t receptions) {
+        edge_.publish_pdo_update(line.info.name, line.layouts[0], *line.inputs, mark, receptions);
+      });
+  return line.host->port.direct == nullptr ? due : earlier(due, line.updates.next_look(now));
 }
 
 // The values of an earlier line with the same name must end first. end_values() has failed for want

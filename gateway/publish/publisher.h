@@ -125,6 +125,7 @@ class Publisher {
   void publish_layout(Line& line, const image::Layout& layout);
   // Returns false if the edge does not accept it yet.
   bool publish_image(Line& line, image::Direction direction, Instant now);
+  void add_direct_inputs(Line& line);
   image::Snapshot* fetch_image(Line& line, image::Direction direction);
   Instant publish_updates(Line& line, Instant now);
   // Returns true if more receptions are waiting.

@@ -7,6 +7,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -15,6 +16,7 @@
 #include "gateway/exchange/cell.h"
 #include "gateway/exchange/handover.h"
 #include "gateway/exchange/ring.h"
+#include "gateway/runtime/direct_images.h"
 #include "gateway/runtime/scan_applier.h"
 #include "stack/base/event.h"
 #include "stack/image/snapshot.h"
@@ -103,6 +105,10 @@ struct LinePort {
   exchange::Ring<line::OutputWrite> outputs{2 * kOfOneClient};
   exchange::Ring<Event> notices{256};  // refusals, which the line reports
   exchange::Counter requests_lost;     // outputs and notices dropped because their ring was full
+
+  // Set before the line runs: its images go to the edge by this way, and those of inputs also to
+  // the publisher, which is woken only for PDO updates. Otherwise nullptr.
+  std::shared_ptr<DirectImages> direct;
 
   exchange::Handover<image::Snapshot>& image(image::Direction direction) {
     return images[static_cast<std::size_t>(direction)];

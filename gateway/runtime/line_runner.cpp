@@ -221,6 +221,9 @@ void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
   if (std::exchange(handed_over_, false)) {
     consumer_.signal();
   }
+  if (port_.direct != nullptr) {
+    port_.direct->announce();
+  }
 }
 
 [[gnu::hot]] void LineRunner::look_at_sources(Instant now) {
@@ -688,9 +691,18 @@ void LineRunner::hand_over_images(Instant now) {
 void LineRunner::hand_over_image(image::Direction direction, Instant now) {
   auto& publication = publications_[static_cast<std::size_t>(direction)];
   if (!publication.due(*line_, direction, now)) {
+    if (port_.direct != nullptr) {
+      port_.direct->publish_waiting(direction, clock_.map(), now);
+    }
     return;
   }
   auto& slot = port_.image(direction);
+  if (DirectImages* const direct = port_.direct.get()) {
+    line_->snapshot(direction, direct->draft(direction), now, false);
+    handed_over_ |= direct->taken(direction, clock_.map(), now, slot);
+    publication.taken(*line_, now);
+    return;
+  }
   auto draft = slot.draft();
   line_->snapshot(direction, draft.value, now, draft.unread);
   slot.publish();
@@ -730,8 +742,9 @@ void LineRunner::look_at_losses() {
 }
 
 [[gnu::hot]] Instant LineRunner::next_image() {
-  return earlier(publications_[0].next(*line_, image::Direction::inputs),
-                 publications_[1].next(*line_, image::Direction::outputs));
+  const Instant next = earlier(publications_[0].next(*line_, image::Direction::inputs),
+                               publications_[1].next(*line_, image::Direction::outputs));
+  return port_.direct == nullptr ? next : earlier(next, port_.direct->next_try());
 }
 
 void LineRunner::stop(Instant now) {
@@ -751,7 +764,8 @@ bool LineRunner::stopped(Instant now) const {
   if (!stopping_ || now >= stop_deadline_) {
     return stopping_;
   }
-  return !reply_held_ && budget_->waiting() == 0 && pump_.held() == 0 &&
+  const bool image_waits = port_.direct != nullptr && port_.direct->next_try() != kNever;
+  return !image_waits && !reply_held_ && budget_->waiting() == 0 && pump_.held() == 0 &&
          (routes_ == nullptr || !routes_->held()) && (!started_ || !line_->wants_to_send(now));
 }
 

@@ -113,6 +113,7 @@ class LineGateway {
     std::unique_ptr<line::Line> line = *std::move(made.value);
     hosts_.push_back(std::make_unique<gateway::LineHost>(
         plan, line->layout(image::Direction::inputs), line->layout(image::Direction::outputs)));
+    hosts_[0]->port.direct = edge_->make_direct_images(plan, hosts_[0]->layouts);
     publisher_ = std::make_unique<gateway::Publisher>(*edge_, hosts_);
     executor_ = std::make_unique<gateway::Executor>(config::ExecutorPlan{});
     executor_->add(std::make_unique<gateway::LineRunner>(std::move(line),

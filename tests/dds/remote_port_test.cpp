@@ -26,6 +26,8 @@ struct Wire {
   std::vector<std::string> rejected;
   std::vector<std::string> logged;
   std::vector<std::string> replaced;
+  bool no_room_for_files = false;
+  std::vector<std::pair<std::uint64_t, std::shared_ptr<SharedFiles>>> shared;  // by tag
 
   void send(PortMessage message) { to_gateway.push_back(std::move(message)); }
   void send_answer() {
@@ -54,6 +56,13 @@ class FakeLink final : public MessageLink {
     if (process != wire_.process)
       return false;
     wire_.to_process.emplace_back(message.begin(), message.end());
+    return true;
+  }
+  bool share(ProcessNumber process, std::uint64_t tag,
+             const std::shared_ptr<SharedFiles>& files) override {
+    if (process != wire_.process || wire_.no_room_for_files)
+      return false;
+    wire_.shared.emplace_back(tag, files);
     return true;
   }
   Positions positions(ProcessNumber) override {
@@ -177,6 +186,38 @@ TEST_F(RemotePortTest, ANewProcessReceivesTheOptionsFirstAndEverythingAgain) {
     EXPECT_EQ(wire_.count(ToEndpoints::event), 3);
   }
   EXPECT_EQ(wire_.logged.size(), 3U) << "one entry for each start";
+}
+
+TEST_F(RemotePortTest, EachProcessReceivesTheMemoryOfALineAfterItsLayoutAndBeforeItsMessage) {
+  image::Layout layout;
+  layout.id = 1;
+  const auto files = std::make_shared<SharedFiles>();
+  wire_.no_room_for_files = true;
+  bridge_->publish("line", layout);
+  EXPECT_TRUE(bridge_->share_images("line", files));
+  poll();
+  EXPECT_EQ(wire_.count(ToEndpoints::share_images), 0) << "not without its memory";
+  wire_.no_room_for_files = false;
+  for (int restarts = 0; restarts < 3; ++restarts) {
+    poll();
+    ASSERT_EQ(wire_.shared.size(), 1U);
+    EXPECT_EQ(wire_.shared[0].second, files);
+    ASSERT_EQ(wire_.count(ToEndpoints::share_images), 1);
+    EXPECT_EQ(wire_.count(ToEndpoints::image_layout), 1);
+    const auto shared = decode_shared_images(wire_.to_process.back());
+    ASSERT_TRUE(shared) << "it is the last one";
+    EXPECT_EQ(shared->line, "line");
+    EXPECT_EQ(shared->tag, wire_.shared[0].first);
+    wire_.shared.clear();
+    wire_.restart();
+    wire_.send_answer();
+  }
+  bridge_->remove_line("line");
+  wire_.restart();
+  wire_.send_answer();
+  poll();
+  EXPECT_TRUE(wire_.shared.empty());
+  EXPECT_EQ(wire_.count(ToEndpoints::share_images), 0);
 }
 
 TEST_F(RemotePortTest, AProcessThatIsReplacedIsAskedToEndAndItsSuccessorIsNot) {

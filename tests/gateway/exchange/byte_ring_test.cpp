@@ -103,40 +103,6 @@ TEST(ByteRing, TheProducerReportsOnlyAConsumerThatIsAboutToWait) {
   EXPECT_FALSE(ring.producer.pop_waiting());
 }
 
-// A wake-up that is lost would cost 10 min here.
-TEST(ByteRing, EachMessageEndsTheWaitOfItsConsumer) {
-  constexpr int kMessages = 5'000;
-  SmallRing ring;
-  std::thread consumer([&] {
-    Message out;
-    for (int i = 0; i < kMessages;) {
-      if (!ring.consumer.front(out)) {
-        ring.consumer.wait(std::chrono::minutes(10));
-        continue;
-      }
-      ring.consumer.pop();
-      ++i;
-    }
-  });
-  for (int i = 0; i < kMessages;) {
-    if (ring.producer.push(message_of(5, 1))) {
-      ring.producer.wake();
-      ++i;
-    } else {
-      std::this_thread::yield();
-    }
-  }
-  consumer.join();
-  EXPECT_EQ(ring.producer.consumed(), ring.producer.position());
-}
-
-TEST(ByteRing, AWaitEndsWithItsTimeout) {
-  SmallRing ring;
-  ring.consumer.wait(std::chrono::milliseconds(1));
-  Message out;
-  EXPECT_FALSE(ring.consumer.front(out));
-}
-
 TEST(ByteRing, AConsumerThatReportsAnImpossiblePositionIsBroken) {
   for (const std::uint64_t head :
        {std::uint64_t{1} << 40U, ~std::uint64_t{0}, std::uint64_t{4096}}) {
