@@ -589,6 +589,18 @@ std::uint64_t Client::send(const Target& target, const line::Command& command, D
                       timeout);
 }
 
+std::uint64_t Client::send_request(const Target& target, const request::Request& request,
+                                   Duration command_timeout, Duration timeout,
+                                   std::uint64_t layout_id) {
+  return impl_->start(
+      {.target = target, .request = request, .timeout = command_timeout, .layout_id = layout_id},
+      timeout);
+}
+
+void Client::cancel(std::uint64_t id) {
+  impl_->tracker.cancel(id);
+}
+
 CommandResult Client::wait_for(std::uint64_t id, Duration timeout, ClientListener& listener) {
   impl_->call_result.reset();
   impl_->called = id;

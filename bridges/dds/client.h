@@ -144,6 +144,13 @@ class Client {
   // command.tag is ignored. layout_id: see the contract.
   std::uint64_t send(const Target& target, const line::Command& command, Duration timeout,
                      std::uint64_t layout_id = 0);
+  // The same for a request of either kind; command_timeout: line::Command::timeout.
+  std::uint64_t send_request(const Target& target, const request::Request& request,
+                             Duration command_timeout, Duration timeout,
+                             std::uint64_t layout_id = 0);
+  // Ends a request that was sent without an answer, and repeats it no more. No effect if it is
+  // answered. The gateway may carry it out nevertheless.
+  void cancel(std::uint64_t id);
   // Like send(), and waits for the answer. Meanwhile the listener receives all other samples,
   // including the events that the gateway published before it answered.
   CommandResult call(const Target& target, const line::Command& command, Duration timeout,

@@ -55,6 +55,8 @@ class RequestTracker {
   std::optional<Done> disputed(const LinePublishers& publishers, const HostOf& host_of);
   // Ends a pending request that cannot be sent, with Refusal::not_permitted and that text.
   Done refuse(std::uint64_t id, std::string text);
+  // Ends a request without a result; no effect if it is not pending.
+  void cancel(std::uint64_t id) { waiting_.erase(id); }
   // Number of replies to pending requests that were ignored because of their sender.
   std::uint64_t foreign() const { return foreign_; }
 

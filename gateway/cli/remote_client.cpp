@@ -3,16 +3,13 @@
 
 #include <chrono>
 #include <cstddef>
-#include <ctime>
 #include <span>
 #include <string>
 #include <utility>
 
 #include "bridges/dds/client.h"
+#include "gateway/client/identity.h"
 #include "gateway/runtime/signals.h"
-#include "gateway/security/files.h"
-#include "gateway/security/fingerprint.h"
-#include "gateway/security/identity_check.h"
 
 namespace linegate::gateway {
 namespace {
@@ -150,34 +147,14 @@ class RemoteClient final : public console::Client {
   std::unique_ptr<dds::Client> client_;
 };
 
-// Sets the identity of the client. Returns the findings that make it unusable.
-std::vector<Diagnostic> secure(const RemoteClientOptions& options, dds::Security& out) {
-  auto found = security::check_identity(options.security, std::time(nullptr));
-  const auto identity = security::identity_of(options.security);
-  if (has_errors(found) || !identity)
-    return found;
-  const bool may_request =
-      identity->role == security::Role::operator_ || identity->role == security::Role::engineer;
-  const security::Files files = security::files_in(options.security);
-  if ((options.commands || options.outputs) && !may_request) {
-    found.push_back(
-        {Severity::error, files.certificate, 0, 0,
-         "is of role " + std::string(security::name(identity->role)) +
-             ", which sends no commands: use an identity of role operator or engineer"});
-  }
-  out = dds::security_with(files);
-  out.is_holder = security::is_holder;
-  out.right = std::string(security::name(identity->role)) + "/" + identity->name;
-  return found;
-}
-
 }  // namespace
 
 Loaded<std::unique_ptr<console::Client>> make_remote_client(const RemoteClientOptions& options) {
   dds::ClientOptions client;
   Loaded<std::unique_ptr<console::Client>> out;
   if (!options.security.empty()) {
-    out.diagnostics = secure(options, client.security);
+    out.diagnostics =
+        use_identity(options.security, options.commands || options.outputs, client.security);
     if (has_errors(out.diagnostics))
       return out;
   }

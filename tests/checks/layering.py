@@ -13,7 +13,7 @@ import tree
 STACK_PARTS = "base can od eds sdo nmt sync time emcy lss image pdo storage node profile manager diagnosis scan observer routing line".split()
 
 # A part of the gateway may use the parts before it.
-GATEWAY_ROOMS = "exchange config security runtime journal edge publish process tools cli".split()
+GATEWAY_ROOMS = "exchange config security runtime journal edge publish process tools client cli".split()
 # Exceptions: exchange is only for the threads, and the commands that run without a gateway must not depend on one.
 ROOM_TO_ROOM_FORBIDDEN = {("config", "exchange"), ("tools", "process")}
 
@@ -41,8 +41,10 @@ RESERVED = [
 ]
 
 # The only bridges that may use another folder of bridges/: simulated devices attach to any interface; bridges/request and
-# bridges/named are no edges, but the requests that clients send and the types of named topics.
-BRIDGE_TO_BRIDGE = {("sim", "can"), ("dds", "request"), ("console", "request"), ("dds", "named")}
+# bridges/named are no edges, but the requests that clients send and the types of named topics. bridges/client is the client
+# library, whose samples are those of bridges/dds.
+BRIDGE_TO_BRIDGE = {("sim", "can"), ("dds", "request"), ("console", "request"), ("dds", "named"),
+                    ("client", "dds"), ("client", "request")}
 PRODUCT = ("stack", "bridges", "gateway", "idl")
 
 CLOCK = re.compile(r"\b(steady|system|high_resolution|utc)_clock::now\b")
@@ -98,7 +100,8 @@ def gateway_complaint(source, header):
 
 
 # The only files of the gateway that include bridges/dds: as publisher, and as subscriber.
-DDS_EDGES = ("gateway/publish/dds_edge.cpp", "gateway/publish/dds_process.cpp", "gateway/cli/remote_client.cpp")
+DDS_EDGES = ("gateway/publish/dds_edge.cpp", "gateway/publish/dds_process.cpp", "gateway/cli/remote_client.cpp",
+             "gateway/client/connect.cpp", "gateway/client/identity.h")
 
 
 def reserved_complaint(source, header):

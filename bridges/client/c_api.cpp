@@ -1,0 +1,669 @@
+// SPDX-License-Identifier: Apache-2.0
+// linegate.h on client.h: checks arguments and numbers, and lets no exception pass.
+#include "bridges/client/c_api.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace client = linegate::client;
+
+struct linegate_client {
+  explicit linegate_client(client::Client the_client) : client(std::move(the_client)) {}
+
+  // Recursive for call-backs, timed because a poll() in another thread has to be woken.
+  std::recursive_timed_mutex mutex;
+  client::Client client;
+  using Object = std::variant<client::Line, client::Group, client::Call, client::Subscription>;
+  std::map<int, Object> objects;
+  int next = 1;
+  int polls = 0;  // depth: a client is not closed within a call-back
+};
+
+namespace {
+
+constexpr std::chrono::milliseconds kWakeAgain{10};
+constexpr std::size_t kMostNames = 65'536;
+constexpr std::size_t kMostObjects = 65'536;
+constexpr int kLongestTimeout = 3'600'000;
+
+// The clients that are open: a pointer of another one is refused. Never destroyed, as a thread may
+// outlive main().
+struct Open {
+  std::mutex mutex;
+  std::map<linegate_client*, std::shared_ptr<linegate_client>> clients;
+};
+Open& open() {
+  static Open* const all = new Open;
+  return *all;
+}
+
+std::shared_ptr<linegate_client> find_client(linegate_client* handle) {
+  const std::lock_guard lock(open().mutex);
+  const auto found = open().clients.find(handle);
+  return found == open().clients.end() ? nullptr : found->second;
+}
+
+// Holds a client for the time of a function.
+class Held {
+ public:
+  explicit Held(linegate_client* handle) : it_(find_client(handle)) {
+    if (!it_)
+      return;
+    while (!it_->mutex.try_lock_for(kWakeAgain))
+      it_->client.wake();
+    if (!it_->client.ok()) {  // it was closed meanwhile
+      it_->mutex.unlock();
+      it_.reset();
+    }
+  }
+  ~Held() {
+    if (it_)
+      it_->mutex.unlock();
+  }
+  Held(const Held&) = delete;
+  Held& operator=(const Held&) = delete;
+
+  explicit operator bool() const { return it_ != nullptr; }
+  linegate_client* operator->() const { return it_.get(); }
+  linegate_client& operator*() const { return *it_; }
+  std::shared_ptr<linegate_client> share() const { return it_; }
+
+  template <class T>
+  T* get(int number) const {
+    const auto found = it_->objects.find(number);
+    return found == it_->objects.end() ? nullptr : std::get_if<T>(&found->second);
+  }
+  template <class T>
+  int add(T object) const {
+    // Numbers are not used again.
+    if (it_->next == std::numeric_limits<int>::max() || it_->objects.size() >= kMostObjects)
+      return LINEGATE_ERROR_MEMORY;
+    it_->objects.emplace(it_->next, std::move(object));
+    return it_->next++;
+  }
+
+ private:
+  std::shared_ptr<linegate_client> it_;
+};
+
+// Runs `body` with the client.
+template <class Body>
+int with(linegate_client* handle, const Body& body) noexcept {
+  if (handle == nullptr)
+    return LINEGATE_ERROR_ARGUMENT;
+  try {
+    const Held held(handle);
+    return held ? body(held) : LINEGATE_ERROR_CLOSED;
+  } catch (...) {
+    return LINEGATE_ERROR_MEMORY;
+  }
+}
+
+// The same with one of its objects.
+template <class T, class Body>
+int with(linegate_client* handle, int number, const Body& body) noexcept {
+  return with(handle, [&](const Held& held) -> int {
+    T* const object = held.get<T>(number);
+    if (object == nullptr)
+      return LINEGATE_ERROR_ARGUMENT;
+    T copy = *object;  // a call-back may end it
+    return body(held, copy);
+  });
+}
+
+int to_int(client::Error error) {
+  switch (error) {
+    case client::Error::none:
+      return LINEGATE_OK;
+    case client::Error::bad_argument:
+      return LINEGATE_ERROR_ARGUMENT;
+    case client::Error::not_ready:
+      return LINEGATE_ERROR_NOT_READY;
+    case client::Error::ambiguous:
+      return LINEGATE_ERROR_AMBIGUOUS;
+    case client::Error::no_name:
+      return LINEGATE_ERROR_NAME;
+    case client::Error::wrong_type:
+      return LINEGATE_ERROR_TYPE;
+    case client::Error::out_of_range:
+      return LINEGATE_ERROR_RANGE;
+    case client::Error::too_long:
+      return LINEGATE_ERROR_TOO_LONG;
+    case client::Error::closed:
+      return LINEGATE_ERROR_CLOSED;
+  }
+  return LINEGATE_ERROR_ARGUMENT;
+}
+
+std::chrono::milliseconds timeout_of(int ms) {
+  return std::chrono::milliseconds(std::clamp(ms, 0, kLongestTimeout));
+}
+
+// Copies a text with its 0, cut to the size. Returns its length, or that it was cut.
+int copy_text(const std::string& text, char* to, std::size_t size) {
+  if (to == nullptr || size == 0)
+    return static_cast<int>(text.size());
+  const std::size_t length = std::min(text.size(), size - 1);
+  std::memcpy(to, text.data(), length);
+  to[length] = 0;
+  return length == text.size() ? static_cast<int>(length) : LINEGATE_ERROR_TOO_LONG;
+}
+
+void set_bytes(const void* data, std::size_t length, std::size_t most, linegate_value& to) {
+  to.length = static_cast<std::uint32_t>(std::min(length, most));
+  if (to.length != 0)
+    std::memcpy(to.bytes, data, to.length);
+}
+
+struct ToC {
+  linegate_value& to;
+
+  void operator()(std::monostate) const { to.type = LINEGATE_NONE; }
+  void operator()(bool value) const {
+    to.type = LINEGATE_BOOLEAN;
+    to.integer = value ? 1 : 0;
+    to.number = value ? 1 : 0;
+  }
+  void operator()(std::int64_t value) const {
+    to.type = LINEGATE_INTEGER;
+    to.integer = value;
+    to.number = static_cast<double>(value);
+  }
+  void operator()(std::uint64_t value) const {
+    to.type = LINEGATE_UNSIGNED;
+    to.unsigned_integer = value;
+    to.number = static_cast<double>(value);
+  }
+  void operator()(double value) const {
+    to.type = LINEGATE_REAL;
+    to.real = value;
+    to.number = value;
+  }
+  void operator()(const std::string& value) const {
+    to.type = LINEGATE_TEXT;
+    set_bytes(value.data(), value.size(), LINEGATE_VALUE_BYTES - 1, to);
+  }
+  void operator()(const std::vector<std::byte>& value) const {
+    to.type = LINEGATE_BYTES;
+    set_bytes(value.data(), value.size(), LINEGATE_VALUE_BYTES, to);
+  }
+};
+
+linegate_value to_c(const client::Value& from) {
+  linegate_value to{};
+  to.quality = static_cast<std::int32_t>(from.quality);
+  to.known = from.known ? 1 : 0;
+  to.time = from.time;
+  std::visit(ToC{to}, from.data);
+  return to;
+}
+
+linegate_image image_of(const client::Snapshot& snapshot) {
+  return {.time = snapshot.time, .sequence = snapshot.sequence, .lost = snapshot.lost};
+}
+
+bool names_of(const char* const* names, std::size_t count, std::vector<std::string>& out) {
+  if ((names == nullptr && count != 0) || count > kMostNames)
+    return false;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (names[i] == nullptr)
+      return false;
+    out.emplace_back(names[i]);
+  }
+  return true;
+}
+
+std::vector<std::byte> bytes_of(const void* data, std::size_t length) {
+  const auto* const begin = static_cast<const std::byte*>(data);
+  return length == 0 ? std::vector<std::byte>() : std::vector<std::byte>(begin, begin + length);
+}
+
+client::CallOptions call_options(int timeout_ms, unsigned attempts = 1) {
+  return {.timeout = timeout_of(timeout_ms), .attempts = attempts};
+}
+
+int poll(const Held& held, std::chrono::nanoseconds timeout) {
+  ++held->polls;
+  const bool ok = held->client.poll(timeout);
+  --held->polls;
+  return ok ? LINEGATE_OK : LINEGATE_ERROR_CLOSED;
+}
+
+}  // namespace
+
+namespace linegate::client {
+
+linegate_client* adopt(Client client) {
+  const auto made = std::make_shared<linegate_client>(std::move(client));
+  const std::lock_guard lock(open().mutex);
+  open().clients.emplace(made.get(), made);
+  return made.get();
+}
+
+}  // namespace linegate::client
+
+// --- client --------------------------------------------------------------------------------------
+
+const char* linegate_error_text(int error) {
+  switch (error) {
+    case LINEGATE_OK:
+      return "done";
+    case LINEGATE_ERROR_ARGUMENT:
+      return "an argument is not valid";
+    case LINEGATE_ERROR_NOT_READY:
+      return "the line is not ready";
+    case LINEGATE_ERROR_AMBIGUOUS:
+      return "several gateways have a line of that name: name it GATEWAY/LINE";
+    case LINEGATE_ERROR_NAME:
+      return "there is no such name";
+    case LINEGATE_ERROR_TYPE:
+      return "the value is not of the type of the output";
+    case LINEGATE_ERROR_RANGE:
+      return "the value does not fit the type of the output";
+    case LINEGATE_ERROR_TOO_LONG:
+      return "too long";
+    case LINEGATE_ERROR_CLOSED:
+      return "the client is closed";
+    case LINEGATE_ERROR_TIMEOUT:
+      return "not in time";
+    case LINEGATE_ERROR_FAILED:
+      return "the command failed";
+    case LINEGATE_ERROR_MEMORY:
+      return "no memory, or a failure of a library";
+    default:
+      return error > 0 ? "done" : "unknown error";
+  }
+}
+
+const char* linegate_quality_text(int quality) {
+  return quality < 0 || quality > LINEGATE_NAME_AMBIGUOUS
+             ? "unknown"
+             : client::describe(static_cast<client::Quality>(quality)).data();
+}
+
+const char* linegate_version(void) {
+  return LINEGATE_VERSION;
+}
+
+linegate_client* linegate_connect(const linegate_options* options, char* error,
+                                  std::size_t error_size) {
+  copy_text("", error, error_size);
+  try {
+    client::Options to;
+    if (options != nullptr && options->size < sizeof(linegate_options)) {
+      copy_text("size of the options is not sizeof(linegate_options)", error, error_size);
+      return nullptr;
+    }
+    const auto text = [](const char* from) { return from == nullptr ? std::string() : from; };
+    if (options != nullptr) {
+      to = {.domain = options->domain,
+            .profile = text(options->profile),
+            .identity = text(options->identity),
+            .name = text(options->name),
+            .strength = options->strength,
+            .read_only = options->read_only != 0};
+    }
+    client::Client made(to);
+    if (!made) {
+      copy_text(made.error(), error, error_size);
+      return nullptr;
+    }
+    return client::adopt(std::move(made));
+  } catch (...) {
+    copy_text("no memory, or a failure of a library", error, error_size);
+    return nullptr;
+  }
+}
+
+int linegate_close(linegate_client* handle) {
+  if (handle == nullptr)
+    return LINEGATE_OK;
+  return with(handle, [&](const Held& held) -> int {
+    if (held->polls != 0)
+      return LINEGATE_ERROR_ARGUMENT;
+    {
+      const std::lock_guard lock(open().mutex);
+      open().clients.erase(handle);
+    }
+    held->objects.clear();
+    const client::Client ended = std::move(held->client);
+    return LINEGATE_OK;
+  });
+}
+
+int linegate_poll(linegate_client* handle, int timeout_ms) {
+  return with(handle, [&](const Held& held) -> int { return poll(held, timeout_of(timeout_ms)); });
+}
+
+int linegate_wake(linegate_client* handle) {
+  try {
+    const auto found = handle == nullptr ? nullptr : find_client(handle);
+    if (!found)
+      return handle == nullptr ? LINEGATE_ERROR_ARGUMENT : LINEGATE_ERROR_CLOSED;
+    found->client.wake();
+    return LINEGATE_OK;
+  } catch (...) {
+    return LINEGATE_ERROR_MEMORY;
+  }
+}
+
+// --- lines ---------------------------------------------------------------------------------------
+
+int linegate_line(linegate_client* handle, const char* name) {
+  return with(handle, [&](const Held& held) -> int {
+    return name == nullptr ? LINEGATE_ERROR_ARGUMENT : held.add(held->client.line(name));
+  });
+}
+
+int linegate_line_status(linegate_client* handle, int line) {
+  return with<client::Line>(handle, line, [](const Held& /*held*/, client::Line& it) -> int {
+    return static_cast<int>(it.status());
+  });
+}
+
+int linegate_line_wait(linegate_client* handle, int line, int timeout_ms) {
+  return with<client::Line>(handle, line, [&](const Held& held, client::Line& it) -> int {
+    ++held->polls;
+    const bool ready = it.wait(timeout_of(timeout_ms));
+    --held->polls;
+    return ready ? LINEGATE_OK : LINEGATE_ERROR_TIMEOUT;
+  });
+}
+
+int linegate_line_name(linegate_client* handle, int line, int outputs, std::size_t place,
+                       char* name, std::size_t name_size) {
+  return with<client::Line>(handle, line, [&](const Held& /*held*/, client::Line& it) -> int {
+    const auto names = outputs != 0 ? it.outputs() : it.inputs();
+    return place < names.size() ? copy_text(names[place], name, name_size) : LINEGATE_ERROR_NAME;
+  });
+}
+
+// --- values --------------------------------------------------------------------------------------
+
+int linegate_read(linegate_client* handle, int line, const char* const* names, std::size_t count,
+                  linegate_value* values, linegate_image* image) {
+  return with<client::Line>(handle, line, [&](const Held& /*held*/, client::Line& it) -> int {
+    std::vector<std::string> wanted;
+    if ((values == nullptr && count != 0) || !names_of(names, count, wanted))
+      return LINEGATE_ERROR_ARGUMENT;
+    const client::Snapshot snapshot = it.read(wanted);
+    std::ranges::transform(snapshot.values, values, to_c);
+    if (image != nullptr)
+      *image = image_of(snapshot);
+    return static_cast<int>(std::ranges::count_if(snapshot.values, &client::Value::good));
+  });
+}
+
+int linegate_subscribe(linegate_client* handle, int line, const char* const* names,
+                       std::size_t count, linegate_on_values call_back, void* user) {
+  return with<client::Line>(handle, line, [&](const Held& held, client::Line& it) -> int {
+    std::vector<std::string> wanted;
+    if (call_back == nullptr || !names_of(names, count, wanted))
+      return LINEGATE_ERROR_ARGUMENT;
+    return held.add(it.on_change(wanted, [call_back, user](const client::Snapshot& snapshot) {
+      std::vector<linegate_value> values(snapshot.values.size());
+      std::ranges::transform(snapshot.values, values.begin(), to_c);
+      const linegate_image image = image_of(snapshot);
+      call_back(user, values.data(), values.size(), &image);
+    }));
+  });
+}
+
+int linegate_subscribe_lines(linegate_client* handle, linegate_on_line call_back, void* user) {
+  return with(handle, [&](const Held& held) -> int {
+    if (call_back == nullptr)
+      return LINEGATE_ERROR_ARGUMENT;
+    return held.add(held->client.on_line([call_back, user](const client::Change& change) {
+      call_back(user, change.gateway.c_str(), change.line.c_str(), static_cast<int>(change.status),
+                change.restarted ? 1 : 0, change.layout_changed ? 1 : 0);
+    }));
+  });
+}
+
+int linegate_subscribe_events(linegate_client* handle, linegate_on_event call_back, void* user) {
+  return with(handle, [&](const Held& held) -> int {
+    if (call_back == nullptr)
+      return LINEGATE_ERROR_ARGUMENT;
+    return held.add(held->client.on_event([call_back, user](const client::Event& from) {
+      linegate_event to{};
+      to.gateway = from.gateway.c_str();
+      to.line = from.line.c_str();
+      to.name = from.name.c_str();
+      to.text = from.text.c_str();
+      to.number = from.number;
+      to.stream = from.stream;
+      to.time = from.time;
+      to.code = from.code;
+      to.value = from.value;
+      to.kind = from.kind;
+      to.severity = from.severity;
+      to.node = from.node;
+      to.length = static_cast<std::uint8_t>(std::min(from.data.size(), sizeof to.data));
+      std::ranges::transform(from.data.begin(), from.data.begin() + to.length, to.data,
+                             [](std::byte b) { return std::to_integer<std::uint8_t>(b); });
+      call_back(user, &to);
+    }));
+  });
+}
+
+int linegate_unsubscribe(linegate_client* handle, int subscription) {
+  return with<client::Subscription>(handle, subscription,
+                                    [&](const Held& held, client::Subscription& /*it*/) -> int {
+                                      held->objects.erase(subscription);
+                                      return LINEGATE_OK;
+                                    });
+}
+
+// --- outputs -------------------------------------------------------------------------------------
+
+int linegate_group(linegate_client* handle, int line, const char* name, int watchdog_ms,
+                   unsigned reactions) {
+  return with<client::Line>(handle, line, [&](const Held& held, client::Line& it) -> int {
+    if (name == nullptr || watchdog_ms < 0 || reactions > 0xFF)
+      return LINEGATE_ERROR_ARGUMENT;
+    return held.add(it.group(name, {.watchdog = std::chrono::milliseconds(watchdog_ms),
+                                    .reactions = static_cast<std::uint8_t>(reactions)}));
+  });
+}
+
+namespace {
+
+int set_value(linegate_client* handle, int group, const char* name, const client::Data& value) {
+  return with<client::Group>(handle, group, [&](const Held& /*held*/, client::Group& it) -> int {
+    return name == nullptr ? LINEGATE_ERROR_ARGUMENT : to_int(it.set(name, value));
+  });
+}
+
+}  // namespace
+
+int linegate_set_integer(linegate_client* handle, int group, const char* name, std::int64_t value) {
+  return set_value(handle, group, name, value);
+}
+
+int linegate_set_unsigned(linegate_client* handle, int group, const char* name,
+                          std::uint64_t value) {
+  return set_value(handle, group, name, value);
+}
+
+int linegate_set_real(linegate_client* handle, int group, const char* name, double value) {
+  return set_value(handle, group, name, value);
+}
+
+int linegate_set_bytes(linegate_client* handle, int group, const char* name, const void* bytes,
+                       std::size_t length) {
+  return with<client::Group>(handle, group, [&](const Held& /*held*/, client::Group& it) -> int {
+    if (name == nullptr || bytes == nullptr)
+      return LINEGATE_ERROR_ARGUMENT;
+    // An output has at most 8 bytes.
+    return length > 8 ? LINEGATE_ERROR_RANGE : to_int(it.set(name, bytes_of(bytes, length)));
+  });
+}
+
+int linegate_arm(linegate_client* handle, int group) {
+  return with<client::Group>(handle, group, [](const Held& /*held*/, client::Group& it) -> int {
+    return to_int(it.arm());
+  });
+}
+
+int linegate_release(linegate_client* handle, int group) {
+  return with<client::Group>(handle, group, [](const Held& /*held*/, client::Group& it) -> int {
+    it.release();
+    return LINEGATE_OK;
+  });
+}
+
+int linegate_group_state(linegate_client* handle, int group, char* text, std::size_t text_size) {
+  return with<client::Group>(handle, group, [&](const Held& /*held*/, client::Group& it) -> int {
+    copy_text(it.text(), text, text_size);
+    return static_cast<int>(it.state());
+  });
+}
+
+int linegate_group_owner(linegate_client* handle, int group, char* owner, std::size_t owner_size) {
+  return with<client::Group>(handle, group, [&](const Held& /*held*/, client::Group& it) -> int {
+    return copy_text(it.owner(), owner, owner_size);
+  });
+}
+
+int linegate_subscribe_group(linegate_client* handle, int group, linegate_on_group call_back,
+                             void* user) {
+  return with<client::Group>(handle, group, [&](const Held& held, client::Group& it) -> int {
+    if (call_back == nullptr)
+      return LINEGATE_ERROR_ARGUMENT;
+    return held.add(it.on_state([call_back, user, group](const client::Group& now) {
+      call_back(user, group, static_cast<int>(now.state()));
+    }));
+  });
+}
+
+// --- commands ------------------------------------------------------------------------------------
+
+int linegate_sdo_read(linegate_client* handle, int line, unsigned node, unsigned index,
+                      unsigned sub, int timeout_ms) {
+  linegate_request request{};
+  request.size = sizeof request;
+  if (node > 0xFF || index > 0xFFFF || sub > 0xFF)
+    return LINEGATE_ERROR_ARGUMENT;
+  request.node = static_cast<std::uint8_t>(node);
+  request.index = static_cast<std::uint16_t>(index);
+  request.sub = static_cast<std::uint8_t>(sub);
+  return linegate_request_call(handle, line, &request, timeout_ms);
+}
+
+int linegate_sdo_write(linegate_client* handle, int line, unsigned node, unsigned index,
+                       unsigned sub, const void* value, std::size_t length, int timeout_ms) {
+  linegate_request request{};
+  request.size = sizeof request;
+  if (node > 0xFF || index > 0xFFFF || sub > 0xFF)
+    return LINEGATE_ERROR_ARGUMENT;
+  request.kind = 1;  // COMMAND_SDO_WRITE
+  request.node = static_cast<std::uint8_t>(node);
+  request.index = static_cast<std::uint16_t>(index);
+  request.sub = static_cast<std::uint8_t>(sub);
+  request.data = value;
+  request.length = length;
+  return linegate_request_call(handle, line, &request, timeout_ms);
+}
+
+int linegate_nmt(linegate_client* handle, int line, unsigned node, unsigned command,
+                 int timeout_ms) {
+  linegate_request request{};
+  request.size = sizeof request;
+  if (node > 0xFF || command > 0xFF)
+    return LINEGATE_ERROR_ARGUMENT;
+  request.kind = 6;  // COMMAND_NMT
+  request.node = static_cast<std::uint8_t>(node);
+  request.nmt = static_cast<std::uint8_t>(command);
+  return linegate_request_call(handle, line, &request, timeout_ms);
+}
+
+int linegate_request_call(linegate_client* handle, int line, const linegate_request* request,
+                          int timeout_ms) {
+  constexpr std::size_t kMostData = 16U << 20U;
+  return with<client::Line>(handle, line, [&](const Held& held, client::Line& it) -> int {
+    if (request == nullptr || request->size < sizeof *request ||
+        (request->data == nullptr && request->length != 0) || request->length > kMostData)
+      return LINEGATE_ERROR_ARGUMENT;
+    return held.add(it.request({.kind = request->kind,
+                                .node = request->node,
+                                .index = request->index,
+                                .sub = request->sub,
+                                .nmt = request->nmt,
+                                .code = request->code,
+                                .error_register = request->error_register,
+                                .entry = request->entry,
+                                .layout_id = request->layout_id,
+                                .data = bytes_of(request->data, request->length)},
+                               call_options(timeout_ms, request->attempts)));
+  });
+}
+
+int linegate_call_wait(linegate_client* handle, int call) {
+  return with<client::Call>(handle, call, [](const Held& held, client::Call& it) -> int {
+    ++held->polls;
+    const bool ok = it.wait();
+    --held->polls;
+    return ok ? static_cast<int>(it.bytes().size()) : LINEGATE_ERROR_FAILED;
+  });
+}
+
+int linegate_call_result(linegate_client* handle, int call, linegate_result* result) {
+  return with<client::Call>(handle, call, [&](const Held& /*held*/, client::Call& it) -> int {
+    if (result == nullptr)
+      return LINEGATE_ERROR_ARGUMENT;
+    *result = {};
+    result->outcome = static_cast<std::int32_t>(it.outcome());
+    result->code = it.code();
+    result->length = it.bytes().size();
+    result->number = it.number();
+    result->progress_done = it.progress().first;
+    result->progress_total = it.progress().second;
+    copy_text(it.text(), result->text, sizeof result->text);
+    return LINEGATE_OK;
+  });
+}
+
+int linegate_call_data(linegate_client* handle, int call, void* data, std::size_t size) {
+  return with<client::Call>(handle, call, [&](const Held& /*held*/, client::Call& it) -> int {
+    if (data == nullptr && size != 0)
+      return LINEGATE_ERROR_ARGUMENT;
+    const auto bytes = it.bytes();
+    const std::size_t length = std::min(bytes.size(), size);
+    if (length != 0)
+      std::memcpy(data, bytes.data(), length);
+    return static_cast<int>(length);
+  });
+}
+
+int linegate_call_cancel(linegate_client* handle, int call) {
+  return with<client::Call>(handle, call, [](const Held& /*held*/, client::Call& it) -> int {
+    it.cancel();
+    return LINEGATE_OK;
+  });
+}
+
+int linegate_call_notify(linegate_client* handle, int call, linegate_on_call call_back,
+                         void* user) {
+  return with<client::Call>(handle, call, [&](const Held& /*held*/, client::Call& it) -> int {
+    if (call_back == nullptr)
+      return LINEGATE_ERROR_ARGUMENT;
+    it.on_done([call_back, user, call](const client::Call& /*done*/) { call_back(user, call); });
+    return LINEGATE_OK;
+  });
+}
+
+int linegate_free(linegate_client* handle, int number) {
+  return with(handle, [&](const Held& held) -> int {
+    return held->objects.erase(number) == 0 ? LINEGATE_ERROR_ARGUMENT : LINEGATE_OK;
+  });
+}

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// Values of a process image from and to the types of an application.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "bridges/client/client.h"
+#include "stack/image/layout.h"
+
+namespace linegate::client {
+
+// The bits of an entry, in the low end; empty if they are not in the area.
+std::vector<std::byte> bits_of(std::span<const std::byte> area, std::uint32_t bit_offset,
+                               std::uint16_t bit_length);
+
+// The value of a type; bits: its size. A size that is not that of a number or time is given as
+// bytes.
+Data decode(od::DataType type, std::uint16_t bits, std::span<const std::byte> value);
+
+// The reverse. out has as many bytes as the bits need.
+Error encode(const Data& value, od::DataType type, std::uint16_t bits, std::vector<std::byte>& out);
+
+std::string text_of(const Data& data);
+
+}  // namespace linegate::client
