@@ -155,7 +155,7 @@ void Core::on_gateway(const dds::Source& source, const dds::GatewayInfo& info) {
 void Core::on_line(const dds::Source& source, const dds::LineInfo& /*info*/,
                    const line::LineState& state, const std::vector<dds::Property>& properties) {
   LineData* const line = sample_of(source);
-  if (line == nullptr)
+  if (line == nullptr || line->is_former(source.incarnation))
     return;
   if (!line->seen) {
     line->events_before = state.counters.events;
@@ -164,6 +164,7 @@ void Core::on_line(const dds::Source& source, const dds::LineInfo& /*info*/,
   if (line->incarnation != source.incarnation) {
     line->nodes.clear();
     line->groups.clear();
+    line->former = line->incarnation;
   }
   line->incarnation = source.incarnation;
   line->seen = true;
@@ -195,8 +196,8 @@ void Core::on_layout(const dds::Source& source, const image::Layout& layout) {
   if (line == nullptr)
     return;
   Area& area = line->area(layout.direction);
-  // A sample of the gateway before its restart may arrive late.
-  if (line->seen && line->incarnation != source.incarnation && area.has_layout(line->incarnation))
+  // The layout of a restarted gateway may arrive before its LineState, and one of before it late.
+  if (line->is_former(source.incarnation))
     return;
   if (!area.layout || area.layout->id != layout.id)
     ++line->layout_revision;
@@ -208,7 +209,7 @@ void Core::on_image(const dds::Source& source, const image::Snapshot& image) {
   if (line == nullptr)
     return;
   Area& area = line->area(image.direction);
-  if (line->seen && line->incarnation != source.incarnation && area.complete(line->incarnation))
+  if (line->is_former(source.incarnation))
     return;
   area.take(image, source.incarnation);
 }

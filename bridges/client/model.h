@@ -50,6 +50,7 @@ struct LineData {
   bool gone = false;
   Instant heard{};  // of the last LineState, by the clock of the client
   std::uint64_t incarnation = 0;
+  std::uint64_t former = 0;         // the incarnation before; 0: none
   std::uint64_t gateway_lines = 0;  // number of lines that its gateway has
   std::uint64_t revision = 0;       // increases with each sample and change of status
   std::uint64_t layout_revision = 0;
@@ -67,6 +68,7 @@ struct LineData {
   std::map<std::uint16_t, Group> groups;
 
   LineStatus status(Instant now) const;
+  bool is_former(std::uint64_t other) const { return other == former && other != 0; }
   Area& area(image::Direction direction) { return areas[static_cast<std::size_t>(direction)]; }
   const Area& area(image::Direction direction) const {
     return areas[static_cast<std::size_t>(direction)];
