@@ -210,13 +210,13 @@ void Endpoints::remove_own_topic(fast::Topic* topic) {
 }
 
 fast::DataWriter* Endpoints::writer_of(fast::Topic* topic, const std::string& profile,
-                                       const std::string& partition) {
+                                       const std::string& partition, ReaderWatch* readers) {
   fast::Publisher* const publisher = partition.empty() ? publisher_ : publisher_in(partition, true);
   fast::DataWriterQos qos;
   if (publisher == nullptr ||
       publisher_->get_datawriter_qos_from_profile(profile, qos) != ReturnCode_t::RETCODE_OK)
     return nullptr;
-  return publisher->create_datawriter(topic, qos);
+  return publisher->create_datawriter(topic, qos, readers, ReaderWatch::statuses());
 }
 
 fast::DataWriter* Endpoints::make_writer(const std::string& topic, fast::TypeSupport type,

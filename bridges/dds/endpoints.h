@@ -23,6 +23,7 @@
 #include "bridges/dds/guard/stalled_connections.h"
 #include "bridges/dds/guard/timer_watch.h"
 #include "bridges/dds/name_watch.h"
+#include "bridges/dds/reader_watch.h"
 #include "bridges/dds/received_type.h"
 #include "bridges/dds/security.h"
 #include "bridges/dds/written_type.h"
@@ -147,10 +148,10 @@ class Endpoints {
                                                eprosima::fastdds::dds::TypeSupport type);
   // After its last writer was removed.
   void remove_own_topic(eprosima::fastdds::dds::Topic* topic);
-  // profile: of the data writer. partition: see writer_beside().
+  // profile: of the data writer. partition: see writer_beside(). readers must outlive this object.
   eprosima::fastdds::dds::DataWriter* writer_of(eprosima::fastdds::dds::Topic* topic,
                                                 const std::string& profile,
-                                                const std::string& partition);
+                                                const std::string& partition, ReaderWatch* readers);
   template <class PubSubType>
   eprosima::fastdds::dds::DataReader* reader(const std::string& topic) {
     auto* type = new ReceivedType<PubSubType>(unreadable_);

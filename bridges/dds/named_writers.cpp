@@ -34,7 +34,7 @@ bool NamedWriters::add(const NamedTopic& topic, const std::string& partition) {
   made.writer = std::make_unique<RenewedWriter>(
       endpoints_, renew_after_, RenewedWriter::Keep::until_received,
       [this, partition, own = made.topic] {
-        return endpoints_.writer_of(own, v1::TOPIC_PROCESS_IMAGE, partition);
+        return endpoints_.writer_of(own, v1::TOPIC_PROCESS_IMAGE, partition, &readers_);
       });
   if (made.writer->writer() == nullptr) {
     remove(made);
@@ -69,6 +69,22 @@ void NamedWriters::remove(std::span<const std::string> topics) {
     node.mapped().writer->each([&](auto* writer) { wait_for_readers_of(writer, deadline); });
     remove(node.mapped());
   }
+}
+
+bool NamedWriters::has_readers(std::string_view topic) {
+  const auto found = topics_.find(topic);
+  if (found == topics_.end())
+    return false;
+  RenewedWriter& writer = *found->second.writer;
+  eprosima::fastdds::dds::PublicationMatchedStatus status;
+  writer.writer()->get_publication_matched_status(status);
+  if (status.current_count != 0)
+    return true;
+  writer.each([](auto* one) {
+    std::size_t removed = 0;
+    one->clear_history(&removed);
+  });
+  return false;
 }
 
 bool NamedWriters::write(std::string_view topic, std::span<const std::byte> sample) {

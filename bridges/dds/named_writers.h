@@ -16,6 +16,7 @@
 #include "bridges/dds/endpoints.h"
 #include "bridges/dds/named_topic.h"
 #include "bridges/dds/named_type.h"
+#include "bridges/dds/reader_watch.h"
 #include "bridges/dds/renewed_writer.h"
 #include "stack/base/time.h"
 
@@ -24,9 +25,10 @@ namespace linegate::dds {
 // Used by the thread that writes samples.
 class NamedWriters {
  public:
-  // endpoints must outlive it. renew_after: samples, see RenewedWriter.
-  NamedWriters(Endpoints& endpoints, std::uint64_t renew_after)
-      : endpoints_(endpoints), renew_after_(renew_after) {}
+  // endpoints must outlive it, and `readers` must outlive endpoints. renew_after: samples, see
+  // RenewedWriter.
+  NamedWriters(Endpoints& endpoints, std::uint64_t renew_after, ReaderWatch& readers)
+      : endpoints_(endpoints), renew_after_(renew_after), readers_(readers) {}
 
   // The QoS is that of ProcessImage. partition: see Endpoints::writer_beside(). Returns false if
   // there is such a topic already, or it could not be created.
@@ -34,6 +36,10 @@ class NamedWriters {
   // Ends their instances, which readers receive, and removes their writers. Waits for readers that
   // do not acknowledge, kPatience at most for all together.
   void remove(std::span<const std::string> topics);
+  // Whether the topic has readers. If it has none, its last sample is removed: samples are not
+  // written then, and a later reader would take it for the current one. ReaderWatch reports when to
+  // call it again.
+  bool has_readers(std::string_view topic);
   // Returns false if there is no such topic, or DDS refused the sample.
   bool write(std::string_view topic, std::span<const std::byte> sample);
   // Waits until all readers have received all samples.
@@ -50,6 +56,7 @@ class NamedWriters {
 
   Endpoints& endpoints_;
   std::uint64_t renew_after_;
+  ReaderWatch& readers_;
   std::map<std::string, Topic, std::less<>> topics_;
 };
 

@@ -24,6 +24,7 @@
 #include "bridges/dds/output_samples.h"
 #include "bridges/dds/output_state_samples.h"
 #include "bridges/dds/pdo_writer.h"
+#include "bridges/dds/reader_watch.h"
 #include "bridges/dds/renewed_writer.h"
 #include "bridges/dds/reply_writers.h"
 #include "bridges/dds/sample_port.h"
@@ -172,6 +173,10 @@ class LocalPort final : public SamplePort {
   bool write_named(std::string_view topic, std::span<const std::byte> sample) override {
     return named_.write(topic, sample);
   }
+  bool has_named_readers(std::string_view topic) override { return named_.has_readers(topic); }
+  void watch_named_readers(std::function<void()> changed) override {
+    named_readers_.call(std::move(changed));
+  }
   bool accepts_image(std::string_view /*line*/, image::Direction /*direction*/) const override {
     return true;
   }
@@ -247,6 +252,7 @@ class LocalPort final : public SamplePort {
   const std::function<std::int64_t()> next_expiry_;
   const Duration last_words_;
   const std::uint64_t renew_after_;
+  ReaderWatch named_readers_;  // outlives the writers, whose listener it is
   Endpoints endpoints_;
   const bool joined_;  // before the first writer
   StateWriter<v1::GatewayStatePubSubType> states_{endpoints_, v1::TOPIC_GATEWAY_STATE,
@@ -258,7 +264,7 @@ class LocalPort final : public SamplePort {
   std::map<std::string, LineWriters, std::less<>> lines_;
   LineWriters no_writers_;
   LineWriters::Slot own_events_;
-  NamedWriters named_{endpoints_, renew_after_};
+  NamedWriters named_{endpoints_, renew_after_, named_readers_};
   ReplyWriters replies_{endpoints_, renew_after_, secured_};
   Waiting waiting_;
   std::unique_ptr<InboundReader<v1::OutputWritePubSubType>> outputs_;
@@ -653,6 +659,14 @@ bool GatewayBridge::set_named_types(std::string_view line, image::Direction dire
         topic, Impl::Named{std::string(line), direction, type.type_name(), std::move(plan)});
   }
   return made;
+}
+
+bool GatewayBridge::has_readers(const named::DeviceType& type) {
+  return impl_->port->has_named_readers(type.topic());
+}
+
+void GatewayBridge::watch_readers(std::function<void()> changed) {
+  impl_->port->watch_named_readers(std::move(changed));
 }
 
 bool GatewayBridge::publish(const named::DeviceType& type, const image::Snapshot& snapshot,

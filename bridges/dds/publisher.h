@@ -12,6 +12,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -173,6 +174,12 @@ class GatewayBridge {
   // created.
   bool set_named_types(std::string_view line, image::Direction direction,
                        std::span<const named::DeviceType> types);
+  // Whether the topic of that type, one of those set last, has readers. If it has none, its last
+  // sample is removed: a later reader does not receive it.
+  bool has_readers(const named::DeviceType& type);
+  // Calls `changed` whenever has_readers() may have another result, in threads of DDS, which it
+  // must not block. Replaces the function before it, which is not called any more. From any thread.
+  void watch_readers(std::function<void()> changed);
   // A sample of a named topic with the values of the snapshot, whose layout is that of the types
   // set last. number: 1, 2, ...; times: of the PDOs of the type, Instant{} = never.
   bool publish(const named::DeviceType& type, const image::Snapshot& snapshot, std::uint64_t number,

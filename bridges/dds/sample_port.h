@@ -10,6 +10,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -64,6 +65,9 @@ class SamplePort {
   virtual bool add_named(const NamedTopic& topic) = 0;
   virtual void remove_named(std::span<const std::string> topics) = 0;
   virtual bool write_named(std::string_view topic, std::span<const std::byte> sample) = 0;
+  // As in GatewayBridge.
+  virtual bool has_named_readers(std::string_view /*topic*/) { return true; }
+  virtual void watch_named_readers(std::function<void()> /*changed*/) {}
   // False while a ProcessImage of the line would wait: it is better made later, with newer values.
   virtual bool accepts_image(std::string_view line, image::Direction direction) const = 0;
   // Number of samples that were accepted and could not be written later. From any thread.

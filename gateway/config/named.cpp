@@ -72,6 +72,7 @@ NamedSection read_named(Section& line, NamedTopics& named) {
   }
   named.published = true;
   Section section(line.findings(), node, "named");
+  section.read("min_separation", named.min_separation, Duration::zero(), std::chrono::hours(1));
   read_aliases(section, out);
   section.done();
   return out;

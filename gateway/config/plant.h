@@ -68,6 +68,7 @@ struct History {
 // Topics of the devices of a line, with named members (bridges/named).
 struct NamedTopics {
   bool published = false;
+  Duration min_separation{};  // between two samples of a topic; 0 = each image that has a change
   std::vector<named::Alias> aliases;
 };
 

@@ -12,6 +12,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -158,6 +159,12 @@ class DataEdge {
   // topics that are no more, or whose type changed, end.
   virtual void set_named_types(std::string_view line, image::Direction direction,
                                std::span<const named::DeviceType> types) = 0;
+  // Whether the named topic of that type, one of those set last, has readers. If it has none, its
+  // last sample is removed: a later reader does not receive it.
+  virtual bool has_readers(const named::DeviceType& /*type*/) { return true; }
+  // Calls `changed` whenever has_readers() may have another result, in any thread, which it must
+  // not block. Replaces the function before it, which is not called any more. From any thread.
+  virtual void watch_readers(std::function<void()> /*changed*/) {}
   // With the values of the snapshot, whose layout is that of the types set last.
   virtual void publish_named(const NamedSample& sample, const image::Snapshot& snapshot) = 0;
   // False while an image of the line would wait in the edge. Fetch and publish it later: until then

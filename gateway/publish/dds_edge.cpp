@@ -200,6 +200,10 @@ class DdsEdge final : public DataEdge {
                        std::span<const named::DeviceType> types) override {
     bridge_->set_named_types(line, direction, types);
   }
+  bool has_readers(const named::DeviceType& type) override { return bridge_->has_readers(type); }
+  void watch_readers(std::function<void()> changed) override {
+    bridge_->watch_readers(std::move(changed));
+  }
   void publish_named(const NamedSample& sample, const image::Snapshot& snapshot) override {
     bridge_->publish(sample.type, snapshot, sample.number, sample.times);
   }

@@ -8,7 +8,8 @@ namespace linegate::gateway {
 NamedSamples::NamedSamples(const config::LinePlan& plan)
     : line_(plan.config.name),
       aliases_(plan.named.aliases),
-      always_(plan.publish.rule != config::Publish::Rule::on_change) {
+      always_(plan.publish.rule != config::Publish::Rule::on_change),
+      min_separation_(plan.named.min_separation) {
 }
 
 std::vector<std::string> NamedSamples::use(const image::Layout& layout) {
@@ -22,7 +23,7 @@ std::vector<std::string> NamedSamples::use(const image::Layout& layout) {
     if (same != before.end()) {
       states_.push_back(std::move(states[static_cast<std::size_t>(same - before.begin())]));
     } else {
-      states_.push_back({.number = 0, .times = {}, .marks = {}});
+      states_.emplace_back();
       states_.back().times.resize(types_[i].pdos.size());
       states_.back().marks.resize(2 * types_[i].members.size());
     }
@@ -53,21 +54,36 @@ void NamedSamples::note_times(const image::Snapshot& snapshot) {
   }
 }
 
-bool NamedSamples::note(std::size_t type, const image::Snapshot& snapshot) {
+bool NamedSamples::update_marks(std::size_t type, const image::Snapshot& snapshot) {
   State& state = states_[type];
   const bool is_output = types_[type].direction == image::Direction::outputs;
-  bool due = always_ || state.number == 0;
+  bool differs = false;
   for (std::size_t i = 0; i < types_[type].members.size(); ++i) {
     const std::uint32_t entry = types_[type].members[i].entry;
     const bool valid = snapshot.is_valid(entry);
     const bool known = is_output && snapshot.is_known(entry);
-    due = due || snapshot.is_changed(entry) || state.marks[2 * i] != valid ||
-          state.marks[2 * i + 1] != known;
+    differs = differs || state.marks[2 * i] != valid || state.marks[2 * i + 1] != known;
     state.marks[2 * i] = valid;
     state.marks[2 * i + 1] = known;
   }
-  state.number += due ? 1 : 0;
-  return due;
+  return differs;
+}
+
+bool NamedSamples::is_changed(std::size_t type, const image::Snapshot& snapshot) const {
+  return std::ranges::any_of(types_[type].members, [&](const named::Member& member) {
+    return snapshot.is_changed(member.entry);
+  });
+}
+
+void NamedSamples::note(const image::Snapshot& snapshot) {
+  note_times(snapshot);
+  for (std::size_t i = 0; i < types_.size(); ++i) {
+    State& state = states_[i];
+    if (state.is_read) {
+      const bool other_marks = update_marks(i, snapshot);
+      state.is_due = state.is_due || always_ || other_marks || is_changed(i, snapshot);
+    }
+  }
 }
 
 }  // namespace linegate::gateway

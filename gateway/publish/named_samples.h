@@ -12,14 +12,16 @@
 #include "bridges/named/device_types.h"
 #include "gateway/config/plant.h"
 #include "gateway/publish/values.h"
+#include "stack/base/time.h"
 #include "stack/image/layout.h"
 #include "stack/image/snapshot.h"
 
 namespace linegate::gateway {
 
 // Of one direction of a line. A device's sample is due if one of its values changed, or a mark of
-// one; with the rules on_sync and period, with each published image. Samples of a topic are
-// numbered without gaps, until its type changes.
+// one; with the rules on_sync and period, with each published image; and if its topic has readers
+// again. While a topic has no readers, it has no samples, and its values are not compared. Samples
+// of a topic are numbered without gaps, until its type changes.
 class NamedSamples {
  public:
   explicit NamedSamples(const config::LinePlan& plan);
@@ -29,16 +31,40 @@ class NamedSamples {
   std::vector<std::string> use(const image::Layout& layout);
   std::span<const named::DeviceType> types() const { return types_; }
 
-  // Calls emit(sample) for each sample that is due. The snapshot is one that is published, of the
-  // layout in use.
-  template <class Emit>
-  void add(const image::Snapshot& snapshot, Emit emit) {
-    note_times(snapshot);
+  // has_readers(type): whether the topic of the type has readers now. A new type is considered read
+  // until this is called.
+  template <class HasReaders>
+  void update_readers(HasReaders has_readers) {
     for (std::size_t i = 0; i < types_.size(); ++i) {
-      if (note(i, snapshot)) {
-        emit(NamedSample{types_[i], states_[i].number, states_[i].times});
-      }
+      const bool before = std::exchange(states_[i].is_read, has_readers(types_[i]));
+      states_[i].is_due = states_[i].is_due || (states_[i].is_read && !before);
     }
+  }
+
+  // The snapshot is one that is published, of the layout in use.
+  void note(const image::Snapshot& snapshot);
+
+  // Calls emit(sample) for each sample that is due, unless the minimum separation from the one
+  // before has not passed (at_once: regardless of it). The snapshot has the newest values, in the
+  // layout in use. Returns when it must be called again.
+  template <class Emit>
+  Instant emit_due(const image::Snapshot& snapshot, Instant now, bool at_once, Emit emit) {
+    Instant next = kNever;
+    for (std::size_t i = 0; i < types_.size(); ++i) {
+      State& state = states_[i];
+      if (!state.is_due || !state.is_read) {
+        continue;
+      }
+      if (now < state.earliest && !at_once) {
+        next = earlier(next, state.earliest);
+        continue;
+      }
+      update_marks(i, snapshot);
+      state.is_due = false;
+      state.earliest = now + min_separation_;
+      emit(NamedSample{types_[i], ++state.number, state.times});
+    }
+    return next;
   }
 
  private:
@@ -46,6 +72,9 @@ class NamedSamples {
     std::uint64_t number = 0;
     std::vector<Instant> times;  // of the PDOs of the type
     std::vector<bool> marks;     // of each member: valid, known
+    bool is_read = true;
+    bool is_due = true;
+    Instant earliest{};  // of the next sample
   };
   // The time that a reception of a PDO of the gateway sets.
   struct Slot {
@@ -56,12 +85,14 @@ class NamedSamples {
 
   void add_slots(const image::Layout& layout, std::size_t type);
   void note_times(const image::Snapshot& snapshot);
-  // Returns true if the sample is due, and assigns its number.
-  bool note(std::size_t type, const image::Snapshot& snapshot);
+  // Returns true if a mark differs from that of the last call.
+  bool update_marks(std::size_t type, const image::Snapshot& snapshot);
+  bool is_changed(std::size_t type, const image::Snapshot& snapshot) const;
 
   std::string line_;
   std::vector<named::Alias> aliases_;
   bool always_;
+  Duration min_separation_;
   std::vector<named::DeviceType> types_;
   std::vector<State> states_;  // by type
   std::vector<Slot> slots_;    // ascending by local PDO

@@ -150,6 +150,10 @@ Publisher::Publisher(DataEdge& edge, std::span<const std::unique_ptr<LineHost>> 
     gateway_numbers_ = &journal_->add_line({});
     gateway_.events = gateway_numbers_->before;
   }
+  edge_.watch_readers([this] {
+    readers_changed_.raise();
+    wakeup_.signal();
+  });
   set_lines(lines);
 }
 
@@ -188,6 +192,7 @@ void Publisher::set_lines(std::span<const std::unique_ptr<LineHost>> lines) {
 }
 
 Publisher::~Publisher() {
+  edge_.watch_readers({});
   stop();
 }
 
@@ -244,6 +249,7 @@ void Publisher::publish_layout(Line& line, const image::Layout& layout) {
     spdlog::warn("{}: no named topic: {}", line.info.name, collision);
   }
   edge_.set_named_types(line.info.name, layout.direction, named->types());
+  named->update_readers([&](const auto& type) { return edge_.has_readers(type); });
 }
 
 Instant Publisher::step(Instant now) {
@@ -263,6 +269,7 @@ Instant Publisher::step(Instant now) {
     publish_output_states(*line, now);
   }
   Instant next = publish_page() ? now : gateway_next;
+  update_readers();
   for (const auto& line : lines_) {
     publish_new_layouts(*line);
     if (publish_receptions(*line)) {
@@ -274,6 +281,7 @@ Instant Publisher::step(Instant now) {
       }
     }
     rounds_.add();
+    next = earlier(next, publish_named(*line, now));
     next = earlier(next, publish_updates(*line, now));
     next = earlier(next, store_values(*line, now));
   }
@@ -501,10 +509,7 @@ bool Publisher::publish_image(Line& line, image::Direction direction, Instant no
   if (line.sequences[place].admit(*snapshot)) {
     edge_.publish_image(line.info.name, *snapshot);
     if (line.named[place] != nullptr) {
-      line.named[place]->add(*snapshot, [&](const NamedSample& sample) {
-        edge_.publish_named(sample, *snapshot);
-        rounds_.add();
-      });
+      line.named[place]->note(*snapshot);
     }
   }
   return true;
@@ -513,9 +518,42 @@ bool Publisher::publish_image(Line& line, image::Direction direction, Instant no
 // The line publishes its images itself.
 void Publisher::add_direct_inputs(Line& line) {
   if (image::Snapshot* const inputs = line.host->port.image(image::Direction::inputs).fetch()) {
-    line.inputs = inputs;
+    line.fetched[0] = inputs;
     line.updates.add(*inputs);
   }
+}
+
+void Publisher::update_readers() {
+  if (!readers_changed_.raised()) {
+    return;
+  }
+  readers_changed_.lower();
+  for (const auto& line : lines_) {
+    for (const auto& named : line->named) {
+      if (named != nullptr) {
+        named->update_readers([&](const auto& type) { return edge_.has_readers(type); });
+      }
+    }
+  }
+}
+
+// Of the newest image that was fetched: a reader may come, or the minimum separation may pass, when
+// no image follows. Returns when it must be called again.
+Instant Publisher::publish_named(Line& line, Instant now) {
+  Instant next = kNever;
+  for (std::size_t place = 0; place < line.named.size(); ++place) {
+    const image::Snapshot* const snapshot = line.fetched[place];
+    if (line.named[place] == nullptr || snapshot == nullptr ||
+        snapshot->layout_id != line.layouts[place].id) {
+      continue;
+    }
+    const auto emit = [&](const NamedSample& sample) {
+      edge_.publish_named(sample, *snapshot);
+      rounds_.add();
+    };
+    next = earlier(next, line.named[place]->emit_due(*snapshot, now, stop_.raised(), emit));
+  }
+  return next;
 }
 
 // The newest one, of which the value history has the values. nullptr: there is no newer one.
@@ -528,9 +566,7 @@ image::Snapshot* Publisher::fetch_image(Line& line, image::Direction direction) 
   if (snapshot->layout_id != layout.id) {
     publish_new_layouts(line);  // the layout was handed over before this image
   }
-  if (direction == image::Direction::inputs) {
-    line.inputs = snapshot;
-  }
+  line.fetched[static_cast<std::size_t>(direction)] = snapshot;
   if (line.values != nullptr && snapshot->layout_id == layout.id) {
     line.values->add(*snapshot);
   }
@@ -538,10 +574,10 @@ image::Snapshot* Publisher::fetch_image(Line& line, image::Direction direction) 
 }
 
 Instant Publisher::publish_updates(Line& line, Instant now) {
-  const Instant due =
-      line.updates.publish_due(now, [&](const image::PdoMark& mark, std::uint32_t receptions) {
-        edge_.publish_pdo_update(line.info.name, line.layouts[0], *line.inputs, mark, receptions);
-      });
+  const Instant due = line.updates.publish_due(now, [&](const image::PdoMark& mark,
+                                                        std::uint32_t receptions) {
+    edge_.publish_pdo_update(line.info.name, line.layouts[0], *line.fetched[0], mark, receptions);
+  });
   return line.host->port.direct == nullptr ? due : earlier(due, line.updates.next_look(now));
 }
 

@@ -96,7 +96,7 @@ class Publisher {
     Instant outputs_published{};
     std::array<image::Layout, 2> layouts;  // by image::Direction
     PdoUpdates updates;
-    image::Snapshot* inputs = nullptr;  // the last fetched snapshot
+    std::array<image::Snapshot*, 2> fetched{};  // the last fetched snapshots
     std::array<ImageSequence, 2> sequences;
     std::array<DeferredImage, 2> deferred;
     std::array<std::unique_ptr<NamedSamples>, 2> named;  // nullptr: not published
@@ -126,6 +126,8 @@ class Publisher {
   // Returns false if the edge does not accept it yet.
   bool publish_image(Line& line, image::Direction direction, Instant now);
   void add_direct_inputs(Line& line);
+  void update_readers();
+  Instant publish_named(Line& line, Instant now);
   image::Snapshot* fetch_image(Line& line, image::Direction direction);
   Instant publish_updates(Line& line, Instant now);
   // Returns true if more receptions are waiting.
@@ -155,6 +157,7 @@ class Publisher {
   std::vector<std::pair<std::uint8_t, std::string>> interfaces_;
   exchange::Wakeup wakeup_;
   exchange::Flag stop_;
+  exchange::Flag readers_changed_;  // of named topics
   exchange::Counter rounds_;
   exchange::Ring<line::Reply> refusals_{1024};
   exchange::Ring<line::Reply> pages_{16};

@@ -254,6 +254,20 @@ class Text {
                        format_duration(c.sdo_timeout), c.reset_nodes, c.start_nodes);
   }
 
+  void named_topics(const std::string& line_name, const config::NamedTopics& named) {
+    if (named.published) {
+      add("  a topic of each device and direction: plant/{}/DEVICE/inputs, .../outputs\n",
+          line_name);
+    }
+    if (named.published && named.min_separation != Duration::zero()) {
+      add("  at most one sample of such a topic in {}\n", format_duration(named.min_separation));
+    }
+    for (const auto& alias : named.aliases) {
+      add("  {} {} is called {} in its topic\n", image::name(alias.direction), alias.entry,
+          alias.identifier);
+    }
+  }
+
   void line(const config::LinePlan& plan) {
     const line::LineConfig c = as_started(plan.config);
     add("\nline {} on {}\n", c.name, plan.interface.uri);
@@ -287,13 +301,7 @@ class Text {
       add("  history of {} entries, each at most every {}\n", plan.history.entries.size(),
           format_duration(plan.history.min_interval));
     }
-    if (plan.named.published) {
-      add("  a topic of each device and direction: plant/{}/DEVICE/inputs, .../outputs\n", c.name);
-    }
-    for (const auto& alias : plan.named.aliases) {
-      add("  {} {} is called {} in its topic\n", image::name(alias.direction), alias.entry,
-          alias.identifier);
-    }
+    named_topics(c.name, plan.named);
     if (!plan.storage.empty()) {
       add("  stored parameters in {}\n", plan.storage);
     }

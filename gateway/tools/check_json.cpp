@@ -177,6 +177,7 @@ Json settings_json(const config::LinePlan& plan, const line::LineConfig& line) {
           {"executor", plan.executor},
           {"storage", plan.storage},
           {"named", plan.named.published},
+          {"named_min_separation_ns", plan.named.min_separation.count()},
           {"aliases", array_of(plan.named.aliases, alias_json)},
           {"history", array_of(plan.history.entries, history_json)},
           {"history_min_interval_ns", plan.history.min_interval.count()}};

@@ -660,7 +660,7 @@ lines:
     pdo_update: {min_period: 1s}
     executor: fast
     storage: var/parameters
-    named: {aliases: {ram.6041: State, "ram.6040:0": Control}}
+    named: {min_separation: 50ms, aliases: {ram.6041: State, "ram.6040:0": Control}}
     simulate: [{node: 5, profile: drive}]
     nodes:
       - id: 5
@@ -752,6 +752,7 @@ void expect_keys_of_the_runtime(const LinePlan& line) {
   EXPECT_EQ(line.storage, kRoot + "var/parameters");
   EXPECT_TRUE(line.config.stores_parameters);
   EXPECT_TRUE(line.named.published);
+  EXPECT_EQ(line.named.min_separation, 50ms);
   EXPECT_THAT(
       line.named.aliases,
       testing::ElementsAre(named::Alias{image::Direction::inputs, "ram.Statusword", "State"},

@@ -63,7 +63,8 @@ class NamedReader {
  public:
   using Sample = typename PubSubType::type;
 
-  explicit NamedReader(const std::string& topic) {
+  explicit NamedReader(const std::string& topic, fast::DurabilityQosPolicyKind durability =
+                                                     fast::TRANSIENT_LOCAL_DURABILITY_QOS) {
     auto* const factory = fast::DomainParticipantFactory::get_instance();
     participant_ = factory->create_participant_with_profile(
         static_cast<fast::DomainId_t>(test::own_domain()), dds::kParticipantProfile);
@@ -74,7 +75,7 @@ class NamedReader {
     auto* const subscriber = participant_->create_subscriber(fast::SUBSCRIBER_QOS_DEFAULT);
     fast::DataReaderQos qos = fast::DATAREADER_QOS_DEFAULT;
     qos.reliability().kind = fast::RELIABLE_RELIABILITY_QOS;
-    qos.durability().kind = fast::TRANSIENT_LOCAL_DURABILITY_QOS;
+    qos.durability().kind = durability;
     reader_ = subscriber->create_datareader(made, qos);
   }
   ~NamedReader() {
@@ -93,6 +94,7 @@ class NamedReader {
         continue;
       }
       back += taken.sequence_number() <= sample.sequence_number() ? 1 : 0;
+      first = first == 0 ? taken.sequence_number() : first;
       sample = taken;
     }
   }
@@ -104,11 +106,20 @@ class NamedReader {
 
   Sample sample;  // the newest
   bool disposed = false;
-  int back = 0;  // samples with a number that is not above the one before
+  std::uint64_t first = 0;  // sequence_number of the first one
+  int back = 0;             // samples with a number that is not above the one before
 
  private:
   fast::DomainParticipant* participant_ = nullptr;
   fast::DataReader* reader_ = nullptr;
+};
+
+struct NamedListener : GatewayListener {
+  void on_gateway(const dds::Source&, const dds::GatewayInfo& info) override {
+    participants = info.participants;
+  }
+
+  std::size_t participants = 0;
 };
 
 class NamedGatewayTest : public testing::Test {
@@ -163,7 +174,7 @@ class NamedGatewayTest : public testing::Test {
   static constexpr std::uint64_t kIncarnation = 0x1234'5678'9ABC'DEF0;
   std::unique_ptr<Gateway> gateway_;
   std::unique_ptr<dds::Client> client_;
-  GatewayListener seen_;
+  NamedListener seen_;
 };
 
 TEST_F(NamedGatewayTest, AnInputOfEveryTypeArrivesByName) {
@@ -212,6 +223,35 @@ TEST_F(NamedGatewayTest, AnInputOfEveryTypeArrivesByName) {
   EXPECT_FALSE(sample.valid().Domain());
   EXPECT_TRUE(sample.valid().Duration());
   EXPECT_EQ(values.Domain(), (std::array<std::uint8_t, 8>{}));
+}
+
+// Nothing changes when the later readers come: they receive what is written because they came. A
+// transient-local one would receive a sample of the time before first.
+TEST_F(NamedGatewayTest, AReaderThatComesGetsThePresentStateAndNoOldOne) {
+  write("device", "");
+  const auto alone = [&] { return seen_.participants == 1; };
+  ASSERT_TRUE(until(alone));
+  std::uint64_t last = 0;
+  {
+    NamedReader<InputsType> reader("plant/press/every/inputs", fast::VOLATILE_DURABILITY_QOS);
+    ASSERT_TRUE(until([&] {
+      reader.take();
+      return reader.sample.values().Duration() == 86'400'002'000'000;  // of the last PDO
+    }));
+    last = reader.sample.sequence_number();
+  }
+  for (const auto durability :
+       {fast::VOLATILE_DURABILITY_QOS, fast::TRANSIENT_LOCAL_DURABILITY_QOS}) {
+    ASSERT_TRUE(until(alone));  // the gateway has noticed that the reader before has left
+    NamedReader<InputsType> reader("plant/press/every/inputs", durability);
+    ASSERT_TRUE(until([&] {
+      reader.take();
+      return reader.first != 0;
+    }));
+    EXPECT_GT(reader.first, last);
+    EXPECT_EQ(reader.sample.values().Duration(), 86'400'002'000'000);
+    last = reader.sample.sequence_number();
+  }
 }
 
 TEST_F(NamedGatewayTest, OutputsHaveTheirMarksAndAnInstanceEndsWithItsLine) {

@@ -80,6 +80,24 @@ class FakeEdge final : public DataEdge {
     }
     add(text);
   }
+  // Whether named topics have readers; has_readers() is then called again.
+  void set_readers(bool present) {
+    std::function<void()> changed;
+    {
+      const std::lock_guard lock(mutex_);
+      readers_ = present;
+      changed = readers_changed_;
+    }
+    changed();
+  }
+  bool has_readers(const named::DeviceType&) override {
+    const std::lock_guard lock(mutex_);
+    return readers_;
+  }
+  void watch_readers(std::function<void()> changed) override {
+    const std::lock_guard lock(mutex_);
+    readers_changed_ = std::move(changed);
+  }
   void publish_named(const NamedSample& sample, const image::Snapshot& snapshot) override {
     add(sample.type.topic() + ' ' + std::to_string(sample.number) + " of image " +
         std::to_string(snapshot.sequence));
@@ -157,6 +175,8 @@ class FakeEdge final : public DataEdge {
   std::uint64_t stream_ = 0;
   std::uint64_t stream_before_event_ = 0;
   bool woken_ = false;
+  bool readers_ = true;
+  std::function<void()> readers_changed_;
 };
 
 }  // namespace linegate::gateway

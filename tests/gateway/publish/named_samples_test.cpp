@@ -46,20 +46,29 @@ class NamedSamplesTest : public testing::Test {
   // "ram 1: 10 0": number and times of the samples that are due.
   std::vector<std::string> due(NamedSamples& samples) {
     std::vector<std::string> out;
-    samples.add(snapshot, [&](const NamedSample& sample) {
+    samples.note(snapshot);
+    out = emitted(samples);
+    snapshot.changed = {0};
+    snapshot.marks.clear();
+    return out;
+  }
+  // The same without another image.
+  std::vector<std::string> emitted(NamedSamples& samples, bool at_once = false) {
+    std::vector<std::string> out;
+    next = samples.emit_due(snapshot, now, at_once, [&](const NamedSample& sample) {
       std::string text = sample.type.device + ' ' + std::to_string(sample.number) + ':';
       for (const Instant time : sample.times) {
         text += ' ' + std::to_string(time.time_since_epoch().count());
       }
       out.push_back(text);
     });
-    snapshot.changed = {0};
-    snapshot.marks.clear();
     return out;
   }
 
   config::LinePlan plan;
   image::Snapshot snapshot;
+  Instant now{};
+  Instant next{};  // when emit_due() must be called again
 };
 
 TEST_F(NamedSamplesTest, ASampleFollowsAChangeOfItsDevice) {
@@ -122,6 +131,54 @@ TEST_F(NamedSamplesTest, ATypeThatRemainsContinues) {
   EXPECT_THAT(due(samples), ElementsAre("valve 1: 0", "axis 1: 0"));
   snapshot.changed = {0b0010};
   EXPECT_THAT(due(samples), ElementsAre("ram 2: 10 0"));
+}
+
+TEST_F(NamedSamplesTest, ATopicWithoutReadersHasNoSamplesAndAReaderGetsTheStateAtOnce) {
+  NamedSamples samples(plan);
+  samples.use(two_devices(Direction::inputs));
+  samples.update_readers([](const named::DeviceType& type) { return type.device == "axis"; });
+  snapshot.changed = {0b111};
+  EXPECT_THAT(due(samples), ElementsAre("axis 1: 0"));
+  snapshot.changed = {0b111};
+  snapshot.valid = {0b011};
+  snapshot.marks = {{.local_pdo = 1, .time = Instant{Duration{10}}}};
+  EXPECT_THAT(due(samples), ElementsAre("axis 2: 0"));
+  EXPECT_EQ(next, kNever);
+
+  // A reader comes, and no image: one sample, numbered from 1, with the times from before.
+  samples.update_readers([](const named::DeviceType&) { return true; });
+  EXPECT_THAT(emitted(samples), ElementsAre("ram 1: 10 0"));
+  EXPECT_THAT(emitted(samples), IsEmpty());
+  EXPECT_THAT(due(samples), IsEmpty());  // its marks are those of that sample
+  samples.update_readers([](const named::DeviceType&) { return true; });
+  EXPECT_THAT(emitted(samples), IsEmpty());
+
+  // The numbers of the topic have no gap for the next reader either.
+  samples.update_readers([](const named::DeviceType&) { return false; });
+  snapshot.changed = {0b111};
+  EXPECT_THAT(due(samples), IsEmpty());
+  samples.update_readers([](const named::DeviceType& type) { return type.device == "ram"; });
+  EXPECT_THAT(emitted(samples), ElementsAre("ram 2: 10 0"));
+}
+
+TEST_F(NamedSamplesTest, SamplesOfATopicHaveAMinimumSeparation) {
+  plan.named.min_separation = Duration{100};
+  NamedSamples samples(plan);
+  samples.use(two_devices(Direction::inputs));
+  EXPECT_THAT(due(samples), ElementsAre("ram 1: 0 0", "axis 1: 0"));
+  now = Instant{Duration{60}};
+  snapshot.changed = {0b001};
+  EXPECT_THAT(due(samples), IsEmpty());
+  EXPECT_EQ(next, Instant{Duration{100}});
+  now = Instant{Duration{99}};
+  EXPECT_THAT(due(samples), IsEmpty());
+  now = Instant{Duration{100}};
+  EXPECT_THAT(emitted(samples), ElementsAre("ram 2: 0 0"));
+  EXPECT_EQ(next, kNever);
+  snapshot.changed = {0b101};
+  EXPECT_THAT(due(samples), ElementsAre("axis 2: 0"));  // ram waits until 200
+  EXPECT_EQ(next, Instant{Duration{200}});
+  EXPECT_THAT(emitted(samples, true), ElementsAre("ram 3: 0 0"));  // the gateway ends
 }
 
 TEST_F(NamedSamplesTest, ACollisionIsReported) {

@@ -47,7 +47,8 @@ class PublisherTest : public testing::Test {
     config::LinePlan plan;
     plan.config.name = "hall";
     plan.history.entries = {{image::Direction::inputs, 5, "inlet.Level"}};
-    auto host = std::make_unique<LineHost>(plan, inputs, image::Layout{});
+    auto host = std::make_unique<LineHost>(plan, inputs,
+                                           image::Layout{.direction = image::Direction::outputs});
     image::Snapshot& snapshot = host->port.image(image::Direction::inputs).draft().value;
     snapshot.layout_id = 1;
     snapshot.bytes = {std::byte{value}};
@@ -111,6 +112,23 @@ TEST_F(PublisherTest, NamedTopicsFollowTheirLayoutAndTheImage) {
   EXPECT_THAT(published(),
               ElementsAre("layout hall", "types plant/hall/inlet/inputs", "layout hall", "types",
                           "image hall 1", "plant/hall/inlet/inputs 1 of image 1"));
+}
+
+TEST_F(PublisherTest, ANamedTopicThatGetsAReaderGetsASampleWithoutAnotherImage) {
+  hosts[0] = hall(1);
+  hosts[0]->plan.history = {};
+  hosts[0]->plan.named.published = true;
+  publisher.reset();  // the edge has one watcher of readers
+  publisher = std::make_unique<Publisher>(edge, hosts);
+  edge.set_readers(false);
+  EXPECT_THAT(published(), Not(testing::Contains(StartsWith("plant/"))));
+  edge.set_readers(true);
+  publisher->start();
+  while (edge.samples().back() != "plant/hall/inlet/inputs 1 of image 1") {
+    std::this_thread::yield();
+  }
+  publisher->stop();
+  EXPECT_EQ(edge.samples().back(), "plant/hall/inlet/inputs 1 of image 1");
 }
 
 // A manager that routes and forwards, with output groups, more routes than have room, known

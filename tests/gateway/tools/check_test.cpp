@@ -257,7 +257,7 @@ TEST(Check, SaysThatDevicesHaveNamedTopics) {
 lines:
   - name: a
     interface: "simulated:"
-    named: {aliases: {ram.6041: State}}
+    named: {min_separation: 50ms, aliases: {ram.6041: State}}
     nodes: [{id: 5, name: ram, eds: bridges/sim/eds/drive.eds}]
 )",
                                    LINEGATE_SOURCE_DIR "/plant.yaml");
@@ -266,9 +266,11 @@ lines:
   EXPECT_TRUE(contains(
       text, "  a topic of each device and direction: plant/a/DEVICE/inputs, .../outputs\n"))
       << text;
+  EXPECT_TRUE(contains(text, "  at most one sample of such a topic in 50ms\n")) << text;
   EXPECT_TRUE(contains(text, "  inputs ram.Statusword is called State in its topic\n")) << text;
   const YAML::Node line = YAML::Load(to_json(loaded))["lines"][0];
   EXPECT_TRUE(line["named"].as<bool>());
+  EXPECT_EQ(line["named_min_separation_ns"].as<int>(), 50'000'000);
   EXPECT_EQ(line["aliases"][0]["identifier"].as<std::string>(), "State");
 }
 
