@@ -232,10 +232,21 @@ client::CallOptions call_options(int timeout_ms, unsigned attempts = 1) {
   return {.timeout = timeout_of(timeout_ms), .attempts = attempts};
 }
 
+// While it exists, the client cannot be closed. Ends with an exception, too.
+class Polling {
+ public:
+  explicit Polling(const Held& held) : held_(held) { ++held_->polls; }
+  ~Polling() { --held_->polls; }
+  Polling(const Polling&) = delete;
+  Polling& operator=(const Polling&) = delete;
+
+ private:
+  const Held& held_;
+};
+
 int poll(const Held& held, std::chrono::nanoseconds timeout) {
-  ++held->polls;
+  const Polling polling(held);
   const bool ok = held->client.poll(timeout);
-  --held->polls;
   return ok ? LINEGATE_OK : LINEGATE_ERROR_CLOSED;
 }
 
@@ -373,9 +384,8 @@ int linegate_line_status(linegate_client* handle, int line) {
 
 int linegate_line_wait(linegate_client* handle, int line, int timeout_ms) {
   return with<client::Line>(handle, line, [&](const Held& held, client::Line& it) -> int {
-    ++held->polls;
+    const Polling polling(held);
     const bool ready = it.wait(timeout_of(timeout_ms));
-    --held->polls;
     return ready ? LINEGATE_OK : LINEGATE_ERROR_TIMEOUT;
   });
 }
@@ -610,9 +620,8 @@ int linegate_request_call(linegate_client* handle, int line, const linegate_requ
 
 int linegate_call_wait(linegate_client* handle, int call) {
   return with<client::Call>(handle, call, [](const Held& held, client::Call& it) -> int {
-    ++held->polls;
+    const Polling polling(held);
     const bool ok = it.wait();
-    --held->polls;
     return ok ? static_cast<int>(it.bytes().size()) : LINEGATE_ERROR_FAILED;
   });
 }

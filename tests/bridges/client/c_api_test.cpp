@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bridges/client/c_api.h"
+
+#include <gtest/gtest.h>
+
+#include "fake_link.h"
+
+namespace linegate::client {
+namespace {
+
+struct ClientInC : testing::Test {
+  std::shared_ptr<FakeWorld> world = std::make_shared<FakeWorld>();
+  linegate_client* client = adopt(fake_client(world));
+  int line = linegate_line(client, "press");
+
+  void SetUp() override {
+    world->whole_line(1);
+    ASSERT_EQ(linegate_poll(client, 0), LINEGATE_OK);
+    ASSERT_EQ(linegate_line_status(client, line), LINEGATE_STATUS_READY);
+  }
+  void TearDown() override {
+    world->fails = false;
+    linegate_close(client);
+  }
+};
+
+TEST_F(ClientInC, ReadsHoldsAndCommands) {
+  const char* const names[] = {"ram.In", "ram.None"};
+  linegate_value values[2];
+  EXPECT_EQ(linegate_read(client, line, names, 2, values, nullptr), 1);
+  EXPECT_EQ(values[0].unsigned_integer, 5U);
+  EXPECT_EQ(values[1].quality, LINEGATE_NO_NAME);
+
+  const int group = linegate_group(client, line, "", 1000, 1);
+  ASSERT_GT(group, 0);
+  EXPECT_EQ(linegate_set_integer(client, group, "ram.Out", 3), LINEGATE_OK);
+  EXPECT_EQ(linegate_arm(client, group), LINEGATE_OK);
+  EXPECT_EQ(linegate_group_state(client, group, nullptr, 0), LINEGATE_GROUP_TAKING);
+  EXPECT_EQ(world->writes.size(), 1U);
+  EXPECT_EQ(linegate_release(client, group), LINEGATE_OK);
+
+  const int call = linegate_sdo_read(client, line, 1, 0x1000, 0, 1000);
+  ASSERT_GT(call, 0);
+  world->reply(1, {}, {std::byte{7}});
+  EXPECT_EQ(linegate_call_wait(client, call), 1);
+  linegate_result result;
+  EXPECT_EQ(linegate_call_result(client, call, &result), LINEGATE_OK);
+  EXPECT_EQ(result.number, 7U);
+}
+
+TEST_F(ClientInC, WrongArgumentsAreErrors) {
+  linegate_value value;
+  const char* const names[] = {nullptr};
+  EXPECT_EQ(linegate_poll(nullptr, 0), LINEGATE_ERROR_ARGUMENT);
+  EXPECT_EQ(linegate_line(client, nullptr), LINEGATE_ERROR_ARGUMENT);
+  EXPECT_EQ(linegate_read(client, line, names, 1, &value, nullptr), LINEGATE_ERROR_ARGUMENT);
+  EXPECT_EQ(linegate_read(client, line, nullptr, 1, &value, nullptr), LINEGATE_ERROR_ARGUMENT);
+  EXPECT_EQ(linegate_subscribe(client, line, nullptr, 0, nullptr, nullptr),
+            LINEGATE_ERROR_ARGUMENT);
+  EXPECT_EQ(linegate_request_call(client, line, nullptr, 0), LINEGATE_ERROR_ARGUMENT);
+  EXPECT_EQ(linegate_sdo_read(client, line, 256, 0, 0, 0), LINEGATE_ERROR_ARGUMENT);
+  const int group = linegate_group(client, line, "", 0, 0);
+  EXPECT_EQ(linegate_arm(client, line), LINEGATE_ERROR_ARGUMENT);  // of another kind
+  EXPECT_EQ(linegate_call_wait(client, group), LINEGATE_ERROR_ARGUMENT);
+  EXPECT_EQ(linegate_set_integer(client, group, nullptr, 1), LINEGATE_ERROR_ARGUMENT);
+  EXPECT_EQ(linegate_set_integer(client, group, "ram.None", 1), LINEGATE_ERROR_NAME);
+  EXPECT_EQ(linegate_set_integer(client, group, "ram.Out", 256), LINEGATE_ERROR_RANGE);
+  EXPECT_EQ(linegate_set_bytes(client, group, "ram.Out", "123456789", 9), LINEGATE_ERROR_RANGE);
+  EXPECT_EQ(linegate_line_status(client, -1), LINEGATE_ERROR_ARGUMENT);
+  char name[4];
+  EXPECT_EQ(linegate_line_name(client, line, 0, 0, name, sizeof name), LINEGATE_ERROR_TOO_LONG);
+  EXPECT_STREQ(name, "ram");
+  EXPECT_EQ(linegate_line_name(client, line, 0, 1, name, sizeof name), LINEGATE_ERROR_NAME);
+  EXPECT_EQ(linegate_free(client, group), LINEGATE_OK);
+  EXPECT_EQ(linegate_free(client, group), LINEGATE_ERROR_ARGUMENT);
+  EXPECT_EQ(linegate_arm(client, group), LINEGATE_ERROR_ARGUMENT);
+}
+
+TEST_F(ClientInC, AClosedOrForeignClientIsAnError) {
+  EXPECT_EQ(linegate_close(client), LINEGATE_OK);
+  EXPECT_EQ(linegate_poll(client, 0), LINEGATE_ERROR_CLOSED);
+  EXPECT_EQ(linegate_close(client), LINEGATE_ERROR_CLOSED);
+  int foreign = 0;
+  EXPECT_EQ(linegate_wake(reinterpret_cast<linegate_client*>(&foreign)), LINEGATE_ERROR_CLOSED);
+}
+
+TEST_F(ClientInC, AnExceptionOfTheLinkIsAnErrorAndTheClientCanBeClosed) {
+  const int call = linegate_sdo_read(client, line, 1, 0x1000, 0, 1000);
+  const int absent = linegate_line(client, "absent");
+  world->fails = true;
+  EXPECT_EQ(linegate_poll(client, 0), LINEGATE_ERROR_MEMORY);
+  EXPECT_EQ(linegate_line_wait(client, absent, 10), LINEGATE_ERROR_MEMORY);
+  EXPECT_EQ(linegate_call_wait(client, call), LINEGATE_ERROR_MEMORY);
+  EXPECT_EQ(linegate_call_cancel(client, call), LINEGATE_ERROR_MEMORY);
+  EXPECT_EQ(linegate_wake(client), LINEGATE_ERROR_MEMORY);
+  world->fails = false;
+  EXPECT_EQ(linegate_poll(client, 0), LINEGATE_OK);
+  EXPECT_EQ(linegate_close(client), LINEGATE_OK);
+}
+
+}  // namespace
+}  // namespace linegate::client

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fake_link.h"
+
+namespace linegate::client {
+namespace {
+
+dds::Source source_of(std::uint64_t incarnation) {
+  return {.gateway = "gw", .line = "press", .incarnation = incarnation};
+}
+
+}  // namespace
+
+void FakeWorld::line(std::uint64_t incarnation) {
+  samples.emplace_back([incarnation](dds::ClientListener& to) {
+    to.on_line(source_of(incarnation), {}, {}, {{"lines", "1"}});
+  });
+}
+
+void FakeWorld::layout(image::Direction direction, std::uint64_t incarnation, std::uint64_t id) {
+  image::Layout out;
+  out.direction = direction;
+  out.id = id;
+  out.byte_size = 1;
+  image::Entry& entry = out.entries.emplace_back();
+  entry.bit_length = 8;
+  entry.type = od::DataType::unsigned8;
+  entry.node = 1;
+  entry.name = direction == image::Direction::inputs ? "ram.In" : "ram.Out";
+  samples.emplace_back(
+      [incarnation, out](dds::ClientListener& to) { to.on_layout(source_of(incarnation), out); });
+}
+
+void FakeWorld::image(image::Direction direction, std::uint64_t incarnation, std::uint8_t value,
+                      std::uint64_t id) {
+  image::Snapshot out;
+  out.direction = direction;
+  out.layout_id = id;
+  out.sequence = ++sequence_;
+  out.bytes = {std::byte{value}};
+  out.changed = {1};
+  out.valid = {1};
+  out.known = {1};
+  samples.emplace_back(
+      [incarnation, out](dds::ClientListener& to) { to.on_image(source_of(incarnation), out); });
+}
+
+void FakeWorld::group(std::uint64_t incarnation, const line::OutputState& state) {
+  samples.emplace_back([incarnation, state](dds::ClientListener& to) {
+    to.on_output_state(source_of(incarnation), state);
+  });
+}
+
+void FakeWorld::gone() {
+  samples.emplace_back([](dds::ClientListener& to) { to.on_line_gone("gw", "press"); });
+}
+
+void FakeWorld::reply(std::uint64_t id, linegate::Error error, std::vector<std::byte> bytes) {
+  dds::CommandResult out;
+  out.id = id;
+  out.reply.error = error;
+  out.bytes = std::move(bytes);
+  samples.emplace_back([out](dds::ClientListener& to) { to.on_reply({}, out); });
+}
+
+void FakeWorld::whole_line(std::uint64_t incarnation) {
+  using enum image::Direction;
+  line(incarnation);
+  for (const auto direction : {inputs, outputs}) {
+    layout(direction, incarnation);
+    image(direction, incarnation, 5);
+  }
+  group(incarnation, {});
+}
+
+}  // namespace linegate::client
