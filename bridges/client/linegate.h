@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /* linegate.h: the client library in C (C99): values of CAN lines by name, outputs, commands and
- * events, from gateways in a DDS domain. Link liblinegate-client. What client.h says of its classes
- * holds for the functions of the same names.
+ * events, from gateways in a DDS domain. Link the CMake target
+ * linegate::client_link. What client.h says of its classes holds for the functions of the same
+ * names.
  *
  * A client runs in the threads of its callers: call-backs are called and held outputs are written
  * within linegate_poll(), linegate_call_wait() and linegate_line_wait() alone. Functions of one
@@ -14,8 +15,8 @@
  * UTF-8 and end with 0. Times are UTC in nanoseconds since 1970-01-01 by the clock of the gateway,
  * 0 = never; time-outs are in milliseconds.
  *
- * The symbols have the version LINEGATE_1. Later versions of the library add functions, members at
- * the ends of structs with a member `size`, and numbers at the ends of enumerations. */
+ * Later versions of the library add functions, members at the ends of structs with a member `size`,
+ * and numbers at the ends of enumerations. */
 #ifndef LINEGATE_LINEGATE_H
 #define LINEGATE_LINEGATE_H
 

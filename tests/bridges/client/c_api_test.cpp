@@ -5,6 +5,8 @@
 
 #include "fake_link.h"
 
+extern "C" int use_in_c(linegate_client* client);  // c_use.c
+
 namespace linegate::client {
 namespace {
 
@@ -46,6 +48,10 @@ TEST_F(ClientInC, ReadsHoldsAndCommands) {
   linegate_result result;
   EXPECT_EQ(linegate_call_result(client, call, &result), LINEGATE_OK);
   EXPECT_EQ(result.number, 7U);
+}
+
+TEST_F(ClientInC, AProgramInCUsesIt) {
+  EXPECT_EQ(use_in_c(client), 0);
 }
 
 TEST_F(ClientInC, WrongArgumentsAreErrors) {
