@@ -54,7 +54,6 @@ std::shared_ptr<CallData> Core::start(const Line& line, Request request,
   const auto timeout = std::clamp<linegate::Duration>(options.timeout, linegate::Duration::zero(),
                                                       std::chrono::hours(24));
   call->deadline = now + timeout;
-  const std::uint64_t layout_id = call->raw.layout_id;
   std::string why = call->raw.data.size() > kMostData ? "the data are longer than 16 MiB" : "";
   if (why.empty()) {
     why = dds::to_request({.kind = call->raw.kind,
@@ -69,7 +68,6 @@ std::shared_ptr<CallData> Core::start(const Line& line, Request request,
                           call->request);
   }
   call->raw.data.clear();
-  call->raw.layout_id = layout_id;
   if (!why.empty() || calls.size() >= kMostCalls) {
     const auto refusal = why.empty() ? line::Refusal::busy : line::Refusal::bad_request;
     finish(*call, Outcome::refused, code_of(refusal),

@@ -90,6 +90,9 @@ struct Core : dds::ClientListener, std::enable_shared_from_this<Core> {
   std::shared_ptr<CallData> start(const Line& line, Request request, const CallOptions& options);
   void finish(CallData& call, Outcome outcome, std::uint32_t code, std::string text);
 
+  // The line of the group, while outputs can be written; otherwise the reason.
+  Error ready_line(const GroupData& group, const LineData*& line) const;
+  static void bind(GroupData& group, const LineData& line);
   Error set(GroupData& group, std::string_view name, const Data& value);
   Error arm(GroupData& group);
   void release(GroupData& group);

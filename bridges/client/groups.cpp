@@ -29,6 +29,12 @@ Error error_of(LineStatus status) {
   return status == LineStatus::ready ? Error::none : Error::not_ready;
 }
 
+// The values of the group belong to this layout and this start of the gateway.
+bool is_bound(const GroupData& group, const LineData& line) {
+  return group.layout_id == line.area(image::Direction::outputs).layout->id &&
+         group.incarnation == line.incarnation;
+}
+
 std::string_view describe_wait(line::OutputWait wait) {
   switch (wait) {
     case line::OutputWait::value:
@@ -53,13 +59,28 @@ std::string_view describe_wait(line::OutputWait wait) {
 
 }  // namespace
 
-Error Core::set(GroupData& group, std::string_view output, const Data& value) {
+Error Core::ready_line(const GroupData& group, const LineData*& line) const {
   if (!link)
     return Error::closed;
   const Error unusable = error_of(status(group.gateway, group.line));
-  if (unusable != Error::none)
+  line = unusable == Error::none ? find(group.gateway, group.line).line : nullptr;
+  return unusable;
+}
+
+// Discards the values of another layout, or of another start of the gateway.
+void Core::bind(GroupData& group, const LineData& line) {
+  if (is_bound(group, line))
+    return;
+  group.values.clear();
+  group.layout_id = line.area(image::Direction::outputs).layout->id;
+  group.incarnation = line.incarnation;
+}
+
+Error Core::set(GroupData& group, std::string_view output, const Data& value) {
+  const LineData* ready = nullptr;
+  if (const Error unusable = ready_line(group, ready); unusable != Error::none)
     return unusable;
-  const LineData& line = *find(group.gateway, group.line).line;
+  const LineData& line = *ready;
   if (output.starts_with(kOutputsPrefix))
     output.remove_prefix(kOutputsPrefix.size());
   const Area& area = line.area(image::Direction::outputs);
@@ -74,14 +95,10 @@ Error Core::set(GroupData& group, std::string_view output, const Data& value) {
   line::OutputValue out{.entry = found->second};
   if (bytes.size() > out.data.size())
     return Error::wrong_type;
-  if (is_written(group)) {  // the loss is not reported yet: the value must not be mixed with others
-    if (group.layout_id != area.layout->id || group.incarnation != line.incarnation)
-      return Error::not_ready;
-  } else if (group.layout_id != area.layout->id || group.incarnation != line.incarnation) {
-    group.values.clear();
-    group.layout_id = area.layout->id;
-    group.incarnation = line.incarnation;
-  }
+  // The loss is not reported yet: the value must not be mixed with others.
+  if (is_written(group) && !is_bound(group, line))
+    return Error::not_ready;
+  bind(group, line);
   if (group.values.size() >= kMostOutputs && !group.values.contains(out.entry))
     return Error::too_long;
   out.length = static_cast<std::uint8_t>(bytes.size());
@@ -103,19 +120,13 @@ const LineData::Group* Core::state_of(const GroupData& group) const {
 }
 
 Error Core::arm(GroupData& group) {
-  if (!link)
-    return Error::closed;
-  const Error unusable = error_of(status(group.gateway, group.line));
-  if (unusable != Error::none)
+  const LineData* ready = nullptr;
+  if (const Error unusable = ready_line(group, ready); unusable != Error::none)
     return unusable;
-  const LineData& line = *find(group.gateway, group.line).line;
+  const LineData& line = *ready;
   if (!group_number(line, group.name))
     return line.groups.empty() ? Error::not_ready : Error::no_name;
-  const std::uint64_t layout_id = line.area(image::Direction::outputs).layout->id;
-  if (group.layout_id != layout_id || group.incarnation != line.incarnation)
-    group.values.clear();
-  group.layout_id = layout_id;
-  group.incarnation = line.incarnation;
+  bind(group, line);
   const LineData::Group* const state = state_of(group);
   group.refused_before = state == nullptr ? Instant{} : state->state.refused_at;
   // Never that of another client, nor an earlier one of this client.

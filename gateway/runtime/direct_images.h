@@ -28,8 +28,8 @@ namespace linegate::gateway {
 void add_marks(std::vector<image::PdoMark>& marks, const std::vector<image::PdoMark>& newer,
                std::vector<image::PdoMark>& scratch);
 
-// Tells which receptions the publisher must be woken for: those of PDOs whose update is due. It
-// looks for all others by itself (PdoUpdates::next_look()).
+// Selects the receptions for which the publisher must be woken: those of PDOs whose update is due.
+// It looks for all others by itself (PdoUpdates::next_look()).
 class UpdateWakes {
  public:
   UpdateWakes(Duration min_period, const image::Layout& inputs);
