@@ -109,6 +109,8 @@ static_assert(same(v1::OUTPUT_REFUSAL_WRONG_ROLE, line::OutputRefusal::wrong_rol
 static_assert(same(v1::OUTPUT_REFUSAL_BOUND_ENTRY, line::OutputRefusal::bound_entry));
 static_assert(same(v1::OUTPUT_REFUSAL_BUSY, line::OutputRefusal::busy));
 static_assert(same(v1::OUTPUT_REFUSAL_NO_RIGHT, line::OutputRefusal::no_right));
+static_assert(same(v1::OUTPUT_REFUSAL_WRITTEN_BY_NAME, line::OutputRefusal::written_by_name));
+static_assert(same(v1::OUTPUT_REFUSAL_BAD_VALUE, line::OutputRefusal::bad_value));
 
 static_assert(same(v1::OUTPUT_WAIT_VALUE, line::OutputWait::value));
 static_assert(same(v1::OUTPUT_WAIT_VALUES, line::OutputWait::values));

@@ -18,6 +18,13 @@ constexpr std::string_view kHead =
 // fastddsgen -cs FILE (without -typeobject); idlc -l c FILE.
 )";
 
+constexpr std::string_view kGroupHead =
+    R"(
+// A topic .../outputs/set is written by applications: one for each group of outputs that is written
+// by name, keyed by gateway, line and group. A member of `values` has an effect only if the member of
+// `given` with its name is true. Linegate's idl/README.md has the rules (chapter Outputs by name).
+)";
+
 std::string_view idl_of(Form form) {
   switch (form) {
     case Form::boolean:
@@ -89,14 +96,18 @@ class Text {
  public:
   std::string take() { return std::move(out_); }
 
-  void module(std::span<const DeviceType> types) {
+  void module(std::span<const DeviceType> types, std::span<const GroupType> groups) {
     out_ = kHead;
-    if (types.empty()) {
+    if (types.empty() && groups.empty()) {
       return;
     }
+    out_ += groups.empty() ? std::string_view() : kGroupHead;
     out_ += "\nmodule " + std::string(kModule) + " {\n";
     for (const DeviceType& type : types) {
       add(type);
+    }
+    for (const GroupType& group : groups) {
+      add(group);
     }
     out_ += "\n};\n";
   }
@@ -110,18 +121,18 @@ class Text {
 
   void add(const DeviceType& type) {
     out_ += "\n// " + type.topic() + '\n';
-    values(type);
-    marks(type, "valid");
+    values(type.name, type.members);
+    marks(type.name, type.members, "valid");
     if (type.direction == image::Direction::outputs) {
-      marks(type, "known");
+      marks(type.name, type.members, "known");
     }
     times(type);
     sample(type);
   }
 
-  void values(const DeviceType& type) {
-    begin(type.name + "_values");
-    for (const Member& one : type.members) {
+  void values(const std::string& name_of_type, std::span<const Member> members) {
+    begin(name_of_type + "_values");
+    for (const Member& one : members) {
       std::string kind(idl_of(one.form));
       std::string name = one.identifier;
       if (one.form == Form::text) {
@@ -134,11 +145,31 @@ class Text {
     end();
   }
 
-  void marks(const DeviceType& type, std::string_view mark) {
-    begin(type.name + '_' + std::string(mark));
-    for (const Member& one : type.members) {
+  void marks(const std::string& name_of_type, std::span<const Member> members,
+             std::string_view mark) {
+    begin(name_of_type + '_' + std::string(mark));
+    for (const Member& one : members) {
       member("boolean", one.identifier);
     }
+    end();
+  }
+
+  // The members before the values are those of OutputWrite, except layout_id.
+  void add(const GroupType& type) {
+    out_ += "\n// " + type.topic() + ": group " + std::to_string(type.number) + '\n';
+    values(type.name, type.members);
+    marks(type.name, type.members, "given");
+    begin(type.name);
+    member("@key string<64>", "gateway");
+    member("@key string<64>", "line");
+    member("@key unsigned short", "group", std::to_string(type.number));
+    member("unsigned long long", "incarnation", "of the gateway it is meant for; 0 = any");
+    member("string<64>", "client", "name of the writer, for people");
+    member("unsigned long long", "arming", "after a watchdog reaction another number than before");
+    member("long long", "watchdog_ns", "time without a sample; 0 = no watchdog");
+    member("octet", "reactions", "WATCHDOG_ bits of linegate.idl");
+    member(type.name + "_given", "given", "which values have an effect");
+    member(type.name + "_values", "values");
     end();
   }
 
@@ -187,9 +218,9 @@ class Text {
 
 }  // namespace
 
-std::string idl_text(std::span<const DeviceType> types) {
+std::string idl_text(std::span<const DeviceType> types, std::span<const GroupType> groups) {
   Text text;
-  text.module(types);
+  text.module(types, groups);
   return text.take();
 }
 

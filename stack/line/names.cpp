@@ -154,6 +154,10 @@ std::string_view describe(OutputRefusal refusal) {
       return "too many other clients have unfinished requests";
     case OutputRefusal::no_right:
       return kNoRight;
+    case OutputRefusal::written_by_name:
+      return "the group is written by name (written_by: named), OutputWrite has no effect on it";
+    case OutputRefusal::bad_value:
+      return "a value does not fit into its output";
   }
   return "unknown refusal";
 }

@@ -70,12 +70,14 @@ enum class OutputRefusal : std::uint8_t {
   unknown_group,
   unknown_entry,  // no such entry, or not in this group
   bad_length,
-  not_armed,     // after a watchdog reaction, without a new arming number
-  bad_reaction,  // reactions that exclude each other
-  wrong_role,    // not possible in the line's role: an observer transmits nothing
-  bound_entry,   // an output follows an input of another line and cannot be written
-  busy,          // too many other clients have unfinished requests, see RequestBudget
-  no_right,      // the role of the client's certificate does not allow it, or it is revoked
+  not_armed,        // after a watchdog reaction, without a new arming number
+  bad_reaction,     // reactions that exclude each other
+  wrong_role,       // not possible in the line's role: an observer transmits nothing
+  bound_entry,      // an output follows an input of another line and cannot be written
+  busy,             // too many other clients have unfinished requests, see RequestBudget
+  no_right,         // the role of the client's certificate does not allow it, or it is revoked
+  written_by_name,  // an OutputWrite of a group that is configured to be written by name
+  bad_value,        // a value by name that its output cannot have
 };
 std::string_view describe(OutputRefusal refusal);
 

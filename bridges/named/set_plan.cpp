@@ -1,0 +1,356 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bridges/named/set_plan.h"
+
+#include <algorithm>
+#include <string_view>
+#include <type_traits>
+
+#include "stack/base/byte_order.h"
+
+namespace linegate::named {
+namespace {
+
+constexpr std::size_t kSetHeader = 4;  // octets of an encapsulation, before the origin of alignment
+constexpr std::size_t kLongestName = 64;  // string<64> of the contract
+constexpr std::size_t kMostPadding = 3;   // RTPS aligns the end of a sample (RTPS 2.3, 9.4.5.3)
+
+constexpr std::int64_t kMillisecond = 1'000'000;  // in nanoseconds
+constexpr std::int64_t kDay = 86'400'000'000'000;
+constexpr std::int64_t kEpochOfCia301 = 5'113 * kDay;  // 1984-01-01, since 1970
+
+// Reads CDR from an untrusted writer: after the first error all values are 0 and empty.
+class CdrReader {
+ public:
+  explicit CdrReader(std::span<const std::byte> from) : from_(from) {
+    if (from.size() < kSetHeader || from[0] != std::byte{0} || from[1] > std::byte{1}) {
+      ok_ = false;
+    } else {
+      little_ = from[1] == std::byte{1};
+    }
+  }
+
+  bool ok() const { return ok_; }
+  std::size_t left() const { return from_.size() - at_; }
+
+  template <class T>
+  T number() {
+    static_assert(std::is_unsigned_v<T>);
+    const std::span<const std::byte> octets = aligned(sizeof(T));
+    T value = 0;
+    for (std::size_t i = 0; i < octets.size(); ++i) {
+      const std::byte octet = octets[little_ ? octets.size() - 1 - i : i];
+      value = static_cast<T>(std::uint64_t{value} << 8U | std::to_integer<std::uint64_t>(octet));
+    }
+    return value;
+  }
+  bool boolean() {
+    const auto value = number<std::uint8_t>();
+    ok_ = ok_ && value <= 1;
+    return value == 1;
+  }
+  // Of up to `most` octets, without a zero.
+  std::string_view text(std::size_t most) {
+    const auto length = number<std::uint32_t>();
+    if (length == 0 || length - 1 > most) {
+      ok_ = false;
+    }
+    const std::span<const std::byte> all = octets(length);
+    if (!ok_ || std::ranges::find(all, std::byte{0}) != all.end() - 1) {
+      ok_ = false;
+      return {};
+    }
+    return {reinterpret_cast<const char*>(all.data()), all.size() - 1};
+  }
+  // Empty after an error.
+  std::span<const std::byte> octets(std::size_t size) {
+    if (!ok_ || size > left()) {
+      ok_ = false;
+      return {};
+    }
+    at_ += size;
+    return from_.subspan(at_ - size, size);
+  }
+
+ private:
+  std::span<const std::byte> aligned(std::size_t size) {
+    const std::size_t over = (at_ - kSetHeader) % size;
+    (void)octets(over == 0 ? 0 : size - over);
+    return octets(size);
+  }
+
+  std::span<const std::byte> from_;
+  std::size_t at_ = kSetHeader;
+  bool little_ = true;
+  bool ok_ = true;
+};
+
+// The key of an instance: each part aligned as in CDR, big-endian.
+class KeyWriter {
+ public:
+  void text(std::string_view text) {
+    align(4);
+    put(text.size() + 1, 4);
+    for (const char c : text) {
+      octet(static_cast<std::uint8_t>(c));
+    }
+    octet(0);
+  }
+  void group(std::uint16_t number) {
+    align(2);
+    put(number, 2);
+  }
+  const SetKey& key() const { return key_; }
+
+ private:
+  void align(std::size_t size) {
+    while (key_.size % size != 0) {
+      octet(0);
+    }
+  }
+  void put(std::uint64_t value, unsigned size) {
+    for (unsigned i = size; i > 0; --i) {
+      octet(static_cast<std::uint8_t>(value >> 8U * (i - 1)));
+    }
+  }
+  void octet(std::uint8_t value) { key_.octets[key_.size++] = std::byte{value}; }
+
+  SetKey key_;
+};
+
+struct KeyNames {
+  std::string_view gateway;
+  std::string_view line;
+  std::uint16_t group = 0;
+};
+
+KeyNames read_key(CdrReader& from) {
+  KeyNames out;
+  out.gateway = from.text(kLongestName);
+  out.line = from.text(kLongestName);
+  out.group = from.number<std::uint16_t>();
+  return out;
+}
+
+using Bits = std::optional<std::uint64_t>;
+
+bool has_room(std::uint64_t value, unsigned bits) {
+  return bits >= 64 || value >> bits == 0;
+}
+
+Bits signed_bits(std::uint64_t value, unsigned bits) {
+  const auto number = static_cast<std::int64_t>(value);
+  const std::int64_t rest = bits >= 64 ? 0 : number >> (bits - 1);  // 0 or -1: the sign alone
+  if (rest != 0 && rest != -1) {
+    return std::nullopt;
+  }
+  return bits >= 64 ? value : value & ((std::uint64_t{1} << bits) - 1);
+}
+
+// 28 bits of ms, 4 reserved ones, 16 bits of days (CiA 301 7.1.6.5, 7.1.6.6). Rounded down.
+Bits time_bits(std::int64_t span) {
+  if (span < 0 || span / kDay > 0xFFFF) {
+    return std::nullopt;
+  }
+  return static_cast<std::uint64_t>(span / kDay) << 32U |
+         static_cast<std::uint64_t>(span % kDay / kMillisecond);
+}
+
+Bits number_bits(std::uint64_t value, Reading reading, unsigned bits) {
+  const auto time = static_cast<std::int64_t>(value);
+  switch (reading) {
+    case Reading::signed_bits:
+      return signed_bits(value, bits);
+    case Reading::time_of_day:
+      return time < kEpochOfCia301 ? Bits() : time_bits(time - kEpochOfCia301);
+    case Reading::duration:
+      return time_bits(time);
+    case Reading::bits:
+    case Reading::characters:
+    case Reading::utf16:
+      break;
+  }
+  return has_room(value, bits) ? Bits(value) : std::nullopt;
+}
+
+// Takes a code point from the begin of the text. Nothing if that is no UTF-8.
+std::optional<std::uint32_t> take_code(std::string_view& text) {
+  const auto octet = [&](std::size_t i) { return static_cast<std::uint8_t>(text[i]); };
+  const std::uint8_t first = octet(0);
+  const std::size_t size = first < 0x80   ? 1
+                           : first < 0xC2 ? 0
+                           : first < 0xE0 ? 2
+                           : first < 0xF0 ? 3
+                           : first < 0xF5 ? 4
+                                          : 0;
+  if (size == 0 || size > text.size()) {
+    return std::nullopt;
+  }
+  std::uint32_t code = size == 1 ? first : first & (0xFFU >> (size + 1));
+  for (std::size_t i = 1; i < size; ++i) {
+    if ((octet(i) & 0xC0U) != 0x80) {
+      return std::nullopt;
+    }
+    code = code << 6U | (octet(i) & 0x3FU);
+  }
+  const bool longer_than_needed = (size == 3 && code < 0x800) || (size == 4 && code < 0x1'0000);
+  const bool surrogate = code >= 0xD800 && code <= 0xDFFF;
+  if (longer_than_needed || surrogate || code > 0x10'FFFF) {
+    return std::nullopt;
+  }
+  text.remove_prefix(size);
+  return code;
+}
+
+// The characters of VISIBLE_STRING in Latin-1, or of UNICODE_STRING in UTF-16, from the least
+// significant octet; zeros after them.
+Bits text_bits(std::string_view text, Reading reading, unsigned bits) {
+  const unsigned width = reading == Reading::utf16 ? 16 : 8;
+  std::uint64_t value = 0;
+  unsigned used = 0;
+  const auto put = [&](std::uint64_t unit) {
+    if (used + width <= bits) {
+      value |= unit << used;
+    }
+    used += width;
+  };
+  while (!text.empty() && used < bits) {
+    const auto code = take_code(text);
+    if (!code || (width == 8 && *code > 0xFF)) {
+      return std::nullopt;
+    }
+    if (*code > 0xFFFF) {
+      put(0xD800 + ((*code - 0x1'0000) >> 10U));
+      put(0xDC00 + ((*code - 0x1'0000) & 0x3FFU));
+    } else {
+      put(*code);
+    }
+  }
+  return text.empty() && used <= bits ? Bits(value) : std::nullopt;
+}
+
+std::uint64_t sign_extended(std::uint64_t value, unsigned octets) {
+  const std::uint64_t sign = std::uint64_t{1} << (8 * octets - 1);
+  return (value ^ sign) - sign;
+}
+
+// Integers of fewer octets than 8 are extended.
+std::uint64_t read_number(CdrReader& from, Form form) {
+  switch (form) {
+    case Form::boolean:
+      return from.boolean() ? 1 : 0;
+    case Form::int8:
+      return sign_extended(from.number<std::uint8_t>(), 1);
+    case Form::uint8:
+      return from.number<std::uint8_t>();
+    case Form::int16:
+      return sign_extended(from.number<std::uint16_t>(), 2);
+    case Form::uint16:
+      return from.number<std::uint16_t>();
+    case Form::int32:
+      return sign_extended(from.number<std::uint32_t>(), 4);
+    case Form::uint32:
+    case Form::float32:
+      return from.number<std::uint32_t>();
+    case Form::int64:
+    case Form::uint64:
+    case Form::float64:
+    case Form::text:
+    case Form::octets:
+      break;
+  }
+  return from.number<std::uint64_t>();
+}
+
+// The bits of the output. Nothing if the value does not fit.
+Bits read_value(CdrReader& from, Form form, Reading reading, std::uint16_t length, unsigned bits) {
+  if (form == Form::text) {
+    return text_bits(from.text(length), reading, bits);
+  }
+  if (form == Form::octets) {
+    const std::uint64_t value = load_le(from.octets(length));
+    return has_room(value, bits) ? Bits(value) : std::nullopt;
+  }
+  return number_bits(read_number(from, form), reading, bits);
+}
+
+line::OutputValue output_value(std::uint32_t entry, std::uint64_t bits, unsigned bit_length) {
+  line::OutputValue out{
+      .entry = entry, .length = static_cast<std::uint8_t>((bit_length + 7) / 8), .data = {}};
+  store_le(out.data.data(), bits);
+  return out;
+}
+
+// Of a value, including what aligns it.
+std::size_t most_octets(const Member& member) {
+  constexpr std::size_t kLargestNumber = 8 + 7;
+  return member.form == Form::text     ? 3U + 4U + member.length + 1U
+         : member.form == Form::octets ? member.length
+                                       : kLargestNumber;
+}
+
+}  // namespace
+
+std::optional<SetKey> key_of_set(std::span<const std::byte> sample) {
+  CdrReader from(sample);
+  const KeyNames names = read_key(from);
+  if (!from.ok()) {
+    return std::nullopt;
+  }
+  KeyWriter writer;
+  writer.text(names.gateway);
+  writer.text(names.line);
+  writer.group(names.group);
+  return writer.key();
+}
+
+SetPlan::SetPlan(const GroupType& type) : layout_id_(type.layout_id), group_(type.number) {
+  constexpr std::size_t kText = 3 + 4 + kLongestName + 1;
+  constexpr std::size_t kNumbers = 1 + 2 + 7 + 8 + 7 + 8 + 8 + 1;
+  max_size_ = kSetHeader + 3 * kText + kNumbers + kMostPadding;
+  steps_.reserve(type.members.size());
+  for (const Member& member : type.members) {
+    steps_.push_back({member.form, member.reading, member.length, member.bit_length, member.entry,
+                      member.identifier});
+    max_size_ += 1 + most_octets(member);
+  }
+}
+
+bool SetPlan::read(std::span<const std::byte> sample, SetSample& to) const {
+  CdrReader from(sample);
+  const KeyNames names = read_key(from);
+  to.gateway = names.gateway;
+  to.line = names.line;
+  to.group = names.group;
+  to.incarnation = from.number<std::uint64_t>();
+  to.write.group = group_;
+  to.write.layout_id = layout_id_;
+  to.write.client = from.text(kLongestName);
+  to.write.arming = from.number<std::uint64_t>();
+  to.write.watchdog = Duration{static_cast<std::int64_t>(from.number<std::uint64_t>())};
+  to.write.reactions = from.number<std::uint8_t>();
+  to.write.values.clear();
+  to.write.bytes.clear();
+  to.refusal = line::OutputRefusal::none;
+  to.why.clear();
+  const std::span<const std::byte> given = from.octets(steps_.size());
+  if (std::ranges::any_of(given, [](std::byte mark) { return mark > std::byte{1}; })) {
+    return false;
+  }
+  for (std::size_t i = 0; i < steps_.size() && from.ok(); ++i) {
+    const Step& step = steps_[i];
+    const Bits bits = read_value(from, step.form, step.reading, step.length, step.bit_length);
+    if (given[i] == std::byte{0}) {
+      continue;
+    }
+    if (bits) {
+      to.write.values.push_back(output_value(step.entry, *bits, step.bit_length));
+    } else if (from.ok() && to.refusal == line::OutputRefusal::none) {
+      to.refusal = line::OutputRefusal::bad_value;
+      to.why = "the value of " + step.identifier + " does not fit into " +
+               std::to_string(step.bit_length) + " bits of its type";
+    }
+  }
+  return from.ok() && from.left() <= kMostPadding;
+}
+
+}  // namespace linegate::named
