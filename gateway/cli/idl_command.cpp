@@ -21,7 +21,7 @@ void add_idl(CommandLine& line) {
   CLI::App* idl = line.app().add_subcommand(
       "idl", "print IDL with a type for each device of a plant.yaml, for fastddsgen and idlc");
   idl->add_option("plant", arguments->plant)->required();
-  idl->add_option("line", arguments->line, "only LINE, or LINE:DEVICE");
+  idl->add_option("line", arguments->line, "only LINE, LINE:DEVICE or LINE:GROUP");
   line.on(idl, [&line, arguments] {
     return with_problems_as_json(line.common().json,
                                  [&] { return print_idl(arguments->plant, arguments->line); });

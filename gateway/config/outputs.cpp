@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <memory>
+#include <span>
 
 #include "gateway/config/entry_names.h"
 #include "gateway/config/sections.h"
@@ -22,6 +23,7 @@ GroupSection read_group(Findings& findings, const YAML::Node& node, std::size_t 
   section.read_number("number", out.group.number, 0, 0xFFFF);
   section.read_choice<bool>("send", out.group.send_always,
                             {{"on_change", false}, {"always", true}});
+  section.read_choice<bool>("written_by", out.by_name, {{"output_write", false}, {"named", true}});
   for (const YAML::Node& entry : elements(findings, section.require("entries"), "entries")) {
     if (auto text = section.text(entry)) {
       out.entries.push_back({std::move(*text), place_of(entry)});
@@ -32,7 +34,8 @@ GroupSection read_group(Findings& findings, const YAML::Node& node, std::size_t 
 }
 
 void resolve_groups(Findings& findings, const OutputsSection& outputs, const EntryNames& names,
-                    const image::Layout& layout, line::LineConfig& config) {
+                    const image::Layout& layout, LinePlan& plan) {
+  line::LineConfig& config = plan.config;
   std::vector<std::string> owner(layout.entries.size());
   for (const auto& section : outputs.groups) {
     line::OutputGroup group = section.group;
@@ -58,7 +61,32 @@ void resolve_groups(Findings& findings, const OutputsSection& outputs, const Ent
         group.entries.push_back(entry);
       }
     }
+    if (section.by_name) {
+      plan.named.groups.push_back({group.name, group.number, group.entries});
+    }
     config.groups.push_back(std::move(group));
+  }
+}
+
+// Why the groups that are written by name have no topics.
+void check_named_groups(Findings& findings, const OutputsSection& outputs,
+                        const image::Layout& layout, const LinePlan& plan) {
+  for (const GroupSection& section : outputs.groups) {
+    if (!section.by_name) {
+      continue;
+    }
+    const auto group =
+        std::ranges::find(plan.named.groups, section.group.name, &named::Group::name);
+    if (plan.config.role == line::Role::observer) {
+      findings.error(section.place,
+                     "written_by: a line in the role observer has no outputs to write");
+    } else if (group != plan.named.groups.end()) {
+      for (const std::string& collision :
+           named::group_types(plan.config.name, layout, std::span(&*group, 1), plan.named.aliases)
+               .collisions) {
+        findings.error(section.place, collision);
+      }
+    }
   }
 }
 
@@ -132,7 +160,10 @@ void resolve_outputs(Findings& findings, LineSection& section) {
   resolve_history(findings, section.history, *made, plan);
   resolve_named(findings, section.named, *made, plan);
   const std::size_t before = findings.errors();
-  resolve_groups(findings, section.outputs, names, layout, plan.config);
+  resolve_groups(findings, section.outputs, names, layout, plan);
+  if (findings.errors() == before) {
+    check_named_groups(findings, section.outputs, layout, plan);
+  }
   resolve_defaults(findings, section.outputs, names, layout, plan.config);
   if (findings.errors() == before &&
       !(plan.config.groups.empty() && plan.config.defaults.empty())) {

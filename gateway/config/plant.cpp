@@ -130,16 +130,24 @@ void check_clients(Findings& findings, const LineSection& section, const Plant& 
 // The second process has the topics of the contract alone, and so have the permissions of a
 // gateway.
 void check_named(Findings& findings, const LineSection& section, const Plant& plant) {
-  if (!section.plan.named.published) {
-    return;
+  std::vector<Place> places;
+  if (section.plan.named.published) {
+    places.push_back(section.named.place);
   }
-  if (!plant.dds_security.empty()) {
-    findings.error(section.named.place,
-                   "named topics are for DDS without security: the permissions of a gateway do not "
-                   "include them");
-  } else if (plant.dds_own_process) {
-    findings.error(section.named.place,
-                   "named topics need dds: {process: same}: a second process does not have them");
+  for (const GroupSection& group : section.outputs.groups) {
+    if (group.by_name) {
+      places.push_back(group.place);
+    }
+  }
+  for (const Place& place : places) {
+    if (!plant.dds_security.empty()) {
+      findings.error(place,
+                     "named topics are for DDS without security: the permissions of a gateway do "
+                     "not include them");
+    } else if (plant.dds_own_process) {
+      findings.error(place,
+                     "named topics need dds: {process: same}: a second process does not have them");
+    }
   }
 }
 

@@ -2,6 +2,7 @@
 // The contents of plant.yaml as plain values: everything the gateway needs before it runs.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -12,6 +13,7 @@
 
 #include "bridges/can/interface_uri.h"
 #include "bridges/named/device_types.h"
+#include "bridges/named/group_types.h"
 #include "stack/base/diagnostic.h"
 #include "stack/base/time.h"
 #include "stack/line/config.h"
@@ -65,11 +67,17 @@ struct History {
   Duration min_interval = std::chrono::seconds(1);  // between two stored values of an entry
 };
 
-// Topics of the devices of a line, with named members (bridges/named).
+// Topics of the devices and output groups of a line, with named members (bridges/named).
 struct NamedTopics {
-  bool published = false;
+  bool published = false;            // those of devices
+  std::vector<named::Group> groups;  // of `outputs:` with written_by: named
   Duration min_separation{};  // between two samples of a topic; 0 = each image that has a change
   std::vector<named::Alias> aliases;
+
+  // Whether the group of outputs with that number is written by name.
+  bool has_group(std::uint16_t number) const {
+    return std::ranges::find(groups, number, &named::Group::number) != groups.end();
+  }
 };
 
 // The journal of events on disk.

@@ -27,6 +27,7 @@ struct GroupSection {
   line::OutputGroup group;  // its entries are not resolved yet
   std::vector<OutputReference> entries;
   Place place;
+  bool by_name = false;  // written_by: named
 };
 struct DefaultSection {
   OutputReference entry;

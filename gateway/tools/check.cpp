@@ -327,7 +327,7 @@ class Text {
     if (const auto made = line::Line::make(c); made.value) {
       layout((*made.value)->layout(image::Direction::inputs));
       layout((*made.value)->layout(image::Direction::outputs));
-      groups(c, (*made.value)->layout(image::Direction::outputs));
+      groups(c, plan.named, (*made.value)->layout(image::Direction::outputs));
     }
   }
 
@@ -450,10 +450,14 @@ class Text {
     }
   }
 
-  void groups(const line::LineConfig& config, const image::Layout& outputs) {
+  void groups(const line::LineConfig& config, const config::NamedTopics& named,
+              const image::Layout& outputs) {
     for (const auto& group : config.groups) {
-      add("  output group {} {}, sent {}:", group.number, group.name,
-          group.send_always ? "always" : "on change");
+      add("  output group {} {}, sent {}{}:", group.number, group.name,
+          group.send_always ? "always" : "on change",
+          named.has_group(group.number)
+              ? fmt::format(", written by plant/{}/{}/outputs/set", config.name, group.name)
+              : "");
       for (const auto entry : group.entries) {
         add(" {}", outputs.entries[entry].name);
       }

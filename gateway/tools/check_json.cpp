@@ -121,10 +121,12 @@ void add_layout(const image::Layout& layout, Json& to) {
       {"entries", array_of(layout.entries, entry_json)}};
 }
 
-Json group_json(const line::OutputGroup& group, const image::Layout& outputs) {
+Json group_json(const line::OutputGroup& group, const config::NamedTopics& named,
+                const image::Layout& outputs) {
   return {{"number", group.number},
           {"name", group.name},
           {"send", group.send_always ? "always" : "on_change"},
+          {"written_by", named.has_group(group.number) ? "named" : "output_write"},
           {"entries", array_of(group.entries, [&](const auto entry) -> Json {
              return outputs.entries[entry].name;
            })}};
@@ -195,8 +197,8 @@ Json line_json(const config::LinePlan& plan) {
     const auto& outputs = (*made.value)->layout(image::Direction::outputs);
     add_layout((*made.value)->layout(image::Direction::inputs), out);
     add_layout(outputs, out);
-    out["groups"] =
-        array_of(line.groups, [&](const auto& group) { return group_json(group, outputs); });
+    out["groups"] = array_of(
+        line.groups, [&](const auto& group) { return group_json(group, plan.named, outputs); });
   }
   return out;
 }

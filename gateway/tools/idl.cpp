@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "bridges/named/device_types.h"
+#include "bridges/named/group_types.h"
 #include "bridges/named/idl_text.h"
 #include "gateway/runtime/exit_code.h"
 #include "gateway/runtime/log.h"
@@ -16,9 +17,16 @@
 namespace linegate::gateway {
 namespace {
 
-// The types of a line: of each device its inputs and then its outputs, in the order of the layouts.
-named::DeviceTypes types_of(const config::LinePlan& plan) {
-  named::DeviceTypes out;
+struct LineTypes {
+  std::vector<named::DeviceType> devices;
+  std::vector<named::GroupType> groups;
+  std::vector<std::string> collisions;
+};
+
+// The types of a line: of each device its inputs and then its outputs, in the order of the layouts;
+// of each group that is written by name.
+LineTypes types_of(const config::LinePlan& plan) {
+  LineTypes out;
   const auto made = line::Line::make(as_started(plan.config));
   if (!made.value) {
     const auto error = std::ranges::find(made.diagnostics, Severity::error, &Diagnostic::severity);
@@ -28,10 +36,15 @@ named::DeviceTypes types_of(const config::LinePlan& plan) {
   for (const auto direction : {image::Direction::inputs, image::Direction::outputs}) {
     named::DeviceTypes some =
         named::device_types(plan.config.name, (*made.value)->layout(direction), plan.named.aliases);
-    std::ranges::move(some.types, std::back_inserter(out.types));
+    std::ranges::move(some.types, std::back_inserter(out.devices));
     std::ranges::move(some.collisions, std::back_inserter(out.collisions));
   }
-  std::ranges::stable_sort(out.types, {}, &named::DeviceType::node);
+  std::ranges::stable_sort(out.devices, {}, &named::DeviceType::node);
+  named::GroupTypes groups =
+      named::group_types(plan.config.name, (*made.value)->layout(image::Direction::outputs),
+                         plan.named.groups, plan.named.aliases);
+  out.groups = std::move(groups.types);
+  std::ranges::move(groups.collisions, std::back_inserter(out.collisions));
   return out;
 }
 
@@ -44,27 +57,29 @@ bool is_named(const named::DeviceType& type, const std::string& device) {
 PlantIdl idl_of(const config::Plant& plant, const std::string& of) {
   const std::size_t colon = std::min(of.find(':'), of.size());
   const std::string line = of.substr(0, colon);
-  const std::string device = of.substr(std::min(colon + 1, of.size()));
+  const std::string part = of.substr(std::min(colon + 1, of.size()));
   PlantIdl out;
   std::vector<named::DeviceType> types;
+  std::vector<named::GroupType> groups;
   bool known = of.empty();
   for (const config::LinePlan& plan : plant.lines) {
     if (!of.empty() && plan.config.name != line && std::to_string(plan.config.network_id) != line) {
       continue;
     }
     known = true;
-    named::DeviceTypes made = types_of(plan);
+    LineTypes made = types_of(plan);
     std::ranges::move(made.collisions, std::back_inserter(out.errors));
-    std::ranges::copy_if(made.types, std::back_inserter(types), [&](const auto& type) {
-      return device.empty() || is_named(type, device);
-    });
+    std::ranges::copy_if(made.devices, std::back_inserter(types),
+                         [&](const auto& type) { return part.empty() || is_named(type, part); });
+    std::ranges::copy_if(made.groups, std::back_inserter(groups),
+                         [&](const auto& type) { return part.empty() || type.group == part; });
   }
   if (!known) {
     out.errors.push_back("there is no line " + line);
-  } else if (types.empty() && out.errors.empty()) {
+  } else if (types.empty() && groups.empty() && out.errors.empty()) {
     out.errors.push_back((of.empty() ? plant.file : of) + " has no process data in this plant");
   }
-  out.text = named::idl_text(types);
+  out.text = named::idl_text(types, groups);
   return out;
 }
 

@@ -14,8 +14,9 @@ struct PlantIdl {
   std::vector<std::string> errors;  // sentences; if there are any, the text is not complete
 };
 
-// of: empty for all lines, LINE or LINE:DEVICE ("press", "press:ram"). LINE is a name or a
-// network-ID, DEVICE a name or a node-ID. The text depends on the selected lines alone.
+// of: empty for all lines, LINE, LINE:DEVICE or LINE:GROUP ("press", "press:ram"). LINE is a name
+// or a network-ID, DEVICE a name or a node-ID, GROUP the name of a group of outputs that is written
+// by name. The text depends on the selected lines alone.
 PlantIdl idl_of(const config::Plant& plant, const std::string& of);
 
 // Loads a plant.yaml and prints the IDL on standard output, or errors on standard error. Returns

@@ -240,6 +240,9 @@ void add_nodes(DefaultCases& to) {
   to["group/send"] =
       default_of(nodes("", "outputs: {groups: [{name: g, entries: [n.Controlword], @}]}, "),
                  "always", [](const line::LineConfig& l) { return l.groups.at(0).send_always; });
+  to["group/written_by"] =
+      default_of(nodes("", "outputs: {groups: [{name: g, entries: [n.Controlword], @}]}, "),
+                 "named", [](const LinePlan& l) { return l.named.has_group(1); });
 }
 
 void add_devices(DefaultCases& to) {

@@ -261,6 +261,48 @@ const Bad kBad[] = {
      "  - {name: a, interface: socketcan:can0, named: true}\n",
      {"plant.yaml:4:49: error: named topics are for DDS without security: the permissions of a "
       "gateway do not include them"}},
+    {"written_by_name_in_a_second_process",
+     "schema: 1\n"
+     "dds: {process: own}\n"
+     "lines:\n"
+     "  - {name: a, interface: 'simulated:', outputs: {groups: [{name: g, written_by: named, "
+     "entries: []}]}}\n",
+     {"plant.yaml:4:59: error: named topics need dds: {process: same}: a second process does not "
+      "have them"}},
+    {"written_by_name",
+     "schema: 1\n"
+     "lines:\n"
+     "  - name: a\n"
+     "    interface: 'simulated:'\n"
+     "    nodes: [{id: 5, name: ram, eds: bridges/sim/eds/drive.eds}]\n"
+     "    outputs:\n"
+     "      groups:\n"
+     "        - {name: one, entries: [ram.6040], written_by: name}\n",
+     {"plant.yaml:8:56: error: expected output_write or named, got \"name\"; did you mean "
+      "\"named\"?"}},
+    {"written_by_name_without_outputs",
+     "schema: 1\n"
+     "lines:\n"
+     "  - name: a\n"
+     "    interface: 'simulated:'\n"
+     "    nodes: [{id: 5, name: ram, eds: bridges/sim/eds/drive.eds}]\n"
+     "    outputs:\n"
+     "      groups:\n"
+     "        - {name: one, entries: [], written_by: named}\n",
+     {"plant.yaml:8:11: error: group one has no named topic: it has no outputs"}},
+    {"written_by_name_with_a_collision",
+     "schema: 1\n"
+     "lines:\n"
+     "  - name: a\n"
+     "    interface: 'simulated:'\n"
+     "    nodes:\n"
+     "      - {id: 5, name: a-b, eds: bridges/sim/eds/drive.eds}\n"
+     "      - {id: 6, name: a_b, eds: bridges/sim/eds/drive.eds}\n"
+     "    outputs:\n"
+     "      groups:\n"
+     "        - {name: one, entries: [a-b.6040, a_b.6040], written_by: named}\n",
+     {"plant.yaml:10:11: error: group one has no named topic: \"a_b.Controlword\" and "
+      "\"a-b.Controlword\" make the same identifier a_b_Controlword: give one of them an alias"}},
     {"named_entry",
      "schema: 1\nlines:\n  - name: a\n    interface: socketcan:can0\n"
      "    nodes: [{id: 5, name: ram, eds: bridges/sim/eds/drive.eds}]\n"
@@ -680,7 +722,7 @@ lines:
     outputs:
       groups:
         - {name: motion, number: 4, send: always, entries: [ram.Controlword, "ram.6060:0"]}
-        - {name: targets, number: 5, entries: [ram.607A]}
+        - {name: targets, number: 5, written_by: named, entries: [ram.607A]}
       defaults: {ram.6060: -1}
 )";
 
@@ -791,6 +833,10 @@ void expect_keys_of_outputs(const LinePlan& line) {
   ASSERT_EQ(line.config.groups[0].entries.size(), 2U);
   EXPECT_EQ(outputs.entries[line.config.groups[0].entries[0]].index, 0x6040);
   EXPECT_EQ(outputs.entries[line.config.groups[0].entries[1]].index, 0x6060);
+  EXPECT_THAT(line.named.groups,
+              testing::ElementsAre(named::Group{"targets", 5, line.config.groups[1].entries}));
+  EXPECT_TRUE(line.named.has_group(5));
+  EXPECT_FALSE(line.named.has_group(4));
   ASSERT_EQ(line.config.defaults.size(), 1U);
   EXPECT_EQ(outputs.entries[line.config.defaults[0].entry].index, 0x6060);
   EXPECT_EQ(line.config.defaults[0].value & 0xFFU, 0xFFU);

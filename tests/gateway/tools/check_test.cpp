@@ -274,6 +274,31 @@ lines:
   EXPECT_EQ(line["aliases"][0]["identifier"].as<std::string>(), "State");
 }
 
+TEST(Check, SaysWhichGroupsAreWrittenByName) {
+  const auto loaded = config::read(R"(schema: 1
+lines:
+  - name: a
+    interface: "simulated:"
+    nodes: [{id: 5, name: ram, eds: bridges/sim/eds/drive.eds}]
+    outputs:
+      groups:
+        - {name: drives, written_by: named, entries: [ram.6040]}
+        - {name: modes, entries: [ram.6060]}
+)",
+                                   LINEGATE_SOURCE_DIR "/plant.yaml");
+  ASSERT_TRUE(loaded.ok());
+  const std::string text = describe(*loaded.value);
+  EXPECT_TRUE(contains(text,
+                       "  output group 1 drives, sent on change, written by "
+                       "plant/a/drives/outputs/set: ram.Controlword\n"))
+      << text;
+  EXPECT_TRUE(contains(text, "  output group 2 modes, sent on change: ram.Modes of operation\n"))
+      << text;
+  const YAML::Node groups = YAML::Load(to_json(loaded))["lines"][0]["groups"];
+  EXPECT_EQ(groups[0]["written_by"].as<std::string>(), "named");
+  EXPECT_EQ(groups[1]["written_by"].as<std::string>(), "output_write");
+}
+
 TEST(Check, SaysThatALineTakesItsNodesFromAScan) {
   const std::string head = "schema: 1\nlines:\n  - {name: a, interface: 'simulated:', auto: ";
   const auto bare = config::read(head + "true}\n", LINEGATE_SOURCE_DIR "/plant.yaml");

@@ -54,6 +54,14 @@ TEST(Idl, IsOfOneDeviceOrLineOrAll) {
   EXPECT_THAT(idl_of(plant, "").text, HasSubstr("// plant/hall/doors/outputs\n"));
 }
 
+TEST(Idl, IsOfOneGroupThatIsWrittenByName) {
+  const config::Plant plant = plant_in(kFolder + "every_type.yaml");
+  const std::string text = idl_of(plant, "press:all").text;
+  EXPECT_THAT(text, HasSubstr("\n// plant/press/all/outputs/set: group 1\n"));
+  EXPECT_THAT(text, Not(HasSubstr("plant/press/every/")));
+  EXPECT_THAT(idl_of(plant, "press:every").text, Not(HasSubstr("outputs/set")));
+}
+
 // The text of a device does not depend on other devices, lines and settings.
 TEST(Idl, IsTheSameAfterUnrelatedEdits) {
   const std::string before = R"(schema: 1
