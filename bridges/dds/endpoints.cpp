@@ -209,6 +209,13 @@ void Endpoints::remove_own_topic(fast::Topic* topic) {
     participant_->unregister_type(type);
 }
 
+fast::DataReader* Endpoints::reader_of(fast::Topic* topic, const std::string& profile) {
+  fast::DataReaderQos qos;
+  if (subscriber_->get_datareader_qos_from_profile(profile, qos) != ReturnCode_t::RETCODE_OK)
+    return nullptr;
+  return subscriber_->create_datareader(topic, qos);
+}
+
 fast::DataWriter* Endpoints::writer_of(fast::Topic* topic, const std::string& profile,
                                        const std::string& partition, ReaderWatch* readers) {
   fast::Publisher* const publisher = partition.empty() ? publisher_ : publisher_in(partition, true);

@@ -101,6 +101,8 @@ class Endpoints {
 
   // Number of received samples that could not be deserialized, since the last call.
   std::uint64_t pop_unreadable() { return unreadable_->take(); }
+  // For the types of own topics.
+  const std::shared_ptr<UnreadableCount>& unreadable() const { return unreadable_; }
 
   // No thread may write meanwhile. Samples that a reader has not received yet are lost.
   void remove(eprosima::fastdds::dds::DataWriter* writer);
@@ -142,13 +144,17 @@ class Endpoints {
   void add_topic(const std::string& topic) {
     make_topic(topic, eprosima::fastdds::dds::TypeSupport(new WrittenType<PubSubType>()));
   }
-  // Topics with types that are made at run time; they may come and go at any time. One thread at a
-  // time may call these. nullptr on failure.
+  // Topics with types that are made at run time; they may come and go at any time. Any thread may
+  // call these. nullptr on failure.
   eprosima::fastdds::dds::Topic* add_own_topic(const std::string& topic,
                                                eprosima::fastdds::dds::TypeSupport type);
   // After its last writer was removed.
   void remove_own_topic(eprosima::fastdds::dds::Topic* topic);
-  // profile: of the data writer. partition: see writer_beside(). readers must outlive this object.
+  // profile: of the data reader, which has the partition of reader().
+  eprosima::fastdds::dds::DataReader* reader_of(eprosima::fastdds::dds::Topic* topic,
+                                                const std::string& profile);
+  // profile: of the data writer. partition: see writer_beside(); one thread at a time may call it.
+  // readers must outlive this object.
   eprosima::fastdds::dds::DataWriter* writer_of(eprosima::fastdds::dds::Topic* topic,
                                                 const std::string& profile,
                                                 const std::string& partition, ReaderWatch* readers);

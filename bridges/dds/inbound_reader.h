@@ -18,6 +18,21 @@
 
 namespace linegate::dds {
 
+// The QoS policy in which a writer discovered since the last call is incompatible; 0: none.
+inline std::uint32_t misfit_of(eprosima::fastdds::dds::DataReader& reader) {
+  eprosima::fastdds::dds::RequestedIncompatibleQosStatus status;
+  reader.get_requested_incompatible_qos_status(status);
+  return status.total_count_change == 0 ? 0U : static_cast<std::uint32_t>(status.last_policy_id);
+}
+
+// Whether the reader has rejected samples since the last call because it had too many instances.
+inline bool rejects_instances(eprosima::fastdds::dds::DataReader& reader) {
+  eprosima::fastdds::dds::SampleRejectedStatus status;
+  reader.get_sample_rejected_status(status);
+  return status.total_count_change != 0 &&
+         status.last_reason == eprosima::fastdds::dds::REJECTED_BY_INSTANCES_LIMIT;
+}
+
 template <class PubSubType>
 class InboundReader {
  public:
@@ -35,17 +50,11 @@ class InboundReader {
 
   // The QoS policy in which a writer discovered since the last call is incompatible, so that none
   // of its samples are received; 0: none.
-  std::uint32_t misfit() {
-    eprosima::fastdds::dds::RequestedIncompatibleQosStatus status;
-    if (reader_ == nullptr)
-      return 0;
-    reader_->get_requested_incompatible_qos_status(status);
-    return status.total_count_change == 0 ? 0U : static_cast<std::uint32_t>(status.last_policy_id);
-  }
+  std::uint32_t misfit() { return reader_ == nullptr ? 0U : misfit_of(*reader_); }
 
   // Call it periodically, after all available samples were taken.
   void renew_if_full() {
-    if (reader_ != nullptr && !full())
+    if (reader_ != nullptr && !rejects_instances(*reader_))
       return;
     if (reader_ != nullptr) {
       waiting_.forget(reader_);
@@ -55,13 +64,6 @@ class InboundReader {
   }
 
  private:
-  bool full() {
-    eprosima::fastdds::dds::SampleRejectedStatus status;
-    reader_->get_sample_rejected_status(status);
-    return status.total_count_change != 0 &&
-           status.last_reason == eprosima::fastdds::dds::REJECTED_BY_INSTANCES_LIMIT;
-  }
-
   void create() {
     reader_ = endpoints_.reader<PubSubType>(topic_);
     if (reader_ != nullptr)

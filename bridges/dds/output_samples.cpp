@@ -18,14 +18,9 @@ constexpr unsigned kKnownReactions =
     line::kZeroOutputs | kNmtReactions | line::kSendEmcy | line::kHeartbeatOff;
 
 OutputCheck check(const v1::OutputWrite& from) {
-  if ((from.reactions() & ~kKnownReactions) != 0) {
-    return {OutputRefusal::bad_reaction, "reactions has bits that mean nothing"};
-  }
-  if (std::popcount(from.reactions() & kNmtReactions) > 1) {
-    return {OutputRefusal::bad_reaction, "reactions has more than one NMT reaction"};
-  }
-  if (from.watchdog_ns() < 0)
-    return {OutputRefusal::bad_reaction, "watchdog_ns is negative"};
+  const OutputCheck watchdog = check_watchdog(from.reactions(), Duration{from.watchdog_ns()});
+  if (watchdog.refusal != OutputRefusal::none)
+    return watchdog;
   if (from.values().size() > kMaxOutputValues || from.bytes().size() > kMaxOutputRuns) {
     return {OutputRefusal::bad_length, "more values or bytes than the contract allows"};
   }
@@ -46,6 +41,16 @@ OutputCheck check(const v1::OutputWrite& from) {
 }
 
 }  // namespace
+
+OutputCheck check_watchdog(std::uint8_t reactions, Duration watchdog) {
+  if ((reactions & ~kKnownReactions) != 0)
+    return {OutputRefusal::bad_reaction, "reactions has bits that mean nothing"};
+  if (std::popcount(reactions & kNmtReactions) > 1)
+    return {OutputRefusal::bad_reaction, "reactions has more than one NMT reaction"};
+  if (watchdog < Duration::zero())
+    return {OutputRefusal::bad_reaction, "watchdog_ns is negative"};
+  return {};
+}
 
 bool to_wire(const line::OutputWrite& from, v1::OutputWrite& to) {
   if (from.values.size() > kMaxOutputValues || from.bytes.size() > kMaxOutputRuns)

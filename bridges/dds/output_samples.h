@@ -19,6 +19,8 @@ struct OutputCheck {
   line::OutputRefusal refusal = line::OutputRefusal::none;
   const char* why = "";
 };
+// Of the members that all writes have.
+OutputCheck check_watchdog(std::uint8_t reactions, Duration watchdog);
 OutputCheck from_wire(const v1::OutputWrite& from, line::OutputWrite& to);
 
 }  // namespace linegate::dds

@@ -20,6 +20,8 @@
 #include "bridges/dds/event_samples.h"
 #include "bridges/dds/image_samples.h"
 #include "bridges/dds/inbound_reader.h"
+#include "bridges/dds/named_read_type.h"
+#include "bridges/dds/named_readers.h"
 #include "bridges/dds/named_writers.h"
 #include "bridges/dds/output_samples.h"
 #include "bridges/dds/output_state_samples.h"
@@ -32,6 +34,7 @@
 #include "bridges/dds/state_writer.h"
 #include "bridges/dds/waiting.h"
 #include "bridges/named/sample_plan.h"
+#include "bridges/named/set_plan.h"
 #include "stack/base/short_text.h"
 
 namespace linegate::dds {
@@ -43,6 +46,7 @@ constexpr std::size_t kLongestReplyText = 256;  // of CommandReply::text, in byt
 constexpr std::size_t kSamplesPerPoll = 256;    // of each topic, so that none starves the other
 
 constexpr Duration kLivelinessPeriod = std::chrono::milliseconds(500);  // a quarter of the lease
+constexpr const char* kOtherStart = "addressed to another start of the gateway";
 constexpr const char* kForeignPartition = "its writer has no right to send requests to this line";
 
 // Name of a QoS policy that writer and reader must match (DDS 1.4 2.2.3).
@@ -175,8 +179,10 @@ class LocalPort final : public SamplePort {
   }
   bool has_named_readers(std::string_view topic) override { return named_.has_readers(topic); }
   void watch_named_readers(std::function<void()> changed) override {
-    named_readers_.call(std::move(changed));
+    readers_of_named_.call(std::move(changed));
   }
+  bool add_named_reader(const NamedTopic& topic) override { return sets_.add(topic); }
+  void remove_named_readers(std::span<const std::string> topics) override { sets_.remove(topics); }
   bool accepts_image(std::string_view /*line*/, image::Direction /*direction*/) const override {
     return true;
   }
@@ -190,10 +196,19 @@ class LocalPort final : public SamplePort {
     return receive_from(*requests_, sample, from);
   }
   void all_outputs_taken() override { outputs_->renew_if_full(); }
+  Taken take_named(NamedReceived& sample, Participant& from) override {
+    fast::SampleInfo info;
+    const std::string* const line = sets_.take(sample, info);
+    if (line == nullptr)
+      return Taken::none;
+    return sent_by(info, *line, from);
+  }
   void all_commands_taken() override { requests_->renew_if_full(); }
+  void all_named_taken() override { sets_.renew_if_full(); }
   std::uint64_t pop_unreadable() override { return endpoints_.pop_unreadable(); }
   std::string_view output_misfit() override { return misfit_of(*outputs_); }
   std::string_view command_misfit() override { return misfit_of(*requests_); }
+  Misfit named_misfit() override { return sets_.misfit(policy_name); }
 
   std::size_t namesakes() const override { return endpoints_.namesakes(); }
   std::vector<std::string> other_gateways() const override { return endpoints_.peers().gateways; }
@@ -232,10 +247,13 @@ class LocalPort final : public SamplePort {
     fast::SampleInfo info;
     if (!reader.take(sample, info))
       return Taken::none;
+    return sent_by(info, info.valid_data ? sample.line().to_string() : std::string(), from);
+  }
+  Taken sent_by(const fast::SampleInfo& info, std::string_view line, Participant& from) {
     if (!info.valid_data)
       return Taken::invalid;
     from = sender(info);
-    add_claim(info, sample.line().to_string(), from);
+    add_claim(info, line, from);
     return Taken::sample;
   }
   const Participant& sender(const fast::SampleInfo& info);
@@ -252,7 +270,7 @@ class LocalPort final : public SamplePort {
   const std::function<std::int64_t()> next_expiry_;
   const Duration last_words_;
   const std::uint64_t renew_after_;
-  ReaderWatch named_readers_;  // outlives the writers, whose listener it is
+  ReaderWatch readers_of_named_;  // outlives the writers, whose listener it is
   Endpoints endpoints_;
   const bool joined_;  // before the first writer
   StateWriter<v1::GatewayStatePubSubType> states_{endpoints_, v1::TOPIC_GATEWAY_STATE,
@@ -264,11 +282,12 @@ class LocalPort final : public SamplePort {
   std::map<std::string, LineWriters, std::less<>> lines_;
   LineWriters no_writers_;
   LineWriters::Slot own_events_;
-  NamedWriters named_{endpoints_, renew_after_, named_readers_};
+  NamedWriters named_{endpoints_, renew_after_, readers_of_named_};
   ReplyWriters replies_{endpoints_, renew_after_, secured_};
   Waiting waiting_;
   std::unique_ptr<InboundReader<v1::OutputWritePubSubType>> outputs_;
   std::unique_ptr<InboundReader<v1::CommandRequestPubSubType>> requests_;
+  NamedReaders sets_{endpoints_, waiting_};
   Participant last_sender_;  // of the thread that calls take()
   std::chrono::steady_clock::time_point liveliness_due_{};
 };
@@ -436,6 +455,12 @@ struct GatewayBridge::Impl {
     named::SamplePlan plan;
   };
 
+  // A named topic that applications write.
+  struct NamedSet {
+    std::string line;
+    named::SetPlan plan;
+  };
+
   template <class Sample>
   void address(std::string_view line, Sample& sample) const;
   // Removes the topics of the line for which `wanted` is true.
@@ -444,6 +469,9 @@ struct GatewayBridge::Impl {
   bool count(bool written);
 
   bool read_output(GatewayHandler& handler);
+  bool read_named_output(GatewayHandler& handler);
+  void handle(named::SetSample& sample, const std::string& line, GatewayHandler& handler);
+  void remove_sets(std::string_view line);
   bool receive_command(GatewayHandler& handler);
   void handle(const v1::CommandRequest& request, GatewayHandler& handler);
   bool authorize(const Participant& from) const;
@@ -477,6 +505,9 @@ struct GatewayBridge::Impl {
   // Used by the polling thread.
   v1::OutputWrite output_sample;
   v1::CommandRequest request_sample;
+  std::map<std::string, NamedSet, std::less<>> sets;  // by topic
+  NamedReceived named_received;
+  named::SetSample set_sample;
   Participant sender;  // of the sample that was taken last
 
   std::mutex desk_mutex;  // poll() and reply() share the desk; not held while DDS writes
@@ -533,6 +564,7 @@ bool GatewayBridge::add_line(const std::string& line) {
 void GatewayBridge::remove_line(const std::string& line) {
   impl_->desk.remove_line(line);
   impl_->remove_named(line, [](const auto&) { return true; });
+  impl_->remove_sets(line);
   impl_->port->remove_line(line);
 }
 
@@ -661,6 +693,33 @@ bool GatewayBridge::set_named_types(std::string_view line, image::Direction dire
   return made;
 }
 
+void GatewayBridge::Impl::remove_sets(std::string_view line) {
+  std::vector<std::string> topics;
+  for (const auto& [topic, known] : sets) {
+    if (known.line == line)
+      topics.push_back(topic);
+  }
+  if (!topics.empty())
+    port->remove_named_readers(topics);
+  for (const std::string& topic : topics)
+    sets.erase(topic);
+}
+
+bool GatewayBridge::set_named_groups(const std::string& line,
+                                     std::span<const named::GroupType> types) {
+  impl_->remove_sets(line);
+  bool made = true;
+  for (const named::GroupType& type : types) {
+    named::SetPlan plan(type);
+    const bool added =
+        impl_->port->add_named_reader({line, type.topic(), type.type_name(), plan.max_size(), {}});
+    if (added)
+      impl_->sets.emplace(type.topic(), Impl::NamedSet{line, std::move(plan)});
+    made = added && made;
+  }
+  return made;
+}
+
 bool GatewayBridge::has_readers(const named::DeviceType& type) {
   return impl_->port->has_named_readers(type.topic());
 }
@@ -743,21 +802,26 @@ bool GatewayBridge::accepts_image(std::string_view line, image::Direction direct
 
 std::size_t GatewayBridge::poll(Duration timeout, GatewayHandler& handler) {
   std::size_t outputs = 0;
+  std::size_t named = 0;
   std::size_t commands = 0;
   if (impl_->port->wait(timeout)) {
     while (outputs < kSamplesPerPoll && impl_->read_output(handler))
       ++outputs;
+    while (named < kSamplesPerPoll && impl_->read_named_output(handler))
+      ++named;
     while (commands < kSamplesPerPoll && impl_->receive_command(handler))
       ++commands;
   }
   impl_->report_discarded(handler);
   if (outputs < kSamplesPerPoll)
     impl_->port->all_outputs_taken();
+  if (named < kSamplesPerPoll)
+    impl_->port->all_named_taken();
   if (commands < kSamplesPerPoll)
     impl_->port->all_commands_taken();
-  if (outputs == kSamplesPerPoll || commands == kSamplesPerPoll)
+  if (std::max({outputs, named, commands}) == kSamplesPerPoll)
     impl_->port->wake();
-  return outputs + commands;
+  return outputs + named + commands;
 }
 
 void GatewayBridge::Impl::report_discarded(GatewayHandler& handler) {
@@ -767,6 +831,8 @@ void GatewayBridge::Impl::report_discarded(GatewayHandler& handler) {
     handler.on_misfit(v1::TOPIC_OUTPUT_WRITE, policy);
   if (const std::string_view policy = port->command_misfit(); !policy.empty())
     handler.on_misfit(v1::TOPIC_COMMAND_REQUEST, policy);
+  if (const SamplePort::Misfit misfit = port->named_misfit(); !misfit.policy.empty())
+    handler.on_misfit(misfit.topic, misfit.policy);
 }
 
 void GatewayBridge::wake() {
@@ -784,8 +850,7 @@ bool GatewayBridge::Impl::read_output(GatewayHandler& handler) {
   message.client = output_sample.client().to_string();
   if (output_sample.incarnation() != 0 && output_sample.incarnation() != incarnation) {
     handler.on_output_refused({message.line, message.client, sender}, output_sample.group(),
-                              line::OutputRefusal::stale_layout,
-                              "addressed to another start of the gateway");
+                              line::OutputRefusal::stale_layout, kOtherStart);
     return true;
   }
   message.from = sender;
@@ -802,6 +867,43 @@ bool GatewayBridge::Impl::read_output(GatewayHandler& handler) {
     handler.on_output_write(std::move(message));
   }
   return true;
+}
+
+bool GatewayBridge::Impl::read_named_output(GatewayHandler& handler) {
+  const SamplePort::Taken taken = port->take_named(named_received, sender);
+  if (taken == SamplePort::Taken::none)
+    return false;
+  const auto set = sets.find(named_received.topic);
+  if (taken == SamplePort::Taken::invalid || set == sets.end())
+    return true;
+  if (!set->second.plan.read(named_received.octets, set_sample))
+    handler.on_unreadable(1);
+  else if (set_sample.gateway == gateway)
+    handle(set_sample, set->second.line, handler);
+  return true;
+}
+
+// As an OutputWrite of the same group.
+void GatewayBridge::Impl::handle(named::SetSample& sample, const std::string& line,
+                                 GatewayHandler& handler) {
+  using line::OutputRefusal;
+  const RequestOrigin origin{sample.line, sample.write.client, sender};
+  OutputCheck check;
+  if (sample.incarnation != 0 && sample.incarnation != incarnation) {
+    check = {OutputRefusal::stale_layout, kOtherStart};
+  } else if (!authorize(sender)) {
+    check = {OutputRefusal::no_right, kForeignPartition};
+  } else if (sample.line != line || sample.group != sample.write.group) {
+    check = {OutputRefusal::unknown_group, "the topic is that of another line or group"};
+  } else {
+    check = check_watchdog(sample.write.reactions, sample.write.watchdog);
+  }
+  if (check.refusal == OutputRefusal::none)
+    check = {sample.refusal, sample.why.c_str()};
+  if (check.refusal != OutputRefusal::none)
+    handler.on_output_refused(origin, sample.group, check.refusal, check.why);
+  else
+    handler.on_output_write({sample.line, sample.write.client, sample.write, sender, true});
 }
 
 bool GatewayBridge::Impl::receive_command(GatewayHandler& handler) {

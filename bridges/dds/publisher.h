@@ -24,6 +24,7 @@
 #include "bridges/dds/security.h"
 #include "bridges/dds/values.h"
 #include "bridges/named/device_types.h"
+#include "bridges/named/group_types.h"
 #include "bridges/request/request.h"
 #include "stack/base/diagnostic.h"
 #include "stack/base/event.h"
@@ -70,6 +71,7 @@ struct OutputMessage {
   std::string client;  // the name in the sample
   line::OutputWrite write;
   Participant from{};
+  bool by_name = false;  // by the named topic of its group
 };
 
 struct CommandMessage {
@@ -149,6 +151,11 @@ class GatewayBridge {
   // The instances of its states and layouts end, which readers receive. Its layouts, images and PDO
   // updates are no longer published. Its events remain available to late joiners.
   void remove_line(const std::string& line);
+
+  // The groups of outputs of the line that applications write by name, each with a topic of its
+  // own; they replace those before. remove_line() removes them. Returns false if a topic could not
+  // be created.
+  bool set_named_groups(const std::string& line, std::span<const named::GroupType> types);
 
   // --- out: false = DDS refused the sample; counted ---------------------------------------------
 

@@ -30,6 +30,8 @@
 
 namespace linegate::dds {
 
+struct NamedReceived;
+
 class SamplePort {
  public:
   virtual ~SamplePort() = default;
@@ -68,6 +70,10 @@ class SamplePort {
   // As in GatewayBridge.
   virtual bool has_named_readers(std::string_view /*topic*/) { return true; }
   virtual void watch_named_readers(std::function<void()> /*changed*/) {}
+  // Named topics that applications write, while no thread waits or takes samples.
+  // add_named_reader() returns false if the topic could not be created.
+  virtual bool add_named_reader(const NamedTopic& /*topic*/) { return false; }
+  virtual void remove_named_readers(std::span<const std::string> /*topics*/) {}
   // False while a ProcessImage of the line would wait: it is better made later, with newer values.
   virtual bool accepts_image(std::string_view line, image::Direction direction) const = 0;
   // Number of samples that were accepted and could not be written later. From any thread.
@@ -90,9 +96,12 @@ class SamplePort {
   // from: the participant that sent the sample; valid if the result is `sample`.
   virtual Taken take(v1::OutputWrite& sample, Participant& from) = 0;
   virtual Taken take(v1::CommandRequest& sample, Participant& from) = 0;
+  // Of any named topic.
+  virtual Taken take_named(NamedReceived& /*sample*/, Participant& /*from*/) { return Taken::none; }
   // Call it after all samples of that topic were taken.
   virtual void all_outputs_taken() = 0;
   virtual void all_commands_taken() = 0;
+  virtual void all_named_taken() {}
 
   // Number of samples that could not be deserialized, since the last call.
   virtual std::uint64_t pop_unreadable() = 0;
@@ -100,6 +109,12 @@ class SamplePort {
   // empty: none.
   virtual std::string_view output_misfit() = 0;
   virtual std::string_view command_misfit() = 0;
+  // The same of a named topic, with its name.
+  struct Misfit {
+    std::string_view topic;
+    std::string_view policy;
+  };
+  virtual Misfit named_misfit() { return {}; }
 
   // --- status ------------------------------------------------------------------------------
 

@@ -151,6 +151,7 @@ std::vector<Diagnostic> Gateway::apply_lines(std::vector<NewLine> lines,
   }
   link_lines(plant, lines, before);
   for (NewLine& made : lines) {
+    offer_named_groups(*made.host, diagnostics);
     make_runner(made, diagnostics);
   }
   for (const auto& plan : plant.lines) {
@@ -175,6 +176,24 @@ std::vector<Diagnostic> Gateway::apply_lines(std::vector<NewLine> lines,
   publisher_->set_lines(hosts_);
   requests_->set_lines(hosts_);
   return diagnostics;
+}
+
+// The outputs of a manager and of devices have one layout while the line exists. A configuration
+// whose names collide is refused when it is read.
+void Gateway::offer_named_groups(const LineHost& host, std::vector<Diagnostic>& diagnostics) {
+  const config::NamedTopics& topics = host.plan.named;
+  if (topics.groups.empty()) {
+    return;
+  }
+  const named::GroupTypes made = named::group_types(
+      host.name(), host.layout(image::Direction::outputs), topics.groups, topics.aliases);
+  for (const std::string& collision : made.collisions) {
+    diagnostics.push_back({Severity::warning, host.name(), 0, 0, collision});
+  }
+  if (!edge_->set_named_groups(host.name(), made.types)) {
+    diagnostics.push_back({Severity::warning, host.name(), 0, 0,
+                           "not all of its named groups can be written: DDS has no readers"});
+  }
 }
 
 void Gateway::make_runner(NewLine& made, std::vector<Diagnostic>& diagnostics) {

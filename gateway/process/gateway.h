@@ -92,6 +92,7 @@ class Gateway {
   // Updates hosts_ to the plant: keeps present lines and adds the new ones.
   std::vector<Diagnostic> apply_lines(std::vector<NewLine> lines, const config::Plant& plant);
   // Adds it to its executor when all runners exist, because they may call each other.
+  void offer_named_groups(const LineHost& host, std::vector<Diagnostic>& diagnostics);
   void make_runner(NewLine& made, std::vector<Diagnostic>& diagnostics);
   // Links the bindings between two lines of which at least one is new. stay: the lines that are not
   // new.

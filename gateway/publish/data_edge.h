@@ -56,6 +56,7 @@ struct OutputRequest {
   std::string client;  // the name in the request
   line::OutputWrite write;
   ClientIdentity from{};
+  bool by_name = false;  // by the named topic of its group
 };
 
 struct CommandRequest {
@@ -131,6 +132,12 @@ class DataEdge {
   // Subscribers receive the end of its states and layouts. Its events remain available to late
   // joiners.
   virtual void remove_line(const std::string& line) = 0;
+  // The groups of outputs of the line that applications write by name, until remove_line(). Returns
+  // false if one cannot be received.
+  virtual bool set_named_groups(const std::string& /*line*/,
+                                std::span<const named::GroupType> /*types*/) {
+    return true;
+  }
 
   // --- out: refused samples are counted ----------------------------------------------------------
 

@@ -118,7 +118,8 @@ class Requests final : public dds::GatewayHandler {
 
   void on_output_write(dds::OutputMessage message) override {
     handler_.on_output_write({std::move(message.line), std::move(message.client),
-                              std::move(message.write), from_dds(std::move(message.from))});
+                              std::move(message.write), from_dds(std::move(message.from)),
+                              message.by_name});
   }
   void on_command(dds::CommandMessage message) override {
     handler_.on_command({std::move(message.line), std::move(message.client), message.layout_id,
@@ -168,6 +169,10 @@ class DdsEdge final : public DataEdge {
       direct_before_ += direct->second->records().published();
       direct_.erase(direct);
     }
+  }
+
+  bool set_named_groups(const std::string& line, std::span<const named::GroupType> types) override {
+    return bridge_->set_named_groups(line, types);
   }
 
   void set_clock(const ClockMap& clock) override { bridge_->set_clock(to_dds(clock)); }

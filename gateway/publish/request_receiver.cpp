@@ -125,16 +125,22 @@ line::Refusal RequestReceiver::judge(const LineHost& host, const CommandRequest&
 }
 
 line::OutputRefusal RequestReceiver::judge_outputs(const LineHost* host,
-                                                   const ClientIdentity& from) {
+                                                   const OutputRequest& request) {
   if (host == nullptr) {
     return line::OutputRefusal::unknown_group;
   }
-  if (from.right == ClientRight::none) {
+  if (request.from.right == ClientRight::none) {
     return line::OutputRefusal::no_right;
   }
-  return access_of(host->plan, from).outputs == config::Access::all
-             ? line::OutputRefusal::none
-             : line::OutputRefusal::not_permitted;
+  if (access_of(host->plan, request.from).outputs != config::Access::all) {
+    return line::OutputRefusal::not_permitted;
+  }
+  const bool is_named = host->plan.named.has_group(request.write.group);
+  if (is_named && !request.by_name) {
+    return line::OutputRefusal::written_by_name;
+  }
+  return request.by_name && !is_named ? line::OutputRefusal::unknown_group
+                                      : line::OutputRefusal::none;
 }
 
 void RequestReceiver::on_command(CommandRequest request) {
@@ -218,7 +224,7 @@ void RequestReceiver::refuse_command(LineHost* host, std::string_view line, std:
 void RequestReceiver::on_output_write(OutputRequest request) {
   LineHost* host = find(request.line);
   request.write.client_number = clients_.number(request.from, request.client);
-  const line::OutputRefusal refusal = judge_outputs(host, request.from);
+  const line::OutputRefusal refusal = judge_outputs(host, request);
   if (refusal != line::OutputRefusal::none) {
     notice(host, request.line,
            event::OutputRefused{.refusal = refusal,

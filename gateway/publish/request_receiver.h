@@ -72,7 +72,7 @@ class RequestReceiver final : public RequestHandler {
   LineHost* find(std::string_view line) const;
   line::Refusal judge(const LineHost& host, const CommandRequest& request) const;
   // host: nullptr if no line has the name.
-  static line::OutputRefusal judge_outputs(const LineHost* host, const ClientIdentity& from);
+  static line::OutputRefusal judge_outputs(const LineHost* host, const OutputRequest& request);
   // Whether every line on the route to another network permits the command of this client. True for
   // commands within the network of the line.
   bool crosses(const LineHost& host, const CommandRequest& request) const;

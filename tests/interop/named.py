@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Named topics of linegated, read by Cyclone DDS with types that idlc generated from what `linegate idl` printed. The
 device is a line of the same gateway; the values are the defaults of the outputs of both. A device of ours does not send
-a DOMAIN, so that input has no value.
+a DOMAIN, so that input has no value. Afterwards Cyclone DDS writes some of the outputs by name.
 
 named.py LINEGATED LINEGATE CYCLONE_NAMED PROFILES
 """
@@ -52,9 +52,12 @@ dds: {{domain: {domain}}}
 lines:
   - name: press
     interface: "virtual:types"
+    access: all
     named: true
     nodes: [{{id: 5, name: every, eds: {eds}, heartbeat: 100ms}}]
-    outputs: {{defaults: {outputs}}}
+    outputs:
+      groups: [{{name: all, written_by: named, entries: [every.*]}}]
+      defaults: {outputs}
   - name: device
     interface: "virtual:types"
     role: device

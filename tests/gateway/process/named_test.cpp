@@ -1,18 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// Named topics of a gateway, read with types that fastddsgen generated from what `linegate idl`
-// printed. The device is a line of the same gateway, in the role device.
+// Named topics of a gateway, read and written with types that fastddsgen generated from what
+// `linegate idl` printed. The device is a line of the same gateway, in the role device.
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstring>
 #include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <every_typePubSubTypes.h>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/publisher/DataWriter.hpp>
+#include <fastdds/dds/publisher/Publisher.hpp>
 #include <fastdds/dds/subscriber/DataReader.hpp>
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
 #include <fastdds/dds/subscriber/Subscriber.hpp>
@@ -36,11 +40,14 @@ using Inputs = plant::press_every_inputs_26c77fbdaf07453c;
 using InputsType = plant::press_every_inputs_26c77fbdaf07453cPubSubType;
 using Outputs = plant::press_every_outputs_c3600e3d770d8694;
 using OutputsType = plant::press_every_outputs_c3600e3d770d8694PubSubType;
+using Set = plant::press_all_set_6496a29b850773f3;
+using SetType = plant::press_all_set_6496a29b850773f3PubSubType;
 using test::kEveryValue;
 
 constexpr std::chrono::seconds kNamedPatience{30};
 
-config::Plant named_plant(bool named) {
+// outputs: `outputs:` of the line press, in the form of a mapping.
+config::Plant named_plant(bool named, const std::string& outputs = "{}") {
   const std::string file = LINEGATE_SOURCE_DIR "/tests/bridges/named/every_type.";
   auto loaded = config::read(
       "schema: 1\ngateway: {name: test}\ndds: {domain: " + std::to_string(test::own_domain()) +
@@ -48,7 +55,8 @@ config::Plant named_plant(bool named) {
           "}\nlines:\n"
           "  - name: press\n    interface: \"virtual:named\"\n    access: all\n    named: " +
           (named ? "true" : "false") + "\n    nodes: [{id: 5, name: every, eds: " + file +
-          "eds, heartbeat: 100ms}]\n"
+          "eds, heartbeat: 100ms}]\n    outputs: " + outputs +
+          "\n"
           "  - name: device\n    interface: \"virtual:named\"\n    role: device\n    access: all\n"
           "    devices: [{id: 5, name: every, eds: " +
           file + "eds}]\n",
@@ -114,6 +122,49 @@ class NamedReader {
   fast::DataReader* reader_ = nullptr;
 };
 
+// A participant with one writer, with the QoS of OutputWrite.
+class SetWriter {
+ public:
+  SetWriter(const std::string& client, std::uint32_t strength) {
+    auto* const factory = fast::DomainParticipantFactory::get_instance();
+    participant_ = factory->create_participant_with_profile(
+        static_cast<fast::DomainId_t>(test::own_domain()), dds::kParticipantProfile);
+    fast::TypeSupport type(new SetType());
+    type.register_type(participant_);
+    auto* const topic = participant_->create_topic("plant/press/all/outputs/set",
+                                                   type.get_type_name(), fast::TOPIC_QOS_DEFAULT);
+    auto* const publisher = participant_->create_publisher(fast::PUBLISHER_QOS_DEFAULT);
+    fast::DataWriterQos qos;
+    publisher->get_datawriter_qos_from_profile("linegate/v1/OutputWrite", qos);
+    qos.ownership_strength().value = strength;
+    writer_ = publisher->create_datawriter(topic, qos);
+    sample.gateway("test");
+    sample.line("press");
+    sample.group(1);
+    sample.client(client);
+    sample.arming(1);
+  }
+  ~SetWriter() {
+    participant_->delete_contained_entities();
+    fast::DomainParticipantFactory::get_instance()->delete_participant(participant_);
+  }
+  SetWriter(const SetWriter&) = delete;
+  SetWriter& operator=(const SetWriter&) = delete;
+
+  bool write() { return writer_->write(&sample); }
+  int readers() {
+    fast::PublicationMatchedStatus status;
+    writer_->get_publication_matched_status(status);
+    return status.current_count;
+  }
+
+  Set sample;
+
+ private:
+  fast::DomainParticipant* participant_ = nullptr;
+  fast::DataWriter* writer_ = nullptr;
+};
+
 struct NamedListener : GatewayListener {
   void on_gateway(const dds::Source&, const dds::GatewayInfo& info) override {
     participants = info.participants;
@@ -124,8 +175,9 @@ struct NamedListener : GatewayListener {
 
 class NamedGatewayTest : public testing::Test {
  protected:
+  explicit NamedGatewayTest(std::string outputs = "{}") : outputs_(std::move(outputs)) {}
   void SetUp() override {
-    auto made = Gateway::make(named_plant(true), kIncarnation);
+    auto made = Gateway::make(named_plant(true, outputs_), kIncarnation);
     ASSERT_TRUE(made.ok());
     gateway_ = std::move(*made.value);
     gateway_->start();
@@ -172,6 +224,7 @@ class NamedGatewayTest : public testing::Test {
   }
 
   static constexpr std::uint64_t kIncarnation = 0x1234'5678'9ABC'DEF0;
+  const std::string outputs_;
   std::unique_ptr<Gateway> gateway_;
   std::unique_ptr<dds::Client> client_;
   NamedListener seen_;
@@ -278,6 +331,181 @@ TEST_F(NamedGatewayTest, OutputsHaveTheirMarksAndAnInstanceEndsWithItsLine) {
     reader.take();
     return reader.disposed && reader.writers() == 0;
   }));
+}
+
+class NamedSetTest : public NamedGatewayTest {
+ protected:
+  NamedSetTest()
+      : NamedGatewayTest("{groups: [{name: all, written_by: named, entries: [every.*]}]}") {}
+
+  // Writes until the condition is true.
+  bool write_until(SetWriter& writer, const std::function<bool()>& condition) {
+    return until([&] {
+      writer.write();
+      return condition();
+    });
+  }
+  // Of the group.
+  const line::OutputState& state() { return seen_.output_states["press"]; }
+  bool is_applied(const std::string& client) {
+    return state().owner == client && state().applied > 0;
+  }
+};
+
+// The device receives what was written; a member that is not given is not written.
+TEST_F(NamedSetTest, WhatIsGivenReachesTheDevice) {
+  NamedReader<OutputsType> outputs("plant/press/every/outputs");
+  SetWriter writer("plc", 5);
+  auto& values = writer.sample.values();
+  auto& given = writer.sample.given();
+  values.every_Set_Flag(true);
+  given.every_Set_Flag(true);
+  values.every_Set_Second_flag(false);
+  given.every_Set_Second_flag(true);
+  values.every_Set_class(-5);
+  given.every_Set_class(true);
+  values.every_Set_24V_supply(240);
+  given.every_Set_24V_supply(true);
+  values.every_Set_Signed_16(-300);
+  given.every_Set_Signed_16(true);
+  values.every_Set_Unsigned_16(65'000);
+  given.every_Set_Unsigned_16(true);
+  values.every_Set_Signed_56(-30'000'000'000'000'000);
+  given.every_Set_Signed_56(true);
+  values.every_Set_Visible("Press 01");
+  given.every_Set_Visible(true);
+  values.every_Set_Unicode("\xE2\x82\xAC 5");
+  given.every_Set_Unicode(true);
+  values.every_Set_Octets(std::array<std::uint8_t, 8>{1, 2, 3, 4, 5, 6, 7, 8});
+  given.every_Set_Octets(true);
+  values.every_Set_Time_of_day(1'796'000'400'001'000'000);
+  given.every_Set_Time_of_day(true);
+  values.every_Set_Unsigned_64(99);  // not given
+  ASSERT_TRUE(write_until(writer, [&] {
+    outputs.take();
+    return outputs.sample.valid().Set_Time_of_day() && outputs.sample.valid().Set_Signed_16();
+  }));
+  const auto& sent = outputs.sample.values();
+  EXPECT_TRUE(sent.Set_Flag());
+  EXPECT_EQ(sent.Set_class(), -5);
+  EXPECT_EQ(sent.Set_24V_supply(), 240);
+  EXPECT_EQ(sent.Set_Signed_16(), -300);
+  EXPECT_EQ(sent.Set_Signed_56(), -30'000'000'000'000'000);
+  EXPECT_EQ(sent.Set_Visible(), "Press 01");
+  EXPECT_EQ(sent.Set_Unicode(), "\xE2\x82\xAC 5");
+  EXPECT_EQ(sent.Set_Octets(), (std::array<std::uint8_t, 8>{1, 2, 3, 4, 5, 6, 7, 8}));
+  EXPECT_EQ(sent.Set_Time_of_day(), 1'796'000'400'001'000'000);
+  EXPECT_FALSE(outputs.sample.known().Set_Unsigned_64());
+  EXPECT_EQ(state().owner, "plc");
+  EXPECT_EQ(state().group, 1);
+
+  // Only one member is given, and of the others other values are in the sample.
+  given = plant::press_all_set_6496a29b850773f3_given();
+  given.every_Set_Signed_16(true);
+  values.every_Set_Signed_16(7);
+  values.every_Set_Unsigned_16(8);
+  const auto arrived = [&] {
+    outputs.take();
+    const image::Layout& layout = seen_.layouts["device/inputs"];
+    const auto entry =
+        std::ranges::find(layout.entries, "every.Set Signed 16", &image::Entry::name);
+    const image::Snapshot& image = seen_.images["device/inputs"];
+    return entry != layout.entries.end() && image.bytes.size() > entry->bit_offset / 8 &&
+           image.bytes[entry->bit_offset / 8] == std::byte{7} &&
+           outputs.sample.values().Set_Signed_16() == 7;
+  };
+  ASSERT_TRUE(write_until(writer, arrived)) << "in the device";
+  EXPECT_EQ(outputs.sample.values().Set_Unsigned_16(), 65'000);
+}
+
+TEST_F(NamedSetTest, TheWatchdogFiresAndANewArmingNumberEndsItsReaction) {
+  SetWriter writer("plc", 5);
+  writer.sample.values().every_Set_24V_supply(240);
+  writer.sample.given().every_Set_24V_supply(true);
+  writer.sample.watchdog_ns(100'000'000);
+  writer.sample.reactions(line::kZeroOutputs);
+  ASSERT_TRUE(write_until(writer, [&] { return is_applied("plc"); }));
+  ASSERT_TRUE(until([&] { return state().tripped; })) << "the writer is silent";
+  ASSERT_TRUE(
+      write_until(writer, [&] { return state().refusal == line::OutputRefusal::not_armed; }));
+  EXPECT_TRUE(state().tripped);
+  writer.sample.arming(2);
+  writer.sample.watchdog_ns(0);
+  EXPECT_TRUE(write_until(writer, [&] { return state().arming == 2 && !state().tripped; }));
+}
+
+TEST_F(NamedSetTest, OutputWriteIsRefusedWithAReason) {
+  line::OutputWrite write;
+  write.group = 1;
+  write.layout_id = seen_.layouts["press/outputs"].id;
+  write.values.push_back({.entry = 0, .length = 1, .data = {std::byte{1}}});
+  ASSERT_TRUE(until([&] {
+    client_->write_outputs({"test", "press", 0}, write);
+    return state().refusal == line::OutputRefusal::written_by_name;
+  }));
+  EXPECT_EQ(state().applied, 0U);
+}
+
+TEST_F(NamedSetTest, WhatDoesNotFitOrIsOfAnotherGroupIsRefused) {
+  SetWriter writer("plc", 5);
+  writer.sample.values().every_Set_Signed_24(0x800000);
+  writer.sample.given().every_Set_Signed_24(true);
+  ASSERT_TRUE(
+      write_until(writer, [&] { return state().refusal == line::OutputRefusal::bad_value; }));
+  EXPECT_EQ(state().applied, 0U);
+  writer.sample.values().every_Set_Signed_24(0x7FFFFF);
+  writer.sample.reactions(line::kNmtStop | line::kNmtResetNode);
+  ASSERT_TRUE(
+      write_until(writer, [&] { return state().refusal == line::OutputRefusal::bad_reaction; }));
+  writer.sample.reactions(line::kHoldOutputs);
+  writer.sample.incarnation(kIncarnation + 1);
+  ASSERT_TRUE(
+      write_until(writer, [&] { return state().refusal == line::OutputRefusal::stale_layout; }));
+  EXPECT_EQ(state().applied, 0U);
+  writer.sample.incarnation(kIncarnation);
+  EXPECT_TRUE(write_until(writer, [&] { return is_applied("plc"); }));
+  writer.sample.group(2);
+  const auto is_unknown = [](const std::string& text) {
+    return text.find("outputs of group 2") != std::string::npos;
+  };
+  EXPECT_TRUE(write_until(writer, [&] { return std::ranges::any_of(seen_.texts, is_unknown); }));
+}
+
+TEST_F(NamedSetTest, TheStrongerWriterOwnsTheGroupUntilItIsGone) {
+  auto strong = std::make_unique<SetWriter>("strong", 10);
+  SetWriter weak("weak", 1);
+  ASSERT_TRUE(until([&] { return strong->readers() == 1 && weak.readers() == 1; }));
+  ASSERT_TRUE(write_until(*strong, [&] { return is_applied("strong"); }));
+  const std::uint64_t before = state().applied;
+  bool weak_was_applied = false;
+  ASSERT_TRUE(until([&] {
+    strong->write();
+    weak.write();
+    weak_was_applied = weak_was_applied || state().owner == "weak";
+    return state().applied > before + 10;
+  }));
+  EXPECT_FALSE(weak_was_applied);
+  strong.reset();
+  EXPECT_TRUE(write_until(weak, [&] { return is_applied("weak"); }));
+}
+
+// After a reload in which the group is not written by name any more its topic is gone, and
+// OutputWrite has an effect.
+TEST_F(NamedSetTest, AReloadChangesWhoWritesTheGroup) {
+  SetWriter writer("plc", 5);
+  ASSERT_TRUE(write_until(writer, [&] { return is_applied("plc"); }));
+  ASSERT_TRUE(
+      gateway_->reload(named_plant(true, "{groups: [{name: all, entries: [every.*]}]}")).done);
+  EXPECT_TRUE(until([&] { return writer.readers() == 0; }));
+  ASSERT_TRUE(until([&] {
+    line::OutputWrite write;
+    write.group = 1;
+    write.layout_id = seen_.layouts["press/outputs"].id;
+    client_->write_outputs({"test", "press", 0}, write);
+    return is_applied(client_->name());
+  }));
+  ASSERT_TRUE(gateway_->reload(named_plant(true, outputs_)).done);
+  EXPECT_TRUE(write_until(writer, [&] { return is_applied("plc"); }));
 }
 
 }  // namespace

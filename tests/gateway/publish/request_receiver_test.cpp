@@ -126,6 +126,34 @@ TEST_F(RequestReceiverTest, RequestsForAnUnknownLineAreEventsOfTheGateway) {
   EXPECT_FALSE(gateway_notices.pop(notice)) << "once a second";
 }
 
+TEST_F(RequestReceiverTest, AGroupIsWrittenInTheConfiguredWayAlone) {
+  config::LinePlan& plan = hosts[0]->plan;
+  plan.outputs = config::Access::all;
+  plan.named.groups = {{"drives", 3, {0}}};
+  const auto written = [&](std::uint16_t group, bool by_name) {
+    OutputRequest request{.line = "press", .client = "hmi", .write = {}, .by_name = by_name};
+    request.write.group = group;
+    receiver->on_output_write(std::move(request));
+    line::OutputWrite write;
+    return hosts[0]->port.outputs.pop(write) && write.group == group;
+  };
+  const auto refusal = [&] {
+    Event event;
+    return hosts[0]->port.notices.pop(event) ? std::get<event::OutputRefused>(event.data).refusal
+                                             : line::OutputRefusal::none;
+  };
+  EXPECT_TRUE(written(3, true));
+  EXPECT_TRUE(written(2, false));
+  EXPECT_EQ(refusal(), line::OutputRefusal::none);
+  EXPECT_FALSE(written(3, false));
+  EXPECT_EQ(refusal(), line::OutputRefusal::written_by_name);
+  EXPECT_FALSE(written(2, true));
+  EXPECT_EQ(refusal(), line::OutputRefusal::unknown_group);
+  plan.outputs = config::Access::read;
+  EXPECT_FALSE(written(3, true));
+  EXPECT_EQ(refusal(), line::OutputRefusal::not_permitted);
+}
+
 // Names that do not exist must not make a table grow.
 TEST_F(RequestReceiverTest, EventsOfUnknownLinesAreBounded) {
   for (unsigned i = 0; i < 1000; ++i) {
