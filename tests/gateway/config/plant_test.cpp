@@ -290,6 +290,18 @@ const Bad kBad[] = {
      "      groups:\n"
      "        - {name: one, entries: [], written_by: named}\n",
      {"plant.yaml:8:11: error: group one has no named topic: it has no outputs"}},
+    {"written_by_name_of_an_observer",
+     "schema: 1\n"
+     "lines:\n"
+     "  - name: a\n"
+     "    interface: socketcan:can0\n"
+     "    role: observer\n"
+     "    nodes: [{id: 5, name: ram, eds: bridges/sim/eds/drive.eds}]\n"
+     "    outputs:\n"
+     "      groups:\n"
+     "        - {name: one, entries: [ram.6040], written_by: named}\n",
+     {"plant.yaml:8:7: warning: outputs has no effect on an observer, which transmits nothing",
+      "plant.yaml:9:11: error: written_by: a line in the role observer has no outputs to write"}},
     {"written_by_name_with_a_collision",
      "schema: 1\n"
      "lines:\n"

@@ -46,12 +46,13 @@ using test::kEveryValue;
 
 constexpr std::chrono::seconds kNamedPatience{30};
 
-// outputs: `outputs:` of the line press, in the form of a mapping.
-config::Plant named_plant(bool named, const std::string& outputs = "{}") {
+// outputs: `outputs:` of the line press, in the form of a mapping. dds: further keys of `dds:`.
+config::Plant named_plant(bool named, const std::string& outputs = "{}",
+                          const std::string& dds = {}) {
   const std::string file = LINEGATE_SOURCE_DIR "/tests/bridges/named/every_type.";
   auto loaded = config::read(
       "schema: 1\ngateway: {name: test}\ndds: {domain: " + std::to_string(test::own_domain()) +
-          ", process: same, profile: " + LOOPBACK_PROFILES +
+          ", process: same, profile: " + LOOPBACK_PROFILES + dds +
           "}\nlines:\n"
           "  - name: press\n    interface: \"virtual:named\"\n    access: all\n    named: " +
           (named ? "true" : "false") + "\n    nodes: [{id: 5, name: every, eds: " + file +
@@ -125,7 +126,8 @@ class NamedReader {
 // A participant with one writer, with the QoS of OutputWrite.
 class SetWriter {
  public:
-  SetWriter(const std::string& client, std::uint32_t strength) {
+  // partition: empty for the default one.
+  SetWriter(const std::string& client, std::uint32_t strength, const std::string& partition = {}) {
     auto* const factory = fast::DomainParticipantFactory::get_instance();
     participant_ = factory->create_participant_with_profile(
         static_cast<fast::DomainId_t>(test::own_domain()), dds::kParticipantProfile);
@@ -133,7 +135,11 @@ class SetWriter {
     type.register_type(participant_);
     auto* const topic = participant_->create_topic("plant/press/all/outputs/set",
                                                    type.get_type_name(), fast::TOPIC_QOS_DEFAULT);
-    auto* const publisher = participant_->create_publisher(fast::PUBLISHER_QOS_DEFAULT);
+    fast::PublisherQos publisher_qos = fast::PUBLISHER_QOS_DEFAULT;
+    if (!partition.empty()) {
+      publisher_qos.partition().push_back(partition.c_str());
+    }
+    auto* const publisher = participant_->create_publisher(publisher_qos);
     fast::DataWriterQos qos;
     publisher->get_datawriter_qos_from_profile("linegate/v1/OutputWrite", qos);
     qos.ownership_strength().value = strength;
@@ -175,9 +181,10 @@ struct NamedListener : GatewayListener {
 
 class NamedGatewayTest : public testing::Test {
  protected:
-  explicit NamedGatewayTest(std::string outputs = "{}") : outputs_(std::move(outputs)) {}
+  explicit NamedGatewayTest(std::string outputs = "{}", std::string dds = {})
+      : outputs_(std::move(outputs)), dds_(std::move(dds)) {}
   void SetUp() override {
-    auto made = Gateway::make(named_plant(true, outputs_), kIncarnation);
+    auto made = Gateway::make(named_plant(true, outputs_, dds_), kIncarnation);
     ASSERT_TRUE(made.ok());
     gateway_ = std::move(*made.value);
     gateway_->start();
@@ -225,6 +232,7 @@ class NamedGatewayTest : public testing::Test {
 
   static constexpr std::uint64_t kIncarnation = 0x1234'5678'9ABC'DEF0;
   const std::string outputs_;
+  const std::string dds_;
   std::unique_ptr<Gateway> gateway_;
   std::unique_ptr<dds::Client> client_;
   NamedListener seen_;
@@ -335,8 +343,9 @@ TEST_F(NamedGatewayTest, OutputsHaveTheirMarksAndAnInstanceEndsWithItsLine) {
 
 class NamedSetTest : public NamedGatewayTest {
  protected:
-  NamedSetTest()
-      : NamedGatewayTest("{groups: [{name: all, written_by: named, entries: [every.*]}]}") {}
+  explicit NamedSetTest(std::string dds = {})
+      : NamedGatewayTest("{groups: [{name: all, written_by: named, entries: [every.*]}]}",
+                         std::move(dds)) {}
 
   // Writes until the condition is true.
   bool write_until(SetWriter& writer, const std::function<bool()>& condition) {
@@ -487,6 +496,33 @@ TEST_F(NamedSetTest, TheStrongerWriterOwnsTheGroupUntilItIsGone) {
   EXPECT_FALSE(weak_was_applied);
   strong.reset();
   EXPECT_TRUE(write_until(weak, [&] { return is_applied("weak"); }));
+}
+
+// Two gateways may have lines of the same name and type, so their writers are matched with both.
+TEST_F(NamedSetTest, ASampleForAnotherGatewayIsIgnored) {
+  SetWriter writer("plc", 5);
+  std::uint64_t own = 0;
+  ASSERT_TRUE(until([&] {
+    writer.sample.gateway("other");
+    writer.write();
+    writer.sample.gateway("test");
+    own += writer.write() ? 1U : 0U;
+    return state().applied > 5;
+  }));
+  EXPECT_LE(state().applied, own);
+  EXPECT_EQ(state().refused, 0U);
+}
+
+class NamedSetPartitionTest : public NamedSetTest {
+ protected:
+  NamedSetPartitionTest() : NamedSetTest(", partitions: true") {}
+};
+
+TEST_F(NamedSetPartitionTest, ASampleInThePartitionOfTheLineIsReceived) {
+  SetWriter writer("plc", 5, "test/press");
+  EXPECT_TRUE(write_until(writer, [&] { return is_applied("plc"); }));
+  SetWriter other("other", 9);  // in the default partition
+  EXPECT_TRUE(write_until(other, [&] { return is_applied("other"); }));
 }
 
 // After a reload in which the group is not written by name any more its topic is gone, and
