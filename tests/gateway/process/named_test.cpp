@@ -143,6 +143,7 @@ class SetWriter {
     fast::DataWriterQos qos;
     publisher->get_datawriter_qos_from_profile("linegate/v1/OutputWrite", qos);
     qos.ownership_strength().value = strength;
+    qos.resource_limits().max_samples = qos.resource_limits().max_instances = kMostInstances;
     writer_ = publisher->create_datawriter(topic, qos);
     sample.gateway("test");
     sample.line("press");
@@ -164,6 +165,7 @@ class SetWriter {
     return status.current_count;
   }
 
+  static constexpr int kMostInstances = 2'000;
   Set sample;
 
  private:
@@ -511,6 +513,21 @@ TEST_F(NamedSetTest, ASampleForAnotherGatewayIsIgnored) {
   }));
   EXPECT_LE(state().applied, own);
   EXPECT_EQ(state().refused, 0U);
+}
+
+// The reader of the gateway has 1024 instances.
+TEST_F(NamedSetTest, AWriterWithTooManyKeysDoesNotSilenceOthers) {
+  SetWriter hostile("hostile", 9);
+  ASSERT_TRUE(until([&] { return hostile.readers() == 1; }));
+  for (int i = 0; i < SetWriter::kMostInstances; ++i) {
+    hostile.sample.line("line" + std::to_string(i));
+    ASSERT_TRUE(hostile.write());
+  }
+  SetWriter writer("plc", 10);
+  EXPECT_TRUE(write_until(writer, [&] {
+    hostile.write();  // it stays alive
+    return is_applied("plc");
+  }));
 }
 
 class NamedSetPartitionTest : public NamedSetTest {
