@@ -78,13 +78,13 @@ class Area {
 
   // merge() and touch() of the PDO in one.
   void receive(std::uint32_t offset, std::uint64_t word, std::uint64_t mask, std::size_t slot,
-               Instant time) {
+               Instant time, std::uint32_t frames = 1) {
     LINEGATE_ASSERT_HOT(has(offset, mask) && slot < pdos(), "the bits and the PDO are in the area");
     const Hot hot = hot_;
     if (merge(hot, offset, word, mask) != 0) {
       hot_.changed_in = hot.generation;
     }
-    touch(hot, slot, time, 1);
+    touch(hot, slot, time, frames);
     hot_.touched_in = hot.generation;
   }
 

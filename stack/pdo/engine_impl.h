@@ -189,7 +189,9 @@ struct Engine::Impl final : od::Hook, od::Observer {
   void go_quiet();
 
   // --- reception (receive.cpp) ------------------------------------------------------------------
-  // The part of Engine::receive_alone() for frames that wait for SYNC.
+  // The parts of Engine::receive_alone() for frames that are copied at once, and for those that
+  // wait for SYNC.
+  bool copy_alone(std::uint16_t slot, const can::Frame& frame, can::Traffic& traffic);
   bool keep_alone(std::uint16_t slot, const can::Frame& frame, can::Traffic& traffic);
   // See Engine::receive_ordinary().
   bool is_for_rpdo(const can::Frame& frame) const {
@@ -231,6 +233,7 @@ struct Engine::Impl final : od::Hook, od::Observer {
   void attend_reception(std::uint16_t slot, Instant time);
   void commit_rpdos();
   bool commit_one(const Shadow& shadow);
+  void commit_each();
   std::size_t commit_ordinary(std::size_t from);
   void commit(const Shadow& shadow);
   can::Frame remote_frame(std::uint16_t slot) const;

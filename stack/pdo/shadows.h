@@ -49,6 +49,21 @@ class Shadows {
     return holds(slot) && shadows_[places_[slot]].frames != 0 ? &shadows_[places_[slot]] : nullptr;
   }
 
+  // Adds a frame. The first one since a SYNC needs no look at what was kept before.
+  void keep(std::uint16_t slot, std::uint64_t word, Instant time) {
+    if (size_ != 0) {
+      Series(*this).keep(slot, word, time);
+      return;
+    }
+    Shadow& first = shadows_.front();
+    first.word = word;
+    first.time = time;
+    first.frames = 1;
+    first.slot = slot;
+    places_[slot] = 0;
+    size_ = 1;
+  }
+
   // Adds successive frames, while the shadows are not accessed otherwise.
   class Series {
    public:
