@@ -66,6 +66,8 @@ class ObjectTable {
     if (slot == nullptr || slot->kind != Slot::Kind::plain || address.sub > slot->highest) {
       return nullptr;
     }
+    // Where the values of a record begin: found without waiting for the variable.
+    __builtin_prefetch(slot->variables + slot->highest + 1);
     const Variable& variable = slot->variables[address.sub];
     return variable.type == DataType::none ? nullptr : &variable;
   }

@@ -104,6 +104,10 @@ struct alignas(64) Tpdo {
   bool of_sync = false;  // sampled at a SYNC
   can::Frame frame;      // the newest sample
 
+  // The first objects if there are no more: their address is known before the rest is read.
+  static constexpr std::size_t kNear = 4;
+  alignas(64) std::array<ObjectRun, kNear> near_objects{};
+
   std::uint8_t node = 0;  // of a linked TPDO: the receiver
   std::uint8_t sync_start = 0;
   bool counting = false;  // the SYNC start value was received
@@ -166,6 +170,7 @@ struct Engine::Impl final : od::Hook, od::Observer {
   // --- objects that are added, removed and watched (dictionary_changes.cpp) ----------------------
   void reshaped(std::uint16_t index) override;
   void changed(od::Address address, od::FollowMark mark) override;
+  void changed_otherwise(od::Address address, od::FollowMark mark);
   void follow_sources();
   bool depends_on(PdoKind kind, std::uint16_t number, std::uint16_t index) const;
   std::vector<od::Address> watched_objects(std::uint16_t rpdo) const;

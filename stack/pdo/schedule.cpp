@@ -88,6 +88,11 @@ void Engine::Impl::lay_out_objects() {
   object_runs.clear();
   object_runs.reserve(count);
   for (Tpdo& pdo : tpdos) {
+    if (pdo.plan.objects.size() <= Tpdo::kNear) {
+      std::ranges::copy(pdo.plan.objects, pdo.near_objects.begin());
+      pdo.objects = pdo.near_objects.data();
+      continue;
+    }
     pdo.objects = object_runs.data() + object_runs.size();
     object_runs.insert(object_runs.end(), pdo.plan.objects.begin(), pdo.plan.objects.end());
   }

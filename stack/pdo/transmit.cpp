@@ -46,6 +46,7 @@ void Engine::set_auto_notify(bool wanted) {
 // Precondition: the engine and the TPDO are direct. Its other values are read, too: they may have
 // changed without a request.
 [[gnu::hot, gnu::always_inline]] inline void Engine::Impl::change(Tpdo& pdo) {
+  __builtin_prefetch(&pdo.near_objects);
   std::uint64_t word = 0;
   for (const ObjectRun& object : std::span(pdo.objects, pdo.object_count)) {
     word |= load_le<std::uint64_t>(object.data) << object.frame_bit;
@@ -61,18 +62,27 @@ void Engine::set_auto_notify(bool wanted) {
   }
 }
 
+// The most frequent case makes no call, so that no registers have to be saved.
+[[gnu::hot]] void Engine::Impl::changed(od::Address address, od::FollowMark mark) {
+  if (operational && mark != od::kSharedMark) [[likely]] {
+    Tpdo& pdo = tpdos[mark - 1U];
+    if (direct && pdo.direct) [[likely]] {
+      change(pdo);
+      return;
+    }
+  }
+  changed_otherwise(address, mark);
+}
+
 // Changes within before_tpdo() do not request that TPDO: it is being sampled, and its sample
 // includes them.
-[[gnu::hot]] void Engine::Impl::changed(od::Address address, od::FollowMark mark) {
+[[gnu::noinline]] void Engine::Impl::changed_otherwise(od::Address address, od::FollowMark mark) {
   if (!operational) {
     return;
   }
-  if (mark != od::kSharedMark) [[likely]] {
+  if (mark != od::kSharedMark) {
     const auto slot = static_cast<std::uint16_t>(mark - 1U);
-    Tpdo& pdo = tpdos[slot];
-    if (direct && pdo.direct) [[likely]] {
-      change(pdo);
-    } else if (!pdo.asking) {
+    if (!tpdos[slot].asking) {
       source_changed(slot, false);
     }
     return;
