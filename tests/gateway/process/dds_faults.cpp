@@ -4,6 +4,9 @@
 //   SIGUSR2     a thread allocates and fills memory without end
 //   SIGRTMIN    the thread that the signal interrupts loops without end, with the locks that it has
 //   SIGRTMIN+1  the thread that runs the timers loops without end in the next one
+//   SIGRTMIN+2  all that the process reports of the images it has published is overwritten
+#include <array>
+#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <cstddef>
@@ -14,6 +17,7 @@
 #include <fastdds/rtps/common/CDRMessage_t.h>
 #include <fastdds/rtps/common/Locator.h>
 #include <semaphore.h>
+#include <sys/mman.h>
 
 namespace {
 
@@ -21,6 +25,19 @@ volatile std::sig_atomic_t receiver_loops = 0;
 volatile std::sig_atomic_t timer_loops = 0;
 volatile std::sig_atomic_t work = 0;
 sem_t hog;
+
+// The memory of the reports, one for each line: a page that another process reads.
+constexpr std::size_t kReportBytes = 4096;
+std::array<std::atomic<void*>, 16> reports;
+std::atomic<std::size_t> report_count = 0;
+
+void overwrite_reports() {
+  for (std::atomic<void*>& report : reports) {
+    if (void* const memory = report; memory != nullptr) {
+      std::memset(memory, 0xFF, kReportBytes);
+    }
+  }
+}
 
 [[noreturn]] void loop() {
   while (true) {
@@ -51,9 +68,23 @@ void on(int signal, void (*handler)(int)) {
   on(SIGUSR2, [](int) { sem_post(&hog); });
   on(SIGRTMIN, [](int) { loop(); });
   on(SIGRTMIN + 1, [](int) { timer_loops = 1; });
+  on(SIGRTMIN + 2, [](int) { overwrite_reports(); });
 }
 
 }  // namespace
+
+// Replaces the function of the C library, and calls it.
+extern "C" void* mmap(void* address, std::size_t bytes, int protection, int flags, int file,
+                      off_t offset) noexcept {
+  using Function = void* (*)(void*, std::size_t, int, int, int, off_t);
+  static const auto library = reinterpret_cast<Function>(dlsym(RTLD_NEXT, "mmap"));
+  void* const memory = library(address, bytes, protection, flags, file, offset);
+  if (bytes == kReportBytes && (flags & MAP_SHARED) != 0 && (protection & PROT_WRITE) != 0 &&
+      memory != MAP_FAILED && report_count < reports.size()) {
+    reports[report_count++] = memory;
+  }
+  return memory;
+}
 
 // Replace the functions of the library that read each datagram and run each timer, and call them.
 namespace eprosima::fastrtps::rtps {

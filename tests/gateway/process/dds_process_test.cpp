@@ -139,6 +139,10 @@ TEST_F(DdsFaultsTest, AnEndlessLoopInATimerIsFound) {
   expect_replacement(SIGRTMIN + 1, event::ProcessEnd::no_response);
 }
 
+TEST_F(DdsFaultsTest, AProcessThatReportsImagesThatDoNotExistIsReplaced) {
+  expect_replacement(SIGRTMIN + 2, event::ProcessEnd::malformed);
+}
+
 TEST_F(DdsProcessTest, AnAnswerThatWasLostWithItsProcessIsSentAgain) {
   const auto commands = [&] { return strict_.lines["open"].counters.commands; };
   ASSERT_TRUE(meanwhile([&] { return strict_.lines.contains("open"); }));
