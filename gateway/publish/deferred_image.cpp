@@ -5,7 +5,7 @@
 #include <functional>
 #include <utility>
 
-#include "gateway/publish/image_sequence.h"
+#include "stack/image/merged_snapshots.h"
 
 namespace linegate::gateway {
 
@@ -34,7 +34,8 @@ void DeferredImage::add_earlier(image::Snapshot& to) const {
   }
   std::ranges::transform(changed_, to.changed, to.changed.begin(), std::bit_or<>());
   std::vector<image::PdoMark> marks = marks_;
-  merge_marks(marks, to.marks);
+  std::vector<image::PdoMark> scratch;
+  image::add_marks(marks, to.marks, scratch);
   to.marks = std::move(marks);
 }
 

@@ -6,12 +6,10 @@
 #include <vector>
 
 #include "gateway/config/plant.h"
+#include "stack/image/merged_snapshots.h"
 #include "stack/image/snapshot.h"
 
 namespace linegate::gateway {
-
-// Adds receptions that are later than those of `marks`.
-void merge_marks(std::vector<image::PdoMark>& marks, const std::vector<image::PdoMark>& newer);
 
 // A line hands over snapshots for several purposes; with the rule on_change only those with a
 // change are published. Published snapshots are numbered without gaps, and include the receptions
@@ -25,13 +23,11 @@ class ImageSequence {
   bool admit(image::Snapshot& snapshot);
 
  private:
-  bool changed(const image::Snapshot& snapshot) const;
-
   config::Publish::Rule rule_;
   std::uint64_t number_ = 0;
-  std::vector<std::uint64_t> last_valid_;
-  std::vector<std::uint64_t> last_known_;
+  image::LastSeen published_;
   std::vector<image::PdoMark> skipped_;
+  std::vector<image::PdoMark> scratch_;
 };
 
 }  // namespace linegate::gateway

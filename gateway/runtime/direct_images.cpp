@@ -26,28 +26,6 @@ std::array<std::size_t, 2> longest_records(const std::array<image::Layout, 2>& l
 
 }  // namespace
 
-[[gnu::hot]] void add_marks(std::vector<image::PdoMark>& marks,
-                            const std::vector<image::PdoMark>& newer,
-                            std::vector<image::PdoMark>& scratch) {
-  if (marks.empty()) {
-    marks.assign(newer.begin(), newer.end());
-    return;
-  }
-  scratch.clear();
-  auto old = marks.begin();
-  for (const image::PdoMark& mark : newer) {
-    for (; old != marks.end() && old->local_pdo < mark.local_pdo; ++old) {
-      scratch.push_back(*old);
-    }
-    scratch.push_back(mark);
-    if (old != marks.end() && old->local_pdo == mark.local_pdo) {
-      scratch.back().count += (old++)->count;
-    }
-  }
-  scratch.insert(scratch.end(), old, marks.end());
-  marks.swap(scratch);
-}
-
 UpdateWakes::UpdateWakes(Duration min_period, const image::Layout& inputs)
     : min_period_(min_period), due_(highest_pdo(inputs) + 1) {
 }
@@ -77,22 +55,16 @@ DirectImages::DirectImages(const config::LinePlan& plan,
     sides_[i].marks.reserve(pdos);
     sides_[i].snapshot.marks.reserve(pdos);
     sides_[i].changed.resize((layouts[i].entries.size() + 63) / 64);
-    sides_[i].last_valid = sides_[i].last_known = sides_[i].changed;
+    sides_[i].published.reserve(layouts[i].entries.size());
     most = std::max(most, pdos);
   }
   scratch_.reserve(most);
   unread_.reserve(most);
 }
 
-// As ImageSequence.
 [[gnu::hot]] bool DirectImages::is_wanted(const Side& side) const {
-  if (rule_ != config::Publish::Rule::on_change || side.first) {
-    return true;
-  }
-  const auto is_set = [](std::uint64_t bits) { return bits != 0; };
-  return std::ranges::any_of(side.snapshot.changed, is_set) ||
-         std::ranges::any_of(side.changed, is_set) || side.snapshot.valid != side.last_valid ||
-         side.snapshot.known != side.last_known;
+  return rule_ != config::Publish::Rule::on_change ||
+         side.published.differs(side.snapshot, side.changed);
 }
 
 [[gnu::hot]] bool DirectImages::taken(image::Direction direction, const ClockMap& clock,
@@ -104,7 +76,7 @@ DirectImages::DirectImages(const config::LinePlan& plan,
     hand_over(of.snapshot, to_publisher);
     wakes = wakes_.due(of.snapshot, now);
   }
-  add_marks(of.marks, of.snapshot.marks, scratch_);
+  image::add_marks(of.marks, of.snapshot.marks, scratch_);
   std::ranges::transform(of.changed, of.snapshot.changed, of.changed.begin(), std::bit_or<>());
   publish(direction, clock, now);
   return wakes;
@@ -128,9 +100,7 @@ DirectImages::DirectImages(const config::LinePlan& plan,
   of.snapshot.marks.swap(of.marks);
   of.snapshot.changed.swap(of.changed);
   records_.publish(series, write_record(of.snapshot, clock, record));
-  of.last_valid = of.snapshot.valid;
-  of.last_known = of.snapshot.known;
-  of.first = false;
+  of.published.set(of.snapshot);
   of.marks.clear();
   std::ranges::fill(of.changed, 0);
   news_ = true;
@@ -150,7 +120,7 @@ void DirectImages::publish_waiting(image::Direction direction, const ClockMap& c
   if (draft.unread) {
     unread_.swap(draft.value.marks);
   }
-  add_marks(unread_, inputs.marks, scratch_);
+  image::add_marks(unread_, inputs.marks, scratch_);
   draft.value = inputs;
   draft.value.marks.assign(unread_.begin(), unread_.end());
   to.publish();

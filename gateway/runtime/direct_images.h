@@ -19,14 +19,10 @@
 #include "gateway/exchange/shared_slots.h"
 #include "gateway/runtime/clock.h"
 #include "stack/image/layout.h"
+#include "stack/image/merged_snapshots.h"
 #include "stack/image/snapshot.h"
 
 namespace linegate::gateway {
-
-// Adds the receptions of `newer` to `marks`. Both are in the order of local_pdo, as those of each
-// snapshot. Allocates nothing if `marks` and `scratch` have room.
-void add_marks(std::vector<image::PdoMark>& marks, const std::vector<image::PdoMark>& newer,
-               std::vector<image::PdoMark>& scratch);
 
 // Selects the receptions for which the publisher must be woken: those of PDOs whose update is due.
 // It looks for all others by itself (PdoUpdates::next_look()).
@@ -78,9 +74,7 @@ class DirectImages {
     // Of the snapshots since the last published one, without the newest.
     std::vector<image::PdoMark> marks;
     std::vector<std::uint64_t> changed;
-    std::vector<std::uint64_t> last_valid;
-    std::vector<std::uint64_t> last_known;
-    bool first = true;
+    image::LastSeen published;
     Instant retry = kNever;
     Instant waiting_since{};
   };
