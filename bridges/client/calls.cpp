@@ -47,7 +47,7 @@ std::shared_ptr<CallData> Core::start(const Line& line, Request request,
   call->attempts = std::max(options.attempts, 1U);
   call->raw = std::move(request);
   if (!link) {
-    finish(*call, Outcome::refused, code_of(line::Refusal::cancelled), error);
+    finish(call, Outcome::refused, code_of(line::Refusal::cancelled), error);
     return call;
   }
   const Instant now = link->now();
@@ -70,7 +70,7 @@ std::shared_ptr<CallData> Core::start(const Line& line, Request request,
   call->raw.data.clear();
   if (!why.empty() || calls.size() >= kMostCalls) {
     const auto refusal = why.empty() ? line::Refusal::busy : line::Refusal::bad_request;
-    finish(*call, Outcome::refused, code_of(refusal),
+    finish(call, Outcome::refused, code_of(refusal),
            why.empty() ? "4096 calls of this client are pending" : why);
     return call;
   }
@@ -92,7 +92,7 @@ void Core::send(const std::shared_ptr<CallData>& call) {
   call->id = link->send(call->target, call->request, left, call->raw.layout_id);
   if (call->id == 0) {
     std::erase(calls, call);
-    finish(*call, Outcome::refused, code_of(line::Refusal::not_permitted),
+    finish(call, Outcome::refused, code_of(line::Refusal::not_permitted),
            "this client sends no commands");
   }
 }
@@ -107,7 +107,7 @@ void Core::service_calls() {
       continue;
     const bool ambiguous = find(call->gateway, call->line).ambiguous;
     std::erase(calls, call);
-    finish(*call, Outcome::refused, code_of(line::Refusal::timed_out),
+    finish(call, Outcome::refused, code_of(line::Refusal::timed_out),
            ambiguous ? "several gateways have a line " + call->line + ": name it GATEWAY/LINE"
                      : "line " + call->line + " was not received in time");
   }
@@ -127,15 +127,25 @@ void Core::on_reply(const dds::Target& /*target*/, const dds::CommandResult& res
   }
   calls.erase(found);
   call->bytes = result.bytes;
-  finish(*call, outcome_of(result.reply.error), result.reply.error.code, result.text);
+  finish(call, outcome_of(result.reply.error), result.reply.error.code, result.text);
 }
 
-void Core::finish(CallData& call, Outcome outcome, std::uint32_t code, std::string text) {
-  call.outcome = outcome;
-  call.code = code;
-  call.text = std::move(text);
-  if (auto call_back = std::exchange(call.on_done, {}))
-    due.emplace_back([call_back = std::move(call_back)] { call_back({}); });
+void Core::finish(const std::shared_ptr<CallData>& call, Outcome outcome, std::uint32_t code,
+                  std::string text) {
+  call->outcome = outcome;
+  call->code = code;
+  call->text = std::move(text);
+  call_back_later(call);
+}
+
+// Holds the call, which may have no handle any more.
+void Core::call_back_later(const std::shared_ptr<CallData>& call) {
+  if (!call->on_done)
+    return;
+  due.emplace_back([call] {
+    if (const auto call_back = std::exchange(call->on_done, {}))
+      call_back({});
+  });
 }
 
 void Core::note_progress(const dds::Source& source, const dds::ReceivedEvent& event) {
@@ -196,13 +206,17 @@ void Call::cancel() {
   if (data_->id != 0 && core_->link)
     core_->link->cancel(data_->id);
   std::erase(core_->calls, data_);
-  core_->finish(*data_, Outcome::refused, code_of(line::Refusal::cancelled),
+  core_->finish(data_, Outcome::refused, code_of(line::Refusal::cancelled),
                 "cancelled by the application; the gateway may have carried it out");
 }
 
 void Call::on_done(std::function<void(const Call&)> call_back) {
-  if (!data_ || !call_back)
+  if (!data_)
     return;
+  if (!call_back) {
+    data_->on_done = {};
+    return;
+  }
   // The data hold the call-back, so it must not hold them.
   data_->on_done = [core = std::weak_ptr(core_), weak = std::weak_ptr(data_),
                     call_back = std::move(call_back)](const Call& /*none*/) {
@@ -211,10 +225,8 @@ void Call::on_done(std::function<void(const Call&)> call_back) {
     if (owner && call)
       call_back(Core::call_of(std::move(owner), std::move(call)));
   };
-  if (done()) {
-    core_->due.emplace_back(
-        [call_back = std::exchange(data_->on_done, {}), data = data_] { call_back({}); });
-  }
+  if (done())
+    core_->call_back_later(data_);
 }
 
 }  // namespace linegate::client

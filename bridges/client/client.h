@@ -195,7 +195,8 @@ class Call {
   bool wait();
   // Stops waiting: refused, with code 13. The gateway may carry it out nevertheless.
   void cancel();
-  // Called once within poll(); the next time if it is done already.
+  // Called once within poll(), also without a handle; the next time if it is done already. Empty:
+  // no call-back any more.
   void on_done(std::function<void(const Call&)> call_back);
 
  private:

@@ -63,7 +63,7 @@ void Core::close() {
       set_state(*one, GroupState::idle, LossReason::none);
   }
   for (const auto& call : std::exchange(calls, {}))
-    finish(*call, Outcome::refused, static_cast<std::uint32_t>(line::Refusal::cancelled),
+    finish(call, Outcome::refused, static_cast<std::uint32_t>(line::Refusal::cancelled),
            "the client has ended");
   due.clear();
   link.reset();

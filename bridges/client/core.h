@@ -88,7 +88,9 @@ struct Core : dds::ClientListener, std::enable_shared_from_this<Core> {
                 const std::vector<std::string>& names) const;
 
   std::shared_ptr<CallData> start(const Line& line, Request request, const CallOptions& options);
-  void finish(CallData& call, Outcome outcome, std::uint32_t code, std::string text);
+  void finish(const std::shared_ptr<CallData>& call, Outcome outcome, std::uint32_t code,
+              std::string text);
+  void call_back_later(const std::shared_ptr<CallData>& call);
 
   // The line of the group, while outputs can be written; otherwise the reason.
   Error ready_line(const GroupData& group, const LineData*& line) const;

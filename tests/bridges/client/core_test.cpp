@@ -144,5 +144,14 @@ TEST_F(ClientCore, ACallIsAnsweredTriedAgainOrCancelled) {
   EXPECT_EQ(world->cancelled, std::vector<std::uint64_t>{3});
 }
 
+TEST_F(ClientCore, ACallWithoutAHandleCallsBack) {
+  begin();
+  std::uint64_t answer = 0;
+  line.sdo_read(1, 0x1000, 0).on_done([&](const Call& done) { answer = done.number(); });
+  world->reply(1, {}, {std::byte{0x34}, std::byte{0x12}});
+  client.poll(0ms);
+  EXPECT_EQ(answer, 0x1234U);
+}
+
 }  // namespace
 }  // namespace linegate::client
