@@ -59,8 +59,10 @@ class Held {
   explicit Held(linegate_client* handle) : it_(find_client(handle)) {
     if (!it_)
       return;
-    while (!it_->mutex.try_lock_for(kWakeAgain))
+    for (bool locked = it_->mutex.try_lock(); !locked;) {
       it_->client.wake();
+      locked = it_->mutex.try_lock_for(kWakeAgain);
+    }
     if (!it_->client.ok()) {  // it was closed meanwhile
       it_->mutex.unlock();
       it_.reset();
@@ -300,6 +302,12 @@ const char* linegate_quality_text(int quality) {
   return quality < 0 || quality > LINEGATE_NAME_AMBIGUOUS
              ? "unknown"
              : client::describe(static_cast<client::Quality>(quality)).data();
+}
+
+const char* linegate_status_text(int status) {
+  return status < 0 || status > LINEGATE_STATUS_AMBIGUOUS
+             ? "unknown"
+             : client::describe(static_cast<client::LineStatus>(status)).data();
 }
 
 const char* linegate_version(void) {
@@ -673,6 +681,8 @@ int linegate_call_notify(linegate_client* handle, int call, linegate_on_call cal
 
 int linegate_free(linegate_client* handle, int number) {
   return with(handle, [&](const Held& held) -> int {
+    if (auto* const call = held.get<client::Call>(number))
+      call->on_done({});
     return held->objects.erase(number) == 0 ? LINEGATE_ERROR_ARGUMENT : LINEGATE_OK;
   });
 }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 /* linegate.h: the client library in C (C99): values of CAN lines by name, outputs, commands and
- * events, from gateways in a DDS domain. Link the CMake target
- * linegate::client_link. What client.h says of its classes holds for the functions of the same
- * names.
+ * events, from gateways in a DDS domain. Link the library
+ * linegate-client: linegate::client of the CMake package, or pkg-config linegate-client. Its
+ * functions have the symbol version LINEGATE_1. What client.h says of its classes holds for the
+ * functions of the same names.
  *
  * A client runs in the threads of its callers: call-backs are called and held outputs are written
  * within linegate_poll(), linegate_call_wait() and linegate_line_wait() alone. Functions of one
@@ -47,9 +48,7 @@ const char* linegate_error_text(int error);
 /* "0.1.0" */
 const char* linegate_version(void);
 
-/* ---- client
- * -------------------------------------------------------------------------------------------------------
- */
+/* ---- client ---- */
 
 typedef struct linegate_client linegate_client;
 
@@ -75,9 +74,7 @@ int linegate_poll(linegate_client* client, int timeout_ms);
 /* Ends the present linegate_poll(), or the next one. */
 int linegate_wake(linegate_client* client);
 
-/* ---- lines
- * --------------------------------------------------------------------------------------------------------
- */
+/* ---- lines ---- */
 
 typedef enum linegate_status {
   LINEGATE_STATUS_WAITING,  /* not, or not completely, received */
@@ -86,6 +83,8 @@ typedef enum linegate_status {
   LINEGATE_STATUS_LOST,     /* its gateway ended or is unreachable, or removed the line */
   LINEGATE_STATUS_AMBIGUOUS /* several gateways have a line of that name */
 } linegate_status;
+/* In words; never NULL. */
+const char* linegate_status_text(int status);
 
 /* Returns the number of a line by name: "LINE", or "GATEWAY/LINE". It need not exist yet. */
 int linegate_line(linegate_client* client, const char* name);
@@ -98,9 +97,7 @@ int linegate_line_wait(linegate_client* client, int line, int timeout_ms);
 int linegate_line_name(linegate_client* client, int line, int outputs, size_t place, char* name,
                        size_t name_size);
 
-/* ---- values
- * -------------------------------------------------------------------------------------------------------
- */
+/* ---- values ---- */
 
 typedef enum linegate_quality {
   LINEGATE_GOOD,    /* inputs: received from a node that is present; outputs: sent to the node */
@@ -188,9 +185,7 @@ int linegate_subscribe_events(linegate_client* client, linegate_on_event call_ba
 /* Ends the call-backs of a subscription. */
 int linegate_unsubscribe(linegate_client* client, int subscription);
 
-/* ---- outputs
- * ------------------------------------------------------------------------------------------------------
- */
+/* ---- outputs ---- */
 
 typedef enum linegate_group_state_number {
   LINEGATE_GROUP_IDLE,    /* nothing is written: not armed yet, or released */
@@ -225,9 +220,7 @@ typedef void (*linegate_on_group)(void* user, int group, int state);
 int linegate_subscribe_group(linegate_client* client, int group, linegate_on_group call_back,
                              void* user);
 
-/* ---- commands
- * -----------------------------------------------------------------------------------------------------
- */
+/* ---- commands ---- */
 
 typedef enum linegate_outcome {
   LINEGATE_PENDING,
@@ -284,7 +277,8 @@ int linegate_call_cancel(linegate_client* client, int call);
 typedef void (*linegate_on_call)(void* user, int call);
 /* Calls back once when the call is done, within linegate_poll(). */
 int linegate_call_notify(linegate_client* client, int call, linegate_on_call call_back, void* user);
-/* Ends a line, group (which is released) or call. Its number is not used again. */
+/* Ends a line, a group (which is released) or a call (which goes on, without its call-back). Its
+ * number is not used again. */
 int linegate_free(linegate_client* client, int number);
 
 #ifdef __cplusplus

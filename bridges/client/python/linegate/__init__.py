@@ -1,0 +1,599 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Values of CAN lines by name, outputs, commands and events, from Linegate gateways in a DDS domain.
+
+With asyncio:
+
+    async with linegate.Client() as client:
+        press = client.line("press")
+        await press.ready()
+        print(press.read("angle.Position value"))
+
+Without: call Client.poll() in a loop. Call-backs are called within poll(), or by the event loop, one at a time.
+
+A held group of outputs is written only while the application polls, or its event loop runs: when that hangs, the
+watchdog of the gateway reacts. Times are UTC in nanoseconds by the clock of the gateway, 0 = never; time-outs are in
+seconds.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import ctypes
+import enum
+from collections import deque
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any, AsyncIterator, Callable, Generator, Mapping, Optional, Sequence, Union
+
+from . import _library as c
+
+__all__ = ["Call", "CallError", "Client", "Error", "Event", "Group", "GroupError", "GroupState", "Line", "LineChange",
+           "LineStatus", "NotReady", "Outcome", "Quality", "Snapshot", "Subscription", "Value", "version"]
+
+Data = Union[None, bool, int, float, str, bytes]
+
+_POLL_MS = 100  # the longest poll of an event loop
+_MOST_WAITING = 10_000  # items of a stream that its consumer did not take
+_lib = c.load()
+
+
+def version() -> str:
+    """Of the library."""
+    return _lib.linegate_version().decode()
+
+
+class Error(Exception):
+    """A function failed; `code` is a LINEGATE_ERROR_ number of linegate.h."""
+
+    def __init__(self, code: int, text: str) -> None:
+        super().__init__(text)
+        self.code = code
+
+
+class NotReady(Error):
+    """The line or its layout was not received, or its gateway is lost."""
+
+
+class CallError(Error):
+    """A command failed."""
+
+    def __init__(self, outcome: "Outcome", code: int, text: str) -> None:
+        super().__init__(-10, text)
+        self.outcome = outcome
+        self.reason = code  # by outcome: SDO abort code, errno, or Refusal of linegate.idl
+
+
+class GroupError(Error):
+    """A group of outputs is not held: it was refused, or lost."""
+
+    def __init__(self, state: "GroupState", text: str) -> None:
+        super().__init__(-10, text)
+        self.state = state
+
+
+class LineStatus(enum.IntEnum):
+    """linegate_status."""
+    WAITING = 0  # not, or not completely, received
+    READY = 1  # values, outputs and commands are possible
+    SILENT = 2  # its gateway published nothing for 3 s
+    LOST = 3  # its gateway ended or is unreachable, or removed the line
+    AMBIGUOUS = 4  # several gateways have a line of that name
+
+    @property
+    def text(self) -> str:
+        """In words."""
+        return _lib.linegate_status_text(self.value).decode()
+
+
+class Quality(enum.IntEnum):
+    """linegate_quality: how far a value can be relied on."""
+    GOOD = 0
+    NO_LINE = 1
+    NO_DATA = 2
+    NO_NAME = 3
+    NOT_RECEIVED = 4
+    NODE_MISSING = 5
+    NOT_SENT = 6
+    GATEWAY_SILENT = 7
+    GATEWAY_LOST = 8
+    NAME_AMBIGUOUS = 9
+
+    @property
+    def text(self) -> str:
+        """In words."""
+        return _lib.linegate_quality_text(self.value).decode()
+
+
+class GroupState(enum.IntEnum):
+    """linegate_group_state_number."""
+    IDLE = 0  # nothing is written: not armed yet, or released
+    TAKING = 1  # is written; the gateway did not report that it applies the values
+    HELD = 2  # the gateway applies the values
+    REFUSED = 3  # the gateway refused them; nothing is written
+    LOST = 4  # nothing is written, and the values are discarded
+
+
+class Outcome(enum.IntEnum):
+    """linegate_outcome."""
+    PENDING = 0
+    DONE = 1
+    SDO_ABORT = 2
+    INTERFACE_ERROR = 3
+    REFUSED = 4
+
+
+@dataclass(frozen=True)
+class Value:
+    """A value by name. `data` is the last one, whatever the quality; None: there is none."""
+    name: str
+    data: Data
+    quality: Quality
+    known: bool  # outputs: it was written, or has a default
+    time: int  # of the last PDO that carried it
+
+    @property
+    def good(self) -> bool:
+        """Whether the value can be relied on."""
+        return self.quality == Quality.GOOD
+
+    def __str__(self) -> str:
+        return f"{self.name} = {self.data}, {self.quality.text}"
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """Values of one moment, in the order of their names."""
+    values: Sequence[Value]
+    time: int  # of the newest image
+    sequence: int  # of that image
+    lost: int  # call-backs: images that this client did not receive since the last one
+
+    @property
+    def good(self) -> bool:
+        """Whether all of them are good."""
+        return all(value.good for value in self.values)
+
+    def __getitem__(self, place: int) -> Value:
+        return self.values[place]
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+
+@dataclass(frozen=True)
+class LineChange:
+    """A change of a line."""
+    gateway: str
+    line: str
+    status: LineStatus
+    restarted: bool  # by another start of the gateway
+    layout_changed: bool  # names and places of the values are others
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happened on a line (`line` is empty: in the gateway itself)."""
+    gateway: str
+    line: str
+    name: str  # of the kind: "heartbeat-lost"; empty: unknown to this version
+    text: str
+    number: int
+    stream: int  # of the number
+    time: int
+    kind: int  # EventKind of linegate.idl
+    severity: int  # 0 information, 1 warning, 2 error
+    node: int  # 1..127, 0 = the line itself
+    code: int  # by kind
+    value: int
+    data: bytes
+
+
+def _checked(result: int) -> int:
+    """The result of a C function; raises its error."""
+    if result >= 0:
+        return result
+    text = _lib.linegate_error_text(result).decode()
+    raise (NotReady if result == -2 else Error)(result, text)
+
+
+def _milliseconds(seconds: float) -> int:
+    return max(0, min(round(seconds * 1000), 3_600_000))
+
+
+def _text(raw: Optional[bytes]) -> str:
+    return (raw or b"").decode(errors="replace")
+
+
+def _names(names: Sequence[str]) -> Any:
+    return (ctypes.c_char_p * len(names))(*(name.encode() for name in names))
+
+
+def _data(value: c.Value) -> Data:
+    raw = bytes(value.bytes[:value.length])
+    by_type: Sequence[Callable[[], Data]] = (
+        lambda: None, lambda: bool(value.integer), lambda: value.integer, lambda: value.unsigned_integer,
+        lambda: value.real, lambda: _text(raw), lambda: raw)
+    return by_type[value.type]() if 0 <= value.type < len(by_type) else raw
+
+
+def _snapshot(names: Sequence[str], values: Any, image: c.Image) -> Snapshot:
+    return Snapshot(tuple(Value(name, _data(values[i]), Quality(values[i].quality), bool(values[i].known),
+                                values[i].time) for i, name in enumerate(names)),
+                    image.time, image.sequence, image.lost)
+
+
+class Subscription:
+    """Call-backs until cancel(), or the end of the client."""
+
+    def __init__(self, client: "Client", number: int, callback: Any) -> None:
+        self._client, self._number = client, number
+        client._callbacks[number] = callback  # ctypes does not keep it
+
+    def cancel(self) -> None:
+        """Ends the call-backs."""
+        if self._client._callbacks.pop(self._number, None) is not None:
+            _lib.linegate_unsubscribe(self._client._handle, self._number)
+
+
+class Call:
+    """A command under way, or its result: `await` it, or call result()."""
+
+    def __init__(self, client: "Client", number: int) -> None:
+        self._client, self._number = client, number
+
+    def __del__(self) -> None:
+        self._client._unused.append(self._number)  # freed by the next poll; the call goes on
+
+    def _result(self) -> c.Result:
+        result = c.Result()
+        _checked(_lib.linegate_call_result(self._client._handle, self._number, result))
+        return result
+
+    @property
+    def outcome(self) -> Outcome:
+        """PENDING, DONE, or the kind of the error."""
+        return Outcome(self._result().outcome)
+
+    @property
+    def done(self) -> bool:
+        """Whether it has ended."""
+        return self.outcome != Outcome.PENDING
+
+    @property
+    def progress(self) -> tuple[int, int]:
+        """Amount done and total of a long command, by its last report; 0 = unknown."""
+        result = self._result()
+        return result.progress_done, result.progress_total
+
+    def _data(self) -> bytes:
+        result = self._result()
+        if result.outcome != Outcome.DONE:
+            raise CallError(Outcome(result.outcome), result.code, _text(result.text))
+        buffer = ctypes.create_string_buffer(max(1, result.length))
+        length = _checked(_lib.linegate_call_data(self._client._handle, self._number, buffer, result.length))
+        return buffer.raw[:length]
+
+    def result(self) -> bytes:
+        """Polls until it is done, without an event loop. Returns the data of the reply; raises CallError."""
+        self._client._forbid_loop()
+        _lib.linegate_call_wait(self._client._handle, self._number)
+        return self._data()
+
+    def __await__(self) -> Generator[Any, None, bytes]:
+        yield from self._client._until(lambda: self.done).__await__()
+        return self._data()
+
+    def cancel(self) -> None:
+        """Ends a call that is pending. The gateway may carry it out nevertheless."""
+        _checked(_lib.linegate_call_cancel(self._client._handle, self._number))
+
+
+class Group:
+    """A group of outputs. Nothing is written before arm() or hold(), and nothing after a loss until the next one: this
+    is a decision of the application. A loss discards all values of the group."""
+
+    def __init__(self, line: "Line", number: int) -> None:
+        self._client, self._line, self._number = line._client, line, number
+
+    def _state(self) -> tuple[GroupState, str]:
+        text = ctypes.create_string_buffer(256)
+        state = _checked(_lib.linegate_group_state(self._client._handle, self._number, text, len(text)))
+        return GroupState(state), _text(text.value)
+
+    @property
+    def state(self) -> GroupState:
+        """Its state."""
+        return self._state()[0]
+
+    @property
+    def text(self) -> str:
+        """Its state in words, with the reason."""
+        return self._state()[1]
+
+    @property
+    def owner(self) -> str:
+        """The client whose values the gateway applied last; empty: none."""
+        owner = ctypes.create_string_buffer(256)
+        _checked(_lib.linegate_group_owner(self._client._handle, self._number, owner, len(owner)))
+        return _text(owner.value)
+
+    def set(self, name: str, value: Union[bool, int, float, bytes]) -> None:
+        """The value of an output from now on; values that are set between two polls are sent together. Raises NotReady
+        if the line is not ready."""
+        handle, to = self._client._handle, name.encode()
+        if isinstance(value, int):
+            if value.bit_length() > 64:
+                raise Error(-6, _text(_lib.linegate_error_text(-6)))
+            function = _lib.linegate_set_integer if value < 1 << 63 else _lib.linegate_set_unsigned
+            if value < -(1 << 63):
+                raise Error(-6, _text(_lib.linegate_error_text(-6)))
+            _checked(function(handle, self._number, to, value))
+        elif isinstance(value, float):
+            _checked(_lib.linegate_set_real(handle, self._number, to, value))
+        else:
+            _checked(_lib.linegate_set_bytes(handle, self._number, to, bytes(value), len(value)))
+
+    def arm(self) -> None:
+        """Begins to write. Raises NotReady if the line is not ready."""
+        _checked(_lib.linegate_arm(self._client._handle, self._number))
+
+    def release(self) -> None:
+        """Stops writing: after its time the watchdog reacts."""
+        _checked(_lib.linegate_release(self._client._handle, self._number))
+
+    async def hold(self, values: Mapping[str, Union[bool, int, float, bytes]]) -> None:
+        """Waits until the line is ready, sets the values, arms the group, and waits until the gateway applies them.
+        Raises GroupError if it refuses them or the group is lost meanwhile."""
+        while True:
+            await self._line.ready()
+            try:
+                for name, value in values.items():
+                    self.set(name, value)
+                self.arm()
+                break
+            except NotReady:
+                await self._client._turn()
+        await self._client._until(lambda: self.state != GroupState.TAKING)
+        state, text = self._state()
+        if state != GroupState.HELD:
+            raise GroupError(state, text)
+
+    async def ended(self) -> str:
+        """Waits until nothing is written any more. Returns the state in words, with the reason."""
+        await self._client._until(lambda: self.state not in (GroupState.TAKING, GroupState.HELD))
+        return self.text
+
+    def on_state(self, call_back: Callable[["Group"], None]) -> Subscription:
+        """Calls back when the state changes."""
+        def changed(_user: Any, _group: int, _state: int) -> None:
+            self._client._due.append(lambda: call_back(self))
+        callback = c.ON_GROUP(changed)
+        return Subscription(self._client, _checked(_lib.linegate_subscribe_group(
+            self._client._handle, self._number, callback, None)), callback)
+
+
+class Line:
+    """A line by name. It need not exist yet."""
+
+    def __init__(self, client: "Client", name: str) -> None:
+        self.name = name
+        self._client = client
+        self._number = _checked(_lib.linegate_line(client._handle, name.encode()))
+
+    @property
+    def status(self) -> LineStatus:
+        """Whether it is ready."""
+        return LineStatus(_checked(_lib.linegate_line_status(self._client._handle, self._number)))
+
+    def wait(self, timeout: float) -> bool:
+        """Polls until it is ready, without an event loop. Returns whether it is."""
+        self._client._forbid_loop()
+        return _lib.linegate_line_wait(self._client._handle, self._number, _milliseconds(timeout)) == 0
+
+    async def ready(self) -> None:
+        """Waits until it is ready."""
+        await self._client._until(lambda: self.status == LineStatus.READY)
+
+    def _list(self, outputs: int) -> list[str]:
+        out: list[str] = []
+        name = ctypes.create_string_buffer(1024)
+        while _lib.linegate_line_name(self._client._handle, self._number, outputs, len(out), name, len(name)) >= 0:
+            out.append(_text(name.value))
+        return out
+
+    def inputs(self) -> list[str]:
+        """The names of the inputs; empty if the layout was not received."""
+        return self._list(0)
+
+    def outputs(self) -> list[str]:
+        """The names of the outputs."""
+        return self._list(1)
+
+    def read(self, *names: str) -> Snapshot:
+        """The values of these names, of one moment for each direction. Names are those of `linegate image`;
+        "inputs:NAME" and "outputs:NAME" name the direction."""
+        values, image = (c.Value * len(names))(), c.Image()
+        _checked(_lib.linegate_read(self._client._handle, self._number, _names(names), len(names), values, image))
+        return _snapshot(names, values, image)
+
+    def on_change(self, names: Sequence[str], call_back: Callable[[Snapshot], None]) -> Subscription:
+        """Calls back at the beginning, and when value or quality of one of them changes."""
+        names = tuple(names)
+
+        def changed(_user: Any, values: Any, _count: int, image: Any) -> None:
+            now = _snapshot(names, values, image.contents)
+            self._client._due.append(lambda: call_back(now))
+        callback = c.ON_VALUES(changed)
+        return Subscription(self._client, _checked(_lib.linegate_subscribe(
+            self._client._handle, self._number, _names(names), len(names), callback, None)), callback)
+
+    async def changes(self, *names: str) -> AsyncIterator[Snapshot]:
+        """What on_change() calls back with, as a stream."""
+        async for snapshot in self._client._stream(lambda put: self.on_change(names, put)):
+            yield snapshot
+
+    def group(self, name: str = "", *, watchdog: float = 1.0, reactions: int = 1) -> Group:
+        """A group of outputs by name or number; "": of a line without groups. watchdog: time without a sample after
+        which the gateway reacts, 0 = never. reactions: WATCHDOG_ bits of linegate.idl, 1: the outputs become 0."""
+        return Group(self, _checked(_lib.linegate_group(self._client._handle, self._number, name.encode(),
+                                                        _milliseconds(watchdog), reactions)))
+
+    def request(self, kind: int, *, timeout: float = 10.0, attempts: int = 1, data: bytes = b"",
+                **members: int) -> Call:
+        """A command by the members of a CommandRequest: linegate.idl, COMMANDS.md."""
+        request = c.Request(size=ctypes.sizeof(c.Request), kind=kind, data=data, length=len(data), attempts=attempts,
+                            **members)
+        return Call(self._client, _checked(_lib.linegate_request_call(self._client._handle, self._number, request,
+                                                                      _milliseconds(timeout))))
+
+    def sdo_read(self, node: int, index: int, sub: int = 0, *, timeout: float = 10.0) -> Call:
+        """Reads an object of a device."""
+        return self.request(0, node=node, index=index, sub=sub, timeout=timeout)
+
+    def sdo_write(self, node: int, index: int, sub: int, value: bytes, *, timeout: float = 10.0) -> Call:
+        """Writes an object of a device."""
+        return self.request(1, node=node, index=index, sub=sub, data=value, timeout=timeout)
+
+    def nmt(self, node: int, command: int, *, timeout: float = 10.0) -> Call:
+        """Sends an NMT command: NMT_ of linegate.idl (1 start, 2 stop, 128 pre-operational, ...); node 0 = all."""
+        return self.request(6, node=node, nmt=command, timeout=timeout)
+
+
+class Client:
+    """A client in a DDS domain; the arguments are those of linegate_options. Raises Error if it cannot connect."""
+
+    def __init__(self, domain: int = 0, *, profile: Optional[str] = None, identity: Optional[str] = None,
+                 name: Optional[str] = None, strength: int = 0, read_only: bool = False) -> None:
+        self._callbacks: dict[int, Any] = {}
+        self._due: deque[Callable[[], None]] = deque()  # call-backs
+        self._unused: deque[int] = deque()  # numbers to be freed
+        self._task: Optional[asyncio.Task[None]] = None
+        self._next: Optional[asyncio.Future[None]] = None  # done after the next poll of the task
+        self._ending = False
+        self._handle: Optional[int] = None
+        error = ctypes.create_string_buffer(1024)
+        encoded = [None if text is None else text.encode() for text in (profile, identity, name)]
+        options = c.Options(ctypes.sizeof(c.Options), domain, strength, *encoded, int(read_only))
+        self._handle = _lib.linegate_connect(options, error, len(error))
+        if not self._handle:
+            raise Error(-8, _text(error.value))
+
+    def close(self) -> None:
+        """Releases all groups. Not within a call-back."""
+        if self._handle:
+            _checked(_lib.linegate_close(self._handle))
+        self._handle = None  # its address may be that of another client later
+        self._callbacks.clear()
+
+    def __enter__(self) -> "Client":
+        return self
+
+    def __exit__(self, kind: Optional[type[BaseException]], error: Optional[BaseException],
+                 trace: Optional[TracebackType]) -> None:
+        self.close()
+
+    def poll(self, timeout: float = 0.1) -> None:
+        """Receives samples, calls call-backs, and writes held outputs, without an event loop. Returns when something
+        was received, or the time has passed; may return early. Call it at least every 100 ms while outputs are held."""
+        self._forbid_loop()
+        _checked(_lib.linegate_poll(self._handle, _milliseconds(timeout)))
+        self._free()
+        while self._due:
+            self._due.popleft()()
+
+    def line(self, name: str) -> Line:
+        """A line: "LINE", or "GATEWAY/LINE"."""
+        return Line(self, name)
+
+    def on_line(self, call_back: Callable[[LineChange], None]) -> Subscription:
+        """Calls back for each line at the beginning, and when its status changes, its gateway was restarted, or its
+        layout is another one."""
+        def changed(_user: Any, gateway: bytes, line: bytes, status: int, restarted: int, layout: int) -> None:
+            change = LineChange(_text(gateway), _text(line), LineStatus(status), bool(restarted), bool(layout))
+            self._due.append(lambda: call_back(change))
+        callback = c.ON_LINE(changed)
+        return Subscription(self, _checked(_lib.linegate_subscribe_lines(self._handle, callback, None)), callback)
+
+    async def lines(self) -> AsyncIterator[LineChange]:
+        """What on_line() calls back with, as a stream."""
+        async for change in self._stream(self.on_line):
+            yield change
+
+    def on_event(self, call_back: Callable[[Event], None]) -> Subscription:
+        """Calls back for each event of all lines and gateways from now on."""
+        def happened(_user: Any, event: Any) -> None:
+            of = event.contents
+            out = Event(_text(of.gateway), _text(of.line), _text(of.name), _text(of.text), of.number, of.stream, of.time,
+                        of.kind, of.severity, of.node, of.code, of.value, bytes(of.data[:of.length]))
+            self._due.append(lambda: call_back(out))
+        callback = c.ON_EVENT(happened)
+        return Subscription(self, _checked(_lib.linegate_subscribe_events(self._handle, callback, None)), callback)
+
+    async def events(self) -> AsyncIterator[Event]:
+        """What on_event() calls back with, as a stream."""
+        async for event in self._stream(self.on_event):
+            yield event
+
+    # --- with an event loop ---
+
+    async def __aenter__(self) -> "Client":
+        self._task = asyncio.create_task(self._run())
+        return self
+
+    async def __aexit__(self, kind: Optional[type[BaseException]], error: Optional[BaseException],
+                        trace: Optional[TracebackType]) -> None:
+        self._ending = True
+        _lib.linegate_wake(self._handle)
+        if self._task is not None:
+            await asyncio.wait([self._task])
+        self.close()
+
+    async def _run(self) -> None:
+        """Polls in a thread, one poll for each turn of the event loop: the loop does not wait for samples, and held
+        outputs are not written any more when it hangs."""
+        loop = asyncio.get_running_loop()
+        with ThreadPoolExecutor(1, "linegate") as thread:
+            while not self._ending:
+                polled = await loop.run_in_executor(thread, _lib.linegate_poll, self._handle, _POLL_MS)
+                self._free()
+                while self._due:
+                    try:
+                        self._due.popleft()()
+                    except Exception as failed:  # pylint: disable=broad-except
+                        loop.call_exception_handler({"message": "a call-back of linegate failed", "exception": failed})
+                self._ending = self._ending or polled < 0
+                waiting, self._next = self._next, None
+                if waiting is not None and not waiting.done():
+                    waiting.set_result(None)
+
+    async def _turn(self) -> None:
+        """Waits for the end of the next poll."""
+        if self._task is None or self._ending:
+            raise Error(-8, "the client is not in `async with`, or has ended")
+        if self._next is None:
+            self._next = asyncio.get_running_loop().create_future()
+        await asyncio.shield(self._next)
+
+    async def _until(self, condition: Callable[[], bool]) -> None:
+        while not condition():
+            await self._turn()
+
+    async def _stream(self, subscribe: Callable[[Callable[[Any], None]], Subscription]) -> AsyncIterator[Any]:
+        """A consumer that is late by more than 10,000 items loses the oldest."""
+        items: deque[Any] = deque(maxlen=_MOST_WAITING)
+        subscription = subscribe(items.append)
+        try:
+            while True:
+                await self._until(lambda: bool(items))
+                yield items.popleft()
+        finally:
+            subscription.cancel()
+
+    def _forbid_loop(self) -> None:
+        if self._task is not None:
+            raise Error(-1, "with an event loop, await instead: it polls itself")
+
+    def _free(self) -> None:
+        while self._unused:
+            _lib.linegate_free(self._handle, self._unused.popleft())

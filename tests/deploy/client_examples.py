@@ -1,0 +1,123 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""An example of deploy/client, built against the installed library, at a gateway: it prints values, holds its output and
+sends its command. The gateway is killed and started again, and the network is cut for longer than any time of discovery:
+the example prints each loss, and holds the output again.
+
+client_examples.py BUILD LINEGATED LINEGATE LANGUAGE. In a separate network namespace.
+"""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+
+from installed_client import EXAMPLES, Installed
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "gateway", "cli"))
+from plant_process import Failure, end, run_test, until  # noqa: E402 pylint: disable=wrong-import-position
+
+CUT = 60  # seconds
+LOST = ("press: lost", "press: silent")
+
+
+class Example:
+    """The example as a process; what it prints is read from a file."""
+
+    def __init__(self, folder, command, environment):
+        self.path, self.passed = os.path.join(folder, "output"), 0
+        with open(self.path, "wb") as output:
+            self.process = subprocess.Popen(command, stdout=output, stderr=subprocess.STDOUT, env=environment)
+
+    def lines(self):
+        if self.process.poll() is not None:
+            raise Failure(f"the example ended with {self.process.returncode}: {self.text()}")
+        return self.text().splitlines()
+
+    def text(self):
+        with open(self.path, encoding="utf-8") as file:
+            return file.read()
+
+    def expect(self, *beginnings):
+        """Waits for a line that begins so, after the last one that was expected."""
+        def found():
+            lines = self.lines()
+            place = next((i for i in range(self.passed, len(lines)) if lines[i].startswith(beginnings)), None)
+            if place is not None:
+                self.passed = place + 1
+            return place is not None
+        try:
+            until(f"the example prints {beginnings}", found)
+        except Failure as failure:
+            raise Failure(f"{failure}\n{self.text()}") from failure
+
+
+class Machine:
+    """The gateway, and the console that reads what its device has."""
+
+    def __init__(self, linegated, linegate):
+        self.linegated, self.linegate = linegated, linegate
+        self.gateway = None
+
+    def start(self):
+        self.gateway = subprocess.Popen([self.linegated, os.path.join(EXAMPLES, "plant.yaml")])
+
+    def kill(self):
+        self.gateway.send_signal(signal.SIGKILL)
+        self.gateway.wait()
+
+    def lamps(self):
+        """The outputs that the device has; None while it does not answer."""
+        told = subprocess.run([self.linegate, "--json", "sdo", "read", "press:8", "6200:01", "u8"], capture_output=True,
+                              text=True, check=False)
+        return json.loads(told.stdout).get("value") if told.returncode == 0 else None
+
+    def expect_held(self, example):
+        example.expect("lamps: held")
+        until("the device has the output", lambda: self.lamps() == "5")
+
+
+def link(state):
+    """The network of the test: up, or cut."""
+    subprocess.run(["ip", "link", "set", "lo", state], check=True)
+    if state == "up":
+        subprocess.run(["ip", "route", "add", "224.0.0.0/4", "dev", "lo"], check=True)
+
+
+def run(machine, example):
+    machine.start()
+    example.expect("panel.Read input bit.Input 1 = ")
+    machine.expect_held(example)
+    example.expect("vendor: ")
+    machine.kill()
+    example.expect("lamps: lost")
+    machine.start()
+    machine.expect_held(example)
+    example.expect("vendor: ")
+    link("down")
+    signal.sigtimedwait([], CUT)
+    link("up")
+    example.expect("lamps: lost")
+    machine.expect_held(example)
+    end(machine.gateway)
+    example.expect("lamps: lost")
+    if not any(line.startswith(LOST) for line in example.lines()):
+        raise Failure(f"the loss of the line was not printed: {example.text()}")
+
+
+def test(folder, build, linegated, linegate, language):
+    installed = Installed(build, folder)
+    example = Example(folder, installed.examples()[language], installed.environment)
+    machine = Machine(linegated, linegate)
+    try:
+        run(machine, example)
+    finally:
+        print("\n".join(line for line in example.text().splitlines() if " = " not in line))
+        example.process.kill()
+        if machine.gateway is not None and machine.gateway.poll() is None:
+            machine.kill()
+
+
+if __name__ == "__main__":
+    run_test(test, own_network=True)
