@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""The Debian package, made from the build and unpacked: its contents and dependencies are right, systemd accepts its
-unit, and its programs, samples, manuals and completion work and agree.
+"""The Debian packages, made from the build and unpacked: their contents and dependencies are right, systemd accepts the
+unit, and programs, samples, manuals and completion work and agree.
 
 package.py BUILD
 """
@@ -46,6 +46,21 @@ FILES = {
 # Libraries that the programs call directly; these depend on further ones.
 NEEDED = {"libc6", "libfastrtps2.9", "libfastcdr1", "libyaml-cpp0.7", "libspdlog1.10-fmt9", "libpugixml1v5",
           "libsystemd0", "libncursesw6", "libsqlite3-0", "libssl3"}
+# Packages of the client library: files, and packages that they need.
+CLIENT = {
+    "liblinegate-client1": (
+        {"usr/lib/liblinegate-client.so.1", "usr/lib/liblinegate-client.so.0.1.0"},
+        {"libc6", "libfastrtps2.9", "libfastcdr1", "libpugixml1v5", "libssl3"}),
+    "liblinegate-client-dev": (
+        {"usr/include/linegate/client.h", "usr/include/linegate/linegate.h", "usr/lib/liblinegate-client.so",
+         "usr/lib/pkgconfig/linegate-client.pc",
+         *(f"usr/lib/cmake/linegate/linegate-{name}.cmake" for name in (
+             "config", "config-version", "client-targets", "client-targets-relwithdebinfo"))},
+        {"liblinegate-client1 (= 0.1.0)"}),
+    "python3-linegate": (
+        {f"usr/lib/python3/dist-packages/linegate/{name}" for name in ("__init__.py", "_library.py", "py.typed")},
+        {"liblinegate-client1 (= 0.1.0)", "python3"}),
+}
 CONTROL = {"conffiles", "control", "md5sums", "postinst", "prerm", "postrm"}
 
 
@@ -69,7 +84,9 @@ class Package(unittest.TestCase):
         where = cls.folder.name
         os.chmod(where, 0o755)  # other users run its programs, too
         output("cpack", "-G", "DEB", "-B", where, cwd=BUILD)
-        (package,) = [name for name in os.listdir(where) if name.endswith(".deb")]
+        cls.packages = {name.split("_")[0]: os.path.join(where, name) for name in os.listdir(where)
+                        if name.endswith(".deb")}
+        package = os.path.basename(cls.packages["linegate"])
         cls.package = os.path.join(where, package)
         cls.root = os.path.join(where, "root")
         cls.control = os.path.join(where, "control")
@@ -98,6 +115,25 @@ class Package(unittest.TestCase):
         self.assertEqual(NEEDED - depends, set())
         self.assertIn("adduser", depends)
         self.assertEqual({name for name in depends if name.endswith("-dev")}, set())
+
+    def test_the_client_library_has_packages_of_its_own(self):
+        self.assertEqual(set(self.packages), {"linegate", *CLIENT})
+        root = os.path.join(self.folder.name, "client")
+        for name, (files, needed) in CLIENT.items():
+            package = self.packages[name]
+            output("dpkg-deb", "--extract", package, root)
+            listed = [line.split()[5] for line in output("dpkg-deb", "--contents", package).splitlines()]
+            found = {path[2:] for path in listed if not path.endswith("/")}
+            self.assertEqual(found, files | {f"usr/share/doc/{name}/copyright"})
+            depends = output("dpkg-deb", "--field", package, "Depends").strip()
+            self.assertEqual(needed - set(re.split(r", ", re.sub(r" \(>=[^)]*\)", "", depends))), set())
+        self.assertEqual(output("dpkg-deb", "--field", self.packages["python3-linegate"], "Architecture"), "all\n")
+        self.assertIn("liblinegate-client 1 liblinegate-client1", output(
+            "dpkg-deb", "--info", self.packages["liblinegate-client1"], "shlibs"))
+        script = "import linegate\nprint(linegate.version())"
+        self.assertEqual(output("/usr/bin/python3", "-B", "-c", script, env={
+            **os.environ, "PYTHONPATH": os.path.join(root, "usr/lib/python3/dist-packages"),
+            "LD_LIBRARY_PATH": os.path.join(root, "usr/lib")}), self.field("Version") + "\n")
 
     def test_keeps_what_the_operator_changed(self):
         with open(os.path.join(self.control, "conffiles"), encoding="utf-8") as file:
