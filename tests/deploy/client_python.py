@@ -1,0 +1,145 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""The Python module of the client library, installed from the build, at a gateway: with and without an event loop.
+
+client_python.py BUILD LINEGATED. In a separate network namespace.
+"""
+
+import asyncio
+import os
+import subprocess
+import sys
+import time
+
+from installed_client import EXAMPLES, Installed
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "gateway", "cli"))
+from plant_process import Failure, end, expect, run_test, until  # noqa: E402 pylint: disable=wrong-import-position
+
+LAMP = "panel.Write output 8-bit.Outputs 1 to 8"
+POSITION, SWITCH = "angle.Position value", "panel.Read input bit.Input 1"
+PATIENCE = 60  # seconds
+
+
+def raised(kind, function, *arguments):
+    """The exception of that kind that the function raises."""
+    try:
+        function(*arguments)
+    except kind as error:
+        return error
+    raise Failure(f"{function} did not raise {kind}")
+
+
+def without_a_loop(linegate):
+    with linegate.Client(name="first") as client:
+        press = client.line("press")
+        expect("status at the start", press.status, linegate.LineStatus.WAITING)
+        expect("a value at the start", press.read(POSITION)[0].quality, linegate.Quality.NO_LINE)
+        expect("ready", press.wait(PATIENCE), True)
+        expect("outputs", press.outputs()[0], LAMP)
+        expect("inputs", POSITION in press.inputs(), True)
+        until("values are good", lambda: client.poll(0.1) or press.read(POSITION, SWITCH).good)
+        now = press.read(POSITION, SWITCH, "absent")
+        expect("types", [type(value.data) for value in now.values], [int, bool, type(None)])
+        expect("an absent name", now[2].quality, linegate.Quality.NO_NAME)
+        expect("SDO", press.sdo_read(8, 0x1018, 1).result(), (19527).to_bytes(4, "little"))
+        error = raised(linegate.CallError, press.sdo_read(8, 0x1FFF).result)
+        expect("SDO abort", (error.outcome, error.reason), (linegate.Outcome.SDO_ABORT, 0x0602_0000))
+        press.sdo_write(8, 0x1017, 0, (500).to_bytes(2, "little")).result()
+        calls(client, press)
+        outputs(linegate, client, press)
+    expect("closed", raised(linegate.Error, client.poll).code, -1)
+
+
+def calls(client, press):
+    """Call-backs, until they are cancelled; an exception of one reaches the caller of poll()."""
+    seen = []
+    subscription = press.on_change([POSITION], seen.append)
+    until("two call-backs", lambda: client.poll(0.1) or len(seen) > 1)
+    subscription.cancel()
+    client.poll(0)
+    seen.clear()
+    client.poll(0.5)
+    expect("call-backs after cancel()", seen, [])
+    wrong = press.on_change([POSITION], lambda now: now[7])
+    raised(IndexError, lambda: [client.poll(0.1) for _ in range(100)])
+    wrong.cancel()
+
+
+def outputs(linegate, client, press):
+    lamps = press.group("lamps")
+    expect("no such output", raised(linegate.Error, lamps.set, "absent", 1).code, -4)
+    for value in (256, -1, 1 << 63, 1 << 64, -(1 << 64)):
+        expect(f"{value} in 8 bits", raised(linegate.Error, lamps.set, LAMP, value).code, -6)
+    expect("not armed", lamps.state, linegate.GroupState.IDLE)
+    lamps.set(LAMP, 9)
+
+    def armed():
+        client.poll(0.1)
+        try:
+            lamps.arm()
+        except linegate.NotReady:
+            return False
+        return True
+    until("armed", armed)
+    until("held", lambda: client.poll(0.1) or lamps.state == linegate.GroupState.HELD)
+    expect("owner", lamps.owner, "first")
+    until("sent", lambda: client.poll(0.1) or press.read("outputs:" + LAMP)[0].good)
+    expect("output", press.read("outputs:" + LAMP)[0].data, 9)
+    lamps.release()
+    expect("released", lamps.state, linegate.GroupState.IDLE)
+
+
+async def with_a_loop(linegate):
+    failed = []
+    asyncio.get_running_loop().set_exception_handler(lambda _loop, context: failed.append(context["exception"]))
+    async with linegate.Client(name="second") as client:
+        press, lamps = client.line("press"), client.line("press").group("lamps")
+        expect("poll in a loop", raised(linegate.Error, client.poll).code, -1)
+        await press.ready()
+        async for change in client.lines():
+            expect("change", (change.gateway, change.line), ("cell", "press"))
+            break
+        async for image in press.changes(POSITION):
+            if image.good:
+                break
+        events = client.events()
+        coming = asyncio.ensure_future(anext(events))
+        await asyncio.sleep(0)
+        await press.nmt(7, 2)
+        expect("event", (await coming).line, "press")
+        await press.nmt(7, 1)
+        await lamps.hold({LAMP: 3})
+        expect("several calls", await asyncio.gather(*(press.sdo_read(8, 0x6200, 1) for _ in range(20))), [b"\3"] * 20)
+        press.on_change([POSITION], lambda now: now[7])
+        while not failed:
+            await asyncio.sleep(0.1)
+        expect("an exception of a call-back", type(failed[0]), IndexError)
+        time.sleep(3)  # the loop hangs, and the watchdog of 1 s fires
+        expect("hung", await lamps.ended(), "lost: its watchdog has fired")
+        await lamps.hold({LAMP: 4})
+        async with linegate.Client(name="third", strength=1) as stronger:
+            await stronger.line("press").group("lamps").hold({LAMP: 6})
+            expect("another owner", await lamps.ended(), "lost: another client writes the group")
+            expect("its output", await press.sdo_read(8, 0x6200, 1), b"\6")
+    expect("closed", (await asyncio.gather(press.ready(), return_exceptions=True))[0].code, -1)
+
+
+def test(folder, build, linegated):
+    installed = Installed(build, folder)
+    os.environ["LINEGATE_CLIENT_LIBRARY"] = installed.library
+    sys.path.insert(0, installed.python)
+    import linegate  # pylint: disable=import-outside-toplevel,import-error
+
+    gateway = subprocess.Popen([linegated, os.path.join(EXAMPLES, "plant.yaml")])
+    try:
+        without_a_loop(linegate)
+        asyncio.run(asyncio.wait_for(with_a_loop(linegate), 2 * PATIENCE))
+    except BaseException:
+        gateway.kill()
+        raise
+    end(gateway)
+
+
+if __name__ == "__main__":
+    run_test(test, own_network=True)
