@@ -152,12 +152,17 @@ void Core::note_progress(const dds::Source& source, const dds::ReceivedEvent& ev
   const auto* const progress = event.get<event::CommandProgress>();
   if (progress == nullptr)
     return;
+  // The event does not name the request. A line carries out such commands of a node one after the
+  // other, so it belongs to the first one.
   for (const auto& call : calls) {
-    const bool same = call->target.gateway == source.gateway && call->target.line == source.line &&
+    const bool same = call->id != 0 && call->target.gateway == source.gateway &&
+                      call->target.line == source.line &&
                       call->raw.kind == static_cast<std::uint8_t>(progress->command) &&
                       (call->raw.node == event.node || event.node == 0);
-    if (same)
+    if (same) {
       call->progress = {progress->done, progress->total};
+      return;
+    }
   }
 }
 

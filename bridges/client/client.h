@@ -189,7 +189,8 @@ class Call {
   std::vector<std::byte> bytes() const;
   // They as a little-endian unsigned number of up to 8 bytes, else 0.
   std::uint64_t number() const;
-  // Amount done and total of a long command, by its last report; 0 = unknown.
+  // Amount done and total of a long command, by its last report; 0 = unknown. A report names node
+  // and kind of a command alone, so it may be of another client's.
   std::pair<std::uint32_t, std::uint32_t> progress() const;
   // Polls until it is done, at most until its time-out. Returns ok().
   bool wait();
@@ -249,7 +250,8 @@ class Group {
   Error set(std::string_view name, const Data& value);
   template <class T>
   requires std::is_arithmetic_v<T> Error set(std::string_view name, T value);
-  // Begins to write, with another arming number than before.
+  // Begins to write, with another arming number than before. not_ready: the line is not ready, or
+  // the names of its groups were not received yet; try again after the next poll.
   Error arm();
   // Stops writing: after its time the watchdog reacts.
   void release();

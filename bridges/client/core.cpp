@@ -395,7 +395,10 @@ void Core::compare(const std::shared_ptr<SubscriptionData>& subscription) {
   std::vector<std::pair<Data, Quality>> values;
   for (const Value& value : now.values)
     values.emplace_back(value.data, value.quality);
-  if (subscription->begun && values == subscription->last)
+  const auto unchanged = [](const auto& a, const auto& b) {
+    return a.second == b.second && is_same(a.first, b.first);
+  };
+  if (subscription->begun && std::ranges::equal(values, subscription->last, unchanged))
     return;
   std::uint64_t lost = 0;
   if (line != nullptr) {

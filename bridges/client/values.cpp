@@ -290,4 +290,12 @@ bool Snapshot::good() const {
   return std::ranges::all_of(values, &Value::good);
 }
 
+bool is_same(const Data& a, const Data& b) {
+  const auto* const left = std::get_if<double>(&a);
+  const auto* const right = std::get_if<double>(&b);
+  if (left != nullptr && right != nullptr)
+    return std::bit_cast<std::uint64_t>(*left) == std::bit_cast<std::uint64_t>(*right);
+  return a == b;
+}
+
 }  // namespace linegate::client

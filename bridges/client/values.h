@@ -26,4 +26,7 @@ Error encode(const Data& value, od::DataType type, std::uint16_t bits, std::vect
 
 std::string text_of(const Data& data);
 
+// Whether they are the same; a NaN is the same as a NaN of the same bits.
+bool is_same(const Data& a, const Data& b);
+
 }  // namespace linegate::client

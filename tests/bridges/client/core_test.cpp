@@ -153,5 +153,16 @@ TEST_F(ClientCore, ACallWithoutAHandleCallsBack) {
   EXPECT_EQ(answer, 0x1234U);
 }
 
+TEST_F(ClientCore, AReportOfProgressBelongsToTheFirstCallOfItsKind) {
+  begin();
+  const auto kind = static_cast<std::uint8_t>(line::CommandKind::configure);
+  const Call first = line.request({.kind = kind, .node = 1});
+  const Call second = line.request({.kind = kind, .node = 1});
+  world->progress(1, {.command = line::CommandKind::configure, .done = 3, .total = 9});
+  client.poll(0ms);
+  EXPECT_EQ(first.progress(), std::pair(3U, 9U));
+  EXPECT_EQ(second.progress(), std::pair(0U, 0U));
+}
+
 }  // namespace
 }  // namespace linegate::client

@@ -54,6 +54,17 @@ void FakeWorld::gone() {
   samples.emplace_back([](dds::ClientListener& to) { to.on_line_gone("gw", "press"); });
 }
 
+void FakeWorld::progress(std::uint8_t node, const event::CommandProgress& progress) {
+  samples.emplace_back([node, progress](dds::ClientListener& to) {
+    dds::ReceivedEvent event;
+    event.number = 1;
+    event.kind = EventKind::command_progress;
+    event.node = node;
+    event.data = progress;
+    to.on_event(source_of(1), event, "", {});
+  });
+}
+
 void FakeWorld::reply(std::uint64_t id, linegate::Error error, std::vector<std::byte> bytes) {
   dds::CommandResult out;
   out.id = id;

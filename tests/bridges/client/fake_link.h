@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "bridges/client/link.h"
+#include "stack/base/events.h"
 
 namespace linegate::client {
 
@@ -32,6 +33,7 @@ struct FakeWorld {
              std::uint64_t id = 7);
   void group(std::uint64_t incarnation, const line::OutputState& state);
   void gone();
+  void progress(std::uint8_t node, const event::CommandProgress& progress);
   void reply(std::uint64_t id, linegate::Error error, std::vector<std::byte> bytes = {});
   // All of a line that is ready: an input "ram.In" and an output "ram.Out", both UNSIGNED8.
   void whole_line(std::uint64_t incarnation);

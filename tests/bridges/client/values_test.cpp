@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -105,6 +106,15 @@ TEST(ClientValues, WhatDoesNotFitIsRefused) {
   EXPECT_EQ(encode(std::string("abc"), DataType::visible_string, 16, out), Error::out_of_range);
   EXPECT_EQ(encode(7.0, DataType::unsigned8, 8, out), Error::none);
   EXPECT_EQ(out, bytes({7}));
+}
+
+TEST(ClientValues, ANanIsTheSameAsItself) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(is_same(nan, nan));
+  EXPECT_FALSE(is_same(nan, 0.0));
+  EXPECT_FALSE(is_same(nan, {}));
+  EXPECT_FALSE(is_same(std::int64_t{1}, std::uint64_t{1}));
+  EXPECT_TRUE(is_same(std::string("a"), std::string("a")));
 }
 
 }  // namespace
