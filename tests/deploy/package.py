@@ -127,6 +127,9 @@ class Package(unittest.TestCase):
             self.assertEqual(found, files | {f"usr/share/doc/{name}/copyright"})
             depends = output("dpkg-deb", "--field", package, "Depends").strip()
             self.assertEqual(needed - set(re.split(r", ", re.sub(r" \(>=[^)]*\)", "", depends))), set())
+        summaries = [output("dpkg-deb", "--field", package, "Description").splitlines() for package in self.packages.values()]
+        self.assertEqual(len({lines[0] for lines in summaries}), len(summaries))
+        self.assertEqual([lines[0] for lines in summaries if len(lines) < 2], [])
         self.assertEqual(output("dpkg-deb", "--field", self.packages["python3-linegate"], "Architecture"), "all\n")
         self.assertIn("liblinegate-client 1 liblinegate-client1", output(
             "dpkg-deb", "--info", self.packages["liblinegate-client1"], "shlibs"))
