@@ -278,7 +278,7 @@ class Application {
         in_(world->in),
         client_(make_client(client::make_core(std::make_unique<FuzzedLink>(world)))),
         line_(client_.line(in_.flag() ? "press" : "gw/press")),
-        group_(line_.group(in_.flag() ? "" : "a", {.watchdog = linegate::Duration(number(in_))})) {
+        group_(group_of(in_, line_)) {
     values_ = line_.on_change({"a", "outputs:a"}, [this](const client::Snapshot& now) {
       for (const client::Value& value : now.values)
         check(value, line_);
@@ -319,6 +319,11 @@ class Application {
   }
 
  private:
+  static client::Group group_of(Input& in, const client::Line& line) {
+    const char* const name = in.flag() ? "" : "a";
+    return line.group(name,
+                      {.watchdog = linegate::Duration(static_cast<std::int64_t>(number(in)))});
+  }
   void release() {
     group_.release();
     const std::uint64_t before = world_->written;
