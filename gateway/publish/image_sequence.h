@@ -25,7 +25,7 @@ class ImageSequence {
  private:
   config::Publish::Rule rule_;
   std::uint64_t number_ = 0;
-  image::LastSeen published_;
+  image::LastPublished published_;
   std::vector<image::PdoMark> skipped_;
   std::vector<image::PdoMark> scratch_;
 };

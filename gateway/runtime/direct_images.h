@@ -74,7 +74,7 @@ class DirectImages {
     // Of the snapshots since the last published one, without the newest.
     std::vector<image::PdoMark> marks;
     std::vector<std::uint64_t> changed;
-    image::LastSeen published;
+    image::LastPublished published;
     Instant retry = kNever;
     Instant waiting_since{};
   };

@@ -26,21 +26,21 @@ namespace linegate::image {
   marks.swap(scratch);
 }
 
-void LastSeen::reserve(std::size_t entries) {
+void LastPublished::reserve(std::size_t entries) {
   valid_.reserve((entries + 63) / 64);
   known_.reserve((entries + 63) / 64);
 }
 
-[[gnu::hot]] bool LastSeen::differs(const Snapshot& now,
-                                    const std::vector<std::uint64_t>& changed) const {
+[[gnu::hot]] bool LastPublished::differs(const Snapshot& now,
+                                         const std::vector<std::uint64_t>& changed) const {
   return !any_ || std::ranges::any_of(changed, [](std::uint64_t bits) { return bits != 0; }) ||
          now.valid != valid_ || now.known != known_;
 }
 
-[[gnu::hot]] void LastSeen::set(const Snapshot& seen) {
+[[gnu::hot]] void LastPublished::set(const Snapshot& snapshot) {
   any_ = true;
-  valid_ = seen.valid;
-  known_ = seen.known;
+  valid_ = snapshot.valid;
+  known_ = snapshot.known;
 }
 
 }  // namespace linegate::image

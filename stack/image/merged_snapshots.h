@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What several successive snapshots of one direction have together: receptions, and whether there
-// is anything that a reader of the first has not seen.
+// Combines successive snapshots of one direction: the sum of their receptions, and whether one
+// differs from the last published one.
 #pragma once
 
 #include <cstddef>
@@ -17,16 +17,16 @@ namespace linegate::image {
 void add_marks(std::vector<PdoMark>& marks, const std::vector<PdoMark>& newer,
                std::vector<PdoMark>& scratch);
 
-// The validity of all entries in the last snapshot that a reader was given.
-class LastSeen {
+// The validity of all entries in the last published snapshot.
+class LastPublished {
  public:
   // So that set() does not allocate with up to that many entries.
   void reserve(std::size_t entries);
-  // Whether the reader learns more from the snapshot than receptions. changed: the entries that
+  // Whether the snapshot differs in more than receptions. changed: the entries that
   // changed since the last one, a bit for each, as in Snapshot.
   bool differs(const Snapshot& now, const std::vector<std::uint64_t>& changed) const;
-  // The reader was given the snapshot.
-  void set(const Snapshot& seen);
+  // The snapshot was published.
+  void set(const Snapshot& snapshot);
 
  private:
   bool any_ = false;

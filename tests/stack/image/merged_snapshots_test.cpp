@@ -56,10 +56,10 @@ TEST(AddMarks, AnySeriesIsTheSumOfItsSnapshotsInTheOrderOfThePdos) {
   }
 }
 
-TEST(LastSeen, TheFirstAndEachChangeOfAValueOrAMarkAreNews) {
+TEST(LastPublished, TheFirstAndEachChangeOfAValueOrAMarkAreNews) {
   Snapshot snapshot{.valid = {0}, .known = {0}};
   const std::vector<std::uint64_t> none{0};
-  LastSeen last;
+  LastPublished last;
   EXPECT_TRUE(last.differs(snapshot, none)) << "nothing was seen before";
   last.set(snapshot);
   EXPECT_FALSE(last.differs(snapshot, none));
