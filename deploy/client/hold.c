@@ -2,9 +2,9 @@
 // Reads two inputs, holds one output and sends one command, whatever becomes of the gateway.
 #include <linegate/linegate.h>
 #include <stdio.h>
+#include <time.h>
 
 static const char* const names[] = {"angle.Position value", "panel.Read input bit.Input 1"};
-
 static void on_values(void* user, const linegate_value* values, size_t count,
                       const linegate_image* image) {
   for (size_t i = 0; i < count; ++i)
@@ -32,11 +32,11 @@ int main(void) {
   linegate_subscribe(client, press, names, 2, on_values, NULL);
   linegate_subscribe_group(client, lamps, on_group, client);
   linegate_subscribe_lines(client, on_line, NULL);
-  for (; linegate_poll(client, 100) == LINEGATE_OK; fflush(stdout)) {
+  for (time_t next = 0; linegate_poll(client, 100) == LINEGATE_OK; fflush(stdout)) {
     int state = linegate_group_state(client, lamps, NULL, 0);
-    if (state == LINEGATE_GROUP_TAKING || state == LINEGATE_GROUP_HELD)
+    if (state == LINEGATE_GROUP_TAKING || state == LINEGATE_GROUP_HELD || time(NULL) < next)
       continue;
-    // At the start and after each loss this application decides to hold the lamps again.
+    next = time(NULL) + 1;  // At the start and after each loss it decides to hold the lamps again.
     if (linegate_set_integer(client, lamps, "panel.Write output 8-bit.Outputs 1 to 8", 5) < 0 ||
         linegate_arm(client, lamps) < 0)  // the line is not ready
       continue;

@@ -21,15 +21,17 @@ int main() {
   const auto lines = client.on_line([](const Change& now) {
     std::printf("%s: %s\n", now.line.c_str(), describe(now.status).data());
   });
+  std::chrono::steady_clock::time_point next;
   for (; client.poll(std::chrono::milliseconds(100)); std::fflush(stdout)) {
-    if (!press.ready() || (lamps.state() != GroupState::idle && !lamps.lost()))
+    const auto now = std::chrono::steady_clock::now();
+    if (!press.ready() || (lamps.state() != GroupState::idle && !lamps.lost()) || now < next)
       continue;
     // At the start and after each loss this application decides to hold the lamps again.
+    next = now + std::chrono::seconds(1);
     if (lamps.set("panel.Write output 8-bit.Outputs 1 to 8", 5) != Error::none ||
         lamps.arm() != Error::none)  // the line is not ready
       continue;
-    Call vendor = press.sdo_read(8, 0x1018, 1);
-    vendor.on_done([](const Call& done) {
+    press.sdo_read(8, 0x1018, 1).on_done([](const Call& done) {
       std::printf("vendor: %llu %s\n", static_cast<unsigned long long>(done.number()),
                   done.text().c_str());
     });

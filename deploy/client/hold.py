@@ -16,10 +16,10 @@ async def main():
         while True:  # At the start and after each loss this application decides to hold the lamps again.
             try:
                 await lamps.hold({"panel.Write output 8-bit.Outputs 1 to 8": 5})
-                vendor = await press.sdo_read(8, 0x1018, 1)
-                print("vendor:", int.from_bytes(vendor, "little"), flush=True)
+                print("vendor:", int.from_bytes(await press.sdo_read(8, 0x1018, 1), "little"), flush=True)
                 await lamps.ended()
-            except linegate.Error as error:
+            except (linegate.GroupError, linegate.CallError, linegate.NotReady) as error:
                 print(error, flush=True)
+                await asyncio.sleep(1)
 
 asyncio.run(main())

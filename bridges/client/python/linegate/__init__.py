@@ -20,6 +20,7 @@ from __future__ import annotations
 import asyncio
 import ctypes
 import enum
+import operator
 from collections import deque
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -189,16 +190,38 @@ class Event:
     data: bytes
 
 
+def _error(code: int) -> Error:
+    text = _lib.linegate_error_text(code).decode()
+    return (NotReady if code == -2 else Error)(code, text)
+
+
 def _checked(result: int) -> int:
     """The result of a C function; raises its error."""
     if result >= 0:
         return result
-    text = _lib.linegate_error_text(result).decode()
-    raise (NotReady if result == -2 else Error)(result, text)
+    raise _error(result)
 
 
 def _milliseconds(seconds: float) -> int:
     return max(0, min(round(seconds * 1000), 3_600_000))
+
+
+def _watchdog(seconds: float) -> int:
+    if seconds < 0:
+        raise _error(-1)
+    return max(1, _milliseconds(seconds)) if seconds > 0 else 0
+
+
+def _structure(kind: Any, **members: Any) -> Any:
+    """ctypes would cut numbers that do not fit, and ignore names that do not exist."""
+    out = kind(**members)
+    names = {name for name, *_ in kind._fields_}
+    for name, value in members.items():
+        if name not in names:
+            raise TypeError(f"there is no member {name}")
+        if isinstance(value, int) and getattr(out, name) != value:
+            raise _error(-6)
+    return out
 
 
 def _text(raw: Optional[bytes]) -> str:
@@ -226,14 +249,16 @@ def _snapshot(names: Sequence[str], values: Any, image: c.Image) -> Snapshot:
 class Subscription:
     """Call-backs until cancel(), or the end of the client."""
 
-    def __init__(self, client: "Client", number: int, callback: Any) -> None:
-        self._client, self._number = client, number
+    def __init__(self, client: "Client", number: int, callback: Any, alive: list[bool]) -> None:
+        self._client, self._number, self._alive = client, number, alive
         client._callbacks[number] = callback  # ctypes does not keep it
 
     def cancel(self) -> None:
-        """Ends the call-backs."""
-        if self._client._callbacks.pop(self._number, None) is not None:
-            _lib.linegate_unsubscribe(self._client._handle, self._number)
+        """Ends the call-backs, also those of what was received already."""
+        self._alive.clear()
+        if self._number in self._client._callbacks:
+            _lib.linegate_unsubscribe(self._client._handle, self._number)  # waits for a call-back that is running
+            self._client._callbacks.pop(self._number, None)
 
 
 class Call:
@@ -291,10 +316,14 @@ class Call:
 
 class Group:
     """A group of outputs. Nothing is written before arm() or hold(), and nothing after a loss until the next one: this
-    is a decision of the application. A loss discards all values of the group."""
+    is a decision of the application. A loss discards all values of the group. A group that nothing refers to any more
+    is released."""
 
     def __init__(self, line: "Line", number: int) -> None:
         self._client, self._line, self._number = line._client, line, number
+
+    def __del__(self) -> None:
+        self._client._unused.append(self._number)  # freed, and so released, by the next poll
 
     def _state(self) -> tuple[GroupState, str]:
         text = ctypes.create_string_buffer(256)
@@ -322,17 +351,17 @@ class Group:
         """The value of an output from now on; values that are set between two polls are sent together. Raises NotReady
         if the line is not ready."""
         handle, to = self._client._handle, name.encode()
-        if isinstance(value, int):
-            if value.bit_length() > 64:
-                raise Error(-6, _text(_lib.linegate_error_text(-6)))
-            function = _lib.linegate_set_integer if value < 1 << 63 else _lib.linegate_set_unsigned
-            if value < -(1 << 63):
-                raise Error(-6, _text(_lib.linegate_error_text(-6)))
-            _checked(function(handle, self._number, to, value))
-        elif isinstance(value, float):
+        if isinstance(value, (bytes, bytearray, memoryview)):
+            _checked(_lib.linegate_set_bytes(handle, self._number, to, bytes(value), len(bytes(value))))
+            return
+        if isinstance(value, float):
             _checked(_lib.linegate_set_real(handle, self._number, to, value))
-        else:
-            _checked(_lib.linegate_set_bytes(handle, self._number, to, bytes(value), len(value)))
+            return
+        number = operator.index(value)
+        if not -(1 << 63) <= number < 1 << 64:
+            raise _error(-6)
+        function = _lib.linegate_set_integer if number < 1 << 63 else _lib.linegate_set_unsigned
+        _checked(function(handle, self._number, to, number))
 
     def arm(self) -> None:
         """Begins to write. Raises NotReady if the line is not ready."""
@@ -344,7 +373,7 @@ class Group:
 
     async def hold(self, values: Mapping[str, Union[bool, int, float, bytes]]) -> None:
         """Waits until the line is ready, sets the values, arms the group, and waits until the gateway applies them.
-        Raises GroupError if it refuses them or the group is lost meanwhile."""
+        Raises GroupError if it refuses them or the group is lost meanwhile. Releases the group if it is cancelled."""
         while True:
             await self._line.ready()
             try:
@@ -354,7 +383,11 @@ class Group:
                 break
             except NotReady:
                 await self._client._turn()
-        await self._client._until(lambda: self.state != GroupState.TAKING)
+        try:
+            await self._client._until(lambda: self.state != GroupState.TAKING)
+        except BaseException:  # cancelled: the values must not be applied later
+            _lib.linegate_release(self._client._handle, self._number)
+            raise
         state, text = self._state()
         if state != GroupState.HELD:
             raise GroupError(state, text)
@@ -366,11 +399,13 @@ class Group:
 
     def on_state(self, call_back: Callable[["Group"], None]) -> Subscription:
         """Calls back when the state changes."""
+        alive = [True]
+
         def changed(_user: Any, _group: int, _state: int) -> None:
-            self._client._due.append(lambda: call_back(self))
+            self._client._due.append((alive, lambda: call_back(self)))
         callback = c.ON_GROUP(changed)
         return Subscription(self._client, _checked(_lib.linegate_subscribe_group(
-            self._client._handle, self._number, callback, None)), callback)
+            self._client._handle, self._number, callback, None)), callback, alive)
 
 
 class Line:
@@ -419,14 +454,14 @@ class Line:
 
     def on_change(self, names: Sequence[str], call_back: Callable[[Snapshot], None]) -> Subscription:
         """Calls back at the beginning, and when value or quality of one of them changes."""
-        names = tuple(names)
+        names, alive = tuple(names), [True]
 
         def changed(_user: Any, values: Any, _count: int, image: Any) -> None:
             now = _snapshot(names, values, image.contents)
-            self._client._due.append(lambda: call_back(now))
+            self._client._due.append((alive, lambda: call_back(now)))
         callback = c.ON_VALUES(changed)
         return Subscription(self._client, _checked(_lib.linegate_subscribe(
-            self._client._handle, self._number, _names(names), len(names), callback, None)), callback)
+            self._client._handle, self._number, _names(names), len(names), callback, None)), callback, alive)
 
     async def changes(self, *names: str) -> AsyncIterator[Snapshot]:
         """What on_change() calls back with, as a stream."""
@@ -437,13 +472,13 @@ class Line:
         """A group of outputs by name or number; "": of a line without groups. watchdog: time without a sample after
         which the gateway reacts, 0 = never. reactions: WATCHDOG_ bits of linegate.idl, 1: the outputs become 0."""
         return Group(self, _checked(_lib.linegate_group(self._client._handle, self._number, name.encode(),
-                                                        _milliseconds(watchdog), reactions)))
+                                                        _watchdog(watchdog), reactions)))
 
     def request(self, kind: int, *, timeout: float = 10.0, attempts: int = 1, data: bytes = b"",
                 **members: int) -> Call:
         """A command by the members of a CommandRequest: linegate.idl, COMMANDS.md."""
-        request = c.Request(size=ctypes.sizeof(c.Request), kind=kind, data=data, length=len(data), attempts=attempts,
-                            **members)
+        request = _structure(c.Request, size=ctypes.sizeof(c.Request), kind=kind, data=data, length=len(data),
+                             attempts=attempts, **members)
         return Call(self._client, _checked(_lib.linegate_request_call(self._client._handle, self._number, request,
                                                                       _milliseconds(timeout))))
 
@@ -466,15 +501,17 @@ class Client:
     def __init__(self, domain: int = 0, *, profile: Optional[str] = None, identity: Optional[str] = None,
                  name: Optional[str] = None, strength: int = 0, read_only: bool = False) -> None:
         self._callbacks: dict[int, Any] = {}
-        self._due: deque[Callable[[], None]] = deque()  # call-backs
+        self._due: deque[tuple[list[bool], Callable[[], None]]] = deque()  # call-backs; empty list: not wanted any more
+        self._lines: dict[str, Line] = {}
         self._unused: deque[int] = deque()  # numbers to be freed
         self._task: Optional[asyncio.Task[None]] = None
-        self._next: Optional[asyncio.Future[None]] = None  # done after the next poll of the task
+        self._waiting: list[tuple[Callable[[], bool], asyncio.Future[None]]] = []  # checked after each poll of the task
         self._ending = False
         self._handle: Optional[int] = None
         error = ctypes.create_string_buffer(1024)
         encoded = [None if text is None else text.encode() for text in (profile, identity, name)]
-        options = c.Options(ctypes.sizeof(c.Options), domain, strength, *encoded, int(read_only))
+        options = _structure(c.Options, size=ctypes.sizeof(c.Options), domain=domain, strength=strength,
+                             profile=encoded[0], identity=encoded[1], name=encoded[2], read_only=int(read_only))
         self._handle = _lib.linegate_connect(options, error, len(error))
         if not self._handle:
             raise Error(-8, _text(error.value))
@@ -500,20 +537,26 @@ class Client:
         _checked(_lib.linegate_poll(self._handle, _milliseconds(timeout)))
         self._free()
         while self._due:
-            self._due.popleft()()
+            alive, call_back = self._due.popleft()
+            if alive:
+                call_back()
 
     def line(self, name: str) -> Line:
         """A line: "LINE", or "GATEWAY/LINE"."""
-        return Line(self, name)
+        if name not in self._lines:
+            self._lines[name] = Line(self, name)
+        return self._lines[name]
 
     def on_line(self, call_back: Callable[[LineChange], None]) -> Subscription:
         """Calls back for each line at the beginning, and when its status changes, its gateway was restarted, or its
         layout is another one."""
+        alive = [True]
+
         def changed(_user: Any, gateway: bytes, line: bytes, status: int, restarted: int, layout: int) -> None:
             change = LineChange(_text(gateway), _text(line), LineStatus(status), bool(restarted), bool(layout))
-            self._due.append(lambda: call_back(change))
+            self._due.append((alive, lambda: call_back(change)))
         callback = c.ON_LINE(changed)
-        return Subscription(self, _checked(_lib.linegate_subscribe_lines(self._handle, callback, None)), callback)
+        return Subscription(self, _checked(_lib.linegate_subscribe_lines(self._handle, callback, None)), callback, alive)
 
     async def lines(self) -> AsyncIterator[LineChange]:
         """What on_line() calls back with, as a stream."""
@@ -522,13 +565,15 @@ class Client:
 
     def on_event(self, call_back: Callable[[Event], None]) -> Subscription:
         """Calls back for each event of all lines and gateways from now on."""
+        alive = [True]
+
         def happened(_user: Any, event: Any) -> None:
             of = event.contents
             out = Event(_text(of.gateway), _text(of.line), _text(of.name), _text(of.text), of.number, of.stream, of.time,
                         of.kind, of.severity, of.node, of.code, of.value, bytes(of.data[:of.length]))
-            self._due.append(lambda: call_back(out))
+            self._due.append((alive, lambda: call_back(out)))
         callback = c.ON_EVENT(happened)
-        return Subscription(self, _checked(_lib.linegate_subscribe_events(self._handle, callback, None)), callback)
+        return Subscription(self, _checked(_lib.linegate_subscribe_events(self._handle, callback, None)), callback, alive)
 
     async def events(self) -> AsyncIterator[Event]:
         """What on_event() calls back with, as a stream."""
@@ -558,26 +603,45 @@ class Client:
                 polled = await loop.run_in_executor(thread, _lib.linegate_poll, self._handle, _POLL_MS)
                 self._free()
                 while self._due:
+                    alive, call_back = self._due.popleft()
                     try:
-                        self._due.popleft()()
+                        if alive:
+                            call_back()
                     except Exception as failed:  # pylint: disable=broad-except
                         loop.call_exception_handler({"message": "a call-back of linegate failed", "exception": failed})
                 self._ending = self._ending or polled < 0
-                waiting, self._next = self._next, None
-                if waiting is not None and not waiting.done():
-                    waiting.set_result(None)
+                self._check_waiting()
+
+    def _check_waiting(self) -> None:
+        """Between two polls, because a C function that meets a poll ends it."""
+        waiting, self._waiting = self._waiting, []
+        for condition, future in waiting:
+            if future.done():
+                continue
+            try:
+                if self._ending:
+                    raise Error(-8, "the client has ended")
+                if condition():
+                    future.set_result(None)
+                else:
+                    self._waiting.append((condition, future))
+            except Exception as failed:  # pylint: disable=broad-except
+                future.set_exception(failed)
 
     async def _turn(self) -> None:
         """Waits for the end of the next poll."""
+        await self._after_poll(lambda: True)
+
+    async def _after_poll(self, condition: Callable[[], bool]) -> None:
         if self._task is None or self._ending:
             raise Error(-8, "the client is not in `async with`, or has ended")
-        if self._next is None:
-            self._next = asyncio.get_running_loop().create_future()
-        await asyncio.shield(self._next)
+        future: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+        self._waiting.append((condition, future))
+        await future
 
     async def _until(self, condition: Callable[[], bool]) -> None:
-        while not condition():
-            await self._turn()
+        if not condition():
+            await self._after_poll(condition)
 
     async def _stream(self, subscribe: Callable[[Callable[[Any], None]], Subscription]) -> AsyncIterator[Any]:
         """A consumer that is late by more than 10,000 items loses the oldest."""
