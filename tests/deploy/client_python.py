@@ -46,9 +46,22 @@ def without_a_loop(linegate):
         error = raised(linegate.CallError, press.sdo_read(8, 0x1FFF).result)
         expect("SDO abort", (error.outcome, error.reason), (linegate.Outcome.SDO_ABORT, 0x0602_0000))
         press.sdo_write(8, 0x1017, 0, (500).to_bytes(2, "little")).result()
+        numbers(linegate, client, press)
         calls(client, press)
         outputs(linegate, client, press)
     expect("closed", raised(linegate.Error, client.poll).code, -1)
+
+
+def numbers(linegate, client, press):
+    """None is cut to what its member holds, and no name is ignored."""
+    expect("NMT of node 256", raised(linegate.Error, press.nmt, 256, 2).code, -6)
+    expect("SDO of node 264", raised(linegate.Error, press.sdo_read, 264, 0x1018).code, -6)
+    expect("index 16040h", raised(linegate.Error, press.sdo_read, 8, 0x16040).code, -6)
+    raised(TypeError, lambda: press.request(1, node=8, indx=0x6200))
+    expect("strength", raised(linegate.Error, lambda: linegate.Client(strength=-1)).code, -6)
+    expect("watchdog", raised(linegate.Error, lambda: press.group("lamps", watchdog=-1)).code, -1)
+    expect("one object for a line", client.line("press") is press, True)
+    expect("and for a group", press.group("lamps") is press.group("lamps", watchdog=1.0), True)
 
 
 def calls(client, press):
@@ -57,7 +70,6 @@ def calls(client, press):
     subscription = press.on_change([POSITION], seen.append)
     until("two call-backs", lambda: client.poll(0.1) or len(seen) > 1)
     subscription.cancel()
-    client.poll(0)
     seen.clear()
     client.poll(0.5)
     expect("call-backs after cancel()", seen, [])
@@ -121,6 +133,9 @@ async def with_a_loop(linegate):
         async with linegate.Client(name="third", strength=1) as stronger:
             await stronger.line("press").group("lamps").hold({LAMP: 6})
             expect("another owner", await lamps.ended(), "lost: another client writes the group")
+            expect("its output", await press.sdo_read(8, 0x6200, 1), b"\6")
+            weaker = await asyncio.gather(asyncio.wait_for(lamps.hold({LAMP: 7}), 2), return_exceptions=True)
+            expect("a weaker one", (type(weaker[0]), lamps.state), (asyncio.TimeoutError, linegate.GroupState.IDLE))
             expect("its output", await press.sdo_read(8, 0x6200, 1), b"\6")
     expect("closed", (await asyncio.gather(press.ready(), return_exceptions=True))[0].code, -1)
 

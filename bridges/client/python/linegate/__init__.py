@@ -212,10 +212,10 @@ def _watchdog(seconds: float) -> int:
     return max(1, _milliseconds(seconds)) if seconds > 0 else 0
 
 
-def _structure(kind: Any, **members: Any) -> Any:
+def _structure(of: Any, /, **members: Any) -> Any:
     """ctypes would cut numbers that do not fit, and ignore names that do not exist."""
-    out = kind(**members)
-    names = {name for name, *_ in kind._fields_}
+    out = of(**members)
+    names = {name for name, *_ in of._fields_}
     for name, value in members.items():
         if name not in names:
             raise TypeError(f"there is no member {name}")
@@ -316,14 +316,10 @@ class Call:
 
 class Group:
     """A group of outputs. Nothing is written before arm() or hold(), and nothing after a loss until the next one: this
-    is a decision of the application. A loss discards all values of the group. A group that nothing refers to any more
-    is released."""
+    is a decision of the application. A loss discards all values of the group."""
 
     def __init__(self, line: "Line", number: int) -> None:
         self._client, self._line, self._number = line._client, line, number
-
-    def __del__(self) -> None:
-        self._client._unused.append(self._number)  # freed, and so released, by the next poll
 
     def _state(self) -> tuple[GroupState, str]:
         text = ctypes.create_string_buffer(256)
@@ -414,6 +410,7 @@ class Line:
     def __init__(self, client: "Client", name: str) -> None:
         self.name = name
         self._client = client
+        self._groups: dict[tuple[str, int, int], Group] = {}
         self._number = _checked(_lib.linegate_line(client._handle, name.encode()))
 
     @property
@@ -470,9 +467,13 @@ class Line:
 
     def group(self, name: str = "", *, watchdog: float = 1.0, reactions: int = 1) -> Group:
         """A group of outputs by name or number; "": of a line without groups. watchdog: time without a sample after
-        which the gateway reacts, 0 = never. reactions: WATCHDOG_ bits of linegate.idl, 1: the outputs become 0."""
-        return Group(self, _checked(_lib.linegate_group(self._client._handle, self._number, name.encode(),
-                                                        _watchdog(watchdog), reactions)))
+        which the gateway reacts, 0 = never. reactions: WATCHDOG_ bits of linegate.idl, 1: the outputs become 0. The
+        same arguments give the same object."""
+        key = (name, _watchdog(watchdog), reactions)
+        if key not in self._groups:
+            self._groups[key] = Group(self, _checked(_lib.linegate_group(self._client._handle, self._number,
+                                                                         name.encode(), *key[1:])))
+        return self._groups[key]
 
     def request(self, kind: int, *, timeout: float = 10.0, attempts: int = 1, data: bytes = b"",
                 **members: int) -> Call:
