@@ -32,6 +32,13 @@ std::uint32_t ClientDirectory::number(const ClientIdentity& from, std::string_vi
   return client.number;
 }
 
+std::string ClientDirectory::name(std::uint32_t number) const {
+  const std::lock_guard lock(mutex_);
+  const auto known = std::ranges::find_if(
+      clients_, [number](const auto& client) { return client.second.number == number; });
+  return known == clients_.end() ? std::string() : known->second.name;
+}
+
 std::string ClientDirectory::describe(std::uint32_t number) const {
   const std::lock_guard lock(mutex_);
   const auto known = std::ranges::find_if(

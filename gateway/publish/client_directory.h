@@ -23,6 +23,8 @@ class ClientDirectory {
   // From 1, the same for all requests of one participant. name: the one in the request, for people
   // alone.
   std::uint32_t number(const ClientIdentity& from, std::string_view name);
+  // The name in its last request; empty if it was forgotten.
+  std::string name(std::uint32_t number) const;
   // "hmi at panel3", with an authenticated subject "alice (hmi at panel3)"; "client 7" if it was
   // forgotten. Printable.
   std::string describe(std::uint32_t number) const;

@@ -414,6 +414,10 @@ void Publisher::publish_output_states(Line& line, Instant now) {
   const bool all = line.output_states.size() != status->groups.size() ||
                    now - line.outputs_published >= kStatePeriod || stop_.raised();
   for (std::size_t i = 0; i < status->groups.size(); ++i) {
+    line::OutputState& group = status->groups[i];
+    if (group.refused_client.empty() && group.refused_number != 0) {
+      group.refused_client = clients_.name(group.refused_number);
+    }
     if (all || !same_outputs(line.output_states[i], status->groups[i])) {
       edge_.publish_output_state(line.info.name, status->groups[i], status->time);
       rounds_.add();

@@ -199,7 +199,8 @@ void DevicesLine::send_frame(const Command& command, Instant now) {
 
 OutputRefusal DevicesLine::do_write_outputs(const OutputWrite& write, Instant now) {
   if (const OutputRefusal refusal = outputs.check(write); refusal != OutputRefusal::none) {
-    outputs.note_refused(write.group, refusal, write.client, now);
+    outputs.note_refused({.refusal = refusal, .group = write.group, .client = write.client_number},
+                         write.client, now);
     return refusal;
   }
   if (const auto before = outputs.displaces(write)) {

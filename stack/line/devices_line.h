@@ -66,8 +66,8 @@ class DevicesLine final : public Line {
   bool do_feed_watchdog(const OutputWrite& write, Instant now) override;
   std::size_t output_groups() const override { return outputs.groups().size(); }
   void output_state(std::size_t position, OutputState& out) const override;
-  void note_refused(std::uint16_t group, OutputRefusal refusal, Instant now) override {
-    outputs.note_refused(group, refusal, {}, now);
+  void note_refused(const event::OutputRefused& refused, Instant now) override {
+    outputs.note_refused(refused, {}, now);
   }
   void write_bound(std::span<const BoundValue> values, Instant now) override;
 

@@ -115,7 +115,7 @@ void Line::bus_event(const can::BusEvent& event) {
 void Line::report(const Event& event) {
   events_.emit(event);
   if (const auto* const refused = event.get<event::OutputRefused>()) {
-    note_refused(refused->group, refused->refusal, event.time);
+    note_refused(*refused, event.time);
   }
 }
 

@@ -301,7 +301,7 @@ class Line : protected ServiceHost {
   virtual const od::Dictionary& do_dictionary() const = 0;
 
   // The owner refused a write to a group of outputs before it reached the line.
-  virtual void note_refused(std::uint16_t /*group*/, OutputRefusal /*refusal*/, Instant /*now*/) {}
+  virtual void note_refused(const event::OutputRefused& /*refused*/, Instant /*now*/) {}
   // The outcome of frames, for the services of the role.
   virtual void note_acknowledged(std::uint64_t /*number*/, Instant /*now*/) {}
   virtual void note_lost(std::uint64_t /*first*/, std::uint64_t /*last*/) {}

@@ -77,8 +77,8 @@ class NodeLine final : public Line,
   void output_state(std::size_t position, OutputState& out) const override {
     services_.outputs.describe(position, out, advanced_to_);
   }
-  void note_refused(std::uint16_t group, OutputRefusal refusal, Instant now) override {
-    services_.outputs.note_refused(group, refusal, now);
+  void note_refused(const event::OutputRefused& refused, Instant now) override {
+    services_.outputs.note_refused(refused, now);
   }
   [[gnu::hot]] void write_bound(std::span<const BoundValue> values, Instant now) override {
     services_.outputs.write_bound(values, now);

@@ -265,7 +265,8 @@ void OutputService::answer_unsent(FramesUnderWay::Sending& sending, Instant now)
 
 OutputRefusal OutputService::write(const OutputWrite& write, Instant now) {
   if (const OutputRefusal refusal = outputs_.check(write); refusal != OutputRefusal::none) {
-    outputs_.note_refused(write.group, refusal, write.client, now);
+    outputs_.note_refused({.refusal = refusal, .group = write.group, .client = write.client_number},
+                          write.client, now);
     return refusal;
   }
   if (const auto before = outputs_.displaces(write)) {

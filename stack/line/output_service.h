@@ -77,8 +77,8 @@ class OutputService final : public Service {
   const std::vector<Outputs::Group>& groups() const { return outputs_.groups(); }
   // See Line::output_state().
   void describe(std::size_t position, OutputState& out, Instant now) const;
-  void note_refused(std::uint16_t group, OutputRefusal refusal, Instant now) {
-    outputs_.note_refused(group, refusal, {}, now);
+  void note_refused(const event::OutputRefused& refused, Instant now) {
+    outputs_.note_refused(refused, {}, now);
   }
 
   // --- frames ---------------------------------------------------------------------------------

@@ -33,12 +33,14 @@ struct OutputState {
   Instant applied_at{};  // time of the last applied write
   Instant refused_at{};
   OutputRefusal refusal = OutputRefusal::none;  // of the last refused write
-  std::string refused_client;                   // its OutputWrite::client
-  std::uint64_t arming = 0;                     // of the last write that was applied
-  bool tripped = false;       // the watchdog fired: only another arming number is applied
-  Duration watchdog{};        // 0 = none
-  Instant deadline = kNever;  // when the watchdog fires
-  std::uint32_t waiting = 0;  // entries of the group that are not valid
+  // Its OutputWrite::client; empty if the owner of the line refused it, who knows the number.
+  std::string refused_client;
+  std::uint32_t refused_number = 0;  // its OutputWrite::client_number
+  std::uint64_t arming = 0;          // of the last write that was applied
+  bool tripped = false;              // the watchdog fired: only another arming number is applied
+  Duration watchdog{};               // 0 = none
+  Instant deadline = kNever;         // when the watchdog fires
+  std::uint32_t waiting = 0;         // entries of the group that are not valid
   struct Wait {
     std::uint32_t entry = 0;  // of the output layout
     OutputWait reason = OutputWait::value;

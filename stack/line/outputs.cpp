@@ -120,13 +120,14 @@ bool Outputs::feed(const OutputWrite& write, Instant now) {
   return true;
 }
 
-void Outputs::note_refused(std::uint16_t group, OutputRefusal refusal, std::string_view client,
+void Outputs::note_refused(const event::OutputRefused& refused, std::string_view client,
                            Instant now) {
-  if (Group* target = find(group)) {
+  if (Group* target = find(refused.group)) {
     ++target->refused;
     target->refused_at = now;
-    target->refusal = refusal;
+    target->refusal = refused.refusal;
     target->refused_client = client;
+    target->refused_number = refused.client;
   }
 }
 
@@ -142,6 +143,7 @@ void Outputs::describe(std::size_t position, OutputState& out) const {
   out.refused_at = from.refused_at;
   out.refusal = from.refusal;
   out.refused_client = from.refused_client;
+  out.refused_number = from.refused_number;
   out.arming = from.arming;
   out.tripped = from.tripped;
   out.watchdog = from.watchdog;

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "stack/base/events.h"
 #include "stack/base/time.h"
 #include "stack/image/layout.h"
 #include "stack/line/config.h"
@@ -40,6 +41,7 @@ class Outputs {
     Instant refused_at{};
     OutputRefusal refusal = OutputRefusal::none;
     std::string refused_client;
+    std::uint32_t refused_number = 0;  // OutputWrite::client_number
   };
 
   // The layout must outlive it. If no groups are configured, there is one, number 0, with all
@@ -53,10 +55,9 @@ class Outputs {
   // Returns true if that was its first write since the start or a reaction.
   bool accept(const OutputWrite& write, Instant now);
 
-  // A write to that group was refused, here or by the owner of the line. No effect on unknown
-  // groups.
-  void note_refused(std::uint16_t group, OutputRefusal refusal, std::string_view client,
-                    Instant now);
+  // A write to a group was refused, here or by the owner of the line. No effect on unknown groups.
+  // client: OutputWrite::client; empty: only its number is known.
+  void note_refused(const event::OutputRefused& refused, std::string_view client, Instant now);
   // The client whose outputs the write takes over; nothing if its group is not in use, or by the
   // same client. Precondition: check() returned OutputRefusal::none.
   std::optional<std::uint32_t> displaces(const OutputWrite& write) const;

@@ -63,7 +63,9 @@ class FakeEdge final : public DataEdge {
   }
   void publish_output_state(std::string_view line, const line::OutputState& state,
                             Instant) override {
-    add("outputs " + std::string(line) + ' ' + std::to_string(state.group));
+    const std::string refused =
+        state.refused_client.empty() ? "" : " refused=" + state.refused_client;
+    add("outputs " + std::string(line) + ' ' + std::to_string(state.group) + refused);
   }
   void publish_layout(std::string_view line, const image::Layout&) override {
     add("layout " + std::string(line));

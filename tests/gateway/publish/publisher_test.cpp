@@ -84,6 +84,22 @@ TEST_F(PublisherTest, RepliesComeAfterTheEventsBeforeThemAndStatesAfterBoth) {
                           "node press 5 "));
 }
 
+// The client learns from OutputState that it was refused, and the line knows its number alone.
+TEST_F(PublisherTest, ARefusalOfTheGatewayNamesItsClientInOutputState) {
+  const std::uint32_t client = publisher->clients().number({.id = {1}}, "hmi");
+  port().outputs_status.draft().value.groups = {
+      {.group = 3, .refusal = line::OutputRefusal::not_permitted, .refused_number = client},
+      {.group = 4, .refusal = line::OutputRefusal::not_permitted, .refused_number = client + 1},
+      {.group = 5,
+       .refusal = line::OutputRefusal::not_armed,
+       .refused_client = "other",
+       .refused_number = client}};
+  port().outputs_status.publish();
+  EXPECT_THAT(published(), IsSupersetOf({std::string("outputs press 3 refused=hmi"),
+                                         std::string("outputs press 4"),
+                                         std::string("outputs press 5 refused=other")}));
+}
+
 TEST_F(PublisherTest, LayoutsArePublishedOnceAndRefusalsFirst) {
   EXPECT_THAT(published(), ElementsAre("layout press", "layout press"));
   publisher->refusals().push(line::Reply{.tag = 9});

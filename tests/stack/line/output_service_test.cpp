@@ -164,6 +164,24 @@ TEST_F(OutputServiceTest, AnotherClientThatTakesAGroupOverIsAnEvent) {
   EXPECT_TRUE(reported(EventKind::output_owner));
 }
 
+TEST_F(OutputServiceTest, ARefusalByTheOwnerOfTheLineHasTheNumberOfItsClient) {
+  OutputWrite write = group_write(1);
+  write.client = "hmi";
+  write.client_number = 7;
+  write.layout_id = 1;
+  EXPECT_EQ(service.write(write, now), OutputRefusal::stale_layout);
+  OutputState state;
+  service.describe(0, state, now);
+  EXPECT_EQ(state.refused_client, "hmi");
+  EXPECT_EQ(state.refused_number, 7U);
+  service.note_refused({.refusal = OutputRefusal::not_permitted, .client = 8}, now);
+  service.describe(0, state, now);
+  EXPECT_EQ(state.refusal, OutputRefusal::not_permitted);
+  EXPECT_EQ(state.refused_client, "");
+  EXPECT_EQ(state.refused_number, 8U);
+  EXPECT_EQ(state.refused, 2U);
+}
+
 // A write that waits for the share of its client keeps the group in use.
 TEST_F(OutputServiceTest, AWriteThatWaitsFeedsTheWatchdog) {
   EXPECT_TRUE(service.feed_watchdog(group_write(1), now));
