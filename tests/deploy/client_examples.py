@@ -40,13 +40,15 @@ class Example:
             return file.read()
 
     def expect(self, *beginnings):
-        """Waits for a line that begins so, after the last one that was expected."""
+        """Waits for lines that begin so, in any order, after the last ones that were expected."""
         def found():
-            lines = self.lines()
-            place = next((i for i in range(self.passed, len(lines)) if lines[i].startswith(beginnings)), None)
-            if place is not None:
-                self.passed = place + 1
-            return place is not None
+            lines = self.lines()[self.passed:]
+            places = [next((i for i, line in enumerate(lines) if line.startswith(wanted)), None)
+                      for wanted in beginnings]
+            if None in places:
+                return False
+            self.passed += max(places) + 1
+            return True
         try:
             until(f"the example prints {beginnings}", found)
         except Failure as failure:
@@ -73,8 +75,8 @@ class Machine:
                               text=True, check=False)
         return json.loads(told.stdout).get("value") if told.returncode == 0 else None
 
-    def expect_held(self, example):
-        example.expect("lamps: held")
+    def expect_held(self, example, *others):
+        example.expect("lamps: held", *others)
         until("the device has the output", lambda: self.lamps() == "5")
 
 
@@ -88,13 +90,11 @@ def link(state):
 def run(machine, example):
     machine.start()
     example.expect("panel.Read input bit.Input 1 = ")
-    machine.expect_held(example)
-    example.expect("vendor: ")
+    machine.expect_held(example, "vendor: ")
     machine.kill()
     example.expect("lamps: lost")
     machine.start()
-    machine.expect_held(example)
-    example.expect("vendor: ")
+    machine.expect_held(example, "vendor: ")
     link("down")
     signal.sigtimedwait([], CUT)
     link("up")
