@@ -163,8 +163,12 @@ void Core::on_line(const dds::Source& source, const dds::LineInfo& /*info*/,
   }
   if (line->incarnation != source.incarnation) {
     line->nodes.clear();
-    line->groups.clear();
+    // The states of the new start may come before its LineState.
+    std::erase_if(line->groups, [&](const auto& group) {
+      return group.second.incarnation != source.incarnation;
+    });
     line->former = line->incarnation;
+    line->begun = link->now();
   }
   line->incarnation = source.incarnation;
   line->seen = true;

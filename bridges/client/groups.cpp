@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <chrono>
 #include <utility>
 
 #include "bridges/client/core.h"
@@ -28,6 +29,9 @@ Error error_of(LineStatus status) {
     return Error::ambiguous;
   return status == LineStatus::ready ? Error::none : Error::not_ready;
 }
+
+// A gateway publishes the states of all groups, which have their names, once a second.
+constexpr Duration kStatesOfGroups = std::chrono::seconds(3);
 
 // The values of the group belong to this layout and this start of the gateway.
 bool is_bound(const GroupData& group, const LineData& line) {
@@ -125,7 +129,7 @@ Error Core::arm(GroupData& group) {
     return unusable;
   const LineData& line = *ready;
   if (!group_number(line, group.name))
-    return line.groups.empty() ? Error::not_ready : Error::no_name;
+    return link->now() - line.begun < kStatesOfGroups ? Error::not_ready : Error::no_name;
   bind(group, line);
   const LineData::Group* const state = state_of(group);
   group.refused_before = state == nullptr ? Instant{} : state->state.refused_at;

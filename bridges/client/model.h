@@ -49,6 +49,7 @@ struct LineData {
   bool seen = false;  // a LineState was received
   bool gone = false;
   Instant heard{};  // of the last LineState, by the clock of the client
+  Instant begun{};  // of the first LineState of this incarnation
   std::uint64_t incarnation = 0;
   std::uint64_t former = 0;         // the incarnation before; 0: none
   std::uint64_t gateway_lines = 0;  // number of lines that its gateway has

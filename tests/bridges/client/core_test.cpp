@@ -83,6 +83,25 @@ TEST_F(ClientCore, AGroupIsHeldLostAndArmedAgain) {
   EXPECT_EQ(group.reason(), LossReason::watchdog);
 }
 
+// The state of each group is a sample of its own, and may come before the state of the line.
+TEST_F(ClientCore, AGroupWhoseStateDidNotComeYetIsNotReady) {
+  begin();
+  Group lamps = line.group("lamps");
+  world->group(1, {.group = 1, .name = "drives"});
+  client.poll(0ms);
+  EXPECT_EQ(lamps.arm(), Error::not_ready);
+  world->now += 3s;
+  world->line(1);
+  client.poll(0ms);
+  EXPECT_EQ(lamps.arm(), Error::no_name);
+
+  world->group(2, {.group = 2, .name = "lamps"});
+  world->whole_line(2);
+  client.poll(0ms);
+  EXPECT_EQ(lamps.arm(), Error::none);
+  EXPECT_EQ(world->writes.back().second.group, 2U);
+}
+
 TEST_F(ClientCore, ALossDiscardsTheValues) {
   begin();
   Group group = line.group("");
