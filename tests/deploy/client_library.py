@@ -47,7 +47,7 @@ class ClientLibrary(unittest.TestCase):
     def test_exports_the_api_and_nothing_else(self):
         found, others = set(), []
         for line in output("nm", "-D", "-C", "--defined-only", "--with-symbol-versions",
-                           self.installed.library).splitlines():
+                           self.installed.so_file).splitlines():
             _, kind, symbol = line.split(" ", 2)
             name, _, version = symbol.rpartition("@@")
             if re.fullmatch(r"linegate_\w+", name) and version == "LINEGATE_1":
@@ -57,7 +57,7 @@ class ClientLibrary(unittest.TestCase):
                 others.append(line)
         self.assertEqual(others, [])
         self.assertEqual(found, self.functions)
-        self.assertIn("[liblinegate-client.so.1]", output("readelf", "-d", self.installed.library))
+        self.assertIn("[liblinegate-client.so.1]", output("readelf", "-d", self.installed.so_file))
 
     def test_examples_build_and_are_short(self):
         self.installed.examples()
@@ -72,7 +72,7 @@ class ClientLibrary(unittest.TestCase):
 
     def test_headers_need_nothing_else_and_pkg_config_names_the_library(self):
         flags = output("pkg-config", "--cflags", "--libs", "linegate-client", env={
-            **os.environ, "PKG_CONFIG_PATH": os.path.join(os.path.dirname(self.installed.library), "pkgconfig")}).split()
+            **os.environ, "PKG_CONFIG_PATH": os.path.join(os.path.dirname(self.installed.so_file), "pkgconfig")}).split()
         in_c = self.compile("alone.c", "#include <linegate/linegate.h>\nint main(void) {\n"
                             "  return linegate_poll(0, 0) == LINEGATE_ERROR_ARGUMENT ? 0 : 1;\n}\n",
                             "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", *flags)
@@ -95,7 +95,7 @@ class ClientLibrary(unittest.TestCase):
 
     def python(self, text):
         return output("/usr/bin/python3", "-c", text, env={**self.installed.environment,
-                                                           "LINEGATE_CLIENT_LIBRARY": self.installed.library})
+                                                           "LINEGATE_CLIENT_LIBRARY": self.installed.so_file})
 
     def test_python_has_the_structs_of_the_header(self):
         self.assertTrue(os.path.exists(os.path.join(self.installed.python, "linegate", "py.typed")))

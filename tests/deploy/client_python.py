@@ -142,7 +142,7 @@ async def with_a_loop(linegate):
 
 def test(folder, build, linegated):
     installed = Installed(build, folder)
-    os.environ["LINEGATE_CLIENT_LIBRARY"] = installed.library
+    os.environ["LINEGATE_CLIENT_LIBRARY"] = installed.so_file
     sys.path.insert(0, installed.python)
     import linegate  # pylint: disable=import-outside-toplevel,import-error
 

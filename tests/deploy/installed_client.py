@@ -23,11 +23,11 @@ class Installed:
         self.folder, self.prefix = folder, os.path.join(folder, "prefix")
         for component in COMPONENTS:
             output("cmake", "--install", build, "--component", component, "--prefix", self.prefix)
-        self.library = os.path.join(self.prefix, "lib", "liblinegate-client.so")
+        self.so_file = os.path.join(self.prefix, "lib", "liblinegate-client.so")
         self.include = os.path.join(self.prefix, "include")
         self.python = os.path.join(self.prefix, "lib", "python3", "dist-packages")
         # Programs in another folder than the library, as users have before it is installed to /usr.
-        self.environment = {**os.environ, "LD_LIBRARY_PATH": os.path.dirname(self.library), "PYTHONPATH": self.python,
+        self.environment = {**os.environ, "LD_LIBRARY_PATH": os.path.dirname(self.so_file), "PYTHONPATH": self.python,
                             "PYTHONDONTWRITEBYTECODE": "1"}
 
     def examples(self):
