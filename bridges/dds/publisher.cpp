@@ -468,6 +468,7 @@ struct GatewayBridge::Impl {
   void remove_named(std::string_view line, Wanted wanted);
   bool count(bool written);
 
+  OutputCheck check_origin(std::uint64_t of_incarnation) const;
   bool read_output(GatewayHandler& handler);
   bool read_named_output(GatewayHandler& handler);
   void handle(named::SetSample& sample, const std::string& line, GatewayHandler& handler);
@@ -839,6 +840,15 @@ void GatewayBridge::wake() {
   impl_->port->wake();
 }
 
+// Of a write to outputs from `sender`.
+OutputCheck GatewayBridge::Impl::check_origin(std::uint64_t of_incarnation) const {
+  if (of_incarnation != 0 && of_incarnation != incarnation)
+    return {line::OutputRefusal::stale_layout, kOtherStart};
+  if (!authorize(sender))
+    return {line::OutputRefusal::no_right, kForeignPartition};
+  return {};
+}
+
 bool GatewayBridge::Impl::read_output(GatewayHandler& handler) {
   const SamplePort::Taken taken = port->take(output_sample, sender);
   if (taken == SamplePort::Taken::none)
@@ -848,18 +858,10 @@ bool GatewayBridge::Impl::read_output(GatewayHandler& handler) {
   OutputMessage message;
   message.line = output_sample.line().to_string();
   message.client = output_sample.client().to_string();
-  if (output_sample.incarnation() != 0 && output_sample.incarnation() != incarnation) {
-    handler.on_output_refused({message.line, message.client, sender}, output_sample.group(),
-                              line::OutputRefusal::stale_layout, kOtherStart);
-    return true;
-  }
   message.from = sender;
-  if (!authorize(sender)) {
-    handler.on_output_refused({message.line, message.client, sender}, output_sample.group(),
-                              line::OutputRefusal::no_right, kForeignPartition);
-    return true;
-  }
-  const OutputCheck check = from_wire(output_sample, message.write);
+  OutputCheck check = check_origin(output_sample.incarnation());
+  if (check.refusal == line::OutputRefusal::none)
+    check = from_wire(output_sample, message.write);
   if (check.refusal != line::OutputRefusal::none) {
     handler.on_output_refused({message.line, message.client, sender}, output_sample.group(),
                               check.refusal, check.why);
@@ -888,16 +890,12 @@ void GatewayBridge::Impl::handle(named::SetSample& sample, const std::string& li
                                  GatewayHandler& handler) {
   using line::OutputRefusal;
   const RequestOrigin origin{sample.line, sample.write.client, sender};
-  OutputCheck check;
-  if (sample.incarnation != 0 && sample.incarnation != incarnation) {
-    check = {OutputRefusal::stale_layout, kOtherStart};
-  } else if (!authorize(sender)) {
-    check = {OutputRefusal::no_right, kForeignPartition};
-  } else if (sample.line != line || sample.group != sample.write.group) {
+  OutputCheck check = check_origin(sample.incarnation);
+  if (check.refusal == OutputRefusal::none &&
+      (sample.line != line || sample.group != sample.write.group))
     check = {OutputRefusal::unknown_group, "the topic is that of another line or group"};
-  } else {
+  if (check.refusal == OutputRefusal::none)
     check = check_watchdog(sample.write.reactions, sample.write.watchdog);
-  }
   if (check.refusal == OutputRefusal::none)
     check = {sample.refusal, sample.why.c_str()};
   if (check.refusal != OutputRefusal::none)
