@@ -538,9 +538,7 @@ class Client:
         _checked(_lib.linegate_poll(self._handle, _milliseconds(timeout)))
         self._free()
         while self._due:
-            alive, call_back = self._due.popleft()
-            if alive:
-                call_back()
+            self._deliver()
 
     def line(self, name: str) -> Line:
         """A line: "LINE", or "GATEWAY/LINE"."""
@@ -604,10 +602,8 @@ class Client:
                 polled = await loop.run_in_executor(thread, _lib.linegate_poll, self._handle, _POLL_MS)
                 self._free()
                 while self._due:
-                    alive, call_back = self._due.popleft()
                     try:
-                        if alive:
-                            call_back()
+                        self._deliver()
                     except Exception as failed:  # pylint: disable=broad-except
                         loop.call_exception_handler({"message": "a call-back of linegate failed", "exception": failed})
                 self._ending = self._ending or polled < 0
@@ -658,6 +654,12 @@ class Client:
     def _forbid_loop(self) -> None:
         if self._task is not None:
             raise Error(-1, "with an event loop, await instead: it polls itself")
+
+    def _deliver(self) -> None:
+        """The oldest of the call-backs that are due, if it is still wanted."""
+        alive, call_back = self._due.popleft()
+        if alive:
+            call_back()
 
     def _free(self) -> None:
         while self._unused:
