@@ -324,7 +324,8 @@ class Line {
 struct Options {
   std::uint32_t domain = 0;  // 0..232
   std::string profile{};     // file of QoS profiles; empty: the installed one, else a built-in one
-  std::string identity{};    // folder of an identity for DDS-Security; empty: without
+  std::string identity{};    // folder of an identity for DDS-Security; empty: the environment
+                             // variable LINEGATE_SECURITY, or without
   std::string name{};        // unique in the domain; empty: host, process ID and a number
   std::uint32_t strength = 0;  // ownership strength of outputs: the strongest client wins
   // With an identity of role viewer, which sends no requests.

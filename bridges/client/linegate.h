@@ -57,7 +57,8 @@ typedef struct linegate_options {
   uint32_t domain;      /* 0..232 */
   uint32_t strength;    /* ownership strength of outputs: the strongest client wins */
   const char* profile;  /* file of QoS profiles; NULL: the installed one, else a built-in one */
-  const char* identity; /* folder of an identity for DDS-Security; NULL: without */
+  const char* identity; /* folder of an identity for DDS-Security; NULL: the environment variable
+                           LINEGATE_SECURITY, or without */
   const char* name;     /* unique in the domain; NULL: host, process ID and a number */
   int read_only;        /* not 0: with an identity of role viewer, which sends no requests */
 } linegate_options;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Connects the client library to a DDS domain with the subscriber's half of bridges/dds.
 #include <chrono>
+#include <cstdlib>
 #include <exception>
 #include <memory>
 #include <string>
@@ -54,6 +55,14 @@ std::string text_of(const std::vector<Diagnostic>& found) {
   return out.empty() ? "the DDS library created no participant" : out;
 }
 
+// As the console: a program need not know whether its plant is secured.
+std::string identity_of(const Options& options) {
+  if (!options.identity.empty())
+    return options.identity;
+  const char* folder = secure_getenv("LINEGATE_SECURITY");
+  return folder == nullptr ? "" : folder;
+}
+
 std::shared_ptr<Core> connect(const Options& options) {
   if (options.domain > kMaxDomain)
     return make_core(nullptr, "domain is above 232");
@@ -68,8 +77,8 @@ std::shared_ptr<Core> connect(const Options& options) {
   client.commands = !options.read_only;
   client.outputs = !options.read_only;
   client.output_strength = options.strength;
-  if (!options.identity.empty()) {
-    const auto found = gateway::use_identity(options.identity, !options.read_only, client.security);
+  if (const std::string identity = identity_of(options); !identity.empty()) {
+    const auto found = gateway::use_identity(identity, !options.read_only, client.security);
     if (has_errors(found) || !client.security.enabled())
       return make_core(nullptr, text_of(found));
   }
