@@ -9,6 +9,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -20,10 +21,18 @@ namespace client = linegate::client;
 struct linegate_client {
   explicit linegate_client(client::Client the_client) : client(std::move(the_client)) {}
 
+  // From any thread: poll() holds `mutex`.
+  void wake() {
+    const std::lock_guard lock(waking);
+    client.wake();
+  }
+
   // Recursive for call-backs, timed because a poll() in another thread has to be woken.
   std::recursive_timed_mutex mutex;
+  std::mutex waking;  // after `mutex`: while a wake() is under way, the client is not ended
   client::Client client;
-  using Object = std::variant<client::Line, client::Group, client::Call, client::Subscription>;
+  using Object = std::variant<client::Line, client::Group, client::Call, client::Subscription,
+                              client::EventReader>;
   std::map<int, Object> objects;
   int next = 1;
   int polls = 0;  // depth: a client is not closed within a call-back
@@ -60,7 +69,7 @@ class Held {
     if (!it_)
       return;
     for (bool locked = it_->mutex.try_lock(); !locked;) {
-      it_->client.wake();
+      it_->wake();
       locked = it_->mutex.try_lock_for(kWakeAgain);
     }
     if (!it_->client.ok()) {  // it was closed meanwhile
@@ -234,6 +243,28 @@ client::CallOptions call_options(int timeout_ms, unsigned attempts = 1) {
   return {.timeout = timeout_of(timeout_ms), .attempts = attempts};
 }
 
+void call_with(const client::Event& from, linegate_on_event call_back, void* user) {
+  linegate_event to{};
+  to.gateway = from.gateway.c_str();
+  to.line = from.line.c_str();
+  to.name = from.name.c_str();
+  to.text = from.text.c_str();
+  to.number = from.number;
+  to.stream = from.stream;
+  to.time = from.time;
+  to.code = from.code;
+  to.value = from.value;
+  to.kind = from.kind;
+  to.severity = from.severity;
+  to.node = from.node;
+  to.length = static_cast<std::uint8_t>(std::min(from.data.size(), sizeof to.data));
+  std::ranges::transform(from.data.begin(), from.data.begin() + to.length, to.data,
+                         [](std::byte b) { return std::to_integer<std::uint8_t>(b); });
+  to.missed = from.missed;
+  to.journal_lost = from.journal_lost ? 1 : 0;
+  call_back(user, &to);
+}
+
 // While it exists, the client cannot be closed. Ends with an exception, too.
 class Polling {
  public:
@@ -355,6 +386,7 @@ int linegate_close(linegate_client* handle) {
       open().clients.erase(handle);
     }
     held->objects.clear();
+    const std::lock_guard waking(held->waking);
     const client::Client ended = std::move(held->client);
     return LINEGATE_OK;
   });
@@ -369,7 +401,7 @@ int linegate_wake(linegate_client* handle) {
     const auto found = handle == nullptr ? nullptr : find_client(handle);
     if (!found)
       return handle == nullptr ? LINEGATE_ERROR_ARGUMENT : LINEGATE_ERROR_CLOSED;
-    found->client.wake();
+    found->wake();
     return LINEGATE_OK;
   } catch (...) {
     return LINEGATE_ERROR_MEMORY;
@@ -452,34 +484,39 @@ int linegate_subscribe_events(linegate_client* handle, linegate_on_event call_ba
   return with(handle, [&](const Held& held) -> int {
     if (call_back == nullptr)
       return LINEGATE_ERROR_ARGUMENT;
-    return held.add(held->client.on_event([call_back, user](const client::Event& from) {
-      linegate_event to{};
-      to.gateway = from.gateway.c_str();
-      to.line = from.line.c_str();
-      to.name = from.name.c_str();
-      to.text = from.text.c_str();
-      to.number = from.number;
-      to.stream = from.stream;
-      to.time = from.time;
-      to.code = from.code;
-      to.value = from.value;
-      to.kind = from.kind;
-      to.severity = from.severity;
-      to.node = from.node;
-      to.length = static_cast<std::uint8_t>(std::min(from.data.size(), sizeof to.data));
-      std::ranges::transform(from.data.begin(), from.data.begin() + to.length, to.data,
-                             [](std::byte b) { return std::to_integer<std::uint8_t>(b); });
-      call_back(user, &to);
-    }));
+    return held.add(held->client.on_event(
+        [call_back, user](const client::Event& event) { call_with(event, call_back, user); }));
   });
 }
 
+int linegate_follow_events(linegate_client* handle, const char* after, linegate_on_event call_back,
+                           void* user) {
+  return with(handle, [&](const Held& held) -> int {
+    if (call_back == nullptr)
+      return LINEGATE_ERROR_ARGUMENT;
+    auto reader = held->client.follow_events(
+        after == nullptr ? std::nullopt : std::optional<std::string>(after),
+        [call_back, user](const client::Event& event) { call_with(event, call_back, user); });
+    return reader ? held.add(std::move(reader)) : LINEGATE_ERROR_ARGUMENT;
+  });
+}
+
+int linegate_event_position(linegate_client* handle, int subscription, char* text,
+                            std::size_t size) {
+  return with<client::EventReader>(handle, subscription,
+                                   [&](const Held&, const client::EventReader& reader) {
+                                     return copy_text(reader.position(), text, size);
+                                   });
+}
+
 int linegate_unsubscribe(linegate_client* handle, int subscription) {
-  return with<client::Subscription>(handle, subscription,
-                                    [&](const Held& held, client::Subscription& /*it*/) -> int {
-                                      held->objects.erase(subscription);
-                                      return LINEGATE_OK;
-                                    });
+  return with(handle, [&](const Held& held) -> int {
+    if (held.get<client::Subscription>(subscription) == nullptr &&
+        held.get<client::EventReader>(subscription) == nullptr)
+      return LINEGATE_ERROR_ARGUMENT;
+    const auto ended = held->objects.extract(subscription);  // destroyed last
+    return LINEGATE_OK;
+  });
 }
 
 // --- outputs -------------------------------------------------------------------------------------

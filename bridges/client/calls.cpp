@@ -115,6 +115,10 @@ void Core::service_calls() {
 
 void Core::on_reply(const dds::Target& /*target*/, const dds::CommandResult& result) {
   received = true;
+  for (const auto& one : followings()) {
+    if (one->following->receive_answer(result, link->now()))
+      return;
+  }
   const auto found =
       std::ranges::find_if(calls, [&](const auto& call) { return call->id == result.id; });
   if (found == calls.end() || result.id == 0)

@@ -157,6 +157,21 @@ Subscription Client::on_event(std::function<void(const Event&)> call_back) {
   return core_->subscribe(std::move(data));
 }
 
+EventReader Client::follow_events(const std::optional<std::string>& after,
+                                  std::function<void(const Event&)> call_back) {
+  std::optional<EventFollowing::Positions> positions;
+  if (after)
+    positions = EventFollowing::parse(*after);
+  if (!core_ || !call_back || after.has_value() != positions.has_value())
+    return {};
+  return core_->follow(std::make_unique<EventFollowing>(std::move(positions)),
+                       std::move(call_back));
+}
+
+std::string EventReader::position() const {
+  return data_ ? data_->following->position() : "";
+}
+
 // --- Line ----------------------------------------------------------------------------------------
 
 std::string Line::name() const {

@@ -17,6 +17,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -128,15 +129,36 @@ struct Event {
   std::uint8_t node = 0;      // 1..127, 0 = the line itself
   std::uint32_t code = 0;     // by kind
   std::uint32_t value = 0;
-  std::vector<std::byte> data;
-  std::string name;  // of the kind: "heartbeat-lost"; empty: unknown to this version
-  std::string text;  // in words
+  std::vector<std::byte> data{};
+  std::string name{};  // of the kind: "heartbeat-lost"; empty: unknown to this version
+  std::string text{};  // in words
+  // Of follow_events(): numbers of the line directly before this one without an event, at most so
+  // many are lost: a gateway that was killed leaves numbers out. And whether its journal was lost.
+  std::uint64_t missed = 0;
+  bool journal_lost = false;
 };
 
 // Ends the call-backs when the last copy is destroyed.
 class Subscription {
  public:
   Subscription() = default;
+
+ private:
+  friend struct Core;
+  std::shared_ptr<SubscriptionData> data_;
+};
+
+// The same, of events in their order.
+class EventReader {
+ public:
+  EventReader() = default;
+
+  // Whether it follows events.
+  explicit operator bool() const { return data_ != nullptr; }
+  // Where the application is, the event of a call-back that runs included: a text to be stored, of
+  // some 40 bytes for each line. With it follow_events() goes on with the next event, whatever
+  // became of the application and the gateways meanwhile.
+  std::string position() const;
 
  private:
   friend struct Core;
@@ -356,8 +378,16 @@ class Client {
   std::vector<std::string> lines() const;
   // Of all lines. Each line that was received is reported at the beginning.
   Subscription on_line(std::function<void(const Change&)> call_back);
-  // Events of all lines and gateways from now on.
+  // Events of all lines and gateways from now on, as they are received.
   Subscription on_event(std::function<void(const Event&)> call_back);
+  // Events of all lines and gateways, those of a line in their order and each once; what this
+  // client did not receive is read from the journals of the gateways. after:
+  // EventReader::position() of this or an earlier run, or "" for the oldest events that the
+  // journals have, as for a line that the position does not name; nothing: from now on. Returns an
+  // empty reader if `after` is no position. With an identity of role viewer, and of gateways
+  // without a journal, events that were not received are reported as missed.
+  EventReader follow_events(const std::optional<std::string>& after,
+                            std::function<void(const Event&)> call_back);
 
  private:
   friend struct Core;

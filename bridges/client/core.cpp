@@ -150,10 +150,16 @@ void Core::on_gateway(const dds::Source& source, const dds::GatewayInfo& info) {
   received = true;
   if (gateway_events.size() < kMaxGateways)
     gateway_events.try_emplace(source.gateway, info.events);
+  newest_events.note_gateway(source, info);
+  for (const auto& one : followings())
+    one->following->receive_gateway(source, info, link->now());
 }
 
 void Core::on_line(const dds::Source& source, const dds::LineInfo& /*info*/,
                    const line::LineState& state, const std::vector<dds::Property>& properties) {
+  newest_events.note_line(source, state.counters.events);
+  for (const auto& one : followings())
+    one->following->receive_line(source, state.counters.events, link->now());
   LineData* const line = sample_of(source);
   if (line == nullptr || line->is_former(source.incarnation))
     return;
@@ -242,34 +248,19 @@ bool Core::is_new(const dds::Source& source, std::uint64_t number) {
 void Core::on_event(const dds::Source& source, const dds::ReceivedEvent& event,
                     std::string_view text, const std::vector<dds::Property>& /*properties*/) {
   received = true;
+  newest_events.note_event(source, event);
+  for (const auto& one : followings())
+    one->following->take({source, event, std::string(text), {}}, link->now());
   if (!is_new(source, event.number))
     return;
   note_progress(source, event);
-  const auto wanted = live(subscriptions);
-  if (std::ranges::none_of(wanted, [](const auto& one) { return bool(one->on_event); }) ||
-      due.size() >= kMostDue)
-    return;
-  const std::span<const std::byte> bytes = event.fields.bytes();
-  Event out{.gateway = source.gateway,
-            .line = source.line,
-            .number = event.number,
-            .stream = event.stream,
-            .time = event.time.time_since_epoch().count(),
-            .kind = static_cast<std::uint8_t>(event.kind),
-            .severity = static_cast<std::uint8_t>(event.severity),
-            .node = event.node,
-            .code = event.fields.code,
-            .value = event.fields.value,
-            .data = {bytes.begin(), bytes.end()},
-            .name = event.data ? std::string(linegate::name(event.kind)) : "",
-            .text = std::string(text)};
-  for (const auto& one : wanted) {
-    if (one->on_event) {
-      due.emplace_back([weak = std::weak_ptr(one), out] {
-        if (const auto subscription = weak.lock())
-          subscription->on_event(out);
-      });
-    }
+  for (const auto& one : live(subscriptions)) {
+    if (!one->on_event || one->following || due.size() >= kMostDue)
+      continue;
+    due.emplace_back([weak = std::weak_ptr(one), out = event_of(source, event, text)] {
+      if (const auto subscription = weak.lock())
+        subscription->on_event(out);
+    });
   }
 }
 
@@ -329,12 +320,18 @@ Instant Core::next_wake() const {
   }
   for (const auto& call : calls)
     next = earlier(next, call->deadline);
+  for (const auto& weak : subscriptions) {
+    const auto one = weak.lock();
+    if (one && one->following)
+      next = earlier(next, one->following->next_wake());
+  }
   return next;
 }
 
 void Core::service() {
   was_settled = was_settled || settled();
   report_lines();
+  follow_events();
   service_groups();
   service_calls();
   report_values();
@@ -378,6 +375,39 @@ void Core::report_line(LineData& line, const Change& change) {
       });
     }
   }
+}
+
+std::vector<std::shared_ptr<SubscriptionData>> Core::followings() {
+  auto out = live(subscriptions);
+  std::erase_if(out, [](const auto& one) { return !one->following; });
+  return out;
+}
+
+void Core::follow_events() {
+  for (const auto& one : followings()) {
+    one->following->ask(*link);
+    for (Event event; due.size() < kMostDue && one->following->pop(event);) {
+      due.emplace_back([weak = std::weak_ptr(one), event = std::move(event)] {
+        const auto subscription = weak.lock();
+        if (!subscription)
+          return;
+        subscription->following->pass(event);
+        subscription->on_event(event);
+      });
+    }
+  }
+}
+
+EventReader Core::follow(std::unique_ptr<EventFollowing> following,
+                         std::function<void(const Event&)> call_back) {
+  EventReader out;
+  out.data_ = std::make_shared<SubscriptionData>();
+  out.data_->following = std::move(following);
+  if (link)
+    out.data_->following->receive(newest_events, link->now());
+  out.data_->on_event = std::move(call_back);
+  subscriptions.push_back(out.data_);
+  return out;
 }
 
 void Core::report_values() {

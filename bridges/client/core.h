@@ -13,6 +13,7 @@
 #include <string_view>
 #include <vector>
 
+#include "bridges/client/event_following.h"
 #include "bridges/client/link.h"
 #include "bridges/client/model.h"
 
@@ -26,6 +27,7 @@ struct SubscriptionData {
   std::function<void(const Snapshot&)> on_values;
   std::function<void(const Change&)> on_line;
   std::function<void(const Event&)> on_event;
+  std::unique_ptr<EventFollowing> following;  // of on_event
   std::function<void(const Group&)> on_group;
   bool begun = false;
   std::uint64_t revision = 0;      // of the line when it was last compared
@@ -102,6 +104,8 @@ struct Core : dds::ClientListener, std::enable_shared_from_this<Core> {
 
   static Client client_of(std::shared_ptr<Core> core);
   static Subscription handle(std::shared_ptr<SubscriptionData> data);
+  EventReader follow(std::unique_ptr<EventFollowing> following,
+                     std::function<void(const Event&)> call_back);
   static Call call_of(std::shared_ptr<Core> core, std::shared_ptr<CallData> data);
   static Group group_of(std::shared_ptr<Core> core, std::shared_ptr<GroupData> data);
   Subscription subscribe(SubscriptionData data);
@@ -124,6 +128,7 @@ struct Core : dds::ClientListener, std::enable_shared_from_this<Core> {
   std::string name;
   Model model;
   std::map<std::string, std::uint64_t> gateway_events;  // newest number of each at the beginning
+  NewestEvents newest_events;
   std::vector<std::weak_ptr<SubscriptionData>> subscriptions;
   std::vector<std::weak_ptr<GroupData>> groups;
   std::vector<std::shared_ptr<CallData>> calls;  // pending
@@ -141,6 +146,8 @@ struct Core : dds::ClientListener, std::enable_shared_from_this<Core> {
   void report_line(LineData& line, const Change& change);
   void report_values();
   void compare(const std::shared_ptr<SubscriptionData>& subscription);
+  std::vector<std::shared_ptr<SubscriptionData>> followings();
+  void follow_events();
   void service_calls();
   void send(const std::shared_ptr<CallData>& call);
   void service_groups();

@@ -179,10 +179,25 @@ typedef struct linegate_event {
   uint8_t node;     /* 1..127, 0 = the line itself */
   uint8_t length;   /* of data */
   uint8_t data[16];
+  uint64_t missed;  /* of linegate_follow_events(): numbers of the line directly before this one
+                       without an event, at most so many are lost: a gateway that was killed leaves
+                       numbers out */
+  int journal_lost; /* whether its journal was lost */
 } linegate_event;
 typedef void (*linegate_on_event)(void* user, const linegate_event* event);
-/* Calls back for each event of all lines and gateways from now on. */
+/* Calls back for each event of all lines and gateways from now on, as they are received. */
 int linegate_subscribe_events(linegate_client* client, linegate_on_event call_back, void* user);
+/* Calls back for the events of all lines and gateways, those of a line in their order and each
+ * once; what this client did not receive is read from the journals of the gateways. after:
+ * linegate_event_position() of this or an earlier run, or "" for the oldest events that the
+ * journals have, as for a line that the position does not name; NULL: from now on. With an identity
+ * of role viewer, and of gateways without a journal, events that were not received are reported as
+ * missed. Returns the number of the subscription. */
+int linegate_follow_events(linegate_client* client, const char* after, linegate_on_event call_back,
+                           void* user);
+/* Where the application is, the event of a call-back that runs included: a text to be stored, of
+ * some 40 bytes for each line. Returns its length, also with NULL. */
+int linegate_event_position(linegate_client* client, int subscription, char* text, size_t size);
 /* Ends the call-backs of a subscription. */
 int linegate_unsubscribe(linegate_client* client, int subscription);
 

@@ -14,20 +14,11 @@ import time
 from installed_client import EXAMPLES, Installed
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "gateway", "cli"))
-from plant_process import Failure, end, expect, run_test, until  # noqa: E402 pylint: disable=wrong-import-position
+from plant_process import end, expect, raised, run_test, until  # noqa: E402 pylint: disable=wrong-import-position
 
 LAMP = "panel.Write output 8-bit.Outputs 1 to 8"
 POSITION, SWITCH = "angle.Position value", "panel.Read input bit.Input 1"
 PATIENCE = 60  # seconds
-
-
-def raised(kind, function, *arguments):
-    """The exception of that kind that the function raises."""
-    try:
-        function(*arguments)
-    except kind as error:
-        return error
-    raise Failure(f"{function} did not raise {kind}")
 
 
 def without_a_loop(linegate):

@@ -3,18 +3,22 @@
 // however little they fit together, and calls of an application. Promises: no
 // crash; a value of good quality has data and is of a line that is ready; no output is written but
 // of an armed group, with the layout and the start of the gateway that its values were set for;
-// each call ends, once.
+// each call ends, once; the numbers of followed events rise, and their position is accepted again.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <limits>
 #include <memory>
+#include <optional>
+#include <set>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
 #include "bridges/client/link.h"
+#include "bridges/request/journal.h"
 #include "stack/base/events.h"
 
 #include "tests/fuzz/expect.h"
@@ -69,7 +73,7 @@ class Samples {
   void next() {
     switch (in_.byte() % 10) {
       case 0:
-        return to_.on_gateway(source(), {});
+        return gateway();
       case 1:
         return line();
       case 2:
@@ -98,6 +102,13 @@ class Samples {
     out.line = one_of(in_, kLines);
     out.incarnation = number(in_);
     return out;
+  }
+  void gateway() {
+    const dds::Source from = source();
+    dds::GatewayInfo info;
+    info.event_stream = from.incarnation % 4;
+    info.events = from.incarnation / 4;
+    to_.on_gateway(from, info);
   }
   void line() {
     line::LineState state;
@@ -170,7 +181,9 @@ class Samples {
       out.data = event::CommandProgress{static_cast<line::CommandKind>(in_.byte()),
                                         static_cast<std::uint32_t>(number(in_)), 1};
     }
-    to_.on_event(source(), out, one_of(in_, kLines), {});
+    const dds::Source from = source();
+    out.stream = from.incarnation % 4;
+    to_.on_event(from, out, one_of(in_, kLines), {});
   }
   void reply() {
     dds::CommandResult out;
@@ -178,7 +191,23 @@ class Samples {
     out.reply.error = {static_cast<Domain>(in_.byte() % 5),
                        static_cast<std::uint32_t>(number(in_))};
     out.bytes = in_.bytes(in_.byte() % 20);
+    if (out.bytes.size() == 19)
+      out.reply = page(out.bytes);
     to_.on_reply({}, out);
+  }
+  // Of the journal.
+  static line::Reply page(const std::vector<std::byte>& random) {
+    request::JournalPage out;
+    for (std::size_t i = 0; i + 2 < random.size() && random[i] != std::byte{}; i += 3)
+      out.records.push_back({.stream = std::to_integer<std::uint64_t>(random[i]) % 4,
+                             .line = "press",
+                             .number = std::to_integer<std::uint64_t>(random[i + 1]) % 8,
+                             .kind = static_cast<EventKind>(random[i + 2])});
+    out.more = std::to_integer<unsigned>(random.back()) % 2 != 0;
+    out.unknown_stream = std::to_integer<unsigned>(random.back()) % 8 > 5;
+    line::Reply reply;
+    reply.data = encode(out);
+    return reply;
   }
   // A line that is ready.
   void whole() {
@@ -285,6 +314,8 @@ class Application {
     });
     lines_ = client_.on_line([](const client::Change& change) { (void)describe(change.status); });
     events_ = client_.on_event([](const client::Event&) {});
+    following_ = follow(std::nullopt);
+    oldest_ = follow("");
     states_ = group_.on_state([](const client::Group& group) { (void)group.text(); });
   }
 
@@ -313,6 +344,7 @@ class Application {
   }
 
   void end() {
+    LINEGATE_EXPECT(client_.follow_events(following_.position(), [](const client::Event&) {}));
     client_ = make_client(client::make_core(nullptr, "ended"));
     for (const auto& [call, ended] : calls_)
       LINEGATE_EXPECT(call.done() && *ended <= 1);
@@ -323,6 +355,16 @@ class Application {
     const char* const name = in.flag() ? "" : "a";
     return line.group(name,
                       {.watchdog = linegate::Duration(static_cast<std::int64_t>(number(in)))});
+  }
+  // Each event is passed on once.
+  client::EventReader follow(const std::optional<std::string>& after) {
+    using Key = std::tuple<std::string, std::string, std::uint64_t, std::uint64_t>;
+    return client_.follow_events(
+        after, [seen = std::make_shared<std::set<Key>>()](const client::Event& event) {
+          const bool is_new =
+              seen->emplace(event.gateway, event.line, event.stream, event.number).second;
+          LINEGATE_EXPECT(is_new || event.stream == 0 || event.number == 0);
+        });
   }
   void release() {
     group_.release();
@@ -367,6 +409,7 @@ class Application {
   client::Line line_;
   client::Group group_;
   client::Subscription values_, lines_, events_, states_;
+  client::EventReader following_, oldest_;
   std::vector<std::pair<client::Call, std::shared_ptr<int>>> calls_;
 };
 

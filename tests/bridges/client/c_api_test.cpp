@@ -82,6 +82,34 @@ TEST_F(ClientInC, WrongArgumentsAreErrors) {
   EXPECT_EQ(linegate_arm(client, group), LINEGATE_ERROR_ARGUMENT);
 }
 
+TEST_F(ClientInC, EventsAreFollowedFromAPosition) {
+  std::uint64_t number = 0;
+  const auto keep = [](void* to, const linegate_event* event) {
+    *static_cast<std::uint64_t*>(to) = event->number;
+  };
+  const int reader = linegate_follow_events(client, "3:8:gw/press", keep, &number);
+  ASSERT_GT(reader, 0);
+  world->samples.emplace_back([](dds::ClientListener& to) {
+    dds::ReceivedEvent event;
+    event.stream = 3;
+    event.number = 9;
+    to.on_event({.gateway = "gw", .line = "press"}, event, "", {});
+  });
+  EXPECT_EQ(linegate_poll(client, 0), LINEGATE_OK);
+  EXPECT_EQ(number, 9U);
+  char text[20];
+  EXPECT_EQ(linegate_event_position(client, reader, nullptr, 0), 12);
+  EXPECT_EQ(linegate_event_position(client, reader, text, sizeof text), 12);
+  EXPECT_STREQ(text, "3:9:gw/press");
+  EXPECT_EQ(linegate_event_position(client, reader, text, 3), LINEGATE_ERROR_TOO_LONG);
+  EXPECT_EQ(linegate_follow_events(client, "3", keep, nullptr), LINEGATE_ERROR_ARGUMENT);
+  EXPECT_EQ(linegate_follow_events(client, nullptr, nullptr, nullptr), LINEGATE_ERROR_ARGUMENT);
+  const int plain = linegate_subscribe_events(client, keep, &number);
+  EXPECT_EQ(linegate_event_position(client, plain, text, sizeof text), LINEGATE_ERROR_ARGUMENT);
+  EXPECT_EQ(linegate_unsubscribe(client, reader), LINEGATE_OK);
+  EXPECT_EQ(linegate_event_position(client, reader, text, sizeof text), LINEGATE_ERROR_ARGUMENT);
+}
+
 TEST_F(ClientInC, AClosedOrForeignClientIsAnError) {
   EXPECT_EQ(linegate_close(client), LINEGATE_OK);
   EXPECT_EQ(linegate_poll(client, 0), LINEGATE_ERROR_CLOSED);

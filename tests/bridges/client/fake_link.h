@@ -23,7 +23,8 @@ struct FakeWorld {
   bool fails = false;  // each function of the link throws
   std::vector<std::string> gateways{"gw"};
   std::deque<std::function<void(dds::ClientListener&)>> samples;
-  std::uint64_t sent = 0;  // the last id
+  std::uint64_t sent = 0;                                          // the last id
+  std::vector<std::pair<dds::Target, request::Request>> requests;  // the first has id 1
   std::vector<std::uint64_t> cancelled;
   std::vector<std::pair<dds::Target, line::OutputWrite>> writes;
 
@@ -57,9 +58,10 @@ class FakeLink : public Link {
     }
   }
   void wake() override { check(); }
-  std::uint64_t send(const dds::Target& /*target*/, const request::Request& /*request*/,
+  std::uint64_t send(const dds::Target& target, const request::Request& request,
                      linegate::Duration /*timeout*/, std::uint64_t /*layout_id*/) override {
     check();
+    world_->requests.emplace_back(target, request);
     return ++world_->sent;
   }
   void cancel(std::uint64_t id) override {

@@ -32,6 +32,15 @@ def expect(what, found, wanted):
         raise Failure(f"{what}: {found}, not {wanted}")
 
 
+def raised(kind, function, *arguments):
+    """The exception of that kind that the function raises."""
+    try:
+        function(*arguments)
+    except kind as error:
+        return error
+    raise Failure(f"{function} did not raise {kind}")
+
+
 def until(what, condition):
     """Repeats the condition until its result is true, and returns the result. Fails after PATIENCE."""
     last = time.monotonic() + PATIENCE

@@ -26,15 +26,17 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, AsyncIterator, Callable, Generator, Mapping, Optional, Sequence, Union
+from urllib.parse import quote
 
 from . import _library as c
 
-__all__ = ["Call", "CallError", "Client", "Error", "Event", "Group", "GroupError", "GroupState", "Line", "LineChange",
-           "LineStatus", "NotReady", "Outcome", "Quality", "Snapshot", "Subscription", "Value", "version"]
+__all__ = ["Call", "CallError", "Client", "Error", "Event", "EventReader", "Group", "GroupError", "GroupState", "Line",
+           "LineChange", "LineStatus", "NotReady", "Outcome", "Quality", "Snapshot", "Subscription", "Value", "version"]
 
 Data = Union[None, bool, int, float, str, bytes]
 
 _POLL_MS = 100  # the longest poll of an event loop
+_GROWTH = 4096  # of a position, between two functions
 _MOST_WAITING = 10_000  # items of a stream that its consumer did not take
 _lib = c.load()
 
@@ -188,6 +190,10 @@ class Event:
     code: int  # by kind
     value: int
     data: bytes
+    # Of an EventReader: numbers of the line directly before this one without an event, at most so many are lost: a
+    # gateway that was killed leaves numbers out. And whether its journal was lost.
+    missed: int
+    journal_lost: bool
 
 
 def _error(code: int) -> Error:
@@ -228,6 +234,18 @@ def _text(raw: Optional[bytes]) -> str:
     return (raw or b"").decode(errors="replace")
 
 
+def _event(of: Any) -> Event:
+    return Event(_text(of.gateway), _text(of.line), _text(of.name), _text(of.text), of.number, of.stream, of.time,
+                 of.kind, of.severity, of.node, of.code, of.value, bytes(of.data[:of.length]), of.missed,
+                 bool(of.journal_lost))
+
+
+def _place_before(event: Event) -> tuple[str, str]:
+    """The line of an event, and the position before it, as linegate_event_position() has them."""
+    line = quote(event.gateway, safe="") + "/" + quote(event.line, safe="")
+    return line, f"{event.stream}:{event.number - 1}:{line}"
+
+
 def _names(names: Sequence[str]) -> Any:
     return (ctypes.c_char_p * len(names))(*(name.encode() for name in names))
 
@@ -259,6 +277,64 @@ class Subscription:
         if self._number in self._client._callbacks:
             _lib.linegate_unsubscribe(self._client._handle, self._number)  # waits for a call-back that is running
             self._client._callbacks.pop(self._number, None)
+
+
+class EventReader(Subscription):
+    """The events of all lines and gateways, those of a line in their order and each once: for the call-back of
+    Client.follow_events(), or in `async for`."""
+
+    def __init__(self, client: "Client", after: Optional[str], call_back: Optional[Callable[[Event], None]]) -> None:
+        self._waiting: deque[Event] = deque()  # the application does not have them yet
+        self._dropped: dict[str, str] = {}  # by line: the position before the first one that was dropped
+        self._end = ""  # the position at cancel()
+        alive = [True]
+
+        def happened(_user: Any, of: Any) -> None:
+            event = _event(of.contents)
+            if call_back is not None:
+                self._waiting.append(event)
+                client._due.append((alive, lambda: call_back(self._waiting.popleft())))
+            elif self._dropped or len(self._waiting) >= _MOST_WAITING:
+                self._dropped.setdefault(*_place_before(event))
+            else:
+                self._waiting.append(event)
+        callback = c.ON_EVENT(happened)
+        start = None if after is None else after.encode()
+        super().__init__(client, _checked(_lib.linegate_follow_events(client._handle, start, callback, None)), callback,
+                         alive)
+        client._readers.add(self)
+
+    @property
+    def position(self) -> str:
+        """Where the application is, the event that it has last included: a text to be stored. With it as `after` the
+        next event follows, whatever became of the application and the gateways meanwhile."""
+        if not self._alive:
+            return self._end
+        size = _checked(_lib.linegate_event_position(self._client._handle, self._number, None, 0))
+        buffer = ctypes.create_string_buffer(size + _GROWTH)
+        _checked(_lib.linegate_event_position(self._client._handle, self._number, buffer, len(buffer)))
+        places = {one.rpartition(":")[2]: one for one in _text(buffer.value).split(" ") if one}
+        places.update(self._dropped)
+        places.update(_place_before(event) for event in reversed(list(self._waiting)) if event.stream and event.number)
+        return " ".join(places.values())
+
+    def cancel(self) -> None:
+        """Ends the call-backs, also those of what was received already. The position remains, as at the end of the
+        client."""
+        self._end = self.position
+        super().cancel()
+        self._client._readers.discard(self)
+
+    def __aiter__(self) -> "EventReader":
+        return self
+
+    async def __anext__(self) -> Event:
+        """Raises Error when the application was late by more than 10,000 events: follow again from the position."""
+        await self._client._until(lambda: bool(self._waiting or self._dropped))
+        if self._waiting:
+            return self._waiting.popleft()
+        self.cancel()
+        raise Error(-7, "more than 10,000 events waited: follow them again from the position")
 
 
 class Call:
@@ -504,6 +580,7 @@ class Client:
         self._callbacks: dict[int, Any] = {}
         self._due: deque[tuple[list[bool], Callable[[], None]]] = deque()  # call-backs; empty list: not wanted any more
         self._lines: dict[str, Line] = {}
+        self._readers: set[EventReader] = set()
         self._unused: deque[int] = deque()  # numbers to be freed
         self._task: Optional[asyncio.Task[None]] = None
         self._waiting: list[tuple[Callable[[], bool], asyncio.Future[None]]] = []  # checked after each poll of the task
@@ -519,6 +596,8 @@ class Client:
 
     def close(self) -> None:
         """Releases all groups. Not within a call-back."""
+        for reader in list(self._readers):
+            reader.cancel()
         if self._handle:
             _checked(_lib.linegate_close(self._handle))
         self._handle = None  # its address may be that of another client later
@@ -563,21 +642,27 @@ class Client:
             yield change
 
     def on_event(self, call_back: Callable[[Event], None]) -> Subscription:
-        """Calls back for each event of all lines and gateways from now on."""
+        """Calls back for each event of all lines and gateways from now on, as they are received."""
         alive = [True]
 
-        def happened(_user: Any, event: Any) -> None:
-            of = event.contents
-            out = Event(_text(of.gateway), _text(of.line), _text(of.name), _text(of.text), of.number, of.stream, of.time,
-                        of.kind, of.severity, of.node, of.code, of.value, bytes(of.data[:of.length]))
-            self._due.append((alive, lambda: call_back(out)))
+        def happened(_user: Any, of: Any) -> None:
+            event = _event(of.contents)
+            self._due.append((alive, lambda: call_back(event)))
         callback = c.ON_EVENT(happened)
-        return Subscription(self, _checked(_lib.linegate_subscribe_events(self._handle, callback, None)), callback, alive)
+        number = _checked(_lib.linegate_subscribe_events(self._handle, callback, None))
+        return Subscription(self, number, callback, alive)
 
-    async def events(self) -> AsyncIterator[Event]:
-        """What on_event() calls back with, as a stream."""
-        async for event in self._stream(self.on_event):
-            yield event
+    def follow_events(self, call_back: Callable[[Event], None], after: Optional[str] = None) -> EventReader:
+        """Calls back for the events of all lines and gateways, those of a line in their order and each once; what this
+        client did not receive is read from the journals of the gateways. `after`: EventReader.position of this or an
+        earlier run, or "" for the oldest events that the journals have, as for a line that the position does not name;
+        None: from now on. With an identity of role viewer, and of gateways without a journal, events that were not
+        received are reported as missed."""
+        return EventReader(self, after, call_back)
+
+    def events(self, after: Optional[str] = None) -> EventReader:
+        """The same, for `async for`."""
+        return EventReader(self, after, None)
 
     # --- with an event loop ---
 

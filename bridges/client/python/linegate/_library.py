@@ -34,7 +34,7 @@ class Event(Structure):
     _fields_ = [("gateway", c_char_p), ("line", c_char_p), ("name", c_char_p), ("text", c_char_p),
                 ("number", c_uint64), ("stream", c_uint64), ("time", c_int64), ("code", c_uint32),
                 ("value", c_uint32), ("kind", c_uint8), ("severity", c_uint8), ("node", c_uint8),
-                ("length", c_uint8), ("data", c_uint8 * 16)]
+                ("length", c_uint8), ("data", c_uint8 * 16), ("missed", c_uint64), ("journal_lost", c_int)]
 
 
 class Request(Structure):
@@ -74,6 +74,8 @@ FUNCTIONS = {
     "linegate_subscribe": (c_int, [c_void_p, c_int, NAMES, c_size_t, ON_VALUES, c_void_p]),
     "linegate_subscribe_lines": (c_int, [c_void_p, ON_LINE, c_void_p]),
     "linegate_subscribe_events": (c_int, [c_void_p, ON_EVENT, c_void_p]),
+    "linegate_follow_events": (c_int, [c_void_p, c_char_p, ON_EVENT, c_void_p]),
+    "linegate_event_position": (c_int, [c_void_p, c_int, c_char_p, c_size_t]),
     "linegate_unsubscribe": (c_int, [c_void_p, c_int]),
     "linegate_group": (c_int, [c_void_p, c_int, c_char_p, c_int, c_uint]),
     "linegate_set_integer": (c_int, [c_void_p, c_int, c_char_p, c_int64]),
