@@ -3,11 +3,15 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "stack/base/time.h"
 #include "stack/od/data_type.h"
+#include "stack/od/description.h"
+#include "stack/od/scaling.h"
 
 namespace linegate::image {
 
@@ -38,12 +42,24 @@ struct Entry {
   std::uint32_t product_code = 0;    // 1018h:2 according to its device file, 0 = unknown
   std::string name;                  // names of the node and the object, "drive1.Statusword";
                                      // unique in the layout
+  // What the value means to people. Numbers below are in the unit of the scaling.
+  od::Scaling scaling;
+  std::optional<double> low;  // limits of the value; of integers and reals alone
+  std::optional<double> high;
+  std::optional<double> initial;       // outputs: the value until the first write (a default of the
+                                       // configuration); of integers, reals and BOOLEAN alone
+  od::Access access = od::Access::rw;  // of the object in the device
+  // Of the device's PDO; 0 without one. The inhibit time of an RPDO is that of its sender.
+  std::uint8_t transmission_type = 0;
+  Duration inhibit{};
+  Duration event_timer{};
+  std::optional<std::uint16_t> group;  // outputs: the group that writes it; nothing = in no group
 };
 
 struct Layout {
   Direction direction = Direction::inputs;
-  // Hash of direction, size and entries without their names: the same after a restart, and for an
-  // observer and a manager of the same line. Never 0.
+  // Hash of direction, size and entries without their names, groups and initial values: the same
+  // after a restart, and for an observer and a manager of the same line. Never 0.
   std::uint64_t id = 0;
   std::uint32_t byte_size = 0;
   std::vector<Entry> entries;  // ascending by local PDO and position; those without a PDO last
@@ -53,7 +69,8 @@ struct Layout {
 // device's PDO, or to "NAME #2".
 void make_names_unique(Layout& layout);
 
-// The hash for Layout::id: FNV-1a (64 bit) of direction, size and entries without their names.
+// The hash for Layout::id: FNV-1a (64 bit) of direction, size and entries without their names,
+// groups and initial values.
 std::uint64_t layout_id(const Layout& layout);
 
 }  // namespace linegate::image

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <bit>
+
 #include "stack/image/layout.h"
 
 namespace linegate::image {
@@ -12,6 +14,18 @@ class Fnv1a {
     for (std::size_t i = 0; i < sizeof(T); ++i, bits >>= 8U) {
       hash_ = (hash_ ^ (bits & 0xFFU)) * 0x0000'0100'0000'01B3U;
     }
+  }
+  void add(double value) { add(std::bit_cast<std::uint64_t>(value)); }
+  void add(const std::string& text) {
+    add(text.size());
+    for (const char c : text) {
+      add(static_cast<std::uint8_t>(c));
+    }
+  }
+  template <class T>
+  void add(const std::optional<T>& value) {
+    add(std::uint8_t{value.has_value()});
+    add(value.value_or(T{}));
   }
   std::uint64_t value() const { return hash_ == 0 ? 1 : hash_; }
 
@@ -32,6 +46,15 @@ void add(Fnv1a& hash, const Entry& entry) {
   hash.add(entry.variable_sub);
   hash.add(entry.profile);
   hash.add(entry.product_code);
+  hash.add(entry.scaling.unit);
+  hash.add(entry.scaling.scale);
+  hash.add(entry.scaling.offset);
+  hash.add(entry.low);
+  hash.add(entry.high);
+  hash.add(entry.access);
+  hash.add(entry.transmission_type);
+  hash.add(entry.inhibit.count());
+  hash.add(entry.event_timer.count());
 }
 
 }  // namespace

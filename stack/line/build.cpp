@@ -8,6 +8,7 @@
 
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
+#include "stack/image/scaling.h"
 #include "stack/line/own_objects.h"
 #include "stack/line/pdo_checks.h"
 #include "stack/od/objects.h"
@@ -353,6 +354,27 @@ std::vector<Diagnostic> check_outputs(const LineConfig& config, const image::Lay
     }
   }
   return out;
+}
+
+void describe_outputs(const LineConfig& config, image::Layout& outputs) {
+  for (const OutputGroup& group : config.groups) {
+    for (const std::uint32_t entry : group.entries) {
+      outputs.entries[entry].group = group.number;
+    }
+  }
+  for (std::uint32_t i = 0; i < outputs.entries.size() && config.groups.empty(); ++i) {
+    if (config.role != Role::observer && !std::ranges::binary_search(config.bound, i)) {
+      outputs.entries[i].group = 0;
+    }
+  }
+  for (const OutputDefault& value : config.defaults) {
+    image::Entry& entry = outputs.entries[value.entry];
+    std::vector<std::byte> bytes((entry.bit_length + 7U) / 8U);
+    store_le(std::span(bytes), value.value);
+    entry.initial = entry.type == od::DataType::boolean
+                        ? std::optional(static_cast<double>(value.value & 1U))
+                        : image::scaled_number(entry, bytes);
+  }
 }
 
 diagnosis::Options diagnosis_options(const LineConfig& config) {

@@ -49,5 +49,7 @@ Loaded<pdo::LinkPlan> device_plan(const LineConfig& config);
 // Checks that groups and defaults name existing entries of the output layout, and that groups are
 // disjoint.
 std::vector<Diagnostic> check_outputs(const LineConfig& config, const image::Layout& outputs);
+// Sets group and initial value of each output. Precondition: check_outputs() found nothing.
+void describe_outputs(const LineConfig& config, image::Layout& outputs);
 
 }  // namespace linegate::line

@@ -59,6 +59,7 @@ Loaded<std::unique_ptr<Line>> Line::make(LineConfig config) {
   if (has_errors(out.diagnostics)) {
     return out;
   }
+  describe_outputs(config, plan.value->outputs);
   if (has_devices || config.role == Role::observer) {
     config.forwarding = {};  // these roles have no dictionary for it
   } else {

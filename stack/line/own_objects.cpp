@@ -7,6 +7,7 @@
 #include "stack/base/byte_order.h"
 #include "stack/image/limits.h"
 #include "stack/image/network_variables.h"
+#include "stack/image/scaling.h"
 #include "stack/od/data_type.h"
 #include "stack/od/objects.h"
 
@@ -142,6 +143,7 @@ bool place_own_objects(const LineConfig& config, pdo::LinkPlan& plan) {
     entry.node = config.node_id;
     entry.index = address.index;
     entry.sub = address.sub;
+    image::describe_value(object->variable, entry);
     entry.name = "own." + object->variable.name;
     if (const auto shown =
             image::variable_address(direction, entry.type, entry.bit_offset, entry.bit_length)) {

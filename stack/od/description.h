@@ -15,6 +15,7 @@
 #include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
 #include "stack/od/data_type.h"
+#include "stack/od/scaling.h"
 
 namespace linegate::od {
 
@@ -83,6 +84,8 @@ struct VariableDescription {
   bool configured = false;            // the value is a DCF's ParameterValue, not a default
   bool overridden = false;            // the value is from a configuration that supplements the file
   std::uint32_t line = 0;             // line in the source file, 0 = none
+  std::string alias;                  // its name in the image, if not that of the file
+  Scaling scaling;                    // for people: values and limits here are not scaled
   FileNotes notes;
 
   friend bool operator==(const VariableDescription&, const VariableDescription&) = default;

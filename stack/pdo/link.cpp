@@ -10,6 +10,7 @@
 #include "stack/base/byte_order.h"
 #include "stack/image/limits.h"
 #include "stack/image/network_variables.h"
+#include "stack/image/scaling.h"
 #include "stack/od/objects.h"
 #include "stack/pdo/mapping.h"
 #include "stack/pdo/object_names.h"
@@ -210,6 +211,7 @@ class Linker {
         const std::uint32_t at = placement.place(value.bits);
         pdo.targets.push_back({pdo.mapped_bits, at, value.bits});
         add_entry(node, value, at, pdo, layout);
+        add_timing(remote, layout.entries.back());
         add_fillers(pdo.parameters.mapping, std::uint32_t{mapping.bits} - value.bits);
       }
       pdo.mapped_bits = static_cast<std::uint16_t>(pdo.mapped_bits + mapping.bits);
@@ -252,11 +254,20 @@ class Linker {
     entry.profile = static_cast<std::uint16_t>(number(*node.device, {od::objects::kDeviceType, 0}));
     entry.product_code =
         static_cast<std::uint32_t>(number(*node.device, od::objects::kProductCode));
+    if (variable != nullptr) {
+      image::describe_value(*variable, entry);
+    }
     entry.name = node_name(node) + "." +
                  (mapping.address == od::Address{0, 0}
                       ? "COB-ID " + identifier_text(pdo.parameters.cob_id.id()) + "h"
                       : names_of(node).of(mapping.address));
     layout.entries.push_back(std::move(entry));
+  }
+
+  static void add_timing(const Parameters& remote, image::Entry& entry) {
+    entry.transmission_type = remote.number == 0 ? std::uint8_t{0} : remote.type;
+    entry.inhibit = remote.inhibit;
+    entry.event_timer = remote.event_timer;
   }
 
   void finish(image::Layout& layout, std::size_t pdos, Placement& placement) {

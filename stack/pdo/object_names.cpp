@@ -41,7 +41,11 @@ std::string ObjectNames::of(od::Address address) const {
   if (object == nullptr) {
     return "unknown";
   }
-  std::string text = text_of(*object, device_.find(address));
+  const od::VariableDescription* const variable = device_.find(address);
+  if (variable != nullptr && !variable->alias.empty()) {
+    return variable->alias;
+  }
+  std::string text = text_of(*object, variable);
   if (const auto known = count_.find(text); known != count_.end() && known->second > 1) {
     text += ' ' + od::to_text(address);
   }

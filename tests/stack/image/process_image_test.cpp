@@ -34,6 +34,29 @@ TEST(LayoutId, IsTheSameWithoutNamesAndNeverZero) {
   EXPECT_NE(layout_id(a), layout_id(b));
 }
 
+// A reader that knows another scale must not match.
+TEST(LayoutId, DependsOnWhatAValueMeans) {
+  const Layout a = make_layout(kIn, 4, {{1, 0, 16}, {1, 16, 16}});
+  const auto differs = [&a](auto change) {
+    Layout b = a;
+    change(b.entries[1]);
+    return layout_id(a) != layout_id(b);
+  };
+  EXPECT_FALSE(differs([](Entry&) {}));
+  EXPECT_TRUE(differs([](Entry& e) { e.scaling.unit = "bar"; }));
+  EXPECT_TRUE(differs([](Entry& e) { e.scaling.scale = 0.1; }));
+  EXPECT_TRUE(differs([](Entry& e) { e.scaling.offset = -40; }));
+  EXPECT_TRUE(differs([](Entry& e) { e.low = 0; }));
+  EXPECT_TRUE(differs([](Entry& e) { e.high = 0; }));
+  EXPECT_TRUE(differs([](Entry& e) { e.access = od::Access::ro; }));
+  EXPECT_TRUE(differs([](Entry& e) { e.transmission_type = 1; }));
+  EXPECT_TRUE(differs([](Entry& e) { e.inhibit = Duration(1); }));
+  EXPECT_TRUE(differs([](Entry& e) { e.event_timer = Duration(1); }));
+  // How it is written does not change what it means.
+  EXPECT_FALSE(differs([](Entry& e) { e.initial = 0; }));
+  EXPECT_FALSE(differs([](Entry& e) { e.group = 0; }));
+}
+
 // FNV-1a, 64 bit: the value for the five bytes of an empty input layout.
 TEST(LayoutId, IsFnv1a) {
   std::uint64_t hash = 0xCBF29CE484222325U;
