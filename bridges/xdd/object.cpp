@@ -167,6 +167,10 @@ void ObjectReader::add_parameter(Sections::Builder& section, pugi::xml_node para
     section.add(key, attribute(node, "value"), document_.place(node, "value"));
   };
   section.add("ParameterName", text_of(parameter), document_.place(parameter));
+  // A value for people is (value + offset) * multiplier (CiA 311).
+  section.add("XddOffset", attribute(parameter, "offset"), document_.place(parameter, "offset"));
+  section.add("XddMultiplier", attribute(parameter, "multiplier"),
+              document_.place(parameter, "multiplier"));
   for (const pugi::xml_node node : parameter.children()) {
     const std::string_view name = local_name(node);
     if (const char* type = data_type(name)) {
@@ -175,6 +179,8 @@ void ObjectReader::add_parameter(Sections::Builder& section, pugi::xml_node para
       value_of(node, "DefaultValue");
     } else if (name == "actualValue") {
       value_of(node, "ParameterValue");
+    } else if (name == "unit") {
+      section.add("XddUnit", text_of(node), document_.place(node));
     } else if (name == "denotation") {
       section.add("Denotation", text_of(node), document_.place(node));
     } else if (name == "allowedValues") {

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <charconv>
+#include <cmath>
+#include <system_error>
 #include <utility>
 
 #include "stack/eds/object.h"
@@ -110,6 +113,48 @@ void read_limits(const Fields& fields, VariableDescription& variable, Context& c
   }
 }
 
+std::optional<double> read_real(const Fields& fields, std::string_view key, Context& context) {
+  const Entry* const entry = fields.find(key);
+  if (entry == nullptr) {
+    return std::nullopt;
+  }
+  const std::string_view text = trim(entry->value);
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value)) {
+    context.report.warning(entry->value_place, std::string(key) + ": " + quote(entry->value) +
+                                                   " is no number; ignored");
+    return std::nullopt;
+  }
+  return value;
+}
+
+// Keys that an XDD is converted to (bridges/xdd); CiA 306 has none for it. CiA 311: the value for
+// people is (value + offset) * multiplier.
+void read_scaling(const Fields& fields, VariableDescription& variable, Context& context) {
+  const bool is_number = od::is_integer(variable.type) || od::is_real(variable.type);
+  if (!is_number || variable.type == DataType::boolean) {
+    return;
+  }
+  std::string unit = fields.text("XddUnit");
+  if (unit.size() <= od::kLongestUnit) {
+    variable.scaling.unit = std::move(unit);
+  } else {
+    context.report.warning(
+        fields.find("XddUnit")->value_place,
+        "XddUnit is longer than " + std::to_string(od::kLongestUnit) + " bytes; ignored");
+  }
+  const double scale = read_real(fields, "XddMultiplier", context).value_or(1.0);
+  const double offset = scale * read_real(fields, "XddOffset", context).value_or(0.0);
+  if (std::abs(scale) > 0 && std::isfinite(offset)) {
+    variable.scaling.scale = scale;
+    variable.scaling.offset = offset;
+  } else {
+    context.report.warning(fields.section().place,
+                           "multiplier and offset make no scaling; ignored");
+  }
+}
+
 }  // namespace
 
 Access read_access(const Entry& entry, Report& report) {
@@ -162,6 +207,7 @@ std::optional<VariableDescription> read_variable(const Section& section, std::ui
   variable.access = access_of(fields, variable.type, context);
   variable.mappable = fields.flag("PDOMapping");
   read_limits(fields, variable, context);
+  read_scaling(fields, variable, context);
   if (const Entry* entry = fields.find("DefaultValue")) {
     read_value(*entry, false, variable, context);
   }

@@ -143,6 +143,35 @@ TEST(Xdd, AParameterWithoutAccessCanBeRead) {
   EXPECT_EQ(sheet.value->device.find({0x2001, 1})->access, Access::ro);
 }
 
+// CiA 311: the value for people is (value + offset) * multiplier.
+TEST(Xdd, ParametersHaveUnitAndScaling) {
+  constexpr std::string_view kParameters =
+      R"(<parameter uniqueID="P1" offset="-400" multiplier="0.1"><label>Pressure</label><UINT/><unit multiplier="1"><label lang="en">bar</label></unit></parameter>)"
+      R"(<parameter uniqueID="P2" multiplier="0"><label>A</label><UINT/></parameter>)"
+      R"(<parameter uniqueID="P3" offset="x" multiplier="nan"><label>B</label><UINT/></parameter>)"
+      R"(<parameter uniqueID="P4" multiplier="0.1"><label>C</label><BOOL/></parameter>)";
+  const auto sheet = read(file_with(
+                              R"(<CANopenObject index="2000" objectType="7" uniqueIDRef="P1"/>
+<CANopenObject index="2001" objectType="7" uniqueIDRef="P2"/>
+<CANopenObject index="2002" objectType="7" uniqueIDRef="P3"/>
+<CANopenObject index="2003" objectType="7" uniqueIDRef="P4"/>)",
+                              "", kParameters),
+                          "x.xdd", 5);
+  EXPECT_THAT(
+      messages(sheet.diagnostics),
+      testing::UnorderedElementsAre(testing::HasSubstr("make no scaling; ignored"),
+                                    testing::HasSubstr("XddOffset: 'x' is no number"),
+                                    testing::HasSubstr("XddMultiplier: 'nan' is no number")));
+  ASSERT_TRUE(sheet.ok());
+  const auto scaling_of = [&](std::uint16_t index) {
+    return sheet.value->device.find({index, 0})->scaling;
+  };
+  EXPECT_EQ(scaling_of(0x2000), (od::Scaling{.unit = "bar", .scale = 0.1, .offset = -40}));
+  for (std::uint16_t index = 0x2001; index <= 0x2003; ++index) {
+    EXPECT_EQ(scaling_of(index), od::Scaling{}) << index;
+  }
+}
+
 TEST(Xdd, ParametersOfTheApplicationProcessDescribeObjectsToo) {
   constexpr std::string_view kParameters =
       R"(<parameter uniqueID="P1" access="readWriteInput"><label lang="en">Speed</label><INT/><defaultValue value="7"/><allowedValues><range><minValue value="-10"/><maxValue value="10"/></range></allowedValues><denotation><label lang="en">Speed of the belt</label></denotation></parameter>)"
