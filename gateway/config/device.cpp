@@ -119,6 +119,7 @@ line::DeviceConfig read_one(Findings& findings, const YAML::Node& node, bool sto
   section.read("lss", lss);
   const YAML::Node objects = section.find("objects");
   const YAML::Node pdos = section.find("pdos");
+  const YAML::Node values = section.find("values");
   section.find("serial");
   section.find("heartbeat");
   const bool made = read_io_profile(section, stores, config);
@@ -131,6 +132,7 @@ line::DeviceConfig read_one(Findings& findings, const YAML::Node& node, bool sto
     for (const line::ObjectValue& object : config.objects) {
       set_value(config.device, object.address, object.data);
     }
+    read_values(findings, values, config.device);
     if (lss) {
       forget_formulas(config.device, before);
     }

@@ -5,6 +5,7 @@
 
 #include "gateway/config/entry_names.h"
 #include "gateway/config/sections.h"
+#include "stack/image/scaling.h"
 #include "stack/line/line.h"
 
 namespace linegate::config {
@@ -90,6 +91,19 @@ void check_named_groups(Findings& findings, const OutputsSection& outputs,
   }
 }
 
+// In the unit of a scaled entry.
+std::optional<std::vector<std::byte>> default_bytes(const std::string& text,
+                                                    const image::Entry& entry) {
+  if (!entry.scaling.is_scaled()) {
+    return parse_value(text, entry.type);
+  }
+  const auto number = image::parse_number(text);
+  std::vector<std::byte> out;
+  return number && image::raw_of_scaled(entry, *number, out) == image::ScalingFault::none
+             ? std::optional(out)
+             : std::nullopt;
+}
+
 void resolve_defaults(Findings& findings, const OutputsSection& outputs, const EntryNames& names,
                       const image::Layout& layout, line::LineConfig& config) {
   for (const auto& section : outputs.defaults) {
@@ -104,11 +118,12 @@ void resolve_defaults(Findings& findings, const OutputsSection& outputs, const E
       continue;
     }
     const auto& entry = layout.entries[found.front()];
-    const auto data = parse_value(section.value, entry.type);
+    const auto data = default_bytes(section.value, entry);
     if (!data || data->size() > sizeof(std::uint64_t)) {
-      findings.error(section.value_place, "\"" + section.value + "\" is no " +
-                                              std::string(od::name(entry.type)) + " for \"" +
-                                              entry.name + "\"");
+      findings.error(section.value_place,
+                     "\"" + section.value + "\" is no " + std::string(od::name(entry.type)) +
+                         " for \"" + entry.name + "\"" +
+                         (entry.scaling.is_scaled() ? ", in its unit and within its limits" : ""));
       continue;
     }
     line::OutputDefault value{found.front(), 0};

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "gateway/config/sections.h"
+#include "stack/image/scaling.h"
 
 namespace linegate::config {
 namespace {
@@ -44,6 +45,23 @@ std::vector<std::byte> read_typed(Section& section, const char* key, DataType ty
   return value ? *std::move(value) : std::vector<std::byte>();
 }
 
+void read_scaled_default(Section& section, const std::string& what,
+                         od::VariableDescription& variable) {
+  const YAML::Node node = section.find("default");
+  const auto text = section.text(node);
+  if (!text) {
+    return;
+  }
+  const auto bits = static_cast<std::uint16_t>(od::bit_size(variable.type));
+  const auto number = image::parse_number(*text);
+  if (!number || image::raw_of_scaled(variable.scaling, variable.type, bits, *number,
+                                      variable.value) != image::ScalingFault::none) {
+    section.findings().error(place_of(node), "\"" + *text + "\" is no value of " + what +
+                                                 " in its unit: it does not fit " +
+                                                 std::string(od::name(variable.type)));
+  }
+}
+
 line::OwnObject read_own_object(Findings& findings, const YAML::Node& node, od::Address address) {
   line::OwnObject out{.index = address.index, .variable = {}};
   od::VariableDescription& variable = out.variable;
@@ -59,9 +77,22 @@ line::OwnObject read_own_object(Findings& findings, const YAML::Node& node, od::
                                    {"rwr", od::Access::rwr},
                                    {"rww", od::Access::rww},
                                    {"const", od::Access::constant}});
-  variable.value = read_typed(section, "default", variable.type);
-  variable.low_limit = read_typed(section, "low", variable.type);
-  variable.high_limit = read_typed(section, "high", variable.type);
+  const std::string what = "object " + format_address(address);
+  if (variable.type != DataType::none) {
+    read_scaling(section, what, variable);
+  } else {
+    for (const char* key : {"unit", "scale", "offset"}) {
+      (void)section.find(key);  // it is known, whatever the type should be
+    }
+  }
+  if (variable.scaling.is_scaled()) {
+    read_scaled_default(section, what, variable);
+    read_scaled_limits(section, what, variable);
+  } else {
+    variable.value = read_typed(section, "default", variable.type);
+    variable.low_limit = read_typed(section, "low", variable.type);
+    variable.high_limit = read_typed(section, "high", variable.type);
+  }
   section.read("map", variable.mappable);
   section.read("store", variable.store);
   section.read("image", out.in_image);

@@ -280,6 +280,13 @@ void read_configuration(Section& section, bool has_device, line::NodeConfig& con
 // `objects:` and `pdos:` of a node. Precondition: its device file was read.
 void read_objects(Findings& findings, const YAML::Node& node, line::NodeConfig& config);
 void read_pdos(Findings& findings, const YAML::Node& node, line::NodeConfig& config);
+// `values:` of a node or device: alias, unit, scaling and limits of its objects. Precondition: its
+// device file was read.
+void read_values(Findings& findings, const YAML::Node& node, od::DeviceDescription& device);
+// `unit`, `scale` and `offset` of an object whose type is set. what: names the object in messages.
+void read_scaling(Section& section, std::string_view what, od::VariableDescription& variable);
+// `low` and `high`, in the unit of the object. Precondition: its scaling was read.
+void read_scaled_limits(Section& section, std::string_view what, od::VariableDescription& variable);
 OutputsSection read_outputs(Findings& findings, const YAML::Node& node);
 
 // Makes the line and reports its diagnostics; nullptr if it cannot be made. A diagnostic about a

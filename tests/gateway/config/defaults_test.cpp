@@ -349,7 +349,9 @@ const std::set<std::string> kDefaultsInWords{"dds/participants",
                                              "pdo/cob_id",
                                              "routing/frame_timeout",
                                              "routing/channel_wait",
-                                             "routing/gateway_timeout"};
+                                             "routing/gateway_timeout",
+                                             "value_meaning/alias",
+                                             "value_meaning/low"};
 
 class Defaults : public testing::Test {
  protected:

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+// `values:`: name, unit, scaling and limits of objects, as the layout of the line has them.
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "gateway/config/plant.h"
+#include "stack/line/line.h"
+
+namespace linegate::config {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+const std::string kAnalogEds = LINEGATE_SOURCE_DIR "/bridges/sim/eds/analog-io.eds";
+
+Loaded<Plant> plant_of_values(const std::string& values, const std::string& line = "") {
+  return read("schema: 1\nlines:\n  - name: press\n    interface: \"simulated:\"\n" + line +
+                  "    nodes:\n      - id: 5\n        name: hydraulics\n        eds: " +
+                  kAnalogEds + "\n" + values,
+              "plant.yaml");
+}
+
+std::vector<std::string> meaning_messages(const Loaded<Plant>& loaded) {
+  std::vector<std::string> out;
+  for (const auto& diagnostic : loaded.diagnostics) {
+    out.push_back(std::to_string(diagnostic.line) + ": " + diagnostic.text);
+  }
+  return out;
+}
+
+// The layout of the line once it is made as at the start.
+image::Layout direction_of_line(const Loaded<Plant>& loaded, image::Direction direction) {
+  EXPECT_THAT(meaning_messages(loaded), IsEmpty());
+  const auto made = line::Line::make(loaded.value.value().lines.at(0).config);
+  return (*made.value)->layout(direction);
+}
+
+image::Entry entry_at(const image::Layout& layout, std::uint16_t index, std::uint8_t sub) {
+  const auto found = std::ranges::find_if(layout.entries, [&](const image::Entry& entry) {
+    return entry.index == index && entry.sub == sub;
+  });
+  EXPECT_NE(found, layout.entries.end());
+  return found == layout.entries.end() ? image::Entry{} : *found;
+}
+
+TEST(ValueMeanings, AreInTheLayout) {
+  const auto loaded = plant_of_values(
+      "        values:\n"
+      "          6401:1: {alias: Pressure, unit: bar, scale: 0.1, offset: -40, low: 0, high: 250}\n"
+      "          6411:1: {scale: 0.01, unit: \"%\"}\n",
+      "    outputs:\n      defaults: {\"hydraulics.6411:1\": 12.5}\n");
+  const image::Layout inputs = direction_of_line(loaded, image::Direction::inputs);
+  const image::Entry pressure = entry_at(inputs, 0x6401, 1);
+  EXPECT_EQ(pressure.name, "hydraulics.Pressure");
+  EXPECT_EQ(pressure.scaling, (od::Scaling{.unit = "bar", .scale = 0.1, .offset = -40}));
+  EXPECT_EQ(pressure.low, 0);
+  EXPECT_EQ(pressure.high, 250);
+  EXPECT_EQ(pressure.access, od::Access::ro);
+  EXPECT_EQ(pressure.initial, std::nullopt);
+  EXPECT_EQ(pressure.group, std::nullopt);
+  const image::Layout outputs = direction_of_line(loaded, image::Direction::outputs);
+  const image::Entry valve = entry_at(outputs, 0x6411, 1);
+  EXPECT_EQ(valve.scaling, (od::Scaling{.unit = "%", .scale = 0.01, .offset = 0}));
+  EXPECT_EQ(valve.initial, 12.5);
+  EXPECT_EQ(valve.group, 0);
+  EXPECT_EQ(loaded.value->lines.at(0).config.defaults.at(0).value, 1250U);
+  const auto plain = plant_of_values("");
+  EXPECT_NE(inputs.id, direction_of_line(plain, image::Direction::inputs).id);
+  EXPECT_EQ(entry_at(direction_of_line(plain, image::Direction::inputs), 0x6401, 1).scaling,
+            od::Scaling{});
+}
+
+TEST(ValueMeanings, GroupsAndTimingAreInTheLayout) {
+  const auto loaded = plant_of_values(
+      "        pdos:\n          tpdo2: {type: event, inhibit: 10ms, event_timer: 500ms}\n",
+      "    outputs:\n      groups:\n        - {name: valves, number: 7, entries: "
+      "[\"hydraulics.6411:2\"]}\n");
+  const image::Entry input = direction_of_line(loaded, image::Direction::inputs).entries.at(0);
+  EXPECT_EQ(input.transmission_type, 255);
+  EXPECT_EQ(input.inhibit, std::chrono::milliseconds(10));
+  EXPECT_EQ(input.event_timer, std::chrono::milliseconds(500));
+  const image::Layout outputs = direction_of_line(loaded, image::Direction::outputs);
+  EXPECT_EQ(entry_at(outputs, 0x6411, 1).group, std::nullopt);
+  EXPECT_EQ(entry_at(outputs, 0x6411, 2).group, 7);
+}
+
+TEST(ValueMeanings, ErrorsNameTheirPlace) {
+  const auto wrong = [](const std::string& values) {
+    return meaning_messages(plant_of_values("        values:\n" + values));
+  };
+  EXPECT_THAT(wrong("          6401:1: {scale: 0}\n"),
+              ElementsAre("10: scale is 0: the value in the unit is raw * scale + offset"));
+  EXPECT_THAT(wrong("          6401:1: {scale: .nan}\n"),
+              ElementsAre("10: scale: \".nan\" is no finite number such as 0.1"));
+  EXPECT_THAT(wrong("          6401:1: {offset: 1e999}\n"),
+              ElementsAre("10: offset: \"1e999\" is no finite number such as 0.1"));
+  EXPECT_THAT(wrong("          6401:1: {unit: \"\"}\n"),
+              ElementsAre("10: expected a value, got \"\""));
+  EXPECT_THAT(wrong("          6401:1: {scale: 0.1, low: 5, high: 4}\n"),
+              ElementsAre("10: low is above high"));
+  EXPECT_THAT(wrong("          6401:1: {scale: 0.1, high: 3276.8}\n"),
+              ElementsAre(HasSubstr("high of object 6401:1")));
+  EXPECT_THAT(wrong("          1008:0: {unit: bar}\n"),
+              ElementsAre(HasSubstr("is VISIBLE_STRING: unit is for integers and reals")));
+  EXPECT_THAT(wrong("          6401:99: {unit: bar}\n"),
+              ElementsAre(HasSubstr("has no object 6401:99")));
+  EXPECT_THAT(wrong("          Pressure: {unit: bar}\n"),
+              ElementsAre(HasSubstr("10: expected an object such as 6401:1")));
+  EXPECT_THAT(wrong("          6401:1: {units: bar}\n"), ElementsAre(HasSubstr("\"units\"")));
+  EXPECT_THAT(wrong("          6401:1: {alias: P}\n          6401:2: {alias: P}\n"),
+              ElementsAre("11: \"P\" is the alias of 6401:1 already"));
+  EXPECT_THAT(wrong("          6401:1: {alias: \"\"}\n"),
+              ElementsAre("10: expected a value, got \"\""));
+  EXPECT_THAT(wrong("          6401:1: {unit: bar}\n          6401:01: {unit: mm}\n"),
+              testing::Contains(HasSubstr("11: object 6401:01 is there twice")));
+  EXPECT_THAT(wrong("          6401:1: {unit: \"" + std::string(33, 'x') + "\"}\n"),
+              ElementsAre("10: a unit has 1 to 32 bytes and no control characters"));
+  EXPECT_THAT(wrong("          6401:1: {alias: \"" + std::string(65, 'x') + "\"}\n"),
+              ElementsAre("10: an alias has 1 to 64 bytes and no control characters"));
+  EXPECT_THAT(wrong("          6401:1: {alias: \"a\\tb\"}\n"),
+              ElementsAre("10: an alias has 1 to 64 bytes and no control characters"));
+}
+
+TEST(ValueMeanings, ADefaultIsInTheUnitAndWithinTheLimits) {
+  const std::string values =
+      "        values:\n          6411:1: {unit: \"%\", scale: 0.01, low: 0, high: 100}\n";
+  const auto with_default = [&](const std::string& value) {
+    return meaning_messages(plant_of_values(
+        values, "    outputs:\n      defaults: {\"hydraulics.6411:1\": " + value + "}\n"));
+  };
+  EXPECT_THAT(with_default("99.5"), IsEmpty());
+  EXPECT_THAT(with_default("100.5"), ElementsAre(HasSubstr("in its unit and within its limits")));
+  EXPECT_THAT(with_default("400"), ElementsAre(HasSubstr("in its unit and within its limits")));
+}
+
+TEST(ValueMeanings, ObjectsOfTheOwnNodeHaveThem) {
+  const auto loaded =
+      plant_of_values("",
+                      "    own_objects:\n      2100:1: {name: Level, type: i16, image: "
+                      "true, access: rww, unit: mm, scale: 0.5, default: 1.5, low: -10, "
+                      "high: 10}\n");
+  const image::Entry level =
+      entry_at(direction_of_line(loaded, image::Direction::inputs), 0x2100, 1);
+  EXPECT_EQ(level.scaling, (od::Scaling{.unit = "mm", .scale = 0.5, .offset = 0}));
+  EXPECT_EQ(level.low, -10);
+  EXPECT_EQ(level.high, 10);
+  EXPECT_EQ(loaded.value->lines.at(0).config.own_objects.at(0).variable.value,
+            (std::vector{std::byte{3}, std::byte{0}}));
+}
+
+}  // namespace
+}  // namespace linegate::config
