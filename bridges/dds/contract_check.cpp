@@ -16,6 +16,8 @@
 #include "stack/line/output_write.h"
 #include "stack/line/state.h"
 #include "stack/nmt/state.h"
+#include "stack/od/data_type.h"
+#include "stack/od/description.h"
 
 namespace linegate::dds {
 namespace {
@@ -131,6 +133,40 @@ static_assert(same(v1::NMT_STOP, nmt::Command::stop));
 static_assert(same(v1::NMT_ENTER_PRE_OPERATIONAL, nmt::Command::enter_pre_operational));
 static_assert(same(v1::NMT_RESET_NODE, nmt::Command::reset_node));
 static_assert(same(v1::NMT_RESET_COMMUNICATION, nmt::Command::reset_communication));
+
+static_assert(same(v1::DATA_TYPE_NONE, od::DataType::none));
+static_assert(same(v1::DATA_TYPE_BOOLEAN, od::DataType::boolean));
+static_assert(same(v1::DATA_TYPE_INTEGER8, od::DataType::integer8));
+static_assert(same(v1::DATA_TYPE_INTEGER16, od::DataType::integer16));
+static_assert(same(v1::DATA_TYPE_INTEGER32, od::DataType::integer32));
+static_assert(same(v1::DATA_TYPE_UNSIGNED8, od::DataType::unsigned8));
+static_assert(same(v1::DATA_TYPE_UNSIGNED16, od::DataType::unsigned16));
+static_assert(same(v1::DATA_TYPE_UNSIGNED32, od::DataType::unsigned32));
+static_assert(same(v1::DATA_TYPE_REAL32, od::DataType::real32));
+static_assert(same(v1::DATA_TYPE_VISIBLE_STRING, od::DataType::visible_string));
+static_assert(same(v1::DATA_TYPE_OCTET_STRING, od::DataType::octet_string));
+static_assert(same(v1::DATA_TYPE_UNICODE_STRING, od::DataType::unicode_string));
+static_assert(same(v1::DATA_TYPE_TIME_OF_DAY, od::DataType::time_of_day));
+static_assert(same(v1::DATA_TYPE_TIME_DIFFERENCE, od::DataType::time_difference));
+static_assert(same(v1::DATA_TYPE_DOMAIN, od::DataType::domain));
+static_assert(same(v1::DATA_TYPE_INTEGER24, od::DataType::integer24));
+static_assert(same(v1::DATA_TYPE_REAL64, od::DataType::real64));
+static_assert(same(v1::DATA_TYPE_INTEGER40, od::DataType::integer40));
+static_assert(same(v1::DATA_TYPE_INTEGER48, od::DataType::integer48));
+static_assert(same(v1::DATA_TYPE_INTEGER56, od::DataType::integer56));
+static_assert(same(v1::DATA_TYPE_INTEGER64, od::DataType::integer64));
+static_assert(same(v1::DATA_TYPE_UNSIGNED24, od::DataType::unsigned24));
+static_assert(same(v1::DATA_TYPE_UNSIGNED40, od::DataType::unsigned40));
+static_assert(same(v1::DATA_TYPE_UNSIGNED48, od::DataType::unsigned48));
+static_assert(same(v1::DATA_TYPE_UNSIGNED56, od::DataType::unsigned56));
+static_assert(same(v1::DATA_TYPE_UNSIGNED64, od::DataType::unsigned64));
+
+static_assert(same(v1::OBJECT_RO, od::Access::ro));
+static_assert(same(v1::OBJECT_WO, od::Access::wo));
+static_assert(same(v1::OBJECT_RW, od::Access::rw));
+static_assert(same(v1::OBJECT_RWR, od::Access::rwr));
+static_assert(same(v1::OBJECT_RWW, od::Access::rww));
+static_assert(same(v1::OBJECT_CONST, od::Access::constant));
 
 static_assert(same(v1::WATCHDOG_HOLD_OUTPUTS, line::kHoldOutputs));
 static_assert(same(v1::WATCHDOG_ZERO_OUTPUTS, line::kZeroOutputs));

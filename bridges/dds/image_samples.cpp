@@ -2,6 +2,8 @@
 #include "bridges/dds/image_samples.h"
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
 
 #include "bridges/dds/bytes.h"
 #include "stack/base/short_text.h"
@@ -24,6 +26,37 @@ void each_member(Wire& wire, Stack& stack, Pair pair) {
   pair(wire.variable_sub(), stack.variable_sub);
   pair(wire.profile(), stack.profile);
   pair(wire.product_code(), stack.product_code);
+  pair(wire.scale(), stack.scaling.scale);
+  pair(wire.offset(), stack.scaling.offset);
+  pair(wire.access(), stack.access);
+  pair(wire.transmission_type(), stack.transmission_type);
+}
+
+struct GivenNumber {
+  std::uint8_t bit;
+  std::optional<double> image::Entry::*stack;
+  double (v1::LayoutEntry::*get)() const;
+  void (v1::LayoutEntry::*set)(double);
+};
+constexpr GivenNumber kGivenNumbers[] = {
+    {v1::GIVEN_LOW, &image::Entry::low, &v1::LayoutEntry::low, &v1::LayoutEntry::low},
+    {v1::GIVEN_HIGH, &image::Entry::high, &v1::LayoutEntry::high, &v1::LayoutEntry::high},
+    {v1::GIVEN_INITIAL, &image::Entry::initial, &v1::LayoutEntry::initial,
+     &v1::LayoutEntry::initial},
+};
+
+void meaning_to_wire(const image::Entry& from, v1::LayoutEntry& to) {
+  to.name(short_text(from.name, image::kLongestEntryName));
+  to.unit(short_text(from.scaling.unit, od::kLongestUnit));
+  to.given(0);
+  for (const GivenNumber& number : kGivenNumbers) {
+    const std::optional<double>& value = from.*number.stack;
+    (to.*number.set)(value.value_or(0.0));
+    to.given(static_cast<std::uint8_t>(to.given() | (value ? number.bit : 0)));
+  }
+  to.inhibit_ns(from.inhibit.count());
+  to.event_timer_ns(from.event_timer.count());
+  to.group(from.group ? std::int32_t{*from.group} : -1);
 }
 
 // The contract numbers bits from the low end of each octet, which is the bit order of little-endian
@@ -85,7 +118,7 @@ void to_wire(const image::Layout& from, std::uint16_t part, v1::ImageLayout& to)
     each_member(to.entries()[i], entry, [](auto& wire, const auto& stack) {
       wire = static_cast<std::remove_reference_t<decltype(wire)>>(stack);
     });
-    to.entries()[i].name(short_text(entry.name, image::kLongestEntryName));
+    meaning_to_wire(entry, to.entries()[i]);
   }
 }
 
@@ -94,6 +127,24 @@ void from_wire(const v1::LayoutEntry& from, image::Entry& to) {
     stack = static_cast<std::remove_reference_t<decltype(stack)>>(wire);
   });
   to.name = from.name().to_string();
+  to.scaling.unit = from.unit().to_string();
+  for (const GivenNumber& number : kGivenNumbers) {
+    to.*number.stack =
+        (from.given() & number.bit) != 0 ? std::optional((from.*number.get)()) : std::nullopt;
+  }
+  to.inhibit = Duration(from.inhibit_ns());
+  to.event_timer = Duration(from.event_timer_ns());
+  to.group = from.group() >= 0 && from.group() <= 0xFFFF
+                 ? std::optional(static_cast<std::uint16_t>(from.group()))
+                 : std::nullopt;
+}
+
+bool is_plausible(const v1::LayoutEntry& entry) {
+  return std::isfinite(entry.scale()) && std::abs(entry.scale()) > 0 &&
+         std::isfinite(entry.offset()) && std::isfinite(entry.low()) &&
+         std::isfinite(entry.high()) && std::isfinite(entry.initial()) &&
+         entry.access() <= v1::OBJECT_CONST && entry.inhibit_ns() >= 0 &&
+         entry.event_timer_ns() >= 0;
 }
 
 bool to_wire(const image::Snapshot& from, const ClockMap& clock, v1::ProcessImage& to) {

@@ -23,6 +23,8 @@ std::uint16_t layout_parts(const image::Layout& layout);
 
 // part: 0 to layout_parts() - 1.
 void to_wire(const image::Layout& from, std::uint16_t part, v1::ImageLayout& to);
+// Whether scaling, limits and access are such as the contract permits.
+bool is_plausible(const v1::LayoutEntry& entry);
 void from_wire(const v1::LayoutEntry& from, image::Entry& to);
 
 // Returns false if the snapshot exceeds the contract's bounds.

@@ -21,7 +21,7 @@ bool plausible(const v1::ImageLayout& part) {
          part.parts() <= kMaxParts && part.entries().size() <= kMaxLayoutPart &&
          part.byte_size() <= image::kMaxAreaBytes &&
          std::ranges::all_of(part.entries(), [&](const v1::LayoutEntry& entry) {
-           return within(entry, part.byte_size());
+           return within(entry, part.byte_size()) && is_plausible(entry);
          });
 }
 
@@ -54,7 +54,10 @@ bool LayoutAssembly::take(const v1::ImageLayout& part, image::Layout& out) {
   if (layouts_.size() >= kMaxLayouts && !layouts_.contains(key))
     return false;
   Known& known = layouts_[key];
-  if (known.incarnation == part.incarnation() && known.layout_id == part.layout_id())
+  const auto same = known.parts.find(part.part());
+  const bool is_returned = known.incarnation == part.incarnation() &&
+                           known.layout_id == part.layout_id() && same != known.parts.end();
+  if (is_returned && same->second == part)
     return false;
   known.parts[part.part()] = part;
   if (!complete(known, part))
@@ -68,7 +71,8 @@ bool LayoutAssembly::take(const v1::ImageLayout& part, image::Layout& out) {
       from_wire(entry, out.entries.emplace_back());
     }
   }
-  known = {part.incarnation(), part.layout_id(), {}};
+  known.incarnation = part.incarnation();
+  known.layout_id = part.layout_id();
   return true;
 }
 

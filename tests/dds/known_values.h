@@ -136,6 +136,15 @@ inline image::Layout layout() {
     entry.profile = 401;
     entry.product_code = 0x1234'5678;
     entry.name = "node" + std::to_string(i / 4) + ".Input " + std::to_string(i % 4);
+    entry.scaling = {.unit = "bar", .scale = 0.25, .offset = -static_cast<double>(i)};
+    entry.low = -1.5;
+    entry.high = i % 2 == 0 ? std::optional(99.5) : std::nullopt;
+    entry.initial = i % 3 == 0 ? std::optional(2.5) : std::nullopt;
+    entry.access = od::Access::rwr;
+    entry.transmission_type = 254;
+    entry.inhibit = std::chrono::microseconds(100);
+    entry.event_timer = std::chrono::milliseconds(50);
+    entry.group = i % 4 == 0 ? std::optional<std::uint16_t>() : std::optional<std::uint16_t>(7);
     layout.entries.push_back(entry);
   }
   return layout;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bridges/dds/layout_assembly.h"
 
+#include <cmath>
+
 #include <gtest/gtest.h>
 
 #include "bridges/dds/image_samples.h"
@@ -44,6 +46,15 @@ TEST(LayoutAssembly, IsCompleteWithItsLastPartInWhateverOrder) {
     EXPECT_EQ(layout.entries[i].profile, sent.entries[i].profile);
     EXPECT_EQ(layout.entries[i].product_code, sent.entries[i].product_code);
     EXPECT_EQ(layout.entries[i].name, sent.entries[i].name);
+    EXPECT_EQ(layout.entries[i].scaling, sent.entries[i].scaling);
+    EXPECT_EQ(layout.entries[i].low, sent.entries[i].low);
+    EXPECT_EQ(layout.entries[i].high, sent.entries[i].high);
+    EXPECT_EQ(layout.entries[i].initial, sent.entries[i].initial);
+    EXPECT_EQ(layout.entries[i].access, sent.entries[i].access);
+    EXPECT_EQ(layout.entries[i].transmission_type, sent.entries[i].transmission_type);
+    EXPECT_EQ(layout.entries[i].inhibit, sent.entries[i].inhibit);
+    EXPECT_EQ(layout.entries[i].event_timer, sent.entries[i].event_timer);
+    EXPECT_EQ(layout.entries[i].group, sent.entries[i].group);
   }
 }
 
@@ -55,6 +66,21 @@ TEST(LayoutAssembly, IsGivenOnceAnIncarnation) {
   EXPECT_FALSE(assembly.take(part(1), layout));
   EXPECT_FALSE(assembly.take(part(0, 2), layout));
   EXPECT_TRUE(assembly.take(part(1, 2), layout));
+}
+
+// A reload may change the names of entries alone.
+TEST(LayoutAssembly, IsGivenAgainWithAnotherName) {
+  LayoutAssembly assembly;
+  image::Layout layout;
+  assembly.take(part(0), layout);
+  ASSERT_TRUE(assembly.take(part(1), layout));
+  v1::ImageLayout renamed = part(1);
+  renamed.entries()[0].name("node64.Pressure");
+  EXPECT_FALSE(assembly.take(part(0), layout));
+  ASSERT_TRUE(assembly.take(renamed, layout));
+  EXPECT_EQ(layout.entries.at(256).name, "node64.Pressure");
+  EXPECT_EQ(layout.entries.at(0).name, known::layout().entries.at(0).name);
+  EXPECT_FALSE(assembly.take(renamed, layout));
 }
 
 TEST(LayoutAssembly, PartsOfAnotherLayoutDoNotMix) {
@@ -110,6 +136,16 @@ TEST(LayoutAssembly, WhatContradictsTheContractOrItselfIsIgnored) {
     s.entries()[0].bit_length(2);
   }));
   EXPECT_FALSE(completes(0, [](auto& s) { s.entries()[0].bit_offset(0xFFFF'FFFF); }));
+  // A scale that cannot be meant must not be replaced by another one.
+  EXPECT_FALSE(completes(0, [](auto& s) { s.entries()[0].scale(0); }));
+  EXPECT_FALSE(completes(0, [](auto& s) { s.entries()[0].scale(std::nan("")); }));
+  EXPECT_FALSE(completes(0, [](auto& s) { s.entries()[0].offset(HUGE_VAL); }));
+  EXPECT_FALSE(completes(0, [](auto& s) { s.entries()[0].low(std::nan("")); }));
+  EXPECT_FALSE(completes(0, [](auto& s) { s.entries()[0].high(-HUGE_VAL); }));
+  EXPECT_FALSE(completes(0, [](auto& s) { s.entries()[0].initial(HUGE_VAL); }));
+  EXPECT_FALSE(completes(0, [](auto& s) { s.entries()[0].access(6); }));
+  EXPECT_FALSE(completes(0, [](auto& s) { s.entries()[0].inhibit_ns(-1); }));
+  EXPECT_FALSE(completes(0, [](auto& s) { s.entries()[0].event_timer_ns(-1); }));
 }
 
 TEST(LayoutAssembly, NoMoreThanAnyPlantHasIsKept) {

@@ -5,6 +5,7 @@
 // sample is within the bounds of the contract.
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -164,6 +165,8 @@ class Peer {
     for (const image::Entry& entry : layout.entries) {
       LINEGATE_EXPECT(std::uint64_t{entry.bit_offset} + entry.bit_length <=
                       std::uint64_t{layout.byte_size} * 8);
+      LINEGATE_EXPECT(std::isfinite(entry.scaling.scale) && std::abs(entry.scaling.scale) > 0);
+      LINEGATE_EXPECT(std::isfinite(entry.scaling.offset) && entry.inhibit >= Duration::zero());
     }
     image::Layout again;
     LINEGATE_EXPECT(!assembly_.take(sample, again));

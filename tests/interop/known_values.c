@@ -178,6 +178,19 @@ static void compare_entry(const linegate_v1_LayoutEntry* entry, uint32_t i) {
   NUMBER(entry->profile, 401);
   NUMBER(entry->product_code, 0x12345678);
   TEXT(entry->name, name);
+  TEXT(entry->unit, "bar");
+  NUMBER(entry->scale * 4, 1);
+  NUMBER(-entry->offset, i);
+  NUMBER(entry->given, (uint32_t)linegate_v1_GIVEN_LOW + (i % 2 == 0 ? linegate_v1_GIVEN_HIGH : 0) +
+                           (i % 3 == 0 ? linegate_v1_GIVEN_INITIAL : 0));
+  NUMBER(entry->low * -2, 3);
+  NUMBER(entry->high * 2, i % 2 == 0 ? 199 : 0);
+  NUMBER(entry->initial * 2, i % 3 == 0 ? 5 : 0);
+  NUMBER(entry->access, linegate_v1_OBJECT_RWR);
+  NUMBER(entry->transmission_type, 254);
+  NUMBER(entry->inhibit_ns, 100000);
+  NUMBER(entry->event_timer_ns, 50000000);
+  NUMBER(entry->group + 1, i % 4 == 0 ? 0 : 8);
 }
 
 void compare_image_layout(const linegate_v1_ImageLayout* s) {
