@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -54,6 +55,10 @@ struct Member {
   od::Address object{};
   od::DataType type = od::DataType::none;
   std::string object_name;  // without the name of the device
+  // The member has the value in the PDO; these say what it means.
+  od::Scaling scaling{};
+  std::optional<double> low{};  // in the unit
+  std::optional<double> high{};
 };
 
 struct DeviceType {

@@ -4,6 +4,8 @@
 #include <string_view>
 #include <utility>
 
+#include "stack/image/scaling.h"
+
 namespace linegate::named {
 namespace {
 
@@ -89,7 +91,9 @@ std::string comment_of(const Member& member) {
   if (member.pdo != 0) {
     out += ", PDO " + std::to_string(member.pdo);
   }
-  return out + ": " + in_comment(member.object_name);
+  out += ": " + in_comment(member.object_name);
+  const std::string meaning = image::meaning_text(member.scaling, member.low, member.high);
+  return meaning.empty() ? out : out + "; " + in_comment(meaning);
 }
 
 class Text {

@@ -2,6 +2,7 @@
 #include "bridges/named/type_parts.h"
 
 #include <algorithm>
+#include <bit>
 
 #include "bridges/named/identifiers.h"
 
@@ -88,6 +89,12 @@ void TypeHash::add(const Member& member) {
   add(member.object.index);
   add(member.object.sub);
   add(static_cast<std::uint64_t>(member.type));
+  // A reader that has another scale must not match. Limits do not change the meaning of a value.
+  if (member.scaling.is_scaled() || !member.scaling.unit.empty()) {
+    add(std::string_view(member.scaling.unit));
+    add(std::bit_cast<std::uint64_t>(member.scaling.scale));
+    add(std::bit_cast<std::uint64_t>(member.scaling.offset));
+  }
 }
 
 std::string TypeHash::digits() const {
@@ -123,7 +130,10 @@ Member member_of(const image::Layout& layout, std::uint32_t number) {
                 .pdo = entry.remote_pdo,
                 .object = {entry.index, entry.sub},
                 .type = entry.type,
-                .object_name = std::string(parts_of(entry).object)};
+                .object_name = std::string(parts_of(entry).object),
+                .scaling = entry.scaling,
+                .low = entry.low,
+                .high = entry.high};
   choose_form(entry, member);
   return member;
 }

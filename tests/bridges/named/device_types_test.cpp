@@ -122,6 +122,28 @@ TEST(DeviceTypes, NamesOfLinesAndDevicesMakeIdentifiers) {
   EXPECT_EQ(name_of("a_b", "c-d_"), "a_b_c_d_inputs_");
 }
 
+// Members have the values of PDOs. A reader that knows another scale must not match.
+TEST(DeviceTypes, AMemberSaysWhatItsValueMeans) {
+  const auto type_with = [](const od::Scaling& scaling, std::optional<double> high) {
+    image::Layout layout = layout_of({{"ram.Pressure", DataType::unsigned16, 16, 5, 1}});
+    layout.entries[0].scaling = scaling;
+    layout.entries[0].low = 0;
+    layout.entries[0].high = high;
+    return only_type(layout);
+  };
+  const od::Scaling bar{.unit = "bar", .scale = 0.1, .offset = -40};
+  const DeviceType type = type_with(bar, 250);
+  EXPECT_EQ(type.members[0].form, Form::uint16);
+  EXPECT_THAT(idl_text(std::span(&type, 1)),
+              HasSubstr("  unsigned short Pressure;  // 2000:00 UNSIGNED16, PDO 1: Pressure; raw * "
+                        "0.1 - 40, in bar, 0 to 250\n"));
+  EXPECT_EQ(type_with(bar, 240).name, type.name) << "limits do not change the meaning";
+  EXPECT_NE(type_with({.unit = "bar", .scale = 0.2, .offset = -40}, 250).name, type.name);
+  EXPECT_NE(type_with({.unit = "bar", .scale = 0.1, .offset = -41}, 250).name, type.name);
+  EXPECT_NE(type_with({.unit = "psi", .scale = 0.1, .offset = -40}, 250).name, type.name);
+  EXPECT_NE(type_with({}, 250).name, type.name);
+}
+
 // The hash is that of everything a reader must know, and of nothing else.
 TEST(DeviceTypes, TheNameOfATypeChangesWithItsLayoutAlone) {
   const std::vector<TestEntry> entries = {{"ram.Status", DataType::unsigned16, 16, 5, 1},
