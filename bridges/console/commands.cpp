@@ -162,7 +162,7 @@ int image(Context& context, const std::string& line, image::Direction direction)
 }
 
 int write(Context& context, const std::string& line, const std::string& entry,
-          const std::string& value) {
+          const std::string& value, bool raw) {
   return on_line(context, line, [&](Model& model, const Line& target) {
     const Area& outputs = target.areas[static_cast<std::size_t>(image::Direction::outputs)];
     if (!wait_until(context, model, [&] { return outputs.layout.has_value(); })) {
@@ -176,12 +176,11 @@ int write(Context& context, const std::string& line, const std::string& entry,
       return kUsage;
     }
     const image::Entry& place = layout.entries[*number];
-    auto data = from_text(place.type, value);
-    if (!data) {
-      return usage(context,
-                   "'" + value + "' is not a value of " + std::string(od::name(place.type)));
+    TypedValue typed = typed_value(place, value, raw);
+    if (!typed.error.empty()) {
+      return usage(context, typed.error);
     }
-    const line::SingleOutput output{.entry = *number, .data = *std::move(data)};
+    const line::SingleOutput output{.entry = *number, .data = std::move(typed.data)};
     Client::Answer answer = ask_line(context, model, target, {.request = output}, layout.id);
     add_node_state(context, model, target, place.node, answer);
     const int code = print_answer(context, answer,

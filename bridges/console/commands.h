@@ -64,8 +64,9 @@ int trace(Context& context, std::uint64_t count, const std::function<bool()>& st
 
 // entry: number, name ("drive1.Controlword") or "NODE.INDEX:SUB" (hexadecimal index).
 // kHeldBack if its PDO is not sent yet.
+// raw: the value in the PDO itself, not scaled and beyond limits.
 int write(Context& context, const std::string& line, const std::string& entry,
-          const std::string& value);
+          const std::string& value, bool raw = false);
 // node: LINE:NODE, or LINE:all for one answer from each node that is configured or present. An
 // empty type selects that of the device file, which the gateway has; without one, the bytes are
 // printed, and the number they form. INDEX without a sub-index and without a type reads all

@@ -34,18 +34,20 @@ class Holder {
       return kUsage;
     }
     const image::Entry& place = layout.entries[*entry];
-    auto data = from_text(place.type, request_.value);
-    if (!data || data->size() > value_.data.size()) {
-      context_.err << "'" << printable(request_.value) << "' is not a value of "
-                   << od::name(place.type) << '\n';
+    TypedValue typed = typed_value(place, request_.value, request_.raw);
+    if (!typed.error.empty() || typed.data.size() > value_.data.size()) {
+      context_.err << (typed.error.empty() ? "'" + printable(request_.value) + "' is longer than " +
+                                                 std::to_string(value_.data.size()) + " bytes"
+                                           : typed.error)
+                   << '\n';
       return kUsage;
     }
     if (!set_group(place, *entry)) {
       return kUsage;
     }
-    value_ = {.entry = *entry, .length = static_cast<std::uint8_t>(data->size()), .data = {}};
-    std::ranges::copy(*data, value_.data.begin());
-    wanted_ = *std::move(data);
+    value_ = {.entry = *entry, .length = static_cast<std::uint8_t>(typed.data.size()), .data = {}};
+    std::ranges::copy(typed.data, value_.data.begin());
+    wanted_ = std::move(typed.data);
     layout_id_ = layout.id;
     seen_ = model_.events_seen();
     events_before_ = line_.view->state.counters.events;

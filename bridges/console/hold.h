@@ -20,6 +20,7 @@ struct HoldRequest {
   std::string entry;  // in the syntax of write()
   std::string value;
   std::optional<std::uint16_t> group{};  // group of outputs; none: the group of the entry
+  bool raw = false;                      // as of write()
   Duration time{};                       // since the first write; 0 = until stopped() returns true
 };
 

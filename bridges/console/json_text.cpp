@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -16,6 +17,7 @@
 #include "bridges/console/tables.h"
 #include "bridges/console/value_text.h"
 #include "stack/base/byte_order.h"
+#include "stack/image/scaling.h"
 
 namespace linegate::console {
 namespace {
@@ -186,24 +188,41 @@ Json age_json(const std::optional<Duration>& age) {
              : Json(nullptr);
 }
 
+Json entry_value_json(const image::Entry& entry, std::span<const std::byte> value) {
+  const auto number = entry.scaling.is_scaled() ? image::scaled_number(entry, value) : std::nullopt;
+  return number ? real_json(*number) : value_json(entry.type, value);
+}
+
 Json entry_json(const Area& area, std::size_t i) {
   const image::Entry& entry = area.layout->entries[i];
   const std::vector<std::byte> value = area.value(i);
-  return {{"entry", i},
-          {"name", entry.name},
-          {"node", entry.node},
-          {"index", entry.index},
-          {"sub", entry.sub},
-          {"type", od::name(entry.type)},
-          {"bit_offset", entry.bit_offset},
-          {"bit_length", entry.bit_length},
-          {"remote_pdo", entry.remote_pdo},
-          {"local_pdo", entry.local_pdo},
-          {"unit", text_or_null(unit_of(entry.name))},
-          {"age_ms", age_json(area.age(i))},
-          {"valid", area.valid(i)},
-          {"value", area.valid(i) ? value_json(entry.type, value) : Json(nullptr)},
-          {"bytes", packed_hex(value)}};
+  Json out = {{"entry", i},
+              {"name", entry.name},
+              {"node", entry.node},
+              {"index", entry.index},
+              {"sub", entry.sub},
+              {"type", od::name(entry.type)},
+              {"bit_offset", entry.bit_offset},
+              {"bit_length", entry.bit_length},
+              {"remote_pdo", entry.remote_pdo},
+              {"local_pdo", entry.local_pdo},
+              {"unit", text_or_null(unit_of(entry))},
+              {"age_ms", age_json(area.age(i))},
+              {"valid", area.valid(i)},
+              {"value", area.valid(i) ? entry_value_json(entry, value) : Json(nullptr)},
+              {"bytes", packed_hex(value)}};
+  if (entry.scaling.is_scaled()) {
+    out["raw"] = area.valid(i) ? value_json(entry.type, value) : Json(nullptr);
+    out["scale"] = entry.scaling.scale;
+    out["offset"] = entry.scaling.offset;
+  }
+  for (const auto& [key, number] :
+       {std::pair("low", entry.low), {"high", entry.high}, {"initial", entry.initial}}) {
+    if (number) {
+      out[key] = *number;
+    }
+  }
+  return out;
 }
 
 Json lines_array(const Model& model, const std::vector<const Line*>& lines, std::uint8_t node = 0) {

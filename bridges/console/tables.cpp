@@ -127,11 +127,22 @@ Style style_of_value(const Model& model, const Line& line, const Area& area, std
 
 // Marks a known output that was not transmitted since its node's last start as waiting.
 std::string value_cell(const Area& area, std::size_t number) {
-  const std::string value = to_text(area.layout->entries[number].type, area.value(number));
+  const std::string value = to_text(area.layout->entries[number], area.value(number));
   if (area.valid(number)) {
     return value;
   }
   return area.known(number) ? value + " (waits)" : "(invalid)";
+}
+
+// The unit that the name does not end with.
+std::string value_with_unit(const Area& area, std::size_t number) {
+  const image::Entry& entry = area.layout->entries[number];
+  const bool has_value = area.valid(number) || area.known(number);
+  const bool is_named = unit_of(entry.name) == entry.scaling.unit;
+  const std::string value = to_text(entry, area.value(number));
+  return !has_value || is_named || entry.scaling.unit.empty()
+             ? value_cell(area, number)
+             : value + ' ' + entry.scaling.unit + (area.valid(number) ? "" : " (waits)");
 }
 
 Row value_row(const Model& model, const Line& line, const Area& area, std::size_t number) {
@@ -141,12 +152,12 @@ Row value_row(const Model& model, const Line& line, const Area& area, std::size_
   const bool out = area.layout->direction == image::Direction::outputs;
   Cell shown = text_cell(value_cell(area, number));
   if (area.valid(number) || area.known(number)) {
-    shown.number = to_number(entry.type, value);
+    shown.number = to_number(entry, value);
   }
   return {{line.id, entry.node, 2 * number + (out ? 1 : 0)},
           {text_cell(line.id.line), number_cell(entry.node),
            text_cell(od::to_text({entry.index, entry.sub})), text_cell(entry.name),
-           std::move(shown), text_cell(unit_of(entry.name)), text_cell(od::name(entry.type)),
+           std::move(shown), text_cell(unit_of(entry)), text_cell(od::name(entry.type)),
            age ? Cell{duration_text(*age), std::chrono::duration<double>(*age).count()}
                : text_cell("-"),
            text_cell(out ? output_state(line, number) : ""), text_cell(out ? "out" : "in"),
@@ -313,8 +324,8 @@ Text image_table(const Line& line, image::Direction direction) {
     out.rows.push_back(
         {{line.id, entry.node, i},
          {number_cell(i), number_cell(entry.node), text_cell(od::to_text({entry.index, entry.sub})),
-          text_cell(od::name(entry.type)), text_cell(value_cell(area, i)), text_cell(to_hex(value)),
-          text_cell(entry.name)}});
+          text_cell(od::name(entry.type)), text_cell(value_with_unit(area, i)),
+          text_cell(to_hex(value)), text_cell(entry.name)}});
     if (direction == image::Direction::outputs) {
       out.rows.back().cells.push_back(text_cell(output_state(line, i)));
     }

@@ -11,7 +11,10 @@
 #include <limits>
 #include <utility>
 
+#include "bridges/console/table.h"
+#include "bridges/console/tables.h"
 #include "stack/base/byte_order.h"
+#include "stack/image/scaling.h"
 
 namespace linegate::console {
 namespace {
@@ -165,6 +168,50 @@ std::optional<double> to_number(od::DataType type, std::span<const std::byte> va
     return std::nullopt;
   }
   return std::isfinite(out) ? std::optional(out) : std::nullopt;
+}
+
+std::string to_text(const image::Entry& entry, std::span<const std::byte> value) {
+  const auto number = entry.scaling.is_scaled() ? image::scaled_number(entry, value) : std::nullopt;
+  return number ? image::number_text(*number) : to_text(entry.type, value);
+}
+
+std::optional<double> to_number(const image::Entry& entry, std::span<const std::byte> value) {
+  const auto number = entry.scaling.is_scaled() ? image::scaled_number(entry, value) : std::nullopt;
+  return number && std::isfinite(*number) ? number : to_number(entry.type, value);
+}
+
+std::string unit_of(const image::Entry& entry) {
+  return entry.scaling.unit.empty() ? std::string(unit_of(entry.name)) : entry.scaling.unit;
+}
+
+TypedValue typed_value(const image::Entry& entry, std::string_view text, bool raw) {
+  const std::string shown = "'" + printable(std::string(text)) + "'";
+  const auto beyond = [&](image::ScalingFault fault) {
+    const bool low = fault == image::ScalingFault::below_low;
+    const bool limit = low || fault == image::ScalingFault::above_high;
+    const std::string unit = unit_of(entry);
+    return shown + ' ' + std::string(image::describe(fault)) + ' ' +
+           (limit ? image::number_text((low ? entry.low : entry.high).value_or(0)) +
+                        (unit.empty() ? "" : ' ' + printable(unit))
+                  : std::string(od::name(entry.type)));
+  };
+  if (!raw && entry.scaling.is_scaled()) {
+    const auto number = image::parse_number(text);
+    if (!number) {
+      return {{}, shown + " is no number"};
+    }
+    TypedValue out;
+    const auto fault = image::raw_of_scaled(entry, *number, out.data);
+    return fault == image::ScalingFault::none ? out : TypedValue{{}, beyond(fault)};
+  }
+  auto data = from_text(entry.type, text);
+  if (!data) {
+    return {{}, shown + " is not a value of " + std::string(od::name(entry.type))};
+  }
+  const auto number = raw ? std::nullopt : to_number(entry.type, *data);
+  const auto fault = number ? image::check_limits(entry, *number) : image::ScalingFault::none;
+  return fault == image::ScalingFault::none ? TypedValue{*std::move(data), {}}
+                                            : TypedValue{{}, beyond(fault)};
 }
 
 std::optional<std::vector<std::byte>> from_text(od::DataType type, std::string_view text) {

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "stack/image/layout.h"
 #include "stack/od/data_type.h"
 
 namespace linegate::console {
@@ -23,6 +24,21 @@ std::string to_text(od::DataType type, std::span<const std::byte> value);
 
 // The numeric value: integers, finite reals, booleans as 0 and 1. Nothing for other types.
 std::optional<double> to_number(od::DataType type, std::span<const std::byte> value);
+
+// The value of an entry as people read it: in its unit, if it is scaled, without the unit itself.
+std::string to_text(const image::Entry& entry, std::span<const std::byte> value);
+std::optional<double> to_number(const image::Entry& entry, std::span<const std::byte> value);
+// The unit of an entry; empty if it is unknown. A layout of an older gateway has it in the name
+// alone.
+std::string unit_of(const image::Entry& entry);
+
+// The value of an entry that a person typed: in its unit and within its limits, or the value in the
+// PDO itself (raw), without limits.
+struct TypedValue {
+  std::vector<std::byte> data;
+  std::string error;  // a sentence, with the text in its printable form; empty: data is the value
+};
+TypedValue typed_value(const image::Entry& entry, std::string_view text, bool raw);
 
 // The bytes alone: "12 34 AB".
 std::string to_hex(std::span<const std::byte> value);

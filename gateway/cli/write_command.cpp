@@ -16,6 +16,7 @@ struct WriteArguments {
   std::string line, entry, value;
   double hold = 0;  // seconds
   bool until_end = false;
+  bool raw = false;
   std::optional<std::uint16_t> group;
 };
 
@@ -26,6 +27,7 @@ int hold_output(console::Context& context, const WriteArguments& arguments) {
                         .entry = arguments.entry,
                         .value = arguments.value,
                         .group = arguments.group,
+                        .raw = arguments.raw,
                         .time = seconds(arguments.hold)},
                        stop_signal_caught);
 }
@@ -36,7 +38,7 @@ int write_output(const CommandLine& line, const WriteArguments& arguments) {
                             [&](console::Context& c) { return hold_output(c, arguments); });
   }
   return line.with_client({.images = true, .commands = true}, [&](console::Context& c) {
-    return console::write(c, arguments.line, arguments.entry, arguments.value);
+    return console::write(c, arguments.line, arguments.entry, arguments.value, arguments.raw);
   });
 }
 
@@ -50,7 +52,10 @@ void add_write(CommandLine& line) {
       ->add_option("entry", arguments->entry,
                    "name, NODE.INDEX:SUB with the name or the node-ID, or number")
       ->required();
-  write->add_option("value", arguments->value)->required();
+  write->add_option("value", arguments->value, "in the unit of the output, within its limits")
+      ->required();
+  write->add_flag("--raw", arguments->raw,
+                  "the value is the one in the PDO: without scaling, beyond the limits");
   auto* const hold =
       write->add_option("--hold", arguments->hold,
                         "hold the value for this time, e.g. 30s; then its group becomes 0");

@@ -18,6 +18,7 @@
 #include "gateway/security/identity_check.h"
 #include "gateway/tools/check_parts.h"
 #include "stack/base/byte_order.h"
+#include "stack/image/scaling.h"
 #include "stack/line/line.h"
 #include "stack/manager/network_list.h"
 #include "stack/od/objects.h"
@@ -442,11 +443,12 @@ class Text {
         "type", "object", "remote", "local", "variable", "name");
     for (std::size_t i = 0; i < layout.entries.size(); ++i) {
       const auto& e = layout.entries[i];
-      add("    {:>5} {:>6}.{} {:>4} {:<11} {:>7} {:>6} {:>5} {:>8}  {}\n", i, e.bit_offset / 8,
+      const std::string meaning = image::meaning_text(e.scaling, e.low, e.high);
+      add("    {:>5} {:>6}.{} {:>4} {:<11} {:>7} {:>6} {:>5} {:>8}  {}{}\n", i, e.bit_offset / 8,
           e.bit_offset % 8, e.bit_length, od::name(e.type),
           config::format_address({e.index, e.sub}), e.remote_pdo, e.local_pdo,
           e.variable_index == 0 ? "-" : config::format_address({e.variable_index, e.variable_sub}),
-          e.name);
+          e.name, meaning.empty() ? "" : " (" + meaning + ')');
     }
   }
 
@@ -464,7 +466,11 @@ class Text {
       add("\n");
     }
     for (const auto& value : config.defaults) {
-      add("  default {} = {:X}h\n", outputs.entries[value.entry].name, value.value);
+      const image::Entry& entry = outputs.entries[value.entry];
+      const bool scaled = entry.scaling.is_scaled() && entry.initial;
+      add("  default {} = {:X}h{}\n", entry.name, value.value,
+          scaled ? fmt::format(", {} {}", image::number_text(*entry.initial), entry.scaling.unit)
+                 : "");
     }
   }
 

@@ -100,6 +100,11 @@ Json device_json(const line::DeviceConfig& device) {
   return out;
 }
 
+template <class T>
+Json value_or_null(const std::optional<T>& value) {
+  return value ? Json(*value) : Json(nullptr);
+}
+
 Json entry_json(const image::Entry& entry) {
   return {{"name", entry.name},
           {"bit_offset", entry.bit_offset},
@@ -111,7 +116,14 @@ Json entry_json(const image::Entry& entry) {
           {"remote_pdo", entry.remote_pdo},
           {"local_pdo", entry.local_pdo},
           {"variable_index", entry.variable_index},
-          {"variable_sub", entry.variable_sub}};
+          {"variable_sub", entry.variable_sub},
+          {"unit", entry.scaling.unit},
+          {"scale", entry.scaling.scale},
+          {"offset", entry.scaling.offset},
+          {"low", value_or_null(entry.low)},
+          {"high", value_or_null(entry.high)},
+          {"initial", value_or_null(entry.initial)},
+          {"group", value_or_null(entry.group)}};
 }
 
 void add_layout(const image::Layout& layout, Json& to) {

@@ -29,7 +29,9 @@ image::Layout named_entry(image::Direction direction) {
                          .index = 0x6200,
                          .sub = 1,
                          .remote_pdo = 1,
-                         .name = kEscape});
+                         .name = kEscape,
+                         .scaling = {.unit = kEscape},
+                         .high = 0});
   return out;
 }
 

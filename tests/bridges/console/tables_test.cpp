@@ -268,6 +268,44 @@ TEST(Json, ValuesAreNumbersWhereTheyAre) {
   EXPECT_THAT(node, Not(HasSubstr("Torque")));
 }
 
+// Pressure: raw 523, bar = raw * 0.1 - 40.
+Model scaled_plant() {
+  Model model;
+  image::Layout layout{.direction = image::Direction::inputs, .id = 1, .byte_size = 2};
+  layout.entries.push_back({.bit_length = 16,
+                            .type = od::DataType::unsigned16,
+                            .node = 5,
+                            .name = "ram.Pressure",
+                            .scaling = {.unit = "bar", .scale = 0.1, .offset = -40},
+                            .low = 0,
+                            .high = 250});
+  image::Snapshot image{.layout_id = 1, .changed = {0}, .valid = {1}};
+  image.bytes = {std::byte{0x0B}, std::byte{0x02}};
+  model.on_layout(test::kPress, layout);
+  model.on_image(test::kPress, image);
+  return model;
+}
+
+TEST(Json, AScaledValueIsInItsUnitBesideTheRawOne) {
+  EXPECT_THAT(
+      image_json(scaled_plant().lines().at(test::kPress), image::Direction::inputs),
+      HasSubstr(R"("unit":"bar","age_ms":null,"valid":true,"value":12.3,"bytes":"0B02","raw":523,)"
+                R"("scale":0.1,"offset":-40.0,"low":0.0,"high":250.0})"));
+}
+
+TEST(Tables, AScaledValueIsInItsUnit) {
+  const Model model = scaled_plant();
+  const Text text = image_table(model.lines().at(test::kPress), image::Direction::inputs);
+  ASSERT_EQ(text.size(), 2U);
+  EXPECT_THAT(text[1], HasSubstr(" 12.3 bar "));
+  EXPECT_THAT(text[1], HasSubstr("0B 02"));
+  const Table values = values_of(model, {}, Directions::inputs);
+  ASSERT_EQ(values.rows.size(), 1U);
+  EXPECT_EQ(values.rows[0].cells[4].text, "12.3");
+  EXPECT_EQ(values.rows[0].cells[4].number, 12.3);
+  EXPECT_EQ(values.rows[0].cells[5].text, "bar");
+}
+
 TEST(Json, RealsThatAreNoNumberAreWords) {
   Model model;
   image::Layout layout{.direction = image::Direction::inputs, .id = 1, .byte_size = 12};

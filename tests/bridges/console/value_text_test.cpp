@@ -29,6 +29,41 @@ TEST(ValueText, ByType) {
   EXPECT_EQ(to_text(DataType::unsigned16, bytes({1, 2, 3})), "01 02 03") << "length does not fit";
 }
 
+TEST(ValueText, ATypedValueIsInTheUnitOfTheEntry) {
+  const image::Entry entry{.bit_length = 16,
+                           .type = DataType::unsigned16,
+                           .name = "ram.Pressure",
+                           .scaling = {.unit = "bar", .scale = 0.1, .offset = -40},
+                           .low = 0,
+                           .high = 250};
+  const auto error = [&entry](std::string_view text, bool raw = false) {
+    const TypedValue typed = typed_value(entry, text, raw);
+    EXPECT_TRUE(typed.data.empty());
+    return typed.error;
+  };
+  EXPECT_EQ(typed_value(entry, "12.3", false).data, bytes({0x0B, 0x02}));
+  EXPECT_EQ(to_text(entry, bytes({0x0B, 0x02})), "12.3");
+  EXPECT_EQ(to_number(entry, bytes({0x0B, 0x02})), 12.3);
+  EXPECT_EQ(error("-1"), "'-1' is below the low limit 0 bar");
+  EXPECT_EQ(error("251"), "'251' is above the high limit 250 bar");
+  EXPECT_EQ(error("a bar"), "'a bar' is no number");
+  EXPECT_EQ(error("12.3", true), "'12.3' is not a value of UNSIGNED16");
+  EXPECT_EQ(typed_value(entry, "3", true).data, bytes({3, 0})) << "-39.7 bar";
+  image::Entry open = entry;
+  open.low.reset();
+  open.high.reset();
+  EXPECT_EQ(typed_value(open, "6514", false).error, "'6514' does not fit the type UNSIGNED16");
+  EXPECT_EQ(typed_value(open, "nan", false).error, "'nan' does not fit the type UNSIGNED16");
+}
+
+TEST(ValueText, LimitsHoldForAValueWithoutScaling) {
+  const image::Entry entry{
+      .bit_length = 8, .type = DataType::integer8, .name = "ram.Mode", .high = 10};
+  EXPECT_EQ(typed_value(entry, "10", false).data, bytes({10}));
+  EXPECT_EQ(typed_value(entry, "11", false).error, "'11' is above the high limit 10");
+  EXPECT_EQ(typed_value(entry, "11", true).data, bytes({11}));
+}
+
 TEST(ValueText, FromTextIsTheInverse) {
   EXPECT_EQ(from_text(DataType::unsigned16, "0x1234"), bytes({0x34, 0x12}));
   EXPECT_EQ(from_text(DataType::integer8, "-128"), bytes({0x80}));
