@@ -215,7 +215,14 @@ linegate_value to_c(const client::Value& from) {
   to.quality = static_cast<std::int32_t>(from.quality);
   to.known = from.known ? 1 : 0;
   to.time = from.time;
-  std::visit(ToC{to}, from.data);
+  std::visit(ToC{to}, from.raw);
+  to.raw = to.number;
+  to.raw_type = to.type;
+  if (from.data.index() != from.raw.index() || from.data != from.raw) {
+    to.real = 0;
+    std::visit(ToC{to}, from.data);
+  }
+  copy_text(from.unit, to.unit, sizeof to.unit);
   return to;
 }
 
@@ -533,9 +540,12 @@ int linegate_group(linegate_client* handle, int line, const char* name, int watc
 
 namespace {
 
-int set_value(linegate_client* handle, int group, const char* name, const client::Data& value) {
+int set_value(linegate_client* handle, int group, const char* name, const client::Data& value,
+              bool raw = false) {
   return with<client::Group>(handle, group, [&](const Held& /*held*/, client::Group& it) -> int {
-    return name == nullptr ? LINEGATE_ERROR_ARGUMENT : to_int(it.set(name, value));
+    if (name == nullptr)
+      return LINEGATE_ERROR_ARGUMENT;
+    return to_int(raw ? it.set_raw(name, value) : it.set(name, value));
   });
 }
 
@@ -552,6 +562,20 @@ int linegate_set_unsigned(linegate_client* handle, int group, const char* name,
 
 int linegate_set_real(linegate_client* handle, int group, const char* name, double value) {
   return set_value(handle, group, name, value);
+}
+
+int linegate_set_raw_integer(linegate_client* handle, int group, const char* name,
+                             std::int64_t value) {
+  return set_value(handle, group, name, value, true);
+}
+
+int linegate_set_raw_unsigned(linegate_client* handle, int group, const char* name,
+                              std::uint64_t value) {
+  return set_value(handle, group, name, value, true);
+}
+
+int linegate_set_raw_real(linegate_client* handle, int group, const char* name, double value) {
+  return set_value(handle, group, name, value, true);
 }
 
 int linegate_set_bytes(linegate_client* handle, int group, const char* name, const void* bytes,

@@ -57,9 +57,12 @@ std::string_view describe(Quality quality);
 using Data = std::variant<std::monostate, bool, std::int64_t, std::uint64_t, double, std::string,
                           std::vector<std::byte>>;
 
+// A value with a scale or offset in plant.yaml or its device file is a double, in its unit.
 struct Value {
   std::string name;
-  Data data;  // the last one, whatever the quality; monostate: there is none
+  Data data;         // the last one, whatever the quality; monostate: there is none
+  Data raw;          // the one in the PDO, not scaled; the same as data if there is no scaling
+  std::string unit;  // of data: "bar"; empty: none or unknown
   Quality quality = Quality::no_line;
   bool known = false;     // outputs: it was written, or has a default
   std::int64_t time = 0;  // of the last PDO that carried it; 0: none since the client began
@@ -94,7 +97,7 @@ enum class Error : std::uint8_t {
   ambiguous,     // several gateways have a line of that name
   no_name,       // no such output
   wrong_type,    // not convertible to the type of the output
-  out_of_range,  // does not fit the type of the output
+  out_of_range,  // does not fit the type of the output, or is beyond its limits
   too_long,      // more than 4096 outputs
   closed,        // the client has ended, or could not connect
 };
@@ -267,11 +270,16 @@ class Group {
  public:
   Group() = default;  // does nothing
 
-  // The value of an output from now on. Values that are set between two poll() are sent together.
-  // Needs a line that is ready.
+  // The value of an output from now on, in its unit if it is scaled: it is rounded to the nearest
+  // value that the PDO can carry. Values that are set between two poll() are sent together. Needs
+  // a line that is ready.
   Error set(std::string_view name, const Data& value);
   template <class T>
   requires std::is_arithmetic_v<T> Error set(std::string_view name, T value);
+  // The value in the PDO: without scaling, and beyond the limits.
+  Error set_raw(std::string_view name, const Data& value);
+  template <class T>
+  requires std::is_arithmetic_v<T> Error set_raw(std::string_view name, T value);
   // Begins to write, with another arming number than before. not_ready: the line is not ready, or
   // the names of its groups were not received yet; try again after the next poll.
   Error arm();
@@ -424,16 +432,30 @@ T Value::as(T otherwise) const {
       data);
 }
 
+namespace detail {
+
+template <class T>
+Data data_of(T value) {
+  if constexpr (std::is_same_v<T, bool>)
+    return value;
+  else if constexpr (std::is_floating_point_v<T>)
+    return static_cast<double>(value);
+  else if constexpr (std::is_signed_v<T>)
+    return static_cast<std::int64_t>(value);
+  else
+    return static_cast<std::uint64_t>(value);
+}
+
+}  // namespace detail
+
 template <class T>
 requires std::is_arithmetic_v<T> Error Group::set(std::string_view name, T value) {
-  if constexpr (std::is_same_v<T, bool>)
-    return set(name, Data(value));
-  else if constexpr (std::is_floating_point_v<T>)
-    return set(name, Data(static_cast<double>(value)));
-  else if constexpr (std::is_signed_v<T>)
-    return set(name, Data(static_cast<std::int64_t>(value)));
-  else
-    return set(name, Data(static_cast<std::uint64_t>(value)));
+  return set(name, detail::data_of(value));
+}
+
+template <class T>
+requires std::is_arithmetic_v<T> Error Group::set_raw(std::string_view name, T value) {
+  return set_raw(name, detail::data_of(value));
 }
 
 template <class T>

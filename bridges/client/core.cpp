@@ -209,7 +209,10 @@ void Core::on_layout(const dds::Source& source, const image::Layout& layout) {
   // The layout of a restarted gateway may arrive before its LineState, and one of before it late.
   if (line->is_former(source.incarnation))
     return;
-  if (!area.layout || area.layout->id != layout.id)
+  const bool same = area.layout && area.layout->id == layout.id &&
+                    std::ranges::equal(area.layout->entries, layout.entries, {},
+                                       &image::Entry::name, &image::Entry::name);
+  if (!same)
     ++line->layout_revision;
   area.take(layout, source.incarnation);
 }

@@ -97,7 +97,8 @@ struct Core : dds::ClientListener, std::enable_shared_from_this<Core> {
   // The line of the group, while outputs can be written; otherwise the reason.
   Error ready_line(const GroupData& group, const LineData*& line) const;
   static void bind(GroupData& group, const LineData& line);
-  Error set(GroupData& group, std::string_view name, const Data& value);
+  // raw: the value in the PDO, see Group::set_raw().
+  Error set(GroupData& group, std::string_view name, const Data& value, bool raw);
   Error arm(GroupData& group);
   void release(GroupData& group);
   const LineData::Group* state_of(const GroupData& group) const;

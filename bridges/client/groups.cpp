@@ -80,7 +80,7 @@ void Core::bind(GroupData& group, const LineData& line) {
   group.incarnation = line.incarnation;
 }
 
-Error Core::set(GroupData& group, std::string_view output, const Data& value) {
+Error Core::set(GroupData& group, std::string_view output, const Data& value, bool raw) {
   const LineData* ready = nullptr;
   if (const Error unusable = ready_line(group, ready); unusable != Error::none)
     return unusable;
@@ -93,7 +93,8 @@ Error Core::set(GroupData& group, std::string_view output, const Data& value) {
     return Error::no_name;
   const image::Entry& entry = area.layout->entries[found->second];
   std::vector<std::byte> bytes;
-  const Error failed = encode(value, entry.type, entry.bit_length, bytes);
+  const Error failed =
+      raw ? encode(value, entry.type, entry.bit_length, bytes) : encode_scaled(value, entry, bytes);
   if (failed != Error::none)
     return failed;
   line::OutputValue out{.entry = found->second};
@@ -242,7 +243,11 @@ Group Core::group_of(std::shared_ptr<Core> core, std::shared_ptr<GroupData> data
 }
 
 Error Group::set(std::string_view name, const Data& value) {
-  return data_ ? core_->set(*data_, name, value) : Error::bad_argument;
+  return data_ ? core_->set(*data_, name, value, false) : Error::bad_argument;
+}
+
+Error Group::set_raw(std::string_view name, const Data& value) {
+  return data_ ? core_->set(*data_, name, value, true) : Error::bad_argument;
 }
 
 Error Group::arm() {

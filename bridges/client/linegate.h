@@ -36,12 +36,12 @@ enum {
   LINEGATE_ERROR_AMBIGUOUS = -3, /* several gateways have a line of that name: GATEWAY/LINE */
   LINEGATE_ERROR_NAME = -4,      /* no such output or group */
   LINEGATE_ERROR_TYPE = -5,      /* the value is not of the type of the output */
-  LINEGATE_ERROR_RANGE = -6,     /* it does not fit the type of the output */
-  LINEGATE_ERROR_TOO_LONG = -7,  /* more than 4096 outputs; or a buffer is too short */
-  LINEGATE_ERROR_CLOSED = -8,    /* the client was closed */
-  LINEGATE_ERROR_TIMEOUT = -9,   /* the time has passed */
-  LINEGATE_ERROR_FAILED = -10,   /* of a call: linegate_call_result() has the reason */
-  LINEGATE_ERROR_MEMORY = -11    /* no memory, or a failure of the DDS library */
+  LINEGATE_ERROR_RANGE = -6, /* it does not fit the type of the output, or is beyond its limits */
+  LINEGATE_ERROR_TOO_LONG = -7, /* more than 4096 outputs; or a buffer is too short */
+  LINEGATE_ERROR_CLOSED = -8,   /* the client was closed */
+  LINEGATE_ERROR_TIMEOUT = -9,  /* the time has passed */
+  LINEGATE_ERROR_FAILED = -10,  /* of a call: linegate_call_result() has the reason */
+  LINEGATE_ERROR_MEMORY = -11   /* no memory, or a failure of the DDS library */
 };
 /* In words; never NULL. */
 const char* linegate_error_text(int error);
@@ -125,6 +125,7 @@ typedef enum linegate_type {
 } linegate_type;
 
 #define LINEGATE_VALUE_BYTES 256
+#define LINEGATE_UNIT_BYTES 36
 
 typedef struct linegate_value {
   int32_t type;    /* linegate_type */
@@ -132,11 +133,17 @@ typedef struct linegate_value {
   int32_t known;   /* outputs: it was written, or has a default */
   uint32_t length; /* of bytes; without the 0 at the end of a text */
   int64_t time;    /* of the last PDO that carried it; 0: none since linegate_connect() */
-  int64_t integer; /* the value by `type`; the others are 0 */
+  int64_t integer; /* the value by `type`; the others are 0, but see raw */
   uint64_t unsigned_integer;
   double real;
   double number;                       /* of any type of number; 0 for text and bytes */
   uint8_t bytes[LINEGATE_VALUE_BYTES]; /* a longer value is cut */
+  /* A value with a scale or offset in plant.yaml or its device file is a LINEGATE_REAL in its unit.
+   * Then raw_type is the type of the value in the PDO, which is integer, unsigned_integer or raw.
+   */
+  double raw;                     /* the value in the PDO as a number; else the same as number */
+  int32_t raw_type;               /* linegate_type; the same as `type` unless the value is scaled */
+  char unit[LINEGATE_UNIT_BYTES]; /* of number, in UTF-8: "bar"; empty = none or unknown */
 } linegate_value;
 
 typedef struct linegate_image {
@@ -217,13 +224,18 @@ typedef enum linegate_group_state_number {
  * the next linegate_arm(). */
 int linegate_group(linegate_client* client, int line, const char* name, int watchdog_ms,
                    unsigned reactions);
-/* Values that are set between two linegate_poll() are sent together. They need a line that is
- * ready. */
+/* Values are in the unit of the output, and rounded to the nearest value that its PDO can carry.
+ * Those that are set between two linegate_poll() are sent together. They need a line that is ready.
+ */
 int linegate_set_integer(linegate_client* client, int group, const char* name, int64_t value);
 int linegate_set_unsigned(linegate_client* client, int group, const char* name, uint64_t value);
 int linegate_set_real(linegate_client* client, int group, const char* name, double value);
 int linegate_set_bytes(linegate_client* client, int group, const char* name, const void* bytes,
                        size_t length);
+/* The value in the PDO: without scaling, and beyond the limits of the output. */
+int linegate_set_raw_integer(linegate_client* client, int group, const char* name, int64_t value);
+int linegate_set_raw_unsigned(linegate_client* client, int group, const char* name, uint64_t value);
+int linegate_set_raw_real(linegate_client* client, int group, const char* name, double value);
 int linegate_arm(linegate_client* client, int group);
 /* Stops writing: after its time the watchdog reacts. */
 int linegate_release(linegate_client* client, int group);

@@ -26,12 +26,15 @@ Value without_data(const std::string& name, Quality quality) {
 }  // namespace
 
 void Area::take(const image::Layout& from, std::uint64_t incarnation) {
+  const bool same_places =
+      layout && layout->id == from.id && has_layout(incarnation);  // other names, perhaps
   layout = from;
   layout_incarnation = incarnation;
   entries.clear();
   for (std::uint32_t i = 0; i < from.entries.size(); ++i)
     entries.try_emplace(from.entries[i].name, i);
-  received.assign(from.entries.size(), Instant{});
+  if (!same_places || received.size() != from.entries.size())
+    received.assign(from.entries.size(), Instant{});
 }
 
 void Area::take(const image::Snapshot& from, std::uint64_t incarnation) {
@@ -79,8 +82,10 @@ Value LineData::value_of(const Area& area, std::uint32_t number) const {
   value.time = area.received[number].time_since_epoch().count();
   const auto bits = bits_of(area.image->bytes, entry.bit_offset, entry.bit_length);
   // Before the first value the image has zeros, which are no value.
-  if (valid || value.known || value.time != 0)
-    value.data = decode(entry.type, entry.bit_length, bits);
+  if (valid || value.known || value.time != 0) {
+    value.raw = decode(entry.type, entry.bit_length, bits);
+    value.data = scaled(entry, value.raw, bits);
+  }
   if (valid && value.data.index() != 0) {
     value.quality = Quality::good;
   } else if (is_output) {
@@ -118,10 +123,11 @@ Value LineData::read(const std::string& name, Quality line_quality) const {
     // Of a lost gateway the last data are shown, with a quality that says so.
     const bool readable = one.image && one.image->layout_id == one.layout->id &&
                           one.image_incarnation == one.layout_incarnation;
-    if (!readable)
-      return without_data(name, line_quality == Quality::good ? Quality::no_data : line_quality);
-    Value value = value_of(one, found->second);
+    Value value = readable ? value_of(one, found->second)
+                           : without_data(name, line_quality == Quality::good ? Quality::no_data
+                                                                              : line_quality);
     value.name = name;
+    value.unit = one.layout->entries[found->second].scaling.unit;
     if (line_quality != Quality::good)
       value.quality = line_quality;
     return value;

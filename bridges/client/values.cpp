@@ -8,8 +8,10 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <type_traits>
 
 #include "stack/base/byte_order.h"
+#include "stack/image/scaling.h"
 #include "stack/od/data_type.h"
 
 namespace linegate::client {
@@ -108,6 +110,17 @@ std::optional<Whole> whole(const Data& data) {
 bool is_number(const Data& data) {
   return std::holds_alternative<bool>(data) || std::holds_alternative<std::int64_t>(data) ||
          std::holds_alternative<std::uint64_t>(data) || std::holds_alternative<double>(data);
+}
+
+std::optional<double> number_of(const Data& data) {
+  return std::visit(
+      [](const auto& value) -> std::optional<double> {
+        if constexpr (std::is_arithmetic_v<std::remove_cvref_t<decltype(value)>>)
+          return static_cast<double>(value);
+        else
+          return std::nullopt;
+      },
+      data);
 }
 
 Error encode_integer(const Data& data, bool is_signed, std::uint16_t bits,
@@ -254,6 +267,25 @@ Error encode(const Data& value, od::DataType type, std::uint16_t bits,
   if (type == od::DataType::unicode_string && std::holds_alternative<std::string>(value))
     return Error::wrong_type;  // 64 bits are too short for text: as bytes only
   return encode_bytes(value, bits, out);
+}
+
+Data scaled(const image::Entry& entry, const Data& raw, std::span<const std::byte> value) {
+  const auto number = entry.scaling.is_scaled() ? image::scaled_number(entry, value) : std::nullopt;
+  return number ? Data(*number) : raw;
+}
+
+Error encode_scaled(const Data& value, const image::Entry& entry, std::vector<std::byte>& out) {
+  const std::optional<double> number = number_of(value);
+  const bool scales = entry.scaling.is_scaled() && image::is_scalable(entry.type, entry.bit_length);
+  if (scales && !number)
+    return Error::wrong_type;
+  if (scales)
+    return image::raw_of_scaled(entry, *number, out) == image::ScalingFault::none
+               ? Error::none
+               : Error::out_of_range;
+  if (number && image::check_limits(entry, *number) != image::ScalingFault::none)
+    return Error::out_of_range;
+  return encode(value, entry.type, entry.bit_length, out);
 }
 
 std::string text_of(const Data& data) {

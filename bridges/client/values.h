@@ -24,6 +24,12 @@ Data decode(od::DataType type, std::uint16_t bits, std::span<const std::byte> va
 // The reverse. out has as many bytes as the bits need.
 Error encode(const Data& value, od::DataType type, std::uint16_t bits, std::vector<std::byte>& out);
 
+// The value in the unit of the entry, as a double; the raw value itself if it is not scaled.
+Data scaled(const image::Entry& entry, const Data& raw, std::span<const std::byte> value);
+
+// The reverse, within the limits of the entry.
+Error encode_scaled(const Data& value, const image::Entry& entry, std::vector<std::byte>& out);
+
 std::string text_of(const Data& data);
 
 // Whether they are the same; a NaN is the same as a NaN of the same bits.

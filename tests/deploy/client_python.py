@@ -6,6 +6,7 @@ client_python.py BUILD LINEGATED. In a separate network namespace.
 """
 
 import asyncio
+import json
 import os
 import subprocess
 import sys
@@ -131,6 +132,75 @@ async def with_a_loop(linegate):
     expect("closed", (await asyncio.gather(press.ready(), return_exceptions=True))[0].code, -1)
 
 
+PLANT = """schema: 1
+gateway: {{name: cell}}
+lines:
+  - name: press
+    interface: "simulated:"
+    access: all
+    nodes:
+      - id: 8
+        name: panel
+        eds: {eds}
+        values:
+          6200:1: {{alias: Level, unit: mm, scale: 0.5, offset: -10, high: 100}}
+    simulate: [{{node: 8, profile: digital-io}}]
+    outputs:
+      defaults: {{panel.Level: -4.5, "panel.6200:2": 0}}
+"""
+
+
+def in_units(linegate, folder, linegated):
+    """A value has the same unit and scale in the layout on DDS, in the client library and in the console, and is written and
+    read in it."""
+    plant = os.path.join(folder, "scaled.yaml")
+    with open(plant, "w", encoding="utf-8") as file:
+        file.write(PLANT.format(eds=os.path.join(EXAMPLES, "../../bridges/sim/eds/digital-io.eds")))
+    gateway = subprocess.Popen([linegated, plant])
+    try:
+        with linegate.Client() as client:
+            read_and_write_in_units(linegate, client)
+        console = os.path.join(os.path.dirname(linegated), "linegate")
+        image = json.loads(subprocess.run([console, "--json", "image", "-o", "press"], check=True,
+                                          capture_output=True).stdout)
+        entry = next(one for one in image["entries"] if one["name"] == "panel.Level")
+        expect("in the console", [entry[key] for key in ("value", "unit", "raw", "scale", "offset", "high", "initial")],
+               [117.5, "mm", 255, 0.5, -10, 100, -4.5])
+    except BaseException:
+        gateway.kill()
+        raise
+    end(gateway)
+
+
+def read_and_write_in_units(linegate, client):
+    press = client.line("press")
+    expect("ready", press.wait(PATIENCE), True)
+
+    def shows(number, raw):
+        value = press.read("outputs:panel.Level")[0]
+        return (value.good, value.data, value.unit, value.raw) == (True, number, "mm", raw)
+
+    until("the default", lambda: client.poll(0.1) or shows(-4.5, 11))
+    group = press.group("", watchdog=0)
+    expect("above its limit", raised(linegate.Error, group.set, "panel.Level", 100.5).code, -6)
+    expect("below its raw value", raised(linegate.Error, group.set, "panel.Level", -10.5).code, -6)
+    group.set("panel.Level", 12.5)
+    until("armed", lambda: client.poll(0.1) or armed(linegate, group))
+    until("12.5 mm", lambda: client.poll(0.1) or shows(12.5, 45))
+    expect("in the device", press.sdo_read(8, 0x6200, 1).result(), b"\x2d")
+    group.set("panel.Level", 255, raw=True)
+    until("beyond its limit", lambda: client.poll(0.1) or shows(117.5, 255))
+
+
+def armed(linegate, group):
+    """Whether it could be armed."""
+    try:
+        group.arm()
+    except linegate.NotReady:
+        return False
+    return True
+
+
 def test(folder, build, linegated):
     installed = Installed(build, folder)
     os.environ["LINEGATE_CLIENT_LIBRARY"] = installed.so_file
@@ -145,6 +215,7 @@ def test(folder, build, linegated):
         gateway.kill()
         raise
     end(gateway)
+    in_units(linegate, folder, linegated)
 
 
 if __name__ == "__main__":

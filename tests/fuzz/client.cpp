@@ -4,6 +4,7 @@
 // crash; a value of good quality has data and is of a line that is ready; no output is written but
 // of an armed group, with the layout and the start of the gateway that its values were set for;
 // each call ends, once; the numbers of followed events rise, and their position is accepted again.
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -148,6 +149,11 @@ class Samples {
       entry.type = static_cast<od::DataType>(in_.byte() % 0x40);
       entry.node = in_.byte();
       entry.name = one_of(in_, kNames);
+      if (in_.flag()) {  // any bits: a number, an infinity, or none
+        entry.scaling.scale = std::bit_cast<double>(number(in_));
+        entry.scaling.offset = std::bit_cast<double>(number(in_));
+        entry.low = std::bit_cast<double>(number(in_));
+      }
     }
     to_.on_layout(source(), out);
   }

@@ -50,6 +50,35 @@ TEST_F(ClientInC, ReadsHoldsAndCommands) {
   EXPECT_EQ(result.number, 7U);
 }
 
+TEST_F(ClientInC, AScaledValueHasItsUnitAndTheRawOne) {
+  world->scaling = {.unit = "bar", .scale = 0.5, .offset = -1};
+  for (const auto direction : {image::Direction::inputs, image::Direction::outputs}) {
+    world->layout(direction, 1, 8);
+    world->image(direction, 1, 5, 8);
+  }
+  ASSERT_EQ(linegate_poll(client, 0), LINEGATE_OK);
+  const char* const names[] = {"ram.In"};
+  linegate_value value;
+  ASSERT_EQ(linegate_read(client, line, names, 1, &value, nullptr), 1);
+  EXPECT_EQ(value.type, LINEGATE_REAL);
+  EXPECT_EQ(value.real, 1.5);
+  EXPECT_EQ(value.number, 1.5);
+  EXPECT_STREQ(value.unit, "bar");
+  EXPECT_EQ(value.raw_type, LINEGATE_UNSIGNED);
+  EXPECT_EQ(value.unsigned_integer, 5U);
+  EXPECT_EQ(value.raw, 5);
+
+  const int group = linegate_group(client, line, "", 1000, 1);
+  EXPECT_EQ(linegate_set_real(client, group, "ram.Out", 126.8), LINEGATE_ERROR_RANGE);
+  EXPECT_EQ(linegate_set_integer(client, group, "ram.Out", 2), LINEGATE_OK);
+  EXPECT_EQ(linegate_arm(client, group), LINEGATE_OK);
+  ASSERT_EQ(world->writes.size(), 1U);
+  EXPECT_EQ(world->writes[0].second.values.at(0).data[0], std::byte{6});
+  EXPECT_EQ(linegate_set_raw_integer(client, group, "ram.Out", 256), LINEGATE_ERROR_RANGE);
+  EXPECT_EQ(linegate_set_raw_unsigned(client, group, "ram.Out", 255), LINEGATE_OK);
+  EXPECT_EQ(linegate_set_raw_real(client, group, "ram.Out", 0.5), LINEGATE_ERROR_RANGE);
+}
+
 TEST_F(ClientInC, AProgramInCUsesIt) {
   EXPECT_EQ(use_in_c(client), 0);
 }

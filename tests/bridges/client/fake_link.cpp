@@ -25,6 +25,7 @@ void FakeWorld::layout(image::Direction direction, std::uint64_t incarnation, st
   entry.bit_length = 8;
   entry.type = od::DataType::unsigned8;
   entry.node = 1;
+  entry.scaling = scaling;
   entry.name = direction == image::Direction::inputs ? "ram.In" : "ram.Out";
   samples.emplace_back(
       [incarnation, out](dds::ClientListener& to) { to.on_layout(source_of(incarnation), out); });

@@ -27,6 +27,7 @@ struct FakeWorld {
   std::vector<std::pair<dds::Target, request::Request>> requests;  // the first has id 1
   std::vector<std::uint64_t> cancelled;
   std::vector<std::pair<dds::Target, line::OutputWrite>> writes;
+  od::Scaling scaling;  // of both values, in layouts from now on
 
   void line(std::uint64_t incarnation);
   void layout(image::Direction direction, std::uint64_t incarnation, std::uint64_t id = 7);

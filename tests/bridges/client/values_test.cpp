@@ -117,5 +117,38 @@ TEST(ClientValues, ANanIsTheSameAsItself) {
   EXPECT_TRUE(is_same(std::string("a"), std::string("a")));
 }
 
+TEST(ClientValues, AScaledValueIsADoubleInItsUnit) {
+  image::Entry entry;
+  entry.type = DataType::unsigned16;
+  entry.bit_length = 16;
+  entry.scaling = {.unit = "bar", .scale = 0.1, .offset = -40};
+  entry.low = 0;
+  EXPECT_EQ(scaled(entry, std::uint64_t{523}, bytes({0x0B, 2})), Data(12.3));
+  Bytes out;
+  EXPECT_EQ(encode_scaled(12.3, entry, out), Error::none);
+  EXPECT_EQ(out, bytes({0x0B, 2}));
+  EXPECT_EQ(encode_scaled(std::int64_t{12}, entry, out), Error::none);
+  EXPECT_EQ(out, bytes({0x08, 2}));
+  EXPECT_EQ(encode_scaled(-0.1, entry, out), Error::out_of_range) << "below its low limit";
+  EXPECT_EQ(encode_scaled(6514.0, entry, out), Error::out_of_range);
+  EXPECT_EQ(encode_scaled(std::numeric_limits<double>::quiet_NaN(), entry, out),
+            Error::out_of_range);
+  EXPECT_EQ(encode_scaled(std::string("12"), entry, out), Error::wrong_type);
+  EXPECT_EQ(encode_scaled(bytes({1, 2}), entry, out), Error::wrong_type);
+  EXPECT_EQ(out, bytes({0x08, 2}));
+}
+
+TEST(ClientValues, LimitsHoldWithoutScaling) {
+  image::Entry entry;
+  entry.type = DataType::integer8;
+  entry.bit_length = 8;
+  entry.high = 10;
+  Bytes out;
+  EXPECT_EQ(scaled(entry, std::int64_t{-1}, bytes({255})), Data(std::int64_t{-1}));
+  EXPECT_EQ(encode_scaled(std::int64_t{10}, entry, out), Error::none);
+  EXPECT_EQ(encode_scaled(std::int64_t{11}, entry, out), Error::out_of_range);
+  EXPECT_EQ(encode_scaled(bytes({11}), entry, out), Error::wrong_type);
+}
+
 }  // namespace
 }  // namespace linegate::client

@@ -128,12 +128,15 @@ class Outcome(enum.IntEnum):
 
 @dataclass(frozen=True)
 class Value:
-    """A value by name. `data` is the last one, whatever the quality; None: there is none."""
+    """A value by name. `data` is the last one, whatever the quality; None: there is none. With a scale or offset in
+    plant.yaml or its device file it is a float in its unit, and `raw` is the value in the PDO."""
     name: str
     data: Data
     quality: Quality
     known: bool  # outputs: it was written, or has a default
     time: int  # of the last PDO that carried it
+    unit: str = ""  # of data: "bar"; empty: none or unknown
+    raw: Data = None  # not scaled
 
     @property
     def good(self) -> bool:
@@ -141,7 +144,8 @@ class Value:
         return self.quality == Quality.GOOD
 
     def __str__(self) -> str:
-        return f"{self.name} = {self.data}, {self.quality.text}"
+        unit = f" {self.unit}" if self.unit and self.data is not None else ""
+        return f"{self.name} = {self.data}{unit}, {self.quality.text}"
 
 
 @dataclass(frozen=True)
@@ -258,10 +262,24 @@ def _data(value: c.Value) -> Data:
     return by_type[value.type]() if 0 <= value.type < len(by_type) else raw
 
 
+def _raw(value: c.Value, data: Data) -> Data:
+    """The value in the PDO: `data`, unless that is scaled."""
+    if value.raw_type == value.type and value.raw == value.number:
+        return data
+    by_type: Sequence[Callable[[], Data]] = (lambda: None, lambda: bool(value.integer), lambda: value.integer,
+                                             lambda: value.unsigned_integer)
+    return by_type[value.raw_type]() if 0 <= value.raw_type < len(by_type) else value.raw
+
+
+def _value(name: str, value: c.Value) -> Value:
+    data = _data(value)
+    return Value(name, data, Quality(value.quality), bool(value.known), value.time, _text(value.unit),
+                 _raw(value, data))
+
+
 def _snapshot(names: Sequence[str], values: Any, image: c.Image) -> Snapshot:
-    return Snapshot(tuple(Value(name, _data(values[i]), Quality(values[i].quality), bool(values[i].known),
-                                values[i].time) for i, name in enumerate(names)),
-                    image.time, image.sequence, image.lost)
+    return Snapshot(tuple(_value(name, values[i]) for i, name in enumerate(names)), image.time, image.sequence,
+                    image.lost)
 
 
 class Subscription:
@@ -419,20 +437,25 @@ class Group:
         _checked(_lib.linegate_group_owner(self._client._handle, self._number, owner, len(owner)))
         return _text(owner.value)
 
-    def set(self, name: str, value: Union[bool, int, float, bytes]) -> None:
-        """The value of an output from now on; values that are set between two polls are sent together. Raises NotReady
+    def set(self, name: str, value: Union[bool, int, float, bytes], raw: bool = False) -> None:
+        """The value of an output from now on, in its unit if it is scaled; values that are set between two polls are
+        sent together. raw: the value in the PDO, without scaling, and beyond the limits of the output. Raises NotReady
         if the line is not ready."""
         handle, to = self._client._handle, name.encode()
         if isinstance(value, (bytes, bytearray, memoryview)):
             _checked(_lib.linegate_set_bytes(handle, self._number, to, bytes(value), len(bytes(value))))
             return
         if isinstance(value, float):
-            _checked(_lib.linegate_set_real(handle, self._number, to, value))
+            real = _lib.linegate_set_raw_real if raw else _lib.linegate_set_real
+            _checked(real(handle, self._number, to, value))
             return
         number = operator.index(value)
         if not -(1 << 63) <= number < 1 << 64:
             raise _error(-6)
-        function = _lib.linegate_set_integer if number < 1 << 63 else _lib.linegate_set_unsigned
+        if raw:
+            function = _lib.linegate_set_raw_integer if number < 1 << 63 else _lib.linegate_set_raw_unsigned
+        else:
+            function = _lib.linegate_set_integer if number < 1 << 63 else _lib.linegate_set_unsigned
         _checked(function(handle, self._number, to, number))
 
     def arm(self) -> None:

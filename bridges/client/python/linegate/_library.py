@@ -9,6 +9,7 @@ from ctypes import (CFUNCTYPE, POINTER, Structure, c_char, c_char_p, c_double, c
                     c_uint, c_uint8, c_uint16, c_uint32, c_uint64, c_void_p)
 
 VALUE_BYTES = 256
+UNIT_BYTES = 36
 
 
 class Options(Structure):
@@ -21,7 +22,7 @@ class Value(Structure):
     """linegate_value."""
     _fields_ = [("type", c_int32), ("quality", c_int32), ("known", c_int32), ("length", c_uint32), ("time", c_int64),
                 ("integer", c_int64), ("unsigned_integer", c_uint64), ("real", c_double), ("number", c_double),
-                ("bytes", c_uint8 * VALUE_BYTES)]
+                ("bytes", c_uint8 * VALUE_BYTES), ("raw", c_double), ("raw_type", c_int32), ("unit", c_char * UNIT_BYTES)]
 
 
 class Image(Structure):
@@ -81,6 +82,9 @@ FUNCTIONS = {
     "linegate_set_integer": (c_int, [c_void_p, c_int, c_char_p, c_int64]),
     "linegate_set_unsigned": (c_int, [c_void_p, c_int, c_char_p, c_uint64]),
     "linegate_set_real": (c_int, [c_void_p, c_int, c_char_p, c_double]),
+    "linegate_set_raw_integer": (c_int, [c_void_p, c_int, c_char_p, c_int64]),
+    "linegate_set_raw_unsigned": (c_int, [c_void_p, c_int, c_char_p, c_uint64]),
+    "linegate_set_raw_real": (c_int, [c_void_p, c_int, c_char_p, c_double]),
     "linegate_set_bytes": (c_int, [c_void_p, c_int, c_char_p, c_char_p, c_size_t]),
     "linegate_arm": (c_int, [c_void_p, c_int]),
     "linegate_release": (c_int, [c_void_p, c_int]),
