@@ -22,6 +22,7 @@
 #include "bridges/dds/image_samples.h"
 #include "bridges/dds/layout_assembly.h"
 #include "bridges/dds/line_publishers.h"
+#include "bridges/dds/observed_qos.h"
 #include "bridges/dds/output_samples.h"
 #include "bridges/dds/output_state_samples.h"
 #include "bridges/dds/request_codec.h"
@@ -179,7 +180,7 @@ Client::Impl::Impl(const ClientOptions& options, std::vector<Diagnostic>& diagno
       sends_outputs(options.outputs),
       output_strength(options.output_strength),
       endpoints("linegate client " + name, options.domain, options.profile_file, diagnostics,
-                options.guard, 0, options.security),
+                options.guard, 0, options.security, options.record),
       tracker(options.retry) {
   if (options.complete_events && options.events && options.commands)
     follower.emplace(options.events_from_oldest);
@@ -285,6 +286,30 @@ const std::string& Client::name() const {
 
 Peers Client::peers() const {
   return impl_->endpoints.peers();
+}
+
+std::vector<ObservedEndpoint> Client::own_readers() const {
+  std::vector<ObservedEndpoint> out;
+  for (const fast::DataReader* reader :
+       {impl_->gateways, impl_->lines, impl_->nodes, impl_->output_states, impl_->layouts,
+        impl_->images, impl_->pdos, impl_->receptions, impl_->events, impl_->replies}) {
+    if (reader == nullptr)
+      continue;
+    const fast::DataReaderQos& qos = reader->get_qos();
+    const fast::SubscriberQos& subscriber = reader->get_subscriber()->get_qos();
+    ObservedEndpoint own{
+        .guid = guid_of(eprosima::fastrtps::rtps::InstanceHandle_t(reader->guid())),
+        .own = true,
+        .topic = reader->get_topicdescription()->get_name(),
+        .type = reader->get_topicdescription()->get_type_name(),
+        .qos = observed_qos(qos.reliability(), qos.durability(), qos.ownership(), qos.deadline(),
+                            qos.liveliness()),
+    };
+    for (const std::string& name : subscriber.partition().names())
+      own.qos.partitions.push_back(name);
+    out.push_back(std::move(own));
+  }
+  return out;
 }
 
 void Client::wake() {

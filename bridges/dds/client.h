@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "bridges/dds/clock_map.h"
+#include "bridges/dds/discovery_record.h"
 #include "bridges/dds/guard/counters.h"
 #include "bridges/dds/security.h"
 #include "bridges/dds/values.h"
@@ -115,6 +116,8 @@ struct ClientOptions {
   // A client that sends requests writes those to each line in a partition of their own. A command
   // to a line that its permissions do not name is answered with Refusal::not_permitted.
   Security security{};
+  // Receives the participants and endpoints that are discovered; nullptr: not recorded.
+  std::shared_ptr<DiscoveryRecord> record{};
   // Pause before an unanswered request is repeated
   Duration retry = std::chrono::milliseconds(250);
 };
@@ -179,6 +182,8 @@ class Client {
   // The gateways whose participants are discovered, whether or not a sample of them was received,
   // and for how long this list has not changed. From any thread.
   Peers peers() const;
+  // The readers of this client, as others discover them.
+  std::vector<ObservedEndpoint> own_readers() const;
   // The number of datagrams that the guard received and dropped. From any thread.
   guard::Counters guard_counters() const;
 

@@ -52,8 +52,9 @@ void clear_writers(const fast::Publisher& publisher) {
 
 Endpoints::Endpoints(const std::string& name, std::uint32_t domain, const std::string& profile_file,
                      std::vector<Diagnostic>& diagnostics, bool guarded, std::size_t participants,
-                     const Security& security)
+                     const Security& security, std::shared_ptr<DiscoveryRecord> record)
     : diagnostics_(&diagnostics), names_(name), participants_(participants), security_(security) {
+  names_.record(std::move(record));
   const auto profiles = load_profiles(profile_file, diagnostics);
   if (!profiles) {
     ok_ = false;

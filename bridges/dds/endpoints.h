@@ -37,10 +37,11 @@ class Endpoints {
   // and a diagnostic states the reason. guarded: a guard checks received datagrams
   // (bridges/dds/guard). participants: the number of other participants that are accepted at the
   // same time; 0: the number in the profile, or kMostParticipants. security: its files, and the
-  // partition of the readers that reader() makes if request_partition is not empty.
+  // partition of the readers that reader() makes if request_partition is not empty. record: if not
+  // nullptr, receives what is discovered.
   Endpoints(const std::string& name, std::uint32_t domain, const std::string& profile_file,
             std::vector<Diagnostic>& diagnostics, bool guarded = true, std::size_t participants = 0,
-            const Security& security = {});
+            const Security& security = {}, std::shared_ptr<DiscoveryRecord> record = nullptr);
   ~Endpoints();
   Endpoints(const Endpoints&) = delete;
   Endpoints& operator=(const Endpoints&) = delete;

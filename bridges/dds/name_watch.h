@@ -27,8 +27,10 @@
 #include <fastrtps/utils/IPLocator.h>
 #include <linegate.h>
 
+#include "bridges/dds/discovery_record.h"
 #include "bridges/dds/guard/guard.h"
 #include "bridges/dds/namesakes.h"
+#include "bridges/dds/observed_qos.h"
 #include "bridges/dds/peer_gateways.h"
 #include "bridges/dds/values.h"
 #include "bridges/dds/writer_partitions.h"
@@ -41,6 +43,9 @@ class NameWatch : public eprosima::fastdds::dds::DomainParticipantListener {
 
   // Call it before the participant is created.
   void inform(std::shared_ptr<guard::Guard> guard) { guard_ = std::move(guard); }
+
+  // Call it before the participant is created. nullptr: records nothing.
+  void record(std::shared_ptr<DiscoveryRecord> record) { record_ = std::move(record); }
 
   // From any thread.
   std::size_t namesakes() const {
@@ -88,6 +93,12 @@ class NameWatch : public eprosima::fastdds::dds::DomainParticipantListener {
       gone ? guard_->participant_lost(prefix) : guard_->participant_found(prefix, endless);
     }
     const std::string name = it.info.m_participantName.to_string();
+    if (record_ != nullptr) {
+      const ObservedPrefix prefix = guard::prefix_of(guid(it.info.m_guid));
+      gone ? record_->remove(prefix)
+           : record_->add(ObservedParticipant{
+                 .prefix = prefix, .name = name, .host = announced_host(it.info)});
+    }
     const std::lock_guard lock(mutex_);
     count(it.status == Info::DISCOVERED_PARTICIPANT, gone);
     if (gone) {
@@ -112,6 +123,10 @@ class NameWatch : public eprosima::fastdds::dds::DomainParticipantListener {
       eprosima::fastdds::dds::DomainParticipant*,
       eprosima::fastrtps::rtps::ParticipantAuthenticationInfo&& it) override {
     using Info = eprosima::fastrtps::rtps::ParticipantAuthenticationInfo;
+    if (record_ != nullptr) {
+      record_->authenticated(guard::prefix_of(guid(it.guid)),
+                             it.status == Info::AUTHORIZED_PARTICIPANT);
+    }
     const std::lock_guard lock(mutex_);
     Named* const known = it.status == Info::AUTHORIZED_PARTICIPANT ? entry_of(it.guid) : nullptr;
     if (known != nullptr) {
@@ -125,6 +140,7 @@ class NameWatch : public eprosima::fastdds::dds::DomainParticipantListener {
     using Info = eprosima::fastrtps::rtps::WriterDiscoveryInfo;
     const bool gone = it.status == Info::REMOVED_WRITER;
     endpoint(it.info.guid(), gone);
+    record_endpoint(it.info, true, gone);
     if (!secured_)
       return;
     if (gone) {
@@ -136,7 +152,9 @@ class NameWatch : public eprosima::fastdds::dds::DomainParticipantListener {
   void on_subscriber_discovery(eprosima::fastdds::dds::DomainParticipant*,
                                eprosima::fastrtps::rtps::ReaderDiscoveryInfo&& it) override {
     using Info = eprosima::fastrtps::rtps::ReaderDiscoveryInfo;
-    endpoint(it.info.guid(), it.status == Info::REMOVED_READER);
+    const bool gone = it.status == Info::REMOVED_READER;
+    endpoint(it.info.guid(), gone);
+    record_endpoint(it.info, false, gone);
   }
 
  private:
@@ -198,6 +216,22 @@ class NameWatch : public eprosima::fastdds::dds::DomainParticipantListener {
     gone ? guard_->endpoint_lost(guid(it)) : guard_->endpoint_found(guid(it));
   }
 
+  template <class Discovered>
+  void record_endpoint(Discovered& it, bool writer, bool gone) {
+    if (record_ == nullptr)
+      return;
+    if (gone)
+      return record_->remove(guid(it.guid()));
+    record_->add(ObservedEndpoint{
+        .guid = guid(it.guid()),
+        .writer = writer,
+        .keyed = it.topicKind() == eprosima::fastrtps::rtps::WITH_KEY,
+        .topic = it.topicName().to_string(),
+        .type = it.typeName().to_string(),
+        .qos = observed_qos(it.m_qos),
+    });
+  }
+
   static Instant now() {
     return Instant(
         std::chrono::duration_cast<Duration>(std::chrono::steady_clock::now().time_since_epoch()));
@@ -211,6 +245,7 @@ class NameWatch : public eprosima::fastdds::dds::DomainParticipantListener {
 
   const std::string name_;
   std::shared_ptr<guard::Guard> guard_;
+  std::shared_ptr<DiscoveryRecord> record_;
   mutable std::mutex mutex_;
   Namesakes<eprosima::fastrtps::rtps::GUID_t> others_;
   PeerGateways<eprosima::fastrtps::rtps::GUID_t> peers_{now()};
