@@ -90,7 +90,7 @@ std::string no_gateway_text(const Context& context) {
          (dds.profile.empty() ? "" : ", profile " + printable(dds.profile)) +
          "): check that linegated runs, with this domain and " +
          (secured ? "an identity of the same authority" : "without `security`") +
-         " in `dds:` of its plant.yaml; then see \"When something fails\" in OPERATING.md";
+         " in `dds:` of its plant.yaml; `linegate doctor` with the same options finds the cause";
 }
 
 std::string no_line_text(const Context& context, const Model& model, const std::string& name) {

@@ -45,6 +45,7 @@ class CommandLine;
   COMMAND(replay)                  \
   COMMAND(decode)                  \
   COMMAND(history)                 \
+  COMMAND(doctor)                  \
   COMMAND(security)
 
 #define LINEGATE_DECLARE_COMMAND(name) void add_##name(CommandLine& line);

@@ -13,7 +13,7 @@ import tree
 STACK_PARTS = "base can od eds sdo nmt sync time emcy lss image pdo storage node profile manager diagnosis scan observer routing line".split()
 
 # A part of the gateway may use the parts before it.
-GATEWAY_ROOMS = "exchange config security runtime journal edge publish process tools client cli".split()
+GATEWAY_ROOMS = "exchange config security runtime journal edge publish process tools client doctor cli".split()
 # Exceptions: exchange is only for the threads, and the commands that run without a gateway must not depend on one.
 ROOM_TO_ROOM_FORBIDDEN = {("config", "exchange"), ("tools", "process")}
 
@@ -101,7 +101,8 @@ def gateway_complaint(source, header):
 
 # The only files of the gateway that include bridges/dds: as publisher, and as subscriber.
 DDS_EDGES = ("gateway/publish/dds_edge.cpp", "gateway/publish/dds_process.cpp", "gateway/cli/remote_client.cpp",
-             "gateway/client/connect.cpp", "gateway/client/identity.h")
+             "gateway/client/connect.cpp", "gateway/client/identity.h", "gateway/doctor/observations.h", "gateway/doctor/examine.cpp",
+             "gateway/doctor/listener.cpp", "gateway/doctor/prober.cpp", "gateway/doctor/prober.h")
 
 
 def reserved_complaint(source, header):

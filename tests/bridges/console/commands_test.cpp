@@ -593,16 +593,17 @@ TEST_F(Commands, SilenceIsReportedWithTheDomainAndTheIdentityThatWereUsed) {
     ran(find_node(context_, model, "ram", filter));
     return out;
   };
-  EXPECT_THAT(texts(),
-              ElementsAre("no gateway was found (DDS domain 0, without security): check that "
-                          "linegated runs, with this domain and without `security` in `dds:` of "
-                          "its plant.yaml; then see \"When something fails\" in OPERATING.md\n"));
+  EXPECT_THAT(
+      texts(),
+      ElementsAre("no gateway was found (DDS domain 0, without security): check that "
+                  "linegated runs, with this domain and without `security` in `dds:` of "
+                  "its plant.yaml; `linegate doctor` with the same options finds the cause\n"));
   context_.dds = {.domain = 7, .security = "/id/panel3", .profile = "own\n.xml"};
   EXPECT_THAT(texts(),
               ElementsAre("no gateway was found (DDS domain 7, identity /id/panel3, profile "
                           "own?.xml): check that linegated runs, with this domain and an identity "
-                          "of the same authority in `dds:` of its plant.yaml; then see \"When "
-                          "something fails\" in OPERATING.md\n"));
+                          "of the same authority in `dds:` of its plant.yaml; `linegate doctor` "
+                          "with the same options finds the cause\n"));
 }
 
 TEST_F(Commands, EventsAreThoseOfALineByNameOrNetworkId) {
