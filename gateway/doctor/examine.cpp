@@ -65,8 +65,7 @@ class Received final : public dds::ClientListener {
 std::unique_ptr<dds::Client> join(const Settings& settings,
                                   const std::shared_ptr<dds::DiscoveryRecord>& record,
                                   Observations& out) {
-  dds::ClientOptions options{.name = "doctor",
-                             .domain = settings.domain,
+  dds::ClientOptions options{.domain = settings.domain,
                              .profile_file = settings.profile,
                              .receptions = false,
                              .commands = false,

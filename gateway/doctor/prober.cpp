@@ -126,7 +126,11 @@ void Prober::send(Port& port, bool leaving) {
 }
 
 void Prober::take_answers() {
-  while (const auto datagram = answers_.receive()) {
+  constexpr int kMostAnswers = 1024;  // in one poll
+  for (int i = 0; i < kMostAnswers; ++i) {
+    const auto datagram = answers_.receive();
+    if (!datagram)
+      return;
     const auto announcement = dds::read_announcement(datagram->octets);
     if (!announcement)
       continue;
