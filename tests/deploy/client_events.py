@@ -11,10 +11,10 @@ import os
 import subprocess
 import sys
 
-from installed_client import EXAMPLES, Installed
+from installed_client import Installed, example_plant
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "gateway", "cli"))
-from plant_process import SOURCES, end, expect, raised, run_test, write  # noqa: E402 pylint: disable=wrong-import-position
+from plant_process import end, expect, raised, run_test  # noqa: E402 pylint: disable=wrong-import-position
 
 PATIENCE = 120  # seconds
 
@@ -77,9 +77,7 @@ class Gateway:
     """With a journal."""
 
     def __init__(self, folder, linegated):
-        with open(os.path.join(EXAMPLES, "plant.yaml"), encoding="utf-8") as file:
-            text = file.read().replace("../../bridges", os.path.join(SOURCES, "bridges"))
-        plant = write(os.path.join(folder, "plant.yaml"), text + f"journal: {{file: {folder}/journal}}\n")
+        plant = example_plant(folder, f"journal: {{file: {folder}/journal}}\n")
         self.command, self.process = [linegated, plant], None
 
     def start(self):

@@ -4,8 +4,8 @@
 sends its command. The gateway is killed and started again, and the network is cut for longer than any time of discovery:
 the example prints each loss, and holds the output again.
 
-client_examples.py BUILD LINEGATED LINEGATE LANGUAGE [secured]. In a separate network namespace; secured: the gateway, with
-DDS-Security, is in another one, which stands for another host.
+client_examples.py BUILD LINEGATED LINEGATE LANGUAGE [secured]. On loopback of a separate network namespace; secured: with
+DDS-Security, and each on a host of its own.
 """
 
 import json
@@ -14,13 +14,13 @@ import signal
 import subprocess
 import sys
 
-from installed_client import EXAMPLES, Installed
+from installed_client import EXAMPLES, Installed, example_plant
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "gateway", "cli"))
-from plant_process import Failure, end, run_test, until, write  # noqa: E402 pylint: disable=wrong-import-position
+from hosts import Host, cable, run  # noqa: E402 pylint: disable=wrong-import-position
+from plant_process import Failure, end, run_test, until  # noqa: E402 pylint: disable=wrong-import-position
 
 CUT = 60  # seconds
-MULTICAST = "224.0.0.0/4"  # DDS announces participants there
 LOST = ("press: lost", "press: silent")
 
 
@@ -58,56 +58,51 @@ class Example:
 
 
 class Loopback:
-    """The network of the test is loopback: the gateway is on the host of the example."""
+    """The network of the test is loopback: gateway and example are on one host."""
 
-    gateway_host = ()  # what the command of the gateway begins with
+    @staticmethod
+    def on_desk(*words):
+        return words
+
+    on_cell = on_desk
 
     def cut(self):
-        set_link("lo", "down")
+        run("ip", "link", "set", "lo", "down")
 
     def mend(self):
-        set_link("lo", "up")
-        command("ip", "route", "add", MULTICAST, "dev", "lo")
+        run("ip", "link", "set", "lo", "up")
+        run("ip", "route", "add", "224.0.0.0/4", "dev", "lo")  # DDS announces participants there
 
     def close(self):
         pass
 
 
 class TwoHosts:
-    """The gateway is in a network namespace of its own, joined to the one of the example by a pair of interfaces."""
+    """The gateway is on the host `cell`, the example on the host `desk`."""
 
     def __init__(self):
-        self.host = subprocess.Popen(["unshare", "--net", "sleep", "infinity"])
-        self.gateway_host = ("nsenter", "--target", str(self.host.pid), "--net")
-        until("the other namespace exists", lambda: os.readlink(f"/proc/{self.host.pid}/ns/net") !=
-              os.readlink("/proc/self/ns/net"))
-        command("ip", "link", "add", "client", "type", "veth", "peer", "name", "gateway", "netns", str(self.host.pid))
-        self.set_up("client", 1, ())
-        self.set_up("gateway", 2, self.gateway_host)
-
-    @staticmethod
-    def set_up(interface, number, host):
-        command(*host, "ip", "address", "add", f"10.74.163.{number}/24", "dev", interface)
-        command(*host, "ip", "link", "set", "lo", "up")
-        command(*host, "ip", "link", "set", interface, "up")
-        command(*host, "ip", "route", "replace", MULTICAST, "dev", interface)
+        self.cell, self.desk = Host("cell"), Host("desk")
+        self.on_cell, self.on_desk = self.cell.words, self.desk.words
+        cable(self.cell, self.desk)
+        self.cell.address("10.77.0.1/24")
+        self.desk.address("10.77.0.2/24")
 
     def cut(self):
-        set_link("client", "down")
+        self.desk.run("ip", "link", "set", "eth0", "down")
 
     def mend(self):
-        set_link("client", "up")
-        command("ip", "route", "replace", MULTICAST, "dev", "client")
+        self.desk.run("ip", "link", "set", "eth0", "up")
 
     def close(self):
-        self.host.kill()
+        self.cell.close()
+        self.desk.close()
 
 
 class Machine:
     """The gateway, and the console on its host that reads what its device has."""
 
     def __init__(self, linegated, linegate, plant, network):
-        self.linegated, self.linegate = [*network.gateway_host, linegated, plant], [*network.gateway_host, linegate]
+        self.linegated, self.linegate = network.on_cell(linegated, plant), network.on_cell(linegate)
         self.gateway = None
 
     def start(self):
@@ -128,27 +123,17 @@ class Machine:
         until("the device has the output", lambda: self.lamps() == "5")
 
 
-def command(*words):
-    subprocess.run(words, check=True)
-
-
-def set_link(interface, state):
-    command("ip", "link", "set", interface, state)
-
-
 def secured_plant(folder, linegate):
     """The plant of the examples with DDS-Security. Returns its file, and the folder of an operator's identity."""
     identities = os.path.join(folder, "identities")
-    command(linegate, "security", "init", identities)
-    command(linegate, "security", "issue", identities, "cell", "--role", "gateway")
-    command(linegate, "security", "issue", identities, "operator", "--role", "operator")
-    with open(os.path.join(EXAMPLES, "plant.yaml"), encoding="utf-8") as file:
-        text = file.read().replace("../../bridges", os.path.join(os.path.dirname(os.path.dirname(EXAMPLES)), "bridges"))
-    return (write(os.path.join(folder, "plant.yaml"), text + f"dds: {{security: {os.path.join(identities, 'cell')}}}\n"),
-            os.path.join(identities, "operator"))
+    run(linegate, "security", "init", identities)
+    run(linegate, "security", "issue", identities, "cell", "--role", "gateway")
+    run(linegate, "security", "issue", identities, "operator", "--role", "operator")
+    plant = example_plant(folder, f"dds: {{security: {os.path.join(identities, 'cell')}}}\n")
+    return plant, os.path.join(identities, "operator")
 
 
-def run(machine, network, example):
+def follow(machine, network, example):
     machine.start()
     example.expect("panel.Read input bit.Input 1 = ")
     machine.expect_held(example, "vendor: ")
@@ -174,10 +159,10 @@ def test(folder, build, linegated, linegate, language, secured=""):
     if secured:
         plant, os.environ["LINEGATE_SECURITY"] = secured_plant(folder, linegate)  # of the example and of the console
     network = TwoHosts() if secured else Loopback()
-    example = Example(folder, examples[language], {**os.environ, **installed.environment})
+    example = Example(folder, network.on_desk(*examples[language]), {**os.environ, **installed.environment})
     machine = Machine(linegated, linegate, plant, network)
     try:
-        run(machine, network, example)
+        follow(machine, network, example)
     finally:
         print("\n".join(line for line in example.text().splitlines() if " = " not in line))
         example.process.kill()

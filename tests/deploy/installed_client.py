@@ -16,6 +16,16 @@ def output(*command, **options):
     return done.stdout
 
 
+def example_plant(folder, more):
+    """The plant of the examples with more settings, as a file in that folder."""
+    with open(os.path.join(EXAMPLES, "plant.yaml"), encoding="utf-8") as file:
+        text = file.read().replace("../../", os.path.join(os.path.dirname(os.path.dirname(EXAMPLES)), ""))
+    path = os.path.join(folder, "plant.yaml")
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(text + more)
+    return path
+
+
 class Installed:
     """The library in the folder `prefix`."""
 
