@@ -14,8 +14,9 @@ constexpr std::string_view kHead =
 //
 // One topic for each device and direction, keyed by gateway and line. All times are UTC in
 // nanoseconds since 1970-01-01, 0 = never. A type has a hash of its layout in its name: after a
-// change of the device's objects, PDOs or names, its samples have another type, and this document
-// must be made anew. Linegate's idl/README.md has the rules for readers (chapter Named topics).
+// change of the device's objects, PDOs, names, units or scaling, its samples have another type, and
+// this document must be made anew. Members have the values of PDOs: "raw * 0.1 - 40, in bar" behind
+// one says how to scale it. Linegate's idl/README.md has the rules (chapter Named topics).
 //
 // fastddsgen -cs FILE (without -typeobject); idlc -l c FILE.
 )";

@@ -39,7 +39,15 @@ lines:
       - {id: 5, name: inlet, eds: devices/ram.eds, heartbeat: 500ms}
       - {id: 6, name: ram, eds: devices/ram.eds, heartbeat: 500ms}
       - {id: 8, name: panel, eds: devices/inlet.eds, heartbeat: 500ms}
-      - {id: 10, name: scale, eds: devices/scale.eds, heartbeat: 500ms, pdos: {tpdo3: {rtr: true}}}
+      - id: 10
+        name: mixer
+        eds: devices/scale.eds
+        heartbeat: 500ms
+        pdos: {tpdo3: {rtr: true}}
+        values:
+          6411:1: {alias: Valve, unit: "%", scale: 0.01, low: 0, high: 100}
+    outputs:
+      defaults: {"mixer.6411:2": 0}
     own_objects:
       "2100:1": {type: u32, map: true}
       "2100:2": {type: u32, map: true}
