@@ -180,7 +180,7 @@ Client::Impl::Impl(const ClientOptions& options, std::vector<Diagnostic>& diagno
       sends_outputs(options.outputs),
       output_strength(options.output_strength),
       endpoints("linegate client " + name, options.domain, options.profile_file, diagnostics,
-                options.guard, 0, options.security, options.record),
+                options.guard, 0, options.security, options.record, options.network),
       tracker(options.retry) {
   if (options.complete_events && options.events && options.commands)
     follower.emplace(options.events_from_oldest);

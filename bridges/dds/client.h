@@ -14,6 +14,7 @@
 #include "bridges/dds/clock_map.h"
 #include "bridges/dds/discovery_record.h"
 #include "bridges/dds/guard/counters.h"
+#include "bridges/dds/network_choice.h"
 #include "bridges/dds/security.h"
 #include "bridges/dds/values.h"
 #include "bridges/request/request.h"
@@ -94,6 +95,7 @@ struct ClientOptions {
   std::string name;  // unique in the domain, up to 64 bytes; empty: host, process ID and a number
   std::uint32_t domain = 0;
   std::string profile_file;  // see GatewayOptions
+  NetworkChoice network{};   // beside the profile
   bool guard = true;         // check received datagrams (bridges/dds/guard)
   bool gateways = true;      // which topics to subscribe to
   bool lines = true;

@@ -13,6 +13,7 @@
 #include "bridges/dds/guard/message_room.h"
 #include "bridges/dds/guard/sent_tokens.h"
 #include "bridges/dds/guard/transport.h"
+#include "bridges/dds/network_qos.h"
 #include "bridges/dds/profiles.h"
 #include "bridges/dds/security_properties.h"
 
@@ -52,8 +53,13 @@ void clear_writers(const fast::Publisher& publisher) {
 
 Endpoints::Endpoints(const std::string& name, std::uint32_t domain, const std::string& profile_file,
                      std::vector<Diagnostic>& diagnostics, bool guarded, std::size_t participants,
-                     const Security& security, std::shared_ptr<DiscoveryRecord> record)
-    : diagnostics_(&diagnostics), names_(name), participants_(participants), security_(security) {
+                     const Security& security, std::shared_ptr<DiscoveryRecord> record,
+                     NetworkChoice network)
+    : diagnostics_(&diagnostics),
+      names_(name),
+      participants_(participants),
+      security_(security),
+      network_(std::move(network)) {
   names_.record(std::move(record));
   const auto profiles = load_profiles(profile_file, diagnostics);
   if (!profiles) {
@@ -74,6 +80,8 @@ void Endpoints::create_participant(const std::string& name, std::uint32_t domain
     return fail("there is no participant profile \"" + std::string(kParticipantProfile) + "\"");
   }
   qos.name(name);
+  if (std::string reason = apply(network_, qos); !reason.empty())
+    return fail(std::move(reason));
   // Two readers that announce a unicast locator and the same multicast locator abort the process of
   // a writer of Fast DDS 2.9 (assertion in OutputTrafficManager.hpp:87). Without multicast locators
   // two readers share no locator. The library's default is 1, if the profile does not set it.

@@ -23,6 +23,7 @@
 #include "bridges/dds/guard/stalled_connections.h"
 #include "bridges/dds/guard/timer_watch.h"
 #include "bridges/dds/name_watch.h"
+#include "bridges/dds/network_choice.h"
 #include "bridges/dds/reader_watch.h"
 #include "bridges/dds/received_type.h"
 #include "bridges/dds/security.h"
@@ -38,10 +39,11 @@ class Endpoints {
   // (bridges/dds/guard). participants: the number of other participants that are accepted at the
   // same time; 0: the number in the profile, or kMostParticipants. security: its files, and the
   // partition of the readers that reader() makes if request_partition is not empty. record: if not
-  // nullptr, receives what is discovered.
+  // nullptr, receives what is discovered. network: beside the profile.
   Endpoints(const std::string& name, std::uint32_t domain, const std::string& profile_file,
             std::vector<Diagnostic>& diagnostics, bool guarded = true, std::size_t participants = 0,
-            const Security& security = {}, std::shared_ptr<DiscoveryRecord> record = nullptr);
+            const Security& security = {}, std::shared_ptr<DiscoveryRecord> record = nullptr,
+            NetworkChoice network = {});
   ~Endpoints();
   Endpoints(const Endpoints&) = delete;
   Endpoints& operator=(const Endpoints&) = delete;
@@ -200,6 +202,7 @@ class Endpoints {
   std::string origin_;                        // file of the profiles, for diagnostics
   std::size_t participants_;
   const Security security_;
+  const NetworkChoice network_;
   bool ok_ = true;
   eprosima::fastdds::dds::DomainParticipant* participant_ = nullptr;
   std::optional<guard::TimerWatch> timers_;

@@ -187,7 +187,8 @@ std::optional<SharedImagesMessage> decode_shared_images(PortBytes message) {
 }
 
 // gateway, incarnation 8, domain 4, profile file, number of lines 4 and their names, renew_after 8,
-// participants 8, last_words 8, guard 1, partitions 1, the texts of security.
+// participants 8, number of interfaces 4 and their names, number of peers 4 and their names,
+// last_words 8, guard 1, partitions 1, the texts of security.
 void encode(const GatewayOptions& options, PortMessage& out) {
   FieldWriter writer = begin_message(static_cast<std::uint8_t>(ToEndpoints::configure));
   add_text(options.gateway, writer);
@@ -199,6 +200,11 @@ void encode(const GatewayOptions& options, PortMessage& out) {
     add_text(line, writer);
   writer.number(options.renew_after, 8);
   writer.number(options.participants, 8);
+  for (const auto* const names : {&options.network.interfaces, &options.network.peers}) {
+    writer.number(names->size(), 4);
+    for (const std::string& name : *names)
+      add_text(name, writer);
+  }
   writer.number(static_cast<std::uint64_t>(options.last_words.count()), 8);
   writer.number(options.guard ? 1 : 0, 1);
   writer.number(options.partitions ? 1 : 0, 1);
@@ -219,6 +225,11 @@ std::optional<GatewayOptions> decode_options(PortBytes message) {
     out.lines.push_back(read_text(in, kLongestName));
   out.renew_after = in.number<std::uint64_t>();
   out.participants = in.number<std::size_t>(8);
+  for (auto* const names : {&out.network.interfaces, &out.network.peers}) {
+    const auto count = in.number<std::uint32_t>();
+    for (std::uint32_t i = 0; i < count && in.good(); ++i)
+      names->push_back(read_text(in, kLongestText));
+  }
   out.last_words = Duration{in.number<std::int64_t>()};
   const auto guard = in.number<std::uint8_t>();
   in.require(guard <= 1);

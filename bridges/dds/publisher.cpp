@@ -300,7 +300,7 @@ LocalPort::LocalPort(const GatewayOptions& options, std::vector<Diagnostic>& dia
       last_words_(options.last_words),
       renew_after_(options.renew_after),
       endpoints_("linegate " + options.gateway, options.domain, options.profile_file, diagnostics,
-                 options.guard, options.participants, options.security),
+                 options.guard, options.participants, options.security, nullptr, options.network),
       joined_(partitions_ && (endpoints_.join(gateway_ + "/*"), true)) {
   LineWriters::make_events(own_events_, endpoints_, renew_after_);
   if (!partitions_)

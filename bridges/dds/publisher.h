@@ -21,6 +21,7 @@
 
 #include "bridges/dds/clock_map.h"
 #include "bridges/dds/guard/counters.h"
+#include "bridges/dds/network_choice.h"
 #include "bridges/dds/security.h"
 #include "bridges/dds/values.h"
 #include "bridges/named/device_types.h"
@@ -55,6 +56,7 @@ struct GatewayOptions {
   // Number of other participants that are accepted at the same time, at least 1; 0: as in the
   // profile (allocation/total_participants, which includes this one), or kMostParticipants.
   std::size_t participants = 0;
+  NetworkChoice network{};  // beside the profile
   // How long the destructor waits for readers that do not acknowledge (stopped, killed, or too
   // slow).
   Duration last_words = std::chrono::milliseconds(500);

@@ -35,6 +35,12 @@ CommandLine::CommandLine() {
   app_.add_option("--security", common_.security,
                   "folder of an identity (linegate security issue), for a plant with DDS-Security")
       ->envname("LINEGATE_SECURITY");
+  app_.add_option("--interface", common_.interfaces,
+                  "use DDS on this interface only, a name or an address; may be repeated")
+      ->expected(1);
+  app_.add_option("--peer", common_.peers,
+                  "host of a gateway that multicast does not reach; may be repeated")
+      ->expected(1);
   app_.add_option("--wait", common_.wait, "seconds to wait for a gateway")
       ->check(CLI::NonNegativeNumber);
   app_.add_option("--timeout", common_.timeout, "seconds to wait for an answer")
@@ -76,6 +82,8 @@ int CommandLine::with_client(const Topics& topics, const ClientAction& action) c
   auto made = make_remote_client({.domain = common_.domain,
                                   .profile = common_.profile,
                                   .security = common_.security,
+                                  .interfaces = common_.interfaces,
+                                  .peers = common_.peers,
                                   .images = topics.images,
                                   .layouts = topics.layouts,
                                   .events = topics.events,

@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
@@ -17,9 +18,11 @@ namespace linegate::gateway {
 struct CommonOptions {
   unsigned domain = 0;
   std::string profile;
-  std::string security;  // folder of an identity; empty = without DDS-Security
-  double wait = 5;       // time limit for the discovery of a gateway, in seconds
-  double timeout = 5;    // time limit for an answer, in seconds
+  std::string security;                 // folder of an identity; empty = without DDS-Security
+  std::vector<std::string> interfaces;  // of this host, for DDS; none = those of the profile
+  std::vector<std::string> peers;       // hosts that multicast does not reach
+  double wait = 5;                      // time limit for the discovery of a gateway, in seconds
+  double timeout = 5;                   // time limit for an answer, in seconds
   bool json = false;
   bool utc = false;
   bool verbose = false;

@@ -29,6 +29,8 @@ void add_doctor(CommandLine& line) {
     const doctor::Observations seen = doctor::examine({.domain = common.domain,
                                                        .profile = common.profile,
                                                        .identity = common.security,
+                                                       .interfaces = common.interfaces,
+                                                       .peers = common.peers,
                                                        .hosts = *hosts,
                                                        .time = seconds(common.wait)});
     const doctor::Findings found = doctor::run_checks(seen);

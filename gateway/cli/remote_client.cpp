@@ -160,6 +160,7 @@ Loaded<std::unique_ptr<console::Client>> make_remote_client(const RemoteClientOp
   }
   client.domain = options.domain;
   client.profile_file = options.profile;
+  client.network = {.interfaces = options.interfaces, .peers = options.peers};
   client.layouts = options.layouts;
   client.images = options.images;
   client.output_states = options.images;

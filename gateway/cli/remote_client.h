@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "bridges/console/client.h"
 #include "stack/base/diagnostic.h"
@@ -15,6 +16,8 @@ struct RemoteClientOptions {
   std::uint32_t domain = 0;
   std::string profile;   // file of QoS profiles; empty = the installed one, or the built-in copy
   std::string security;  // folder of an identity; empty = without DDS-Security
+  std::vector<std::string> interfaces;  // of this host; none = those of the profile
+  std::vector<std::string> peers;       // hosts that multicast does not reach
   // The topics to subscribe to besides the states of gateways, lines and nodes.
   bool images = false;  // and states of outputs
   bool layouts = false;

@@ -46,6 +46,8 @@ PlantIdentity identity_of(const Plant& plant) {
                     plant.dds_domain,
                     plant.dds_profile,
                     plant.dds_participants,
+                    plant.dds_interfaces,
+                    plant.dds_peers,
                     plant.dds_guard,
                     plant.dds_partitions,
                     plant.journal,
@@ -68,6 +70,9 @@ PlanDifference difference(const PlantIdentity& running, const Plant& wanted) {
   refuse(out, wanted.file, "the DDS profile", running.dds_profile, next.dds_profile);
   refuse(out, wanted.file, "the number of DDS participants",
          std::to_string(running.dds_participants), std::to_string(next.dds_participants));
+  refuse(out, wanted.file, "the interfaces of DDS", names(running.dds_interfaces),
+         names(next.dds_interfaces));
+  refuse(out, wanted.file, "the peers of DDS", names(running.dds_peers), names(next.dds_peers));
   refuse(out, wanted.file, "the DDS guard", running.dds_guard ? "on" : "off",
          next.dds_guard ? "on" : "off");
   refuse(out, wanted.file, "the use of partitions", running.dds_partitions ? "on" : "off",

@@ -22,6 +22,8 @@ struct PlantIdentity {
   std::uint32_t dds_domain = 0;
   std::string dds_profile;
   std::uint32_t dds_participants = 0;
+  std::vector<std::string> dds_interfaces;
+  std::vector<std::string> dds_peers;
   bool dds_guard = true;
   bool dds_partitions = false;
   std::optional<Journal> journal;

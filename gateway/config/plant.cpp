@@ -54,6 +54,27 @@ void read_dds_memory(Section& section, Plant& plant) {
   }
 }
 
+// Names or addresses of interfaces or hosts.
+std::vector<std::string> read_places(Section& section, const char* key) {
+  constexpr std::size_t kMostPlaces = 64;
+  constexpr std::size_t kLongestPlace = 253;  // RFC 1035
+  std::vector<std::string> out;
+  for (const YAML::Node& element :
+       elements(section.findings(), section.find(key), key, kMostPlaces)) {
+    const std::string text = element.IsScalar() ? element.Scalar() : std::string();
+    const bool plain = text.find_first_not_of(
+                           "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789.-_:@") ==
+                       std::string::npos;
+    if (text.empty() || text.size() > kLongestPlace || !plain) {
+      section.findings().error(
+          place_of(element), std::string("expected a name or an IPv4 address in \"") + key + "\"");
+    } else {
+      out.push_back(text);
+    }
+  }
+  return out;
+}
+
 void read_dds(Findings& findings, const YAML::Node& node, Plant& plant) {
   if (!node.IsDefined()) {
     return;
@@ -61,6 +82,8 @@ void read_dds(Findings& findings, const YAML::Node& node, Plant& plant) {
   Section section(findings, node, "dds");
   section.read_number("domain", plant.dds_domain, 0, kHighestDdsDomain);
   section.read_number("participants", plant.dds_participants, 1, kMostDdsParticipants);
+  plant.dds_interfaces = read_places(section, "interfaces");
+  plant.dds_peers = read_places(section, "peers");
   const YAML::Node profile = section.find("profile");
   if (const auto text = section.text(profile)) {
     const auto path = std::filesystem::path(findings.file()).parent_path() / *text;

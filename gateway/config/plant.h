@@ -180,6 +180,10 @@ struct Plant {
   std::uint32_t dds_domain = 0;  // 0..232
   // Largest number of other participants in the domain; 0: that of the profile, or 100.
   std::uint32_t dds_participants = 0;
+  // Of this host, by name or address; none: those of the profile. Hosts that multicast does not
+  // reach, besides those of the profile.
+  std::vector<std::string> dds_interfaces;
+  std::vector<std::string> dds_peers;
   std::string dds_profile;      // path of the XML file; empty = the one installed
   std::string dds_security;     // folder of the identity; empty = without DDS-Security
   bool dds_partitions = false;  // each line has a partition; only without DDS-Security

@@ -65,11 +65,13 @@ class Received final : public dds::ClientListener {
 std::unique_ptr<dds::Client> join(const Settings& settings,
                                   const std::shared_ptr<dds::DiscoveryRecord>& record,
                                   Observations& out) {
-  dds::ClientOptions options{.domain = settings.domain,
-                             .profile_file = settings.profile,
-                             .receptions = false,
-                             .commands = false,
-                             .record = record};
+  dds::ClientOptions options{
+      .domain = settings.domain,
+      .profile_file = settings.profile,
+      .network = {.interfaces = settings.interfaces, .peers = settings.peers},
+      .receptions = false,
+      .commands = false,
+      .record = record};
   if (!settings.identity.empty()) {
     out.identity_findings = gateway::use_identity(settings.identity, false, options.security);
     if (has_errors(out.identity_findings))
@@ -113,6 +115,8 @@ void observe(const Settings& settings, Observations& out) {
   Prober prober(settings.domain);
   for (const std::string& host : settings.hosts)
     prober.add_host(host);
+  for (const std::string& peer : settings.peers)
+    prober.add_host(peer);
   for (const dds::UdpLocator& peer : out.network.peers) {
     if (!is_multicast(peer.address))
       prober.add_host(peer.address, peer.port);

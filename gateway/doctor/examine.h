@@ -12,10 +12,12 @@ namespace linegate::doctor {
 
 struct Settings {
   std::uint32_t domain = 0;
-  std::string profile;             // file; empty: the installed one
-  std::string identity;            // folder; empty: without DDS-Security
-  std::vector<std::string> hosts;  // to probe, by name or address
-  Duration time{};                 // of the observation
+  std::string profile;                  // file; empty: the installed one
+  std::string identity;                 // folder; empty: without DDS-Security
+  std::vector<std::string> interfaces;  // of the participant; none: those of the profile
+  std::vector<std::string> peers;       // besides those of the profile
+  std::vector<std::string> hosts;       // to probe, by name or address
+  Duration time{};                      // of the observation
 };
 
 // Joins the domain as a subscriber of everything that gateways publish, without commands and

@@ -23,8 +23,7 @@ void report_no_multicast(const Interface& it, Findings& found) {
                    .means = "programs announce themselves by multicast; a network card without the "
                             "flag takes no part in it, so switches may deliver nothing",
                    .advice = "ip link set " + safe(it.name) +
-                             " multicast on; or list the address of the other host as a peer: "
-                             "\"Hosts that multicast does not reach\" in OPERATING.md"});
+                             " multicast on; or use --peer with the address of the other host"});
 }
 
 }  // namespace

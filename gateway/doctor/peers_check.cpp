@@ -24,9 +24,9 @@ void report_answering(const ProbedHost& host, Findings& found) {
                             "no multicast announcement of a gateway arrived from any host"},
                    .means = "the network between the hosts does not carry multicast, as routers "
                             "and some wireless networks",
-                   .advice = "list " + host.address +
-                             " as a peer: \"Hosts that multicast does not reach\" in "
-                             "OPERATING.md"});
+                   .advice = "use --peer " + host.address +
+                             " for programs on this host, or list this host in dds: {peers: "
+                             "[...]} of the gateway"});
 }
 
 void report_peer(const Observations& seen, const ProbedHost& host, Findings& found) {

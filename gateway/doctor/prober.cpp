@@ -2,17 +2,12 @@
 #include "gateway/doctor/prober.h"
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstring>
 #include <random>
 
-#include <arpa/inet.h>
-#include <netdb.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
-
 #include "bridges/dds/announcement.h"
+#include "bridges/dds/network_choice.h"
 
 namespace linegate::doctor {
 namespace {
@@ -31,22 +26,6 @@ dds::ObservedPrefix random_prefix() {
     octet = static_cast<std::uint8_t>(random() & 0xFFU);
   out[0] &= 0x7F;  // not one of DDS-Security
   return out;
-}
-
-// Empty if the name is unknown.
-std::string address_of(const std::string& name) {
-  addrinfo hints{};
-  hints.ai_family = AF_INET;
-  hints.ai_socktype = SOCK_DGRAM;
-  addrinfo* found = nullptr;
-  if (::getaddrinfo(name.c_str(), nullptr, &hints, &found) != 0 || found == nullptr)
-    return {};
-  sockaddr_in address{};
-  std::memcpy(&address, found->ai_addr, sizeof address);
-  ::freeaddrinfo(found);
-  std::array<char, INET_ADDRSTRLEN> text{};
-  ::inet_ntop(AF_INET, &address.sin_addr, text.data(), text.size());
-  return text.data();
 }
 
 bool has_place(const dds::Announcement& it, const std::string& address, std::uint16_t port) {
@@ -95,7 +74,7 @@ void Prober::add_port(std::vector<Port>& ports, const std::string& address, std:
 void Prober::add_host(const std::string& name, std::uint16_t port) {
   if (hosts_.size() >= kMostHosts)
     return;
-  Host& host = host_of(name, address_of(name));
+  Host& host = host_of(name, dds::address_of_host(name));
   host.result.given = true;
   if (host.result.address.empty())
     return;

@@ -139,6 +139,10 @@ class Text {
         plant.dds_own_process ? "DDS in a process of its own, " : "",
         plant.dds_guard ? "" : "DDS guard off: one datagram can stop this gateway, ",
         dds_profiles_in_use(plant.dds_profile), config::name(plant.log));
+    if (!plant.dds_interfaces.empty())
+      add("DDS on the interfaces {} alone\n", fmt::join(plant.dds_interfaces, ", "));
+    if (!plant.dds_peers.empty())
+      add("DDS peers beside multicast: {}\n", fmt::join(plant.dds_peers, ", "));
     if (plant.dds_partitions)
       add("DDS partition of each line: {}/LINE\n", plant.gateway);
     if (!plant.dds_security.empty())

@@ -226,6 +226,8 @@ void add_plant(const config::Plant& plant, Json& to) {
   to["gateway"] = plant.gateway;
   to["dds_domain"] = plant.dds_domain;
   to["dds_profile"] = plant.dds_profile;
+  to["dds_interfaces"] = plant.dds_interfaces;
+  to["dds_peers"] = plant.dds_peers;
   to["dds_security"] = plant.dds_security;
   to["dds_guard"] = plant.dds_guard;
   to["dds_partitions"] = plant.dds_partitions;

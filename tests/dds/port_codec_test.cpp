@@ -219,6 +219,7 @@ TEST(PortCodec, OptionsComeBackAsTheyWent) {
                                .lines = {"one", "", std::string(64, 'x')},
                                .renew_after = 1'000,
                                .participants = 12,
+                               .network = {.interfaces = {"eth0"}, .peers = {"hall-b", "10.0.0.1"}},
                                .last_words = std::chrono::milliseconds(700),
                                .guard = false,
                                .partitions = true,
@@ -241,6 +242,8 @@ TEST(PortCodec, OptionsComeBackAsTheyWent) {
   EXPECT_EQ(back->lines, options.lines);
   EXPECT_EQ(back->renew_after, options.renew_after);
   EXPECT_EQ(back->participants, options.participants);
+  EXPECT_EQ(back->network.interfaces, options.network.interfaces);
+  EXPECT_EQ(back->network.peers, options.network.peers);
   EXPECT_EQ(back->last_words, options.last_words);
   EXPECT_EQ(back->guard, options.guard);
   EXPECT_EQ(back->security.ca, options.security.ca);

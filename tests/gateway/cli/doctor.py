@@ -35,7 +35,7 @@ EDS = os.path.join(SOURCES, "bridges", "sim", "eds", "digital-io.eds")
 class Setup:
     """A gateway on the host `hall`, and a person at the host `desk`."""
 
-    def __init__(self, folder, linegated, linegate, foreign_endpoint, clock_shift):
+    def __init__(self, folder, linegated, linegate, foreign_endpoint=None, clock_shift=None):
         self.folder, self.linegated, self.linegate = folder, linegated, linegate
         self.foreign_endpoint, self.clock_shift = foreign_endpoint, clock_shift
         self.profiles = os.path.join(SOURCES, "deploy", "dds", "linegate-profiles.xml")

@@ -63,10 +63,10 @@ class Host:
         program.wait()
         self.programs.remove(program)
 
-    def address(self, address):
-        """Gives its interface eth0 an address, brings it up, and sends multicast to it."""
-        self.run("ip", "address", "add", address, "dev", "eth0")
-        self.run("ip", "link", "set", "eth0", "up")
+    def address(self, address, interface="eth0"):
+        """Gives an interface an address, and brings it up."""
+        self.run("ip", "address", "add", address, "dev", interface)
+        self.run("ip", "link", "set", interface, "up")
 
     def close(self):
         """Ends its programs and the host."""

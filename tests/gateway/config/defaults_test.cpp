@@ -314,6 +314,8 @@ void add_joins(DefaultCases& to) {
 
 // The keys whose default is no value: that of another key or file, or the absence of something.
 const std::set<std::string> kDefaultsInWords{"dds/participants",
+                                             "dds/interfaces",
+                                             "dds/peers",
                                              "dds/profile",
                                              "dds/security",
                                              "dds/process",

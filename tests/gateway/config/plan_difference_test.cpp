@@ -63,6 +63,13 @@ TEST(PlanDifference, RefusesOtherPartitions) {
       << refused.refusals[0].text;
 }
 
+TEST(PlanDifference, RefusesOtherInterfacesAndPeers) {
+  const auto running = identity_of(plant(kA));
+  for (const char* const other : {"dds: {interfaces: [eth0]}\n", "dds: {peers: [10.0.0.1]}\n"}) {
+    EXPECT_EQ(difference(running, plant(kA, other)).refusals.size(), 1U) << other;
+  }
+}
+
 TEST(PlanDifference, RefusesAnotherJournal) {
   const auto running = identity_of(plant(kA, "journal: {file: deploy/j.db, max_age: 2h}\n"));
   EXPECT_TRUE(difference(running, plant(kA, "journal: {file: deploy/j.db, max_age: 120min}\n"))

@@ -81,6 +81,13 @@ const Bad kBad[] = {
      "schema: 1\nlines:\n  - name: a\n    interface: 'simulated:'\n    sync: 10ms\n    sync: "
      "20ms\n",
      {"plant.yaml:6:5: error: the key \"sync\" is there twice"}},
+    {"places",
+     "schema: 1\ndds: {interfaces: [\"\", {a: b}], peers: [a b]}\nlines:\n  - name: a\n    "
+     "interface: "
+     "'simulated:'\n",
+     {"plant.yaml:2:20: error: expected a name or an IPv4 address in \"interfaces\"",
+      "plant.yaml:2:24: error: expected a name or an IPv4 address in \"interfaces\"",
+      "plant.yaml:2:41: error: expected a name or an IPv4 address in \"peers\""}},
     {"values",
      "schema: 1\n"
      "gateway: {name: two words, log: loud}\n"
@@ -679,7 +686,7 @@ lines:
 
 constexpr const char* kEveryKeyOfALine = R"(schema: 1
 gateway: {name: hall-7, log: debug}
-dds: {domain: 42, participants: 250}
+dds: {domain: 42, participants: 250, interfaces: [eth0, 10.0.0.1], peers: [hall-b.plant, 192.168.7.3]}
 executors: [{name: fast, priority: 50, processor: 1, lock_memory: true}]
 lines:
   - name: press
@@ -742,6 +749,8 @@ void expect_keys_of_the_gateway(const Plant& plant) {
   EXPECT_EQ(plant.gateway, "hall-7");
   EXPECT_EQ(plant.dds_domain, 42U);
   EXPECT_EQ(plant.dds_participants, 250U);
+  EXPECT_THAT(plant.dds_interfaces, ElementsAre("eth0", "10.0.0.1"));
+  EXPECT_THAT(plant.dds_peers, ElementsAre("hall-b.plant", "192.168.7.3"));
   ASSERT_EQ(plant.executors.size(), 1U);
   EXPECT_EQ(plant.executors[0].priority, 50);
   EXPECT_EQ(plant.executors[0].processor, 1U);

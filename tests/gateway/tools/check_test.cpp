@@ -56,6 +56,17 @@ TEST(Check, SaysThatTheDdsGuardIsOff) {
   EXPECT_FALSE(YAML::Load(to_json(loaded))["dds_guard"].as<bool>());
 }
 
+TEST(Check, NamesInterfacesAndPeersOfDds) {
+  auto loaded = config::load(kDemo);
+  ASSERT_TRUE(loaded.ok());
+  EXPECT_FALSE(contains(describe(*loaded.value), "peers"));
+  loaded.value->dds_interfaces = {"eth0", "eth1"};
+  loaded.value->dds_peers = {"hall-b"};
+  EXPECT_TRUE(contains(describe(*loaded.value), "DDS on the interfaces eth0, eth1 alone"));
+  EXPECT_TRUE(contains(describe(*loaded.value), "DDS peers beside multicast: hall-b"));
+  EXPECT_EQ(YAML::Load(to_json(loaded))["dds_peers"][0].as<std::string>(), "hall-b");
+}
+
 TEST(Check, SaysTheSameAsJson) {
   const auto loaded = config::load(kDemo);
   const YAML::Node json = YAML::Load(to_json(loaded));  // JSON is YAML

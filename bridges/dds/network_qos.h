@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+// Applies a choice of interfaces and peers to the QoS of a participant.
+#pragma once
+
+#include <string>
+
+#include <fastdds/dds/domain/qos/DomainParticipantQos.hpp>
+
+#include "bridges/dds/network_choice.h"
+
+namespace linegate::dds {
+
+// Returns the reason for which the choice cannot be applied; empty if it was.
+std::string apply(const NetworkChoice& choice, eprosima::fastdds::dds::DomainParticipantQos& qos);
+
+}  // namespace linegate::dds
