@@ -70,14 +70,15 @@ double rounded(double number) {
   return out == 0 ? 0.0 : out;  // no -0
 }
 
-// "bar" of "Pressure [bar]".
+// "bar" of "Pressure [bar]", but nothing of "Output [3]" or "Limits [-5..5]".
 std::string unit_in(std::string_view name) {
   const std::size_t begin = name.rfind('[');
   if (!name.ends_with(']') || begin == std::string_view::npos) {
     return {};
   }
   const std::string_view unit = name.substr(begin + 1, name.size() - begin - 2);
-  return unit.size() <= od::kLongestUnit ? std::string(unit) : std::string();
+  const bool is_number = unit.find_first_of("+-.0123456789") == 0;
+  return unit.size() <= od::kLongestUnit && !is_number ? std::string(unit) : std::string();
 }
 
 }  // namespace

@@ -114,6 +114,18 @@ TEST(Scaling, LimitsAreThoseOfTheDescription) {
   EXPECT_EQ(meaning_text(entry.scaling, entry.low, entry.high), "raw * -0.1 + 5, in bar, 3 to 6");
 }
 
+TEST(Scaling, ANumberInTheNameIsNoUnit) {
+  Entry entry;
+  for (const auto& [name, unit] : {std::pair("Speed [rpm]", "rpm"), std::pair("Output [3]", ""),
+                                   std::pair("Limits [-5..5]", ""), std::pair("Load [%]", "%"),
+                                   std::pair("Odd []", ""), std::pair("[3] Odd", "")}) {
+    od::VariableDescription variable;
+    variable.name = name;
+    describe_value(variable, entry);
+    EXPECT_EQ(entry.scaling.unit, unit) << name;
+  }
+}
+
 TEST(Scaling, TextsOfNumbers) {
   EXPECT_EQ(number_text(-0.25), "-0.25");
   EXPECT_EQ(number_text(1e300), "1e+300");
