@@ -10,6 +10,7 @@
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastdds/rtps/transport/UDPv6TransportDescriptor.h>
 
+#include "bridges/dds/network_qos.h"
 #include "bridges/dds/profiles.h"
 #include "stack/base/diagnostic.h"
 
@@ -60,7 +61,8 @@ bool is_secured(const fast::DomainParticipantQos& qos) {
 
 }  // namespace
 
-std::vector<std::string> open_transports(const std::string& file) {
+std::vector<std::string> open_transports(const std::string& file,
+                                         const std::vector<std::string>& interfaces) {
   std::vector<Diagnostic> unused;
   fast::DomainParticipantQos qos;
   std::vector<std::string> out;
@@ -71,6 +73,8 @@ std::vector<std::string> open_transports(const std::string& file) {
       is_secured(qos)) {
     return out;
   }
+  // A participant with an interface that does not exist is not created.
+  (void)apply({.interfaces = interfaces, .peers = {}}, qos);
   if (qos.transport().use_builtin_transports)
     out.emplace_back("UDPv4 on every interface");
   for (const auto& transport : qos.transport().user_transports) {

@@ -11,7 +11,9 @@ namespace linegate::dds {
 // loopback, "UDPv4 on 192.168.1.2" or "UDPv4 on every interface", in the order of the profile. Not
 // listed: a transport whose white list has loopback addresses alone, SHM, TCP with TLS that
 // requires a certificate of the peer. Empty with DDS-Security, or if the profiles are unusable
-// (check_profiles()). file: as load_profiles(). Opens no socket.
-std::vector<std::string> open_transports(const std::string& file);
+// (check_profiles()). file: as load_profiles(). interfaces: as NetworkChoice. Opens no socket of
+// DDS.
+std::vector<std::string> open_transports(const std::string& file,
+                                         const std::vector<std::string>& interfaces = {});
 
 }  // namespace linegate::dds

@@ -167,6 +167,8 @@ Observations examine(const Settings& settings) {
   out.identity = settings.identity;
   out.profile_findings = dds::check_profiles(settings.profile);
   out.network = dds::network_profile(settings.profile);
+  if (!settings.interfaces.empty())
+    out.network.white_list.clear();  // they replace it
   out.interfaces = examine_interfaces();
   out.local = local_participants();
   observe(settings, out);

@@ -387,16 +387,15 @@ std::vector<Diagnostic> check_dds_exposure(const config::Plant& plant) {
   if (lines.empty() || !plant.dds_security.empty())
     return {};
   std::string transports;
-  for (const std::string& transport : dds::open_transports(plant.dds_profile))
+  for (const std::string& transport : dds::open_transports(plant.dds_profile, plant.dds_interfaces))
     transports += (transports.empty() ? "" : "; ") + transport;
   if (transports.empty())
     return {};
   return {{Severity::warning, dds_profiles_in_use(plant.dds_profile), 0, 0,
            "DDS is open without DDS-Security (" + transports + "), and every host that reaches " +
                "it may send commands or outputs to " + lines +
-               ": secure DDS (linegate security, dds: {security: FOLDER}), list 127.0.0.1 alone in "
-               "the interfaceWhiteList of the "
-               "profiles, or set access: read"}};
+               ": secure DDS (linegate security, dds: {security: FOLDER}), keep it on "
+               "this host (dds: {interfaces: [lo]}), or set access: read"}};
 }
 
 DdsLibraryLog::DdsLibraryLog(std::function<void(Severity, std::string_view text)> log) {

@@ -350,6 +350,12 @@ TEST(ExposureOfProfiles, TheBuiltInProfilesAreOpen) {
   EXPECT_EQ(dds::open_transports(file.path), std::vector<std::string>{"UDPv4 on every interface"});
 }
 
+TEST(ExposureOfProfiles, ChosenInterfacesReplaceThoseOfTheProfile) {
+  const File file{std::string(dds::built_in_profiles())};
+  EXPECT_TRUE(dds::open_transports(file.path, {"lo"}).empty());
+  EXPECT_TRUE(dds::open_transports(file.path, {"127.0.0.1"}).empty());
+}
+
 TEST(ExposureOfProfiles, BuiltInTransportsAreOpen) {
   const File file(profiles_with("<useBuiltinTransports>false", "<useBuiltinTransports>true"));
   EXPECT_EQ(dds::open_transports(file.path).front(), "UDPv4 on every interface");
