@@ -12,6 +12,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -230,6 +231,17 @@ linegate_image image_of(const client::Snapshot& snapshot) {
   return {.time = snapshot.time, .sequence = snapshot.sequence, .lost = snapshot.lost};
 }
 
+// Names with commas between them.
+std::vector<std::string> list_of(const char* text) {
+  std::vector<std::string> out;
+  for (std::string_view rest = text == nullptr ? "" : text; !rest.empty();) {
+    const std::size_t end = std::min(rest.find(','), rest.size());
+    out.emplace_back(rest.substr(0, end));
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+  }
+  return out;
+}
+
 bool names_of(const char* const* names, std::size_t count, std::vector<std::string>& out) {
   if ((names == nullptr && count != 0) || count > kMostNames)
     return false;
@@ -368,7 +380,9 @@ linegate_client* linegate_connect(const linegate_options* options, char* error,
             .identity = text(options->identity),
             .name = text(options->name),
             .strength = options->strength,
-            .read_only = options->read_only != 0};
+            .read_only = options->read_only != 0,
+            .interfaces = list_of(options->interfaces),
+            .peers = list_of(options->peers)};
     }
     client::Client made(to);
     if (!made) {

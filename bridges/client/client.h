@@ -360,6 +360,10 @@ struct Options {
   std::uint32_t strength = 0;  // ownership strength of outputs: the strongest client wins
   // With an identity of role viewer, which sends no requests.
   bool read_only = false;
+  // Interfaces of this host for DDS, by name or IPv4 address; none: those of the profile.
+  std::vector<std::string> interfaces{};
+  // Hosts of gateways that multicast does not reach, by name or IPv4 address.
+  std::vector<std::string> peers{};
 };
 
 class Client {

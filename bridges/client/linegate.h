@@ -61,6 +61,10 @@ typedef struct linegate_options {
                            LINEGATE_SECURITY, or without */
   const char* name;     /* unique in the domain; NULL: host, process ID and a number */
   int read_only;        /* not 0: with an identity of role viewer, which sends no requests */
+  /* Interfaces of this host for DDS, and hosts of gateways that multicast does not reach: names or
+   * IPv4 addresses, separated by commas. NULL: those of the profile, and none. */
+  const char* interfaces;
+  const char* peers;
 } linegate_options;
 
 /* options: NULL = all members 0. Returns NULL, and the reason in `error` (of `error_size` bytes;

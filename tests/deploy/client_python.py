@@ -50,6 +50,10 @@ def numbers(linegate, client, press):
     expect("SDO of node 264", raised(linegate.Error, press.sdo_read, 264, 0x1018).code, -6)
     expect("index 16040h", raised(linegate.Error, press.sdo_read, 8, 0x16040).code, -6)
     raised(TypeError, lambda: press.request(1, node=8, indx=0x6200))
+    expect("interface", "there is no interface eth7" in str(raised(linegate.Error, lambda: linegate.Client(
+        interfaces=["lo", "eth7"]))), True)
+    expect("peer", "the peer no-such-host has no" in str(raised(linegate.Error, lambda: linegate.Client(
+        peers=["127.0.0.1", "no-such-host"]))), True)
     expect("strength", raised(linegate.Error, lambda: linegate.Client(strength=-1)).code, -6)
     expect("watchdog", raised(linegate.Error, lambda: press.group("lamps", watchdog=-1)).code, -1)
     expect("one object for a line", client.line("press") is press, True)

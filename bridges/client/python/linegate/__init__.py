@@ -599,7 +599,8 @@ class Client:
     """A client in a DDS domain; the arguments are those of linegate_options. Raises Error if it cannot connect."""
 
     def __init__(self, domain: int = 0, *, profile: Optional[str] = None, identity: Optional[str] = None,
-                 name: Optional[str] = None, strength: int = 0, read_only: bool = False) -> None:
+                 name: Optional[str] = None, strength: int = 0, read_only: bool = False,
+                 interfaces: Sequence[str] = (), peers: Sequence[str] = ()) -> None:
         self._callbacks: dict[int, Any] = {}
         self._due: deque[tuple[list[bool], Callable[[], None]]] = deque()  # call-backs; empty list: not wanted any more
         self._lines: dict[str, Line] = {}
@@ -610,9 +611,11 @@ class Client:
         self._ending = False
         self._handle: Optional[int] = None
         error = ctypes.create_string_buffer(1024)
-        encoded = [None if text is None else text.encode() for text in (profile, identity, name)]
+        encoded = [None if text is None else text.encode() for text in
+                   (profile, identity, name, ",".join(interfaces), ",".join(peers))]
         options = _structure(c.Options, size=ctypes.sizeof(c.Options), domain=domain, strength=strength,
-                             profile=encoded[0], identity=encoded[1], name=encoded[2], read_only=int(read_only))
+                             profile=encoded[0], identity=encoded[1], name=encoded[2], read_only=int(read_only),
+                             interfaces=encoded[3], peers=encoded[4])
         self._handle = _lib.linegate_connect(options, error, len(error))
         if not self._handle:
             raise Error(-8, _text(error.value))
