@@ -91,7 +91,7 @@ void read_locator(const Wire& value, std::vector<UdpLocator>& out) {
   std::string address;
   for (std::size_t i = 20; i < 24; ++i)
     address += (address.empty() ? "" : ".") + std::to_string(unsigned{value.u8(i)});
-  if (port <= 0xFFFF)
+  if (port >= 1 && port <= 0xFFFF)
     out.push_back({std::move(address), static_cast<std::uint16_t>(port)});
 }
 
