@@ -214,6 +214,9 @@ void Core::on_layout(const dds::Source& source, const image::Layout& layout) {
                                        &image::Entry::name, &image::Entry::name);
   if (!same)
     ++line->layout_revision;
+  // With other names the values of a group would go to outputs that the application does not mean.
+  if (!same && area.layout && layout.direction == image::Direction::outputs)
+    ++line->outputs_revision;
   area.take(layout, source.incarnation);
 }
 

@@ -47,6 +47,7 @@ struct GroupData {
   line::OutputRefusal refusal = line::OutputRefusal::none;
   std::uint64_t incarnation = 0;
   std::uint64_t layout_id = 0;
+  std::uint64_t outputs_revision = 0;  // of the line, which the values are for
   std::uint64_t arming = 0;
   Instant refused_before{};  // refusals up to this time are not of this arming
   Instant write_at{};

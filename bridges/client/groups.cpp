@@ -33,10 +33,10 @@ Error error_of(LineStatus status) {
 // A gateway publishes the states of all groups, which have their names, once a second.
 constexpr Duration kStatesOfGroups = std::chrono::seconds(3);
 
-// The values of the group belong to this layout and this start of the gateway.
+// The values of the group belong to this layout, with these names, and this start of the gateway.
 bool is_bound(const GroupData& group, const LineData& line) {
   return group.layout_id == line.area(image::Direction::outputs).layout->id &&
-         group.incarnation == line.incarnation;
+         group.outputs_revision == line.outputs_revision && group.incarnation == line.incarnation;
 }
 
 std::string_view describe_wait(line::OutputWait wait) {
@@ -77,6 +77,7 @@ void Core::bind(GroupData& group, const LineData& line) {
     return;
   group.values.clear();
   group.layout_id = line.area(image::Direction::outputs).layout->id;
+  group.outputs_revision = line.outputs_revision;
   group.incarnation = line.incarnation;
 }
 
@@ -190,7 +191,7 @@ void Core::service_group(const std::shared_ptr<GroupData>& group) {
   if (found.line->incarnation != group->incarnation)
     return lose(*group, LossReason::restarted);
   const Area& area = found.line->area(image::Direction::outputs);
-  if (!area.layout || area.layout->id != group->layout_id)
+  if (!area.layout || !is_bound(*group, *found.line))
     return lose(*group, LossReason::layout_changed);
   if (const LineData::Group* const state = state_of(*group))
     judge(*group, *state);

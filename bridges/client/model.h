@@ -55,6 +55,7 @@ struct LineData {
   std::uint64_t gateway_lines = 0;  // number of lines that its gateway has
   std::uint64_t revision = 0;       // increases with each sample and change of status
   std::uint64_t layout_revision = 0;
+  std::uint64_t outputs_revision = 0;  // of the names and places of the outputs
   std::uint64_t layout_reported = 0;
   std::uint64_t incarnation_reported = 0;
   LineStatus reported = LineStatus::waiting;

@@ -66,7 +66,8 @@ std::string_view unit_of(std::string_view name) {
   if (!name.ends_with(']') || begin == std::string_view::npos) {
     return {};
   }
-  return name.substr(begin + 1, name.size() - begin - 2);
+  const std::string_view unit = name.substr(begin + 1, name.size() - begin - 2);
+  return unit.find_first_of("+-.0123456789") == 0 ? std::string_view() : unit;  // "Output [3]"
 }
 
 std::string boot_text(char boot) {

@@ -208,7 +208,7 @@ TypedValue typed_value(const image::Entry& entry, std::string_view text, bool ra
   if (!data) {
     return {{}, shown + " is not a value of " + std::string(od::name(entry.type))};
   }
-  const auto number = raw ? std::nullopt : to_number(entry.type, *data);
+  const auto number = raw ? std::nullopt : image::raw_number(entry.type, entry.bit_length, *data);
   const auto fault = number ? image::check_limits(entry, *number) : image::ScalingFault::none;
   return fault == image::ScalingFault::none ? TypedValue{*std::move(data), {}}
                                             : TypedValue{{}, beyond(fault)};

@@ -50,9 +50,10 @@ void meaning_to_wire(const image::Entry& from, v1::LayoutEntry& to) {
   to.unit(short_text(from.scaling.unit, od::kLongestUnit));
   to.given(0);
   for (const GivenNumber& number : kGivenNumbers) {
-    const std::optional<double>& value = from.*number.stack;
-    (to.*number.set)(value.value_or(0.0));
-    to.given(static_cast<std::uint8_t>(to.given() | (value ? number.bit : 0)));
+    const double value = (from.*number.stack).value_or(0.0);
+    const bool given = (from.*number.stack).has_value() && std::isfinite(value);
+    (to.*number.set)(given ? value : 0.0);
+    to.given(static_cast<std::uint8_t>(to.given() | (given ? number.bit : 0)));
   }
   to.inhibit_ns(from.inhibit.count());
   to.event_timer_ns(from.event_timer.count());

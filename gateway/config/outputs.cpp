@@ -95,7 +95,10 @@ void check_named_groups(Findings& findings, const OutputsSection& outputs,
 std::optional<std::vector<std::byte>> default_bytes(const std::string& text,
                                                     const image::Entry& entry) {
   if (!entry.scaling.is_scaled()) {
-    return parse_value(text, entry.type);
+    auto value = parse_value(text, entry.type);
+    const auto raw = value ? image::raw_number(entry.type, entry.bit_length, *value) : std::nullopt;
+    const bool beyond = raw && image::check_limits(entry, *raw) != image::ScalingFault::none;
+    return beyond ? std::nullopt : value;
   }
   const auto number = image::parse_number(text);
   std::vector<std::byte> out;
@@ -120,10 +123,12 @@ void resolve_defaults(Findings& findings, const OutputsSection& outputs, const E
     const auto& entry = layout.entries[found.front()];
     const auto data = default_bytes(section.value, entry);
     if (!data || data->size() > sizeof(std::uint64_t)) {
-      findings.error(section.value_place,
-                     "\"" + section.value + "\" is no " + std::string(od::name(entry.type)) +
-                         " for \"" + entry.name + "\"" +
-                         (entry.scaling.is_scaled() ? ", in its unit and within its limits" : ""));
+      findings.error(section.value_place, "\"" + section.value + "\" is no " +
+                                              std::string(od::name(entry.type)) + " for \"" +
+                                              entry.name + "\"" +
+                                              (entry.scaling.is_scaled() || entry.low || entry.high
+                                                   ? ", in its unit and within its limits"
+                                                   : ""));
       continue;
     }
     line::OutputDefault value{found.front(), 0};

@@ -108,6 +108,12 @@ std::string safe(std::string_view text) {
   std::ranges::replace_if(
       out, [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F || c == '\''; },
       '?');
+  // Control characters of UTF-8: U+0080 to U+009F.
+  for (std::size_t at = 0; at + 1 < out.size(); ++at) {
+    const auto next = static_cast<unsigned char>(out[at + 1]);
+    if (out[at] == '\xC2' && next >= 0x80 && next <= 0x9F)
+      out[at] = out[at + 1] = '?';
+  }
   return out;
 }
 

@@ -149,11 +149,12 @@ ScalingFault raw_of_scaled(const Entry& entry, double number, std::vector<std::b
 
 ScalingFault check_limits(const Entry& entry, double number) {
   const double tolerance = std::abs(entry.scaling.scale) * kLimitTolerance;
-  if (entry.low && number < *entry.low - tolerance) {
+  // A number that is none is within no limits.
+  if (entry.low && !(number >= *entry.low - tolerance)) {
     return ScalingFault::below_low;
   }
-  return entry.high && number > *entry.high + tolerance ? ScalingFault::above_high
-                                                        : ScalingFault::none;
+  return entry.high && !(number <= *entry.high + tolerance) ? ScalingFault::above_high
+                                                            : ScalingFault::none;
 }
 
 void describe_value(const od::VariableDescription& variable, Entry& entry) {
@@ -165,9 +166,8 @@ void describe_value(const od::VariableDescription& variable, Entry& entry) {
   const auto limit = [&entry](std::span<const std::byte> raw) {
     const auto bits = static_cast<std::uint16_t>(8 * raw.size());
     const std::optional<double> number = raw_number(entry.type, bits, raw);
-    return number && std::isfinite(*number)
-               ? std::optional(rounded(*number * entry.scaling.scale + entry.scaling.offset))
-               : std::nullopt;
+    const double scaled = number.value_or(0.0) * entry.scaling.scale + entry.scaling.offset;
+    return number && std::isfinite(scaled) ? std::optional(rounded(scaled)) : std::nullopt;
   };
   entry.low = limit(variable.low_limit);
   entry.high = limit(variable.high_limit);

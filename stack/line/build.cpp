@@ -2,6 +2,7 @@
 #include "stack/line/build.h"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 #include <string>
 #include <utility>
@@ -374,6 +375,9 @@ void describe_outputs(const LineConfig& config, image::Layout& outputs) {
     entry.initial = entry.type == od::DataType::boolean
                         ? std::optional(static_cast<double>(value.value & 1U))
                         : image::scaled_number(entry, bytes);
+    if (entry.initial && !std::isfinite(*entry.initial)) {
+      entry.initial.reset();
+    }
   }
 }
 

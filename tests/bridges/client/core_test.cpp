@@ -115,6 +115,24 @@ TEST_F(ClientCore, ALossDiscardsTheValues) {
   EXPECT_TRUE(world->writes.back().second.values.empty());
 }
 
+// A reload that gives the name of an output to another one, at the same places.
+TEST_F(ClientCore, OtherNamesAreALoss) {
+  begin();
+  Group group = line.group("");
+  EXPECT_EQ(group.set("ram.Out", 3), Error::none);
+  ASSERT_EQ(group.arm(), Error::none);
+  const std::size_t writes = world->writes.size();
+  world->layout(outputs, 1, 7, "ram.Valve");
+  client.poll(0ms);
+  EXPECT_EQ(group.reason(), LossReason::layout_changed);
+  client.poll(1s);
+  EXPECT_EQ(world->writes.size(), writes);
+  EXPECT_EQ(group.set("ram.Out", 3), Error::no_name);
+  EXPECT_EQ(group.set("ram.Valve", 4), Error::none);
+  ASSERT_EQ(group.arm(), Error::none);
+  EXPECT_EQ(world->writes.back().second.values.size(), 1U);
+}
+
 TEST_F(ClientCore, AGatewayIsLostAndReturns) {
   begin();
   Group group = line.group("");

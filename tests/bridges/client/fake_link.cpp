@@ -16,7 +16,8 @@ void FakeWorld::line(std::uint64_t incarnation) {
   });
 }
 
-void FakeWorld::layout(image::Direction direction, std::uint64_t incarnation, std::uint64_t id) {
+void FakeWorld::layout(image::Direction direction, std::uint64_t incarnation, std::uint64_t id,
+                       const std::string& name) {
   image::Layout out;
   out.direction = direction;
   out.id = id;
@@ -27,6 +28,8 @@ void FakeWorld::layout(image::Direction direction, std::uint64_t incarnation, st
   entry.node = 1;
   entry.scaling = scaling;
   entry.name = direction == image::Direction::inputs ? "ram.In" : "ram.Out";
+  if (!name.empty())
+    entry.name = name;
   samples.emplace_back(
       [incarnation, out](dds::ClientListener& to) { to.on_layout(source_of(incarnation), out); });
 }

@@ -30,7 +30,8 @@ struct FakeWorld {
   od::Scaling scaling;  // of both values, in layouts from now on
 
   void line(std::uint64_t incarnation);
-  void layout(image::Direction direction, std::uint64_t incarnation, std::uint64_t id = 7);
+  void layout(image::Direction direction, std::uint64_t incarnation, std::uint64_t id = 7,
+              const std::string& name = {});
   void image(image::Direction direction, std::uint64_t incarnation, std::uint8_t value,
              std::uint64_t id = 7);
   void group(std::uint64_t incarnation, const line::OutputState& state);

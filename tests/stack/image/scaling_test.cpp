@@ -2,6 +2,7 @@
 #include "stack/image/scaling.h"
 
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -112,6 +113,25 @@ TEST(Scaling, LimitsAreThoseOfTheDescription) {
   EXPECT_EQ(fault(entry, 2.9), ScalingFault::below_low);
   EXPECT_EQ(fault(entry, 6.1), ScalingFault::above_high);
   EXPECT_EQ(meaning_text(entry.scaling, entry.low, entry.high), "raw * -0.1 + 5, in bar, 3 to 6");
+}
+
+TEST(Scaling, NothingThatIsNotFiniteIsALimitOrWithinOne) {
+  od::VariableDescription variable;
+  variable.type = DataType::real64;
+  variable.scaling.scale = 10;
+  variable.high_limit = bytes_of(std::bit_cast<std::uint64_t>(1e308), 64);
+  variable.low_limit = bytes_of(std::bit_cast<std::uint64_t>(-1.0), 64);
+  Entry entry;
+  entry.type = variable.type;
+  entry.bit_length = 64;
+  describe_value(variable, entry);
+  EXPECT_EQ(entry.high, std::nullopt);
+  EXPECT_EQ(entry.low, -10);
+  EXPECT_EQ(fault(entry, std::numeric_limits<double>::quiet_NaN()), ScalingFault::below_low);
+  entry.low.reset();
+  entry.high = 5;
+  EXPECT_EQ(fault(entry, std::numeric_limits<double>::quiet_NaN()), ScalingFault::above_high);
+  EXPECT_EQ(fault(entry, std::numeric_limits<double>::infinity()), ScalingFault::above_high);
 }
 
 TEST(Scaling, ANumberInTheNameIsNoUnit) {

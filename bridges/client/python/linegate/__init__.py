@@ -304,6 +304,7 @@ class EventReader(Subscription):
     def __init__(self, client: "Client", after: Optional[str], call_back: Optional[Callable[[Event], None]]) -> None:
         self._waiting: deque[Event] = deque()  # the application does not have them yet
         self._dropped: dict[str, str] = {}  # by line: the position before the first one that was dropped
+        self._late = False  # events are dropped
         self._end = ""  # the position at cancel()
         alive = [True]
 
@@ -312,8 +313,10 @@ class EventReader(Subscription):
             if call_back is not None:
                 self._waiting.append(event)
                 client._due.append((alive, lambda: call_back(self._waiting.popleft())))
-            elif self._dropped or len(self._waiting) >= _MOST_WAITING:
-                self._dropped.setdefault(*_place_before(event))
+            elif self._late or len(self._waiting) >= _MOST_WAITING:
+                self._late = True
+                if event.stream and event.number:
+                    self._dropped.setdefault(*_place_before(event))
             else:
                 self._waiting.append(event)
         callback = c.ON_EVENT(happened)
@@ -348,7 +351,7 @@ class EventReader(Subscription):
 
     async def __anext__(self) -> Event:
         """Raises Error when the application was late by more than 10,000 events: follow again from the position."""
-        await self._client._until(lambda: bool(self._waiting or self._dropped))
+        await self._client._until(lambda: bool(self._waiting or self._late))
         if self._waiting:
             return self._waiting.popleft()
         self.cancel()
