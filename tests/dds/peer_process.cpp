@@ -22,8 +22,32 @@ std::uint32_t domain() {
   return own_domain();
 }
 
-Peer::Peer(const std::string& role, const std::string& profiles) {
+namespace {
+
+// The environment of this process, with one more option of the address sanitizer.
+std::vector<std::string> environment(Freed freed) {
+  std::vector<std::string> out;
+  std::string options = "ASAN_OPTIONS=";
+  for (char** one = environ; *one != nullptr; ++one) {
+    const std::string_view text = *one;
+    if (text.starts_with("ASAN_OPTIONS="))
+      options = text;
+    else
+      out.emplace_back(text);
+  }
+  out.push_back(options + (freed == Freed::released ? ":quarantine_size_mb=16" : ""));
+  return out;
+}
+
+}  // namespace
+
+Peer::Peer(const std::string& role, const std::string& profiles, Freed freed) {
   const std::string number = std::to_string(domain());
+  std::vector<std::string> variables = environment(freed);
+  std::vector<char*> pointers;
+  for (std::string& one : variables)
+    pointers.push_back(one.data());
+  pointers.push_back(nullptr);
   std::array<int, 2> in{};
   std::array<int, 2> out{};
   if (::pipe2(in.data(), O_CLOEXEC) != 0 || ::pipe2(out.data(), O_CLOEXEC) != 0)
@@ -32,7 +56,8 @@ Peer::Peer(const std::string& role, const std::string& profiles) {
   if (pid_ == 0) {
     ::dup2(in[0], STDIN_FILENO);
     ::dup2(out[1], STDOUT_FILENO);
-    ::execl(DDS_PEER, DDS_PEER, role.c_str(), number.c_str(), profiles.c_str(), nullptr);
+    ::execle(DDS_PEER, DDS_PEER, role.c_str(), number.c_str(), profiles.c_str(), nullptr,
+             pointers.data());
     ::_exit(127);
   }
   ::close(in[0]);

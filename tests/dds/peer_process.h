@@ -16,10 +16,15 @@ namespace linegate::test {
 // The domain of this test process: own_domain.h.
 std::uint32_t domain();
 
+// What the address sanitizer of a peer does with freed memory, to find its use: keeps up to 256 MB,
+// or little, where resident() is judged.
+enum class Freed { kept, released };
+
 class Peer {
  public:
   // Starts dds_peer with that role in domain().
-  explicit Peer(const std::string& role, const std::string& profiles = LOOPBACK_PROFILES);
+  explicit Peer(const std::string& role, const std::string& profiles = LOOPBACK_PROFILES,
+                Freed freed = Freed::kept);
   ~Peer();
   Peer(const Peer&) = delete;
   Peer& operator=(const Peer&) = delete;
