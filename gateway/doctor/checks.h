@@ -10,7 +10,8 @@
 
 namespace linegate::doctor {
 
-// check_silence is last: it runs only if no other check has found anything.
+// check_silence is last: it runs only if no other check has found more than an interface that is
+// down.
 #define LINEGATE_CHECKS(CHECK) \
   CHECK(profile)               \
   CHECK(identity)              \

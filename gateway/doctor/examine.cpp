@@ -22,6 +22,13 @@ namespace linegate::doctor {
 namespace {
 
 constexpr Duration kRound = std::chrono::milliseconds(20);
+constexpr std::size_t kMostGateways = 1024;
+
+// Of a foreign time, which may be any number.
+Duration difference(Instant time, Instant now) {
+  constexpr Instant kEnd{std::chrono::hours(24 * 365 * 200)};
+  return std::clamp(time, Instant{}, kEnd) - now;
+}
 
 Instant clock_time() {
   return Instant(
@@ -32,16 +39,19 @@ Instant clock_time() {
 class Received final : public dds::ClientListener {
  public:
   void on_gateway(const dds::Source& source, const dds::GatewayInfo& info) override {
+    if (gateways_.size() >= kMostGateways && !gateways_.contains(source.gateway))
+      return;
     ReceivedGateway& it = entry(source.gateway);
     ++it.samples;
-    it.clock_difference = source.time - clock_time();
+    it.clock_difference = difference(source.time, clock_time());
     it.participants = info.participants;
     it.participants_most = info.participants_most;
     it.lines = info.lines.size();
   }
   void on_line(const dds::Source& source, const dds::LineInfo&, const line::LineState&,
                const std::vector<dds::Property>&) override {
-    (void)entry(source.gateway);
+    if (gateways_.size() < kMostGateways)
+      (void)entry(source.gateway);
   }
 
   std::vector<ReceivedGateway> gateways() const {
@@ -101,7 +111,7 @@ void probe_announced(const Listener& listener, const Settings& settings,
         std::ranges::count(own, heard.announcement.prefix) != 0)
       continue;
     for (const dds::UdpLocator& place : heard.announcement.unicast)
-      prober.add_place(place);
+      prober.add_place(place, heard.from);
   }
 }
 
@@ -129,6 +139,7 @@ void observe(const Settings& settings, Observations& out) {
     for (const dds::ObservedEndpoint& reader : readers)
       own.push_back(prefix_of(reader));
   }
+  prober.ignore(own);
   Received received;
   const auto start = std::chrono::steady_clock::now();
   const auto elapsed = [&] {

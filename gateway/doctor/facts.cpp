@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <set>
 
 #include <fnmatch.h>
 
@@ -73,9 +74,16 @@ const dds::ObservedParticipant* owner_of(const Observations& seen,
 
 }  // namespace
 
-bool is_of_gateway(const Observations& seen, const dds::ObservedEndpoint& endpoint) {
-  const dds::ObservedParticipant* const owner = owner_of(seen, endpoint);
-  return !endpoint.own && owner != nullptr && !gateway_name(owner->name).empty();
+std::vector<bool> of_gateways(const Observations& seen) {
+  std::set<dds::ObservedPrefix> gateways;
+  for (const dds::ObservedParticipant& it : seen.participants) {
+    if (!gateway_name(it.name).empty())
+      gateways.insert(it.prefix);
+  }
+  std::vector<bool> out;
+  for (const dds::ObservedEndpoint& it : seen.endpoints)
+    out.push_back(!it.own && gateways.contains(prefix_of(it)));
+  return out;
 }
 
 std::string owner_text(const Observations& seen, const dds::ObservedEndpoint& endpoint) {

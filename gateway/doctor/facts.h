@@ -24,8 +24,8 @@ bool is_received(const Observations& seen, std::string_view gateway);
 dds::ObservedPrefix prefix_of(const dds::ObservedEndpoint& endpoint);
 // Whether endpoints of that participant were discovered.
 bool has_endpoints(const Observations& seen, const dds::ObservedPrefix& prefix);
-// Whether the endpoint belongs to a gateway.
-bool is_of_gateway(const Observations& seen, const dds::ObservedEndpoint& endpoint);
+// Which endpoints belong to gateways.
+std::vector<bool> of_gateways(const Observations& seen);
 // "gateway 'hall'", "this program", or "'viewer' on host panel3".
 std::string owner_text(const Observations& seen, const dds::ObservedEndpoint& endpoint);
 

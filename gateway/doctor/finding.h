@@ -2,6 +2,7 @@
 // A cause that `linegate doctor` has found.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -15,5 +16,8 @@ struct Finding {
 };
 
 using Findings = std::vector<Finding>;
+
+// Further ones of a kind that a stranger can multiply are left out.
+inline constexpr std::size_t kMostFindings = 100;
 
 }  // namespace linegate::doctor

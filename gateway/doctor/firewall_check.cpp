@@ -9,7 +9,8 @@ namespace linegate::doctor {
 namespace {
 
 struct Answers {
-  std::string silent;       // "10.0.0.1:7410, 10.0.0.1:7412"
+  std::string silent;  // "10.0.0.1:7410, 10.0.0.1:7412"
+  std::string refused;
   std::string unreachable;  // with the error of the system
   bool answered = false;
   bool arrives = false;  // a closed port of that host was refused
@@ -27,7 +28,9 @@ Answers answers_of(const Observations& seen, const Heard& gateway) {
       out.answered = out.answered || port->answer == PortAnswer::answered;
       if (port->answer == PortAnswer::silent)
         out.silent += (out.silent.empty() ? "" : ", ") + place;
-      if (port->answer == PortAnswer::unreachable || port->answer == PortAnswer::refused)
+      if (port->answer == PortAnswer::refused)
+        out.refused += (out.refused.empty() ? "" : ", ") + place;
+      if (port->answer == PortAnswer::unreachable)
         out.unreachable += (out.unreachable.empty() ? "" : ", ") + place + " " + port->error;
     }
   }
@@ -69,14 +72,24 @@ void check_firewall(const Observations& seen, Findings& found) {
     const Answers answers = answers_of(seen, *gateway);
     if (answers.answered)
       continue;
-    if (!answers.unreachable.empty()) {
+    // A gateway announces each of its addresses, some of which others may not reach.
+    if (!answers.silent.empty()) {
+      report_silent(*gateway, answers, found);
+    } else if (!answers.refused.empty()) {
+      found.push_back({.cause = "refused",
+                       .seen = {heard_text(*gateway) + " is heard by multicast",
+                                "its UDP ports " + answers.refused + " are refused"},
+                       .means = "a firewall rejects UDP by unicast, or the gateway has just ended",
+                       .advice = "permit UDP to these ports, and the next higher one of each "
+                                 "(data), in the firewalls of both hosts and between them"});
+    } else if (!answers.unreachable.empty()) {
       found.push_back({.cause = "no-route",
                        .seen = {heard_text(*gateway) + " is heard by multicast",
                                 "its addresses cannot be reached: " + answers.unreachable},
-                       .means = "this host cannot answer the gateway",
-                       .advice = "give both hosts addresses of one network, or add a route"});
-    } else if (!answers.silent.empty()) {
-      report_silent(*gateway, answers, found);
+                       .means = "this host cannot answer the gateway: there is no route, or a "
+                                "firewall that rejects says so",
+                       .advice = "give both hosts addresses of one network, or add a route; if "
+                                 "there is one, permit UDP in the firewalls"});
     }
   }
 }

@@ -12,8 +12,10 @@ void check_limits(const Observations& seen, Findings& found) {
     found.push_back({.cause = "participants-limit",
                      .seen = {"gateway '" + safe(gateway.name) + "' has " +
                               std::to_string(gateway.participants) + " other participants of " +
-                              std::to_string(gateway.participants_most) + " at most"},
-                     .means = "it ignores each further program until another one ends",
+                              std::to_string(gateway.participants_most) +
+                              " at most, those of this program among them"},
+                     .means = "no place is left but those that this program uses now: the "
+                              "gateway ignores programs above the limit",
                      .advice = "raise dds: {participants: N} in its plant.yaml, or end programs "
                                "that are not needed"});
   }

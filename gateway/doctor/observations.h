@@ -42,7 +42,8 @@ enum class PortAnswer : std::uint8_t { silent, answered, refused, unreachable };
 struct ProbedPort {
   std::uint16_t port = 0;
   PortAnswer answer{};
-  std::string error;  // unreachable: of the system
+  std::string error;    // unreachable: of the system
+  std::string program;  // answered: the name of the participant
 };
 
 // Announcements that were sent to a host by unicast.

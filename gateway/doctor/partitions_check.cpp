@@ -9,20 +9,25 @@
 namespace linegate::doctor {
 
 void check_partitions(const Observations& seen, Findings& found) {
-  for (const dds::ObservedEndpoint& it : seen.endpoints) {
-    if (is_of_gateway(seen, it))
+  const std::vector<bool> of_gateway = of_gateways(seen);
+  std::size_t reported = 0;
+  for (std::size_t i = 0; i < seen.endpoints.size() && reported < kMostFindings; ++i) {
+    const dds::ObservedEndpoint& it = seen.endpoints[i];
+    if (of_gateway[i])
       continue;
     std::set<std::string> there;
     bool fits = false;
-    for (const dds::ObservedEndpoint& other : seen.endpoints) {
+    for (std::size_t k = 0; k < seen.endpoints.size() && !fits; ++k) {
+      const dds::ObservedEndpoint& other = seen.endpoints[k];
       if (other.writer == it.writer || other.topic != it.topic || other.type != it.type ||
-          !is_of_gateway(seen, other))
+          !of_gateway[k])
         continue;
       there.insert(partitions_text(other.qos.partitions));
       fits = fits || partitions_fit(it.qos.partitions, other.qos.partitions);
     }
     if (fits || there.empty())
       continue;
+    ++reported;
     std::string gateways;
     for (const std::string& one : there)
       gateways += (gateways.empty() ? "" : "; ") + one;

@@ -18,9 +18,26 @@ std::string ports_text(const ProbedHost& host) {
   return std::to_string(host.ports.front().port) + " to " + std::to_string(host.ports.back().port);
 }
 
+bool is_gateway(const ProbedPort& port) {
+  return port.answer == PortAnswer::answered && !gateway_name(port.program).empty();
+}
+
 void report_answering(const ProbedHost& host, Findings& found) {
+  const auto gateway = std::ranges::find_if(host.ports, is_gateway);
+  if (gateway == host.ports.end()) {
+    const auto other = std::ranges::find(host.ports, PortAnswer::answered, &ProbedPort::answer);
+    found.push_back(
+        {.cause = "peer-without-gateway",
+         .seen = {"program '" + safe(other->program) + "' on " + host_text(host) +
+                  " answers on UDP port " + std::to_string(other->port) + ", and no gateway does"},
+         .means = "no gateway of this domain runs there, or not among the first four "
+                  "DDS programs of that host",
+         .advice = "run linegate doctor on that host"});
+    return;
+  }
   found.push_back({.cause = "multicast-lost",
-                   .seen = {"a DDS program on " + host_text(host) + " answers by unicast",
+                   .seen = {"gateway '" + safe(gateway_name(gateway->program)) + "' on " +
+                                host_text(host) + " answers by unicast",
                             "no multicast announcement of a gateway arrived from any host"},
                    .means = "the network between the hosts does not carry multicast, as routers "
                             "and some wireless networks",

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <random>
 
@@ -18,6 +19,10 @@ constexpr std::uint32_t kParticipants = 4;  // of a host; the library announces 
 // Of discovery, of a participant that a host hardly has.
 constexpr std::uint32_t kUnusedParticipant = 118;
 constexpr std::size_t kMostHosts = 64;
+// Announcements are foreign: they name the hosts and ports, and each one costs a socket here and a
+// datagram there.
+constexpr std::size_t kMostAnnounced = 128;  // ports
+constexpr std::size_t kMostAnnouncedOfHost = 16;
 
 dds::ObservedPrefix random_prefix() {
   std::random_device random;
@@ -26,6 +31,12 @@ dds::ObservedPrefix random_prefix() {
     octet = static_cast<std::uint8_t>(random() & 0xFFU);
   out[0] &= 0x7F;  // not one of DDS-Security
   return out;
+}
+
+// Not of multicast or broadcast, and not of this host's loopback.
+bool is_host(const std::string& address) {
+  const int first = std::atoi(address.c_str());
+  return first > 0 && first < 224 && first != 127;
 }
 
 bool has_place(const dds::Announcement& it, const std::string& address, std::uint16_t port) {
@@ -84,9 +95,20 @@ void Prober::add_host(const std::string& name, std::uint16_t port) {
     add_port(host.ports, host.result.address, dds::unicast_port(domain_, i));
 }
 
-void Prober::add_place(const dds::UdpLocator& place) {
-  if (hosts_.size() < kMostHosts)
-    add_port(host_of(place.address, place.address).ports, place.address, place.port);
+void Prober::add_place(const dds::UdpLocator& place, const std::string& from) {
+  const bool is_new = std::ranges::none_of(hosts_, [&](const Host& it) {
+    return it.result.address == place.address &&
+           std::ranges::count(it.ports, place.port,
+                              [](const Port& port) { return port.result.port; }) != 0;
+  });
+  if (!is_new || (!is_host(place.address) && place.address != from) ||
+      hosts_.size() >= kMostHosts || announced_ >= kMostAnnounced)
+    return;
+  Host& host = host_of(place.address, place.address);
+  if (host.ports.size() >= kMostAnnouncedOfHost)
+    return;
+  ++announced_;
+  add_port(host.ports, place.address, place.port);
 }
 
 void Prober::take_error(Port& port, int error) {
@@ -111,12 +133,14 @@ void Prober::take_answers() {
     if (!datagram)
       return;
     const auto announcement = dds::read_announcement(datagram->octets);
-    if (!announcement)
+    if (!announcement || std::ranges::count(own_, announcement->prefix) != 0)
       continue;
     for (Host& host : hosts_) {
       for (Port& port : host.ports) {
-        if (has_place(*announcement, host.result.address, port.result.port))
-          port.result.answer = PortAnswer::answered;
+        if (!has_place(*announcement, host.result.address, port.result.port))
+          continue;
+        port.result.answer = PortAnswer::answered;
+        port.result.program = announcement->name;
       }
     }
   }

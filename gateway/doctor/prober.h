@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "bridges/dds/observed.h"
@@ -23,8 +24,11 @@ class Prober {
   // A host by name or address, with the ports of the first participants of the domain, or with
   // `port` alone if it is not 0.
   void add_host(const std::string& name, std::uint16_t port = 0);
-  // A place that a participant announced.
-  void add_place(const dds::UdpLocator& place);
+  // A place that a participant announced, in a datagram of the host `from`. A bounded number of
+  // hosts and ports; none of multicast, and none of loopback but from there.
+  void add_place(const dds::UdpLocator& place, const std::string& from);
+  // Participants of this program, whose answers are none.
+  void ignore(std::vector<dds::ObservedPrefix> own) { own_ = std::move(own); }
 
   // Sends what is due, and takes answers. now: since the start of the observation.
   void poll(Duration now);
@@ -54,6 +58,8 @@ class Prober {
   const dds::ObservedPrefix prefix_;
   UdpSocket answers_;
   std::vector<Host> hosts_;
+  std::vector<dds::ObservedPrefix> own_;
+  std::size_t announced_ = 0;  // ports
   Duration next_{};
 };
 

@@ -69,11 +69,13 @@ std::vector<Difference> differences(const dds::ObservedQos& offered,
 
 void check_qos(const Observations& seen, Findings& found) {
   std::set<std::string> reported;
-  for (const dds::ObservedEndpoint& writer : seen.endpoints) {
-    for (const dds::ObservedEndpoint& reader : seen.endpoints) {
+  const std::vector<bool> gateways = of_gateways(seen);
+  for (std::size_t i = 0; i < seen.endpoints.size() && reported.size() < kMostFindings; ++i) {
+    for (std::size_t k = 0; k < seen.endpoints.size() && reported.size() < kMostFindings; ++k) {
+      const dds::ObservedEndpoint& writer = seen.endpoints[i];
+      const dds::ObservedEndpoint& reader = seen.endpoints[k];
       if (!writer.writer || reader.writer || writer.topic != reader.topic ||
-          writer.type != reader.type ||
-          is_of_gateway(seen, writer) == is_of_gateway(seen, reader) ||
+          writer.type != reader.type || gateways[i] == gateways[k] ||
           !partitions_fit(writer.qos.partitions, reader.qos.partitions))
         continue;
       const std::string sender = owner_text(seen, writer);

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Nothing is received, and no other check has found the cause.
+#include <algorithm>
+
 #include "gateway/doctor/checks.h"
 #include "gateway/doctor/facts.h"
 
@@ -17,7 +19,10 @@ std::string local_text(const Observations& seen) {
 }  // namespace
 
 void check_silence(const Observations& seen, Findings& found) {
-  if (!found.empty() || !seen.received.empty())
+  // An interface without carrier may have nothing to do with it, as that of a bridge.
+  const bool is_explained =
+      std::ranges::any_of(found, [](const Finding& it) { return it.cause != "interface-down"; });
+  if (is_explained || !seen.received.empty())
     return;
   if (has_gateway(seen)) {
     Finding out{.cause = "no-samples",

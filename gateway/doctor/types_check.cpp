@@ -25,11 +25,14 @@ std::string type_text(const dds::ObservedEndpoint& it) {
 
 void check_types(const Observations& seen, Findings& found) {
   std::set<std::string> reported;
-  for (const dds::ObservedEndpoint& it : seen.endpoints) {
-    if (is_of_gateway(seen, it) || has_counterpart(seen, it))
+  const std::vector<bool> gateways = of_gateways(seen);
+  for (std::size_t i = 0; i < seen.endpoints.size() && reported.size() < kMostFindings; ++i) {
+    const dds::ObservedEndpoint& it = seen.endpoints[i];
+    if (gateways[i] || has_counterpart(seen, it))
       continue;
-    for (const dds::ObservedEndpoint& other : seen.endpoints) {
-      if (other.writer == it.writer || other.topic != it.topic || !is_of_gateway(seen, other))
+    for (std::size_t k = 0; k < seen.endpoints.size() && reported.size() < kMostFindings; ++k) {
+      const dds::ObservedEndpoint& other = seen.endpoints[k];
+      if (other.writer == it.writer || other.topic != it.topic || !gateways[k])
         continue;
       const std::string evidence = "topic " + safe(it.topic) + ": the " +
                                    (it.writer ? "writer" : "reader") + " of " +

@@ -89,7 +89,8 @@ TEST(Checks, BlockedMulticast) {
 
 ProbedHost probed(PortAnswer answer, bool given = true) {
   ProbedHost out{.name = "hall-pc", .address = "10.0.0.1", .given = given};
-  out.ports = {{9160, answer, answer == PortAnswer::unreachable ? "No route to host" : ""}};
+  out.ports = {{9160, answer, answer == PortAnswer::unreachable ? "No route to host" : "",
+                answer == PortAnswer::answered ? "linegate hall" : ""}};
   return out;
 }
 
@@ -103,6 +104,10 @@ TEST(Checks, Peers) {
     EXPECT_THAT(causes(seen), ElementsAre(cause));
     EXPECT_THAT(evidence(seen), HasSubstr("hall-pc (10.0.0.1)"));
   }
+  seen.probes = {probed(PortAnswer::answered)};
+  seen.probes.front().ports.front().program = "viewer";
+  EXPECT_THAT(causes(seen), ElementsAre("peer-without-gateway"));
+  EXPECT_THAT(evidence(seen), HasSubstr("program 'viewer' on hall-pc"));
   seen.probes = {{.name = "nohost", .given = true}};
   EXPECT_THAT(causes(seen), ElementsAre("peer-unknown"));
   seen = sound_plant();
@@ -121,8 +126,43 @@ TEST(Checks, Firewall) {
   seen.probes = {probed(PortAnswer::unreachable, false)};
   EXPECT_THAT(causes(seen), ElementsAre("no-route"));
   EXPECT_THAT(evidence(seen), HasSubstr("10.0.0.1:9160 No route to host"));
+  seen.probes = {probed(PortAnswer::refused, false)};
+  EXPECT_THAT(causes(seen), ElementsAre("refused"));
   seen.probes = {probed(PortAnswer::answered, false)};
   EXPECT_THAT(causes(seen), ElementsAre("no-samples"));
+}
+
+// A gateway announces the address of a bridge for containers, too, which this host has as well.
+TEST(Checks, AnAddressThatOthersDoNotReachHidesNoFirewall) {
+  Observations seen = deaf_plant();
+  seen.heard.front().announcement.unicast.push_back({"172.17.0.1", 9160});
+  ProbedHost bridge = probed(PortAnswer::refused, false);
+  bridge.address = "172.17.0.1";
+  seen.probes = {bridge, probed(PortAnswer::silent, false)};
+  EXPECT_THAT(causes(seen), ElementsAre("firewall"));
+}
+
+TEST(Checks, AnInterfaceWithoutCarrierDoesNotHideSilence) {
+  Observations seen = silent_plant();
+  seen.interfaces.push_back({.name = "docker0", .up = true, .addresses = {"172.17.0.1"}});
+  EXPECT_THAT(causes(seen), ElementsAre("interface-down", "nothing-heard"));
+}
+
+// A stranger can have as many endpoints as the record takes.
+TEST(Checks, FindingsAreBounded) {
+  Observations seen = sound_plant();
+  for (unsigned i = 0; i < 3'000; ++i) {
+    dds::ObservedEndpoint other = endpoint(kViewer, false, "linegate/v1/LineState");
+    other.type = "other" + std::to_string(i);
+    seen.endpoints.push_back(other);
+    other = endpoint(kViewer, false, "linegate/v1/LineState");
+    other.qos.deadline = i * std::int64_t{1'000'000'000};
+    seen.endpoints.push_back(other);
+    other = endpoint(kViewer, false, "linegate/v1/LineState");
+    other.qos.partitions = {std::to_string(i)};
+    seen.endpoints.push_back(other);
+  }
+  EXPECT_EQ(run_checks(seen).size(), 3 * kMostFindings);
 }
 
 TEST(Checks, SecurityOnOneSide) {
