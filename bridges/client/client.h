@@ -395,9 +395,10 @@ class Client {
   // Events of all lines and gateways, those of a line in their order and each once; what this
   // client did not receive is read from the journals of the gateways. after:
   // EventReader::position() of this or an earlier run, or "" for the oldest events that the
-  // journals have, as for a line that the position does not name; nothing: from now on. Returns an
-  // empty reader if `after` is no position. With an identity of role viewer, and of gateways
-  // without a journal, events that were not received are reported as missed.
+  // journals have, as for a line that the position does not name; nothing: from now on, and of a
+  // line that appears later, once its state was received. Returns an empty reader if `after` is no
+  // position. With an identity of role viewer, and of gateways without a journal, events that were
+  // not received are reported as missed.
   EventReader follow_events(const std::optional<std::string>& after,
                             std::function<void(const Event&)> call_back);
 

@@ -201,7 +201,8 @@ int linegate_subscribe_events(linegate_client* client, linegate_on_event call_ba
 /* Calls back for the events of all lines and gateways, those of a line in their order and each
  * once; what this client did not receive is read from the journals of the gateways. after:
  * linegate_event_position() of this or an earlier run, or "" for the oldest events that the
- * journals have, as for a line that the position does not name; NULL: from now on. With an identity
+ * journals have, as for a line that the position does not name; NULL: from now on, and of a line
+ * that appears later, once its state was received. With an identity
  * of role viewer, and of gateways without a journal, events that were not received are reported as
  * missed. Returns the number of the subscription. */
 int linegate_follow_events(linegate_client* client, const char* after, linegate_on_event call_back,

@@ -49,6 +49,7 @@ class Holder {
     std::ranges::copy(typed.data, value_.data.begin());
     wanted_ = std::move(typed.data);
     layout_id_ = layout.id;
+    name_ = place.name;
     seen_ = model_.events_seen();
     events_before_ = line_.view->state.counters.events;
     arming_ = static_cast<std::uint64_t>(utc_now().time_since_epoch().count());
@@ -136,8 +137,21 @@ class Holder {
            outputs().valid(value_.entry) && outputs().value(value_.entry) == wanted_;
   }
 
-  // The refusals of writes to this group since the first write.
+  // A reload may give the name to another place, which the ID of the layout does not show. An
+  // output that was given by its object remains the same.
+  bool is_renamed() const {
+    const auto& layout = outputs().layout;
+    return name_.find(request_.entry) != std::string::npos && layout && layout->id == layout_id_ &&
+           layout->entries[value_.entry].name != name_;
+  }
+
+  // Why the value is not written any more: a refusal of a write to this group since the first one,
+  // or a new name.
   std::string refusal() {
+    if (is_renamed()) {
+      return printable(name_) + " is " + printable(outputs().layout->entries[value_.entry].name) +
+             " since a reload: not written any more";
+    }
     const auto fresh = static_cast<std::ptrdiff_t>(
         std::min<std::uint64_t>(model_.events_seen() - seen_, model_.events().size()));
     seen_ = model_.events_seen();
@@ -161,6 +175,7 @@ class Holder {
   line::OutputValue value_;
   std::vector<std::byte> wanted_;
   std::uint64_t layout_id_ = 0;
+  std::string name_;  // of the entry
   std::uint64_t arming_ = 0;
   std::uint64_t events_before_ = 0;  // events up to this number precede the first write
   std::uint64_t seen_ = 0;

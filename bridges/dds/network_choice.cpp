@@ -10,6 +10,7 @@
 
 #include <arpa/inet.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
 #include <ifaddrs.h>
 #include <netdb.h>
@@ -51,6 +52,16 @@ std::shared_ptr<eprosima::fastdds::rtps::UDPv4TransportDescriptor> udp_of(
     return copied;
   }
   return nullptr;
+}
+
+// Whether there is a transport over a network besides that one.
+bool has_other_network(const eprosima::fastdds::dds::DomainParticipantQos& qos,
+                       const eprosima::fastdds::rtps::UDPv4TransportDescriptor& udp) {
+  using eprosima::fastdds::rtps::SharedMemTransportDescriptor;
+  return std::ranges::any_of(qos.transport().user_transports, [&](const auto& it) {
+    return it.get() != &udp &&
+           dynamic_cast<const SharedMemTransportDescriptor*>(it.get()) == nullptr;
+  });
 }
 
 // Port 0: the library takes those of the domain.
@@ -97,6 +108,9 @@ std::string apply(const NetworkChoice& choice, eprosima::fastdds::dds::DomainPar
   const auto udp = udp_of(qos);
   if (udp == nullptr)
     return "interfaces and peers need a profile with a transport UDPv4";
+  if (!choice.interfaces.empty() && has_other_network(qos, *udp))
+    return "interfaces need a profile whose only network transport is one UDPv4: others would be "
+           "open on every interface";
   if (!choice.interfaces.empty())
     udp->interfaceWhiteList.clear();
   for (const std::string& name : choice.interfaces) {

@@ -16,7 +16,8 @@ namespace linegate::image {
 namespace {
 
 constexpr int kScaledDigits = 15;  // every decimal number with so many digits is a double
-constexpr double kLimitTolerance = 1e-6;
+constexpr double kStepTolerance = 1e-6;
+constexpr double kDigitsTolerance = 1e-14;  // limits are rounded to kScaledDigits
 
 std::uint64_t low_bits_of(std::uint64_t value, unsigned bits) {
   return bits >= 64 ? value : value & ((std::uint64_t{1} << bits) - 1);
@@ -79,6 +80,17 @@ std::string unit_in(std::string_view name) {
   const std::string_view unit = name.substr(begin + 1, name.size() - begin - 2);
   const bool is_number = unit.find_first_of("+-.0123456789") == 0;
   return unit.size() <= od::kLongestUnit && !is_number ? std::string(unit) : std::string();
+}
+
+// How far a number may be beyond a limit and is the limit nevertheless: reals have as many digits
+// as their type, other numbers are far less than a step from it. Both are doubles.
+double tolerance(const Entry& entry, double limit) {
+  if (entry.type == od::DataType::real32) {
+    return std::numeric_limits<float>::epsilon() * std::abs(limit);
+  }
+  const double digits = kDigitsTolerance * std::abs(limit);
+  return od::is_real(entry.type) ? digits
+                                 : std::max(digits, std::abs(entry.scaling.scale) * kStepTolerance);
 }
 
 }  // namespace
@@ -148,13 +160,13 @@ ScalingFault raw_of_scaled(const Entry& entry, double number, std::vector<std::b
 }
 
 ScalingFault check_limits(const Entry& entry, double number) {
-  const double tolerance = std::abs(entry.scaling.scale) * kLimitTolerance;
   // A number that is none is within no limits.
-  if (entry.low && !(number >= *entry.low - tolerance)) {
+  if (entry.low && !(number >= *entry.low - tolerance(entry, *entry.low))) {
     return ScalingFault::below_low;
   }
-  return entry.high && !(number <= *entry.high + tolerance) ? ScalingFault::above_high
-                                                            : ScalingFault::none;
+  return entry.high && !(number <= *entry.high + tolerance(entry, *entry.high))
+             ? ScalingFault::above_high
+             : ScalingFault::none;
 }
 
 void describe_value(const od::VariableDescription& variable, Entry& entry) {

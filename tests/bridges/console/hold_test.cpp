@@ -28,12 +28,13 @@ class Output : public Client {
     view.state.counters.events = 6;
     listener.on_line(test::kPress, view);
     image::Layout layout{.direction = image::Direction::outputs, .id = 5, .byte_size = 2};
-    layout.entries.push_back({.bit_length = 16,
-                              .type = od::DataType::unsigned16,
-                              .node = 8,
-                              .index = 0x6411,
-                              .sub = 1,
-                              .name = "panel.Level"});
+    layout.entries.push_back(
+        {.bit_length = 16,
+         .type = od::DataType::unsigned16,
+         .node = 8,
+         .index = 0x6411,
+         .sub = 1,
+         .name = writes.size() < renamed_after ? "panel.Level" : "panel.Other"});
     listener.on_layout(test::kPress, layout);
     image::Snapshot image{.direction = image::Direction::outputs, .layout_id = 5, .sequence = 1};
     image.bytes = shown;
@@ -66,6 +67,7 @@ class Output : public Client {
   }
 
   std::string groups;
+  std::size_t renamed_after = 1'000;  // writes
   bool takes = true;
   bool refuses = false;  // rejects at the second poll after the first write
   int polls_after = 0;
@@ -134,6 +136,17 @@ TEST_F(HoldTest, EndsWithTheRefusalOfTheLine) {
   const HoldRequest request{.line = "press", .entry = "0", .value = "1"};
   EXPECT_EQ(hold(context_, request, [] { return false; }), kFailed);
   EXPECT_EQ(err_.str(), "refused\n");
+}
+
+TEST_F(HoldTest, EndsWhenTheNameMovesToAnotherOutput) {
+  gateway_.renamed_after = 2;
+  HoldRequest request{.line = "press", .entry = "panel.Level", .value = "300", .group = 2};
+  EXPECT_EQ(hold(context_, request, after(100)), kFailed);
+  EXPECT_THAT(err_.str(), HasSubstr("panel.Level is panel.Other since a reload"));
+  EXPECT_EQ(gateway_.writes.size(), 2U);
+  request.entry = "panel.6411:01";
+  gateway_.renamed_after = 4;
+  EXPECT_EQ(hold(context_, request, after(6)), kDone) << err_.str();
 }
 
 TEST_F(HoldTest, AValueThatIsThereAlreadyIsNotHeldBeforeTheLineTakesIt) {

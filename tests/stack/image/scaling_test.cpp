@@ -134,6 +134,19 @@ TEST(Scaling, NothingThatIsNotFiniteIsALimitOrWithinOne) {
   EXPECT_EQ(fault(entry, std::numeric_limits<double>::infinity()), ScalingFault::above_high);
 }
 
+TEST(Scaling, ALimitIsWithinItself) {
+  Entry entry = entry_of(DataType::real32, 32, 1);
+  entry.high = 100.099998474121;  // REAL32 100.1
+  EXPECT_EQ(check_limits(entry, 100.1), ScalingFault::none);
+  EXPECT_EQ(check_limits(entry, 100.11), ScalingFault::above_high);
+  entry.high = 1e-7;
+  EXPECT_EQ(check_limits(entry, 1e-7), ScalingFault::none);
+  EXPECT_EQ(check_limits(entry, 1.1e-7), ScalingFault::above_high);
+  entry = entry_of(DataType::unsigned64, 64, 1);
+  entry.high = 1.84467440737095e19;  // 2^64 - 1 in 15 digits
+  EXPECT_EQ(check_limits(entry, 18446744073709549568.0), ScalingFault::none);
+}
+
 TEST(Scaling, ANumberInTheNameIsNoUnit) {
   Entry entry;
   for (const auto& [name, unit] : {std::pair("Speed [rpm]", "rpm"), std::pair("Output [3]", ""),

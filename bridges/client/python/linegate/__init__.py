@@ -685,8 +685,8 @@ class Client:
         """Calls back for the events of all lines and gateways, those of a line in their order and each once; what this
         client did not receive is read from the journals of the gateways. `after`: EventReader.position of this or an
         earlier run, or "" for the oldest events that the journals have, as for a line that the position does not name;
-        None: from now on. With an identity of role viewer, and of gateways without a journal, events that were not
-        received are reported as missed."""
+        None: from now on, and of a line that appears later, once its state was received. With an identity of role
+        viewer, and of gateways without a journal, events that were not received are reported as missed."""
         return EventReader(self, after, call_back)
 
     def events(self, after: Optional[str] = None) -> EventReader:
