@@ -8,6 +8,7 @@
 #include "bridges/console/lookup.h"
 #include "bridges/console/output_text.h"
 #include "bridges/console/value_text.h"
+#include "stack/image/scaling.h"
 #include "stack/od/description.h"
 
 namespace linegate::console {
@@ -138,7 +139,7 @@ std::string value_cell(const Area& area, std::size_t number) {
 std::string value_with_unit(const Area& area, std::size_t number) {
   const image::Entry& entry = area.layout->entries[number];
   const bool has_value = area.valid(number) || area.known(number);
-  const bool is_named = unit_of(entry.name) == entry.scaling.unit;
+  const bool is_named = image::unit_in(entry.name) == entry.scaling.unit;
   const std::string value = to_text(entry, area.value(number));
   return !has_value || is_named || entry.scaling.unit.empty()
              ? value_cell(area, number)

@@ -50,8 +50,6 @@ std::string event_text(const LineId& id, const EventView& event, Stamp stamp);
 std::string dropped_text(const Model& model);
 // "0.2s", "12s", "5min", "3h", "4d": rounded for display.
 std::string duration_text(Duration duration);
-// The unit at the end of a name in a device file: "rpm" of "Velocity [rpm]". Otherwise empty.
-std::string_view unit_of(std::string_view name);
 // "ok", "-" (not finished), or the letter of CiA 302-2.
 std::string boot_text(char boot);
 // The boot result with its finding: the node's property boot-text, or the words for its letter.

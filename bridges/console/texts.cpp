@@ -61,15 +61,6 @@ std::string duration_text(Duration duration) {
                              : std::to_string(seconds / 86'400) + 'd';
 }
 
-std::string_view unit_of(std::string_view name) {
-  const std::size_t begin = name.rfind('[');
-  if (!name.ends_with(']') || begin == std::string_view::npos) {
-    return {};
-  }
-  const std::string_view unit = name.substr(begin + 1, name.size() - begin - 2);
-  return unit.find_first_of("+-.0123456789") == 0 ? std::string_view() : unit;  // "Output [3]"
-}
-
 std::string boot_text(char boot) {
   if (boot == manager::kBooted) {
     return "ok";

@@ -12,7 +12,6 @@
 #include <utility>
 
 #include "bridges/console/table.h"
-#include "bridges/console/tables.h"
 #include "stack/base/byte_order.h"
 #include "stack/image/scaling.h"
 
@@ -176,12 +175,15 @@ std::string to_text(const image::Entry& entry, std::span<const std::byte> value)
 }
 
 std::optional<double> to_number(const image::Entry& entry, std::span<const std::byte> value) {
-  const auto number = entry.scaling.is_scaled() ? image::scaled_number(entry, value) : std::nullopt;
-  return number && std::isfinite(*number) ? number : to_number(entry.type, value);
+  if (!entry.scaling.is_scaled()) {
+    return to_number(entry.type, value);
+  }
+  const auto number = image::scaled_number(entry, value);
+  return number && std::isfinite(*number) ? number : std::nullopt;
 }
 
 std::string unit_of(const image::Entry& entry) {
-  return entry.scaling.unit.empty() ? std::string(unit_of(entry.name)) : entry.scaling.unit;
+  return entry.scaling.unit.empty() ? std::string(image::unit_in(entry.name)) : entry.scaling.unit;
 }
 
 TypedValue typed_value(const image::Entry& entry, std::string_view text, bool raw) {

@@ -28,8 +28,7 @@ std::optional<double> to_number(od::DataType type, std::span<const std::byte> va
 // The value of an entry as people read it: in its unit, if it is scaled, without the unit itself.
 std::string to_text(const image::Entry& entry, std::span<const std::byte> value);
 std::optional<double> to_number(const image::Entry& entry, std::span<const std::byte> value);
-// The unit of an entry; empty if it is unknown. A layout of an older gateway has it in the name
-// alone.
+// The unit of an entry, or the one that its name ends with; empty if it is unknown.
 std::string unit_of(const image::Entry& entry);
 
 // The value of an entry that a person typed: in its unit and within its limits, or the value in the

@@ -71,17 +71,6 @@ double rounded(double number) {
   return out == 0 ? 0.0 : out;  // no -0
 }
 
-// "bar" of "Pressure [bar]", but nothing of "Output [3]" or "Limits [-5..5]".
-std::string unit_in(std::string_view name) {
-  const std::size_t begin = name.rfind('[');
-  if (!name.ends_with(']') || begin == std::string_view::npos) {
-    return {};
-  }
-  const std::string_view unit = name.substr(begin + 1, name.size() - begin - 2);
-  const bool is_number = unit.find_first_of("+-.0123456789") == 0;
-  return unit.size() <= od::kLongestUnit && !is_number ? std::string(unit) : std::string();
-}
-
 // How far a number may be beyond a limit and is the limit nevertheless: reals have as many digits
 // as their type, other numbers are far less than a step from it. Both are doubles.
 double tolerance(const Entry& entry, double limit) {
@@ -94,6 +83,16 @@ double tolerance(const Entry& entry, double limit) {
 }
 
 }  // namespace
+
+std::string_view unit_in(std::string_view name) {
+  const std::size_t begin = name.rfind('[');
+  if (!name.ends_with(']') || begin == std::string_view::npos) {
+    return {};
+  }
+  const std::string_view unit = name.substr(begin + 1, name.size() - begin - 2);
+  const bool is_number = unit.find_first_of("+-.0123456789") == 0;
+  return unit.size() <= od::kLongestUnit && !is_number ? unit : std::string_view();
+}
 
 bool is_scalable(od::DataType type, std::uint16_t bits) {
   if (od::is_real(type)) {

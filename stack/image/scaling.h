@@ -21,6 +21,10 @@ using od::Scaling;
 
 struct Entry;
 
+// The unit at the end of the name of an object: "bar" of "Pressure [bar]", but nothing of
+// "Output [3]" or "Limits [-5..5]".
+std::string_view unit_in(std::string_view name);
+
 // Whether a value of this type and length can be scaled: an integer of up to 64 bits, or a real of
 // its full length; not a BOOLEAN.
 bool is_scalable(od::DataType type, std::uint16_t bits);
