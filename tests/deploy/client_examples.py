@@ -17,7 +17,7 @@ import sys
 from installed_client import EXAMPLES, Installed, example_plant
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "gateway", "cli"))
-from hosts import Host, cable, run  # noqa: E402 pylint: disable=wrong-import-position
+from hosts import Host, await_ready, cable, run  # noqa: E402 pylint: disable=wrong-import-position
 from plant_process import Failure, end, run_test, until  # noqa: E402 pylint: disable=wrong-import-position
 
 CUT = 60  # seconds
@@ -86,6 +86,7 @@ class TwoHosts:
         cable(self.cell, self.desk)
         self.cell.address("10.77.0.1/24")
         self.desk.address("10.77.0.2/24")
+        await_ready(self.cell, self.desk)
 
     def cut(self):
         self.desk.run("ip", "link", "set", "eth0", "down")

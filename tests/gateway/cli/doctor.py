@@ -13,7 +13,7 @@ import re
 import subprocess
 import time
 
-from hosts import Host, cable, firewall
+from hosts import Host, await_ready, cable, firewall
 from plant_process import Failure, PATIENCE, SOURCES, expect, run_test, until, write
 
 DOMAIN = "7"
@@ -51,6 +51,7 @@ class Setup:
         cable(hall, desk)
         hall.address(f"{HALL}/24")
         desk.address(f"{DESK}/24")
+        await_ready(hall, desk)
         return hall, desk
 
     def file(self, name, text):
@@ -162,6 +163,7 @@ def separated(setup, rule):
     firewall(between, hall, desk, rule)
     hall.address(f"{HALL}/24")
     desk.address(f"{DESK}/24")
+    await_ready(hall, between, desk)
     return hall, desk
 
 
@@ -205,6 +207,7 @@ def no_route(setup):
     cable(hall, desk)
     hall.address(f"{HALL}/24")
     desk.address("10.78.0.2/24")
+    await_ready(hall, desk)
     setup.gateway(hall)
     finds(setup.doctor(desk), ("no-route", f"cannot be reached: {HALL}:9160 Network is unreachable"))
 

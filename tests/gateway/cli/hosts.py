@@ -10,7 +10,7 @@ import subprocess
 import sys
 import time
 
-from plant_process import Failure
+from plant_process import Failure, until
 
 FOLDER = os.path.dirname(os.path.abspath(__file__))
 CABLES = itertools.count()
@@ -68,6 +68,12 @@ class Host:
         self.run("ip", "address", "add", address, "dev", interface)
         self.run("ip", "link", "set", interface, "up")
 
+    def is_ready(self):
+        """Whether each interface that is up carries frames."""
+        links = subprocess.run(self.words("ip", "-brief", "link", "show", "up"), capture_output=True, text=True,
+                               check=True).stdout.splitlines()
+        return all(link.split()[1] == "UP" for link in links if not link.startswith("lo "))
+
     def close(self):
         """Ends its programs and the host."""
         for program in self.programs:
@@ -84,6 +90,11 @@ def cable(one, other, names=("eth0", "eth0")):
     for end, host, name in zip(ends, (one, other), names):
         run("ip", "link", "set", end, "netns", str(host.keeper.pid))
         host.run("ip", "link", "set", end, "name", name)
+
+
+def await_ready(*hosts):
+    """Waits until the cables of the hosts carry frames: programs leave out an interface that does not when they start."""
+    until("the cables carry frames", lambda: all(host.is_ready() for host in hosts))
 
 
 def firewall(between, one, other, rule):

@@ -9,7 +9,7 @@ import os
 import subprocess
 
 from doctor import DESK, DOMAIN, HALL, Setup, finds, separated
-from hosts import cable
+from hosts import await_ready, cable
 from plant_process import PATIENCE, expect, run_test
 
 OFFICE = "10.79.0.2"
@@ -41,6 +41,7 @@ def one_of_two_interfaces(setup, process):
     cable(hall, office, ("eth1", "eth0"))
     hall.address("10.79.0.1/24", "eth1")
     office.address(f"{OFFICE}/24")
+    await_ready(hall, office)
     setup.gateway(hall, dds=f"interfaces: [eth0], process: {process}")
     expect("the desk sees the line", sees(setup, desk), True)
     expect("the console on the host of the gateway sees it", sees(setup, hall), True)
