@@ -113,6 +113,9 @@ static_assert(same(v1::OUTPUT_REFUSAL_BUSY, line::OutputRefusal::busy));
 static_assert(same(v1::OUTPUT_REFUSAL_NO_RIGHT, line::OutputRefusal::no_right));
 static_assert(same(v1::OUTPUT_REFUSAL_WRITTEN_BY_NAME, line::OutputRefusal::written_by_name));
 static_assert(same(v1::OUTPUT_REFUSAL_BAD_VALUE, line::OutputRefusal::bad_value));
+static_assert(same(v1::OUTPUT_REFUSAL_SOURCE_MISSING, line::OutputRefusal::source_missing));
+static_assert(same(v1::OUTPUT_REFUSAL_SOURCE_TYPE, line::OutputRefusal::source_type));
+static_assert(same(v1::OUTPUT_REFUSAL_SOURCE_DISPUTED, line::OutputRefusal::source_disputed));
 
 static_assert(same(v1::OUTPUT_WAIT_VALUE, line::OutputWait::value));
 static_assert(same(v1::OUTPUT_WAIT_VALUES, line::OutputWait::values));

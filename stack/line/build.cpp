@@ -363,8 +363,10 @@ void describe_outputs(const LineConfig& config, image::Layout& outputs) {
       outputs.entries[entry].group = group.number;
     }
   }
-  for (std::uint32_t i = 0; i < outputs.entries.size() && config.groups.empty(); ++i) {
-    if (config.role != Role::observer && !std::ranges::binary_search(config.bound, i)) {
+  const bool has_groups = !std::ranges::all_of(config.groups, &OutputGroup::forwarded);
+  for (std::uint32_t i = 0; i < outputs.entries.size() && !has_groups; ++i) {
+    if (config.role != Role::observer && !std::ranges::binary_search(config.bound, i) &&
+        !outputs.entries[i].group) {
       outputs.entries[i].group = 0;
     }
   }

@@ -95,6 +95,9 @@ struct OutputGroup {
   std::string name;
   std::vector<std::uint32_t> entries;  // of the output layout; groups are disjoint
   bool send_always = false;            // send on every write, not only on change
+  // The values come from a line of another gateway: only writes with OutputWrite::forwarded are
+  // applied, and no other request changes the entries.
+  bool forwarded = false;
 };
 
 struct OutputDefault {

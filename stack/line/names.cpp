@@ -158,6 +158,12 @@ std::string_view describe(OutputRefusal refusal) {
       return "the group is written by name (written_by: named), OutputWrite has no effect on it";
     case OutputRefusal::bad_value:
       return "a value does not fit into its output";
+    case OutputRefusal::source_missing:
+      return "the line of the other gateway has no such input";
+    case OutputRefusal::source_type:
+      return "the input of the other gateway has another data type, length or scaling";
+    case OutputRefusal::source_disputed:
+      return "several gateways of that name publish the line: give each another name";
   }
   return "unknown refusal";
 }

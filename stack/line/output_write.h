@@ -50,6 +50,8 @@ struct OutputWrite {
   std::vector<OutputBytes> bytes{};
   std::string client{};             // name of the writer, for OutputState
   std::uint32_t client_number = 0;  // as Command::client
+  // Values of a line of another gateway: for a group with OutputGroup::forwarded, and for no other
+  bool forwarded = false;
 };
 
 // The value of an output that follows an input, see LineConfig::bound.
@@ -78,6 +80,10 @@ enum class OutputRefusal : std::uint8_t {
   no_right,         // the role of the client's certificate does not allow it, or it is revoked
   written_by_name,  // an OutputWrite of a group that is configured to be written by name
   bad_value,        // a value by name that its output cannot have
+  // Why a value of another gateway is not forwarded to an output
+  source_missing,   // the line of the other gateway has no such input
+  source_type,      // the input has another data type, length or scaling than the output
+  source_disputed,  // several gateways of that name publish the line
 };
 std::string_view describe(OutputRefusal refusal);
 

@@ -33,7 +33,12 @@ Outputs::Outputs(const image::Layout& layout, std::vector<OutputGroup> groups,
   for (const std::uint32_t entry : bound) {
     bound_[entry] = true;
   }
-  if (groups.empty()) {
+  for (const OutputGroup& group : groups) {
+    for (const std::uint32_t entry : group.entries) {
+      bound_[entry] = bound_[entry] || group.forwarded;
+    }
+  }
+  if (std::ranges::all_of(groups, &OutputGroup::forwarded)) {
     OutputGroup all{.number = 0, .name = "all"};
     all.entries.resize(layout.entries.size());
     std::iota(all.entries.begin(), all.entries.end(), 0U);
@@ -56,6 +61,9 @@ OutputRefusal Outputs::check(const OutputWrite& write) const {
   const Group* target = group(write.group);
   if (target == nullptr) {
     return OutputRefusal::unknown_group;
+  }
+  if (write.forwarded != target->config.forwarded) {
+    return OutputRefusal::bound_entry;
   }
   if (write.layout_id != layout_.id) {
     return OutputRefusal::stale_layout;

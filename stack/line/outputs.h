@@ -44,8 +44,9 @@ class Outputs {
     std::uint32_t refused_number = 0;  // OutputWrite::client_number
   };
 
-  // The layout must outlive it. If no groups are configured, there is one, number 0, with all
-  // entries that are not bound; bound entries are in no group.
+  // The layout must outlive it. If no groups are configured, or forwarded ones alone, there is one,
+  // number 0, with all entries that are not bound; bound entries are in no group. Those of
+  // forwarded groups are bound, too.
   Outputs(const image::Layout& layout, std::vector<OutputGroup> groups,
           const std::vector<std::uint32_t>& bound = {});
 
@@ -75,7 +76,7 @@ class Outputs {
   const Group* expire(Instant now);
   Instant next_wake() const { return next_deadline_; }
 
-  // Whether the entry follows an input.
+  // Whether the entry follows an input, of this gateway or of another one.
   bool is_bound(std::uint32_t entry) const { return bound_[entry]; }
 
   const Group* group(std::uint16_t number) const;

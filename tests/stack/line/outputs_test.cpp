@@ -97,6 +97,23 @@ TEST_F(OutputsTest, AnEntryThatFollowsAnInputHasAReasonOfItsOwn) {
   EXPECT_EQ(bound.check(one), OutputRefusal::unknown_entry);
 }
 
+TEST_F(OutputsTest, AGroupOfAnotherGatewayTakesItsValuesAlone) {
+  const Outputs outputs(layout_, {{.number = 9, .name = "far", .entries = {4}, .forwarded = true}});
+  ASSERT_EQ(outputs.groups().size(), 2U) << "and that of all other entries";
+  EXPECT_EQ(outputs.groups().back().config.number, 0U);
+  OutputWrite far = write(9);
+  far.values = {value(4, 2)};
+  EXPECT_EQ(outputs.check(far), OutputRefusal::bound_entry);
+  far.forwarded = true;
+  EXPECT_EQ(outputs.check(far), OutputRefusal::none);
+  EXPECT_TRUE(outputs.is_bound(4)) << "single values are refused, too";
+  OutputWrite all = write(0);
+  all.values = {value(4, 2)};
+  EXPECT_EQ(outputs.check(all), OutputRefusal::bound_entry);
+  all.forwarded = true;
+  EXPECT_EQ(outputs.check(all), OutputRefusal::bound_entry) << "not a group of another gateway";
+}
+
 // CMM_HandShake of the IXXAT CANopen Manager API manual.
 TEST_F(OutputsTest, AWriteWithoutValuesFeedsTheWatchdog) {
   EXPECT_EQ(outputs_.check(write(1)), OutputRefusal::none);
