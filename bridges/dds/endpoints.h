@@ -147,6 +147,13 @@ class Endpoints {
   void add_topic(const std::string& topic) {
     make_topic(topic, eprosima::fastdds::dds::TypeSupport(new WrittenType<PubSubType>()));
   }
+  // The same for a topic that has readers, too: reader() protects them from malformed samples only
+  // if this is called before the first writer.
+  template <class PubSubType>
+  void add_received_topic(const std::string& topic) {
+    make_topic(topic,
+               eprosima::fastdds::dds::TypeSupport(new ReceivedType<PubSubType>(unreadable_)));
+  }
   // Topics with types that are made at run time; they may come and go at any time. Any thread may
   // call these. nullptr on failure.
   eprosima::fastdds::dds::Topic* add_own_topic(const std::string& topic,

@@ -42,6 +42,17 @@ class InboundReader {
     create();
   }
 
+  ~InboundReader() {
+    if (reader_ == nullptr)
+      return;
+    waiting_.forget(reader_);
+    endpoints_.remove(reader_);
+  }
+  InboundReader(const InboundReader&) = delete;
+  InboundReader& operator=(const InboundReader&) = delete;
+
+  bool exists() const { return reader_ != nullptr; }
+
   // Returns false if there is no sample. Callers ignore samples without valid data.
   bool take(typename PubSubType::type& sample, eprosima::fastdds::dds::SampleInfo& info) {
     return reader_ != nullptr && reader_->take_next_sample(&sample, &info) ==

@@ -7,6 +7,7 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include <fastdds/dds/core/condition/GuardCondition.hpp>
@@ -20,6 +21,7 @@
 #include "bridges/dds/event_samples.h"
 #include "bridges/dds/image_samples.h"
 #include "bridges/dds/inbound_reader.h"
+#include "bridges/dds/layout_assembly.h"
 #include "bridges/dds/named_read_type.h"
 #include "bridges/dds/named_readers.h"
 #include "bridges/dds/named_writers.h"
@@ -204,6 +206,17 @@ class LocalPort final : public SamplePort {
     return sent_by(info, *line, from);
   }
   void all_commands_taken() override { requests_->renew_if_full(); }
+  bool receive_lines(bool wanted) override;
+  Taken take_other(v1::LineState& sample) override { return receive(others_->states, sample); }
+  Taken take_other(v1::ImageLayout& sample) override { return receive(others_->layouts, sample); }
+  Taken take_other(v1::ProcessImage& sample) override { return receive(others_->images, sample); }
+  void all_lines_taken() override {
+    if (others_) {
+      others_->states.renew_if_full();
+      others_->layouts.renew_if_full();
+      others_->images.renew_if_full();
+    }
+  }
   void all_named_taken() override { sets_.renew_if_full(); }
   std::uint64_t pop_unreadable() override { return endpoints_.pop_unreadable(); }
   std::string_view output_misfit() override { return misfit_of(*outputs_); }
@@ -219,6 +232,7 @@ class LocalPort final : public SamplePort {
   std::int64_t next_expiry() const override { return next_expiry_ ? next_expiry_() : 0; }
 
  private:
+  bool prepare();
   static Instant now() {
     return Instant(
         std::chrono::duration_cast<Duration>(std::chrono::steady_clock::now().time_since_epoch()));
@@ -241,6 +255,24 @@ class LocalPort final : public SamplePort {
   bool write(Writer StateWriters::*writer, Sample& sample) {
     StateWriters* const of_line = states_of(sample.line().c_str());
     return of_line != nullptr && (of_line->*writer).write(sample);
+  }
+  // The lines of other gateways.
+  struct OtherLines {
+    OtherLines(Endpoints& endpoints, Waiting& waiting)
+        : states(endpoints, waiting, v1::TOPIC_LINE_STATE),
+          layouts(endpoints, waiting, v1::TOPIC_IMAGE_LAYOUT),
+          images(endpoints, waiting, v1::TOPIC_PROCESS_IMAGE) {}
+
+    InboundReader<v1::LineStatePubSubType> states;
+    InboundReader<v1::ImageLayoutPubSubType> layouts;
+    InboundReader<v1::ProcessImagePubSubType> images;
+  };
+  template <class Reader, class Sample>
+  static Taken receive(Reader& reader, Sample& sample) {
+    fast::SampleInfo info;
+    if (!reader.take(sample, info))
+      return Taken::none;
+    return info.valid_data ? Taken::sample : Taken::invalid;
   }
   template <class Reader, class Sample>
   Taken receive_from(Reader& reader, Sample& sample, Participant& from) {
@@ -272,7 +304,7 @@ class LocalPort final : public SamplePort {
   const std::uint64_t renew_after_;
   ReaderWatch readers_of_named_;  // outlives the writers, whose listener it is
   Endpoints endpoints_;
-  const bool joined_;  // before the first writer
+  const bool prepared_;  // before the first writer
   StateWriter<v1::GatewayStatePubSubType> states_{endpoints_, v1::TOPIC_GATEWAY_STATE,
                                                   renew_after_};
   // With partitions by line; otherwise one with an empty name. The thread that writes samples adds
@@ -287,6 +319,7 @@ class LocalPort final : public SamplePort {
   Waiting waiting_;
   std::unique_ptr<InboundReader<v1::OutputWritePubSubType>> outputs_;
   std::unique_ptr<InboundReader<v1::CommandRequestPubSubType>> requests_;
+  std::optional<OtherLines> others_;
   NamedReaders sets_{endpoints_, waiting_};
   Participant last_sender_;  // of the thread that calls take()
   std::chrono::steady_clock::time_point liveliness_due_{};
@@ -301,7 +334,7 @@ LocalPort::LocalPort(const GatewayOptions& options, std::vector<Diagnostic>& dia
       renew_after_(options.renew_after),
       endpoints_("linegate " + options.gateway, options.domain, options.profile_file, diagnostics,
                  options.guard, options.participants, options.security, nullptr, options.network),
-      joined_(partitions_ && (endpoints_.join(gateway_ + "/*"), true)) {
+      prepared_(prepare()) {
   LineWriters::make_events(own_events_, endpoints_, renew_after_);
   if (!partitions_)
     line_states_.try_emplace("", endpoints_, renew_after_, "");
@@ -312,6 +345,25 @@ LocalPort::LocalPort(const GatewayOptions& options, std::vector<Diagnostic>& dia
   requests_ = std::make_unique<InboundReader<v1::CommandRequestPubSubType>>(
       endpoints_, waiting_, v1::TOPIC_COMMAND_REQUEST);
   endpoints_.seal();
+}
+
+// What must be done before the first writer. Returns true.
+bool LocalPort::prepare() {
+  if (partitions_)
+    endpoints_.join(gateway_ + "/*");
+  endpoints_.add_received_topic<v1::LineStatePubSubType>(v1::TOPIC_LINE_STATE);
+  endpoints_.add_received_topic<v1::ImageLayoutPubSubType>(v1::TOPIC_IMAGE_LAYOUT);
+  endpoints_.add_received_topic<v1::ProcessImagePubSubType>(v1::TOPIC_PROCESS_IMAGE);
+  return true;
+}
+
+// New readers receive what is present.
+bool LocalPort::receive_lines(bool wanted) {
+  others_.reset();
+  if (wanted)
+    others_.emplace(endpoints_, waiting_);
+  return !wanted ||
+         (others_->states.exists() && others_->layouts.exists() && others_->images.exists());
 }
 
 // The end of a writer is sent by discovery, not with its samples, and may overtake them.
@@ -468,6 +520,9 @@ struct GatewayBridge::Impl {
   void remove_named(std::string_view line, Wanted wanted);
   bool count(bool written);
 
+  template <class Sample, class Handle>
+  std::size_t read_lines(Sample& sample, Handle handle);
+  std::size_t read_other_lines(GatewayHandler& handler);
   OutputCheck check_origin(std::uint64_t of_incarnation) const;
   bool read_output(GatewayHandler& handler);
   bool read_named_output(GatewayHandler& handler);
@@ -509,6 +564,11 @@ struct GatewayBridge::Impl {
   std::map<std::string, NamedSet, std::less<>> sets;  // by topic
   NamedReceived named_received;
   named::SetSample set_sample;
+  std::set<RemoteLine> followed;  // lines of other gateways
+  LayoutAssembly remote_layouts;
+  v1::LineState remote_state;
+  v1::ImageLayout remote_layout;
+  v1::ProcessImage remote_image;
   Participant sender;  // of the sample that was taken last
 
   std::mutex desk_mutex;  // poll() and reply() share the desk; not held while DDS writes
@@ -805,6 +865,7 @@ std::size_t GatewayBridge::poll(Duration timeout, GatewayHandler& handler) {
   std::size_t outputs = 0;
   std::size_t named = 0;
   std::size_t commands = 0;
+  std::size_t lines = 0;
   if (impl_->port->wait(timeout)) {
     while (outputs < kSamplesPerPoll && impl_->read_output(handler))
       ++outputs;
@@ -812,6 +873,7 @@ std::size_t GatewayBridge::poll(Duration timeout, GatewayHandler& handler) {
       ++named;
     while (commands < kSamplesPerPoll && impl_->receive_command(handler))
       ++commands;
+    lines = impl_->read_other_lines(handler);
   }
   impl_->report_discarded(handler);
   if (outputs < kSamplesPerPoll)
@@ -820,9 +882,64 @@ std::size_t GatewayBridge::poll(Duration timeout, GatewayHandler& handler) {
     impl_->port->all_named_taken();
   if (commands < kSamplesPerPoll)
     impl_->port->all_commands_taken();
-  if (std::max({outputs, named, commands}) == kSamplesPerPoll)
+  if (lines < kSamplesPerPoll)
+    impl_->port->all_lines_taken();
+  if (std::max({outputs, named, commands, lines}) >= kSamplesPerPoll)
     impl_->port->wake();
-  return outputs + named + commands;
+  return outputs + named + commands + lines;
+}
+
+bool GatewayBridge::follow(std::vector<RemoteLine> lines) {
+  std::set<RemoteLine> wanted(lines.begin(), lines.end());
+  std::erase_if(wanted, [&](const RemoteLine& line) { return line.gateway == impl_->gateway; });
+  const bool grows = !std::ranges::includes(impl_->followed, wanted);
+  if (!grows && wanted.empty() == impl_->followed.empty()) {
+    impl_->followed = std::move(wanted);
+    return true;
+  }
+  impl_->followed = std::move(wanted);
+  impl_->remote_layouts = {};  // each is passed on again
+  return impl_->port->receive_lines(!impl_->followed.empty());
+}
+
+// Samples of other lines and of this gateway are discarded at once. Returns the number of samples.
+template <class Sample, class Handle>
+std::size_t GatewayBridge::Impl::read_lines(Sample& sample, Handle handle) {
+  for (std::size_t taken = 0; taken < kSamplesPerPoll; ++taken) {
+    const SamplePort::Taken what = port->take_other(sample);
+    if (what == SamplePort::Taken::none)
+      return taken;
+    if (what == SamplePort::Taken::invalid)
+      continue;
+    const RemoteSource source{{sample.gateway().to_string(), sample.line().to_string()},
+                              sample.incarnation()};
+    if (followed.contains(source.line))
+      handle(source);
+  }
+  return kSamplesPerPoll;
+}
+
+// Layouts first, so that one is known when its first image arrives. Returns the number of samples
+// of the topic that has most.
+std::size_t GatewayBridge::Impl::read_other_lines(GatewayHandler& handler) {
+  if (followed.empty())
+    return 0;
+  const std::size_t layouts = read_lines(remote_layout, [&](const RemoteSource& source) {
+    image::Layout layout;
+    if (remote_layout.direction() == v1::DIRECTION_INPUTS &&
+        remote_layouts.take(remote_layout, layout))
+      handler.on_remote_layout(source, layout);
+  });
+  const std::size_t images = read_lines(remote_image, [&](const RemoteSource& source) {
+    image::Snapshot image;
+    if (remote_image.direction() == v1::DIRECTION_INPUTS &&
+        from_wire(remote_image, ClockMap{}, image))
+      handler.on_remote_image(source, image);
+  });
+  const std::size_t states = read_lines(remote_state, [&](const RemoteSource& source) {
+    handler.on_remote_state(source, remote_state.time());
+  });
+  return std::max({layouts, images, states});
 }
 
 void GatewayBridge::Impl::report_discarded(GatewayHandler& handler) {

@@ -68,6 +68,20 @@ struct GatewayOptions {
   Security security{};
 };
 
+// A line of another gateway.
+struct RemoteLine {
+  std::string gateway;
+  std::string line;
+
+  friend auto operator<=>(const RemoteLine&, const RemoteLine&) = default;
+};
+
+// The line that a sample is of.
+struct RemoteSource {
+  RemoteLine line;
+  std::uint64_t incarnation = 0;
+};
+
 struct OutputMessage {
   std::string line;
   std::string client;  // the name in the sample
@@ -121,6 +135,12 @@ class GatewayHandler {
   // A writer of that topic has a QoS that is incompatible with the requested one, so none of its
   // samples are received: idl/README.md. policy: "ownership", ...
   virtual void on_misfit(std::string_view /*topic*/, std::string_view /*policy*/) {}
+
+  // Of lines of other gateways that follow() names. time: of the sample, by the clock of its
+  // gateway. A layout is complete and within its area; that an image belongs to it is not checked.
+  virtual void on_remote_state(const RemoteSource& /*source*/, std::int64_t /*time*/) {}
+  virtual void on_remote_layout(const RemoteSource& /*source*/, const image::Layout& /*layout*/) {}
+  virtual void on_remote_image(const RemoteSource& /*source*/, const image::Snapshot& /*image*/) {}
 };
 
 // They never decrease. Read them from the thread that publishes.
@@ -158,6 +178,11 @@ class GatewayBridge {
   // own; they replace those before. remove_line() removes them. Returns false if a topic could not
   // be created.
   bool set_named_groups(const std::string& line, std::span<const named::GroupType> types);
+
+  // From now on the handler receives the states, layouts and images of the inputs of these lines of
+  // other gateways, those present included. They replace the lines before. Returns false if they
+  // cannot be received: a reader could not be created, or the endpoints are in another process.
+  bool follow(std::vector<RemoteLine> lines);
 
   // --- out: false = DDS refused the sample; counted ---------------------------------------------
 

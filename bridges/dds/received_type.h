@@ -64,6 +64,11 @@ class ReceivedType : public KeyedType<PubSubType> {
       unreadable_->note(data);
     return read;
   }
+  // The type of a topic has writers, too (written_type.h).
+  bool serialize(void* sample, eprosima::fastrtps::rtps::SerializedPayload_t* payload) override {
+    payload_is_free(payload->data);
+    return PubSubType::serialize(sample, payload);
+  }
   void* createData() override {
     void* object = PubSubType::createData();
     unreadable_->library_has(object);

@@ -11,6 +11,7 @@
 
 #include "gateway/config/joined_lines.h"
 #include "gateway/config/sections.h"
+#include "stack/line/outputs.h"
 
 namespace linegate::config {
 namespace {
@@ -19,6 +20,16 @@ using image::Direction;
 
 constexpr std::string_view kArrow = "->";
 
+constexpr std::pair<const char*, std::uint8_t> kReactions[] = {
+    {"zero", line::kZeroOutputs},
+    {"nmt_pre_operational", line::kNmtPreOperational},
+    {"nmt_stop", line::kNmtStop},
+    {"nmt_reset_communication", line::kNmtResetCommunication},
+    {"nmt_reset_node", line::kNmtResetNode},
+    {"emcy", line::kSendEmcy},
+    {"heartbeat_off", line::kHeartbeatOff},
+};
+
 // "press.axis1.Position" or "press/axis1.Position". Names of lines contain neither dot nor slash.
 std::optional<ForwardSection::End> parse_end(std::string_view text, Place place) {
   const std::size_t split = text.find_first_of("./");
@@ -26,7 +37,7 @@ std::optional<ForwardSection::End> parse_end(std::string_view text, Place place)
     return std::nullopt;
   }
   return ForwardSection::End{std::string(text.substr(0, split)),
-                             std::string(text.substr(split + 1)), place};
+                             std::string(text.substr(split + 1)), place, std::string(text)};
 }
 
 std::optional<ForwardSection::End> read_end(Findings& findings, std::string_view text,
@@ -67,11 +78,49 @@ bool read_arrow(Findings& findings, const YAML::Node& node, ForwardSection& out)
   return true;
 }
 
+// What happens when the source is lost: one word, or several reactions (GATEWAY/LINE.NODE.OBJECT).
+void read_when_lost(Section& section, const YAML::Node& node, ForwardSection& out) {
+  if (!node.IsDefined()) {
+    return;
+  }
+  out.when_lost_place = place_of(node);
+  std::vector<YAML::Node> words{node};
+  if (node.IsSequence()) {
+    words = elements(section.findings(), node, "when_lost");
+  }
+  for (const YAML::Node& word : words) {
+    const auto text = section.text(word);
+    if (!text) {
+      continue;
+    }
+    std::vector<std::string> names{"hold", "stop"};
+    for (const auto& [name, bit] : kReactions) {
+      names.emplace_back(name);
+      if (*text == name) {
+        out.reactions = static_cast<std::uint8_t>(out.reactions | bit);
+      }
+    }
+    if (std::ranges::find(names, *text) == names.end()) {
+      section.not_one_of(word, *text, names);
+    }
+    out.reaction_words.push_back(*text);
+  }
+  const std::string first = out.reaction_words.empty() ? "" : out.reaction_words.front();
+  out.when_lost = first == "zero"   ? WhenLost::zero
+                  : first == "stop" ? WhenLost::stop
+                                    : WhenLost::hold;
+}
+
 bool read_members(Findings& findings, const YAML::Node& node, ForwardSection& out) {
+  constexpr Duration kShortestTimeout = std::chrono::milliseconds(100);
+  constexpr Duration kLongestTimeout = std::chrono::hours(1);
   Section section(findings, node, "a forwarding rule");
-  section.read_choice<WhenLost>(
-      "when_lost", out.when_lost,
-      {{"hold", WhenLost::hold}, {"zero", WhenLost::zero}, {"stop", WhenLost::stop}});
+  read_when_lost(section, section.find("when_lost"), out);
+  const YAML::Node timeout = section.find("timeout");
+  if (timeout.IsDefined()) {
+    out.timeout = section.duration(timeout, kShortestTimeout, kLongestTimeout);
+    out.timeout_place = place_of(timeout);
+  }
   bool good = section.valid();
   for (const auto& [key, end] : {std::pair("from", &out.from), std::pair("to", &out.to)}) {
     const YAML::Node named = section.require(key);
@@ -86,14 +135,20 @@ bool read_members(Findings& findings, const YAML::Node& node, ForwardSection& ou
 
 class ForwardResolver {
  public:
-  ForwardResolver(Findings& findings, const std::vector<ForwardSection>& rules, JoinedLines& lines)
-      : findings_(findings), rules_(rules), lines_(lines) {}
+  ForwardResolver(Findings& findings, const Plant& plant, const std::vector<ForwardSection>& rules,
+                  JoinedLines& lines)
+      : findings_(findings), plant_(plant), rules_(rules), lines_(lines) {}
 
   void run() {
     for (const ForwardSection& rule : rules_) {
-      resolve(rule);
+      if (const auto from = remote_end(rule.from)) {
+        resolve_remote(rule, *from);
+      } else {
+        resolve(rule);
+      }
     }
     show_values();
+    make_remote_groups();
   }
 
  private:
@@ -122,7 +177,137 @@ class ForwardResolver {
     }
   }
 
+  struct RemoteEnd {
+    RemoteLine line;
+    std::string entry;
+  };
+
+  bool has_line(std::string_view name) const {
+    for (std::size_t i = 0; i < lines_.size(); ++i) {
+      if (lines_.name(i) == name) {
+        return true;
+      }
+    }
+    return false;
+  }
+
+  // GATEWAY/LINE.NODE.OBJECT. The form LINE/NODE.OBJECT of an end in this gateway has fewer dots,
+  // or begins with a line of this gateway.
+  std::optional<RemoteEnd> remote_end(const ForwardSection::End& end) const {
+    const std::size_t slash = end.text.find_first_of("./");
+    const std::size_t dot = end.entry.find_first_of("./");
+    if (slash == std::string::npos || end.text[slash] != '/' || has_line(end.line) ||
+        dot == std::string::npos || end.entry[dot] != '.' ||
+        end.entry.find('.', dot + 1) == std::string::npos) {
+      return std::nullopt;
+    }
+    return RemoteEnd{{end.line, end.entry.substr(0, dot)}, end.entry.substr(dot + 1)};
+  }
+
+  void resolve_remote(const ForwardSection& rule, const RemoteEnd& from) {
+    if (const auto to = lines_.find_line(rule.to.line, rule.to.place);
+        to && check_remote(rule, from)) {
+      if (const auto output = find_output(*to, rule)) {
+        add_remote(rule, from, *output);
+      }
+    }
+  }
+
+  bool check_remote(const ForwardSection& rule, const RemoteEnd& from) {
+    const std::size_t before = findings_.errors();
+    const Place place = rule.from.place;
+    if (from.line.gateway == plant_.gateway) {
+      findings_.error(place, "\"" + from.line.gateway +
+                                 "\" is this gateway: name the source as \"" + from.line.line +
+                                 '.' + from.entry + "\"");
+    } else if (check_name(findings_, from.line.gateway, place, "name of a gateway")) {
+      check_name(findings_, from.line.line, place, "name of a line");
+    }
+    if (!plant_.dds_security.empty()) {
+      findings_.error(place,
+                      "a source in another gateway is for DDS without security: the permissions of "
+                      "a gateway do not include process images of others");
+    } else if (plant_.dds_own_process) {
+      findings_.error(place,
+                      "a source in another gateway needs dds: {process: same}: a second process "
+                      "does not receive process images");
+    }
+    if (std::ranges::find(rule.reaction_words, "stop") != rule.reaction_words.end()) {
+      findings_.error(rule.when_lost_place,
+                      "when_lost: stop is for a source in this gateway: with one in another "
+                      "gateway, its PDO continues; use hold or zero, and emcy or an NMT reaction");
+    } else if (!line::valid_reactions(rule.reactions)) {
+      findings_.error(rule.when_lost_place, "when_lost has more than one NMT reaction");
+    } else if (rule.reaction_words.size() > 1 &&
+               std::ranges::find(rule.reaction_words, "hold") != rule.reaction_words.end() &&
+               std::ranges::find(rule.reaction_words, "zero") != rule.reaction_words.end()) {
+      findings_.error(rule.when_lost_place, "when_lost has both hold and zero");
+    }
+    return findings_.errors() == before;
+  }
+
+  void add_remote(const ForwardSection& rule, const RemoteEnd& from, const End& output) {
+    const image::Entry& to = lines_.entry(output, Direction::outputs);
+    LinePlan& plan = lines_.line(output.line).plan;
+    if (to.bit_length > 64) {
+      findings_.error(output.place, "\"" + to.name + "\" has more than 64 bits");
+      return;
+    }
+    if (!lines_.is_free(output)) {
+      return;
+    }
+    RemoteInput made{.from = from.line,
+                     .entry = from.entry,
+                     .output = output.entry,
+                     .output_name = to.name,
+                     .type = to.type,
+                     .bit_length = to.bit_length,
+                     .scaling = to.scaling,
+                     .reactions = rule.reactions};
+    made.timeout = rule.timeout.value_or(made.timeout);
+    plan.remote_inputs.push_back(std::move(made));
+  }
+
+  // Their numbers are the highest, so that they do not displace those of configured groups.
+  void make_remote_groups() {
+    for (std::size_t i = 0; i < lines_.size(); ++i) {
+      LinePlan& plan = lines_.line(i).plan;
+      std::ranges::sort(plan.remote_inputs, {}, &RemoteInput::output);
+      std::uint16_t number = 0xFFFF;
+      for (RemoteInput& input : plan.remote_inputs) {
+        while (std::ranges::find(plan.config.groups, number, &line::OutputGroup::number) !=
+               plan.config.groups.end()) {
+          --number;
+        }
+        input.group = number--;
+        plan.config.groups.push_back({.number = input.group,
+                                      .name = input.source(),
+                                      .entries = {input.output},
+                                      .forwarded = true});
+        plan.source += "+" + input.source() + '>' + std::to_string(input.output) + ' ' +
+                       std::to_string(input.timeout.count()) + ' ' +
+                       std::to_string(input.reactions);
+      }
+    }
+  }
+
+  void check_local(const ForwardSection& rule) {
+    if (rule.timeout) {
+      findings_.error(rule.timeout_place,
+                      "timeout is for a source in another gateway, GATEWAY/LINE.NODE.OBJECT; in "
+                      "this one a late PDO is detected by pdo_deadline of the node");
+    }
+    const auto is_local = [](const std::string& word) {
+      return word == "hold" || word == "zero" || word == "stop";
+    };
+    if (rule.reaction_words.size() > 1 || !std::ranges::all_of(rule.reaction_words, is_local)) {
+      findings_.error(rule.when_lost_place,
+                      "when_lost is hold, zero or stop for a source in this gateway");
+    }
+  }
+
   void resolve(const ForwardSection& rule) {
+    check_local(rule);
     const auto from = lines_.find_line(rule.from.line, rule.from.place);
     const auto to = lines_.find_line(rule.to.line, rule.to.place);
     if (!from || !to) {
@@ -242,6 +427,7 @@ class ForwardResolver {
   }
 
   Findings& findings_;
+  const Plant& plant_;
   const std::vector<ForwardSection>& rules_;
   JoinedLines& lines_;
   std::map<std::tuple<std::size_t, std::uint16_t, std::size_t>, End> fed_;
@@ -249,6 +435,16 @@ class ForwardResolver {
 };
 
 }  // namespace
+
+std::vector<std::string_view> reaction_words(std::uint8_t reactions) {
+  std::vector<std::string_view> out;
+  for (const auto& [word, bit] : kReactions) {
+    if ((reactions & bit) != 0) {
+      out.emplace_back(word);
+    }
+  }
+  return out.empty() ? std::vector<std::string_view>{"hold"} : out;
+}
 
 std::vector<ForwardSection> read_forwards(Findings& findings, const YAML::Node& node) {
   std::vector<ForwardSection> out;
@@ -266,9 +462,9 @@ std::vector<ForwardSection> read_forwards(Findings& findings, const YAML::Node& 
   return out;
 }
 
-void resolve_forwards(Findings& findings, const std::vector<ForwardSection>& rules,
-                      JoinedLines& lines) {
-  ForwardResolver(findings, rules, lines).run();
+void resolve_forwards(Findings& findings, const Plant& plant,
+                      const std::vector<ForwardSection>& rules, JoinedLines& lines) {
+  ForwardResolver(findings, plant, rules, lines).run();
 }
 
 }  // namespace linegate::config

@@ -56,6 +56,26 @@ std::optional<std::size_t> JoinedLines::find_line(const std::string& name, Place
   return std::nullopt;
 }
 
+bool JoinedLines::is_free(const End& output) {
+  const std::string& name = entry(output, Direction::outputs).name;
+  const LinePlan& plan = lines_[output.line].plan;
+  const line::LineConfig& target = plan.config;
+  if (std::ranges::find(target.bound, output.entry) != target.bound.end() ||
+      std::ranges::find(plan.remote_inputs, output.entry, &RemoteInput::output) !=
+          plan.remote_inputs.end()) {
+    findings_.error(output.place, "\"" + name + "\" follows another input already");
+    return false;
+  }
+  for (const auto& group : target.groups) {
+    if (std::ranges::find(group.entries, output.entry) != group.entries.end()) {
+      findings_.error(output.place,
+                      "\"" + name + "\" is in the output group \"" + group.name + "\"");
+      return false;
+    }
+  }
+  return true;
+}
+
 Binding* JoinedLines::join(const End& input, const End& output, Place place) {
   const image::Entry& from = entry(input, Direction::inputs);
   const image::Entry& to = entry(output, Direction::outputs);
@@ -64,19 +84,10 @@ Binding* JoinedLines::join(const End& input, const End& output, Place place) {
                                to.name + "\" is " + std::string(od::name(to.type)));
     return nullptr;
   }
-  line::LineConfig& target = lines_[output.line].plan.config;
-  if (std::find(target.bound.begin(), target.bound.end(), output.entry) != target.bound.end()) {
-    findings_.error(output.place, "\"" + to.name + "\" follows another input already");
+  if (!is_free(output)) {
     return nullptr;
   }
-  for (const auto& group : target.groups) {
-    if (std::find(group.entries.begin(), group.entries.end(), output.entry) !=
-        group.entries.end()) {
-      findings_.error(output.place,
-                      "\"" + to.name + "\" is in the output group \"" + group.name + "\"");
-      return nullptr;
-    }
-  }
+  line::LineConfig& target = lines_[output.line].plan.config;
   target.bound.push_back(output.entry);
   Binding binding;
   binding.from = name(input.line);

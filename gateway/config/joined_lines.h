@@ -43,6 +43,9 @@ class JoinedLines {
   // Reports an unknown name at `place`.
   std::optional<std::size_t> find_line(const std::string& name, Place place);
 
+  // Whether nothing else writes the output: no other input that it follows, and no group. Otherwise
+  // reports an error at its place.
+  bool is_free(const End& output);
   // Makes the output follow the input. Returns nullptr, after an error at `place` (of the end that
   // was named last), if that is not possible.
   Binding* join(const End& input, const End& output, Place place);

@@ -316,7 +316,7 @@ void read_lines(Findings& findings, const YAML::Node& node, const RoutingSection
     JoinedLines joined(findings, sections, plant.bindings);
     resolve_bindings(findings, joined);
     resolve_shared_objects(findings, shared, joined);
-    resolve_forwards(findings, forwards, joined);
+    resolve_forwards(findings, plant, forwards, joined);
     joined.finish();
     resolve_own_values(findings, sections);
   }

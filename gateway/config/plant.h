@@ -18,6 +18,9 @@
 #include "stack/base/time.h"
 #include "stack/line/config.h"
 #include "stack/line/following.h"
+#include "stack/line/output_write.h"
+#include "stack/od/data_type.h"
+#include "stack/od/scaling.h"
 
 namespace linegate::config {
 
@@ -126,6 +129,37 @@ struct ExecutorPlan {
   bool lock_memory = false;
 };
 
+// A line of another gateway.
+struct RemoteLine {
+  std::string gateway;
+  std::string line;
+
+  friend auto operator<=>(const RemoteLine&, const RemoteLine&) = default;
+};
+
+// An output that takes the value of an input of a line of another gateway (`forward:`). It has a
+// group of its own, with the name of the source.
+struct RemoteInput {
+  RemoteLine from;
+  std::string entry;         // name in the layout of that line, or NODE.INDEX:SUB
+  std::uint16_t group = 0;   // OutputGroup::number
+  std::uint32_t output = 0;  // of the output layout
+  std::string output_name;
+  // Those of the output, which the input must have; scaling: unless one of them has none
+  od::DataType type = od::DataType::none;
+  std::uint16_t bit_length = 0;  // 1..64
+  od::Scaling scaling{};
+  // Without a valid value for that long, the reactions follow (line::WatchdogReaction)
+  Duration timeout = std::chrono::seconds(3);
+  std::uint8_t reactions = line::kHoldOutputs;
+
+  // "hall-b/press.inlet.Pressure"
+  std::string source() const { return from.gateway + '/' + from.line + '.' + entry; }
+};
+
+// The words of plant.yaml for line::WatchdogReaction bits; "hold" if there are none.
+std::vector<std::string_view> reaction_words(std::uint8_t reactions);
+
 struct LineAccess {
   Access commands = Access::read;
   Access outputs = Access::read;
@@ -149,6 +183,7 @@ struct LinePlan {
   std::optional<Record> record;
   History history;
   NamedTopics named;
+  std::vector<RemoteInput> remote_inputs;  // ascending by output
   // Everything the line was read from, including its executor, device files and bindings: two plans
   // with the same source differ at most in `routes`.
   std::string source;

@@ -85,10 +85,17 @@ struct ForwardSection {
     std::string line;
     std::string entry;  // in the syntax of OutputReference
     Place place;
+    std::string text;  // as written
   };
   End from;
   End to;
   WhenLost when_lost = WhenLost::hold;
+  // Of a source in another gateway
+  std::uint8_t reactions = line::kHoldOutputs;  // line::WatchdogReaction
+  std::optional<Duration> timeout{};
+  std::vector<std::string> reaction_words{};
+  Place when_lost_place{};
+  Place timeout_place{};
 };
 
 // One element of `shared_objects:`: objects from B000h on that PDOs of the own nodes of all lines
@@ -214,8 +221,9 @@ void read_bindings(Findings& findings, const YAML::Node& node, std::uint8_t devi
 std::vector<ForwardSection> read_forwards(Findings& findings, const YAML::Node& node);
 // Resolves bindings and forwarding rules once all lines are complete.
 void resolve_bindings(Findings& findings, JoinedLines& lines);
-void resolve_forwards(Findings& findings, const std::vector<ForwardSection>& rules,
-                      JoinedLines& lines);
+// plant: the gateway and its DDS, for rules with a source in another gateway.
+void resolve_forwards(Findings& findings, const Plant& plant,
+                      const std::vector<ForwardSection>& rules, JoinedLines& lines);
 std::vector<EnterSection> read_enter(Findings& findings, const YAML::Node& node);
 // `emcy_to:` and `gateways:` of a line.
 void read_emcy_routing(Section& section, LineSection& line);

@@ -22,6 +22,7 @@
 
 #include "bridges/request/request.h"
 #include "gateway/config/plant.h"
+#include "gateway/publish/remote_inputs.h"
 #include "gateway/publish/values.h"
 #include "gateway/runtime/clock.h"
 #include "stack/base/event.h"
@@ -101,6 +102,11 @@ class RequestHandler {
                                   std::string_view why) = 0;
   // `samples` more samples were malformed and are discarded.
   virtual void on_unreadable(std::uint64_t samples) = 0;
+  // Of lines of other gateways that DataEdge::follow() names. time: of the sample, by the clock of
+  // its gateway.
+  virtual void on_remote_state(const RemoteSource& /*source*/, std::int64_t /*time*/) {}
+  virtual void on_remote_layout(const RemoteSource& /*source*/, const image::Layout& /*layout*/) {}
+  virtual void on_remote_image(const RemoteSource& /*source*/, const image::Snapshot& /*image*/) {}
   // A subscriber writes that topic with a QoS policy that is incompatible with the requested one,
   // so none of its samples are received. policy: "ownership", ...
   virtual void on_misfit(std::string_view topic, std::string_view policy) = 0;
@@ -138,6 +144,10 @@ class DataEdge {
                                 std::span<const named::GroupType> /*types*/) {
     return true;
   }
+
+  // The lines of other gateways whose states, layouts and images are received from now on, those
+  // present included. Returns false if they cannot be received.
+  virtual bool follow(const std::vector<config::RemoteLine>& lines) { return lines.empty(); }
 
   // --- out: refused samples are counted ----------------------------------------------------------
 

@@ -111,6 +111,10 @@ bool is_holder(const std::array<std::uint8_t, 12>& prefix, std::string_view righ
          security::is_holder(prefix, right, name);
 }
 
+RemoteSource from_dds(const dds::RemoteSource& source) {
+  return {{source.line.gateway, source.line.line}, source.incarnation};
+}
+
 // Passes requests from the bridge to the handler.
 class Requests final : public dds::GatewayHandler {
  public:
@@ -143,6 +147,15 @@ class Requests final : public dds::GatewayHandler {
   void on_misfit(std::string_view topic, std::string_view policy) override {
     handler_.on_misfit(topic, policy);
   }
+  void on_remote_state(const dds::RemoteSource& source, std::int64_t time) override {
+    handler_.on_remote_state(from_dds(source), time);
+  }
+  void on_remote_layout(const dds::RemoteSource& source, const image::Layout& layout) override {
+    handler_.on_remote_layout(from_dds(source), layout);
+  }
+  void on_remote_image(const dds::RemoteSource& source, const image::Snapshot& image) override {
+    handler_.on_remote_image(from_dds(source), image);
+  }
 
  private:
   RequestHandler& handler_;
@@ -173,6 +186,15 @@ class DdsEdge final : public DataEdge {
 
   bool set_named_groups(const std::string& line, std::span<const named::GroupType> types) override {
     return bridge_->set_named_groups(line, types);
+  }
+
+  bool follow(const std::vector<config::RemoteLine>& lines) override {
+    std::vector<dds::RemoteLine> wanted;
+    wanted.reserve(lines.size());
+    for (const config::RemoteLine& line : lines) {
+      wanted.push_back({line.gateway, line.line});
+    }
+    return bridge_->follow(std::move(wanted));
   }
 
   void set_clock(const ClockMap& clock) override { bridge_->set_clock(to_dds(clock)); }

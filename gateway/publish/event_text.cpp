@@ -330,18 +330,37 @@ struct EventWords {
 
   // --- outputs and commands ----------------------------------------------------------------------
 
+  // The source of a group whose values come from another gateway; empty for other groups.
+  std::string source_of(std::uint16_t number) const {
+    const auto group = std::ranges::find(line.groups, number, &line::OutputGroup::number);
+    return group != line.groups.end() && group->forwarded ? group->name : std::string();
+  }
   std::string operator()(const event::OutputRefused& e) const {
-    return fmt::format("outputs of group {}{} refused: {}{}", e.group, of(e.client),
-                       line::describe(e.refusal), suppressed(e.suppressed));
+    const std::string source = source_of(e.group);
+    return source.empty()
+               ? fmt::format("outputs of group {}{} refused: {}{}", e.group, of(e.client),
+                             line::describe(e.refusal), suppressed(e.suppressed))
+               : fmt::format("outputs of group {} (forwarded from {}){} refused: {}{}", e.group,
+                             source, of(e.client), line::describe(e.refusal),
+                             suppressed(e.suppressed));
   }
   std::string operator()(const event::OutputArmed& e) const {
+    if (const std::string source = source_of(e.group); !source.empty()) {
+      return fmt::format("outputs of group {} have a value of {}, time-out {} ms", e.group, source,
+                         e.watchdog.count());
+    }
     return e.watchdog.count() == 0 ? fmt::format("outputs of group {} in use{}, without watchdog",
                                                  e.group, by(e.client))
                                    : fmt::format("outputs of group {} in use{}, watchdog {} ms",
                                                  e.group, by(e.client), e.watchdog.count());
   }
   std::string operator()(const event::OutputWatchdog& e) const {
-    return fmt::format("watchdog of output group {} fired: {}", e.group, reactions(e.reactions));
+    const std::string source = source_of(e.group);
+    return source.empty()
+               ? fmt::format("watchdog of output group {} fired: {}", e.group,
+                             reactions(e.reactions))
+               : fmt::format("no valid value of {} within the time-out of output group {}: {}",
+                             source, e.group, reactions(e.reactions));
   }
   std::string operator()(const event::CommandRefused& e) const {
     return fmt::format("command {}{} refused: {}{}", request::command_name(e.command), of(e.client),

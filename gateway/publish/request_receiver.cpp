@@ -2,6 +2,7 @@
 #include "gateway/publish/request_receiver.h"
 
 #include <algorithm>
+#include <functional>
 #include <utility>
 
 #include <pthread.h>
@@ -47,6 +48,20 @@ void RequestReceiver::set_lines(std::span<const std::unique_ptr<LineHost>> lines
   lines_ = lines;
   notices_.clear();
   uses_.clear();
+  follow_lines();
+}
+
+void RequestReceiver::follow_lines() {
+  std::vector<RemoteInputs::Rule> rules;
+  for (const auto& host : lines_) {
+    for (const config::RemoteInput& input : host->plan.remote_inputs) {
+      rules.push_back({host->name(), host->layout(image::Direction::outputs).id, input});
+    }
+  }
+  remote_inputs_.set_rules(std::move(rules));
+  if (!edge_.follow(remote_inputs_.lines())) {
+    spdlog::error("the values of other gateways are not received: DDS has no readers for them");
+  }
 }
 
 void RequestReceiver::start() {
@@ -70,6 +85,7 @@ void RequestReceiver::run() {
   while (!stop_.raised()) {
     edge_.poll(waiting_.empty() ? kPoll : kPollWhileWaiting, *this);
     flush();
+    remote_inputs_.advance(monotonic_now());
     report_namesakes();
     report_warnings();
     report_suppressed();
@@ -277,6 +293,57 @@ void RequestReceiver::on_misfit(std::string_view topic, std::string_view policy)
   misfit_reported_ = now;
   spdlog::warn("{}: a subscriber writes with a quality of service that does not fit ({})", topic,
                policy);
+}
+
+// --- values of other gateways -----------------------------------------------------------------
+
+void RequestReceiver::on_remote_state(const RemoteSource& source, std::int64_t time) {
+  remote_inputs_.take_state(source, time, monotonic_now());
+}
+
+void RequestReceiver::on_remote_layout(const RemoteSource& source, const image::Layout& layout) {
+  remote_inputs_.take_layout(source, layout, monotonic_now());
+}
+
+void RequestReceiver::on_remote_image(const RemoteSource& source, const image::Snapshot& image) {
+  remote_inputs_.take_image(source, image, monotonic_now());
+}
+
+namespace {
+
+// Not that of the participant: the values have one owner, whichever incarnation they come from.
+ClientIdentity identity_of(std::string_view source) {
+  ClientIdentity out;
+  out.id = {'f', 'o', 'r', 'w'};
+  const std::uint64_t hash = std::hash<std::string_view>()(source);
+  for (std::size_t i = 0; i < sizeof hash; ++i) {
+    out.id[4 + i] = static_cast<std::uint8_t>(hash >> (8 * i));
+  }
+  return out;
+}
+
+}  // namespace
+
+bool RequestReceiver::write(const std::string& line, const line::OutputWrite& write) {
+  LineHost* const host = find(line);
+  if (host == nullptr) {
+    return true;
+  }
+  line::OutputWrite numbered = write;
+  numbered.client_number = clients_.number(identity_of(write.client), write.client);
+  const bool pushed = host->port.outputs.push(numbered);
+  host->executor->wakeup().signal();
+  return pushed;
+}
+
+void RequestReceiver::refuse(const RemoteInputs::Rule& rule, line::OutputRefusal why) {
+  const std::string client = rule.input.from.gateway + '/' + rule.input.from.line;
+  spdlog::warn("{}: {} is not forwarded to {}: {}", rule.line, rule.input.source(),
+               rule.input.output_name, line::describe(why));
+  notice(find(rule.line), rule.line,
+         event::OutputRefused{.refusal = why,
+                              .group = rule.input.group,
+                              .client = clients_.number(identity_of(client), client)});
 }
 
 void RequestReceiver::report_namesakes() {

@@ -19,6 +19,7 @@
 #include "gateway/publish/data_edge.h"
 #include "gateway/publish/gateway_news.h"
 #include "gateway/publish/notice_limit.h"
+#include "gateway/publish/remote_inputs.h"
 #include "gateway/runtime/line_host.h"
 
 namespace linegate::gateway {
@@ -30,7 +31,7 @@ struct PublisherInlets {
   exchange::Wakeup& wakeup;
 };
 
-class RequestReceiver final : public RequestHandler {
+class RequestReceiver final : public RequestHandler, private RemoteInputs::Sink {
  public:
   // versions: the answer to request::Versions. journal: executes request::JournalRead; nullptr: the
   // gateway has no journal. All references and pointers must outlive this object.
@@ -62,6 +63,9 @@ class RequestReceiver final : public RequestHandler {
                           std::string_view why) override;
   void on_unreadable(std::uint64_t samples) override;
   void on_misfit(std::string_view topic, std::string_view policy) override;
+  void on_remote_state(const RemoteSource& source, std::int64_t time) override;
+  void on_remote_layout(const RemoteSource& source, const image::Layout& layout) override;
+  void on_remote_image(const RemoteSource& source, const image::Snapshot& image) override;
   // Retries replies that found their ring full.
   void flush();
   // Answers a command that was passed to a line but is not executed by any. Call it while the
@@ -107,6 +111,11 @@ class RequestReceiver final : public RequestHandler {
     RingUse outputs;
   };
 
+  // --- values of other gateways ---------------------------------------------------------------
+  bool write(const std::string& line, const line::OutputWrite& write) override;
+  void refuse(const RemoteInputs::Rule& rule, line::OutputRefusal why) override;
+  void follow_lines();
+
   // Reports a refusal as an event of the line; without a host as one of the gateway: `line` is the
   // name of a line that does not exist.
   void notice(LineHost* host, std::string_view line, const EventData& what);
@@ -123,6 +132,7 @@ class RequestReceiver final : public RequestHandler {
   std::map<std::string, NoticeLimit>
       notices_;  // by line: a writer whose samples are refused may continue to write
   std::map<std::string, PortUse> uses_;  // by line
+  RemoteInputs remote_inputs_{*this};
   RingUse journal_use_;
   std::uint64_t unreadable_ = 0;  // samples since the last report
   Instant unreadable_reported_{};

@@ -377,6 +377,10 @@ void LineRunner::queue_command(Instant now) {
     if (stopping_) {
       continue;
     }
+    if (write_.forwarded) {  // a value of another gateway: no client, its rate is bounded before
+      (void)line_->write_outputs(write_, now);
+      continue;
+    }
     const Admission admission = budget_->admits(write_);
     if (admission == Admission::no_place) {
       line_->report({.time = now,

@@ -164,7 +164,9 @@ class Text {
     for (const auto& line : plant.lines) {
       this->line(line);
     }
-    add("{}", plant.bindings.empty() ? "" : "\n");
+    const bool has_remote = std::ranges::any_of(
+        plant.lines, [](const auto& line) { return !line.remote_inputs.empty(); });
+    add("{}", plant.bindings.empty() && !has_remote ? "" : "\n");
     for (const auto& b : plant.bindings) {
       constexpr std::array<const char*, 3> kWhenLost{"held", "0", "not sent"};
       const auto lost = kWhenLost[static_cast<std::size_t>(b.when_lost)];
@@ -174,6 +176,16 @@ class Text {
       } else {
         add("{}/{} follows {}/{}, {} when that is lost\n", b.to, b.output_name, b.from,
             b.input_name, lost);
+      }
+    }
+    for (const auto& line : plant.lines) {
+      for (const config::RemoteInput& input : line.remote_inputs) {
+        add("forward {} of another gateway -> {}/{} as output group {}, {} after {} without a "
+            "valid "
+            "value\n",
+            input.source(), line.config.name, input.output_name, input.group,
+            fmt::join(config::reaction_words(input.reactions), ", "),
+            config::format_duration(input.timeout));
       }
     }
   }
@@ -459,8 +471,9 @@ class Text {
   void groups(const line::LineConfig& config, const config::NamedTopics& named,
               const image::Layout& outputs) {
     for (const auto& group : config.groups) {
-      add("  output group {} {}, sent {}{}:", group.number, group.name,
+      add("  output group {} {}, sent {}{}{}:", group.number, group.name,
           group.send_always ? "always" : "on change",
+          group.forwarded ? ", written by that line of another gateway" : "",
           named.has_group(group.number)
               ? fmt::format(", written by plant/{}/{}/outputs/set", config.name, group.name)
               : "");

@@ -53,6 +53,31 @@ Json binding_json(const config::Binding& binding) {
           {"object", binding.object ? config::format_address(*binding.object) : ""}};
 }
 
+Json remote_json(const std::string& line, const config::RemoteInput& input) {
+  Json reactions = Json::array();
+  for (const std::string_view word : config::reaction_words(input.reactions)) {
+    reactions.push_back(word);
+  }
+  return {{"gateway", input.from.gateway},
+          {"from", input.from.line},
+          {"input", input.entry},
+          {"to", line},
+          {"output", input.output_name},
+          {"group", input.group},
+          {"timeout_ns", input.timeout.count()},
+          {"when_lost", reactions}};
+}
+
+Json remote_inputs_json(const config::Plant& plant) {
+  Json out = Json::array();
+  for (const config::LinePlan& line : plant.lines) {
+    for (const config::RemoteInput& input : line.remote_inputs) {
+      out.push_back(remote_json(line.config.name, input));
+    }
+  }
+  return out;
+}
+
 Json pdo_json(const pdo::Parameters& pdo) {
   return {{"number", pdo.number},
           {"cob_id", pdo.cob_id.id()},
@@ -138,7 +163,9 @@ Json group_json(const line::OutputGroup& group, const config::NamedTopics& named
   return {{"number", group.number},
           {"name", group.name},
           {"send", group.send_always ? "always" : "on_change"},
-          {"written_by", named.has_group(group.number) ? "named" : "output_write"},
+          {"written_by", group.forwarded                 ? "forward"
+                         : named.has_group(group.number) ? "named"
+                                                         : "output_write"},
           {"entries", array_of(group.entries, [&](const auto entry) -> Json {
              return outputs.entries[entry].name;
            })}};
@@ -239,6 +266,7 @@ void add_plant(const config::Plant& plant, Json& to) {
       array_of(routes_of(plant), [&](const auto& route) { return route_json(route, names); });
   to["lines"] = array_of(plant.lines, line_json);
   to["bindings"] = array_of(plant.bindings, binding_json);
+  to["remote_inputs"] = remote_inputs_json(plant);
 }
 
 }  // namespace

@@ -48,6 +48,7 @@ NEIGHBOURS = {
     "Below a PLC: devices of our own": (("machine", 101, "ram", "drive.eds"),),
     "Between networks: routes": (("hall", 102, "next", "io.eds"), ("pack", 103, "next", "io.eds")),
     "Values from line to line: forwarding": (("press", 101, "axis1", "drive.eds"), ("hall", 102, "display", "display.eds")),
+    "From a line of another gateway": (("pack", 101, "display", "display.eds"),),
 }
 
 

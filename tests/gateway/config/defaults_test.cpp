@@ -281,6 +281,9 @@ void add_joins(DefaultCases& to) {
   const auto of_first = [](const Plant& p) { return p.bindings.at(0).when_lost; };
   to["forwarding/when_lost"] =
       default_of(plant("forward: [{from: a.n.6064, to: b.n.607A, @}]\n", node), "stop", of_first);
+  to["forwarding/timeout"] =
+      default_of(plant("forward: [{from: h/p.n.6064, to: b.n.607A, @}]\n", node), "5s",
+                 [](const Plant& p) { return p.lines.at(1).remote_inputs.at(0).timeout; });
   to["binding/when_lost"] =
       default_of(plant("", ", role: device, devices: [{id: 6, name: d, eds: '" + kDriveFile +
                                "', bind: {'6041:0': {entry: a/n.Statusword, @}}}]"),

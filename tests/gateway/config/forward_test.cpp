@@ -178,21 +178,25 @@ TEST(Forward, WhatWasForwardedIsNotForwardedAgainAndRulesMakeNoCircle) {
 }
 
 TEST(Forward, WhatIsNoRuleIsToldWithItsPlace) {
-  EXPECT_THAT(forward_messages(read_forwarding(
-                  R"(  - press.axis.6064:0
+  EXPECT_THAT(
+      forward_messages(read_forwarding(
+          R"(  - press.axis.6064:0
   - press -> hall.axis.607A:0
   - press.axis.6064:0 -> hall
   - {from: press.axis.6064:0, when_lost: hide}
   - "-> hall.axis.607A:0"
 )")),
-              ElementsAre("plant.yaml:15:5: error: expected LINE.NODE.OBJECT -> LINE.NODE.OBJECT",
-                          "plant.yaml:16:5: error: expected LINE.NODE.OBJECT, such as "
-                          "press.axis.Position",
-                          "plant.yaml:17:26: error: expected LINE.NODE.OBJECT, such as "
-                          "press.axis.Position",
-                          "plant.yaml:18:5: error: a forwarding rule needs the key \"to\"",
-                          "plant.yaml:18:42: error: expected hold, zero or stop, got \"hide\"",
-                          "plant.yaml:19:5: error: expected LINE.NODE.OBJECT -> LINE.NODE.OBJECT"));
+      ElementsAre(
+          "plant.yaml:15:5: error: expected LINE.NODE.OBJECT -> LINE.NODE.OBJECT",
+          "plant.yaml:16:5: error: expected LINE.NODE.OBJECT, such as "
+          "press.axis.Position",
+          "plant.yaml:17:26: error: expected LINE.NODE.OBJECT, such as "
+          "press.axis.Position",
+          "plant.yaml:18:5: error: a forwarding rule needs the key \"to\"",
+          "plant.yaml:18:42: error: expected hold, stop, zero, nmt_pre_operational, nmt_stop, "
+          "nmt_reset_communication, nmt_reset_node, emcy or heartbeat_off, got "
+          "\"hide\"",
+          "plant.yaml:19:5: error: expected LINE.NODE.OBJECT -> LINE.NODE.OBJECT"));
 }
 
 TEST(Forward, ARuleMakesAnObjectThatBothLinesShow) {
@@ -313,6 +317,124 @@ TEST(SharedObjects, WhatIsWrongIsToldWithItsPlace) {
                   "\"hall\": nothing is forwarded to its own PDOs",
                   "plant.yaml:10:45: error: there is no B100:02 in shared_objects",
                   "plant.yaml:10:57: error: the objects have 80 bits; a PDO has room for 64"));
+}
+
+// --- sources in other gateways ----------------------------------------------------------------
+
+TEST(Forward, ASourceInAnotherGatewayHasAGroupOfItsOwn) {
+  const auto loaded = read_forwarding(
+      R"(  - hall-b/pack.belt.Position actual value -> hall.axis.Target position
+  - {from: "hall-b/pack.belt.6061:0", to: hall.axis.6060:0, timeout: 500ms, when_lost: [zero, emcy]}
+)",
+      "", "    outputs: {groups: [{name: top, number: 65535, entries: [axis.6040:0]}]}\n");
+  ASSERT_THAT(forward_messages(loaded), IsEmpty());
+  EXPECT_THAT(loaded.value->bindings, IsEmpty());
+  const LinePlan& hall = loaded.value->lines.at(1);
+  ASSERT_EQ(hall.remote_inputs.size(), 2U);
+  const RemoteInput& mode = hall.remote_inputs[0].output_name == "axis.Modes of operation"
+                                ? hall.remote_inputs[0]
+                                : hall.remote_inputs[1];
+  const RemoteInput& position =
+      &mode == hall.remote_inputs.data() ? hall.remote_inputs[1] : hall.remote_inputs[0];
+  EXPECT_EQ(position.source(), "hall-b/pack.belt.Position actual value");
+  EXPECT_EQ(position.from, (RemoteLine{"hall-b", "pack"}));
+  EXPECT_EQ(position.type, od::DataType::integer32);
+  EXPECT_EQ(position.bit_length, 32U);
+  EXPECT_EQ(position.timeout, std::chrono::seconds(3));
+  EXPECT_EQ(position.reactions, line::kHoldOutputs);
+  EXPECT_EQ(mode.entry, "belt.6061:0");
+  EXPECT_EQ(mode.timeout, std::chrono::milliseconds(500));
+  EXPECT_EQ(mode.reactions, line::kZeroOutputs | line::kSendEmcy);
+  ASSERT_EQ(hall.config.groups.size(), 3U);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const line::OutputGroup& group = hall.config.groups[i + 1];
+    EXPECT_TRUE(group.forwarded);
+    EXPECT_EQ(group.number, 65534 - i) << "65535 is configured";
+    EXPECT_EQ(group.number, hall.remote_inputs[i].group);
+    EXPECT_EQ(group.name, hall.remote_inputs[i].source());
+    EXPECT_THAT(group.entries, ElementsAre(hall.remote_inputs[i].output));
+  }
+}
+
+TEST(Forward, ALineChangesWithItsSourcesInOtherGateways) {
+  const auto source = [](const std::string& rule) {
+    return read_forwarding("  - " + rule + "\n").value->lines.at(1).source;
+  };
+  const std::string one = source("hall-b/pack.belt.6064:0 -> hall.axis.607A:0");
+  EXPECT_EQ(one, source("{from: hall-b/pack.belt.6064:0, to: hall.axis.607A:0, timeout: 3s}"));
+  EXPECT_NE(one, source("{from: hall-b/pack.belt.6064:0, to: hall.axis.607A:0, timeout: 4s}"));
+  EXPECT_NE(one, source("{from: hall-b/pack.belt.6064:0, to: hall.axis.607A:0, when_lost: zero}"));
+  EXPECT_NE(one, source("hall-c/pack.belt.6064:0 -> hall.axis.607A:0"));
+}
+
+TEST(Forward, WhatASourceInAnotherGatewayCannotHaveIsToldWithItsPlace) {
+  EXPECT_THAT(
+      forward_messages(read_forwarding(
+          R"(  - linegate/pack.belt.6064:0 -> hall.axis.607A:0
+  - ha%ll/pack.belt.6064:0 -> hall.axis.607A:0
+  - hall-b/pa ck.belt.6064:0 -> hall.axis.607A:0
+  - hall-b/belt.6064:0 -> hall.axis.607A:0
+  - hall-b/pack.belt.6064:0 -> ear.axis.607A:0
+  - {from: hall-b/pack.belt.6064:0, to: hall.axis.607A:0, when_lost: stop}
+  - {from: hall-b/pack.belt.6064:0, to: hall.axis.607A:0, when_lost: [nmt_stop, nmt_reset_node]}
+  - {from: hall-b/pack.belt.6064:0, to: hall.axis.607A:0, when_lost: [hold, zero]}
+  - {from: press.axis.6064:0, to: hall.axis.607A:0, timeout: 1s, when_lost: emcy}
+  - hall-b/pack.belt.6064:0 -> hall.axis.6040:0
+  - hall-b/pack.belt.6064:0 -> hall.axis.6040:0
+  - hall.axis.6040:0 -> press.axis.6040:0
+  - hall-b/pack.belt.6064:0 -> hall-c/pack.axis.6040:0
+)")),
+      ElementsAre(
+          "plant.yaml:15:5: error: \"linegate\" is this gateway: name the source as "
+          "\"pack.belt.6064:0\"",
+          "plant.yaml:16:5: error: a name of a gateway has 1 to 64 letters, digits, '-' and '_', "
+          "not \"ha%ll\"",
+          "plant.yaml:17:5: error: a name of a line has 1 to 64 letters, digits, '-' and '_', not "
+          "\"pa ck\"",
+          "plant.yaml:18:5: error: there is no line \"hall-b\"; did you mean \"hall\"?",
+          "plant.yaml:19:32: error: line \"ear\" is an observer, which writes no outputs",
+          "plant.yaml:20:70: error: when_lost: stop is for a source in this gateway: with one in "
+          "another gateway, its PDO continues; use hold or zero, and emcy or an NMT reaction",
+          "plant.yaml:21:70: error: when_lost has more than one NMT reaction",
+          "plant.yaml:22:70: error: when_lost has both hold and zero",
+          "plant.yaml:23:62: error: timeout is for a source in another gateway, "
+          "GATEWAY/LINE.NODE.OBJECT; in this one a late PDO is detected by pdo_deadline of the "
+          "node",
+          "plant.yaml:23:77: error: when_lost is hold, zero or stop for a source in this gateway",
+          "plant.yaml:25:32: error: \"axis.Controlword\" follows another input already",
+          "plant.yaml:26:5: error: \"axis.6040:0\" is what another rule writes: forwarded values "
+          "are not forwarded again",
+          "plant.yaml:27:32: error: there is no line \"hall-c\"; did you mean \"hall\"?"));
+}
+
+TEST(Forward, TheTimeOfASourceInAnotherGatewayIsBounded) {
+  const std::string rule = "  - {from: hall-b/pack.belt.6064:0, to: hall.axis.607A:0, timeout: ";
+  EXPECT_THAT(forward_messages(read_forwarding(rule + "100ms}\n")), IsEmpty());
+  EXPECT_THAT(
+      forward_messages(read_forwarding(rule + "99ms}\n")),
+      ElementsAre("plant.yaml:15:68: error: expected a time from 100ms to 3600s, got \"99ms\""));
+  EXPECT_THAT(
+      forward_messages(read_forwarding(rule + "2h}\n")),
+      ElementsAre("plant.yaml:15:68: error: expected a time from 100ms to 3600s, got \"2h\""));
+}
+
+TEST(Forward, ASourceInAnotherGatewayNeedsDdsInThisProcess) {
+  const auto messages = [](const std::string& dds) {
+    return forward_messages(read(R"(schema: 1
+dds: )" + dds + R"(
+lines:
+  - {name: hall, interface: virtual:hall, nodes: [{id: 5, name: axis, eds: bridges/sim/eds/drive.eds}]}
+forward: [hall-b/pack.belt.6064:0 -> hall.axis.607A:0]
+)",
+                                 kForwardRoot + "plant.yaml"));
+  };
+  EXPECT_THAT(messages("{process: own}"),
+              ElementsAre("plant.yaml:5:11: error: a source in another gateway needs dds: "
+                          "{process: same}: a second process does not receive process images"));
+  EXPECT_THAT(messages("{security: bridges}"),
+              ElementsAre("plant.yaml:5:11: error: a source in another gateway is for DDS without "
+                          "security: the permissions of a gateway do not include process images "
+                          "of others"));
 }
 
 }  // namespace

@@ -310,6 +310,37 @@ lines:
   EXPECT_EQ(groups[1]["written_by"].as<std::string>(), "output_write");
 }
 
+TEST(Check, SaysWhichOutputsFollowAnotherGateway) {
+  const auto loaded = config::read(R"(schema: 1
+forward:
+  - {from: hall-b/press.axis.Speed, to: a.ram.6060:0, timeout: 500ms, when_lost: [zero, emcy]}
+lines:
+  - name: a
+    interface: "simulated:"
+    nodes: [{id: 5, name: ram, eds: bridges/sim/eds/drive.eds}]
+)",
+                                   LINEGATE_SOURCE_DIR "/plant.yaml");
+  ASSERT_TRUE(loaded.ok());
+  const std::string text = describe(*loaded.value);
+  EXPECT_TRUE(contains(text,
+                       "forward hall-b/press.axis.Speed of another gateway -> a/ram.Modes of "
+                       "operation as output group 65535, zero, emcy after 500ms without a valid "
+                       "value\n"))
+      << text;
+  EXPECT_TRUE(contains(text,
+                       "  output group 65535 hall-b/press.axis.Speed, sent on change, written by "
+                       "that line of another gateway: ram.Modes of operation\n"))
+      << text;
+  const YAML::Node json = YAML::Load(to_json(loaded));
+  const YAML::Node input = json["remote_inputs"][0];
+  EXPECT_EQ(input["gateway"].as<std::string>(), "hall-b");
+  EXPECT_EQ(input["from"].as<std::string>(), "press");
+  EXPECT_EQ(input["input"].as<std::string>(), "axis.Speed");
+  EXPECT_EQ(input["timeout_ns"].as<std::int64_t>(), 500'000'000);
+  EXPECT_EQ(input["when_lost"][1].as<std::string>(), "emcy");
+  EXPECT_EQ(json["lines"][0]["groups"][0]["written_by"].as<std::string>(), "forward");
+}
+
 TEST(Check, SaysThatALineTakesItsNodesFromAScan) {
   const std::string head = "schema: 1\nlines:\n  - {name: a, interface: 'simulated:', auto: ";
   const auto bare = config::read(head + "true}\n", LINEGATE_SOURCE_DIR "/plant.yaml");

@@ -1,0 +1,301 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/publish/remote_inputs.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <span>
+#include <utility>
+
+#include "gateway/config/value.h"
+#include "stack/base/byte_order.h"
+
+namespace linegate::gateway {
+namespace {
+
+using line::OutputRefusal;
+
+// A former publisher may have sent samples until its end that are received after the first of the
+// next one.
+constexpr Duration kOverlap = std::chrono::seconds(1);
+// A state of the line was lost. Afterwards DDS has kRepair to repeat a newer image.
+constexpr Duration kPause = std::chrono::milliseconds(1'500);
+constexpr Duration kRepair = std::chrono::seconds(1);
+
+// The only entry for which `wanted` is true; nullptr if there is none, or several.
+template <class Wanted>
+const image::Entry* only_entry(const image::Layout& layout, Wanted wanted) {
+  const auto first = std::ranges::find_if(layout.entries, wanted);
+  if (first == layout.entries.end() ||
+      std::find_if(first + 1, layout.entries.end(), wanted) != layout.entries.end()) {
+    return nullptr;
+  }
+  return &*first;
+}
+
+// text: the name of an entry, or NODE.INDEX:SUB.
+const image::Entry* find_entry(const image::Layout& layout, const std::string& text) {
+  const auto by_name = [&](const image::Entry& entry) { return entry.name == text; };
+  if (std::ranges::any_of(layout.entries, by_name)) {
+    return only_entry(layout, by_name);
+  }
+  const std::size_t dot = text.find('.');
+  const auto address =
+      dot == std::string::npos ? std::nullopt : config::parse_address(text.substr(dot + 1));
+  if (!address) {
+    return nullptr;
+  }
+  const std::string node = text.substr(0, dot + 1);
+  return only_entry(layout, [&](const image::Entry& entry) {
+    return od::Address{entry.index, entry.sub} == *address && entry.name.starts_with(node);
+  });
+}
+
+bool has_bit(const std::vector<std::uint64_t>& words, std::size_t i) {
+  return i / 64 < words.size() && (words[i / 64] >> (i % 64) & 1U) != 0;
+}
+
+// Nothing if the bits are not in the area.
+std::optional<std::uint64_t> bits_of(const std::vector<std::byte>& area,
+                                     const image::Entry& entry) {
+  const std::uint64_t end = std::uint64_t{entry.bit_offset} + entry.bit_length;
+  if (entry.bit_length == 0 || entry.bit_length > 64 || end > std::uint64_t{area.size()} * 8) {
+    return std::nullopt;
+  }
+  std::uint64_t value = 0;
+  for (std::uint32_t i = 0; i < entry.bit_length; ++i) {
+    const std::uint32_t bit = entry.bit_offset + i;
+    value |= std::uint64_t{std::to_integer<unsigned>(area[bit / 8]) >> (bit % 8) & 1U} << i;
+  }
+  return value;
+}
+
+OutputRefusal verdict_of(const image::Layout& layout, const config::RemoteInput& wanted) {
+  const image::Entry* const entry = find_entry(layout, wanted.entry);
+  if (entry == nullptr) {
+    return OutputRefusal::source_missing;
+  }
+  const bool same_unit = entry->scaling == od::Scaling{} || wanted.scaling == od::Scaling{} ||
+                         entry->scaling == wanted.scaling;
+  const bool fits =
+      entry->type == wanted.type && entry->bit_length == wanted.bit_length && same_unit;
+  return fits ? OutputRefusal::none : OutputRefusal::source_type;
+}
+
+// The value of the input if it is valid.
+std::optional<std::uint64_t> value_of(const std::optional<image::Layout>& layout,
+                                      const std::optional<image::Snapshot>& image,
+                                      const config::RemoteInput& wanted) {
+  if (!layout || !image || image->layout_id != layout->id ||
+      verdict_of(*layout, wanted) != OutputRefusal::none) {
+    return std::nullopt;
+  }
+  const image::Entry& entry = *find_entry(*layout, wanted.entry);
+  const auto number = static_cast<std::size_t>(&entry - layout->entries.data());
+  return has_bit(image->valid, number) ? bits_of(image->bytes, entry) : std::nullopt;
+}
+
+}  // namespace
+
+void RemoteInputs::set_rules(std::vector<Rule> rules) {
+  std::map<config::RemoteLine, Source> known = std::exchange(sources_, {});
+  for (Rule& rule : rules) {
+    const config::RemoteLine line = rule.input.from;
+    sources_[line].targets.push_back({.rule = std::move(rule)});
+  }
+  for (auto& [line, source] : sources_) {
+    if (const auto before = known.find(line); before != known.end()) {
+      source.publishers = std::move(before->second.publishers);
+    }
+    for (Publisher& publisher : source.publishers) {
+      publisher.verdicts.clear();
+      judge(source, publisher);
+    }
+  }
+}
+
+std::vector<config::RemoteLine> RemoteInputs::lines() const {
+  std::vector<config::RemoteLine> out;
+  for (const auto& [line, source] : sources_) {
+    out.push_back(line);
+  }
+  return out;
+}
+
+RemoteInputs::Source* RemoteInputs::find(const config::RemoteLine& line) {
+  const auto found = sources_.find(line);
+  return found == sources_.end() ? nullptr : &found->second;
+}
+
+// The one with that incarnation. A new one replaces the one that was silent for longest if there
+// are too many.
+RemoteInputs::Publisher& RemoteInputs::publisher(Source& source, std::uint64_t incarnation,
+                                                 Instant now) {
+  std::vector<Publisher>& known = source.publishers;
+  if (const auto found = std::ranges::find(known, incarnation, &Publisher::incarnation);
+      found != known.end()) {
+    return *found;
+  }
+  if (known.size() >= kMostPublishers) {
+    known.erase(std::ranges::min_element(known, {}, &Publisher::heard));
+  }
+  known.push_back({.incarnation = incarnation, .began = now, .heard = now, .resumed = now});
+  return known.back();
+}
+
+// Returns how long it was silent.
+Duration RemoteInputs::hear(Publisher& publisher, Instant now) {
+  const Duration silence = now - std::exchange(publisher.heard, now);
+  if (silence > kPause) {
+    publisher.resumed = now;
+  }
+  return silence;
+}
+
+// Whether the values of the publisher count: it is the last one that began, and no earlier one
+// continues beside it. One that ended returns to its right when the later one is silent.
+bool RemoteInputs::speaks(Source& source, Publisher& publisher, Instant now) {
+  bool disputed = false;
+  for (const Publisher& other : source.publishers) {
+    if (&other == &publisher || now - other.heard >= kSilence) {
+      continue;
+    }
+    if (&other > &publisher) {
+      return false;
+    }
+    disputed |= other.state_heard && *other.state_heard > publisher.began + kOverlap;
+  }
+  if (disputed && !std::exchange(publisher.dispute_reported, true)) {
+    for (const Target& target : source.targets) {
+      sink_.refuse(target.rule, OutputRefusal::source_disputed);
+    }
+  }
+  publisher.dispute_reported = disputed;
+  return !disputed;
+}
+
+void RemoteInputs::judge(Source& source, Publisher& publisher) {
+  if (!publisher.layout) {
+    return;
+  }
+  publisher.verdicts.resize(source.targets.size(), OutputRefusal::none);
+  for (std::size_t i = 0; i < source.targets.size(); ++i) {
+    const Rule& rule = source.targets[i].rule;
+    const OutputRefusal verdict = verdict_of(*publisher.layout, rule.input);
+    if (std::exchange(publisher.verdicts[i], verdict) != verdict &&
+        verdict != OutputRefusal::none) {
+      sink_.refuse(rule, verdict);
+    }
+  }
+}
+
+void RemoteInputs::take_state(const RemoteSource& from, std::int64_t time, Instant now) {
+  Source* const source = find(from.line);
+  if (source == nullptr) {
+    return;
+  }
+  Publisher& publisher = RemoteInputs::publisher(*source, from.incarnation, now);
+  if (publisher.state_heard && publisher.state_time == time) {
+    return;  // it was repeated for late subscribers, and says nothing of the present
+  }
+  publisher.state_time = time;
+  publisher.state_heard = now;
+  const Duration silence = hear(publisher, now);
+  if (!speaks(*source, publisher, now) || now - publisher.resumed < kRepair) {
+    return;
+  }
+  for (Target& target : source->targets) {
+    if (silence <= target.rule.input.timeout) {
+      confirm(target, publisher, now);
+    }
+  }
+}
+
+void RemoteInputs::take_layout(const RemoteSource& from, const image::Layout& layout, Instant now) {
+  Source* const source = find(from.line);
+  if (source == nullptr || layout.direction != image::Direction::inputs) {
+    return;
+  }
+  Publisher& publisher = RemoteInputs::publisher(*source, from.incarnation, now);
+  publisher.layout = layout;
+  judge(*source, publisher);
+  // Its image may have been received before.
+  const bool is_fresh = publisher.image && now - publisher.image_heard < kRepair;
+  if (is_fresh && speaks(*source, publisher, now)) {
+    for (Target& target : source->targets) {
+      confirm(target, publisher, now);
+    }
+  }
+}
+
+void RemoteInputs::take_image(const RemoteSource& from, const image::Snapshot& image, Instant now) {
+  Source* const source = find(from.line);
+  if (source == nullptr || image.direction != image::Direction::inputs) {
+    return;
+  }
+  Publisher& publisher = RemoteInputs::publisher(*source, from.incarnation, now);
+  publisher.image = image;
+  publisher.image_heard = now;
+  hear(publisher, now);
+  if (!speaks(*source, publisher, now)) {
+    return;
+  }
+  for (Target& target : source->targets) {
+    confirm(target, publisher, now);
+  }
+}
+
+void RemoteInputs::confirm(Target& target, const Publisher& publisher, Instant now) {
+  const auto value = value_of(publisher.layout, publisher.image, target.rule.input);
+  if (!value) {
+    target.waits_for_room = false;
+    return;
+  }
+  target.confirmed = now;
+  write(target, *value, now);
+}
+
+// An unchanged value is repeated when a quarter of the time-out has passed. Each repetition has
+// another arming number: if the watchdog fired before it, it ends the reaction.
+void RemoteInputs::write(Target& target, std::uint64_t value, Instant now) {
+  const config::RemoteInput& input = target.rule.input;
+  const bool is_due = target.arming == 0 || now - target.written >= input.timeout / 4;
+  if (!is_due && value == target.value && !target.waits_for_room) {
+    return;
+  }
+  line::OutputWrite write{
+      .group = input.group,
+      .layout_id = target.rule.layout_id,
+      .arming =
+          is_due ? static_cast<std::uint64_t>(now.time_since_epoch().count() | 1) : target.arming,
+      .watchdog = input.timeout,
+      .reactions = input.reactions,
+      .client = input.from.gateway + '/' + input.from.line,
+      .forwarded = true};
+  line::OutputValue& output = write.values.emplace_back();
+  output.entry = input.output;
+  output.length = static_cast<std::uint8_t>((input.bit_length + 7U) / 8U);
+  store_le(std::span(output.data).first(output.length), value);
+  target.value = value;
+  target.waits_for_room = !sink_.write(target.rule.line, write);
+  if (!target.waits_for_room) {
+    target.written = now;
+    target.arming = write.arming;
+  }
+}
+
+void RemoteInputs::advance(Instant now) {
+  for (auto& [line, source] : sources_) {
+    for (Target& target : source.targets) {
+      if (!target.waits_for_room) {
+        continue;
+      }
+      if (now - target.confirmed >= target.rule.input.timeout) {
+        target.waits_for_room = false;
+      } else {
+        write(target, target.value, now);
+      }
+    }
+  }
+}
+
+}  // namespace linegate::gateway

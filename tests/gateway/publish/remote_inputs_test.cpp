@@ -1,0 +1,358 @@
+// SPDX-License-Identifier: Apache-2.0
+// Values of other gateways: which samples become a value of an output, and which never do.
+#include "gateway/publish/remote_inputs.h"
+
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "stack/base/byte_order.h"
+
+namespace linegate::gateway {
+namespace {
+
+using line::OutputRefusal;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+constexpr Duration kTimeout = seconds(3);
+const config::RemoteLine kPress{"hall-b", "press"};
+
+image::Entry remote_entry(const std::string& name, std::uint32_t bit, std::uint16_t bits,
+                          od::DataType type = od::DataType::unsigned16) {
+  image::Entry out;
+  out.name = name;
+  out.bit_offset = bit;
+  out.bit_length = bits;
+  out.type = type;
+  return out;
+}
+
+// inlet.Pressure is at `bit`.
+image::Layout remote_layout(std::uint64_t id, std::uint32_t bit) {
+  image::Layout out;
+  out.id = id;
+  out.byte_size = 16;
+  out.entries = {remote_entry("inlet.Level", 64, 16), remote_entry("inlet.Pressure", bit, 16)};
+  return out;
+}
+
+// All entries are valid.
+image::Snapshot remote_image(std::uint64_t layout, std::uint32_t bit, std::uint16_t value) {
+  image::Snapshot out;
+  out.layout_id = layout;
+  out.bytes.resize(16);
+  store_le(std::span(out.bytes).subspan(bit / 8, 2), value);
+  out.valid = {0b11};
+  return out;
+}
+
+class RemoteInputsTest : public testing::Test, public RemoteInputs::Sink {
+ protected:
+  RemoteInputsTest() { inputs.set_rules({rule("inlet.Pressure")}); }
+
+  static RemoteInputs::Rule rule(const std::string& entry) {
+    return {"pack",
+            77,
+            {.from = kPress,
+             .entry = entry,
+             .group = 9,
+             .output = 4,
+             .output_name = "display.Value",
+             .type = od::DataType::unsigned16,
+             .bit_length = 16,
+             .timeout = kTimeout,
+             .reactions = line::kZeroOutputs}};
+  }
+
+  bool write(const std::string& line, const line::OutputWrite& write) override {
+    EXPECT_EQ(line, "pack");
+    EXPECT_EQ(write.group, 9U);
+    EXPECT_EQ(write.layout_id, 77U);
+    EXPECT_EQ(write.watchdog, kTimeout);
+    EXPECT_EQ(write.reactions, line::kZeroOutputs);
+    EXPECT_TRUE(write.forwarded);
+    EXPECT_EQ(write.values.size(), 1U);
+    if (!room)
+      return false;
+    values.push_back(load_le(std::span(write.values.at(0).data).first(write.values[0].length)));
+    armings.push_back(write.arming);
+    return true;
+  }
+  void refuse(const RemoteInputs::Rule& rule, OutputRefusal why) override {
+    EXPECT_EQ(rule.input.group, 9U);
+    refusals.push_back(why);
+  }
+
+  // The values that were written since the last call.
+  std::vector<std::uint64_t> written() { return std::exchange(values, {}); }
+
+  void layout(std::uint64_t incarnation, const image::Layout& layout) {
+    inputs.take_layout({kPress, incarnation}, layout, now);
+  }
+  void image(std::uint64_t incarnation, const image::Snapshot& image) {
+    inputs.take_image({kPress, incarnation}, image, now);
+  }
+  void state(std::uint64_t incarnation) {
+    inputs.take_state({kPress, incarnation}, ++state_time, now);
+  }
+  // States of the line once a second for that time.
+  void pass(std::uint64_t incarnation, Duration time) {
+    for (const Instant end = now + time; now < end;) {
+      now += seconds(1);
+      state(incarnation);
+    }
+  }
+  void has_value(std::uint64_t incarnation, std::uint16_t value) {
+    layout(incarnation, remote_layout(5, 16));
+    image(incarnation, remote_image(5, 16, value));
+    ASSERT_THAT(written(), ElementsAre(value));
+  }
+
+  Instant now{seconds(1000)};
+  std::int64_t state_time = 0;
+  bool room = true;
+  std::vector<std::uint64_t> values;
+  std::vector<std::uint64_t> armings;
+  std::vector<OutputRefusal> refusals;
+  RemoteInputs inputs{*this};
+};
+
+TEST_F(RemoteInputsTest, AValueIsWrittenWhenItChangesAndRepeatedWhileTheLineIsHeard) {
+  has_value(1, 300);
+  image(1, remote_image(5, 16, 300));
+  EXPECT_THAT(written(), IsEmpty()) << "the same just now";
+  image(1, remote_image(5, 16, 301));
+  EXPECT_THAT(written(), ElementsAre(301U));
+  EXPECT_EQ(armings[0], armings[1]);
+  pass(1, seconds(3));
+  EXPECT_THAT(written(), ElementsAre(301U, 301U, 301U));
+  EXPECT_NE(armings[1], armings[2]) << "so that a watchdog that fired meanwhile is armed again";
+}
+
+TEST_F(RemoteInputsTest, TheLayoutMayComeAfterTheImage) {
+  image(1, remote_image(5, 16, 300));
+  EXPECT_THAT(written(), IsEmpty());
+  now += milliseconds(50);
+  layout(1, remote_layout(5, 16));
+  EXPECT_THAT(written(), ElementsAre(300U));
+}
+
+TEST_F(RemoteInputsTest, AnInvalidValueIsNotWritten) {
+  has_value(1, 300);
+  image::Snapshot invalid = remote_image(5, 16, 400);
+  invalid.valid = {0b01};
+  image(1, invalid);
+  pass(1, seconds(5));
+  EXPECT_THAT(written(), IsEmpty()) << "the watchdog of the group fires";
+  image(1, remote_image(5, 16, 401));
+  EXPECT_THAT(written(), ElementsAre(401U));
+}
+
+TEST_F(RemoteInputsTest, AValueFromBeforeASilenceDoesNotComeBackByAStateAlone) {
+  has_value(1, 300);
+  pass(1, seconds(2));
+  written();
+  now += seconds(60);
+  state(1);
+  now += milliseconds(100);
+  state(1);
+  EXPECT_THAT(written(), IsEmpty()) << "a newer image may have been lost and not repeated yet";
+  image(1, remote_image(5, 16, 500));
+  EXPECT_THAT(written(), ElementsAre(500U));
+  now += seconds(60);
+  state(1);
+  EXPECT_THAT(written(), IsEmpty());
+  pass(1, seconds(1));
+  EXPECT_THAT(written(), ElementsAre(500U)) << "a newer image would have been repeated";
+}
+
+TEST_F(RemoteInputsTest, ARepeatedStateSaysNothing) {
+  has_value(1, 300);
+  pass(1, seconds(2));
+  written();
+  for (int i = 0; i < 10; ++i) {
+    now += seconds(1);
+    inputs.take_state({kPress, 1}, state_time, now);
+  }
+  EXPECT_THAT(written(), IsEmpty());
+}
+
+TEST_F(RemoteInputsTest, AnotherIncarnationBeginsWithoutLayoutAndImage) {
+  has_value(1, 300);
+  now += milliseconds(200);
+  image(2, remote_image(5, 16, 7));
+  EXPECT_THAT(written(), IsEmpty()) << "its layout may be another, with the same number";
+  image(1, remote_image(5, 16, 8));
+  EXPECT_THAT(written(), IsEmpty()) << "one that ended";
+  layout(2, remote_layout(5, 32));
+  image(2, remote_image(5, 32, 9));
+  EXPECT_THAT(written(), testing::Contains(9U));
+  EXPECT_THAT(refusals, IsEmpty());
+}
+
+TEST_F(RemoteInputsTest, AnEntryThatMovedIsFoundByItsName) {
+  has_value(1, 300);
+  layout(1, remote_layout(6, 48));
+  EXPECT_THAT(written(), IsEmpty());
+  image(1, remote_image(5, 16, 301));
+  EXPECT_THAT(written(), IsEmpty()) << "an image of the former layout";
+  image(1, remote_image(6, 48, 302));
+  EXPECT_THAT(written(), ElementsAre(302U));
+}
+
+TEST_F(RemoteInputsTest, AnEntryIsFoundByItsObjectToo) {
+  inputs.set_rules({rule("inlet.6401:2")});
+  image::Layout known = remote_layout(5, 16);
+  known.entries[1].index = 0x6401;
+  known.entries[1].sub = 2;
+  layout(1, known);
+  image(1, remote_image(5, 16, 300));
+  EXPECT_THAT(written(), ElementsAre(300U));
+  known.entries[0] = known.entries[1];
+  layout(1, known);
+  EXPECT_THAT(refusals, ElementsAre(OutputRefusal::source_missing)) << "two of that object";
+}
+
+TEST_F(RemoteInputsTest, WhatDoesNotMatchIsRefusedOnce) {
+  has_value(1, 300);
+  const auto refused = [&](const image::Layout& other, OutputRefusal why) {
+    for (int i = 0; i < 3; ++i) {
+      layout(1, other);
+      image(1, remote_image(other.id, 16, 301));
+    }
+    EXPECT_THAT(refusals, ElementsAre(why));
+    EXPECT_THAT(written(), IsEmpty());
+    layout(1, remote_layout(5, 16));
+    image(1, remote_image(5, 16, 300));
+    now += seconds(1);
+    refusals.clear();
+    values.clear();
+  };
+  image::Layout other = remote_layout(6, 16);
+  other.entries[1].name = "inlet.Flow";
+  refused(other, OutputRefusal::source_missing);
+  other = remote_layout(6, 16);
+  other.entries[0].name = "inlet.Pressure";
+  refused(other, OutputRefusal::source_missing);
+  other = remote_layout(6, 16);
+  other.entries[1].type = od::DataType::integer16;
+  refused(other, OutputRefusal::source_type);
+  other = remote_layout(6, 16);
+  other.entries[1].bit_length = 8;
+  refused(other, OutputRefusal::source_type);
+  RemoteInputs::Rule scaled = rule("inlet.Pressure");
+  scaled.input.scaling = {.unit = "bar", .scale = 0.1};
+  inputs.set_rules({scaled});
+  other = remote_layout(6, 16);
+  other.entries[1].scaling = {.unit = "kPa", .scale = 10};
+  refused(other, OutputRefusal::source_type);
+}
+
+TEST_F(RemoteInputsTest, TwoGatewaysOfOneNameDisputeTheLine) {
+  has_value(1, 300);
+  pass(1, seconds(2));
+  layout(2, remote_layout(5, 16));
+  image(2, remote_image(5, 16, 7));
+  EXPECT_THAT(written(), testing::Contains(7U)) << "like a gateway that was started again";
+  for (int i = 0; i < 4; ++i) {
+    now += seconds(1);
+    state(1);
+    state(2);
+  }
+  EXPECT_THAT(refusals, ElementsAre(OutputRefusal::source_disputed));
+  written();
+  image(1, remote_image(5, 16, 301));
+  image(2, remote_image(5, 16, 8));
+  EXPECT_THAT(written(), IsEmpty());
+  now += RemoteInputs::kSilence;  // the second one ended
+  pass(1, seconds(2));
+  EXPECT_THAT(written(), testing::Contains(301U));
+}
+
+TEST_F(RemoteInputsTest, WithoutRoomTheValueIsWrittenLater) {
+  room = false;
+  layout(1, remote_layout(5, 16));
+  image(1, remote_image(5, 16, 300));
+  inputs.advance(now);
+  EXPECT_THAT(written(), IsEmpty());
+  room = true;
+  inputs.advance(now + milliseconds(1));
+  EXPECT_THAT(written(), ElementsAre(300U));
+  inputs.advance(now + milliseconds(2));
+  EXPECT_THAT(written(), IsEmpty());
+  room = false;
+  image(1, remote_image(5, 16, 301));
+  room = true;
+  inputs.advance(now + kTimeout);
+  EXPECT_THAT(written(), IsEmpty()) << "too old";
+}
+
+TEST_F(RemoteInputsTest, WhatIsKnownSurvivesOtherRules) {
+  has_value(1, 300);
+  inputs.set_rules({rule("inlet.Level")});
+  pass(1, seconds(2));
+  EXPECT_THAT(written(), testing::Contains(0U));
+  inputs.set_rules({});
+  EXPECT_THAT(inputs.lines(), IsEmpty());
+  image(1, remote_image(5, 16, 301));
+  EXPECT_THAT(written(), IsEmpty());
+}
+
+// Whatever is received, a value is that of a valid entry with the wanted name and type in the
+// newest image of a publisher.
+TEST_F(RemoteInputsTest, HostileSamplesNeverMakeAnotherValue) {
+  const std::uint64_t seed =
+      testing::UnitTest::GetInstance()->random_seed() != 0
+          ? static_cast<std::uint64_t>(testing::UnitTest::GetInstance()->random_seed())
+          : std::random_device()();
+  RecordProperty("seed", std::to_string(seed));
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  std::mt19937_64 random(seed);
+  const auto any = [&](std::uint64_t most) { return random() % (most + 1); };
+  constexpr std::uint16_t kGood = 0x4711;  // in the only entry that may be used
+  for (int i = 0; i < 20'000; ++i) {
+    now += milliseconds(any(400));
+    const std::uint64_t incarnation = 1 + any(6);
+    image::Layout layout = remote_layout(1 + any(2), 0);
+    layout.direction = any(7) == 0 ? image::Direction::outputs : image::Direction::inputs;
+    layout.entries[1].bit_offset = static_cast<std::uint32_t>(any(3) == 0 ? any(200) : 32);
+    layout.entries[1].bit_length = static_cast<std::uint16_t>(any(3) == 0 ? any(600) : 16);
+    // An entry at another place than the good value has another name or type.
+    if (layout.entries[1].bit_offset != 32) {
+      (any(1) == 0 ? layout.entries[1].name : layout.entries[0].name) = "inlet.Pressure";
+      layout.entries[1].type = od::DataType::real32;
+    }
+    layout.entries[0].type = od::DataType::real32;
+    image::Snapshot image = remote_image(1 + any(2), 32, kGood);
+    image.direction = any(7) == 0 ? image::Direction::outputs : image::Direction::inputs;
+    image.bytes.resize(any(3) == 0 ? any(16) : 16);
+    image.valid.resize(any(1));
+    for (auto& word : image.valid)
+      word = any(3);
+    switch (any(3)) {
+      case 0:
+        inputs.take_layout({kPress, incarnation}, layout, now);
+        break;
+      case 1:
+        inputs.take_state({kPress, incarnation}, static_cast<std::int64_t>(any(1000)), now);
+        break;
+      case 2:
+        inputs.advance(now);
+        break;
+      default:
+        inputs.take_image({kPress, incarnation}, image, now);
+    }
+    for (const std::uint64_t value : written())
+      ASSERT_EQ(value, kGood);
+  }
+}
+
+}  // namespace
+}  // namespace linegate::gateway
