@@ -186,6 +186,30 @@ std::optional<SharedImagesMessage> decode_shared_images(PortBytes message) {
   return if_complete(in, std::move(out));
 }
 
+void encode(const std::vector<RemoteLine>& lines, PortMessage& out) {
+  FieldWriter writer = begin_message(static_cast<std::uint8_t>(ToEndpoints::follow));
+  const std::size_t sent = std::min(lines.size(), kMostFollowed);
+  writer.number(sent, 4);
+  for (const RemoteLine& line : std::span(lines).first(sent)) {
+    add_text(line.gateway, writer);
+    add_text(line.line, writer);
+  }
+  out = writer.take();
+}
+
+std::optional<std::vector<RemoteLine>> decode_follow(PortBytes message) {
+  FieldReader in = content_of(message);
+  in.require(kind_of(message) == static_cast<std::uint8_t>(ToEndpoints::follow));
+  const auto count = in.number<std::uint32_t>();
+  in.require(count <= kMostFollowed);
+  std::vector<RemoteLine> out;
+  for (std::uint32_t i = 0; i < count && in.good(); ++i) {
+    std::string gateway = read_text(in, kLongestName);
+    out.push_back({std::move(gateway), read_text(in, kLongestName)});
+  }
+  return if_complete(in, std::move(out));
+}
+
 // gateway, incarnation 8, domain 4, profile file, number of lines 4 and their names, renew_after 8,
 // participants 8, number of interfaces 4 and their names, number of peers 4 and their names,
 // last_words 8, guard 1, partitions 1, the texts of security.

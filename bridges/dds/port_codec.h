@@ -49,6 +49,7 @@ enum class ToEndpoints : std::uint8_t {
   command_reply,
   stop,          // nothing: end after the last words
   share_images,  // tag in 8 octets, text: line; the link has passed memory with that tag
+  follow,        // number of lines in 4 octets; each: texts of gateway and line
 };
 
 enum class FromEndpoints : std::uint8_t {
@@ -60,6 +61,9 @@ enum class FromEndpoints : std::uint8_t {
   output_misfit,   // text: name of the QoS policy
   command_misfit,  // text
   status,          // EndpointStatus
+  line_state,      // samples of lines of other gateways, after ToEndpoints::follow
+  image_layout,
+  process_image,
 };
 
 // The state of the endpoints. All counters are since the start of the process.
@@ -83,6 +87,7 @@ inline constexpr std::size_t kLongestHost = 64;
 inline constexpr std::size_t kLongestSubject = 64;
 inline constexpr std::size_t kSenderBytes = 152;
 inline constexpr std::size_t kLongestPartition = 252;
+inline constexpr std::size_t kMostFollowed = 4'096;
 
 using PortMessage = std::vector<std::byte>;
 using PortBytes = std::span<const std::byte>;
@@ -101,6 +106,10 @@ struct SharedImagesMessage {
 };
 void encode(const SharedImagesMessage& shared, PortMessage& out);
 std::optional<SharedImagesMessage> decode_shared_images(PortBytes message);
+
+// The lines of other gateways whose samples are wanted, up to kMostFollowed.
+void encode(const std::vector<RemoteLine>& lines, PortMessage& out);
+std::optional<std::vector<RemoteLine>> decode_follow(PortBytes message);
 
 void encode(const GatewayOptions& options, PortMessage& out);
 std::optional<GatewayOptions> decode_options(PortBytes message);

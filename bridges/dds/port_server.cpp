@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bridges/dds/port_server.h"
 
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <exception>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "bridges/dds/image_samples.h"
 #include "bridges/dds/message_link.h"
@@ -39,10 +43,14 @@ class EndpointServer final : public PortServer {
   template <class Sample>
   void write(Message message, Sample& sample);
   void write_reply(Message message);
-  template <class Sample>
-  bool pass_on(FromEndpoints kind, Sample& sample, const Send& send);
+  template <class Encode>
+  bool pass_on(Encode encode, const Send& send);
   template <class Sample>
   bool pass_on_all(FromEndpoints kind, Sample& sample, const Send& send, int& passed);
+  template <class Sample>
+  bool pass_on_lines(FromEndpoints kind, Sample& sample, const Send& send, int& passed);
+  bool follow(Message message);
+  void apply_follow();
   bool send_waiting(const Send& send);
   void send_status(const Send& send);
 
@@ -66,6 +74,9 @@ class EndpointServer final : public PortServer {
   PortMessage waiting_;  // a message for which there was no room
   v1::OutputWrite output_;
   v1::CommandRequest request_;
+  v1::LineState other_state_;
+  v1::ImageLayout other_layout_;
+  v1::ProcessImage other_image_;
   Participant from_;              // the sender of the one that was taken last
   std::uint64_t unreadable_ = 0;  // samples that were not reported yet
   std::chrono::steady_clock::time_point status_due_{};
@@ -73,7 +84,8 @@ class EndpointServer final : public PortServer {
   bool status_reported_ = false;
 
   std::mutex mutex_;
-  std::uint64_t failed_ = 0;  // samples that DDS refused
+  std::uint64_t failed_ = 0;                         // samples that DDS refused
+  std::optional<std::vector<RemoteLine>> followed_;  // not applied yet
 };
 
 template <class Sample>
@@ -134,6 +146,8 @@ bool EndpointServer::handle(Message message) {
       return true;
     case ToEndpoints::share_images:
       return true;
+    case ToEndpoints::follow:
+      return follow(message);
     case ToEndpoints::configure:
     case ToEndpoints::stop:
       break;
@@ -150,20 +164,50 @@ void EndpointServer::publish(std::string_view line, const image::Snapshot& snaps
   ++failed_;
 }
 
+// The thread that polls applies it.
+bool EndpointServer::follow(Message message) {
+  auto lines = decode_follow(message);
+  if (!lines)
+    return false;
+  {
+    const std::lock_guard lock(mutex_);
+    followed_ = std::move(*lines);
+  }
+  port_->wake();
+  return true;
+}
+
+void EndpointServer::apply_follow() {
+  std::optional<std::vector<RemoteLine>> lines;
+  {
+    const std::lock_guard lock(mutex_);
+    lines = std::exchange(followed_, std::nullopt);
+  }
+  if (lines && !port_->follow(*lines)) {
+    const std::lock_guard lock(mutex_);
+    ++failed_;
+  }
+}
+
 bool EndpointServer::poll(Duration timeout, const Send& send) {
+  apply_follow();
   if (!send_waiting(send))
     return false;
   const bool any = port_->wait(timeout);
-  int outputs = 0;
-  int commands = 0;
-  const bool room = !any || (pass_on_all(FromEndpoints::output_write, output_, send, outputs) &&
-                             pass_on_all(FromEndpoints::command_request, request_, send, commands));
-  if (!room || outputs == kSamplesOfTopic || commands == kSamplesOfTopic) {
+  std::array<int, 5> passed{};
+  const bool room =
+      !any || (pass_on_all(FromEndpoints::output_write, output_, send, passed[0]) &&
+               pass_on_all(FromEndpoints::command_request, request_, send, passed[1]) &&
+               pass_on_lines(FromEndpoints::image_layout, other_layout_, send, passed[2]) &&
+               pass_on_lines(FromEndpoints::process_image, other_image_, send, passed[3]) &&
+               pass_on_lines(FromEndpoints::line_state, other_state_, send, passed[4]));
+  if (!room || std::ranges::find(passed, kSamplesOfTopic) != passed.end()) {
     port_->wake();  // the next wait() reports new samples only
     return room;
   }
   port_->all_outputs_taken();
   port_->all_commands_taken();
+  port_->all_lines_taken();
   send_status(send);
   return true;
 }
@@ -177,16 +221,34 @@ bool EndpointServer::pass_on_all(FromEndpoints kind, Sample& sample, const Send&
     if (taken == SamplePort::Taken::none)
       break;
     ++passed;
-    room = taken == SamplePort::Taken::invalid || pass_on(kind, sample, send);
+    const auto encode = [&](PortMessage& out) { encode_received(kind, from_, sample, out); };
+    room = taken == SamplePort::Taken::invalid || pass_on(encode, send);
+  }
+  return room;
+}
+
+template <class Sample>
+bool EndpointServer::pass_on_lines(FromEndpoints kind, Sample& sample, const Send& send,
+                                   int& passed) {
+  bool room = true;
+  while (room && passed < kSamplesOfTopic) {
+    const SamplePort::Taken taken = port_->take_other(sample);
+    if (taken == SamplePort::Taken::none)
+      break;
+    ++passed;
+    const auto encode = [&](PortMessage& out) {
+      encode_sample(static_cast<std::uint8_t>(kind), sample, out);
+    };
+    room = taken == SamplePort::Taken::invalid || pass_on(encode, send);
   }
   return room;
 }
 
 // A sample beyond the bounds of the contract must neither end this process nor wait for ever.
-template <class Sample>
-bool EndpointServer::pass_on(FromEndpoints kind, Sample& sample, const Send& send) {
+template <class Encode>
+bool EndpointServer::pass_on(Encode encode, const Send& send) {
   try {
-    encode_received(kind, from_, sample, waiting_);
+    encode(waiting_);
   } catch (const std::exception&) {
     waiting_.clear();
   }

@@ -206,10 +206,14 @@ class LocalPort final : public SamplePort {
     return sent_by(info, *line, from);
   }
   void all_commands_taken() override { requests_->renew_if_full(); }
-  bool receive_lines(bool wanted) override;
-  Taken take_other(v1::LineState& sample) override { return receive(others_->states, sample); }
-  Taken take_other(v1::ImageLayout& sample) override { return receive(others_->layouts, sample); }
-  Taken take_other(v1::ProcessImage& sample) override { return receive(others_->images, sample); }
+  bool follow(const std::vector<RemoteLine>& lines) override;
+  Taken take_other(v1::LineState& sample) override { return receive(&OtherLines::states, sample); }
+  Taken take_other(v1::ImageLayout& sample) override {
+    return receive(&OtherLines::layouts, sample);
+  }
+  Taken take_other(v1::ProcessImage& sample) override {
+    return receive(&OtherLines::images, sample);
+  }
   void all_lines_taken() override {
     if (others_) {
       others_->states.renew_if_full();
@@ -268,11 +272,13 @@ class LocalPort final : public SamplePort {
     InboundReader<v1::ProcessImagePubSubType> images;
   };
   template <class Reader, class Sample>
-  static Taken receive(Reader& reader, Sample& sample) {
+  Taken receive(Reader OtherLines::*reader, Sample& sample) {
     fast::SampleInfo info;
-    if (!reader.take(sample, info))
+    if (!others_ || !((*others_).*reader).take(sample, info))
       return Taken::none;
-    return info.valid_data ? Taken::sample : Taken::invalid;
+    const bool wanted = info.valid_data && followed_.contains({sample.gateway().to_string(),
+                                                               sample.line().to_string()});
+    return wanted ? Taken::sample : Taken::invalid;
   }
   template <class Reader, class Sample>
   Taken receive_from(Reader& reader, Sample& sample, Participant& from) {
@@ -320,6 +326,7 @@ class LocalPort final : public SamplePort {
   std::unique_ptr<InboundReader<v1::OutputWritePubSubType>> outputs_;
   std::unique_ptr<InboundReader<v1::CommandRequestPubSubType>> requests_;
   std::optional<OtherLines> others_;
+  std::set<RemoteLine> followed_;
   NamedReaders sets_{endpoints_, waiting_};
   Participant last_sender_;  // of the thread that calls take()
   std::chrono::steady_clock::time_point liveliness_due_{};
@@ -358,11 +365,12 @@ bool LocalPort::prepare() {
 }
 
 // New readers receive what is present.
-bool LocalPort::receive_lines(bool wanted) {
+bool LocalPort::follow(const std::vector<RemoteLine>& lines) {
+  followed_ = {lines.begin(), lines.end()};
   others_.reset();
-  if (wanted)
+  if (!lines.empty())
     others_.emplace(endpoints_, waiting_);
-  return !wanted ||
+  return lines.empty() ||
          (others_->states.exists() && others_->layouts.exists() && others_->images.exists());
 }
 
@@ -892,17 +900,15 @@ std::size_t GatewayBridge::poll(Duration timeout, GatewayHandler& handler) {
 bool GatewayBridge::follow(std::vector<RemoteLine> lines) {
   std::set<RemoteLine> wanted(lines.begin(), lines.end());
   std::erase_if(wanted, [&](const RemoteLine& line) { return line.gateway == impl_->gateway; });
-  const bool grows = !std::ranges::includes(impl_->followed, wanted);
-  if (!grows && wanted.empty() == impl_->followed.empty()) {
-    impl_->followed = std::move(wanted);
+  if (wanted == impl_->followed)
     return true;
-  }
   impl_->followed = std::move(wanted);
   impl_->remote_layouts = {};  // each is passed on again
-  return impl_->port->receive_lines(!impl_->followed.empty());
+  return impl_->port->follow({impl_->followed.begin(), impl_->followed.end()});
 }
 
-// Samples of other lines and of this gateway are discarded at once. Returns the number of samples.
+// A process of the endpoints may send samples of any line at any time: those that are not wanted
+// are taken, too, because others wait behind them. Returns the number of samples.
 template <class Sample, class Handle>
 std::size_t GatewayBridge::Impl::read_lines(Sample& sample, Handle handle) {
   for (std::size_t taken = 0; taken < kSamplesPerPoll; ++taken) {
@@ -922,8 +928,6 @@ std::size_t GatewayBridge::Impl::read_lines(Sample& sample, Handle handle) {
 // Layouts first, so that one is known when its first image arrives. Returns the number of samples
 // of the topic that has most.
 std::size_t GatewayBridge::Impl::read_other_lines(GatewayHandler& handler) {
-  if (followed.empty())
-    return 0;
   const std::size_t layouts = read_lines(remote_layout, [&](const RemoteSource& source) {
     image::Layout layout;
     if (remote_layout.direction() == v1::DIRECTION_INPUTS &&

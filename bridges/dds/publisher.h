@@ -180,8 +180,8 @@ class GatewayBridge {
   bool set_named_groups(const std::string& line, std::span<const named::GroupType> types);
 
   // From now on the handler receives the states, layouts and images of the inputs of these lines of
-  // other gateways, those present included. They replace the lines before. Returns false if they
-  // cannot be received: a reader could not be created, or the endpoints are in another process.
+  // other gateways, those present included. They replace the lines before. Returns false if a
+  // reader could not be created.
   bool follow(std::vector<RemoteLine> lines);
 
   // --- out: false = DDS refused the sample; counted ---------------------------------------------

@@ -36,6 +36,12 @@ constexpr std::uint8_t number_of(ToEndpoints kind) {
   return static_cast<std::uint8_t>(kind);
 }
 
+constexpr bool is_sample(FromEndpoints kind) {
+  return kind == FromEndpoints::output_write || kind == FromEndpoints::command_request ||
+         kind == FromEndpoints::line_state || kind == FromEndpoints::image_layout ||
+         kind == FromEndpoints::process_image;
+}
+
 class RemotePort final : public SamplePort {
  public:
   RemotePort(const GatewayOptions& options, std::unique_ptr<MessageLink> link);
@@ -88,6 +94,7 @@ class RemotePort final : public SamplePort {
   bool write_named(std::string_view /*topic*/, std::span<const std::byte> /*sample*/) override {
     return false;
   }
+  bool follow(const std::vector<RemoteLine>& lines) override;
   bool accepts_image(std::string_view line, image::Direction direction) const override;
   std::uint64_t failed_later() const override;
   std::uint64_t process_starts() const override {
@@ -105,6 +112,15 @@ class RemotePort final : public SamplePort {
   }
   Taken take(v1::CommandRequest& sample, Participant& from) override {
     return take(FromEndpoints::command_request, sample, from);
+  }
+  Taken take_other(v1::LineState& sample) override {
+    return take_line(FromEndpoints::line_state, sample);
+  }
+  Taken take_other(v1::ImageLayout& sample) override {
+    return take_line(FromEndpoints::image_layout, sample);
+  }
+  Taken take_other(v1::ProcessImage& sample) override {
+    return take_line(FromEndpoints::process_image, sample);
   }
   void all_outputs_taken() override {}
   void all_commands_taken() override {}
@@ -138,6 +154,10 @@ class RemotePort final : public SamplePort {
   void note_failed(std::vector<Diagnostic> diagnostics);
   template <class Sample>
   Taken take(FromEndpoints kind, Sample& sample, Participant& from);
+  template <class Sample>
+  Taken take_line(FromEndpoints kind, Sample& sample);
+  bool is_next(FromEndpoints kind);
+  Taken taken_if(bool good);
   static std::string_view taken(std::string& misfit, std::string& last) {
     last = std::exchange(misfit, {});
     return last;
@@ -291,6 +311,14 @@ bool RemotePort::share_images(const std::string& line, std::shared_ptr<SharedFil
   return true;
 }
 
+bool RemotePort::follow(const std::vector<RemoteLine>& lines) {
+  const std::lock_guard lock(mutex_);
+  encode(lines, buffer_);
+  retained_.add({.line = {}, .topic = number_of(ToEndpoints::follow)}, kNewest, buffer_);
+  pump();
+  return true;
+}
+
 // The process publishes the last images of the line before it removes it.
 void RemotePort::remove_line(const std::string& line) {
   const std::lock_guard lock(mutex_);
@@ -421,7 +449,7 @@ bool RemotePort::fetch() {
     const bool is_answer = kind == FromEndpoints::ready || kind == FromEndpoints::failed;
     if (is_answer == (answered_ == received_of_)) {
       link_->reject(received_of_, "it sent messages in another order than permitted");
-    } else if (kind == FromEndpoints::output_write || kind == FromEndpoints::command_request) {
+    } else if (is_sample(kind)) {
       return true;
     } else {
       handle_control();
@@ -472,6 +500,9 @@ void RemotePort::handle_control() {
       break;
     case FromEndpoints::output_write:
     case FromEndpoints::command_request:
+    case FromEndpoints::line_state:
+    case FromEndpoints::image_layout:
+    case FromEndpoints::process_image:
       break;
   }
   if (!good)
@@ -505,11 +536,20 @@ void RemotePort::note_failed(std::vector<Diagnostic> diagnostics) {
 
 template <class Sample>
 SamplePort::Taken RemotePort::take(FromEndpoints kind, Sample& sample, Participant& from) {
-  if (received_.empty() && !fetch())
-    return Taken::none;
-  if (kind_of(received_) != static_cast<std::uint8_t>(kind))
-    return Taken::none;  // a sample of the other topic is next
-  const bool good = decode_received(received_, from, sample);
+  return is_next(kind) ? taken_if(decode_received(received_, from, sample)) : Taken::none;
+}
+
+template <class Sample>
+SamplePort::Taken RemotePort::take_line(FromEndpoints kind, Sample& sample) {
+  return is_next(kind) ? taken_if(decode_sample(received_, sample)) : Taken::none;
+}
+
+// False also if a sample of another topic is next.
+bool RemotePort::is_next(FromEndpoints kind) {
+  return (!received_.empty() || fetch()) && kind_of(received_) == static_cast<std::uint8_t>(kind);
+}
+
+SamplePort::Taken RemotePort::taken_if(bool good) {
   received_.clear();
   if (!good) {
     link_->reject(received_of_, "it sent a malformed sample");

@@ -74,10 +74,10 @@ class SamplePort {
   // add_named_reader() returns false if the topic could not be created.
   virtual bool add_named_reader(const NamedTopic& /*topic*/) { return false; }
   virtual void remove_named_readers(std::span<const std::string> /*topics*/) {}
-  // Whether samples of other gateways are received: LineState, ImageLayout and ProcessImage, those
-  // present included. Call it while no thread waits or takes samples. Returns false if they cannot
-  // be received.
-  virtual bool receive_lines(bool wanted) { return !wanted; }
+  // From now on LineState, ImageLayout and ProcessImage of these lines of other gateways are
+  // received, those present included. Call it while no thread waits or takes samples. Returns false
+  // if they cannot be received.
+  virtual bool follow(const std::vector<RemoteLine>& lines) = 0;
   // False while a ProcessImage of the line would wait: it is better made later, with newer values.
   virtual bool accepts_image(std::string_view line, image::Direction direction) const = 0;
   // Number of samples that were accepted and could not be written later. From any thread.
@@ -102,10 +102,10 @@ class SamplePort {
   virtual Taken take(v1::CommandRequest& sample, Participant& from) = 0;
   // Of any named topic.
   virtual Taken take_named(NamedReceived& /*sample*/, Participant& /*from*/) { return Taken::none; }
-  // After receive_lines(): of all gateways, this one included.
-  virtual Taken take_other(v1::LineState& /*sample*/) { return Taken::none; }
-  virtual Taken take_other(v1::ImageLayout& /*sample*/) { return Taken::none; }
-  virtual Taken take_other(v1::ProcessImage& /*sample*/) { return Taken::none; }
+  // After follow(). invalid: also a sample of another line.
+  virtual Taken take_other(v1::LineState& sample) = 0;
+  virtual Taken take_other(v1::ImageLayout& sample) = 0;
+  virtual Taken take_other(v1::ProcessImage& sample) = 0;
   virtual void all_lines_taken() {}
   // Call it after all samples of that topic were taken.
   virtual void all_outputs_taken() = 0;

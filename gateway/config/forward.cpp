@@ -227,10 +227,6 @@ class ForwardResolver {
       findings_.error(place,
                       "a source in another gateway is for DDS without security: the permissions of "
                       "a gateway do not include process images of others");
-    } else if (plant_.dds_own_process) {
-      findings_.error(place,
-                      "a source in another gateway needs dds: {process: same}: a second process "
-                      "does not receive process images");
     }
     if (std::ranges::find(rule.reaction_words, "stop") != rule.reaction_words.end()) {
       findings_.error(rule.when_lost_place,

@@ -335,5 +335,21 @@ TEST(PortCodec, TextsAndNumbersComeBackAsTheyWent) {
   expect_only_whole(message, [](PortBytes bytes) { return decode_unreadable(bytes).has_value(); });
 }
 
+TEST(PortCodec, FollowedLinesComeBackAsTheyWent) {
+  PortMessage message;
+  const std::vector<RemoteLine> lines{{"hall-b", "press"}, {std::string(64, 'g'), "l"}};
+  encode(lines, message);
+  EXPECT_EQ(decode_follow(message), lines);
+  const auto decode = [](PortBytes bytes) { return decode_follow(bytes).has_value(); };
+  expect_only_whole(message, decode);
+  expect_harmless(message, decode);
+  encode(std::vector<RemoteLine>{}, message);
+  EXPECT_EQ(decode_follow(message), std::vector<RemoteLine>{});
+  encode(std::vector<RemoteLine>{{std::string(65, 'g'), "l"}}, message);
+  EXPECT_FALSE(decode_follow(message)) << "longer than a name";
+  encode(ToEndpoints::add_line, "press", message);
+  EXPECT_FALSE(decode_follow(message)) << "another kind";
+}
+
 }  // namespace
 }  // namespace linegate::dds

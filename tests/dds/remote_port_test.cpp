@@ -106,6 +106,20 @@ struct Received final : GatewayHandler {
     misfits.emplace_back(policy);
   }
 
+  void on_remote_state(const RemoteSource& source, std::int64_t time) override {
+    remote.push_back(source.line.gateway + ' ' + source.line.line + " state " +
+                     std::to_string(time));
+  }
+  void on_remote_layout(const RemoteSource& source, const image::Layout& layout) override {
+    remote.push_back(source.line.gateway + ' ' + source.line.line + " layout " +
+                     std::to_string(layout.id));
+  }
+  void on_remote_image(const RemoteSource& source, const image::Snapshot& image) override {
+    remote.push_back(source.line.gateway + ' ' + source.line.line + " image " +
+                     std::to_string(image.layout_id));
+  }
+
+  std::vector<std::string> remote;  // samples of other gateways
   std::vector<OutputMessage> outputs;
   std::vector<CommandMessage> commands;
   std::vector<std::string> misfits;
@@ -332,6 +346,65 @@ TEST_F(RemotePortTest, AMalformedSenderOrSampleIsNotAccepted) {
   poll();
   EXPECT_EQ(wire_.rejected.size(), 5U);
   EXPECT_TRUE(received_.commands.empty());
+}
+
+template <class Sample>
+PortMessage of_line(FromEndpoints kind, const std::string& gateway, Sample sample) {
+  sample.gateway(gateway);
+  sample.line("press");
+  sample.incarnation(7);
+  PortMessage message;
+  encode_sample(static_cast<std::uint8_t>(kind), sample, message);
+  return message;
+}
+
+PortMessage state_of(const std::string& gateway, std::int64_t time) {
+  v1::LineState sample;
+  sample.time(time);
+  return of_line(FromEndpoints::line_state, gateway, sample);
+}
+
+TEST_F(RemotePortTest, EachProcessReceivesWhichLinesAreFollowedAndSendsThem) {
+  EXPECT_TRUE(bridge_->follow({{"hall-b", "press"}, {"g", "own"}}));
+  poll();
+  wire_.restart();
+  wire_.send_answer();
+  poll();
+  ASSERT_EQ(wire_.count(ToEndpoints::follow), 1);
+  EXPECT_EQ(decode_follow(wire_.to_process.back()), (std::vector<RemoteLine>{{"hall-b", "press"}}))
+      << "not the own gateway";
+  v1::ImageLayout layout;
+  layout.parts(1);
+  layout.layout_id(5);
+  v1::ProcessImage image;
+  image.layout_id(5);
+  wire_.send(state_of("hall-b", 1));
+  wire_.send(of_line(FromEndpoints::process_image, "hall-b", image));
+  wire_.send(of_line(FromEndpoints::image_layout, "hall-b", layout));
+  image.direction(v1::DIRECTION_OUTPUTS);
+  wire_.send(of_line(FromEndpoints::process_image, "hall-b", image));
+  wire_.send(state_of("hall-b", 2));
+  poll();
+  EXPECT_EQ(received_.remote,
+            (std::vector<std::string>{"hall-b press state 1", "hall-b press image 5",
+                                      "hall-b press layout 5", "hall-b press state 2"}));
+  EXPECT_TRUE(wire_.rejected.empty());
+}
+
+TEST_F(RemotePortTest, LinesThatAreNotFollowedDelayNothing) {
+  for (int i = 0; i < 3; ++i) {
+    wire_.send(state_of("hall-c", i));
+    wire_.send(request(1, 1 + static_cast<std::uint64_t>(i)));
+  }
+  poll();
+  EXPECT_TRUE(received_.remote.empty());
+  EXPECT_EQ(received_.commands.size(), 3U);
+  wire_.send(PortMessage(9, std::byte{static_cast<std::uint8_t>(FromEndpoints::line_state)}));
+  PortMessage longer = state_of("hall-b", 1);
+  longer.push_back(std::byte{0});
+  wire_.send(longer);
+  poll();
+  EXPECT_EQ(wire_.rejected.size(), 2U);
 }
 
 TEST_F(RemotePortTest, OnlyTheNameOfAPolicyIsAMisfit) {

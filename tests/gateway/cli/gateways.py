@@ -1,25 +1,30 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""A value of one gateway is an output of another one (`forward:`), with both on hosts of their own: it arrives; after kill
--9 of its gateway, or without the network, the reaction follows after the time-out; it comes back after a restart, also at
-another place of the layout; an input that is gone is refused.
+"""A value of one gateway is an output of a second one (`forward:`), and what a device there makes of it one of a third, each
+on a host of its own. It arrives; after kill -9 of its gateway, or without the network, the reaction follows after the
+time-out; it comes back after a restart, also at another place of the layout; an input that is gone is refused.
 
-gateways.py LINEGATED LINEGATE
+gateways.py LINEGATED LINEGATE same|own: the process of DDS
 """
 
 import json
 import os
+import signal
 import time
 
 from doctor import DOMAIN, Setup
-from plant_process import EDS, Failure, PATIENCE, expect, run_test, until, write
+from hosts import await_ready, cable
+from plant_process import EDS, PATIENCE, expect, run_test, until, write
 
 SOURCE = "hall-b/press.inlet.Read input 8-bit.Inputs 9 to 16"
 GROUP = 65535
-TIMEOUT = 2  # seconds
+TIMEOUT = 5  # seconds
+LONG_CUT = 60  # seconds
+INCOMPLETE = 3  # exit status of a console that sees a gateway of which it receives nothing: hall-b after its end
 # Input 6000h:2 of a device shows its output 6200h:1.
 PLANT_B = """schema: 1
 gateway: {{name: hall-b}}
+dds: {{process: {process}}}
 lines:
   - name: press
     interface: "simulated:"
@@ -28,26 +33,33 @@ lines:
     nodes: [{nodes}]
     outputs: {{defaults: {{{defaults}}}}}
 """
-PLANT_A = """schema: 1
-gateway: {{name: hall-a}}
-forward:
-  - {{from: "{source}", to: "pack.display.6200:1", timeout: {timeout}s, when_lost: [zero, emcy]}}
+PLANT = """schema: 1
+gateway: {{name: {gateway}}}
+dds: {{process: {process}}}
+forward: [{rules}]
 lines:
-  - name: pack
+  - name: {line}
     interface: "simulated:"
     access: all
     simulate: [{{node: 9, profile: digital-io}}]
     nodes: [{{id: 9, name: display, eds: {eds}/digital-io.eds, heartbeat: 1s}}]
     outputs: {{defaults: {{"display.6200:2": 0}}}}
 """
+RULE = '{{from: "{source}", to: "{line}.display.6200:{sub}", timeout: {timeout}s, when_lost: [zero, emcy]}}'
 
 
 class Halls(Setup):
-    """The gateways hall-b, whose value is forwarded, and hall-a."""
+    """The gateways hall-b, whose value is forwarded, hall-a, and hall-c behind it."""
 
-    def __init__(self, *arguments):
-        super().__init__(*arguments)
+    def __init__(self, folder, linegated, linegate, process):
+        super().__init__(folder, linegated, linegate)
+        self.process = process
         self.b, self.a = self.connected()
+        self.c = self.host("store")
+        cable(self.a, self.c, ("eth1", "eth0"))
+        self.a.address("10.79.0.1/24", "eth1")
+        self.c.address("10.79.0.2/24")
+        await_ready(self.a, self.c)
         self.gateways = 0
 
     def start(self, host, text):
@@ -60,91 +72,142 @@ class Halls(Setup):
         nodes = ", ".join(f"{{id: {node}, name: {name}, eds: {EDS}/digital-io.eds, heartbeat: 1s}}"
                           for node, name in devices.items())
         return self.start(self.b, PLANT_B.format(
-            nodes=nodes, simulate=", ".join(f"{{node: {node}, profile: digital-io}}" for node in devices),
+            process=self.process, nodes=nodes, simulate=", ".join(f"{{node: {node}, profile: digital-io}}" for node in devices),
             defaults=", ".join(f'"{name}.6200:2": 0' for name in devices.values())))
 
     def start_a(self):
-        return self.start(self.a, PLANT_A.format(source=SOURCE, timeout=TIMEOUT, eds=EDS))
+        return self.start(self.a, self.plant("hall-a", "pack", SOURCE))
+
+    def start_c(self):
+        return self.start(self.c, self.plant("hall-c", "store", "hall-a/pack.display.6000:2"))
+
+    def plant(self, gateway, line, *sources):
+        """With a rule for each source."""
+        rules = (RULE.format(source=source, line=line, sub=1 + i, timeout=TIMEOUT) for i, source in enumerate(sources))
+        return PLANT.format(process=self.process, gateway=gateway, line=line, eds=EDS, rules=", ".join(rules))
 
     def write(self, value):
         """Sets the value of hall-b. Its gateway may start yet."""
         until(f"{value} is written", lambda: self.ask(self.b, "write", "hall-b/press", "inlet.6200:1", str(value),
                                                       wait=PATIENCE).returncode == 0)
 
-    def outputs(self):
-        """The process image of the outputs of hall-a."""
-        told = self.ask(self.a, "--json", "image", "hall-a/pack", "--outputs", wait=PATIENCE)
-        expect(f"exit status, {told.stderr}", told.returncode, 0)
-        images = json.loads(told.stdout)
-        return images["images"][0] if "images" in images else images[0] if isinstance(images, list) else images
+    def outputs(self, host, line):
+        """The process image of the outputs of a line."""
+        told = self.ask(host, "--json", "image", line, "--outputs", wait=PATIENCE)
+        expect(f"exit status {told.returncode}, {told.stderr}", told.returncode in (0, INCOMPLETE), True)
+        return json.loads(told.stdout)
 
-    def value(self):
+    def value(self, host=None, line="hall-a/pack", sub=1):
         """The value of the output; None if it is not valid."""
-        entry, = (one for one in self.outputs()["entries"] if (one["index"], one["sub"]) == (0x6200, 1))
-        return entry["value"] if entry["valid"] else None
+        entries = self.outputs(host or self.a, line)["entries"] or ()  # None while the layout is not complete
+        return next((one["value"] for one in entries if (one["index"], one["sub"]) == (0x6200, sub) and one["valid"]), None)
 
     def group(self):
-        group, = (one for one in self.outputs()["groups"] if one["group"] == GROUP)
+        group, = (one for one in self.outputs(self.a, "hall-a/pack")["groups"] if one["group"] == GROUP)
         return group
 
     def becomes(self, value, why):
         until(f"the output is {value}, {why}", lambda: self.value() == value)
 
     def events(self, kind):
-        """The texts of the events of that kind of the line of hall-a."""
+        """The texts of the events of that kind of the group of hall-a."""
         told = self.ask(self.a, "--json", "events", "hall-a/pack", "--once", wait=PATIENCE)
         events = [json.loads(line) for line in told.stdout.splitlines()]
-        return [one["text"] for one in events if one["kind"] == kind]
+        return [one["text"] for one in events if one["kind"] == kind and f"group {GROUP}" in one["text"]]
 
 
 LOST = f"no valid value of {SOURCE} within the time-out of output group {GROUP}: outputs set to zero, EMCY sent"
 ARMED = f"outputs of group {GROUP} have a value of {SOURCE}, time-out {1000 * TIMEOUT} ms"
 
 
-def is_lost(halls, times, why):
-    """The reaction followed for that time."""
-    halls.becomes(0, why)
-    until(f"{times} reactions, {why}", lambda: halls.events("output-watchdog") == [LOST] * times)
-    expect("the group waits", halls.group()["arming_wanted"], True)
+class Lost:
+    """For a block in which the source is lost: at its end the reaction must have followed."""
+
+    def __init__(self, halls, why):
+        self.halls, self.why = halls, why
+
+    def __enter__(self):
+        self.before = len(self.halls.events("output-watchdog"))
+
+    def __exit__(self, kind, *_):
+        if kind is None:
+            self.halls.becomes(0, self.why)
+            until(f"an event, {self.why}", lambda: len(self.halls.events("output-watchdog")) > self.before)
+            expect("the group waits", self.halls.group()["arming_wanted"], True)
+            expect("the events", set(self.halls.events("output-watchdog")), {LOST})
 
 
-def test(folder, linegated, linegate):
-    halls = Halls(folder, linegated, linegate)
+def arrives(halls):
+    halls.write(11)
+    halls.becomes(11, "at first")
+    expect("armed", halls.events("output-armed")[0], ARMED)
+    expect("owner", halls.group()["owner"], "hall-b/press")
+    time.sleep(2 * TIMEOUT)
+    expect("an unchanged value remains", halls.value(), 11)
+    until("it arrives in the third hall", lambda: halls.value(halls.c, "hall-c/store") == 11)
+    told = halls.ask(halls.a, "write", "hall-a/pack", "display.6200:1", "1", wait=PATIENCE)
+    expect("another writer is refused", (told.returncode != 0, "forward" in told.stderr), (True, True))
+
+
+def is_cut(halls):
+    """The network is cut for long, and for a second."""
+    with Lost(halls, "without the network"):
+        begin = time.monotonic()
+        halls.b.run("ip", "link", "set", "eth0", "down")
+    halls.write(13)  # on the host itself
+    time.sleep(max(0, begin + LONG_CUT - time.monotonic()))
+    expect("the output, until the network is there", halls.value(), 0)
+    halls.b.run("ip", "link", "set", "eth0", "up")
+    halls.becomes(13, "with the network again")
+    halls.b.run("ip", "link", "set", "eth0", "down")
+    time.sleep(1)
+    halls.b.run("ip", "link", "set", "eth0", "up")
+    halls.write(14)
+    halls.becomes(14, "after a short cut")
+
+
+def is_reloaded(halls, a):
+    """With another rule for the same input. What is known of it remains."""
+    write(a.args[a.args.index("--dds-domain") - 1], halls.plant("hall-a", "pack", SOURCE, "hall-b/press.inlet.6000:2"))
+    a.send_signal(signal.SIGHUP)
+    until("both outputs have the value", lambda: [halls.value(sub=sub) for sub in (1, 2)] == [14, 14])
+
+
+def is_replaced(halls, a):
+    """The process of DDS ends, and the next one receives everything again."""
+    with open(f"/proc/{a.pid}/task/{a.pid}/children", encoding="utf-8") as file:
+        child, = file.read().split()
+    os.kill(int(child), signal.SIGKILL)
+    halls.write(18)
+    halls.becomes(18, "with another process of DDS")
+
+
+def test(folder, linegated, linegate, process):
+    halls = Halls(folder, linegated, linegate, process)
     try:
-        halls.start_a()
+        a = halls.start_a()
+        halls.start_c()
         b = halls.start_b({8: "inlet"})
-        halls.write(11)
-        halls.becomes(11, "at first")
-        expect("armed", halls.events("output-armed"), [ARMED])
-        expect("owner", halls.group()["owner"], "hall-b/press")
-        time.sleep(2 * TIMEOUT)
-        expect("an unchanged value remains", halls.value(), 11)
-        told = halls.ask(halls.a, "write", "hall-a/pack", "display.6200:1", "1", wait=PATIENCE)
-        expect("another writer is refused", (told.returncode != 0, "forward" in told.stderr), (True, True))
-
-        b.kill()
-        is_lost(halls, 1, "after kill -9")
+        arrives(halls)
+        with Lost(halls, "after kill -9"):
+            b.kill()
         b = halls.start_b({8: "inlet"})
         halls.write(12)
         halls.becomes(12, "after a restart")
-
-        halls.b.run("ip", "link", "set", "eth0", "down")
-        is_lost(halls, 2, "without the network")
-        halls.write(13)  # on the host itself
-        halls.b.run("ip", "link", "set", "eth0", "up")
-        halls.becomes(13, "with the network again")
-
-        b.kill()
-        is_lost(halls, 3, "after the second kill -9")
+        is_cut(halls)
+        is_reloaded(halls, a)
+        if process == "own":
+            is_replaced(halls, a)
+        with Lost(halls, "after the second kill -9"):
+            b.kill()
         b = halls.start_b({7: "other", 8: "inlet"})
-        halls.write(14)
-        halls.becomes(14, "at another place of the layout")
+        halls.write(15)
+        halls.becomes(15, "at another place of the layout")
         expect("nothing was refused", halls.group()["refused"], 0)
-
-        b.kill()
-        is_lost(halls, 4, "after the third kill -9")
+        with Lost(halls, "after the third kill -9"):
+            b.kill()
         halls.start_b({8: "outlet"})
-        until("the input that is gone is refused", lambda: halls.events("output-refused") == [
+        until("the input that is gone is refused", lambda: halls.events("output-refused")[:1] == [
             f"outputs of group {GROUP} (forwarded from {SOURCE}) of hall-b/press refused: the line of the other gateway "
             "has no such input"])
         expect("the output remains as it was", halls.value(), 0)

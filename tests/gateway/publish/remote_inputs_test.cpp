@@ -75,7 +75,7 @@ class RemoteInputsTest : public testing::Test, public RemoteInputs::Sink {
     EXPECT_EQ(line, "pack");
     EXPECT_EQ(write.group, 9U);
     EXPECT_EQ(write.layout_id, 77U);
-    EXPECT_EQ(write.watchdog, kTimeout);
+    EXPECT_EQ(write.watchdog, timeout);
     EXPECT_EQ(write.reactions, line::kZeroOutputs);
     EXPECT_TRUE(write.forwarded);
     EXPECT_EQ(write.values.size(), 1U);
@@ -116,6 +116,7 @@ class RemoteInputsTest : public testing::Test, public RemoteInputs::Sink {
   }
 
   Instant now{seconds(1000)};
+  Duration timeout = kTimeout;
   std::int64_t state_time = 0;
   bool room = true;
   std::vector<std::uint64_t> values;
@@ -171,6 +172,32 @@ TEST_F(RemoteInputsTest, AValueFromBeforeASilenceDoesNotComeBackByAStateAlone) {
   EXPECT_THAT(written(), IsEmpty());
   pass(1, seconds(1));
   EXPECT_THAT(written(), ElementsAre(500U)) << "a newer image would have been repeated";
+}
+
+// States come once a second: they cannot confirm that a value is not older than half of one.
+TEST_F(RemoteInputsTest, AShortTimeOutNeedsImages) {
+  RemoteInputs::Rule brief = rule("inlet.Pressure");
+  brief.input.timeout = timeout = milliseconds(500);
+  inputs.set_rules({brief});
+  has_value(1, 300);
+  pass(1, seconds(5));
+  EXPECT_THAT(written(), IsEmpty());
+  image(1, remote_image(5, 16, 300));
+  now += milliseconds(200);
+  image(1, remote_image(5, 16, 300));
+  EXPECT_THAT(written(), ElementsAre(300U, 300U));
+}
+
+TEST_F(RemoteInputsTest, OutputsAreNoSource) {
+  has_value(1, 300);
+  image::Layout outputs = remote_layout(5, 32);
+  outputs.direction = image::Direction::outputs;
+  layout(1, outputs);
+  image::Snapshot image = remote_image(5, 16, 301);
+  image.direction = image::Direction::outputs;
+  RemoteInputsTest::image(1, image);
+  pass(1, seconds(2));
+  EXPECT_THAT(written(), testing::Each(300U));
 }
 
 TEST_F(RemoteInputsTest, ARepeatedStateSaysNothing) {
