@@ -151,6 +151,15 @@ Duration RemoteInputs::hear(Publisher& publisher, Instant now) {
   return silence;
 }
 
+// Whether a newer image was received just before: the gateway replaces its writers from time to
+// time, and DDS orders the samples of one writer only. The numbers begin anew with a line that is
+// made anew.
+bool RemoteInputs::is_overtaken(const Publisher& publisher, const image::Snapshot& image,
+                                Instant now) {
+  return publisher.image && now - publisher.image_heard < kRepair &&
+         image.sequence < publisher.image->sequence && image.acquired < publisher.image->acquired;
+}
+
 // Whether the values of the publisher count: it is the last one that began, and no earlier one
 // continues beside it. One that ended returns to its right when the later one is silent.
 bool RemoteInputs::speaks(Source& source, Publisher& publisher, Instant now) {
@@ -233,6 +242,9 @@ void RemoteInputs::take_image(const RemoteSource& from, const image::Snapshot& i
     return;
   }
   Publisher& publisher = RemoteInputs::publisher(*source, from.incarnation, now);
+  if (is_overtaken(publisher, image, now)) {
+    return;
+  }
   publisher.image = image;
   publisher.image_heard = now;
   hear(publisher, now);

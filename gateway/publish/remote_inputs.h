@@ -101,6 +101,7 @@ class RemoteInputs {
   };
 
   Source* find(const config::RemoteLine& line);
+  static bool is_overtaken(const Publisher& publisher, const image::Snapshot& image, Instant now);
   static Duration hear(Publisher& publisher, Instant now);
   static Publisher& publisher(Source& source, std::uint64_t incarnation, Instant now);
   bool speaks(Source& source, Publisher& publisher, Instant now);

@@ -188,6 +188,23 @@ TEST_F(RemoteInputsTest, AShortTimeOutNeedsImages) {
   EXPECT_THAT(written(), ElementsAre(300U, 300U));
 }
 
+TEST_F(RemoteInputsTest, AnImageOfAWriterThatWasReplacedDoesNotComeBack) {
+  layout(1, remote_layout(5, 16));
+  const auto numbered = [&](std::uint64_t number, Duration time, std::uint16_t value) {
+    image::Snapshot out = remote_image(5, 16, value);
+    out.sequence = number;
+    out.acquired = Instant(time);
+    image(1, out);
+    return written();
+  };
+  EXPECT_THAT(numbered(20, seconds(50), 300), ElementsAre(300U));
+  now += milliseconds(100);
+  EXPECT_THAT(numbered(19, seconds(49), 299), IsEmpty());
+  EXPECT_THAT(numbered(1, seconds(51), 301), ElementsAre(301U)) << "of a line that was made anew";
+  now += seconds(2);
+  EXPECT_THAT(numbered(2, seconds(20), 302), ElementsAre(302U)) << "its clock was set";
+}
+
 TEST_F(RemoteInputsTest, OutputsAreNoSource) {
   has_value(1, 300);
   image::Layout outputs = remote_layout(5, 32);
