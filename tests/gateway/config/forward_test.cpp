@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "gateway/config/plant.h"
+#include "stack/line/line.h"
 
 namespace linegate::config {
 namespace {
@@ -353,6 +354,18 @@ TEST(Forward, ASourceInAnotherGatewayHasAGroupOfItsOwn) {
     EXPECT_EQ(group.number, hall.remote_inputs[i].group);
     EXPECT_EQ(group.name, hall.remote_inputs[i].source());
     EXPECT_THAT(group.entries, ElementsAre(hall.remote_inputs[i].output));
+  }
+}
+
+TEST(Forward, OutputsWithoutASourceRemainInTheGroupOfAll) {
+  const auto loaded = read_forwarding("  - hall-b/pack.belt.6064:0 -> hall.axis.607A:0\n");
+  ASSERT_THAT(forward_messages(loaded), IsEmpty());
+  const LinePlan& hall = loaded.value->lines.at(1);
+  const auto made = line::Line::make(hall.config);
+  ASSERT_TRUE(made.value);
+  const image::Layout& outputs = (*made.value)->layout(image::Direction::outputs);
+  for (std::uint32_t i = 0; i < outputs.entries.size(); ++i) {
+    EXPECT_EQ(outputs.entries[i].group, i == hall.remote_inputs[0].output ? 65535 : 0) << i;
   }
 }
 
