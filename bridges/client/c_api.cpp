@@ -602,6 +602,14 @@ int linegate_set_bytes(linegate_client* handle, int group, const char* name, con
   });
 }
 
+int linegate_set_text(linegate_client* handle, int group, const char* name, const char* text) {
+  return with<client::Group>(handle, group, [&](const Held& /*held*/, client::Group& it) -> int {
+    if (name == nullptr || text == nullptr)
+      return LINEGATE_ERROR_ARGUMENT;
+    return to_int(it.set(name, std::string(text)));
+  });
+}
+
 int linegate_arm(linegate_client* handle, int group) {
   return with<client::Group>(handle, group, [](const Held& /*held*/, client::Group& it) -> int {
     return to_int(it.arm());

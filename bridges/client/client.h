@@ -52,7 +52,8 @@ enum class Quality : std::uint8_t {
 std::string_view describe(Quality quality);
 
 // By type of the object: BOOLEAN: bool. INTEGERn: int64. UNSIGNEDn: uint64. REALn: double.
-// VISIBLE_STRING and UNICODE_STRING: string, in UTF-8. TIME_OF_DAY: int64, UTC in ns.
+// VISIBLE_STRING (octets above 7Fh as in Latin-1) and UNICODE_STRING: string, in UTF-8, up to the
+// first zero; both can be written as string. TIME_OF_DAY: int64, UTC in ns.
 // TIME_DIFFERENCE: int64 in ns. Others: bytes.
 using Data = std::variant<std::monostate, bool, std::int64_t, std::uint64_t, double, std::string,
                           std::vector<std::byte>>;

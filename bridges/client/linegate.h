@@ -237,6 +237,9 @@ int linegate_set_unsigned(linegate_client* client, int group, const char* name, 
 int linegate_set_real(linegate_client* client, int group, const char* name, double value);
 int linegate_set_bytes(linegate_client* client, int group, const char* name, const void* bytes,
                        size_t length);
+/* A text in UTF-8: for VISIBLE_STRING characters up to U+00FF, for UNICODE_STRING any. Outputs of
+ * OCTET_STRING and DOMAIN have its bytes. A shorter text is filled with zeros. */
+int linegate_set_text(linegate_client* client, int group, const char* name, const char* text);
 /* The value in the PDO: without scaling, and beyond the limits of the output. */
 int linegate_set_raw_integer(linegate_client* client, int group, const char* name, int64_t value);
 int linegate_set_raw_unsigned(linegate_client* client, int group, const char* name, uint64_t value);

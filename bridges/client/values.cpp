@@ -8,9 +8,12 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <string_view>
 #include <type_traits>
+#include <utility>
 
 #include "stack/base/byte_order.h"
+#include "stack/base/utf8.h"
 #include "stack/image/scaling.h"
 #include "stack/od/data_type.h"
 
@@ -32,22 +35,15 @@ std::int64_t sign_extended(std::uint64_t value, unsigned bits) {
   return static_cast<std::int64_t>(value << unused) >> unused;
 }
 
-std::string visible(std::span<const std::byte> value) {
-  std::string out(reinterpret_cast<const char*>(value.data()), value.size());
-  out.resize(std::min(out.size(), out.find('\0')));
-  return out;
-}
-
-void append_utf8(std::uint32_t c, std::string& out) {
-  if (c < 0x80) {
-    out += static_cast<char>(c);
-    return;
+// VISIBLE_STRING; octets above 7Fh as in Latin-1, as in named topics.
+std::string from_latin1(std::span<const std::byte> value) {
+  std::string out;
+  for (const std::byte octet : value) {
+    if (octet == std::byte{0})
+      break;
+    append_utf8(std::to_integer<std::uint32_t>(octet), out);
   }
-  const int more = c < 0x800 ? 1 : c < 0x10000 ? 2 : 3;
-  constexpr std::array<std::uint32_t, 4> kHead{0, 0xC0, 0xE0, 0xF0};
-  out += static_cast<char>(kHead[static_cast<std::size_t>(more)] | c >> (6 * more));
-  for (int i = more - 1; i >= 0; --i)
-    out += static_cast<char>(0x80U | (c >> (6 * i) & 0x3FU));
+  return out;
 }
 
 // UNICODE_STRING is UTF-16 (CiA 301 7.1.6.6); half a pair of surrogates becomes U+FFFD.
@@ -168,10 +164,37 @@ Error encode_time(const Data& data, bool since_1984, std::vector<std::byte>& out
   const std::uint64_t ms = number->magnitude / static_cast<std::uint64_t>(kNsPerMs);
   const auto epoch = static_cast<std::uint64_t>(since_1984 ? kEpochDays : 0);
   const std::uint64_t days = ms / static_cast<std::uint64_t>(kMsPerDay);
-  if ((number->negative && ms != 0) || days < epoch || days - epoch > 0xFFFF)
+  if (number->negative || days < epoch || days - epoch > 0xFFFF)
     return Error::out_of_range;
   out =
       little_endian((days - epoch) << 32U | ms % static_cast<std::uint64_t>(kMsPerDay), kTimeBits);
+  return Error::none;
+}
+
+// A shorter text ends with zeros, so it cannot have one.
+Error encode_text(std::string_view text, bool is_wide, std::uint16_t bits,
+                  std::vector<std::byte>& out) {
+  std::vector<std::byte> units;
+  const auto put = [&](std::uint32_t unit) {
+    units.push_back(static_cast<std::byte>(unit));
+    if (is_wide)
+      units.push_back(static_cast<std::byte>(unit >> 8U));
+  };
+  while (!text.empty() && units.size() <= bits / 8U) {
+    const auto code = take_code_point(text);
+    if (!code || *code == 0 || (!is_wide && *code > 0xFF))
+      return Error::out_of_range;
+    if (*code > 0xFFFF) {
+      put(0xD800 + ((*code - 0x1'0000) >> 10U));
+      put(0xDC00 + ((*code - 0x1'0000) & 0x3FFU));
+    } else {
+      put(*code);
+    }
+  }
+  if (units.size() > bits / 8U)
+    return Error::out_of_range;
+  units.resize(bits / 8U);
+  out = std::move(units);
   return Error::none;
 }
 
@@ -200,6 +223,11 @@ bool is_time(od::DataType type, std::uint16_t bits) {
 bool is_real(od::DataType type, std::uint16_t bits) {
   return (type == od::DataType::real32 && bits == 32) ||
          (type == od::DataType::real64 && bits == 64);
+}
+
+bool is_text(od::DataType type, std::uint16_t bits) {
+  return (type == od::DataType::visible_string && bits % 8 == 0) ||
+         (type == od::DataType::unicode_string && bits % 16 == 0);
 }
 
 bool is_whole(od::DataType type, std::uint16_t bits) {
@@ -241,10 +269,8 @@ Data decode(od::DataType type, std::uint16_t bits, std::span<const std::byte> va
   }
   if (is_time(type, bits))
     return time_ns(load_le(value), type == od::DataType::time_of_day);
-  if (type == od::DataType::visible_string)
-    return visible(value);
-  if (type == od::DataType::unicode_string)
-    return from_utf16(value);
+  if (is_text(type, bits))
+    return type == od::DataType::unicode_string ? from_utf16(value) : from_latin1(value);
   return std::vector<std::byte>(value.begin(), value.end());
 }
 
@@ -264,8 +290,10 @@ Error encode(const Data& value, od::DataType type, std::uint16_t bits,
     return encode_real(value, bits, out);
   if (is_time(type, bits))
     return encode_time(value, type == od::DataType::time_of_day, out);
-  if (type == od::DataType::unicode_string && std::holds_alternative<std::string>(value))
-    return Error::wrong_type;  // 64 bits are too short for text: as bytes only
+  const bool is_wide = type == od::DataType::unicode_string;
+  const auto* const text = std::get_if<std::string>(&value);
+  if (text != nullptr && (is_wide || type == od::DataType::visible_string))
+    return is_text(type, bits) ? encode_text(*text, is_wide, bits, out) : Error::wrong_type;
   return encode_bytes(value, bits, out);
 }
 

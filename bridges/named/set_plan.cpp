@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "stack/base/byte_order.h"
+#include "stack/base/utf8.h"
 
 namespace linegate::named {
 namespace {
@@ -172,35 +173,6 @@ Bits number_bits(std::uint64_t value, Reading reading, unsigned bits) {
   return has_room(value, bits) ? Bits(value) : std::nullopt;
 }
 
-// Takes a code point from the begin of the text. Nothing if that is no UTF-8.
-std::optional<std::uint32_t> take_code(std::string_view& text) {
-  const auto octet = [&](std::size_t i) { return static_cast<std::uint8_t>(text[i]); };
-  const std::uint8_t first = octet(0);
-  const std::size_t size = first < 0x80   ? 1
-                           : first < 0xC2 ? 0
-                           : first < 0xE0 ? 2
-                           : first < 0xF0 ? 3
-                           : first < 0xF5 ? 4
-                                          : 0;
-  if (size == 0 || size > text.size()) {
-    return std::nullopt;
-  }
-  std::uint32_t code = size == 1 ? first : first & (0xFFU >> (size + 1));
-  for (std::size_t i = 1; i < size; ++i) {
-    if ((octet(i) & 0xC0U) != 0x80) {
-      return std::nullopt;
-    }
-    code = code << 6U | (octet(i) & 0x3FU);
-  }
-  const bool longer_than_needed = (size == 3 && code < 0x800) || (size == 4 && code < 0x1'0000);
-  const bool surrogate = code >= 0xD800 && code <= 0xDFFF;
-  if (longer_than_needed || surrogate || code > 0x10'FFFF) {
-    return std::nullopt;
-  }
-  text.remove_prefix(size);
-  return code;
-}
-
 // The characters of VISIBLE_STRING in Latin-1, or of UNICODE_STRING in UTF-16, from the least
 // significant octet; zeros after them.
 Bits text_bits(std::string_view text, Reading reading, unsigned bits) {
@@ -214,7 +186,7 @@ Bits text_bits(std::string_view text, Reading reading, unsigned bits) {
     used += width;
   };
   while (!text.empty() && used < bits) {
-    const auto code = take_code(text);
+    const auto code = take_code_point(text);
     if (!code || (width == 8 && *code > 0xFF)) {
       return std::nullopt;
     }

@@ -101,6 +101,9 @@ TEST_F(ClientInC, WrongArgumentsAreErrors) {
   EXPECT_EQ(linegate_set_integer(client, group, "ram.None", 1), LINEGATE_ERROR_NAME);
   EXPECT_EQ(linegate_set_integer(client, group, "ram.Out", 256), LINEGATE_ERROR_RANGE);
   EXPECT_EQ(linegate_set_bytes(client, group, "ram.Out", "123456789", 9), LINEGATE_ERROR_RANGE);
+  EXPECT_EQ(linegate_set_text(client, group, "ram.Out", "1"), LINEGATE_ERROR_TYPE);
+  EXPECT_EQ(linegate_set_text(client, group, "ram.None", "1"), LINEGATE_ERROR_NAME);
+  EXPECT_EQ(linegate_set_text(client, group, "ram.Out", nullptr), LINEGATE_ERROR_ARGUMENT);
   EXPECT_EQ(linegate_line_status(client, -1), LINEGATE_ERROR_ARGUMENT);
   char name[4];
   EXPECT_EQ(linegate_line_name(client, line, 0, 0, name, sizeof name), LINEGATE_ERROR_TOO_LONG);

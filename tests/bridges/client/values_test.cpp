@@ -55,6 +55,13 @@ std::vector<Row> table() {
       {real32, 32, bytes({0, 0, 0xC0, 0xBF}), -1.5},
       {real64, 64, bytes({0, 0, 0, 0, 0, 0, 0xF8, 0x3F}), 1.5},
       {visible_string, 32, bytes({'a', 'b', 0, 0}), std::string("ab")},
+      {visible_string, 32, bytes({0xFC, 0x80, 'z', 0xFF}),
+       std::string("\xC3\xBC\xC2\x80z\xC3\xBF")},
+      {visible_string, 16, bytes({0, 0}), std::string()},
+      {visible_string, 12, bytes({'a', 2}), bytes({'a', 2})},  // no whole characters
+      {unicode_string, 64, bytes({0xE9, 0, 0x3D, 0xD8, 0, 0xDE, 0, 0}),
+       std::string("\xC3\xA9\xF0\x9F\x98\x80")},
+      {unicode_string, 24, bytes({'a', 0, 'b'}), bytes({'a', 0, 'b'})},
       {octet_string, 24, bytes({1, 2, 0xFF}), bytes({1, 2, 0xFF})},
       {domain, 8, bytes({9}), bytes({9})},
       // 1 ms and 1 day after 1984-01-01.
@@ -104,6 +111,13 @@ TEST(ClientValues, WhatDoesNotFitIsRefused) {
   EXPECT_EQ(encode(std::string("1"), DataType::unsigned8, 8, out), Error::wrong_type);
   EXPECT_EQ(encode(Data(), DataType::real64, 64, out), Error::wrong_type);
   EXPECT_EQ(encode(std::string("abc"), DataType::visible_string, 16, out), Error::out_of_range);
+  EXPECT_EQ(encode(std::int64_t{-1}, DataType::time_difference, 48, out), Error::out_of_range);
+  for (const char* const text : {"abcde", "\xE2\x82\xAC", "\xFC", "\xC3"})
+    EXPECT_EQ(encode(std::string(text), DataType::visible_string, 32, out), Error::out_of_range);
+  for (const char* const text : {"abc", "a\xF0\x9F\x98\x80", "\xED\xA0\x80"})
+    EXPECT_EQ(encode(std::string(text), DataType::unicode_string, 32, out), Error::out_of_range);
+  EXPECT_EQ(encode(std::string("a\0b", 3), DataType::visible_string, 32, out), Error::out_of_range);
+  EXPECT_EQ(encode(std::string("a"), DataType::unicode_string, 24, out), Error::wrong_type);
   EXPECT_EQ(encode(7.0, DataType::unsigned8, 8, out), Error::none);
   EXPECT_EQ(out, bytes({7}));
 }

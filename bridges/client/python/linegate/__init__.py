@@ -440,11 +440,17 @@ class Group:
         _checked(_lib.linegate_group_owner(self._client._handle, self._number, owner, len(owner)))
         return _text(owner.value)
 
-    def set(self, name: str, value: Union[bool, int, float, bytes], raw: bool = False) -> None:
+    def set(self, name: str, value: Union[bool, int, float, str, bytes], raw: bool = False) -> None:
         """The value of an output from now on, in its unit if it is scaled; values that are set between two polls are
-        sent together. raw: the value in the PDO, without scaling, and beyond the limits of the output. Raises NotReady
-        if the line is not ready."""
+        sent together. str: of VISIBLE_STRING (characters up to U+00FF) and UNICODE_STRING; bytes: of any type that is
+        no number, as many as it has. raw: the value in the PDO, without scaling, and beyond the limits of the output.
+        Raises NotReady if the line is not ready."""
         handle, to = self._client._handle, name.encode()
+        if isinstance(value, str):
+            if "\0" in value:
+                raise _error(-6)
+            _checked(_lib.linegate_set_text(handle, self._number, to, value.encode()))
+            return
         if isinstance(value, (bytes, bytearray, memoryview)):
             _checked(_lib.linegate_set_bytes(handle, self._number, to, bytes(value), len(bytes(value))))
             return
@@ -469,7 +475,7 @@ class Group:
         """Stops writing: after its time the watchdog reacts."""
         _checked(_lib.linegate_release(self._client._handle, self._number))
 
-    async def hold(self, values: Mapping[str, Union[bool, int, float, bytes]]) -> None:
+    async def hold(self, values: Mapping[str, Union[bool, int, float, str, bytes]]) -> None:
         """Waits until the line is ready, sets the values, arms the group, and waits until the gateway applies them.
         Raises GroupError if it refuses them or the group is lost meanwhile. Releases the group if it is cancelled."""
         while True:

@@ -87,6 +87,7 @@ FUNCTIONS = {
     "linegate_set_raw_unsigned": (c_int, [c_void_p, c_int, c_char_p, c_uint64]),
     "linegate_set_raw_real": (c_int, [c_void_p, c_int, c_char_p, c_double]),
     "linegate_set_bytes": (c_int, [c_void_p, c_int, c_char_p, c_char_p, c_size_t]),
+    "linegate_set_text": (c_int, [c_void_p, c_int, c_char_p, c_char_p]),
     "linegate_arm": (c_int, [c_void_p, c_int]),
     "linegate_release": (c_int, [c_void_p, c_int]),
     "linegate_group_state": (c_int, [c_void_p, c_int, c_char_p, c_size_t]),
