@@ -118,6 +118,8 @@ TEST(ClientValues, WhatDoesNotFitIsRefused) {
     EXPECT_EQ(encode(std::string(text), DataType::unicode_string, 32, out), Error::out_of_range);
   EXPECT_EQ(encode(std::string("a\0b", 3), DataType::visible_string, 32, out), Error::out_of_range);
   EXPECT_EQ(encode(std::string("a"), DataType::unicode_string, 24, out), Error::wrong_type);
+  EXPECT_EQ(encode(bytes({1, 0x10}), DataType::octet_string, 12, out), Error::out_of_range);
+  EXPECT_EQ(encode(bytes({1, 0x0F}), DataType::octet_string, 12, out), Error::none);
   EXPECT_EQ(encode(7.0, DataType::unsigned8, 8, out), Error::none);
   EXPECT_EQ(out, bytes({7}));
 }
