@@ -134,3 +134,68 @@ def pdos_of(eds, inputs):
                                      mapped & 0xFF))
         out.append(pdo)
     return out
+
+
+class Device:
+    """Objects of random types in random PDOs."""
+    WORDS = ("Valve", "24V (aux)", "class", "x  --  y", "Druck/p", "_flag_", "A.B")
+
+    def __init__(self, random, first_cob_id):
+        self.random, self.index = random, 0x2000
+        self.inputs = self._pdos(first_cob_id)
+        self.outputs = self._pdos(first_cob_id + len(self.inputs))
+
+    def _pdos(self, first_cob_id):
+        out = []
+        for number in range(1, self.random.randint(3, 6) + 1):
+            pdo, room = Pdo(number, first_cob_id + number - 1), 64
+            while not pdo.entries or (room > 0 and self.random.random() < 0.8):
+                name, bits = self.random.choice(list(TYPES.values()))
+                bits = bits or self.random.choice([16, 32, 48, 64] if name != "OCTET_STRING" else list(range(1, 65)))
+                if bits <= room:
+                    self.index += 1
+                    pdo.entries.append(Entry(self.index, f"{self.random.choice(self.WORDS)} {self.index:X}", name, bits))
+                    room -= bits
+            out.append(pdo)
+        return out
+
+    def values(self, pdos, writable):
+        """Bits of all entries, by PDO: at a limit, or any."""
+        def bits(entry):
+            if self.random.random() < 0.5 or not entry.type.startswith(("INTEGER", "UNSIGNED", "OCTET", "DOMAIN")):
+                return self.random.choice(entry.values(writable))
+            return self.random.getrandbits(entry.bits)
+        return [[bits(entry) for entry in pdo.entries] for pdo in pdos]
+
+    def eds(self):
+        """Its device file."""
+        sections, objects = [], []
+        codes = {name: code for code, (name, _) in TYPES.items()}
+
+        def variable(section, name, kind, access, value, mappable=0):
+            default = "" if value is None else f"\nDefaultValue={value}"
+            sections.append(f"[{section}]\nParameterName={name}\nObjectType=7\nDataType={codes[kind]}\nAccessType={access}"
+                            f"{default}\nPDOMapping={mappable}")
+
+        def record(index, values):
+            objects.append(index)
+            sections.append(f"[{index:X}]\nParameterName=PDO\nObjectType=9\nSubNumber={len(values) + 1}")
+            variable(f"{index:X}sub0", "Count", "UNSIGNED8", "rw", len(values))
+            for i, (kind, value) in enumerate(values, 1):
+                variable(f"{index:X}sub{i:X}", "Entry", kind, "rw", value)
+        variable("1000", "Device type", "UNSIGNED32", "ro", 0)
+        variable("1001", "Error register", "UNSIGNED8", "ro", 0)
+        variable("1017", "Heartbeat time", "UNSIGNED16", "rw", 0)
+        objects.append(0x1017)
+        for first, pdos, no_rtr in ((0x1400, self.outputs, 0), (0x1800, self.inputs, 1 << 30)):
+            for pdo in pdos:
+                record(first + pdo.number - 1, [("UNSIGNED32", pdo.cob_id | no_rtr), ("UNSIGNED8", 254)])
+                record(first + 0x200 + pdo.number - 1,
+                       [("UNSIGNED32", entry.index << 16 | entry.bits) for entry in pdo.entries])
+                for entry in pdo.entries:
+                    objects.append(entry.index)
+                    variable(f"{entry.index:X}", entry.name, entry.type, "ro" if no_rtr else "rw", None, 1)
+        listed = "\n".join(f"{i}=0x{index:X}" for i, index in enumerate(objects, 1))
+        return ("[FileInfo]\nFileName=random.eds\n[DeviceInfo]\nVendorName=Test\nProductName=Random\nGranularity=1\n"
+                "[MandatoryObjects]\nSupportedObjects=2\n1=0x1000\n2=0x1001\n"
+                f"[OptionalObjects]\nSupportedObjects={len(objects)}\n{listed}\n" + "\n".join(sections) + "\n")
