@@ -189,7 +189,7 @@ typedef struct linegate_event {
   uint8_t severity; /* 0 information, 1 warning, 2 error */
   uint8_t node;     /* 1..127, 0 = the line itself */
   uint8_t length;   /* of data */
-  uint8_t data[16];
+  uint8_t data[64];
   uint64_t missed;  /* of linegate_follow_events(): numbers of the line directly before this one
                        without an event, at most so many are lost: a gateway that was killed leaves
                        numbers out */

@@ -43,12 +43,12 @@ constexpr void unpack_number(std::uint32_t from, std::chrono::duration<Rep, Peri
 
 // Appends to the data, little-endian.
 void append(EventFields& to, std::uint64_t number, std::size_t size) {
-  LINEGATE_ASSERT(to.length + size <= to.data.size(), "the data have up to 16 bytes");
+  LINEGATE_ASSERT(to.length + size <= to.data.size(), "the data have room");
   store_le(std::span(to.data).subspan(to.length, size), number);
   to.length = static_cast<std::uint8_t>(to.length + size);
 }
 void append(EventFields& to, std::span<const std::byte> bytes) {
-  LINEGATE_ASSERT(to.length + bytes.size() <= to.data.size(), "the data have up to 16 bytes");
+  LINEGATE_ASSERT(to.length + bytes.size() <= to.data.size(), "the data have room");
   std::ranges::copy(bytes, to.data.begin() + to.length);
   to.length = static_cast<std::uint8_t>(to.length + bytes.size());
 }

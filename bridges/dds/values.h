@@ -132,8 +132,8 @@ struct Property {
 struct EventFields {
   std::uint32_t code = 0;
   std::uint32_t value = 0;
-  std::uint8_t length = 0;  // number of bytes used in data
-  std::array<std::byte, 16> data{};
+  std::uint8_t length = 0;           // number of bytes used in data
+  std::array<std::byte, 64> data{};  // events of this version have up to 16
 
   std::span<const std::byte> bytes() const { return std::span(data).first(length); }
 
@@ -202,7 +202,7 @@ inline constexpr std::size_t kMaxOutputValues = 4'096;
 inline constexpr std::size_t kMaxOutputRuns = 256;
 inline constexpr std::size_t kMaxGatewayLines = 1'024;
 inline constexpr std::size_t kMaxCounters = 64;
-inline constexpr std::size_t kMaxProperties = 40;
+inline constexpr std::size_t kMaxProperties = 128;
 inline constexpr std::size_t kChunkBytes = 8'192;
 inline constexpr std::size_t kChunksPerReply = 8;
 

@@ -30,7 +30,7 @@ constexpr unsigned kPageOfValues = 4;
 constexpr unsigned kUnknownEntry = 8;
 
 constexpr std::size_t kLongestName = 64;
-constexpr std::size_t kLongestData = 16;
+constexpr std::size_t kLongestData = 64;
 constexpr std::size_t kLongestEventText = 256;
 constexpr std::size_t kLongestEntryName = 128;
 constexpr std::size_t kMostBits = 64;

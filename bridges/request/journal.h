@@ -70,7 +70,7 @@ struct JournalRecord {
   std::uint8_t node = 0;
   std::uint32_t code = 0;
   std::uint32_t value = 0;
-  std::vector<std::byte> data{};  // up to 16 bytes
+  std::vector<std::byte> data{};  // up to 64 bytes
   std::string text{};             // up to 256 bytes
 
   friend bool operator==(const JournalRecord&, const JournalRecord&) = default;

@@ -7,7 +7,7 @@
 namespace linegate::gateway {
 namespace {
 
-constexpr std::size_t kRouteProperties = 6;  // number; a sample has up to 40
+constexpr std::size_t kRouteProperties = 6;  // number
 constexpr std::size_t kPropertyValue = 256;  // bytes
 
 }  // namespace

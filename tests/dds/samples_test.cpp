@@ -65,6 +65,19 @@ TEST(StateSamples, GatewayStateComesBackWithTimesInUtc) {
   EXPECT_EQ(info.counters[1].value, 0xFFFF'FFFF'FFFF'FFFFU);
 }
 
+// Of a later gateway, for CANopen FD.
+TEST(EventSamples, TheDataOfAnEventHaveRoomForAnFdFrame) {
+  v1::Event wire;
+  wire.kind(250);
+  for (int i = 0; i < 64; ++i)
+    wire.data().push_back(static_cast<std::uint8_t>(i));
+  ReceivedEvent event;
+  from_wire(wire, {}, event);
+  ASSERT_EQ(event.fields.bytes().size(), 64U);
+  EXPECT_EQ(event.fields.bytes()[63], std::byte{63});
+  EXPECT_FALSE(event.data.has_value());
+}
+
 // Earlier gateways have no event-stream.
 TEST(StateSamples, TheEventStreamIsTheLastCounterOfAGatewayState) {
   GatewayInfo sent = known::gateway_info();
@@ -226,16 +239,16 @@ TEST(StateSamples, NeverStaysNever) {
 TEST(StateSamples, PropertiesThatTheContractHasNoRoomForAreCounted) {
   std::vector<v1::Property> wire;
   std::vector<Property> back;
-  to_wire(std::vector<Property>(40, Property{"n", "v"}), wire);
+  to_wire(std::vector<Property>(128, Property{"n", "v"}), wire);
   from_wire(wire, back);
-  ASSERT_EQ(back.size(), 40U);
+  ASSERT_EQ(back.size(), 128U);
   EXPECT_EQ(back.back().name, "n") << "all have room";
-  to_wire(std::vector<Property>(41, Property{"n", "v"}), wire);
+  to_wire(std::vector<Property>(129, Property{"n", "v"}), wire);
   from_wire(wire, back);
-  ASSERT_EQ(back.size(), 40U);
-  EXPECT_EQ(back[38].name, "n");
-  EXPECT_EQ(back[39].name, "properties-left-out");
-  EXPECT_EQ(back[39].value, "2");
+  ASSERT_EQ(back.size(), 128U);
+  EXPECT_EQ(back[126].name, "n");
+  EXPECT_EQ(back[127].name, "properties-left-out");
+  EXPECT_EQ(back[127].value, "2");
 }
 
 TEST(ImageSamples, SnapshotComesBack) {
@@ -406,7 +419,7 @@ TEST(EventSamples, DataOfAStrangerAreCutToTheirBound) {
   wire.data().resize(100, 1);
   ReceivedEvent event;
   from_wire(wire, {}, event);
-  EXPECT_EQ(event.fields.length, 16);
+  EXPECT_EQ(event.fields.length, 64);
 }
 
 line::OutputWrite output() {

@@ -57,6 +57,10 @@ static void compare_counters(const linegate_v1_Counters* count) {
   NUMBER(count->events, 1018);
   NUMBER(count->events_lost, 1019);
   NUMBER(count->receptions_lost, 1020);
+  NUMBER(count->fd_frames_received, 0);
+  NUMBER(count->fd_frames_sent, 0);
+  NUMBER(count->usdo_transfers, 0);
+  NUMBER(count->usdo_aborts, 0);
 }
 
 void compare_gateway_state(const linegate_v1_GatewayState* s) {
@@ -105,6 +109,9 @@ void compare_line_state(const linegate_v1_LineState* s) {
   NUMBER(s->load_permille, 421);
   NUMBER(s->nodes_configured, 3);
   NUMBER(s->nodes_operational, 2);
+  NUMBER(s->flying_master, linegate_v1_FLYING_MASTER_NONE);
+  NUMBER(s->active_master, 0);
+  NUMBER(s->master_priority, 0);
   compare_counters(&s->count);
   compare_properties(&s->properties, 2);
 }

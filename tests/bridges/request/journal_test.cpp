@@ -88,7 +88,7 @@ TEST(JournalCodec, TheSizeOfARecordIsKnownBeforeItIsEncodedAndItsStringsAreCut) 
   const auto back = decode_page(encode(JournalPage{.records = {longest}}));
   ASSERT_TRUE(back);
   EXPECT_EQ(back->records[0].line.size(), 64U);
-  EXPECT_EQ(back->records[0].data.size(), 16U);
+  EXPECT_EQ(back->records[0].data.size(), 64U);
   EXPECT_EQ(back->records[0].text.size(), 256U);
 }
 
