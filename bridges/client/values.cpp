@@ -212,7 +212,7 @@ Error encode_bytes(const Data& data, std::uint16_t bits, std::vector<std::byte>&
   if (out.size() > size || (!is_text && out.size() != size))
     return Error::out_of_range;
   out.resize(size);  // a shorter text ends with 0
-  const bool fits = bits % 8 == 0 || out.back() >> (bits % 8) == std::byte{0};
+  const bool fits = bits % 8 == 0 || (out.back() >> (bits % 8)) == std::byte{0};
   return fits ? Error::none : Error::out_of_range;
 }
 
