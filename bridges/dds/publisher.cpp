@@ -904,7 +904,10 @@ bool GatewayBridge::follow(std::vector<RemoteLine> lines) {
     return true;
   impl_->followed = std::move(wanted);
   impl_->remote_layouts = {};  // each is passed on again
-  return impl_->port->follow({impl_->followed.begin(), impl_->followed.end()});
+  const bool follows = impl_->port->follow({impl_->followed.begin(), impl_->followed.end()});
+  if (!follows)
+    impl_->followed.clear();  // the next reload tries again
+  return follows;
 }
 
 // A process of the endpoints may send samples of any line at any time: those that are not wanted

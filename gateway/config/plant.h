@@ -150,7 +150,7 @@ struct RemoteInput {
   std::uint16_t bit_length = 0;  // 1..64
   od::Scaling scaling{};
   // Without a valid value for that long, the reactions follow (line::WatchdogReaction)
-  Duration timeout = std::chrono::seconds(3);
+  Duration timeout = std::chrono::seconds(5);
   std::uint8_t reactions = line::kHoldOutputs;
 
   // "hall-b/press.inlet.Pressure"

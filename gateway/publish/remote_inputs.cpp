@@ -20,6 +20,8 @@ constexpr Duration kOverlap = std::chrono::seconds(1);
 // A state of the line was lost. Afterwards DDS has kRepair to repeat a newer image.
 constexpr Duration kPause = std::chrono::milliseconds(1'500);
 constexpr Duration kRepair = std::chrono::seconds(1);
+// A write that the line refuses is repeated after this time at the latest.
+constexpr Duration kRepetition = std::chrono::seconds(1);
 
 // The only entry for which `wanted` is true; nullptr if there is none, or several.
 template <class Wanted>
@@ -94,6 +96,12 @@ std::optional<std::uint64_t> value_of(const std::optional<image::Layout>& layout
   return has_bit(image->valid, number) ? bits_of(image->bytes, entry) : std::nullopt;
 }
 
+// Whether DDS gave the image once more, as to a new reader.
+bool is_repeated(const std::optional<image::Snapshot>& known, const image::Snapshot& image) {
+  return known && known->layout_id == image.layout_id && known->sequence == image.sequence &&
+         known->acquired == image.acquired;
+}
+
 }  // namespace
 
 void RemoteInputs::set_rules(std::vector<Rule> rules) {
@@ -108,6 +116,7 @@ void RemoteInputs::set_rules(std::vector<Rule> rules) {
     }
     for (Publisher& publisher : source.publishers) {
       publisher.verdicts.clear();
+      doubt(publisher);  // the readers may be new ones
       judge(source, publisher);
     }
   }
@@ -126,29 +135,42 @@ RemoteInputs::Source* RemoteInputs::find(const config::RemoteLine& line) {
   return found == sources_.end() ? nullptr : &found->second;
 }
 
-// The one with that incarnation. A new one replaces the one that was silent for longest if there
-// are too many.
-RemoteInputs::Publisher& RemoteInputs::publisher(Source& source, std::uint64_t incarnation,
+// The one with that incarnation; nullptr if there are too many. A publisher that is heard keeps its
+// place, with its layout, which comes only once.
+RemoteInputs::Publisher* RemoteInputs::publisher(Source& source, std::uint64_t incarnation,
                                                  Instant now) {
   std::vector<Publisher>& known = source.publishers;
   if (const auto found = std::ranges::find(known, incarnation, &Publisher::incarnation);
       found != known.end()) {
-    return *found;
+    return &*found;
   }
   if (known.size() >= kMostPublishers) {
-    known.erase(std::ranges::min_element(known, {}, &Publisher::heard));
+    const auto oldest = std::ranges::min_element(known, {}, &Publisher::heard);
+    if (now - oldest->heard < kSilence) {
+      return nullptr;
+    }
+    known.erase(oldest);
   }
   known.push_back({.incarnation = incarnation, .began = now, .heard = now, .resumed = now});
-  return known.back();
+  return &known.back();
 }
 
-// Returns how long it was silent.
-Duration RemoteInputs::hear(Publisher& publisher, Instant now) {
+// A sample of that kind was received. Returns how long the publisher was silent.
+Duration RemoteInputs::hear(Publisher& publisher, bool Publisher::*had, Instant now) {
   const Duration silence = now - std::exchange(publisher.heard, now);
   if (silence > kPause) {
     publisher.resumed = now;
   }
+  if (silence >= kSilence) {
+    doubt(publisher);
+  }
+  publisher.is_live |= std::exchange(publisher.*had, true);
   return silence;
+}
+
+// The next samples may be old ones, which DDS keeps for new readers.
+void RemoteInputs::doubt(Publisher& publisher) {
+  publisher.had_state = publisher.had_image = publisher.is_live = false;
 }
 
 // Whether a newer image was received just before: the gateway replaces its writers from time to
@@ -160,10 +182,11 @@ bool RemoteInputs::is_overtaken(const Publisher& publisher, const image::Snapsho
          image.sequence < publisher.image->sequence && image.acquired < publisher.image->acquired;
 }
 
-// Whether the values of the publisher count: it is the last one that began, and no earlier one
-// continues beside it. One that ended returns to its right when the later one is silent.
+// Whether the values of the publisher count: it is live, it is the last one that began, and earlier
+// ones have ended. An earlier one counts again when the later one is silent.
 bool RemoteInputs::speaks(Source& source, Publisher& publisher, Instant now) {
   bool disputed = false;
+  bool follows_another = false;
   for (const Publisher& other : source.publishers) {
     if (&other == &publisher || now - other.heard >= kSilence) {
       continue;
@@ -171,7 +194,8 @@ bool RemoteInputs::speaks(Source& source, Publisher& publisher, Instant now) {
     if (&other > &publisher) {
       return false;
     }
-    disputed |= other.state_heard && *other.state_heard > publisher.began + kOverlap;
+    follows_another |= now - other.heard < kHandOver;
+    disputed |= other.heard > publisher.began + kOverlap;
   }
   if (disputed && !std::exchange(publisher.dispute_reported, true)) {
     for (const Target& target : source.targets) {
@@ -179,7 +203,7 @@ bool RemoteInputs::speaks(Source& source, Publisher& publisher, Instant now) {
     }
   }
   publisher.dispute_reported = disputed;
-  return !disputed;
+  return publisher.is_live && !disputed && !follows_another;
 }
 
 void RemoteInputs::judge(Source& source, Publisher& publisher) {
@@ -202,13 +226,13 @@ void RemoteInputs::take_state(const RemoteSource& from, std::int64_t time, Insta
   if (source == nullptr) {
     return;
   }
-  Publisher& publisher = RemoteInputs::publisher(*source, from.incarnation, now);
-  if (publisher.state_heard && publisher.state_time == time) {
-    return;  // it was repeated for late subscribers, and says nothing of the present
+  Publisher* const known = publisher(*source, from.incarnation, now);
+  if (known == nullptr || known->state_time == time) {
+    return;  // a state that is repeated for late subscribers does not show that the line runs
   }
+  Publisher& publisher = *known;
   publisher.state_time = time;
-  publisher.state_heard = now;
-  const Duration silence = hear(publisher, now);
+  const Duration silence = hear(publisher, &Publisher::had_state, now);
   if (!speaks(*source, publisher, now) || now - publisher.resumed < kRepair) {
     return;
   }
@@ -224,7 +248,11 @@ void RemoteInputs::take_layout(const RemoteSource& from, const image::Layout& la
   if (source == nullptr || layout.direction != image::Direction::inputs) {
     return;
   }
-  Publisher& publisher = RemoteInputs::publisher(*source, from.incarnation, now);
+  Publisher* const known = publisher(*source, from.incarnation, now);
+  if (known == nullptr) {
+    return;
+  }
+  Publisher& publisher = *known;
   publisher.layout = layout;
   judge(*source, publisher);
   // Its image may have been received before.
@@ -241,13 +269,14 @@ void RemoteInputs::take_image(const RemoteSource& from, const image::Snapshot& i
   if (source == nullptr || image.direction != image::Direction::inputs) {
     return;
   }
-  Publisher& publisher = RemoteInputs::publisher(*source, from.incarnation, now);
-  if (is_overtaken(publisher, image, now)) {
+  Publisher* const known = publisher(*source, from.incarnation, now);
+  if (known == nullptr || is_overtaken(*known, image, now) || is_repeated(known->image, image)) {
     return;
   }
+  Publisher& publisher = *known;
   publisher.image = image;
   publisher.image_heard = now;
-  hear(publisher, now);
+  hear(publisher, &Publisher::had_image, now);
   if (!speaks(*source, publisher, now)) {
     return;
   }
@@ -266,11 +295,12 @@ void RemoteInputs::confirm(Target& target, const Publisher& publisher, Instant n
   write(target, *value, now);
 }
 
-// An unchanged value is repeated when a quarter of the time-out has passed. Each repetition has
-// another arming number: if the watchdog fired before it, it ends the reaction.
+// An unchanged value is repeated when a quarter of the time-out has passed, or kRepetition. Each
+// repetition has another arming number: if the watchdog fired before it, it ends the reaction.
 void RemoteInputs::write(Target& target, std::uint64_t value, Instant now) {
   const config::RemoteInput& input = target.rule.input;
-  const bool is_due = target.arming == 0 || now - target.written >= input.timeout / 4;
+  const bool is_due =
+      target.arming == 0 || now - target.written >= std::min(input.timeout / 4, kRepetition);
   if (!is_due && value == target.value && !target.waits_for_room) {
     return;
   }
@@ -279,7 +309,7 @@ void RemoteInputs::write(Target& target, std::uint64_t value, Instant now) {
       .layout_id = target.rule.layout_id,
       .arming =
           is_due ? static_cast<std::uint64_t>(now.time_since_epoch().count() | 1) : target.arming,
-      .watchdog = input.timeout,
+      .watchdog = input.timeout - (now - target.confirmed),
       .reactions = input.reactions,
       .client = input.from.gateway + '/' + input.from.line,
       .forwarded = true};
@@ -298,14 +328,24 @@ void RemoteInputs::write(Target& target, std::uint64_t value, Instant now) {
 void RemoteInputs::advance(Instant now) {
   for (auto& [line, source] : sources_) {
     for (Target& target : source.targets) {
-      if (!target.waits_for_room) {
-        continue;
+      if (target.waits_for_room) {
+        retry(source, target, now);
       }
-      if (now - target.confirmed >= target.rule.input.timeout) {
-        target.waits_for_room = false;
-      } else {
-        write(target, target.value, now);
-      }
+    }
+  }
+}
+
+// Only if the value would be written now, too.
+void RemoteInputs::retry(Source& source, Target& target, Instant now) {
+  target.waits_for_room = false;
+  if (now - target.confirmed >= target.rule.input.timeout) {
+    return;
+  }
+  for (Publisher& publisher : source.publishers) {
+    const auto value = value_of(publisher.layout, publisher.image, target.rule.input);
+    if (value && speaks(source, publisher, now)) {
+      target.arming = 0;
+      return write(target, *value, now);
     }
   }
 }

@@ -8,9 +8,12 @@
 // 2. A write confirms that the line of the source was heard just now: by an image, or by its state
 //    if the line was not silent for longer than the time-out before, and DDS had a second since the
 //    end of the last silence to repeat an image. So the value that a line had before a silence does
-//    not come back after it, and the watchdog of the group limits the age of a value.
+//    not come back after it, and the watchdog of the group limits the age of a value. DDS gives a
+//    new reader the last samples of a line that stands still, too: after a silence, and after a
+//    change of the rules, a line counts as heard from its second state or second image on.
 // 3. The values of an output come from one publisher. Two that publish the line at the same time
-//    dispute it: then nothing is written.
+//    dispute it: then nothing is written. A new one counts when the one before it was silent for
+//    kHandOver.
 //
 // All samples are foreign. No DDS, thread or clock here.
 #pragma once
@@ -55,7 +58,9 @@ class RemoteInputs {
 
   // A gateway publishes the state of each line once a second.
   static constexpr Duration kSilence = std::chrono::seconds(3);
-  // Of one line: former incarnations, and foreign ones.
+  static constexpr Duration kHandOver = std::chrono::seconds(2);
+  // Of one line: former incarnations, and foreign ones. Further ones are ignored until one of them
+  // was silent for kSilence.
   static constexpr std::size_t kMostPublishers = 4;
 
   // sink must outlive it.
@@ -77,11 +82,14 @@ class RemoteInputs {
   struct Publisher {
     std::uint64_t incarnation = 0;
     Instant began{};
-    Instant heard{};    // its state or an image
+    Instant heard{};  // its state or an image
+    // Whether a state, or an image, came since it may have stood still; or a second one
+    bool had_state = false;
+    bool had_image = false;
+    bool is_live = false;
     Instant resumed{};  // end of its last silence
     Instant image_heard{};
-    std::optional<Instant> state_heard{};
-    std::int64_t state_time = 0;
+    std::optional<std::int64_t> state_time{};  // of its last state
     std::optional<image::Layout> layout{};
     std::optional<image::Snapshot> image{};
     std::vector<line::OutputRefusal> verdicts{};  // by rule of the source, as far as reported
@@ -102,9 +110,11 @@ class RemoteInputs {
 
   Source* find(const config::RemoteLine& line);
   static bool is_overtaken(const Publisher& publisher, const image::Snapshot& image, Instant now);
-  static Duration hear(Publisher& publisher, Instant now);
-  static Publisher& publisher(Source& source, std::uint64_t incarnation, Instant now);
+  static Duration hear(Publisher& publisher, bool Publisher::*had, Instant now);
+  static void doubt(Publisher& publisher);
+  static Publisher* publisher(Source& source, std::uint64_t incarnation, Instant now);
   bool speaks(Source& source, Publisher& publisher, Instant now);
+  void retry(Source& source, Target& target, Instant now);
   void judge(Source& source, Publisher& publisher);
   void write(Target& target, std::uint64_t value, Instant now);
   void confirm(Target& target, const Publisher& publisher, Instant now);

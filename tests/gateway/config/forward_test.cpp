@@ -341,7 +341,7 @@ TEST(Forward, ASourceInAnotherGatewayHasAGroupOfItsOwn) {
   EXPECT_EQ(position.from, (RemoteLine{"hall-b", "pack"}));
   EXPECT_EQ(position.type, od::DataType::integer32);
   EXPECT_EQ(position.bit_length, 32U);
-  EXPECT_EQ(position.timeout, std::chrono::seconds(3));
+  EXPECT_EQ(position.timeout, std::chrono::seconds(5));
   EXPECT_EQ(position.reactions, line::kHoldOutputs);
   EXPECT_EQ(mode.entry, "belt.6061:0");
   EXPECT_EQ(mode.timeout, std::chrono::milliseconds(500));
@@ -374,7 +374,7 @@ TEST(Forward, ALineChangesWithItsSourcesInOtherGateways) {
     return read_forwarding("  - " + rule + "\n").value->lines.at(1).source;
   };
   const std::string one = source("hall-b/pack.belt.6064:0 -> hall.axis.607A:0");
-  EXPECT_EQ(one, source("{from: hall-b/pack.belt.6064:0, to: hall.axis.607A:0, timeout: 3s}"));
+  EXPECT_EQ(one, source("{from: hall-b/pack.belt.6064:0, to: hall.axis.607A:0, timeout: 5s}"));
   EXPECT_NE(one, source("{from: hall-b/pack.belt.6064:0, to: hall.axis.607A:0, timeout: 4s}"));
   EXPECT_NE(one, source("{from: hall-b/pack.belt.6064:0, to: hall.axis.607A:0, when_lost: zero}"));
   EXPECT_NE(one, source("hall-c/pack.belt.6064:0 -> hall.axis.607A:0"));
