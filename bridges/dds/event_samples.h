@@ -17,7 +17,7 @@ void to_wire(const linegate::Event& from, std::string_view text, const ClockMap&
              v1::Event& to);
 // Adds the property that states the stream of the number, if there is room for it; 0: does not.
 void add_stream(std::uint64_t stream, v1::Event& to);
-// data beyond 16 bytes are cut off. The stream is 0 if the properties do not state it.
+// data beyond 64 bytes are cut off. The stream is 0 if the properties do not state it.
 void from_wire(const v1::Event& from, const ClockMap& clock, ReceivedEvent& to);
 
 }  // namespace linegate::dds

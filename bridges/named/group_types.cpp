@@ -12,7 +12,7 @@ namespace {
 
 // The version of the members of a group's type that are not values: part of the hash.
 constexpr std::string_view kSetScheme = "set 1";
-// OutputValue of the contract has as many.
+// line::OutputValue has as many.
 constexpr unsigned kMostBits = 64;
 
 class GroupMaker {

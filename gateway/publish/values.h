@@ -14,7 +14,7 @@
 
 namespace linegate::gateway {
 
-// Name and value pairs at the end of states; up to 40, names up to 64 bytes, values up to 256
+// Name and value pairs at the end of states; up to 128, names up to 64 bytes, values up to 256
 // (idl/README.md).
 struct Property {
   std::string name;

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The data types of CiA 301: the bits of values, and what they mean, independent of the product. Device descriptions with
-objects of these types: read from EDS files, and made by chance."""
+objects of these types: read from EDS files, and made at random."""
 
 import configparser
 import struct
@@ -107,7 +107,7 @@ class Pdo:
 
 
 def same(found, wanted):
-    """Whether both are the same value of the same type; a number that is none is the same as any other."""
+    """Whether both are the same value of the same type; NaN is the same as any other NaN."""
     if type(found) is not type(wanted):
         return False
     if isinstance(wanted, float):

@@ -282,7 +282,7 @@ void add_joins(DefaultCases& to) {
   to["forwarding/when_lost"] =
       default_of(plant("forward: [{from: a.n.6064, to: b.n.607A, @}]\n", node), "stop", of_first);
   to["forwarding/timeout"] =
-      default_of(plant("forward: [{from: h/p.n.6064, to: b.n.607A, @}]\n", node), "5s",
+      default_of(plant("forward: [{from: h/p.n.6064, to: b.n.607A, @}]\n", node), "10s",
                  [](const Plant& p) { return p.lines.at(1).remote_inputs.at(0).timeout; });
   to["binding/when_lost"] =
       default_of(plant("", ", role: device, devices: [{id: 6, name: d, eds: '" + kDriveFile +

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the bits of a value mean by CiA 301, as text: "true", "-5", "3FF8000000000000" (bits of a
-// double, "nan" for each one that is no number), "'Press" (a text), "x01FF" (octets). Written
-// without the product, to compare it with.
+// double, "nan" for each one that is no number), "'Press" (a text), "x01FF" (octets). The decoders
+// of the product are not used; widths and signs are those of stack/od.
 #pragma once
 
 #include <cstdint>
