@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "bridges/request/field_bytes.h"
+#include "stack/base/assert.h"
 #include "stack/base/short_text.h"
 
 namespace linegate::dds {
@@ -188,9 +189,9 @@ std::optional<SharedImagesMessage> decode_shared_images(PortBytes message) {
 
 void encode(const std::vector<RemoteLine>& lines, PortMessage& out) {
   FieldWriter writer = begin_message(static_cast<std::uint8_t>(ToEndpoints::follow));
-  const std::size_t sent = std::min(lines.size(), kMostFollowed);
-  writer.number(sent, 4);
-  for (const RemoteLine& line : std::span(lines).first(sent)) {
+  LINEGATE_ASSERT(lines.size() <= kMostFollowed, "the other side takes no more lines");
+  writer.number(lines.size(), 4);
+  for (const RemoteLine& line : lines) {
     add_text(line.gateway, writer);
     add_text(line.line, writer);
   }

@@ -312,6 +312,8 @@ bool RemotePort::share_images(const std::string& line, std::shared_ptr<SharedFil
 }
 
 bool RemotePort::follow(const std::vector<RemoteLine>& lines) {
+  if (lines.size() > kMostFollowed)
+    return false;
   const std::lock_guard lock(mutex_);
   encode(lines, buffer_);
   retained_.add({.line = {}, .topic = number_of(ToEndpoints::follow)}, kNewest, buffer_);

@@ -377,7 +377,7 @@ void LineRunner::queue_command(Instant now) {
     if (stopping_) {
       continue;
     }
-    if (write_.forwarded) {  // a value of another gateway: no client, its rate is bounded before
+    if (write_.forwarded) {  // a value of another gateway is no request of a client
       (void)line_->write_outputs(write_, now);
       continue;
     }

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "stack/base/utf8.h"
+
 namespace linegate::eds {
 namespace {
 
@@ -17,45 +19,13 @@ char lower_case(char c) {
 // Returns the character of text at `at` and advances `at`; never U+FFFD for valid UTF-8. For a byte
 // that does not begin a valid sequence, sets ok to false and returns the byte (Latin-1).
 char32_t next_character(std::string_view text, std::size_t& at, bool& ok) {
-  const auto byte = [&](std::size_t i) {
-    return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U;
-  };
-  const unsigned first = byte(at);
-  const unsigned length = first < 0x80   ? 1
-                          : first < 0xC2 ? 0
-                          : first < 0xE0 ? 2
-                          : first < 0xF0 ? 3
-                          : first < 0xF5 ? 4
-                                         : 0;
-  char32_t character = length < 2 ? first : first & (0x7FU >> length);
-  bool valid = length != 0;
-  for (unsigned i = 1; valid && i < length; ++i) {
-    valid = (byte(at + i) & 0xC0U) == 0x80;
-    character = character << 6U | (byte(at + i) & 0x3FU);
+  std::string_view rest = text.substr(at);
+  if (const auto code = take_code_point(rest)) {
+    at = text.size() - rest.size();
+    return *code;
   }
-  constexpr char32_t kSmallest[] = {0, 0, 0x80, 0x800, 0x1'0000};
-  valid = valid && character >= kSmallest[length] && character <= 0x10'FFFF &&
-          (character < 0xD800 || character > 0xDFFF);
-  if (!valid) {
-    ok = false;
-    ++at;
-    return first;
-  }
-  at += length;
-  return character;
-}
-
-void append_utf8(std::string& out, char32_t character) {
-  if (character < 0x80) {
-    out += static_cast<char>(character);
-    return;
-  }
-  const unsigned more = character < 0x800 ? 1 : character < 0x1'0000 ? 2 : 3;
-  constexpr unsigned kFirst[] = {0, 0xC0, 0xE0, 0xF0};
-  out += static_cast<char>(kFirst[more] | character >> 6 * more);
-  for (unsigned left = more; left-- != 0;) {
-    out += static_cast<char>(0x80U | (character >> 6 * left & 0x3FU));
-  }
+  ok = false;
+  return static_cast<unsigned char>(text[at++]);
 }
 
 void append_utf16(std::vector<std::byte>& out, char32_t unit) {
@@ -141,7 +111,7 @@ std::string to_utf8(std::string_view text) {
     if (code < 0x80) {
       out += c;
     } else {
-      append_utf8(out, code);
+      append_utf8(code, out);
     }
   }
   return out;
@@ -175,10 +145,10 @@ std::string from_utf16(std::span<const std::byte> text) {
     const char32_t high = unit(at);
     const char32_t low = unit(at + 2);
     if (is_half(high, 0xD800) && is_half(low, 0xDC00)) {
-      append_utf8(out, 0x1'0000 + ((high - 0xD800) << 10U) + (low - 0xDC00));
+      append_utf8(0x1'0000 + ((high - 0xD800) << 10U) + (low - 0xDC00), out);
       at += 2;
     } else {
-      append_utf8(out, is_half(high, 0xD800) || is_half(high, 0xDC00) ? U'?' : high);
+      append_utf8(is_half(high, 0xD800) || is_half(high, 0xDC00) ? U'?' : high, out);
     }
   }
   return out;

@@ -12,7 +12,7 @@ import subprocess
 import sys
 import time
 
-from installed_client import EXAMPLES, Installed
+from installed_client import EXAMPLES, Installed, armed
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "gateway", "cli"))
 from plant_process import end, expect, raised, run_test, until  # noqa: E402 pylint: disable=wrong-import-position
@@ -194,15 +194,6 @@ def read_and_write_in_units(linegate, client):
     expect("in the device", press.sdo_read(8, 0x6200, 1).result(), b"\x2d")
     group.set("panel.Level", 255, raw=True)
     until("beyond its limit", lambda: client.poll(0.1) or shows(117.5, 255))
-
-
-def armed(linegate, group):
-    """Whether it could be armed."""
-    try:
-        group.arm()
-    except linegate.NotReady:
-        return False
-    return True
 
 
 def test(folder, build, linegated):

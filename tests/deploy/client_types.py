@@ -10,7 +10,7 @@ import os
 import subprocess
 import sys
 
-from installed_client import EXAMPLES, Installed
+from installed_client import EXAMPLES, Installed, armed
 
 FOLDER = os.path.dirname(os.path.abspath(__file__))
 sys.path += [os.path.join(FOLDER, "..", "gateway", "cli"), os.path.join(FOLDER, "..", "interop")]
@@ -115,15 +115,6 @@ def refusals(linegate, group, entries):
                 expect(f"{value!r} for {name}", raised(linegate.Error, group.set, name, value).code, OUT_OF_RANGE)
         if not entry.type.startswith(("VISIBLE", "UNICODE", "OCTET", "DOMAIN")):
             expect(f"a text for {name}", raised(linegate.Error, group.set, name, "1").code, WRONG_TYPE)
-
-
-def armed(linegate, group):
-    """Whether it could be armed."""
-    try:
-        group.arm()
-    except linegate.NotReady:
-        return False
-    return True
 
 
 def test(folder, build, linegated):

@@ -48,3 +48,12 @@ class Installed:
         output("cmake", "--build", build)
         return {"C++": [os.path.join(build, "hold")], "C": [os.path.join(build, "hold_c")],
                 "Python": ["/usr/bin/python3", os.path.join(EXAMPLES, "hold.py")]}
+
+
+def armed(linegate, group):
+    """Whether it could be armed."""
+    try:
+        group.arm()
+    except linegate.NotReady:
+        return False
+    return True
