@@ -9,6 +9,7 @@ client_types.py BUILD LINEGATED. In a separate network namespace.
 import os
 import subprocess
 import sys
+import time
 
 from installed_client import EXAMPLES, Installed, armed
 
@@ -48,12 +49,16 @@ def rounds(pdos, writable):
     return [[[one[i % len(one)] for one in pdo] for pdo in values] for i in range(most)]
 
 
-def await_values(client, line, names, entries, raws):
-    """Waits until each value is good and that of its bits; else names those that are not."""
+def await_values(client, line, names, entries, raws, send=lambda: None):
+    """Waits until each value is good and that of its bits; else names those that are not. Calls `send` at once, and every 2 s:
+    a device that was started again on a slow host sends values of its own."""
     wanted = [entry.meaning(raw) for entry, raw in zip(entries, raws)]
-    wrong = []
+    wrong, sent = [], []
 
     def are_right():
+        if not sent or time.monotonic() > sent[-1] + 2:
+            send()
+            sent.append(time.monotonic())
         client.poll(0.05)
         wrong[:] = [f"{value}, not {one!r}" for value, one in zip(line.read(*names).values, wanted)
                     if not (value.good and same(value.data, one))]
@@ -70,9 +75,12 @@ def inputs(client, pdos):
     names = ["every." + entry.name for entry in entries]
     expect("inputs", sorted(press.inputs()), sorted(names))
     for raws in rounds(pdos, writable=False):
-        for call in [stranger.request(CAN_SEND, entry=pdo.cob_id, data=pdo.frame(of)) for pdo, of in zip(pdos, raws)]:
-            call.result()
-        await_values(client, press, names, entries, [raw for of in raws for raw in of])
+        frames = [(pdo.cob_id, pdo.frame(of)) for pdo, of in zip(pdos, raws)]
+
+        def send(frames=frames):
+            for call in [stranger.request(CAN_SEND, entry=cob_id, data=data) for cob_id, data in frames]:
+                call.result()
+        await_values(client, press, names, entries, [raw for of in raws for raw in of], send)
 
 
 def outputs(linegate, client, pdos):

@@ -140,24 +140,34 @@ class Device:
     """Objects of random types in random PDOs."""
     WORDS = ("Valve", "24V (aux)", "class", "x  --  y", "Druck/p", "_flag_", "A.B")
 
-    def __init__(self, random, first_cob_id):
+    def __init__(self, random, first_cob_id, inputs=(), outputs=()):
+        """inputs, outputs: names of types that it has in any case."""
         self.random, self.index = random, 0x2000
-        self.inputs = self._pdos(first_cob_id)
-        self.outputs = self._pdos(first_cob_id + len(self.inputs))
+        self.inputs = self._pdos(first_cob_id, inputs)
+        self.outputs = self._pdos(first_cob_id + len(self.inputs), outputs)
 
-    def _pdos(self, first_cob_id):
-        out = []
-        for number in range(1, self.random.randint(3, 6) + 1):
-            pdo, room = Pdo(number, first_cob_id + number - 1), 64
-            while not pdo.entries or (room > 0 and self.random.random() < 0.8):
-                name, bits = self.random.choice(list(TYPES.values()))
-                bits = bits or self.random.choice([16, 32, 48, 64] if name != "OCTET_STRING" else list(range(1, 65)))
+    def _pdos(self, first_cob_id, types):
+        out, least, sizes = [], self.random.randint(3, 6), dict(TYPES.values())
+        wanted = list(types)
+        while wanted or len(out) < least:
+            pdo, room = Pdo(len(out) + 1, first_cob_id + len(out)), 64
+            while not pdo.entries or wanted or (room > 0 and self.random.random() < 0.8):
+                name = wanted[0] if wanted else self.random.choice(list(sizes))
+                bits = sizes[name] or self.random.choice(self._widths(name))
+                if bits > room and wanted:
+                    break
                 if bits <= room:
                     self.index += 1
                     pdo.entries.append(Entry(self.index, f"{self.random.choice(self.WORDS)} {self.index:X}", name, bits))
                     room -= bits
+                    wanted = wanted[1:]
             out.append(pdo)
         return out
+
+    @staticmethod
+    def _widths(name):
+        """Bits of an object without a fixed size."""
+        return list(range(1, 65)) if name == "OCTET_STRING" else [16, 32, 48, 64]
 
     def values(self, pdos, writable):
         """Bits of all entries, by PDO: at a limit, or any."""

@@ -18,7 +18,7 @@ import time
 
 FOLDER = os.path.dirname(os.path.abspath(__file__))
 sys.path += [os.path.join(FOLDER, "..", "gateway", "cli"), os.path.join(FOLDER, "..", "deploy"), FOLDER]
-from cia_types import Device, same  # noqa: E402 pylint: disable=wrong-import-position
+from cia_types import TYPES, Device, same  # noqa: E402 pylint: disable=wrong-import-position
 from installed_client import Installed, output  # noqa: E402 pylint: disable=wrong-import-position
 from plant_process import (Failure, end, expect, own_domain, run_test, until,  # noqa: E402 pylint: disable=wrong-import-position
                            write)
@@ -26,7 +26,7 @@ from plant_process import (Failure, end, expect, own_domain, run_test, until,  #
 LINES = ("a", "b", "c")
 ROUNDS = 4
 PATIENCE = 60  # seconds
-CAN_SEND = 20
+CAN_SEND, CAN_LISTEN = 20, 21
 CYCLONE = "file://" + os.path.join(FOLDER, "cyclone.xml")
 
 LINE = """  - name: {line}
@@ -172,7 +172,15 @@ class Plant:
 
     def __init__(self, seed):
         self.random = random.Random(seed)
-        self.devices = {line: Device(self.random, 0x190) for line in LINES}
+        dealt = {direction: self._dealt() for direction in ("inputs", "outputs")}
+        self.devices = {line: Device(self.random, 0x190, dealt["inputs"][i], dealt["outputs"][i])
+                        for i, line in enumerate(LINES)}
+
+    def _dealt(self):
+        """Every type of CiA 301 to one of the lines."""
+        names = [name for name, _ in TYPES.values()]
+        self.random.shuffle(names)
+        return [names[i::len(LINES)] for i in range(len(LINES))]
 
     def yaml(self, folder):
         """Writes its files, and returns the name of the first."""
@@ -185,8 +193,10 @@ class Plant:
     def rounds(self, client, readers):
         """Sends and writes values, and waits until all have them."""
         groups = {line: client.line(line).group("", watchdog=0) for line in LINES}
+        seen = frames_on_the_buses(client)
         for _ in range(ROUNDS):
-            wanted, frames = [], []  # line, direction, entry and bits; line, COB-ID and data
+            # line, direction, entry and bits; twice line, COB-ID and data: of the inputs, and of the outputs
+            wanted, frames, received = [], [], []
             for line, device in self.devices.items():
                 sent = device.values(device.inputs, writable=False)
                 frames += [(line, pdo.cob_id, pdo.frame(of)) for pdo, of in zip(device.inputs, sent)]
@@ -194,11 +204,13 @@ class Plant:
                 for pdo, of in zip(device.outputs, written):
                     for entry, raw in zip(pdo.entries, of):
                         groups[line].set("device." + entry.name, entry.meaning(raw))
+                received += [(line, pdo.cob_id, pdo.frame(of)) for pdo, of in zip(device.outputs, written)]
                 arm(client, groups[line])
                 for direction, pdos, raws in (("inputs", device.inputs, sent), ("outputs", device.outputs, written)):
                     wanted += [(line, direction, entry, raw) for pdo, of in zip(pdos, raws)
                                for entry, raw in zip(pdo.entries, of)]
             await_all(client, readers, wanted, frames)
+            await_frames(client, seen, received)
             self.compare_devices(client, wanted)
 
     def compare_devices(self, client, wanted):
@@ -207,9 +219,38 @@ class Plant:
                   if any(entry.type == "DOMAIN" or entry.type.endswith("STRING") for entry in pdo.entries)
                   for entry in pdo.entries}
         stored = [one for one in wanted if one[1] == "outputs" and (one[0], one[2].index) not in absent]
+        expect("outputs are compared in the devices", bool(stored), True)
         calls = [client.line(line).sdo_read(5, entry.index) for line, _, entry, _ in stored]
         for (line, _, entry, raw), call in zip(stored, calls):
             expect(f"{entry.name} in the device of {line}", int.from_bytes(call.result(), "little"), raw)
+
+
+def frames_on_the_buses(client):
+    """The last frame of each COB-ID, by line and COB-ID, from now on."""
+    seen = {}
+
+    def received(event):
+        if event.name == "can-frame":
+            seen[event.line.removesuffix("-stranger"), event.code] = event.data
+    client.on_event(received)
+    for line in LINES:
+        client.line(line + "-stranger").request(CAN_LISTEN, code=3600, data=bytes(4)).result()
+    return seen
+
+
+def await_frames(client, seen, received):
+    """Waits until the last frames with the outputs are these."""
+    wrong = []
+
+    def are_right():
+        client.poll(0.05)
+        wrong[:] = [f"{line} {cob_id:X}: {seen.get((line, cob_id))}, not {data}" for line, cob_id, data in received
+                    if seen.get((line, cob_id)) != data]
+        return not wrong
+    try:
+        until("all frames are right", are_right)
+    except Failure as failure:
+        raise Failure(f"{failure}: {wrong[:20]}") from failure
 
 
 def arm(client, group):

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/gateway/names/meaning.h"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -92,6 +93,10 @@ std::string hex(std::span<const std::uint8_t> octets) {
   return out;
 }
 
+const CiaType& cia_type(DataType type) {
+  return *std::ranges::find(kCiaTypes, type, &CiaType::type);
+}
+
 std::string meaning(DataType type, unsigned bits, std::uint64_t raw) {
   switch (type) {
     case DataType::boolean:
@@ -116,7 +121,8 @@ std::string meaning(DataType type, unsigned bits, std::uint64_t raw) {
       return hex(octets);
     }
     default:
-      return od::is_signed(type) ? signed_text(raw, bits) : std::to_string(raw);
+      return cia_type(type).number == Number::negative_too ? signed_text(raw, bits)
+                                                           : std::to_string(raw);
   }
 }
 

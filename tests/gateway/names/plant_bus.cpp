@@ -83,15 +83,15 @@ image::Snapshot PlantBus::snapshot(image::Direction direction) {
   return out;
 }
 
-std::uint64_t PlantBus::last_frame(std::uint32_t identifier) const {
+std::vector<std::byte> PlantBus::last_frame(std::uint32_t identifier) const {
   const auto found = frames_.find(identifier);
-  return found == frames_.end() ? 0 : found->second;
+  return found == frames_.end() ? std::vector<std::byte>{} : found->second;
 }
 
 void PlantBus::answer(const can::Frame& frame) {
   if (frame.id > 0x600 && frame.id <= 0x67F)
     return answer_sdo(static_cast<std::uint8_t>(frame.id - 0x600), frame);
-  frames_[frame.id] = load_le(frame.bytes());
+  frames_[frame.id].assign(frame.bytes().begin(), frame.bytes().end());
   if (frame.id != 0)
     return;
   for (auto& [node, state] : states_) {

@@ -30,8 +30,8 @@ class PlantBus {
   // For so long, with the nodes.
   void pass(Duration time);
   image::Snapshot snapshot(image::Direction direction);
-  // The data of the last frame of the line with that identifier.
-  std::uint64_t last_frame(std::uint32_t identifier) const;
+  // The data of the last frame of the line with that identifier; empty: it sent none.
+  std::vector<std::byte> last_frame(std::uint32_t identifier) const;
 
  private:
   void answer(const can::Frame& frame);
@@ -42,7 +42,7 @@ class PlantBus {
   Instant now_{std::chrono::seconds(100)};
   Instant heartbeat_{};                          // of all nodes, when the next is due
   std::map<std::uint8_t, std::uint8_t> states_;  // of NMT, by node; 0: it has not booted
-  std::map<std::uint32_t, std::uint64_t> frames_;
+  std::map<std::uint32_t, std::vector<std::byte>> frames_;
 };
 
 }  // namespace linegate::names

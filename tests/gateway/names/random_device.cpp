@@ -6,21 +6,13 @@
 #include <cstdio>
 #include <string_view>
 
+#include "tests/gateway/names/meaning.h"
+
 namespace linegate::names {
 namespace {
 
 using od::DataType;
 
-constexpr std::array kTypes{
-    DataType::boolean,        DataType::integer8,       DataType::integer16,
-    DataType::integer24,      DataType::integer32,      DataType::integer40,
-    DataType::integer48,      DataType::integer56,      DataType::integer64,
-    DataType::unsigned8,      DataType::unsigned16,     DataType::unsigned24,
-    DataType::unsigned32,     DataType::unsigned40,     DataType::unsigned48,
-    DataType::unsigned56,     DataType::unsigned64,     DataType::real32,
-    DataType::real64,         DataType::visible_string, DataType::octet_string,
-    DataType::unicode_string, DataType::domain,         DataType::time_of_day,
-    DataType::time_difference};
 constexpr std::array<std::string_view, 8> kWords{"Valve",   "24V (aux)", "class", "x  --  y",
                                                  "Druck/p", "_flag_",    "A.B",   "\xC3\xA4 Wert"};
 
@@ -29,16 +21,12 @@ std::uint64_t low(std::uint64_t value, unsigned bits) {
 }
 
 // Of an object of that type with at most `room` bits left in the PDO; 0: it has no room.
-unsigned mapped_bits(Random& random, DataType type, unsigned room) {
-  unsigned bits = od::bit_size(type);
-  if (type == DataType::boolean)
+unsigned mapped_bits(Random& random, const CiaType& type, unsigned room) {
+  unsigned bits = type.bits;
+  if (type.type == DataType::boolean)
     bits = pick(random, 0, 3) == 0 ? 8 : 1;
-  else if (type == DataType::unicode_string)
-    bits = static_cast<unsigned>(pick(random, 1, 4)) * 16;
-  else if (type == DataType::visible_string)
-    bits = static_cast<unsigned>(pick(random, 1, 8)) * 8;
-  else if (type == DataType::octet_string || type == DataType::domain)
-    bits = static_cast<unsigned>(pick(random, 1, 64));
+  else if (bits == 0)
+    bits = static_cast<unsigned>(pick(random, 1, 64 / type.unit)) * type.unit;
   return bits > room ? 0 : bits;
 }
 
@@ -154,11 +142,11 @@ RandomPdo random_pdo(Random& random, std::vector<RandomObject>& objects, bool is
         pdo.mapped, [&](const Mapped& one) { return one.object.index == object.index; });
     if (object.index == 0 || again) {
       object.index = index;
-      object.type = kTypes[pick(random, 0, kTypes.size() - 1)];
+      object.type = kCiaTypes[pick(random, 0, kCiaTypes.size() - 1)].type;
       object.name =
           std::string(kWords[pick(random, 0, kWords.size() - 1)]) + " " + digits(object.index, 1);
     }
-    const unsigned bits = mapped_bits(random, object.type, 64 - pdo.bits());
+    const unsigned bits = mapped_bits(random, cia_type(object.type), 64 - pdo.bits());
     if (bits == 0)
       continue;
     pdo.mapped.push_back({object, bits, pdo.bits()});
@@ -179,7 +167,7 @@ std::uint64_t pick(Random& random, std::uint64_t least, std::uint64_t most) {
 std::uint64_t Mapped::random_value(Random& random, bool writable) const {
   const DataType type = object.type;
   const unsigned size = value_bits();
-  if (od::is_real(type))
+  if (cia_type(type).number == Number::real)
     return random_real(random, size, writable);
   if (type == DataType::visible_string)
     return random_text(random, size, 8, writable);
