@@ -116,6 +116,8 @@ static_assert(same(v1::OUTPUT_REFUSAL_BAD_VALUE, line::OutputRefusal::bad_value)
 static_assert(same(v1::OUTPUT_REFUSAL_SOURCE_MISSING, line::OutputRefusal::source_missing));
 static_assert(same(v1::OUTPUT_REFUSAL_SOURCE_TYPE, line::OutputRefusal::source_type));
 static_assert(same(v1::OUTPUT_REFUSAL_SOURCE_DISPUTED, line::OutputRefusal::source_disputed));
+static_assert(same(v1::OUTPUT_REFUSAL_SOURCE_SILENT, line::OutputRefusal::source_silent));
+static_assert(same(v1::OUTPUT_REFUSAL_SOURCE_INVALID, line::OutputRefusal::source_invalid));
 
 static_assert(same(v1::OUTPUT_WAIT_VALUE, line::OutputWait::value));
 static_assert(same(v1::OUTPUT_WAIT_VALUES, line::OutputWait::values));

@@ -331,8 +331,34 @@ void RemoteInputs::advance(Instant now) {
       if (target.waits_for_room) {
         retry(source, target, now);
       }
+      report_absent(source, target, now);
     }
   }
+}
+
+// A source that was lost is reported by the watchdog of the group, which the first value arms.
+// Reasons that judge() and speaks() report are not joined by another one.
+void RemoteInputs::report_absent(const Source& source, Target& target, Instant now) {
+  if (!target.awaited) {
+    target.awaited = now;
+  }
+  if (target.is_reported || now - *target.awaited < target.rule.input.timeout + kSilence) {
+    return;
+  }
+  target.is_reported = true;
+  const auto has_reason = [&](const Publisher& publisher) {
+    return publisher.dispute_reported ||
+           (publisher.layout &&
+            verdict_of(*publisher.layout, target.rule.input) != OutputRefusal::none);
+  };
+  if (target.arming != 0 || std::ranges::any_of(source.publishers, has_reason)) {
+    return;
+  }
+  const bool is_heard = std::ranges::any_of(source.publishers, [&](const Publisher& publisher) {
+    return now - publisher.heard < kSilence;
+  });
+  sink_.refuse(target.rule,
+               is_heard ? OutputRefusal::source_invalid : OutputRefusal::source_silent);
 }
 
 // Only if the value would be written now, too.

@@ -52,7 +52,8 @@ class RemoteInputs {
     virtual ~Sink() = default;
     // A value for an output of the line. Returns false if there is no room: advance() retries.
     virtual bool write(const std::string& line, const line::OutputWrite& write) = 0;
-    // No value is written, for that reason. Called once for each reason and publisher.
+    // No value is written, for that reason. Called once for each reason and publisher; once if no
+    // value was written since the rules were set, for the time-out and kSilence.
     virtual void refuse(const Rule& rule, line::OutputRefusal why) = 0;
   };
 
@@ -75,7 +76,7 @@ class RemoteInputs {
   void take_state(const RemoteSource& source, std::int64_t time, Instant now);
   void take_layout(const RemoteSource& source, const image::Layout& layout, Instant now);
   void take_image(const RemoteSource& source, const image::Snapshot& image, Instant now);
-  // Retries writes that found no room. Call it periodically.
+  // Retries writes that found no room, and reports outputs without a value. Call it periodically.
   void advance(Instant now);
 
  private:
@@ -102,6 +103,8 @@ class RemoteInputs {
     std::uint64_t arming = 0;  // 0: nothing was written
     std::uint64_t value = 0;
     bool waits_for_room = false;
+    std::optional<Instant> awaited{};  // since when its first value is
+    bool is_reported = false;          // if it had none
   };
   struct Source {
     std::vector<Publisher> publishers;
@@ -115,6 +118,7 @@ class RemoteInputs {
   static Publisher* publisher(Source& source, std::uint64_t incarnation, Instant now);
   bool speaks(Source& source, Publisher& publisher, Instant now);
   void retry(Source& source, Target& target, Instant now);
+  void report_absent(const Source& source, Target& target, Instant now);
   void judge(Source& source, Publisher& publisher);
   void write(Target& target, std::uint64_t value, Instant now);
   void confirm(Target& target, const Publisher& publisher, Instant now);

@@ -164,6 +164,10 @@ std::string_view describe(OutputRefusal refusal) {
       return "the input of the other gateway has another data type, length or scaling";
     case OutputRefusal::source_disputed:
       return "several gateways of that name publish the line: give each another name";
+    case OutputRefusal::source_silent:
+      return "nothing is received from that line of the other gateway";
+    case OutputRefusal::source_invalid:
+      return "the input of the other gateway was not valid yet";
   }
   return "unknown refusal";
 }

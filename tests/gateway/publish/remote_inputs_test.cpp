@@ -388,6 +388,56 @@ TEST_F(RemoteInputsTest, WhatDoesNotMatchIsRefusedOnce) {
   refused(other, OutputRefusal::source_type);
 }
 
+TEST_F(RemoteInputsTest, ASourceThatIsNeverHeardIsReportedOnce) {
+  inputs.advance(now);
+  now += kTimeout + RemoteInputs::kSilence - milliseconds(1);
+  inputs.advance(now);
+  EXPECT_THAT(refusals, IsEmpty());
+  now += milliseconds(1);
+  inputs.advance(now);
+  EXPECT_THAT(refusals, ElementsAre(OutputRefusal::source_silent));
+  now += seconds(100);
+  inputs.advance(now);
+  EXPECT_THAT(refusals, ElementsAre(OutputRefusal::source_silent));
+  has_value(1, 500);
+  now += seconds(100);
+  inputs.advance(now);
+  EXPECT_THAT(refusals, ElementsAre(OutputRefusal::source_silent));
+}
+
+TEST_F(RemoteInputsTest, AnInputThatIsNeverValidIsReportedOnce) {
+  inputs.advance(now);
+  is_live(1);
+  layout(1, remote_layout(5, 16));
+  image::Snapshot invalid = remote_image(5, 16, 500);
+  invalid.valid = {0b01};
+  image(1, invalid);
+  pass(1, kTimeout + RemoteInputs::kSilence);
+  inputs.advance(now);
+  inputs.advance(now);
+  EXPECT_THAT(refusals, ElementsAre(OutputRefusal::source_invalid));
+}
+
+TEST_F(RemoteInputsTest, ASourceThatIsSilentAfterAChangeOfTheRulesIsReported) {
+  has_value(1, 500);
+  now += RemoteInputs::kSilence;
+  inputs.set_rules({rule("inlet.Pressure")});
+  inputs.advance(now);
+  now += kTimeout + RemoteInputs::kSilence;
+  inputs.advance(now);
+  EXPECT_THAT(refusals, ElementsAre(OutputRefusal::source_silent));
+}
+
+TEST_F(RemoteInputsTest, AReasonThatWasReportedIsNotJoinedByAnother) {
+  inputs.set_rules({rule("inlet.Pression")});
+  inputs.advance(now);
+  is_live(1);
+  layout(1, remote_layout(5, 16));
+  pass(1, kTimeout + RemoteInputs::kSilence);
+  inputs.advance(now);
+  EXPECT_THAT(refusals, ElementsAre(OutputRefusal::source_missing));
+}
+
 TEST_F(RemoteInputsTest, TwoGatewaysOfOneNameDisputeTheLine) {
   has_value(1, 300);
   pass(1, seconds(2));
