@@ -3,12 +3,13 @@
 """A firewall of its own host, for kernels without nftables: passes Ethernet frames between two interfaces, except those
 that its rule drops.
 
-firewall.py INTERFACE INTERFACE RULE   RULE: unicast-udp, multicast, or none
+firewall.py INTERFACE INTERFACE RULE   RULE: unicast-udp, multicast, loss=PERCENT (of UDP, at random), or none
 firewall.py --checksums INTERFACE      on a host behind it: computes checksums, which the firewall does not
 """
 
 import array
 import fcntl
+import random
 import select
 import socket
 import struct
@@ -17,6 +18,7 @@ import sys
 ALL_FRAMES = 0x0003  # ETH_P_ALL
 OUTGOING = 4  # PACKET_OUTGOING
 IPV4, UDP = b"\x08\x00", 17
+RANDOM = random.Random(1)  # for the losses
 SIOCETHTOOL, ETHTOOL_STXCSUM = 0x8946, 0x00000017
 
 
@@ -24,6 +26,8 @@ def is_dropped(frame, rule):
     """Whether the rule drops this frame."""
     if rule == "none" or frame[12:14] != IPV4 or frame[23] != UDP:
         return False
+    if rule.startswith("loss="):
+        return RANDOM.random() * 100 < float(rule[5:])
     multicast = 224 <= frame[30] <= 239  # first octet of the destination
     return multicast if rule == "multicast" else not multicast
 
@@ -49,7 +53,10 @@ def main():
     print("ready", flush=True)
     while True:
         for port in select.select(ports, [], [])[0]:
-            frame, sender = port.recvfrom(65536)
+            try:
+                frame, sender = port.recvfrom(65536)
+            except OSError:
+                continue  # its interface is down
             if sender[2] == OUTGOING or is_dropped(frame, rule):
                 continue
             try:
