@@ -25,8 +25,14 @@ std::vector<std::byte> value_bytes(const JournalValue& value) {
   return out;
 }
 
-od::DataType value_type(const JournalValue& value) {
-  return static_cast<od::DataType>(value.series.type);
+// As its layout had it when the value was stored.
+image::Entry entry_of(const JournalValue& value) {
+  image::Entry out;
+  out.name = value.series.name;
+  out.type = static_cast<od::DataType>(value.series.type);
+  out.bit_length = value.series.bits;
+  out.scaling = {value.series.unit, value.series.scale, value.series.offset};
+  return out;
 }
 
 std::string_view value_direction(const JournalValue& value) {
@@ -54,7 +60,8 @@ std::string value_history_text(const JournalValue& value, const std::string& gat
   return (utc ? date_text(value.time) : local_text(value.time)) + ' ' +
          (gateway.empty() ? "" : printable(gateway) + '/') + printable(value.series.line) + ' ' +
          printable(value.series.name) + ": " +
-         (value.value ? printable(to_text(value_type(value), value_bytes(value))) : "not valid");
+         (value.value ? printable(text_with_unit(entry_of(value), value_bytes(value)))
+                      : "not valid");
 }
 
 std::string value_history_json(const JournalValue& value, const std::string& gateway) {
@@ -68,17 +75,28 @@ std::string value_history_json(const JournalValue& value, const std::string& gat
   out["direction"] = value_direction(value);
   out["node"] = value.series.node;
   out["entry"] = value.series.name;
-  out["type"] = od::name(value_type(value));
+  image::Entry entry = entry_of(value);
+  const auto value_json = [&] {
+    return value.value ? Json::parse(json_of_value(entry, value_bytes(value))) : Json();
+  };
+  out["type"] = od::name(entry.type);
   out["valid"] = value.value.has_value();
-  out["value"] =
-      value.value ? Json::parse(json_of_value(value_type(value), value_bytes(value))) : Json();
+  out["value"] = value_json();
+  if (const std::string unit = unit_of(entry); !unit.empty()) {
+    out["unit"] = unit;
+  }
+  if (entry.scaling.is_scaled()) {
+    entry.scaling = {};
+    out["raw"] = value_json();
+  }
   return out.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 std::string value_history_csv(const JournalValue& value, const std::string& gateway) {
   return date_text(value.time) + ',' + csv_field(gateway) + ',' + csv_field(value.series.line) +
          ',' + std::string(value_direction(value)) + ',' + csv_field(value.series.name) + ',' +
-         (value.value ? csv_field(to_text(value_type(value), value_bytes(value))) : "");
+         (value.value ? csv_field(to_text(entry_of(value), value_bytes(value))) : "") + ',' +
+         csv_field(unit_of(entry_of(value)));
 }
 
 }  // namespace linegate::console

@@ -13,11 +13,11 @@ namespace linegate::console {
 std::string value_history_text(const request::JournalValue& value, const std::string& gateway,
                                bool utc);
 // One JSON object, with `gateway` unless it is empty. The value is that of `linegate image --json`,
-// or null if it is not valid.
+// in the unit that its entry had when it was stored, or null if it is not valid.
 std::string value_history_json(const request::JournalValue& value, const std::string& gateway);
 // The time is UTC; a value that is not valid is empty. The head has the names of the columns.
 std::string value_history_csv(const request::JournalValue& value, const std::string& gateway);
-inline constexpr std::string_view kValueCsvHead = "time,gateway,line,direction,entry,value";
+inline constexpr std::string_view kValueCsvHead = "time,gateway,line,direction,entry,value,unit";
 
 // ClockQuality of the contract.
 std::string_view clock_name(std::uint8_t quality);

@@ -379,8 +379,8 @@ std::string event_json(const LineId& id, const EventView& event) {
   return one_line(event_object(id, event));
 }
 
-std::string json_of_value(od::DataType type, std::span<const std::byte> value) {
-  return value_json(type, value).dump(-1, ' ', false, Json::error_handler_t::replace);
+std::string json_of_value(const image::Entry& entry, std::span<const std::byte> value) {
+  return entry_value_json(entry, value).dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 std::string answer_json(const Client::Answer& answer, const std::string& value) {

@@ -32,8 +32,9 @@ std::string plant_json(const Model& model, const Filter& filter, Instant utc);
 std::string stream_lines_json(const Model& model, const Filter& filter);
 std::string stream_image_json(const Line& line, image::Direction direction, std::uint8_t node);
 std::string stream_event_json(const LineId& id, const EventView& event);
-// A value of an entry, as image_json() prints it. Bytes that are no UTF-8 are replaced.
-std::string json_of_value(od::DataType type, std::span<const std::byte> value);
+// A value of an entry, as image_json() prints it: in its unit if it is scaled. Bytes that are no
+// UTF-8 are replaced.
+std::string json_of_value(const image::Entry& entry, std::span<const std::byte> value);
 // {"ok":true,"data":"hex","value":..} or {"ok":false,"domain":..,"code":..,"text":..}
 std::string answer_json(const Client::Answer& answer, const std::string& value);
 

@@ -135,15 +135,12 @@ std::string value_cell(const Area& area, std::size_t number) {
   return area.known(number) ? value + " (waits)" : "(invalid)";
 }
 
-// The unit that the name does not end with.
 std::string value_with_unit(const Area& area, std::size_t number) {
-  const image::Entry& entry = area.layout->entries[number];
-  const bool has_value = area.valid(number) || area.known(number);
-  const bool is_named = image::unit_in(entry.name) == entry.scaling.unit;
-  const std::string value = to_text(entry, area.value(number));
-  return !has_value || is_named || entry.scaling.unit.empty()
-             ? value_cell(area, number)
-             : value + ' ' + entry.scaling.unit + (area.valid(number) ? "" : " (waits)");
+  if (!area.valid(number) && !area.known(number)) {
+    return value_cell(area, number);
+  }
+  return text_with_unit(area.layout->entries[number], area.value(number)) +
+         (area.valid(number) ? "" : " (waits)");
 }
 
 Row value_row(const Model& model, const Line& line, const Area& area, std::size_t number) {

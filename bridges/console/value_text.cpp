@@ -186,6 +186,12 @@ std::string unit_of(const image::Entry& entry) {
   return entry.scaling.unit.empty() ? std::string(image::unit_in(entry.name)) : entry.scaling.unit;
 }
 
+std::string text_with_unit(const image::Entry& entry, std::span<const std::byte> value) {
+  const std::string& unit = entry.scaling.unit;
+  const std::string text = to_text(entry, value);
+  return unit.empty() || image::unit_in(entry.name) == unit ? text : text + ' ' + unit;
+}
+
 TypedValue typed_value(const image::Entry& entry, std::string_view text, bool raw) {
   const std::string shown = "'" + printable(std::string(text)) + "'";
   const auto beyond = [&](image::ScalingFault fault) {

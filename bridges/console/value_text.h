@@ -30,6 +30,8 @@ std::string to_text(const image::Entry& entry, std::span<const std::byte> value)
 std::optional<double> to_number(const image::Entry& entry, std::span<const std::byte> value);
 // The unit of an entry, or the one that its name ends with; empty if it is unknown.
 std::string unit_of(const image::Entry& entry);
+// to_text(), with the unit that its name does not end with.
+std::string text_with_unit(const image::Entry& entry, std::span<const std::byte> value);
 
 // The value of an entry that a person typed: in its unit and within its limits, or the value in the
 // PDO itself (raw), without limits.

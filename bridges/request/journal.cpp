@@ -2,6 +2,8 @@
 #include "bridges/request/journal.h"
 
 #include <algorithm>
+#include <bit>
+#include <cmath>
 #include <map>
 #include <string_view>
 #include <utility>
@@ -9,6 +11,7 @@
 #include "bridges/request/field_bytes.h"
 #include "stack/base/assert.h"
 #include "stack/can/cob_id.h"
+#include "stack/od/scaling.h"
 
 namespace linegate::request {
 namespace {
@@ -35,7 +38,7 @@ constexpr std::size_t kLongestEventText = 256;
 constexpr std::size_t kLongestEntryName = 128;
 constexpr std::size_t kMostBits = 64;
 constexpr std::size_t kValueBytes = 20;        // of a value of a known series
-constexpr std::size_t kFixedSeriesBytes = 9;   // with the lengths of its strings
+constexpr std::size_t kFixedSeriesBytes = 26;  // with the lengths of its strings
 constexpr std::size_t kFixedRecordBytes = 48;  // of a record, with the lengths of its strings
 
 std::uint64_t nanoseconds(std::optional<Instant> time) {
@@ -101,6 +104,9 @@ void write(const JournalSeries& series, FieldWriter& out) {
   out.number(series.bits, 2);
   out.sized(cut(series.line, kLongestName), 1);
   out.sized(cut(series.name, kLongestEntryName), 2);
+  out.number(std::bit_cast<std::uint64_t>(series.scale), 8);
+  out.number(std::bit_cast<std::uint64_t>(series.offset), 8);
+  out.sized(cut(series.unit, od::kLongestUnit), 1);
 }
 
 JournalSeries read_series(FieldReader& in) {
@@ -111,6 +117,11 @@ JournalSeries read_series(FieldReader& in) {
   out.bits = in.number<std::uint16_t>();
   out.line = in.text(1);
   out.name = in.text(2);
+  out.scale = std::bit_cast<double>(in.number<std::uint64_t>());
+  out.offset = std::bit_cast<double>(in.number<std::uint64_t>());
+  out.unit = in.text(1);
+  in.require(std::isfinite(out.scale) && out.scale != 0.0 && std::isfinite(out.offset) &&
+             out.unit.size() <= od::kLongestUnit);
   in.require(out.direction <= 1 && out.bits >= 1 && out.bits <= kMostBits &&
              out.line.size() <= kLongestName && out.name.size() <= kLongestEntryName);
   return out;
@@ -225,7 +236,8 @@ std::size_t encoded_size(const JournalRecord& record) {
 std::size_t encoded_size(const JournalValue& value, bool of_new_series) {
   return kValueBytes + (of_new_series
                             ? kFixedSeriesBytes + std::min(value.series.line.size(), kLongestName) +
-                                  std::min(value.series.name.size(), kLongestEntryName)
+                                  std::min(value.series.name.size(), kLongestEntryName) +
+                                  std::min(value.series.unit.size(), od::kLongestUnit)
                             : 0);
 }
 

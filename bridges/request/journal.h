@@ -76,7 +76,7 @@ struct JournalRecord {
   friend bool operator==(const JournalRecord&, const JournalRecord&) = default;
 };
 
-// An entry of a process image with a value history, and the type of its value.
+// An entry of a process image with a value history, and the type and scaling of its value.
 struct JournalSeries {
   std::string line{};
   std::uint8_t direction = 0;  // 0 inputs, 1 outputs
@@ -84,6 +84,10 @@ struct JournalSeries {
   std::uint16_t type = 0;  // CiA 301 data type
   std::uint16_t bits = 0;  // 1..64
   std::string name{};      // of the entry, up to 128 bytes
+  std::string unit{};      // up to 32 bytes
+  // The value in the unit is that of the bits * scale + offset.
+  double scale = 1.0;  // finite, not 0
+  double offset = 0.0;
 
   friend auto operator<=>(const JournalSeries&, const JournalSeries&) = default;
 };

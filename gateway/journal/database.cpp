@@ -42,6 +42,11 @@ void Statement::bind(int position, std::int64_t value) {
   }
 }
 
+void Statement::bind(int position, double value) {
+  const int error = sqlite3_bind_double(statement_.get(), position, value);
+  error_ = error != 0 ? error : error_;
+}
+
 void Statement::bind_null(int position) {
   const int error = sqlite3_bind_null(statement_.get(), position);
   error_ = error != 0 ? error : error_;
@@ -77,6 +82,10 @@ void Statement::reset() {
 
 std::int64_t Statement::number(int column) const {
   return sqlite3_column_int64(statement_.get(), column);
+}
+
+double Statement::real(int column) const {
+  return sqlite3_column_double(statement_.get(), column);
 }
 
 std::string Statement::text(int column) const {

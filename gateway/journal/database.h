@@ -26,6 +26,7 @@ class Statement {
 
   // The parameter at that position, from 1 on.
   void bind(int position, std::int64_t value);
+  void bind(int position, double value);
   void bind_null(int position);
   // The bytes must exist until reset().
   void bind(int position, std::string_view text);
@@ -39,6 +40,7 @@ class Statement {
 
   // Columns of the present row, from 0 on.
   std::int64_t number(int column) const;
+  double real(int column) const;
   std::string text(int column) const;
   std::vector<std::byte> data(int column) const;
 

@@ -52,8 +52,8 @@ struct Journal::Statements {
                     "DELETE FROM events WHERE time < ?1 AND id IN "
                     "(SELECT id FROM events ORDER BY id LIMIT ?2)"),
         insert_value(of,
-                     "INSERT INTO value_rows(entry, time, clock, type, bits, value) "
-                     "VALUES(?, ?, ?, ?, ?, ?)"),
+                     "INSERT INTO value_rows(entry, time, clock, type, bits, value, scaling) "
+                     "VALUES(?, ?, ?, ?, ?, ?, ?)"),
         set_newest(of, "UPDATE value_entries SET newest = last_insert_rowid() WHERE id = ?"),
         oldest_value(of,
                      "SELECT id FROM value_rows WHERE id NOT IN (SELECT newest FROM value_entries) "
@@ -103,6 +103,7 @@ std::string Journal::unusable_file() const {
 void Journal::close() {
   statements_.reset();
   value_entries_.clear();  // those of a failed transaction do not exist
+  scalings_.clear();
   value_rows_.reset();
   database_.close();
 }
@@ -175,8 +176,9 @@ int Journal::open_file() {
 int Journal::create() {
   const int error = database_.execute(
       fmt::format(
-          "BEGIN IMMEDIATE; PRAGMA application_id={}; PRAGMA user_version={}; {}{}{} COMMIT",
-          kJournalApplication, kJournalVersion, kJournalTables, kLastRunTable, kValueTables)
+          "BEGIN IMMEDIATE; PRAGMA application_id={}; PRAGMA user_version={}; {}{}{}{} COMMIT",
+          kJournalApplication, kJournalVersion, kJournalTables, kLastRunTable, kValueTables,
+          kScalingTables)
           .c_str());
   if (error != SQLITE_OK) {
     database_.execute("ROLLBACK");
@@ -301,9 +303,10 @@ int Journal::store(const JournalBatch& batch, Instant utc) {
 int Journal::write(const JournalBatch& batch, Instant utc) {
   int error = SQLITE_OK;
   if (version_ < kJournalVersion) {
-    error = database_.execute(fmt::format("{}{} PRAGMA user_version={}",
-                                          version_ < 2 ? kLastRunTable : "", kValueTables,
-                                          kJournalVersion)
+    error = database_.execute(fmt::format("{}{}{} PRAGMA user_version={}",
+                                          version_ < 2 ? kLastRunTable : "",
+                                          version_ < kFirstVersionWithValues ? kValueTables : "",
+                                          kScalingTables, kJournalVersion)
                                   .c_str());
     statements_ = std::make_unique<Statements>(database_.get());
   }
@@ -368,6 +371,30 @@ int Journal::number_of(const ValueEntry& entry, std::int64_t& number) {
   return error;
 }
 
+int Journal::number_of(const od::Scaling& scaling, std::int64_t& number) {
+  const std::tuple key{scaling.unit, scaling.scale, scaling.offset};
+  if (const auto known = scalings_.find(key); known != scalings_.end()) {
+    number = known->second;
+    return SQLITE_OK;
+  }
+  int error = SQLITE_OK;
+  for (const char* const text :
+       {"INSERT OR IGNORE INTO value_scalings(unit, scale, offset) VALUES(?1, ?2, ?3)",
+        "SELECT id FROM value_scalings WHERE unit = ?1 AND scale = ?2 AND offset = ?3"}) {
+    Statement statement(database_.get(), text);
+    statement.bind(1, std::string_view(scaling.unit));
+    statement.bind(2, scaling.scale);
+    statement.bind(3, scaling.offset);
+    const int result = statement.step();
+    error = result == SQLITE_ROW || result == SQLITE_DONE ? error : result;
+    number = result == SQLITE_ROW ? statement.number(0) : 0;
+  }
+  if (error == SQLITE_OK) {
+    scalings_.emplace(key, number);
+  }
+  return error;
+}
+
 int Journal::insert(const StoredValue& value) {
   std::int64_t number = 0;
   const int error = number_of(*value.entry, number);
@@ -375,8 +402,15 @@ int Journal::insert(const StoredValue& value) {
 }
 
 int Journal::insert(std::int64_t entry, const StoredValue& value) {
+  std::int64_t scaling = 0;
+  if (value.scaling) {
+    if (const int error = number_of(*value.scaling, scaling); error != SQLITE_OK) {
+      return error;
+    }
+  }
   Statement& to = statements_->insert_value;
   to.bind(1, entry);
+  to.bind(7, scaling);
   to.bind(2, value.time.time_since_epoch().count());
   to.bind(3, static_cast<std::int64_t>(value.clock));
   to.bind(4, static_cast<std::int64_t>(value.type));

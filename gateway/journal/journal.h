@@ -10,6 +10,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "gateway/config/plant.h"
@@ -107,6 +108,7 @@ class Journal {
   int insert(const StoredValue& value);
   int insert(std::int64_t entry, const StoredValue& value);
   int number_of(const ValueEntry& entry, std::int64_t& number);
+  int number_of(const od::Scaling& scaling, std::int64_t& number);
   int end_values(Instant utc);
   int remove_values(Statement& statement);
   int trim_values();
@@ -123,6 +125,7 @@ class Journal {
   bool last_run_read_ = false;  // a later open() reads the mark of this run
   LastRun last_run_;
   std::map<ValueEntry, std::int64_t> value_entries_;  // their number in the file
+  std::map<std::tuple<std::string, double, double>, std::int64_t> scalings_;  // likewise
   std::optional<std::int64_t> value_rows_;  // stored ones; nothing: not counted since open()
   int set_aside_ = 0;
   int unusable_ = 0;      // result code of a store() that found damage

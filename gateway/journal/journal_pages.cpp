@@ -98,12 +98,16 @@ request::JournalRecord record_of(JournalEntry entry) {
 }
 
 request::JournalValue value_of(const StoredValue& value) {
+  const od::Scaling scaling = value.scaling ? *value.scaling : od::Scaling{};
   return {.series = {.line = value.entry->line,
                      .direction = static_cast<std::uint8_t>(value.entry->direction),
                      .node = value.entry->node,
                      .type = static_cast<std::uint16_t>(value.type),
                      .bits = value.bits,
-                     .name = value.entry->name},
+                     .name = value.entry->name,
+                     .unit = scaling.unit,
+                     .scale = scaling.scale,
+                     .offset = scaling.offset},
           .time = value.time,
           .clock = static_cast<std::uint8_t>(value.clock),
           .value = value.value};

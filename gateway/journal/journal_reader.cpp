@@ -145,6 +145,7 @@ int JournalReader::open(const std::string& file) {
   int version = 0;
   const int error = open_journal(file, database_, version);
   has_values_ = version >= kFirstVersionWithValues;
+  has_scalings_ = version >= kFirstVersionWithScalings;
   return error;
 }
 

@@ -104,6 +104,9 @@ class JournalReader {
   using Entries = std::map<std::int64_t, std::shared_ptr<const ValueEntry>>;
 
   int read_rows(const JournalQuery& query, JournalPage& page);
+  using Scalings = std::map<std::int64_t, std::shared_ptr<const od::Scaling>>;
+
+  int read_scalings(Scalings& scalings);
   int select_entries(const ValueQuery& query, Entries& selected, bool& all);
   int read_values(const ValueQuery& query, const Entries& entries, bool all, ValuePage& page);
   static Identity identity_of(const std::string& file);
@@ -111,7 +114,8 @@ class JournalReader {
   std::string file_;
   Identity identity_;
   Database database_;
-  bool has_values_ = false;  // the tables of the value history
+  bool has_values_ = false;    // the tables of the value history
+  bool has_scalings_ = false;  // with units and scalings
 };
 
 }  // namespace linegate::gateway

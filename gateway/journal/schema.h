@@ -6,11 +6,12 @@
 namespace linegate::gateway {
 
 inline constexpr int kJournalApplication = 0x4C67'4A6C;  // "LgJl"
-inline constexpr int kJournalVersion = 3;
+inline constexpr int kJournalVersion = 4;
 // Files of this version and later ones are read; the first store() makes the tables of the present
 // version.
 inline constexpr int kOldestJournalVersion = 1;
 inline constexpr int kFirstVersionWithValues = 3;
+inline constexpr int kFirstVersionWithScalings = 4;
 
 inline constexpr const char* kJournalTables = R"sql(
 CREATE TABLE stream(only INTEGER PRIMARY KEY CHECK(only = 1), id INTEGER NOT NULL);
@@ -41,6 +42,14 @@ CREATE TABLE value_entries(
 CREATE TABLE value_rows(
   id INTEGER PRIMARY KEY AUTOINCREMENT, entry INTEGER NOT NULL, time INTEGER NOT NULL,
   clock INTEGER NOT NULL, type INTEGER NOT NULL, bits INTEGER NOT NULL, value INTEGER);
+)sql";
+
+// Of version 4: unit, scale and offset of values. `scaling` 0: none.
+inline constexpr const char* kScalingTables = R"sql(
+CREATE TABLE value_scalings(
+  id INTEGER PRIMARY KEY, unit TEXT NOT NULL, scale REAL NOT NULL, offset REAL NOT NULL,
+  UNIQUE(unit, scale, offset));
+ALTER TABLE value_rows ADD COLUMN scaling INTEGER NOT NULL DEFAULT 0;
 )sql";
 
 }  // namespace linegate::gateway

@@ -12,6 +12,7 @@
 #include "stack/base/time.h"
 #include "stack/image/layout.h"
 #include "stack/od/data_type.h"
+#include "stack/od/scaling.h"
 
 namespace linegate::gateway {
 
@@ -35,6 +36,7 @@ struct StoredValue {
   // Bits of the value, the first one is the lowest. Nothing: from that time on there is no valid
   // value, or none is known.
   std::optional<std::uint64_t> value;
+  std::shared_ptr<const od::Scaling> scaling{};  // nullptr: none
 };
 
 }  // namespace linegate::gateway

@@ -2,6 +2,7 @@
 // The queries of JournalReader for values.
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <string_view>
 
 #include <fmt/format.h>
@@ -143,21 +144,46 @@ int JournalReader::select_entries(const ValueQuery& query, Entries& selected, bo
   return result == SQLITE_DONE ? SQLITE_OK : result;
 }
 
+// A scaling that no entry can have, in a file that another program wrote, is none.
+int JournalReader::read_scalings(Scalings& scalings) {
+  if (!has_scalings_) {
+    return SQLITE_OK;
+  }
+  Statement rows(database_.get(), "SELECT id, unit, scale, offset FROM value_scalings");
+  int result = SQLITE_OK;
+  while ((result = rows.step()) == SQLITE_ROW) {
+    od::Scaling scaling{rows.text(1), rows.real(2), rows.real(3)};
+    if (scaling.unit.size() <= od::kLongestUnit && std::isfinite(scaling.scale) &&
+        scaling.scale != 0.0 && std::isfinite(scaling.offset)) {
+      scalings[rows.number(0)] = std::make_shared<const od::Scaling>(std::move(scaling));
+    }
+  }
+  return result == SQLITE_DONE ? SQLITE_OK : result;
+}
+
 int JournalReader::read_values(const ValueQuery& query, const Entries& entries, bool all,
                                ValuePage& page) {
+  Scalings scalings;
+  if (const int error = read_scalings(scalings); error != SQLITE_OK) {
+    return error;
+  }
   std::string list = all ? "SELECT id FROM value_entries" : "";
   for (auto one = entries.begin(); !all && one != entries.end(); ++one) {
     list += fmt::format("{}{}", list.empty() ? "" : ",", one->first);
   }
   Statement rows(database_.get(),
-                 fmt::format("SELECT id, entry, time, clock, type, bits, value, value IS NULL "
+                 fmt::format("SELECT id, entry, time, clock, type, bits, value, value IS NULL, {} "
                              "FROM value_rows WHERE {} ORDER BY id {} LIMIT ?4",
-                             value_conditions(query, list), query.newest ? "DESC" : "ASC"));
+                             has_scalings_ ? "scaling" : "0", value_conditions(query, list),
+                             query.newest ? "DESC" : "ASC"));
   bind_values(rows, query);
   int result = SQLITE_OK;
   while ((result = rows.step()) == SQLITE_ROW) {
     if (const auto entry = entries.find(rows.number(1)); entry != entries.end()) {
       page.values.push_back(value_of(rows, entry->second));
+      if (const auto scaling = scalings.find(rows.number(8)); scaling != scalings.end()) {
+        page.values.back().scaling = scaling->second;
+      }
       page.positions.push_back(rows.number(0));
     }
   }

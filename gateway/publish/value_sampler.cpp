@@ -34,14 +34,21 @@ void ValueSampler::use(const Layouts& layouts, Instant now) {
       one.place = Place{.entry = static_cast<std::size_t>(found - entries.begin()),
                         .bit_offset = found->bit_offset,
                         .bits = found->bit_length,
-                        .type = found->type};
+                        .type = found->type,
+                        .scaling = found->scaling == od::Scaling{}
+                                       ? nullptr
+                                       : std::make_shared<const od::Scaling>(found->scaling)};
     }
   }
 }
 
-// The type of an invalid entry does not matter.
+// Type and scaling of an invalid entry do not matter.
 bool ValueSampler::is_same(const Value& a, const Value& b) {
-  return a.value == b.value && (!a.value || (a.type == b.type && a.bits == b.bits));
+  const auto has_same_scaling = [&] {
+    return a.scaling == b.scaling || (a.scaling && b.scaling && *a.scaling == *b.scaling);
+  };
+  return a.value == b.value &&
+         (!a.value || (a.type == b.type && a.bits == b.bits && has_same_scaling()));
 }
 
 std::optional<std::uint64_t> ValueSampler::value_of(const Place& of,
@@ -61,7 +68,8 @@ std::optional<std::uint64_t> ValueSampler::value_of(const Place& of,
 
 void ValueSampler::change(Watched& of, std::optional<std::uint64_t> to, Instant time) {
   const Value next{time, of.place ? of.place->type : of.newest.type,
-                   of.place ? of.place->bits : of.newest.bits, to};
+                   of.place ? of.place->bits : of.newest.bits, to,
+                   of.place ? of.place->scaling : of.newest.scaling};
   if (is_same(next, of.newest)) {
     return;
   }
@@ -98,8 +106,8 @@ Instant ValueSampler::store_due(Instant now, const ClockMap& clock, const Store&
 Instant ValueSampler::store_due(Watched& of, Instant now, const ClockMap& clock,
                                 const Store& store) {
   const auto stores = [&](const Value& value) {
-    const bool done = store(
-        {of.entry, value.time + clock.offset, clock.quality, value.type, value.bits, value.value});
+    const bool done = store({of.entry, value.time + clock.offset, clock.quality, value.type,
+                             value.bits, value.value, value.scaling});
     if (done) {
       of.stored = value;
       of.due = now + min_interval_;

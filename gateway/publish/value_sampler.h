@@ -51,6 +51,7 @@ class ValueSampler {
     od::DataType type = od::DataType::none;
     std::uint16_t bits = 1;
     std::optional<std::uint64_t> value;
+    std::shared_ptr<const od::Scaling> scaling{};  // nullptr: none
   };
   // A time in which the entry was valid, and of which nothing was stored.
   struct Phase {
@@ -62,6 +63,7 @@ class ValueSampler {
     std::uint32_t bit_offset = 0;
     std::uint16_t bits = 1;
     od::DataType type = od::DataType::none;
+    std::shared_ptr<const od::Scaling> scaling{};  // nullptr: none
   };
   struct Watched {
     std::shared_ptr<const ValueEntry> entry;

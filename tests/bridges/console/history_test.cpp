@@ -268,9 +268,9 @@ TEST_F(HistoryOverDds, PrintsValuesAsCsvAndJson) {
   gateway_.add_value("a", "inlet.\"Hot, or not\"", 2, std::nullopt);
   EXPECT_EQ(run({.values = true, .csv = true}), kDone) << err_.str();
   EXPECT_EQ(out_.str(),
-            "time,gateway,line,direction,entry,value\n"
-            "1970-01-01T00:00:01.000Z,a,press,inputs,\"inlet.\"\"Hot, or not\"\"\",-123\n"
-            "1970-01-01T00:00:02.000Z,a,press,inputs,\"inlet.\"\"Hot, or not\"\"\",\n");
+            "time,gateway,line,direction,entry,value,unit\n"
+            "1970-01-01T00:00:01.000Z,a,press,inputs,\"inlet.\"\"Hot, or not\"\"\",-123,\n"
+            "1970-01-01T00:00:02.000Z,a,press,inputs,\"inlet.\"\"Hot, or not\"\"\",,\n");
   out_.str("");
   context_.json = true;
   EXPECT_EQ(run({.values = true}), kDone);

@@ -3,6 +3,7 @@
 #include "bridges/request/journal.h"
 
 #include <chrono>
+#include <limits>
 
 #include <gtest/gtest.h>
 
@@ -98,7 +99,10 @@ JournalValue value(std::uint16_t bits, std::optional<std::uint64_t> of, std::str
                      .node = 5,
                      .type = 6,
                      .bits = bits,
-                     .name = std::move(name)},
+                     .name = std::move(name),
+                     .unit = "K",
+                     .scale = 0.5,
+                     .offset = -2},
           .time = Instant(std::chrono::nanoseconds(0x0102)),
           .clock = 2,
           .value = of};
@@ -108,12 +112,16 @@ TEST(JournalCodec, APageOfValuesHasTheLayoutOfTheContract) {
   const Bytes page = encode(JournalPage{.values = {value(16, 7), value(16, {})}});
   Bytes expected(1 + 16 + 16);
   expected[0] = std::byte{4};
+  // clang-format off
   for (const int octet :
-       {0,        0,        1, 5, 6,        0,        16,       0, 5, int{'p'}, int{'r'}, int{'e'},
-        int{'s'}, int{'s'}, 3, 0, int{'a'}, int{'.'}, int{'b'}, 2, 1, 0,        0,        0,
-        0,        0,        0, 2, 1,        7,        0,        0, 0, 0,        0,        0,
-        0,        0,        0, 2, 1,        0,        0,        0, 0, 0,        0,        2,
-        0,        0,        0, 0, 0,        0,        0,        0, 0})
+       {0, 0,  // a new series
+        1, 5, 6, 0, 16, 0, 5, int{'p'}, int{'r'}, int{'e'}, int{'s'}, int{'s'}, 3, 0, int{'a'}, int{'.'}, int{'b'},
+        0, 0, 0, 0, 0, 0, 0xE0, 0x3F,  // 0.5
+        0, 0, 0, 0, 0, 0, 0, 0xC0,     // -2
+        1, int{'K'},
+        2, 1, 0, 0, 0, 0, 0, 0, 2, 1, 7, 0, 0, 0, 0, 0, 0, 0,
+        0, 0, 2, 1, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0})
+    // clang-format on
     expected.push_back(static_cast<std::byte>(octet));
   EXPECT_EQ(page, expected);
 }
@@ -156,6 +164,31 @@ TEST(JournalCodec, MalformedPagesOfValuesAreNotRead) {
   EXPECT_FALSE(spoilt(second + 11, 2)) << "neither valid nor invalid";
   EXPECT_TRUE(spoilt(second + 11, 0));
   EXPECT_FALSE(spoilt(second + 1, 1)) << "a series far beyond";
+}
+
+TEST(JournalCodec, AValueHasAScalingThatAnEntryCanHave) {
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
+  const auto is_read = [](double scale, double offset, std::string unit) {
+    JournalPage page{.values = {value(16, 7)}};
+    page.values[0].series.scale = scale;
+    page.values[0].series.offset = offset;
+    page.values[0].series.unit = std::move(unit);
+    return decode_page(encode(page)).has_value();
+  };
+  EXPECT_TRUE(is_read(-0.1, 1e300, ""));
+  EXPECT_FALSE(is_read(0, 0, ""));
+  for (const double wrong : {kInfinite, -kInfinite, kNoNumber}) {
+    EXPECT_FALSE(is_read(wrong, 0, ""));
+    EXPECT_FALSE(is_read(1, wrong, ""));
+  }
+  EXPECT_TRUE(is_read(1, 0, std::string(40, 'x'))) << "it is cut";
+  Bytes page = encode(JournalPage{.values = {value(16, 7)}});
+  const std::size_t length = encode(JournalPage{}).size() + 35;
+  ASSERT_EQ(page.at(length), std::byte{1});
+  page[length] = std::byte{33};
+  page.insert(page.begin() + static_cast<std::ptrdiff_t>(length) + 1, 32, std::byte{'x'});
+  EXPECT_FALSE(decode_page(page).has_value());
 }
 
 TEST(JournalCodec, CutPagesAreNotRead) {

@@ -13,7 +13,8 @@ import subprocess
 
 from plant_process import EDS, Failure, Plant, expect, run_test, until, write
 
-HISTORY = """nodes: [{id: 8, name: panel, eds: %s/digital-io.eds}]
+HISTORY = """nodes: [{id: 8, name: panel, eds: %s/digital-io.eds,
+        values: {"6000:1": {unit: bar, scale: 0.5, offset: 1}}}]
     history: ["panel.*"]""" % EDS
 PLANT = """schema: 1
 gateway: {{name: journal}}
@@ -83,13 +84,14 @@ def same_values_over_dds(plant, history):
     """Values by each condition, over DDS and from the file."""
     until("a value that is valid again", lambda: history.values()[-1]["valid"])
     newest = history.values("-n", "1")
+    expect("its unit", (newest[0]["unit"], newest[0]["value"]), ("bar", 0.5 * newest[0]["raw"] + 1))
     expect("the newest value", newest, history.values()[-1:])
     for words in [["--values", INPUT], ["press", "--values"], ["--values", "panel.*", "-n", "3"],
                   ["--node", "press:8", "--until", newest[0]["time"][:19] + "Z", "--values"], ["--since", "yesterday", "--values"]]:
         until(f"the same values with {words}", lambda chosen=words: over_dds(plant, *chosen) == history.events(*chosen))
     def csv():
         return plant.command("history", "--values", INPUT, "--csv").stdout.splitlines()
-    expect("the head of CSV", csv()[0], "time,gateway,line,direction,entry,value")
+    expect("the head of CSV", csv()[0], "time,gateway,line,direction,entry,value,unit")
     until("a line of CSV for each value", lambda: len(csv()) == len(history.values()) + 1)
     for words, error in [(["--values", "nowhere"], 'no values of "nowhere" are stored'),
                          (["--values", "--kind", "emcy"], "values have no kind")]:

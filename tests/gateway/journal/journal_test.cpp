@@ -144,7 +144,7 @@ TEST_F(JournalTest, AFileWithWrongBytesIsUsableOrMovedAway) {
 }
 
 TEST_F(JournalTest, AFileOfAnotherVersionOrProgramIsMovedAway) {
-  for (const char* change : {"PRAGMA user_version=4", "PRAGMA application_id=1"}) {
+  for (const char* change : {"PRAGMA user_version=5", "PRAGMA application_id=1"}) {
     {
       Journal journal(plan_);
       ASSERT_EQ(journal.open(), 0);
@@ -165,9 +165,10 @@ TEST_F(JournalTest, AFileOfAnotherVersionOrProgramIsMovedAway) {
 void make_first_version(const std::string& file) {
   Database database;
   ASSERT_EQ(database.open(file, Database::Use::write), 0);
-  ASSERT_EQ(database.execute("DROP TABLE last_run; DROP TABLE value_entries; "
-                             "DROP TABLE value_rows; PRAGMA user_version=1"),
-            0);
+  ASSERT_EQ(
+      database.execute("DROP TABLE last_run; DROP TABLE value_entries; "
+                       "DROP TABLE value_rows; DROP TABLE value_scalings; PRAGMA user_version=1"),
+      0);
 }
 
 TEST_F(JournalTest, TheFileSaysHowTheLastRunEnded) {

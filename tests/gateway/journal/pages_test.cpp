@@ -362,8 +362,9 @@ TEST_F(ValuePagesTest, AJournalOfAnEarlierVersionHasNoValues) {
   {
     Database database;
     ASSERT_EQ(database.open(plan_.file, Database::Use::write), 0);
-    ASSERT_EQ(database.execute("DROP TABLE value_entries; DROP TABLE value_rows; "
-                               "ALTER TABLE last_run DROP COLUMN written; PRAGMA user_version=2"),
+    ASSERT_EQ(database.execute(
+                  "DROP TABLE value_entries; DROP TABLE value_rows; DROP TABLE value_scalings; "
+                  "ALTER TABLE last_run DROP COLUMN written; PRAGMA user_version=2"),
               0);
   }
   const auto none = page({.values = true});

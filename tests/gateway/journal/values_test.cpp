@@ -376,7 +376,9 @@ TEST_F(ValuesTest, AJournalOfAnEarlierVersionHasNoneAndContinues) {
     }
     Database database;
     ASSERT_EQ(database.open(plan_.file, Database::Use::write), 0);
-    ASSERT_EQ(database.execute("DROP TABLE value_entries; DROP TABLE value_rows"), 0);
+    ASSERT_EQ(database.execute(
+                  "DROP TABLE value_entries; DROP TABLE value_rows; DROP TABLE value_scalings"),
+              0);
     ASSERT_EQ(database.execute(earlier), 0);
     database.close();
     EXPECT_TRUE(stored_values().empty());
@@ -387,6 +389,76 @@ TEST_F(ValuesTest, AJournalOfAnEarlierVersionHasNoneAndContinues) {
     ASSERT_EQ(store_values(journal, std::span(&sent, 1), at(1)), 0);
     EXPECT_EQ(texts(), (Texts{"inlet@1=10"}));
     EXPECT_EQ(numbers("press").size(), 1U);
+  }
+}
+
+TEST_F(ValuesTest, AJournalBeforeTheScalingsKeepsItsValues) {
+  {
+    Journal journal(plan_);
+    ASSERT_EQ(journal.open(), 0);
+    const StoredValue sent = value_at(inlet_, 1, 10);
+    ASSERT_EQ(store_values(journal, std::span(&sent, 1), at(1)), 0);
+  }
+  Database database;
+  ASSERT_EQ(database.open(plan_.file, Database::Use::write), 0);
+  ASSERT_EQ(database.execute("DROP TABLE value_scalings; ALTER TABLE value_rows DROP COLUMN "
+                             "scaling; PRAGMA user_version=3"),
+            0);
+  database.close();
+  EXPECT_EQ(texts(), (Texts{"inlet@1=10"})) << "the reader reads this version";
+  Journal journal(plan_);
+  ASSERT_EQ(journal.open(), 0);
+  EXPECT_EQ(journal.set_aside(), 0);
+  StoredValue sent = value_at(inlet_, 2, 20);
+  sent.scaling = std::make_shared<const od::Scaling>(od::Scaling{"bar", 0.1, 0});
+  ASSERT_EQ(store_values(journal, std::span(&sent, 1), at(2)), 0);
+  EXPECT_EQ(texts(), (Texts{"inlet@1=10", "inlet@1=invalid", "inlet@2=20"}));
+  EXPECT_EQ(stored_values().front().scaling, nullptr);
+}
+
+TEST_F(ValuesTest, HaveTheScalingWithWhichTheyWereStored) {
+  const auto scaled = [&](std::int64_t time, const od::Scaling& scaling) {
+    StoredValue out = value_at(inlet_, time, 10);
+    out.scaling = std::make_shared<const od::Scaling>(scaling);
+    return out;
+  };
+  const od::Scaling bar{"bar", 0.1, -40};
+  const od::Scaling mbar{"mbar", 1, 0};
+  Journal journal(plan_);
+  for (int run = 0; run < 2; ++run) {  // also those that another run made
+    ASSERT_EQ(journal.open(), 0);
+    const std::int64_t first = 10 * run;
+    const std::vector<StoredValue> sent{scaled(first + 1, bar), scaled(first + 2, mbar),
+                                        scaled(first + 3, bar), value_at(inlet_, first + 4, 10)};
+    ASSERT_EQ(store_values(journal, sent, at(first + 5)), 0);
+    journal.close();
+  }
+  std::vector<od::Scaling> found;
+  for (const StoredValue& one : stored_values()) {
+    if (one.value)
+      found.push_back(one.scaling ? *one.scaling : od::Scaling{});
+  }
+  EXPECT_EQ(found, (std::vector{bar, mbar, bar, od::Scaling{}, bar, mbar, bar, od::Scaling{}}));
+  EXPECT_EQ(rows("value_scalings"), 2);
+}
+
+TEST_F(ValuesTest, AScalingThatNoEntryCanHaveIsNone) {
+  Journal journal(plan_);
+  ASSERT_EQ(journal.open(), 0);
+  StoredValue sent = value_at(inlet_, 1, 10);
+  sent.scaling = std::make_shared<const od::Scaling>(od::Scaling{"bar", 0.1, 0});
+  ASSERT_EQ(store_values(journal, std::span(&sent, 1), at(1)), 0);
+  journal.close();
+  for (const char* const change :
+       {"scale = 0", "scale = 9e999", "offset = -9e999", "scale = 'x'", "unit = zeroblob(33)"}) {
+    Database database;
+    ASSERT_EQ(database.open(plan_.file, Database::Use::write), 0);
+    ASSERT_EQ(database.execute("UPDATE value_scalings SET unit = 'bar', scale = 1, offset = 0"), 0);
+    ASSERT_EQ(database.execute((std::string("UPDATE value_scalings SET ") + change).c_str()), 0);
+    database.close();
+    ASSERT_EQ(stored_values().size(), 1U) << change;
+    EXPECT_EQ(stored_values()[0].scaling, nullptr) << change;
+    EXPECT_EQ(stored_values()[0].value, 10U) << change;
   }
 }
 

@@ -78,6 +78,29 @@ TEST_F(ValueSamplerTest, TheFirstValueIsStoredWithItsTimeAndType) {
   EXPECT_EQ(stored_[1].bits, 1U);
 }
 
+TEST_F(ValueSamplerTest, AValueHasTheScalingOfItsLayout) {
+  auto& entries = layouts_[static_cast<std::size_t>(image::Direction::inputs)].entries;
+  const auto temperature = std::ranges::find(entries, "inlet.Temperature", &image::Entry::name);
+  temperature->scaling = {"bar", 0.1, 0};
+  ValueSampler of = sampler({"inlet.Temperature", "inlet.Flag"});
+  of.add(snapshot(Instant(2s), 7, true));
+  store(of, Instant(2s));
+  ASSERT_EQ(stored_.size(), 2U);
+  ASSERT_NE(stored_[0].scaling, nullptr);
+  EXPECT_EQ(*stored_[0].scaling, (od::Scaling{"bar", 0.1, 0}));
+  EXPECT_EQ(stored_[1].scaling, nullptr);
+  of.use(layouts_, Instant(3s));
+  of.add(snapshot(Instant(4s), 7, true));
+  store(of, Instant(4s));
+  EXPECT_EQ(stored_.size(), 2U) << "the same scaling of another layout is no change";
+  temperature->scaling.unit = "mbar";
+  of.use(layouts_, Instant(5s));
+  of.add(snapshot(Instant(6s), 7, true));
+  store(of, Instant(6s));
+  ASSERT_EQ(stored_.size(), 3U) << "the value has another meaning";
+  EXPECT_EQ(stored_[2].scaling->unit, "mbar");
+}
+
 TEST_F(ValueSamplerTest, AChangeIsStoredAtMostOnceInTheInterval) {
   ValueSampler of = sampler({"inlet.Temperature"});
   of.add(snapshot(Instant(10s), 1, false));

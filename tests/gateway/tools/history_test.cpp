@@ -213,12 +213,13 @@ class ValueHistoryTest : public HistoryTest {
     for (std::uint64_t i = 0; i < 2; ++i) {
       values.push_back({entry, kNow + std::chrono::seconds(i), ClockQuality::synchronised,
                         od::DataType::integer16, 16,
-                        i == 0 ? std::optional<std::uint64_t>(0xFF85) : std::nullopt});
+                        i == 0 ? std::optional<std::uint64_t>(0xFF85) : std::nullopt, scaling_});
     }
     Journal journal({.file = options_.file});
     ASSERT_EQ(journal.open(), 0);
     ASSERT_EQ(journal.store({.values = values, .stream = 0xAB}, kNow), 0);
   }
+  std::shared_ptr<const od::Scaling> scaling_;
   std::string values(const console::HistoryRequest& request, int code, bool json = false) {
     std::ostringstream out;
     err_.str({});
@@ -234,13 +235,34 @@ TEST_F(ValueHistoryTest, PrintsTheValuesOfAFile) {
             "2026-11-18T11:06:40.000Z press inlet.Temperature: -123\n"
             "2026-11-18T11:06:41.000Z press inlet.Temperature: not valid\n");
   EXPECT_EQ(values({.values = true, .csv = true}, kExitOk),
-            "time,gateway,line,direction,entry,value\n"
-            "2026-11-18T11:06:40.000Z,,press,inputs,inlet.Temperature,-123\n"
-            "2026-11-18T11:06:41.000Z,,press,inputs,inlet.Temperature,\n");
+            "time,gateway,line,direction,entry,value,unit\n"
+            "2026-11-18T11:06:40.000Z,,press,inputs,inlet.Temperature,-123,\n"
+            "2026-11-18T11:06:41.000Z,,press,inputs,inlet.Temperature,,\n");
   EXPECT_EQ(values({.count = 1, .values = true}, kExitOk, true),
             "{\"time\":\"2026-11-18T11:06:41.000Z\",\"clock\":\"synchronised\",\"line\":\"press\","
             "\"direction\":\"inputs\",\"node\":5,\"entry\":\"inlet.Temperature\","
             "\"type\":\"INTEGER16\",\"valid\":false,\"value\":null}\n");
+}
+
+class ScaledHistoryTest : public ValueHistoryTest {
+ protected:
+  ScaledHistoryTest() {
+    scaling_ = std::make_shared<const od::Scaling>(od::Scaling{"\xC2\xB0\x43", 0.1, 30});
+  }
+};
+
+TEST_F(ScaledHistoryTest, PrintsValuesInTheirUnit) {
+  EXPECT_EQ(values({.values = true}, kExitOk),
+            "2026-11-18T11:06:40.000Z press inlet.Temperature: 17.7 \xC2\xB0\x43\n"
+            "2026-11-18T11:06:41.000Z press inlet.Temperature: not valid\n");
+  EXPECT_EQ(values({.values = true, .csv = true}, kExitOk),
+            "time,gateway,line,direction,entry,value,unit\n"
+            "2026-11-18T11:06:40.000Z,,press,inputs,inlet.Temperature,17.7,\xC2\xB0\x43\n"
+            "2026-11-18T11:06:41.000Z,,press,inputs,inlet.Temperature,,\xC2\xB0\x43\n");
+  const std::string json = values({.until = "2026-11-18T11:06:41Z", .values = true}, kExitOk, true);
+  EXPECT_NE(json.find("\"valid\":true,\"value\":17.7,\"unit\":\"\xC2\xB0\x43\",\"raw\":-123}"),
+            std::string::npos)
+      << json;
 }
 
 TEST_F(ValueHistoryTest, ReportsWrongOptionsEntriesAndFiles) {
