@@ -6,8 +6,10 @@
 #include <string>
 #include <utility>
 
+#include "bridges/dds/message_link.h"
 #include "bridges/request/field_bytes.h"
 #include "stack/base/assert.h"
+#include "stack/base/byte_order.h"
 #include "stack/base/short_text.h"
 
 namespace linegate::dds {
@@ -18,6 +20,7 @@ using request::FieldWriter;
 
 constexpr std::size_t kTextLength = 2;  // octets of the length of a text
 constexpr std::size_t kLongestText = 1'024;
+constexpr std::size_t kTopicNumber = 4;  // octets of the number of a named topic
 static_assert(std::tuple_size_v<decltype(Participant::prefix)> + 4 + kLongestHost + 8 +
                   kLongestSubject ==
               kSenderBytes);
@@ -208,6 +211,126 @@ std::optional<std::vector<RemoteLine>> decode_follow(PortBytes message) {
     std::string gateway = read_text(in, kLongestName);
     out.push_back({std::move(gateway), read_text(in, kLongestName)});
   }
+  return if_complete(in, std::move(out));
+}
+
+void encode(ToEndpoints kind, const NumberedTopic& topic, PortMessage& out) {
+  FieldWriter writer = begin_message(static_cast<std::uint8_t>(kind));
+  writer.number(topic.number, kTopicNumber);
+  add_text(topic.topic.line, writer);
+  add_text(topic.topic.topic, writer);
+  add_text(topic.topic.type, writer);
+  writer.number(topic.topic.max_size, 4);
+  writer.sized(topic.topic.key, 2);
+  out = writer.take();
+}
+
+std::optional<NumberedTopic> decode_numbered_topic(PortBytes message) {
+  FieldReader in = content_of(message);
+  NumberedTopic out;
+  out.number = in.number<std::uint32_t>();
+  out.topic.line = read_text(in, kLongestName);
+  out.topic.topic = read_text(in, kLongestText);
+  out.topic.type = read_text(in, kLongestText);
+  out.topic.max_size = in.number<std::size_t>(4);
+  in.require(out.topic.max_size <= kLongestMessage);
+  out.topic.key = in.sized(2);
+  return if_complete(in, std::move(out));
+}
+
+void encode(ToEndpoints kind, std::span<const std::uint32_t> topics, PortMessage& out) {
+  FieldWriter writer = begin_message(static_cast<std::uint8_t>(kind));
+  LINEGATE_ASSERT(topics.size() <= kMostEnding, "the other side takes no more topics");
+  for (const std::uint32_t topic : topics)
+    writer.number(topic, kTopicNumber);
+  out = writer.take();
+}
+
+std::optional<std::vector<std::uint32_t>> decode_topics(PortBytes message) {
+  FieldReader in = content_of(message);
+  in.require(in.left() <= kMostEnding * kTopicNumber);
+  std::vector<std::uint32_t> out;
+  while (in.good() && in.left() != 0)
+    out.push_back(in.number<std::uint32_t>());
+  return if_complete(in, std::move(out));
+}
+
+namespace {
+
+// The octets of `out` are kept up to `head`, and its capacity.
+void add_numbered(const NumberedSample& sample, PortMessage& out) {
+  const std::size_t head = out.size();
+  out.resize(head + kTopicNumber);
+  store_le(std::span(out).last(kTopicNumber), sample.topic);
+  out.insert(out.end(), sample.sample.begin(), sample.sample.end());
+}
+
+std::optional<NumberedSample> read_numbered(PortBytes content) {
+  FieldReader in(content);
+  NumberedSample out;
+  out.topic = in.number<std::uint32_t>();
+  if (!in.good())
+    return std::nullopt;
+  out.sample = content.subspan(kTopicNumber);
+  return out;
+}
+
+void begin_numbered(std::uint8_t kind, PortMessage& out) {
+  out.assign(kMessageHead, std::byte{0});
+  out.front() = std::byte{kind};
+}
+
+}  // namespace
+
+void encode(const NumberedSample& sample, PortMessage& out) {
+  begin_numbered(static_cast<std::uint8_t>(ToEndpoints::named_sample), out);
+  add_numbered(sample, out);
+}
+
+std::optional<NumberedSample> decode_named_sample(PortBytes message) {
+  return kind_of(message) == 0 ? std::nullopt : read_numbered(message.subspan(kMessageHead));
+}
+
+void encode_named_write(const Participant& from, const NumberedSample& sample, PortMessage& out) {
+  begin_numbered(static_cast<std::uint8_t>(FromEndpoints::named_write), out);
+  add_sender(from, out);
+  add_numbered(sample, out);
+}
+
+std::optional<NumberedSample> decode_named_write(PortBytes message, Participant& from) {
+  const auto content = read_sender(message, from);
+  return content ? read_numbered(*content) : std::nullopt;
+}
+
+void encode(const NamedReadersMessage& readers, PortMessage& out) {
+  FieldWriter writer = begin_message(static_cast<std::uint8_t>(FromEndpoints::named_readers));
+  writer.number(readers.topic, kTopicNumber);
+  writer.number(readers.present ? 1 : 0, 1);
+  out = writer.take();
+}
+
+std::optional<NamedReadersMessage> decode_named_readers(PortBytes message) {
+  FieldReader in = content_of(message);
+  NamedReadersMessage out;
+  out.topic = in.number<std::uint32_t>();
+  const auto present = in.number<std::uint8_t>();
+  in.require(present <= 1);
+  out.present = present == 1;
+  return if_complete(in, out);
+}
+
+void encode(const NamedMisfitMessage& misfit, PortMessage& out) {
+  FieldWriter writer = begin_message(static_cast<std::uint8_t>(FromEndpoints::named_misfit));
+  writer.number(misfit.topic, kTopicNumber);
+  add_text(misfit.policy, writer);
+  out = writer.take();
+}
+
+std::optional<NamedMisfitMessage> decode_named_misfit(PortBytes message) {
+  FieldReader in = content_of(message);
+  NamedMisfitMessage out;
+  out.topic = in.number<std::uint32_t>();
+  out.policy = read_text(in, kLongestName);
   return if_complete(in, std::move(out));
 }
 

@@ -7,7 +7,8 @@
 // 4 octets and 252 octets with the partition, the unused ones 0. Before a sample from the endpoints
 // is its sender: the prefix of its GUID in 12 octets, the length of its host in 4, and 64 octets
 // with the host, the unused ones 0. The content of all other kinds is in the comments below:
-// numbers are little-endian, a text is its length in 2 octets and its octets.
+// numbers are little-endian, a text is its length in 2 octets and its octets. Samples of named
+// topics are octets: CDR with its encapsulation, without a length, up to the end of the message.
 //
 // Messages from the endpoints come from a process that the network may have taken over. Each
 // decoder returns false, or nothing, unless the message is complete, has no octet too many and each
@@ -26,6 +27,7 @@
 #include <fastcdr/FastBuffer.h>
 
 #include "bridges/dds/guard/counters.h"
+#include "bridges/dds/named_topic.h"
 #include "bridges/dds/publisher.h"
 #include "bridges/dds/values.h"
 #include "stack/base/diagnostic.h"
@@ -50,6 +52,13 @@ enum class ToEndpoints : std::uint8_t {
   stop,          // nothing: end after the last words
   share_images,  // tag in 8 octets, text: line; the link has passed memory with that tag
   follow,        // number of lines in 4 octets; each: texts of gateway and line
+  // Named topics, each with a number (declared_topics.h): number in 4 octets, texts of line, topic
+  // and type, greatest size of a sample in 4 octets, the key with its length in 2.
+  named_topic,   // that the gateway writes
+  named_set,     // that applications write
+  end_topics,    // numbers in 4 octets each: named topics that are no more
+  end_sets,      // the same of those that applications write
+  named_sample,  // number in 4 octets, sample
 };
 
 enum class FromEndpoints : std::uint8_t {
@@ -64,6 +73,9 @@ enum class FromEndpoints : std::uint8_t {
   line_state,      // samples of lines of other gateways, after ToEndpoints::follow
   image_layout,
   process_image,
+  named_write,    // sender, number of the topic in 4 octets, sample
+  named_readers,  // number of the topic in 4 octets; 1: it has readers, 0: it has none
+  named_misfit,   // number of the topic in 4 octets, text: name of the QoS policy
 };
 
 // The state of the endpoints. All counters are since the start of the process.
@@ -88,6 +100,7 @@ inline constexpr std::size_t kLongestSubject = 64;
 inline constexpr std::size_t kSenderBytes = 152;
 inline constexpr std::size_t kLongestPartition = 252;
 inline constexpr std::size_t kMostFollowed = 4'096;
+inline constexpr std::size_t kMostEnding = 16;  // topics in one message
 
 using PortMessage = std::vector<std::byte>;
 using PortBytes = std::span<const std::byte>;
@@ -110,6 +123,44 @@ std::optional<SharedImagesMessage> decode_shared_images(PortBytes message);
 // The lines of other gateways whose samples are wanted, up to kMostFollowed.
 void encode(const std::vector<RemoteLine>& lines, PortMessage& out);
 std::optional<std::vector<RemoteLine>> decode_follow(PortBytes message);
+
+// A named topic with its number. kind: named_topic or named_set.
+struct NumberedTopic {
+  std::uint32_t number = 0;
+  NamedTopic topic;
+};
+void encode(ToEndpoints kind, const NumberedTopic& topic, PortMessage& out);
+std::optional<NumberedTopic> decode_numbered_topic(PortBytes message);
+
+// The numbers of up to kMostEnding topics. kind: end_topics or end_sets.
+void encode(ToEndpoints kind, std::span<const std::uint32_t> topics, PortMessage& out);
+std::optional<std::vector<std::uint32_t>> decode_topics(PortBytes message);
+
+// A sample of a named topic, which the message contains.
+struct NumberedSample {
+  std::uint32_t topic = 0;
+  PortBytes sample;
+};
+void encode(const NumberedSample& sample, PortMessage& out);
+std::optional<NumberedSample> decode_named_sample(PortBytes message);
+void encode_named_write(const Participant& from, const NumberedSample& sample, PortMessage& out);
+std::optional<NumberedSample> decode_named_write(PortBytes message, Participant& from);
+
+// Whether a named topic has readers.
+struct NamedReadersMessage {
+  std::uint32_t topic = 0;
+  bool present = false;
+};
+void encode(const NamedReadersMessage& readers, PortMessage& out);
+std::optional<NamedReadersMessage> decode_named_readers(PortBytes message);
+
+// A writer of a named topic whose QoS is incompatible in that policy.
+struct NamedMisfitMessage {
+  std::uint32_t topic = 0;
+  std::string policy;
+};
+void encode(const NamedMisfitMessage& misfit, PortMessage& out);
+std::optional<NamedMisfitMessage> decode_named_misfit(PortBytes message);
 
 void encode(const GatewayOptions& options, PortMessage& out);
 std::optional<GatewayOptions> decode_options(PortBytes message);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <exception>
@@ -14,8 +15,10 @@
 
 #include "bridges/dds/image_samples.h"
 #include "bridges/dds/message_link.h"
+#include "bridges/dds/named_read_type.h"
 #include "bridges/dds/port_codec.h"
 #include "bridges/dds/sample_port.h"
+#include "bridges/dds/served_topics.h"
 
 namespace linegate::dds {
 namespace {
@@ -31,10 +34,24 @@ class EndpointServer final : public PortServer {
     shared_image_.incarnation(options.incarnation);
     port_->watch_timers();
   }
+  ~EndpointServer() override { port_->watch_named_readers({}); }
+  EndpointServer(const EndpointServer&) = delete;
+  EndpointServer& operator=(const EndpointServer&) = delete;
 
   bool handle(Message message) override;
   void publish(std::string_view line, const image::Snapshot& snapshot,
                const ClockMap& clock) override;
+  void watch_readers(std::function<void()> changed) override {
+    port_->watch_named_readers([this, changed = std::move(changed)] {
+      readers_changed_ = true;
+      changed();
+    });
+  }
+  bool readers_changed() const override { return readers_changed_; }
+  void look_at_readers() override {
+    if (readers_changed_.exchange(false) && topics_.look_at_readers())
+      port_->wake();
+  }
   bool poll(Duration timeout, const Send& send) override;
   void wake() override { port_->wake(); }
   guard::Stall longest_stall() const override { return port_->longest_stall(); }
@@ -51,6 +68,11 @@ class EndpointServer final : public PortServer {
   bool pass_on_lines(FromEndpoints kind, Sample& sample, const Send& send, int& passed);
   bool follow(Message message);
   void apply_follow();
+  bool add_topic(Message message);
+  bool end_topics(Message message);
+  void write_named(Message message);
+  void add_failed(std::uint64_t samples);
+  bool pass_on_named(const Send& send, int& passed);
   bool send_waiting(const Send& send);
   void send_status(const Send& send);
 
@@ -69,6 +91,8 @@ class EndpointServer final : public PortServer {
   v1::Event event_;
   v1::CommandReply reply_;
   std::string reply_partition_;
+  ServedTopics topics_{*port_};
+  std::atomic<bool> readers_changed_{false};
 
   // Used by poll().
   PortMessage waiting_;  // a message for which there was no room
@@ -77,6 +101,8 @@ class EndpointServer final : public PortServer {
   v1::LineState other_state_;
   v1::ImageLayout other_layout_;
   v1::ProcessImage other_image_;
+  NamedReceived named_;
+  ServedSets sets_{*port_};
   Participant from_;              // the sender of the one that was taken last
   std::uint64_t unreadable_ = 0;  // samples that were not reported yet
   std::chrono::steady_clock::time_point status_due_{};
@@ -90,17 +116,19 @@ class EndpointServer final : public PortServer {
 
 template <class Sample>
 void EndpointServer::write(Message message, Sample& sample) {
-  if (decode_sample(message, sample) && port_->write(sample))
-    return;
-  const std::lock_guard lock(mutex_);
-  ++failed_;
+  if (!decode_sample(message, sample) || !port_->write(sample))
+    add_failed(1);
 }
 
 void EndpointServer::write_reply(Message message) {
-  if (decode_sample_in(message, reply_partition_, reply_) && port_->write(reply_, reply_partition_))
-    return;
+  if (!decode_sample_in(message, reply_partition_, reply_) ||
+      !port_->write(reply_, reply_partition_))
+    add_failed(1);
+}
+
+void EndpointServer::add_failed(std::uint64_t samples) {
   const std::lock_guard lock(mutex_);
-  ++failed_;
+  failed_ += samples;
 }
 
 bool EndpointServer::handle(Message message) {
@@ -148,6 +176,15 @@ bool EndpointServer::handle(Message message) {
       return true;
     case ToEndpoints::follow:
       return follow(message);
+    case ToEndpoints::named_topic:
+    case ToEndpoints::named_set:
+      return add_topic(message);
+    case ToEndpoints::end_topics:
+    case ToEndpoints::end_sets:
+      return end_topics(message);
+    case ToEndpoints::named_sample:
+      write_named(message);
+      return true;
     case ToEndpoints::configure:
     case ToEndpoints::stop:
       break;
@@ -158,10 +195,41 @@ bool EndpointServer::handle(Message message) {
 void EndpointServer::publish(std::string_view line, const image::Snapshot& snapshot,
                              const ClockMap& clock) {
   shared_image_.line(std::string(line));
-  if (to_wire(snapshot, clock, shared_image_) && port_->write(shared_image_))
-    return;
-  const std::lock_guard lock(mutex_);
-  ++failed_;
+  if (!to_wire(snapshot, clock, shared_image_) || !port_->write(shared_image_))
+    add_failed(1);
+}
+
+// The thread that polls adds and removes readers.
+bool EndpointServer::add_topic(Message message) {
+  auto topic = decode_numbered_topic(message);
+  if (!topic)
+    return false;
+  if (kind_of(message) == static_cast<std::uint8_t>(ToEndpoints::named_set)) {
+    sets_.add(std::move(*topic));
+    port_->wake();
+  } else if (!topics_.add(*topic)) {
+    add_failed(1);
+  }
+  return true;
+}
+
+bool EndpointServer::end_topics(Message message) {
+  auto topics = decode_topics(message);
+  if (!topics)
+    return false;
+  if (kind_of(message) == static_cast<std::uint8_t>(ToEndpoints::end_sets)) {
+    sets_.remove(std::move(*topics));
+    port_->wake();
+  } else {
+    topics_.remove(*topics);
+  }
+  return true;
+}
+
+void EndpointServer::write_named(Message message) {
+  const auto sample = decode_named_sample(message);
+  if (!sample || !topics_.write(*sample))
+    add_failed(1);
 }
 
 // The thread that polls applies it.
@@ -183,21 +251,21 @@ void EndpointServer::apply_follow() {
     const std::lock_guard lock(mutex_);
     lines = std::exchange(followed_, std::nullopt);
   }
-  if (lines && !port_->follow(*lines)) {
-    const std::lock_guard lock(mutex_);
-    ++failed_;
-  }
+  if (lines && !port_->follow(*lines))
+    add_failed(1);
 }
 
 bool EndpointServer::poll(Duration timeout, const Send& send) {
   apply_follow();
-  if (!send_waiting(send))
+  add_failed(sets_.apply());
+  if (!send_waiting(send) || !topics_.report(send))
     return false;
   const bool any = port_->wait(timeout);
-  std::array<int, 5> passed{};
+  std::array<int, 6> passed{};
   const bool room =
       !any || (pass_on_all(FromEndpoints::output_write, output_, send, passed[0]) &&
                pass_on_all(FromEndpoints::command_request, request_, send, passed[1]) &&
+               pass_on_named(send, passed[5]) &&
                pass_on_lines(FromEndpoints::image_layout, other_layout_, send, passed[2]) &&
                pass_on_lines(FromEndpoints::process_image, other_image_, send, passed[3]) &&
                pass_on_lines(FromEndpoints::line_state, other_state_, send, passed[4]));
@@ -207,6 +275,7 @@ bool EndpointServer::poll(Duration timeout, const Send& send) {
   }
   port_->all_outputs_taken();
   port_->all_commands_taken();
+  port_->all_named_taken();
   port_->all_lines_taken();
   send_status(send);
   return true;
@@ -240,6 +309,22 @@ bool EndpointServer::pass_on_lines(FromEndpoints kind, Sample& sample, const Sen
       encode_sample(static_cast<std::uint8_t>(kind), sample, out);
     };
     room = taken == SamplePort::Taken::invalid || pass_on(encode, send);
+  }
+  return room;
+}
+
+bool EndpointServer::pass_on_named(const Send& send, int& passed) {
+  bool room = true;
+  while (room && passed < kSamplesOfTopic) {
+    const SamplePort::Taken taken = port_->take_named(named_, from_);
+    if (taken == SamplePort::Taken::none)
+      break;
+    ++passed;
+    const std::uint32_t number = sets_.number_of(named_.topic);
+    const auto encode = [&](PortMessage& out) {
+      encode_named_write(from_, {number, named_.octets}, out);
+    };
+    room = taken == SamplePort::Taken::invalid || number == 0 || pass_on(encode, send);
   }
   return room;
 }
@@ -286,6 +371,11 @@ void EndpointServer::send_status(const Send& send) {
   }
   if (const std::string_view policy = port_->command_misfit(); !policy.empty()) {
     encode(FromEndpoints::command_misfit, policy, message);
+    send(message);
+  }
+  const SamplePort::Misfit misfit = port_->named_misfit();
+  if (const std::uint32_t number = sets_.number_of(std::string(misfit.topic)); number != 0) {
+    encode(NamedMisfitMessage{number, std::string(misfit.policy)}, message);
     send(message);
   }
   EndpointStatus status{.discovery = port_->discovery(),

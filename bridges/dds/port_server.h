@@ -52,6 +52,14 @@ class PortServer {
   // The line that it removes.
   static std::optional<std::string> removed_line(Message message);
 
+  // Calls `changed` whenever look_at_readers() has something to do, in threads of Fast DDS, which
+  // it must not block. Call it before handle().
+  virtual void watch_readers(std::function<void()> changed) = 0;
+  virtual bool readers_changed() const = 0;
+  // Finds out which named topics have readers, and lets poll() report it. From the thread that
+  // calls handle().
+  virtual void look_at_readers() = 0;
+
   // Waits for samples, at most `timeout`, and sends them, and changes of the status. Returns false
   // if there was no room: try again soon.
   virtual bool poll(Duration timeout, const Send& send) = 0;

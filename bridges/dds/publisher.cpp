@@ -797,6 +797,10 @@ void GatewayBridge::watch_readers(std::function<void()> changed) {
   impl_->port->watch_named_readers(std::move(changed));
 }
 
+bool GatewayBridge::accepts_named(const named::DeviceType& type) const {
+  return impl_->port->accepts_named(type.topic());
+}
+
 bool GatewayBridge::publish(const named::DeviceType& type, const image::Snapshot& snapshot,
                             std::uint64_t number, std::span<const Instant> times) {
   const auto known = impl_->named_topics.find(type.topic());

@@ -214,6 +214,8 @@ class GatewayBridge {
   // Calls `changed` whenever has_readers() may have another result, in threads of DDS, which it
   // must not block. Replaces the function before it, which is not called any more. From any thread.
   void watch_readers(std::function<void()> changed);
+  // False while a sample of that type would wait: publish it later, with newer values.
+  bool accepts_named(const named::DeviceType& type) const;
   // A sample of a named topic with the values of the snapshot, whose layout is that of the types
   // set last. number: 1, 2, ...; times: of the PDOs of the type, Instant{} = never.
   bool publish(const named::DeviceType& type, const image::Snapshot& snapshot, std::uint64_t number,

@@ -8,6 +8,8 @@
 #include <mutex>
 #include <utility>
 
+#include "bridges/dds/declared_topics.h"
+#include "bridges/dds/named_read_type.h"
 #include "bridges/dds/port_codec.h"
 #include "bridges/dds/retained_messages.h"
 #include "bridges/dds/sample_port.h"
@@ -25,6 +27,8 @@ constexpr Policy kReplies{.depth = 256};  // a client that misses one repeats it
 constexpr Policy kImages{.depth = 8, .once = true, .newest_always = true};
 constexpr Policy kReceptions{.depth = 4'096, .once = true};
 constexpr Policy kUpdates{.once = true};
+constexpr Policy kNamed{.depth = 8, .once = true};
+constexpr Policy kEnding{.once = true};
 
 constexpr Duration kStopPeriod = std::chrono::milliseconds(100);  // between calls of stop()
 constexpr Duration kRetryPeriod = std::chrono::milliseconds(2);   // while the ring is full
@@ -39,7 +43,7 @@ constexpr std::uint8_t number_of(ToEndpoints kind) {
 constexpr bool is_sample(FromEndpoints kind) {
   return kind == FromEndpoints::output_write || kind == FromEndpoints::command_request ||
          kind == FromEndpoints::line_state || kind == FromEndpoints::image_layout ||
-         kind == FromEndpoints::process_image;
+         kind == FromEndpoints::process_image || kind == FromEndpoints::named_write;
 }
 
 class RemotePort final : public SamplePort {
@@ -88,11 +92,24 @@ class RemotePort final : public SamplePort {
     return keep(ToEndpoints::event, sample.line().c_str(), {}, kEvents, sample);
   }
   bool write(v1::CommandReply& sample, const std::string& partition) override;
-  // A configuration with named topics is refused with `process: own`.
-  bool add_named(const NamedTopic& /*topic*/) override { return false; }
-  void remove_named(std::span<const std::string> /*topics*/) override {}
-  bool write_named(std::string_view /*topic*/, std::span<const std::byte> /*sample*/) override {
-    return false;
+  bool add_named(const NamedTopic& topic) override {
+    return declare(ToEndpoints::named_topic, topic, written_);
+  }
+  void remove_named(std::span<const std::string> topics) override {
+    end(ToEndpoints::end_topics, topics, written_);
+  }
+  bool write_named(std::string_view topic, std::span<const std::byte> sample) override;
+  bool accepts_named(std::string_view topic) const override;
+  bool has_named_readers(std::string_view topic) override;
+  void watch_named_readers(std::function<void()> changed) override {
+    const std::lock_guard lock(watch_mutex_);
+    readers_changed_ = std::move(changed);
+  }
+  bool add_named_reader(const NamedTopic& topic) override {
+    return declare(ToEndpoints::named_set, topic, read_);
+  }
+  void remove_named_readers(std::span<const std::string> topics) override {
+    end(ToEndpoints::end_sets, topics, read_);
   }
   bool follow(const std::vector<RemoteLine>& lines) override;
   bool accepts_image(std::string_view line, image::Direction direction) const override;
@@ -113,6 +130,7 @@ class RemotePort final : public SamplePort {
   Taken take(v1::CommandRequest& sample, Participant& from) override {
     return take(FromEndpoints::command_request, sample, from);
   }
+  Taken take_named(NamedReceived& sample, Participant& from) override;
   Taken take_other(v1::LineState& sample) override {
     return take_line(FromEndpoints::line_state, sample);
   }
@@ -127,6 +145,10 @@ class RemotePort final : public SamplePort {
   std::uint64_t pop_unreadable() override { return std::exchange(unreadable_, 0); }
   std::string_view output_misfit() override { return taken(output_misfit_, last_misfit_); }
   std::string_view command_misfit() override { return taken(command_misfit_, last_misfit_); }
+  Misfit named_misfit() override {
+    last_misfit_topic_ = std::exchange(misfit_topic_, {});
+    return {last_misfit_topic_, taken(named_misfit_, last_misfit_)};
+  }
 
   std::size_t namesakes() const override { return locked().namesakes; }
   std::vector<std::string> other_gateways() const override { return locked().other_gateways; }
@@ -145,6 +167,12 @@ class RemotePort final : public SamplePort {
                    const Sample& sample, std::uint32_t tally = 0);
   bool keep_buffer(Key key, Policy policy, std::uint32_t tally);
   void keep_text(ToEndpoints kind, std::uint8_t topic, const std::string& line, Policy policy);
+  bool declare(ToEndpoints kind, const NamedTopic& topic, DeclaredTopics& among);
+  void end(ToEndpoints kind, std::span<const std::string> topics, DeclaredTopics& among);
+  void report_readers();
+  void forget_named();
+  bool note_named_readers();
+  bool note_named_misfit();
   void pump();
   bool pass_files(ProcessNumber process, const PortMessage& message);
   void note_process(ProcessNumber process);
@@ -180,8 +208,14 @@ class RemotePort final : public SamplePort {
   ProcessNumber process_ = 0;  // the one that the messages are sent to
   ProcessNumber starts_ = 0;   // the newest process
   bool ready_ = false;         // it has created its endpoints
+  DeclaredTopics written_;     // the named topics of the gateway
+  DeclaredTopics read_;        // those that applications write
+  std::uint64_t ends_ = 0;     // messages that end topics
   EndpointStatus status_;      // of that process
   EndpointStatus before_;      // sums of the counters of all processes before it
+
+  std::mutex watch_mutex_;  // is locked last
+  std::function<void()> readers_changed_;
 
   // Used by the polling thread.
   PortMessage received_;  // empty: none
@@ -190,7 +224,10 @@ class RemotePort final : public SamplePort {
   std::uint64_t unreadable_ = 0;
   std::string output_misfit_;
   std::string command_misfit_;
+  std::string named_misfit_;
+  std::string misfit_topic_;
   std::string last_misfit_;
+  std::string last_misfit_topic_;
   bool starting_ = true;                 // start() has not returned
   bool started_ = false;                 // a process has sent `ready`
   bool failed_ = false;                  // a process has sent `failed` before start() returned
@@ -321,6 +358,74 @@ bool RemotePort::follow(const std::vector<RemoteLine>& lines) {
   return true;
 }
 
+bool RemotePort::declare(ToEndpoints kind, const NamedTopic& topic, DeclaredTopics& among) {
+  const std::lock_guard lock(mutex_);
+  encode(kind, {among.add(topic), topic}, buffer_);
+  retained_.add({topic.line, number_of(kind), topic.topic}, kNewest, buffer_);
+  pump();
+  return true;
+}
+
+// Samples that were not carried out are dropped with their topic. A new process has no topic that
+// could end.
+void RemotePort::end(ToEndpoints kind, std::span<const std::string> topics, DeclaredTopics& among) {
+  const std::lock_guard lock(mutex_);
+  const ToEndpoints declared =
+      kind == ToEndpoints::end_topics ? ToEndpoints::named_topic : ToEndpoints::named_set;
+  pump();
+  while (!topics.empty()) {
+    std::vector<std::uint32_t> ending;
+    for (const std::string& topic : topics.first(std::min(topics.size(), kMostEnding))) {
+      const DeclaredTopics::Declared* const known = among.find(topic);
+      if (known == nullptr)
+        continue;
+      const Key key{known->line, number_of(declared), topic};
+      const Key samples{known->line, number_of(ToEndpoints::named_sample), topic};
+      retained_.drop([&](const Key& of) { return of == key || of == samples; });
+      ending.push_back(among.remove(topic));
+    }
+    topics = topics.subspan(std::min(topics.size(), kMostEnding));
+    if (process_ == 0 || ending.empty())
+      continue;
+    encode(kind, ending, buffer_);
+    retained_.add({.line = {}, .topic = number_of(kind), .instance = std::to_string(++ends_)},
+                  kEnding, buffer_);
+  }
+  pump();
+}
+
+bool RemotePort::write_named(std::string_view topic, std::span<const std::byte> sample) {
+  const std::lock_guard lock(mutex_);
+  const DeclaredTopics::Declared* const known = written_.find(topic);
+  if (known == nullptr)
+    return false;
+  encode(NumberedSample{known->number, sample}, buffer_);
+  return keep_buffer({known->line, number_of(ToEndpoints::named_sample), known->topic}, kNamed, 0);
+}
+
+bool RemotePort::accepts_named(std::string_view topic) const {
+  const std::lock_guard lock(mutex_);
+  const DeclaredTopics::Declared* const known = written_.find(topic);
+  return ready_ && known != nullptr &&
+         retained_.pending({known->line, number_of(ToEndpoints::named_sample), known->topic}) <
+             kNamed.depth;
+}
+
+bool RemotePort::has_named_readers(std::string_view topic) {
+  const std::lock_guard lock(mutex_);
+  bool again = false;
+  const bool present = written_.has_readers(topic, again);
+  if (again)
+    report_readers();
+  return present;
+}
+
+void RemotePort::report_readers() {
+  const std::lock_guard lock(watch_mutex_);
+  if (readers_changed_)
+    readers_changed_();
+}
+
 // The process publishes the last images of the line before it removes it.
 void RemotePort::remove_line(const std::string& line) {
   const std::lock_guard lock(mutex_);
@@ -388,7 +493,20 @@ void RemotePort::note_process(ProcessNumber process) {
     before_.guard.dropped[i] += status_.guard.dropped[i];
   before_.failed += status_.failed;
   status_ = {};
+  forget_named();
   retained_.restart();
+}
+
+// The readers of a new process come to it, and then receive samples that are made anew: one that
+// was made before would be old for a reader that comes later.
+void RemotePort::forget_named() {
+  retained_.drop([](const Key& key) {
+    return key.topic == number_of(ToEndpoints::named_sample) ||
+           key.topic == number_of(ToEndpoints::end_topics) ||
+           key.topic == number_of(ToEndpoints::end_sets);
+  });
+  written_.forget_readers();
+  report_readers();
 }
 
 EndpointStatus RemotePort::total() const {
@@ -500,15 +618,47 @@ void RemotePort::handle_control() {
         good = true;
       }
       break;
+    case FromEndpoints::named_readers:
+      good = note_named_readers();
+      break;
+    case FromEndpoints::named_misfit:
+      good = note_named_misfit();
+      break;
     case FromEndpoints::output_write:
     case FromEndpoints::command_request:
     case FromEndpoints::line_state:
     case FromEndpoints::image_layout:
     case FromEndpoints::process_image:
+    case FromEndpoints::named_write:
       break;
   }
   if (!good)
     link_->reject(received_of_, "it sent a malformed message");
+}
+
+// Both return false if the message is malformed. A topic may have ended meanwhile.
+bool RemotePort::note_named_readers() {
+  const auto readers = decode_named_readers(received_);
+  const std::lock_guard lock(mutex_);
+  if (!readers || !written_.was_given(readers->topic))
+    return false;
+  if (received_of_ == process_) {
+    written_.note_readers(readers->topic, readers->present);
+    report_readers();
+  }
+  return true;
+}
+
+bool RemotePort::note_named_misfit() {
+  auto misfit = decode_named_misfit(received_);
+  const std::lock_guard lock(mutex_);
+  if (!misfit || !read_.was_given(misfit->topic) || !is_policy_name(misfit->policy))
+    return false;
+  if (const DeclaredTopics::Declared* const known = read_.find(misfit->topic)) {
+    misfit_topic_ = known->topic;
+    named_misfit_ = std::move(misfit->policy);
+  }
+  return true;
 }
 
 void RemotePort::note_started(std::vector<Diagnostic> diagnostics) {
@@ -544,6 +694,27 @@ SamplePort::Taken RemotePort::take(FromEndpoints kind, Sample& sample, Participa
 template <class Sample>
 SamplePort::Taken RemotePort::take_line(FromEndpoints kind, Sample& sample) {
   return is_next(kind) ? taken_if(decode_sample(received_, sample)) : Taken::none;
+}
+
+// A sample for a type that is no more is dropped, because its topic may have another one now.
+SamplePort::Taken RemotePort::take_named(NamedReceived& sample, Participant& from) {
+  if (!is_next(FromEndpoints::named_write))
+    return Taken::none;
+  const auto write = decode_named_write(received_, from);
+  bool good = false;
+  bool present = false;
+  if (write) {
+    const std::lock_guard lock(mutex_);
+    const DeclaredTopics::Declared* const known = read_.find(write->topic);
+    present = known != nullptr;
+    good = present ? write->sample.size() <= known->max_size : read_.was_given(write->topic);
+    if (present && good) {
+      sample.topic = known->topic;
+      sample.octets.assign(write->sample.begin(), write->sample.end());
+    }
+  }
+  const Taken taken = taken_if(good);
+  return taken == Taken::sample && !present ? Taken::invalid : taken;
 }
 
 // False also if a sample of another topic is next.

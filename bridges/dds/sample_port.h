@@ -67,6 +67,8 @@ class SamplePort {
   virtual bool add_named(const NamedTopic& topic) = 0;
   virtual void remove_named(std::span<const std::string> topics) = 0;
   virtual bool write_named(std::string_view topic, std::span<const std::byte> sample) = 0;
+  // False while a sample of the topic would wait: it is better made later, with newer values.
+  virtual bool accepts_named(std::string_view /*topic*/) const { return true; }
   // As in GatewayBridge.
   virtual bool has_named_readers(std::string_view /*topic*/) { return true; }
   virtual void watch_named_readers(std::function<void()> /*changed*/) {}

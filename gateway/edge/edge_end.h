@@ -45,6 +45,9 @@ class EdgeEnd {
   // more: returns true if the caller has other work, which ring() of the gateway's bell announces.
   std::span<const std::byte> receive(Duration timeout, const std::function<bool()>& more = {});
   void done() { incoming_.pop(); }
+  // Ends the present receive(), or the next one, after a thread has stored what `more` finds. From
+  // any thread.
+  void wake() { bell_.ring(); }
   // The memory contains what no EdgeProcess writes.
   bool broken() const { return incoming_.broken(); }
   // The descriptors that the gateway has sent with that tag, before any message about it. The

@@ -264,16 +264,18 @@ void serve(dds::PortServer& server, EdgeEnd& end) {
   exchange::Flag stop;
   std::thread sender([&] { send_samples(server, end, stop); });
   ImageReceiver images(server, end);
-  const auto images_wait = [&] { return images.any(); };
+  server.watch_readers([&end] { end.wake(); });
+  const auto work_waits = [&] { return images.any() || server.readers_changed(); };
   bool more = true;
   while (more && !end.broken()) {
-    const dds::PortServer::Message message = end.receive(kReceivePeriod, images_wait);
+    const dds::PortServer::Message message = end.receive(kReceivePeriod, work_waits);
     if (!message.empty()) {
       images.look_at(message);
       more = server.handle(message);
       end.done();
     }
     images.publish();
+    server.look_at_readers();
     end.add_receiver_progress();
   }
   for (std::uint64_t i = 0; i < exchange::SlotWriter::kSlots && images.publish(); ++i) {

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bridges/dds/port_codec.h"
 
+#include <algorithm>
 #include <random>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
 #include <linegate.h>
+
+#include "bridges/dds/message_link.h"
 
 namespace linegate::dds {
 namespace {
@@ -349,6 +352,124 @@ TEST(PortCodec, FollowedLinesComeBackAsTheyWent) {
   EXPECT_FALSE(decode_follow(message)) << "longer than a name";
   encode(ToEndpoints::add_line, "press", message);
   EXPECT_FALSE(decode_follow(message)) << "another kind";
+}
+
+NumberedTopic full_topic() {
+  return {.number = 0xFEDC'BA98,
+          .topic = {.line = std::string(64, 'l'),
+                    .topic = "plant/press/ram/inputs",
+                    .type = "plant::press_ram_inputs_26c77fbdaf07453c",
+                    .max_size = kLongestMessage,
+                    .key = {std::byte{1}, std::byte{0}, std::byte{0xFF}}}};
+}
+
+TEST(PortCodec, ANamedTopicComesBackAsItWent) {
+  for (const ToEndpoints kind : {ToEndpoints::named_topic, ToEndpoints::named_set}) {
+    PortMessage message;
+    encode(kind, full_topic(), message);
+    EXPECT_EQ(kind_of(message), static_cast<std::uint8_t>(kind));
+    const auto back = decode_numbered_topic(message);
+    ASSERT_TRUE(back);
+    EXPECT_EQ(back->number, full_topic().number);
+    EXPECT_EQ(back->topic.line, full_topic().topic.line);
+    EXPECT_EQ(back->topic.topic, full_topic().topic.topic);
+    EXPECT_EQ(back->topic.type, full_topic().topic.type);
+    EXPECT_EQ(back->topic.max_size, full_topic().topic.max_size);
+    EXPECT_EQ(back->topic.key, full_topic().topic.key);
+    const auto decode = [](PortBytes bytes) { return decode_numbered_topic(bytes).has_value(); };
+    expect_only_whole(message, decode);
+    expect_harmless(message, decode);
+  }
+}
+
+TEST(PortCodec, ANamedTopicBeyondItsLimitsIsRefused) {
+  PortMessage message;
+  NumberedTopic topic = full_topic();
+  topic.topic.line += 'l';
+  encode(ToEndpoints::named_topic, topic, message);
+  EXPECT_FALSE(decode_numbered_topic(message)) << "longer than a name";
+  topic = full_topic();
+  topic.topic.max_size = kLongestMessage + 1;
+  encode(ToEndpoints::named_topic, topic, message);
+  EXPECT_FALSE(decode_numbered_topic(message)) << "no such sample has room";
+}
+
+TEST(PortCodec, NumbersOfTopicsComeBackAsTheyWent) {
+  PortMessage message;
+  const std::vector<std::uint32_t> none;
+  encode(ToEndpoints::end_topics, none, message);
+  EXPECT_EQ(decode_topics(message), none);
+  std::vector<std::uint32_t> topics(kMostEnding, 0xFFFF'FFFF);
+  topics.front() = 1;
+  encode(ToEndpoints::end_sets, topics, message);
+  EXPECT_EQ(decode_topics(message), topics);
+  expect_harmless(message, [](PortBytes bytes) {
+    if (const auto some = decode_topics(bytes)) {
+      EXPECT_LE(some->size(), kMostEnding);
+    }
+  });
+  message.resize(message.size() + 4);
+  EXPECT_FALSE(decode_topics(message)) << "one too many";
+  message.resize(message.size() - 5);
+  EXPECT_FALSE(decode_topics(message)) << "a part of one";
+}
+
+TEST(PortCodec, SamplesOfNamedTopicsComeBackAsTheyWent) {
+  const std::vector<std::byte> octets{std::byte{0}, std::byte{1}, std::byte{0}, std::byte{0xFF}};
+  PortMessage message(1'000);
+  encode(NumberedSample{7, octets}, message);
+  EXPECT_EQ(kind_of(message), static_cast<std::uint8_t>(ToEndpoints::named_sample));
+  const auto back = decode_named_sample(message);
+  ASSERT_TRUE(back);
+  EXPECT_EQ(back->topic, 7U);
+  EXPECT_TRUE(std::ranges::equal(back->sample, octets));
+  for (std::size_t length = 0; length < kMessageHead + 4; ++length)
+    EXPECT_FALSE(decode_named_sample(PortBytes(message).first(length))) << length;
+
+  encode_named_write(full_sender(), {8, octets}, message);
+  EXPECT_EQ(kind_of(message), static_cast<std::uint8_t>(FromEndpoints::named_write));
+  Participant from;
+  const auto write = decode_named_write(message, from);
+  ASSERT_TRUE(write);
+  EXPECT_EQ(write->topic, 8U);
+  EXPECT_TRUE(std::ranges::equal(write->sample, octets));
+  EXPECT_EQ(from.prefix, full_sender().prefix);
+  EXPECT_EQ(from.host, full_sender().host);
+  EXPECT_EQ(from.right, full_sender().right);
+  EXPECT_EQ(from.subject, full_sender().subject);
+  for (std::size_t length = 0; length < kMessageHead + kSenderBytes + 4; ++length)
+    EXPECT_FALSE(decode_named_write(PortBytes(message).first(length), from)) << length;
+  expect_harmless(message, [](PortBytes bytes) {
+    Participant sender;
+    if (const auto some = decode_named_write(bytes, sender)) {
+      EXPECT_LE(some->sample.size(), bytes.size());
+    }
+    EXPECT_LE(sender.host.size(), kLongestHost);
+  });
+}
+
+TEST(PortCodec, WhatIsReportedOfNamedTopicsComesBackAsItWent) {
+  PortMessage message;
+  for (const bool present : {false, true}) {
+    encode(NamedReadersMessage{0x0102'0304, present}, message);
+    const auto back = decode_named_readers(message);
+    ASSERT_TRUE(back);
+    EXPECT_EQ(back->topic, 0x0102'0304U);
+    EXPECT_EQ(back->present, present);
+  }
+  const auto of_readers = [](PortBytes bytes) { return decode_named_readers(bytes).has_value(); };
+  expect_only_whole(message, of_readers);
+  message.back() = std::byte{2};
+  EXPECT_FALSE(decode_named_readers(message)) << "neither yes nor no";
+
+  encode(NamedMisfitMessage{9, "ownership"}, message);
+  const auto misfit = decode_named_misfit(message);
+  ASSERT_TRUE(misfit);
+  EXPECT_EQ(misfit->topic, 9U);
+  EXPECT_EQ(misfit->policy, "ownership");
+  const auto of_misfit = [](PortBytes bytes) { return decode_named_misfit(bytes).has_value(); };
+  expect_only_whole(message, of_misfit);
+  expect_harmless(message, of_misfit);
 }
 
 }  // namespace

@@ -2,9 +2,13 @@
 // A gateway whose DDS process lies: it sends any message at any time.
 #include "bridges/dds/remote_port.h"
 
+#include <algorithm>
 #include <deque>
 #include <memory>
+#include <random>
+#include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -12,6 +16,11 @@
 #include <linegate.h>
 
 #include "bridges/dds/port_codec.h"
+#include "bridges/named/device_types.h"
+#include "bridges/named/group_types.h"
+#include "bridges/named/sample_plan.h"
+
+#include "tests/bridges/named/layouts.h"
 
 namespace linegate::dds {
 namespace {
@@ -414,6 +423,314 @@ TEST_F(RemotePortTest, OnlyTheNameOfAPolicyIsAMisfit) {
   poll();
   EXPECT_EQ(received_.misfits, std::vector<std::string>{"ownership"});
   encode(FromEndpoints::command_misfit, "x\n\x1b[2J", message);
+  wire_.send(message);
+  poll();
+  EXPECT_EQ(received_.misfits.size(), 1U);
+  EXPECT_EQ(wire_.rejected.size(), 1U);
+}
+
+// Two devices of the line, each with a type.
+std::vector<named::DeviceType> two_types(std::uint16_t index = 0x2000) {
+  const image::Layout layout = named::layout_of(
+      {{.name = "ram.A", .type = od::DataType::unsigned8, .node = 5, .index = index},
+       {.name = "axis.A", .type = od::DataType::unsigned8, .node = 6}});
+  return named::device_types("line", layout).types;
+}
+
+class NamedPortTest : public RemotePortTest {
+ protected:
+  void SetUp() override {
+    RemotePortTest::SetUp();
+    bridge_->watch_readers([this] { ++changes_; });
+    types_ = two_types();
+    ASSERT_TRUE(bridge_->set_named_types("line", image::Direction::inputs, types_));
+    poll();
+    changes_ = 0;
+  }
+  void report(std::uint32_t topic, bool present) {
+    PortMessage message;
+    encode(NamedReadersMessage{topic, present}, message);
+    wire_.send(message);
+  }
+  static image::Snapshot snapshot() {
+    image::Snapshot out;
+    out.bytes = {std::byte{0x5A}, std::byte{0xA5}};
+    out.valid = {3};
+    return out;
+  }
+  bool publish(std::size_t type, std::uint64_t number) {
+    return bridge_->publish(types_[type], snapshot(), number, std::vector<Instant>(1));
+  }
+  // The sample that this publishes.
+  std::vector<std::byte> written(std::size_t type, std::uint64_t number) const {
+    const named::SamplePlan plan(types_[type], "g");
+    std::vector<std::byte> out(plan.max_size());
+    const std::vector<std::int64_t> times{ClockMap{}.utc(Instant{})};
+    out.resize(plan.write({.incarnation = 1,
+                           .sequence_number = number,
+                           .time = ClockMap{}.utc(snapshot().acquired),
+                           .clock = static_cast<std::uint8_t>(ClockMap{}.quality),
+                           .pdo_times = times},
+                          snapshot(), out));
+    return out;
+  }
+  std::vector<NumberedTopic> declared(ToEndpoints kind = ToEndpoints::named_topic) const {
+    std::vector<NumberedTopic> out;
+    for (const PortMessage& message : wire_.to_process) {
+      if (kind_of(message) == static_cast<std::uint8_t>(kind))
+        out.push_back(decode_numbered_topic(message).value());
+    }
+    return out;
+  }
+
+  std::vector<named::DeviceType> types_;
+  int changes_ = 0;  // calls of the function of watch_readers()
+};
+
+TEST_F(NamedPortTest, EachProcessReceivesTheTopicsAndNoOldSample) {
+  for (std::uint32_t starts = 1; starts <= 3; ++starts) {
+    const auto topics = declared();
+    ASSERT_EQ(topics.size(), 2U);
+    EXPECT_EQ(topics[0].number, 1U);
+    EXPECT_EQ(topics[0].topic.line, "line");
+    EXPECT_EQ(topics[0].topic.topic, "plant/line/ram/inputs");
+    EXPECT_EQ(topics[0].topic.type, types_[0].type_name());
+    EXPECT_GT(topics[0].topic.max_size, 0U);
+    EXPECT_FALSE(topics[0].topic.key.empty());
+    EXPECT_EQ(topics[1].number, 2U);
+    EXPECT_EQ(topics[1].topic.topic, "plant/line/axis/inputs");
+    EXPECT_FALSE(bridge_->has_readers(types_[0]));
+    report(1, true);
+    poll();
+    EXPECT_TRUE(bridge_->has_readers(types_[0]));
+    EXPECT_FALSE(bridge_->has_readers(types_[1]));
+    EXPECT_TRUE(bridge_->accepts_named(types_[0]));
+    ASSERT_TRUE(publish(0, starts));
+    ASSERT_EQ(wire_.count(ToEndpoints::named_sample), 1);
+    const auto sample = decode_named_sample(wire_.to_process.back());
+    ASSERT_TRUE(sample);
+    EXPECT_EQ(sample->topic, 1U);
+    EXPECT_LE(sample->sample.size(), topics[0].topic.max_size);
+    EXPECT_TRUE(std::ranges::equal(sample->sample, written(0, starts)))
+        << "as without a second process";
+    wire_.restart();
+    wire_.send_answer();
+    poll();
+    EXPECT_EQ(wire_.count(ToEndpoints::named_sample), 0);
+  }
+  EXPECT_TRUE(wire_.rejected.empty());
+}
+
+TEST_F(NamedPortTest, AnotherTypeHasAnotherNumberAndOneThatRemainsKeepsIt) {
+  types_ = two_types(0x2001);
+  ASSERT_TRUE(bridge_->set_named_types("line", image::Direction::inputs, types_));
+  ASSERT_EQ(declared().size(), 3U);
+  EXPECT_EQ(declared()[2].number, 3U);
+  EXPECT_EQ(declared()[2].topic.topic, "plant/line/ram/inputs");
+  ASSERT_EQ(wire_.count(ToEndpoints::end_topics), 1);
+  const PortMessage& before = wire_.to_process[wire_.to_process.size() - 2];
+  EXPECT_EQ(decode_topics(before), std::vector<std::uint32_t>{1});
+  report(1, true);  // late
+  poll();
+  EXPECT_FALSE(bridge_->has_readers(types_[0]));
+  report(2, true);
+  report(3, true);
+  poll();
+  EXPECT_TRUE(bridge_->has_readers(types_[0]));
+  EXPECT_TRUE(bridge_->has_readers(types_[1]));
+  EXPECT_TRUE(wire_.rejected.empty());
+  wire_.restart();
+  wire_.send_answer();
+  poll();
+  EXPECT_EQ(declared().size(), 2U);
+  EXPECT_EQ(wire_.count(ToEndpoints::end_topics), 0) << "it has none that could end";
+}
+
+TEST_F(NamedPortTest, TopicsEndWithTheirLine) {
+  ASSERT_TRUE(publish(0, 1));
+  bridge_->remove_line("line");
+  EXPECT_EQ(wire_.count(ToEndpoints::end_topics), 1);
+  EXPECT_FALSE(publish(0, 2));
+  wire_.restart();
+  wire_.send_answer();
+  poll();
+  EXPECT_TRUE(declared().empty());
+}
+
+// A sample that was dropped because its topic had no readers must be made again.
+TEST_F(NamedPortTest, ReadersThatLeaveAndComeAreNoticedHoweverLate) {
+  report(1, true);
+  poll();
+  EXPECT_EQ(changes_, 1);
+  EXPECT_TRUE(bridge_->has_readers(types_[0]));
+  report(1, false);
+  report(1, true);
+  poll();
+  changes_ = 0;
+  EXPECT_FALSE(bridge_->has_readers(types_[0]));
+  EXPECT_EQ(changes_, 1) << "to be asked again";
+  EXPECT_TRUE(bridge_->has_readers(types_[0]));
+  wire_.restart();
+  wire_.send_answer();
+  report(1, true);
+  poll();
+  EXPECT_FALSE(bridge_->has_readers(types_[0]));
+  EXPECT_TRUE(bridge_->has_readers(types_[0]));
+  report(1, false);
+  poll();
+  EXPECT_FALSE(bridge_->has_readers(types_[0]));
+}
+
+TEST_F(NamedPortTest, WhatIsReportedOfTopicsThatNeverWereIsNotAccepted) {
+  report(3, true);
+  report(0, true);
+  PortMessage message;
+  encode(NamedMisfitMessage{1, "ownership"}, message);  // of no topic that applications write
+  wire_.send(message);
+  poll();
+  EXPECT_EQ(wire_.rejected.size(), 3U);
+  EXPECT_TRUE(received_.misfits.empty());
+}
+
+class NamedSetPortTest : public RemotePortTest {
+ protected:
+  void SetUp() override {
+    RemotePortTest::SetUp();
+    ASSERT_TRUE(offer(od::DataType::unsigned8));
+    poll();
+  }
+  // The type of the only group, whose only output has that type.
+  bool offer(od::DataType type) {
+    const image::Layout layout =
+        named::layout_of({{.name = "ram.A", .type = type, .bits = 8, .node = 5}});
+    const named::Group group{"g", 3, {0}};
+    const auto made = named::group_types("line", layout, std::span(&group, 1));
+    return bridge_->set_named_groups("line", made.types);
+  }
+  // For the gateway g, all in CDR_LE.
+  static std::vector<std::byte> sample(std::uint8_t value) {
+    std::vector<std::byte> out{std::byte{0}, std::byte{1}, std::byte{0}, std::byte{0}};
+    const auto number = [&](std::uint64_t of, std::size_t size) {
+      while ((out.size() - 4) % size != 0)
+        out.push_back(std::byte{0});
+      for (std::size_t i = 0; i < size; ++i)
+        out.push_back(static_cast<std::byte>(of >> 8U * i));
+    };
+    const auto text = [&](std::string_view of) {
+      number(of.size() + 1, 4);
+      for (const char c : of)
+        out.push_back(static_cast<std::byte>(c));
+      out.push_back(std::byte{0});
+    };
+    text("g");
+    text("line");
+    number(3, 2);  // group
+    number(1, 8);  // incarnation
+    text("plc");
+    number(1, 8);  // arming
+    number(0, 8);  // watchdog
+    number(line::kHoldOutputs, 1);
+    number(1, 1);  // given
+    number(value, 1);
+    return out;
+  }
+  void send(std::uint32_t topic, const std::vector<std::byte>& octets) {
+    Participant from{.host = "panel"};
+    from.prefix.fill(9);
+    PortMessage message;
+    encode_named_write(from, {topic, octets}, message);
+    wire_.send(message);
+  }
+};
+
+TEST_F(NamedSetPortTest, AWriteIsAppliedAsItsWriterSentIt) {
+  ASSERT_EQ(wire_.count(ToEndpoints::named_set), 1);
+  const auto topic = decode_numbered_topic(wire_.to_process.back());
+  ASSERT_TRUE(topic);
+  EXPECT_EQ(topic->number, 1U);
+  EXPECT_EQ(topic->topic.topic, "plant/line/g/outputs/set");
+  send(1, sample(0x5A));
+  send(1, sample(0xA5));
+  poll();
+  ASSERT_EQ(received_.outputs.size(), 2U);
+  const OutputMessage& output = received_.outputs[0];
+  EXPECT_EQ(output.line, "line");
+  EXPECT_EQ(output.client, "plc");
+  EXPECT_EQ(output.from.host, "panel");
+  EXPECT_EQ(output.from.prefix[11], 9);
+  EXPECT_TRUE(output.by_name);
+  EXPECT_EQ(output.write.group, 3);
+  ASSERT_EQ(output.write.values.size(), 1U);
+  EXPECT_EQ(output.write.values[0].data[0], std::byte{0x5A});
+  EXPECT_TRUE(wire_.rejected.empty());
+}
+
+// The same octets may mean something else in the type that the topic has now.
+TEST_F(NamedSetPortTest, AWriteForATypeThatIsNoMoreIsDropped) {
+  ASSERT_TRUE(offer(od::DataType::integer8));
+  EXPECT_EQ(wire_.count(ToEndpoints::end_sets), 1);
+  send(1, sample(0x5A));
+  poll();
+  EXPECT_TRUE(received_.outputs.empty());
+  EXPECT_TRUE(wire_.rejected.empty());
+  send(2, sample(0x5A));
+  poll();
+  EXPECT_EQ(received_.outputs.size(), 1U);
+}
+
+TEST_F(NamedSetPortTest, AWriteThatNoProcessSendsIsNotAccepted) {
+  send(0, sample(1));
+  send(2, sample(1));
+  std::vector<std::byte> longer = sample(1);
+  longer.resize(2'000);
+  send(1, longer);
+  PortMessage message;
+  encode_named_write({}, {1, {}}, message);
+  message.pop_back();
+  wire_.send(message);
+  poll();
+  EXPECT_EQ(wire_.rejected.size(), 4U);
+  EXPECT_TRUE(received_.outputs.empty());
+}
+
+// No change of a message applies what no unchanged sample would: all that can change is what the
+// writer may state by itself.
+TEST_F(NamedSetPortTest, AnyChangeOfAWriteIsHarmless) {
+  const unsigned seed = std::random_device()();
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  std::mt19937 random(seed);
+  const std::vector<std::byte> good = sample(0x5A);
+  for (int i = 0; i < 20'000; ++i) {
+    std::vector<std::byte> octets = good;
+    for (auto changes = 1 + random() % 3; changes > 0; --changes)
+      octets[random() % octets.size()] = static_cast<std::byte>(random() & 0xFFU);
+    octets.resize(random() % 4 == 0 ? random() % (octets.size() + 1) : octets.size());
+    send(1, octets);
+    poll();
+    for (const OutputMessage& output : received_.outputs) {
+      EXPECT_EQ(output.line, "line");
+      EXPECT_EQ(output.write.group, 3);
+      EXPECT_LE(output.write.values.size(), 1U);
+      for (const line::OutputValue& value : output.write.values) {
+        EXPECT_EQ(value.entry, 0U);
+        EXPECT_EQ(value.length, 1);
+      }
+    }
+    received_.outputs.clear();
+  }
+  EXPECT_TRUE(wire_.rejected.empty()) << "an application may send any octets";
+  send(1, good);
+  poll();
+  EXPECT_EQ(received_.outputs.size(), 1U);
+}
+
+TEST_F(NamedSetPortTest, AMisfitNamesItsTopic) {
+  PortMessage message;
+  encode(NamedMisfitMessage{1, "ownership"}, message);
+  wire_.send(message);
+  poll();
+  EXPECT_EQ(received_.misfits, std::vector<std::string>{"ownership"});
+  encode(NamedMisfitMessage{1, "x\n\x1b[2J"}, message);
   wire_.send(message);
   poll();
   EXPECT_EQ(received_.misfits.size(), 1U);
