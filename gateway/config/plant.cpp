@@ -150,8 +150,7 @@ void check_clients(Findings& findings, const LineSection& section, const Plant& 
   }
 }
 
-// The second process has the topics of the contract alone, and so have the permissions of a
-// gateway.
+// The permissions of a gateway have the topics of the contract alone.
 void check_named(Findings& findings, const LineSection& section, const Plant& plant) {
   std::vector<Place> places;
   if (section.plan.named.published) {
@@ -167,9 +166,6 @@ void check_named(Findings& findings, const LineSection& section, const Plant& pl
       findings.error(place,
                      "named topics are for DDS without security: the permissions of a gateway do "
                      "not include them");
-    } else if (plant.dds_own_process) {
-      findings.error(place,
-                     "named topics need dds: {process: same}: a second process does not have them");
     }
   }
 }

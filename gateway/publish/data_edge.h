@@ -182,6 +182,9 @@ class DataEdge {
   // Calls `changed` whenever has_readers() may have another result, in any thread, which it must
   // not block. Replaces the function before it, which is not called any more. From any thread.
   virtual void watch_readers(std::function<void()> /*changed*/) {}
+  // False while a sample of that type would wait in the edge. Publish it later, with newer values:
+  // its number has no gap.
+  virtual bool accepts_named(const named::DeviceType& /*type*/) const { return true; }
   // With the values of the snapshot, whose layout is that of the types set last.
   virtual void publish_named(const NamedSample& sample, const image::Snapshot& snapshot) = 0;
   // False while an image of the line would wait in the edge. Fetch and publish it later: until then

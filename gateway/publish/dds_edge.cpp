@@ -231,6 +231,9 @@ class DdsEdge final : public DataEdge {
   void watch_readers(std::function<void()> changed) override {
     bridge_->watch_readers(std::move(changed));
   }
+  bool accepts_named(const named::DeviceType& type) const override {
+    return bridge_->accepts_named(type);
+  }
   void publish_named(const NamedSample& sample, const image::Snapshot& snapshot) override {
     bridge_->publish(sample.type, snapshot, sample.number, sample.times);
   }
@@ -298,12 +301,12 @@ class DdsEdge final : public DataEdge {
   dds::guard::Report guard_;
 };
 
-// A layout that changes, and the value history, need the publisher. A system that cannot protect
-// the memory leaves the images to it, too.
+// A layout that changes, the value history, and named topics need the publisher. A system that
+// cannot protect the memory leaves the images to it, too.
 std::shared_ptr<DirectImages> DdsEdge::make_direct_images(
     const config::LinePlan& plan, const std::array<image::Layout, 2>& layouts) {
   if (bell_ == nullptr || plan.config.role == line::Role::observer ||
-      !plan.history.entries.empty()) {
+      !plan.history.entries.empty() || plan.named.published) {
     return nullptr;
   }
   try {

@@ -2,6 +2,7 @@
 // Selects the samples of named topics (bridges/named) that a process image makes due.
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -45,10 +46,11 @@ class NamedSamples {
   void note(const image::Snapshot& snapshot);
 
   // Calls emit(sample) for each sample that is due, unless the minimum separation from the one
-  // before has not passed (at_once: regardless of it). The snapshot has the newest values, in the
-  // layout in use. Returns when it must be called again.
-  template <class Emit>
-  Instant emit_due(const image::Snapshot& snapshot, Instant now, bool at_once, Emit emit) {
+  // before has not passed, or accepts(type) is false (at_once: regardless of both). The snapshot
+  // has the newest values, in the layout in use. Returns when it must be called again.
+  template <class Accepts, class Emit>
+  Instant emit_due(const image::Snapshot& snapshot, Instant now, bool at_once, Accepts accepts,
+                   Emit emit) {
     Instant next = kNever;
     for (std::size_t i = 0; i < types_.size(); ++i) {
       State& state = states_[i];
@@ -57,6 +59,10 @@ class NamedSamples {
       }
       if (now < state.earliest && !at_once) {
         next = earlier(next, state.earliest);
+        continue;
+      }
+      if (!at_once && !accepts(types_[i])) {
+        next = earlier(next, now + kRetry);
         continue;
       }
       update_marks(i, snapshot);
@@ -68,6 +74,8 @@ class NamedSamples {
   }
 
  private:
+  static constexpr Duration kRetry = std::chrono::milliseconds(5);
+
   struct State {
     std::uint64_t number = 0;
     std::vector<Instant> times;  // of the PDOs of the type

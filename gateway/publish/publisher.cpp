@@ -555,7 +555,9 @@ Instant Publisher::publish_named(Line& line, Instant now) {
       edge_.publish_named(sample, *snapshot);
       rounds_.add();
     };
-    next = earlier(next, line.named[place]->emit_due(*snapshot, now, stop_.raised(), emit));
+    const auto accepts = [&](const auto& type) { return edge_.accepts_named(type); };
+    next =
+        earlier(next, line.named[place]->emit_due(*snapshot, now, stop_.raised(), accepts, emit));
   }
   return next;
 }

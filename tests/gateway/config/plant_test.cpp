@@ -258,24 +258,19 @@ const Bad kBad[] = {
       "\"long_\"?",
       "plant.yaml:6:72: error: expected a value, got a list",
       "plant.yaml:6:78: error: unknown key \"topics\" in named"}},
-    {"named_in_a_second_process",
-     "schema: 1\ndds: {process: own}\nlines:\n"
-     "  - {name: a, interface: socketcan:can0, named: true}\n",
-     {"plant.yaml:4:49: error: named topics need dds: {process: same}: a second process does not "
-      "have them"}},
     {"named_and_secured",
      "schema: 1\ndds: {security: deploy, process: same}\nlines:\n"
      "  - {name: a, interface: socketcan:can0, named: true}\n",
      {"plant.yaml:4:49: error: named topics are for DDS without security: the permissions of a "
       "gateway do not include them"}},
-    {"written_by_name_in_a_second_process",
+    {"written_by_name_and_secured",
      "schema: 1\n"
-     "dds: {process: own}\n"
+     "dds: {security: deploy}\n"
      "lines:\n"
      "  - {name: a, interface: 'simulated:', outputs: {groups: [{name: g, written_by: named, "
      "entries: []}]}}\n",
-     {"plant.yaml:4:59: error: named topics need dds: {process: same}: a second process does not "
-      "have them"}},
+     {"plant.yaml:4:59: error: named topics are for DDS without security: the permissions of a "
+      "gateway do not include them"}},
     {"written_by_name",
      "schema: 1\n"
      "lines:\n"

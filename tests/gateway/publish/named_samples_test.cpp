@@ -55,7 +55,8 @@ class NamedSamplesTest : public testing::Test {
   // The same without another image.
   std::vector<std::string> emitted(NamedSamples& samples, bool at_once = false) {
     std::vector<std::string> out;
-    next = samples.emit_due(snapshot, now, at_once, [&](const NamedSample& sample) {
+    const auto accepts = [&](const named::DeviceType& type) { return type.device != refused; };
+    next = samples.emit_due(snapshot, now, at_once, accepts, [&](const NamedSample& sample) {
       std::string text = sample.type.device + ' ' + std::to_string(sample.number) + ':';
       for (const Instant time : sample.times) {
         text += ' ' + std::to_string(time.time_since_epoch().count());
@@ -68,7 +69,8 @@ class NamedSamplesTest : public testing::Test {
   config::LinePlan plan;
   image::Snapshot snapshot;
   Instant now{};
-  Instant next{};  // when emit_due() must be called again
+  Instant next{};       // when emit_due() must be called again
+  std::string refused;  // the device whose samples would wait
 };
 
 TEST_F(NamedSamplesTest, ASampleFollowsAChangeOfItsDevice) {
@@ -83,6 +85,25 @@ TEST_F(NamedSamplesTest, ASampleFollowsAChangeOfItsDevice) {
   EXPECT_THAT(due(samples), IsEmpty());
   snapshot.known = {0b111};  // has no meaning for inputs
   EXPECT_THAT(due(samples), IsEmpty());
+}
+
+TEST_F(NamedSamplesTest, ASampleThatWouldWaitIsMadeLaterWithoutAGapInItsNumbers) {
+  NamedSamples samples(plan);
+  samples.use(two_devices(Direction::inputs));
+  EXPECT_THAT(due(samples), ElementsAre("ram 1: 0 0", "axis 1: 0"));
+  refused = "ram";
+  snapshot.changed = {0b111};
+  EXPECT_THAT(due(samples), ElementsAre("axis 2: 0"));
+  EXPECT_GT(next, now);
+  EXPECT_NE(next, kNever);
+  EXPECT_THAT(emitted(samples), IsEmpty());
+  refused = {};
+  EXPECT_THAT(emitted(samples), ElementsAre("ram 2: 0 0"));
+  EXPECT_EQ(next, kNever);
+  refused = "ram";
+  snapshot.changed = {0b001};
+  EXPECT_THAT(due(samples), IsEmpty());
+  EXPECT_THAT(emitted(samples, true), ElementsAre("ram 3: 0 0")) << "the last one";
 }
 
 TEST_F(NamedSamplesTest, AnOutputThatBecomesKnownIsAChange) {
