@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <exception>
@@ -43,15 +42,18 @@ class EndpointServer final : public PortServer {
                const ClockMap& clock) override;
   void watch_readers(std::function<void()> changed) override {
     port_->watch_named_readers([this, changed = std::move(changed)] {
-      readers_changed_ = true;
+      {
+        const std::lock_guard lock(mutex_);
+        readers_changed_ = true;
+      }
       changed();
     });
   }
-  bool readers_changed() const override { return readers_changed_; }
-  void look_at_readers() override {
-    if (readers_changed_.exchange(false) && topics_.look_at_readers())
-      port_->wake();
+  bool readers_changed() const override {
+    const std::lock_guard lock(mutex_);
+    return readers_changed_;
   }
+  void look_at_readers() override;
   bool poll(Duration timeout, const Send& send) override;
   void wake() override { port_->wake(); }
   guard::Stall longest_stall() const override { return port_->longest_stall(); }
@@ -92,7 +94,6 @@ class EndpointServer final : public PortServer {
   v1::CommandReply reply_;
   std::string reply_partition_;
   ServedTopics topics_{*port_};
-  std::atomic<bool> readers_changed_{false};
 
   // Used by poll().
   PortMessage waiting_;  // a message for which there was no room
@@ -109,7 +110,8 @@ class EndpointServer final : public PortServer {
   EndpointStatus reported_;
   bool status_reported_ = false;
 
-  std::mutex mutex_;
+  mutable std::mutex mutex_;  // held for a moment
+  bool readers_changed_ = false;
   std::uint64_t failed_ = 0;                         // samples that DDS refused
   std::optional<std::vector<RemoteLine>> followed_;  // not applied yet
 };
@@ -253,6 +255,16 @@ void EndpointServer::apply_follow() {
   }
   if (lines && !port_->follow(*lines))
     add_failed(1);
+}
+
+void EndpointServer::look_at_readers() {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!std::exchange(readers_changed_, false))
+      return;
+  }
+  if (topics_.look_at_readers())
+    port_->wake();
 }
 
 bool EndpointServer::poll(Duration timeout, const Send& send) {

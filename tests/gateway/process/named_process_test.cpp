@@ -24,34 +24,35 @@ class NamedProcessTest : public NamedSetTest {
   }
 };
 
-// Nothing changes meanwhile: the sample is written because readers have come to the new process.
-TEST_F(NamedProcessTest, ReadersOfEachDurabilityHaveThePresentStateAgain) {
+// Nothing changes meanwhile: the sample is written because a reader has come to the new process.
+TEST_F(NamedProcessTest, AReaderOfAnyDurabilityHasThePresentStateAgain) {
   write("device", "");
-  NamedReader<InputsType> kept("plant/press/every/inputs");
-  NamedReader<InputsType> simple("plant/press/every/inputs", fast::VOLATILE_DURABILITY_QOS);
-  const auto complete = [](auto& reader) {
-    reader.take();
-    return reader.sample.values().Duration() == kLastDuration;
-  };
-  ASSERT_TRUE(until([&] { return complete(kept) && complete(simple); }));
-  for (int deaths = 0; deaths < 3; ++deaths) {
-    const std::uint64_t before =
-        std::max(kept.sample.sequence_number(), simple.sample.sequence_number());
-    const pid_t first = dds_process();
-    kill(first, SIGKILL);
-    ASSERT_TRUE(replaced(first));
-    const auto is_new = [&](auto& reader) {
-      return complete(reader) && reader.sample.sequence_number() > before;
+  for (const auto durability :
+       {fast::VOLATILE_DURABILITY_QOS, fast::TRANSIENT_LOCAL_DURABILITY_QOS}) {
+    NamedReader<InputsType> reader("plant/press/every/inputs", durability);
+    const auto is_new = [&](std::uint64_t before) {
+      reader.take();
+      return reader.sample.values().Duration() == kLastDuration &&
+             reader.sample.sequence_number() > before;
     };
-    ASSERT_TRUE(until([&] { return is_new(kept) && is_new(simple); })) << deaths;
-    NamedReader<InputsType> late("plant/press/every/inputs");
-    ASSERT_TRUE(until([&] { return complete(late); })) << deaths;
-    EXPECT_GE(late.first, before);
+    ASSERT_TRUE(until([&] { return is_new(0); }));
+    for (int deaths = 0; deaths < 3; ++deaths) {
+      const std::uint64_t before = reader.sample.sequence_number();
+      const pid_t first = dds_process();
+      kill(first, SIGKILL);
+      ASSERT_TRUE(replaced(first));
+      ASSERT_TRUE(until([&] { return is_new(before); })) << deaths;
+      NamedReader<InputsType> late("plant/press/every/inputs");
+      ASSERT_TRUE(until([&] {
+        late.take();
+        return late.sample.values().Duration() == kLastDuration;
+      })) << deaths;
+      EXPECT_GE(late.first, reader.sample.sequence_number());
+    }
+    EXPECT_EQ(reader.back, 0);
+    EXPECT_EQ(reader.sample.incarnation(), kIncarnation);
+    EXPECT_TRUE(reader.sample.valid().Duration());
   }
-  EXPECT_EQ(kept.back, 0);
-  EXPECT_EQ(simple.back, 0);
-  EXPECT_EQ(kept.sample.incarnation(), kIncarnation);
-  EXPECT_TRUE(kept.sample.valid().Duration());
 }
 
 // The outputs change while no process passes them on.
