@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Named topics of linegated, read by Cyclone DDS with types that idlc generated from what `linegate idl` printed. The
 device is a line of the same gateway; the values are the defaults of the outputs of both. A device of ours does not send
-a DOMAIN, so that input has no value. Afterwards Cyclone DDS writes some of the outputs by name.
+a DOMAIN, so that input has no value. Afterwards Cyclone DDS writes some of the outputs by name. All of it with DDS in the
+process of the gateway, and in one of its own.
 
 named.py LINEGATED LINEGATE CYCLONE_NAMED PROFILES
 """
@@ -48,7 +49,7 @@ VALUES = {
 
 PLANT = """schema: 1
 gateway: {{name: types}}
-dds: {{domain: {domain}}}
+dds: {{domain: {domain}, process: {process}}}
 lines:
   - name: press
     interface: "virtual:types"
@@ -71,11 +72,11 @@ def defaults(prefix):
     return json.dumps({f"every.{prefix}{name}": value for name, value in VALUES.items()})
 
 
-def run(folder, linegated, linegate, reader, profiles):
+def run(folder, process, linegated, linegate, reader, profiles):
     domain = str(230 + os.getpid() % 3)
     plant = os.path.join(folder, "plant.yaml")
     with open(plant, "w", encoding="utf-8") as file:
-        file.write(PLANT.format(domain=domain, eds=os.path.join(NAMED, "every_type.eds"), outputs=defaults("Set "),
+        file.write(PLANT.format(domain=domain, process=process, eds=os.path.join(NAMED, "every_type.eds"), outputs=defaults("Set "),
                                 inputs=defaults("")))
     printed = subprocess.run([linegate, "idl", plant, "press"], capture_output=True, text=True, timeout=60, check=False)
     with open(os.path.join(NAMED, "every_type.idl"), encoding="utf-8") as file:
@@ -88,9 +89,9 @@ def run(folder, linegated, linegate, reader, profiles):
         finally:
             gateway.terminate()
             gateway.wait(timeout=30)
-    return None if stranger.returncode == 0 else f"cyclone_named ended with {stranger.returncode}"
+    return None if stranger.returncode == 0 else f"{process}: cyclone_named ended with {stranger.returncode}"
 
 
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as temporary:
-        sys.exit(run(temporary, *sys.argv[1:5]))
+        sys.exit(run(temporary, "same", *sys.argv[1:5]) or run(temporary, "own", *sys.argv[1:5]))

@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Lines with random devices, read by name in Fast DDS (dynamic types), Cyclone DDS (types that idlc generates) and Python: the
-types are what `linegate idl` prints. A stranger on each bus sends the inputs; Python writes the outputs.
+types are what `linegate idl` prints. A stranger on each bus sends the inputs; Python writes the outputs. Plants with an odd
+seed have DDS in a process of its own.
 
 random_plants.py BUILD LINEGATED LINEGATE DYNAMIC_READER PROFILES INTEROP_LIBRARIES. LINEGATE_SEED and LINEGATE_RUNS in the
 environment choose other plants. In a separate network namespace.
@@ -172,6 +173,7 @@ class Plant:
 
     def __init__(self, seed):
         self.random = random.Random(seed)
+        self.process = ("same", "own")[seed % 2]
         dealt = {direction: self._dealt() for direction in ("inputs", "outputs")}
         self.devices = {line: Device(self.random, 0x190, dealt["inputs"][i], dealt["outputs"][i])
                         for i, line in enumerate(LINES)}
@@ -184,7 +186,7 @@ class Plant:
 
     def yaml(self, folder):
         """Writes its files, and returns the name of the first."""
-        out = "schema: 1\ngateway: {name: random}\nlines:\n"
+        out = f"schema: 1\ngateway: {{name: random}}\ndds: {{process: {self.process}}}\nlines:\n"
         for line, device in self.devices.items():
             eds = write(os.path.join(folder, f"{line}.eds"), device.eds())
             out += LINE.format(line=line, eds=eds, other=os.path.join(FOLDER, "../../bridges/sim/eds/digital-io.eds"))
