@@ -253,7 +253,8 @@ class GatewayBridge {
   // there were none. From any thread.
   std::int64_t next_expiry() const;
   // Replaces the process of the endpoints, so that each other participant is authenticated anew.
-  // Nothing that was published is lost, and nothing is carried out twice. Returns false if the
+  // Nothing that was published is lost, except samples of named topics that are on their way, which
+  // the present state follows, and nothing is carried out twice. Returns false if the
   // endpoints are in this process, or it cannot be done now. From the thread that polls.
   bool replace_process(std::string_view reason);
 
