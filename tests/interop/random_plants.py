@@ -28,6 +28,7 @@ LINES = ("a", "b", "c")
 ROUNDS = 4
 PATIENCE = 60  # seconds
 CAN_SEND, CAN_LISTEN = 20, 21
+PDOS, MASK = 0x180, 0x780  # COB-IDs
 CYCLONE = "file://" + os.path.join(FOLDER, "cyclone.xml")
 
 LINE = """  - name: {line}
@@ -213,6 +214,7 @@ class Plant:
                                for entry, raw in zip(pdo.entries, of)]
             await_all(client, readers, wanted, frames)
             await_frames(client, seen, received)
+            client_waits(client, 1)  # at most 50 frames a second are reported
             self.compare_devices(client, wanted)
 
     def compare_devices(self, client, wanted):
@@ -228,7 +230,7 @@ class Plant:
 
 
 def frames_on_the_buses(client):
-    """The last frame of each COB-ID, by line and COB-ID, from now on."""
+    """The last frame of each COB-ID of a PDO, by line and COB-ID, from now on."""
     seen = {}
 
     def received(event):
@@ -236,7 +238,8 @@ def frames_on_the_buses(client):
             seen[event.line.removesuffix("-stranger"), event.code] = event.data
     client.on_event(received)
     for line in LINES:
-        client.line(line + "-stranger").request(CAN_LISTEN, code=3600, data=bytes(4)).result()
+        client.line(line + "-stranger").request(CAN_LISTEN, entry=PDOS, code=3600,
+                                                 data=MASK.to_bytes(4, "little")).result()
     return seen
 
 
@@ -253,6 +256,13 @@ def await_frames(client, seen, received):
         until("all frames are right", are_right)
     except Failure as failure:
         raise Failure(f"{failure}: {wrong[:20]}") from failure
+
+
+def client_waits(client, seconds):
+    """Receives for that time."""
+    end_of_time = time.monotonic() + seconds
+    while time.monotonic() < end_of_time:
+        client.poll(0.05)
 
 
 def arm(client, group):
