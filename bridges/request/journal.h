@@ -85,7 +85,7 @@ struct JournalSeries {
   std::uint16_t bits = 0;  // 1..64
   std::string name{};      // of the entry, up to 128 bytes
   std::string unit{};      // up to 32 bytes
-  // The value in the unit is that of the bits * scale + offset.
+  // The value in the unit is the one that the bits mean * scale + offset.
   double scale = 1.0;  // finite, not 0
   double offset = 0.0;
 

@@ -397,17 +397,15 @@ int Journal::number_of(const od::Scaling& scaling, std::int64_t& number) {
 
 int Journal::insert(const StoredValue& value) {
   std::int64_t number = 0;
-  const int error = number_of(*value.entry, number);
-  return error == SQLITE_OK ? insert(number, value) : error;
+  std::int64_t scaling = 0;
+  int error = number_of(*value.entry, number);
+  if (error == SQLITE_OK && value.scaling) {
+    error = number_of(*value.scaling, scaling);
+  }
+  return error == SQLITE_OK ? insert(number, scaling, value) : error;
 }
 
-int Journal::insert(std::int64_t entry, const StoredValue& value) {
-  std::int64_t scaling = 0;
-  if (value.scaling) {
-    if (const int error = number_of(*value.scaling, scaling); error != SQLITE_OK) {
-      return error;
-    }
-  }
+int Journal::insert(std::int64_t entry, std::int64_t scaling, const StoredValue& value) {
   Statement& to = statements_->insert_value;
   to.bind(1, entry);
   to.bind(7, scaling);
@@ -428,24 +426,29 @@ int Journal::insert(std::int64_t entry, const StoredValue& value) {
 
 // No value holds while no gateway reads it. The time of its clock is not known.
 int Journal::end_values(Instant utc) {
-  std::vector<std::pair<std::int64_t, StoredValue>> valid;
+  struct End {
+    std::int64_t entry = 0;
+    std::int64_t scaling = 0;
+    StoredValue value;
+  };
+  std::vector<End> valid;
   Statement rows(database_.get(),
-                 "SELECT e.id, max(v.time, ?1), v.type, v.bits FROM value_entries e "
+                 "SELECT e.id, max(v.time, ?1), v.type, v.bits, v.scaling FROM value_entries e "
                  "JOIN value_rows v ON v.id = e.newest WHERE v.value IS NOT NULL");
   rows.bind(1, utc.time_since_epoch().count());
   int result = SQLITE_OK;
   while ((result = rows.step()) == SQLITE_ROW) {
-    valid.emplace_back(rows.number(0),
-                       StoredValue{.entry = {},
-                                   .time = Instant(Duration(rows.number(1))),
-                                   .clock = ClockQuality::unknown,
-                                   .type = static_cast<od::DataType>(rows.number(2)),
-                                   .bits = static_cast<std::uint16_t>(rows.number(3)),
-                                   .value = {}});
+    valid.push_back({rows.number(0), rows.number(4),
+                     StoredValue{.entry = {},
+                                 .time = Instant(Duration(rows.number(1))),
+                                 .clock = ClockQuality::unknown,
+                                 .type = static_cast<od::DataType>(rows.number(2)),
+                                 .bits = static_cast<std::uint16_t>(rows.number(3)),
+                                 .value = {}}});
   }
   int error = result == SQLITE_DONE ? SQLITE_OK : result;
   for (auto one = valid.begin(); error == SQLITE_OK && one != valid.end(); ++one) {
-    error = insert(one->first, one->second);
+    error = insert(one->entry, one->scaling, one->value);
   }
   return error;
 }

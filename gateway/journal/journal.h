@@ -106,7 +106,7 @@ class Journal {
   int read_last_run();
   int mark(const LastRun& run);
   int insert(const StoredValue& value);
-  int insert(std::int64_t entry, const StoredValue& value);
+  int insert(std::int64_t entry, std::int64_t scaling, const StoredValue& value);
   int number_of(const ValueEntry& entry, std::int64_t& number);
   int number_of(const od::Scaling& scaling, std::int64_t& number);
   int end_values(Instant utc);

@@ -132,7 +132,7 @@ std::variant<request::JournalPage, PageRefusal> JournalPages::read(const Journal
 }
 
 int JournalPages::open(const exchange::Flag& stop) {
-  if (is_open_ && !reader_.is_replaced())
+  if (is_open_ && reader_.is_current() && !reader_.is_replaced())
     return SQLITE_OK;
   reader_ = JournalReader();
   const int error = reader_.open(file_);

@@ -146,6 +146,7 @@ int JournalReader::open(const std::string& file) {
   const int error = open_journal(file, database_, version);
   has_values_ = version >= kFirstVersionWithValues;
   has_scalings_ = version >= kFirstVersionWithScalings;
+  is_current_ = version == kJournalVersion;
   return error;
 }
 

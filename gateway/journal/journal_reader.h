@@ -90,6 +90,9 @@ class JournalReader {
   int find(const std::string& line, std::uint64_t stream, std::uint64_t number,
            std::int64_t& position, bool& known);
 
+  // Whether open() found the tables of this version: an earlier one becomes this one with the next
+  // store(), and must then be opened again.
+  bool is_current() const { return is_current_; }
   // Whether the name belongs to another file since open(): the gateway moved a damaged one away.
   // What is read is still the previous one.
   bool is_replaced() const;
@@ -116,6 +119,7 @@ class JournalReader {
   Database database_;
   bool has_values_ = false;    // the tables of the value history
   bool has_scalings_ = false;  // with units and scalings
+  bool is_current_ = false;
 };
 
 }  // namespace linegate::gateway

@@ -372,6 +372,8 @@ TEST_F(ValuePagesTest, AJournalOfAnEarlierVersionHasNoValues) {
   EXPECT_TRUE(none.unknown_entry);
   EXPECT_FALSE(none.more);
   EXPECT_EQ(all({}), from_to(1, 3));
+  fill_values(12);
+  EXPECT_EQ(all_values({}), from_to(1, 12)) << "the next transaction has made the tables";
 }
 
 class ServerTest : public PagesTest {

@@ -442,6 +442,19 @@ TEST_F(ValuesTest, HaveTheScalingWithWhichTheyWereStored) {
   EXPECT_EQ(rows("value_scalings"), 2);
 }
 
+TEST_F(ValuesTest, TheEndOfARunHasTheScalingOfTheLastValue) {
+  Journal journal(plan_);
+  ASSERT_EQ(journal.open(), 0);
+  StoredValue sent = value_at(inlet_, 1, 10);
+  sent.scaling = std::make_shared<const od::Scaling>(od::Scaling{"bar", 0.1, 0});
+  ASSERT_EQ(store_values(journal, std::span(&sent, 1), at(1), 0), 0);
+  const std::vector<StoredValue> found = stored_values();
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_FALSE(found[1].value);
+  ASSERT_NE(found[1].scaling, nullptr);
+  EXPECT_EQ(*found[1].scaling, *sent.scaling);
+}
+
 TEST_F(ValuesTest, AScalingThatNoEntryCanHaveIsNone) {
   Journal journal(plan_);
   ASSERT_EQ(journal.open(), 0);
