@@ -113,6 +113,16 @@ void RemoteInputs::set_rules(std::vector<Rule> rules) {
   for (auto& [line, source] : sources_) {
     if (const auto before = known.find(line); before != known.end()) {
       source.publishers = std::move(before->second.publishers);
+      for (Target& target : source.targets) {
+        const auto same = std::ranges::find_if(before->second.targets, [&](const Target& of) {
+          return is_same(of.rule, target.rule);
+        });
+        if (same != before->second.targets.end()) {
+          target.had_value = same->had_value;
+          target.awaited = same->awaited;
+          target.reported = same->reported;
+        }
+      }
     }
     for (Publisher& publisher : source.publishers) {
       publisher.verdicts.clear();
@@ -120,6 +130,11 @@ void RemoteInputs::set_rules(std::vector<Rule> rules) {
       judge(source, publisher);
     }
   }
+}
+
+bool RemoteInputs::is_same(const Rule& a, const Rule& b) {
+  return a.line == b.line && a.layout_id == b.layout_id && a.input.entry == b.input.entry &&
+         a.input.output == b.input.output;
 }
 
 std::vector<config::RemoteLine> RemoteInputs::lines() const {
@@ -292,6 +307,7 @@ void RemoteInputs::confirm(Target& target, const Publisher& publisher, Instant n
     return;
   }
   target.confirmed = now;
+  target.had_value = true;
   write(target, *value, now);
 }
 
@@ -337,28 +353,41 @@ void RemoteInputs::advance(Instant now) {
 }
 
 // A source that was lost is reported by the watchdog of the group, which the first value arms.
-// Reasons that judge() and speaks() report are not joined by another one.
 void RemoteInputs::report_absent(const Source& source, Target& target, Instant now) {
   if (!target.awaited) {
     target.awaited = now;
   }
-  if (target.is_reported || now - *target.awaited < target.rule.input.timeout + kSilence) {
+  if (target.had_value || target.reported == OutputRefusal::source_invalid ||
+      now - *target.awaited < target.rule.input.timeout + kSilence) {
     return;
   }
-  target.is_reported = true;
-  const auto has_reason = [&](const Publisher& publisher) {
-    return publisher.dispute_reported ||
-           (publisher.layout &&
-            verdict_of(*publisher.layout, target.rule.input) != OutputRefusal::none);
-  };
-  if (target.arming != 0 || std::ranges::any_of(source.publishers, has_reason)) {
-    return;
+  const OutputRefusal why = why_absent(source, target, now);
+  if (why != OutputRefusal::none && std::exchange(target.reported, why) != why) {
+    sink_.refuse(target.rule, why);
   }
-  const bool is_heard = std::ranges::any_of(source.publishers, [&](const Publisher& publisher) {
-    return now - publisher.heard < kSilence;
-  });
-  sink_.refuse(target.rule,
-               is_heard ? OutputRefusal::source_invalid : OutputRefusal::source_silent);
+}
+
+// none: it may come yet, or judge() or speaks() have reported the reason.
+OutputRefusal RemoteInputs::why_absent(const Source& source, const Target& target, Instant now) {
+  OutputRefusal out = OutputRefusal::source_silent;
+  for (const Publisher& publisher : source.publishers) {
+    if (now - publisher.heard >= kSilence) {
+      continue;
+    }
+    if (now - publisher.began < kSilence || publisher.dispute_reported ||
+        (publisher.layout &&
+         verdict_of(*publisher.layout, target.rule.input) != OutputRefusal::none)) {
+      return OutputRefusal::none;
+    }
+    const bool is_complete = publisher.is_live && publisher.layout && publisher.image &&
+                             publisher.image->layout_id == publisher.layout->id;
+    if (is_complete && !value_of(publisher.layout, publisher.image, target.rule.input)) {
+      out = OutputRefusal::source_invalid;
+    } else if (is_complete) {
+      return OutputRefusal::none;
+    }
+  }
+  return out;
 }
 
 // Only if the value would be written now, too.

@@ -52,8 +52,9 @@ class RemoteInputs {
     virtual ~Sink() = default;
     // A value for an output of the line. Returns false if there is no room: advance() retries.
     virtual bool write(const std::string& line, const line::OutputWrite& write) = 0;
-    // No value is written, for that reason. Called once for each reason and publisher; once if no
-    // value was written since the rules were set, for the time-out and kSilence.
+    // No value is written, for that reason. Called once for each reason and publisher;
+    // source_silent and source_invalid: once if the rule has had no value for the time-out and
+    // kSilence.
     virtual void refuse(const Rule& rule, line::OutputRefusal why) = 0;
   };
 
@@ -67,7 +68,7 @@ class RemoteInputs {
   // sink must outlive it.
   explicit RemoteInputs(Sink& sink) : sink_(sink) {}
 
-  // What is known of lines that remain is kept.
+  // What is known of lines and rules that remain is kept.
   void set_rules(std::vector<Rule> rules);
   // The lines that the rules name.
   std::vector<config::RemoteLine> lines() const;
@@ -103,8 +104,9 @@ class RemoteInputs {
     std::uint64_t arming = 0;  // 0: nothing was written
     std::uint64_t value = 0;
     bool waits_for_room = false;
-    std::optional<Instant> awaited{};  // since when its first value is
-    bool is_reported = false;          // if it had none
+    bool had_value = false;
+    std::optional<Instant> awaited{};                          // since when the first value is
+    line::OutputRefusal reported = line::OutputRefusal::none;  // why there was none
   };
   struct Source {
     std::vector<Publisher> publishers;
@@ -112,6 +114,7 @@ class RemoteInputs {
   };
 
   Source* find(const config::RemoteLine& line);
+  static bool is_same(const Rule& a, const Rule& b);
   static bool is_overtaken(const Publisher& publisher, const image::Snapshot& image, Instant now);
   static Duration hear(Publisher& publisher, bool Publisher::*had, Instant now);
   static void doubt(Publisher& publisher);
@@ -119,6 +122,7 @@ class RemoteInputs {
   bool speaks(Source& source, Publisher& publisher, Instant now);
   void retry(Source& source, Target& target, Instant now);
   void report_absent(const Source& source, Target& target, Instant now);
+  static line::OutputRefusal why_absent(const Source& source, const Target& target, Instant now);
   void judge(Source& source, Publisher& publisher);
   void write(Target& target, std::uint64_t value, Instant now);
   void confirm(Target& target, const Publisher& publisher, Instant now);

@@ -165,9 +165,9 @@ std::string_view describe(OutputRefusal refusal) {
     case OutputRefusal::source_disputed:
       return "several gateways of that name publish the line: give each another name";
     case OutputRefusal::source_silent:
-      return "nothing is received from that line of the other gateway";
+      return "the line of the other gateway is not, or not completely, received";
     case OutputRefusal::source_invalid:
-      return "the input of the other gateway was not valid yet";
+      return "the input of the other gateway is not valid";
   }
   return "unknown refusal";
 }

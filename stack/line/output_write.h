@@ -84,8 +84,8 @@ enum class OutputRefusal : std::uint8_t {
   source_missing,   // the line of the other gateway has no such input
   source_type,      // the input has another data type, length or scaling than the output
   source_disputed,  // several gateways of that name publish the line
-  source_silent,    // nothing is received from its line, and the output has had no value yet
-  source_invalid,   // the line is received, and has not had the input as valid yet
+  source_silent,    // no value yet: its line is not, or not completely, received
+  source_invalid,   // no value yet: its line is received, and the input is not valid
 };
 std::string_view describe(OutputRefusal refusal);
 

@@ -193,7 +193,7 @@ def test(folder, linegated, linegate, process):
     try:
         a = halls.start_a()
         halls.start_c()
-        halls.is_refused("nothing is received from that line of the other gateway")
+        halls.is_refused("the line of the other gateway is not, or not completely, received")
         b = halls.start_b({8: "inlet"})
         arrives(halls)
         with Lost(halls, "after kill -9"):

@@ -418,14 +418,65 @@ TEST_F(RemoteInputsTest, AnInputThatIsNeverValidIsReportedOnce) {
   EXPECT_THAT(refusals, ElementsAre(OutputRefusal::source_invalid));
 }
 
-TEST_F(RemoteInputsTest, ASourceThatIsSilentAfterAChangeOfTheRulesIsReported) {
+TEST_F(RemoteInputsTest, AValueThatIsLostIsNotReportedAfterAChangeOfTheRules) {
   has_value(1, 500);
-  now += RemoteInputs::kSilence;
-  inputs.set_rules({rule("inlet.Pressure")});
+  for (int i = 0; i < 3; ++i) {
+    now += kTimeout + RemoteInputs::kSilence;
+    inputs.set_rules({rule("inlet.Pressure")});
+    inputs.advance(now);
+  }
+  EXPECT_THAT(refusals, IsEmpty());
+  inputs.set_rules({rule("inlet.Level")});
   inputs.advance(now);
   now += kTimeout + RemoteInputs::kSilence;
   inputs.advance(now);
+  inputs.set_rules({rule("inlet.Level")});
+  inputs.advance(now + seconds(100));
+  EXPECT_THAT(refusals, ElementsAre(OutputRefusal::source_silent)) << "another rule, once";
+}
+
+TEST_F(RemoteInputsTest, ALineOfWhichOnlyStatesComeIsNotReceived) {
+  inputs.advance(now);
+  is_live(1);
+  pass(1, kTimeout + RemoteInputs::kSilence);
+  inputs.advance(now);
   EXPECT_THAT(refusals, ElementsAre(OutputRefusal::source_silent));
+  layout(1, remote_layout(5, 16));
+  image::Snapshot invalid = remote_image(5, 16, 500);
+  invalid.valid = {0b01};
+  image(1, invalid);
+  inputs.advance(now);
+  inputs.advance(now);
+  EXPECT_THAT(refusals, ElementsAre(OutputRefusal::source_silent, OutputRefusal::source_invalid))
+      << "what is known now";
+}
+
+TEST_F(RemoteInputsTest, ASourceThatAppearsLateHasTime) {
+  inputs.advance(now);
+  now += kTimeout + RemoteInputs::kSilence - milliseconds(200);
+  state(1);
+  now += milliseconds(200);
+  inputs.advance(now);
+  EXPECT_THAT(refusals, IsEmpty());
+  has_value(1, 500);
+  pass(1, kTimeout + RemoteInputs::kSilence);
+  inputs.advance(now);
+  EXPECT_THAT(refusals, IsEmpty());
+}
+
+TEST_F(RemoteInputsTest, AValueThatWaitsForRoomIsNoFaultOfItsSource) {
+  inputs.advance(now);
+  room = false;
+  is_live(1);
+  layout(1, remote_layout(5, 16));
+  for (const Instant end = now + kTimeout + RemoteInputs::kSilence; now < end; now += seconds(1)) {
+    image(1, remote_image(5, 16, 500));
+    state(1);
+  }
+  room = true;
+  age = seconds(1);
+  inputs.advance(now);
+  EXPECT_THAT(refusals, IsEmpty());
 }
 
 TEST_F(RemoteInputsTest, AReasonThatWasReportedIsNotJoinedByAnother) {
