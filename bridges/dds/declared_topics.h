@@ -3,7 +3,7 @@
 // (port_codec.h), and which of them have readers.
 //
 // A number belongs to one topic with one type, and is never used again. So a message that is late
-// is of a topic that is no more, and never of one with the same name and another type.
+// is of a topic that no longer exists, and never of one with the same name and another type.
 #pragma once
 
 #include <cstddef>
@@ -67,8 +67,8 @@ class DeclaredTopics {
     for (auto& [topic, entry] : topics_)
       entry.came = 0;
   }
-  // Whether the topic has readers. After they have left and others have come it is false once, so
-  // that the caller notices: `again` is then true, and the next call returns true.
+  // Whether the topic has readers. After they have left and others have come it
+  // returns false once, with `again` set, and true from the next call on.
   bool has_readers(std::string_view topic, bool& again) {
     again = false;
     const auto found = topics_.find(topic);

@@ -52,7 +52,7 @@ class PortServer {
   // The line that it removes.
   static std::optional<std::string> removed_line(Message message);
 
-  // Calls `changed` whenever look_at_readers() has something to do, in threads of Fast DDS, which
+  // Calls `changed` when look_at_readers() may have something to do, in threads of Fast DDS, which
   // it must not block. Call it before handle().
   virtual void watch_readers(std::function<void()> changed) = 0;
   virtual bool readers_changed() const = 0;

@@ -28,7 +28,7 @@ constexpr Policy kImages{.depth = 8, .once = true, .newest_always = true};
 constexpr Policy kReceptions{.depth = 4'096, .once = true};
 constexpr Policy kUpdates{.once = true};
 constexpr Policy kNamed{.depth = 8, .once = true};
-constexpr Policy kEnding{.once = true};
+constexpr Policy kEnding{.once = true, .only = true};
 
 constexpr Duration kStopPeriod = std::chrono::milliseconds(100);  // between calls of stop()
 constexpr Duration kRetryPeriod = std::chrono::milliseconds(2);   // while the ring is full
@@ -174,6 +174,7 @@ class RemotePort final : public SamplePort {
   bool note_named_readers();
   bool note_named_misfit();
   void pump();
+  void note_done() const;
   bool pass_files(ProcessNumber process, const PortMessage& message);
   void note_process(ProcessNumber process);
   bool fetch();
@@ -200,7 +201,7 @@ class RemotePort final : public SamplePort {
   const std::unique_ptr<MessageLink> link_;
 
   mutable std::mutex mutex_;  // write() runs in two threads; held for a copy of messages at most
-  RetainedMessages retained_;
+  mutable RetainedMessages retained_;  // what was carried out is noted before each question
   PortMessage buffer_;
   std::map<std::uint64_t, std::shared_ptr<SharedFiles>> shared_;  // by tag, of present lines
   std::map<std::string, std::uint64_t> tags_;                     // of them, by line
@@ -405,6 +406,7 @@ bool RemotePort::write_named(std::string_view topic, std::span<const std::byte> 
 
 bool RemotePort::accepts_named(std::string_view topic) const {
   const std::lock_guard lock(mutex_);
+  note_done();
   const DeclaredTopics::Declared* const known = written_.find(topic);
   return ready_ && known != nullptr &&
          retained_.pending({known->line, number_of(ToEndpoints::named_sample), known->topic}) <
@@ -453,9 +455,16 @@ void RemotePort::forget_pdos(std::string_view line) {
 
 bool RemotePort::accepts_image(std::string_view line, image::Direction direction) const {
   const std::lock_guard lock(mutex_);
+  note_done();
   const Key key{std::string(line), number_of(ToEndpoints::process_image),
                 std::to_string(static_cast<unsigned>(direction))};
   return ready_ && retained_.pending(key) + 1 < kImages.depth;
+}
+
+// A process that was slow has carried out more than it had at the last pump(). The mutex is held.
+void RemotePort::note_done() const {
+  if (process_ != 0 && link_->process() == process_)
+    retained_.note_done(link_->positions(process_).done);
 }
 
 // Sends as much as there is room for. The mutex is held.
@@ -696,7 +705,7 @@ SamplePort::Taken RemotePort::take_line(FromEndpoints kind, Sample& sample) {
   return is_next(kind) ? taken_if(decode_sample(received_, sample)) : Taken::none;
 }
 
-// A sample for a type that is no more is dropped, because its topic may have another one now.
+// A sample for a type that no longer exists is dropped, because its topic may have another one now.
 SamplePort::Taken RemotePort::take_named(NamedReceived& sample, Participant& from) {
   if (!is_next(FromEndpoints::named_write))
     return Taken::none;

@@ -36,11 +36,15 @@ class RetainedMessages {
     bool once = false;
     // With once: except the newest one, which each process receives.
     bool newest_always = false;
+    // With once: no other message has the key, which is forgotten when it was carried out.
+    bool only = false;
   };
 
   // The message is swapped with the buffer of an earlier one. tally: see unsent_tally().
   void add(const Key& key, Policy policy, Message& message, std::uint32_t tally = 0) {
-    Slot& slot = slots_[key];
+    const auto place = slots_.try_emplace(key).first;
+    Slot& slot = place->second;
+    slot.key = &place->first;
     if (slot.entries.size() >= policy.depth) {
       lost_ += policy.depth > 1 && !slot.entries.front()->sent ? 1U : 0U;
       erase(slot.entries.front());
@@ -113,7 +117,11 @@ class RetainedMessages {
       const auto entry = under_way_.front();
       under_way_.pop_front();
       entry->done = true;
-      drop_done(*entry->slot);
+      const bool is_only = entry->policy.only;
+      Slot& slot = *entry->slot;
+      drop_done(slot);
+      if (is_only && slot.entries.empty())
+        slots_.erase(slots_.find(*slot.key));
     }
   }
   // Another process runs: all messages are sent again, from the oldest one.
@@ -125,6 +133,8 @@ class RetainedMessages {
   }
 
   std::size_t size() const { return entries_.size(); }
+  // Keys whose room is kept.
+  std::size_t keys() const { return slots_.size(); }
   // Messages that were never sent, because too many of their key followed. Those that were only
   // replaced by a newer state are not counted.
   std::uint64_t lost() const { return lost_; }
@@ -143,6 +153,7 @@ class RetainedMessages {
   using Place = typename std::list<Entry>::iterator;
   struct Slot {
     std::deque<Place> entries;  // oldest first
+    const Key* key = nullptr;   // its own
   };
   static constexpr std::size_t kSpare = 32;
 

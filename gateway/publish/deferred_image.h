@@ -17,6 +17,8 @@ class DeferredImage {
  public:
   static constexpr Duration kPeriod = std::chrono::milliseconds(100);  // between two images
 
+  // Whether a fetched image waits.
+  bool waits() const { return newest_ != nullptr; }
   // Whether another image is to be fetched although the edge does not accept it.
   bool is_due(Instant now) const { return now >= due_; }
   // Keeps the fetched snapshot, which exists until another one is fetched.

@@ -541,13 +541,13 @@ void Publisher::update_readers() {
   }
 }
 
-// Of the newest image that was fetched: a reader may come, or the minimum separation may pass, when
-// no image follows. Returns when it must be called again.
+// Of the newest image that was published: a reader may come, or the minimum separation may pass,
+// when no image follows. Returns when it must be called again.
 Instant Publisher::publish_named(Line& line, Instant now) {
   Instant next = kNever;
   for (std::size_t place = 0; place < line.named.size(); ++place) {
     const image::Snapshot* const snapshot = line.fetched[place];
-    if (line.named[place] == nullptr || snapshot == nullptr ||
+    if (line.named[place] == nullptr || snapshot == nullptr || line.deferred[place].waits() ||
         snapshot->layout_id != line.layouts[place].id) {
       continue;
     }

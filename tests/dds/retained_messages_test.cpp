@@ -117,6 +117,19 @@ TEST(RetainedMessages, AMessageThatIsReplacedWhileItIsUnderWayIsNotSentAgain) {
   EXPECT_EQ(messages.size(), 0U);
 }
 
+TEST(RetainedMessages, ForgetsAKeyThatIsUsedOnce) {
+  RetainedMessages messages;
+  std::uint64_t position = 0;
+  for (int i = 0; i < 100; ++i) {
+    add(messages, {"", 7, std::to_string(i)}, {.once = true, .only = true}, 'e');
+    add(messages, {"a", 3}, kOnce, 'o');
+    EXPECT_EQ(send(messages, position), "eo");
+    messages.note_done(position);
+    EXPECT_EQ(messages.size(), 0U);
+    EXPECT_EQ(messages.keys(), 1U) << "the other one, whose room is used again";
+  }
+}
+
 TEST(RetainedMessages, DropsAllOfALineWhereverTheyAre) {
   RetainedMessages messages;
   std::uint64_t position = 0;

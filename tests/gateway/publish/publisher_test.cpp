@@ -244,6 +244,8 @@ TEST_F(PublisherTest, ValuesAreStoredWithoutAnEdgeAndEndWithTheirLine) {
   ASSERT_NE(mkdtemp(folder.data()), nullptr);
   const config::Journal journal_plan{.file = folder + "/journal.db"};
   hosts.push_back(hall(42));
+  hosts.back()->plan.named.published = true;
+  publisher.reset();  // the edge has one watcher of readers
   {
     JournalThread journal(
         {.plan = journal_plan, .incarnation = 7, .period = std::chrono::milliseconds(2)});
@@ -259,8 +261,10 @@ TEST_F(PublisherTest, ValuesAreStoredWithoutAnEdgeAndEndWithTheirLine) {
       std::this_thread::yield();
     }
     EXPECT_THAT(edge.samples(), testing::Not(testing::Contains("image hall 1")));
+    EXPECT_THAT(edge.samples(), Not(testing::Contains(StartsWith("plant/")))) << "comes with it";
     with.stop();
     EXPECT_THAT(edge.samples(), testing::Contains("image hall 1").Times(1));
+    EXPECT_THAT(edge.samples(), testing::Contains(StartsWith("plant/")).Times(1));
     with.set_lines(std::span(hosts).first(1));
     journal.stop();
   }
