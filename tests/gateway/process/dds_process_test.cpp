@@ -58,7 +58,9 @@ TEST_F(DdsProcessTest, HasOnlyTheDescriptorsThatItNeeds) {
   const pid_t first = dds_process();
   kill(first, SIGKILL);
   ASSERT_TRUE(back_after(first));
-  const auto folder = "/proc/" + std::to_string(dds_process()) + "/fd";
+  pid_t next = 0;  // has its name only after exec()
+  ASSERT_TRUE(meanwhile([&] { return (next = dds_process()) != 0; }));
+  const auto folder = "/proc/" + std::to_string(next) + "/fd";
   int descriptors = 0;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     std::error_code gone;
