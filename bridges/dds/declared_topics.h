@@ -67,8 +67,8 @@ class DeclaredTopics {
     for (auto& [topic, entry] : topics_)
       entry.came = 0;
   }
-  // Whether the topic has readers. After they have left and others have come it
-  // returns false once, with `again` set, and true from the next call on.
+  // Whether the topic has readers. After they have left and others have come it returns false once,
+  // with `again` set, and true from the next call on.
   bool has_readers(std::string_view topic, bool& again) {
     again = false;
     const auto found = topics_.find(topic);

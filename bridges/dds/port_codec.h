@@ -56,7 +56,7 @@ enum class ToEndpoints : std::uint8_t {
   // and type, greatest size of a sample in 4 octets, the key with its length in 2.
   named_topic,   // that the gateway writes
   named_set,     // that applications write
-  end_topics,    // numbers in 4 octets each: named topics that are no more
+  end_topics,    // numbers in 4 octets each: named topics that end
   end_sets,      // the same of those that applications write
   named_sample,  // number in 4 octets, sample
 };

@@ -16,7 +16,7 @@ from installed_client import EXAMPLES, Installed, armed
 FOLDER = os.path.dirname(os.path.abspath(__file__))
 sys.path += [os.path.join(FOLDER, "..", "gateway", "cli"), os.path.join(FOLDER, "..", "interop")]
 from cia_types import TYPES, pdos_of, same  # noqa: E402 pylint: disable=wrong-import-position
-from plant_process import Failure, end, expect, raised, run_test, until, write  # noqa: E402 pylint: disable=wrong-import-position
+from plant_process import end, expect, raised, run_test, until, until_none, write  # noqa: E402 pylint: disable=wrong-import-position
 
 EDS = os.path.join(FOLDER, "..", "bridges", "named", "every_type.eds")
 PATIENCE = 60  # seconds
@@ -53,20 +53,16 @@ def await_values(client, line, names, entries, raws, send=lambda: None):
     """Waits until each value is good and that of its bits; else names those that are not. Calls `send` at once, and every 2 s:
     a device that was started again on a slow host sends values of its own."""
     wanted = [entry.meaning(raw) for entry, raw in zip(entries, raws)]
-    wrong, sent = [], []
+    sent = []
 
-    def are_right():
+    def wrong():
         if not sent or time.monotonic() > sent[-1] + 2:
             send()
             sent.append(time.monotonic())
         client.poll(0.05)
-        wrong[:] = [f"{value}, not {one!r}" for value, one in zip(line.read(*names).values, wanted)
-                    if not (value.good and same(value.data, one))]
-        return not wrong
-    try:
-        until("all values are right", are_right)
-    except Failure as failure:
-        raise Failure(f"{failure}: {wrong}") from failure
+        return [f"{value}, not {one!r}" for value, one in zip(line.read(*names).values, wanted)
+                if not (value.good and same(value.data, one))]
+    until_none("all values are right", wrong)
 
 
 def inputs(client, pdos):

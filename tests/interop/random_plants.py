@@ -21,7 +21,7 @@ FOLDER = os.path.dirname(os.path.abspath(__file__))
 sys.path += [os.path.join(FOLDER, "..", "gateway", "cli"), os.path.join(FOLDER, "..", "deploy"), FOLDER]
 from cia_types import TYPES, Device, same  # noqa: E402 pylint: disable=wrong-import-position
 from installed_client import Installed, output  # noqa: E402 pylint: disable=wrong-import-position
-from plant_process import (Failure, end, expect, own_domain, run_test, until,  # noqa: E402 pylint: disable=wrong-import-position
+from plant_process import (end, expect, own_domain, run_test, until, until_none,  # noqa: E402 pylint: disable=wrong-import-position
                            write)
 
 LINES = ("a", "b", "c")
@@ -245,17 +245,11 @@ def frames_on_the_buses(client):
 
 def await_frames(client, seen, received):
     """Waits until the last frames with the outputs are these."""
-    wrong = []
-
-    def are_right():
+    def wrong():
         client.poll(0.05)
-        wrong[:] = [f"{line} {cob_id:X}: {seen.get((line, cob_id))}, not {data}" for line, cob_id, data in received
-                    if seen.get((line, cob_id)) != data]
-        return not wrong
-    try:
-        until("all frames are right", are_right)
-    except Failure as failure:
-        raise Failure(f"{failure}: {wrong[:20]}") from failure
+        return [f"{line} {cob_id:X}: {seen.get((line, cob_id))}, not {data}" for line, cob_id, data in received
+                if seen.get((line, cob_id)) != data]
+    until_none("all frames are right", wrong)
 
 
 def client_waits(client, seconds):
@@ -283,32 +277,29 @@ def arm(client, group):
 def await_all(client, readers, wanted, frames):
     """Waits until Python and both readers have these values; else names those that are not. Sends the frames again
     until then: a device that was started again on a slow host sends values of its own."""
-    wrong, sent = [], []
+    sent = []
 
-    def are_right():
+    def wrong():
         if not sent or time.monotonic() > sent[-1] + 2:
             for call in [client.line(line + "-stranger").request(CAN_SEND, entry=cob_id, data=data)
                          for line, cob_id, data in frames]:
                 call.result()
             sent.append(time.monotonic())
         client.poll(0.05)
-        wrong.clear()
+        out = []
         for line, direction, entry, raw in wanted:
             value = client.line(line).read(f"{direction}:device.{entry.name}")[0]
             if not (value.good and same(value.data, entry.meaning(raw))):
-                wrong.append(f"Python: {line} {value}, not {entry.meaning(raw)!r}")
+                out.append(f"Python: {line} {value}, not {entry.meaning(raw)!r}")
             member = identifier_of(entry.name)
             for reader in readers:
                 sample = reader.samples.get(f"plant/{line}/device/{direction}", {})
                 found = sample.get("values." + member), sample.get("valid." + member)
                 text = as_printed(entry, raw, reader.name != "Fast DDS")
                 if found != (text, "true"):
-                    wrong.append(f"{reader.name}: {line} {direction} {entry.name} {entry.type}: {found}, not {text}")
-        return not wrong
-    try:
-        until("all values are right", are_right)
-    except Failure as failure:
-        raise Failure(f"{failure}: {wrong[:20]}") from failure
+                    out.append(f"{reader.name}: {line} {direction} {entry.name} {entry.type}: {found}, not {text}")
+        return out
+    until_none("all values are right", wrong)
 
 
 def cyclone_reader(folder, idl, libraries):

@@ -51,6 +51,19 @@ def until(what, condition):
     return found
 
 
+def until_none(what, wrong):
+    """Waits until wrong() returns an empty list. Fails with what was in it last."""
+    left = []
+
+    def are_right():
+        left[:] = wrong()
+        return not left
+    try:
+        until(what, are_right)
+    except Failure as failure:
+        raise Failure(f"{failure}: {left[:20]}") from failure
+
+
 def own_domain():
     """Returns a DDS domain that no other program of these tests uses until this one ends, even if it is killed. Lower
     numbers are those of tests/dds/own_domain.h."""
