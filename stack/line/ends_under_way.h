@@ -18,6 +18,12 @@ class EndsUnderWay {
   // The largest number of waiting commands; beyond it the oldest are dropped.
   static constexpr std::size_t kMost = 32;
 
+  struct End {
+    std::uint64_t number = 0;
+    nmt::NodeControl control;
+  };
+
+  bool any() const { return count_ != 0; }
   // Call it when the frame with that number was handed to the bus. number: ascending.
   void handed_out(std::uint64_t number, const nmt::NodeControl& control) {
     if (count_ == kMost) {
@@ -27,11 +33,11 @@ class EndsUnderWay {
   }
   // Removes and returns the oldest command if it is among the frames up to that number, which the
   // bus acknowledged.
-  std::optional<nmt::NodeControl> take(std::uint64_t number) {
+  std::optional<End> take(std::uint64_t number) {
     if (count_ == 0 || ends_[0].number > number) {
       return std::nullopt;
     }
-    const nmt::NodeControl out = ends_[0].control;
+    const End out = ends_[0];
     erase_first();
     return out;
   }
@@ -45,11 +51,6 @@ class EndsUnderWay {
   }
 
  private:
-  struct End {
-    std::uint64_t number = 0;
-    nmt::NodeControl control;
-  };
-
   void erase_first() {
     std::move(ends_.begin() + 1, ends_.begin() + static_cast<std::ptrdiff_t>(count_),
               ends_.begin());

@@ -143,9 +143,6 @@ class NodeLine final : public Line,
   void interface_lost();
   void hear_nmt(std::uint16_t index, const can::Frame& frame);
   void write_own_values(Instant now);
-  // An NMT command was sent, or received from another master; id 0 = to all. Updates the expected
-  // state of each node.
-  void note_command(nmt::Command command, std::uint8_t id);
   void adopt_role(Instant now);
   void change_role(Instant now);
   // Whether only process data was received since the last next_wake(), and nothing is due: a round

@@ -40,7 +40,8 @@ void NodeLine::hear_nmt(std::uint16_t index, const can::Frame& frame) {
   if (control) {
     manager_.sent(control->command, control->node, frame.time);
     if (frame.id == can::kNmtId) {
-      note_command(control->command, control->node);
+      services_.lss.commanded(control->command, control->node);
+      services_.receivers.heard(control->command, control->node);
       manager_.heard(control->command, control->node);
     }
   }

@@ -70,10 +70,6 @@ void NodeLine::send_nmt(nmt::Command command, std::uint8_t id, Instant now) {
 void NodeLine::nmt_sent(nmt::Command command, std::uint8_t id, Instant now) {
   services_.diagnosis.diagnosis().commanded(command, id);
   manager_.sent(command, id, now);
-  note_command(command, id);
-}
-
-void NodeLine::note_command(nmt::Command command, std::uint8_t id) {
   services_.lss.commanded(command, id);
   services_.receivers.commanded(command, id);
 }

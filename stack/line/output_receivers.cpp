@@ -36,7 +36,16 @@ pdo::Engine::Receiver OutputReceivers::state(std::uint8_t id) const {
 }
 
 void OutputReceivers::commanded(nmt::Command command, std::uint8_t id) {
-  forget_starts(id);
+  forget_start_frames(id);
+  follow_command(command, id);
+}
+
+void OutputReceivers::heard(nmt::Command command, std::uint8_t id) {
+  follow_command(command, id);
+}
+
+void OutputReceivers::follow_command(nmt::Command command, std::uint8_t id) {
+  forget_lost_starts(id);
   for (const NodeConfig& device : config_.nodes) {
     if (id != 0 && id != device.id) {
       continue;
@@ -125,8 +134,8 @@ void OutputReceivers::note_nmt(const can::Frame& frame, std::uint64_t number) {
 }
 
 void OutputReceivers::note_acknowledged_ends(std::uint64_t number) {
-  while (const auto control = ends_.take(number)) {
-    note_end(*control);
+  while (const auto end = ends_.take(number)) {
+    note_end(*end);
   }
   for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
     if (has_end_[id] && newest_ends_[id] <= number) {
@@ -136,15 +145,18 @@ void OutputReceivers::note_acknowledged_ends(std::uint64_t number) {
   }
 }
 
-// A later command may end Operational again; a later start has its own check of the state.
-void OutputReceivers::note_end(const nmt::NodeControl& control) {
+// Until its acknowledgement another master may have started the node, and messages of the node may
+// have shown it as Operational. A start that was ordered after the command counts with its own
+// acknowledgement, unless the command is a reset and the node has not booted by then.
+void OutputReceivers::note_end(const EndsUnderWay::End& end) {
   for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
-    if (!has_end_[id] || !control.addresses(id) || parts_.manager.starts(id)) {
+    if (!end.control.addresses(id)) {
       continue;
     }
+    const bool start_follows = parts_.manager.starts(id) || start_frames_[id] > end.number;
     expect_state(id);
     if (parts_.manager.node(id).state == nmt::State::operational) {
-      parts_.manager.heard(control.command, id);
+      parts_.manager.end_acknowledged(end.control.command, id, start_follows);
     }
   }
 }
@@ -159,20 +171,31 @@ void OutputReceivers::note_lost_ends(std::uint64_t first, std::uint64_t last) {
   }
 }
 
-void OutputReceivers::forget_starts(std::uint8_t id) {
+void OutputReceivers::forget_start_frames(std::uint8_t id) {
   if (id == 0) {
     start_frames_.fill(0);
-    lost_starts_.reset();
   } else if (id <= can::kMaxNodeId) {
     start_frames_[id] = 0;
+  }
+}
+
+void OutputReceivers::forget_lost_starts(std::uint8_t id) {
+  if (id == 0) {
+    lost_starts_.reset();
+  } else if (id <= can::kMaxNodeId) {
     lost_starts_.reset(id);
   }
 }
 
 void OutputReceivers::note_acknowledged_starts(std::uint64_t number) {
   for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
-    if (start_frames_[id] != 0 && start_frames_[id] <= number) {
-      parts_.manager.start_acknowledged(id);
+    if (!parts_.manager.starts(id) || start_frames_[id] == 0 || start_frames_[id] > number) {
+      continue;
+    }
+    parts_.manager.start_acknowledged(id);
+    if (!parts_.manager.reports_state(id)) {
+      unconfirmed_[id] = {};
+      changed_ = true;
     }
   }
   follow();

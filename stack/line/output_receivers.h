@@ -47,9 +47,12 @@ class OutputReceivers final : public Service {
 
   // An input of state() other than the manager has changed: the bus, the role.
   void mark_changed() { changed_ = true; }
-  // An NMT command was sent, or received from another master; node 0 = to all. A node that leaves
-  // Operational by it counts as Operational again only after a state received later.
+  // An NMT command is to be sent; node 0 = to all. A node that leaves Operational by it counts as
+  // Operational again only after a state received later.
   void commanded(nmt::Command command, std::uint8_t node);
+  // The same for a command of another master. It is on the bus before a start of the line that is
+  // not acknowledged yet.
+  void heard(nmt::Command command, std::uint8_t node);
   // The node was commanded to leave Operational.
   void expect_state(std::uint8_t node);
   // The node reported that state, or booted.
@@ -68,7 +71,7 @@ class OutputReceivers final : public Service {
   // The bus acknowledged the frames up to that number. A state that a node reported before a
   // command other than start was sent does not show that it is Operational after the command.
   void acknowledged(std::uint64_t number) {
-    if (has_end_.any()) [[unlikely]] {
+    if (ends_.any() || has_end_.any()) [[unlikely]] {
       note_acknowledged_ends(number);
     }
     if (parts_.manager.starts_any()) [[unlikely]] {
@@ -83,10 +86,13 @@ class OutputReceivers final : public Service {
   static constexpr std::size_t kNodes = can::kMaxNodeId + 1;
 
   Duration heartbeat_time(std::uint8_t node) const;
-  void forget_starts(std::uint8_t node);  // node 0: of all nodes
+  void follow_command(nmt::Command command, std::uint8_t node);
+  // node 0: of all nodes
+  void forget_start_frames(std::uint8_t node);
+  void forget_lost_starts(std::uint8_t node);
   void note_nmt(const can::Frame& frame, std::uint64_t number);
   void note_acknowledged_ends(std::uint64_t number);
-  void note_end(const nmt::NodeControl& control);
+  void note_end(const EndsUnderWay::End& end);
   void note_acknowledged_starts(std::uint64_t number);
   void note_lost_ends(std::uint64_t first, std::uint64_t last);
   void note_lost_starts(std::uint64_t first, std::uint64_t last);

@@ -433,10 +433,13 @@ void Manager::refresh_list() {
 }
 
 // Without error control no frame reports the state, so it is assumed from the command; but a node
-// that was reset ignores commands before its boot-up message.
+// that was reset ignores commands before its boot-up message. A command on the bus precedes a start
+// of the line that is not acknowledged yet.
 void Manager::assume_state(std::uint8_t node, nmt::Command command, bool is_on_bus) {
   NodeState& seen = nodes_[node];
-  starting_.reset(node);
+  if (!is_on_bus) {
+    starting_.reset(node);
+  }
   if (seen.heartbeat_monitored) {
     return;
   }
@@ -450,8 +453,8 @@ void Manager::assume_state(std::uint8_t node, nmt::Command command, bool is_on_b
     return;
   }
   reset_.set(node, resets || before_boot_up);
-  starting_.set(node, command == nmt::Command::start && !is_on_bus && host_.acknowledges_starts());
-  if (starting_[node]) {
+  if (command == nmt::Command::start && !is_on_bus && host_.acknowledges_starts()) {
+    starting_.set(node);
     return;
   }
   seen.cause = StateCause::command;
@@ -467,13 +470,20 @@ void Manager::heard(nmt::Command command, std::uint8_t node) {
   }
 }
 
+void Manager::end_acknowledged(nmt::Command command, std::uint8_t node, bool start_follows) {
+  assume_state(node, command, true);
+  const NodeState& seen = nodes_[node];
+  starting_.set(node, start_follows && !seen.heartbeat_monitored && !beats(node) &&
+                          seen.presence == Presence::present);
+}
+
 void Manager::start_acknowledged(std::uint8_t node) {
   NodeState& seen = nodes_[node];
   if (!starting_[node]) {
     return;
   }
   starting_.reset(node);
-  if (!reports_state(node) && seen.presence == Presence::present) {
+  if (!reset_[node] && !reports_state(node) && seen.presence == Presence::present) {
     seen.cause = StateCause::command;
     seen.state = nmt::State::operational;
     touch(node);

@@ -68,6 +68,9 @@ class Manager final : public sdo::TransferOwner {
   bool starts_any() const { return starting_.any(); }
   bool starts(std::uint8_t node) const { return starting_[node]; }
   void start_acknowledged(std::uint8_t node);
+  // The bus acknowledged an NMT command that ends Operational. start_follows: a start of the node
+  // was sent after it and is not acknowledged yet.
+  void end_acknowledged(nmt::Command command, std::uint8_t node, bool start_follows);
   // An NMT command to a node, or to all with 0, was sent or received: the state changes that it
   // causes are not spontaneous, and a start before a reset does not determine the state after the
   // reset.

@@ -92,6 +92,70 @@ TEST_F(OutputReceiversTest, ACommandThatEndsOperationalCountsUntilItIsAcknowledg
   EXPECT_EQ(receivers.state(kAxis), Receiver::waiting) << "the heartbeats precede the stop";
 }
 
+// Its own commands wait for the bus while another master starts the node, which sends no heartbeat.
+TEST_F(OutputReceiversTest, ACommandBehindTheStartOfAnotherMasterEndsOperational) {
+  const auto state = [this] { return managed.manager.node(kAxis).state; };
+  managed.manager.boot_up(kAxis, now);
+  receivers.commanded(nmt::Command::stop, kAxis);
+  hand_out(nmt::Command::stop, 7);
+  receivers.commanded(nmt::Command::start, kAxis);
+  hand_out(nmt::Command::start, 8);
+  receivers.heard(nmt::Command::start, kAxis);
+  managed.manager.heard(nmt::Command::start, kAxis);
+  EXPECT_EQ(state(), nmt::State::operational);
+  receivers.acknowledged(7);
+  EXPECT_EQ(state(), nmt::State::stopped);
+  EXPECT_EQ(receivers.state(kAxis), Receiver::waiting);
+  receivers.acknowledged(8);
+  EXPECT_EQ(state(), nmt::State::operational);
+  EXPECT_EQ(receivers.state(kAxis), Receiver::started);
+}
+
+TEST_F(OutputReceiversTest, AStartThatWaitsForRoomInTheControllerFollowsTheCommandBeforeIt) {
+  managed.awaits_acknowledgements = true;
+  managed.manager.boot_up(kAxis, now);
+  receivers.commanded(nmt::Command::stop, kAxis);
+  managed.manager.commanded(nmt::Command::stop, kAxis, now);
+  hand_out(nmt::Command::stop, 7);
+  receivers.commanded(nmt::Command::start, kAxis);
+  managed.manager.commanded(nmt::Command::start, kAxis, now);
+  receivers.acknowledged(7);
+  hand_out(nmt::Command::start, 8);
+  receivers.acknowledged(8);
+  EXPECT_EQ(managed.manager.node(kAxis).state, nmt::State::operational);
+  EXPECT_EQ(receivers.state(kAxis), Receiver::started);
+}
+
+// Until its boot-up message a node that was reset does not follow the start behind the reset.
+TEST_F(OutputReceiversTest, AStartBehindAResetDoesNotMakeTheNodeOperational) {
+  const auto state = [this] { return managed.manager.node(kAxis).state; };
+  managed.manager.boot_up(kAxis, now);
+  hand_out(nmt::Command::reset_communication, 7);
+  hand_out(nmt::Command::start, 8);
+  managed.manager.heard(nmt::Command::start, kAxis);
+  receivers.acknowledged(7);
+  EXPECT_EQ(state(), nmt::State::unknown);
+  receivers.acknowledged(8);
+  EXPECT_EQ(state(), nmt::State::unknown);
+  managed.manager.boot_up(kAxis, now);
+  EXPECT_EQ(state(), nmt::State::pre_operational);
+}
+
+// A stop of another master reaches the node before a start of the line that is still to be sent.
+TEST_F(OutputReceiversTest, AStartBehindACommandOfAnotherMasterCounts) {
+  managed.awaits_acknowledgements = true;
+  managed.manager.boot_up(kAxis, now);
+  receivers.commanded(nmt::Command::start, kAxis);
+  managed.manager.commanded(nmt::Command::start, kAxis, now);
+  hand_out(nmt::Command::start, 3);
+  receivers.heard(nmt::Command::stop, kAxis);
+  managed.manager.heard(nmt::Command::stop, kAxis);
+  EXPECT_EQ(managed.manager.node(kAxis).state, nmt::State::stopped);
+  receivers.acknowledged(3);
+  EXPECT_EQ(managed.manager.node(kAxis).state, nmt::State::operational);
+  EXPECT_EQ(receivers.state(kAxis), Receiver::started);
+}
+
 TEST_F(OutputReceiversTest, AStartThatTheBusLostIsSentAgain) {
   heartbeat(nmt::State::operational, {});
   hand_out(nmt::Command::start, 3);

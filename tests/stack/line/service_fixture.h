@@ -111,11 +111,12 @@ struct ManagerParts final : manager::Host {
   void node_data_invalid(std::uint8_t /*node*/) override {}
   void may_operate(Instant /*now*/) override {}
   void send_nmt(nmt::Command /*command*/, std::uint8_t /*node*/, Instant /*now*/) override {}
-  bool acknowledges_starts() const override { return false; }
+  bool acknowledges_starts() const override { return awaits_acknowledgements; }
   void command_own(nmt::Command /*command*/, Instant /*now*/) override {}
   nmt::State own_state() const override { return nmt::State::pre_operational; }
 
   Instant now{seconds(10)};
+  bool awaits_acknowledgements = false;
   LineConfig config = config_with_axis();
   EventLog events;
   od::Dictionary dictionary = make_own_dictionary(config);

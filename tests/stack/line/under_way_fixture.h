@@ -48,6 +48,9 @@ class AcknowledgedOutputs : public AcknowledgedLine {
     pass(milliseconds(1));
     hand_out();
     acknowledge_all();
+    live(milliseconds(250));  // heartbeats after the acknowledgement of the NMT commands
+    hand_out();
+    acknowledge_all();
     events();
   }
   void boot() {
