@@ -102,7 +102,9 @@ class Channel {
   //   error, frames_lost
   virtual std::size_t read(std::span<can::Frame> out, BusEvents& events, Instant now) = 0;
   // The last read() returned early, although `out` had room and more datagrams may be pending: it
-  // examines a bounded number of datagrams that are not frames for the caller.
+  // examines a bounded number of datagrams that are not frames for the caller, and on a bus that
+  // reports acknowledgements it ends with that of an own NMT command (COB-ID 0). So frames before
+  // and after a command on the bus are not returned together.
   virtual bool more() const { return false; }
 
   // Sends the frames in order and returns how many it accepted, from the first on. Fewer than given

@@ -11,6 +11,7 @@
 #include "bridges/can/frame_codec.h"
 #include "bridges/can/interface.h"
 #include "bridges/can/sendable.h"
+#include "stack/can/cob_id.h"
 
 namespace linegate::can_bridge {
 namespace {
@@ -128,7 +129,8 @@ void SocketChannel::fail(int error, BusEvents& events, Instant now) {
   std::size_t count = 0;
   bool empty = false;
   drained_ = false;
-  while (ready_ && count < out.size() && events.room() >= BusEvents::kPerFrame) {
+  ends_ = false;
+  while (ready_ && !ends_ && count < out.size() && events.room() >= BusEvents::kPerFrame) {
     empty = batch_next_ == batch_end_ && !refill(out.size() - count);
     if (empty) {
       break;
@@ -167,7 +169,8 @@ void SocketChannel::fail(int error, BusEvents& events, Instant now) {
 [[gnu::hot]] std::size_t SocketChannel::receive_batch(std::span<can::Frame> out, BusEvents& events,
                                                       Instant now) {
   std::size_t count = 0;
-  while (batch_next_ < batch_end_ && count < out.size() && events.room() >= BusEvents::kPerFrame) {
+  while (batch_next_ < batch_end_ && !ends_ && count < out.size() &&
+         events.room() >= BusEvents::kPerFrame) {
     const bool given = take(socket_.received(batch_next_++), out[count], events, now);
     count += given ? 1U : 0U;
     events.frames_given(given ? 1U : 0U);
@@ -199,6 +202,7 @@ void SocketChannel::fail(int error, BusEvents& events, Instant now) {
     counters_.acknowledged = window_.confirmed_to();
     counters_.skipped = window_.skipped_to();
     write_again_ = Instant{};
+    ends_ = out.id == can::kNmtId && !out.extended();
     return false;
   }
   if (bus_off()) {

@@ -22,6 +22,7 @@ class SocketChannel final : public Channel {
 
   [[gnu::hot]] int descriptor() const override { return socket_.descriptor(); }
   std::size_t read(std::span<can::Frame> out, BusEvents& events, Instant now) override;
+  bool more() const override { return ends_; }
   std::size_t write(std::span<const can::Frame> frames, Instant now) override;
   std::size_t room(Instant now) const override;
   [[gnu::hot]] bool wants_writable() const override { return wants_writable_; }
@@ -71,6 +72,7 @@ class SocketChannel final : public Channel {
   std::size_t batch_next_ = 0;  // position in the batch that was read last
   std::size_t batch_end_ = 0;
   bool drained_ = false;
+  bool ends_ = false;  // read() ends with the acknowledgement that was just read
   std::uint32_t dropped_ = 0;
 };
 

@@ -25,11 +25,12 @@ class FramePump {
   const can_bridge::Channel& channel() const { return *channel_; }
 
   // Reads until the channel is empty: calls receive(span of frames) and event(bus event) in their
-  // order of occurrence. Returns the time up to which everything was received: `now`, or the time
-  // of the last frame if that is later (it was received while the channel was read) or if more
-  // frames are left.
-  template <class Receive, class Event>
-  Instant drain(Instant now, Receive&& receive, Event&& event) {
+  // order of occurrence, and between two reads between(time), to report_ended(): NMT commands are
+  // acknowledged between the frames that precede and follow them on the bus. Returns the time up to
+  // which everything was received: `now`, or the time of the last frame if that is later (it was
+  // received while the channel was read) or if more frames are left.
+  template <class Receive, class Event, class Between>
+  Instant drain(Instant now, Receive&& receive, Event&& event, Between&& between) {
     Instant last = now;
     drained_ = 0;
     for (int i = 0; i < kBatchesAtOnce; ++i) {
@@ -45,9 +46,14 @@ class FramePump {
       if (empty || failed()) {
         return std::max(now, last);
       }
+      between(std::max(now, last));
     }
     more_ = last;
     return last;
+  }
+  template <class Receive, class Event>
+  Instant drain(Instant now, Receive&& receive, Event&& event) {
+    return drain(now, receive, event, [](Instant) {});
   }
   // Number of frames of the last drain().
   std::size_t drained() const { return drained_; }

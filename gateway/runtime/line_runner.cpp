@@ -161,7 +161,8 @@ void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
           line_->receive(frames, time);
         }
       },
-      [&](const can::BusEvent& event) { bus_event(event, now); });
+      [&](const can::BusEvent& event) { bus_event(event, now); },
+      [&](Instant until) { report_ended(until); });
   now = std::max(now, known);  // frames were received while the channel was read
   report_ended(known);
   receive_peak_ = std::max(receive_peak_, static_cast<std::uint32_t>(pump_.drained()));

@@ -42,6 +42,24 @@ TEST(GuestSocketcan, FramesCrossInOrderAndOwnOnesAreOnlyConfirmed) {
   EXPECT_EQ(a.channel().room(now()), 8U);
 }
 
+// The frames before and after an own NMT command on the bus are not read together.
+TEST(GuestSocketcan, ReadingEndsAtTheAcknowledgementOfAnNmtCommand) {
+  Driven a("vcan0");
+  Driven b("vcan0");
+  b.send_all(std::array{make_frame(0x705, {0x05}), make_frame(0x706, {0x05})});
+  a.send_all(std::array{make_frame(0x205, {1}), make_frame(0, {0x82, 5}), make_frame(0x205, {2})});
+  b.send_all(std::array{make_frame(0x705, {0x00})});
+  std::array<Frame, 64> out;
+  BusEvents events;
+  EXPECT_EQ(a.channel().read(out, events, now()), 2U);
+  EXPECT_EQ(a.channel().counters().acknowledged, 2U);
+  EXPECT_TRUE(a.channel().more());
+  EXPECT_EQ(a.channel().read(out, events, now()), 1U);
+  EXPECT_EQ(out[0].data[0], std::byte{0});
+  EXPECT_EQ(a.channel().counters().acknowledged, 3U);
+  EXPECT_FALSE(a.channel().more());
+}
+
 TEST(GuestSocketcan, NoMoreThanTheDepthIsUnconfirmed) {
   Driven a("vcan0", 4);
   EXPECT_EQ(a.channel().room(now()), 4U);

@@ -17,7 +17,8 @@ namespace {
 using can::BusEvent;
 
 // Returns what the test specifies, one string for each read(): 'f' is a frame, any other letter is
-// an event with the letter as its code; '!' is a failure of the interface.
+// an event with the letter as its code; '!' is a failure of the interface. '/' acknowledges the
+// next own frame and ends the read early.
 class ScriptedChannel final : public can_bridge::Channel {
  public:
   explicit ScriptedChannel(std::deque<std::string> reads) : reads_(std::move(reads)) {}
@@ -28,8 +29,12 @@ class ScriptedChannel final : public can_bridge::Channel {
     if (reads_.empty()) {
       return count;
     }
+    more_ = false;
     for (const char letter : reads_.front()) {
-      if (letter == 'f') {
+      if (letter == '/') {
+        ++counters_.acknowledged;
+        more_ = true;
+      } else if (letter == 'f') {
         out[count] = can::make_frame(0x181);
         out[count++].time = frames_are_of;
         events.frames_given(1);
@@ -43,6 +48,7 @@ class ScriptedChannel final : public can_bridge::Channel {
     reads_.pop_front();
     return count;
   }
+  bool more() const override { return more_; }
   std::size_t write(std::span<const can::Frame>, Instant) override { return 0; }
   std::size_t room(Instant) const override { return 0; }
   bool wants_writable() const override { return false; }
@@ -52,17 +58,23 @@ class ScriptedChannel final : public can_bridge::Channel {
   Instant frames_are_of{};
 
  private:
+  bool more_ = false;
   std::deque<std::string> reads_;
   can_bridge::ChannelCounters counters_;
 };
 
-// The frames and events that drain() passes on, with '|' after each span of frames.
+// The frames and events that drain() passes on, with '|' after each span of frames, and the numbers
+// of the acknowledged frames.
 std::string drained(std::deque<std::string> reads) {
   FramePump pump(std::make_unique<ScriptedChannel>(std::move(reads)));
   std::string out;
   pump.drain(
       Instant{}, [&](std::span<const can::Frame> frames) { out.append(frames.size(), 'f') += '|'; },
-      [&](const BusEvent& event) { out += static_cast<char>(event.code); });
+      [&](const BusEvent& event) { out += static_cast<char>(event.code); },
+      [&](Instant) {
+        pump.report_ended([&](std::uint64_t number) { out += std::to_string(number); },
+                          [](std::uint64_t, std::uint64_t) {});
+      });
   return out;
 }
 
@@ -72,6 +84,10 @@ TEST(FramePump, HandsOverFramesAndEventsInTheOrderOfTheBus) {
   EXPECT_EQ(drained({"ABffCDfE"}), "ABff|CDf|E");
   EXPECT_EQ(drained({"X"}), "X");
   EXPECT_EQ(drained({""}), "");
+}
+
+TEST(FramePump, ReportsAnAcknowledgementBetweenTheFramesAroundIt) {
+  EXPECT_EQ(drained({"ff/", "f/", "/", "fX"}), "ff|1f|23f|X");
 }
 
 TEST(FramePump, CountsTheFramesOfEachReadApart) {
