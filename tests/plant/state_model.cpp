@@ -31,6 +31,7 @@ StateModel::StateModel(const line::Line& line) : acts_(line.config().role == lin
     node.configured = true;
     const Duration heartbeat = line::consumer_time(config);
     node.beats = heartbeat > Duration::zero();
+    node.guarded = !node.beats && config.guard_time > Duration::zero();
     const Duration control = node.beats ? heartbeat : config.guard_time * config.life_time_factor;
     if (control > Duration::zero()) {
       node.silence = control + config.reset_time + kAsked;
@@ -157,7 +158,7 @@ std::string StateModel::compare(const line::NodeState& said, Instant now) const 
       by_command &&
       (said.state == node.obeyed || said.state == node.obeyed_then ||
        (unheard && (said.state != nmt::State::operational || node.starts || stopped_)));
-  if (node.beats && !assumed && said.state != nmt::State::unknown && said.state != node.state &&
+  if (!node.guarded && !assumed && said.state != nmt::State::unknown && said.state != node.state &&
       said.state != node.answer) {
     return who + "shows " + std::string(nmt::name(said.state)) + ", its newest message said " +
            std::string(nmt::name(node.state));

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The node states that a line may report, derived independently from the frames that it received.
 //   a node that is not present shows no NMT state
-//   the NMT state of a node with a heartbeat is that of its newest heartbeat or boot-up message, or
-//   of a newer response to a remote frame
+//   the NMT state of a node is that of its newest heartbeat or boot-up message, or of a newer
+//   response to a remote frame; the states of guarded nodes are not compared, because a response
+//   whose toggle bit did not change counts as not received
 //   without a heartbeat since its boot-up message, or while its error control is not monitored, the
 //   state may be the one that an NMT command requested. The state by command is Operational only if
 //   the device itself was Operational when it had received the newest NMT command, or if an NMT
@@ -59,6 +60,7 @@ class StateModel {
     bool configured = false;
     bool booted = false;  // its newest message is a boot-up message
     bool beats = false;   // a heartbeat is configured
+    bool guarded = false;
     Duration silence{};   // longest silence while it is present; 0 = it has no error control
     Instant received{};   // time of the newest sign of life
     Instant heartbeat{};  // time of the newest heartbeat
