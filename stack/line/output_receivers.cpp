@@ -40,7 +40,13 @@ void OutputReceivers::commanded(nmt::Command command, std::uint8_t id) {
   follow_command(command, id);
 }
 
+// A start that was lost is not repeated after a command of another master.
 void OutputReceivers::heard(nmt::Command command, std::uint8_t id) {
+  for (std::uint8_t each = can::kMinNodeId; lost_starts_.any() && each <= can::kMaxNodeId; ++each) {
+    if (lost_starts_[each] && (id == 0 || id == each)) {
+      parts_.manager.start_dropped(each);
+    }
+  }
   follow_command(command, id);
 }
 

@@ -68,6 +68,7 @@ class Manager final : public sdo::TransferOwner {
   bool starts_any() const { return starting_.any(); }
   bool starts(std::uint8_t node) const { return starting_[node]; }
   void start_acknowledged(std::uint8_t node);
+  void start_dropped(std::uint8_t node) { starting_.reset(node); }
   // The bus acknowledged an NMT command that ends Operational. start_follows: a start of the node
   // was sent after it and is not acknowledged yet.
   void end_acknowledged(nmt::Command command, std::uint8_t node, bool start_follows);

@@ -156,6 +156,21 @@ TEST_F(OutputReceiversTest, AStartBehindACommandOfAnotherMasterCounts) {
   EXPECT_EQ(receivers.state(kAxis), Receiver::started);
 }
 
+TEST_F(OutputReceiversTest, AStartThatTheBusLostIsNotSentAfterACommandOfAnotherMaster) {
+  managed.awaits_acknowledgements = true;
+  managed.manager.boot_up(kAxis, now);
+  receivers.commanded(nmt::Command::start, kAxis);
+  managed.manager.commanded(nmt::Command::start, kAxis, now);
+  hand_out(nmt::Command::start, 3);
+  receivers.lost(3, 3);
+  EXPECT_TRUE(managed.manager.starts(kAxis));
+  receivers.heard(nmt::Command::stop, kAxis);
+  managed.manager.heard(nmt::Command::stop, kAxis);
+  EXPECT_FALSE(managed.manager.starts(kAxis));
+  receivers.advance(now);
+  EXPECT_TRUE(started.empty());
+}
+
 TEST_F(OutputReceiversTest, AStartThatTheBusLostIsSentAgain) {
   heartbeat(nmt::State::operational, {});
   hand_out(nmt::Command::start, 3);
