@@ -34,6 +34,7 @@
 #include "bridges/dds/peer_gateways.h"
 #include "bridges/dds/values.h"
 #include "bridges/dds/writer_partitions.h"
+#include "bridges/named/group_types.h"
 
 namespace linegate::dds {
 
@@ -200,7 +201,8 @@ class NameWatch : public eprosima::fastdds::dds::DomainParticipantListener {
   }
 
   static bool is_request(const std::string& topic) {
-    return topic == v1::TOPIC_OUTPUT_WRITE || topic == v1::TOPIC_COMMAND_REQUEST;
+    return topic == v1::TOPIC_OUTPUT_WRITE || topic == v1::TOPIC_COMMAND_REQUEST ||
+           named::is_set_topic(topic);
   }
 
   static guard::Guid guid(const eprosima::fastrtps::rtps::GUID_t& it) {

@@ -10,6 +10,8 @@
 namespace linegate::named {
 namespace {
 
+constexpr std::string_view kSetEnding = "/outputs/set";
+
 // The version of the members of a group's type that are not values: part of the hash.
 constexpr std::string_view kSetScheme = "set 1";
 // line::OutputValue has as many.
@@ -90,7 +92,11 @@ std::string GroupType::type_name() const {
 }
 
 std::string GroupType::topic() const {
-  return std::string(kModule) + '/' + line + '/' + group + "/outputs/set";
+  return std::string(kModule) + '/' + line + '/' + group + std::string(kSetEnding);
+}
+
+bool is_set_topic(std::string_view topic) {
+  return topic.starts_with(std::string(kModule) + '/') && topic.ends_with(kSetEnding);
 }
 
 GroupTypes group_types(std::string_view line, const image::Layout& outputs,

@@ -40,6 +40,8 @@ struct GroupType {
   // "plant/press/drives/outputs/set"
   std::string topic() const;
 };
+// Whether the name of a topic has the form of GroupType::topic(). Topics of devices never have it.
+bool is_set_topic(std::string_view topic);
 
 struct GroupTypes {
   std::vector<GroupType> types;  // in the order of the groups

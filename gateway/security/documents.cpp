@@ -11,18 +11,33 @@ constexpr std::array<std::string_view, 4> kRoleNames{"gateway", "viewer", "opera
 // DDSI-RTPS 9.6.1.1: greater domain numbers have no ports
 constexpr std::string_view kDomains =
     "<domains><id_range><min>0</min><max>232</max></id_range></domains>\n";
-constexpr std::array<std::string_view, 9> kPublished{"GatewayState", "LineState",    "NodeState",
-                                                     "OutputState",  "ImageLayout",  "ProcessImage",
-                                                     "PdoUpdate",    "PdoReception", "Event"};
-constexpr std::array<std::string_view, 2> kRequests{"OutputWrite", "CommandRequest"};
-constexpr std::array<std::string_view, 1> kReplies{"CommandReply"};
+// Fast DDS 2.9.1 compares the expressions of topics with fnmatch(3) without flags for paths: a `*`
+// also matches slashes. Of named topics (bridges/named), those that a gateway publishes end with
+// "/inputs" or "/outputs", and those that clients write with "/outputs/set".
+constexpr std::array<std::string_view, 11> kPublished{
+    "linegate/v1/GatewayState", "linegate/v1/LineState",    "linegate/v1/NodeState",
+    "linegate/v1/OutputState",  "linegate/v1/ImageLayout",  "linegate/v1/ProcessImage",
+    "linegate/v1/PdoUpdate",    "linegate/v1/PdoReception", "linegate/v1/Event",
+    "plant/*/inputs",           "plant/*/outputs"};
+constexpr std::array<std::string_view, 1> kReplies{"linegate/v1/CommandReply"};
+
+// The topics of requests to these lines: "GATEWAY/LINE" each, as Holder::lines.
+std::vector<std::string> requests_to(const std::vector<std::string>& lines) {
+  std::vector<std::string> out{"linegate/v1/OutputWrite", "linegate/v1/CommandRequest"};
+  for (const std::string& line : lines) {
+    const std::string name = line.substr(line.rfind('/') + 1);
+    if (!name.empty())
+      out.push_back("plant/" + name + "/*/outputs/set");
+  }
+  return out;
+}
 
 template <class Names>
-std::string elements(std::string_view element, const Names& names, std::string_view before = {}) {
+std::string elements(std::string_view element, const Names& names) {
   std::string out;
   for (const std::string_view name : names) {
-    out += "<" + std::string(element) + ">" + std::string(before) + std::string(name) + "</" +
-           std::string(element) + ">\n";
+    out +=
+        "<" + std::string(element) + ">" + std::string(name) + "</" + std::string(element) + ">\n";
   }
   return out;
 }
@@ -32,8 +47,8 @@ std::string elements(std::string_view element, const Names& names, std::string_v
 template <class Topics>
 std::string rule(std::string_view action, const Topics& topics,
                  const std::vector<std::string>& partitions = {}) {
-  std::string out = "<" + std::string(action) + "><topics>\n" +
-                    elements("topic", topics, "linegate/v1/") + "</topics>\n";
+  std::string out =
+      "<" + std::string(action) + "><topics>\n" + elements("topic", topics) + "</topics>\n";
   if (!partitions.empty())
     out += "<partitions>\n" + elements("partition", partitions) + "</partitions>\n";
   return out + "</" + std::string(action) + ">\n";
@@ -45,7 +60,7 @@ std::string rules(const Holder& holder) {
     case Role::gateway:
       return rule("publish", kPublished) +
              rule("publish", kReplies, {requests_of_gateway(holder.name)}) +
-             rule("subscribe", kRequests, {requests_of_gateway(holder.name)});
+             rule("subscribe", requests_to({"*/*"}), {requests_of_gateway(holder.name)});
     case Role::viewer:
       break;
     case Role::operator_:
@@ -53,7 +68,8 @@ std::string rules(const Holder& holder) {
       std::vector<std::string> partitions;
       for (const std::string& line : holder.lines)
         partitions.push_back(line + "/" + std::string(name(holder.role)) + "/" + holder.name);
-      return rule("publish", kRequests, partitions) + rule("subscribe", kPublished) +
+      return rule("publish", requests_to(holder.lines), partitions) +
+             rule("subscribe", kPublished) +
              rule("subscribe", kReplies,
                   {"*/*/" + std::string(name(holder.role)) + "/" + holder.name});
     }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The texts of the governance and permissions documents (DDS-Security 1.1 9.4.1).
 //
-// Requests (OutputWrite, CommandRequest) have the partition GATEWAY/LINE/RIGHT/NAME, where RIGHT is
-// the role of the writer's certificate and NAME its name: each participant of the domain enforces
-// that a certificate writes in its own partitions only. The replies (CommandReply) to an identity
-// have the partition GATEWAY//RIGHT/NAME: a certificate may read those of its own name only, and a
-// gateway may write those that begin with its own name only. Everything else is in the default
-// partition.
+// Requests (OutputWrite, CommandRequest, and the named topics of groups of outputs,
+// plant/LINE/GROUP/outputs/set) have the partition GATEWAY/LINE/RIGHT/NAME, where RIGHT is the role
+// of the writer's certificate and NAME its name: each participant of the domain enforces that a
+// certificate writes in its own partitions only. The replies (CommandReply) to an identity have the
+// partition GATEWAY//RIGHT/NAME: a certificate may read those of its own name only, and a gateway
+// may write those that begin with its own name only. Everything else is in the default partition.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/security/identity_check.h"
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <filesystem>
@@ -8,6 +9,7 @@
 #include <sstream>
 #include <utility>
 
+#include <fnmatch.h>
 #include <sys/stat.h>
 
 #include "gateway/security/files.h"
@@ -22,7 +24,8 @@ constexpr const char* kIssueAgain = "issue the identity again";
 
 class Check {
  public:
-  Check(const std::string& folder, std::time_t now) : folder_(folder), now_(now) {}
+  Check(const std::string& folder, std::time_t now, const NamedTopics& topics = {})
+      : folder_(folder), now_(now), topics_(topics) {}
 
   std::vector<Diagnostic> run() {
     check_folder();
@@ -46,6 +49,13 @@ class Check {
       document(kGovernanceFile, "<domain_access_rules>");
       check_permissions();
     }
+    return std::move(found_);
+  }
+
+  std::vector<Diagnostic> run_topics() {
+    ca_ = read_certificate(path(kCaFile));
+    if (ca_ && open_file(path(kPermissionsFile)))
+      check_topics(document(kPermissionsFile, "<permissions>"));
     return std::move(found_);
   }
 
@@ -198,6 +208,35 @@ class Check {
       report(kPermissionsFile,
              "has expired, on " + content_of("not_after", text) + " UTC: " + kIssueAgain);
     }
+    check_topics(text);
+  }
+
+  // Reports one topic only: a rule is for all lines and devices, and a new identity has all rules.
+  void check_topics(const std::string& text) {
+    if (!text.empty() && check_topics(text, "publish", topics_.published))
+      check_topics(text, "subscribe", topics_.received);
+  }
+  // Returns false after an error.
+  bool check_topics(const std::string& text, const std::string& action,
+                    const std::vector<std::string>& topics) {
+    const std::vector<std::string> rules = contents_of(action, text);
+    for (const std::string& topic : topics) {
+      const auto matches = [&](const std::string& expression) {
+        return ::fnmatch(expression.c_str(), topic.c_str(), FNM_NOESCAPE) == 0;
+      };
+      const auto permits = [&](const std::string& rule) {
+        return std::ranges::any_of(contents_of("topic", rule), matches);
+      };
+      if (std::ranges::any_of(rules, permits))
+        continue;
+      report(kPermissionsFile, "does not permit the gateway to " + action + " the named topic " +
+                                   topic +
+                                   ", because it was issued by an earlier version: issue the "
+                                   "identity again (linegate security issue --renew), copy its "
+                                   "folder to this host, and restart the gateway");
+      return false;
+    }
+    return true;
   }
 
   // Of the first element with that name; empty without one.
@@ -208,6 +247,16 @@ class Check {
       return {};
     const std::size_t begin = at + opening.size();
     return text.substr(begin, text.find("</" + element, begin) - begin);
+  }
+
+  // Of all elements with that name.
+  static std::vector<std::string> contents_of(const std::string& element, const std::string& text) {
+    const std::string opening = "<" + element + ">";
+    std::vector<std::string> out;
+    for (std::size_t at = text.find(opening); at != std::string::npos;
+         at = text.find(opening, at + opening.size()))
+      out.push_back(content_of(element, text.substr(at)));
+    return out;
   }
 
   // The relative names of a subject, in an order of their own.
@@ -235,6 +284,7 @@ class Check {
 
   const std::string folder_;
   const std::time_t now_;
+  const NamedTopics topics_;
   std::vector<Diagnostic> found_;
   Certificate ca_;
   Certificate certificate_;
@@ -255,10 +305,10 @@ std::optional<Identity> identity_of(const std::string& folder) {
 }
 
 std::vector<Diagnostic> check_gateway(const std::string& folder, const std::string& gateway,
-                                      std::time_t now) {
+                                      std::time_t now, const NamedTopics& topics) {
   if (folder.empty())
     return {};
-  auto found = check_identity(folder, now);
+  auto found = Check(folder, now, topics).run();
   const auto identity = identity_of(folder);
   if (identity && (identity->role != Role::gateway || identity->name != gateway)) {
     found.push_back({Severity::error, (std::filesystem::path(folder) / kCertificateFile).string(),
@@ -268,6 +318,10 @@ std::vector<Diagnostic> check_gateway(const std::string& folder, const std::stri
                          gateway + "\""});
   }
   return found;
+}
+
+std::vector<Diagnostic> check_named_topics(const std::string& folder, const NamedTopics& topics) {
+  return folder.empty() ? std::vector<Diagnostic>{} : Check(folder, 0, topics).run_topics();
 }
 
 std::vector<Diagnostic> check_identity(const std::string& folder, std::time_t now) {

@@ -25,8 +25,17 @@ std::optional<Identity> identity_of(const std::string& folder);
 // certificate that expires within 30 days.
 std::vector<Diagnostic> check_identity(const std::string& folder, std::time_t now);
 
-// The same for the identity of a gateway with that name; empty if `folder` is empty.
+// The named topics of a gateway (bridges/named), "plant/press/ram/inputs".
+struct NamedTopics {
+  std::vector<std::string> published;
+  std::vector<std::string> received;
+};
+
+// The same for the identity of a gateway with that name; empty if `folder` is empty. It is an error
+// if the permissions have no rule for one of the topics: identities had none at first.
 std::vector<Diagnostic> check_gateway(const std::string& folder, const std::string& gateway,
-                                      std::time_t now);
+                                      std::time_t now, const NamedTopics& topics = {});
+// Only the error about the topics: for a gateway that runs.
+std::vector<Diagnostic> check_named_topics(const std::string& folder, const NamedTopics& topics);
 
 }  // namespace linegate::security

@@ -736,6 +736,42 @@ TEST_F(Check, AGatewayNeedsItsRevokedNames) {
   EXPECT_EQ(findings(alice), "") << "only a gateway reads it";
 }
 
+TEST_F(Check, PermissionsOfAnEarlierVersionDoNotSufficeForNamedTopics) {
+  ASSERT_EQ(issue_as("hall-7", Role::gateway), "");
+  const files::path folder = plant / "hall-7";
+  const NamedTopics both{{"plant/press/ram/inputs", "plant/press/ram/outputs"},
+                         {"plant/press/drives/outputs/set"}};
+  const auto check = [&](const NamedTopics& topics) {
+    std::string out;
+    for (const Diagnostic& found :
+         check_gateway(folder.string(), "hall-7", std::time(nullptr), topics)) {
+      EXPECT_EQ(found.severity, Severity::error);
+      EXPECT_EQ(found.file, (folder / kPermissionsFile).string());
+      out += found.text + "\n";
+    }
+    std::string alone;
+    for (const Diagnostic& found : check_named_topics(folder.string(), topics))
+      alone += found.text + "\n";
+    EXPECT_EQ(alone, out);
+    return out;
+  };
+  const auto refused = [](const std::string& what) {
+    return "does not permit the gateway to " + what +
+           ", because it was issued by an earlier version: issue the identity again (linegate "
+           "security issue --renew), copy its folder to this host, and restart the gateway\n";
+  };
+  EXPECT_EQ(check(both), "");
+  change(folder / kPermissionsFile, "<topic>plant/*/*/outputs/set</topic>", "", true);
+  EXPECT_EQ(check(both), refused("subscribe the named topic plant/press/drives/outputs/set"));
+  EXPECT_EQ(check({both.published, {}}), "");
+  change(folder / kPermissionsFile, "<topic>plant/*/inputs</topic>", "", true);
+  EXPECT_EQ(check(both), refused("publish the named topic plant/press/ram/inputs"));
+  EXPECT_EQ(check({}), "") << "no named topics are configured";
+  ASSERT_EQ(issue_as("hall-7", Role::gateway, true), "");
+  EXPECT_EQ(check(both), "");
+  EXPECT_TRUE(check_named_topics("", both).empty()) << "without DDS-Security";
+}
+
 TEST(Documents, EachTopicOfTheContractHasItsPlace) {
   const std::string idl = content(LINEGATE_SOURCE_DIR "/idl/linegate.idl");
   const std::regex topic("\"(linegate/v1/[A-Za-z]+)\"");
@@ -759,6 +795,35 @@ TEST(Documents, RequestsHaveThePartitionsOfTheirWriter) {
                      "<partition>plant//operator/alice</partition>"),
             std::string::npos);
   EXPECT_EQ(text(Role::viewer, {"*/*"}).find("<publish>"), std::string::npos);
+}
+
+// The ends of the names distinguish what a gateway publishes from what clients write.
+TEST(Documents, NamedTopicsHaveTheRulesOfTheirWriter) {
+  const auto text = [](Role role, std::vector<std::string> lines) {
+    return permissions({.name = "alice", .role = role, .lines = std::move(lines)}, "s", "a", "b");
+  };
+  const std::string published =
+      "<topic>plant/*/inputs</topic>\n<topic>plant/*/outputs</topic>\n</topics>\n";
+  const auto set = [](const std::string& lines) {
+    return "<topic>plant/" + lines + "/*/outputs/set</topic>\n";
+  };
+  const std::string gateway = text(Role::gateway, {});
+  EXPECT_LT(gateway.find(published), gateway.find("<subscribe>"));
+  EXPECT_NE(gateway.find(set("*") + "</topics>\n<partitions>\n<partition>alice/*</partition>"),
+            std::string::npos);
+  EXPECT_GT(gateway.find(set("*")), gateway.find("<subscribe>"));
+  const std::string viewer = text(Role::viewer, {});
+  EXPECT_GT(viewer.find(published), viewer.find("<subscribe>"));
+  EXPECT_NE(viewer.find(published), std::string::npos);
+  EXPECT_EQ(viewer.find("outputs/set"), std::string::npos);
+  for (const Role role : {Role::operator_, Role::engineer}) {
+    const std::string two = text(role, {"plant/press", "hall/pack", "plant/"});
+    const std::size_t reads = two.find("<subscribe>");
+    EXPECT_GT(two.find(published), reads);
+    EXPECT_LT(two.find(set("press") + set("pack") + "</topics>\n<partitions>"), reads);
+    EXPECT_EQ(two.find("outputs/set", reads), std::string::npos);
+    EXPECT_EQ(two.find(set("*")), std::string::npos);
+  }
 }
 
 // Calculated with sha256sum from the DER that openssl prints for that subject.
