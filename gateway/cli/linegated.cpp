@@ -22,7 +22,6 @@
 #include "gateway/runtime/exit_code.h"
 #include "gateway/runtime/log.h"
 #include "gateway/runtime/signals.h"
-#include "gateway/security/identity_check.h"
 #include "gateway/tools/check.h"
 
 namespace linegate::gateway {
@@ -75,7 +74,15 @@ Loaded<config::Plant> load(const Arguments& arguments) {
 // The same for a reload: a disk that fails while the files are read must not end running lines.
 Loaded<config::Plant> load_again(const Arguments& arguments) {
   try {
-    return load(arguments);
+    auto loaded = load(arguments);
+    if (loaded.value) {
+      const auto found = check_dds_permissions(*loaded.value);
+      loaded.diagnostics.insert(loaded.diagnostics.end(), found.begin(), found.end());
+      if (has_errors(found)) {
+        loaded.value.reset();
+      }
+    }
+    return loaded;
   } catch (const std::exception& error) {
     Loaded<config::Plant> failed;
     failed.diagnostics.push_back({Severity::error, arguments.plant, 0, 0, error.what()});
@@ -126,8 +133,7 @@ int start(const Arguments& arguments) {
   if (loaded.value) {
     const auto found = check_dds_profiles(loaded.value->dds_profile);
     loaded.diagnostics.insert(loaded.diagnostics.end(), found.begin(), found.end());
-    const auto identity = security::check_gateway(loaded.value->dds_security, loaded.value->gateway,
-                                                  std::time(nullptr));
+    const auto identity = check_dds_identity(*loaded.value, std::time(nullptr));
     loaded.diagnostics.insert(loaded.diagnostics.end(), identity.begin(), identity.end());
   }
   print(loaded.diagnostics);

@@ -150,26 +150,6 @@ void check_clients(Findings& findings, const LineSection& section, const Plant& 
   }
 }
 
-// The permissions of a gateway have the topics of the contract alone.
-void check_named(Findings& findings, const LineSection& section, const Plant& plant) {
-  std::vector<Place> places;
-  if (section.plan.named.published) {
-    places.push_back(section.named.place);
-  }
-  for (const GroupSection& group : section.outputs.groups) {
-    if (group.by_name) {
-      places.push_back(group.place);
-    }
-  }
-  for (const Place& place : places) {
-    if (!plant.dds_security.empty()) {
-      findings.error(place,
-                     "named topics are for DDS without security: the permissions of a gateway do "
-                     "not include them");
-    }
-  }
-}
-
 void check_executor(Findings& findings, const LineSection& section, const Plant& plant) {
   if (section.plan.executor.empty()) {
     return;
@@ -292,7 +272,6 @@ void read_lines(Findings& findings, const YAML::Node& node, const RoutingSection
                      "history needs the journal that stores it: journal: {file: ...}");
     }
     check_clients(findings, section, plant);
-    check_named(findings, section, plant);
     const std::string files = findings.pop_sources();
     check_collisions(findings, section, sections);
     if (findings.errors() == before) {

@@ -22,6 +22,7 @@
 #include "gateway/security/documents.h"
 #include "gateway/security/files.h"
 #include "gateway/security/fingerprint.h"
+#include "gateway/security/identity_check.h"
 #include "gateway/security/identity_watch.h"
 #include "gateway/security/revoked_names.h"
 
@@ -101,6 +102,23 @@ ClientIdentity from_dds(dds::Participant from) {
                      std::move(from.subject)};
   if (!out.subject.empty())
     std::fill(out.id.begin() + security::Fingerprint().size(), out.id.end(), std::uint8_t{0});
+  return out;
+}
+
+// One device stands for all of a line: permissions do not distinguish devices.
+security::NamedTopics named_topics_of(const config::Plant& plant) {
+  security::NamedTopics out;
+  for (const config::LinePlan& line : plant.lines) {
+    for (const auto direction : {image::Direction::inputs, image::Direction::outputs}) {
+      if (line.named.published)
+        out.published.push_back(
+            named::DeviceType{.line = line.config.name, .device = "DEVICE", .direction = direction}
+                .topic());
+    }
+    for (const named::Group& group : line.named.groups)
+      out.received.push_back(
+          named::GroupType{.line = line.config.name, .group = group.name}.topic());
+  }
   return out;
 }
 
@@ -397,6 +415,14 @@ std::vector<Diagnostic> check_dds_profiles(const std::string& file) {
 
 std::string dds_profiles_in_use(const std::string& file) {
   return dds::profiles_in_use(file);
+}
+
+std::vector<Diagnostic> check_dds_identity(const config::Plant& plant, std::time_t now) {
+  return security::check_gateway(plant.dds_security, plant.gateway, now, named_topics_of(plant));
+}
+
+std::vector<Diagnostic> check_dds_permissions(const config::Plant& plant) {
+  return security::check_named_topics(plant.dds_security, named_topics_of(plant));
 }
 
 std::vector<Diagnostic> check_dds_exposure(const config::Plant& plant) {

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <ctime>
 #include <functional>
 #include <memory>
 #include <string>
@@ -32,6 +33,12 @@ inline constexpr std::string_view kDdsProcessArgument = "--dds-process";
 std::vector<Diagnostic> check_dds_profiles(const std::string& file);
 // The file that an empty name selects: a path, or "(built-in ...)".
 std::string dds_profiles_in_use(const std::string& file);
+
+// What prevents the identity of the gateway at the time `now` (security::check_gateway); empty
+// without DDS-Security.
+std::vector<Diagnostic> check_dds_identity(const config::Plant& plant, std::time_t now);
+// Of these the errors about named topics, of a configuration that a running gateway loads.
+std::vector<Diagnostic> check_dds_permissions(const config::Plant& plant);
 
 // A warning if every host of a network may command the plant: a line permits commands or outputs,
 // and DDS is open on an interface other than loopback without DDS-Security; or if identities that

@@ -15,7 +15,6 @@
 #include "gateway/publish/routing_text.h"
 #include "gateway/runtime/exit_code.h"
 #include "gateway/runtime/log.h"
-#include "gateway/security/identity_check.h"
 #include "gateway/tools/check_parts.h"
 #include "stack/base/byte_order.h"
 #include "stack/image/scaling.h"
@@ -510,8 +509,7 @@ int check(const std::string& path, bool json, const std::string& dds_profile) {
       loaded.value->dds_profile = dds_profile;
     }
     auto found = check_dds_profiles(loaded.value->dds_profile);
-    const auto identity = security::check_gateway(loaded.value->dds_security, loaded.value->gateway,
-                                                  std::time(nullptr));
+    const auto identity = check_dds_identity(*loaded.value, std::time(nullptr));
     found.insert(found.end(), identity.begin(), identity.end());
     loaded.diagnostics.insert(loaded.diagnostics.end(), found.begin(), found.end());
     if (has_errors(found)) {

@@ -163,6 +163,37 @@ def mistakes_are_named(secured, plant):
         raise Failure(f"check: {told.returncode}\n{told.stdout}{told.stderr}")
 
 
+def permissions_without_named_topics_are_reported(secured, plant):
+    """As an earlier version issued them: with named topics an error, without them none."""
+    signed = os.path.join(secured.identities, "plant", "permissions.smime")
+    kept = signed + ".new"
+    os.rename(signed, kept)
+    plain = os.path.join(secured.folder, "permissions")
+    subprocess.run(["openssl", "smime", "-verify", "-text", "-noverify", "-in", kept, "-out", plain], check=True,
+                   capture_output=True, timeout=PATIENCE)
+    with open(plain, encoding="utf-8") as file:
+        text = file.read()
+    write(plain, re.sub("<topic>plant/.*</topic>\\s*", "", text))
+    authority = [os.path.join(secured.identities, name) for name in ("ca.crt", "ca.key")]
+    subprocess.run(["openssl", "smime", "-sign", "-text", "-in", plain, "-out", signed, "-signer", authority[0],
+                    "-inkey", authority[1]], check=True, capture_output=True, timeout=PATIENCE)
+    with open(plant, encoding="utf-8") as file:
+        text = file.read()
+    named = write(os.path.join(secured.folder, "named.yaml"), text + "    named: true\n")
+    for words in ([secured.linegated, named], [secured.linegated, "--check", named], [secured.linegate, "check", named]):
+        told = subprocess.run(words, capture_output=True, text=True, timeout=PATIENCE, check=False)
+        expect(f"exit status of {words}", told.returncode, 2)
+        if f"{signed}: error: does not permit the gateway to publish the named topic plant/press/DEVICE/inputs" \
+                not in told.stderr:
+            raise Failure(f"not named: {told.stderr}")
+    check = [secured.linegate, "check"]
+    expect("exit status without named topics",
+           subprocess.run([*check, plant], capture_output=True, timeout=PATIENCE, check=False).returncode, 0)
+    os.replace(kept, signed)
+    expect("exit status with new permissions",
+           subprocess.run([*check, named], capture_output=True, timeout=PATIENCE, check=False).returncode, 0)
+
+
 def test(folder, linegated, linegate, profiles, process="same"):
     secured = Secured(folder, linegated, linegate, profiles)
     secured.security("init", secured.identities)
@@ -174,6 +205,7 @@ def test(folder, linegated, linegate, profiles, process="same"):
     plant = write(os.path.join(folder, "plant.yaml"), PLANT.replace("EDS", EDS).replace("PROCESS", process)
                   .replace("JOURNAL", os.path.join(folder, "journal.db")))
     mistakes_are_named(secured, plant)
+    permissions_without_named_topics_are_reported(secured, plant)
     with running(secured, plant):
         roles_have_their_commands(secured)
         others_see_nothing(secured)

@@ -258,19 +258,6 @@ const Bad kBad[] = {
       "\"long_\"?",
       "plant.yaml:6:72: error: expected a value, got a list",
       "plant.yaml:6:78: error: unknown key \"topics\" in named"}},
-    {"named_and_secured",
-     "schema: 1\ndds: {security: deploy, process: same}\nlines:\n"
-     "  - {name: a, interface: socketcan:can0, named: true}\n",
-     {"plant.yaml:4:49: error: named topics are for DDS without security: the permissions of a "
-      "gateway do not include them"}},
-    {"written_by_name_and_secured",
-     "schema: 1\n"
-     "dds: {security: deploy}\n"
-     "lines:\n"
-     "  - {name: a, interface: 'simulated:', outputs: {groups: [{name: g, written_by: named, "
-     "entries: []}]}}\n",
-     {"plant.yaml:4:59: error: named topics are for DDS without security: the permissions of a "
-      "gateway do not include them"}},
     {"written_by_name",
      "schema: 1\n"
      "lines:\n"

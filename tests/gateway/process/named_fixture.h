@@ -24,8 +24,11 @@
 
 #include "bridges/dds/client.h"
 #include "bridges/dds/profiles.h"
+#include "bridges/dds/security.h"
+#include "bridges/dds/security_properties.h"
 #include "gateway/process/gateway.h"
 #include "gateway/runtime/clock.h"
+#include "gateway/security/files.h"
 
 #include "tests/bridges/named/every_value.h"
 #include "tests/dds/own_domain.h"
@@ -58,17 +61,28 @@ inline config::Plant named_plant(bool named, const std::string& outputs = "{}",
       file + "eds}]\n");
 }
 
-// A participant with one reader. The gateway has loaded the profiles.
+// identity: its folder; empty without DDS-Security. The gateway has loaded the profiles.
+inline fast::DomainParticipant* make_named_participant(const std::string& identity) {
+  auto* const factory = fast::DomainParticipantFactory::get_instance();
+  fast::DomainParticipantQos qos;
+  factory->get_participant_qos_from_profile(dds::kParticipantProfile, qos);
+  if (!identity.empty()) {
+    dds::add_properties(dds::security_with(security::files_in(identity)), qos);
+  }
+  return factory->create_participant(static_cast<fast::DomainId_t>(test::own_domain()), qos);
+}
+
+// A participant with one reader.
 template <class PubSubType>
 class NamedReader {
  public:
   using Sample = typename PubSubType::type;
 
-  explicit NamedReader(const std::string& topic, fast::DurabilityQosPolicyKind durability =
-                                                     fast::TRANSIENT_LOCAL_DURABILITY_QOS) {
-    auto* const factory = fast::DomainParticipantFactory::get_instance();
-    participant_ = factory->create_participant_with_profile(
-        static_cast<fast::DomainId_t>(test::own_domain()), dds::kParticipantProfile);
+  explicit NamedReader(
+      const std::string& topic,
+      fast::DurabilityQosPolicyKind durability = fast::TRANSIENT_LOCAL_DURABILITY_QOS,
+      const std::string& identity = {})
+      : participant_(make_named_participant(identity)) {
     fast::TypeSupport type(new PubSubType());
     type.register_type(participant_);
     auto* const made =
@@ -111,7 +125,7 @@ class NamedReader {
   int back = 0;             // samples with a number that is not above the one before
 
  private:
-  fast::DomainParticipant* participant_ = nullptr;
+  fast::DomainParticipant* participant_;
   fast::DataReader* reader_ = nullptr;
 };
 
@@ -119,10 +133,9 @@ class NamedReader {
 class SetWriter {
  public:
   // partition: empty for the default one.
-  SetWriter(const std::string& client, std::uint32_t strength, const std::string& partition = {}) {
-    auto* const factory = fast::DomainParticipantFactory::get_instance();
-    participant_ = factory->create_participant_with_profile(
-        static_cast<fast::DomainId_t>(test::own_domain()), dds::kParticipantProfile);
+  SetWriter(const std::string& client, std::uint32_t strength, const std::string& partition = {},
+            const std::string& identity = {})
+      : participant_(make_named_participant(identity)) {
     fast::TypeSupport type(new SetType());
     type.register_type(participant_);
     auto* const topic = participant_->create_topic("plant/press/all/outputs/set",
@@ -161,7 +174,7 @@ class SetWriter {
   SetType::type sample;
 
  private:
-  fast::DomainParticipant* participant_ = nullptr;
+  fast::DomainParticipant* participant_;
   fast::DataWriter* writer_ = nullptr;
 };
 

@@ -19,8 +19,11 @@
 #include <vector>
 
 #include <fastdds/dds/publisher/DataWriter.hpp>
+#include <fastdds/dds/publisher/Publisher.hpp>
 #include <fastdds/dds/subscriber/DataReader.hpp>
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
+#include <fastdds/dds/subscriber/Subscriber.hpp>
+#include <fastdds/dds/topic/TypeSupport.hpp>
 #include <gtest/gtest.h>
 #include <linegatePubSubTypes.h>
 #include <unistd.h>
@@ -39,6 +42,7 @@
 namespace linegate::security {
 namespace {
 
+namespace fast = eprosima::fastdds::dds;
 namespace folders = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
@@ -57,6 +61,11 @@ std::string row_of(const std::string& topic, const std::string& whose = "") {
   const std::string name = topic.substr(topic.rfind('/') + 1);
   return whose.empty() ? name : name + ", " + whose;
 }
+
+// Permissions do not name types: one stands for those of all named topics.
+struct NamedType : v1::OutputWritePubSubType {
+  NamedType() { setName("plant::any"); }
+};
 
 // Where a member writes and reads requests and replies, as itself and as another one.
 struct Partitions {
@@ -82,12 +91,20 @@ class Member {
     add<v1::NodeStatePubSubType>(v1::TOPIC_NODE_STATE);
     add<v1::OutputStatePubSubType>(v1::TOPIC_OUTPUT_STATE);
     add<v1::ImageLayoutPubSubType>(v1::TOPIC_IMAGE_LAYOUT);
-    add<v1::ProcessImagePubSubType>(v1::TOPIC_PROCESS_IMAGE);
+    const Pair image = add<v1::ProcessImagePubSubType>(v1::TOPIC_PROCESS_IMAGE);
+    add_named("plant/press/ram/inputs", "plant/LINE/DEVICE/inputs", image);
+    add_named("plant/press/ram/outputs", "plant/LINE/DEVICE/outputs", image);
     add<v1::PdoUpdatePubSubType>(v1::TOPIC_PDO_UPDATE);
     add<v1::PdoReceptionPubSubType>(v1::TOPIC_PDO_RECEPTION);
     add<v1::EventPubSubType>(v1::TOPIC_EVENT);
     for (const auto& [whose, in] : {std::pair("own", own), std::pair("other", other)}) {
-      add_in<v1::OutputWritePubSubType>(v1::TOPIC_OUTPUT_WRITE, whose, in.request, in.request_read);
+      const Pair outputs = add_in<v1::OutputWritePubSubType>(v1::TOPIC_OUTPUT_WRITE, whose,
+                                                             in.request, in.request_read);
+      add_named("plant/press/drives/outputs/set",
+                "plant/LINE/GROUP/outputs/set, " + std::string(whose), outputs);
+      if (std::string_view(whose) == "own")
+        add_named("plant/pack/drives/outputs/set", "plant/LINE/GROUP/outputs/set, of another line",
+                  outputs);
       add_in<v1::CommandRequestPubSubType>(v1::TOPIC_COMMAND_REQUEST, whose, in.request,
                                            in.request_read);
       add_in<v1::CommandReplyPubSubType>(v1::TOPIC_COMMAND_REPLY, whose, in.reply, in.reply_read);
@@ -108,7 +125,7 @@ class Member {
  private:
   // The name of the writer is in each sample, so that each has instances of its own.
   template <class PubSubType>
-  void add_writer(eprosima::fastdds::dds::DataWriter* writer, const std::string& row) {
+  void add_writer(fast::DataWriter* writer, const std::string& row) {
     rows_.insert(row);
     if (writer == nullptr)
       return;
@@ -119,7 +136,7 @@ class Member {
     });
   }
   template <class PubSubType>
-  void add_reader(eprosima::fastdds::dds::DataReader* reader, const std::string& row) {
+  void add_reader(fast::DataReader* reader, const std::string& row) {
     if (reader == nullptr)
       return;
     reads_.emplace_back([reader, row, name = name_](Reported& out) {
@@ -134,16 +151,43 @@ class Member {
       }
     });
   }
+  struct Pair {
+    fast::DataWriter* writer;
+    fast::DataReader* reader;
+  };
   template <class PubSubType>
-  void add(const std::string& topic) {
-    add_writer<PubSubType>(endpoints_.writer<PubSubType>(topic), row_of(topic));
-    add_reader<PubSubType>(endpoints_.reader<PubSubType>(topic), row_of(topic));
+  Pair add_pair(Pair pair, const std::string& row) {
+    add_writer<PubSubType>(pair.writer, row);
+    add_reader<PubSubType>(pair.reader, row);
+    return pair;
   }
   template <class PubSubType>
-  void add_in(const std::string& topic, const std::string& whose, const std::string& write,
+  Pair add(const std::string& topic) {
+    return add_pair<PubSubType>(
+        {endpoints_.writer<PubSubType>(topic), endpoints_.reader<PubSubType>(topic)},
+        row_of(topic));
+  }
+  template <class PubSubType>
+  Pair add_in(const std::string& topic, const std::string& whose, const std::string& write,
               const std::string& read) {
-    add_writer<PubSubType>(endpoints_.writer_in<PubSubType>(write, topic), row_of(topic, whose));
-    add_reader<PubSubType>(endpoints_.reader_in<PubSubType>(read, topic), row_of(topic, whose));
+    return add_pair<PubSubType>({endpoints_.writer_in<PubSubType>(write, topic),
+                                 endpoints_.reader_in<PubSubType>(read, topic)},
+                                row_of(topic, whose));
+  }
+  // In the partitions and with the QoS of the endpoints `beside`.
+  void add_named(const std::string& topic, const std::string& row, const Pair& beside) {
+    ASSERT_NE(beside.writer, nullptr);
+    ASSERT_NE(beside.reader, nullptr);
+    fast::Topic*& made = named_topics_[topic];
+    if (made == nullptr)
+      made = endpoints_.add_own_topic(topic, named_type_);
+    auto* const publisher = const_cast<fast::Publisher*>(beside.writer->get_publisher());
+    auto* const subscriber = const_cast<fast::Subscriber*>(beside.reader->get_subscriber());
+    const Pair pair{publisher->create_datawriter(made, beside.writer->get_qos()),
+                    subscriber->create_datareader(made, beside.reader->get_qos())};
+    ASSERT_NE(pair.writer, nullptr) << row;
+    ASSERT_NE(pair.reader, nullptr) << row;
+    add_pair<NamedType>(pair, row);
   }
 
   using ReturnCode_t = eprosima::fastrtps::types::ReturnCode_t;
@@ -151,6 +195,8 @@ class Member {
   const std::string name_;
   std::vector<Diagnostic> diagnostics_;
   dds::Endpoints endpoints_;
+  const fast::TypeSupport named_type_{new NamedType};
+  std::map<std::string, fast::Topic*> named_topics_;
   std::set<std::string> rows_;
   std::vector<std::function<void()>> writes_;
   std::vector<std::function<void(Reported&)>> reads_;
@@ -169,17 +215,19 @@ class TopicRights : public testing::Test {
     issue_in(plant, "plant", Role::gateway);
     issue_in(plant, "hall", Role::gateway);
     issue_in(plant, "victor", Role::viewer);
-    for (const char* name : {"olga", "roger", "edgar"})
+    issue_in(plant, "olga", Role::operator_, {"plant/press"});
+    for (const char* name : {"roger", "edgar"})
       issue_in(plant, name, Role::operator_);
-    issue_in(plant, "erin", Role::engineer);
+    issue_in(plant, "erin", Role::engineer, {"hall/press"});
     issue_in(rogue, "olga", Role::operator_);
     folders::copy(plant / "roger", revoked);  // still has the list without its own certificate
     EXPECT_EQ(revoke(plant.string(), "roger"), "");
   }
   ~TopicRights() override { folders::remove_all(top); }
 
-  static void issue_in(const folders::path& authority, const std::string& name, Role role) {
-    EXPECT_EQ(issue(authority.string(), {{name, role}, 60}), "");
+  static void issue_in(const folders::path& authority, const std::string& name, Role role,
+                       std::vector<std::string> lines = {"*/*"}) {
+    EXPECT_EQ(issue(authority.string(), {{name, role, std::move(lines)}, 60}), "");
   }
   // Replaces the certificate by one that ends soon. Returns its end.
   std::time_t shorten_life_of(const std::string& name) const {
