@@ -28,6 +28,16 @@ struct OutputReceiversTest : testing::Test, manager::Host {
     receivers.confirm(kAxis, state, now + after);
     managed.manager.heartbeat(kAxis, state, now + after);
   }
+  // The line is to send the command.
+  void order(nmt::Command command) {
+    receivers.commanded(command, kAxis);
+    managed.manager.commanded(command, kAxis, now);
+  }
+  // Another master has sent it.
+  void hear(nmt::Command command) {
+    receivers.heard(command, kAxis);
+    managed.manager.heard(command, kAxis);
+  }
   void hand_out(nmt::Command command, std::uint64_t number) {
     receivers.handed_out(nmt::encode({command, kAxis}), number);
   }
@@ -100,8 +110,7 @@ TEST_F(OutputReceiversTest, ACommandBehindTheStartOfAnotherMasterEndsOperational
   hand_out(nmt::Command::stop, 7);
   receivers.commanded(nmt::Command::start, kAxis);
   hand_out(nmt::Command::start, 8);
-  receivers.heard(nmt::Command::start, kAxis);
-  managed.manager.heard(nmt::Command::start, kAxis);
+  hear(nmt::Command::start);
   EXPECT_EQ(state(), nmt::State::operational);
   receivers.acknowledged(7);
   EXPECT_EQ(state(), nmt::State::stopped);
@@ -114,11 +123,9 @@ TEST_F(OutputReceiversTest, ACommandBehindTheStartOfAnotherMasterEndsOperational
 TEST_F(OutputReceiversTest, AStartThatWaitsForRoomInTheControllerFollowsTheCommandBeforeIt) {
   managed.awaits_acknowledgements = true;
   managed.manager.boot_up(kAxis, now);
-  receivers.commanded(nmt::Command::stop, kAxis);
-  managed.manager.commanded(nmt::Command::stop, kAxis, now);
+  order(nmt::Command::stop);
   hand_out(nmt::Command::stop, 7);
-  receivers.commanded(nmt::Command::start, kAxis);
-  managed.manager.commanded(nmt::Command::start, kAxis, now);
+  order(nmt::Command::start);
   receivers.acknowledged(7);
   hand_out(nmt::Command::start, 8);
   receivers.acknowledged(8);
@@ -145,11 +152,9 @@ TEST_F(OutputReceiversTest, AStartBehindAResetDoesNotMakeTheNodeOperational) {
 TEST_F(OutputReceiversTest, AStartBehindACommandOfAnotherMasterCounts) {
   managed.awaits_acknowledgements = true;
   managed.manager.boot_up(kAxis, now);
-  receivers.commanded(nmt::Command::start, kAxis);
-  managed.manager.commanded(nmt::Command::start, kAxis, now);
+  order(nmt::Command::start);
   hand_out(nmt::Command::start, 3);
-  receivers.heard(nmt::Command::stop, kAxis);
-  managed.manager.heard(nmt::Command::stop, kAxis);
+  hear(nmt::Command::stop);
   EXPECT_EQ(managed.manager.node(kAxis).state, nmt::State::stopped);
   receivers.acknowledged(3);
   EXPECT_EQ(managed.manager.node(kAxis).state, nmt::State::operational);
@@ -159,13 +164,11 @@ TEST_F(OutputReceiversTest, AStartBehindACommandOfAnotherMasterCounts) {
 TEST_F(OutputReceiversTest, AStartThatTheBusLostIsNotSentAfterACommandOfAnotherMaster) {
   managed.awaits_acknowledgements = true;
   managed.manager.boot_up(kAxis, now);
-  receivers.commanded(nmt::Command::start, kAxis);
-  managed.manager.commanded(nmt::Command::start, kAxis, now);
+  order(nmt::Command::start);
   hand_out(nmt::Command::start, 3);
   receivers.lost(3, 3);
   EXPECT_TRUE(managed.manager.starts(kAxis));
-  receivers.heard(nmt::Command::stop, kAxis);
-  managed.manager.heard(nmt::Command::stop, kAxis);
+  hear(nmt::Command::stop);
   EXPECT_FALSE(managed.manager.starts(kAxis));
   receivers.advance(now);
   EXPECT_TRUE(started.empty());
