@@ -321,7 +321,9 @@ std::vector<Diagnostic> check_gateway(const std::string& folder, const std::stri
 }
 
 std::vector<Diagnostic> check_named_topics(const std::string& folder, const NamedTopics& topics) {
-  return folder.empty() ? std::vector<Diagnostic>{} : Check(folder, 0, topics).run_topics();
+  const bool named = !topics.published.empty() || !topics.received.empty();
+  return folder.empty() || !named ? std::vector<Diagnostic>{}
+                                  : Check(folder, 0, topics).run_topics();
 }
 
 std::vector<Diagnostic> check_identity(const std::string& folder, std::time_t now) {

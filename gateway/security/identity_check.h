@@ -35,7 +35,7 @@ struct NamedTopics {
 // if the permissions have no rule for one of the topics: identities had none at first.
 std::vector<Diagnostic> check_gateway(const std::string& folder, const std::string& gateway,
                                       std::time_t now, const NamedTopics& topics = {});
-// Only the error about the topics: for a gateway that runs.
+// Only the errors about the topics, for a gateway that runs; empty without topics.
 std::vector<Diagnostic> check_named_topics(const std::string& folder, const NamedTopics& topics);
 
 }  // namespace linegate::security

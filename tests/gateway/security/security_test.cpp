@@ -770,6 +770,10 @@ TEST_F(Check, PermissionsOfAnEarlierVersionDoNotSufficeForNamedTopics) {
   ASSERT_EQ(issue_as("hall-7", Role::gateway, true), "");
   EXPECT_EQ(check(both), "");
   EXPECT_TRUE(check_named_topics("", both).empty()) << "without DDS-Security";
+  std::ofstream(folder / kPermissionsFile) << "being replaced";
+  EXPECT_FALSE(check_named_topics(folder.string(), both).empty());
+  EXPECT_TRUE(check_named_topics(folder.string(), {}).empty())
+      << "a reload without named topics does not depend on the file";
 }
 
 TEST(Documents, EachTopicOfTheContractHasItsPlace) {
