@@ -166,6 +166,15 @@ void Endpoints::remove(fast::DataWriter* writer) {
   const_cast<fast::Publisher*>(writer->get_publisher())->delete_datawriter(writer);
 }
 
+// A reader in a partition has a subscriber of its own.
+void Endpoints::remove(fast::DataReader* reader) {
+  // The library returns its own subscriber as const.
+  auto* const subscriber = const_cast<fast::Subscriber*>(reader->get_subscriber());
+  subscriber->delete_datareader(reader);
+  if (subscriber != subscriber_)
+    participant_->delete_subscriber(subscriber);
+}
+
 void Endpoints::remove_partition(const std::string& partition) {
   const auto found = publishers_.find(partition);
   if (found == publishers_.end())

@@ -111,9 +111,8 @@ class Endpoints {
   void remove(eprosima::fastdds::dds::DataWriter* writer);
   // After its last writer was removed. As writer_in(): one thread at a time.
   void remove_partition(const std::string& partition);
-  void remove(eprosima::fastdds::dds::DataReader* reader) {
-    subscriber_->delete_datareader(reader);
-  }
+  // From any thread.
+  void remove(eprosima::fastdds::dds::DataReader* reader);
 
   // Returns nullptr on failure, with a diagnostic. strength: ownership strength, used if the
   // profile selects EXCLUSIVE.
@@ -173,8 +172,7 @@ class Endpoints {
     auto* type = new ReceivedType<PubSubType>(unreadable_);
     return make_reader(topic, eprosima::fastdds::dds::TypeSupport(type), subscriber_);
   }
-  // The same in a partition, which may have wildcards, instead of that of all readers. At most once
-  // for each partition; the reader remains until the end.
+  // The same in a partition, which may have wildcards, instead of that of all readers.
   template <class PubSubType>
   eprosima::fastdds::dds::DataReader* reader_in(const std::string& partition,
                                                 const std::string& topic) {

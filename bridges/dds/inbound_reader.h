@@ -37,8 +37,13 @@ template <class PubSubType>
 class InboundReader {
  public:
   // endpoints and waiting must outlive the reader. endpoints reports whether it could be created.
-  InboundReader(Endpoints& endpoints, Waiting& waiting, std::string topic)
-      : endpoints_(endpoints), waiting_(waiting), topic_(std::move(topic)) {
+  // partition: see Endpoints::reader_in(); empty: that of all readers.
+  InboundReader(Endpoints& endpoints, Waiting& waiting, std::string topic,
+                std::string partition = {})
+      : endpoints_(endpoints),
+        waiting_(waiting),
+        topic_(std::move(topic)),
+        partition_(std::move(partition)) {
     create();
   }
 
@@ -76,7 +81,8 @@ class InboundReader {
 
  private:
   void create() {
-    reader_ = endpoints_.reader<PubSubType>(topic_);
+    reader_ = partition_.empty() ? endpoints_.reader<PubSubType>(topic_)
+                                 : endpoints_.reader_in<PubSubType>(partition_, topic_);
     if (reader_ != nullptr)
       waiting_.watch(reader_);
   }
@@ -84,6 +90,7 @@ class InboundReader {
   Endpoints& endpoints_;
   Waiting& waiting_;
   std::string topic_;
+  std::string partition_;
   eprosima::fastdds::dds::DataReader* reader_ = nullptr;
 };
 

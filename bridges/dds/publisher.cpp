@@ -25,6 +25,7 @@
 #include "bridges/dds/named_read_type.h"
 #include "bridges/dds/named_readers.h"
 #include "bridges/dds/named_writers.h"
+#include "bridges/dds/output_readers.h"
 #include "bridges/dds/output_samples.h"
 #include "bridges/dds/output_state_samples.h"
 #include "bridges/dds/pdo_writer.h"
@@ -192,12 +193,12 @@ class LocalPort final : public SamplePort {
   bool wait(Duration timeout) override;
   void wake() override { waiting_.wake(); }
   Taken take(v1::OutputWrite& sample, Participant& from) override {
-    return receive_from(*outputs_, sample, from);
+    return receive_from(outputs_, sample, from);
   }
   Taken take(v1::CommandRequest& sample, Participant& from) override {
     return receive_from(*requests_, sample, from);
   }
-  void all_outputs_taken() override { outputs_->renew_if_full(); }
+  void all_outputs_taken() override { outputs_.renew_if_full(); }
   Taken take_named(NamedReceived& sample, Participant& from) override {
     fast::SampleInfo info;
     const std::string* const line = sets_.take(sample, info);
@@ -223,7 +224,7 @@ class LocalPort final : public SamplePort {
   }
   void all_named_taken() override { sets_.renew_if_full(); }
   std::uint64_t pop_unreadable() override { return endpoints_.pop_unreadable(); }
-  std::string_view output_misfit() override { return misfit_of(*outputs_); }
+  std::string_view output_misfit() override { return misfit_of(outputs_); }
   std::string_view command_misfit() override { return misfit_of(*requests_); }
   Misfit named_misfit() override { return sets_.misfit(policy_name); }
 
@@ -323,7 +324,7 @@ class LocalPort final : public SamplePort {
   NamedWriters named_{endpoints_, renew_after_, readers_of_named_};
   ReplyWriters replies_{endpoints_, renew_after_, secured_};
   Waiting waiting_;
-  std::unique_ptr<InboundReader<v1::OutputWritePubSubType>> outputs_;
+  OutputReaders outputs_{endpoints_, waiting_, secured_ ? gateway_ : std::string()};
   std::unique_ptr<InboundReader<v1::CommandRequestPubSubType>> requests_;
   std::optional<OtherLines> others_;
   std::set<RemoteLine> followed_;
@@ -347,8 +348,6 @@ LocalPort::LocalPort(const GatewayOptions& options, std::vector<Diagnostic>& dia
     line_states_.try_emplace("", endpoints_, renew_after_, "");
   for (const std::string& line : options.lines)
     add_line(line);
-  outputs_ = std::make_unique<InboundReader<v1::OutputWritePubSubType>>(endpoints_, waiting_,
-                                                                        v1::TOPIC_OUTPUT_WRITE);
   requests_ = std::make_unique<InboundReader<v1::CommandRequestPubSubType>>(
       endpoints_, waiting_, v1::TOPIC_COMMAND_REQUEST);
   endpoints_.seal();
@@ -409,11 +408,13 @@ bool LocalPort::add_line(const std::string& line) {
     const std::lock_guard lock(line_states_mutex_);
     line_states_.merge(made);
   }
-  return lines_[line].make(endpoints_, renew_after_, partition);
+  const bool has_writers = lines_[line].make(endpoints_, renew_after_, partition);
+  return outputs_.add(line) && has_writers;
 }
 
 // With partitions the writers of its states remain, as that of its events.
 void LocalPort::remove_line(const std::string& line) {
+  outputs_.remove(line);
   const auto of_line = [&](const auto& sample) { return sample.line() == line.c_str(); };
   if (StateWriters* const states = states_of(line)) {
     states->nodes.end(of_line);

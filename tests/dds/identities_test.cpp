@@ -175,6 +175,34 @@ TEST_F(Identities, RequestsHaveTheRightAndTheSubjectOfTheirCertificate) {
   EXPECT_TRUE(handler.refused.empty());
 }
 
+// Each line has a reader of its own for outputs.
+TEST_F(Identities, OutputsOfALineAreReceivedFromItsAdditionToItsRemoval) {
+  ASSERT_NO_FATAL_FAILURE(start_gateway());
+  const auto alice = connect(options_of(plant / "alice", "operator/alice"));
+  ASSERT_NE(alice, nullptr);
+  Lines lines;
+  line::OutputWrite outputs{.group = 1};
+  outputs.values.resize(1);
+  outputs.values[0].length = 1;
+  const auto write_for = [&](std::chrono::milliseconds time) {
+    handler.requests.clear();
+    return eventually(
+        [&] {
+          alice->write_outputs({kGateway, "late", 0}, outputs);
+          serve(*alice, lines);
+          return handler.requests["output operator alice"] != 0;
+        },
+        time);
+  };
+  EXPECT_FALSE(write_for(milliseconds(500)));
+  EXPECT_TRUE(bridge->add_line("late"));
+  EXPECT_TRUE(write_for(kOneAttempt));
+  bridge->remove_line("late");
+  EXPECT_FALSE(write_for(milliseconds(500)));
+  EXPECT_TRUE(bridge->add_line("late"));
+  EXPECT_TRUE(write_for(kOneAttempt));
+}
+
 TEST_F(Identities, AViewerReadsAndSendsNothing) {
   ASSERT_NO_FATAL_FAILURE(start_gateway());
   EXPECT_NE(connect(options_of(plant / "victor", "")), nullptr);

@@ -11,6 +11,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include <every_typePubSubTypes.h>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
@@ -129,19 +130,20 @@ class NamedReader {
   fast::DataReader* reader_ = nullptr;
 };
 
-// A participant with one writer, with the QoS of OutputWrite.
-class SetWriter {
+// A participant with one writer of group 1 of the line press, with the QoS of OutputWrite.
+template <class PubSubType>
+class GroupWriter {
  public:
-  // partition: empty for the default one.
-  SetWriter(const std::string& client, std::uint32_t strength, const std::string& partition = {},
-            const std::string& identity = {})
+  // partitions: without any, the default one.
+  GroupWriter(const std::string& topic_name, const std::string& client, std::uint32_t strength,
+              const std::vector<std::string>& partitions, const std::string& identity)
       : participant_(make_named_participant(identity)) {
-    fast::TypeSupport type(new SetType());
+    fast::TypeSupport type(new PubSubType());
     type.register_type(participant_);
-    auto* const topic = participant_->create_topic("plant/press/all/outputs/set",
-                                                   type.get_type_name(), fast::TOPIC_QOS_DEFAULT);
+    auto* const topic =
+        participant_->create_topic(topic_name, type.get_type_name(), fast::TOPIC_QOS_DEFAULT);
     fast::PublisherQos publisher_qos = fast::PUBLISHER_QOS_DEFAULT;
-    if (!partition.empty()) {
+    for (const std::string& partition : partitions) {
       publisher_qos.partition().push_back(partition.c_str());
     }
     auto* const publisher = participant_->create_publisher(publisher_qos);
@@ -156,12 +158,12 @@ class SetWriter {
     sample.client(client);
     sample.arming(1);
   }
-  ~SetWriter() {
+  ~GroupWriter() {
     participant_->delete_contained_entities();
     fast::DomainParticipantFactory::get_instance()->delete_participant(participant_);
   }
-  SetWriter(const SetWriter&) = delete;
-  SetWriter& operator=(const SetWriter&) = delete;
+  GroupWriter(const GroupWriter&) = delete;
+  GroupWriter& operator=(const GroupWriter&) = delete;
 
   bool write() { return writer_->write(&sample); }
   int readers() {
@@ -171,11 +173,21 @@ class SetWriter {
   }
 
   static constexpr int kMostInstances = 2'000;
-  SetType::type sample;
+  typename PubSubType::type sample;
 
  private:
   fast::DomainParticipant* participant_;
   fast::DataWriter* writer_ = nullptr;
+};
+
+class SetWriter : public GroupWriter<SetType> {
+ public:
+  // partition: empty for the default one.
+  explicit SetWriter(const std::string& client, std::uint32_t strength,
+                     const std::string& partition = {}, const std::string& identity = {})
+      : GroupWriter("plant/press/all/outputs/set", client, strength,
+                    partition.empty() ? std::vector<std::string>{} : std::vector{partition},
+                    identity) {}
 };
 
 struct NamedListener : GatewayListener {
