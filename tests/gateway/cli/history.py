@@ -83,9 +83,9 @@ def same_over_dds(plant, history):
 def same_values_over_dds(plant, history):
     """Values by each condition, over DDS and from the file."""
     until("a value that is valid again", lambda: history.values()[-1]["valid"])
+    until("the newest value to be the last one", lambda: history.values("-n", "1") == history.values()[-1:])
     newest = history.values("-n", "1")
     expect("its unit", (newest[0]["unit"], newest[0]["value"]), ("bar", 0.5 * newest[0]["raw"] + 1))
-    expect("the newest value", newest, history.values()[-1:])
     for words in [["--values", INPUT], ["press", "--values"], ["--values", "panel.*", "-n", "3"],
                   ["--node", "press:8", "--until", newest[0]["time"][:19] + "Z", "--values"], ["--since", "yesterday", "--values"]]:
         until(f"the same values with {words}", lambda chosen=words: over_dds(plant, *chosen) == history.events(*chosen))
