@@ -522,6 +522,25 @@ TEST(WriterPartitions, AWriterThatChangesThemHasNone) {
   EXPECT_TRUE(writers.of(writer));
 }
 
+// A program that writes a sample and ends.
+TEST(WriterPartitions, OfAWriterThatHasGoneRemainForItsLastSamples) {
+  dds::WriterPartitions writers;
+  const dds::guard::Guid writer{1};
+  writers.note(writer, {"plant/press/operator/alice"});
+  writers.forget(writer);
+  EXPECT_TRUE(writers.of(writer));
+  dds::guard::Guid other{2};
+  for (std::size_t i = 0; i < dds::WriterPartitions::kMostGone; ++i) {
+    other[1] = static_cast<std::uint8_t>(i);
+    writers.note(other, {"plant/press/operator/bob"});
+    writers.forget(other);
+  }
+  EXPECT_FALSE(writers.of(writer));
+  EXPECT_TRUE(writers.of(other));
+  writers.note(other, {"plant/press/engineer/bob"});
+  EXPECT_TRUE(writers.of(other)) << "a new writer with the same GUID";
+}
+
 TEST(WriterPartitions, AreBounded) {
   dds::WriterPartitions writers;
   dds::guard::Guid writer{};
