@@ -37,51 +37,35 @@ std::uint64_t BlockSender::next_segment(Source& source) {
   if (source.error() != AbortCode::none) {
     return 0;
   }
+  last_size_ = static_cast<std::uint8_t>(size);
+  last_sent_ = source.at_end();
   ++sent_;
-  furthest_ = std::max(furthest_, sent_);
-  if (source.at_end()) {
-    last_ = sent_;
-    last_size_ = static_cast<std::uint8_t>(size);
-  }
-  segment[0] = std::byte{block_segment_byte(sent_, sent_ == last_)};
+  segment[0] = std::byte{block_segment_byte(sent_, last_sent_)};
   if (position >= summed_) {  // a repeated segment enters the CRC once
-    crc_ = crc_of(bytes.first(size), crc_);
-    summed_ = position + size;
+    crc_ = crc_of(bytes.first(last_size_), crc_);
+    summed_ = position + last_size_;
   }
   return load_le<std::uint64_t>(segment.data());
 }
 
 AbortCode BlockSender::acknowledge(std::uint8_t ackseq, std::uint8_t next_block_size,
-                                   Source& source, Instant now, bool waiting) {
-  if (ackseq > furthest_) {
+                                   Source& source) {
+  if (ackseq > sent_) {
     return AbortCode::sequence_number;
   }
-  const bool repeats_request = ackseq == 0 && next_block_size == block_size_;
-  const bool are_under_way = waiting || (sending() && sent_ <= kFewSegments);
-  if (repeats_request && sent_ > 0 && are_under_way) {
-    return AbortCode::none;  // it was sent before these segments arrived
-  }
-  acknowledged_at_ = now;
-  complete_ = last_ != 0 && ackseq == last_;
+  complete_ = last_sent_ && ackseq == sent_;
   if (complete_) {
     return AbortCode::none;
   }
   if (next_block_size == 0 || next_block_size > kMaxBlockSize) {
     return AbortCode::block_size;
   }
-  for (; sent_ < ackseq; ++sent_) {  // not to be repeated after all
-    Payload skipped;
-    source.next(std::span(skipped).subspan(1));
-  }
   begin_ += ackseq * kSegmentSize;
   source.rewind(begin_);
   source.release();
   block_size_ = next_block_size;
   sent_ = 0;
-  if (ackseq > 0) {
-    furthest_ = 0;
-    last_ = 0;
-  }
+  last_sent_ = false;
   return AbortCode::none;
 }
 
@@ -115,11 +99,9 @@ std::uint8_t BlockReceiver::best_block_size(std::optional<std::size_t> bytes_lef
 AbortCode BlockReceiver::take(std::uint64_t segment, Sink& sink) {
   const auto command = static_cast<std::uint8_t>(segment);
   const auto number = static_cast<std::uint8_t>(command & kSequenceBits);
-  if (number > late_after_ && number <= late_) {
-    late_came_ = true;
+  if (number > block_size_ && number <= late_) {
     return AbortCode::none;
   }
-  late_ = 0;
   if (number == 0 || number > block_size_) {
     return AbortCode::sequence_number;
   }
@@ -154,23 +136,17 @@ AbortCode BlockReceiver::take(std::uint64_t segment, Sink& sink) {
 std::uint64_t BlockReceiver::acknowledge() {
   LINEGATE_ASSERT(over_ || may_acknowledge(), "the sub-block has ended or stalls");
   const std::uint8_t ackseq = in_order_;
-  vain_ += newest_ == 0 && !late_came_ ? 1U : 0U;
+  vain_ += newest_ == 0 ? 1U : 0U;
   in_doubt_ = in_doubt_ || newest_ == 0;
   complete_ = last_taken_;
   follow_losses();
-  if (newest_ != 0) {
-    late_after_ = newest_;
-    late_ = over_ ? std::uint8_t{0} : block_size_;
-  } else if (late_came_) {
-    late_ = 0;
-  }
-  late_came_ = false;
+  late_ = over_ ? std::uint8_t{0} : block_size_;
   begin_sub_block();
   return std::uint64_t{kBlockAck} | std::uint64_t{ackseq} << 8U | std::uint64_t{block_size_} << 16U;
 }
 
 bool BlockReceiver::may_acknowledge() const {
-  if (newest_ != 0 || late_came_) {
+  if (newest_ != 0) {
     return true;
   }
   const std::optional<std::size_t> left = bytes_left();

@@ -22,9 +22,6 @@
 
 namespace linegate::sdo {
 
-// A receiver asks for so many segments again although it received none of them.
-inline constexpr unsigned kFewSegments = 8;
-
 // Sends the segments of a Source.
 class BlockSender {
  public:
@@ -33,23 +30,15 @@ class BlockSender {
   void start(std::uint8_t block_size, bool crc);
 
   // Whether next_segment() has segments left in this sub-block.
-  bool sending() const { return sent_ < block_size_ && (sent_ == 0 || sent_ != last_); }
+  bool sending() const { return sent_ < block_size_ && !last_sent_; }
   // Returns the next segment as eight bytes; it is not sent if the source has an error().
   // Precondition: sending().
   std::uint64_t next_segment(Source& source);
 
-  // Processes the acknowledgement of the sub-block. While segments are repeated, it may be that of
-  // their first transmission. waiting: segments were not handed out to the bus yet. Returns
-  // sequence_number if ackseq exceeds what was sent; block_size for a next sub-block of 0 or more
-  // than 127 segments (unless everything was sent).
-  AbortCode acknowledge(std::uint8_t ackseq, std::uint8_t next_block_size, Source& source,
-                        Instant now, bool waiting);
-  // Whether an acknowledgement that equals the previous one is a repeated frame: it came before the
-  // segments that it would acknowledge, or sooner than a receiver misses segments.
-  bool is_repetition(std::uint8_t ackseq, Instant now) const {
-    constexpr Duration kSoon = std::chrono::milliseconds(10);
-    return sending() && (ackseq > sent_ || now < acknowledged_at_ + kSoon);
-  }
+  // Processes the acknowledgement of the sub-block. Returns sequence_number if ackseq exceeds the
+  // last segment sent; block_size for a next sub-block of 0 or more than 127 segments (unless
+  // everything was sent).
+  AbortCode acknowledge(std::uint8_t ackseq, std::uint8_t next_block_size, Source& source);
   // All segments were acknowledged: end_request() comes next.
   bool complete() const { return complete_; }
   std::uint64_t end_request() const;
@@ -57,15 +46,12 @@ class BlockSender {
  private:
   std::size_t begin_ = 0;   // position of the sub-block's first byte
   std::size_t summed_ = 0;  // bytes in crc_
-  Instant acknowledged_at_{};
   std::uint16_t crc_ = 0;
   std::uint8_t block_size_ = 0;
-  std::uint8_t sent_ = 0;      // segments sent in this sub-block
-  std::uint8_t furthest_ = 0;  // the same, before it was repeated from its beginning
-  // The last segment of the transfer: its number in this sub-block, 0 = not sent; its bytes.
-  std::uint8_t last_ = 0;
-  std::uint8_t last_size_ = 0;
+  std::uint8_t sent_ = 0;       // segments sent in this sub-block
+  std::uint8_t last_size_ = 0;  // bytes of the last segment sent
   bool with_crc_ = false;
+  bool last_sent_ = false;  // the last segment of the transfer is in this sub-block
   bool complete_ = false;
 };
 
@@ -105,9 +91,8 @@ class BlockReceiver {
   // Returns the acknowledgement of the sub-block as eight bytes. Afterwards the next sub-block
   // begins, or complete() is true.
   std::uint64_t acknowledge();
-  // Whether an acknowledgement may help after the segments stopped: some were received, possibly of
-  // the previous sub-block, or so few were expected that all may have been lost. At most twice
-  // without a new segment.
+  // Whether an acknowledgement may help after the segments stopped: some were received, or so few
+  // were expected that all may have been lost. At most twice without a new segment.
   //
   // Such an unanswered acknowledgement has ackseq 0: repeat the whole sub-block. If in fact the
   // previous acknowledgement was lost, the sender applies ackseq 0 to the previous sub-block and
@@ -116,12 +101,6 @@ class BlockReceiver {
   bool may_acknowledge() const;
   // An acknowledgement was sent without a segment before it.
   bool in_doubt() const { return in_doubt_; }
-  // After complete(): whether a frame with that command is a segment which such an acknowledgement
-  // requested once more while the segment was already under way.
-  bool may_come_again(std::uint8_t command) const {
-    const unsigned number = command & kSequenceBits;
-    return in_doubt_ && number >= 1 && number <= kFewSegments;
-  }
   // Such an acknowledgement was sent for the first sub-block, whose start request may be lost.
   bool unheard() const { return in_doubt_ && !begun_; }
   // All segments were received and acknowledged: finish() comes next.
@@ -137,10 +116,9 @@ class BlockReceiver {
   std::uint64_t last_segment() const { return held_; }
 
  private:
-  static constexpr unsigned kSequenceBits = 0x7F;
   static constexpr unsigned kMaxVain = 2;
   static constexpr unsigned kMaxFruitless = 8;
-  static constexpr std::size_t kFewBytes = kFewSegments * kSegmentSize;
+  static constexpr std::size_t kFewBytes = 8 * kSegmentSize;
 
   AbortCode release(std::size_t size, Sink& sink);
   std::optional<std::size_t> bytes_left() const;
@@ -154,12 +132,8 @@ class BlockReceiver {
   std::uint8_t fewest_ = kFewest;
   std::uint8_t most_ = kMaxBlockSize;  // segments of a sub-block, see block_size()
   std::uint8_t block_size_ = 0;
-  // Segments of the previous sub-block that may still arrive, if it was acknowledged early: those
-  // after late_after_ up to late_. Any other segment belongs to this sub-block, and so may these if
-  // its first segments were lost: if they came and no other, all are requested again.
-  std::uint8_t late_after_ = 0;
+  // Segments of the previous sub-block that may still arrive, if it ended early.
   std::uint8_t late_ = 0;
-  bool late_came_ = false;
   std::uint8_t in_order_ = 0;
   std::uint8_t newest_ = 0;
   unsigned vain_ = 0;       // acknowledgements since the last segment

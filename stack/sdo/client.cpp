@@ -66,7 +66,7 @@ Receipt Client::receive(const can::Frame& frame, can::TransmitQueue& queue) {
   if (waits_for_initiate()) {
     return initiate_answered(word, frame.time, queue);
   }
-  if (in_block() && is_repetition(word, frame.time)) {
+  if (in_block() && is_repetition(word)) {
     return Receipt::stray;
   }
   const AbortCode why = answered(word, frame.time, queue);
@@ -432,8 +432,9 @@ void Client::finish_or_repeat(AbortCode code, Instant now, can::TransmitQueue& q
 
 // For a segmented or block write: all data was sent, as far as known here.
 bool Client::may_have_taken_effect() const {
-  const bool in_segments = state_ == State::download_segment || state_ == State::block_download;
-  return state_ == State::block_download_end || (writing_ && in_segments && source_.at_end());
+  const bool in_segments = state_ == State::download_segment || state_ == State::block_download ||
+                           state_ == State::block_download_end;
+  return writing_ && in_segments && source_.at_end();
 }
 
 bool Client::restart_streams() {

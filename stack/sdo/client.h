@@ -223,7 +223,7 @@ class Client {
   bool fall_back_unanswered(Instant now, can::TransmitQueue& queue);
   AbortCode block_initiated(std::uint64_t word, Instant now, can::TransmitQueue& queue);
   bool fall_back(AbortCode code, Instant now, can::TransmitQueue& queue);
-  bool is_repetition(std::uint64_t word, Instant now) const;
+  bool is_repetition(std::uint64_t word) const;
   AbortCode block_answered(std::uint64_t word, Instant now, can::TransmitQueue& queue);
   AbortCode block_acknowledged(std::uint64_t word, Instant now, can::TransmitQueue& queue);
   AbortCode block_segment_came(std::uint64_t word, Instant now, can::TransmitQueue& queue);

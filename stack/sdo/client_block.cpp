@@ -110,13 +110,10 @@ AbortCode Client::block_initiated(std::uint64_t word, Instant now, can::Transmit
 
 // A repeated frame: an acknowledgement that cannot be that of the current sub-block, the last
 // segment, or any segment if a repetition of all was requested while they were under way.
-bool Client::is_repetition(std::uint64_t word, Instant now) const {
-  const bool is_acknowledgement = static_cast<std::uint8_t>(word) == kBlockAck;
+bool Client::is_repetition(std::uint64_t word) const {
   switch (state_) {
     case State::block_download:
-      return word == last_used_ &&
-             (is_acknowledgement ? sender_.is_repetition(byte_of(word, 1), now)
-                                 : sender_.sending());
+      return sender_.sending() && word == last_used_;
     case State::block_download_end:
       return word == last_used_;
     case State::block_upload_end:
@@ -149,8 +146,7 @@ AbortCode Client::block_answered(std::uint64_t word, Instant now, can::TransmitQ
 }
 
 AbortCode Client::block_acknowledged(std::uint64_t word, Instant now, can::TransmitQueue& queue) {
-  const AbortCode why =
-      sender_.acknowledge(byte_of(word, 1), byte_of(word, 2), source_, now, outbox_.waits(queue));
+  const AbortCode why = sender_.acknowledge(byte_of(word, 1), byte_of(word, 2), source_);
   if (why != AbortCode::none) {
     return why;
   }

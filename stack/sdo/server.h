@@ -222,7 +222,6 @@ class Server {
   // block_upload: time of the next segments; block_download: time of a stall.
   Instant block_wake_ = kNever;
   std::uint64_t newest_request_ = 0;  // block_upload, waiting: to detect its repetition
-  bool segments_wait_ = false;        // for the bus, when a frame came
   BlockSender sender_;
   BlockReceiver receiver_;
   SegmentPace pace_;

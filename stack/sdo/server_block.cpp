@@ -105,7 +105,7 @@ bool Server::serve_block(std::uint64_t request, Instant now, std::uint64_t& repl
       }
       break;
     case State::block_download_end:
-      if (request == receiver_.last_segment() || receiver_.may_come_again(command)) {
+      if (request == receiver_.last_segment()) {
         return false;  // a repeated frame
       }
       if (is_block_send_end(command)) {
@@ -233,13 +233,12 @@ void Server::expect_late_segments(Instant now) {
 // --- upload -------------------------------------------------------------------------------------
 
 bool Server::block_acknowledged(std::uint64_t request, Instant now, std::uint64_t& reply) {
-  if (request == newest_request_ && sender_.is_repetition(byte_of(request, 1), now)) {
+  if (sender_.sending() && request == newest_request_) {
     return false;  // a repeated frame
   }
   newest_request_ = request;
   deadline_ = now + (ticket_ == 0 ? options_.timeout : options_.answer_timeout);
-  const AbortCode why =
-      sender_.acknowledge(byte_of(request, 1), byte_of(request, 2), source_, now, segments_wait_);
+  const AbortCode why = sender_.acknowledge(byte_of(request, 1), byte_of(request, 2), source_);
   if (why != AbortCode::none) {
     reply = refuse(address_, why);
     return true;
