@@ -51,8 +51,10 @@ std::uint64_t BlockSender::next_segment(Source& source) {
 AbortCode BlockSender::acknowledge(std::uint8_t ackseq, std::uint8_t next_block_size,
                                    Source& source) {
   if (ackseq > sent_) {
-    return AbortCode::sequence_number;
+    early_ = {ackseq, next_block_size};
+    return with_crc_ && ackseq <= repeated_ ? AbortCode::none : AbortCode::sequence_number;
   }
+  early_ = {};
   complete_ = last_sent_ && ackseq == sent_;
   if (complete_) {
     return AbortCode::none;
@@ -64,9 +66,15 @@ AbortCode BlockSender::acknowledge(std::uint8_t ackseq, std::uint8_t next_block_
   source.rewind(begin_);
   source.release();
   block_size_ = next_block_size;
+  repeated_ = ackseq == 0 ? std::min(std::max(sent_, repeated_), block_size_) : std::uint8_t{0};
   sent_ = 0;
   last_sent_ = false;
   return AbortCode::none;
+}
+
+AbortCode BlockSender::acknowledge_early(Source& source) {
+  LINEGATE_ASSERT(early_due(), "its segments were repeated");
+  return acknowledge(early_.ackseq, early_.next_block_size, source);
 }
 
 std::uint64_t BlockSender::end_request() const {
@@ -99,12 +107,14 @@ std::uint8_t BlockReceiver::best_block_size(std::optional<std::size_t> bytes_lef
 AbortCode BlockReceiver::take(std::uint64_t segment, Sink& sink) {
   const auto command = static_cast<std::uint8_t>(segment);
   const auto number = static_cast<std::uint8_t>(command & kSequenceBits);
-  if (number > block_size_ && number <= late_) {
+  if (may_be_late(number)) {
+    seen_ = number;
     return AbortCode::none;
   }
   if (number == 0 || number > block_size_) {
     return AbortCode::sequence_number;
   }
+  seen_ = number;
   // A repetition of the last segment of the previous sub-block; segment 1 may have the same bytes.
   if (newest_ == 0 && holds_ && segment == held_ && number != 1) {
     return AbortCode::none;
@@ -140,9 +150,28 @@ std::uint64_t BlockReceiver::acknowledge() {
   in_doubt_ = in_doubt_ || newest_ == 0;
   complete_ = last_taken_;
   follow_losses();
-  late_ = over_ ? std::uint8_t{0} : block_size_;
+  const bool stalls = !over_ && newest_ != 0;
+  if (over_) {
+    late_ = {};
+  } else if (stalls) {
+    late_ = {newest_, block_size_};
+  }
   begin_sub_block();
+  // A sender ignores an equal acknowledgement within a sub-block: it may be a repeated frame.
+  if (stalls && word_of(ackseq) == acknowledgement_ && block_size_ > 1) {
+    --block_size_;
+  }
+  acknowledgement_ = word_of(ackseq);
+  return acknowledgement_;
+}
+
+std::uint64_t BlockReceiver::word_of(std::uint8_t ackseq) const {
   return std::uint64_t{kBlockAck} | std::uint64_t{ackseq} << 8U | std::uint64_t{block_size_} << 16U;
+}
+
+bool BlockReceiver::may_be_late(unsigned number) const {
+  const std::uint8_t before = newest_ == 0 ? std::min(late_.newest, block_size_) : block_size_;
+  return number > before && number <= late_.last;
 }
 
 bool BlockReceiver::may_acknowledge() const {
@@ -150,7 +179,12 @@ bool BlockReceiver::may_acknowledge() const {
     return true;
   }
   const std::optional<std::size_t> left = bytes_left();
-  return left && *left <= kFewBytes && vain_ < kMaxVain;
+  return with_crc_ && left && *left <= kFewBytes && vain_ < kMaxVain;
+}
+
+bool BlockReceiver::is_repetition(std::uint64_t segment) const {
+  const std::uint64_t number = segment & kSequenceBits;
+  return segment == held_ || (in_doubt_ && number >= 1 && number <= kFewBytes / kSegmentSize);
 }
 
 AbortCode BlockReceiver::finish(std::uint64_t end_request, Sink& sink) {
@@ -203,6 +237,7 @@ void BlockReceiver::begin_sub_block() {
   block_size_ = best_block_size(bytes_left(), most_);
   in_order_ = 0;
   newest_ = 0;
+  seen_ = 0;
   over_ = false;
 }
 

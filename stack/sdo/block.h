@@ -30,26 +30,38 @@ class BlockSender {
   void start(std::uint8_t block_size, bool crc);
 
   // Whether next_segment() has segments left in this sub-block.
-  bool sending() const { return sent_ < block_size_ && !last_sent_; }
+  bool sending() const { return sent_ < block_size_ && !last_sent_ && !early_due(); }
   // Returns the next segment as eight bytes; it is not sent if the source has an error().
   // Precondition: sending().
   std::uint64_t next_segment(Source& source);
 
   // Processes the acknowledgement of the sub-block. Returns sequence_number if ackseq exceeds the
   // last segment sent; block_size for a next sub-block of 0 or more than 127 segments (unless
-  // everything was sent).
+  // everything was sent). While a sub-block is repeated as a whole, ackseq may be of its first
+  // transmission: with a CRC, which reveals it if the receiver took the repetition for new
+  // segments, it has no effect until the repetition has come so far, see early_due().
   AbortCode acknowledge(std::uint8_t ackseq, std::uint8_t next_block_size, Source& source);
+  // The segments of an early acknowledgement were repeated: call acknowledge_early() now.
+  bool early_due() const { return early_.ackseq != 0 && early_.ackseq == sent_; }
+  AbortCode acknowledge_early(Source& source);
   // All segments were acknowledged: end_request() comes next.
   bool complete() const { return complete_; }
   std::uint64_t end_request() const;
 
  private:
+  struct Acknowledgement {
+    std::uint8_t ackseq = 0;
+    std::uint8_t next_block_size = 0;
+  };
+
   std::size_t begin_ = 0;   // position of the sub-block's first byte
   std::size_t summed_ = 0;  // bytes in crc_
   std::uint16_t crc_ = 0;
   std::uint8_t block_size_ = 0;
   std::uint8_t sent_ = 0;       // segments sent in this sub-block
   std::uint8_t last_size_ = 0;  // bytes of the last segment sent
+  std::uint8_t repeated_ = 0;   // segments of this sub-block that were sent before
+  Acknowledgement early_;
   bool with_crc_ = false;
   bool last_sent_ = false;  // the last segment of the transfer is in this sub-block
   bool complete_ = false;
@@ -81,10 +93,11 @@ class BlockReceiver {
   // A segment was lost.
   bool lossy() const { return lossy_; }
 
-  // Processes a segment; one out of order is ignored. Returns sequence_number if the number exceeds
-  // the sub-block, if successive sub-blocks ended without their first segment, or if there are more
-  // segments than announced after an unanswered acknowledgement; else the result of the sink.
-  // od::kLater: the segment is stored, but the next sub-block has to wait for the sink.
+  // Processes a segment; one out of order, or that may be late, is ignored. Returns sequence_number
+  // if the number exceeds the sub-block, if successive sub-blocks ended without their first
+  // segment, or if there are more segments than announced after an unanswered acknowledgement; else
+  // the result of the sink. od::kLater: the segment is stored, but the next sub-block has to wait
+  // for the sink.
   AbortCode take(std::uint64_t segment, Sink& sink);
   // The sub-block has ended: acknowledge() is due.
   bool over() const { return over_; }
@@ -97,7 +110,7 @@ class BlockReceiver {
   // Such an unanswered acknowledgement has ackseq 0: repeat the whole sub-block. If in fact the
   // previous acknowledgement was lost, the sender applies ackseq 0 to the previous sub-block and
   // repeats that: these are more segments than are left, which ends the transfer with
-  // sequence_number.
+  // sequence_number. Lost segments beside it may hide their number, so only a CRC permits it.
   bool may_acknowledge() const;
   // An acknowledgement was sent without a segment before it.
   bool in_doubt() const { return in_doubt_; }
@@ -111,15 +124,31 @@ class BlockReceiver {
   // od::kLater: the sink has the bytes but is busy.
   AbortCode finish(std::uint64_t end_request, Sink& sink);
 
-  // Last segment received in this sub-block, 0 = none.
-  std::uint8_t newest() const { return newest_; }
-  std::uint64_t last_segment() const { return held_; }
+  // What may still arrive if the transfer ends now, see LateSegments::expect(): the number of the
+  // last segment received since the last acknowledgement (0: none), and the greatest that may
+  // follow.
+  std::uint8_t last_seen() const { return seen_; }
+  std::uint8_t most_expected() const { return std::max(block_size_, late_.last); }
+  // Whether the frame after the last segment is that segment again, as a repeated frame is, or one
+  // of few segments that were requested twice although they were only late.
+  bool is_repetition(std::uint64_t segment) const;
 
  private:
   static constexpr unsigned kMaxVain = 2;
   static constexpr unsigned kMaxFruitless = 8;
   static constexpr std::size_t kFewBytes = 8 * kSegmentSize;
 
+  // Of a sub-block that was acknowledged before its end: its segments after `newest`, up to `last`,
+  // may still arrive.
+  struct Late {
+    std::uint8_t newest = 0;
+    std::uint8_t last = 0;
+  };
+
+  // Whether the segment may be one of late_: no segment that cannot be has come since, or the
+  // current sub-block has no such number.
+  bool may_be_late(unsigned number) const;
+  std::uint64_t word_of(std::uint8_t ackseq) const;
   AbortCode release(std::size_t size, Sink& sink);
   std::optional<std::size_t> bytes_left() const;
   void follow_losses();
@@ -132,10 +161,11 @@ class BlockReceiver {
   std::uint8_t fewest_ = kFewest;
   std::uint8_t most_ = kMaxBlockSize;  // segments of a sub-block, see block_size()
   std::uint8_t block_size_ = 0;
-  // Segments of the previous sub-block that may still arrive, if it ended early.
-  std::uint8_t late_ = 0;
+  Late late_;
+  std::uint64_t acknowledgement_ = 0;  // the previous one
   std::uint8_t in_order_ = 0;
-  std::uint8_t newest_ = 0;
+  std::uint8_t newest_ = 0;  // of those that are not late
+  std::uint8_t seen_ = 0;
   unsigned vain_ = 0;       // acknowledgements since the last segment
   unsigned fruitless_ = 0;  // sub-blocks since the last segment in order
   bool in_doubt_ = false;   // see in_doubt(): the sender may be one sub-block behind

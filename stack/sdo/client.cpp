@@ -405,7 +405,7 @@ void Client::send_abort(AbortCode code, Instant now, can::TransmitQueue& queue) 
   expect_stray();  // the pending answer
   expect_stray();  // an abort by the server, if it times out too
   if (state_ == State::block_upload) {
-    late_.expect(receiver_.newest(), receiver_.block_size(), now);
+    late_.expect(receiver_.last_seen(), receiver_.most_expected(), now);
   }
 }
 

@@ -226,6 +226,7 @@ class Client {
   bool is_repetition(std::uint64_t word) const;
   AbortCode block_answered(std::uint64_t word, Instant now, can::TransmitQueue& queue);
   AbortCode block_acknowledged(std::uint64_t word, Instant now, can::TransmitQueue& queue);
+  AbortCode proceed_with_block(AbortCode why, Instant now, can::TransmitQueue& queue);
   AbortCode block_segment_came(std::uint64_t word, Instant now, can::TransmitQueue& queue);
   AbortCode block_upload_ended(std::uint64_t word, Instant now, can::TransmitQueue& queue);
   void acknowledge_block(Instant now, can::TransmitQueue& queue);

@@ -109,7 +109,7 @@ AbortCode Client::block_initiated(std::uint64_t word, Instant now, can::Transmit
 }
 
 // A repeated frame: an acknowledgement that cannot be that of the current sub-block, the last
-// segment, or any segment if a repetition of all was requested while they were under way.
+// segment, or one of the few that were requested again while they were under way.
 bool Client::is_repetition(std::uint64_t word) const {
   switch (state_) {
     case State::block_download:
@@ -117,8 +117,7 @@ bool Client::is_repetition(std::uint64_t word) const {
     case State::block_download_end:
       return word == last_used_;
     case State::block_upload_end:
-      return word == receiver_.last_segment() ||
-             (receiver_.in_doubt() && !is_block_send_end(static_cast<std::uint8_t>(word)));
+      return receiver_.is_repetition(word);
     default:
       return false;
   }
@@ -146,7 +145,12 @@ AbortCode Client::block_answered(std::uint64_t word, Instant now, can::TransmitQ
 }
 
 AbortCode Client::block_acknowledged(std::uint64_t word, Instant now, can::TransmitQueue& queue) {
-  const AbortCode why = sender_.acknowledge(byte_of(word, 1), byte_of(word, 2), source_);
+  return proceed_with_block(sender_.acknowledge(byte_of(word, 1), byte_of(word, 2), source_), now,
+                            queue);
+}
+
+// After an acknowledgement, and its result.
+AbortCode Client::proceed_with_block(AbortCode why, Instant now, can::TransmitQueue& queue) {
   if (why != AbortCode::none) {
     return why;
   }
@@ -195,6 +199,9 @@ AbortCode Client::send_segments(Instant now, can::TransmitQueue& queue) {
       return source_.error();
     }
     request(State::block_download, segment, now, queue);
+  }
+  if (sender_.early_due()) {
+    return proceed_with_block(sender_.acknowledge_early(source_), now, queue);
   }
   block_wake_ = sender_.sending() ? now + Outbox::kRetry : kNever;
   return AbortCode::none;

@@ -195,6 +195,7 @@ class Server {
   bool block_segment(std::uint64_t request, Instant now, std::uint64_t& reply);
   bool end_block_download(std::uint64_t request, Instant now, std::uint64_t& reply);
   bool block_acknowledged(std::uint64_t request, Instant now, std::uint64_t& reply);
+  bool proceed_with_block(AbortCode why, Instant now, std::uint64_t& reply);
   std::uint64_t refuse_block(AbortCode code, Instant now);
   std::uint64_t acknowledge_block(Instant now);
   void advance_block(Instant now, can::TransmitQueue& queue);

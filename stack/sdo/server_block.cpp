@@ -105,8 +105,8 @@ bool Server::serve_block(std::uint64_t request, Instant now, std::uint64_t& repl
       }
       break;
     case State::block_download_end:
-      if (request == receiver_.last_segment()) {
-        return false;  // a repeated frame
+      if (receiver_.is_repetition(request)) {
+        return false;
       }
       if (is_block_send_end(command)) {
         return end_block_download(request, now, reply);
@@ -135,7 +135,9 @@ bool Server::serve_block(std::uint64_t request, Instant now, std::uint64_t& repl
       }
       break;
     case State::waiting:
-      if (request == newest_request_ && !initiates(command)) {
+      if (!initiates(command) &&
+          (request == newest_request_ ||
+           (awaited_ == Awaited::sub_block && receiver_.is_repetition(request)))) {
         return false;  // a repeated frame
       }
       break;
@@ -226,7 +228,7 @@ std::uint64_t Server::refuse_block(AbortCode code, Instant now) {
 }
 
 void Server::expect_late_segments(Instant now) {
-  late_.expect(receiver_.newest(), receiver_.block_size(), now);
+  late_.expect(receiver_.last_seen(), receiver_.most_expected(), now);
   state_ = late_.expected() ? State::late_segments : State::idle;
 }
 
@@ -238,7 +240,12 @@ bool Server::block_acknowledged(std::uint64_t request, Instant now, std::uint64_
   }
   newest_request_ = request;
   deadline_ = now + (ticket_ == 0 ? options_.timeout : options_.answer_timeout);
-  const AbortCode why = sender_.acknowledge(byte_of(request, 1), byte_of(request, 2), source_);
+  return proceed_with_block(sender_.acknowledge(byte_of(request, 1), byte_of(request, 2), source_),
+                            now, reply);
+}
+
+// After an acknowledgement, and its result.
+bool Server::proceed_with_block(AbortCode why, Instant now, std::uint64_t& reply) {
   if (why != AbortCode::none) {
     reply = refuse(address_, why);
     return true;
@@ -265,6 +272,11 @@ void Server::send_segments(Instant now, can::TransmitQueue& queue) {
     }
     outbox_.send(segment, now, queue);
     deadline_ = now + options_.timeout;
+  }
+  std::uint64_t reply = 0;
+  if (sender_.early_due() && proceed_with_block(sender_.acknowledge_early(source_), now, reply)) {
+    outbox_.send(reply, now, queue);
+    return;
   }
   block_wake_ = ticket_ == 0 && sender_.sending() ? now + Outbox::kRetry : kNever;
 }

@@ -248,6 +248,21 @@ TEST_F(ClientBlockTest, MoreAcknowledgedThanSent) {
   expect_abort(AbortCode::sequence_number);
 }
 
+// ackseq 0 and the acknowledgement crossed the segments: both are of the first transmission.
+TEST_F(ClientBlockTest, AnAcknowledgementMayPrecedeTheRepetition) {
+  constexpr std::uint8_t kSegments = 43;
+  const auto value = pattern(kSegments * 7);
+  write({0x2100, 0}, value, kInBlocks);
+  EXPECT_EQ(answer_all({0xA4, 0x00, 0x21, 0, 127, 0, 0, 0}), segments(value, 0, kSegments));
+  Frames repeated = segments(value, 0, kSegments);
+  repeated.push_back(end_request(value, crc_of(value)));
+  client.receive(frame(kResponseId, block_ack(0, 127), now), queue);
+  client.receive(frame(kResponseId, block_ack(kSegments, 127), now), queue);
+  EXPECT_EQ(all(), repeated);
+  answer({0xA1, 0, 0, 0, 0, 0, 0, 0});
+  expect_data({});
+}
+
 TEST_F(ClientBlockTest, ASequenceNumberThereIsNot) {
   begin_upload();
   EXPECT_EQ(answer({0x00, 1, 2, 3, 4, 5, 6, 7}), (Frames{abort_bytes(0x2100, 0, 0x0504'0003)}));

@@ -33,6 +33,35 @@ class ServerBlockTest : public ServerTest {
       EXPECT_EQ(ask(each), Bytes{});
     }
   }
+  // What the server sends if nothing arrives for its stall.
+  Frames stall() {
+    now += 200ms;
+    server.advance(now, queue);
+    return drain(queue, kResponseId);
+  }
+  // The same until it gives the transfer up.
+  Frames until_given_up() {
+    Frames out;
+    while (server.busy()) {
+      if (now >= at(10s)) {
+        ADD_FAILURE() << "the server waits endlessly";
+        break;
+      }
+      now = server.next_wake();
+      server.advance(now, queue);
+      const Frames some = drain(queue, kResponseId);
+      out.insert(out.end(), some.begin(), some.end());
+    }
+    return out;
+  }
+  // Begins a download of unknown size without a CRC; the client pauses after 20 segments, which are
+  // acknowledged.
+  void begin_and_pause(const std::vector<std::byte>& value_) {
+    set_domain(0);
+    ask({0xC0, 0x00, 0x21, 0, 0, 0, 0, 0});
+    give(segments(value_, 0, 20));
+    EXPECT_EQ(stall(), Frames{block_ack(20, 63)});
+  }
   void set_domain(std::size_t size) {
     ASSERT_TRUE(dictionary.set({0x2100, 0}, std::span<const std::byte>(pattern(size))));
   }
@@ -199,39 +228,123 @@ TEST_F(ServerBlockTest, SegmentsMayComeAfterAllWithMoreThanTheNextSubBlockHas) {
   ask({0xC0, 0x00, 0x21, 0, 0, 0, 0, 0});
   const Frames sent = segments(pattern(7000), 0, 127);
   give({sent.begin(), sent.begin() + 20});
-  now += 200ms;
-  server.advance(now, queue);
-  EXPECT_EQ(drain(queue, kResponseId), Frames{block_ack(20, 63)});
+  EXPECT_EQ(stall(), Frames{block_ack(20, 63)});
   give({sent.begin() + 100, sent.end()});
   const Frames rest = segments(value_, 20, 50);
   give({rest.begin(), rest.end() - 1});
   EXPECT_EQ(ask(rest.back()), block_ack(50, 64));
 }
 
+// Until a segment comes that cannot be late, because its number is not above those received before.
+TEST_F(ServerBlockTest, SegmentsThatMayBeLateAreNotThoseOfTheNextSubBlock) {
+  const auto value_ = pattern(70 * 7);
+  const Frames sent = segments(value_, 0, 70);
+  begin_and_pause(value_);
+  give({sent.begin() + 20, sent.end()});
+  EXPECT_EQ(server.next_wake(), now + 200ms);
+  EXPECT_EQ(stall(), Frames{}) << "the acknowledgement was not read yet";
+  const Frames rest = segments(value_, 20, 50);
+  give({rest.begin(), rest.end() - 1});
+  EXPECT_EQ(ask(rest.back()), block_ack(50, 64));
+  EXPECT_EQ(ask(end_request(value_, 0))[0], 0xA1);
+  EXPECT_EQ(value({0x2100, 0}), numbers(value_));
+}
+
+// A loss is still found by the segments that cannot be late.
+TEST_F(ServerBlockTest, TheFirstSegmentAfterAnEarlyAcknowledgementMayBeLost) {
+  const auto value_ = pattern(70 * 7);
+  begin_and_pause(value_);
+  const Frames rest = segments(value_, 20, 50);
+  give({rest.begin() + 1, rest.end() - 1});
+  EXPECT_EQ(ask(rest.back()), block_ack(0, 31));
+}
+
+TEST_F(ServerBlockTest, ASegmentTwiceAfterAnEarlyAcknowledgementIsIgnored) {
+  ask({0xC4, 0x00, 0x21, 0, 0, 0, 0, 0});
+  const Frames sent = segments(pattern(7000), 0, 127);
+  give({sent.begin(), sent.begin() + 100});
+  EXPECT_EQ(stall(), Frames{block_ack(100, 63)});
+  give({sent[99]});
+}
+
+// No. 34 looks like a write of 1017h.
+TEST_F(ServerBlockTest, LateSegmentsAfterAResetAreNoRequests) {
+  std::vector<std::byte> value_ = pattern(70 * 7);
+  std::ranges::copy(bytes({0x17, 0x10, 0, 0x55, 0, 0, 0}), value_.begin() + 33 * 7);
+  const Frames sent = segments(value_, 0, 70);
+  begin_and_pause(value_);
+  give({sent.begin() + 20, sent.begin() + 30});
+  server.reset();
+  give({sent.begin() + 30, sent.end()});
+}
+
+// What is refused is no segment: those behind it still are.
+TEST_F(ServerBlockTest, SegmentsAfterAWrongNumberAreNoRequests) {
+  std::vector<std::byte> value_ = pattern(63 * 7);
+  std::ranges::copy(bytes({0x17, 0x10, 0, 0x55, 0, 0, 0}), value_.begin() + 33 * 7);
+  const Frames sent = segments(value_, 0, 63);
+  for (const std::uint8_t wrong : {std::uint8_t{0}, std::uint8_t{0x7F}}) {
+    SCOPED_TRACE(unsigned{wrong});
+    ask({0xC0, 0x00, 0x21, 0, 0, 0, 0, 0});
+    const Frames before = segments(pattern(7000), 0, 127);
+    give({before.begin() + 1, before.end() - 1});
+    EXPECT_EQ(ask(before.back()), block_ack(0, 63)) << "the first was lost";
+    give({sent.begin(), sent.begin() + 20});
+    EXPECT_EQ(ask({wrong, 0, 0, 0, 0, 0, 0, 0}), abort_bytes(0x2100, 0, 0x0504'0003));
+    give({sent.begin() + 20, sent.end()});
+  }
+}
+
+// A client ignores an equal acknowledgement within a sub-block, as a repeated frame.
+TEST_F(ServerBlockTest, AnEarlyAcknowledgementDiffersFromThePrevious) {
+  const auto value_ = pattern(7000);
+  set_domain(0);
+  ask({0xC0, 0x00, 0x21, 0, 0, 0, 0, 0});
+  Frames acknowledgements;
+  for (std::size_t begin = 0; begin < 35; begin += 5) {
+    give(segments(value_, begin, 5));
+    now = server.next_wake();
+    server.advance(now, queue);
+    acknowledgements.push_back(drain(queue, kResponseId).at(0));
+  }
+  EXPECT_EQ(acknowledgements,
+            (Frames{block_ack(5, 63), block_ack(5, 31), block_ack(5, 15), block_ack(5, 8),
+                    block_ack(5, 7), block_ack(5, 8), block_ack(5, 7)}));
+}
+
 TEST_F(ServerBlockTest, AllOfAShortSubBlockMayBeLost) {
   const auto value_ = pattern(14);
   ask({0xC6, 0x00, 0x21, 0, 14, 0, 0, 0});
   for (int i = 0; i < 2; ++i) {
-    now += 200ms;
-    server.advance(now, queue);
-    EXPECT_EQ(drain(queue, kResponseId), (Frames{block_ack(0, 127)}));
+    EXPECT_EQ(stall(), (Frames{block_ack(0, 127)}));
   }
   ask(segments(value_, 0, 2)[0]);
   EXPECT_EQ(ask(segments(value_, 0, 2)[1]), block_ack(2, 127));
   EXPECT_EQ(ask(end_request(value_, crc_of(value_)))[0], 0xA1);
 }
 
+// Without a CRC nothing would reveal a repetition that began elsewhere.
+TEST_F(ServerBlockTest, NothingIsRequestedAgainWithoutACheckSum) {
+  ask({0xC2, 0x00, 0x21, 0, 14, 0, 0, 0});
+  EXPECT_EQ(until_given_up(), (Frames{abort_bytes(0x2100, 0, 0x0504'0000)}));
+}
+
+// Few segments were requested again, and were only late: they come twice.
+TEST_F(ServerBlockTest, SegmentsThatWereRequestedTwiceAreIgnoredAfterTheLast) {
+  const auto value_ = pattern(20);
+  const Frames sent = segments(value_, 0, 3);
+  ask({0xC6, 0x00, 0x21, 0, 20, 0, 0, 0});
+  EXPECT_EQ(stall(), (Frames{block_ack(0, 127)}));
+  give({sent[0], sent[1]});
+  EXPECT_EQ(ask(sent[2]), block_ack(3, 127));
+  give(sent);
+  EXPECT_EQ(ask(end_request(value_, crc_of(value_)))[0], 0xA1);
+  EXPECT_EQ(value({0x2100, 0}), numbers(value_));
+}
+
 TEST_F(ServerBlockTest, ASilentClientIsGivenUp) {
   ask({0xC6, 0x00, 0x21, 0, 14, 0, 0, 0});
-  Frames sent;
-  while (server.busy()) {
-    ASSERT_LT(now, at(10s));
-    now = server.next_wake();
-    server.advance(now, queue);
-    const Frames some = drain(queue, kResponseId);
-    sent.insert(sent.end(), some.begin(), some.end());
-  }
-  EXPECT_EQ(sent,
+  EXPECT_EQ(until_given_up(),
             (Frames{block_ack(0, 127), block_ack(0, 127), abort_bytes(0x2100, 0, 0x0504'0000)}));
 }
 
@@ -389,6 +502,41 @@ TEST_F(ServerBlockTest, BlockSizesThereAreNot) {
     EXPECT_EQ(ask(block_ack(2, wrong)), abort_bytes(0x2100, 0, 0x0504'0002));
     EXPECT_FALSE(server.busy());
   }
+}
+
+// ackseq 0 and the acknowledgement crossed the segments: both are of the first transmission.
+TEST_F(ServerBlockTest, AnAcknowledgementMayPrecedeTheRepetition) {
+  constexpr std::uint8_t kSegments = 43;  // more than are sent at once
+  const auto value_ = pattern(kSegments * 7);
+  set_domain(value_.size());
+  begin_upload();
+  EXPECT_EQ(ask_all({0xA3, 0, 0, 0, 0, 0, 0, 0}), segments(value_, 0, kSegments));
+  server.receive(frame(kRequestId, block_ack(0, 127), now), queue);
+  server.receive(frame(kRequestId, block_ack(kSegments, 127), now), queue);
+  Frames repeated = segments(value_, 0, kSegments);
+  repeated.push_back(end_request(value_, crc_of(value_)));
+  EXPECT_EQ(all(), repeated);
+  EXPECT_EQ(ask({0xA1, 0, 0, 0, 0, 0, 0, 0}), Bytes{});
+  EXPECT_EQ(server.counters().uploads, 1U);
+}
+
+// Nothing would reveal that the client took the repetition for new segments.
+TEST_F(ServerBlockTest, WithoutACheckSumAnAcknowledgementDoesNotPrecedeTheRepetition) {
+  constexpr std::uint8_t kSegments = 43;
+  set_domain(kSegments * 7);
+  ask({0xA0, 0x00, 0x21, 0, 127, 0, 0, 0});
+  EXPECT_EQ(ask_all({0xA3, 0, 0, 0, 0, 0, 0, 0}).size(), kSegments);
+  server.receive(frame(kRequestId, block_ack(0, 127), now), queue);
+  server.receive(frame(kRequestId, block_ack(kSegments, 127), now), queue);
+  EXPECT_EQ(all().back(), abort_bytes(0x2100, 0, 0x0504'0003));
+}
+
+TEST_F(ServerBlockTest, AnAcknowledgementOfMoreThanIsRepeatedIsRefused) {
+  set_domain(35);
+  begin_upload();
+  EXPECT_EQ(ask_all({0xA3, 0, 0, 0, 0, 0, 0, 0}), segments(pattern(35), 0, 5));
+  EXPECT_EQ(ask_all(block_ack(0, 3)), segments(pattern(35), 0, 3));
+  EXPECT_EQ(ask(block_ack(5, 3)), abort_bytes(0x2100, 0, 0x0504'0003));
 }
 
 TEST_F(ServerBlockTest, MoreAcknowledgedThanSent) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Streams that complete later, or whose hook does (split indication): at any point the transfer
 // waits and then continues normally.
+#include "tests/stack/sdo/block_frames.h"
 #include "tests/stack/sdo/pair_fixture.h"
 
 namespace linegate::sdo::test {
@@ -294,6 +295,40 @@ TEST_F(LaterStreaming, LostSegmentsMeanwhileAreRepeated) {
       expect_right(writing, outcome);
     }
   }
+}
+
+// Few segments were requested again, and were only late: they come twice while the sink is busy.
+TEST_F(LaterStreaming, SegmentsThatWereRequestedTwiceAreIgnoredMeanwhile) {
+  place = Place::piece;
+  const auto value = pattern(296 * 7);  // the sink gets 2 KiB at once
+  const auto give = [&](const Frames& requests) {
+    for (const Bytes& each : requests) {
+      server.receive(frame(kRequestId, each, now), to_client);
+    }
+    return drain(to_client, kResponseId);
+  };
+  const auto stall = [&] {
+    now += 200ms;
+    server.advance(now, to_client);
+    return drain(to_client, kResponseId);
+  };
+  Bytes initiate{0xC6, 0, 0, kLateDomain.sub, 0x18, 0x08, 0, 0};
+  store_le(reinterpret_cast<std::byte*>(&initiate[1]), kLateDomain.index);
+  give({initiate});
+  give(segments(value, 0, 127));
+  give(segments(value, 127, 85));
+  EXPECT_EQ(give(segments(value, 212, 80)), Frames{});
+  EXPECT_EQ(stall(), Frames{block_ack(80, 63)});
+  EXPECT_EQ(stall(), Frames{block_ack(0, 63)});
+  const Frames rest = segments(value, 292, 4);
+  EXPECT_EQ(give(rest), Frames{});
+  EXPECT_NE(ticket, 0U);
+  EXPECT_EQ(give(rest), Frames{});
+  dictionary.complete(std::exchange(ticket, 0), AbortCode::none);
+  server.advance(now, to_client);
+  EXPECT_EQ(drain(to_client, kResponseId), Frames{block_ack(4, 64)});
+  give({end_request(value, crc_of(value))});
+  EXPECT_EQ(numbers(got), numbers(value));
 }
 
 // A client cannot wait for a completion: kLater must not become an abort code on the bus.
