@@ -498,10 +498,12 @@ void BootSlave::start_error_control(Instant now) {
   const std::uint8_t factor = services_.list.life_time_factor(plan_.id);
   if (plan_.heartbeat_consumer > Duration::zero()) {
     services_.heartbeats.monitor(plan_.id, plan_.heartbeat_consumer);
+    started_error_control_ = true;
     node_.heartbeat_monitored = true;
     set_step(Step::error_control, now + plan_.heartbeat_consumer);
   } else if (guard_time * factor > Duration::zero()) {
     services_.heartbeats.guard(plan_.id, guard_time, factor, now);
+    started_error_control_ = true;
     node_.heartbeat_monitored = true;
     set_step(Step::error_control, now + guard_time * factor);
   } else {

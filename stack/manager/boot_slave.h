@@ -94,6 +94,11 @@ class BootSlave final : private StepContext {
   bool loads_program() const { return step_ == Step::program; }
   // The process waits before it configures a node again that restarted during its configuration.
   bool pauses() const { return restarts_ > 1 && step_ == Step::retry; }
+  // Error control of the node was started since its last boot-up message: its heartbeat was
+  // configured, or it is guarded.
+  bool started_error_control() const { return started_error_control_; }
+  // The node sent its boot-up message, also while the manager is not active.
+  void error_control_ended() { started_error_control_ = false; }
   // The process has reported that the node does not answer, and tries again every second.
   bool searching() const { return reported_; }
 
@@ -167,6 +172,7 @@ class BootSlave final : private StepContext {
   bool reported_ = false;         // the reason why the process keeps trying was reported
   bool booted_up_ = false;        // a boot-up message was received: the node cannot be Operational
   bool was_operational_ = false;  // boot status L
+  bool started_error_control_ = false;
   // The last NMT reset of the node.
   struct Reset {
     bool waits_for_boot_up = false;

@@ -66,6 +66,7 @@ void Manager::boot_up(std::uint8_t node, Instant now) {
     }
     return;
   }
+  slot->boot->error_control_ended();
   host_.node_data_invalid(node);
   if (!active() || nodes_stopped_) {
     return;
@@ -210,12 +211,14 @@ void Manager::miss(std::uint8_t node, Presence presence) {
   starting_.reset(node);
 }
 
-// Nothing was received for so long that the node no longer counts as present. A node that sends no
-// heartbeat may still be present, so it becomes unknown; a node with heartbeat or configured error
-// control becomes missing.
+// Nothing was received for so long that the node no longer counts as present. It is missing if it
+// sent heartbeats, or its error control was started. A node without them may still be present, also
+// one whose boot process ended before the start of error control: it becomes unknown.
 void Manager::expire(std::uint8_t node) {
   if (nodes_[node].presence == Presence::present) {
-    const bool is_missing = life_.beats(node) || has_error_control(node);
+    const Slot* slot = find(node);
+    const bool is_missing =
+        life_.beats(node) || (slot != nullptr && slot->boot->started_error_control());
     miss(node, is_missing ? Presence::missing : Presence::unknown);
   }
 }

@@ -111,7 +111,9 @@ void Manager::leave_unwatched(const Slot& slot, Instant now) {
   if (heartbeats_.monitored(slot.plan.id)) {
     return;
   }
-  if (slot.plan.heartbeat_consumer > Duration::zero()) {
+  if (!slot.boot->started_error_control()) {
+    life_.answer(slot.plan.id, now);
+  } else if (slot.plan.heartbeat_consumer > Duration::zero()) {
     life_.expect(slot.plan.id, now + slot.plan.heartbeat_consumer);
   } else if (has_error_control(slot.plan.id)) {
     life_.answer(slot.plan.id, now);

@@ -198,5 +198,39 @@ TEST_F(PresenceTest, ANodeOfAManagerThatWasStoppedCountsAsPresentUntilItsHeartbe
   EXPECT_EQ(line_->node_state(5).presence, Presence::missing);
 }
 
+TEST_F(PresenceTest, ANodeThatBootsUpWhileTheManagerIsStoppedNeedNotSendHeartbeats) {
+  start();
+  line_->stop(now_);
+  hear(0x705, {0x00});
+  pass(seconds(1));
+  EXPECT_EQ(line_->node_state(5).presence, Presence::present);
+  pass(nmt::LifeSigns::kHold);
+  EXPECT_EQ(line_->node_state(5).presence, Presence::unknown);
+}
+
+// Its heartbeat was not configured, so that its silence does not show that it is gone.
+TEST_F(PresenceTest, ANodeWhoseBootEndedBeforeItsHeartbeatWasConfiguredIsNotMissingForItsSilence) {
+  make(config_with_axis());
+  line_->start(now_);
+  hear(0x705, {0x00});
+  hear(0x585, {0x43, 0x00, 0x10, 0x00, 0x91, 0x01, 0x0F, 0x00});  // another device type
+  EXPECT_EQ(line_->node_state(5).boot, 'C');
+  EXPECT_EQ(line_->node_state(5).presence, Presence::present);
+  pass(nmt::LifeSigns::kHold);
+  EXPECT_EQ(line_->node_state(5).presence, Presence::unknown);
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::unknown);
+}
+
+TEST_F(PresenceTest, AManagerThatIsStoppedWhileANodeBootsDoesNotExpectItsHeartbeat) {
+  make(config_with_axis());
+  line_->start(now_);
+  hear(0x705, {0x00});
+  line_->stop(now_);
+  pass(seconds(1));
+  EXPECT_EQ(line_->node_state(5).presence, Presence::present);
+  pass(nmt::LifeSigns::kHold);
+  EXPECT_EQ(line_->node_state(5).presence, Presence::unknown);
+}
+
 }  // namespace
 }  // namespace linegate::line
