@@ -32,16 +32,23 @@ std::optional<Duration> Area::age(std::size_t entry) const {
   return image->acquired - received[entry];
 }
 
-void Area::take(const image::Layout& fresh) {
+void Area::take(const image::Layout& fresh, Instant now) {
+  match_.take(layout, fresh, now);
+  at(now);
   if (!layout || layout->id != fresh.id) {
     received.assign(fresh.entries.size(), Instant{});
   }
   layout = fresh;
 }
 
-void Area::take(const image::Snapshot& fresh) {
+void Area::take(const image::Snapshot& fresh, Instant now) {
+  if (match_.is_overtaken(image, fresh, now)) {
+    return;
+  }
+  match_.take(image, fresh, now);
+  at(now);
   image = fresh;
-  if (!complete()) {
+  if (!fits()) {
     return;
   }
   for (const image::PdoMark& mark : fresh.marks) {
@@ -59,6 +66,15 @@ std::optional<double> frames_a_second(std::uint64_t before, std::uint64_t now, D
 }
 
 }  // namespace
+
+void Model::at(Instant now) {
+  now_ = now;
+  for (auto& [id, line] : lines_) {
+    for (Area& area : line.areas) {
+      area.at(now);
+    }
+  }
+}
 
 Freshness Model::freshness(const Line& line) const {
   if (line.gone) {
@@ -143,14 +159,14 @@ void Model::on_output_state(const LineId& id, const OutputStateView& state) {
 
 void Model::on_layout(const LineId& id, const image::Layout& layout) {
   if (Line* const target = line(id)) {
-    target->areas[static_cast<std::size_t>(layout.direction)].take(layout);
+    target->areas[static_cast<std::size_t>(layout.direction)].take(layout, now_);
   }
 }
 
 void Model::on_image(const LineId& id, const image::Snapshot& image) {
   if (Line* const target = line(id)) {
     ++target->images;
-    target->areas[static_cast<std::size_t>(image.direction)].take(image);
+    target->areas[static_cast<std::size_t>(image.direction)].take(image, now_);
   }
 }
 

@@ -12,22 +12,20 @@
 #include <vector>
 
 #include "bridges/console/client.h"
+#include "stack/image/layout_match.h"
 
 namespace linegate::console {
 
 // One direction of a line's image. Values can be read only if layout and image match: a foreign
-// publisher's image may be shorter than its layout.
+// publisher's image may be shorter than its layout, and after a restart of the line an image may
+// belong to another layout with the same ID (stack/image/layout_match.h).
 struct Area {
   std::optional<image::Layout> layout;
   std::optional<image::Snapshot> image;
   // By entry: last reception (inputs) or transmission (outputs) of its PDO; 0 = never
   std::vector<Instant> received;
 
-  bool complete() const {
-    return layout && image && layout->id == image->layout_id &&
-           image->changed.size() * 64 >= layout->entries.size() &&
-           image->valid.size() * 64 >= layout->entries.size();
-  }
+  bool complete() const { return is_certain_ && fits(); }
   bool valid(std::size_t entry) const { return complete() && image->is_valid(entry); }
   // Outputs: the entry was written or has a default.
   bool known(std::size_t entry) const {
@@ -39,8 +37,20 @@ struct Area {
   // no PDO was received since this program started.
   std::optional<Duration> age(std::size_t entry) const;
 
-  void take(const image::Layout& layout);
-  void take(const image::Snapshot& image);
+  void take(const image::Layout& fresh, Instant now);
+  void take(const image::Snapshot& fresh, Instant now);
+  // Time has passed.
+  void at(Instant now) { is_certain_ = match_.is_certain(now); }
+
+ private:
+  bool fits() const {
+    return layout && image && layout->id == image->layout_id &&
+           image->changed.size() * 64 >= layout->entries.size() &&
+           image->valid.size() * 64 >= layout->entries.size();
+  }
+
+  image::LayoutMatch match_;
+  bool is_certain_ = true;
 };
 
 // How reliable the data of a line is.
@@ -83,7 +93,7 @@ class Model : public Listener {
   static constexpr Duration kSilence = std::chrono::seconds(3);
 
   // Sets the current time, by any clock that never goes back. Call it before samples are passed in.
-  void at(Instant now) { now_ = now; }
+  void at(Instant now);
   Freshness freshness(const Line& line) const;
   // Time since its last state.
   Duration silence(const Line& line) const { return now_ - line.heard; }

@@ -83,7 +83,7 @@ OutputRefusal verdict_of(const image::Layout& layout, const config::RemoteInput&
   return fits ? OutputRefusal::none : OutputRefusal::source_type;
 }
 
-// The value of the input if it is valid.
+// The value of the input if it is valid, of an image that belongs to the layout.
 std::optional<std::uint64_t> value_of(const std::optional<image::Layout>& layout,
                                       const std::optional<image::Snapshot>& image,
                                       const config::RemoteInput& wanted) {
@@ -130,6 +130,13 @@ void RemoteInputs::set_rules(std::vector<Rule> rules) {
       judge(source, publisher);
     }
   }
+}
+
+// Nothing while it is not certain that the image belongs to the layout.
+std::optional<std::uint64_t> RemoteInputs::value_in(const Publisher& publisher,
+                                                    const config::RemoteInput& input, Instant now) {
+  return publisher.match.is_certain(now) ? value_of(publisher.layout, publisher.image, input)
+                                         : std::nullopt;
 }
 
 bool RemoteInputs::is_same(const Rule& a, const Rule& b) {
@@ -186,15 +193,6 @@ Duration RemoteInputs::hear(Publisher& publisher, bool Publisher::*had, Instant 
 // The next samples may be old ones, which DDS keeps for new readers.
 void RemoteInputs::doubt(Publisher& publisher) {
   publisher.had_state = publisher.had_image = publisher.is_live = false;
-}
-
-// Whether a newer image was received just before: the gateway replaces its writers from time to
-// time, and DDS orders the samples of one writer only. The numbers begin anew with a line that is
-// made anew.
-bool RemoteInputs::is_overtaken(const Publisher& publisher, const image::Snapshot& image,
-                                Instant now) {
-  return publisher.image && now - publisher.image_heard < kRepair &&
-         image.sequence < publisher.image->sequence && image.acquired < publisher.image->acquired;
 }
 
 // Whether the values of the publisher count: it is live, it is the last one that began, and earlier
@@ -268,9 +266,10 @@ void RemoteInputs::take_layout(const RemoteSource& from, const image::Layout& la
     return;
   }
   Publisher& publisher = *known;
+  publisher.match.take(publisher.layout, layout, now);
   publisher.layout = layout;
   judge(*source, publisher);
-  // Its image may have been received before.
+  // Its image may have been received before. After another layout it does not count yet.
   const bool is_fresh = publisher.image && now - publisher.image_heard < kRepair;
   if (is_fresh && speaks(*source, publisher, now)) {
     for (Target& target : source->targets) {
@@ -285,10 +284,12 @@ void RemoteInputs::take_image(const RemoteSource& from, const image::Snapshot& i
     return;
   }
   Publisher* const known = publisher(*source, from.incarnation, now);
-  if (known == nullptr || is_overtaken(*known, image, now) || is_repeated(known->image, image)) {
+  if (known == nullptr || known->match.is_overtaken(known->image, image, now) ||
+      is_repeated(known->image, image)) {
     return;
   }
   Publisher& publisher = *known;
+  publisher.match.take(publisher.image, image, now);
   publisher.image = image;
   publisher.image_heard = now;
   hear(publisher, &Publisher::had_image, now);
@@ -301,7 +302,7 @@ void RemoteInputs::take_image(const RemoteSource& from, const image::Snapshot& i
 }
 
 void RemoteInputs::confirm(Target& target, const Publisher& publisher, Instant now) {
-  const auto value = value_of(publisher.layout, publisher.image, target.rule.input);
+  const auto value = value_in(publisher, target.rule.input, now);
   if (!value) {
     target.waits_for_room = false;
     return;
@@ -381,6 +382,9 @@ OutputRefusal RemoteInputs::why_absent(const Source& source, const Target& targe
     }
     const bool is_complete = publisher.is_live && publisher.layout && publisher.image &&
                              publisher.image->layout_id == publisher.layout->id;
+    if (is_complete && !publisher.match.is_certain(now)) {
+      return OutputRefusal::none;
+    }
     if (is_complete && !value_of(publisher.layout, publisher.image, target.rule.input)) {
       out = OutputRefusal::source_invalid;
     } else if (is_complete) {
@@ -397,7 +401,7 @@ void RemoteInputs::retry(Source& source, Target& target, Instant now) {
     return;
   }
   for (Publisher& publisher : source.publishers) {
-    const auto value = value_of(publisher.layout, publisher.image, target.rule.input);
+    const auto value = value_in(publisher, target.rule.input, now);
     if (value && speaks(source, publisher, now)) {
       target.arming = 0;
       return write(target, *value, now);

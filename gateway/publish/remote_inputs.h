@@ -4,7 +4,9 @@
 // Invariants:
 // 1. A value is written only if the newest known image of the source has it, as valid, in an entry
 //    with the wanted name, data type and length, and no other scaling, of the layout that the image
-//    names, of the same incarnation.
+//    names, of the same incarnation. After a layout that reads its ID otherwise than before, or
+//    a restart of the line with the same ID, the image must certainly belong to the layout
+//    (stack/image/layout_match.h), because names may change places without another ID.
 // 2. A write confirms that the line of the source was heard just now: by an image, or by its state
 //    if the line was not silent for longer than the time-out before, and DDS had a second since the
 //    end of the last silence to repeat an image. So the value that a line had before a silence does
@@ -27,6 +29,7 @@
 #include "gateway/config/plant.h"
 #include "stack/base/time.h"
 #include "stack/image/layout.h"
+#include "stack/image/layout_match.h"
 #include "stack/image/snapshot.h"
 #include "stack/line/output_write.h"
 
@@ -94,6 +97,7 @@ class RemoteInputs {
     std::optional<std::int64_t> state_time{};  // of its last state
     std::optional<image::Layout> layout{};
     std::optional<image::Snapshot> image{};
+    image::LayoutMatch match{};
     std::vector<line::OutputRefusal> verdicts{};  // by rule of the source, as far as reported
     bool dispute_reported = false;
   };
@@ -115,7 +119,8 @@ class RemoteInputs {
 
   Source* find(const config::RemoteLine& line);
   static bool is_same(const Rule& a, const Rule& b);
-  static bool is_overtaken(const Publisher& publisher, const image::Snapshot& image, Instant now);
+  static std::optional<std::uint64_t> value_in(const Publisher& publisher,
+                                               const config::RemoteInput& input, Instant now);
   static Duration hear(Publisher& publisher, bool Publisher::*had, Instant now);
   static void doubt(Publisher& publisher);
   static Publisher* publisher(Source& source, std::uint64_t incarnation, Instant now);

@@ -74,6 +74,29 @@ TEST(Model, AnImageThatIsTooShortForItsLayoutHasNoValues) {
   EXPECT_FALSE(area.complete());
 }
 
+// As after a reload by which two inputs exchange their names: the ID remains.
+TEST(Model, AnImageFromBeforeARestartIsNotReadThroughOtherNames) {
+  const Instant begin{std::chrono::seconds(1000)};
+  Model model;
+  model.at(begin);
+  model.on_layout(kPressId, layout());
+  model.on_image(kPressId, snapshot(9));
+  const Area& area = model.lines().at(kPressId).areas[0];
+  EXPECT_TRUE(area.valid(1));
+  image::Layout other = layout();
+  other.entries[1].name = "io.Level";
+  model.on_layout(kPressId, other);
+  EXPECT_FALSE(area.valid(1));
+  EXPECT_TRUE(area.value(1).empty());
+  model.at(begin + std::chrono::milliseconds(100));
+  image::Snapshot first = snapshot(9);
+  first.sequence = 1;
+  model.on_image(kPressId, first);
+  EXPECT_FALSE(area.valid(1));
+  model.at(begin + std::chrono::milliseconds(1'100));
+  EXPECT_TRUE(area.valid(1)) << "nothing has changed since";
+}
+
 TEST(Model, IsBoundedWhateverNamesStrangersPublish) {
   Model model;
   for (std::size_t i = 0; i < Model::kMaxLines + 10; ++i) {

@@ -218,7 +218,9 @@ TEST_F(RemoteInputsTest, AnImageOfAWriterThatWasReplacedDoesNotComeBack) {
   EXPECT_THAT(numbered(20, seconds(50), 300), ElementsAre(300U));
   now += milliseconds(100);
   EXPECT_THAT(numbered(19, seconds(49), 299), IsEmpty());
-  EXPECT_THAT(numbered(1, seconds(51), 301), ElementsAre(301U)) << "of a line that was made anew";
+  EXPECT_THAT(numbered(1, seconds(51), 301), IsEmpty()) << "of a line that was made anew";
+  pass(1, seconds(1));
+  EXPECT_THAT(written(), ElementsAre(301U)) << "its layout would have come";
   now += seconds(2);
   EXPECT_THAT(numbered(2, seconds(20), 302), ElementsAre(302U)) << "its clock was set";
 }
@@ -336,7 +338,51 @@ TEST_F(RemoteInputsTest, AnEntryThatMovedIsFoundByItsName) {
   image(1, remote_image(5, 16, 301));
   EXPECT_THAT(written(), IsEmpty()) << "an image of the former layout";
   image(1, remote_image(6, 48, 302));
-  EXPECT_THAT(written(), ElementsAre(302U));
+  EXPECT_THAT(written(), ElementsAre(302U)) << "that ID had no other layout";
+}
+
+// Two nodes of the source have exchanged their names, which the ID of its layout does not show.
+TEST_F(RemoteInputsTest, NamesThatChangePlacesDoNotGiveTheValueOfAnotherInput) {
+  const auto both = [&](std::uint64_t number, std::uint16_t at_16, std::uint16_t at_64) {
+    image::Snapshot out = remote_image(5, 16, at_16);
+    store_le(std::span(out.bytes).subspan(8, 2), at_64);
+    out.sequence = number;
+    out.acquired = now;
+    return out;
+  };
+  image::Layout exchanged = remote_layout(5, 16);
+  std::swap(exchanged.entries[0].name, exchanged.entries[1].name);
+  has_value(1, 300);
+  now += seconds(10);
+  state(1);
+  image(1, both(150, 300, 7));
+  written();
+  layout(1, exchanged);
+  EXPECT_THAT(written(), IsEmpty()) << "the image is older than the layout";
+  image(1, both(151, 301, 7));
+  EXPECT_THAT(written(), IsEmpty()) << "one from before may come after the layout";
+  image(1, both(1, 20, 302));
+  pass(1, seconds(1));
+  EXPECT_THAT(written(), ElementsAre(302U)) << "although nothing has changed since";
+  now += milliseconds(100);
+  image(1, both(1, 303, 21));
+  EXPECT_THAT(written(), IsEmpty()) << "its layout has not come yet: the names are exchanged again";
+  layout(1, remote_layout(5, 16));
+  EXPECT_THAT(written(), IsEmpty());
+  pass(1, seconds(1));
+  EXPECT_THAT(written(), ElementsAre(303U));
+  EXPECT_THAT(refusals, IsEmpty());
+}
+
+TEST_F(RemoteInputsTest, AValueThatWaitsForRoomIsNotReadThroughOtherNames) {
+  room = false;
+  has_nothing_written(1, 300);
+  image::Layout exchanged = remote_layout(5, 16);
+  std::swap(exchanged.entries[0].name, exchanged.entries[1].name);
+  layout(1, exchanged);
+  room = true;
+  inputs.advance(now);
+  EXPECT_THAT(written(), IsEmpty());
 }
 
 TEST_F(RemoteInputsTest, AnEntryIsFoundByItsObjectToo) {
