@@ -77,7 +77,7 @@ class ClientListener {
   virtual void on_events_missing(const Source&, std::uint64_t /*stream*/, std::uint64_t /*first*/,
                                  std::uint64_t /*last*/) {}
   // With complete_events: the next events of the line have numbers of another stream. lost: the
-  // journal has no event of the line with the stream before, as after its loss.
+  // journal has no event of the line with the stream before, as after its loss, or there is none.
   virtual void on_event_stream(const Source&, std::uint64_t /*before*/, std::uint64_t /*now*/,
                                bool /*lost*/) {}
   // The line was removed, or the gateway that published it has left or is unreachable.
@@ -107,8 +107,9 @@ struct ClientOptions {
   bool receptions = true;
   bool events = true;
   // Passes the events of each line to on_event() in order, each once, and reads those that this
-  // client missed from the journal of the gateway. Needs events and commands. If a gateway has no
-  // journal, an event after a gap is passed on when 5 s have passed.
+  // client missed from the journal of the gateway. Needs events and commands. An event after a gap
+  // is passed on when the journal does not have what is missing for 5 s, or at once if the gateway
+  // has no journal.
   bool complete_events = false;
   // A line begins with the oldest event in the journal, instead of the first that is received.
   bool events_from_oldest = false;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <string_view>
 
 #include "bridges/dds/event_codec.h"
 #include "stack/line/event_severity.h"
@@ -42,6 +43,14 @@ FollowedEvent followed_event(const std::string& gateway, request::JournalRecord 
 
 bool is_refused(const CommandResult& result, line::Refusal refusal) {
   return result.reply.error == line::to_error(refusal);
+}
+
+// As opposed to one that cannot be read (yet).
+bool has_no_journal(const CommandResult& result) {
+  const auto& why = result.reply.bytes();
+  return is_refused(result, line::Refusal::wrong_state) &&
+         std::string_view(reinterpret_cast<const char*>(why.data()), why.size())
+             .starts_with(request::kNoJournal);
 }
 
 }  // namespace
@@ -87,7 +96,7 @@ void EventFollower::receive_gateway(const std::string& gateway, std::uint64_t in
   for (auto& [key, one] : lines_) {
     if (key.first != gateway)
       continue;
-    if (is_new && one.position) {
+    if (is_new && (one.position || one.pending_count != 0)) {
       one.unchecked = true;
       one.pause = kFirstPause;
       one.missed_since = kNever;
@@ -351,20 +360,32 @@ void EventFollower::wait_for_journal(Line& line, Instant now) {
   if (line.missed_since == kNever) {
     line.missed_since = now;
   } else if (line.pending_count != 0 && now - line.missed_since >= kPatience) {
-    give_up(line);
+    give_up(line, kNoLimit);
   }
   line.ask_at = now + line.pause;
   line.pause = std::min(2 * line.pause, kLongestPause);
 }
 
+// What is missing is lost. Each run of the gateway is a stream, from 1 on.
+void EventFollower::continue_without_journal(Line& line, Instant now) {
+  const std::uint64_t stream = gateway_of(line).stream;
+  if (line.pending_count != 0 && line.pending.back().stream == stream) {
+    line.lost = line.position && line.position->stream != stream;
+    give_up(line, line.position ? 0 : kNoLimit);
+  } else {
+    deliver_all(line);  // others may be of a later run, of which no state has come
+  }
+  wait_for_journal(line, now);
+}
+
 // The samples that wait are continued with. Other samples are of streams that are older than those
-// of the line and of the gateway.
-void EventFollower::give_up(Line& line) {
+// of the line and of the gateway. before_first: as in enter_stream(), of the stream of the gateway.
+void EventFollower::give_up(Line& line, std::uint64_t before_first) {
   const std::uint64_t stream = gateway_of(line).stream;
   deliver_all(line);
   const bool is_behind_gateway = line.position && line.position->stream != stream;
   if (std::ranges::find(line.pending, stream, &Pending::stream) != line.pending.end()) {
-    change_stream(line, stream, kNoLimit);
+    change_stream(line, stream, before_first);
     deliver_all(line);
   } else if (const auto last = std::ranges::find(line.pending.rbegin(), line.pending.rend(), true,
                                                  &Pending::follows);
@@ -386,11 +407,15 @@ void EventFollower::receive_refusal(Line& line, const CommandResult& result, Ins
     line.ask_at = now;
     return;
   }
+  if (has_no_journal(result)) {
+    continue_without_journal(line, now);
+    return;
+  }
   const bool later = result.reply.ok() || is_refused(result, line::Refusal::timed_out) ||
                      is_refused(result, line::Refusal::busy) ||
                      is_refused(result, line::Refusal::cancelled);
   if (!later) {
-    wait_for_journal(line, now);  // there is no journal, or it is not readable (yet)
+    wait_for_journal(line, now);  // it is not readable (yet)
     return;
   }
   line.ask_at = now + line.pause;

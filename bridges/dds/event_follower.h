@@ -13,6 +13,8 @@
 // it. A sample without a stream or a number is passed on as it comes: it is no part of a sequence,
 // and no gap is seen before or after it.
 //
+// Samples of a gateway without a journal wait until it has answered that it has none, at most.
+//
 // Streams have no order of their own. It is that of the journal, and of samples, which arrive in
 // the order of their publication: a stream that has ended begins again if the gateway has it again,
 // after its last number that was passed on.
@@ -55,7 +57,8 @@ struct NewEventStream {
   std::string line;
   std::uint64_t before = 0;
   std::uint64_t now = 0;
-  bool lost = false;  // the journal has no event of the stream before: it is another one
+  // The journal has no event of the stream before: it is another one, or there is none.
+  bool lost = false;
 };
 
 class EventFollower {
@@ -154,7 +157,8 @@ class EventFollower {
   void receive_record(Line& line, request::JournalRecord record);
   void receive_refusal(Line& line, const CommandResult& result, Instant now);
   void wait_for_journal(Line& line, Instant now);
-  void give_up(Line& line);
+  void continue_without_journal(Line& line, Instant now);
+  void give_up(Line& line, std::uint64_t before_first);
 
   const bool from_oldest_;
   std::map<Key, Line> lines_;

@@ -104,6 +104,10 @@ struct JournalValue {
   friend bool operator==(const JournalValue&, const JournalValue&) = default;
 };
 
+// Begins the sentence of the refusal by a gateway that has no journal, and will have none before it
+// starts again; it refuses with Refusal::wrong_state, like one that cannot read its journal now.
+inline constexpr std::string_view kNoJournal = "this gateway has no journal";
+
 // In the order in which the events or values were stored, or the reverse order with newest_first. A
 // page may be empty although there are more: the gateway bounds the work for a page.
 struct JournalPage {

@@ -338,12 +338,14 @@ void Publisher::publish_events(Line& line, Instant now) {
 
 // Before the event is published: subscribers then have the stream of its number.
 void Publisher::journalise(NumberedLine* numbers, const Event& event, std::string_view text) {
+  if (journal_ != nullptr) {
+    journal_->use_number(*numbers, event.number);
+  }
+  if (gateway_known_ && stream() != stream_published_) {
+    publish_gateway_state(monotonic_now());
+  }
   if (journal_ == nullptr) {
     return;
-  }
-  journal_->use_number(*numbers, event.number);
-  if (gateway_known_ && journal_->stream() != stream_published_) {
-    publish_gateway_state(monotonic_now());
   }
   EventMembers members = edge_.members(event.data);
   entry_.line = numbers->name;
@@ -674,11 +676,13 @@ void Publisher::publish_gateway_state(Instant now) {
   gateway_due_ = now + kStatePeriod;
 }
 
+std::uint64_t Publisher::stream() const {
+  return journal_ == nullptr ? gateway_.event_stream : journal_->stream();
+}
+
 void Publisher::refresh_gateway() {
   EdgeStatistics statistics = edge_.statistics();
-  if (journal_ != nullptr) {
-    gateway_.event_stream = stream_published_ = journal_->stream();
-  }
+  gateway_.event_stream = stream_published_ = stream();
   participants_seen_ = statistics.participants;
   gateway_.participants = statistics.participants;
   gateway_.participants_most = statistics.participants_most;

@@ -136,6 +136,8 @@ class Publisher {
   Instant publish_gateway(Instant now);
   // Assigns the next number of the gateway to the event.
   void publish_gateway_event(Event& event, const std::string& text, Instant now);
+  // The identity of the event numbers. Without a journal it comes with GatewayNews.
+  std::uint64_t stream() const;
   void refresh_gateway();
   void publish_gateway_state(Instant now);
 

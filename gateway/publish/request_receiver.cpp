@@ -218,7 +218,7 @@ void RequestReceiver::read_journal(GatewayCommandRequest request) {
     refuse(tag, line::Refusal::no_right);
   } else if (journal_ == nullptr) {
     answer(refused_page(tag, {line::Refusal::wrong_state,
-                              "this gateway has no journal (journal: in its plant.yaml)"}));
+                              std::string(request::kNoJournal) + " (journal: in its plant.yaml)"}));
   } else {
     const std::uint32_t client = clients_.number(request.from, request.client);
     if (journal_use_.admit(journal_->requests(), client) &&

@@ -7,6 +7,7 @@
 #include <limits>
 #include <optional>
 #include <random>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -92,6 +93,13 @@ class Plant {
   }
   CommandResult answer(const request::JournalRead& read) {
     CommandResult out;
+    if (!has_journal) {
+      const std::string why = std::string(request::kNoJournal) + " (journal: in its plant.yaml)";
+      const auto bytes = std::as_bytes(std::span(why));
+      out.reply = {.error = line::to_error(line::Refusal::wrong_state),
+                   .data = std::vector(bytes.begin(), bytes.end())};
+      return out;
+    }
     if (refusal != line::Refusal::none) {
       out.reply.error = line::to_error(refusal);
       return out;
@@ -131,6 +139,7 @@ class Plant {
   std::uint64_t number = 0;
   std::uint64_t file = 1;
   std::size_t page_size = 10;
+  bool has_journal = true;
   line::Refusal refusal = line::Refusal::none;
   unsigned requests = 0;
   std::vector<Stored> journal;
@@ -221,7 +230,58 @@ TEST(EventFollower, AnEventThatNeitherHasIsMissingAndTheOthersAreNotHeldBack) {
   EXPECT_EQ(plant.seen, expected);
 }
 
-TEST(EventFollower, WithoutAJournalAnEventAfterAGapIsPassedOnLater) {
+TEST(EventFollower, WithoutAJournalNothingIsHeldBack) {
+  constexpr Duration kAtOnce = milliseconds(100);
+  Plant plant(true);
+  plant.has_journal = false;
+  plant.start(7, 3);
+  plant.run(std::chrono::seconds(20));
+  plant.publish();
+  plant.run(kAtOnce);
+  EXPECT_EQ(plant.seen, from_to(7, 4, 4)) << "from the oldest one";
+  plant.publish(false);
+  plant.publish();
+  plant.run(kAtOnce);
+  EXPECT_EQ(plant.seen, (std::vector<Plant::Stored>{{7, 4}, {7, 6}})) << "after a gap";
+  EXPECT_EQ(plant.missing, from_to(7, 5, 5));
+  plant.start(8, 0);  // each start is a stream, from 1 on
+  plant.publish(false);
+  plant.publish();
+  plant.publish();
+  plant.run(kAtOnce);
+  EXPECT_EQ(plant.seen, (std::vector<Plant::Stored>{{7, 4}, {7, 6}, {8, 2}, {8, 3}}));
+  EXPECT_EQ(plant.missing, (std::vector<Plant::Stored>{{7, 5}, {8, 1}}));
+  ASSERT_EQ(plant.streams.size(), 1U);
+  EXPECT_TRUE(plant.streams[0].lost);
+  plant.run(std::chrono::seconds(100));
+  EXPECT_LT(plant.requests, 20U);
+}
+
+// States and events have no common order.
+TEST(EventFollower, WithoutAJournalAnEventBeforeTheStateOfItsRunWaitsForIt) {
+  for (const bool from_oldest : {true, false}) {
+    Plant plant(from_oldest);
+    plant.has_journal = false;
+    plant.start(7, 0);
+    if (!from_oldest) {
+      plant.publish();
+      plant.publish(false);
+      plant.publish();
+    }
+    plant.take(8, 1);
+    plant.run(milliseconds(900));
+    EXPECT_EQ(plant.missing, from_oldest ? from_to(7, 1, 0) : from_to(7, 2, 2));
+    plant.start(8, 1);
+    plant.publish();
+    plant.run(milliseconds(100));
+    auto expected = from_to(8, 1, 2);
+    if (!from_oldest)
+      expected.insert(expected.begin(), {{7, 1}, {7, 3}});
+    EXPECT_EQ(plant.seen, expected);
+  }
+}
+
+TEST(EventFollower, AnEventAfterAGapWaitsForAJournalThatCannotBeRead) {
   Plant plant;
   plant.refusal = line::Refusal::wrong_state;
   plant.start(7, 0);
@@ -233,7 +293,7 @@ TEST(EventFollower, WithoutAJournalAnEventAfterAGapIsPassedOnLater) {
   plant.run(milliseconds(5000));
   EXPECT_EQ(plant.seen, (std::vector<Plant::Stored>{{7, 1}, {7, 3}}));
   EXPECT_EQ(plant.missing, from_to(7, 2, 2));
-  plant.start(8, 0);  // each start is a stream
+  plant.start(8, 0);
   plant.publish();
   plant.run(milliseconds(9000));
   EXPECT_EQ(plant.seen.back(), (Plant::Stored{8, 1}));
@@ -572,6 +632,55 @@ TEST(EventFollower, EachEventOnceInOrderWhateverIsLost) {
     EXPECT_TRUE(plant.missing.empty()) << "seed " << seed;
     EXPECT_TRUE(plant.seen == published)
         << "seed " << seed << ": " << plant.seen.size() << " of " << published.size();
+  }
+}
+
+// Samples are lost and repeated, and come before the state of their run.
+TEST(EventFollower, WithoutAJournalEachSampleOnceInOrder) {
+  for (unsigned seed = 1; seed <= 300; ++seed) {
+    std::minstd_rand random(seed);
+    const auto chance = [&](unsigned percent) { return random() % 100 < percent; };
+    Plant plant(chance(50));
+    plant.has_journal = false;
+    plant.start(7, 0);
+    std::vector<Plant::Stored> received;
+    std::vector<Plant::Stored> lost;
+    std::vector<Plant::Stored> lost_since;  // reported with the next one
+    for (int step = 0; step < 300; ++step) {
+      const bool reaches = !chance(30);
+      plant.publish(reaches);
+      lost_since.push_back({plant.stream, plant.number});
+      if (reaches) {
+        received.push_back(lost_since.back());
+        lost_since.pop_back();
+        if (received.size() > 1)  // the first one may be the oldest
+          lost.insert(lost.end(), lost_since.begin(), lost_since.end());
+        lost_since.clear();
+      }
+      if (chance(10) && !received.empty()) {
+        const Plant::Stored& again = received[random() % received.size()];
+        plant.take(again.stream, again.number);
+      }
+      if (chance(20))
+        plant.tell_state();
+      plant.run(milliseconds(random() % 200));
+      if (chance(2)) {
+        plant.tell_state();
+        plant.run(milliseconds(100));
+        lost_since.clear();
+        plant.stream = seed + static_cast<unsigned>(step) * 1000;
+        plant.number = 0;
+        ++plant.incarnation;
+        if (chance(50))
+          plant.tell_state();
+      }
+    }
+    plant.tell_state();
+    plant.run(milliseconds(100));
+    EXPECT_TRUE(plant.seen == received)
+        << "seed " << seed << ": " << plant.seen.size() << " of " << received.size();
+    EXPECT_TRUE(plant.missing == lost)
+        << "seed " << seed << ": " << plant.missing.size() << " of " << lost.size();
   }
 }
 

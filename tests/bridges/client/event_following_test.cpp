@@ -4,6 +4,7 @@
 #include "bridges/client/event_following.h"
 
 #include <random>
+#include <span>
 #include <string>
 #include <variant>
 #include <vector>
@@ -19,16 +20,18 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::uint64_t kStream = 7;
-
 struct FollowedEvents : testing::Test {
   std::shared_ptr<FakeWorld> world = std::make_shared<FakeWorld>();
   std::unique_ptr<Client> client = std::make_unique<Client>(fake_client(world));
   std::uint64_t newest = 0;
   std::uint64_t stored = 0;  // the journal has the events up to this one
+  bool has_journal = true;
+  std::uint64_t stream = 7;  // one for each start of a gateway without a journal
+  std::uint64_t incarnation = 1;
   std::size_t answered = 0;
   std::vector<std::uint64_t> seen;
   std::uint64_t missed = 0;
+  unsigned lost = 0;
   EventReader reader;
 
   void follow(const std::optional<std::string>& after) {
@@ -36,6 +39,7 @@ struct FollowedEvents : testing::Test {
       EXPECT_EQ(event.line, "press");
       seen.push_back(event.number);
       missed += event.missed;
+      lost += event.journal_lost ? 1U : 0U;
     });
     ASSERT_TRUE(reader);
   }
@@ -50,23 +54,23 @@ struct FollowedEvents : testing::Test {
     states();
   }
   void states() {
-    world->samples.emplace_back([](dds::ClientListener& to) {
+    world->samples.emplace_back([this](dds::ClientListener& to) {
       dds::GatewayInfo info;
-      info.event_stream = kStream;
-      to.on_gateway({.gateway = "gw", .incarnation = 1}, info);
+      info.event_stream = stream;
+      to.on_gateway({.gateway = "gw", .incarnation = incarnation}, info);
     });
     line::LineState state;
     state.counters.events = newest;
-    world->samples.emplace_back([state](dds::ClientListener& to) {
-      to.on_line({.gateway = "gw", .line = "press", .incarnation = 1}, {}, state, {});
+    world->samples.emplace_back([this, state](dds::ClientListener& to) {
+      to.on_line({.gateway = "gw", .line = "press", .incarnation = incarnation}, {}, state, {});
     });
   }
   void sample(std::uint64_t number) {
-    world->samples.emplace_back([number](dds::ClientListener& to) {
+    world->samples.emplace_back([this, number](dds::ClientListener& to) {
       dds::ReceivedEvent event;
-      event.stream = kStream;
+      event.stream = stream;
       event.number = number;
-      to.on_event({.gateway = "gw", .line = "press", .incarnation = 1}, event, "", {});
+      to.on_event({.gateway = "gw", .line = "press", .incarnation = incarnation}, event, "", {});
     });
   }
   void publish(bool reaches = true) {
@@ -92,12 +96,17 @@ struct FollowedEvents : testing::Test {
     if (read->cursor.position != 0)
       next = read->cursor.position;
     for (; request.first.line == "press" && next <= stored && page.records.size() < 5; ++next)
-      page.records.push_back({.stream = kStream, .line = "press", .number = next, .text = "x"});
+      page.records.push_back({.stream = stream, .line = "press", .number = next, .text = "x"});
     page.more = request.first.line == "press" && next <= stored;
     page.cursor = {next, 1};
     dds::CommandResult result;
     result.id = id;
     result.reply.data = encode(page);
+    if (!has_journal) {
+      const auto why = std::as_bytes(std::span(request::kNoJournal));
+      result.reply = {.error = line::to_error(line::Refusal::wrong_state),
+                      .data = std::vector(why.begin(), why.end())};
+    }
     world->samples.emplace_back([result](dds::ClientListener& to) { to.on_reply({}, result); });
   }
 };
@@ -165,6 +174,29 @@ TEST_F(FollowedEvents, WithoutAJournalTheGapIsReportedWithTheNextEvent) {
   EXPECT_EQ(seen, std::vector<std::uint64_t>{3});
   EXPECT_EQ(missed, 2U);
   EXPECT_EQ(reader.position(), "7:0:gw/ 7:3:gw/press");
+}
+
+TEST_F(FollowedEvents, WithoutAJournalNoEventIsHeldBack) {
+  has_journal = false;
+  follow("");
+  states();
+  run(20s);
+  publish();
+  run(100ms);
+  EXPECT_EQ(seen, std::vector<std::uint64_t>{1});
+  ++stream;  // the gateway starts again
+  ++incarnation;
+  newest = 0;
+  states();
+  publish();
+  run(100ms);
+  EXPECT_EQ(seen, (std::vector<std::uint64_t>{1, 1}));
+  EXPECT_EQ(lost, 1U);
+  publish(false);
+  publish();
+  run(100ms);
+  EXPECT_EQ(seen, (std::vector<std::uint64_t>{1, 1, 3}));
+  EXPECT_EQ(missed, 1U);
 }
 
 TEST_F(FollowedEvents, APositionIncludesTheEventThatIsPassedOn) {

@@ -367,6 +367,18 @@ TEST_F(PublisherTest, ANewStreamIsPublishedBeforeItsFirstEvent) {
   EXPECT_EQ(edge.stream_before_event(), journal.stream());
 }
 
+// A subscriber could not place an event without a stream.
+TEST_F(PublisherTest, WithoutAJournalTheStreamIsPublishedBeforeTheFirstEvent) {
+  GatewayNews news;
+  news.event.data = event::GatewayStarted{.lines = 1};
+  news.info.event_stream = 7;
+  publisher->report(news);
+  publisher->start();
+  publisher->stop();
+  EXPECT_EQ(edge.stream_before_event(), 7U);
+  EXPECT_THAT(edge.samples(), testing::Contains("event  1"));
+}
+
 // Requests of clients: the journal has the name and the host, because the number of a client holds
 // for one incarnation.
 TEST_F(PublisherTest, EventsOfClientsAreStoredWithNameAndHost) {
