@@ -11,6 +11,7 @@
 #include <mutex>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -30,7 +31,8 @@ struct linegate_client {
 
   // Recursive for call-backs, timed because a poll() in another thread has to be woken.
   std::recursive_timed_mutex mutex;
-  std::mutex waking;  // after `mutex`: while a wake() is under way, the client is not ended
+  std::timed_mutex turn;  // before `mutex`, of the thread that is the next to have it
+  std::mutex waking;      // after `mutex`: while a wake() is under way, the client is not ended
   client::Client client;
   using Object = std::variant<client::Line, client::Group, client::Call, client::Subscription,
                               client::EventReader>;
@@ -69,9 +71,11 @@ class Held {
   explicit Held(linegate_client* handle) : it_(find_client(handle)) {
     if (!it_)
       return;
-    for (bool locked = it_->mutex.try_lock(); !locked;) {
-      it_->wake();
-      locked = it_->mutex.try_lock_for(kWakeAgain);
+    if (!it_->mutex.try_lock()) {
+      const std::lock_guard next(it_->turn);
+      do
+        it_->wake();
+      while (!it_->mutex.try_lock_for(kWakeAgain));
     }
     if (!it_->client.ok()) {  // it was closed meanwhile
       it_->mutex.unlock();
@@ -95,11 +99,14 @@ class Held {
     const auto found = it_->objects.find(number);
     return found == it_->objects.end() ? nullptr : std::get_if<T>(&found->second);
   }
+  // Numbers are not used again.
+  bool full() const {
+    return it_->next == std::numeric_limits<int>::max() || it_->objects.size() >= kMostObjects;
+  }
   template <class T>
   int add(T object) const {
-    // Numbers are not used again.
-    if (it_->next == std::numeric_limits<int>::max() || it_->objects.size() >= kMostObjects)
-      return LINEGATE_ERROR_MEMORY;
+    if (full())
+      return LINEGATE_ERROR_FULL;
     it_->objects.emplace(it_->next, std::move(object));
     return it_->next++;
   }
@@ -161,11 +168,15 @@ std::chrono::milliseconds timeout_of(int ms) {
   return std::chrono::milliseconds(std::clamp(ms, 0, kLongestTimeout));
 }
 
-// Copies a text with its 0, cut to the size. Returns its length, or that it was cut.
+// Copies a text with its 0, cut to the size between two characters. Returns its length, or that it
+// was cut.
 int copy_text(const std::string& text, char* to, std::size_t size) {
   if (to == nullptr || size == 0)
     return static_cast<int>(text.size());
-  const std::size_t length = std::min(text.size(), size - 1);
+  std::size_t length = std::min(text.size(), size - 1);
+  while (length > 0 && length < text.size() &&
+         (static_cast<unsigned char>(text[length]) & 0xC0U) == 0x80U)
+    --length;
   std::memcpy(to, text.data(), length);
   to[length] = 0;
   return length == text.size() ? static_cast<int>(length) : LINEGATE_ERROR_TOO_LONG;
@@ -302,6 +313,43 @@ int poll(const Held& held, std::chrono::nanoseconds timeout) {
   return ok ? LINEGATE_OK : LINEGATE_ERROR_CLOSED;
 }
 
+// Of a function that waits: not yet.
+constexpr int kPending = std::numeric_limits<int>::min();
+constexpr std::chrono::milliseconds kLineSlice{20};
+constexpr std::chrono::milliseconds kCallSlice{500};  // ends when another thread wants the client
+
+// Between two polls of a function that waits: the thread that is next has its turn. Not for ever,
+// because within a call-back this thread keeps the client.
+void let_others(linegate_client* handle) {
+  constexpr std::chrono::milliseconds kTurn{5};
+  if (const auto client = find_client(handle); client && client->turn.try_lock_for(kTurn))
+    client->turn.unlock();
+}
+
+std::optional<client::Data> data_of(const linegate_setting& from) {
+  const bool has_bytes = from.bytes != nullptr || from.length == 0;
+  switch (from.type) {
+    case LINEGATE_BOOLEAN:
+      return from.integer != 0;
+    case LINEGATE_INTEGER:
+      return from.integer;
+    case LINEGATE_UNSIGNED:
+      return from.unsigned_integer;
+    case LINEGATE_REAL:
+      return from.real;
+    case LINEGATE_TEXT:
+      if (has_bytes && from.length <= LINEGATE_VALUE_BYTES)
+        return std::string(static_cast<const char*>(from.bytes), from.length);
+      return std::nullopt;
+    case LINEGATE_BYTES:
+      if (has_bytes && from.length <= LINEGATE_VALUE_BYTES)
+        return bytes_of(from.bytes, from.length);
+      return std::nullopt;
+    default:
+      return std::nullopt;
+  }
+}
+
 }  // namespace
 
 namespace linegate::client {
@@ -332,7 +380,7 @@ const char* linegate_error_text(int error) {
     case LINEGATE_ERROR_TYPE:
       return "the value is not of the type of the output";
     case LINEGATE_ERROR_RANGE:
-      return "the value does not fit the type of the output";
+      return "the value is out of the range of its type, or beyond the limits of the output";
     case LINEGATE_ERROR_TOO_LONG:
       return "too long";
     case LINEGATE_ERROR_CLOSED:
@@ -343,6 +391,8 @@ const char* linegate_error_text(int error) {
       return "the command failed";
     case LINEGATE_ERROR_MEMORY:
       return "no memory, or a failure of a library";
+    case LINEGATE_ERROR_FULL:
+      return "65,536 lines, groups, calls and subscriptions of the client were not freed";
     default:
       return error > 0 ? "done" : "unknown error";
   }
@@ -444,11 +494,19 @@ int linegate_line_status(linegate_client* handle, int line) {
 }
 
 int linegate_line_wait(linegate_client* handle, int line, int timeout_ms) {
-  return with<client::Line>(handle, line, [&](const Held& held, client::Line& it) -> int {
-    const Polling polling(held);
-    const bool ready = it.wait(timeout_of(timeout_ms));
-    return ready ? LINEGATE_OK : LINEGATE_ERROR_TIMEOUT;
-  });
+  for (auto left = timeout_of(timeout_ms);; let_others(handle)) {
+    const auto slice = std::min(left, kLineSlice);
+    const int result =
+        with<client::Line>(handle, line, [&](const Held& held, client::Line& it) -> int {
+          const Polling polling(held);
+          return it.wait(slice) ? LINEGATE_OK : kPending;
+        });
+    left -= slice;
+    if (result != kPending)
+      return result;
+    if (left <= std::chrono::milliseconds::zero())
+      return LINEGATE_ERROR_TIMEOUT;
+  }
 }
 
 int linegate_line_name(linegate_client* handle, int line, int outputs, std::size_t place,
@@ -610,6 +668,24 @@ int linegate_set_text(linegate_client* handle, int group, const char* name, cons
   });
 }
 
+int linegate_set(linegate_client* handle, int group, const linegate_setting* settings,
+                 std::size_t count, std::size_t* failed) {
+  return with<client::Group>(handle, group, [&](const Held& /*held*/, client::Group& it) -> int {
+    if ((settings == nullptr && count != 0) || count > kMostNames)
+      return LINEGATE_ERROR_ARGUMENT;
+    std::vector<client::Setting> all;
+    for (const linegate_setting& from : std::span(settings, count)) {
+      if (failed != nullptr)
+        *failed = all.size();
+      const auto value = data_of(from);
+      if (from.name == nullptr || !value)
+        return LINEGATE_ERROR_ARGUMENT;
+      all.push_back({from.name, *value, from.raw != 0});
+    }
+    return to_int(it.set(all, failed));
+  });
+}
+
 int linegate_arm(linegate_client* handle, int group) {
   return with<client::Group>(handle, group, [](const Held& /*held*/, client::Group& it) -> int {
     return to_int(it.arm());
@@ -695,6 +771,8 @@ int linegate_request_call(linegate_client* handle, int line, const linegate_requ
     if (request == nullptr || request->size < sizeof *request ||
         (request->data == nullptr && request->length != 0) || request->length > kMostData)
       return LINEGATE_ERROR_ARGUMENT;
+    if (held.full())  // what is reported as failed is not sent
+      return LINEGATE_ERROR_FULL;
     return held.add(it.request({.kind = request->kind,
                                 .node = request->node,
                                 .index = request->index,
@@ -710,11 +788,17 @@ int linegate_request_call(linegate_client* handle, int line, const linegate_requ
 }
 
 int linegate_call_wait(linegate_client* handle, int call) {
-  return with<client::Call>(handle, call, [](const Held& held, client::Call& it) -> int {
-    const Polling polling(held);
-    const bool ok = it.wait();
-    return ok ? static_cast<int>(it.bytes().size()) : LINEGATE_ERROR_FAILED;
-  });
+  for (;; let_others(handle)) {
+    const int result =
+        with<client::Call>(handle, call, [](const Held& held, client::Call& it) -> int {
+          if (it.done())
+            return it.ok() ? static_cast<int>(it.bytes().size()) : LINEGATE_ERROR_FAILED;
+          const int polled = poll(held, kCallSlice);
+          return polled == LINEGATE_OK ? kPending : polled;
+        });
+    if (result != kPending)
+      return result;
+  }
 }
 
 int linegate_call_result(linegate_client* handle, int call, linegate_result* result) {

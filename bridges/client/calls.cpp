@@ -37,6 +37,15 @@ bool is_repeated(linegate::Error error) {
          error == line::to_error(line::Refusal::busy);
 }
 
+std::string why_not_sent(const CallData& call, const Model::Found& found) {
+  if (found.ambiguous)
+    return "several gateways have a line " + call.line + ": name it GATEWAY/LINE";
+  if (found.line == nullptr || !found.line->seen)
+    return "line " + call.line + " was not received in time";
+  return found.line->gone ? "line " + call.line + " is lost: its gateway has ended or removed it"
+                          : "the time-out left no time to send it";
+}
+
 }  // namespace
 
 std::shared_ptr<CallData> Core::start(const Line& line, Request request,
@@ -105,11 +114,9 @@ void Core::service_calls() {
     // The link reports the end of a request that was sent.
     if (call->outcome != Outcome::pending || call->id != 0 || call->deadline > now)
       continue;
-    const bool ambiguous = find(call->gateway, call->line).ambiguous;
+    const Model::Found found = find(call->gateway, call->line);
     std::erase(calls, call);
-    finish(call, Outcome::refused, code_of(line::Refusal::timed_out),
-           ambiguous ? "several gateways have a line " + call->line + ": name it GATEWAY/LINE"
-                     : "line " + call->line + " was not received in time");
+    finish(call, Outcome::refused, code_of(line::Refusal::timed_out), why_not_sent(*call, found));
   }
 }
 
@@ -131,7 +138,10 @@ void Core::on_reply(const dds::Target& /*target*/, const dds::CommandResult& res
   }
   calls.erase(found);
   call->bytes = result.bytes;
-  finish(call, outcome_of(result.reply.error), result.reply.error.code, result.text);
+  const Outcome outcome = outcome_of(result.reply.error);
+  const bool silent = outcome != Outcome::done && result.text.empty();
+  finish(call, outcome, result.reply.error.code,
+         silent ? "the gateway did not state the reason" : result.text);
 }
 
 void Core::finish(const std::shared_ptr<CallData>& call, Outcome outcome, std::uint32_t code,

@@ -18,6 +18,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -137,7 +138,8 @@ struct Event {
   std::string name{};  // of the kind: "heartbeat-lost"; empty: unknown to this version
   std::string text{};  // in words
   // Of follow_events(): numbers of the line directly before this one without an event, at most so
-  // many are lost: a gateway that was killed leaves numbers out. And whether its journal was lost.
+  // many are lost: a gateway that was killed leaves numbers out. And whether its journal was lost,
+  // or the gateway has none and was started again.
   std::uint64_t missed = 0;
   bool journal_lost = false;
 };
@@ -249,12 +251,19 @@ enum class LossReason : std::uint8_t {
   other_owner,     // a client of higher strength writes the group: owner()
   watchdog,        // the application did not poll in time, or the network was interrupted
   restarted,       // the gateway was started anew
-  layout_changed,  // the values have other places
+  layout_changed,  // the values have other places, or the group has another number or name
   gateway_silent,  // published nothing for 3 s
   gateway_lost,
   ambiguous,  // several gateways have a line of that name
+  no_group,   // the line has no group of that name or number, or no longer
 };
 std::string_view describe(LossReason reason);
+
+struct Setting {
+  std::string name;
+  Data value;
+  bool raw = false;  // as Group::set_raw()
+};
 
 struct GroupOptions {
   // Time without a sample after which the gateway reacts; 0 = never. A sample is written every
@@ -281,8 +290,13 @@ class Group {
   Error set_raw(std::string_view name, const Data& value);
   template <class T>
   requires std::is_arithmetic_v<T> Error set_raw(std::string_view name, T value);
-  // Begins to write, with another arming number than before. not_ready: the line is not ready, or
-  // the names of its groups were not received yet; try again after the next poll.
+  // All of these values, or none of them. failed: where to store the place of the first that is not
+  // possible; may be nullptr.
+  Error set(std::span<const Setting> settings, std::size_t* failed = nullptr);
+  // Begins to write, with another arming number than before. Outputs that it was not given a value
+  // for keep theirs: if another client held the group within the time of its watchdog, those of
+  // that client. not_ready: the line is not ready, or the names of its groups were not received
+  // yet; try again after the next poll.
   Error arm();
   // Stops writing: after its time the watchdog reacts.
   void release();

@@ -36,10 +36,15 @@ Quality quality_of(LineStatus status) {
 std::optional<std::uint16_t> group_number(const LineData& line, std::string_view name) {
   if (name.empty())
     return 0;
+  const LineData::Group* newest = nullptr;
   for (const auto& [number, group] : line.groups) {
-    if (group.incarnation == line.incarnation && group.state.name == name)
-      return number;
+    // A reload may have given the name to another one.
+    if (line.is_present(&group) && group.state.name == name &&
+        (newest == nullptr || group.heard > newest->heard))
+      newest = &group;
   }
+  if (newest != nullptr)
+    return newest->state.group;
   std::uint16_t number = 0;
   const auto [end, failed] = std::from_chars(name.data(), name.data() + name.size(), number);
   if (failed != std::errc{} || end != name.data() + name.size())
@@ -121,7 +126,7 @@ Snapshot Core::read(const std::string& gateway, const std::string& line,
   out.values.reserve(names.size());
   for (const std::string& one : names) {
     if (readable) {
-      out.values.push_back(found.line->read(one, quality));
+      out.values.push_back(found.line->read(one, quality, link->now()));
     } else {
       out.values.emplace_back().name = one;
       out.values.back().quality = quality;
@@ -174,8 +179,11 @@ void Core::on_line(const dds::Source& source, const dds::LineInfo& /*info*/,
       return group.second.incarnation != source.incarnation;
     });
     line->former = line->incarnation;
-    line->begun = link->now();
   }
+  // After a silence, too: the states of its groups come on another topic.
+  if (line->incarnation != source.incarnation || line->gone ||
+      link->now() - line->heard >= kSilence)
+    line->begun = link->now();
   line->incarnation = source.incarnation;
   line->seen = true;
   line->gone = false;
@@ -198,7 +206,7 @@ void Core::on_node(const dds::Source& source, const dds::NodeInfo& /*info*/,
 void Core::on_output_state(const dds::Source& source, const line::OutputState& state) {
   LineData* const line = sample_of(source);
   if (line != nullptr && line->groups.size() < 65'536)
-    line->groups[state.group] = {state, source.incarnation};
+    line->groups[state.group] = {state, source.incarnation, link->now()};
 }
 
 void Core::on_layout(const dds::Source& source, const image::Layout& layout) {
@@ -217,7 +225,7 @@ void Core::on_layout(const dds::Source& source, const image::Layout& layout) {
   // With other names the values of a group would go to outputs that the application does not mean.
   if (!same && area.layout && layout.direction == image::Direction::outputs)
     ++line->outputs_revision;
-  area.take(layout, source.incarnation);
+  area.take(layout, source.incarnation, link->now());
 }
 
 void Core::on_image(const dds::Source& source, const image::Snapshot& image) {
@@ -227,7 +235,7 @@ void Core::on_image(const dds::Source& source, const image::Snapshot& image) {
   Area& area = line->area(image.direction);
   if (line->is_former(source.incarnation))
     return;
-  area.take(image, source.incarnation);
+  area.take(image, source.incarnation, link->now());
 }
 
 void Core::on_line_gone(std::string_view gateway, std::string_view line) {
@@ -264,7 +272,7 @@ void Core::on_event(const dds::Source& source, const dds::ReceivedEvent& event,
     if (!one->on_event || one->following || due.size() >= kMostDue)
       continue;
     due.emplace_back([weak = std::weak_ptr(one), out = event_of(source, event, text)] {
-      if (const auto subscription = weak.lock())
+      if (const auto subscription = lock(weak))
         subscription->on_event(out);
     });
   }
@@ -277,10 +285,24 @@ std::vector<std::shared_ptr<SubscriptionData>> Core::live(
   std::vector<std::shared_ptr<SubscriptionData>> out;
   std::erase_if(list, [](const auto& one) { return one.expired(); });
   for (const auto& one : list) {
-    if (auto subscription = one.lock())
+    if (auto subscription = lock(one))
       out.push_back(std::move(subscription));
   }
   return out;
+}
+
+std::shared_ptr<SubscriptionData> Core::lock(const std::weak_ptr<SubscriptionData>& weak) {
+  auto out = weak.lock();
+  return out && !out->ended ? out : nullptr;
+}
+
+// A call-back that runs holds the data, so that it may end its own subscription.
+std::shared_ptr<SubscriptionData> Core::owned(std::shared_ptr<SubscriptionData> data) {
+  SubscriptionData* const plain = data.get();
+  return {plain, [data = std::move(data)](SubscriptionData* it) mutable {
+            it->ended = true;
+            data.reset();
+          }};
 }
 
 bool Core::step(linegate::Duration timeout) {
@@ -291,8 +313,9 @@ bool Core::step(linegate::Duration timeout) {
   received = false;
   link->poll(due.empty() ? slice : linegate::Duration::zero(), *this);
   service();
+  // What a call-back causes is due in the next step: one may cause the next without end.
   bool called = false;
-  while (!due.empty() && link) {
+  for (std::size_t left = due.size(); left > 0 && !due.empty() && link; --left) {
     const auto call_back = std::move(due.front());
     due.pop_front();
     called = true;
@@ -324,10 +347,12 @@ Instant Core::next_wake() const {
     if (one && (one->state == GroupState::taking || one->state == GroupState::held))
       next = earlier(next, one->dirty ? link->now() : one->write_at);
   }
-  for (const auto& call : calls)
-    next = earlier(next, call->deadline);
+  for (const auto& call : calls) {
+    if (call->id == 0)  // else the link wakes at its time-out
+      next = earlier(next, call->deadline);
+  }
   for (const auto& weak : subscriptions) {
-    const auto one = weak.lock();
+    const auto one = lock(weak);
     if (one && one->following)
       next = earlier(next, one->following->next_wake());
   }
@@ -376,7 +401,7 @@ void Core::report_line(LineData& line, const Change& change) {
     const bool first = one->reported.emplace(line.gateway, line.line).second;
     if (first || changed) {
       due.emplace_back([weak = std::weak_ptr(one), change] {
-        if (const auto subscription = weak.lock())
+        if (const auto subscription = lock(weak))
           subscription->on_line(change);
       });
     }
@@ -394,7 +419,7 @@ void Core::follow_events() {
     one->following->ask(*link);
     for (Event event; due.size() < kMostDue && one->following->pop(event);) {
       due.emplace_back([weak = std::weak_ptr(one), event = std::move(event)] {
-        const auto subscription = weak.lock();
+        const auto subscription = lock(weak);
         if (!subscription)
           return;
         subscription->following->pass(event);
@@ -406,13 +431,14 @@ void Core::follow_events() {
 
 EventReader Core::follow(std::unique_ptr<EventFollowing> following,
                          std::function<void(const Event&)> call_back) {
-  EventReader out;
-  out.data_ = std::make_shared<SubscriptionData>();
-  out.data_->following = std::move(following);
+  const auto data = std::make_shared<SubscriptionData>();
+  data->following = std::move(following);
   if (link)
-    out.data_->following->receive(newest_events, link->now());
-  out.data_->on_event = std::move(call_back);
-  subscriptions.push_back(out.data_);
+    data->following->receive(newest_events, link->now());
+  data->on_event = std::move(call_back);
+  subscriptions.push_back(data);
+  EventReader out;
+  out.data_ = owned(data);
   return out;
 }
 
@@ -427,8 +453,10 @@ void Core::compare(const std::shared_ptr<SubscriptionData>& subscription) {
   const Model::Found found = find(subscription->gateway, subscription->line);
   const void* const line = found.ambiguous ? nullptr : found.line;
   const std::uint64_t revision = line == nullptr ? 0 : found.line->revision;
-  if (subscription->begun && subscription->compared == line && subscription->revision == revision)
+  if (subscription->begun && subscription->compared == line && subscription->revision == revision &&
+      subscription->ambiguous == found.ambiguous)
     return;
+  subscription->ambiguous = found.ambiguous;
   subscription->compared = line;
   subscription->revision = revision;
   Snapshot now = read(subscription->gateway, subscription->line, subscription->names);
@@ -450,14 +478,14 @@ void Core::compare(const std::shared_ptr<SubscriptionData>& subscription) {
   subscription->begun = true;
   subscription->last = std::move(values);
   due.emplace_back([weak = std::weak_ptr(subscription), now = std::move(now)] {
-    if (const auto one = weak.lock())
+    if (const auto one = lock(weak))
       one->on_values(now);
   });
 }
 
 Subscription Core::handle(std::shared_ptr<SubscriptionData> data) {
   Subscription out;
-  out.data_ = std::move(data);
+  out.data_ = owned(std::move(data));
   return out;
 }
 

@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -29,9 +30,11 @@ struct SubscriptionData {
   std::function<void(const Event&)> on_event;
   std::unique_ptr<EventFollowing> following;  // of on_event
   std::function<void(const Group&)> on_group;
+  bool ended = false;  // its handles are gone; a call-back that runs still holds it
   bool begun = false;
   std::uint64_t revision = 0;      // of the line when it was last compared
   const void* compared = nullptr;  // that line
+  bool ambiguous = false;          // there were several
   std::uint64_t lost = 0;
   std::vector<std::pair<Data, Quality>> last;
   std::set<std::pair<std::string, std::string>> reported;  // on_line: at the beginning
@@ -48,6 +51,7 @@ struct GroupData {
   std::uint64_t incarnation = 0;
   std::uint64_t layout_id = 0;
   std::uint64_t outputs_revision = 0;  // of the line, which the values are for
+  std::uint16_t number = 0;            // of the name when it was armed
   std::uint64_t arming = 0;
   Instant refused_before{};  // refusals up to this time are not of this arming
   Instant write_at{};
@@ -100,6 +104,8 @@ struct Core : dds::ClientListener, std::enable_shared_from_this<Core> {
   static void bind(GroupData& group, const LineData& line);
   // raw: the value in the PDO, see Group::set_raw().
   Error set(GroupData& group, std::string_view name, const Data& value, bool raw);
+  // All of them, or none: `failed` is the place of the first that is not possible.
+  Error set(GroupData& group, std::span<const Setting> settings, std::size_t& failed);
   Error arm(GroupData& group);
   void release(GroupData& group);
   const LineData::Group* state_of(const GroupData& group) const;
@@ -159,12 +165,17 @@ struct Core : dds::ClientListener, std::enable_shared_from_this<Core> {
   void set_state(GroupData& group, GroupState state, LossReason reason);
   void lose(GroupData& group, LossReason reason);
   Instant next_wake() const;
+  // Nothing: it has ended.
+  static std::shared_ptr<SubscriptionData> lock(const std::weak_ptr<SubscriptionData>& weak);
+  // What a handle holds: with the last copy the subscription has ended.
+  static std::shared_ptr<SubscriptionData> owned(std::shared_ptr<SubscriptionData> data);
   // The live subscriptions of that list.
   static std::vector<std::shared_ptr<SubscriptionData>> live(
       std::vector<std::weak_ptr<SubscriptionData>>& list);
 };
 
-// The number of a group of outputs by name or number; nothing: not known.
+// The number of a group of outputs by name or number; nothing: no group that is published has that
+// name.
 std::optional<std::uint16_t> group_number(const LineData& line, std::string_view name);
 
 }  // namespace linegate::client

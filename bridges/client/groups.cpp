@@ -30,9 +30,6 @@ Error error_of(LineStatus status) {
   return status == LineStatus::ready ? Error::none : Error::not_ready;
 }
 
-// A gateway publishes the states of all groups, which have their names, once a second.
-constexpr Duration kStatesOfGroups = std::chrono::seconds(3);
-
 // The values of the group belong to this layout, with these names, and this start of the gateway.
 bool is_bound(const GroupData& group, const LineData& line) {
   return group.layout_id == line.area(image::Direction::outputs).layout->id &&
@@ -114,14 +111,25 @@ Error Core::set(GroupData& group, std::string_view output, const Data& value, bo
   return Error::none;
 }
 
+Error Core::set(GroupData& group, std::span<const Setting> settings, std::size_t& failed) {
+  const GroupData before = group;
+  for (failed = 0; failed < settings.size(); ++failed) {
+    const Setting& one = settings[failed];
+    if (const Error why = set(group, one.name, one.value, one.raw); why != Error::none) {
+      group = before;
+      return why;
+    }
+  }
+  return Error::none;
+}
+
 const LineData::Group* Core::state_of(const GroupData& group) const {
   const Model::Found found = find(group.gateway, group.line);
   if (found.line == nullptr || found.ambiguous)
     return nullptr;
   const auto number = group_number(*found.line, group.name);
   const auto state = number ? found.line->groups.find(*number) : found.line->groups.end();
-  const bool known =
-      state != found.line->groups.end() && state->second.incarnation == found.line->incarnation;
+  const bool known = state != found.line->groups.end() && found.line->is_present(&state->second);
   return known ? &state->second : nullptr;
 }
 
@@ -130,10 +138,13 @@ Error Core::arm(GroupData& group) {
   if (const Error unusable = ready_line(group, ready); unusable != Error::none)
     return unusable;
   const LineData& line = *ready;
-  if (!group_number(line, group.name))
-    return link->now() - line.begun < kStatesOfGroups ? Error::not_ready : Error::no_name;
-  bind(group, line);
+  const auto number = group_number(line, group.name);
   const LineData::Group* const state = state_of(group);
+  const bool states_received = link->now() - line.begun >= kSilence;
+  if (!number || (state == nullptr && states_received))
+    return states_received ? Error::no_name : Error::not_ready;
+  bind(group, line);
+  group.number = *number;
   group.refused_before = state == nullptr ? Instant{} : state->state.refused_at;
   // Never that of another client, nor an earlier one of this client.
   last_arming = std::max(last_arming + 1, static_cast<std::uint64_t>(link->utc()));
@@ -157,8 +168,7 @@ void Core::set_state(GroupData& group, GroupState state, LossReason reason) {
   group.reason = reason;
   for (const auto& one : live(group.subscriptions)) {
     due.emplace_back([weak = std::weak_ptr(one)] {
-      const auto subscription = weak.lock();
-      if (subscription)
+      if (const auto subscription = lock(weak))
         subscription->on_group({});
     });
   }
@@ -191,10 +201,14 @@ void Core::service_group(const std::shared_ptr<GroupData>& group) {
   if (found.line->incarnation != group->incarnation)
     return lose(*group, LossReason::restarted);
   const Area& area = found.line->area(image::Direction::outputs);
-  if (!area.layout || !is_bound(*group, *found.line))
+  if (!area.layout || !is_bound(*group, *found.line) ||
+      group_number(*found.line, group->name) != group->number)
     return lose(*group, LossReason::layout_changed);
-  if (const LineData::Group* const state = state_of(*group))
+  const LineData::Group* const state = state_of(*group);
+  if (state != nullptr)
     judge(*group, *state);
+  else if (link->now() - found.line->begun >= kSilence)
+    return lose(*group, LossReason::no_group);
   if (is_written(*group) && (group->dirty || link->now() >= group->write_at))
     write(*group, *found.line);
 }
@@ -217,11 +231,8 @@ void Core::judge(GroupData& group, const LineData::Group& state) {
 }
 
 void Core::write(GroupData& group, const LineData& line) {
-  const auto number = group_number(line, group.name);
-  if (!number)
-    return;
   line::OutputWrite out;
-  out.group = *number;
+  out.group = group.number;
   out.layout_id = group.layout_id;
   out.arming = group.arming;
   out.watchdog = std::max(group.options.watchdog, linegate::Duration::zero());
@@ -251,6 +262,14 @@ Error Group::set_raw(std::string_view name, const Data& value) {
   return data_ ? core_->set(*data_, name, value, true) : Error::bad_argument;
 }
 
+Error Group::set(std::span<const Setting> settings, std::size_t* failed) {
+  std::size_t place = 0;
+  const Error error = data_ ? core_->set(*data_, settings, place) : Error::bad_argument;
+  if (failed != nullptr && error != Error::none)
+    *failed = place;
+  return error;
+}
+
 Error Group::arm() {
   return data_ ? core_->arm(*data_) : Error::bad_argument;
 }
@@ -277,7 +296,9 @@ std::string Group::text() const {
     return std::string(describe(state())) + ": " + std::string(describe(reason()));
   if (state() == GroupState::refused)
     return std::string(describe(state())) + ": " + std::string(line::describe(data_->refusal));
-  return std::string(describe(state()));
+  const std::string other = state() == GroupState::taking ? owner() : "";
+  return std::string(describe(state())) +
+         (other.empty() || other == core_->name ? "" : "; its last values are of " + other);
 }
 
 std::string Group::owner() const {
@@ -349,6 +370,8 @@ std::string_view describe(LossReason reason) {
       return "the gateway is lost";
     case LossReason::ambiguous:
       return "several gateways have a line of that name";
+    case LossReason::no_group:
+      return "the line has no such group";
   }
   return "unknown";
 }

@@ -8,7 +8,8 @@
  * A client runs in the threads of its callers: call-backs are called and held outputs are written
  * within linegate_poll(), linegate_call_wait() and linegate_line_wait() alone. Functions of one
  * client may be called in several threads; each waits until the others have returned, and ends a
- * linegate_poll() early.
+ * linegate_poll() early. After fork() the child has none of this: it may use no client, and ends
+ * with _exit() or begins another program.
  *
  * A client is a pointer. Lines, groups, calls and subscriptions are numbers above 0 that belong to
  * their client. Each function checks them, also those of a client that was closed. A function that
@@ -41,7 +42,8 @@ enum {
   LINEGATE_ERROR_CLOSED = -8,   /* the client was closed */
   LINEGATE_ERROR_TIMEOUT = -9,  /* the time has passed */
   LINEGATE_ERROR_FAILED = -10,  /* of a call: linegate_call_result() has the reason */
-  LINEGATE_ERROR_MEMORY = -11   /* no memory, or a failure of the DDS library */
+  LINEGATE_ERROR_MEMORY = -11,  /* no memory, or a failure of the DDS library */
+  LINEGATE_ERROR_FULL = -12     /* 65,536 lines, groups, calls and subscriptions were not freed */
 };
 /* In words; never NULL. */
 const char* linegate_error_text(int error);
@@ -193,7 +195,8 @@ typedef struct linegate_event {
   uint64_t missed;  /* of linegate_follow_events(): numbers of the line directly before this one
                        without an event, at most so many are lost: a gateway that was killed leaves
                        numbers out */
-  int journal_lost; /* whether its journal was lost */
+  int journal_lost; /* whether its journal was lost, or the gateway has none and was started
+                       again */
 } linegate_event;
 typedef void (*linegate_on_event)(void* user, const linegate_event* event);
 /* Calls back for each event of all lines and gateways from now on, as they are received. */
@@ -244,6 +247,24 @@ int linegate_set_text(linegate_client* client, int group, const char* name, cons
 int linegate_set_raw_integer(linegate_client* client, int group, const char* name, int64_t value);
 int linegate_set_raw_unsigned(linegate_client* client, int group, const char* name, uint64_t value);
 int linegate_set_raw_real(linegate_client* client, int group, const char* name, double value);
+typedef struct linegate_setting {
+  const char* name;
+  int32_t type; /* linegate_type: which of the following members has the value */
+  int32_t raw;  /* not 0: the value in the PDO, of a type of number */
+  int64_t integer;
+  uint64_t unsigned_integer;
+  double real;
+  const void* bytes; /* of LINEGATE_TEXT and LINEGATE_BYTES */
+  size_t length;     /* of bytes */
+} linegate_setting;
+/* Sets all of these values, or none of them. failed (may be NULL): the place of the first that is
+ * not possible, from 0 on. */
+int linegate_set(linegate_client* client, int group, const linegate_setting* settings, size_t count,
+                 size_t* failed);
+/* Begins to write. Outputs that were not set since the last loss or release keep their values: if
+ * another client held the group within the time of its watchdog, those of that client. Another
+ * client that is stronger, or was first, keeps the group: the state is then
+ * LINEGATE_GROUP_TAKING until that one ends. */
 int linegate_arm(linegate_client* client, int group);
 /* Stops writing: after its time the watchdog reacts. */
 int linegate_release(linegate_client* client, int group);

@@ -22,7 +22,8 @@ class Link {
   // called.
   virtual void poll(linegate::Duration timeout, dds::ClientListener& listener) = 0;
   virtual void wake() = 0;  // from any thread
-  // The answer is passed to ClientListener::on_reply(). Returns its id; 0: no commands can be sent.
+  // The answer is passed to ClientListener::on_reply(), after the time-out a refusal. Returns its
+  // id; 0: no commands can be sent.
   virtual std::uint64_t send(const dds::Target& target, const request::Request& request,
                              linegate::Duration timeout, std::uint64_t layout_id) = 0;
   // No answer is passed on any more.

@@ -25,9 +25,10 @@ Value without_data(const std::string& name, Quality quality) {
 
 }  // namespace
 
-void Area::take(const image::Layout& from, std::uint64_t incarnation) {
+void Area::take(const image::Layout& from, std::uint64_t incarnation, Instant now) {
   const bool same_places =
       layout && layout->id == from.id && has_layout(incarnation);  // other names, perhaps
+  match.take(has_layout(incarnation) ? layout : std::nullopt, from, now);
   layout = from;
   layout_incarnation = incarnation;
   entries.clear();
@@ -37,7 +38,11 @@ void Area::take(const image::Layout& from, std::uint64_t incarnation) {
     received.assign(from.entries.size(), Instant{});
 }
 
-void Area::take(const image::Snapshot& from, std::uint64_t incarnation) {
+void Area::take(const image::Snapshot& from, std::uint64_t incarnation, Instant now) {
+  const bool same_start = image_incarnation == incarnation;
+  if (same_start && match.is_overtaken(image, from, now))
+    return;
+  match.take(same_start ? image : std::nullopt, from, now);
   if (image && image_incarnation == incarnation && from.sequence > image->sequence + 1)
     lost += from.sequence - image->sequence - 1;
   image = from;
@@ -52,9 +57,9 @@ void Area::take(const image::Snapshot& from, std::uint64_t incarnation) {
   }
 }
 
-bool Area::complete(std::uint64_t incarnation) const {
+bool Area::complete(std::uint64_t incarnation, Instant now) const {
   return has_layout(incarnation) && image && image_incarnation == incarnation &&
-         layout->id == image->layout_id;
+         layout->id == image->layout_id && match.is_certain(now);
 }
 
 LineStatus LineData::status(Instant now) const {
@@ -66,7 +71,7 @@ LineStatus LineData::status(Instant now) const {
     return LineStatus::silent;
   for (const Area& one : areas) {
     const bool empty = one.has_layout(incarnation) && one.layout->entries.empty();
-    if (!empty && !one.complete(incarnation))
+    if (!empty && !one.complete(incarnation, now))
       return LineStatus::waiting;
   }
   return LineStatus::ready;
@@ -98,7 +103,7 @@ Value LineData::value_of(const Area& area, std::uint32_t number) const {
   return value;
 }
 
-Value LineData::read(const std::string& name, Quality line_quality) const {
+Value LineData::read(const std::string& name, Quality line_quality, Instant now) const {
   std::string_view plain = name;
   std::size_t first = 0;
   std::size_t last = 1;
@@ -122,7 +127,8 @@ Value LineData::read(const std::string& name, Quality line_quality) const {
       continue;
     // Of a lost gateway the last data are shown, with a quality that says so.
     const bool readable = one.image && one.image->layout_id == one.layout->id &&
-                          one.image_incarnation == one.layout_incarnation;
+                          one.image_incarnation == one.layout_incarnation &&
+                          one.match.is_certain(now);
     Value value = readable ? value_of(one, found->second)
                            : without_data(name, line_quality == Quality::good ? Quality::no_data
                                                                               : line_quality);

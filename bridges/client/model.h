@@ -15,13 +15,14 @@
 #include "bridges/dds/values.h"
 #include "stack/base/time.h"
 #include "stack/image/layout.h"
+#include "stack/image/layout_match.h"
 #include "stack/image/snapshot.h"
 #include "stack/line/output_state.h"
 #include "stack/line/state.h"
 
 namespace linegate::client {
 
-// A gateway publishes the state of each line once a second.
+// A gateway publishes the state of each line and group once a second.
 inline constexpr linegate::Duration kSilence = std::chrono::seconds(3);
 
 // One direction of the image of a line.
@@ -34,13 +35,15 @@ struct Area {
   std::vector<Instant> received;                           // by entry: its last PDO
   std::uint64_t lost = 0;                                  // images that were not received
 
-  void take(const image::Layout& from, std::uint64_t incarnation);
-  void take(const image::Snapshot& from, std::uint64_t incarnation);
+  image::LayoutMatch match;  // of one incarnation
+
+  void take(const image::Layout& from, std::uint64_t incarnation, Instant now);
+  void take(const image::Snapshot& from, std::uint64_t incarnation, Instant now);
   bool has_layout(std::uint64_t incarnation) const {
     return layout && layout_incarnation == incarnation;
   }
   // Whether layout and image are of that incarnation and belong together.
-  bool complete(std::uint64_t incarnation) const;
+  bool complete(std::uint64_t incarnation, Instant now) const;
 };
 
 struct LineData {
@@ -49,7 +52,8 @@ struct LineData {
   bool seen = false;  // a LineState was received
   bool gone = false;
   Instant heard{};  // of the last LineState, by the clock of the client
-  Instant begun{};  // of the first LineState of this incarnation
+  Instant begun{};  // of the first LineState of this incarnation, and of one after it was gone or
+                    // silent
   std::uint64_t incarnation = 0;
   std::uint64_t former = 0;         // the incarnation before; 0: none
   std::uint64_t gateway_lines = 0;  // number of lines that its gateway has
@@ -66,17 +70,22 @@ struct LineData {
   struct Group {
     line::OutputState state;
     std::uint64_t incarnation = 0;
+    Instant heard{};  // by the clock of the client
   };
-  std::map<std::uint16_t, Group> groups;
+  std::map<std::uint16_t, Group> groups;  // also those that a reload has removed
 
   LineStatus status(Instant now) const;
+  // Whether the gateway still publishes its state; nullptr is no group.
+  bool is_present(const Group* group) const {
+    return group != nullptr && group->incarnation == incarnation && heard - group->heard < kSilence;
+  }
   bool is_former(std::uint64_t other) const { return other == former && other != 0; }
   Area& area(image::Direction direction) { return areas[static_cast<std::size_t>(direction)]; }
   const Area& area(image::Direction direction) const {
     return areas[static_cast<std::size_t>(direction)];
   }
   // Without a quality that `line_quality` states if it is not good.
-  Value read(const std::string& name, Quality line_quality) const;
+  Value read(const std::string& name, Quality line_quality, Instant now) const;
 
  private:
   Value value_of(const Area& area, std::uint32_t entry) const;

@@ -39,9 +39,11 @@ def without_a_loop(linegate):
         expect("SDO abort", (error.outcome, error.reason), (linegate.Outcome.SDO_ABORT, 0x0602_0000))
         press.sdo_write(8, 0x1017, 0, (500).to_bytes(2, "little")).result()
         numbers(linegate, client, press)
-        calls(client, press)
+        calls(linegate, client, press)
         outputs(linegate, client, press)
-    expect("closed", raised(linegate.Error, client.poll).code, -1)
+    for function in (client.poll, press.inputs, lambda: press.read(POSITION), lambda: press.sdo_read(8, 0x1018)):
+        expect("closed", raised(linegate.Error, function).code, -8)
+    client.close()
 
 
 def numbers(linegate, client, press):
@@ -50,6 +52,10 @@ def numbers(linegate, client, press):
     expect("SDO of node 264", raised(linegate.Error, press.sdo_read, 264, 0x1018).code, -6)
     expect("index 16040h", raised(linegate.Error, press.sdo_read, 8, 0x16040).code, -6)
     raised(TypeError, lambda: press.request(1, node=8, indx=0x6200))
+    expect("data of a number", "to_bytes" in str(raised(TypeError, lambda: press.sdo_write(8, 0x6200, 1, 5))), True)
+    raised(ValueError, lambda: press.read(POSITION + "\0junk"))
+    raised(ValueError, lambda: press.sdo_read(8, 0x1018, timeout=float("nan")))
+    expect("no end", press.sdo_read(8, 0x1018, 1, timeout=float("inf")).result(), (19527).to_bytes(4, "little"))
     expect("interface", "there is no interface eth7" in str(raised(linegate.Error, lambda: linegate.Client(
         interfaces=["lo", "eth7"]))), True)
     expect("peer", "the peer no-such-host has no" in str(raised(linegate.Error, lambda: linegate.Client(
@@ -60,7 +66,7 @@ def numbers(linegate, client, press):
     expect("and for a group", press.group("lamps") is press.group("lamps", watchdog=1.0), True)
 
 
-def calls(client, press):
+def calls(linegate, client, press):
     """Call-backs, until they are cancelled; an exception of one reaches the caller of poll()."""
     seen = []
     subscription = press.on_change([POSITION], seen.append)
@@ -69,6 +75,18 @@ def calls(client, press):
     seen.clear()
     client.poll(0.5)
     expect("call-backs after cancel()", seen, [])
+    one = press.on_change(POSITION, seen.append)
+    until("a call-back for one name", lambda: client.poll(0.1) or seen)
+    expect("one name", [value.name for value in seen[0].values], [POSITION])
+    one.cancel()
+    ended = []
+    closing = press.on_change([POSITION], lambda now: ended.append(raised(linegate.Error, client.close).code))
+    until("close() within a call-back", lambda: client.poll(0.1) or ended)
+    expect("its code", ended[0], -1)
+    closing.cancel()
+    for _ in range(10):
+        press.sdo_read(8, 0x1018, 1).result()
+    expect("calls that are not freed", len(client._unused) < 3, True)  # pylint: disable=protected-access
     wrong = press.on_change([POSITION], lambda now: now[7])
     raised(IndexError, lambda: [client.poll(0.1) for _ in range(100)])
     wrong.cancel()
@@ -117,12 +135,23 @@ async def with_a_loop(linegate):
         await press.nmt(7, 2)
         expect("event", (await coming).line, "press")
         await press.nmt(7, 1)
+        await following_ends(linegate, client)
         await lamps.hold({LAMP: 3})
+        wrong = (await asyncio.gather(lamps.hold({LAMP: 9, "typo": 1}), return_exceptions=True))[0]
+        expect("a wrong name", (wrong.code, str(wrong)), (-4, "typo: there is no such name"))
         expect("several calls", await asyncio.gather(*(press.sdo_read(8, 0x6200, 1) for _ in range(20))), [b"\3"] * 20)
-        press.on_change([POSITION], lambda now: now[7])
+        wrong = press.on_change([POSITION], lambda now: now[7])
         while not failed:
             await asyncio.sleep(0.1)
         expect("an exception of a call-back", type(failed[0]), IndexError)
+        wrong.cancel()
+        cancelled = asyncio.get_running_loop().create_future()
+        cancelled.cancel()
+        wrong = press.on_change([POSITION], lambda now: cancelled.result())
+        while type(failed[-1]) is IndexError:
+            await asyncio.sleep(0.1)
+        expect("a cancelled future in a call-back", type(failed[-1]), asyncio.CancelledError)
+        wrong.cancel()
         time.sleep(3)  # the loop hangs, and the watchdog of 1 s fires
         expect("hung", await lamps.ended(), "lost: its watchdog has fired")
         await lamps.hold({LAMP: 4})
@@ -133,7 +162,34 @@ async def with_a_loop(linegate):
             weaker = await asyncio.gather(asyncio.wait_for(lamps.hold({LAMP: 7}), 2), return_exceptions=True)
             expect("a weaker one", (type(weaker[0]), lamps.state), (asyncio.TimeoutError, linegate.GroupState.IDLE))
             expect("its output", await press.sdo_read(8, 0x6200, 1), b"\6")
-    expect("closed", (await asyncio.gather(press.ready(), return_exceptions=True))[0].code, -1)
+    expect("closed", (await asyncio.gather(press.ready(), return_exceptions=True))[0].code, -8)
+    await nobody_waits_for_ever(linegate)
+
+
+async def following_ends(linegate, client):
+    """cancel() ends `async for`; a group that does not exist is not held for ever."""
+    events = client.events()
+    reader = asyncio.ensure_future(list_of(events))
+    await asyncio.sleep(0.3)
+    events.cancel()
+    await asyncio.wait_for(reader, PATIENCE)
+    absent = client.line("press").group("99")
+    error = (await asyncio.gather(asyncio.wait_for(absent.hold({LAMP: 1}), PATIENCE), return_exceptions=True))[0]
+    expect("group 99", (type(error), "no such" in str(error)), (linegate.GroupError, True))
+
+
+async def list_of(items):
+    return [item async for item in items]
+
+
+async def nobody_waits_for_ever(linegate):
+    """An application that ends may cancel all tasks, also the one that polls."""
+    async with linegate.Client(name="fourth") as client:
+        absent = asyncio.ensure_future(client.line("absent").ready())
+        await asyncio.sleep(0.3)
+        client._task.cancel()  # pylint: disable=protected-access
+        error = (await asyncio.gather(asyncio.wait_for(absent, PATIENCE), return_exceptions=True))[0]
+        expect("a cancelled poll", (type(error), error.code), (linegate.Error, -8))
 
 
 PLANT = """schema: 1

@@ -57,6 +57,7 @@ TEST_F(ClientInC, AScaledValueHasItsUnitAndTheRawOne) {
     world->image(direction, 1, 5, 8);
   }
   ASSERT_EQ(linegate_poll(client, 0), LINEGATE_OK);
+  world->now += std::chrono::seconds(1);
   const char* const names[] = {"ram.In"};
   linegate_value value;
   ASSERT_EQ(linegate_read(client, line, names, 1, &value, nullptr), 1);
@@ -114,6 +115,58 @@ TEST_F(ClientInC, WrongArgumentsAreErrors) {
   EXPECT_EQ(linegate_arm(client, group), LINEGATE_ERROR_ARGUMENT);
 }
 
+TEST_F(ClientInC, SeveralValuesAreSetOrNoneOfThem) {
+  const int group = linegate_group(client, line, "", 1000, 1);
+  linegate_setting settings[2] = {
+      {.name = "ram.Out", .type = LINEGATE_UNSIGNED, .unsigned_integer = 9},
+      {.name = "ram.Out", .type = LINEGATE_REAL, .raw = 1, .real = 300}};
+  std::size_t failed = 7;
+  EXPECT_EQ(linegate_set(client, group, settings, 2, &failed), LINEGATE_ERROR_RANGE);
+  EXPECT_EQ(failed, 1U);
+  settings[1] = {.name = nullptr, .type = LINEGATE_INTEGER};
+  EXPECT_EQ(linegate_set(client, group, settings, 2, &failed), LINEGATE_ERROR_ARGUMENT);
+  settings[1] = {.name = "ram.Out", .type = LINEGATE_TEXT, .length = 1};
+  EXPECT_EQ(linegate_set(client, group, settings, 2, nullptr), LINEGATE_ERROR_ARGUMENT);
+  settings[1] = {.name = "ram.Out", .type = LINEGATE_NONE};
+  EXPECT_EQ(linegate_set(client, group, settings, 2, &failed), LINEGATE_ERROR_ARGUMENT);
+  EXPECT_EQ(linegate_arm(client, group), LINEGATE_OK);
+  EXPECT_TRUE(world->writes.back().second.values.empty());
+  EXPECT_EQ(linegate_set(client, group, settings, 1, &failed), LINEGATE_OK);
+  EXPECT_EQ(linegate_poll(client, 0), LINEGATE_OK);
+  ASSERT_EQ(world->writes.back().second.values.size(), 1U);
+  EXPECT_EQ(world->writes.back().second.values[0].data[0], std::byte{9});
+}
+
+TEST_F(ClientInC, WhatHasNoRoomIsNotSent) {
+  int last = 0;
+  while ((last = linegate_line(client, "press")) > 0) {
+  }
+  EXPECT_EQ(last, LINEGATE_ERROR_FULL);
+  EXPECT_EQ(linegate_nmt(client, line, 1, 1, 1000), LINEGATE_ERROR_FULL);
+  EXPECT_EQ(world->sent, 0U);
+  EXPECT_EQ(linegate_free(client, line + 1), LINEGATE_OK);
+  EXPECT_GT(linegate_nmt(client, line, 1, 1, 1000), 0);
+  EXPECT_EQ(world->sent, 1U);
+}
+
+TEST_F(ClientInC, ATextIsCutBetweenTwoCharacters) {
+  world->layout(image::Direction::inputs, 1, 7, "a\u00E4\u20AC");
+  world->image(image::Direction::inputs, 1, 5, 7);
+  ASSERT_EQ(linegate_poll(client, 0), LINEGATE_OK);
+  const auto name = [&](std::size_t size) {
+    char text[8] = "xxxxxxx";
+    EXPECT_EQ(linegate_line_name(client, line, 0, 0, text, size),
+              size > 6 ? 6 : LINEGATE_ERROR_TOO_LONG);
+    return std::string(text);
+  };
+  EXPECT_EQ(name(7), "a\u00E4\u20AC");
+  for (const std::size_t size : {6U, 5U, 4U})
+    EXPECT_EQ(name(size), "a\u00E4") << size;
+  for (const std::size_t size : {3U, 2U})
+    EXPECT_EQ(name(size), "a") << size;
+  EXPECT_EQ(name(1), "");
+}
+
 TEST_F(ClientInC, EventsAreFollowedFromAPosition) {
   std::uint64_t number = 0;
   const auto keep = [](void* to, const linegate_event* event) {
@@ -140,6 +193,29 @@ TEST_F(ClientInC, EventsAreFollowedFromAPosition) {
   EXPECT_EQ(linegate_event_position(client, plain, text, sizeof text), LINEGATE_ERROR_ARGUMENT);
   EXPECT_EQ(linegate_unsubscribe(client, reader), LINEGATE_OK);
   EXPECT_EQ(linegate_event_position(client, reader, text, sizeof text), LINEGATE_ERROR_ARGUMENT);
+}
+
+TEST_F(ClientInC, AnEventOfALaterVersionHasAllItsData) {
+  linegate_event got{};
+  const auto keep = [](void* to, const linegate_event* event) {
+    EXPECT_STREQ(event->name, "");
+    *static_cast<linegate_event*>(to) = *event;
+  };
+  ASSERT_GT(linegate_subscribe_events(client, keep, &got), 0);
+  world->samples.emplace_back([](dds::ClientListener& to) {
+    dds::ReceivedEvent event;
+    event.number = 1;
+    event.kind = static_cast<EventKind>(250);
+    event.fields.length = 64;
+    for (std::size_t i = 0; i < event.fields.data.size(); ++i)
+      event.fields.data[i] = static_cast<std::byte>(200 + i);
+    to.on_event({.gateway = "gw", .line = "press"}, event, "words", {});
+  });
+  EXPECT_EQ(linegate_poll(client, 0), LINEGATE_OK);
+  EXPECT_EQ(got.kind, 250);
+  ASSERT_EQ(got.length, 64);
+  for (std::size_t i = 0; i < sizeof got.data; ++i)
+    EXPECT_EQ(got.data[i], static_cast<std::uint8_t>(200 + i)) << i;
 }
 
 TEST_F(ClientInC, AClosedOrForeignClientIsAnError) {

@@ -28,5 +28,31 @@ TEST(ClientThreads, AWakeUpMeetsTheEndOfTheClient) {
   }
 }
 
+// The command has no answer, so the wait ends by the other thread alone.
+TEST(ClientThreads, ACommandIsCancelledWhileAnotherThreadWaitsForIt) {
+  const auto world = std::make_shared<FakeWorld>();
+  linegate_client* const client = adopt(fake_client(world));
+  world->whole_line(1);
+  ASSERT_EQ(linegate_poll(client, 0), LINEGATE_OK);
+  const int line = linegate_line(client, "press");
+  for (int i = 0; i < 20; ++i) {
+    const int call = linegate_sdo_read(client, line, 1, 0x1000, 0, 10'000);
+    ASSERT_GT(call, 0);
+    int result = 0;
+    std::thread waits([&] { result = linegate_call_wait(client, call); });
+    EXPECT_EQ(linegate_call_cancel(client, call), LINEGATE_OK);
+    waits.join();
+    EXPECT_EQ(result, LINEGATE_ERROR_FAILED);
+    EXPECT_EQ(linegate_free(client, call), LINEGATE_OK);
+  }
+  std::thread waits([&] {
+    EXPECT_EQ(linegate_line_wait(client, linegate_line(client, "none"), 3'600'000),
+              LINEGATE_ERROR_CLOSED);
+  });
+  while (linegate_close(client) == LINEGATE_ERROR_ARGUMENT) {  // within a poll
+  }
+  waits.join();
+}
+
 }  // namespace
 }  // namespace linegate::client

@@ -19,6 +19,14 @@ struct ClientCore : testing::Test {
     client.poll(0ms);
     ASSERT_TRUE(line.ready());
   }
+  // Time passes, and the line publishes its state once a second.
+  void publish_for(int seconds) {
+    for (int i = 0; i < seconds; ++i) {
+      world->now += 1s;
+      world->line(1);
+      client.poll(0ms);
+    }
+  }
   void applied(std::uint64_t arming, const std::string& owner, bool tripped = false) {
     line::OutputState state;
     state.owner = owner;
@@ -83,6 +91,33 @@ TEST_F(ClientCore, AGroupIsHeldLostAndArmedAgain) {
   EXPECT_EQ(group.reason(), LossReason::watchdog);
 }
 
+// A reload that gives the name of a group to another one, or to none, with the same outputs.
+TEST_F(ClientCore, AnotherGroupOfThatNameIsALoss) {
+  world->group(1, {.group = 1, .name = "left"});
+  begin();
+  Group group = line.group("left");
+  for (const std::uint16_t number : {std::uint16_t{1}, std::uint16_t{2}}) {
+    EXPECT_EQ(group.set("ram.Out", 3), Error::none);
+    ASSERT_EQ(group.arm(), Error::none);
+    const line::OutputWrite& last = world->writes.back().second;
+    EXPECT_EQ(last.group, number);
+    world->group(1, {.group = number, .name = "left", .owner = "app", .arming = last.arming});
+    client.poll(0ms);
+    EXPECT_TRUE(group.held());
+    world->group(1, {.group = number, .name = "right"});
+    if (number == 1)
+      world->group(1, {.group = 2, .name = "left"});
+    const std::size_t writes = world->writes.size();
+    client.poll(0ms);
+    EXPECT_EQ(group.state(), GroupState::lost);
+    EXPECT_EQ(group.reason(), LossReason::layout_changed);
+    const Instant begun = world->now;
+    client.poll(1s);
+    EXPECT_GE(world->now - begun, 500ms) << "the thread is not kept busy";
+    EXPECT_EQ(world->writes.size(), writes);
+  }
+}
+
 // The state of each group is a sample of its own, and may come before the state of the line.
 TEST_F(ClientCore, AGroupWhoseStateDidNotComeYetIsNotReady) {
   begin();
@@ -90,9 +125,7 @@ TEST_F(ClientCore, AGroupWhoseStateDidNotComeYetIsNotReady) {
   world->group(1, {.group = 1, .name = "drives"});
   client.poll(0ms);
   EXPECT_EQ(lamps.arm(), Error::not_ready);
-  world->now += 3s;
-  world->line(1);
-  client.poll(0ms);
+  publish_for(3);
   EXPECT_EQ(lamps.arm(), Error::no_name);
 
   world->group(2, {.group = 2, .name = "lamps"});
@@ -100,6 +133,81 @@ TEST_F(ClientCore, AGroupWhoseStateDidNotComeYetIsNotReady) {
   client.poll(0ms);
   EXPECT_EQ(lamps.arm(), Error::none);
   EXPECT_EQ(world->writes.back().second.group, 2U);
+}
+
+// A reload gave the name to another number, and the gateway publishes the former one no more.
+TEST_F(ClientCore, AGroupIsFoundByTheNumberThatItsNameHasNow) {
+  world->group(1, {.group = 1, .name = "lamps"});
+  begin();
+  Group lamps = line.group("lamps");
+  ASSERT_EQ(lamps.arm(), Error::none);
+  EXPECT_EQ(world->writes.back().second.group, 1U);
+  world->now += 1s;
+  world->group(1, {.group = 2, .name = "lamps"});
+  client.poll(0ms);
+  EXPECT_EQ(lamps.reason(), LossReason::layout_changed);
+  ASSERT_EQ(lamps.arm(), Error::none);
+  EXPECT_EQ(world->writes.back().second.group, 2U);
+  EXPECT_EQ(line.group("1").arm(), Error::none) << "may be published still";
+  for (int i = 0; i < 4; ++i) {
+    world->now += 1s;
+    world->line(1);
+    world->group(1, {.group = 2, .name = "lamps"});
+    client.poll(0ms);
+  }
+  EXPECT_EQ(lamps.state(), GroupState::taking);
+  EXPECT_EQ(line.group("1").arm(), Error::no_name);
+}
+
+TEST_F(ClientCore, AGroupThatDoesNotExistIsLost) {
+  begin();
+  Group group = line.group("99");
+  EXPECT_EQ(group.arm(), Error::none) << "its state may not have come yet";
+  publish_for(3);
+  EXPECT_EQ(group.reason(), LossReason::no_group);
+  EXPECT_EQ(group.text(), "lost: the line has no such group");
+  EXPECT_EQ(group.arm(), Error::no_name);
+}
+
+TEST_F(ClientCore, SeveralValuesAreSetOrNoneOfThem) {
+  begin();
+  Group group = line.group("");
+  EXPECT_EQ(group.set("ram.Out", 3), Error::none);
+  std::size_t failed = 7;
+  const std::vector<Setting> good{{"ram.Out", std::uint64_t{9}}};
+  std::vector<Setting> bad = good;
+  bad.push_back({"typo", std::uint64_t{1}});
+  EXPECT_EQ(group.set(bad, &failed), Error::no_name);
+  EXPECT_EQ(failed, 1U);
+  ASSERT_EQ(group.arm(), Error::none);
+  EXPECT_EQ(world->writes.back().second.values[0].data[0], std::byte{3});
+  EXPECT_EQ(group.set(good, &failed), Error::none);
+  client.poll(0ms);
+  EXPECT_EQ(world->writes.back().second.values[0].data[0], std::byte{9});
+}
+
+TEST_F(ClientCore, AClientThatHoldsTheGroupIsNamed) {
+  begin();
+  Group group = line.group("");
+  ASSERT_EQ(group.arm(), Error::none);
+  EXPECT_EQ(group.text(), "written, not applied yet");
+  applied(7, "other");
+  EXPECT_EQ(group.text(), "written, not applied yet; its last values are of other");
+  applied(7, "app");
+  EXPECT_EQ(group.text(), "written, not applied yet") << "of an earlier arming of this client";
+}
+
+TEST_F(ClientCore, AfterASilenceTheStatesOfGroupsMayComeLater) {
+  world->group(1, {.group = 1, .name = "lamps"});
+  begin();
+  world->now += 4s;
+  world->line(1);
+  client.poll(0ms);
+  ASSERT_TRUE(line.ready());
+  EXPECT_EQ(line.group("lamps").arm(), Error::not_ready);
+  world->group(1, {.group = 1, .name = "lamps"});
+  client.poll(0ms);
+  EXPECT_EQ(line.group("lamps").arm(), Error::none);
 }
 
 TEST_F(ClientCore, ALossDiscardsTheValues) {
@@ -152,6 +260,38 @@ TEST_F(ClientCore, AGatewayIsLostAndReturns) {
   EXPECT_EQ(line.status(), LineStatus::silent);
 }
 
+// In a reload two nodes may exchange their names: the layout keeps its ID.
+TEST_F(ClientCore, AnImageOfBeforeIsNotReadThroughTheNamesOfAfter) {
+  begin();
+  world->now += 5s;
+  world->line(1);
+  world->layout(inputs, 1, 7, "ram.Other");
+  for (int i = 0; i < 3; ++i) {
+    client.poll(0ms);
+    EXPECT_EQ(line.status(), LineStatus::waiting) << i;
+    EXPECT_EQ(line.read("ram.Other").quality, Quality::no_data) << i;
+    EXPECT_EQ(line.read("ram.Other").data.index(), 0U) << i;
+    world->now += 500ms;
+  }
+  world->image(inputs, 1, 9);
+  client.poll(0ms);
+  EXPECT_EQ(line.read("ram.Other").as<int>(), 9);
+  EXPECT_TRUE(line.ready());
+}
+
+TEST_F(ClientCore, ALineOfTwoGatewaysIsReportedAsAmbiguous) {
+  std::vector<Quality> reported;
+  const Subscription values = line.on_change(
+      {"ram.In"}, [&](const Snapshot& now) { reported.push_back(now.values[0].quality); });
+  client.poll(0ms);
+  for (const char* gateway : {"gw", "other"})
+    world->samples.emplace_back([gateway](dds::ClientListener& to) {
+      to.on_line({.gateway = gateway, .line = "press", .incarnation = 1}, {}, {}, {});
+    });
+  client.poll(0ms);
+  EXPECT_EQ(reported, (std::vector{Quality::no_line, Quality::ambiguous}));
+}
+
 TEST_F(ClientCore, ACallWithoutItsLineTimesOut) {
   Call call = line.sdo_read(1, 0x1000, 0, {.timeout = 2s});
   EXPECT_FALSE(call.wait());
@@ -181,6 +321,34 @@ TEST_F(ClientCore, ACallIsAnsweredTriedAgainOrCancelled) {
   EXPECT_EQ(world->cancelled, std::vector<std::uint64_t>{3});
 }
 
+TEST_F(ClientCore, ACallThatCannotBeSentSaysWhy) {
+  begin();
+  EXPECT_FALSE(line.nmt(1, 1, {.timeout = 0s}).wait());
+  EXPECT_EQ(line.nmt(1, 1, {.timeout = 0s}).text(), "");
+  Call late = line.nmt(1, 1, {.timeout = 0s});
+  client.poll(0ms);
+  EXPECT_EQ(late.text(), "the time-out left no time to send it");
+  world->gone();
+  client.poll(0ms);
+  Call lost = line.nmt(1, 1, {.timeout = 1s});
+  EXPECT_FALSE(lost.wait());
+  EXPECT_EQ(lost.text(), "line press is lost: its gateway has ended or removed it");
+}
+
+// As with the next attempt of an application that does not give up.
+TEST_F(ClientCore, ACallBackThatCausesTheNextOneDoesNotKeepAPoll) {
+  begin();
+  int called = 0;
+  const std::function<void(const Call&)> again = [&](const Call&) {
+    ++called;
+    line.request({.kind = 255}).on_done(again);
+  };
+  line.request({.kind = 255}).on_done(again);
+  client.poll(0ms);
+  client.poll(0ms);
+  EXPECT_EQ(called, 2);
+}
+
 TEST_F(ClientCore, ACallWithoutAHandleCallsBack) {
   begin();
   std::uint64_t answer = 0;
@@ -188,6 +356,33 @@ TEST_F(ClientCore, ACallWithoutAHandleCallsBack) {
   world->reply(1, {}, {std::byte{0x34}, std::byte{0x12}});
   client.poll(0ms);
   EXPECT_EQ(answer, 0x1234U);
+}
+
+TEST_F(ClientCore, ASubscriptionThatItsCallBackEndsIsNotCalledAgain) {
+  int lines_called = 0;
+  int events_called = 0;
+  Subscription lines = client.on_line([&](const Change&) {
+    ++lines_called;
+    lines = {};
+    world->gone();
+    client.poll(0ms);  // the call-back still runs
+  });
+  EventReader events = client.follow_events("3:0:gw/press", [&](const Event&) {
+    ++events_called;
+    events = {};
+    client.poll(0ms);
+  });
+  for (const std::uint64_t number : {1U, 2U})
+    world->samples.emplace_back([number](dds::ClientListener& to) {
+      dds::ReceivedEvent event;
+      event.stream = 3;
+      event.number = number;
+      to.on_event({.gateway = "gw", .line = "press"}, event, "", {});
+    });
+  world->whole_line(1);
+  client.poll(0ms);
+  EXPECT_EQ(lines_called, 1);
+  EXPECT_EQ(events_called, 1);
 }
 
 TEST_F(ClientCore, AReportOfProgressBelongsToTheFirstCallOfItsKind) {

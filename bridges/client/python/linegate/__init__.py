@@ -34,6 +34,7 @@ __all__ = ["Call", "CallError", "Client", "Error", "Event", "EventReader", "Grou
            "LineChange", "LineStatus", "NotReady", "Outcome", "Quality", "Snapshot", "Subscription", "Value", "version"]
 
 Data = Union[None, bool, int, float, str, bytes]
+Output = Union[bool, int, float, str, bytes, bytearray, memoryview]
 
 _POLL_MS = 100  # the longest poll of an event loop
 _GROWTH = 4096  # of a position, between two functions
@@ -200,9 +201,34 @@ class Event:
     journal_lost: bool
 
 
-def _error(code: int) -> Error:
-    text = _lib.linegate_error_text(code).decode()
+def _error(code: int, of: str = "") -> Error:
+    text = (of + ": " if of else "") + _lib.linegate_error_text(code).decode()
     return (NotReady if code == -2 else Error)(code, text)
+
+
+def _encoded(text: str) -> bytes:
+    if "\0" in text:
+        raise ValueError("a name has no character 0")
+    return text.encode()
+
+
+def _setting(name: str, value: Output, raw: bool) -> c.Setting:
+    to = c.Setting(name=_encoded(name), raw=int(raw))
+    if isinstance(value, (str, bytes, bytearray, memoryview)):
+        to.type = 5 if isinstance(value, str) else 6
+        data = value.encode() if isinstance(value, str) else bytes(value)
+        if isinstance(value, str) and "\0" in value:
+            raise _error(-6, name)
+        to.bytes, to.length = data, len(data)
+    elif isinstance(value, float):
+        to.type, to.real = 4, value
+    else:
+        number = operator.index(value)
+        if not -(1 << 63) <= number < 1 << 64:
+            raise _error(-6, name)
+        to.type = 2 if number < 1 << 63 else 3
+        to.integer, to.unsigned_integer = (number, 0) if number < 1 << 63 else (0, number)
+    return to
 
 
 def _checked(result: int) -> int:
@@ -213,7 +239,9 @@ def _checked(result: int) -> int:
 
 
 def _milliseconds(seconds: float) -> int:
-    return max(0, min(round(seconds * 1000), 3_600_000))
+    if seconds != seconds:
+        raise ValueError("a time is no number")
+    return round(max(0.0, min(seconds, 3600.0)) * 1000)
 
 
 def _watchdog(seconds: float) -> int:
@@ -230,7 +258,7 @@ def _structure(of: Any, /, **members: Any) -> Any:
         if name not in names:
             raise TypeError(f"there is no member {name}")
         if isinstance(value, int) and getattr(out, name) != value:
-            raise _error(-6)
+            raise _error(-6, name)
     return out
 
 
@@ -251,7 +279,7 @@ def _place_before(event: Event) -> tuple[str, str]:
 
 
 def _names(names: Sequence[str]) -> Any:
-    return (ctypes.c_char_p * len(names))(*(name.encode() for name in names))
+    return (ctypes.c_char_p * len(names))(*(_encoded(name) for name in names))
 
 
 def _data(value: c.Value) -> Data:
@@ -350,8 +378,11 @@ class EventReader(Subscription):
         return self
 
     async def __anext__(self) -> Event:
-        """Raises Error when the application was late by more than 10,000 events: follow again from the position."""
-        await self._client._until(lambda: bool(self._waiting or self._late))
+        """Ends after cancel(). Raises Error when the application was late by more than 10,000 events: follow again from
+        the position."""
+        await self._client._until(lambda: bool(self._waiting or self._late or not self._alive))
+        if not self._alive:
+            raise StopAsyncIteration
         if self._waiting:
             return self._waiting.popleft()
         self.cancel()
@@ -399,6 +430,7 @@ class Call:
     def result(self) -> bytes:
         """Polls until it is done, without an event loop. Returns the data of the reply; raises CallError."""
         self._client._forbid_loop()
+        self._client._free()
         _lib.linegate_call_wait(self._client._handle, self._number)
         return self._data()
 
@@ -440,49 +472,40 @@ class Group:
         _checked(_lib.linegate_group_owner(self._client._handle, self._number, owner, len(owner)))
         return _text(owner.value)
 
-    def set(self, name: str, value: Union[bool, int, float, str, bytes], raw: bool = False) -> None:
+    def set(self, name: str, value: Output, raw: bool = False) -> None:
         """The value of an output from now on, in its unit if it is scaled; values that are set between two polls are
         sent together. str: of VISIBLE_STRING (characters up to U+00FF) and UNICODE_STRING; bytes: of any type that is
         no number, as many as it has. raw: the value in the PDO, without scaling, and beyond the limits of the output.
         Raises NotReady if the line is not ready."""
-        handle, to = self._client._handle, name.encode()
-        if isinstance(value, str):
-            if "\0" in value:
-                raise _error(-6)
-            _checked(_lib.linegate_set_text(handle, self._number, to, value.encode()))
-            return
-        if isinstance(value, (bytes, bytearray, memoryview)):
-            _checked(_lib.linegate_set_bytes(handle, self._number, to, bytes(value), len(bytes(value))))
-            return
-        if isinstance(value, float):
-            real = _lib.linegate_set_raw_real if raw else _lib.linegate_set_real
-            _checked(real(handle, self._number, to, value))
-            return
-        number = operator.index(value)
-        if not -(1 << 63) <= number < 1 << 64:
-            raise _error(-6)
-        if raw:
-            function = _lib.linegate_set_raw_integer if number < 1 << 63 else _lib.linegate_set_raw_unsigned
-        else:
-            function = _lib.linegate_set_integer if number < 1 << 63 else _lib.linegate_set_unsigned
-        _checked(function(handle, self._number, to, number))
+        self._set({name: value}, raw)
+
+    def _set(self, values: Mapping[str, Output], raw: bool = False) -> None:
+        """All of them, or none."""
+        settings = (c.Setting * len(values))(*(_setting(name, value, raw) for name, value in values.items()))
+        failed = ctypes.c_size_t()
+        result = _lib.linegate_set(self._client._handle, self._number, settings, len(values), failed)
+        if result < 0:
+            raise _error(result, list(values)[failed.value] if failed.value < len(values) else "")
 
     def arm(self) -> None:
-        """Begins to write. Raises NotReady if the line is not ready."""
+        """Begins to write. Outputs that were not set since the last loss or release keep their values: if another client
+        held the group within the time of its watchdog, those of that client. Raises NotReady if the line is not
+        ready."""
         _checked(_lib.linegate_arm(self._client._handle, self._number))
 
     def release(self) -> None:
         """Stops writing: after its time the watchdog reacts."""
         _checked(_lib.linegate_release(self._client._handle, self._number))
 
-    async def hold(self, values: Mapping[str, Union[bool, int, float, str, bytes]]) -> None:
-        """Waits until the line is ready, sets the values, arms the group, and waits until the gateway applies them.
-        Raises GroupError if it refuses them or the group is lost meanwhile. Releases the group if it is cancelled."""
+    async def hold(self, values: Mapping[str, Output]) -> None:
+        """Waits until the line is ready, sets the values, arms the group, and waits until the gateway applies them: while
+        a client that is stronger, or was first, holds the group (`owner`), for as long as that one does. Raises Error if
+        a value is not possible: then none is set. Raises GroupError if the gateway refuses them or the group is lost
+        meanwhile. Releases the group if it is cancelled."""
         while True:
             await self._line.ready()
             try:
-                for name, value in values.items():
-                    self.set(name, value)
+                self._set(values)
                 self.arm()
                 break
             except NotReady:
@@ -519,7 +542,7 @@ class Line:
         self.name = name
         self._client = client
         self._groups: dict[tuple[str, int, int], Group] = {}
-        self._number = _checked(_lib.linegate_line(client._handle, name.encode()))
+        self._number = _checked(_lib.linegate_line(client._handle, _encoded(name)))
 
     @property
     def status(self) -> LineStatus:
@@ -538,9 +561,12 @@ class Line:
     def _list(self, outputs: int) -> list[str]:
         out: list[str] = []
         name = ctypes.create_string_buffer(1024)
-        while _lib.linegate_line_name(self._client._handle, self._number, outputs, len(out), name, len(name)) >= 0:
+        while True:
+            length = _lib.linegate_line_name(self._client._handle, self._number, outputs, len(out), name, len(name))
+            if length == -4:
+                return out
+            _checked(length)
             out.append(_text(name.value))
-        return out
 
     def inputs(self) -> list[str]:
         """The names of the inputs; empty if the layout was not received."""
@@ -559,7 +585,7 @@ class Line:
 
     def on_change(self, names: Sequence[str], call_back: Callable[[Snapshot], None]) -> Subscription:
         """Calls back at the beginning, and when value or quality of one of them changes."""
-        names, alive = tuple(names), [True]
+        names, alive = (names,) if isinstance(names, str) else tuple(names), [True]
 
         def changed(_user: Any, values: Any, _count: int, image: Any) -> None:
             now = _snapshot(names, values, image.contents)
@@ -580,14 +606,19 @@ class Line:
         key = (name, _watchdog(watchdog), reactions)
         if key not in self._groups:
             self._groups[key] = Group(self, _checked(_lib.linegate_group(self._client._handle, self._number,
-                                                                         name.encode(), *key[1:])))
+                                                                         _encoded(name), *key[1:])))
         return self._groups[key]
 
     def request(self, kind: int, *, timeout: float = 10.0, attempts: int = 1, data: bytes = b"",
                 **members: int) -> Call:
         """A command by the members of a CommandRequest: linegate.idl, COMMANDS.md."""
+        if not isinstance(data, (bytes, bytearray, memoryview)):
+            raise TypeError(f"data of a command are bytes, not {type(data).__name__}: see int.to_bytes()")
+        data = bytes(data)
         request = _structure(c.Request, size=ctypes.sizeof(c.Request), kind=kind, data=data, length=len(data),
                              attempts=attempts, **members)
+        if self._client._task is None:
+            self._client._free()
         return Call(self._client, _checked(_lib.linegate_request_call(self._client._handle, self._number, request,
                                                                       _milliseconds(timeout))))
 
@@ -618,7 +649,9 @@ class Client:
         self._task: Optional[asyncio.Task[None]] = None
         self._waiting: list[tuple[Callable[[], bool], asyncio.Future[None]]] = []  # checked after each poll of the task
         self._ending = False
+        self._delivering = 0  # call-backs that run
         self._handle: Optional[int] = None
+        self._closed = ctypes.c_char()  # no client has its address
         error = ctypes.create_string_buffer(1024)
         encoded = [None if text is None else text.encode() for text in
                    (profile, identity, name, ",".join(interfaces), ",".join(peers))]
@@ -631,12 +664,16 @@ class Client:
 
     def close(self) -> None:
         """Releases all groups. Not within a call-back."""
+        if self._delivering:
+            raise Error(-1, "a client is not closed within a call-back")
         for reader in list(self._readers):
             reader.cancel()
-        if self._handle:
+        closed = ctypes.addressof(self._closed)
+        if self._handle != closed:
             _checked(_lib.linegate_close(self._handle))
-        self._handle = None  # its address may be that of another client later
+        self._handle = closed  # the address of the client may be that of another one later
         self._callbacks.clear()
+        self._due.clear()
 
     def __enter__(self) -> "Client":
         return self
@@ -717,17 +754,22 @@ class Client:
         """Polls in a thread, one poll for each turn of the event loop: the loop does not wait for samples, and held
         outputs are not written any more when it hangs."""
         loop = asyncio.get_running_loop()
-        with ThreadPoolExecutor(1, "linegate") as thread:
-            while not self._ending:
-                polled = await loop.run_in_executor(thread, _lib.linegate_poll, self._handle, _POLL_MS)
-                self._free()
-                while self._due:
-                    try:
-                        self._deliver()
-                    except Exception as failed:  # pylint: disable=broad-except
-                        loop.call_exception_handler({"message": "a call-back of linegate failed", "exception": failed})
-                self._ending = self._ending or polled < 0
-                self._check_waiting()
+        try:
+            with ThreadPoolExecutor(1, "linegate") as thread:
+                while not self._ending:
+                    polled = await loop.run_in_executor(thread, _lib.linegate_poll, self._handle, _POLL_MS)
+                    self._free()
+                    while self._due:
+                        try:
+                            self._deliver()
+                        except (Exception, asyncio.CancelledError) as failed:  # pylint: disable=broad-except
+                            loop.call_exception_handler({"message": "a call-back of linegate failed",
+                                                         "exception": failed})
+                    self._ending = self._ending or polled < 0
+                    self._check_waiting()
+        finally:  # also when the application cancels all tasks: nobody waits any more
+            self._ending = True
+            self._check_waiting()
 
     def _check_waiting(self) -> None:
         """Between two polls, because a C function that meets a poll ends it."""
@@ -778,8 +820,13 @@ class Client:
     def _deliver(self) -> None:
         """The oldest of the call-backs that are due, if it is still wanted."""
         alive, call_back = self._due.popleft()
-        if alive:
+        if not alive:
+            return
+        self._delivering += 1
+        try:
             call_back()
+        finally:
+            self._delivering -= 1
 
     def _free(self) -> None:
         while self._unused:

@@ -31,6 +31,12 @@ class Image(Structure):
     _fields_ = [("time", c_int64), ("sequence", c_uint64), ("lost", c_uint64)]
 
 
+class Setting(Structure):
+    """linegate_setting."""
+    _fields_ = [("name", c_char_p), ("type", c_int32), ("raw", c_int32), ("integer", c_int64),
+                ("unsigned_integer", c_uint64), ("real", c_double), ("bytes", c_char_p), ("length", c_size_t)]
+
+
 class Event(Structure):
     """linegate_event."""
     _fields_ = [("gateway", c_char_p), ("line", c_char_p), ("name", c_char_p), ("text", c_char_p),
@@ -80,14 +86,7 @@ FUNCTIONS = {
     "linegate_event_position": (c_int, [c_void_p, c_int, c_char_p, c_size_t]),
     "linegate_unsubscribe": (c_int, [c_void_p, c_int]),
     "linegate_group": (c_int, [c_void_p, c_int, c_char_p, c_int, c_uint]),
-    "linegate_set_integer": (c_int, [c_void_p, c_int, c_char_p, c_int64]),
-    "linegate_set_unsigned": (c_int, [c_void_p, c_int, c_char_p, c_uint64]),
-    "linegate_set_real": (c_int, [c_void_p, c_int, c_char_p, c_double]),
-    "linegate_set_raw_integer": (c_int, [c_void_p, c_int, c_char_p, c_int64]),
-    "linegate_set_raw_unsigned": (c_int, [c_void_p, c_int, c_char_p, c_uint64]),
-    "linegate_set_raw_real": (c_int, [c_void_p, c_int, c_char_p, c_double]),
-    "linegate_set_bytes": (c_int, [c_void_p, c_int, c_char_p, c_char_p, c_size_t]),
-    "linegate_set_text": (c_int, [c_void_p, c_int, c_char_p, c_char_p]),
+    "linegate_set": (c_int, [c_void_p, c_int, POINTER(Setting), c_size_t, POINTER(c_size_t)]),
     "linegate_arm": (c_int, [c_void_p, c_int]),
     "linegate_release": (c_int, [c_void_p, c_int]),
     "linegate_group_state": (c_int, [c_void_p, c_int, c_char_p, c_size_t]),
