@@ -13,7 +13,7 @@ struct NamedTopic {
   std::string topic;
   std::string type;
   std::size_t max_size = 0;    // of a sample, in octets
-  std::vector<std::byte> key;  // see NamedType
+  std::vector<std::byte> key;  // see NamedType; empty: the topic has no key
 };
 
 }  // namespace linegate::dds

@@ -27,11 +27,11 @@ struct NamedData {
 class NamedType final : public eprosima::fastdds::dds::TopicDataType {
  public:
   // key: in CDR, big-endian; all samples have it, so its hash is made once. It may have more than
-  // 16 octets, so its hash is always an MD5 (RTPS 2.3, 9.6.3.8).
+  // 16 octets, so its hash is always an MD5 (RTPS 2.3, 9.6.3.8). Empty: the topic has no key.
   NamedType(const std::string& name, std::size_t max_size, std::span<const std::byte> key) {
     setName(name.c_str());
     m_typeSize = static_cast<std::uint32_t>(max_size);
-    m_isGetKeyDefined = true;
+    m_isGetKeyDefined = !key.empty();
     std::string octets(reinterpret_cast<const char*>(key.data()), key.size());
     MD5 md5;
     md5.init();
@@ -66,6 +66,8 @@ class NamedType final : public eprosima::fastdds::dds::TopicDataType {
   void deleteData(void* data) override { delete static_cast<NamedData*>(data); }
   bool getKey(void* /*data*/, eprosima::fastrtps::rtps::InstanceHandle_t* handle,
               bool /*force_md5*/ = false) override {
+    if (!m_isGetKeyDefined)
+      return false;
     for (std::size_t i = 0; i < key_.size(); ++i)
       handle->value[i] = key_[i];
     return true;

@@ -26,6 +26,7 @@ bool NamedWriters::add(const NamedTopic& topic, const std::string& partition) {
   if (topics_.contains(topic.topic))
     return false;
   Topic made;
+  made.has_instances = !topic.key.empty();
   made.topic = endpoints_.add_own_topic(
       topic.topic,
       eprosima::fastdds::dds::TypeSupport(new NamedType(topic.type, topic.max_size, topic.key)));
@@ -61,6 +62,8 @@ void NamedWriters::remove(std::span<const std::string> topics) {
   }
   NamedData any;
   for (const auto& node : ending) {
+    if (!node.mapped().has_instances)
+      continue;
     node.mapped().writer->each([&](auto* writer) {
       writer->unregister_instance(&any, eprosima::fastdds::dds::HANDLE_NIL);
     });

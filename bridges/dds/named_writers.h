@@ -33,8 +33,8 @@ class NamedWriters {
   // The QoS is that of ProcessImage. partition: see Endpoints::writer_beside(). Returns false if
   // there is such a topic already, or it could not be created.
   bool add(const NamedTopic& topic, const std::string& partition);
-  // Ends their instances, which readers receive, and removes their writers. Waits for readers that
-  // do not acknowledge, kPatience at most for all together.
+  // Ends their instances, if they have a key, which readers receive, and removes their writers.
+  // Waits for readers that do not acknowledge, kPatience at most for all together.
   void remove(std::span<const std::string> topics);
   // Whether the topic has readers. If it has none, its last sample is removed: samples are not
   // written then, and a later reader would take it for the current one. ReaderWatch reports when to
@@ -51,6 +51,7 @@ class NamedWriters {
   struct Topic {
     eprosima::fastdds::dds::Topic* topic = nullptr;
     std::unique_ptr<RenewedWriter> writer;
+    bool has_instances = true;  // false: the topic has no key
   };
   void remove(Topic& topic);
 

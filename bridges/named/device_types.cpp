@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "bridges/named/identifiers.h"
+#include "bridges/named/ros2_types.h"
 #include "bridges/named/type_parts.h"
 
 namespace linegate::named {
@@ -114,12 +115,13 @@ class Maker {
 }  // namespace
 
 std::string DeviceType::type_name() const {
-  return std::string(kModule) + "::" + name;
+  return ros2 ? ros2_type_name(name) : std::string(kModule) + "::" + name;
 }
 
 std::string DeviceType::topic() const {
-  return std::string(kModule) + '/' + line + '/' + device + '/' +
-         std::string(image::name(direction));
+  return ros2 ? ros2_topic(*this)
+              : std::string(kModule) + '/' + line + '/' + device + '/' +
+                    std::string(image::name(direction));
 }
 
 DeviceTypes device_types(std::string_view line, const image::Layout& layout,

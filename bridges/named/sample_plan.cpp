@@ -233,8 +233,10 @@ SamplePlan::SamplePlan(const DeviceType& type, std::string_view gateway)
       is_input_(type.direction == image::Direction::inputs) {
   append(prefix_, gateway, true);
   append(prefix_, type.line, true);
-  append(key_, gateway, false);
-  append(key_, type.line, false);
+  if (!type.ros2) {
+    append(key_, gateway, false);
+    append(key_, type.line, false);
+  }
   constexpr std::size_t kFixed = 7 + 3 * 8 + 1 + 7;  // with what aligns it and the times
   max_size_ = prefix_.size() + kFixed + 8 * type.pdos.size();
   steps_.reserve(type.members.size());

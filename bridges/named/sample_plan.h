@@ -37,7 +37,7 @@ class SamplePlan {
                     std::span<std::byte> to) const;
 
   // Its key in CDR, big-endian, without a header: what the key hash of its instance is made from
-  // (RTPS 2.3, 9.6.3.8).
+  // (RTPS 2.3, 9.6.3.8). Empty for a topic without a key.
   const std::vector<std::byte>& key() const { return key_; }
 
  private:

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // `named:` of a line: topics of its devices with named members.
 #include <algorithm>
+#include <span>
 #include <utility>
 
 #include "bridges/named/identifiers.h"
+#include "bridges/named/ros2_types.h"
 #include "gateway/config/entry_names.h"
 #include "gateway/config/sections.h"
 #include "stack/line/line.h"
@@ -57,6 +59,12 @@ bool add_alias(Findings& findings, const NamedSection::Alias& alias, const image
   return !found.empty();
 }
 
+void report(Findings& findings, const Place& place, std::span<const std::string> collisions) {
+  for (const std::string& collision : collisions) {
+    findings.error(place, collision);
+  }
+}
+
 }  // namespace
 
 NamedSection read_named(Section& line, NamedTopics& named) {
@@ -73,6 +81,9 @@ NamedSection read_named(Section& line, NamedTopics& named) {
   named.published = true;
   Section section(line.findings(), node, "named");
   section.read("min_separation", named.min_separation, Duration::zero(), std::chrono::hours(1));
+  const YAML::Node ros2 = section.find("ros2");
+  out.ros2_place = place_of(ros2);
+  section.read("ros2", named.ros2);
   read_aliases(section, out);
   section.done();
   return out;
@@ -96,9 +107,11 @@ void resolve_named(Findings& findings, const NamedSection& section, const line::
     return;
   }
   for (const image::Layout* layout : {&inputs, &outputs}) {
-    for (const std::string& collision :
-         named::device_types(plan.config.name, *layout, plan.named.aliases).collisions) {
-      findings.error(section.place, collision);
+    const named::DeviceTypes types =
+        named::device_types(plan.config.name, *layout, plan.named.aliases);
+    report(findings, section.place, types.collisions);
+    if (plan.named.ros2) {
+      report(findings, section.ros2_place, named::ros2_types(types.types).collisions);
     }
   }
 }

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <system_error>
 
+#include "bridges/named/identifiers.h"
 #include "gateway/config/document.h"
 #include "gateway/config/joined_lines.h"
 #include "gateway/config/reader.h"
@@ -150,6 +151,29 @@ void check_clients(Findings& findings, const LineSection& section, const Plant& 
   }
 }
 
+// Nodes of ROS 2 are in the default partition, and two lines may have one name there.
+void check_ros2(Findings& findings, const LineSection& line, const std::vector<LineSection>& others,
+                const Plant& plant) {
+  if (!line.plan.named.ros2) {
+    return;
+  }
+  if (!plant.dds_security.empty()) {
+    findings.error(
+        line.named.ros2_place,
+        "\"ros2\" is for DDS without security: the permissions of identities have no topics "
+        "of ROS 2");
+  }
+  const auto name_of = [](const LineSection& of) {
+    return named::identifier_of(of.plan.config.name);
+  };
+  for (const LineSection& other : others) {
+    if (other.plan.named.ros2 && name_of(other) == name_of(line)) {
+      findings.error(line.named.ros2_place, "line \"" + other.plan.config.name +
+                                                "\" has the same name in ROS 2: " + name_of(line));
+    }
+  }
+}
+
 void check_executor(Findings& findings, const LineSection& section, const Plant& plant) {
   if (section.plan.executor.empty()) {
     return;
@@ -274,6 +298,7 @@ void read_lines(Findings& findings, const YAML::Node& node, const RoutingSection
     check_clients(findings, section, plant);
     const std::string files = findings.pop_sources();
     check_collisions(findings, section, sections);
+    check_ros2(findings, section, sections, plant);
     if (findings.errors() == before) {
       resolve_outputs(findings, section);
       // Only for documents without errors: an invalid one may expand aliases without end.
@@ -382,6 +407,24 @@ bool check_name(Findings& findings, const std::string& name, Place place, std::s
   if (!good) {
     findings.error(place, "a " + std::string(what) +
                               " has 1 to 64 letters, digits, '-' and '_', not \"" + name + "\"");
+  }
+  return good;
+}
+
+bool is_node_name(const std::string& name) {
+  const bool digits =
+      std::ranges::all_of(name, [](unsigned char c) { return c >= '0' && c <= '9'; });
+  return is_name(name) && name != "all" && name != "own" && !digits;
+}
+
+bool check_node_name(Findings& findings, const std::string& name, Place place) {
+  if (!check_name(findings, name, place, "name")) {
+    return false;
+  }
+  const bool good = is_node_name(name);
+  if (!good) {
+    findings.error(place, "a node cannot be called \"" + name +
+                              "\", which has another meaning in commands: all, own and numbers");
   }
   return good;
 }

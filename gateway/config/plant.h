@@ -73,6 +73,7 @@ struct History {
 // Topics of the devices and output groups of a line, with named members (bridges/named).
 struct NamedTopics {
   bool published = false;            // those of devices
+  bool ros2 = false;                 // those of devices also for ROS 2
   std::vector<named::Group> groups;  // of `outputs:` with written_by: named
   Duration min_separation{};  // between two samples of a topic; 0 = each image that has a change
   std::vector<named::Alias> aliases;

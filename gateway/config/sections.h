@@ -149,6 +149,7 @@ struct NamedSection {
   };
   std::vector<Alias> aliases;
   Place place;
+  Place ros2_place;
 };
 
 // One element of `lines:`, with the positions of keys that can conflict with other lines.
@@ -309,5 +310,8 @@ constexpr std::size_t kMostOfName = 64;
 bool is_name(const std::string& name);
 // Reports a name that is not of that form.
 bool check_name(Findings& findings, const std::string& name, Place place, std::string_view what);
+// Of a node: in commands (LINE:NODE) `all`, `own` and digits have another meaning.
+bool is_node_name(const std::string& name);
+bool check_node_name(Findings& findings, const std::string& name, Place place);
 
 }  // namespace linegate::config

@@ -2,6 +2,9 @@
 #include "gateway/publish/named_samples.h"
 
 #include <algorithm>
+#include <iterator>
+
+#include "bridges/named/ros2_types.h"
 
 namespace linegate::gateway {
 
@@ -9,7 +12,8 @@ NamedSamples::NamedSamples(const config::LinePlan& plan)
     : line_(plan.config.name),
       aliases_(plan.named.aliases),
       always_(plan.publish.rule != config::Publish::Rule::on_change),
-      min_separation_(plan.named.min_separation) {
+      min_separation_(plan.named.min_separation),
+      ros2_(plan.named.ros2) {
 }
 
 std::vector<std::string> NamedSamples::use(const image::Layout& layout) {
@@ -18,6 +22,9 @@ std::vector<std::string> NamedSamples::use(const image::Layout& layout) {
   slots_.clear();
   named::DeviceTypes made = named::device_types(line_, layout, aliases_);
   types_ = std::move(made.types);
+  if (ros2_) {
+    add_ros2_types(made.collisions);
+  }
   for (std::size_t i = 0; i < types_.size(); ++i) {
     const auto same = std::ranges::find(before, types_[i].name, &named::DeviceType::name);
     if (same != before.end()) {
@@ -33,12 +40,19 @@ std::vector<std::string> NamedSamples::use(const image::Layout& layout) {
   return std::move(made.collisions);
 }
 
+void NamedSamples::add_ros2_types(std::vector<std::string>& collisions) {
+  named::Ros2Types made = named::ros2_types(types_);
+  std::ranges::move(made.types, std::back_inserter(types_));
+  std::ranges::move(made.collisions, std::back_inserter(collisions));
+}
+
 void NamedSamples::add_slots(const image::Layout& layout, std::size_t type) {
   const std::vector<std::uint16_t>& pdos = types_[type].pdos;
   for (const named::Member& member : types_[type].members) {
     const std::uint16_t local = layout.entries[member.entry].local_pdo;
     const auto place = std::ranges::lower_bound(pdos, member.pdo);
-    const bool known = !slots_.empty() && slots_.back().local_pdo == local;
+    const bool known =
+        !slots_.empty() && slots_.back().local_pdo == local && slots_.back().type == type;
     if (local != 0 && member.pdo != 0 && !known) {
       slots_.push_back({local, type, static_cast<std::size_t>(place - pdos.begin())});
     }
@@ -47,8 +61,8 @@ void NamedSamples::add_slots(const image::Layout& layout, std::size_t type) {
 
 void NamedSamples::note_times(const image::Snapshot& snapshot) {
   for (const image::PdoMark& mark : snapshot.marks) {
-    const auto slot = std::ranges::lower_bound(slots_, mark.local_pdo, {}, &Slot::local_pdo);
-    if (slot != slots_.end() && slot->local_pdo == mark.local_pdo) {
+    auto slot = std::ranges::lower_bound(slots_, mark.local_pdo, {}, &Slot::local_pdo);
+    for (; slot != slots_.end() && slot->local_pdo == mark.local_pdo; ++slot) {
       states_[slot->type].times[slot->time] = mark.time;
     }
   }

@@ -91,6 +91,8 @@ class NamedSamples {
     std::size_t time = 0;
   };
 
+  // Topics of ROS 2 beside the others, with samples and numbers of their own.
+  void add_ros2_types(std::vector<std::string>& collisions);
   void add_slots(const image::Layout& layout, std::size_t type);
   void note_times(const image::Snapshot& snapshot);
   // Returns true if a mark differs from that of the last call.
@@ -101,6 +103,7 @@ class NamedSamples {
   std::vector<named::Alias> aliases_;
   bool always_;
   Duration min_separation_;
+  bool ros2_;
   std::vector<named::DeviceType> types_;
   std::vector<State> states_;  // by type
   std::vector<Slot> slots_;    // ascending by local PDO

@@ -9,6 +9,8 @@
 
 #include <fmt/format.h>
 
+#include "bridges/named/identifiers.h"
+#include "bridges/named/ros2_types.h"
 #include "gateway/config/hints.h"
 #include "gateway/config/value.h"
 #include "gateway/publish/dds_edge.h"
@@ -274,6 +276,10 @@ class Text {
     if (named.published) {
       add("  a topic of each device and direction: plant/{}/DEVICE/inputs, .../outputs\n",
           line_name);
+    }
+    if (named.ros2) {
+      add("  the same for ROS 2: /plant/{}/DEVICE/inputs, .../outputs, package {}\n",
+          named::identifier_of(line_name), named::kRos2Package);
     }
     if (named.published && named.min_separation != Duration::zero()) {
       add("  at most one sample of such a topic in {}\n", format_duration(named.min_separation));

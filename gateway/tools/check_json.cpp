@@ -218,6 +218,7 @@ Json settings_json(const config::LinePlan& plan, const line::LineConfig& line) {
           {"executor", plan.executor},
           {"storage", plan.storage},
           {"named", plan.named.published},
+          {"named_ros2", plan.named.ros2},
           {"named_min_separation_ns", plan.named.min_separation.count()},
           {"aliases", array_of(plan.named.aliases, alias_json)},
           {"history", array_of(plan.history.entries, history_json)},

@@ -2,13 +2,20 @@
 #include "gateway/tools/idl.h"
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <iostream>
 #include <iterator>
+#include <optional>
+#include <system_error>
 #include <utility>
 
 #include "bridges/named/device_types.h"
 #include "bridges/named/group_types.h"
 #include "bridges/named/idl_text.h"
+#include "bridges/named/ros2_types.h"
 #include "gateway/runtime/exit_code.h"
 #include "gateway/runtime/log.h"
 #include "gateway/tools/check_parts.h"
@@ -52,6 +59,52 @@ bool is_named(const named::DeviceType& type, const std::string& device) {
   return type.device == device || std::to_string(type.node) == device;
 }
 
+std::optional<PlantIdl> load_idl(const std::string& path, const std::string& of) {
+  const auto loaded = config::load(path);
+  print(loaded.diagnostics);
+  return loaded.value ? std::optional(idl_of(*loaded.value, of)) : std::nullopt;
+}
+
+// Returns false if there are any.
+bool print_errors(const std::vector<std::string>& errors) {
+  for (const std::string& error : errors) {
+    std::cerr << error << '\n';
+  }
+  return errors.empty();
+}
+
+std::string text_of(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+// Removes the messages of a package that was written before. Returns false if the folder has other
+// files instead.
+bool make_room(const std::filesystem::path& folder) {
+  std::error_code error;
+  if (!std::filesystem::exists(folder, error) || std::filesystem::is_empty(folder, error)) {
+    return true;
+  }
+  if (text_of(folder / "package.xml").find(named::kRos2Marker) == std::string::npos) {
+    return false;
+  }
+  for (const std::string& message : named::ros2_messages_of(text_of(folder / "CMakeLists.txt"))) {
+    std::filesystem::remove(folder / message, error);
+  }
+  return true;
+}
+
+bool write(const std::filesystem::path& file, const std::string& text) {
+  std::error_code error;
+  std::filesystem::create_directories(file.parent_path(), error);
+  errno = 0;
+  if (std::ofstream(file) << text << std::flush) {
+    return true;
+  }
+  std::cerr << file.string() << " cannot be written: " << std::strerror(errno) << '\n';
+  return false;
+}
+
 }  // namespace
 
 PlantIdl idl_of(const config::Plant& plant, const std::string& of) {
@@ -80,24 +133,40 @@ PlantIdl idl_of(const config::Plant& plant, const std::string& of) {
     out.errors.push_back((of.empty() ? plant.file : of) + " has no process data in this plant");
   }
   out.text = named::idl_text(types, groups);
+  named::Ros2Types messages = named::ros2_types(types);
+  out.ros2 = named::ros2_package(messages.types);
+  out.ros2_errors = std::move(messages.collisions);
+  if (types.empty()) {
+    out.ros2_errors.push_back((of.empty() ? plant.file : of) + " has no device with process data");
+  }
   return out;
 }
 
 int print_idl(const std::string& path, const std::string& of) {
-  const auto loaded = config::load(path);
-  print(loaded.diagnostics);
-  if (!loaded.value) {
+  const std::optional<PlantIdl> idl = load_idl(path, of);
+  if (!idl || !print_errors(idl->errors)) {
     return kExitUsage;
   }
-  const PlantIdl idl = idl_of(*loaded.value, of);
-  for (const std::string& error : idl.errors) {
-    std::cerr << error << '\n';
-  }
-  if (!idl.errors.empty()) {
-    return kExitUsage;
-  }
-  std::cout << idl.text;
+  std::cout << idl->text;
   return kExitOk;
+}
+
+int write_ros2_package(const std::string& path, const std::string& of, const std::string& folder) {
+  const std::optional<PlantIdl> idl = load_idl(path, of);
+  if (!idl || !print_errors(idl->errors) || !print_errors(idl->ros2_errors)) {
+    return kExitUsage;
+  }
+  const std::filesystem::path to(folder);
+  if (!make_room(to)) {
+    std::cerr << folder << " is no message package of linegate idl: give a new or empty folder\n";
+    return kExitUsage;
+  }
+  // In this order package.xml is the first: if another cannot be written, make_room() knows the
+  // folder.
+  const bool written = std::all_of(idl->ros2.rbegin(), idl->ros2.rend(), [&](const auto& file) {
+    return write(to / file.first, file.second);
+  });
+  return written ? kExitOk : kExitFailed;
 }
 
 }  // namespace linegate::gateway

@@ -161,7 +161,7 @@ bool publish_all(dds::GatewayBridge& bridge) {
   bridge.set_clock(clock());
   bool ok = bridge.publish(line_info(), line_state(), at(1), properties());
   ok = bridge.publish(gateway_info(), at(1)) && ok;
-  ok = bridge.publish(kLine, node_info(), node_state(), at(2), properties()) && ok;
+  ok = bridge.publish(kLine, node_info(), node_state(), at(2), all_properties()) && ok;
   ok = bridge.publish(kLine, output_state(), at(4)) && ok;
   ok = bridge.publish(kLine, layout()) && ok;
   ok = bridge.publish(kLine, snapshot()) && ok;

@@ -53,6 +53,14 @@ inline std::vector<dds::Property> properties() {
   return {{"first", "1"}, {"second", "zwei"}};
 }
 
+// As many as the contract has room for.
+inline std::vector<dds::Property> all_properties() {
+  std::vector<dds::Property> out = properties();
+  out.resize(dds::kMaxProperties - 1, {"another", "0"});
+  out.push_back({"last", "128"});
+  return out;
+}
+
 inline dds::GatewayInfo gateway_info() {
   return {.version = "1.2.3",
           .started = at(7),

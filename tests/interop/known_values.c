@@ -10,6 +10,7 @@
 #define LAYOUT 0xFEDCBA9876543210ULL
 #define ENTRIES 300
 #define LAST_EVENT 1500
+#define MOST_PROPERTIES 128
 
 #define ADDRESS(s)                         \
   do {                                     \
@@ -166,7 +167,11 @@ void compare_node_state(const linegate_v1_NodeState* s) {
   NUMBER(s->heartbeats_lost, 2);
   NUMBER(s->cause, linegate_v1_STATE_CAUSE_ITSELF);
   NUMBER(s->spontaneous_changes, 3);
-  compare_properties(&s->properties, 2);
+  compare_properties(&s->properties, MOST_PROPERTIES);
+  if (s->properties._length == MOST_PROPERTIES) {
+    TEXT(s->properties._buffer[MOST_PROPERTIES - 1].name, "last");
+    TEXT(s->properties._buffer[MOST_PROPERTIES - 1].value, "128");
+  }
 }
 
 static void compare_entry(const linegate_v1_LayoutEntry* entry, uint32_t i) {

@@ -1,11 +1,11 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Named topics of linegated, read by Cyclone DDS with types that idlc generated from what `linegate idl` printed. The
-device is a line of the same gateway; the values are the defaults of the outputs of both. A device of ours does not send
-a DOMAIN, so that input has no value. Afterwards Cyclone DDS writes some of the outputs by name. All of it with DDS in the
-process of the gateway, and in one of its own.
+"""Named topics of linegated, read by Cyclone DDS with types that idlc generated from what `linegate idl` printed, and those
+for ROS 2 with types of its message package. The device is a line of the same gateway; the values are the defaults of
+the outputs of both. A device of ours does not send a DOMAIN, so that input has no value. Afterwards Cyclone DDS writes
+some of the outputs by name. All of it with DDS in the process of the gateway, and in one of its own.
 
-named.py LINEGATED LINEGATE CYCLONE_NAMED PROFILES
+named.py LINEGATED LINEGATE PROFILES CYCLONE_PROGRAM...
 """
 
 import json
@@ -54,7 +54,7 @@ lines:
   - name: press
     interface: "virtual:types"
     access: all
-    named: true
+    named: {{ros2: true}}
     nodes: [{{id: 5, name: every, eds: {eds}, heartbeat: 100ms}}]
     outputs:
       groups: [{{name: all, written_by: named, entries: [every.*]}}]
@@ -72,7 +72,7 @@ def defaults(prefix):
     return json.dumps({f"every.{prefix}{name}": value for name, value in VALUES.items()})
 
 
-def run(folder, process, linegated, linegate, reader, profiles):
+def run(folder, process, linegated, linegate, profiles, *readers):
     domain = str(230 + os.getpid() % 3)
     plant = os.path.join(folder, "plant.yaml")
     with open(plant, "w", encoding="utf-8") as file:
@@ -85,13 +85,14 @@ def run(folder, process, linegated, linegate, reader, profiles):
     with subprocess.Popen([linegated, plant, "--dds-profile", profiles]) as gateway:
         try:
             environment = dict(os.environ, CYCLONEDDS_URI=CYCLONE)
-            stranger = subprocess.run([reader, domain], env=environment, timeout=90, check=False)
+            wrong = [os.path.basename(reader) for reader in readers
+                     if subprocess.run([reader, domain], env=environment, timeout=90, check=False).returncode != 0]
         finally:
             gateway.terminate()
             gateway.wait(timeout=30)
-    return None if stranger.returncode == 0 else f"{process}: cyclone_named ended with {stranger.returncode}"
+    return f"process {process}: wrong are {', '.join(wrong)}" if wrong else None
 
 
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as temporary:
-        sys.exit(run(temporary, "same", *sys.argv[1:5]) or run(temporary, "own", *sys.argv[1:5]))
+        sys.exit(run(temporary, "same", *sys.argv[1:]) or run(temporary, "own", *sys.argv[1:]))

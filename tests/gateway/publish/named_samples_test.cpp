@@ -127,6 +127,34 @@ TEST_F(NamedSamplesTest, TimesAreThoseOfTheLastReceptionOfEachPdo) {
   EXPECT_THAT(due(samples), ElementsAre("ram 2: 10 30", "axis 2: 20"));
 }
 
+// Topics of ROS 2 have the same times, and numbers and readers of their own.
+TEST_F(NamedSamplesTest, MessagesOfRos2AreBesideTheOthers) {
+  plan.named.ros2 = true;
+  NamedSamples samples(plan);
+  EXPECT_THAT(samples.use(two_devices(Direction::inputs)), IsEmpty());
+  ASSERT_EQ(samples.types().size(), 4U);
+  EXPECT_EQ(samples.types()[2].topic(), "rt/plant/press/ram/inputs");
+  samples.update_readers([](const named::DeviceType& type) { return !type.ros2; });
+  EXPECT_THAT(due(samples), ElementsAre("ram 1: 0 0", "axis 1: 0"));
+  samples.update_readers([](const named::DeviceType& type) { return !type.line.empty(); });
+  EXPECT_THAT(due(samples), ElementsAre("ram 1: 0 0", "axis 1: 0"));
+  snapshot.marks = {{.local_pdo = 1, .time = Instant{Duration{10}}},
+                    {.local_pdo = 3, .time = Instant{Duration{30}}}};
+  snapshot.changed = {0b001};
+  EXPECT_THAT(due(samples), ElementsAre("ram 2: 10 30", "ram 2: 10 30"));
+}
+
+TEST_F(NamedSamplesTest, ADeviceWithoutAMessageHasItsOtherTopic) {
+  plan.named.ros2 = true;
+  NamedSamples samples(plan);
+  image::Layout layout = two_devices(Direction::inputs);
+  layout.entries[2].name = "RAM.A";
+  layout.entries[0].name = "Ra-m.A";
+  layout.entries[1].name = "Ra_m.B";
+  EXPECT_THAT(samples.use(layout), ElementsAre(HasSubstr("rt/plant/press/Ra_m/inputs of ROS 2")));
+  EXPECT_EQ(samples.types().size(), 5U);
+}
+
 TEST_F(NamedSamplesTest, WithOtherRulesEachImageIsASampleOfEachDevice) {
   for (const auto rule : {config::Publish::Rule::on_sync, config::Publish::Rule::period}) {
     plan.publish.rule = rule;

@@ -268,7 +268,7 @@ TEST(Check, SaysThatDevicesHaveNamedTopics) {
 lines:
   - name: a
     interface: "simulated:"
-    named: {min_separation: 50ms, aliases: {ram.6041: State}}
+    named: {min_separation: 50ms, ros2: true, aliases: {ram.6041: State}}
     nodes: [{id: 5, name: ram, eds: bridges/sim/eds/drive.eds}]
 )",
                                    LINEGATE_SOURCE_DIR "/plant.yaml");
@@ -277,10 +277,15 @@ lines:
   EXPECT_TRUE(contains(
       text, "  a topic of each device and direction: plant/a/DEVICE/inputs, .../outputs\n"))
       << text;
+  EXPECT_TRUE(contains(text,
+                       "  the same for ROS 2: /plant/a/DEVICE/inputs, .../outputs, package "
+                       "linegate_plant\n"))
+      << text;
   EXPECT_TRUE(contains(text, "  at most one sample of such a topic in 50ms\n")) << text;
   EXPECT_TRUE(contains(text, "  inputs ram.Statusword is called State in its topic\n")) << text;
   const YAML::Node line = YAML::Load(to_json(loaded))["lines"][0];
   EXPECT_TRUE(line["named"].as<bool>());
+  EXPECT_TRUE(line["named_ros2"].as<bool>());
   EXPECT_EQ(line["named_min_separation_ns"].as<int>(), 50'000'000);
   EXPECT_EQ(line["aliases"][0]["identifier"].as<std::string>(), "State");
 }

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/idl.h"
 
+#include <filesystem>
+#include <fstream>
 #include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include "bridges/named/ros2_types.h"
 #include "gateway/config/whole_file.h"
 
 #include "tests/gateway/plans.h"
@@ -38,6 +42,54 @@ TEST(Idl, OfAPlantWithEveryTypeIsTheStoredOne) {
   EXPECT_THAT(idl.errors, IsEmpty());
   EXPECT_EQ("// SPDX-License-Identifier: Apache-2.0\n" + idl.text,
             content_of(kFolder + "every_type.idl"));
+}
+
+class Ros2Folder : public testing::Test {
+ protected:
+  Ros2Folder() : folder(testing::TempDir() + "linegate_ros2_" + std::to_string(::getpid())) {
+    std::filesystem::remove_all(folder);
+  }
+  ~Ros2Folder() override { std::filesystem::remove_all(folder); }
+  int write(const std::string& of = "press") const {
+    return write_ros2_package(kFolder + "every_type.yaml", of, folder);
+  }
+
+  const std::string folder;
+};
+
+TEST_F(Ros2Folder, IsMadeAndReplaced) {
+  EXPECT_EQ(write(), 0);
+  EXPECT_THAT(content_of(folder + "/package.xml"), HasSubstr("<name>linegate_plant</name>"));
+  const auto messages = named::ros2_messages_of(content_of(folder + "/CMakeLists.txt"));
+  EXPECT_EQ(messages.size(), 9U);
+  const std::string mine = folder + "/msg/Mine.msg";
+  std::ofstream(mine) << "bool mine\n";
+  std::ofstream(folder + "/package.xml", std::ios::app) << "<!-- edited -->\n";
+  EXPECT_EQ(write("device"), 0);
+  for (const std::string& message : messages) {
+    EXPECT_FALSE(std::filesystem::exists(folder + '/' + message)) << message;
+  }
+  EXPECT_THAT(content_of(folder + "/CMakeLists.txt"), Not(HasSubstr("Press")));
+  EXPECT_EQ(content_of(mine), "bool mine\n");
+}
+
+TEST_F(Ros2Folder, WithOtherFilesIsLeftAsItIs) {
+  std::filesystem::create_directories(folder + "/msg");
+  std::ofstream(folder + "/msg/Mine.msg") << "bool mine\n";
+  EXPECT_EQ(write(), 2);
+  EXPECT_EQ(content_of(folder + "/msg/Mine.msg"), "bool mine\n");
+  EXPECT_FALSE(std::filesystem::exists(folder + "/package.xml"));
+}
+
+TEST_F(Ros2Folder, ThatCannotBeWrittenIsAFailure) {
+  std::ofstream(folder) << "a file";
+  EXPECT_EQ(write_ros2_package(kFolder + "every_type.yaml", "press", folder + "/x"), 1);
+  EXPECT_EQ(content_of(folder), "a file");
+}
+
+TEST_F(Ros2Folder, OfAGroupAloneIsAnError) {
+  EXPECT_EQ(write("press:all"), 2);
+  EXPECT_FALSE(std::filesystem::exists(folder));
 }
 
 TEST(Idl, IsOfOneDeviceOrLineOrAll) {

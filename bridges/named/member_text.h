@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+// A member of a type in words, for the comments of generated documents. Internal to this folder.
+#pragma once
+
+#include <string>
+
+#include "bridges/named/device_types.h"
+
+namespace linegate::named {
+
+// "6004:00 UNSIGNED32, PDO 1: Position value; raw * 0.1, in mm". One line of printable ASCII.
+std::string comment_of(const Member& member);
+
+}  // namespace linegate::named
