@@ -112,7 +112,7 @@ line::DeviceConfig read_one(Findings& findings, const YAML::Node& node, bool sto
   config.name = "device" + std::to_string(config.id);
   const YAML::Node name = section.find("name");
   if (auto text = section.text(name)) {
-    check_name(findings, *text, place_of(name), "name");
+    check_node_name(findings, *text, place_of(name));
     config.name = std::move(*text);
   }
   bool lss = false;

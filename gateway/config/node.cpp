@@ -123,7 +123,7 @@ line::NodeConfig read_node(Findings& findings, const YAML::Node& node) {
   config.name = "node" + std::to_string(config.id);
   const YAML::Node name = section.find("name");
   if (auto text = section.text(name)) {
-    check_name(findings, *text, place_of(name), "name");
+    check_node_name(findings, *text, place_of(name));
     config.name = std::move(*text);
   }
   read_boot(section, config);

@@ -85,7 +85,7 @@ class ListReader {
     line::NodeConfig out;
     out.id = node.id;
     out.name = node.name;
-    if (!is_name(out.name)) {
+    if (!is_node_name(out.name)) {
       out.name = "node" + std::to_string(node.id);
       report(Severity::warning, node,
              "\"" + node.name + "\" cannot be the name of a node; " + out.name + " is used");

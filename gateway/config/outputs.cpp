@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <map>
 #include <memory>
 #include <span>
 
@@ -109,6 +110,7 @@ std::optional<std::vector<std::byte>> default_bytes(const std::string& text,
 
 void resolve_defaults(Findings& findings, const OutputsSection& outputs, const EntryNames& names,
                       const image::Layout& layout, line::LineConfig& config) {
+  std::map<std::uint32_t, std::string> given;  // by entry: its name here
   for (const auto& section : outputs.defaults) {
     const auto found = names.find(section.entry.text, false);
     if (found.empty()) {
@@ -121,6 +123,13 @@ void resolve_defaults(Findings& findings, const OutputsSection& outputs, const E
       continue;
     }
     const auto& entry = layout.entries[found.front()];
+    if (const auto [other, is_new] = given.try_emplace(found.front(), section.entry.text);
+        !is_new) {
+      findings.error(
+          section.entry.place,
+          "\"" + section.entry.text + "\" has a default already, as \"" + other->second + "\"");
+      continue;
+    }
     const auto data = default_bytes(section.value, entry);
     if (!data || data->size() > sizeof(std::uint64_t)) {
       findings.error(section.value_place, "\"" + section.value + "\" is no " +

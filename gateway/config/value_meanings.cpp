@@ -8,10 +8,12 @@
 #include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "gateway/config/patch.h"
 #include "gateway/config/sections.h"
 #include "stack/image/scaling.h"
+#include "stack/pdo/object_names.h"
 
 namespace linegate::config {
 namespace {
@@ -120,8 +122,48 @@ od::VariableDescription* object_of(Findings& findings, const YAML::Node& key,
   return nullptr;
 }
 
+struct Alias {
+  std::string text;
+  od::Address address;
+  Place place;
+};
+
+// Commands find an output by its name or by its address: an alias that reads as an address would be
+// taken for that of another object. Without a sub-index it is a name, as Feed, unless the device
+// has that object.
+bool reads_as_address(const std::string& text, const od::DeviceDescription& device) {
+  const auto address = parse_address(text);
+  const auto is_it = [&](const od::ObjectDescription& object) {
+    return object.index == address->index;
+  };
+  return address &&
+         (text.find(':') != std::string::npos || std::ranges::any_of(device.objects, is_it));
+}
+
+// The names of objects without an alias follow from the device file.
+void check_names(Findings& findings, const od::DeviceDescription& device,
+                 const std::vector<Alias>& aliases) {
+  const pdo::ObjectNames names(device);
+  std::map<std::string, od::Address> known;
+  for (const od::ObjectDescription& object : device.objects) {
+    for (const od::VariableDescription& variable : object.variables) {
+      const od::Address address{object.index, variable.sub};
+      if (variable.mappable && variable.alias.empty() && !aliases.empty()) {
+        known.try_emplace(names.of(address), address);
+      }
+    }
+  }
+  for (const Alias& alias : aliases) {
+    if (const auto other = known.find(alias.text); other != known.end()) {
+      findings.error(alias.place, "\"" + alias.text + "\" is the name of object " +
+                                      format_address(other->second) + " already");
+    }
+  }
+}
+
 void read_meaning(Findings& findings, const YAML::Node& key, const YAML::Node& value,
-                  od::DeviceDescription& device, std::map<std::string, std::string>& aliases) {
+                  od::DeviceDescription& device, std::map<std::string, std::string>& aliases,
+                  std::vector<Alias>& unique) {
   od::VariableDescription* const variable = object_of(findings, key, device);
   if (variable == nullptr) {
     return;
@@ -137,6 +179,12 @@ void read_meaning(Findings& findings, const YAML::Node& key, const YAML::Node& v
     } else if (!is_new) {
       findings.error(place_of(alias),
                      "\"" + *text + "\" is the alias of " + other->second + " already");
+    } else if (reads_as_address(*text, device) || *text == "*") {
+      findings.error(place_of(alias), "\"" + *text + "\" reads as " +
+                                          (*text == "*" ? "all objects" : "an object, INDEX:SUB") +
+                                          " in commands: give " + key.Scalar() + " another alias");
+    } else {
+      unique.push_back({*text, *parse_address(key.Scalar()), place_of(alias)});
     }
     variable->alias = std::move(*text);
   }
@@ -162,6 +210,7 @@ void read_values(Findings& findings, const YAML::Node& node, od::DeviceDescripti
     return;
   }
   std::map<std::string, std::string> aliases;  // and the object of each
+  std::vector<Alias> unique;
   std::set<od::Address> seen;
   for (const auto& pair : node) {
     if (!pair.first.IsScalar()) {
@@ -172,8 +221,9 @@ void read_values(Findings& findings, const YAML::Node& node, od::DeviceDescripti
       findings.error(place_of(pair.first),
                      "object " + format_address(*address) + " is there twice");
     }
-    read_meaning(findings, pair.first, pair.second, device, aliases);
+    read_meaning(findings, pair.first, pair.second, device, aliases, unique);
   }
+  check_names(findings, device, unique);
 }
 
 }  // namespace linegate::config

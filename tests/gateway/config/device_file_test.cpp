@@ -153,19 +153,19 @@ TEST_F(NodeListOfALine, GivesItsNodesWithTheirDcfs) {
   write("devices/x.dcf", std::string(kDcf));
   write("devices/program.bin", "four");
   const auto loaded = plant_with(
-      "    node_list: {file: plant.cpj, network: 2}\n    nodes: [{id: 7, name: own, dcf: "
+      "    node_list: {file: plant.cpj, network: 2}\n    nodes: [{id: 7, name: mine, dcf: "
       "devices/x.dcf}]\n");
   EXPECT_FALSE(loaded.ok()) << "node 5 has no DCF there";
   write("devices/none.dcf", std::string(kDcf));
   const auto second = plant_with(
-      "    node_list: {file: plant.cpj, network: 2}\n    nodes: [{id: 7, name: own, dcf: "
+      "    node_list: {file: plant.cpj, network: 2}\n    nodes: [{id: 7, name: mine, dcf: "
       "devices/x.dcf}]\n");
   ASSERT_TRUE(second.ok()) << to_string(second.diagnostics.at(0));
   const auto& nodes = second.value->lines.at(0).config.nodes;
   ASSERT_EQ(nodes.size(), 3U);
   EXPECT_EQ(nodes[0].name, "other");
   EXPECT_EQ(nodes[1].name, "node6");
-  EXPECT_EQ(nodes[2].name, "own") << "the key below nodes: takes precedence";
+  EXPECT_EQ(nodes[2].name, "mine") << "the key below nodes: takes precedence";
   EXPECT_EQ(nodes[1].device.node_id, 6);
   std::vector<std::string> said;
   for (const Diagnostic& diagnostic : second.diagnostics) {

@@ -77,6 +77,24 @@ const Bad kBad[] = {
       "plant.yaml:3:11: error: unknown key \"nmae\" in gateway; did you mean \"name\"?",
       "plant.yaml:7:5: error: unknown key \"hartbeat\" in a line; did you mean \"heartbeat\"?",
       "plant.yaml:8:5: error: unknown key \"wibble\" in a line"}},
+    {"names_of_nodes",
+     "schema: 1\nlines:\n"
+     "  - name: a\n    interface: 'simulated:'\n    nodes:\n"
+     "      - {id: 1, name: all}\n      - {id: 2, name: own}\n      - {id: 3, name: '12'}\n"
+     "  - name: b\n    interface: 'simulated:'\n    role: device\n    devices:\n"
+     "      - {id: 4, name: all}\n",
+     {"plant.yaml:6:9: error: a node needs the key \"eds\" (or \"dcf\")",
+      "plant.yaml:6:23: error: a node cannot be called \"all\", which has another meaning in "
+      "commands: all, own and numbers",
+      "plant.yaml:7:9: error: a node needs the key \"eds\" (or \"dcf\")",
+      "plant.yaml:7:23: error: a node cannot be called \"own\", which has another meaning in "
+      "commands: all, own and numbers",
+      "plant.yaml:8:9: error: a node needs the key \"eds\" (or \"dcf\")",
+      "plant.yaml:8:23: error: a node cannot be called \"12\", which has another meaning in "
+      "commands: all, own and numbers",
+      "plant.yaml:13:9: error: a device needs the key \"eds\" (or \"dcf\")",
+      "plant.yaml:13:23: error: a node cannot be called \"all\", which has another meaning in "
+      "commands: all, own and numbers"}},
     {"key_twice",
      "schema: 1\nlines:\n  - name: a\n    interface: 'simulated:'\n    sync: 10ms\n    sync: "
      "20ms\n",
@@ -316,6 +334,24 @@ const Bad kBad[] = {
      "    named: {aliases: {ram.6041: statusWORD, ram.6064: Statusword}}\n",
      {"plant.yaml:6:12: error: inputs of line a: \"ram.Position actual value\" and "
       "\"ram.Statusword\" make the same identifier Statusword: give one of them an alias"}},
+    {"ros2_collision",
+     "schema: 1\nlines:\n  - name: a\n    interface: socketcan:can0\n"
+     "    nodes:\n"
+     "      - {id: 5, name: a-b, eds: bridges/sim/eds/encoder.eds}\n"
+     "      - {id: 6, name: a_b, eds: bridges/sim/eds/encoder.eds}\n"
+     "    named: {ros2: true}\n",
+     {"plant.yaml:8:19: error: inputs of line a, device a_b: another device has the topic "
+      "rt/plant/a/a_b/inputs of ROS 2, too: give it another name"}},
+    {"ros2_lines",
+     "schema: 1\nlines:\n"
+     "  - {name: a-b, interface: 'virtual:a', node_id: 1, named: {ros2: true}}\n"
+     "  - {name: a_b, interface: 'virtual:b', node_id: 1, named: {ros2: true}}\n",
+     {"plant.yaml:4:67: error: line \"a-b\" has the same name in ROS 2: a_b"}},
+    {"ros2_with_security",
+     "schema: 1\ndds: {security: deploy}\nlines:\n"
+     "  - {name: a, interface: 'virtual:a', named: {ros2: true}}\n",
+     {"plant.yaml:4:53: error: \"ros2\" is for DDS without security: the permissions of "
+      "identities have no topics of ROS 2"}},
     {"journal_without_a_file",
      "schema: 1\njournal: {file: deploy}\nlines: [{name: a, interface: socketcan:can0}]\n",
      {"plant.yaml:2:17: error: journal needs the name of a file, not \"deploy\", such as "

@@ -127,6 +127,45 @@ TEST(ValueMeanings, ErrorsNameTheirPlace) {
               ElementsAre("10: an alias has 1 to 64 bytes and no control characters"));
 }
 
+// `linegate write press hydraulics.6411:2 50` must not write another output.
+TEST(ValueMeanings, AnAliasIsNoAddressAndNoNameOfAnotherObject) {
+  const auto wrong = [](const std::string& values) {
+    return meaning_messages(plant_of_values("        values:\n" + values));
+  };
+  for (const char* const address : {"6411:2", "6411", "0x6411:02", "face:1", "1:2"}) {
+    EXPECT_THAT(wrong("          6411:1: {alias: \"" + std::string(address) + "\"}\n"),
+                ElementsAre("10: \"" + std::string(address) +
+                            "\" reads as an object, INDEX:SUB in commands: give 6411:1 another "
+                            "alias"));
+  }
+  EXPECT_THAT(wrong("          6411:1: {alias: \"*\"}\n"),
+              ElementsAre(HasSubstr("10: \"*\" reads as all objects")));
+  for (const char* const name : {"A1", "face"})
+    EXPECT_THAT(wrong("          6411:1: {alias: " + std::string(name) + "}\n"), IsEmpty());
+  const image::Layout outputs = direction_of_line(plant_of_values(""), image::Direction::outputs);
+  const auto name = [&](std::uint8_t sub) {
+    return entry_at(outputs, 0x6411, sub).name.substr(std::string("hydraulics.").size());
+  };
+  const auto loaded =
+      plant_of_values("        values:\n          6411:1: {alias: \"" + name(2) + "\"}\n");
+  EXPECT_THAT(meaning_messages(loaded),
+              ElementsAre("10: \"" + name(2) + "\" is the name of object 6411:02 already"));
+  EXPECT_EQ(loaded.diagnostics.at(0).column, 27U);
+  EXPECT_THAT(wrong("          6411:1: {alias: \"" + name(1) + "\"}\n"), IsEmpty());
+  EXPECT_THAT(wrong("          6411:1: {alias: \"" + name(2) + "\"}\n          6411:2: {alias: \"" +
+                    name(1) + "\"}\n"),
+              IsEmpty())
+      << "they exchange their names";
+}
+
+TEST(ValueMeanings, AnOutputHasOneDefault) {
+  EXPECT_THAT(meaning_messages(
+                  plant_of_values("        values:\n          6411:1: {alias: V, scale: 0.01}\n",
+                                  "    outputs:\n      defaults:\n        hydraulics.V: 12.5\n"
+                                  "        \"hydraulics.6411:1\": 30\n")),
+              ElementsAre("8: \"hydraulics.6411:1\" has a default already, as \"hydraulics.V\""));
+}
+
 TEST(ValueMeanings, ADefaultIsInTheUnitAndWithinTheLimits) {
   const std::string values =
       "        values:\n          6411:1: {unit: \"%\", scale: 0.01, low: 0, high: 100}\n";
