@@ -39,6 +39,7 @@ struct LineView {
   Instant time{};
   line::LineState state;
   std::vector<std::pair<std::string, std::string>> properties;  // name, value
+  std::uint64_t incarnation = 0;                                // of its gateway
 };
 
 struct NodeView {
@@ -139,9 +140,10 @@ class Client {
             .text = "this client has no commands"};
   }
 
-  // Publishes an OutputWrite, which has no reply. Returns false if this client was created without
-  // outputs, or DDS refused the sample.
-  virtual bool write_outputs(const LineId& /*id*/, const line::OutputWrite& /*write*/) {
+  // Publishes an OutputWrite, which has no reply, for that incarnation of the gateway; 0 = any.
+  // Returns false if this client was created without outputs, or DDS refused the sample.
+  virtual bool write_outputs(const LineId& /*id*/, std::uint64_t /*incarnation*/,
+                             const line::OutputWrite& /*write*/) {
     return false;
   }
 };

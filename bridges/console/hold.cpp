@@ -50,6 +50,7 @@ class Holder {
     wanted_ = std::move(typed.data);
     layout_id_ = layout.id;
     name_ = place.name;
+    incarnation_ = line_.view->incarnation;
     seen_ = model_.events_seen();
     events_before_ = line_.view->state.counters.events;
     arming_ = static_cast<std::uint64_t>(utc_now().time_since_epoch().count());
@@ -63,28 +64,19 @@ class Holder {
            (request_.time <= Duration::zero() || steady_now() - begin < request_.time)) {
       if (steady_now() >= again) {
         again = steady_now() + kWriteAgain;
-        write();
+        is_published_ = write();
       }
       poll(context_, model_, kWriteAgain / 4);
-      if (const std::string why = refusal(); !why.empty()) {
-        context_.err << why << group_hint() << '\n';
+      if (const std::string why = why_it_ends(); !why.empty()) {
+        context_.err << why << '\n';
         return kFailed;
       }
-      if (!shown_ && is_held()) {
-        shown_ = true;
-        context_.err << "held; the outputs of group " << group_ << " become 0 "
-                     << kHoldWatchdog / std::chrono::seconds(1) << " s after the end\n";
-      }
-      if (!shown_ && steady_now() - begin >= context_.timeout) {
+      look();
+      if (!was_held_ && steady_now() - begin >= context_.timeout) {
         break;
       }
     }
-    if (!shown_) {
-      context_.err << "the image of " << printable(line_.id.line)
-                   << " does not show the value: another writer owns the group, access for outputs "
-                      "is not all, or its PDO waits for other values\n";
-    }
-    return shown_ ? kDone : kFailed;
+    return result();
   }
 
  private:
@@ -119,7 +111,8 @@ class Holder {
                : "";
   }
 
-  void write() {
+  // For this incarnation alone: after a restart of the gateway the application decides again.
+  bool write() {
     line::OutputWrite out;
     out.group = group_;
     out.layout_id = layout_id_;
@@ -127,14 +120,89 @@ class Holder {
     out.watchdog = kHoldWatchdog;
     out.reactions = line::kZeroOutputs;
     out.values.push_back(value_);
-    (void)context_.client.write_outputs(line_.id, out);
+    return context_.client.write_outputs(line_.id, incarnation_, out);
+  }
+
+  // Reports it when the value is held, and when it is not held any more.
+  void look() {
+    const bool held = is_sent();
+    if (std::exchange(is_held_, held) == held) {
+      return;
+    }
+    if (!held) {
+      was_lost_ = true;
+      context_.err << "not held any more: " << why_not() << '\n';
+    } else if (std::exchange(was_held_, true)) {
+      context_.err << "held again\n";
+    } else {
+      context_.err << "held; the outputs of group " << group_ << " become 0 "
+                   << kHoldWatchdog / std::chrono::seconds(1) << " s after the end\n";
+    }
+  }
+
+  // At the end. An output that was held up to the end, but not all the time, has failed, too.
+  int result() const {
+    const bool waits = !is_held_ && is_applied() && outputs().value(value_.entry) == wanted_;
+    if (waits) {
+      context_.err << name_text()
+                   << " was written, and not sent: " << output_state(line_, value_.entry) << '\n';
+    } else if (!was_held_) {
+      context_.err << "the image of " << printable(line_.id.line)
+                   << " does not show the value: another writer owns the group, access for outputs "
+                      "is not all, or its PDO waits for other values\n";
+    } else if (was_lost_) {
+      context_.err << name_text()
+                   << (is_held_ ? " was not held all the time\n" : " is not held at the end\n");
+    }
+    return waits ? kHeldBack : was_held_ && !was_lost_ ? kDone : kFailed;
+  }
+
+  std::string name_text() const { return printable(name_); }
+
+  // Whether the last write to the group that the line applied is one of these.
+  bool is_applied() const {
+    const auto group = line_.groups.find(group_);
+    return model_.freshness(line_) == Freshness::live && is_published_ &&
+           group != line_.groups.end() && group->second.state.arming == arming_ &&
+           !group->second.state.tripped;
   }
 
   // The image may still have an earlier write; this checks that the line accepted this one.
-  bool is_held() const {
+  bool is_sent() const {
+    return is_applied() && outputs().valid(value_.entry) &&
+           outputs().value(value_.entry) == wanted_;
+  }
+
+  // Why is_sent() is false.
+  std::string why_not() const {
+    const std::string line = printable(line_.id.line);
+    const Freshness freshness = model_.freshness(line_);
+    if (freshness != Freshness::live) {
+      return freshness == Freshness::gone
+                 ? "the gateway of " + line + " has ended, or cannot be reached"
+                 : line + " is not heard any more";
+    }
+    if (!is_published_) {
+      return "DDS does not take the value";
+    }
     const auto group = line_.groups.find(group_);
-    return group != line_.groups.end() && group->second.state.arming == arming_ &&
-           outputs().valid(value_.entry) && outputs().value(value_.entry) == wanted_;
+    if (group == line_.groups.end() || group->second.state.applied == 0) {
+      return line + " was started again and has not taken the value yet";
+    }
+    const line::OutputState& state = group->second.state;
+    if (state.tripped) {
+      return "the watchdog of group " + std::to_string(group_) + " has fired";
+    }
+    if (state.arming != arming_) {
+      return (state.owner.empty() ? "an unnamed client" : printable(state.owner)) +
+             " writes group " + std::to_string(group_);
+    }
+    if (!outputs().complete()) {
+      return "no image of the outputs of " + line + " has come since it was started again";
+    }
+    return outputs().value(value_.entry) == wanted_
+               ? name_text() + ' ' + output_state(line_, value_.entry)
+               : name_text() + " has another value";
   }
 
   // A reload may give the name to another place, which the ID of the layout does not show. An
@@ -145,9 +213,13 @@ class Holder {
            layout->entries[value_.entry].name != name_;
   }
 
-  // Why the value is not written any more: a refusal of a write to this group since the first one,
-  // or a new name.
-  std::string refusal() {
+  // Why the value is not written any more: another incarnation of the gateway, a new name, or a
+  // refusal of a write to this group since the first one.
+  std::string why_it_ends() {
+    if (line_.view->incarnation != incarnation_) {
+      return "the gateway of " + printable(line_.id.line) + " was started again: " + name_text() +
+             " is not written any more, decide again";
+    }
     if (is_renamed()) {
       return printable(name_) + " is " + printable(outputs().layout->entries[value_.entry].name) +
              " since a reload: not written any more";
@@ -160,7 +232,7 @@ class Holder {
       const auto* const refused = event.get<event::OutputRefused>();
       if (it->id == line_.id && refused != nullptr && refused->group == group_ &&
           event.number > events_before_) {
-        return printable(event.text);
+        return printable(event.text) + group_hint();
       }
     }
     return {};
@@ -175,11 +247,15 @@ class Holder {
   line::OutputValue value_;
   std::vector<std::byte> wanted_;
   std::uint64_t layout_id_ = 0;
-  std::string name_;  // of the entry
+  std::string name_;               // of the entry
+  std::uint64_t incarnation_ = 0;  // of the gateway
   std::uint64_t arming_ = 0;
   std::uint64_t events_before_ = 0;  // events up to this number precede the first write
   std::uint64_t seen_ = 0;
-  bool shown_ = false;
+  bool is_published_ = true;  // DDS took the last write
+  bool is_held_ = false;
+  bool was_held_ = false;
+  bool was_lost_ = false;  // after it was held
 };
 
 }  // namespace

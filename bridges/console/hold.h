@@ -25,9 +25,12 @@ struct HoldRequest {
 };
 
 // Publishes the value as OutputWrite periodically. The watchdog sets the outputs of the group to 0
-// kHoldWatchdog after the last write, also if the console is killed. kFailed: the line refused it,
-// or its image did not show the value within context.timeout. kUsage also if no group was given and
-// the entry is in none.
+// kHoldWatchdog after the last write, also if the console is killed. Each change between held and
+// not held is reported. kDone: the value was held from its first appearance in the image to the
+// end. kHeldBack: at the end, the line has accepted it and not sent it. kFailed: the line refused
+// it, its image did not show the value within context.timeout, the value was lost meanwhile, or the
+// gateway was started again, where nothing is written. kUsage also if no group was given and the
+// entry is in none.
 int hold(Context& context, const HoldRequest& request, const std::function<bool()>& stopped);
 
 }  // namespace linegate::console

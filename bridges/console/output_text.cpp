@@ -153,7 +153,7 @@ std::string group_text(const OutputStateView& view) {
   std::string out = "group " + std::to_string(state.group) +
                     (state.name.empty() ? "" : " (" + printable(state.name) + ')') + ": ";
   if (state.applied == 0) {
-    out += "no write was applied";
+    out += "no OutputWrite was applied";
   } else {
     out += "written by " + (state.owner.empty() ? "an unnamed client" : printable(state.owner)) +
            ", " + std::to_string(state.applied) + " times, arming number " +

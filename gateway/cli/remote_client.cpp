@@ -50,6 +50,7 @@ class Forward final : public dds::ClientListener {
                            .access = std::string(dds::name(info.access)),
                            .time = source.time,
                            .state = state};
+    view.incarnation = source.incarnation;
     for (const dds::Property& property : properties) {
       view.properties.emplace_back(property.name, property.value);
     }
@@ -133,8 +134,10 @@ class RemoteClient final : public console::Client {
         client_->call_gateway({.gateway = id.gateway, .line = id.line}, request, timeout, forward));
   }
 
-  bool write_outputs(const console::LineId& id, const line::OutputWrite& write) override {
-    return client_->write_outputs({.gateway = id.gateway, .line = id.line}, write);
+  bool write_outputs(const console::LineId& id, std::uint64_t incarnation,
+                     const line::OutputWrite& write) override {
+    return client_->write_outputs(
+        {.gateway = id.gateway, .line = id.line, .incarnation = incarnation}, write);
   }
 
  private:

@@ -2,6 +2,9 @@
 // An output that has a value only as long as the console writes it.
 #include "bridges/console/hold.h"
 
+#include <cstdint>
+#include <functional>
+#include <string>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -21,11 +24,20 @@ using testing::IsEmpty;
 class Output : public Client {
  public:
   void poll(Duration /*timeout*/, Listener& listener) override {
+    polls += writes.empty() ? 0 : 1;
+    if (during) {
+      during(polls);
+    }
+    if (gone) {
+      listener.on_line_gone(test::kPress);
+      return;
+    }
     LineView view = test::line_view(3);
     if (!groups.empty()) {
       view.properties = {{"output-groups", groups}};
     }
     view.state.counters.events = 6;
+    view.incarnation = incarnation;
     listener.on_line(test::kPress, view);
     image::Layout layout{.direction = image::Direction::outputs, .id = 5, .byte_size = 2};
     layout.entries.push_back(
@@ -39,13 +51,16 @@ class Output : public Client {
     image::Snapshot image{.direction = image::Direction::outputs, .layout_id = 5, .sequence = 1};
     image.bytes = shown;
     image.changed = {0};
-    image.valid = {1};
+    image.valid = {is_sent ? 1U : 0U};
+    image.known = {1};
     listener.on_image(test::kPress, image);
     listener.on_event(test::kPress, test::event(EventKind::output_refused, 6, 0, "an older one"));
     if (takes && !writes.empty()) {
       OutputStateView view_of_group;
       view_of_group.state.group = writes.back().group;
-      view_of_group.state.arming = writes.back().arming;
+      view_of_group.state.arming = owner.empty() ? writes.back().arming : 1;
+      view_of_group.state.owner = owner;
+      view_of_group.state.applied = 1;
       listener.on_output_state(test::kPress, view_of_group);
     }
     if (refuses && !writes.empty() && ++polls_after > 1) {
@@ -57,13 +72,14 @@ class Output : public Client {
     ADD_FAILURE() << "hold() must not send a command whose value stays";
     return {};
   }
-  bool write_outputs(const LineId& id, const line::OutputWrite& write) override {
+  bool write_outputs(const LineId& id, std::uint64_t of, const line::OutputWrite& write) override {
     EXPECT_EQ(id, test::kPress);
+    EXPECT_EQ(of, 4U);
     writes.push_back(write);
     if (takes) {
       shown = {write.values.at(0).data[0], write.values.at(0).data[1]};
     }
-    return true;
+    return is_published;
   }
 
   std::string groups;
@@ -71,6 +87,13 @@ class Output : public Client {
   bool takes = true;
   bool refuses = false;  // rejects at the second poll after the first write
   int polls_after = 0;
+  int polls = 0;                    // since the first write
+  std::function<void(int)> during;  // called in each poll with their number
+  std::uint64_t incarnation = 4;
+  bool gone = false;
+  bool is_sent = true;
+  bool is_published = true;
+  std::string owner;  // another client that writes the group
   std::vector<std::byte> shown{std::byte{}, std::byte{}};
   std::vector<line::OutputWrite> writes;
 };
@@ -146,7 +169,11 @@ TEST_F(HoldTest, EndsWhenTheNameMovesToAnotherOutput) {
   EXPECT_EQ(gateway_.writes.size(), 2U);
   request.entry = "panel.6411:01";
   gateway_.renamed_after = 4;
-  EXPECT_EQ(hold(context_, request, after(6)), kDone) << err_.str();
+  EXPECT_EQ(hold(context_, request, after(6)), kFailed);
+  EXPECT_EQ(gateway_.writes.size(), 6U) << "it is the same output";
+  EXPECT_THAT(err_.str(), testing::EndsWith("not held any more: no image of the outputs of press "
+                                            "has come since it was started again\n"
+                                            "panel.Level is not held at the end\n"));
 }
 
 TEST_F(HoldTest, AValueThatIsThereAlreadyIsNotHeldBeforeTheLineTakesIt) {
@@ -156,6 +183,60 @@ TEST_F(HoldTest, AValueThatIsThereAlreadyIsNotHeldBeforeTheLineTakesIt) {
   const HoldRequest request{.line = "press", .entry = "0", .value = "1"};
   EXPECT_EQ(hold(context_, request, [] { return false; }), kFailed);
   EXPECT_EQ(err_.str(), "refused\n");
+}
+
+TEST_F(HoldTest, IsNotArmedAgainInAnotherIncarnationOfTheGateway) {
+  gateway_.during = [this](int polls) { gateway_.incarnation = polls > 3 ? 5 : 4; };
+  const HoldRequest request{.line = "press", .entry = "0", .value = "1"};
+  EXPECT_EQ(hold(context_, request, after(100)), kFailed);
+  EXPECT_THAT(err_.str(),
+              testing::EndsWith("the gateway of press was started again: panel.Level is "
+                                "not written any more, decide again\n"));
+}
+
+TEST_F(HoldTest, AnOutputThatIsNotSentForATimeHasFailed) {
+  gateway_.during = [this](int polls) { gateway_.is_sent = polls < 3 || polls > 6; };
+  const HoldRequest request{.line = "press", .entry = "0", .value = "1"};
+  EXPECT_EQ(hold(context_, request, [this] { return gateway_.polls >= 10; }), kFailed);
+  EXPECT_THAT(err_.str(), testing::EndsWith("not held any more: panel.Level waits for own node, "
+                                            "which is initialising\nheld again\npanel.Level was "
+                                            "not held all the time\n"));
+}
+
+TEST_F(HoldTest, AnOutputThatIsNotSentAtTheEndIsHeldBack) {
+  gateway_.during = [this](int polls) { gateway_.is_sent = polls < 3; };
+  const HoldRequest request{.line = "press", .entry = "0", .value = "1"};
+  EXPECT_EQ(hold(context_, request, [this] { return gateway_.polls >= 10; }), kHeldBack);
+  EXPECT_THAT(err_.str(), testing::EndsWith("panel.Level was written, and not sent: waits for own "
+                                            "node, which is initialising\n"));
+  gateway_.polls = 0;
+  gateway_.during = {};
+  context_.timeout = std::chrono::milliseconds(1);
+  EXPECT_EQ(hold(context_, request, after(100)), kHeldBack) << "it never was";
+}
+
+TEST_F(HoldTest, AnOutputThatAnotherClientTakesOverIsNotHeld) {
+  gateway_.during = [this](int polls) { gateway_.owner = polls < 3 ? "" : "panel-pc"; };
+  const HoldRequest request{.line = "press", .entry = "0", .value = "1", .group = 2};
+  EXPECT_EQ(hold(context_, request, [this] { return gateway_.polls >= 10; }), kFailed);
+  EXPECT_THAT(err_.str(), testing::EndsWith("not held any more: panel-pc writes group 2\n"
+                                            "panel.Level is not held at the end\n"));
+}
+
+TEST_F(HoldTest, AnOutputWhoseGatewayHasEndedIsNotHeld) {
+  gateway_.during = [this](int polls) { gateway_.gone = polls > 3; };
+  const HoldRequest request{.line = "press", .entry = "0", .value = "1"};
+  EXPECT_EQ(hold(context_, request, [this] { return gateway_.polls >= 10; }), kFailed);
+  EXPECT_THAT(
+      err_.str(),
+      HasSubstr("not held any more: the gateway of press has ended, or cannot be reached\n"));
+}
+
+TEST_F(HoldTest, AValueThatDdsDoesNotTakeIsNotHeld) {
+  gateway_.during = [this](int polls) { gateway_.is_published = polls < 3; };
+  const HoldRequest request{.line = "press", .entry = "0", .value = "1"};
+  EXPECT_EQ(hold(context_, request, after(4)), kFailed);
+  EXPECT_THAT(err_.str(), HasSubstr("not held any more: DDS does not take the value\n"));
 }
 
 TEST_F(HoldTest, FailsWhenTheImageDoesNotShowTheValue) {
