@@ -101,7 +101,7 @@ void Recording::work(Instant now, Duration utc) {
     }
   }
   if (overflows != overflows_seen_) {
-    missing_ += overflows - overflows_seen_;
+    miss(overflows - overflows_seen_);
     overflows_seen_ = overflows;
     spdlog::warn("{}: {} frames are not recorded, the disk is too slow", line_, missing_);
   }
@@ -135,7 +135,7 @@ bool Recording::worth_a_line(const can::BusEvent& event) {
 
 void Recording::flush(Instant now) {
   if (error_ != 0 && now < again_) {
-    missing_ += std::exchange(frames_in_text_, 0);
+    miss(std::exchange(frames_in_text_, 0));
     text_.clear();
     return;
   }
@@ -158,8 +158,13 @@ void Recording::flush(Instant now) {
   text_.clear();
 }
 
+void Recording::miss(std::uint64_t frames) {
+  missing_ += frames;
+  unwritten_ += frames;
+}
+
 void Recording::failed(int error, Instant now) {
-  missing_ += frames_in_text_;
+  miss(frames_in_text_);
   again_ = now + kRetryPeriod;
   if (std::exchange(error_, error) == 0) {
     spdlog::error("{}: recording to {} stopped: {}; it continues when the cause is removed", line_,

@@ -42,6 +42,13 @@ class Recording {
   // monotonic clock.
   void work(Instant now, Duration utc);
 
+  // What became of the recording; call it while the thread is stopped.
+  struct Outcome {
+    int error = 0;              // errno of the last attempt to write, 0 = it was written
+    std::uint64_t missing = 0;  // frames that could not be written, since the start
+  };
+  Outcome outcome() const { return {error_, unwritten_}; }
+
  private:
   struct Entry {
     bool is_event = false;
@@ -55,6 +62,7 @@ class Recording {
   void take(const Entry& entry, Duration utc);
   bool worth_a_line(const can::BusEvent& event);
   void flush(Instant now);
+  void miss(std::uint64_t frames);
   void failed(int error, Instant now);
   void works_again();
 
@@ -74,7 +82,8 @@ class Recording {
   bool active_ = true;
   std::uint64_t frames_in_text_ = 0;
   std::uint64_t missing_ = 0;      // lost frames that the file does not state yet
-  std::uint64_t all_missing_ = 0;  // all lost frames since the start
+  std::uint64_t all_missing_ = 0;  // all lost frames since the start, also of the interface
+  std::uint64_t unwritten_ = 0;    // those that the interface has not lost, since the start
   std::uint64_t overflows_seen_ = 0;
   int error_ = 0;
   Instant again_{};

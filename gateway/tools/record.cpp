@@ -59,6 +59,19 @@ class ListenRunner final : public Runner {
   bool stopping_ = false;
 };
 
+// Returns the exit code; an error is printed.
+int report(const Recording::Outcome& outcome, const std::string& file) {
+  if (outcome.error == 0 && outcome.missing == 0) {
+    return kExitOk;
+  }
+  std::cerr << "error: " << (file.empty() ? "standard output" : file) << ": ";
+  if (outcome.error != 0) {
+    std::cerr << "the recording stopped: " << std::strerror(outcome.error) << "; ";
+  }
+  std::cerr << "frames that are missing: " << outcome.missing << '\n';
+  return kExitFailed;
+}
+
 }  // namespace
 
 int record(const RecordOptions& options) {
@@ -90,7 +103,7 @@ int record(const RecordOptions& options) {
   executor.request_stop();
   executor.join();
   recorder.stop();
-  return kExitOk;
+  return report(recording.outcome(), options.file.file);
 }
 
 }  // namespace linegate::gateway

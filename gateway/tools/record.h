@@ -14,7 +14,8 @@ struct RecordOptions {
 };
 
 // Sends nothing. Records until a stop signal, or the end of a replay; call block_stop_signals()
-// before. Prints errors on standard error and returns the exit code.
+// before. Prints errors on standard error and returns the exit code: an error also if frames that
+// were received are not in the file.
 int record(const RecordOptions& options);
 
 }  // namespace linegate::gateway

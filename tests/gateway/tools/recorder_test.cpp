@@ -5,6 +5,7 @@
 
 #include <cerrno>
 #include <chrono>
+#include <csignal>
 #include <deque>
 #include <filesystem>
 #include <fstream>
@@ -21,6 +22,7 @@
 #include "bridges/can/replay.h"
 #include "gateway/runtime/exit_code.h"
 #include "gateway/runtime/line_runner.h"
+#include "gateway/runtime/signals.h"
 #include "gateway/tools/record.h"
 
 #include "tests/gateway/plans.h"
@@ -188,6 +190,7 @@ TEST_F(RecordingTest, IsACandumpLog) {
             "(0000000101.000000) can0 181#01\n"
             "(0000000101.500000) can0 20000204#0030000000000000\n"
             "DROPCOUNT: dropped 2 CAN frames on 'can0' socket (total drops 2)\n");
+  EXPECT_EQ(recording.outcome().missing, 0U) << "the interface has lost them";
 }
 
 TEST_F(RecordingTest, GoesOnWhenTheDiskHasRoomAgain) {
@@ -202,12 +205,16 @@ TEST_F(RecordingTest, GoesOnWhenTheDiskHasRoomAgain) {
   recording.work(Instant(1200ms), 0s);  // writing is retried only a second later
   disk.capacity = 10'000;
   recording.work(Instant(1300ms), 0s);
+  EXPECT_EQ(recording.outcome().error, ENOSPC);
+  EXPECT_EQ(recording.outcome().missing, 3U);
   EXPECT_EQ(text(), before) << "neither a partial line nor an unreported gap";
   recording.add(frame(0x185, 2s));
   recording.work(Instant(2500ms), 0s);
   EXPECT_EQ(text(), before +
                         "DROPCOUNT: dropped 3 CAN frames on 'can0' socket (total drops 3)\n"
                         "(0000000002.000000) can0 185#01\n");
+  EXPECT_EQ(recording.outcome().error, 0);
+  EXPECT_EQ(recording.outcome().missing, 3U);
 }
 
 TEST_F(RecordingTest, WhatTheWriterIsTooSlowForIsCounted) {
@@ -220,6 +227,7 @@ TEST_F(RecordingTest, WhatTheWriterIsTooSlowForIsCounted) {
   recording.add(frame(0x182, 2s));
   recording.work(Instant(2s), 0s);
   EXPECT_THAT(text(), EndsWith("(0000000002.000000) can0 182#01\n"));
+  EXPECT_EQ(recording.outcome().missing, 3616U);
 }
 
 TEST_F(RecordingTest, AFolderThatIsMissingIsAsAFullDisk) {
@@ -411,6 +419,23 @@ TEST_F(RecordFolderTest, ACommandWhoseFileCannotBeWrittenFailsAtOnce) {
   EXPECT_EQ(record({"virtual:a", {path("no-folder/out.log"), 1'000'000, 2}}), kExitFailed);
   EXPECT_THAT(testing::internal::GetCapturedStderr(),
               HasSubstr("no-folder/out.log: cannot be written: No such file or directory"));
+}
+
+TEST_F(RecordFolderTest, ACommandWhoseFramesCannotBeWrittenFails) {
+  std::ofstream(path("in.log")) << "(0000010000.000000) a 181#01\n(0000010000.010000) a 182#\n";
+  const auto recorded = [&](const std::string& file) {
+    return record({"replay:" + path("in.log"), {file, 1'000'000, 2}});
+  };
+  sigset_t before;
+  pthread_sigmask(SIG_BLOCK, nullptr, &before);
+  block_stop_signals();
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(recorded(path("out.log")), kExitOk);
+  EXPECT_EQ(recorded("/dev/full"), kExitFailed);
+  EXPECT_THAT(testing::internal::GetCapturedStderr(),
+              EndsWith("error: /dev/full: the recording stopped: No space left on device; frames "
+                       "that are missing: 2\n"));
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
 }
 
 }  // namespace
