@@ -108,6 +108,34 @@ void Journal::close() {
   database_.close();
 }
 
+bool Journal::is_moved() const {
+  int moved = 0;
+  return is_open() &&
+         sqlite3_file_control(database_.get(), "main", SQLITE_FCNTL_HAS_MOVED, &moved) ==
+             SQLITE_OK &&
+         moved != 0;
+}
+
+// The log at the path may still be that of the file that was moved, and SQLite would apply it to
+// the one that took its place: it is emptied, or else moved aside. Its shared memory is made anew,
+// because a reader of the old file would end the locks of this process when it closes it.
+void Journal::leave() {
+  int error = SQLITE_OK;
+  statements_.reset();
+  const auto busy = database_.number("PRAGMA wal_checkpoint(TRUNCATE)", error);
+  close();
+  if (error != SQLITE_OK || busy != 0) {
+    (void)move_log_aside();
+  }
+  std::error_code ignored;
+  std::filesystem::remove(plan_.file + "-shm", ignored);
+  checked_ = false;
+  last_run_read_ = false;
+  if (lock_ >= 0) {
+    ::close(std::exchange(lock_, -1));
+  }
+}
+
 // A file of its own: closing another descriptor of the journal would end the locks of SQLite.
 int Journal::lock() {
   if (lock_ < 0) {

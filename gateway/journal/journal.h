@@ -64,6 +64,11 @@ class Journal {
   bool is_open() const { return database_.is_open(); }
   // Writes the log of SQLite into the file.
   void close();
+  // Whether the path has no file, or another one, since open(): what is stored is lost with it.
+  bool is_moved() const;
+  // Closes a file that is_moved(), with all that was stored, and its lock. The next open() opens or
+  // creates the file at the path, and checks it; the next store() ends the values of its last run.
+  void leave();
 
   // --- after open() ---
 

@@ -187,10 +187,13 @@ std::string JournalThread::describe(const event::JournalState& news) const {
       break;
     case event::JournalCondition::renewed:
       what = news.error == 0 ? "begins a new stream of event numbers"
-                             : fmt::format(
-                                   "is new, the previous file was unusable ({}) and has the "
-                                   "suffix .unusable now",
-                                   error_text(static_cast<int>(news.error)));
+             : news.error == SQLITE_READONLY_DBMOVED
+                 ? "was removed or replaced while the gateway runs; events are stored in the file "
+                   "that is there now"
+                 : fmt::format(
+                       "is new, the previous file was unusable ({}) and has the "
+                       "suffix .unusable now",
+                       error_text(static_cast<int>(news.error)));
       break;
   }
   // The end of a long path names the file
@@ -257,6 +260,7 @@ void JournalThread::work(bool last) {
   const Instant now = monotonic_now();
   clock_.refresh();
   pop_lines();
+  (void)leave_moved_file();
   if (!journal_.is_open() && ((now < again_ && !last) || !open(now))) {
     return;
   }
@@ -267,12 +271,12 @@ void JournalThread::work(bool last) {
     }
     pop_entries();
     pop_values();
-    const auto due = limits(stream_stored_ != journal_.stream());
+    const auto due = limits(moved_ || stream_stored_ != journal_.stream());
     if (batch_size_ == 0 && value_batch_.empty() && due.empty() && now < trim_due_) {
       break;
     }
     trim_due_ = now + kTrimPeriod;
-    if (!store(due)) {
+    if (!store(due) && (monotonic_now() < again_ || !open(now))) {
       return;
     }
   }
@@ -289,6 +293,15 @@ void JournalThread::pop_lines() {
   for (NumberedLine* line = nullptr; new_lines_.pop(line);) {
     known_.push_back(line);
   }
+}
+
+bool JournalThread::leave_moved_file() {
+  if (!journal_.is_moved()) {
+    return false;
+  }
+  journal_.leave();
+  moved_ = true;
+  return true;
 }
 
 bool JournalThread::open(Instant now) {
@@ -373,14 +386,19 @@ bool JournalThread::store(const std::vector<NumberLimit>& limits,
     failed(error, monotonic_now());
     return false;
   }
+  if (leave_moved_file()) {
+    return false;  // the file at the path does not have the batch
+  }
   batch_size_ = 0;
   value_batch_.clear();
   failing_shown_.lower();
-  if (set_aside != 0) {
+  const bool moved = std::exchange(moved_, false);
+  if (moved || set_aside != 0) {
     replaced_files_.add();
   }
-  if (before != stream_stored_) {
-    report(event::JournalCondition::renewed, set_aside);
+  if (moved || before != stream_stored_) {
+    report(event::JournalCondition::renewed,
+           moved && set_aside == 0 ? SQLITE_READONLY_DBMOVED : set_aside);
   }
   report_last_run();
   for (const NumberLimit& stored : limits) {

@@ -91,7 +91,8 @@ class JournalThread {
   void record(JournalEntry& entry);
   // Queues a value of the value history. False: the queue is full.
   bool record(StoredValue value);
-  // How many files replaced a damaged one: such a file has none of the values stored before.
+  // How many files replaced a damaged one, or one that was removed or replaced while the gateway
+  // runs: such a file has none of the values stored before.
   std::uint64_t replaced_files() const { return replaced_files_.value(); }
 
  private:
@@ -108,6 +109,7 @@ class JournalThread {
   void work(bool last);
   void pop_lines();
   bool open(Instant now);
+  bool leave_moved_file();
   void pop_entries();
   void pop_values();
   std::vector<NumberLimit> limits(bool all) const;
@@ -149,6 +151,7 @@ class JournalThread {
   std::uint64_t stream_stored_ = 0;       // of the newest entry
   std::uint64_t dropped_seen_ = 0;
   bool failing_ = false;
+  bool moved_ = false;  // the file was removed or replaced; until the next one stores
   bool opening_seen_ = false;
   bool last_run_reported_ = false;
   Instant again_{};

@@ -43,6 +43,20 @@ TEST_F(JournalTest, EntriesAndNumbersAreThereAfterAStart) {
   EXPECT_EQ(stored(), sent);
 }
 
+// More than this version has: a later one may have written the file.
+TEST_F(JournalTest, AnEntryOfALaterVersionIsStoredWhole) {
+  JournalEntry later = entry("press", 1);
+  later.kind = static_cast<EventKind>(250);
+  later.data.resize(64);
+  for (std::size_t i = 0; i < later.data.size(); ++i)
+    later.data[i] = static_cast<std::byte>(200 + i);
+  later.text.assign(256, 't');
+  Journal journal(plan_);
+  ASSERT_EQ(journal.open(), 0);
+  ASSERT_EQ(store(journal, std::span(&later, 1), kStream, {}, at(0)), 0);
+  EXPECT_EQ(stored(), std::vector<JournalEntry>{later});
+}
+
 TEST_F(JournalTest, AnEntryIsStoredOnce) {
   Journal journal(plan_);
   ASSERT_EQ(journal.open(), 0);

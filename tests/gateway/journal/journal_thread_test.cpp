@@ -219,6 +219,78 @@ TEST_F(JournalThreadTest, AFileThatIsReplacedAtRunTimeContinuesAllNumbers) {
   EXPECT_EQ(thread.add_line("press").before, 2U);
 }
 
+TEST_F(JournalThreadTest, AFileThatIsRemovedAtRunTimeIsReportedAndMadeAgain) {
+  JournalThread thread(options());
+  NumberedLine& press = thread.add_line("press");
+  thread.start();
+  EXPECT_EQ(next_news(thread).condition, JournalCondition::renewed);
+  use(thread, press, 1);
+  for (const char* suffix : {"", "-wal", "-shm", ".lock"})
+    std::filesystem::remove(plan_.file + suffix);
+  const JournalState news = next_news(thread);
+  EXPECT_EQ(news, (JournalState{JournalCondition::renewed, SQLITE_READONLY_DBMOVED, 0}));
+  EXPECT_NE(thread.describe(news).find("was removed or replaced"), std::string::npos)
+      << thread.describe(news);
+  use(thread, press, 2);
+  EXPECT_EQ(thread.stream(), kIncarnation);
+  EXPECT_EQ(thread.replaced_files(), 1U);
+  Journal second(plan_);
+  EXPECT_EQ(second.open(), SQLITE_BUSY) << "the new file is locked";
+  EXPECT_TRUE(thread.stop());
+  EXPECT_FALSE(thread.pop_news().has_value());
+  EXPECT_EQ(numbers("press").back(), 2U);
+}
+
+// The copy has the stream of the run, with numbers and values of the past.
+TEST_F(JournalThreadTest, ACopyThatReplacesTheFileAtRunTimeContinuesTheNumbers) {
+  const std::string copy = folder_ + "/copy.db";
+  const auto entry_of_press = std::make_shared<const ValueEntry>(ValueEntry{.line = "press"});
+  {
+    JournalThread thread(options());
+    thread.add_line("press");
+    thread.start();
+  }
+  {
+    Journal writer(plan_);
+    ASSERT_EQ(writer.open(), 0);
+    const std::vector<StoredValue> values{value_at(entry_of_press, 7, 1)};
+    ASSERT_EQ(writer.store({.values = values, .stream = kIncarnation}, at(9)), 0);
+  }
+  std::filesystem::copy_file(plan_.file, copy);
+  {
+    JournalThread thread(options());
+    NumberedLine& press = thread.add_line("press");
+    thread.start();
+    for (std::uint64_t number = 1; number <= 20; ++number) {
+      use(thread, press, number);
+    }
+    while (numbers("press").size() < 20) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    std::filesystem::rename(plan_.file, folder_ + "/old.db");
+    std::filesystem::rename(copy, plan_.file);
+    JournalState news = next_news(thread);
+    while (news.condition == JournalCondition::working) {
+      news = next_news(thread);
+    }
+    EXPECT_EQ(news, (JournalState{JournalCondition::renewed, SQLITE_READONLY_DBMOVED, 0}));
+    Database database;
+    ASSERT_EQ(database.open(plan_.file, Database::Use::read), 0);
+    int error = 0;
+    EXPECT_GE(database.number("SELECT number_limit FROM lines WHERE name = 'press'", error), 21)
+        << "a crash now repeats no number";
+    use(thread, press, 21);
+    EXPECT_TRUE(thread.stop());
+  }
+  EXPECT_EQ(numbers("press"), std::vector<std::uint64_t>{21});
+  const auto values = stored_values();
+  ASSERT_EQ(values.size(), 2U);
+  EXPECT_EQ(values.back().time, at(9)) << "the values of the copy end with its run";
+  EXPECT_FALSE(values.back().value.has_value());
+  plan_.file = folder_ + "/old.db";
+  EXPECT_EQ(numbers("press").back(), 20U) << "the file that was moved away is complete";
+}
+
 TEST_F(JournalThreadTest, AJournalThatAnotherGatewayWritesIsLeftAlone) {
   JournalThread one(options());
   NumberedLine& press = one.add_line("press");
