@@ -11,8 +11,8 @@ namespace linegate::gateway {
 
 // Documentation/scheduler/sched-stats.rst of the kernel: time on a processor, time in a run queue,
 // both in ns, and the number of time slices.
-std::map<int, ProcessorTimes::Thread> ProcessorTimes::read() const {
-  std::map<int, Thread> out;
+ProcessorTimes::Sample ProcessorTimes::read() const {
+  Sample out;
   std::error_code gone;
   for (std::filesystem::directory_iterator task(tasks_, gone), end; !gone && task != end;
        task.increment(gone)) {
@@ -27,17 +27,18 @@ std::map<int, ProcessorTimes::Thread> ProcessorTimes::read() const {
   return out;
 }
 
-ProcessorTimes::Times ProcessorTimes::since_begin(int thread) const {
-  Times out;
-  for (const auto& [number, times] : read()) {
-    const auto before = before_.find(number);
-    if (before == before_.end()) {
+ProcessorUse use_between(const ProcessorTimes::Sample& before, const ProcessorTimes::Sample& after,
+                         int thread) {
+  ProcessorUse out;
+  for (const auto& [number, times] : after) {
+    const auto then = before.find(number);
+    if (then == before.end()) {
       continue;
     }
-    out.waiting_of_all += times.waiting - before->second.waiting;
+    out.waiting_of_all += times.waiting - then->second.waiting;
     if (number == thread) {
-      out.running = times.running - before->second.running;
-      out.waiting = times.waiting - before->second.waiting;
+      out.running = times.running - then->second.running;
+      out.waiting = times.waiting - then->second.waiting;
     }
   }
   return out;

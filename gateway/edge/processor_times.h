@@ -11,30 +11,30 @@
 namespace linegate::gateway {
 
 // All figures are 0 if the kernel does not report them (schedstat of each thread:
-// CONFIG_SCHED_INFO). Threads that started after begin() do not count.
+// CONFIG_SCHED_INFO).
 class ProcessorTimes {
  public:
   explicit ProcessorTimes(std::string tasks = "/proc/self/task") : tasks_(std::move(tasks)) {}
 
-  // Starts to count.
-  void begin() { before_ = read(); }
-  struct Times {
-    Duration running{};         // of the thread
-    Duration waiting{};         // of the thread
-    Duration waiting_of_all{};  // of all threads, added up
-  };
-  // Since begin(). thread: as gettid(2).
-  Times since_begin(int thread) const;
-
- private:
   struct Thread {
     Duration running{};
     Duration waiting{};
   };
-  std::map<int, Thread> read() const;
+  // Since the start of each thread, by its number as gettid(2).
+  using Sample = std::map<int, Thread>;
+  Sample read() const;
 
+ private:
   std::string tasks_;
-  std::map<int, Thread> before_;
 };
+
+// Between two samples. Threads that are in one of them only do not count.
+struct ProcessorUse {
+  Duration running{};         // of the thread
+  Duration waiting{};         // of the thread
+  Duration waiting_of_all{};  // of all threads, added up
+};
+ProcessorUse use_between(const ProcessorTimes::Sample& before, const ProcessorTimes::Sample& after,
+                         int thread);
 
 }  // namespace linegate::gateway

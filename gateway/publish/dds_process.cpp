@@ -28,7 +28,7 @@
 #include "gateway/edge/edge_end.h"
 #include "gateway/edge/edge_process.h"
 #include "gateway/edge/file_access.h"
-#include "gateway/edge/processor_times.h"
+#include "gateway/edge/stall_time.h"
 #include "gateway/exchange/cell.h"
 #include "gateway/exchange/shared_rings.h"
 #include "gateway/exchange/shared_slots.h"
@@ -54,6 +54,7 @@ constexpr Duration kPollPeriod = std::chrono::milliseconds(100);
 constexpr Duration kFullPeriod = std::chrono::milliseconds(2);  // while there is no room
 // Fast DDS needs less than 10 ms for any datagram, a handshake of DDS-Security included.
 constexpr Duration kLongestStall = std::chrono::milliseconds(100);
+static_assert(StallTime::kObserved < kLongestStall);
 // A TCP peer that reads nothing must not look like a library that hangs: a call that sends to it
 // ends before.
 static_assert(dds::guard::kStalled + dds::guard::kStalledLater < ProgressLimit::kToContinue);
@@ -115,21 +116,21 @@ class ProcessLink final : public dds::MessageLink {
   EdgeProcess::Options options_for(const config::Plant& plant,
                                    std::shared_ptr<exchange::Bell> bell) {
     const std::string program = plant.dds_program.empty() ? "/proc/self/exe" : plant.dds_program;
-    return {.program = program,
-            .arguments = {"linegated-dds", std::string(kDdsProcessArgument)},
-            .name = "DDS",
-            .stable = plant.dds_stable,
-            .memory = plant.dds_memory,
-            .ended =
-                [this](EdgeProcess::Options::End end) {
-                  ends_->note(end.cause, end.detail, end.pause, std::move(end.words));
-                },
-            .bell = std::move(bell),
-            .log = write_log,
-            .output =
-                [this](Severity severity, std::string_view text) {
-                  library_.write(severity, text, monotonic_now());
-                }};
+    return {
+        .program = program,
+        .arguments = {"linegated-dds", std::string(kDdsProcessArgument)},
+        .name = "DDS",
+        .stable = plant.dds_stable,
+        .memory = plant.dds_memory,
+        .ended =
+            [this](EdgeProcess::Options::End end) {
+              ends_->note(end.cause, end.detail, end.pause, std::move(end.words), monotonic_now());
+            },
+        .bell = std::move(bell),
+        .log = write_log,
+        .output = [this](
+                      Severity severity,
+                      std::string_view text) { library_.write(severity, text, monotonic_now()); }};
   }
 
   const std::shared_ptr<ProcessEnds> ends_;  // outlives the process
@@ -148,42 +149,9 @@ void write_line(Severity severity, std::string_view text) {
   }
 }
 
-// How long a thread of the library has stalled. A thread that did not sleep meanwhile loops. One
-// that slept is blocked, or only late, because it needs a lock of a thread that waits for a
-// processor: on an overloaded machine the time in which threads of this process wait for one does
-// not count.
-class StallOfLibrary {
- public:
-  Duration of(const dds::guard::Stall& stall) {
-    const bool continues = stall.thread == last_.thread && stall.time >= last_.time;
-    last_ = stall;
-    if (stall.time < kCountFrom) {
-      counts_ = false;
-      return stall.time;
-    }
-    const Instant now = monotonic_now();
-    if (!std::exchange(counts_, true) || !continues) {
-      times_.begin();
-      begun_ = now;
-    }
-    const ProcessorTimes::Times since = times_.since_begin(stall.thread);
-    const Duration counted = now - begun_;
-    const Duration slept = counted - since.running - since.waiting;
-    return slept < counted / 50 ? counted : stall.time - since.waiting_of_all;
-  }
-
- private:
-  static constexpr Duration kCountFrom = kLongestStall / 2;
-
-  ProcessorTimes times_;
-  dds::guard::Stall last_;
-  Instant begun_{};
-  bool counts_ = false;
-};
-
 void send_samples(dds::PortServer& server, EdgeEnd& end, const exchange::Flag& stop) {
   pthread_setname_np(pthread_self(), "dds receiver");
-  StallOfLibrary stall;
+  StallTime stalls;
   while (!stop.raised()) {
     const bool room = server.poll(
         kPollPeriod, [&](dds::PortServer::Message message) { return end.send(message); });
@@ -192,7 +160,8 @@ void send_samples(dds::PortServer& server, EdgeEnd& end, const exchange::Flag& s
     }
     // A datagram or a timer that keeps a thread of the library is no progress, whatever the other
     // threads do.
-    if (stall.of(server.longest_stall()) < kLongestStall) {
+    const dds::guard::Stall longest = server.longest_stall();
+    if (stalls.count(longest.thread, longest.time, monotonic_now()) < kLongestStall) {
       end.add_sender_progress();
     }
   }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -21,15 +22,23 @@ class ProcessEnds {
   static constexpr Duration kPeriod = std::chrono::seconds(60);
 
   // words: the reason, as in "the DDS process was ended by signal 9 (Killed)": without a subject.
-  void note(event::ProcessEnd cause, std::uint32_t detail, Duration pause, std::string words);
-  // The ends since the last event, with the cause, pause and words of the newest one. Empty if
-  // there are none, or the last event is more recent than kPeriod.
+  // now: the time of the end.
+  void note(event::ProcessEnd cause, std::uint32_t detail, Duration pause, std::string words,
+            Instant now);
+  // The ends since the last event, with the cause, pause and words of the newest one, its time if
+  // it waited for kPeriod, and the number of ends of each cause. Empty if there are none, or the
+  // last event is more recent than kPeriod.
   std::optional<EdgeNotice> pop(Instant now);
 
  private:
+  std::string text(Instant now) const;
+
   std::mutex mutex_;
   event::DdsProcessEnded newest_{.ends = 0};
+  Instant ended_{};  // the newest one
   std::string words_;
+  std::map<event::ProcessEnd, std::uint32_t> causes_;  // of the ends to report
+  bool waited_ = false;                                // a pop() was too early for them
   std::optional<Instant> reported_;
 };
 

@@ -27,6 +27,7 @@
 #include "gateway/runtime/clock.h"
 #include "gateway/security/authority.h"
 #include "gateway/security/files.h"
+#include "gateway/security/fingerprint.h"
 
 #include "tests/bench/measure.h"
 
@@ -68,6 +69,8 @@ class Counter final : public dds::ClientListener {};
   options.outputs = true;
   if (!identity.empty()) {
     options.security = dds::security_with(security::files_in(identity));
+    options.security.is_holder = security::is_holder;
+    options.security.right = "engineer/client";
   }
   std::vector<std::unique_ptr<dds::Client>> clients;
   for (int i = 0; i < count; ++i) {
@@ -154,7 +157,7 @@ int run(int argc, char** argv) {
   if (arguments.size() == 1 && arguments[0] == gateway::kDdsProcessArgument) {
     gateway::run_dds_process();
   }
-  spdlog::set_level(spdlog::level::off);
+  spdlog::set_level(spdlog::level::err);
   const int lines = arguments.empty() ? 64 : std::stoi(arguments[0]);
   const int clients = arguments.size() < 2 ? 100 : std::stoi(arguments[1]);
   std::string folder;

@@ -33,29 +33,29 @@ class ProcessorTimesTest : public testing::Test {
 TEST_F(ProcessorTimesTest, HasTheRunningTimeOfAThreadAndTheWaitingTimeOfAll) {
   set("11", 1'000, 5'000'000);
   set("12", 9'000'000, 0);
-  times_.begin();
-  EXPECT_EQ(times_.since_begin(12).waiting_of_all, 0ns);
+  const auto before = times_.read();
+  EXPECT_EQ(use_between(before, times_.read(), 12).waiting_of_all, 0ns);
   set("11", 1'000, 5'000'300);
   set("12", 9'900'000, 200);
-  EXPECT_EQ(times_.since_begin(12).waiting, 200ns);
-  EXPECT_EQ(times_.since_begin(12).waiting_of_all, 500ns);
-  EXPECT_EQ(times_.since_begin(12).running, 900'000ns);
-  EXPECT_EQ(times_.since_begin(11).running, 0ns);
-  EXPECT_EQ(times_.since_begin(14).running, 0ns);
+  const auto after = times_.read();
+  EXPECT_EQ(use_between(before, after, 12).waiting, 200ns);
+  EXPECT_EQ(use_between(before, after, 12).waiting_of_all, 500ns);
+  EXPECT_EQ(use_between(before, after, 12).running, 900'000ns);
+  EXPECT_EQ(use_between(before, after, 11).running, 0ns);
+  EXPECT_EQ(use_between(before, after, 14).running, 0ns);
 }
 
 TEST_F(ProcessorTimesTest, ThreadsThatStartedLaterOrEndedDoNotCount) {
   set("11", 0, 5'000);
-  times_.begin();
+  const auto before = times_.read();
   set("13", 0, 400);
   folders::remove_all(tasks_ + "/11");
-  EXPECT_EQ(times_.since_begin(11).waiting_of_all, 0ns);
+  EXPECT_EQ(use_between(before, times_.read(), 11).waiting_of_all, 0ns);
 }
 
 TEST_F(ProcessorTimesTest, IsZeroIfTheKernelDoesNotReportIt) {
   folders::create_directories(tasks_ + "/11");
-  times_.begin();
-  EXPECT_EQ(times_.since_begin(11).waiting_of_all, 0ns);
+  EXPECT_TRUE(times_.read().empty());
 }
 
 }  // namespace

@@ -166,6 +166,8 @@ class DdsProcessTest : public GatewayTest {
 // With a library in the DDS process that causes faults of Fast DDS.
 class DdsFaultsTest : public DdsProcessTest {
  protected:
+  // A busy machine needs more than kBack to fill the memory that is permitted otherwise.
+  std::string text() const override { return plant_text(", memory: 150MB"); }
   void SetUp() override {
     setenv("LD_PRELOAD", DDS_FAULTS, 1);
     DdsProcessTest::SetUp();

@@ -112,8 +112,7 @@ SyncIntervals intervals(const std::vector<Instant>& times, const std::vector<Spa
 class DdsSyncTest : public DdsFaultsTest {
  protected:
   std::string with_pulse() const {
-    return plant_text() +
-           "  - {name: pulse, interface: \"udp:239.74.163.12:" + std::to_string(port_) +
+    return text() + "  - {name: pulse, interface: \"udp:239.74.163.12:" + std::to_string(port_) +
            "\", sync: 20ms}\n";
   }
   void expect_sync_undisturbed(const std::vector<Instant>& times) {

@@ -23,9 +23,10 @@ namespace linegate::gateway {
 
 inline constexpr Duration kPatience = std::chrono::seconds(20);
 
-inline std::string plant_text() {
+// `dds` has further keys of `dds:`, each behind a comma.
+inline std::string plant_text(const std::string& dds = {}) {
   return "schema: 1\ngateway: {name: test}\ndds: {domain: " + std::to_string(test::own_domain()) +
-         ", process: " + place_of_dds().process + ", profile: " + LOOPBACK_PROFILES + R"(}
+         ", process: " + place_of_dds().process + ", profile: " + LOOPBACK_PROFILES + dds + R"(}
 lines:
   - name: open
     interface: "simulated:"

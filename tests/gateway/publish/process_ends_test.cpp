@@ -20,7 +20,7 @@ class ProcessEndsTest : public testing::Test {
 
 TEST_F(ProcessEndsTest, TheFirstOneIsReportedAtOnce) {
   EXPECT_FALSE(ends_.pop(now_));
-  ends_.note(ProcessEnd::signal, 9, 0ms, "was ended by signal 9 (Killed)");
+  ends_.note(ProcessEnd::signal, 9, 0ms, "was ended by signal 9 (Killed)", now_);
   const auto notice = ends_.pop(now_);
   ASSERT_TRUE(notice);
   EXPECT_EQ(std::get<DdsProcessEnded>(notice->event), (DdsProcessEnded{ProcessEnd::signal, 9, 1}));
@@ -29,24 +29,38 @@ TEST_F(ProcessEndsTest, TheFirstOneIsReportedAtOnce) {
 }
 
 TEST_F(ProcessEndsTest, LaterOnesAreJoinedForAMinute) {
-  ends_.note(ProcessEnd::exited, 1, 0ms, "ended with exit code 1");
+  ends_.note(ProcessEnd::exited, 1, 0ms, "ended with exit code 1", now_);
   ASSERT_TRUE(ends_.pop(now_));
-  ends_.note(ProcessEnd::exited, 1, 250ms, "ended with exit code 1");
-  ends_.note(ProcessEnd::no_response, 0, 500ms, "was ended: it did not respond");
+  ends_.note(ProcessEnd::exited, 1, 0ms, "ended with exit code 1", now_ + 10s);
+  ends_.note(ProcessEnd::exited, 1, 250ms, "ended with exit code 1", now_ + 11s);
+  ends_.note(ProcessEnd::no_response, 0, 500ms, "was ended: it did not respond", now_ + 41s);
   EXPECT_FALSE(ends_.pop(now_ + ProcessEnds::kPeriod - 1ns));
   const auto notice = ends_.pop(now_ + ProcessEnds::kPeriod);
   ASSERT_TRUE(notice);
   EXPECT_EQ(std::get<DdsProcessEnded>(notice->event),
-            (DdsProcessEnded{ProcessEnd::no_response, 0, 2, 500}));
+            (DdsProcessEnded{ProcessEnd::no_response, 0, 3, 500}));
   EXPECT_EQ(notice->text,
-            "the DDS process was ended: it did not respond; it is started again in 500 ms; 2 ends "
-            "since the last report");
+            "the DDS process was ended: it did not respond, 19 s ago; it was started again after "
+            "500 ms; 3 ends since the last report: exit 2, no response 1");
+}
+
+TEST_F(ProcessEndsTest, OneThatWaitedAndPausesIsStillToStart) {
+  ends_.note(ProcessEnd::signal, 9, 0ms, "was ended by signal 9 (Killed)", now_);
+  ASSERT_TRUE(ends_.pop(now_));
+  ends_.note(ProcessEnd::signal, 9, 8s, "was ended by signal 9 (Killed)",
+             now_ + ProcessEnds::kPeriod - 3s);
+  EXPECT_FALSE(ends_.pop(now_ + ProcessEnds::kPeriod - 1s));
+  const auto notice = ends_.pop(now_ + ProcessEnds::kPeriod);
+  ASSERT_TRUE(notice);
+  EXPECT_EQ(notice->text,
+            "the DDS process was ended by signal 9 (Killed), 3 s ago; it is started again in 8000 "
+            "ms");
 }
 
 TEST_F(ProcessEndsTest, OneAfterAMinuteIsReportedAtOnce) {
-  ends_.note(ProcessEnd::memory, 71, 0ms, "ended because it had used up its memory");
+  ends_.note(ProcessEnd::memory, 71, 0ms, "ended because it had used up its memory", now_);
   ASSERT_TRUE(ends_.pop(now_));
-  ends_.note(ProcessEnd::memory, 71, 0ms, "ended because it had used up its memory");
+  ends_.note(ProcessEnd::memory, 71, 0ms, "ended because it had used up its memory", now_);
   const auto notice = ends_.pop(now_ + ProcessEnds::kPeriod);
   ASSERT_TRUE(notice);
   EXPECT_EQ(std::get<DdsProcessEnded>(notice->event).ends, 1U);
