@@ -3,11 +3,14 @@
 
 #include <algorithm>
 #include <chrono>
+#include <deque>
 #include <functional>
 #include <map>
 #include <mutex>
 #include <optional>
 #include <set>
+#include <string>
+#include <tuple>
 #include <utility>
 
 #include <fastdds/dds/core/condition/GuardCondition.hpp>
@@ -49,8 +52,14 @@ constexpr std::size_t kLongestReplyText = 256;  // of CommandReply::text, in byt
 constexpr std::size_t kSamplesPerPoll = 256;    // of each topic, so that none starves the other
 
 constexpr Duration kLivelinessPeriod = std::chrono::milliseconds(500);  // a quarter of the lease
+constexpr std::size_t kMostRefusedRequests = 256;  // whose repetitions are recognised
 constexpr const char* kOtherStart = "addressed to another start of the gateway";
+constexpr const char* kRevokedName =
+    "the name of this identity is revoked: if it was issued again, restart the gateway";
 constexpr const char* kForeignPartition = "its writer has no right to send requests to this line";
+
+// A request of a participant that may not send any: prefix, client and id.
+using RefusedRequest = std::tuple<decltype(Participant::prefix), std::string, std::uint64_t>;
 
 // Name of a QoS policy that writer and reader must match (DDS 1.4 2.2.3).
 std::string_view policy_name(std::uint32_t id) {
@@ -539,7 +548,8 @@ struct GatewayBridge::Impl {
   void remove_sets(std::string_view line);
   bool receive_command(GatewayHandler& handler);
   void handle(const v1::CommandRequest& request, GatewayHandler& handler);
-  bool authorize(const Participant& from) const;
+  const char* denial(const Participant& from) const;
+  void refuse_sender(const v1::CommandRequest& request, const char* why, GatewayHandler& handler);
   std::string replies_to_sender() const;
   void report_discarded(GatewayHandler& handler);
   bool send(const Answer& answer, std::size_t from);
@@ -570,6 +580,7 @@ struct GatewayBridge::Impl {
   // Used by the polling thread.
   v1::OutputWrite output_sample;
   v1::CommandRequest request_sample;
+  std::deque<RefusedRequest> refused_requests;        // reported ones, oldest first
   std::map<std::string, NamedSet, std::less<>> sets;  // by topic
   NamedReceived named_received;
   named::SetSample set_sample;
@@ -973,8 +984,8 @@ void GatewayBridge::wake() {
 OutputCheck GatewayBridge::Impl::check_origin(std::uint64_t of_incarnation) const {
   if (of_incarnation != 0 && of_incarnation != incarnation)
     return {line::OutputRefusal::stale_layout, kOtherStart};
-  if (!authorize(sender))
-    return {line::OutputRefusal::no_right, kForeignPartition};
+  if (const char* why = denial(sender))
+    return {line::OutputRefusal::no_right, why};
   return {};
 }
 
@@ -1042,12 +1053,42 @@ bool GatewayBridge::Impl::receive_command(GatewayHandler& handler) {
   return true;
 }
 
-// Whether the sender may send requests to the line: the port determined its right. In a domain
-// without DDS-Security every participant may.
-bool GatewayBridge::Impl::authorize(const Participant& from) const {
-  return !security.enabled() ||
-         (from.right != ClientRight::none && from.right != ClientRight::unlimited &&
-          (!security.is_holder || security.is_holder(from.prefix, name(from.right), from.subject)));
+// Why the sender may not send requests to the line, or nullptr: the port determined its right. In a
+// domain without DDS-Security every participant may.
+const char* GatewayBridge::Impl::denial(const Participant& from) const {
+  if (!security.enabled())
+    return nullptr;
+  if (from.right == ClientRight::none || from.right == ClientRight::unlimited ||
+      (security.is_holder && !security.is_holder(from.prefix, name(from.right), from.subject)))
+    return kForeignPartition;
+  const bool revoked = security.is_revoked && security.is_revoked(name(from.right), from.subject);
+  return revoked ? kRevokedName : nullptr;
+}
+
+// Only the holder of the name gets an answer: the partition of the answers is that of the name, and
+// another participant could refuse requests of the holder. A client repeats a request without an
+// answer: that is no new event.
+void GatewayBridge::Impl::refuse_sender(const v1::CommandRequest& request, const char* why,
+                                        GatewayHandler& handler) {
+  if (why == kRevokedName) {
+    Answer answer;
+    answer.line = request.line().to_string();
+    answer.client = request.client().to_string();
+    answer.id = request.id();
+    answer.error = line::to_error(line::Refusal::no_right);
+    answer.text = why;
+    answer.partition = replies_to_sender();
+    send(answer, 0);
+  }
+  RefusedRequest refused{sender.prefix, request.client().to_string(), request.id()};
+  if (std::find(refused_requests.begin(), refused_requests.end(), refused) !=
+      refused_requests.end())
+    return;
+  refused_requests.push_back(std::move(refused));
+  if (refused_requests.size() > kMostRefusedRequests)
+    refused_requests.pop_front();
+  handler.on_command_refused({request.line().to_string(), request.client().to_string(), sender},
+                             request.kind(), line::Refusal::no_right, why);
 }
 
 // The partition of the replies to the sender of the present sample.
@@ -1058,9 +1099,8 @@ std::string GatewayBridge::Impl::replies_to_sender() const {
 }
 
 void GatewayBridge::Impl::handle(const v1::CommandRequest& request, GatewayHandler& handler) {
-  if (!authorize(sender)) {
-    handler.on_command_refused({request.line().to_string(), request.client().to_string(), sender},
-                               request.kind(), line::Refusal::no_right, kForeignPartition);
+  if (const char* why = denial(sender)) {
+    refuse_sender(request, why, handler);
     return;
   }
   CommandDesk::Outcome outcome;

@@ -155,7 +155,11 @@ std::optional<RequestTracker::Done> RequestTracker::disputed(const LinePublisher
             (host.empty() ? "an unknown host" : host);
   }
   text += "; end all but one, or give each gateway its own name";
-  return fail(found, line::Refusal::not_permitted, std::move(text));
+  const bool was_sent = found->second.sent != 0;
+  if (was_sent)
+    text += ". The request was sent before, and may have been carried out";
+  return fail(found, was_sent ? line::Refusal::timed_out : line::Refusal::not_permitted,
+              std::move(text));
 }
 
 RequestTracker::Done RequestTracker::refuse(std::uint64_t id, std::string text) {

@@ -39,6 +39,9 @@ struct Security {
   std::function<bool(const std::array<std::uint8_t, 12>& prefix, std::string_view right,
                      std::string_view name)>
       is_holder;
+  // Of a gateway: whether that name of that right is revoked, also for a certificate that was
+  // issued later; without a function: none is. Called by the thread that polls.
+  std::function<bool(std::string_view right, std::string_view name)> is_revoked;
 
   // Of a gateway: whether a message of the authentication with that certificate in PEM, and octets
   // behind it, is accepted; without a function: always. Only with a guard. Called from any thread.

@@ -122,13 +122,6 @@ security::NamedTopics named_topics_of(const config::Plant& plant) {
   return out;
 }
 
-// revoked: used by the thread that polls.
-bool is_holder(const std::array<std::uint8_t, 12>& prefix, std::string_view right,
-               std::string_view name, security::RevokedNames& revoked) {
-  return !revoked.contains(right, name, monotonic_now()) &&
-         security::is_holder(prefix, right, name);
-}
-
 RemoteSource from_dds(const dds::RemoteSource& source) {
   return {{source.line.gateway, source.line.line}, source.incarnation};
 }
@@ -389,8 +382,9 @@ Loaded<std::unique_ptr<DataEdge>> make_dds_edge(const config::Plant& plant,
     revoked = std::make_shared<security::RevokedNames>(files.revoked_names);
     if (plant.dds_own_process)
       identities = std::make_unique<security::IdentityWatch>(files);
-    options.security.is_holder = [revoked](const auto& prefix, auto right, auto name) {
-      return is_holder(prefix, right, name, *revoked);
+    options.security.is_holder = security::is_holder;
+    options.security.is_revoked = [revoked](std::string_view right, std::string_view name) {
+      return revoked->contains(right, name, monotonic_now());
     };
   }
   for (const auto& line : plant.lines) {

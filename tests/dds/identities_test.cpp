@@ -80,6 +80,13 @@ struct Lines : dds::ClientListener {
   int received = 0;
 };
 
+struct Replies : Lines {
+  void on_reply(const dds::Target&, const dds::CommandResult& result) override {
+    texts.push_back(result.text);
+  }
+  std::vector<std::string> texts;
+};
+
 class Identities : public testing::Test {
  protected:
   Identities() {
@@ -100,6 +107,9 @@ class Identities : public testing::Test {
     options.security = security_of(plant / kGateway);
     options.security.request_partition = security::requests_of_gateway(kGateway);
     options.security.is_holder = security::is_holder;
+    options.security.is_revoked = [this](std::string_view right, std::string_view name) {
+      return revoked_names.contains(std::string(right) + "/" + std::string(name));
+    };
     auto made = dds::GatewayBridge::make(options);
     for (const Diagnostic& diagnostic : made.diagnostics)
       ADD_FAILURE() << to_string(diagnostic);
@@ -161,6 +171,7 @@ class Identities : public testing::Test {
   const folders::path plant = top / "plant";
   std::unique_ptr<dds::GatewayBridge> bridge;
   Handler handler;
+  std::set<std::string> revoked_names;  // "operator/alice"
 };
 
 TEST_F(Identities, RequestsHaveTheRightAndTheSubjectOfTheirCertificate) {
@@ -173,6 +184,27 @@ TEST_F(Identities, RequestsHaveTheRightAndTheSubjectOfTheirCertificate) {
   send(*erin, "engineer erin");
   EXPECT_EQ(handler.requests.size(), 4U);
   EXPECT_TRUE(handler.refused.empty());
+}
+
+// The certificate is valid, as one that was issued again. The client repeats what is not answered.
+TEST_F(Identities, ARevokedNameIsAnsweredWithTheReasonAndReportedOnce) {
+  revoked_names.insert("operator/alice");
+  ASSERT_NO_FATAL_FAILURE(start_gateway());
+  const auto alice = connect(options_of(plant / "alice", "operator/alice"));
+  ASSERT_NE(alice, nullptr);
+  Replies replies;
+  const dds::Target target{kGateway, kLine, 0};
+  alice->send(target, {.request = line::SdoRead{.node = 5}}, std::chrono::hours(1));
+  EXPECT_TRUE(eventually([&] {
+    serve(*alice, replies);
+    return !replies.texts.empty();
+  }));
+  ASSERT_FALSE(replies.texts.empty());
+  EXPECT_NE(replies.texts[0].find("the name of this identity is revoked"), std::string::npos)
+      << replies.texts[0];
+  ASSERT_EQ(handler.refused.size(), 1U);
+  EXPECT_EQ(handler.refused.begin()->second, 1);
+  EXPECT_TRUE(handler.requests.empty());
 }
 
 // Each line has a reader of its own for outputs.

@@ -207,6 +207,18 @@ TEST_F(Tracker, TwoPublishersAreAnErrorThatNamesBoth) {
   EXPECT_TRUE(tracker.empty());
 }
 
+TEST_F(Tracker, ARequestThatWasSentBeforeTheDisputeMayHaveBeenCarriedOut) {
+  tracker.add(request_with(), kStart);
+  publishers.note("g", "l", kGateway, kStart);
+  ASSERT_NE(tracker.due(kStart), nullptr);
+  publishers.note("g", "l", kStranger, kStart);
+  publishers.note("g", "l", kGateway, kStart);
+  const auto done = disputed();
+  ASSERT_TRUE(done);
+  EXPECT_EQ(done->result.reply.error, line::to_error(line::Refusal::timed_out));
+  EXPECT_NE(done->result.text.find("may have been carried out"), std::string::npos);
+}
+
 TEST_F(Tracker, ItTimesOut) {
   tracker.add(request_with(), kStart);
   EXPECT_FALSE(tracker.expired(kStart + milliseconds(9'999)));
