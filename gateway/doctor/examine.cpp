@@ -153,6 +153,7 @@ void observe(const Settings& settings, Observations& out) {
     prober.poll(elapsed());
     std::this_thread::sleep_for(kRound);
   }
+  listener.poll(elapsed());  // what came since, if this process did not run for a while
   out.watched = elapsed();
   take_heard(listener.heard(), own, out);
   out.probes = prober.results();

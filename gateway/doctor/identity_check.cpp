@@ -9,8 +9,9 @@ void check_identity(const Observations& seen, Findings& found) {
                    .seen = {},
                    .means = "no participant with DDS-Security accepts this identity",
                    .advice =
-                       "make a new one with linegate security issue, and copy its folder to "
-                       "this host"};
+                       "correct what is named; a certificate that is expired, revoked or of "
+                       "another authority is replaced by linegate security issue, and its folder "
+                       "copied to this host"};
   for (const Diagnostic& diagnostic : seen.identity_findings)
     identity.seen.push_back(to_string(diagnostic));
   if (!identity.seen.empty())

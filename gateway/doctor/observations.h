@@ -51,6 +51,7 @@ struct ProbedHost {
   std::string name;     // as it was given
   std::string address;  // empty: the name is unknown
   bool given = false;   // as an argument or in the profile, not by an announcement
+  bool named = false;   // given as an argument
   std::vector<ProbedPort> ports;
   ProbedPort closed;  // a port on which no participant listens: refused, if datagrams arrive
 };

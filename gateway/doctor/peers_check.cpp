@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Hosts that were given as an argument or as initial peers of the profile, if no gateway is seen.
+// Hosts that were given as an argument, and do not answer as a gateway; if no gateway is seen, also
+// those that are initial peers of the profile.
 #include <algorithm>
 
 #include "gateway/doctor/checks.h"
@@ -20,6 +21,14 @@ std::string ports_text(const ProbedHost& host) {
 
 bool is_gateway(const ProbedPort& port) {
   return port.answer == PortAnswer::answered && !gateway_name(port.program).empty();
+}
+
+// A gateway of that host is known to be reachable.
+bool is_heard(const Observations& seen, const ProbedHost& host) {
+  return std::ranges::any_of(host.ports, is_gateway) ||
+         std::ranges::any_of(gateways_in_domain(seen), [&](const Heard* gateway) {
+           return !host.address.empty() && gateway->from == host.address;
+         });
 }
 
 void report_answering(const ProbedHost& host, Findings& found) {
@@ -88,10 +97,9 @@ void report_peer(const Observations& seen, const ProbedHost& host, Findings& fou
 }  // namespace
 
 void check_peers(const Observations& seen, Findings& found) {
-  if (has_gateway(seen))
-    return;
+  const bool has_any = has_gateway(seen);
   for (const ProbedHost& host : seen.probes) {
-    if (host.given)
+    if (has_any ? host.named && !is_heard(seen, host) : host.given)
       report_peer(seen, host, found);
   }
 }

@@ -87,6 +87,7 @@ void Prober::add_host(const std::string& name, std::uint16_t port) {
     return;
   Host& host = host_of(name, dds::address_of_host(name));
   host.result.given = true;
+  host.result.named = host.result.named || port == 0;
   if (host.result.address.empty())
     return;
   if (port != 0)

@@ -21,8 +21,8 @@ class Prober {
   Prober(const Prober&) = delete;
   Prober& operator=(const Prober&) = delete;
 
-  // A host by name or address, with the ports of the first participants of the domain, or with
-  // `port` alone if it is not 0.
+  // A host by name or address: an argument, with the ports of the first participants of the domain,
+  // or one of the profile, with `port` alone.
   void add_host(const std::string& name, std::uint16_t port = 0);
   // A place that a participant announced, in a datagram of the host `from`. A bounded number of
   // hosts and ports; none of multicast, and none of loopback but from there.

@@ -115,6 +115,26 @@ TEST(Checks, Peers) {
   EXPECT_THAT(causes(seen), IsEmpty());
 }
 
+// Whoever names a host wants to know about that host.
+TEST(Checks, AHostThatWasNamedIsReportedBesideAGatewayOfAnotherHost) {
+  Observations seen = sound_plant();
+  seen.heard.front().from = "10.0.0.7";
+  for (const auto& [answer, cause] : {std::pair{PortAnswer::silent, "peer-silent"},
+                                      {PortAnswer::refused, "peer-without-dds"},
+                                      {PortAnswer::unreachable, "peer-unreachable"}}) {
+    seen.probes = {probed(answer)};
+    seen.probes.front().named = true;
+    EXPECT_THAT(causes(seen), ElementsAre(cause));
+    seen.probes.front().address = "10.0.0.7";
+    EXPECT_THAT(causes(seen), IsEmpty()) << "a gateway of that host is heard";
+  }
+  seen.probes = {probed(PortAnswer::answered)};
+  seen.probes.front().named = true;
+  EXPECT_THAT(causes(seen), IsEmpty());
+  seen.probes = {{.name = "nohost", .given = true, .named = true}};
+  EXPECT_THAT(causes(seen), ElementsAre("peer-unknown"));
+}
+
 TEST(Checks, Firewall) {
   Observations seen = deaf_plant();
   EXPECT_THAT(causes(seen), ElementsAre("no-samples"));
