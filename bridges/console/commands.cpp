@@ -318,7 +318,9 @@ int versions(Context& context, const std::string& line) {
     if (!one->view || one->gone || !asked.insert(one->id.gateway).second) {
       continue;
     }
-    const Client::Answer answer = ask_gateway(context, model, *one, request::Versions{});
+    // Of the gateway, not of the line: an identity that is limited to other lines may ask it.
+    const Client::Answer answer = context.client.call_gateway(
+        {one->id.gateway, ""}, request::Versions{}, context.timeout, model);
     code = std::max(code, print_answer(context, answer, printable(text_of(answer))));
   }
   return std::max(code, completeness(context, model));

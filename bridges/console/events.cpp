@@ -48,7 +48,12 @@ std::optional<Instant> parse_date(std::string text) {
     std::tm parts{};
     parts.tm_isdst = -1;
     const char* const rest = ::strptime(text.c_str(), form, &parts);
-    if (rest != nullptr && *rest == '\0') {
+    // mktime() would take the 30th of February for a day of March.
+    const std::chrono::year_month_day date{
+        std::chrono::year{parts.tm_year + 1900},
+        std::chrono::month{static_cast<unsigned>(parts.tm_mon + 1)},
+        std::chrono::day{static_cast<unsigned>(parts.tm_mday)}};
+    if (rest != nullptr && *rest == '\0' && date.ok()) {
       return Instant(std::chrono::seconds(utc ? ::timegm(&parts) : std::mktime(&parts)));
     }
   }

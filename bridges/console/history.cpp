@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <charconv>
 #include <deque>
+#include <functional>
 #include <iterator>
 #include <optional>
 #include <ostream>
@@ -107,9 +108,10 @@ class JournalPart {
   void fetch(std::ostream& err) {
     if (more_ && newest_wanted_ != 0)
       fetch_newest(err, newest_wanted_);
-    while (waiting_.empty() && more_) {
+    while (more_ && waiting_.size() < std::max<std::uint64_t>(look_ahead(), 1)) {
       if (auto page = next_page(err)) {
         std::ranges::move(items_of(std::move(*page)), std::back_inserter(waiting_));
+        sort_values();
       }
     }
   }
@@ -118,17 +120,22 @@ class JournalPart {
   // requests them again: without their cursor, it would begin with the oldest one.
   void fetch_newest(std::ostream& err, std::uint64_t count) {
     const JournalRead forwards = read_;
+    const std::uint64_t wanted = count + std::min(look_ahead(), ~count);
     std::optional<request::JournalCursor> newest;
     read_.newest_first = true;
-    while (more_ && waiting_.size() < count) {
+    while (more_ && waiting_.size() < wanted) {
       read_.most =
-          static_cast<std::uint32_t>(std::min<std::uint64_t>(count - waiting_.size(), 1'000'000));
+          static_cast<std::uint32_t>(std::min<std::uint64_t>(wanted - waiting_.size(), 1'000'000));
       auto page = next_page(err);
       if (!page) {
         break;
       }
       newest = newest ? newest : page->newest;
       std::ranges::move(items_of(std::move(*page)), std::front_inserter(waiting_));
+    }
+    sort_values();
+    while (waiting_.size() > count) {
+      waiting_.pop_front();
     }
     read_ = forwards;
     read_.cursor = newest.value_or(request::JournalCursor{});
@@ -137,6 +144,15 @@ class JournalPart {
   }
 
  private:
+  // The order of a journal is that of storage: a value that waited for the interval of its entry is
+  // stored behind later ones of other entries. So many are compared by their times.
+  std::uint64_t look_ahead() const { return read_.values ? 256 : 0; }
+  void sort_values() {
+    if (read_.values) {
+      std::ranges::stable_sort(waiting_, std::less(), time_of);
+    }
+  }
+
   // Nothing after a failure, which is reported once.
   std::optional<JournalPage> next_page(std::ostream& err) {
     PageAnswer answer = ask_(read_);
@@ -409,8 +425,16 @@ std::string parse_history(const HistoryRequest& request, Instant now, JournalRea
   }
   to.least = *severity;
   to.text = request.text;
-  const std::string since = time(request.since, to.since);
-  return since.empty() ? time(request.until, to.until) : since;
+  if (const std::string wrong = time(request.since, to.since); !wrong.empty()) {
+    return wrong;
+  }
+  if (const std::string wrong = time(request.until, to.until); !wrong.empty()) {
+    return wrong;
+  }
+  return to.since && to.until && *to.until <= *to.since
+             ? "no time is between --since " + printable(request.since) + " and --until " +
+                   printable(request.until)
+             : "";
 }
 
 std::string history_text(const JournalRecord& record, const std::string& gateway, bool utc) {

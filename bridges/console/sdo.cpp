@@ -89,8 +89,9 @@ using Variables = std::vector<line::ListedObject>;
 
 // The variables of the requested object.
 struct Described {
-  Variables variables;  // empty: unknown
-  std::string failure;  // why the gateway did not answer; empty: the device file lacks the object
+  Variables variables;    // empty: unknown
+  std::string failure;    // why the gateway did not answer; empty: the device file lacks the object
+  bool permitted = true;  // false: the write is refused, too
 };
 
 Described describe_object(Context& context, Model& model, const SdoTarget& target) {
@@ -103,7 +104,9 @@ Described describe_object(Context& context, Model& model, const SdoTarget& targe
   const Client::Answer answer = ask_line(context, model, *target.owner, {.request = list});
   if (!answer.reply.ok()) {
     const bool no_file = answer.reply.error == line::to_error(line::Refusal::bad_request);
-    return {.variables = {}, .failure = no_file ? "" : answer.text};
+    return {.variables = {},
+            .failure = no_file ? "" : answer.text,
+            .permitted = answer.reply.error != line::to_error(line::Refusal::not_permitted)};
   }
   const auto* const listed = std::get_if<Variables>(&answer.reply.data);
   if (listed == nullptr) {
@@ -294,6 +297,10 @@ int set_value(Context& context, Model& model, SdoTarget& target, const WriteRequ
   }
   const std::string object = od::to_text(target.address);
   const line::ListedObject* const variable = find(described.variables, target.address.sub);
+  if (!described.permitted) {
+    context.err << prefix_of(target) << printable(described.failure) << '\n';
+    return kFailed;
+  }
   if (variable == nullptr) {
     const bool asked = described.failure.empty();
     context.err << prefix_of(target) << "the data type of " << object

@@ -28,6 +28,9 @@ Cell rate_cell(const std::optional<double>& rate) {
 }
 
 Cell load_cell(const LineView& view) {
+  if (view.bit_rate == 0) {
+    return {"-", {}};  // as of udp: lines, whose load is not known
+  }
   const unsigned permille = view.state.load_permille;
   return {std::to_string(permille / 10) + '.' + std::to_string(permille % 10) + '%',
           static_cast<double>(permille)};

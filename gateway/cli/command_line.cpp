@@ -2,8 +2,10 @@
 #include "gateway/cli/command_line.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <exception>
 #include <iostream>
+#include <limits>
 #include <utility>
 
 #include "gateway/cli/remote_client.h"
@@ -42,9 +44,9 @@ CommandLine::CommandLine() {
                   "host of a gateway that multicast does not reach; may be repeated")
       ->expected(1);
   app_.add_option("--wait", common_.wait, "seconds to wait for a gateway")
-      ->check(CLI::NonNegativeNumber);
+      ->check(seconds_from_zero());
   app_.add_option("--timeout", common_.timeout, "seconds to wait for an answer")
-      ->check(CLI::PositiveNumber);
+      ->check(seconds_above_zero());
   app_.add_flag("--json", common_.json, "print JSON");
   app_.add_flag("--utc", common_.utc,
                 "print times in UTC instead of local time; JSON is always in UTC");
@@ -157,6 +159,35 @@ int CommandLine::wrong_usage(const CLI::ParseError& problem, bool json) {
 const std::map<std::string, double>& units_of_seconds() {
   static const std::map<std::string, double> kUnits{{"s", 1.0}, {"ms", 0.001}, {"min", 60.0}};
   return kUnits;
+}
+
+namespace {
+
+CLI::Validator seconds_to_a_year(bool may_be_zero) {
+  const auto check = [may_be_zero](const std::string& text) {
+    constexpr double kYear = 365.0 * 24 * 60 * 60;
+    double value = 0;
+    const bool good = CLI::detail::lexical_cast(text, value) && value <= kYear &&
+                      (may_be_zero ? value >= 0 : value > 0);
+    return good ? std::string()
+                : "'" + text + "' is no time: " + (may_be_zero ? "0 s" : "more than 0 s") +
+                      ", and a year at most";
+  };
+  return CLI::Validator(check, "");
+}
+
+}  // namespace
+
+CLI::Validator seconds_from_zero() {
+  return seconds_to_a_year(true);
+}
+
+CLI::Validator seconds_above_zero() {
+  return seconds_to_a_year(false);
+}
+
+CLI::Validator count_from_one() {
+  return CLI::Range(std::int64_t{1}, std::numeric_limits<std::int64_t>::max());
 }
 
 Duration seconds(double value) {

@@ -79,5 +79,10 @@ class CommandLine {
 // Units of an option in seconds.
 const std::map<std::string, double>& units_of_seconds();
 Duration seconds(double value);
+// A number of seconds from 0, or more than 0, to a year; not nan.
+CLI::Validator seconds_from_zero();
+CLI::Validator seconds_above_zero();
+// A whole number from 1.
+CLI::Validator count_from_one();
 
 }  // namespace linegate::gateway

@@ -12,7 +12,8 @@ void add_events(CommandLine& line) {
   const auto request = std::make_shared<console::EventsRequest>();
   CLI::App* events = line.app().add_subcommand("events", "print stored events, then new ones");
   events->add_option("line", request->line);
-  events->add_option("-n,--count", request->count, "print the newest N events, and end");
+  events->add_option("-n,--count", request->count, "print the newest N events, and end")
+      ->check(count_from_one());
   events->add_flag("--once", request->once, "end after the stored events");
   events->add_option("--since", request->since,
                      "10min, 2h, 3d ago, today, yesterday, or \"2026-11-21 12:34\"");

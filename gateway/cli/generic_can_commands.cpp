@@ -42,7 +42,7 @@ void add_listen(CommandLine& line) {
       "listen", "print received frames that belong to no CANopen service, live");
   listen->add_option("line", arguments->line)->required();
   listen->add_option("filter", arguments->filter, "ID or ID/MASK, hexadecimal: 123, 100/700");
-  listen->add_option("-n,--count", arguments->count, "end after N frames");
+  listen->add_option("-n,--count", arguments->count, "end after N frames")->check(count_from_one());
   line.on_live(listen, {.events = true, .commands = true}, [arguments](console::Context& c) {
     return console::listen(c, arguments->line, arguments->filter, arguments->count,
                            stop_signal_caught);

@@ -81,13 +81,14 @@ void add_history(CommandLine& line) {
   command->add_option("--journal", options->file, "a file on this host, as plant.yaml names it");
   command->add_option("--since", options->since,
                       "10min, 2h, 3d ago, today, yesterday, or \"2026-11-21 12:34\"");
-  command->add_option("--until", options->until, "the same: events before that time");
+  CLI::Option* const until =
+      command->add_option("--until", options->until, "the same: events before that time");
   command->add_option("--severity", options->severity, "info, warning or error: these and worse");
   command->add_option("--node", options->node, "LINE:5, LINE:NAME, or 5 of each line");
   command->add_option("--kind", options->kind, "such as heartbeat-lost");
   command->add_option("--text", options->text, "part of the text");
-  command->add_option("-n,--count", options->count, "the newest so many");
-  command->add_flag("-f,--follow", *follow, "then later events, until a signal");
+  command->add_option("-n,--count", options->count, "the newest so many")->check(count_from_one());
+  command->add_flag("-f,--follow", *follow, "then later events, until a signal")->excludes(until);
   const auto values = std::make_shared<WantedValues>();
   CLI::Option* const wanted =
       command

@@ -42,7 +42,8 @@ void add_monitor(CommandLine& line) {
   CLI::App* monitor =
       line.app().add_subcommand("monitor", "live view: lines, nodes, values, events");
   monitor->add_option("--duration", arguments->duration, "end after this time, e.g. 30s")
-      ->transform(CLI::AsNumberWithUnit(units_of_seconds()));
+      ->transform(CLI::AsNumberWithUnit(units_of_seconds()))
+      ->check(seconds_from_zero());
   monitor->add_flag("--once", arguments->options.once,
                     "print the present state once; with --json as one document");
   monitor->add_option("--line", arguments->options.filter.line, "show only this line");

@@ -19,7 +19,7 @@ void add_trace(CommandLine& line) {
   const auto count = std::make_shared<std::uint64_t>(0);
   CLI::App* trace =
       line.app().add_subcommand("trace", "print the traffic routed between networks, live");
-  trace->add_option("-n,--count", *count, "end after N lines");
+  trace->add_option("-n,--count", *count, "end after N lines")->check(count_from_one());
   line.on_live(trace, {.events = true, .commands = true}, [count](console::Context& c) {
     return console::trace(c, *count, stop_signal_caught);
   });

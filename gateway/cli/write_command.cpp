@@ -59,7 +59,7 @@ void add_write(CommandLine& line) {
   auto* const hold =
       write->add_option("--hold", arguments->hold,
                         "hold the value for this time, e.g. 30s; then its group becomes 0");
-  hold->transform(CLI::AsNumberWithUnit(units_of_seconds()))->check(CLI::PositiveNumber);
+  hold->transform(CLI::AsNumberWithUnit(units_of_seconds()))->check(seconds_above_zero());
   write
       ->add_flag("--while", arguments->until_end, "hold the value until this command ends (Ctrl-C)")
       ->excludes(hold);

@@ -44,11 +44,13 @@ class TwoGateways : public Client {
     asked.push_back(id);
     return {};
   }
-  Answer call_gateway(const LineId& /*id*/, const request::GatewayRequest& /*request*/,
+  Answer call_gateway(const LineId& id, const request::GatewayRequest& /*request*/,
                       Duration /*timeout*/, Listener& /*listener*/) override {
+    asked_gateways.push_back(id);
     return {};
   }
 
+  std::vector<LineId> asked_gateways;
   int polls = 0;
   int other_after = 1'000'000'000;
   LineView plant = line_of_gateway("1", "other");
@@ -111,6 +113,8 @@ TEST_F(DiscoveryTest, AListThatIsNotCompleteSaysSoAndHasItsOwnStatus) {
   EXPECT_EQ(lines(context_), kIncomplete);
   EXPECT_EQ(routes(context_), kIncomplete);
   EXPECT_EQ(versions(context_, ""), kIncomplete);
+  // Not of its line, which the identity of this client may not permit.
+  EXPECT_EQ(gateway_.asked_gateways.back(), (LineId{"plant", ""}));
   EXPECT_THAT(err_.str(), HasSubstr("incomplete: nothing was received of gateway other\n"));
   EXPECT_THAT(out_.str(), HasSubstr("press"));
   gateway_.other_after = 0;

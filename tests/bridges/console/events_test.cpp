@@ -109,7 +109,9 @@ TEST(Since, IsAnAgeOrADate) {
   EXPECT_EQ(parse_since("3d", now), now - std::chrono::hours(72));
   EXPECT_EQ(parse_since("1970-01-02T03:04Z", now),
             Instant(std::chrono::hours(27) + std::chrono::minutes(4)));
-  for (const char* text : {"", "10", "-1s", "10m", "1h5", "1970-13-01", "1970-01-02 03:04+1"}) {
+  EXPECT_TRUE(parse_since("2024-02-29", now).has_value());
+  for (const char* text : {"", "10", "-1s", "10m", "1h5", "1970-13-01", "1970-01-02 03:04+1",
+                           "2026-02-30", "2026-02-29Z", "2026-04-31 12:00"}) {
     EXPECT_EQ(parse_since(text, now), std::nullopt) << text;
   }
 }

@@ -99,6 +99,8 @@ class Journals : public Client {
     out.unknown_entry = of.empty();
     if (last.newest_first)
       std::ranges::reverse(of);
+    if (last.most != 0 && of.size() > last.most)
+      of.resize(last.most);
     if (last.cursor.position == 0)
       out.values = std::move(of);
     return out;
@@ -263,6 +265,23 @@ TEST_F(HistoryOverDds, PrintsValuesOfEntriesByTime) {
   EXPECT_EQ(gateway_.last.text, "");
 }
 
+// The journal has them in the order of storage: a value may wait for the interval of its entry.
+TEST_F(HistoryOverDds, PrintsValuesThatWereStoredLateByTime) {
+  for (const int seconds : {1, 4, 2, 5, 3})
+    gateway_.add_value("a", "ram.Left", seconds, static_cast<std::uint64_t>(seconds));
+  EXPECT_EQ(run({.values = true}), kDone) << err_.str();
+  const std::string all = out_.str();
+  EXPECT_EQ(all,
+            "1970-01-01T00:00:01.000Z press ram.Left: 1\n"
+            "1970-01-01T00:00:02.000Z press ram.Left: 2\n"
+            "1970-01-01T00:00:03.000Z press ram.Left: 3\n"
+            "1970-01-01T00:00:04.000Z press ram.Left: 4\n"
+            "1970-01-01T00:00:05.000Z press ram.Left: 5\n");
+  out_.str("");
+  EXPECT_EQ(run({.count = 2, .values = true}), kDone);
+  EXPECT_EQ(out_.str(), all.substr(all.size() / 5 * 3));
+}
+
 TEST_F(HistoryOverDds, PrintsValuesAsCsvAndJson) {
   gateway_.add_value("a", "inlet.\"Hot, or not\"", 1, 0xFF85);
   gateway_.add_value("a", "inlet.\"Hot, or not\"", 2, std::nullopt);
@@ -327,6 +346,7 @@ TEST_F(HistoryOverDds, ConditionsArePartOfTheRequestAndWrongOnesAreReported) {
   EXPECT_EQ(run({.kind = "none"}), kUsage);
   EXPECT_EQ(run({.severity = "none"}), kUsage);
   EXPECT_EQ(run({.since = "none"}), kUsage);
+  EXPECT_EQ(run({.since = "1min", .until = "2min"}), kUsage);
   EXPECT_EQ(run({.text = std::string(256, 'x')}), kUsage);
   EXPECT_EQ(run({.line = "c/press"}), kFailed);
   EXPECT_EQ(err_.str().substr(err_.str().find("no gateway of")),

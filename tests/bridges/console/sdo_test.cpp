@@ -71,6 +71,11 @@ class GatewayWithFiles : public Client {
         out.text = "no answer";
         return out;
       }
+      if (forbidden) {
+        out.reply.error = line::to_error(line::Refusal::not_permitted);
+        out.text = "not permitted";
+        return out;
+      }
       if (read->node == 9) {
         out.reply.error = line::to_error(line::Refusal::bad_request);
         return out;
@@ -100,6 +105,7 @@ class GatewayWithFiles : public Client {
       {{0x1018, 1}, test::raw({0x47, 0x4C, 0, 0})},
   };
   std::uint8_t silent = 0;
+  bool forbidden = false;
   std::uint8_t configured = 2;
   bool sends_layout = false;         // publishes a layout of the outputs after the first answer
   std::vector<line::Command> asked;  // the received commands except requests of lists
@@ -236,6 +242,12 @@ TEST_F(SdoCommand, AGatewayThatDoesNotAnswerIsNotADeviceFileWithoutTheObject) {
   gateway_.silent = 6;
   EXPECT_EQ(write("press:6", "1017:00", "500"), kFailed);
   EXPECT_THAT(err_.str(), HasSubstr("is not known, no answer: give it"));
+}
+
+TEST_F(SdoCommand, ARefusalOfTheQuestionForTheTypeIsThatOfTheWrite) {
+  gateway_.forbidden = true;
+  EXPECT_EQ(write("press:6", "1017:00", "500"), kFailed);
+  EXPECT_EQ(err_.str(), "not permitted\n");
 }
 
 TEST_F(SdoCommand, AnEmptyValueIsRefusedWithAReason) {

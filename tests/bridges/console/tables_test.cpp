@@ -127,6 +127,17 @@ TEST(Tables, AFilterChoosesLinesNodesAndRows) {
   EXPECT_THAT(column(events_of(model, {}, 1), 4), ElementsAre("second")) << "the newest event";
 }
 
+// As of a udp: line.
+TEST(Tables, ALineWithoutABitRateShowsNoLoad) {
+  Model model;
+  LineView view = test::line_view(3);
+  model.on_line(test::kPress, view);
+  EXPECT_THAT(column(lines_of(model, {}), 3), ElementsAre("12.3%"));
+  view.bit_rate = 0;
+  model.on_line(test::kPress, view);
+  EXPECT_THAT(column(lines_of(model, {}), 3), ElementsAre("-"));
+}
+
 TEST(Tables, ANodeIdByLssStandsBehindTheNameOfItsDevice) {
   Model model;
   NodeView view{.name = "ram", .state = {.node = 5}};

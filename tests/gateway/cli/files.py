@@ -74,7 +74,9 @@ def wrong_usage_is_an_object(folder, linegate):
                   ("nmt", "start", "press"), ("sdo", "write", "press:5", "1017:00", "u16", "x"),
                   ("sdo", "write", "press:5", "1021", "d", "00FF"), ("sdo", "write", "press:5", "2005", "b", "1"),
                   ("record", "none:x"), ("emcy", "press", "zz"), ("history", "--csv"), ("history", "--journal", missing,
-                  "--severity", "bad")):
+                  "--severity", "bad"), ("history", "--journal", missing, "--since", "2026-02-30"), ("--timeout", "nan", "lines"),
+                  ("--timeout", "1e10", "lines"), ("--timeout", "0", "lines"), ("--wait", "-1", "lines"), ("--wait", "inf", "lines"),
+                  ("write", "press", "x", "1", "--hold", "nan"), ("monitor", "--duration", "1e10min")):
         done = run(linegate, "--json", "--wait", "0.1", *words)
         expect(f"the exit status of {words}", done.returncode, 2)
         told = json.loads(done.stdout)
@@ -160,6 +162,34 @@ lines:
     expect("a plant that cannot be read", complete(linegate, "image", "p"), set())
 
 
+def security_prints_objects(folder, linegate):
+    def members(pairs):
+        expect("members that occur twice", len(dict(pairs)), len(pairs))
+        return dict(pairs)
+
+    def said(*words, code=0):
+        done = run(linegate, "--json", "security", *words)
+        expect(f"the exit status of security {words}", done.returncode, code)
+        return json.loads(done.stdout, object_pairs_hook=members)
+
+    plant = f"{folder}/authority"
+    expect("init", said("init", plant), {"ok": True, "folder": plant})
+    expect("issue", said("issue", plant, "panel", "--role", "operator"),
+           {"ok": True, "folder": f"{plant}/panel", "identity": "panel", "role": "operator"})
+    expect("check", said("check", f"{plant}/panel"),
+           {"ok": True, "identity": "panel", "role": "operator", "warnings": []})
+    said("issue", plant, "desk", "--role", "viewer")
+    certificate = f"{plant}/desk/identity.crt"
+    expect("revoke by certificate", said("revoke", plant, "--certificate", certificate),
+           {"ok": True, "certificate": certificate})
+    expect("revoke", said("revoke", plant, "panel"), {"ok": True, "identity": "panel"})
+    for words in (("init", plant), ("issue", plant, "panel", "--role", "viewer", "--line", "plant/press"),
+                  ("revoke", plant), ("revoke", plant, "nobody"), ("check", f"{plant}/nobody"),
+                  ("check", f"{plant}/panel")):
+        refused = said(*words, code=1)
+        expect(f"the members of a failed {words}", (refused["ok"], refused["domain"]), (False, "console"))
+
+
 def names_from_the_network_are_not_expanded(folder, linegate):
     made = f"{folder}/made-by-a-name"
     hostile = (f"$(touch {made})", f"`touch {made}`", f"$(touch${{IFS}}{made})", f"${{x:=$(touch {made})}}",
@@ -181,6 +211,7 @@ exec {shlex.quote(linegate)} "$@"
 def test(folder, _linegated, linegate, _profiles):
     the_command_that_check_names_works(folder, linegate)
     a_pipe_is_decoded_line_by_line(linegate)
+    security_prints_objects(folder, linegate)
     wrong_words_are_named(linegate)
     wrong_usage_is_an_object(folder, linegate)
     what_no_gateway_answers_is_an_object(linegate)
