@@ -93,6 +93,7 @@ manager::NodePlan node_plan(const NodeConfig& node) {
   plan.boot_timeout = node.boot_timeout;
   plan.reset_time = node.reset_time;
   plan.sdo_timeout = node.sdo_timeout;
+  plan.pdos = manager::assumed_pdos(node.device, !node.as_found);
   if (node.as_found) {
     plan.guard_time = node.guard_time;
     plan.life_time_factor = node.life_time_factor;

@@ -36,6 +36,8 @@ can::CobId emcy_cob_id(const NodeConfig& node);
 // Reads the PDOs of every node's device file and links them. The plan refers to config.nodes, which
 // must stay where they are.
 Loaded<pdo::LinkPlan> link_plan(const LineConfig& config);
+// Sets the inhibit times that the line keeps when it sends the RPDOs of the node.
+void set_inhibit_times(const NodeConfig& node, pdo::DevicePdos& pdos);
 // Sets the queues of the plan's RPDOs from the configuration.
 void set_queues(const LineConfig& config, pdo::LinkPlan& plan);
 

@@ -54,6 +54,7 @@ pdo::RemoteNode remote(const NodeConfig& node, const observer::PdoKnowledge& kno
     (pdo.kind == pdo::PdoKind::tpdo ? out.pdos.tpdos : out.pdos.rpdos)
         .push_back(std::move(pdo.parameters));
   }
+  set_inhibit_times(node, out.pdos);
   return out;
 }
 

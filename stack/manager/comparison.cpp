@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <map>
+#include <utility>
 
+#include "stack/manager/boot_event.h"
 #include "stack/od/objects.h"
 
 namespace linegate::manager {
@@ -16,16 +18,23 @@ bool is_command(od::Address address) {
 
 }  // namespace
 
-Comparison::Comparison(std::uint8_t node, std::span<const ObjectWrite> writes) : node_(node) {
-  std::map<od::Address, const ObjectWrite*> last;
+Comparison::Comparison(std::uint8_t node, std::span<const ObjectWrite> writes,
+                       std::span<const AssumedPdo> pdos)
+    : node_(node) {
+  std::map<od::Address, Expected> last;
   for (const ObjectWrite& write : writes) {
     if (!is_command(write.address)) {
-      last[write.address] = &write;
+      last[write.address] = {.object = write};
+    }
+  }
+  for (const AssumedPdo& pdo : pdos) {
+    for (const ObjectWrite& parameter : pdo.parameters) {
+      last.try_emplace(parameter.address, Expected{.object = parameter, .assumed = true});
     }
   }
   expected_.reserve(last.size());
-  for (const auto& [address, write] : last) {
-    expected_.push_back(*write);
+  for (auto& [address, expected] : last) {
+    expected_.push_back(std::move(expected));
   }
 }
 
@@ -33,7 +42,7 @@ std::optional<TaskStep> Comparison::wanted() {
   if (next_ == expected_.size() || end_ != AbortCode::none) {
     return std::nullopt;
   }
-  return TaskStep{.address = expected_[next_].address};
+  return TaskStep{.address = expected_[next_].object.address};
 }
 
 void Comparison::take(AbortCode abort, std::span<const std::byte> data) {
@@ -41,9 +50,12 @@ void Comparison::take(AbortCode abort, std::span<const std::byte> data) {
     end_ = abort;
     return;
   }
-  const ObjectWrite& expected = expected_[next_++];
-  if (abort == AbortCode::write_only ||
-      (abort == AbortCode::none && std::ranges::equal(data, expected.data))) {
+  const auto& [expected, assumed] = expected_[next_++];
+  const bool is_refused = abort != AbortCode::none && !is_communication_error(abort);
+  const bool is_same = assumed ? is_same_parameter(expected.address, expected.data, data)
+                               : std::ranges::equal(data, expected.data);
+  if (abort == AbortCode::write_only || (assumed && is_refused) ||
+      (abort == AbortCode::none && is_same)) {
     return;
   }
   differences_.push_back({.object = expected.address,

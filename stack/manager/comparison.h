@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Compares a node with its configuration: reads each object that the configuration writes and
-// compares it with the last value written there. Writes nothing.
+// compares it with the last value written there, and the parameters of the PDOs of the image.
+// Writes nothing.
 #pragma once
 
 #include <cstdint>
@@ -21,8 +22,10 @@ class Comparison {
   static constexpr unsigned kRepeats = 1;
 
   // Commands (1010h, 1011h) are left out, because they do not return the written value. Objects
-  // that turn out to be write-only are skipped.
-  Comparison(std::uint8_t node, std::span<const ObjectWrite> writes);
+  // that turn out to be write-only are skipped, and so are parameters of `pdos` that the node
+  // refuses to read.
+  Comparison(std::uint8_t node, std::span<const ObjectWrite> writes,
+             std::span<const AssumedPdo> pdos = {});
 
   std::uint8_t node() const { return node_; }
   std::optional<TaskStep> wanted();
@@ -39,7 +42,11 @@ class Comparison {
 
  private:
   std::uint8_t node_;
-  std::vector<ObjectWrite> expected_;  // ascending, each object once
+  struct Expected {
+    ObjectWrite object;
+    bool assumed = false;  // a PDO parameter that the configuration does not write
+  };
+  std::vector<Expected> expected_;  // ascending, each object once
   std::size_t next_ = 0;
   AbortCode end_ = AbortCode::none;
   std::vector<Difference> differences_;

@@ -44,6 +44,7 @@ ConfigurationObjects::ConfigurationObjects(od::Dictionary& dictionary,
     : dictionary_(dictionary) {
   for (const NodePlan& plan : plans) {
     extents_[plan.id] = {.restore = plan.restore, .store = plan.store};
+    pdos_[plan.id] = plan.pdos;
   }
   for (const std::uint16_t index : kHooked) {
     LINEGATE_ASSERT(dictionary_.set_hook(index, this).ok(), "the object exists");
@@ -65,7 +66,8 @@ ConfigurationOrder ConfigurationObjects::order(std::uint8_t node) const {
           .expected = {.date = number(od::objects::kExpectedDate),
                        .time = number(od::objects::kExpectedTime)},
           .restore = restore(node),
-          .store = extents_[node].store};
+          .store = extents_[node].store,
+          .pdos = pdos_[node]};
 }
 
 // Bit 7 of 1F81h selects whether, 1F8Ah which sub-index of 1011h.

@@ -40,8 +40,8 @@ class ConfigurationObjects final : public od::Hook {
   using MayConfigure = std::function<AbortCode(std::uint8_t node)>;
 
   // dictionary has all objects of configuration_objects(), or none of them (then no node has a
-  // configuration), and must outlive this object. plans: which parameters the nodes store, and
-  // restore if there is no 1F81h.
+  // configuration), and must outlive this object. plans: the PDOs of the image, which parameters
+  // the nodes store, and restore if there is no 1F81h.
   ConfigurationObjects(od::Dictionary& dictionary, std::span<const NodePlan> plans);
   ~ConfigurationObjects() override;
 
@@ -70,7 +70,8 @@ class ConfigurationObjects final : public od::Hook {
   std::uint8_t restore(std::uint8_t node) const;
 
   od::Dictionary& dictionary_;
-  std::array<Extent, 128> extents_{};  // by node-ID
+  std::array<Extent, 128> extents_{};              // by node-ID
+  std::array<std::vector<AssumedPdo>, 128> pdos_;  // by node-ID
   std::bitset<128> requests_;
   MayConfigure may_configure_;
 };

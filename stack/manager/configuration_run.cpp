@@ -20,6 +20,21 @@ TaskStep download(od::Address address, std::uint32_t value, Duration timeout = {
   return step;
 }
 
+// What is written behind the check of the PDOs: it stores what that writes, and begins the error
+// control, of which the boot process awaits the first message.
+bool comes_last(od::Address address) {
+  switch (address.index) {
+    case od::objects::kGuardTime:
+    case od::objects::kLifeTimeFactor:
+    case od::objects::kProducerHeartbeatTime:
+    case od::objects::kVerifyConfiguration:
+    case od::objects::kStoreParameters:
+      return true;
+    default:
+      return false;
+  }
+}
+
 bool is_number(std::span<const std::byte> data, std::uint32_t expected) {
   return data.size() == sizeof expected && load_le(data) == expected;
 }
@@ -27,6 +42,10 @@ bool is_number(std::span<const std::byte> data, std::uint32_t expected) {
 }  // namespace
 
 ConfigurationRun::ConfigurationRun(ConfigurationOrder order) : order_(std::move(order)) {
+  const std::vector<ObjectWrite>& writes = order_.writes;
+  for (pdos_at_ = writes.size(); pdos_at_ > 0 && comes_last(writes[pdos_at_ - 1].address);) {
+    --pdos_at_;
+  }
   if (order_.check && order_.expected.known()) {
     step_ = Step::date;
   } else {
@@ -48,6 +67,9 @@ std::optional<TaskStep> ConfigurationRun::wanted() {
       break;
     case Step::write:
       out = next_write();
+      break;
+    case Step::pdos:
+      out = pdos_.step();
       break;
     case Step::sign_date:
       out = download({od::objects::kVerifyConfiguration, 1}, order_.expected.date);
@@ -89,6 +111,12 @@ void ConfigurationRun::take(AbortCode abort, std::span<const std::byte> data) {
     case Step::store:
       good ? written() : fail(abort);
       return;
+    case Step::pdos:
+      pdos_.take(abort, data);
+      if (pdos_.done()) {
+        after_pdos();
+      }
+      return;
     case Step::sign_date:
     case Step::sign_time:
       abort_ = abort;
@@ -101,6 +129,9 @@ void ConfigurationRun::take(AbortCode abort, std::span<const std::byte> data) {
 }
 
 Difference ConfigurationRun::fault() const {
+  if (pdos_.fault()) {
+    return *pdos_.fault();
+  }
   return {.object = object_, .expected = value_, .abort = abort_};
 }
 
@@ -120,10 +151,21 @@ void ConfigurationRun::after_check() {
   if (order_.restore != 0) {
     step_ = Step::restore;
   } else {
-    step_ = Step::write;
-    if (order_.writes.empty()) {
-      after_writes();
+    write_next();
+  }
+}
+
+void ConfigurationRun::write_next() {
+  if (write_ == pdos_at_ && !std::exchange(pdos_begun_, true)) {
+    pdos_ = PdoCheck(order_.pdos, order_.writes);
+    step_ = Step::pdos;
+    if (pdos_.done()) {
+      after_pdos();
     }
+  } else if (write_ == order_.writes.size()) {
+    after_writes();
+  } else {
+    step_ = Step::write;
   }
 }
 
@@ -132,8 +174,18 @@ void ConfigurationRun::written() {
   if (step_ != Step::write) {
     result_ = step_ == Step::restore ? Result::restored : Result::applied;
     step_ = Step::end;
-  } else if (++write_ == order_.writes.size()) {
-    after_writes();
+  } else {
+    ++write_;
+    write_next();
+  }
+}
+
+void ConfigurationRun::after_pdos() {
+  if (pdos_.fault()) {
+    object_ = pdos_.fault()->object;
+    fail(pdos_.fault()->abort);
+  } else {
+    write_next();
   }
 }
 

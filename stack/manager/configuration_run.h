@@ -4,8 +4,11 @@
 //
 //   1020h:1 and :2 are the expected date and time?   then there is nothing to do
 //   load -> 1011h                                    then the node is reset, and the run starts
-//   again all writes of the concise DCF, in their order 1020h:1 and :2 get the expected date and
-//   time, unless the concise DCF wrote them save -> 1010h
+//   again
+//   all writes of the concise DCF, in their order; before the last ones, to the error control,
+//   1020h and 1010h, the PDOs of the image are read, and one that differs is written (pdo_check.h)
+//   1020h:1 and :2 get the expected date and time, unless the concise DCF wrote them
+//   save -> 1010h
 //
 // Nothing is stored without a date in 1020h: the device would be configured at every boot, which
 // would wear out its memory.
@@ -19,6 +22,7 @@
 #include "stack/base/abort_code.h"
 #include "stack/manager/node_report.h"
 #include "stack/manager/node_tasks.h"
+#include "stack/manager/pdo_check.h"
 #include "stack/manager/plan.h"
 
 namespace linegate::manager {
@@ -34,6 +38,7 @@ struct ConfigurationOrder {
   ConfigurationDate expected;       // 1F26h, 1F27h
   std::uint8_t restore = 0;         // sub-index of 1011h; 0 = restore nothing
   std::uint8_t store = 0;           // sub-index of 1010h; 0 = store nothing
+  std::vector<AssumedPdo> pdos{};   // of the image
   bool check = true;                // false: configure without comparing 1020h
 };
 
@@ -57,11 +62,12 @@ class ConfigurationRun {
 
   // Valid once wanted() returns nothing.
   Result result() const { return result_; }
-  // Result::failed: the abort code and the object. Result::applied: none, or why 1020h of the node
-  // could not be written.
+  // Result::failed: the abort code and the object; none: the PDO parameter `object` of the node
+  // differs from that of the image. Result::applied: none, or why 1020h of the node could not be
+  // written.
   AbortCode abort() const { return abort_; }
   od::Address object() const { return object_; }
-  // The same, with the value of the failed write.
+  // The same, with the value of the failed write, or what was found instead.
   Difference fault() const;
 
   // Number of completed writes, and number of all writes.
@@ -69,18 +75,33 @@ class ConfigurationRun {
   std::size_t total() const { return order_.writes.size(); }
 
  private:
-  enum class Step : std::uint8_t { date, time, restore, write, sign_date, sign_time, store, end };
+  enum class Step : std::uint8_t {
+    date,
+    time,
+    restore,
+    write,
+    pdos,
+    sign_date,
+    sign_time,
+    store,
+    end
+  };
 
   TaskStep next_write() const;
   void after_check();
+  void write_next();
   void written();
   void after_writes();
+  void after_pdos();
   void dated();
   void fail(AbortCode abort);
 
   ConfigurationOrder order_;
   Step step_ = Step::end;
   std::size_t write_ = 0;
+  std::size_t pdos_at_ = 0;  // the write before which the PDOs are read
+  bool pdos_begun_ = false;
+  PdoCheck pdos_;
   od::Address object_{};  // of the present step
   std::vector<std::byte> value_;
   Result result_ = Result::applied;

@@ -1,12 +1,32 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stack/manager/configurator.h"
 
+#include <algorithm>
+#include <span>
 #include <utility>
 
+#include "stack/base/byte_order.h"
 #include "stack/manager/boot_event.h"
 #include "stack/manager/task_boot_step.h"
 
 namespace linegate::manager {
+namespace {
+
+BootFinding finding_in(const Difference& fault) {
+  if (fault.abort != AbortCode::none) {
+    return {.kind = BootFinding::Kind::abort, .object = fault.object, .abort = fault.abort};
+  }
+  const auto number = [](const std::vector<std::byte>& value) {
+    return static_cast<std::uint32_t>(
+        load_le(std::span(value).first(std::min<std::size_t>(value.size(), 4))));
+  };
+  return {.kind = BootFinding::Kind::value,
+          .object = fault.object,
+          .expected = number(fault.expected),
+          .found = number(fault.found)};
+}
+
+}  // namespace
 
 class Configurator::Step final : public TaskBootStep<ConfigurationRun> {
  public:
@@ -39,11 +59,7 @@ class Configurator::Step final : public TaskBootStep<ConfigurationRun> {
       case ConfigurationRun::Result::restored:
         return {.kind = StepEnd::Kind::reset};
       case ConfigurationRun::Result::failed:
-        return {
-            .kind = StepEnd::Kind::failed,
-            .letter = 'J',
-            .finding = {
-                .kind = BootFinding::Kind::abort, .object = run.object(), .abort = run.abort()}};
+        return {.kind = StepEnd::Kind::failed, .letter = 'J', .finding = finding_in(run.fault())};
       case ConfigurationRun::Result::applied:
       case ConfigurationRun::Result::unchanged:
         break;
@@ -81,11 +97,13 @@ void Configurator::ended(const ConfigurationRun& run, Instant now) {
     forced_.reset(node);
   }
   const auto before = std::exchange(faults_[node], std::nullopt);
+  const bool failed = run.result() == ConfigurationRun::Result::failed;
+  if (failed || run.abort() != AbortCode::none) {
+    faults_[node] = run.fault();
+  }
   if (run.abort() == AbortCode::none) {
     return;
   }
-  faults_[node] = run.fault();
-  const bool failed = run.result() == ConfigurationRun::Result::failed;
   if (failed && is_communication_error(run.abort()) && before == faults_[node]) {
     return;  // the node is retried every second: an unchanged failure is reported once
   }
@@ -99,7 +117,8 @@ bool Configurator::verify(std::uint8_t node, Instant now, std::uint32_t client) 
   if (runs_[node] != nullptr || comparisons_.busy(node)) {
     return false;
   }
-  comparisons_.begin(std::make_unique<Comparison>(node, objects_.order(node).writes), now, client);
+  const ConfigurationOrder order = objects_.order(node);
+  comparisons_.begin(std::make_unique<Comparison>(node, order.writes, order.pdos), now, client);
   return true;
 }
 

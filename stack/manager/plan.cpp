@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
 #include "stack/od/objects.h"
 #include "stack/pdo/described_cob_id.h"
+#include "stack/pdo/parameters.h"
 
 namespace linegate::manager {
 namespace {
@@ -68,12 +70,19 @@ can::CobId written_cob_id(const od::DeviceDescription& device, std::uint16_t rec
   return {can::is_usable(said) ? said.raw : said.raw | can::CobId::kInvalidBit};
 }
 
+const od::ObjectDescription* mapping_of(const od::DeviceDescription& device,
+                                        const od::ObjectDescription& communication) {
+  return device.find(static_cast<std::uint16_t>(communication.index + kMappingOffset));
+}
+
+// The remapping procedure. mapping: nullptr leaves it. is_written: which other parameters of the
+// communication record are.
+template <class IsWritten>
 void append_pdo(const od::DeviceDescription& device, const od::ObjectDescription& communication,
+                const od::ObjectDescription* mapping, IsWritten is_written,
                 std::vector<ObjectWrite>& out) {
-  const auto mapping_index = static_cast<std::uint16_t>(communication.index + kMappingOffset);
-  const od::ObjectDescription* mapping = device.find(mapping_index);
   const od::VariableDescription* cob_id = sub(communication, 1);
-  if (cob_id == nullptr || (!any_configured(&communication) && !any_configured(mapping))) {
+  if (cob_id == nullptr) {
     return;
   }
   const can::CobId cob = written_cob_id(device, communication.index);
@@ -81,17 +90,66 @@ void append_pdo(const od::DeviceDescription& device, const od::ObjectDescription
   if (can_switch) {
     out.push_back(write_u32({communication.index, 1}, cob.raw | can::CobId::kInvalidBit));
   }
-  if (any_configured(mapping)) {
+  if (mapping != nullptr) {
     append_mapping(*mapping, out);
   }
   for (const od::VariableDescription& variable : communication.variables) {
-    if (variable.sub >= 2 && to_be_written(variable)) {
+    if (variable.sub >= 2 && is_written(variable)) {
       out.push_back(write_of(communication.index, variable));
     }
   }
   if (can_switch) {
     out.push_back(write_u32({communication.index, 1}, cob.raw));
   }
+}
+
+void append_configured_pdo(const od::DeviceDescription& device,
+                           const od::ObjectDescription& communication,
+                           std::vector<ObjectWrite>& out) {
+  const od::ObjectDescription* const mapping = mapping_of(device, communication);
+  if (any_configured(&communication) || any_configured(mapping)) {
+    append_pdo(device, communication, any_configured(mapping) ? mapping : nullptr, to_be_written,
+               out);
+  }
+}
+
+ObjectWrite write_u8(od::Address address, std::size_t value) {
+  return {address, {static_cast<std::byte>(value)}};
+}
+
+// Those that can be changed, and of which the file has a value.
+std::vector<ObjectWrite> parameters_of(const od::DeviceDescription& device, pdo::PdoKind kind,
+                                       const pdo::Parameters& pdo) {
+  const auto record = static_cast<std::uint16_t>(pdo::communication_base(kind) + pdo.number - 1);
+  const auto mapping = static_cast<std::uint16_t>(record + kMappingOffset);
+  std::vector<ObjectWrite> out;
+  const auto append = [&](ObjectWrite parameter) {
+    const od::VariableDescription* const variable = device.find(parameter.address);
+    if (variable != nullptr && od::writable(variable->access)) {
+      out.push_back(std::move(parameter));
+    }
+  };
+  append(write_u32({record, 1}, pdo.cob_id.raw));
+  const od::VariableDescription* const type = device.find(od::Address{record, 2});
+  if (type != nullptr && !type->value.empty()) {
+    append(write_u8({record, 2}, pdo.type));
+  }
+  append(write_u8({mapping, 0}, pdo.mapping.size()));
+  for (std::size_t i = 0; i < pdo.mapping.size(); ++i) {
+    append(write_u32({mapping, static_cast<std::uint8_t>(i + 1)}, pdo.mapping[i].raw()));
+  }
+  return out;
+}
+
+std::vector<ObjectWrite> remedy_of(const od::DeviceDescription& device, std::uint16_t record) {
+  std::vector<ObjectWrite> out;
+  if (const od::ObjectDescription* const communication = device.find(record)) {
+    const auto is_type = [](const od::VariableDescription& variable) {
+      return variable.sub == 2 && od::writable(variable.access) && !variable.value.empty();
+    };
+    append_pdo(device, *communication, mapping_of(device, *communication), is_type, out);
+  }
+  return out;
 }
 
 }  // namespace
@@ -112,9 +170,30 @@ std::vector<ObjectWrite> configuration_writes(const od::DeviceDescription& devic
   }
   for (const od::ObjectDescription& object : device.objects) {
     if (is_pdo_communication(object.index)) {
-      append_pdo(device, object, out);
+      append_configured_pdo(device, object, out);
     }
   }
+  return out;
+}
+
+std::vector<AssumedPdo> assumed_pdos(const od::DeviceDescription& device, bool correct) {
+  std::vector<AssumedPdo> out;
+  const Loaded<pdo::DevicePdos> described = pdo::describe_pdos(device);
+  if (!described.ok()) {
+    return out;
+  }
+  const auto append = [&](pdo::PdoKind kind, const std::vector<pdo::Parameters>& pdos) {
+    for (const pdo::Parameters& pdo : pdos) {
+      const auto record =
+          static_cast<std::uint16_t>(pdo::communication_base(kind) + pdo.number - 1);
+      if (auto parameters = parameters_of(device, kind, pdo); !parameters.empty()) {
+        out.push_back({.parameters = std::move(parameters),
+                       .remedy = correct ? remedy_of(device, record) : std::vector<ObjectWrite>{}});
+      }
+    }
+  };
+  append(pdo::PdoKind::tpdo, described.value->tpdos);
+  append(pdo::PdoKind::rpdo, described.value->rpdos);
   return out;
 }
 

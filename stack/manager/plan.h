@@ -9,18 +9,12 @@
 
 #include "stack/base/result.h"
 #include "stack/base/time.h"
+#include "stack/manager/object_write.h"
+#include "stack/manager/pdo_check.h"
 #include "stack/manager/shared_source.h"
 #include "stack/od/description.h"
 
 namespace linegate::manager {
-
-// One SDO download of the configuration step.
-struct ObjectWrite {
-  od::Address address;
-  std::vector<std::byte> data;  // little-endian
-
-  friend bool operator==(const ObjectWrite&, const ObjectWrite&) = default;
-};
 
 // The date of a node's configuration (CiA 301: 1020h; CiA 302-3: 1F26h and 1F27h).
 struct ConfigurationDate {
@@ -54,6 +48,7 @@ struct NodePlan {
   Duration reset_time = std::chrono::seconds(1);
   Duration sdo_timeout{};             // 0 = Options::sdo_timeout
   std::vector<ObjectWrite> writes{};  // in this order
+  std::vector<AssumedPdo> pdos{};     // compared after `writes`
   ConfigurationDate expected{};       // 1F26h and 1F27h
   // Sub-index of 1010h, written after `writes`; 0 = none. Requires `expected`
   std::uint8_t store = 0;
@@ -88,6 +83,11 @@ struct Options {
 // count, other parameters, COB-ID valid. Objects whose ObjFlags (CiA 306) forbid a download are
 // left out.
 std::vector<ObjectWrite> configuration_writes(const od::DeviceDescription& device);
+
+// The PDOs of the device that are in the process image (pdo::describe_pdos()), with the parameters
+// that can be written, according to the device file. correct: with the writes that remedy a
+// difference.
+std::vector<AssumedPdo> assumed_pdos(const od::DeviceDescription& device, bool correct);
 
 // Moves writes to 1020h to the end, because the device clears 1020h with every later write of a
 // parameter; writes to 1010h follow them.

@@ -212,5 +212,73 @@ TEST_F(ConfigurationTest, IsRefusedWhereItMakesNoSenseAndEndsWithItsTimeOutAndTh
   EXPECT_EQ(seat().duplicate_replies, 0U);
 }
 
+// --- PDOs that are not configured, so that the device may have stored others ---
+
+class StoredPdoTest : public ConfigurationTest {
+ protected:
+  // The remapping procedure of CiA 301 7.5.2.38, by somebody else: the second object alone.
+  void map_another(std::uint8_t node) {
+    od::Dictionary& device = seat().find(node)->device->dictionary();
+    const std::vector<std::byte> cob_id = number(0x180U + node);
+    ASSERT_EQ(device.write({0x1800, 1}, number(0x8000'0180U + node)), AbortCode::none);
+    ASSERT_EQ(device.write({0x1A00, 0}, number(0, 1)), AbortCode::none);
+    mapped_ = value(node, {0x1A00, 1});
+    ASSERT_EQ(device.write({0x1A00, 1}, number(kOther)), AbortCode::none);
+    ASSERT_EQ(device.write({0x1A00, 0}, number(1, 1)), AbortCode::none);
+    ASSERT_EQ(device.write({0x1800, 1}, cob_id), AbortCode::none);
+  }
+  void store(std::uint8_t node) {
+    ASSERT_EQ(seat().find(node)->device->dictionary().write({0x1010, 1}, number(0x6576'6173)),
+              AbortCode::none);
+  }
+
+  static constexpr std::uint32_t kOther = 0x6061'0008;
+  std::uint64_t mapped_ = 0;
+};
+
+TEST_F(StoredPdoTest, AreThoseOfTheImageAfterTheBoot) {
+  run();
+  map_another(6);
+  store(6);
+  power_cycle(6);
+  EXPECT_EQ(seat().line->node_state(6).state, nmt::State::operational);
+  EXPECT_EQ(value(6, {0x1A00, 1}), mapped_);
+  EXPECT_NE(mapped_, kOther);
+  EXPECT_TRUE(report(verify(6)).at(0).good());
+}
+
+TEST_F(StoredPdoTest, AreADifferenceOfTheConfiguration) {
+  run();
+  map_another(6);
+  const std::vector<NodeReport> found = report(verify(6));
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_FALSE(found[0].good());
+  const auto entry =
+      std::ranges::find(found[0].differences, od::Address{0x1A00, 1}, &Difference::object);
+  ASSERT_NE(entry, found[0].differences.end());
+  EXPECT_EQ(entry->found, number(kOther));
+  EXPECT_TRUE(report(apply(6)).at(0).good());
+  EXPECT_EQ(value(6, {0x1A00, 1}), mapped_);
+}
+
+// The image keeps the PDOs of the device file when 1F22h is written while the line runs.
+TEST_F(StoredPdoTest, OfAnotherConciseDcfAreNoneOfTheImage) {
+  run();
+  const std::vector<manager::ObjectWrite> other = {{{0x1800, 1}, number(0x8000'0186)},
+                                                   {{0x1A00, 0}, number(0, 1)},
+                                                   {{0x1A00, 1}, number(kOther)},
+                                                   {{0x1A00, 0}, number(1, 1)},
+                                                   {{0x1800, 1}, number(0x186)}};
+  ASSERT_EQ(write_own({0x1F22, 6}, manager::write_concise_dcf(other)), Error{});
+  const std::vector<NodeReport> found = report(apply(6));
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].boot, 'J');
+  ASSERT_EQ(found[0].differences.size(), 1U);
+  EXPECT_EQ(found[0].differences[0].object.index, 0x1A00);
+  EXPECT_EQ(found[0].differences[0].abort, AbortCode::none);
+  pass(1s);
+  EXPECT_NE(seat().line->node_state(6).state, nmt::State::operational);
+}
+
 }  // namespace
 }  // namespace linegate::plant

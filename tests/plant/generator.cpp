@@ -121,6 +121,9 @@ class Generator {
       if (stops_all_) {
         bear_transfers(devices_.back());
       }
+      if (role_ != Role::master) {  // nobody corrects it
+        devices_.back().swapped = false;
+      }
       describe(out_, devices_.back());
       if (devices_.back().listed) {
         give_pdos(out_, random_of_outputs_, devices_.back(), bit_rate_);
@@ -250,7 +253,8 @@ class Generator {
         break;
       }
       case 2:
-        if (role_ == Role::master && !stops_all_) {
+        if (role_ == Role::master && !stops_all_ &&
+            std::ranges::none_of(devices_, &Device::swapped)) {
           at(time) << "sdo write off" << number << " 127 1F80:0 04000000";
           at(time + below_line(1500)) << "sdo write on" << number << " 127 1F80:0 01000000";
         }

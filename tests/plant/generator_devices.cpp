@@ -50,7 +50,20 @@ void draw_manners(std::mt19937_64& random, Device& device) {
   }
   device.serial = below(6) == 0 ? kTwinSerial : 0;
   device.no_cob_ids = below(6) == 0;
+  device.swapped = device.listed && below(6) == 0;
 }
+
+namespace {
+
+// Records of the profile that map two objects.
+const char* two_objects_of(const std::string& profile) {
+  return profile == "digital-io"  ? "1600"
+         : profile == "analog-io" ? "1601"
+         : profile == "drive"     ? "1601"
+                                  : "1A00";
+}
+
+}  // namespace
 
 void describe(std::ostream& out, const Device& device) {
   out << "device " << device.id << ' ' << device.profile;
@@ -70,6 +83,9 @@ void describe(std::ostream& out, const Device& device) {
   }
   if (device.no_cob_ids) {
     out << " no-cob-ids";
+  }
+  if (device.swapped) {
+    out << " swapped " << two_objects_of(device.profile);
   }
   if (device.answers_after != 0) {
     out << " answers-after " << device.answers_after << "ms";

@@ -20,6 +20,7 @@ struct Device {
   bool listed = true;
   bool late = false;  // it is switched on later than the line
   bool no_cob_ids = false;
+  bool swapped = false;  // it has stored another mapping than that of its file
   bool alive = true;
   bool plugged = true;
   unsigned guard_time = 0;  // ms

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "stack/od/objects.h"
+
 #include "tests/plant/words.h"
 
 namespace linegate::plant {
@@ -65,12 +67,21 @@ std::string check_values(const LineSeat& seat) {
   return {};
 }
 
+// Until the line has corrected such a device, its mapping is indeed another one; and the observer
+// may have lost a frame of the correction.
+bool has_other_mapping(const DeviceSeat& seat) {
+  return std::ranges::any_of(seat.device->options().defaults, [](const auto& value) {
+    return od::objects::is_pdo_mapping(value.first.index);
+  });
+}
+
 std::string check_observer(const LineSeat& seat) {
   if (seat.bus.sent(seat.observer_end) != 0 || seat.observer->state().counters.frames_sent != 0) {
     return "the observer has sent something";
   }
+  const bool may_differ = std::ranges::any_of(seat.devices, has_other_mapping);
   for (const auto direction : {image::Direction::inputs, image::Direction::outputs}) {
-    if (seat.observer->layout(direction).id != seat.line->layout(direction).id) {
+    if (!may_differ && seat.observer->layout(direction).id != seat.line->layout(direction).id) {
       return "the observer has another layout of the " + std::string(image::name(direction));
     }
   }

@@ -295,6 +295,8 @@ bool Scenario::object_property(const std::string& key, Words& words, DeviceState
     const std::uint64_t tpdo = words.number();
     said.on_request.emplace_back(static_cast<std::uint16_t>(tpdo), words.number());
     plan.on_request.insert(id);
+  } else if (key == "swapped") {
+    said.swapped.push_back(static_cast<std::uint16_t>(std::stoul(words.take(), nullptr, 16)));
   } else if (key == "text") {
     said.text = true;
   } else if (key == "no-cob-ids") {
@@ -340,6 +342,16 @@ void Scenario::list_device(DeviceStatement& said) {
     device.defaults = {{{record, 1}, can::default_tpdo_id(tpdo, node.id)}, {{record, 2}, type}};
     for (const auto& [address, value] : device.defaults) {
       expect_value(node.device, address, value);
+    }
+  }
+  for (const std::uint16_t record : said.swapped) {
+    for (const std::uint8_t sub : {std::uint8_t{1}, std::uint8_t{2}}) {
+      const od::Address other{record, static_cast<std::uint8_t>(3 - sub)};
+      const od::VariableDescription* const entry = node.device.find(other);
+      if (entry == nullptr) {
+        throw BadStatement("the record to be swapped has fewer than two entries");
+      }
+      device.defaults.push_back({{record, sub}, load_le(std::span(entry->value))});
     }
   }
   if (said.ours) {

@@ -45,6 +45,7 @@ struct DeviceStatement {
   std::vector<std::pair<od::Address, std::uint64_t>> expected{};
   std::vector<std::pair<std::uint16_t, Duration>> inhibit_times{};    // by communication record
   std::vector<std::pair<std::uint16_t, std::uint64_t>> on_request{};  // TPDO, transmission type
+  std::vector<std::uint16_t> swapped{};                               // mapping records
 };
 
 // The content of a statement `forward`.

@@ -33,6 +33,7 @@ class BootCommandTest : public LineTest {
     answer_sdo({0x43, 0x18, 0x10, 0x01, 0x23, 0x01, 0x00, 0x00});
     answer_sdo({0x43, 0x18, 0x10, 0x02, 0x42, 0x00, 0x00, 0x00});
     answer_sdo({0x80, 0x18, 0x10, 0x04, 0x11, 0x00, 0x09, 0x06});
+    hear_no_pdo_records();
   }
 
   Reply reply_;
@@ -351,6 +352,7 @@ TEST_F(BootCommandTest, ADateThatANodeDoesNotTakeIsToldAtEachBoot) {
     answer_identity();
     EXPECT_THAT(sent(), testing::Contains("605#4020100100000000"));
     hear(0x585, {0x43, 0x20, 0x10, 0x01, 0, 0, 0, 0});
+    hear_no_pdo_records();
     EXPECT_THAT(sent(), testing::Contains("605#2B17100064000000"));
     hear(0x585, {0x60, 0x17, 0x10, 0x00, 0, 0, 0, 0});
     EXPECT_THAT(sent(), testing::Contains(testing::StartsWith("605#23201001")));
@@ -395,7 +397,7 @@ TEST_F(MandatoryNodeTest, A1000hThatIsRefusedIsToldAndAskedForWithoutEnd) {
 
 // The previous response, an abort, is received a second time.
 TEST_F(MandatoryNodeTest, AnAnswerThatComesTwiceIsHeardOnce) {
-  hear(0x585, {0x80, 0x18, 0x10, 0x04, 0x11, 0x00, 0x09, 0x06});
+  hear(0x585, {0x80, 0x00, 0x16, 0x02, 0x00, 0x00, 0x02, 0x06});
   EXPECT_EQ(line_->state().manager, ManagerState::booting);
   hear(0x585, {0x60, 0x17, 0x10, 0x00, 0, 0, 0, 0});
   hear(0x705, {0x7F});

@@ -2,6 +2,7 @@
 // The line of a manager with one device, which the test simulates.
 #pragma once
 
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <string>
@@ -12,6 +13,7 @@
 
 #include "stack/eds/reader.h"
 #include "stack/line/line.h"
+#include "stack/od/objects.h"
 
 #include "tests/stack/line/device_file.h"
 
@@ -34,9 +36,15 @@ inline LineConfig config_with_axis() {
   return config;
 }
 
-// Without error control, with defaults for both outputs.
+// Without error control, with defaults for both outputs and PDOs that cannot be changed.
 inline LineConfig config_without_error_control() {
   LineConfig config = config_with_axis();
+  for (od::ObjectDescription& object : config.nodes[0].device.objects) {
+    for (od::VariableDescription& variable : object.variables) {
+      variable.access =
+          od::objects::is_pdo_record(object.index) ? od::Access::constant : variable.access;
+    }
+  }
   config.nodes[0].heartbeat = {};
   config.defaults = {{.entry = 0, .value = 9}, {.entry = 1, .value = 3}};
   return config;
@@ -116,12 +124,18 @@ class LineTest : public testing::Test {
     hear(0x585, {0x43, 0x18, 0x10, 0x02, 0x42, 0x00, 0x00, 0x00});
   }
   void hear_no_serial_number() { hear(0x585, {0x80, 0x18, 0x10, 0x04, 0x11, 0x00, 0x09, 0x06}); }
+  // It refuses the uploads of its PDO records, which are left out of sent().
+  void hear_no_pdo_records() {
+    while (refuse_upload()) {
+    }
+  }
 
   // Executes the boot process of node 5 to its end.
   void boot() {
     line_->start(now_);
     hear_identity();
     hear_no_serial_number();
+    hear_no_pdo_records();
     hear(0x585, {0x60, 0x17, 0x10, 0x00, 0, 0, 0, 0});
     hear(0x705, {0x7F});
     sent();
@@ -145,6 +159,29 @@ class LineTest : public testing::Test {
   std::unique_ptr<Line> line_;
 
  private:
+  // 605h, 40h, and an index from 1400h to 1BFFh.
+  static bool is_upload_of_pdo_record(const std::string& frame) {
+    return frame.starts_with("605#40") && frame[8] == '1' && frame[9] >= '4' && frame[9] <= 'B';
+  }
+
+  // Answers one with 0602 0000h. Returns false if there is none.
+  bool refuse_upload() {
+    hand_out_all();
+    const auto found = std::ranges::find_if(handed_out_, is_upload_of_pdo_record);
+    if (found == handed_out_.end()) {
+      return false;
+    }
+    const auto byte = [&found](std::size_t at) {
+      return static_cast<std::uint8_t>(std::stoul(found->substr(4 + 2 * at, 2), nullptr, 16));
+    };
+    can::Frame frame = can::make_frame(
+        0x585, {std::uint8_t{0x80}, byte(1), byte(2), byte(3), 0x00, 0x00, 0x02, 0x06});
+    frame.time = now_;
+    handed_out_.erase(found);
+    line_->receive(std::span(&frame, 1), now_);
+    return true;
+  }
+
   void hand_out_all() {
     can::Frame frame;
     while (line_->next_frame(frame, now_)) {

@@ -43,6 +43,27 @@ TEST(Comparison, AnObjectThatCannotBeReadIsADifferenceButForWriteOnlyOnes) {
                 {.object = {0x2001, 0}, .expected = number(2), .abort = AbortCode::no_object}}));
 }
 
+TEST(Comparison, ReadsThePdosOfTheImage) {
+  const std::vector<ObjectWrite> writes = {{{0x1800, 2}, number(1, 1)}};
+  const std::vector<AssumedPdo> pdos = {{.parameters = {{{0x1800, 1}, number(0x185)},
+                                                        {{0x1800, 2}, number(1, 1)},
+                                                        {{0x1A00, 0}, number(1, 1)},
+                                                        {{0x1A00, 1}, number(0x6000'0108)}},
+                                         .remedy = {}}};
+  Comparison comparison(5, writes, pdos);
+  EXPECT_EQ(comparison.total(), 4U);
+  comparison.take(AbortCode::none, number(0x4000'0185));
+  comparison.take(AbortCode::none, number(1, 1));
+  comparison.take(AbortCode::no_object, {});
+  EXPECT_EQ(comparison.wanted()->address, (od::Address{0x1A00, 1}));
+  comparison.take(AbortCode::none, number(0x6000'0208));
+  EXPECT_FALSE(comparison.wanted());
+  EXPECT_EQ(
+      comparison.pop_differences(),
+      (std::vector<Difference>{
+          {.object = {0x1A00, 1}, .expected = number(0x6000'0108), .found = number(0x6000'0208)}}));
+}
+
 TEST(Comparison, ANodeThatFallsSilentEndsIt) {
   const std::vector<ObjectWrite> writes = {{{0x2000, 0}, number(1)}, {{0x2001, 0}, number(2)}};
   Comparison comparison(5, writes);

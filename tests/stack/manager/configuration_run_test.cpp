@@ -74,6 +74,34 @@ TEST(ConfigurationRun, AnotherDateOrTimeOrNoneIsConfiguredAndDated) {
   EXPECT_EQ(run(forced, dated.expected), "2000:1=7 1017:0=64 1020:1=3A98 1020:2=3E8 ");
 }
 
+// pdo_check_test.cpp has the rules.
+TEST(ConfigurationRun, ThePdosOfTheImageAreReadBeforeErrorControlAndStoring) {
+  auto dated = order();
+  dated.expected = {.date = 1, .time = 2};
+  dated.pdos = {{.parameters = {{{0x1800, 1}, number(0)}}, .remedy = {{{0x1800, 1}, number(0)}}}};
+  ConfigurationRun same(dated);
+  EXPECT_EQ(run(same), "?1020:1=0 2000:1=7 ?1800:1=0 1017:0=64 1020:1=1 1020:2=2 ");
+  EXPECT_EQ(same.result(), Outcome::applied);
+  ConfigurationRun known(dated);
+  EXPECT_EQ(run(known, dated.expected), "?1020:1=0 ?1020:2=0 ")
+      << "the device clears 1020h with every write";
+  dated.pdos[0].parameters[0].data = number(0x185);
+  ConfigurationRun corrected(dated);
+  EXPECT_EQ(run(corrected), "?1020:1=0 2000:1=7 ?1800:1=0 1800:1=0 1017:0=64 1020:1=1 1020:2=2 ");
+  EXPECT_EQ(corrected.result(), Outcome::applied);
+}
+
+TEST(ConfigurationRun, APdoThatDiffersAndIsNotWrittenFailsIt) {
+  ConfigurationRun differs(
+      {.node = 5, .pdos = {{.parameters = {{{0x1800, 1}, number(0x185)}}, .remedy = {}}}});
+  EXPECT_EQ(run(differs), "?1800:1=0 ");
+  EXPECT_EQ(differs.result(), Outcome::failed);
+  EXPECT_EQ(differs.abort(), AbortCode::none);
+  EXPECT_EQ(differs.object(), (od::Address{0x1800, 1}));
+  EXPECT_EQ(differs.fault(),
+            (Difference{.object = {0x1800, 1}, .expected = number(0x185), .found = number(0)}));
+}
+
 TEST(ConfigurationRun, RestoringComesBeforeEverythingAndWantsAReset) {  // 1F8Ah
   auto restoring = order();
   restoring.restore = 4;

@@ -123,6 +123,42 @@ TEST(ConfigurationWrites, NoPdoBecomesValidWithACanIdThatItMustNotHave) {
             "1400:1=80000205 1400:2=1 1400:1=205 1801:1=80000285 1801:2=1 1801:1=285 ");
 }
 
+std::string text(const std::vector<AssumedPdo>& pdos) {
+  std::string out;
+  for (const AssumedPdo& pdo : pdos) {
+    out += text(pdo.parameters) + "/ " + text(pdo.remedy) + "; ";
+  }
+  return out;
+}
+
+TEST(AssumedPdos, AreThoseOfTheImageWithWhatTheDeviceFilePermits) {
+  od::DeviceDescription device;
+  device.node_id = 5;
+  device.objects = {
+      record(0x1400, {variable(1, kU32, 0x205, false), variable(2, kU8, 1, false)}),
+      record(0x1600, {variable(0, kU8, 1, false), variable(1, kU32, 0x62000108, false)}),
+      record(0x1800, {variable(1, kU32, 0x185, false)}),
+      record(0x1801, {variable(1, kU32, 0x80000285, false)}),
+      record(0x1802, {variable(1, kU32, 0x385, false, od::Access::constant)}),
+      record(0x1A00, {variable(0, kU8, 1, false, od::Access::constant),
+                      variable(1, kU32, 0x60000108, false, od::Access::constant)}),
+      record(0x1A01, {variable(0, kU8, 1, false), variable(1, kU32, 0x60000108, false)}),
+      record(0x1A02, {variable(0, kU8, 1, false, od::Access::ro),
+                      variable(1, kU32, 0x60000108, false, od::Access::ro)}),
+      record(0x6000, {variable(0, kU8, 1, false), variable(1, kU8, 0, false)}),
+      record(0x6200, {variable(0, kU8, 1, false), variable(1, kU8, 0, false)}),
+  };
+  for (const std::size_t mappable : {std::size_t{8}, std::size_t{9}}) {
+    device.objects[mappable].variables[1].mappable = true;
+  }
+  EXPECT_EQ(text(assumed_pdos(device, true)),
+            "1800:1=185 / 1800:1=80000185 1800:1=185 ; "
+            "1400:1=205 1400:2=1 1600:0=1 1600:1=62000108 / 1400:1=80000205 1600:0=0 "
+            "1600:1=62000108 1600:0=1 1400:2=1 1400:1=205 ; ");
+  EXPECT_EQ(text(assumed_pdos(device, false)),
+            "1800:1=185 / ; 1400:1=205 1400:2=1 1600:0=1 1600:1=62000108 / ; ");
+}
+
 TEST(BootStatus, EveryLetterOfCia302HasWords) {
   for (char letter = 'A'; letter <= 'O'; ++letter) {
     EXPECT_NE(describe_boot(letter), "unknown boot status") << letter;

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+// The PDO parameters of a node that the process image relies on (CiA 301 7.5.2.35 to 7.5.2.38):
+// COB-ID, transmission type and mapping. They are what the device file says, but a device may have
+// stored others (1010h), or another concise DCF may have been written to 1F22h.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "stack/base/abort_code.h"
+#include "stack/manager/node_report.h"
+#include "stack/manager/node_tasks.h"
+#include "stack/manager/object_write.h"
+#include "stack/od/description.h"
+
+namespace linegate::manager {
+
+// One PDO of the image.
+struct AssumedPdo {
+  std::vector<ObjectWrite> parameters;
+  // The writes that give the device these parameters, in the order of CiA 301 7.5.2.36; empty:
+  // nothing is written to it.
+  std::vector<ObjectWrite> remedy;
+};
+
+// Whether a node with that value has the PDO that is expected: bit 30 of a COB-ID, the length of a
+// number and the kind of event (transmission types 254 and 255) make no difference.
+bool is_same_parameter(od::Address address, std::span<const std::byte> expected,
+                       std::span<const std::byte> found);
+
+// Reads these parameters, except those that were just written, and writes a PDO that differs.
+// Parameters that the node refuses to read count as expected, because nothing else is known of
+// them.
+class PdoCheck {
+ public:
+  PdoCheck() = default;
+  // written: the configuration that the node has just received; a later write of an object
+  // replaces an earlier one.
+  PdoCheck(std::vector<AssumedPdo> pdos, std::span<const ObjectWrite> written);
+
+  bool done() const { return pdo_ == pdos_.size() || fault_.has_value(); }
+  // The next transfer. Precondition: !done().
+  TaskStep step() const;
+  void take(AbortCode abort, std::span<const std::byte> data);
+  // Why the check ended: a transfer failed, or a parameter differs and the remedy does not write
+  // it. Nothing: the node has all PDOs.
+  const std::optional<Difference>& fault() const { return fault_; }
+
+ private:
+  void skip_written();
+  void differs(const ObjectWrite& expected, std::span<const std::byte> found);
+  const ObjectWrite* written(od::Address address) const;
+
+  std::vector<AssumedPdo> pdos_;
+  std::vector<ObjectWrite> written_;
+  std::size_t pdo_ = 0;
+  std::size_t next_ = 0;  // of its parameters, or of its remedy
+  bool corrects_ = false;
+  std::optional<Difference> fault_;
+};
+
+}  // namespace linegate::manager

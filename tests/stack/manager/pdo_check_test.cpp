@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stack/manager/pdo_check.h"
+
+#include <map>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "stack/base/byte_order.h"
+
+#include "tests/stack/manager/numbers.h"
+
+namespace linegate::manager {
+namespace {
+
+AssumedPdo pdo(std::uint16_t record, std::uint32_t cob_id, std::uint32_t object) {
+  const auto mapping = static_cast<std::uint16_t>(record + 0x200);
+  return {.parameters = {{{record, 1}, number(cob_id)},
+                         {{record, 2}, number(255, 1)},
+                         {{mapping, 0}, number(1, 1)},
+                         {{mapping, 1}, number(object)}},
+          .remedy = {{{record, 1}, number(cob_id | 0x8000'0000)},
+                     {{mapping, 0}, number(0, 1)},
+                     {{mapping, 1}, number(object)},
+                     {{mapping, 0}, number(1, 1)},
+                     {{record, 2}, number(255, 1)},
+                     {{record, 1}, number(cob_id)}}};
+}
+
+// A node with these parameters.
+class PdoCheckTest : public testing::Test {
+ protected:
+  std::string run(PdoCheck& check) {
+    std::string out;
+    while (!check.done()) {
+      const TaskStep step = check.step();
+      char text[48];
+      std::snprintf(text, sizeof text, step.write ? "%04X:%u=%llX " : "?%04X:%u ",
+                    unsigned{step.address.index}, unsigned{step.address.sub},
+                    static_cast<unsigned long long>(load_le(std::span(step.data))));
+      out += text;
+      const auto refusal = refused_.find(step.address);
+      if (refusal != refused_.end()) {
+        check.take(refusal->second, {});
+      } else if (step.write) {
+        has_[step.address] = step.data;
+        check.take(AbortCode::none, {});
+      } else {
+        check.take(AbortCode::none, has_[step.address]);
+      }
+    }
+    return out;
+  }
+
+  std::map<od::Address, std::vector<std::byte>> has_{{{0x1800, 1}, number(0x185)},
+                                                     {{0x1800, 2}, number(255, 1)},
+                                                     {{0x1A00, 0}, number(1, 1)},
+                                                     {{0x1A00, 1}, number(0x6000'0108)}};
+  std::map<od::Address, AbortCode> refused_;
+  const std::vector<AssumedPdo> pdos_{pdo(0x1800, 0x185, 0x6000'0108)};
+};
+
+TEST_F(PdoCheckTest, APdoThatIsAsExpectedIsReadAlone) {
+  PdoCheck check(pdos_, {});
+  EXPECT_EQ(run(check), "?1800:1 ?1800:2 ?1A00:0 ?1A00:1 ");
+  EXPECT_FALSE(check.fault());
+}
+
+TEST_F(PdoCheckTest, APdoThatDiffersIsWritten) {
+  has_[{0x1A00, 1}] = number(0x6000'0208);
+  PdoCheck check(pdos_, {});
+  EXPECT_EQ(run(check),
+            "?1800:1 ?1800:2 ?1A00:0 ?1A00:1 "
+            "1800:1=80000185 1A00:0=0 1A00:1=60000108 1A00:0=1 1800:2=FF 1800:1=185 ");
+  EXPECT_FALSE(check.fault());
+}
+
+TEST_F(PdoCheckTest, TheNextPdoIsReadAfterOneThatWasWritten) {
+  has_[{0x1800, 1}] = number(0x8000'0185);
+  has_[{0x1400, 1}] = number(0x205);
+  refused_ = {{{0x1400, 2}, AbortCode::no_sub_index}};
+  has_[{0x1600, 0}] = number(1, 1);
+  has_[{0x1600, 1}] = number(0x6200'0108);
+  PdoCheck check({pdo(0x1800, 0x185, 0x6000'0108), pdo(0x1400, 0x205, 0x6200'0108)}, {});
+  EXPECT_EQ(run(check),
+            "?1800:1 1800:1=80000185 1A00:0=0 1A00:1=60000108 1A00:0=1 1800:2=FF 1800:1=185 "
+            "?1400:1 ?1400:2 ?1600:0 ?1600:1 ");
+  EXPECT_FALSE(check.fault());
+}
+
+TEST_F(PdoCheckTest, ParametersThatCannotBeReadCountAsExpected) {
+  refused_ = {{{0x1800, 2}, AbortCode::no_sub_index},
+              {{0x1A00, 0}, AbortCode::no_object},
+              {{0x1A00, 1}, AbortCode::no_object}};
+  PdoCheck check(pdos_, {});
+  EXPECT_EQ(run(check), "?1800:1 ?1800:2 ?1A00:0 ?1A00:1 ");
+  EXPECT_FALSE(check.fault());
+}
+
+TEST_F(PdoCheckTest, ALostAnswerEndsIt) {
+  refused_ = {{{0x1800, 2}, AbortCode::timeout}};
+  PdoCheck check(pdos_, {});
+  EXPECT_EQ(run(check), "?1800:1 ?1800:2 ");
+  EXPECT_EQ(
+      check.fault(),
+      (Difference{.object = {0x1800, 2}, .expected = number(255, 1), .abort = AbortCode::timeout}));
+}
+
+TEST_F(PdoCheckTest, ARefusedRemedyEndsItWithItsObject) {
+  PdoCheck check(pdos_, {});
+  check.take(AbortCode::none, number(0x186));
+  ASSERT_TRUE(check.step().write);
+  check.take(AbortCode::none, {});
+  check.take(AbortCode::read_only, {});
+  EXPECT_TRUE(check.done());
+  EXPECT_EQ(
+      check.fault(),
+      (Difference{.object = {0x1A00, 0}, .expected = number(0, 1), .abort = AbortCode::read_only}));
+}
+
+TEST_F(PdoCheckTest, WhatTheRemedyDoesNotWriteIsAFault) {
+  has_[{0x1A00, 1}] = number(0x6000'0208);
+  std::vector<AssumedPdo> fixed = pdos_;
+  fixed[0].remedy.clear();
+  PdoCheck check(fixed, {});
+  EXPECT_EQ(run(check), "?1800:1 ?1800:2 ?1A00:0 ?1A00:1 ");
+  EXPECT_EQ(check.fault(), (Difference{.object = {0x1A00, 1},
+                                       .expected = number(0x6000'0108),
+                                       .found = number(0x6000'0208)}));
+}
+
+TEST_F(PdoCheckTest, WhatWasJustWrittenIsNotRead) {
+  const std::vector<ObjectWrite> written{
+      {{0x1A00, 0}, number(0, 1)}, {{0x1A00, 1}, number(0x6000'0108)}, {{0x1A00, 0}, number(1, 1)}};
+  PdoCheck check(pdos_, written);
+  EXPECT_EQ(run(check), "?1800:1 ?1800:2 ");
+  EXPECT_FALSE(check.fault());
+}
+
+// 1F22h may be written while the line runs; the image does not follow.
+TEST_F(PdoCheckTest, AnotherPdoInTheConfigurationIsAFault) {
+  const std::vector<ObjectWrite> written{{{0x1A00, 1}, number(0x6000'0208)}};
+  PdoCheck check(pdos_, written);
+  EXPECT_EQ(run(check), "?1800:1 ?1800:2 ?1A00:0 ");
+  EXPECT_EQ(check.fault(), (Difference{.object = {0x1A00, 1},
+                                       .expected = number(0x6000'0108),
+                                       .found = number(0x6000'0208)}));
+}
+
+TEST(PdoParameters, AreTheSameIfThePdoIsTheSame) {
+  struct Row {
+    od::Address address;
+    std::uint32_t expected;
+    std::uint32_t found;
+    bool same;
+  };
+  const std::vector<Row> rows{
+      {{0x1800, 1}, 0x185, 0x4000'0185, true},         // no RTR allowed
+      {{0x1800, 1}, 0x185, 0x8000'0185, false},        // not valid
+      {{0x1800, 1}, 0x185, 0x186, false},              //
+      {{0x1800, 1}, 0x185, 0x2000'0185, false},        // another frame format
+      {{0x1400, 1}, 0x8000'0000, 0x8000'0205, true},   // neither is valid
+      {{0x1400, 2}, 255, 254, true},                   // both event-driven
+      {{0x1400, 2}, 255, 1, false},                    //
+      {{0x1400, 2}, 0, 1, false},                      //
+      {{0x1600, 1}, 0x6200'0108, 0x6200'0208, false},  //
+      {{0x1600, 0}, 255, 254, false},                  // MPDOs of two modes
+  };
+  for (const Row& row : rows) {
+    EXPECT_EQ(is_same_parameter(row.address, number(row.expected), number(row.found)), row.same)
+        << std::hex << row.address.index << ' ' << row.expected << ' ' << row.found;
+  }
+  EXPECT_TRUE(is_same_parameter({0x1600, 0}, number(2, 1), number(2, 4)));
+  EXPECT_FALSE(is_same_parameter({0x1600, 0}, number(0, 1), {}));
+  EXPECT_FALSE(is_same_parameter({0x1600, 0}, number(0, 1), std::vector<std::byte>(9)));
+}
+
+}  // namespace
+}  // namespace linegate::manager
