@@ -98,6 +98,7 @@ static_assert(same(v1::REFUSAL_BOUND_ENTRY, line::Refusal::bound_entry));
 static_assert(same(v1::REFUSAL_NO_ACKNOWLEDGE, line::Refusal::no_acknowledge));
 static_assert(same(v1::REFUSAL_AWAITS_TURN, line::Refusal::awaits_turn));
 static_assert(same(v1::REFUSAL_NO_RIGHT, line::Refusal::no_right));
+static_assert(same(v1::REFUSAL_IMAGE_PDO, line::Refusal::image_pdo));
 
 static_assert(same(v1::OUTPUT_REFUSAL_NONE, line::OutputRefusal::none));
 static_assert(same(v1::OUTPUT_REFUSAL_NOT_PERMITTED, line::OutputRefusal::not_permitted));

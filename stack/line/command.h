@@ -37,6 +37,7 @@ enum class Refusal : std::uint8_t {
   no_acknowledge,     // the bus did not acknowledge the frame in time; it may still be sent
   awaits_turn,        // waits for an inhibit time, SYNC, or the remote request of a PDO; sent then
   no_right,           // the role of the client's certificate does not allow it, or it is revoked
+  image_pdo,  // the write would change a PDO of the image, which its node's configuration has
 };
 std::string_view describe(Refusal refusal);
 

@@ -124,6 +124,9 @@ std::string_view describe(Refusal refusal) {
              "then";
     case Refusal::no_right:
       return kNoRight;
+    case Refusal::image_pdo:
+      return "the object is that of a PDO in the process image, which would not follow: change it "
+             "in the configuration of the node (pdos:)";
   }
   return "unknown refusal";
 }

@@ -25,7 +25,8 @@ class Routing::ServerSide final : public routing::ClientSide {
 };
 
 Routing::Routing(const LineConfig& config, node::Node& node, sdo::Arbiter& arbiter,
-                 EventLog& events, routing::MessageQueue& messages, routing::Counters& counters)
+                 EventLog& events, routing::MessageQueue& messages, routing::Counters& counters,
+                 const sdo::WriteRule& rule)
     : node_(node),
       post_(config.routing.interface, messages),
       table_(node.dictionary(), config.routing.interfaces),
@@ -36,6 +37,7 @@ Routing::Routing(const LineConfig& config, node::Node& node, sdo::Arbiter& arbit
       clients_(ingress_),
       emcys_(config.routing, config.network_id, node.dictionary(), node.emcy(), post_, events,
              counters) {
+  exit_.set_write_rule(rule);
   tables_changed();
   node.set_sdo_network_handler(this);
 }

@@ -22,7 +22,7 @@ class Routing final : sdo::NetworkHandler {
  public:
   // Precondition: the dictionary of the node has 1F2Ch, see own_dictionary.h. All must outlive it.
   Routing(const LineConfig& config, node::Node& node, sdo::Arbiter& arbiter, EventLog& events,
-          routing::MessageQueue& messages, routing::Counters& counters);
+          routing::MessageQueue& messages, routing::Counters& counters, const sdo::WriteRule& rule);
   ~Routing() override;
 
   // The configured routes, and with them the tables in the dictionary, have changed.

@@ -12,10 +12,11 @@ namespace linegate::line {
 
 RoutingService::RoutingService(ServiceHost& host, LineConfig& config, node::Node& node,
                                sdo::Arbiter& arbiter, EventLog& events,
-                               routing::MessageQueue& messages, routing::Counters& counters)
+                               routing::MessageQueue& messages, routing::Counters& counters,
+                               const sdo::WriteRule& rule)
     : Service(host), config_(config), node_(node) {
   if (config.routing.interface != 0) {
-    routing_ = std::make_unique<Routing>(config, node, arbiter, events, messages, counters);
+    routing_ = std::make_unique<Routing>(config, node, arbiter, events, messages, counters, rule);
   }
 }
 

@@ -16,7 +16,8 @@ class RoutingService final : public Service {
   // See Routing. The line takes part in routing if its configuration names an interface. All must
   // outlive it.
   RoutingService(ServiceHost& host, LineConfig& config, node::Node& node, sdo::Arbiter& arbiter,
-                 EventLog& events, routing::MessageQueue& messages, routing::Counters& counters);
+                 EventLog& events, routing::MessageQueue& messages, routing::Counters& counters,
+                 const sdo::WriteRule& rule);
 
   // Whether the line takes part in routing; otherwise only execute() has an effect.
   bool takes_part() const { return routing_ != nullptr; }

@@ -145,6 +145,11 @@ void SdoService::start(const Command& command, Transfer transfer, Instant now) {
     host().refuse(command, Refusal::line_down, now);
     return;
   }
+  if (transfer.write &&
+      parts_.rule.may_write(transfer.node, transfer.address, transfer.data) != AbortCode::none) {
+    host().refuse(command, Refusal::image_pdo, now);
+    return;
+  }
   const Duration share = share_of(command, transfer);
   const std::uint64_t number = ++transfers_;
   sdo::Request request{.owner = this,

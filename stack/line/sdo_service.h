@@ -15,6 +15,7 @@
 #include "stack/line/service.h"
 #include "stack/node/node.h"
 #include "stack/sdo/arbiter.h"
+#include "stack/sdo/write_rule.h"
 
 namespace linegate::line {
 
@@ -27,6 +28,7 @@ class SdoService final : public Service, sdo::TransferOwner {
     sdo::Arbiter& sdo;
     node::Node& node;
     const image::ProcessImage& image;
+    const sdo::WriteRule& rule;
     RoutingService& routing;
     ScanCache& cache;
     Service& local;
@@ -40,7 +42,8 @@ class SdoService final : public Service, sdo::TransferOwner {
   bool needs_master() const override { return false; }
   // Answered with the value that was read, or the abort code; an object_write with WrittenBySdo.
   // Refusals: bad_request (no such node or network), wrong_role (the default SDO servers are the
-  // master's), line_down, busy (kMost are under way, or the queue of the node is full), timed_out.
+  // master's), image_pdo, line_down, busy (kMost are under way, or the queue of the node is full),
+  // timed_out.
   void execute(Command command, Instant now) override;
   void advance(Instant now) override;
   Instant next_wake() const override;

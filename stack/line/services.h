@@ -14,6 +14,7 @@
 #include "stack/line/output_receivers.h"
 #include "stack/line/output_service.h"
 #include "stack/line/pdo_request_service.h"
+#include "stack/line/pdo_write_rule.h"
 #include "stack/line/program_service.h"
 #include "stack/line/record_service.h"
 #include "stack/line/routing_service.h"
@@ -74,8 +75,9 @@ struct Services {
                     .diagnosing = diagnosis,
                     .records = records,
                     .events = line.events}};
-  RoutingService routing{line.host,   line.config,   line.node,  line.sdo,
-                         line.events, line.messages, line.routed};
+  PdoWriteRule pdo_rule{line.manager, line.configurator};
+  RoutingService routing{line.host,   line.config,   line.node,   line.sdo,
+                         line.events, line.messages, line.routed, pdo_rule};
   EmcyService emcy{line.host, line.node};
   CanService can{line.host, line.node, line.plan.tpdos, line.events};
   LocalService local{line.host, line.node.dictionary(), line.own_objects, line.config};
@@ -99,6 +101,7 @@ struct Services {
                  {.sdo = line.sdo,
                   .node = line.node,
                   .image = line.image,
+                  .rule = pdo_rule,
                   .routing = routing,
                   .cache = scan,
                   .local = local,

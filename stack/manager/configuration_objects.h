@@ -50,6 +50,8 @@ class ConfigurationObjects final : public od::Hook {
   // The present values of the objects.
   ConfigurationOrder order(std::uint8_t node) const;
   bool has_configuration(std::uint8_t node) const;
+  // The PDOs of the node in the image.
+  const std::vector<AssumedPdo>& pdos(std::uint8_t node) const { return pdos_[node]; }
 
   // Nodes requested with 1F25h since the last call.
   bool requested() const { return requests_.any(); }

@@ -41,6 +41,14 @@ bool is_same_parameter(od::Address address, std::span<const std::byte> expected,
          meaning_of(address, expected) == meaning_of(address, found);
 }
 
+bool changes_pdo(std::span<const AssumedPdo> pdos, od::Address address,
+                 std::span<const std::byte> value) {
+  return std::ranges::any_of(pdos, [&](const AssumedPdo& pdo) {
+    const auto parameter = std::ranges::find(pdo.parameters, address, &ObjectWrite::address);
+    return parameter != pdo.parameters.end() && !is_same_parameter(address, parameter->data, value);
+  });
+}
+
 PdoCheck::PdoCheck(std::vector<AssumedPdo> pdos, std::span<const ObjectWrite> written)
     : pdos_(std::move(pdos)), written_(written.begin(), written.end()) {
   skip_written();

@@ -31,6 +31,10 @@ struct AssumedPdo {
 bool is_same_parameter(od::Address address, std::span<const std::byte> expected,
                        std::span<const std::byte> found);
 
+// Whether a write of this value changes a parameter of one of these PDOs.
+bool changes_pdo(std::span<const AssumedPdo> pdos, od::Address address,
+                 std::span<const std::byte> value);
+
 // Reads these parameters, except those that were just written, and writes a PDO that differs.
 // Parameters that the node refuses to read count as expected, because nothing else is known of
 // them.

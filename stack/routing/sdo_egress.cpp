@@ -309,9 +309,21 @@ AbortCode SdoEgress::not_permitted(const Passage& passage, std::uint64_t word) c
     return AbortCode::none;
   }
   if (SdoPhase::writes(word)) {
-    return passage.may_write ? AbortCode::none : AbortCode::read_only;
+    return passage.may_write ? refused_by_rule(passage, word) : AbortCode::read_only;
   }
   return passage.may_read ? AbortCode::none : AbortCode::write_only;
+}
+
+AbortCode SdoEgress::refused_by_rule(const Passage& passage, std::uint64_t word) const {
+  if (rule_ == nullptr || passage.to_gateway || passage.own) {
+    return AbortCode::none;
+  }
+  const auto command = static_cast<std::uint8_t>(word);
+  const bool is_expedited = !sdo::is_block_send(command) && (command & sdo::kExpedited) != 0;
+  std::array<std::byte, sdo::kExpeditedSize> value{};
+  store_le(value.data(), sdo::long_word(word));
+  return rule_->may_write(passage.node, sdo::multiplexer(word),
+                          std::span(value).first(is_expedited ? sdo::expedited_size(command) : 0));
 }
 
 void SdoEgress::response(std::uint64_t number, const can::Frame& frame) {

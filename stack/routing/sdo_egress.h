@@ -27,6 +27,7 @@
 #include "stack/routing/post.h"
 #include "stack/routing/sdo_phase.h"
 #include "stack/sdo/arbiter.h"
+#include "stack/sdo/write_rule.h"
 
 namespace linegate::routing {
 
@@ -43,6 +44,9 @@ class SdoEgress final : public sdo::ChannelUser {
             can::TransmitQueue& transmit, Post& post, EventLog& events, Counters& counters);
   ~SdoEgress() override;
 
+  // Of the nodes of this line; it must outlive this object. Without a call all writes are
+  // permitted.
+  void set_write_rule(const sdo::WriteRule& rule) { rule_ = &rule; }
   // Whether SDOs can be sent on the line: its interface is usable, the own node not stopped.
   void set_usable(bool usable) { usable_ = usable; }
 
@@ -69,6 +73,7 @@ class SdoEgress final : public sdo::ChannelUser {
   void refuse(Passage& passage, AbortCode why);
   void request(Passage& passage, std::uint64_t word, Instant now);
   AbortCode not_permitted(const Passage& passage, std::uint64_t word) const;
+  AbortCode refused_by_rule(const Passage& passage, std::uint64_t word) const;
   void answered_by_gateway(Passage& passage, std::uint64_t word, Instant now);
   bool answer(Passage& passage, std::uint64_t word);
   void serve_own(Passage& passage, std::uint64_t word, Instant now);
@@ -98,6 +103,7 @@ class SdoEgress final : public sdo::ChannelUser {
   Post& post_;
   EventLog& events_;
   Counters& counters_;
+  const sdo::WriteRule* rule_ = nullptr;
   bool usable_ = true;
   std::vector<std::unique_ptr<Passage>> passages_;
   std::uint64_t numbers_ = 0;               // of requests to the arbiter

@@ -261,6 +261,26 @@ TEST_F(StoredPdoTest, AreADifferenceOfTheConfiguration) {
   EXPECT_EQ(value(6, {0x1A00, 1}), mapped_);
 }
 
+TEST_F(StoredPdoTest, AreNotChangedByAClientUnlessTheNodeDidNotBoot) {
+  run();
+  const auto write = [this](od::Address address, std::vector<std::byte> data) {
+    return wait(execute(
+                    {.request =
+                         line::SdoWrite{.node = 6, .address = address, .data = std::move(data)}}))
+        .error;
+  };
+  const Error refused = to_error(line::Refusal::image_pdo);
+  EXPECT_EQ(write({0x1800, 1}, number(0x8000'0186)), refused);
+  EXPECT_EQ(write({0x1A00, 0}, number(0, 1)), refused);
+  EXPECT_EQ(write({0x1400, 2}, number(1, 1)), refused);
+  EXPECT_NE(write({0x1800, 1}, number(0x186)), refused) << "it has this value";
+  EXPECT_EQ(write({0x1800, 5}, number(50, 2)), Error{}) << "the event timer changes no value";
+  const std::vector<manager::ObjectWrite> bad = {{kAcceleration, number(0)}};
+  ASSERT_EQ(write_own({0x1F22, 6}, manager::write_concise_dcf(bad)), Error{});
+  ASSERT_EQ(report(apply(6)).at(0).boot, 'J');
+  EXPECT_EQ(write({0x1800, 1}, number(0x8000'0186)), Error{}) << "the next boot compares it";
+}
+
 // The image keeps the PDOs of the device file when 1F22h is written while the line runs.
 TEST_F(StoredPdoTest, OfAnotherConciseDcfAreNoneOfTheImage) {
   run();

@@ -64,8 +64,9 @@ struct RoutingServiceTest : testing::Test, sdo::TransferOwner {
   sdo::Arbiter arbiter{parts.node->dispatch(), parts.node->transmit(), parts.events};
   routing::MessageQueue messages{16};
   routing::Counters counters;
+  EveryWrite rule;
   RoutingService service{host,         parts.config, *parts.node, arbiter,
-                         parts.events, messages,     counters};
+                         parts.events, messages,     counters,    rule};
   std::vector<sdo::Completion> completions;
   std::uint64_t tag = 0;
 };

@@ -16,6 +16,7 @@ namespace {
 
 constexpr std::uint64_t kUploadResponse = 0x43;
 constexpr std::uint64_t kDownloadResponse = 0x60;
+constexpr od::Address kMapping{0x1A00, 1};
 
 // The test simulates node 5.
 struct SdoServiceTest : testing::Test, ScanCache {
@@ -55,8 +56,15 @@ struct SdoServiceTest : testing::Test, ScanCache {
   routing::MessageQueue messages{64};
   routing::Counters counters;
   RecordingHost host;
+  struct Rule final : sdo::WriteRule {
+    AbortCode may_write(std::uint8_t node, od::Address address,
+                        std::span<const std::byte> value) const override {
+      return node == kAxis && address == kMapping && value.size() == 4 ? AbortCode::device_state
+                                                                       : AbortCode::none;
+    }
+  } rule;
   RoutingService routing{host,         parts.config, *parts.node, arbiter,
-                         parts.events, messages,     counters};
+                         parts.events, messages,     counters,    rule};
   ServiceStub local{host};
   diagnosis::ControlSettings settings;
   std::vector<std::byte> known;  // the values that a scan has read
@@ -65,6 +73,7 @@ struct SdoServiceTest : testing::Test, ScanCache {
                      {.sdo = arbiter,
                       .node = *parts.node,
                       .image = parts.image,
+                      .rule = rule,
                       .routing = routing,
                       .cache = *this,
                       .local = local,
@@ -89,6 +98,27 @@ TEST_F(SdoServiceTest, AWriteIsAnsweredAndAnObjectWriteSaysItsWay) {
       .node = kAxis, .address = kType, .data = std::vector<std::byte>(4, std::byte{1})});
   respond(kDownloadResponse);
   EXPECT_EQ(host.data(tag), ReplyData{WrittenBySdo{}});
+}
+
+// The image would not follow.
+TEST_F(SdoServiceTest, AWriteThatChangesAPdoOfTheImageIsRefused) {
+  const auto write_mapping = [this](std::size_t size) {
+    execute(SdoWrite{.node = kAxis, .address = kMapping, .data = std::vector<std::byte>(size)});
+  };
+  write_mapping(4);
+  EXPECT_EQ(host.answer(tag), to_error(Refusal::image_pdo));
+  execute(ObjectWrite{.node = kAxis, .address = kMapping, .data = std::vector<std::byte>(4)});
+  EXPECT_EQ(host.answer(tag), to_error(Refusal::image_pdo));
+  execute(NetworkWrite{.network = parts.config.network_id,
+                       .node = kAxis,
+                       .address = kMapping,
+                       .data = std::vector<std::byte>(4)});
+  EXPECT_EQ(host.answer(tag), to_error(Refusal::image_pdo));
+  for (can::Frame frame; parts.node->next_frame(frame, now);) {
+    EXPECT_NE(frame.id, can::kSdoRequestBase + kAxis) << "nothing was sent to the node";
+  }
+  write_mapping(1);
+  EXPECT_FALSE(host.answer(tag)) << "permitted";
 }
 
 TEST_F(SdoServiceTest, AnAbortIsTheReply) {

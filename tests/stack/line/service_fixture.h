@@ -18,6 +18,7 @@
 #include "stack/manager/manager.h"
 #include "stack/node/node.h"
 #include "stack/routing/forward_objects.h"
+#include "stack/sdo/write_rule.h"
 
 #include "tests/stack/line/line_fixture.h"
 
@@ -135,6 +136,13 @@ inline pdo::LinkPlan plan_of(const LineConfig& config) {
   routing::show_in_records(config.forwarding, plan);
   return plan;
 }
+
+struct EveryWrite final : sdo::WriteRule {
+  AbortCode may_write(std::uint8_t /*node*/, od::Address /*address*/,
+                      std::span<const std::byte> /*value*/) const override {
+    return AbortCode::none;
+  }
+};
 
 // The own node of a line in Operational, with its own objects and the PDOs of node 5.
 struct NodeParts {

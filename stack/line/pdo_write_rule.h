@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// Keeps the PDOs of booted nodes as the process image has them: their COB-IDs, transmission types
+// and mappings are written by the configuration of the node alone. Private to stack/line.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "stack/manager/configurator.h"
+#include "stack/manager/manager.h"
+#include "stack/sdo/write_rule.h"
+
+namespace linegate::line {
+
+class PdoWriteRule final : public sdo::WriteRule {
+ public:
+  // Both must outlive it.
+  PdoWriteRule(const manager::Manager& manager, const manager::Configurator& configurator)
+      : manager_(manager), configurator_(configurator) {}
+
+  // device_state if the write would change a PDO of the image. Not if the node did not boot: its
+  // next boot process compares the PDOs.
+  AbortCode may_write(std::uint8_t node, od::Address address,
+                      std::span<const std::byte> value) const override;
+
+ private:
+  const manager::Manager& manager_;
+  const manager::Configurator& configurator_;
+};
+
+}  // namespace linegate::line
