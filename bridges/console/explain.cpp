@@ -137,7 +137,27 @@ std::string Explainer::node(unsigned id) const {
 
 // --- services -----------------------------------------------------------------------------------
 
-std::string Explainer::nmt(const can::Frame& frame) const {
+std::string Explainer::follow_nmt(nmt::Command command, std::uint8_t to) {
+  std::string out;
+  for (auto& [id, channel] : channels_) {
+    if (to != 0 && id != to) {
+      continue;
+    }
+    std::string news;
+    if (nmt::is_reset(command)) {
+      news = channel.pdos.reset();
+    } else if (command == nmt::Command::start) {
+      news = channel.pdos.start();
+    }
+    if (!news.empty()) {
+      out += "; " + (to == 0 ? node(id) + ": " + news : news);
+      note_pdos(id, channel.pdos);
+    }
+  }
+  return out;
+}
+
+std::string Explainer::nmt(const can::Frame& frame) {
   if (frame.length != 2) {
     return wrong_length(frame, "NMT command");
   }
@@ -147,10 +167,11 @@ std::string Explainer::nmt(const can::Frame& frame) const {
   if (!nmt::is_command(command) || id > can::kMaxNodeId) {
     return "NMT: no command there is: " + hex_digits(command, 2) + "h to " + to;
   }
-  return "NMT: " + std::string(name(static_cast<nmt::Command>(command))) + " " + to;
+  const auto known = static_cast<nmt::Command>(command);
+  return "NMT: " + std::string(name(known)) + " " + to + follow_nmt(known, id);
 }
 
-std::string Explainer::error_control(const can::Frame& frame, unsigned id) const {
+std::string Explainer::error_control(const can::Frame& frame, unsigned id) {
   if (frame.remote()) {
     return "node guarding: requests the state of " + node(id);
   }
@@ -159,7 +180,10 @@ std::string Explainer::error_control(const can::Frame& frame, unsigned id) const
   }
   const std::uint8_t state = byte_of(frame, 0);
   if (state == 0) {
-    return node(id) + " booted up";
+    PdoFollower& pdos = channel(id).pdos;
+    const std::string news = pdos.boot_up();
+    note_pdos(id, pdos);
+    return node(id) + " booted up" + (news.empty() ? "" : "; " + news);
   }
   const auto code = static_cast<nmt::State>(state & ~kToggle);
   const std::string text = node(id) + " is " + std::string(name(code));

@@ -13,6 +13,7 @@
 #include "bridges/console/pdo_follower.h"
 #include "stack/can/frame.h"
 #include "stack/line/config.h"
+#include "stack/nmt/state.h"
 #include "stack/pdo/parameters.h"
 
 namespace linegate::console {
@@ -30,8 +31,8 @@ class Explainer {
   void add(const line::NodeConfig& device);
 
   // Returns one sentence without a full stop. If SDO transfers remap a PDO or read its mapping, the
-  // PDO is explained accordingly from then on, also for devices that were not added; the sentence
-  // for the frame that completes the transfer mentions it.
+  // PDO is explained accordingly until a reset of the device, also for devices that were not added;
+  // the sentence for the frame that completes the transfer, or resets the device, mentions it.
   std::string explain(const can::Frame& frame);
 
  private:
@@ -54,8 +55,10 @@ class Explainer {
   // Updates the identifiers of its PDOs from the follower.
   void note_pdos(unsigned id, const PdoFollower& pdos);
 
-  std::string nmt(const can::Frame& frame) const;
-  std::string error_control(const can::Frame& frame, unsigned id) const;
+  // Returns the changes of its PDOs in words.
+  std::string follow_nmt(nmt::Command command, std::uint8_t to);
+  std::string nmt(const can::Frame& frame);
+  std::string error_control(const can::Frame& frame, unsigned id);
   std::string emcy(const can::Frame& frame, unsigned id) const;
   std::string sdo(const can::Frame& frame, unsigned id, bool request);
   std::string pdo(const can::Frame& frame, const Pdo& pdo) const;

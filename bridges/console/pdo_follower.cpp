@@ -75,7 +75,8 @@ std::vector<KnownPdo> known_ones(const observer::PdoKnowledge& knowledge) {
   for (const od::ObjectDescription& object : knowledge.device().objects) {
     for (const auto kind : {pdo::PdoKind::tpdo, pdo::PdoKind::rpdo}) {
       const auto number = static_cast<std::uint16_t>(object.index - communication_base(kind) + 1);
-      if (object.index < communication_base(kind) || number > pdo::kMaxPdo) {
+      if (object.index < communication_base(kind) || number > pdo::kMaxPdo ||
+          !knowledge.is_known(kind, number)) {
         continue;
       }
       const auto read = read_record(knowledge.device(), kind, number);
@@ -94,14 +95,51 @@ PdoFollower::PdoFollower(const od::DeviceDescription& device, std::uint8_t node)
 }
 
 std::string PdoFollower::follow(const can::Frame& frame, bool request) {
+  using Seen = observer::PdoKnowledge::Seen;
   const auto transfer = request ? transfers_.request(frame) : transfers_.answer(frame);
   if (!transfer || !transfer->complete() ||
-      !knowledge_.learn(transfer->address, transfer->kept())) {
+      !knowledge_.learn(transfer->address, transfer->kept(),
+                        transfer->download ? Seen::written : Seen::read)) {
     return {};
   }
+  return update();
+}
+
+std::string PdoFollower::reset() {
+  before_reset_ = pdos_;
+  knowledge_.reset();
+  return update();
+}
+
+std::string PdoFollower::start() {
+  before_reset_.reset();
+  return update();
+}
+
+std::string PdoFollower::boot_up() {
+  before_reset_.reset();
+  knowledge_.boot_up();
+  return update();
+}
+
+std::string PdoFollower::update() {
   std::vector<KnownPdo> before = known_ones(knowledge_);
+  if (before_reset_) {
+    std::erase_if(before, [this](const KnownPdo& pdo) {
+      const KnownPdo* const old = find_pdo(*before_reset_, pdo);
+      return old == nullptr || !is_same(*old, pdo);
+    });
+  }
   before.swap(pdos_);
   return changes(before);
+}
+
+bool PdoFollower::is_known(const KnownPdo& pdo) const {
+  const std::uint16_t number = pdo.parameters.number;
+  const auto record = static_cast<std::uint16_t>(communication_base(pdo.kind) + number - 1);
+  const od::VariableDescription* const cob_id = knowledge_.device().find({record, 1});
+  return !before_reset_ && knowledge_.is_known(pdo.kind, number) && cob_id != nullptr &&
+         cob_id->value.size() == sizeof(std::uint32_t);
 }
 
 std::string PdoFollower::changes(const std::vector<KnownPdo>& before) const {
@@ -109,7 +147,7 @@ std::string PdoFollower::changes(const std::vector<KnownPdo>& before) const {
   const auto add = [&out](const std::string& text) { out += (out.empty() ? "" : "; ") + text; };
   for (const KnownPdo& old : before) {
     if (find_pdo(pdos_, old) == nullptr) {
-      add(pdo_name(old) + " is not in use now");
+      add(pdo_name(old) + (is_known(old) ? " is not in use now" : " is not known now"));
     }
   }
   for (const KnownPdo& pdo : pdos_) {

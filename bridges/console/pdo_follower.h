@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Follows the PDOs of one device through a log: from its device file, and from SDO transfers in the
-// log that change or read them (1400h to 1BFFh; CiA 301 7.5.2.35 to 7.5.2.38).
+// log that change or read them (1400h to 1BFFh; CiA 301 7.5.2.35 to 7.5.2.38). A reset of the
+// device ends what it does not store; see observer::PdoKnowledge.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,16 +24,25 @@ class PdoFollower {
   // change in words: "TPDO 1 is now on 185h: 6041:00 Statusword, 6064:00 Position"; empty if
   // nothing changed.
   std::string follow(const can::Frame& frame, bool request);
+  // An NMT command resets or starts the device, or it has sent its boot-up message. Return the
+  // change in words. Between a reset and the next of the others, a frame of the device may be from
+  // before the reset: PDOs that it changes are not known.
+  std::string reset();
+  std::string start();
+  std::string boot_up();
 
   // The valid PDOs with a known mapping.
   const std::vector<observer::KnownPdo>& pdos() const { return pdos_; }
 
  private:
+  std::string update();
   std::string changes(const std::vector<observer::KnownPdo>& before) const;
+  bool is_known(const observer::KnownPdo& pdo) const;
 
   observer::SdoFollower transfers_;
   observer::PdoKnowledge knowledge_;
   std::vector<observer::KnownPdo> pdos_;
+  std::optional<std::vector<observer::KnownPdo>> before_reset_;
 };
 
 }  // namespace linegate::console

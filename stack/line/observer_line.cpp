@@ -5,6 +5,7 @@
 #include <tuple>
 #include <utility>
 
+#include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
 #include "stack/can/dispatch.h"
 #include "stack/line/build.h"
@@ -43,19 +44,40 @@ void add(pdo::EngineCounters& sum, const pdo::EngineCounters& more) {
   sum.receptions_lost += more.receptions_lost;
 }
 
-Overheard::Overheard(EventLog& events, can::Dispatch& frames, image::Layout layout,
+Overheard::Overheard(EventLog& events, can::Dispatch& dispatch, image::Layout layout,
                      std::vector<pdo::LinkedPdo> pdos)
     : image(std::move(layout), image::Layout{.direction = Direction::outputs, .entries = {}}),
       dictionary(od::DeviceDescription{}),
-      engine(dictionary, frames, events, &image) {
+      engine(dictionary, dispatch, events, &image),
+      frames(dispatch) {
   link(std::move(pdos));
 }
 
 void Overheard::link(std::vector<pdo::LinkedPdo> pdos) {
+  sources.clear();
+  for (const pdo::LinkedPdo& pdo : pdos) {
+    LINEGATE_ASSERT(pdo.parameters.number == sources.size() + 1, "local numbers have no gaps");
+    sources.push_back({pdo.node, pdo.remote_pdo, pdo.parameters.cob_id});
+  }
   pdo::LinkPlan plan;
   plan.rpdos = std::move(pdos);
   engine.link(plan);
   (void)engine.configure();  // linked PDOs are always valid
+}
+
+void Overheard::listen(std::uint8_t node, std::uint16_t remote_pdo, bool on) {
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    const auto slot = static_cast<std::uint16_t>(i);
+    const can::CobId cob_id = sources[i].cob_id;
+    if (sources[i].node != node || sources[i].remote_pdo != remote_pdo) {
+      continue;
+    }
+    if (on) {
+      frames.add(cob_id.id(), cob_id.extended(), can::Service::rpdo, slot);
+    } else {
+      frames.remove(cob_id.id(), cob_id.extended(), can::Service::rpdo, slot);
+    }
+  }
 }
 
 void Overheard::copy_values(const Overheard& before) {
@@ -153,14 +175,29 @@ void ObserverLine::receive(const can::Frame& frame) {
 bool ObserverLine::is_new_pdo(const can::Frame& frame) {
   bool is_new = false;
   for (Device& device : devices) {
-    const bool is_written = device.written_until > frame.time && device.pdos.has_record(frame);
-    if (device.pdos.hear(frame) || is_written) {
-      device.written_until = {};  // a PDO that is sent is valid
+    if (ends_configuration(device, frame)) {
+      device.written_until = {};
       relink_at = frame.time;
       is_new = true;
     }
   }
   return is_new;
+}
+
+// A PDO that is sent is valid. After a reset, a frame does not show it if it may have been queued
+// before, or if it is sent to the node, which is not started yet: a master may send its RPDOs to
+// all nodes, always.
+bool ObserverLine::ends_configuration(Device& device, const can::Frame& frame) const {
+  if (device.resetting) {
+    return false;
+  }
+  const bool is_found = device.pdos.hear(frame);
+  if (device.written_until != kNever) {
+    return is_found || (device.written_until > frame.time && device.pdos.kind_of(frame));
+  }
+  const auto kind = device.pdos.kind_of(frame);
+  return kind == pdo::PdoKind::tpdo ||
+         (kind == pdo::PdoKind::rpdo && takes_outputs(device.pdos.node()));
 }
 
 // A frame may change the tables (a mapping, an identifier): its remaining targets are then skipped.
@@ -235,8 +272,11 @@ void ObserverLine::receive_node_control(const can::Frame& frame) {
   if (const auto command = nmt::decode_node_control(frame)) {
     if (command->command == nmt::Command::start) {
       for (Device& device : devices) {
-        device.written_until =
-            command->addresses(device.pdos.node()) ? Instant{} : device.written_until;
+        if (command->addresses(device.pdos.node()) && device.written_until > frame.time) {
+          device.written_until = {};
+          device.resetting = false;
+          relink_at = frame.time;
+        }
       }
       relink(frame.time);  // before the first PDO of the node
     }
@@ -390,6 +430,20 @@ void ObserverLine::node_data_invalid(std::uint8_t id) {
   inputs->image.set_node_valid(id, false);
   inputs->engine.drop_waiting(id);
   outputs->image.set_node_valid(id, false);
+}
+
+void ObserverLine::node_reset(std::uint8_t id) {
+  if (Device* const device = find(id)) {
+    device->pdos.reset();
+    follow_reset(*device, false);
+  }
+}
+
+void ObserverLine::node_booted(std::uint8_t id) {
+  if (Device* const device = find(id)) {
+    device->pdos.boot_up();
+    follow_reset(*device, true);
+  }
 }
 
 }  // namespace linegate::line

@@ -25,7 +25,7 @@ namespace linegate::line {
 // the devices, too.
 struct Overheard {
   // pdos: described as RPDOs.
-  Overheard(EventLog& events_, can::Dispatch& frames, image::Layout layout,
+  Overheard(EventLog& events_, can::Dispatch& dispatch, image::Layout layout,
             std::vector<pdo::LinkedPdo> pdos);
 
   const image::Layout& layout() const { return image.layout(image::Direction::inputs); }
@@ -36,12 +36,23 @@ struct Overheard {
   void set_all_invalid();
   // Replaces the PDOs; the layout stays the same.
   void link(std::vector<pdo::LinkedPdo> pdos);
+  // Whether frames of the PDO are received; initially they are. remote_pdo: as in Entry. No effect
+  // if there is no such PDO.
+  void listen(std::uint8_t node, std::uint16_t remote_pdo, bool on);
   // Copies the values of the same objects in the same PDOs, with their validity.
   void copy_values(const Overheard& before);
+
+  struct Source {
+    std::uint8_t node = 0;
+    std::uint16_t remote_pdo = 0;
+    can::CobId cob_id;
+  };
 
   image::ProcessImage image;
   od::Dictionary dictionary;
   pdo::Engine engine;
+  can::Dispatch& frames;
+  std::vector<Source> sources = {};  // of the PDOs, by slot
 };
 
 // PDOs to the devices, as PDOs that are received: the bytes are the same as in the image of the
@@ -86,12 +97,19 @@ class ObserverLine final : public Line, observer::NodeListener {
   std::uint64_t layout_revision() const override { return revision; }
 
   void node_data_invalid(std::uint8_t id) override;
+  void node_reset(std::uint8_t id) override;
+  void node_booted(std::uint8_t id) override;
 
   // A configured node.
   struct Device {
     observer::PdoKnowledge pdos;
     std::vector<observer::KnownPdo> used;  // PDOs in the image
-    Instant written_until{};  // its PDOs are being written: `used` does not change until then
+    // Its PDOs are being written: `used` does not change until then. kNever: a reset has ended
+    // `used`, and its master is expected to write the same again; until its NMT start or its
+    // first PDO.
+    Instant written_until{};
+    bool resetting = false;  // reset by a command, and its boot-up message was not received yet
+    std::vector<observer::KnownPdo> ended = {};  // PDOs in `used` that a reset has ended
   };
   static std::vector<observer::KnownPdo> known_pdos(const Device& device, Instant now);
 
@@ -108,6 +126,7 @@ class ObserverLine final : public Line, observer::NodeListener {
   void receive_sync(const can::Frame& frame);
   void receive_time(const can::Frame& frame);
   void malformed(const can::Frame& frame, std::uint8_t id);
+  bool ends_configuration(Device& device, const can::Frame& frame) const;
 
   // --- observer_sdo.cpp -------------------------------------------------------------------------
   void receive_sdo(std::uint16_t index, const can::Frame& frame);
@@ -119,6 +138,8 @@ class ObserverLine final : public Line, observer::NodeListener {
   bool nothing_new(Instant now) const;
   Loaded<pdo::LinkPlan> plan_of_what_is_known(Instant now) const;
   void report_mappings(Device& device, Instant now);
+  void follow_reset(Device& device, bool booted);
+  void listen(const Device& device, bool on);
   void replace(image::Direction direction, const image::Layout& layout,
                std::vector<pdo::LinkedPdo> pdos, Instant now);
 

@@ -124,10 +124,39 @@ void ObserverLine::learn(std::uint8_t id, const observer::Transfer& transfer, In
   if (transfer.size == sizeof number) {
     channels.learn(id, transfer.address, number);
   }
+  using Seen = observer::PdoKnowledge::Seen;
   Device* device = find(id);
-  if (device != nullptr && device->pdos.learn(transfer.address, transfer.kept())) {
+  if (device != nullptr &&
+      device->pdos.learn(transfer.address, transfer.kept(),
+                         transfer.download ? Seen::written : Seen::read) &&
+      device->written_until != kNever) {
     relink_at = now + kConfigured;
     device->written_until = relink_at;
+  }
+}
+
+// The layout changes only if the configuration that follows is another one: mostly, a master writes
+// the same values after each reset. Until then, no frame is shown with a mapping that has ended.
+void ObserverLine::follow_reset(Device& device, bool booted) {
+  const std::vector<KnownPdo> known = device.pdos.pdos();
+  listen(device, true);
+  device.ended.clear();
+  std::ranges::copy_if(device.used, std::back_inserter(device.ended),
+                       [&](const KnownPdo& pdo) { return !has(known, pdo); });
+  const bool same = device.ended.empty() && known.size() == device.used.size();
+  device.written_until = same ? Instant{} : kNever;
+  device.resetting = !same && !booted;
+  if (!device.ended.empty()) {
+    node_data_invalid(device.pdos.node());
+    listen(device, false);
+  }
+}
+
+// Whether frames of its PDOs that a reset has ended are received.
+void ObserverLine::listen(const Device& device, bool on) {
+  for (const KnownPdo& ended : device.ended) {
+    (ended.kind == pdo::PdoKind::tpdo ? inputs : outputs)
+        ->listen(device.pdos.node(), ended.parameters.number, on);
   }
 }
 
@@ -165,7 +194,10 @@ void ObserverLine::relink(Instant now) {
   for (const Device& device : devices) {
     relink_at = device.written_until > now ? earlier(relink_at, device.written_until) : relink_at;
   }
-  if (nothing_new(now)) {
+  const bool is_hidden = std::ranges::any_of(devices, [now](const Device& device) {
+    return !device.ended.empty() && device.written_until <= now;
+  });
+  if (nothing_new(now) && !is_hidden) {
     return;
   }
   Loaded<pdo::LinkPlan> plan = plan_of_what_is_known(now);
@@ -177,9 +209,15 @@ void ObserverLine::relink(Instant now) {
   const std::uint64_t before[] = {inputs->layout().id, outputs->layout().id};
   for (Device& device : devices) {
     report_mappings(device, now);
+    if (device.written_until <= now) {
+      device.ended.clear();
+    }
   }
   replace(Direction::inputs, plan.value->inputs, std::move(plan.value->rpdos), now);
   replace(Direction::outputs, plan.value->outputs, as_received(std::move(plan.value->tpdos)), now);
+  for (const Device& device : devices) {
+    listen(device, false);
+  }
   if (before[0] == inputs->layout().id && before[1] == outputs->layout().id) {
     return;
   }

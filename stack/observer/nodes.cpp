@@ -89,6 +89,9 @@ void Nodes::commanded(const nmt::NodeControl& command, Instant now) {
   for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
     if (command.addresses(id)) {
       assume(id, command.command);
+      if (nmt::is_reset(command.command) && id != master_) {
+        listener_.node_reset(id);
+      }
     }
   }
 }
@@ -203,6 +206,7 @@ void Nodes::boot_up(std::uint8_t id, Instant now) {
   // A node enters it by itself right after the boot-up message
   nodes_[id].state = nmt::State::pre_operational;
   listener_.node_data_invalid(id);
+  listener_.node_booted(id);
   if (!nodes_[id].configured || has_error_control(id)) {
     life_.boot_up(id, now);
   }

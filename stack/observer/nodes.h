@@ -29,6 +29,10 @@ class NodeListener {
   virtual ~NodeListener() = default;
   // The process data of the node are no longer valid: it was lost or reset, or is not Operational.
   virtual void node_data_invalid(std::uint8_t node) = 0;
+  // An NMT command resets the node; it may still send frames that it had queued before.
+  virtual void node_reset(std::uint8_t node) = 0;
+  // The node has sent its boot-up message.
+  virtual void node_booted(std::uint8_t node) = 0;
 };
 
 class Nodes final : nmt::HeartbeatListener, emcy::Listener {

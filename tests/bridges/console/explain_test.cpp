@@ -146,6 +146,67 @@ TEST_F(ExplainTest, PdosOfADeviceWithoutAFileAreLearntFromTheLog) {
   EXPECT_EQ(say(0x189, {0x37, 0x06}), "TPDO 1 of node 9: 6041:00 = 37 06");
 }
 
+class ExplainedResets : public ExplainTest {
+ protected:
+  void write(std::initializer_list<std::uint8_t> request) {
+    const auto* at = request.begin();
+    say(0x605, request);
+    say(0x585, {0x60, at[1], at[2], at[3], 0, 0, 0, 0});
+  }
+  // TPDO 1 maps 6000:02 alone.
+  void map_second_byte() {
+    write({0x2F, 0x00, 0x1A, 0, 0, 0, 0, 0});
+    write({0x23, 0x00, 0x1A, 1, 8, 2, 0x00, 0x60});
+    write({0x2F, 0x00, 0x1A, 0, 1, 0, 0, 0});
+    EXPECT_THAT(say(0x185, {7}), EndsWith(": 6000:02 Read input 8-bit, Inputs 9 to 16 = 7"));
+  }
+};
+
+TEST_F(ExplainedResets, AMappingThatWasWrittenEndsWithTheReset) {
+  map_second_byte();
+  EXPECT_EQ(say(0x000, {0x82, 5}),
+            "NMT: reset-communication node 5 (inlet); TPDO 1 is not known now");
+  EXPECT_THAT(say(0x185, {7}), HasSubstr("if identifiers are the pre-defined ones"))
+      << "it may be from before the reset";
+  EXPECT_THAT(say(0x205, {9, 0, 0, 0}), HasSubstr("6200:01")) << "its mapping is the same";
+  EXPECT_THAT(say(0x705, {0}), testing::StartsWith("node 5 (inlet) booted up; TPDO 1 is now on "
+                                                   "185h: 6000:01 Read input 8-bit"));
+  EXPECT_THAT(say(0x185, {1, 2, 3, 255}), HasSubstr("6000:04"));
+  map_second_byte();
+  EXPECT_THAT(say(0x705, {0}), HasSubstr("TPDO 1 is now on 185h"));
+  EXPECT_THAT(say(0x185, {1, 2, 3, 255}), HasSubstr("6000:04"));
+}
+
+TEST_F(ExplainedResets, ThoseOfAllNodesAreNamed) {
+  map_second_byte();
+  EXPECT_EQ(say(0x000, {0x81, 0}),
+            "NMT: reset-node all nodes; node 5 (inlet): TPDO 1 is not known now");
+  EXPECT_THAT(say(0x000, {0x01, 0}), HasSubstr("node 5 (inlet): TPDO 1 is now on 185h"));
+  EXPECT_THAT(say(0x185, {1, 2, 3, 255}), HasSubstr("6000:04"));
+}
+
+TEST_F(ExplainedResets, AMappingThatWasStoredStays) {
+  map_second_byte();
+  write({0x23, 0x10, 0x10, 1, 's', 'a', 'v', 'e'});
+  EXPECT_EQ(say(0x000, {0x82, 5}), "NMT: reset-communication node 5 (inlet)");
+  EXPECT_EQ(say(0x705, {0}), "node 5 (inlet) booted up");
+  EXPECT_THAT(say(0x185, {7}), EndsWith("Inputs 9 to 16 = 7"));
+}
+
+TEST_F(ExplainedResets, WithoutADeviceFileNothingIsKnownAfterTheReset) {
+  const auto learn = [this](std::initializer_list<std::uint8_t> request) {
+    const auto* at = request.begin();
+    say(0x609, request);
+    say(0x589, {0x60, at[1], at[2], at[3], 0, 0, 0, 0});
+  };
+  learn({0x23, 0x00, 0x18, 1, 0x89, 0x01, 0, 0});
+  learn({0x23, 0x00, 0x1A, 1, 16, 0, 0x41, 0x60});
+  learn({0x2F, 0x00, 0x1A, 0, 1, 0, 0, 0});
+  EXPECT_EQ(say(0x189, {0x37, 0x06}), "TPDO 1 of node 9: 6041:00 = 37 06");
+  EXPECT_EQ(say(0x709, {0}), "node 9 booted up; TPDO 1 is not known now");
+  EXPECT_EQ(say(0x189, {0x37, 0x06}), "TPDO 1 of node 9, if identifiers are the pre-defined ones");
+}
+
 TEST_F(ExplainTest, ExpeditedSdo) {
   EXPECT_EQ(say(0x605, {0x2B, 0x17, 0x10, 0, 0xC8, 0, 0, 0}),
             "SDO to node 5 (inlet): write 1017:00 Producer heartbeat time = 200");

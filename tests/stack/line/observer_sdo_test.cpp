@@ -352,6 +352,123 @@ TEST_F(OverheardSdoTest, APdoThatComesFasterThanRepetitionsIsPublishedToo) {
   EXPECT_EQ(line_->layout(Direction::inputs).entries.size(), 3U);
 }
 
+// CiA 301, 7.3.2.2.1: a reset restores the stored parameters. The master writes its own ones again.
+TEST_F(OverheardSdoTest, AResetEndsAMappingAndTheSameConfigurationBringsItBack) {
+  observe(config_with_axis());
+  remap_tpdo();
+  hear(0x000, {0x01, 0x05});
+  const std::uint64_t remapped_layout = line_->layout(Direction::inputs).id;
+  hear(0x285, {1, 2, 3, 4, 0x11, 0x22});
+  ASSERT_TRUE(snapshot(Direction::inputs).is_valid(0));
+  for (const std::uint8_t command : {std::uint8_t{0x81}, std::uint8_t{0x82}}) {
+    hear(0x000, {command, 0x05});
+    hear(0x285, {9, 9, 9, 9, 9, 9});  // queued before the reset, or not
+    EXPECT_FALSE(snapshot(Direction::inputs).is_valid(0));
+    hear(0x705, {0x00});
+    hear(0x285, {9, 9, 9, 9, 9, 9});
+    EXPECT_FALSE(snapshot(Direction::inputs).is_valid(0));
+    EXPECT_EQ(line_->layout(Direction::inputs).id, remapped_layout);
+    remap_tpdo();
+    pass(seconds(5));
+    hear(0x705, {0x7F});
+    hear(0x000, {0x01, 0x05});
+    hear(0x285, {1, 2, 3, 4, 0x11, 0x22});
+    EXPECT_TRUE(snapshot(Direction::inputs).is_valid(0));
+    EXPECT_THAT(numbers(snapshot(Direction::inputs)), ElementsAre(1, 2, 3, 4, 0x11, 0x22));
+    EXPECT_EQ(line_->layout_revision(), 1U) << "no other layout was published meanwhile";
+  }
+}
+
+TEST_F(OverheardSdoTest, ADeviceThatIsNotConfiguredAgainHasTheMappingOfItsFile) {
+  observe(config_with_axis());
+  remap_tpdo();
+  hear(0x000, {0x01, 0x05});
+  hear(0x705, {0x00});
+  hear(0x185, {0x11, 0x22, 1, 2, 3, 4});
+  EXPECT_EQ(line_->layout(Direction::inputs).id, managed_inputs(config_with_axis()))
+      << "after the first frame of the PDO";
+  EXPECT_TRUE(snapshot(Direction::inputs).is_valid(0));
+  EXPECT_EQ(line_->layout_revision(), 2U);
+  remap_tpdo();
+  hear(0x000, {0x01, 0x05});
+  hear(0x705, {0x00});
+  hear(0x000, {0x01, 0x00});
+  EXPECT_EQ(line_->layout(Direction::inputs).id, managed_inputs(config_with_axis()))
+      << "after its NMT start";
+}
+
+TEST_F(OverheardSdoTest, AStoredMappingIsValidAfterAReset) {
+  observe(config_with_axis());
+  remap_tpdo();
+  write({0x1010, 1}, 0x6576'6173, 4);
+  hear(0x000, {0x01, 0x05});
+  hear(0x000, {0x82, 0x00});
+  hear(0x705, {0x00});
+  hear(0x285, {1, 2, 3, 4, 0x11, 0x22});
+  EXPECT_THAT(numbers(snapshot(Direction::inputs)), ElementsAre(1, 2, 3, 4, 0x11, 0x22));
+  EXPECT_TRUE(snapshot(Direction::inputs).is_valid(0));
+  EXPECT_EQ(line_->layout_revision(), 1U);
+}
+
+// A PLC may send its RPDOs always, to nodes that it configures, too.
+TEST_F(OverheardSdoTest, OutputsToANodeThatIsConfiguredAgainAreNotShownWithTheOldMapping) {
+  observe(config_with_axis());
+  const auto map_mode_alone = [&] {
+    write({0x1600, 0}, 0, 1);
+    write({0x1600, 1}, 0x2003'0008, 4);
+    write({0x1600, 0}, 1, 1);
+  };
+  map_mode_alone();
+  hear(0x000, {0x01, 0x05});
+  hear(0x705, {0x05});
+  hear(0x205, {7});
+  EXPECT_THAT(numbers(snapshot(Direction::outputs)), ElementsAre(7));
+  EXPECT_TRUE(snapshot(Direction::outputs).is_valid(0));
+  const std::uint64_t revision = line_->layout_revision();
+  hear(0x705, {0x00});
+  hear(0x205, {8});
+  EXPECT_FALSE(snapshot(Direction::outputs).is_valid(0));
+  EXPECT_EQ(line_->layout_revision(), revision);
+  map_mode_alone();
+  hear(0x205, {9});
+  EXPECT_EQ(line_->layout_revision(), revision);
+  hear(0x000, {0x01, 0x05});
+  hear(0x705, {0x05});
+  hear(0x205, {10});
+  EXPECT_THAT(numbers(snapshot(Direction::outputs)), ElementsAre(10));
+  EXPECT_TRUE(snapshot(Direction::outputs).is_valid(0));
+  EXPECT_EQ(line_->layout_revision(), revision);
+  hear(0x705, {0x00});
+  hear(0x705, {0x05});
+  hear(0x205, {1, 2, 3, 4, 5});
+  EXPECT_THAT(numbers(snapshot(Direction::outputs)), ElementsAre(1, 2, 3, 4, 5))
+      << "it was started without a configuration";
+  EXPECT_TRUE(snapshot(Direction::outputs).is_valid(0));
+}
+
+TEST_F(OverheardSdoTest, AResetOfOneNodeLeavesOthersAlone) {
+  LineConfig config = config_with_axis();
+  config.nodes.push_back(config.nodes[0]);
+  config.nodes[1].id = 6;
+  config.nodes[1].name = "other";
+  config.nodes[1].device = *eds::load(kDeviceFile, "axis.eds", 6).value;
+  observe(config);
+  remap_tpdo();
+  hear(0x000, {0x01, 0x00});
+  hear(0x285, {1, 2, 3, 4, 0x11, 0x22});
+  hear(0x186, {1, 2, 3, 4, 5, 6});
+  hear(0x705, {0x00});
+  const image::Snapshot inputs = snapshot(Direction::inputs);
+  ASSERT_EQ(line_->layout(Direction::inputs).entries.size(), 4U);
+  EXPECT_FALSE(inputs.is_valid(0));
+  EXPECT_FALSE(inputs.is_valid(1));
+  EXPECT_TRUE(inputs.is_valid(2));
+  EXPECT_TRUE(inputs.is_valid(3));
+  hear(0x000, {0x81, 0x06});
+  hear(0x285, {1, 2, 3, 4, 0x11, 0x22});
+  EXPECT_FALSE(snapshot(Direction::inputs).is_valid(0)) << "node 5 is still not configured";
+}
+
 TEST_F(OverheardSdoTest, TheIdentifierOfEmcysMayMove) {
   observe(config_with_axis());
   write({0x1014, 0}, 0x0000'00F5, 4);
