@@ -172,12 +172,21 @@ void NodeLine::malformed(const can::Target& target, const can::Frame& frame) {
   events_.emit(can::malformed_event(frame, node_of(target)));
 }
 
+void NodeLine::receive_error_control(const can::Target& target, const can::Frame& frame) {
+  const nmt::ErrorControlReception reception = heartbeats_.receive(node_of(target), frame);
+  if (reception == nmt::ErrorControlReception::malformed) {
+    malformed(target, frame);
+  } else if (reception == nmt::ErrorControlReception::not_alternated) {
+    ++counters_.frames_unused;
+  }
+}
+
 void NodeLine::receive(const can::Target& target, const can::Frame& frame) {
   dirty_ = true;
   switch (target.service) {
     case can::Service::error_control:
-      if (!frame.remote() && !heartbeats_.receive(node_of(target), frame)) {
-        malformed(target, frame);
+      if (!frame.remote()) {
+        receive_error_control(target, frame);
       }
       return;
     case can::Service::emcy:

@@ -136,6 +136,7 @@ class NodeLine final : public Line,
   void report_found_layout(Instant now);
   void receive_beside_others(std::span<const can::Frame> frames);
   void malformed(const can::Target& target, const can::Frame& frame);
+  void receive_error_control(const can::Target& target, const can::Frame& frame);
   void process_completions(Instant now);
   Input forwarded_input(std::size_t object) const;
   Counters count() const;

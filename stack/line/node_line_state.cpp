@@ -29,7 +29,7 @@ Counters NodeLine::count() const {
   const pdo::EngineCounters& of_pdos = node_.pdos().counters();
   out.frames_received = of_node.received.frames;
   out.frames_sent = of_node.sent.frames + services_.lss.sent().frames;
-  out.frames_unused = of_node.unused;
+  out.frames_unused += of_node.unused;
   out.frames_malformed +=
       of_node.malformed + sdo_.counters().malformed + of_pdos.too_short + of_pdos.too_long;
   out.rpdos = of_pdos.received;

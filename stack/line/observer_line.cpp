@@ -242,9 +242,7 @@ void ObserverLine::serve(const can::Target& target, const can::Frame& frame) {
       }
       return;
     case can::Service::error_control:
-      if (!nodes.receive_error_control(id, frame)) {
-        malformed(frame, id);
-      }
+      receive_error_control(id, frame);
       return;
     case can::Service::emcy:
       if (!nodes.receive_emcy(id, frame)) {
@@ -265,6 +263,15 @@ void ObserverLine::serve(const can::Target& target, const can::Frame& frame) {
       return;
     default:
       return;
+  }
+}
+
+void ObserverLine::receive_error_control(std::uint8_t id, const can::Frame& frame) {
+  const nmt::ErrorControlReception reception = nodes.receive_error_control(id, frame);
+  if (reception == nmt::ErrorControlReception::malformed) {
+    malformed(frame, id);
+  } else if (reception == nmt::ErrorControlReception::not_alternated) {
+    ++counters_.frames_unused;
   }
 }
 

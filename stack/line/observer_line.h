@@ -122,6 +122,7 @@ class ObserverLine final : public Line, observer::NodeListener {
   bool takes_outputs(std::uint8_t id) const;
   bool is_new_pdo(const can::Frame& frame);
   void serve(const can::Target& target, const can::Frame& frame);
+  void receive_error_control(std::uint8_t id, const can::Frame& frame);
   void receive_node_control(const can::Frame& frame);
   void receive_sync(const can::Frame& frame);
   void receive_time(const can::Frame& frame);

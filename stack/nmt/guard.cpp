@@ -15,15 +15,9 @@ can::Frame guard_request(std::uint8_t node) {
 }
 
 bool Guard::accept_toggle(can::Frame& answer) {
-  if (answer.length != 1) {
-    return false;
-  }
   if (answer.data[0] == std::byte{0}) {
     toggle = std::byte{0};
     return true;
-  }
-  if (answer.data[0] == kToggleBit) {
-    return false;  // a node in Initialising does not answer
   }
   const std::byte seen = answer.data[0] & kToggleBit;
   if (seen != toggle.value_or(seen)) {

@@ -26,6 +26,13 @@ std::optional<State> decode_state(const can::Frame& frame) {
   return std::nullopt;
 }
 
+// An answer to node guarding, or a boot-up message. A node in Initialising does not answer.
+bool is_guard_answer(const can::Frame& frame) {
+  can::Frame without_toggle = frame;
+  without_toggle.data[0] &= ~kToggleBit;
+  return frame.data[0] != kToggleBit && decode_state(without_toggle).has_value();
+}
+
 }  // namespace
 
 void HeartbeatListener::boot_up(std::uint8_t /*node*/, Instant /*now*/) {
@@ -137,10 +144,14 @@ void HeartbeatConsumer::stop(std::uint8_t node) {
   }
 }
 
-bool HeartbeatConsumer::receive(std::uint8_t node, const can::Frame& frame) {
+ErrorControlReception HeartbeatConsumer::receive(std::uint8_t node, const can::Frame& frame) {
   if (exists(node) && nodes_[node].guard.active()) {
     can::Frame answer = frame;
-    return nodes_[node].guard.accept_toggle(answer) && take(node, answer);
+    if (!is_guard_answer(frame)) {
+      return ErrorControlReception::malformed;
+    }
+    return nodes_[node].guard.accept_toggle(answer) ? take(node, answer)
+                                                    : ErrorControlReception::not_alternated;
   }
   if (exists(node) && std::exchange(nodes_[node].asked, false)) {
     can::Frame answer = frame;
@@ -150,13 +161,13 @@ bool HeartbeatConsumer::receive(std::uint8_t node, const can::Frame& frame) {
   return take(node, frame);
 }
 
-bool HeartbeatConsumer::take(std::uint8_t node, const can::Frame& frame) {
+ErrorControlReception HeartbeatConsumer::take(std::uint8_t node, const can::Frame& frame) {
   const std::optional<State> state = decode_state(frame);
   if (!state) {
-    return false;
+    return ErrorControlReception::malformed;
   }
   if (!exists(node)) {
-    return true;
+    return ErrorControlReception::accepted;
   }
   if (frame.time > nodes_[node].deadline) {
     lose(node);
@@ -166,7 +177,7 @@ bool HeartbeatConsumer::take(std::uint8_t node, const can::Frame& frame) {
   } else {
     receive_heartbeat(node, *state, frame.time);
   }
-  return true;
+  return ErrorControlReception::accepted;
 }
 
 void HeartbeatConsumer::advance(Instant now) {

@@ -45,8 +45,20 @@ struct Guard {
   bool asks() const { return time > Duration::zero(); }
   bool active() const { return asks() || by_others; }
   // Clears the toggle bit in the answer. Returns false if it is not the expected one: the answer is
-  // to be ignored. A boot-up message is not an answer: it makes 0 the expected toggle bit.
+  // to be handled as if it was not received. A boot-up message is not an answer: it makes 0 the
+  // expected toggle bit. Precondition: the frame is well-formed.
   bool accept_toggle(can::Frame& answer);
+};
+
+// Result of the reception of an error control message.
+enum class ErrorControlReception : std::uint8_t {
+  accepted,
+  // An answer to node guarding with the toggle bit of the one before. CiA 301, 7.2.8.3.2.1: it is
+  // handled as if it was not received. The frame is well-formed.
+  not_alternated,
+  // Neither a boot-up message nor a heartbeat nor an answer: length other than 1, reserved state,
+  // toggle bit in a heartbeat.
+  malformed,
 };
 
 // Called within receive() and advance(), after the event was emitted. The default of every function
@@ -102,10 +114,9 @@ class HeartbeatConsumer {
   // Ends monitoring and guarding; the node stays registered.
   void stop(std::uint8_t node);
 
-  // A frame on 700h + node, received at frame.time. Returns false, without an effect, if it is
-  // neither a boot-up message nor a heartbeat (length other than 1, reserved state, wrong toggle
-  // bit in the answer of a guarded node): the owner reports it.
-  bool receive(std::uint8_t node, const can::Frame& frame);
+  // A frame on 700h + node, received at frame.time. No effect unless it is accepted; the owner
+  // counts the others, and reports malformed ones.
+  ErrorControlReception receive(std::uint8_t node, const can::Frame& frame);
 
   // Reports losses whose deadline is <= now, and sends guarding requests that are due.
   void advance(Instant now);
@@ -131,7 +142,7 @@ class HeartbeatConsumer {
   static bool exists(std::uint8_t node) {
     return node >= can::kMinNodeId && node <= can::kMaxNodeId;
   }
-  bool take(std::uint8_t node, const can::Frame& frame);
+  ErrorControlReception take(std::uint8_t node, const can::Frame& frame);
   Instant next_deadline() const;
   void lose(std::uint8_t id);
   void recover(std::uint8_t id, State state, Instant now);

@@ -271,8 +271,14 @@ void Node::Impl::receive_error_control(std::uint16_t index, const can::Frame& fr
     return;
   }
   const auto node = static_cast<std::uint8_t>(index & kNodeBits);
-  if (serves(can::Service::error_control) && !heartbeats.receive(node, frame)) {
+  if (!serves(can::Service::error_control)) {
+    return;
+  }
+  const nmt::ErrorControlReception reception = heartbeats.receive(node, frame);
+  if (reception == nmt::ErrorControlReception::malformed) {
     malformed(frame, node);
+  } else if (reception == nmt::ErrorControlReception::not_alternated) {
+    ++counters.unused;
   }
 }
 

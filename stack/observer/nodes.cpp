@@ -70,10 +70,11 @@ void Nodes::miss(std::uint8_t id, Presence presence) {
   listener_.node_data_invalid(id);
 }
 
-bool Nodes::receive_error_control(std::uint8_t node, const can::Frame& frame) {
+nmt::ErrorControlReception Nodes::receive_error_control(std::uint8_t node,
+                                                        const can::Frame& frame) {
   if (frame.remote()) {
     heartbeats_.overhear_guarding(node, guarded_time_[node]);
-    return true;
+    return nmt::ErrorControlReception::accepted;
   }
   return heartbeats_.receive(node, frame);
 }

@@ -48,10 +48,11 @@ class Nodes final : nmt::HeartbeatListener, emcy::Listener {
   // The node sends its EMCYs on cob_id instead of 80h + node-ID.
   void listen_emcy(std::uint8_t node, can::CobId cob_id);
 
-  // Processes a frame on 700h + node, or an EMCY of the node, at frame.time. Returns false, without
-  // any effect, if it is malformed; the owner reports that. Remote frames come from a master that
-  // guards the node.
-  bool receive_error_control(std::uint8_t node, const can::Frame& frame);
+  // Processes a frame on 700h + node, at frame.time; see HeartbeatConsumer::receive(). Remote
+  // frames come from a master that guards the node.
+  nmt::ErrorControlReception receive_error_control(std::uint8_t node, const can::Frame& frame);
+  // Processes an EMCY of the node, at frame.time. Returns false, without any effect, if it is
+  // malformed; the owner reports that.
   bool receive_emcy(std::uint8_t node, const can::Frame& frame);
   // An NMT command of the master; reported as event::NmtCommand.
   void commanded(const nmt::NodeControl& command, Instant now);

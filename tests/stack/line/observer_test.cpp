@@ -222,6 +222,10 @@ TEST_F(ObserverTest, AnswersToAGuardingMasterAreHeartbeats) {
     pass(milliseconds(100));
   }
   EXPECT_EQ(line_->node_state(5).state, nmt::State::operational);
+  EXPECT_EQ(line_->state().counters.frames_unused, 0U);
+  hear(0x705, {0xFF});
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::operational) << "the toggle bit did not change";
+  EXPECT_EQ(line_->state().counters.frames_unused, 1U);
   EXPECT_EQ(line_->state().counters.frames_malformed, 0U);
   events();
   pass(milliseconds(100));

@@ -250,7 +250,8 @@ TEST_F(OutputsOfANode, AreNotValidByAGuardAnswerToAnotherMaster) {
   EXPECT_FALSE(valid()) << "it left Operational without a command";
   hear_heartbeat(0x80 | kOperational);
   EXPECT_EQ(line_->node_state(5).state, nmt::State::pre_operational) << "ignored: same toggle bit";
-  EXPECT_EQ(line_->state().counters.frames_malformed, 1U);
+  EXPECT_EQ(line_->state().counters.frames_unused, 1U);
+  EXPECT_EQ(line_->state().counters.frames_malformed, 0U);
   hear_heartbeat(kOperational);
   EXPECT_EQ(line_->node_state(5).state, nmt::State::operational);
   EXPECT_THAT(pdos(), ElementsAre("205#0900000003"));

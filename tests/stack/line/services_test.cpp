@@ -39,9 +39,13 @@ TEST_F(LineTest, AGuardedNodeIsAskedAndMissed) {
   sent();
   hear(0x705, {0x85});
   EXPECT_EQ(line_->node_state(5).state, nmt::State::operational);
-  hear(0x705, {0x85});
-  EXPECT_EQ(line_->state().counters.frames_malformed, 1U) << "toggle bit did not change";
+  const Counters before = line_->state().counters;
   events();
+  hear(0x705, {0xFF});
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::operational) << "the toggle bit did not change";
+  EXPECT_EQ(line_->state().counters.frames_unused, before.frames_unused + 1);
+  EXPECT_EQ(line_->state().counters.frames_malformed, before.frames_malformed);
+  EXPECT_TRUE(events().empty()) << "handled as if it was not received";
   pass(milliseconds(200));
   EXPECT_TRUE(emitted(EventKind::heartbeat_lost, 5));
   EXPECT_EQ(line_->node_state(5).presence, Presence::missing);

@@ -175,6 +175,9 @@ class GuardingMasterTest : public ::testing::Test {
   GuardingMasterTest() { consumer.set_listener(&heard); }
 
   bool answer(std::uint8_t content, Duration when, std::uint8_t node = kNode) {
+    return receive(content, when, node) == ErrorControlReception::accepted;
+  }
+  ErrorControlReception receive(std::uint8_t content, Duration when, std::uint8_t node = kNode) {
     return consumer.receive(node, frame_at(at(when), 0x700U + node, {content}));
   }
   // The nodes that were guarded since the last call.
@@ -212,7 +215,7 @@ TEST_F(GuardingMasterTest, TheToggleBitAlternates) {
   EXPECT_TRUE(answer(0xFF, 1ms)) << "any first toggle bit";
   EXPECT_TRUE(answer(0x7F, 101ms));
   EXPECT_TRUE(answer(0x85, 201ms));
-  EXPECT_FALSE(answer(0x85, 301ms));
+  EXPECT_EQ(receive(0x85, 301ms), ErrorControlReception::not_alternated);
   EXPECT_TRUE(answer(0x05, 401ms));
   EXPECT_EQ(heard.words,
             (Words{"5 pre-operational", "5 pre-operational", "5 operational", "5 operational"}));
@@ -240,11 +243,15 @@ TEST_F(GuardingMasterTest, ANodeThatIsNotGuardedCanBeAskedOnce) {
 
 TEST_F(GuardingMasterTest, WhatIsNoAnswerIsRefused) {
   consumer.guard(kNode, 100ms, 3, at(0ms));
-  EXPECT_FALSE(consumer.receive(kNode, frame_at(at(1ms), 0x705, {})));
-  EXPECT_FALSE(consumer.receive(kNode, frame_at(at(1ms), 0x705, {0x05, 0x05})));
-  EXPECT_FALSE(answer(0x33, 1ms));
-  EXPECT_FALSE(answer(0x80, 1ms));
+  constexpr auto kMalformed = ErrorControlReception::malformed;
+  EXPECT_EQ(consumer.receive(kNode, frame_at(at(1ms), 0x705, {})), kMalformed);
+  EXPECT_EQ(consumer.receive(kNode, frame_at(at(1ms), 0x705, {0x05, 0x05})), kMalformed);
+  EXPECT_EQ(receive(0x33, 1ms), kMalformed);
+  EXPECT_EQ(receive(0x80, 1ms), kMalformed);
   EXPECT_TRUE(heard.words.empty());
+  EXPECT_TRUE(answer(0x05, 2ms));
+  EXPECT_EQ(receive(0xB3, 3ms), kMalformed);
+  EXPECT_TRUE(answer(0x85, 4ms)) << "a malformed frame does not change the expected toggle bit";
 }
 
 TEST_F(GuardingMasterTest, WithoutAnAnswerForTheLifeTimeItIsLost) {
@@ -268,8 +275,9 @@ TEST_F(GuardingMasterTest, WithoutAnAnswerForTheLifeTimeItIsLost) {
 TEST_F(GuardingMasterTest, AnAnswerWithTheWrongToggleBitCountsForNothing) {
   consumer.guard(kNode, 100ms, 2, at(0ms));
   EXPECT_TRUE(answer(0x05, 10ms));
-  EXPECT_FALSE(answer(0x05, 110ms));
-  EXPECT_FALSE(answer(0x05, 209ms));
+  EXPECT_EQ(receive(0x05, 110ms), ErrorControlReception::not_alternated);
+  EXPECT_EQ(receive(0x7F, 209ms), ErrorControlReception::not_alternated) << "another state";
+  EXPECT_EQ(consumer.state(kNode), State::operational);
   consumer.advance(at(210ms));
   EXPECT_TRUE(consumer.lost(kNode));
 }

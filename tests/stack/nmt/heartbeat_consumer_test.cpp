@@ -39,7 +39,8 @@ class HeartbeatConsumerTest : public ::testing::Test {
   HeartbeatConsumerTest() { consumer.set_listener(&diary); }
 
   bool hear(std::uint8_t node, std::uint8_t state, Duration when) {
-    return consumer.receive(node, frame_at(at(when), 0x700U + node, {state}));
+    return consumer.receive(node, frame_at(at(when), 0x700U + node, {state})) ==
+           ErrorControlReception::accepted;
   }
 
   can::Dispatch dispatch;
@@ -160,8 +161,9 @@ TEST_F(HeartbeatConsumerTest, MalformedFramesChangeNothing) {
   hear(5, 0x05, 0ms);
   pop_events(events);
   diary.take();
-  EXPECT_FALSE(consumer.receive(5, frame_at(at(50ms), 0x705, {})));
-  EXPECT_FALSE(consumer.receive(5, frame_at(at(50ms), 0x705, {0x05, 0x00})));
+  EXPECT_EQ(consumer.receive(5, frame_at(at(50ms), 0x705, {})), ErrorControlReception::malformed);
+  EXPECT_EQ(consumer.receive(5, frame_at(at(50ms), 0x705, {0x05, 0x00})),
+            ErrorControlReception::malformed);
   for (const int reserved : {0x01, 0x06, 0x7E, 0x85, 0xFF}) {
     EXPECT_FALSE(hear(5, static_cast<std::uint8_t>(reserved), 50ms)) << reserved;
   }
