@@ -179,6 +179,27 @@ TEST_F(SdoRouting, ALineThatStopsIsEnteredNoMore) {
   EXPECT_EQ(counters(2).channels, 0U);
 }
 
+// The rules of this gateway permit both. Codes of the target and of the next gateway may be the
+// same as those of the rules.
+TEST_F(SdoRouting, RefusalsOfTheTargetAndOfTheNextGatewayAreNotThoseOfTheRules) {
+  with_next_gateway();
+  start();
+  open();
+  client({0x23, 0, 0x20, 1, 9, 0, 0, 0});
+  ASSERT_EQ(sent(2), Frames{"605 2300200109000000"});
+  server({0x80, 0, 0x20, 1, 0x02, 0, 0x01, 0x06});
+  EXPECT_EQ(sent(1), Frames{"5FF 8000200102000106"});
+  EXPECT_EQ(counters(1).aborted, 1U);
+  client({0xE0, 3, 0, 5, 1, 0, 0, 0});
+  ASSERT_EQ(sent(2), Frames{"609 E003000502000000"});
+  hear(2, 0x589, {0x80, 0, 0, 0, 0x21, 0, 0, 0x08});
+  EXPECT_EQ(sent(1), Frames{"5FF 8000000021000008"});
+  EXPECT_EQ(counters(1).refused, 1U);
+  for (const unsigned number : {1U, 2U}) {
+    EXPECT_EQ(counters(number).not_permitted, 0U);
+  }
+}
+
 // --- 1F2Ch --------------------------------------------------------------------------------------
 
 TEST_F(SdoRouting, TheTableIsReadAndWrittenBySdoAndTakesEffect) {
