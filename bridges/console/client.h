@@ -118,6 +118,9 @@ class Client {
  public:
   virtual ~Client() = default;
 
+  // The name of this client in its requests, unique in the domain; empty: not known.
+  virtual std::string name() const { return {}; }
+
   virtual Discovery discovery() const { return {}; }
 
   // Processes received samples; waits up to `timeout` if there are none.

@@ -2,6 +2,7 @@
 #include "bridges/console/hold.h"
 
 #include <algorithm>
+#include <cctype>
 #include <chrono>
 #include <ostream>
 #include <utility>
@@ -16,6 +17,23 @@ namespace linegate::console {
 namespace {
 
 constexpr Duration kWriteAgain = std::chrono::milliseconds(200);
+
+bool is_part_of_name(char letter) {
+  return std::isalnum(static_cast<unsigned char>(letter)) != 0 || letter == '/' || letter == '-' ||
+         letter == '_' || letter == '.';
+}
+
+// Whether the text of an event has the name of a client: of "hmi/1/1", but not of "hmi/1/12".
+bool names_client(const std::string& text, const std::string& name) {
+  for (std::size_t at = text.find(name); at != std::string::npos; at = text.find(name, at + 1)) {
+    const std::size_t end = at + name.size();
+    if ((at == 0 || !is_part_of_name(text[at - 1])) &&
+        (end == text.size() || !is_part_of_name(text[end]))) {
+      return true;
+    }
+  }
+  return false;
+}
 
 class Holder {
  public:
@@ -54,6 +72,10 @@ class Holder {
     seen_ = model_.events_seen();
     events_before_ = line_.view->state.counters.events;
     arming_ = static_cast<std::uint64_t>(utc_now().time_since_epoch().count());
+    client_ = context_.client.name();
+    if (const auto known = line_.groups.find(group_); known != line_.groups.end()) {
+      refused_before_ = known->second.state.refused_at;
+    }
     return kDone;
   }
 
@@ -213,8 +235,36 @@ class Holder {
            layout->entries[value_.entry].name != name_;
   }
 
+  // A refusal of a write of this client to this group since the first one. The event has the
+  // reason for people. It may be lost, suppressed, or have a text of another version; then the
+  // state of the group shows the last refusal.
+  std::string refusal() {
+    const auto fresh = static_cast<std::ptrdiff_t>(
+        std::min<std::uint64_t>(model_.events_seen() - seen_, model_.events().size()));
+    seen_ = model_.events_seen();
+    for (auto it = model_.events().end() - fresh; it != model_.events().end(); ++it) {
+      const EventView& event = it->view;
+      const auto* const refused = event.get<event::OutputRefused>();
+      if (it->id == line_.id && refused != nullptr && refused->group == group_ &&
+          event.number > events_before_ &&
+          (client_.empty() || names_client(event.text, printable(client_)))) {
+        return printable(event.text) + group_hint();
+      }
+    }
+    const auto group = line_.groups.find(group_);
+    if (group == line_.groups.end() || client_.empty()) {
+      return {};
+    }
+    const line::OutputState& state = group->second.state;
+    const bool is_mine = state.refusal != line::OutputRefusal::none &&
+                         state.refused_client == client_ && state.refused_at > refused_before_;
+    return is_mine ? "outputs of group " + std::to_string(group_) +
+                         " refused: " + std::string(line::describe(state.refusal)) + group_hint()
+                   : "";
+  }
+
   // Why the value is not written any more: another incarnation of the gateway, a new name, or a
-  // refusal of a write to this group since the first one.
+  // refusal.
   std::string why_it_ends() {
     if (line_.view->incarnation != incarnation_) {
       return "the gateway of " + printable(line_.id.line) + " was started again: " + name_text() +
@@ -224,18 +274,7 @@ class Holder {
       return printable(name_) + " is " + printable(outputs().layout->entries[value_.entry].name) +
              " since a reload: not written any more";
     }
-    const auto fresh = static_cast<std::ptrdiff_t>(
-        std::min<std::uint64_t>(model_.events_seen() - seen_, model_.events().size()));
-    seen_ = model_.events_seen();
-    for (auto it = model_.events().end() - fresh; it != model_.events().end(); ++it) {
-      const EventView& event = it->view;
-      const auto* const refused = event.get<event::OutputRefused>();
-      if (it->id == line_.id && refused != nullptr && refused->group == group_ &&
-          event.number > events_before_) {
-        return printable(event.text) + group_hint();
-      }
-    }
-    return {};
+    return refusal();
   }
 
   Context& context_;
@@ -252,6 +291,8 @@ class Holder {
   std::uint64_t arming_ = 0;
   std::uint64_t events_before_ = 0;  // events up to this number precede the first write
   std::uint64_t seen_ = 0;
+  std::string client_;        // the name of this client; empty: not known
+  Instant refused_before_{};  // the last refusal before the first write
   bool is_published_ = true;  // DDS took the last write
   bool is_held_ = false;
   bool was_held_ = false;

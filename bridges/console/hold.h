@@ -28,9 +28,9 @@ struct HoldRequest {
 // kHoldWatchdog after the last write, also if the console is killed. Each change between held and
 // not held is reported. kDone: the value was held from its first appearance in the image to the
 // end. kHeldBack: at the end, the line has accepted it and not sent it. kFailed: the line refused
-// it, its image did not show the value within context.timeout, the value was lost meanwhile, or the
-// gateway was started again, where nothing is written. kUsage also if no group was given and the
-// entry is in none.
+// it (refusals of other clients have no effect), its image did not show the value within
+// context.timeout, the value was lost meanwhile, or the gateway was started again, where nothing is
+// written. kUsage also if no group was given and the entry is in none.
 int hold(Context& context, const HoldRequest& request, const std::function<bool()>& stopped);
 
 }  // namespace linegate::console

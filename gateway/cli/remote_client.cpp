@@ -115,6 +115,8 @@ class RemoteClient final : public console::Client {
     client_->poll(timeout, forward);
   }
 
+  std::string name() const override { return client_->name(); }
+
   console::Discovery discovery() const override {
     dds::Peers peers = client_->peers();
     return {.gateways = std::move(peers.gateways), .unchanged = peers.unchanged};

@@ -61,10 +61,15 @@ class Output : public Client {
       view_of_group.state.arming = owner.empty() ? writes.back().arming : 1;
       view_of_group.state.owner = owner;
       view_of_group.state.applied = 1;
+      if (!refused_client.empty() && writes.size() > 1) {
+        view_of_group.state.refusal = line::OutputRefusal::not_armed;
+        view_of_group.state.refused_at = refused_at;
+        view_of_group.state.refused_client = refused_client;
+      }
       listener.on_output_state(test::kPress, view_of_group);
     }
     if (refuses && !writes.empty() && ++polls_after > 1) {
-      listener.on_event(test::kPress, test::event(EventKind::output_refused, 7, 0, "refused"));
+      listener.on_event(test::kPress, test::event(EventKind::output_refused, 7, 0, refusal_text));
     }
   }
   Answer call(const LineId& /*id*/, const line::Command& /*command*/, Duration /*timeout*/,
@@ -72,6 +77,7 @@ class Output : public Client {
     ADD_FAILURE() << "hold() must not send a command whose value stays";
     return {};
   }
+  std::string name() const override { return own_name; }
   bool write_outputs(const LineId& id, std::uint64_t of, const line::OutputWrite& write) override {
     EXPECT_EQ(id, test::kPress);
     EXPECT_EQ(of, 4U);
@@ -86,6 +92,10 @@ class Output : public Client {
   std::size_t renamed_after = 1'000;  // writes
   bool takes = true;
   bool refuses = false;  // rejects at the second poll after the first write
+  std::string refusal_text = "refused";
+  std::string own_name;
+  std::string refused_client;  // in the state of the group, from the second write on
+  Instant refused_at{std::chrono::seconds(9)};
   int polls_after = 0;
   int polls = 0;                    // since the first write
   std::function<void(int)> during;  // called in each poll with their number
@@ -183,6 +193,35 @@ TEST_F(HoldTest, AValueThatIsThereAlreadyIsNotHeldBeforeTheLineTakesIt) {
   const HoldRequest request{.line = "press", .entry = "0", .value = "1"};
   EXPECT_EQ(hold(context_, request, [] { return false; }), kFailed);
   EXPECT_EQ(err_.str(), "refused\n");
+}
+
+TEST_F(HoldTest, RefusedWritesOfOtherClientsHaveNoEffect) {
+  gateway_.own_name = "host/7/1";
+  gateway_.refuses = true;
+  const HoldRequest request{.line = "press", .entry = "0", .value = "1"};
+  for (const std::string other : {"hmi", "host/7/12", "myhost/7/1", "client 4"}) {
+    gateway_.writes.clear();
+    gateway_.refusal_text = "outputs of group 0 of " + other + " at panel refused: not armed";
+    gateway_.refused_client = other;
+    EXPECT_EQ(hold(context_, request, after(4)), kDone) << other << ": " << err_.str();
+  }
+  gateway_.writes.clear();
+  gateway_.refusal_text = "outputs of group 0 of host/7/1 at panel refused: not armed";
+  EXPECT_EQ(hold(context_, request, after(100)), kFailed);
+  EXPECT_THAT(err_.str(), testing::EndsWith(gateway_.refusal_text + "\n"));
+}
+
+TEST_F(HoldTest, TheStateOfTheGroupShowsARefusalWhoseEventWasLost) {
+  gateway_.own_name = "host/7/1";
+  gateway_.refused_client = "host/7/1";
+  const HoldRequest request{.line = "press", .entry = "0", .value = "1"};
+  EXPECT_EQ(hold(context_, request, after(100)), kFailed);
+  EXPECT_THAT(err_.str(),
+              testing::EndsWith("outputs of group 0 refused: " +
+                                std::string(describe(line::OutputRefusal::not_armed)) + "\n"));
+  gateway_.writes.clear();
+  gateway_.refused_at = Instant{};
+  EXPECT_EQ(hold(context_, request, after(4)), kDone) << "a refusal before the first write";
 }
 
 TEST_F(HoldTest, IsNotArmedAgainInAnotherIncarnationOfTheGateway) {
