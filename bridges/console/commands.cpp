@@ -52,6 +52,13 @@ std::vector<const Line*> find_lines(Context& context, Model& model, const std::s
   return found;
 }
 
+// Whether some values may be those of another gateway of the same name, of which the model has
+// warned.
+bool is_mixed(const std::vector<const Line*>& lines) {
+  return std::ranges::any_of(
+      lines, [](const Line* line) { return line->view && Model::has_namesake(*line->view); });
+}
+
 // Reports what is missing from the printed lines, each of which should fulfil the condition.
 int completeness_of(Context& context, const Model& model, const std::vector<const Line*>& lines,
                     std::string_view what, bool (*condition)(const Line*)) {
@@ -63,7 +70,7 @@ int completeness_of(Context& context, const Model& model, const std::vector<cons
       code = kIncomplete;
     }
   }
-  return code;
+  return is_mixed(lines) ? kIncomplete : code;
 }
 
 std::string text_of(const Client::Answer& answer) {
@@ -94,7 +101,8 @@ int lines(Context& context) {
   } else {
     print(context.out, text_of(lines_of(model, {})));
   }
-  return completeness(context, model);
+  const int code = completeness(context, model);
+  return is_mixed(found) ? kIncomplete : code;
 }
 
 int nodes(Context& context, const std::string& line) {

@@ -18,7 +18,8 @@ namespace linegate::console {
 inline constexpr int kDone = 0;
 inline constexpr int kFailed = 1;  // the gateway or the device refused, or did not answer
 inline constexpr int kUsage = 2;   // the arguments are invalid
-// The output is incomplete: gateways, lines or nodes are missing, which was reported.
+// The output is incomplete: gateways, lines or nodes are missing; or it mixes values of several
+// gateways of one name. Both were reported.
 inline constexpr int kIncomplete = 3;
 // A value or a command was accepted but not sent yet; the reason was printed.
 inline constexpr int kHeldBack = 4;

@@ -193,7 +193,7 @@ std::vector<std::string> Model::pop_warnings() {
   for (auto& [gateway, warned] : namesakes_) {
     if (!std::exchange(warned, true)) {
       out.push_back("more than one gateway is called '" + printable(gateway) +
-                    "': values of all of them are shown, and all execute commands");
+                    "': values of all of them are mixed, and all execute commands");
     }
   }
   return out;

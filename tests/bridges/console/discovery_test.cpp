@@ -3,6 +3,8 @@
 // received late.
 #include "bridges/console/discovery.h"
 
+#include <functional>
+#include <initializer_list>
 #include <string>
 #include <vector>
 
@@ -34,6 +36,10 @@ class TwoGateways : public Client {
     ++polls;
     listener.on_line(test::kPress, plant);
     unheard.name.empty() ? void() : listener.on_node(test::kPress, unheard);
+    if (has_image) {
+      listener.on_layout(test::kPress, {.direction = image::Direction::inputs, .id = 5});
+      listener.on_image(test::kPress, {.direction = image::Direction::inputs, .layout_id = 5});
+    }
     if (polls > other_after) {
       listener.on_line(kOtherPress, line_of_gateway("1", "plant"));
     }
@@ -55,6 +61,7 @@ class TwoGateways : public Client {
   int other_after = 1'000'000'000;
   LineView plant = line_of_gateway("1", "other");
   NodeView unheard;
+  bool has_image = false;  // an empty one of the inputs
   Discovery discovered;
   std::vector<LineId> asked;
 };
@@ -107,6 +114,26 @@ TEST_F(DiscoveryTest, AGatewayWhoseNameAnotherHasGetsNoCommand) {
   EXPECT_EQ(read("plant/press:5"), kFailed);
   EXPECT_THAT(err_.str(), HasSubstr("more than one gateway is called 'plant'"));
   EXPECT_THAT(gateway_.asked, IsEmpty());
+}
+
+TEST_F(DiscoveryTest, ValuesOfSeveralGatewaysOfOneNameHaveTheStatusOfAnIncompleteList) {
+  gateway_.plant = line_of_gateway("1", "");
+  gateway_.has_image = true;
+  gateway_.unheard = {.name = "ram", .state = {.node = 5, .configured = true}};
+  EXPECT_EQ(lines(context_), kDone);
+  EXPECT_EQ(nodes(context_, ""), kDone);
+  EXPECT_EQ(image(context_, "press", image::Direction::inputs), kDone) << err_.str();
+  EXPECT_EQ(err_.str(), "");
+  gateway_.plant.properties.emplace_back("namesakes", "1");
+  for (const auto& command : std::initializer_list<std::function<int()>>{
+           [&] { return lines(context_); }, [&] { return nodes(context_, ""); },
+           [&] { return image(context_, "press", image::Direction::inputs); }}) {
+    err_.str("");
+    EXPECT_EQ(command(), kIncomplete);
+    EXPECT_EQ(err_.str(),
+              "more than one gateway is called 'plant': values of all of them are mixed, and all "
+              "execute commands\n");
+  }
 }
 
 TEST_F(DiscoveryTest, AListThatIsNotCompleteSaysSoAndHasItsOwnStatus) {

@@ -145,7 +145,7 @@ TEST(Model, AGatewayWhoseNameAnotherHasIsToldOnce) {
   model.on_line(kPressId, view);
   model.on_line({"plant", "hall"}, view);
   const std::vector<std::string> told{
-      "more than one gateway is called 'plant': values of all of them are shown, and all execute "
+      "more than one gateway is called 'plant': values of all of them are mixed, and all execute "
       "commands"};
   EXPECT_EQ(model.pop_warnings(), told);
   model.on_line(kPressId, view);
