@@ -7,6 +7,7 @@
 #include <string_view>
 #include <utility>
 
+#include "bridges/console/explain_own_node.h"
 #include "bridges/console/explain_words.h"
 #include "bridges/console/value_text.h"
 #include "stack/base/byte_order.h"
@@ -14,6 +15,7 @@
 #include "stack/emcy/message.h"
 #include "stack/nmt/state.h"
 #include "stack/od/description.h"
+#include "stack/pdo/mpdo.h"
 #include "stack/time/message.h"
 
 namespace linegate::console {
@@ -89,6 +91,13 @@ void Explainer::add(const line::NodeConfig& device) {
   devices_[device.id] = device;
   channels_.erase(device.id);
   note_pdos(device.id, channel(device.id).pdos);
+}
+
+void Explainer::add_own_node(const line::LineConfig& line) {
+  od::DeviceDescription own = describe_own_node(line);
+  if (!own.objects.empty()) {
+    add({.id = line.node_id, .name = "own node", .device = std::move(own)});
+  }
 }
 
 void Explainer::note_pdos(unsigned id, const PdoFollower& pdos) {
@@ -226,6 +235,9 @@ std::string Explainer::pdo(const can::Frame& frame, const Pdo& pdo) const {
   if (frame.remote()) {
     return out + " is requested";
   }
+  if (pdo.parameters.mpdo != pdo::MpdoMode::none) {
+    return out + mpdo(frame);
+  }
   std::size_t offset = 0;
   for (const pdo::Mapping& mapping : pdo.parameters.mapping) {
     if (offset + mapping.bits > 8U * frame.length) {
@@ -240,6 +252,24 @@ std::string Explainer::pdo(const can::Frame& frame, const Pdo& pdo) const {
     offset += mapping.bits;
   }
   return out;
+}
+
+// The value has the size of the object's data type, or four bytes if that is unknown.
+std::string Explainer::mpdo(const can::Frame& frame) const {
+  const auto content = pdo::decode_mpdo(frame);
+  if (!content) {
+    return ", but it is no MPDO";
+  }
+  const bool to_all = content->mode == pdo::MpdoMode::destination && content->node == 0;
+  const od::DeviceDescription* const device = to_all ? nullptr : description(content->node);
+  const auto* const variable = device == nullptr ? nullptr : device->find(content->address);
+  const std::size_t of_type = variable == nullptr ? 0 : od::byte_size(variable->type);
+  const std::size_t size =
+      of_type != 0 && of_type <= content->value.size() ? of_type : content->value.size();
+  return std::string(content->mode == pdo::MpdoMode::source ? ", MPDO: of " : ", MPDO: to ") +
+         (to_all ? "all nodes" : node(content->node)) + ", " +
+         object_text(device, content->address) + " = " +
+         value_of(device, content->address, std::span(content->value).first(size));
 }
 
 // --- which service -------------------------------------------------------------------------------

@@ -29,6 +29,8 @@ class Explainer {
 
   // Adds the names, objects and PDOs of a device from its file and configuration.
   void add(const line::NodeConfig& device);
+  // Adds the own node of the line, if the configuration gives it objects or PDOs.
+  void add_own_node(const line::LineConfig& line);
 
   // Returns one sentence without a full stop. If SDO transfers remap a PDO or read its mapping, the
   // PDO is explained accordingly until a reset of the device, also for devices that were not added;
@@ -62,6 +64,7 @@ class Explainer {
   std::string emcy(const can::Frame& frame, unsigned id) const;
   std::string sdo(const can::Frame& frame, unsigned id, bool request);
   std::string pdo(const can::Frame& frame, const Pdo& pdo) const;
+  std::string mpdo(const can::Frame& frame) const;
   std::string by_identifier(const can::Frame& frame);
 
   std::map<unsigned, line::NodeConfig> devices_;

@@ -29,6 +29,7 @@ const KnownPdo* find_pdo(const std::vector<KnownPdo>& pdos, const KnownPdo& want
 // Compares identifier and contents of the PDOs.
 bool is_same(const KnownPdo& left, const KnownPdo& right) {
   return left.parameters.cob_id.raw == right.parameters.cob_id.raw &&
+         left.parameters.mpdo == right.parameters.mpdo &&
          std::equal(
              left.parameters.mapping.begin(), left.parameters.mapping.end(),
              right.parameters.mapping.begin(), right.parameters.mapping.end(),
@@ -53,8 +54,15 @@ std::optional<KnownPdo> read_record(const od::DeviceDescription& device, pdo::Pd
   out.parameters.number = number;
   out.parameters.cob_id.raw = number_at(device, {communication, 1});
   const std::uint32_t count = number_at(device, {mapping, 0});
-  if (cob_id == nullptr || cob_id->value.size() != 4 || !out.parameters.cob_id.valid() ||
-      count == 0 || count > pdo::kMaxMapped) {
+  if (cob_id == nullptr || cob_id->value.size() != 4 || !out.parameters.cob_id.valid()) {
+    return std::nullopt;
+  }
+  if (count == pdo::kSourceMode || count == pdo::kDestinationMode) {
+    out.parameters.mpdo =
+        count == pdo::kSourceMode ? pdo::MpdoMode::source : pdo::MpdoMode::destination;
+    return out;
+  }
+  if (count == 0 || count > pdo::kMaxMapped) {
     return std::nullopt;
   }
   unsigned bits = 0;
@@ -155,7 +163,7 @@ std::string PdoFollower::changes(const std::vector<KnownPdo>& before) const {
     if (old != nullptr && is_same(*old, pdo)) {
       continue;
     }
-    std::string objects;
+    std::string objects = pdo.parameters.mpdo == pdo::MpdoMode::none ? "" : " multiplexed";
     for (const pdo::Mapping& mapping : pdo.parameters.mapping) {
       objects +=
           (objects.empty() ? " " : ", ") + object_text(&knowledge_.device(), mapping.address);

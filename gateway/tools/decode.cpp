@@ -76,6 +76,7 @@ class Decoding {
     }
     Bus& bus = buses_[std::string(interface)];
     if (const auto* line = line_of(interface)) {
+      bus.frames->add_own_node(line->config);
       for (const auto& node : line->config.nodes) {
         bus.frames->add(node);
       }
@@ -121,7 +122,7 @@ class Decoding {
   void frame(const LogEntry& entry, const std::string& text) {
     const can::Frame& frame = entry.frame;
     const std::string id = fmt::format("{:0{}X}", frame.id, frame.extended() ? 8 : 3);
-    const std::string data = frame.remote() ? "remote" : console::to_hex(frame.bytes());
+    std::string data = frame.remote() ? "remote" : console::to_hex(frame.bytes());
     if (options_.json) {
       const Json out{{"time_ns", entry.stamp_ns},
                      {"interface", entry.interface},
@@ -129,10 +130,14 @@ class Decoding {
                      {"extended", frame.extended()},
                      {"remote", frame.remote()},
                      {"fd", frame.fd()},
+                     {"length", frame.length},
                      {"data", data},
                      {"text", text}};
       std::cout << json_text(out) << '\n';
       return;
+    }
+    if (frame.remote()) {
+      data += ' ' + std::to_string(frame.length);
     }
     print_day(entry.stamp_ns);
     std::cout << fmt::format("{} {:<8} {:>8}  {:<23}  {}\n", clock(entry.stamp_ns), entry.interface,

@@ -14,6 +14,8 @@
 #include "bridges/sim/eds_files.h"
 #include "stack/base/abort_code.h"
 #include "stack/eds/reader.h"
+#include "stack/pdo/parameters.h"
+#include "stack/routing/forward.h"
 
 namespace linegate::console {
 namespace {
@@ -205,6 +207,55 @@ TEST_F(ExplainedResets, WithoutADeviceFileNothingIsKnownAfterTheReset) {
   EXPECT_EQ(say(0x189, {0x37, 0x06}), "TPDO 1 of node 9: 6041:00 = 37 06");
   EXPECT_EQ(say(0x709, {0}), "node 9 booted up; TPDO 1 is not known now");
   EXPECT_EQ(say(0x189, {0x37, 0x06}), "TPDO 1 of node 9, if identifiers are the pre-defined ones");
+}
+
+// own_objects, own_pdos and shared_objects of a plant.yaml.
+class ExplainedOwnNode : public ExplainTest {
+ protected:
+  ExplainedOwnNode() {
+    line::LineConfig line;
+    line.node_id = 127;
+    line::OwnObject level{.index = 0x2100};
+    level.variable = od::number_variable(1, "Level", od::DataType::integer16, od::Access::rw);
+    level.variable.mappable = true;
+    line.own_objects = {level};
+    line.forwarding.objects = {{{0xB100, 1}, "Speed", {}}};
+    line.forwarding.tpdos = {{.number = 9, .cob_id = {0x1F1}, .mapping = {{{0x2100, 1}, 16}}},
+                             {.number = 10,
+                              .cob_id = {0x1F2},
+                              .mpdo = pdo::MpdoMode::destination,
+                              .mapping = {{{0x2100, 1}, 16}}},
+                             {.number = 11, .cob_id = {0x1F3}, .mpdo = pdo::MpdoMode::source}};
+    const auto bits = od::bit_size(*routing::forward_type({0xB100, 1}));
+    line.forwarding.rpdos = {{.number = 9,
+                              .cob_id = {0x1F4},
+                              .mapping = {{{0xB100, 1}, static_cast<std::uint8_t>(bits)}}}};
+    known.add_own_node(line);
+  }
+};
+
+TEST_F(ExplainedOwnNode, ItsPdosAreThoseOfTheConfiguration) {
+  EXPECT_EQ(say(0x1F1, {0xFE, 0xFF}), "TPDO 9 of node 127 (own node): 2100:01 Level = -2");
+  EXPECT_EQ(say(0x1F4, {7, 0, 0, 0}), "RPDO 9 to node 127 (own node): B100:01 Speed = 7");
+  EXPECT_EQ(say(0x67F, {0x40, 0x00, 0x21, 1, 0, 0, 0, 0}),
+            "SDO to node 127 (own node): read 2100:01 Level");
+}
+
+TEST_F(ExplainedOwnNode, MultiplexedPdosNameTheObject) {
+  EXPECT_EQ(say(0x1F2, {0x85, 0x17, 0x10, 0, 0xE8, 3, 0, 0}),
+            "TPDO 10 of node 127 (own node), MPDO: to node 5 (inlet), 1017:00 Producer heartbeat "
+            "time = 1000");
+  EXPECT_EQ(say(0x1F2, {0x80, 0x17, 0x10, 0, 0xE8, 3, 0, 0}),
+            "TPDO 10 of node 127 (own node), MPDO: to all nodes, 1017:00 = E8 03 00 00");
+  EXPECT_EQ(say(0x1F3, {0x7F, 0x00, 0x21, 1, 0xFE, 0xFF, 0, 0}),
+            "TPDO 11 of node 127 (own node), MPDO: of node 127 (own node), 2100:01 Level = -2");
+  EXPECT_EQ(say(0x1F3, {0x7F, 0x00}), "TPDO 11 of node 127 (own node), but it is no MPDO");
+}
+
+TEST_F(ExplainedOwnNode, ALineWithoutThemAddsNone) {
+  Explainer plain;
+  plain.add_own_node({});
+  EXPECT_EQ(plain.explain(can::make_frame(0x77F, {5})), "node 127 is operational");
 }
 
 TEST_F(ExplainTest, ExpeditedSdo) {
