@@ -100,6 +100,27 @@ line::OwnObject read_own_object(Findings& findings, const YAML::Node& node, od::
   return out;
 }
 
+// As for an alias of an object of a device: commands find an object by its name or its address.
+void check_own_names(Findings& findings, const YAML::Node& node,
+                     const std::vector<line::OwnObject>& objects) {
+  for (const auto& pair : node) {
+    const auto address = pair.first.IsScalar() ? parse_address(pair.first.Scalar()) : std::nullopt;
+    const YAML::Node name = pair.second.IsMap() ? pair.second["name"] : YAML::Node();
+    if (!address || !name.IsDefined() || !name.IsScalar()) {
+      continue;
+    }
+    const std::string_view reading = other_reading(name.Scalar(), [&](std::uint16_t index) {
+      return std::ranges::any_of(
+          objects, [index](const line::OwnObject& object) { return object.index == index; });
+    });
+    if (!reading.empty()) {
+      findings.error(place_of(name), "\"" + name.Scalar() + "\" reads as " + std::string(reading) +
+                                         " in commands: give " + format_address(*address) +
+                                         " another name");
+    }
+  }
+}
+
 }  // namespace
 
 void read_own_objects(Section& section, line::LineConfig& config) {
@@ -139,6 +160,9 @@ void read_own_objects(Section& section, line::LineConfig& config) {
     config.own_objects.push_back(std::move(object));
   }
   list.done();
+  if (list.valid()) {
+    check_own_names(findings, node, config.own_objects);
+  }
 }
 
 }  // namespace linegate::config

@@ -274,6 +274,17 @@ std::string format_address(od::Address address) {
   return od::to_text(address);
 }
 
+std::string_view other_reading(std::string_view name,
+                               const std::function<bool(std::uint16_t index)>& exists) {
+  if (name == "*") {
+    return "all objects";
+  }
+  const auto address = parse_address(name);
+  return address && (name.find(':') != std::string_view::npos || exists(address->index))
+             ? "an object, INDEX:SUB"
+             : "";
+}
+
 std::optional<std::vector<std::byte>> parse_value(std::string_view text, od::DataType type) {
   if (od::is_integer(type)) {
     return integer_value(text, type);

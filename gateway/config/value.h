@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -41,6 +42,10 @@ std::optional<std::uint64_t> parse_unsigned(std::string_view text);
 // "6083:1", "6083" (sub-index 0), "0x6083:0x01": index always hexadecimal, sub-index hexadecimal.
 std::optional<od::Address> parse_address(std::string_view text);
 std::string format_address(od::Address address);
+// What commands take the name of an object for, instead: "an object, INDEX:SUB" or "all objects";
+// empty: it is a name. Without a sub-index it is a name, as Feed, unless there is that object.
+std::string_view other_reading(std::string_view name,
+                               const std::function<bool(std::uint16_t index)>& exists);
 
 // Parses a value of the object's type, little-endian: numbers decimal or with 0x, BOOLEAN also true
 // and false, VISIBLE_STRING verbatim, other types as hexadecimal bytes ("01 02 FF") of the size of

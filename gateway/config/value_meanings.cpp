@@ -129,15 +129,9 @@ struct Alias {
 };
 
 // Commands find an output by its name or by its address: an alias that reads as an address would be
-// taken for that of another object. Without a sub-index it is a name, as Feed, unless the device
-// has that object.
-bool reads_as_address(const std::string& text, const od::DeviceDescription& device) {
-  const auto address = parse_address(text);
-  const auto is_it = [&](const od::ObjectDescription& object) {
-    return object.index == address->index;
-  };
-  return address &&
-         (text.find(':') != std::string::npos || std::ranges::any_of(device.objects, is_it));
+// taken for that of another object.
+std::string_view reading_of_alias(const std::string& text, const od::DeviceDescription& device) {
+  return other_reading(text, [&](std::uint16_t index) { return device.find(index) != nullptr; });
 }
 
 // The names of objects without an alias follow from the device file.
@@ -179,9 +173,8 @@ void read_meaning(Findings& findings, const YAML::Node& key, const YAML::Node& v
     } else if (!is_new) {
       findings.error(place_of(alias),
                      "\"" + *text + "\" is the alias of " + other->second + " already");
-    } else if (reads_as_address(*text, device) || *text == "*") {
-      findings.error(place_of(alias), "\"" + *text + "\" reads as " +
-                                          (*text == "*" ? "all objects" : "an object, INDEX:SUB") +
+    } else if (const auto reading = reading_of_alias(*text, device); !reading.empty()) {
+      findings.error(place_of(alias), "\"" + *text + "\" reads as " + std::string(reading) +
                                           " in commands: give " + key.Scalar() + " another alias");
     } else {
       unique.push_back({*text, *parse_address(key.Scalar()), place_of(alias)});

@@ -193,5 +193,23 @@ TEST(ValueMeanings, ObjectsOfTheOwnNodeHaveThem) {
             (std::vector{std::byte{3}, std::byte{0}}));
 }
 
+// `linegate write l own.6411:2 50` would write the output with that name, and not the object.
+TEST(ValueMeanings, NamesOfOwnObjectsAreNoAddresses) {
+  const auto named = [](const std::string& name) {
+    return meaning_messages(plant_of_values(
+        "", "    own_objects:\n      2100:1: {name: \"" + name + "\", type: i16, image: true}\n"));
+  };
+  for (const std::string name : {"6411:2", "0x6411:0x02", "2100:1", "2100"}) {
+    EXPECT_THAT(named(name), ElementsAre(HasSubstr("\"" + name +
+                                                   "\" reads as an object, INDEX:SUB in commands: "
+                                                   "give 2100:01 another name")))
+        << name;
+  }
+  EXPECT_THAT(named("*"), ElementsAre(HasSubstr("\"*\" reads as all objects in commands")));
+  for (const std::string name : {"Feed", "2101", "Level:1", "a*"}) {
+    EXPECT_THAT(named(name), IsEmpty()) << name;
+  }
+}
+
 }  // namespace
 }  // namespace linegate::config
