@@ -120,6 +120,7 @@ ObserverLine::ObserverLine(LineConfig line_config, pdo::LinkPlan plan)
         devices.emplace_back(Device{observer::PdoKnowledge(device.device, device.id), {}});
     known.used = known.pdos.pdos();
     channels.add(device.id, device.device);
+    identifiers.at(device.id) = observer::LearnedParameters(device.device);
     for (const ObjectValue& object : device.objects) {
       if (object.data.size() == sizeof(std::uint32_t)) {
         channels.learn(device.id, object.address, load_le<std::uint32_t>(object.data.data()));
@@ -447,6 +448,7 @@ void ObserverLine::node_reset(std::uint8_t id) {
 }
 
 void ObserverLine::node_booted(std::uint8_t id) {
+  follow_boot_up(id);
   if (Device* const device = find(id)) {
     device->pdos.boot_up();
     follow_reset(*device, true);

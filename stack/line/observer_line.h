@@ -9,6 +9,7 @@
 #include "stack/image/process_image.h"
 #include "stack/line/generic_can.h"
 #include "stack/line/line.h"
+#include "stack/observer/learned_parameters.h"
 #include "stack/observer/nodes.h"
 #include "stack/observer/pdo_knowledge.h"
 #include "stack/observer/sdo_channels.h"
@@ -134,6 +135,10 @@ class ObserverLine final : public Line, observer::NodeListener {
   std::optional<observer::Transfer> follow(std::uint16_t index, const can::Frame& frame);
   void report_transfer(std::uint8_t id, const observer::Transfer& transfer, Instant now);
   void learn(std::uint8_t id, const observer::Transfer& transfer, Instant now);
+  void learn_identifier(std::uint8_t id, const observer::Transfer& transfer);
+  void set_identifier(std::uint8_t id, od::Address address, std::span<const std::byte> value);
+  std::vector<std::byte> described_identifier(std::uint8_t id, od::Address address) const;
+  void follow_boot_up(std::uint8_t id);
   // Builds the image anew from the PDOs that are known.
   void relink(Instant now);
   bool nothing_new(Instant now) const;
@@ -156,6 +161,8 @@ class ObserverLine final : public Line, observer::NodeListener {
   observer::Nodes nodes;
   std::array<observer::SdoFollower, can::kMaxNodeId + 1> transfers;
   observer::SdoChannels channels;
+  // By node-ID: the COB-IDs of EMCY and SDO servers
+  std::array<observer::LearnedParameters, can::kMaxNodeId + 1> identifiers;
   std::vector<Device> devices;  // in the order of config.nodes
   std::uint64_t revision = 0;
   Instant relink_at = kNever;

@@ -36,6 +36,19 @@ bool has_number(const std::vector<KnownPdo>& pdos, const KnownPdo& wanted) {
   });
 }
 
+observer::LearnedParameters::Seen seen_in(const observer::Transfer& transfer) {
+  using Seen = observer::LearnedParameters::Seen;
+  return transfer.download ? Seen::written : Seen::read;
+}
+
+// The COB-ID of EMCY, or one of an SDO server other than the default one.
+bool is_identifier(od::Address address) {
+  constexpr od::Address kEmcy{od::objects::kEmcyCobId, 0};
+  return address == kEmcy ||
+         (address.index > od::objects::kSdoServer && address.index <= od::objects::kLastSdoServer &&
+          (address.sub == 1 || address.sub == 2));
+}
+
 Event mapping_event(std::uint8_t node, const KnownPdo& pdo, bool complete, Instant now) {
   return {.time = now,
           .node = node,
@@ -117,22 +130,68 @@ void ObserverLine::learn(std::uint8_t id, const observer::Transfer& transfer, In
   if (is_number && !transfer.download) {
     nodes.identity(id, transfer.address, number);
   }
-  if (transfer.address == od::Address{od::objects::kEmcyCobId, 0} &&
-      transfer.size == sizeof number) {
-    nodes.listen_emcy(id, {number});
-  }
-  if (transfer.size == sizeof number) {
-    channels.learn(id, transfer.address, number);
-  }
-  using Seen = observer::PdoKnowledge::Seen;
+  learn_identifier(id, transfer);
   Device* device = find(id);
   if (device != nullptr &&
-      device->pdos.learn(transfer.address, transfer.kept(),
-                         transfer.download ? Seen::written : Seen::read) &&
+      device->pdos.learn(transfer.address, transfer.kept(), seen_in(transfer)) &&
       device->written_until != kNever) {
     relink_at = now + kConfigured;
     device->written_until = relink_at;
   }
+}
+
+void ObserverLine::learn_identifier(std::uint8_t id, const observer::Transfer& transfer) {
+  identifiers.at(id).follow_storage(transfer.address, transfer.kept(), seen_in(transfer));
+  if (!is_identifier(transfer.address) || transfer.size != sizeof(std::uint32_t)) {
+    return;
+  }
+  (void)identifiers.at(id).learn(transfer.address, transfer.kept(),
+                                 described_identifier(id, transfer.address), seen_in(transfer));
+  set_identifier(id, transfer.address, transfer.kept());
+}
+
+// value: empty if the node does not have it.
+void ObserverLine::set_identifier(std::uint8_t id, od::Address address,
+                                  std::span<const std::byte> value) {
+  const can::CobId cob_id{value.size() == sizeof(std::uint32_t)
+                              ? load_le<std::uint32_t>(value.data())
+                              : can::CobId::kInvalidBit};
+  if (address.index == od::objects::kEmcyCobId) {
+    nodes.listen_emcy(id, cob_id);
+  } else {
+    channels.learn(id, address, cob_id.raw);
+  }
+}
+
+// The COB-ID according to the configuration, and to the device file.
+std::vector<std::byte> ObserverLine::described_identifier(std::uint8_t id,
+                                                          od::Address address) const {
+  const auto node = std::ranges::find(config_.nodes, id, &NodeConfig::id);
+  if (address.index == od::objects::kEmcyCobId) {
+    std::vector<std::byte> out(sizeof(std::uint32_t));
+    const can::CobId cob_id =
+        node == config_.nodes.end() ? can::CobId{can::kEmcyBase + id} : emcy_cob_id(*node);
+    store_le(std::span(out), std::uint64_t{cob_id.raw});
+    return out;
+  }
+  if (node == config_.nodes.end()) {
+    return {};
+  }
+  const auto set = std::ranges::find(node->objects, address, &ObjectValue::address);
+  if (set != node->objects.end()) {
+    return set->data;
+  }
+  const od::VariableDescription* const described = node->device.find(address);
+  return described == nullptr ? std::vector<std::byte>() : described->value;
+}
+
+// The node has its stored COB-IDs. What is not known to be stored, or not, remains.
+void ObserverLine::follow_boot_up(std::uint8_t id) {
+  identifiers.at(id).boot_up();
+  identifiers.at(id).for_each(
+      [this, id](od::Address address, const observer::LearnedParameters::Value& value) {
+        set_identifier(id, address, value);
+      });
 }
 
 // The layout changes only if the configuration that follows is another one: mostly, a master writes

@@ -2,7 +2,6 @@
 #include "stack/observer/pdo_knowledge.h"
 
 #include <algorithm>
-#include <array>
 #include <utility>
 
 #include "stack/base/byte_order.h"
@@ -15,27 +14,6 @@ using pdo::PdoKind;
 
 constexpr std::uint32_t kFirstPdoId = 0x180;  // of the pre-defined connection set
 constexpr std::uint32_t kEndOfPdoIds = 0x580;
-
-// Values that are written to 1010h and 1011h (CiA 301, 7.5.2.13 and 7.5.2.14).
-constexpr std::uint32_t kSave = 0x6576'6173;
-constexpr std::uint32_t kLoad = 0x6461'6F6C;
-constexpr std::uint8_t kAllParameters = 1;
-constexpr std::uint8_t kCommunicationParameters = 2;
-constexpr std::uint8_t kFirstOfManufacturer = 4;
-constexpr std::uint32_t kStoresItself = 2;
-
-bool is_number(std::span<const std::byte> value, std::uint32_t wanted) {
-  return value.size() == sizeof wanted && load_le<std::uint32_t>(value.data()) == wanted;
-}
-
-bool stores_itself(const od::DeviceDescription& device) {
-  return std::ranges::any_of(std::array{kAllParameters, kCommunicationParameters}, [&](std::uint8_t
-                                                                                           sub) {
-    const od::VariableDescription* const found = device.find({od::objects::kStoreParameters, sub});
-    return found != nullptr && found->value.size() == sizeof kStoresItself &&
-           (load_le<std::uint32_t>(found->value.data()) & kStoresItself) != 0;
-  });
-}
 
 // TPDO 1, RPDO 1, TPDO 2, ... 180h + node, 200h + node, 280h + node, ...
 PdoKind predefined_kind(std::uint32_t id) {
@@ -59,32 +37,17 @@ bool takes_number(const std::vector<KnownPdo>& pdos, PdoKind kind, std::uint16_t
 }  // namespace
 
 PdoKnowledge::PdoKnowledge(od::DeviceDescription device, std::uint8_t node)
-    : device_(std::move(device)), node_(node), stores_itself_(stores_itself(device_)) {
+    : device_(std::move(device)), node_(node), learned_(device_) {
   read_records();
 }
 
 bool PdoKnowledge::learn(od::Address address, std::span<const std::byte> value, Seen seen) {
-  if (address.index == od::objects::kStoreParameters && seen == Seen::written &&
-      is_number(value, kSave)) {
-    store(address.sub);
-  } else if (address.index == od::objects::kRestoreDefaults && seen == Seen::written &&
-             is_number(value, kLoad)) {
-    restore(address.sub);
-  }
+  learned_.follow_storage(address, value, seen);
   if (!od::objects::is_pdo_record(address.index) || value.empty()) {
     return false;
   }
   od::VariableDescription& present = variable(address, value.size());
-  const bool same = std::ranges::equal(present.value, value);
-  const auto found = learned_.find(address);
-  if (same && found == learned_.end()) {
-    return false;
-  }
-  Learned& known = found != learned_.end()
-                       ? found->second
-                       : learned_[address] = {.file = present.value, .stored = present.value};
-  note_stored(known, value, seen);
-  if (!std::exchange(known.unknown, false) && same) {
+  if (!learned_.learn(address, value, present.value, seen)) {
     return false;
   }
   present.value.assign(value.begin(), value.end());
@@ -92,65 +55,27 @@ bool PdoKnowledge::learn(od::Address address, std::span<const std::byte> value, 
   return true;
 }
 
-void PdoKnowledge::note_stored(Learned& known, std::span<const std::byte> value, Seen seen) const {
-  if (seen == Seen::written) {
-    known.written = true;
-    if (stores_itself_) {
-      known.stored.reset();
-    }
-  } else if (!known.written && booted_) {
-    known.stored.emplace(value.begin(), value.end());
-  } else if (!known.written && known.stored && !std::ranges::equal(*known.stored, value)) {
-    known.stored.reset();
-  }
-}
-
-// 1010h. Sub-index 3: parameters of the application, to which PDO parameters do not belong.
-void PdoKnowledge::store(std::uint8_t sub) {
-  for (auto& [address, known] : learned_) {
-    const std::vector<std::byte>& present = variable(address, 0).value;
-    if (sub == kAllParameters || sub == kCommunicationParameters) {
-      known.stored = known.unknown ? std::nullopt : std::optional(present);
-    } else if (sub >= kFirstOfManufacturer && known.stored != present) {
-      known.stored.reset();
-    }
-  }
-}
-
-// 1011h. The present values remain until the reset.
-void PdoKnowledge::restore(std::uint8_t sub) {
-  for (auto& [address, known] : learned_) {
-    if (sub == kAllParameters || sub == kCommunicationParameters) {
-      known.stored = known.file;
-    } else if (sub >= kFirstOfManufacturer && known.stored != known.file) {
-      known.stored.reset();
-    }
-  }
-}
-
 void PdoKnowledge::reset() {
-  for (auto& [address, known] : learned_) {
-    known.written = false;
-    known.unknown = !known.stored;
-    if (known.stored) {
-      variable(address, 0).value = *known.stored;
-    }
-  }
-  read_records();
+  learned_.reset();
+  take_learned();
 }
 
 void PdoKnowledge::boot_up() {
-  booted_ = true;
-  reset();
+  learned_.boot_up();
+  take_learned();
+}
+
+void PdoKnowledge::take_learned() {
+  learned_.for_each([this](od::Address address, const LearnedParameters::Value& value) {
+    variable(address, value.size()).value = value;
+  });
+  read_records();
 }
 
 bool PdoKnowledge::is_known(pdo::PdoKind kind, std::uint16_t number) const {
   const auto communication = static_cast<std::uint16_t>(communication_base(kind) + number - 1);
   const auto mapping = static_cast<std::uint16_t>(mapping_base(kind) + number - 1);
-  return std::ranges::none_of(learned_, [&](const auto& entry) {
-    return entry.second.unknown &&
-           (entry.first.index == communication || entry.first.index == mapping);
-  });
+  return learned_.is_known(communication) && learned_.is_known(mapping);
 }
 
 std::optional<pdo::PdoKind> PdoKnowledge::kind_of(const can::Frame& frame) const {

@@ -476,5 +476,47 @@ TEST_F(OverheardSdoTest, TheIdentifierOfEmcysMayMove) {
   EXPECT_EQ(line_->node_state(5).last_emcy, 0x8110);
 }
 
+// With the boot-up message the node has its stored COB-ID again.
+TEST_F(OverheardSdoTest, TheIdentifierOfEmcysIsTheStoredOneAfterAReset) {
+  observe(config_with_axis());
+  write({0x1014, 0}, 0x0000'00F5, 4);
+  hear(0x705, {0x00});
+  hear(0x0F5, {0x10, 0x81, 0x11, 1, 2, 3, 4, 5});
+  EXPECT_EQ(line_->node_state(5).emcy_count, 0U);
+  hear(0x085, {0x10, 0x81, 0x11, 1, 2, 3, 4, 5});
+  EXPECT_EQ(line_->node_state(5).emcy_count, 1U);
+  write({0x1014, 0}, 0x0000'00F5, 4);
+  write({0x1010, 1}, 0x6576'6173, 4);
+  hear(0x705, {0x00});
+  hear(0x0F5, {0x10, 0x81, 0x11, 1, 2, 3, 4, 5});
+  EXPECT_EQ(line_->node_state(5).emcy_count, 2U);
+  hear(0x605, {0x40, 0x14, 0x10, 0, 0, 0, 0, 0});
+  hear(0x585, {0x43, 0x14, 0x10, 0, 0xF6, 0, 0, 0});
+  hear(0x705, {0x00});
+  hear(0x0F6, {0x10, 0x81, 0x11, 1, 2, 3, 4, 5});
+  EXPECT_EQ(line_->node_state(5).emcy_count, 3U) << "read after the boot-up: it is stored";
+}
+
+TEST_F(OverheardSdoTest, ChannelsThatAMasterConfiguresEndWithAReset) {
+  observe(config_with_axis());
+  const auto transfers_on_it = [this] {
+    pass(seconds(1));  // transfers of the same object are reported once a second
+    events();
+    hear(0x6E5, {0x40, 0x18, 0x10, 0x04, 0, 0, 0, 0});
+    hear(0x5E5, {0x43, 0x18, 0x10, 0x04, 0x4D, 0, 0, 0});
+    return of(EventKind::sdo_transfer).size();
+  };
+  write({0x1201, 1}, 0x6E5, 4);
+  write({0x1201, 2}, 0x5E5, 4);
+  EXPECT_EQ(transfers_on_it(), 1U);
+  hear(0x705, {0x00});
+  EXPECT_EQ(transfers_on_it(), 0U);
+  write({0x1201, 1}, 0x6E5, 4);
+  write({0x1201, 2}, 0x5E5, 4);
+  write({0x1010, 2}, 0x6576'6173, 4);
+  hear(0x705, {0x00});
+  EXPECT_EQ(transfers_on_it(), 1U);
+}
+
 }  // namespace
 }  // namespace linegate::line

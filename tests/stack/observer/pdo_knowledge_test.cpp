@@ -160,6 +160,13 @@ TEST_F(PdoKnowledgeTest, WhatADeviceStoresByItselfIsNotKnown) {
   EXPECT_EQ(tpdo(), "Position");
 }
 
+TEST_F(PdoKnowledgeTest, ADeviceMayShowThatItStoresByItself) {
+  read({0x1010, 2}, 3);
+  write({0x1A00, 1}, kPosition);
+  known_.boot_up();
+  EXPECT_EQ(tpdo(), "none");
+}
+
 TEST_F(PdoKnowledgeTest, WhatTheManufacturersSubIndicesStoreIsNotKnown) {
   write({0x1A00, 1}, kPosition);
   write({0x1010, 4}, kSave);
