@@ -176,7 +176,7 @@ void BootSlave::heartbeat(nmt::State state, Instant now) {
   } else if (step_ == Step::keep_alive) {
     if (state == nmt::State::operational) {
       was_operational_ = true;
-      start_error_control(now);
+      configure(now);
     } else {
       reset(now);
     }
@@ -346,12 +346,18 @@ void BootSlave::check_keep_alive(Instant now) {
 
 void BootSlave::reset(Instant now) {
   LINEGATE_ASSERT(step_ != Step::wait_reset, "the step after the reset is known");
-  reset_by_ = step_;
-  reset_.repeats = 0;
   // Restored values include those of the application, so reset node is needed.
-  send_reset(
+  reset_and_continue(
+      step_,
       step_ == Step::configuration ? nmt::Command::reset_node : nmt::Command::reset_communication,
       now);
+}
+
+// by: the step that after_reset() takes for the cause.
+void BootSlave::reset_and_continue(Step by, nmt::Command command, Instant now) {
+  reset_by_ = by;
+  reset_.repeats = 0;
+  send_reset(command, now);
   set_step(Step::wait_reset, now + plan_.reset_time);
 }
 
@@ -484,6 +490,10 @@ void BootSlave::process_step_end(Instant now) {
     case StepEnd::Kind::reset:
       reset(now);
       return;
+    case StepEnd::Kind::unlike:
+      was_operational_ = false;
+      reset_and_continue(Step::keep_alive, nmt::Command::reset_communication, now);
+      return;
     case StepEnd::Kind::anew:
       booted_up_ = true;  // a new program runs
       read_device_type(now);
@@ -611,7 +621,8 @@ bool BootSlave::may_follow(Step before, Step step) {
     case Step::program:
       return reads || before == Step::wait_reset;
     case Step::configuration:
-      return reads || before == Step::program || before == Step::wait_reset;
+      return reads || before == Step::program || before == Step::wait_reset ||
+             before == Step::keep_alive;
     case Step::error_control:
     case Step::done:
       return before != Step::retry && before != Step::done;

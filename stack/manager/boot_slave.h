@@ -126,6 +126,7 @@ class BootSlave final : private StepContext {
 
   const NodePlan& plan() const override { return plan_; }
   Duration sdo_timeout() const override;
+  bool is_kept_alive() const override { return was_operational_; }
   void submit(sdo::Request request, Instant now) override;
 
   bool has(std::uint32_t bits) const { return (assignment_ & bits) == bits; }
@@ -135,6 +136,7 @@ class BootSlave final : private StepContext {
   void check_identity(const sdo::Completion& completion, Instant now);
   void check_keep_alive(Instant now);
   void reset(Instant now);
+  void reset_and_continue(Step by, nmt::Command command, Instant now);
   void send_reset(nmt::Command command, Instant now);
   bool missed_reset(nmt::State state, Instant now) const;
   void repeat_reset(Instant now);

@@ -19,6 +19,8 @@ struct StepEnd {
     done,    // the boot process continues with the next step
     failed,  // the boot process ends with the letter and the finding
     reset,   // the node is to be reset; resumed() follows its boot-up message
+    unlike,  // it cannot be kept as it is: it is reset, and the boot process continues as with any
+             // other node
     anew,    // the boot process starts again with the upload of 1000h: another program runs
   };
   Kind kind = Kind::done;
@@ -33,6 +35,8 @@ class StepContext {
   virtual const NodePlan& plan() const = 0;
   // For transfers without a longer time-out of their own.
   virtual Duration sdo_timeout() const = 0;
+  // The node is kept alive: it is Operational, and nothing may be written to it.
+  virtual bool is_kept_alive() const = 0;
   // Submits a transfer to the node's default server; owner, number, node and priority are filled
   // in. One at a time; BootStep::completed() reports its end.
   virtual void submit(sdo::Request request, Instant now) = 0;

@@ -42,6 +42,12 @@ bool is_number(std::span<const std::byte> data, std::uint32_t expected) {
 }  // namespace
 
 ConfigurationRun::ConfigurationRun(ConfigurationOrder order) : order_(std::move(order)) {
+  if (order_.read_only) {
+    order_ = {.node = order_.node, .pdos = std::move(order_.pdos), .read_only = true};
+    for (AssumedPdo& pdo : order_.pdos) {
+      pdo.remedy.clear();
+    }
+  }
   const std::vector<ObjectWrite>& writes = order_.writes;
   for (pdos_at_ = writes.size(); pdos_at_ > 0 && comes_last(writes[pdos_at_ - 1].address);) {
     --pdos_at_;
@@ -184,6 +190,9 @@ void ConfigurationRun::after_pdos() {
   if (pdos_.fault()) {
     object_ = pdos_.fault()->object;
     fail(pdos_.fault()->abort);
+    if (order_.read_only && abort_ == AbortCode::none) {
+      result_ = Result::unlike;
+    }
   } else {
     write_next();
   }

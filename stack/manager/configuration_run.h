@@ -2,6 +2,8 @@
 // The configuration of one node (CiA 302-3), step by step: returns the next transfer, and takes its
 // result. It makes no transfers itself, see NodeTasks.
 //
+// Of a node that is kept alive (read_only) the PDOs of the image are read. Otherwise:
+//
 //   1020h:1 and :2 are the expected date and time?   then there is nothing to do
 //   load -> 1011h                                    then the node is reset, and the run starts
 //   again
@@ -39,6 +41,7 @@ struct ConfigurationOrder {
   std::uint8_t restore = 0;         // sub-index of 1011h; 0 = restore nothing
   std::uint8_t store = 0;           // sub-index of 1010h; 0 = store nothing
   std::vector<AssumedPdo> pdos{};   // of the image
+  bool read_only = false;           // only the PDOs are read, and nothing is written
   bool check = true;                // false: configure without comparing 1020h
 };
 
@@ -51,12 +54,14 @@ class ConfigurationRun {
     applied,
     unchanged,  // the node already has this configuration
     restored,   // reset the node, and start again without `restore`
+    unlike,     // ConfigurationOrder::read_only: a PDO differs
     failed,
   };
 
   explicit ConfigurationRun(ConfigurationOrder order);
 
   std::uint8_t node() const { return order_.node; }
+  bool read_only() const { return order_.read_only; }
   std::optional<TaskStep> wanted();
   void take(AbortCode abort, std::span<const std::byte> data);
 

@@ -44,8 +44,10 @@ class Configurator::Step final : public TaskBootStep<ConfigurationRun> {
   }
 
  private:
-  ConfigurationRun first(const StepContext& /*context*/) override {
-    return ConfigurationRun(owner_.begin(node_));
+  ConfigurationRun first(const StepContext& context) override {
+    ConfigurationOrder order = owner_.begin(node_);
+    order.read_only = context.is_kept_alive();
+    return ConfigurationRun(std::move(order));
   }
   ConfigurationRun again(const StepContext& /*context*/) override {
     ConfigurationOrder order = owner_.begin(node_);
@@ -58,6 +60,8 @@ class Configurator::Step final : public TaskBootStep<ConfigurationRun> {
     switch (run.result()) {
       case ConfigurationRun::Result::restored:
         return {.kind = StepEnd::Kind::reset};
+      case ConfigurationRun::Result::unlike:
+        return {.kind = StepEnd::Kind::unlike};
       case ConfigurationRun::Result::failed:
         return {.kind = StepEnd::Kind::failed, .letter = 'J', .finding = finding_in(run.fault())};
       case ConfigurationRun::Result::applied:
@@ -93,7 +97,7 @@ ConfigurationOrder Configurator::begin(std::uint8_t node) {
 
 void Configurator::ended(const ConfigurationRun& run, Instant now) {
   const std::uint8_t node = run.node();
-  if (run.result() != ConfigurationRun::Result::restored) {
+  if (run.result() != ConfigurationRun::Result::restored && !run.read_only()) {
     forced_.reset(node);
   }
   const auto before = std::exchange(faults_[node], std::nullopt);

@@ -102,6 +102,27 @@ TEST(ConfigurationRun, APdoThatDiffersAndIsNotWrittenFailsIt) {
             (Difference{.object = {0x1800, 1}, .expected = number(0x185), .found = number(0)}));
 }
 
+TEST(ConfigurationRun, OfANodeThatIsKeptAliveThePdosAreReadAlone) {
+  auto kept = order();
+  kept.expected = {.date = 1, .time = 2};
+  kept.restore = 1;
+  kept.store = 1;
+  kept.read_only = true;
+  kept.pdos = {{.parameters = {{{0x1800, 1}, number(0)}}, .remedy = {{{0x1800, 1}, number(0)}}}};
+  ConfigurationRun same(kept);
+  EXPECT_EQ(run(same), "?1800:1=0 ");
+  EXPECT_EQ(same.result(), Outcome::applied);
+  kept.pdos[0].parameters[0].data = number(0x185);
+  ConfigurationRun other(kept);
+  EXPECT_EQ(run(other), "?1800:1=0 ");
+  EXPECT_EQ(other.result(), Outcome::unlike);
+  ConfigurationRun silent(kept);
+  (void)silent.wanted();
+  silent.take(AbortCode::timeout, {});
+  EXPECT_FALSE(silent.wanted());
+  EXPECT_EQ(silent.result(), Outcome::failed);
+}
+
 TEST(ConfigurationRun, RestoringComesBeforeEverythingAndWantsAReset) {  // 1F8Ah
   auto restoring = order();
   restoring.restore = 4;
