@@ -985,6 +985,30 @@ struct EventCodec<event::RoutingEnded> {
   }
 };
 
+// code: number of suppressed events; data: source network (2; 0 = the gateway itself), target
+// network (2), target node (1), way (1), index (2), sub-index (1).
+template <>
+struct EventCodec<event::RoutingUnanswered> {
+  static constexpr v1::EventKind kKind = v1::EVENT_ROUTING_UNANSWERED;
+  static void pack(const event::RoutingUnanswered& from, EventFields& to) {
+    to.code = from.suppressed;
+    append(to, from.source, 2);
+    append(to, from.target, 2);
+    append(to, from.target_node, 1);
+    append(to, from.interface, 1);
+    append_object(to, from);
+  }
+  static void unpack(const EventFields& from, event::RoutingUnanswered& to) {
+    FieldReader data(from.bytes());
+    to.suppressed = from.code;
+    to.source = data.number<std::uint16_t>();
+    to.target = data.number<std::uint16_t>();
+    to.target_node = data.number<std::uint8_t>();
+    to.interface = data.number<std::uint8_t>();
+    read_object(data, to);
+  }
+};
+
 // --- the gateway ---------------------------------------------------------------------------------
 
 // value: number of lines.

@@ -49,24 +49,29 @@ struct RequestCodec<line::SdoWrite> : WithValue {
   }
 };
 
+inline constexpr std::uint32_t kAsDeviceBit = 1;  // entry of COMMAND_NETWORK_READ and _WRITE
+inline constexpr unsigned kHopsShift = 8;
+inline constexpr std::uint32_t kMostHops = 0xFF;
+
 struct InNetwork {
   template <class Request>
   static void write(const Request& from, v1::CommandRequest& to) {
     to.code(from.network);
     to.node(from.node);
     set_address(from.address, to);
-    to.entry(from.as_device ? 1 : 0);
+    to.entry((from.as_device ? kAsDeviceBit : 0U) | std::uint32_t{from.hops} << kHopsShift);
   }
   template <class Request>
   static const char* read(const v1::CommandRequest& from, Request& to) {
     to.network = from.code();
     to.node = from.node();
     to.address = address_of(from);
-    to.as_device = from.entry() == 1;
+    to.as_device = (from.entry() & kAsDeviceBit) != 0;
+    to.hops = static_cast<std::uint8_t>(from.entry() >> kHopsShift);
     if (to.network == 0)
       return "code is no network-ID";
-    if (from.entry() > 1)
-      return "entry is not 0 or 1";
+    if ((from.entry() & ~(kAsDeviceBit | kMostHops << kHopsShift)) != 0)
+      return "entry has other bits than 0 and 8 to 15";
     return one_node(to.node);
   }
 };

@@ -446,6 +446,16 @@ struct EventWords {
                        source_text(e.source), e.target_node, e.target, abort_text(e.abort));
   }
 
+  std::string operator()(const event::RoutingUnanswered& e) const {
+    const auto way = routing::find_way(line.routing.interfaces, e.interface);
+    return fmt::format(
+        "write of {} from {} to node {} of network {} has no certain answer of gateway {}: it may "
+        "have been carried out{}",
+        object(e), source_text(e.source), e.target_node, e.target,
+        way == nullptr ? fmt::format("{}", e.interface) : way->to.gateway,
+        suppressed(e.suppressed));
+  }
+
   // --- the gateway -------------------------------------------------------------------------------
 
   std::string operator()(const event::GatewayStarted& /*e*/) const { return "gateway started"; }

@@ -76,6 +76,7 @@ constexpr std::array<KindInfo, kEventKinds> kInfo{{
     {"client-limited", EventSeverity::warning},
     {"journal-state", EventSeverity::info},
     {"dds-process-ended", EventSeverity::error},
+    {"routing-unanswered", EventSeverity::warning},
 }};
 
 }  // namespace

@@ -17,7 +17,7 @@ EventLog::EventLog(std::size_t capacity) : ring_(capacity < 2 ? 2 : capacity) {
 
 void EventLog::limit_repeats() {
   LINEGATE_ASSERT(line_ == nullptr, "only the log of a line limits events");
-  for (const Limited which : {kMalformed, kBusError, kOutputs, kCommands}) {
+  for (const Limited which : {kMalformed, kBusError, kOutputs, kCommands, kUnanswered}) {
     limits_[which].emplace();
   }
   for (const Limited which : {kWritten, kAccepted, kOwner}) {
@@ -83,6 +83,8 @@ EventLog::Limited EventLog::limit_of(EventKind kind) {
       return kAccepted;
     case EventKind::output_owner:
       return kOwner;
+    case EventKind::routing_unanswered:
+      return kUnanswered;
     default:
       return kFree;
   }

@@ -74,6 +74,7 @@ class EventLog {
     kWritten,
     kAccepted,
     kOwner,
+    kUnanswered,
     kFree
   };
   static Limited limit_of(EventKind kind);

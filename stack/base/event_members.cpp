@@ -366,6 +366,16 @@ void visit(const event::DdsProcessEnded& of, EventMemberVisitor& to) {
   to.number("pause_ms", number(of.pause_ms));
 }
 
+void visit(const event::RoutingUnanswered& of, EventMemberVisitor& to) {
+  to.number("suppressed", number(of.suppressed));
+  to.number("source", number(of.source));
+  to.number("target", number(of.target));
+  to.number("index", number(of.index));
+  to.number("sub", number(of.sub));
+  to.number("target_node", number(of.target_node));
+  to.number("interface", number(of.interface));
+}
+
 }  // namespace
 
 void visit_members(const EventData& data, EventMemberVisitor& visitor) {

@@ -106,6 +106,7 @@ enum class EventKind : std::uint8_t {
   client_limited,
   journal_state,
   dds_process_ended,
+  routing_unanswered,
 };
 
 // "node" in the comments is Event::node. A member `suppressed` is the number of events that were
@@ -717,6 +718,21 @@ struct RoutingEnded {
   friend bool operator==(const RoutingEnded&, const RoutingEnded&) = default;
 };
 
+// A write to another network was passed to another gateway, which did not answer in time, or with
+// no certain result: it may have been carried out. Limited for each object.
+struct RoutingUnanswered {
+  static constexpr EventKind kKind = EventKind::routing_unanswered;
+  std::uint32_t suppressed = 0;
+  std::uint16_t source = 0;  // network-ID, 0 = this process
+  std::uint16_t target = 0;  // network-ID
+  std::uint16_t index = 0;   // of the object
+  std::uint8_t sub = 0;
+  std::uint8_t target_node = 0;
+  std::uint8_t interface = 0;  // number of the way, see routing::Interface
+
+  friend bool operator==(const RoutingUnanswered&, const RoutingUnanswered&) = default;
+};
+
 // --- the gateway, which belongs to no line -------------------------------------------------------
 
 // The gateway started.
@@ -783,23 +799,22 @@ struct DdsProcessEnded {
 }  // namespace event
 
 // In the order of EventKind.
-using EventData =
-    std::variant<event::LineStarted, event::LineStopped, event::BusState, event::BusError,
-                 event::FramesLost, event::InterfaceFailed, event::InterfaceReady,
-                 event::ManagerState, event::OwnState, event::BootUp, event::NodeState,
-                 event::HeartbeatLost, event::HeartbeatRecovered, event::BootResult, event::Emcy,
-                 event::EmcySent, event::ConfigurationError, event::PdoLength, event::PdoTimeout,
-                 event::PdoRecovered, event::SyncLost, event::MalformedFrame, event::UnexpectedNode,
-                 event::ForeignSdo, event::SdoAbort, event::OutputRefused, event::OutputArmed,
-                 event::OutputWatchdog, event::CommandRefused, event::EventsLost, event::ClockStep,
-                 event::QueueFull, event::DuplicateNodeId, event::NmtCommand, event::SdoTransfer,
-                 event::PdoMapping, event::LayoutChanged, event::RoutingRefused, event::EmcyRouted,
-                 event::RoutingOpened, event::RoutingEnded, event::NodeScanned,
-                 event::CommandProgress, event::LssResult, event::ForeignManager, event::CanFrame,
-                 event::GatewayStarted, event::GatewayReloaded, event::GatewayReloadRefused,
-                 event::SpontaneousChange, event::SharedNodeId, event::ObjectWritten,
-                 event::OwnReset, event::TimeReceived, event::CommandAccepted, event::OutputOwner,
-                 event::ClientLimited, event::JournalState, event::DdsProcessEnded>;
+using EventData = std::variant<
+    event::LineStarted, event::LineStopped, event::BusState, event::BusError, event::FramesLost,
+    event::InterfaceFailed, event::InterfaceReady, event::ManagerState, event::OwnState,
+    event::BootUp, event::NodeState, event::HeartbeatLost, event::HeartbeatRecovered,
+    event::BootResult, event::Emcy, event::EmcySent, event::ConfigurationError, event::PdoLength,
+    event::PdoTimeout, event::PdoRecovered, event::SyncLost, event::MalformedFrame,
+    event::UnexpectedNode, event::ForeignSdo, event::SdoAbort, event::OutputRefused,
+    event::OutputArmed, event::OutputWatchdog, event::CommandRefused, event::EventsLost,
+    event::ClockStep, event::QueueFull, event::DuplicateNodeId, event::NmtCommand,
+    event::SdoTransfer, event::PdoMapping, event::LayoutChanged, event::RoutingRefused,
+    event::EmcyRouted, event::RoutingOpened, event::RoutingEnded, event::NodeScanned,
+    event::CommandProgress, event::LssResult, event::ForeignManager, event::CanFrame,
+    event::GatewayStarted, event::GatewayReloaded, event::GatewayReloadRefused,
+    event::SpontaneousChange, event::SharedNodeId, event::ObjectWritten, event::OwnReset,
+    event::TimeReceived, event::CommandAccepted, event::OutputOwner, event::ClientLimited,
+    event::JournalState, event::DdsProcessEnded, event::RoutingUnanswered>;
 
 inline constexpr std::size_t kEventKinds = std::variant_size_v<EventData>;
 

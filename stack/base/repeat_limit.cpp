@@ -65,6 +65,10 @@ struct SeriesOf {
   Series operator()(const event::ObjectWritten& written) const {
     return {.subject = object_key(written.index, written.sub)};
   }
+  Series operator()(const event::RoutingUnanswered& request) const {
+    return {.reason = std::uint32_t{request.target} << 8U | request.target_node,
+            .subject = object_key(request.index, request.sub)};
+  }
   template <class Other>
   Series operator()(const Other& /*other*/) const {
     LINEGATE_ASSERT(false, "events of this kind are not limited");

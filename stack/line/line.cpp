@@ -180,6 +180,11 @@ void Line::set_routes(const routing::Config& wanted, Instant now) {
   do_set_routes(wanted);
 }
 
+void Line::answer_gateway_request(routing::GatewayAnswer answer, Instant now) {
+  mark_dirty(now);
+  do_answer_gateway_request(std::move(answer), now);
+}
+
 bool Line::pop_reply(Reply& out) {
   if (replies_.empty()) {
     return false;

@@ -31,6 +31,7 @@
 #include "stack/line/state.h"
 #include "stack/node/indicators.h"
 #include "stack/pdo/reception.h"
+#include "stack/routing/gateway_request.h"
 #include "stack/routing/message.h"
 
 namespace linegate::od {
@@ -136,6 +137,10 @@ class Line : protected ServiceHost {
   // and emcy_networks of `wanted` into the configuration and 1F2Ch, 1F2Fh, 5F20h. Open connections
   // continue. No effect on a line that does not take part in routing.
   void set_routes(const routing::Config& wanted, Instant now);
+  // The lines of other gateways that can be reached (routing::Interface::way); none at first.
+  virtual void set_present_gateways(std::vector<routing::GatewayLine> /*present*/) {}
+  // The answer to a request of pop_gateway_request(). One that nothing waits for is discarded.
+  void answer_gateway_request(routing::GatewayAnswer answer, Instant now);
   // Stops in an orderly way: commands under way are answered, nodes are sent to Pre-operational if
   // so configured, the own node leaves Operational. Frames and events can still be taken
   // afterwards. No effect on a line that is not running.
@@ -169,6 +174,10 @@ class Line : protected ServiceHost {
   // there is none. Call it after each receive(), deliver(), execute() and advance(). For a message
   // that cannot be delivered see routing::undeliverable().
   bool pop_message(routing::Message& out) { return messages_.pop(out); }
+
+  // The oldest request to another gateway, or the end of one; false if there is none. Call it as
+  // pop_message(). Exactly one answer is expected, at any time: at its deadline the line gives up.
+  virtual bool pop_gateway_request(routing::GatewayRequest& /*out*/) { return false; }
 
   // The oldest reception of the TPDOs that have a queue (NodeConfig::tpdo_queue); false if there is
   // none. Every frame that an RPDO of the line accepts is one reception, in the order of reception;
@@ -294,6 +303,7 @@ class Line : protected ServiceHost {
   virtual void do_medium_done(bool /*good*/, ParameterSet /*of*/) {}
   virtual void do_deliver(const routing::Message& message, Instant /*now*/) { reject(message); }
   virtual void do_set_routes(const routing::Config& /*wanted*/) {}
+  virtual void do_answer_gateway_request(routing::GatewayAnswer /*answer*/, Instant /*now*/) {}
   virtual LineState do_state() const = 0;
   virtual std::uint64_t do_node_revision(std::uint8_t node) const = 0;
   virtual NodeState do_node_state(std::uint8_t node) const = 0;

@@ -132,6 +132,18 @@ void NodeLine::do_set_routes(const routing::Config& wanted) {
   services_.routing.set_routes(wanted);
 }
 
+void NodeLine::set_present_gateways(std::vector<routing::GatewayLine> present) {
+  services_.routing.set_present_gateways(std::move(present));
+}
+
+bool NodeLine::pop_gateway_request(routing::GatewayRequest& out) {
+  return services_.routing.pop_gateway_request(out);
+}
+
+void NodeLine::do_answer_gateway_request(routing::GatewayAnswer answer, Instant now) {
+  services_.routing.answer_gateway_request(std::move(answer), now);
+}
+
 void NodeLine::routes(std::vector<routing::Route>& out) const {
   out.clear();
   services_.routing.routes(out);

@@ -64,6 +64,9 @@ class NodeLine final : public Line,
   void do_deliver(const routing::Message& message, Instant now) override;
   void do_set_routes(const routing::Config& wanted) override;
   void routes(std::vector<routing::Route>& out) const override;
+  void set_present_gateways(std::vector<routing::GatewayLine> present) override;
+  bool pop_gateway_request(routing::GatewayRequest& out) override;
+  void do_answer_gateway_request(routing::GatewayAnswer answer, Instant now) override;
   od::Dictionary& do_dictionary() override { return node_.dictionary(); }
   const od::Dictionary& do_dictionary() const override { return node_.dictionary(); }
   OutputRefusal do_write_outputs(const OutputWrite& write, Instant now) override {

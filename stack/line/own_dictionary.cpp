@@ -117,12 +117,14 @@ void add_routing_tables(const routing::Config& routing,
   }
   std::uint8_t highest = 0;
   for (const routing::Interface& line : routing.interfaces) {
-    highest = std::max(highest, line.number);
+    highest = line.way == nullptr ? std::max(highest, line.number) : highest;
   }
   objects.push_back(
       array(od::objects::kNetworkIds, Access::ro, highest, Access::constant, highest));
   for (const routing::Interface& line : routing.interfaces) {
-    store_le(std::span(objects.back().variables[line.number].value), std::uint64_t{line.network});
+    if (line.way == nullptr) {
+      store_le(std::span(objects.back().variables[line.number].value), std::uint64_t{line.network});
+    }
   }
 }
 

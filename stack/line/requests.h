@@ -91,6 +91,8 @@ struct NetworkRead {
   // route leads back over this line.
   bool as_device = false;
   std::uint8_t repeats = 0;  // as in SdoRead
+  // The number of gateways that the request has passed, see routing::Config::hop_limit
+  std::uint8_t hops = 0;
 };
 
 struct NetworkWrite {
@@ -101,6 +103,7 @@ struct NetworkWrite {
   bool as_device = false;         // as in NetworkRead
   std::vector<std::byte> data{};  // little-endian, at least 1 byte
   std::uint8_t repeats = 0;       // as in SdoRead
+  std::uint8_t hops = 0;          // as in NetworkRead
 };
 
 // Writes an object by PDO if a PDO of the line carries it, else by SDO like SdoWrite (CANopenIA

@@ -28,12 +28,14 @@ Routing::Routing(const LineConfig& config, node::Node& node, sdo::Arbiter& arbit
                  EventLog& events, routing::MessageQueue& messages, routing::Counters& counters,
                  const sdo::WriteRule& rule)
     : node_(node),
+      config_(config),
       post_(config.routing.interface, messages),
       table_(node.dictionary(), config.routing.interfaces),
       ingress_(config.routing, {config.network_id, config.node_id, config.sdo_timeout},
                node.dictionary(), post_, events, counters),
       exit_(config.routing, {config.network_id, config.node_id, config.sdo_timeout},
             node.dictionary(), arbiter, node.transmit(), post_, events, counters),
+      gateways_(config.routing, config.sdo_timeout, post_, events, counters),
       clients_(ingress_),
       emcys_(config.routing, config.network_id, node.dictionary(), node.emcy(), post_, events,
              counters) {
@@ -48,6 +50,7 @@ void Routing::tables_changed() {
   LINEGATE_ASSERT(node_.dictionary().set_hook(od::objects::kRoutingTable, &table_).ok(),
                   "the own dictionary has a routing table");
   emcys_.update_gateways();
+  post_.set_ways(config_.routing.interfaces);
 }
 
 void Routing::deliver(const routing::Message& message, bool usable, Instant now) {
@@ -61,7 +64,8 @@ void Routing::receive_message(const routing::Message& message, Instant now) {
     case routing::MessageKind::sdo_open:
     case routing::MessageKind::sdo_request:
     case routing::MessageKind::sdo_close:
-      exit_.deliver(message, now);
+      message.to == config_.routing.interface ? exit_.deliver(message, now)
+                                              : gateways_.deliver(message, now);
       return;
     case routing::MessageKind::emcy:
       emcys_.deliver(message, now);
@@ -93,8 +97,10 @@ void Routing::hand_on(bool usable, Instant now) {
   } while (clients_.pump(now));
 }
 
+// First what restarts time-outs.
 void Routing::advance(bool usable, Instant now) {
-  exit_.set_usable(usable);
+  gateways_.advance(now);
+  hand_on(usable, now);
   ingress_.advance(now);
   exit_.advance(now);
   clients_.advance(now);
@@ -102,10 +108,19 @@ void Routing::advance(bool usable, Instant now) {
 }
 
 Instant Routing::next_wake() const {
-  return earlier(clients_.next_wake(), earlier(ingress_.next_wake(), exit_.next_wake()));
+  return earlier(earlier(clients_.next_wake(), gateways_.next_wake()),
+                 earlier(ingress_.next_wake(), exit_.next_wake()));
 }
 
+void Routing::answer_gateway_request(routing::GatewayAnswer answer, bool usable, Instant now) {
+  gateways_.answer(std::move(answer), now);
+  hand_on(usable, now);
+}
+
+// First what other gateways may have carried out: the clients receive that, instead of a refusal.
 void Routing::stop(Instant now) {
+  gateways_.stop(now);
+  hand_on(false, now);
   ingress_.stop(now);
   exit_.stop(now);
   hand_on(false, now);

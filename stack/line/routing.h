@@ -4,11 +4,13 @@
 #pragma once
 
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "stack/line/config.h"
 #include "stack/node/node.h"
 #include "stack/routing/emcy_router.h"
+#include "stack/routing/gateway_egress.h"
 #include "stack/routing/remote_client.h"
 #include "stack/routing/sdo_egress.h"
 #include "stack/routing/sdo_ingress.h"
@@ -45,6 +47,12 @@ class Routing final : sdo::NetworkHandler {
   void stop(Instant now);
   // Reports connections that open before `end` as events, see routing::Trace.
   void trace_until(Instant end) { ingress_.trace_until(end); }
+  // Requests to other gateways, see GatewayEgress.
+  void set_present_gateways(std::vector<routing::GatewayLine> present) {
+    gateways_.set_present(std::move(present));
+  }
+  bool pop_gateway_request(routing::GatewayRequest& out) { return gateways_.pop(out); }
+  void answer_gateway_request(routing::GatewayAnswer answer, bool usable, Instant now);
   // Appends the routes of 1F2Ch to `out`.
   void routes(std::vector<routing::Route>& out) const;
 
@@ -59,10 +67,12 @@ class Routing final : sdo::NetworkHandler {
   void receive_message(const routing::Message& message, Instant now);
 
   node::Node& node_;
+  const LineConfig& config_;
   routing::Post post_;
   routing::TableObject table_;
   routing::SdoIngress ingress_;
   routing::SdoEgress exit_;
+  routing::GatewayEgress gateways_;
   routing::RemoteClient clients_;
   routing::EmcyRouter emcys_;
   std::vector<std::unique_ptr<ServerSide>> sides_;

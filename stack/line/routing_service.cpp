@@ -83,6 +83,23 @@ void RoutingService::routes(std::vector<routing::Route>& out) const {
   }
 }
 
+void RoutingService::set_present_gateways(std::vector<routing::GatewayLine> present) {
+  if (takes_part()) {
+    routing_->set_present_gateways(std::move(present));
+  }
+}
+
+bool RoutingService::pop_gateway_request(routing::GatewayRequest& out) {
+  return takes_part() && routing_->pop_gateway_request(out);
+}
+
+void RoutingService::answer_gateway_request(routing::GatewayAnswer answer, Instant now) {
+  if (takes_part()) {
+    routing_->answer_gateway_request(std::move(answer), may_send(), now);
+    routing_->deliver_completions(now);
+  }
+}
+
 void RoutingService::emergency(std::uint8_t node, const emcy::Message& message, Instant now) {
   if (takes_part()) {
     routing_->emergency(node, message, now);

@@ -35,6 +35,10 @@ class RoutingService final : public Service {
   void deliver(const routing::Message& message, Instant now);
   void set_routes(const routing::Config& wanted);
   void routes(std::vector<routing::Route>& out) const;
+  // See Line::set_present_gateways() and the functions that follow it.
+  void set_present_gateways(std::vector<routing::GatewayLine> present);
+  bool pop_gateway_request(routing::GatewayRequest& out);
+  void answer_gateway_request(routing::GatewayAnswer answer, Instant now);
   // An EMCY of a node of this line was received.
   void emergency(std::uint8_t node, const emcy::Message& message, Instant now);
   // Call it after frames were received: passes messages between connections.

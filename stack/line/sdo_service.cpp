@@ -67,11 +67,11 @@ void SdoService::execute_in_network(Command& command, Instant now) {
   Way way;
   Transfer transfer;
   if (const auto* const read = std::get_if<NetworkRead>(&command.request)) {
-    way = {read->network, read->as_device};
+    way = {read->network, read->as_device, read->hops};
     transfer = {.node = read->node, .address = read->address, .repeats = read->repeats};
   } else {
     auto& write = std::get<NetworkWrite>(command.request);
-    way = {write.network, write.as_device};
+    way = {write.network, write.as_device, write.hops};
     transfer = {.node = write.node,
                 .address = write.address,
                 .write = true,
@@ -200,6 +200,7 @@ void SdoService::start_in_network(const Command& command, Way way, Transfer tran
                         .data = std::move(transfer.data),
                         .timeout = share > Duration::zero() ? std::min(share, patience) : patience,
                         .repeats = transfer.repeats,
+                        .hops = way.hops,
                         .as_device = way.as_device,
                         .client = command.client},
                        now);

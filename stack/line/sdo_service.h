@@ -75,6 +75,7 @@ class SdoService final : public Service, sdo::TransferOwner {
   struct Way {
     std::uint16_t network = 0;
     bool as_device = false;
+    std::uint8_t hops = 0;
   };
 
   bool answer_from_image(std::uint64_t tag, const SdoRead& request);

@@ -92,7 +92,7 @@ void EmcyRouter::forward(const ForwardedEmcy& emcy, std::uint32_t networks, Inst
       continue;
     }
     const Route* const route = table.find(static_cast<std::uint16_t>(network), config_.interface);
-    if (route == nullptr) {
+    if (route == nullptr || find_way(config_.interfaces, route->interface) != nullptr) {
       ++counters_.emcy_dropped;
       report_refused(events_, RoutedService::emcy, emcy.network,
                      {.network = static_cast<std::uint16_t>(network), .node = 0},

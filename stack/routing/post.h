@@ -5,8 +5,10 @@
 
 #include <algorithm>
 #include <array>
+#include <bitset>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "stack/base/assert.h"
 #include "stack/base/event_log.h"
@@ -22,16 +24,32 @@ class Post {
  public:
   Post(std::uint8_t interface, MessageQueue& out) : interface_(interface), out_(out) {}
 
+  // Interfaces that are ways over other gateways: their messages stay in the line, for
+  // GatewayEgress.
+  void set_ways(std::span<const Interface> interfaces) {
+    ways_.reset();
+    for (const Interface& each : interfaces) {
+      ways_.set(each.number, each.way != nullptr);
+    }
+  }
+
   // False if there is no room: the message was not sent.
   bool send(Message message) {
     message.from = interface_;
-    return message.to == interface_ ? loop_.push(message) : out_.push(message);
+    const bool stays = message.to == interface_ || ways_.test(message.to);
+    return stays ? loop_.push(message) : out_.push(message);
+  }
+  // To the line itself, from the way with that number.
+  bool send_from(std::uint8_t way, Message message) {
+    message.from = way;
+    return loop_.push(message);
   }
   // Removes the oldest message to the line itself; false if there is none.
   bool take(Message& out) { return loop_.pop(out); }
 
  private:
   std::uint8_t interface_;
+  std::bitset<256> ways_;
   MessageQueue& out_;
   MessageQueue loop_{512};
 };

@@ -44,7 +44,8 @@ class RemoteClient::Transfer final : public ClientSide {
     const bool waits = !connected_ && !opening_ && client_.busy() && !queue_.empty();
     if (std::exchange(wants_connection_, false) || waits) {
       opening_ = true;
-      const std::uint8_t hops = request_.as_device ? 1 : 0;
+      const std::uint8_t hops =
+          std::max(request_.hops, static_cast<std::uint8_t>(request_.as_device ? 1 : 0));
       ingress_.request(
           *this,
           encode(Indication{.network = request_.network, .node = request_.node, .hops = hops}),

@@ -25,6 +25,7 @@ struct RemoteRequest {
   Duration timeout{};             // for each answer, positive
   // Like sdo::TransferOptions::repeats; also for an indication without an answer (0504 0000h)
   unsigned repeats = 0;
+  std::uint8_t hops = 0;     // gateways that the request has passed
   bool as_device = false;    // request it as a device on the line's bus would
   std::uint32_t client = 0;  // whose command caused it, like sdo::Request::client
 };

@@ -585,7 +585,7 @@ void SdoEgress::expire(Passage& passage, Instant now) {
 void SdoEgress::stop(Instant now) {
   for (const auto& each : passages_) {
     if (each->state != Passage::State::free && each->state != Passage::State::draining) {
-      break_down(*each, AbortCode::device_state, now);
+      break_down(*each, each->phase.stop_code(), now);
     }
   }
 }

@@ -524,7 +524,7 @@ void SdoIngress::stop(Instant now) {
     Connection& connection = *connections_[i];
     if (connection.state != Connection::State::free &&
         connection.state != Connection::State::draining) {
-      break_down(connection, AbortCode::device_state, now);
+      break_down(connection, connection.phase.stop_code(), now);
     }
   }
 }

@@ -34,6 +34,11 @@ bool SdoPhase::writes(std::uint64_t request) {
   return is(command, ClientCommand::download_initiate) || sdo::is_block_send(command);
 }
 
+bool SdoPhase::begins(std::uint64_t request) const {
+  const bool repeated = state_ == State::block_download_end && request == last_segment_;
+  return !in_sub_block() && !repeated && initiates(request);
+}
+
 SdoPhase::End SdoPhase::request(std::uint64_t word) {
   const auto command = static_cast<std::uint8_t>(word);
   if (command == kAbort) {

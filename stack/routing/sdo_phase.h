@@ -5,6 +5,7 @@
 
 #include <cstdint>
 
+#include "stack/base/abort_code.h"
 #include "stack/base/events.h"
 #include "stack/od/description.h"
 
@@ -23,6 +24,9 @@ class SdoPhase {
   // Whether such a request begins a download.
   static bool writes(std::uint64_t request);
 
+  // Whether a frame of the client begins a transfer now.
+  bool begins(std::uint64_t request) const;
+
   // Process a frame from the client, from the server. A frame that begins a transfer discards the
   // previous one.
   End request(std::uint64_t word);
@@ -33,6 +37,12 @@ class SdoPhase {
   bool in_sub_block() const { return state_ == State::block_segments; }
   // A transfer is in progress.
   bool under_way() const { return state_ != State::idle; }
+  // The abort code for a transfer that ends because a line stops: a write may have been carried
+  // out.
+  AbortCode stop_code() const {
+    return under_way() && service_ == Service::download ? AbortCode::timeout
+                                                        : AbortCode::device_state;
+  }
   // Whether the first answer of the server is due, and whether `word` can be that answer.
   bool awaits_first_answer() const;
   bool is_first_answer(std::uint64_t word) const;

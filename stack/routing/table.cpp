@@ -12,7 +12,22 @@ bool overlap(const Route& a, const Route& b) {
   return a.used() && b.used() && a.cost == b.cost && a.first <= b.last && b.first <= a.last;
 }
 
+// Over another gateway to the network of a line of this process alone.
+bool leads_back(const Route& route, std::span<const Interface> interfaces) {
+  return route.first == route.last &&
+         std::any_of(interfaces.begin(), interfaces.end(), [&](const Interface& i) {
+           return i.way == nullptr && i.network == route.first;
+         });
+}
+
 }  // namespace
+
+std::shared_ptr<const GatewayWay> find_way(std::span<const Interface> interfaces,
+                                           std::uint8_t number) {
+  const auto found = std::find_if(interfaces.begin(), interfaces.end(),
+                                  [&](const Interface& i) { return i.number == number; });
+  return found == interfaces.end() ? nullptr : found->way;
+}
 
 std::uint64_t encode(const Route& route) {
   return std::uint64_t{route.first} | std::uint64_t{route.last} << 16U |
@@ -37,7 +52,7 @@ std::string_view describe(RouteFault fault) {
     case RouteFault::unknown_interface:
       return "no line has this interface number";
     case RouteFault::bad_gateway:
-      return "the next gateway is not a node-ID in 0..127";
+      return "the next gateway is not a node-ID in 0..127; over another gateway it is 0";
     case RouteFault::not_attached:
       return "not the network of the interface, and no gateway to it is named";
     case RouteFault::loop:
@@ -71,8 +86,11 @@ RouteFault check(const Route& route, std::span<const Interface> interfaces) {
   if (line == interfaces.end()) {
     return RouteFault::unknown_interface;
   }
-  if (route.gateway > can::kMaxNodeId) {
+  if (route.gateway > can::kMaxNodeId || (line->way != nullptr && route.gateway != 0)) {
     return RouteFault::bad_gateway;
+  }
+  if (line->way != nullptr) {
+    return leads_back(route, interfaces) ? RouteFault::loop : RouteFault::none;
   }
   const bool only_it = route.first == line->network && route.last == line->network;
   if (route.gateway == 0) {

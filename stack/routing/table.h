@@ -15,6 +15,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -23,6 +24,7 @@
 #include "stack/base/abort_code.h"
 #include "stack/od/dictionary.h"
 #include "stack/od/hook.h"
+#include "stack/routing/gateway_request.h"
 
 namespace linegate::routing {
 
@@ -43,13 +45,19 @@ struct Route {
 std::uint64_t encode(const Route& route);
 Route decode(std::uint64_t entry);
 
-// A line of this process.
+// A line of this process, or a way over another gateway.
 struct Interface {
   std::uint8_t number = 0;    // 1..255
   std::uint16_t network = 0;  // its network-ID
   std::uint8_t node = 0;      // node-ID of the own node on it; 0 = there is none
   std::string name{};         // of the line, for messages
+  // Not nullptr: the networks are reached over that gateway, see GatewayEgress. `network` and
+  // `node` are 0.
+  std::shared_ptr<const GatewayWay> way{};
 };
+// The way with that number; nullptr if the interface is a line, or does not exist.
+std::shared_ptr<const GatewayWay> find_way(std::span<const Interface> interfaces,
+                                           std::uint8_t number);
 
 // An error in a route.
 enum class RouteFault : std::uint8_t {
@@ -59,7 +67,7 @@ enum class RouteFault : std::uint8_t {
   bad_gateway,        // not a node-ID
   not_attached,       // no gateway, but the network is not that of the interface
   // The route leads back: the next gateway is the own node, or the only network of the route is the
-  // one that the gateway is on
+  // one that the gateway is on; over another gateway, that of a line of this process
   loop,
   overlap,  // two routes of equal cost to one network
 };

@@ -243,7 +243,7 @@ TEST_F(Desk, ANetworkIsNamedByTheCode) {
   EXPECT_TRUE(std::get<line::NetworkRead>(take(sample).command->command.request).as_device);
   sample.id(13);
   sample.entry(2);
-  EXPECT_EQ(take(sample).answer->text, "entry is not 0 or 1");
+  EXPECT_EQ(take(sample).answer->text, "entry has other bits than 0 and 8 to 15");
   sample.id(14);
   sample.entry(0);
   sample.kind(v1::COMMAND_NETWORK_WRITE);

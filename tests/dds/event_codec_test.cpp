@@ -130,6 +130,14 @@ std::vector<Row> layouts_of_frames() {
       {event::ObjectWritten{
            .size = 2, .suppressed = 40, .index = 0x2100, .sub = 1, .data = bytes<13>({7, 0})},
        fields(40, 2, {0x00, 0x21, 1, 7, 0})},
+      {event::RoutingUnanswered{.suppressed = 40,
+                                .source = 1,
+                                .target = 0x0203,
+                                .index = 0x1018,
+                                .sub = 6,
+                                .target_node = 5,
+                                .interface = 255},
+       fields(40, 0, {1, 0, 3, 2, 5, 255, 0x18, 0x10, 6})},
   };
 }
 
@@ -401,6 +409,8 @@ std::vector<EventData> highest_of_nodes_and_requests() {
                            kHighest8, kHighest8},
       event::RoutingEnded{kHighest32, kHighestAbort, kHighest32, kHighest16, kHighest16, kHighest16,
                           kHighest8, kHighest8, kHighest8, kHighest8, event::SdoService{kHighest8}},
+      event::RoutingUnanswered{kHighest32, kHighest16, kHighest16, kHighest16, kHighest8, kHighest8,
+                               kHighest8},
       event::NodeScanned{kHighestAbort, kHighest32},
       event::CommandProgress{line::CommandKind{kHighest8}, kHighest32, kHighest32},
       event::LssResult{lss::Verdict{kHighest8},

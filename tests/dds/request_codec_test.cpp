@@ -65,9 +65,8 @@ std::vector<request::Request> one_of_each_kind() {
                      .manufacturer = {std::byte{1}, std::byte{2}}},
       line::NmtRequest{.node = 5, .command = nmt::Command::reset_node},
       request::Versions{},
-      line::NetworkRead{.network = 12, .node = 5, .address = address, .as_device = true},
-      line::NetworkWrite{
-          .network = 12, .node = 5, .address = address, .as_device = true, .data = value},
+      line::NetworkRead{.network = 12, .node = 5, .address = address, .as_device = true, .hops = 3},
+      line::NetworkWrite{.network = 12, .node = 5, .address = address, .data = value, .hops = 255},
       request::BusRestart{},
       line::RoutingTrace{.duration = std::chrono::seconds(30)},
       line::Scan{.node = 5},

@@ -33,7 +33,8 @@ void fill(CommandForm& form, line::NetworkRead& out) {
          .node = form.node,
          .address = address_of(form),
          .as_device = (form.entry & 1U) != 0,
-         .repeats = form.repeats};
+         .repeats = form.repeats,
+         .hops = static_cast<std::uint8_t>(form.entry >> 8U)};
 }
 void fill(CommandForm& form, line::NetworkWrite& out) {
   out = {.network = form.network,
@@ -41,7 +42,8 @@ void fill(CommandForm& form, line::NetworkWrite& out) {
          .address = address_of(form),
          .as_device = (form.entry & 1U) != 0,
          .data = std::move(form.data),
-         .repeats = form.repeats};
+         .repeats = form.repeats,
+         .hops = static_cast<std::uint8_t>(form.entry >> 8U)};
 }
 void fill(CommandForm& form, line::ObjectWrite& out) {
   out = {.node = form.node,

@@ -502,5 +502,19 @@ TEST_F(SdoRouting, AStopEndsAllConnectionsOnBothSides) {
   expect_nothing_left();
 }
 
+// The value may have been written: device_state would say that it was not.
+TEST_F(SdoRouting, AStopDuringAWriteIsATimeout) {
+  for (const unsigned stopped : {2U, 1U}) {
+    start();
+    open();
+    client({0x2F, 0, 0x20, 0, 1, 0, 0, 0});
+    (void)sent(2);
+    line(stopped).stop(now_);
+    carry();
+    EXPECT_EQ(sent(1), Frames{"5FF 8000200000000405"}) << "line " << stopped;
+    expect_nothing_left();
+  }
+}
+
 }  // namespace
 }  // namespace linegate::routing::test

@@ -1,0 +1,452 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stack/routing/gateway_egress.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "stack/base/assert.h"
+#include "stack/can/cob_id.h"
+#include "stack/od/dictionary.h"
+#include "stack/od/hook.h"
+#include "stack/routing/sdo_phase.h"
+#include "stack/sdo/protocol.h"
+#include "stack/sdo/server.h"
+
+namespace linegate::routing {
+namespace {
+
+constexpr std::uint32_t kFramesOfServer = 48;  // more than it sends at once
+// The time-outs of the client are restarted so often while it waits.
+constexpr int kRestartsInTimeout = 4;
+constexpr Duration kLeastRestart = std::chrono::milliseconds(1);
+constexpr Duration kMostRestart = std::chrono::milliseconds(50);
+
+// The object of a transfer: its value is that of the device behind the other gateway.
+od::ObjectDescription object_at(od::Address address) {
+  od::ObjectDescription out;
+  out.index = address.index;
+  out.type = od::ObjectType::domain;
+  out.variables = {od::number_variable(address.sub, "Value", od::DataType::domain, od::Access::rw)};
+  return out;
+}
+
+sdo::ServerOptions options_of(Duration frame_timeout) {
+  // The request has a deadline of its own.
+  return {.timeout = frame_timeout,
+          .stall = frame_timeout / 5,
+          .answer_timeout = std::chrono::hours(1),
+          .max_transfer = GatewayEgress::kLongest};
+}
+
+}  // namespace
+
+struct GatewayEgress::Passage final : od::Hook {
+  enum class State : std::uint8_t { free, open };
+
+  Passage(GatewayEgress& egress, EventLog& events, Duration frame_timeout)
+      : owner(egress),
+        server(dictionary, can::CobId{0}, can::CobId{0}, events, options_of(frame_timeout)) {}
+
+  AbortCode before_read(od::Address address, const od::Variable& /*variable*/) override {
+    owner.ask(*this, address, false, {});
+    return od::kLater;
+  }
+  // The command of the other gateway has at least one byte.
+  AbortCode check_write(od::Address address, std::span<const std::byte> value) override {
+    if (value.empty()) {
+      return AbortCode::length_too_low;
+    }
+    owner.ask(*this, address, true, {value.begin(), value.end()});
+    return od::kLater;
+  }
+  void put_off(od::Address /*address*/, od::Ticket waiting) override { ticket = waiting; }
+  void cancelled(od::Ticket /*waiting*/) override {
+    ticket = 0;
+    owner.withdraw(*this);
+  }
+
+  GatewayEgress& owner;
+  State state = State::free;
+  std::uint8_t interface = 0;
+  std::uint8_t to = 0;  // interface of the ingress
+  std::uint8_t node = 0;
+  std::uint8_t hops = 0;
+  std::uint16_t network = 0;
+  std::uint16_t source = 0;
+  std::uint32_t connection = 0;
+  std::uint32_t client = 0;
+  std::shared_ptr<const GatewayWay> way;
+  SdoPhase phase;
+  od::Dictionary dictionary;  // has the object of the transfer alone
+  std::uint16_t index = 0;    // of that object; 0 = there is none
+  sdo::Server server;
+  can::TransmitQueue queue{kFramesOfServer};
+  od::Ticket ticket = 0;  // of the access that waits for the answer
+  // The request under way; 0 = none
+  std::uint64_t number = 0;
+  od::Address asked;
+  bool write = false;
+  bool handed_out = false;
+  Instant deadline = kNever;  // of the request, or of the next frame
+  Instant restart_at = kNever;
+};
+
+GatewayEgress::GatewayEgress(const Config& config, Duration sdo_timeout, Post& post,
+                             EventLog& events, Counters& counters)
+    : config_(config),
+      sdo_timeout_(sdo_timeout),
+      post_(post),
+      events_(events),
+      counters_(counters) {
+}
+
+GatewayEgress::~GatewayEgress() = default;
+
+GatewayEgress::Passage* GatewayEgress::find(std::uint8_t interface,
+                                            std::uint32_t connection) const {
+  for (const auto& each : passages_) {
+    if (each->state == Passage::State::open && each->connection == connection &&
+        each->interface == interface) {
+      return each.get();
+    }
+  }
+  return nullptr;
+}
+
+GatewayEgress::Passage* GatewayEgress::find(std::uint64_t number) const {
+  for (const auto& each : passages_) {
+    if (number != 0 && each->number == number) {
+      return each.get();
+    }
+  }
+  return nullptr;
+}
+
+// --- opening ------------------------------------------------------------------------------------
+
+void GatewayEgress::deliver(const Message& message, Instant now) {
+  now_ = now;
+  if (message.kind == MessageKind::sdo_open) {
+    open(message, now);
+    return;
+  }
+  Passage* const passage = find(message.to, message.connection);
+  if (passage == nullptr) {
+    ++counters_.unexpected;
+  } else if (message.kind == MessageKind::sdo_request) {
+    request(*passage, word_of(message), now);
+  } else {
+    release(*passage);
+  }
+}
+
+AbortCode GatewayEgress::refusal_of(const Message& message, const GatewayWay* way) const {
+  if (way == nullptr || message.node < can::kMinNodeId || message.node > can::kMaxNodeId) {
+    return AbortCode::invalid_value;  // the other gateway itself has no node-ID that A command
+                                      // names
+  }
+  if (std::ranges::find(present_, way->addressed()) == present_.end()) {
+    return AbortCode::timeout;
+  }
+  const std::uint32_t client = message.of_process ? load_le<std::uint32_t>(message.data.data()) : 0;
+  std::size_t open = 0;
+  std::size_t of_client = 0;
+  for (const auto& each : passages_) {
+    open += each->state == Passage::State::open ? 1U : 0U;
+    of_client += each->state == Passage::State::open && each->client == client ? 1U : 0U;
+  }
+  const bool is_crowded = client != 0 && of_client >= kMostOfOneClient;
+  return open >= kMost || is_crowded ? AbortCode::out_of_memory : AbortCode::none;
+}
+
+void GatewayEgress::open(const Message& message, Instant now) {
+  if (find(message.to, message.connection) != nullptr) {
+    ++counters_.unexpected;
+    return;
+  }
+  auto way = find_way(config_.interfaces, message.to);
+  if (const AbortCode why = refusal_of(message, way.get()); why != AbortCode::none) {
+    (void)post_.send_from(message.to, refusal(message, why));
+    return;
+  }
+  Passage& made = make(message);
+  made.way = std::move(way);
+  // A fallback in case the ingress, which has the arm timer, no longer exists.
+  made.deadline = now + config_.arm_timeout + frame_timeout();
+  wake_ = earlier(wake_, wake_of(made));
+  (void)post_.send_from(made.interface,
+                        to_connection(MessageKind::sdo_opened, made.to, made.connection, 0));
+}
+
+GatewayEgress::Passage& GatewayEgress::make(const Message& open) {
+  auto place = std::ranges::find_if(
+      passages_, [](const auto& each) { return each->state == Passage::State::free; });
+  if (place == passages_.end()) {
+    passages_.emplace_back();
+    place = passages_.end() - 1;
+  }
+  // Nothing remains of the connection before, such as segments that its server expects.
+  *place = std::make_unique<Passage>(*this, events_, frame_timeout());
+  Passage& made = **place;
+  made.state = Passage::State::open;
+  made.interface = open.to;
+  made.to = open.from;
+  made.node = open.node;
+  made.hops = static_cast<std::uint8_t>(open.hops + 1);
+  made.network = open.network;
+  made.source = open.source;
+  made.connection = open.connection;
+  made.client = open.of_process ? load_le<std::uint32_t>(open.data.data()) : 0;
+  return made;
+}
+
+// --- frames -------------------------------------------------------------------------------------
+
+void GatewayEgress::request(Passage& passage, std::uint64_t word, Instant now) {
+  const bool begins = passage.phase.begins(word);
+  const AbortCode why = begins ? prepare(passage, word) : AbortCode::none;
+  const SdoPhase::End end = passage.phase.request(word);
+  if (passage.number == 0) {
+    passage.deadline = now + frame_timeout();
+  }
+  if (why != AbortCode::none) {
+    respond(passage, sdo::abort_word(sdo::multiplexer(word), why), now);
+    return;
+  }
+  can::Frame frame;
+  frame.length = sdo::kFrameSize;
+  frame.time = now;
+  store_le(frame.data.data(), word);
+  passage.server.receive(frame, passage.queue);
+  pump(passage, now);
+  if (end != SdoPhase::End::none && passage.state == Passage::State::open) {
+    release(passage);
+  }
+}
+
+// The dictionary gets the object of the transfer that begins.
+AbortCode GatewayEgress::prepare(Passage& passage, std::uint64_t word) {
+  const od::Address address = sdo::multiplexer(word);
+  passage.server.reset();  // a transfer that was not finished
+  passage.queue.clear();
+  if (passage.index != 0) {
+    LINEGATE_ASSERT(passage.dictionary.remove(passage.index).ok(), "it was added");
+    passage.index = 0;
+  }
+  if (address.index == 0) {
+    return AbortCode::no_object;
+  }
+  if (!passage.dictionary.add(object_at(address)).ok()) {
+    return AbortCode::no_sub_index;  // FFh, the structure of an object
+  }
+  passage.index = address.index;
+  LINEGATE_ASSERT(passage.dictionary.set_hook(passage.index, &passage).ok(), "it was added");
+  return AbortCode::none;
+}
+
+void GatewayEgress::pump(Passage& passage, Instant now) {
+  can::Frame frame;
+  while (passage.state == Passage::State::open && passage.queue.pop(frame)) {
+    respond(passage, sdo::word_of(frame), now);
+  }
+  if (passage.state == Passage::State::open) {
+    wake_ = earlier(wake_, wake_of(passage));
+  }
+}
+
+void GatewayEgress::respond(Passage& passage, std::uint64_t word, Instant now) {
+  const SdoPhase::End end = passage.phase.response(word);
+  if (!post_.send_from(passage.interface, to_connection(MessageKind::sdo_response, passage.to,
+                                                        passage.connection, word))) {
+    break_down(passage, AbortCode::out_of_memory, now);
+  } else if (end != SdoPhase::End::none) {
+    release(passage);
+  }
+}
+
+// --- requests -----------------------------------------------------------------------------------
+
+void GatewayEgress::ask(Passage& passage, od::Address address, bool write,
+                        std::vector<std::byte> data) {
+  LINEGATE_ASSERT(passage.number == 0, "a server has one transfer at a time");
+  passage.number = ++numbers_;
+  passage.asked = address;
+  passage.write = write;
+  passage.handed_out = false;
+  passage.deadline = now_ + passage.way->timeout;
+  passage.restart_at = now_ + restart_period();
+  outbox_.push_back({.number = passage.number,
+                     .way = passage.way,
+                     .deadline = passage.deadline,
+                     .network = passage.network,
+                     .node = passage.node,
+                     .hops = passage.hops,
+                     .address = address,
+                     .write = write,
+                     .data = std::move(data)});
+  wake_ = earlier(wake_, wake_of(passage));
+}
+
+bool GatewayEgress::pop(GatewayRequest& out) {
+  if (outbox_.empty()) {
+    return false;
+  }
+  out = std::move(outbox_.front());
+  outbox_.pop_front();
+  if (Passage* const passage = find(out.number)) {
+    passage->handed_out = true;
+  }
+  return true;
+}
+
+void GatewayEgress::withdraw(Passage& passage) {
+  if (passage.number == 0) {
+    return;
+  }
+  const std::uint64_t number = std::exchange(passage.number, 0);
+  if (passage.handed_out) {
+    outbox_.push_back({.number = number, .cancelled = true});
+    report_unknown(passage, now_);
+  } else {
+    std::erase_if(outbox_, [&](const GatewayRequest& each) { return each.number == number; });
+  }
+  passage.restart_at = kNever;
+}
+
+void GatewayEgress::answer(GatewayAnswer answer, Instant now) {
+  now_ = now;
+  Passage* const found = find(answer.number);
+  if (found == nullptr) {
+    ++counters_.unexpected;
+    return;
+  }
+  Passage& passage = *found;
+  AbortCode why = answer.abort == od::kLater ? AbortCode::general : answer.abort;
+  if (answer.unknown) {
+    report_unknown(passage, now);
+    why = AbortCode::timeout;
+  } else if (why == AbortCode::none && !passage.write) {
+    why = answer.data.size() > kLongest ? AbortCode::out_of_memory : AbortCode::none;
+    if (why == AbortCode::none) {
+      LINEGATE_ASSERT(passage.dictionary.set(passage.asked, answer.data),
+                      "a DOMAIN has any length up to that limit");
+    }
+  }
+  passage.number = 0;
+  finish(passage, why, now);
+}
+
+// The access that waits has a result.
+void GatewayEgress::finish(Passage& passage, AbortCode why, Instant now) {
+  LINEGATE_ASSERT(passage.ticket != 0, "an access waits for the answer");
+  passage.restart_at = kNever;
+  passage.deadline = now + frame_timeout();
+  LINEGATE_ASSERT(passage.dictionary.complete(std::exchange(passage.ticket, 0), why),
+                  "the access waits");
+  passage.server.advance(now, passage.queue);
+  pump(passage, now);
+}
+
+void GatewayEgress::report_unknown(const Passage& passage, Instant now) {
+  if (!passage.write) {
+    return;
+  }
+  events_.emit({.time = now,
+                .data = event::RoutingUnanswered{.source = passage.source,
+                                                 .target = passage.network,
+                                                 .index = passage.asked.index,
+                                                 .sub = passage.asked.sub,
+                                                 .target_node = passage.node,
+                                                 .interface = passage.interface}});
+}
+
+// --- the end ------------------------------------------------------------------------------------
+
+void GatewayEgress::break_down(Passage& passage, AbortCode why, Instant /*now*/) {
+  (void)post_.send_from(passage.interface,
+                        to_connection(MessageKind::sdo_refused, passage.to, passage.connection,
+                                      static_cast<std::uint32_t>(why)));
+  release(passage);
+}
+
+void GatewayEgress::release(Passage& passage) {
+  passage.server.reset();  // withdraws the request under way
+  LINEGATE_ASSERT(passage.number == 0, "no request without a connection");
+  passage.queue.clear();
+  passage.state = Passage::State::free;
+  passage.way = nullptr;
+  passage.deadline = kNever;
+  passage.restart_at = kNever;
+}
+
+void GatewayEgress::stop(Instant now) {
+  now_ = now;
+  for (const auto& each : passages_) {
+    if (each->state == Passage::State::open && each->number != 0) {
+      expire(*each, now);
+    }
+    if (each->state == Passage::State::open) {
+      break_down(*each, AbortCode::device_state, now);
+    }
+  }
+}
+
+// --- time ---------------------------------------------------------------------------------------
+
+Duration GatewayEgress::frame_timeout() const {
+  return config_.frame_timeout > Duration::zero() ? config_.frame_timeout : 2 * sdo_timeout_;
+}
+
+// Between two messages that restart the time-outs of the client.
+Duration GatewayEgress::restart_period() const {
+  return std::clamp<Duration>(frame_timeout() / kRestartsInTimeout, kLeastRestart, kMostRestart);
+}
+
+Instant GatewayEgress::wake_of(const Passage& passage) const {
+  return earlier(earlier(passage.deadline, passage.restart_at), passage.server.next_wake());
+}
+
+void GatewayEgress::advance(Instant now) {
+  now_ = now;
+  if (now < wake_) {
+    return;
+  }
+  wake_ = kNever;
+  for (const auto& each : passages_) {
+    Passage& passage = *each;
+    if (passage.state != Passage::State::open) {
+      continue;
+    }
+    if (now >= passage.restart_at) {
+      keep_waiting(passage, now);
+    }
+    if (now >= passage.server.next_wake()) {
+      passage.server.advance(now, passage.queue);
+      pump(passage, now);
+    }
+    if (passage.state == Passage::State::open && now >= passage.deadline) {
+      expire(passage, now);
+    }
+    if (passage.state == Passage::State::open) {
+      wake_ = earlier(wake_, wake_of(passage));
+    }
+  }
+}
+
+// No response is due while the other gateway carries out the request.
+void GatewayEgress::keep_waiting(Passage& passage, Instant now) {
+  passage.restart_at = now + restart_period();
+  (void)post_.send_from(passage.interface,
+                        to_connection(MessageKind::sdo_paced, passage.to, passage.connection, 0));
+}
+
+void GatewayEgress::expire(Passage& passage, Instant now) {
+  if (passage.number == 0) {
+    break_down(passage, AbortCode::timeout, now);
+    return;
+  }
+  withdraw(passage);
+  finish(passage, AbortCode::timeout, now);
+}
+
+}  // namespace linegate::routing
