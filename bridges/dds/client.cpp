@@ -125,6 +125,7 @@ struct Client::Impl {
   const Security security;
   const bool sends_commands;
   const bool sends_outputs;
+  const bool of_gateway;
   const std::uint32_t output_strength;
   WriterWatch line_writers{waiting};  // outlives the reader it listens to
   Endpoints endpoints;
@@ -178,6 +179,7 @@ Client::Impl::Impl(const ClientOptions& options, std::vector<Diagnostic>& diagno
       security(options.security),
       sends_commands(options.commands),
       sends_outputs(options.outputs),
+      of_gateway(options.of_gateway),
       output_strength(options.output_strength),
       endpoints("linegate client " + name, options.domain, options.profile_file, diagnostics,
                 options.guard, 0, options.security, options.record, options.network),
@@ -233,7 +235,8 @@ fast::DataWriter* Client::Impl::writer_to(Writers& writers, const std::string& t
   if (added) {
     known->second = security.enabled()
                         ? endpoints.writer_in<PubSubType>(partition, topic, output_strength)
-                        : endpoints.writer<PubSubType>(topic, output_strength);
+                        : endpoints.writer<PubSubType>(topic, output_strength,
+                                                       of_gateway ? kSampleLifetime : Duration{});
   }
   return known->second;
 }
@@ -571,7 +574,7 @@ bool Client::Impl::send(const Request& request, fast::DataWriter& writer) {
   sample.id(request.id);
   sample.layout_id(request.layout_id);
   sample.reply_offset(tracker.reply_offset(request.id));
-  to_wire(request.request, request.timeout, sample);
+  to_wire(request.request, RequestTracker::gateway_timeout(request, steady_now()), sample);
   if (sample.reply_offset() != 0) {
     set_chunk({}, 0, sample);
     return writer.write(&sample);
@@ -593,6 +596,7 @@ std::uint64_t Client::Impl::start(Request request, Duration timeout) {
   request.data = encode_data(request.request);
   request.id = next_id++;
   request.deadline = timeout > kNever - now ? kNever : now + timeout;
+  request.once = of_gateway;
   const std::uint64_t id = request.id;
   const bool disputed = publishers.disputed(request.target.gateway, request.target.line);
   tracker.add(std::move(request), now);

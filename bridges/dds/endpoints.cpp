@@ -245,7 +245,8 @@ fast::DataWriter* Endpoints::writer_of(fast::Topic* topic, const std::string& pr
 }
 
 fast::DataWriter* Endpoints::make_writer(const std::string& topic, fast::TypeSupport type,
-                                         std::uint32_t strength, fast::Publisher* publisher) {
+                                         std::uint32_t strength, fast::Publisher* publisher,
+                                         Duration lifetime) {
   fast::Topic* made = make_topic(topic, std::move(type));
   if (made == nullptr || publisher == nullptr)
     return nullptr;
@@ -256,6 +257,14 @@ fast::DataWriter* Endpoints::make_writer(const std::string& topic, fast::TypeSup
   }
   if (qos.ownership().kind == fast::EXCLUSIVE_OWNERSHIP_QOS && strength != 0) {
     qos.ownership_strength().value = strength;
+  }
+  if (lifetime > Duration::zero()) {
+    const auto whole = std::chrono::duration_cast<std::chrono::seconds>(lifetime);
+    qos.lifespan().duration = {static_cast<std::int32_t>(whole.count()),
+                               static_cast<std::uint32_t>((lifetime - whole).count())};
+    qos.durability().kind = fast::TRANSIENT_LOCAL_DURABILITY_QOS;
+    qos.history().kind = fast::KEEP_LAST_HISTORY_QOS;
+    qos.history().depth = qos.resource_limits().max_samples_per_instance;
   }
   fast::DataWriter* writer = publisher->create_datawriter(made, qos);
   if (writer == nullptr)

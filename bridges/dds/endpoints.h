@@ -29,6 +29,7 @@
 #include "bridges/dds/security.h"
 #include "bridges/dds/written_type.h"
 #include "stack/base/diagnostic.h"
+#include "stack/base/time.h"
 
 namespace linegate::dds {
 
@@ -115,11 +116,13 @@ class Endpoints {
   void remove(eprosima::fastdds::dds::DataReader* reader);
 
   // Returns nullptr on failure, with a diagnostic. strength: ownership strength, used if the
-  // profile selects EXCLUSIVE.
+  // profile selects EXCLUSIVE. lifetime: if not 0, samples are removed after it, acknowledged or
+  // not, and the writer is not volatile.
   template <class PubSubType>
-  eprosima::fastdds::dds::DataWriter* writer(const std::string& topic, std::uint32_t strength = 0) {
+  eprosima::fastdds::dds::DataWriter* writer(const std::string& topic, std::uint32_t strength = 0,
+                                             Duration lifetime = {}) {
     return make_writer(topic, eprosima::fastdds::dds::TypeSupport(new WrittenType<PubSubType>()),
-                       strength, publisher_);
+                       strength, publisher_, lifetime);
   }
   // The same in a partition. One thread at a time may call it; also after seal(), if a writer of
   // the topic was created before or the topic was made by add_topic().
@@ -186,7 +189,8 @@ class Endpoints {
   eprosima::fastdds::dds::DataWriter* make_writer(const std::string& topic,
                                                   eprosima::fastdds::dds::TypeSupport type,
                                                   std::uint32_t strength,
-                                                  eprosima::fastdds::dds::Publisher* publisher);
+                                                  eprosima::fastdds::dds::Publisher* publisher,
+                                                  Duration lifetime = {});
   eprosima::fastdds::dds::Publisher* publisher_in(const std::string& partition,
                                                   bool and_default = false);
   // The reason for an endpoint that could not be created.

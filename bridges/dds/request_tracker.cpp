@@ -12,8 +12,9 @@
 namespace linegate::dds {
 namespace {
 
-constexpr unsigned kMostSlowing = 4;                 // 2^4 times the first pause
-constexpr unsigned kMostSlowingLong = 8;             // for requests with many chunks to repeat
+constexpr unsigned kMostSlowing = 4;      // 2^4 times the first pause
+constexpr unsigned kMostSlowingLong = 8;  // for requests with many chunks to repeat
+constexpr Duration kShortest = std::chrono::milliseconds(1);  // time-out for a gateway
 constexpr unsigned kMostRestarts = 3;                // of a request of which a chunk was lost
 constexpr std::size_t kMostReplyBytes = 64U << 20U;  // largest reply that a client accepts
 
@@ -102,6 +103,14 @@ const Request* RequestTracker::due(Instant now) {
   for (auto& [id, waiting] : waiting_) {
     if (waiting.send_at > now)
       continue;
+    if (!may_send(waiting, now)) {
+      waiting.send_at = kNever;
+      continue;
+    }
+    if (waiting.sent == 0) {
+      const Target& target = waiting.request.target;
+      waiting.place = ++sent_[{target.gateway, target.line}];
+    }
     const bool is_long = waiting.request.data.size() > kChunkBytes;
     const unsigned slowing = std::min(waiting.sent, is_long ? kMostSlowingLong : kMostSlowing);
     const bool answering = !waiting.result.bytes.empty();
@@ -111,6 +120,24 @@ const Request* RequestTracker::due(Instant now) {
     return &waiting.request;
   }
   return nullptr;
+}
+
+// The rest of an answer may be requested at any time: the gateway then carries out nothing.
+bool RequestTracker::may_send(const Waiting& waiting, Instant now) const {
+  const Request& request = waiting.request;
+  if (!request.once || !waiting.result.bytes.empty())
+    return true;
+  if (request.deadline - now <= kSampleLifetime)
+    return false;
+  const auto sent = sent_.find({request.target.gateway, request.target.line});
+  return waiting.sent == 0 || sent == sent_.end() || sent->second - waiting.place < kMostSince;
+}
+
+Duration RequestTracker::gateway_timeout(const Request& request, Instant now) {
+  if (!request.once)
+    return request.timeout;
+  const Duration left = std::max(request.deadline - now - kSampleLifetime, kShortest);
+  return request.timeout > Duration::zero() ? std::min(request.timeout, left) : left;
 }
 
 std::uint32_t RequestTracker::reply_offset(std::uint64_t id) const {

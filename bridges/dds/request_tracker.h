@@ -9,6 +9,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <linegate.h>
@@ -28,10 +29,23 @@ struct Request {
   std::uint64_t id = 0;
   std::uint64_t layout_id = 0;
   Instant deadline{};  // time at which the request times out
+  // The gateway must not carry it out twice, nor after the deadline: see RequestTracker.
+  bool once = false;
 };
 
+// Of a request that is to be carried out once (Request::once): so long DDS may repeat a sample that
+// the gateway did not acknowledge. The gateway's time-out ends that much before the deadline.
+inline constexpr Duration kSampleLifetime = std::chrono::milliseconds(200);
+
+// A gateway keeps its last 256 answers to a client, and so recognises a repeated request. A request
+// that is to be carried out once is repeated only while the gateway certainly has its answer: while
+// fewer than kMostSince further ones were sent to that line, of which at most kMostUnderWay are
+// unanswered. Then it waits for an answer until its deadline.
 class RequestTracker {
  public:
+  static constexpr std::uint64_t kMostSince = 128;
+  static constexpr std::size_t kMostUnderWay = 64;  // requests to a line, for the owner to respect
+
   // retry: pause before the first repetition. It doubles with each repetition, up to 16 times, and
   // for requests in several chunks up to 256 times, because each repetition sends all chunks.
   explicit RequestTracker(Duration retry) : retry_(retry) {}
@@ -63,6 +77,8 @@ class RequestTracker {
   // Returns the next request to be sent (again) now, or nullptr. It is sent completely, or, if
   // reply_offset() > 0, only its head, to fetch the rest of its answer. Valid until the next call.
   const Request* due(Instant now);
+  // The time-out for the gateway if the request is sent now; 0 = none.
+  static Duration gateway_timeout(const Request& request, Instant now);
   std::uint32_t reply_offset(std::uint64_t id) const;
   std::optional<Done> expired(Instant now);
   Instant next_wake() const;
@@ -73,6 +89,7 @@ class RequestTracker {
     CommandResult result;       // the part received so far
     Instant send_at{};          // time of the next transmission
     unsigned sent = 0;          // number of transmissions
+    std::uint64_t place = 0;    // among the requests to its line, by their first transmission
     std::size_t chunks = 0;     // received since it was last sent
     std::uint64_t foreign = 0;  // replies of other participants
   };
@@ -80,6 +97,7 @@ class RequestTracker {
   Done fail(std::map<std::uint64_t, Waiting>::iterator waiting, line::Refusal refusal,
             std::string text);
 
+  bool may_send(const Waiting& waiting, Instant now) const;
   // Whether the reply of that participant is accepted.
   bool admit(Waiting& waiting, const ParticipantPrefix& sender, const LinePublishers& publishers,
              Instant now);
@@ -87,6 +105,8 @@ class RequestTracker {
   Duration retry_;
   std::uint64_t foreign_ = 0;
   std::map<std::uint64_t, Waiting> waiting_;  // by id
+  // Requests that were sent to each line, by gateway and line
+  std::map<std::pair<std::string, std::string>, std::uint64_t> sent_;
 };
 
 }  // namespace linegate::dds

@@ -250,5 +250,67 @@ TEST_F(Tracker, AShortRequestIsRefusedAtOnce) {
   EXPECT_EQ(done->result.text, "why");
 }
 
+// --- requests that are carried out once -------------------------------------------------------
+
+Request once_with(std::uint64_t id, std::size_t data = 0) {
+  Request request = request_with(data);
+  request.id = id;
+  request.once = true;
+  request.deadline = kStart + milliseconds(2'000);
+  return request;
+}
+
+// The gateway counts its time-out from the reception: DDS may have kept the sample meanwhile.
+TEST_F(Tracker, EachRepetitionHasTheTimeThatIsLeft) {
+  Request request = once_with(7);
+  const Duration left = RequestTracker::gateway_timeout(request, kStart + milliseconds(500));
+  EXPECT_EQ(left, milliseconds(1'500) - kSampleLifetime);
+  request.timeout = milliseconds(300);
+  EXPECT_EQ(RequestTracker::gateway_timeout(request, kStart), milliseconds(300));
+  request.once = false;
+  EXPECT_EQ(RequestTracker::gateway_timeout(request, kStart + milliseconds(1'900)),
+            milliseconds(300));
+}
+
+TEST_F(Tracker, ItIsNotSentWhenTooLittleTimeIsLeft) {
+  tracker.add(once_with(7), kStart);
+  EXPECT_EQ(sent_at(1'950), (std::vector<long>{0, 100, 300, 700, 1'500}));
+  tracker.add(once_with(8), kStart + milliseconds(1'800));
+  EXPECT_EQ(tracker.due(kStart + milliseconds(1'800)), nullptr);
+  EXPECT_EQ(tracker.next_wake(), kStart + milliseconds(2'000)) << "it times out";
+  EXPECT_TRUE(tracker.expired(kStart + milliseconds(2'000)));
+}
+
+// Then the gateway may not know it any more, and would carry it out again.
+TEST_F(Tracker, ItIsNotRepeatedAfterManyOthers) {
+  tracker.add(once_with(1), kStart);
+  ASSERT_NE(tracker.due(kStart), nullptr);
+  for (std::uint64_t id = 2; id <= RequestTracker::kMostSince; ++id) {
+    tracker.add(once_with(id), kStart);
+    ASSERT_NE(tracker.due(kStart), nullptr);
+    tracker.cancel(id);
+  }
+  ASSERT_NE(tracker.due(kStart + milliseconds(100)), nullptr) << "the gateway certainly knows it";
+  tracker.add(once_with(500), kStart);
+  ASSERT_NE(tracker.due(kStart), nullptr);
+  tracker.cancel(500);
+  EXPECT_EQ(sent_at(1'700), std::vector<long>{});
+  Request other = once_with(600);
+  other.target.line = "m";
+  tracker.add(std::move(other), kStart);
+  EXPECT_EQ(sent_at(150), (std::vector<long>{0, 100})) << "another line keeps other answers";
+}
+
+// The gateway carries out nothing to answer that.
+TEST_F(Tracker, TheRestOfItsAnswerIsRequestedNevertheless) {
+  const auto data = known::pattern(20'000, 2);
+  tracker.add(once_with(7), kStart);
+  ASSERT_NE(tracker.due(kStart), nullptr);
+  EXPECT_FALSE(take(reply(data, 0), kStart));
+  EXPECT_EQ(tracker.due(kStart + milliseconds(50)), nullptr);
+  EXPECT_NE(tracker.due(kStart + milliseconds(1'900)), nullptr);
+  EXPECT_EQ(tracker.reply_offset(7), 8'192U);
+}
+
 }  // namespace
 }  // namespace linegate::dds
