@@ -310,7 +310,7 @@ void read_lines(Findings& findings, const YAML::Node& node, const RoutingSection
     findings.error(place_of(node), "there is no line in lines");
   }
   if (only.empty()) {
-    resolve_routing(findings, routing, sections);
+    resolve_routing(findings, routing, plant, sections);
   }
   if (!findings.failed() && only.empty()) {
     JoinedLines joined(findings, sections, plant.bindings);

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // `routing:`, `routes:` and a line's `enter:`: routes to other networks, and access from them.
 #include <algorithm>
+#include <map>
+#include <memory>
 #include <optional>
 #include <set>
+#include <tuple>
 #include <utility>
 
 #include "gateway/config/sections.h"
@@ -15,6 +18,10 @@ constexpr std::uint16_t kHighestNetwork = 0xFFFF;
 constexpr std::uint16_t kHighestEmcyNetwork = 32;  // number of bits in an element of 1F2Fh
 constexpr std::uint16_t kUsualCost = 10;
 constexpr Duration kLongestWait = std::chrono::minutes(10);
+constexpr Duration kShortestRequest = std::chrono::milliseconds(500);
+// Ways over other gateways have the interfaces that no network-ID of a line is, from this one down.
+constexpr unsigned kHighestInterface = 255;
+constexpr std::size_t kMostWays = 128;
 
 using Range = std::pair<std::uint16_t, std::uint16_t>;
 
@@ -86,9 +93,41 @@ EnterSection read_rule(Findings& findings, const YAML::Node& node) {
   return out;
 }
 
-// "hall:5", "hall".
+// "hall-b/press", with `enter` and `timeout`, which no other route has.
+void read_way(Section& section, const YAML::Node& via, const std::string& text, RouteSection& out) {
+  Findings& findings = section.findings();
+  const std::size_t slash = text.find('/');
+  routing::GatewayWay way{.to = {text.substr(0, slash), text.substr(slash + 1)}};
+  if (check_name(findings, way.to.gateway, place_of(via), "name of a gateway")) {
+    check_name(findings, way.to.line, place_of(via), "name of a line");
+  }
+  const YAML::Node enter = section.find("enter");
+  if (const auto line = enter.IsDefined() ? section.text(enter) : std::nullopt) {
+    check_name(findings, *line, place_of(enter), "name of a line");
+    way.enter = *line;
+  }
+  section.read("timeout", way.timeout, kShortestRequest, kLongestWait);
+  out.way = std::move(way);
+}
+
+void refuse_keys_of_ways(Section& section) {
+  for (const char* const key : {"enter", "timeout"}) {
+    if (const YAML::Node node = section.find(key); node.IsDefined()) {
+      section.findings().error(
+          place_of(node),
+          std::string(key) + " is for a route over another gateway, via: GATEWAY/LINE");
+    }
+  }
+}
+
+// "hall:5", "hall", "hall-b/press".
 void read_via(Section& section, const YAML::Node& node, RouteSection& out) {
   const auto text = section.text(node);
+  if (text && text->find('/') != std::string::npos) {
+    read_way(section, node, *text, out);
+    return;
+  }
+  refuse_keys_of_ways(section);
   if (!text) {
     return;
   }
@@ -110,9 +149,9 @@ void read_via(Section& section, const YAML::Node& node, RouteSection& out) {
 
 class RoutingResolver {
  public:
-  RoutingResolver(Findings& findings, const RoutingSection& section,
+  RoutingResolver(Findings& findings, const RoutingSection& section, const Plant& plant,
                   std::vector<LineSection>& lines)
-      : findings_(findings), section_(section), lines_(lines) {}
+      : findings_(findings), section_(section), plant_(plant), lines_(lines) {}
 
   void run() {
     if (section_.routes.empty() &&
@@ -122,6 +161,7 @@ class RoutingResolver {
       return;
     }
     number_lines();
+    number_ways();
     make_routes();
     for (std::size_t i = 0; i < lines_.size(); ++i) {
       apply_routing(i);
@@ -147,10 +187,63 @@ class RoutingResolver {
     }
   }
 
+  // In an order that does not depend on that of the routes. Routes with the same way share it.
+  void number_ways() {
+    std::map<std::tuple<routing::GatewayLine, std::string, Duration>, const RouteSection*> ways;
+    for (const RouteSection& route : section_.routes) {
+      if (route.way && check_way(route)) {
+        ways.try_emplace({route.way->to, route.way->enter, route.way->timeout}, &route);
+      }
+    }
+    unsigned number = kHighestInterface;
+    for (const auto& [way, route] : ways) {
+      if (kHighestInterface - number == kMostWays) {
+        findings_.error(route->via_place, "more than 128 ways over other gateways");
+        return;
+      }
+      interfaces_.push_back({.number = static_cast<std::uint8_t>(number--),
+                             .name = route->way->to.gateway + '/' + route->way->to.line,
+                             .way = std::make_shared<const routing::GatewayWay>(*route->way)});
+    }
+  }
+
+  bool check_way(const RouteSection& route) {
+    const std::size_t before = findings_.errors();
+    const routing::GatewayLine& to = route.way->to;
+    if (to.gateway == plant_.gateway) {
+      findings_.error(route.via_place, "\"" + to.gateway +
+                                           "\" is this gateway: name its line alone, via: \"" +
+                                           to.line + "\", or \"" + to.line + ":NODE\"");
+    }
+    if (interfaces_.empty() || std::ranges::none_of(lines_, routes)) {
+      findings_.error(route.via_place,
+                      "no line of this gateway is a manager: nothing would use the route");
+    }
+    if (!plant_.dds_security.empty()) {
+      findings_.error(route.via_place,
+                      "a route over another gateway is for DDS without security: the permissions "
+                      "of a gateway do not include requests to others");
+    } else if (plant_.dds_own_process) {
+      findings_.error(route.via_place,
+                      "a route over another gateway needs dds: {process: same}: the process of "
+                      "`own` sends no requests to other gateways");
+    }
+    return findings_.errors() == before;
+  }
+
+  const routing::Interface* find_interface(const routing::GatewayWay& way) const {
+    const auto found = std::ranges::find_if(interfaces_, [&](const routing::Interface& each) {
+      return each.way != nullptr && *each.way == way;
+    });
+    return found == interfaces_.end() ? nullptr : &*found;
+  }
+
   // The line's own network comes first, at no cost.
   void make_routes() {
     for (const routing::Interface& line : interfaces_) {
-      routes_.push_back({line.network, line.network, line.number, 0, 0});
+      if (line.way == nullptr) {
+        routes_.push_back({line.network, line.network, line.number, 0, 0});
+      }
     }
     const std::size_t own = routes_.size();
     std::vector<const RouteSection*> written;
@@ -176,6 +269,13 @@ class RoutingResolver {
   void report(routing::RouteFault fault, const RouteSection& route, const RouteSection* other) {
     const std::string network = "network " + route.to.text;
     const std::string line = "line \"" + route.line + "\"";
+    if (route.way && fault == routing::RouteFault::loop) {
+      findings_.error(route.to.place,
+                      network +
+                          " is, or includes, that of a line of this gateway: the route would "
+                          "lead to another network of that number");
+      return;
+    }
     switch (fault) {
       case routing::RouteFault::not_attached:
         findings_.error(route.via_place, network + " is not that of " + line +
@@ -216,6 +316,13 @@ class RoutingResolver {
                       "expected a network-ID 1..65535 or a range such as 10..19, "
                       "got \"" +
                           section.to.text + "\"");
+    }
+    if (section.way) {
+      const routing::Interface* const way = find_interface(*section.way);
+      return networks && way != nullptr
+                 ? std::optional(routing::Route{networks->first, networks->second, way->number, 0,
+                                                section.cost})
+                 : std::nullopt;
     }
     const auto line = find_line(section.line, section.via_place);
     if (!networks || !line) {
@@ -298,9 +405,15 @@ class RoutingResolver {
       }
       for (std::uint32_t n = networks->first; n <= networks->second; ++n) {
         const auto network = static_cast<std::uint16_t>(n);
-        const bool reached = table.find(network, 0) != nullptr;
+        const routing::Route* const route = table.find(network, 0);
+        const bool is_beyond =
+            route != nullptr && routing::find_way(interfaces_, route->interface) != nullptr;
+        const bool reached = route != nullptr && !is_beyond;
         if (!reached && !all) {
-          findings_.error(to.place, "no route leads to network " + std::to_string(n));
+          findings_.error(to.place, is_beyond ? "network " + std::to_string(n) +
+                                                    " is reached over another gateway, to which "
+                                                    "EMCYs are not forwarded"
+                                              : "no route leads to network " + std::to_string(n));
         }
         bits |= reached && network != line.plan.config.network_id ? 1U << (n - 1) : 0U;
       }
@@ -347,7 +460,10 @@ class RoutingResolver {
     std::set<std::string> parts;
     for (const routing::Interface& line : config.interfaces) {
       parts.insert(std::to_string(line.number) + ':' + std::to_string(line.network) + ':' +
-                   std::to_string(line.node) + ':' + line.name);
+                   std::to_string(line.node) + ':' + line.name +
+                   (line.way == nullptr
+                        ? ""
+                        : ':' + line.way->enter + ':' + std::to_string(line.way->timeout.count())));
     }
     for (const routing::Route& route : config.routes) {
       parts.insert(std::to_string(routing::encode(route)));
@@ -361,6 +477,7 @@ class RoutingResolver {
 
   Findings& findings_;
   const RoutingSection& section_;
+  const Plant& plant_;
   std::vector<LineSection>& lines_;
   std::vector<routing::Interface> interfaces_;
   std::vector<routing::Route> routes_;
@@ -453,9 +570,9 @@ RoutingSection read_routing(Findings& findings, const YAML::Node& routing,
   return out;
 }
 
-void resolve_routing(Findings& findings, const RoutingSection& routing,
+void resolve_routing(Findings& findings, const RoutingSection& routing, const Plant& plant,
                      std::vector<LineSection>& lines) {
-  RoutingResolver(findings, routing, lines).run();
+  RoutingResolver(findings, routing, plant, lines).run();
 }
 
 }  // namespace linegate::config

@@ -71,6 +71,8 @@ struct RouteSection {
   std::uint16_t cost = 0;
   Place place;
   Place via_place;
+  // Over another gateway: `line` and `gateway` are not used.
+  std::optional<routing::GatewayWay> way{};
 };
 // `routing:` and `routes:`.
 struct RoutingSection {
@@ -232,7 +234,7 @@ RoutingSection read_routing(Findings& findings, const YAML::Node& routing,
                             const YAML::Node& routes);
 // Sets LineConfig::routing of the participating lines once all lines are known: all managers' lines
 // if there is a route or a line may be entered.
-void resolve_routing(Findings& findings, const RoutingSection& routing,
+void resolve_routing(Findings& findings, const RoutingSection& routing, const Plant& plant,
                      std::vector<LineSection>& lines);
 // `node_list:`: the nodes of one network of a nodelist.cpj (CiA 306-3); empty without the key.
 std::vector<line::NodeConfig> read_node_list(Findings& findings, const YAML::Node& node);

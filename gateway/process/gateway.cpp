@@ -9,6 +9,7 @@
 
 #include "gateway/publish/access.h"
 #include "gateway/publish/dds_edge.h"
+#include "gateway/publish/dds_peers.h"
 #include "gateway/runtime/channels.h"
 #include "gateway/runtime/clock.h"
 #include "gateway/runtime/device_runner.h"
@@ -29,6 +30,13 @@ void await_round(Executor& executor) {
 std::string by(const std::optional<SignalSender>& sender) {
   return sender ? fmt::format(" (by process {} of user {})", sender->process, sender->user)
                 : std::string();
+}
+
+// A reload cannot change them.
+config::Plant dds_settings_of(config::Plant plant) {
+  plant.lines.clear();
+  plant.bindings.clear();
+  return plant;
 }
 
 void append(std::vector<Diagnostic>& to, std::vector<Diagnostic> from) {
@@ -67,6 +75,8 @@ Loaded<std::unique_ptr<Gateway>> Gateway::make(const config::Plant& plant,
     gateway->pages_ = std::make_unique<JournalServer>(
         plant.journal->file, gateway->publisher_->pages(), gateway->publisher_->wakeup());
   }
+  gateway->peers_ = std::make_unique<PeerThread>(
+      [settings = dds_settings_of(plant)] { return make_dds_peers(settings); });
   gateway->requests_ = std::make_unique<RequestReceiver>(
       *gateway->edge_, gateway->hosts_,
       PublisherInlets{gateway->publisher_->refusals(), gateway->publisher_->notices(),
@@ -175,6 +185,7 @@ std::vector<Diagnostic> Gateway::apply_lines(std::vector<NewLine> lines,
   join_routes(started);
   publisher_->set_lines(hosts_);
   requests_->set_lines(hosts_);
+  peers_->set_lines(hosts_);
   return diagnostics;
 }
 
@@ -217,6 +228,7 @@ void Gateway::make_runner(NewLine& made, std::vector<Diagnostic>& diagnostics) {
   made.runner->bind(std::move(sources), std::move(targets));
   if (host.interface() != 0) {
     made.runner->route(std::make_unique<RouteEnd>());
+    host.port.peers = &peers_->wakeup();
   }
   host.runner = made.runner.get();
 }
@@ -322,6 +334,7 @@ void Gateway::start() {
   for (auto& [name, executor] : executors_) {
     executor->start();
   }
+  peers_->start();
   requests_->start();
 }
 
@@ -338,6 +351,9 @@ void Gateway::stop() {
   }
   for (auto& [name, executor] : executors_) {
     executor->join();
+  }
+  if (peers_ != nullptr) {
+    peers_->stop();
   }
   storage_.stop();
   recorder_.stop();
@@ -429,6 +445,7 @@ void Gateway::change(const std::vector<std::string>& go, const std::vector<std::
   unbind_ends(go, false);
   stop_lines(go);
   unbind_ends(go, true);
+  peers_->stop();
   publisher_->stop();
   storage_.stop();
   recorder_.stop();

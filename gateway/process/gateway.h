@@ -16,6 +16,7 @@
 #include "gateway/process/progress_watch.h"
 #include "gateway/process/status_text.h"
 #include "gateway/publish/data_edge.h"
+#include "gateway/publish/peer_thread.h"
 #include "gateway/publish/publisher.h"
 #include "gateway/publish/request_receiver.h"
 #include "gateway/runtime/binder.h"
@@ -149,6 +150,7 @@ class Gateway {
   std::unique_ptr<JournalThread> journal_;  // if configured
   std::unique_ptr<Publisher> publisher_;
   std::unique_ptr<JournalServer> pages_;  // with the journal
+  std::unique_ptr<PeerThread> peers_;     // outlives the executors, which wake it
   StorageThread storage_;
   Recorder recorder_;
   std::vector<NamedExecutor> executors_;

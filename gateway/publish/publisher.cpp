@@ -188,6 +188,11 @@ void Publisher::set_lines(std::span<const std::unique_ptr<LineHost>> lines) {
   interfaces_.clear();
   for (const auto& host : lines) {
     interfaces_.emplace_back(host->interface(), host->name());
+    for (const routing::Interface& each : host->plan.config.routing.interfaces) {
+      if (each.way != nullptr) {
+        interfaces_.emplace_back(each.number, each.name);
+      }
+    }
   }
 }
 

@@ -23,7 +23,8 @@ struct LineHost {
         layouts{std::move(input_layout), std::move(output_layout)},
         port(room_for_receptions(plan.config)) {}
 
-  // The main thread changes the routes while publisher and request receiver are stopped.
+  // The main thread changes the routes while publisher, request receiver and the thread of routes
+  // over other gateways are stopped.
   config::LinePlan plan;
   const std::array<image::Layout, 2> layouts;  // by image::Direction
   LinePort port;

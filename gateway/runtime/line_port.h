@@ -16,6 +16,7 @@
 #include "gateway/exchange/cell.h"
 #include "gateway/exchange/handover.h"
 #include "gateway/exchange/ring.h"
+#include "gateway/exchange/wakeup.h"
 #include "gateway/runtime/direct_images.h"
 #include "gateway/runtime/scan_applier.h"
 #include "stack/base/event.h"
@@ -26,6 +27,7 @@
 #include "stack/line/output_write.h"
 #include "stack/line/state.h"
 #include "stack/pdo/reception.h"
+#include "stack/routing/gateway_request.h"
 #include "stack/routing/table.h"
 
 namespace linegate::gateway {
@@ -105,6 +107,14 @@ struct LinePort {
   exchange::Ring<line::OutputWrite> outputs{2 * kOfOneClient};
   exchange::Ring<Event> notices{256};  // refusals, which the line reports
   exchange::Counter requests_lost;     // outputs and notices dropped because their ring was full
+
+  // Executor to the thread of routes over other gateways, which `peers` wakes; nullptr: there is
+  // none, and the line gives up its requests at their deadlines.
+  exchange::Ring<routing::GatewayRequest> gateway_requests{128};
+  exchange::Wakeup* peers = nullptr;  // set before the line runs
+  // That thread to executor.
+  exchange::Ring<routing::GatewayAnswer> gateway_answers{128};
+  exchange::Handover<std::vector<routing::GatewayLine>> gateways_present;
 
   // Set before the line runs: its images go to the edge by this way, and those of inputs also to
   // the publisher, which is woken only for PDO updates. Otherwise nullptr.

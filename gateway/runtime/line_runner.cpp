@@ -194,6 +194,7 @@ void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
   }
   transmit(now);
   give_messages(now);
+  give_gateway_requests();
   hand_over(now);
   note_next_due();
   next_wake_ = pump_.more() ? now : compute_next_wake();
@@ -300,6 +301,7 @@ void LineRunner::bus_event(const can::BusEvent& event, Instant now) {
 // Commands stay in their ring while a reply waits for room, or a scan holds them.
 [[gnu::hot]] void LineRunner::poll_calls(Instant now) {
   poll_storage_results();
+  poll_gateways(now);
   poll_requests(now);
   called_ = reply_held_ || scans_.holds(now);
 }
@@ -465,6 +467,37 @@ void LineRunner::execute_command(Instant now) {
   if (routes_ != nullptr) {
     routes_->give([&](routing::Message& message) { return line_->pop_message(message); },
                   [&](const routing::Message& message) { line_->deliver(message, now); });
+  }
+}
+
+// Of other gateways: their presence, and their answers.
+[[gnu::hot]] void LineRunner::poll_gateways(Instant now) {
+  if (routes_ == nullptr || port_.peers == nullptr) {
+    return;
+  }
+  if (auto* const present = port_.gateways_present.fetch()) {
+    line_->set_present_gateways(*present);
+  }
+  while (port_.gateway_answers.pop(gateway_answer_)) {
+    line_->answer_gateway_request(std::move(gateway_answer_), now);
+    gateway_answer_ = {};
+  }
+}
+
+// While the ring is full they stay in the line, which gives them up at their deadlines. The thread
+// that takes them wakes the executor.
+[[gnu::hot]] void LineRunner::give_gateway_requests() {
+  if (routes_ == nullptr || port_.peers == nullptr) {
+    return;
+  }
+  bool given = false;
+  while (port_.gateway_requests.room() > 0 && line_->pop_gateway_request(gateway_request_)) {
+    LINEGATE_ASSERT(port_.gateway_requests.push(gateway_request_), "there is room");
+    gateway_request_ = {};
+    given = true;
+  }
+  if (given) {
+    port_.peers->signal();
   }
 }
 

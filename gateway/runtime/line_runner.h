@@ -112,6 +112,8 @@ class LineRunner final : public Runner {
   void poll_messages(Instant now);
   void look_at_sources(Instant now);
   void give_messages(Instant now);
+  void poll_gateways(Instant now);
+  void give_gateway_requests();
   void restart_bus(const request::GatewayCommand& command, Instant now);
   void change_faults(const request::GatewayCommand& command, std::string_view change, Instant now);
   bool is_snapshot_due(Instant now);
@@ -177,6 +179,8 @@ class LineRunner final : public Runner {
   line::Command command_;
   line::OutputWrite write_;
   line::Reply reply_;
+  routing::GatewayRequest gateway_request_;
+  routing::GatewayAnswer gateway_answer_;
   pdo::Reception reception_;
   std::uint64_t losses_reported_ = 0;
 };

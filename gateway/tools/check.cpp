@@ -61,18 +61,39 @@ std::string_view lost_text(manager::ErrorReaction reaction) {
   return "a lost node is reset";
 }
 
+namespace {
+
+const config::LinePlan* routing_line(const config::Plant& plant) {
+  const auto at = std::ranges::find_if(
+      plant.lines, [](const auto& line) { return line.config.routing.interface != 0; });
+  return at == plant.lines.end() ? nullptr : &*at;
+}
+
+}  // namespace
+
+std::vector<routing::Interface> ways_of(const config::Plant& plant) {
+  std::vector<routing::Interface> out;
+  if (const config::LinePlan* const line = routing_line(plant)) {
+    std::ranges::copy_if(line->config.routing.interfaces, std::back_inserter(out),
+                         [](const routing::Interface& each) { return each.way != nullptr; });
+  }
+  return out;
+}
+
 InterfaceNames interface_names(const config::Plant& plant) {
   InterfaceNames out;
   for (const auto& line : plant.lines) {
     out.emplace_back(line.config.routing.interface, line.config.name);
   }
+  for (const routing::Interface& way : ways_of(plant)) {
+    out.emplace_back(way.number, way.name);
+  }
   return out;
 }
 
 std::vector<routing::Route> routes_of(const config::Plant& plant) {
-  const auto at = std::ranges::find_if(
-      plant.lines, [](const auto& line) { return line.config.routing.interface != 0; });
-  return at == plant.lines.end() ? std::vector<routing::Route>() : at->config.routing.routes;
+  const config::LinePlan* const line = routing_line(plant);
+  return line == nullptr ? std::vector<routing::Route>() : line->config.routing.routes;
 }
 
 namespace {
@@ -200,7 +221,16 @@ class Text {
   // Printed once, because all lines have the same routes.
   void routes(const config::Plant& plant) {
     const InterfaceNames names = interface_names(plant);
+    const std::vector<routing::Interface> ways = ways_of(plant);
     for (const auto& route : routes_of(plant)) {
+      if (const auto way = routing::find_way(ways, route.interface)) {
+        add("network {} over gateway {}, line {}, {}, time-out {}, cost {}\n",
+            networks_text(route.first, route.last), way->to.gateway, way->to.line,
+            way->enter.empty() ? std::string("as a client")
+                               : fmt::format("entered as a device of line {}", way->enter),
+            format_duration(way->timeout), route.cost);
+        continue;
+      }
       const std::string via = route_text(route, names);
       add("network {}, cost {}\n",
           via.substr(0, via.rfind(' ')).replace(via.find(' '), 1, " over line "), route.cost);

@@ -2,6 +2,7 @@
 // to_json(): the configuration as JSON, for programs.
 #include <algorithm>
 #include <array>
+#include <span>
 #include <string>
 
 #include "gateway/config/value.h"
@@ -33,7 +34,14 @@ Json diagnostic_json(const Diagnostic& diagnostic) {
           {"text", diagnostic.text}};
 }
 
-Json route_json(const routing::Route& route, const InterfaceNames& names) {
+Json route_json(const routing::Route& route, const InterfaceNames& names,
+                std::span<const routing::Interface> ways) {
+  if (const auto way = routing::find_way(ways, route.interface)) {
+    return {{"first", route.first}, {"last", route.last},
+            {"line", ""},           {"node", 0},
+            {"cost", route.cost},   {"gateway", way->to.gateway + '/' + way->to.line},
+            {"enter", way->enter},  {"timeout_ns", way->timeout.count()}};
+  }
   const auto line = std::find_if(names.begin(), names.end(),
                                  [&](const auto& name) { return name.first == route.interface; });
   return {{"first", route.first},
@@ -263,8 +271,9 @@ void add_plant(const config::Plant& plant, Json& to) {
   to["log"] = config::name(plant.log);
   to["journal"] = plant.journal ? journal_json(*plant.journal) : Json();
   const InterfaceNames names = interface_names(plant);
+  const std::vector<routing::Interface> ways = ways_of(plant);
   to["routes"] =
-      array_of(routes_of(plant), [&](const auto& route) { return route_json(route, names); });
+      array_of(routes_of(plant), [&](const auto& route) { return route_json(route, names, ways); });
   to["lines"] = array_of(plant.lines, line_json);
   to["bindings"] = array_of(plant.bindings, binding_json);
   to["remote_inputs"] = remote_inputs_json(plant);

@@ -21,5 +21,7 @@ std::string_view lost_text(manager::ErrorReaction reaction);
 InterfaceNames interface_names(const config::Plant& plant);
 // All lines that route have the same routes.
 std::vector<routing::Route> routes_of(const config::Plant& plant);
+// The ways over other gateways, see routing::Interface::way.
+std::vector<routing::Interface> ways_of(const config::Plant& plant);
 
 }  // namespace linegate::gateway

@@ -12,12 +12,12 @@ bool overlap(const Route& a, const Route& b) {
   return a.used() && b.used() && a.cost == b.cost && a.first <= b.last && b.first <= a.last;
 }
 
-// Over another gateway to the network of a line of this process alone.
+// Over another gateway to the network of a line of this process: when that line cannot send, the
+// request would reach a device of another network with that number.
 bool leads_back(const Route& route, std::span<const Interface> interfaces) {
-  return route.first == route.last &&
-         std::any_of(interfaces.begin(), interfaces.end(), [&](const Interface& i) {
-           return i.way == nullptr && i.network == route.first;
-         });
+  return std::any_of(interfaces.begin(), interfaces.end(), [&](const Interface& i) {
+    return i.way == nullptr && route.reaches(i.network);
+  });
 }
 
 }  // namespace

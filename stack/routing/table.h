@@ -67,7 +67,8 @@ enum class RouteFault : std::uint8_t {
   bad_gateway,        // not a node-ID
   not_attached,       // no gateway, but the network is not that of the interface
   // The route leads back: the next gateway is the own node, or the only network of the route is the
-  // one that the gateway is on; over another gateway, that of a line of this process
+  // one that the gateway is on; over another gateway, a network of the route is that of a line of
+  // this process
   loop,
   overlap,  // two routes of equal cost to one network
 };

@@ -49,6 +49,7 @@ NEIGHBOURS = {
     "Between networks: routes": (("hall", 102, "next", "io.eds"), ("pack", 103, "next", "io.eds")),
     "Values from line to line: forwarding": (("press", 101, "axis1", "drive.eds"), ("hall", 102, "display", "display.eds")),
     "From a line of another gateway": (("pack", 101, "display", "display.eds"),),
+    "Networks of another gateway": (("hall", 101, "next", "io.eds"),),
 }
 
 

@@ -296,6 +296,9 @@ void add_joins(DefaultCases& to) {
   to["route/cost"] =
       default_of(plant("routes: [{to: 9, via: 'b:5', @}]\n", node), "5",
                  of_b([](const routing::Config& r) { return r.routes.back().cost; }));
+  to["route/timeout"] =
+      default_of(plant("routes: [{to: 9, via: x/y, @}]\n", node), "5s",
+                 of_b([](const routing::Config& r) { return r.interfaces.back().way->timeout; }));
   const auto rule = [](const routing::Config& r) {
     const routing::AccessRule& only = r.access.at(0);
     return value_text(only.sdo_read) + value_text(only.sdo_write) + value_text(only.emcy) +
@@ -354,6 +357,7 @@ const std::set<std::string> kDefaultsInWords{"dds/participants",
                                              "pdo/every",
                                              "pdo/rtr",
                                              "pdo/cob_id",
+                                             "route/enter",
                                              "routing/frame_timeout",
                                              "routing/channel_wait",
                                              "routing/gateway_timeout",

@@ -176,6 +176,88 @@ TEST(Routes, RulesOfEnteringThatMakeNoSenseAreTold) {
                 "networks"}));
 }
 
+TEST(Routes, OverAnotherGatewayAreWaysOfTheirOwn) {
+  const auto loaded = read_routes(
+      "routes:\n"
+      "  - {to: 7, via: hall-b/press, enter: pack, timeout: 4s}\n"
+      "  - {to: 20..29, via: hall-b/press}\n"
+      "  - {to: 8, via: hall-b/press, enter: pack, timeout: 4s, cost: 20}\n");
+  ASSERT_TRUE(loaded.ok()) << told(loaded).front();
+  const routing::Config& config = loaded.value->lines[1].config.routing;
+  const std::vector<routing::Route> expected{{1, 1, 1, 0, 0},
+                                             {2, 2, 2, 0, 0},
+                                             {7, 7, 254, 0, 10},
+                                             {20, 29, 255, 0, 10},
+                                             {8, 8, 254, 0, 20}};
+  EXPECT_EQ(config.routes, expected);
+  ASSERT_EQ(config.interfaces.size(), 4U);
+  const routing::Interface& client = config.interfaces[2];
+  EXPECT_EQ(client.number, 255);
+  EXPECT_EQ(client.name, "hall-b/press");
+  EXPECT_EQ(*client.way, (routing::GatewayWay{.to = {"hall-b", "press"}}));
+  EXPECT_EQ(client.way->addressed(), (routing::GatewayLine{"hall-b", "press"}));
+  const routing::Interface& device = config.interfaces[3];
+  EXPECT_EQ(device.number, 254);
+  EXPECT_EQ(*device.way,
+            (routing::GatewayWay{.to = {"hall-b", "press"}, .enter = "pack", .timeout = 4s}));
+  EXPECT_EQ(device.way->addressed(), (routing::GatewayLine{"hall-b", "pack"}));
+}
+
+TEST(Routes, OverAnotherGatewayThatMakeNoSenseAreTold) {
+  EXPECT_EQ(
+      told(read_routes("gateway: {name: hall-a}\n"
+                       "routes:\n"
+                       "  - {to: 7, via: hall-a/press}\n"
+                       "  - {to: 7, via: hall-b/press:5}\n"
+                       "  - {to: 7, via: /press}\n"
+                       "  - {to: 2, via: hall-b/press}\n"
+                       "  - {to: 7, via: hall:5, enter: pack, timeout: 3s}\n"
+                       "  - {to: 8, via: hall-b/press, timeout: 499ms}\n"
+                       "  - {to: 9, via: hall-b/press, enter: p.q}\n"
+                       "  - {to: 2..6, via: hall-b/press}\n")),
+      (std::vector<std::string>{
+          "plant.yaml:4:18: error: \"hall-a\" is this gateway: name its line alone, via: "
+          "\"press\", or \"press:NODE\"",
+          "plant.yaml:5:18: error: a name of a line has 1 to 64 letters, digits, '-' and '_', not "
+          "\"press:5\"",
+          "plant.yaml:6:18: error: a name of a gateway has 1 to 64 letters, digits, '-' and '_', "
+          "not "
+          "\"\"",
+          "plant.yaml:7:10: error: network 2 is, or includes, that of a line of this gateway: the "
+          "route would lead to another network of that number",
+          "plant.yaml:8:33: error: enter is for a route over another gateway, via: GATEWAY/LINE",
+          "plant.yaml:8:48: error: timeout is for a route over another gateway, via: GATEWAY/LINE",
+          "plant.yaml:9:41: error: expected a time from 500ms to 600s, got \"499ms\"",
+          "plant.yaml:10:39: error: a name of a line has 1 to 64 letters, digits, '-' and '_', not "
+          "\"p.q\"",
+          "plant.yaml:11:10: error: network 2..6 is, or includes, that of a line of this gateway: "
+          "the route would lead to another network of that number"}));
+}
+
+TEST(Routes, OverAnotherGatewayNeedALineThatUsesThem) {
+  const std::string routes = "routes: [{to: 7, via: hall-b/press}]\n";
+  EXPECT_EQ(told(read_routes(routes, "  - {name: a, interface: virtual:a, role: observer}\n")),
+            (std::vector<std::string>{"plant.yaml:2:23: error: no line of this gateway is a "
+                                      "manager: nothing would use the route"}));
+  EXPECT_EQ(told(read_routes("dds: {process: own}\n" + routes)),
+            (std::vector<std::string>{
+                "plant.yaml:3:23: error: a route over another gateway needs dds: {process: same}: "
+                "the process of `own` sends no requests to other gateways"}));
+}
+
+TEST(Routes, EmcysAreNotForwardedOverAnotherGateway) {
+  const std::string lines =
+      "  - {name: press, interface: virtual:press, emcy_to: 7}\n"
+      "  - {name: hall, interface: virtual:hall, emcy_to: all}\n";
+  const std::string routes = "routes: [{to: 7, via: hall-b/press}]\n";
+  EXPECT_EQ(told(read_routes(routes, lines)),
+            (std::vector<std::string>{"plant.yaml:4:54: error: network 7 is reached over another "
+                                      "gateway, to which EMCYs are not forwarded"}));
+  const auto all = read_routes(routes, lines.substr(lines.find('\n') + 1));
+  ASSERT_TRUE(all.ok());
+  EXPECT_EQ(all.value->lines[0].config.routing.emcy_networks[1], 0U);
+}
+
 // A reload changes the routes of running lines. The order of the routes has no effect.
 TEST(Routes, AreNoneOfTheSourcesOfALine) {
   const auto plan = [](const std::string& top) {
@@ -194,6 +276,15 @@ TEST(Routes, AreNoneOfTheSourcesOfALine) {
   EXPECT_NE(other.routes, same.routes);
   EXPECT_NE(plan("routing: {arm_timeout: 1s}\nroutes: [{to: 9, via: hall:5}]\n").source,
             same.source);
+  const LinePlan over = plan("routes: [{to: 9, via: b/c}, {to: 8, via: b/d}]\n");
+  EXPECT_EQ(over.source, same.source);
+  EXPECT_EQ(plan("routes: [{to: 8, via: b/d}, {to: 9, via: b/c}]\n").routes, over.routes);
+  for (const char* const keys : {"b/c, timeout: 4s", "b/c, enter: x", "b/x", "x/c"}) {
+    const LinePlan changed =
+        plan(std::string("routes: [{to: 9, via: ") + keys + "}, {to: 8, via: b/d}]\n");
+    EXPECT_EQ(changed.source, same.source);
+    EXPECT_NE(changed.routes, over.routes) << keys;
+  }
 }
 
 }  // namespace

@@ -225,6 +225,34 @@ lines:
   EXPECT_EQ(json["lines"][0]["enter"][0]["services"].as<std::string>(), "SDO");
 }
 
+TEST(Check, SaysHowNetworksAreReachedOverOtherGateways) {
+  const auto loaded = config::read(R"(schema: 1
+routes:
+  - {to: 7, via: hall-b/press, enter: pack, timeout: 4s}
+  - {to: 20..29, via: hall-b/press, cost: 20}
+lines:
+  - {name: press, interface: virtual:press}
+)",
+                                   "x.yaml");
+  ASSERT_TRUE(loaded.ok());
+  const std::string text = describe(*loaded.value);
+  EXPECT_TRUE(contains(text,
+                       "network 7 over gateway hall-b, line press, entered as a device of line "
+                       "pack, time-out 4s, cost 10\n"))
+      << text;
+  EXPECT_TRUE(contains(text,
+                       "network 20..29 over gateway hall-b, line press, as a client, time-out 3s, "
+                       "cost 20\n"))
+      << text;
+  const YAML::Node json = YAML::Load(to_json(loaded));
+  EXPECT_EQ(json["routes"][0]["line"].as<std::string>(), "press");
+  const YAML::Node over = json["routes"][1];
+  EXPECT_EQ(over["line"].as<std::string>(), "") << "of this gateway";
+  EXPECT_EQ(over["gateway"].as<std::string>(), "hall-b/press");
+  EXPECT_EQ(over["enter"].as<std::string>(), "pack");
+  EXPECT_EQ(over["timeout_ns"].as<std::int64_t>(), 4'000'000'000);
+}
+
 TEST(Check, SaysWhatTheOwnNodesEmcysCarry) {
   const auto loaded = config::read(R"(schema: 1
 lines:

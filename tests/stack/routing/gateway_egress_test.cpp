@@ -327,6 +327,55 @@ TEST_F(OverGateway, ADeviceReadsAndWrites) {
   expect_nothing_left();
 }
 
+TEST_F(OverGateway, ADeviceTransfersByBlocks) {
+  start_present();
+  open_device();
+  client({0xA0, 0x18, 0x10, 1, 4, 0, 0, 0});
+  const auto read = request();
+  ASSERT_TRUE(read);
+  answer(*read, AbortCode::none, bytes({1, 2, 3, 4, 5, 6, 7, 8, 9, 10}));
+  EXPECT_EQ(sent(1), Frames{"5FF C61810010A000000"});
+  client({0xA3, 0, 0, 0, 0, 0, 0, 0});
+  pass(milliseconds(2));
+  EXPECT_EQ(sent(1), (Frames{"5FF 0101020304050607", "5FF 8208090A00000000"}));
+  client({0xA2, 2, 4, 0, 0, 0, 0, 0});
+  EXPECT_EQ(sent(1), Frames{"5FF D100000000000000"});
+  client({0xA1, 0, 0, 0, 0, 0, 0, 0});
+  expect_nothing_left();
+
+  open_device();
+  client({0xC2, 0x40, 0x60, 0, 10, 0, 0, 0});
+  ASSERT_EQ(sent(1).size(), 1U);
+  client({0x01, 1, 2, 3, 4, 5, 6, 7});
+  client({0x82, 8, 9, 10, 0, 0, 0, 0});
+  ASSERT_EQ(sent(1).size(), 1U);
+  EXPECT_FALSE(request()) << "the value is not complete";
+  client({0xD1, 0, 0, 0, 0, 0, 0, 0});
+  const auto written = request();
+  ASSERT_TRUE(written);
+  EXPECT_EQ(written->data, bytes({1, 2, 3, 4, 5, 6, 7, 8, 9, 10}));
+  EXPECT_EQ(sent(1), Frames{});
+  answer(*written, AbortCode::none);
+  EXPECT_EQ(sent(1), Frames{"5FF A100000000000000"});
+  expect_nothing_left();
+}
+
+// A connection that ends within a block leaves nothing to the next one.
+TEST_F(OverGateway, AConnectionThatEndsWithinABlockLeavesNothing) {
+  start_present();
+  open_device();
+  client({0xC2, 0x40, 0x60, 0, 100, 0, 0, 0});
+  client({0x01, 1, 2, 3, 4, 5, 6, 7});
+  pass(seconds(2));
+  (void)sent(1);
+  expect_nothing_left();
+  open_device();
+  client({0x2F, 0x40, 0x60, 0, 5, 0, 0, 0});
+  const auto written = request();
+  ASSERT_TRUE(written);
+  EXPECT_EQ(written->data, bytes({5}));
+}
+
 TEST_F(OverGateway, ADeviceThatAbortsCancelsItsRequest) {
   start_present();
   open_device();

@@ -3,6 +3,8 @@
 
 #include <array>
 #include <cstdint>
+#include <iterator>
+#include <memory>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -64,6 +66,27 @@ constexpr FaultRow kFaults[] = {
      AbortCode::invalid_value},
 };
 INSTANTIATE_TEST_SUITE_P(Table, RouteFaults, testing::ValuesIn(kFaults));
+
+TEST(RoutingTable, AWayOverAnotherGatewayHasNoNodeAndLeadsToNoOwnNetwork) {
+  std::vector<Interface> interfaces(std::begin(kInterfaces), std::end(kInterfaces));
+  const std::uint16_t own = interfaces.front().network;
+  interfaces.push_back(
+      {.number = 255,
+       .name = "hall-b/press",
+       .way = std::make_shared<const GatewayWay>(GatewayWay{.to = {"hall-b", "press"}})});
+  const auto fault = [&](std::uint16_t first, std::uint16_t last, std::uint8_t node = 0) {
+    return check(Route{.first = first, .last = last, .interface = 255, .gateway = node},
+                 interfaces);
+  };
+  EXPECT_EQ(fault(70, 70), RouteFault::none);
+  EXPECT_EQ(fault(70, 79), RouteFault::none);
+  EXPECT_EQ(fault(70, 70, 5), RouteFault::bad_gateway);
+  EXPECT_EQ(fault(own, own), RouteFault::loop);
+  EXPECT_EQ(fault(1, 100), RouteFault::loop);
+  EXPECT_EQ(find_way(interfaces, 255)->to.gateway, "hall-b");
+  EXPECT_EQ(find_way(interfaces, interfaces.front().number), nullptr);
+  EXPECT_EQ(find_way(interfaces, 254), nullptr);
+}
 
 TEST(RoutingTable, OverlappingRangesOfEqualCostAreAFault) {
   const std::vector<Route> routes = {

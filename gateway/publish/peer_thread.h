@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// The thread that carries requests of the lines to other gateways (PeerRoutes). It exists only
+// while a line has a route over another gateway.
+//
+// Nothing waits for it: a request that it does not answer ends at its deadline in the line. So it
+// is no thread that the gateway must be restarted for.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "gateway/exchange/cell.h"
+#include "gateway/exchange/wakeup.h"
+#include "gateway/publish/peer_routes.h"
+#include "gateway/runtime/line_host.h"
+
+namespace linegate::gateway {
+
+class PeerThread final : private PeerRoutes::Sink, private PeerHandler {
+ public:
+  // Makes the client; nullptr if DDS refuses, which was logged.
+  using MakeClient = std::function<std::unique_ptr<PeerClient>()>;
+
+  explicit PeerThread(MakeClient make_client) : make_client_(std::move(make_client)) {}
+  ~PeerThread() override;
+  PeerThread(const PeerThread&) = delete;
+  PeerThread& operator=(const PeerThread&) = delete;
+
+  // For LinePort::peers.
+  exchange::Wakeup& wakeup() { return wakeup_; }
+
+  // The lines of the gateway, with their present routes. Makes the client if one is needed, and
+  // removes it otherwise. Call it while the thread is stopped.
+  void set_lines(std::span<const std::unique_ptr<LineHost>> lines);
+  // No effect without a route over another gateway. May be started again after stop().
+  void start();
+  void stop();
+
+ private:
+  // PeerRoutes::Sink
+  bool answer(const std::string& line, routing::GatewayAnswer& answer) override;
+  void set_present(const std::vector<routing::GatewayLine>& present) override;
+  // PeerHandler
+  void on_state(const routing::GatewayLine& line, std::uint64_t incarnation,
+                std::int64_t time) override;
+  void on_gone(const routing::GatewayLine& line) override;
+  void on_answer(std::uint64_t id, const line::Reply& reply) override;
+
+  void run();
+  void relay();
+  void take_requests();
+  void log_present(const std::vector<routing::GatewayLine>& present);
+
+  MakeClient make_client_;
+  std::span<const std::unique_ptr<LineHost>> lines_;
+  std::vector<std::pair<std::string, const LineHost*>> known_;  // of the last set_lines()
+  std::unique_ptr<PeerClient> client_;  // nullptr without a route over another gateway
+  PeerRoutes routes_{*this};
+  std::vector<routing::GatewayLine> addressed_;
+  std::vector<routing::GatewayLine> present_;
+  exchange::Wakeup wakeup_;
+  exchange::Flag stop_;
+  std::thread thread_;
+  std::thread relay_;  // wakes client_ when a line has requests
+};
+
+}  // namespace linegate::gateway
