@@ -28,6 +28,7 @@ std::optional<AbortCode> abort_of(Refusal refusal) {
       return AbortCode::local_control;
     case Refusal::line_down:
     case Refusal::wrong_state:
+    case Refusal::image_pdo:
       return AbortCode::device_state;
     case Refusal::bad_request:
     case Refusal::unknown_line:

@@ -243,6 +243,7 @@ TEST_F(PeerRoutesTest, ARefusalIsAnAbortIfNothingWasCarriedOut) {
   expect(Refusal::no_right, AbortCode::local_control);
   expect(Refusal::line_down, AbortCode::device_state);
   expect(Refusal::wrong_state, AbortCode::device_state);
+  expect(Refusal::image_pdo, AbortCode::device_state);
   expect(Refusal::bad_request, AbortCode::general);
   expect(Refusal::unknown_line, AbortCode::general);
   expect(Refusal::wrong_role, AbortCode::general);
