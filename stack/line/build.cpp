@@ -116,7 +116,7 @@ manager::NodePlan node_plan(const NodeConfig& node) {
   plan.program = node.program;
   plan.expected = manager::date_of(plan.writes);
   if (plan.store != 0 && !plan.expected.known()) {
-    plan.expected = manager::fingerprint_of(plan.writes);
+    plan.expected = manager::fingerprint_of(plan.writes, plan.pdos);
   }
   return plan;
 }
@@ -259,9 +259,14 @@ manager::Options manager_options(const LineConfig& config) {
 std::vector<manager::NodePlan> node_plans(const LineConfig& config) {
   std::vector<manager::NodePlan> plans;
   plans.reserve(config.nodes.size());
+  std::vector<const od::DeviceDescription*> devices;
+  std::vector<bool> correct;
   for (const NodeConfig& node : config.nodes) {
     plans.push_back(node_plan(node));
+    devices.push_back(&node.device);
+    correct.push_back(!node.as_found);
   }
+  manager::add_other_pdos(devices, correct, plans);
   return plans;
 }
 

@@ -8,14 +8,10 @@ namespace linegate::line {
 
 AbortCode PdoWriteRule::may_write(std::uint8_t node, od::Address address,
                                   std::span<const std::byte> value) const {
-  if (!od::objects::is_pdo_record(address.index) || !manager_.active()) {
-    return AbortCode::none;
-  }
-  const char boot = manager_.node(node).boot;
-  const bool has_pdos = manager::is_booted(boot) || boot == manager::kBootUnfinished;
-  return has_pdos && manager::changes_pdo(configurator_.objects().pdos(node), address, value)
-             ? AbortCode::device_state
-             : AbortCode::none;
+  const bool is_refused = od::objects::is_pdo_record(address.index) && manager_.active() &&
+                          manager_.keeps_pdos(node) &&
+                          manager::changes_pdo(configurator_.objects().pdos(node), address, value);
+  return is_refused ? AbortCode::device_state : AbortCode::none;
 }
 
 }  // namespace linegate::line

@@ -18,8 +18,8 @@ class PdoWriteRule final : public sdo::WriteRule {
   PdoWriteRule(const manager::Manager& manager, const manager::Configurator& configurator)
       : manager_(manager), configurator_(configurator) {}
 
-  // device_state if the write would change a PDO of the image. Not if the node did not boot: its
-  // next boot process compares the PDOs.
+  // device_state if the write would change a PDO of the image, and no boot process follows that
+  // compares it (Manager::keeps_pdos()).
   AbortCode may_write(std::uint8_t node, od::Address address,
                       std::span<const std::byte> value) const override;
 

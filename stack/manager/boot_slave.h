@@ -90,6 +90,8 @@ class BootSlave final : private StepContext {
   Instant next_wake() const { return wake_; }
 
   bool under_way() const { return step_ != Step::idle; }
+  // It began, and has ended for good: only another begin() continues.
+  bool has_ended() const { return step_ == Step::done; }
   // The node may restart because its program is stopped or started.
   bool loads_program() const { return step_ == Step::program; }
   // The process waits before it configures a node again that restarted during its configuration.

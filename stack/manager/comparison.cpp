@@ -5,7 +5,6 @@
 #include <map>
 #include <utility>
 
-#include "stack/manager/boot_event.h"
 #include "stack/od/objects.h"
 
 namespace linegate::manager {
@@ -29,7 +28,8 @@ Comparison::Comparison(std::uint8_t node, std::span<const ObjectWrite> writes,
   }
   for (const AssumedPdo& pdo : pdos) {
     for (const ObjectWrite& parameter : pdo.parameters) {
-      last.try_emplace(parameter.address, Expected{.object = parameter, .assumed = true});
+      last.try_emplace(parameter.address,
+                       Expected{.object = parameter, .pdo = AssumedPdo{.taken = pdo.taken}});
     }
   }
   expected_.reserve(last.size());
@@ -50,11 +50,10 @@ void Comparison::take(AbortCode abort, std::span<const std::byte> data) {
     end_ = abort;
     return;
   }
-  const auto& [expected, assumed] = expected_[next_++];
-  const bool is_refused = abort != AbortCode::none && !is_communication_error(abort);
-  const bool is_same = assumed ? is_same_parameter(expected.address, expected.data, data)
-                               : std::ranges::equal(data, expected.data);
-  if (abort == AbortCode::write_only || (assumed && is_refused) ||
+  const auto& [expected, pdo] = expected_[next_++];
+  const bool is_same =
+      pdo ? is_as_assumed(*pdo, expected, data) : std::ranges::equal(data, expected.data);
+  if (abort == AbortCode::write_only || (pdo && is_unreadable(abort)) ||
       (abort == AbortCode::none && is_same)) {
     return;
   }

@@ -23,7 +23,7 @@ class Comparison {
 
   // Commands (1010h, 1011h) are left out, because they do not return the written value. Objects
   // that turn out to be write-only are skipped, and so are parameters of `pdos` that the node
-  // refuses to read.
+  // does not have.
   Comparison(std::uint8_t node, std::span<const ObjectWrite> writes,
              std::span<const AssumedPdo> pdos = {});
 
@@ -44,7 +44,8 @@ class Comparison {
   std::uint8_t node_;
   struct Expected {
     ObjectWrite object;
-    bool assumed = false;  // a PDO parameter that the configuration does not write
+    // Of a PDO parameter that the configuration does not write
+    std::optional<AssumedPdo> pdo{};
   };
   std::vector<Expected> expected_;  // ascending, each object once
   std::size_t next_ = 0;

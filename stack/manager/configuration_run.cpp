@@ -46,6 +46,10 @@ ConfigurationRun::ConfigurationRun(ConfigurationOrder order) : order_(std::move(
     order_ = {.node = order_.node, .pdos = std::move(order_.pdos), .read_only = true};
     for (AssumedPdo& pdo : order_.pdos) {
       pdo.remedy.clear();
+      std::erase_if(pdo.parameters, [](const ObjectWrite& parameter) {
+        return od::objects::is_pdo_communication(parameter.address.index) &&
+               parameter.address.sub == 2;
+      });
     }
   }
   const std::vector<ObjectWrite>& writes = order_.writes;

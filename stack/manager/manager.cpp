@@ -374,6 +374,12 @@ bool Manager::concluded(std::uint8_t id) const {
   return !nodes_[id].configured || nodes_[id].boot != kBootUnfinished;
 }
 
+bool Manager::keeps_pdos(std::uint8_t id) const {
+  const Slot* slot = find(id);
+  return slot != nullptr && slot->plan.boot &&
+         (is_booted(nodes_[id].boot) || (slot->boot->under_way() && !slot->boot->has_ended()));
+}
+
 bool Manager::boots(std::uint8_t id) const {
   const Slot* slot = find(id);
   return slot != nullptr && slot->boot->under_way() && !concluded(id);

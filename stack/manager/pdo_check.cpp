@@ -41,12 +41,26 @@ bool is_same_parameter(od::Address address, std::span<const std::byte> expected,
          meaning_of(address, expected) == meaning_of(address, found);
 }
 
+bool is_as_assumed(const AssumedPdo& pdo, const ObjectWrite& parameter,
+                   std::span<const std::byte> found) {
+  if (pdo.taken == nullptr) {
+    return is_same_parameter(parameter.address, parameter.data, found);
+  }
+  return found.size() > sizeof(std::uint64_t) ||
+         std::ranges::find(*pdo.taken, meaning_of(parameter.address, found)) == pdo.taken->end();
+}
+
 bool changes_pdo(std::span<const AssumedPdo> pdos, od::Address address,
                  std::span<const std::byte> value) {
   return std::ranges::any_of(pdos, [&](const AssumedPdo& pdo) {
     const auto parameter = std::ranges::find(pdo.parameters, address, &ObjectWrite::address);
-    return parameter != pdo.parameters.end() && !is_same_parameter(address, parameter->data, value);
+    return parameter != pdo.parameters.end() && !is_as_assumed(pdo, *parameter, value);
   });
+}
+
+bool is_unreadable(AbortCode abort) {
+  return abort == AbortCode::unsupported_access || abort == AbortCode::write_only ||
+         abort == AbortCode::no_object || abort == AbortCode::no_sub_index;
 }
 
 PdoCheck::PdoCheck(std::vector<AssumedPdo> pdos, std::span<const ObjectWrite> written)
@@ -63,7 +77,7 @@ const ObjectWrite* PdoCheck::written(od::Address address) const {
 // What was written is known: it is as expected, or the configuration of the node contradicts the
 // image.
 void PdoCheck::skip_written() {
-  for (; pdo_ < pdos_.size() && !fault_; ++pdo_, next_ = 0) {
+  for (; pdo_ < pdos_.size() && !fault_; ++pdo_, next_ = 0, corrected_ = false, found_cob_id_ = 0) {
     const std::vector<ObjectWrite>& parameters = pdos_[pdo_].parameters;
     for (; next_ < parameters.size(); ++next_) {
       const ObjectWrite& expected = parameters[next_];
@@ -71,7 +85,7 @@ void PdoCheck::skip_written() {
       if (was == nullptr) {
         return;
       }
-      if (!is_same_parameter(expected.address, expected.data, was->data)) {
+      if (!is_as_assumed(pdos_[pdo_], expected, was->data)) {
         fault_ = {.object = expected.address, .expected = expected.data, .found = was->data};
         return;
       }
@@ -83,8 +97,7 @@ TaskStep PdoCheck::step() const {
   LINEGATE_ASSERT(!done(), "a transfer is left");
   const AssumedPdo& pdo = pdos_[pdo_];
   if (corrects_) {
-    const ObjectWrite& write = pdo.remedy[next_];
-    return {.address = write.address, .write = true, .data = write.data};
+    return {.address = pdo.remedy[next_].address, .write = true, .data = remedy_value()};
   }
   return {.address = pdo.parameters[next_].address};
 }
@@ -99,7 +112,6 @@ void PdoCheck::take(AbortCode abort, std::span<const std::byte> data) {
     } else if (++next_ == pdo.remedy.size()) {
       corrects_ = false;
       next_ = 0;
-      ++pdo_;
       skip_written();
     }
     return;
@@ -107,23 +119,51 @@ void PdoCheck::take(AbortCode abort, std::span<const std::byte> data) {
   const ObjectWrite& expected = pdo.parameters[next_];
   if (is_communication_error(abort)) {
     fault_ = {.object = expected.address, .expected = expected.data, .abort = abort};
-  } else if (abort != AbortCode::none || is_same_parameter(expected.address, expected.data, data)) {
+  } else if (abort != AbortCode::none || is_as_assumed(pdo, expected, data)) {
+    note_cob_id(expected.address, data);
     ++next_;
     skip_written();
   } else {
+    note_cob_id(expected.address, data);
     differs(expected, data);
   }
 }
 
+void PdoCheck::note_cob_id(od::Address address, std::span<const std::byte> data) {
+  if (od::objects::is_pdo_communication(address.index) && address.sub == 1 &&
+      data.size() == sizeof found_cob_id_) {
+    found_cob_id_ = load_le<std::uint32_t>(data.data());
+  }
+}
+
+// A node may refuse to change bits 0 to 29 while the PDO exists, or bit 30 at all.
+std::vector<std::byte> PdoCheck::remedy_value() const {
+  const ObjectWrite& write = pdos_[pdo_].remedy[next_];
+  const bool is_cob_id =
+      od::objects::is_pdo_communication(write.address.index) && write.address.sub == 1;
+  if (!is_cob_id || found_cob_id_ == 0) {
+    return write.data;
+  }
+  std::vector<std::byte> out(sizeof found_cob_id_);
+  const auto wanted = static_cast<std::uint32_t>(load_le(std::span(write.data)));
+  const std::uint32_t value =
+      next_ == 0 ? found_cob_id_ | can::CobId::kInvalidBit
+                 : (wanted & ~can::CobId::kNoRtrBit) | (found_cob_id_ & can::CobId::kNoRtrBit);
+  store_le(std::span(out), value);
+  return out;
+}
+
 void PdoCheck::differs(const ObjectWrite& expected, std::span<const std::byte> found) {
   const std::vector<ObjectWrite>& remedy = pdos_[pdo_].remedy;
-  if (std::ranges::find(remedy, expected.address, &ObjectWrite::address) == remedy.end()) {
+  if (corrected_ ||
+      std::ranges::find(remedy, expected.address, &ObjectWrite::address) == remedy.end()) {
     fault_ = {.object = expected.address,
               .expected = expected.data,
               .found = {found.begin(), found.end()}};
     return;
   }
   corrects_ = true;
+  corrected_ = true;
   next_ = 0;
 }
 

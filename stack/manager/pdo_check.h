@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -18,26 +19,38 @@
 
 namespace linegate::manager {
 
-// One PDO of the image.
+// COB-IDs as PdoCheck compares them: identifier and frame format.
+using CobIds = std::vector<std::uint32_t>;
+
+// One PDO of the image; or one that is not in it, and so must not have the COB-ID of one that is.
 struct AssumedPdo {
   std::vector<ObjectWrite> parameters;
   // The writes that give the device these parameters, in the order of CiA 301 7.5.2.36; empty:
   // nothing is written to it.
   std::vector<ObjectWrite> remedy;
+  // Of a PDO that is not in the image: those of PDOs of the image in the same direction. Its only
+  // parameter is its COB-ID.
+  std::shared_ptr<const CobIds> taken{};
 };
 
 // Whether a node with that value has the PDO that is expected: bit 30 of a COB-ID, the length of a
 // number and the kind of event (transmission types 254 and 255) make no difference.
 bool is_same_parameter(od::Address address, std::span<const std::byte> expected,
                        std::span<const std::byte> found);
+// Whether a node may have that value of a parameter of the PDO.
+bool is_as_assumed(const AssumedPdo& pdo, const ObjectWrite& parameter,
+                   std::span<const std::byte> found);
 
 // Whether a write of this value changes a parameter of one of these PDOs.
 bool changes_pdo(std::span<const AssumedPdo> pdos, od::Address address,
                  std::span<const std::byte> value);
 
-// Reads these parameters, except those that were just written, and writes a PDO that differs.
-// Parameters that the node refuses to read count as expected, because nothing else is known of
-// them.
+// The node does not have the object, or it cannot be read: nothing is known of it.
+bool is_unreadable(AbortCode abort);
+
+// Reads these parameters, except those that were just written, and writes a PDO that differs, which
+// is then read once more. Parameters that the node refuses to read count as expected, because
+// nothing else is known of them.
 class PdoCheck {
  public:
   PdoCheck() = default;
@@ -50,12 +63,14 @@ class PdoCheck {
   TaskStep step() const;
   void take(AbortCode abort, std::span<const std::byte> data);
   // Why the check ended: a transfer failed, or a parameter differs and the remedy does not write
-  // it. Nothing: the node has all PDOs.
+  // it, or without success. Nothing: no difference is known.
   const std::optional<Difference>& fault() const { return fault_; }
 
  private:
   void skip_written();
   void differs(const ObjectWrite& expected, std::span<const std::byte> found);
+  void note_cob_id(od::Address address, std::span<const std::byte> data);
+  std::vector<std::byte> remedy_value() const;
   const ObjectWrite* written(od::Address address) const;
 
   std::vector<AssumedPdo> pdos_;
@@ -63,6 +78,8 @@ class PdoCheck {
   std::size_t pdo_ = 0;
   std::size_t next_ = 0;  // of its parameters, or of its remedy
   bool corrects_ = false;
+  bool corrected_ = false;          // this PDO
+  std::uint32_t found_cob_id_ = 0;  // of this PDO, as read
   std::optional<Difference> fault_;
 };
 

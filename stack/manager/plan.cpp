@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
+#include <memory>
 #include <utility>
 
 #include "stack/base/byte_order.h"
@@ -131,7 +133,7 @@ std::vector<ObjectWrite> parameters_of(const od::DeviceDescription& device, pdo:
   };
   append(write_u32({record, 1}, pdo.cob_id.raw));
   const od::VariableDescription* const type = device.find(od::Address{record, 2});
-  if (type != nullptr && !type->value.empty()) {
+  if (kind == pdo::PdoKind::rpdo && type != nullptr && !type->value.empty()) {
     append(write_u8({record, 2}, pdo.type));
   }
   append(write_u8({mapping, 0}, pdo.mapping.size()));
@@ -184,6 +186,9 @@ std::vector<AssumedPdo> assumed_pdos(const od::DeviceDescription& device, bool c
   }
   const auto append = [&](pdo::PdoKind kind, const std::vector<pdo::Parameters>& pdos) {
     for (const pdo::Parameters& pdo : pdos) {
+      if (!can::is_usable(pdo.cob_id)) {
+        continue;  // append_pdo() writes it as not valid
+      }
       const auto record =
           static_cast<std::uint16_t>(pdo::communication_base(kind) + pdo.number - 1);
       if (auto parameters = parameters_of(device, kind, pdo); !parameters.empty()) {
@@ -195,6 +200,63 @@ std::vector<AssumedPdo> assumed_pdos(const od::DeviceDescription& device, bool c
   append(pdo::PdoKind::tpdo, described.value->tpdos);
   append(pdo::PdoKind::rpdo, described.value->rpdos);
   return out;
+}
+
+namespace {
+
+pdo::PdoKind kind_of_record(std::uint16_t record) {
+  return record >= pdo::communication_base(pdo::PdoKind::tpdo) ? pdo::PdoKind::tpdo
+                                                               : pdo::PdoKind::rpdo;
+}
+
+using TakenIds = std::array<std::shared_ptr<CobIds>, 2>;  // by PdoKind
+
+TakenIds taken_ids(std::span<const od::DeviceDescription* const> devices) {
+  TakenIds out{std::make_shared<CobIds>(), std::make_shared<CobIds>()};
+  for (const od::DeviceDescription* device : devices) {
+    const Loaded<pdo::DevicePdos> described = pdo::describe_pdos(*device);
+    if (!described.ok()) {
+      continue;
+    }
+    for (const pdo::PdoKind kind : {pdo::PdoKind::rpdo, pdo::PdoKind::tpdo}) {
+      const bool sent = kind == pdo::PdoKind::tpdo;
+      for (const pdo::Parameters& pdo : sent ? described.value->tpdos : described.value->rpdos) {
+        out[static_cast<std::size_t>(kind)]->push_back(pdo.cob_id.id() |
+                                                       (pdo.cob_id.raw & can::CobId::kExtendedBit));
+      }
+    }
+  }
+  return out;
+}
+
+bool has_record(const NodePlan& plan, std::uint16_t record) {
+  return std::ranges::any_of(plan.pdos, [record](const AssumedPdo& pdo) {
+    const std::uint16_t index = pdo.parameters.front().address.index;
+    return index == record || index == record + kMappingOffset;
+  });
+}
+
+}  // namespace
+
+void add_other_pdos(std::span<const od::DeviceDescription* const> devices,
+                    const std::vector<bool>& correct, std::span<NodePlan> plans) {
+  const TakenIds taken = taken_ids(devices);
+  for (std::size_t i = 0; i < plans.size(); ++i) {
+    std::vector<AssumedPdo> others;
+    for (const od::ObjectDescription& object : devices[i]->objects) {
+      const od::VariableDescription* const cob_id =
+          od::objects::is_pdo_communication(object.index) ? sub(object, 1) : nullptr;
+      if (cob_id == nullptr || !od::writable(cob_id->access) ||
+          has_record(plans[i], object.index)) {
+        continue;
+      }
+      const ObjectWrite off = write_u32({object.index, 1}, can::CobId::kInvalidBit);
+      others.push_back({.parameters = {off},
+                        .remedy = correct[i] ? std::vector{off} : std::vector<ObjectWrite>{},
+                        .taken = taken[static_cast<std::size_t>(kind_of_record(object.index))]});
+    }
+    std::ranges::move(others, std::back_inserter(plans[i].pdos));
+  }
 }
 
 void date_last(std::vector<ObjectWrite>& writes) {
@@ -219,12 +281,19 @@ ConfigurationDate date_of(std::span<const ObjectWrite> writes) {
 
 // FNV-1a. The result is a date within the next hundred years and whole milliseconds of a day,
 // neither of them 0.
-ConfigurationDate fingerprint_of(std::span<const ObjectWrite> writes) {
+ConfigurationDate fingerprint_of(std::span<const ObjectWrite> writes,
+                                 std::span<const AssumedPdo> pdos) {
   constexpr std::uint32_t kDays = 36'500;
   constexpr std::uint32_t kMilliseconds = 86'399'999;
   std::uint64_t hash = 0xCBF2'9CE4'8422'2325;
-  for (const std::byte byte : write_concise_dcf(writes)) {
-    hash = (hash ^ std::to_integer<std::uint64_t>(byte)) * 0x0000'0100'0000'01B3;
+  const auto add = [&hash](std::span<const ObjectWrite> values) {
+    for (const std::byte byte : write_concise_dcf(values)) {
+      hash = (hash ^ std::to_integer<std::uint64_t>(byte)) * 0x0000'0100'0000'01B3;
+    }
+  };
+  add(writes);
+  for (const AssumedPdo& pdo : pdos) {
+    add(pdo.parameters);
   }
   const auto low = static_cast<std::uint32_t>(hash);
   const auto high = static_cast<std::uint32_t>(hash >> 32U);

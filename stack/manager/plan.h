@@ -85,19 +85,24 @@ struct Options {
 std::vector<ObjectWrite> configuration_writes(const od::DeviceDescription& device);
 
 // The PDOs of the device that are in the process image (pdo::describe_pdos()), with the parameters
-// that can be written, according to the device file. correct: with the writes that remedy a
-// difference.
+// that can be written, according to the device file, but the transmission types of TPDOs, which
+// change no value. correct: with the writes that remedy a difference.
 std::vector<AssumedPdo> assumed_pdos(const od::DeviceDescription& device, bool correct);
+// Adds the other PDOs of each device: they must not have the COB-IDs of PDOs of the image. devices
+// and correct: those of the plans, in their order.
+void add_other_pdos(std::span<const od::DeviceDescription* const> devices,
+                    const std::vector<bool>& correct, std::span<NodePlan> plans);
 
 // Moves writes to 1020h to the end, because the device clears 1020h with every later write of a
 // parameter; writes to 1010h follow them.
 void date_last(std::vector<ObjectWrite>& writes);
 // The values of the last writes to 1020h:1 and :2; not known() if there are none.
 ConfigurationDate date_of(std::span<const ObjectWrite> writes);
-// A date for a configuration whose files contain none: equal for equal writes, also after a
-// restart, and a different one for different writes (a hash). Always known(); it has no meaning as
+// A date for a configuration whose files contain none: equal for equal writes and PDOs, also after
+// a restart, and a different one for different ones (a hash). Always known(); it has no meaning as
 // a calendar date. OWN.
-ConfigurationDate fingerprint_of(std::span<const ObjectWrite> writes);
+ConfigurationDate fingerprint_of(std::span<const ObjectWrite> writes,
+                                 std::span<const AssumedPdo> pdos = {});
 
 // Concise DCF: the writes that configure a device, in the format of object 1F22h (CiA 302-3) and of
 // files.

@@ -232,6 +232,24 @@ class StoredPdoTest : public ConfigurationTest {
               AbortCode::none);
   }
 
+  Error write(std::uint8_t node, od::Address address, std::vector<std::byte> data) {
+    return wait(execute({.request =
+                             line::SdoWrite{
+                                 .node = node, .address = address, .data = std::move(data)}}))
+        .error;
+  }
+  static od::VariableDescription* find(od::Address address, od::DeviceDescription& device) {
+    for (od::ObjectDescription& object : device.objects) {
+      for (od::VariableDescription& variable : object.variables) {
+        if (object.index == address.index && variable.sub == address.sub) {
+          return &variable;
+        }
+      }
+    }
+    return nullptr;
+  }
+
+  const Error kRefused = to_error(line::Refusal::image_pdo);
   static constexpr std::uint32_t kOther = 0x6061'0008;
   std::uint64_t mapped_ = 0;
 };
@@ -261,15 +279,42 @@ TEST_F(StoredPdoTest, AreADifferenceOfTheConfiguration) {
   EXPECT_EQ(value(6, {0x1A00, 1}), mapped_);
 }
 
+// RPDO 2 of node 6 is not in the image, and would receive the outputs of node 5.
+TEST_F(StoredPdoTest, OfAnotherNumberDoNotReceiveTheOutputsOfAnotherNode) {
+  line::NodeConfig node = node_of(6, "drive");
+  od::VariableDescription* const cob_id = find({0x1401, 1}, node.device);
+  ASSERT_NE(cob_id, nullptr);
+  cob_id->value = number(0x8000'0306);
+  add(node_of(5, "drive"), "drive");
+  add(std::move(node), "drive");
+  start();
+  od::Dictionary& device = seat().find(6)->device->dictionary();
+  ASSERT_EQ(device.write({0x1401, 1}, number(0x8000'0306)), AbortCode::none);
+  ASSERT_EQ(device.write({0x1401, 1}, number(0x205)), AbortCode::none);
+  store(6);
+  EXPECT_EQ(report(verify(6)).at(0).differences.size(), 1U);
+  power_cycle(6);
+  EXPECT_EQ(seat().line->node_state(6).state, nmt::State::operational);
+  EXPECT_EQ(value(6, {0x1401, 1}), 0x8000'0205U);
+  EXPECT_EQ(write(6, {0x1401, 1}, number(0x205)), kRefused);
+  EXPECT_EQ(write(6, {0x1401, 1}, number(0x8000'0305)), Error{});
+}
+
+// The next heartbeat completes its boot process, and no other one compares its PDOs.
+TEST_F(StoredPdoTest, AreNotChangedByAClientWhileErrorControlIsAwaited) {
+  run();
+  const std::vector<manager::ObjectWrite> none = {{{0x1017, 0}, number(0, 2)}};
+  ASSERT_EQ(write_own({0x1F22, 6}, manager::write_concise_dcf(none)), Error{});
+  ASSERT_EQ(report(apply(6)).at(0).boot, 'K');
+  EXPECT_EQ(write(6, {0x1A00, 0}, number(0, 1)), kRefused);
+}
+
 TEST_F(StoredPdoTest, AreNotChangedByAClientUnlessTheNodeDidNotBoot) {
   run();
   const auto write = [this](od::Address address, std::vector<std::byte> data) {
-    return wait(execute(
-                    {.request =
-                         line::SdoWrite{.node = 6, .address = address, .data = std::move(data)}}))
-        .error;
+    return StoredPdoTest::write(6, address, std::move(data));
   };
-  const Error refused = to_error(line::Refusal::image_pdo);
+  const Error refused = kRefused;
   EXPECT_EQ(write({0x1800, 1}, number(0x8000'0186)), refused);
   EXPECT_EQ(write({0x1A00, 0}, number(0, 1)), refused);
   EXPECT_EQ(write({0x1400, 2}, number(1, 1)), refused);

@@ -86,9 +86,9 @@ TEST(ConfigurationRun, ThePdosOfTheImageAreReadBeforeErrorControlAndStoring) {
   EXPECT_EQ(run(known, dated.expected), "?1020:1=0 ?1020:2=0 ")
       << "the device clears 1020h with every write";
   dated.pdos[0].parameters[0].data = number(0x185);
-  ConfigurationRun corrected(dated);
-  EXPECT_EQ(run(corrected), "?1020:1=0 2000:1=7 ?1800:1=0 1800:1=0 1017:0=64 1020:1=1 1020:2=2 ");
-  EXPECT_EQ(corrected.result(), Outcome::applied);
+  ConfigurationRun without_effect(dated);
+  EXPECT_EQ(run(without_effect), "?1020:1=0 2000:1=7 ?1800:1=0 1800:1=0 ?1800:1=0 ");
+  EXPECT_EQ(without_effect.result(), Outcome::failed);
 }
 
 TEST(ConfigurationRun, APdoThatDiffersAndIsNotWrittenFailsIt) {
@@ -116,6 +116,11 @@ TEST(ConfigurationRun, OfANodeThatIsKeptAliveThePdosAreReadAlone) {
   ConfigurationRun other(kept);
   EXPECT_EQ(run(other), "?1800:1=0 ");
   EXPECT_EQ(other.result(), Outcome::unlike);
+  kept.pdos[0].parameters = {{{0x1400, 2}, number(1, 1)}};
+  ConfigurationRun other_type(kept);
+  EXPECT_EQ(run(other_type), "") << "no reason for a reset";
+  EXPECT_EQ(other_type.result(), Outcome::applied);
+  kept.pdos[0].parameters = {{{0x1800, 1}, number(0)}};
   ConfigurationRun silent(kept);
   (void)silent.wanted();
   silent.take(AbortCode::timeout, {});

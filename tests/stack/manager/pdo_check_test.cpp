@@ -2,6 +2,7 @@
 #include "stack/manager/pdo_check.h"
 
 #include <map>
+#include <memory>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -71,8 +72,53 @@ TEST_F(PdoCheckTest, APdoThatDiffersIsWritten) {
   PdoCheck check(pdos_, {});
   EXPECT_EQ(run(check),
             "?1800:1 ?1800:2 ?1A00:0 ?1A00:1 "
-            "1800:1=80000185 1A00:0=0 1A00:1=60000108 1A00:0=1 1800:2=FF 1800:1=185 ");
+            "1800:1=80000185 1A00:0=0 1A00:1=60000108 1A00:0=1 1800:2=FF 1800:1=185 "
+            "?1800:1 ?1800:2 ?1A00:0 ?1A00:1 ");
   EXPECT_FALSE(check.fault());
+}
+
+// A device may acknowledge a write and ignore it.
+TEST_F(PdoCheckTest, ACorrectionWithoutEffectIsAFault) {
+  PdoCheck check(pdos_, {});
+  while (!check.done()) {
+    const TaskStep step = check.step();
+    const bool is_entry = step.address == od::Address{0x1A00, 1};
+    check.take(AbortCode::none, step.write ? std::vector<std::byte>{}
+                                : is_entry ? number(0x6000'0208)
+                                           : has_[step.address]);
+  }
+  EXPECT_EQ(check.fault(), (Difference{.object = {0x1A00, 1},
+                                       .expected = number(0x6000'0108),
+                                       .found = number(0x6000'0208)}));
+}
+
+// CiA 301 7.5.2.37: bits 0 to 29 must not change while the PDO exists; bit 30 is the device's.
+TEST_F(PdoCheckTest, ACobIdIsSwitchedOffAsItIsAndKeepsItsRtrBit) {
+  has_[{0x1800, 1}] = number(0x4000'01FF);
+  PdoCheck check(pdos_, {});
+  EXPECT_EQ(run(check),
+            "?1800:1 1800:1=C00001FF 1A00:0=0 1A00:1=60000108 1A00:0=1 1800:2=FF 1800:1=40000185 "
+            "?1800:1 ?1800:2 ?1A00:0 ?1A00:1 ");
+  EXPECT_FALSE(check.fault());
+}
+
+// PDO 2 is not in the image.
+TEST_F(PdoCheckTest, AnotherPdoOnACobIdOfTheImageIsSwitchedOff) {
+  const auto taken = std::make_shared<const CobIds>(CobIds{0x185, 0x186});
+  const AssumedPdo other{.parameters = {{{0x1801, 1}, number(0x8000'0000)}},
+                         .remedy = {{{0x1801, 1}, number(0x8000'0000)}},
+                         .taken = taken};
+  for (const std::uint32_t harmless : {0x8000'0186U, 0x285U, 0x2000'0186U}) {
+    has_[{0x1801, 1}] = number(harmless);
+    PdoCheck check({other}, {});
+    EXPECT_EQ(run(check), "?1801:1 ") << std::hex << harmless;
+    EXPECT_FALSE(changes_pdo(std::vector{other}, {0x1801, 1}, number(harmless)));
+  }
+  has_[{0x1801, 1}] = number(0x4000'0186);
+  PdoCheck check({other}, {});
+  EXPECT_EQ(run(check), "?1801:1 1801:1=C0000186 ?1801:1 ");
+  EXPECT_FALSE(check.fault());
+  EXPECT_TRUE(changes_pdo(std::vector{other}, {0x1801, 1}, number(0x186)));
 }
 
 TEST_F(PdoCheckTest, TheNextPdoIsReadAfterOneThatWasWritten) {
@@ -84,6 +130,7 @@ TEST_F(PdoCheckTest, TheNextPdoIsReadAfterOneThatWasWritten) {
   PdoCheck check({pdo(0x1800, 0x185, 0x6000'0108), pdo(0x1400, 0x205, 0x6200'0108)}, {});
   EXPECT_EQ(run(check),
             "?1800:1 1800:1=80000185 1A00:0=0 1A00:1=60000108 1A00:0=1 1800:2=FF 1800:1=185 "
+            "?1800:1 ?1800:2 ?1A00:0 ?1A00:1 "
             "?1400:1 ?1400:2 ?1600:0 ?1600:1 ");
   EXPECT_FALSE(check.fault());
 }

@@ -159,6 +159,36 @@ TEST(AssumedPdos, AreThoseOfTheImageWithWhatTheDeviceFilePermits) {
             "1800:1=185 / ; 1400:1=205 1400:2=1 1600:0=1 1600:1=62000108 / ; ");
 }
 
+TEST(AssumedPdos, OthersMustNotHaveTheirCobIds) {
+  od::DeviceDescription device;
+  device.node_id = 5;
+  device.objects = {
+      record(0x1800, {variable(1, kU32, 0x185, false, od::Access::constant)}),
+      record(0x1801, {variable(1, kU32, 0x80000285, false)}),
+      record(0x1802, {variable(1, kU32, 0x80000385, false, od::Access::constant)}),
+      record(0x1A00, {variable(0, kU8, 1, false, od::Access::constant),
+                      variable(1, kU32, 0x60000108, false, od::Access::constant)}),
+      record(0x6000, {variable(0, kU8, 1, false), variable(1, kU8, 0, false)}),
+  };
+  device.objects.back().variables[1].mappable = true;
+  for (const bool correct : {true, false}) {
+    std::vector<NodePlan> plans(2);
+    add_other_pdos(std::vector<const od::DeviceDescription*>{&device, &device}, {correct, correct},
+                   plans);
+    EXPECT_EQ(text(plans[1].pdos),
+              correct ? "1801:1=80000000 / 1801:1=80000000 ; " : "1801:1=80000000 / ; ");
+    EXPECT_EQ(*plans[1].pdos.at(0).taken, (CobIds{0x185, 0x185})) << "of TPDOs";
+  }
+}
+
+TEST(AssumedPdos, ChangeTheDateOfAConfiguration) {
+  const std::vector<ObjectWrite> writes{{{0x2000, 1}, {std::byte{1}}}};
+  const AssumedPdo one{.parameters = {{{0x1A00, 0}, {std::byte{1}}}}, .remedy = {}};
+  const AssumedPdo two{.parameters = {{{0x1A00, 0}, {std::byte{2}}}}, .remedy = {}};
+  EXPECT_NE(fingerprint_of(writes, std::vector{one}), fingerprint_of(writes, std::vector{two}));
+  EXPECT_EQ(fingerprint_of(writes, std::vector{one}), fingerprint_of(writes, std::vector{one}));
+}
+
 TEST(BootStatus, EveryLetterOfCia302HasWords) {
   for (char letter = 'A'; letter <= 'O'; ++letter) {
     EXPECT_NE(describe_boot(letter), "unknown boot status") << letter;
