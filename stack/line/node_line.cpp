@@ -259,9 +259,20 @@ void NodeLine::do_stop(Instant now) {
   own_objects_.pass_time(frames.empty() ? advanced_to_ : frames.back().time);
   if (services_.lss.listens() || services_.routing.takes_part()) [[unlikely]] {
     receive_beside_others(frames);
-    return;
+  } else {
+    node_.receive(frames);
   }
-  node_.receive(frames);
+  if (services_.receivers.unlike().any()) [[unlikely]] {
+    invalidate_unlike_nodes();
+  }
+}
+
+void NodeLine::invalidate_unlike_nodes() {
+  for (const NodeConfig& device : config_.nodes) {
+    if (services_.receivers.unlike()[device.id]) {
+      image_.set_node_valid(device.id, false);
+    }
+  }
 }
 
 // PDOs do not affect routing.

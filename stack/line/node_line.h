@@ -138,6 +138,7 @@ class NodeLine final : public Line,
   // For a line whose image was made from a scan.
   void report_found_layout(Instant now);
   void receive_beside_others(std::span<const can::Frame> frames);
+  void invalidate_unlike_nodes();
   void malformed(const can::Target& target, const can::Frame& frame);
   void receive_error_control(const can::Target& target, const can::Frame& frame);
   void process_completions(Instant now);

@@ -28,6 +28,9 @@ pdo::Engine::Receiver OutputReceivers::state(std::uint8_t id) const {
   if (!host().manages() && seen.presence == manager::Presence::unknown) {
     return Engine::Receiver::unheard;
   }
+  if (parts_.manager.has_other_pdos(id)) {
+    return Engine::Receiver::unlike;
+  }
   return host().is_running() && host().usable() && operational &&
                  unconfirmed_[id].heartbeats == 0 && !lost_starts_[id] && !has_end_[id] &&
                  parts_.master.next_wake() == kNever
@@ -112,7 +115,9 @@ void OutputReceivers::follow() {
   changes_seen_ = parts_.manager.changes();
   changed_ = parts_.master.next_wake() != kNever;
   for (const NodeConfig& device : config_.nodes) {
-    parts_.pdos.set_receiver(device.id, state(device.id));
+    const pdo::Engine::Receiver receiver = state(device.id);
+    unlike_.set(device.id, receiver == pdo::Engine::Receiver::unlike);
+    parts_.pdos.set_receiver(device.id, receiver);
   }
 }
 

@@ -39,10 +39,12 @@ class OutputReceivers final : public Service {
   void end(Refusal /*why*/, Instant /*now*/) override {}
 
   pdo::Engine::Receiver state(std::uint8_t node) const;
-  // Whether a single value may be written: its receiver is known to be Operational, or its state is
-  // unknown. True for the own node.
+  // Whether a single value may be written: its receiver is known to be Operational with the PDOs of
+  // the image, or its state is unknown. True for the own node.
   bool takes_single_writes(std::uint8_t node) const {
-    return node == config_.node_id || state(node) != pdo::Engine::Receiver::waiting;
+    const pdo::Engine::Receiver receiver = state(node);
+    return node == config_.node_id || (receiver != pdo::Engine::Receiver::waiting &&
+                                       receiver != pdo::Engine::Receiver::unlike);
   }
 
   // An input of state() other than the manager has changed: the bus, the role.
@@ -61,6 +63,9 @@ class OutputReceivers final : public Service {
   void invalidate(std::uint8_t node);
   // Passes the states of the nodes to the PDO engine if any has changed.
   void follow();
+  // The nodes that are known to have other PDOs than the image, as of the last follow(): what they
+  // send is not that of the entries.
+  const std::bitset<can::kMaxNodeId + 1>& unlike() const { return unlike_; }
 
   // A frame was handed to the bus with that number.
   void handed_out(const can::Frame& frame, std::uint64_t number) {
@@ -100,6 +105,7 @@ class OutputReceivers final : public Service {
 
   const LineConfig& config_;
   Parts parts_;
+  std::bitset<kNodes> unlike_;
   // By node: how many heartbeats must still report Operational, see commanded(), and when the last
   // of them was received.
   struct Unconfirmed {

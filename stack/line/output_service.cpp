@@ -356,7 +356,7 @@ OutputWait OutputService::reason_of(std::uint32_t entry, Instant now) const {
   }
   using enum pdo::Engine::Receiver;
   const pdo::Engine::Receiver state = parts_.receivers.state(place.node);
-  if (state == waiting || state == unheard) {
+  if (state == waiting || state == unheard || state == unlike) {
     return OutputWait::node;
   }
   if (updates_.waits(place.local_pdo)) {

@@ -485,7 +485,11 @@ void BootSlave::process_step_end(Instant now) {
       }
       return;
     case StepEnd::Kind::failed:
-      fail(end->letter, end->finding, now);
+      if (end->again && !is_communication_error(end->finding.abort)) {
+        search(end->letter, end->finding, now);
+      } else {
+        fail(end->letter, end->finding, now);
+      }
       return;
     case StepEnd::Kind::reset:
       reset(now);

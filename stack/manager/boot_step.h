@@ -26,6 +26,7 @@ struct StepEnd {
   Kind kind = Kind::done;
   char letter = kBooted;  // for Kind::failed
   BootFinding finding{};
+  bool again = false;  // Kind::failed: the boot process tries again every second
 };
 
 // The services that a step may use while it runs.

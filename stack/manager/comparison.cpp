@@ -5,6 +5,7 @@
 #include <map>
 #include <utility>
 
+#include "stack/manager/pdo_check.h"
 #include "stack/od/objects.h"
 
 namespace linegate::manager {

@@ -62,6 +62,8 @@ class ConfigurationRun {
 
   std::uint8_t node() const { return order_.node; }
   bool read_only() const { return order_.read_only; }
+  // Result::failed: see PdoCheck::may_succeed_later().
+  bool may_succeed_later() const { return pdos_.may_succeed_later(); }
   std::optional<TaskStep> wanted();
   void take(AbortCode abort, std::span<const std::byte> data);
 

@@ -63,7 +63,10 @@ class Configurator::Step final : public TaskBootStep<ConfigurationRun> {
       case ConfigurationRun::Result::unlike:
         return {.kind = StepEnd::Kind::unlike};
       case ConfigurationRun::Result::failed:
-        return {.kind = StepEnd::Kind::failed, .letter = 'J', .finding = finding_in(run.fault())};
+        return {.kind = StepEnd::Kind::failed,
+                .letter = 'J',
+                .finding = finding_in(run.fault()),
+                .again = run.may_succeed_later()};
       case ConfigurationRun::Result::applied:
       case ConfigurationRun::Result::unchanged:
         break;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "stack/nmt/node_control.h"
+#include "stack/od/objects.h"
 
 namespace linegate::manager {
 
@@ -378,6 +379,11 @@ bool Manager::keeps_pdos(std::uint8_t id) const {
   const Slot* slot = find(id);
   return slot != nullptr && slot->plan.boot &&
          (is_booted(nodes_[id].boot) || (slot->boot->under_way() && !slot->boot->has_ended()));
+}
+
+bool Manager::has_other_pdos(std::uint8_t id) const {
+  const NodeState& node = nodes_[id];
+  return node.boot == 'J' && od::objects::is_pdo_record(node.finding.object.index);
 }
 
 bool Manager::boots(std::uint8_t id) const {

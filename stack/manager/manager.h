@@ -122,6 +122,9 @@ class Manager final : public sdo::TransferOwner {
   // The node has the PDOs of the image, or gets them by its boot process in progress; otherwise its
   // next boot process compares them. false also for nodes that the manager does not boot.
   bool keeps_pdos(std::uint8_t id) const;
+  // The last boot process ended with a PDO that is not that of the image, or could not be read or
+  // written.
+  bool has_other_pdos(std::uint8_t id) const;
   // A boot process of the node is in progress.
   bool boots(std::uint8_t id) const;
   // Whose command caused the boot process of the node that is in progress; 0 = nobody's.

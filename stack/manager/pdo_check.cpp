@@ -8,7 +8,6 @@
 #include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
-#include "stack/manager/boot_event.h"
 #include "stack/od/objects.h"
 #include "stack/pdo/parameters.h"
 
@@ -54,7 +53,8 @@ bool changes_pdo(std::span<const AssumedPdo> pdos, od::Address address,
                  std::span<const std::byte> value) {
   return std::ranges::any_of(pdos, [&](const AssumedPdo& pdo) {
     const auto parameter = std::ranges::find(pdo.parameters, address, &ObjectWrite::address);
-    return parameter != pdo.parameters.end() && !is_as_assumed(pdo, *parameter, value);
+    return parameter != pdo.parameters.end() &&
+           (value.empty() || !is_as_assumed(pdo, *parameter, value));
   });
 }
 
@@ -117,7 +117,7 @@ void PdoCheck::take(AbortCode abort, std::span<const std::byte> data) {
     return;
   }
   const ObjectWrite& expected = pdo.parameters[next_];
-  if (is_communication_error(abort)) {
+  if (abort != AbortCode::none && !is_unreadable(abort)) {
     fault_ = {.object = expected.address, .expected = expected.data, .abort = abort};
   } else if (abort != AbortCode::none || is_as_assumed(pdo, expected, data)) {
     note_cob_id(expected.address, data);

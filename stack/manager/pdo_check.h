@@ -1,37 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// The PDO parameters of a node that the process image relies on (CiA 301 7.5.2.35 to 7.5.2.38):
-// COB-ID, transmission type and mapping. They are what the device file says, but a device may have
-// stored others (1010h), or another concise DCF may have been written to 1F22h.
+// Compares the PDOs of a node with those of the process image, and corrects them.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "stack/base/abort_code.h"
+#include "stack/manager/assumed_pdo.h"
 #include "stack/manager/node_report.h"
 #include "stack/manager/node_tasks.h"
-#include "stack/manager/object_write.h"
 #include "stack/od/description.h"
 
 namespace linegate::manager {
-
-// COB-IDs as PdoCheck compares them: identifier and frame format.
-using CobIds = std::vector<std::uint32_t>;
-
-// One PDO of the image; or one that is not in it, and so must not have the COB-ID of one that is.
-struct AssumedPdo {
-  std::vector<ObjectWrite> parameters;
-  // The writes that give the device these parameters, in the order of CiA 301 7.5.2.36; empty:
-  // nothing is written to it.
-  std::vector<ObjectWrite> remedy;
-  // Of a PDO that is not in the image: those of PDOs of the image in the same direction. Its only
-  // parameter is its COB-ID.
-  std::shared_ptr<const CobIds> taken{};
-};
 
 // Whether a node with that value has the PDO that is expected: bit 30 of a COB-ID, the length of a
 // number and the kind of event (transmission types 254 and 255) make no difference.
@@ -41,7 +24,8 @@ bool is_same_parameter(od::Address address, std::span<const std::byte> expected,
 bool is_as_assumed(const AssumedPdo& pdo, const ObjectWrite& parameter,
                    std::span<const std::byte> found);
 
-// Whether a write of this value changes a parameter of one of these PDOs.
+// Whether a write of this value may change a parameter of one of these PDOs. value: empty if it is
+// not known.
 bool changes_pdo(std::span<const AssumedPdo> pdos, od::Address address,
                  std::span<const std::byte> value);
 
@@ -49,8 +33,8 @@ bool changes_pdo(std::span<const AssumedPdo> pdos, od::Address address,
 bool is_unreadable(AbortCode abort);
 
 // Reads these parameters, except those that were just written, and writes a PDO that differs, which
-// is then read once more. Parameters that the node refuses to read count as expected, because
-// nothing else is known of them.
+// is then read once more. Parameters that the node does not have, or never lets read, count as
+// expected, because nothing else is known of them.
 class PdoCheck {
  public:
   PdoCheck() = default;
@@ -65,6 +49,10 @@ class PdoCheck {
   // Why the check ended: a transfer failed, or a parameter differs and the remedy does not write
   // it, or without success. Nothing: no difference is known.
   const std::optional<Difference>& fault() const { return fault_; }
+  // The fault is an upload that the node may permit later, for example when it has started.
+  bool may_succeed_later() const {
+    return fault_ && fault_->abort != AbortCode::none && !corrects_;
+  }
 
  private:
   void skip_written();

@@ -9,8 +9,7 @@
 
 #include "stack/base/result.h"
 #include "stack/base/time.h"
-#include "stack/manager/object_write.h"
-#include "stack/manager/pdo_check.h"
+#include "stack/manager/assumed_pdo.h"
 #include "stack/manager/shared_source.h"
 #include "stack/od/description.h"
 

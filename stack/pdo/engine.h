@@ -183,7 +183,9 @@ class Engine {
   //            once, changed or not, as by trigger()
   //   unheard  no frame was received from the node, and the line does not boot it: TPDOs to it are
   //            sent as in state unknown, but their entries are not valid
-  enum class Receiver : std::uint8_t { unknown, waiting, started, unheard };
+  //   unlike   the node is known to have other PDOs: TPDOs to it are held back, requested ones are
+  //            dropped, and their entries are not valid
+  enum class Receiver : std::uint8_t { unknown, waiting, started, unheard, unlike };
   // Precondition: node is 1..127. configure() keeps the state.
   void set_receiver(std::uint8_t node, Receiver state);
   Receiver receiver(std::uint8_t node) const;

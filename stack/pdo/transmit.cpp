@@ -237,7 +237,8 @@ void Engine::Impl::release_held() {
 
 [[gnu::hot]] bool Engine::Impl::held_back(std::uint16_t slot) const {
   return tpdos[slot].linked &&
-         !image.pdo_known(image::Direction::outputs, static_cast<std::uint16_t>(slot + 1));
+         (!image.pdo_known(image::Direction::outputs, static_cast<std::uint16_t>(slot + 1)) ||
+          receivers[tpdos[slot].node] == Receiver::unlike);
 }
 
 [[gnu::hot]] void Engine::Impl::ask(std::uint16_t slot) {
@@ -580,7 +581,10 @@ void Engine::Impl::set_receiver(std::uint8_t node, Receiver state) {
     if (own && slot < tpdos.size()) {
       under_way[slot].clear();
     }
-    if (own && (state == Receiver::waiting || state == Receiver::unheard)) {
+    if (own && state == Receiver::unlike && slot < tpdos.size() && tpdos[slot].active) {
+      pending.clear(tpdos[slot].rank);
+    }
+    if (own && state != Receiver::unknown && state != Receiver::started) {
       image.set_pdo_valid(image::Direction::outputs, link.parameters.number, false);
     }
     const bool receives = own || std::ranges::find(link.also, node) != link.also.end();

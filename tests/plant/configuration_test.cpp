@@ -345,5 +345,40 @@ TEST_F(StoredPdoTest, OfAnotherConciseDcfAreNoneOfTheImage) {
   EXPECT_NE(seat().line->node_state(6).state, nmt::State::operational);
 }
 
+// Its outputs would be others, and its inputs have other names.
+TEST_F(StoredPdoTest, ThatAreNoneOfTheImageAreNotUsedByACommandToStartTheNode) {
+  config().defaults = {{.entry = 0, .value = 1}, {.entry = 1, .value = 2}};
+  run();
+  const std::vector<manager::ObjectWrite> other = {
+      {{0x1400, 1}, number(0x8000'0206)}, {{0x1600, 0}, number(0, 1)},
+      {{0x1600, 1}, number(0x6060'0008)}, {{0x1600, 2}, number(0x6040'0010)},
+      {{0x1600, 0}, number(2, 1)},        {{0x1400, 1}, number(0x206)}};
+  ASSERT_EQ(write_own({0x1F22, 6}, manager::write_concise_dcf(other)), Error{});
+  ASSERT_EQ(report(apply(6)).at(0).boot, 'J');
+  EXPECT_TRUE(
+      wait(execute({.request = line::NmtRequest{.node = 6, .command = nmt::Command::start}})).ok());
+  pass(1s);
+  seat().frames.clear();
+  const image::Layout& outputs = seat().line->layout(image::Direction::outputs);
+  for (std::uint32_t i = 0; i < outputs.entries.size(); ++i) {
+    if (outputs.entries[i].node == 6) {
+      const std::vector<std::byte> value = number(1, outputs.entries[i].bit_length / 8U);
+      EXPECT_EQ(wait(execute({.request = line::SingleOutput{.entry = i, .data = value}})).error,
+                to_error(line::Refusal::wrong_state));
+    }
+  }
+  pass(1s);
+  EXPECT_TRUE(std::ranges::none_of(seat().frames, [](const can::Frame& frame) {
+    return frame.id == 0x206 || frame.id == 0x306;
+  }));
+  const image::Layout& inputs = seat().line->layout(image::Direction::inputs);
+  for (std::uint32_t i = 0; i < inputs.entries.size(); ++i) {
+    if (inputs.entries[i].node == 6) {
+      EXPECT_FALSE(seat().line->input(i).valid) << inputs.entries[i].name;
+    }
+  }
+  EXPECT_EQ(report(apply(5)).at(0).boot, manager::kBooted);
+}
+
 }  // namespace
 }  // namespace linegate::plant

@@ -119,6 +119,7 @@ TEST_F(PdoCheckTest, AnotherPdoOnACobIdOfTheImageIsSwitchedOff) {
   EXPECT_EQ(run(check), "?1801:1 1801:1=C0000186 ?1801:1 ");
   EXPECT_FALSE(check.fault());
   EXPECT_TRUE(changes_pdo(std::vector{other}, {0x1801, 1}, number(0x186)));
+  EXPECT_TRUE(changes_pdo(std::vector{other}, {0x1801, 1}, {})) << "a transfer in segments";
 }
 
 TEST_F(PdoCheckTest, TheNextPdoIsReadAfterOneThatWasWritten) {
@@ -142,6 +143,18 @@ TEST_F(PdoCheckTest, ParametersThatCannotBeReadCountAsExpected) {
   PdoCheck check(pdos_, {});
   EXPECT_EQ(run(check), "?1800:1 ?1800:2 ?1A00:0 ?1A00:1 ");
   EXPECT_FALSE(check.fault());
+}
+
+// A node that is still starting may answer so.
+TEST_F(PdoCheckTest, WhatIsRefusedForNowIsNotKnown) {
+  for (const AbortCode abort : {AbortCode::device_state, AbortCode::local_control,
+                                AbortCode::general, AbortCode::out_of_memory}) {
+    refused_ = {{{0x1A00, 1}, abort}};
+    PdoCheck check(pdos_, {});
+    EXPECT_EQ(run(check), "?1800:1 ?1800:2 ?1A00:0 ?1A00:1 ");
+    EXPECT_TRUE(check.fault());
+    EXPECT_TRUE(check.may_succeed_later());
+  }
 }
 
 TEST_F(PdoCheckTest, ALostAnswerEndsIt) {

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// The PDO parameters of a node that the process image relies on (CiA 301 7.5.2.35 to 7.5.2.38):
+// COB-ID, transmission type and mapping. They are what the device file says, but a device may have
+// stored others (1010h), or another concise DCF may have been written to 1F22h.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "stack/manager/object_write.h"
+
+namespace linegate::manager {
+
+// COB-IDs as PdoCheck compares them: identifier and frame format.
+using CobIds = std::vector<std::uint32_t>;
+
+// One PDO of the image; or one that is not in it, and so must not have the COB-ID of one that is.
+struct AssumedPdo {
+  std::vector<ObjectWrite> parameters;
+  // The writes that give the device these parameters, in the order of CiA 301 7.5.2.36; empty:
+  // nothing is written to it.
+  std::vector<ObjectWrite> remedy;
+  // Of a PDO that is not in the image: those of PDOs of the image in the same direction. Its only
+  // parameter is its COB-ID.
+  std::shared_ptr<const CobIds> taken{};
+};
+
+}  // namespace linegate::manager
