@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "stack/base/byte_order.h"
+#include "stack/can/cob_id.h"
 #include "stack/od/objects.h"
 
 namespace linegate::observer {
@@ -21,6 +22,14 @@ constexpr std::uint32_t kStorage = 3;
 
 std::uint32_t number_in(std::span<const std::byte> value) {
   return value.size() == sizeof(std::uint32_t) ? load_le<std::uint32_t>(value.data()) : 0;
+}
+
+// Bit 30 of the COB-ID of a PDO is that of the device, whatever its file says.
+bool is_same(od::Address address, std::span<const std::byte> a, std::span<const std::byte> b) {
+  const bool is_cob_id = od::objects::is_pdo_communication(address.index) && address.sub == 1 &&
+                         a.size() == sizeof(std::uint32_t) && b.size() == a.size();
+  return is_cob_id ? ((number_in(a) ^ number_in(b)) & ~can::CobId::kNoRtrBit) == 0
+                   : std::ranges::equal(a, b);
 }
 
 bool is_of_communication(std::uint8_t sub) {
@@ -52,17 +61,19 @@ void LearnedParameters::follow_storage(od::Address address, std::span<const std:
   }
 }
 
-bool LearnedParameters::learn(od::Address address, std::span<const std::byte> value,
-                              std::span<const std::byte> from_file, Seen seen) {
+LearnedParameters::Parameter& LearnedParameters::parameter(od::Address address,
+                                                           std::span<const std::byte> from_file) {
   auto found = parameters_.find(address);
   if (found == parameters_.end()) {
-    if (std::ranges::equal(value, from_file)) {
-      return false;
-    }
     const Value file(from_file.begin(), from_file.end());
     found = parameters_.emplace(address, Parameter{file, file, file}).first;
   }
-  Parameter& parameter = found->second;
+  return found->second;
+}
+
+bool LearnedParameters::learn(od::Address address, std::span<const std::byte> value,
+                              std::span<const std::byte> from_file, Seen seen) {
+  Parameter& parameter = this->parameter(address, from_file);
   note_stored(parameter, value, seen);
   const bool same = std::ranges::equal(parameter.present, value);
   parameter.present.assign(value.begin(), value.end());
@@ -78,10 +89,34 @@ void LearnedParameters::note_stored(Parameter& parameter, std::span<const std::b
     }
   } else if (!parameter.written && booted_) {
     parameter.stored.emplace(value.begin(), value.end());
+    parameter.confirmed = true;
   } else if (!parameter.written && parameter.stored &&
              !std::ranges::equal(*parameter.stored, value)) {
     parameter.stored.reset();
   }
+}
+
+bool LearnedParameters::refutes_stored(od::Address address, std::span<const std::byte> value,
+                                       std::span<const std::byte> from_file, Seen seen) const {
+  if (seen != Seen::read) {
+    return false;
+  }
+  const auto found = parameters_.find(address);
+  if (found == parameters_.end()) {
+    return !from_file.empty() && !is_same(address, value, from_file);
+  }
+  const Parameter& parameter = found->second;
+  return !parameter.written && parameter.stored && !parameter.stored->empty() &&
+         !is_same(address, value, *parameter.stored);
+}
+
+void LearnedParameters::doubt(od::Address address, std::span<const std::byte> from_file) {
+  Parameter& parameter = this->parameter(address, from_file);
+  if (parameter.confirmed) {
+    return;
+  }
+  parameter.stored.reset();
+  parameter.unknown = parameter.unknown || (booted_ && !parameter.written);
 }
 
 // 1010h. Sub-index 3: parameters of the application, to which these do not belong.
@@ -89,6 +124,7 @@ void LearnedParameters::store(std::uint8_t sub) {
   for (auto& [address, parameter] : parameters_) {
     if (is_of_communication(sub)) {
       parameter.stored = parameter.unknown ? std::nullopt : std::optional(parameter.present);
+      parameter.confirmed = parameter.confirmed || parameter.written;
     } else if (sub >= kFirstOfManufacturer && parameter.stored != parameter.present) {
       parameter.stored.reset();
     }
@@ -109,6 +145,7 @@ void LearnedParameters::restore(std::uint8_t sub) {
 void LearnedParameters::reset() {
   for (auto& [address, parameter] : parameters_) {
     parameter.written = false;
+    parameter.confirmed = false;
     parameter.unknown = !parameter.stored;
     if (parameter.stored) {
       parameter.present = *parameter.stored;
@@ -121,10 +158,9 @@ void LearnedParameters::boot_up() {
   reset();
 }
 
-bool LearnedParameters::is_known(std::uint16_t index) const {
-  return std::ranges::none_of(parameters_, [index](const auto& entry) {
-    return entry.first.index == index && entry.second.unknown;
-  });
+bool LearnedParameters::is_known(std::uint16_t index, std::uint8_t last) const {
+  return std::none_of(parameters_.lower_bound({index, 0}), parameters_.upper_bound({index, last}),
+                      [](const auto& entry) { return entry.second.unknown; });
 }
 
 }  // namespace linegate::observer

@@ -14,6 +14,9 @@
 //   a value was written             the stored one is not known if 1010h:1 or :2 says, in the
 //                                   device file or when it was read, that the device stores by
 //                                   itself (bit 1)
+//   a value was read that differs   those of the other parameters that the device stores with it
+//   from the one taken as stored    are not known, unless they were read since the boot-up, before
+//                                   they were written: PdoKnowledge lists them for doubt()
 #pragma once
 
 #include <cstddef>
@@ -42,15 +45,24 @@ class LearnedParameters {
   // if there is none. Returns true if the present value has changed, or was not known.
   bool learn(od::Address address, std::span<const std::byte> value,
              std::span<const std::byte> from_file, Seen seen);
+  // Whether a value that learn() has not processed yet shows that the stored value is not the one
+  // that it was taken for. from_file: see learn().
+  bool refutes_stored(od::Address address, std::span<const std::byte> value,
+                      std::span<const std::byte> from_file, Seen seen) const;
+  // Another parameter that the device stores with this one has refuted its stored value. The stored
+  // value of this one is not known, unless it was read since the last boot-up, before it was
+  // written. Nor is the present one, if it is the stored one. from_file: see learn().
+  void doubt(od::Address address, std::span<const std::byte> from_file);
   // An NMT command resets the node: the parameters have their stored values from now on.
   void reset();
   // The node has sent its boot-up message: the same.
   void boot_up();
 
-  // Whether all parameters of that index have their known values, or those of the device file.
-  bool is_known(std::uint16_t index) const;
-  // Calls visit(address, value) for each parameter whose value is known and was not always that of
-  // the device file. An empty value: that of a device file without one.
+  // Whether all parameters of that index, up to sub-index last, have their known values, or those
+  // of the device file.
+  bool is_known(std::uint16_t index, std::uint8_t last) const;
+  // Calls visit(address, value) for each parameter that was written or read and whose value is
+  // known. An empty value: that of a device file without one.
   template <class Visitor>
   void for_each(Visitor visit) const {
     for (const auto& [address, parameter] : parameters_) {
@@ -66,9 +78,11 @@ class LearnedParameters {
     Value present;
     std::optional<Value> stored;  // its value after a reset; nothing: not known
     bool written = false;         // since the last reset
+    bool confirmed = false;       // its stored value was seen since the last reset
     bool unknown = false;         // its present value is not known
   };
 
+  Parameter& parameter(od::Address address, std::span<const std::byte> from_file);
   void store(std::uint8_t sub);
   void restore(std::uint8_t sub);
   void note_stored(Parameter& parameter, std::span<const std::byte> value, Seen seen) const;

@@ -14,6 +14,9 @@ using pdo::PdoKind;
 
 constexpr std::uint32_t kFirstPdoId = 0x180;  // of the pre-defined connection set
 constexpr std::uint32_t kEndOfPdoIds = 0x580;
+constexpr std::uint16_t kMappingBit = od::objects::kTpdoMapping ^ od::objects::kTpdoCommunication;
+constexpr std::uint8_t kCobId = 1;
+constexpr std::uint8_t kAllSubIndices = 0xFF;
 
 // TPDO 1, RPDO 1, TPDO 2, ... 180h + node, 200h + node, 280h + node, ...
 PdoKind predefined_kind(std::uint32_t id) {
@@ -21,6 +24,11 @@ PdoKind predefined_kind(std::uint32_t id) {
 }
 std::uint16_t number_of(std::uint32_t id) {
   return static_cast<std::uint16_t>(((id - kFirstPdoId) >> 8U) + 1);
+}
+
+// 1400h:0 and 1800h:0 are constant.
+bool is_stored(od::Address address) {
+  return address.sub != 0 || od::objects::is_pdo_mapping(address.index);
 }
 
 template <class Range, class Projection, class Value>
@@ -47,12 +55,34 @@ bool PdoKnowledge::learn(od::Address address, std::span<const std::byte> value, 
     return false;
   }
   od::VariableDescription& present = variable(address, value.size());
+  if (is_stored(address) && learned_.refutes_stored(address, value, present.value, seen)) {
+    doubt_others(address);
+  }
   if (!learned_.learn(address, value, present.value, seen)) {
     return false;
   }
   present.value.assign(value.begin(), value.end());
   read_records();
   return true;
+}
+
+// Transmission type and times do not decide what a frame contains: many masters leave them alone.
+void PdoKnowledge::doubt_others(od::Address address) {
+  const auto doubt_record = [&](unsigned index, std::uint8_t first, std::uint8_t last) {
+    const auto* const record = device_.find(static_cast<std::uint16_t>(index));
+    if (record == nullptr) {
+      return;
+    }
+    for (const od::VariableDescription& variable : record->variables) {
+      const od::Address other{record->index, variable.sub};
+      if (other.sub >= first && other.sub <= last && other != address) {
+        learned_.doubt(other, variable.value);
+      }
+    }
+  };
+  const unsigned communication = address.index & ~unsigned{kMappingBit};
+  doubt_record(communication, kCobId, kCobId);
+  doubt_record(communication | kMappingBit, 0, kAllSubIndices);
 }
 
 void PdoKnowledge::reset() {
@@ -75,7 +105,11 @@ void PdoKnowledge::take_learned() {
 bool PdoKnowledge::is_known(pdo::PdoKind kind, std::uint16_t number) const {
   const auto communication = static_cast<std::uint16_t>(communication_base(kind) + number - 1);
   const auto mapping = static_cast<std::uint16_t>(mapping_base(kind) + number - 1);
-  return learned_.is_known(communication) && learned_.is_known(mapping);
+  const od::VariableDescription* const count = device_.find({mapping, 0});
+  const std::uint8_t last = count == nullptr || count->value.size() != 1
+                                ? kAllSubIndices
+                                : std::to_integer<std::uint8_t>(count->value[0]);
+  return learned_.is_known(communication, kAllSubIndices) && learned_.is_known(mapping, last);
 }
 
 std::optional<pdo::PdoKind> PdoKnowledge::kind_of(const can::Frame& frame) const {

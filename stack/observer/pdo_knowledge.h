@@ -2,8 +2,12 @@
 // The known PDOs of one node: those of its device file, with changes from SDO transfers on the bus
 // that wrote or read its PDO parameters (1400h to 1BFFh; CiA 301, 7.5.2.35 to 7.5.2.38).
 //
-// A reset of the node ends those that are not stored, see LearnedParameters. A PDO with a value
-// that is not known is treated as one without a record.
+// A reset of the node ends those that are not stored, see LearnedParameters. A device stores the
+// communication and mapping parameters of a PDO together: if one of them is stored unlike the
+// device file, its COB-ID and mapping are known only as far as they were read since the boot-up,
+// before they were written, or were written since the reset. Else the PDO shown would be a mixture
+// of stored and default values that no device has. A PDO with a value that is not known is treated
+// as one without a record. Entries beyond the number of mapped objects may be unknown.
 #pragma once
 
 #include <cstdint>
@@ -78,6 +82,7 @@ class PdoKnowledge {
   };
 
   void take_learned();
+  void doubt_others(od::Address address);
   od::VariableDescription& variable(od::Address address, std::size_t size);
   void add_recorded(pdo::PdoKind kind, std::vector<KnownPdo>& out) const;
   void add_unrecorded(std::vector<KnownPdo>& out) const;

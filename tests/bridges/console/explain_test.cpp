@@ -155,6 +155,11 @@ class ExplainedResets : public ExplainTest {
     say(0x605, request);
     say(0x585, {0x60, at[1], at[2], at[3], 0, 0, 0, 0});
   }
+  void map_first_byte() {
+    write({0x2F, 0x00, 0x1A, 0, 0, 0, 0, 0});
+    write({0x23, 0x00, 0x1A, 1, 8, 1, 0x00, 0x60});
+    write({0x2F, 0x00, 0x1A, 0, 1, 0, 0, 0});
+  }
   // TPDO 1 maps 6000:02 alone.
   void map_second_byte() {
     write({0x2F, 0x00, 0x1A, 0, 0, 0, 0, 0});
@@ -193,6 +198,21 @@ TEST_F(ExplainedResets, AMappingThatWasStoredStays) {
   EXPECT_EQ(say(0x000, {0x82, 5}), "NMT: reset-communication node 5 (inlet)");
   EXPECT_EQ(say(0x705, {0}), "node 5 (inlet) booted up");
   EXPECT_THAT(say(0x185, {7}), EndsWith("Inputs 9 to 16 = 7"));
+}
+
+// The manager reads the first entry, which is not that of the device file, and writes the mapping.
+TEST_F(ExplainedResets, AStoredMappingThatWasReadInPartIsNotKnownAfterTheReset) {
+  say(0x705, {0});
+  say(0x605, {0x40, 0x00, 0x1A, 1, 0, 0, 0, 0});
+  EXPECT_THAT(say(0x585, {0x43, 0x00, 0x1A, 1, 8, 2, 0x00, 0x60}),
+              EndsWith("; TPDO 1 is not known now"));
+  write({0x23, 0x00, 0x18, 1, 0x85, 0x01, 0, 0x80});
+  map_first_byte();
+  write({0x23, 0x00, 0x18, 1, 0x85, 0x01, 0, 0});
+  EXPECT_THAT(say(0x185, {7}), EndsWith(": 6000:01 Read input 8-bit, Inputs 1 to 8 = 7"));
+  EXPECT_THAT(say(0x000, {0x81, 5}), EndsWith("; TPDO 1 is not known now"));
+  EXPECT_EQ(say(0x705, {0}), "node 5 (inlet) booted up");
+  EXPECT_THAT(say(0x185, {1, 2, 3, 255}), HasSubstr("if identifiers are the pre-defined ones"));
 }
 
 TEST_F(ExplainedResets, WithoutADeviceFileNothingIsKnownAfterTheReset) {

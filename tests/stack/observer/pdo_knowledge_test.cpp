@@ -31,27 +31,30 @@ od::VariableDescription variable(std::uint8_t sub, od::DataType type, std::uint6
   return out;
 }
 
-// TPDO 1 on 185h maps 2000h (Status).
-od::DeviceDescription device_file(std::uint32_t store_capability = 1) {
+// TPDO 1 on 185h maps 2000h (Status), and 2001h (Position) if mapped is 2.
+od::DeviceDescription device_file(std::uint32_t store_capability = 1, std::uint8_t mapped = 1) {
   using od::DataType;
   const auto object = [](std::uint16_t index, std::vector<od::VariableDescription> variables) {
     return od::ObjectDescription{.index = index, .variables = std::move(variables)};
   };
   od::DeviceDescription out;
-  out.objects = {object(0x1010, {variable(1, DataType::unsigned32, store_capability)}),
-                 object(0x1800, {variable(1, DataType::unsigned32, 0x185),
-                                 variable(2, DataType::unsigned8, 255)}),
-                 object(0x1A00, {variable(0, DataType::unsigned8, 1),
-                                 variable(1, DataType::unsigned32, kStatus)}),
-                 object(0x2000, {variable(0, DataType::unsigned16, 0)}),
-                 object(0x2001, {variable(0, DataType::integer32, 0)})};
+  out.objects = {
+      object(0x1010, {variable(1, DataType::unsigned32, store_capability)}),
+      object(0x1800, {variable(0, DataType::unsigned8, 2), variable(1, DataType::unsigned32, 0x185),
+                      variable(2, DataType::unsigned8, 255)}),
+      object(0x1A00,
+             {variable(0, DataType::unsigned8, mapped), variable(1, DataType::unsigned32, kStatus),
+              variable(2, DataType::unsigned32, kPosition)}),
+      object(0x2000, {variable(0, DataType::unsigned16, 0)}),
+      object(0x2001, {variable(0, DataType::integer32, 0)})};
   return out;
 }
 
 class PdoKnowledgeTest : public testing::Test {
  protected:
   bool see(Seen seen, od::Address address, std::uint32_t value) {
-    const std::size_t size = address.index >= 0x1A00 && address.sub == 0 ? 1 : 4;
+    const bool is_octet = address.sub == 0 || address == od::Address{0x1800, 2};
+    const std::size_t size = is_octet ? 1 : 4;
     std::array<std::byte, 4> bytes{};
     store_le(std::span(bytes), std::uint64_t{value});
     return known_.learn(address, std::span(bytes).first(size), seen);
@@ -61,12 +64,28 @@ class PdoKnowledgeTest : public testing::Test {
   }
   bool read(od::Address address, std::uint32_t value) { return see(Seen::read, address, value); }
 
+  // Enough frames for an unknown PDO.
+  can::Frame hear_tpdo() {
+    can::Frame frame = can::make_frame(0x185, {1, 2, 3, 4});
+    for (unsigned i = 0; i < PdoKnowledge::kUnknownFrames; ++i) {
+      frame.time += std::chrono::milliseconds(10);
+      known_.hear(frame);
+    }
+    return frame;
+  }
+
+  static std::string text(const std::vector<pdo::Mapping>& mapping) {
+    std::string out;
+    for (const pdo::Mapping& entry : mapping) {
+      out += (out.empty() ? "" : " ") + std::string(entry.raw() == kStatus ? "Status" : "Position");
+    }
+    return out;
+  }
   // The mapping of TPDO 1; "raw" and "none".
   std::string tpdo() const {
     for (const KnownPdo& pdo : known_.pdos()) {
       if (pdo.kind == pdo::PdoKind::tpdo && pdo.parameters.number == 1) {
-        const std::uint32_t first = pdo.parameters.mapping.at(0).raw();
-        return !pdo.complete ? "raw" : first == kStatus ? "Status" : "Position";
+        return pdo.complete ? text(pdo.parameters.mapping) : "raw";
       }
     }
     return "none";
@@ -131,13 +150,12 @@ TEST_F(PdoKnowledgeTest, AValueThatWasReadBeforeTheBootUpIsNotKnownAfterIt) {
   EXPECT_FALSE(known_.is_known(pdo::PdoKind::tpdo, 1));
   EXPECT_TRUE(known_.is_known(pdo::PdoKind::tpdo, 2));
   EXPECT_TRUE(known_.is_known(pdo::PdoKind::rpdo, 1));
-  can::Frame frame = can::make_frame(0x185, {1, 2, 3, 4});
-  for (unsigned i = 0; i < PdoKnowledge::kUnknownFrames; ++i) {
-    frame.time += std::chrono::milliseconds(10);
-    known_.hear(frame);
-  }
+  const can::Frame frame = hear_tpdo();
   EXPECT_EQ(tpdo(), "raw");
   EXPECT_EQ(known_.kind_of(frame), pdo::PdoKind::tpdo);
+  read({0x1800, 1}, 0x185);
+  read({0x1A00, 0}, 1);
+  EXPECT_EQ(tpdo(), "raw");
   EXPECT_TRUE(read({0x1A00, 1}, kPosition)) << "the same value is known again";
   EXPECT_EQ(tpdo(), "Position");
   known_.boot_up();
@@ -177,6 +195,126 @@ TEST_F(PdoKnowledgeTest, WhatTheManufacturersSubIndicesStoreIsNotKnown) {
   write({0x1011, 4}, kLoad);
   known_.boot_up();
   EXPECT_EQ(tpdo(), "none");
+}
+
+// A device stores the parameters of a PDO together: communication and mapping.
+class StoredRecordTest : public PdoKnowledgeTest {
+ protected:
+  StoredRecordTest() { known_ = PdoKnowledge(device_file(1, 2), 5); }
+
+  // The remapping procedure (CiA 301, 7.5.2.38), with the values of the device file.
+  void configure() {
+    write({0x1800, 1}, 0x8000'0185);
+    write({0x1A00, 0}, 0);
+    write({0x1A00, 1}, kStatus);
+    write({0x1A00, 2}, kPosition);
+    write({0x1A00, 0}, 2);
+    write({0x1800, 1}, 0x185);
+  }
+};
+
+// Stored: Position, Status. The manager compares, and stops at the first difference.
+TEST_F(StoredRecordTest, OneStoredValueLeavesThoseThatWereNotReadUnknown) {
+  known_.boot_up();
+  read({0x1A00, 0}, 2);
+  EXPECT_EQ(tpdo(), "Status Position");
+  EXPECT_TRUE(read({0x1A00, 1}, kPosition));
+  EXPECT_EQ(tpdo(), "none") << "before the reset, too";
+  configure();
+  EXPECT_EQ(tpdo(), "Status Position");
+  known_.boot_up();
+  EXPECT_EQ(tpdo(), "none");
+  EXPECT_FALSE(known_.is_known(pdo::PdoKind::tpdo, 1));
+  EXPECT_TRUE(known_.is_known(pdo::PdoKind::rpdo, 1));
+  hear_tpdo();
+  EXPECT_EQ(tpdo(), "raw");
+  read({0x1A00, 2}, kStatus);
+  EXPECT_EQ(tpdo(), "raw") << "its COB-ID may be another one";
+  EXPECT_TRUE(read({0x1800, 1}, 0x185));
+  EXPECT_EQ(tpdo(), "Position Status");
+  configure();
+  known_.boot_up();
+  EXPECT_EQ(tpdo(), "Position Status") << "all were read: these are stored";
+}
+
+TEST_F(StoredRecordTest, ValuesThatWereWrittenBeforeTheReadAreKnownUntilTheReset) {
+  known_.boot_up();
+  configure();
+  read({0x1800, 2}, 254);
+  EXPECT_EQ(tpdo(), "Status Position");
+  known_.boot_up();
+  EXPECT_EQ(tpdo(), "none");
+}
+
+TEST_F(StoredRecordTest, AnotherCobIdLeavesTheMappingUnknown) {
+  known_.boot_up();
+  read({0x1800, 1}, 0x285);
+  EXPECT_EQ(tpdo(), "none");
+  read({0x1A00, 0}, 2);
+  read({0x1A00, 1}, kStatus);
+  EXPECT_EQ(tpdo(), "none");
+  EXPECT_TRUE(read({0x1A00, 2}, kPosition)) << "it is as the file says, which is known now";
+  EXPECT_EQ(tpdo(), "Status Position");
+}
+
+TEST_F(StoredRecordTest, EntriesThatAreNotMappedNeedNotBeKnown) {
+  known_.boot_up();
+  read({0x1800, 1}, 0x185);
+  read({0x1A00, 0}, 1);
+  EXPECT_EQ(tpdo(), "none");
+  read({0x1A00, 1}, kPosition);
+  EXPECT_EQ(tpdo(), "Position");
+}
+
+TEST_F(StoredRecordTest, TheNumberOfCommunicationParametersIsNotStored) {
+  known_.boot_up();
+  read({0x1800, 0}, 5);
+  EXPECT_EQ(tpdo(), "Status Position");
+}
+
+TEST_F(StoredRecordTest, TheRtrBitOfACobIdIsNoSignOfOtherParameters) {
+  known_.boot_up();
+  read({0x1800, 1}, 0x4000'0185);
+  EXPECT_EQ(tpdo(), "Status Position");
+}
+
+// It is stored, or a master has written it. Until the reset the others count as those of the file.
+TEST_F(StoredRecordTest, AValueThatWasReadBeforeTheBootUpLeavesTheOthersUnknownAfterIt) {
+  read({0x1A00, 1}, kPosition);
+  EXPECT_EQ(tpdo(), "Position Position");
+  known_.boot_up();
+  read({0x1A00, 1}, kPosition);
+  EXPECT_EQ(tpdo(), "none");
+}
+
+TEST_F(StoredRecordTest, AChangeOfTheStoredValuesThatWasNotSeenEndsAllOfThem) {
+  known_.boot_up();
+  read({0x1800, 1}, 0x185);
+  read({0x1A00, 0}, 2);
+  read({0x1A00, 1}, kPosition);
+  read({0x1A00, 2}, kStatus);
+  known_.boot_up();
+  EXPECT_EQ(tpdo(), "Position Status");
+  read({0x1A00, 1}, kStatus);
+  EXPECT_EQ(tpdo(), "none");
+}
+
+TEST_F(StoredRecordTest, SaveAndLoadMakeTheRecordKnown) {
+  known_.boot_up();
+  read({0x1A00, 1}, kPosition);
+  write({0x1010, 1}, kSave);
+  known_.boot_up();
+  EXPECT_EQ(tpdo(), "none") << "values that are not known were saved";
+  configure();
+  write({0x1010, 1}, kSave);
+  known_.boot_up();
+  EXPECT_EQ(tpdo(), "Status Position");
+  read({0x1A00, 1}, kPosition);
+  EXPECT_EQ(tpdo(), "none");
+  write({0x1011, 1}, kLoad);
+  EXPECT_EQ(tpdo(), "none") << "until the reset";
+  known_.boot_up();
+  EXPECT_EQ(tpdo(), "Status Position");
 }
 
 }  // namespace
