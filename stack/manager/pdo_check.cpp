@@ -2,7 +2,6 @@
 #include "stack/manager/pdo_check.h"
 
 #include <algorithm>
-#include <ranges>
 #include <utility>
 
 #include "stack/base/assert.h"
@@ -70,7 +69,8 @@ PdoCheck::PdoCheck(std::vector<AssumedPdo> pdos, std::span<const ObjectWrite> wr
 
 const ObjectWrite* PdoCheck::written(od::Address address) const {
   const auto last =
-      std::ranges::find(written_ | std::views::reverse, address, &ObjectWrite::address);
+      std::find_if(written_.rbegin(), written_.rend(),
+                   [address](const ObjectWrite& write) { return write.address == address; });
   return last == written_.rend() ? nullptr : &*last;
 }
 
