@@ -37,7 +37,7 @@ static void run(line::Line& line, node::Node& device, Instant& now, Duration tim
       }
       std::printf("\n");
     }
-    now = std::max(now + 1ms, std::min({line.next_wake(), device.next_wake(), end}));
+    now += 1ms;
   }
 }
 

@@ -73,7 +73,7 @@ class LineRunnerTest : public testing::Test {
     return found;
   }
   // Answers every SDO upload with 4 zero bytes and every download with success, until the node is
-  // started.
+  // started. It has no PDO records.
   void boot() {
     make_ready();
     come(0x705, {0x00});
@@ -83,7 +83,10 @@ class LineRunnerTest : public testing::Test {
         const auto byte = [&](std::size_t k) {
           return std::to_integer<std::uint8_t>(frame.data[k]);
         };
-        if (frame.id == 0x605) {
+        const bool is_pdo_record = byte(2) >= 0x14 && byte(2) <= 0x1B;
+        if (frame.id == 0x605 && byte(0) == 0x40 && is_pdo_record) {
+          come(0x585, {0x80, byte(1), byte(2), byte(3), 0x00, 0x00, 0x02, 0x06});
+        } else if (frame.id == 0x605) {
           const auto answer = static_cast<std::uint8_t>(byte(0) == 0x40 ? 0x43 : 0x60);
           come(0x585, {answer, byte(1), byte(2), byte(3), 0, 0, 0, 0});
         }

@@ -9,6 +9,7 @@
 #include "gateway/runtime/scan_applier.h"
 #include "stack/base/byte_order.h"
 #include "stack/line/line.h"
+#include "stack/od/objects.h"
 #include "stack/scan/scanned_node.h"
 
 #include "tests/gateway/plans.h"
@@ -128,7 +129,10 @@ TEST(ScanPlan, TheManagerListensToTheHeartbeatThatADeviceHas) {
       const bool read = (std::to_integer<unsigned>(out.bytes()[0]) & 0xE0U) == 0x40U;
       can::Frame answer = can::make_frame(0x585, {0x60, 0, 0, 0, 0, 0, 0, 0});
       std::copy_n(out.bytes().data() + 1, 3, answer.data.data() + 1);
-      if (read) {
+      if (read && od::objects::is_pdo_record(index)) {
+        answer.data[0] = std::byte{0x80};
+        store_le(answer.data.data() + 4, static_cast<std::uint32_t>(AbortCode::no_object));
+      } else if (read) {
         answer.data[0] = std::byte{0x43};
         store_le(answer.data.data() + 4, index == 0x1000 ? 0x0004'0191U : 0U);
       } else if (index == 0x1017) {
