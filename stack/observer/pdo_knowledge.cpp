@@ -6,6 +6,7 @@
 
 #include "stack/base/byte_order.h"
 #include "stack/od/objects.h"
+#include "stack/pdo/described_cob_id.h"
 
 namespace linegate::observer {
 namespace {
@@ -46,6 +47,7 @@ bool takes_number(const std::vector<KnownPdo>& pdos, PdoKind kind, std::uint16_t
 
 PdoKnowledge::PdoKnowledge(od::DeviceDescription device, std::uint8_t node)
     : device_(std::move(device)), node_(node), learned_(device_) {
+  pdo::complete_cob_ids(device_);
   read_records();
 }
 

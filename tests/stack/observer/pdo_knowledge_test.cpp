@@ -278,6 +278,19 @@ TEST_F(StoredRecordTest, TheRtrBitOfACobIdIsNoSignOfOtherParameters) {
   EXPECT_EQ(tpdo(), "Status Position");
 }
 
+// The manager assumes that COB-ID, too.
+TEST_F(StoredRecordTest, ACobIdThatTheFileLacksIsThatOfThePredefinedConnectionSet) {
+  od::DeviceDescription without = device_file(1, 2);
+  without.node_id = 5;
+  without.objects[1].variables[1].value.assign(4, std::byte{0});
+  known_ = PdoKnowledge(without, 5);
+  known_.boot_up();
+  read({0x1800, 1}, 0x4000'0185);
+  EXPECT_EQ(tpdo(), "Status Position");
+  read({0x1800, 1}, 0x285);
+  EXPECT_EQ(tpdo(), "none");
+}
+
 // It is stored, or a master has written it. Until the reset the others count as those of the file.
 TEST_F(StoredRecordTest, AValueThatWasReadBeforeTheBootUpLeavesTheOthersUnknownAfterIt) {
   read({0x1A00, 1}, kPosition);
