@@ -116,6 +116,10 @@ void PdoCheck::take(AbortCode abort, std::span<const std::byte> data) {
     }
     return;
   }
+  if (abort == AbortCode::timeout && !std::exchange(repeats_, true)) {
+    return;
+  }
+  repeats_ = false;
   const ObjectWrite& expected = pdo.parameters[next_];
   if (abort != AbortCode::none && !is_unreadable(abort)) {
     fault_ = {.object = expected.address, .expected = expected.data, .abort = abort};

@@ -157,10 +157,22 @@ TEST_F(PdoCheckTest, WhatIsRefusedForNowIsNotKnown) {
   }
 }
 
-TEST_F(PdoCheckTest, ALostAnswerEndsIt) {
+TEST_F(PdoCheckTest, AReadThatIsNotAnsweredIsRepeatedOnce) {
+  PdoCheck check(pdos_, {});
+  check.take(AbortCode::timeout, {});
+  EXPECT_EQ(run(check), "?1800:1 ?1800:2 ?1A00:0 ?1A00:1 ");
+  EXPECT_FALSE(check.fault());
+  PdoCheck another(pdos_, {});
+  another.take(AbortCode::timeout, {});
+  another.take(AbortCode::none, number(0x185));
+  another.take(AbortCode::timeout, {});
+  EXPECT_FALSE(another.done()) << "the next parameter is repeated, too";
+}
+
+TEST_F(PdoCheckTest, TwoLostAnswersEndIt) {
   refused_ = {{{0x1800, 2}, AbortCode::timeout}};
   PdoCheck check(pdos_, {});
-  EXPECT_EQ(run(check), "?1800:1 ?1800:2 ");
+  EXPECT_EQ(run(check), "?1800:1 ?1800:2 ?1800:2 ");
   EXPECT_EQ(
       check.fault(),
       (Difference{.object = {0x1800, 2}, .expected = number(255, 1), .abort = AbortCode::timeout}));
