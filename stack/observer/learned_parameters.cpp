@@ -87,6 +87,8 @@ void LearnedParameters::note_stored(Parameter& parameter, std::span<const std::b
     if (stores_itself_) {
       parameter.stored.reset();
     }
+  } else if (restored_) {
+    return;
   } else if (!parameter.written && booted_) {
     parameter.stored.emplace(value.begin(), value.end());
     parameter.confirmed = true;
@@ -98,7 +100,7 @@ void LearnedParameters::note_stored(Parameter& parameter, std::span<const std::b
 
 bool LearnedParameters::refutes_stored(od::Address address, std::span<const std::byte> value,
                                        std::span<const std::byte> from_file, Seen seen) const {
-  if (seen != Seen::read) {
+  if (seen != Seen::read || restored_) {
     return false;
   }
   const auto found = parameters_.find(address);
@@ -121,6 +123,7 @@ void LearnedParameters::doubt(od::Address address, std::span<const std::byte> fr
 
 // 1010h. Sub-index 3: parameters of the application, to which these do not belong.
 void LearnedParameters::store(std::uint8_t sub) {
+  restored_ = restored_ && !is_of_communication(sub);
   for (auto& [address, parameter] : parameters_) {
     if (is_of_communication(sub)) {
       parameter.stored = parameter.unknown ? std::nullopt : std::optional(parameter.present);
@@ -133,6 +136,7 @@ void LearnedParameters::store(std::uint8_t sub) {
 
 // 1011h. The present values remain until the reset.
 void LearnedParameters::restore(std::uint8_t sub) {
+  restored_ = restored_ || is_of_communication(sub);
   for (auto& [address, parameter] : parameters_) {
     if (is_of_communication(sub)) {
       parameter.stored = parameter.file;
@@ -143,6 +147,7 @@ void LearnedParameters::restore(std::uint8_t sub) {
 }
 
 void LearnedParameters::reset() {
+  restored_ = false;
   for (auto& [address, parameter] : parameters_) {
     parameter.written = false;
     parameter.confirmed = false;

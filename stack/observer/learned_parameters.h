@@ -6,7 +6,8 @@
 // communication parameters to their power-on values, which are the stored ones (CiA 301,
 // 7.3.2.2.1). These are the values of the device file, until a transfer shows others:
 //   1010h:1, :2 "save" written      the present values are the stored ones
-//   1011h:1, :2 "load" written      the values of the device file are the stored ones
+//   1011h:1, :2 "load" written      the values of the device file are the stored ones, whatever is
+//                                   read before the reset
 //   a value was read that was not   it is the stored one if the boot-up message was received, else
 //   written since the boot-up       the stored one is not known, unless it is that of the file
 //   1010h or 1011h written from     sub-index 4 on, which the manufacturer defines: the stored
@@ -89,6 +90,9 @@ class LearnedParameters {
 
   std::map<od::Address, Parameter> parameters_;
   bool stores_itself_ = false;
+  // 1011h was written since the last reset: what is read are the values before it, not the stored
+  // ones.
+  bool restored_ = false;
   bool booted_ = false;  // its boot-up message was received
 };
 

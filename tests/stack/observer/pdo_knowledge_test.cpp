@@ -141,6 +141,25 @@ TEST_F(PdoKnowledgeTest, RestoredDefaultsAreThoseOfTheFile) {
   EXPECT_EQ(tpdo(), "Status");
 }
 
+TEST_F(PdoKnowledgeTest, WhatIsReadBetweenARestoreAndTheResetIsNotStored) {
+  known_.boot_up();
+  write({0x1A00, 1}, kPosition);
+  write({0x1010, 1}, kSave);
+  known_.boot_up();
+  write({0x1011, 2}, kLoad);
+  read({0x1A00, 1}, kPosition);
+  read({0x1800, 2}, 254);
+  EXPECT_EQ(tpdo(), "Position");
+  known_.boot_up();
+  EXPECT_EQ(tpdo(), "Status");
+  write({0x1011, 2}, kLoad);
+  write({0x1A00, 1}, kPosition);
+  write({0x1010, 2}, kSave);
+  known_.boot_up();
+  read({0x1A00, 1}, kPosition);
+  EXPECT_EQ(tpdo(), "Position") << "it was stored after the restore";
+}
+
 // The master may have written the value before anybody listened, or the device has stored it.
 TEST_F(PdoKnowledgeTest, AValueThatWasReadBeforeTheBootUpIsNotKnownAfterIt) {
   EXPECT_TRUE(read({0x1A00, 1}, kPosition));
