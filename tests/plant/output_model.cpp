@@ -8,6 +8,7 @@
 #include "stack/can/cob_id.h"
 #include "stack/nmt/node_control.h"
 #include "stack/od/dictionary.h"
+#include "stack/od/objects.h"
 #include "stack/pdo/parameters.h"
 
 #include "tests/plant/output_fields.h"
@@ -355,6 +356,7 @@ void OutputModel::look_at(LineSeat& seat, std::uint8_t id) {
   const line::NodeState said = seat.line->node_state(id);
   node.shown = said.presence == line::Presence::present && said.state == nmt::State::operational;
   node.confirmed = said.cause != line::StateCause::command || said.heartbeat_monitored;
+  node.other_pdos = said.boot == 'J' && od::objects::is_pdo_record(said.finding.object.index);
   if (const DeviceSeat* const device = seat.find(id)) {
     const bool operational = is_operational(seat, *device);
     node.unnoticed |= node.operational && !operational && !node.commanded;
@@ -407,7 +409,7 @@ std::string OutputModel::check_due(LineSeat& seat, Pdo& pdo, Instant now) {
   const Node& node = nodes_[pdo.node];
   const bool boots = node.boots_at != Instant{} && now - node.boots_at < kBootPause &&
                      seat.line->node_state(pdo.node).boot == manager::kBootUnfinished;
-  bool complete = node.shown && !seat.stopped && !boots &&
+  bool complete = node.shown && !node.other_pdos && !seat.stopped && !boots &&
                   seat.line->indicators().run == node::Pattern::on && seat.bus.connected(seat.end);
   for (const Field& field : pdo.fields) {
     complete &= snapshot_.is_known(field.entry);
@@ -445,6 +447,9 @@ std::string OutputModel::compare(LineSeat& seat, Pdo& pdo) {
     const std::string name = layout.entries[field.entry].name + " is valid ";
     if (!nodes_[pdo.node].shown) {
       return name + "although its node is not shown as Operational";
+    }
+    if (nodes_[pdo.node].other_pdos) {
+      return name + "although its node was found with other PDOs";
     }
     if (!pdo.is_acknowledged) {
       return name + "although its PDO was not acknowledged since the start of its node";

@@ -3,7 +3,9 @@
 // values in the devices.
 //
 // The invariant, after each step of a world:
-//   1. An output entry is valid only while the line shows its node as present and Operational.
+//   1. An output entry is valid only while the line shows its node as present and Operational, and
+//      the boot process did not end because it found other PDOs, or could not read them: clauses 4
+//      and 5 do not apply to such a node.
 //   2. It is valid only if its value is that of the newest frame of its PDO that the bus
 //      acknowledged, and the line submitted that frame after it received the newest sign that the
 //      node was not Operational (boot-up message, heartbeat, or guard response whose toggle bit
@@ -131,8 +133,9 @@ class OutputModel {
     // Number of signs that it is Operational, since the last sign that it is not
     unsigned signs = 0;
     std::uint64_t end =
-        0;               // frame of the newest NMT command that ends Operational, 0 = acknowledged
-    Instant boots_at{};  // time of the newest frame of its boot process on the bus
+        0;  // frame of the newest NMT command that ends Operational, 0 = acknowledged
+    bool other_pdos = false;  // by the result of its boot process
+    Instant boots_at{};       // time of the newest frame of its boot process on the bus
     bool booted_now = false;
     bool signed_now = false;
     Instant signed_at{};
