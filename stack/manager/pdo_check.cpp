@@ -13,6 +13,7 @@
 namespace linegate::manager {
 namespace {
 
+constexpr unsigned kCorrections = 2;  // of one PDO
 constexpr std::uint32_t kMeansOfCobId = can::CobId::kInvalidBit | can::CobId::kExtendedBit;
 
 // What a value means for the PDO.
@@ -77,7 +78,7 @@ const ObjectWrite* PdoCheck::written(od::Address address) const {
 // What was written is known: it is as expected, or the configuration of the node contradicts the
 // image.
 void PdoCheck::skip_written() {
-  for (; pdo_ < pdos_.size() && !fault_; ++pdo_, next_ = 0, corrected_ = false, found_cob_id_ = 0) {
+  for (; pdo_ < pdos_.size() && !fault_; ++pdo_, next_ = 0, corrections_ = 0, found_cob_id_ = 0) {
     const std::vector<ObjectWrite>& parameters = pdos_[pdo_].parameters;
     for (; next_ < parameters.size(); ++next_) {
       const ObjectWrite& expected = parameters[next_];
@@ -159,7 +160,7 @@ std::vector<std::byte> PdoCheck::remedy_value() const {
 
 void PdoCheck::differs(const ObjectWrite& expected, std::span<const std::byte> found) {
   const std::vector<ObjectWrite>& remedy = pdos_[pdo_].remedy;
-  if (corrected_ ||
+  if (corrections_ == kCorrections ||
       std::ranges::find(remedy, expected.address, &ObjectWrite::address) == remedy.end()) {
     fault_ = {.object = expected.address,
               .expected = expected.data,
@@ -167,7 +168,7 @@ void PdoCheck::differs(const ObjectWrite& expected, std::span<const std::byte> f
     return;
   }
   corrects_ = true;
-  corrected_ = true;
+  ++corrections_;
   next_ = 0;
 }
 

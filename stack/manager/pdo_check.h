@@ -33,9 +33,11 @@ bool changes_pdo(std::span<const AssumedPdo> pdos, od::Address address,
 bool is_unreadable(AbortCode abort);
 
 // Reads these parameters, except those that were just written, and writes a PDO that differs, which
-// is then read once more. A read that is not answered is repeated once: a frame may have been lost,
-// and until the check has ended a node that was kept alive receives no outputs. Parameters that the
-// node does not have, or never lets read, count as expected, because nothing else is known of them.
+// is then read again. If it differs still, it is written a second time: a node that was switched
+// off and on may answer with its stored values before its boot-up message is received. A read that
+// is not answered is repeated once: a frame may have been lost, and until the check has ended a
+// node that was kept alive receives no outputs. Parameters that the node does not have, or never
+// lets read, count as expected, because nothing else is known of them.
 class PdoCheck {
  public:
   PdoCheck() = default;
@@ -67,7 +69,7 @@ class PdoCheck {
   std::size_t pdo_ = 0;
   std::size_t next_ = 0;  // of its parameters, or of its remedy
   bool corrects_ = false;
-  bool corrected_ = false;          // this PDO
+  unsigned corrections_ = 0;        // of this PDO
   bool repeats_ = false;            // the read was not answered the first time
   std::uint32_t found_cob_id_ = 0;  // of this PDO, as read
   std::optional<Difference> fault_;

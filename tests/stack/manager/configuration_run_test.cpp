@@ -87,7 +87,9 @@ TEST(ConfigurationRun, ThePdosOfTheImageAreReadBeforeErrorControlAndStoring) {
       << "the device clears 1020h with every write";
   dated.pdos[0].parameters[0].data = number(0x185);
   ConfigurationRun without_effect(dated);
-  EXPECT_EQ(run(without_effect), "?1020:1=0 2000:1=7 ?1800:1=0 1800:1=0 ?1800:1=0 ");
+  EXPECT_EQ(run(without_effect),
+            "?1020:1=0 2000:1=7 ?1800:1=0 1800:1=0 ?1800:1=0 1800:1=0 ?1800:1=0 ")
+      << "twice";
   EXPECT_EQ(without_effect.result(), Outcome::failed);
 }
 

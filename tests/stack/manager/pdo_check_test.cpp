@@ -78,10 +78,12 @@ TEST_F(PdoCheckTest, APdoThatDiffersIsWritten) {
 }
 
 // A device may acknowledge a write and ignore it.
-TEST_F(PdoCheckTest, ACorrectionWithoutEffectIsAFault) {
+TEST_F(PdoCheckTest, TwoCorrectionsWithoutEffectAreAFault) {
   PdoCheck check(pdos_, {});
+  unsigned writes = 0;
   while (!check.done()) {
     const TaskStep step = check.step();
+    writes += step.write ? 1U : 0U;
     const bool is_entry = step.address == od::Address{0x1A00, 1};
     check.take(AbortCode::none, step.write ? std::vector<std::byte>{}
                                 : is_entry ? number(0x6000'0208)
@@ -90,6 +92,21 @@ TEST_F(PdoCheckTest, ACorrectionWithoutEffectIsAFault) {
   EXPECT_EQ(check.fault(), (Difference{.object = {0x1A00, 1},
                                        .expected = number(0x6000'0108),
                                        .found = number(0x6000'0208)}));
+  EXPECT_EQ(writes, 2 * pdos_[0].remedy.size());
+}
+
+// It was switched off and on, and its boot-up message has not reached the bus yet.
+TEST_F(PdoCheckTest, ANodeThatHasItsStoredValuesAgainIsCorrectedAgain) {
+  has_[{0x1A00, 1}] = number(0x6000'0208);
+  PdoCheck check(pdos_, {});
+  for (bool written = false; !written || check.step().write;) {
+    const TaskStep step = check.step();
+    written = step.write;
+    check.take(AbortCode::none, step.write ? std::vector<std::byte>{} : has_[step.address]);
+  }
+  const std::string after = run(check);
+  EXPECT_NE(after.find("1A00:1=60000108"), std::string::npos) << after;
+  EXPECT_FALSE(check.fault());
 }
 
 // CiA 301 7.5.2.37: bits 0 to 29 must not change while the PDO exists; bit 30 is the device's.
