@@ -38,6 +38,17 @@ std::string ServiceCommands::output(const Device& device) {
                    : "output " + node + '.' + object + " = " + hex_of(bytes);
 }
 
+// Switches off the first RPDO with outputs. The line refuses that while the image has its values.
+std::string ServiceCommands::pdo_write(const Device& device) const {
+  constexpr unsigned kNotValid = 0x80;  // the highest octet
+  const bool second = outputs_of(device).front().first.starts_with("6411");
+  std::ostringstream out;
+  out << "sdo write c" << number_ << ' ' << device.id << (second ? " 1401:1 " : " 1400:1 ")
+      << std::hex << std::uppercase << std::setfill('0') << std::setw(2) << device.id
+      << (second ? "03" : "02") << "00" << kNotValid;
+  return out.str();
+}
+
 std::string ServiceCommands::command(const std::vector<Device>& devices) {
   constexpr unsigned kIdentifier = 0x6E4;  // belongs to no service
   constexpr unsigned kSoftware = 0x6000;   // emergency error code
@@ -54,6 +65,11 @@ std::string ServiceCommands::command(const std::vector<Device>& devices) {
     case 3:
       if (has_mpdo_) {
         return "mpdo m" + name + ' ' + node + " 2F01:0 " + hex_of(4);
+      }
+      break;
+    case 4:
+      if (device.listed && !outputs_of(device).empty() && below(4) == 0) {
+        return pdo_write(device);
       }
       break;
     default:

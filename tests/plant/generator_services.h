@@ -30,6 +30,7 @@ class ServiceCommands {
   }
   std::string command(const std::vector<Device>& devices);
   std::string output(const Device& device);
+  std::string pdo_write(const Device& device) const;
   unsigned silence(Actions& out, unsigned time);
   std::string hex_of(unsigned bytes) const;
 
