@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stack/manager/configuration_run.h"
 
+#include <limits>
 #include <utility>
 
 #include "stack/base/assert.h"
@@ -33,6 +34,15 @@ bool comes_last(od::Address address) {
     default:
       return false;
   }
+}
+
+// nullopt: the value is empty, or has more than 32 bits.
+std::optional<std::uint32_t> boot_value(std::span<const std::byte> data) {
+  if (data.empty() || data.size() > sizeof(std::uint64_t) ||
+      load_le(data) > std::numeric_limits<std::uint32_t>::max()) {
+    return std::nullopt;
+  }
+  return static_cast<std::uint32_t>(load_le(data));
 }
 
 bool is_number(std::span<const std::byte> data, std::uint32_t expected) {
@@ -143,6 +153,22 @@ Difference ConfigurationRun::fault() const {
     return *pdos_.fault();
   }
   return {.object = object_, .expected = value_, .abort = abort_};
+}
+
+BootFinding ConfigurationRun::finding() const {
+  const Difference why = fault();
+  const auto found = boot_value(why.found);
+  AbortCode abort = why.abort;
+  if (abort == AbortCode::none && !found) {
+    abort = why.found.empty() ? AbortCode::length_too_low : AbortCode::length_too_high;
+  }
+  if (abort != AbortCode::none) {
+    return {.kind = BootFinding::Kind::abort, .object = why.object, .abort = abort};
+  }
+  return {.kind = BootFinding::Kind::value,
+          .object = why.object,
+          .expected = boot_value(why.expected).value_or(0),
+          .found = *found};
 }
 
 TaskStep ConfigurationRun::next_write() const {

@@ -76,6 +76,9 @@ class ConfigurationRun {
   od::Address object() const { return object_; }
   // The same, with the value of the failed write, or what was found instead.
   Difference fault() const;
+  // The fault as the cause of boot status J. A found value that is not a number of at most 32 bits
+  // is one of the wrong length: length_too_low if it is empty, otherwise length_too_high.
+  BootFinding finding() const;
 
   // Number of completed writes, and number of all writes.
   std::size_t done() const { return write_; }

@@ -5,28 +5,10 @@
 #include <span>
 #include <utility>
 
-#include "stack/base/byte_order.h"
 #include "stack/manager/boot_event.h"
 #include "stack/manager/task_boot_step.h"
 
 namespace linegate::manager {
-namespace {
-
-BootFinding finding_in(const Difference& fault) {
-  if (fault.abort != AbortCode::none) {
-    return {.kind = BootFinding::Kind::abort, .object = fault.object, .abort = fault.abort};
-  }
-  const auto number = [](const std::vector<std::byte>& value) {
-    return static_cast<std::uint32_t>(
-        load_le(std::span(value).first(std::min<std::size_t>(value.size(), 4))));
-  };
-  return {.kind = BootFinding::Kind::value,
-          .object = fault.object,
-          .expected = number(fault.expected),
-          .found = number(fault.found)};
-}
-
-}  // namespace
 
 class Configurator::Step final : public TaskBootStep<ConfigurationRun> {
  public:
@@ -65,7 +47,7 @@ class Configurator::Step final : public TaskBootStep<ConfigurationRun> {
       case ConfigurationRun::Result::failed:
         return {.kind = StepEnd::Kind::failed,
                 .letter = 'J',
-                .finding = finding_in(run.fault()),
+                .finding = run.finding(),
                 .again = run.may_succeed_later()};
       case ConfigurationRun::Result::applied:
       case ConfigurationRun::Result::unchanged:

@@ -104,6 +104,28 @@ TEST(ConfigurationRun, APdoThatDiffersAndIsNotWrittenFailsIt) {
             (Difference{.object = {0x1800, 1}, .expected = number(0x185), .found = number(0)}));
 }
 
+TEST(ConfigurationRun, AFoundValueThatIsNo32BitNumberIsOneOfTheWrongLength) {
+  const auto found = [](std::vector<std::byte> value) {
+    ConfigurationRun differs(
+        {.node = 5, .pdos = {{.parameters = {{{0x1A00, 1}, number(0x6200'0108)}}, .remedy = {}}}});
+    (void)differs.wanted();
+    differs.take(AbortCode::none, value);
+    EXPECT_FALSE(differs.wanted());
+    EXPECT_EQ(differs.fault().found, value);
+    return describe_boot('J', differs.finding());
+  };
+  EXPECT_EQ(found(number(0x12'0186, 3)),
+            "configuration failed: 1A00:01 is 00120186h, not 62000108h");
+  EXPECT_EQ(found({std::byte{7}, {}, {}, {}, {}}),
+            "configuration failed: 1A00:01 is 00000007h, not 62000108h");
+  const std::string too_long = "configuration failed: 1A00:01 ended with 06070012h, " +
+                               std::string(describe(AbortCode::length_too_high));
+  EXPECT_EQ(found({std::byte{8}, std::byte{1}, {}, std::byte{0x62}, std::byte{1}}), too_long);
+  EXPECT_EQ(found(std::vector<std::byte>(9, std::byte{'a'})), too_long) << "a string";
+  EXPECT_EQ(found({}), "configuration failed: 1A00:01 ended with 06070013h, " +
+                           std::string(describe(AbortCode::length_too_low)));
+}
+
 TEST(ConfigurationRun, OfANodeThatIsKeptAliveThePdosAreReadAlone) {
   auto kept = order();
   kept.expected = {.date = 1, .time = 2};
