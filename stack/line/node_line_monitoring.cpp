@@ -13,6 +13,7 @@ void NodeLine::boot_up(std::uint8_t id, Instant now) {
   sdo_.charge(services_.scan.restarts(id) ? services_.scan.client() : manager_.client_of(id), 1);
   services_.receivers.confirm(id, nmt::State::initialising, now);
   services_.lss.boot_up(id);
+  loader_.boot_up(id);
   manager_.boot_up(id, now);
   services_.scan.boot_up(id, now);
 }

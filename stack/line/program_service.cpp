@@ -10,6 +10,23 @@
 #include "stack/can/cob_id.h"
 
 namespace linegate::line {
+namespace {
+
+ProgramFault fault_of(const manager::BootFinding& finding, Error& error) {
+  switch (finding.kind) {
+    case manager::BootFinding::Kind::abort:
+      error = to_error(finding.abort);
+      return {finding.object, 0};
+    case manager::BootFinding::Kind::last:
+      error = to_error(AbortCode::device_state);
+      return {finding.object, kProgramRestarted};
+    default:
+      error = to_error(AbortCode::hardware);
+      return {finding.object, finding.found};
+  }
+}
+
+}  // namespace
 
 std::span<const CommandKind> ProgramService::commands() const {
   static constexpr std::array kCommands{CommandKind::program};
@@ -74,10 +91,8 @@ void ProgramService::collect(Instant now) {
     Error error{};
     ReplyData data;
     if (run->result() != manager::ProgramRun::Result::loaded) {
-      const manager::BootFinding& finding = run->finding();
-      error = to_error(finding.kind == manager::BootFinding::Kind::abort ? finding.abort
-                                                                         : AbortCode::hardware);
-      data = ProgramFault{finding.object, finding.found};
+      const ProgramFault fault = fault_of(run->finding(), error);
+      data = fault;
     }
     host().reply(at->tag, error, std::move(data));
     const std::uint32_t client = at->client;

@@ -26,7 +26,8 @@ class ProgramService final : public Service {
 
   std::span<const CommandKind> commands() const override;
   // Answered without error when the program runs. Otherwise an SDO abort code, hardware (0606
-  // 0000h) if the node reported an error, and as data a ProgramFault. Refusals: wrong_role,
+  // 0000h) if the node reported an error, device_state (0800 0022h) if it restarted during the
+  // download, and as data a ProgramFault. Refusals: wrong_role,
   // line_down, bad_request (no such node or program number, no data, or the own node), wrong_state
   // (the manager is not active), busy (a download to the node is under way), timed_out.
   void execute(Command command, Instant now) override;

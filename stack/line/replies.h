@@ -71,9 +71,14 @@ struct SentByMpdo {
 // PdoTrigger: the numbers of the PDOs on this line.
 using TriggeredPdos = std::vector<std::uint16_t>;
 
+// ProgramFault::value of 1F50h with the error device_state: the device restarted while the program
+// was written.
+inline constexpr std::uint32_t kProgramRestarted = 1;
+
 // ProgramDownload: what the device reported when it failed.
 struct ProgramFault {
-  od::Address object{};     // flash status, program control or software identification
+  // Program data, flash status, program control or software identification
+  od::Address object{};
   std::uint32_t value = 0;  // as read from `object`; 0 if the transfer was aborted
 
   friend bool operator==(const ProgramFault&, const ProgramFault&) = default;

@@ -58,7 +58,7 @@ class NodeTasks final : public sdo::TransferOwner {
   bool busy(std::uint8_t node) const { return running_[node] != nullptr; }
   bool idle() const { return count_ == 0; }
   // nullptr if there is none.
-  const Task* find(std::uint8_t node) const {
+  Task* find(std::uint8_t node) const {
     return running_[node] != nullptr ? running_[node]->task.get() : nullptr;
   }
 

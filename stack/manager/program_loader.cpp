@@ -91,14 +91,20 @@ void ProgramLoader::load(ProgramOrder order, Instant now, std::uint32_t client) 
   report_at_ = earlier(report_at_, now + kReportPeriod);
 }
 
-void ProgramLoader::runs(std::uint8_t node, const ProgramRun* run, Instant now) {
+void ProgramLoader::boot_up(std::uint8_t node) {
+  if (ProgramRun* const run = running(node)) {
+    run->boot_up();
+  }
+}
+
+void ProgramLoader::runs(std::uint8_t node, ProgramRun* run, Instant now) {
   if (run != nullptr && steps_[node] == nullptr) {
     report_at_ = earlier(report_at_, now + kReportPeriod);
   }
   steps_[node] = run;
 }
 
-const ProgramRun* ProgramLoader::running(std::uint8_t node) const {
+ProgramRun* ProgramLoader::running(std::uint8_t node) const {
   return steps_[node] != nullptr ? steps_[node] : tasks_.find(node);
 }
 

@@ -38,6 +38,8 @@ class ProgramLoader {
   // sdo::Request::client.
   void load(ProgramOrder order, Instant now, std::uint32_t client = 0);
   bool loading(std::uint8_t node) const { return tasks_.busy(node); }
+  // The node sent its boot-up message.
+  void boot_up(std::uint8_t node);
   void cancel(std::uint8_t node) { (void)tasks_.cancel(node); }
   // Removes and returns the run that ended first; nullptr if there is none.
   std::unique_ptr<ProgramRun> pop_ended() { return tasks_.pop_ended(); }
@@ -49,15 +51,15 @@ class ProgramLoader {
   class Step;
 
   ProgramOrder order(std::uint8_t node) const;
-  void runs(std::uint8_t node, const ProgramRun* run, Instant now);
-  const ProgramRun* running(std::uint8_t node) const;
+  void runs(std::uint8_t node, ProgramRun* run, Instant now);
+  ProgramRun* running(std::uint8_t node) const;
 
   const od::Dictionary& dictionary_;
   EventLog& events_;
   line::CommandKind command_;
   ProgramObjects objects_;
   NodeTasks<ProgramRun> tasks_;
-  std::array<const ProgramRun*, 128> steps_{};  // of boot processes, by node-ID
+  std::array<ProgramRun*, 128> steps_{};  // of boot processes, by node-ID
   Instant report_at_ = kNever;
 };
 

@@ -139,7 +139,7 @@ void ProgramRun::take(AbortCode abort, std::span<const std::byte> data) {
       abort == AbortCode::none ? to(Step::download) : fail(Result::failed, abort);
       return;
     case Step::download:
-      abort == AbortCode::none ? to(Step::flash) : fail(Result::failed, abort);
+      downloaded(abort);
       return;
     case Step::flash:
       flashed(abort, data);
@@ -188,6 +188,21 @@ void ProgramRun::to_update() {
     fail(Result::failed, AbortCode::no_data);
   } else {
     to(Step::control);
+  }
+}
+
+void ProgramRun::boot_up() {
+  restarted_ = restarted_ || (step_ == Step::download && done() > 0);
+}
+
+void ProgramRun::downloaded(AbortCode abort) {
+  if (abort == AbortCode::none) {
+    to(Step::flash);
+  } else if (restarted_) {
+    finding_ = {.kind = BootFinding::Kind::last, .object = object_};
+    finish(Result::failed);
+  } else {
+    fail(Result::failed, abort);
   }
 }
 

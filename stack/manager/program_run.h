@@ -62,14 +62,17 @@ class ProgramRun {
   std::uint8_t node() const { return order_.node; }
   std::optional<TaskStep> wanted();
   void take(AbortCode abort, std::span<const std::byte> data);
+  // The node sent its boot-up message. If it had acknowledged bytes of the program, its SDO server
+  // has lost the transfer: a failure of the transfer is reported as a restart of the node.
+  void boot_up();
 
   // Valid once wanted() returns nothing.
   Result result() const { return result_; }
-  // The cause of a failure.
+  // The cause of a failure. Kind::last: the node restarted while 1F50h was written.
   const BootFinding& finding() const { return finding_; }
 
-  // Number of program bytes sent, and number of all bytes.
-  std::size_t done() const { return source_ != nullptr ? source_->position() : 0; }
+  // Number of program bytes that the node acknowledged, and number of all bytes.
+  std::size_t done() const { return source_ != nullptr ? source_->acknowledged() : 0; }
   std::size_t total() const { return order_.program != nullptr ? order_.program->size() : 0; }
 
  private:
@@ -93,6 +96,7 @@ class ProgramRun {
   void polled(bool stopped, AbortCode abort, std::span<const std::byte> data);
   void flashed(AbortCode abort, std::span<const std::byte> data);
   void verified(AbortCode abort, std::span<const std::byte> data);
+  void downloaded(AbortCode abort);
   void to(Step step);
   void finish(Result result);
   void fail(Result result, AbortCode abort);
@@ -101,8 +105,9 @@ class ProgramRun {
   ProgramOrder order_;
   std::unique_ptr<SharedSource> source_;
   Step step_ = Step::end;
-  unsigned attempts_ = 0;  // of the present step
-  od::Address object_{};   // of the present step
+  unsigned attempts_ = 0;   // of the present step
+  bool restarted_ = false;  // during the download
+  od::Address object_{};    // of the present step
   Result result_ = Result::loaded;
   BootFinding finding_;
 };

@@ -20,7 +20,8 @@ class SharedSource final : public od::ByteSource {
   // bytes: not nullptr.
   explicit SharedSource(SharedBytes bytes) : bytes_(std::move(bytes)) {}
 
-  std::size_t position() const { return position_; }
+  // Number of bytes that the receiver acknowledged.
+  std::size_t acknowledged() const { return acknowledged_; }
 
   std::optional<std::uint32_t> size() const override {
     return static_cast<std::uint32_t>(bytes_->size());
@@ -33,8 +34,10 @@ class SharedSource final : public od::ByteSource {
   }
   bool rewind() override {
     position_ = 0;
+    acknowledged_ = 0;
     return true;
   }
+  void acknowledged(std::size_t count) override { acknowledged_ = count; }
   void closed(AbortCode /*why*/) override { closed_ = true; }
   // The transfer has ended.
   bool is_closed() const { return closed_; }
@@ -42,6 +45,7 @@ class SharedSource final : public od::ByteSource {
  private:
   SharedBytes bytes_;
   std::size_t position_ = 0;
+  std::size_t acknowledged_ = 0;
   bool closed_ = false;
 };
 

@@ -149,6 +149,10 @@ std::string describe_boot(char letter, const BootFinding& finding) {
     case BootFinding::Kind::none:
       break;
     case BootFinding::Kind::last:
+      if (letter == 'I') {
+        out += ": the device restarted while " + object_text(finding.object) + " was written";
+        break;
+      }
       out += ", last object " + (finding.object.sub == 0 ? hex(finding.object.index, 4) + 'h'
                                                          : object_text(finding.object));
       break;

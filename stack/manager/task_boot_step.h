@@ -40,7 +40,7 @@ class TaskBootStep : public BootStep {
 
  protected:
   // nullptr if no task runs.
-  const Task* task() const { return task_ ? &*task_ : nullptr; }
+  Task* task() { return task_ ? &*task_ : nullptr; }
 
  private:
   // The first task, and the task after a requested reset.

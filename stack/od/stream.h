@@ -33,6 +33,9 @@ class ByteSource {
   // Restarts at the first byte, for a transfer that is repeated. Returns false if that is
   // impossible.
   virtual bool rewind() { return false; }
+  // Of an SDO client: the server acknowledged the first count bytes, with a segment or a sub-block;
+  // bytes that were read need not have been sent. Not called for an expedited transfer.
+  virtual void acknowledged(std::size_t /*count*/) {}
   // The last call. none: all bytes were transferred.
   virtual void closed(AbortCode /*why*/) {}
 };

@@ -365,6 +365,7 @@ AbortCode Client::finish_upload() {
 }
 
 AbortCode Client::download_segment_taken(Instant now, can::TransmitQueue& queue) {
+  source_.acknowledge();
   if (!source_.at_end()) {
     return send_download_segment(now, queue);
   }

@@ -154,6 +154,7 @@ AbortCode Client::proceed_with_block(AbortCode why, Instant now, can::TransmitQu
   if (why != AbortCode::none) {
     return why;
   }
+  source_.acknowledge();
   if (!sender_.complete()) {
     return send_segments(now, queue);
   }

@@ -45,6 +45,12 @@ class Source {
   }
   // rewind() will not go back before the current position.
   void release() { released_ = position_; }
+  // The receiver has the bytes before the current position.
+  void acknowledge() {
+    if (from_ != nullptr) {
+      from_->acknowledged(position_);
+    }
+  }
   // Restarts for another attempt. Returns false if the source cannot.
   bool restart();
   // No more bytes are read.

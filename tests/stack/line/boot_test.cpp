@@ -213,6 +213,28 @@ TEST_F(BootCommandTest, AnAbsentNodeIsAnsweredWhenItsBootTimeOutIsOver) {
   EXPECT_EQ(outcomes->at(0).finding.abort, AbortCode::timeout);
 }
 
+// --- a program ---
+
+TEST_F(BootCommandTest, ADeviceThatRestartsWhileItsProgramIsWrittenIsReportedAsSuch) {
+  make(config_with_axis());
+  boot();
+  line_->execute(
+      {.tag = 7,
+       .timeout = seconds(60),
+       .request = ProgramDownload{.node = 5, .number = 1, .program = std::vector<std::byte>(10)}},
+      now_);
+  answer_sdo({0x4F, 0x51, 0x1F, 0x01, 0, 0, 0, 0});
+  answer_sdo({0x60, 0x51, 0x1F, 0x01, 0, 0, 0, 0});
+  EXPECT_THAT(sent(), ElementsAre("605#21501F010A000000"));
+  hear(0x585, {0x60, 0x50, 0x1F, 0x01, 0, 0, 0, 0});
+  hear(0x585, {0x20, 0, 0, 0, 0, 0, 0, 0});
+  hear(0x705, {0x00});
+  pass(seconds(20));
+  ASSERT_TRUE(answered());
+  EXPECT_EQ(reply_.error, to_error(AbortCode::device_state));
+  EXPECT_EQ(reply_.data, (ReplyData{ProgramFault{{0x1F50, 1}, kProgramRestarted}}));
+}
+
 // --- answers of the node while it is configured ---
 
 class MandatoryNodeTest : public BootCommandTest {

@@ -135,6 +135,48 @@ TEST(ProgramRun, OneLostAnswerIsAskedForAgain) {
   up_to_flash(run);
 }
 
+TEST(ProgramRun, CountsWhatTheDeviceAcknowledged) {
+  ProgramRun run(program_order());
+  (void)run.wanted();
+  take(run, 0);
+  (void)run.wanted();
+  take(run, AbortCode::none);
+  const auto step = run.wanted();
+  std::array<std::byte, 20> all{};
+  EXPECT_EQ(*step->source->read(all), 20U);
+  EXPECT_EQ(run.done(), 0U) << "only read ahead";
+  step->source->acknowledged(7);
+  EXPECT_EQ(run.done(), 7U);
+  EXPECT_TRUE(step->source->rewind());
+  EXPECT_EQ(run.done(), 0U) << "the transfer begins again";
+}
+
+TEST(ProgramRun, ADeviceThatRestartsDuringTheDownloadIsTheReasonOfItsFailure) {
+  for (const bool late : {true, false}) {
+    ProgramRun run(program_order());
+    (void)run.wanted();
+    run.boot_up();
+    take(run, 0);
+    (void)run.wanted();
+    run.boot_up();
+    take(run, AbortCode::none);
+    const auto step = run.wanted();
+    if (late) {
+      step->source->acknowledged(7);
+    }
+    run.boot_up();  // the restart to its boot loader, if it has not acknowledged anything
+    take(run, AbortCode::timeout);
+    EXPECT_EQ(wanted(run), "end");
+    EXPECT_EQ(run.result(), Loading::failed);
+    EXPECT_EQ(run.finding().kind, late ? BootFinding::Kind::last : BootFinding::Kind::abort);
+    EXPECT_EQ(run.finding().object, (od::Address{0x1F50, 2}));
+    if (late) {
+      EXPECT_EQ(describe_boot('I', run.finding()),
+                "software update failed: the device restarted while 1F50:02 was written");
+    }
+  }
+}
+
 TEST(ProgramRun, TheFlashStatusEndsItWithItsError) {
   ProgramRun run(program_order());
   up_to_flash(run);

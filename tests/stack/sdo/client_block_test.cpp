@@ -559,5 +559,19 @@ TEST_F(ClientBlockTest, RepeatsWhereItIsAskedTo) {
   expect_abort(AbortCode::no_object);
 }
 
+TEST_F(ClientBlockTest, ReportsTheSegmentsThatTheServerAcknowledged) {
+  AcknowledgedSource source(20);
+  client.write({0x2100, 0}, source, kTimeout, now, queue, kInBlocks);
+  drain(queue, kRequestId);
+  answer_all({0xA4, 0x00, 0x21, 0, 2, 0, 0, 0});
+  EXPECT_TRUE(source.counts.empty()) << "two segments were only sent";
+  answer_all({0xA2, 1, 2, 0, 0, 0, 0, 0});
+  EXPECT_EQ(source.counts, (std::vector<std::size_t>{7})) << "the second one was lost";
+  answer_all({0xA2, 2, 2, 0, 0, 0, 0, 0});
+  EXPECT_EQ(source.counts, (std::vector<std::size_t>{7, 20}));
+  answer_all({0xA1, 0, 0, 0, 0, 0, 0, 0});
+  expect_data({});
+}
+
 }  // namespace
 }  // namespace linegate::sdo::test

@@ -377,5 +377,18 @@ TEST_F(ClientTest, ABusWithoutRoomIsATimeOut) {
   EXPECT_EQ(drain(queue, kRequestId), (Frames{abort_bytes(0x1018, 1, 0x0504'0000)}));
 }
 
+TEST_F(ClientTest, ReportsTheSegmentsThatTheServerAcknowledged) {
+  AcknowledgedSource source(10);
+  client.write({0x2100, 0}, source, kTimeout, now, queue, {.transfer = Transfer::segmented});
+  drain(queue, kRequestId);
+  answer({0x60, 0x00, 0x21, 0, 0, 0, 0, 0});
+  EXPECT_TRUE(source.counts.empty()) << "the first segment was only sent";
+  answer({0x20, 0, 0, 0, 0, 0, 0, 0});
+  EXPECT_EQ(source.counts, (std::vector<std::size_t>{7}));
+  answer({0x30, 0, 0, 0, 0, 0, 0, 0});
+  EXPECT_EQ(source.counts, (std::vector<std::size_t>{7, 10}));
+  expect_data({});
+}
+
 }  // namespace
 }  // namespace linegate::sdo::test

@@ -14,6 +14,7 @@
 #include "stack/base/event_log.h"
 #include "stack/can/transmit_queue.h"
 #include "stack/od/dictionary.h"
+#include "stack/od/stream.h"
 
 namespace linegate::sdo::test {
 
@@ -134,5 +135,28 @@ inline od::DeviceDescription device() {
   out.objects.push_back(object(0x2100, {variable(0, DataType::domain, Access::rw, {})}));
   return out;
 }
+
+// Bytes of a pattern; records what was acknowledged.
+class AcknowledgedSource final : public od::ByteSource {
+ public:
+  explicit AcknowledgedSource(std::size_t size) : bytes_(pattern(size)) {}
+
+  std::optional<std::uint32_t> size() const override {
+    return static_cast<std::uint32_t>(bytes_.size());
+  }
+  Result<std::size_t> read(std::span<std::byte> out) override {
+    const std::size_t count = std::min(out.size(), bytes_.size() - read_);
+    std::copy_n(bytes_.begin() + static_cast<std::ptrdiff_t>(read_), count, out.begin());
+    read_ += count;
+    return count;
+  }
+  void acknowledged(std::size_t count) override { counts.push_back(count); }
+
+  std::vector<std::size_t> counts;
+
+ private:
+  std::vector<std::byte> bytes_;
+  std::size_t read_ = 0;
+};
 
 }  // namespace linegate::sdo::test
