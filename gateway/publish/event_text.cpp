@@ -279,7 +279,10 @@ struct EventWords {
     if (e.index == od::objects::kStoreParameters) {
       return fmt::format("stored parameters cannot be used, defaults are: {}", abort_text(e.abort));
     }
-    return fmt::format("object {} could not be configured: {}", object(e), abort_text(e.abort));
+    // The PDOs of the image are read at each boot, and written if they differ.
+    return fmt::format("object {} could not be {}: {}", object(e),
+                       od::objects::is_pdo_record(e.index) ? "read or configured" : "configured",
+                       abort_text(e.abort));
   }
   std::string operator()(const event::UnexpectedNode& e) const {
     return fmt::format("not configured, but on the line ({})", name(e.state));

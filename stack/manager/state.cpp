@@ -29,6 +29,10 @@ std::string_view unread(char letter, const BootFinding& finding) {
       return finding.abort == AbortCode::timeout ? describe_boot(letter) : "1000h cannot be read";
     case 'D':
       return "vendor-ID cannot be read";
+    case 'J':  // of a PDO of the image: its parameters are read, and written if they differ
+      return od::objects::is_pdo_record(finding.object.index)
+                 ? "PDO could not be compared with the image, or configured"
+                 : describe_boot(letter);
     case 'G':
       return "software version cannot be read";
     case 'M':

@@ -398,6 +398,13 @@ TEST(EventText, NamesTheNodeAndSaysWhatHappened) {
             "node 5 (ram): SDO transfer of 6000:01 ended: object does not exist in the object "
             "dictionary (06020000)");
   EXPECT_EQ(words(5, event::BootResult{}), "node 5 (ram): booted");
+  EXPECT_EQ(words(5, event::ConfigurationError{.abort = AbortCode::no_object, .index = 0x1017}),
+            "node 5 (ram): object 1017:00 could not be configured: object does not exist in the "
+            "object dictionary (06020000)");
+  EXPECT_EQ(
+      words(5, event::ConfigurationError{.abort = AbortCode::no_object, .index = 0x1800, .sub = 1}),
+      "node 5 (ram): object 1800:01 could not be read or configured: object does not exist "
+      "in the object dictionary (06020000)");
   EXPECT_EQ(words(0, event::OutputWatchdog{.group = 3, .reactions = 0x21}),
             "watchdog of output group 3 fired: outputs set to zero, EMCY sent");
   EXPECT_EQ(words(0, event::FramesLost{12}), "12 frames lost before they could be read");

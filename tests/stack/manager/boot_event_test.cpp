@@ -50,6 +50,11 @@ TEST(BootStatus, WhatCouldNotBeReadIsNotCalledAnother) {
         letter, {.kind = BootFinding::Kind::abort, .object = {0x1018, 1}, .abort = abort});
     return words.substr(0, words.find(": 1018:01 ended with "));
   };
+  const std::string pdo = describe_boot(
+      'J', {.kind = BootFinding::Kind::abort, .object = {0x1800, 1}, .abort = AbortCode::general});
+  EXPECT_EQ(pdo.substr(0, pdo.find(": 1800:01 ended with ")),
+            "PDO could not be compared with the image, or configured");
+  EXPECT_EQ(ended('J', AbortCode::no_object), "configuration failed");
   EXPECT_EQ(ended('B', AbortCode::timeout), "no answer to the SDO upload of 1000h");
   EXPECT_EQ(ended('B', AbortCode::no_object), "1000h cannot be read");
   EXPECT_EQ(ended('D', AbortCode::no_object), "vendor-ID cannot be read");

@@ -118,12 +118,15 @@ TEST(ConfigurationRun, AFoundValueThatIsNo32BitNumberIsOneOfTheWrongLength) {
             "configuration failed: 1A00:01 is 00120186h, not 62000108h");
   EXPECT_EQ(found({std::byte{7}, {}, {}, {}, {}}),
             "configuration failed: 1A00:01 is 00000007h, not 62000108h");
-  const std::string too_long = "configuration failed: 1A00:01 ended with 06070012h, " +
-                               std::string(describe(AbortCode::length_too_high));
+  const std::string too_long =
+      "PDO could not be compared with the image, or configured: 1A00:01 ended with 06070012h, " +
+      std::string(describe(AbortCode::length_too_high));
   EXPECT_EQ(found({std::byte{8}, std::byte{1}, {}, std::byte{0x62}, std::byte{1}}), too_long);
   EXPECT_EQ(found(std::vector<std::byte>(9, std::byte{'a'})), too_long) << "a string";
-  EXPECT_EQ(found({}), "configuration failed: 1A00:01 ended with 06070013h, " +
-                           std::string(describe(AbortCode::length_too_low)));
+  EXPECT_EQ(
+      found({}),
+      "PDO could not be compared with the image, or configured: 1A00:01 ended with 06070013h, " +
+          std::string(describe(AbortCode::length_too_low)));
 }
 
 TEST(ConfigurationRun, OfANodeThatIsKeptAliveThePdosAreReadAlone) {
