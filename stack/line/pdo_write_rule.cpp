@@ -1,17 +1,63 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stack/line/pdo_write_rule.h"
 
+#include <algorithm>
+
+#include "stack/base/byte_order.h"
+#include "stack/can/cob_id.h"
 #include "stack/manager/pdo_check.h"
 #include "stack/od/objects.h"
 
 namespace linegate::line {
+namespace {
+
+// The PDO that is not in the image has CobIds of those that are (AssumedPdo::taken).
+bool has_cob_id(const manager::AssumedPdo& pdo, can::CobId cob_id) {
+  return pdo.taken == nullptr &&
+         std::ranges::any_of(pdo.parameters, [cob_id](const manager::ObjectWrite& parameter) {
+           if (!od::objects::is_pdo_communication(parameter.address.index) ||
+               parameter.address.sub != 1 || parameter.data.size() != sizeof cob_id.raw) {
+             return false;
+           }
+           const can::CobId of_pdo{load_le<std::uint32_t>(parameter.data.data())};
+           return of_pdo.valid() && of_pdo.id() == cob_id.id() &&
+                  of_pdo.extended() == cob_id.extended();
+         });
+}
+
+}  // namespace
 
 AbortCode PdoWriteRule::may_write(std::uint8_t node, od::Address address,
                                   std::span<const std::byte> value) const {
   const bool is_refused = od::objects::is_pdo_record(address.index) && manager_.active() &&
                           manager_.keeps_pdos(node) &&
                           manager::changes_pdo(configurator_.objects().pdos(node), address, value);
-  return is_refused ? AbortCode::device_state : AbortCode::none;
+  if (is_refused) {
+    return AbortCode::device_state;
+  }
+  return manager_.active() && takes_cob_id(address, value) ? AbortCode::invalid_value
+                                                           : AbortCode::none;
+}
+
+// Bit 31 of 1005h has no meaning (CiA 301 7.5.2.5); of 1014h it is set if there is no EMCY.
+bool PdoWriteRule::takes_cob_id(od::Address address, std::span<const std::byte> value) const {
+  const bool is_sync = address == od::Address{od::objects::kSyncCobId, 0};
+  can::CobId cob_id{};
+  if ((!is_sync && address != od::Address{od::objects::kEmcyCobId, 0}) ||
+      value.size() != sizeof cob_id.raw) {
+    return false;
+  }
+  cob_id.raw = load_le<std::uint32_t>(value.data());
+  if (!is_sync && !cob_id.valid()) {
+    return false;
+  }
+  for (std::uint8_t node = can::kMinNodeId; node <= can::kMaxNodeId; ++node) {
+    if (std::ranges::any_of(configurator_.objects().pdos(node),
+                            [cob_id](const auto& pdo) { return has_cob_id(pdo, cob_id); })) {
+      return true;
+    }
+  }
+  return false;
 }
 
 }  // namespace linegate::line

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Keeps the PDOs of booted nodes as the process image has them: their COB-IDs, transmission types
-// and mappings are written by the configuration of the node alone. Private to stack/line.
+// and mappings are written by the configuration of the node alone; and no other service of a node
+// is moved to the COB-ID of a PDO of the image. Private to stack/line.
 #pragma once
 
 #include <cstdint>
@@ -19,11 +20,14 @@ class PdoWriteRule final : public sdo::WriteRule {
       : manager_(manager), configurator_(configurator) {}
 
   // device_state if the write would change a PDO of the image, and no boot process follows that
-  // compares it (Manager::keeps_pdos()).
+  // compares it (Manager::keeps_pdos()). invalid_value if it would set 1005h or 1014h of a node to
+  // the COB-ID of a PDO of the image.
   AbortCode may_write(std::uint8_t node, od::Address address,
                       std::span<const std::byte> value) const override;
 
  private:
+  bool takes_cob_id(od::Address address, std::span<const std::byte> value) const;
+
   const manager::Manager& manager_;
   const manager::Configurator& configurator_;
 };

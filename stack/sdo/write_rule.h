@@ -17,7 +17,8 @@ class WriteRule {
   WriteRule(const WriteRule&) = delete;
   WriteRule& operator=(const WriteRule&) = delete;
   virtual ~WriteRule() = default;
-  // none, or the abort code of the refusal. value: empty if the transfer is not expedited.
+  // none, or the abort code of the refusal: device_state, or invalid_value if the value cannot be
+  // permitted at any time. value: empty if the transfer is not expedited.
   virtual AbortCode may_write(std::uint8_t node, od::Address address,
                               std::span<const std::byte> value) const = 0;
 };
