@@ -59,8 +59,10 @@ struct SdoServiceTest : testing::Test, ScanCache {
   struct Rule final : sdo::WriteRule {
     AbortCode may_write(std::uint8_t node, od::Address address,
                         std::span<const std::byte> value) const override {
-      return node == kAxis && address == kMapping && value.size() == 4 ? AbortCode::device_state
-                                                                       : AbortCode::none;
+      if (node != kAxis || address != kMapping || value.size() == 1) {
+        return AbortCode::none;
+      }
+      return value.size() == 4 ? AbortCode::device_state : AbortCode::invalid_value;
     }
   } rule;
   RoutingService routing{host,         parts.config, *parts.node, arbiter,
@@ -117,6 +119,8 @@ TEST_F(SdoServiceTest, AWriteThatChangesAPdoOfTheImageIsRefused) {
   for (can::Frame frame; parts.node->next_frame(frame, now);) {
     EXPECT_NE(frame.id, can::kSdoRequestBase + kAxis) << "nothing was sent to the node";
   }
+  write_mapping(2);
+  EXPECT_EQ(host.answer(tag), to_error(Refusal::identifier_in_use));
   write_mapping(1);
   EXPECT_FALSE(host.answer(tag)) << "permitted";
 }
