@@ -89,6 +89,7 @@ void BootSlave::begin(Reason reason, Instant now, nmt::Command command) {
   booted_up_ = reason != Reason::present;
   was_operational_ = false;
   restarts_ = 0;
+  forget_pdos();
   give_up_ = now + plan_.boot_timeout;
   if (!has(assignment::kListed)) {
     finish('A', {}, now);
@@ -367,7 +368,12 @@ void BootSlave::send_reset(nmt::Command command, Instant now) {
   reset_.sent = now;
   services_.host.send_nmt(command, plan_.id, now);
   services_.sdo.charge(client_, 1);
+  forget_pdos();
   state_unknown();
+}
+
+void BootSlave::forget_pdos() {
+  unknown_pdos_ = services_.list.has(plan_.id, assignment::kListed | assignment::kBoot);
 }
 
 // The node was reset or does not answer: the state it showed before is no longer valid.
@@ -449,7 +455,7 @@ void BootSlave::check_program(Instant now) {
 
 void BootSlave::configure(Instant now) {
   if (configuration_ == nullptr) {
-    start_error_control(now);
+    configured(now);
   } else {
     run(*configuration_, Step::configuration, now);
   }
@@ -481,7 +487,7 @@ void BootSlave::process_step_end(Instant now) {
       if (step_ == Step::program) {
         configure(now);
       } else {
-        start_error_control(now);
+        configured(now);
       }
       return;
     case StepEnd::Kind::failed:
@@ -506,6 +512,11 @@ void BootSlave::process_step_end(Instant now) {
 }
 
 // --- error control ------------------------------------------------------------------------------
+
+void BootSlave::configured(Instant now) {
+  unknown_pdos_ = false;
+  start_error_control(now);
+}
 
 void BootSlave::start_error_control(Instant now) {
   const Duration guard_time = services_.list.guard_time(plan_.id);

@@ -99,8 +99,15 @@ class BootSlave final : private StepContext {
   // Error control of the node was started since its last boot-up message: its heartbeat was
   // configured, or it is guarded.
   bool started_error_control() const { return started_error_control_; }
+  // The node may have other PDOs than those of the image: it was reset, restarted or was found
+  // running, and the configuration step has not ended with success since. false if the network list
+  // has it as a node that is not booted.
+  bool has_unknown_pdos() const { return unknown_pdos_; }
   // The node sent its boot-up message, also while the manager is not active.
-  void error_control_ended() { started_error_control_ = false; }
+  void restarts() {
+    started_error_control_ = false;
+    forget_pdos();
+  }
   // The process has reported that the node does not answer, and tries again every second.
   bool searching() const { return reported_; }
 
@@ -145,6 +152,7 @@ class BootSlave final : private StepContext {
   void restarted(Instant now);
   void abandon_step();
   void clear();
+  void forget_pdos();
   void state_unknown();
   void missing();
   void after_reset(Instant now);
@@ -153,6 +161,7 @@ class BootSlave final : private StepContext {
   void run(BootStep& step, Step which, Instant now);
   BootStep& running();
   void process_step_end(Instant now);
+  void configured(Instant now);
   void start_error_control(Instant now);
   void no_error_control(Instant now);
   void fail(char letter, BootFinding finding, Instant now);
@@ -177,6 +186,7 @@ class BootSlave final : private StepContext {
   bool booted_up_ = false;        // a boot-up message was received: the node cannot be Operational
   bool was_operational_ = false;  // boot status L
   bool started_error_control_ = false;
+  bool unknown_pdos_ = false;
   // The last NMT reset of the node.
   struct Reset {
     bool waits_for_boot_up = false;

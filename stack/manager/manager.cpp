@@ -67,9 +67,14 @@ void Manager::boot_up(std::uint8_t node, Instant now) {
     }
     return;
   }
-  slot->boot->error_control_ended();
+  slot->boot->restarts();
   host_.node_data_invalid(node);
-  if (!active() || nodes_stopped_) {
+  if (!active()) {
+    return;
+  }
+  if (nodes_stopped_) {
+    seen.boot = kBootUnfinished;
+    seen.finding = {};
     return;
   }
   life_.forget(node);  // its boot process probes it
@@ -259,9 +264,7 @@ void Manager::sent(nmt::Command command, std::uint8_t node, Instant now) {
 void Manager::commanded(nmt::Command command, std::uint8_t node, Instant now,
                         std::uint32_t client) {
   client_ = client;
-  if (node == 0 && command != nmt::Command::stop) {
-    leave_stop(now);
-  }
+  const bool ends_stop = node == 0 && command != nmt::Command::stop && leave_stop(now);
   if (nmt::is_reset(command)) {
     for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
       const bool reset = node == 0 || id == node;
@@ -293,6 +296,9 @@ void Manager::commanded(nmt::Command command, std::uint8_t node, Instant now,
         end_start(*slot, now);
       }
     }
+  }
+  if (ends_stop && !nmt::is_reset(command)) {
+    boot_restarted(now);
   }
   update_state(now);
   client_ = 0;
@@ -383,7 +389,10 @@ bool Manager::keeps_pdos(std::uint8_t id) const {
 
 bool Manager::has_other_pdos(std::uint8_t id) const {
   const NodeState& node = nodes_[id];
-  return node.boot == 'J' && od::objects::is_pdo_record(node.finding.object.index);
+  const Slot* slot = find(id);
+  return (node.boot == 'J' && od::objects::is_pdo_record(node.finding.object.index)) ||
+         (slot != nullptr && active() && node.presence == Presence::present &&
+          slot->boot->has_unknown_pdos());
 }
 
 bool Manager::boots(std::uint8_t id) const {

@@ -122,8 +122,8 @@ class Manager final : public sdo::TransferOwner {
   // The node has the PDOs of the image, or gets them by its boot process in progress; otherwise its
   // next boot process compares them. false also for nodes that the manager does not boot.
   bool keeps_pdos(std::uint8_t id) const;
-  // The last boot process ended with a PDO that is not that of the image, or could not be read or
-  // written.
+  // The node has, or may have, other PDOs than the image: its last boot process ended because of a
+  // PDO, or no boot process has configured it since it was reset, restarted or found running.
   bool has_other_pdos(std::uint8_t id) const;
   // A boot process of the node is in progress.
   bool boots(std::uint8_t id) const;
@@ -183,7 +183,9 @@ class Manager final : public sdo::TransferOwner {
   bool may_start(const Slot& slot) const;
   void react(Instant now);
   void stop_all(Instant now);
-  void leave_stop(Instant now);
+  bool leave_stop(Instant now);
+  void boot_again(Slot& slot, Instant now);
+  void boot_restarted(Instant now);
   bool failed_for_good(const Slot& slot) const;
   bool mandatory_booted() const;
   void release(Instant now);

@@ -138,16 +138,24 @@ void Manager::boot(std::uint8_t node, Instant now, std::uint32_t client) {
     return;
   }
   client_ = client;
-  leave_stop(now);
-  heartbeats_.stop(node);
-  if (list_.has(node, assignment::kKeepAlive)) {
-    begin(*slot, BootSlave::Reason::present, now);
-  } else {
-    host_.node_data_invalid(node);
-    reset(*slot, nmt::Command::reset_communication, now);
+  const bool ends_stop = leave_stop(now);
+  boot_again(*slot, now);
+  if (ends_stop) {
+    boot_restarted(now);
   }
   update_state(now);
   client_ = 0;
+}
+
+void Manager::boot_again(Slot& slot, Instant now) {
+  const std::uint8_t id = slot.plan.id;
+  heartbeats_.stop(id);
+  if (list_.has(id, assignment::kKeepAlive)) {
+    begin(slot, BootSlave::Reason::present, now);
+  } else {
+    host_.node_data_invalid(id);
+    reset(slot, nmt::Command::reset_communication, now);
+  }
 }
 
 void Manager::advance(Instant now) {
@@ -339,11 +347,25 @@ void Manager::react(Instant now) {
   boot_all(now);
 }
 
-// A start, a boot or an NMT command ends the stop: the own node serves SDOs again.
-void Manager::leave_stop(Instant now) {
-  if (std::exchange(nodes_stopped_, false)) {
+// A start, a boot or an NMT command ends the stop: the own node serves SDOs again. Returns true if
+// there was one.
+bool Manager::leave_stop(Instant now) {
+  const bool stopped = std::exchange(nodes_stopped_, false);
+  if (stopped) {
     released_ = false;
     host_.command_own(nmt::Command::enter_pre_operational, now);
+  }
+  return stopped;
+}
+
+// Nodes that restarted in the stop, or whose boot process it ended, do not have their
+// configuration.
+void Manager::boot_restarted(Instant now) {
+  for (const auto& slot : slots_) {
+    if (find(slot->plan.id) != nullptr && slot->boot->has_unknown_pdos() &&
+        !slot->boot->under_way()) {
+      boot_again(*slot, now);
+    }
   }
 }
 

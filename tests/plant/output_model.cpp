@@ -8,7 +8,6 @@
 #include "stack/can/cob_id.h"
 #include "stack/nmt/node_control.h"
 #include "stack/od/dictionary.h"
-#include "stack/od/objects.h"
 #include "stack/pdo/parameters.h"
 
 #include "tests/plant/output_fields.h"
@@ -24,6 +23,7 @@ constexpr Duration kUnwatched = std::chrono::milliseconds(100);
 // Longer than the time between two requests of a boot process: 1000h is requested again one second
 // after the SDO time-out (CiA 302-2 figure 4).
 constexpr Duration kBootPause = std::chrono::seconds(2);
+constexpr char kNoErrorControl = 'K';  // boot status of a node that is configured
 
 // A heartbeat, guard response or boot-up message with a valid state.
 bool is_state_message(const can::Frame& frame) {
@@ -243,11 +243,14 @@ void OutputModel::ended(LineSeat& seat, const can::Frame& frame, sim::Bus::Endpo
       pdo_ended(seat, pdo, frame, by_line, fate);
     }
   }
+  // Whether the line received the frame
+  const bool received = fate != sim::Fate::lost && (by_line || seat.bus.connected(seat.end));
+  if (fate != sim::Fate::disturbed && is_state_message(frame) && frame.data[0] == std::byte{0}) {
+    nodes_[frame.id & can::kMaxNodeId].restarted_unheard = !received;
+  }
   if (fate == sim::Fate::lost || fate == sim::Fate::disturbed || frame.extended()) {
     return;
   }
-  // Whether the line received the frame
-  const bool received = by_line || seat.bus.connected(seat.end);
   for (const std::uint8_t id : ids_) {
     if (received) {
       follow_command(frame, id);
@@ -351,12 +354,19 @@ void OutputModel::forget_frames(std::uint8_t node) {
   }
 }
 
+bool OutputModel::is_to_boot(const LineSeat& seat, std::uint8_t id) {
+  const auto& nodes = seat.line->config().nodes;
+  const auto found = std::ranges::find(nodes, id, &line::NodeConfig::id);
+  return found != nodes.end() && found->boot;
+}
+
 void OutputModel::look_at(LineSeat& seat, std::uint8_t id) {
   Node& node = nodes_[id];
   const line::NodeState said = seat.line->node_state(id);
   node.shown = said.presence == line::Presence::present && said.state == nmt::State::operational;
   node.confirmed = said.cause != line::StateCause::command || said.heartbeat_monitored;
-  node.other_pdos = said.boot == 'J' && od::objects::is_pdo_record(said.finding.object.index);
+  node.other_pdos = manages_ && is_to_boot(seat, id) && !manager::is_booted(said.boot) &&
+                    said.boot != kNoErrorControl;
   if (const DeviceSeat* const device = seat.find(id)) {
     const bool operational = is_operational(seat, *device);
     node.unnoticed |= node.operational && !operational && !node.commanded;
@@ -373,6 +383,9 @@ std::string OutputModel::compare(LineSeat& seat, Instant now) {
   if (pdos_.empty()) {
     return {};
   }
+  const manager::ManagerState manager = seat.line->state().manager;
+  manages_ =
+      manager != manager::ManagerState::inactive && manager != manager::ManagerState::stopped;
   for (const std::uint8_t id : ids_) {
     look_at(seat, id);
     Node& node = nodes_[id];
@@ -449,7 +462,7 @@ std::string OutputModel::compare(LineSeat& seat, Pdo& pdo) {
       return name + "although its node is not shown as Operational";
     }
     if (nodes_[pdo.node].other_pdos) {
-      return name + "although its node was found with other PDOs";
+      return name + "although its node is not booted";
     }
     if (!pdo.is_acknowledged) {
       return name + "although its PDO was not acknowledged since the start of its node";
@@ -460,7 +473,8 @@ std::string OutputModel::compare(LineSeat& seat, Pdo& pdo) {
       return name + "with " + std::to_string(shown) + ", its PDO carried " + std::to_string(sent);
     }
     const bool excepted = !pdo.under_way.empty() || pdo.awaits_sync || pdo.lost ||
-                          pdo.written_by_others || pdo.unconfirmed || nodes_[pdo.node].unnoticed;
+                          pdo.written_by_others || pdo.unconfirmed || nodes_[pdo.node].unnoticed ||
+                          (nodes_[pdo.node].restarted_unheard && !nodes_[pdo.node].confirmed);
     if (std::string text = excepted ? std::string() : compare_device(seat, field, shown, pdo.node);
         !text.empty()) {
       return name + text;

@@ -3,9 +3,10 @@
 // values in the devices.
 //
 // The invariant, after each step of a world:
-//   1. An output entry is valid only while the line shows its node as present and Operational, and
-//      the boot process did not end because it found other PDOs, or could not read them: clauses 4
-//      and 5 do not apply to such a node.
+//   1. An output entry is valid only while the line shows its node as present and Operational, and,
+//      if the line boots the node, its boot process has configured it since the node restarted or
+//      was found running: before that its PDOs may not be those of the image. Clauses 4 and 5 do
+//      not apply to a node that is not booted.
 //   2. It is valid only if its value is that of the newest frame of its PDO that the bus
 //      acknowledged, and the line submitted that frame after it received the newest sign that the
 //      node was not Operational (boot-up message, heartbeat, or guard response whose toggle bit
@@ -48,6 +49,9 @@
 //     device without error control gives no sign except its boot-up message. The same holds from a
 //     heartbeat on that remained in the controller of a device when it was switched off or left
 //     Operational without a bus, and that the bus model transmits afterwards.
+//   - A device without error control restarted, and the line did not receive its boot-up message,
+//     because it was off the bus or the frame was lost: until the next boot-up message. The device
+//     may have other PDOs than before.
 //   - The device was not Operational when the frame passed, and the state that the line showed
 //     followed from a command of its own that no heartbeat or guard response had confirmed (a
 //     device without error control that missed the NMT start): until the next frame of the PDO.
@@ -134,8 +138,9 @@ class OutputModel {
     unsigned signs = 0;
     std::uint64_t end =
         0;  // frame of the newest NMT command that ends Operational, 0 = acknowledged
-    bool other_pdos = false;  // by the result of its boot process
+    bool other_pdos = false;  // no boot process has compared them since its restart
     Instant boots_at{};       // time of the newest frame of its boot process on the bus
+    bool restarted_unheard = false;
     bool booted_now = false;
     bool signed_now = false;
     Instant signed_at{};
@@ -153,6 +158,7 @@ class OutputModel {
   void withdraw(std::uint8_t node);
   void forget_frames(std::uint8_t node);
   void look_at(LineSeat& seat, std::uint8_t id);
+  static bool is_to_boot(const LineSeat& seat, std::uint8_t id);
   std::uint64_t values(const Pdo& pdo) const;
   static std::uint64_t carried(const Pdo& pdo, const can::Frame& frame);
   void follow_boot(const can::Frame& frame, std::uint8_t id, Instant now);
@@ -166,6 +172,7 @@ class OutputModel {
 
   std::vector<Pdo> pdos_;
   std::vector<std::uint8_t> ids_;  // node-IDs with a PDO
+  bool manages_ = false;           // the line is an active manager
   std::array<Node, 128> nodes_{};
   std::uint64_t compared_ = 0;
   std::uint64_t submitted_ = 0;  // number of frames of the line
