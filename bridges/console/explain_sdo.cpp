@@ -25,7 +25,8 @@ std::string bytes_text(std::size_t count) {
 std::string code_text(std::uint32_t code) {
   char digits[9];
   std::snprintf(digits, sizeof digits, "%08X", code);
-  return std::string(describe(static_cast<AbortCode>(code))) + " (" + digits + ")";
+  return std::string(code == 0 ? "no abort code" : describe(static_cast<AbortCode>(code))) + " (" +
+         digits + ")";
 }
 
 od::Address address_of(const can::Frame& frame) {

@@ -22,7 +22,9 @@ namespace {
 // 16 MB in segments take 39 hours at 50 kbit/s with a client_share of 15 %.
 constexpr Duration kLongestProgramming = std::chrono::hours(48);
 
-// The object and value with which the device reported why the program could not be loaded.
+// The object and value with which the device reported why the program could not be loaded. An abort
+// 0606 0000h of the device has the error of a value that reports a failure, but no value: 1F50h is
+// never read, and 1F57h reports a failure by bits that are not 0.
 std::string finding_text(const line::Reply& reply) {
   const auto* const fault = std::get_if<line::ProgramFault>(&reply.data);
   if (fault == nullptr) {
@@ -30,8 +32,16 @@ std::string finding_text(const line::Reply& reply) {
   }
   const auto [object, value] = *fault;
   std::string out = od::to_text(object);
-  if (reply.error != to_error(AbortCode::hardware)) {
+  const bool is_program = object.index == od::objects::kProgramData;
+  if (is_program && reply.error == to_error(AbortCode::device_state) &&
+      value == line::kProgramRestarted) {
+    return out + ", the device restarted while the program was written";
+  }
+  if (reply.error != to_error(AbortCode::hardware) || is_program) {
     return out;
+  }
+  if (value == 0) {
+    return object.index == od::objects::kFlashStatus ? out : out + " is 0, or was refused";
   }
   out += " is " + format_hex(value, 8) + "h";
   if (object.index == od::objects::kFlashStatus) {

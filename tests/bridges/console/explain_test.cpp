@@ -291,6 +291,8 @@ TEST_F(ExplainTest, ExpeditedSdo) {
       << "without a size indication, the size of the type";
   EXPECT_EQ(sdo(0x585, {0x80, 0x00, 0x20, 3, 0, 0, 2, 6}),
             "refused: 2000:03: " + std::string(describe(AbortCode::no_object)) + " (06020000)");
+  EXPECT_EQ(sdo(0x585, {0x80, 0x00, 0x20, 3, 0, 0, 0, 0}),
+            "refused: 2000:03: no abort code (00000000)");
   EXPECT_EQ(say(0x609, {0x22, 0x00, 0x20, 1, 1, 2, 3, 4}),
             "SDO to node 9: write 2000:01 = 01 02 03 04");
   EXPECT_EQ(say(0x605, {0x40}), "SDO to node 5 (inlet): no SDO frame: it does not have 8 bytes");
