@@ -25,6 +25,11 @@ constexpr std::uint32_t kExtendedKey = 0x8000'0000;
 constexpr std::uint32_t kLssAnswer = 0x7E4;
 constexpr std::uint32_t kLssRequest = 0x7E5;
 constexpr std::uint8_t kToggle = 0x80;
+constexpr std::string_view kIfPredefined = ", if identifiers are the pre-defined ones";
+
+std::uint32_t key_of(std::uint32_t identifier, bool extended) {
+  return identifier | (extended ? kExtendedKey : 0);
+}
 
 std::uint8_t byte_of(const can::Frame& frame, std::size_t at) {
   return std::to_integer<std::uint8_t>(frame.data[at]);
@@ -91,6 +96,7 @@ void Explainer::add(const line::NodeConfig& device) {
   devices_[device.id] = device;
   channels_.erase(device.id);
   note_pdos(device.id, channel(device.id).pdos);
+  note_emcy(device.id, channel(device.id).emcy);
 }
 
 void Explainer::add_own_node(const line::LineConfig& line) {
@@ -110,10 +116,21 @@ void Explainer::note_pdos(unsigned id, const PdoFollower& pdos) {
     for (const observer::KnownPdo& known : pdos.pdos()) {
       if (known.kind == kind) {
         const can::CobId cob_id = known.parameters.cob_id;
-        const std::uint32_t key = cob_id.id() | (cob_id.extended() ? kExtendedKey : 0);
-        pdos_[key].push_back({id, known.parameters, transmitted});
+        pdos_[key_of(cob_id.id(), cob_id.extended())].push_back(
+            {id, known.parameters, transmitted});
       }
     }
+  }
+}
+
+void Explainer::note_emcy(unsigned id, const EmcyIdentifier& emcy) {
+  for (auto& [key, nodes] : emcys_) {
+    nodes.erase(id);
+  }
+  std::erase_if(emcys_, [](const auto& entry) { return entry.second.empty(); });
+  const std::optional<can::CobId> cob_id = emcy.cob_id();
+  if (cob_id && cob_id->valid()) {
+    emcys_[key_of(cob_id->id(), cob_id->extended())].insert(id);
   }
 }
 
@@ -125,7 +142,8 @@ Explainer::Channel& Explainer::channel(unsigned id) {
   const od::DeviceDescription* known = description(id);
   const od::DeviceDescription empty;
   PdoFollower pdos(known == nullptr ? empty : *known, static_cast<std::uint8_t>(id));
-  return channels_.emplace(id, Channel{{}, std::move(pdos)}).first->second;
+  return channels_.emplace(id, Channel{{}, {}, std::move(pdos), EmcyIdentifier(device(id))})
+      .first->second;
 }
 
 const od::DeviceDescription* Explainer::description(unsigned id) const {
@@ -155,6 +173,8 @@ std::string Explainer::follow_nmt(nmt::Command command, std::uint8_t to) {
     std::string news;
     if (nmt::is_reset(command)) {
       news = channel.pdos.reset();
+      channel.emcy.reset();
+      note_emcy(id, channel.emcy);
     } else if (command == nmt::Command::start) {
       news = channel.pdos.start();
     }
@@ -189,9 +209,11 @@ std::string Explainer::error_control(const can::Frame& frame, unsigned id) {
   }
   const std::uint8_t state = byte_of(frame, 0);
   if (state == 0) {
-    PdoFollower& pdos = channel(id).pdos;
-    const std::string news = pdos.boot_up();
-    note_pdos(id, pdos);
+    Channel& of = channel(id);
+    const std::string news = of.pdos.boot_up();
+    note_pdos(id, of.pdos);
+    of.emcy.boot_up();
+    note_emcy(id, of.emcy);
     return node(id) + " booted up" + (news.empty() ? "" : "; " + news);
   }
   const auto code = static_cast<nmt::State>(state & ~kToggle);
@@ -199,13 +221,13 @@ std::string Explainer::error_control(const can::Frame& frame, unsigned id) {
   return (state & kToggle) != 0 ? text + " (answer to node guarding, toggle bit 1)" : text;
 }
 
-std::string Explainer::emcy(const can::Frame& frame, unsigned id) const {
+std::string Explainer::emcy(const can::Frame& frame, unsigned id, bool assumed) const {
   const auto message = emcy::decode(frame);
   if (!message) {
     return wrong_length(frame, "EMCY");
   }
-  std::string out = "EMCY of " + node(id) + ": " + describe_error_code(message->code) + " (" +
-                    hex_digits(message->code, 4) + "h)";
+  std::string out = "EMCY of " + node(id) + std::string(assumed ? kIfPredefined : "") + ": " +
+                    describe_error_code(message->code) + " (" + hex_digits(message->code, 4) + "h)";
   if (message->error_register != 0) {
     out += ", error register: " + describe_error_register(message->error_register);
   }
@@ -221,7 +243,13 @@ std::string Explainer::sdo(const can::Frame& frame, unsigned id, bool request) {
   Channel& with = channel(id);
   std::string out = "SDO " + std::string(request ? "to " : "of ") + node(id) + ": " +
                     with.sdo.explain(frame, description(id), request);
-  if (const std::string news = with.pdos.follow(frame, request); !news.empty()) {
+  const auto transfer = request ? with.transfers.request(frame) : with.transfers.answer(frame);
+  if (!transfer || !transfer->complete()) {
+    return out;
+  }
+  with.emcy.follow(*transfer);
+  note_emcy(id, with.emcy);
+  if (const std::string news = with.pdos.follow(*transfer); !news.empty()) {
     out += "; " + news;
     note_pdos(id, with.pdos);
   }
@@ -291,7 +319,7 @@ std::string Explainer::by_identifier(const can::Frame& frame) {
   }
   switch (id == 0 ? 0 : frame.id - id) {
     case can::kEmcyBase:
-      return emcy(frame, id);
+      return emcy(frame, id, true);
     case can::kSdoResponseBase:
       return sdo(frame, id, false);
     case can::kSdoRequestBase:
@@ -305,19 +333,30 @@ std::string Explainer::by_identifier(const can::Frame& frame) {
     const unsigned number = (frame.id - can::default_tpdo_id(1, 0)) / 0x100 + 1;
     const bool transmitted = (frame.id - can::default_tpdo_id(1, 0)) % 0x100 < 0x80;
     return std::string(transmitted ? "TPDO " : "RPDO ") + std::to_string(number) +
-           (transmitted ? " of " : " to ") + node(id) + ", if identifiers are the pre-defined ones";
+           (transmitted ? " of " : " to ") + node(id) + std::string(kIfPredefined);
   }
   return "no identifier of CANopen's pre-defined ones";
 }
 
-std::string Explainer::explain(const can::Frame& frame) {
-  const std::uint32_t key = frame.id | (frame.extended() ? kExtendedKey : 0);
+std::string Explainer::by_known_identifier(const can::Frame& frame) {
+  const std::uint32_t key = key_of(frame.id, frame.extended());
+  std::string out;
   if (const auto found = pdos_.find(key); found != pdos_.end()) {
-    std::string out;
     for (const Pdo& known : found->second) {
       out += (out.empty() ? "" : " | ") + pdo(frame, known);
     }
-    return out;
+  }
+  if (const auto found = emcys_.find(key); found != emcys_.end() && !frame.remote()) {
+    for (const unsigned id : found->second) {
+      out += (out.empty() ? "" : " | ") + emcy(frame, id, false);
+    }
+  }
+  return out;
+}
+
+std::string Explainer::explain(const can::Frame& frame) {
+  if (std::string known = by_known_identifier(frame); !known.empty()) {
+    return known;
   }
   return frame.extended() ? "not one of the known 29-bit identifiers" : by_identifier(frame);
 }

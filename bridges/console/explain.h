@@ -5,15 +5,18 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "bridges/console/emcy_identifier.h"
 #include "bridges/console/explain_sdo.h"
 #include "bridges/console/pdo_follower.h"
 #include "stack/can/frame.h"
 #include "stack/line/config.h"
 #include "stack/nmt/state.h"
+#include "stack/observer/sdo_follower.h"
 #include "stack/pdo/parameters.h"
 
 namespace linegate::console {
@@ -34,7 +37,8 @@ class Explainer {
 
   // Returns one sentence without a full stop. If SDO transfers remap a PDO or read its mapping, the
   // PDO is explained accordingly until a reset of the device, also for devices that were not added;
-  // the sentence for the frame that completes the transfer, or resets the device, mentions it.
+  // the sentence for the frame that completes the transfer, or resets the device, mentions it. The
+  // same holds for the COB-ID of its EMCYs (1014h).
   std::string explain(const can::Frame& frame);
 
  private:
@@ -43,10 +47,13 @@ class Explainer {
     pdo::Parameters parameters;
     bool transmitted;  // by the device
   };
-  // The SDO channel of a node, known or not, and the PDO changes seen on it.
+  // The SDO channel of a node, known or not, and the changes of its PDOs and of its EMCY seen on
+  // it.
   struct Channel {
     SdoConversation sdo;
+    observer::SdoFollower transfers;
     PdoFollower pdos;
+    EmcyIdentifier emcy;
   };
 
   // "5 (inlet)", or "5".
@@ -54,23 +61,28 @@ class Explainer {
   const line::NodeConfig* device(unsigned id) const;
   const od::DeviceDescription* description(unsigned id) const;
   Channel& channel(unsigned id);
-  // Updates the identifiers of its PDOs from the follower.
+  // Updates the identifiers of its PDOs and of its EMCY from the followers.
   void note_pdos(unsigned id, const PdoFollower& pdos);
+  void note_emcy(unsigned id, const EmcyIdentifier& emcy);
 
   // Returns the changes of its PDOs in words.
   std::string follow_nmt(nmt::Command command, std::uint8_t to);
   std::string nmt(const can::Frame& frame);
   std::string error_control(const can::Frame& frame, unsigned id);
-  std::string emcy(const can::Frame& frame, unsigned id) const;
+  // assumed: by its predefined identifier alone.
+  std::string emcy(const can::Frame& frame, unsigned id, bool assumed) const;
   std::string sdo(const can::Frame& frame, unsigned id, bool request);
   std::string pdo(const can::Frame& frame, const Pdo& pdo) const;
   std::string mpdo(const can::Frame& frame) const;
+  // The PDOs and EMCYs that are known to have the identifier; empty if there are none.
+  std::string by_known_identifier(const can::Frame& frame);
   std::string by_identifier(const can::Frame& frame);
 
   std::map<unsigned, line::NodeConfig> devices_;
   // By identifier; bit 31 marks 29-bit identifiers
   std::map<std::uint32_t, std::vector<Pdo>> pdos_;
-  std::map<unsigned, Channel> channels_;  // by node-ID of the server
+  std::map<std::uint32_t, std::set<unsigned>> emcys_;  // the same: nodes
+  std::map<unsigned, Channel> channels_;               // by node-ID of the server
 };
 
 // The object with its name in the device file: "6083:00 Profile acceleration", "2000:01".

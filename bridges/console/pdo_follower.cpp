@@ -102,12 +102,10 @@ PdoFollower::PdoFollower(const od::DeviceDescription& device, std::uint8_t node)
     : knowledge_(device, node), pdos_(known_ones(knowledge_)) {
 }
 
-std::string PdoFollower::follow(const can::Frame& frame, bool request) {
+std::string PdoFollower::follow(const observer::Transfer& transfer) {
   using Seen = observer::PdoKnowledge::Seen;
-  const auto transfer = request ? transfers_.request(frame) : transfers_.answer(frame);
-  if (!transfer || !transfer->complete() ||
-      !knowledge_.learn(transfer->address, transfer->kept(),
-                        transfer->download ? Seen::written : Seen::read)) {
+  if (!knowledge_.learn(transfer.address, transfer.kept(),
+                        transfer.download ? Seen::written : Seen::read)) {
     return {};
   }
   return update();

@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "stack/can/frame.h"
 #include "stack/observer/pdo_knowledge.h"
 #include "stack/observer/sdo_follower.h"
 #include "stack/od/description.h"
@@ -20,10 +19,9 @@ class PdoFollower {
   // device may be empty: then only the log is used. node: 1..127.
   PdoFollower(const od::DeviceDescription& device, std::uint8_t node);
 
-  // Processes a frame of the device's SDO channel, sent to it (request) or by it. Returns the
-  // change in words: "TPDO 1 is now on 185h: 6041:00 Statusword, 6064:00 Position"; empty if
-  // nothing changed.
-  std::string follow(const can::Frame& frame, bool request);
+  // Processes a transfer of the device's SDO channel that was successful. Returns the change in
+  // words: "TPDO 1 is now on 185h: 6041:00 Statusword, 6064:00 Position"; empty if nothing changed.
+  std::string follow(const observer::Transfer& transfer);
   // An NMT command resets or starts the device, or it has sent its boot-up message. Return the
   // change in words. Between a reset and the next of the others, a frame of the device may be from
   // before the reset: PDOs that it changes are not known.
@@ -39,7 +37,6 @@ class PdoFollower {
   std::string changes(const std::vector<observer::KnownPdo>& before) const;
   bool is_known(const observer::KnownPdo& pdo) const;
 
-  observer::SdoFollower transfers_;
   observer::PdoKnowledge knowledge_;
   std::vector<observer::KnownPdo> pdos_;
   std::optional<std::vector<observer::KnownPdo>> before_reset_;

@@ -79,11 +79,44 @@ TEST_F(ExplainTest, Emcy) {
   EXPECT_EQ(say(0x085, {0x30, 0x81, 0x11, 5, 0, 0, 0, 1}),
             "EMCY of node 5 (inlet): heartbeat or life guarding error (8130h), error register: "
             "generic, communication, manufacturer's bytes 05 00 00 00 01");
-  EXPECT_EQ(say(0x081, {0, 0, 0, 0, 0, 0, 0, 0}), "EMCY of node 1: no error any more (0000h)");
+  EXPECT_EQ(say(0x081, {0, 0, 0, 0, 0, 0, 0, 0}),
+            "EMCY of node 1, if identifiers are the pre-defined ones: no error any more (0000h)")
+      << "no device file";
   EXPECT_EQ(describe_error_code(0x3211), "voltage inside the device");
   EXPECT_EQ(describe_error_code(0x3999), "voltage");
   EXPECT_EQ(describe_error_code(0xFF01), "device-specific error");
   EXPECT_EQ(describe_error_code(0xA000), "an error class that CiA 301 does not define");
+}
+
+// 1014h in the device file, in the configuration, and as seen on the bus.
+TEST_F(ExplainTest, EmcysAreThoseOfTheCobIdOfTheDevice) {
+  const std::initializer_list<std::uint8_t> none{0, 0, 0, 0, 0, 0, 0, 0};
+  line::NodeConfig moved{.id = 7, .name = "valve"};
+  moved.objects = {{{0x1014, 0}, {std::byte{0xC5}, {}, {}, {}}}};
+  known.add(moved);
+  EXPECT_EQ(say(0x0C5, none), "EMCY of node 7 (valve): no error any more (0000h)");
+  EXPECT_EQ(say(0x087, none),
+            "EMCY of node 7 (valve), if identifiers are the pre-defined ones: no error any more "
+            "(0000h)");
+  say(0x605, {0x23, 0x14, 0x10, 0, 0xC6, 0, 0, 0});
+  EXPECT_THAT(say(0x0C6, none), HasSubstr("EMCY of node 70, if")) << "not yet confirmed";
+  say(0x585, {0x60, 0x14, 0x10, 0, 0, 0, 0, 0});
+  EXPECT_EQ(say(0x0C6, none), "EMCY of node 5 (inlet): no error any more (0000h)");
+  EXPECT_THAT(say(0x085, none), HasSubstr("if identifiers are the pre-defined ones"));
+  say(0x605, {0x23, 0x14, 0x10, 0, 0xC5, 0, 0, 0});
+  say(0x585, {0x60, 0x14, 0x10, 0, 0, 0, 0, 0});
+  EXPECT_EQ(say(0x0C5, none),
+            "EMCY of node 5 (inlet): no error any more (0000h) | EMCY of node 7 (valve): no error "
+            "any more (0000h)");
+  say(0x000, {0x82, 5});
+  EXPECT_EQ(say(0x085, none), "EMCY of node 5 (inlet): no error any more (0000h)");
+  say(0x605, {0x23, 0x14, 0x10, 0, 0x85, 0, 0, 0x80});
+  say(0x585, {0x60, 0x14, 0x10, 0, 0, 0, 0, 0});
+  EXPECT_THAT(say(0x085, none), HasSubstr("if identifiers are the pre-defined ones"))
+      << "the device sends none";
+  say(0x609, {0x40, 0x14, 0x10, 0, 0, 0, 0, 0});
+  say(0x589, {0x43, 0x14, 0x10, 0, 0x89, 0, 0, 0});
+  EXPECT_EQ(say(0x089, none), "EMCY of node 9: no error any more (0000h)") << "no device file";
 }
 
 TEST_F(ExplainTest, PdosByName) {
