@@ -15,6 +15,7 @@
 #include "stack/emcy/message.h"
 #include "stack/nmt/state.h"
 #include "stack/od/description.h"
+#include "stack/od/objects.h"
 #include "stack/pdo/mpdo.h"
 #include "stack/time/message.h"
 
@@ -174,6 +175,7 @@ std::string Explainer::follow_nmt(nmt::Command command, std::uint8_t to) {
     if (nmt::is_reset(command)) {
       news = channel.pdos.reset();
       channel.emcy.reset();
+      channel.sdo.reset();
       note_emcy(id, channel.emcy);
     } else if (command == nmt::Command::start) {
       news = channel.pdos.start();
@@ -213,6 +215,7 @@ std::string Explainer::error_control(const can::Frame& frame, unsigned id) {
     const std::string news = of.pdos.boot_up();
     note_pdos(id, of.pdos);
     of.emcy.boot_up();
+    of.sdo.reset();
     note_emcy(id, of.emcy);
     return node(id) + " booted up" + (news.empty() ? "" : "; " + news);
   }
@@ -239,10 +242,24 @@ std::string Explainer::emcy(const can::Frame& frame, unsigned id, bool assumed) 
   return out;
 }
 
+std::string Explainer::follow_doubt(unsigned id, Channel& with, od::Address object) {
+  if (object == od::Address{od::objects::kEmcyCobId, 0}) {
+    with.emcy.doubt();
+    note_emcy(id, with.emcy);
+  }
+  const std::string news = with.pdos.doubt(object);
+  note_pdos(id, with.pdos);
+  return news.empty() ? news : "; " + news;
+}
+
 std::string Explainer::sdo(const can::Frame& frame, unsigned id, bool request) {
   Channel& with = channel(id);
   std::string out = "SDO " + std::string(request ? "to " : "of ") + node(id) + ": " +
                     with.sdo.explain(frame, description(id), request);
+  if (const auto object = with.sdo.pop_unanswered()) {
+    out += "; whether " + object_text(description(id), *object) + " was written is not known" +
+           follow_doubt(id, with, *object);
+  }
   const auto transfer = request ? with.transfers.request(frame) : with.transfers.answer(frame);
   if (!transfer || !transfer->complete()) {
     return out;

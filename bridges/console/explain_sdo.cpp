@@ -80,9 +80,11 @@ std::string SdoConversation::request(const can::Frame& frame) {
     case ClientCommand::download_initiate:
       return begin(frame, true);
     case ClientCommand::upload_initiate:
+      end_write(false);
       begin(frame, false);
       return "read " + object();
     case ClientCommand::download_segment:
+      all_sent_ = write_ && (command & sdo::kLastSegment) != 0;
       return "write " + object() + ": " + segment(frame);
     case ClientCommand::upload_segment:
       return "read on in " + object();
@@ -99,6 +101,9 @@ std::string SdoConversation::answer(const can::Frame& frame) {
   const std::uint8_t command = sdo::command_of(frame);
   switch (static_cast<ServerCommand>(sdo::specifier(command))) {
     case ServerCommand::download_initiate:
+      if (all_sent_ && write_ == address_of(frame)) {
+        end_write(true);
+      }
       return "written: " + object_text(device_, address_of(frame));
     case ServerCommand::upload_initiate:
       if ((command & sdo::kExpedited) != 0) {
@@ -108,6 +113,9 @@ std::string SdoConversation::answer(const can::Frame& frame) {
       return object() + " is uploaded in segments" +
              size_text(frame, (command & sdo::kSizeIndicated) != 0);
     case ServerCommand::download_segment:
+      if (all_sent_) {
+        end_write(true);
+      }
       return "taken: part of " + object();
     case ServerCommand::upload_segment:
       return object() + ": " + segment(frame);
@@ -118,6 +126,19 @@ std::string SdoConversation::answer(const can::Frame& frame) {
       return block_frame(frame, false);
   }
   return "an answer that there is not";
+}
+
+void SdoConversation::begin_write(bool all_sent) {
+  write_ = address_;
+  all_sent_ = all_sent;
+}
+
+void SdoConversation::end_write(bool answered) {
+  if (write_ && all_sent_ && !answered) {
+    unanswered_ = write_;
+  }
+  write_.reset();
+  all_sent_ = false;
 }
 
 // Starts a transfer, or continues the one under way.
@@ -132,6 +153,8 @@ std::string SdoConversation::begin(const can::Frame& frame, bool writes) {
   if (!writes) {
     return {};
   }
+  end_write(false);
+  begin_write((command & sdo::kExpedited) != 0);
   if ((command & sdo::kExpedited) != 0) {
     return "write " + object() + " = " + expedited(frame);
   }
@@ -164,6 +187,9 @@ std::string SdoConversation::segment(const can::Frame& frame) {
 
 std::string SdoConversation::abort(const can::Frame& frame, bool client) {
   block_ = Block::none;
+  if (write_ == address_of(frame) || address_of(frame) == od::Address{}) {
+    end_write(!client);
+  }
   return std::string(client ? "client gives up " : "refused: ") +
          object_text(device_, address_of(frame)) + ": " + code_text(long_of(frame));
 }
@@ -201,6 +227,10 @@ std::string SdoConversation::block_frame(const can::Frame& frame, bool request) 
 // The sender of the data starts: the client of a download, the server of an upload.
 std::string SdoConversation::block_send(const can::Frame& frame, bool request) {
   begin(frame, false);
+  if (request) {
+    end_write(false);
+    begin_write(false);
+  }
   block_ = Block::agreed;
   return (request ? "write " + object() + " in blocks" : object() + " is uploaded in blocks") +
          size_text(frame, (sdo::command_of(frame) & sdo::kBlockSize) != 0);
@@ -209,6 +239,7 @@ std::string SdoConversation::block_send(const can::Frame& frame, bool request) {
 std::string SdoConversation::block_end(const can::Frame& frame) {
   const std::size_t unused = sdo::command_of(frame) >> 2U & 7U;
   block_ = Block::none;
+  all_sent_ = write_.has_value();
   const std::size_t less = std::min(unused, total_);
   if (total_ == data_.size()) {
     data_.resize(data_.size() - less);
@@ -223,6 +254,7 @@ std::string SdoConversation::block_answer(const can::Frame& frame, bool request)
   if (sdo::is_block_take(command)) {
     const bool reads = request;
     if (reads) {
+      end_write(false);
       begin(frame, false);
     }
     block_ = reads ? Block::agreed : sender;
@@ -243,6 +275,7 @@ std::string SdoConversation::block_answer(const can::Frame& frame, bool request)
              std::to_string(std::to_integer<unsigned>(frame.data[2]));
     case sdo::kBlockTakeEnd:
       block_ = Block::none;
+      end_write(true);
       return "all of " + object() + " has come";
     default:
       return "a block transfer command that there is not";

@@ -4,7 +4,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "stack/can/frame.h"
@@ -19,6 +21,11 @@ class SdoConversation {
   // Explains one frame. device: object dictionary of the server, nullptr if unknown. request: sent
   // by the client.
   std::string explain(const can::Frame& frame, const od::DeviceDescription* device, bool request);
+  // The object of a write of which all data were sent, and which ended without an answer of the
+  // server: the client aborted it, or began another transfer. It may have been carried out. Once.
+  std::optional<od::Address> pop_unanswered() { return std::exchange(unanswered_, std::nullopt); }
+  // The device is reset: it answers no request from before.
+  void reset() { write_.reset(); }
 
  private:
   // Block transfer: segments have no command specifier, so the sender must be known.
@@ -37,6 +44,8 @@ class SdoConversation {
   std::string block_answer(const can::Frame& frame, bool request);
   std::string object() const;
   std::string collected() const;
+  void begin_write(bool all_sent);
+  void end_write(bool answered);
   void keep_segments(unsigned count);
   void collect(const can::Frame& frame, std::size_t count);
 
@@ -49,6 +58,10 @@ class SdoConversation {
   std::size_t before_block_ = 0;  // total_ at the start of the current block
   // Sequence number of the last segment of the current block; 0 = not received yet
   unsigned last_number_ = 0;
+  // The write that the server has not answered yet, and whether all its data were sent.
+  std::optional<od::Address> write_;
+  bool all_sent_ = false;
+  std::optional<od::Address> unanswered_;
 };
 
 }  // namespace linegate::console

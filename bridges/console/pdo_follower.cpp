@@ -5,9 +5,11 @@
 #include <optional>
 #include <span>
 
+#include "bridges/console/emcy_identifier.h"
 #include "bridges/console/explain.h"
 #include "bridges/console/value_text.h"
 #include "stack/base/byte_order.h"
+#include "stack/od/objects.h"
 
 namespace linegate::console {
 namespace {
@@ -96,6 +98,16 @@ std::vector<KnownPdo> known_ones(const observer::PdoKnowledge& knowledge) {
   return out;
 }
 
+// Whether the COB-ID or the mapping of the PDO may be another one.
+bool is_doubted(const std::set<od::Address>& doubted, const KnownPdo& pdo) {
+  const auto record = static_cast<std::uint16_t>(pdo.parameters.number - 1);
+  const auto communication = static_cast<std::uint16_t>(communication_base(pdo.kind) + record);
+  const auto mapping = static_cast<std::uint16_t>(mapping_base(pdo.kind) + record);
+  return std::any_of(doubted.begin(), doubted.end(), [&](od::Address address) {
+    return address.index == mapping || address == od::Address{communication, 1};
+  });
+}
+
 }  // namespace
 
 PdoFollower::PdoFollower(const od::DeviceDescription& device, std::uint8_t node)
@@ -104,9 +116,28 @@ PdoFollower::PdoFollower(const od::DeviceDescription& device, std::uint8_t node)
 
 std::string PdoFollower::follow(const observer::Transfer& transfer) {
   using Seen = observer::PdoKnowledge::Seen;
+  if (transfer.address.index == od::objects::kStoreParameters && transfer.download) {
+    stored_doubted_ = doubted_;
+  }
+  const bool certain = doubted_.erase(transfer.address) != 0;
+  if (certain && stores_by_itself(knowledge_.device())) {
+    stored_doubted_ = doubted_;
+  }
   if (!knowledge_.learn(transfer.address, transfer.kept(),
-                        transfer.download ? Seen::written : Seen::read)) {
+                        transfer.download ? Seen::written : Seen::read) &&
+      !certain) {
     return {};
+  }
+  return update();
+}
+
+std::string PdoFollower::doubt(od::Address address) {
+  if (!od::objects::is_pdo_record(address.index)) {
+    return {};
+  }
+  doubted_.insert(address);
+  if (stores_by_itself(knowledge_.device())) {
+    stored_doubted_ = doubted_;
   }
   return update();
 }
@@ -114,6 +145,7 @@ std::string PdoFollower::follow(const observer::Transfer& transfer) {
 std::string PdoFollower::reset() {
   before_reset_ = pdos_;
   knowledge_.reset();
+  doubted_ = stored_doubted_;
   return update();
 }
 
@@ -125,11 +157,18 @@ std::string PdoFollower::start() {
 std::string PdoFollower::boot_up() {
   before_reset_.reset();
   knowledge_.boot_up();
+  doubted_ = stored_doubted_;
   return update();
 }
 
+std::vector<KnownPdo> PdoFollower::present() const {
+  std::vector<KnownPdo> out = known_ones(knowledge_);
+  std::erase_if(out, [this](const KnownPdo& pdo) { return is_doubted(doubted_, pdo); });
+  return out;
+}
+
 std::string PdoFollower::update() {
-  std::vector<KnownPdo> before = known_ones(knowledge_);
+  std::vector<KnownPdo> before = present();
   if (before_reset_) {
     std::erase_if(before, [this](const KnownPdo& pdo) {
       const KnownPdo* const old = find_pdo(*before_reset_, pdo);
@@ -144,8 +183,8 @@ bool PdoFollower::is_known(const KnownPdo& pdo) const {
   const std::uint16_t number = pdo.parameters.number;
   const auto record = static_cast<std::uint16_t>(communication_base(pdo.kind) + number - 1);
   const od::VariableDescription* const cob_id = knowledge_.device().find({record, 1});
-  return !before_reset_ && knowledge_.is_known(pdo.kind, number) && cob_id != nullptr &&
-         cob_id->value.size() == sizeof(std::uint32_t);
+  return !before_reset_ && !is_doubted(doubted_, pdo) && knowledge_.is_known(pdo.kind, number) &&
+         cob_id != nullptr && cob_id->value.size() == sizeof(std::uint32_t);
 }
 
 std::string PdoFollower::changes(const std::vector<KnownPdo>& before) const {

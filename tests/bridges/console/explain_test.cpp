@@ -162,6 +162,68 @@ TEST_F(ExplainTest, APdoThatIsMappedAnewIsExplainedAsItIsThen) {
       << "other PDOs are unchanged";
 }
 
+// The device may have carried it out, though its answer is missing.
+TEST_F(ExplainTest, AWriteWithoutAnAnswerLeavesThePdoUnknown) {
+  const std::initializer_list<std::uint8_t> inputs{1, 2, 3, 4};
+  const std::initializer_list<std::uint8_t> maps_second{0x23, 0x00, 0x1A, 1, 8, 2, 0x00, 0x60};
+  const std::initializer_list<std::uint8_t> gives_up{0x80, 0x00, 0x1A, 1, 0, 0, 4, 5};
+  say(0x605, maps_second);
+  EXPECT_THAT(say(0x605, gives_up),
+              EndsWith("; whether 1A00:01 TPDO 1 mapping parameter, Mapped object 1 was written is "
+                       "not known; TPDO 1 is not known now"));
+  EXPECT_THAT(say(0x185, inputs), HasSubstr("if identifiers are the pre-defined ones"));
+  say(0x605, {0x40, 0x00, 0x1A, 1, 0, 0, 0, 0});
+  EXPECT_THAT(say(0x585, {0x43, 0x00, 0x1A, 1, 8, 1, 0x00, 0x60}), HasSubstr("TPDO 1 is now on"));
+  EXPECT_THAT(say(0x185, inputs), HasSubstr("6000:01"));
+
+  say(0x605, maps_second);
+  EXPECT_THAT(say(0x605, {0x40, 0x00, 0x10, 0, 0, 0, 0, 0}), EndsWith("TPDO 1 is not known now"))
+      << "the client gave up without an abort";
+  EXPECT_THAT(say(0x000, {0x82, 5}), testing::Not(HasSubstr("is now on")));
+  EXPECT_THAT(say(0x705, {0}), EndsWith("Inputs 25 to 32")) << "it was not stored";
+
+  say(0x605, maps_second);
+  EXPECT_THAT(say(0x585, {0x80, 0x00, 0x1A, 1, 0x30, 0, 9, 6}),
+              testing::Not(HasSubstr("not known")));
+  say(0x605, {0x21, 0x00, 0x1A, 1, 4, 0, 0, 0});
+  say(0x585, {0x60, 0x00, 0x1A, 1, 0, 0, 0, 0});
+  EXPECT_THAT(say(0x605, gives_up), testing::Not(HasSubstr("not known"))) << "nothing was sent";
+  EXPECT_THAT(say(0x185, inputs), HasSubstr("6000:01"));
+}
+
+// 1010h:1 of the device file: bit 1.
+TEST_F(ExplainTest, AWriteWithoutAnAnswerMayHaveBeenStored) {
+  line::NodeConfig device{.id = 6};
+  device.device = *eds::load(sim::kDigitalIoEds, "digital-io.eds", 6).value;
+  for (od::ObjectDescription& object : device.device.objects) {
+    if (object.index == 0x1010) {
+      object.variables.at(1).value = {std::byte{2}, {}, {}, {}};
+    }
+  }
+  known.add(device);
+  say(0x606, {0x23, 0x00, 0x1A, 1, 8, 2, 0x00, 0x60});
+  say(0x606, {0x80, 0x00, 0x1A, 1, 0, 0, 4, 5});
+  say(0x606, {0x23, 0x14, 0x10, 0, 0xC6, 0, 0, 0});
+  say(0x606, {0x80, 0x14, 0x10, 0, 0, 0, 4, 5});
+  EXPECT_EQ(say(0x706, {0}), "node 6 booted up");
+  EXPECT_THAT(say(0x186, {1, 2, 3, 4}), HasSubstr("if identifiers are the pre-defined ones"));
+  EXPECT_THAT(say(0x086, {0, 0, 0, 0, 0, 0, 0, 0}),
+              HasSubstr("if identifiers are the pre-defined ones"));
+  say(0x606, {0x40, 0x00, 0x1A, 1, 0, 0, 0, 0});
+  say(0x586, {0x43, 0x00, 0x1A, 1, 8, 1, 0x00, 0x60});
+  EXPECT_THAT(say(0x186, {1, 2, 3, 4}), HasSubstr("6000:01"));
+}
+
+TEST_F(ExplainTest, AWriteOf1014hWithoutAnAnswerLeavesItUnknown) {
+  say(0x605, {0x23, 0x14, 0x10, 0, 0xC6, 0, 0, 0});
+  EXPECT_THAT(say(0x605, {0x80, 0x14, 0x10, 0, 0, 0, 4, 5}), EndsWith("was written is not known"));
+  EXPECT_THAT(say(0x085, {0, 0, 0, 0, 0, 0, 0, 0}),
+              HasSubstr("if identifiers are the pre-defined ones"));
+  say(0x705, {0});
+  EXPECT_EQ(say(0x085, {0, 0, 0, 0, 0, 0, 0, 0}),
+            "EMCY of node 5 (inlet): no error any more (0000h)");
+}
+
 TEST_F(ExplainTest, AMappingThatTheDeviceRefusesIsNone) {
   say(0x605, {0x23, 0x00, 0x18, 1, 0x91, 0x01, 0, 0});
   EXPECT_THAT(say(0x585, {0x80, 0x00, 0x18, 1, 0x30, 0, 9, 6}), HasSubstr("refused"));
