@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bridges/console/explain.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <span>
@@ -361,6 +362,9 @@ std::string Explainer::by_known_identifier(const can::Frame& frame) {
   if (const auto found = pdos_.find(key); found != pdos_.end()) {
     for (const Pdo& known : found->second) {
       out += (out.empty() ? "" : " | ") + pdo(frame, known);
+    }
+    if (std::ranges::count(found->second, true, &Pdo::transmitted) > 1) {
+      out += "; these TPDOs have the same COB-ID: the frame is one of them";
     }
   }
   if (const auto found = emcys_.find(key); found != emcys_.end() && !frame.remote()) {

@@ -162,6 +162,21 @@ TEST_F(ExplainTest, APdoThatIsMappedAnewIsExplainedAsItIsThen) {
       << "other PDOs are unchanged";
 }
 
+TEST_F(ExplainTest, TwoTpdosOnOneCobIdAreReported) {
+  say(0x609, {0x40, 0x00, 0x18, 1, 0, 0, 0, 0});
+  say(0x589, {0x43, 0x00, 0x18, 1, 0x85, 0x01, 0, 0});
+  say(0x609, {0x40, 0x00, 0x1A, 1, 0, 0, 0, 0});
+  say(0x589, {0x43, 0x00, 0x1A, 1, 16, 0, 0x41, 0x60});
+  say(0x609, {0x40, 0x00, 0x1A, 0, 0, 0, 0, 0});
+  say(0x589, {0x4F, 0x00, 0x1A, 0, 1, 0, 0, 0});
+  EXPECT_EQ(say(0x185, {1, 2, 3, 255}),
+            "TPDO 1 of node 5 (inlet): 6000:01 Read input 8-bit, Inputs 1 to 8 = 1; "
+            "6000:02 Read input 8-bit, Inputs 9 to 16 = 2; 6000:03 Read input 8-bit, Inputs 17 to "
+            "24 = 3; 6000:04 Read input 8-bit, Inputs 25 to 32 = 255 | TPDO 1 of node 9: 6041:00 = "
+            "01 02; these TPDOs have the same COB-ID: the frame is one of them");
+  EXPECT_THAT(say(0x205, {9, 0, 0, 0}), testing::Not(HasSubstr("same COB-ID")));
+}
+
 // The device may have carried it out, though its answer is missing.
 TEST_F(ExplainTest, AWriteWithoutAnAnswerLeavesThePdoUnknown) {
   const std::initializer_list<std::uint8_t> inputs{1, 2, 3, 4};
