@@ -6,6 +6,7 @@
 #include <iostream>
 #include <iterator>
 #include <memory>
+#include <span>
 
 #include <fmt/format.h>
 
@@ -22,6 +23,7 @@
 #include "stack/image/scaling.h"
 #include "stack/line/line.h"
 #include "stack/manager/network_list.h"
+#include "stack/manager/plan.h"
 #include "stack/od/objects.h"
 #include "stack/pdo/parameters.h"
 
@@ -59,6 +61,17 @@ std::string_view lost_text(manager::ErrorReaction reaction) {
       break;
   }
   return "a lost node is reset";
+}
+
+std::vector<manager::ObjectWrite> writes_of_file(const line::NodeConfig& node) {
+  if (node.as_found) {
+    return {};
+  }
+  std::vector<manager::ObjectWrite> out = manager::configuration_writes(node.device);
+  std::erase_if(out, [](const manager::ObjectWrite& write) {
+    return od::objects::is_pdo_record(write.address.index);
+  });
+  return out;
 }
 
 namespace {
@@ -407,9 +420,10 @@ class Text {
     add("  node {} {}: {} ({}){}\n", node.id, node.name, node.device.product_name, node.device.file,
         role == line::Role::manager && node.mandatory ? ", mandatory" : "");
     const bool awaits_one = role != line::Role::manager && node.heartbeat != Duration::zero();
-    add("    heartbeat {}{}, consumer {}", awaits_one ? "expected " : "", off_or(node.heartbeat),
-        node.heartbeat_consumer == Duration::zero() ? "2.5 x that"
-                                                    : format_duration(node.heartbeat_consumer));
+    add("    heartbeat {}{}, consumer {}", awaits_one ? "expected " : "", heartbeat_text(node),
+        node.heartbeat_consumer != Duration::zero() ? format_duration(node.heartbeat_consumer)
+        : node.heartbeat != Duration::zero()        ? "2.5 x that"
+                                                    : "off");
     if (role == line::Role::manager) {
       add(", {}\n    {}\n", identity(node), boot(node));
     } else {
@@ -426,18 +440,55 @@ class Text {
       add("    guarding every {}, life time factor {}\n", format_duration(node.guard_time),
           node.life_time_factor);
     }
-    for (const auto& object : node.objects) {
-      if (role == line::Role::observer) {
-        continue;
-      }
-      add("    {}write {} =", role == line::Role::manager ? "" : kAsMaster,
-          config::format_address(object.address));
-      for (auto it = object.data.rbegin(); it != object.data.rend(); ++it) {
-        add("{}{:02X}", it == object.data.rbegin() ? " " : "", std::to_integer<unsigned>(*it));
-      }
-      add("h\n");
+    for (const manager::ObjectWrite& write : writes_of_file(node)) {
+      object(write.address, write.data, role, ", of its DCF");
+    }
+    for (const auto& value : node.objects) {
+      object(value.address, value.data, role, "");
     }
     pdos(node.device);
+  }
+
+  void object(od::Address address, std::span<const std::byte> value, line::Role role,
+              std::string_view origin) {
+    constexpr std::size_t kLongest = 32;
+    if (role == line::Role::observer) {
+      return;
+    }
+    add("    {}write {} = ", role == line::Role::manager ? "" : kAsMaster,
+        config::format_address(address));
+    if (value.size() > kLongest) {
+      add("{} bytes{}\n", value.size(), origin);
+      return;
+    }
+    for (auto it = value.rbegin(); it != value.rend(); ++it) {
+      add("{:02X}", std::to_integer<unsigned>(*it));
+    }
+    add("h{}\n", origin);
+  }
+
+  // The heartbeat that the device produces: `heartbeat`, or 1017h as `objects`, its DCF or its
+  // device file has it. Guarding switches it off.
+  static std::string heartbeat_text(const line::NodeConfig& node) {
+    constexpr od::Address kProducerTime{od::objects::kProducerHeartbeatTime, 0};
+    if (node.heartbeat != Duration::zero() || node.guard_time != Duration::zero()) {
+      return off_or(node.heartbeat);
+    }
+    const auto text = [](const std::vector<std::byte>& value, std::string_view origin) {
+      const std::uint64_t time = value.size() <= 2 ? load_le(std::span(value)) : 0;
+      return time == 0
+                 ? "off"
+                 : fmt::format("{} {}", format_duration(std::chrono::milliseconds(time)), origin);
+    };
+    for (auto it = node.objects.rbegin(); it != node.objects.rend(); ++it) {
+      if (it->address == kProducerTime) {
+        return text(it->data, "by objects");
+      }
+    }
+    const od::VariableDescription* const described = node.device.find(kProducerTime);
+    return described == nullptr
+               ? "off"
+               : text(described->value, described->configured ? "by its DCF" : "by its default");
   }
 
   static std::string identity(const line::NodeConfig& node) {

@@ -4,6 +4,9 @@
 #include <array>
 #include <span>
 #include <string>
+#include <utility>
+
+#include <fmt/format.h>
 
 #include "gateway/config/value.h"
 #include "gateway/publish/routing_text.h"
@@ -105,6 +108,28 @@ void add_pdos(const od::DeviceDescription& device, Json& to) {
   to["rpdos"] = described.value ? array_of(described.value->rpdos, pdo_json) : Json::array();
 }
 
+// The values in the order of their bytes on the bus; an observer writes none.
+void add_writes(const line::NodeConfig& node, line::Role role, Json& to) {
+  Json writes = Json::array();
+  const auto add = [&writes](od::Address address, std::span<const std::byte> data, bool by_dcf) {
+    std::string digits;
+    for (const std::byte byte : data) {
+      digits += fmt::format("{:02X}", std::to_integer<unsigned>(byte));
+    }
+    writes.push_back(
+        {{"object", config::format_address(address)}, {"data", digits}, {"dcf", by_dcf}});
+  };
+  if (role != line::Role::observer) {
+    for (const manager::ObjectWrite& write : writes_of_file(node)) {
+      add(write.address, write.data, true);
+    }
+    for (const line::ObjectValue& value : node.objects) {
+      add(value.address, value.data, false);
+    }
+  }
+  to["writes"] = std::move(writes);
+}
+
 // observed: another master boots the node, so the settings of its boot process have no effect.
 Json node_json(const line::NodeConfig& node, line::Role role) {
   Json out{{"id", node.id},
@@ -120,6 +145,7 @@ Json node_json(const line::NodeConfig& node, line::Role role) {
            {"sdo_timeout_ns", node.sdo_timeout.count()},
            {"sdo_block_from", node.block_from == sdo::kNoBlocks ? 0U : node.block_from},
            {"heartbeat_ns", node.heartbeat.count()}};
+  add_writes(node, role, out);
   add_pdos(node.device, out);
   return out;
 }

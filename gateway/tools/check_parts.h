@@ -9,6 +9,7 @@
 
 #include "gateway/config/plant.h"
 #include "gateway/publish/routing_text.h"
+#include "stack/manager/object_write.h"
 
 namespace linegate::gateway {
 
@@ -19,6 +20,9 @@ std::string hex64(std::uint64_t value);
 line::LineConfig as_started(line::LineConfig config);
 std::string_view lost_text(manager::ErrorReaction reaction);
 InterfaceNames interface_names(const config::Plant& plant);
+// The downloads of the configured values of its DCF, XDC or concise DCF, before those of `objects`;
+// without PDO parameters, which are printed as PDOs.
+std::vector<manager::ObjectWrite> writes_of_file(const line::NodeConfig& node);
 // All lines that route have the same routes.
 std::vector<routing::Route> routes_of(const config::Plant& plant);
 // The ways over other gateways, see routing::Interface::way.

@@ -38,6 +38,46 @@ TEST(Check, SaysWhatWouldBeRun) {
   EXPECT_TRUE(contains(text, "write 6083:00 = 000007D0h"));
 }
 
+// Values that a DCF, XDC or concise DCF configures, without `objects` and `heartbeat`.
+TEST(Check, SaysWhatTheDcfOfANodeWrites) {
+  auto loaded = config::load(kDemo);
+  ASSERT_TRUE(loaded.ok());
+  line::NodeConfig& node = loaded.value->lines.front().config.nodes.front();
+  node.heartbeat = {};
+  node.objects.clear();
+  const auto set = [&node](std::uint16_t index, std::vector<std::byte> value, bool configured) {
+    for (od::ObjectDescription& object : node.device.objects) {
+      if (object.index == index) {
+        object.variables.front().value = std::move(value);
+        object.variables.front().configured = configured;
+        return;
+      }
+    }
+    FAIL() << "no object " << index;
+  };
+  set(0x1017, {std::byte{0xF4}, std::byte{1}}, true);
+  set(0x6083, {std::byte{7}, {}, {}, {}}, true);
+  std::string text = describe(*loaded.value);
+  EXPECT_TRUE(contains(text, "    heartbeat 500ms by its DCF, consumer off")) << text;
+  EXPECT_TRUE(contains(text, "    write 1017:00 = 01F4h, of its DCF\n")) << text;
+  EXPECT_TRUE(contains(text, "    write 6083:00 = 00000007h, of its DCF\n")) << text;
+  const auto writes = YAML::Load(to_json(loaded))["lines"][0]["nodes"][0]["writes"];
+  ASSERT_EQ(writes.size(), 2U);
+  EXPECT_EQ(writes[0]["object"].as<std::string>(), "1017:00");
+  EXPECT_EQ(writes[0]["data"].as<std::string>(), "F401");
+  EXPECT_TRUE(writes[0]["dcf"].as<bool>());
+
+  set(0x1017, {std::byte{0xF4}, std::byte{1}}, false);
+  EXPECT_TRUE(
+      contains(describe(*loaded.value), "    heartbeat 500ms by its default, consumer off"));
+  node.objects = {{{0x1017, 0}, {std::byte{100}, {}}}};
+  text = describe(*loaded.value);
+  EXPECT_TRUE(contains(text, "    heartbeat 100ms by objects, consumer off")) << text;
+  EXPECT_TRUE(contains(text, "    write 1017:00 = 0064h\n")) << text;
+  node.objects = {{{0x2000, 0}, std::vector<std::byte>(40)}};
+  EXPECT_TRUE(contains(describe(*loaded.value), "    write 2000:00 = 40 bytes\n"));
+}
+
 TEST(Check, SaysThatTheDdsGuardIsOff) {
   auto loaded = config::load(kDemo);
   ASSERT_TRUE(loaded.ok());
