@@ -87,6 +87,40 @@ Table list_table(const std::vector<line::ListedObject>& variables) {
   return out;
 }
 
+// Commands find an object by its name or its address. What they take the name for, instead: "" if
+// for nothing else. Without a sub-index or 0x it is a name, as Feed, unless there is that object.
+std::string_view reading_of(const std::string& name) {
+  if (name == "*") {
+    return "all objects";
+  }
+  const bool is_address =
+      od::parse_address(name).has_value() &&
+      (name.find(':') != std::string::npos || name.starts_with("0x") || name.starts_with("0X"));
+  return is_address ? "an object, INDEX:SUB" : "";
+}
+
+// Returns false, after an error message, if commands take the name for an object of the own node.
+bool is_free_name(Context& context, Model& model, const Line& line, const std::string& name,
+                  std::uint16_t created) {
+  const std::optional<od::Address> address = od::parse_address(name);
+  if (!address) {
+    return true;
+  }
+  bool exists = address->index == created;
+  if (!exists) {
+    const auto variables = listed(context, model, line, 0, address->index, address->index);
+    if (!variables) {
+      return false;
+    }
+    exists = !variables->empty();
+  }
+  if (exists) {
+    context.err << "'" << name << "' reads as object " << od::to_text(*address)
+                << " in commands: choose another name\n";
+  }
+  return !exists;
+}
+
 // The object without its address and place; nothing, after an error message, if a text does not
 // fit.
 std::optional<line::OwnObject> created_object(Context& context, const NewObject& object) {
@@ -95,6 +129,11 @@ std::optional<line::OwnObject> created_object(Context& context, const NewObject&
   if (!type || access == kAccessNames.end() || object.name.size() > 0xFF) {
     context.err << "'" << object.type << "' is no data type, '" << object.access
                 << "' no access (ro, wo, rw, rwr, rww, const), or the name is too long\n";
+    return std::nullopt;
+  }
+  if (const std::string_view reading = reading_of(object.name); !reading.empty()) {
+    context.err << "'" << object.name << "' reads as " << reading
+                << " in commands: choose another name\n";
     return std::nullopt;
   }
   line::OwnObject out{.in_image = !object.offset.empty()};
@@ -233,6 +272,9 @@ int od_create(Context& context, const std::string& line, const NewObject& object
   created->offset = static_cast<std::uint32_t>(*offset);
   const line::ObjectCreate request{.what = *std::move(created)};
   return on_line(context, line, [&](Model& model, const Line& target) {
+    if (!is_free_name(context, model, target, object.name, address->index)) {
+      return kFailed;
+    }
     return print_answer(context, ask_line(context, model, target, {.request = request}));
   });
 }

@@ -126,5 +126,25 @@ TEST_F(OwnDictionary, ObjectsAreCreatedAndRemoved) {
   EXPECT_EQ(od_remove(context_, "mill", "2200"), kFailed);
 }
 
+TEST_F(OwnDictionary, ANameThatReadsAsAnAddressIsRefused) {
+  NewObject object{.index = "2200", .sub = "1", .type = "i16", .name = "6200:1"};
+  for (const char* const name : {"6200:1", "0x2000", "0X2000:0x01", "*"}) {
+    object.name = name;
+    EXPECT_EQ(od_create(context_, "mill", object), kUsage) << name;
+    EXPECT_THAT(err_.str(), HasSubstr("reads as")) << name;
+    err_.str("");
+  }
+  object.name = "2100";
+  EXPECT_EQ(od_create(context_, "mill", object), kFailed) << "there is that object";
+  EXPECT_THAT(err_.str(), HasSubstr("'2100' reads as object 2100:00 in commands"));
+  object.name = "2200";
+  EXPECT_EQ(od_create(context_, "mill", object), kFailed) << "it is created";
+  EXPECT_FALSE(std::holds_alternative<line::ObjectCreate>(gateway_.last.request));
+  gateway_.list = std::vector<line::ListedObject>{};
+  object.name = "Feed";
+  EXPECT_EQ(od_create(context_, "mill", object), kDone) << err_.str();
+  EXPECT_EQ(gateway_.listed.first, 0xFEED);
+}
+
 }  // namespace
 }  // namespace linegate::console
