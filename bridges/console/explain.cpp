@@ -29,7 +29,7 @@ constexpr std::uint32_t kLssRequest = 0x7E5;
 constexpr std::uint8_t kToggle = 0x80;
 constexpr std::string_view kIfPredefined = ", if identifiers are the pre-defined ones";
 
-std::uint32_t key_of(std::uint32_t identifier, bool extended) {
+std::uint32_t identifier_key(std::uint32_t identifier, bool extended) {
   return identifier | (extended ? kExtendedKey : 0);
 }
 
@@ -118,7 +118,7 @@ void Explainer::note_pdos(unsigned id, const PdoFollower& pdos) {
     for (const observer::KnownPdo& known : pdos.pdos()) {
       if (known.kind == kind) {
         const can::CobId cob_id = known.parameters.cob_id;
-        pdos_[key_of(cob_id.id(), cob_id.extended())].push_back(
+        pdos_[identifier_key(cob_id.id(), cob_id.extended())].push_back(
             {id, known.parameters, transmitted});
       }
     }
@@ -132,7 +132,7 @@ void Explainer::note_emcy(unsigned id, const EmcyIdentifier& emcy) {
   std::erase_if(emcys_, [](const auto& entry) { return entry.second.empty(); });
   const std::optional<can::CobId> cob_id = emcy.cob_id();
   if (cob_id && cob_id->valid()) {
-    emcys_[key_of(cob_id->id(), cob_id->extended())].insert(id);
+    emcys_[identifier_key(cob_id->id(), cob_id->extended())].insert(id);
   }
 }
 
@@ -357,7 +357,7 @@ std::string Explainer::by_identifier(const can::Frame& frame) {
 }
 
 std::string Explainer::by_known_identifier(const can::Frame& frame) {
-  const std::uint32_t key = key_of(frame.id, frame.extended());
+  const std::uint32_t key = identifier_key(frame.id, frame.extended());
   std::string out;
   if (const auto found = pdos_.find(key); found != pdos_.end()) {
     for (const Pdo& known : found->second) {
