@@ -13,6 +13,7 @@
 namespace linegate::manager {
 namespace {
 
+constexpr char kNoErrorControl = 'K';  // configured, but its error control does not start
 constexpr Duration kRetryDelay = std::chrono::seconds(1);  // between two uploads of 1000h
 // This number of consecutive equal communication errors at the same object counts as a refusal:
 // devices without segmented transfer answer 0504 0001h to every longer value. A device that is
@@ -455,7 +456,7 @@ void BootSlave::check_program(Instant now) {
 
 void BootSlave::configure(Instant now) {
   if (configuration_ == nullptr) {
-    configured(now);
+    start_error_control(now);
   } else {
     run(*configuration_, Step::configuration, now);
   }
@@ -487,7 +488,7 @@ void BootSlave::process_step_end(Instant now) {
       if (step_ == Step::program) {
         configure(now);
       } else {
-        configured(now);
+        start_error_control(now);
       }
       return;
     case StepEnd::Kind::failed:
@@ -513,11 +514,6 @@ void BootSlave::process_step_end(Instant now) {
 
 // --- error control ------------------------------------------------------------------------------
 
-void BootSlave::configured(Instant now) {
-  unknown_pdos_ = false;
-  start_error_control(now);
-}
-
 void BootSlave::start_error_control(Instant now) {
   const Duration guard_time = services_.list.guard_time(plan_.id);
   const std::uint8_t factor = services_.list.life_time_factor(plan_.id);
@@ -540,7 +536,7 @@ void BootSlave::start_error_control(Instant now) {
 void BootSlave::no_error_control(Instant now) {
   wake_ = kNever;
   missing();
-  report('K', {}, now);
+  report(kNoErrorControl, {}, now);
 }
 
 // --- results ------------------------------------------------------------------------------------
@@ -584,6 +580,7 @@ void BootSlave::search(char letter, const BootFinding& finding, Instant now) {
 void BootSlave::report(char letter, const BootFinding& finding, Instant now) {
   node_.boot = letter;
   node_.finding = finding;
+  unknown_pdos_ = unknown_pdos_ && !is_booted(letter) && letter != kNoErrorControl;
   result_ = letter;
   services_.events.emit(boot_result(plan_.id, letter, finding, now));
 }

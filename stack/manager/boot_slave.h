@@ -100,8 +100,8 @@ class BootSlave final : private StepContext {
   // configured, or it is guarded.
   bool started_error_control() const { return started_error_control_; }
   // The node may have other PDOs than those of the image: it was reset, restarted or was found
-  // running, and the configuration step has not ended with success since. false if the network list
-  // has it as a node that is not booted.
+  // running, and no process has configured it since. false if the network list has it as a node
+  // that is not booted.
   bool has_unknown_pdos() const { return unknown_pdos_; }
   // The node sent its boot-up message, also while the manager is not active.
   void restarts() {
@@ -161,7 +161,6 @@ class BootSlave final : private StepContext {
   void run(BootStep& step, Step which, Instant now);
   BootStep& running();
   void process_step_end(Instant now);
-  void configured(Instant now);
   void start_error_control(Instant now);
   void no_error_control(Instant now);
   void fail(char letter, BootFinding finding, Instant now);
