@@ -48,6 +48,8 @@ class Handover {
 
   // --- consumer -------------------------------------------------------------------------------
 
+  // Whether fetch() would return a value.
+  bool fresh() const { return (middle_.load(std::memory_order_relaxed) & kFresh) != 0; }
   // The newest value if it was not fetched before, else nullptr. It does not change until the next
   // one is fetched.
   T* fetch() {

@@ -35,6 +35,11 @@ Wakeup::~Wakeup() {
   }
   // After the read: a signal between the two is either detected by the caller's check of the rings,
   // or writes again.
+  clear_edge();
+}
+
+// The counter of the eventfd, which is never read, would overflow after 2^64 signals.
+[[gnu::hot]] void Wakeup::clear_edge() {
   pending_.exchange(false, std::memory_order_acq_rel);
 }
 

@@ -6,8 +6,8 @@
 
 namespace linegate::exchange {
 
-// An eventfd. Any thread may signal; signals before the waiting thread has called clear() cost only
-// one system call together.
+// An eventfd. Any thread may signal; signals before the waiting thread has called clear() or
+// clear_edge() cost only one system call together.
 class Wakeup {
  public:
   // Throws std::system_error if no descriptor is available.
@@ -24,6 +24,9 @@ class Wakeup {
   void signal();
   // Called by the waiting thread, before it reads its rings.
   void clear();
+  // The same, without a system call, for a thread that waits in epoll with EPOLLET: the descriptor
+  // stays readable, and the next signal() is a new edge.
+  void clear_edge();
 
  private:
   int descriptor_;

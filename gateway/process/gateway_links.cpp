@@ -34,7 +34,7 @@ void Gateway::link_lines(const config::Plant& plant, const std::vector<NewLine>&
     if (is_new && source != nullptr && target != nullptr) {
       links_.push_back(std::make_unique<BoundLink>(std::move(bindings)));
       const bool together = source->executor == target->executor;
-      links_.back()->taker = together ? nullptr : &target->executor->wakeup();
+      links_.back()->taker = together ? nullptr : &target->executor->values_wakeup();
       // For a new line: see make_runner()
       links_.back()->runner = together ? target->runner : nullptr;
     }

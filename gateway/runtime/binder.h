@@ -51,6 +51,8 @@ class BoundTarget {
  public:
   explicit BoundTarget(BoundLink& link);
 
+  // Whether values were handed over that take() has not passed.
+  bool has_values() const { return link_->values.fresh(); }
   // Passes the values that were handed over to line::FollowingOutputs. Returns true if anything was
   // written.
   bool take(line::Line& line, Instant now);

@@ -21,11 +21,12 @@ namespace {
 
 constexpr std::uint64_t kWakeup = ~std::uint64_t{0};
 constexpr std::uint64_t kTimer = kWakeup - 1;
+constexpr std::uint64_t kValues = kWakeup - 2;
 constexpr int kEventsAtOnce = 16;
 
-void watch(int epoll, int descriptor, std::uint64_t what) {
+void watch(int epoll, int descriptor, std::uint64_t what, std::uint32_t events) {
   epoll_event event{};
-  event.events = EPOLLIN;
+  event.events = events;
   event.data.u64 = what;
   epoll_ctl(epoll, EPOLL_CTL_ADD, descriptor, &event);
 }
@@ -37,8 +38,9 @@ Executor::Executor(config::ExecutorPlan plan)
   if (epoll_ < 0) {
     throw std::system_error(errno, std::generic_category(), "epoll_create1");
   }
-  watch(epoll_, wakeup_.descriptor(), kWakeup);
-  watch(epoll_, timer_.descriptor(), kTimer);
+  watch(epoll_, wakeup_.descriptor(), kWakeup, EPOLLIN | EPOLLET);
+  watch(epoll_, values_wakeup_.descriptor(), kValues, EPOLLIN | EPOLLET);
+  watch(epoll_, timer_.descriptor(), kTimer, EPOLLIN);
   places_.reserve(kMostChanges);
 }
 
@@ -206,6 +208,9 @@ void Executor::let_go(Instant now) {
     return;
   }
   place.ready = false;
+  if (!std::exchange(place.readable, false) && place.registered.descriptor >= 0) {
+    place.runner->nothing_to_read();
+  }
   if (std::exchange(place.called, false)) {
     place.runner->called();
   }
@@ -249,18 +254,32 @@ void Executor::let_go(Instant now) {
   std::array<epoll_event, kEventsAtOnce> events{};
   const int count = epoll_wait(epoll_, events.data(), kEventsAtOnce, until > now ? -1 : 0);
   for (int k = 0; k < count; ++k) {
-    const std::uint64_t what = events[static_cast<std::size_t>(k)].data.u64;
-    if (what == kWakeup) {
-      wakeup_.clear();
-      woken_ = true;
-      for (Place& place : places_) {
-        place.ready = true;
-        place.called = true;
-      }
-    } else if (what != kTimer) {
-      LINEGATE_ASSERT(what < places_.size(), "the descriptor is that of a runner");
-      places_[what].ready = true;
+    note_event(events[static_cast<std::size_t>(k)].data.u64);
+  }
+  if (count == kEventsAtOnce) [[unlikely]] {  // there may be more
+    for (Place& place : places_) {
+      place.readable = true;
     }
+  }
+}
+
+[[gnu::hot]] void Executor::note_event(std::uint64_t what) {
+  if (what == kWakeup) {
+    wakeup_.clear_edge();
+    woken_ = true;
+    for (Place& place : places_) {
+      place.ready = true;
+      place.called = true;
+    }
+  } else if (what == kValues) {
+    values_wakeup_.clear_edge();
+    for (Place& place : places_) {
+      place.ready |= place.runner != nullptr && place.runner->has_values();
+    }
+  } else if (what != kTimer) {
+    LINEGATE_ASSERT(what < places_.size(), "the descriptor is that of a runner");
+    places_[what].ready = true;
+    places_[what].readable = true;
   }
 }
 

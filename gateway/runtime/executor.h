@@ -40,6 +40,9 @@ class Executor {
 
   // Signal it after putting something into a ring that one of its runners reads.
   exchange::Wakeup& wakeup() { return wakeup_; }
+  // Signal it after leaving values for Runner::has_values(): only the runners that have some are
+  // served, and they do not check the rings of other threads.
+  exchange::Wakeup& values_wakeup() { return values_wakeup_; }
   // Number of completed rounds, in each of which every runner had its turn.
   const exchange::Counter& rounds() const { return rounds_; }
   const std::string& name() const { return plan_.name; }
@@ -62,6 +65,7 @@ class Executor {
     std::unique_ptr<Runner> runner;
     Registered registered;
     bool ready = true;
+    bool readable = true;  // the descriptor, as far as known
     bool called = true;
     bool served = false;  // in this round
     bool leaving = false;
@@ -73,9 +77,11 @@ class Executor {
   void serve(std::size_t i, Instant now);
   void announce();
   void update_interest(std::size_t i);
-  // Sets `ready` of places whose descriptor is ready; `ready` and `called` of all if the executor
-  // was woken. now: the time of the present round.
+  // Sets `ready` and `readable` of places whose descriptor is ready; `ready` and `called` of all if
+  // the executor was woken; `ready` of those that have values of another line. now: the time of the
+  // present round.
   void wait(Instant until, Instant now);
+  void note_event(std::uint64_t what);
   bool all_stopped(Instant now) const;
   void place(std::unique_ptr<Runner> runner);
   void poll_changes(Instant now);
@@ -84,6 +90,7 @@ class Executor {
 
   config::ExecutorPlan plan_;
   exchange::Wakeup wakeup_;
+  exchange::Wakeup values_wakeup_;
   exchange::Flag stop_;
   exchange::Counter rounds_;
   std::vector<Place> places_;

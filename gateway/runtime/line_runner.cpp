@@ -129,13 +129,18 @@ void LineRunner::bind(std::vector<BoundSource> sources, std::vector<BoundTarget>
   inputs_changed_ = true;
 }
 
+[[gnu::hot]] bool LineRunner::has_values() const {
+  return std::any_of(bound_targets_.begin(), bound_targets_.end(),
+                     [](const BoundTarget& target) { return target.has_values(); });
+}
+
 void LineRunner::unbind(const BoundLink& link, Instant now) {
   const RunningLine running(*line_);
   if (started_ && !stopping_) {
     for (BoundTarget& target : bound_targets_) {
       if (&target.link() == &link && target.take(*line_, std::max(now, known_))) {
         inputs_changed_ = true;
-        next_wake_ = now;
+        wake_at(now);
       }
     }
   }
@@ -146,29 +151,14 @@ void LineRunner::unbind(const BoundLink& link, Instant now) {
 void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
   const RunningLine running(*line_);
   line_->set_routes(wanted, std::max(now, known_));
-  next_wake_ = now;
+  wake_at(now);
 }
 
 [[gnu::hot]] void LineRunner::service(Instant now) {
   const RunningLine running(*line_);
   now = std::max(now, known_);  // values of another line may have been sent at a later time
-  const Instant known = pump_.drain(
-      now,
-      [&](std::span<const can::Frame> frames) {
-        if (started_) {
-          const Instant time = std::max(now, frames.back().time);
-          fill_budget(time);
-          line_->receive(frames, time);
-        }
-      },
-      [&](const can::BusEvent& event) { bus_event(event, now); },
-      [&](Instant until) { report_ended(until); });
+  const Instant known = needs_reading(now) ? receive(now) : now;
   now = std::max(now, known);  // frames were received while the channel was read
-  report_ended(known);
-  receive_peak_ = std::max(receive_peak_, static_cast<std::uint32_t>(pump_.drained()));
-  if (pump_.drained() > 0) {
-    look_at_sources(now);  // first, because the bus of another line waits for the values
-  }
   fill_budget(known);
   note_next_due();
   if (called_ || budget_due_ <= known) {
@@ -197,13 +187,44 @@ void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
   give_gateway_requests();
   hand_over(now);
   note_next_due();
-  next_wake_ = pump_.more() ? now : compute_next_wake();
+  next_wake_ = compute_next_wake();
+  if (pump_.more()) {
+    wake_at(now);
+  }
   if (routes_ != nullptr && routes_->held()) {
     next_wake_ = earlier(next_wake_, now + kLinkFull);
   }
   if (receptions_wait_) {
     next_wake_ = earlier(next_wake_, now + kLinkFull);
   }
+}
+
+// Time-outs expire, and requests are carried out, only after the frames that were received earlier.
+[[gnu::hot]] bool LineRunner::needs_reading(Instant now) {
+  const bool nothing_to_read = std::exchange(nothing_to_read_, false);
+  return !nothing_to_read || called_ || now >= work_due_ ||
+         (routes_ != nullptr && routes_->arrived());
+}
+
+// Returns the time up to which everything was received.
+[[gnu::hot]] Instant LineRunner::receive(Instant now) {
+  const Instant known = pump_.drain(
+      now,
+      [&](std::span<const can::Frame> frames) {
+        if (started_) {
+          const Instant time = std::max(now, frames.back().time);
+          fill_budget(time);
+          line_->receive(frames, time);
+        }
+      },
+      [&](const can::BusEvent& event) { bus_event(event, now); },
+      [&](Instant until) { report_ended(until); });
+  report_ended(known);
+  receive_peak_ = std::max(receive_peak_, static_cast<std::uint32_t>(pump_.drained()));
+  if (pump_.drained() > 0) {
+    look_at_sources(std::max(now, known));  // first, because the bus of another line waits
+  }
+  return known;
 }
 
 // Before frames are counted: those counted at an earlier time would be refilled for the time since.
@@ -769,14 +790,15 @@ void LineRunner::look_at_losses() {
                  .data = event::QueueFull{.queue = event::Queue::requests, .lost = more}});
 }
 
-[[gnu::hot]] Instant LineRunner::compute_next_wake() const {
-  Instant next = pump_.channel().next_wake();
+[[gnu::hot]] Instant LineRunner::compute_next_wake() {
+  work_due_ = earlier(pump_.channel().next_wake(), budget_due_);
   if (started_) {
-    next = earlier(next, earlier(line_->next_wake(), scans_.next_wake()));
+    work_due_ = earlier(work_due_, earlier(line_->next_wake(), scans_.next_wake()));
   }
-  next =
-      earlier(earlier(next, budget_due_), std::max(earlier(status_due_, image_due_), held_until_));
-  return stopping_ ? earlier(next, stop_deadline_) : next;
+  if (stopping_) {
+    work_due_ = earlier(work_due_, stop_deadline_);
+  }
+  return earlier(work_due_, std::max(earlier(status_due_, image_due_), held_until_));
 }
 
 [[gnu::hot]] Instant LineRunner::next_image() {
@@ -795,7 +817,7 @@ void LineRunner::stop(Instant now) {
   if (started_) {
     line_->stop(now);
   }
-  next_wake_ = now;
+  wake_at(now);
 }
 
 bool LineRunner::stopped(Instant now) const {

@@ -83,6 +83,8 @@ class LineRunner final : public Runner {
   int descriptor() const override { return pump_.channel().descriptor(); }
   bool wants_writable() const override { return pump_.channel().wants_writable(); }
   void service(Instant now) override;
+  void nothing_to_read() override { nothing_to_read_ = true; }
+  bool has_values() const override;
   void called() override { called_ = true; }
   void announce() override;
   Instant next_wake() const override {
@@ -94,6 +96,9 @@ class LineRunner final : public Runner {
   const line::Line& line() const { return *line_; }
 
  private:
+  bool needs_reading(Instant now);
+  Instant receive(Instant now);
+  void wake_at(Instant now) { next_wake_ = work_due_ = now; }
   void bus_event(const can::BusEvent& event, Instant now);
   void poll_storage_results();
   void poll_calls(Instant now);
@@ -133,7 +138,7 @@ class LineRunner final : public Runner {
   void transmit(Instant now);
   void report_ended(Instant now);
   void reply(std::uint64_t tag, Error error, std::string_view text = {});
-  Instant compute_next_wake() const;
+  Instant compute_next_wake();
   Instant next_image();
 
   // The members that each round uses are adjacent, to occupy few cache lines: other programs on the
@@ -144,7 +149,8 @@ class LineRunner final : public Runner {
   exchange::Wakeup& consumer_;
   std::unique_ptr<RouteEnd> routes_;  // nullptr if the line does not route
   Instant next_wake_{};
-  Instant known_{};  // latest time that was passed to the line
+  Instant work_due_{};  // next_wake_ without images, status and full rings
+  Instant known_{};     // latest time that was passed to the line
   Instant status_due_{};
   Instant image_due_{};          // the last result of next_image()
   Instant budget_due_ = kNever;  // when a waiting request may be carried out
@@ -157,6 +163,7 @@ class LineRunner final : public Runner {
   bool forwarded_ = false;      // values went to or came from another line in this round
   bool inputs_changed_ = true;  // maybe, other than by the frames received in this round
   bool handed_over_ = false;
+  bool nothing_to_read_ = false;
   bool called_ = true;  // other threads may have put something into a ring
   bool reply_held_ = false;
   bool receptions_wait_ = false;  // in the line, because their ring is full

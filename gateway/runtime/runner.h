@@ -17,6 +17,12 @@ class Runner {
   // Does all work that is due. Called when the descriptor is ready, next_wake() has come, or the
   // executor was woken.
   virtual void service(Instant now) = 0;
+  // The executor has just found that the descriptor is not ready. Called before service(), which
+  // need not read it, unless something is due that must not be before the frames received earlier.
+  virtual void nothing_to_read() {}
+  // Whether a line of another executor has left values for this runner: then service() is called.
+  // Called when such a line has woken the executor.
+  virtual bool has_values() const { return false; }
   // The executor was woken: another thread may have left data for this runner. Called before
   // service(), which need not check the rings of other threads otherwise.
   virtual void called() {}

@@ -41,7 +41,7 @@ ForwardingLines::ForwardingLines(std::array<std::unique_ptr<can_bridge::Channel>
         make_line(plan.config), std::move(channels[i]), plan, ports_[i], publisher_.wakeup);
   }
   link_.runner = together ? runners[1].get() : nullptr;
-  link_.taker = &executors_.back()->wakeup();
+  link_.taker = &executors_.back()->values_wakeup();
   runners[0]->bind({gateway::BoundSource(link_)}, {});
   runners[1]->bind({}, {gateway::BoundTarget(link_)});
   for (std::size_t i = 0; i < 2; ++i) {

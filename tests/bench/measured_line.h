@@ -37,6 +37,8 @@ class ClockedRunner final : public gateway::Runner {
 
   int descriptor() const override { return runner_->descriptor(); }
   bool wants_writable() const override { return runner_->wants_writable(); }
+  void nothing_to_read() override { runner_->nothing_to_read(); }
+  bool has_values() const override { return runner_->has_values(); }
   void called() override { runner_->called(); }
   void service(Instant now) override;
   void announce() override { runner_->announce(); }

@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 #include <poll.h>
+#include <sys/epoll.h>
+#include <unistd.h>
 
 #include "gateway/exchange/cell.h"
 #include "gateway/exchange/handover.h"
@@ -215,6 +217,43 @@ TEST(Wakeup, NoSignalIsMissedBetweenThreads) {
   }
   producer.join();
   EXPECT_EQ(received, kCount);
+}
+
+TEST(Wakeup, NoEdgeIsMissedBetweenThreads) {
+  Wakeup wakeup;
+  const int epoll = epoll_create1(EPOLL_CLOEXEC);
+  epoll_event wanted{};
+  wanted.events = EPOLLIN | EPOLLET;
+  ASSERT_EQ(epoll_ctl(epoll, EPOLL_CTL_ADD, wakeup.descriptor(), &wanted), 0);
+  epoll_event event{};
+  EXPECT_EQ(epoll_wait(epoll, &event, 1, 0), 0);
+  wakeup.signal();
+  EXPECT_EQ(epoll_wait(epoll, &event, 1, 0), 1);
+  EXPECT_EQ(epoll_wait(epoll, &event, 1, 0), 0) << "an edge is reported once";
+  wakeup.clear_edge();
+  Ring<int> ring(2);
+  constexpr int kCount = 5000;
+  std::thread producer([&] {
+    for (int i = 0; i < kCount;) {
+      if (ring.push(int{i})) {
+        ++i;
+        wakeup.signal();
+      } else {
+        std::this_thread::yield();
+      }
+    }
+  });
+  int received = 0;
+  while (received < kCount) {
+    ASSERT_EQ(epoll_wait(epoll, &event, 1, 10'000), 1) << "a wake-up was lost after " << received;
+    wakeup.clear_edge();
+    for (int value = 0; ring.pop(value);) {
+      ++received;
+    }
+  }
+  producer.join();
+  EXPECT_EQ(received, kCount);
+  close(epoll);
 }
 
 TEST(Counter, AddsUp) {

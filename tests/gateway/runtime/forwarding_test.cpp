@@ -325,6 +325,21 @@ TEST_F(ForwardingCallTest, WhatATimeOutChangesIsSentOnToo) {
   EXPECT_EQ(channels_[1]->sent[2].data[0], std::byte{0});
 }
 
+// The thread was delayed between finding the descriptor not ready and reading the clock.
+TEST_F(ForwardingCallTest, ReadsBeforeATimeOutEvenAChannelThatHadNothingToRead) {
+  begin(0);
+  begin(1);
+  come(0, 0x185, {0x37, 0x12, 0x08});
+  runners_[0]->service(now_);
+  now_ += 40ms;
+  come(0, 0x185, {0x38, 0x12, 0x08});
+  now_ += 20ms;  // the deadline of the first frame is 50 ms
+  runners_[0]->nothing_to_read();
+  runners_[0]->service(now_);
+  ASSERT_EQ(channels_[1]->sent.size(), 2U);
+  EXPECT_EQ(channels_[1]->sent[1].data[0], std::byte{0x38});
+}
+
 TEST_F(ForwardingCallTest, ALineThatBeginsLaterTakesTheNewestValues) {
   begin(0);
   come(0, 0x185, {0x37, 0x12, 0x08});
@@ -360,6 +375,24 @@ TEST_F(ForwardingCallTest, WhatTheInterfaceDoesNotTakeIsSentWhenItDoes) {
   channels_[1]->accepts = 10;
   runners_[1]->service(now_);
   EXPECT_EQ(channels_[1]->sent.size(), 1U);
+}
+
+TEST_F(ForwardingCallTest, ValuesOfAnotherExecutorAreSentWithoutReadingTheChannel) {
+  link_->runner = nullptr;
+  exchange::Wakeup executor;
+  link_->taker = &executor;
+  begin(0);
+  begin(1);
+  EXPECT_FALSE(runners_[1]->has_values());
+  come(0, 0x185, {0x37, 0x12, 0x08});
+  runners_[0]->service(now_);
+  EXPECT_TRUE(runners_[1]->has_values());
+  const int reads = channels_[1]->reads;
+  runners_[1]->nothing_to_read();
+  runners_[1]->service(now_);
+  EXPECT_EQ(channels_[1]->sent.size(), 1U);
+  EXPECT_EQ(channels_[1]->reads, reads);
+  EXPECT_FALSE(runners_[1]->has_values());
 }
 
 // Publishing images at once would take the processor from the other executor. Images are delayed

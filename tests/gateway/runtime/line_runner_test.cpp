@@ -196,6 +196,39 @@ TEST_F(LineRunnerTest, ReportsNoTimeOutThatLateFramesDisprove) {
   EXPECT_FALSE(happened(EventKind::heartbeat_lost));
 }
 
+TEST_F(LineRunnerTest, DoesNotReadAChannelWithoutFramesForImages) {
+  boot();
+  auto& slot = port_.image(image::Direction::inputs);
+  serve(20ms);
+  come(0x185, {1, 2, 3, 4});
+  serve(20ms);
+  come(0x185, {5, 2, 3, 4});
+  serve(1ms);
+  (void)slot.fetch();
+  const int reads = channel_->reads;
+  now_ += 9ms;
+  runner_->nothing_to_read();
+  runner_->service(now_);
+  EXPECT_NE(slot.fetch(), nullptr);
+  EXPECT_EQ(channel_->reads, reads);
+  runner_->service(now_);
+  EXPECT_EQ(channel_->reads, reads + 1) << "it counts once";
+}
+
+TEST_F(LineRunnerTest, ReadsBeforeACommandEvenAChannelThatHadNothingToRead) {
+  boot();
+  (void)events();
+  come(0x085, {0x00, 0x10, 0x01, 0, 0, 0, 0, 0});
+  send_command(7, line::SdoRead{.node = 200});  // refused, with an event
+  runner_->nothing_to_read();
+  serve(1us);
+  std::vector<EventKind> kinds;
+  for (const Event& event : events()) {
+    kinds.push_back(event.kind());
+  }
+  EXPECT_EQ(kinds, (std::vector{EventKind::emcy, EventKind::command_refused}));
+}
+
 TEST_F(LineRunnerTest, TimeDoesNotGoBackWhenFramesAndCommandsComeTogether) {
   boot();
   (void)events();
