@@ -61,9 +61,11 @@ class FramePump {
   bool more() { return std::exchange(more_, kNever) != kNever; }
 
   // Pulls frames while the channel has room: next(frame) fills in the most urgent frame, or returns
-  // false. It is not called again after that: writing gives it no new frame.
+  // false. It is not called again after that: writing gives it no new frame. Returns whether the
+  // channel was given any frame.
   template <class Next>
-  void transmit(Instant now, Next&& next) {
+  bool transmit(Instant now, Next&& next) {
+    bool written = false;
     for (bool more = true; more;) {
       if (held_count_ == 0) {
         const std::size_t room = std::min(channel_->room(now), kBatch);
@@ -73,8 +75,9 @@ class FramePump {
         more = held_count_ == room;
       }
       if (held_count_ == 0) {
-        return;
+        break;
       }
+      written = true;
       const can_bridge::ChannelCounters& counters = channel_->counters();
       const std::uint64_t before = counters.taken();
       const std::uint64_t refused = counters.refused;
@@ -88,9 +91,10 @@ class FramePump {
                 held_.begin() + static_cast<std::ptrdiff_t>(held_count_), held_.begin());
       held_count_ -= taken;
       if (held_count_ > 0) {
-        return;
+        break;
       }
     }
+    return written;
   }
   // Reports the outcome of the frames that transmit() pulled, numbered from 1 in that order:
   // lost(first, last) for frames that will never be sent, or may not have been, then

@@ -96,6 +96,8 @@ void Publication::taken(const line::Line& line, Instant now) {
   // Periodic publication keeps its phase unless it is late by more than a period.
   const bool in_rhythm =
       !first_ && rule_.rule == config::Publish::Rule::period && now - last_ < 2 * rule_.time;
+  in_series_ = !first_ && rule_.rule == config::Publish::Rule::on_change &&
+               now - last_ < rule_.time + rule_.time / 4;
   last_ = in_rhythm ? last_ + rule_.time : now;
   last_sync_ = line.sync_count();
   first_ = false;
@@ -157,7 +159,14 @@ void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
 [[gnu::hot]] void LineRunner::service(Instant now) {
   const RunningLine running(*line_);
   now = std::max(now, known_);  // values of another line may have been sent at a later time
-  const Instant known = needs_reading(now) ? receive(now) : now;
+  const bool reads = needs_reading(now);
+  if (!reads && is_only_for_images(now)) {
+    hand_over(now);
+    note_next_due();
+    next_wake_ = compute_next_wake();
+    return;
+  }
+  const Instant known = reads ? receive(now) : now;
   now = std::max(now, known);  // frames were received while the channel was read
   fill_budget(known);
   note_next_due();
@@ -204,6 +213,13 @@ void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
   const bool nothing_to_read = std::exchange(nothing_to_read_, false);
   return !nothing_to_read || called_ || now >= work_due_ ||
          (routes_ != nullptr && routes_->arrived());
+}
+
+// Precondition: the channel need not be read. With the status, the line is advanced, too.
+[[gnu::hot]] bool LineRunner::is_only_for_images(Instant now) const {
+  return started_ && !stopping_ && (!inputs_changed_ || bound_sources_.empty()) &&
+         !receptions_wait_ && now < status_due_ && !has_values() &&
+         (routes_ == nullptr || !routes_->held());
 }
 
 // Returns the time up to which everything was received.
@@ -259,8 +275,9 @@ void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
   if (started_) {
     known_ = std::max(known_, now);
     fill_budget(now);
-    pump_.transmit(now, [&](can::Frame& frame) { return line_->next_frame(frame, now); });
-    report_ended(now);
+    if (pump_.transmit(now, [&](can::Frame& frame) { return line_->next_frame(frame, now); })) {
+      report_ended(now);
+    }
   }
 }
 
@@ -576,6 +593,9 @@ void LineRunner::reply(std::uint64_t tag, Error error, std::string_view text) {
 [[gnu::hot]] bool LineRunner::is_snapshot_due(Instant now) {
   const bool forwarded = std::exchange(forwarded_, false);
   image_due_ = next_image();
+  if (image_expected_ <= now) {
+    image_expected_ = kNever;
+  }
   if (earlier(status_due_, image_due_) > now) {
     return false;
   }
@@ -618,6 +638,8 @@ void LineRunner::reply(std::uint64_t tag, Error error, std::string_view text) {
     hand_over_layouts();
     hand_over_images(now);
     image_due_ = next_image();
+    image_expected_ = earlier(publications_[0].expected(), publications_[1].expected());
+    image_expected_ = image_expected_ > now ? image_expected_ : kNever;
   }
 }
 
@@ -798,7 +820,8 @@ void LineRunner::look_at_losses() {
   if (stopping_) {
     work_due_ = earlier(work_due_, stop_deadline_);
   }
-  return earlier(work_due_, std::max(earlier(status_due_, image_due_), held_until_));
+  return earlier(earlier(work_due_, image_expected_),
+                 std::max(earlier(status_due_, image_due_), held_until_));
 }
 
 [[gnu::hot]] Instant LineRunner::next_image() {

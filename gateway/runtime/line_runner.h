@@ -33,6 +33,8 @@ class Publication {
   // When the next snapshot is due if nothing else happens; kNever if something must happen first.
   Instant next(const line::Line& line, image::Direction direction);
   void taken(const line::Line& line, Instant now);
+  // When the next snapshot is due if values change as often as they did; kNever if that is unknown.
+  Instant expected() const { return in_series_ ? last_ + rule_.time : kNever; }
   // The line has another image, because its layout changed.
   void image_replaced() { changed_ = false; }
 
@@ -40,7 +42,8 @@ class Publication {
   config::Publish rule_;
   Duration touched_period_;
   bool first_ = true;
-  bool changed_ = false;  // the image is known to have changed since the last snapshot
+  bool changed_ = false;    // the image is known to have changed since the last snapshot
+  bool in_series_ = false;  // the last two snapshots were as close as the rule permits (on_change)
   Instant last_{};
   std::uint32_t last_sync_ = 0;
 };
@@ -97,6 +100,7 @@ class LineRunner final : public Runner {
 
  private:
   bool needs_reading(Instant now);
+  bool is_only_for_images(Instant now) const;
   Instant receive(Instant now);
   void wake_at(Instant now) { next_wake_ = work_due_ = now; }
   void bus_event(const can::BusEvent& event, Instant now);
@@ -154,7 +158,9 @@ class LineRunner final : public Runner {
   Instant status_due_{};
   Instant image_due_{};          // the last result of next_image()
   Instant budget_due_ = kNever;  // when a waiting request may be carried out
-  Instant held_until_{};         // delay of images and status that are due
+  // The timer is set to it at once, instead of again when the next frame has come.
+  Instant image_expected_ = kNever;
+  Instant held_until_{};  // delay of images and status that are due
   std::uint32_t receive_peak_ = 0;
   bool started_ = false;
   bool stopping_ = false;

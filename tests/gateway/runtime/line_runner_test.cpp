@@ -215,6 +215,28 @@ TEST_F(LineRunnerTest, DoesNotReadAChannelWithoutFramesForImages) {
   EXPECT_EQ(channel_->reads, reads + 1) << "it counts once";
 }
 
+// The timer is set once for each image, not again when the first frame has come.
+TEST_F(LineRunnerTest, ExpectsTheNextImageOfASeriesOnce) {
+  boot();
+  auto& slot = port_.image(image::Direction::inputs);
+  serve(20ms);
+  come(0x185, {1, 2, 3, 4});
+  serve(20ms);
+  ASSERT_NE(slot.fetch(), nullptr);
+  come(0x185, {2, 2, 3, 4});
+  serve(1ms);
+  runner_->nothing_to_read();
+  now_ += 9ms;
+  runner_->service(now_);
+  ASSERT_NE(slot.fetch(), nullptr) << "the second image of a series";
+  EXPECT_LE(runner_->next_wake(), now_ + 10ms);
+  now_ += 10ms;
+  runner_->nothing_to_read();
+  runner_->service(now_);
+  EXPECT_EQ(slot.fetch(), nullptr) << "nothing has changed";
+  EXPECT_GT(runner_->next_wake(), now_ + 10ms) << "the series has ended";
+}
+
 TEST_F(LineRunnerTest, ReadsBeforeACommandEvenAChannelThatHadNothingToRead) {
   boot();
   (void)events();
