@@ -485,7 +485,7 @@ void VirtualDevice::report_write(od::Address address, std::span<const std::byte>
 }
 
 void VirtualDevice::time_received(const time::TimeOfDay& time, Instant now) {
-  constexpr Duration kPause = std::chrono::seconds(1);
+  constexpr Duration kPause = std::chrono::milliseconds(900);  // TIME every second may be early
   if (time_reported_ && now - *time_reported_ < kPause) {
     return;
   }

@@ -150,6 +150,15 @@ TEST_F(DevicesApplication, HearsTheBootUpOfOthersAndTime) {
   EXPECT_EQ(std::get<event::TimeReceived>(told[0].data).utc, seconds(kSeconds));
 }
 
+TEST_F(DevicesApplication, HearsEachTimeOfAProducerThatSendsItEverySecond) {
+  hear(0x100, {0xE8, 0x03, 0, 0, 1, 0});
+  now_ += milliseconds(1010);
+  hear(0x100, {0xE8, 0x03, 0, 0, 1, 0});
+  now_ += milliseconds(990);
+  hear(0x100, {0xE8, 0x03, 0, 0, 1, 0});
+  EXPECT_EQ(of_kind(EventKind::time_received).size(), 3U);
+}
+
 TEST_F(DevicesApplication, SetsItsOwnValuesWhateverTheirAccess) {
   const std::vector<std::byte> status{std::byte{1}, std::byte{2}, std::byte{3}, std::byte{4}};
   EXPECT_EQ(ask(0x1002, status), to_error(AbortCode::read_only));
