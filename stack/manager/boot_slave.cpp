@@ -90,7 +90,9 @@ void BootSlave::begin(Reason reason, Instant now, nmt::Command command) {
   booted_up_ = reason != Reason::present;
   was_operational_ = false;
   restarts_ = 0;
-  forget_pdos();
+  if (reason != Reason::present || !known_pdos_) {
+    forget_pdos();
+  }
   give_up_ = now + plan_.boot_timeout;
   if (!has(assignment::kListed)) {
     finish('A', {}, now);
@@ -115,6 +117,7 @@ void BootSlave::abandon_step() {
 
 void BootSlave::cancel() {
   clear();
+  known_pdos_ = false;
   client_ = 0;
 }
 
@@ -374,6 +377,7 @@ void BootSlave::send_reset(nmt::Command command, Instant now) {
 }
 
 void BootSlave::forget_pdos() {
+  known_pdos_ = false;
   unknown_pdos_ = services_.list.has(plan_.id, assignment::kListed | assignment::kBoot);
 }
 
@@ -580,7 +584,12 @@ void BootSlave::search(char letter, const BootFinding& finding, Instant now) {
 void BootSlave::report(char letter, const BootFinding& finding, Instant now) {
   node_.boot = letter;
   node_.finding = finding;
-  unknown_pdos_ = unknown_pdos_ && !is_booted(letter) && letter != kNoErrorControl;
+  if (is_booted(letter) || letter == kNoErrorControl) {
+    known_pdos_ = true;
+    unknown_pdos_ = false;
+  } else {
+    forget_pdos();
+  }
   result_ = letter;
   services_.events.emit(boot_result(plan_.id, letter, finding, now));
 }

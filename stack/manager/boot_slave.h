@@ -100,8 +100,9 @@ class BootSlave final : private StepContext {
   // configured, or it is guarded.
   bool started_error_control() const { return started_error_control_; }
   // The node may have other PDOs than those of the image: it was reset, restarted or was found
-  // running, and no process has configured it since. false if the network list has it as a node
-  // that is not booted.
+  // running, and no process has configured it since. A process that finds a node running that the
+  // last one configured does not change this: until it ends, the node has the PDOs that it had.
+  // false if the network list has it as a node that is not booted.
   bool has_unknown_pdos() const { return unknown_pdos_; }
   // The node sent its boot-up message, also while the manager is not active.
   void restarts() {
@@ -185,6 +186,7 @@ class BootSlave final : private StepContext {
   bool booted_up_ = false;        // a boot-up message was received: the node cannot be Operational
   bool was_operational_ = false;  // boot status L
   bool started_error_control_ = false;
+  bool known_pdos_ = false;  // configured by the last process, neither reset nor cancelled since
   bool unknown_pdos_ = false;
   // The last NMT reset of the node.
   struct Reset {
