@@ -594,7 +594,7 @@ void LineRunner::reply(std::uint64_t tag, Error error, std::string_view text) {
   const bool forwarded = std::exchange(forwarded_, false);
   image_due_ = next_image();
   if (image_expected_ <= now) {
-    image_expected_ = kNever;
+    image_expected_ = expected_image(now);
   }
   if (earlier(status_due_, image_due_) > now) {
     return false;
@@ -638,8 +638,7 @@ void LineRunner::reply(std::uint64_t tag, Error error, std::string_view text) {
     hand_over_layouts();
     hand_over_images(now);
     image_due_ = next_image();
-    image_expected_ = earlier(publications_[0].expected(), publications_[1].expected());
-    image_expected_ = image_expected_ > now ? image_expected_ : kNever;
+    image_expected_ = expected_image(now);
   }
 }
 

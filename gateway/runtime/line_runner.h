@@ -33,8 +33,11 @@ class Publication {
   // When the next snapshot is due if nothing else happens; kNever if something must happen first.
   Instant next(const line::Line& line, image::Direction direction);
   void taken(const line::Line& line, Instant now);
-  // When the next snapshot is due if values change as often as they did; kNever if that is unknown.
-  Instant expected() const { return in_series_ ? last_ + rule_.time : kNever; }
+  // When the next snapshot is due if values change as often as they did; kNever if that is unknown,
+  // or was before now.
+  Instant expected(Instant now) const {
+    return in_series_ && last_ + rule_.time > now ? last_ + rule_.time : kNever;
+  }
   // The line has another image, because its layout changed.
   void image_replaced() { changed_ = false; }
 
@@ -144,6 +147,9 @@ class LineRunner final : public Runner {
   void reply(std::uint64_t tag, Error error, std::string_view text = {});
   Instant compute_next_wake();
   Instant next_image();
+  Instant expected_image(Instant now) const {
+    return earlier(publications_[0].expected(now), publications_[1].expected(now));
+  }
 
   // The members that each round uses are adjacent, to occupy few cache lines: other programs on the
   // processor evict them meanwhile.

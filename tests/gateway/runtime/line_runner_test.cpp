@@ -237,6 +237,28 @@ TEST_F(LineRunnerTest, ExpectsTheNextImageOfASeriesOnce) {
   EXPECT_GT(runner_->next_wake(), now_ + 10ms) << "the series has ended";
 }
 
+// The outputs changed twice within the shortest interval, long ago.
+TEST_F(LineRunnerTest, ExpectsTheNextImageOfASeriesOfInputsAfterOneOfOutputs) {
+  boot();
+  const image::Layout& layout = runner_->line().layout(image::Direction::outputs);
+  for (unsigned char value = 1; value <= 3; ++value) {
+    line::OutputWrite out{.layout_id = layout.id, .arming = 1};
+    out.values.push_back({.entry = 0, .length = 1, .data = {std::byte{value}}});
+    ASSERT_TRUE(port_.outputs.push(out));
+    serve(1us);
+    serve(10ms);
+    ASSERT_NE(port_.image(image::Direction::outputs).fetch(), nullptr);
+  }
+  serve(1s);
+  auto& slot = port_.image(image::Direction::inputs);
+  for (unsigned char value = 1; value <= 2; ++value) {
+    come(0x185, {value, 2, 3, 4});
+    serve(10ms);
+    ASSERT_NE(slot.fetch(), nullptr);
+  }
+  EXPECT_LE(runner_->next_wake(), now_ + 10ms);
+}
+
 TEST_F(LineRunnerTest, ReadsBeforeACommandEvenAChannelThatHadNothingToRead) {
   boot();
   (void)events();
