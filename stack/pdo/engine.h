@@ -184,7 +184,8 @@ class Engine {
   //   unheard  no frame was received from the node, and the line does not boot it: TPDOs to it are
   //            sent as in state unknown, but their entries are not valid
   //   unlike   the node is known to have other PDOs: TPDOs to it are held back, requested ones are
-  //            dropped, and their entries are not valid
+  //            dropped, and their entries are not valid; on leaving this state every TPDO that
+  //            other nodes receive, too, is requested once
   enum class Receiver : std::uint8_t { unknown, waiting, started, unheard, unlike };
   // Precondition: node is 1..127. configure() keeps the state.
   void set_receiver(std::uint8_t node, Receiver state);

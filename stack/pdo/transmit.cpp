@@ -572,12 +572,14 @@ void Engine::lost(std::uint64_t first, std::uint64_t last) {
 }
 
 void Engine::Impl::set_receiver(std::uint8_t node, Receiver state) {
-  if (std::exchange(receivers[node], state) == state) {
+  const Receiver before = std::exchange(receivers[node], state);
+  if (before == state) {
     return;
   }
   for (const LinkedPdo& link : linked_tpdos) {
     const auto slot = static_cast<std::uint16_t>(link.parameters.number - 1U);
     const bool own = link.node == node;
+    const bool kept_from_others = own && before == Receiver::unlike && !link.also.empty();
     if (own && slot < tpdos.size()) {
       under_way[slot].clear();
     }
@@ -588,8 +590,8 @@ void Engine::Impl::set_receiver(std::uint8_t node, Receiver state) {
       image.set_pdo_valid(image::Direction::outputs, link.parameters.number, false);
     }
     const bool receives = own || std::ranges::find(link.also, node) != link.also.end();
-    if (receives && state == Receiver::started && operational && slot < tpdos.size() &&
-        tpdos[slot].active) {
+    if ((kept_from_others || (receives && state == Receiver::started)) && operational &&
+        slot < tpdos.size() && tpdos[slot].active) {
       source_changed(slot, true);
     }
   }
