@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Implements check_profiles(), see profiles.h.
+#include <limits>
 #include <string>
 
 #include <fastrtps/attributes/ParticipantAttributes.h>
@@ -11,6 +12,7 @@
 #include "bridges/dds/profile_text.h"
 #include "bridges/dds/profiles.h"
 #include "bridges/dds/transport_check.h"
+#include "bridges/dds/values.h"
 
 namespace linegate::dds {
 namespace {
@@ -155,6 +157,19 @@ std::vector<Diagnostic> check_profiles(const std::string& file) {
     check.reader(topic);
   }
   return findings;
+}
+
+std::size_t participants_of_profile(const std::string& file) {
+  std::vector<Diagnostic> ignored;
+  rtps::ParticipantAttributes found;
+  if (!load_profiles(file, ignored) ||
+      Profiles::fillParticipantAttributes(kParticipantProfile, found, false) !=
+          rtps::xmlparser::XMLP_ret::XML_OK) {
+    return kMostParticipants;
+  }
+  const std::size_t most = found.rtps.allocation.participants.maximum;  // includes the own one
+  return most == 0 || most == std::numeric_limits<std::size_t>::max() ? kMostParticipants
+                                                                      : most - 1;
 }
 
 }  // namespace linegate::dds

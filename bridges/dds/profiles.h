@@ -37,4 +37,8 @@ std::vector<Diagnostic> check_profiles(const std::string& file);
 // The file that load_profiles() would load: a path, or "(built-in ...)".
 std::string profiles_in_use(const std::string& file);
 
+// Loads the same file. The limit of other participants: allocation/total_participants/maximum,
+// which includes the own one; kMostParticipants if it is not set, or the file is unusable.
+std::size_t participants_of_profile(const std::string& file);
+
 }  // namespace linegate::dds

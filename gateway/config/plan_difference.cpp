@@ -41,11 +41,12 @@ std::string names(const std::vector<std::string>& lines) {
 
 }  // namespace
 
-PlantIdentity identity_of(const Plant& plant) {
+PlantIdentity identity_of(const Plant& plant, std::uint32_t profile_participants) {
   PlantIdentity out{plant.gateway,
                     plant.dds_domain,
                     plant.dds_profile,
-                    plant.dds_participants,
+                    plant.dds_participants != 0 ? plant.dds_participants : profile_participants,
+                    profile_participants,
                     plant.dds_interfaces,
                     plant.dds_peers,
                     plant.dds_guard,
@@ -63,7 +64,7 @@ PlantIdentity identity_of(const Plant& plant) {
 
 PlanDifference difference(const PlantIdentity& running, const Plant& wanted) {
   PlanDifference out;
-  const PlantIdentity next = identity_of(wanted);
+  const PlantIdentity next = identity_of(wanted, running.dds_profile_participants);
   refuse(out, wanted.file, "the name of the gateway", running.gateway, next.gateway);
   refuse(out, wanted.file, "the DDS domain", std::to_string(running.dds_domain),
          std::to_string(next.dds_domain));

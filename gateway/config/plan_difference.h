@@ -21,7 +21,8 @@ struct PlantIdentity {
   std::string gateway;
   std::uint32_t dds_domain = 0;
   std::string dds_profile;
-  std::uint32_t dds_participants = 0;
+  std::uint32_t dds_participants = 0;          // in effect
+  std::uint32_t dds_profile_participants = 0;  // in effect if the configuration has none
   std::vector<std::string> dds_interfaces;
   std::vector<std::string> dds_peers;
   bool dds_guard = true;
@@ -32,7 +33,13 @@ struct PlantIdentity {
   std::string dds_security;
   std::vector<Line> lines;
 };
-PlantIdentity identity_of(const Plant& plant);
+// Limit of other DDS participants if neither the configuration nor the DDS profile has one.
+inline constexpr std::uint32_t kUsualDdsParticipants = 100;
+
+// profile_participants: the limit of other participants that is in effect if the configuration
+// has none, which the DDS profile may set.
+PlantIdentity identity_of(const Plant& plant,
+                          std::uint32_t profile_participants = kUsualDdsParticipants);
 
 struct PlanDifference {
   // Names of lines, each in the order of the configuration that has them.

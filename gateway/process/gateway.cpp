@@ -53,7 +53,7 @@ Loaded<std::unique_ptr<Gateway>> Gateway::make(const config::Plant& plant,
                                                std::uint64_t incarnation) {
   Loaded<std::unique_ptr<Gateway>> loaded;
   std::unique_ptr<Gateway> gateway(new Gateway());
-  gateway->identity_ = identity_of(plant);
+  gateway->identity_ = identity_of(plant, dds_participants_of_profile(plant.dds_profile));
   gateway->executor_plans_ = plant.executors;
   auto lines = make_lines(plant, difference({}, plant).started, loaded.diagnostics);
   if (!has_errors(loaded.diagnostics)) {
@@ -422,7 +422,7 @@ Gateway::Reload Gateway::reload(const config::Plant& wanted) {
   out.done = true;
   if (!out.difference.empty()) {
     change(go, come, std::move(lines), wanted, out.diagnostics, out.difference.rerouted);
-    identity_ = identity_of(wanted);
+    identity_ = identity_of(wanted, identity_.dds_profile_participants);
     executor_plans_ = wanted.executors;
   }
   ++info_.reloads;

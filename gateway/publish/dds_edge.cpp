@@ -16,6 +16,8 @@
 #include "bridges/dds/library_log.h"
 #include "bridges/dds/profiles.h"
 #include "bridges/dds/publisher.h"
+#include "bridges/dds/values.h"
+#include "gateway/config/plan_difference.h"
 #include "gateway/exchange/bell.h"
 #include "gateway/publish/dds_process.h"
 #include "gateway/runtime/direct_images.h"
@@ -409,6 +411,12 @@ std::vector<Diagnostic> check_dds_profiles(const std::string& file) {
 
 std::string dds_profiles_in_use(const std::string& file) {
   return dds::profiles_in_use(file);
+}
+
+std::uint32_t dds_participants_of_profile(const std::string& file) {
+  static_assert(config::kUsualDdsParticipants == dds::kMostParticipants);
+  return static_cast<std::uint32_t>(
+      std::min<std::size_t>(dds::participants_of_profile(file), UINT32_MAX));
 }
 
 std::vector<Diagnostic> check_dds_identity(const config::Plant& plant, std::time_t now) {

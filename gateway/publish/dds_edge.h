@@ -33,6 +33,9 @@ inline constexpr std::string_view kDdsProcessArgument = "--dds-process";
 std::vector<Diagnostic> check_dds_profiles(const std::string& file);
 // The file that an empty name selects: a path, or "(built-in ...)".
 std::string dds_profiles_in_use(const std::string& file);
+// The limit of other participants with this file, if plant.yaml has none; the default if the file
+// is unusable.
+std::uint32_t dds_participants_of_profile(const std::string& file);
 
 // What prevents the identity of the gateway at the time `now` (security::check_gateway); empty
 // without DDS-Security.

@@ -3,6 +3,7 @@
 
 #include <iostream>
 
+#include "gateway/publish/dds_edge.h"
 #include "gateway/runtime/exit_code.h"
 #include "gateway/runtime/log.h"
 #include "gateway/tools/json_text.h"
@@ -26,7 +27,9 @@ int check_reload(const std::string& running, const std::string& wanted, bool jso
   if (!before.value || !after.value) {
     return kExitUsage;
   }
-  const config::PlanDifference found = difference(identity_of(*before.value), *after.value);
+  const config::PlantIdentity identity =
+      identity_of(*before.value, dds_participants_of_profile(before.value->dds_profile));
+  const config::PlanDifference found = difference(identity, *after.value);
   print(found.refusals);
   std::cout << (json ? to_json(found) : describe(found)) << '\n';
   return found.refusals.empty() ? kExitOk : kExitUsage;

@@ -237,6 +237,20 @@ TEST(ProfileCheck, MulticastIsRefusedWithItsLine) {
   EXPECT_NE(said.substr(0, 2), "0:") << said;
 }
 
+// In the profile the limit includes the own participant.
+TEST(ProfileCheck, TheLimitOfOtherParticipantsIsThatOfTheProfile) {
+  const File file(profiles_with("<remote_locators>",
+                                "<total_participants><initial>1</initial><maximum>31</maximum>"
+                                "<increment>1</increment></total_participants><remote_locators>"));
+  EXPECT_EQ(dds::participants_of_profile(file.path), 30U);
+}
+
+TEST(ProfileCheck, TheLimitOfOtherParticipantsHasADefault) {
+  const File file{std::string(dds::built_in_profiles())};
+  EXPECT_EQ(dds::participants_of_profile(file.path), 100U);
+  EXPECT_EQ(dds::participants_of_profile("/no/such.xml"), 100U);
+}
+
 TEST(ProfileCheck, ALimitOfMulticastThatIsNotSetIsPermitted) {
   EXPECT_EQ(findings(profiles_with("<max_multicast_locators>0</max_multicast_locators>", "")), "");
 }

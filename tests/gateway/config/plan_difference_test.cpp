@@ -70,6 +70,26 @@ TEST(PlanDifference, RefusesOtherInterfacesAndPeers) {
   }
 }
 
+// "participants" may be absent: the limit of the profile, or the default, is in effect.
+TEST(PlanDifference, ComparesTheNumberOfParticipantsInEffect) {
+  const Plant absent = plant(kA);
+  const Plant usual = plant(kA, "dds: {participants: 100}\n");
+  const Plant other = plant(kA, "dds: {participants: 50}\n");
+  EXPECT_TRUE(difference(identity_of(absent), usual).refusals.empty());
+  EXPECT_TRUE(difference(identity_of(usual), absent).refusals.empty());
+  EXPECT_TRUE(difference(identity_of(absent, 50), other).refusals.empty());
+  const auto refused = difference(identity_of(absent), other);
+  ASSERT_EQ(refused.refusals.size(), 1U);
+  EXPECT_NE(refused.refusals[0].text.find(
+                "the number of DDS participants changes from \"100\" to \"50\""),
+            std::string::npos)
+      << refused.refusals[0].text;
+  const auto of_profile = difference(identity_of(other, 30), absent);
+  ASSERT_EQ(of_profile.refusals.size(), 1U);
+  EXPECT_NE(of_profile.refusals[0].text.find("changes from \"50\" to \"30\""), std::string::npos)
+      << of_profile.refusals[0].text;
+}
+
 TEST(PlanDifference, RefusesAnotherJournal) {
   const auto running = identity_of(plant(kA, "journal: {file: deploy/j.db, max_age: 2h}\n"));
   EXPECT_TRUE(difference(running, plant(kA, "journal: {file: deploy/j.db, max_age: 120min}\n"))
