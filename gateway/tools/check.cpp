@@ -165,6 +165,31 @@ std::string off_or(Duration duration) {
   return duration == Duration::zero() ? "off" : format_duration(duration);
 }
 
+// A text in quotes, the octets of other strings and of a DOMAIN in their order on the bus, a number
+// in hexadecimal.
+std::string value_text(od::DataType type, std::span<const std::byte> value) {
+  std::string out;
+  if (type == od::DataType::visible_string) {
+    for (const std::byte octet : value) {
+      const char c = static_cast<char>(octet);
+      out += c == '"' || c == '\\' ? std::string{'\\', c}
+                                   : std::string(1, c >= ' ' && c <= '~' ? c : '.');
+    }
+    return '"' + out + '"';
+  }
+  if (od::is_string(type) || type == od::DataType::domain ||
+      (type == od::DataType::none && value.size() > 8)) {
+    for (const std::byte octet : value) {
+      out += fmt::format("{}{:02X}", out.empty() ? "" : " ", std::to_integer<unsigned>(octet));
+    }
+    return value.empty() ? "empty" : out;
+  }
+  for (auto it = value.rbegin(); it != value.rend(); ++it) {
+    out += fmt::format("{:02X}", std::to_integer<unsigned>(*it));
+  }
+  return out + 'h';
+}
+
 class Text {
  public:
   std::string take() { return std::move(out_); }
@@ -441,16 +466,16 @@ class Text {
           node.life_time_factor);
     }
     for (const manager::ObjectWrite& write : writes_of_file(node)) {
-      object(write.address, write.data, role, ", of its DCF");
+      object(node, write.address, write.data, role, ", of its DCF");
     }
     for (const auto& value : node.objects) {
-      object(value.address, value.data, role, "");
+      object(node, value.address, value.data, role, "");
     }
     pdos(node.device);
   }
 
-  void object(od::Address address, std::span<const std::byte> value, line::Role role,
-              std::string_view origin) {
+  void object(const line::NodeConfig& node, od::Address address, std::span<const std::byte> value,
+              line::Role role, std::string_view origin) {
     constexpr std::size_t kLongest = 32;
     if (role == line::Role::observer) {
       return;
@@ -461,10 +486,8 @@ class Text {
       add("{} bytes{}\n", value.size(), origin);
       return;
     }
-    for (auto it = value.rbegin(); it != value.rend(); ++it) {
-      add("{:02X}", std::to_integer<unsigned>(*it));
-    }
-    add("h{}\n", origin);
+    const od::VariableDescription* const known = node.device.find(address);
+    add("{}{}\n", value_text(known == nullptr ? od::DataType::none : known->type, value), origin);
   }
 
   // The heartbeat that the device produces: `heartbeat`, or 1017h as `objects`, its DCF or its

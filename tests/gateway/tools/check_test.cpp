@@ -78,6 +78,34 @@ TEST(Check, SaysWhatTheDcfOfANodeWrites) {
   EXPECT_TRUE(contains(describe(*loaded.value), "    write 2000:00 = 40 bytes\n"));
 }
 
+// As `linegate dcf` and `sdo read` print them, in the order of their octets on the bus.
+TEST(Check, PrintsValuesByTheirDataType) {
+  auto loaded = config::load(kDemo);
+  ASSERT_TRUE(loaded.ok());
+  line::NodeConfig& node = loaded.value->lines.front().config.nodes.front();
+  const auto printed = [&](od::DataType type, std::vector<std::byte> value) {
+    for (od::ObjectDescription& object : node.device.objects) {
+      if (object.index == 0x6083) {
+        object.variables.front().type = type;
+      }
+    }
+    node.objects = {line::ObjectValue{{0x6083, 0}, std::move(value)}};
+    const std::string text = describe(*loaded.value);
+    const std::string begin = "    write 6083:00 = ";
+    const std::size_t at = text.find(begin);
+    return at == std::string::npos
+               ? text
+               : text.substr(at + begin.size(), text.find('\n', at) - at - begin.size());
+  };
+  const std::vector<std::byte> three = {std::byte{0x5A}, std::byte{0x22}, std::byte{0xFF}};
+  EXPECT_EQ(printed(od::DataType::visible_string, three), "\"Z\\\".\"");
+  EXPECT_EQ(printed(od::DataType::visible_string, {}), "\"\"");
+  EXPECT_EQ(printed(od::DataType::octet_string, three), "5A 22 FF");
+  EXPECT_EQ(printed(od::DataType::unicode_string, three), "5A 22 FF");
+  EXPECT_EQ(printed(od::DataType::domain, three), "5A 22 FF");
+  EXPECT_EQ(printed(od::DataType::unsigned24, three), "FF225Ah");
+}
+
 TEST(Check, SaysThatTheDdsGuardIsOff) {
   auto loaded = config::load(kDemo);
   ASSERT_TRUE(loaded.ok());
