@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <optional>
 #include <ostream>
 
 #include <nlohmann/json.hpp>
@@ -13,6 +14,8 @@
 #include "bridges/console/one_line.h"
 #include "bridges/console/table.h"
 #include "bridges/console/value_text.h"
+#include "stack/base/abort_code.h"
+#include "stack/base/byte_order.h"
 #include "stack/od/objects.h"
 
 namespace linegate::console {
@@ -56,18 +59,84 @@ std::vector<NodeHistory> nodes_meant(const Line& line, std::uint8_t only) {
           {.node = id, .name = view.name, .received = view.state.emcy_count, .messages = {}});
     }
   }
-  if (only != 0 && out.empty()) {
-    out.push_back({.node = only, .name = {}, .received = 0, .messages = {}});
+  return out;
+}
+
+// Reads 1003h of a device of the line; node 0 is the own node. Returns what is to be printed if it
+// cannot be read.
+std::optional<Client::Answer> read_errors(Context& context, Model& model, const Line& line,
+                                          std::uint8_t node, StoredErrors& out) {
+  std::size_t count = 1;
+  for (std::size_t sub = 0; sub <= count; ++sub) {
+    const od::Address address{od::objects::kErrorHistory, static_cast<std::uint8_t>(sub)};
+    const line::LocalRead read{.node = node, .what = address};
+    const Client::Answer answer = ask_line(context, model, line, {.request = read});
+    if (sub == 0 && answer.reply.error == to_error(AbortCode::no_object)) {
+      out.has_object = false;
+      return std::nullopt;
+    }
+    if (!answer.reply.ok()) {
+      return answer;
+    }
+    const std::span<const std::byte> bytes = answer.reply.bytes();
+    const auto value = static_cast<std::uint32_t>(
+        load_le(bytes.first(std::min(bytes.size(), sizeof(std::uint32_t)))));
+    if (sub == 0) {
+      count = std::min<std::size_t>(value, 0xFE);
+    } else {
+      out.fields.push_back(value);
+    }
+  }
+  return std::nullopt;
+}
+
+// The selected devices of the line, or its own node.
+std::vector<StoredErrors> devices_meant(const Line& line, const NodeRef& meant) {
+  std::vector<StoredErrors> out;
+  if (meant.own) {
+    out.push_back({.node = line.view->state.node_id, .name = "own", .fields = {}});
+    return out;
+  }
+  for (const auto& [id, view] : line.nodes) {
+    if (meant.all || id == meant.node) {
+      out.push_back({.node = id, .name = view.name, .fields = {}});
+    }
   }
   return out;
 }
 
+int print_errors(Context& context, Model& model, const Line& line, const NodeRef& meant) {
+  std::vector<StoredErrors> nodes = devices_meant(line, meant);
+  for (StoredErrors& node : nodes) {
+    if (const auto refusal =
+            read_errors(context, model, line, meant.own ? std::uint8_t{0} : node.node, node)) {
+      return print_answer(context, *refusal);
+    }
+  }
+  if (context.json) {
+    context.out << stored_errors_json(line.id, nodes) << '\n';
+  } else {
+    context.out << stored_errors_text(line.id.line, nodes);
+  }
+  return kDone;
+}
+
 int print_history(Context& context, Model& model, const Line& line, const NodeRef& meant) {
+  if (meant.own) {
+    return print_errors(context, model, line, meant);
+  }
   // NodeState arrives after LineState.
   (void)wait_until(context, model, [&] {
     return meant.all ? line.nodes.size() >= line.view->state.nodes_configured
                      : line.nodes.contains(meant.node);
   });
+  if (!meant.all && !line.nodes.contains(meant.node)) {
+    report_no_node(context, line, std::to_string(meant.node));
+    return kFailed;
+  }
+  if (line.view->state.role == line::Role::device && !line.nodes.empty()) {
+    return print_errors(context, model, line, meant);
+  }
   std::vector<NodeHistory> nodes = nodes_meant(line, meant.all ? std::uint8_t{0} : meant.node);
   for (NodeHistory& node : nodes) {
     const line::LocalRead history{.what = od::Address{od::objects::kEmcyHistory, node.node}};
@@ -137,8 +206,45 @@ std::string history_json(const LineId& line, const std::vector<NodeHistory>& nod
   return one_line(out);
 }
 
+std::string stored_errors_text(const std::string& line, const std::vector<StoredErrors>& nodes) {
+  std::string out;
+  for (const StoredErrors& node : nodes) {
+    out += printable(line) + ':' + std::to_string(node.node) + ' ' + printable(node.name);
+    if (!node.has_object) {
+      out += ", has no 1003h: it stores no errors\n";
+      continue;
+    }
+    out += ", " + std::to_string(node.fields.size()) +
+           (node.fields.size() == 1 ? " error in 1003h\n" : " errors in 1003h\n");
+    for (const std::uint32_t field : node.fields) {
+      const auto code = static_cast<std::uint16_t>(field);
+      out += "  " + digits_of(code, 4) + "  " + describe_error_code(code) +
+             ", additional information " + digits_of(field >> 16U, 4) + '\n';
+    }
+  }
+  return out;
+}
+
+std::string stored_errors_json(const LineId& line, const std::vector<StoredErrors>& nodes) {
+  using Json = nlohmann::ordered_json;
+  Json out = {{"gateway", line.gateway}, {"line", line.line}, {"nodes", Json::array()}};
+  for (const StoredErrors& node : nodes) {
+    Json errors = Json::array();
+    for (const std::uint32_t field : node.fields) {
+      const auto code = static_cast<std::uint16_t>(field);
+      errors.push_back(
+          {{"code", code}, {"text", describe_error_code(code)}, {"additional", field >> 16U}});
+    }
+    out["nodes"].push_back({{"node", node.node},
+                            {"name", node.name},
+                            {"stored", node.has_object},
+                            {"errors", std::move(errors)}});
+  }
+  return one_line(out);
+}
+
 int emcy_history(Context& context, const std::string& what) {
-  auto meant = line_or_node(context, what);
+  auto meant = line_or_node(context, what, OwnNode::permitted);
   if (!meant) {
     return kUsage;
   }

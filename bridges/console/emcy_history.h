@@ -27,7 +27,20 @@ std::string history_text(const std::string& line, const std::vector<NodeHistory>
 // {"gateway":..,"line":..,"nodes":[{"node":..,"name":..,"received":..,"emcys":[{"code":..,..}]}]}
 std::string history_json(const LineId& line, const std::vector<NodeHistory>& nodes);
 
-// what: LINE for all nodes that sent an EMCY, or LINE:NODE.
+// The errors that a device of a line in the role device, or the own node, keeps in 1003h.
+struct StoredErrors {
+  std::uint8_t node = 0;
+  std::string name;
+  bool has_object = true;             // whether it has 1003h
+  std::vector<std::uint32_t> fields;  // newest first: error code, additional information << 16
+};
+
+std::string stored_errors_text(const std::string& line, const std::vector<StoredErrors>& nodes);
+// {"gateway":..,"line":..,"nodes":[{"node":..,"name":..,"stored":true,"errors":[{"code":..,..}]}]}
+std::string stored_errors_json(const LineId& line, const std::vector<StoredErrors>& nodes);
+
+// what: LINE for all nodes that sent an EMCY, or LINE:NODE. Of the own node (LINE:own) and of the
+// devices of a line in the role device, which the gateway does not receive EMCYs of: their 1003h.
 int emcy_history(Context& context, const std::string& what);
 
 }  // namespace linegate::console

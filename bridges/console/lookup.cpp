@@ -246,29 +246,35 @@ bool resolve_node(Context& context, Model& model, const Line& line, NodeRef& ref
     return true;
   }
   (void)know_nodes(context, model, line);
-  std::string names;
   for (const auto& [id, node] : line.nodes) {
     if (node.name == ref.name) {
       ref.node = id;
       return true;
     }
-    names += node.name.empty() ? ""
-                               : (names.empty() ? "" : ", ") + printable(node.name) + " (" +
-                                     std::to_string(id) + ')';
   }
-  context.err << "no node '" << printable(ref.name) << "' on " << printable(line.id.line)
-              << "; there are: " << (names.empty() ? "none with a name" : names) << '\n';
+  report_no_node(context, line, ref.name);
   return false;
 }
 
-std::optional<NodeRef> line_or_node(Context& context, const std::string& what) {
+void report_no_node(Context& context, const Line& line, const std::string& node) {
+  std::string names;
+  for (const auto& [id, known] : line.nodes) {
+    names += known.name.empty() ? ""
+                                : (names.empty() ? "" : ", ") + printable(known.name) + " (" +
+                                      std::to_string(id) + ')';
+  }
+  context.err << "no node '" << printable(node) << "' on " << printable(line.id.line)
+              << "; there are: " << (names.empty() ? "none with a name" : names) << '\n';
+}
+
+std::optional<NodeRef> line_or_node(Context& context, const std::string& what, OwnNode own) {
   if (what.find(':') == std::string::npos) {
     return NodeRef{.line = what, .all = true};
   }
   const auto ref = parse_node(what);
-  if (!ref || ref->own) {
-    context.err << "'" << printable(what)
-                << "' is not LINE or LINE:NODE, with a node-ID 1..127 or a name\n";
+  if (!ref || (ref->own && own == OwnNode::refused)) {
+    context.err << "'" << printable(what) << "' is not LINE or LINE:NODE, with a node-ID 1..127"
+                << (own == OwnNode::permitted ? ", a name or own\n" : " or a name\n");
     return std::nullopt;
   }
   return ref;

@@ -59,9 +59,13 @@ std::optional<NodeRef> parse_node(const std::string& text);
 // Looks up the node's name on the line and sets ref.node; returns false after an error message that
 // lists the names. True also if there is no name to look up.
 bool resolve_node(Context& context, Model& model, const Line& line, NodeRef& ref);
-// "LINE" (all of its nodes), or "LINE:NODE" with a node-ID or `all` (node is then 0). Nothing,
-// after an error message, for other texts.
-std::optional<NodeRef> line_or_node(Context& context, const std::string& what);
+// The error message of a node that a line does not have, with the names of those that it has.
+void report_no_node(Context& context, const Line& line, const std::string& node);
+// "LINE" (all of its nodes), or "LINE:NODE" with a node-ID or `all` (node is then 0), and with
+// `own` where that is permitted. Nothing, after an error message, for other texts.
+enum class OwnNode { refused, permitted };
+std::optional<NodeRef> line_or_node(Context& context, const std::string& what,
+                                    OwnNode own = OwnNode::refused);
 // index has the index, or index and sub-index; an empty sub selects the sub-index in `index`, or 0.
 // Nothing, after an error message, if it is not an object.
 std::optional<od::Address> parse_object(Context& context, const std::string& index,

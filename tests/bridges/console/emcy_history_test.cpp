@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "stack/base/abort_code.h"
+
 #include "tests/bridges/console/command_test.h"
 
 namespace linegate::console {
@@ -92,7 +94,13 @@ TEST_F(EmcyHistory, OfOneNodeIsAskedWhateverIsKnownOfIt) {
   EXPECT_EQ(emcy_history(context_, "hall:4"), kDone);
   EXPECT_EQ(std::get<od::Address>(as<line::LocalRead>(gateway_.asked.at(0)).what).sub, 4);
   EXPECT_EQ(out_.str(), "hall:4 belt, 0 EMCYs received\n");
-  EXPECT_EQ(emcy_history(context_, "hall:own"), kUsage);
+}
+
+TEST_F(EmcyHistory, OfAnUnknownNodeIsAnError) {
+  EXPECT_EQ(emcy_history(context_, "hall:77"), kFailed);
+  EXPECT_EQ(out_.str(), "");
+  EXPECT_EQ(err_.str(), "no node '77' on hall; there are: belt (4), axis (5)\n");
+  EXPECT_TRUE(gateway_.asked.empty());
 }
 
 TEST_F(EmcyHistory, AsJson) {
@@ -110,6 +118,72 @@ TEST_F(EmcyHistory, ARefusalIsSaid) {
   gateway_.answer.text = "not permitted";
   EXPECT_EQ(emcy_history(context_, "hall:5"), kFailed);
   EXPECT_EQ(err_.str(), "not permitted\n");
+}
+
+// The gateway receives no EMCYs of its own devices. They store their errors in 1003h.
+class Stage : public Client {
+ public:
+  void poll(Duration /*timeout*/, Listener& listener) override {
+    LineView line{.interface_uri = "virtual:hall", .access = "read"};
+    line.state.role = role;
+    line.state.node_id = role == line::Role::device ? std::uint8_t{0} : std::uint8_t{127};
+    line.state.nodes_configured = 2;
+    listener.on_line(kEmcyLine, line);
+    for (const auto& [id, name] : {std::pair<std::uint8_t, std::string>{20, "lamp"}, {21, "fan"}}) {
+      NodeView device{.name = name};
+      device.state.node = id;
+      device.state.configured = true;
+      listener.on_node(kEmcyLine, device);
+    }
+  }
+  Answer call(const LineId& /*id*/, const line::Command& command, Duration /*timeout*/,
+              std::uint64_t /*layout_id*/, Listener& /*listener*/) override {
+    const auto& read = as<line::LocalRead>(command);
+    const auto address = std::get<od::Address>(read.what);
+    asked.push_back(read.node);
+    EXPECT_EQ(address.index, 0x1003);
+    Answer out;
+    if (read.node == 21) {
+      out.reply.error = to_error(AbortCode::no_object);
+    } else {
+      out.reply.data = address.sub == 0   ? raw({2})
+                       : address.sub == 1 ? raw({0x00, 0x60, 0x34, 0x12})
+                                          : raw({0x00, 0x50, 0, 0});
+    }
+    return out;
+  }
+
+  line::Role role = line::Role::device;
+  std::vector<std::uint8_t> asked;
+};
+
+using StoredErrorHistory = test::CommandTest<Stage>;
+
+TEST_F(StoredErrorHistory, OfOwnDevicesIsThatOfTheirDictionaries) {
+  EXPECT_EQ(emcy_history(context_, "hall"), kDone) << err_.str();
+  EXPECT_THAT(out_.str(), testing::StartsWith("hall:20 lamp, 2 errors in 1003h\n  6000  "));
+  EXPECT_THAT(out_.str(), HasSubstr(", additional information 1234\n  5000  "));
+  EXPECT_THAT(out_.str(), testing::EndsWith("hall:21 fan, has no 1003h: it stores no errors\n"));
+  gateway_.asked.clear();
+  EXPECT_EQ(emcy_history(context_, "hall:lamp"), kDone);
+  EXPECT_THAT(gateway_.asked, testing::Each(20));
+}
+
+TEST_F(StoredErrorHistory, OfTheOwnNodeIsThatOfItsDictionary) {
+  gateway_.role = line::Role::manager;
+  EXPECT_EQ(emcy_history(context_, "hall:own"), kDone) << err_.str();
+  EXPECT_THAT(out_.str(), testing::StartsWith("hall:127 own, 2 errors in 1003h\n  6000  "));
+  EXPECT_THAT(gateway_.asked, testing::Each(0));
+}
+
+TEST_F(StoredErrorHistory, AsJson) {
+  context_.json = true;
+  EXPECT_EQ(emcy_history(context_, "hall"), kDone);
+  const auto json = nlohmann::json::parse(out_.str());
+  EXPECT_EQ(json["nodes"][0]["errors"][0]["code"], 0x6000);
+  EXPECT_EQ(json["nodes"][0]["errors"][0]["additional"], 0x1234);
+  EXPECT_TRUE(json["nodes"][0]["stored"]);
+  EXPECT_FALSE(json["nodes"][1]["stored"]);
 }
 
 }  // namespace
