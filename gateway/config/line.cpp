@@ -359,7 +359,7 @@ void read_interface_of_line(Section& section, LineSection& out) {
   LinePlan& plan = out.plan;
   const YAML::Node name = section.require("name");
   if (auto text = section.text(name)) {
-    check_name(section.findings(), *text, place_of(name), "name");
+    check_line_name(section.findings(), *text, place_of(name));
     plan.config.name = std::move(*text);
     out.place = place_of(name);
   }

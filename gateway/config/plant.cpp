@@ -411,10 +411,31 @@ bool check_name(Findings& findings, const std::string& name, Place place, std::s
   return good;
 }
 
-bool is_node_name(const std::string& name) {
+namespace {
+
+bool has_meaning_in_commands(const std::string& name) {
   const bool digits =
       std::ranges::all_of(name, [](unsigned char c) { return c >= '0' && c <= '9'; });
-  return is_name(name) && name != "all" && name != "own" && !digits;
+  return name == "all" || name == "own" || digits;
+}
+
+}  // namespace
+
+bool check_line_name(Findings& findings, const std::string& name, Place place) {
+  if (!check_name(findings, name, place, "name")) {
+    return false;
+  }
+  const bool good = !has_meaning_in_commands(name) && !name.starts_with('-');
+  if (!good) {
+    findings.error(place, "a line cannot be called \"" + name +
+                              "\", which has another meaning in commands: all, own, numbers "
+                              "(network-IDs) and names that begin with '-' (options)");
+  }
+  return good;
+}
+
+bool is_node_name(const std::string& name) {
+  return is_name(name) && !has_meaning_in_commands(name);
 }
 
 bool check_node_name(Findings& findings, const std::string& name, Place place) {

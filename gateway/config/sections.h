@@ -312,6 +312,9 @@ constexpr std::size_t kMostOfName = 64;
 bool is_name(const std::string& name);
 // Reports a name that is not of that form.
 bool check_name(Findings& findings, const std::string& name, Place place, std::string_view what);
+// Reports a name of a line that is not of that form, or has another meaning in commands: numbers
+// are network-IDs, `all` and `own` are nodes, and what begins with '-' is an option.
+bool check_line_name(Findings& findings, const std::string& name, Place place);
 // Of a node: in commands (LINE:NODE) `all`, `own` and digits have another meaning.
 bool is_node_name(const std::string& name);
 bool check_node_name(Findings& findings, const std::string& name, Place place);

@@ -95,6 +95,21 @@ const Bad kBad[] = {
       "plant.yaml:13:9: error: a device needs the key \"eds\" (or \"dcf\")",
       "plant.yaml:13:23: error: a node cannot be called \"all\", which has another meaning in "
       "commands: all, own and numbers"}},
+    {"names_of_lines",
+     "schema: 1\nlines:\n"
+     "  - {name: '2', interface: 'virtual:a', network_id: 1}\n"
+     "  - {name: all, interface: 'virtual:b', network_id: 2}\n"
+     "  - {name: own, interface: 'virtual:c', network_id: 3}\n"
+     "  - {name: '--help', interface: 'virtual:d', network_id: 4}\n"
+     "  - {name: '2-a', interface: 'virtual:e', network_id: 5}\n",
+     {"plant.yaml:3:12: error: a line cannot be called \"2\", which has another meaning in "
+      "commands: all, own, numbers (network-IDs) and names that begin with '-' (options)",
+      "plant.yaml:4:12: error: a line cannot be called \"all\", which has another meaning in "
+      "commands: all, own, numbers (network-IDs) and names that begin with '-' (options)",
+      "plant.yaml:5:12: error: a line cannot be called \"own\", which has another meaning in "
+      "commands: all, own, numbers (network-IDs) and names that begin with '-' (options)",
+      "plant.yaml:6:12: error: a line cannot be called \"--help\", which has another meaning in "
+      "commands: all, own, numbers (network-IDs) and names that begin with '-' (options)"}},
     {"key_twice",
      "schema: 1\nlines:\n  - name: a\n    interface: 'simulated:'\n    sync: 10ms\n    sync: "
      "20ms\n",
