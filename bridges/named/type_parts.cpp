@@ -5,6 +5,7 @@
 #include <bit>
 
 #include "bridges/named/identifiers.h"
+#include "stack/base/utf8.h"
 
 namespace linegate::named {
 namespace {
@@ -147,9 +148,16 @@ std::string name_part(std::string_view name) {
 }
 
 std::string printable(std::string_view text) {
-  std::string out(text);
-  std::ranges::replace_if(
-      out, [](char c) { return c < ' ' || c > '~'; }, '?');
+  std::string out;
+  while (!text.empty()) {
+    const std::string_view rest = text;
+    const auto code = take_code_point(text);
+    if (!code) {
+      text.remove_prefix(1);
+    }
+    const bool control = code && (*code < 0x20 || (*code >= 0x7F && *code < 0xA0));
+    out += code && !control ? rest.substr(0, rest.size() - text.size()) : std::string_view("?");
+  }
   return out;
 }
 

@@ -45,7 +45,8 @@ Member member_of(const image::Layout& layout, std::uint32_t number);
 // Of a name in plant.yaml (letters, digits, '-' and '_'): a part of the name of a type.
 std::string name_part(std::string_view name);
 
-// For messages.
+// For messages: UTF-8, with a question mark for each control character (C0, C1, DEL) and each octet
+// that is not well-formed.
 std::string printable(std::string_view text);
 
 }  // namespace linegate::named

@@ -187,7 +187,7 @@ TEST(DeviceTypes, ACollisionIsReportedAndHasAWayOut) {
       made.collisions,
       ElementsAre("inputs of line press: \"ram.LEVEL-1\" and \"ram.Level 1\" make the same "
                   "identifier LEVEL_1: give one of them an alias",
-                  "inputs of line press: \"ram.??\" makes no identifier: give it an alias"));
+                  "inputs of line press: \"ram.\xC3\xBC\" makes no identifier: give it an alias"));
   ASSERT_EQ(made.types.size(), 1U);
   EXPECT_EQ(made.types[0].device, "axis");
 
@@ -200,6 +200,18 @@ TEST(DeviceTypes, ACollisionIsReportedAndHasAWayOut) {
   EXPECT_EQ(named.types[0].members[0].identifier, "Level_1");
   EXPECT_EQ(named.types[0].members[1].identifier, "Level_2");
   EXPECT_EQ(named.types[0].members[2].identifier, "ue");
+}
+
+TEST(DeviceTypes, ACollisionNamesAnEntryAsItIsWritten) {
+  const auto complaint = [](const std::string& name) {
+    const DeviceTypes made = device_types("press", layout_of({{name, DataType::integer8, 8}}));
+    return made.collisions.empty() ? std::string() : made.collisions.front();
+  };
+  EXPECT_THAT(complaint("ram.\xCF\x80 \xE2\x82\xAC \xF0\x9D\x84\x9E"),
+              HasSubstr("\"ram.\xCF\x80 \xE2\x82\xAC \xF0\x9D\x84\x9E\" makes no"));
+  // Escape, DEL, CSI (C1); an octet that continues nothing, an overlong form, an end that is cut
+  EXPECT_THAT(complaint("ram.\x1B\x7F\xC2\x9B"), HasSubstr("\"ram.???\" makes no"));
+  EXPECT_THAT(complaint("ram.\x80\xC0\xAF\xE2\x82"), HasSubstr("\"ram.?????\" makes no"));
 }
 
 // An object of the own node is "own.NAME"; a device may be called so, too.
