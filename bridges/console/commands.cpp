@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <chrono>
 #include <optional>
 #include <ostream>
@@ -296,7 +297,12 @@ int emcy(Context& context, const std::string& sender, const std::string& code,
 
 int bus_restart(Context& context, const std::string& line) {
   return on_line(context, line, [&](Model& model, const Line& target) {
-    return print_answer(context, ask_gateway(context, model, target, request::BusRestart{}));
+    Client::Answer answer = ask_gateway(context, model, target, request::BusRestart{});
+    if (answer.reply.error == Error{Domain::can, EOPNOTSUPP}) {
+      answer.text = "the interface " + target.view->interface_uri + " of line " + target.id.line +
+                    " has no bus state that could be restarted";
+    }
+    return print_answer(context, answer);
   });
 }
 
@@ -310,7 +316,8 @@ int fault(Context& context, const std::string& line, const std::vector<std::stri
     if (!answer.reply.ok() && !answer.reply.bytes().empty() && !context.json) {
       context.err << printable(text_of(answer)) << '\n';
     }
-    return print_answer(context, answer, printable(text_of(answer)));
+    const int code = print_answer(context, answer, printable(text_of(answer)));
+    return answer.reply.error == line::to_error(line::Refusal::bad_request) ? kUsage : code;
   });
 }
 

@@ -38,12 +38,32 @@ std::optional<Duration> parse_ago(const std::string& text) {
   return std::chrono::seconds(number * known->second);
 }
 
+// Removes up to 9 digits of a second from the end of "... 12:34:56.320". Nothing if there are more,
+// or what is before them has no seconds.
+std::optional<Duration> take_fraction(std::string& text) {
+  constexpr std::size_t kMostDigits = 9;
+  const std::size_t stop = text.rfind('.');
+  if (stop == std::string::npos) {
+    return Duration::zero();
+  }
+  std::string digits = text.substr(stop + 1);
+  const bool good = !digits.empty() && digits.size() <= kMostDigits &&
+                    std::ranges::all_of(digits, [](char c) { return c >= '0' && c <= '9'; });
+  if (!good || std::ranges::count(text.substr(0, stop), ':') != 2) {
+    return std::nullopt;
+  }
+  text.resize(stop);
+  digits.resize(kMostDigits, '0');
+  return std::chrono::nanoseconds(std::stol(digits));
+}
+
 std::optional<Instant> parse_date(std::string text) {
   const bool utc = text.ends_with('Z');
   if (utc) {
     text.pop_back();
   }
   std::ranges::replace(text, 'T', ' ');
+  const auto fraction = take_fraction(text);
   for (const char* form : {"%Y-%m-%d %H:%M:%S", "%Y-%m-%d %H:%M", "%Y-%m-%d"}) {
     std::tm parts{};
     parts.tm_isdst = -1;
@@ -53,8 +73,9 @@ std::optional<Instant> parse_date(std::string text) {
         std::chrono::year{parts.tm_year + 1900},
         std::chrono::month{static_cast<unsigned>(parts.tm_mon + 1)},
         std::chrono::day{static_cast<unsigned>(parts.tm_mday)}};
-    if (rest != nullptr && *rest == '\0' && date.ok()) {
-      return Instant(std::chrono::seconds(utc ? ::timegm(&parts) : std::mktime(&parts)));
+    if (fraction && rest != nullptr && *rest == '\0' && date.ok()) {
+      return Instant(std::chrono::seconds(utc ? ::timegm(&parts) : std::mktime(&parts))) +
+             *fraction;
     }
   }
   return std::nullopt;

@@ -54,6 +54,11 @@ Json counters_json(const line::Counters& c) {
           {"receptions_lost", c.receptions_lost}};
 }
 
+// The devices of a line in the role device are the gateway's own: it boots none of them.
+bool is_own_device(const Line& line) {
+  return line.view && line.view->state.role == line::Role::device;
+}
+
 Json node_json(const Line& line, const NodeView& node) {
   const line::NodeState& state = node.state;
   Json properties = Json::object();
@@ -68,7 +73,7 @@ Json node_json(const Line& line, const NodeView& node) {
           {"presence", line::name(state.presence)},
           {"state", nmt::name(state.state)},
           {"boot", state.boot == manager::kBooted ? "" : std::string(1, state.boot)},
-          {"boot_text", boot_words(node)},
+          {"boot_text", is_own_device(line) ? "" : boot_words(node)},
           {"since", date_text(node.since)},
           {"heartbeat_monitored", state.heartbeat_monitored},
           {"heartbeats_lost", state.heartbeats_lost},

@@ -2,10 +2,10 @@
 // Commands for configurations and programs of devices (CiA 302-3).
 #include <cstdint>
 #include <memory>
+#include <optional>
+#include <ostream>
 #include <span>
-#include <stdexcept>
 #include <string>
-#include <utility>
 
 #include "bridges/console/configuration.h"
 #include "bridges/console/program.h"
@@ -25,10 +25,14 @@ struct ProgramArguments {
   unsigned number = 1;
 };
 
-std::string content_of(const std::string& path) {
+// Nothing, after an error message, if the file cannot be read.
+std::optional<std::string> content_of(console::Context& context, const std::string& path) {
   std::string why;
   auto content = config::whole_file(path, why);
-  return content ? *std::move(content) : throw std::runtime_error(path + " " + why);
+  if (!content) {
+    context.err << path << ' ' << why << '\n';
+  }
+  return content;
 }
 
 void add_config_action(CommandLine& line, CLI::App* config, console::ConfigAction action) {
@@ -60,8 +64,10 @@ void add_config(CommandLine& line) {
       ->required();
   import->add_option("file", arguments->file)->required()->check(CLI::ExistingFile);
   line.on(import, {.commands = true}, [arguments](console::Context& c) {
-    const std::string content = content_of(arguments->file);
-    return console::import_configuration(c, arguments->line, std::as_bytes(std::span(content)));
+    const auto content = content_of(c, arguments->file);
+    return content ? console::import_configuration(c, arguments->line,
+                                                   std::as_bytes(std::span(*content)))
+                   : console::kUsage;
   });
 }
 
@@ -76,8 +82,11 @@ void add_program(CommandLine& line) {
                    "program number: sub-index of 1F50h, 1F51h and 1F57h")
       ->check(CLI::Range(1, 255));
   line.on(program, {.events = true, .commands = true}, [arguments](console::Context& c) {
-    const std::string content = content_of(arguments->file);
-    const auto bytes = std::as_bytes(std::span(content));
+    const auto content = content_of(c, arguments->file);
+    if (!content) {
+      return console::kUsage;
+    }
+    const auto bytes = std::as_bytes(std::span(*content));
     return console::load_program(c, arguments->node, static_cast<std::uint8_t>(arguments->number),
                                  {bytes.begin(), bytes.end()});
   });

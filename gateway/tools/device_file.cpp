@@ -155,6 +155,13 @@ DeviceFile node_file(const line::LineConfig& config, const std::string& name, De
   const auto node = std::ranges::find_if(config.nodes, [&](const line::NodeConfig& n) {
     return n.name == name || std::to_string(n.id) == name;
   });
+  const bool is_own = std::ranges::any_of(config.devices, [&](const line::DeviceConfig& device) {
+    return device.name == name || std::to_string(device.id) == name;
+  });
+  if (is_own) {
+    return failure(name + " is an own device of line " + config.name +
+                   ", which the gateway does not configure: linegate eds prints its EDS");
+  }
   if (node == config.nodes.end()) {
     return failure("line " + config.name + " has no node " + name);
   }

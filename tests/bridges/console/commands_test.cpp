@@ -356,8 +356,18 @@ TEST_F(Commands, FaultSaysWhatIsWrong) {
   gateway_.answer.reply.error = line::to_error(line::Refusal::bad_request);
   gateway_.answer.reply.data = test::raw({'n', 'o'});
   gateway_.answer.text = "a field is out of range";
-  EXPECT_EQ(fault(context_, "press", {"lost=2"}), kFailed);
+  EXPECT_EQ(fault(context_, "press", {"lost=2"}), kUsage);
   EXPECT_EQ(err_.str(), "no\na field is out of range\n");
+  gateway_.answer.reply.error = line::to_error(line::Refusal::wrong_interface);
+  EXPECT_EQ(fault(context_, "press", {"lost=2"}), kFailed);
+}
+
+TEST_F(Commands, BusRestartSaysThatAnInterfaceHasNoBusState) {
+  gateway_.answer.reply.error = Error{Domain::can, EOPNOTSUPP};
+  gateway_.answer.text = "Operation not supported";
+  EXPECT_EQ(bus_restart(context_, "press"), kFailed);
+  EXPECT_THAT(err_.str(), testing::EndsWith(" of line press has no bus state that could be "
+                                            "restarted\n"));
 }
 
 TEST_F(Commands, RoutesAsTextAndAsJson) {

@@ -110,6 +110,15 @@ TEST(Since, IsAnAgeOrADate) {
   EXPECT_EQ(parse_since("1970-01-02T03:04Z", now),
             Instant(std::chrono::hours(27) + std::chrono::minutes(4)));
   EXPECT_TRUE(parse_since("2024-02-29", now).has_value());
+  EXPECT_EQ(
+      parse_since("1970-01-02 03:04:05.32Z", now),
+      Instant(std::chrono::hours(27) + std::chrono::minutes(4) + std::chrono::milliseconds(5320)));
+  EXPECT_EQ(parse_since("1970-01-01 00:00:00.000000001Z", now), Instant(Duration(1)));
+  for (const char* text :
+       {"1970-01-02 03:04.5Z", "1970-01-02.5Z", "1970-01-02 03:04:05.Z", "1970-01-02 03:04:05.-1Z",
+        "1970-01-02 03:04:05.1234567890Z", "1970-01-02 03:04:05.1.2Z", ".5"}) {
+    EXPECT_EQ(parse_since(text, now), std::nullopt) << text;
+  }
   for (const char* text : {"", "10", "-1s", "10m", "1h5", "1970-13-01", "1970-01-02 03:04+1",
                            "2026-02-30", "2026-02-29Z", "2026-04-31 12:00"}) {
     EXPECT_EQ(parse_since(text, now), std::nullopt) << text;

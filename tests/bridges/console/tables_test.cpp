@@ -297,6 +297,21 @@ Model scaled_plant() {
   return model;
 }
 
+// The table has "-" for their boot processes.
+TEST(Json, OwnDevicesHaveNoBootProcess) {
+  Model model = test::plant();
+  const auto text_of_press = [&model] {
+    const std::string json = nodes_json(model.find("press"));
+    const std::size_t at = json.find("\"boot_text\":\"");
+    return json.substr(at, json.find(',', at) - at);
+  };
+  EXPECT_THAT(text_of_press(), Not(testing::StrEq("\"boot_text\":\"\"")));
+  LineView view = test::line_view(3);
+  view.state.role = line::Role::device;
+  model.on_line(test::kPress, view);
+  EXPECT_EQ(text_of_press(), "\"boot_text\":\"\"");
+}
+
 TEST(Json, AScaledValueIsInItsUnitBesideTheRawOne) {
   EXPECT_THAT(
       image_json(scaled_plant().lines().at(test::kPress), image::Direction::inputs),

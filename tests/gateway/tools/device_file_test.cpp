@@ -183,5 +183,17 @@ TEST(DeviceFile, WhatIsNotThereIsSaid) {
   EXPECT_EQ(why("press:99", DeviceFileKind::dcf), "line press has no node 99");
 }
 
+TEST(DeviceFile, OfAnOwnDeviceIsNoDcf) {
+  const config::Plant plant =
+      *config::load(LINEGATE_SOURCE_DIR "/deploy/plants/below-a-plc.yaml").value;
+  for (const std::string name : {"10", "panel"}) {
+    const DeviceFile file = write_device_file(plant, "plc:" + name, DeviceFileKind::dcf);
+    EXPECT_FALSE(file.ok);
+    EXPECT_EQ(file.content, name +
+                                " is an own device of line plc, which the gateway does not "
+                                "configure: linegate eds prints its EDS");
+  }
+}
+
 }  // namespace
 }  // namespace linegate::gateway
