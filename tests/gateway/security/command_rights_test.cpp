@@ -44,15 +44,21 @@ constexpr std::chrono::seconds kPatience{40};
 constexpr int kRounds = 20;
 constexpr std::chrono::milliseconds kPoll{5};
 
+// A line cannot be called "all".
+const std::string kUnlimited = "unlimited";
 // The columns of each role, and the access of the line with that name. The last one names the
 // access of each certificate, which is that of another column.
 const std::map<std::string, std::string> kLines{
     {"off", "off"},
     {"read", "read"},
     {"commands", "{commands: all, outputs: read}"},
-    {"all", "all"},
+    {kUnlimited, "all"},
     {"named", "{commands: off, outputs: off, clients: {operator/olga: read, engineer/erin: all}}"},
 };
+
+std::string column_of(const std::string& role, const std::string& line) {
+  return role + ", " + (line == kUnlimited ? "all" : line);
+}
 
 // One of each kind, with members that satisfy the bounds of the contract: others are refused before
 // the check.
@@ -179,7 +185,7 @@ class CommandRights : public testing::Test {
         if (const auto* const of_gateway = std::get_if<request::GatewayRequest>(&request)) {
           const auto result =
               client_->call_gateway({"plant", line, 0}, *of_gateway, kPatience, seen_);
-          out[row][role + ", " + line] = cell_of(result.reply.error);
+          out[row][column_of(role, line)] = cell_of(result.reply.error);
         } else {
           cells.push_back({row, line, std::get<line::Request>(request)});
         }
@@ -203,7 +209,7 @@ class CommandRights : public testing::Test {
     std::vector<Cell> busy;
     for (const auto& [id, cell] : sent) {
       const bool answered = seen_.by_id.contains(id);
-      std::string& text = out[cell->row][role + ", " + cell->line];
+      std::string& text = out[cell->row][column_of(role, cell->line)];
       text = answered ? cell_of(seen_.by_id[id]) : "not answered";
       if (text == "busy")
         busy.push_back(*cell);
@@ -222,7 +228,7 @@ class CommandRights : public testing::Test {
   // To a group that no line has: the line refuses it for this reason if the client is permitted.
   void observe_outputs(const std::string& role, Table& out) {
     for (const auto& [line, access] : kLines) {
-      const std::string column = role + ", " + line;
+      const std::string column = column_of(role, line);
       ++group_;
       const auto refusal = [&]() -> const event::OutputRefused* {
         for (const auto& [number, event] : seen_.events[line]) {
