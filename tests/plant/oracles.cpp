@@ -2,6 +2,7 @@
 #include "tests/plant/oracles.h"
 
 #include <algorithm>
+#include <array>
 #include <bitset>
 #include <tuple>
 #include <vector>
@@ -78,12 +79,21 @@ bool has_other_mapping(const DeviceSeat& seat) {
   });
 }
 
+// A node that is not booted may be written: the observer follows the SDO transfer, the line
+// corrects the PDO in the next boot.
+bool has_switched_off_rpdo(const DeviceSeat& seat) {
+  return std::ranges::any_of(std::array{0x1400, 0x1401}, [&](int index) {
+    const auto cob_id = seat.device->dictionary().number({static_cast<std::uint16_t>(index), 1});
+    return cob_id && (*cob_id & can::CobId::kInvalidBit) != 0;
+  });
+}
+
 using Nodes = std::bitset<can::kMaxNodeId + 1>;
 
 Nodes with_other_mapping(const LineSeat& seat) {
   Nodes out;
   for (const DeviceSeat& device : seat.devices) {
-    out.set(device.device->options().node_id, has_other_mapping(device));
+    out.set(device.device->options().node_id, has_other_mapping(device) || device.was_off);
   }
   return out;
 }
@@ -153,6 +163,9 @@ std::string check_states(LineSeat& seat) {
 }  // namespace
 
 std::string check_always(LineSeat& seat, Instant now) {
+  for (DeviceSeat& device : seat.devices) {
+    device.was_off = device.was_off || has_switched_off_rpdo(device);
+  }
   if (std::string text = check_event_numbers(seat.events); !text.empty()) {
     return text;
   }

@@ -56,6 +56,7 @@ struct DeviceSeat {
   std::optional<ForeignSdo> sdo{};     // for devices with the SDO server of another manufacturer
   std::optional<RequestModel> requests{};  // for devices with TPDOs that are only sent on request
   NodeIdUse use{};
+  bool was_off = false;      // an SDO client has switched off an RPDO of the image
   Duration answers_after{};  // delay of its SDO responses
   // Delayed responses with the times when they are due
   std::deque<std::pair<Instant, can::Frame>> late{};
