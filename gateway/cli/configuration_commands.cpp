@@ -67,7 +67,7 @@ void add_config(CommandLine& line) {
     const auto content = content_of(c, arguments->file);
     return content ? console::import_configuration(c, arguments->line,
                                                    std::as_bytes(std::span(*content)))
-                   : console::kUsage;
+                   : console::kFailed;
   });
 }
 
@@ -84,7 +84,7 @@ void add_program(CommandLine& line) {
   line.on(program, {.events = true, .commands = true}, [arguments](console::Context& c) {
     const auto content = content_of(c, arguments->file);
     if (!content) {
-      return console::kUsage;
+      return console::kFailed;
     }
     const auto bytes = std::as_bytes(std::span(*content));
     return console::load_program(c, arguments->node, static_cast<std::uint8_t>(arguments->number),
