@@ -90,7 +90,7 @@ void BootSlave::begin(Reason reason, Instant now, nmt::Command command) {
   booted_up_ = reason != Reason::present;
   was_operational_ = false;
   restarts_ = 0;
-  if (reason != Reason::present || !known_pdos_) {
+  if (reason != Reason::present || pdos_ != Pdos::compared) {
     forget_pdos();
   }
   give_up_ = now + plan_.boot_timeout;
@@ -117,7 +117,9 @@ void BootSlave::abandon_step() {
 
 void BootSlave::cancel() {
   clear();
-  known_pdos_ = false;
+  if (pdos_ == Pdos::compared) {
+    pdos_ = Pdos::unmanaged;
+  }
   client_ = 0;
 }
 
@@ -377,8 +379,8 @@ void BootSlave::send_reset(nmt::Command command, Instant now) {
 }
 
 void BootSlave::forget_pdos() {
-  known_pdos_ = false;
-  unknown_pdos_ = services_.list.has(plan_.id, assignment::kListed | assignment::kBoot);
+  const bool boots = services_.list.has(plan_.id, assignment::kListed | assignment::kBoot);
+  pdos_ = boots ? Pdos::unknown : Pdos::unmanaged;
 }
 
 // The node was reset or does not answer: the state it showed before is no longer valid.
@@ -585,8 +587,7 @@ void BootSlave::report(char letter, const BootFinding& finding, Instant now) {
   node_.boot = letter;
   node_.finding = finding;
   if (is_booted(letter) || letter == kNoErrorControl) {
-    known_pdos_ = true;
-    unknown_pdos_ = false;
+    pdos_ = Pdos::compared;
   } else {
     forget_pdos();
   }

@@ -103,9 +103,9 @@ class BootSlave final : private StepContext {
   // running, and no process has configured it since. A process that finds a node running that the
   // last one configured does not change this: until it ends, the node has the PDOs that it had.
   // false if the network list has it as a node that is not booted.
-  bool has_unknown_pdos() const { return unknown_pdos_; }
+  bool has_unknown_pdos() const { return pdos_ == Pdos::unknown; }
   // The node sent its boot-up message, also while the manager is not active.
-  void restarts() {
+  void note_restart() {
     started_error_control_ = false;
     forget_pdos();
   }
@@ -186,8 +186,12 @@ class BootSlave final : private StepContext {
   bool booted_up_ = false;        // a boot-up message was received: the node cannot be Operational
   bool was_operational_ = false;  // boot status L
   bool started_error_control_ = false;
-  bool known_pdos_ = false;  // configured by the last process, neither reset nor cancelled since
-  bool unknown_pdos_ = false;
+  enum class Pdos : std::uint8_t {
+    unmanaged,  // the node is not booted, or the last process was cancelled
+    compared,   // the last process has configured the node
+    unknown,
+  };
+  Pdos pdos_ = Pdos::unmanaged;
   // The last NMT reset of the node.
   struct Reset {
     bool waits_for_boot_up = false;

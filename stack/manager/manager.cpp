@@ -67,7 +67,7 @@ void Manager::boot_up(std::uint8_t node, Instant now) {
     }
     return;
   }
-  slot->boot->restarts();
+  slot->boot->note_restart();
   host_.node_data_invalid(node);
   if (!active()) {
     return;
