@@ -192,12 +192,12 @@ TEST(Wakeup, IsReadableFromSignalToClear) {
   EXPECT_TRUE(readable(wakeup.descriptor()));
 }
 
-TEST(Wakeup, NoSignalIsMissedBetweenThreads) {
-  Wakeup wakeup;
-  Ring<int> ring(2);
-  constexpr int kCount = 5000;
-  std::thread producer([&] {
-    for (int i = 0; i < kCount;) {
+constexpr int kSignals = 5000;
+
+// Pushes kSignals values, each with a signal.
+std::thread produce(Ring<int>& ring, Wakeup& wakeup) {
+  return std::thread([&] {
+    for (int i = 0; i < kSignals;) {
       if (ring.push(int{i})) {
         ++i;
         wakeup.signal();
@@ -206,8 +206,14 @@ TEST(Wakeup, NoSignalIsMissedBetweenThreads) {
       }
     }
   });
+}
+
+TEST(Wakeup, NoSignalIsMissedBetweenThreads) {
+  Wakeup wakeup;
+  Ring<int> ring(2);
+  std::thread producer = produce(ring, wakeup);
   int received = 0;
-  while (received < kCount) {
+  while (received < kSignals) {
     pollfd p{wakeup.descriptor(), POLLIN, 0};
     ASSERT_EQ(poll(&p, 1, 10'000), 1) << "a wake-up was lost after " << received;
     wakeup.clear();
@@ -216,7 +222,7 @@ TEST(Wakeup, NoSignalIsMissedBetweenThreads) {
     }
   }
   producer.join();
-  EXPECT_EQ(received, kCount);
+  EXPECT_EQ(received, kSignals);
 }
 
 TEST(Wakeup, NoEdgeIsMissedBetweenThreads) {
@@ -232,19 +238,9 @@ TEST(Wakeup, NoEdgeIsMissedBetweenThreads) {
   EXPECT_EQ(epoll_wait(epoll, &event, 1, 0), 0) << "an edge is reported once";
   wakeup.clear_edge();
   Ring<int> ring(2);
-  constexpr int kCount = 5000;
-  std::thread producer([&] {
-    for (int i = 0; i < kCount;) {
-      if (ring.push(int{i})) {
-        ++i;
-        wakeup.signal();
-      } else {
-        std::this_thread::yield();
-      }
-    }
-  });
+  std::thread producer = produce(ring, wakeup);
   int received = 0;
-  while (received < kCount) {
+  while (received < kSignals) {
     ASSERT_EQ(epoll_wait(epoll, &event, 1, 10'000), 1) << "a wake-up was lost after " << received;
     wakeup.clear_edge();
     for (int value = 0; ring.pop(value);) {
@@ -252,7 +248,7 @@ TEST(Wakeup, NoEdgeIsMissedBetweenThreads) {
     }
   }
   producer.join();
-  EXPECT_EQ(received, kCount);
+  EXPECT_EQ(received, kSignals);
   close(epoll);
 }
 

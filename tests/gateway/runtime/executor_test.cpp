@@ -281,8 +281,8 @@ TEST_F(ExecutorTest, ARunnerIsCalledWhenSomebodyWakesTheExecutorAndForFramesItIs
 // Records why the executor's thread serves it.
 class ReasonRunner final : public Runner {
  public:
-  ReasonRunner(int frames, int told, exchange::Handover<int>& values, std::string name)
-      : frames_(frames), told_(told), values_(values), name_(std::move(name)) {}
+  ReasonRunner(int frames, int log, exchange::Handover<int>& values, std::string name)
+      : frames_(frames), log_(log), values_(values), name_(std::move(name)) {}
   int descriptor() const override { return frames_; }
   bool wants_writable() const override { return false; }
   void nothing_to_read() override { nothing_to_read_ = true; }
@@ -296,7 +296,7 @@ class ReasonRunner final : public Runner {
     if (!std::exchange(nothing_to_read_, false)) {
       said += read(frames_, &frame, 1) == 1 ? " frame" : " no frame";
     }
-    EXPECT_EQ(write(told_, said.data(), said.size()), static_cast<ssize_t>(said.size()));
+    EXPECT_EQ(write(log_, said.data(), said.size()), static_cast<ssize_t>(said.size()));
   }
   Instant next_wake() const override { return kNever; }
   void stop(Instant /*now*/) override {}
@@ -304,7 +304,7 @@ class ReasonRunner final : public Runner {
 
  private:
   int frames_;
-  int told_;
+  int log_;
   exchange::Handover<int>& values_;
   std::string name_;
   bool nothing_to_read_ = false;
@@ -314,22 +314,22 @@ class ReasonRunner final : public Runner {
 TEST_F(ExecutorTest, AWakeUpForValuesServesOnlyTheRunnersThatHaveSome) {
   std::array<std::array<int, 2>, 2> frames{};
   std::array<exchange::Handover<int>, 2> values;
-  int told[2] = {-1, -1};
-  ASSERT_EQ(pipe2(told, O_DIRECT), 0);  // each write is a packet
+  int log[2] = {-1, -1};
+  ASSERT_EQ(pipe2(log, O_DIRECT), 0);  // each write is a packet
   for (std::array<int, 2>& pipe_of : frames) {
     ASSERT_EQ(pipe2(pipe_of.data(), O_NONBLOCK), 0);
   }
   const auto next = [&] {
     std::array<char, 64> said{};
-    pollfd p{told[0], POLLIN, 0};
+    pollfd p{log[0], POLLIN, 0};
     EXPECT_EQ(poll(&p, 1, kPatience), 1);
-    const ssize_t n = read(told[0], said.data(), said.size());
+    const ssize_t n = read(log[0], said.data(), said.size());
     return std::string(said.data(), static_cast<std::size_t>(std::max<ssize_t>(n, 0)));
   };
   {
     Executor executor({});
     for (std::size_t i = 0; i < 2; ++i) {
-      executor.add(std::make_unique<ReasonRunner>(frames[i][0], told[1], values[i],
+      executor.add(std::make_unique<ReasonRunner>(frames[i][0], log[1], values[i],
                                                   std::string(1, static_cast<char>('a' + i))));
     }
     executor.start();
@@ -351,8 +351,8 @@ TEST_F(ExecutorTest, AWakeUpForValuesServesOnlyTheRunnersThatHaveSome) {
     close(pipe_of[0]);
     close(pipe_of[1]);
   }
-  close(told[0]);
-  close(told[1]);
+  close(log[0]);
+  close(log[1]);
 }
 
 TEST_F(ExecutorTest, RunsWithThePriorityOnTheProcessorThatThePlanNames) {
