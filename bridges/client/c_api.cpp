@@ -432,7 +432,8 @@ linegate_client* linegate_connect(const linegate_options* options, char* error,
             .strength = options->strength,
             .read_only = options->read_only != 0,
             .interfaces = list_of(options->interfaces),
-            .peers = list_of(options->peers)};
+            .peers = list_of(options->peers),
+            .discovery_servers = list_of(options->discovery_servers)};
     }
     client::Client made(to);
     if (!made) {

@@ -379,6 +379,9 @@ struct Options {
   std::vector<std::string> interfaces{};
   // Hosts of gateways that multicast does not reach, by name or IPv4 address.
   std::vector<std::string> peers{};
+  // Discovery servers of Fast DDS instead of multicast and peers: [ID@]HOST[:PORT], with the
+  // position in this list as ID and 11811 as port if they are not given.
+  std::vector<std::string> discovery_servers{};
 };
 
 class Client {

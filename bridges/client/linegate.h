@@ -67,6 +67,10 @@ typedef struct linegate_options {
    * IPv4 addresses, separated by commas. NULL: those of the profile, and none. */
   const char* interfaces;
   const char* peers;
+  /* Discovery servers of Fast DDS instead of multicast and peers: [ID@]HOST[:PORT], separated by
+   * commas; the ID is the position in this list, and the port 11811, if they are not given. NULL:
+   * none. */
+  const char* discovery_servers;
 } linegate_options;
 
 /* options: NULL = all members 0. Returns NULL, and the reason in `error` (of `error_size` bytes;

@@ -82,6 +82,7 @@ void Endpoints::create_participant(const std::string& name, std::uint32_t domain
   qos.name(name);
   if (std::string reason = apply(network_, qos); !reason.empty())
     return fail(std::move(reason));
+  apply_environment(qos);
   // Two readers that announce a unicast locator and the same multicast locator abort the process of
   // a writer of Fast DDS 2.9 (assertion in OutputTrafficManager.hpp:87). Without multicast locators
   // two readers share no locator. The library's default is 1, if the profile does not set it.

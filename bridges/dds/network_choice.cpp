@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include <arpa/inet.h>
+#include <fastdds/rtps/attributes/ServerAttributes.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
@@ -17,10 +18,17 @@
 #include <netinet/in.h>
 #include <sys/socket.h>
 
+#include "bridges/dds/discovery_servers.h"
 #include "bridges/dds/network_qos.h"
 
 namespace linegate::dds {
 namespace {
+
+namespace rtps = eprosima::fastrtps::rtps;
+using eprosima::fastdds::rtps::get_server_client_default_guidPrefix;
+using eprosima::fastdds::rtps::load_environment_server_info;
+using eprosima::fastdds::rtps::RemoteServerAttributes;
+using eprosima::fastdds::rtps::RemoteServerList_t;
 
 constexpr const char* kAnnouncementGroup = "239.255.0.1";  // RTPS 2.3 9.6.1.4.1
 constexpr std::string_view kLoopback = "127.0.0.1";
@@ -72,6 +80,44 @@ eprosima::fastrtps::rtps::Locator_t locator_to(const std::string& address) {
   return out;
 }
 
+std::string apply_peers(const std::vector<std::string>& names,
+                        eprosima::fastdds::dds::DomainParticipantQos& qos) {
+  auto& peers = qos.wire_protocol().builtin.initialPeersList;
+  if (peers.empty())  // the list replaces the multicast address
+    peers.push_back(locator_to(kAnnouncementGroup));
+  for (const std::string& name : names) {
+    const std::string address = address_of_host(name);
+    if (address.empty())
+      return "the peer " + name + " has no IPv4 address";
+    peers.push_back(locator_to(address));
+  }
+  return {};
+}
+
+std::string apply_servers(const NetworkChoice& choice,
+                          eprosima::fastdds::dds::DomainParticipantQos& qos) {
+  if (!choice.peers.empty())
+    return "a participant with discovery servers announces itself to no peers";
+  auto& config = qos.wire_protocol().builtin.discovery_config;
+  config.discoveryProtocol = rtps::DiscoveryProtocol_t::CLIENT;
+  config.m_DiscoveryServers.clear();
+  for (std::size_t i = 0; i < choice.servers.size(); ++i) {
+    const auto server = parse_discovery_server(choice.servers[i], i);
+    if (!server)
+      return "the discovery server \"" + choice.servers[i] + "\" is not [ID@]HOST[:PORT]";
+    const std::string address = address_of_host(server->host);
+    if (address.empty())
+      return "the discovery server " + server->host + " has no IPv4 address";
+    RemoteServerAttributes to;
+    get_server_client_default_guidPrefix(server->id, to.guidPrefix);
+    auto locator = locator_to(address);
+    eprosima::fastrtps::rtps::IPLocator::setPhysicalPort(locator, server->port);
+    to.metatrafficUnicastLocatorList.push_back(locator);
+    config.m_DiscoveryServers.push_back(to);
+  }
+  return {};
+}
+
 }  // namespace
 
 std::string address_of_host(const std::string& name) {
@@ -107,7 +153,7 @@ std::string apply(const NetworkChoice& choice, eprosima::fastdds::dds::DomainPar
     return {};
   const auto udp = udp_of(qos);
   if (udp == nullptr)
-    return "interfaces and peers need a profile with a transport UDPv4";
+    return "interfaces, peers and discovery servers need a profile with a transport UDPv4";
   if (!choice.interfaces.empty() && has_other_network(qos, *udp))
     return "interfaces need a profile whose only network transport is one UDPv4: others would be "
            "open on every interface";
@@ -122,19 +168,22 @@ std::string apply(const NetworkChoice& choice, eprosima::fastdds::dds::DomainPar
   // The library sends to an address of this host by loopback.
   if (!choice.interfaces.empty() && std::ranges::count(udp->interfaceWhiteList, kLoopback) == 0)
     udp->interfaceWhiteList.emplace_back(kLoopback);
-  auto& peers = qos.wire_protocol().builtin.initialPeersList;
-  // The list replaces the multicast address.
-  if (!choice.peers.empty() && peers.empty())
-    peers.push_back(locator_to(kAnnouncementGroup));
-  for (const std::string& name : choice.peers) {
-    const std::string address = address_of_host(name);
-    if (address.empty())
-      return "the peer " + name + " has no IPv4 address";
-    peers.push_back(locator_to(address));
-  }
-  if (!choice.peers.empty())
-    udp->maxInitialPeersRange = std::max(udp->maxInitialPeersRange, kPeerParticipants);
-  return {};
+  if (!choice.servers.empty())
+    return apply_servers(choice, qos);
+  if (choice.peers.empty())
+    return {};
+  udp->maxInitialPeersRange = std::max(udp->maxInitialPeersRange, kPeerParticipants);
+  return apply_peers(choice.peers, qos);
+}
+
+void apply_environment(eprosima::fastdds::dds::DomainParticipantQos& qos) {
+  auto& config = qos.wire_protocol().builtin.discovery_config;
+  RemoteServerList_t servers;
+  if (config.discoveryProtocol != rtps::DiscoveryProtocol_t::SIMPLE ||
+      !load_environment_server_info(servers) || servers.empty())
+    return;
+  config.discoveryProtocol = rtps::DiscoveryProtocol_t::CLIENT;
+  config.m_DiscoveryServers = servers;
 }
 
 }  // namespace linegate::dds

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The interfaces of a participant and the hosts that it announces itself to, chosen beside the
-// profile.
+// The interfaces of a participant and the hosts that it announces itself to, or the servers by
+// which it is discovered, chosen beside the profile.
 #pragma once
 
 #include <string>
@@ -14,8 +14,12 @@ struct NetworkChoice {
   // Hosts that multicast does not reach, by name or IPv4 address, besides those of the profile.
   // Announcements go to the ports of the first kPeerParticipants participants of each.
   std::vector<std::string> peers;
+  // Discovery servers (parse_discovery_server()), by which participants are discovered instead of
+  // by multicast and peers. None: those of the environment (ROS_DISCOVERY_SERVER), or of the
+  // profile.
+  std::vector<std::string> servers;
 
-  bool empty() const { return interfaces.empty() && peers.empty(); }
+  bool empty() const { return interfaces.empty() && peers.empty() && servers.empty(); }
 };
 
 inline constexpr unsigned kPeerParticipants = 20;

@@ -1,18 +1,46 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bridges/dds/network_profile.h"
 
+#include <algorithm>
+
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/rtps/transport/SocketTransportDescriptor.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
 
+#include "bridges/dds/network_qos.h"
 #include "bridges/dds/profiles.h"
 #include "stack/base/diagnostic.h"
 
 namespace linegate::dds {
+namespace {
 
-NetworkProfile network_profile(const std::string& file) {
-  namespace rtps = eprosima::fastrtps::rtps;
+namespace rtps = eprosima::fastrtps::rtps;
+
+UdpLocator udp_locator(const rtps::Locator_t& from) {
+  return {rtps::IPLocator::toIPv4string(from),
+          static_cast<std::uint16_t>(rtps::IPLocator::getPhysicalPort(from))};
+}
+
+std::vector<ObservedServer> servers_in(const eprosima::fastdds::dds::DomainParticipantQos& qos) {
+  constexpr std::size_t kIdAt = 2;  // octet in the GUID prefix of a server
+  std::vector<ObservedServer> out;
+  for (const auto& server : qos.wire_protocol().builtin.discovery_config.m_DiscoveryServers) {
+    for (const rtps::Locator_t& locator : server.metatrafficUnicastLocatorList) {
+      if (locator.kind != LOCATOR_KIND_UDPv4)
+        continue;
+      ObservedServer& to = out.emplace_back();
+      to.place = udp_locator(locator);
+      std::copy_n(server.guidPrefix.value, to.prefix.size(), to.prefix.begin());
+      to.id = to.prefix[kIdAt];
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+NetworkProfile network_profile(const std::string& file, const NetworkChoice& choice) {
   NetworkProfile out;
   std::vector<Diagnostic> unused;
   eprosima::fastdds::dds::DomainParticipantQos qos;
@@ -22,10 +50,11 @@ NetworkProfile network_profile(const std::string& file) {
           eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK) {
     return out;
   }
+  (void)apply(choice, qos);
+  apply_environment(qos);
   for (const rtps::Locator_t& peer : qos.wire_protocol().builtin.initialPeersList) {
     if (peer.kind == LOCATOR_KIND_UDPv4) {
-      out.peers.push_back({rtps::IPLocator::toIPv4string(peer),
-                           static_cast<std::uint16_t>(rtps::IPLocator::getPhysicalPort(peer))});
+      out.peers.push_back(udp_locator(peer));
     }
   }
   out.uses_udp = qos.transport().use_builtin_transports;
@@ -40,8 +69,7 @@ NetworkProfile network_profile(const std::string& file) {
     for (const std::string& interface : sockets->interfaceWhiteList)
       out.white_list.push_back(interface);
   }
-  const auto protocol = qos.wire_protocol().builtin.discovery_config.discoveryProtocol;
-  out.simple_discovery = protocol == rtps::DiscoveryProtocol_t::SIMPLE;
+  out.servers = servers_in(qos);
   return out;
 }
 

@@ -13,4 +13,8 @@ namespace linegate::dds {
 // Returns the reason for which the choice cannot be applied; empty if it was.
 std::string apply(const NetworkChoice& choice, eprosima::fastdds::dds::DomainParticipantQos& qos);
 
+// If neither the profile nor apply() chose a discovery protocol, uses the servers that the
+// environment names, as the library itself would when the participant is created.
+void apply_environment(eprosima::fastdds::dds::DomainParticipantQos& qos);
+
 }  // namespace linegate::dds

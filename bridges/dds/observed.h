@@ -65,12 +65,18 @@ struct ObservedParticipant {
   bool refused = false;  // the authentication failed
 };
 
+struct ObservedServer {
+  UdpLocator place;
+  std::uint8_t id = 0;
+  ObservedPrefix prefix{};
+};
+
 // The network part of a participant profile.
 struct NetworkProfile {
   std::vector<UdpLocator> peers;        // initial peers by UDPv4; port 0: the ports of the domain
   std::vector<std::string> white_list;  // interfaces of all transports; none: each interface
   bool uses_udp = false;                // UDPv4
-  bool simple_discovery = true;         // else by a server, or by a file
+  std::vector<ObservedServer> servers;  // discovery servers by UDPv4
 };
 
 }  // namespace linegate::dds

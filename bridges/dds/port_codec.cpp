@@ -335,8 +335,8 @@ std::optional<NamedMisfitMessage> decode_named_misfit(PortBytes message) {
 }
 
 // gateway, incarnation 8, domain 4, profile file, number of lines 4 and their names, renew_after 8,
-// participants 8, number of interfaces 4 and their names, number of peers 4 and their names,
-// last_words 8, guard 1, partitions 1, the texts of security.
+// participants 8, number of interfaces 4 and their names, the same of peers and of discovery
+// servers, last_words 8, guard 1, partitions 1, the texts of security.
 void encode(const GatewayOptions& options, PortMessage& out) {
   FieldWriter writer = begin_message(static_cast<std::uint8_t>(ToEndpoints::configure));
   add_text(options.gateway, writer);
@@ -348,7 +348,8 @@ void encode(const GatewayOptions& options, PortMessage& out) {
     add_text(line, writer);
   writer.number(options.renew_after, 8);
   writer.number(options.participants, 8);
-  for (const auto* const names : {&options.network.interfaces, &options.network.peers}) {
+  for (const auto* const names :
+       {&options.network.interfaces, &options.network.peers, &options.network.servers}) {
     writer.number(names->size(), 4);
     for (const std::string& name : *names)
       add_text(name, writer);
@@ -373,7 +374,7 @@ std::optional<GatewayOptions> decode_options(PortBytes message) {
     out.lines.push_back(read_text(in, kLongestName));
   out.renew_after = in.number<std::uint64_t>();
   out.participants = in.number<std::size_t>(8);
-  for (auto* const names : {&out.network.interfaces, &out.network.peers}) {
+  for (auto* const names : {&out.network.interfaces, &out.network.peers, &out.network.servers}) {
     const auto count = in.number<std::uint32_t>();
     for (std::uint32_t i = 0; i < count && in.good(); ++i)
       names->push_back(read_text(in, kLongestText));

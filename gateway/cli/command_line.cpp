@@ -43,6 +43,10 @@ CommandLine::CommandLine() {
   app_.add_option("--peer", common_.peers,
                   "host of a gateway that multicast does not reach; may be repeated")
       ->expected(1);
+  app_.add_option("--discovery-server", common_.servers,
+                  "discovery server of Fast DDS instead of multicast, [ID@]HOST[:PORT]; may be "
+                  "repeated")
+      ->expected(1);
   app_.add_option("--wait", common_.wait, "seconds to wait for a gateway")
       ->check(seconds_from_zero());
   app_.add_option("--timeout", common_.timeout, "seconds to wait for an answer")
@@ -86,6 +90,7 @@ int CommandLine::with_client(const Topics& topics, const ClientAction& action) c
                                   .security = common_.security,
                                   .interfaces = common_.interfaces,
                                   .peers = common_.peers,
+                                  .servers = common_.servers,
                                   .images = topics.images,
                                   .layouts = topics.layouts,
                                   .events = topics.events,

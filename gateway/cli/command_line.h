@@ -21,6 +21,7 @@ struct CommonOptions {
   std::string security;                 // folder of an identity; empty = without DDS-Security
   std::vector<std::string> interfaces;  // of this host, for DDS; none = those of the profile
   std::vector<std::string> peers;       // hosts that multicast does not reach
+  std::vector<std::string> servers;     // discovery servers, instead of multicast and peers
   double wait = 5;                      // time limit for the discovery of a gateway, in seconds
   double timeout = 5;                   // time limit for an answer, in seconds
   bool json = false;

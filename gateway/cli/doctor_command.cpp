@@ -31,6 +31,7 @@ void add_doctor(CommandLine& line) {
                                                        .identity = common.security,
                                                        .interfaces = common.interfaces,
                                                        .peers = common.peers,
+                                                       .servers = common.servers,
                                                        .hosts = *hosts,
                                                        .time = seconds(common.wait)});
     const doctor::Findings found = doctor::run_checks(seen);

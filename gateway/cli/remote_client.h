@@ -18,6 +18,7 @@ struct RemoteClientOptions {
   std::string security;  // folder of an identity; empty = without DDS-Security
   std::vector<std::string> interfaces;  // of this host; none = those of the profile
   std::vector<std::string> peers;       // hosts that multicast does not reach
+  std::vector<std::string> servers;     // discovery servers, instead of multicast and peers
   // The topics to subscribe to besides the states of gateways, lines and nodes.
   bool images = false;  // and states of outputs
   bool layouts = false;

@@ -77,7 +77,9 @@ std::shared_ptr<Core> connect(const Options& options) {
   client.commands = !options.read_only;
   client.outputs = !options.read_only;
   client.output_strength = options.strength;
-  client.network = {.interfaces = options.interfaces, .peers = options.peers};
+  client.network = {.interfaces = options.interfaces,
+                    .peers = options.peers,
+                    .servers = options.discovery_servers};
   if (const std::string identity = identity_of(options); !identity.empty()) {
     const auto found = gateway::use_identity(identity, !options.read_only, client.security);
     if (has_errors(found) || !client.security.enabled())

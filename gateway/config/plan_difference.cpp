@@ -49,6 +49,7 @@ PlantIdentity identity_of(const Plant& plant, std::uint32_t profile_participants
                     profile_participants,
                     plant.dds_interfaces,
                     plant.dds_peers,
+                    plant.dds_servers,
                     plant.dds_guard,
                     plant.dds_partitions,
                     plant.journal,
@@ -74,6 +75,8 @@ PlanDifference difference(const PlantIdentity& running, const Plant& wanted) {
   refuse(out, wanted.file, "the interfaces of DDS", names(running.dds_interfaces),
          names(next.dds_interfaces));
   refuse(out, wanted.file, "the peers of DDS", names(running.dds_peers), names(next.dds_peers));
+  refuse(out, wanted.file, "the discovery servers of DDS", names(running.dds_servers),
+         names(next.dds_servers));
   refuse(out, wanted.file, "the DDS guard", running.dds_guard ? "on" : "off",
          next.dds_guard ? "on" : "off");
   refuse(out, wanted.file, "the use of partitions", running.dds_partitions ? "on" : "off",

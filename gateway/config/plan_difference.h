@@ -25,6 +25,7 @@ struct PlantIdentity {
   std::uint32_t dds_profile_participants = 0;  // in effect if the configuration has none
   std::vector<std::string> dds_interfaces;
   std::vector<std::string> dds_peers;
+  std::vector<std::string> dds_servers;
   bool dds_guard = true;
   bool dds_partitions = false;
   std::optional<Journal> journal;

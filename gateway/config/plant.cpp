@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
+#include <string_view>
 #include <system_error>
 
 #include "bridges/named/identifiers.h"
@@ -76,6 +77,50 @@ std::vector<std::string> read_places(Section& section, const char* key) {
   return out;
 }
 
+bool is_number_up_to(std::string_view text, std::uint64_t most) {
+  const auto digit = [](char c) { return c >= '0' && c <= '9'; };
+  return !text.empty() && text.size() <= 5 && std::ranges::all_of(text, digit) &&
+         std::stoull(std::string(text)) <= most;
+}
+
+// The same form as dds::parse_discovery_server().
+bool is_discovery_server(std::string_view text) {
+  constexpr std::uint64_t kHighestId = 255;
+  constexpr std::uint64_t kHighestPort = 65'535;
+  if (const auto at = text.find('@'); at != text.npos) {
+    if (!is_number_up_to(text.substr(0, at), kHighestId)) {
+      return false;
+    }
+    text.remove_prefix(at + 1);
+  }
+  const auto colon = text.find(':');
+  const bool has_port = colon != text.npos;
+  return colon != 0 && !text.empty() && text.find('@') == text.npos &&
+         (!has_port || (is_number_up_to(text.substr(colon + 1), kHighestPort) &&
+                        std::stoul(std::string(text.substr(colon + 1))) != 0));
+}
+
+// After the peers and the folder of DDS-Security.
+void read_discovery_servers(Section& section, Plant& plant) {
+  const YAML::Node node = section.find("discovery_servers");
+  plant.dds_servers = read_places(section, "discovery_servers");
+  Findings& findings = section.findings();
+  for (const std::string& server : plant.dds_servers) {
+    if (!is_discovery_server(server)) {
+      findings.error(place_of(node),
+                     "expected a discovery server [ID@]HOST[:PORT], got \"" + server + "\"");
+    }
+  }
+  if (!plant.dds_servers.empty() && !plant.dds_peers.empty()) {
+    findings.error(place_of(node),
+                   "\"peers\" are for a gateway without \"discovery_servers\": with them it "
+                   "announces itself to the servers alone");
+  }
+  if (!plant.dds_servers.empty() && !plant.dds_security.empty()) {
+    findings.error(place_of(node), "\"discovery_servers\" are for DDS without security");
+  }
+}
+
 void read_dds(Findings& findings, const YAML::Node& node, Plant& plant) {
   if (!node.IsDefined()) {
     return;
@@ -103,6 +148,7 @@ void read_dds(Findings& findings, const YAML::Node& node, Plant& plant) {
     }
     plant.dds_security = path.string();
   }
+  read_discovery_servers(section, plant);
   const YAML::Node partitions = section.find("partitions");
   section.read("partitions", plant.dds_partitions);
   if (plant.dds_partitions && !plant.dds_security.empty()) {

@@ -221,6 +221,8 @@ struct Plant {
   std::vector<std::string> dds_interfaces;
   std::vector<std::string> dds_peers;
   std::string dds_profile;      // path of the XML file; empty = the one installed
+  // [ID@]HOST[:PORT]: discovery servers, instead of multicast and peers.
+  std::vector<std::string> dds_servers;
   std::string dds_security;     // folder of the identity; empty = without DDS-Security
   bool dds_partitions = false;  // each line has a partition; only without DDS-Security
   bool dds_guard = true;        // check received datagrams before Fast DDS processes them

@@ -15,6 +15,7 @@ namespace linegate::doctor {
 #define LINEGATE_CHECKS(CHECK) \
   CHECK(profile)               \
   CHECK(identity)              \
+  CHECK(servers)               \
   CHECK(interfaces)            \
   CHECK(multicast)             \
   CHECK(domain)                \

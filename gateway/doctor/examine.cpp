@@ -75,13 +75,14 @@ class Received final : public dds::ClientListener {
 std::unique_ptr<dds::Client> join(const Settings& settings,
                                   const std::shared_ptr<dds::DiscoveryRecord>& record,
                                   Observations& out) {
-  dds::ClientOptions options{
-      .domain = settings.domain,
-      .profile_file = settings.profile,
-      .network = {.interfaces = settings.interfaces, .peers = settings.peers},
-      .receptions = false,
-      .commands = false,
-      .record = record};
+  dds::ClientOptions options{.domain = settings.domain,
+                             .profile_file = settings.profile,
+                             .network = {.interfaces = settings.interfaces,
+                                         .peers = settings.peers,
+                                         .servers = settings.servers},
+                             .receptions = false,
+                             .commands = false,
+                             .record = record};
   if (!settings.identity.empty()) {
     out.identity_findings = gateway::use_identity(settings.identity, false, options.security);
     if (has_errors(out.identity_findings))
@@ -178,7 +179,8 @@ Observations examine(const Settings& settings) {
   out.profile = dds::profiles_in_use(settings.profile);
   out.identity = settings.identity;
   out.profile_findings = dds::check_profiles(settings.profile);
-  out.network = dds::network_profile(settings.profile);
+  out.network = dds::network_profile(settings.profile,
+                                     {.interfaces = {}, .peers = {}, .servers = settings.servers});
   if (!settings.interfaces.empty())
     out.network.white_list.clear();  // they replace it
   out.interfaces = examine_interfaces();

@@ -16,6 +16,7 @@ struct Settings {
   std::string identity;                 // folder; empty: without DDS-Security
   std::vector<std::string> interfaces;  // of the participant; none: those of the profile
   std::vector<std::string> peers;       // besides those of the profile
+  std::vector<std::string> servers;     // discovery servers
   std::vector<std::string> hosts;       // to probe, by name or address
   Duration time{};                      // of the observation
 };

@@ -64,6 +64,8 @@ void report_silent(const Heard& gateway, const Answers& answers, Findings& found
 }  // namespace
 
 void check_firewall(const Observations& seen, Findings& found) {
+  if (!seen.network.servers.empty())
+    return;  // nothing is discovered by multicast then: check_servers()
   for (const Heard* const gateway : gateways_in_domain(seen)) {
     const dds::Announcement& it = gateway->announcement;
     if (it.secured != seen.secured() || is_received(seen, gateway_name(it.name)) ||

@@ -45,7 +45,7 @@ void check_interfaces(const Observations& seen, Findings& found) {
       continue;
     }
     outside = true;
-    if (!it.multicast)
+    if (!it.multicast && seen.network.servers.empty())
       report_no_multicast(it, found);
   }
   if (outside)
@@ -56,7 +56,8 @@ void check_interfaces(const Observations& seen, Findings& found) {
                                                   "has an IPv4 address"},
                    .means = "this host reaches no other host",
                    .advice = "bring an interface up, and give it an address"});
-  if (loopback != nullptr && !loopback->multicast && !loopback->addresses.empty())
+  if (seen.network.servers.empty() && loopback != nullptr && !loopback->multicast &&
+      !loopback->addresses.empty())
     report_no_multicast(*loopback, found);
 }
 

@@ -6,7 +6,8 @@
 namespace linegate::doctor {
 
 void check_multicast(const Observations& seen, Findings& found) {
-  if (has_gateway(seen) && !has_only_local_gateways(seen))
+  const bool is_used = seen.network.servers.empty();
+  if (!is_used || (has_gateway(seen) && !has_only_local_gateways(seen)))
     return;
   for (const Interface& it : seen.interfaces) {
     if (!it.multicast_tested || it.multicast_received || it.loopback)

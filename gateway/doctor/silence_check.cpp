@@ -45,8 +45,9 @@ void check_silence(const Observations& seen, Findings& found) {
        .seen = {"no gateway announced itself in any of the domains 0 to 232 within " +
                     seconds_text(seen.watched),
                 local_text(seen)},
-       .means = "no gateway runs, or the network between the hosts does not carry multicast; this "
-                "program cannot distinguish these from here",
+       .means = "no gateway runs, or the network between the hosts does not carry multicast, or "
+                "the gateway uses discovery servers; this program cannot distinguish these from "
+                "here",
        .advice = "run linegate doctor on the host of the gateway; if it finds the gateway there, "
                  "run linegate doctor HOST here, with the address of that host"});
 }

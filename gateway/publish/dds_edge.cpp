@@ -370,7 +370,8 @@ Loaded<std::unique_ptr<DataEdge>> make_dds_edge(const config::Plant& plant,
   options.incarnation = incarnation;
   options.domain = plant.dds_domain;
   options.participants = plant.dds_participants;
-  options.network = {.interfaces = plant.dds_interfaces, .peers = plant.dds_peers};
+  options.network = {
+      .interfaces = plant.dds_interfaces, .peers = plant.dds_peers, .servers = plant.dds_servers};
   options.profile_file = plant.dds_profile;
   options.guard = plant.dds_guard;
   options.partitions = plant.dds_partitions;

@@ -61,7 +61,8 @@ std::unique_ptr<PeerClient> make_dds_peers(const config::Plant& plant) {
   options.name = plant.gateway.substr(0, kLongestClientName - kOfRoutes.size());
   options.name += kOfRoutes;
   options.domain = plant.dds_domain;
-  options.network = {.interfaces = plant.dds_interfaces, .peers = plant.dds_peers};
+  options.network = {
+      .interfaces = plant.dds_interfaces, .peers = plant.dds_peers, .servers = plant.dds_servers};
   options.profile_file = plant.dds_profile;
   options.guard = plant.dds_guard;
   options.nodes = options.output_states = options.layouts = options.images = false;

@@ -203,6 +203,8 @@ class Text {
       add("DDS on the interfaces {} alone\n", fmt::join(plant.dds_interfaces, ", "));
     if (!plant.dds_peers.empty())
       add("DDS peers beside multicast: {}\n", fmt::join(plant.dds_peers, ", "));
+    if (!plant.dds_servers.empty())
+      add("DDS discovery servers: {}\n", fmt::join(plant.dds_servers, ", "));
     if (plant.dds_partitions)
       add("DDS partition of each line: {}/LINE\n", plant.gateway);
     if (!plant.dds_security.empty())

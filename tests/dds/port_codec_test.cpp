@@ -222,7 +222,9 @@ TEST(PortCodec, OptionsComeBackAsTheyWent) {
                                .lines = {"one", "", std::string(64, 'x')},
                                .renew_after = 1'000,
                                .participants = 12,
-                               .network = {.interfaces = {"eth0"}, .peers = {"hall-b", "10.0.0.1"}},
+                               .network = {.interfaces = {"eth0"},
+                                           .peers = {"hall-b", "10.0.0.1"},
+                                           .servers = {"2@10.0.0.9:11888"}},
                                .last_words = std::chrono::milliseconds(700),
                                .guard = false,
                                .partitions = true,
@@ -247,6 +249,7 @@ TEST(PortCodec, OptionsComeBackAsTheyWent) {
   EXPECT_EQ(back->participants, options.participants);
   EXPECT_EQ(back->network.interfaces, options.network.interfaces);
   EXPECT_EQ(back->network.peers, options.network.peers);
+  EXPECT_EQ(back->network.servers, options.network.servers);
   EXPECT_EQ(back->last_words, options.last_words);
   EXPECT_EQ(back->guard, options.guard);
   EXPECT_EQ(back->security.ca, options.security.ca);
@@ -360,7 +363,9 @@ NumberedTopic full_topic() {
                     .topic = "plant/press/ram/inputs",
                     .type = "plant::press_ram_inputs_26c77fbdaf07453c",
                     .max_size = kLongestMessage,
-                    .key = {std::byte{1}, std::byte{0}, std::byte{0xFF}}}};
+                    .key = {std::byte{1}, std::byte{0}, std::byte{0xFF}},
+                    .members = {{"values_Text", named::Form::text, 17},
+                                {"values_Raw", named::Form::octets, 65'535}}}};
 }
 
 TEST(PortCodec, ANamedTopicComesBackAsItWent) {

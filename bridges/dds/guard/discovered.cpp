@@ -66,6 +66,11 @@ void Discovered::ends(const Guid& endpoint) {
   --owner->second.endpoints;
 }
 
+bool Discovered::is_server(const Prefix& prefix) const {
+  const auto& servers = limits_.servers;
+  return std::find(servers.begin(), servers.end(), prefix) != servers.end();
+}
+
 bool Discovered::has_participant(const Prefix& prefix) const {
   const std::lock_guard lock(mutex_);
   return participants_.contains(prefix);

@@ -25,6 +25,8 @@ struct DiscoveryLimits {
   std::size_t participants = std::numeric_limits<std::size_t>::max();
   // Configured initial peers; a quarter of the places is reserved for them
   std::vector<Address> peers;
+  // Discovery servers, which announce other participants and their endpoints.
+  std::vector<Prefix> servers;
   // Discovery protocol SIMPLE: each participant announces itself, and it is removed when its lease
   // expires, not when it announces its end.
   bool simple = true;
@@ -50,6 +52,8 @@ class Discovered {
   void endpoint_lost(const Guid& endpoint);
 
   bool simple() const { return limits_.simple; }
+  // Whether that participant may announce others than itself.
+  bool is_server(const Prefix& prefix) const;
   // Whether its lease is infinite, so that no timer of a lease can fire while its end is processed.
   bool is_endless(const Prefix& prefix) const;
   bool has_participant(const Prefix& prefix) const;

@@ -324,7 +324,8 @@ void Guard::note_end(const Datagram& datagram, const Content& content) {
   std::optional<Guid> endpoint = content.key;
   if (!endpoint && content.has_key && check_parameter_list(content.payload, announcement))
     endpoint = announcement.endpoint;
-  if (endpoint && prefix_of(*endpoint) == datagram.source)
+  if (endpoint &&
+      (prefix_of(*endpoint) == datagram.source || discovered_.is_server(datagram.source)))
     discovered_.ends(*endpoint);
 }
 
@@ -365,24 +366,31 @@ Reason Guard::judge_handshake(const Content& content) const {
   return accepted ? Reason::none : Reason::discovery;
 }
 
-// Fast DDS takes the announced participant from the payload, and the source from the header. With
-// discovery protocol SIMPLE both must be equal.
+// Fast DDS takes the announced participant from the payload, and the source from the header. Both
+// must be equal, but if the source is a discovery server.
 Reason Guard::judge_participant(const Datagram& datagram, const Announcement& announcement) {
-  if (discovered_.simple() && !announcement.owner.is(datagram.source))
+  const Owner& owner = announcement.owner;
+  const bool may_announce = owner.is(datagram.source) || (owner.prefix && !owner.several &&
+                                                          discovered_.is_server(datagram.source));
+  if (!may_announce)
     return Reason::discovery;
-  return discovered_.admits(datagram.source, datagram.from, announcement.lease, datagram.now)
+  return discovered_.admits(*owner.prefix, datagram.from, announcement.lease, datagram.now)
              ? Reason::none
              : Reason::participants;
 }
 
-// An announced end takes no place. A participant may only announce its own endpoints.
+// An announced end takes no place. A participant may only announce its own endpoints, a discovery
+// server those of one participant at a time.
 Reason Guard::judge_endpoint(const Datagram& datagram, const Content& content,
                              const Announcement& announcement) {
-  if (discovered_.simple() && !announcement.owner.may_be(datagram.source))
+  const Owner& owner = announcement.owner;
+  const bool may_announce =
+      owner.may_be(datagram.source) || (!owner.several && discovered_.is_server(datagram.source));
+  if (!may_announce)
     return Reason::discovery;
   if (!announcement.endpoint || content.ends_instance)
     return Reason::none;
-  return discovered_.admits(datagram.source, *announcement.endpoint, datagram.now)
+  return discovered_.admits(prefix_of(*announcement.endpoint), *announcement.endpoint, datagram.now)
              ? Reason::none
              : Reason::endpoints;
 }

@@ -186,7 +186,8 @@ TEST_F(PlacesTest, ALeaseDoesNotBecomeInfinite) {
 // Fast DDS reads the GUID of the announced participant from the payload.
 TEST_F(PlacesTest, AParticipantAnnouncesItselfAlone) {
   Guard guard(false, {.participants = kPlaces, .peers = {}});
-  Guard with_server(false, {.participants = kPlaces, .simple = false});
+  Guard with_server(
+      false, {.participants = kPlaces, .peers = {}, .servers = {prefix_of(3)}, .simple = false});
   for (const unsigned id : {0x50U, 0x70U}) {
     const auto announce = [&](Guard& by, Sender whom, Sender from) {
       return by
@@ -195,7 +196,8 @@ TEST_F(PlacesTest, AParticipantAnnouncesItselfAlone) {
     };
     EXPECT_EQ(announce(guard, 1, 1), Reason::none);
     EXPECT_EQ(announce(guard, 2, 1), Reason::discovery);
-    EXPECT_EQ(announce(with_server, 2, 1), Reason::none);
+    EXPECT_EQ(announce(with_server, 2, 1), Reason::discovery);
+    EXPECT_EQ(announce(with_server, 2, 3), Reason::none) << "a server announces others";
   }
   const Fields nobody = Fields().u8(0).u8(3).u16(0).sentinel();
   Datagram unnamed =
@@ -232,6 +234,21 @@ TEST_F(GuardTest, TheEndOfAParticipantIsLeftToItsLease) {
   EXPECT_EQ(beat(1'000'000), Reason::rate);
   Guard with_server(false, {.simple = false});
   EXPECT_EQ(with_server.judge(announce_end(1, 3).get(), now).size, all);
+}
+
+// A server takes no places for those that it announces, but each of them takes its own.
+TEST_F(PlacesTest, ParticipantsOfAServerAreLimitedLikeOthers) {
+  Guard guard(false, {.participants = kPlaces, .peers = {}, .servers = {prefix_of(3)}});
+  const auto announce = [&](Sender whom) {
+    return guard.judge(announce_participant(prefix_of(whom), prefix_of(3)).get(), 0, kStranger)
+        .reason;
+  };
+  for (Sender i = 10; i < 10 + kPlaces; ++i) {
+    EXPECT_EQ(announce(i), Reason::none);
+    guard.participant_found(prefix_of(i));
+  }
+  EXPECT_EQ(announce(90), Reason::participants);
+  EXPECT_EQ(announce(10), Reason::none);
 }
 
 // Such a lease never expires, so the participant frees its place only when it announces its end.
@@ -280,6 +297,22 @@ TEST_F(GuardTest, AParticipantAnnouncesABoundedNumberOfEndpoints) {
   EXPECT_EQ(judge(announce_endpoint(2, 1U << 8U | 3U)), Reason::none);
   guard.endpoint_lost(dds::guard::make_guid(prefix_of(1), 1U << 8U | 3U));
   EXPECT_EQ(judge(announce_endpoint(1, 0x77777703)), Reason::none);
+}
+
+TEST_F(GuardTest, AServerAnnouncesEndpointsOfOthers) {
+  constexpr Sender kServer = 3;
+  Guard with_server(false, {.servers = {prefix_of(kServer)}, .simple = false});
+  with_server.participant_found(prefix_of(1));
+  const auto announce = [&](Sender from, std::uint32_t id, Sender whose) {
+    now += kSecond;
+    return with_server.judge(announce_endpoint(from, id, false, whose).get(), now).reason;
+  };
+  EXPECT_EQ(announce(2, 1U << 8U | 3U, 1), Reason::discovery);
+  for (std::uint32_t i = 1; i <= dds::guard::Discovered::kEndpoints; ++i) {
+    EXPECT_EQ(announce(kServer, i << 8U | 3U, 1), Reason::none);
+    with_server.endpoint_found(dds::guard::make_guid(prefix_of(1), i << 8U | 3U));
+  }
+  EXPECT_EQ(announce(kServer, 0x77777703, 1), Reason::endpoints) << "of the same participant";
 }
 
 Fields key_of(const dds::guard::Guid& endpoint) {

@@ -324,6 +324,7 @@ void add_joins(DefaultCases& to) {
 const std::set<std::string> kDefaultsInWords{"dds/participants",
                                              "dds/interfaces",
                                              "dds/peers",
+                                             "dds/discovery_servers",
                                              "dds/profile",
                                              "dds/security",
                                              "dds/process",

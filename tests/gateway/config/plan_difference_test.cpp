@@ -65,7 +65,8 @@ TEST(PlanDifference, RefusesOtherPartitions) {
 
 TEST(PlanDifference, RefusesOtherInterfacesAndPeers) {
   const auto running = identity_of(plant(kA));
-  for (const char* const other : {"dds: {interfaces: [eth0]}\n", "dds: {peers: [10.0.0.1]}\n"}) {
+  for (const char* const other : {"dds: {interfaces: [eth0]}\n", "dds: {peers: [10.0.0.1]}\n",
+                                  "dds: {discovery_servers: [10.0.0.1]}\n"}) {
     EXPECT_EQ(difference(running, plant(kA, other)).refusals.size(), 1U) << other;
   }
 }

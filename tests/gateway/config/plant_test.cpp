@@ -121,6 +121,19 @@ const Bad kBad[] = {
      {"plant.yaml:2:20: error: expected a name or an IPv4 address in \"interfaces\"",
       "plant.yaml:2:24: error: expected a name or an IPv4 address in \"interfaces\"",
       "plant.yaml:2:41: error: expected a name or an IPv4 address in \"peers\""}},
+    {"discovery_servers",
+     "schema: 1\ndds: {peers: [hall], security: ., discovery_servers: [a:0, 256@a, 1@2@a, ':80', "
+     "'a:65536', x@a, 'a:']}\nlines:\n  - name: a\n    interface: 'simulated:'\n",
+     {"plant.yaml:2:54: error: expected a discovery server [ID@]HOST[:PORT], got \"a:0\"",
+      "plant.yaml:2:54: error: expected a discovery server [ID@]HOST[:PORT], got \"256@a\"",
+      "plant.yaml:2:54: error: expected a discovery server [ID@]HOST[:PORT], got \"1@2@a\"",
+      "plant.yaml:2:54: error: expected a discovery server [ID@]HOST[:PORT], got \":80\"",
+      "plant.yaml:2:54: error: expected a discovery server [ID@]HOST[:PORT], got \"a:65536\"",
+      "plant.yaml:2:54: error: expected a discovery server [ID@]HOST[:PORT], got \"x@a\"",
+      "plant.yaml:2:54: error: expected a discovery server [ID@]HOST[:PORT], got \"a:\"",
+      "plant.yaml:2:54: error: \"peers\" are for a gateway without \"discovery_servers\": with "
+      "them it announces itself to the servers alone",
+      "plant.yaml:2:54: error: \"discovery_servers\" are for DDS without security"}},
     {"values",
      "schema: 1\n"
      "gateway: {name: two words, log: loud}\n"
@@ -715,6 +728,15 @@ lines:
   EXPECT_EQ(lines[1].auto_scan->eds, kRoot + "bridges/sim/eds");
   EXPECT_EQ(lines[1].config.found_heartbeat, 250ms);
   EXPECT_FALSE(lines[2].auto_scan);
+}
+
+TEST(Plant, ReadsDiscoveryServers) {
+  const Plant plant = *read(
+                           "schema: 1\ndds: {discovery_servers: [10.0.0.9, '7@hall.plant:11888']}\n"
+                           "lines: [{name: a, interface: 'simulated:'}]\n",
+                           "plant.yaml")
+                           .value;
+  EXPECT_THAT(plant.dds_servers, ElementsAre("10.0.0.9", "7@hall.plant:11888"));
 }
 
 constexpr const char* kEveryKeyOfALine = R"(schema: 1

@@ -72,6 +72,42 @@ TEST(Checks, Interfaces) {
   EXPECT_THAT(causes(seen), IsEmpty());
 }
 
+dds::ObservedServer server(std::uint8_t id) {
+  dds::ObservedServer out{{"10.0.0.9", 11811}, id, {}};
+  out.prefix[2] = id;
+  return out;
+}
+
+TEST(Checks, DiscoveryServers) {
+  Observations seen = silent_plant();
+  seen.interfaces[1].multicast = false;  // not used
+  seen.interfaces[1].multicast_received = false;
+  seen.network.servers = {server(0), server(3)};
+  EXPECT_THAT(causes(seen), ElementsAre("server-silent", "server-silent"));
+  EXPECT_THAT(evidence(seen), HasSubstr("on 10.0.0.9, UDP port 11811, with ID 0 was not"));
+  for (const dds::ObservedServer& it : seen.network.servers) {
+    dds::ObservedParticipant participant;
+    participant.prefix = it.prefix;
+    seen.participants.push_back(participant);
+  }
+  EXPECT_THAT(causes(seen), ElementsAre("server-without-gateway", "server-without-gateway"));
+  seen.participants.push_back(sound_plant().participants.front());
+  EXPECT_THAT(causes(seen), ElementsAre("no-samples"));
+}
+
+TEST(Checks, AGatewayThatIsNotAtTheServer) {
+  Observations seen = silent_plant();
+  seen.network.servers = {server(0)};
+  dds::ObservedParticipant participant;
+  participant.prefix = seen.network.servers.front().prefix;
+  seen.participants = {participant};
+  seen.heard = {heard("linegate hall", kHall)};
+  EXPECT_THAT(causes(seen), ElementsAre("not-at-server"));
+  seen = sound_plant();
+  seen.network.servers = {server(0)};
+  EXPECT_THAT(causes(seen), IsEmpty()) << "the gateway is received";
+}
+
 TEST(Checks, BlockedMulticast) {
   Observations seen = silent_plant();
   seen.interfaces[1].multicast_received = false;

@@ -133,6 +133,10 @@ TEST(Check, NamesInterfacesAndPeersOfDds) {
   EXPECT_TRUE(contains(describe(*loaded.value), "DDS on the interfaces eth0, eth1 alone"));
   EXPECT_TRUE(contains(describe(*loaded.value), "DDS peers beside multicast: hall-b"));
   EXPECT_EQ(YAML::Load(to_json(loaded))["dds_peers"][0].as<std::string>(), "hall-b");
+  EXPECT_FALSE(contains(describe(*loaded.value), "discovery servers"));
+  loaded.value->dds_servers = {"10.0.0.9"};
+  EXPECT_TRUE(contains(describe(*loaded.value), "DDS discovery servers: 10.0.0.9"));
+  EXPECT_EQ(YAML::Load(to_json(loaded))["dds_discovery_servers"][0].as<std::string>(), "10.0.0.9");
 }
 
 TEST(Check, SaysTheSameAsJson) {
