@@ -212,11 +212,12 @@ fast::Topic* Endpoints::make_topic(const std::string& topic, fast::TypeSupport t
   return made;
 }
 
-fast::Topic* Endpoints::add_own_topic(const std::string& topic, fast::TypeSupport type) {
+fast::Topic* Endpoints::add_own_topic(const std::string& topic, fast::TypeSupport type,
+                                      bool described) {
   if (!ok_)
     return nullptr;
-  type->auto_fill_type_information(false);
-  type->auto_fill_type_object(false);
+  type->auto_fill_type_information(false);  // see make_topic()
+  type->auto_fill_type_object(described);
   if (type.register_type(participant_) != ReturnCode_t::RETCODE_OK)
     return nullptr;
   return participant_->create_topic(topic, type.get_type_name(), fast::TOPIC_QOS_DEFAULT);

@@ -157,9 +157,10 @@ class Endpoints {
                eprosima::fastdds::dds::TypeSupport(new ReceivedType<PubSubType>(unreadable_)));
   }
   // Topics with types that are made at run time; they may come and go at any time. Any thread may
-  // call these. nullptr on failure.
+  // call these. described: describe_type() was called for the name of the type. nullptr on failure.
   eprosima::fastdds::dds::Topic* add_own_topic(const std::string& topic,
-                                               eprosima::fastdds::dds::TypeSupport type);
+                                               eprosima::fastdds::dds::TypeSupport type,
+                                               bool described = false);
   // After its last writer was removed.
   void remove_own_topic(eprosima::fastdds::dds::Topic* topic);
   // profile: of the data reader, which has the partition of reader().

@@ -6,14 +6,17 @@
 #include <string>
 #include <vector>
 
+#include "bridges/named/described_type.h"
+
 namespace linegate::dds {
 
 struct NamedTopic {
   std::string line;
   std::string topic;
   std::string type;
-  std::size_t max_size = 0;    // of a sample, in octets
-  std::vector<std::byte> key;  // see NamedType; empty: the topic has no key
+  std::size_t max_size = 0;                       // of a sample, in octets
+  std::vector<std::byte> key;                     // see NamedType; empty: the topic has no key
+  std::vector<named::DescribedMember> members{};  // none: the type is not described over DDS
 };
 
 }  // namespace linegate::dds

@@ -8,6 +8,7 @@
 #include <fastdds/dds/publisher/DataWriter.hpp>
 #include <linegate.h>
 
+#include "bridges/dds/type_description.h"
 #include "bridges/dds/waiting.h"
 
 namespace linegate::dds {
@@ -27,9 +28,11 @@ bool NamedWriters::add(const NamedTopic& topic, const std::string& partition) {
     return false;
   Topic made;
   made.has_instances = !topic.key.empty();
+  const bool described = !topic.members.empty() && describe_type(topic.type, topic.members);
   made.topic = endpoints_.add_own_topic(
       topic.topic,
-      eprosima::fastdds::dds::TypeSupport(new NamedType(topic.type, topic.max_size, topic.key)));
+      eprosima::fastdds::dds::TypeSupport(new NamedType(topic.type, topic.max_size, topic.key)),
+      described);
   if (made.topic == nullptr)
     return false;
   made.writer = std::make_unique<RenewedWriter>(

@@ -222,6 +222,12 @@ void encode(ToEndpoints kind, const NumberedTopic& topic, PortMessage& out) {
   add_text(topic.topic.type, writer);
   writer.number(topic.topic.max_size, 4);
   writer.sized(topic.topic.key, 2);
+  writer.number(topic.topic.members.size(), 2);
+  for (const named::DescribedMember& member : topic.topic.members) {
+    writer.number(static_cast<std::uint64_t>(member.form), 1);
+    writer.number(member.length, 2);
+    add_text(member.name, writer);
+  }
   out = writer.take();
 }
 
@@ -235,6 +241,15 @@ std::optional<NumberedTopic> decode_numbered_topic(PortBytes message) {
   out.topic.max_size = in.number<std::size_t>(4);
   in.require(out.topic.max_size <= kLongestMessage);
   out.topic.key = in.sized(2);
+  const auto members = in.number<std::uint16_t>();
+  for (std::uint16_t i = 0; i < members && in.good(); ++i) {
+    const auto form = in.number<std::uint8_t>();
+    in.require(form <= static_cast<std::uint8_t>(named::Form::octets));
+    const auto length = in.number<std::uint16_t>();
+    out.topic.members.push_back(
+        {read_text(in, kLongestText), static_cast<named::Form>(form), length});
+  }
+  in.require(named::description_size(out.topic.members) <= named::kLongestDescription);
   return if_complete(in, std::move(out));
 }
 

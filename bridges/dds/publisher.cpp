@@ -522,6 +522,7 @@ struct GatewayBridge::Impl {
     std::string line;
     image::Direction direction = image::Direction::inputs;
     std::string type;
+    bool described = false;
     named::SamplePlan plan;
   };
 
@@ -757,19 +758,24 @@ bool GatewayBridge::set_named_types(std::string_view line, image::Direction dire
                                     std::span<const named::DeviceType> types) {
   impl_->remove_named(line, [&](const Impl::Named& known) {
     return known.direction == direction &&
-           std::ranges::find(types, known.type, &named::DeviceType::type_name) == types.end();
+           std::ranges::none_of(types, [&](const named::DeviceType& type) {
+             return type.type_name() == known.type && type.described == known.described;
+           });
   });
   bool made = true;
   for (const named::DeviceType& type : types) {
     named::SamplePlan plan(type, impl_->gateway);
     const std::string topic = type.topic();
     if (!impl_->named_topics.contains(topic)) {
-      made = impl_->port->add_named(
-                 {std::string(line), topic, type.type_name(), plan.max_size(), plan.key()}) &&
+      made = impl_->port->add_named({std::string(line), topic, type.type_name(), plan.max_size(),
+                                     plan.key(),
+                                     type.described ? named::described_members(type)
+                                                    : std::vector<named::DescribedMember>()}) &&
              made;
     }
     impl_->named_topics.insert_or_assign(
-        topic, Impl::Named{std::string(line), direction, type.type_name(), std::move(plan)});
+        topic, Impl::Named{std::string(line), direction, type.type_name(), type.described,
+                           std::move(plan)});
   }
   return made;
 }

@@ -72,6 +72,7 @@ struct DeviceType {
   std::vector<Member> members;      // in the order of the layout, at least one
   std::vector<std::uint16_t> pdos;  // the device's PDOs that carry members, ascending
   bool ros2 = false;                // a message of ROS 2 (ros2_types.h): its topic has no key
+  bool described = false;           // its writer describes it over DDS (described_type.h)
 
   // "plant::press_ram_inputs_..."; the name of the type in DDS.
   std::string type_name() const;

@@ -72,6 +72,7 @@ Ros2Types ros2_types(std::span<const DeviceType> types) {
     out.types.push_back(type);
     out.types.back().name = message_name(type);
     out.types.back().ros2 = true;
+    out.types.back().described = false;
   }
   return out;
 }

@@ -4,6 +4,7 @@
 #include <span>
 #include <utility>
 
+#include "bridges/named/described_type.h"
 #include "bridges/named/identifiers.h"
 #include "bridges/named/ros2_types.h"
 #include "gateway/config/entry_names.h"
@@ -65,6 +66,18 @@ void report(Findings& findings, const Place& place, std::span<const std::string>
   }
 }
 
+// Its topic is published without a description.
+void report_not_described(Findings& findings, const Place& place,
+                          std::span<const named::DeviceType> types) {
+  for (const named::DeviceType& type : types) {
+    if (!named::can_be_described(type)) {
+      findings.warning(place, "the type of " + type.topic() +
+                                  " has too many members, or too long names, to be described over "
+                                  "DDS");
+    }
+  }
+}
+
 }  // namespace
 
 NamedSection read_named(Section& line, NamedTopics& named) {
@@ -84,6 +97,9 @@ NamedSection read_named(Section& line, NamedTopics& named) {
   const YAML::Node ros2 = section.find("ros2");
   out.ros2_place = place_of(ros2);
   section.read("ros2", named.ros2);
+  const YAML::Node described = section.find("type_information");
+  out.described_place = place_of(described);
+  section.read("type_information", named.type_information);
   read_aliases(section, out);
   section.done();
   return out;
@@ -112,6 +128,9 @@ void resolve_named(Findings& findings, const NamedSection& section, const line::
     report(findings, section.place, types.collisions);
     if (plan.named.ros2) {
       report(findings, section.ros2_place, named::ros2_types(types.types).collisions);
+    }
+    if (plan.named.type_information) {
+      report_not_described(findings, section.described_place, types.types);
     }
   }
 }

@@ -74,6 +74,7 @@ struct History {
 struct NamedTopics {
   bool published = false;            // those of devices
   bool ros2 = false;                 // those of devices also for ROS 2
+  bool type_information = false;     // those of devices are described over DDS
   std::vector<named::Group> groups;  // of `outputs:` with written_by: named
   Duration min_separation{};  // between two samples of a topic; 0 = each image that has a change
   std::vector<named::Alias> aliases;
@@ -220,9 +221,9 @@ struct Plant {
   // reach, besides those of the profile.
   std::vector<std::string> dds_interfaces;
   std::vector<std::string> dds_peers;
-  std::string dds_profile;      // path of the XML file; empty = the one installed
   // [ID@]HOST[:PORT]: discovery servers, instead of multicast and peers.
   std::vector<std::string> dds_servers;
+  std::string dds_profile;      // path of the XML file; empty = the one installed
   std::string dds_security;     // folder of the identity; empty = without DDS-Security
   bool dds_partitions = false;  // each line has a partition; only without DDS-Security
   bool dds_guard = true;        // check received datagrams before Fast DDS processes them

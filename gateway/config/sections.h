@@ -152,6 +152,7 @@ struct NamedSection {
   std::vector<Alias> aliases;
   Place place;
   Place ros2_place;
+  Place described_place;
 };
 
 // One element of `lines:`, with the positions of keys that can conflict with other lines.

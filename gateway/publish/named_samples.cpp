@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "bridges/named/described_type.h"
 #include "bridges/named/ros2_types.h"
 
 namespace linegate::gateway {
@@ -13,7 +14,8 @@ NamedSamples::NamedSamples(const config::LinePlan& plan)
       aliases_(plan.named.aliases),
       always_(plan.publish.rule != config::Publish::Rule::on_change),
       min_separation_(plan.named.min_separation),
-      ros2_(plan.named.ros2) {
+      ros2_(plan.named.ros2),
+      described_(plan.named.type_information) {
 }
 
 std::vector<std::string> NamedSamples::use(const image::Layout& layout) {
@@ -22,6 +24,9 @@ std::vector<std::string> NamedSamples::use(const image::Layout& layout) {
   slots_.clear();
   named::DeviceTypes made = named::device_types(line_, layout, aliases_);
   types_ = std::move(made.types);
+  for (named::DeviceType& type : types_) {
+    type.described = described_ && named::can_be_described(type);
+  }
   if (ros2_) {
     add_ros2_types(made.collisions);
   }

@@ -104,6 +104,7 @@ class NamedSamples {
   bool always_;
   Duration min_separation_;
   bool ros2_;
+  bool described_;
   std::vector<named::DeviceType> types_;
   std::vector<State> states_;  // by type
   std::vector<Slot> slots_;    // ascending by local PDO

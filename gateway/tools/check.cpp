@@ -351,6 +351,9 @@ class Text {
       add("  the same for ROS 2: /plant/{}/DEVICE/inputs, .../outputs, package {}\n",
           named::identifier_of(line_name), named::kRos2Package);
     }
+    if (named.type_information) {
+      add("  with a description of the types over DDS\n");
+    }
     if (named.published && named.min_separation != Duration::zero()) {
       add("  at most one sample of such a topic in {}\n", format_duration(named.min_separation));
     }

@@ -253,6 +253,7 @@ Json settings_json(const config::LinePlan& plan, const line::LineConfig& line) {
           {"storage", plan.storage},
           {"named", plan.named.published},
           {"named_ros2", plan.named.ros2},
+          {"named_type_information", plan.named.type_information},
           {"named_min_separation_ns", plan.named.min_separation.count()},
           {"aliases", array_of(plan.named.aliases, alias_json)},
           {"history", array_of(plan.history.entries, history_json)},
@@ -290,8 +291,8 @@ void add_plant(const config::Plant& plant, Json& to) {
   to["dds_profile"] = plant.dds_profile;
   to["dds_interfaces"] = plant.dds_interfaces;
   to["dds_peers"] = plant.dds_peers;
-  to["dds_security"] = plant.dds_security;
   to["dds_discovery_servers"] = plant.dds_servers;
+  to["dds_security"] = plant.dds_security;
   to["dds_guard"] = plant.dds_guard;
   to["dds_partitions"] = plant.dds_partitions;
   to["dds_process"] = plant.dds_own_process ? "own" : "same";

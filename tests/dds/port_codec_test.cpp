@@ -381,6 +381,7 @@ TEST(PortCodec, ANamedTopicComesBackAsItWent) {
     EXPECT_EQ(back->topic.type, full_topic().topic.type);
     EXPECT_EQ(back->topic.max_size, full_topic().topic.max_size);
     EXPECT_EQ(back->topic.key, full_topic().topic.key);
+    EXPECT_EQ(back->topic.members, full_topic().topic.members);
     const auto decode = [](PortBytes bytes) { return decode_numbered_topic(bytes).has_value(); };
     expect_only_whole(message, decode);
     expect_harmless(message, decode);
@@ -397,6 +398,10 @@ TEST(PortCodec, ANamedTopicBeyondItsLimitsIsRefused) {
   topic.topic.max_size = kLongestMessage + 1;
   encode(ToEndpoints::named_topic, topic, message);
   EXPECT_FALSE(decode_numbered_topic(message)) << "no such sample has room";
+  topic = full_topic();
+  topic.topic.members.assign(1'000, topic.topic.members.front());
+  encode(ToEndpoints::named_topic, topic, message);
+  EXPECT_FALSE(decode_numbered_topic(message)) << "longer than an announcement";
 }
 
 TEST(PortCodec, NumbersOfTopicsComeBackAsTheyWent) {

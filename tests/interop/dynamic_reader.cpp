@@ -1,17 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 // Topics read with the dynamic types of Fast DDS, which are not generated. A line of text for each
 // sample: topic, then "path=value" of each member: numbers in decimal, real numbers, texts and
-// octets as hexadecimal digits. dynamic_reader DOMAIN PROFILES PARTICIPANT_PROFILE TYPES.xml [TOPIC
-// TYPE]...: ends when its standard input is closed.
+// octets as hexadecimal digits. Ends when its standard input is closed.
+//
+// dynamic_reader DOMAIN PROFILES PARTICIPANT_PROFILE TYPES.xml [TOPIC TYPE]...
+// dynamic_reader DOMAIN PROFILES PARTICIPANT_PROFILE: each topic whose type is described over DDS,
+// with the described type.
 #include <bit>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <map>
+#include <mutex>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/domain/DomainParticipantListener.hpp>
 #include <fastdds/dds/subscriber/DataReader.hpp>
 #include <fastdds/dds/subscriber/DataReaderListener.hpp>
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
@@ -20,6 +27,7 @@
 #include <fastrtps/types/DynamicPubSubType.h>
 #include <fastrtps/types/DynamicTypeMember.h>
 #include <fastrtps/xmlparser/XMLProfileManager.h>
+#include <poll.h>
 #include <unistd.h>
 
 namespace {
@@ -126,12 +134,8 @@ class Listener : public fast::DataReaderListener {
   types::DynamicType_ptr type_;
 };
 
-bool read_topic(fast::DomainParticipant& participant, const char* topic, const char* type_name) {
-  auto* const builder =
-      eprosima::fastrtps::xmlparser::XMLProfileManager::getDynamicTypeByName(type_name);
-  if (builder == nullptr)
-    return false;
-  const types::DynamicType_ptr type = builder->build();
+bool read_topic(fast::DomainParticipant& participant, const std::string& topic,
+                types::DynamicType_ptr type) {
   fast::TypeSupport support(new KeyedDynamicType(type));
   support.get()->auto_fill_type_information(false);
   support.get()->auto_fill_type_object(false);
@@ -145,25 +149,83 @@ bool read_topic(fast::DomainParticipant& participant, const char* topic, const c
   return made != nullptr && subscriber->create_datareader(made, qos, new Listener(type)) != nullptr;
 }
 
+bool read_topic_of_file(fast::DomainParticipant& participant, const char* topic,
+                        const char* type_name) {
+  auto* const builder =
+      eprosima::fastrtps::xmlparser::XMLProfileManager::getDynamicTypeByName(type_name);
+  return builder != nullptr && read_topic(participant, topic, builder->build());
+}
+
+// Types that were described over DDS.
+class DescribedTypes : public fast::DomainParticipantListener {
+ public:
+  using Type = std::pair<std::string, types::DynamicType_ptr>;  // with its topic
+
+  void on_type_discovery(fast::DomainParticipant* /*participant*/,
+                         const eprosima::fastrtps::rtps::SampleIdentity& /*request*/,
+                         const eprosima::fastrtps::string_255& topic,
+                         const types::TypeIdentifier* /*identifier*/,
+                         const types::TypeObject* /*object*/,
+                         types::DynamicType_ptr type) override {
+    const std::lock_guard lock(mutex_);
+    if (type)
+      found_.emplace_back(topic.to_string(), type);
+  }
+  std::vector<Type> take() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(found_, {});
+  }
+
+ private:
+  std::mutex mutex_;
+  std::vector<Type> found_;
+};
+
+bool is_input_open() {
+  constexpr int kWait = 20;  // ms
+  pollfd input{STDIN_FILENO, POLLIN, 0};
+  return ::poll(&input, 1, kWait) == 0;
+}
+
+int read_described(fast::DomainParticipant& participant, DescribedTypes& described) {
+  std::map<std::string, bool> known;
+  while (is_input_open()) {
+    for (const auto& [topic, type] : described.take()) {
+      if (known.emplace(topic, true).second && !read_topic(participant, topic, type))
+        return 4;
+    }
+  }
+  return 0;
+}
+
+int read_topics_of_file(fast::DomainParticipant& participant, int count, char** names) {
+  for (int i = 0; i + 1 < count; i += 2) {
+    if (!read_topic_of_file(participant, names[i], names[i + 1]))
+      return 4;
+  }
+  while (is_input_open()) {
+  }
+  return 0;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   auto* const factory = fast::DomainParticipantFactory::get_instance();
-  if (argc < 5 || factory->load_XML_profiles_file(argv[2]) != ReturnCode_t::RETCODE_OK ||
-      factory->load_XML_profiles_file(argv[4]) != ReturnCode_t::RETCODE_OK)
+  const bool described = argc == 4;
+  if (argc < 4 || factory->load_XML_profiles_file(argv[2]) != ReturnCode_t::RETCODE_OK ||
+      (!described && factory->load_XML_profiles_file(argv[4]) != ReturnCode_t::RETCODE_OK))
     return 2;
+  DescribedTypes types_over_dds;
   auto* const participant = factory->create_participant_with_profile(
-      static_cast<fast::DomainId_t>(std::strtoul(argv[1], nullptr, 10)), argv[3]);
+      static_cast<fast::DomainId_t>(std::strtoul(argv[1], nullptr, 10)), argv[3],
+      described ? &types_over_dds : nullptr, fast::StatusMask::none());
   if (participant == nullptr)
     return 3;
-  for (int i = 5; i + 1 < argc; i += 2) {
-    if (!read_topic(*participant, argv[i], argv[i + 1]))
-      return 4;
-  }
-  char octet = 0;
-  while (read(STDIN_FILENO, &octet, 1) > 0) {
-  }
+  const int status = described ? read_described(*participant, types_over_dds)
+                               : read_topics_of_file(*participant, argc - 5, argv + 5);
+  participant->set_listener(nullptr);
   participant->delete_contained_entities();
   factory->delete_participant(participant);
-  return 0;
+  return status;
 }

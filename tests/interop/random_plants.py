@@ -34,7 +34,7 @@ CYCLONE = "file://" + os.path.join(FOLDER, "cyclone.xml")
 LINE = """  - name: {line}
     interface: "virtual:{line}"
     access: all
-    named: true
+    named: {{type_information: true}}
     nodes: [{{id: 5, name: device, eds: {eds}, heartbeat: 1s}}]
   - name: {line}-device
     interface: "virtual:{line}"
@@ -135,8 +135,8 @@ def printed(kind, member, count):
 class Reader:
     """A program that prints samples; the newest of each topic, by path."""
 
-    def __init__(self, name, command, environment=None):
-        self.name, self.samples = name, {}
+    def __init__(self, name, command, environment=None, dot="."):
+        self.name, self.samples, self.dot = name, {}, dot
         self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment)
         threading.Thread(target=self._read, daemon=True).start()
 
@@ -294,8 +294,8 @@ def await_all(client, readers, wanted, frames):
             member = identifier_of(entry.name)
             for reader in readers:
                 sample = reader.samples.get(f"plant/{line}/device/{direction}", {})
-                found = sample.get("values." + member), sample.get("valid." + member)
-                text = as_printed(entry, raw, reader.name != "Fast DDS")
+                found = sample.get("values" + reader.dot + member), sample.get("valid" + reader.dot + member)
+                text = as_printed(entry, raw, reader.name == "Cyclone DDS")
                 if found != (text, "true"):
                     out.append(f"{reader.name}: {line} {direction} {entry.name} {entry.type}: {found}, not {text}")
         return out
@@ -327,6 +327,7 @@ def run_plant(linegate, folder, seed, programs, profiles, libraries):
     try:
         with contextlib.ExitStack() as stack:
             readers = [Reader("Fast DDS", [dynamic_reader, domain, profiles, "linegate", types, *topics]),
+                       Reader("Fast DDS, described", [dynamic_reader, domain, profiles, "linegate"], dot="_"),
                        Reader("Cyclone DDS", [compiled, domain], {**os.environ, "CYCLONEDDS_URI": CYCLONE})]
             for reader in readers:
                 stack.callback(reader.close)

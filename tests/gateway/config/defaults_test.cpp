@@ -151,6 +151,8 @@ void add_parts_of_a_line(DefaultCases& to) {
                  [](const LinePlan& l) { return l.publish.time; });
   to["line/named/min_separation"] = default_of(
       with_line("named: {@}"), "20ms", [](const LinePlan& l) { return l.named.min_separation; });
+  to["line/named/type_information"] = default_of(
+      with_line("named: {@}"), "true", [](const LinePlan& l) { return l.named.type_information; });
   to["line/named/ros2"] =
       default_of(with_line("named: {@}"), "true", [](const LinePlan& l) { return l.named.ros2; });
   to["line/simulate/unconfigured"] =
