@@ -5,7 +5,6 @@
 #include <array>
 #include <chrono>
 #include <cstdint>
-#include <ctime>
 #include <exception>
 #include <map>
 #include <memory>
@@ -17,22 +16,20 @@
 
 #include <pthread.h>
 #include <spdlog/spdlog.h>
-#include <sys/prctl.h>
 #include <unistd.h>
 
 #include "bridges/dds/guard/stalled_connections.h"
-#include "bridges/dds/library_log.h"
 #include "bridges/dds/message_link.h"
 #include "bridges/dds/port_server.h"
 #include "bridges/dds/remote_port.h"
 #include "gateway/edge/edge_end.h"
 #include "gateway/edge/edge_process.h"
-#include "gateway/edge/file_access.h"
 #include "gateway/edge/stall_time.h"
 #include "gateway/exchange/cell.h"
 #include "gateway/exchange/shared_rings.h"
 #include "gateway/exchange/shared_slots.h"
 #include "gateway/publish/dds_edge.h"
+#include "gateway/publish/dds_process_main.h"
 #include "gateway/publish/foreign_text.h"
 #include "gateway/publish/library_logger.h"
 #include "gateway/runtime/clock.h"
@@ -40,7 +37,6 @@
 #include "gateway/runtime/exit_code.h"
 #include "gateway/runtime/image_record.h"
 #include "gateway/runtime/signals.h"
-#include "gateway/security/peer_certificates.h"
 
 namespace linegate::gateway {
 namespace {
@@ -59,7 +55,6 @@ static_assert(StallTime::kObserved < kLongestStall);
 // ends before.
 static_assert(dds::guard::kStalled + dds::guard::kStalledLater < ProgressLimit::kToContinue);
 static_assert(dds::kLongestMessage < exchange::SharedRings::kRingBytes / 2 - 8);
-constexpr std::size_t kMemory = std::size_t{2} << 30U;
 
 void write_log(Severity severity, std::string_view text) {
   const auto level = severity == Severity::error     ? spdlog::level::err
@@ -137,17 +132,6 @@ class ProcessLink final : public dds::MessageLink {
   LibraryLogger library_;                    // as well
   EdgeProcess process_;
 };
-
-// One line of the parent's log; a single write, so that lines of several threads are not mixed.
-void write_line(Severity severity, std::string_view text) {
-  std::string line = severity == Severity::error ? "<3>" : "<4>";
-  line += text;
-  std::replace(line.begin(), line.end(), '\n', ' ');
-  line += '\n';
-  if (write(STDERR_FILENO, line.data(), line.size()) < 0) {
-    return;  // the log is lost, and nothing else
-  }
-}
 
 void send_samples(dds::PortServer& server, EdgeEnd& end, const exchange::Flag& stop) {
   pthread_setname_np(pthread_self(), "dds receiver");
@@ -254,35 +238,10 @@ void serve(dds::PortServer& server, EdgeEnd& end) {
   sender.join();
 }
 
-// The certificates of all participants pass this process only.
-void watch_certificates(dds::Security& to) {
-  if (!to.enabled()) {
-    return;
-  }
-  const auto peers = std::make_shared<security::PeerCertificates>(to.ca);
-  to.accepts_certificate = [peers](std::span<const std::uint8_t> pem) {
-    return peers->note(pem, std::time(nullptr));
-  };
-  to.next_expiry = [peers] { return std::int64_t{peers->next_expiry()}; };
-}
-
 int run() {
-  if (!give_up_privileges(kMemory)) {
-    write_line(Severity::error, "the DDS process cannot give up its privileges");
+  if (!enter_dds_process()) {
     return kExitFailed;
   }
-  // Fast DDS writes the segments of its shared memory transport, and no other file.
-  switch (restrict_writing({"/dev/shm"})) {
-    case WriteLimit::set:
-      break;
-    case WriteLimit::unavailable:
-      write_line(Severity::warning, kWritesNotLimited);
-      break;
-    case WriteLimit::refused:
-      write_line(Severity::error, "the access of the DDS process to files cannot be limited");
-      return kExitFailed;
-  }
-  dds::set_library_log(write_line);
   EdgeEnd end;
   const dds::PortServer::Message configure = end.receive(kTimeToStart);
   auto server = dds::PortServer::make(
@@ -321,16 +280,8 @@ Loaded<std::unique_ptr<dds::GatewayBridge>> make_bridge_to_process(
   return out;
 }
 
-// Neither destructors of static objects nor threads of the library may delay the end.
 void run_dds_process() {
-  prctl(PR_SET_NAME, "linegated-dds", 0, 0, 0);
-  int result = kExitFailed;
-  try {
-    result = run();
-  } catch (const std::exception& error) {
-    write_line(Severity::error, error.what());
-  }
-  _exit(result);
+  run_process("linegated-dds", run);
 }
 
 }  // namespace linegate::gateway
