@@ -233,10 +233,11 @@ fast::DataWriter* Client::Impl::writer_to(Writers& writers, const std::string& t
       security.enabled() ? request_partition(target.gateway, target.line, security.right) : "";
   const auto [known, added] = writers.try_emplace(partition);
   if (added) {
-    known->second = security.enabled()
-                        ? endpoints.writer_in<PubSubType>(partition, topic, output_strength)
-                        : endpoints.writer<PubSubType>(topic, output_strength,
-                                                       of_gateway ? kSampleLifetime : Duration{});
+    const Duration lifetime = of_gateway ? kSampleLifetime : Duration{};
+    known->second =
+        security.enabled()
+            ? endpoints.writer_in<PubSubType>(partition, topic, output_strength, lifetime)
+            : endpoints.writer<PubSubType>(topic, output_strength, lifetime);
   }
   return known->second;
 }
@@ -626,6 +627,11 @@ std::uint64_t Client::send_request(const Target& target, const request::Request&
       timeout);
 }
 
+void Client::prepare(const Target& target) {
+  if (impl_->sends_commands && impl_->security.enabled())
+    impl_->requests_to(target);
+}
+
 void Client::cancel(std::uint64_t id) {
   impl_->tracker.cancel(id);
 }
@@ -669,6 +675,14 @@ bool Client::write_outputs(const Target& target, const line::OutputWrite& write)
   sample.incarnation(target.incarnation);
   sample.client(impl_->name);
   return to_wire(write, sample) && writer->write(&sample);
+}
+
+guard::Stall Client::longest_stall() const {
+  return impl_->endpoints.longest_stall();
+}
+
+void Client::watch_timers() {
+  impl_->endpoints.watch_timers();
 }
 
 guard::Counters Client::guard_counters() const {

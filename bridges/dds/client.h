@@ -14,6 +14,7 @@
 #include "bridges/dds/clock_map.h"
 #include "bridges/dds/discovery_record.h"
 #include "bridges/dds/guard/counters.h"
+#include "bridges/dds/guard/stall.h"
 #include "bridges/dds/network_choice.h"
 #include "bridges/dds/security.h"
 #include "bridges/dds/values.h"
@@ -123,7 +124,7 @@ struct ClientOptions {
   std::shared_ptr<DiscoveryRecord> record{};
   // Pause before an unanswered request is repeated
   Duration retry = std::chrono::milliseconds(250);
-  // The client is part of a gateway, without DDS-Security. Its requests are carried out at most
+  // The client is part of a gateway. Its requests are carried out at most
   // once, and not after their time-outs (request_tracker.h); a request that is not acknowledged is
   // not kept by DDS. Its writer is not volatile, because Fast DDS may then deadlock when a gateway
   // leaves (idl/README.md); readers of requests are, so none of them is received late.
@@ -159,6 +160,9 @@ class Client {
   std::uint64_t send_request(const Target& target, const request::Request& request,
                              Duration command_timeout, Duration timeout,
                              std::uint64_t layout_id = 0);
+  // With DDS-Security: creates the writer of requests to that line, so that the gateway has matched
+  // it when the first one is sent. No effect otherwise.
+  void prepare(const Target& target);
   // Ends a request that was sent without an answer, and repeats it no more. No effect if it is
   // answered. The gateway may carry it out nevertheless.
   void cancel(std::uint64_t id);
@@ -192,6 +196,9 @@ class Client {
   Peers peers() const;
   // The readers of this client, as others discover them.
   std::vector<ObservedEndpoint> own_readers() const;
+  // See SamplePort. longest_stall() from any thread.
+  guard::Stall longest_stall() const;
+  void watch_timers();
   // The number of datagrams that the guard received and dropped. From any thread.
   guard::Counters guard_counters() const;
 

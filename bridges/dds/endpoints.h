@@ -129,9 +129,10 @@ class Endpoints {
   template <class PubSubType>
   eprosima::fastdds::dds::DataWriter* writer_in(const std::string& partition,
                                                 const std::string& topic,
-                                                std::uint32_t strength = 0) {
+                                                std::uint32_t strength = 0,
+                                                Duration lifetime = {}) {
     return make_writer(topic, eprosima::fastdds::dds::TypeSupport(new WrittenType<PubSubType>()),
-                       strength, publisher_in(partition));
+                       strength, publisher_in(partition), lifetime);
   }
   // The same in the default partition and another one; in those of writer() if it is empty. As
   // writer_in(): one thread at a time.

@@ -17,6 +17,7 @@
 #include "gateway/process/service.h"
 #include "gateway/publish/dds_edge.h"
 #include "gateway/publish/library_logger.h"
+#include "gateway/publish/peer_process.h"
 #include "gateway/runtime/assertion_report.h"
 #include "gateway/runtime/clock.h"
 #include "gateway/runtime/exit_code.h"
@@ -157,6 +158,9 @@ int main(int argc, char** argv) {
   gateway::report_assertions();
   if (argc == 2 && argv[1] == gateway::kDdsProcessArgument) {
     gateway::run_dds_process();
+  }
+  if (argc == 2 && argv[1] == gateway::kPeerProcessArgument) {
+    gateway::run_peer_process();
   }
   gateway::Arguments arguments;
   CLI::App app{"Linegate: runs CANopen lines and publishes them over DDS", "linegated"};

@@ -56,6 +56,7 @@ PlantIdentity identity_of(const Plant& plant, std::uint32_t profile_participants
                     plant.dds_own_process,
                     plant.dds_memory,
                     plant.dds_security,
+                    plant.dds_routes_security,
                     {}};
   for (const auto& line : plant.lines) {
     out.lines.push_back({line.config.name, line.source, line.routes});
@@ -87,6 +88,8 @@ PlanDifference difference(const PlantIdentity& running, const Plant& wanted) {
   refuse(out, wanted.file, "the memory of the DDS process", format_size(running.dds_memory),
          format_size(next.dds_memory));
   refuse(out, wanted.file, "the folder of DDS-Security", running.dds_security, next.dds_security);
+  refuse(out, wanted.file, "the identity of the routes", running.dds_routes_security,
+         next.dds_routes_security);
   for (const auto& line : next.lines) {
     const auto before = find(running.lines, line.name);
     auto& list = before == running.lines.end()   ? out.started

@@ -32,6 +32,7 @@ struct PlantIdentity {
   bool dds_own_process = false;
   std::uint64_t dds_memory = 0;
   std::string dds_security;
+  std::string dds_routes_security;
   std::vector<Line> lines;
 };
 // Limit of other DDS participants if neither the configuration nor the DDS profile has one.

@@ -121,6 +121,31 @@ void read_discovery_servers(Section& section, Plant& plant) {
   }
 }
 
+// Returns the folder, relative to that of the file; empty without the key.
+std::string read_folder(Section& section, const char* key) {
+  const YAML::Node node = section.find(key);
+  const auto text = section.text(node);
+  if (!text) {
+    return {};
+  }
+  const auto path = std::filesystem::path(section.findings().file()).parent_path() / *text;
+  std::error_code ignored;
+  if (!std::filesystem::is_directory(path, ignored)) {
+    section.findings().error(place_of(node), "there is no folder " + path.string());
+  }
+  return path.string();
+}
+
+void read_identities(Section& section, Plant& plant) {
+  plant.dds_security = read_folder(section, "security");
+  plant.dds_routes_security = read_folder(section, "routes_security");
+  if (!plant.dds_routes_security.empty() && plant.dds_security.empty()) {
+    section.findings().error(place_of(section.find("routes_security")),
+                             "\"routes_security\" is for DDS with security: the gateway needs an "
+                             "identity of its own, too");
+  }
+}
+
 void read_dds(Findings& findings, const YAML::Node& node, Plant& plant) {
   if (!node.IsDefined()) {
     return;
@@ -139,15 +164,7 @@ void read_dds(Findings& findings, const YAML::Node& node, Plant& plant) {
     }
     plant.dds_profile = path.string();
   }
-  const YAML::Node security = section.find("security");
-  if (const auto text = section.text(security)) {
-    const auto path = std::filesystem::path(findings.file()).parent_path() / *text;
-    std::error_code ignored;
-    if (!std::filesystem::is_directory(path, ignored)) {
-      findings.error(place_of(security), "there is no folder " + path.string());
-    }
-    plant.dds_security = path.string();
-  }
+  read_identities(section, plant);
   read_discovery_servers(section, plant);
   const YAML::Node partitions = section.find("partitions");
   section.read("partitions", plant.dds_partitions);

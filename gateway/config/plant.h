@@ -223,8 +223,11 @@ struct Plant {
   std::vector<std::string> dds_peers;
   // [ID@]HOST[:PORT]: discovery servers, instead of multicast and peers.
   std::vector<std::string> dds_servers;
-  std::string dds_profile;      // path of the XML file; empty = the one installed
-  std::string dds_security;     // folder of the identity; empty = without DDS-Security
+  std::string dds_profile;   // path of the XML file; empty = the one installed
+  std::string dds_security;  // folder of the identity; empty = without DDS-Security
+  // Folder of the identity of its requests to other gateways; empty = none. With dds_security
+  // alone.
+  std::string dds_routes_security;
   bool dds_partitions = false;  // each line has a partition; only without DDS-Security
   bool dds_guard = true;        // check received datagrams before Fast DDS processes them
   // true: DDS runs in a process of its own, which the gateway starts and replaces when it fails.

@@ -219,14 +219,11 @@ class RoutingResolver {
       findings_.error(route.via_place,
                       "no line of this gateway is a manager: nothing would use the route");
     }
-    if (!plant_.dds_security.empty()) {
+    if (!plant_.dds_security.empty() && plant_.dds_routes_security.empty()) {
       findings_.error(route.via_place,
-                      "a route over another gateway is for DDS without security: the permissions "
-                      "of a gateway do not include requests to others");
-    } else if (plant_.dds_own_process) {
-      findings_.error(route.via_place,
-                      "a route over another gateway needs dds: {process: same}: the process of "
-                      "`own` sends no requests to other gateways");
+                      "a route over another gateway needs an identity of role operator or engineer "
+                      "for its requests, because that of the gateway sends none: dds: "
+                      "{routes_security: FOLDER}");
     }
     return findings_.errors() == before;
   }

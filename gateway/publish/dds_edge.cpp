@@ -124,6 +124,22 @@ security::NamedTopics named_topics_of(const config::Plant& plant) {
   return out;
 }
 
+// The lines of other gateways to which requests are addressed, "GATEWAY/LINE" each.
+std::vector<std::string> addressed_lines_of(const config::Plant& plant) {
+  std::vector<std::string> out;
+  for (const config::LinePlan& line : plant.lines) {
+    for (const routing::Interface& each : line.config.routing.interfaces) {
+      if (each.way != nullptr) {
+        const routing::GatewayLine to = each.way->addressed();
+        out.push_back(to.gateway + '/' + to.line);
+      }
+    }
+  }
+  std::ranges::sort(out);
+  out.erase(std::unique(out.begin(), out.end()), out.end());
+  return out;
+}
+
 RemoteSource from_dds(const dds::RemoteSource& source) {
   return {{source.line.gateway, source.line.line}, source.incarnation};
 }
@@ -421,11 +437,20 @@ std::uint32_t dds_participants_of_profile(const std::string& file) {
 }
 
 std::vector<Diagnostic> check_dds_identity(const config::Plant& plant, std::time_t now) {
-  return security::check_gateway(plant.dds_security, plant.gateway, now, named_topics_of(plant));
+  auto out =
+      security::check_gateway(plant.dds_security, plant.gateway, now, named_topics_of(plant));
+  const auto of_routes = security::check_requests(plant.dds_routes_security, plant.dds_security,
+                                                  addressed_lines_of(plant), now);
+  out.insert(out.end(), of_routes.begin(), of_routes.end());
+  return out;
 }
 
 std::vector<Diagnostic> check_dds_permissions(const config::Plant& plant) {
-  return security::check_named_topics(plant.dds_security, named_topics_of(plant));
+  auto out = security::check_named_topics(plant.dds_security, named_topics_of(plant));
+  const auto of_routes =
+      security::check_request_lines(plant.dds_routes_security, addressed_lines_of(plant));
+  out.insert(out.end(), of_routes.begin(), of_routes.end());
+  return out;
 }
 
 std::vector<Diagnostic> check_dds_exposure(const config::Plant& plant) {

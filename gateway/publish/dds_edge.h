@@ -37,10 +37,11 @@ std::string dds_profiles_in_use(const std::string& file);
 // is unusable.
 std::uint32_t dds_participants_of_profile(const std::string& file);
 
-// What prevents the identity of the gateway at the time `now` (security::check_gateway); empty
-// without DDS-Security.
+// What prevents the identities of the gateway and of its requests to other gateways at the time
+// `now` (security::check_gateway, check_requests); empty without DDS-Security.
 std::vector<Diagnostic> check_dds_identity(const config::Plant& plant, std::time_t now);
-// Of these the errors about named topics, of a configuration that a running gateway loads.
+// Of these the errors about named topics and lines of other gateways, of a configuration that a
+// running gateway loads.
 std::vector<Diagnostic> check_dds_permissions(const config::Plant& plant);
 
 // A warning if every host of a network may command the plant: a line permits commands or outputs,

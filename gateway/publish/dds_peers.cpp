@@ -7,6 +7,12 @@
 #include <spdlog/spdlog.h>
 
 #include "bridges/dds/client.h"
+#include "bridges/dds/guard/stall.h"
+#include "gateway/publish/peer_process.h"
+#include "gateway/security/documents.h"
+#include "gateway/security/files.h"
+#include "gateway/security/fingerprint.h"
+#include "gateway/security/identity_check.h"
 
 namespace linegate::gateway {
 namespace {
@@ -14,10 +20,15 @@ namespace {
 constexpr std::size_t kLongestClientName = 64;
 constexpr std::string_view kOfRoutes = " routes";
 
-class DdsPeers final : public PeerClient {
+class DdsPeers final : public LocalPeers {
  public:
   explicit DdsPeers(std::unique_ptr<dds::Client> client) : client_(std::move(client)) {}
 
+  void set_lines(const std::vector<routing::GatewayLine>& lines) override {
+    for (const routing::GatewayLine& line : lines) {
+      client_->prepare({.gateway = line.gateway, .line = line.line});
+    }
+  }
   std::uint64_t send(const routing::GatewayLine& to, std::uint64_t incarnation,
                      const line::Request& request, Duration timeout) override {
     return client_->send({.gateway = to.gateway, .line = to.line, .incarnation = incarnation},
@@ -29,6 +40,8 @@ class DdsPeers final : public PeerClient {
     client_->poll(timeout, listener);
   }
   void wake() override { client_->wake(); }
+  dds::guard::Stall longest_stall() const override { return client_->longest_stall(); }
+  void watch_timers() override { client_->watch_timers(); }
 
  private:
   class Listener final : public dds::ClientListener {
@@ -54,21 +67,73 @@ class DdsPeers final : public PeerClient {
   std::unique_ptr<dds::Client> client_;
 };
 
+std::string client_name(const std::string& gateway) {
+  std::string out = gateway.substr(0, kLongestClientName - kOfRoutes.size());
+  return out += kOfRoutes;
+}
+
+PeerSettings settings_of(const config::Plant& plant) {
+  return {.gateway = plant.gateway,
+          .domain = plant.dds_domain,
+          .interfaces = plant.dds_interfaces,
+          .peers = plant.dds_peers,
+          .servers = plant.dds_servers,
+          .profile = plant.dds_profile,
+          .guard = plant.dds_guard,
+          .secured = !plant.dds_security.empty(),
+          .identity = plant.dds_routes_security};
+}
+
+// Returns false if the folder has no identity.
+bool set_identity(const std::string& folder, dds::Security& out) {
+  const auto identity = security::identity_of(folder);
+  if (!identity) {
+    return false;
+  }
+  out = dds::security_with(security::files_in(folder));
+  out.is_holder = security::is_holder;
+  out.right = std::string(security::name(identity->role)) + "/" + identity->name;
+  return true;
+}
+
 }  // namespace
 
-std::unique_ptr<PeerClient> make_dds_peers(const config::Plant& plant) {
+Loaded<std::unique_ptr<LocalPeers>> make_local_peers(
+    const PeerSettings& settings, const std::function<void(dds::Security&)>& add_functions) {
+  Loaded<std::unique_ptr<LocalPeers>> out;
   dds::ClientOptions options;
-  options.name = plant.gateway.substr(0, kLongestClientName - kOfRoutes.size());
-  options.name += kOfRoutes;
-  options.domain = plant.dds_domain;
+  options.name = client_name(settings.gateway);
+  options.domain = settings.domain;
   options.network = {
-      .interfaces = plant.dds_interfaces, .peers = plant.dds_peers, .servers = plant.dds_servers};
-  options.profile_file = plant.dds_profile;
-  options.guard = plant.dds_guard;
+      .interfaces = settings.interfaces, .peers = settings.peers, .servers = settings.servers};
+  options.profile_file = settings.profile;
+  options.guard = settings.guard;
   options.nodes = options.output_states = options.layouts = options.images = false;
   options.pdos = options.receptions = options.events = false;
   options.of_gateway = true;
+  // Without it the client would be one without DDS-Security.
+  if (settings.secured && !set_identity(settings.identity, options.security)) {
+    out.diagnostics.push_back(
+        {Severity::error, settings.identity, 0, 0, "is no identity for the requests of routes"});
+    return out;
+  }
+  if (add_functions) {
+    add_functions(options.security);
+  }
   auto made = dds::Client::make(options);
+  out.diagnostics = std::move(made.diagnostics);
+  if (made.value) {
+    out.value = std::make_unique<DdsPeers>(std::move(*made.value));
+  }
+  return out;
+}
+
+std::unique_ptr<PeerClient> make_dds_peers(const config::Plant& plant) {
+  const PeerSettings settings = settings_of(plant);
+  if (plant.dds_own_process) {
+    return make_peer_process(plant, settings);
+  }
+  auto made = make_local_peers(settings, {});
   for (const Diagnostic& diagnostic : made.diagnostics) {
     spdlog::warn("routes over other gateways: {}", to_string(diagnostic));
   }
@@ -76,7 +141,7 @@ std::unique_ptr<PeerClient> make_dds_peers(const config::Plant& plant) {
     spdlog::error("routes over other gateways do not work: DDS refuses their client");
     return nullptr;
   }
-  return std::make_unique<DdsPeers>(std::move(*made.value));
+  return std::move(*made.value);
 }
 
 }  // namespace linegate::gateway

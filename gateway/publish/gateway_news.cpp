@@ -23,6 +23,7 @@ std::uint64_t configuration_hash(const config::PlantIdentity& identity) {
   add_to_hash(hash, std::to_string(identity.dds_domain));
   add_to_hash(hash, identity.dds_profile);
   add_to_hash(hash, identity.dds_security);
+  add_to_hash(hash, identity.dds_routes_security);
   for (const auto& line : identity.lines) {
     add_to_hash(hash, line.name);
     add_to_hash(hash, line.source);

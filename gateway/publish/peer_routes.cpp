@@ -179,8 +179,13 @@ void PeerRoutes::take(PeerClient& client, const std::string& line, GatewayReques
   }
   const Request sent{.line = line, .number = request.number, .write = request.write, .to = to};
   const Duration left = request.deadline - now;
+  const std::uint64_t id = client.send(to, *incarnation, command_of(request), left);
+  if (id == 0) {
+    answer(line, {.number = request.number, .abort = AbortCode::out_of_memory});
+    return;
+  }
   ++peer->second.under_way;
-  requests_[client.send(to, *incarnation, command_of(request), left)] = sent;
+  requests_[id] = sent;
 }
 
 void PeerRoutes::take_answer(std::uint64_t id, const line::Reply& reply) {

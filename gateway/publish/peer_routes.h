@@ -46,8 +46,11 @@ class PeerHandler {
 class PeerClient {
  public:
   virtual ~PeerClient() = default;
-  // Returns the ID of the request, never 0. It is answered within the time-out, unless it is
-  // cancelled.
+  // The lines that requests are addressed to. The states of others need not be reported. Call it
+  // while no thread polls.
+  virtual void set_lines(const std::vector<routing::GatewayLine>& lines) = 0;
+  // Returns the ID of the request. It is answered within the time-out, unless it is cancelled. 0:
+  // there is no room for it, and it will not be carried out.
   virtual std::uint64_t send(const routing::GatewayLine& to, std::uint64_t incarnation,
                              const line::Request& request, Duration timeout) = 0;
   virtual void cancel(std::uint64_t id) = 0;

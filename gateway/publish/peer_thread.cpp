@@ -58,6 +58,9 @@ void PeerThread::set_lines(std::span<const std::unique_ptr<LineHost>> lines) {
     }
     client_ = nullptr;
   }
+  if (client_ != nullptr) {
+    client_->set_lines(addressed_);
+  }
   routes_.set_lines(addressed_, monotonic_now());
 }
 

@@ -27,15 +27,20 @@ class Check {
   Check(const std::string& folder, std::time_t now, const NamedTopics& topics = {})
       : folder_(folder), now_(now), topics_(topics) {}
 
-  std::vector<Diagnostic> run() {
+  std::vector<Diagnostic> take() {
+    run();
+    return std::move(found_);
+  }
+
+  void run() {
     check_folder();
     if (has_errors(found_))
-      return std::move(found_);
+      return;
     for (const char* file :
          {kCaFile, kCertificateFile, kKeyFile, kGovernanceFile, kPermissionsFile, kRevocationsFile})
       check_file(file);
     if (has_errors(found_))
-      return std::move(found_);
+      return;
     check_certificates();
     check_key();
     const auto identity = identity_of(folder_);
@@ -49,6 +54,27 @@ class Check {
       document(kGovernanceFile, "<domain_access_rules>");
       check_permissions();
     }
+  }
+
+  std::vector<Diagnostic> run_requests(const std::string& of_gateway,
+                                       const std::vector<std::string>& lines) {
+    run();
+    if (has_errors(found_))
+      return std::move(found_);
+    const Certificate other =
+        read_certificate((std::filesystem::path(of_gateway) / kCaFile).string());
+    if (other && X509_verify(certificate_.get(), X509_get0_pubkey(other.get())) != 1)
+      report(kCertificateFile,
+             "was issued by another authority than the identity of the gateway, " + of_gateway +
+                 ": the requests would reach nobody");
+    check_lines(lines);
+    return std::move(found_);
+  }
+
+  std::vector<Diagnostic> run_lines(const std::vector<std::string>& lines) {
+    ca_ = read_certificate(path(kCaFile));
+    if (ca_ && open_file(path(kPermissionsFile)))
+      check_lines(lines);
     return std::move(found_);
   }
 
@@ -239,6 +265,38 @@ class Check {
     return true;
   }
 
+  // The partitions of commands, as the library compares them. Without lines the role is checked.
+  void check_lines(const std::vector<std::string>& lines) {
+    const auto identity = identity_of(folder_);
+    if (!identity)
+      return;
+    if (identity->role != Role::operator_ && identity->role != Role::engineer)
+      return report(kCertificateFile, "is of role " + std::string(name(identity->role)) +
+                                          ", which sends no requests: issue an identity of role "
+                                          "operator (to read) or engineer (to read and write)");
+    const std::string text = document(kPermissionsFile, "<permissions>");
+    if (text.empty())
+      return;
+    const std::string end = "/" + std::string(name(identity->role)) + "/" + identity->name;
+    for (const std::string& line : lines) {
+      if (!permits_commands(text, line + end))
+        report(kPermissionsFile, "does not permit requests to " + line +
+                                     ": issue the identity again with --line " + line +
+                                     " and its other lines (linegate security issue --renew), copy "
+                                     "its folder to this host, and restart the gateway");
+    }
+  }
+  static bool permits_commands(const std::string& text, const std::string& partition) {
+    const auto matches = [&](const std::string& expression) {
+      return ::fnmatch(expression.c_str(), partition.c_str(), FNM_NOESCAPE) == 0;
+    };
+    return std::ranges::any_of(contents_of("publish", text), [&](const std::string& rule) {
+      const auto topics = contents_of("topic", rule);
+      return std::ranges::find(topics, "linegate/v1/CommandRequest") != topics.end() &&
+             std::ranges::any_of(contents_of("partition", rule), matches);
+    });
+  }
+
   // Of the first element with that name; empty without one.
   static std::string content_of(const std::string& element, const std::string& text) {
     const std::string opening = "<" + element + ">";
@@ -308,7 +366,7 @@ std::vector<Diagnostic> check_gateway(const std::string& folder, const std::stri
                                       std::time_t now, const NamedTopics& topics) {
   if (folder.empty())
     return {};
-  auto found = Check(folder, now, topics).run();
+  auto found = Check(folder, now, topics).take();
   const auto identity = identity_of(folder);
   if (identity && (identity->role != Role::gateway || identity->name != gateway)) {
     found.push_back({Severity::error, (std::filesystem::path(folder) / kCertificateFile).string(),
@@ -327,7 +385,19 @@ std::vector<Diagnostic> check_named_topics(const std::string& folder, const Name
 }
 
 std::vector<Diagnostic> check_identity(const std::string& folder, std::time_t now) {
-  return Check(folder, now).run();
+  return Check(folder, now).take();
+}
+
+std::vector<Diagnostic> check_requests(const std::string& folder, const std::string& of_gateway,
+                                       const std::vector<std::string>& lines, std::time_t now) {
+  return folder.empty() ? std::vector<Diagnostic>{}
+                        : Check(folder, now).run_requests(of_gateway, lines);
+}
+
+std::vector<Diagnostic> check_request_lines(const std::string& folder,
+                                            const std::vector<std::string>& lines) {
+  return folder.empty() || lines.empty() ? std::vector<Diagnostic>{}
+                                         : Check(folder, 0).run_lines(lines);
 }
 
 }  // namespace linegate::security

@@ -38,4 +38,14 @@ std::vector<Diagnostic> check_gateway(const std::string& folder, const std::stri
 // Only the errors about the topics, for a gateway that runs; empty without topics.
 std::vector<Diagnostic> check_named_topics(const std::string& folder, const NamedTopics& topics);
 
+// The same for the identity with which a gateway sends requests to lines of other gateways,
+// "GATEWAY/LINE" each; empty if `folder` is empty. It is an error if its role sends none, its
+// permissions do not name one of the lines, or another authority issued it than the identity in
+// `of_gateway`, whose participants it would not see.
+std::vector<Diagnostic> check_requests(const std::string& folder, const std::string& of_gateway,
+                                       const std::vector<std::string>& lines, std::time_t now);
+// Only the errors about the lines, for a gateway that runs.
+std::vector<Diagnostic> check_request_lines(const std::string& folder,
+                                            const std::vector<std::string>& lines);
+
 }  // namespace linegate::security

@@ -209,6 +209,8 @@ class Text {
       add("DDS partition of each line: {}/LINE\n", plant.gateway);
     if (!plant.dds_security.empty())
       add("DDS-Security with the identity in {}\n", plant.dds_security);
+    if (!plant.dds_routes_security.empty())
+      add("requests to other gateways with the identity in {}\n", plant.dds_routes_security);
     if (plant.journal) {
       add("journal {}: up to {}, {}; values up to {}\n", plant.journal->file,
           config::format_size(plant.journal->max_size),

@@ -293,6 +293,7 @@ void add_plant(const config::Plant& plant, Json& to) {
   to["dds_peers"] = plant.dds_peers;
   to["dds_discovery_servers"] = plant.dds_servers;
   to["dds_security"] = plant.dds_security;
+  to["dds_routes_security"] = plant.dds_routes_security;
   to["dds_guard"] = plant.dds_guard;
   to["dds_partitions"] = plant.dds_partitions;
   to["dds_process"] = plant.dds_own_process ? "own" : "same";

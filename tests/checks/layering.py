@@ -101,7 +101,7 @@ def gateway_complaint(source, header):
 
 # The only files of the gateway that include bridges/dds: as publisher, and as subscriber.
 DDS_EDGES = ("gateway/publish/dds_edge.cpp", "gateway/publish/dds_peers.cpp", "gateway/publish/dds_process.cpp",
-             "gateway/publish/dds_process_main.cpp", "gateway/cli/remote_client.cpp",
+             "gateway/publish/dds_process_main.cpp", "gateway/publish/peer_process.cpp", "gateway/cli/remote_client.cpp",
              "gateway/client/connect.cpp", "gateway/client/identity.h", "gateway/doctor/observations.h", "gateway/doctor/examine.cpp",
              "gateway/doctor/listener.cpp", "gateway/doctor/prober.cpp", "gateway/doctor/prober.h")
 

@@ -71,6 +71,19 @@ TEST(PlanDifference, RefusesOtherInterfacesAndPeers) {
   }
 }
 
+TEST(PlanDifference, RefusesAnotherIdentityOfTheRoutes) {
+  const std::string security = "dds: {security: /proc/self";
+  const auto running = identity_of(plant(kA, security + ", routes_security: /proc}\n"));
+  EXPECT_TRUE(
+      difference(running, plant(kA, security + ", routes_security: /proc}\n")).refusals.empty());
+  for (const char* const other : {"}\n", ", routes_security: /proc/self}\n"}) {
+    const auto refused = difference(running, plant(kA, security + other));
+    ASSERT_EQ(refused.refusals.size(), 1U);
+    EXPECT_NE(refused.refusals[0].text.find("the identity of the routes changes from \"/proc\""),
+              std::string::npos);
+  }
+}
+
 // "participants" may be absent: the limit of the profile, or the default, is in effect.
 TEST(PlanDifference, ComparesTheNumberOfParticipantsInEffect) {
   const Plant absent = plant(kA);

@@ -656,6 +656,14 @@ TEST(Plant, TheFolderOfDdsSecurityExists) {
   };
   EXPECT_EQ(security("").value->dds_security, "");
   EXPECT_EQ(security("dds: {security: /proc/self}\n").value->dds_security, "/proc/self");
+  EXPECT_EQ(
+      security("dds: {security: /proc/self, routes_security: /proc}\n").value->dds_routes_security,
+      "/proc");
+  EXPECT_FALSE(security("dds: {security: /proc/self, routes_security: nowhere}\n").ok());
+  EXPECT_EQ(messages(security("dds: {routes_security: /proc/self}\n")),
+            (std::vector<std::string>{
+                "plant.yaml:2:24: error: \"routes_security\" is for DDS with security: the gateway "
+                "needs an identity of its own, too"}));
   const auto missing = security("dds: {security: nowhere}\n");
   EXPECT_FALSE(missing.ok());
   EXPECT_NE(testing::PrintToString(messages(missing)).find("there is no folder "),

@@ -239,10 +239,20 @@ TEST(Routes, OverAnotherGatewayNeedALineThatUsesThem) {
   EXPECT_EQ(told(read_routes(routes, "  - {name: a, interface: virtual:a, role: observer}\n")),
             (std::vector<std::string>{"plant.yaml:2:23: error: no line of this gateway is a "
                                       "manager: nothing would use the route"}));
-  EXPECT_EQ(told(read_routes("dds: {process: own}\n" + routes)),
+  EXPECT_TRUE(read_routes("dds: {process: own}\n" + routes).ok());
+}
+
+TEST(Routes, OverAnotherGatewayNeedAnIdentityOfTheirOwnInASecuredDomain) {
+  const std::string routes = "routes: [{to: 7, via: hall-b/press}]\n";
+  EXPECT_EQ(told(read_routes("dds: {security: /proc/self}\n" + routes)),
             (std::vector<std::string>{
-                "plant.yaml:3:23: error: a route over another gateway needs dds: {process: same}: "
-                "the process of `own` sends no requests to other gateways"}));
+                "plant.yaml:3:23: error: a route over another gateway needs an identity of role "
+                "operator or engineer for its requests, because that of the gateway sends none: "
+                "dds: {routes_security: FOLDER}"}));
+  const auto loaded =
+      read_routes("dds: {security: /proc/self, routes_security: /proc/self}\n" + routes);
+  ASSERT_TRUE(loaded.ok()) << told(loaded).front();
+  EXPECT_EQ(loaded.value->dds_routes_security, "/proc/self");
 }
 
 TEST(Routes, EmcysAreNotForwardedOverAnotherGateway) {

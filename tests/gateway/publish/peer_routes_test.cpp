@@ -33,8 +33,12 @@ class FakePeerClient final : public PeerClient {
     line::Request request;
     Duration timeout{};
   };
+  void set_lines(const std::vector<GatewayLine>& lines) override { lines_ = lines; }
   std::uint64_t send(const GatewayLine& to, std::uint64_t incarnation, const line::Request& request,
                      Duration timeout) override {
+    if (!has_room) {
+      return 0;
+    }
     sent.push_back({to, incarnation, request, timeout});
     return sent.size();
   }
@@ -44,6 +48,8 @@ class FakePeerClient final : public PeerClient {
 
   std::vector<Sent> sent;
   std::vector<std::uint64_t> cancelled;
+  std::vector<GatewayLine> lines_;
+  bool has_room = true;
 };
 
 class PeerRoutesTest : public testing::Test, private PeerRoutes::Sink {
@@ -139,6 +145,22 @@ TEST_F(PeerRoutesTest, ARequestIsACommandToTheIncarnationThatPublishes) {
   EXPECT_EQ(got->data, std::vector{std::byte{4}});
   reply(1, {}, {std::byte{5}});
   EXPECT_FALSE(answered()) << "it was answered";
+}
+
+TEST_F(PeerRoutesTest, ARequestWithoutRoomWasCertainlyNotCarriedOut) {
+  run_for(1);
+  client_.has_room = false;
+  for (std::size_t i = 0; i < 2 * PeerRoutes::kMostUnderWay; ++i) {
+    take(request(i, true));
+    const auto got = answered();
+    ASSERT_TRUE(got);
+    EXPECT_EQ(got->number, i);
+    EXPECT_EQ(got->abort, AbortCode::out_of_memory);
+    EXPECT_FALSE(got->unknown);
+  }
+  client_.has_room = true;
+  take(request(1'000, true));
+  EXPECT_EQ(client_.sent.size(), 1U);
 }
 
 TEST_F(PeerRoutesTest, WithEnterItIsThatOfADeviceOfThatLine) {

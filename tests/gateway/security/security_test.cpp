@@ -718,6 +718,51 @@ TEST_F(Check, AGatewayNeedsItsOwnIdentity) {
   EXPECT_TRUE(check_gateway("", "any", 0).empty()) << "without DDS-Security";
 }
 
+// The identity with which a gateway sends requests to lines of other gateways.
+TEST_F(Check, RequestsOfAGatewayNeedARoleThatSendsAndTheirLines) {
+  const auto issue_to = [&](const char* name, Role role, std::vector<std::string> lines) {
+    return issue(plant.string(),
+                 {.holder = {.name = name, .role = role, .lines = std::move(lines)}});
+  };
+  ASSERT_EQ(issue_as("hall-7", Role::gateway), "");
+  ASSERT_EQ(issue_as("viewer", Role::viewer), "");
+  ASSERT_EQ(issue_to("all", Role::operator_, {"*/*"}), "");
+  ASSERT_EQ(issue_to("two", Role::engineer, {"hall-b/press", "hall-c/*"}), "");
+  const auto check = [&](const files::path& folder, const std::vector<std::string>& lines) {
+    std::string out;
+    for (const Diagnostic& found :
+         check_requests(folder.string(), (plant / "hall-7").string(), lines, std::time(nullptr))) {
+      EXPECT_EQ(found.severity, Severity::error);
+      out += found.text + "\n";
+    }
+    std::string alone;
+    for (const Diagnostic& found : check_request_lines(folder.string(), lines))
+      alone += found.text + "\n";
+    EXPECT_TRUE(alone.empty() || alone == out) << "a gateway that runs has checked the rest";
+    return out;
+  };
+  EXPECT_EQ(check(plant / "all", {"hall-b/press", "hall-c/any"}), "");
+  EXPECT_EQ(check(plant / "two", {"hall-b/press", "hall-c/any"}), "");
+  EXPECT_EQ(check(plant / "two", {"hall-b/press2"}),
+            "does not permit requests to hall-b/press2: issue the identity again with --line "
+            "hall-b/press2 and its other lines (linegate security issue --renew), copy its folder "
+            "to this host, and restart the gateway\n");
+  const std::string none =
+      ", which sends no requests: issue an identity of role operator (to "
+      "read) or engineer (to read and write)\n";
+  EXPECT_EQ(check(plant / "viewer", {"hall-b/press"}), "is of role viewer" + none);
+  EXPECT_EQ(check(plant / "hall-7", {"hall-b/press"}), "is of role gateway" + none);
+  EXPECT_EQ(check(plant / "viewer", {}), "is of role viewer" + none) << "without routes as well";
+  const files::path foreign = top / "foreign";
+  ASSERT_EQ(init(foreign.string()), "");
+  ASSERT_EQ(issue(foreign.string(), {.holder = {.name = "all", .role = Role::engineer}}), "");
+  EXPECT_EQ(check(foreign / "all", {"hall-b/press"}),
+            "was issued by another authority than the identity of the gateway, " +
+                (plant / "hall-7").string() + ": the requests would reach nobody\n");
+  EXPECT_FALSE(check(plant / "nobody", {}).empty());
+  EXPECT_TRUE(check_requests("", "", {"hall-b/press"}, 0).empty()) << "without DDS-Security";
+}
+
 TEST_F(Check, AGatewayNeedsItsRevokedNames) {
   ASSERT_EQ(issue_as("hall-7", Role::gateway), "");
   const auto check = [&] {

@@ -137,6 +137,10 @@ TEST(Check, NamesInterfacesAndPeersOfDds) {
   loaded.value->dds_servers = {"10.0.0.9"};
   EXPECT_TRUE(contains(describe(*loaded.value), "DDS discovery servers: 10.0.0.9"));
   EXPECT_EQ(YAML::Load(to_json(loaded))["dds_discovery_servers"][0].as<std::string>(), "10.0.0.9");
+  loaded.value->dds_routes_security = "/x/routes";
+  EXPECT_TRUE(contains(describe(*loaded.value),
+                       "requests to other gateways with the identity in /x/routes"));
+  EXPECT_EQ(YAML::Load(to_json(loaded))["dds_routes_security"].as<std::string>(), "/x/routes");
 }
 
 TEST(Check, SaysTheSameAsJson) {

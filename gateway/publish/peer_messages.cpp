@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/publish/peer_messages.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "bridges/request/field_bytes.h"
+
+namespace linegate::gateway {
+namespace {
+
+using request::FieldReader;
+using request::FieldWriter;
+using routing::GatewayLine;
+
+constexpr std::size_t kLongestLineName = 64;
+constexpr std::size_t kMostPeerLines = 4'096;
+
+template <class Kind>
+FieldWriter message_of(Kind kind) {
+  FieldWriter out;
+  out.number(static_cast<std::uint64_t>(kind), 1);
+  return out;
+}
+
+FieldReader content_of(PeerBytes message) {
+  return FieldReader(message.empty() ? message : message.subspan(1));
+}
+
+void write(FieldWriter& out, const GatewayLine& line) {
+  out.sized(line.gateway, 2);
+  out.sized(line.line, 2);
+}
+
+GatewayLine read_line(FieldReader& in) {
+  GatewayLine out{.gateway = in.text(2), .line = in.text(2)};
+  for (const std::string* name : {&out.gateway, &out.line}) {
+    in.require(!name->empty() && name->size() <= kLongestLineName);
+  }
+  return out;
+}
+
+void write(FieldWriter& out, const std::vector<std::string>& texts) {
+  out.number(texts.size(), 2);
+  for (const std::string& text : texts) {
+    out.sized(text, 2);
+  }
+}
+
+std::vector<std::string> read_texts(FieldReader& in) {
+  std::vector<std::string> out;
+  for (auto left = in.number<std::uint16_t>(); left > 0 && in.good(); --left) {
+    out.push_back(in.text(2));
+  }
+  return out;
+}
+
+// Both kinds of requests have the same members.
+template <class Network>
+void write_target(FieldWriter& out, const Network& request) {
+  out.number(request.network, 2);
+  out.number(request.node, 1);
+  out.number(request.address.index, 2);
+  out.number(request.address.sub, 1);
+  out.number(request.as_device ? 1 : 0, 1);
+  out.number(request.hops, 1);
+}
+
+template <class Network>
+Network read_target(FieldReader& in) {
+  Network out;
+  out.network = in.number<std::uint16_t>();
+  out.node = in.number<std::uint8_t>();
+  out.address.index = in.number<std::uint16_t>();
+  out.address.sub = in.number<std::uint8_t>();
+  out.as_device = in.number<std::uint8_t>() != 0;
+  out.hops = in.number<std::uint8_t>();
+  return out;
+}
+
+template <class Value>
+std::optional<Value> if_complete(const FieldReader& in, Value value) {
+  return in.complete() ? std::optional(std::move(value)) : std::nullopt;
+}
+
+}  // namespace
+
+std::uint8_t kind_of(PeerBytes message) {
+  return message.empty() ? std::uint8_t{0} : std::to_integer<std::uint8_t>(message.front());
+}
+
+// --- to the process -----------------------------------------------------------------------------
+
+PeerMessage encode(const PeerSettings& settings) {
+  FieldWriter out = message_of(ToPeers::configure);
+  out.sized(settings.gateway, 2);
+  out.number(settings.domain, 4);
+  write(out, settings.interfaces);
+  write(out, settings.peers);
+  write(out, settings.servers);
+  out.sized(settings.profile, 2);
+  out.number(settings.guard ? 1 : 0, 1);
+  out.number(settings.secured ? 1 : 0, 1);
+  out.sized(settings.identity, 2);
+  return out.take();
+}
+
+std::optional<PeerSettings> decode_settings(PeerBytes message) {
+  FieldReader in = content_of(message);
+  PeerSettings out;
+  out.gateway = in.text(2);
+  out.domain = in.number<std::uint32_t>();
+  out.interfaces = read_texts(in);
+  out.peers = read_texts(in);
+  out.servers = read_texts(in);
+  out.profile = in.text(2);
+  out.guard = in.number<std::uint8_t>() != 0;
+  out.secured = in.number<std::uint8_t>() != 0;
+  out.identity = in.text(2);
+  return if_complete(in, std::move(out));
+}
+
+PeerMessage encode(const std::vector<GatewayLine>& lines) {
+  FieldWriter out = message_of(ToPeers::lines);
+  out.number(lines.size(), 4);
+  for (const GatewayLine& line : lines) {
+    write(out, line);
+  }
+  return out.take();
+}
+
+std::optional<std::vector<GatewayLine>> decode_lines(PeerBytes message) {
+  FieldReader in = content_of(message);
+  std::vector<GatewayLine> out;
+  auto left = in.number<std::uint32_t>();
+  in.require(left <= kMostPeerLines);
+  for (; left > 0 && in.good(); --left) {
+    out.push_back(read_line(in));
+  }
+  return if_complete(in, std::move(out));
+}
+
+PeerMessage encode(const PeerSend& send) {
+  FieldWriter out = message_of(ToPeers::send);
+  out.number(send.id, 8);
+  write(out, send.to);
+  out.number(send.incarnation, 8);
+  out.number(static_cast<std::uint64_t>(send.deadline.time_since_epoch().count()), 8);
+  const auto* const write_request = std::get_if<line::NetworkWrite>(&send.request);
+  out.number(write_request != nullptr ? 1 : 0, 1);
+  if (write_request != nullptr) {
+    write_target(out, *write_request);
+    out.sized(std::span(write_request->data), 4);
+  } else {
+    write_target(out, std::get<line::NetworkRead>(send.request));
+  }
+  return out.take();
+}
+
+std::optional<PeerSend> decode_send(PeerBytes message) {
+  FieldReader in = content_of(message);
+  PeerSend out;
+  out.id = in.number<std::uint64_t>();
+  out.to = read_line(in);
+  out.incarnation = in.number<std::uint64_t>();
+  out.deadline = Instant{Duration{in.number<std::int64_t>()}};
+  if (in.number<std::uint8_t>() != 0) {
+    auto request = read_target<line::NetworkWrite>(in);
+    request.data = in.sized(4);
+    out.request = std::move(request);
+  } else {
+    out.request = read_target<line::NetworkRead>(in);
+  }
+  return if_complete(in, std::move(out));
+}
+
+PeerMessage encode_cancel(std::uint64_t id) {
+  FieldWriter out = message_of(ToPeers::cancel);
+  out.number(id, 8);
+  return out.take();
+}
+
+PeerMessage encode_stop() {
+  return message_of(ToPeers::stop).take();
+}
+
+// --- from the process ---------------------------------------------------------------------------
+
+PeerMessage encode_ready() {
+  return message_of(FromPeers::ready).take();
+}
+
+PeerMessage encode(const PeerState& state) {
+  FieldWriter out = message_of(FromPeers::state);
+  write(out, state.line);
+  out.number(state.incarnation, 8);
+  out.number(static_cast<std::uint64_t>(state.time), 8);
+  return out.take();
+}
+
+std::optional<PeerState> decode_state(PeerBytes message) {
+  FieldReader in = content_of(message);
+  PeerState out;
+  out.line = read_line(in);
+  out.incarnation = in.number<std::uint64_t>();
+  out.time = in.number<std::int64_t>();
+  return if_complete(in, std::move(out));
+}
+
+PeerMessage encode_gone(const GatewayLine& line) {
+  FieldWriter out = message_of(FromPeers::gone);
+  write(out, line);
+  return out.take();
+}
+
+std::optional<GatewayLine> decode_gone(PeerBytes message) {
+  FieldReader in = content_of(message);
+  GatewayLine out = read_line(in);
+  return if_complete(in, std::move(out));
+}
+
+PeerMessage encode(const PeerAnswer& answer) {
+  FieldWriter out = message_of(FromPeers::answer);
+  out.number(answer.id, 8);
+  out.number(static_cast<std::uint64_t>(answer.error.domain), 1);
+  out.number(answer.error.code, 4);
+  out.sized(std::span(answer.data).first(std::min(answer.data.size(), kLongestPeerValue)), 4);
+  return out.take();
+}
+
+std::optional<PeerAnswer> decode_answer(PeerBytes message) {
+  FieldReader in = content_of(message);
+  PeerAnswer out;
+  out.id = in.number<std::uint64_t>();
+  const auto domain = in.number<std::uint8_t>();
+  in.require(domain <= static_cast<std::uint8_t>(Domain::command));
+  out.error = {static_cast<Domain>(domain), in.number<std::uint32_t>()};
+  out.data = in.sized(4);
+  in.require(out.data.size() <= kLongestPeerValue);
+  return if_complete(in, std::move(out));
+}
+
+PeerMessage encode_expiry(std::int64_t time) {
+  FieldWriter out = message_of(FromPeers::expiry);
+  out.number(static_cast<std::uint64_t>(time), 8);
+  return out.take();
+}
+
+std::optional<std::uint64_t> decode_number(PeerBytes message) {
+  FieldReader in = content_of(message);
+  const auto out = in.number<std::uint64_t>();
+  return if_complete(in, out);
+}
+
+}  // namespace linegate::gateway
