@@ -4,7 +4,7 @@
 are read and written; the rules of the other gateway hold; kill -9, SIGTERM, a cut network and a second gateway of the same
 name during a write never make it a refusal, nor carry it out later or twice; a loop of routes ends.
 
-peer_routes.py LINEGATED LINEGATE
+peer_routes.py LINEGATED LINEGATE PROCESS   PROCESS: of the DDS of hall-a, same or own
 """
 
 import json
@@ -36,6 +36,7 @@ lines:
 """
 PLANT_A = """schema: 1
 gateway: {name: hall-a}
+dds: {process: PROCESS}
 routes:
   - {to: 7, via: hall-b/press}
   - {to: 9, via: hall-b/quick, timeout: 1s}
@@ -55,9 +56,10 @@ NOT_PERMITTED, NO_ROUTE = "local control", "invalid value for parameter"
 
 
 class Halls(Setup):
-    def __init__(self, folder, linegated, linegate):
+    def __init__(self, folder, linegated, linegate, process):
         super().__init__(folder, linegated, linegate)
         self.b, self.a = self.connected()
+        self.plant_a = PLANT_A.replace("PROCESS", process)
 
     def start(self, host, name, text):
         plant = write(os.path.join(self.folder, f"{name}.yaml"), text)
@@ -199,12 +201,13 @@ def is_reloaded(halls, a):
         write(os.path.join(halls.folder, "a.yaml"), text)
         a.send_signal(signal.SIGHUP)
     before = halls.unanswered()
-    reload(PLANT_A.replace("hall-b/press}", "hall-b/press, enter: pack}", 1))
+    reload(halls.plant_a.replace("hall-b/press}", "hall-b/press, enter: pack}", 1))
     until("press is closed to devices of pack", lambda: NOT_PERMITTED in halls.sdo("read", "hall-a/7:5", "1018:01"))
-    routes = PLANT_A.index("routes:"), PLANT_A.index("lines:")
-    reload(f"{PLANT_A[:routes[0]]}routes: [{{to: 70, via: hall:9}}]\n{PLANT_A[routes[1]:]}")
+    text = halls.plant_a
+    routes = text.index("routes:"), text.index("lines:")
+    reload(f"{text[:routes[0]]}routes: [{{to: 70, via: hall:9}}]\n{text[routes[1]:]}")
     until("no route leads to network 7", lambda: VENDOR not in halls.sdo("read", "hall-a/7:5", "1018:01"))
-    reload(PLANT_A)
+    reload(text)
     halls.reads(7)
     expect("no write became uncertain", halls.unanswered(), before)
 
@@ -224,10 +227,10 @@ def ends(halls, a):
         expect("hall-a ends", a.wait(timeout=PATIENCE), 0)
 
 
-def test(folder, linegated, linegate):
-    halls = Halls(folder, linegated, linegate)
+def test(folder, linegated, linegate, process):
+    halls = Halls(folder, linegated, linegate, process)
     try:
-        a = halls.start(halls.a, "a", PLANT_A)
+        a = halls.start(halls.a, "a", halls.plant_a)
         b = halls.start_b()
         reads_and_writes(halls)
         rules_hold(halls)
