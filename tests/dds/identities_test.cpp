@@ -30,6 +30,7 @@
 #include "gateway/security/fingerprint.h"
 
 #include "tests/dds/fixtures.h"
+#include "tests/dds/late_reader.h"
 
 namespace linegate::test {
 namespace {
@@ -184,6 +185,29 @@ TEST_F(Identities, RequestsHaveTheRightAndTheSubjectOfTheirCertificate) {
   send(*erin, "engineer erin");
   EXPECT_EQ(handler.requests.size(), 4U);
   EXPECT_TRUE(handler.refused.empty());
+}
+
+// As RequestLifetime: the writer of requests to a line has a partition of its own.
+TEST_F(Identities, ARequestOfAGatewayIsNotSentAfterItsLifetime) {
+  std::vector<Diagnostic> diagnostics;
+  dds::Security security = security_of(plant / kGateway);
+  security.request_partition = security::requests_of_gateway(kGateway);
+  dds::Endpoints endpoints("reader", domain(), LOOPBACK_PROFILES, diagnostics, true, 0, security);
+  LateReader reader(endpoints);
+  dds::ClientOptions options = options_of(plant / "erin", "engineer/erin");
+  options.outputs = false;
+  options.of_gateway = true;
+  const dds::Target target{kGateway, kLine, 0};
+  std::unique_ptr<dds::Client> client;
+  bool is_known = false;
+  for (int attempt = 0; attempt < kAttempts && !is_known; ++attempt) {
+    client = make_client(options);
+    ASSERT_NE(client, nullptr);
+    client->prepare(target);
+    is_known = eventually([&] { return client->command_peers() > 0; }, kOneAttempt);
+  }
+  ASSERT_TRUE(is_known);
+  reader.expect_fresh_requests_only(*client, target);
 }
 
 // The certificate is valid, as one that was issued again. The client repeats what is not answered.
