@@ -147,6 +147,7 @@ void read_identities(Section& section, Plant& plant) {
 }
 
 void read_dds(Findings& findings, const YAML::Node& node, Plant& plant) {
+  plant.dds_own_process = true;
   if (!node.IsDefined()) {
     return;
   }
@@ -175,7 +176,6 @@ void read_dds(Findings& findings, const YAML::Node& node, Plant& plant) {
         "publish in the default partition alone");
   }
   section.read_choice<bool>("guard", plant.dds_guard, {{"on", true}, {"off", false}});
-  plant.dds_own_process = !plant.dds_security.empty();
   section.read_choice<bool>("process", plant.dds_own_process, {{"same", false}, {"own", true}});
   read_dds_memory(section, plant);
   section.done();

@@ -230,7 +230,8 @@ struct Plant {
   std::string dds_routes_security;
   bool dds_partitions = false;  // each line has a partition; only without DDS-Security
   bool dds_guard = true;        // check received datagrams before Fast DDS processes them
-  // true: DDS runs in a process of its own, which the gateway starts and replaces when it fails.
+  // true: DDS runs in a process of its own, which the gateway starts and replaces when it fails; the
+  // default of plant.yaml.
   bool dds_own_process = false;
   // Memory in octets beyond which that process is replaced, kLeastDdsMemory..kMostDdsMemory.
   std::uint64_t dds_memory = 512'000'000;

@@ -30,7 +30,9 @@ inline config::Plant make_plant(const std::string& text) {
   for (const auto& diagnostic : loaded.diagnostics) {
     ADD_FAILURE() << to_string(diagnostic);
   }
-  if (loaded.value && !place_of_dds().program.empty()) {
+  if (loaded.value && place_of_dds().program.empty()) {
+    loaded.value->dds_own_process = false;  // this program of tests is not started as one
+  } else if (loaded.value) {
     loaded.value->dds_program = place_of_dds().program;
     loaded.value->dds_stable = Duration::zero();  // no pauses between deaths
   }

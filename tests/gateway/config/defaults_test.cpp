@@ -81,6 +81,8 @@ void add_gateway(DefaultCases& to) {
   to["dds/partitions"] =
       default_of(top("dds: {@}"), "true", [](const Plant& p) { return p.dds_partitions; });
   to["dds/guard"] = default_of(top("dds: {@}"), "off", [](const Plant& p) { return p.dds_guard; });
+  to["dds/process"] =
+      default_of(top("dds: {@}"), "same", [](const Plant& p) { return p.dds_own_process; });
   to["dds/memory"] =
       default_of(top("dds: {@}"), "600MB", [](const Plant& p) { return p.dds_memory; });
   to["journal/max_size"] = default_of(top("journal: {file: j.db, @}"), "100MB",
@@ -330,7 +332,6 @@ const std::set<std::string> kDefaultsInWords{"dds/participants",
                                              "dds/profile",
                                              "dds/security",
                                              "dds/routes_security",
-                                             "dds/process",
                                              "journal",
                                              "journal/max_age",
                                              "executor/processor",

@@ -631,7 +631,7 @@ TEST(Plant, TheDdsGuardIsOnUnlessSwitchedOff) {
   EXPECT_TRUE(guard("dds: {guard: on}\n").value->dds_guard);
   EXPECT_FALSE(guard("dds: {guard: off}\n").value->dds_guard);
   EXPECT_FALSE(guard("dds: {guard: sometimes}\n").ok());
-  EXPECT_FALSE(guard("").value->dds_own_process);
+  EXPECT_TRUE(guard("").value->dds_own_process);
   EXPECT_FALSE(guard("dds: {process: same}\n").value->dds_own_process);
   EXPECT_TRUE(guard("dds: {process: own}\n").value->dds_own_process);
   EXPECT_TRUE(guard("dds: {security: .}\n").value->dds_own_process);

@@ -215,6 +215,7 @@ TEST_F(RemotePeersTest, TheProcessReceivesTheSettingsAndTheLines) {
   EXPECT_EQ(settings_->domain, 7U);
   EXPECT_EQ(settings_->interfaces, (std::vector<std::string>{"eth0", "eth1"}));
   EXPECT_EQ(settings_->peers, std::vector<std::string>{"host"});
+  EXPECT_EQ(settings_->servers, std::vector<std::string>{"server:1"});
   EXPECT_EQ(settings_->profile, "profile.xml");
   EXPECT_FALSE(settings_->guard);
   EXPECT_TRUE(settings_->secured);
