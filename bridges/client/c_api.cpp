@@ -433,7 +433,8 @@ linegate_client* linegate_connect(const linegate_options* options, char* error,
             .read_only = options->read_only != 0,
             .interfaces = list_of(options->interfaces),
             .peers = list_of(options->peers),
-            .discovery_servers = list_of(options->discovery_servers)};
+            .discovery_servers = list_of(options->discovery_servers),
+            .multicast = options->multicast != 0};
     }
     client::Client made(to);
     if (!made) {

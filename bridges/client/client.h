@@ -382,6 +382,9 @@ struct Options {
   // Discovery servers of Fast DDS instead of multicast and peers: [ID@]HOST[:PORT], with the
   // position in this list as ID and 11811 as port if they are not given.
   std::vector<std::string> discovery_servers{};
+  // Receive process images by multicast from gateways with `dds: {fan_out: multicast}`; from others
+  // by unicast. Only without an identity.
+  bool multicast = false;
 };
 
 class Client {

@@ -71,6 +71,9 @@ typedef struct linegate_options {
    * commas; the ID is the position in this list, and the port 11811, if they are not given. NULL:
    * none. */
   const char* discovery_servers;
+  /* Not 0: receive process images by multicast from gateways with dds: {fan_out: multicast}; from
+   * others by unicast. Only without an identity. */
+  int multicast;
 } linegate_options;
 
 /* options: NULL = all members 0. Returns NULL, and the reason in `error` (of `error_size` bytes;

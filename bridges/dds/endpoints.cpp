@@ -6,8 +6,11 @@
 #include <utility>
 
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastrtps/utils/IPLocator.h>
 #include <fastrtps/xmlparser/XMLProfileManager.h>
+#include <linegate.h>
 
+#include "bridges/dds/fan_out.h"
 #include "bridges/dds/guard/instance_states.h"
 #include "bridges/dds/guard/key_warnings.h"
 #include "bridges/dds/guard/message_room.h"
@@ -79,14 +82,18 @@ void Endpoints::create_participant(const std::string& name, std::uint32_t domain
       ReturnCode_t::RETCODE_OK) {
     return fail("there is no participant profile \"" + std::string(kParticipantProfile) + "\"");
   }
+  domain_ = domain;
   qos.name(name);
+  if (std::string reason = multicast_problem(guarded); !reason.empty())
+    return fail(std::move(reason));
   if (std::string reason = apply(network_, qos); !reason.empty())
     return fail(std::move(reason));
   apply_environment(qos);
   // Two readers that announce a unicast locator and the same multicast locator abort the process of
   // a writer of Fast DDS 2.9 (assertion in OutputTrafficManager.hpp:87). Without multicast locators
-  // two readers share no locator. The library's default is 1, if the profile does not set it.
-  qos.allocation().locators.max_multicast_locators = 0;
+  // two readers share no locator. The library's default is 1, if the profile does not set it. With
+  // 1 the guard leaves no endpoint both (guard/announced_locators.h).
+  qos.allocation().locators.max_multicast_locators = network_.multicast_images ? 1 : 0;
   bound_discovery(qos);
   if (security_.enabled()) {
     add_properties(security_, qos);
@@ -105,6 +112,8 @@ void Endpoints::create_participant(const std::string& name, std::uint32_t domain
                                             guard::discovery_limits(qos));
     if (security_.accepts_certificate)
       guard_->watch_certificates(security_.accepts_certificate);
+    if (network_.multicast_images)
+      guard_->confine_multicast(image_group(domain));
     names_.inform(guard_);
     if (guard::has_tcp(qos))
       stalls_.emplace();
@@ -257,6 +266,9 @@ fast::DataWriter* Endpoints::make_writer(const std::string& topic, fast::TypeSup
     fail("there is no data_writer profile \"" + topic + "\"");
     return nullptr;
   }
+  // Otherwise each sample has a heartbeat, and each reader acknowledges each sample.
+  if (topic == v1::TOPIC_PROCESS_IMAGE)
+    qos.reliable_writer_qos().disable_heartbeat_piggyback = true;
   if (qos.ownership().kind == fast::EXCLUSIVE_OWNERSHIP_QOS && strength != 0) {
     qos.ownership_strength().value = strength;
   }
@@ -330,10 +342,41 @@ fast::DataReader* Endpoints::make_reader(const std::string& topic, fast::TypeSup
     fail("there is no data_reader profile \"" + topic + "\"");
     return nullptr;
   }
+  if (network_.multicast_images && topic == v1::TOPIC_PROCESS_IMAGE)
+    ask_for_multicast(*subscriber, *made, qos);
   fast::DataReader* reader = subscriber->create_datareader(made, qos);
   if (reader == nullptr)
     fail(refusal("data_reader", topic));
   return reader;
+}
+
+// A reader with a multicast locator of its own has no unicast locators if it does not name them,
+// and a writer without multicast then sends it nothing. Fast DDS gives the locators of a
+// participant only with those of a reader.
+void Endpoints::ask_for_multicast(fast::Subscriber& subscriber, fast::Topic& topic,
+                                  fast::DataReaderQos& qos) {
+  fast::DataReader* const usual = subscriber.create_datareader(&topic, qos);
+  if (usual == nullptr)
+    return;
+  eprosima::fastdds::rtps::LocatorList listening;
+  usual->get_listening_locators(listening);
+  subscriber.delete_datareader(usual);
+  for (const eprosima::fastrtps::rtps::Locator_t& locator : listening) {
+    if (!eprosima::fastrtps::rtps::IPLocator::isMulticast(locator))
+      qos.endpoint().unicast_locator_list.push_back(locator);
+  }
+  qos.endpoint().multicast_locator_list.push_back(locator_of(image_group(domain_)));
+}
+
+std::string Endpoints::multicast_problem(bool guarded) const {
+  if (!network_.multicast_images)
+    return {};
+  if (!guarded)
+    return "images by multicast need the guard: announced locators could end this process";
+  return security_.enabled()
+             ? "images by multicast are not possible with DDS-Security: the guard cannot check "
+               "encrypted announcements"
+             : "";
 }
 
 }  // namespace linegate::dds

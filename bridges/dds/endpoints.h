@@ -201,6 +201,12 @@ class Endpoints {
   eprosima::fastdds::dds::DataReader* make_reader(const std::string& topic,
                                                   eprosima::fastdds::dds::TypeSupport type,
                                                   eprosima::fastdds::dds::Subscriber* subscriber);
+  // Announces the group of process images beside the locators of other readers.
+  void ask_for_multicast(eprosima::fastdds::dds::Subscriber& subscriber,
+                         eprosima::fastdds::dds::Topic& topic,
+                         eprosima::fastdds::dds::DataReaderQos& qos);
+  // The reason for which images cannot be sent by multicast; empty if they can, or need not.
+  std::string multicast_problem(bool guarded) const;
   eprosima::fastdds::dds::Topic* make_topic(const std::string& topic,
                                             eprosima::fastdds::dds::TypeSupport type);
   void fail(std::string text);
@@ -212,6 +218,7 @@ class Endpoints {
   NameWatch names_;                           // outlives the participant, whose listener it is
   std::string origin_;                        // file of the profiles, for diagnostics
   std::size_t participants_;
+  std::uint32_t domain_ = 0;
   const Security security_;
   const NetworkChoice network_;
   bool ok_ = true;

@@ -153,7 +153,8 @@ std::string apply(const NetworkChoice& choice, eprosima::fastdds::dds::DomainPar
     return {};
   const auto udp = udp_of(qos);
   if (udp == nullptr)
-    return "interfaces, peers and discovery servers need a profile with a transport UDPv4";
+    return "interfaces, peers, discovery servers and images by multicast need a profile with a "
+           "transport UDPv4";
   if (!choice.interfaces.empty() && has_other_network(qos, *udp))
     return "interfaces need a profile whose only network transport is one UDPv4: others would be "
            "open on every interface";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The interfaces of a participant and the hosts that it announces itself to, or the servers by
-// which it is discovered, chosen beside the profile.
+// The interfaces of a participant, the hosts that it announces itself to, or the servers by which
+// it is discovered, and the group of its process images, chosen beside the profile.
 #pragma once
 
 #include <string>
@@ -18,8 +18,13 @@ struct NetworkChoice {
   // by multicast and peers. None: those of the environment (ROS_DISCOVERY_SERVER), or of the
   // profile.
   std::vector<std::string> servers;
+  // Process images by multicast (fan_out.h): writers send them once to all readers that ask for it,
+  // and readers ask for it. Needs the guard, and no DDS-Security.
+  bool multicast_images = false;
 
-  bool empty() const { return interfaces.empty() && peers.empty() && servers.empty(); }
+  bool empty() const {
+    return interfaces.empty() && peers.empty() && servers.empty() && !multicast_images;
+  }
 };
 
 inline constexpr unsigned kPeerParticipants = 20;

@@ -351,7 +351,7 @@ std::optional<NamedMisfitMessage> decode_named_misfit(PortBytes message) {
 
 // gateway, incarnation 8, domain 4, profile file, number of lines 4 and their names, renew_after 8,
 // participants 8, number of interfaces 4 and their names, the same of peers and of discovery
-// servers, last_words 8, guard 1, partitions 1, the texts of security.
+// servers, images by multicast 1, last_words 8, guard 1, partitions 1, the texts of security.
 void encode(const GatewayOptions& options, PortMessage& out) {
   FieldWriter writer = begin_message(static_cast<std::uint8_t>(ToEndpoints::configure));
   add_text(options.gateway, writer);
@@ -369,6 +369,7 @@ void encode(const GatewayOptions& options, PortMessage& out) {
     for (const std::string& name : *names)
       add_text(name, writer);
   }
+  writer.number(options.network.multicast_images ? 1 : 0, 1);
   writer.number(static_cast<std::uint64_t>(options.last_words.count()), 8);
   writer.number(options.guard ? 1 : 0, 1);
   writer.number(options.partitions ? 1 : 0, 1);
@@ -394,6 +395,9 @@ std::optional<GatewayOptions> decode_options(PortBytes message) {
     for (std::uint32_t i = 0; i < count && in.good(); ++i)
       names->push_back(read_text(in, kLongestText));
   }
+  const auto multicast = in.number<std::uint8_t>();
+  in.require(multicast <= 1);
+  out.network.multicast_images = multicast == 1;
   out.last_words = Duration{in.number<std::int64_t>()};
   const auto guard = in.number<std::uint8_t>();
   in.require(guard <= 1);

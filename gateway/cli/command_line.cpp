@@ -47,6 +47,8 @@ CommandLine::CommandLine() {
                   "discovery server of Fast DDS instead of multicast, [ID@]HOST[:PORT]; may be "
                   "repeated")
       ->expected(1);
+  app_.add_flag("--multicast", common_.multicast,
+                "receive process images by multicast from gateways with dds: {fan_out: multicast}");
   app_.add_option("--wait", common_.wait, "seconds to wait for a gateway")
       ->check(seconds_from_zero());
   app_.add_option("--timeout", common_.timeout, "seconds to wait for an answer")
@@ -91,6 +93,7 @@ int CommandLine::with_client(const Topics& topics, const ClientAction& action) c
                                   .interfaces = common_.interfaces,
                                   .peers = common_.peers,
                                   .servers = common_.servers,
+                                  .multicast = common_.multicast,
                                   .images = topics.images,
                                   .layouts = topics.layouts,
                                   .events = topics.events,

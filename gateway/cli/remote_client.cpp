@@ -165,8 +165,10 @@ Loaded<std::unique_ptr<console::Client>> make_remote_client(const RemoteClientOp
   }
   client.domain = options.domain;
   client.profile_file = options.profile;
-  client.network = {
-      .interfaces = options.interfaces, .peers = options.peers, .servers = options.servers};
+  client.network = {.interfaces = options.interfaces,
+                    .peers = options.peers,
+                    .servers = options.servers,
+                    .multicast_images = options.multicast};
   client.layouts = options.layouts;
   client.images = options.images;
   client.output_states = options.images;

@@ -19,6 +19,7 @@ struct RemoteClientOptions {
   std::vector<std::string> interfaces;  // of this host; none = those of the profile
   std::vector<std::string> peers;       // hosts that multicast does not reach
   std::vector<std::string> servers;     // discovery servers, instead of multicast and peers
+  bool multicast = false;               // receive images by multicast
   // The topics to subscribe to besides the states of gateways, lines and nodes.
   bool images = false;  // and states of outputs
   bool layouts = false;

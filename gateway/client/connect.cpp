@@ -79,7 +79,8 @@ std::shared_ptr<Core> connect(const Options& options) {
   client.output_strength = options.strength;
   client.network = {.interfaces = options.interfaces,
                     .peers = options.peers,
-                    .servers = options.discovery_servers};
+                    .servers = options.discovery_servers,
+                    .multicast_images = options.multicast};
   if (const std::string identity = identity_of(options); !identity.empty()) {
     const auto found = gateway::use_identity(identity, !options.read_only, client.security);
     if (has_errors(found) || !client.security.enabled())

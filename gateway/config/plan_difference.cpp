@@ -50,6 +50,7 @@ PlantIdentity identity_of(const Plant& plant, std::uint32_t profile_participants
                     plant.dds_interfaces,
                     plant.dds_peers,
                     plant.dds_servers,
+                    plant.dds_multicast,
                     plant.dds_guard,
                     plant.dds_partitions,
                     plant.journal,
@@ -78,6 +79,8 @@ PlanDifference difference(const PlantIdentity& running, const Plant& wanted) {
   refuse(out, wanted.file, "the peers of DDS", names(running.dds_peers), names(next.dds_peers));
   refuse(out, wanted.file, "the discovery servers of DDS", names(running.dds_servers),
          names(next.dds_servers));
+  refuse(out, wanted.file, "the fan-out of images", running.dds_multicast ? "multicast" : "unicast",
+         next.dds_multicast ? "multicast" : "unicast");
   refuse(out, wanted.file, "the DDS guard", running.dds_guard ? "on" : "off",
          next.dds_guard ? "on" : "off");
   refuse(out, wanted.file, "the use of partitions", running.dds_partitions ? "on" : "off",

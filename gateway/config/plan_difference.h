@@ -26,6 +26,7 @@ struct PlantIdentity {
   std::vector<std::string> dds_interfaces;
   std::vector<std::string> dds_peers;
   std::vector<std::string> dds_servers;
+  bool dds_multicast = false;
   bool dds_guard = true;
   bool dds_partitions = false;
   std::optional<Journal> journal;

@@ -146,6 +146,27 @@ void read_identities(Section& section, Plant& plant) {
   }
 }
 
+// The guard confines what readers announce: it must see all of it.
+void read_fan_out(Section& section, Plant& plant) {
+  const YAML::Node fan_out = section.find("fan_out");
+  section.read_choice<bool>("fan_out", plant.dds_multicast,
+                            {{"unicast", false}, {"multicast", true}});
+  if (!plant.dds_multicast) {
+    return;
+  }
+  if (!plant.dds_security.empty()) {
+    section.findings().error(place_of(fan_out),
+                             "\"fan_out: multicast\" is for DDS without security: the guard cannot "
+                             "check encrypted announcements of readers, and those can end the "
+                             "gateway");
+  }
+  if (!plant.dds_guard) {
+    section.findings().error(place_of(fan_out),
+                             "\"fan_out: multicast\" needs \"guard: on\": announcements of readers "
+                             "that nobody checks can end the gateway");
+  }
+}
+
 void read_dds(Findings& findings, const YAML::Node& node, Plant& plant) {
   plant.dds_own_process = true;
   if (!node.IsDefined()) {
@@ -176,6 +197,7 @@ void read_dds(Findings& findings, const YAML::Node& node, Plant& plant) {
         "publish in the default partition alone");
   }
   section.read_choice<bool>("guard", plant.dds_guard, {{"on", true}, {"off", false}});
+  read_fan_out(section, plant);
   section.read_choice<bool>("process", plant.dds_own_process, {{"same", false}, {"own", true}});
   read_dds_memory(section, plant);
   section.done();

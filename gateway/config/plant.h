@@ -223,6 +223,9 @@ struct Plant {
   std::vector<std::string> dds_peers;
   // [ID@]HOST[:PORT]: discovery servers, instead of multicast and peers.
   std::vector<std::string> dds_servers;
+  // Process images by multicast to the clients that ask for it; only without DDS-Security, and with
+  // the guard.
+  bool dds_multicast = false;
   std::string dds_profile;   // path of the XML file; empty = the one installed
   std::string dds_security;  // folder of the identity; empty = without DDS-Security
   // Folder of the identity of its requests to other gateways; empty = none. With dds_security
@@ -230,8 +233,8 @@ struct Plant {
   std::string dds_routes_security;
   bool dds_partitions = false;  // each line has a partition; only without DDS-Security
   bool dds_guard = true;        // check received datagrams before Fast DDS processes them
-  // true: DDS runs in a process of its own, which the gateway starts and replaces when it fails; the
-  // default of plant.yaml.
+  // true: DDS runs in a process of its own, which the gateway starts and replaces when it fails;
+  // the default of plant.yaml.
   bool dds_own_process = false;
   // Memory in octets beyond which that process is replaced, kLeastDdsMemory..kMostDdsMemory.
   std::uint64_t dds_memory = 512'000'000;

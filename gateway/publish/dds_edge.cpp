@@ -386,8 +386,10 @@ Loaded<std::unique_ptr<DataEdge>> make_dds_edge(const config::Plant& plant,
   options.incarnation = incarnation;
   options.domain = plant.dds_domain;
   options.participants = plant.dds_participants;
-  options.network = {
-      .interfaces = plant.dds_interfaces, .peers = plant.dds_peers, .servers = plant.dds_servers};
+  options.network = {.interfaces = plant.dds_interfaces,
+                     .peers = plant.dds_peers,
+                     .servers = plant.dds_servers,
+                     .multicast_images = plant.dds_multicast};
   options.profile_file = plant.dds_profile;
   options.guard = plant.dds_guard;
   options.partitions = plant.dds_partitions;

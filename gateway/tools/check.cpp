@@ -205,6 +205,8 @@ class Text {
       add("DDS peers beside multicast: {}\n", fmt::join(plant.dds_peers, ", "));
     if (!plant.dds_servers.empty())
       add("DDS discovery servers: {}\n", fmt::join(plant.dds_servers, ", "));
+    if (plant.dds_multicast)
+      add("process images by multicast to clients that ask for it\n");
     if (plant.dds_partitions)
       add("DDS partition of each line: {}/LINE\n", plant.gateway);
     if (!plant.dds_security.empty())

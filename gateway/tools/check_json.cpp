@@ -292,6 +292,7 @@ void add_plant(const config::Plant& plant, Json& to) {
   to["dds_interfaces"] = plant.dds_interfaces;
   to["dds_peers"] = plant.dds_peers;
   to["dds_discovery_servers"] = plant.dds_servers;
+  to["dds_fan_out"] = plant.dds_multicast ? "multicast" : "unicast";
   to["dds_security"] = plant.dds_security;
   to["dds_routes_security"] = plant.dds_routes_security;
   to["dds_guard"] = plant.dds_guard;

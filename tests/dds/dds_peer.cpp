@@ -9,7 +9,10 @@
 //     other kinds          done, without data
 //   dds_peer unguarded DOMAIN [PROFILES]   the same without a guard
 //   dds_peer slow_gateway DOMAIN [PROFILES]  the same, but looks for samples every 20 ms only
-//   dds_peer subscriber DOMAIN [PROFILES]  prints what it receives, one line for each sample
+//   dds_peer image_gateway DOMAIN [PROFILES]  the same, and publishes an image every 20 ms;
+//     multicast_gateway: with process images by multicast
+//   dds_peer subscriber DOMAIN [PROFILES]  prints what it receives, one line for each sample;
+//     multicast_subscriber: receives images by multicast
 //
 // Prints "guard REASON COUNT" whenever a guard has dropped more datagrams, and "guarded" at its end
 // if datagrams passed through a guard. Prints "ready" when its endpoints exist (as a gateway: when
@@ -171,10 +174,18 @@ bool publish_all(dds::GatewayBridge& bridge) {
   return ok;
 }
 
-int run_gateway(std::uint32_t domain, const std::string& profiles, bool guard, bool slow) {
+struct Role {
+  bool guard = true;
+  bool slow = false;
+  bool images = false;
+  bool multicast = false;
+};
+
+int run_gateway(std::uint32_t domain, const std::string& profiles, Role role) {
   dds::GatewayOptions options{
       known::kGateway, known::kIncarnation, domain, profiles, {known::kLine}};
-  options.guard = guard;
+  options.guard = role.guard;
+  options.network.multicast_images = role.multicast;
   auto made = dds::GatewayBridge::make(options);
   if (!made.ok())
     return complain(made.diagnostics), 1;
@@ -184,12 +195,16 @@ int run_gateway(std::uint32_t domain, const std::string& profiles, bool guard, b
   if (!publish_all(bridge))
     return std::printf("not published\n"), 1;
   std::printf("ready\n");
-  const image::Snapshot snapshot = known::snapshot();
+  image::Snapshot snapshot = known::snapshot();
   Dropped dropped;
   while (!input_ended()) {
-    if (slow)
+    if (role.slow || role.images)
       std::this_thread::sleep_for(milliseconds(20));
-    bridge.poll(milliseconds(slow ? 0 : 20), plant);
+    bridge.poll(milliseconds(role.slow || role.images ? 0 : 20), plant);
+    if (role.images) {
+      ++snapshot.sequence;
+      bridge.publish(known::kLine, snapshot);
+    }
     dropped.print(bridge.guard_counters());
     // Repeated, because a volatile reader that matches late receives only later samples.
     bridge.publish_pdo_update(known::kLine, known::layout(), snapshot, snapshot.marks[0], 3);
@@ -223,10 +238,11 @@ class Printer : public dds::ClientListener {
   const bool pdos_;
 };
 
-int run_subscriber(std::uint32_t domain, const std::string& profiles, bool pdos) {
+int run_subscriber(std::uint32_t domain, const std::string& profiles, bool pdos, bool multicast) {
   dds::ClientOptions options;
   options.domain = domain;
   options.profile_file = profiles;
+  options.network.multicast_images = multicast;
   auto made = dds::Client::make(options);
   if (!made.ok())
     return complain(made.diagnostics), 1;
@@ -251,9 +267,15 @@ int main(int argc, char** argv) {
   const std::string role = argv[1];
   const auto domain = static_cast<std::uint32_t>(std::strtoul(argv[2], nullptr, 10));
   const std::string profiles = argc > 3 ? argv[3] : LOOPBACK_PROFILES;
-  if (role == "gateway" || role == "unguarded" || role == "slow_gateway")
-    return linegate::run_gateway(domain, profiles, role != "unguarded", role == "slow_gateway");
-  if (role == "subscriber" || role == "pdo_subscriber")
-    return linegate::run_subscriber(domain, profiles, role == "pdo_subscriber");
+  if (role == "gateway" || role == "unguarded" || role == "slow_gateway" ||
+      role == "image_gateway" || role == "multicast_gateway")
+    return linegate::run_gateway(domain, profiles,
+                                 {.guard = role != "unguarded",
+                                  .slow = role == "slow_gateway",
+                                  .images = role == "image_gateway" || role == "multicast_gateway",
+                                  .multicast = role == "multicast_gateway"});
+  if (role == "subscriber" || role == "pdo_subscriber" || role == "multicast_subscriber")
+    return linegate::run_subscriber(domain, profiles, role == "pdo_subscriber",
+                                    role == "multicast_subscriber");
   return 2;
 }

@@ -224,7 +224,8 @@ TEST(PortCodec, OptionsComeBackAsTheyWent) {
                                .participants = 12,
                                .network = {.interfaces = {"eth0"},
                                            .peers = {"hall-b", "10.0.0.1"},
-                                           .servers = {"2@10.0.0.9:11888"}},
+                                           .servers = {"2@10.0.0.9:11888"},
+                                           .multicast_images = true},
                                .last_words = std::chrono::milliseconds(700),
                                .guard = false,
                                .partitions = true,
@@ -250,6 +251,7 @@ TEST(PortCodec, OptionsComeBackAsTheyWent) {
   EXPECT_EQ(back->network.interfaces, options.network.interfaces);
   EXPECT_EQ(back->network.peers, options.network.peers);
   EXPECT_EQ(back->network.servers, options.network.servers);
+  EXPECT_TRUE(back->network.multicast_images);
   EXPECT_EQ(back->last_words, options.last_words);
   EXPECT_EQ(back->guard, options.guard);
   EXPECT_EQ(back->security.ca, options.security.ca);

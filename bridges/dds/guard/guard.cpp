@@ -85,7 +85,8 @@ struct Guard::Datagram {
   bool left_out = false;
   std::optional<SampleTime> time;  // timestamp of a sample
   Wire announced;                  // parameter list of an announcement
-  Wire inline_qos;                 // parameter list of fragments
+  Announcer announcer = Announcer::other;
+  Wire inline_qos;  // parameter list of fragments
 };
 
 Guard::Verdict Guard::judge(Octets octets, std::int64_t now, const Address& from, PassedOn* out) {
@@ -160,7 +161,7 @@ Reason Guard::walk(Datagram& datagram, PassedOn* out) {
   return datagram.protection.end();
 }
 
-void Guard::pass_on(const Datagram& datagram, const Submessage& submessage, PassedOn& out) {
+void Guard::pass_on(const Datagram& datagram, const Submessage& submessage, PassedOn& out) const {
   if (submessage.kind == Kind::gap)
     return out.add_gap(submessage);
   const Octets octets = datagram.octets.subspan(submessage.at, 4 + submessage.body.size());
@@ -173,6 +174,9 @@ void Guard::pass_on(const Datagram& datagram, const Submessage& submessage, Pass
   };
   if (datagram.announced.size() != 0)
     pad_types(copy_of(datagram.announced), datagram.announced.little());
+  if (datagram.announced.size() != 0 && group_)
+    confine_locators(copy_of(datagram.announced), datagram.announced.little(), datagram.announcer,
+                     *group_);
   if (datagram.inline_qos.size() != 0)
     pad_key_hash(copy_of(datagram.inline_qos), datagram.inline_qos.little());
 }
@@ -344,6 +348,8 @@ Reason Guard::judge_payload(Datagram& datagram, const Content& content) {
   if (!check_parameter_list(content.payload, announcement))
     return Reason::discovery;
   datagram.announced = announcement.list;
+  datagram.announcer =
+      content.writer == entity::kSubscriptions ? Announcer::reader : Announcer::other;
   if (content.writer == entity::kParticipants)
     return judge_participant(datagram, announcement);
   if (content.writer != entity::kSubscriptions && content.writer != entity::kPublications)

@@ -12,8 +12,10 @@
 #include <cstdint>
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <utility>
 
+#include "bridges/dds/guard/announced_locators.h"
 #include "bridges/dds/guard/call_watch.h"
 #include "bridges/dds/guard/counters.h"
 #include "bridges/dds/guard/discovered.h"
@@ -56,6 +58,9 @@ class Guard {
   // it; if it returns false, the datagram is dropped, as one in which another certificate could be
   // hidden. Called from any thread. Call it before the first datagram.
   void watch_certificates(std::function<bool(Octets pem)> accepts);
+  // The participant accepts the multicast locator of that group and no other, see
+  // announced_locators.h. Call it before the first datagram.
+  void confine_multicast(const MulticastGroup& group) { group_ = group; }
   // Records the acknowledgements of local readers in a sent datagram. From any thread. Does not
   // allocate.
   void sent(Octets datagram);
@@ -87,7 +92,7 @@ class Guard {
 
   void count(Reason reason);
   Reason walk(Datagram& datagram, PassedOn* out);
-  static void pass_on(const Datagram& datagram, const Submessage& submessage, PassedOn& out);
+  void pass_on(const Datagram& datagram, const Submessage& submessage, PassedOn& out) const;
   Reason judge_submessage(Datagram& datagram, const Submessage& submessage);
   Reason judge_statistics(Datagram& datagram, const Submessage& submessage) const;
   static bool names_itself(const Datagram& datagram, const Content& content);
@@ -111,6 +116,7 @@ class Guard {
   const bool protection_required_;
   SampleTime (*utc_)() = SampleTimes::no_limit;
   std::function<bool(Octets)> accepts_certificate_;
+  std::optional<MulticastGroup> group_;    // nullopt: locators pass
   std::atomic<std::uint64_t> process_{0};  // 0: none
   std::atomic<Number> kept_{0};            // sum over all KeptNumbers
   GuidTable<WriterNumbers, 1024> writers_;

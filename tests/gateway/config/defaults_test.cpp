@@ -80,6 +80,8 @@ void add_gateway(DefaultCases& to) {
   to["dds/domain"] = default_of(top("dds: {@}"), "3", [](const Plant& p) { return p.dds_domain; });
   to["dds/partitions"] =
       default_of(top("dds: {@}"), "true", [](const Plant& p) { return p.dds_partitions; });
+  to["dds/fan_out"] =
+      default_of(top("dds: {@}"), "multicast", [](const Plant& p) { return p.dds_multicast; });
   to["dds/guard"] = default_of(top("dds: {@}"), "off", [](const Plant& p) { return p.dds_guard; });
   to["dds/process"] =
       default_of(top("dds: {@}"), "same", [](const Plant& p) { return p.dds_own_process; });

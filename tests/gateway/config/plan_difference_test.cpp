@@ -63,10 +63,11 @@ TEST(PlanDifference, RefusesOtherPartitions) {
       << refused.refusals[0].text;
 }
 
-TEST(PlanDifference, RefusesOtherInterfacesAndPeers) {
+TEST(PlanDifference, RefusesOtherInterfacesPeersAndFanOut) {
   const auto running = identity_of(plant(kA));
-  for (const char* const other : {"dds: {interfaces: [eth0]}\n", "dds: {peers: [10.0.0.1]}\n",
-                                  "dds: {discovery_servers: [10.0.0.1]}\n"}) {
+  for (const char* const other :
+       {"dds: {interfaces: [eth0]}\n", "dds: {peers: [10.0.0.1]}\n",
+        "dds: {discovery_servers: [10.0.0.1]}\n", "dds: {fan_out: multicast}\n"}) {
     EXPECT_EQ(difference(running, plant(kA, other)).refusals.size(), 1U) << other;
   }
 }

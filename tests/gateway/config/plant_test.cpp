@@ -623,6 +623,25 @@ TEST(Plant, PartitionsOfLinesAreForDdsWithoutSecurity) {
                                      "gateway allow it to publish in the default partition alone"});
 }
 
+TEST(Plant, ImagesByMulticastNeedTheGuardAndDdsWithoutSecurity) {
+  const auto fan_out = [](const std::string& dds) {
+    return read_text("schema: 1\n" + dds + "lines: [{name: a, interface: 'socketcan:can0'}]\n");
+  };
+  EXPECT_FALSE(fan_out("").value->dds_multicast);
+  EXPECT_FALSE(fan_out("dds: {fan_out: unicast, guard: off}\n").value->dds_multicast);
+  EXPECT_TRUE(fan_out("dds: {fan_out: multicast}\n").value->dds_multicast);
+  EXPECT_TRUE(fan_out("dds: {fan_out: multicast, process: own}\n").value->dds_multicast);
+  EXPECT_EQ(messages(fan_out("dds: {fan_out: multicast, security: /proc/self}\n")),
+            std::vector<std::string>{
+                "plant.yaml:2:16: error: \"fan_out: multicast\" is for DDS without security: the "
+                "guard cannot check encrypted announcements of readers, and those can end the "
+                "gateway"});
+  EXPECT_EQ(messages(fan_out("dds: {guard: off, fan_out: multicast}\n")),
+            std::vector<std::string>{
+                "plant.yaml:2:28: error: \"fan_out: multicast\" needs \"guard: on\": announcements "
+                "of readers that nobody checks can end the gateway"});
+}
+
 TEST(Plant, TheDdsGuardIsOnUnlessSwitchedOff) {
   const auto guard = [](const std::string& dds) {
     return read_text("schema: 1\n" + dds + "lines: [{name: a, interface: 'socketcan:can0'}]\n");
@@ -749,7 +768,7 @@ TEST(Plant, ReadsDiscoveryServers) {
 
 constexpr const char* kEveryKeyOfALine = R"(schema: 1
 gateway: {name: hall-7, log: debug}
-dds: {domain: 42, participants: 250, interfaces: [eth0, 10.0.0.1], peers: [hall-b.plant, 192.168.7.3]}
+dds: {domain: 42, participants: 250, fan_out: multicast, interfaces: [eth0, 10.0.0.1], peers: [hall-b.plant, 192.168.7.3]}
 executors: [{name: fast, priority: 50, processor: 1, lock_memory: true}]
 lines:
   - name: press
@@ -814,6 +833,7 @@ void expect_keys_of_the_gateway(const Plant& plant) {
   EXPECT_EQ(plant.dds_participants, 250U);
   EXPECT_THAT(plant.dds_interfaces, ElementsAre("eth0", "10.0.0.1"));
   EXPECT_THAT(plant.dds_peers, ElementsAre("hall-b.plant", "192.168.7.3"));
+  EXPECT_TRUE(plant.dds_multicast);
   ASSERT_EQ(plant.executors.size(), 1U);
   EXPECT_EQ(plant.executors[0].priority, 50);
   EXPECT_EQ(plant.executors[0].processor, 1U);

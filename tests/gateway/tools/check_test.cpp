@@ -143,6 +143,16 @@ TEST(Check, NamesInterfacesAndPeersOfDds) {
   EXPECT_EQ(YAML::Load(to_json(loaded))["dds_routes_security"].as<std::string>(), "/x/routes");
 }
 
+TEST(Check, NamesImagesByMulticast) {
+  auto loaded = config::load(kDemo);
+  ASSERT_TRUE(loaded.ok());
+  EXPECT_FALSE(contains(describe(*loaded.value), "multicast"));
+  EXPECT_EQ(YAML::Load(to_json(loaded))["dds_fan_out"].as<std::string>(), "unicast");
+  loaded.value->dds_multicast = true;
+  EXPECT_TRUE(contains(describe(*loaded.value), "images by multicast to clients that ask for it"));
+  EXPECT_EQ(YAML::Load(to_json(loaded))["dds_fan_out"].as<std::string>(), "multicast");
+}
+
 TEST(Check, SaysTheSameAsJson) {
   const auto loaded = config::load(kDemo);
   const YAML::Node json = YAML::Load(to_json(loaded));  // JSON is YAML

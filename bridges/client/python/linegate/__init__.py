@@ -641,7 +641,7 @@ class Client:
     def __init__(self, domain: int = 0, *, profile: Optional[str] = None, identity: Optional[str] = None,
                  name: Optional[str] = None, strength: int = 0, read_only: bool = False,
                  interfaces: Sequence[str] = (), peers: Sequence[str] = (),
-                 discovery_servers: Sequence[str] = ()) -> None:
+                 discovery_servers: Sequence[str] = (), multicast: bool = False) -> None:
         self._callbacks: dict[int, Any] = {}
         self._due: deque[tuple[list[bool], Callable[[], None]]] = deque()  # call-backs; empty list: not wanted any more
         self._lines: dict[str, Line] = {}
@@ -658,7 +658,8 @@ class Client:
                    (profile, identity, name, ",".join(interfaces), ",".join(peers), ",".join(discovery_servers))]
         options = _structure(c.Options, size=ctypes.sizeof(c.Options), domain=domain, strength=strength,
                              profile=encoded[0], identity=encoded[1], name=encoded[2], read_only=int(read_only),
-                             interfaces=encoded[3], peers=encoded[4], discovery_servers=encoded[5])
+                             interfaces=encoded[3], peers=encoded[4], discovery_servers=encoded[5],
+                             multicast=int(multicast))
         self._handle = _lib.linegate_connect(options, error, len(error))
         if not self._handle:
             raise Error(-8, _text(error.value))

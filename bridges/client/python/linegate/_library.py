@@ -16,7 +16,7 @@ class Options(Structure):
     """linegate_options."""
     _fields_ = [("size", c_size_t), ("domain", c_uint32), ("strength", c_uint32), ("profile", c_char_p),
                 ("identity", c_char_p), ("name", c_char_p), ("read_only", c_int), ("interfaces", c_char_p),
-                ("peers", c_char_p), ("discovery_servers", c_char_p)]
+                ("peers", c_char_p), ("discovery_servers", c_char_p), ("multicast", c_int)]
 
 
 class Value(Structure):
