@@ -27,6 +27,8 @@ namespace fast = eprosima::fastdds::dds;
 
 // DDSI-RTPS 9.6.1.1: greater domain numbers have no ports
 constexpr std::uint32_t kMaxDomain = 232;
+// Of images by multicast, at least: 100 ms
+const eprosima::fastrtps::Duration_t kMulticastHeartbeat{0, 100'000'000};
 
 // According to the library settings of the profiles; enabled by default.
 bool delivers_within_process() {
@@ -43,6 +45,19 @@ bool delivers_within_process() {
 void clear(fast::DataWriter& writer) {
   std::size_t dropped = 0;
   writer.clear_history(&dropped);
+}
+
+// Each image replaces the one before, so its readers need not acknowledge it. By default Fast DDS
+// adds a heartbeat to each sample, to which each reader responds, and starts a timer for each
+// reader that ignores repeated requests for a sample that was just sent; it ends at once. While the
+// timer runs, it is not started again.
+// With multicast the responses of all readers to a heartbeat are most of the cost.
+void spare_acknowledgements(fast::DataWriterQos& qos, bool multicast) {
+  auto& reliable = qos.reliable_writer_qos();
+  if (multicast)
+    reliable.times.heartbeatPeriod = std::max(reliable.times.heartbeatPeriod, kMulticastHeartbeat);
+  reliable.disable_heartbeat_piggyback = true;
+  reliable.times.nackSupressionDuration = reliable.times.heartbeatPeriod;
 }
 
 void clear_writers(const fast::Publisher& publisher) {
@@ -266,9 +281,10 @@ fast::DataWriter* Endpoints::make_writer(const std::string& topic, fast::TypeSup
     fail("there is no data_writer profile \"" + topic + "\"");
     return nullptr;
   }
-  // Otherwise each sample has a heartbeat, and each reader acknowledges each sample.
   if (topic == v1::TOPIC_PROCESS_IMAGE)
-    qos.reliable_writer_qos().disable_heartbeat_piggyback = true;
+    spare_acknowledgements(qos, network_.multicast_images);
+  if (topic == v1::TOPIC_PROCESS_IMAGE && network_.multicast_images)
+    qos.user_data().data_vec({kFanOutMark.begin(), kFanOutMark.end()});
   if (qos.ownership().kind == fast::EXCLUSIVE_OWNERSHIP_QOS && strength != 0) {
     qos.ownership_strength().value = strength;
   }

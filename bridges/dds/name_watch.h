@@ -28,6 +28,7 @@
 #include <linegate.h>
 
 #include "bridges/dds/discovery_record.h"
+#include "bridges/dds/fan_out.h"
 #include "bridges/dds/guard/guard.h"
 #include "bridges/dds/namesakes.h"
 #include "bridges/dds/observed_qos.h"
@@ -228,6 +229,7 @@ class NameWatch : public eprosima::fastdds::dds::DomainParticipantListener {
         .guid = guid(it.guid()),
         .writer = writer,
         .keyed = it.topicKind() == eprosima::fastrtps::rtps::WITH_KEY,
+        .multicast = writer && std::ranges::equal(it.m_qos.m_userData.data_vec(), kFanOutMark),
         .topic = it.topicName().to_string(),
         .type = it.typeName().to_string(),
         .qos = observed_qos(it.m_qos),

@@ -53,6 +53,7 @@ struct ObservedEndpoint {
   bool writer = false;
   bool own = false;  // of the participant that observes
   bool keyed = true;
+  bool multicast = false;  // a writer that sends its images by multicast to readers that ask for it
   std::string topic;
   std::string type;
   ObservedQos qos;
