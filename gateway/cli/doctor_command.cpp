@@ -32,6 +32,7 @@ void add_doctor(CommandLine& line) {
                                                        .interfaces = common.interfaces,
                                                        .peers = common.peers,
                                                        .servers = common.servers,
+                                                       .multicast = common.multicast,
                                                        .hosts = *hosts,
                                                        .time = seconds(common.wait)});
     const doctor::Findings found = doctor::run_checks(seen);

@@ -25,6 +25,7 @@ namespace linegate::doctor {
   CHECK(qos)                   \
   CHECK(types)                 \
   CHECK(partitions)            \
+  CHECK(fan_out)               \
   CHECK(names)                 \
   CHECK(clocks)                \
   CHECK(limits)                \

@@ -53,6 +53,14 @@ class Received final : public dds::ClientListener {
     if (gateways_.size() < kMostGateways)
       (void)entry(source.gateway);
   }
+  void on_layout(const dds::Source& source, const image::Layout& layout) override {
+    if (gateways_.size() < kMostGateways && !layout.entries.empty())
+      ++entry(source.gateway).layouts;
+  }
+  void on_image(const dds::Source& source, const image::Snapshot&) override {
+    if (gateways_.size() < kMostGateways)
+      ++entry(source.gateway).images;
+  }
 
   std::vector<ReceivedGateway> gateways() const {
     std::vector<ReceivedGateway> out;
@@ -79,7 +87,8 @@ std::unique_ptr<dds::Client> join(const Settings& settings,
                              .profile_file = settings.profile,
                              .network = {.interfaces = settings.interfaces,
                                          .peers = settings.peers,
-                                         .servers = settings.servers},
+                                         .servers = settings.servers,
+                                         .multicast_images = settings.multicast},
                              .receptions = false,
                              .commands = false,
                              .record = record};
@@ -178,6 +187,7 @@ Observations examine(const Settings& settings) {
   out.domain = settings.domain;
   out.profile = dds::profiles_in_use(settings.profile);
   out.identity = settings.identity;
+  out.multicast = settings.multicast;
   out.profile_findings = dds::check_profiles(settings.profile);
   out.network = dds::network_profile(settings.profile,
                                      {.interfaces = {}, .peers = {}, .servers = settings.servers});

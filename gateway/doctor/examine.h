@@ -17,6 +17,7 @@ struct Settings {
   std::vector<std::string> interfaces;  // of the participant; none: those of the profile
   std::vector<std::string> peers;       // besides those of the profile
   std::vector<std::string> servers;     // discovery servers
+  bool multicast = false;               // ask for images by multicast
   std::vector<std::string> hosts;       // to probe, by name or address
   Duration time{};                      // of the observation
 };

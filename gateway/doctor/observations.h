@@ -64,6 +64,8 @@ struct ReceivedGateway {
   std::size_t participants = 0;
   std::size_t participants_most = 0;
   std::size_t lines = 0;
+  std::uint32_t layouts = 0;  // that have entries
+  std::uint32_t images = 0;
 };
 
 // Ports of a DDS participant that are open on this host (RTPS 2.3 9.6.1.1).
@@ -75,8 +77,9 @@ struct LocalParticipant {
 struct Observations {
   // The settings
   std::uint32_t domain = 0;
-  std::string profile;   // file
-  std::string identity;  // folder; empty: without DDS-Security
+  std::string profile;     // file
+  std::string identity;    // folder; empty: without DDS-Security
+  bool multicast = false;  // images by multicast are asked for
   dds::NetworkProfile network;
   std::vector<Diagnostic> profile_findings;
   std::vector<Diagnostic> identity_findings;

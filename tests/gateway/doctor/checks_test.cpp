@@ -319,6 +319,31 @@ TEST(Checks, AnotherPartition) {
   }
 }
 
+TEST(Checks, ImagesByMulticastThatTheGatewayDoesNotSend) {
+  Observations seen = sound_plant();
+  seen.endpoints.push_back(endpoint(kHall, true, "linegate/v1/ProcessImage"));
+  EXPECT_THAT(causes(seen), IsEmpty());
+  seen.multicast = true;
+  EXPECT_THAT(causes(seen), ElementsAre("images-by-unicast"));
+  EXPECT_THAT(evidence(seen), HasSubstr("gateway 'hall' does not send"));
+  seen.endpoints.back().multicast = true;
+  EXPECT_THAT(causes(seen), IsEmpty());
+}
+
+TEST(Checks, ImagesByMulticastThatTheNetworkDoesNotCarry) {
+  Observations seen = sound_plant();
+  seen.multicast = true;
+  seen.endpoints.push_back(endpoint(kHall, true, "linegate/v1/ProcessImage"));
+  seen.endpoints.back().multicast = true;
+  seen.received.front().layouts = 1;
+  EXPECT_THAT(causes(seen), ElementsAre("images-by-multicast-lost"));
+  EXPECT_THAT(evidence(seen), HasSubstr("239.255.76.71, UDP port 9151"));
+  seen.received.front().images = 1;
+  EXPECT_THAT(causes(seen), IsEmpty());
+  seen.received.front() = {.name = "hall", .samples = 5, .participants_most = 100};
+  EXPECT_THAT(causes(seen), IsEmpty());  // it has no values
+}
+
 TEST(Checks, TwoGatewaysOfOneName) {
   Observations seen = sound_plant();
   seen.heard.push_back(heard("linegate hall", 9));
