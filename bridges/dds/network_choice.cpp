@@ -24,11 +24,11 @@
 namespace linegate::dds {
 namespace {
 
-namespace rtps = eprosima::fastrtps::rtps;
 using eprosima::fastdds::rtps::get_server_client_default_guidPrefix;
 using eprosima::fastdds::rtps::load_environment_server_info;
 using eprosima::fastdds::rtps::RemoteServerAttributes;
 using eprosima::fastdds::rtps::RemoteServerList_t;
+using eprosima::fastrtps::rtps::DiscoveryProtocol_t;
 
 constexpr const char* kAnnouncementGroup = "239.255.0.1";  // RTPS 2.3 9.6.1.4.1
 constexpr std::string_view kLoopback = "127.0.0.1";
@@ -98,8 +98,10 @@ std::string apply_servers(const NetworkChoice& choice,
                           eprosima::fastdds::dds::DomainParticipantQos& qos) {
   if (!choice.peers.empty())
     return "a participant with discovery servers announces itself to no peers";
+  if (choice.multicast_images)
+    return "discovery servers are for networks without multicast: there are no images by multicast";
   auto& config = qos.wire_protocol().builtin.discovery_config;
-  config.discoveryProtocol = rtps::DiscoveryProtocol_t::CLIENT;
+  config.discoveryProtocol = DiscoveryProtocol_t::CLIENT;
   config.m_DiscoveryServers.clear();
   for (std::size_t i = 0; i < choice.servers.size(); ++i) {
     const auto server = parse_discovery_server(choice.servers[i], i);
@@ -180,10 +182,10 @@ std::string apply(const NetworkChoice& choice, eprosima::fastdds::dds::DomainPar
 void apply_environment(eprosima::fastdds::dds::DomainParticipantQos& qos) {
   auto& config = qos.wire_protocol().builtin.discovery_config;
   RemoteServerList_t servers;
-  if (config.discoveryProtocol != rtps::DiscoveryProtocol_t::SIMPLE ||
+  if (config.discoveryProtocol != DiscoveryProtocol_t::SIMPLE ||
       !load_environment_server_info(servers) || servers.empty())
     return;
-  config.discoveryProtocol = rtps::DiscoveryProtocol_t::CLIENT;
+  config.discoveryProtocol = DiscoveryProtocol_t::CLIENT;
   config.m_DiscoveryServers = servers;
 }
 

@@ -15,18 +15,19 @@
 namespace linegate::dds {
 namespace {
 
-namespace rtps = eprosima::fastrtps::rtps;
+using eprosima::fastrtps::rtps::IPLocator;
+using eprosima::fastrtps::rtps::Locator_t;
 
-UdpLocator udp_locator(const rtps::Locator_t& from) {
-  return {rtps::IPLocator::toIPv4string(from),
-          static_cast<std::uint16_t>(rtps::IPLocator::getPhysicalPort(from))};
+UdpLocator udp_locator(const Locator_t& from) {
+  return {IPLocator::toIPv4string(from),
+          static_cast<std::uint16_t>(IPLocator::getPhysicalPort(from))};
 }
 
 std::vector<ObservedServer> servers_in(const eprosima::fastdds::dds::DomainParticipantQos& qos) {
   constexpr std::size_t kIdAt = 2;  // octet in the GUID prefix of a server
   std::vector<ObservedServer> out;
   for (const auto& server : qos.wire_protocol().builtin.discovery_config.m_DiscoveryServers) {
-    for (const rtps::Locator_t& locator : server.metatrafficUnicastLocatorList) {
+    for (const Locator_t& locator : server.metatrafficUnicastLocatorList) {
       if (locator.kind != LOCATOR_KIND_UDPv4)
         continue;
       ObservedServer& to = out.emplace_back();
@@ -52,7 +53,7 @@ NetworkProfile network_profile(const std::string& file, const NetworkChoice& cho
   }
   (void)apply(choice, qos);
   apply_environment(qos);
-  for (const rtps::Locator_t& peer : qos.wire_protocol().builtin.initialPeersList) {
+  for (const Locator_t& peer : qos.wire_protocol().builtin.initialPeersList) {
     if (peer.kind == LOCATOR_KIND_UDPv4) {
       out.peers.push_back(udp_locator(peer));
     }

@@ -165,6 +165,12 @@ void read_fan_out(Section& section, Plant& plant) {
                              "\"fan_out: multicast\" needs \"guard: on\": announcements of readers "
                              "that nobody checks can end the gateway");
   }
+  if (!plant.dds_servers.empty()) {
+    section.findings().error(
+        place_of(fan_out),
+        "\"fan_out: multicast\" is not for \"discovery_servers\", which are for "
+        "networks without multicast");
+  }
 }
 
 void read_dds(Findings& findings, const YAML::Node& node, Plant& plant) {

@@ -117,7 +117,8 @@ def mistakes_are_named(setup):
                             (("--discovery-server", "no-such-host"),
                              "the discovery server no-such-host has no IPv4 address"),
                             (("--discovery-server", "256@10.0.0.1"), "is not [ID@]HOST[:PORT]"),
-                            (("--discovery-server", "10.0.0.1", "--peer", "10.0.0.2"), "announces itself to no peers")):
+                            (("--discovery-server", "10.0.0.1", "--peer", "10.0.0.2"), "announces itself to no peers"),
+                            (("--discovery-server", "10.0.0.1", "--multicast"), "are for networks without multicast")):
         told = setup.ask(hall, *options, "lines")
         expect(f"exit status, {told.stderr}", told.returncode, 1)
         expect("reason", reason in told.stderr, True)

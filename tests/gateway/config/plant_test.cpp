@@ -636,6 +636,10 @@ TEST(Plant, ImagesByMulticastNeedTheGuardAndDdsWithoutSecurity) {
                 "plant.yaml:2:16: error: \"fan_out: multicast\" is for DDS without security: the "
                 "guard cannot check encrypted announcements of readers, and those can end the "
                 "gateway"});
+  EXPECT_EQ(messages(fan_out("dds: {fan_out: multicast, discovery_servers: [a]}\n")),
+            std::vector<std::string>{
+                "plant.yaml:2:16: error: \"fan_out: multicast\" is not for \"discovery_servers\", "
+                "which are for networks without multicast"});
   EXPECT_EQ(messages(fan_out("dds: {guard: off, fan_out: multicast}\n")),
             std::vector<std::string>{
                 "plant.yaml:2:28: error: \"fan_out: multicast\" needs \"guard: on\": announcements "

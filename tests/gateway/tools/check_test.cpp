@@ -116,6 +116,7 @@ TEST(Check, SaysThatTheDdsGuardIsOff) {
                        "journal /x/journal.db: up to 20MB, events up to 90d; values up to 50MB"));
   EXPECT_EQ(YAML::Load(to_json(loaded))["journal"]["max_age_s"].as<int>(), 90 * 86'400);
   EXPECT_FALSE(contains(describe(*loaded.value), "DDS guard"));
+  loaded.value->dds_own_process = false;
   EXPECT_FALSE(contains(describe(*loaded.value), "process of its own"));
   loaded.value->dds_own_process = true;
   EXPECT_TRUE(contains(describe(*loaded.value), "DDS in a process of its own"));
