@@ -74,14 +74,14 @@ LearnedParameters::Parameter& LearnedParameters::parameter(od::Address address,
 bool LearnedParameters::learn(od::Address address, std::span<const std::byte> value,
                               std::span<const std::byte> from_file, Seen seen) {
   Parameter& parameter = this->parameter(address, from_file);
-  note_stored(parameter, value, seen);
+  note_stored(parameter, address, value, seen);
   const bool same = std::ranges::equal(parameter.present, value);
   parameter.present.assign(value.begin(), value.end());
   return std::exchange(parameter.unknown, false) || !same;
 }
 
-void LearnedParameters::note_stored(Parameter& parameter, std::span<const std::byte> value,
-                                    Seen seen) const {
+void LearnedParameters::note_stored(Parameter& parameter, od::Address address,
+                                    std::span<const std::byte> value, Seen seen) const {
   if (seen == Seen::written) {
     parameter.written = true;
     if (stores_itself_) {
@@ -92,9 +92,12 @@ void LearnedParameters::note_stored(Parameter& parameter, std::span<const std::b
   } else if (!parameter.written && booted_) {
     parameter.stored.emplace(value.begin(), value.end());
     parameter.confirmed = true;
-  } else if (!parameter.written && parameter.stored &&
-             !std::ranges::equal(*parameter.stored, value)) {
-    parameter.stored.reset();
+  } else if (!parameter.written && parameter.stored) {
+    if (is_same(address, *parameter.stored, value)) {
+      parameter.stored->assign(value.begin(), value.end());
+    } else {
+      parameter.stored.reset();
+    }
   }
 }
 
@@ -128,7 +131,8 @@ void LearnedParameters::store(std::uint8_t sub) {
     if (is_of_communication(sub)) {
       parameter.stored = parameter.unknown ? std::nullopt : std::optional(parameter.present);
       parameter.confirmed = parameter.confirmed || parameter.written;
-    } else if (sub >= kFirstOfManufacturer && parameter.stored != parameter.present) {
+    } else if (sub >= kFirstOfManufacturer && parameter.stored &&
+               !is_same(address, *parameter.stored, parameter.present)) {
       parameter.stored.reset();
     }
   }
@@ -140,7 +144,8 @@ void LearnedParameters::restore(std::uint8_t sub) {
   for (auto& [address, parameter] : parameters_) {
     if (is_of_communication(sub)) {
       parameter.stored = parameter.file;
-    } else if (sub >= kFirstOfManufacturer && parameter.stored != parameter.file) {
+    } else if (sub >= kFirstOfManufacturer && parameter.stored &&
+               !is_same(address, *parameter.stored, parameter.file)) {
       parameter.stored.reset();
     }
   }

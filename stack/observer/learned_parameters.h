@@ -9,7 +9,9 @@
 //   1011h:1, :2 "load" written      the values of the device file are the stored ones, whatever is
 //                                   read before the reset
 //   a value was read that was not   it is the stored one if the boot-up message was received, else
-//   written since the boot-up       the stored one is not known, unless it is that of the file
+//   written since the boot-up       the stored one is not known, unless it is that of the file;
+//                                   bit 30 of the COB-ID of a PDO is that of the device, whatever
+//                                   the file says
 //   1010h or 1011h written from     sub-index 4 on, which the manufacturer defines: the stored
 //                                   values that this may change are not known
 //   a value was written             the stored one is not known if 1010h:1 or :2 says, in the
@@ -86,7 +88,8 @@ class LearnedParameters {
   Parameter& parameter(od::Address address, std::span<const std::byte> from_file);
   void store(std::uint8_t sub);
   void restore(std::uint8_t sub);
-  void note_stored(Parameter& parameter, std::span<const std::byte> value, Seen seen) const;
+  void note_stored(Parameter& parameter, od::Address address, std::span<const std::byte> value,
+                   Seen seen) const;
 
   std::map<od::Address, Parameter> parameters_;
   bool stores_itself_ = false;

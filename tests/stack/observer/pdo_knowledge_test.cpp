@@ -297,6 +297,17 @@ TEST_F(StoredRecordTest, TheRtrBitOfACobIdIsNoSignOfOtherParameters) {
   EXPECT_EQ(tpdo(), "Status Position");
 }
 
+// Whether its boot-up message was received or not: the bit cannot be changed by a write.
+TEST_F(StoredRecordTest, ACobIdWithAnotherRtrBitIsStillTheStoredOneAfterTheBootUp) {
+  read({0x1800, 1}, 0x4000'0185);
+  known_.boot_up();
+  EXPECT_EQ(tpdo(), "Status Position");
+  read({0x1800, 1}, 0x4000'0185);
+  write({0x1011, 4}, kLoad);
+  known_.boot_up();
+  EXPECT_EQ(tpdo(), "Status Position");
+}
+
 // The manager assumes that COB-ID, too.
 TEST_F(StoredRecordTest, ACobIdThatTheFileLacksIsThatOfThePredefinedConnectionSet) {
   od::DeviceDescription without = device_file(1, 2);
