@@ -13,7 +13,6 @@
 namespace linegate::manager {
 namespace {
 
-constexpr char kNoErrorControl = 'K';  // configured, but its error control does not start
 constexpr Duration kRetryDelay = std::chrono::seconds(1);  // between two uploads of 1000h
 // This number of consecutive equal communication errors at the same object counts as a refusal:
 // devices without segmented transfer answer 0504 0001h to every longer value. A device that is

@@ -401,7 +401,7 @@ bool Manager::failed_for_good(const Slot& slot) const {
     return false;  // it could not be read
   }
   return list_.mandatory(slot.plan.id) && slot.concluded && !is_booted(letter) &&
-         letter != kBootUnfinished && letter != 'K' && !slot.boot->searching();
+         letter != kBootUnfinished && letter != kNoErrorControl && !slot.boot->searching();
 }
 
 // Once all mandatory nodes are booted, the own node may become Operational.

@@ -127,7 +127,7 @@ std::string_view describe_boot(char letter) {
       return "software update failed";
     case 'J':
       return "configuration failed";
-    case 'K':
+    case kNoErrorControl:
       return "no heartbeat after the node was configured";
     case 'L':
       return "node was already operational";

@@ -45,6 +45,8 @@ std::string_view name(StateCause cause);
 
 inline constexpr char kBooted = '\0';
 inline constexpr char kBootUnfinished = '-';
+// Configured, but its error control does not start.
+inline constexpr char kNoErrorControl = 'K';
 inline constexpr char kWasOperational = 'L';
 // Letters that CiA 302-2 does not have. OWN.
 inline constexpr char kNotStarted = 'S';  // booted, but not Operational after NMT start
