@@ -102,7 +102,7 @@ std::optional<observer::Transfer> ObserverLine::follow(std::uint16_t index,
 
 void ObserverLine::report_transfer(std::uint8_t id, const observer::Transfer& transfer,
                                    Instant now) {
-  if (transfer.abort != AbortCode::none) {
+  if (transfer.aborted) {
     events_.emit({.time = now,
                   .node = id,
                   .data = event::SdoAbort{.abort = transfer.abort,

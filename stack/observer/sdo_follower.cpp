@@ -194,8 +194,8 @@ std::optional<Transfer> SdoFollower::abort(const can::Frame& frame) {
   }
   Transfer out = transfer_;
   out.size = 0;
-  const std::uint32_t code = sdo::long_word(sdo::word_of(frame));
-  out.abort = code == 0 ? AbortCode::general : static_cast<AbortCode>(code);
+  out.aborted = true;
+  out.abort = static_cast<AbortCode>(sdo::long_word(sdo::word_of(frame)));
   return out;
 }
 

@@ -28,7 +28,8 @@ struct Transfer {
 
   od::Address address;
   bool download = false;              // the client wrote
-  AbortCode abort = AbortCode::none;  // none: it was successful
+  bool aborted = false;
+  AbortCode abort = AbortCode::none;  // as sent, which may be 0; only if it was aborted
   std::uint64_t size = 0;             // bytes of the value, if it was successful
   std::array<std::byte, kKept> data{};
 
@@ -36,7 +37,7 @@ struct Transfer {
   std::span<const std::byte> kept() const {
     return std::span(data).first(size < kKept ? static_cast<std::size_t>(size) : kKept);
   }
-  bool complete() const { return abort == AbortCode::none && size <= kKept; }
+  bool complete() const { return !aborted && size <= kKept; }
 };
 
 class SdoFollower {

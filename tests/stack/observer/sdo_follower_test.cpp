@@ -161,6 +161,15 @@ TEST_F(SdoFollowerTest, AbortsOfEitherSide) {
   EXPECT_TRUE(told_[1].download);
 }
 
+TEST_F(SdoFollowerTest, AnAbortWithCode0IsOneWithThatCode) {
+  client({0x40, 0x18, 0x10, 0x01, 0, 0, 0, 0});
+  server({0x80, 0x18, 0x10, 0x01, 0, 0, 0, 0});
+  ASSERT_EQ(told_.size(), 1U);
+  EXPECT_TRUE(told_[0].aborted);
+  EXPECT_EQ(told_[0].abort, AbortCode::none);
+  EXPECT_FALSE(told_[0].complete());
+}
+
 TEST_F(SdoFollowerTest, AnAnswerToAnotherObjectIsNone) {
   client({0x2B, 0x17, 0x10, 0x00, 0xE8, 0x03, 0, 0});
   server({0x60, 0x16, 0x10, 0x00, 0, 0, 0, 0});
