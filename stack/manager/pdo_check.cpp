@@ -36,6 +36,10 @@ std::uint64_t meaning_of(od::Address address, std::span<const std::byte> value) 
 bool is_same_parameter(od::Address address, std::span<const std::byte> expected,
                        std::span<const std::byte> found) {
   constexpr std::size_t kLongest = sizeof(std::uint64_t);
+  const bool is_cob_id = od::objects::is_pdo_communication(address.index) && address.sub == 1;
+  if (is_cob_id && found.size() != expected.size()) {
+    return false;
+  }
   return !found.empty() && found.size() <= kLongest && expected.size() <= kLongest &&
          meaning_of(address, expected) == meaning_of(address, found);
 }

@@ -16,8 +16,8 @@
 
 namespace linegate::manager {
 
-// Whether a node with that value has the PDO that is expected: bit 30 of a COB-ID, the length of a
-// number and the kind of event (transmission types 254 and 255) make no difference.
+// Whether a node with that value has the PDO that is expected: bit 30 of a COB-ID, the length of
+// any other number and the kind of event (transmission types 254 and 255) make no difference.
 bool is_same_parameter(od::Address address, std::span<const std::byte> expected,
                        std::span<const std::byte> found);
 // Whether a node may have that value of a parameter of the PDO.

@@ -260,6 +260,10 @@ TEST(PdoParameters, AreTheSameIfThePdoIsTheSame) {
         << std::hex << row.address.index << ' ' << row.expected << ' ' << row.found;
   }
   EXPECT_TRUE(is_same_parameter({0x1600, 0}, number(2, 1), number(2, 4)));
+  EXPECT_TRUE(is_same_parameter({0x1800, 2}, number(1, 1), number(1, 4)));
+  std::vector<std::byte> longer = number(0x185);
+  longer.push_back(std::byte{1});
+  EXPECT_FALSE(is_same_parameter({0x1800, 1}, number(0x185), longer)) << "a COB-ID has 4 bytes";
   EXPECT_FALSE(is_same_parameter({0x1600, 0}, number(0, 1), {}));
   EXPECT_FALSE(is_same_parameter({0x1600, 0}, number(0, 1), std::vector<std::byte>(9)));
 }
