@@ -23,7 +23,7 @@ _linegate_matching() {
   done
 }
 
-# Lines, or LINE:NODE and lines. A gateway that does not answer costs a second, and no message.
+# Lines and LINE:NODE. A gateway that does not answer costs a second, and no message.
 _linegate_names() {
   local plant=${LINEGATE_PLANT:-/etc/linegate/plant.yaml}
   if [[ -r $plant ]]; then
@@ -87,8 +87,17 @@ _linegate_argument() {
   esac
 }
 
+# Whether the argument `line` may be LINE:NODE, as its help says.
+_linegate_line_has_nodes() {
+  [[ -z $option ]] && "${command[@]}" --help 2>/dev/null | awk '
+    /^[A-Za-z]+:/ { inside = $0 == "Positionals:"; next }
+    inside && /^  [^ ]/ { is_line = $1 == "line" }
+    inside && is_line && /LINE:/ { found = 1 }
+    END { exit !found }'
+}
+
 _linegate() {
-  local words current command=("${COMP_WORDS[0]}") given=0 option='' reply
+  local words current command=("${COMP_WORDS[0]}") given=0 option='' reply argument
   _linegate_join
   current=${words[-1]}
   _linegate_read
@@ -99,9 +108,11 @@ _linegate() {
   COMPREPLY=()
   [[ -n $option ]] || _linegate_matching "$current" < <(_linegate_words Subcommands "${command[@]}")
   if [[ ${#COMPREPLY[@]} -eq 0 ]]; then
-    case $(_linegate_argument) in
+    argument=$(_linegate_argument)
+    case $argument in
       line | node | pdo)
-        _linegate_matching "$current" < <(_linegate_names "${command[0]}")
+        _linegate_matching "$current" < <(_linegate_names "${command[0]}" |
+          if [[ $argument == line ]] && ! _linegate_line_has_nodes; then grep -v :; else cat; fi)
         # Readline replaces what stands behind the last colon.
         if [[ $current == *:* ]]; then
           for reply in "${!COMPREPLY[@]}"; do

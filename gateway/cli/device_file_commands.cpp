@@ -23,7 +23,7 @@ void add_eds(CommandLine& line) {
   CLI::App* eds = line.app().add_subcommand(
       "eds", "print the EDS of a line's own node, or of LINE:DEVICE in the role device");
   eds->add_option("plant", arguments->plant)->required();
-  eds->add_option("line", arguments->node)->required();
+  eds->add_option("line", arguments->node, "LINE, or LINE:DEVICE in the role device")->required();
   line.on(eds, [&line, arguments] {
     return with_problems_as_json(line.common().json, [&] {
       return print_device_file(arguments->plant, arguments->node, DeviceFileKind::eds);

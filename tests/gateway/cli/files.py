@@ -139,23 +139,26 @@ lines:
     def complete(*words):
         return completed(path, *words)
 
-    expect("lines", complete(linegate, "image", "p"), {"press", "press:own", "press:all", "press:ram"})
+    expect("lines", complete(linegate, "image", "p"), {"press"})
+    expect("lines and nodes", complete(linegate, "emcy", "p"), {"press", "press:own", "press:all", "press:ram"})
+    expect("lines and devices", complete(linegate, "eds", path, "ha"), {"hall", "hall:own", "hall:all"})
+    expect("nodes of a command without them", complete(linegate, "image", "press", ":", "r"), set())
     expect("a node", complete(linegate, "sdo", "read", "press", ":", "r"), {"ram"})
     expect("nodes", complete(linegate, "sdo", "read", "press", ":"), {"own", "all", "ram"})
-    expect("the line of --via", complete(linegate, "sdo", "read", "--via", "ha"), {"hall", "hall:own", "hall:all"})
+    expect("the line of --via", complete(linegate, "sdo", "read", "--via", "ha"), {"hall"})
     lines = complete(linegate, "nodes", "")
-    expect("lines behind a command", lines, {"press", "press:own", "press:all", "press:ram", "hall", "hall:own", "hall:all"})
+    expect("lines behind a command", lines, {"press", "hall"})
     for options in (("--json",), ("-d", "5"), ("--domain", "5"), ("--wait", "1", "--utc"), ("--domain=5", "--json")):
         expect(f"lines behind {options} and a command", complete(linegate, *options, "nodes", ""), lines)
         expect(f"a node behind {options}", complete(linegate, *options, "sdo", "read", "press", ":", "r"), {"ram"})
     expect("commands behind options", complete(linegate, "--json", "-d", "5", "bus"), {"bus-restart"})
     expect("the value of an option is no command", complete(linegate, "-d", ""), set())
     expect("the line of an option behind others", complete(linegate, "--json", "monitor", "--line", "ha"),
-           {"hall", "hall:own", "hall:all"})
-    expect("a line behind an option of the command", complete(linegate, "events", "-n", "5", "ha"),
-           {"hall", "hall:own", "hall:all"})
+           {"hall"})
+    expect("a line behind an option of the command", complete(linegate, "events", "-n", "5", "ha"), {"hall"})
     expect("nodes of pdo request", complete(linegate, "pdo", "request", "press", ":", ""), {"own", "all", "ram"})
-    expect("lines of pdo request", complete(linegate, "pdo", "request", ""), lines)
+    expect("lines of pdo request", complete(linegate, "pdo", "request", ""),
+           {"press", "press:own", "press:all", "press:ram", "hall", "hall:own", "hall:all"})
     expect("completions for a name that is not a line", complete(linegate, "nmt", "st"), set())
     expect("a node behind a command", complete(linegate, "nmt", "start", "press", ":", "r"), {"ram"})
     write(path, "no plant at all: [")
@@ -201,7 +204,7 @@ exec {shlex.quote(linegate)} "$@"
 """)
     os.chmod(program, 0o755)
     without_plant = f"{folder}/no-plant.yaml"
-    expect("names from the network", completed(without_plant, program, "image", ""), {"press", "press:ram",
+    expect("names from the network", completed(without_plant, program, "emcy", ""), {"press", "press:ram",
                                                                                       "hall-7/press"})
     expect("those that begin with $", completed(without_plant, program, "sdo", "read", "$"), set())
     expect("a node from the network", completed(without_plant, program, "sdo", "read", "press", ":"), {"ram"})
