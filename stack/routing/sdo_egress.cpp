@@ -162,7 +162,7 @@ void SdoEgress::deliver(const Message& message, Instant now) {
     request(*passage, word_of(message), now);
   } else {
     abort_server(*passage, abort_of(message), now);
-    release(*passage, abort_of(message));
+    release(*passage, abort_of(message), now);
   }
 }
 
@@ -267,17 +267,17 @@ void SdoEgress::opened(Passage& passage, Instant now) {
   (void)post_.send(to_connection(MessageKind::sdo_opened, passage.from, passage.connection, 0));
 }
 
-void SdoEgress::refuse(Passage& passage, AbortCode why) {
+void SdoEgress::refuse(Passage& passage, AbortCode why, Instant now) {
   (void)post_.send(to_connection(MessageKind::sdo_refused, passage.from, passage.connection,
                                  static_cast<std::uint32_t>(why)));
-  release(passage, why);
+  release(passage, why, now);
 }
 
 void SdoEgress::answered_by_gateway(Passage& passage, std::uint64_t word, Instant now) {
   if (((word ^ encode(passage.target)) & kWhatIsEchoed) == 0) {
     opened(passage, now);
   } else if (refuses_indication(word)) {
-    refuse(passage, static_cast<AbortCode>(sdo::long_word(word)));
+    refuse(passage, static_cast<AbortCode>(sdo::long_word(word)), now);
   }  // otherwise it answers an earlier transfer
 }
 
@@ -292,15 +292,15 @@ void SdoEgress::request(Passage& passage, std::uint64_t word, Instant now) {
     ++counters_.not_permitted;
     report_refused(events_, RoutedService::sdo, passage.source, passage.target, why, now);
     abort_server(passage, AbortCode::general, now);
-    (void)answer(passage, sdo::abort_word(sdo::multiplexer(word), why));
-    release(passage, why);
+    (void)answer(passage, sdo::abort_word(sdo::multiplexer(word), why), now);
+    release(passage, why, now);
     return;
   }
   wait_until(passage, now + frame_timeout());
   const SdoPhase::End end = passage.phase.request(word);
   passage.own ? serve_own(passage, word, now) : give(passage, word, now);
   if (end != SdoPhase::End::none && passage.state == Passage::State::open) {
-    release(passage, end == SdoPhase::End::finished ? AbortCode::none : AbortCode::general);
+    release(passage, end == SdoPhase::End::finished ? AbortCode::none : AbortCode::general, now);
   }
 }
 
@@ -343,14 +343,14 @@ void SdoEgress::response(std::uint64_t number, const can::Frame& frame) {
     return;  // an answer to an earlier request
   }
   wait_until(*passage, frame.time + frame_timeout());
-  if (!answer(*passage, word)) {
+  if (!answer(*passage, word, frame.time)) {
     abort_server(*passage, AbortCode::out_of_memory, frame.time);
-    release(*passage, AbortCode::out_of_memory);
+    release(*passage, AbortCode::out_of_memory, frame.time);
   }
 }
 
 // False if there is no room on the way back.
-bool SdoEgress::answer(Passage& passage, std::uint64_t word) {
+bool SdoEgress::answer(Passage& passage, std::uint64_t word, Instant now) {
   const SdoPhase::End end = passage.phase.response(word);
   if (!post_.send(
           to_connection(MessageKind::sdo_response, passage.from, passage.connection, word))) {
@@ -358,7 +358,7 @@ bool SdoEgress::answer(Passage& passage, std::uint64_t word) {
   }
   if (end != SdoPhase::End::none) {
     const auto code = static_cast<AbortCode>(sdo::long_word(word));
-    release(passage, end == SdoPhase::End::finished ? AbortCode::none : code);
+    release(passage, end == SdoPhase::End::finished ? AbortCode::none : code, now);
   }
   return true;
 }
@@ -376,7 +376,7 @@ void SdoEgress::pump_own(Passage& passage, Instant now) {
   can::Frame frame;
   while (passage.state == Passage::State::open && passage.server->queue.pop(frame)) {
     wait_until(passage, now + frame_timeout());
-    if (!answer(passage, sdo::word_of(frame))) {
+    if (!answer(passage, sdo::word_of(frame), now)) {
       break_down(passage, AbortCode::out_of_memory, now);
     }
   }
@@ -445,7 +445,7 @@ void SdoEgress::break_down(Passage& passage, AbortCode why, Instant now) {
   (void)post_.send(to_connection(MessageKind::sdo_refused, passage.from, passage.connection,
                                  static_cast<std::uint32_t>(why)));
   abort_server(passage, why, now);
-  release(passage, why);
+  release(passage, why, now);
 }
 
 // Waiting frames are obsolete. A next gateway gets the abort in any state, because it has reserved
@@ -463,7 +463,7 @@ void SdoEgress::abort_server(Passage& passage, AbortCode why, Instant /*now*/) {
   }
 }
 
-void SdoEgress::release(Passage& passage, AbortCode outcome) {
+void SdoEgress::release(Passage& passage, AbortCode outcome, Instant now) {
   if (passage.state == Passage::State::free || passage.state == Passage::State::draining) {
     return;
   }
@@ -481,7 +481,7 @@ void SdoEgress::release(Passage& passage, AbortCode outcome) {
     passage.waiting.pop();
   }
   if (passage.waiting.empty()) {
-    finish(passage);
+    finish(passage, now);
   } else {
     wake_ = Instant{};  // makes advance() due, which has the time
   }
@@ -493,18 +493,18 @@ void SdoEgress::drain(Passage& passage, Instant now) {
     passage.waiting.pop();
   }
   if (passage.waiting.empty()) {
-    finish(passage);
+    finish(passage, now);
   } else if (passage.deadline == kNever) {
     wait_until(passage, now + frame_timeout());
   } else if (now >= passage.deadline) {
-    finish(passage);
+    finish(passage, now);
   }
   if (passage.state == Passage::State::draining) {
     wake_ = earlier(wake_, now + WordQueue::kRetry);
   }
 }
 
-void SdoEgress::finish(Passage& passage) {
+void SdoEgress::finish(Passage& passage, Instant now) {
   LINEGATE_ASSERT(passage.state == Passage::State::draining, "only the bus is waited for");
   counters_.lost += passage.waiting.size();
   passage.waiting.clear();
@@ -512,7 +512,8 @@ void SdoEgress::finish(Passage& passage) {
   passage.deadline = kNever;
   --counters_.channels;
   channels_taken_[std::exchange(passage.channel, std::uint8_t{0})] = false;
-  arbiter_.release(*this, passage.node, passage.number, passage.phase.address(), passage.outcome);
+  arbiter_.release(*this, passage.node, passage.number, passage.phase.address(), passage.outcome,
+                   now);
 }
 
 // --- time ---------------------------------------------------------------------------------------
@@ -570,11 +571,11 @@ void SdoEgress::advance(Instant now) {
 void SdoEgress::expire(Passage& passage, Instant now) {
   switch (passage.state) {
     case Passage::State::waiting:
-      refuse(passage, AbortCode::sdo_connection);
+      refuse(passage, AbortCode::sdo_connection, now);
       return;
     case Passage::State::asking:
       abort_server(passage, AbortCode::timeout, now);
-      refuse(passage, AbortCode::timeout);
+      refuse(passage, AbortCode::timeout, now);
       return;
     default:
       break_down(passage, AbortCode::timeout, now);

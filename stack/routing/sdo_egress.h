@@ -70,12 +70,12 @@ class SdoEgress final : public sdo::ChannelUser {
   void open(const Message& message, Instant now);
   AbortCode reserve(Passage& passage, Instant now);
   void opened(Passage& passage, Instant now);
-  void refuse(Passage& passage, AbortCode why);
+  void refuse(Passage& passage, AbortCode why, Instant now);
   void request(Passage& passage, std::uint64_t word, Instant now);
   AbortCode not_permitted(const Passage& passage, std::uint64_t word) const;
   AbortCode refused_by_rule(const Passage& passage, std::uint64_t word) const;
   void answered_by_gateway(Passage& passage, std::uint64_t word, Instant now);
-  bool answer(Passage& passage, std::uint64_t word);
+  bool answer(Passage& passage, std::uint64_t word, Instant now);
   void serve_own(Passage& passage, std::uint64_t word, Instant now);
   void pump_own(Passage& passage, Instant now);
   void give(Passage& passage, std::uint64_t word, Instant now);
@@ -87,9 +87,9 @@ class SdoEgress final : public sdo::ChannelUser {
   // ingress.
   void break_down(Passage& passage, AbortCode why, Instant now);
   void abort_server(Passage& passage, AbortCode why, Instant now);
-  void release(Passage& passage, AbortCode outcome);
+  void release(Passage& passage, AbortCode outcome, Instant now);
   void drain(Passage& passage, Instant now);
-  void finish(Passage& passage);
+  void finish(Passage& passage, Instant now);
   Instant budget(const Passage& passage, unsigned hops, Instant now) const;
   void expire(Passage& passage, Instant now);
   void wait_until(Passage& passage, Instant deadline);

@@ -321,7 +321,8 @@ void Arbiter::foreign(Channel& channel, const can::Frame& frame) {
 }
 
 void Arbiter::release(ChannelUser& user, std::uint8_t node, std::uint64_t number,
-                      od::Address address, AbortCode outcome) {
+                      od::Address address, AbortCode outcome, Instant now) {
+  now_ = std::max(now_, now);
   if (node > can::kMaxNodeId || channels_[node] == nullptr) {
     return;
   }

@@ -114,7 +114,7 @@ class Arbiter {
   // (none = success) are those of its transfer; 0000h:00 if there was none. The next request is
   // started by advance(), which is due at once. No effect if the number is unknown.
   void release(ChannelUser& user, std::uint8_t node, std::uint64_t number, od::Address address,
-               AbortCode outcome);
+               AbortCode outcome, Instant now);
 
   // 1017h of the node as a transfer wrote or read it last; 0 if it is unknown, or another client
   // was observed since.

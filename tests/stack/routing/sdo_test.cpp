@@ -436,6 +436,22 @@ TEST_F(SdoRouting, SilenceEndsItWithAnAbortToBothSides) {
   expect_nothing_left();
 }
 
+// Not that of the last frame: the arbiter of the line receives none meanwhile.
+TEST_F(SdoRouting, TheAbortOfASilentTransferHasTheTimeOfItsEnd) {
+  start();
+  open();
+  client({0x40, 0, 0x20, 0, 0, 0, 0, 0});
+  (void)sent(2);
+  std::vector<Event> aborts;
+  for (int i = 0; i < 11 && aborts.empty(); ++i) {
+    now_ += milliseconds(100);
+    line(2).advance(now_);
+    aborts = events(2, EventKind::sdo_abort, EventKind::sdo_abort);
+  }
+  ASSERT_EQ(aborts.size(), 1U);
+  EXPECT_EQ(aborts[0].time, now_);
+}
+
 TEST_F(SdoRouting, TheTargetsSideTimesOutByItselfWhenTheOtherIsGone) {
   start();
   open();
