@@ -586,7 +586,8 @@ void SdoEgress::expire(Passage& passage, Instant now) {
 void SdoEgress::stop(Instant now) {
   for (const auto& each : passages_) {
     if (each->state != Passage::State::free && each->state != Passage::State::draining) {
-      break_down(*each, each->phase.stop_code(), now);
+      const bool passed_on = each->waiting.empty();
+      break_down(*each, passed_on ? each->phase.stop_code() : AbortCode::device_state, now);
     }
   }
 }

@@ -57,6 +57,7 @@ SdoPhase::End SdoPhase::request(std::uint64_t word) {
     last_ = (command & sdo::kLastSegment) != 0;
     bytes_ += static_cast<std::uint32_t>(sdo::segment_size(command));
   } else if (state_ == State::block_download_end) {
+    last_ = last_ || sdo::is_block_send_end(command);
     block_ends(command);
   } else if (state_ == State::block_upload && command == sdo::kBlockAck) {
     acknowledged(sdo::byte_of(word, 1));

@@ -37,11 +37,11 @@ class SdoPhase {
   bool in_sub_block() const { return state_ == State::block_segments; }
   // A transfer is in progress.
   bool under_way() const { return state_ != State::idle; }
-  // The abort code for a transfer that ends because a line stops: a write may have been carried
-  // out.
+  // The abort code for a transfer that ends because a line stops. A write may have been carried out
+  // if the client has sent all of it, with its end in a block transfer.
   AbortCode stop_code() const {
-    return under_way() && service_ == Service::download ? AbortCode::timeout
-                                                        : AbortCode::device_state;
+    return under_way() && service_ == Service::download && last_ ? AbortCode::timeout
+                                                                 : AbortCode::device_state;
   }
   // Whether the first answer of the server is due, and whether `word` can be that answer.
   bool awaits_first_answer() const;
@@ -74,7 +74,8 @@ class SdoPhase {
   End end(End how);
 
   State state_ = State::idle;
-  bool last_ = false;               // download: expedited, or the last segment was sent
+  // Download: expedited, or the last segment was sent; in a block transfer its end
+  bool last_ = false;
   std::uint64_t last_segment_ = 0;  // block download: the frame with the flag of the last segment
   od::Address address_;
   Service service_ = Service::none;

@@ -532,5 +532,77 @@ TEST_F(SdoRouting, AStopDuringAWriteIsATimeout) {
   }
 }
 
+TEST_F(SdoRouting, AStopBeforeTheLastSegmentOfAWriteIsDeviceState) {
+  for (const unsigned stopped : {2U, 1U}) {
+    start();
+    open();
+    client({0x21, 0, 0x20, 0, 9, 0, 0, 0});
+    server({0x60, 0, 0x20, 0, 0, 0, 0, 0});
+    client({0x00, 1, 2, 3, 4, 5, 6, 7});
+    (void)sent(1);
+    (void)sent(2);
+    line(stopped).stop(now_);
+    carry();
+    EXPECT_EQ(sent(1), Frames{"5FF 8000200022000008"}) << "line " << stopped;
+    EXPECT_EQ(sent(2).front(), "605 8000200022000008") << "line " << stopped;
+    expect_nothing_left();
+  }
+}
+
+TEST_F(SdoRouting, AStopAfterTheLastSegmentOfAWriteIsATimeout) {
+  start();
+  open();
+  client({0x21, 0, 0x20, 0, 5, 0, 0, 0});
+  server({0x60, 0, 0x20, 0, 0, 0, 0, 0});
+  client({0x05, 1, 2, 3, 4, 5, 0, 0});
+  (void)sent(1);
+  line(2).stop(now_);
+  carry();
+  EXPECT_EQ(sent(1), Frames{"5FF 8000200000000405"});
+  expect_nothing_left();
+}
+
+// The server has the value when it receives the end: A1h is its answer.
+TEST_F(SdoRouting, AStopDuringABlockWriteIsATimeoutFromItsEndOn) {
+  for (const bool ended : {false, true}) {
+    start();
+    open();
+    client({0xC2, 0, 0x20, 0, 7, 0, 0, 0});
+    server({0xA0, 0, 0x20, 0, 127, 0, 0, 0});
+    client({0x81, 1, 2, 3, 4, 5, 6, 7});
+    server({0xA2, 1, 127, 0, 0, 0, 0, 0});
+    if (ended) {
+      client({0xC1, 0, 0, 0, 0, 0, 0, 0});
+    }
+    (void)sent(1);
+    (void)sent(2);
+    line(2).stop(now_);
+    carry();
+    EXPECT_EQ(sent(1), Frames{ended ? "5FF 8000200000000405" : "5FF 8000200022000008"});
+    expect_nothing_left();
+  }
+}
+
+// Its bus takes no frames: the server has not received the value.
+TEST_F(SdoRouting, AStopBeforeTheBusTookAWriteIsDeviceState) {
+  start();
+  open();
+  const auto fill = [this] {
+    client({0x21, 0, 0x20, 0, 100, 0, 0, 0});
+    server({0x60, 0, 0x20, 0, 0, 0, 0, 0});
+    for (int i = 0; i < 80; ++i) {
+      client({0x00, 1, 2, 3, 4, 5, 6, 7});
+    }
+  };
+  fill();
+  client({0x01, 1, 2, 3, 4, 5, 6, 7});
+  line(2).stop(now_);
+  carry();
+  EXPECT_EQ(sent(1).back(), "5FF 8000200022000008");
+  (void)sent(2);
+  pass(milliseconds(1));
+  expect_nothing_left();
+}
+
 }  // namespace
 }  // namespace linegate::routing::test
