@@ -42,12 +42,20 @@ std::string headline_of(const std::string& line, const NodeHistory& node) {
          (node.received == 1 ? " EMCY received\n" : " EMCYs received\n");
 }
 
-std::string message_text(const emcy::Message& message) {
+std::string message_text(const emcy::Message& message, bool has_bytes) {
   const std::string bits = describe_error_register(message.error_register);
   return "  " + digits_of(message.code, 4) + "  " + describe_error_code(message.code) +
          ", error register " + digits_of(message.error_register, 2) +
-         (bits.empty() ? "" : " (" + bits + ')') + ", data " + to_hex(bytes_of(message.info)) +
-         '\n';
+         (bits.empty() ? "" : " (" + bits + ')') +
+         (has_bytes ? ", data " + to_hex(bytes_of(message.info)) : "") + '\n';
+}
+
+// An observer has no object dictionary with the history.
+void add_last_one(const line::NodeState& state, NodeHistory& out) {
+  out.last_alone = true;
+  if (state.emcy_count != 0) {
+    out.messages.push_back({.code = state.last_emcy, .error_register = state.error_register});
+  }
 }
 
 // The selected nodes with their NodeState.
@@ -139,6 +147,10 @@ int print_history(Context& context, Model& model, const Line& line, const NodeRe
   }
   std::vector<NodeHistory> nodes = nodes_meant(line, meant.all ? std::uint8_t{0} : meant.node);
   for (NodeHistory& node : nodes) {
+    if (line.view->state.role == line::Role::observer) {
+      add_last_one(line.nodes.at(node.node).state, node);
+      continue;
+    }
     const line::LocalRead history{.what = od::Address{od::objects::kEmcyHistory, node.node}};
     const Client::Answer answer = ask_line(context, model, line, {.request = history});
     if (!answer.reply.ok()) {
@@ -181,7 +193,7 @@ std::string history_text(const std::string& line, const std::vector<NodeHistory>
   for (const NodeHistory& node : nodes) {
     out += headline_of(line, node);
     for (const emcy::Message& message : node.messages) {
-      out += message_text(message);
+      out += message_text(message, !node.last_alone);
     }
   }
   return out.empty() ? "no node has sent an EMCY\n" : out;
@@ -193,10 +205,13 @@ std::string history_json(const LineId& line, const std::vector<NodeHistory>& nod
   for (const NodeHistory& node : nodes) {
     Json emcys = Json::array();
     for (const emcy::Message& message : node.messages) {
-      emcys.push_back({{"code", message.code},
-                       {"text", describe_error_code(message.code)},
-                       {"error_register", message.error_register},
-                       {"bytes", to_hex(bytes_of(message.info))}});
+      Json one = {{"code", message.code},
+                  {"text", describe_error_code(message.code)},
+                  {"error_register", message.error_register}};
+      if (!node.last_alone) {
+        one["bytes"] = to_hex(bytes_of(message.info));
+      }
+      emcys.push_back(std::move(one));
     }
     out["nodes"].push_back({{"node", node.node},
                             {"name", node.name},

@@ -18,13 +18,17 @@ struct NodeHistory {
   std::string name;
   std::uint32_t received = 0;           // since the gateway was started
   std::vector<emcy::Message> messages;  // newest first, at most four
+  // Of an observer, which keeps the code and the error register of the last EMCY alone: the one
+  // message has no manufacturer bytes.
+  bool last_alone = false;
 };
 
 // Decodes 5F18h:node; empty if it is malformed.
 std::vector<emcy::Message> parse_history(std::span<const std::byte> data);
 
 std::string history_text(const std::string& line, const std::vector<NodeHistory>& nodes);
-// {"gateway":..,"line":..,"nodes":[{"node":..,"name":..,"received":..,"emcys":[{"code":..,..}]}]}
+// {"gateway":..,"line":..,"nodes":[{"node":..,"name":..,"received":..,"emcys":[{"code":..,..}]}]},
+// without "bytes" where they are not known
 std::string history_json(const LineId& line, const std::vector<NodeHistory>& nodes);
 
 // The errors that a device of a line in the role device, or the own node, keeps in 1003h.
@@ -39,8 +43,9 @@ std::string stored_errors_text(const std::string& line, const std::vector<Stored
 // {"gateway":..,"line":..,"nodes":[{"node":..,"name":..,"stored":true,"errors":[{"code":..,..}]}]}
 std::string stored_errors_json(const LineId& line, const std::vector<StoredErrors>& nodes);
 
-// what: LINE for all nodes that sent an EMCY, or LINE:NODE. Of the own node (LINE:own) and of the
-// devices of a line in the role device, which the gateway does not receive EMCYs of: their 1003h.
+// what: LINE for all nodes that sent an EMCY, or LINE:NODE; of an observer the last one of each. Of
+// the own node (LINE:own) and of the devices of a line in the role device, which the gateway does
+// not receive EMCYs of: their 1003h.
 int emcy_history(Context& context, const std::string& what);
 
 }  // namespace linegate::console

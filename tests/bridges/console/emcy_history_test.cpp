@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "bridges/console/explain_words.h"
 #include "stack/base/abort_code.h"
 
 #include "tests/bridges/console/command_test.h"
@@ -25,6 +26,7 @@ class Hall : public Client {
   void poll(Duration /*timeout*/, Listener& listener) override {
     LineView line{.interface_uri = "virtual:hall", .access = "read"};
     line.state.nodes_configured = 2;
+    line.state.role = role;
     listener.on_line(kEmcyLine, line);
     NodeView silent{.name = "belt"};
     silent.state.node = 4;
@@ -32,6 +34,8 @@ class Hall : public Client {
     NodeView loud{.name = "axis"};
     loud.state.node = 5;
     loud.state.emcy_count = 2;
+    loud.state.last_emcy = 0x8110;
+    loud.state.error_register = 0x11;
     listener.on_node(kEmcyLine, loud);
   }
   Answer call(const LineId& /*id*/, const line::Command& command, Duration /*timeout*/,
@@ -42,6 +46,7 @@ class Hall : public Client {
 
   std::vector<line::Command> asked;
   Answer answer;
+  line::Role role = line::Role::manager;
 };
 
 class EmcyHistory : public test::CommandTest<Hall> {
@@ -101,6 +106,23 @@ TEST_F(EmcyHistory, OfAnUnknownNodeIsAnError) {
   EXPECT_EQ(out_.str(), "");
   EXPECT_EQ(err_.str(), "no node '77' on hall; there are: belt (4), axis (5)\n");
   EXPECT_TRUE(gateway_.asked.empty());
+}
+
+// It has no object dictionary; NodeState has the last EMCY.
+TEST_F(EmcyHistory, OfAnObserverIsTheLastOneOfEachNode) {
+  gateway_.role = line::Role::observer;
+  gateway_.answer.reply.error = line::to_error(line::Refusal::wrong_role);
+  EXPECT_EQ(emcy_history(context_, "hall"), kDone);
+  EXPECT_TRUE(gateway_.asked.empty());
+  EXPECT_EQ(out_.str(), "hall:5 axis, 2 EMCYs received\n  8110  " + describe_error_code(0x8110) +
+                            ", error register 11 (generic, communication)\n");
+  out_.str({});
+  context_.json = true;
+  EXPECT_EQ(emcy_history(context_, "hall:5"), kDone);
+  const auto json = nlohmann::json::parse(out_.str());
+  EXPECT_EQ(json["nodes"][0]["emcys"].size(), 1U);
+  EXPECT_EQ(json["nodes"][0]["emcys"][0]["code"], 0x8110);
+  EXPECT_FALSE(json["nodes"][0]["emcys"][0].contains("bytes"));
 }
 
 TEST_F(EmcyHistory, AsJson) {
