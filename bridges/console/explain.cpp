@@ -18,6 +18,7 @@
 #include "stack/od/description.h"
 #include "stack/od/objects.h"
 #include "stack/pdo/mpdo.h"
+#include "stack/routing/emcy_frame.h"
 #include "stack/time/message.h"
 
 namespace linegate::console {
@@ -102,6 +103,15 @@ void Explainer::add(const line::NodeConfig& device) {
 }
 
 void Explainer::add_own_node(const line::LineConfig& line) {
+  if (line.routing.interface != 0) {
+    gateways_.insert(line.node_id);
+    gateways_.insert(line.routing.gateways.begin(), line.routing.gateways.end());
+    for (const routing::Route& route : line.routing.routes) {
+      if (route.interface == line.routing.interface && route.gateway != 0) {
+        gateways_.insert(route.gateway);
+      }
+    }
+  }
   od::DeviceDescription own = describe_own_node(line);
   if (!own.objects.empty()) {
     add({.id = line.node_id, .name = "own node", .device = std::move(own)});
@@ -234,6 +244,14 @@ std::string Explainer::emcy(const can::Frame& frame, unsigned id, bool assumed) 
                     describe_error_code(message->code) + " (" + hex_digits(message->code, 4) + "h)";
   if (message->error_register != 0) {
     out += ", error register: " + describe_error_register(message->error_register);
+  }
+  if (gateways_.contains(id)) {
+    // An EMCY of the gateway itself may have such bytes, too.
+    if (const auto forwarded = routing::decode(*message)) {
+      out += ", forwarded, unless it is of the gateway itself: of node " +
+             std::to_string(forwarded->node) + " in network " + std::to_string(forwarded->network) +
+             ", hop " + std::to_string(forwarded->hops);
+    }
   }
   for (const std::byte info : message->info) {
     if (info != std::byte{0}) {

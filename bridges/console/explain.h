@@ -32,7 +32,8 @@ class Explainer {
 
   // Adds the names, objects and PDOs of a device from its file and configuration.
   void add(const line::NodeConfig& device);
-  // Adds the own node of the line, if the configuration gives it objects or PDOs.
+  // Adds the own node of the line, if the configuration gives it objects or PDOs, and the gateways
+  // to other networks.
   void add_own_node(const line::LineConfig& line);
 
   // Returns one sentence without a full stop. If SDO transfers remap a PDO or read its mapping, the
@@ -81,6 +82,7 @@ class Explainer {
   std::string by_identifier(const can::Frame& frame);
 
   std::map<unsigned, line::NodeConfig> devices_;
+  std::set<unsigned> gateways_;  // may forward EMCYs of other networks (routing/emcy_frame.h)
   // By identifier; bit 31 marks 29-bit identifiers
   std::map<std::uint32_t, std::vector<Pdo>> pdos_;
   std::map<std::uint32_t, std::set<unsigned>> emcys_;  // the same: nodes

@@ -88,6 +88,27 @@ TEST_F(ExplainTest, Emcy) {
   EXPECT_EQ(describe_error_code(0xA000), "an error class that CiA 301 does not define");
 }
 
+// Definition C of stack/routing/README.md: code 8130h of node 5 in network 1.
+TEST_F(ExplainTest, EmcysOfGatewaysMayBeForwardedOnes) {
+  line::LineConfig line;
+  line.node_id = 127;
+  line.routing.interface = 2;
+  line.routing.routes = {{.first = 1, .last = 1, .interface = 2, .gateway = 9},
+                         {.first = 3, .last = 3, .interface = 3, .gateway = 10}};
+  line.routing.gateways = {11};
+  known.add_own_node(line);
+  const auto said = [&](std::uint32_t node) {
+    return say(0x080 + node, {0x30, 0x81, 0x11, 1, 0, 5, 1, 0});
+  };
+  for (const std::uint32_t gateway : {127U, 9U, 11U}) {
+    EXPECT_THAT(said(gateway), HasSubstr(", forwarded, unless it is of the gateway itself: of node "
+                                         "5 in network 1, hop 1, manufacturer's bytes"))
+        << gateway;
+  }
+  EXPECT_THAT(said(10), testing::Not(HasSubstr("forwarded"))) << "a gateway of another line";
+  EXPECT_THAT(say(0x089, {0x30, 0x81, 0x11, 0, 0, 0, 0, 0}), testing::Not(HasSubstr("forwarded")));
+}
+
 // 1014h in the device file, in the configuration, and as seen on the bus.
 TEST_F(ExplainTest, EmcysAreThoseOfTheCobIdOfTheDevice) {
   const std::initializer_list<std::uint8_t> none{0, 0, 0, 0, 0, 0, 0, 0};
