@@ -44,15 +44,18 @@ void describe_errors(const line::NodeState& state, std::vector<Note>& out) {
                (bits.empty() ? "" : ": " + bits));
 }
 
-void describe_node(const NodeView& node, std::vector<Note>& out) {
+// Only the nodes of a manager have a boot process.
+void describe_node(const NodeView& node, bool is_managed, std::vector<Note>& out) {
   const line::NodeState& state = node.state;
   add_fact(out, "state",
            std::string(nmt::name(state.state)) + ", " + std::string(line::name(state.presence)) +
                ", since " + clock_text(node.since),
            style_of(node));
-  add_fact(out, "boot", boot_text(state.boot) + ": " + boot_words(node),
-           manager::is_booted(state.boot) && state.boot != manager::kNotStarted ? Style::plain
-                                                                                : Style::warning);
+  if (is_managed) {
+    add_fact(out, "boot", boot_text(state.boot) + ": " + boot_words(node),
+             manager::is_booted(state.boot) && state.boot != manager::kNotStarted ? Style::plain
+                                                                                  : Style::warning);
+  }
   add_fact(out, "heartbeat",
            std::string(state.heartbeat_monitored ? "monitored" : "not monitored") + ", lost " +
                std::to_string(state.heartbeats_lost) + " times");
@@ -129,7 +132,8 @@ std::vector<Note> node_page(const Model& model, const LineId& line, std::uint8_t
   if (view == nullptr) {
     out.push_back({"nothing was received about its state yet", Style::warning});
   } else {
-    describe_node(*view, out);
+    const auto& of_line = found->second.view;
+    describe_node(*view, !of_line || of_line->state.role == line::Role::manager, out);
   }
   Table values = values_of(model, filter, Directions::both);
   values.notes.erase(values.notes.begin(),

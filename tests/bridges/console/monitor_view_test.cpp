@@ -2,12 +2,16 @@
 // The pages and keys of the monitor, on a grid of cells, without a terminal.
 #include "bridges/console/monitor_view.h"
 
+#include <algorithm>
 #include <chrono>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "bridges/console/monitor_pages.h"
 
 #include "tests/bridges/console/plant.h"
 
@@ -79,6 +83,22 @@ TEST_F(MonitorTest, BeginsWithTheLinesAndTheNewestEvents) {
   EXPECT_THAT(row(7), AllOf(HasSubstr("heartbeat-lost"), HasSubstr("second")));
   EXPECT_THAT(row(8), HasSubstr("first"));
   EXPECT_THAT(row(23), StartsWith(" q quit  ? keys"));
+}
+
+// Own devices and the nodes that an observer sees have no boot process.
+TEST_F(MonitorTest, OnlyNodesOfAManagerHaveABootRow) {
+  const auto has_boot = [this] {
+    const std::vector<Note> page = node_page(model_, test::kPress, 5, 80);
+    return std::ranges::any_of(page,
+                               [](const Note& note) { return note.text.starts_with("boot "); });
+  };
+  EXPECT_TRUE(has_boot());
+  for (const line::Role role : {line::Role::device, line::Role::observer}) {
+    LineView view = test::line_view(3);
+    view.state.role = role;
+    model_.on_line(test::kPress, view);
+    EXPECT_FALSE(has_boot());
+  }
 }
 
 TEST_F(MonitorTest, WithoutAGatewayItSaysSo) {
