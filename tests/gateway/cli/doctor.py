@@ -264,6 +264,25 @@ def another_partition(setup):
     finds(setup.doctor(desk), ("partition-mismatch", "(?s)program 'viewer' on host desk is in 'hall/pres'.*'hall/press'"))
 
 
+def images_by_multicast(setup):
+    """Asked for, of a gateway that does not send them so, and of one that does: in the process of the lines and not."""
+    hall, desk = setup.connected()
+    usual = setup.gateway(hall)
+    finds(setup.doctor(desk, "--multicast"), ("images-by-unicast", "gateway 'hall' does not send"))
+    for process in ("same", "own"):
+        hall.end(usual)
+        usual = setup.gateway(hall, dds=f"fan_out: multicast, process: {process}")
+        finds(setup.doctor(desk, "--multicast"))
+        finds(setup.doctor(desk))
+
+
+def images_by_multicast_lost(setup):
+    hall, desk = separated(setup, "images")
+    setup.gateway(hall, dds="fan_out: multicast")
+    finds(setup.doctor(desk, "--multicast"), ("images-by-multicast-lost", "(?s)gateway 'hall' arrive.*UDP port 9151"))
+    finds(setup.doctor(desk))
+
+
 def one_name_twice(setup):
     hall, desk = setup.connected()
     setup.gateway(hall)
@@ -326,7 +345,8 @@ def another_authority(setup, desk):
 
 SETUPS = (sound, other_domain, no_gateway, multicast_lost, multicast_off, interface_down, no_interface,
           behind_a_firewall, no_route, wrong_peers, wrong_peer_in_the_profile, qos_that_does_not_fit, another_type,
-          another_partition, one_name_twice, clocks_apart, too_many_participants, harmful_profile,
+          another_partition, images_by_multicast, images_by_multicast_lost, one_name_twice, clocks_apart,
+          too_many_participants, harmful_profile,
           secured_on_one_side)
 
 

@@ -3,7 +3,8 @@
 """A firewall of its own host, for kernels without nftables: passes Ethernet frames between two interfaces, except those
 that its rule drops.
 
-firewall.py INTERFACE INTERFACE RULE   RULE: unicast-udp, multicast, loss=PERCENT (of UDP, at random), or none
+firewall.py INTERFACE INTERFACE RULE   RULE: unicast-udp, multicast, images (by multicast),
+                                       loss=PERCENT (of UDP, at random), or none
 firewall.py --checksums INTERFACE      on a host behind it: computes checksums, which the firewall does not
 """
 
@@ -18,6 +19,7 @@ import sys
 ALL_FRAMES = 0x0003  # ETH_P_ALL
 OUTGOING = 4  # PACKET_OUTGOING
 IPV4, UDP = b"\x08\x00", 17
+IMAGES = bytes((239, 255, 76, 71))
 RANDOM = random.Random(1)  # for the losses
 SIOCETHTOOL, ETHTOOL_STXCSUM = 0x8946, 0x00000017
 
@@ -28,6 +30,8 @@ def is_dropped(frame, rule):
         return False
     if rule.startswith("loss="):
         return RANDOM.random() * 100 < float(rule[5:])
+    if rule == "images":
+        return frame[30:34] == IMAGES
     multicast = 224 <= frame[30] <= 239  # first octet of the destination
     return multicast if rule == "multicast" else not multicast
 
