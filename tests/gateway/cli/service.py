@@ -21,7 +21,7 @@ WATCHDOG = 1.0  # seconds
 FORCED = 70  # gateway/runtime/exit_code.h
 PLANT = """schema: 1
 gateway: {{name: service}}
-dds: {{domain: {domain}, profile: {profile}}}
+dds: {{domain: {domain}, process: {process}, profile: {profile}}}
 lines:
   - name: press
     interface: "simulated:"
@@ -179,17 +179,19 @@ def with_service(folder, command, body):
 
 def test(folder, linegated, profiles):
     domain = own_domain()
-    plant = write(os.path.join(folder, "plant.yaml"), PLANT.format(domain=domain, profile=profiles))
-    command = [linegated, plant]
-    check_journal(with_service(folder, command, run))
-    for name in ("publisher", "main", "Fast DDS"):
-        said = with_service(folder, command, lambda manager, process, name=name:
+    commands = {process: [linegated, write(os.path.join(folder, f"{process}.yaml"),
+                                           PLANT.format(domain=domain, process=process, profile=profiles))]
+                for process in ("own", "same")}
+    for command in commands.values():
+        check_journal(with_service(folder, command, run))
+    for name, place in (("publisher", "own"), ("main", "own"), ("Fast DDS", "same")):
+        said = with_service(folder, commands[place], lambda manager, process, name=name:
                             run_to_a_forced_end(manager, process, name))
         if "the process ends without it" not in said:
             raise Failure(f"with {name} stuck its end was not explained:\n{said}")
     bad = write(os.path.join(folder, "bad.xml"), "<dds>\n<profiles>\n</dds>\n")
     for option in ([], ["--check"]):
-        told = subprocess.run([*command, "--dds-profile", bad, *option], capture_output=True, text=True,
+        told = subprocess.run([*commands["own"], "--dds-profile", bad, *option], capture_output=True, text=True,
                               timeout=PATIENCE, check=False)
         if told.returncode != 2 or f"{bad}:3:" not in told.stderr:
             raise Failure(f"a bad file of DDS profiles, {option}: {told.returncode} {told.stderr}")
