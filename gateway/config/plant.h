@@ -167,6 +167,16 @@ struct LineAccess {
   Access outputs = Access::read;
 };
 
+// EMCYs of these networks that are received from a line of another gateway.
+struct RemoteEmcys {
+  routing::GatewayLine from;
+  std::uint16_t first = 0;  // network-ID
+  std::uint16_t last = 0;
+  std::uint8_t interface = 0;  // number of the way, see routing::Interface
+
+  friend bool operator==(const RemoteEmcys&, const RemoteEmcys&) = default;
+};
+
 struct LinePlan {
   line::LineConfig config;  // complete: Line::make(config) makes the line
   Interface interface;
@@ -192,6 +202,8 @@ struct LinePlan {
   // The routes to other networks, which can change at run time (Line::set_routes()); independent of
   // their order.
   std::string routes;
+  // EMCYs that the line sends on behalf of their sources; they change as the routes.
+  std::vector<RemoteEmcys> remote_emcys;
 };
 
 using line::WhenLost;

@@ -107,11 +107,12 @@ void read_way(Section& section, const YAML::Node& via, const std::string& text, 
     way.enter = *line;
   }
   section.read("timeout", way.timeout, kShortestRequest, kLongestWait);
+  section.read("emcy", out.emcy);
   out.way = std::move(way);
 }
 
 void refuse_keys_of_ways(Section& section) {
-  for (const char* const key : {"enter", "timeout"}) {
+  for (const char* const key : {"enter", "timeout", "emcy"}) {
     if (const YAML::Node node = section.find(key); node.IsDefined()) {
       section.findings().error(
           place_of(node),
@@ -166,6 +167,7 @@ class RoutingResolver {
     for (std::size_t i = 0; i < lines_.size(); ++i) {
       apply_routing(i);
     }
+    check_emcys();
   }
 
  private:
@@ -382,8 +384,45 @@ class RoutingResolver {
     config.process_writes = line.plan.commands == Access::all;
     config.gateways = line.gateways;
     config.emcy_networks.fill(emcy_networks(line));
+    line.plan.remote_emcys = remote_emcys(config);
     line.plan.source += own_text(config);
-    line.plan.routes = routes_text(config);
+    line.plan.routes = routes_text(line.plan);
+  }
+
+  // Those that the line permits (`enter`).
+  std::vector<RemoteEmcys> remote_emcys(const routing::Config& config) const {
+    std::vector<RemoteEmcys> out;
+    for (const RouteSection& section : section_.routes) {
+      const auto networks = parse_networks(section.to.text);
+      const routing::Interface* const way =
+          section.emcy && section.way ? find_interface(*section.way) : nullptr;
+      const bool is_permitted =
+          networks && std::ranges::any_of(config.access, [&](const routing::AccessRule& rule) {
+            return rule.emcy && rule.first <= networks->second && networks->first <= rule.last;
+          });
+      if (way != nullptr && is_permitted) {
+        out.push_back({section.way->to, networks->first, networks->second, way->number});
+      }
+    }
+    return out;
+  }
+
+  // EMCYs that no line sends are a mistake.
+  void check_emcys() {
+    for (const RouteSection& section : section_.routes) {
+      const bool is_used = std::ranges::any_of(lines_, [&](const LineSection& line) {
+        return std::ranges::any_of(line.plan.remote_emcys, [&](const RemoteEmcys& each) {
+          const auto networks = parse_networks(section.to.text);
+          return networks && section.way && each.from == section.way->to &&
+                 each.first == networks->first;
+        });
+      });
+      if (section.emcy && !is_used) {
+        findings_.error(section.place, "no line accepts EMCYs of network " + section.to.text +
+                                           ": a line that shall send them needs enter: [{from: " +
+                                           section.to.text + ", services: [emcy]}]");
+      }
+    }
   }
 
   // Bits of 1F2Fh. `all` and ranges exclude the line's own network.
@@ -453,8 +492,13 @@ class RoutingResolver {
   }
 
   // For LinePlan::routes.
-  static std::string routes_text(const routing::Config& config) {
+  static std::string routes_text(const LinePlan& plan) {
+    const routing::Config& config = plan.config.routing;
     std::set<std::string> parts;
+    for (const RemoteEmcys& emcys : plan.remote_emcys) {
+      parts.insert("emcy " + emcys.from.gateway + '/' + emcys.from.line + ' ' +
+                   std::to_string(emcys.first) + ' ' + std::to_string(emcys.last));
+    }
     for (const routing::Interface& line : config.interfaces) {
       parts.insert(std::to_string(line.number) + ':' + std::to_string(line.network) + ':' +
                    std::to_string(line.node) + ':' + line.name +

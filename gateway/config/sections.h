@@ -73,6 +73,7 @@ struct RouteSection {
   Place via_place;
   // Over another gateway: `line` and `gateway` are not used.
   std::optional<routing::GatewayWay> way{};
+  bool emcy = false;  // EMCYs of its networks are received
 };
 // `routing:` and `routes:`.
 struct RoutingSection {

@@ -75,8 +75,10 @@ Loaded<std::unique_ptr<Gateway>> Gateway::make(const config::Plant& plant,
     gateway->pages_ = std::make_unique<JournalServer>(
         plant.journal->file, gateway->publisher_->pages(), gateway->publisher_->wakeup());
   }
-  gateway->peers_ = std::make_unique<PeerThread>(
-      [settings = dds_settings_of(plant)] { return make_dds_peers(settings); });
+  gateway->peers_ = std::make_unique<PeerThread>([settings = dds_settings_of(plant)](bool events) {
+    return make_dds_peers(settings, events);
+  });
+  gateway->publisher_->add_counter("routed-emcys-lost", gateway->peers_->emcys_lost());
   gateway->requests_ = std::make_unique<RequestReceiver>(
       *gateway->edge_, gateway->hosts_,
       PublisherInlets{gateway->publisher_->refusals(), gateway->publisher_->notices(),

@@ -88,6 +88,7 @@ void Gateway::set_routes(const std::vector<std::string>& names, const config::Pl
     kept.plan.config.routing.interfaces = routing.interfaces;
     kept.plan.config.routing.routes = routing.routes;
     kept.plan.config.routing.emcy_networks = routing.emcy_networks;
+    kept.plan.remote_emcys = plan->remote_emcys;
     kept.executor->visit([&] { kept.runner->set_routes(routing, monotonic_now()); });
   }
 }

@@ -13,6 +13,8 @@
 #include "gateway/security/files.h"
 #include "gateway/security/fingerprint.h"
 #include "gateway/security/identity_check.h"
+#include "stack/base/events.h"
+#include "stack/routing/config.h"
 
 namespace linegate::gateway {
 namespace {
@@ -20,12 +22,42 @@ namespace {
 constexpr std::size_t kLongestClientName = 64;
 constexpr std::string_view kOfRoutes = " routes";
 
+// Without a stream numbers are those of the incarnation.
+PeerEvent peer_event(const dds::Source& source, const dds::ReceivedEvent& event) {
+  PeerEvent out{.stream = event.stream == 0 ? source.incarnation : event.stream,
+                .number = event.number,
+                .time = event.time.time_since_epoch().count(),
+                .node = event.node};
+  routing::ForwardedEmcy emcy;
+  if (const auto* const routed = event.get<event::EmcyRouted>()) {
+    out.routed = true;
+    emcy = {.code = routed->code,
+            .error_register = routed->error_register,
+            .network = routed->source,
+            .node = routed->source_node,
+            .hops = routed->hops,
+            .number = routed->number};
+  } else if (const auto* const own = event.get<event::Emcy>()) {
+    emcy = {.code = own->code,
+            .error_register = own->error_register,
+            .node = event.node,
+            .number = static_cast<std::uint8_t>(event.number)};
+  } else {
+    return out;
+  }
+  const bool is_valid = emcy.node >= 1 && emcy.node <= can::kMaxNodeId && emcy.hops >= 1 &&
+                        emcy.hops <= routing::kMaxHops && (emcy.network == 0) != out.routed;
+  out.emcy = is_valid ? std::optional(emcy) : std::nullopt;
+  return out;
+}
+
 class DdsPeers final : public LocalPeers {
  public:
   explicit DdsPeers(std::unique_ptr<dds::Client> client) : client_(std::move(client)) {}
 
-  void set_lines(const std::vector<routing::GatewayLine>& lines) override {
-    for (const routing::GatewayLine& line : lines) {
+  void set_lines(const std::vector<routing::GatewayLine>& addressed,
+                 const std::vector<routing::GatewayLine>& /*emcys*/) override {
+    for (const routing::GatewayLine& line : addressed) {
       client_->prepare({.gateway = line.gateway, .line = line.line});
     }
   }
@@ -48,10 +80,16 @@ class DdsPeers final : public LocalPeers {
    public:
     explicit Listener(PeerHandler& handler) : handler_(handler) {}
     void on_line(const dds::Source& source, const dds::LineInfo& /*info*/,
-                 const line::LineState& /*state*/,
+                 const line::LineState& state,
                  const std::vector<dds::Property>& /*properties*/) override {
       handler_.on_state({source.gateway, source.line}, source.incarnation,
-                        source.time.time_since_epoch().count());
+                        source.time.time_since_epoch().count(), state.network_id);
+    }
+    void on_event(const dds::Source& source, const dds::ReceivedEvent& event,
+                  std::string_view /*text*/,
+                  const std::vector<dds::Property>& /*properties*/) override {
+      handler_.on_event({source.gateway, source.line}, source.incarnation,
+                        peer_event(source, event));
     }
     void on_line_gone(std::string_view gateway, std::string_view line) override {
       handler_.on_gone({std::string(gateway), std::string(line)});
@@ -72,7 +110,7 @@ std::string client_name(const std::string& gateway) {
   return out += kOfRoutes;
 }
 
-PeerSettings settings_of(const config::Plant& plant) {
+PeerSettings settings_of(const config::Plant& plant, bool events) {
   return {.gateway = plant.gateway,
           .domain = plant.dds_domain,
           .interfaces = plant.dds_interfaces,
@@ -81,7 +119,8 @@ PeerSettings settings_of(const config::Plant& plant) {
           .profile = plant.dds_profile,
           .guard = plant.dds_guard,
           .secured = !plant.dds_security.empty(),
-          .identity = plant.dds_routes_security};
+          .identity = plant.dds_routes_security,
+          .events = events};
 }
 
 // Returns false if the folder has no identity.
@@ -109,7 +148,8 @@ Loaded<std::unique_ptr<LocalPeers>> make_local_peers(
   options.profile_file = settings.profile;
   options.guard = settings.guard;
   options.nodes = options.output_states = options.layouts = options.images = false;
-  options.pdos = options.receptions = options.events = false;
+  options.pdos = options.receptions = false;
+  options.events = settings.events;
   options.of_gateway = true;
   // Without it the client would be one without DDS-Security.
   if (settings.secured && !set_identity(settings.identity, options.security)) {
@@ -128,8 +168,8 @@ Loaded<std::unique_ptr<LocalPeers>> make_local_peers(
   return out;
 }
 
-std::unique_ptr<PeerClient> make_dds_peers(const config::Plant& plant) {
-  const PeerSettings settings = settings_of(plant);
+std::unique_ptr<PeerClient> make_dds_peers(const config::Plant& plant, bool events) {
+  const PeerSettings settings = settings_of(plant, events);
   if (plant.dds_own_process) {
     return make_peer_process(plant, settings);
   }

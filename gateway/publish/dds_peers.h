@@ -34,7 +34,7 @@ Loaded<std::unique_ptr<LocalPeers>> make_local_peers(
     const PeerSettings& settings, const std::function<void(dds::Security&)>& add_functions);
 
 // With the DDS settings of that plant, in this process or one of its own. nullptr if DDS refuses,
-// which is logged.
-std::unique_ptr<PeerClient> make_dds_peers(const config::Plant& plant);
+// which is logged. events: receive events of lines.
+std::unique_ptr<PeerClient> make_dds_peers(const config::Plant& plant, bool events);
 
 }  // namespace linegate::gateway

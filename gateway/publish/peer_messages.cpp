@@ -15,6 +15,7 @@ using routing::GatewayLine;
 
 constexpr std::size_t kLongestLineName = 64;
 constexpr std::size_t kMostPeerLines = 4'096;
+constexpr std::uint8_t kMostPeerHops = 0xFE;  // one more fits
 
 template <class Kind>
 FieldWriter message_of(Kind kind) {
@@ -36,6 +37,23 @@ GatewayLine read_line(FieldReader& in) {
   GatewayLine out{.gateway = in.text(2), .line = in.text(2)};
   for (const std::string* name : {&out.gateway, &out.line}) {
     in.require(!name->empty() && name->size() <= kLongestLineName);
+  }
+  return out;
+}
+
+void write(FieldWriter& out, const std::vector<GatewayLine>& lines) {
+  out.number(lines.size(), 4);
+  for (const GatewayLine& line : lines) {
+    write(out, line);
+  }
+}
+
+std::vector<GatewayLine> read_lines(FieldReader& in) {
+  std::vector<GatewayLine> out;
+  auto left = in.number<std::uint32_t>();
+  in.require(left <= kMostPeerLines);
+  for (; left > 0 && in.good(); --left) {
+    out.push_back(read_line(in));
   }
   return out;
 }
@@ -102,6 +120,7 @@ PeerMessage encode(const PeerSettings& settings) {
   out.number(settings.guard ? 1 : 0, 1);
   out.number(settings.secured ? 1 : 0, 1);
   out.sized(settings.identity, 2);
+  out.number(settings.events ? 1 : 0, 1);
   return out.take();
 }
 
@@ -117,26 +136,20 @@ std::optional<PeerSettings> decode_settings(PeerBytes message) {
   out.guard = in.number<std::uint8_t>() != 0;
   out.secured = in.number<std::uint8_t>() != 0;
   out.identity = in.text(2);
+  out.events = in.number<std::uint8_t>() != 0;
   return if_complete(in, std::move(out));
 }
 
-PeerMessage encode(const std::vector<GatewayLine>& lines) {
+PeerMessage encode(const PeerLines& lines) {
   FieldWriter out = message_of(ToPeers::lines);
-  out.number(lines.size(), 4);
-  for (const GatewayLine& line : lines) {
-    write(out, line);
-  }
+  write(out, lines.addressed);
+  write(out, lines.emcys);
   return out.take();
 }
 
-std::optional<std::vector<GatewayLine>> decode_lines(PeerBytes message) {
+std::optional<PeerLines> decode_lines(PeerBytes message) {
   FieldReader in = content_of(message);
-  std::vector<GatewayLine> out;
-  auto left = in.number<std::uint32_t>();
-  in.require(left <= kMostPeerLines);
-  for (; left > 0 && in.good(); --left) {
-    out.push_back(read_line(in));
-  }
+  PeerLines out{.addressed = read_lines(in), .emcys = read_lines(in)};
   return if_complete(in, std::move(out));
 }
 
@@ -195,6 +208,7 @@ PeerMessage encode(const PeerState& state) {
   write(out, state.line);
   out.number(state.incarnation, 8);
   out.number(static_cast<std::uint64_t>(state.time), 8);
+  out.number(state.network, 2);
   return out.take();
 }
 
@@ -204,6 +218,56 @@ std::optional<PeerState> decode_state(PeerBytes message) {
   out.line = read_line(in);
   out.incarnation = in.number<std::uint64_t>();
   out.time = in.number<std::int64_t>();
+  out.network = in.number<std::uint16_t>();
+  return if_complete(in, std::move(out));
+}
+
+// The EMCY is that of its frame (stack/routing/emcy_frame.h), with a network of its own, because 0
+// is none there.
+PeerMessage encode(const PeerEventOf& of) {
+  FieldWriter out = message_of(FromPeers::event);
+  write(out, of.line);
+  out.number(of.incarnation, 8);
+  out.number(of.event.stream, 8);
+  out.number(of.event.number, 8);
+  out.number(static_cast<std::uint64_t>(of.event.time), 8);
+  out.number(of.event.node, 1);
+  out.number(of.event.routed ? 1 : 0, 1);
+  out.number(of.event.emcy ? 1 : 0, 1);
+  const routing::ForwardedEmcy emcy = of.event.emcy.value_or(routing::ForwardedEmcy{});
+  out.number(emcy.code, 2);
+  out.number(emcy.error_register, 1);
+  out.number(emcy.network, 2);
+  out.number(emcy.node, 1);
+  out.number(emcy.hops, 1);
+  out.number(emcy.number, 1);
+  return out.take();
+}
+
+std::optional<PeerEventOf> decode_event(PeerBytes message) {
+  FieldReader in = content_of(message);
+  PeerEventOf out;
+  out.line = read_line(in);
+  out.incarnation = in.number<std::uint64_t>();
+  out.event.stream = in.number<std::uint64_t>();
+  out.event.number = in.number<std::uint64_t>();
+  out.event.time = in.number<std::int64_t>();
+  out.event.node = in.number<std::uint8_t>();
+  out.event.routed = in.number<std::uint8_t>() != 0;
+  const bool is_emcy = in.number<std::uint8_t>() != 0;
+  routing::ForwardedEmcy emcy;
+  emcy.code = in.number<std::uint16_t>();
+  emcy.error_register = in.number<std::uint8_t>();
+  emcy.network = in.number<std::uint16_t>();
+  emcy.node = in.number<std::uint8_t>();
+  emcy.hops = in.number<std::uint8_t>();
+  emcy.number = in.number<std::uint8_t>();
+  in.require(out.event.stream != 0);
+  if (is_emcy) {
+    in.require(emcy.node >= 1 && emcy.node <= 127 && emcy.hops >= 1 && emcy.hops <= kMostPeerHops &&
+               (emcy.network == 0) != out.event.routed);
+    out.event.emcy = emcy;
+  }
   return if_complete(in, std::move(out));
 }
 

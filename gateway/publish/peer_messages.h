@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "gateway/publish/peer_routes.h"
 #include "stack/base/result.h"
 #include "stack/base/time.h"
 #include "stack/line/command.h"
@@ -24,7 +25,7 @@ namespace linegate::gateway {
 
 enum class ToPeers : std::uint8_t {
   configure = 1,  // PeerSettings; the first message
-  lines,          // those that requests are addressed to
+  lines,          // PeerLines
   send,           // PeerSend
   cancel,         // ID in 8 octets
   stop,           // nothing
@@ -35,6 +36,7 @@ enum class FromPeers : std::uint8_t {
   state,      // PeerState
   gone,       // line
   answer,     // PeerAnswer
+  event,      // PeerEventOf
   expiry,     // s since 1970 in 8 octets: the earliest end of a certificate; 0: none
 };
 
@@ -49,6 +51,12 @@ struct PeerSettings {
   bool guard = true;
   bool secured = false;
   std::string identity;  // folder; if secured
+  bool events = false;   // receive the events of the lines
+};
+
+struct PeerLines {
+  std::vector<routing::GatewayLine> addressed;  // by requests
+  std::vector<routing::GatewayLine> emcys;      // whose EMCYs are received
 };
 
 struct PeerSend {
@@ -63,6 +71,13 @@ struct PeerState {
   routing::GatewayLine line;
   std::uint64_t incarnation = 0;
   std::int64_t time = 0;
+  std::uint16_t network = 0;
+};
+
+struct PeerEventOf {
+  routing::GatewayLine line;
+  std::uint64_t incarnation = 0;
+  PeerEvent event;
 };
 
 struct PeerAnswer {
@@ -81,21 +96,23 @@ using PeerBytes = std::span<const std::byte>;
 std::uint8_t kind_of(PeerBytes message);
 
 PeerMessage encode(const PeerSettings& settings);
-PeerMessage encode(const std::vector<routing::GatewayLine>& lines);
+PeerMessage encode(const PeerLines& lines);
 PeerMessage encode(const PeerSend& send);
 PeerMessage encode_cancel(std::uint64_t id);
 PeerMessage encode_stop();
 
 PeerMessage encode_ready();
 PeerMessage encode(const PeerState& state);
+PeerMessage encode(const PeerEventOf& event);
 PeerMessage encode_gone(const routing::GatewayLine& line);
 PeerMessage encode(const PeerAnswer& answer);
 PeerMessage encode_expiry(std::int64_t time);
 
 std::optional<PeerSettings> decode_settings(PeerBytes message);
-std::optional<std::vector<routing::GatewayLine>> decode_lines(PeerBytes message);
+std::optional<PeerLines> decode_lines(PeerBytes message);
 std::optional<PeerSend> decode_send(PeerBytes message);
 std::optional<PeerState> decode_state(PeerBytes message);
+std::optional<PeerEventOf> decode_event(PeerBytes message);
 std::optional<routing::GatewayLine> decode_gone(PeerBytes message);
 std::optional<PeerAnswer> decode_answer(PeerBytes message);
 // Of a kind whose content is a number.

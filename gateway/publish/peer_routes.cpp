@@ -143,6 +143,11 @@ std::optional<std::uint64_t> PeerRoutes::incarnation_of(const Peer& peer, Instan
   return is_disputed ? std::nullopt : std::optional(newest->incarnation);
 }
 
+std::optional<std::uint64_t> PeerRoutes::publisher_of(const GatewayLine& line, Instant now) const {
+  const auto peer = peers_.find(line);
+  return peer == peers_.end() ? std::nullopt : incarnation_of(peer->second, now);
+}
+
 void PeerRoutes::report_present(Instant now, bool anyway) {
   std::vector<GatewayLine> present;
   bool has_changed = anyway;

@@ -25,17 +25,34 @@
 
 #include "stack/base/time.h"
 #include "stack/line/command.h"
+#include "stack/routing/emcy_frame.h"
 #include "stack/routing/gateway_request.h"
 
 namespace linegate::gateway {
+
+// An event of a line of another gateway: only what its EMCYs need.
+struct PeerEvent {
+  std::uint64_t stream = 0;  // of the number, not 0
+  std::uint64_t number = 0;
+  std::int64_t time = 0;  // by the clock of its gateway
+  // The EMCY of a device of that line, of network 0, or one of another network (routed), with the
+  // node that sent it there; 0: the gateway. Nothing: another event.
+  std::uint8_t node = 0;
+  bool routed = false;
+  std::optional<routing::ForwardedEmcy> emcy{};
+};
 
 // What a PeerClient receives. Called within PeerClient::poll().
 class PeerHandler {
  public:
   virtual ~PeerHandler() = default;
-  // The state of a line of any gateway. time: of the sample, by the clock of its gateway.
+  // The state of a line of any gateway. time: of the sample, by the clock of its gateway. network:
+  // its network-ID.
   virtual void on_state(const routing::GatewayLine& line, std::uint64_t incarnation,
-                        std::int64_t time) = 0;
+                        std::int64_t time, std::uint16_t network) = 0;
+  // Only of a client with events.
+  virtual void on_event(const routing::GatewayLine& line, std::uint64_t incarnation,
+                        const PeerEvent& event) = 0;
   // The line was removed, or its gateway has left.
   virtual void on_gone(const routing::GatewayLine& line) = 0;
   // The answer to a request: of the gateway, or Refusal::timed_out.
@@ -46,9 +63,10 @@ class PeerHandler {
 class PeerClient {
  public:
   virtual ~PeerClient() = default;
-  // The lines that requests are addressed to. The states of others need not be reported. Call it
-  // while no thread polls.
-  virtual void set_lines(const std::vector<routing::GatewayLine>& lines) = 0;
+  // The lines that requests are addressed to, and those whose EMCYs are received. The states and
+  // events of others need not be reported. Call it while no thread polls.
+  virtual void set_lines(const std::vector<routing::GatewayLine>& addressed,
+                         const std::vector<routing::GatewayLine>& emcys) = 0;
   // Returns the ID of the request. It is answered within the time-out, unless it is cancelled. 0:
   // there is no room for it, and it will not be carried out.
   virtual std::uint64_t send(const routing::GatewayLine& to, std::uint64_t incarnation,
@@ -87,6 +105,9 @@ class PeerRoutes {
   void take_state(const routing::GatewayLine& line, std::uint64_t incarnation, std::int64_t time,
                   Instant now);
   void take_end(const routing::GatewayLine& line, Instant now);
+
+  // The incarnation that publishes the line; nothing if none does, or two do.
+  std::optional<std::uint64_t> publisher_of(const routing::GatewayLine& line, Instant now) const;
 
   // A request of a line of this gateway, or the end of one.
   void take(PeerClient& client, const std::string& line, routing::GatewayRequest request,

@@ -34,8 +34,9 @@ bool PeerServer::set_lines(PeerBytes message) {
   if (!lines) {
     return false;
   }
-  lines_ = {lines->begin(), lines->end()};
-  client_.set_lines(*lines);
+  lines_ = {lines->addressed.begin(), lines->addressed.end()};
+  lines_.insert(lines->emcys.begin(), lines->emcys.end());
+  client_.set_lines(lines->addressed, lines->emcys);
   return true;
 }
 
@@ -87,9 +88,17 @@ void PeerServer::report_expiry(std::int64_t time) {
   }
 }
 
-void PeerServer::on_state(const GatewayLine& line, std::uint64_t incarnation, std::int64_t time) {
+void PeerServer::on_state(const GatewayLine& line, std::uint64_t incarnation, std::int64_t time,
+                          std::uint16_t network) {
   if (lines_.contains(line) && waiting_.size() < kMostWaiting) {
-    waiting_.push_back(encode(PeerState{line, incarnation, time}));
+    waiting_.push_back(encode(PeerState{line, incarnation, time, network}));
+  }
+}
+
+void PeerServer::on_event(const GatewayLine& line, std::uint64_t incarnation,
+                          const PeerEvent& event) {
+  if (lines_.contains(line) && waiting_.size() < kMostEventsWaiting) {
+    waiting_.push_back(encode(PeerEventOf{line, incarnation, event}));
   }
 }
 

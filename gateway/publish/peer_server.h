@@ -19,8 +19,10 @@ class PeerServer final : private PeerHandler {
  public:
   // Returns false if there is no room.
   using Send = std::function<bool(PeerBytes message)>;
-  // States that wait for room replace none: further ones are left out, because others follow.
+  // States and events that find no room are left out: other states follow, and the gateway counts
+  // the events by their numbers.
   static constexpr std::size_t kMostWaiting = 1'024;
+  static constexpr std::size_t kMostEventsWaiting = 4'096;
 
   // client must outlive it. now: the monotonic clock of both processes.
   PeerServer(PeerClient& client, std::function<Instant()> now);
@@ -34,8 +36,10 @@ class PeerServer final : private PeerHandler {
   void report_expiry(std::int64_t time);
 
  private:
-  void on_state(const routing::GatewayLine& line, std::uint64_t incarnation,
-                std::int64_t time) override;
+  void on_state(const routing::GatewayLine& line, std::uint64_t incarnation, std::int64_t time,
+                std::uint16_t network) override;
+  void on_event(const routing::GatewayLine& line, std::uint64_t incarnation,
+                const PeerEvent& event) override;
   void on_gone(const routing::GatewayLine& line) override;
   void on_answer(std::uint64_t id, const line::Reply& reply) override;
 
@@ -45,7 +49,7 @@ class PeerServer final : private PeerHandler {
 
   PeerClient& client_;
   const std::function<Instant()> now_;
-  std::set<routing::GatewayLine> lines_;
+  std::set<routing::GatewayLine> lines_;             // of both kinds
   std::map<std::uint64_t, std::uint64_t> requests_;  // IDs of the gateway by those of the client
   std::deque<PeerMessage> waiting_;
   std::int64_t expiry_ = 0;

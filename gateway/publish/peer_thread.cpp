@@ -9,12 +9,23 @@
 #include <spdlog/spdlog.h>
 
 #include "gateway/runtime/clock.h"
+#include "stack/base/byte_order.h"
+#include "stack/base/events.h"
+#include "stack/routing/post.h"
 
 namespace linegate::gateway {
 namespace {
 
 constexpr Duration kPeerPoll = std::chrono::milliseconds(200);
 constexpr Duration kPeerPollWhileWaiting = std::chrono::milliseconds(1);
+
+constexpr Duration kLossPeriod = std::chrono::seconds(1);  // between two events about losses
+
+std::vector<routing::GatewayLine> sorted(std::vector<routing::GatewayLine> lines) {
+  std::ranges::sort(lines);
+  lines.erase(std::unique(lines.begin(), lines.end()), lines.end());
+  return lines;
+}
 
 std::vector<routing::GatewayLine> addressed_by(std::span<const std::unique_ptr<LineHost>> lines) {
   std::vector<routing::GatewayLine> out;
@@ -25,8 +36,33 @@ std::vector<routing::GatewayLine> addressed_by(std::span<const std::unique_ptr<L
       }
     }
   }
-  std::ranges::sort(out);
-  out.erase(std::unique(out.begin(), out.end()), out.end());
+  return sorted(std::move(out));
+}
+
+std::vector<routing::GatewayLine> emcy_lines_of(std::span<const std::unique_ptr<LineHost>> lines) {
+  std::vector<routing::GatewayLine> out;
+  for (const auto& host : lines) {
+    for (const config::RemoteEmcys& each : host->plan.remote_emcys) {
+      out.push_back(each.from);
+    }
+  }
+  return sorted(std::move(out));
+}
+
+// As a message of the line that has the interface of the way.
+routing::Message message_of(const routing::ForwardedEmcy& emcy, std::uint8_t way,
+                            const LineHost& to) {
+  const emcy::Message content = routing::encode(emcy);
+  routing::Message out{.from = way,
+                       .to = to.interface(),
+                       .kind = routing::MessageKind::emcy,
+                       .hops = emcy.hops,
+                       .network = to.plan.config.network_id,
+                       .source = emcy.network,
+                       .node = emcy.node};
+  store_le(out.data.data(), content.code);
+  out.data[2] = std::byte{content.error_register};
+  std::ranges::copy(content.info, out.data.begin() + 3);
   return out;
 }
 
@@ -50,18 +86,30 @@ void PeerThread::set_lines(std::span<const std::unique_ptr<LineHost>> lines) {
     known_.emplace_back(host->name(), host.get());
   }
   addressed_ = addressed_by(lines);
-  if (!addressed_.empty() && client_ == nullptr) {
-    client_ = make_client_();
-  } else if (addressed_.empty() && client_ != nullptr) {
+  emcy_lines_ = emcy_lines_of(lines);
+  choose_client();
+  std::vector<routing::GatewayLine> all = addressed_;
+  all.insert(all.end(), emcy_lines_.begin(), emcy_lines_.end());
+  if (client_ != nullptr) {
+    client_->set_lines(addressed_, emcy_lines_);
+  }
+  emcys_.set_lines(emcy_lines_);
+  routes_.set_lines(sorted(std::move(all)), monotonic_now());
+}
+
+// Events are received only if a line sends EMCYs of other gateways.
+void PeerThread::choose_client() {
+  const bool with_events = !emcy_lines_.empty();
+  if (client_ != nullptr && (addressed_.empty() || with_events != with_events_)) {
     for (const auto& [name, host] : known_) {
       routes_.forget(*client_, name);
     }
     client_ = nullptr;
   }
-  if (client_ != nullptr) {
-    client_->set_lines(addressed_);
+  if (client_ == nullptr && !addressed_.empty()) {
+    client_ = make_client_(with_events);
+    with_events_ = with_events;
   }
-  routes_.set_lines(addressed_, monotonic_now());
 }
 
 void PeerThread::start() {
@@ -87,9 +135,16 @@ void PeerThread::stop() {
 void PeerThread::run() {
   pthread_setname_np(pthread_self(), "peers");
   while (!stop_.raised()) {
-    client_->poll(routes_.is_waiting() ? kPeerPollWhileWaiting : kPeerPoll, *this);
+    const Duration pause = routes_.is_waiting() ? kPeerPollWhileWaiting : kPeerPoll;
+    const Instant wake = emcys_.next_wake(monotonic_now());
+    client_->poll(wake == kNever ? pause : std::clamp(wake - monotonic_now(), Duration{}, pause),
+                  *this);
     take_requests();
-    routes_.advance(monotonic_now());
+    const Instant now = monotonic_now();
+    routes_.advance(now);
+    emcys_.advance([&](const routing::GatewayLine& of) { return routes_.publisher_of(of, now); },
+                   now);
+    report_losses(now);
   }
 }
 
@@ -158,8 +213,84 @@ void PeerThread::log_present(const std::vector<routing::GatewayLine>& present) {
 }
 
 void PeerThread::on_state(const routing::GatewayLine& line, std::uint64_t incarnation,
-                          std::int64_t time) {
-  routes_.take_state(line, incarnation, time, monotonic_now());
+                          std::int64_t time, std::uint16_t network) {
+  const Instant now = monotonic_now();
+  routes_.take_state(line, incarnation, time, now);
+  emcys_.take_state(line, incarnation, time, network, now);
+}
+
+void PeerThread::on_event(const routing::GatewayLine& line, std::uint64_t incarnation,
+                          const PeerEvent& event) {
+  emcys_.take_event(line, incarnation, event, monotonic_now());
+}
+
+// --- EMCYs --------------------------------------------------------------------------------------
+
+void PeerThread::take_emcy(const routing::GatewayLine& from, const routing::ForwardedEmcy& emcy) {
+  for (const auto& host : lines_) {
+    if (!pass_on(*host, from, emcy)) {
+      take_loss(from, emcy.network, 1);
+    }
+  }
+}
+
+// To a line that sends them, and permits them to enter: it would report each other one as refused.
+// Returns false if there is no room.
+bool PeerThread::pass_on(LineHost& host, const routing::GatewayLine& from,
+                         const routing::ForwardedEmcy& emcy) {
+  const line::LineConfig& config = host.plan.config;
+  const auto& wanted = host.plan.remote_emcys;
+  const auto way = std::ranges::find_if(wanted, [&](const config::RemoteEmcys& each) {
+    return each.from == from && each.first <= emcy.network && emcy.network <= each.last;
+  });
+  const bool is_permitted =
+      std::ranges::any_of(config.routing.access, [&](const routing::AccessRule& rule) {
+        return rule.emcy && rule.first <= emcy.network && emcy.network <= rule.last;
+      });
+  if (way == wanted.end() || !is_permitted || emcy.hops > config.routing.hop_limit) {
+    return true;
+  }
+  const bool has_room = host.port.gateway_emcys.push(message_of(emcy, way->interface, host));
+  host.executor->wakeup().signal();
+  return has_room;
+}
+
+void PeerThread::take_loss(const routing::GatewayLine& from, std::uint16_t network,
+                           std::uint64_t count) {
+  emcys_lost_.add(count);
+  for (const auto& host : lines_) {
+    const auto wanted =
+        std::ranges::find(host->plan.remote_emcys, from, &config::RemoteEmcys::from);
+    if (wanted == host->plan.remote_emcys.end()) {
+      continue;
+    }
+    const auto known = std::ranges::find_if(
+        losses_, [&](const Loss& each) { return each.line == host->name() && each.from == from; });
+    Loss& loss = known == losses_.end()
+                     ? losses_.emplace_back(Loss{.line = host->name(), .from = from})
+                     : *known;
+    loss.network = network == 0 ? wanted->first : network;
+    loss.is_due = true;
+  }
+}
+
+// At most one event for each line and period.
+void PeerThread::report_losses(Instant now) {
+  for (Loss& loss : losses_) {
+    const auto host =
+        std::ranges::find_if(lines_, [&](const auto& each) { return each->name() == loss.line; });
+    if (!loss.is_due || now < loss.reported + kLossPeriod || host == lines_.end()) {
+      continue;
+    }
+    loss.is_due = false;
+    loss.reported = now;
+    Event notice{.data = event::RoutingRefused{.abort = AbortCode::timeout,
+                                               .source = loss.network,
+                                               .target = (*host)->plan.config.network_id,
+                                               .service = routing::RoutedService::emcy}};
+    (*host)->port.gateway_notices.push(notice);
+    (*host)->executor->wakeup().signal();
+  }
 }
 
 void PeerThread::on_gone(const routing::GatewayLine& line) {

@@ -15,20 +15,24 @@
 
 #include "gateway/exchange/cell.h"
 #include "gateway/exchange/wakeup.h"
+#include "gateway/publish/peer_emcys.h"
 #include "gateway/publish/peer_routes.h"
 #include "gateway/runtime/line_host.h"
 
 namespace linegate::gateway {
 
-class PeerThread final : private PeerRoutes::Sink, private PeerHandler {
+class PeerThread final : private PeerRoutes::Sink, private PeerEmcys::Sink, private PeerHandler {
  public:
   // Makes the client; nullptr if DDS refuses, which was logged.
-  using MakeClient = std::function<std::unique_ptr<PeerClient>()>;
+  using MakeClient = std::function<std::unique_ptr<PeerClient>(bool events)>;
 
   explicit PeerThread(MakeClient make_client) : make_client_(std::move(make_client)) {}
   ~PeerThread() override;
   PeerThread(const PeerThread&) = delete;
   PeerThread& operator=(const PeerThread&) = delete;
+
+  // EMCYs of other gateways that were lost, and events that may have been some. From any thread.
+  const exchange::Counter& emcys_lost() const { return emcys_lost_; }
 
   // For LinePort::peers.
   exchange::Wakeup& wakeup() { return wakeup_; }
@@ -44,14 +48,33 @@ class PeerThread final : private PeerRoutes::Sink, private PeerHandler {
   // PeerRoutes::Sink
   bool answer(const std::string& line, routing::GatewayAnswer& answer) override;
   void set_present(const std::vector<routing::GatewayLine>& present) override;
+  // PeerEmcys::Sink
+  void take_emcy(const routing::GatewayLine& from, const routing::ForwardedEmcy& emcy) override;
+  void take_loss(const routing::GatewayLine& from, std::uint16_t network,
+                 std::uint64_t count) override;
   // PeerHandler
-  void on_state(const routing::GatewayLine& line, std::uint64_t incarnation,
-                std::int64_t time) override;
+  void on_state(const routing::GatewayLine& line, std::uint64_t incarnation, std::int64_t time,
+                std::uint16_t network) override;
+  void on_event(const routing::GatewayLine& line, std::uint64_t incarnation,
+                const PeerEvent& event) override;
   void on_gone(const routing::GatewayLine& line) override;
   void on_answer(std::uint64_t id, const line::Reply& reply) override;
 
+  // Losses that a line has not reported yet.
+  struct Loss {
+    std::string line;
+    routing::GatewayLine from;
+    std::uint16_t network = 0;
+    bool is_due = false;
+    Instant reported{};
+  };
+
+  void choose_client();
   void run();
   void relay();
+  void report_losses(Instant now);
+  static bool pass_on(LineHost& host, const routing::GatewayLine& from,
+                      const routing::ForwardedEmcy& emcy);
   void take_requests();
   void log_present(const std::vector<routing::GatewayLine>& present);
 
@@ -60,7 +83,12 @@ class PeerThread final : private PeerRoutes::Sink, private PeerHandler {
   std::vector<std::pair<std::string, const LineHost*>> known_;  // of the last set_lines()
   std::unique_ptr<PeerClient> client_;  // nullptr without a route over another gateway
   PeerRoutes routes_{*this};
+  PeerEmcys emcys_{*this};
+  bool with_events_ = false;  // of client_
+  exchange::Counter emcys_lost_;
+  std::vector<Loss> losses_;
   std::vector<routing::GatewayLine> addressed_;
+  std::vector<routing::GatewayLine> emcy_lines_;
   std::vector<routing::GatewayLine> present_;
   exchange::Wakeup wakeup_;
   exchange::Flag stop_;

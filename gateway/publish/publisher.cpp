@@ -692,6 +692,9 @@ void Publisher::refresh_gateway() {
   gateway_.participants = statistics.participants;
   gateway_.participants_most = statistics.participants_most;
   gateway_.counters = std::move(statistics.counters);
+  for (const auto& [name, counter] : added_counters_) {
+    gateway_.counters.push_back({name, counter->value()});
+  }
 }
 
 void Publisher::report_failures(Instant now) {

@@ -54,6 +54,12 @@ class Publisher {
   // Replies of the thread that reads the journal.
   exchange::Ring<line::Reply>& pages() { return pages_; }
 
+  // Adds a counter of another thread to GatewayState; it must outlive the publisher. Call it before
+  // start().
+  void add_counter(std::string name, const exchange::Counter& counter) {
+    added_counters_.emplace_back(std::move(name), &counter);
+  }
+
   // Reports an event of the gateway itself. Called by the main thread only. Dropped if the ring is
   // full.
   void report(GatewayNews news);
@@ -148,6 +154,7 @@ class Publisher {
   };
 
   DataEdge& edge_;
+  std::vector<std::pair<std::string, const exchange::Counter*>> added_counters_;
   JournalThread* journal_;
   NumberedLine* gateway_numbers_ = nullptr;
   JournalEntry entry_;

@@ -21,8 +21,11 @@ RemotePeers::~RemotePeers() {
   link_->finish(asked ? kToEnd : Duration::zero());
 }
 
-void RemotePeers::set_lines(const std::vector<GatewayLine>& lines) {
-  lines_ = lines;
+void RemotePeers::set_lines(const std::vector<GatewayLine>& addressed,
+                            const std::vector<GatewayLine>& emcys) {
+  lines_ = {.addressed = addressed, .emcys = emcys};
+  wanted_ = {addressed.begin(), addressed.end()};
+  wanted_.insert(emcys.begin(), emcys.end());
   has_lines_ = is_running() && link_->send(process_, encode(lines_));
 }
 
@@ -125,6 +128,8 @@ bool RemotePeers::take(PeerBytes message, PeerHandler& handler) {
       return message.size() == 1;
     case FromPeers::state:
       return take_state(message, handler);
+    case FromPeers::event:
+      return take_event(message, handler);
     case FromPeers::gone:
       return take_gone(message, handler);
     case FromPeers::answer:
@@ -141,11 +146,19 @@ bool RemotePeers::take(PeerBytes message, PeerHandler& handler) {
 // Of lines that are no longer wanted, messages may be under way.
 bool RemotePeers::take_state(PeerBytes message, PeerHandler& handler) {
   const auto state = decode_state(message);
-  if (state && std::ranges::find(lines_, state->line) != lines_.end()) {
+  if (state && wanted_.contains(state->line)) {
     reported_.insert(state->line);
-    handler.on_state(state->line, state->incarnation, state->time);
+    handler.on_state(state->line, state->incarnation, state->time, state->network);
   }
   return state.has_value();
+}
+
+bool RemotePeers::take_event(PeerBytes message, PeerHandler& handler) {
+  const auto of = decode_event(message);
+  if (of && wanted_.contains(of->line)) {
+    handler.on_event(of->line, of->incarnation, of->event);
+  }
+  return of.has_value();
 }
 
 bool RemotePeers::take_gone(PeerBytes message, PeerHandler& handler) {
@@ -194,8 +207,8 @@ void RemotePeers::renew() {
 // Why the process is to be replaced if a line is absent; empty: it is not.
 std::string RemotePeers::absence(Instant now) {
   const auto absent = std::ranges::find_if(
-      lines_, [&](const GatewayLine& line) { return !reported_.contains(line); });
-  if (absent == lines_.end()) {
+      wanted_, [&](const GatewayLine& line) { return !reported_.contains(line); });
+  if (absent == wanted_.end()) {
     absent_since_ = kNever;
     patience_ = kFirstAbsence;
     return {};

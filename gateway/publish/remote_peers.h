@@ -68,7 +68,8 @@ class RemotePeers final : public PeerClient {
               Renewal renewal = {});
   ~RemotePeers() override;
 
-  void set_lines(const std::vector<routing::GatewayLine>& lines) override;
+  void set_lines(const std::vector<routing::GatewayLine>& addressed,
+                 const std::vector<routing::GatewayLine>& emcys) override;
   std::uint64_t send(const routing::GatewayLine& to, std::uint64_t incarnation,
                      const line::Request& request, Duration timeout) override;
   void cancel(std::uint64_t id) override;
@@ -81,6 +82,7 @@ class RemotePeers final : public PeerClient {
   bool receive(PeerHandler& handler);
   bool take(PeerBytes message, PeerHandler& handler);
   bool take_state(PeerBytes message, PeerHandler& handler);
+  bool take_event(PeerBytes message, PeerHandler& handler);
   bool take_gone(PeerBytes message, PeerHandler& handler);
   bool take_answer(PeerBytes message, PeerHandler& handler);
   void end_requests(Instant until, PeerHandler& handler);
@@ -91,7 +93,8 @@ class RemotePeers final : public PeerClient {
   const PeerSettings settings_;
   const std::function<Instant()> now_;
   const Renewal renewal_;
-  std::vector<routing::GatewayLine> lines_;
+  PeerLines lines_;
+  std::set<routing::GatewayLine> wanted_;    // lines of both kinds
   std::uint64_t process_ = 0;                // that has the settings; 0: none
   bool has_lines_ = false;                   // it has the present ones
   std::set<routing::GatewayLine> reported_;  // states of them

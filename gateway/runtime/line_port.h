@@ -28,6 +28,7 @@
 #include "stack/line/state.h"
 #include "stack/pdo/reception.h"
 #include "stack/routing/gateway_request.h"
+#include "stack/routing/message.h"
 #include "stack/routing/table.h"
 
 namespace linegate::gateway {
@@ -115,6 +116,8 @@ struct LinePort {
   // That thread to executor.
   exchange::Ring<routing::GatewayAnswer> gateway_answers{128};
   exchange::Handover<std::vector<routing::GatewayLine>> gateways_present;
+  exchange::Ring<routing::Message> gateway_emcys{128};  // EMCYs of other networks
+  exchange::Ring<Event> gateway_notices{32};            // which the line reports
 
   // Set before the line runs: its images go to the edge by this way, and those of inputs also to
   // the publisher, which is woken only for PDO updates. Otherwise nullptr.

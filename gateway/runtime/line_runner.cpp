@@ -508,7 +508,7 @@ void LineRunner::execute_command(Instant now) {
   }
 }
 
-// Of other gateways: their presence, and their answers.
+// Of other gateways: their presence, their answers, and their EMCYs.
 [[gnu::hot]] void LineRunner::poll_gateways(Instant now) {
   if (routes_ == nullptr || port_.peers == nullptr) {
     return;
@@ -519,6 +519,13 @@ void LineRunner::execute_command(Instant now) {
   while (port_.gateway_answers.pop(gateway_answer_)) {
     line_->answer_gateway_request(std::move(gateway_answer_), now);
     gateway_answer_ = {};
+  }
+  for (routing::Message emcy; port_.gateway_emcys.pop(emcy);) {
+    line_->deliver(emcy, now);
+  }
+  for (Event notice; port_.gateway_notices.pop(notice);) {
+    notice.time = now;
+    line_->report(notice);
   }
 }
 

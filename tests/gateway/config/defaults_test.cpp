@@ -305,6 +305,9 @@ void add_joins(DefaultCases& to) {
   to["route/timeout"] =
       default_of(plant("routes: [{to: 9, via: x/y, @}]\n", node), "5s",
                  of_b([](const routing::Config& r) { return r.interfaces.back().way->timeout; }));
+  to["route/emcy"] = default_of(
+      plant("routes: [{to: 9, via: x/y, @}]\n", node + ", enter: [{from: 9, services: [emcy]}]"),
+      "true", [](const Plant& p) { return p.lines.at(1).remote_emcys.size(); });
   const auto rule = [](const routing::Config& r) {
     const routing::AccessRule& only = r.access.at(0);
     return value_text(only.sdo_read) + value_text(only.sdo_write) + value_text(only.emcy) +

@@ -268,6 +268,39 @@ TEST(Routes, EmcysAreNotForwardedOverAnotherGateway) {
   EXPECT_EQ(all.value->lines[0].config.routing.emcy_networks[1], 0U);
 }
 
+TEST(Routes, EmcysOfAnotherGatewayGoToTheLinesThatAcceptThem) {
+  const std::string routes =
+      "routes:\n"
+      "  - {to: 7..9, via: hall-b/press, enter: pack, emcy: true}\n"
+      "  - {to: 12, via: hall-b/store, emcy: false}\n";
+  const std::string lines =
+      "  - {name: press, interface: virtual:press, enter: [{from: 8, services: [emcy]}, {from: 12, "
+      "services: [emcy]}]}\n"
+      "  - {name: hall, interface: virtual:hall, enter: [{from: 7..9, services: [sdo]}]}\n";
+  const auto loaded = read_routes(routes, lines);
+  ASSERT_TRUE(loaded.ok()) << told(loaded).front();
+  const Plant& plant = *loaded.value;
+  EXPECT_EQ(plant.lines[0].remote_emcys,
+            (std::vector<RemoteEmcys>{{{"hall-b", "press"}, 7, 9, 255}}));
+  EXPECT_TRUE(plant.lines[1].remote_emcys.empty());
+  const auto without = read_routes(
+      "routes:\n"
+      "  - {to: 7..9, via: hall-b/press, enter: pack}\n"
+      "  - {to: 12, via: hall-b/store}\n",
+      lines);
+  EXPECT_NE(without.value->lines[0].routes, plant.lines[0].routes) << "a reload";
+  EXPECT_EQ(without.value->lines[0].source, plant.lines[0].source) << "of a running line";
+  EXPECT_EQ(
+      told(read_routes(routes + "  - {to: 20, via: hall-b/press, emcy: true}\n"
+                                "  - {to: 21, via: 'hall:5', emcy: true}\n",
+                       lines)),
+      (std::vector<std::string>{
+          "plant.yaml:5:5: error: no line accepts EMCYs of network 20: a line that shall send "
+          "them needs enter: [{from: 20, services: [emcy]}]",
+          "plant.yaml:6:35: error: emcy is for a route over another gateway, via: "
+          "GATEWAY/LINE"}));
+}
+
 // A reload changes the routes of running lines. The order of the routes has no effect.
 TEST(Routes, AreNoneOfTheSourcesOfALine) {
   const auto plan = [](const std::string& top) {

@@ -33,7 +33,8 @@ class FakePeerClient final : public PeerClient {
     line::Request request;
     Duration timeout{};
   };
-  void set_lines(const std::vector<GatewayLine>& lines) override { lines_ = lines; }
+  void set_lines(const std::vector<GatewayLine>& /*addressed*/,
+                 const std::vector<GatewayLine>& /*emcys*/) override {}
   std::uint64_t send(const GatewayLine& to, std::uint64_t incarnation, const line::Request& request,
                      Duration timeout) override {
     if (!has_room) {
@@ -48,7 +49,6 @@ class FakePeerClient final : public PeerClient {
 
   std::vector<Sent> sent;
   std::vector<std::uint64_t> cancelled;
-  std::vector<GatewayLine> lines_;
   bool has_room = true;
 };
 

@@ -84,7 +84,11 @@ class ClientInProcess final : public PeerClient {
     line::Request request;
     Duration timeout{};
   };
-  void set_lines(const std::vector<GatewayLine>& lines) override { lines_ = lines; }
+  void set_lines(const std::vector<GatewayLine>& addressed,
+                 const std::vector<GatewayLine>& emcys) override {
+    lines_ = addressed;
+    emcys_ = emcys;
+  }
   std::uint64_t send(const GatewayLine& to, std::uint64_t incarnation, const line::Request& request,
                      Duration timeout) override {
     sent.push_back({to, incarnation, request, timeout});
@@ -99,6 +103,7 @@ class ClientInProcess final : public PeerClient {
   void wake() override {}
 
   std::vector<GatewayLine> lines_;
+  std::vector<GatewayLine> emcys_;
   std::vector<Sent> sent;
   std::vector<std::uint64_t> cancelled;
   std::vector<std::function<void(PeerHandler&)>> acts;  // in the next poll
@@ -106,7 +111,7 @@ class ClientInProcess final : public PeerClient {
 
 class RemotePeersTest : public testing::Test, public PeerHandler {
  protected:
-  RemotePeersTest() { peers_.set_lines({kPressOfPeer, kPackOfPeer}); }
+  RemotePeersTest() { peers_.set_lines({kPressOfPeer, kPackOfPeer}, {}); }
 
   void poll() { peers_.poll(200ms, *this); }
   // The process carries out what it has received, and answers. Returns false if it ends.
@@ -136,7 +141,7 @@ class RemotePeersTest : public testing::Test, public PeerHandler {
   void state_of(const GatewayLine& line, std::uint64_t incarnation = 7, std::int64_t time = 1) {
     exchange();
     client_.acts.emplace_back(
-        [=](PeerHandler& handler) { handler.on_state(line, incarnation, time); });
+        [=](PeerHandler& handler) { handler.on_state(line, incarnation, time, 7); });
     exchange();
   }
   void reply_of(std::size_t index, line::Reply reply) {
@@ -160,8 +165,13 @@ class RemotePeersTest : public testing::Test, public PeerHandler {
     process_.number = number;
   }
 
-  void on_state(const GatewayLine& line, std::uint64_t incarnation, std::int64_t time) override {
-    states_.push_back({line, incarnation, time});
+  void on_state(const GatewayLine& line, std::uint64_t incarnation, std::int64_t time,
+                std::uint16_t network) override {
+    states_.push_back({line, incarnation, time, network});
+  }
+  void on_event(const GatewayLine& line, std::uint64_t incarnation,
+                const PeerEvent& event) override {
+    events_.push_back({line, incarnation, event});
   }
   void on_gone(const GatewayLine& line) override { gone_.push_back(line); }
   void on_answer(std::uint64_t id, const line::Reply& reply) override {
@@ -202,6 +212,7 @@ class RemotePeersTest : public testing::Test, public PeerHandler {
                           },
                       .done = [this](Instant) { ++renewals_; }}};
   std::vector<PeerState> states_;
+  std::vector<PeerEventOf> events_;
   std::vector<GatewayLine> gone_;
   std::vector<std::pair<std::uint64_t, line::Reply>> answers_;
 };
@@ -221,7 +232,7 @@ TEST_F(RemotePeersTest, TheProcessReceivesTheSettingsAndTheLines) {
   EXPECT_TRUE(settings_->secured);
   EXPECT_EQ(settings_->identity, "/identity");
   EXPECT_EQ(client_.lines_, (std::vector{kPressOfPeer, kPackOfPeer}));
-  peers_.set_lines({kPackOfPeer});
+  peers_.set_lines({kPackOfPeer}, {});
   exchange();
   EXPECT_EQ(client_.lines_, std::vector{kPackOfPeer});
   state_of(kPressOfPeer);
@@ -234,10 +245,48 @@ TEST_F(RemotePeersTest, StatesAndEndsOfLinesArePassedOn) {
   EXPECT_EQ(states_[0].line, kPressOfPeer);
   EXPECT_EQ(states_[0].incarnation, 7U);
   EXPECT_EQ(states_[0].time, -5);
+  EXPECT_EQ(states_[0].network, 7);
   client_.acts.emplace_back([](PeerHandler& handler) { handler.on_gone(kPressOfPeer); });
   client_.acts.emplace_back([](PeerHandler& handler) { handler.on_gone({"hall-c", "press"}); });
   exchange();
   EXPECT_EQ(gone_, std::vector{kPressOfPeer});
+}
+
+TEST_F(RemotePeersTest, EventsOfLinesWhoseEmcysAreWantedArePassedOn) {
+  const GatewayLine other{"hall-c", "store"};
+  peers_.set_lines({kPressOfPeer}, {other});
+  exchange();
+  EXPECT_EQ(client_.emcys_, std::vector{other});
+  const PeerEvent emcy{.stream = 3,
+                       .number = 1ULL << 60U,
+                       .time = -9,
+                       .node = 9,
+                       .routed = true,
+                       .emcy = routing::ForwardedEmcy{.code = 0x8130,
+                                                      .error_register = 0x11,
+                                                      .network = 300,
+                                                      .node = 127,
+                                                      .hops = 2,
+                                                      .number = 200}};
+  client_.acts.emplace_back([=](PeerHandler& handler) {
+    handler.on_event(other, 7, emcy);
+    handler.on_event(kPackOfPeer, 7, emcy);
+    handler.on_event(other, 7, {.stream = 3, .number = 5});
+  });
+  exchange();
+  ASSERT_EQ(events_.size(), 2U);
+  EXPECT_EQ(events_[0].line, other);
+  EXPECT_EQ(events_[0].incarnation, 7U);
+  const PeerEvent& got = events_[0].event;
+  EXPECT_EQ(got.stream, 3U);
+  EXPECT_EQ(got.number, 1ULL << 60U);
+  EXPECT_EQ(got.time, -9);
+  EXPECT_EQ(got.node, 9);
+  EXPECT_TRUE(got.routed);
+  ASSERT_TRUE(got.emcy);
+  EXPECT_TRUE(got.emcy->same(*emcy.emcy));
+  EXPECT_EQ(got.emcy->hops, 2);
+  EXPECT_FALSE(events_[1].event.emcy);
 }
 
 TEST_F(RemotePeersTest, ARequestIsSentOnceWithTheTimeThatIsLeft) {
@@ -366,7 +415,7 @@ TEST_F(RemotePeersTest, WithoutRoomNothingIsSent) {
   exchange();
   process_.has_room = false;
   EXPECT_EQ(write(), 0U);
-  peers_.set_lines({kPackOfPeer});
+  peers_.set_lines({kPackOfPeer}, {});
   poll();
   process_.has_room = true;
   exchange();
@@ -497,12 +546,12 @@ TEST(PeerServer, EndsWithMalformedMessagesAndThoseOfTheStart) {
 TEST(PeerServer, StatesAreLeftOutWhileThereIsNoRoom) {
   ClientInProcess client;
   PeerServer server(client, [] { return Instant{100s}; });
-  ASSERT_TRUE(server.handle(encode(std::vector{kPressOfPeer})));
+  ASSERT_TRUE(server.handle(encode(PeerLines{.addressed = {kPressOfPeer}})));
   ASSERT_TRUE(server.handle(encode(PeerSend{
       .id = 5, .to = kPressOfPeer, .deadline = Instant{101s}, .request = line::NetworkRead{}})));
   client.acts.emplace_back([](PeerHandler& handler) {
     for (int i = 0; i < 100'000; ++i) {
-      handler.on_state(kPressOfPeer, 7, i);
+      handler.on_state(kPressOfPeer, 7, i, 7);
     }
     handler.on_answer(1'001, {.tag = 1'001});
   });

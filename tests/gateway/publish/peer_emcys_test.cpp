@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: Apache-2.0
+// EMCYs of networks of other gateways: which are passed on, and which count as lost. The head of
+// peer_emcys.h has the invariants.
+#include "gateway/publish/peer_emcys.h"
+
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace linegate::gateway {
+namespace {
+
+using namespace std::chrono_literals;
+using routing::ForwardedEmcy;
+using routing::GatewayLine;
+
+const GatewayLine kEmcyLine{"hall-b", "press"};
+
+class PeerEmcysTest : public testing::Test, private PeerEmcys::Sink {
+ protected:
+  PeerEmcysTest() { emcys_.set_lines({kEmcyLine}); }
+
+  void take_emcy(const GatewayLine& from, const ForwardedEmcy& emcy) override {
+    EXPECT_EQ(from, kEmcyLine);
+    passed_.push_back(emcy);
+  }
+  void take_loss(const GatewayLine& from, std::uint16_t network, std::uint64_t count) override {
+    EXPECT_EQ(from, kEmcyLine);
+    lost_in_ = network;
+    lost_ += count;
+  }
+
+  // The clock of hall-b is wrong by some days.
+  std::int64_t remote(Instant time) const {
+    return (time.time_since_epoch() - 77h + clock_step_).count();
+  }
+  void state() { emcys_.take_state(kEmcyLine, incarnation_, remote(now_), 7, now_); }
+  // It happened at that time, and is received now.
+  void event(std::uint64_t number, Instant at, std::optional<ForwardedEmcy> emcy,
+             std::uint8_t node = 5, bool routed = false) {
+    emcys_.take_event(kEmcyLine, incarnation_,
+                      {.stream = stream_,
+                       .number = number,
+                       .time = remote(at),
+                       .node = node,
+                       .routed = routed,
+                       .emcy = emcy},
+                      now_);
+  }
+  static ForwardedEmcy own(std::uint16_t code, std::uint8_t node = 5) {
+    return {.code = code, .node = node};
+  }
+  void advance() {
+    emcys_.advance([this](const GatewayLine&) { return publisher_; }, now_);
+  }
+  // The line lives, for that long.
+  void run(Duration time) {
+    for (const Instant end = now_ + time; now_ < end; now_ += 100ms) {
+      if (now_ - state_at_ >= 1s) {
+        state_at_ = now_;
+        state();
+      }
+      advance();
+    }
+    advance();
+  }
+  std::vector<std::uint16_t> codes() {
+    std::vector<std::uint16_t> out;
+    for (const ForwardedEmcy& emcy : std::exchange(passed_, {})) {
+      out.push_back(emcy.code);
+    }
+    return out;
+  }
+  std::uint64_t lost() { return std::exchange(lost_, 0); }
+  using Codes = std::vector<std::uint16_t>;
+
+  Instant now_{1'000s};
+  Instant state_at_{};
+  std::uint64_t incarnation_ = 7;
+  std::uint64_t stream_ = 70;
+  std::optional<std::uint64_t> publisher_ = 7;
+  Duration clock_step_{};
+  PeerEmcys emcys_{*this};
+  std::vector<ForwardedEmcy> passed_;
+  std::uint64_t lost_ = 0;
+  std::uint16_t lost_in_ = 0;
+};
+
+TEST_F(PeerEmcysTest, AnEmcyIsPassedOnOnceAsThatOfItsDevice) {
+  run(5s);
+  event(10, now_, own(0x8130, 9));
+  EXPECT_EQ(emcys_.next_wake(now_), now_ + PeerEmcys::kForRouted);
+  run(1s);
+  ASSERT_EQ(passed_.size(), 1U);
+  EXPECT_EQ(passed_[0].network, 7);
+  EXPECT_EQ(passed_[0].node, 9);
+  EXPECT_EQ(passed_[0].hops, 1);
+  EXPECT_EQ(codes(), Codes{0x8130});
+  EXPECT_EQ(emcys_.next_wake(now_), kNever);
+  event(10, now_, own(0x8130, 9));  // repeated for a late subscriber
+  event(9, now_, own(0x8131));
+  run(1s);
+  EXPECT_EQ(codes(), Codes{});
+  EXPECT_EQ(lost(), 0U);
+}
+
+TEST_F(PeerEmcysTest, AnEventThatIsLeftOutCountsAsALoss) {
+  run(1s);
+  event(10, now_, own(1));
+  event(11, now_, std::nullopt);
+  event(15, now_, own(2));
+  run(1s);
+  EXPECT_EQ(codes(), (Codes{1, 2}));
+  EXPECT_EQ(lost(), 3U);
+  EXPECT_EQ(lost_in_, 7);
+}
+
+// A cut network, or a process that was killed: afterwards DDS repeats the last events.
+TEST_F(PeerEmcysTest, AnOldEmcyIsNotPassedOnAfterAReconnection) {
+  run(5s);
+  event(10, now_, own(1));
+  run(1s);
+  EXPECT_EQ(codes(), Codes{1});
+  const Instant cut = now_;
+  now_ += 10s;
+  event(11, cut + 3s, own(2));
+  event(12, now_ - 1500ms, own(3));
+  advance();
+  now_ += 100ms;
+  advance();
+  EXPECT_EQ(codes(), Codes{3}) << "without a new state, by the last one";
+  EXPECT_EQ(lost(), 1U);
+  run(2s);
+  event(13, now_ - 2500ms, own(4));
+  event(14, now_ - 1s, own(5));
+  run(1s);
+  EXPECT_EQ(codes(), Codes{5});
+  EXPECT_EQ(lost(), 1U);
+}
+
+TEST_F(PeerEmcysTest, WhatWasBeforeTheLineWasFollowedIsNoLoss) {
+  event(3, now_ - 1h, own(1));
+  event(4, now_ - 10s, own(2));
+  event(5, now_ - 500ms, own(3));
+  run(3s);
+  EXPECT_EQ(codes(), Codes{3});
+  EXPECT_EQ(lost(), 0U);
+}
+
+// A state of before a silence, which DDS repeats, makes nothing younger.
+TEST_F(PeerEmcysTest, ARepeatedStateDoesNotMakeAnEmcyYounger) {
+  run(5s);
+  const std::int64_t last = remote(now_);
+  emcys_.take_state(kEmcyLine, incarnation_, last, 7, now_);
+  const Instant at = now_;
+  now_ += 10s;
+  emcys_.take_state(kEmcyLine, incarnation_, last, 7, now_);
+  event(10, at, own(1));
+  now_ += 100ms;
+  advance();
+  EXPECT_EQ(codes(), Codes{});
+  EXPECT_EQ(lost(), 1U);
+}
+
+TEST_F(PeerEmcysTest, AStepOfTheOtherClockIsOverWithTheNextState) {
+  run(5s);
+  clock_step_ = 1h;
+  run(2s);
+  event(10, now_, own(1));
+  run(1s);
+  EXPECT_EQ(codes(), Codes{1});
+  clock_step_ = -1h;
+  run(2s);
+  event(11, now_, own(2));
+  run(1s);
+  EXPECT_EQ(codes(), Codes{2});
+  EXPECT_EQ(lost(), 0U);
+}
+
+TEST_F(PeerEmcysTest, NothingIsPassedOnWhileTwoGatewaysPublishTheLine) {
+  run(5s);
+  publisher_.reset();
+  event(10, now_, own(1));
+  run(1s);
+  EXPECT_GT(emcys_.next_wake(now_), now_) << "not again and again";
+  publisher_ = 7;
+  run(100ms);
+  EXPECT_EQ(codes(), Codes{1}) << "it is not too old yet";
+  publisher_.reset();
+  event(11, now_, own(2));
+  run(3s);
+  publisher_ = 7;
+  run(1s);
+  EXPECT_EQ(codes(), Codes{});
+  EXPECT_EQ(lost(), 1U);
+}
+
+// An event may be received before the first state of its incarnation.
+TEST_F(PeerEmcysTest, ARestartedGatewayNumbersAnew) {
+  run(5s);
+  event(1'000, now_, own(1));
+  run(1s);
+  incarnation_ = 8;
+  stream_ = 80;
+  event(1, now_, own(2));
+  advance();
+  now_ += 100ms;
+  advance();
+  publisher_ = 8;
+  run(1s);
+  event(2, now_, own(3));
+  run(1s);
+  EXPECT_EQ(codes(), (Codes{1, 2, 3}));
+  EXPECT_EQ(lost(), 0U);
+}
+
+// A gateway on that bus: the event of its frame is followed by that of the source.
+TEST_F(PeerEmcysTest, AForwardedEmcyIsThatOfItsSourceWithOneMoreHop) {
+  run(5s);
+  event(10, now_, own(0x1000, 9), 9);
+  event(11, now_, own(0x2000, 9), 9);
+  event(12, now_, ForwardedEmcy{.code = 0x1000, .network = 12, .node = 3, .hops = 2, .number = 44},
+        9, true);
+  run(1s);
+  ASSERT_EQ(passed_.size(), 2U);
+  EXPECT_EQ(passed_[0].code, 0x2000);
+  EXPECT_EQ(passed_[0].network, 7);
+  EXPECT_EQ(passed_[1].code, 0x1000);
+  EXPECT_EQ(passed_[1].network, 12);
+  EXPECT_EQ(passed_[1].node, 3);
+  EXPECT_EQ(passed_[1].hops, 3);
+  EXPECT_EQ(passed_[1].number, 44);
+}
+
+TEST_F(PeerEmcysTest, AFloodIsHeldWithinBounds) {
+  publisher_.reset();
+  run(5s);
+  for (std::uint64_t i = 0; i < 10'000; ++i) {
+    event(i + 1, now_, own(static_cast<std::uint16_t>(i)));
+  }
+  publisher_ = 7;
+  run(1s);
+  EXPECT_EQ(passed_.size(), PeerEmcys::kMostHeld);
+  EXPECT_EQ(passed_.back().code, 9'999);
+  EXPECT_EQ(lost(), 10'000 - PeerEmcys::kMostHeld);
+}
+
+TEST_F(PeerEmcysTest, OtherLinesAreIgnored) {
+  run(1s);
+  emcys_.set_lines({});
+  event(10, now_, own(1));
+  run(1s);
+  EXPECT_EQ(codes(), Codes{});
+}
+
+}  // namespace
+}  // namespace linegate::gateway
