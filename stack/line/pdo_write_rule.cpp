@@ -30,13 +30,20 @@ bool has_cob_id(const manager::AssumedPdo& pdo, can::CobId cob_id) {
 AbortCode PdoWriteRule::may_write(std::uint8_t node, od::Address address,
                                   std::span<const std::byte> value) const {
   const bool is_refused = od::objects::is_pdo_record(address.index) && manager_.active() &&
-                          manager_.keeps_pdos(node) &&
-                          manager::changes_pdo(configurator_.objects().pdos(node), address, value);
+                          manager_.keeps_pdos(node) && changes_image(node, address, value);
   if (is_refused) {
     return AbortCode::device_state;
   }
   return manager_.active() && takes_cob_id(address, value) ? AbortCode::invalid_value
                                                            : AbortCode::none;
+}
+
+bool PdoWriteRule::changes_image(std::uint8_t node, od::Address address,
+                                 std::span<const std::byte> value) const {
+  const std::span<const manager::AssumedPdo> pdos = configurator_.objects().pdos(node);
+  const bool has_sync = config_.sync_period > Duration::zero() || node_.counters().syncs != 0;
+  return manager::changes_pdo(pdos, address, value) ||
+         manager::ends_transmission(pdos, address, value, has_sync);
 }
 
 // Bit 31 of 1005h has no meaning (CiA 301 7.5.2.5); of 1014h it is set if there is no EMCY.

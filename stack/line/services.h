@@ -75,7 +75,7 @@ struct Services {
                     .diagnosing = diagnosis,
                     .records = records,
                     .events = line.events}};
-  PdoWriteRule pdo_rule{line.manager, line.configurator};
+  PdoWriteRule pdo_rule{line.config, line.node, line.manager, line.configurator};
   RoutingService routing{line.host,   line.config,   line.node,   line.sdo,
                          line.events, line.messages, line.routed, pdo_rule};
   EmcyService emcy{line.host, line.node};

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "stack/manager/object_write.h"
@@ -17,6 +18,13 @@ using CobIds = std::vector<std::uint32_t>;
 
 // One PDO of the image; or one that is not in it, and so must not have the COB-ID of one that is.
 struct AssumedPdo {
+  // Of a TPDO.
+  struct Transmission {
+    std::uint16_t record = 0;  // 1800h to 19FFh
+    std::uint8_t type = 0;
+  };
+
+  // Those that can be changed; of a TPDO there may be none.
   std::vector<ObjectWrite> parameters;
   // The writes that give the device these parameters, in the order of CiA 301 7.5.2.36; empty:
   // nothing is written to it.
@@ -24,6 +32,8 @@ struct AssumedPdo {
   // Of a PDO that is not in the image: those of PDOs of the image in the same direction. Its only
   // parameter is its COB-ID.
   std::shared_ptr<const CobIds> taken{};
+  // Of a TPDO of the image whose transmission type can be changed; nothing for other PDOs.
+  std::optional<Transmission> sent{};
 };
 
 }  // namespace linegate::manager

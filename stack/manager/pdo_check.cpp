@@ -62,6 +62,24 @@ bool changes_pdo(std::span<const AssumedPdo> pdos, od::Address address,
   });
 }
 
+bool ends_transmission(std::span<const AssumedPdo> pdos, od::Address address,
+                       std::span<const std::byte> value, bool has_sync) {
+  const auto pdo = std::ranges::find_if(pdos, [address](const AssumedPdo& each) {
+    return each.sent && address == od::Address{each.sent->record, 2};
+  });
+  if (pdo == pdos.end()) {
+    return false;
+  }
+  if (value.size() != 1) {
+    return value.empty();  // the node refuses another length
+  }
+  const auto type = std::to_integer<std::uint8_t>(value[0]);
+  if (pdo::is_on_request(type)) {
+    return !pdo::is_on_request(pdo->sent->type);
+  }
+  return pdo::is_synchronous(type) && !has_sync && !pdo::is_synchronous(pdo->sent->type);
+}
+
 bool is_unreadable(AbortCode abort) {
   return abort == AbortCode::unsupported_access || abort == AbortCode::write_only ||
          abort == AbortCode::no_object || abort == AbortCode::no_sub_index;

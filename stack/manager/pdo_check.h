@@ -29,6 +29,13 @@ bool is_as_assumed(const AssumedPdo& pdo, const ObjectWrite& parameter,
 bool changes_pdo(std::span<const AssumedPdo> pdos, od::Address address,
                  std::span<const std::byte> value);
 
+// Whether a write of this value may end the transmission of one of these TPDOs: with types 252 and
+// 253 it is sent on request alone, with the synchronous types only while there is SYNC. The values
+// of the image would stay as they are. With the other types it is sent by itself. value: empty if
+// it is not known.
+bool ends_transmission(std::span<const AssumedPdo> pdos, od::Address address,
+                       std::span<const std::byte> value, bool has_sync);
+
 // The node does not have the object, or it cannot be read: nothing is known of it.
 bool is_unreadable(AbortCode abort);
 

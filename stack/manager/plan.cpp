@@ -191,9 +191,18 @@ std::vector<AssumedPdo> assumed_pdos(const od::DeviceDescription& device, bool c
       }
       const auto record =
           static_cast<std::uint16_t>(pdo::communication_base(kind) + pdo.number - 1);
-      if (auto parameters = parameters_of(device, kind, pdo); !parameters.empty()) {
-        out.push_back({.parameters = std::move(parameters),
-                       .remedy = correct ? remedy_of(device, record) : std::vector<ObjectWrite>{}});
+      AssumedPdo assumed{.parameters = parameters_of(device, kind, pdo), .remedy = {}};
+      if (!assumed.parameters.empty() && correct) {
+        assumed.remedy = remedy_of(device, record);
+      }
+      const od::VariableDescription* const type = device.find(od::Address{record, 2});
+      const bool changes =
+          type == nullptr ? !assumed.parameters.empty() : od::writable(type->access);
+      if (kind == pdo::PdoKind::tpdo && changes) {
+        assumed.sent = AssumedPdo::Transmission{.record = record, .type = pdo.type};
+      }
+      if (!assumed.parameters.empty() || assumed.sent) {
+        out.push_back(std::move(assumed));
       }
     }
   };
@@ -231,6 +240,9 @@ TakenIds taken_ids(std::span<const od::DeviceDescription* const> devices) {
 
 bool has_record(const NodePlan& plan, std::uint16_t record) {
   return std::ranges::any_of(plan.pdos, [record](const AssumedPdo& pdo) {
+    if (pdo.parameters.empty()) {
+      return false;  // its COB-ID is constant
+    }
     const std::uint16_t index = pdo.parameters.front().address.index;
     return index == record || index == record + kMappingOffset;
   });

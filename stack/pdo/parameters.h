@@ -44,6 +44,9 @@ inline constexpr std::uint8_t kEventProfile = 255;
 constexpr bool is_synchronous(std::uint8_t type) {
   return type <= kLastCyclic;
 }
+constexpr bool is_on_request(std::uint8_t type) {
+  return type == kRtrOnSync || type == kRtrEvent;
+}
 constexpr bool is_event_driven(std::uint8_t type) {
   return type >= kEventManufacturer;
 }

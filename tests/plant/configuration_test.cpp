@@ -318,6 +318,9 @@ TEST_F(StoredPdoTest, AreNotChangedByAClientUnlessTheNodeDidNotBoot) {
   EXPECT_EQ(write({0x1800, 1}, number(0x8000'0186)), refused);
   EXPECT_EQ(write({0x1A00, 0}, number(0, 1)), refused);
   EXPECT_EQ(write({0x1400, 2}, number(1, 1)), refused);
+  EXPECT_EQ(write({0x1800, 2}, number(253, 1)), refused) << "sent on request alone";
+  EXPECT_EQ(write({0x1800, 2}, number(1, 1)), refused) << "there is no SYNC";
+  EXPECT_EQ(write({0x1800, 2}, number(254, 1)), Error{});
   EXPECT_NE(write({0x1800, 1}, number(0x186)), refused) << "it has this value";
   EXPECT_EQ(write({0x1800, 5}, number(50, 2)), Error{}) << "the event timer changes no value";
   const std::vector<manager::ObjectWrite> bad = {{kAcceleration, number(0)}};

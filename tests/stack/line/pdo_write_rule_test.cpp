@@ -21,7 +21,8 @@ struct PdoWriteRuleTest : testing::Test {
   ManagerParts parts;
   manager::Configurator configurator{parts.dictionary, node_plans(parts.config), parts.sdo,
                                      parts.events, milliseconds(500)};
-  PdoWriteRule rule{parts.manager, configurator};
+  NodeParts own{parts.config};
+  PdoWriteRule rule{parts.config, *own.node, parts.manager, configurator};
 };
 
 // Its EMCYs would be taken as the PDO, or the PDO as its SYNC.

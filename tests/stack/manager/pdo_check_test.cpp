@@ -236,6 +236,39 @@ TEST_F(PdoCheckTest, AnotherPdoInTheConfigurationIsAFault) {
                                        .found = number(0x6000'0208)}));
 }
 
+TEST(TypeOfATpdo, EndsItsTransmission) {
+  struct Row {
+    std::uint8_t before;
+    std::uint8_t after;
+    bool has_sync;
+    bool ends;
+  };
+  const std::vector<Row> rows{
+      {255, 253, true, true},    // on request alone
+      {1, 252, true, true},      //
+      {253, 252, false, false},  // as before
+      {253, 255, false, false},  // sent by itself, too
+      {255, 1, false, true},     // nothing makes the device send it
+      {255, 0, false, true},     //
+      {255, 1, true, false},     // sent with each SYNC
+      {1, 10, false, false},     // the image had a synchronous one without SYNC
+      {1, 255, false, false},    //
+      {255, 245, false, false},  // reserved: the device refuses it
+  };
+  for (const Row& row : rows) {
+    const std::vector<AssumedPdo> pdos{
+        {.parameters = {}, .remedy = {}, .sent = {{.record = 0x1801, .type = row.before}}}};
+    const auto ends = [&](od::Address address, const std::vector<std::byte>& value) {
+      return ends_transmission(pdos, address, value, row.has_sync);
+    };
+    EXPECT_EQ(ends({0x1801, 2}, number(row.after, 1)), row.ends) << +row.before << +row.after;
+    EXPECT_FALSE(ends({0x1801, 3}, number(253, 1)));
+    EXPECT_FALSE(ends({0x1800, 2}, number(253, 1)));
+    EXPECT_FALSE(ends({0x1801, 2}, number(253, 4))) << "the device refuses it";
+    EXPECT_TRUE(ends({0x1801, 2}, {})) << "not known";
+  }
+}
+
 TEST(PdoParameters, AreTheSameIfThePdoIsTheSame) {
   struct Row {
     od::Address address;

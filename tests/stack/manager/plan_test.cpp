@@ -159,6 +159,34 @@ TEST(AssumedPdos, AreThoseOfTheImageWithWhatTheDeviceFilePermits) {
             "1800:1=185 / ; 1400:1=205 1400:2=1 1600:0=1 1600:1=62000108 / ; ");
 }
 
+// The device may have constant COB-IDs and mappings, and a type that can be written.
+TEST(AssumedPdos, HaveTheTypesOfTpdos) {
+  od::DeviceDescription device;
+  device.node_id = 5;
+  device.objects = {
+      record(0x1800, {variable(1, kU32, 0x185, false), variable(2, kU8, 253, false)}),
+      record(0x1801,
+             {variable(1, kU32, 0x285, false, od::Access::constant), variable(2, kU8, 1, false)}),
+      record(0x1802, {variable(1, kU32, 0x385, false, od::Access::constant),
+                      variable(2, kU8, 1, false, od::Access::constant)}),
+  };
+  for (std::uint16_t i = 0; i < 3; ++i) {
+    device.objects.push_back(record(static_cast<std::uint16_t>(0x1A00 + i),
+                                    {variable(0, kU8, 1, false, od::Access::constant),
+                                     variable(1, kU32, 0x60000108, false, od::Access::constant)}));
+  }
+  device.objects.push_back(record(0x6000, {variable(1, kU8, 0, false)}));
+  device.objects.back().variables[0].mappable = true;
+  const std::vector<AssumedPdo> pdos = assumed_pdos(device, true);
+  ASSERT_EQ(pdos.size(), 2U);
+  ASSERT_TRUE(pdos[0].sent && pdos[1].sent);
+  EXPECT_EQ(pdos[0].sent->record, 0x1800);
+  EXPECT_EQ(pdos[0].sent->type, 253);
+  EXPECT_EQ(pdos[1].sent->record, 0x1801);
+  EXPECT_EQ(pdos[1].sent->type, 1);
+  EXPECT_TRUE(pdos[1].parameters.empty());
+}
+
 TEST(AssumedPdos, OthersMustNotHaveTheirCobIds) {
   od::DeviceDescription device;
   device.node_id = 5;
