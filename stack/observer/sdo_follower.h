@@ -27,7 +27,7 @@ struct Transfer {
   static constexpr std::size_t kKept = 64;
 
   od::Address address;
-  bool download = false;              // the client wrote
+  bool download = false;  // the client wrote
   bool aborted = false;
   AbortCode abort = AbortCode::none;  // as sent, which may be 0; only if it was aborted
   std::uint64_t size = 0;             // bytes of the value, if it was successful
