@@ -109,8 +109,8 @@ bool Discovered::arrives(const Prefix& prefix, const Address& from, std::int64_t
   return true;
 }
 
-bool Discovered::admits(const Prefix& prefix, const Address& from, std::uint32_t lease,
-                        std::int64_t now) {
+bool Discovered::admits(const Prefix& prefix, const Prefix& by, const Address& from,
+                        std::uint32_t lease, std::int64_t now) {
   const bool endless = lease == kEndless;
   if (lease > kLongestLease && !endless)
     return false;
@@ -120,7 +120,10 @@ bool Discovered::admits(const Prefix& prefix, const Address& from, std::uint32_t
   const auto known = participants_.find(prefix);
   if (known != participants_.end())
     return known->second.endless == endless;
-  if (std::find(limits_.peers.begin(), limits_.peers.end(), from) != limits_.peers.end())
+  // What a server announces of others comes from its address, too.
+  const bool is_peer = prefix == by && std::find(limits_.peers.begin(), limits_.peers.end(),
+                                                 from) != limits_.peers.end();
+  if (is_peer || is_server(prefix))
     return true;
   const std::size_t taken = participants_.size();
   return taken < most - reserved && (taken < most / 2 || !endless) && arrives(prefix, from, now);

@@ -23,9 +23,10 @@ using Address = std::array<std::uint8_t, 16>;  // of a locator, RTPS 2.3 9.3.2
 struct DiscoveryLimits {
   // Number of other participants that the library accepts at the same time.
   std::size_t participants = std::numeric_limits<std::size_t>::max();
-  // Configured initial peers; a quarter of the places is reserved for them
+  // Configured initial peers; a quarter of the places is reserved for them.
   std::vector<Address> peers;
-  // Discovery servers, which announce other participants and their endpoints.
+  // Discovery servers, which announce other participants and their endpoints. They always have a
+  // place; those that they announce have one like others.
   std::vector<Prefix> servers;
   // Discovery protocol SIMPLE: each participant announces itself, and it is removed when its lease
   // expires, not when it announces its end.
@@ -60,9 +61,11 @@ class Discovered {
   bool has_endpoint(const Guid& endpoint) const;
   std::size_t endpoints() const;
 
-  // Whether a participant that is announced from that address with that lease (s) may take a place;
-  // counts it if it is new. Participants with too long a lease would occupy places permanently.
-  bool admits(const Prefix& prefix, const Address& from, std::uint32_t lease, std::int64_t now);
+  // Whether a participant that is announced by itself, or by a server, from that address with that
+  // lease (s) may take a place; counts it if it is new. Participants with too long a lease would
+  // occupy places permanently.
+  bool admits(const Prefix& prefix, const Prefix& by, const Address& from, std::uint32_t lease,
+              std::int64_t now);
   // Whether that participant may announce that endpoint; counts it if it is new.
   bool admits(const Prefix& prefix, const Guid& endpoint, std::int64_t now);
   // The participant announced the end of this endpoint. Its place is free at once: the library

@@ -380,7 +380,8 @@ Reason Guard::judge_participant(const Datagram& datagram, const Announcement& an
                                                           discovered_.is_server(datagram.source));
   if (!may_announce)
     return Reason::discovery;
-  return discovered_.admits(*owner.prefix, datagram.from, announcement.lease, datagram.now)
+  return discovered_.admits(*owner.prefix, datagram.source, datagram.from, announcement.lease,
+                            datagram.now)
              ? Reason::none
              : Reason::participants;
 }

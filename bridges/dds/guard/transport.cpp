@@ -268,19 +268,15 @@ DiscoveryLimits discovery_limits(const eprosima::fastdds::dds::DomainParticipant
   // it cannot be dropped.
   using Protocol = rtps::DiscoveryProtocol_t;
   out.simple = qos.wire_protocol().builtin.discovery_config.discoveryProtocol == Protocol::SIMPLE;
-  const auto add_peer = [&](const rtps::Locator_t& locator) {
+  for (const rtps::Locator_t& locator : qos.wire_protocol().builtin.initialPeersList) {
+    if (locator.kind == LOCATOR_KIND_SHM || rtps::IPLocator::isMulticast(locator))
+      continue;
     std::copy(std::begin(locator.address), std::end(locator.address),
               out.peers.emplace_back().begin());
-  };
-  for (const rtps::Locator_t& locator : qos.wire_protocol().builtin.initialPeersList) {
-    if (locator.kind != LOCATOR_KIND_SHM && !rtps::IPLocator::isMulticast(locator))
-      add_peer(locator);
   }
   for (const auto& server : qos.wire_protocol().builtin.discovery_config.m_DiscoveryServers) {
     std::copy(std::begin(server.guidPrefix.value), std::end(server.guidPrefix.value),
               out.servers.emplace_back().begin());
-    for (const rtps::Locator_t& locator : server.metatrafficUnicastLocatorList)
-      add_peer(locator);
   }
   return out;
 }

@@ -236,19 +236,26 @@ TEST_F(GuardTest, TheEndOfAParticipantIsLeftToItsLease) {
   EXPECT_EQ(with_server.judge(announce_end(1, 3).get(), now).size, all);
 }
 
-// A server takes no places for those that it announces, but each of them takes its own.
+// Whoever a server announces takes a place, also if the server's host is a configured peer.
 TEST_F(PlacesTest, ParticipantsOfAServerAreLimitedLikeOthers) {
-  Guard guard(false, {.participants = kPlaces, .peers = {}, .servers = {prefix_of(3)}});
-  const auto announce = [&](Sender whom) {
-    return guard.judge(announce_participant(prefix_of(whom), prefix_of(3)).get(), 0, kStranger)
-        .reason;
-  };
-  for (Sender i = 10; i < 10 + kPlaces; ++i) {
-    EXPECT_EQ(announce(i), Reason::none);
-    guard.participant_found(prefix_of(i));
+  for (const bool is_peer : {false, true}) {
+    const std::vector<dds::guard::Address> peers(is_peer ? 1 : 0, kPeer);
+    const std::size_t places = is_peer ? kPlaces - (kPlaces + 3) / 4 : kPlaces;
+    Guard guard(false, {.participants = kPlaces, .peers = peers, .servers = {prefix_of(3)}});
+    const auto announce = [&](Sender whom, std::uint32_t lease = 20) {
+      Datagram announced = announce_participant(prefix_of(whom), prefix_of(3), lease);
+      return guard.judge(announced.get(), 0, kPeer).reason;
+    };
+    for (std::size_t i = 0; i < places; ++i) {
+      const auto whom = static_cast<Sender>(10 + i);
+      EXPECT_EQ(announce(whom), Reason::none);
+      guard.participant_found(prefix_of(whom));
+    }
+    EXPECT_EQ(announce(90), Reason::participants);
+    EXPECT_EQ(announce(90, kEndless), Reason::participants);
+    EXPECT_EQ(announce(10), Reason::none);
+    EXPECT_EQ(announce(3), Reason::none) << "the server itself";
   }
-  EXPECT_EQ(announce(90), Reason::participants);
-  EXPECT_EQ(announce(10), Reason::none);
 }
 
 // Such a lease never expires, so the participant frees its place only when it announces its end.
