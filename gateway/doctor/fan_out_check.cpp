@@ -24,14 +24,14 @@ void report_unicast(const std::set<std::string>& gateways, Findings& found) {
 }
 
 // Everything else comes by unicast: states and layouts show that the gateway is received.
-void report_lost(const Observations& seen, std::size_t senders, Findings& found) {
+void report_lost(const Observations& seen, const std::set<std::string>& senders, Findings& found) {
   for (const ReceivedGateway& gateway : seen.received) {
-    if (gateway.layouts == 0 || gateway.images != 0 || senders == 0)
+    const std::string name = "gateway '" + safe(gateway.name) + "'";
+    if (gateway.layouts == 0 || gateway.images != 0 || !senders.contains(name))
       continue;
     found.push_back({.cause = "images-by-multicast-lost",
-                     .seen = {"states and layouts of gateway '" + safe(gateway.name) +
-                                  "' arrive, and none of its images",
-                              "a gateway sends images to 239.255.76.71, UDP port " +
+                     .seen = {"states and layouts of " + name + " arrive, and none of its images",
+                              "it sends images to 239.255.76.71, UDP port " +
                                   std::to_string(7401 + 250 * seen.domain)},
                      .means = "the network or a firewall does not carry that group to this host",
                      .advice = "permit that port in the firewall of this host, check IGMP snooping "
@@ -53,7 +53,7 @@ void check_fan_out(const Observations& seen, Findings& found) {
       (it.multicast ? senders : others).insert(owner_text(seen, it));
   }
   report_unicast(others, found);
-  report_lost(seen, senders.size(), found);
+  report_lost(seen, senders, found);
 }
 
 }  // namespace linegate::doctor
