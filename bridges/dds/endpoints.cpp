@@ -103,7 +103,8 @@ void Endpoints::create_participant(const std::string& name, std::uint32_t domain
     return fail(std::move(reason));
   if (std::string reason = apply(network_, qos); !reason.empty())
     return fail(std::move(reason));
-  apply_environment(qos);
+  if (std::string reason = apply_environment(network_, security_.enabled(), qos); !reason.empty())
+    return fail(std::move(reason));
   // Two readers that announce a unicast locator and the same multicast locator abort the process of
   // a writer of Fast DDS 2.9 (assertion in OutputTrafficManager.hpp:87). Without multicast locators
   // two readers share no locator. The library's default is 1, if the profile does not set it. With

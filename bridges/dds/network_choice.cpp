@@ -179,14 +179,19 @@ std::string apply(const NetworkChoice& choice, eprosima::fastdds::dds::DomainPar
   return apply_peers(choice.peers, qos);
 }
 
-void apply_environment(eprosima::fastdds::dds::DomainParticipantQos& qos) {
+std::string apply_environment(const NetworkChoice& choice, bool secured,
+                              eprosima::fastdds::dds::DomainParticipantQos& qos) {
   auto& config = qos.wire_protocol().builtin.discovery_config;
   RemoteServerList_t servers;
   if (config.discoveryProtocol != DiscoveryProtocol_t::SIMPLE ||
       !load_environment_server_info(servers) || servers.empty())
-    return;
+    return {};
+  if (secured || choice.multicast_images || !choice.peers.empty())
+    return "the environment variable ROS_DISCOVERY_SERVER names discovery servers, which exclude "
+           "peers, images by multicast and DDS-Security: unset it";
   config.discoveryProtocol = DiscoveryProtocol_t::CLIENT;
   config.m_DiscoveryServers = servers;
+  return {};
 }
 
 }  // namespace linegate::dds

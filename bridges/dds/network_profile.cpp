@@ -52,7 +52,7 @@ NetworkProfile network_profile(const std::string& file, const NetworkChoice& cho
     return out;
   }
   (void)apply(choice, qos);
-  apply_environment(qos);
+  (void)apply_environment(choice, false, qos);
   for (const Locator_t& peer : qos.wire_protocol().builtin.initialPeersList) {
     if (peer.kind == LOCATOR_KIND_UDPv4) {
       out.peers.push_back(udp_locator(peer));

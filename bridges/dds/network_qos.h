@@ -14,7 +14,9 @@ namespace linegate::dds {
 std::string apply(const NetworkChoice& choice, eprosima::fastdds::dds::DomainParticipantQos& qos);
 
 // If neither the profile nor apply() chose a discovery protocol, uses the servers that the
-// environment names, as the library itself would when the participant is created.
-void apply_environment(eprosima::fastdds::dds::DomainParticipantQos& qos);
+// environment names, as the library itself would when the participant is created. Returns the
+// reason for which they exclude the choice or DDS-Security; empty if they do not.
+std::string apply_environment(const NetworkChoice& choice, bool secured,
+                              eprosima::fastdds::dds::DomainParticipantQos& qos);
 
 }  // namespace linegate::dds

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
+#include <optional>
+#include <set>
 #include <string_view>
 #include <system_error>
 
@@ -83,21 +85,25 @@ bool is_number_up_to(std::string_view text, std::uint64_t most) {
          std::stoull(std::string(text)) <= most;
 }
 
-// The same form as dds::parse_discovery_server().
-bool is_discovery_server(std::string_view text) {
+// Returns the ID of a discovery server in the same form as for dds::parse_discovery_server();
+// nothing if the text has another one.
+std::optional<std::uint64_t> id_of_discovery_server(std::string_view text, std::uint64_t position) {
   constexpr std::uint64_t kHighestId = 255;
   constexpr std::uint64_t kHighestPort = 65'535;
+  std::uint64_t id = position;
   if (const auto at = text.find('@'); at != text.npos) {
     if (!is_number_up_to(text.substr(0, at), kHighestId)) {
-      return false;
+      return std::nullopt;
     }
+    id = std::stoull(std::string(text.substr(0, at)));
     text.remove_prefix(at + 1);
   }
   const auto colon = text.find(':');
   const bool has_port = colon != text.npos;
-  return colon != 0 && !text.empty() && text.find('@') == text.npos &&
-         (!has_port || (is_number_up_to(text.substr(colon + 1), kHighestPort) &&
-                        std::stoul(std::string(text.substr(colon + 1))) != 0));
+  const bool is_right = colon != 0 && !text.empty() && text.find('@') == text.npos &&
+                        (!has_port || (is_number_up_to(text.substr(colon + 1), kHighestPort) &&
+                                       std::stoul(std::string(text.substr(colon + 1))) != 0));
+  return is_right ? std::optional(id) : std::nullopt;
 }
 
 // After the peers and the folder of DDS-Security.
@@ -105,10 +111,15 @@ void read_discovery_servers(Section& section, Plant& plant) {
   const YAML::Node node = section.find("discovery_servers");
   plant.dds_servers = read_places(section, "discovery_servers");
   Findings& findings = section.findings();
-  for (const std::string& server : plant.dds_servers) {
-    if (!is_discovery_server(server)) {
-      findings.error(place_of(node),
-                     "expected a discovery server [ID@]HOST[:PORT], got \"" + server + "\"");
+  std::set<std::uint64_t> ids;
+  for (std::size_t i = 0; i < plant.dds_servers.size(); ++i) {
+    const auto id = id_of_discovery_server(plant.dds_servers[i], i);
+    if (!id) {
+      findings.error(place_of(node), "expected a discovery server [ID@]HOST[:PORT], got \"" +
+                                         plant.dds_servers[i] + "\"");
+    } else if (!ids.insert(*id).second) {
+      findings.error(place_of(node), "two discovery servers have the ID " + std::to_string(*id) +
+                                         ": without ID@ it is the position in the list, from 0");
     }
   }
   if (!plant.dds_servers.empty() && !plant.dds_peers.empty()) {

@@ -96,9 +96,9 @@ def a_discovery_server(setup, process):
         until("the events go on", lambda: "refused" in read(seen.name))
 
 
-def sees_by_variable(setup, host, servers):
+def sees_by_variable(setup, host, servers, *options):
     told = subprocess.run(host.words(setup.linegate, "--domain", DOMAIN, "--profile", setup.profiles, "--wait",
-                                     str(PATIENCE), "lines"), env=dict(os.environ, ROS_DISCOVERY_SERVER=servers),
+                                     str(PATIENCE), *options, "lines"), env=dict(os.environ, ROS_DISCOVERY_SERVER=servers),
                           capture_output=True, text=True, timeout=4 * PATIENCE, check=False)
     return told.returncode == 0 and "press" in told.stdout
 
@@ -122,6 +122,7 @@ def mistakes_are_named(setup):
         told = setup.ask(hall, *options, "lines")
         expect(f"exit status, {told.stderr}", told.returncode, 1)
         expect("reason", reason in told.stderr, True)
+    expect("peers beside the variable of ROS 2", sees_by_variable(setup, hall, "10.0.0.1", "--peer", "10.0.0.2"), False)
     report = setup.doctor(hall, "--interface", "eth7")
     expect("the first cause", report["findings"][0]["cause"], "no-participant")
     plant = setup.file("wrong.yaml", "schema: 1\ndds: {interfaces: [eth7]}\nlines:\n"

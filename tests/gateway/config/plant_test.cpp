@@ -761,6 +761,14 @@ lines:
   EXPECT_FALSE(lines[2].auto_scan);
 }
 
+TEST(Plant, DiscoveryServersHaveDifferentIds) {
+  EXPECT_EQ(messages(read("schema: 1\ndds: {discovery_servers: [1@a, b, 2@c, d]}\n"
+                          "lines: [{name: a, interface: 'simulated:'}]\n",
+                          "plant.yaml")),
+            std::vector<std::string>{"plant.yaml:2:26: error: two discovery servers have the ID 1: "
+                                     "without ID@ it is the position in the list, from 0"});
+}
+
 TEST(Plant, ReadsDiscoveryServers) {
   const Plant plant = *read(
                            "schema: 1\ndds: {discovery_servers: [10.0.0.9, '7@hall.plant:11888']}\n"
