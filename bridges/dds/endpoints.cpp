@@ -27,7 +27,8 @@ namespace fast = eprosima::fastdds::dds;
 
 // DDSI-RTPS 9.6.1.1: greater domain numbers have no ports
 constexpr std::uint32_t kMaxDomain = 232;
-// Of images by multicast, at least: 100 ms
+// Of images: by unicast at most, and by multicast.
+const eprosima::fastrtps::Duration_t kHeartbeat{0, 50'000'000};
 const eprosima::fastrtps::Duration_t kMulticastHeartbeat{0, 100'000'000};
 
 // According to the library settings of the profiles; enabled by default.
@@ -54,8 +55,9 @@ void clear(fast::DataWriter& writer) {
 // With multicast the responses of all readers to a heartbeat are most of the cost.
 void spare_acknowledgements(fast::DataWriterQos& qos, bool multicast) {
   auto& reliable = qos.reliable_writer_qos();
-  if (multicast)
-    reliable.times.heartbeatPeriod = std::max(reliable.times.heartbeatPeriod, kMulticastHeartbeat);
+  // A reader that lost a datagram waits for the next heartbeat, whatever the profile has.
+  reliable.times.heartbeatPeriod =
+      multicast ? kMulticastHeartbeat : std::min(reliable.times.heartbeatPeriod, kHeartbeat);
   reliable.disable_heartbeat_piggyback = true;
   reliable.times.nackSupressionDuration = reliable.times.heartbeatPeriod;
 }
