@@ -49,6 +49,7 @@ class ImageTraffic {
     read();
     samples.clear();
     groups.clear();
+    heartbeats.clear();
   }
 
   void read() {
@@ -68,6 +69,8 @@ class ImageTraffic {
   // Of each sample of an application's writer: the places that it was sent to.
   std::map<Sample, std::multiset<Place>> samples;
   std::set<Place> groups;  // all multicast destinations
+  // Of each writer of an application: the places of its heartbeats.
+  std::map<dds::guard::Guid, std::multiset<Place>> heartbeats;
 
  private:
   void add(dds::guard::Octets packet) {
@@ -91,11 +94,16 @@ class ImageTraffic {
     Submessage submessage;
     for (std::size_t at = kHeader; at < datagram.size(); at += 4 + submessage.body.size()) {
       Content content;
-      if (split(datagram, at, submessage) != Reason::none)
+      if (split(datagram, at, submessage) != Reason::none ||
+          check(submessage, content) != Reason::none)
         return;
-      if (submessage.kind == Kind::data && check(submessage, content) == Reason::none &&
-          (content.writer & 0xC0U) == 0)
-        samples[{make_guid(source, content.writer), content.highest}].insert(to);
+      if ((content.writer & 0xC0U) != 0)
+        continue;
+      const Guid writer = make_guid(source, content.writer);
+      if (submessage.kind == Kind::data)
+        samples[{writer, content.highest}].insert(to);
+      if (submessage.kind == Kind::heartbeat)
+        heartbeats[writer].insert(to);
     }
   }
 

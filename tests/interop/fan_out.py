@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """A gateway with process images by multicast, a client that asks for them, and two readers with Cyclone DDS, which ask for a
-group of their own: each receives every image. In a network of its own, whose loopback carries multicast.
+group of their own: each receives images, each once and in order. In a network of its own, whose loopback carries multicast.
 
 fan_out.py DDS_PEER CYCLONE_IMAGES
 """
@@ -35,13 +35,12 @@ class Reader:
             if number is not None:
                 self.numbers.append(number)
 
-    def receives_all(self):
-        """From its first image on, each is the next. Those from before both were matched with the writer do not count."""
-        until(f"{self.name} receives images", lambda: len(self.numbers) > IMAGES + 10)
-        numbers = self.numbers[10:]
-        missed = [before for before, after in zip(numbers, numbers[1:]) if after != before + 1]
-        if missed:
-            raise Failure(f"{self.name}: gaps after {missed}")
+    def receives_images(self):
+        """A process that does not run for a while skips some, because a reader keeps the newest alone."""
+        until(f"{self.name} receives images", lambda: len(self.numbers) > IMAGES)
+        numbers = self.numbers[:]
+        if numbers != sorted(set(numbers)):
+            raise Failure(f"{self.name}: {numbers}")
 
 
 def of_client(line):
@@ -69,7 +68,7 @@ def test(folder, dds_peer, cyclone_images):
     readers += [Reader(f"Cyclone DDS {i}", of_cyclone, cyclone_images, DOMAIN, env=environment) for i in (1, 2)]
     try:
         for reader in readers:
-            reader.receives_all()
+            reader.receives_images()
         gateway.stdin.close()
         if gateway.wait(timeout=30) != 0:
             raise Failure(f"the gateway ended with {gateway.returncode}")
