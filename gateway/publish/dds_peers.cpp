@@ -88,8 +88,10 @@ class DdsPeers final : public LocalPeers {
     void on_event(const dds::Source& source, const dds::ReceivedEvent& event,
                   std::string_view /*text*/,
                   const std::vector<dds::Property>& /*properties*/) override {
-      handler_.on_event({source.gateway, source.line}, source.incarnation,
-                        peer_event(source, event));
+      const PeerEvent of = peer_event(source, event);
+      if (of.stream != 0) {  // no gateway publishes one without a stream and an incarnation
+        handler_.on_event({source.gateway, source.line}, source.incarnation, of);
+      }
     }
     void on_line_gone(std::string_view gateway, std::string_view line) override {
       handler_.on_gone({std::string(gateway), std::string(line)});

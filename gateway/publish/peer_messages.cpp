@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "bridges/request/field_bytes.h"
+#include "stack/can/cob_id.h"
 
 namespace linegate::gateway {
 namespace {
@@ -35,9 +36,7 @@ void write(FieldWriter& out, const GatewayLine& line) {
 
 GatewayLine read_line(FieldReader& in) {
   GatewayLine out{.gateway = in.text(2), .line = in.text(2)};
-  for (const std::string* name : {&out.gateway, &out.line}) {
-    in.require(!name->empty() && name->size() <= kLongestLineName);
-  }
+  in.require(is_valid(out));
   return out;
 }
 
@@ -199,6 +198,28 @@ PeerMessage encode_stop() {
 
 // --- from the process ---------------------------------------------------------------------------
 
+bool is_valid(const GatewayLine& line) {
+  return !line.gateway.empty() && line.gateway.size() <= kLongestLineName && !line.line.empty() &&
+         line.line.size() <= kLongestLineName;
+}
+
+bool is_valid(const PeerState& state) {
+  return is_valid(state.line);
+}
+
+bool is_valid(const PeerEventOf& of) {
+  const auto& emcy = of.event.emcy;
+  return is_valid(of.line) && of.event.stream != 0 &&
+         (!emcy || (emcy->node >= 1 && emcy->node <= can::kMaxNodeId && emcy->hops >= 1 &&
+                    emcy->hops <= kMostPeerHops && (emcy->network == 0) != of.event.routed));
+}
+
+// Longer data are cut by encode().
+bool is_valid(const PeerAnswer& answer) {
+  return static_cast<std::uint8_t>(answer.error.domain) <=
+         static_cast<std::uint8_t>(Domain::command);
+}
+
 PeerMessage encode_ready() {
   return message_of(FromPeers::ready).take();
 }
@@ -262,12 +283,8 @@ std::optional<PeerEventOf> decode_event(PeerBytes message) {
   emcy.node = in.number<std::uint8_t>();
   emcy.hops = in.number<std::uint8_t>();
   emcy.number = in.number<std::uint8_t>();
-  in.require(out.event.stream != 0);
-  if (is_emcy) {
-    in.require(emcy.node >= 1 && emcy.node <= 127 && emcy.hops >= 1 && emcy.hops <= kMostPeerHops &&
-               (emcy.network == 0) != out.event.routed);
-    out.event.emcy = emcy;
-  }
+  out.event.emcy = is_emcy ? std::optional(emcy) : std::nullopt;
+  in.require(is_valid(out));
   return if_complete(in, std::move(out));
 }
 
@@ -296,11 +313,10 @@ std::optional<PeerAnswer> decode_answer(PeerBytes message) {
   FieldReader in = content_of(message);
   PeerAnswer out;
   out.id = in.number<std::uint64_t>();
-  const auto domain = in.number<std::uint8_t>();
-  in.require(domain <= static_cast<std::uint8_t>(Domain::command));
-  out.error = {static_cast<Domain>(domain), in.number<std::uint32_t>()};
+  out.error.domain = static_cast<Domain>(in.number<std::uint8_t>());
+  out.error.code = in.number<std::uint32_t>();
   out.data = in.sized(4);
-  in.require(out.data.size() <= kLongestPeerValue);
+  in.require(is_valid(out) && out.data.size() <= kLongestPeerValue);
   return if_complete(in, std::move(out));
 }
 

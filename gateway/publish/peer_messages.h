@@ -5,7 +5,9 @@
 // little-endian, a text with its length in 2 octets, octets with their length in 4.
 //
 // Messages from the process may contain anything. Each decoder returns nothing unless the message
-// is complete, has no octet too many and each of its members is within its limits.
+// is complete, has no octet too many and each of its members is within its limits. A process whose
+// message is refused is replaced, so it encodes only what is_valid(): samples may contain anything,
+// too.
 #pragma once
 
 #include <cstddef>
@@ -100,6 +102,12 @@ PeerMessage encode(const PeerLines& lines);
 PeerMessage encode(const PeerSend& send);
 PeerMessage encode_cancel(std::uint64_t id);
 PeerMessage encode_stop();
+
+// Whether the decoder accepts it.
+bool is_valid(const PeerState& state);
+bool is_valid(const PeerEventOf& event);
+bool is_valid(const routing::GatewayLine& line);
+bool is_valid(const PeerAnswer& answer);
 
 PeerMessage encode_ready();
 PeerMessage encode(const PeerState& state);

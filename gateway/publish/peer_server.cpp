@@ -90,15 +90,17 @@ void PeerServer::report_expiry(std::int64_t time) {
 
 void PeerServer::on_state(const GatewayLine& line, std::uint64_t incarnation, std::int64_t time,
                           std::uint16_t network) {
-  if (lines_.contains(line) && waiting_.size() < kMostWaiting) {
-    waiting_.push_back(encode(PeerState{line, incarnation, time, network}));
+  const PeerState state{line, incarnation, time, network};
+  if (lines_.contains(line) && is_valid(state) && waiting_.size() < kMostWaiting) {
+    waiting_.push_back(encode(state));
   }
 }
 
 void PeerServer::on_event(const GatewayLine& line, std::uint64_t incarnation,
                           const PeerEvent& event) {
-  if (lines_.contains(line) && waiting_.size() < kMostEventsWaiting) {
-    waiting_.push_back(encode(PeerEventOf{line, incarnation, event}));
+  const PeerEventOf of{line, incarnation, event};
+  if (lines_.contains(line) && is_valid(of) && waiting_.size() < kMostEventsWaiting) {
+    waiting_.push_back(encode(of));
   }
 }
 
@@ -113,8 +115,11 @@ void PeerServer::on_answer(std::uint64_t id, const line::Reply& reply) {
   if (request == requests_.end()) {
     return;
   }
-  waiting_.push_back(
-      encode(PeerAnswer{.id = request->second, .error = reply.error, .data = reply.bytes()}));
+  PeerAnswer answer{.id = request->second, .error = reply.error, .data = reply.bytes()};
+  if (!is_valid(answer)) {
+    answer = {.id = answer.id, .error = line::to_error(line::Refusal::timed_out)};
+  }
+  waiting_.push_back(encode(answer));
   requests_.erase(request);
 }
 

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The client of other gateways in a process of its own: carries out the messages of RemotePeers
 // (remote_peers.h) with the client of this process. No DDS, thread or clock here.
+//
+// Samples that the gateway would not accept are left out here, since it replaces a process that
+// passes one on: a single host could keep all routes down.
 #pragma once
 
 #include <cstdint>

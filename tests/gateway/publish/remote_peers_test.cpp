@@ -3,7 +3,9 @@
 // head of remote_peers.h has the invariants.
 #include "gateway/publish/remote_peers.h"
 
+#include <cstdint>
 #include <deque>
+#include <limits>
 #include <memory>
 #include <string>
 #include <utility>
@@ -522,6 +524,51 @@ TEST_F(RemotePeersTest, WithDdsSecurityTheProcessIsReplacedWhileALineIsAbsent) {
   state_of(kPressOfPeer);
   state_of(kPackOfPeer);
   EXPECT_EQ(replacements_in(24h), std::vector<std::string>{});
+}
+
+// Each member of samples has its extreme values: the process is not replaced for them.
+TEST_F(RemotePeersTest, NothingThatASampleContainsIsRefusedByTheGateway) {
+  constexpr auto kMost = std::numeric_limits<std::uint64_t>::max();
+  constexpr auto kLeastTime = std::numeric_limits<std::int64_t>::min();
+  constexpr auto kMostTime = std::numeric_limits<std::int64_t>::max();
+  const routing::ForwardedEmcy least{};
+  const routing::ForwardedEmcy most{.code = 0xFFFF,
+                                    .error_register = 0xFF,
+                                    .network = 0xFFFF,
+                                    .node = 0xFF,
+                                    .hops = 0xFF,
+                                    .number = 0xFF};
+  exchange();
+  const std::uint64_t id = write();
+  serve();
+  client_.acts.emplace_back([&](PeerHandler& handler) {
+    for (const GatewayLine& line :
+         {kPressOfPeer, GatewayLine{}, GatewayLine{std::string(65, 'g'), std::string(65, 'l')}}) {
+      for (const std::uint64_t number : {std::uint64_t{0}, kMost}) {
+        for (const std::int64_t time : {kLeastTime, kMostTime}) {
+          handler.on_state(line, number, time, static_cast<std::uint16_t>(number));
+          for (const auto& emcy : {std::optional<routing::ForwardedEmcy>{}, {least}, {most}}) {
+            for (const std::uint64_t stream : {std::uint64_t{0}, kMost}) {
+              handler.on_event(line, number,
+                               {.stream = stream,
+                                .number = number,
+                                .time = time,
+                                .node = static_cast<std::uint8_t>(number),
+                                .routed = number != 0,
+                                .emcy = emcy});
+            }
+          }
+        }
+      }
+      handler.on_gone(line);
+    }
+    handler.on_answer(1'001, {.tag = 1'001, .error = {static_cast<Domain>(0xFF), 0xFFFF'FFFF}});
+  });
+  exchange();
+  EXPECT_EQ(process_.rejected, std::vector<std::string>{});
+  EXPECT_EQ(states_.size(), 4U);
+  EXPECT_EQ(events_.size(), 4U) << "without an EMCY, which has no valid node here";
+  EXPECT_EQ(ends(), (Answers{{id, kPeerTimedOut}}));
 }
 
 TEST(PeerServer, EndsWithMalformedMessagesAndThoseOfTheStart) {
