@@ -3,12 +3,15 @@
 // lines.
 //
 // Invariants:
-// 1. Each EMCY is passed on once: events have numbers, and a number that was seen is ignored.
-// 2. An EMCY that is older than kOldest is never passed on, however it was delayed. Its age is
-//    counted by the clock of its gateway, between the event and the newest state of the line, and
-//    by the clock of this gateway since that state. So the clocks need not agree.
+// 1. Each EMCY is passed on once: events have numbers, and a number that was seen is ignored. Each
+//    incarnation has numbers of its own, which begin with its state: whatever another writer
+//    numbers, no event of the incarnation that publishes the line counts as seen.
+// 2. An EMCY that is older than kOldest is never passed on, however it was delayed, nor one from so
+//    far in the future. Its age is counted by the clock of its gateway, between the event and the
+//    newest state of the line, and by the clock of this gateway since that state. So the clocks
+//    need not agree.
 // 3. An EMCY that is too old, and each event whose number was left out, is counted as lost, except
-//    those from before the line was followed.
+//    those from before the line was followed, however many DDS repeats of them.
 // 4. Nothing is passed on while two gateways publish the line at the same time.
 // 5. An EMCY that a gateway on that bus forwarded is passed on as that of its source, with one more
 //    hop. The event of its frame comes before, so each is held for kForRouted: the order remains.
@@ -45,7 +48,10 @@ class PeerEmcys {
 
   static constexpr Duration kOldest = std::chrono::seconds(2);
   static constexpr Duration kForRouted = std::chrono::milliseconds(50);
-  static constexpr std::size_t kMostHeld = 256;  // of one line
+  static constexpr std::size_t kMostHeld = 256;    // of one line; as many before its first state
+  static constexpr std::size_t kMostNumbered = 8;  // incarnations of one line
+  // A gap of more events is none of a working gateway, and counts as that many losses.
+  static constexpr std::uint64_t kMostLostAtOnce = 1'000'000;
 
   // sink must outlive it.
   explicit PeerEmcys(Sink& sink) : sink_(sink) {}
@@ -73,6 +79,18 @@ class PeerEmcys {
     bool routed = false;
     routing::ForwardedEmcy emcy;  // network 0: that of the line
   };
+  // Before the first state of its incarnation.
+  struct Early {
+    std::uint64_t incarnation = 0;
+    Instant received{};
+    PeerEvent event;
+  };
+  // The last event of an incarnation.
+  struct Numbered {
+    std::uint64_t incarnation = 0;
+    std::uint64_t stream = 0;
+    std::uint64_t number = 0;
+  };
   struct Line {
     // The newest state.
     std::uint64_t incarnation = 0;  // 0: none
@@ -80,15 +98,20 @@ class PeerEmcys {
     Instant received{};
     Instant followed{};  // since when, in this incarnation
     std::uint16_t network = 0;
-    // The last event.
-    std::uint64_t stream = 0;  // 0: none
-    std::uint64_t number = 0;
+    std::deque<Numbered> numbered;  // those that began last
+    std::deque<Early> early;
     std::deque<Held> held;
   };
 
+  // Of the incarnation of the newest state.
+  void accept(const routing::GatewayLine& name, Line& line, const PeerEvent& event,
+              Instant received, Instant now);
   bool count_number(const routing::GatewayLine& name, Line& line, const PeerEvent& event);
-  void hold(const routing::GatewayLine& name, Line& line, Held held);
+  void hold(const routing::GatewayLine& name, Line& line, Held held, Instant now);
+  void end_early(const routing::GatewayLine& name, Line& line, Instant now);
   static Duration age_of(const Line& line, const Held& held, Instant now);
+  void take_loss_of(const routing::GatewayLine& name, const Line& line, const Held& held,
+                    Instant now);
   void pass_on(const routing::GatewayLine& name, Line& line, const Held& held, Instant now);
 
   Sink& sink_;

@@ -3,6 +3,7 @@
 // peer_emcys.h has the invariants.
 #include "gateway/publish/peer_emcys.h"
 
+#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -147,6 +148,97 @@ TEST_F(PeerEmcysTest, WhatWasBeforeTheLineWasFollowedIsNoLoss) {
   run(3s);
   EXPECT_EQ(codes(), Codes{3});
   EXPECT_EQ(lost(), 0U);
+}
+
+// DDS repeats up to 1000 events of each line for a late subscriber.
+TEST_F(PeerEmcysTest, ManyEventsOfBeforeTheLineWasFollowedAreNoLoss) {
+  const auto repeat_old = [&](std::uint64_t first) {
+    for (std::uint64_t i = 0; i < 1'000; ++i) {
+      event(first + i, now_ - 1h, own(1));
+    }
+  };
+  repeat_old(1);
+  state();
+  run(3s);
+  EXPECT_EQ(lost(), 0U) << "before its first state";
+  incarnation_ = stream_ = 8;
+  state();
+  repeat_old(1);
+  publisher_.reset();
+  run(3s);
+  EXPECT_EQ(lost(), 0U) << "while two gateways publish it";
+  incarnation_ = stream_ = 9;
+  publisher_ = 9;
+  state();
+  repeat_old(1);
+  event(1'001, now_, own(2));
+  run(3s);
+  EXPECT_EQ(codes(), Codes{2});
+  EXPECT_EQ(lost(), 0U) << "after its first state";
+}
+
+TEST_F(PeerEmcysTest, AnotherWriterOfTheLineDoesNotMakeEventsSeen) {
+  constexpr auto kLast = std::numeric_limits<std::uint64_t>::max();
+  run(5s);
+  event(10, now_, own(1));
+  run(1s);
+  EXPECT_EQ(codes(), Codes{1});
+  incarnation_ = 666;
+  event(kLast, now_, own(99));  // without a state
+  incarnation_ = 7;
+  event(11, now_, own(2));
+  run(3s);
+  EXPECT_EQ(codes(), Codes{2});
+  lost();
+  incarnation_ = 666;
+  state();
+  event(1, now_, own(99));
+  event(kLast, now_, own(99));
+  EXPECT_EQ(lost(), PeerEmcys::kMostLostAtOnce);
+  incarnation_ = 7;
+  now_ += 100ms;
+  state();
+  event(12, now_, own(3));
+  run(1s);
+  EXPECT_EQ(codes(), Codes{3});
+}
+
+TEST_F(PeerEmcysTest, AnEventWithoutANumberIsNoPartOfTheSequence) {
+  run(1s);
+  event(0, now_, own(1));
+  event(1'000, now_, own(2));
+  event(0, now_, own(3));
+  event(1'001, now_, own(4));
+  run(1s);
+  EXPECT_EQ(codes(), (Codes{2, 4}));
+  EXPECT_EQ(lost(), 0U);
+}
+
+TEST_F(PeerEmcysTest, AnEmcyOfTheFutureIsNotPassedOn) {
+  run(5s);
+  event(10, now_ + 1500ms, own(1));
+  event(11, now_ + 4s, own(2));
+  run(100ms);
+  EXPECT_EQ(codes(), Codes{1});
+  EXPECT_EQ(lost(), 1U);
+}
+
+TEST_F(PeerEmcysTest, AnyTimesOfSamplesAreAccepted) {
+  constexpr auto kFirst = std::numeric_limits<std::int64_t>::min();
+  constexpr auto kLast = std::numeric_limits<std::int64_t>::max();
+  std::uint64_t number = 0;
+  for (const std::int64_t of_state : {kFirst, kLast}) {
+    emcys_.take_state(kEmcyLine, 7, of_state, 7, now_);
+    for (const std::int64_t of_event : {kFirst, kLast}) {
+      emcys_.take_event(
+          kEmcyLine, 7,
+          {.stream = 70, .number = ++number, .time = of_event, .node = 5, .emcy = own(1)}, now_);
+      now_ += 100ms;
+      advance();
+      EXPECT_EQ(passed_.size(), of_state == of_event ? 1U : 0U);
+      passed_.clear();
+    }
+  }
 }
 
 // A state of before a silence, which DDS repeats, makes nothing younger.
