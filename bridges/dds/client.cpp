@@ -17,6 +17,7 @@
 
 #include "bridges/dds/command_samples.h"
 #include "bridges/dds/endpoints.h"
+#include "bridges/dds/event_filter.h"
 #include "bridges/dds/event_follower.h"
 #include "bridges/dds/event_samples.h"
 #include "bridges/dds/image_samples.h"
@@ -107,6 +108,7 @@ struct Client::Impl {
   void drain_states(ClientListener& listener);
   void report_lines_gone(ClientListener& listener);
   void drain_values(ClientListener& listener);
+  void drain_events(ClientListener& listener);
   void drain_replies(ClientListener& listener);
   void finish(RequestTracker::Done done, ClientListener& listener);
   void keep_asking(ClientListener& listener);
@@ -168,6 +170,7 @@ struct Client::Impl {
   LayoutAssembly assembly;
   RequestTracker tracker;
   std::optional<EventFollower> follower;  // with complete_events
+  EventFilter filter;                     // of a gateway
   std::set<std::uint64_t> pages;          // ids of the requests of the follower
   std::uint64_t next_id;
   std::uint64_t called = 0;  // id of the request that call() waits for
@@ -335,6 +338,7 @@ std::size_t Client::poll(Duration timeout, ClientListener& listener) {
     impl_->drain_states(listener);
     impl_->report_lines_gone(listener);
     impl_->drain_values(listener);
+    impl_->drain_events(listener);
     impl_->drain_replies(listener);
     const std::uint64_t unreadable = impl_->endpoints.pop_unreadable();
     if (unreadable != 0)
@@ -488,18 +492,26 @@ void Client::Impl::drain_values(ClientListener& listener) {
     from_wire(sample, kUtc, reception);
     listener.on_reception(source(sample), reception);
   });
+}
+
+void Client::Impl::drain_events(ClientListener& listener) {
+  const auto pass_on = [&](const FollowedEvent& it) {
+    listener.on_event(it.source, it.event, it.text, it.properties);
+  };
+  if (of_gateway)
+    filter.advance(publishers, steady_now(), pass_on);
   drain(events, event_sample, [&](const v1::Event& sample) {
-    ReceivedEvent event;
-    std::vector<Property> properties;
-    from_wire(sample, kUtc, event);
-    from_wire(sample.properties(), properties);
+    FollowedEvent of{.source = source(sample), .event = {}, .text = sample.text().to_string()};
+    from_wire(sample, kUtc, of.event);
+    from_wire(sample.properties(), of.properties);
     if (follower) {
-      follower->take(
-          {source(sample), std::move(event), sample.text().to_string(), std::move(properties)},
-          steady_now());
-      return;
+      follower->take(std::move(of), steady_now());
+    } else if (of_gateway) {
+      filter.take(std::move(of), participant_of(guid_of(info.publication_handle)), publishers,
+                  steady_now(), pass_on);
+    } else {
+      pass_on(of);
     }
-    listener.on_event(source(sample), event, sample.text().c_str(), properties);
   });
 }
 

@@ -122,6 +122,16 @@ LinePublishers::Right LinePublishers::right_of(const std::string& gateway, const
   return known.present.back().participant() == participant ? Right::publisher : Right::foreign;
 }
 
+LinePublishers::Right LinePublishers::right_to_publish(const std::string& gateway,
+                                                       const std::string& line,
+                                                       const ParticipantPrefix& participant,
+                                                       Instant now) const {
+  const auto found = lines_.find(Line(gateway, line));
+  if (found == lines_.end() || found->second.present.empty())
+    return Right::unknown;
+  return right_of(gateway, line, participant, now);
+}
+
 bool LinePublishers::disputed(const std::string& gateway, const std::string& line) const {
   const auto found = find(gateway, line);
   return found != lines_.end() && found->second.disputed;

@@ -65,6 +65,10 @@ class LinePublishers {
   Right right_of(const std::string& gateway, const std::string& line,
                  const ParticipantPrefix& participant, Instant now) const;
   bool disputed(const std::string& gateway, const std::string& line) const;
+  // Whether the participant may publish other samples of the line: only while it publishes its
+  // state. Right::unknown without a publisher, also if the gateway has one.
+  Right right_to_publish(const std::string& gateway, const std::string& line,
+                         const ParticipantPrefix& participant, Instant now) const;
   // The recorded publishers, oldest first.
   std::vector<ParticipantPrefix> publishers(const std::string& gateway,
                                             const std::string& line) const;
