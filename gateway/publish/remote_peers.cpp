@@ -26,6 +26,7 @@ void RemotePeers::set_lines(const std::vector<GatewayLine>& addressed,
   lines_ = {.addressed = addressed, .emcys = emcys};
   wanted_ = {addressed.begin(), addressed.end()};
   wanted_.insert(emcys.begin(), emcys.end());
+  std::erase_if(reported_, [&](const GatewayLine& line) { return !wanted_.contains(line); });
   has_lines_ = is_running() && link_->send(process_, encode(lines_));
 }
 
@@ -36,7 +37,7 @@ std::uint64_t RemotePeers::send(const GatewayLine& to, std::uint64_t incarnation
                          .incarnation = incarnation,
                          .deadline = now_() + timeout,
                          .request = request};
-  if (process_ == 0 || !link_->send(process_, encode(message))) {
+  if (process_ == 0 || process_ == ending_ || !link_->send(process_, encode(message))) {
     return 0;
   }
   under_way_[next_id_] = message.deadline;
@@ -185,7 +186,7 @@ bool RemotePeers::take_answer(PeerBytes message, PeerHandler& handler) {
 // --- identities that lose their access ----------------------------------------------------------
 
 void RemotePeers::renew() {
-  if (!renewal_.due || !is_running()) {
+  if (!renewal_.due || !is_running() || process_ == ending_) {
     return;
   }
   const Instant now = now_();
@@ -199,6 +200,7 @@ void RemotePeers::renew() {
       !link_->send(process_, encode_stop())) {
     return;
   }
+  ending_ = process_;
   link_->replace(process_, renewal_due_);
   renewal_.done(now);
   renewal_due_.clear();

@@ -7,6 +7,7 @@
 // 2. Each request that was passed on has one answer at most. When its process has ended, or its
 //    time has passed, the answer is Refusal::timed_out: it may have been carried out.
 // 3. While no process runs, no line of another gateway is there.
+// 4. A process that was asked to end carries out nothing more: it receives no further requests.
 //
 // The process is not trusted (peer_messages.h). No DDS, thread or clock here.
 #pragma once
@@ -97,6 +98,7 @@ class RemotePeers final : public PeerClient {
   std::set<routing::GatewayLine> wanted_;    // lines of both kinds
   std::uint64_t process_ = 0;                // that has the settings; 0: none
   bool has_lines_ = false;                   // it has the present ones
+  std::uint64_t ending_ = 0;                 // the process that was asked to end
   std::set<routing::GatewayLine> reported_;  // states of them
   std::uint64_t next_id_ = 1;
   std::map<std::uint64_t, Instant> under_way_;  // deadlines by ID

@@ -498,6 +498,33 @@ TEST_F(RemotePeersTest, RequestsDoNotDelayTheReplacementForever) {
   EXPECT_EQ(renewals_, 1);
 }
 
+// It runs on for a while, and carries out nothing.
+TEST_F(RemotePeersTest, AProcessThatWasAskedToEndReceivesNoRequests) {
+  exchange();
+  renewal_ = "revoked.crl has changed";
+  poll();
+  ASSERT_EQ(renewals_, 1);
+  const std::size_t messages = process_.to.size();
+  EXPECT_EQ(write(), 0U) << "not sent, so its result is certain";
+  EXPECT_EQ(process_.to.size(), messages);
+  poll();
+  EXPECT_EQ(renewals_, 1) << "it is asked once";
+  renewal_.clear();
+  restart(2);
+  exchange();
+  EXPECT_EQ(ends(), Answers{});
+  EXPECT_NE(write(), 0U);
+}
+
+TEST_F(RemotePeersTest, ALineThatIsNoLongerWantedIsForgotten) {
+  state_of(kPressOfPeer);
+  peers_.set_lines({kPackOfPeer}, {});
+  peers_.set_lines({kPressOfPeer, kPackOfPeer}, {});
+  restart(2);
+  poll();
+  EXPECT_EQ(gone_, std::vector<GatewayLine>{}) << "it was not there since";
+}
+
 // The library does not try again to authenticate a participant.
 TEST_F(RemotePeersTest, WithDdsSecurityTheProcessIsReplacedWhileALineIsAbsent) {
   const auto replacements_in = [&](Duration time) {
