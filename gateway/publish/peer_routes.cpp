@@ -99,7 +99,8 @@ void PeerRoutes::set_lines(const std::vector<GatewayLine>& lines, Instant now) {
 void PeerRoutes::take_state(const GatewayLine& line, std::uint64_t incarnation, std::int64_t time,
                             Instant now) {
   const auto peer = peers_.find(line);
-  if (peer == peers_.end()) {
+  // No gateway has the incarnation 0, and requests to it would be carried out by any.
+  if (peer == peers_.end() || incarnation == 0) {
     return;
   }
   std::vector<Publisher>& known = peer->second.publishers;
@@ -224,6 +225,18 @@ void PeerRoutes::forget(PeerClient& client, const std::string& line) {
     request = next;
   }
   std::erase_if(answers_, [&](const Answer& each) { return each.line == line; });
+}
+
+void PeerRoutes::end_requests(PeerClient& client) {
+  while (!requests_.empty()) {
+    const auto request = requests_.begin();
+    client.cancel(request->first);
+    const std::string line = request->second.line;
+    GatewayAnswer out{
+        .number = request->second.number, .abort = AbortCode::timeout, .unknown = true};
+    end(request);
+    answer(line, std::move(out));
+  }
 }
 
 void PeerRoutes::end(std::map<std::uint64_t, Request>::iterator request) {

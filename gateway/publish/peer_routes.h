@@ -115,6 +115,8 @@ class PeerRoutes {
   void take_answer(std::uint64_t id, const line::Reply& reply);
   // The line has ended: its requests are cancelled, and their answers discarded.
   void forget(PeerClient& client, const std::string& line);
+  // The client is replaced: what it has sent is cancelled, and answered as unknown.
+  void end_requests(PeerClient& client);
 
   // Call it periodically.
   void advance(Instant now);

@@ -101,9 +101,7 @@ void PeerThread::set_lines(std::span<const std::unique_ptr<LineHost>> lines) {
 void PeerThread::choose_client() {
   const bool with_events = !emcy_lines_.empty();
   if (client_ != nullptr && (addressed_.empty() || with_events != with_events_)) {
-    for (const auto& [name, host] : known_) {
-      routes_.forget(*client_, name);
-    }
+    routes_.end_requests(*client_);  // of lines that stay
     client_ = nullptr;
   }
   if (client_ == nullptr && !addressed_.empty()) {

@@ -313,6 +313,35 @@ TEST_F(PeerRoutesTest, ALineThatEndsTakesItsRequestsAlong) {
   EXPECT_FALSE(answered());
 }
 
+// A reload adds the first route with EMCYs.
+TEST_F(PeerRoutesTest, RequestsOfAClientThatIsReplacedAreUnknownAtOnce) {
+  run_for(1);
+  take(request(1, true));
+  take(request(2, false), "yard");
+  routes_.end_requests(client_);
+  EXPECT_EQ(client_.cancelled, (std::vector<std::uint64_t>{1, 2}));
+  ASSERT_EQ(answers_.size(), 2U);
+  EXPECT_EQ(answers_[0].first, "hall");
+  EXPECT_EQ(answers_[0].second.number, 1U);
+  EXPECT_EQ(answers_[1].first, "yard");
+  for (const auto& [line, answer] : answers_) {
+    EXPECT_EQ(answer.abort, AbortCode::timeout);
+    EXPECT_TRUE(answer.unknown);
+  }
+  answers_.clear();
+  reply(1, {});
+  EXPECT_FALSE(answered()) << "one answer";
+  routes_.set_lines({}, now_);
+  EXPECT_EQ(routes_.publisher_of(kPressOfB, now_), std::nullopt) << "none is under way";
+}
+
+TEST_F(PeerRoutesTest, AnIncarnationThatNoGatewayHasIsIgnored) {
+  run_for(1, 0);
+  EXPECT_EQ(routes_.publisher_of(kPressOfB, now_), std::nullopt);
+  take(request(1, true));
+  EXPECT_TRUE(client_.sent.empty());
+}
+
 TEST_F(PeerRoutesTest, ExpiredRequestsAreNotSent) {
   run_for(1);
   GatewayRequest late = request(1, true);
