@@ -32,11 +32,20 @@ void EventFilter::take(FollowedEvent event, const ParticipantPrefix& sender,
     pass_on(event);
     return;
   }
-  const bool has_room =
-      waiting_.size() < kMostWaiting &&
-      std::ranges::count(waiting_, sender, &Waiting::sender) < std::ptrdiff_t{kMostOfOne};
-  if (has_room && (right == Right::publisher || may_become_publisher(right)))
-    waiting_.push_back({std::move(event), sender, now});
+  if (right == Right::publisher || may_become_publisher(right))
+    wait({std::move(event), sender, now});
+}
+
+// The oldest one of the participant gives way: a gap between those that wait would look like a
+// loss.
+void EventFilter::wait(Waiting event) {
+  const auto of_sender = std::ranges::count(waiting_, event.sender, &Waiting::sender);
+  const bool is_full = waiting_.size() >= kMostWaiting;
+  if (is_full && of_sender == 0)
+    return;
+  if (is_full || of_sender >= std::ptrdiff_t{kMostOfOne})
+    waiting_.erase(std::ranges::find(waiting_, event.sender, &Waiting::sender));
+  waiting_.push_back(std::move(event));
 }
 
 void EventFilter::advance(const LinePublishers& publishers, Instant now, const PassOn& pass_on) {

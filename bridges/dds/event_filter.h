@@ -38,6 +38,8 @@ class EventFilter {
     Instant received{};
   };
 
+  void wait(Waiting event);
+
   std::deque<Waiting> waiting_;
 };
 
