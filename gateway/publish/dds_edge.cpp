@@ -457,26 +457,37 @@ std::vector<Diagnostic> check_dds_permissions(const config::Plant& plant) {
 
 std::vector<Diagnostic> check_dds_exposure(const config::Plant& plant) {
   std::string lines;
+  std::string buses;  // that EMCYs of other gateways are sent on
   for (const config::LinePlan& line : plant.lines) {
     if (line.commands == config::Access::all || line.outputs == config::Access::all)
       lines += (lines.empty() ? "" : ", ") + line.config.name;
+    if (!line.remote_emcys.empty())
+      buses += (buses.empty() ? "" : ", ") + line.config.name;
   }
   if (!plant.dds_security.empty() && !plant.dds_own_process)
     return {{Severity::warning, plant.file, 0, 0,
              "with `dds: {process: same}` an identity that is revoked or expires continues to read "
-             "until the gateway is restarted: use `process: own`, the default with `security`"}};
-  if (lines.empty() || !plant.dds_security.empty())
+             "until the gateway is restarted: use `process: own`, the default"}};
+  if ((lines.empty() && buses.empty()) || !plant.dds_security.empty())
     return {};
   std::string transports;
   for (const std::string& transport : dds::open_transports(plant.dds_profile, plant.dds_interfaces))
     transports += (transports.empty() ? "" : "; ") + transport;
   if (transports.empty())
     return {};
+  std::string actions = lines.empty() ? "" : "send commands or outputs to " + lines;
+  std::string remedy = lines.empty() ? "" : "set access: read";
+  if (!buses.empty()) {
+    actions += (lines.empty() ? "" : ", and ") + ("put EMCYs on the bus of " + buses) +
+               " (routes with `emcy: true`)";
+    remedy += std::string(lines.empty() ? "" : " and ") + "remove `emcy: true`";
+  }
   return {{Severity::warning, dds_profiles_in_use(plant.dds_profile), 0, 0,
            "DDS is open without DDS-Security (" + transports + "), and every host that reaches " +
-               "it may send commands or outputs to " + lines +
+               "it may " + actions +
                ": secure DDS (linegate security, dds: {security: FOLDER}), keep it on "
-               "this host (dds: {interfaces: [lo]}), or set access: read"}};
+               "this host (dds: {interfaces: [lo]}), or " +
+               remedy}};
 }
 
 DdsLibraryLog::DdsLibraryLog(std::function<void(Severity, std::string_view text)> log) {

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """A gateway warns once at each start if hosts of a network may command its plant, and only then: DDS is open on an
-interface other than loopback, and a line permits commands or outputs.
+interface other than loopback, and a line permits commands or outputs, or sends EMCYs of other gateways.
 
 exposed.py LINEGATED LINEGATE LOOPBACK_PROFILES
 """
@@ -14,8 +14,10 @@ from plant_process import Failure, PATIENCE, SOURCES, own_domain, run_test, writ
 
 OPEN_PROFILES = os.path.join(SOURCES, "deploy", "dds", "linegate-profiles.xml")
 WARNING = "DDS is open without DDS-Security"
+ROUTES = "routes: [{to: 7, via: hall-b/press, emcy: true}]"
 PLANT = """schema: 1
 gateway: {{name: exposed}}
+{routes}
 lines:
   - name: seen
     interface: "simulated:"
@@ -24,6 +26,8 @@ lines:
   - name: moved
     interface: "simulated:"
     access: {access}
+    network_id: 2
+    enter: [{{from: 7, services: [emcy]}}]
     simulate: [{{node: 8, profile: digital-io}}]
 """
 
@@ -45,17 +49,20 @@ def log_of(linegated, plant, profiles):
 
 
 def test(folder, linegated, _, loopback):
-    cases = ((OPEN_PROFILES, "all", 1), (OPEN_PROFILES, "{commands: read, outputs: all}", 1),
-             (OPEN_PROFILES, "read", 0), (loopback, "all", 0))
-    for profiles, access, wanted in cases:
-        plant = write(os.path.join(folder, "plant.yaml"), PLANT.format(access=access))
+    commands, emcys = "outputs to moved", "EMCYs on the bus of moved"
+    cases = ((OPEN_PROFILES, "all", "", [commands]), (OPEN_PROFILES, "{commands: read, outputs: all}", "", [commands]),
+             (OPEN_PROFILES, "read", "", []), (loopback, "all", "", []), (OPEN_PROFILES, "read", ROUTES, [emcys]),
+             (OPEN_PROFILES, "all", ROUTES, [commands, emcys]), (loopback, "read", ROUTES, []))
+    for profiles, access, routes, actions in cases:
+        plant = write(os.path.join(folder, "plant.yaml"), PLANT.format(access=access, routes=routes))
         log = log_of(linegated, plant, profiles)
         warnings = [line for line in log.splitlines() if WARNING in line]
-        if len(warnings) != wanted:
-            raise Failure(f"{profiles}, access {access}: {len(warnings)} warnings, not {wanted}\n{log}")
+        if len(warnings) != (1 if actions else 0):
+            raise Failure(f"{profiles}, access {access}: {len(warnings)} warnings for {actions}\n{log}")
         for warning in warnings:
-            if "UDPv4 on every interface" not in warning or "outputs to moved:" not in warning:
-                raise Failure(f"the warning does not name transport and line: {warning}")
+            named = [action for action in (commands, emcys) if action in warning]
+            if "UDPv4 on every interface" not in warning or named != actions:
+                raise Failure(f"the warning does not name transport and lines: {warning}")
 
 
 if __name__ == "__main__":
