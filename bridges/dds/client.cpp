@@ -501,9 +501,12 @@ void Client::Impl::drain_events(ClientListener& listener) {
   if (of_gateway)
     filter.advance(publishers, steady_now(), pass_on);
   drain(events, event_sample, [&](const v1::Event& sample) {
-    FollowedEvent of{.source = source(sample), .event = {}, .text = sample.text().to_string()};
+    FollowedEvent of{.source = source(sample)};
     from_wire(sample, kUtc, of.event);
-    from_wire(sample.properties(), of.properties);
+    if (!of_gateway) {  // many may wait, and these are most of their octets
+      of.text = sample.text().to_string();
+      from_wire(sample.properties(), of.properties);
+    }
     if (follower) {
       follower->take(std::move(of), steady_now());
     } else if (of_gateway) {

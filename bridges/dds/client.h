@@ -125,10 +125,11 @@ struct ClientOptions {
   // Pause before an unanswered request is repeated
   Duration retry = std::chrono::milliseconds(250);
   // The client is part of a gateway. Events are passed on only of the participant that publishes
-  // the state of their line (event_filter.h). Its requests are carried out at most
-  // once, and not after their time-outs (request_tracker.h); a request that is not acknowledged is
-  // not kept by DDS. Its writer is not volatile, because Fast DDS may then deadlock when a gateway
-  // leaves (idl/README.md); readers of requests are, so none of them is received late.
+  // the state of their line (event_filter.h), without text and properties. Its requests are carried
+  // out at most once, and not after their time-outs (request_tracker.h); a request that is not
+  // acknowledged is not kept by DDS. Its writer is not volatile, because Fast DDS may then deadlock
+  // when a gateway leaves (idl/README.md); readers of requests are, so none of them is received
+  // late.
   bool of_gateway = false;
 };
 

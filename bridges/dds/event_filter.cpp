@@ -23,28 +23,36 @@ bool may_become_publisher(Right right) {
 void EventFilter::take(FollowedEvent event, const ParticipantPrefix& sender,
                        const LinePublishers& publishers, Instant now, const PassOn& pass_on) {
   const Right right = right_to(event, sender, publishers, now);
-  const auto is_of_line = [&](const Waiting& each) {
-    return each.sender == sender && each.event.source.line == event.source.line &&
-           each.event.source.gateway == event.source.gateway;
-  };
-  const bool is_behind = std::ranges::any_of(waiting_, is_of_line);
+  Waiting of{std::move(event), sender, now};
+  const bool is_behind =
+      std::ranges::any_of(waiting_, [&](const Waiting& each) { return each.is_of_line_of(of); });
   if (right == Right::publisher && !is_behind) {
-    pass_on(event);
-    return;
+    pass_on(of.event);
+  } else if (right == Right::publisher || may_become_publisher(right)) {
+    wait(std::move(of));
   }
-  if (right == Right::publisher || may_become_publisher(right))
-    wait({std::move(event), sender, now});
 }
 
-// The oldest one of the participant gives way: a gap between those that wait would look like a
-// loss.
+bool EventFilter::Waiting::is_of_line_of(const Waiting& other) const {
+  return sender == other.sender && event.source.line == other.event.source.line &&
+         event.source.gateway == other.event.source.gateway;
+}
+
+// The oldest one gives way, so that those of a line which wait are its last ones: a gap between
+// them would look like a loss.
 void EventFilter::wait(Waiting event) {
-  const auto of_sender = std::ranges::count(waiting_, event.sender, &Waiting::sender);
+  const auto is_of_line = [&](const Waiting& each) { return each.is_of_line_of(event); };
+  const auto is_of_sender = [&](const Waiting& each) { return each.sender == event.sender; };
+  const auto of_line = std::ranges::count_if(waiting_, is_of_line);
+  const auto of_sender = std::ranges::count_if(waiting_, is_of_sender);
   const bool is_full = waiting_.size() >= kMostWaiting;
   if (is_full && of_sender == 0)
     return;
-  if (is_full || of_sender >= std::ptrdiff_t{kMostOfOne})
-    waiting_.erase(std::ranges::find(waiting_, event.sender, &Waiting::sender));
+  if (of_line >= std::ptrdiff_t{kMostOfLine}) {
+    waiting_.erase(std::ranges::find_if(waiting_, is_of_line));
+  } else if (is_full || of_sender >= std::ptrdiff_t{kMostOfOne}) {
+    waiting_.erase(std::ranges::find_if(waiting_, is_of_sender));
+  }
   waiting_.push_back(std::move(event));
 }
 

@@ -20,8 +20,10 @@ namespace linegate::dds {
 class EventFilter {
  public:
   static constexpr Duration kPatience = LinePublishers::kSilence;
-  static constexpr std::size_t kMostWaiting = 1'024;
-  static constexpr std::size_t kMostOfOne = 256;  // waiting, of one participant
+  // That wait: all, of one participant, and of one of its lines.
+  static constexpr std::size_t kMostWaiting = 4'096;
+  static constexpr std::size_t kMostOfOne = 1'024;
+  static constexpr std::size_t kMostOfLine = 256;
 
   using PassOn = std::function<void(const FollowedEvent& event)>;
 
@@ -36,6 +38,7 @@ class EventFilter {
     FollowedEvent event;
     ParticipantPrefix sender{};
     Instant received{};
+    bool is_of_line_of(const Waiting& other) const;
   };
 
   void wait(Waiting event);
