@@ -9,6 +9,7 @@ missed_events.py LINEGATED LINEGATE PROFILES EVENT_READER
 LINEGATE_MISSED_EVENTS: another number of events.
 """
 
+import contextlib
 import os
 import pathlib
 import subprocess
@@ -83,11 +84,22 @@ def same(what, found, wanted):
                       f"{found[at:at + 3]}, expected {wanted[at:at + 3]}")
 
 
-def test(folder, linegated, linegate, profiles, event_reader):
+def test(folder, *programs):
+    with contextlib.ExitStack() as stack:
+        run(folder, stack, *programs)
+
+
+def run(folder, stack, linegated, linegate, profiles, event_reader):
+    """stack ends the gateways if the test fails."""
     file, log = f"{folder}/journal.db", f"{folder}/emcys.log"
     history = History(linegate, file)
     plant = Plant(linegated, linegate, profiles, "0")
     path = write(f"{folder}/plant.yaml", PLANT.format(file=file, log=log))
+
+    def start_gateway():
+        gateway = plant.gateway(path)
+        stack.callback(gateway.kill)
+        return gateway
 
     def start_reader(name, position=()):
         return Reader(event_reader, profiles, f"{folder}/{name}", position)
@@ -101,7 +113,7 @@ def test(folder, linegated, linegate, profiles, event_reader):
         had = first.kill()
     write_log(log, EVENTS)
     begin = time.monotonic()
-    gateway = plant.gateway(path)
+    gateway = start_gateway()
     while time.monotonic() < begin + PATIENCE and len(history.events("--kind", "interface-failed")) == 1:
         time.sleep(0.5)
     expect("the EMCYs in the journal", len(history.events("--kind", "emcy")), FEW + EVENTS)
@@ -119,7 +131,7 @@ def test(folder, linegated, linegate, profiles, event_reader):
     write_log(log, FEW)
     gateway.kill()
     gateway.wait()
-    gateway = plant.gateway(path)
+    gateway = start_gateway()
     until("the events of the next run", lambda: len(history.events("--kind", "interface-failed")) == 3)
     stored = await_all(second, history, "after the gateway was killed")
     same("the events of both runs", had + second.events(), stored[-len(had) - len(second.events()):])
@@ -133,7 +145,7 @@ def test(folder, linegated, linegate, profiles, event_reader):
     gateway.wait()
     for lost in pathlib.Path(folder).glob("journal.db*"):
         lost.unlink()
-    gateway = plant.gateway(path)
+    gateway = start_gateway()
     until("the events of the new stream", lambda: len(history.events("--kind", "interface-failed")) == 1)
     third = start_reader("third", (had[-1][0], str(had[-1][1])))
     stored = await_all(third, history, "after the journal was lost")
