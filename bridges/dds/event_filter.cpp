@@ -7,28 +7,28 @@
 namespace linegate::dds {
 namespace {
 
-using Right = LinePublishers::Right;
+using RightToPublish = LinePublishers::Right;
 
-Right right_to(const FollowedEvent& event, const ParticipantPrefix& sender,
-               const LinePublishers& publishers, Instant now) {
+RightToPublish right_to(const FollowedEvent& event, const ParticipantPrefix& sender,
+                        const LinePublishers& publishers, Instant now) {
   return publishers.right_to_publish(event.source.gateway, event.source.line, sender, now);
 }
 
-bool may_become_publisher(Right right) {
-  return right == Right::unknown || right == Right::contested;
+bool may_become_publisher(RightToPublish right) {
+  return right == RightToPublish::unknown || right == RightToPublish::contested;
 }
 
 }  // namespace
 
 void EventFilter::take(FollowedEvent event, const ParticipantPrefix& sender,
                        const LinePublishers& publishers, Instant now, const PassOn& pass_on) {
-  const Right right = right_to(event, sender, publishers, now);
+  const RightToPublish right = right_to(event, sender, publishers, now);
   Waiting of{std::move(event), sender, now};
   const bool is_behind =
       std::ranges::any_of(waiting_, [&](const Waiting& each) { return each.is_of_line_of(of); });
-  if (right == Right::publisher && !is_behind) {
+  if (right == RightToPublish::publisher && !is_behind) {
     pass_on(of.event);
-  } else if (right == Right::publisher || may_become_publisher(right)) {
+  } else if (right == RightToPublish::publisher || may_become_publisher(right)) {
     wait(std::move(of));
   }
 }
@@ -58,8 +58,8 @@ void EventFilter::wait(Waiting event) {
 
 void EventFilter::advance(const LinePublishers& publishers, Instant now, const PassOn& pass_on) {
   for (Waiting& each : std::exchange(waiting_, {})) {
-    const Right right = right_to(each.event, each.sender, publishers, now);
-    if (right == Right::publisher) {
+    const RightToPublish right = right_to(each.event, each.sender, publishers, now);
+    if (right == RightToPublish::publisher) {
       pass_on(each.event);
     } else if (may_become_publisher(right) && now - each.received <= kPatience) {
       waiting_.push_back(std::move(each));
