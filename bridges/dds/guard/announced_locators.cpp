@@ -4,16 +4,15 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "bridges/dds/guard/parameters.h"
 #include "bridges/dds/guard/wire.h"
 
 namespace linegate::dds::guard {
 namespace {
 
-constexpr std::size_t kIdAndLength = 4;
 constexpr std::size_t kLocator = 24;  // kind, port, address (RTPS 2.3 9.3.2.5)
 constexpr std::uint32_t kUdpV4 = 1;
 constexpr std::uint32_t kUdpV6 = 2;
-constexpr std::uint16_t kEndOfList = 0x0001;
 constexpr std::uint16_t kTopicName = 0x0005;
 
 bool is_unicast_locator(std::uint16_t id) {
@@ -65,19 +64,6 @@ bool is_text(const Wire& value, std::string_view text) {
   return std::ranges::equal(
       value.octets().subspan(4, text.size()), text,
       [](std::uint8_t a, char b) { return a == static_cast<std::uint8_t>(b); });
-}
-
-// Calls each(position, ID, value) for the parameters of a checked list.
-template <class Each>
-void each_parameter(const Wire& list, Each each) {
-  for (std::size_t at = 0; list.size() - at >= kIdAndLength;) {
-    const std::uint16_t id = list.u16(at);
-    const std::size_t length = list.u16(at + 2);
-    if (id == kEndOfList || length > list.size() - at - kIdAndLength)
-      return;
-    each(at, id, list.part(at + kIdAndLength, length));
-    at += kIdAndLength + length;
-  }
 }
 
 constexpr std::size_t kNone = SIZE_MAX;

@@ -7,9 +7,7 @@
 namespace linegate::dds::guard {
 namespace {
 
-constexpr std::uint16_t kSentinel = 0x0001;
-constexpr std::size_t kParameterHeader = 4;  // ID, length
-constexpr std::size_t kLongestList = 4096;   // parameters of one list
+constexpr std::size_t kLongestList = 4096;  // parameters of one list
 
 // Reads CDR: strings and sequences, each aligned to 4. ok() is false as soon as one exceeds the
 // available octets.
@@ -249,16 +247,10 @@ std::optional<Wire> encapsulated(const Wire& payload, unsigned big_endian) {
 // Replaces the IDs for which which(id) is true by that of padding.
 template <class Which>
 void pad(std::span<std::uint8_t> list, bool little, Which which) {
-  const Wire wire(list, little);
-  for (std::size_t at = 0; list.size() - at >= kParameterHeader;) {
-    const std::uint16_t id = wire.u16(at);
-    const std::size_t next = kParameterHeader + wire.u16(at + 2);
-    if (id == kSentinel || next > list.size() - at)
-      return;
+  each_parameter(Wire(list, little), [&](std::size_t at, std::uint16_t id, const Wire&) {
     if (which(id))
       list[at] = list[at + 1] = kPad;
-    at += next;
-  }
+  });
 }
 
 constexpr unsigned kCdr = 0;            // CDR_BE, then CDR_LE

@@ -13,6 +13,22 @@
 
 namespace linegate::dds::guard {
 
+inline constexpr std::uint16_t kSentinel = 0x0001;  // ends a list
+inline constexpr std::size_t kParameterHeader = 4;  // ID, length
+
+// Calls each(position, ID, value) for the parameters of a checked list, up to its sentinel.
+template <class Each>
+void each_parameter(const Wire& list, Each each) {
+  for (std::size_t at = 0; list.size() - at >= kParameterHeader;) {
+    const std::uint16_t id = list.u16(at);
+    const std::size_t length = list.u16(at + 2);
+    if (id == kSentinel || length > list.size() - at - kParameterHeader)
+      return;
+    each(at, id, list.part(at + kParameterHeader, length));
+    at += kParameterHeader + length;
+  }
+}
+
 // The prefix of the GUIDs and key hashes in a parameter list.
 struct Owner {
   std::optional<Prefix> prefix;
