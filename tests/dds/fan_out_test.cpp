@@ -33,6 +33,22 @@ class FanOut : public testing::Test {
     return true;
   }
 
+  // Two subscribers of these kinds receive images of a gateway of that kind. Then `traffic` has
+  // what was sent meanwhile.
+  void serve(const char* gateway_kind, const char* first_kind, const char* second_kind) {
+    Peer gateway(gateway_kind);
+    ASSERT_FALSE(gateway.expect("ready").empty());
+    Peer first(first_kind);
+    Peer second(second_kind);
+    ASSERT_FALSE(first.expect("image ").empty());
+    ASSERT_FALSE(second.expect("image ").empty());
+    traffic.begin();
+    EXPECT_TRUE(receives(first));
+    EXPECT_TRUE(receives(second));
+    traffic.read();
+    EXPECT_TRUE(gateway.end());
+  }
+
   // The number of samples that were sent `by_group` times to the group, and `by_unicast` times
   // elsewhere.
   std::size_t images_sent(std::size_t by_group, std::size_t by_unicast) const {
@@ -59,49 +75,20 @@ class FanOut : public testing::Test {
 };
 
 TEST_F(FanOut, OneDatagramServesTwoClientsThatAskForIt) {
-  Peer gateway("multicast_gateway");
-  ASSERT_FALSE(gateway.expect("ready").empty());
-  Peer first("multicast_subscriber");
-  Peer second("multicast_subscriber");
-  ASSERT_FALSE(first.expect("image ").empty());
-  ASSERT_FALSE(second.expect("image ").empty());
-  traffic.begin();
-  EXPECT_TRUE(receives(first));
-  EXPECT_TRUE(receives(second));
-  traffic.read();
+  ASSERT_NO_FATAL_FAILURE(
+      serve("multicast_gateway", "multicast_subscriber", "multicast_subscriber"));
   EXPECT_GT(2 * images_sent(1, 0), samples_to_group());  // some may be repeated
-  EXPECT_TRUE(gateway.end());
 }
 
 TEST_F(FanOut, AClientThatDoesNotAskForItReceivesByUnicast) {
-  Peer gateway("multicast_gateway");
-  ASSERT_FALSE(gateway.expect("ready").empty());
-  Peer asking("multicast_subscriber");
-  Peer usual("subscriber");
-  ASSERT_FALSE(asking.expect("image ").empty());
-  ASSERT_FALSE(usual.expect("image ").empty());
-  traffic.begin();
-  EXPECT_TRUE(receives(asking));
-  EXPECT_TRUE(receives(usual));
-  traffic.read();
+  ASSERT_NO_FATAL_FAILURE(serve("multicast_gateway", "multicast_subscriber", "subscriber"));
   EXPECT_GT(2 * images_sent(1, 1), samples_to_group());  // some may be repeated
-  EXPECT_TRUE(gateway.end());
 }
 
 TEST_F(FanOut, AGatewayWithoutItServesClientsThatAskForItByUnicast) {
-  Peer gateway("image_gateway");
-  ASSERT_FALSE(gateway.expect("ready").empty());
-  Peer first("multicast_subscriber");
-  Peer second("multicast_subscriber");
-  ASSERT_FALSE(first.expect("image ").empty());
-  ASSERT_FALSE(second.expect("image ").empty());
-  traffic.begin();
-  EXPECT_TRUE(receives(first));
-  EXPECT_TRUE(receives(second));
-  traffic.read();
+  ASSERT_NO_FATAL_FAILURE(serve("image_gateway", "multicast_subscriber", "multicast_subscriber"));
   EXPECT_GT(images_sent(0, 2), 0U);
   EXPECT_EQ(samples_to_group(), 0U);
-  EXPECT_TRUE(gateway.end());
 }
 
 // Each reader would respond to each of them.
