@@ -49,7 +49,7 @@ class ImageTraffic {
     read();
     samples.clear();
     groups.clear();
-    heartbeats.clear();
+    piggybacked.clear();
   }
 
   void read() {
@@ -69,8 +69,9 @@ class ImageTraffic {
   // Of each sample of an application's writer: the places that it was sent to.
   std::map<Sample, std::multiset<Place>> samples;
   std::set<Place> groups;  // all multicast destinations
-  // Of each writer of an application: the places of its heartbeats.
-  std::map<dds::guard::Guid, std::multiset<Place>> heartbeats;
+  // The places of datagrams in which a sample of an application's writer is followed by a
+  // heartbeat.
+  std::multiset<Place> piggybacked;
 
  private:
   void add(dds::guard::Octets packet) {
@@ -92,6 +93,7 @@ class ImageTraffic {
     Prefix source{};
     std::copy_n(datagram.begin() + 8, source.size(), source.begin());
     Submessage submessage;
+    std::set<Guid> sampled;
     for (std::size_t at = kHeader; at < datagram.size(); at += 4 + submessage.body.size()) {
       Content content;
       if (split(datagram, at, submessage) != Reason::none ||
@@ -100,10 +102,12 @@ class ImageTraffic {
       if ((content.writer & 0xC0U) != 0)
         continue;
       const Guid writer = make_guid(source, content.writer);
-      if (submessage.kind == Kind::data)
+      if (submessage.kind == Kind::data) {
         samples[{writer, content.highest}].insert(to);
-      if (submessage.kind == Kind::heartbeat)
-        heartbeats[writer].insert(to);
+        sampled.insert(writer);
+      } else if (submessage.kind == Kind::heartbeat && sampled.contains(writer)) {
+        piggybacked.insert(to);
+      }
     }
   }
 
