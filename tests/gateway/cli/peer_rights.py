@@ -79,7 +79,7 @@ class Halls(Secured):
     def sdo(self, *words):
         """Repeats a command whose console the library did not authenticate."""
         def answered():
-            told = self.ask("console", "--timeout", "10", "sdo", *words, wait=PATIENCE)
+            told = self.ask("console", "--timeout", "10", "sdo", *words, wait=PATIENCE / 4)
             text = (told.stdout + told.stderr).strip()
             lost = "no gateway" in text or "no line" in text or "no answer" in text
             return None if lost else (text or "done")
@@ -94,7 +94,7 @@ class Halls(Secured):
         try:
             until(f"network {network} is read", is_read)
         except Failure as failure:
-            raise Failure(f"{failure}: {told[-1]}") from failure
+            raise Failure(f"{failure}: {told[-1:]}") from failure
 
     def is_refused(self, what, code, *words):
         told = self.sdo(*words)
