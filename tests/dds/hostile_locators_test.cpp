@@ -133,6 +133,8 @@ class HostileLocators : public testing::Test {
     ASSERT_FALSE(gateway.expect("ready").empty());
     ASSERT_FALSE(client.expect("image ").empty());
     traffic.begin();
+    traffic.only_of(gateway.process());
+    traffic.only_of(client.process());
   }
   // The gateway continues: the client, and a new one, receive images. It ends as usual.
   void TearDown() override {
@@ -142,6 +144,7 @@ class HostileLocators : public testing::Test {
     Peer usual("subscriber");
     EXPECT_TRUE(images_go_on(usual));
     traffic.read();
+    EXPECT_TRUE(traffic.groups.contains({kGroup, group_port()}));
     for (const ImageTraffic::Place& place : traffic.groups) {
       EXPECT_TRUE(place == ImageTraffic::Place(kGroup, group_port()) ||
                   place == ImageTraffic::Place(0xEFFF0001, group_port() - 1))

@@ -66,6 +66,11 @@ class ImageTraffic {
     }
   }
 
+  // Ignores datagrams of other processes from now on: other tests use this loopback, too.
+  void only_of(pid_t process) {
+    processes_.insert(low_octets(static_cast<std::uint32_t>(process)));
+  }
+
   // Of each sample of an application's writer: the places that it was sent to.
   std::map<Sample, std::multiset<Place>> samples;
   std::set<Place> groups;  // all multicast destinations
@@ -81,9 +86,22 @@ class ImageTraffic {
       return;
     const dds::guard::Wire wire(packet, false);
     const Place to{wire.u32(16), wire.u16(header + 2)};
+    const dds::guard::Octets datagram = packet.subspan(header + kUdp);
+    if (!processes_.empty() && !is_of_them(datagram))
+      return;
     if (to.first >> 28U == 0xE)
       groups.insert(to);
-    add_samples(packet.subspan(header + kUdp), to);
+    add_samples(datagram, to);
+  }
+
+  // Fast DDS has them in a GUID prefix, behind vendor and host.
+  static std::uint16_t low_octets(std::uint32_t process) {
+    return static_cast<std::uint16_t>(process);
+  }
+  bool is_of_them(dds::guard::Octets datagram) const {
+    constexpr std::size_t kProcessAt = 8 + 4;  // in the header of RTPS
+    return dds::guard::has_header(datagram) &&
+           processes_.contains(dds::guard::Wire(datagram, true).u16(kProcessAt));
   }
 
   void add_samples(dds::guard::Octets datagram, const Place& to) {
@@ -111,6 +129,7 @@ class ImageTraffic {
     }
   }
 
+  std::set<std::uint16_t> processes_;
   const int socket_ = ::socket(AF_PACKET, SOCK_DGRAM | SOCK_CLOEXEC, htons(ETH_P_IP));
   bool ok_ = false;
 };

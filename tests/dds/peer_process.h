@@ -33,6 +33,7 @@ class Peer {
   std::string expect(std::string_view prefix,
                      std::chrono::milliseconds deadline = std::chrono::seconds(20));
   void signal(int number) const;
+  pid_t process() const { return pid_; }
   // Resident memory of the process in octets; 0 once it has ended.
   std::size_t resident() const;
   // Closes its standard input, waits for its end, and kills it after 30 s. Returns false if it had
