@@ -8,6 +8,7 @@ import tempfile
 import unittest
 
 import catalogue
+import contract
 import formatting
 import kinds
 import layering
@@ -20,6 +21,7 @@ import readmes
 import rows
 import services
 import sizes
+import tree
 import units
 import words
 
@@ -144,6 +146,47 @@ class Kinds(TreeCase):
     def test_events_in_another_order(self):
         swapped = "enum class EventKind : std::uint8_t {\n  stopped,\n  started,\n};\n"
         self.assertEqual(len(self.complaints(kinds, kinds.EVENTS, swapped)), 2)
+
+
+class Contract(TreeCase):
+    TEXT = ("// A comment with a };\nmodule linegate {\nmodule v1 {\nconst octet FIRST = 1;\n"
+            "enum Kind {\n  KIND_A,  // a comment\n  KIND_B\n};\n"
+            "@final struct State {\n  @key string<64> gateway;\n  octet kind;  // Kind\n};\n};\n};\n")
+
+    def setUp(self):
+        super().setUp()
+        self.write(contract.CONTRACT, self.TEXT)
+        self.write(contract.FROZEN, "")
+        contract.record(self.root)
+
+    def changed(self, before, after):
+        self.assertIn(before, self.TEXT)
+        return self.complaints(contract, contract.CONTRACT, self.TEXT.replace(before, after))
+
+    def test_the_text_itself_and_what_may_be_added(self):
+        self.assertEqual(list(contract.check(self.root)), [])
+        for before, after in (("KIND_B", "KIND_B, KIND_C"), ("@final", "@final struct More { octet a; };\n@final"),
+                              ("enum", 'const string TOPIC_MORE = "linegate/v1/More";\nenum'), ("// a comment", "// other")):
+            self.assertEqual(self.changed(before, after), [], after)
+
+    def test_changes(self):
+        for before, after, name in (("= 1", "= 2", "FIRST"), ("KIND_A,", "KIND_0, KIND_A,", "Kind"), ("KIND_A,", "", "Kind"),
+                                    ("octet kind;", "octet kind; octet more;", "State"), ("string<64>", "string<65>", "State"),
+                                    ("@key ", "", "State"), ("@final", "@mutable", "State"),
+                                    ("const octet FIRST = 1;", "", "FIRST")):
+            found = self.changed(before, after)
+            self.assertEqual(len(found), 1, after)
+            self.assertIn(f"{contract.CONTRACT}: {name} ", found[0])
+
+    def test_a_declaration_that_the_check_does_not_know(self):
+        self.assertEqual(len(self.changed("enum", "typedef octet Byte;\nenum")), 1)
+        self.assertEqual(len(self.changed("module v1", "module v2")), 1)
+
+    def test_a_record_keeps_what_was_added(self):
+        self.write(contract.CONTRACT, self.TEXT.replace("KIND_B", "KIND_B, KIND_C"))
+        contract.record(self.root)
+        self.assertIn("KIND_A, KIND_B, KIND_C", tree.read(self.root, contract.FROZEN))
+        self.assertEqual(len(self.changed("@final", "@final")), 1)
 
 
 class Programs(TreeCase):
