@@ -231,10 +231,10 @@ function(linegate_test name)
   set(properties LABELS ${ARG_TIER} TIMEOUT ${ARG_TIMEOUT})
   set(cost 0)  # of cases of equal cost CTest knows, from the run before, which one takes longer
   if(ARG_TIER STREQUAL "dds")
-    # Those of a preset run one after the other, because a test has up to four processes, and early, or nothing runs
-    # beside the last of them. Those of both sanitizers run at the same time: each test has a domain of its own
-    # (tests/dds/own_domain.h).
-    list(APPEND properties RESOURCE_LOCK ${LINEGATE_TEST_PREFIX}dds)
+    # Those of a program run one after the other, because a test has up to four processes, and early, or nothing runs
+    # beside the last of them. Programs run at the same time, those of both sanitizers, too: each test has a domain of its
+    # own (tests/dds/own_domain.h).
+    list(APPEND properties RESOURCE_LOCK ${LINEGATE_TEST_PREFIX}${name})
     set(cost 500)
   elseif(ARG_OPTIMISED)
     set(cost 100)

@@ -20,7 +20,7 @@ from plant_process import Failure, Plant, expect, run_test, until, write
 
 EVENTS = int(os.environ.get("LINEGATE_MISSED_EVENTS", "100000"))
 FEW = 50
-PER_SECOND = 20_000
+PER_SECOND = 8_000
 PATIENCE = 120
 
 PLANT = """schema: 1
