@@ -35,6 +35,10 @@ bool is_state_message(const can::Frame& frame) {
          frame.standard_of(1) && std::ranges::any_of(kStates, is_said);
 }
 
+bool is_boot_up(const can::Frame& frame) {
+  return is_state_message(frame) && frame.data[0] == std::byte{0};
+}
+
 // The first frame of a download by the default client.
 bool starts_download(const can::Frame& frame) {
   return (frame.id & ~std::uint32_t{can::kMaxNodeId}) == can::kSdoRequestBase &&
@@ -234,6 +238,14 @@ void OutputModel::flushed() {
   }
 }
 
+void OutputModel::submitted_by_device(const can::Frame& frame) {
+  if (is_boot_up(frame)) {
+    Node& node = nodes_[frame.id & can::kMaxNodeId];
+    ++node.boot_ups_waiting;
+    node.restarted_unheard = true;
+  }
+}
+
 void OutputModel::ended(LineSeat& seat, const can::Frame& frame, sim::Bus::Endpoint sender,
                         sim::Fate fate) {
   const bool by_line = sender == seat.end;
@@ -245,8 +257,13 @@ void OutputModel::ended(LineSeat& seat, const can::Frame& frame, sim::Bus::Endpo
   }
   // Whether the line received the frame
   const bool received = fate != sim::Fate::lost && (by_line || seat.bus.connected(seat.end));
-  if (fate != sim::Fate::disturbed && is_state_message(frame) && frame.data[0] == std::byte{0}) {
-    nodes_[frame.id & can::kMaxNodeId].restarted_unheard = !received;
+  if (fate != sim::Fate::disturbed && is_boot_up(frame)) {
+    Node& node = nodes_[frame.id & can::kMaxNodeId];
+    const unsigned later = node.boot_ups_waiting > 0 ? node.boot_ups_waiting - 1 : 0U;
+    node.restarted_unheard = !received || later > 0;
+    if (fate != sim::Fate::doubled) {
+      node.boot_ups_waiting = later;
+    }
   }
   if (fate == sim::Fate::lost || fate == sim::Fate::disturbed || frame.extended()) {
     return;

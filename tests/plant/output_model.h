@@ -51,7 +51,11 @@
 //     Operational without a bus, and that the bus model transmits afterwards.
 //   - A device without error control restarted, and the line did not receive its boot-up message,
 //     because it was off the bus or the frame was lost: until the next boot-up message. The device
-//     may have other PDOs than before.
+//     may have other PDOs than before. The same while the boot-up message waits in the controller
+//     of the device: on a bus without acknowledgements it waits for all frames with a lower
+//     identifier, also for NMT commands, SYNC messages and PDOs of the line, and nothing that the
+//     line can receive shows the restart before. An NMT command of the line does not end this
+//     exception, because it changes the NMT state and not the PDOs of the device.
 //   - The device was not Operational when the frame passed, and the state that the line showed
 //     followed from a command of its own that no heartbeat or guard response had confirmed (a
 //     device without error control that missed the NMT start): until the next frame of the PDO.
@@ -87,6 +91,8 @@ class OutputModel {
   void acknowledged(std::uint64_t number);
   // The frames of the line that did not end are discarded.
   void flushed();
+  // Call it when a device submits the frame to the bus.
+  void submitted_by_device(const can::Frame& frame);
   // The frame ended on the bus; the stations have not processed it yet.
   void ended(LineSeat& seat, const can::Frame& frame, sim::Bus::Endpoint sender, sim::Fate fate);
   // Call it after all stations processed what was due. Returns a description of the first entry
@@ -141,6 +147,7 @@ class OutputModel {
     bool other_pdos = false;  // no boot process has compared them since its restart
     Instant boots_at{};       // time of the newest frame of its boot process on the bus
     bool restarted_unheard = false;
+    unsigned boot_ups_waiting = 0;  // number of boot-up messages in the controller of the device
     bool booted_now = false;
     bool signed_now = false;
     Instant signed_at{};

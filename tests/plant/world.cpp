@@ -354,6 +354,7 @@ void World::transmit(LineSeat& seat, DeviceSeat& device) {
     if (device.answers_after > Duration::zero() && frame.id == response && !frame.extended()) {
       device.late.emplace_back(now_ + device.answers_after, frame);
     } else {
+      seat.outputs->submitted_by_device(frame);
       seat.bus.submit(device.end, frame, now_);
     }
   }
