@@ -17,6 +17,17 @@ constexpr std::uint64_t kIsMandatory = 1U << 3U;
 // Time limit for a node to carry out an NMT command.
 constexpr Duration kObedience = std::chrono::milliseconds(100);
 
+// A node that restarts while it is configured has lost what was written before, and refuses the
+// next write. Its boot-up message has a lower priority than its SDO response: a controller with
+// several transmit buffers sends it later, and later than the waiting frames of other nodes.
+constexpr Duration kBootUpDelay = std::chrono::milliseconds(100);
+
+// The boot process of the node ended because of its configuration.
+bool ends_with_configuration(const Event& event) {
+  const auto* const result = event.get<event::BootResult>();
+  return result != nullptr && result->letter == 'J';
+}
+
 bool booted(const NodeState& node) {
   constexpr char kKeptAlive = 'L';
   return node.boot == manager::kBooted || node.boot == kKeptAlive;
@@ -67,6 +78,7 @@ void Diagnosis::emitted(const Event& event) {
   if (event.get<event::BootUp>() != nullptr && of_node) {
     expected_[event.node] = {};
     disobedient_.set(event.node, false);
+    refusing_.set(event.node, false);
   }
   const NetworkFacts now = source_.network();
   if (now.manages) {
@@ -74,10 +86,38 @@ void Diagnosis::emitted(const Event& event) {
                                                      .mandatory = of_node && mandatory(event.node),
                                                      .scanning = now.scanning});
     events_ |= news;
-    if ((news & options_.fatal_events) != 0 && !state_.fatal()) {
-      state_.fail();
-      failed_ = true;
+    if ((news & options_.fatal_events) == 0 || state_.fatal()) {
+      return;
     }
+    if (ends_with_configuration(event)) {
+      note_refusal(event.node, event.time);
+    } else {
+      fail();
+    }
+  }
+}
+
+void Diagnosis::fail() {
+  state_.fail();
+  failed_ = true;
+  changed_ = true;
+  refusing_ = {};
+  refusal_counts_ = kNever;
+}
+
+// Later refusals delay the fatal error: each node has the whole time for its boot-up message.
+void Diagnosis::note_refusal(std::uint8_t node, Instant now) {
+  refusing_.set(node);
+  refusal_counts_ = now + kBootUpDelay;
+}
+
+void Diagnosis::look_at_refusals(Instant now) {
+  if (now < refusal_counts_) {
+    return;
+  }
+  refusal_counts_ = kNever;
+  if (source_.network().manages && std::exchange(refusing_, NodeList{}) != NodeList{}) {
+    fail();
   }
 }
 
@@ -128,6 +168,8 @@ void Diagnosis::requested(std::uint8_t node) {
 void Diagnosis::begin() {
   state_.begin();
   failed_ = false;
+  refusing_ = {};
+  refusal_counts_ = kNever;
   events_ = 0;
   communication_.begin();
   began_ = latest_;
@@ -147,6 +189,7 @@ void Diagnosis::look_at_boot_time(Instant now) {
 
 void Diagnosis::update(Instant now) {
   latest_ = now;
+  look_at_refusals(now);
   if (!changed_ && (boot_time_over_ || now < boot_time_ends_)) {
     return;
   }

@@ -62,6 +62,8 @@ class Diagnosis final : public EventListener {
   void states_changed() { changed_ = true; }
   // Does nothing if nothing has changed.
   void update(Instant now);
+  // When a refused configuration becomes a fatal error: call update() then. kNever: none does.
+  Instant next_wake() const { return refusal_counts_; }
 
   std::uint8_t network_state() const;  // see network_state.h
   std::uint16_t events() const { return events_; }
@@ -82,6 +84,9 @@ class Diagnosis final : public EventListener {
 
  private:
   void begin();
+  void fail();
+  void note_refusal(std::uint8_t node, Instant now);
+  void look_at_refusals(Instant now);
   bool mandatory(std::uint8_t node) const;
   bool assigned_to_master(std::uint8_t node) const;
   NodeList monitored() const;
@@ -106,6 +111,9 @@ class Diagnosis final : public EventListener {
   };
   std::array<Expectation, can::kMaxNodeId + 1> expected_{};
   NodeList disobedient_;
+  // Nodes that refused their configuration and have not booted since, and when that is fatal.
+  NodeList refusing_;
+  Instant refusal_counts_ = kNever;
   Instant latest_{};  // stands in for reports without a time
   Instant began_{};
   Instant boot_time_ends_ = kNever;

@@ -34,7 +34,7 @@ void DiagnosisService::advance(Instant now) {
 }
 
 Instant DiagnosisService::next_wake() const {
-  return diagnosis_.failed() ? Instant{} : kNever;
+  return diagnosis_.failed() ? Instant{} : diagnosis_.next_wake();
 }
 
 void DiagnosisService::nmt_received(std::uint16_t index, const can::Frame& frame) {

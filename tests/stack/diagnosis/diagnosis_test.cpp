@@ -238,6 +238,41 @@ TEST_F(DiagnosisTest, TheSlaveAssignmentOfTheDictionaryCounts) {
   EXPECT_EQ(read(0x5F00, 1) & kMandatoryWrongNode, kMandatoryWrongNode);
 }
 
+TEST_F(DiagnosisTest, ARefusedConfigurationIsFatalUnlessTheNodeBootsAgain) {
+  for (const bool boots : {false, true}) {
+    tell(0, event::ManagerState{.state = ManagerState::resetting});
+    tell(kLamp, event::BootResult{.letter = 'J'});
+    EXPECT_EQ(diagnosis_.next_wake(), kNever) << "not mandatory";
+    tell(kPress, event::BootResult{.letter = 'J'});
+    EXPECT_EQ(diagnosis_.next_wake(), now_ + milliseconds(100));
+    now_ += milliseconds(99);
+    if (boots) {
+      tell(kPress, event::BootUp{});
+    }
+    diagnosis_.update(now_);
+    EXPECT_FALSE(diagnosis_.fatal());
+    now_ += milliseconds(1);
+    diagnosis_.update(now_);
+    EXPECT_EQ(diagnosis_.fatal(), !boots);
+    EXPECT_EQ(diagnosis_.pop_failure(), !boots);
+    EXPECT_EQ(diagnosis_.next_wake(), kNever);
+  }
+}
+
+TEST_F(DiagnosisTest, EachNodeHasTheWholeTimeForItsBootUpMessage) {
+  tell(kPress, event::BootResult{.letter = 'J'});
+  now_ += milliseconds(60);
+  tell(kPress, event::BootUp{});
+  tell(kPress, event::BootResult{.letter = 'J'});
+  now_ += milliseconds(60);
+  diagnosis_.update(now_);
+  EXPECT_FALSE(diagnosis_.fatal());
+  tell(0, event::ManagerState{.state = ManagerState::resetting});
+  EXPECT_EQ(diagnosis_.next_wake(), kNever) << "initialised again";
+  tell(kPress, event::BootResult{.letter = 'D'});
+  EXPECT_TRUE(diagnosis_.fatal()) << "a restart does not change the identity";
+}
+
 TEST_F(DiagnosisTest, ASlaveListsTheNodesItListensTo) {
   facts_.manages = false;
   facts_.manager = ManagerState::inactive;

@@ -275,6 +275,20 @@ TEST_F(MandatoryNodeTest, ARefusedEntryHaltsTheNetwork) {
       << "no further boot attempt: it would be refused, too";
 }
 
+// A controller with several transmit buffers sends the SDO response before the boot-up message.
+TEST_F(MandatoryNodeTest, ARefusalBeforeItsBootUpMessageDoesNotStopTheNetwork) {
+  hear(0x585, {0x80, 0x17, 0x10, 0x00, 0x30, 0x00, 0x09, 0x06});
+  pass(milliseconds(3));
+  hear(0x705, {0x00});
+  answer_identity();
+  answer_sdo({0x60, 0x17, 0x10, 0x00, 0, 0, 0, 0});
+  hear(0x705, {0x7F});
+  pass(milliseconds(100));
+  EXPECT_EQ(line_->state().manager, ManagerState::running);
+  EXPECT_NE(line_->state().network, 0x90);
+  EXPECT_THAT(sent(), testing::Not(testing::Contains("000#0200")));
+}
+
 TEST_F(MandatoryNodeTest, ALostAnswerDoesNot) {
   pass(milliseconds(600));
   expect_it_is_asked_again();
