@@ -445,6 +445,14 @@ struct EventWords {
                        e.code, e.source_node, e.source, e.error_register, e.hops);
   }
   std::string operator()(const event::RoutingRefused& e) const {
+    const bool of_emcys = e.service == routing::RoutedService::emcy;
+    if (of_emcys && e.abort == AbortCode::timeout) {
+      return fmt::format("EMCYs from {} were lost, or were too old to be sent",
+                         source_text(e.source));
+    }
+    if (of_emcys && e.abort == AbortCode::out_of_memory) {
+      return fmt::format("EMCYs from {} were not sent: there are too many", source_text(e.source));
+    }
     return fmt::format("{} from {} to node {} of network {} refused: {}", service_name(e.service),
                        source_text(e.source), e.target_node, e.target, abort_text(e.abort));
   }

@@ -29,6 +29,7 @@ void PeerEmcys::set_lines(const std::vector<GatewayLine>& lines) {
   std::map<GatewayLine, Line> known = std::exchange(lines_, {});
   for (const GatewayLine& line : lines) {
     lines_[line] = std::move(known[line]);
+    lines_[line].limit.share_among(lines.size());
   }
 }
 
@@ -125,13 +126,28 @@ bool PeerEmcys::count_number(const GatewayLine& name, Line& line, const PeerEven
   return true;
 }
 
-// The oldest one gives way: it is that which is too old first.
 void PeerEmcys::hold(const GatewayLine& name, Line& line, Held held, Instant now) {
   if (line.held.size() >= kMostHeld) {
-    take_loss_of(name, line, line.held.front(), now);
-    line.held.pop_front();
+    const auto gives_way = surplus(line.held);
+    take_loss_of(name, line, *gives_way, now);
+    line.held.erase(gives_way);
   }
   line.held.push_back(std::move(held));
+}
+
+// The oldest one of the source that has most of them: it is that which is too old first, and a node
+// does not displace the EMCYs of others.
+std::deque<PeerEmcys::Held>::iterator PeerEmcys::surplus(std::deque<Held>& held) {
+  const auto source_of = [](const Held& each) {
+    return std::pair(each.emcy.network, each.emcy.node);
+  };
+  std::map<std::pair<std::uint16_t, std::uint8_t>, std::size_t> counts;
+  for (const Held& each : held) {
+    ++counts[source_of(each)];
+  }
+  const auto most =
+      std::ranges::max_element(counts, {}, [](const auto& each) { return each.second; })->first;
+  return std::ranges::find(held, most, source_of);
 }
 
 Duration PeerEmcys::age_of(const Line& line, const Held& held, Instant now) {
@@ -186,7 +202,14 @@ void PeerEmcys::pass_on(const GatewayLine& name, Line& line, const Held& held, I
   }
   routing::ForwardedEmcy emcy = held.emcy;
   emcy.network = emcy.network == 0 ? line.network : emcy.network;
-  sink_.take_emcy(name, emcy);
+  if (!sink_.is_wanted(name, emcy)) {
+    return;
+  }
+  if (line.limit.admit(emcy.network, emcy.node, now)) {
+    sink_.take_emcy(name, emcy);
+  } else {
+    sink_.take_excess(name, emcy);
+  }
 }
 
 // What has waited for kForRouted waits for a sample, or until it is too old.

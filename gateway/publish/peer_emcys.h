@@ -15,6 +15,9 @@
 // 4. Nothing is passed on while two gateways publish the line at the same time.
 // 5. An EMCY that a gateway on that bus forwarded is passed on as that of its source, with one more
 //    hop. The event of its frame comes before, so each is held for kForRouted: the order remains.
+// 6. However many EMCYs a node or a line sends, no more than PeerEmcyLimit permits are passed on,
+//    those of other lines pass, and those of other nodes of the line while its share is not used
+//    up. Each of the others is counted. EMCYs that no line here sends do not count.
 //
 // All samples are foreign. No DDS, thread or clock here.
 #pragma once
@@ -27,6 +30,7 @@
 #include <optional>
 #include <vector>
 
+#include "gateway/publish/peer_emcy_limit.h"
 #include "gateway/publish/peer_routes.h"
 #include "stack/base/time.h"
 #include "stack/routing/emcy_frame.h"
@@ -39,8 +43,15 @@ class PeerEmcys {
   class Sink {
    public:
     virtual ~Sink() = default;
+    // Whether a line of this gateway sends it.
+    virtual bool is_wanted(const routing::GatewayLine& from,
+                           const routing::ForwardedEmcy& emcy) const = 0;
+    // Only of wanted ones.
     virtual void take_emcy(const routing::GatewayLine& from,
                            const routing::ForwardedEmcy& emcy) = 0;
+    // A wanted one that PeerEmcyLimit does not permit.
+    virtual void take_excess(const routing::GatewayLine& from,
+                             const routing::ForwardedEmcy& emcy) = 0;
     // So many EMCYs at most of that line were lost. network: that of the line.
     virtual void take_loss(const routing::GatewayLine& from, std::uint16_t network,
                            std::uint64_t count) = 0;
@@ -101,6 +112,7 @@ class PeerEmcys {
     std::deque<Numbered> numbered;  // those that began last
     std::deque<Early> early;
     std::deque<Held> held;
+    PeerEmcyLimit limit;
   };
 
   // Of the incarnation of the newest state.
@@ -108,6 +120,7 @@ class PeerEmcys {
               Instant received, Instant now);
   bool count_number(const routing::GatewayLine& name, Line& line, const PeerEvent& event);
   void hold(const routing::GatewayLine& name, Line& line, Held held, Instant now);
+  static std::deque<Held>::iterator surplus(std::deque<Held>& held);
   void end_early(const routing::GatewayLine& name, Line& line, Instant now);
   static Duration age_of(const Line& line, const Held& held, Instant now);
   void take_loss_of(const routing::GatewayLine& name, const Line& line, const Held& held,

@@ -19,7 +19,9 @@ namespace {
 constexpr Duration kPeerPoll = std::chrono::milliseconds(200);
 constexpr Duration kPeerPollWhileWaiting = std::chrono::milliseconds(1);
 
-constexpr Duration kLossPeriod = std::chrono::seconds(1);  // between two events about losses
+// Between two events about losses.
+constexpr Duration kLossPeriod = std::chrono::seconds(1);
+constexpr Duration kExcessPeriod = std::chrono::seconds(10);
 
 std::vector<routing::GatewayLine> sorted(std::vector<routing::GatewayLine> lines) {
   std::ranges::sort(lines);
@@ -47,6 +49,23 @@ std::vector<routing::GatewayLine> emcy_lines_of(std::span<const std::unique_ptr<
     }
   }
   return sorted(std::move(out));
+}
+
+// Of a line that sends the EMCY, and permits it to enter: it would report each other one as
+// refused. nullptr: the line does not.
+const config::RemoteEmcys* way_of(const routing::GatewayLine& from,
+                                  const routing::ForwardedEmcy& emcy, const LineHost& to) {
+  const line::LineConfig& config = to.plan.config;
+  const auto& wanted = to.plan.remote_emcys;
+  const auto way = std::ranges::find_if(wanted, [&](const config::RemoteEmcys& each) {
+    return each.from == from && each.first <= emcy.network && emcy.network <= each.last;
+  });
+  const bool is_permitted =
+      std::ranges::any_of(config.routing.access, [&](const routing::AccessRule& rule) {
+        return rule.emcy && rule.first <= emcy.network && emcy.network <= rule.last;
+      });
+  const bool is_sent = way != wanted.end() && is_permitted && emcy.hops <= config.routing.hop_limit;
+  return is_sent ? &*way : nullptr;
 }
 
 // As a message of the line that has the interface of the way.
@@ -224,6 +243,12 @@ void PeerThread::on_event(const routing::GatewayLine& line, std::uint64_t incarn
 
 // --- EMCYs --------------------------------------------------------------------------------------
 
+bool PeerThread::is_wanted(const routing::GatewayLine& from,
+                           const routing::ForwardedEmcy& emcy) const {
+  return std::ranges::any_of(
+      lines_, [&](const auto& host) { return way_of(from, emcy, *host) != nullptr; });
+}
+
 void PeerThread::take_emcy(const routing::GatewayLine& from, const routing::ForwardedEmcy& emcy) {
   for (const auto& host : lines_) {
     if (!pass_on(*host, from, emcy)) {
@@ -232,20 +257,11 @@ void PeerThread::take_emcy(const routing::GatewayLine& from, const routing::Forw
   }
 }
 
-// To a line that sends them, and permits them to enter: it would report each other one as refused.
 // Returns false if there is no room.
 bool PeerThread::pass_on(LineHost& host, const routing::GatewayLine& from,
                          const routing::ForwardedEmcy& emcy) {
-  const line::LineConfig& config = host.plan.config;
-  const auto& wanted = host.plan.remote_emcys;
-  const auto way = std::ranges::find_if(wanted, [&](const config::RemoteEmcys& each) {
-    return each.from == from && each.first <= emcy.network && emcy.network <= each.last;
-  });
-  const bool is_permitted =
-      std::ranges::any_of(config.routing.access, [&](const routing::AccessRule& rule) {
-        return rule.emcy && rule.first <= emcy.network && emcy.network <= rule.last;
-      });
-  if (way == wanted.end() || !is_permitted || emcy.hops > config.routing.hop_limit) {
+  const config::RemoteEmcys* const way = way_of(from, emcy, host);
+  if (way == nullptr) {
     return true;
   }
   const bool has_room = host.port.gateway_emcys.push(message_of(emcy, way->interface, host));
@@ -259,30 +275,61 @@ void PeerThread::take_loss(const routing::GatewayLine& from, std::uint16_t netwo
   for (const auto& host : lines_) {
     const auto wanted =
         std::ranges::find(host->plan.remote_emcys, from, &config::RemoteEmcys::from);
-    if (wanted == host->plan.remote_emcys.end()) {
-      continue;
+    if (wanted != host->plan.remote_emcys.end()) {
+      note_loss(*host, {.from = from,
+                        .why = AbortCode::timeout,
+                        .network = network == 0 ? wanted->first : network,
+                        .count = count});
     }
-    const auto known = std::ranges::find_if(
-        losses_, [&](const Loss& each) { return each.line == host->name() && each.from == from; });
-    Loss& loss = known == losses_.end()
-                     ? losses_.emplace_back(Loss{.line = host->name(), .from = from})
-                     : *known;
-    loss.network = network == 0 ? wanted->first : network;
-    loss.is_due = true;
   }
 }
 
-// At most one event for each line and period.
+void PeerThread::take_excess(const routing::GatewayLine& from, const routing::ForwardedEmcy& emcy) {
+  emcys_lost_.add();
+  for (const auto& host : lines_) {
+    if (way_of(from, emcy, *host) != nullptr) {
+      note_loss(*host, {.from = from,
+                        .why = AbortCode::out_of_memory,
+                        .network = emcy.network,
+                        .node = emcy.node,
+                        .count = 1});
+    }
+  }
+}
+
+void PeerThread::note_loss(const LineHost& host, Loss loss) {
+  loss.line = host.name();
+  const auto known = std::ranges::find_if(losses_, [&](const Loss& each) {
+    return each.line == loss.line && each.from == loss.from && each.why == loss.why;
+  });
+  if (known == losses_.end()) {
+    losses_.push_back(std::move(loss));
+    return;
+  }
+  known->network = loss.network;
+  known->node = loss.node;
+  known->count += loss.count;
+}
+
+// At most one event for each line, reason and period.
 void PeerThread::report_losses(Instant now) {
   for (Loss& loss : losses_) {
     const auto host =
         std::ranges::find_if(lines_, [&](const auto& each) { return each->name() == loss.line; });
-    if (!loss.is_due || now < loss.reported + kLossPeriod || host == lines_.end()) {
+    const bool is_excess = loss.why == AbortCode::out_of_memory;
+    const Duration period = is_excess ? kExcessPeriod : kLossPeriod;
+    if (loss.count == 0 || now < loss.reported + period || host == lines_.end()) {
       continue;
     }
-    loss.is_due = false;
+    if (is_excess) {
+      spdlog::warn(
+          "line {}: {} EMCYs of gateway {}, line {} exceed their rate and are not sent, the last "
+          "one of node {} of network {}",
+          loss.line, loss.count, loss.from.gateway, loss.from.line, loss.node, loss.network);
+    }
+    loss.count = 0;
     loss.reported = now;
-    Event notice{.data = event::RoutingRefused{.abort = AbortCode::timeout,
+    Event notice{.data = event::RoutingRefused{.abort = loss.why,
                                                .source = loss.network,
                                                .target = (*host)->plan.config.network_id,
                                                .service = routing::RoutedService::emcy}};

@@ -49,7 +49,10 @@ class PeerThread final : private PeerRoutes::Sink, private PeerEmcys::Sink, priv
   bool answer(const std::string& line, routing::GatewayAnswer& answer) override;
   void set_present(const std::vector<routing::GatewayLine>& present) override;
   // PeerEmcys::Sink
+  bool is_wanted(const routing::GatewayLine& from,
+                 const routing::ForwardedEmcy& emcy) const override;
   void take_emcy(const routing::GatewayLine& from, const routing::ForwardedEmcy& emcy) override;
+  void take_excess(const routing::GatewayLine& from, const routing::ForwardedEmcy& emcy) override;
   void take_loss(const routing::GatewayLine& from, std::uint16_t network,
                  std::uint64_t count) override;
   // PeerHandler
@@ -64,14 +67,17 @@ class PeerThread final : private PeerRoutes::Sink, private PeerEmcys::Sink, priv
   struct Loss {
     std::string line;
     routing::GatewayLine from;
+    AbortCode why = AbortCode::none;  // out_of_memory: more than PeerEmcyLimit permits
     std::uint16_t network = 0;
-    bool is_due = false;
+    std::uint8_t node = 0;  // of the last one; 0: not known
+    std::uint64_t count = 0;
     Instant reported{};
   };
 
   void choose_client();
   void run();
   void relay();
+  void note_loss(const LineHost& host, Loss loss);
   void report_losses(Instant now);
   static bool pass_on(LineHost& host, const routing::GatewayLine& from,
                       const routing::ForwardedEmcy& emcy);

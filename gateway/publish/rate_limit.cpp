@@ -7,17 +7,29 @@
 
 namespace linegate::gateway {
 
-bool RateLimit::admit(Instant now, std::uint64_t& left_out) {
-  if (filled_ != Instant{}) {
-    const double seconds = std::chrono::duration<double>(now - filled_).count();
-    tokens_ = std::min(kBurst, tokens_ + seconds * kPerSecond);
-  }
+void TokenBucket::set_rate(double burst, double per_second) {
+  burst_ = burst;
+  per_second_ = per_second;
+  tokens_ = std::min(tokens_, burst_);
+}
+
+bool TokenBucket::has_token(Instant now) {
+  tokens_ = tokens_at(now);
   filled_ = now;
-  if (tokens_ < 1) {
+  return tokens_ >= 1;
+}
+
+double TokenBucket::tokens_at(Instant now) const {
+  const double seconds = std::chrono::duration<double>(now - filled_).count();
+  return std::min(burst_, tokens_ + seconds * per_second_);
+}
+
+bool RateLimit::admit(Instant now, std::uint64_t& left_out) {
+  if (!bucket_.has_token(now)) {
     ++left_out_;
     return false;
   }
-  tokens_ -= 1;
+  bucket_.take();
   left_out = std::exchange(left_out_, 0);
   return true;
 }

@@ -8,6 +8,28 @@
 
 namespace linegate::gateway {
 
+// Permits `burst` messages at once and `per_second` on average. Full at first.
+class TokenBucket {
+ public:
+  TokenBucket(double burst, double per_second)
+      : burst_(burst), per_second_(per_second), tokens_(burst) {}
+
+  // A bucket that has more is then full.
+  void set_rate(double burst, double per_second);
+  bool has_token(Instant now);
+  // Only if has_token().
+  void take() { tokens_ -= 1; }
+  bool is_full(Instant now) const { return tokens_at(now) >= burst_; }
+
+ private:
+  double tokens_at(Instant now) const;
+
+  double burst_;
+  double per_second_;
+  double tokens_;
+  Instant filled_{};
+};
+
 // Permits kBurst messages at once and kPerSecond on average, and counts suppressed ones.
 class RateLimit {
  public:
@@ -19,8 +41,7 @@ class RateLimit {
   bool admit(Instant now, std::uint64_t& left_out);
 
  private:
-  double tokens_ = kBurst;
-  Instant filled_{};
+  TokenBucket bucket_{kBurst, kPerSecond};
   std::uint64_t left_out_ = 0;
 };
 

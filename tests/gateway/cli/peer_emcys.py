@@ -35,6 +35,7 @@ lines:
 OWN = 0x80 + 127  # EMCYs of the own node of a line
 COLLISION = 0x8150  # of the simulated node 5, in whose name the test sends
 TOO_OLD = 2  # seconds
+FLOOD = 2_000  # EMCYs
 
 
 class Watched(Bus):
@@ -52,33 +53,45 @@ class Watched(Bus):
                 if emcy[0] != COLLISION:
                     self.emcys.append(emcy)
 
-    def fail(self, code, register=0x11):
-        """Node 5 sends an EMCY."""
-        self.send(0x85, struct.pack("<HB", code, register) + b"maker")
+    def fail(self, code, register=0x11, node=5):
+        """A node sends an EMCY."""
+        self.send(0x80 + node, struct.pack("<HB", code, register) + b"maker")
 
     def codes(self):
         return [emcy[0] for emcy in self.emcys]
+
+
+class Passage:
+    """EMCYs of node 5 on one bus, which a gateway sends on another."""
+
+    def __init__(self, of, to):
+        self.of, self.to = of, to
+        self.next = 0x8100
+
+    def try_one(self, pause):
+        """Returns the code of an EMCY and whether it was sent on the other bus after that time."""
+        self.next += 1
+        self.of.fail(self.next)
+        time.sleep(pause)
+        return self.next, self.next in self.to.codes()
+
+    def wait(self, what="an EMCY passes"):
+        """Until one passes. Returns the codes of all that were sent."""
+        sent = []
+
+        def is_there():
+            sent.append(self.try_one(0.3)[0])
+            return any(code in self.to.codes() for code in sent)
+        until(what, is_there)
+        time.sleep(1)  # all of them
+        return sent
 
 
 class Halls(Plant):
     def __init__(self, linegated, linegate, profiles):
         super().__init__(linegated, linegate, profiles, own_domain())
         self.a, self.b = Watched(BUS_A), Watched(BUS_B)
-        self.next = 0x8100
-
-    def passes(self):
-        """Waits until an EMCY of hall-b is sent on the bus of hall-a. Returns its code."""
-        sent = []
-
-        def is_there():
-            self.next += 1
-            sent.append(self.next)
-            self.b.fail(self.next)
-            time.sleep(0.3)
-            return any(code in self.a.codes() for code in sent)
-        until("an EMCY passes", is_there)
-        time.sleep(1)  # all of them
-        return sent
+        self.passes = Passage(self.b, self.a).wait
 
     def lost(self):
         told = self.json("gateways")["gateways"]
@@ -87,7 +100,7 @@ class Halls(Plant):
     def losses(self):
         """The events of losses of EMCYs."""
         return [one["text"] for one in self.stream("events", "hall-a/hall", "--once")
-                if one.get("kind") == "routing-refused" and "EMCY" in one["text"]]
+                if one.get("kind") == "routing-refused" and "EMCYs" in one["text"]]
 
 
 def each_passes_once(halls):
@@ -106,6 +119,27 @@ def each_passes_once(halls):
     time.sleep(1)
     expect("EMCYs on the bus of hall-b", halls.b.emcys, [(0xA001, 0x11, 1, 5, 1)])
     expect("it does not return", 0xA001 in halls.a.codes(), False)
+
+
+def a_flood_is_limited(halls):
+    """Of node 5 in hall-b: those of node 6 arrive, and an event reports the others."""
+    halls.passes()
+    before, lost = len(halls.a.emcys), halls.lost()
+    codes = []
+    for i in range(FLOOD):
+        halls.b.fail(0xC000 + i)
+        if i % (FLOOD // 5) == 0:
+            codes.append(0xD000 + i)
+            halls.b.fail(codes[-1], node=6)
+        time.sleep(0.001)
+
+    def of(node):
+        return [emcy[0] for emcy in halls.a.emcys[before:] if emcy[3] == node]
+    until("those of node 6 arrive", lambda: of(6) == codes)
+    until("the others are counted", lambda: halls.lost() - lost >= FLOOD - len(of(5)))
+    seconds = 10  # at least as long as they were sent
+    expect(f"few of node 5: {len(of(5))}", 0 < len(of(5)) <= 16 + 4 * seconds, True)
+    until("an event reports them", lambda: any("too many" in text for text in halls.losses()))
 
 
 def none_is_old(halls, what, interrupt):
@@ -138,6 +172,7 @@ def test(folder, linegated, linegate, profiles, process):
             simulated(linegate, f"udp:{BUS_B[0]}:{BUS_B[1]}", {5: "digital-io"}), \
             halls.running(write(os.path.join(folder, "b.yaml"), PLANT_B)), halls.running(plant_a) as a:
         each_passes_once(halls)
+        a_flood_is_limited(halls)
 
         def killed():
             kill_once = child(a, "linegated-peers")

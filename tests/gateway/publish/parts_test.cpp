@@ -460,6 +460,17 @@ TEST(EventText, NamesTheTwoNetworksOfARefusedRequest) {
             "(06090030)");
 }
 
+TEST(EventText, SaysWhyEmcysOfAnotherGatewayWereNotSent) {
+  const auto lost = [](AbortCode why) {
+    return words(
+        0, event::RoutingRefused{
+               .abort = why, .source = 7, .target = 1, .service = routing::RoutedService::emcy});
+  };
+  EXPECT_EQ(lost(AbortCode::timeout), "EMCYs from network 7 were lost, or were too old to be sent");
+  EXPECT_EQ(lost(AbortCode::out_of_memory),
+            "EMCYs from network 7 were not sent: there are too many");
+}
+
 TEST(EventText, NamesTheSourceOfAForwardedEmcy) {
   EXPECT_EQ(words(5, event::EmcyRouted{.code = 0x8130,
                                        .source = 3,

@@ -3,6 +3,7 @@
 // peer_emcys.h has the invariants.
 #include "gateway/publish/peer_emcys.h"
 
+#include <algorithm>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -18,14 +19,21 @@ using routing::ForwardedEmcy;
 using routing::GatewayLine;
 
 const GatewayLine kEmcyLine{"hall-b", "press"};
+const GatewayLine kOtherLine{"hall-c", "store"};
 
 class PeerEmcysTest : public testing::Test, private PeerEmcys::Sink {
  protected:
   PeerEmcysTest() { emcys_.set_lines({kEmcyLine}); }
 
+  bool is_wanted(const GatewayLine& /*from*/, const ForwardedEmcy& emcy) const override {
+    return emcy.network != kUnwanted;
+  }
   void take_emcy(const GatewayLine& from, const ForwardedEmcy& emcy) override {
+    (from == kEmcyLine ? passed_ : passed_of_other_).push_back(emcy);
+  }
+  void take_excess(const GatewayLine& from, const ForwardedEmcy& /*emcy*/) override {
     EXPECT_EQ(from, kEmcyLine);
-    passed_.push_back(emcy);
+    ++excess_;
   }
   void take_loss(const GatewayLine& from, std::uint16_t network, std::uint64_t count) override {
     EXPECT_EQ(from, kEmcyLine);
@@ -38,6 +46,22 @@ class PeerEmcysTest : public testing::Test, private PeerEmcys::Sink {
     return (time.time_since_epoch() - 77h + clock_step_).count();
   }
   void state() { emcys_.take_state(kEmcyLine, incarnation_, remote(now_), 7, now_); }
+  // The number of each event is one more than the one before.
+  void next_event(ForwardedEmcy emcy) {
+    const bool routed = emcy.network != 0;
+    event(++number_, now_, emcy, emcy.node, routed);
+  }
+  // An EMCY of kOtherLine, each time another one.
+  void event_of_other(std::uint64_t number) {
+    emcys_.take_state(kOtherLine, incarnation_, remote(now_), 8, now_);
+    emcys_.take_event(kOtherLine, incarnation_,
+                      {.stream = stream_,
+                       .number = number,
+                       .time = remote(now_),
+                       .node = 9,
+                       .emcy = own(static_cast<std::uint16_t>(number), 9)},
+                      now_);
+  }
   // It happened at that time, and is received now.
   void event(std::uint64_t number, Instant at, std::optional<ForwardedEmcy> emcy,
              std::uint8_t node = 5, bool routed = false) {
@@ -75,7 +99,12 @@ class PeerEmcysTest : public testing::Test, private PeerEmcys::Sink {
     return out;
   }
   std::uint64_t lost() { return std::exchange(lost_, 0); }
+  std::size_t passed_of(std::uint8_t node) const {
+    return static_cast<std::size_t>(std::ranges::count(passed_, node, &ForwardedEmcy::node));
+  }
   using Codes = std::vector<std::uint16_t>;
+
+  static constexpr std::uint16_t kUnwanted = 77;  // a network
 
   Instant now_{1'000s};
   Instant state_at_{};
@@ -84,7 +113,10 @@ class PeerEmcysTest : public testing::Test, private PeerEmcys::Sink {
   std::optional<std::uint64_t> publisher_ = 7;
   Duration clock_step_{};
   PeerEmcys emcys_{*this};
+  std::uint64_t number_ = 0;
   std::vector<ForwardedEmcy> passed_;
+  std::vector<ForwardedEmcy> passed_of_other_;
+  std::uint64_t excess_ = 0;
   std::uint64_t lost_ = 0;
   std::uint16_t lost_in_ = 0;
 };
@@ -334,9 +366,131 @@ TEST_F(PeerEmcysTest, AFloodIsHeldWithinBounds) {
   }
   publisher_ = 7;
   run(1s);
-  EXPECT_EQ(passed_.size(), PeerEmcys::kMostHeld);
-  EXPECT_EQ(passed_.back().code, 9'999);
+  EXPECT_EQ(passed_.size(), PeerEmcyLimit::kNodeBurst);
+  EXPECT_EQ(passed_.front().code, 10'000 - PeerEmcys::kMostHeld);
   EXPECT_EQ(lost(), 10'000 - PeerEmcys::kMostHeld);
+  EXPECT_EQ(excess_, PeerEmcys::kMostHeld - PeerEmcyLimit::kNodeBurst);
+}
+
+// Its supply fails.
+TEST_F(PeerEmcysTest, AnEmcyOfEachNodeOfALinePassesAtOnce) {
+  run(5s);
+  for (std::uint8_t node = 1; node <= 127; ++node) {
+    next_event(own(0x3100, node));
+  }
+  run(1s);
+  EXPECT_EQ(passed_.size(), 127U);
+  EXPECT_EQ(excess_, 0U);
+}
+
+TEST_F(PeerEmcysTest, AFloodOfANodeDoesNotDelayThoseOfOthers) {
+  run(5s);
+  constexpr unsigned kSeconds = 5;
+  for (unsigned i = 0; i < 10 * kSeconds; ++i) {
+    for (unsigned k = 0; k < 500; ++k) {
+      next_event(own(static_cast<std::uint16_t>(0x1000 + k), 5));
+    }
+    if (i % 10 == 0) {
+      next_event(own(static_cast<std::uint16_t>(0x8000 + i), 6));
+    }
+    for (unsigned k = 0; k < 500; ++k) {
+      next_event(own(static_cast<std::uint16_t>(0x1000 + k), 5));
+    }
+    run(100ms);
+  }
+  run(1s);
+  EXPECT_EQ(passed_of(6), kSeconds);
+  EXPECT_GE(passed_of(5), PeerEmcyLimit::kNodePerSecond * (kSeconds - 1));
+  EXPECT_LE(passed_of(5), PeerEmcyLimit::kNodeBurst + PeerEmcyLimit::kNodePerSecond * kSeconds);
+  EXPECT_EQ(passed_.size() + excess_ + lost(), 10'000U * kSeconds + kSeconds);
+}
+
+// Of every source that it can name.
+TEST_F(PeerEmcysTest, AFloodOfALineDoesNotDelayThoseOfOtherLines) {
+  emcys_.set_lines({kEmcyLine, kOtherLine});
+  run(5s);
+  constexpr unsigned kSeconds = 20;
+  std::uint64_t of_other = 0;
+  for (unsigned i = 0; i < 10 * kSeconds; ++i) {
+    for (unsigned k = 0; k < 200; ++k) {
+      const unsigned source = 200 * i + k;
+      next_event({.code = 0x1000,
+                  .network = static_cast<std::uint16_t>(100 + source / 127 % 1'000),
+                  .node = static_cast<std::uint8_t>(1 + source % 127)});
+    }
+    if (i % 10 == 0) {
+      event_of_other(++of_other);
+    }
+    run(100ms);
+  }
+  run(1s);
+  EXPECT_LE(passed_.size(), PeerEmcyLimit::kLineBurst + PeerEmcyLimit::kLinePerSecond * kSeconds);
+  EXPECT_GT(excess_, 0U);
+  EXPECT_EQ(passed_of_other_.size(), kSeconds);
+}
+
+TEST_F(PeerEmcysTest, NetworksThatNoLineSendsUseUpNothing) {
+  run(5s);
+  for (unsigned i = 0; i < 200; ++i) {
+    next_event(
+        {.code = 0x1000, .network = kUnwanted, .node = static_cast<std::uint8_t>(1 + i % 127)});
+  }
+  next_event(own(0x2000, 6));
+  run(1s);
+  EXPECT_EQ(codes(), Codes{0x2000});
+  EXPECT_EQ(excess_ + lost(), 0U);
+}
+
+TEST(PeerEmcyLimit, PermitsAgainAfterAWhile) {
+  PeerEmcyLimit limit;
+  Instant now{1'000s};
+  const auto admitted = [&](std::uint8_t node, unsigned of) {
+    unsigned out = 0;
+    for (unsigned i = 0; i < of; ++i) {
+      out += limit.admit(7, node, now) ? 1U : 0U;
+    }
+    return out;
+  };
+  EXPECT_EQ(admitted(5, 100), PeerEmcyLimit::kNodeBurst);
+  EXPECT_EQ(admitted(5, 100), 0U);
+  now += 1s;
+  EXPECT_EQ(admitted(5, 100), PeerEmcyLimit::kNodePerSecond);
+  now += 1min;
+  EXPECT_EQ(admitted(5, 100), PeerEmcyLimit::kNodeBurst);
+}
+
+TEST(PeerEmcyLimit, LinesShareTheSumOfAll) {
+  constexpr unsigned kLines = 16;
+  std::vector<PeerEmcyLimit> limits(kLines);
+  Instant now{1'000s};
+  unsigned admitted = 0;
+  const auto flood = [&] {
+    for (PeerEmcyLimit& limit : limits) {
+      for (unsigned i = 0; i < 1'000; ++i) {
+        admitted += limit.admit(7, static_cast<std::uint8_t>(1 + i % 127), now) ? 1U : 0U;
+      }
+    }
+  };
+  for (PeerEmcyLimit& limit : limits) {
+    limit.share_among(kLines);
+  }
+  flood();
+  EXPECT_EQ(admitted, PeerEmcyLimit::kAllBurst);
+  now += 2s;
+  flood();
+  EXPECT_EQ(admitted, PeerEmcyLimit::kAllBurst + 2 * PeerEmcyLimit::kAllPerSecond);
+}
+
+TEST(PeerEmcyLimit, RemembersFewSources) {
+  PeerEmcyLimit limit;
+  Instant now{1'000s};
+  std::size_t most = 0;
+  for (std::uint32_t i = 0; i < 20'000; ++i) {
+    (void)limit.admit(static_cast<std::uint16_t>(i), static_cast<std::uint8_t>(1 + i % 127), now);
+    most = std::max(most, limit.sources());
+    now += 1ms;
+  }
+  EXPECT_LE(most, PeerEmcyLimit::kLineBurst + 5 * PeerEmcyLimit::kLinePerSecond);
 }
 
 TEST_F(PeerEmcysTest, OtherLinesAreIgnored) {
