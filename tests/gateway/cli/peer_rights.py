@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Routes over another gateway in a secured domain: the identity of the routes of hall-a decides what hall-b carries out.
 An engineer reads and writes, an operator reads; the access of a line to one certificate, a line that the permissions do not
-name, and a revoked identity are refused, and hall-b names the certificate in its events and its journal.
+name, and a revoked identity are refused, and hall-b names the certificate in its events and its journal. EMCYs pass (`emcy:
+true`) with both roles, until the identity is revoked.
 
 peer_rights.py LINEGATED LINEGATE PROFILES PROCESS   PROCESS: of the DDS of hall-a, same or own
 """
@@ -13,9 +14,11 @@ import os
 import signal
 import subprocess
 
+from peer_emcys import Passage, Watched
 from plant_process import EDS, Failure, PATIENCE, end, expect, run_test, stop, until, write
 from secured import Secured
 
+BUS_A, BUS_B = ("239.74.163.25", 43135), ("239.74.163.26", 43136)
 IO = f"{{id: 5, name: io, eds: {EDS}/digital-io.eds}}"
 DEVICE = f"simulate: [{{node: 5, profile: digital-io}}], nodes: [{IO}]"
 PLANT_B = f"""schema: 1
@@ -28,18 +31,21 @@ lines:
      access: {{commands: off, outputs: off, clients: {{engineer/routes-a: all}}}}}}
   - {{name: others, interface: "simulated:", network_id: 9, {DEVICE},
      access: {{commands: off, outputs: off, clients: {{engineer/anna: all, operator/routes-a: all}}}}}}
+  - {{name: store, interface: "udp:{BUS_B[0]}:{BUS_B[1]}", network_id: 10, nodes: [{IO}]}}
 """
-PLANT_A = """schema: 1
-gateway: {name: hall-a}
-dds: {security: identities/hall-a, routes_security: identities/ROUTES, process: PROCESS}
+PLANT_A = f"""schema: 1
+gateway: {{name: hall-a}}
+dds: {{security: identities/hall-a, routes_security: identities/ROUTES, process: PROCESS}}
 routes:
-  - {to: 7, via: hall-b/press}
-  - {to: 8, via: hall-b/mine}
-  - {to: 9, via: hall-b/others}
+  - {{to: 7, via: hall-b/press}}
+  - {{to: 8, via: hall-b/mine}}
+  - {{to: 9, via: hall-b/others}}
+  - {{to: 10, via: hall-b/store, emcy: true}}
 lines:
-  - {name: hall, interface: "simulated:", network_id: 1, access: all}
+  - {{name: hall, interface: "udp:{BUS_A[0]}:{BUS_A[1]}", network_id: 1, access: all,
+     enter: [{{from: 10, services: [emcy]}}]}}
 """
-LINES = ("hall-b/press", "hall-b/mine", "hall-b/others")
+LINES = ("hall-b/press", "hall-b/mine", "hall-b/others", "hall-b/store")
 VENDOR = "47 4C 00 00"
 NOT_PERMITTED, TIMEOUT = "local control", "SDO protocol timed out"
 
@@ -50,6 +56,7 @@ class Halls(Secured):
     def __init__(self, folder, linegated, linegate, profiles, process):
         super().__init__(folder, linegated, linegate, profiles)
         self.process = process
+        self.emcys = Passage(Watched(BUS_B), Watched(BUS_A))
 
     def plant_a(self, routes, name="a.yaml"):
         text = PLANT_A.replace("ROUTES", routes).replace("PROCESS", self.process)
@@ -111,6 +118,11 @@ class Halls(Secured):
                      lambda: self.ask("console", "--json", "events", line, "--once", wait=PATIENCE).stdout)
         return [one["text"] for one in map(json.loads, told.splitlines()) if one["kind"] == kind]
 
+    def replacements(self, plant):
+        """How often the gateway has replaced a process with DDS after a revocation."""
+        with open(f"{plant}.log", encoding="utf-8") as log:
+            return log.read().count("is replaced: revoked.crl has changed")
+
     def renew(self, name, role, *lines):
         options = [word for line in lines for word in ("--line", line)]
         self.security("issue", self.identities, name, "--role", role, *options)
@@ -162,7 +174,9 @@ def the_process_of_the_routes_is_renewed(halls, plant):
 
 def a_revoked_identity_is_refused(halls):
     """While both gateways run. hall-b then replaces its DDS process and authenticates hall-a, but not its routes."""
-    before = halls.value()
+    halls.emcys.wait("an EMCY passes with the identity of an engineer")
+    before, plant_b = halls.value(), halls.plant_b()
+    replaced = halls.replacements(plant_b)
     halls.security("revoke", halls.identities, "routes-a")
 
     def refused():
@@ -172,7 +186,10 @@ def a_revoked_identity_is_refused(halls):
     for value in range(100, 104):
         told = halls.write(7, value)
         expect(f"a write of a revoked identity: {told}", NOT_PERMITTED in told or TIMEOUT in told, True)
-    expect("the value", halls.value(), before)
+    until("hall-b has replaced its process", lambda: halls.replacements(plant_b) > replaced)
+    expect("the value", halls.value(), before)  # so the process that replaces it works
+    sent = [halls.emcys.try_one(0.5) for _ in range(10)]
+    expect("EMCYs that pass with a revoked identity", [code for code, passed in sent if passed], [])
 
 
 def identities_that_cannot_work_are_named(halls):
@@ -216,6 +233,7 @@ def test(folder, linegated, linegate, profiles, process):
     with halls.running(halls.plant_b()):
         with halls.running(halls.plant_a("reader-a")):
             an_operator_reads_only(halls)
+            halls.emcys.wait("an EMCY passes with the identity of an operator")
         plant = halls.plant_a("routes-a")
         with halls.running(plant) as gateway:
             an_engineer_reads_and_writes(halls)
@@ -226,4 +244,4 @@ def test(folder, linegated, linegate, profiles, process):
 
 
 if __name__ == "__main__":
-    run_test(test)
+    run_test(test, own_network=True)
