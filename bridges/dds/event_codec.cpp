@@ -1062,7 +1062,8 @@ struct EventCodec<event::JournalState> {
   }
 };
 
-// code: cause; value: exit code, signal or error number; data: ends (4), pause in ms (4).
+// code: cause; value: exit code, signal or error number; data: ends (4), pause in ms (4), process
+// (1).
 template <>
 struct EventCodec<event::DdsProcessEnded> {
   static constexpr v1::EventKind kKind = v1::EVENT_DDS_PROCESS_ENDED;
@@ -1071,6 +1072,7 @@ struct EventCodec<event::DdsProcessEnded> {
     to.value = from.detail;
     append(to, from.ends, 4);
     append(to, from.pause_ms, 4);
+    append(to, pack_number(from.process), 1);
   }
   static void unpack(const EventFields& from, event::DdsProcessEnded& to) {
     FieldReader data(from.bytes());
@@ -1078,6 +1080,7 @@ struct EventCodec<event::DdsProcessEnded> {
     to.detail = from.value;
     to.ends = data.number<std::uint32_t>();
     to.pause_ms = data.number<std::uint32_t>();
+    to.process = data.number<event::DdsProcess>();
   }
 };
 

@@ -75,9 +75,10 @@ Loaded<std::unique_ptr<Gateway>> Gateway::make(const config::Plant& plant,
     gateway->pages_ = std::make_unique<JournalServer>(
         plant.journal->file, gateway->publisher_->pages(), gateway->publisher_->wakeup());
   }
-  gateway->peers_ = std::make_unique<PeerThread>([settings = dds_settings_of(plant)](bool events) {
-    return make_dds_peers(settings, events);
-  });
+  gateway->peers_ = std::make_unique<PeerThread>(
+      [settings = dds_settings_of(plant), ends = gateway->peer_ends_](bool events) {
+        return make_dds_peers(settings, events, ends);
+      });
   gateway->publisher_->add_counter("routed-emcys-lost", gateway->peers_->emcys_lost());
   gateway->requests_ = std::make_unique<RequestReceiver>(
       *gateway->edge_, gateway->hosts_,
@@ -399,6 +400,9 @@ void Gateway::report_journal() {
 
 void Gateway::report_edge() {
   while (const auto notice = edge_->pop_notice(monotonic_now())) {
+    report(notice->event, notice->text);
+  }
+  while (const auto notice = peer_ends_->pop(monotonic_now())) {
     report(notice->event, notice->text);
   }
 }

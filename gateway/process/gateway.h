@@ -17,6 +17,7 @@
 #include "gateway/process/status_text.h"
 #include "gateway/publish/data_edge.h"
 #include "gateway/publish/peer_thread.h"
+#include "gateway/publish/process_ends.h"
 #include "gateway/publish/publisher.h"
 #include "gateway/publish/request_receiver.h"
 #include "gateway/runtime/binder.h"
@@ -149,8 +150,10 @@ class Gateway {
   std::vector<std::unique_ptr<RouteLink>> route_links_;
   std::unique_ptr<JournalThread> journal_;  // if configured
   std::unique_ptr<Publisher> publisher_;
-  std::unique_ptr<JournalServer> pages_;  // with the journal
-  std::unique_ptr<PeerThread> peers_;     // outlives the executors, which wake it
+  std::unique_ptr<JournalServer> pages_;     // with the journal
+  std::shared_ptr<ProcessEnds> peer_ends_ =  // of the process of peers_
+      std::make_shared<ProcessEnds>(event::DdsProcess::routes);
+  std::unique_ptr<PeerThread> peers_;  // outlives the executors, which wake it
   StorageThread storage_;
   Recorder recorder_;
   std::vector<NamedExecutor> executors_;

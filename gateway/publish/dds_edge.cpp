@@ -411,7 +411,7 @@ Loaded<std::unique_ptr<DataEdge>> make_dds_edge(const config::Plant& plant,
   for (const auto& line : plant.lines) {
     options.lines.push_back(line.config.name);
   }
-  auto ends = std::make_shared<ProcessEnds>();
+  auto ends = std::make_shared<ProcessEnds>(event::DdsProcess::endpoints);
   const auto bell = plant.dds_own_process ? std::make_shared<exchange::Bell>() : nullptr;
   auto made = plant.dds_own_process ? make_bridge_to_process(options, plant, ends, bell)
                                     : dds::GatewayBridge::make(options);

@@ -170,10 +170,11 @@ Loaded<std::unique_ptr<LocalPeers>> make_local_peers(
   return out;
 }
 
-std::unique_ptr<PeerClient> make_dds_peers(const config::Plant& plant, bool events) {
+std::unique_ptr<PeerClient> make_dds_peers(const config::Plant& plant, bool events,
+                                           std::shared_ptr<ProcessEnds> ends) {
   const PeerSettings settings = settings_of(plant, events);
   if (plant.dds_own_process) {
-    return make_peer_process(plant, settings);
+    return make_peer_process(plant, settings, std::move(ends));
   }
   auto made = make_local_peers(settings, {});
   for (const Diagnostic& diagnostic : made.diagnostics) {

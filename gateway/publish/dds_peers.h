@@ -9,6 +9,7 @@
 #include "gateway/config/plant.h"
 #include "gateway/publish/peer_messages.h"
 #include "gateway/publish/peer_routes.h"
+#include "gateway/publish/process_ends.h"
 #include "stack/base/diagnostic.h"
 
 namespace linegate::dds {
@@ -34,7 +35,8 @@ Loaded<std::unique_ptr<LocalPeers>> make_local_peers(
     const PeerSettings& settings, const std::function<void(dds::Security&)>& add_functions);
 
 // With the DDS settings of that plant, in this process or one of its own. nullptr if DDS refuses,
-// which is logged. events: receive events of lines.
-std::unique_ptr<PeerClient> make_dds_peers(const config::Plant& plant, bool events);
+// which is logged. events: receive events of lines. ends: receives those of that process.
+std::unique_ptr<PeerClient> make_dds_peers(const config::Plant& plant, bool events,
+                                           std::shared_ptr<ProcessEnds> ends);
 
 }  // namespace linegate::gateway

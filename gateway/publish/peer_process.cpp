@@ -52,7 +52,8 @@ void log_peers(Severity severity, std::string_view text) {
 
 class PeerProcessLink final : public PeerLink {
  public:
-  explicit PeerProcessLink(const config::Plant& plant) : process_(options_for(plant)) {}
+  PeerProcessLink(const config::Plant& plant, std::shared_ptr<ProcessEnds> ends)
+      : ends_(std::move(ends)), process_(options_for(plant)) {}
 
   std::uint64_t number() const override { return process_.number(); }
   bool send(std::uint64_t number, PeerBytes message) override {
@@ -72,18 +73,24 @@ class PeerProcessLink final : public PeerLink {
  private:
   EdgeProcess::Options options_for(const config::Plant& plant) {
     const std::string program = plant.dds_program.empty() ? "/proc/self/exe" : plant.dds_program;
-    return {.program = program,
-            .arguments = {"linegated-peers", std::string(kPeerProcessArgument)},
-            .name = "DDS routes",
-            .stable = plant.dds_stable,
-            .memory = plant.dds_memory,
-            .log = log_peers,
-            .output = [this](Severity severity, std::string_view text) {
-              library_.write(severity, text, monotonic_now());
-            }};
+    return {
+        .program = program,
+        .arguments = {"linegated-peers", std::string(kPeerProcessArgument)},
+        .name = "DDS routes",
+        .stable = plant.dds_stable,
+        .memory = plant.dds_memory,
+        .ended =
+            [this](EdgeProcess::Options::End end) {
+              ends_->note(end.cause, end.detail, end.pause, std::move(end.words), monotonic_now());
+            },
+        .log = log_peers,
+        .output = [this](
+                      Severity severity,
+                      std::string_view text) { library_.write(severity, text, monotonic_now()); }};
   }
 
-  LibraryLogger library_;  // outlives the process
+  const std::shared_ptr<ProcessEnds> ends_;  // outlives the process
+  LibraryLogger library_;                    // as well
   EdgeProcess process_;
 };
 
@@ -217,10 +224,11 @@ int run_peers() {
 }  // namespace
 
 std::unique_ptr<PeerClient> make_peer_process(const config::Plant& plant,
-                                              const PeerSettings& settings) {
+                                              const PeerSettings& settings,
+                                              std::shared_ptr<ProcessEnds> ends) {
   try {
     return std::make_unique<RemotePeers>(
-        std::make_unique<PeerProcessLink>(plant), settings, monotonic_now,
+        std::make_unique<PeerProcessLink>(plant, std::move(ends)), settings, monotonic_now,
         settings.secured ? renewal_with(settings.identity) : RemotePeers::Renewal{});
   } catch (const std::exception& error) {
     spdlog::error("routes over other gateways do not work: their process cannot be started: {}",

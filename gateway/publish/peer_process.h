@@ -9,12 +9,15 @@
 #include "gateway/config/plant.h"
 #include "gateway/publish/peer_messages.h"
 #include "gateway/publish/peer_routes.h"
+#include "gateway/publish/process_ends.h"
 
 namespace linegate::gateway {
 
-// nullptr if no process can be started, which is logged. Does not wait for DDS.
+// nullptr if no process can be started, which is logged. Does not wait for DDS. ends: receives
+// those of the process.
 std::unique_ptr<PeerClient> make_peer_process(const config::Plant& plant,
-                                              const PeerSettings& settings);
+                                              const PeerSettings& settings,
+                                              std::shared_ptr<ProcessEnds> ends);
 
 // The only argument of a program that shall call run_peer_process() first in main().
 inline constexpr std::string_view kPeerProcessArgument = "--dds-routes-process";

@@ -66,7 +66,8 @@ std::string ProcessEnds::text(Instant now) const {
   const Duration ago = now - ended_;
   const std::chrono::milliseconds pause(newest_.pause_ms);
   const bool runs = waited_ && ago >= pause;
-  std::string out = fmt::format("the DDS process {}", words_);
+  const bool is_of_routes = newest_.process == event::DdsProcess::routes;
+  std::string out = fmt::format("the DDS {}process {}", is_of_routes ? "routes " : "", words_);
   if (waited_) {
     out += fmt::format(", {} s ago", std::chrono::duration_cast<std::chrono::seconds>(ago).count());
   }

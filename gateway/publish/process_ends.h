@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The ends of the DDS process as events of the gateway.
+// The ends of a process with DDS as events of the gateway.
 #pragma once
 
 #include <cstdint>
@@ -21,6 +21,8 @@ class ProcessEnds {
   // Between two events. A process that cannot run at all is started every 30 s.
   static constexpr Duration kPeriod = std::chrono::seconds(60);
 
+  explicit ProcessEnds(event::DdsProcess process) : newest_{.ends = 0, .process = process} {}
+
   // words: the reason, as in "the DDS process was ended by signal 9 (Killed)": without a subject.
   // now: the time of the end.
   void note(event::ProcessEnd cause, std::uint32_t detail, Duration pause, std::string words,
@@ -34,7 +36,7 @@ class ProcessEnds {
   std::string text(Instant now) const;
 
   std::mutex mutex_;
-  event::DdsProcessEnded newest_{.ends = 0};
+  event::DdsProcessEnded newest_;
   Instant ended_{};  // the newest one
   std::string words_;
   std::map<event::ProcessEnd, std::uint32_t> causes_;  // of the ends to report

@@ -364,6 +364,7 @@ void visit(const event::DdsProcessEnded& of, EventMemberVisitor& to) {
   to.number("detail", number(of.detail));
   to.number("ends", number(of.ends));
   to.number("pause_ms", number(of.pause_ms));
+  to.number("process", number(of.process));
 }
 
 void visit(const event::RoutingUnanswered& of, EventMemberVisitor& to) {

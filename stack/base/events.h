@@ -785,13 +785,19 @@ enum class ProcessEnd : std::uint8_t {
   not_started = 6,  // the system refused to start it
 };
 
-// The process with the DDS endpoints ended and is started again.
+enum class DdsProcess : std::uint8_t {
+  endpoints = 0,  // has the DDS endpoints of the gateway
+  routes = 1,     // sends requests to other gateways, and receives their EMCYs
+};
+
+// A process with DDS ended and is started again.
 struct DdsProcessEnded {
   static constexpr EventKind kKind = EventKind::dds_process_ended;
   ProcessEnd cause = ProcessEnd::exited;
   std::uint32_t detail = 0;    // exit code, number of the signal, or error number of the system
   std::uint32_t ends = 1;      // since the last one of these events, with this one
   std::uint32_t pause_ms = 0;  // before the next start
+  DdsProcess process = DdsProcess::endpoints;
 
   friend bool operator==(const DdsProcessEnded&, const DdsProcessEnded&) = default;
 };

@@ -75,7 +75,10 @@ std::vector<Row> layouts_of_lines() {
       {event::JournalState{event::JournalCondition::failing, 0x0102'0304, 5},
        fields(2, 5, {4, 3, 2, 1})},
       {event::DdsProcessEnded{event::ProcessEnd::signal, 9, 0x0102'0304, 250},
-       fields(2, 9, {4, 3, 2, 1, 250, 0, 0, 0})},
+       fields(2, 9, {4, 3, 2, 1, 250, 0, 0, 0, 0})},
+      {event::DdsProcessEnded{event::ProcessEnd::signal, 9, 0x0102'0304, 250,
+                              event::DdsProcess::routes},
+       fields(2, 9, {4, 3, 2, 1, 250, 0, 0, 0, 1})},
   };
 }
 
@@ -360,7 +363,8 @@ std::vector<EventData> highest_of_lines_and_own_node() {
       event::GatewayReloaded{kHighest32, kHighest32},
       event::GatewayReloadRefused{kHighest32},
       event::JournalState{event::JournalCondition{kHighest8}, kHighest32, kHighest32},
-      event::DdsProcessEnded{event::ProcessEnd{kHighest8}, kHighest32, kHighest32, kHighest32},
+      event::DdsProcessEnded{event::ProcessEnd{kHighest8}, kHighest32, kHighest32, kHighest32,
+                             event::DdsProcess{kHighest8}},
   };
 }
 

@@ -99,6 +99,15 @@ class Halls(Plant):
         return len(texts) + sum(int(one[1]) for one in suppressed if one)
 
 
+def its_ends_are_events(halls):
+    """Those of both processes, of the gateway itself. More than one within a minute are joined."""
+    for process in ("DDS process", "DDS routes process"):
+        def is_there(words=f"the {process} was ended by signal 9 (Killed)"):
+            told = map(json.loads, halls.ask("--json", "events", "--once").stdout.splitlines())
+            return any(one.get("kind") == "dds-process-ended" and one["text"].startswith(words) for one in told)
+        until(f"an event reports the end of the {process}", is_there)
+
+
 def check(halls):
     done = halls.carried_out()
     print("ends:", {key: told[:60] for key, told in halls.ends.items()})
@@ -130,6 +139,10 @@ def test(folder, linegated, linegate, profiles, seed=None):
     with halls.running(write(os.path.join(folder, "b.yaml"), PLANT_B.replace("RECORD", record))):
         with halls.running(plant_a) as gateway:
             until("both processes run", lambda: all(child(gateway, name) for name in PROCESSES))
+            halls.reads()
+            for name in set(PROCESSES):
+                os.kill(child(gateway, name), signal.SIGKILL)
+            its_ends_are_events(halls)
             halls.reads()
             for number in range(ROUNDS):
                 name = halls.round(gateway, range(5 * number + 1, 5 * number + 6))

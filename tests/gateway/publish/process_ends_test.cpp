@@ -14,7 +14,7 @@ using event::ProcessEnd;
 
 class ProcessEndsTest : public testing::Test {
  protected:
-  ProcessEnds ends_;
+  ProcessEnds ends_{event::DdsProcess::endpoints};
   Instant now_{1h};
 };
 
@@ -26,6 +26,17 @@ TEST_F(ProcessEndsTest, TheFirstOneIsReportedAtOnce) {
   EXPECT_EQ(std::get<DdsProcessEnded>(notice->event), (DdsProcessEnded{ProcessEnd::signal, 9, 1}));
   EXPECT_EQ(notice->text, "the DDS process was ended by signal 9 (Killed); it is started again");
   EXPECT_FALSE(ends_.pop(now_ + 1h));
+}
+
+TEST_F(ProcessEndsTest, TheEventNamesTheProcessOfTheRoutes) {
+  ProcessEnds ends(event::DdsProcess::routes);
+  ends.note(ProcessEnd::signal, 9, 0ms, "was ended by signal 9 (Killed)", now_);
+  const auto notice = ends.pop(now_);
+  ASSERT_TRUE(notice);
+  EXPECT_EQ(std::get<DdsProcessEnded>(notice->event),
+            (DdsProcessEnded{ProcessEnd::signal, 9, 1, 0, event::DdsProcess::routes}));
+  EXPECT_EQ(notice->text,
+            "the DDS routes process was ended by signal 9 (Killed); it is started again");
 }
 
 TEST_F(ProcessEndsTest, LaterOnesAreJoinedForAMinute) {
