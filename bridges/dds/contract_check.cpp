@@ -69,7 +69,7 @@ static_assert(same(v1::SEVERITY_INFO, EventSeverity::info));
 static_assert(same(v1::SEVERITY_WARNING, EventSeverity::warning));
 static_assert(same(v1::SEVERITY_ERROR, EventSeverity::error));
 
-static_assert(v1::EVENT_ROUTING_UNANSWERED + 1U == kEventKinds);
+static_assert(v1::EVENT_SRDO_STATE + 1U == kEventKinds);
 
 static_assert(v1::COMMAND_JOURNAL_READ + 1U == request::kCommandKinds);
 

@@ -1009,6 +1009,23 @@ struct EventCodec<event::RoutingUnanswered> {
   }
 };
 
+// code: number of the SRDO; value: fault, 0 = valid; data: number of suppressed events (4).
+template <>
+struct EventCodec<event::SrdoState> {
+  static constexpr v1::EventKind kKind = v1::EVENT_SRDO_STATE;
+  static void pack(const event::SrdoState& from, EventFields& to) {
+    to.code = from.number;
+    to.value = pack_number(from.fault);
+    append(to, from.suppressed, 4);
+  }
+  static void unpack(const EventFields& from, event::SrdoState& to) {
+    FieldReader data(from.bytes());
+    unpack_number(from.code, to.number);
+    unpack_number(from.value, to.fault);
+    to.suppressed = data.number<std::uint32_t>();
+  }
+};
+
 // --- the gateway ---------------------------------------------------------------------------------
 
 // value: number of lines.

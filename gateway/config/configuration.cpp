@@ -8,6 +8,7 @@
 #include "gateway/config/patch.h"
 #include "gateway/config/sections.h"
 #include "stack/manager/program_objects.h"
+#include "stack/srdo/parameters.h"
 
 namespace linegate::config {
 namespace {
@@ -52,7 +53,7 @@ void add_writes(Findings& findings, Place place, std::vector<manager::ObjectWrit
     if (variable == nullptr) {
       findings.warning(place, "the concise DCF writes to " + format_address(write.address) +
                                   ", which " + config.device.file + " does not have");
-    } else if (is_pdo_record(write.address.index)) {
+    } else if (is_pdo_record(write.address.index) || srdo::is_srdo_object(write.address.index)) {
       check_pdo_cob_id(findings, place, write.address, write.data);
       set_value(config.device, write.address, write.data);
     }
@@ -66,7 +67,7 @@ void read_concise(Section& section, const YAML::Node& node, line::NodeConfig& co
   if (!text) {
     return;
   }
-  for (const char* other : {"objects", "pdos"}) {
+  for (const char* other : {"objects", "pdos", "srdo"}) {
     if (const YAML::Node unused = section.find(other); unused.IsDefined()) {
       findings.warning(place_of(unused), std::string(other) +
                                              " has no effect beside concise_dcf, which takes the "

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/config/entry_names.h"
 
+#include <algorithm>
+
 #include "gateway/config/value.h"
+#include "stack/line/srdo_plan.h"
 
 namespace linegate::config {
 
@@ -43,7 +46,37 @@ std::string EntryNames::ambiguity(const std::string& text) const {
   return "\"" + text + "\" is ambiguous: " + names;
 }
 
+// Empty, or why an object that an SRDO carries is no output.
+std::string EntryNames::srdo_reason(const std::string& text) const {
+  const std::size_t dot = text.find('.');
+  const auto id = node_id(text.substr(0, dot));
+  if (layout_.direction != image::Direction::outputs || !id || dot == std::string::npos) {
+    return "";
+  }
+  const auto node = std::ranges::find(config_.nodes, *id, &line::NodeConfig::id);
+  if (node == config_.nodes.end()) {
+    return "";
+  }
+  for (const od::ObjectDescription& object : node->device.objects) {
+    for (const od::VariableDescription& variable : object.variables) {
+      const od::Address address{object.index, variable.sub};
+      const std::string wanted = text.substr(dot + 1);
+      if (wanted != variable.name && wanted != variable.alias && parse_address(wanted) != address) {
+        continue;
+      }
+      if (const std::uint8_t number = line::received_srdo(*node, address); number != 0) {
+        return ": the node receives it by SRDO " + std::to_string(number) +
+               ", and Linegate produces no SRDOs";
+      }
+    }
+  }
+  return "";
+}
+
 std::string EntryNames::suggestion(const std::string& text) const {
+  if (std::string reason = srdo_reason(text); !reason.empty()) {
+    return reason;
+  }
   std::vector<std::string> names;
   for (const auto& entry : layout_.entries) {
     names.push_back(entry.name);

@@ -24,10 +24,12 @@ class EntryNames {
   // An error message if the text matches several entries where one is expected: "... is ambiguous:
   // ..."; empty otherwise.
   std::string ambiguity(const std::string& text) const;
-  // "; did you mean ...?", or empty.
+  // "; did you mean ...?", or why the object is no output: ": the node receives it by SRDO 2 ...";
+  // or empty.
   std::string suggestion(const std::string& text) const;
 
  private:
+  std::string srdo_reason(const std::string& text) const;
   std::optional<std::uint8_t> node_id(const std::string& name) const;
 
   const line::LineConfig& config_;

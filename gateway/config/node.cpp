@@ -136,10 +136,12 @@ line::NodeConfig read_node(Findings& findings, const YAML::Node& node) {
   section.read_multiple("pdo_deadline", config.pdo_deadline, milliseconds(1), milliseconds(0xFFFF));
   const YAML::Node objects = section.find("objects");
   const YAML::Node pdos = section.find("pdos");
+  const YAML::Node srdos = section.find("srdo");
   const YAML::Node values = section.find("values");
   const bool has_device = read_device_file(section, config, "a node");
   if (has_device && !section.find("concise_dcf").IsDefined()) {
     read_pdos(findings, pdos, config);
+    read_srdos(findings, srdos, config);
     read_objects(findings, objects, config);
   }
   read_configuration(section, has_device, config);

@@ -8,6 +8,7 @@
 #include "stack/can/cob_id.h"
 #include "stack/eds/value.h"
 #include "stack/od/data_type.h"
+#include "stack/srdo/parameters.h"
 
 namespace linegate::config {
 namespace {
@@ -70,7 +71,7 @@ void read_object(Section& section, const YAML::Node& key, const YAML::Node& valu
   }
   check_value_limits(findings, place_of(value), *address, *variable, *data);
   check_pdo_cob_id(findings, place_of(value), *address, *data);
-  if (is_pdo_record(address->index)) {
+  if (is_pdo_record(address->index) || srdo::is_srdo_object(address->index)) {
     set_value(config.device, *address, *data);
   }
   config.objects.push_back({*address, std::move(*data)});

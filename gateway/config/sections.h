@@ -290,9 +290,10 @@ void resolve_shared_objects(Findings& findings, const std::vector<SharedObjectSe
 // `restore:`, `store:`, `concise_dcf:` and `program:` of a node; has_device: its device file was
 // read.
 void read_configuration(Section& section, bool has_device, line::NodeConfig& config);
-// `objects:` and `pdos:` of a node. Precondition: its device file was read.
+// `objects:`, `pdos:` and `srdo:` of a node. Precondition: its device file was read.
 void read_objects(Findings& findings, const YAML::Node& node, line::NodeConfig& config);
 void read_pdos(Findings& findings, const YAML::Node& node, line::NodeConfig& config);
+void read_srdos(Findings& findings, const YAML::Node& node, line::NodeConfig& config);
 // `values:` of a node or device: alias, unit, scaling and limits of its objects. Precondition: its
 // device file was read.
 void read_values(Findings& findings, const YAML::Node& node, od::DeviceDescription& device);

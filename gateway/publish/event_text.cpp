@@ -23,6 +23,7 @@
 #include "stack/od/objects.h"
 #include "stack/pdo/parameters.h"
 #include "stack/routing/post.h"
+#include "stack/srdo/receiver.h"
 
 namespace linegate::gateway {
 namespace {
@@ -465,6 +466,12 @@ struct EventWords {
         object(e), source_text(e.source), e.target_node, e.target,
         way == nullptr ? fmt::format("{}", e.interface) : way->to.gateway,
         suppressed(e.suppressed));
+  }
+
+  std::string operator()(const event::SrdoState& e) const {
+    return fmt::format("SRDO {} is {}{}{}", e.number,
+                       e.fault == srdo::Fault::none ? "" : "unsafe: ", srdo::name(e.fault),
+                       suppressed(e.suppressed));
   }
 
   // --- the gateway -------------------------------------------------------------------------------

@@ -68,6 +68,15 @@ void add_forwarding(const routing::Counters& counters, std::vector<Property>& ou
   }
 }
 
+void add_srdos(const line::SrdoCounters& counters, std::vector<Property>& out) {
+  if (counters.received != 0) {
+    out.push_back({"srdos", std::to_string(counters.received)});
+    out.push_back({"srdos-valid", std::to_string(counters.valid)});
+    out.push_back({"srdo-pairs", std::to_string(counters.pairs)});
+    out.push_back({"srdo-faults", std::to_string(counters.faults)});
+  }
+}
+
 void add_properties(const routing::Counters& counters, std::uint64_t stalls,
                     std::vector<Property>& out) {
   const auto add = [&](const char* name, std::uint64_t value) {

@@ -470,6 +470,10 @@ class Text {
     if (node.pdo_deadline != Duration::zero()) {
       add("    its PDOs are late after {}\n", format_duration(node.pdo_deadline));
     }
+    for (const auto& [number, cycle] : node.srdo_cycle) {
+      add("    its SRDO {} is unsafe {} after the last valid pair\n", number,
+          format_duration(cycle));
+    }
     if (node.guard_time != Duration::zero()) {
       add("    guarding every {}, life time factor {}\n", format_duration(node.guard_time),
           node.life_time_factor);
@@ -580,7 +584,10 @@ class Text {
       const std::string meaning = image::meaning_text(e.scaling, e.low, e.high);
       add("    {:>5} {:>6}.{} {:>4} {:<11} {:>7} {:>6} {:>5} {:>8}  {}{}\n", i, e.bit_offset / 8,
           e.bit_offset % 8, e.bit_length, od::name(e.type),
-          config::format_address({e.index, e.sub}), e.remote_pdo, e.local_pdo,
+          config::format_address({e.index, e.sub}),
+          image::is_srdo(e.remote_pdo) ? fmt::format("SRDO{}", e.remote_pdo - image::kFirstSrdo + 1)
+                                       : std::to_string(e.remote_pdo),
+          e.local_pdo,
           e.variable_index == 0 ? "-" : config::format_address({e.variable_index, e.variable_sub}),
           e.name, meaning.empty() ? "" : " (" + meaning + ')');
     }

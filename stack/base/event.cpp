@@ -77,6 +77,7 @@ constexpr std::array<KindInfo, kEventKinds> kInfo{{
     {"journal-state", EventSeverity::info},
     {"dds-process-ended", EventSeverity::error},
     {"routing-unanswered", EventSeverity::warning},
+    {"srdo-state", EventSeverity::warning},
 }};
 
 }  // namespace

@@ -20,7 +20,7 @@ void EventLog::limit_repeats() {
   for (const Limited which : {kMalformed, kBusError, kOutputs, kCommands, kUnanswered}) {
     limits_[which].emplace();
   }
-  for (const Limited which : {kWritten, kAccepted, kOwner}) {
+  for (const Limited which : {kWritten, kAccepted, kOwner, kSafety}) {
     limits_[which] = RepeatLimit::that_keeps_newest(kObjects, kWritesAtOnce);
   }
 }
@@ -85,6 +85,8 @@ EventLog::Limited EventLog::limit_of(EventKind kind) {
       return kOwner;
     case EventKind::routing_unanswered:
       return kUnanswered;
+    case EventKind::srdo_state:
+      return kSafety;
     default:
       return kFree;
   }

@@ -75,6 +75,7 @@ class EventLog {
     kAccepted,
     kOwner,
     kUnanswered,
+    kSafety,
     kFree
   };
   static Limited limit_of(EventKind kind);

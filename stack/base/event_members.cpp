@@ -377,6 +377,12 @@ void visit(const event::RoutingUnanswered& of, EventMemberVisitor& to) {
   to.number("interface", number(of.interface));
 }
 
+void visit(const event::SrdoState& of, EventMemberVisitor& to) {
+  to.number("suppressed", number(of.suppressed));
+  to.number("fault", number(of.fault));
+  to.number("number", number(of.number));
+}
+
 }  // namespace
 
 void visit_members(const EventData& data, EventMemberVisitor& visitor) {

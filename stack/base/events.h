@@ -32,6 +32,9 @@ enum class PdoKind : std::uint8_t;
 namespace linegate::manager {
 enum class ManagerState : std::uint8_t;
 }
+namespace linegate::srdo {
+enum class Fault : std::uint8_t;
+}
 namespace linegate::routing {
 enum class RoutedService : std::uint8_t;
 }
@@ -107,6 +110,7 @@ enum class EventKind : std::uint8_t {
   journal_state,
   dds_process_ended,
   routing_unanswered,
+  srdo_state,
 };
 
 // "node" in the comments is Event::node. A member `suppressed` is the number of events that were
@@ -733,6 +737,18 @@ struct RoutingUnanswered {
   friend bool operator==(const RoutingUnanswered&, const RoutingUnanswered&) = default;
 };
 
+// --- SRDOs ---------------------------------------------------------------------------------------
+
+// The safety state of an SRDO that the node transmits changed (EN 50325-5). Limited for each SRDO.
+struct SrdoState {
+  static constexpr EventKind kKind = EventKind::srdo_state;
+  std::uint32_t suppressed = 0;
+  srdo::Fault fault{};      // Fault::none: the SRDO is valid
+  std::uint8_t number = 0;  // of the node's SRDO, 1..64
+
+  friend bool operator==(const SrdoState&, const SrdoState&) = default;
+};
+
 // --- the gateway, which belongs to no line -------------------------------------------------------
 
 // The gateway started.
@@ -820,7 +836,7 @@ using EventData = std::variant<
     event::GatewayStarted, event::GatewayReloaded, event::GatewayReloadRefused,
     event::SpontaneousChange, event::SharedNodeId, event::ObjectWritten, event::OwnReset,
     event::TimeReceived, event::CommandAccepted, event::OutputOwner, event::ClientLimited,
-    event::JournalState, event::DdsProcessEnded, event::RoutingUnanswered>;
+    event::JournalState, event::DdsProcessEnded, event::RoutingUnanswered, event::SrdoState>;
 
 inline constexpr std::size_t kEventKinds = std::variant_size_v<EventData>;
 

@@ -69,6 +69,7 @@ struct SeriesOf {
     return {.reason = std::uint32_t{request.target} << 8U | request.target_node,
             .subject = object_key(request.index, request.sub)};
   }
+  Series operator()(const event::SrdoState& srdo) const { return {.subject = srdo.number}; }
   template <class Other>
   Series operator()(const Other& /*other*/) const {
     LINEGATE_ASSERT(false, "events of this kind are not limited");

@@ -32,6 +32,7 @@ enum class Service : std::uint16_t {
   sdo_client,     // index: client slot
   error_control,  // index: node-ID of the producer
   lss,
+  srdo,  // index: see srdo::Consumer
 };
 
 struct Target {

@@ -24,6 +24,13 @@ constexpr std::string_view name(Direction direction) {
 
 inline constexpr std::uint32_t kMaxAreaBytes = 131'072;
 
+// The numbers of SRDOs 1 to 64 (EN 50325-5) of a device where those of its PDOs are expected.
+inline constexpr std::uint16_t kFirstSrdo = 513;
+inline constexpr std::uint16_t kLastSrdo = 576;
+constexpr bool is_srdo(std::uint16_t remote_pdo) {
+  return remote_pdo >= kFirstSrdo && remote_pdo <= kLastSrdo;
+}
+
 // The place of one object in the image.
 struct Entry {
   std::uint32_t bit_offset = 0;  // from the start of the area; bit 0 is the lowest of byte 0
@@ -32,7 +39,8 @@ struct Entry {
   std::uint8_t node = 0;    // the device, 1..127
   std::uint16_t index = 0;  // the object in the device
   std::uint8_t sub = 0;
-  std::uint16_t remote_pdo = 0;      // 1..512: the device's TPDO (inputs) or RPDO (outputs)
+  std::uint16_t remote_pdo = 0;      // 1..512: the device's TPDO (inputs) or RPDO (outputs);
+                                     // 513..576: its SRDO 1..64 (inputs)
   std::uint16_t local_pdo = 0;       // 1..512: RPDO (inputs) or TPDO (outputs) in the manager's own
                                      // dictionary; above 512: consumed without an object of its
                                      // own; 0: an object of the own node without a linked PDO
@@ -66,7 +74,7 @@ struct Layout {
 };
 
 // Renames entries whose name an earlier entry has to "NAME in PDO 2", with the number of the
-// device's PDO, or to "NAME #2".
+// device's PDO ("in SRDO 1" of an SRDO), or to "NAME #2".
 void make_names_unique(Layout& layout);
 
 // The hash for Layout::id: FNV-1a (64 bit) of direction, size and entries without their names,

@@ -23,7 +23,9 @@ void make_names_unique(Layout& layout) {
     std::string name = with_suffix(entry.name, {});
     std::string suffix;
     if (seen.contains(name) && entry.remote_pdo != 0) {
-      suffix = " in PDO " + std::to_string(entry.remote_pdo);
+      suffix = is_srdo(entry.remote_pdo)
+                   ? " in SRDO " + std::to_string(entry.remote_pdo - kFirstSrdo + 1)
+                   : " in PDO " + std::to_string(entry.remote_pdo);
       name = with_suffix(entry.name, suffix);
     }
     for (unsigned number = 2; !seen.insert(name).second; ++number) {

@@ -12,7 +12,9 @@
 #include "stack/image/scaling.h"
 #include "stack/line/own_objects.h"
 #include "stack/line/pdo_checks.h"
+#include "stack/line/srdo_plan.h"
 #include "stack/od/objects.h"
+#include "stack/srdo/configuration.h"
 
 namespace linegate::line {
 namespace {
@@ -108,6 +110,7 @@ manager::NodePlan node_plan(const NodeConfig& node) {
         {{od::objects::kProducerHeartbeatTime, 0}, milliseconds_u16(node.heartbeat)});
   }
   guard(node, plan);
+  srdo::order_writes(node.device, plan.writes);
   manager::date_last(plan.writes);
   plan.restore = node.restore;
   plan.store = node.store;
@@ -313,9 +316,12 @@ Loaded<pdo::LinkPlan> link_plan(const LineConfig& config) {
                          .name = node.name,
                          .pdos = *std::move(pdos.value),
                          .device = &node.device,
-                         .deadline = node.pdo_deadline});
+                         .deadline = node.pdo_deadline,
+                         .srdos = transmitted_srdos(node)});
     }
   }
+  const std::vector<Diagnostic> of_srdos = check_srdos(config);
+  diagnostics.insert(diagnostics.end(), of_srdos.begin(), of_srdos.end());
   const std::vector<Diagnostic> wrong = check_pdos(config, remotes);
   diagnostics.insert(diagnostics.end(), wrong.begin(), wrong.end());
   Loaded<pdo::LinkPlan> plan = pdo::plan_links(remotes);

@@ -61,6 +61,9 @@ struct NodeConfig {
   // By number of its TPDO: the largest number of receptions that wait to be taken, see
   // Line::pop_reception(); 0 = no queue. TPDOs that are not listed have LineConfig::pdo_queue.
   std::map<std::uint16_t, std::uint32_t> tpdo_queue{};
+  // By number of the SRDO that it transmits: the SCT, the longest time from one valid pair to the
+  // next; those that are not listed have twice the refresh time in 1301h and following.
+  std::map<std::uint8_t, Duration> srdo_cycle{};
   Duration boot_timeout = std::chrono::seconds(10);  // time until presence becomes `missing`
   // Longest time from a reset to the boot-up message
   Duration reset_time = std::chrono::seconds(1);

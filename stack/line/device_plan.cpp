@@ -7,6 +7,7 @@
 #include "stack/can/cob_id.h"
 #include "stack/line/build.h"
 #include "stack/od/data_type.h"
+#include "stack/srdo/parameters.h"
 
 namespace linegate::line {
 namespace {
@@ -91,6 +92,17 @@ void forget_variables(image::Layout& layout) {
   layout.id = image::layout_id(layout);
 }
 
+// The objects 1300h to 13FFh of an own device are ordinary objects.
+void note_srdos(const DeviceConfig& device, std::vector<Diagnostic>& diagnostics) {
+  const auto described = srdo::describe_srdos(device.device);
+  if (described.value && !described.value->empty()) {
+    diagnostics.push_back({Severity::warning, device.device.file, 0, 0,
+                           "SRDOs of " + device.name +
+                               " are neither transmitted nor received: Linegate produces no SRDOs, "
+                               "and its devices use none"});
+  }
+}
+
 }  // namespace
 
 Loaded<pdo::LinkPlan> device_plan(const LineConfig& config) {
@@ -111,6 +123,7 @@ Loaded<pdo::LinkPlan> device_plan(const LineConfig& config) {
     number_identifiers(remote.pdos.tpdos, identifiers);
     number_identifiers(remote.pdos.rpdos, identifiers);
     remotes.push_back(std::move(remote));
+    note_srdos(device, diagnostics);
   }
   Loaded<pdo::LinkPlan> plan = pdo::plan_links(remotes);
   plan.diagnostics.insert(plan.diagnostics.begin(), diagnostics.begin(), diagnostics.end());

@@ -3,6 +3,7 @@
 
 #include "stack/lss/assigner.h"
 #include "stack/manager/state.h"
+#include "stack/srdo/receiver.h"
 
 namespace linegate::line {
 
@@ -21,6 +22,9 @@ EventSeverity severity_of(const EventData& data) {
   } else if (const auto* const journal = std::get_if<event::JournalState>(&data)) {
     raised = journal->condition == event::JournalCondition::failing || journal->error != 0 ||
              journal->lost != 0;
+  }
+  if (const auto* const srdo = std::get_if<event::SrdoState>(&data)) {
+    return srdo->fault == srdo::Fault::none ? EventSeverity::info : EventSeverity::warning;
   }
   return raised ? to : severity(linegate::kind(data));
 }

@@ -213,6 +213,9 @@ void NodeLine::receive(const can::Target& target, const can::Frame& frame) {
       sdo_.receive(target, frame);
       process_completions(frame.time);
       return;
+    case can::Service::srdo:
+      services_.srdos.receive(target.index, frame);
+      return;
     case can::Service::lss:
       if (!services_.lss.receive(frame)) {
         malformed(target, frame);

@@ -20,6 +20,7 @@ LineState NodeLine::do_state() const {
   out.nodes_configured = manager_.configured();
   out.nodes_operational = manager_.operational();
   out.counters = count();
+  out.srdos = services_.srdos.counters();
   return out;
 }
 

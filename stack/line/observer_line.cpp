@@ -106,14 +106,15 @@ void Overheard::set_all_invalid() {
 
 ObserverLine::ObserverLine(LineConfig line_config, pdo::LinkPlan plan)
     : Line(std::move(line_config)),
-      inputs(std::make_unique<Overheard>(events_, dispatch, std::move(plan.inputs),
-                                         std::move(plan.rpdos))),
+      inputs(std::make_unique<Overheard>(events_, dispatch, std::move(plan.inputs), plan.rpdos)),
       outputs(std::make_unique<Overheard>(events_, output_dispatch, std::move(plan.outputs),
                                           as_received(std::move(plan.tpdos)))),
       nodes(node_plans(config_), config_.node_id, dispatch, events_, *this),
       channels(dispatch),
-      sync(dispatch, events_) {
+      sync(dispatch, events_),
+      srdos(dispatch, events_, config_) {
   events_.limit_overheard();
+  srdos.connect(inputs->engine, inputs->image, plan.rpdos);
   for (const NodeConfig& device : config_.nodes) {
     nodes.listen_emcy(device.id, emcy_cob_id(device));
     Device& known =
@@ -253,6 +254,9 @@ void ObserverLine::serve(const can::Target& target, const can::Frame& frame) {
     case can::Service::sdo_client:
       receive_sdo(target.index, frame);
       return;
+    case can::Service::srdo:
+      srdos.receive(target.index, frame);
+      return;
     case can::Service::nmt:
       receive_node_control(frame);
       return;
@@ -334,6 +338,7 @@ bool ObserverLine::advance(Instant now) {
   inputs->engine.advance(now);
   nodes.advance(now);
   sync.advance(now);
+  srdos.advance(now);
   if (relink_at <= now) {
     relink(now);
   }
@@ -343,7 +348,8 @@ bool ObserverLine::advance(Instant now) {
 
 Instant ObserverLine::next_wake() const {
   const Instant wake = earlier(events_.next_wake(), inputs->engine.next_wake());
-  return earlier(earlier(wake, relink_at), earlier(nodes.next_wake(), sync.next_wake()));
+  return earlier(earlier(wake, relink_at),
+                 earlier(nodes.next_wake(), earlier(sync.next_wake(), srdos.next_wake())));
 }
 
 // All commands except can_listen would transmit, or need an own node.
@@ -408,6 +414,7 @@ LineState ObserverLine::do_state() const {
   out.nodes_configured = nodes.configured();
   out.nodes_operational = nodes.operational();
   out.counters = counters_;
+  out.srdos = srdos.counters();
   pdo::EngineCounters from_devices = inputs_before;
   pdo::EngineCounters to_devices = outputs_before;
   add(from_devices, inputs->engine.counters());

@@ -9,6 +9,7 @@
 #include "stack/image/process_image.h"
 #include "stack/line/generic_can.h"
 #include "stack/line/line.h"
+#include "stack/line/srdo_reception.h"
 #include "stack/observer/learned_parameters.h"
 #include "stack/observer/nodes.h"
 #include "stack/observer/pdo_knowledge.h"
@@ -167,6 +168,7 @@ class ObserverLine final : public Line, observer::NodeListener {
   std::uint64_t revision = 0;
   Instant relink_at = kNever;
   sync::Consumer sync;
+  SrdoReception srdos;
   std::optional<time::TimeOfDay> network_time;
   Instant network_time_at{};
   can::Traffic received;

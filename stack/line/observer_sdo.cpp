@@ -6,6 +6,7 @@
 #include "stack/base/byte_order.h"
 #include "stack/line/build.h"
 #include "stack/line/observer_line.h"
+#include "stack/line/srdo_plan.h"
 #include "stack/od/objects.h"
 
 namespace linegate::line {
@@ -62,7 +63,8 @@ pdo::RemoteNode remote(const NodeConfig& node, const observer::PdoKnowledge& kno
                       .name = node.name,
                       .pdos = {},
                       .device = &known.device(),
-                      .deadline = node.pdo_deadline};
+                      .deadline = node.pdo_deadline,
+                      .srdos = transmitted_srdos(node)};
   for (KnownPdo& pdo : pdos) {
     (pdo.kind == pdo::PdoKind::tpdo ? out.pdos.tpdos : out.pdos.rpdos)
         .push_back(std::move(pdo.parameters));
@@ -272,7 +274,9 @@ void ObserverLine::relink(Instant now) {
       device.ended.clear();
     }
   }
+  const std::vector<pdo::LinkedPdo> rpdos = plan.value->rpdos;
   replace(Direction::inputs, plan.value->inputs, std::move(plan.value->rpdos), now);
+  srdos.connect(inputs->engine, inputs->image, rpdos);
   replace(Direction::outputs, plan.value->outputs, as_received(std::move(plan.value->tpdos)), now);
   for (const Device& device : devices) {
     listen(device, false);

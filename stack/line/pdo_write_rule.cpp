@@ -5,8 +5,11 @@
 
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
+#include "stack/image/layout.h"
+#include "stack/line/srdo_plan.h"
 #include "stack/manager/pdo_check.h"
 #include "stack/od/objects.h"
+#include "stack/srdo/parameters.h"
 
 namespace linegate::line {
 namespace {
@@ -34,6 +37,9 @@ AbortCode PdoWriteRule::may_write(std::uint8_t node, od::Address address,
   if (is_refused) {
     return AbortCode::device_state;
   }
+  if (manager_.active() && changes_srdo(node, address, value)) {
+    return AbortCode::device_state;
+  }
   return manager_.active() && takes_cob_id(address, value) ? AbortCode::invalid_value
                                                            : AbortCode::none;
 }
@@ -44,6 +50,27 @@ bool PdoWriteRule::changes_image(std::uint8_t node, od::Address address,
   const bool has_sync = config_.sync_period > Duration::zero() || node_.counters().syncs != 0;
   return manager::changes_pdo(pdos, address, value) ||
          manager::ends_transmission(pdos, address, value, has_sync);
+}
+
+// An SRDO that is switched off, or maps nothing, becomes unsafe; with other identifiers or objects
+// its values would be shown at the wrong place.
+bool PdoWriteRule::changes_srdo(std::uint8_t node, od::Address address,
+                                std::span<const std::byte> value) const {
+  const std::uint8_t number = srdo::number_of(address.index);
+  const auto found = std::ranges::find(config_.nodes, node, &NodeConfig::id);
+  if (number == 0 || found == config_.nodes.end()) {
+    return false;
+  }
+  const bool mapping = address.index == srdo::mapping_record(number);
+  const bool matters = mapping ? load_le(value.first(std::min<std::size_t>(value.size(), 8))) != 0
+                               : address.sub == srdo::kCobId || address.sub == srdo::kInvertedCobId;
+  const od::VariableDescription* const described = found->device.find(address);
+  if (!matters || (described != nullptr && std::ranges::equal(described->value, value))) {
+    return false;
+  }
+  const std::vector<pdo::Parameters> shown = transmitted_srdos(*found);
+  return std::ranges::find(shown, image::kFirstSrdo + number - 1, &pdo::Parameters::number) !=
+         shown.end();
 }
 
 // Bit 31 of 1005h has no meaning (CiA 301 7.5.2.5); of 1014h it is set if there is no EMCY.

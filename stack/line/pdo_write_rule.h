@@ -24,14 +24,15 @@ class PdoWriteRule final : public sdo::WriteRule {
       : config_(config), node_(node), manager_(manager), configurator_(configurator) {}
 
   // device_state if the write would change a PDO of the image, and no boot process follows that
-  // compares it (Manager::keeps_pdos()). invalid_value if it would set 1005h or 1014h of a node to
-  // the COB-ID of a PDO of the image.
+  // compares it (Manager::keeps_pdos()), or the identifiers or the mapping of an SRDO of the image.
+  // invalid_value if it would set 1005h or 1014h of a node to the COB-ID of a PDO of the image.
   AbortCode may_write(std::uint8_t node, od::Address address,
                       std::span<const std::byte> value) const override;
 
  private:
   bool changes_image(std::uint8_t node, od::Address address,
                      std::span<const std::byte> value) const;
+  bool changes_srdo(std::uint8_t node, od::Address address, std::span<const std::byte> value) const;
   bool takes_cob_id(od::Address address, std::span<const std::byte> value) const;
 
   const LineConfig& config_;

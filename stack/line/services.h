@@ -20,6 +20,7 @@
 #include "stack/line/routing_service.h"
 #include "stack/line/scan_service.h"
 #include "stack/line/sdo_service.h"
+#include "stack/line/srdo_service.h"
 
 namespace linegate::line {
 
@@ -106,6 +107,8 @@ struct Services {
                   .cache = scan,
                   .local = local,
                   .settings = records.settings()}};
+  SrdoService srdos{line.host,        line.config, line.node.dispatch(), line.events,
+                    line.node.pdos(), line.image,  line.plan.rpdos};
   MpdoService mpdo{line.host, line.node, line.own_objects, line.config};
   OutputReceivers receivers{
       line.host,

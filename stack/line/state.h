@@ -62,6 +62,16 @@ struct OwnDevice {
   friend bool operator==(const OwnDevice&, const OwnDevice&) = default;
 };
 
+// Of the SRDOs that the nodes transmit.
+struct SrdoCounters {
+  std::uint16_t received = 0;  // SRDOs
+  std::uint16_t valid = 0;     // of them
+  std::uint64_t pairs = 0;     // valid ones
+  std::uint64_t faults = 0;    // changes from valid to unsafe
+
+  friend bool operator==(const SrdoCounters&, const SrdoCounters&) = default;
+};
+
 struct LineState {
   Role role = Role::manager;
   std::uint8_t node_id = 0;  // own node-ID, 0 = none
@@ -81,6 +91,7 @@ struct LineState {
   std::uint8_t nodes_operational = 0;
   Counters counters;
   routing::Counters routing;
+  SrdoCounters srdos;
 };
 
 }  // namespace linegate::line

@@ -7,9 +7,9 @@
 
 namespace linegate::nmt {
 
-// Node control and error control are served in every state except Initialising, PDOs only in
-// Operational, the others in Pre-operational and Operational. LSS is also served in Stopped (CiA
-// 305).
+// Node control and error control are served in every state except Initialising, PDOs and
+// SRDOs only in Operational, the others in Pre-operational and Operational. LSS is also served in
+// Stopped (CiA 305).
 constexpr bool is_served(can::Service service, State state) {
   const bool configurable = state == State::operational || state == State::pre_operational;
   switch (service) {
@@ -21,6 +21,7 @@ constexpr bool is_served(can::Service service, State state) {
       return configurable || state == State::stopped;
     case can::Service::rpdo:
     case can::Service::tpdo_rtr:
+    case can::Service::srdo:
       return state == State::operational;
     case can::Service::sync:
     case can::Service::time:

@@ -51,6 +51,12 @@ inline constexpr std::uint16_t kSdoServer = 0x1200;  // the default server; othe
 inline constexpr std::uint16_t kLastSdoServer = 0x127F;
 inline constexpr std::uint16_t kSdoClient = 0x1280;
 inline constexpr std::uint16_t kLastSdoClient = 0x12FF;
+// EN 50325-5: SRDOs 1 to 64, their configuration is valid, their signatures by number
+inline constexpr std::uint16_t kFailSafeCommand = 0x1300;
+inline constexpr std::uint16_t kSrdoCommunication = 0x1301;
+inline constexpr std::uint16_t kSrdoMapping = 0x1381;
+inline constexpr std::uint16_t kSrdoConfigurationValid = 0x13FE;
+inline constexpr std::uint16_t kSrdoSignature = 0x13FF;
 inline constexpr std::uint16_t kRpdoCommunication = 0x1400;
 inline constexpr std::uint16_t kLastRpdoCommunication = 0x15FF;
 inline constexpr std::uint16_t kRpdoMapping = 0x1600;

@@ -146,7 +146,9 @@ Engine::Impl::Problem Engine::Impl::try_to_compile(PdoKind kind, std::uint16_t n
       why != AbortCode::none) {
     return {why, {record, 2}, "transmission type " + std::to_string(pdo->type) + " is not for it"};
   }
-  if (!pdo->cob_id.extended() && can::is_restricted(pdo->cob_id.id())) {
+  const LinkedPdo* const link = linked(kind, number);
+  const bool is_srdo = link != nullptr && link->is_srdo();  // these have restricted identifiers
+  if (!is_srdo && !pdo->cob_id.extended() && can::is_restricted(pdo->cob_id.id())) {
     return {AbortCode::invalid_value,
             {record, 1},
             "its COB-ID " + hex_of_four(pdo->cob_id.id()) + " is reserved"};
@@ -294,8 +296,13 @@ void Engine::Impl::start_rpdo(const Parameters& parameters, CopyPlan plan) {
     pdo.long_shadow = long_shadows.size();
     long_shadows.emplace_back();
   }
-  if (linked(PdoKind::rpdo, parameters.number) == nullptr) {
+  const LinkedPdo* const link = linked(PdoKind::rpdo, parameters.number);
+  if (link == nullptr) {
     inputs->pdo(slot).last = {};  // the new mapping has not been received yet
+  }
+  pdo.is_srdo = link != nullptr && link->is_srdo();
+  if (pdo.is_srdo) {
+    return;
   }
   dispatch.add(pdo.cob_id.id(), pdo.cob_id.extended(), can::Service::rpdo, slot);
 }

@@ -72,6 +72,7 @@ struct RpdoDetails {
   can::CobId cob_id;
   std::uint8_t type = kEventProfile;
   MpdoMode mpdo = MpdoMode::none;
+  bool is_srdo = false;  // passed to receive() alone, when it is valid
   bool refused = false;  // the last MPDO in destination address mode was refused
   Duration deadline{};
   CopyPlan plan;

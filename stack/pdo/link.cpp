@@ -117,6 +117,11 @@ class Linker {
       }
     }
     for (const RemoteNode* node : nodes_) {
+      for (const Parameters& srdo : node->srdos) {
+        link_srdo(*node, srdo);
+      }
+    }
+    for (const RemoteNode* node : nodes_) {
       for (const Parameters& rpdo : node->pdos.rpdos) {
         link_rpdo(*node, rpdo);
       }
@@ -165,6 +170,19 @@ class Linker {
     local.cob_id = {key(remote.cob_id) | (remote.cob_id.raw & can::CobId::kNoRtrBit)};
     local.type = is_synchronous(remote.type) ? remote.type : kEventProfile;
     local.event_timer = std::min<Duration>(node.deadline, kMaxEventTimer);
+    plan_.rpdos.push_back(link(node, remote, local, plan_.rpdos.size() + 1, plan_.inputs, inputs_));
+  }
+
+  void link_srdo(const RemoteNode& node, const Parameters& remote) {
+    const auto number = static_cast<std::uint16_t>(remote.number - image::kFirstSrdo + 1);
+    const auto [it, added] = senders_.insert({key(remote.cob_id), {&node, remote.number}});
+    if (!added) {
+      report(Severity::error, node, "SRDO", number,
+             "has the COB-IDs of an SRDO of " + node_name(*it->second.node));
+      return;
+    }
+    Parameters local;
+    local.cob_id = remote.cob_id;
     plan_.rpdos.push_back(link(node, remote, local, plan_.rpdos.size() + 1, plan_.inputs, inputs_));
   }
 

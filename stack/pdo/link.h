@@ -33,7 +33,8 @@ struct RemoteNode {
   std::string name;
   DevicePdos pdos;                                // see describe_pdos()
   const od::DeviceDescription* device = nullptr;  // types, names, 1000h, 1018h:2; never nullptr
-  Duration deadline{};  // for each of its TPDOs, in whole ms; 0 = not monitored
+  Duration deadline{};                 // for each of its TPDOs, in whole ms; 0 = not monitored
+  std::vector<Parameters> srdos = {};  // that it transmits, as PDOs: see srdo::as_pdo()
 };
 
 // A part of a PDO and its location in the image.
@@ -56,6 +57,8 @@ struct LinkedPdo {
   // Of an RPDO: largest number of queued receptions, see Engine::pop_reception(); 0: no queue,
   // only the newest values are kept.
   std::uint32_t queue = 0;
+  // An SRDO: its frames are checked elsewhere, and passed to Engine::receive() when they are valid.
+  bool is_srdo() const { return image::is_srdo(remote_pdo); }
 };
 
 struct LinkPlan {
@@ -66,12 +69,13 @@ struct LinkPlan {
 };
 
 // Local PDO numbers are 1, 2, ... in the order (node, remote number), whatever the order of
-// `nodes`. Entries have the order of their PDOs; a PDO begins at a multiple of the largest
-// alignment of its values, so that a PDO whose values are aligned in the frame is one copy. Values
-// of n whole bytes (n <= 8) are located at a multiple of n, also for n = 3, 5, 6, 7, so that a
-// network variable of their size can show them. A BOOLEAN that is mapped as a byte has one bit
-// here. Other bit lengths are packed, beginning at a new byte after a whole-byte value and in every
-// PDO. Names: object_names.h. Dummy entries are fillers of the frame and have no entry.
+// `nodes`; those of SRDOs follow the ones of all TPDOs. Entries have the order of their PDOs; a PDO
+// begins at a multiple of the largest alignment of its values, so that a PDO whose values are
+// aligned in the frame is one copy. Values of n whole bytes (n <= 8) are located at a multiple of
+// n, also for n = 3, 5, 6, 7, so that a network variable of their size can show them. A BOOLEAN
+// that is mapped as a byte has one bit here. Other bit lengths are packed, beginning at a new byte
+// after a whole-byte value and in every PDO. Names: object_names.h. Dummy entries are fillers of
+// the frame and have no entry.
 //
 // Transmission type: that of the device's PDO if it is synchronous or event-driven; RPDOs of
 // devices that answer to remote frames (252, 253) are event-driven, and may be requested by remote

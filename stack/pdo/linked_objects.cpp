@@ -65,7 +65,7 @@ od::ObjectDescription mapping_record(PdoKind kind, const Parameters& pdo) {
 Result<void> add_records(od::Dictionary& dictionary, PdoKind kind,
                          const std::vector<LinkedPdo>& pdos) {
   for (const LinkedPdo& pdo : pdos) {
-    if (pdo.parameters.number > kMaxPdo) {
+    if (pdo.parameters.number > kMaxPdo || pdo.is_srdo()) {
       continue;
     }
     Result<void> added = dictionary.add(communication_record(kind, pdo.parameters));

@@ -100,7 +100,9 @@ void Engine::receive(std::uint16_t slot, const can::Frame& frame) {
     return;
   }
   if (!engine.operational) {
-    engine.receive_early(slot, frame);
+    if (!pdo.is_srdo) {  // it may be unsafe at the entry into Operational
+      engine.receive_early(slot, frame);
+    }
     return;
   }
   if (pdo.mpdo != MpdoMode::none) {

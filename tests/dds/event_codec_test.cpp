@@ -18,6 +18,7 @@
 #include "stack/nmt/state.h"
 #include "stack/pdo/parameters.h"
 #include "stack/routing/post.h"
+#include "stack/srdo/receiver.h"
 
 namespace linegate::dds {
 namespace {
@@ -141,6 +142,8 @@ std::vector<Row> layouts_of_frames() {
                                 .target_node = 5,
                                 .interface = 255},
        fields(40, 0, {1, 0, 3, 2, 5, 255, 0x18, 0x10, 6})},
+      {event::SrdoState{.suppressed = 40, .fault = srdo::Fault::validation_time, .number = 64},
+       fields(64, 5, {40, 0, 0, 0})},
   };
 }
 
@@ -415,6 +418,7 @@ std::vector<EventData> highest_of_nodes_and_requests() {
                           kHighest8, kHighest8, kHighest8, kHighest8, event::SdoService{kHighest8}},
       event::RoutingUnanswered{kHighest32, kHighest16, kHighest16, kHighest16, kHighest8, kHighest8,
                                kHighest8},
+      event::SrdoState{kHighest32, srdo::Fault{kHighest8}, kHighest8},
       event::NodeScanned{kHighestAbort, kHighest32},
       event::CommandProgress{line::CommandKind{kHighest8}, kHighest32, kHighest32},
       event::LssResult{lss::Verdict{kHighest8},

@@ -69,6 +69,7 @@ def make_files(folder):
         file.write(drive.replace("ParameterName=Target position\n", "ParameterName=Value\n"))
     with open(os.path.join(folder, "devices/recipe.eds"), "w", encoding="utf-8") as file:
         file.write(drive.replace("SupportedObjects=1\n1=0x2000\n", "SupportedObjects=2\n1=0x2000\n2=0x2100\n") + RECIPE)
+    shutil.copy(os.path.join(EDS, "../../../tests/gateway/config/gate.eds"), os.path.join(folder, "gate.eds"))
     os.makedirs(os.path.join(folder, "device-files"))
     shutil.copy(os.path.join(EDS, "drive.eds"), os.path.join(folder, "device-files/drive.eds"))
     for name, content in (("valve7.cdc", concise_dcf(0x1017, 0, b"\xf4\x01")),

@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <charconv>
+
+#include "gateway/config/patch.h"
+#include "gateway/config/sections.h"
+#include "gateway/config/value.h"
+#include "stack/base/byte_order.h"
+#include "stack/srdo/parameters.h"
+
+namespace linegate::config {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr Duration kLongestCycle = milliseconds(0xFFFF);     // 16 bits of ms
+constexpr Duration kLongestValidation = milliseconds(0xFF);  // 8 bits of ms
+
+// One `srdoN:`. The line brings the writes into the order of EN 50325-5, see srdo::order_writes().
+class SrdoOverride {
+ public:
+  SrdoOverride(Findings& findings, const YAML::Node& key, const YAML::Node& value,
+               std::uint8_t number, line::NodeConfig& config)
+      : findings_(findings),
+        config_(config),
+        number_(number),
+        record_(srdo::communication_record(number)),
+        place_(place_of(key)),
+        section_(findings, value, key.Scalar()) {}
+
+  void apply() {
+    if (config_.device.find({record_, srdo::kDirection}) == nullptr) {
+      findings_.error(place_, config_.device.file + " has no object " +
+                                  format_address({record_, srdo::kDirection}));
+      return;
+    }
+    const std::size_t before = config_.objects.size();
+    read_direction();
+    read_times();
+    if (const auto id =
+            section_.number(section_.find("cob_id"), srdo::kFirstCobId, srdo::kLastCobId)) {
+      write(srdo::kCobId, *id, place_);
+      write(srdo::kInvertedCobId, *id + 1, place_);
+    }
+    read_mapping();
+    section_.done();
+    if (config_.objects.size() != before) {
+      sign();
+    }
+  }
+
+ private:
+  void write(std::uint8_t sub, std::uint64_t value, Place place) {
+    write_object({record_, sub}, value, place);
+  }
+
+  void write_object(od::Address address, std::uint64_t value, Place place) {
+    const auto* variable = find_variable(config_.device, address);
+    if (variable == nullptr) {
+      findings_.error(place, config_.device.file + " has no object " + format_address(address));
+      return;
+    }
+    auto data = little_endian(value, od::byte_size(variable->type));
+    set_value(config_.device, address, data);
+    config_.objects.push_back({address, std::move(data)});
+  }
+
+  srdo::Direction direction() const {
+    const auto* variable = config_.device.find(od::Address{record_, srdo::kDirection});
+    return static_cast<srdo::Direction>(load_le(std::span<const std::byte>(variable->value)));
+  }
+
+  void read_direction() {
+    const YAML::Node node = section_.find("direction");
+    if (node.IsDefined()) {
+      auto direction = srdo::Direction::off;
+      section_.choose<srdo::Direction>(node, direction,
+                                       {{"off", srdo::Direction::off},
+                                        {"transmit", srdo::Direction::transmit},
+                                        {"receive", srdo::Direction::receive}});
+      write(srdo::kDirection, static_cast<std::uint64_t>(direction), place_of(node));
+    }
+  }
+
+  // Sub-index 2 is the refresh time of an SRDO that the device transmits: the SCT is then that of
+  // the receiver, here the line.
+  void read_times() {
+    const bool transmits = direction() == srdo::Direction::transmit;
+    const YAML::Node refresh = section_.find("refresh");
+    const YAML::Node cycle = section_.find("sct");
+    Duration time{};
+    if (refresh.IsDefined()) {
+      if (!transmits) {
+        findings_.error(place_of(refresh), "refresh is for an SRDO that the device transmits");
+      }
+      section_.read_multiple("refresh", time, milliseconds(1), kLongestCycle);
+      write(srdo::kCycleTime, static_cast<std::uint64_t>(time / milliseconds(1)),
+            place_of(refresh));
+    }
+    if (cycle.IsDefined()) {
+      section_.read_multiple("sct", time, milliseconds(1), kLongestCycle);
+      if (time == Duration::zero()) {
+        findings_.error(place_of(cycle), "the SCT is longer than 0");
+      } else if (transmits) {
+        config_.srdo_cycle[number_] = time;
+      } else {
+        write(srdo::kCycleTime, static_cast<std::uint64_t>(time / milliseconds(1)),
+              place_of(cycle));
+      }
+    }
+    if (const YAML::Node srvt = section_.find("srvt"); srvt.IsDefined()) {
+      section_.read_multiple("srvt", time, milliseconds(1), kLongestValidation);
+      write(srdo::kValidationTime, static_cast<std::uint64_t>(time / milliseconds(1)),
+            place_of(srvt));
+    }
+  }
+
+  void read_mapping() {
+    const YAML::Node node = section_.find("map");
+    if (!node.IsDefined()) {
+      return;
+    }
+    const std::uint16_t record = srdo::mapping_record(number_);
+    std::uint8_t count = 0;
+    for (const YAML::Node& element : elements(findings_, node, "map")) {
+      const auto text = section_.text(element);
+      const auto address = text ? parse_address(*text) : std::nullopt;
+      const auto* variable = address ? config_.device.find(*address) : nullptr;
+      if (text && !address) {
+        findings_.error(place_of(element),
+                        "expected an object such as 6000:1, got \"" + *text + "\"");
+      } else if (text && variable == nullptr) {
+        findings_.error(place_of(element),
+                        config_.device.file + " has no object " + format_address(*address));
+      }
+      if (variable == nullptr || count == srdo::kMaxMapped) {
+        continue;
+      }
+      const auto bits = static_cast<std::uint8_t>(od::bit_size(variable->type));
+      write_object({record, ++count}, pdo::Mapping{*address, bits}.raw(), place_of(element));
+    }
+    if (node.size() % 2 != 0 || node.size() == 0 || node.size() > srdo::kMaxMapped) {
+      findings_.error(place_of(node),
+                      "an SRDO maps 2 to 16 objects: each is followed by its inverted object");
+    }
+    write_object({record, 0}, count, place_of(node));
+  }
+
+  // The signature of the device file is that of other parameters. Errors are reported when the line
+  // is made.
+  void sign() {
+    const od::Address place{od::objects::kSrdoSignature, number_};
+    std::vector<Diagnostic> ignored;
+    const srdo::Description srdo = srdo::describe_srdo(config_.device, number_, ignored);
+    if (srdo.usable && find_variable(config_.device, place) != nullptr) {
+      write_object(place, srdo::signature(srdo.parameters, config_.id), place_);
+    }
+  }
+
+  Findings& findings_;
+  line::NodeConfig& config_;
+  std::uint8_t number_;
+  std::uint16_t record_;
+  Place place_;
+  Section section_;
+};
+
+// "srdo1" .. "srdo64".
+std::optional<std::uint8_t> parse_srdo_name(const std::string& text) {
+  constexpr std::string_view kPrefix = "srdo";
+  unsigned number = 0;
+  const char* const end = text.data() + text.size();
+  if (!text.starts_with(kPrefix)) {
+    return std::nullopt;
+  }
+  const auto parsed = std::from_chars(text.data() + kPrefix.size(), end, number);
+  const bool good =
+      parsed.ec == std::errc{} && parsed.ptr == end && number >= 1 && number <= srdo::kMaxSrdo;
+  return good ? std::optional(static_cast<std::uint8_t>(number)) : std::nullopt;
+}
+
+}  // namespace
+
+void read_srdos(Findings& findings, const YAML::Node& node, line::NodeConfig& config) {
+  if (!node.IsDefined()) {
+    return;
+  }
+  Section section(findings, node, "srdo");
+  if (!section.valid()) {
+    return;
+  }
+  for (const auto& pair : node) {
+    if (!pair.first.IsScalar()) {
+      continue;  // already reported by the section
+    }
+    section.find(pair.first.Scalar());
+    const auto number = parse_srdo_name(pair.first.Scalar());
+    if (!number) {
+      findings.error(place_of(pair.first),
+                     "expected srdo1 to srdo64, got \"" + pair.first.Scalar() + "\"");
+      continue;
+    }
+    SrdoOverride(findings, pair.first, pair.second, *number, config).apply();
+  }
+  section.done();
+}
+
+}  // namespace linegate::config

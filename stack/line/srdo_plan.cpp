@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stack/line/srdo_plan.h"
+
+#include <algorithm>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "stack/srdo/parameters.h"
+
+namespace linegate::line {
+namespace {
+
+std::vector<srdo::Parameters> described_srdos(const NodeConfig& node) {
+  return srdo::describe_srdos(node.device).value.value_or(std::vector<srdo::Parameters>());
+}
+
+std::uint8_t frame_bytes(const srdo::Parameters& srdo) {
+  unsigned bits = 0;
+  for (const pdo::Mapping& mapping : srdo.normal()) {
+    bits += mapping.bits;
+  }
+  return static_cast<std::uint8_t>((bits + 7) / 8);
+}
+
+Duration cycle_of(const NodeConfig& node, const srdo::Parameters& srdo) {
+  const auto configured = node.srdo_cycle.find(srdo.number);
+  return configured != node.srdo_cycle.end() ? configured->second
+                                             : 2 * std::chrono::milliseconds(srdo.cycle_ms);
+}
+
+}  // namespace
+
+std::vector<pdo::Parameters> transmitted_srdos(const NodeConfig& node) {
+  std::vector<pdo::Parameters> out;
+  for (const srdo::Parameters& each : described_srdos(node)) {
+    if (each.direction == srdo::Direction::transmit) {
+      out.push_back(srdo::as_pdo(each));
+    }
+  }
+  return out;
+}
+
+std::vector<srdo::Source> srdo_sources(const LineConfig& config) {
+  std::vector<srdo::Source> out;
+  for (const NodeConfig& node : config.nodes) {
+    for (const srdo::Parameters& each : described_srdos(node)) {
+      if (each.direction == srdo::Direction::transmit) {
+        out.push_back({.node = node.id,
+                       .number = each.number,
+                       .length = frame_bytes(each),
+                       .cob_id = static_cast<std::uint16_t>(each.cob_id),
+                       .inverted_cob_id = static_cast<std::uint16_t>(each.inverted_cob_id),
+                       .validation = std::chrono::milliseconds(each.validation_ms),
+                       .cycle = cycle_of(node, each)});
+      }
+    }
+  }
+  return out;
+}
+
+std::vector<Diagnostic> check_srdos(const LineConfig& config) {
+  std::vector<Diagnostic> out;
+  std::set<std::uint32_t> transmitted;
+  for (const NodeConfig& node : config.nodes) {
+    Loaded<std::vector<srdo::Parameters>> described = srdo::describe_srdos(node.device);
+    out.insert(out.end(), described.diagnostics.begin(), described.diagnostics.end());
+    for (const srdo::Parameters& each : described_srdos(node)) {
+      if (each.direction == srdo::Direction::transmit) {
+        transmitted.insert(each.cob_id);
+      }
+    }
+  }
+  for (const NodeConfig& node : config.nodes) {
+    for (const srdo::Parameters& each : described_srdos(node)) {
+      if (each.direction == srdo::Direction::receive && !transmitted.contains(each.cob_id)) {
+        out.push_back({Severity::warning, node.device.file, 0, 0,
+                       "SRDO " + std::to_string(each.number) + " of " + node.name +
+                           " is received from no node of this line, and Linegate produces no "
+                           "SRDOs: its values are no outputs"});
+      }
+    }
+  }
+  return out;
+}
+
+std::uint8_t received_srdo(const NodeConfig& node, od::Address address) {
+  for (const srdo::Parameters& each : described_srdos(node)) {
+    const bool maps = std::ranges::any_of(
+        each.mapping, [address](const pdo::Mapping& entry) { return entry.address == address; });
+    if (each.direction == srdo::Direction::receive && maps) {
+      return each.number;
+    }
+  }
+  return 0;
+}
+
+}  // namespace linegate::line

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stack/line/srdo_reception.h"
+
+#include <algorithm>
+
+#include "stack/image/layout.h"
+#include "stack/line/srdo_plan.h"
+
+namespace linegate::line {
+
+SrdoReception::SrdoReception(can::Dispatch& dispatch, EventLog& events, const LineConfig& config)
+    : consumer_(dispatch, events, *this, srdo_sources(config)) {
+}
+
+void SrdoReception::connect(pdo::Engine& engine, image::ProcessImage& image,
+                            std::span<const pdo::LinkedPdo> rpdos) {
+  engine_ = &engine;
+  image_ = &image;
+  rpdos_.clear();
+  for (const srdo::Source& source : consumer_.sources()) {
+    const auto number = static_cast<std::uint16_t>(image::kFirstSrdo + source.number - 1);
+    const auto found = std::ranges::find_if(rpdos, [&](const pdo::LinkedPdo& pdo) {
+      return pdo.node == source.node && pdo.remote_pdo == number;
+    });
+    rpdos_.push_back(found == rpdos.end() ? std::uint16_t{0} : found->parameters.number);
+  }
+}
+
+SrdoCounters SrdoReception::counters() const {
+  SrdoCounters out{.pairs = consumer_.counters().pairs, .faults = consumer_.counters().faults};
+  for (std::size_t i = 0; i < consumer_.sources().size(); ++i) {
+    ++out.received;
+    if (consumer_.fault(i) == srdo::Fault::none) {
+      ++out.valid;
+    }
+  }
+  return out;
+}
+
+void SrdoReception::srdo_received(std::size_t source, const can::Frame& normal) {
+  if (const std::uint16_t rpdo = rpdos_[source]; rpdo != 0) {
+    engine_->receive(static_cast<std::uint16_t>(rpdo - 1U), normal);
+  }
+}
+
+void SrdoReception::srdo_unsafe(std::size_t source) {
+  if (const std::uint16_t rpdo = rpdos_[source]; rpdo != 0) {
+    image_->set_pdo_valid(image::Direction::inputs, rpdo, false);
+  }
+}
+
+}  // namespace linegate::line

@@ -1,0 +1,282 @@
+// SPDX-License-Identifier: Apache-2.0
+// SRDOs of a node (EN 50325-5) as inputs of a manager and of an observer: valid while the SRDO is.
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "stack/base/byte_order.h"
+#include "stack/line/build.h"
+#include "stack/line/srdo_plan.h"
+#include "stack/srdo/parameters.h"
+
+#include "tests/stack/line/observer_fixture.h"
+
+namespace linegate::line {
+namespace {
+
+constexpr std::uint32_t kNormal = 0x109;
+constexpr std::uint32_t kInverted = 0x10A;
+constexpr std::uint16_t kDoor = 0x2100;
+
+od::VariableDescription number_of_bytes(std::uint8_t sub, std::size_t bytes, std::uint64_t value) {
+  od::VariableDescription out{.sub = sub,
+                              .name = "value " + std::to_string(sub),
+                              .type = bytes == 1   ? od::DataType::unsigned8
+                                      : bytes == 2 ? od::DataType::unsigned16
+                                                   : od::DataType::unsigned32,
+                              .mappable = true};
+  out.value.resize(bytes);
+  store_le(std::span(out.value), value);
+  return out;
+}
+
+// Node 5 transmits SRDO 1 on 109h and 10Ah: Door (8 bits), every 25 ms, SRVT 20 ms. It has a TPDO
+// and an RPDO, too.
+LineConfig config_with_srdo() {
+  LineConfig config = config_with_axis();
+  od::DeviceDescription& device = config.nodes[0].device;
+  const auto add = [&device](std::uint16_t index, std::vector<od::VariableDescription> variables) {
+    device.objects.push_back({.index = index, .name = "", .variables = std::move(variables)});
+  };
+  add(0x1301, {number_of_bytes(0, 1, 6), number_of_bytes(1, 1, 1), number_of_bytes(2, 2, 25),
+               number_of_bytes(3, 1, 20), number_of_bytes(4, 1, 254),
+               number_of_bytes(5, 4, kNormal), number_of_bytes(6, 4, kInverted)});
+  add(0x1381, {number_of_bytes(0, 1, 2), number_of_bytes(1, 4, 0x2100'0108),
+               number_of_bytes(2, 4, 0x2100'0208)});
+  add(0x13FE, {number_of_bytes(0, 1, 0)});
+  add(0x13FF, {number_of_bytes(0, 1, 1), number_of_bytes(1, 2, 0)});
+  add(kDoor, {number_of_bytes(0, 1, 2), number_of_bytes(1, 1, 0), number_of_bytes(2, 1, 0)});
+  std::ranges::sort(device.objects, {}, &od::ObjectDescription::index);
+  return config;
+}
+
+void set(LineConfig& config, od::Address address, std::uint64_t value) {
+  od::VariableDescription* const variable = config.nodes[0].device.find(address);
+  ASSERT_NE(variable, nullptr);
+  store_le(std::span(variable->value), value);
+}
+
+class SrdoLine : public ObserverTest {
+ protected:
+  std::uint32_t entry() const {
+    const auto& entries = line_->layout(Direction::inputs).entries;
+    const auto found = std::ranges::find(entries, kDoor, &image::Entry::index);
+    return static_cast<std::uint32_t>(found - entries.begin());
+  }
+  void hear_pair(std::uint8_t value) {
+    hear(kNormal, {value});
+    hear(kInverted, {static_cast<std::uint8_t>(~value)});
+  }
+  // "value", or "?" if it is not valid.
+  std::string shown() {
+    const Line::Input input = line_->input(entry());
+    return input.valid ? std::to_string(input.value) : "?";
+  }
+  std::string states() {
+    std::string out;
+    for (const Event& event : of(EventKind::srdo_state)) {
+      const auto& state = std::get<event::SrdoState>(event.data);
+      EXPECT_EQ(event.node, 5);
+      EXPECT_EQ(state.number, 1);
+      out += std::string(srdo::name(state.fault)) + "; ";
+    }
+    return out;
+  }
+
+  void expect_values_while_valid() {
+    EXPECT_EQ(shown(), "?");
+    hear(kNormal, {7});
+    EXPECT_EQ(shown(), "?") << "half of it";
+    hear(kInverted, {0xF8});
+    EXPECT_EQ(shown(), "7");
+    EXPECT_EQ(states(), "valid; ");
+    pass(milliseconds(30));
+    hear_pair(8);
+    EXPECT_EQ(shown(), "8");
+    pass(milliseconds(49));
+    EXPECT_EQ(shown(), "8");
+    pass(milliseconds(1));
+    EXPECT_EQ(shown(), "?");
+    EXPECT_EQ(states(), "SCT exceeded; ");
+    hear_pair(9);
+    EXPECT_EQ(shown(), "9");
+    EXPECT_EQ(states(), "valid; ");
+    hear(kNormal, {10});
+    hear(kInverted, {10});
+    EXPECT_EQ(shown(), "?");
+    EXPECT_EQ(states(), "not inverted; ");
+    hear_pair(11);
+    EXPECT_EQ(shown(), "11");
+    hear(kNormal, {12});
+    pass(milliseconds(20));
+    EXPECT_EQ(shown(), "?");
+    EXPECT_EQ(states(), "valid; SRVT exceeded; ");
+  }
+};
+
+TEST_F(SrdoLine, IsAnInputOfTheManager) {
+  make(config_with_srdo());
+  boot();
+  const image::Entry& door = line_->layout(Direction::inputs).entries.at(entry());
+  EXPECT_EQ(door.node, 5);
+  EXPECT_EQ(door.sub, 1) << "the inverted object has no entry";
+  EXPECT_EQ(door.remote_pdo, image::kFirstSrdo);
+  EXPECT_EQ(door.local_pdo, 2) << "after the TPDO";
+  EXPECT_EQ(line_->layout(Direction::inputs).entries.size(), 3U);
+  events();
+  expect_values_while_valid();
+}
+
+TEST_F(SrdoLine, IsAnInputOfAnObserver) {
+  make(config_with_srdo());
+  const std::uint64_t layout = line_->layout(Direction::inputs).id;
+  observe(config_with_srdo());
+  EXPECT_EQ(line_->layout(Direction::inputs).id, layout);
+  expect_values_while_valid();
+  expect_silence();
+}
+
+TEST_F(SrdoLine, CountsPairsAndFaults) {
+  observe(config_with_srdo());
+  EXPECT_EQ(line_->state().srdos, (SrdoCounters{.received = 1}));
+  hear_pair(1);
+  hear_pair(2);
+  EXPECT_EQ(line_->state().srdos, (SrdoCounters{.received = 1, .valid = 1, .pairs = 2}));
+  pass(milliseconds(100));
+  EXPECT_EQ(line_->state().srdos, (SrdoCounters{.received = 1, .pairs = 2, .faults = 1}));
+}
+
+TEST_F(SrdoLine, TheSctIsConfiguredAtTheReceiver) {
+  LineConfig config = config_with_srdo();
+  config.nodes[0].srdo_cycle[1] = milliseconds(200);
+  observe(config);
+  hear_pair(1);
+  pass(milliseconds(199));
+  EXPECT_EQ(shown(), "1");
+  pass(milliseconds(1));
+  EXPECT_EQ(shown(), "?");
+}
+
+// An SRDO of a manager that is not Operational is not kept for later: it may be unsafe then.
+TEST_F(SrdoLine, IsNotShownBeforeOperational) {
+  LineConfig config = config_with_srdo();
+  config.own_start = false;
+  make(config);
+  line_->start(now_);
+  hear_pair(1);
+  EXPECT_EQ(shown(), "?");
+  pass(seconds(1));
+  Command start{.tag = 1, .request = NmtRequest{.node = 127, .command = nmt::Command::start}};
+  line_->execute(start, now_);
+  pass(milliseconds(1));
+  EXPECT_EQ(shown(), "?");
+  hear_pair(2);
+  EXPECT_EQ(shown(), "2");
+}
+
+TEST_F(SrdoLine, PairsOfANodeThatIsLostAreInvalidUntilTheNextPair) {
+  observe(config_with_srdo());
+  hear(0x705, {5});
+  hear_pair(1);
+  hear(0x705, {0});
+  EXPECT_EQ(shown(), "?");
+  hear_pair(2);
+  EXPECT_EQ(shown(), "2");
+}
+
+// The number of the RPDO in the own dictionary shifts with each TPDO that the observer learns.
+TEST_F(SrdoLine, FollowsANewLayoutOfAnObserver) {
+  observe(config_with_srdo());
+  hear_pair(1);
+  const auto write = [this](std::uint8_t sub, std::uint16_t index, std::uint32_t value,
+                            std::uint8_t command) {
+    hear(0x605, {command, static_cast<std::uint8_t>(index), static_cast<std::uint8_t>(index >> 8U),
+                 sub, static_cast<std::uint8_t>(value), static_cast<std::uint8_t>(value >> 8U),
+                 static_cast<std::uint8_t>(value >> 16U), static_cast<std::uint8_t>(value >> 24U)});
+    hear(0x585, {0x60, static_cast<std::uint8_t>(index), static_cast<std::uint8_t>(index >> 8U),
+                 sub, 0, 0, 0, 0});
+  };
+  const std::uint64_t layout = line_->layout(Direction::inputs).id;
+  write(1, 0x1800, 0x8000'0185, 0x23);
+  write(0, 0x1A00, 0, 0x2F);
+  write(0, 0x1A00, 1, 0x2F);
+  write(1, 0x1800, 0x185, 0x23);
+  hear(0x000, {1, 5});
+  EXPECT_NE(line_->layout(Direction::inputs).id, layout);
+  EXPECT_EQ(shown(), "1") << "it is copied";
+  hear_pair(2);
+  EXPECT_EQ(shown(), "2");
+}
+
+TEST_F(SrdoLine, AClientDoesNotChangeWhatTheImageShows) {
+  make(config_with_srdo());
+  boot();
+  pass(milliseconds(1));
+  sent();
+  const auto write = [this](od::Address address, std::vector<std::byte> data) {
+    line_->execute({.tag = 1, .request = SdoWrite{.node = 5, .address = address, .data = data}},
+                   now_);
+    Reply reply;
+    return line_->pop_reply(reply) ? reply.error : Error{};
+  };
+  const std::vector<std::byte> other{std::byte{8}, std::byte{3}, std::byte{0}, std::byte{0x21}};
+  EXPECT_EQ(write({0x1381, 1}, other), to_error(Refusal::image_pdo));
+  EXPECT_EQ(write({0x1301, 5}, other), to_error(Refusal::image_pdo));
+  EXPECT_EQ(write({0x1381, 0}, {std::byte{4}}), to_error(Refusal::image_pdo));
+  EXPECT_TRUE(sent().empty());
+  EXPECT_EQ(write({0x1301, 1}, {std::byte{0}}), Error{}) << "the SRDO is then unsafe";
+  EXPECT_EQ(sent().size(), 1U);
+}
+
+TEST(SrdoPlan, WhatNodesReceiveIsNoOutput) {
+  LineConfig config = config_with_srdo();
+  set(config, {0x1301, 1}, 2);
+  EXPECT_TRUE(srdo_sources(config).empty());
+  EXPECT_EQ(received_srdo(config.nodes[0], {kDoor, 1}), 1);
+  EXPECT_EQ(received_srdo(config.nodes[0], {0x2002, 0}), 0);
+  const auto made = Line::make(config);
+  ASSERT_TRUE(made.ok());
+  ASSERT_EQ(made.diagnostics.size(), 1U);
+  EXPECT_EQ(made.diagnostics[0].severity, Severity::warning);
+  EXPECT_EQ(made.diagnostics[0].text,
+            "SRDO 1 of axis is received from no node of this line, and Linegate produces no SRDOs: "
+            "its values are no outputs");
+}
+
+TEST(SrdoPlan, AFaultOfAConfiguredSrdoIsAnError) {
+  LineConfig config = config_with_srdo();
+  set(config, {0x1301, 3}, 0);
+  config.nodes[0].device.find(od::Address{0x1301, 3})->overridden = true;
+  EXPECT_FALSE(Line::make(config).ok());
+}
+
+TEST(SrdoPlan, TwoTransmittersOnOneIdentifierAreAnError) {
+  LineConfig config = config_with_srdo();
+  config.nodes.push_back(config.nodes[0]);
+  config.nodes[1].id = 6;
+  config.nodes[1].name = "other";
+  config.nodes[1].device.find(od::Address{0x1800, 1})->value[0] = std::byte{0x86};
+  const auto made = Line::make(config);
+  ASSERT_FALSE(made.ok());
+  EXPECT_TRUE(std::ranges::any_of(made.diagnostics, [](const Diagnostic& found) {
+    return found.text == "SRDO 1 of other has the COB-IDs of an SRDO of axis";
+  }));
+}
+
+// 13FEh first and last, the signature computed.
+TEST(SrdoPlan, ConfigurationIsWrittenInTheOrderOfTheStandard) {
+  LineConfig config = config_with_srdo();
+  config.nodes[0].objects = {{{0x1301, 3}, {std::byte{20}}}};
+  const auto plans = node_plans(config);
+  std::vector<std::string> written;
+  for (const manager::ObjectWrite& write : plans.at(0).writes) {
+    if (srdo::is_srdo_object(write.address.index)) {
+      written.push_back(od::to_text(write.address));
+    }
+  }
+  EXPECT_THAT(written, testing::ElementsAre("13FE:00", "1301:01", "1301:03", "1301:01", "13FF:01",
+                                            "13FE:00"));
+}
+
+}  // namespace
+}  // namespace linegate::line
