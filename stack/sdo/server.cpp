@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "stack/base/assert.h"
+#include "stack/sdo/object_access.h"
 #include "stack/sdo/protocol.h"
 
 namespace linegate::sdo {
@@ -212,21 +213,7 @@ bool Server::initiate_segmented_upload(std::uint64_t request, std::span<const st
 }
 
 AbortCode Server::open_source(od::Address address, std::span<const std::byte> value) {
-  const Result<od::ByteSource*> stream = dictionary_.open_source(address);
-  if (!stream.ok()) {
-    const auto why = static_cast<AbortCode>(stream.error().code);
-    ticket_ = why == od::kLater ? dictionary_.put_off_source(address) : od::Ticket{0};
-    return why;
-  }
-  if (*stream != nullptr) {
-    source_.start(**stream);
-    return AbortCode::none;
-  }
-  if (value.size() > options_.max_transfer) {
-    return AbortCode::out_of_memory;
-  }
-  source_.start(value);
-  return AbortCode::none;
+  return open_upload(dictionary_, address, value, options_.max_transfer, source_, ticket_);
 }
 
 void Server::uploaded() {
@@ -321,40 +308,8 @@ AbortCode Server::write_stream(od::Address address, std::span<const std::byte> v
   return why;
 }
 
-// Refuses as early as possible, before the client sends thousands of segments in vain.
 AbortCode Server::prepare_download(od::Address address, std::optional<std::uint32_t> announced) {
-  const auto variable = dictionary_.find(address);
-  if (!variable) {
-    return dictionary_.check(address, {});
-  }
-  if (!od::writable(variable->access)) {
-    return AbortCode::read_only;
-  }
-  const Result<od::ByteSink*> stream = dictionary_.open_sink(address, announced);
-  if (!stream.ok()) {
-    const auto why = static_cast<AbortCode>(stream.error().code);
-    ticket_ = why == od::kLater ? dictionary_.put_off_sink(address) : od::Ticket{0};
-    return why;
-  }
-  if (*stream != nullptr) {
-    sink_.start(announced, **stream);
-    return AbortCode::none;
-  }
-  if (announced) {
-    if (*announced > variable->capacity) {
-      return AbortCode::length_too_high;
-    }
-    if (od::byte_size(variable->type) != 0 && *announced < variable->size) {
-      return AbortCode::length_too_low;
-    }
-    if (*announced > options_.max_transfer) {
-      return AbortCode::out_of_memory;
-    }
-  }
-  sink_.start(announced, std::min(std::size_t{variable->capacity}, options_.max_transfer),
-              variable->capacity <= options_.max_transfer ? AbortCode::length_too_high
-                                                          : AbortCode::out_of_memory);
-  return AbortCode::none;
+  return open_download(dictionary_, address, announced, options_.max_transfer, sink_, ticket_);
 }
 
 bool Server::download_segment(std::uint64_t request, Instant now, std::uint64_t& reply) {
@@ -393,13 +348,7 @@ bool Server::segment_taken(std::uint64_t request, Instant now, std::uint64_t& re
 }
 
 AbortCode Server::store() {
-  const AbortCode why = sink_.finish();
-  if (why == od::kLater) {
-    ticket_ = dictionary_.put_off_sink(address_);
-  }
-  return why != AbortCode::none || sink_.streams()
-             ? why
-             : dictionary_.write(address_, sink_.bytes(), ticket_);
+  return store_download(dictionary_, address_, sink_, ticket_);
 }
 
 AbortCode Server::check_segment(State wanted, std::uint64_t request) const {
