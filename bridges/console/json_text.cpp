@@ -51,7 +51,11 @@ Json counters_json(const line::Counters& c) {
           {"output_writes_refused", c.output_writes_refused},
           {"events", c.events},
           {"events_lost", c.events_lost},
-          {"receptions_lost", c.receptions_lost}};
+          {"receptions_lost", c.receptions_lost},
+          {"fd_frames_received", c.fd_frames_received},
+          {"fd_frames_sent", c.fd_frames_sent},
+          {"usdo_transfers", c.usdo_transfers},
+          {"usdo_aborts", c.usdo_aborts}};
 }
 
 // The devices of a line in the role device are the gateway's own: it boots none of them.

@@ -41,6 +41,10 @@ void each_counter(Wire& wire, Stack& stack, Pair pair) {
   pair(wire.events(), stack.events);
   pair(wire.events_lost(), stack.events_lost);
   pair(wire.receptions_lost(), stack.receptions_lost);
+  pair(wire.fd_frames_received(), stack.fd_frames_received);
+  pair(wire.fd_frames_sent(), stack.fd_frames_sent);
+  pair(wire.usdo_transfers(), stack.usdo_transfers);
+  pair(wire.usdo_aborts(), stack.usdo_aborts);
 }
 
 template <class Wire, class Stack, class Pair>

@@ -115,5 +115,6 @@ std::unique_ptr<Behaviour> make_digital_io();
 std::unique_ptr<Behaviour> make_analog_io();
 std::unique_ptr<Behaviour> make_encoder();
 std::unique_ptr<Behaviour> make_drive();
+std::unique_ptr<Behaviour> make_fd_io();
 
 }  // namespace linegate::sim

@@ -20,6 +20,8 @@
 namespace linegate::sim {
 namespace {
 
+constexpr std::string_view kFdProfile = "fd-io";
+
 struct Profile {
   std::string_view name;
   std::string_view file;
@@ -27,15 +29,16 @@ struct Profile {
   std::unique_ptr<Behaviour> (*make)();
 };
 
-constexpr std::array<Profile, 4> kProfiles{{
+constexpr std::array<Profile, 5> kProfiles{{
     {"digital-io", "digital-io.eds", kDigitalIoEds, make_digital_io},
     {"analog-io", "analog-io.eds", kAnalogIoEds, make_analog_io},
     {"encoder", "encoder.eds", kEncoderEds, make_encoder},
     {"drive", "drive.eds", kDriveEds, make_drive},
+    {kFdProfile, "fd-io.eds", kFdIoEds, make_fd_io},
 }};
 
 constexpr std::array<std::string_view, kProfiles.size()> kNames{
-    kProfiles[0].name, kProfiles[1].name, kProfiles[2].name, kProfiles[3].name};
+    kProfiles[0].name, kProfiles[1].name, kProfiles[2].name, kProfiles[3].name, kProfiles[4].name};
 
 constexpr std::int64_t kMostHeartbeatMs = 65535;
 // A few are enough: only tests read a simulated device's events.
@@ -201,6 +204,7 @@ void Device::build(const od::DeviceDescription& description) {
   node::Options node_options;
   node_options.node_id = description.node_id;
   node_options.self_starting = options_.self_starting;
+  node_options.fd = options_.fd || options_.profile == kFdProfile;
   program_.reset();  // it refers to the previous node
   node_ = std::make_unique<node::Node>(od::Dictionary(description), node_options, events_, nullptr);
   behaviour_ = find(options_.profile)->make();

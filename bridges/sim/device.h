@@ -30,6 +30,7 @@ struct DeviceOptions {
   std::uint8_t node_id = 1;  // 1..127; identifies the device even if its active node-ID differs
   std::uint64_t seed = 0;    // the same seed gives the same values
   std::optional<Duration> heartbeat;        // 1017h, 0..65535 ms; empty = default of the EDS
+  bool fd = false;                          // CANopen FD, see node::Options; "fd-io" always is
   bool self_starting = false;               // enters Operational without an NMT command
   bool unconfigured = false;                // starts without a node-ID, which LSS assigns
   std::optional<std::uint8_t> has_node_id;  // a node-ID that LSS stored before; empty = node_id
@@ -40,7 +41,8 @@ struct DeviceOptions {
                                             // Device, which survives kill()
 };
 
-// "digital-io" (CiA 401), "analog-io" (CiA 401), "encoder" (CiA 406), "drive" (CiA 402).
+// "digital-io" (CiA 401), "analog-io" (CiA 401), "encoder" (CiA 406), "drive" (CiA 402),
+// "fd-io": 64 bytes in and out, of CANopen FD.
 std::span<const std::string_view> profiles();
 
 // The name ("digital-io.eds") and the text of a profile's EDS file; empty if there is no such

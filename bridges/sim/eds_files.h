@@ -10,5 +10,6 @@ extern const std::string_view kDigitalIoEds;
 extern const std::string_view kAnalogIoEds;
 extern const std::string_view kEncoderEds;
 extern const std::string_view kDriveEds;
+extern const std::string_view kFdIoEds;
 
 }  // namespace linegate::sim

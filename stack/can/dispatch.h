@@ -33,6 +33,7 @@ enum class Service : std::uint16_t {
   error_control,  // index: node-ID of the producer
   lss,
   srdo,  // index: see srdo::Consumer
+  usdo,  // requests to the USDO server, index: node-ID of the client
 };
 
 struct Target {

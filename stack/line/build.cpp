@@ -83,7 +83,7 @@ void guard(const NodeConfig& node, manager::NodePlan& plan) {
   plan.writes.push_back({{od::objects::kLifeTimeFactor, 0}, {std::byte{node.life_time_factor}}});
 }
 
-manager::NodePlan node_plan(const NodeConfig& node) {
+manager::NodePlan node_plan(const NodeConfig& node, std::size_t longest) {
   manager::NodePlan plan;
   plan.id = node.id;
   plan.boot = node.boot;
@@ -95,7 +95,7 @@ manager::NodePlan node_plan(const NodeConfig& node) {
   plan.boot_timeout = node.boot_timeout;
   plan.reset_time = node.reset_time;
   plan.sdo_timeout = node.sdo_timeout;
-  plan.pdos = manager::assumed_pdos(node.device, !node.as_found);
+  plan.pdos = manager::assumed_pdos(node.device, !node.as_found, longest);
   if (node.as_found) {
     plan.guard_time = node.guard_time;
     plan.life_time_factor = node.life_time_factor;
@@ -147,6 +147,27 @@ void check_node(const LineConfig& config, const NodeConfig& node, std::vector<Di
   if (node.guard_time != Duration::zero() &&
       (node.heartbeat != Duration::zero() || node.heartbeat_consumer != Duration::zero())) {
     out.push_back(error(config, node_text(node) + ": either a heartbeat or guarding"));
+  }
+}
+
+// What CANopen FD does not have, or what no public text defines for it.
+void check_fd(const LineConfig& config, std::vector<Diagnostic>& out) {
+  if (!config.canopen_fd) {
+    return;
+  }
+  if (config.role != Role::manager) {
+    out.push_back(error(config, "canopen_fd is for the role manager"));
+  }
+  if (config.routing.interface != 0) {
+    out.push_back(error(config, "a line of CANopen FD takes no part in SDO routing"));
+  }
+  if (config.lss.assign) {
+    out.push_back(error(config, "LSS is not defined for CANopen FD"));
+  }
+  for (const NodeConfig& node : config.nodes) {
+    if (node.guard_time != Duration::zero()) {
+      out.push_back(error(config, node_text(node) + ": CANopen FD has no node guarding"));
+    }
   }
 }
 
@@ -238,6 +259,7 @@ std::vector<Diagnostic> check(const LineConfig& config) {
   if (!diagnosis::is_free_for_records(config.canopen_ia_base)) {
     out.push_back(error(config, "the CANopenIA records have no room at their base"));
   }
+  check_fd(config, out);
   check_devices(config, out);
   const std::vector<Diagnostic> objects = check_own_objects(config);
   out.insert(out.end(), objects.begin(), objects.end());
@@ -265,11 +287,11 @@ std::vector<manager::NodePlan> node_plans(const LineConfig& config) {
   std::vector<const od::DeviceDescription*> devices;
   std::vector<bool> correct;
   for (const NodeConfig& node : config.nodes) {
-    plans.push_back(node_plan(node));
+    plans.push_back(node_plan(node, longest_pdo(config)));
     devices.push_back(&node.device);
     correct.push_back(!node.as_found);
   }
-  manager::add_other_pdos(devices, correct, plans);
+  manager::add_other_pdos(devices, correct, plans, longest_pdo(config));
   return plans;
 }
 
@@ -308,7 +330,7 @@ Loaded<pdo::LinkPlan> link_plan(const LineConfig& config) {
   std::vector<Diagnostic> diagnostics;
   std::vector<pdo::RemoteNode> remotes;
   for (const NodeConfig& node : config.nodes) {
-    Loaded<pdo::DevicePdos> pdos = pdo::describe_pdos(node.device);
+    Loaded<pdo::DevicePdos> pdos = pdo::describe_pdos(node.device, longest_pdo(config));
     diagnostics.insert(diagnostics.end(), pdos.diagnostics.begin(), pdos.diagnostics.end());
     if (pdos.ok()) {
       set_inhibit_times(node, *pdos.value);

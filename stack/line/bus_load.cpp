@@ -28,18 +28,22 @@ std::uint64_t BusLoad::bits(const can::Traffic& traffic) {
 void BusLoad::set_bit_rates(std::uint32_t bit_rate, std::uint32_t data_bit_rate) {
   bit_rate_ = bit_rate;
   data_bit_rate_ = bit_rate != 0 ? data_bit_rate : 0;
+  wants_fast_ = expects_fd_ || data_bit_rate_ != 0;
 }
 
 // The remaining identifier bits of an extended frame are sent at the nominal bit rate, too.
-void BusLoad::count_fast(std::span<const can::Frame> frames) {
+std::uint64_t BusLoad::count_fast(std::span<const can::Frame> frames) {
+  std::uint64_t fd = 0;
   for (const can::Frame& frame : frames) {
-    if ((frame.flags & can::Frame::kBitRateSwitch) == 0) {
+    fd += frame.fd() ? 1U : 0U;
+    if (data_bit_rate_ == 0 || (frame.flags & can::Frame::kBitRateSwitch) == 0) {
       continue;
     }
     const std::uint64_t data = frame.length * 8U;
     not_nominal_ += kStandardBits - kFdArbitrationBits + data;
     fast_bits_ += data + (frame.length <= kShortFdLength ? kShortFdBits : kLongFdBits);
   }
+  return fd;
 }
 
 void BusLoad::advance(const can::Traffic& seen, Instant now) {

@@ -24,11 +24,16 @@ class BusLoad {
   // unknown.
   void set_bit_rates(std::uint32_t bit_rate, std::uint32_t data_bit_rate);
 
+  // The line has FD frames, whether or not the bit rate of their data phase is known.
+  void expect_fd() {
+    expects_fd_ = true;
+    wants_fast_ = true;
+  }
   // Whether count_fast() must be called with the frames, in addition to counting them as traffic.
-  bool wants_fast() const { return data_bit_rate_ != 0; }
+  bool wants_fast() const { return wants_fast_; }
   // Counts the bits of the data phase of frames with bit rate switch, and the bits that are
-  // therefore not sent at the nominal bit rate.
-  void count_fast(std::span<const can::Frame> frames);
+  // therefore not sent at the nominal bit rate. Returns the number of FD frames.
+  std::uint64_t count_fast(std::span<const can::Frame> frames);
 
   // Whether the window of one second has ended.
   bool is_due(Instant now) const { return now - window_start_ >= kWindow; }
@@ -48,6 +53,8 @@ class BusLoad {
 
   std::uint32_t bit_rate_;
   std::uint32_t data_bit_rate_ = 0;
+  bool expects_fd_ = false;
+  bool wants_fast_ = false;
   std::uint64_t not_nominal_ = 0;  // bits in this window that are not sent at the nominal bit rate
   std::uint64_t fast_bits_ = 0;    // bits at the bit rate of the data phase, without stuff bits
   std::uint64_t bits_before_ = 0;  // up to the start of this window, without stuff bits

@@ -3,6 +3,7 @@
 // by a test; checked by Line::make().
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -21,6 +22,7 @@
 #include "stack/routing/forward.h"
 #include "stack/scan/scanned_node.h"
 #include "stack/sdo/client.h"
+#include "stack/usdo/abort_form.h"
 
 namespace linegate::line {
 
@@ -137,6 +139,10 @@ struct LineConfig {
   Role role = Role::manager;
   std::uint8_t node_id = 127;  // own
   std::uint32_t bit_rate = 0;  // bit/s, for the bus load; 0 = unknown
+  // CANopen FD (CiA 1301), role manager: USDO instead of SDO, PDOs of up to 64 bytes.
+  bool canopen_fd = false;
+  std::uint32_t data_bit_rate = 0;  // bit/s of the data phase of FD frames; 0 = unknown
+  usdo::AbortForm usdo_abort = usdo::AbortForm::one_byte;  // of the line's own aborts
   Identity identity;
   // The own node has 1010h, 1011h and 1020h. In the role device, those devices store that have
   // 1010h. See Line::set_medium().
@@ -208,6 +214,8 @@ struct LineConfig {
   routing::Forwarding forwarding;
 };
 
+// The longest PDO on the line, in bits.
+std::size_t longest_pdo(const LineConfig& config);
 // The queue of a node's TPDO: the largest number of receptions in it, 0 = no queue.
 std::uint32_t queue_of(const LineConfig& config, std::uint8_t node, std::uint16_t tpdo);
 // The longest queue of the configuration, 0 if there is none.

@@ -85,6 +85,10 @@ Line::Line(LineConfig config)
       load_(config_.bit_rate),
       messages_(config_.routing.interface != 0 ? kMessages : kFewMessages) {
   events_.limit_repeats();
+  if (config_.canopen_fd) {
+    load_.expect_fd();
+    load_.set_bit_rates(config_.bit_rate, config_.data_bit_rate);
+  }
 }
 
 void Line::start(Instant now) {
@@ -103,7 +107,8 @@ void Line::stop(Instant now) {
 }
 
 void Line::set_bit_rates(std::uint32_t bit_rate, std::uint32_t data_bit_rate) {
-  load_.set_bit_rates(config_.bit_rate != 0 ? config_.bit_rate : bit_rate, data_bit_rate);
+  load_.set_bit_rates(config_.bit_rate != 0 ? config_.bit_rate : bit_rate,
+                      config_.data_bit_rate != 0 ? config_.data_bit_rate : data_bit_rate);
 }
 
 void Line::bus_event(const can::BusEvent& event) {

@@ -87,7 +87,7 @@ class Line : protected ServiceHost {
   // expires in this call. Never allocates for PDO, SYNC, heartbeat.
   void receive(std::span<const can::Frame> frames, Instant /*now*/) {
     if (load_.wants_fast()) [[unlikely]] {
-      load_.count_fast(frames);
+      counters_.fd_frames_received += load_.count_fast(frames);
     }
     do_receive(frames);
   }
@@ -155,7 +155,7 @@ class Line : protected ServiceHost {
   bool next_frame(can::Frame& out, Instant now) {
     const bool given = do_next_frame(out, now);
     if (given && load_.wants_fast()) [[unlikely]] {
-      load_.count_fast(std::span(&out, 1));
+      counters_.fd_frames_sent += load_.count_fast(std::span(&out, 1));
     }
     return given;
   }

@@ -2,6 +2,7 @@
 #include "stack/line/node_line.h"
 
 #include <algorithm>
+#include <memory>
 #include <utility>
 
 #include "stack/base/assert.h"
@@ -9,6 +10,7 @@
 #include "stack/line/build.h"
 #include "stack/line/own_dictionary.h"
 #include "stack/time/service.h"
+#include "stack/usdo/client.h"
 
 namespace linegate::line {
 namespace {
@@ -25,7 +27,9 @@ node::Options node_options(const LineConfig& config) {
           .self_starting = false,
           .nmt_slave = config.role == Role::device,
           .clients_of_default_servers = false,  // the arbiter accesses them
-          .error_scheme = config.error_scheme};
+          .error_scheme = config.error_scheme,
+          .fd = config.canopen_fd,
+          .usdo_abort = config.usdo_abort};
 }
 
 od::Dictionary dictionary_of(const LineConfig& config, image::ProcessImage& image,
@@ -62,6 +66,11 @@ NodeLine::NodeLine(LineConfig line_config, pdo::LinkPlan link_plan)
                events_, *this),
       startup_(node_.dictionary(), config_.node_id, manager_, *this) {
   sdo_.follow(under_way_.requests());
+  if (config_.canopen_fd) {
+    sdo_.set_clients([this](std::uint8_t node) {
+      return std::make_unique<usdo::Client>(config_.node_id, node, config_.usdo_abort);
+    });
+  }
   node_.emcy().set_reporter(&emcy_reporter_);
   node_.set_master_services(this);
   node_.show_monitored(&heartbeats_);

@@ -42,8 +42,8 @@ Counters NodeLine::count() const {
   for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
     out.heartbeats_lost += manager_.node(id).heartbeats_lost;
   }
-  out.sdo_transfers = sdo_.counters().transfers;
-  out.sdo_aborts = sdo_.counters().aborts;
+  (config_.canopen_fd ? out.usdo_transfers : out.sdo_transfers) = sdo_.counters().transfers;
+  (config_.canopen_fd ? out.usdo_aborts : out.sdo_aborts) = sdo_.counters().aborts;
   out.events = events_.emitted();
   out.events_lost = events_.lost();
   return out;

@@ -11,6 +11,7 @@
 #include "stack/can/cob_id.h"
 #include "stack/line/build.h"
 #include "stack/od/objects.h"
+#include "stack/pdo/mapping.h"
 
 namespace linegate::line {
 namespace {
@@ -105,6 +106,25 @@ void for_each_pdo(std::span<const pdo::RemoteNode> remotes, const Work& work) {
   }
 }
 
+// CANopen FD: values of whole bytes, no transmission types by remote frame.
+void check_for_fd(const pdo::RemoteNode& node, std::string_view kind, const pdo::Parameters& each,
+                  std::vector<Diagnostic>& out) {
+  const auto report = [&](const std::string& what) {
+    out.push_back({.severity = Severity::error,
+                   .file = node.device->file,
+                   .text = text_of(node, kind, each) + what});
+  };
+  if (each.type == pdo::kRtrOnSync || each.type == pdo::kRtrEvent) {
+    report(" has transmission type " + std::to_string(each.type) + ", which CANopen FD lacks");
+  }
+  for (const pdo::Mapping& mapping : each.mapping) {
+    if (pdo::check_granularity(mapping, 8 * can::kMaxFdData) != AbortCode::none) {
+      report(" maps " + od::to_text(mapping.address) + " with " + std::to_string(mapping.bits) +
+             " bits: CANopen FD maps whole bytes");
+    }
+  }
+}
+
 bool says_producer(std::span<const std::byte> cob_id) {
   return cob_id.size() == sizeof(std::uint32_t) &&
          (load_le<std::uint32_t>(cob_id.data()) & can::CobId::kProducerBit) != 0;
@@ -122,7 +142,7 @@ bool produces_sync(const NodeConfig& node) {
 std::vector<pdo::RemoteNode> remotes_of(const LineConfig& config) {
   std::vector<pdo::RemoteNode> out;
   for (const NodeConfig& node : config.nodes) {
-    if (auto pdos = pdo::describe_pdos(node.device); pdos.ok()) {
+    if (auto pdos = pdo::describe_pdos(node.device, longest_pdo(config)); pdos.ok()) {
       out.push_back({.id = node.id,
                      .name = node.name,
                      .pdos = *std::move(pdos.value),
@@ -145,6 +165,9 @@ std::vector<Diagnostic> check_pdos(const LineConfig& config,
   const IdentifierUsers services = services_of(config);
   for_each_pdo(remotes, [&](const pdo::RemoteNode& node, std::string_view kind,
                             const pdo::Parameters& each) {
+    if (config.canopen_fd) {
+      check_for_fd(node, kind, each, out);
+    }
     if (const auto taken = services.find(identifier(each.cob_id)); taken != services.end()) {
       const IdentifierUser& user = taken->second;
       out.push_back({.severity = user.certain ? severity_in(config) : Severity::warning,

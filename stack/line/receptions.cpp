@@ -9,6 +9,10 @@
 
 namespace linegate::line {
 
+std::size_t longest_pdo(const LineConfig& config) {
+  return 8 * (config.canopen_fd ? can::kMaxFdData : can::kMaxClassicData);
+}
+
 std::uint32_t queue_of(const LineConfig& config, std::uint8_t node, std::uint16_t tpdo) {
   const auto found = std::ranges::find(config.nodes, node, &NodeConfig::id);
   if (found != config.nodes.end()) {

@@ -51,6 +51,10 @@ struct Counters {
   std::uint64_t output_writes_refused = 0;
   std::uint64_t events = 0;
   std::uint64_t events_lost = 0;
+  std::uint64_t fd_frames_received = 0;  // CAN FD frames among frames_received, see BusLoad
+  std::uint64_t fd_frames_sent = 0;
+  std::uint64_t usdo_transfers = 0;   // as client, successful
+  std::uint64_t usdo_aborts = 0;      // as client, ended by an abort or time-out
   std::uint64_t receptions_lost = 0;  // of queued PDOs, see Line::pop_reception()
 };
 

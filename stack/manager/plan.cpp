@@ -178,9 +178,10 @@ std::vector<ObjectWrite> configuration_writes(const od::DeviceDescription& devic
   return out;
 }
 
-std::vector<AssumedPdo> assumed_pdos(const od::DeviceDescription& device, bool correct) {
+std::vector<AssumedPdo> assumed_pdos(const od::DeviceDescription& device, bool correct,
+                                     std::size_t max_bits) {
   std::vector<AssumedPdo> out;
-  const Loaded<pdo::DevicePdos> described = pdo::describe_pdos(device);
+  const Loaded<pdo::DevicePdos> described = pdo::describe_pdos(device, max_bits);
   if (!described.ok()) {
     return out;
   }
@@ -220,10 +221,10 @@ pdo::PdoKind kind_of_record(std::uint16_t record) {
 
 using TakenIds = std::array<std::shared_ptr<CobIds>, 2>;  // by PdoKind
 
-TakenIds taken_ids(std::span<const od::DeviceDescription* const> devices) {
+TakenIds taken_ids(std::span<const od::DeviceDescription* const> devices, std::size_t max_bits) {
   TakenIds out{std::make_shared<CobIds>(), std::make_shared<CobIds>()};
   for (const od::DeviceDescription* device : devices) {
-    const Loaded<pdo::DevicePdos> described = pdo::describe_pdos(*device);
+    const Loaded<pdo::DevicePdos> described = pdo::describe_pdos(*device, max_bits);
     if (!described.ok()) {
       continue;
     }
@@ -251,8 +252,9 @@ bool has_record(const NodePlan& plan, std::uint16_t record) {
 }  // namespace
 
 void add_other_pdos(std::span<const od::DeviceDescription* const> devices,
-                    const std::vector<bool>& correct, std::span<NodePlan> plans) {
-  const TakenIds taken = taken_ids(devices);
+                    const std::vector<bool>& correct, std::span<NodePlan> plans,
+                    std::size_t max_bits) {
+  const TakenIds taken = taken_ids(devices, max_bits);
   for (std::size_t i = 0; i < plans.size(); ++i) {
     std::vector<AssumedPdo> others;
     for (const od::ObjectDescription& object : devices[i]->objects) {

@@ -86,11 +86,14 @@ std::vector<ObjectWrite> configuration_writes(const od::DeviceDescription& devic
 // The PDOs of the device that are in the process image (pdo::describe_pdos()), with the parameters
 // that can be written, according to the device file, but the transmission types of TPDOs, which
 // change no value. correct: with the writes that remedy a difference.
-std::vector<AssumedPdo> assumed_pdos(const od::DeviceDescription& device, bool correct);
+// max_bits: the longest PDO.
+std::vector<AssumedPdo> assumed_pdos(const od::DeviceDescription& device, bool correct,
+                                     std::size_t max_bits = 64);
 // Adds the other PDOs of each device: they must not have the COB-IDs of PDOs of the image. devices
 // and correct: those of the plans, in their order.
 void add_other_pdos(std::span<const od::DeviceDescription* const> devices,
-                    const std::vector<bool>& correct, std::span<NodePlan> plans);
+                    const std::vector<bool>& correct, std::span<NodePlan> plans,
+                    std::size_t max_bits = 64);
 
 // Moves writes to 1020h to the end, because the device clears 1020h with every later write of a
 // parameter; writes to 1010h follow them.

@@ -28,6 +28,7 @@ constexpr bool is_served(can::Service service, State state) {
     case can::Service::emcy:
     case can::Service::sdo_server:
     case can::Service::sdo_client:
+    case can::Service::usdo:
       return configurable;
   }
   return false;

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 
 #include "stack/emcy/consumer.h"
@@ -26,6 +27,7 @@
 #include "stack/storage/storage.h"
 #include "stack/sync/service.h"
 #include "stack/time/service.h"
+#include "stack/usdo/server.h"
 
 namespace linegate::node {
 
@@ -51,6 +53,9 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   void reset(bool whole_node, Instant time);
   void boot(Instant time);
   bool self_starting() const;  // by the options and 1F80h
+  void be_fd();
+  void configure_sdo();
+  void reset_sdo();
   void state_changed(nmt::State before, Instant time);
   void keep_early_pdos();
   void report_state(nmt::State before, Instant time);
@@ -70,6 +75,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   void receive_time(const can::Frame& frame);
   void hide_monitored();
   void receive_sdo(std::uint16_t index, const can::Frame& frame);
+  void receive_usdo(const can::Frame& frame);
   void receive_sdo_answer(std::uint16_t index, const can::Frame& frame);
   void receive_error_control(std::uint16_t index, const can::Frame& frame);
   void check_own_id(const can::Frame& frame);
@@ -158,8 +164,9 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   emcy::Producer emcy;
   emcy::Consumer emergencies;
   emcy::ConsumerObject emergency_cob_ids;
-  SdoServers sdo;
+  SdoServers sdo;  // with sdo_clients: not used by a node of CANopen FD
   SdoClients sdo_clients;
+  std::unique_ptr<usdo::Server> usdo;  // only of a node of CANopen FD
   pdo::Engine pdos;
   storage::Storage storage;
 

@@ -21,6 +21,7 @@
 #include "stack/node/indicators.h"
 #include "stack/od/dictionary.h"
 #include "stack/pdo/engine.h"
+#include "stack/usdo/abort_form.h"
 
 namespace linegate::emcy {
 class Producer;
@@ -106,6 +107,10 @@ struct Options {
   // if an sdo::Arbiter uses these, see node/sdo_clients.h.
   bool clients_of_default_servers = true;
   ErrorScheme error_scheme = ErrorScheme::number;
+  // CANopen FD (CiA 1301): a USDO server instead of SDO servers and clients, PDOs of up to 64 bytes
+  // in whole bytes, no remote frames. The dictionary loses 100Ch, 100Dh and 1200h to 12FFh.
+  bool fd = false;
+  usdo::AbortForm usdo_abort = usdo::AbortForm::one_byte;
   // Initial setting of all TPDOs, see pdo::Engine::set_auto_notify().
   bool auto_notify = false;
 };

@@ -170,6 +170,9 @@ void Node::Impl::serve(can::Service service, std::uint16_t index, const can::Fra
     case can::Service::sdo_client:
       receive_sdo_answer(index, frame);
       return;
+    case can::Service::usdo:
+      receive_usdo(frame);
+      return;
     case can::Service::time:
       receive_time(frame);
       return;
@@ -182,6 +185,10 @@ void Node::Impl::serve(can::Service service, std::uint16_t index, const can::Fra
 }
 
 void Node::Impl::remote_request(can::Target target, const can::Frame& frame) {
+  if (options.fd) {
+    unwanted(frame);
+    return;
+  }
   bool wanted = false;
   for (;;) {
     if (target.service == can::Service::tpdo_rtr) {
@@ -233,6 +240,20 @@ void Node::Impl::receive_node_control(const can::Frame& frame) {
   }
   if (reception.is_sync) {
     synced(reception.counter, frame.time);
+  }
+}
+
+void Node::Impl::receive_usdo(const can::Frame& frame) {
+  hide_monitored();
+  if (usdo == nullptr || !serves(can::Service::usdo)) {
+    return;
+  }
+  pdos.pass_time(frame.time);
+  const std::uint64_t before = usdo->counters().malformed;
+  usdo->receive(frame, transmit);
+  counters.malformed += usdo->counters().malformed - before;
+  if (dictionary.writes_reported() != applied_writes) [[unlikely]] {
+    apply_writes(frame.time);
   }
 }
 

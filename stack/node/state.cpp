@@ -13,8 +13,21 @@ constexpr od::Address kNmtStartup{od::objects::kNmtStartup, 0};
 constexpr std::uint64_t kNmtMaster = 0x01;
 constexpr std::uint64_t kNotSelfStarting = 0x04;
 
-od::Dictionary completed(od::Dictionary dictionary, std::uint8_t node_id) {
-  add_mandatory_objects(dictionary, node_id);
+// CANopen FD has no node guarding and no SDO.
+void remove_classical_objects(od::Dictionary& dictionary) {
+  (void)dictionary.remove(od::objects::kGuardTime);
+  (void)dictionary.remove(od::objects::kLifeTimeFactor);
+  for (std::uint16_t index = od::objects::kSdoServer; index <= od::objects::kLastSdoClient;
+       ++index) {
+    (void)dictionary.remove(index);
+  }
+}
+
+od::Dictionary completed(od::Dictionary dictionary, const Options& options) {
+  add_mandatory_objects(dictionary, options.node_id);
+  if (options.fd) {
+    remove_classical_objects(dictionary);
+  }
   return dictionary;
 }
 
@@ -23,7 +36,7 @@ od::Dictionary completed(od::Dictionary dictionary, std::uint8_t node_id) {
 Node::Impl::Impl(od::Dictionary own_dictionary, Options own_options, EventLog& event_log,
                  image::ProcessImage* image)
     : options(own_options),
-      dictionary(completed(std::move(own_dictionary), own_options.node_id)),
+      dictionary(completed(std::move(own_dictionary), own_options)),
       events(event_log),
       heartbeat(dictionary, transmit, own_options.node_id),
       guarding(dictionary, transmit, events, *this, own_options.node_id),
@@ -70,6 +83,39 @@ Node::Impl::Impl(od::Dictionary own_dictionary, Options own_options, EventLog& e
                static_cast<std::uint16_t>(kOwnIdMark | options.node_id));
   emcy.listen_for_others(dispatch, static_cast<std::uint16_t>(kOwnIdMark | options.node_id));
   dispatch.add(can::kNmtId, false, can::Service::nmt, 0);
+  if (options.fd) {
+    be_fd();
+  }
+}
+
+// The identifier of a USDO request has the node-ID of its client.
+void Node::Impl::be_fd() {
+  pdos.set_max_length(can::kMaxFdData);
+  usdo = std::make_unique<usdo::Server>(dictionary, options.node_id, events,
+                                        usdo::ServerOptions{.abort_form = options.usdo_abort});
+  for (std::uint8_t client = can::kMinNodeId; client <= can::kMaxNodeId; ++client) {
+    if (client != options.node_id) {
+      dispatch.add(can::kSdoRequestBase + client, false, can::Service::usdo, client);
+    }
+  }
+}
+
+void Node::Impl::configure_sdo() {
+  if (usdo != nullptr) {
+    usdo->reset();
+    return;
+  }
+  sdo.configure();
+  sdo_clients.configure();
+}
+
+void Node::Impl::reset_sdo() {
+  if (usdo != nullptr) {
+    usdo->reset();
+    return;
+  }
+  sdo.reset();
+  sdo_clients.reset();
 }
 
 void Node::Impl::start(Instant time) {
@@ -150,8 +196,7 @@ void Node::Impl::boot(Instant time) {
   emcy.history().clear();
   emergency_cob_ids.configure();
   heartbeat_times.configure(true);
-  sdo.configure();
-  sdo_clients.configure();
+  configure_sdo();
   (void)pdos.configure();  // pdo_unusable() reports the problems
   guarding.configure();
   heartbeat.boot_up(time);
@@ -180,8 +225,7 @@ void Node::Impl::state_changed(nmt::State before, Instant time) {
   sync.set_active(serves(can::Service::sync));
   clock.set_active(serves(can::Service::time));
   if (!serves(can::Service::sdo_server)) {
-    sdo.reset();
-    sdo_clients.reset();
+    reset_sdo();
   }
   pdos.set_operational(state == nmt::State::operational, time);
   keep_early_pdos();
@@ -218,6 +262,12 @@ void Node::Impl::advance(Instant time) {
   pdos.advance(time);
   sdo.advance(time, transmit);
   sdo_clients.advance(time, transmit);
+  if (usdo != nullptr) [[unlikely]] {
+    usdo->advance(time, transmit);
+    if (dictionary.writes_reported() != applied_writes) {
+      apply_writes(time);
+    }
+  }
   emcy.advance(time);
   heartbeat.advance(time);
 }
@@ -238,6 +288,9 @@ Instant Node::Impl::next_service() const {
   next = earlier(next, sync.next_wake());
   next = earlier(next, clock.next_wake());
   next = earlier(next, emcy.next_wake());
+  if (usdo != nullptr) [[unlikely]] {
+    next = earlier(next, usdo->next_wake());
+  }
   return earlier(next, earlier(sdo.next_wake(), sdo_clients.next_wake()));
 }
 

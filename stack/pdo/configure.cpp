@@ -258,7 +258,8 @@ Engine::Impl::Problem Engine::Impl::map_objects(PdoKind kind, std::uint16_t numb
 }
 
 AbortCode Engine::Impl::map_object(PdoKind kind, const Mapping& mapping, CopyPlan& plan) const {
-  const AbortCode why = check_mapping(dictionary, kind, mapping);
+  AbortCode why = check_mapping(dictionary, kind, mapping);
+  why = why == AbortCode::none ? check_granularity(mapping, 8 * max_bytes) : why;
   if (why != AbortCode::none) {
     return why;
   }
@@ -328,7 +329,7 @@ void Engine::Impl::start_tpdo(const Parameters& parameters, CopyPlan plan) {
   pdo.frame.id = pdo.cob_id.id();
   pdo.frame.flags = pdo.cob_id.extended() ? can::Frame::kExtended : 0;
   pdo.frame.length = static_cast<std::uint8_t>(pdo.plan.bytes());
-  if (pdo.plan.bytes() > can::kMaxClassicData) {
+  if (max_bytes > can::kMaxClassicData) {
     pdo.frame.length = can::fd_length(pdo.plan.bytes());
     pdo.frame.flags |= can::Frame::kFd | can::Frame::kBitRateSwitch;
   }

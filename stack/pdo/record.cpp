@@ -82,7 +82,8 @@ AbortCode check_entry_count(const od::Dictionary& dictionary, const RecordIndex&
   for (std::uint8_t sub = 1; sub <= count; ++sub) {
     const std::uint64_t raw = dictionary.number({index, sub}).value_or(0);
     const Mapping mapping = Mapping::from_raw(static_cast<std::uint32_t>(raw));
-    const AbortCode why = check_mapping(dictionary, record.kind, mapping);
+    AbortCode why = check_mapping(dictionary, record.kind, mapping);
+    why = why == AbortCode::none ? check_granularity(mapping, max_bits) : why;
     if (why != AbortCode::none) {
       return why;
     }
@@ -145,7 +146,11 @@ AbortCode check_mapping_record(const od::Dictionary& dictionary, const RecordInd
     return AbortCode::unsupported_access;
   }
   const Mapping mapping = Mapping::from_raw(static_cast<std::uint32_t>(value));
-  return value == 0 ? AbortCode::none : check_mapping(dictionary, record.kind, mapping);
+  if (value == 0) {
+    return AbortCode::none;
+  }
+  const AbortCode why = check_mapping(dictionary, record.kind, mapping);
+  return why == AbortCode::none ? check_granularity(mapping, max_bits) : why;
 }
 
 }  // namespace

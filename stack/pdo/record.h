@@ -57,7 +57,7 @@ AbortCode check_transmission_type(PdoKind kind, std::uint64_t type, std::size_t 
 //   invalid_value (0609 0030h)  a valid COB-ID with a restricted CAN-ID; types by
 //                               check_transmission_type(); SYNC start value above 240
 //   no_object (0602 0000h), no_sub_index (0609 0011h), not_mappable (0604 0041h), length_mismatch
-//                               (0607 0010h)  by check_mapping()
+//                               (0607 0010h)  by check_mapping() and check_granularity()
 //   pdo_length_exceeded (0604 0042h)  entries 1..n have more than max_bits; more entries than the
 //                               record has
 //   parameter_incompatible (0604 0043h)  a multiplexed PDO (sub-index 0 of the mapping 254 or 255)

@@ -24,11 +24,11 @@ constexpr od::Address kProducerHeartbeatTime{od::objects::kProducerHeartbeatTime
 
 // The client side of one node's default server.
 struct Arbiter::Channel {
-  explicit Channel(std::uint8_t id)
-      : node(id), client(can::CobId{can::kSdoRequestBase + id}), queue(kQueueLength) {}
+  Channel(std::uint8_t id, std::unique_ptr<TransferClient> of_node)
+      : node(id), client(std::move(of_node)), queue(kQueueLength) {}
 
   std::uint8_t node;
-  Client client;
+  std::unique_ptr<TransferClient> client;
   RequestQueue queue;
   std::optional<Request> current;        // the transfer under way
   std::optional<Instant> foreign_heard;  // last frame of another client
@@ -74,7 +74,7 @@ bool Arbiter::submit(Request request, Instant now) {
   LINEGATE_ASSERT((request.owner != nullptr) != (request.user != nullptr),
                   "an SDO request has one owner");
   if (request.node < can::kMinNodeId || request.node > can::kMaxNodeId ||
-      request.timeout <= Duration::zero()) {
+      request.timeout <= Duration::zero() || (make_client_ && request.user != nullptr)) {
     return false;
   }
   now_ = std::max(now_, now);
@@ -97,7 +97,7 @@ void Arbiter::receive(const can::Target& target, const can::Frame& frame) {
   }
   now_ = std::max(now_, frame.time);
   if ((target.index & kForeignRequest) != 0) {
-    addressed->client.expect_stray();
+    addressed->client->expect_stray();
     addressed->doubles.disturb(frame.time);
     addressed->producer_time = 0;  // the other client may write it
     foreign(*addressed, frame);
@@ -117,7 +117,7 @@ void Arbiter::advance(Instant now) {
   std::rotate(used_.begin(), used_.begin() + (used_.empty() ? 0 : 1), used_.end());
   for (const std::uint8_t node : used_) {
     Channel& each = *channels_[node];
-    each.client.advance(now, transmit_);
+    each.client->advance(now, transmit_);
     serve(each, now);
   }
 }
@@ -184,21 +184,29 @@ Arbiter::Channel& Arbiter::channel(std::uint8_t node) {
   LINEGATE_ASSERT(node >= can::kMinNodeId && node <= can::kMaxNodeId, "the node-ID is 1..127");
   std::unique_ptr<Channel>& place = channels_[node];
   if (place == nullptr) {
-    place = std::make_unique<Channel>(node);
-    if (under_way_ != nullptr) {
-      place->client.follow(*under_way_, node);
-    }
+    place = std::make_unique<Channel>(node, make_client_ ? make_client_(node) : make_sdo(node));
     used_.push_back(node);
     dispatch_.add(can::kSdoResponseBase + node, false, can::Service::sdo_client, node);
+    if (make_client_) {
+      return *place;  // 600h + node-ID has the requests of that node, not those to it
+    }
     dispatch_.add(can::kSdoRequestBase + node, false, can::Service::sdo_client,
                   static_cast<std::uint16_t>(kForeignRequest | node));
   }
   return *place;
 }
 
+std::unique_ptr<TransferClient> Arbiter::make_sdo(std::uint8_t node) const {
+  auto client = std::make_unique<Client>(can::CobId{can::kSdoRequestBase + node});
+  if (under_way_ != nullptr) {
+    client->follow(*under_way_, node);
+  }
+  return client;
+}
+
 // Queues the completion of an ended transfer, starts the next request, and updates wake_.
 void Arbiter::serve(Channel& channel, Instant now) {
-  if (std::optional<Outcome> outcome = channel.client.take(); outcome && channel.current) {
+  if (std::optional<Outcome> outcome = channel.client->take(); outcome && channel.current) {
     if (outcome->abort != AbortCode::none) {
       if (!outcome->refused) {
         channel.doubles.disturb(now);
@@ -222,14 +230,15 @@ void Arbiter::serve(Channel& channel, Instant now) {
     wake_ = earlier(wake_, now + Outbox::kRetry);  // the pace does not permit any of them
   }
   if (pace_ != nullptr && channel.current && channel.current->client != 0) {
-    channel.client.set_awaited(channel.queue.has_other(channel.current->client, *pace_));
+    channel.client->set_awaited(channel.queue.has_other(channel.current->client, *pace_));
   }
-  wake_ = earlier(wake_, channel.client.next_wake());
+  wake_ = earlier(wake_, channel.client->next_wake());
 }
 
 // Starts the current request. A user may already release the channel within granted().
 void Arbiter::begin(Channel& channel, Instant now) {
-  LINEGATE_ASSERT(channel.current && !channel.client.busy(), "a server has one transfer at a time");
+  LINEGATE_ASSERT(channel.current && !channel.client->busy(),
+                  "a server has one transfer at a time");
   Request& request = *channel.current;
   channel.begun = now;
   if (request.write && request.address == kProducerHeartbeatTime) {
@@ -237,20 +246,20 @@ void Arbiter::begin(Channel& channel, Instant now) {
     channel.written_producer_time =
         request.data.size() == 2 ? load_le<std::uint16_t>(request.data.data()) : std::uint16_t{0};
   }
-  channel.client.set_pace(request.client != 0 ? pace_ : nullptr, request.client);
+  channel.client->set_pace(request.client != 0 ? pace_ : nullptr, request.client);
   if (request.user != nullptr) {
     request.user->granted(request.number, now);
   } else if (request.write && request.source != nullptr) {
-    channel.client.write(request.address, *request.source, request.timeout, now, transmit_,
-                         request.options);
+    channel.client->write(request.address, *request.source, request.timeout, now, transmit_,
+                          request.options);
   } else if (!request.write && request.sink != nullptr) {
-    channel.client.read(request.address, *request.sink, request.timeout, now, transmit_,
-                        request.options);
-  } else if (request.write) {
-    channel.client.write(request.address, std::move(request.data), request.timeout, now, transmit_,
+    channel.client->read(request.address, *request.sink, request.timeout, now, transmit_,
                          request.options);
+  } else if (request.write) {
+    channel.client->write(request.address, std::move(request.data), request.timeout, now, transmit_,
+                          request.options);
   } else {
-    channel.client.read(request.address, request.timeout, now, transmit_, request.options);
+    channel.client->read(request.address, request.timeout, now, transmit_, request.options);
   }
 }
 
@@ -260,7 +269,7 @@ bool Arbiter::look_for_twin(Channel& channel, const can::Frame& frame) {
     channel.doubles.forget();  // the requests of a ChannelUser are not examined
     return false;
   }
-  if (!well_formed(frame)) {
+  if (make_client_ || !well_formed(frame)) {
     return false;
   }
   if (channel.current && frame.time - channel.begun >= channel.current->timeout) {
@@ -269,7 +278,7 @@ bool Arbiter::look_for_twin(Channel& channel, const can::Frame& frame) {
   const std::uint64_t word = word_of(frame);
   const od::Address object = multiplexer(word);
   const bool asked =
-      channel.current && channel.current->address == object && channel.client.waits_for_initiate();
+      channel.current && channel.current->address == object && channel.client->waits_for_initiate();
   const auto found = channel.doubles.response(word, asked, frame.time);
   if (found == DoubleAnswers::Found::two_devices) {
     events_.emit({.time = frame.time,
@@ -287,22 +296,24 @@ void Arbiter::response(Channel& channel, const can::Frame& frame) {
     channel.current->user->response(channel.current->number, frame);
     return;
   }
-  channel.client.count_received();
-  switch (channel.client.receive(frame, transmit_)) {
+  channel.client->count_received();
+  switch (channel.client->receive(frame, transmit_)) {
     case Receipt::used:
       serve(channel, frame.time);
       break;
     case Receipt::stray:
       ++counters_.strays;
       // A request may have waited for this answer.
-      wake_ = earlier(wake_, channel.client.next_wake());
+      wake_ = earlier(wake_, channel.client->next_wake());
       break;
     case Receipt::unasked:
       ++counters_.strays;
-      wake_ = earlier(wake_, channel.client.next_wake());
+      wake_ = earlier(wake_, channel.client->next_wake());
       if (!second_answer) {
         foreign(channel, frame);
       }
+      break;
+    case Receipt::elsewhere:
       break;
     case Receipt::malformed:
       ++counters_.malformed;
@@ -341,8 +352,8 @@ void Arbiter::release(ChannelUser& user, std::uint8_t node, std::uint64_t number
   each.producer_time = 0;  // its user may have written 1017h
   if (outcome != AbortCode::none) {
     each.doubles.disturb(now_);
-    each.client.expect_stray();  // the pending answer
-    each.client.expect_stray();  // an abort by the server, if it times out too
+    each.client->expect_stray();  // the pending answer
+    each.client->expect_stray();  // an abort by the server, if it times out too
     if (address != od::Address{}) {
       report_abort(*each.current, outcome, now_);
     }
@@ -387,11 +398,11 @@ void Arbiter::cancel_running(Channel& channel, AbortCode code) {
 
 Request Arbiter::abort_running(Channel& channel, AbortCode code) {
   LINEGATE_ASSERT(channel.current, "a request is under way");
-  if (channel.client.waits_for_initiate()) {
+  if (channel.client->waits_for_initiate()) {
     channel.doubles.cancel(channel.current->address, now_);
   }
-  channel.client.abort(code, now_, transmit_);
-  channel.client.take();
+  channel.client->abort(code, now_, transmit_);
+  channel.client->take();
   wake_ = earlier(wake_, now_);
   return *std::exchange(channel.current, std::nullopt);
 }

@@ -24,6 +24,7 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "stack/base/abort_code.h"
@@ -35,6 +36,7 @@
 #include "stack/sdo/pace.h"
 #include "stack/sdo/request.h"
 #include "stack/sdo/requests_under_way.h"
+#include "stack/sdo/transfer_client.h"
 
 namespace linegate::sdo {
 
@@ -60,6 +62,12 @@ class Arbiter {
   ~Arbiter();
   Arbiter(const Arbiter&) = delete;
   Arbiter& operator=(const Arbiter&) = delete;
+
+  // The channels have another protocol than SDO: those of CANopen FD. make is called when a node is
+  // first used, and its clients receive the frames on 580h + node-ID. Several clients may use a
+  // server then, so that others are not foreign, and no ChannelUser can have a channel. Call it
+  // before the first request.
+  void set_clients(MakeClient make) { make_client_ = std::move(make); }
 
   // Least time-outs of a write of 1010h (save) and 1011h (load), which override a shorter
   // Request::timeout: a device may store or restore its parameters before it answers.
@@ -129,6 +137,7 @@ class Arbiter {
   struct Channel;
 
   Duration timeout_of(const Request& request) const;
+  std::unique_ptr<TransferClient> make_sdo(std::uint8_t node) const;
   Channel& channel(std::uint8_t node);
   void serve(Channel& channel, Instant now);
   void begin(Channel& channel, Instant now);
@@ -146,6 +155,7 @@ class Arbiter {
   can::Dispatch& dispatch_;
   can::TransmitQueue& transmit_;
   EventLog& events_;
+  MakeClient make_client_;  // empty: SDO
   const RequestsUnderWay* under_way_ = nullptr;
   Pace* pace_ = nullptr;
   std::array<std::unique_ptr<Channel>, 128> channels_;  // by node-ID

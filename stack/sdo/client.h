@@ -19,53 +19,11 @@
 #include "stack/sdo/outbox.h"
 #include "stack/sdo/requests_under_way.h"
 #include "stack/sdo/transfer.h"
+#include "stack/sdo/transfer_client.h"
 
 namespace linegate::sdo {
 
-// Protocol of a transfer. If the server refuses a block initiate or does not answer it, the
-// transfer continues in segments, unless the abort code concerns the object.
-enum class Transfer : std::uint8_t {
-  // Expedited up to 4 bytes, in blocks from TransferOptions::block_from on, else in segments. A
-  // read begins in segments; when the server indicates such a size, it is aborted (0800 0000h) and
-  // restarted in blocks.
-  automatic,
-  segmented,  // expedited up to 4 bytes, else in segments
-  block,      // in blocks; for a read, the server may use segments for a few bytes
-};
-
-// Value of TransferOptions::block_from that disables block transfer.
-inline constexpr std::uint32_t kNoBlocks = 0xFFFF'FFFF;
-
-struct TransferOptions {
-  Transfer transfer = Transfer::automatic;
-  // How often a transfer is repeated that ended because a frame was lost: abort 0503 0000h, 0504
-  // 0000h, 0504 0003h or 0504 0004h of either side. A write whose last segment was sent is not
-  // repeated: it may have taken effect.
-  unsigned repeats = 0;
-  std::uint32_t block_from = 128;  // bytes, see Transfer::automatic; kNoBlocks: never
-};
-
-// The result of a transfer.
-struct Outcome {
-  // none = success. The server's code, or the code that this client sent.
-  AbortCode abort = AbortCode::none;
-  // The uploaded value; empty after a download or an abort, and after an upload into a stream.
-  std::vector<std::byte> data{};
-  // The server sent the abort code for this transfer. Otherwise a frame was lost, or the answer
-  // does not match the request.
-  bool refused = false;
-};
-
-// Classification of a frame with the response identifier.
-enum class Receipt : std::uint8_t {
-  used,  // belongs to the current transfer (and may have ended it)
-  // Expected, but not an answer to the current request: late, repeated, or for another client.
-  stray,
-  unasked,    // no request is open and no late answer is expected: an answer to another client
-  malformed,  // not 8 bytes; not processed
-};
-
-class Client {
+class Client final : public TransferClient {
  public:
   // Longer uploads are aborted with 0504 0005h, except uploads into a stream.
   static constexpr std::size_t kMaxUpload = std::size_t{16} * 1024 * 1024;
@@ -84,30 +42,30 @@ class Client {
 
   // Limits the frames of the transfers that begin from now on, as those of that client of the
   // pace, repetitions included; nullptr: no longer. pace must outlive this object.
-  void set_pace(Pace* pace, std::uint32_t client) { outbox_.set_pace(pace, client); }
+  void set_pace(Pace* pace, std::uint32_t client) override { outbox_.set_pace(pace, client); }
   // Waits as long for the next answer as if its request were sent now. For a client whose frames
   // are paced elsewhere. No effect if no answer is awaited.
   void restart_timeout(Instant now);
   // Whether another client of the pace waits for the end of the transfer.
-  void set_awaited(bool awaited) { outbox_.set_awaited(awaited); }
+  void set_awaited(bool awaited) override { outbox_.set_awaited(awaited); }
   // Counts a frame of the server for the pace.
-  void count_received() const { outbox_.count_received(); }
+  void count_received() const override { outbox_.count_received(); }
 
   // Starts a transfer. timeout applies to each answer of the server and must be positive. A frame
   // that does not fit into the queue is sent by advance(), as are the segments of a block.
   // Precondition: !busy(), and take() has nothing to return.
   void read(od::Address address, Duration timeout, Instant now, can::TransmitQueue& queue,
-            TransferOptions options = {});
+            TransferOptions options = {}) override;
   void write(od::Address address, std::vector<std::byte> data, Duration timeout, Instant now,
-             can::TransmitQueue& queue, TransferOptions options = {});
+             can::TransmitQueue& queue, TransferOptions options = {}) override;
 
   // The same with a stream, which supplies or receives the bytes in pieces. It must live until the
   // transfer has ended, which is always reported to it. Transfer::automatic selects blocks, except
   // for a stream with a small known size. A transfer is repeated only if the stream can restart.
   void read(od::Address address, od::ByteSink& sink, Duration timeout, Instant now,
-            can::TransmitQueue& queue, TransferOptions options = {});
+            can::TransmitQueue& queue, TransferOptions options = {}) override;
   void write(od::Address address, od::ByteSource& source, Duration timeout, Instant now,
-             can::TransmitQueue& queue, TransferOptions options = {});
+             can::TransmitQueue& queue, TransferOptions options = {}) override;
 
   // Processes a frame with the response identifier; frame.time is the current time.
   //
@@ -117,17 +75,17 @@ class Client {
   // segment number or ackseq (0504 0003h), or a wrong CRC (0504 0004h). Answers to earlier requests
   // that are expected are strays, see expect_stray(). If a lost frame is a possible cause, the code
   // is one of those that TransferOptions::repeats repeats.
-  Receipt receive(const can::Frame& frame, can::TransmitQueue& queue);
+  Receipt receive(const can::Frame& frame, can::TransmitQueue& queue) override;
 
   // Ends a transfer whose server did not answer in time, with abort 0504 0000h to the server, or
   // continues in segments if that was a block initiate; sends frames that did not fit into the
   // queue.
-  void advance(Instant now, can::TransmitQueue& queue);
-  Instant next_wake() const;
+  void advance(Instant now, can::TransmitQueue& queue) override;
+  Instant next_wake() const override;
 
   // Ends the current transfer with an abort to the server, without a repetition. No effect if there
   // is no transfer.
-  void abort(AbortCode code, Instant now, can::TransmitQueue& queue);
+  void abort(AbortCode code, Instant now, can::TransmitQueue& queue) override;
 
   // Changes the request identifier. A current transfer ends with sdo_connection, without an abort
   // to the server.
@@ -139,15 +97,15 @@ class Client {
   // been the old answer to the same request). Call it when another client of the server is
   // observed. A frame received before the initiate of a transfer was handed out of the queue is
   // never its answer.
-  void expect_stray() { strays_expected_ += strays_expected_ < kMaxStrays ? 1U : 0U; }
+  void expect_stray() override { strays_expected_ += strays_expected_ < kMaxStrays ? 1U : 0U; }
   bool strays_expected() const { return strays_expected_ > 0; }
 
-  bool busy() const { return state_ != State::idle; }
+  bool busy() const override { return state_ != State::idle; }
   // Returns the result of a transfer once, after its end.
-  std::optional<Outcome> take();
+  std::optional<Outcome> take() override;
 
   // The answer to the first frame of a transfer is pending.
-  bool waits_for_initiate() const;
+  bool waits_for_initiate() const override;
 
  private:
   static constexpr unsigned kMaxStrays = 4;

@@ -53,7 +53,7 @@ std::optional<std::uint32_t> Source::size() const {
 
 // One byte of look-ahead shows whether these are the last.
 std::size_t Source::next(std::span<std::byte> out) {
-  LINEGATE_ASSERT_HOT(out.size() <= 8, "a frame takes up to 8 bytes");
+  LINEGATE_ASSERT_HOT(out.size() <= 64, "a frame takes up to 64 bytes");
   LINEGATE_ASSERT_HOT(from_ == nullptr || position_ - released_ <= kRewind,
                       "data that may be repeated fits into the window");
   error_ = error_ == od::kLater ? AbortCode::none : error_;

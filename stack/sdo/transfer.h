@@ -29,7 +29,8 @@ class Source {
   std::optional<std::uint32_t> size() const;
 
   // Fills out with the next bytes, and its rest with zeros. Returns the number of bytes.
-  // Precondition: out has at most 8 bytes, and at most kRewind bytes were returned since release().
+  // Precondition: out has at most 64 bytes, and at most kRewind bytes were returned since
+  // release().
   std::size_t next(std::span<std::byte> out);
   // All bytes were returned.
   bool at_end() const { return ended_ && position_ == begin_ + bytes_.size(); }

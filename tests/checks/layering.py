@@ -10,7 +10,7 @@ from pathlib import PurePosixPath
 import tree
 
 # A part may use the parts before it.
-STACK_PARTS = "base can od eds sdo nmt sync time emcy lss image pdo storage node profile manager srdo diagnosis scan observer routing line".split()
+STACK_PARTS = "base can od eds sdo usdo nmt sync time emcy lss image pdo storage node profile manager srdo diagnosis scan observer routing line".split()
 
 # A part of the gateway may use the parts before it.
 GATEWAY_ROOMS = "exchange config security runtime journal edge publish process tools client doctor cli".split()

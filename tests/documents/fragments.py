@@ -63,6 +63,7 @@ def make_files(folder):
     for name, profile in FILES.items():
         for path in (f"{name}.eds", f"devices/{name}.eds", f"devices/{name}.dcf"):
             shutil.copy(os.path.join(EDS, f"{profile}.eds"), os.path.join(folder, path))
+    shutil.copy(os.path.join(EDS, "fd-io.eds"), folder)
     with open(os.path.join(EDS, "drive.eds"), encoding="utf-8") as file:
         drive = file.read()
     with open(os.path.join(folder, "display.eds"), "w", encoding="utf-8") as file:

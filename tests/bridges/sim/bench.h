@@ -56,10 +56,31 @@ class DeviceBench {
   void start_node() { nmt(nmt::Command::start); }
   void sync() { give(can::make_frame(can::kSyncId)); }
 
-  // Writes like an expedited SDO download.
+  // Writes like an expedited USDO download of node 1.
+  void write_fd(od::Address address, std::uint64_t value, std::size_t size) {
+    can::Frame frame;
+    frame.id = can::kSdoRequestBase + 1;
+    frame.flags = can::Frame::kFd;
+    frame.length = can::fd_length(8 + size);
+    const std::uint64_t head = kNode | 0x01U << 8U | 0x01U << 16U |
+                               std::uint64_t{address.sub} << 24U |
+                               std::uint64_t{address.index} << 32U | std::uint64_t{size} << 56U;
+    store_le(std::span(frame.data).first(8), head);
+    store_le(std::span(frame.data).subspan(8, size), value);
+    give(frame);
+    const auto answers = take(can::kSdoResponseBase + kNode);
+    ASSERT_EQ(answers.size(), 1U);
+    ASSERT_EQ(answers[0].data[1], std::byte{0x21});
+  }
+
+  // Writes like an expedited SDO download, or USDO download if the device is one of CANopen FD.
   void write(od::Address address, std::uint64_t value) {
     const auto variable = device->dictionary().find(address);
     ASSERT_TRUE(variable.has_value());
+    if (device->options().profile == "fd-io") {
+      write_fd(address, value, variable->size);
+      return;
+    }
     can::Frame frame = can::make_frame(can::kSdoRequestBase + kNode, {0, 0, 0, 0, 0, 0, 0, 0});
     frame.data[0] = static_cast<std::byte>(0x23U | ((4U - variable->size) << 2U));
     frame.data[1] = static_cast<std::byte>(address.index);

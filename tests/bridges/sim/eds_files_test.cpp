@@ -31,10 +31,11 @@ TEST_P(EdsFile, LoadsWithoutAnyDiagnostic) {
 TEST_P(EdsFile, EveryPdoIsMappedWithoutAnyDiagnostic) {
   const auto device = eds::load(eds_text(GetParam()), eds_name(GetParam()), 5);
   ASSERT_TRUE(device.ok());
-  const auto pdos = pdo::describe_pdos(*device.value);
+  const bool fd = GetParam() == "fd-io";
+  const auto pdos = pdo::describe_pdos(*device.value, fd ? 512 : 64);
   ASSERT_TRUE(pdos.ok()) << all(pdos.diagnostics);
   EXPECT_TRUE(pdos.diagnostics.empty()) << all(pdos.diagnostics);
-  EXPECT_EQ(pdos.value->tpdos.size(), 2U);
+  EXPECT_EQ(pdos.value->tpdos.size(), fd ? 1U : 2U);
   for (const auto& tpdo : pdos.value->tpdos) {
     EXPECT_EQ(tpdo.cob_id.id(), 0x185U + 0x100U * (tpdo.number - 1U));
   }
@@ -44,9 +45,10 @@ TEST_P(EdsFile, HasTheObjectsAManagerAsksFor) {
   const auto device = eds::load(eds_text(GetParam()), eds_name(GetParam()), 5);
   ASSERT_TRUE(device.ok());
   for (const std::uint16_t index : std::initializer_list<std::uint16_t>{
-           0x1000, 0x1001, 0x1003, 0x1005, 0x1014, 0x1015, 0x1016, 0x1017, 0x1018, 0x1200}) {
+           0x1000, 0x1001, 0x1003, 0x1005, 0x1014, 0x1015, 0x1016, 0x1017, 0x1018}) {
     EXPECT_NE(device.value->find(index), nullptr) << std::hex << index;
   }
+  EXPECT_EQ(device.value->find(0x1200) == nullptr, GetParam() == "fd-io");
 }
 
 TEST_P(EdsFile, ItsObjectsHaveTheTypesOfTheCatalogue) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Digital and analogue I/O (CiA 401) and the encoder (CiA 406).
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <set>
@@ -127,6 +128,26 @@ TEST(AnalogIo, OutputsTakeTheirErrorValueWhenOperationEnds) {
   bench.nmt(nmt::Command::stop);
   EXPECT_EQ(bench.value({0x6411, 1}), 0x1234U);
   EXPECT_EQ(bench.value({0x6411, 2}), 1000U);
+}
+
+TEST(FdIo, SixtyFourBytesOfOutputsAreMirroredInOnePdo) {
+  DeviceBench bench("fd-io");
+  bench.start_node();
+  bench.run(seconds(1));
+  bench.sent.clear();
+  can::Frame rpdo;
+  rpdo.id = 0x205;
+  rpdo.flags = can::Frame::kFd;
+  rpdo.length = 64;
+  for (std::size_t i = 0; i < 64; ++i) {
+    rpdo.data[i] = static_cast<std::byte>(i + 1);
+  }
+  bench.give(rpdo);
+  bench.run(milliseconds(50));  // its inhibit time
+  const auto pdos = bench.take(0x185);
+  ASSERT_FALSE(pdos.empty());
+  EXPECT_EQ(pdos.back().length, 64);
+  EXPECT_TRUE(std::ranges::equal(pdos.back().bytes().subspan(1), rpdo.bytes().subspan(1)));
 }
 
 TEST(Encoder, PositionIsSentByTheEventTimerAndMovesAsTheSpeedSays) {

@@ -518,6 +518,59 @@ TEST(LineMake, EverythingWrongIsToldAtOnce) {
   EXPECT_THAT(all, HasSubstr("node 127 (axis): heartbeat is not in 0..65535 ms"));
 }
 
+TEST(LineMake, WhatCanopenFdDoesNotHaveIsRefused) {
+  LineConfig config = config_with_axis();
+  config.canopen_fd = true;
+  config.role = Role::device;
+  config.lss.assign = true;
+  config.routing.interface = 1;
+  config.nodes[0].heartbeat = {};
+  config.nodes[0].heartbeat_consumer = {};
+  config.nodes[0].guard_time = milliseconds(100);
+  config.nodes[0].life_time_factor = 3;
+  const auto made = Line::make(std::move(config));
+  EXPECT_FALSE(made.ok());
+  std::string all;
+  for (const Diagnostic& diagnostic : made.diagnostics) {
+    all += to_string(diagnostic) + '\n';
+  }
+  EXPECT_THAT(all, HasSubstr("press: error: canopen_fd is for the role manager"));
+  EXPECT_THAT(all, HasSubstr("a line of CANopen FD takes no part in SDO routing"));
+  EXPECT_THAT(all, HasSubstr("LSS is not defined for CANopen FD"));
+  EXPECT_THAT(all, HasSubstr("(axis): CANopen FD has no node guarding"));
+}
+
+TEST(LineMake, PdosOfCanopenFdMapWholeBytesAndHaveNoRemoteFrames) {
+  LineConfig config = config_with_axis();
+  od::DeviceDescription& device = config.nodes[0].device;
+  device.objects.clear();
+  const auto add = [&device](std::uint16_t index, std::vector<od::VariableDescription> variables) {
+    device.objects.push_back({.index = index, .variables = std::move(variables)});
+  };
+  const auto number = [](std::uint8_t sub, od::DataType type, std::uint32_t value) {
+    od::VariableDescription out{.sub = sub, .type = type};
+    out.value.resize(od::byte_size(type));
+    store_le(std::span(out.value), std::uint64_t{value});
+    return out;
+  };
+  add(0x1800, {number(0, od::DataType::unsigned8, 2), number(1, od::DataType::unsigned32, 0x185),
+               number(2, od::DataType::unsigned8, 253)});
+  add(0x1A00,
+      {number(0, od::DataType::unsigned8, 1), number(1, od::DataType::unsigned32, 0x2000'0001)});
+  add(0x2000, {number(0, od::DataType::boolean, 0)});
+  device.objects.back().variables[0].mappable = true;
+  EXPECT_TRUE(Line::make(config).ok());
+  config.canopen_fd = true;
+  const auto made = Line::make(std::move(config));
+  EXPECT_FALSE(made.ok());
+  std::string all;
+  for (const Diagnostic& diagnostic : made.diagnostics) {
+    all += to_string(diagnostic) + '\n';
+  }
+  EXPECT_THAT(all, HasSubstr("TPDO 1 of axis has transmission type 253, which CANopen FD lacks"));
+  EXPECT_THAT(all, HasSubstr("maps 2000:00 with 1 bits: CANopen FD maps whole bytes"));
+}
+
 TEST(LineMake, OutputGroupsAreChecked) {
   LineConfig config = config_with_axis();
   config.groups = {{.number = 1, .name = "a", .entries = {0, 1}},

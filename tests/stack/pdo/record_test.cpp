@@ -259,6 +259,46 @@ TEST_F(RecordTest, TheNumberOfEntriesIsChecked) {
   EXPECT_EQ(device.write(0x1A01, 0, 1), AbortCode::none);
 }
 
+struct FdRecordTest : RecordTest {
+  FdRecordTest() {
+    device.engine->set_max_length(64);
+    EXPECT_THAT(device.engine->configure(), IsEmpty());
+    device.operational();
+  }
+};
+
+TEST_F(FdRecordTest, MapsWholeBytesAlone) {
+  EXPECT_EQ(device.write(0x1A01, 1, 0x20000001), AbortCode::not_mappable);
+  EXPECT_EQ(device.write(0x1A01, 1, 0x20020008), AbortCode::none);
+  EXPECT_EQ(device.write(0x1400, 1, kInvalid), AbortCode::none);
+  EXPECT_EQ(device.write(0x1600, 0, 0), AbortCode::none);
+  EXPECT_EQ(device.write(0x1600, 1, 0x00010001), AbortCode::not_mappable) << "a filler";
+  EXPECT_EQ(device.write(0x1600, 1, 0x00050008), AbortCode::none);
+}
+
+TEST_F(FdRecordTest, HasRoomFor64Bytes) {
+  for (std::uint8_t entry = 1; entry <= 8; ++entry) {
+    EXPECT_EQ(device.write(0x1A01, entry, 0x20060040), AbortCode::none);
+  }
+  EXPECT_EQ(device.write(0x1A01, 0, 8), AbortCode::none);
+  EXPECT_EQ(device.write(0x1801, 1, 0x281), AbortCode::none);
+}
+
+TEST_F(FdRecordTest, TransmissionTypesByRemoteFrameAreReserved) {
+  EXPECT_EQ(device.write(0x1800, 2, 252), AbortCode::invalid_value);
+  EXPECT_EQ(device.write(0x1800, 2, 253), AbortCode::invalid_value);
+  EXPECT_EQ(device.write(0x1800, 2, 254), AbortCode::none);
+}
+
+TEST(FdConfigure, APdoThatMapsBitsIsNotUsed) {
+  od::DeviceDescription description = plain_device();
+  add_tpdo(description, {.cob_id = 0x181, .mapping = {0x20000001}});
+  Device device(description);
+  EXPECT_THAT(device.diagnostics, IsEmpty());
+  device.engine->set_max_length(64);
+  EXPECT_EQ(device.engine->configure().size(), 1U);
+}
+
 TEST(Configure, TellsWhatItCannotUse) {
   od::DeviceDescription out = plain_device();
   add_rpdo(out, {.cob_id = 0x201, .mapping = {0x20100010}});

@@ -271,5 +271,31 @@ TEST(Rpdo, CanFdFramesAreLongerThanTheirMapping) {
   EXPECT_EQ(device.read(0x2003), 0x7709U);
 }
 
+// 8210h and 8220h are about the counted bytes: padding belongs to neither.
+TEST(Rpdo, CanFdFramesOfAnotherLengthThanThatOfTheMapping) {
+  od::DeviceDescription description =
+      Made::with({{.cob_id = 0x201, .mapping = {0x20060040, 0x20030010}}});
+  Device device(description);
+  device.engine->set_max_length(64);
+  EXPECT_THAT(device.engine->configure(), IsEmpty());
+  device.operational();
+  can::Frame fd;
+  fd.id = 0x201;
+  fd.flags = can::Frame::kFd;
+  fd.data.fill(std::byte{1});
+  fd.length = 8;
+  device.receive(fd);
+  EXPECT_EQ(device.engine->counters().too_short, 1U);
+  EXPECT_EQ(device.read(0x2006), 0U);
+  fd.length = 16;
+  device.receive(fd);
+  EXPECT_EQ(device.engine->counters().too_long, 1U);
+  EXPECT_EQ(device.read(0x2003), 0x0101U) << "the first bytes are used";
+  fd.length = 12;
+  device.receive(fd);
+  EXPECT_EQ(device.engine->counters().received, 2U);
+  EXPECT_EQ(device.engine->counters().too_long, 1U);
+}
+
 }  // namespace
 }  // namespace linegate::pdo

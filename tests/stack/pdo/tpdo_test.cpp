@@ -271,6 +271,17 @@ TEST(Tpdo, CanFdFramesAreFilledUp) {
   EXPECT_THAT(data_of(sent[0]), ElementsAre(0, 0, 0, 0, 0, 0, 0, 0, 2, 1, 0, 0));
 }
 
+TEST(Tpdo, ShortOnesOfAnFdLineAreFdFramesToo) {
+  Device device(with({{.cob_id = 0x181, .mapping = {0x20030010}}}));
+  device.engine->set_max_length(64);
+  EXPECT_THAT(device.engine->configure(), IsEmpty());
+  device.operational();
+  const std::vector<can::Frame> sent = device.sent(at(1));
+  ASSERT_EQ(sent.size(), 1U);
+  EXPECT_EQ(sent[0].flags, can::Frame::kFd | can::Frame::kBitRateSwitch);
+  EXPECT_EQ(sent[0].length, 2);
+}
+
 // Remapping one TPDO must not discard the request of another one.
 TEST(Tpdo, RequestsOutliveTheRemappingOfOthers) {
   Transmitting device(Pdos{{.cob_id = 0x481, .mapping = {0x20030010}},

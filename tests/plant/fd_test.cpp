@@ -1,0 +1,321 @@
+// SPDX-License-Identifier: Apache-2.0
+// A line of CANopen FD with simulated devices, in virtual time: boot and configuration by USDO,
+// PDOs of 64 bytes, commands.
+#include <algorithm>
+#include <array>
+#include <initializer_list>
+#include <iterator>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "bridges/sim/bus.h"
+#include "bridges/sim/device.h"
+#include "stack/eds/reader.h"
+#include "stack/line/line.h"
+
+namespace linegate::plant {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr std::uint8_t kFdOwn = 127;
+
+struct FdDevice {
+  std::unique_ptr<sim::Device> device;
+  sim::Bus::Endpoint end = 0;
+};
+
+class FdPlant : public testing::Test {
+ protected:
+  static line::NodeConfig node_of(std::uint8_t id, const std::string& profile = "fd-io") {
+    line::NodeConfig node;
+    node.id = id;
+    node.name = "io" + std::to_string(id);
+    node.device = *eds::load(sim::eds_text(profile), sim::eds_name(profile), id).value;
+    node.heartbeat = 100ms;
+    return node;
+  }
+
+  FdPlant() {
+    config.name = "press";
+    config.canopen_fd = true;
+    config.node_id = kFdOwn;
+    config.heartbeat = 500ms;
+  }
+
+  // Adds a device for each node of the configuration, and runs for 2 s.
+  void start() {
+    for (const line::NodeConfig& node : config.nodes) {
+      sim::DeviceOptions options;
+      options.profile = "fd-io";
+      options.node_id = node.id;
+      options.fd = true;
+      devices.push_back({*std::move(sim::Device::make(options).value), bus.attach()});
+    }
+    auto made = line::Line::make(config);
+    ASSERT_TRUE(made.ok());
+    line = *std::move(made.value);
+    for (FdDevice& each : devices) {
+      each.device->start(now);
+    }
+    line->start(now);
+    run(2s);
+  }
+
+  void run(Duration time) {
+    const Instant end = now + time;
+    while (now < end) {
+      turn();
+      now = std::clamp(next(), now + 1us, end);
+    }
+    turn();
+  }
+
+  line::Reply execute(line::Request request) {
+    line->execute({.tag = ++tags, .request = std::move(request)}, now);
+    line::Reply reply;
+    for (unsigned i = 0; i < 1000; ++i) {
+      run(10ms);
+      if (line->pop_reply(reply)) {
+        EXPECT_EQ(reply.tag, tags);
+        return reply;
+      }
+    }
+    ADD_FAILURE() << "no reply";
+    return reply;
+  }
+  line::Reply read(std::uint8_t node, od::Address address) {
+    return execute(line::SdoRead{.node = node, .address = address});
+  }
+  line::Reply write(std::uint8_t node, od::Address address, std::vector<std::byte> data) {
+    return execute(line::SdoWrite{.node = node, .address = address, .data = std::move(data)});
+  }
+  std::uint64_t in_device(std::size_t device, od::Address address) {
+    return devices[device].device->dictionary().number(address).value_or(~0ULL);
+  }
+  std::uint32_t entry(image::Direction direction, std::uint8_t node, od::Address address) {
+    const image::Layout& layout = line->layout(direction);
+    const auto found = std::ranges::find_if(layout.entries, [&](const image::Entry& each) {
+      return each.node == node && od::Address{each.index, each.sub} == address;
+    });
+    EXPECT_NE(found, layout.entries.end());
+    return static_cast<std::uint32_t>(found - layout.entries.begin());
+  }
+  // The frames of the bus from now on with that identifier.
+  std::vector<can::Frame> frames_of(std::uint32_t id) const {
+    std::vector<can::Frame> out;
+    std::ranges::copy_if(seen, std::back_inserter(out),
+                         [id](const can::Frame& frame) { return frame.id == id; });
+    return out;
+  }
+
+  line::LineConfig config;
+  sim::Bus bus{{.bit_rate = 1'000'000, .data_bit_rate = 5'000'000}};
+  sim::Bus::Endpoint line_end = bus.attach();
+  sim::Bus::Endpoint witness = bus.attach();
+  std::unique_ptr<line::Line> line;
+  std::vector<FdDevice> devices;
+  std::vector<can::Frame> seen;
+  Instant now{1s};
+  std::uint64_t tags = 0;
+
+ private:
+  template <class Station>
+  void serve(Station& station, sim::Bus::Endpoint at) {
+    std::array<can::Frame, 8> batch;
+    while (const std::size_t count = bus.take(at, batch, now)) {
+      receive(station, std::span(batch).first(count));
+    }
+    station.advance(now);
+    can::Frame out;
+    while (bus.room(at) > 0 && station.next_frame(out, now)) {
+      EXPECT_TRUE(bus.submit(at, out, now));
+    }
+  }
+  void receive(sim::Device& device, std::span<const can::Frame> frames) { device.receive(frames); }
+  void receive(line::Line& to, std::span<const can::Frame> frames) { to.receive(frames, now); }
+
+  void turn() {
+    bus.advance(now);
+    for (FdDevice& each : devices) {
+      serve(*each.device, each.end);
+    }
+    serve(*line, line_end);
+    std::array<can::Frame, 8> batch;
+    while (const std::size_t count = bus.take(witness, batch, now)) {
+      seen.insert(seen.end(), batch.begin(), batch.begin() + static_cast<std::ptrdiff_t>(count));
+    }
+  }
+  Instant next() const {
+    Instant next = earlier(bus.next_wake(), line->next_wake());
+    for (const FdDevice& each : devices) {
+      next = earlier(next, each.device->next_wake());
+    }
+    return next;
+  }
+};
+
+TEST_F(FdPlant, BootsAndConfiguresByUsdoAlone) {
+  config.nodes = {node_of(5), node_of(6)};
+  config.nodes[1].objects = {{{0x6200, 7}, {std::byte{0x77}}}};
+  start();
+  for (const auto node : std::initializer_list<std::uint8_t>{5, 6}) {
+    EXPECT_EQ(line->node_state(node).boot, manager::kBooted) << int{node};
+    EXPECT_EQ(line->node_state(node).state, nmt::State::operational) << int{node};
+  }
+  EXPECT_EQ(in_device(0, {0x1017, 0}), 100U);
+  EXPECT_EQ(in_device(1, {0x6200, 7}), 0x77U);
+  EXPECT_EQ(frames_of(0x605).size(), 0U);
+  const std::vector<can::Frame> requests = frames_of(0x600 + kFdOwn);
+  EXPECT_GT(requests.size(), 10U);
+  EXPECT_TRUE(std::ranges::all_of(requests, &can::Frame::fd));
+  const line::Counters counters = line->state().counters;
+  EXPECT_GT(counters.usdo_transfers, 10U);
+  EXPECT_EQ(counters.sdo_transfers, 0U);
+  EXPECT_GT(counters.fd_frames_sent, 10U);
+  EXPECT_GT(counters.fd_frames_received, 10U);
+  EXPECT_LT(counters.fd_frames_received, counters.frames_received);  // heartbeats are classical
+  EXPECT_EQ(counters.frames_malformed, 0U);
+}
+
+TEST_F(FdPlant, AWrongDeviceIsNotStarted) {
+  config.nodes = {node_of(5)};
+  for (od::ObjectDescription& object : config.nodes[0].device.objects) {
+    if (object.index == 0x1018) {
+      object.variables[2].value = {std::byte{1}, std::byte{2}, std::byte{3}, std::byte{4}};
+    }
+  }
+  start();
+  EXPECT_EQ(line->node_state(5).boot, 'M');
+  EXPECT_EQ(line->node_state(5).finding.object, (od::Address{0x1018, 2}));
+}
+
+TEST_F(FdPlant, PdosOf64BytesReachTheImageAndLeaveIt) {
+  config.nodes = {node_of(5)};
+  start();
+  const std::vector<can::Frame> tpdos = frames_of(0x185);
+  ASSERT_FALSE(tpdos.empty());
+  EXPECT_EQ(tpdos.back().length, 64);
+  EXPECT_TRUE(tpdos.back().fd());
+  line::OutputWrite write;
+  write.layout_id = line->layout(image::Direction::outputs).id;
+  for (std::uint8_t sub = 1; sub <= 64; ++sub) {
+    write.values.push_back({.entry = entry(image::Direction::outputs, 5, {0x6200, sub}),
+                            .length = 1,
+                            .data = {std::byte{static_cast<std::uint8_t>(sub + 100)}}});
+  }
+  ASSERT_EQ(line->write_outputs(write, now), line::OutputRefusal::none);
+  seen.clear();
+  run(100ms);
+  const std::vector<can::Frame> rpdos = frames_of(0x205);
+  ASSERT_EQ(rpdos.size(), 1U);
+  EXPECT_EQ(rpdos[0].length, 64);
+  EXPECT_TRUE(rpdos[0].fd());
+  EXPECT_EQ(in_device(0, {0x6200, 64}), 164U);
+  const line::Line::Input input = line->input(entry(image::Direction::inputs, 5, {0x6000, 64}));
+  EXPECT_TRUE(input.valid);
+  EXPECT_EQ(input.value, 164U);
+}
+
+TEST_F(FdPlant, CommandsAreTransferredByUsdo) {
+  config.nodes = {node_of(5)};
+  start();
+  const std::uint64_t aborts = line->state().counters.usdo_aborts;
+  const line::Reply name = read(5, {0x1008, 0});
+  EXPECT_EQ(name.error, Error{});
+  const auto* const value = std::get_if<std::vector<std::byte>>(&name.data);
+  ASSERT_NE(value, nullptr);
+  EXPECT_EQ(value->size(), std::string("Linegate FD I/O").size());
+  EXPECT_EQ(write(5, {0x1015, 0}, {std::byte{9}, std::byte{0}}).error, Error{});
+  EXPECT_EQ(in_device(0, {0x1015, 0}), 9U);
+  EXPECT_EQ(read(5, {0x3000, 0}).error, to_error(AbortCode::no_object));
+  EXPECT_EQ(write(5, {0x1000, 0}, std::vector<std::byte>(4)).error, to_error(AbortCode::read_only));
+  EXPECT_EQ(read(9, {0x1000, 0}).error, to_error(AbortCode::timeout));
+  EXPECT_EQ(line->state().counters.usdo_aborts, aborts + 3U);
+}
+
+TEST_F(FdPlant, ValuesOfManySegmentsOfADeviceAndOfTheOwnNode) {
+  config.nodes = {node_of(5)};
+  start();
+  od::ObjectDescription object;
+  object.index = 0x2F00;
+  object.variables.push_back({.sub = 0, .type = od::DataType::domain, .access = od::Access::rw});
+  ASSERT_TRUE(devices[0].device->dictionary().add(object).ok());
+  std::vector<std::byte> sent(10'000);
+  for (std::size_t i = 0; i < sent.size(); ++i) {
+    sent[i] = static_cast<std::byte>(i * 7);
+  }
+  EXPECT_EQ(write(5, {0x2F00, 0}, sent).error, Error{});
+  const line::Reply reply = read(5, {0x2F00, 0});
+  const auto* const value = std::get_if<std::vector<std::byte>>(&reply.data);
+  ASSERT_NE(value, nullptr);
+  EXPECT_EQ(*value, sent);
+}
+
+TEST_F(FdPlant, LostFramesAreRepeatedIfTheCommandSaysSo) {
+  config.nodes = {node_of(5)};
+  start();
+  unsigned losses = 1;
+  bus.set_disturbance([&](const can::Frame& frame, sim::Bus::Endpoint /*sender*/) {
+    const bool lost = frame.id == 0x585 && losses > 0;
+    losses -= lost ? 1U : 0U;
+    return lost ? sim::Fate::lost : sim::Fate::delivered;
+  });
+  EXPECT_EQ(execute(line::SdoRead{.node = 5, .address = {0x1001, 0}, .repeats = 1}).error, Error{});
+}
+
+TEST_F(FdPlant, ADeviceThatDiesAndReturnsIsBootedAgain) {
+  config.nodes = {node_of(5)};
+  start();
+  devices[0].device->kill();
+  run(1s);
+  EXPECT_NE(line->node_state(5).state, nmt::State::operational);
+  devices[0].device->revive(now);
+  run(3s);
+  EXPECT_EQ(line->node_state(5).state, nmt::State::operational);
+  EXPECT_EQ(in_device(0, {0x1017, 0}), 100U);
+}
+
+TEST_F(FdPlant, AnotherClientUsesTheServersAtTheSameTime) {
+  config.nodes = {node_of(5)};
+  start();
+  can::Frame request;
+  request.id = 0x603;
+  request.flags = can::Frame::kFd;
+  request.length = 6;
+  const std::uint8_t bytes[] = {5, 0x11, 1, 0, 8, 0x10};
+  std::ranges::transform(bytes, request.data.begin(), [](std::uint8_t b) { return std::byte{b}; });
+  seen.clear();
+  ASSERT_TRUE(bus.submit(witness, request, now));
+  EXPECT_EQ(read(5, {0x1001, 0}).error, Error{});
+  request.data[0] = std::byte{kFdOwn};
+  request.data[4] = std::byte{0x00};
+  ASSERT_TRUE(bus.submit(witness, request, now));
+  run(100ms);
+  ASSERT_EQ(frames_of(0x580 + kFdOwn).size(), 1U);
+  EXPECT_EQ(frames_of(0x580 + kFdOwn)[0].data[1], std::byte{0x31});
+  std::vector<Event> events(100);
+  events.resize(line->pop_events(events));
+  EXPECT_TRUE(std::ranges::none_of(
+      events, [](const Event& event) { return event.get<event::ForeignSdo>() != nullptr; }));
+}
+
+TEST_F(FdPlant, SdoFramesAreNotServed) {
+  config.nodes = {node_of(5)};
+  start();
+  seen.clear();
+  const auto classical = can::make_frame(0x600 + kFdOwn, {0x40, 0, 0x10, 0, 0, 0, 0, 0});
+  ASSERT_TRUE(bus.submit(witness, classical, now));
+  ASSERT_TRUE(bus.submit(witness, can::make_frame(0x605, {0x40, 0, 0x10, 0, 0, 0, 0, 0}), now));
+  run(100ms);
+  EXPECT_TRUE(frames_of(0x580 + kFdOwn).empty());
+  EXPECT_TRUE(frames_of(0x585).empty());
+}
+
+}  // namespace
+}  // namespace linegate::plant
