@@ -13,6 +13,8 @@
 namespace linegate::config {
 namespace {
 
+constexpr std::size_t kClassicalPdo = 64;  // bits
+
 using std::chrono::milliseconds;
 
 constexpr od::Address kProducerHeartbeat{od::objects::kProducerHeartbeatTime, 0};
@@ -127,7 +129,7 @@ line::DeviceConfig read_one(Findings& findings, const YAML::Node& node, bool sto
     const od::DeviceDescription before = config.device;
     pdo::complete_cob_ids(config.device);
     read_presets(section, config.device);
-    read_pdos(findings, pdos, config);
+    read_pdos(findings, pdos, config, kClassicalPdo);
     read_objects(findings, objects, config);
     for (const line::ObjectValue& object : config.objects) {
       set_value(config.device, object.address, object.data);

@@ -209,6 +209,7 @@ void read_simulated(Section& section, LinePlan& plan) {
           place_of(node), "node-ID " + std::to_string(device.node) +
                               (twice ? " is simulated already" : " is the line's own node_id"));
     }
+    device.fd = plan.config.canopen_fd;
     plan.simulated.push_back(std::move(device));
   }
   if (list.IsDefined() && plan.interface.scheme != Scheme::simulated) {
@@ -253,7 +254,7 @@ void read_nodes(Section& section, LineSection& line) {
   Findings& findings = section.findings();
   line::LineConfig& config = line.plan.config;
   for (const YAML::Node& element : elements(findings, section.find("nodes"), "nodes", kMostNodes)) {
-    line::NodeConfig node = read_node(findings, element);
+    line::NodeConfig node = read_node(findings, element, line::longest_pdo(config));
     check_clashes(findings, config, node, place_of(element));
     line.node_places.push_back({node.id, place_of(element)});
     config.nodes.push_back(std::move(node));
@@ -412,6 +413,7 @@ LineSection read_line(Findings& findings, const YAML::Node& node) {
 
   read_role(section, plan.config);
   read_own_node(section, plan.config);
+  read_canopen_fd(section, plan);
   report_ignored_keys(section, plan.config);
   read_lss(section, plan.config);
   read_diagnosis(section, plan.config);

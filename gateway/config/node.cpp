@@ -114,7 +114,7 @@ bool read_device_file(Section& section, line::NodeConfig& config, std::string_vi
   return true;
 }
 
-line::NodeConfig read_node(Findings& findings, const YAML::Node& node) {
+line::NodeConfig read_node(Findings& findings, const YAML::Node& node, std::size_t longest_pdo) {
   line::NodeConfig config;
   Section section(findings, node, "a node");
   if (const auto id = section.number(section.require("id"), 1, 127)) {
@@ -140,7 +140,7 @@ line::NodeConfig read_node(Findings& findings, const YAML::Node& node) {
   const YAML::Node values = section.find("values");
   const bool has_device = read_device_file(section, config, "a node");
   if (has_device && !section.find("concise_dcf").IsDefined()) {
-    read_pdos(findings, pdos, config);
+    read_pdos(findings, pdos, config, longest_pdo);
     read_srdos(findings, srdos, config);
     read_objects(findings, objects, config);
   }

@@ -15,7 +15,6 @@ namespace {
 using std::chrono::microseconds;
 using std::chrono::milliseconds;
 
-constexpr unsigned kMaxBits = 64;             // bits in a classical frame
 constexpr std::uint8_t kInhibitTime = 3;      // sub-index
 constexpr std::uint16_t kLastDummy = 0x0007;  // CiA 301 7.4.1: data types as dummy entries
 
@@ -24,9 +23,10 @@ constexpr std::uint16_t kLastDummy = 0x0007;  // CiA 301 7.4.1: data types as du
 class Override {
  public:
   Override(Findings& findings, const YAML::Node& key, const YAML::Node& value, PdoName pdo,
-           line::NodeConfig& config)
+           line::NodeConfig& config, std::size_t longest)
       : findings_(findings),
         config_(config),
+        longest_(longest),
         pdo_(pdo),
         place_(place_of(key)),
         value_(value),
@@ -156,9 +156,9 @@ class Override {
         bits += mapped->bits;
       }
     }
-    if (bits > kMaxBits) {
-      findings_.error(place_of(node),
-                      "the objects have " + std::to_string(bits) + " bits; a PDO has room for 64");
+    if (bits > longest_) {
+      findings_.error(place_of(node), "the objects have " + std::to_string(bits) +
+                                          " bits; a PDO has room for " + std::to_string(longest_));
     }
     const std::size_t wanted = pdo_.transmit && mode == pdo::kDestinationMode ? 1 : 0;
     if (mode != 0 && mapping.size() != wanted) {
@@ -208,6 +208,7 @@ class Override {
 
   Findings& findings_;
   line::NodeConfig& config_;
+  std::size_t longest_;  // PDO, in bits
   PdoName pdo_;
   Place place_;
   YAML::Node value_;
@@ -264,7 +265,8 @@ std::optional<std::uint32_t> read_pdo_queue(Section& section) {
   return every ? queue : 0;
 }
 
-void read_pdos(Findings& findings, const YAML::Node& node, line::NodeConfig& config) {
+void read_pdos(Findings& findings, const YAML::Node& node, line::NodeConfig& config,
+               std::size_t longest_pdo) {
   if (!node.IsDefined()) {
     return;
   }
@@ -283,7 +285,7 @@ void read_pdos(Findings& findings, const YAML::Node& node, line::NodeConfig& con
                                                pair.first.Scalar() + "\"");
       continue;
     }
-    Override(findings, pair.first, pair.second, *pdo, config).apply();
+    Override(findings, pair.first, pair.second, *pdo, config, longest_pdo).apply();
   }
   section.done();
 }

@@ -114,6 +114,7 @@ struct SimulatedDevice {
   std::string profile;                  // one of sim::profiles()
   bool unconfigured = false;            // without a node-ID until LSS assigns one
   std::optional<std::uint32_t> serial;  // 1018h:4
+  bool fd = false;                      // CANopen FD
 };
 
 // A line that a scan configures.

@@ -189,6 +189,8 @@ inline bool has_own_node(const line::LineConfig& config) {
 void read_lss(Section& line, line::LineConfig& config);
 LineSection read_line(Findings& findings, const YAML::Node& node);
 // `interface:`; the log of a replay is checked.
+// canopen_fd, data_bit_rate, usdo_abort.
+void read_canopen_fd(Section& section, LinePlan& plan);
 Interface read_interface(Section& line, const YAML::Node& node);
 // `strict_ixxat`, `keep_operational` and `canopenia_base` of a line.
 void read_diagnosis(Section& section, line::LineConfig& config);
@@ -210,7 +212,7 @@ void resolve_named(Findings& findings, const NamedSection& section, const line::
 // `journal:` of the gateway.
 std::optional<Journal> read_journal(Findings& findings, const YAML::Node& node);
 // One element of `nodes:`, with its device file and all values written to the node.
-line::NodeConfig read_node(Findings& findings, const YAML::Node& node);
+line::NodeConfig read_node(Findings& findings, const YAML::Node& node, std::size_t longest_pdo);
 // The keys of a node that concern its boot process.
 void read_boot(Section& section, line::NodeConfig& config);
 // `startup:`. Precondition: nodes and role were read.
@@ -292,7 +294,8 @@ void resolve_shared_objects(Findings& findings, const std::vector<SharedObjectSe
 void read_configuration(Section& section, bool has_device, line::NodeConfig& config);
 // `objects:`, `pdos:` and `srdo:` of a node. Precondition: its device file was read.
 void read_objects(Findings& findings, const YAML::Node& node, line::NodeConfig& config);
-void read_pdos(Findings& findings, const YAML::Node& node, line::NodeConfig& config);
+void read_pdos(Findings& findings, const YAML::Node& node, line::NodeConfig& config,
+               std::size_t longest_pdo);
 void read_srdos(Findings& findings, const YAML::Node& node, line::NodeConfig& config);
 // `values:` of a node or device: alias, unit, scaling and limits of its objects. Precondition: its
 // device file was read.

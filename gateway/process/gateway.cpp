@@ -300,9 +300,11 @@ void Gateway::run_devices(LineHost& host, std::vector<Diagnostic>& diagnostics) 
     executor.name = "devices";
     devices_ = std::make_unique<Executor>(std::move(executor));
   }
-  auto runner = std::make_unique<DeviceRunner>(
-      std::move(*devices.value), open_channel(plan.interface, plan.config.bit_rate, network_),
-      plan.interface.uri, false);
+  auto runner =
+      std::make_unique<DeviceRunner>(std::move(*devices.value),
+                                     open_channel(plan.interface, plan.config.bit_rate, network_,
+                                                  Use::transmit, plan.config.data_bit_rate),
+                                     plan.interface.uri, false);
   host.devices = runner.get();
   devices_->add(std::move(runner));
 }
@@ -310,7 +312,8 @@ void Gateway::run_devices(LineHost& host, std::vector<Diagnostic>& diagnostics) 
 std::unique_ptr<can_bridge::Channel> Gateway::channel_for(LineHost& host) {
   const config::LinePlan& plan = host.plan;
   const Use use = plan.config.role == line::Role::observer ? Use::observe : Use::transmit;
-  auto channel = open_channel(plan.interface, plan.config.bit_rate, network_, use);
+  auto channel =
+      open_channel(plan.interface, plan.config.bit_rate, network_, use, plan.config.data_bit_rate);
   if (!plan.record) {
     return channel;
   }

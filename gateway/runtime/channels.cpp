@@ -19,7 +19,8 @@ can_bridge::ControllerSetup controller_setup(const config::Interface& interface,
 
 std::unique_ptr<can_bridge::Channel> open_channel(const config::Interface& interface,
                                                   std::uint32_t bit_rate,
-                                                  sim::VirtualNetwork& network, Use use) {
+                                                  sim::VirtualNetwork& network, Use use,
+                                                  std::uint32_t data_bit_rate) {
   if (interface.scheme == config::Scheme::socketcan) {
     can_bridge::SocketOptions options;
     options.setup = controller_setup(interface, use);
@@ -38,6 +39,7 @@ std::unique_ptr<can_bridge::Channel> open_channel(const config::Interface& inter
   if (bit_rate != 0) {
     options.bit_rate = bit_rate;
   }
+  options.data_bit_rate = data_bit_rate;
   // The bus of a simulated: line gets a name that no virtual: interface can have, so no other line
   // joins it.
   const bool own = interface.scheme == config::Scheme::simulated;

@@ -22,11 +22,13 @@ enum class Use : std::uint8_t { transmit, observe };
 can_bridge::ControllerSetup controller_setup(const config::Interface& interface, Use use);
 
 // Never fails: the channel reports an interface that cannot be opened, and retries. bit_rate: of a
-// virtual bus, 0 = 1 Mbit/s; a kernel interface has its own.
+// virtual bus, 0 = 1 Mbit/s, data_bit_rate: of the data phase of its FD frames, 0 = bit_rate; a
+// kernel interface has its own.
 std::unique_ptr<can_bridge::Channel> open_channel(const config::Interface& interface,
                                                   std::uint32_t bit_rate,
                                                   sim::VirtualNetwork& network,
-                                                  Use use = Use::transmit);
+                                                  Use use = Use::transmit,
+                                                  std::uint32_t data_bit_rate = 0);
 
 // The name for operators: the kernel's name, as used by ip, else the text of the configuration.
 std::string name_for_people(const config::Interface& interface);

@@ -24,6 +24,7 @@ Loaded<sim::DeviceGroup> make_devices(std::span<const config::SimulatedDevice> d
     options.seed = wanted.node;
     options.unconfigured = wanted.unconfigured;
     options.serial = wanted.serial;
+    options.fd = wanted.fd;
     if (!storage.empty()) {
       options.medium = std::make_shared<ParameterFile>(parameter_path(storage, name, wanted.node));
     }

@@ -372,6 +372,11 @@ class Text {
     add("\nline {} on {}\n", c.name, plan.interface.uri);
     add("  {} {}, network-ID {}, bit rate {}\n", role_text(plan.config.role, c.role), own_node(c),
         c.network_id, c.bit_rate == 0 ? "not given" : fmt::format("{} bit/s", c.bit_rate));
+    if (c.canopen_fd) {
+      add("  CANopen FD, data bit rate {}, aborts of USDO with {}\n",
+          c.data_bit_rate == 0 ? "not given" : fmt::format("{} bit/s", c.data_bit_rate),
+          c.usdo_abort == usdo::AbortForm::one_byte ? "one byte" : "four bytes");
+    }
     if (c.devices.empty()) {
       own_services(c);
     }
@@ -412,7 +417,7 @@ class Text {
           plan.auto_scan->eds.empty() ? "" : "; device files in " + plan.auto_scan->eds);
     }
     for (const auto& node : c.nodes) {
-      this->node(node, c.role);
+      this->node(node, c.role, line::longest_pdo(c));
     }
     for (const auto& device : c.devices) {
       add("  device {} {}: {} ({})\n", device.id, device.name, device.device.product_name,
@@ -450,7 +455,7 @@ class Text {
     }
   }
 
-  void node(const line::NodeConfig& node, line::Role role) {
+  void node(const line::NodeConfig& node, line::Role role, std::size_t longest) {
     add("  node {} {}: {} ({}){}\n", node.id, node.name, node.device.product_name, node.device.file,
         role == line::Role::manager && node.mandatory ? ", mandatory" : "");
     const bool awaits_one = role != line::Role::manager && node.heartbeat != Duration::zero();
@@ -484,7 +489,7 @@ class Text {
     for (const auto& value : node.objects) {
       object(node, value.address, value.data, role, "");
     }
-    pdos(node.device);
+    pdos(node.device, longest);
   }
 
   void object(const line::NodeConfig& node, od::Address address, std::span<const std::byte> value,
@@ -542,8 +547,8 @@ class Text {
                        node.block_from == sdo::kNoBlocks ? ", no SDO block transfer" : "");
   }
 
-  void pdos(const od::DeviceDescription& device) {
-    const auto described = pdo::describe_pdos(device);
+  void pdos(const od::DeviceDescription& device, std::size_t longest = 64) {
+    const auto described = pdo::describe_pdos(device, longest);
     if (described.value) {
       for (const auto& p : described.value->tpdos) {
         pdo("TPDO", p, device);

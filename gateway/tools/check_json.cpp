@@ -102,8 +102,8 @@ Json pdo_json(const pdo::Parameters& pdo) {
            })}};
 }
 
-void add_pdos(const od::DeviceDescription& device, Json& to) {
-  const auto described = pdo::describe_pdos(device);
+void add_pdos(const od::DeviceDescription& device, Json& to, std::size_t longest = 64) {
+  const auto described = pdo::describe_pdos(device, longest);
   to["tpdos"] = described.value ? array_of(described.value->tpdos, pdo_json) : Json::array();
   to["rpdos"] = described.value ? array_of(described.value->rpdos, pdo_json) : Json::array();
 }
@@ -131,7 +131,7 @@ void add_writes(const line::NodeConfig& node, line::Role role, Json& to) {
 }
 
 // observed: another master boots the node, so the settings of its boot process have no effect.
-Json node_json(const line::NodeConfig& node, line::Role role) {
+Json node_json(const line::NodeConfig& node, line::Role role, std::size_t longest) {
   Json out{{"id", node.id},
            {"observed", role != line::Role::manager},
            {"name", node.name},
@@ -146,7 +146,7 @@ Json node_json(const line::NodeConfig& node, line::Role role) {
            {"sdo_block_from", node.block_from == sdo::kNoBlocks ? 0U : node.block_from},
            {"heartbeat_ns", node.heartbeat.count()}};
   add_writes(node, role, out);
-  add_pdos(node.device, out);
+  add_pdos(node.device, out, longest);
   return out;
 }
 
@@ -232,6 +232,9 @@ Json settings_json(const config::LinePlan& plan, const line::LineConfig& line) {
           {"node_id", line.node_id},
           {"network_id", line.network_id},
           {"bit_rate", line.bit_rate},
+          {"canopen_fd", line.canopen_fd},
+          {"data_bit_rate", line.data_bit_rate},
+          {"usdo_abort", usdo::name(line.usdo_abort)},
           {"heartbeat_ns", line.heartbeat.count()},
           {"sync_ns", line.sync_period.count()},
           {"emcy_bytes", node::name(line.error_scheme)},
@@ -266,7 +269,9 @@ Json line_json(const config::LinePlan& plan) {
   out["enter"] = array_of(line.routing.access, [](const auto& rule) -> Json {
     return {{"first", rule.first}, {"last", rule.last}, {"services", services_text(rule)}};
   });
-  out["nodes"] = array_of(line.nodes, [&](const auto& node) { return node_json(node, line.role); });
+  out["nodes"] = array_of(line.nodes, [&](const auto& node) {
+    return node_json(node, line.role, line::longest_pdo(line));
+  });
   out["devices"] = array_of(line.devices, device_json);
   if (const auto made = line::Line::make(line); made.value) {
     const auto& outputs = (*made.value)->layout(image::Direction::outputs);

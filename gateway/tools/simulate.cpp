@@ -107,8 +107,11 @@ bool read_plant(const SimulateOptions& options, Simulation& out) {
   }
   for (const auto& node : line->config.nodes) {
     if (const auto profile = profile_by_file(node)) {
-      out.devices.push_back(
-          {.node = node.id, .profile = *profile, .unconfigured = false, .serial = node.serial});
+      out.devices.push_back({.node = node.id,
+                             .profile = *profile,
+                             .unconfigured = false,
+                             .serial = node.serial,
+                             .fd = line->config.canopen_fd});
     } else {
       spdlog::warn("node {} ({}) is left out: {} is none of the simulated devices", node.id,
                    node.name, node.device.file);

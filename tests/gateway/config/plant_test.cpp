@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "stack/line/line.h"
@@ -759,6 +760,64 @@ lines:
   EXPECT_EQ(lines[1].auto_scan->eds, kRoot + "bridges/sim/eds");
   EXPECT_EQ(lines[1].config.found_heartbeat, 250ms);
   EXPECT_FALSE(lines[2].auto_scan);
+}
+
+TEST(Plant, ALineMayBeOfCanopenFd) {
+  const auto loaded = read_text(R"(schema: 1
+lines:
+  - name: a
+    interface: "simulated:"
+    bit_rate: 1Mbit
+    canopen_fd: true
+    data_bit_rate: 5Mbit
+    usdo_abort: four-bytes
+    simulate: [{node: 5, profile: fd-io}]
+    nodes: [{id: 5, name: io, eds: bridges/sim/eds/fd-io.eds, heartbeat: 200ms}]
+  - {name: b, interface: "simulated:"}
+)");
+  ASSERT_TRUE(loaded.ok()) << testing::PrintToString(messages(loaded));
+  const LinePlan& line = loaded.value->lines[0];
+  EXPECT_TRUE(line.config.canopen_fd);
+  EXPECT_EQ(line.config.data_bit_rate, 5'000'000U);
+  EXPECT_EQ(line.config.usdo_abort, usdo::AbortForm::four_bytes);
+  EXPECT_TRUE(line.simulated[0].fd);
+  EXPECT_FALSE(loaded.value->lines[1].config.canopen_fd);
+  EXPECT_EQ(loaded.value->lines[1].config.usdo_abort, usdo::AbortForm::one_byte);
+}
+
+TEST(Plant, PdosOfCanopenFdHaveRoomFor64Bytes) {
+  const auto loaded = read_text(R"(schema: 1
+lines:
+  - name: a
+    interface: "simulated:"
+    canopen_fd: true
+    nodes:
+      - id: 5
+        eds: bridges/sim/eds/fd-io.eds
+        pdos:
+          tpdo1: {map: ["6000:1", "6000:2", "6000:3", "6000:4", "6000:5", "6000:6", "6000:7", "6000:8", "6000:9"]}
+)");
+  ASSERT_TRUE(loaded.ok()) << testing::PrintToString(messages(loaded));
+}
+
+TEST(Plant, WhatCanopenFdDoesNotHaveIsRefused) {
+  const auto refused = [](const std::string& line) {
+    const auto loaded =
+        read_text("schema: 1\nlines: [{name: a, interface: 'simulated:', " + line + "}]\n");
+    EXPECT_FALSE(loaded.ok()) << line;
+    return testing::PrintToString(messages(loaded));
+  };
+  EXPECT_THAT(refused("data_bit_rate: 5Mbit"),
+              testing::HasSubstr("data_bit_rate needs canopen_fd: true"));
+  EXPECT_THAT(refused("canopen_fd: true, data_bit_rate: fast"),
+              testing::HasSubstr("expected a bit rate such as 5Mbit, got"));
+  EXPECT_THAT(refused("canopen_fd: true, role: observer"),
+              testing::HasSubstr("canopen_fd is for the role manager"));
+  EXPECT_THAT(refused("canopen_fd: true, role: device, node_id: 3"),
+              testing::HasSubstr("canopen_fd is for the role manager"));
+  EXPECT_THAT(refused("canopen_fd: true, nodes: [{id: 5, eds: bridges/sim/eds/fd-io.eds, guarding: "
+                      "{time: 100ms, factor: 3}}]"),
+              testing::HasSubstr("CANopen FD has no node guarding"));
 }
 
 TEST(Plant, DiscoveryServersHaveDifferentIds) {

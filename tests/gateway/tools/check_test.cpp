@@ -378,6 +378,25 @@ lines:
   EXPECT_TRUE(contains(text, "own.Recipe")) << text;
 }
 
+TEST(Check, SaysThatALineIsOfCanopenFd) {
+  const auto loaded = config::read(
+      "schema: 1\nlines: [{name: a, interface: 'simulated:', canopen_fd: true, data_bit_rate: "
+      "5Mbit, "
+      "usdo_abort: four-bytes, nodes: [{id: 5, eds: bridges/sim/eds/fd-io.eds}]}]\n",
+      LINEGATE_SOURCE_DIR "/plant.yaml");
+  ASSERT_TRUE(loaded.ok());
+  const std::string text = describe(*loaded.value);
+  EXPECT_TRUE(
+      contains(text, "  CANopen FD, data bit rate 5000000 bit/s, aborts of USDO with four bytes\n"))
+      << text;
+  EXPECT_TRUE(contains(text, "6000:40/8")) << "a PDO of 64 bytes: " << text;
+  const auto line = YAML::Load(to_json(loaded))["lines"][0];
+  EXPECT_TRUE(line["canopen_fd"].as<bool>());
+  EXPECT_EQ(line["data_bit_rate"].as<unsigned>(), 5'000'000U);
+  EXPECT_EQ(line["usdo_abort"].as<std::string>(), "four-bytes");
+  EXPECT_EQ(line["nodes"][0]["tpdos"].size(), 1U);
+}
+
 TEST(Check, SaysThatDevicesHaveNamedTopics) {
   const auto loaded = config::read(R"(schema: 1
 lines:
