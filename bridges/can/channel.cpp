@@ -59,6 +59,9 @@ std::string describe_failure(std::string_view interface, std::uint32_t code) {
     case EPROTONOSUPPORT:
       return "this kernel has no raw CAN sockets (CAN_RAW): load the can-raw module "
              "(modprobe can-raw)";
+    case EMSGSIZE:
+      return name + " carries no CAN FD frames, which the line needs: set its controller up with " +
+             "fd on, or a virtual interface with ip link set " + name + " mtu 72";
     case EPERM:
     case EACCES:
       return "no permission to open " + name + ": CAP_NET_RAW may be missing";

@@ -309,7 +309,18 @@ void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
   return true;
 }
 
-void LineRunner::bus_event(const can::BusEvent& event, Instant now) {
+// An interface without CAN FD is no interface for a line of CANopen FD.
+can::BusEvent LineRunner::as_usable(can::BusEvent event) {
+  if (event.kind == can::BusEvent::Kind::interface_ready && line_->config().canopen_fd &&
+      !pump_.channel().carries_fd()) {
+    event.kind = can::BusEvent::Kind::interface_failed;
+    event.code = EMSGSIZE;
+  }
+  return event;
+}
+
+void LineRunner::bus_event(const can::BusEvent& reported, Instant now) {
+  const can::BusEvent event = as_usable(reported);
   line_->bus_event(event);
   status_wanted_ = true;
   if (event.kind == can::BusEvent::Kind::interface_ready) {

@@ -106,7 +106,8 @@ class LineRunner final : public Runner {
   bool is_only_for_images(Instant now) const;
   Instant receive(Instant now);
   void wake_at(Instant now) { next_wake_ = work_due_ = now; }
-  void bus_event(const can::BusEvent& event, Instant now);
+  can::BusEvent as_usable(can::BusEvent event);
+  void bus_event(const can::BusEvent& reported, Instant now);
   void poll_storage_results();
   void poll_calls(Instant now);
   void start_scan(Instant now);

@@ -168,6 +168,9 @@ void check_fd(const LineConfig& config, std::vector<Diagnostic>& out) {
     if (node.guard_time != Duration::zero()) {
       out.push_back(error(config, node_text(node) + ": CANopen FD has no node guarding"));
     }
+    if (!transmitted_srdos(node).empty()) {
+      out.push_back(error(config, node_text(node) + ": SRDO is not defined for CANopen FD"));
+    }
   }
 }
 

@@ -175,6 +175,7 @@ TEST(VirtualFaults, AChangeThatIsWrongIsToldAndChangesNothing) {
 TEST(DescribeFailure, SaysWhatToDo) {
   EXPECT_EQ(describe_failure("can9", ENODEV), "no such interface: can9");
   EXPECT_THAT(describe_failure("can0", ENETDOWN), HasSubstr("ip link set can0 up"));
+  EXPECT_THAT(describe_failure("can0", EMSGSIZE), HasSubstr("ip link set can0 mtu 72"));
   EXPECT_THAT(describe_failure("can0", EAFNOSUPPORT), HasSubstr("no CAN support (AF_CAN)"));
   EXPECT_THAT(describe_failure("can0", EPROTONOSUPPORT), HasSubstr("modprobe can-raw"));
   EXPECT_THAT(describe_failure("can0", EPERM), HasSubstr("permission"));

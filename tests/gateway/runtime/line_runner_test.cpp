@@ -517,6 +517,26 @@ TEST_F(LineRunnerTest, StopsAfterAWhileEvenIfTheChannelTakesNothing) {
   EXPECT_TRUE(runner_->stopped(now_));
 }
 
+class FdLineTest : public LineRunnerTest {
+ protected:
+  FdLineTest()
+      : LineRunnerTest(
+            "schema: 1\nlines: [{name: a, interface: 'virtual:a', canopen_fd: true, "
+            "nodes: [{id: 5, eds: bridges/sim/eds/fd-io.eds}]}]\n") {}
+};
+
+TEST_F(FdLineTest, AnInterfaceWithoutCanFdIsNone) {
+  channel_->fd = false;
+  make_ready();
+  EXPECT_TRUE(happened(EventKind::interface_failed));
+  EXPECT_FALSE(happened(EventKind::line_started));
+  serve(1s);
+  EXPECT_TRUE(channel_->sent.empty());
+  channel_->fd = true;
+  make_ready();
+  EXPECT_TRUE(happened(EventKind::line_started));
+}
+
 class PeriodicLineTest : public LineRunnerTest {
  protected:
   PeriodicLineTest()
