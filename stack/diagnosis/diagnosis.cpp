@@ -17,15 +17,10 @@ constexpr std::uint64_t kIsMandatory = 1U << 3U;
 // Time limit for a node to carry out an NMT command.
 constexpr Duration kObedience = std::chrono::milliseconds(100);
 
-// A node that restarts while it is configured has lost what was written before, and refuses the
-// next write. Its boot-up message has a lower priority than its SDO response: a controller with
-// several transmit buffers sends it later, and later than the waiting frames of other nodes.
-constexpr Duration kBootUpDelay = std::chrono::milliseconds(100);
-
 // The boot process of the node ended because of its configuration.
 bool ends_with_configuration(const Event& event) {
   const auto* const result = event.get<event::BootResult>();
-  return result != nullptr && result->letter == 'J';
+  return result != nullptr && result->letter == manager::kConfigurationFailed;
 }
 
 bool booted(const NodeState& node) {
@@ -78,7 +73,7 @@ void Diagnosis::emitted(const Event& event) {
   if (event.get<event::BootUp>() != nullptr && of_node) {
     expected_[event.node] = {};
     disobedient_.set(event.node, false);
-    refusing_.set(event.node, false);
+    forget_refusal(event.node);
   }
   const NetworkFacts now = source_.network();
   if (now.manages) {
@@ -101,22 +96,31 @@ void Diagnosis::fail() {
   state_.fail();
   failed_ = true;
   changed_ = true;
-  refusing_ = {};
-  refusal_counts_ = kNever;
+  forget_refusals();
 }
 
-// Later refusals delay the fatal error: each node has the whole time for its boot-up message.
 void Diagnosis::note_refusal(std::uint8_t node, Instant now) {
-  refusing_.set(node);
-  refusal_counts_ = now + kBootUpDelay;
+  fatal_from_[node] = earlier(fatal_from_[node], now + manager::kBootUpDelay);
+  refusal_counts_ = earlier(refusal_counts_, fatal_from_[node]);
+}
+
+void Diagnosis::forget_refusal(std::uint8_t node) {
+  if (std::exchange(fatal_from_[node], kNever) != kNever) {
+    refusal_counts_ = *std::ranges::min_element(fatal_from_);
+  }
+}
+
+void Diagnosis::forget_refusals() {
+  fatal_from_.fill(kNever);
+  refusal_counts_ = kNever;
 }
 
 void Diagnosis::look_at_refusals(Instant now) {
   if (now < refusal_counts_) {
     return;
   }
-  refusal_counts_ = kNever;
-  if (source_.network().manages && std::exchange(refusing_, NodeList{}) != NodeList{}) {
+  forget_refusals();
+  if (source_.network().manages) {
     fail();
   }
 }
@@ -168,8 +172,7 @@ void Diagnosis::requested(std::uint8_t node) {
 void Diagnosis::begin() {
   state_.begin();
   failed_ = false;
-  refusing_ = {};
-  refusal_counts_ = kNever;
+  forget_refusals();
   events_ = 0;
   communication_.begin();
   began_ = latest_;

@@ -86,6 +86,8 @@ class Diagnosis final : public EventListener {
   void begin();
   void fail();
   void note_refusal(std::uint8_t node, Instant now);
+  void forget_refusal(std::uint8_t node);
+  void forget_refusals();
   void look_at_refusals(Instant now);
   bool mandatory(std::uint8_t node) const;
   bool assigned_to_master(std::uint8_t node) const;
@@ -111,8 +113,13 @@ class Diagnosis final : public EventListener {
   };
   std::array<Expectation, can::kMaxNodeId + 1> expected_{};
   NodeList disobedient_;
-  // Nodes that refused their configuration and have not booted since, and when that is fatal.
-  NodeList refusing_;
+  // When the refusal of a node that has not booted since becomes a fatal error, and the first of
+  // these times.
+  std::array<Instant, can::kMaxNodeId + 1> fatal_from_ = [] {
+    std::array<Instant, can::kMaxNodeId + 1> out;
+    out.fill(kNever);
+    return out;
+  }();
   Instant refusal_counts_ = kNever;
   Instant latest_{};  // stands in for reports without a time
   Instant began_{};

@@ -141,6 +141,10 @@ void BootSlave::boot_up(Instant now) {
     return;  // a device restarts when its program is stopped or started
   } else if (step_ == Step::configuration || step_ == Step::error_control) {
     restarted(now);
+  } else if (step_ == Step::done && node_.boot == kConfigurationFailed &&
+             now - ended_ <= kBootUpDelay) {
+    clear();
+    restarted(now);
   } else if (restarts_ == 0 || step_ == Step::done || step_ == Step::idle) {
     begin(Reason::boots_up, now);
   } else if (step_ != Step::retry) {
@@ -565,6 +569,7 @@ void BootSlave::fail(char letter, BootFinding finding, Instant now) {
 
 void BootSlave::finish(char letter, const BootFinding& finding, Instant now) {
   reported_ = false;
+  ended_ = now;
   set_step(Step::done, kNever);
   report(letter, finding, now);
 }
@@ -648,7 +653,8 @@ bool BootSlave::may_follow(Step before, Step step) {
     case Step::done:
       return before != Step::retry && before != Step::done;
     case Step::retry:
-      return reads || runs || before == Step::keep_alive || before == Step::error_control;
+      return reads || runs || before == Step::keep_alive || before == Step::error_control ||
+             before == Step::idle;
   }
   return false;
 }

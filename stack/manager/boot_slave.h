@@ -180,6 +180,7 @@ class BootSlave final : private StepContext {
   Step step_ = Step::idle;
   Step reset_by_ = Step::idle;  // the step to continue after the reset
   Instant wake_ = kNever;
+  Instant ended_{};  // the last Step::done
   // From then on a missing answer is boot status B, and repeated aborts are a refusal
   Instant give_up_ = kNever;
   bool reported_ = false;         // the reason why the process keeps trying was reported

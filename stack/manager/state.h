@@ -45,12 +45,18 @@ std::string_view name(StateCause cause);
 
 inline constexpr char kBooted = '\0';
 inline constexpr char kBootUnfinished = '-';
+inline constexpr char kConfigurationFailed = 'J';
 // Configured, but its error control does not start.
 inline constexpr char kNoErrorControl = 'K';
 inline constexpr char kWasOperational = 'L';
 // Letters that CiA 302-2 does not have. OWN.
 inline constexpr char kNotStarted = 'S';  // booted, but not Operational after NMT start
 inline constexpr char kRestarts = 'R';    // it boots repeatedly while it is configured
+
+// A node that restarts while it is configured has lost what was written before, and refuses the
+// next write. Its boot-up message has a lower priority than its SDO response: a controller with
+// several transmit buffers sends it later, and later than the waiting frames of other nodes.
+inline constexpr Duration kBootUpDelay = std::chrono::milliseconds(100);
 
 // The boot process was successful, or the node was already running.
 constexpr bool is_booted(char letter) {

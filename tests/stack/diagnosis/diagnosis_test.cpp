@@ -273,6 +273,24 @@ TEST_F(DiagnosisTest, EachNodeHasTheWholeTimeForItsBootUpMessage) {
   EXPECT_TRUE(diagnosis_.fatal()) << "a restart does not change the identity";
 }
 
+TEST_F(DiagnosisTest, ANodeThatRefusesAgainAndAgainDoesNotDelayTheErrorOfAnother) {
+  od::ObjectDescription assignment = numbers(0x1F81, 127, kLamp, 0x9);
+  assignment.variables[kPress].value = assignment.variables[kLamp].value;
+  ASSERT_TRUE(dictionary_.add(assignment).ok());
+  tell(kPress, event::BootResult{.letter = 'J'});
+  for (int i = 0; i < 3; ++i) {
+    now_ += milliseconds(30);
+    tell(kLamp, event::BootResult{.letter = 'J'});
+    tell(kLamp, event::BootUp{});
+    diagnosis_.update(now_);
+    EXPECT_FALSE(diagnosis_.fatal());
+  }
+  EXPECT_EQ(diagnosis_.next_wake(), now_ + milliseconds(10));
+  now_ += milliseconds(10);
+  diagnosis_.update(now_);
+  EXPECT_TRUE(diagnosis_.fatal());
+}
+
 TEST_F(DiagnosisTest, ASlaveListsTheNodesItListensTo) {
   facts_.manages = false;
   facts_.manager = ManagerState::inactive;

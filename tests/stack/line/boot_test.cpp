@@ -289,6 +289,29 @@ TEST_F(MandatoryNodeTest, ARefusalBeforeItsBootUpMessageDoesNotStopTheNetwork) {
   EXPECT_THAT(sent(), testing::Not(testing::Contains("000#0200")));
 }
 
+TEST_F(MandatoryNodeTest, RefusalsBeforeItsBootUpMessageAgainAndAgainAreRestarts) {
+  for (int i = 0; i < 2; ++i) {
+    hear(0x585, {0x80, 0x17, 0x10, 0x00, 0x30, 0x00, 0x09, 0x06});
+    hear(0x705, {0x00});
+    if (i == 0) {
+      answer_identity();
+    }
+  }
+  sent();
+  pass(milliseconds(90));
+  EXPECT_THAT(sent(), testing::Each(testing::Not(testing::StartsWith("605#")))) << "a pause";
+  pass(seconds(1));
+  EXPECT_THAT(sent(), testing::Contains("605#4000100000000000"));
+  for (int i = 0; i < 4; ++i) {
+    answer_identity();
+    hear(0x585, {0x80, 0x17, 0x10, 0x00, 0x30, 0x00, 0x09, 0x06});
+    hear(0x705, {0x00});
+    pass(seconds(2));
+  }
+  EXPECT_EQ(line_->node_state(5).boot, 'R');
+  EXPECT_NE(line_->state().network, 0x90);
+}
+
 TEST_F(MandatoryNodeTest, ALostAnswerDoesNot) {
   pass(milliseconds(600));
   expect_it_is_asked_again();
