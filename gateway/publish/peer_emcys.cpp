@@ -2,6 +2,7 @@
 #include "gateway/publish/peer_emcys.h"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 namespace linegate::gateway {
@@ -135,19 +136,14 @@ void PeerEmcys::hold(const GatewayLine& name, Line& line, Held held, Instant now
   line.held.push_back(std::move(held));
 }
 
-// The oldest one of the source that has most of them: it is that which is too old first, and a node
-// does not displace the EMCYs of others.
+// The oldest one of the sender that has most of them: it is that which is too old first, and a node
+// does not displace the EMCYs of others, whatever sources it names.
 std::deque<PeerEmcys::Held>::iterator PeerEmcys::surplus(std::deque<Held>& held) {
-  const auto source_of = [](const Held& each) {
-    return std::pair(each.emcy.network, each.emcy.node);
-  };
-  std::map<std::pair<std::uint16_t, std::uint8_t>, std::size_t> counts;
+  std::array<std::size_t, 256> counts{};
   for (const Held& each : held) {
-    ++counts[source_of(each)];
+    ++counts[each.node];
   }
-  const auto most =
-      std::ranges::max_element(counts, {}, [](const auto& each) { return each.second; })->first;
-  return std::ranges::find(held, most, source_of);
+  return std::ranges::max_element(held, {}, [&](const Held& each) { return counts[each.node]; });
 }
 
 Duration PeerEmcys::age_of(const Line& line, const Held& held, Instant now) {
@@ -205,7 +201,7 @@ void PeerEmcys::pass_on(const GatewayLine& name, Line& line, const Held& held, I
   if (!sink_.is_wanted(name, emcy)) {
     return;
   }
-  if (line.limit.admit(emcy.network, emcy.node, now)) {
+  if (line.limit.admit(held.routed ? held.node : std::uint8_t{0}, emcy.network, emcy.node, now)) {
     sink_.take_emcy(name, emcy);
   } else {
     sink_.take_excess(name, emcy);

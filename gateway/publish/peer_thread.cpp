@@ -113,6 +113,9 @@ void PeerThread::set_lines(std::span<const std::unique_ptr<LineHost>> lines) {
     client_->set_lines(addressed_, emcy_lines_);
   }
   emcys_.set_lines(emcy_lines_);
+  std::erase_if(losses_, [&](const Loss& loss) {
+    return std::ranges::none_of(lines, [&](const auto& host) { return host->name() == loss.line; });
+  });
   routes_.set_lines(sorted(std::move(all)), monotonic_now());
 }
 

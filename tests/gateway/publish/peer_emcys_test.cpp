@@ -447,7 +447,7 @@ TEST(PeerEmcyLimit, PermitsAgainAfterAWhile) {
   const auto admitted = [&](std::uint8_t node, unsigned of) {
     unsigned out = 0;
     for (unsigned i = 0; i < of; ++i) {
-      out += limit.admit(7, node, now) ? 1U : 0U;
+      out += limit.admit(0, 7, node, now) ? 1U : 0U;
     }
     return out;
   };
@@ -459,6 +459,22 @@ TEST(PeerEmcyLimit, PermitsAgainAfterAWhile) {
   EXPECT_EQ(admitted(5, 100), PeerEmcyLimit::kNodeBurst);
 }
 
+TEST(PeerEmcyLimit, AGatewayThatInventsSourcesLeavesTheRestToOthers) {
+  PeerEmcyLimit limit;
+  Instant now{1'000s};
+  unsigned of_others = 0;
+  for (unsigned i = 0; i < 1'000; ++i) {
+    for (unsigned k = 0; k < 20; ++k) {
+      (void)limit.admit(9, static_cast<std::uint16_t>(20 * i + k), 1, now);
+    }
+    if (i % 50 == 0) {
+      of_others += limit.admit(0, 7, 5, now) ? 1U : 0U;
+    }
+    now += 10ms;
+  }
+  EXPECT_EQ(of_others, 20U);
+}
+
 TEST(PeerEmcyLimit, LinesShareTheSumOfAll) {
   constexpr unsigned kLines = 16;
   std::vector<PeerEmcyLimit> limits(kLines);
@@ -467,7 +483,7 @@ TEST(PeerEmcyLimit, LinesShareTheSumOfAll) {
   const auto flood = [&] {
     for (PeerEmcyLimit& limit : limits) {
       for (unsigned i = 0; i < 1'000; ++i) {
-        admitted += limit.admit(7, static_cast<std::uint8_t>(1 + i % 127), now) ? 1U : 0U;
+        admitted += limit.admit(0, 7, static_cast<std::uint8_t>(1 + i % 127), now) ? 1U : 0U;
       }
     }
   };
@@ -486,7 +502,8 @@ TEST(PeerEmcyLimit, RemembersFewSources) {
   Instant now{1'000s};
   std::size_t most = 0;
   for (std::uint32_t i = 0; i < 20'000; ++i) {
-    (void)limit.admit(static_cast<std::uint16_t>(i), static_cast<std::uint8_t>(1 + i % 127), now);
+    (void)limit.admit(0, static_cast<std::uint16_t>(i), static_cast<std::uint8_t>(1 + i % 127),
+                      now);
     most = std::max(most, limit.sources());
     now += 1ms;
   }
