@@ -5,10 +5,7 @@
 // of a gateway for a sample, and their memory.
 #include <algorithm>
 #include <array>
-#include <cerrno>
-#include <csignal>
 #include <cstdio>
-#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -17,12 +14,12 @@
 #include <vector>
 
 #include <fcntl.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include "gateway/security/authority.h"
 #include "gateway/security/files.h"
 
+#include "tests/bench/processes.h"
 #include "tests/bench/sample_course.h"
 
 namespace linegate::bench {
@@ -67,52 +64,6 @@ int run_way(const std::string& way, std::uint32_t domain, int far, const std::st
   return 0;
 }
 
-pid_t start(const std::vector<std::string>& arguments) {
-  const pid_t child = fork();
-  require(child >= 0, "no process");
-  if (child != 0) {
-    return child;
-  }
-  std::vector<char*> command{const_cast<char*>("measure_dds_process")};
-  for (const std::string& argument : arguments) {
-    command.push_back(const_cast<char*>(argument.c_str()));
-  }
-  command.push_back(nullptr);
-  execv("/proc/self/exe", command.data());
-  _exit(1);
-}
-
-void end(pid_t child) {
-  kill(child, SIGKILL);
-  waitpid(child, nullptr, 0);
-}
-
-// The process and its children.
-std::vector<pid_t> processes_of(pid_t process) {
-  std::vector<pid_t> out{process};
-  for (const auto& task :
-       folders::directory_iterator("/proc/" + std::to_string(process) + "/task")) {
-    std::ifstream children(task.path() / "children");
-    for (pid_t child = 0; children >> child;) {
-      out.push_back(child);
-    }
-  }
-  return out;
-}
-
-// us
-double processor_time(pid_t process) {
-  double out = 0;
-  for (const pid_t one : processes_of(process)) {
-    clockid_t clock{};
-    timespec time{};
-    require(clock_getcpuclockid(one, &clock) == 0 && clock_gettime(clock, &time) == 0,
-            "a process has ended");
-    out += static_cast<double>(time.tv_sec) * 1e6 + static_cast<double>(time.tv_nsec) / 1e3;
-  }
-  return out;
-}
-
 std::string memory(pid_t process) {
   std::string out;
   for (const pid_t one : processes_of(process)) {
@@ -130,11 +81,6 @@ std::string memory(pid_t process) {
 
 // --- measuring ----------------------------------------------------------------------------------
 
-double percentile(std::vector<double> of, double part) {
-  std::sort(of.begin(), of.end());
-  return of[static_cast<std::size_t>(part * static_cast<double>(of.size() - 1))];
-}
-
 class Comparison {
  public:
   // folder: of an authority; empty: without DDS-Security.
@@ -142,8 +88,8 @@ class Comparison {
       : domain_(std::to_string(domain)), folder_(std::move(folder)) {
     for (std::size_t i = 0; i < kWays.size(); ++i) {
       fcntl(wires_[i].far(), F_SETFD, 0);  // of this process alone
-      ways_.push_back(
-          start({"--way", kWays[i], domain_, std::to_string(wires_[i].far()), identity(kWays[i])}));
+      ways_.push_back(start_again(
+          {"--way", kWays[i], domain_, std::to_string(wires_[i].far()), identity(kWays[i])}));
       close(wires_[i].far());
     }
     for (std::size_t i = 0; i < 2; ++i) {
@@ -155,9 +101,9 @@ class Comparison {
     require(matched_, "the subscriber receives nothing");
   }
   ~Comparison() {
-    end(subscriber_);
+    end_process(subscriber_);
     for (const pid_t way : ways_) {
-      end(way);
+      end_process(way);
     }
     close(pipe_);
   }
@@ -199,12 +145,13 @@ class Comparison {
   }
   void subscribe_again() {
     if (subscriber_ > 0) {
-      end(subscriber_);
+      end_process(subscriber_);
       close(pipe_);
     }
     std::array<int, 2> ends{};
     require(pipe(ends.data()) == 0 && fcntl(ends[0], F_SETFD, FD_CLOEXEC) == 0, "no pipe");
-    subscriber_ = start({"--subscribe", domain_, std::to_string(ends[1]), identity("reader")});
+    subscriber_ =
+        start_again({"--subscribe", domain_, std::to_string(ends[1]), identity("reader")});
     close(ends[1]);
     pipe_ = ends[0];
     courses_.clear();
@@ -216,12 +163,12 @@ class Comparison {
   }
   // us of processor time for one of kFrames samples.
   double cost(std::size_t i) {
-    const double before = processor_time(ways_[i]);
+    const double before = processor_time_of_all(ways_[i]);
     for (int n = 0; n < kFrames; ++n) {
       std::this_thread::sleep_for(kPace);
       courses_[i].send();
     }
-    const double out = (processor_time(ways_[i]) - before) / kFrames;
+    const double out = (processor_time_of_all(ways_[i]) - before) / kFrames;
     courses_[i].drain();
     return out;
   }

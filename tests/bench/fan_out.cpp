@@ -7,12 +7,9 @@
 #include <array>
 #include <atomic>
 #include <chrono>
-#include <csignal>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <fstream>
-#include <functional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -24,9 +21,6 @@
 #include <fcntl.h>
 #include <linegatePubSubTypes.h>
 #include <sched.h>
-#include <sys/mman.h>
-#include <sys/prctl.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include "bridges/dds/client.h"
@@ -34,7 +28,9 @@
 #include "bridges/dds/profiles.h"
 #include "bridges/dds/publisher.h"
 
+#include "tests/bench/image_counts.h"
 #include "tests/bench/measure.h"
+#include "tests/bench/processes.h"
 
 namespace linegate::bench {
 namespace {
@@ -56,11 +52,7 @@ enum class Way : std::uint8_t { bare, unicast, multicast };
 // Of all processes of the measurement.
 struct Shared {
   std::atomic<std::uint64_t> written;
-  struct Reader {
-    std::atomic<std::uint64_t> received;
-    std::atomic<std::uint64_t> lost;
-  };
-  std::array<Reader, kMostReaders> readers;
+  std::array<ImageCounts, kMostReaders> readers;
 };
 
 struct Settings {
@@ -70,42 +62,11 @@ struct Settings {
   pid_t hosts = 0;  // a process in the network of the readers
 };
 
-pid_t start(const std::function<void()>& run) {
-  const pid_t child = fork();
-  require(child >= 0, "no process");
-  if (child == 0) {
-    prctl(PR_SET_PDEATHSIG, SIGKILL);
-    run();
-    _exit(1);
-  }
-  return child;
-}
-
-void end(pid_t child) {
-  kill(child, SIGKILL);
-  waitpid(child, nullptr, 0);
-}
-
 void command(const std::string& text) {
   require(std::system(text.c_str()) == 0, text + " failed");
 }
 
 // --- the processes ------------------------------------------------------------------------------
-
-class Images : public dds::ClientListener {
- public:
-  explicit Images(Shared::Reader& counts) : counts_(counts) {}
-  void on_image(const dds::Source&, const image::Snapshot& image) override {
-    if (last_ != 0)
-      counts_.lost += image.sequence - last_ - 1;
-    last_ = image.sequence;
-    ++counts_.received;
-  }
-
- private:
-  Shared::Reader& counts_;
-  std::uint64_t last_ = 0;
-};
 
 void run_reader(const Settings& settings, std::size_t number, bool multicast) {
   const std::string network = "/proc/" + std::to_string(settings.hosts) + "/ns/net";
@@ -119,7 +80,7 @@ void run_reader(const Settings& settings, std::size_t number, bool multicast) {
   options.network.multicast_images = multicast;
   auto made = dds::Client::make(options);
   require(made.ok(), "no client");
-  Images images(settings.shared->readers[number]);
+  ImageCounter images(settings.shared->readers[number]);
   for (;;)
     (*made.value)->poll(100ms, images);
 }
@@ -214,15 +175,6 @@ void run_gateway(const Settings& settings, bool multicast) {
 
 // --- the measurement ----------------------------------------------------------------------------
 
-// us
-double processor_time(pid_t process) {
-  clockid_t clock{};
-  timespec time{};
-  require(clock_getcpuclockid(process, &clock) == 0 && clock_gettime(clock, &time) == 0,
-          "the writer has ended");
-  return static_cast<double>(time.tv_sec) * 1e6 + static_cast<double>(time.tv_nsec) / 1e3;
-}
-
 struct Figure {
   double cost = 0;  // us of the writer for an image
   std::uint64_t lost = 0;
@@ -231,7 +183,7 @@ struct Figure {
 // Until each reader has received some images.
 void await_readers(const Settings& settings, std::size_t readers) {
   const auto until = std::chrono::steady_clock::now() + kPatience;
-  const auto receives = [](const Shared::Reader& it) { return it.received > 20; };
+  const auto receives = [](const ImageCounts& it) { return it.received > 20; };
   while (!std::all_of(settings.shared->readers.begin(),
                       settings.shared->readers.begin() + static_cast<std::ptrdiff_t>(readers),
                       receives)) {
@@ -243,7 +195,7 @@ void await_readers(const Settings& settings, std::size_t readers) {
 
 std::uint64_t lost_by(const Settings& settings) {
   std::uint64_t out = 0;
-  for (const Shared::Reader& it : settings.shared->readers)
+  for (const ImageCounts& it : settings.shared->readers)
     out += it.lost;
   return out;
 }
@@ -251,15 +203,15 @@ std::uint64_t lost_by(const Settings& settings) {
 Figure measure(Settings& settings, Way way, std::size_t readers) {
   ++settings.domain;
   settings.shared->written = 0;
-  for (Shared::Reader& it : settings.shared->readers)
+  for (ImageCounts& it : settings.shared->readers)
     it.received = it.lost = 0;
-  const pid_t writer = start([&] {
+  const pid_t writer = start_process([&] {
     use_first_processor();
     way == Way::bare ? run_bare(settings) : run_gateway(settings, way == Way::multicast);
   });
   std::vector<pid_t> clients;
   for (std::size_t i = 0; i < readers; ++i) {
-    clients.push_back(start([&] { run_reader(settings, i, way == Way::multicast); }));
+    clients.push_back(start_process([&] { run_reader(settings, i, way == Way::multicast); }));
     std::this_thread::sleep_for(20ms);
   }
   await_readers(settings, readers);
@@ -276,8 +228,8 @@ Figure measure(Settings& settings, Way way, std::size_t readers) {
   }
   const Figure out{median(costs), lost_by(settings) - lost};
   for (const pid_t client : clients)
-    end(client);
-  end(writer);
+    end_process(client);
+  end_process(writer);
   return out;
 }
 
@@ -286,7 +238,7 @@ pid_t make_networks() {
   require(::unshare(CLONE_NEWNET) == 0, "no network namespace: run as root");
   std::array<int, 2> ready{};
   require(::pipe2(ready.data(), O_CLOEXEC) == 0, "no pipe");
-  const pid_t hosts = start([&] {
+  const pid_t hosts = start_process([&] {
     require(::unshare(CLONE_NEWNET | CLONE_NEWNS) == 0 && ::write(ready[1], "x", 1) == 1,
             "no namespace");
     ::pause();
@@ -339,10 +291,9 @@ void print(std::size_t clients, const std::array<Figure, 3>& figures) {
 }
 
 int run(const std::vector<std::size_t>& counts) {
-  void* const memory =
-      ::mmap(nullptr, sizeof(Shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-  require(memory != MAP_FAILED, "no shared memory");
-  Settings settings{make_profiles(), 100, new (memory) Shared{}, make_networks()};
+  // Domains up to 100: the ports of higher ones are among those that the system gives to sockets
+  // for sending, of which 100 clients have hundreds. All programs are in networks of their own.
+  Settings settings{make_profiles(), 0, &make_shared_with_children<Shared>(), make_networks()};
   print_heading("processor time of the writer for an image of 512 octets every 10 ms");
   for (const std::size_t count : counts) {
     std::array<Figure, 3> figures;
@@ -350,7 +301,7 @@ int run(const std::vector<std::size_t>& counts) {
       figures[static_cast<std::size_t>(way)] = measure(settings, way, count);
     print(count, figures);
   }
-  end(settings.hosts);
+  end_process(settings.hosts);
   std::remove(settings.profiles.c_str());
   return 0;
 }

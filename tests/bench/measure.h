@@ -26,6 +26,8 @@ struct Contestant {
 void interleave(std::vector<Contestant>& contestants, int repetitions = kRepetitions);
 
 double median(std::vector<double> values);
+// part: 0..1. Of at least one value.
+double percentile(std::vector<double> values, double part);
 // The time that `pass` takes, in ns: the median of kPasses runs.
 inline constexpr std::size_t kPasses = 16;
 template <class Pass>

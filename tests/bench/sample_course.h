@@ -3,8 +3,10 @@
 // write samples of the same topic, and a subscriber in another process.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <csignal>
 #include <cstdint>
 #include <cstring>
 #include <functional>
@@ -99,71 +101,144 @@ inline config::LinePlan line_plan() {
   return plan;
 }
 
+// Lines, each with an executor of its own.
 class LineGateway {
  public:
-  // plant: without lines. far: the end of a Wire, which it closes.
-  LineGateway(config::Plant plant, int far) {
-    config::LinePlan plan = line_plan();
-    auto made = line::Line::make(plan.config);
+  // plant: with the lines. far: the end of a Wire for each line, which it closes.
+  LineGateway(config::Plant plant, const std::vector<int>& far) {
     plant.dds_profile = LOOPBACK_PROFILES;
-    plant.lines = {plan};
     auto edge = gateway::make_dds_edge(plant, 1);
-    require(made.ok() && edge.ok(), "no line, or no DDS");
+    require(edge.ok(), "no DDS");
     edge_ = *std::move(edge.value);
-    std::unique_ptr<line::Line> line = *std::move(made.value);
-    hosts_.push_back(std::make_unique<gateway::LineHost>(
-        plan, line->layout(image::Direction::inputs), line->layout(image::Direction::outputs)));
-    hosts_[0]->port.direct = edge_->make_direct_images(plan, hosts_[0]->layouts);
+    std::vector<std::unique_ptr<line::Line>> lines;
+    for (const config::LinePlan& plan : plant.lines) {
+      auto made = line::Line::make(plan.config);
+      require(made.ok(), "no line");
+      lines.push_back(*std::move(made.value));
+      hosts_.push_back(
+          std::make_unique<gateway::LineHost>(plan, lines.back()->layout(image::Direction::inputs),
+                                              lines.back()->layout(image::Direction::outputs)));
+      hosts_.back()->port.direct = edge_->make_direct_images(plan, hosts_.back()->layouts);
+    }
     publisher_ = std::make_unique<gateway::Publisher>(*edge_, hosts_);
-    executor_ = std::make_unique<gateway::Executor>(config::ExecutorPlan{});
-    executor_->add(std::make_unique<gateway::LineRunner>(std::move(line),
-                                                         can_bridge::open_on_descriptor(far), plan,
-                                                         hosts_[0]->port, publisher_->wakeup()));
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+      executors_.push_back(std::make_unique<gateway::Executor>(config::ExecutorPlan{}));
+      executors_[i]->add(std::make_unique<gateway::LineRunner>(
+          std::move(lines[i]), can_bridge::open_on_descriptor(far[i]), plant.lines[i],
+          hosts_[i]->port, publisher_->wakeup()));
+    }
     publisher_->start();
-    executor_->start();
+    for (const auto& executor : executors_) {
+      executor->start();
+    }
   }
+  // With the line of line_plan().
+  LineGateway(config::Plant plant, int far)
+      : LineGateway(with_line(std::move(plant)), std::vector{far}) {}
   ~LineGateway() {
-    executor_->request_stop();
-    executor_->join();
+    for (const auto& executor : executors_) {
+      executor->request_stop();
+    }
+    for (const auto& executor : executors_) {
+      executor->join();
+    }
     publisher_->stop();
   }
 
+  // Whether the manager of each line has booted its nodes, as it was published.
+  bool run() {
+    return std::ranges::all_of(hosts_, [](const auto& host) {
+      if (const line::LineState* state = host->shown.fetch()) {
+        host->last_shown = *state;
+      }
+      return host->last_shown && host->last_shown->manager == line::ManagerState::running;
+    });
+  }
+
  private:
+  static config::Plant with_line(config::Plant plant) {
+    plant.lines = {line_plan()};
+    return plant;
+  }
+
   std::unique_ptr<gateway::DataEdge> edge_;
   std::vector<std::unique_ptr<gateway::LineHost>> hosts_;
   std::unique_ptr<gateway::Publisher> publisher_;
-  std::unique_ptr<gateway::Executor> executor_;
+  std::vector<std::unique_ptr<gateway::Executor>> executors_;
 };
 
-// Writes samples of the same size and QoS as the gateway.
-class SampleWriter {
+// A participant of a bare loop.
+class SampleEndpoints {
  public:
-  SampleWriter(const std::string& name, std::uint32_t domain, const dds::Security& security = {})
-      : endpoints_(name, domain, LOOPBACK_PROFILES, diagnostics_, true, 0, security),
+  SampleEndpoints(const std::string& name, std::uint32_t domain, const dds::Security& security = {})
+      : name_(name),
+        endpoints_(name, domain, LOOPBACK_PROFILES, diagnostics_, true, 0, security),
         writer_(endpoints_.writer<v1::ProcessImagePubSubType>(v1::TOPIC_PROCESS_IMAGE)) {
     require(endpoints_.ok(), "no DDS writer");
-    sample_.gateway(name);
-    sample_.line("bench");
-    sample_.direction(v1::DIRECTION_INPUTS);
-    sample_.incarnation(1);
-    sample_.layout_id(1);
-    sample_.bytes().resize(8);
-    sample_.changed().resize(8);
-    sample_.valid().resize(8);
-    sample_.pdos().resize(1);
   }
 
-  void write(const can_frame& frame) {
-    sample_.sequence_number(sample_.sequence_number() + 1);
-    std::memcpy(sample_.bytes().data(), frame.data, 8);
-    require(writer_->write(&sample_), "DDS does not accept a sample");
+  const std::string& name() const { return name_; }
+  void write(v1::ProcessImage& sample) {
+    require(writer_->write(&sample), "DDS does not accept a sample");
   }
 
  private:
+  const std::string name_;
   std::vector<Diagnostic> diagnostics_;
   dds::Endpoints endpoints_;
   eprosima::fastdds::dds::DataWriter* writer_;
+};
+
+// Samples of the same size and QoS as those of a gateway's line whose PDOs have 4 values of 2
+// octets each.
+class LineSamples {
+ public:
+  // endpoints must outlive it.
+  LineSamples(SampleEndpoints& endpoints, const std::string& line, std::size_t pdos)
+      : endpoints_(endpoints) {
+    const std::size_t bits = (4 * pdos + 63) / 64 * 8;
+    sample_.gateway(endpoints.name());
+    sample_.line(line);
+    sample_.direction(v1::DIRECTION_INPUTS);
+    sample_.incarnation(1);
+    sample_.layout_id(1);
+    sample_.bytes().resize(8 * pdos);
+    sample_.changed().resize(bits);
+    sample_.valid().resize(bits);
+    sample_.pdos().reserve(pdos);
+  }
+
+  void take(std::size_t pdo, const can_frame& frame) {
+    std::memcpy(sample_.bytes().data() + 8 * pdo, frame.data, 8);
+    if (sample_.pdos().size() < sample_.pdos().capacity()) {
+      sample_.pdos().emplace_back();
+    }
+  }
+  void write() {
+    sample_.sequence_number(sample_.sequence_number() + 1);
+    endpoints_.write(sample_);
+    sample_.pdos().clear();
+  }
+
+ private:
+  SampleEndpoints& endpoints_;
   v1::ProcessImage sample_;
+};
+
+// A line of one PDO, with a participant of its own.
+class SampleWriter {
+ public:
+  SampleWriter(const std::string& name, std::uint32_t domain, const dds::Security& security = {})
+      : endpoints_(name, domain, security), samples_(endpoints_, "bench", 1) {}
+
+  void write(const can_frame& frame) {
+    samples_.take(0, frame);
+    samples_.write();
+  }
+
+ private:
+  SampleEndpoints endpoints_;
+  LineSamples samples_;
 };
 
 // A loop that receives a frame, hands it to a thread and writes it as a sample.
