@@ -15,6 +15,8 @@
 
 #include "bridges/sim/bus.h"
 #include "bridges/sim/device.h"
+#include "bridges/sim/program_memory.h"
+#include "stack/base/byte_order.h"
 #include "stack/eds/reader.h"
 #include "stack/line/line.h"
 
@@ -49,10 +51,10 @@ class FdPlant : public testing::Test {
   }
 
   // Adds a device for each node of the configuration, and runs for 2 s.
-  void start() {
+  void start(const std::string& profile = "fd-io") {
     for (const line::NodeConfig& node : config.nodes) {
       sim::DeviceOptions options;
-      options.profile = "fd-io";
+      options.profile = profile;
       options.node_id = node.id;
       options.fd = true;
       devices.push_back({*std::move(sim::Device::make(options).value), bus.attach()});
@@ -255,6 +257,36 @@ TEST_F(FdPlant, ValuesOfManySegmentsOfADeviceAndOfTheOwnNode) {
   const auto* const value = std::get_if<std::vector<std::byte>>(&reply.data);
   ASSERT_NE(value, nullptr);
   EXPECT_EQ(*value, sent);
+}
+
+TEST_F(FdPlant, ProgramsAreLoadedByUsdo) {
+  config.nodes = {node_of(5, "drive")};
+  start("drive");
+  EXPECT_EQ(line->node_state(5).state, nmt::State::operational);
+  std::vector<std::byte> content(20'000);
+  for (std::size_t i = 0; i < content.size(); ++i) {
+    content[i] = static_cast<std::byte>(i * 7);
+  }
+  const line::Reply reply = execute(line::ProgramDownload{
+      .node = 5, .number = 1, .program = sim::make_program(0x0001'0002, content)});
+  EXPECT_EQ(reply.error, Error{});
+  const auto software = devices[0].device->dictionary().read({0x1F56, 1});
+  ASSERT_TRUE(software.ok());
+  EXPECT_EQ(load_le(*software), 0x0001'0002U);
+  run(2s);
+  EXPECT_EQ(line->node_state(5).state, nmt::State::operational);
+}
+
+TEST_F(FdPlant, ScansReadByUsdo) {
+  config.nodes = {node_of(5), node_of(6)};
+  start();
+  const line::Reply reply = execute(line::Scan{});
+  EXPECT_EQ(reply.error, Error{});
+  const auto* const found = std::get_if<std::vector<scan::ScannedNode>>(&reply.data);
+  ASSERT_NE(found, nullptr);
+  ASSERT_EQ(found->size(), 2U);
+  EXPECT_EQ((*found)[1].id, 6);
+  EXPECT_EQ((*found)[1].number({0x1018, 2}), 0x401FU);
 }
 
 TEST_F(FdPlant, LostFramesAreRepeatedIfTheCommandSaysSo) {
