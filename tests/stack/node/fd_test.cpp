@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A node of CANopen FD: USDO and never SDO, no remote frames, no guarding.
+#include <algorithm>
+#include <cstdint>
 #include <optional>
 
 #include <gmock/gmock.h>
@@ -34,6 +36,8 @@ class FdNodeTest : public NodeTest {
 
 using testing::sub;
 
+constexpr std::uint16_t kClassicalObjects[] = {0x100C, 0x100D, 0x1200, 0x1201, 0x1280};
+
 TEST_F(FdNodeTest, ServesUsdoOfEveryClient) {
   boot();
   EXPECT_THAT(ask({5, 0x11, 1, 1, 0, 0x20}),
@@ -62,14 +66,14 @@ TEST_F(FdNodeTest, NeverServesSdo) {
 
 TEST_F(FdNodeTest, HasNoObjectsOfSdoAndGuarding) {
   od::Dictionary dictionary = example_dictionary();
-  for (const std::uint16_t index : {0x100C, 0x100D, 0x1200, 0x1201, 0x1280}) {
+  for (const std::uint16_t index : kClassicalObjects) {
     od::ObjectDescription object;
     object.index = index;
     object.variables.push_back(sub(0, od::DataType::unsigned8, 0));
     ASSERT_TRUE(dictionary.add(object).ok());
   }
   const Node other(std::move(dictionary), {.node_id = kNodeId, .fd = true}, events, nullptr);
-  for (const std::uint16_t index : {0x100C, 0x100D, 0x1200, 0x1201, 0x1280}) {
+  for (const std::uint16_t index : kClassicalObjects) {
     EXPECT_FALSE(other.dictionary().has_object(index)) << index;
   }
 }
