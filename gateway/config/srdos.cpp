@@ -152,7 +152,7 @@ class SrdoOverride {
     std::vector<Diagnostic> ignored;
     const srdo::Description srdo = srdo::describe_srdo(config_.device, number_, ignored);
     if (srdo.usable && find_variable(config_.device, place) != nullptr) {
-      write_object(place, srdo::signature(srdo.parameters, config_.id), place_);
+      write_object(place, srdo::signature(srdo.parameters), place_);
     }
   }
 

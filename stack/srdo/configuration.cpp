@@ -121,7 +121,7 @@ class Order {
     std::vector<Diagnostic> ignored;
     const Description srdo = describe_srdo(device_, number, ignored);
     if (srdo.usable) {
-      add(place, signature(srdo.parameters, device_.node_id));
+      add(place, signature(srdo.parameters));
     }
   }
 

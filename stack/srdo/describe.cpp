@@ -134,7 +134,7 @@ class Describer {
     const od::Address place{od::objects::kSrdoSignature, number_};
     const std::uint64_t valid = value({od::objects::kSrdoConfigurationValid, 0}).value_or(0);
     const std::uint64_t described = value(place).value_or(0);
-    const std::uint16_t computed = signature(srdo, device_.node_id);
+    const std::uint16_t computed = signature(srdo);
     if (described == computed || (described == 0 && valid != kConfigurationValid) ||
         device_.find(place) == nullptr) {
       return;

@@ -12,8 +12,6 @@
 namespace linegate::srdo {
 namespace {
 
-constexpr std::uint8_t kMaxDefaultNode = 64;  // nodes above have no default identifiers
-
 class Signature {
  public:
   template <class Value>
@@ -38,17 +36,13 @@ std::vector<pdo::Mapping> Parameters::normal() const {
   return out;
 }
 
-std::uint16_t signature(const Parameters& srdo, std::uint8_t node) {
-  const bool is_default = srdo.number == 1 && node >= 1 && node <= kMaxDefaultNode &&
-                          srdo.cob_id == default_cob_id(node) &&
-                          srdo.inverted_cob_id == default_cob_id(node) + 1;
-  const std::uint32_t added = is_default ? 2U * node : 0U;
+std::uint16_t signature(const Parameters& srdo) {
   Signature sum;
   sum.add(static_cast<std::uint8_t>(srdo.direction));
   sum.add(srdo.cycle_ms);
   sum.add(srdo.validation_ms);
-  sum.add(srdo.cob_id - added);
-  sum.add(srdo.inverted_cob_id - added);
+  sum.add(srdo.cob_id);
+  sum.add(srdo.inverted_cob_id);
   sum.add(static_cast<std::uint8_t>(srdo.mapping.size()));
   std::uint8_t sub = 0;
   for (const pdo::Mapping& entry : srdo.mapping) {

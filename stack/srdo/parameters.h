@@ -70,9 +70,9 @@ constexpr std::uint32_t default_cob_id(std::uint8_t node) {
 
 // The signature in 13FFh: CRC-16 (polynomial 1021h, start 0) over sub-indices 1, 2, 3, 5 and 6 of
 // 1301h.., then the number of entries of 1381h.. and, for each, its sub-index and its value, all
-// little-endian. SRDO 1 with the default identifiers of the node has them without the node-ID, FFh
-// and 100h, as CANopenNode computes it.
-std::uint16_t signature(const Parameters& srdo, std::uint8_t node);
+// little-endian. The identifiers are those in force, also if they are the default ones, as
+// CANopenNode computes it.
+std::uint16_t signature(const Parameters& srdo);
 
 // An SRDO as the records of a device describe it.
 struct Description {

@@ -68,6 +68,16 @@ TEST(OrderWrites, TheSignatureIsThatOfTheParametersThatAreWritten) {
   EXPECT_EQ(ordered({write(0x1301, 2, 26, 2)}, device).find("13FF:1=51AF "), std::string::npos);
 }
 
+// Node 9 without values of 1301h:5 and :6 has its SRDO 1 on 111h and 112h.
+TEST(OrderWrites, TheSignatureHasTheDefaultIdentifiersWithTheNodeId) {
+  od::DeviceDescription device = srdo_device();
+  device.node_id = 9;
+  for (const std::uint8_t sub : {kCobId, kInvertedCobId}) {
+    device.find(od::Address{0x1301, sub})->value.clear();
+  }
+  EXPECT_NE(ordered({write(0x1301, 2, 25, 2)}, device).find("13FF:1=2F78 "), std::string::npos);
+}
+
 TEST(OrderWrites, OfSeveralWritesToAnObjectTheLastCounts) {
   EXPECT_EQ(ordered({write(0x1301, 1, 2, 1), write(0x1301, 1, 0, 1)}),
             "13FE:0=0 1301:1=0 1301:1=0 13FE:0=A5 ");

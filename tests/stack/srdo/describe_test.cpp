@@ -84,9 +84,8 @@ TEST(DescribeSrdo, OfAnSrdoThatIsNotConfiguredItIsAWarning) {
 }
 
 TEST(DescribeSrdo, ASignatureThatDoesNotMatchIsReported) {
-  // Node 1 has SRDO 1 on its default identifiers, whose signature is computed without the node-ID.
   od::DeviceDescription device = srdo_device();
-  const std::uint16_t right = signature(describe_srdos(device).value->front(), 1);
+  const std::uint16_t right = signature(describe_srdos(device).value->front());
   EXPECT_EQ(findings({0x13FF, 1}, right), "");
   EXPECT_NE(findings({0x13FF, 1}, right ^ 1U).find("error: SRDO 1 (13FF:01) signature is "),
             std::string::npos);

@@ -20,15 +20,15 @@ Parameters example() {
 }
 
 TEST(Signature, IsThatOfTheExample) {
-  EXPECT_EQ(signature(example(), 1), 0x51AF);
+  EXPECT_EQ(signature(example()), 0x51AF);
 }
 
 TEST(Signature, EachParameterCounts) {
-  const std::uint16_t expected = signature(example(), 9);
+  const std::uint16_t expected = signature(example());
   const auto with = [](auto change) {
     Parameters srdo = example();
     change(srdo);
-    return signature(srdo, 9);
+    return signature(srdo);
   };
   EXPECT_NE(with([](Parameters& srdo) { srdo.direction = Direction::receive; }), expected);
   EXPECT_NE(with([](Parameters& srdo) { srdo.cycle_ms = 26; }), expected);
@@ -42,18 +42,13 @@ TEST(Signature, EachParameterCounts) {
   EXPECT_EQ(with([](Parameters& srdo) { srdo.number = 3; }), expected);
 }
 
-// As CANopenNode: default identifiers are those of the object without the node-ID.
-TEST(Signature, TheDefaultIdentifiersOfSrdo1AreWithoutTheNodeId) {
-  const auto of_node = [](std::uint8_t number, std::uint8_t node) {
-    Parameters srdo = example();
-    srdo.number = number;
-    srdo.cob_id = default_cob_id(node);
-    srdo.inverted_cob_id = default_cob_id(node) + 1;
-    return signature(srdo, node);
-  };
-  EXPECT_EQ(of_node(1, 3), of_node(1, 64));
-  EXPECT_NE(of_node(2, 3), of_node(2, 4)) << "of SRDO 1 alone";
-  EXPECT_NE(of_node(1, 64), of_node(1, 65)) << "nodes above 64 have no default";
+// SRDO 1 of node 9 on its default identifiers: 111h and 112h, not FFh and 100h.
+TEST(Signature, HasTheDefaultIdentifiersWithTheNodeId) {
+  Parameters srdo = example();
+  srdo.number = 1;
+  srdo.cob_id = default_cob_id(9);
+  srdo.inverted_cob_id = default_cob_id(9) + 1;
+  EXPECT_EQ(signature(srdo), 0x2F78);
 }
 
 TEST(Records, HaveTheNumbersOfTheirSrdos) {
