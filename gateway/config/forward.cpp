@@ -167,7 +167,8 @@ class ForwardResolver {
       const image::Entry& from = lines_.entry(joined.input, Direction::inputs);
       const image::Entry& to = lines_.entry(joined.output, Direction::outputs);
       return std::tuple(lines_.name(joined.input.line), from.node, from.index, from.sub,
-                        lines_.name(joined.output.line), to.node, to.index, to.sub);
+                        from.remote_pdo, lines_.name(joined.output.line), to.node, to.index,
+                        to.sub);
     };
     std::sort(joined_.begin(), joined_.end(),
               [&](const Joined& a, const Joined& b) { return key(a) < key(b); });

@@ -91,7 +91,7 @@ Binding* JoinedLines::join(const End& input, const End& output, Place place) {
   target.bound.push_back(output.entry);
   Binding binding;
   binding.from = name(input.line);
-  binding.input = {from.node, {from.index, from.sub}};
+  binding.input = {from.node, {from.index, from.sub}, from.remote_pdo};
   binding.to = target.name;
   binding.output_entry = output.entry;
   binding.input_name = from.name;
@@ -169,12 +169,12 @@ std::vector<std::size_t> JoinedLines::clusters(bool forwarding_alone) const {
 void JoinedLines::add_to_sources() {
   std::vector<std::set<std::string>> parts(lines_.size());
   for (const Binding& binding : bindings_) {
-    const std::string part = binding.from + ' ' + std::to_string(binding.input.node) + ':' +
-                             format_address(binding.input.address) + '>' + binding.to + ' ' +
-                             std::to_string(binding.output_entry) + ' ' +
-                             std::string(line::name(binding.when_lost)) +
-                             (binding.forwarded ? " forwarded " : " ") +
-                             (binding.object ? format_address(*binding.object) : "");
+    const std::string part =
+        binding.from + ' ' + std::to_string(binding.input.node) + ':' +
+        format_address(binding.input.address) + ' ' + std::to_string(binding.input.pdo) + '>' +
+        binding.to + ' ' + std::to_string(binding.output_entry) + ' ' +
+        std::string(line::name(binding.when_lost)) + (binding.forwarded ? " forwarded " : " ") +
+        (binding.object ? format_address(*binding.object) : "");
     parts[line_called(binding.from)].insert(part);
     parts[line_called(binding.to)].insert(part);
   }

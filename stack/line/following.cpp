@@ -14,6 +14,27 @@ std::uint32_t place_of_object(const Elements& elements, std::uint32_t none, Same
   return found == elements.end() ? none : static_cast<std::uint32_t>(found - elements.begin());
 }
 
+// Whether the entry may show the object: an SRDO never takes the place of a PDO, or a PDO that of
+// an SRDO, whose values are valid under other conditions.
+bool shows(const image::Entry& entry, const Following::Object& wanted) {
+  return entry.node == wanted.node && entry.index == wanted.address.index &&
+         entry.sub == wanted.address.sub &&
+         (wanted.pdo == 0 || image::is_srdo(entry.remote_pdo) == image::is_srdo(wanted.pdo));
+}
+
+// That of the PDO; if another PDO maps the object meanwhile, as an observer may see it, that one.
+std::uint32_t entry_of(const std::vector<image::Entry>& entries, std::uint32_t none,
+                       const Following::Object& wanted) {
+  const std::uint32_t same = place_of_object(entries, none, [&](const image::Entry& entry) {
+    return shows(entry, wanted) && entry.remote_pdo == wanted.pdo;
+  });
+  if (same != none || image::is_srdo(wanted.pdo)) {
+    return same;
+  }
+  return place_of_object(entries, none,
+                         [&](const image::Entry& entry) { return shows(entry, wanted); });
+}
+
 }  // namespace
 
 std::string_view name(WhenLost when_lost) {
@@ -43,10 +64,7 @@ void FollowedInputs::find_entries(const Line& line) {
       });
       entries_[i] |= Line::kForwarded;
     } else {
-      entries_[i] = place_of_object(entries, kNone, [&](const image::Entry& entry) {
-        return entry.node == wanted.node && entry.index == wanted.address.index &&
-               entry.sub == wanted.address.sub;
-      });
+      entries_[i] = entry_of(entries, kNone, wanted);
     }
   }
 }

@@ -27,6 +27,8 @@ struct Following {
   struct Object {
     std::uint8_t node = 0;  // of the input entry; 0 = an object of LineConfig::forwarding
     od::Address address;
+    // Entry::remote_pdo, because a device may map an object several times; 0 = not known
+    std::uint16_t pdo = 0;
   };
   Object input;
   std::uint32_t output_entry = 0;  // of the outputs, among LineConfig::bound; or Line::kForwarded |

@@ -71,7 +71,7 @@ TEST(PlantSrdo, WritesItsParametersAndTheirSignature) {
   EXPECT_EQ(srdo_writes(loaded),
             "13FE:00=0 1301:01=0 1381:00=0 1381:01=536871176 1381:02=536871432 1381:00=2 "
             "1301:02=30 1301:03=10 1301:05=273 1301:06=274 1301:01=1 13FF:01=" +
-                std::to_string(srdo::signature(expected, 5)) + " 13FE:00=165 ");
+                std::to_string(srdo::signature(expected)) + " 13FE:00=165 ");
   const line::NodeConfig& node = loaded.value->lines.at(0).config.nodes.at(0);
   EXPECT_EQ(node.srdo_cycle.at(1), 90ms);
   const auto made = line::Line::make(loaded.value->lines.at(0).config);
@@ -104,6 +104,25 @@ TEST(PlantSrdo, WhatADeviceReceivesIsNoOutput) {
             "\": the node receives it by SRDO 2, and Linegate produces no SRDOs");
   }
   expect_finding(read_srdo_plant(""), "SRDO 2 of gate is received from no node of this line");
+}
+
+// Two SRDOs carry the object: a rule follows the entry that it names.
+TEST(PlantSrdo, ARuleFollowsTheSrdoThatItNames) {
+  const auto loaded = read(
+      R"(schema: 1
+lines:
+  - name: a
+    interface: "simulated:"
+    nodes:
+      - {id: 5, name: gate, eds: tests/gateway/config/gate.eds, srdo: {srdo2: {direction: transmit, map: ["2000:1", "2000:2"]}}}
+      - {id: 7, name: io, eds: bridges/sim/eds/digital-io.eds}
+forward:
+  - {from: a.gate.Door state in SRDO 2, to: "a.io.6200:1", when_lost: zero}
+)",
+      LINEGATE_SOURCE_DIR "/plant.yaml");
+  ASSERT_TRUE(loaded.ok()) << srdo_findings(loaded);
+  ASSERT_EQ(loaded.value->bindings.size(), 1U);
+  EXPECT_EQ(loaded.value->bindings[0].input.pdo, image::kFirstSrdo + 1);
 }
 
 TEST(PlantSrdo, ASignatureThatDoesNotMatchIsRefused) {

@@ -6,6 +6,7 @@
 
 #include "stack/base/byte_order.h"
 #include "stack/line/build.h"
+#include "stack/line/following.h"
 #include "stack/line/srdo_plan.h"
 #include "stack/srdo/parameters.h"
 
@@ -226,6 +227,55 @@ TEST_F(SrdoLine, AClientDoesNotChangeWhatTheImageShows) {
   EXPECT_TRUE(sent().empty());
   EXPECT_EQ(write({0x1301, 1}, {std::byte{0}}), Error{}) << "the SRDO is then unsafe";
   EXPECT_EQ(sent().size(), 1U);
+}
+
+// TPDO 1 and SRDO 1 carry the object. With the value of the TPDO, the reaction would never act.
+TEST_F(SrdoLine, AnOutputThatFollowsTheSrdoIsLostWithIt) {
+  LineConfig config = config_with_srdo();
+  set(config, {0x1A00, 1}, 0x2100'0108);
+  config.bound = {1};
+  make(config);
+  boot();
+  pass(milliseconds(1));
+  const std::vector<Following> what{{.input = {5, {kDoor, 1}, image::kFirstSrdo},
+                                     .output_entry = 1,
+                                     .when_lost = WhenLost::zero,
+                                     .forwarded = true}};
+  FollowedInputs inputs(what);
+  FollowingOutputs outputs(what);
+  const auto written = [&] {
+    inputs.look(*line_);
+    outputs.take(*line_, inputs.values(), now_);
+    return snapshot(Direction::outputs).bytes.at(4);
+  };
+  hear(0x185, {3, 0, 0, 0, 0});
+  hear_pair(2);
+  EXPECT_EQ(written(), std::byte{2});
+  pass(milliseconds(60));
+  hear(0x185, {3, 0, 0, 0, 0});
+  EXPECT_EQ(written(), std::byte{0}) << "the SRDO is unsafe, the TPDO is received";
+}
+
+TEST_F(SrdoLine, AFollowedObjectIsThatOfItsPdo) {
+  LineConfig config = config_with_srdo();
+  set(config, {0x1A00, 1}, 0x2100'0108);
+  observe(config);
+  hear(0x185, {3, 0, 0, 0, 0});
+  const std::vector<Following> what{
+      {.input = {5, {kDoor, 1}, image::kFirstSrdo}},
+      {.input = {5, {kDoor, 1}, 1}},
+      {.input = {5, {kDoor, 1}}},                         // of any PDO
+      {.input = {5, {kDoor, 1}, 2}},                      // PDO 1 maps it instead
+      {.input = {5, {kDoor, 1}, image::kFirstSrdo + 1}},  // no other SRDO replaces it
+      {.input = {5, {0x2001, 0}, image::kFirstSrdo}},     // a PDO replaces no SRDO
+  };
+  FollowedInputs inputs(what);
+  inputs.look(*line_);
+  std::string valid;
+  for (const Line::Input& input : inputs.values()) {
+    valid += input.valid ? std::to_string(input.value) + " " : "? ";
+  }
+  EXPECT_EQ(valid, "? 3 3 3 ? ? ");
 }
 
 TEST(SrdoPlan, WhatNodesReceiveIsNoOutput) {
