@@ -105,12 +105,12 @@ manager::NodePlan node_plan(const NodeConfig& node, std::size_t longest) {
   for (const ObjectValue& object : node.objects) {
     plan.writes.push_back({object.address, object.data});
   }
+  srdo::order_writes(node.device, plan.writes);  // before error control, which begins last
   if (node.heartbeat != Duration::zero()) {
     plan.writes.push_back(
         {{od::objects::kProducerHeartbeatTime, 0}, milliseconds_u16(node.heartbeat)});
   }
   guard(node, plan);
-  srdo::order_writes(node.device, plan.writes);
   manager::date_last(plan.writes);
   plan.restore = node.restore;
   plan.store = node.store;

@@ -328,5 +328,19 @@ TEST(SrdoPlan, ConfigurationIsWrittenInTheOrderOfTheStandard) {
                                             "13FE:00"));
 }
 
+// The boot process awaits the first heartbeat after the last write.
+TEST(SrdoPlan, ErrorControlBeginsAfterTheConfiguration) {
+  LineConfig config = config_with_srdo();
+  config.nodes[0].objects = {{{0x1301, 3}, {std::byte{20}}}};
+  ASSERT_NE(config.nodes[0].heartbeat, Duration::zero());
+  EXPECT_EQ(node_plans(config).at(0).writes.back().address,
+            (od::Address{od::objects::kProducerHeartbeatTime, 0}));
+  config.nodes[0].heartbeat = {};
+  config.nodes[0].guard_time = milliseconds(100);
+  config.nodes[0].life_time_factor = 3;
+  EXPECT_EQ(node_plans(config).at(0).writes.back().address,
+            (od::Address{od::objects::kLifeTimeFactor, 0}));
+}
+
 }  // namespace
 }  // namespace linegate::line
