@@ -14,7 +14,8 @@ namespace linegate::srdo {
 // its mapping, its other parameters and its direction, then its signature in 13FFh; last, A5h to
 // 13FEh. Steps that are not among the writes are added if the device has a writable object for
 // them; the signature is computed from the parameters that the device then has. Of several writes
-// to an object the last one counts. No effect without a write to 1300h..13FDh.
+// to an object the last one counts, and each object is written. No effect without a write to
+// 1300h..13FDh.
 void order_writes(const od::DeviceDescription& device, std::vector<manager::ObjectWrite>& writes);
 
 }  // namespace linegate::srdo

@@ -83,6 +83,31 @@ TEST(OrderWrites, OfSeveralWritesToAnObjectTheLastCounts) {
             "13FE:0=0 1301:1=0 1301:1=0 13FE:0=A5 ");
 }
 
+TEST(OrderWrites, EachObjectIsWritten) {
+  EXPECT_EQ(ordered({write(0x1301, 3, 30, 1), write(0x13FF, 2, 0x1234, 2), write(0x1381, 3, 0, 4),
+                     write(0x1341, 0, 7, 1), write(0x1301, 7, 8, 1)}),
+            "13FE:0=0 1341:0=7 1301:1=0 1381:0=0 1381:3=0 1381:0=2 1301:3=1E 1301:7=8 1301:1=1 "
+            "13FF:1=8770 13FF:2=1234 13FE:0=A5 ");
+}
+
+TEST(OrderWrites, AnObjectThatTheFileHasAsReadOnlyIsWrittenIfItIsConfigured) {
+  od::DeviceDescription device = srdo_device();
+  device.find(od::Address{0x1301, 1})->access = od::Access::ro;
+  device.find(od::Address{0x1381, 0})->access = od::Access::ro;
+  device.find(od::Address{0x13FE, 0})->access = od::Access::ro;
+  EXPECT_EQ(ordered({write(0x1301, 1, 1, 1), write(0x1381, 0, 2, 1), write(0x13FE, 0, 0xA5, 1),
+                     write(0x13FF, 1, 0x1234, 2)},
+                    device),
+            "1381:0=2 1301:1=1 13FF:1=1234 13FE:0=A5 ");
+}
+
+// It could not be restored.
+TEST(OrderWrites, ADirectionThatIsNotKnownIsNotSwitchedOff) {
+  od::DeviceDescription device = srdo_device();
+  device.find(od::Address{0x1301, 1})->value.clear();
+  EXPECT_EQ(ordered({write(0x1301, 3, 30, 1)}, device), "13FE:0=0 1301:3=1E 13FE:0=A5 ");
+}
+
 TEST(OrderWrites, WhatTheDeviceDoesNotHaveIsNotAdded) {
   od::DeviceDescription device = srdo_device();
   std::erase_if(device.objects, [](const auto& object) { return object.index >= 0x13FE; });
