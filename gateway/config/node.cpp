@@ -141,8 +141,9 @@ line::NodeConfig read_node(Findings& findings, const YAML::Node& node, std::size
   const bool has_device = read_device_file(section, config, "a node");
   if (has_device && !section.find("concise_dcf").IsDefined()) {
     read_pdos(findings, pdos, config, longest_pdo);
-    read_srdos(findings, srdos, config);
+    const std::set<std::uint8_t> written = read_srdos(findings, srdos, config);
     read_objects(findings, objects, config);
+    sign_srdos(written, config);
   }
   read_configuration(section, has_device, config);
   if (has_device) {

@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -296,7 +297,12 @@ void read_configuration(Section& section, bool has_device, line::NodeConfig& con
 void read_objects(Findings& findings, const YAML::Node& node, line::NodeConfig& config);
 void read_pdos(Findings& findings, const YAML::Node& node, line::NodeConfig& config,
                std::size_t longest_pdo);
-void read_srdos(Findings& findings, const YAML::Node& node, line::NodeConfig& config);
+// Returns the numbers of the SRDOs that it writes.
+std::set<std::uint8_t> read_srdos(Findings& findings, const YAML::Node& node,
+                                  line::NodeConfig& config);
+// Sets 13FFh of these SRDOs, whose signature in the device file is that of other parameters. Call
+// it after read_objects(), which may write others of their parameters, or 13FFh itself.
+void sign_srdos(const std::set<std::uint8_t>& written, line::NodeConfig& config);
 // `values:` of a node or device: alias, unit, scaling and limits of its objects. Precondition: its
 // device file was read.
 void read_values(Findings& findings, const YAML::Node& node, od::DeviceDescription& device);

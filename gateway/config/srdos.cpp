@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <charconv>
 
 #include "gateway/config/patch.h"
@@ -33,7 +34,6 @@ class SrdoOverride {
                                   format_address({record_, srdo::kDirection}));
       return;
     }
-    const std::size_t before = config_.objects.size();
     read_direction();
     read_times();
     if (const auto id =
@@ -43,9 +43,6 @@ class SrdoOverride {
     }
     read_mapping();
     section_.done();
-    if (config_.objects.size() != before) {
-      sign();
-    }
   }
 
  private:
@@ -145,17 +142,6 @@ class SrdoOverride {
     write_object({record, 0}, count, place_of(node));
   }
 
-  // The signature of the device file is that of other parameters. Errors are reported when the line
-  // is made.
-  void sign() {
-    const od::Address place{od::objects::kSrdoSignature, number_};
-    std::vector<Diagnostic> ignored;
-    const srdo::Description srdo = srdo::describe_srdo(config_.device, number_, ignored);
-    if (srdo.usable && find_variable(config_.device, place) != nullptr) {
-      write_object(place, srdo::signature(srdo.parameters), place_);
-    }
-  }
-
   Findings& findings_;
   line::NodeConfig& config_;
   std::uint8_t number_;
@@ -178,15 +164,40 @@ std::optional<std::uint8_t> parse_srdo_name(const std::string& text) {
   return good ? std::optional(static_cast<std::uint8_t>(number)) : std::nullopt;
 }
 
+bool is_signed(const line::NodeConfig& config, std::uint8_t number) {
+  return std::ranges::any_of(config.objects, [number](const line::ObjectValue& object) {
+    return object.address == od::Address{od::objects::kSrdoSignature, number};
+  });
+}
+
 }  // namespace
 
-void read_srdos(Findings& findings, const YAML::Node& node, line::NodeConfig& config) {
+void sign_srdos(const std::set<std::uint8_t>& written, line::NodeConfig& config) {
+  for (const std::uint8_t number : written) {
+    const od::Address place{od::objects::kSrdoSignature, number};
+    const auto* const variable = find_variable(config.device, place);
+    if (variable == nullptr || !od::writable(variable->access) || is_signed(config, number)) {
+      continue;
+    }
+    std::vector<Diagnostic> ignored;  // reported when the line is made
+    const srdo::Description srdo = srdo::describe_srdo(config.device, number, ignored);
+    if (srdo.usable) {
+      auto data = little_endian(srdo::signature(srdo.parameters), od::byte_size(variable->type));
+      set_value(config.device, place, data);
+      config.objects.push_back({place, std::move(data)});
+    }
+  }
+}
+
+std::set<std::uint8_t> read_srdos(Findings& findings, const YAML::Node& node,
+                                  line::NodeConfig& config) {
+  std::set<std::uint8_t> written;
   if (!node.IsDefined()) {
-    return;
+    return written;
   }
   Section section(findings, node, "srdo");
   if (!section.valid()) {
-    return;
+    return written;
   }
   for (const auto& pair : node) {
     if (!pair.first.IsScalar()) {
@@ -199,9 +210,14 @@ void read_srdos(Findings& findings, const YAML::Node& node, line::NodeConfig& co
                      "expected srdo1 to srdo64, got \"" + pair.first.Scalar() + "\"");
       continue;
     }
+    const std::size_t before = config.objects.size();
     SrdoOverride(findings, pair.first, pair.second, *number, config).apply();
+    if (config.objects.size() != before) {
+      written.insert(*number);
+    }
   }
   section.done();
+  return written;
 }
 
 }  // namespace linegate::config

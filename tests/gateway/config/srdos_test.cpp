@@ -125,6 +125,28 @@ forward:
   EXPECT_EQ(loaded.value->bindings[0].input.pdo, image::kFirstSrdo + 1);
 }
 
+// The signature is that of both, or the one in `objects`.
+TEST(PlantSrdo, IsSignedAfterObjects) {
+  const auto loaded =
+      read_srdo_plant(", srdo: {srdo1: {refresh: 30ms}}, objects: {\"1301:3\": 30}");
+  ASSERT_TRUE(loaded.ok()) << srdo_findings(loaded);
+  EXPECT_EQ(loaded.diagnostics.size(), read_srdo_plant("").diagnostics.size());
+  const srdo::Parameters expected{.number = 1,
+                                  .direction = srdo::Direction::transmit,
+                                  .cycle_ms = 30,
+                                  .validation_ms = 30,
+                                  .cob_id = 0x109,
+                                  .inverted_cob_id = 0x10A,
+                                  .mapping = {{{0x2000, 1}, 8}, {{0x2000, 2}, 8}}};
+  const std::string signature = std::to_string(srdo::signature(expected));
+  EXPECT_NE(srdo_writes(loaded).find("13FF:01=" + signature + " 13FE:00=165 "), std::string::npos)
+      << srdo_writes(loaded);
+  const auto same = read_srdo_plant(
+      ", srdo: {srdo1: {refresh: 30ms}}, objects: {\"1301:3\": 30, \"13FF:1\": " + signature + "}");
+  ASSERT_TRUE(same.ok()) << srdo_findings(same);
+  EXPECT_EQ(srdo_writes(same), srdo_writes(loaded));
+}
+
 TEST(PlantSrdo, ASignatureThatDoesNotMatchIsRefused) {
   expect_finding(read_srdo_plant(", objects: {\"1301:3\": 30, \"13FF:1\": 0x1234}"),
                  "SRDO 1 (13FF:01) signature is 1234h, but that of its parameters is ");
