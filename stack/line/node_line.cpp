@@ -223,7 +223,9 @@ void NodeLine::receive(const can::Target& target, const can::Frame& frame) {
       process_completions(frame.time);
       return;
     case can::Service::srdo:
-      services_.srdos.receive(target.index, frame);
+      if (!services_.receivers.unlike()[services_.srdos.node_of(target.index)]) {
+        services_.srdos.receive(target.index, frame);
+      }
       return;
     case can::Service::lss:
       if (!services_.lss.receive(frame)) {
@@ -283,6 +285,7 @@ void NodeLine::invalidate_unlike_nodes() {
   for (const NodeConfig& device : config_.nodes) {
     if (services_.receivers.unlike()[device.id]) {
       image_.set_node_valid(device.id, false);
+      services_.srdos.forget(device.id);
     }
   }
 }

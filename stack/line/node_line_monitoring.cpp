@@ -53,6 +53,7 @@ void NodeLine::node_data_invalid(std::uint8_t id) {
   image_.set_node_valid(id, false);
   node_.pdos().drop_waiting(id);
   services_.receivers.invalidate(id);
+  services_.srdos.forget(id);
 }
 
 }  // namespace linegate::line

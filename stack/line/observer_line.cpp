@@ -255,7 +255,9 @@ void ObserverLine::serve(const can::Target& target, const can::Frame& frame) {
       receive_sdo(target.index, frame);
       return;
     case can::Service::srdo:
-      srdos.receive(target.index, frame);
+      if (srdos.receive(target.index, frame)) {
+        nodes.heard_pdo(srdos.node_of(target.index), frame.time);
+      }
       return;
     case can::Service::nmt:
       receive_node_control(frame);
@@ -330,6 +332,7 @@ void ObserverLine::do_bus_event(const can::BusEvent& /*event*/) {
   if (!usable()) {
     inputs->set_all_invalid();
     outputs->set_all_invalid();
+    srdos.forget_all();
   }
 }
 
@@ -368,6 +371,7 @@ OutputRefusal ObserverLine::do_write_outputs(const OutputWrite& /*write*/, Insta
 void ObserverLine::do_stop(Instant /*now*/) {
   inputs->set_all_invalid();
   outputs->set_all_invalid();
+  srdos.forget_all();
 }
 
 void ObserverLine::snapshot(Direction direction, image::Snapshot& into, Instant now, bool merge) {
@@ -445,6 +449,7 @@ void ObserverLine::node_data_invalid(std::uint8_t id) {
   inputs->image.set_node_valid(id, false);
   inputs->engine.drop_waiting(id);
   outputs->image.set_node_valid(id, false);
+  srdos.forget(id);
 }
 
 void ObserverLine::node_reset(std::uint8_t id) {

@@ -26,6 +26,20 @@ void SrdoReception::connect(pdo::Engine& engine, image::ProcessImage& image,
   }
 }
 
+void SrdoReception::forget(std::uint8_t node) {
+  for (std::size_t i = 0; i < consumer_.sources().size(); ++i) {
+    if (consumer_.sources()[i].node == node) {
+      consumer_.forget(i);
+    }
+  }
+}
+
+void SrdoReception::forget_all() {
+  for (std::size_t i = 0; i < consumer_.sources().size(); ++i) {
+    consumer_.forget(i);
+  }
+}
+
 SrdoCounters SrdoReception::counters() const {
   SrdoCounters out{.pairs = consumer_.counters().pairs, .faults = consumer_.counters().faults};
   for (std::size_t i = 0; i < consumer_.sources().size(); ++i) {

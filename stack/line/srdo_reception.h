@@ -25,7 +25,17 @@ class SrdoReception final : srdo::Listener {
   void connect(pdo::Engine& engine, image::ProcessImage& image,
                std::span<const pdo::LinkedPdo> rpdos);
 
-  void receive(std::uint16_t target, const can::Frame& frame) { consumer_.receive(target, frame); }
+  // Returns true if a valid pair is complete.
+  bool receive(std::uint16_t target, const can::Frame& frame) {
+    return consumer_.receive(target, frame);
+  }
+  // The node that transmits the SRDO of a target.
+  std::uint8_t node_of(std::uint16_t target) const {
+    return consumer_.sources()[srdo::Consumer::source_of(target)].node;
+  }
+  // The data of the node are no longer valid: its SRDOs are not received.
+  void forget(std::uint8_t node);
+  void forget_all();
   void advance(Instant now) { consumer_.advance(now); }
   Instant next_wake() const { return consumer_.next_wake(); }
   SrdoCounters counters() const;

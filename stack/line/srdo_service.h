@@ -23,6 +23,9 @@ class SrdoService final : public Service {
   bool needs_master() const override { return false; }
   // target: index of the target with can::Service::srdo.
   void receive(std::uint16_t target, const can::Frame& frame) { reception_.receive(target, frame); }
+  // See SrdoReception.
+  std::uint8_t node_of(std::uint16_t target) const { return reception_.node_of(target); }
+  void forget(std::uint8_t node) { reception_.forget(node); }
   void advance(Instant now) override { reception_.advance(now); }
   Instant next_wake() const override { return reception_.next_wake(); }
   void end(Refusal /*why*/, Instant /*now*/) override {}

@@ -27,10 +27,11 @@ Consumer::Consumer(can::Dispatch& dispatch, EventLog& events, Listener& listener
   }
 }
 
-void Consumer::receive(std::uint16_t target, const can::Frame& frame) {
-  const std::size_t source = target / 2U;
+bool Consumer::receive(std::uint16_t target, const can::Frame& frame) {
+  const std::size_t source = source_of(target);
   LINEGATE_ASSERT(source < receivers_.size(), "the target is of this consumer");
   Receiver& receiver = receivers_[source];
+  now_ = frame.time;
   expire(source, frame.time);
   const Fault before = receiver.fault();
   const bool complete = receiver.receive(frame, target % 2U != 0);
@@ -39,6 +40,7 @@ void Consumer::receive(std::uint16_t target, const can::Frame& frame) {
     listener_.srdo_received(source, receiver.normal());
   }
   follow(source, before, frame.time);
+  return complete;
 }
 
 // A time that ended before the frame is reported, also if the frame completes a valid pair.
@@ -52,11 +54,18 @@ void Consumer::expire(std::size_t source, Instant received) {
 }
 
 void Consumer::advance(Instant now) {
+  now_ = now;
   for (std::size_t i = 0; i < receivers_.size(); ++i) {
     const Fault before = receivers_[i].fault();
     receivers_[i].advance(now);
     follow(i, before, now);
   }
+}
+
+void Consumer::forget(std::size_t source) {
+  const Fault before = receivers_[source].fault();
+  receivers_[source].forget();
+  follow(source, before, now_);
 }
 
 Instant Consumer::next_wake() const {

@@ -52,11 +52,15 @@ class Consumer {
   Consumer(can::Dispatch& dispatch, EventLog& events, Listener& listener,
            std::vector<Source> sources);
 
-  // target: index of the target with Service::srdo.
-  void receive(std::uint16_t target, const can::Frame& frame);
+  // target: index of the target with Service::srdo. Returns true if a valid pair is complete.
+  bool receive(std::uint16_t target, const can::Frame& frame);
   void advance(Instant now);
+  // See Receiver::forget(). Its event has the time of the last call of receive() or advance().
+  void forget(std::size_t source);
   Instant next_wake() const;
 
+  // The position in sources() of a target.
+  static std::size_t source_of(std::uint16_t target) { return target / 2U; }
   std::span<const Source> sources() const { return sources_; }
   // Fault::none: valid. Precondition: the source exists.
   Fault fault(std::size_t source) const { return receivers_[source].fault(); }
@@ -71,6 +75,7 @@ class Consumer {
   std::vector<Source> sources_;
   std::vector<Receiver> receivers_;
   Counters counters_;
+  Instant now_{};
 };
 
 }  // namespace linegate::srdo

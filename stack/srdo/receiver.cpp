@@ -84,6 +84,11 @@ void Receiver::advance(Instant now) {
   }
 }
 
+void Receiver::forget() {
+  expected_ = Expected::either;
+  fault_ = Fault::not_received;
+}
+
 Instant Receiver::next_wake() const {
   return earlier(end_of_validation(), end_of_cycle());
 }

@@ -56,6 +56,9 @@ class Receiver {
   // is valid, and normal() has its data.
   bool receive(const can::Frame& frame, bool inverted);
   void advance(Instant now);
+  // The data that were received are those of another state of the node: the SRDO is not received,
+  // and a normal frame from before belongs to no pair.
+  void forget();
   // kNever: no time runs.
   Instant next_wake() const;
 
@@ -82,7 +85,7 @@ class Receiver {
   Duration validation_;
   Duration cycle_;
   std::uint8_t length_;
-  Expected expected_ = Expected::normal;
+  Expected expected_ = Expected::either;  // the first frame may be the second of a pair
   Fault fault_ = Fault::not_received;
   can::Frame first_{};
   can::Frame normal_{};

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // SRDOs of a node (EN 50325-5) as inputs of a manager and of an observer: valid while the SRDO is.
 #include <algorithm>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -183,6 +184,76 @@ TEST_F(SrdoLine, PairsOfANodeThatIsLostAreInvalidUntilTheNextPair) {
   EXPECT_EQ(shown(), "?");
   hear_pair(2);
   EXPECT_EQ(shown(), "2");
+}
+
+// A reset by the manager, a heartbeat that is lost, bus off: the SRDO is not received, and a frame
+// from before completes no pair.
+class EndedSrdo : public SrdoLine {
+ protected:
+  void expect_end(const std::function<void()>& end) {
+    hear_pair(1);
+    ASSERT_EQ(shown(), "1");
+    ASSERT_EQ(line_->state().srdos.valid, 1U);
+    states();
+    hear(kNormal, {2});
+    end();
+    EXPECT_EQ(shown(), "?");
+    EXPECT_EQ(line_->state().srdos.valid, 0U);
+    EXPECT_EQ(line_->state().srdos.faults, 1U);
+    EXPECT_EQ(states(), "not received; ");
+    hear(kInverted, {0xFD});
+    EXPECT_EQ(shown(), "?") << "the normal frame is from before";
+    EXPECT_EQ(line_->state().srdos.valid, 0U);
+  }
+  void reset_node() {
+    line_->execute({.request = NmtRequest{.node = 5, .command = nmt::Command::reset_node}}, now_);
+  }
+  void bus_off() { line_->bus_event({.state = can::BusState::bus_off, .time = now_}); }
+};
+
+TEST_F(EndedSrdo, ByAResetOfTheManager) {
+  make(config_with_srdo());
+  boot();
+  expect_end([this] { reset_node(); });
+}
+
+TEST_F(EndedSrdo, ByBusOff) {
+  make(config_with_srdo());
+  boot();
+  expect_end([this] { bus_off(); });
+}
+
+TEST_F(EndedSrdo, ByBusOffOfAnObserver) {
+  observe(config_with_srdo());
+  expect_end([this] { bus_off(); });
+}
+
+TEST_F(EndedSrdo, ByAResetThatAnObserverReceives) {
+  observe(config_with_srdo());
+  hear(0x705, {5});
+  expect_end([this] { hear(0x000, {0x81, 5}); });
+}
+
+TEST_F(EndedSrdo, ByALostHeartbeat) {
+  LineConfig config = config_with_srdo();
+  config.nodes[0].srdo_cycle[1] = seconds(10);
+  config.nodes[0].heartbeat_consumer = milliseconds(10);
+  set(config, {0x1301, 3}, 100);
+  make(config);
+  boot();
+  expect_end([this] { pass(milliseconds(20)); });
+}
+
+// They are sent in Operational alone, as PDOs.
+TEST_F(SrdoLine, APairIsASignOfLife) {
+  LineConfig config = config_with_srdo();
+  config.nodes[0].heartbeat = {};
+  observe(config);
+  hear(kNormal, {1});
+  EXPECT_EQ(line_->node_state(5).presence, manager::Presence::unknown);
+  hear(kInverted, {0xFE});
+  EXPECT_EQ(line_->node_state(5).presence, manager::Presence::present);
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::operational);
 }
 
 // The number of the RPDO in the own dictionary shifts with each TPDO that the observer learns.

@@ -108,8 +108,24 @@ TEST_F(ConsumerTest, AnSctThatEndedBeforeTheInvertedFrameIsReported) {
   EXPECT_EQ(events(), "5/1 SCT exceeded; 5/1 valid; ");
 }
 
+TEST_F(ConsumerTest, AnSrdoThatIsForgottenIsNotReceived) {
+  pair(0x109, 0ms, 7);
+  pair(0x17F, 2ms, 1);
+  events();
+  heard();
+  consumer_.forget(0);
+  EXPECT_EQ(heard(), "-0 ");
+  EXPECT_EQ(events(), "5/1 not received; ");
+  EXPECT_EQ(consumer_.fault(1), Fault::none);
+  EXPECT_EQ(consumer_.counters().faults, 1U);
+  consumer_.forget(0);
+  EXPECT_EQ(events(), "");
+}
+
 TEST_F(ConsumerTest, AnSrdoThatWasNeverValidIsNotReportedAsInvalid) {
   receive(0x10A, 0ms, 7);
+  EXPECT_EQ(events(), "") << "the reception begins";
+  receive(0x10A, 1ms, 7);
   EXPECT_EQ(heard(), "");
   EXPECT_EQ(events(), "5/1 wrong order; ");
   EXPECT_EQ(consumer_.counters().faults, 0U);

@@ -109,11 +109,28 @@ TEST_F(ReceiverTest, CanFdIsAWrongLengthAndARemoteFrameIsNone) {
 }
 
 TEST_F(ReceiverTest, AnInvertedFrameFirstIsUnsafe) {
-  EXPECT_FALSE(inverted(0ms, {0xED, 0xCB}));
-  EXPECT_EQ(receiver_.fault(), Fault::order);
   EXPECT_TRUE(pair(5ms));
   EXPECT_FALSE(inverted(10ms, {0xED, 0xCB}));
   EXPECT_EQ(receiver_.fault(), Fault::order);
+}
+
+// The reception began within a pair.
+TEST_F(ReceiverTest, TheFirstFrameOfAllMayBeAnInvertedOne) {
+  EXPECT_FALSE(inverted(0ms, {0xED, 0xCB}));
+  EXPECT_EQ(receiver_.fault(), Fault::not_received);
+  EXPECT_FALSE(inverted(5ms, {0xED, 0xCB}));
+  EXPECT_EQ(receiver_.fault(), Fault::order);
+}
+
+TEST_F(ReceiverTest, AFrameFromBeforeIsForgotten) {
+  ASSERT_TRUE(pair(0ms));
+  EXPECT_FALSE(normal(10ms, {1, 2}));
+  receiver_.forget();
+  EXPECT_EQ(receiver_.fault(), Fault::not_received);
+  EXPECT_EQ(receiver_.next_wake(), kNever);
+  EXPECT_FALSE(inverted(11ms, {0xFE, 0xFD}));
+  EXPECT_EQ(receiver_.fault(), Fault::not_received);
+  EXPECT_TRUE(pair(20ms));
 }
 
 TEST_F(ReceiverTest, TwoNormalFramesAreUnsafeAndTheSecondBeginsAPair) {
