@@ -18,6 +18,7 @@
 #include "stack/line/output_write.h"
 #include "stack/line/state.h"
 #include "stack/lss/assigner.h"
+#include "stack/manager/assumed_pdo.h"
 #include "stack/manager/boot_event.h"
 #include "stack/nmt/state.h"
 #include "stack/od/objects.h"
@@ -280,9 +281,9 @@ struct EventWords {
     if (e.index == od::objects::kStoreParameters) {
       return fmt::format("stored parameters cannot be used, defaults are: {}", abort_text(e.abort));
     }
-    // The PDOs of the image are read at each boot, and written if they differ.
+    // The PDOs and SRDOs of the image are read at each boot; PDOs are written if they differ.
     return fmt::format("object {} could not be {}: {}", object(e),
-                       od::objects::is_pdo_record(e.index) ? "read or configured" : "configured",
+                       manager::is_assumed_object(e.index) ? "read or configured" : "configured",
                        abort_text(e.abort));
   }
   std::string operator()(const event::UnexpectedNode& e) const {

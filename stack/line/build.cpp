@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <set>
 #include <string>
 #include <utility>
@@ -96,6 +97,7 @@ manager::NodePlan node_plan(const NodeConfig& node, std::size_t longest) {
   plan.reset_time = node.reset_time;
   plan.sdo_timeout = node.sdo_timeout;
   plan.pdos = manager::assumed_pdos(node.device, !node.as_found, longest);
+  std::ranges::move(assumed_srdos(node), std::back_inserter(plan.pdos));
   if (node.as_found) {
     plan.guard_time = node.guard_time;
     plan.life_time_factor = node.life_time_factor;

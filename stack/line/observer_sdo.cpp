@@ -133,6 +133,7 @@ void ObserverLine::learn(std::uint8_t id, const observer::Transfer& transfer, In
     nodes.identity(id, transfer.address, number);
   }
   learn_identifier(id, transfer);
+  srdos.learn(id, transfer.address, transfer.kept());
   Device* device = find(id);
   if (device != nullptr &&
       device->pdos.learn(transfer.address, transfer.kept(), seen_in(transfer)) &&

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "stack/base/byte_order.h"
 #include "stack/srdo/parameters.h"
 
 namespace linegate::line {
@@ -27,6 +28,27 @@ Duration cycle_of(const NodeConfig& node, const srdo::Parameters& srdo) {
   const auto configured = node.srdo_cycle.find(srdo.number);
   return configured != node.srdo_cycle.end() ? configured->second
                                              : 2 * std::chrono::milliseconds(srdo.cycle_ms);
+}
+
+manager::ObjectWrite srdo_parameter(od::Address address, std::uint64_t value, std::size_t bytes) {
+  manager::ObjectWrite out{address, std::vector<std::byte>(bytes)};
+  store_le(std::span(out.data), value);
+  return out;
+}
+
+std::vector<manager::ObjectWrite> parameters_of_srdo(const srdo::Parameters& srdo) {
+  const std::uint16_t record = srdo::communication_record(srdo.number);
+  const std::uint16_t mapping = srdo::mapping_record(srdo.number);
+  std::vector<manager::ObjectWrite> out{
+      srdo_parameter({record, srdo::kDirection}, static_cast<std::uint64_t>(srdo.direction), 1),
+      srdo_parameter({record, srdo::kCobId}, srdo.cob_id, 4),
+      srdo_parameter({record, srdo::kInvertedCobId}, srdo.inverted_cob_id, 4),
+      srdo_parameter({mapping, 0}, srdo.mapping.size(), 1)};
+  for (std::size_t i = 0; i < srdo.mapping.size(); ++i) {
+    const auto sub = static_cast<std::uint8_t>(i + 1);
+    out.push_back(srdo_parameter({mapping, sub}, srdo.mapping[i].raw(), 4));
+  }
+  return out;
 }
 
 }  // namespace
@@ -54,6 +76,26 @@ std::vector<srdo::Source> srdo_sources(const LineConfig& config) {
                        .validation = std::chrono::milliseconds(each.validation_ms),
                        .cycle = cycle_of(node, each)});
       }
+    }
+  }
+  return out;
+}
+
+std::vector<std::vector<manager::ObjectWrite>> srdo_parameters(const LineConfig& config) {
+  std::vector<std::vector<manager::ObjectWrite>> out;
+  for (const NodeConfig& node : config.nodes) {
+    for (manager::AssumedPdo& srdo : assumed_srdos(node)) {
+      out.push_back(std::move(srdo.parameters));
+    }
+  }
+  return out;
+}
+
+std::vector<manager::AssumedPdo> assumed_srdos(const NodeConfig& node) {
+  std::vector<manager::AssumedPdo> out;
+  for (const srdo::Parameters& each : described_srdos(node)) {
+    if (each.direction == srdo::Direction::transmit) {
+      out.push_back({.parameters = parameters_of_srdo(each), .remedy = {}});
     }
   }
   return out;

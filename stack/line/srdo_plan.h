@@ -6,6 +6,7 @@
 
 #include "stack/base/diagnostic.h"
 #include "stack/line/config.h"
+#include "stack/manager/assumed_pdo.h"
 #include "stack/pdo/parameters.h"
 #include "stack/srdo/consumer.h"
 
@@ -18,6 +19,12 @@ std::vector<pdo::Parameters> transmitted_srdos(const NodeConfig& node);
 // What is to be received, in the order of nodes and numbers. The SCT is that of
 // NodeConfig::srdo_cycle, else twice the refresh time of the node.
 std::vector<srdo::Source> srdo_sources(const LineConfig& config);
+
+// The parameters that the image relies on, of each of these SRDOs: direction, COB-IDs and mapping.
+std::vector<std::vector<manager::ObjectWrite>> srdo_parameters(const LineConfig& config);
+// Those of the node, to be compared with the device. Nothing is corrected: a write would invalidate
+// its safety configuration.
+std::vector<manager::AssumedPdo> assumed_srdos(const NodeConfig& node);
 
 // Errors and warnings of describe_srdo(), and a warning for each SRDO that a node receives and no
 // node of the line transmits: Linegate produces no SRDOs.

@@ -5,11 +5,35 @@
 
 #include "stack/image/layout.h"
 #include "stack/line/srdo_plan.h"
+#include "stack/manager/pdo_check.h"
 
 namespace linegate::line {
 
 SrdoReception::SrdoReception(can::Dispatch& dispatch, EventLog& events, const LineConfig& config)
-    : consumer_(dispatch, events, *this, srdo_sources(config)) {
+    : consumer_(dispatch, events, *this, srdo_sources(config)),
+      parameters_(srdo_parameters(config)),
+      differing_(parameters_.size()) {
+}
+
+bool SrdoReception::receive(std::uint16_t target, const can::Frame& frame) {
+  return differing_[srdo::Consumer::source_of(target)].empty() && consumer_.receive(target, frame);
+}
+
+void SrdoReception::learn(std::uint8_t node, od::Address address,
+                          std::span<const std::byte> value) {
+  for (std::size_t i = 0; i < parameters_.size(); ++i) {
+    const auto expected =
+        std::ranges::find(parameters_[i], address, &manager::ObjectWrite::address);
+    if (consumer_.sources()[i].node != node || expected == parameters_[i].end()) {
+      continue;
+    }
+    if (manager::is_same_parameter(address, expected->data, value)) {
+      differing_[i].erase(address);
+    } else {
+      differing_[i].insert(address);
+      consumer_.forget(i);
+    }
+  }
 }
 
 void SrdoReception::connect(pdo::Engine& engine, image::ProcessImage& image,

@@ -4,12 +4,14 @@
 #pragma once
 
 #include <cstdint>
+#include <set>
 #include <span>
 #include <vector>
 
 #include "stack/image/process_image.h"
 #include "stack/line/config.h"
 #include "stack/line/state.h"
+#include "stack/manager/object_write.h"
 #include "stack/pdo/engine.h"
 #include "stack/pdo/link.h"
 #include "stack/srdo/consumer.h"
@@ -26,9 +28,10 @@ class SrdoReception final : srdo::Listener {
                std::span<const pdo::LinkedPdo> rpdos);
 
   // Returns true if a valid pair is complete.
-  bool receive(std::uint16_t target, const can::Frame& frame) {
-    return consumer_.receive(target, frame);
-  }
+  bool receive(std::uint16_t target, const can::Frame& frame);
+  // The node has this value of an object. An SRDO with a parameter that is not that of the image is
+  // not received, until the node has the right one again.
+  void learn(std::uint8_t node, od::Address address, std::span<const std::byte> value);
   // The node that transmits the SRDO of a target.
   std::uint8_t node_of(std::uint16_t target) const {
     return consumer_.sources()[srdo::Consumer::source_of(target)].node;
@@ -48,6 +51,8 @@ class SrdoReception final : srdo::Listener {
   pdo::Engine* engine_ = nullptr;
   image::ProcessImage* image_ = nullptr;
   std::vector<std::uint16_t> rpdos_;  // by source: number of its RPDO; 0 = not in the image
+  std::vector<std::vector<manager::ObjectWrite>> parameters_;  // by source: those of the image
+  std::vector<std::set<od::Address>> differing_;               // by source: parameters that differ
 };
 
 }  // namespace linegate::line

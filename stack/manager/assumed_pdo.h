@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The PDO parameters of a node that the process image relies on (CiA 301 7.5.2.35 to 7.5.2.38):
 // COB-ID, transmission type and mapping. They are what the device file says, but a device may have
-// stored others (1010h), or another concise DCF may have been written to 1F22h.
+// stored others (1010h), or another concise DCF may have been written to 1F22h. An SRDO of the
+// image is one of these PDOs, without a remedy: a write would invalidate the safety configuration.
 #pragma once
 
 #include <cstdint>
@@ -10,8 +11,20 @@
 #include <vector>
 
 #include "stack/manager/object_write.h"
+#include "stack/od/objects.h"
 
 namespace linegate::manager {
+
+// Whether an object with this index is a parameter of a PDO, or of an SRDO (1301h to 1340h, 1381h
+// to 13C0h).
+constexpr bool is_assumed_object(std::uint16_t index) {
+  constexpr std::uint16_t kSrdos = 64;
+  const auto is_of = [index](std::uint16_t first) {
+    return index >= first && index < first + kSrdos;
+  };
+  return od::objects::is_pdo_record(index) || is_of(od::objects::kSrdoCommunication) ||
+         is_of(od::objects::kSrdoMapping);
+}
 
 // COB-IDs as PdoCheck compares them: identifier and frame format.
 using CobIds = std::vector<std::uint32_t>;

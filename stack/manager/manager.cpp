@@ -390,7 +390,7 @@ bool Manager::keeps_pdos(std::uint8_t id) const {
 bool Manager::has_other_pdos(std::uint8_t id) const {
   const NodeState& node = nodes_[id];
   const Slot* slot = find(id);
-  return (node.boot == 'J' && od::objects::is_pdo_record(node.finding.object.index)) ||
+  return (node.boot == 'J' && is_assumed_object(node.finding.object.index)) ||
          (slot != nullptr && active() && node.presence == Presence::present &&
           slot->boot->has_unknown_pdos());
 }

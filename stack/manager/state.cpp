@@ -30,8 +30,11 @@ std::string_view unread(char letter, const BootFinding& finding) {
     case 'D':
       return "vendor-ID cannot be read";
     case 'J':  // of a PDO of the image: its parameters are read, and written if they differ
-      return od::objects::is_pdo_record(finding.object.index)
-                 ? "PDO could not be compared with the image, or configured"
+      if (od::objects::is_pdo_record(finding.object.index)) {
+        return "PDO could not be compared with the image, or configured";
+      }
+      return is_assumed_object(finding.object.index)
+                 ? "SRDO could not be compared with the image, or configured"
                  : describe_boot(letter);
     case 'G':
       return "software version cannot be read";

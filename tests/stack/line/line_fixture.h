@@ -124,9 +124,10 @@ class LineTest : public testing::Test {
     hear(0x585, {0x43, 0x18, 0x10, 0x02, 0x42, 0x00, 0x00, 0x00});
   }
   void hear_no_serial_number() { hear(0x585, {0x80, 0x18, 0x10, 0x04, 0x11, 0x00, 0x09, 0x06}); }
-  // It refuses the uploads of its PDO records, which are left out of sent().
-  void hear_no_pdo_records() {
-    while (refuse_upload()) {
+  // It refuses the uploads of its PDO records, and of those of SRDOs (1300h to 13FFh), which are
+  // left out of sent(). first: '4' = of PDO records alone.
+  void hear_no_pdo_records(char first = '3') {
+    while (refuse_upload(first)) {
     }
   }
 
@@ -159,15 +160,17 @@ class LineTest : public testing::Test {
   std::unique_ptr<Line> line_;
 
  private:
-  // 605h, 40h, and an index from 1400h to 1BFFh.
-  static bool is_upload_of_pdo_record(const std::string& frame) {
-    return frame.starts_with("605#40") && frame[8] == '1' && frame[9] >= '4' && frame[9] <= 'B';
+  // 605h, 40h, and an index from 1300h or 1400h to 1BFFh.
+  static bool is_upload_of_pdo_record(const std::string& frame, char first) {
+    return frame.starts_with("605#40") && frame[8] == '1' && frame[9] >= first && frame[9] <= 'B';
   }
 
   // Answers one with 0602 0000h. Returns false if there is none.
-  bool refuse_upload() {
+  bool refuse_upload(char first) {
     hand_out_all();
-    const auto found = std::ranges::find_if(handed_out_, is_upload_of_pdo_record);
+    const auto found = std::ranges::find_if(handed_out_, [first](const std::string& frame) {
+      return is_upload_of_pdo_record(frame, first);
+    });
     if (found == handed_out_.end()) {
       return false;
     }

@@ -9,6 +9,7 @@
 #include "stack/line/build.h"
 #include "stack/line/following.h"
 #include "stack/line/srdo_plan.h"
+#include "stack/manager/pdo_check.h"
 #include "stack/srdo/parameters.h"
 
 #include "tests/stack/line/observer_fixture.h"
@@ -242,6 +243,68 @@ TEST_F(EndedSrdo, ByALostHeartbeat) {
   make(config);
   boot();
   expect_end([this] { pass(milliseconds(20)); });
+}
+
+// The vendor's tool has stored another mapping. Nothing is written: the node is not started, and
+// its SRDO is not shown.
+TEST_F(SrdoLine, ADeviceWithAnotherSrdoIsNotShown) {
+  make(config_with_srdo());
+  line_->start(now_);
+  hear_identity();
+  hear_no_serial_number();
+  const auto answer = [this](std::uint8_t sub, std::uint16_t index, std::uint32_t value) {
+    hear(0x585, {0x43, static_cast<std::uint8_t>(index), static_cast<std::uint8_t>(index >> 8U),
+                 sub, static_cast<std::uint8_t>(value), static_cast<std::uint8_t>(value >> 8U),
+                 static_cast<std::uint8_t>(value >> 16U), static_cast<std::uint8_t>(value >> 24U)});
+  };
+  hear_no_pdo_records('4');
+  answer(1, 0x1301, 1);
+  answer(5, 0x1301, kNormal);
+  answer(6, 0x1301, kInverted);
+  answer(0, 0x1381, 2);
+  answer(1, 0x1381, 0x2100'0308);
+  EXPECT_EQ(line_->node_state(5).boot, 'J');
+  EXPECT_EQ(line_->node_state(5).finding.object, (od::Address{0x1381, 1}));
+  EXPECT_EQ(line_->node_state(5).finding.found, 0x2100'0308U);
+  for (const std::string& frame : sent()) {
+    EXPECT_FALSE(frame.starts_with("605#2")) << "a write: " << frame;
+  }
+  hear_pair(1);
+  EXPECT_EQ(shown(), "?");
+  EXPECT_EQ(line_->state().srdos.valid, 0U);
+}
+
+TEST_F(SrdoLine, ADeviceThatDoesNotTransmitTheSrdoIsReported) {
+  LineConfig config = config_with_srdo();
+  config.nodes[0].objects = {{{0x1301, 1}, {std::byte{0}}}};  // as a concise DCF at run time
+  const auto plans = node_plans(config);
+  const manager::PdoCheck check({plans.at(0).pdos.at(2)}, plans.at(0).writes);
+  ASSERT_TRUE(check.fault());
+  EXPECT_EQ(check.fault()->object, (od::Address{0x1301, 1}));
+}
+
+TEST_F(SrdoLine, AnObserverShowsNoSrdoThatADownloadChanged) {
+  observe(config_with_srdo());
+  hear_pair(1);
+  states();
+  const auto write = [this](std::uint8_t sub, std::uint16_t index, std::uint8_t value) {
+    const auto low = static_cast<std::uint8_t>(index);
+    const auto high = static_cast<std::uint8_t>(index >> 8U);
+    hear(0x605, {0x2F, low, high, sub, value, 0, 0, 0});
+    hear(0x585, {0x60, low, high, sub, 0, 0, 0, 0});
+  };
+  write(0, 0x1381, 2);
+  EXPECT_EQ(shown(), "1") << "it has this value";
+  write(1, 0x1301, 0);
+  write(0, 0x1381, 0);
+  EXPECT_EQ(shown(), "?");
+  EXPECT_EQ(states(), "not received; ");
+  write(1, 0x1301, 1);
+  hear_pair(2);
+  EXPECT_EQ(shown(), "?") << "it maps something else";
+  write(0, 0x1381, 2);
+  hear_pair(3);
+  EXPECT_EQ(shown(), "3");
 }
 
 // They are sent in Operational alone, as PDOs.
