@@ -3,6 +3,8 @@
 
 #include <string_view>
 
+#include "bridges/named/member_text.h"
+
 namespace linegate::named {
 namespace {
 
@@ -24,9 +26,9 @@ std::vector<DescribedMember> described_members(const DeviceType& type) {
                                       {"sequence_number", Form::uint64, 0},
                                       {"time", Form::int64, 0},
                                       {"clock", Form::uint8, 0}};
-  const std::string time_of = is_input ? "received_pdo" : "sent_pdo";
+  const std::string time_of = is_input ? "received_" : "sent_";
   for (const std::uint16_t pdo : type.pdos) {
-    out.push_back({time_of + std::to_string(pdo), Form::int64, 0});
+    out.push_back({time_of + time_member(pdo), Form::int64, 0});
   }
   add_marks(type, "valid", out);
   if (!is_input) {

@@ -150,7 +150,7 @@ class Text {
     }
     begin(type.name + '_' + time_name(type));
     for (const std::uint16_t pdo : type.pdos) {
-      member("long long", "pdo" + std::to_string(pdo));
+      member("long long", time_member(pdo));
     }
     end();
   }

@@ -51,4 +51,9 @@ std::string comment_of(const Member& member) {
   return meaning.empty() ? out : out + "; " + in_comment(meaning);
 }
 
+std::string time_member(std::uint16_t pdo) {
+  return image::is_srdo(pdo) ? "srdo" + std::to_string(pdo - image::kFirstSrdo + 1)
+                             : "pdo" + std::to_string(pdo);
+}
+
 }  // namespace linegate::named

@@ -121,7 +121,7 @@ class Messages {
   void add_times(const std::string& message, const DeviceType& type) {
     std::string text;
     for (const std::uint16_t pdo : type.pdos) {
-      text += "int64 pdo" + std::to_string(pdo) + '\n';
+      text += "int64 " + time_member(pdo) + '\n';
     }
     add_file(message, std::move(text));
   }

@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "bridges/named/idl_text.h"
 #include "bridges/named/ros2_types.h"
 
 #include "tests/bridges/named/layouts.h"
@@ -16,6 +17,7 @@ namespace {
 
 using od::DataType;
 using testing::ElementsAre;
+using testing::HasSubstr;
 
 DeviceType type_of(image::Direction direction, const std::vector<TestEntry>& entries) {
   image::Layout layout = layout_of(entries);
@@ -45,6 +47,23 @@ TEST(DescribedType, HasTheMembersOfTheSampleWithoutStructs) {
               ElementsAre("gateway", "line", "incarnation", "sequence_number", "time", "clock",
                           "sent_pdo1", "sent_pdo3", "valid_Speed", "valid_Name", "known_Speed",
                           "known_Name", "values_Speed", "values_Name"));
+}
+
+// In each form of the type.
+TEST(DescribedType, NamesSrdosAsSuch) {
+  const DeviceType type =
+      type_of(image::Direction::inputs, {{.name = "ram.Door", .bits = 8, .pdo = image::kFirstSrdo},
+                                         {.name = "ram.Lock", .bits = 8, .pdo = image::kLastSrdo}});
+  const std::vector<std::string> names = names_of(type);
+  EXPECT_EQ(names.at(6), "received_srdo1");
+  EXPECT_EQ(names.at(7), "received_srdo64");
+  EXPECT_THAT(idl_text(std::span(&type, 1)),
+              HasSubstr("_received {\n  long long srdo1;\n  long long srdo64;\n}"));
+  std::string ros2;
+  for (const auto& [file, text] : ros2_package(std::span(&type, 1))) {
+    ros2 += text;
+  }
+  EXPECT_THAT(ros2, HasSubstr("int64 srdo1\nint64 srdo64\n"));
 }
 
 TEST(DescribedType, HasTheFormsOfTheMembers) {
