@@ -5,6 +5,9 @@ namespace linegate::gateway {
 
 void PdoUpdates::add(const image::Snapshot& snapshot) {
   for (const image::PdoMark& mark : snapshot.marks) {
+    if (image::is_srdo(mark.remote_pdo)) {
+      continue;  // PdoUpdate has no validity
+    }
     if (mark.local_pdo >= by_local_pdo_.size()) {
       by_local_pdo_.resize(std::size_t{mark.local_pdo} + 1, kNone);
     }

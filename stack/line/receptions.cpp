@@ -35,7 +35,8 @@ std::uint32_t longest_queue(const LineConfig& config) {
 
 void set_queues(const LineConfig& config, pdo::LinkPlan& plan) {
   for (pdo::LinkedPdo& pdo : plan.rpdos) {
-    pdo.queue = queue_of(config, pdo.node, pdo.remote_pdo);
+    // PdoReception has no validity
+    pdo.queue = pdo.is_srdo() ? 0 : queue_of(config, pdo.node, pdo.remote_pdo);
   }
 }
 

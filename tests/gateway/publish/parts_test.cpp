@@ -174,6 +174,17 @@ TEST(PdoUpdates, KeepPdosApart) {
   EXPECT_EQ(passed, (std::vector<std::uint16_t>{1, 600}));
 }
 
+// Their values are valid or not, which PdoUpdate does not have.
+TEST(PdoUpdates, LeaveOutSrdos) {
+  PdoUpdates updates(100ms);
+  image::Snapshot snapshot = snapshot_with(3, 1);
+  snapshot.marks[0].remote_pdo = image::kFirstSrdo;
+  updates.add(snapshot);
+  bool passed = false;
+  updates.publish_due(Instant{1s}, [&](const image::PdoMark&, std::uint32_t) { passed = true; });
+  EXPECT_FALSE(passed);
+}
+
 TEST(ImageSequence, SkipsWhatDidNotChangeAndNumbersTheRestWithoutGaps) {
   ImageSequence sequence(config::Publish::Rule::on_change);
   image::Snapshot first = snapshot_with(1, 1);

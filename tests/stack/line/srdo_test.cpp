@@ -412,6 +412,17 @@ TEST_F(SrdoLine, AFollowedObjectIsThatOfItsPdo) {
   EXPECT_EQ(valid, "? 3 3 3 ? ? ");
 }
 
+// PdoReception has no validity.
+TEST(SrdoPlan, HaveNoQueueOfReceptions) {
+  LineConfig config = config_with_srdo();
+  config.pdo_queue = 4;
+  const auto plan = link_plan(config);
+  ASSERT_TRUE(plan.ok());
+  ASSERT_EQ(plan.value->rpdos.size(), 2U);
+  EXPECT_EQ(plan.value->rpdos[0].queue, 4U);
+  EXPECT_EQ(plan.value->rpdos[1].queue, 0U);
+}
+
 TEST(SrdoPlan, WhatNodesReceiveIsNoOutput) {
   LineConfig config = config_with_srdo();
   set(config, {0x1301, 1}, 2);
