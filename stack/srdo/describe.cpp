@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // describe_srdo(): an SRDO of a device by its device file.
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 
 #include "stack/base/byte_order.h"
+#include "stack/pdo/mapping.h"
 #include "stack/srdo/parameters.h"
 
 namespace linegate::srdo {
@@ -19,6 +21,10 @@ std::string hex_text(std::uint32_t value, std::size_t digits) {
     text.insert(text.begin(), kDigits[value & 0xFU]);
   }
   return text + "h";
+}
+
+bool is_set(const od::VariableDescription& variable) {
+  return variable.configured || variable.overridden;
 }
 
 class Describer {
@@ -100,7 +106,7 @@ class Describer {
     for (std::uint8_t sub = 1; sub <= count; ++sub) {
       const auto mapping =
           pdo::Mapping::from_raw(static_cast<std::uint32_t>(value({record, sub}).value_or(0)));
-      check_entry({record, sub}, mapping);
+      check_entry({record, sub}, mapping, out.direction);
       if (sub % 2 == 0 && mapping.bits != out.mapping.back().bits) {
         error({record, sub}, "maps an inverted object of another length");
       }
@@ -112,7 +118,10 @@ class Describer {
     }
   }
 
-  void check_entry(od::Address place, const pdo::Mapping& mapping) {
+  void check_entry(od::Address place, const pdo::Mapping& mapping, Direction direction) {
+    if (direction == Direction::receive && pdo::is_dummy(mapping)) {
+      return;
+    }
     const od::VariableDescription* const variable = device_.find(mapping.address);
     const std::string object = "maps " + od::to_text(mapping.address);
     if (variable == nullptr) {
@@ -139,7 +148,7 @@ class Describer {
         device_.find(place) == nullptr) {
       return;
     }
-    const bool configured = is_set(place);
+    const bool configured = is_set(*device_.find(place));
     if (!configured && is_configured()) {
       return;  // its value is that of the default parameters
     }
@@ -148,20 +157,7 @@ class Describer {
                ", but that of its parameters is " + hex_text(computed, 4));
   }
 
-  bool is_set(od::Address address) const {
-    const od::VariableDescription* const variable = device_.find(address);
-    return variable != nullptr && (variable->configured || variable->overridden);
-  }
-
-  bool is_configured() const {
-    const auto any = [this](std::uint16_t index) {
-      const od::ObjectDescription* const object = device_.find(index);
-      return object != nullptr && std::ranges::any_of(object->variables, [](const auto& variable) {
-               return variable.configured || variable.overridden;
-             });
-    };
-    return any(communication_record(number_)) || any(mapping_record(number_));
-  }
+  bool is_configured() const { return srdo::is_configured(device_, number_); }
 
   // Returns false if there are errors. Those of an SRDO that was not configured become one warning.
   bool merge_errors() {
@@ -201,6 +197,15 @@ class Describer {
 };
 
 }  // namespace
+
+bool is_configured(const od::DeviceDescription& device, std::uint8_t number) {
+  return std::ranges::any_of(std::array{communication_record(number), mapping_record(number)},
+                             [&device](std::uint16_t index) {
+                               const od::ObjectDescription* const object = device.find(index);
+                               return object != nullptr &&
+                                      std::ranges::any_of(object->variables, is_set);
+                             });
+}
 
 Description describe_srdo(const od::DeviceDescription& device, std::uint8_t number,
                           std::vector<Diagnostic>& diagnostics) {

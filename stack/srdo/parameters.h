@@ -80,6 +80,9 @@ struct Description {
   bool usable = false;  // it has a direction, and no error is in its parameters
 };
 
+// Whether the configuration sets a parameter of the SRDO.
+bool is_configured(const od::DeviceDescription& device, std::uint8_t number);
+
 // The SRDO with that number, with its errors: an identifier that is none, a time that is 0, and
 // objects that do not exist, have another length, or are not in pairs. An SRDO whose records are
 // not configured and have errors is left out with a warning, as with PDOs. A signature in 13FFh

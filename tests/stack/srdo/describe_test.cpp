@@ -78,6 +78,17 @@ TEST(DescribeSrdo, EachFaultIsAnError) {
             "this SRDO)\n");
 }
 
+TEST(DescribeSrdo, OneThatTheDeviceReceivesMayHaveDummyEntries) {
+  od::DeviceDescription device = srdo_device();
+  set(device, {0x1301, 1}, 2);
+  for (const std::uint8_t sub : {1, 2}) {
+    set(device, {0x1381, sub}, 0x0005'0008, true);
+  }
+  EXPECT_TRUE(describe_srdos(device).ok());
+  set(device, {0x1301, 1}, 1);
+  EXPECT_FALSE(describe_srdos(device).ok()) << "a device transmits objects";
+}
+
 TEST(DescribeSrdo, OfAnSrdoThatIsNotConfiguredItIsAWarning) {
   EXPECT_EQ(findings({0x1301, 3}, 0, false),
             "warning: SRDO 1 (1301:03) SRVT is 0; the SRDO is left out\n");
