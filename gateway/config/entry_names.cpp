@@ -31,6 +31,12 @@ std::vector<std::uint32_t> EntryNames::find(const std::string& text, bool severa
       out.push_back(i);
     }
   }
+  const auto is_srdo = [this](std::uint32_t entry) {
+    return image::is_srdo(layout_.entries[entry].remote_pdo);
+  };
+  if (object != "*" && !std::ranges::all_of(out, is_srdo)) {
+    std::erase_if(out, is_srdo);
+  }
   return out;
 }
 

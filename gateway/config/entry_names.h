@@ -19,7 +19,8 @@ class EntryNames {
       : config_(config), layout_(layout) {}
 
   // Returns entry numbers; empty if there are none. text: the entry's name, "node.index:sub" or,
-  // with several, "node.*". An object that is mapped several times yields all of its entries.
+  // with several, "node.*". An object that is mapped several times yields all of its entries, but
+  // not those of SRDOs if a PDO maps it, too.
   std::vector<std::uint32_t> find(const std::string& text, bool several) const;
   // An error message if the text matches several entries where one is expected: "... is ambiguous:
   // ..."; empty otherwise.

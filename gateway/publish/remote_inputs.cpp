@@ -47,9 +47,14 @@ const image::Entry* find_entry(const image::Layout& layout, const std::string& t
     return nullptr;
   }
   const std::string node = text.substr(0, dot + 1);
-  return only_entry(layout, [&](const image::Entry& entry) {
+  const auto is_wanted = [&](const image::Entry& entry) {
     return od::Address{entry.index, entry.sub} == *address && entry.name.starts_with(node);
-  });
+  };
+  const auto is_of_pdo = [&](const image::Entry& entry) {
+    return is_wanted(entry) && !image::is_srdo(entry.remote_pdo);
+  };
+  return std::ranges::any_of(layout.entries, is_of_pdo) ? only_entry(layout, is_of_pdo)
+                                                        : only_entry(layout, is_wanted);
 }
 
 bool has_bit(const std::vector<std::uint64_t>& words, std::size_t i) {

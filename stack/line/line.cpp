@@ -9,6 +9,7 @@
 #include "stack/line/devices_line.h"
 #include "stack/line/node_line.h"
 #include "stack/line/observer_line.h"
+#include "stack/line/srdo_plan.h"
 
 namespace linegate::line {
 namespace {
@@ -39,6 +40,8 @@ Loaded<std::unique_ptr<Line>> Line::make(LineConfig config) {
   if (has_errors(out.diagnostics)) {
     return out;
   }
+  const std::vector<Diagnostic> left_out = leave_out_srdos(config);
+  out.diagnostics.insert(out.diagnostics.end(), left_out.begin(), left_out.end());
   const bool has_devices = !config.devices.empty();
   Loaded<pdo::LinkPlan> plan = has_devices ? device_plan(config) : link_plan(config);
   out.diagnostics.insert(out.diagnostics.end(), plan.diagnostics.begin(), plan.diagnostics.end());

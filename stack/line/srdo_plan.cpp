@@ -2,6 +2,7 @@
 #include "stack/line/srdo_plan.h"
 
 #include <algorithm>
+#include <map>
 #include <set>
 #include <string>
 #include <utility>
@@ -97,6 +98,35 @@ std::vector<manager::AssumedPdo> assumed_srdos(const NodeConfig& node) {
     if (each.direction == srdo::Direction::transmit) {
       out.push_back({.parameters = parameters_of_srdo(each), .remedy = {}});
     }
+  }
+  return out;
+}
+
+std::vector<Diagnostic> leave_out_srdos(LineConfig& config) {
+  std::vector<Diagnostic> out;
+  std::map<std::uint16_t, unsigned> transmitters;  // by COB-ID 1
+  const std::vector<srdo::Source> sources = srdo_sources(config);
+  for (const srdo::Source& source : sources) {
+    ++transmitters[source.cob_id];
+  }
+  for (const srdo::Source& source : sources) {
+    NodeConfig& node = *std::ranges::find(config.nodes, source.node, &NodeConfig::id);
+    if (transmitters[source.cob_id] == 1 || srdo::is_configured(node.device, source.number)) {
+      continue;
+    }
+    for (od::ObjectDescription& object : node.device.objects) {
+      if (object.index == srdo::communication_record(source.number)) {
+        for (od::VariableDescription& variable : object.variables) {
+          if (variable.sub == srdo::kDirection) {
+            std::ranges::fill(variable.value, std::byte{0});
+          }
+        }
+      }
+    }
+    out.push_back({Severity::warning, node.device.file, 0, 0,
+                   "SRDO " + std::to_string(source.number) + " of " + node.name +
+                       " has the COB-IDs of an SRDO of another node, and is left out: give it "
+                       "others (srdo, cob_id)"});
   }
   return out;
 }

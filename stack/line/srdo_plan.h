@@ -26,6 +26,11 @@ std::vector<std::vector<manager::ObjectWrite>> srdo_parameters(const LineConfig&
 // its safety configuration.
 std::vector<manager::AssumedPdo> assumed_srdos(const NodeConfig& node);
 
+// Switches off the SRDOs that have the COB-IDs of another node's and are not configured, with
+// warnings: constants of one device file are no identifiers of several nodes. Without this, and for
+// those that are configured, plan_links() reports errors.
+std::vector<Diagnostic> leave_out_srdos(LineConfig& config);
+
 // Errors and warnings of describe_srdo(), and a warning for each SRDO that a node receives and no
 // node of the line transmits: Linegate produces no SRDOs.
 std::vector<Diagnostic> check_srdos(const LineConfig& config);

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "gateway/config/entry_names.h"
 #include "gateway/config/plant.h"
 #include "stack/base/byte_order.h"
 #include "stack/line/build.h"
@@ -104,6 +105,32 @@ TEST(PlantSrdo, WhatADeviceReceivesIsNoOutput) {
             "\": the node receives it by SRDO 2, and Linegate produces no SRDOs");
   }
   expect_finding(read_srdo_plant(""), "SRDO 2 of gate is received from no node of this line");
+}
+
+// An SRDO of the same object makes it no ambiguous one.
+TEST(PlantSrdo, ABareAddressIsThatOfThePdo) {
+  line::LineConfig config;
+  config.nodes.emplace_back();
+  config.nodes[0].id = 5;
+  config.nodes[0].name = "gate";
+  image::Layout layout;
+  for (const auto& [pdo, name] : {std::pair(std::uint16_t{1}, "gate.Door"),
+                                  std::pair(image::kFirstSrdo, "gate.Door in SRDO 1")}) {
+    image::Entry entry;
+    entry.node = 5;
+    entry.index = 0x2000;
+    entry.sub = 1;
+    entry.remote_pdo = pdo;
+    entry.name = name;
+    layout.entries.push_back(std::move(entry));
+  }
+  const EntryNames names(config, layout);
+  EXPECT_EQ(names.find("gate.2000:1", true), std::vector<std::uint32_t>{0});
+  EXPECT_EQ(names.ambiguity("gate.2000:1"), "");
+  EXPECT_EQ(names.find("gate.Door in SRDO 1", false), std::vector<std::uint32_t>{1});
+  EXPECT_EQ(names.find("gate.*", true).size(), 2U);
+  layout.entries.erase(layout.entries.begin());
+  EXPECT_EQ(names.find("gate.2000:1", true), std::vector<std::uint32_t>{0}) << "the SRDO alone";
 }
 
 // Two SRDOs carry the object: a rule follows the entry that it names.

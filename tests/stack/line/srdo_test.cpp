@@ -445,12 +445,32 @@ TEST(SrdoPlan, AFaultOfAConfiguredSrdoIsAnError) {
   EXPECT_FALSE(Line::make(config).ok());
 }
 
-TEST(SrdoPlan, TwoTransmittersOnOneIdentifierAreAnError) {
+LineConfig config_with_two_transmitters() {
   LineConfig config = config_with_srdo();
   config.nodes.push_back(config.nodes[0]);
   config.nodes[1].id = 6;
   config.nodes[1].name = "other";
   config.nodes[1].device.find(od::Address{0x1800, 1})->value[0] = std::byte{0x86};
+  return config;
+}
+
+// The COB-IDs are constants of the device file, which cannot be those of both.
+TEST(SrdoPlan, TwoTransmittersOnOneIdentifierAreLeftOut) {
+  const auto made = Line::make(config_with_two_transmitters());
+  ASSERT_TRUE(made.ok());
+  EXPECT_EQ((*made.value)->state().srdos.received, 0U);
+  ASSERT_EQ(made.diagnostics.size(), 2U);
+  EXPECT_EQ(made.diagnostics[1].severity, Severity::warning);
+  EXPECT_EQ(made.diagnostics[1].text,
+            "SRDO 1 of other has the COB-IDs of an SRDO of another node, and is left out: give it "
+            "others (srdo, cob_id)");
+}
+
+TEST(SrdoPlan, TwoConfiguredTransmittersOnOneIdentifierAreAnError) {
+  LineConfig config = config_with_two_transmitters();
+  for (NodeConfig& node : config.nodes) {
+    node.device.find(od::Address{0x1301, 5})->overridden = true;
+  }
   const auto made = Line::make(config);
   ASSERT_FALSE(made.ok());
   EXPECT_TRUE(std::ranges::any_of(made.diagnostics, [](const Diagnostic& found) {
