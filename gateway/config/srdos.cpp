@@ -78,37 +78,54 @@ class SrdoOverride {
     }
   }
 
-  // Sub-index 2 is the refresh time of an SRDO that the device transmits: the SCT is then that of
-  // the receiver, here the line.
+  // Sub-index 2 is the refresh time of an SRDO that the device transmits: SCT and SRVT are then
+  // those of the receiver, here the line.
   void read_times() {
     const bool transmits = direction() == srdo::Direction::transmit;
-    const YAML::Node refresh = section_.find("refresh");
-    const YAML::Node cycle = section_.find("sct");
-    Duration time{};
-    if (refresh.IsDefined()) {
+    if (const YAML::Node refresh = section_.find("refresh"); refresh.IsDefined()) {
       if (!transmits) {
         findings_.error(place_of(refresh), "refresh is for an SRDO that the device transmits");
       }
-      section_.read_multiple("refresh", time, milliseconds(1), kLongestCycle);
-      write(srdo::kCycleTime, static_cast<std::uint64_t>(time / milliseconds(1)),
-            place_of(refresh));
-    }
-    if (cycle.IsDefined()) {
-      section_.read_multiple("sct", time, milliseconds(1), kLongestCycle);
-      if (time == Duration::zero()) {
-        findings_.error(place_of(cycle), "the SCT is longer than 0");
-      } else if (transmits) {
-        config_.srdo_cycle[number_] = time;
-      } else {
-        write(srdo::kCycleTime, static_cast<std::uint64_t>(time / milliseconds(1)),
-              place_of(cycle));
+      if (const auto time = read_time("refresh", kLongestCycle)) {
+        write_time(srdo::kCycleTime, *time, place_of(refresh));
       }
     }
-    if (const YAML::Node srvt = section_.find("srvt"); srvt.IsDefined()) {
-      section_.read_multiple("srvt", time, milliseconds(1), kLongestValidation);
-      write(srdo::kValidationTime, static_cast<std::uint64_t>(time / milliseconds(1)),
-            place_of(srvt));
+    read_monitored("sct", srdo::kCycleTime, kLongestCycle,
+                   transmits ? &config_.srdo_cycle : nullptr);
+    read_monitored("srvt", srdo::kValidationTime, kLongestValidation,
+                   transmits ? &config_.srdo_validation : nullptr);
+  }
+
+  // of_line: nullptr = the time is that of the device.
+  void read_monitored(const char* key, std::uint8_t sub, Duration longest,
+                      std::map<std::uint8_t, Duration>* of_line) {
+    const Place place = place_of(section_.find(key));
+    const auto time = read_time(key, longest);
+    if (time && of_line != nullptr) {
+      (*of_line)[number_] = *time;
+    } else if (time) {
+      write_time(sub, *time, place);
     }
+  }
+
+  // Nothing, after an error if it is not in the range, without the key.
+  std::optional<Duration> read_time(const char* key, Duration longest) {
+    const YAML::Node node = section_.find(key);
+    if (!node.IsDefined()) {
+      return std::nullopt;
+    }
+    const std::size_t before = findings_.errors();
+    Duration time{};
+    section_.read_multiple(key, time, milliseconds(1), longest);
+    if (findings_.errors() == before && time == Duration::zero()) {
+      findings_.error(place_of(node),
+                      std::string(key) + " is 0: give 1ms to " + format_duration(longest));
+    }
+    return findings_.errors() == before ? std::optional(time) : std::nullopt;
+  }
+
+  void write_time(std::uint8_t sub, Duration time, Place place) {
+    write(sub, static_cast<std::uint64_t>(time / milliseconds(1)), place);
   }
 
   void read_mapping() {

@@ -479,6 +479,10 @@ class Text {
       add("    its SRDO {} is unsafe {} after the last valid pair\n", number,
           format_duration(cycle));
     }
+    for (const auto& [number, validation] : node.srdo_validation) {
+      add("    its SRDO {} is unsafe if a pair takes longer than {}\n", number,
+          format_duration(validation));
+    }
     if (node.guard_time != Duration::zero()) {
       add("    guarding every {}, life time factor {}\n", format_duration(node.guard_time),
           node.life_time_factor);

@@ -66,6 +66,9 @@ struct NodeConfig {
   // By number of the SRDO that it transmits: the SCT, the longest time from one valid pair to the
   // next; those that are not listed have twice the refresh time in 1301h and following.
   std::map<std::uint8_t, Duration> srdo_cycle{};
+  // By number of the SRDO that it transmits: the SRVT, from the normal frame to the inverted one;
+  // those that are not listed have that in 1301h and following.
+  std::map<std::uint8_t, Duration> srdo_validation{};
   Duration boot_timeout = std::chrono::seconds(10);  // time until presence becomes `missing`
   // Longest time from a reset to the boot-up message
   Duration reset_time = std::chrono::seconds(1);

@@ -31,6 +31,12 @@ Duration cycle_of(const NodeConfig& node, const srdo::Parameters& srdo) {
                                              : 2 * std::chrono::milliseconds(srdo.cycle_ms);
 }
 
+Duration validation_of(const NodeConfig& node, const srdo::Parameters& srdo) {
+  const auto configured = node.srdo_validation.find(srdo.number);
+  return configured != node.srdo_validation.end() ? configured->second
+                                                  : std::chrono::milliseconds(srdo.validation_ms);
+}
+
 manager::ObjectWrite srdo_parameter(od::Address address, std::uint64_t value, std::size_t bytes) {
   manager::ObjectWrite out{address, std::vector<std::byte>(bytes)};
   store_le(std::span(out.data), value);
@@ -74,7 +80,7 @@ std::vector<srdo::Source> srdo_sources(const LineConfig& config) {
                        .length = frame_bytes(each),
                        .cob_id = static_cast<std::uint16_t>(each.cob_id),
                        .inverted_cob_id = static_cast<std::uint16_t>(each.inverted_cob_id),
-                       .validation = std::chrono::milliseconds(each.validation_ms),
+                       .validation = validation_of(node, each),
                        .cycle = cycle_of(node, each)});
       }
     }

@@ -17,7 +17,8 @@ namespace linegate::line {
 std::vector<pdo::Parameters> transmitted_srdos(const NodeConfig& node);
 
 // What is to be received, in the order of nodes and numbers. The SCT is that of
-// NodeConfig::srdo_cycle, else twice the refresh time of the node.
+// NodeConfig::srdo_cycle, else twice the refresh time of the node; the SRVT that of
+// NodeConfig::srdo_validation, else the one in the node.
 std::vector<srdo::Source> srdo_sources(const LineConfig& config);
 
 // The parameters that the image relies on, of each of these SRDOs: direction, COB-IDs and mapping.

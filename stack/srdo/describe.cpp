@@ -2,6 +2,7 @@
 // describe_srdo(): an SRDO of a device by its device file.
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -69,23 +70,35 @@ class Describer {
 
   void read_times(Parameters& out) {
     const std::uint16_t record = communication_record(number_);
-    out.cycle_ms = static_cast<std::uint16_t>(value({record, kCycleTime}).value_or(0));
-    out.validation_ms = static_cast<std::uint8_t>(value({record, kValidationTime}).value_or(0));
-    if (out.cycle_ms == 0) {
-      error({record, kCycleTime}, "refresh time or SCT is 0");
+    out.cycle_ms = read_time<std::uint16_t>({record, kCycleTime}, "refresh time or SCT");
+    out.validation_ms = read_time<std::uint8_t>({record, kValidationTime}, "SRVT");
+  }
+
+  // Milliseconds, or 0 after an error.
+  template <class Time>
+  Time read_time(od::Address place, std::string_view what) {
+    constexpr std::uint64_t kLongest = std::numeric_limits<Time>::max();
+    const std::uint64_t time = value(place).value_or(0);
+    if (time == 0 || time > kLongest) {
+      error(place, std::string(what) + " is " + std::to_string(time) + ": give 1 to " +
+                       std::to_string(kLongest) + " ms");
+      return 0;
     }
-    if (out.validation_ms == 0) {
-      error({record, kValidationTime}, "SRVT is 0");
-    }
+    return static_cast<Time>(time);
+  }
+
+  // Of 32 bits; 0, which is no valid one, if the file has a larger number.
+  std::optional<std::uint32_t> value32(od::Address address) const {
+    const auto number = value(address);
+    const bool fits = number && *number <= std::numeric_limits<std::uint32_t>::max();
+    return number ? std::optional(fits ? static_cast<std::uint32_t>(*number) : 0U) : std::nullopt;
   }
 
   void read_cob_ids(Parameters& out) {
     const std::uint16_t record = communication_record(number_);
     const std::uint32_t by_default = number_ == 1 ? default_cob_id(device_.node_id) : 0U;
-    const auto first = value({record, kCobId});
-    const auto second = value({record, kInvertedCobId});
-    out.cob_id = static_cast<std::uint32_t>(first.value_or(by_default));
-    out.inverted_cob_id = static_cast<std::uint32_t>(second.value_or(out.cob_id + 1));
+    out.cob_id = value32({record, kCobId}).value_or(by_default);
+    out.inverted_cob_id = value32({record, kInvertedCobId}).value_or(out.cob_id + 1);
     if (out.cob_id < kFirstCobId || out.cob_id > kLastCobId || out.cob_id % 2 == 0) {
       error({record, kCobId},
             "COB-ID 1 " + hex_text(out.cob_id, 3) + " is not an odd one of 101h to 17Fh");
@@ -104,8 +117,7 @@ class Describer {
     }
     std::uint32_t bits = 0;
     for (std::uint8_t sub = 1; sub <= count; ++sub) {
-      const auto mapping =
-          pdo::Mapping::from_raw(static_cast<std::uint32_t>(value({record, sub}).value_or(0)));
+      const auto mapping = pdo::Mapping::from_raw(value32({record, sub}).value_or(0));
       check_entry({record, sub}, mapping, out.direction);
       if (sub % 2 == 0 && mapping.bits != out.mapping.back().bits) {
         error({record, sub}, "maps an inverted object of another length");

@@ -65,16 +65,17 @@ TEST(PlantSrdo, WritesItsParametersAndTheirSignature) {
   const srdo::Parameters expected{.number = 1,
                                   .direction = srdo::Direction::transmit,
                                   .cycle_ms = 30,
-                                  .validation_ms = 10,
+                                  .validation_ms = 20,
                                   .cob_id = 0x111,
                                   .inverted_cob_id = 0x112,
                                   .mapping = {{{0x2000, 1}, 8}, {{0x2000, 2}, 8}}};
   EXPECT_EQ(srdo_writes(loaded),
             "13FE:00=0 1301:01=0 1381:00=0 1381:01=536871176 1381:02=536871432 1381:00=2 "
-            "1301:02=30 1301:03=10 1301:05=273 1301:06=274 1301:01=1 13FF:01=" +
+            "1301:02=30 1301:05=273 1301:06=274 1301:01=1 13FF:01=" +
                 std::to_string(srdo::signature(expected)) + " 13FE:00=165 ");
   const line::NodeConfig& node = loaded.value->lines.at(0).config.nodes.at(0);
   EXPECT_EQ(node.srdo_cycle.at(1), 90ms);
+  EXPECT_EQ(node.srdo_validation.at(1), 10ms);
   const auto made = line::Line::make(loaded.value->lines.at(0).config);
   ASSERT_TRUE(made.ok());
   const auto& entries = (*made.value)->layout(image::Direction::inputs).entries;
@@ -83,17 +84,18 @@ TEST(PlantSrdo, WritesItsParametersAndTheirSignature) {
   EXPECT_EQ(entries[0].name, "gate.Door state");
 }
 
-TEST(PlantSrdo, AnSctAloneIsThatOfTheLine) {
-  const auto loaded = read_srdo_plant(", srdo: {srdo1: {sct: 70ms}}");
+TEST(PlantSrdo, AnSctAndAnSrvtAreThoseOfTheLine) {
+  const auto loaded = read_srdo_plant(", srdo: {srdo1: {sct: 70ms, srvt: 5ms}}");
   ASSERT_TRUE(loaded.ok()) << srdo_findings(loaded);
   EXPECT_EQ(srdo_writes(loaded), "");
   EXPECT_EQ(loaded.value->lines.at(0).config.nodes.at(0).srdo_cycle.at(1), 70ms);
+  EXPECT_EQ(loaded.value->lines.at(0).config.nodes.at(0).srdo_validation.at(1), 5ms);
 }
 
 TEST(PlantSrdo, OfOneThatTheDeviceReceivesTheSctIsThatOfTheDevice) {
-  const auto loaded = read_srdo_plant(", srdo: {srdo2: {sct: 70ms}}");
+  const auto loaded = read_srdo_plant(", srdo: {srdo2: {sct: 70ms, srvt: 30ms}}");
   ASSERT_TRUE(loaded.ok()) << srdo_findings(loaded);
-  EXPECT_NE(srdo_writes(loaded).find("1302:02=70 1302:01=2 13FF:02="), std::string::npos)
+  EXPECT_NE(srdo_writes(loaded).find("1302:02=70 1302:03=30 1302:01=2 13FF:02="), std::string::npos)
       << srdo_writes(loaded);
 }
 
@@ -192,8 +194,9 @@ TEST(PlantSrdo, EachMistakeIsReported) {
   expect_finding(with("srdo1: {cob_id: 0x10A}"), "COB-ID 1 10Ah is not an odd one");
   expect_finding(with("srdo1: {cob_id: 0x180}"), "257");
   expect_finding(with("srdo1: {srvt: 300ms}"), "255ms");
-  expect_finding(with("srdo1: {srvt: 0ms}"), "SRVT is 0");
-  expect_finding(with("srdo1: {sct: 0ms}"), "the SCT is longer than 0");
+  expect_finding(with("srdo1: {srvt: 0ms}"), "srvt is 0: give 1ms to 255ms");
+  expect_finding(with("srdo1: {sct: 0ms}"), "sct is 0: give 1ms to ");
+  expect_finding(with("srdo2: {srvt: 0ms}"), "srvt is 0: give 1ms to 255ms");
   expect_finding(with("srdo2: {refresh: 5ms}"), "refresh is for an SRDO that the device transmits");
   expect_finding(with("srdo1: {map: [\"2000:1\"]}"), "each is followed by its inverted object");
   expect_finding(with("srdo1: {map: [\"2000:1\", \"2000:9\"]}"), "has no object 2000:09");

@@ -160,6 +160,15 @@ TEST_F(SrdoLine, TheSctIsConfiguredAtTheReceiver) {
   EXPECT_EQ(shown(), "?");
 }
 
+TEST_F(SrdoLine, TheSrvtIsConfiguredAtTheReceiver) {
+  LineConfig config = config_with_srdo();
+  config.nodes[0].srdo_validation[1] = milliseconds(5);
+  observe(config);
+  hear(kNormal, {1});
+  pass(milliseconds(5));
+  EXPECT_EQ(states(), "SRVT exceeded; ");
+}
+
 // An SRDO of a manager that is not Operational is not kept for later: it may be unsafe then.
 TEST_F(SrdoLine, IsNotShownBeforeOperational) {
   LineConfig config = config_with_srdo();

@@ -59,8 +59,9 @@ TEST(DescribeSrdo, OneWithoutADirectionIsNone) {
 
 TEST(DescribeSrdo, EachFaultIsAnError) {
   EXPECT_EQ(findings({0x1301, 1}, 3), "error: SRDO 1 (1301:01) direction 3 is none\n");
-  EXPECT_EQ(findings({0x1301, 2}, 0), "error: SRDO 1 (1301:02) refresh time or SCT is 0\n");
-  EXPECT_EQ(findings({0x1301, 3}, 0), "error: SRDO 1 (1301:03) SRVT is 0\n");
+  EXPECT_EQ(findings({0x1301, 2}, 0),
+            "error: SRDO 1 (1301:02) refresh time or SCT is 0: give 1 to 65535 ms\n");
+  EXPECT_EQ(findings({0x1301, 3}, 0), "error: SRDO 1 (1301:03) SRVT is 0: give 1 to 255 ms\n");
   EXPECT_EQ(findings({0x1301, 5}, 0x102),
             "error: SRDO 1 (1301:05) COB-ID 1 102h is not an odd one of 101h to 17Fh\n");
   EXPECT_EQ(findings({0x1301, 5}, 0x181),
@@ -78,6 +79,18 @@ TEST(DescribeSrdo, EachFaultIsAnError) {
             "this SRDO)\n");
 }
 
+// A device file may have a longer type.
+TEST(DescribeSrdo, ATimeIsNotCut) {
+  od::DeviceDescription device = srdo_device();
+  od::VariableDescription* const srvt = device.find(od::Address{0x1301, 3});
+  srvt->type = od::DataType::unsigned16;
+  srvt->value = {std::byte{20}, std::byte{1}};
+  srvt->overridden = true;
+  const auto loaded = describe_srdos(device);
+  ASSERT_EQ(loaded.diagnostics.size(), 1U);
+  EXPECT_EQ(loaded.diagnostics[0].text, "SRDO 1 (1301:03) SRVT is 276: give 1 to 255 ms");
+}
+
 TEST(DescribeSrdo, OneThatTheDeviceReceivesMayHaveDummyEntries) {
   od::DeviceDescription device = srdo_device();
   set(device, {0x1301, 1}, 2);
@@ -91,7 +104,7 @@ TEST(DescribeSrdo, OneThatTheDeviceReceivesMayHaveDummyEntries) {
 
 TEST(DescribeSrdo, OfAnSrdoThatIsNotConfiguredItIsAWarning) {
   EXPECT_EQ(findings({0x1301, 3}, 0, false),
-            "warning: SRDO 1 (1301:03) SRVT is 0; the SRDO is left out\n");
+            "warning: SRDO 1 (1301:03) SRVT is 0: give 1 to 255 ms; the SRDO is left out\n");
 }
 
 TEST(DescribeSrdo, ASignatureThatDoesNotMatchIsReported) {
