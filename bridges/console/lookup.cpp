@@ -59,9 +59,7 @@ std::string described(const image::Layout& layout, std::uint32_t entry) {
   const image::Entry& place = layout.entries[entry];
   return std::to_string(entry) + ": " + printable(place.name) + ", " +
          od::to_text({place.index, place.sub}) + " of node " + std::to_string(place.node) +
-         (image::is_srdo(place.remote_pdo)
-              ? ", its SRDO " + std::to_string(place.remote_pdo - image::kFirstSrdo + 1)
-              : ", its PDO " + std::to_string(place.remote_pdo));
+         ", its " + image::pdo_text(place.remote_pdo);
 }
 
 }  // namespace

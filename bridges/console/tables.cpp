@@ -162,7 +162,8 @@ Row value_row(const Model& model, const Line& line, const Area& area, std::size_
            age ? Cell{duration_text(*age), std::chrono::duration<double>(*age).count()}
                : text_cell("-"),
            text_cell(out ? output_state(line, number) : ""), text_cell(out ? "out" : "in"),
-           number_cell(entry.remote_pdo), text_cell(to_hex(value))},
+           Cell{image::pdo_cell(entry.remote_pdo), static_cast<double>(entry.remote_pdo)},
+           text_cell(to_hex(value))},
           style_of_value(model, line, area, number)};
 }
 

@@ -42,9 +42,7 @@ std::string comment_of(const Member& member) {
   }
   out += meaning_of(member.reading);
   if (member.pdo != 0) {
-    out += image::is_srdo(member.pdo)
-               ? ", SRDO " + std::to_string(member.pdo - image::kFirstSrdo + 1)
-               : ", PDO " + std::to_string(member.pdo);
+    out += ", " + image::pdo_text(member.pdo);
   }
   out += ": " + in_comment(member.object_name);
   const std::string meaning = image::meaning_text(member.scaling, member.low, member.high);

@@ -593,10 +593,7 @@ class Text {
       const std::string meaning = image::meaning_text(e.scaling, e.low, e.high);
       add("    {:>5} {:>6}.{} {:>4} {:<11} {:>7} {:>6} {:>5} {:>8}  {}{}\n", i, e.bit_offset / 8,
           e.bit_offset % 8, e.bit_length, od::name(e.type),
-          config::format_address({e.index, e.sub}),
-          image::is_srdo(e.remote_pdo) ? fmt::format("SRDO{}", e.remote_pdo - image::kFirstSrdo + 1)
-                                       : std::to_string(e.remote_pdo),
-          e.local_pdo,
+          config::format_address({e.index, e.sub}), image::pdo_cell(e.remote_pdo), e.local_pdo,
           e.variable_index == 0 ? "-" : config::format_address({e.variable_index, e.variable_sub}),
           e.name, meaning.empty() ? "" : " (" + meaning + ')');
     }

@@ -31,6 +31,11 @@ constexpr bool is_srdo(std::uint16_t remote_pdo) {
   return remote_pdo >= kFirstSrdo && remote_pdo <= kLastSrdo;
 }
 
+// "PDO 1", or "SRDO 1" of that.
+std::string pdo_text(std::uint16_t remote_pdo);
+// In a table: "1", or "SRDO1".
+std::string pdo_cell(std::uint16_t remote_pdo);
+
 // The place of one object in the image.
 struct Entry {
   std::uint32_t bit_offset = 0;  // from the start of the area; bit 0 is the lowest of byte 0
@@ -42,8 +47,9 @@ struct Entry {
   std::uint16_t remote_pdo = 0;      // 1..512: the device's TPDO (inputs) or RPDO (outputs);
                                      // 513..576: its SRDO 1..64 (inputs)
   std::uint16_t local_pdo = 0;       // 1..512: RPDO (inputs) or TPDO (outputs) in the manager's own
-                                     // dictionary; above 512: consumed without an object of its
-                                     // own; 0: an object of the own node without a linked PDO
+                                     // dictionary; above 512, and of an SRDO: consumed without an
+                                     // object of its own; 0: an object of the own node without a
+                                     // linked PDO
   std::uint16_t variable_index = 0;  // CiA 302-4 network variable A000h..A8FFh that shows the same
   std::uint8_t variable_sub = 0;     // bytes; 0 = beyond that area, only in the image
   std::uint16_t profile = 0;         // CiA device profile of the node, 1000h bits 0-15

@@ -17,15 +17,23 @@ std::string with_suffix(const std::string& name, const std::string& suffix) {
 
 }  // namespace
 
+std::string pdo_text(std::uint16_t remote_pdo) {
+  return is_srdo(remote_pdo) ? "SRDO " + std::to_string(remote_pdo - kFirstSrdo + 1)
+                             : "PDO " + std::to_string(remote_pdo);
+}
+
+std::string pdo_cell(std::uint16_t remote_pdo) {
+  return is_srdo(remote_pdo) ? "SRDO" + std::to_string(remote_pdo - kFirstSrdo + 1)
+                             : std::to_string(remote_pdo);
+}
+
 void make_names_unique(Layout& layout) {
   std::set<std::string> seen;
   for (Entry& entry : layout.entries) {
     std::string name = with_suffix(entry.name, {});
     std::string suffix;
     if (seen.contains(name) && entry.remote_pdo != 0) {
-      suffix = is_srdo(entry.remote_pdo)
-                   ? " in SRDO " + std::to_string(entry.remote_pdo - kFirstSrdo + 1)
-                   : " in PDO " + std::to_string(entry.remote_pdo);
+      suffix = " in " + pdo_text(entry.remote_pdo);
       name = with_suffix(entry.name, suffix);
     }
     for (unsigned number = 2; !seen.insert(name).second; ++number) {

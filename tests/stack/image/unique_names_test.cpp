@@ -29,5 +29,12 @@ TEST(UniqueNames, LongNamesRemainUniqueWithinTheirBound) {
   EXPECT_EQ(layout.entries[4].name, "drive.Value");
 }
 
+TEST(PdoText, NamesSrdosAsSuch) {
+  EXPECT_EQ(pdo_text(512), "PDO 512");
+  EXPECT_EQ(pdo_text(kFirstSrdo), "SRDO 1");
+  EXPECT_EQ(pdo_cell(512), "512");
+  EXPECT_EQ(pdo_cell(kLastSrdo), "SRDO64");
+}
+
 }  // namespace
 }  // namespace linegate::image::test
