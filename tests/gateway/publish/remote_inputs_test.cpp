@@ -399,6 +399,22 @@ TEST_F(RemoteInputsTest, AnEntryIsFoundByItsObjectToo) {
   EXPECT_THAT(refusals, ElementsAre(OutputRefusal::source_missing)) << "two of that object";
 }
 
+TEST_F(RemoteInputsTest, AnSrdoOfTheSameObjectIsNotMeant) {
+  inputs.set_rules({rule("inlet.6401:2")});
+  is_live(1);
+  image::Layout known = remote_layout(5, 16);
+  for (image::Entry& entry : known.entries) {
+    entry.index = 0x6401;
+    entry.sub = 2;
+  }
+  known.entries[0].remote_pdo = image::kFirstSrdo;
+  known.entries[1].remote_pdo = 1;
+  layout(1, known);
+  image(1, remote_image(5, 16, 300));
+  EXPECT_THAT(written(), ElementsAre(300U));
+  EXPECT_THAT(refusals, IsEmpty());
+}
+
 TEST_F(RemoteInputsTest, WhatDoesNotMatchIsRefusedOnce) {
   has_value(1, 300);
   const auto refused = [&](const image::Layout& other, OutputRefusal why) {
