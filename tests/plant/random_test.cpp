@@ -61,5 +61,15 @@ TEST(RandomPlants, AFailureIsShrunkToWhatItNeeds) {
   EXPECT_FALSE(run_scenario("x", shrunken, 1).ok());
 }
 
+TEST(RandomPlants, AnExpectationOfADeviceIsNotShrunkToItsAbsence) {
+  const std::string text =
+      "line x\ndevice 1 encoder\nat 3s node 1 dies\nat 3s node 1 unplugged\nat 4s node 1 returns\n"
+      "at 4s node 1 plugged\nat 6s nmt stop 1\nat 7s\nexpect node 1 operational within 1s\n";
+  const std::string shrunken = shrink(text, 1);
+  EXPECT_NE(shrunken.find("nmt stop"), std::string::npos) << shrunken;
+  EXPECT_EQ(shrunken.find("dies"), std::string::npos) << shrunken;
+  EXPECT_EQ(shrunken.find("unplugged"), std::string::npos) << shrunken;
+}
+
 }  // namespace
 }  // namespace linegate::plant

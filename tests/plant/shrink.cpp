@@ -38,8 +38,20 @@ bool similar(std::string a, std::string b) {
   return !a.empty() && a == b;
 }
 
-// Whether each device that the statement names by its node-ID is still among the lines: without the
-// device an expectation would fail for another reason.
+// Whether the device is switched on, and its cable plugged, after these statements.
+std::pair<bool, bool> presence_of(const std::string& node, const std::vector<std::string>& lines) {
+  bool is_on = true;
+  bool is_plugged = true;
+  for (const std::string& line : lines) {
+    const auto has = [&](const char* what) { return line.ends_with(" node " + node + what); };
+    is_on = (is_on || has(" returns")) && !has(" dies");
+    is_plugged = (is_plugged || has(" plugged")) && !has(" unplugged");
+  }
+  return {is_on, is_plugged};
+}
+
+// Whether each device that the statement names by its node-ID is still among the lines, and at
+// their end as present as before: otherwise an expectation would fail for another reason.
 bool has_devices_of(const std::vector<std::string>& lines, const std::string& statement,
                     const std::vector<std::string>& before) {
   return std::ranges::all_of(before, [&](const std::string& line) {
@@ -49,7 +61,8 @@ bool has_devices_of(const std::vector<std::string>& lines, const std::string& st
     words >> verb >> node;
     const bool is_named =
         verb == "device" && (" " + statement + " ").find(" " + node + " ") != std::string::npos;
-    return !is_named || std::ranges::find(lines, line) != lines.end();
+    return !is_named || (std::ranges::find(lines, line) != lines.end() &&
+                         presence_of(node, lines) == presence_of(node, before));
   });
 }
 
