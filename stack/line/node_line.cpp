@@ -237,8 +237,9 @@ void NodeLine::receive(const can::Target& target, const can::Frame& frame) {
   }
 }
 
-void NodeLine::synced(Instant /*now*/) {
+void NodeLine::synced(Instant now) {
   ++syncs_;
+  services_.pdo_rule.synced(now);
 }
 
 void NodeLine::unwanted(const can::Frame& frame) {

@@ -10,9 +10,13 @@
 #include "stack/manager/pdo_check.h"
 #include "stack/od/objects.h"
 #include "stack/srdo/parameters.h"
+#include "stack/sync/parameters.h"
 
 namespace linegate::line {
 namespace {
+
+// Without a communication cycle period: SYNC that was not received for this long has ended.
+constexpr Duration kSyncEnds = std::chrono::seconds(10);
 
 // The PDO that is not in the image has CobIds of those that are (AssumedPdo::taken).
 bool has_cob_id(const manager::AssumedPdo& pdo, can::CobId cob_id) {
@@ -31,9 +35,9 @@ bool has_cob_id(const manager::AssumedPdo& pdo, can::CobId cob_id) {
 }  // namespace
 
 AbortCode PdoWriteRule::may_write(std::uint8_t node, od::Address address,
-                                  std::span<const std::byte> value) const {
+                                  std::span<const std::byte> value, Instant now) const {
   const bool is_refused = od::objects::is_pdo_record(address.index) && manager_.active() &&
-                          manager_.keeps_pdos(node) && changes_image(node, address, value);
+                          manager_.keeps_pdos(node) && changes_image(node, address, value, now);
   if (is_refused) {
     return AbortCode::device_state;
   }
@@ -45,11 +49,22 @@ AbortCode PdoWriteRule::may_write(std::uint8_t node, od::Address address,
 }
 
 bool PdoWriteRule::changes_image(std::uint8_t node, od::Address address,
-                                 std::span<const std::byte> value) const {
+                                 std::span<const std::byte> value, Instant now) const {
   const std::span<const manager::AssumedPdo> pdos = configurator_.objects().pdos(node);
-  const bool has_sync = config_.sync_period > Duration::zero() || node_.counters().syncs != 0;
   return manager::changes_pdo(pdos, address, value) ||
-         manager::ends_transmission(pdos, address, value, has_sync);
+         manager::ends_transmission(pdos, address, value, has_sync(now));
+}
+
+// The own node sends SYNC, or received one within 1.5 periods of 1006h, as sync::Consumer monitors
+// it.
+bool PdoWriteRule::has_sync(Instant now) const {
+  const sync::Parameters own = sync::read_parameters(node_.dictionary());
+  const bool is_periodic = own.period > Duration::zero();
+  if (own.is_producer() && is_periodic) {
+    return true;
+  }
+  const Duration most = is_periodic ? own.period + own.period / 2 : kSyncEnds;
+  return synced_at_ && now - *synced_at_ <= most;
 }
 
 // An SRDO that is switched off, or maps nothing, becomes unsafe; with other identifiers or objects

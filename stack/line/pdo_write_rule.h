@@ -6,8 +6,10 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 
+#include "stack/base/time.h"
 #include "stack/line/config.h"
 #include "stack/manager/configurator.h"
 #include "stack/manager/manager.h"
@@ -26,12 +28,16 @@ class PdoWriteRule final : public sdo::WriteRule {
   // device_state if the write would change a PDO of the image, and no boot process follows that
   // compares it (Manager::keeps_pdos()), or the identifiers or the mapping of an SRDO of the image.
   // invalid_value if it would set 1005h or 1014h of a node to the COB-ID of a PDO of the image.
-  AbortCode may_write(std::uint8_t node, od::Address address,
-                      std::span<const std::byte> value) const override;
+  AbortCode may_write(std::uint8_t node, od::Address address, std::span<const std::byte> value,
+                      Instant now) const override;
+
+  // Call it with each SYNC that the own node processes, also those that it sends.
+  void synced(Instant now) { synced_at_ = now; }
 
  private:
-  bool changes_image(std::uint8_t node, od::Address address,
-                     std::span<const std::byte> value) const;
+  bool changes_image(std::uint8_t node, od::Address address, std::span<const std::byte> value,
+                     Instant now) const;
+  bool has_sync(Instant now) const;
   bool changes_srdo(std::uint8_t node, od::Address address, std::span<const std::byte> value) const;
   bool takes_cob_id(od::Address address, std::span<const std::byte> value) const;
 
@@ -39,6 +45,7 @@ class PdoWriteRule final : public sdo::WriteRule {
   const node::Node& node_;
   const manager::Manager& manager_;
   const manager::Configurator& configurator_;
+  std::optional<Instant> synced_at_{};  // the last SYNC
 };
 
 }  // namespace linegate::line

@@ -145,9 +145,9 @@ void SdoService::start(const Command& command, Transfer transfer, Instant now) {
     host().refuse(command, Refusal::line_down, now);
     return;
   }
-  const AbortCode rule = transfer.write
-                             ? parts_.rule.may_write(transfer.node, transfer.address, transfer.data)
-                             : AbortCode::none;
+  const AbortCode rule =
+      transfer.write ? parts_.rule.may_write(transfer.node, transfer.address, transfer.data, now)
+                     : AbortCode::none;
   if (rule != AbortCode::none) {
     host().refuse(
         command, rule == AbortCode::invalid_value ? Refusal::identifier_in_use : Refusal::image_pdo,

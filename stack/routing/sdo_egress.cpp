@@ -288,7 +288,7 @@ void SdoEgress::request(Passage& passage, std::uint64_t word, Instant now) {
     ++counters_.unexpected;
     return;
   }
-  if (const AbortCode why = not_permitted(passage, word); why != AbortCode::none) {
+  if (const AbortCode why = not_permitted(passage, word, now); why != AbortCode::none) {
     ++counters_.not_permitted;
     report_refused(events_, RoutedService::sdo, passage.source, passage.target, why, now);
     abort_server(passage, AbortCode::general, now);
@@ -304,17 +304,18 @@ void SdoEgress::request(Passage& passage, std::uint64_t word, Instant now) {
   }
 }
 
-AbortCode SdoEgress::not_permitted(const Passage& passage, std::uint64_t word) const {
+AbortCode SdoEgress::not_permitted(const Passage& passage, std::uint64_t word, Instant now) const {
   if (passage.phase.in_sub_block() || !SdoPhase::initiates(word)) {
     return AbortCode::none;
   }
   if (SdoPhase::writes(word)) {
-    return passage.may_write ? refused_by_rule(passage, word) : AbortCode::read_only;
+    return passage.may_write ? refused_by_rule(passage, word, now) : AbortCode::read_only;
   }
   return passage.may_read ? AbortCode::none : AbortCode::write_only;
 }
 
-AbortCode SdoEgress::refused_by_rule(const Passage& passage, std::uint64_t word) const {
+AbortCode SdoEgress::refused_by_rule(const Passage& passage, std::uint64_t word,
+                                     Instant now) const {
   if (rule_ == nullptr || passage.to_gateway || passage.own) {
     return AbortCode::none;
   }
@@ -323,7 +324,8 @@ AbortCode SdoEgress::refused_by_rule(const Passage& passage, std::uint64_t word)
   std::array<std::byte, sdo::kExpeditedSize> value{};
   store_le(value.data(), sdo::long_word(word));
   return rule_->may_write(passage.node, sdo::multiplexer(word),
-                          std::span(value).first(is_expedited ? sdo::expedited_size(command) : 0));
+                          std::span(value).first(is_expedited ? sdo::expedited_size(command) : 0),
+                          now);
 }
 
 void SdoEgress::response(std::uint64_t number, const can::Frame& frame) {

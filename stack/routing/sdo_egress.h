@@ -72,8 +72,8 @@ class SdoEgress final : public sdo::ChannelUser {
   void opened(Passage& passage, Instant now);
   void refuse(Passage& passage, AbortCode why, Instant now);
   void request(Passage& passage, std::uint64_t word, Instant now);
-  AbortCode not_permitted(const Passage& passage, std::uint64_t word) const;
-  AbortCode refused_by_rule(const Passage& passage, std::uint64_t word) const;
+  AbortCode not_permitted(const Passage& passage, std::uint64_t word, Instant now) const;
+  AbortCode refused_by_rule(const Passage& passage, std::uint64_t word, Instant now) const;
   void answered_by_gateway(Passage& passage, std::uint64_t word, Instant now);
   bool answer(Passage& passage, std::uint64_t word, Instant now);
   void serve_own(Passage& passage, std::uint64_t word, Instant now);

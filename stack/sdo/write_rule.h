@@ -6,6 +6,7 @@
 #include <span>
 
 #include "stack/base/abort_code.h"
+#include "stack/base/time.h"
 #include "stack/od/description.h"
 
 namespace linegate::sdo {
@@ -20,7 +21,7 @@ class WriteRule {
   // none, or the abort code of the refusal: device_state, or invalid_value if the value cannot be
   // permitted at any time. value: empty if the transfer is not expedited.
   virtual AbortCode may_write(std::uint8_t node, od::Address address,
-                              std::span<const std::byte> value) const = 0;
+                              std::span<const std::byte> value, Instant now) const = 0;
 };
 
 }  // namespace linegate::sdo

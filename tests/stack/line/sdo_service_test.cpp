@@ -58,7 +58,7 @@ struct SdoServiceTest : testing::Test, ScanCache {
   RecordingHost host;
   struct Rule final : sdo::WriteRule {
     AbortCode may_write(std::uint8_t node, od::Address address,
-                        std::span<const std::byte> value) const override {
+                        std::span<const std::byte> value, Instant /*now*/) const override {
       if (node != kAxis || address != kMapping || value.size() == 1) {
         return AbortCode::none;
       }

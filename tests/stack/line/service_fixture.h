@@ -139,7 +139,7 @@ inline pdo::LinkPlan plan_of(const LineConfig& config) {
 
 struct EveryWrite final : sdo::WriteRule {
   AbortCode may_write(std::uint8_t /*node*/, od::Address /*address*/,
-                      std::span<const std::byte> /*value*/) const override {
+                      std::span<const std::byte> /*value*/, Instant /*now*/) const override {
     return AbortCode::none;
   }
 };
