@@ -38,6 +38,9 @@ class Routing final : sdo::NetworkHandler {
   void deliver(const routing::Message& message, bool usable, Instant now);
   void start(routing::RemoteRequest request, bool usable, Instant now);
   void cancel(const sdo::TransferOwner& owner, std::uint64_t number, bool usable, Instant now);
+  bool may_be_carried_out(const sdo::TransferOwner& owner, std::uint64_t number) const {
+    return clients_.may_be_carried_out(owner, number);
+  }
   // Delivers the completions of transfers that start() began.
   void deliver_completions(Instant now) { clients_.deliver_completions(now); }
   // Call it after any input: passes messages between the parts of the line.

@@ -126,6 +126,11 @@ void RoutingService::cancel(const sdo::TransferOwner& owner, std::uint64_t numbe
   }
 }
 
+bool RoutingService::may_be_carried_out(const sdo::TransferOwner& owner,
+                                        std::uint64_t number) const {
+  return takes_part() && routing_->may_be_carried_out(owner, number);
+}
+
 bool RoutingService::may_send() const {
   return host().is_running() && host().usable() &&
          nmt::is_served(can::Service::sdo_client, node_.state());

@@ -47,6 +47,7 @@ class RoutingService final : public Service {
   // Transfers with nodes of other networks, see routing::RemoteClient. Precondition: takes_part().
   void start(routing::RemoteRequest request, Instant now);
   void cancel(const sdo::TransferOwner& owner, std::uint64_t number, Instant now);
+  bool may_be_carried_out(const sdo::TransferOwner& owner, std::uint64_t number) const;
 
  private:
   // Whether SDOs can be sent on the bus of this line: the own node is not stopped.

@@ -43,7 +43,9 @@ class SdoService final : public Service, sdo::TransferOwner {
   // Answered with the value that was read, or the abort code; an object_write with WrittenBySdo.
   // Refusals: bad_request (no such node or network), wrong_role (the default SDO servers are the
   // master's), image_pdo, identifier_in_use (1005h, 1014h: of a PDO of the image), line_down, busy
-  // (kMost are under way, or the queue of the node is full), timed_out.
+  // (kMost are under way, or the queue of the node is full), timed_out. A write that
+  // ends with the line, and that the server may have carried out, is answered with abort 0504 0000h
+  // instead of the refusal of end().
   void execute(Command command, Instant now) override;
   void advance(Instant now) override;
   Instant next_wake() const override;

@@ -24,6 +24,7 @@ class RemoteClient::Transfer final : public ClientSide {
   sdo::TransferOwner* owner() const { return request_.owner; }
   std::uint64_t number() const { return request_.number; }
   Instant next_wake() const { return client_.next_wake(); }
+  bool may_be_carried_out() const { return client_.may_be_carried_out(); }
 
   void start(RemoteRequest request) {
     request_ = std::move(request);
@@ -185,6 +186,13 @@ void RemoteClient::cancel(const sdo::TransferOwner& owner, std::uint64_t number,
   }
   std::erase_if(ended_, [&](const Ended& ended) {
     return ended.owner == &owner && ended.completion.number == number;
+  });
+}
+
+bool RemoteClient::may_be_carried_out(const sdo::TransferOwner& owner, std::uint64_t number) const {
+  return std::ranges::any_of(transfers_, [&](const auto& each) {
+    return each->busy() && each->owner() == &owner && each->number() == number &&
+           each->may_be_carried_out();
   });
 }
 

@@ -40,6 +40,9 @@ class RemoteClient {
   void start(RemoteRequest request, Instant now);
   // No effect if there is no such request.
   void cancel(const sdo::TransferOwner& owner, std::uint64_t number, Instant now);
+  // The request is a write that its target may have carried out, see
+  // sdo::Client::may_be_carried_out().
+  bool may_be_carried_out(const sdo::TransferOwner& owner, std::uint64_t number) const;
   // Calls sdo::TransferOwner::completed() for each ended transfer, oldest first.
   void deliver_completions(Instant now);
 

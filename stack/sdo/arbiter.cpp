@@ -147,6 +147,13 @@ void Arbiter::cancel(const TransferOwner& owner, std::uint8_t node, std::uint64_
   }
 }
 
+bool Arbiter::may_be_carried_out(const TransferOwner& owner, std::uint8_t node,
+                                 std::uint64_t number) const {
+  return node <= can::kMaxNodeId && channels_[node] != nullptr &&
+         is_current(*channels_[node], owner, number) &&
+         channels_[node]->client->may_be_carried_out();
+}
+
 void Arbiter::disown(RequestOwner& owner) {
   for (const std::uint8_t node : used_) {
     Channel& each = *channels_[node];

@@ -116,6 +116,10 @@ class Arbiter {
   // server in the latter case; there will be a Completion. No effect if the owner has no request
   // with this number at the node.
   void cancel(const TransferOwner& owner, std::uint8_t node, std::uint64_t number);
+  // The request with this number is a write that its server may have carried out, because all of it
+  // was sent, see Client::may_be_carried_out(). false for a request that waits, or has ended.
+  bool may_be_carried_out(const TransferOwner& owner, std::uint8_t node,
+                          std::uint64_t number) const;
   // Cancels all requests of the owner; it is not called any more.
   void disown(RequestOwner& owner);
   // The ChannelUser releases its channel, or withdraws its request for it. address and outcome

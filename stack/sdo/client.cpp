@@ -145,6 +145,7 @@ void Client::begin(od::Address address, bool write, od::ByteSink* into, Duration
   LINEGATE_ASSERT(timeout > Duration::zero(), "the time-out is positive");
   address_ = address;
   writing_ = write;
+  sent_before_ = false;
   into_ = into;
   if (into != nullptr) {
     sink_.start(std::nullopt, *into);  // the stream gets its end call in any case
@@ -388,6 +389,9 @@ Receipt Client::aborted_by_server(std::uint64_t word, Instant now, can::Transmit
     code = AbortCode::timeout;  // the server still waits for the start request, which was lost
   }
   if (!fall_back(code, now, queue)) {
+    if (code == AbortCode::timeout) {
+      sent_before_ = may_be_carried_out();  // the abort of a gateway that lost its server
+    }
     finish_or_repeat(is_abort_code(code) ? code : AbortCode::general, now, queue);
     if (outcome_) {
       outcome_->refused = ours && is_abort_code(code);
@@ -415,6 +419,7 @@ void Client::give_up(AbortCode why, Instant now, can::TransmitQueue& queue) {
   if (code == AbortCode::timeout) {
     note_unanswered(now, queue);
   }
+  sent_before_ = may_be_carried_out();
   send_abort(code, now, queue);
   finish_or_repeat(code, now, queue);
 }
@@ -436,6 +441,24 @@ bool Client::may_have_taken_effect() const {
   const bool in_segments = state_ == State::download_segment || state_ == State::block_download ||
                            state_ == State::block_download_end;
   return writing_ && in_segments && source_.at_end();
+}
+
+bool Client::may_be_carried_out() const {
+  return busy() && writing_ && (sent_before_ || has_sent_value());
+}
+
+// Of the current attempt. Precondition: it is a write.
+bool Client::has_sent_value() const {
+  switch (state_) {
+    case State::download_initiate:  // an empty value is sent as a segment
+      return !held_ && outbox_.empty() && source_.at_end() && source_.size() != 0U;
+    case State::download_segment:
+      return outbox_.empty() && source_.at_end();
+    case State::block_download_end:
+      return outbox_.empty();
+    default:
+      return false;
+  }
 }
 
 bool Client::restart_streams() {

@@ -103,6 +103,10 @@ class Client final : public TransferClient {
   bool busy() const override { return state_ != State::idle; }
   // Returns the result of a transfer once, after its end.
   std::optional<Outcome> take() override;
+  // The current transfer is a write of which all data, in a block transfer also the end request,
+  // was passed to the transmit queue in this or an earlier attempt: the server may have carried it
+  // out.
+  bool may_be_carried_out() const override;
 
   // The answer to the first frame of a transfer is pending.
   bool waits_for_initiate() const override;
@@ -152,6 +156,7 @@ class Client final : public TransferClient {
   void send_abort(AbortCode code, Instant now, can::TransmitQueue& queue);
   void give_up(AbortCode why, Instant now, can::TransmitQueue& queue);
   bool may_have_taken_effect() const;
+  bool has_sent_value() const;
   void finish_or_repeat(AbortCode code, Instant now, can::TransmitQueue& queue);
   void finish(AbortCode code);
 
@@ -200,6 +205,7 @@ class Client final : public TransferClient {
   unsigned strays_expected_ = 0;
   od::Address address_;
   bool writing_ = false;
+  bool sent_before_ = false;      // an earlier attempt of this transfer sent the whole value
   od::ByteSink* into_ = nullptr;  // of an upload into a stream
   Duration timeout_{};
   TransferOptions options_;

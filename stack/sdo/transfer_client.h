@@ -82,6 +82,7 @@ class TransferClient {
   virtual Instant next_wake() const = 0;
   virtual void abort(AbortCode code, Instant now, can::TransmitQueue& queue) = 0;
   virtual std::optional<Outcome> take() = 0;
+  virtual bool may_be_carried_out() const = 0;
   virtual bool busy() const = 0;
   virtual bool waits_for_initiate() const = 0;
   virtual void expect_stray() = 0;

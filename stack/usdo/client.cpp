@@ -75,6 +75,7 @@ void Client::begin(od::Address address, bool write, od::ByteSink* into, Duration
 }
 
 void Client::start(Instant now) {
+  sent_before_ = may_be_carried_out();
   now_ = now;
   counter_ = 0;
   session_ = session_ == 0xFF ? std::uint8_t{1} : static_cast<std::uint8_t>(session_ + 1U);
@@ -310,6 +311,11 @@ void Client::finish(AbortCode code, bool refused) {
   outcome_ = std::move(outcome);
   state_ = State::idle;
   deadline_ = kNever;
+}
+
+bool Client::may_be_carried_out() const {
+  const bool whole = state_ == State::initiate && source_.size() && *source_.size() <= kExpeditedData;
+  return busy() && writing_ && (sent_before_ || whole || state_ == State::end);
 }
 
 Route Client::route() const {

@@ -54,6 +54,7 @@ class Client final : public sdo::TransferClient {
   Instant next_wake() const override;
   void abort(AbortCode code, Instant now, can::TransmitQueue& queue) override;
   std::optional<sdo::Outcome> take() override;
+  bool may_be_carried_out() const override;
   bool busy() const override { return state_ != State::idle; }
   bool waits_for_initiate() const override { return state_ == State::initiate; }
   void expect_stray() override {}  // its session-ID shows a stray
@@ -94,6 +95,7 @@ class Client final : public sdo::TransferClient {
   std::uint8_t counter_ = 0;  // of the segment under way
   od::Address address_;
   bool writing_ = false;
+  bool sent_before_ = false;  // an earlier attempt of this transfer sent the whole value
   od::ByteSink* into_ = nullptr;  // of an upload into a stream
   Duration timeout_{};
   sdo::TransferOptions options_;

@@ -132,10 +132,12 @@ void AnswerModel::request(std::uint8_t node, const can::Frame& frame) {
     if (kind == download && is_expedited(frame)) {
       append(transfer.value, expedited_of(frame));
       transfer.last = true;
+      transfer.whole = true;
     }
   } else if (kind == download_segment && transfer.phase == Phase::segments) {
     append(transfer.value, segment_of(frame));
     transfer.last = (byte_at(frame, 0) & 1U) != 0;
+    transfer.whole = transfer.last;
     transfer.toggle = (byte_at(frame, 0) & 0x10U) != 0;
   } else if (kind == upload_segment) {
     transfer.toggle = (byte_at(frame, 0) & 0x10U) != 0;
@@ -228,6 +230,7 @@ bool AnswerModel::block_request(Transfer& transfer, const can::Frame& frame) {
   }
   if (transfer.last && is_block_end(command)) {
     receive_block_end(transfer, frame);
+    transfer.whole = true;
     return true;
   }
   const unsigned number = command & kNumber;
@@ -314,6 +317,20 @@ std::string AnswerModel::check_done(const Given& given, const line::Reply& reply
   }
   const bool output = asked == output_write || asked == object_write;
   return output ? check_output(given, reply) : std::string();
+}
+
+// Clause 10.
+bool AnswerModel::may_be_carried_out(const Given& given) const {
+  const std::uint8_t node = line::node_of(given.command);
+  const Transfer& transfer = transfers_[node & can::kMaxNodeId];
+  const auto is_of = [&](const Given& each) {
+    return as<line::SdoWrite>(each.command) != nullptr && line::node_of(each.command) == node &&
+           each.order <= begun_[node & can::kMaxNodeId] &&
+           address_of(each.command) == transfer.address &&
+           std::ranges::equal(data_of(each.command), transfer.value);
+  };
+  return transfer.whole && is_of(given) &&
+         std::ranges::none_of(given_, [&](const auto& each) { return is_of(each.second); });
 }
 
 std::string AnswerModel::check_transfer(const Given& given, const line::Reply& reply) {

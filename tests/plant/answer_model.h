@@ -20,6 +20,10 @@
 //   9. LSS: a service without a response (switch state global, activate bit timing) as in 2. All
 //      other services except a round of assignment: the line has received the last response of the
 //      service since the command, and its error and value are those of the reply.
+//  10. A write by SDO is cancelled, so not carried out, only if the line has not submitted all of
+//  its
+//      value, and in block transfer the end: the device may carry it out. Of several writes of one
+//      value to one object any may be the one that was submitted.
 //
 // For each command of an unconfirmed service with another reply:
 //   4. It is answered within kSendTime.
@@ -86,6 +90,7 @@ class AnswerModel {
     bool upload = false;
     bool block = false;  // requested by the initiate; the server may continue an upload in segments
     bool last = false;   // the client sent its last segment; in block transfer, it was acknowledged
+    bool whole = false;  // of a download: the client sent all of the value, with the end of a block
     bool toggle = false;
     od::Address address;
     std::vector<std::byte> value;
@@ -158,6 +163,7 @@ class AnswerModel {
   void end(std::uint8_t node);
   std::string check_transfer(const Given& given, const line::Reply& reply);
   std::string check_done(const Given& given, const line::Reply& reply);
+  bool may_be_carried_out(const Given& given) const;
   std::string check_sent(const Given& given);
   std::string check_lss(const Given& given, const line::Reply& reply);
   static bool is_lss_frame_of(const Given& given, const can::Frame& frame);

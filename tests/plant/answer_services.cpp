@@ -345,10 +345,13 @@ std::string AnswerModel::check_refusal(const Given& given, const line::Reply& re
   if (of_lss && reply.error.domain == Domain::command && why == line::Refusal::no_acknowledge) {
     return now < given.time + line::kSendTime ? "it waited for less than its time" : "";
   }
+  using enum line::Refusal;
+  if (reply.error == line::to_error(cancelled) && may_be_carried_out(given)) {
+    return "all of its value was sent";
+  }
   if (!given.unconfirmed || reply.error.domain != Domain::command) {
     return {};
   }
-  using enum line::Refusal;
   if (why == no_acknowledge || why == awaits_turn) {
     return check_unsent(given, why == awaits_turn, now);
   }

@@ -57,8 +57,8 @@ struct SdoServiceTest : testing::Test, ScanCache {
   routing::Counters counters;
   RecordingHost host;
   struct Rule final : sdo::WriteRule {
-    AbortCode may_write(std::uint8_t node, od::Address address,
-                        std::span<const std::byte> value, Instant /*now*/) const override {
+    AbortCode may_write(std::uint8_t node, od::Address address, std::span<const std::byte> value,
+                        Instant /*now*/) const override {
       if (node != kAxis || address != kMapping || value.size() == 1) {
         return AbortCode::none;
       }
@@ -182,6 +182,25 @@ TEST_F(SdoServiceTest, EndAnswersAllCommandsUnderWayOnce) {
   EXPECT_EQ(host.answer(2), to_error(Refusal::cancelled));
   arbiter.deliver_completions(now);
   service.end(Refusal::cancelled, now);
+}
+
+// A refusal states that the command was not carried out.
+TEST_F(SdoServiceTest, EndAnswersAWriteThatMayBeCarriedOutAsATimeOut) {
+  write(kAxis);
+  write(kAxis);
+  service.end(Refusal::cancelled, now);
+  EXPECT_EQ(host.answer(1), to_error(AbortCode::timeout));
+  EXPECT_EQ(host.answer(2), to_error(Refusal::cancelled)) << "it waited";
+  arbiter.deliver_completions(now);
+  execute(SdoWrite{.node = kAxis, .address = kType, .data = std::vector<std::byte>(9)});
+  service.end(Refusal::cancelled, now);
+  EXPECT_EQ(host.answer(tag), to_error(Refusal::cancelled)) << "no segment was sent";
+  arbiter.deliver_completions(now);
+  execute(ObjectWrite{.node = kAxis, .address = kType, .data = std::vector<std::byte>(4)});
+  service.end(Refusal::cancelled, now);
+  EXPECT_EQ(host.answer(tag), to_error(AbortCode::timeout));
+  EXPECT_EQ(host.data(tag), ReplyData{});
+  arbiter.deliver_completions(now);
 }
 
 }  // namespace

@@ -106,6 +106,28 @@ TEST_F(RemoteSdo, ACommandsOwnTimeoutFreesTheWay) {
   expect_nothing_left();
 }
 
+// The target may have carried it out, also if the command permits a repetition.
+TEST_F(RemoteSdo, AWriteThatAStopEndsIsATimeoutOnceItWasSent) {
+  for (const std::uint8_t repeats : std::initializer_list<std::uint8_t>{0, 1}) {
+    for (const std::size_t octets : {std::size_t{4}, std::size_t{9}}) {
+      start();
+      line(1).execute({.tag = 7,
+                       .request = line::NetworkWrite{.network = 2,
+                                                     .node = 5,
+                                                     .address = {0x2000, 0},
+                                                     .data = std::vector<std::byte>(octets),
+                                                     .repeats = repeats}},
+                      now_);
+      carry();
+      EXPECT_EQ(sent(2).size(), 1U);
+      line(1).stop(now_);
+      carry();
+      EXPECT_EQ(reply().error, to_error(octets == 4 ? AbortCode::timeout : AbortCode::device_state))
+          << int{repeats} << " repetitions, octets: " << octets;
+    }
+  }
+}
+
 TEST_F(RemoteSdo, InThePlaceOfADeviceIsRefusedWhereNoRuleAdmitsItsNetwork) {
   of_line(2).access = {{.first = 2, .last = 9, .sdo_read = true, .sdo_write = true}};
   start();

@@ -343,6 +343,56 @@ TEST_F(ClientTest, AbortByTheCaller) {
   expect_abort(AbortCode::local_control);
 }
 
+TEST_F(ClientTest, AWriteMayBeCarriedOutOnceAllOfItWasSent) {
+  read({0x2000, 0});
+  EXPECT_FALSE(client.may_be_carried_out()) << "it changes nothing";
+  answer({0x4F, 0x00, 0x20, 0, 1, 0, 0, 0});
+  client.take();
+  write({0x2000, 1}, pattern(4));
+  EXPECT_TRUE(client.may_be_carried_out());
+  answer({0x60, 0x00, 0x20, 1, 0, 0, 0, 0});
+  EXPECT_FALSE(client.may_be_carried_out()) << "it was carried out";
+  client.take();
+  write({0x2000, 5}, pattern(9));
+  EXPECT_FALSE(client.may_be_carried_out());
+  answer({0x60, 0x00, 0x20, 5, 0, 0, 0, 0});
+  EXPECT_FALSE(client.may_be_carried_out());
+  answer({0x20, 0, 0, 0, 0, 0, 0, 0});
+  EXPECT_TRUE(client.may_be_carried_out());
+  answer({0x30, 0, 0, 0, 0, 0, 0, 0});
+  client.take();
+  write({0x2000, 8}, {});
+  EXPECT_FALSE(client.may_be_carried_out()) << "an empty value is a segment";
+  answer({0x60, 0x00, 0x20, 8, 0, 0, 0, 0});
+  EXPECT_TRUE(client.may_be_carried_out());
+}
+
+TEST_F(ClientTest, ABlockWriteMayBeCarriedOutFromItsEndOn) {
+  write({0x2000, 5}, pattern(7), {.transfer = Transfer::block});
+  EXPECT_FALSE(client.may_be_carried_out());
+  answer({0xA4, 0x00, 0x20, 5, 127, 0, 0, 0});
+  EXPECT_FALSE(client.may_be_carried_out()) << "the end request is missing";
+  EXPECT_EQ(answer({0xA2, 1, 127, 0, 0, 0, 0, 0}).size(), 1U);
+  EXPECT_TRUE(client.may_be_carried_out());
+}
+
+TEST_F(ClientTest, AWriteThatIsNotSentIsNotCarriedOutUnlessAnEarlierAttemptWas) {
+  while (queue.push(can::TransmitClass::sdo, can::make_frame(0x123, {1}))) {
+  }
+  client.write({0x2000, 0}, pattern(4), kTimeout, now, queue, {.repeats = 1});
+  EXPECT_FALSE(client.may_be_carried_out()) << "the queue is full";
+  drain(queue, 0x123);
+  now += 10ms;
+  client.advance(now, queue);
+  EXPECT_TRUE(client.may_be_carried_out());
+  while (queue.push(can::TransmitClass::sdo, can::make_frame(0x123, {1}))) {
+  }
+  now += kTimeout;
+  client.advance(now, queue);
+  EXPECT_TRUE(client.busy()) << "repeated";
+  EXPECT_TRUE(client.may_be_carried_out());
+}
+
 TEST_F(ClientTest, AFullQueueDelaysTheRequest) {
   while (queue.push(can::TransmitClass::sdo, can::make_frame(0x123, {1}))) {
   }

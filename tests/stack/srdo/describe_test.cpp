@@ -94,7 +94,7 @@ TEST(DescribeSrdo, ATimeIsNotCut) {
 TEST(DescribeSrdo, OneThatTheDeviceReceivesMayHaveDummyEntries) {
   od::DeviceDescription device = srdo_device();
   set(device, {0x1301, 1}, 2);
-  for (const std::uint8_t sub : {1, 2}) {
+  for (std::uint8_t sub = 1; sub <= 2; ++sub) {
     set(device, {0x1381, sub}, 0x0005'0008, true);
   }
   EXPECT_TRUE(describe_srdos(device).ok());
