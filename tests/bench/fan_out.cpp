@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
+#include <span>
 #include <string>
 #include <thread>
 #include <vector>
@@ -21,6 +22,7 @@
 #include <fcntl.h>
 #include <linegatePubSubTypes.h>
 #include <sched.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include "bridges/dds/client.h"
@@ -79,7 +81,7 @@ void run_reader(const Settings& settings, std::size_t number, bool multicast) {
   options.receptions = false;
   options.network.multicast_images = multicast;
   auto made = dds::Client::make(options);
-  require(made.ok(), "no client");
+  require(made.ok(), made.diagnostics.empty() ? "no client" : to_string(made.diagnostics.front()));
   ImageCounter images(settings.shared->readers[number]);
   for (;;)
     (*made.value)->poll(100ms, images);
@@ -181,14 +183,18 @@ struct Figure {
 };
 
 // Until each reader has received some images.
-void await_readers(const Settings& settings, std::size_t readers) {
+void await_readers(const Settings& settings, const std::vector<pid_t>& clients) {
   const auto until = std::chrono::steady_clock::now() + kPatience;
-  const auto receives = [](const ImageCounts& it) { return it.received > 20; };
-  while (!std::all_of(settings.shared->readers.begin(),
-                      settings.shared->readers.begin() + static_cast<std::ptrdiff_t>(readers),
-                      receives)) {
-    require(std::chrono::steady_clock::now() < until,
-            "a client receives no images: " + std::to_string(readers) + " clients");
+  const auto readers = std::span(settings.shared->readers).first(clients.size());
+  const auto without = [&] {
+    return std::ranges::count_if(readers, [](const ImageCounts& it) { return it.received <= 20; });
+  };
+  while (without() != 0) {
+    for (const pid_t client : clients)
+      require(waitpid(client, nullptr, WNOHANG) == 0, "a client has ended");
+    require(std::chrono::steady_clock::now() < until, std::to_string(without()) + " of " +
+                                                          std::to_string(clients.size()) +
+                                                          " clients receive no images");
     std::this_thread::sleep_for(100ms);
   }
 }
@@ -214,7 +220,7 @@ Figure measure(Settings& settings, Way way, std::size_t readers) {
     clients.push_back(start_process([&] { run_reader(settings, i, way == Way::multicast); }));
     std::this_thread::sleep_for(20ms);
   }
-  await_readers(settings, readers);
+  await_readers(settings, clients);
   std::this_thread::sleep_for(7s);  // announcements at the start
   const std::uint64_t lost = lost_by(settings);
   std::vector<double> costs;
