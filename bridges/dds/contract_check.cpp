@@ -69,9 +69,9 @@ static_assert(same(v1::SEVERITY_INFO, EventSeverity::info));
 static_assert(same(v1::SEVERITY_WARNING, EventSeverity::warning));
 static_assert(same(v1::SEVERITY_ERROR, EventSeverity::error));
 
-static_assert(v1::EVENT_SRDO_STATE + 1U == kEventKinds);
+static_assert(v1::EVENT_SDO_CONNECTION + 1U == kEventKinds);
 
-static_assert(v1::COMMAND_JOURNAL_READ + 1U == request::kCommandKinds);
+static_assert(v1::COMMAND_CONNECTION_LIST + 1U == request::kCommandKinds);
 
 static_assert(same(v1::RESULT_DONE, Domain::none));
 static_assert(same(v1::RESULT_SDO, Domain::sdo));

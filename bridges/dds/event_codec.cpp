@@ -1026,6 +1026,36 @@ struct EventCodec<event::SrdoState> {
   }
 };
 
+// code: SDO abort code, 0 = none; value: result; data: number (4), node-IDs of client and server,
+// objects of client and server (2 each), CAN-IDs from client to server and back (2 each).
+template <>
+struct EventCodec<event::SdoConnection> {
+  static constexpr v1::EventKind kKind = v1::EVENT_SDO_CONNECTION;
+  static void pack(const event::SdoConnection& from, EventFields& to) {
+    to.code = pack_number(from.abort);
+    to.value = pack_number(from.result);
+    append(to, from.number, 4);
+    append(to, from.client, 1);
+    append(to, from.server, 1);
+    append(to, from.client_record, 2);
+    append(to, from.server_record, 2);
+    append(to, from.request, 2);
+    append(to, from.response, 2);
+  }
+  static void unpack(const EventFields& from, event::SdoConnection& to) {
+    FieldReader data(from.bytes());
+    unpack_number(from.code, to.abort);
+    unpack_number(from.value, to.result);
+    to.number = data.number<std::uint32_t>();
+    to.client = data.number<std::uint8_t>();
+    to.server = data.number<std::uint8_t>();
+    to.client_record = data.number<std::uint16_t>();
+    to.server_record = data.number<std::uint16_t>();
+    to.request = data.number<std::uint16_t>();
+    to.response = data.number<std::uint16_t>();
+  }
+};
+
 // --- the gateway ---------------------------------------------------------------------------------
 
 // value: number of lines.

@@ -126,6 +126,20 @@ void write_result(const std::vector<manager::NodeReport>& nodes, FieldWriter& ou
   }
 }
 
+void write_result(const line::SdoConnections& connections, FieldWriter& out) {
+  for (const manager::Connection& each : connections) {
+    out.number(each.number, 4);
+    out.number(each.client, 1);
+    out.number(each.server, 1);
+    out.number(each.client_record, 2);
+    out.number(each.server_record, 2);
+    out.number(each.request, 2);
+    out.number(each.response, 2);
+    out.number(static_cast<std::uint8_t>(each.state), 1);
+    out.number(static_cast<std::uint32_t>(each.abort), 4);
+  }
+}
+
 // --- decoding: a read_result() for each type of result -------------------------------------------
 // After malformed bytes the reader is not good().
 
@@ -212,6 +226,23 @@ void read_result(FieldReader& in, std::vector<manager::NodeReport>& out) {
   }
 }
 
+void read_result(FieldReader& in, line::SdoConnections& out) {
+  while (in.good() && in.left() > 0) {
+    manager::Connection each{.number = in.number<std::uint32_t>()};
+    each.client = in.number<std::uint8_t>();
+    each.server = in.number<std::uint8_t>();
+    each.client_record = in.number<std::uint16_t>();
+    each.server_record = in.number<std::uint16_t>();
+    each.request = in.number<std::uint16_t>();
+    each.response = in.number<std::uint16_t>();
+    each.state = static_cast<manager::ConnectionState>(in.number<std::uint8_t>());
+    each.abort = read_abort(in);
+    in.require(is_node(each.client) && is_node(each.server) &&
+               each.state <= manager::ConnectionState::stale);
+    out.push_back(each);
+  }
+}
+
 template <class Result>
 std::optional<ReplyData> decode_as(std::span<const std::byte> bytes) {
   FieldReader in(bytes);
@@ -249,6 +280,9 @@ std::optional<ReplyData> decode_done(const line::Request& request,
       return decode_as<line::TriggeredPdos>(bytes);
     case line::CommandKind::mpdo_write:
       return decode_as<line::SentByMpdo>(bytes);
+    case line::CommandKind::connection_open:
+    case line::CommandKind::connection_list:
+      return decode_as<line::SdoConnections>(bytes);
     case line::CommandKind::scan:
     case line::CommandKind::scan_apply:
       return decode_as<std::vector<scan::ScannedNode>>(bytes);
@@ -270,6 +304,7 @@ std::optional<ReplyData> decode_done(const line::Request& request,
     case line::CommandKind::can_listen:
     case line::CommandKind::object_create:
     case line::CommandKind::pdo_request:
+    case line::CommandKind::connection_close:
       break;
   }
   return decode_bytes(bytes);

@@ -221,6 +221,39 @@ struct RequestCodec<line::MpdoWrite> {
 };
 
 template <>
+struct RequestCodec<line::ConnectionOpen> : WithoutData {
+  static constexpr v1::CommandKind kKind = v1::COMMAND_CONNECTION_OPEN;
+  static void write(const line::ConnectionOpen& from, v1::CommandRequest& to) {
+    to.node(from.node);
+    to.code(from.server);
+  }
+  static const char* read(const v1::CommandRequest& from, line::ConnectionOpen& to) {
+    if (from.code() < can::kMinNodeId || from.code() > can::kMaxNodeId)
+      return "code is not 1..127";
+    to.node = from.node();
+    to.server = static_cast<std::uint8_t>(from.code());
+    return one_node(to.node);
+  }
+};
+
+template <>
+struct RequestCodec<line::ConnectionClose> : WithoutData {
+  static constexpr v1::CommandKind kKind = v1::COMMAND_CONNECTION_CLOSE;
+  static void write(const line::ConnectionClose& from, v1::CommandRequest& to) {
+    to.entry(from.number);
+  }
+  static const char* read(const v1::CommandRequest& from, line::ConnectionClose& to) {
+    to.number = from.entry();
+    return nullptr;
+  }
+};
+
+template <>
+struct RequestCodec<line::ConnectionList> : WithoutMembers, WithoutData {
+  static constexpr v1::CommandKind kKind = v1::COMMAND_CONNECTION_LIST;
+};
+
+template <>
 struct RequestCodec<line::CanSend> {
   static constexpr v1::CommandKind kKind = v1::COMMAND_CAN_SEND;
   static void write(const line::CanSend& from, v1::CommandRequest& to) {

@@ -11,6 +11,7 @@ bool permitted(line::CommandKind kind, config::Access commands, config::Access o
     case line::CommandKind::routing_trace:
     case line::CommandKind::can_listen:
     case line::CommandKind::scan:  // writes nothing
+    case line::CommandKind::connection_list:
       return commands != config::Access::off;
     case line::CommandKind::output_write:
     case line::CommandKind::object_write:
@@ -30,6 +31,8 @@ bool permitted(line::CommandKind kind, config::Access commands, config::Access o
     case line::CommandKind::object_create:
     case line::CommandKind::scan_apply:
     case line::CommandKind::pdo_request:
+    case line::CommandKind::connection_open:
+    case line::CommandKind::connection_close:
       break;
   }
   return commands == config::Access::all;

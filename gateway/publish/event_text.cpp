@@ -475,6 +475,35 @@ struct EventWords {
                        suppressed(e.suppressed));
   }
 
+  // --- SDO connections ---------------------------------------------------------------------------
+
+  static std::string_view result_text(event::ConnectionResult result) {
+    switch (result) {
+      case event::ConnectionResult::opened:
+        return "opened";
+      case event::ConnectionResult::closed:
+        return "closed";
+      case event::ConnectionResult::failed:
+        return "not opened";
+      case event::ConnectionResult::lost:
+        return "released, one of its nodes booted";
+      case event::ConnectionResult::stale:
+        return "stale, a record is still valid";
+      case event::ConnectionResult::cleared:
+        return "cleared, it was stale";
+    }
+    return "unknown";
+  }
+  std::string operator()(const event::SdoConnection& e) const {
+    const std::string records =
+        e.request == 0 ? std::string()
+                       : fmt::format(" ({:04X}h, {:04X}h, CAN-IDs {:03X}h, {:03X}h)",
+                                     e.client_record, e.server_record, e.request, e.response);
+    return fmt::format("SDO connection {} from node {} to node {}{} {}{}", e.number, e.client,
+                       e.server, records, result_text(e.result),
+                       e.abort == AbortCode::none ? "" : ": " + abort_text(e.abort));
+  }
+
   // --- the gateway -------------------------------------------------------------------------------
 
   std::string operator()(const event::GatewayStarted& /*e*/) const { return "gateway started"; }

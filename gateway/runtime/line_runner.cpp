@@ -866,7 +866,8 @@ bool LineRunner::stopped(Instant now) const {
   }
   const bool image_waits = port_.direct != nullptr && port_.direct->next_try() != kNever;
   return !image_waits && !reply_held_ && budget_->waiting() == 0 && pump_.held() == 0 &&
-         (routes_ == nullptr || !routes_->held()) && (!started_ || !line_->wants_to_send(now));
+         (routes_ == nullptr || !routes_->held()) && (!started_ || !line_->wants_to_send(now)) &&
+         !line_->is_ending();
 }
 
 }  // namespace linegate::gateway

@@ -78,6 +78,7 @@ constexpr std::array<KindInfo, kEventKinds> kInfo{{
     {"dds-process-ended", EventSeverity::error},
     {"routing-unanswered", EventSeverity::warning},
     {"srdo-state", EventSeverity::warning},
+    {"sdo-connection", EventSeverity::info},
 }};
 
 }  // namespace

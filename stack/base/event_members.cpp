@@ -383,6 +383,18 @@ void visit(const event::SrdoState& of, EventMemberVisitor& to) {
   to.number("number", number(of.number));
 }
 
+void visit(const event::SdoConnection& of, EventMemberVisitor& to) {
+  to.number("number", number(of.number));
+  to.number("abort", number(of.abort));
+  to.number("client_record", number(of.client_record));
+  to.number("server_record", number(of.server_record));
+  to.number("request", number(of.request));
+  to.number("response", number(of.response));
+  to.number("client", number(of.client));
+  to.number("server", number(of.server));
+  to.number("result", number(of.result));
+}
+
 }  // namespace
 
 void visit_members(const EventData& data, EventMemberVisitor& visitor) {

@@ -111,6 +111,7 @@ enum class EventKind : std::uint8_t {
   dds_process_ended,
   routing_unanswered,
   srdo_state,
+  sdo_connection,
 };
 
 // "node" in the comments is Event::node. A member `suppressed` is the number of events that were
@@ -749,6 +750,34 @@ struct SrdoState {
   friend bool operator==(const SrdoState&, const SrdoState&) = default;
 };
 
+// --- SDO connections --------------------------------------------------------------------------------
+
+enum class ConnectionResult : std::uint8_t {
+  opened = 0,   // both records are valid
+  closed = 1,   // released on request, or because the line stopped
+  failed = 2,   // it could not be opened
+  lost = 3,     // released because one of its nodes booted
+  stale = 4,    // a record could not be set to not valid
+  cleared = 5,  // the record of a stale connection is not valid any more
+};
+
+// An SDO connection that the manager assigns (CiA 302-5) was opened, or ended. node: that of the
+// client.
+struct SdoConnection {
+  static constexpr EventKind kKind = EventKind::sdo_connection;
+  std::uint32_t number = 0;
+  AbortCode abort = AbortCode::none;  // of failed and stale
+  std::uint16_t client_record = 0;    // object, 0 = none was found
+  std::uint16_t server_record = 0;
+  std::uint16_t request = 0;  // CAN-ID from client to server, 0 = none was assigned
+  std::uint16_t response = 0;
+  std::uint8_t client = 0;  // node-ID
+  std::uint8_t server = 0;
+  ConnectionResult result = ConnectionResult::opened;
+
+  friend bool operator==(const SdoConnection&, const SdoConnection&) = default;
+};
+
 // --- the gateway, which belongs to no line -------------------------------------------------------
 
 // The gateway started.
@@ -836,7 +865,8 @@ using EventData = std::variant<
     event::GatewayStarted, event::GatewayReloaded, event::GatewayReloadRefused,
     event::SpontaneousChange, event::SharedNodeId, event::ObjectWritten, event::OwnReset,
     event::TimeReceived, event::CommandAccepted, event::OutputOwner, event::ClientLimited,
-    event::JournalState, event::DdsProcessEnded, event::RoutingUnanswered, event::SrdoState>;
+    event::JournalState, event::DdsProcessEnded, event::RoutingUnanswered, event::SrdoState,
+    event::SdoConnection>;
 
 inline constexpr std::size_t kEventKinds = std::variant_size_v<EventData>;
 

@@ -351,6 +351,8 @@ Loaded<pdo::LinkPlan> link_plan(const LineConfig& config) {
   diagnostics.insert(diagnostics.end(), of_srdos.begin(), of_srdos.end());
   const std::vector<Diagnostic> wrong = check_pdos(config, remotes);
   diagnostics.insert(diagnostics.end(), wrong.begin(), wrong.end());
+  const std::vector<Diagnostic> pool = check_connection_pool(config, remotes);
+  diagnostics.insert(diagnostics.end(), pool.begin(), pool.end());
   Loaded<pdo::LinkPlan> plan = pdo::plan_links(remotes);
   plan.diagnostics.insert(plan.diagnostics.begin(), diagnostics.begin(), diagnostics.end());
   if (has_errors(plan.diagnostics)) {

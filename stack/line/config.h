@@ -14,6 +14,7 @@
 #include "stack/base/time.h"
 #include "stack/line/own_object.h"
 #include "stack/line/state.h"
+#include "stack/manager/connection.h"
 #include "stack/manager/plan.h"
 #include "stack/node/node.h"
 #include "stack/od/description.h"
@@ -213,6 +214,8 @@ struct LineConfig {
   std::vector<ObjectValue> own_values;
   // Routing between this line and others.
   routing::Config routing;
+  // CAN-IDs of SDO connections between nodes, role manager: see CommandKind::connection_open.
+  manager::ConnectionPool connection_pool{};
   // Objects B000h.. that are forwarded between lines; manager, and device with the single own node.
   routing::Forwarding forwarding;
 };

@@ -22,6 +22,12 @@ EventSeverity severity_of(const EventData& data) {
   } else if (const auto* const journal = std::get_if<event::JournalState>(&data)) {
     raised = journal->condition == event::JournalCondition::failing || journal->error != 0 ||
              journal->lost != 0;
+  } else if (const auto* const connection = std::get_if<event::SdoConnection>(&data)) {
+    using event::ConnectionResult;
+    raised = connection->result == ConnectionResult::failed ||
+             connection->result == ConnectionResult::lost ||
+             connection->result == ConnectionResult::stale;
+    to = EventSeverity::warning;
   }
   if (const auto* const srdo = std::get_if<event::SrdoState>(&data)) {
     return srdo->fault == srdo::Fault::none ? EventSeverity::info : EventSeverity::warning;

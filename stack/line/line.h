@@ -213,6 +213,9 @@ class Line : protected ServiceHost {
   // The present routes of 1F2Ch, whether configured or written by SDO; none if the line does not
   // route. Replaces the contents of `out`.
   virtual void routes(std::vector<routing::Route>& out) const { out.clear(); }
+  // The line was stopped, and still exchanges frames with nodes: it releases the SDO connections
+  // that it assigned. Continue to call receive(), advance() and next_frame() for a short time.
+  virtual bool is_ending() const { return false; }
   // RUN and ERROR of the own node (CiA 303-3).
   virtual node::Indicators indicators() const { return {}; }
   // A number that differs after every change of NodeState; for cheap polling.

@@ -76,6 +76,12 @@ std::string_view name(CommandKind kind) {
       return "pdo-request";
     case CommandKind::mpdo_write:
       return "mpdo-write";
+    case CommandKind::connection_open:
+      return "connection-open";
+    case CommandKind::connection_close:
+      return "connection-close";
+    case CommandKind::connection_list:
+      return "connection-list";
   }
   return "unknown";
 }

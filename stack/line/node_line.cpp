@@ -244,6 +244,7 @@ void NodeLine::synced(Instant now) {
 
 void NodeLine::unwanted(const can::Frame& frame) {
   dirty_ = true;
+  services_.connections.hear(frame);
   services_.can.hear(frame, services_.records.hear(frame));
 }
 

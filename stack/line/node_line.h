@@ -48,6 +48,7 @@ class NodeLine final : public Line,
   void do_receive(std::span<const can::Frame> frames) override;
   bool do_next_frame(can::Frame& out, Instant now) override;
   bool wants_to_send(Instant now) const override;
+  bool is_ending() const override { return services_.connections.is_ending(); }
   void do_bus_event(const can::BusEvent& event) override;
   void do_execute(Command command, Instant now) override;
   bool do_request_pdo(std::uint16_t rpdo) override;

@@ -16,6 +16,7 @@ void NodeLine::boot_up(std::uint8_t id, Instant now) {
   loader_.boot_up(id);
   manager_.boot_up(id, now);
   services_.scan.boot_up(id, now);
+  services_.connections.boot_up(id, now);
 }
 
 void NodeLine::heartbeat(std::uint8_t id, nmt::State state, Instant now) {
@@ -32,6 +33,7 @@ void NodeLine::heartbeat_lost(std::uint8_t id, Instant deadline) {
 
 void NodeLine::heartbeat_recovered(std::uint8_t id, Instant now) {
   manager_.heartbeat_recovered(id, now);
+  services_.connections.heartbeat_recovered(id, now);
 }
 
 // Commands of another master, or of the master while the own node is an NMT slave.

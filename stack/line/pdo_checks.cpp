@@ -139,6 +139,70 @@ bool produces_sync(const NodeConfig& node) {
          });
 }
 
+// "685h", with at least three digits.
+std::string hex_of(std::uint32_t id) {
+  std::string out = "h";
+  for (unsigned digit = 0; digit < 3 || id != 0; ++digit, id >>= 4U) {
+    out.insert(out.begin(), "0123456789ABCDEF"[id & 0xFU]);
+  }
+  return out;
+}
+
+// Calls work(object, COB-ID) for each SDO channel of the node, 1201h to 12FFh, with the values that
+// are written to it.
+template <class Work>
+void for_each_sdo_channel(const NodeConfig& node, const Work& work) {
+  const auto is_channel = [](od::Address address) {
+    return address.index > od::objects::kSdoServer &&
+           address.index <= od::objects::kLastSdoClient && (address.sub == 1 || address.sub == 2);
+  };
+  std::map<od::Address, can::CobId> channels;
+  const auto take = [&](od::Address address, const std::vector<std::byte>& value) {
+    if (is_channel(address) && value.size() == sizeof(std::uint32_t)) {
+      channels[address] = can::CobId{load_le<std::uint32_t>(value.data())};
+    }
+  };
+  for (const od::ObjectDescription& object : node.device.objects) {
+    for (const od::VariableDescription& variable : object.variables) {
+      take({object.index, variable.sub}, variable.value);
+    }
+  }
+  for (const ObjectValue& object : node.objects) {
+    take(object.address, object.data);
+  }
+  for (const auto& [address, cob_id] : channels) {
+    if (can::is_usable(cob_id)) {
+      work(address, cob_id);
+    }
+  }
+}
+
+// All identifiers of the configuration, and their users.
+IdentifierUsers users_of(const LineConfig& config, std::span<const pdo::RemoteNode> remotes) {
+  IdentifierUsers out = services_of(config);
+  for_each_pdo(remotes, [&](const pdo::RemoteNode& node, std::string_view kind,
+                            const pdo::Parameters& each) {
+    if (each.cob_id.valid()) {
+      out.emplace(identifier(each.cob_id), IdentifierUser{text_of(node, kind, each)});
+    }
+  });
+  for (const NodeConfig& node : config.nodes) {
+    for_each_sdo_channel(node, [&](od::Address address, can::CobId cob_id) {
+      out.emplace(identifier(cob_id), IdentifierUser{"object " + hex_of(address.index) + " of " +
+                                                     name_of(node.id, node.name)});
+    });
+  }
+  for (const auto* const pdos : {&config.forwarding.tpdos, &config.forwarding.rpdos}) {
+    for (const pdo::Parameters& each : *pdos) {
+      if (each.cob_id.valid()) {
+        out.emplace(identifier(each.cob_id),
+                    IdentifierUser{"PDO " + std::to_string(each.number) + " of the own node"});
+      }
+    }
+  }
+  return out;
+}
+
 std::vector<pdo::RemoteNode> remotes_of(const LineConfig& config) {
   std::vector<pdo::RemoteNode> out;
   for (const NodeConfig& node : config.nodes) {
@@ -176,6 +240,39 @@ std::vector<Diagnostic> check_pdos(const LineConfig& config,
                              (user.certain ? "" : ", if it sends any")});
     }
   });
+  return out;
+}
+
+std::vector<Diagnostic> check_connection_pool(const LineConfig& config,
+                                              std::span<const pdo::RemoteNode> remotes) {
+  const manager::ConnectionPool& pool = config.connection_pool;
+  std::vector<Diagnostic> out;
+  const auto report = [&](std::string text) {
+    out.push_back({.severity = Severity::error,
+                   .file = config.name,
+                   .text = "sdo_connections: " + std::move(text)});
+  };
+  if (pool == manager::ConnectionPool{}) {
+    return out;
+  }
+  if (pool.pairs() == 0) {
+    report("a connection takes two CAN-IDs, last is to be greater than first");
+  }
+  constexpr std::uint16_t kHighestId = 0x7FF;
+  if (pool.last > kHighestId) {
+    report(hex_of(pool.last) + " has more than 11 bits");
+    return out;
+  }
+  const IdentifierUsers users = users_of(config, remotes);
+  for (std::uint32_t id = pool.first; id <= pool.last; ++id) {
+    if (can::is_restricted(id)) {
+      report(hex_of(id) + " is restricted (CiA 301 7.3.5)");
+      return out;
+    }
+    if (const auto taken = users.find(id); taken != users.end()) {
+      report(hex_of(id) + " is that of " + taken->second.name);
+    }
+  }
   return out;
 }
 

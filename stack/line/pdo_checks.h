@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Checks the PDOs of the configured devices against the other services of the line: their
-// identifiers, and the SYNC producer.
+// identifiers, and the SYNC producer; and the pool of SDO connections against all of them.
 #pragma once
 
 #include <optional>
@@ -18,6 +18,11 @@ namespace linegate::line {
 // those that own_values writes to 1005h, 1012h and 1014h. remotes are nodes of config.
 std::vector<Diagnostic> check_pdos(const LineConfig& config,
                                    std::span<const pdo::RemoteNode> remotes);
+
+// Errors: the pool of SDO connections is no range, has a restricted CAN-ID, or one of a service, a
+// PDO, or an SDO channel of the configuration.
+std::vector<Diagnostic> check_connection_pool(const LineConfig& config,
+                                              std::span<const pdo::RemoteNode> remotes);
 
 // A warning that names the PDOs of a manager's line that wait for SYNC if the configuration has no
 // SYNC producer; another device on the bus may produce it. file is the line's name.

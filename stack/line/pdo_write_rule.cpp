@@ -32,6 +32,22 @@ bool has_cob_id(const manager::AssumedPdo& pdo, can::CobId cob_id) {
          });
 }
 
+// Objects that hold the COB-ID of a service (CiA 301).
+bool holds_cob_id(od::Address address) {
+  using namespace od::objects;
+  const bool of_variable =
+      address.sub == 0 &&
+      (address.index == kSyncCobId || address.index == kTimeCobId || address.index == kEmcyCobId);
+  const bool of_sdo = address.index >= kSdoServer && address.index <= kLastSdoClient &&
+                      (address.sub == 1 || address.sub == 2);
+  return of_variable || of_sdo || (is_pdo_communication(address.index) && address.sub == 1);
+}
+
+// In these bit 31 has another meaning, or none.
+bool ignores_bit31(std::uint16_t index) {
+  return index == od::objects::kSyncCobId || index == od::objects::kTimeCobId;
+}
+
 }  // namespace
 
 AbortCode PdoWriteRule::may_write(std::uint8_t node, od::Address address,
@@ -44,8 +60,20 @@ AbortCode PdoWriteRule::may_write(std::uint8_t node, od::Address address,
   if (manager_.active() && changes_srdo(node, address, value)) {
     return AbortCode::device_state;
   }
-  return manager_.active() && takes_cob_id(address, value) ? AbortCode::invalid_value
-                                                           : AbortCode::none;
+  const bool takes =
+      manager_.active() && (takes_cob_id(address, value) || takes_connection_id(address, value));
+  return takes ? AbortCode::invalid_value : AbortCode::none;
+}
+
+// The pool of SDO connections is of the manager alone.
+bool PdoWriteRule::takes_connection_id(od::Address address,
+                                       std::span<const std::byte> value) const {
+  if (!holds_cob_id(address) || value.size() != sizeof(std::uint32_t)) {
+    return false;
+  }
+  const can::CobId cob_id{load_le<std::uint32_t>(value.data())};
+  const bool exists = cob_id.valid() || ignores_bit31(address.index);
+  return exists && !cob_id.extended() && config_.connection_pool.has(cob_id.id());
 }
 
 bool PdoWriteRule::changes_image(std::uint8_t node, od::Address address,

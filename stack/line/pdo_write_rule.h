@@ -2,7 +2,7 @@
 // Keeps the PDOs of booted nodes as the process image has them: their COB-IDs and mappings, and the
 // transmission types of RPDOs, are written by the configuration of the node alone; no TPDO gets a
 // transmission type with which it is no longer sent; and no other service of a node is moved to the
-// COB-ID of a PDO of the image. Private to stack/line.
+// COB-ID of a PDO of the image, or any service to one of an SDO connection. Private to stack/line.
 #pragma once
 
 #include <cstdint>
@@ -27,7 +27,8 @@ class PdoWriteRule final : public sdo::WriteRule {
 
   // device_state if the write would change a PDO of the image, and no boot process follows that
   // compares it (Manager::keeps_pdos()), or the identifiers or the mapping of an SRDO of the image.
-  // invalid_value if it would set 1005h or 1014h of a node to the COB-ID of a PDO of the image.
+  // invalid_value if it would set 1005h or 1014h of a node to the COB-ID of a PDO of the image, or a
+  // COB-ID of any service to one of LineConfig::connection_pool.
   AbortCode may_write(std::uint8_t node, od::Address address, std::span<const std::byte> value,
                       Instant now) const override;
 
@@ -40,6 +41,7 @@ class PdoWriteRule final : public sdo::WriteRule {
   bool has_sync(Instant now) const;
   bool changes_srdo(std::uint8_t node, od::Address address, std::span<const std::byte> value) const;
   bool takes_cob_id(od::Address address, std::span<const std::byte> value) const;
+  bool takes_connection_id(od::Address address, std::span<const std::byte> value) const;
 
   const LineConfig& config_;
   const node::Node& node_;

@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "stack/manager/connection.h"
 #include "stack/manager/node_report.h"
 #include "stack/manager/state.h"
 #include "stack/od/data_type.h"
@@ -84,6 +85,9 @@ struct ProgramFault {
   friend bool operator==(const ProgramFault&, const ProgramFault&) = default;
 };
 
+// ConnectionOpen, with one element, and ConnectionList; ascending by number.
+using SdoConnections = std::vector<manager::Connection>;
+
 // The data of a reply. std::monostate: none, as in the reply to a write to an object of the own
 // node, or to an output that no PDO or MPDO carries. std::vector<std::byte>: the value of an
 // object, little-endian; the reply to an LssRequest (stack/lss/procedure.h); a text. ScannedNode:
@@ -92,7 +96,7 @@ struct ProgramFault {
 using ReplyData = std::variant<std::monostate, std::vector<std::byte>, std::vector<ListedObject>,
                                WrittenBySdo, WrittenByPdo, SentByMpdo, TriggeredPdos, ProgramFault,
                                std::vector<scan::ScannedNode>, std::vector<manager::BootOutcome>,
-                               std::vector<manager::NodeReport>>;
+                               std::vector<manager::NodeReport>, SdoConnections>;
 
 // The bytes in `data`; empty for every other type of result.
 inline const std::vector<std::byte>& bytes_of(const ReplyData& data) {

@@ -32,6 +32,9 @@ constexpr Duration kInProgress = std::chrono::seconds(1);
 // A transfer through another network: a request and a response, with the node's abort.
 constexpr std::int64_t kRoutedFrames = 4;
 
+// The release of an SDO connection: four downloads.
+constexpr std::int64_t kReleaseFrames = 8;
+
 std::int64_t bits_of(std::int64_t frames) {
   return frames * bits_on_bus({.length = kFullFrame});
 }
@@ -69,6 +72,8 @@ struct CostOf {
   std::int64_t operator()(const ScanApply&) const { return bits_of(1); }
   std::int64_t operator()(const ProgramDownload&) const { return bits_of(1); }
   std::int64_t operator()(const LssRequest&) const { return bits_of(1); }
+  std::int64_t operator()(const ConnectionOpen&) const { return bits_of(1); }
+  std::int64_t operator()(const ConnectionClose&) const { return bits_of(kReleaseFrames); }
   // SDO transfers are counted frame by frame; the others send nothing.
   template <class Other>
   std::int64_t operator()(const Other& /*other*/) const {

@@ -50,6 +50,9 @@ enum class CommandKind : std::uint8_t {
   scan_apply = 23,
   pdo_request = 24,
   mpdo_write = 25,
+  connection_open = 27,
+  connection_close = 28,
+  connection_list = 29,
 };
 // "sdo-read"
 std::string_view name(CommandKind kind);
@@ -295,11 +298,36 @@ struct RoutingTrace {
   std::chrono::seconds duration{};  // 1..routing::Trace::kLongest
 };
 
+// --- SDO connections -----------------------------------------------------------------------------
+
+// Assigns an SDO connection (CiA 302-5): writes a free record 1280h to 12FFh of `node` and a free
+// record 1201h to 127Fh of `server`, with two CAN-IDs of LineConfig::connection_pool. Role manager.
+// wrong_state: there is no pool. Reply: SdoConnections, this one alone. Abort 060A 0023h: no record
+// or no CAN-ID is free.
+struct ConnectionOpen {
+  static constexpr CommandKind kKind = CommandKind::connection_open;
+  std::uint8_t node = 0;    // the client, 1..127
+  std::uint8_t server = 0;  // 1..127
+};
+
+// Releases a connection: its records are set to not valid. Answered with the abort code if one of
+// them could not be: the connection is then stale, and can be closed again.
+struct ConnectionClose {
+  static constexpr CommandKind kKind = CommandKind::connection_close;
+  std::uint32_t number = 0;
+};
+
+// Reply: SdoConnections, all.
+struct ConnectionList {
+  static constexpr CommandKind kKind = CommandKind::connection_list;
+};
+
 // In the order of CommandKind.
-using AnyRequest = std::variant<SdoRead, SdoWrite, LocalRead, LocalWrite, SingleOutput, EmcySend,
-                                NmtRequest, NetworkRead, NetworkWrite, RoutingTrace, Scan, Boot,
-                                Configure, ProgramDownload, LssRequest, ObjectWrite, PdoTrigger,
-                                CanSend, CanListen, ObjectCreate, ScanApply, PdoRequest, MpdoWrite>;
+using AnyRequest =
+    std::variant<SdoRead, SdoWrite, LocalRead, LocalWrite, SingleOutput, EmcySend, NmtRequest,
+                 NetworkRead, NetworkWrite, RoutingTrace, Scan, Boot, Configure, ProgramDownload,
+                 LssRequest, ObjectWrite, PdoTrigger, CanSend, CanListen, ObjectCreate, ScanApply,
+                 PdoRequest, MpdoWrite, ConnectionOpen, ConnectionClose, ConnectionList>;
 
 // One of them. A class, so that not every file that copies or destroys a command compiles that for
 // each kind.

@@ -5,6 +5,7 @@
 #include "stack/line/boot_service.h"
 #include "stack/line/can_service.h"
 #include "stack/line/configure_service.h"
+#include "stack/line/connection_service.h"
 #include "stack/line/diagnosis_service.h"
 #include "stack/line/emcy_service.h"
 #include "stack/line/local_service.h"
@@ -86,6 +87,8 @@ struct Services {
                                 line.config.sdo_timeout};
   BootService boot{line.host, line.manager, line.config.node_id};
   ConfigureService configure{line.host, line.manager, line.configurator, line.events};
+  ConnectionService connections{line.host,       line.config, line.node,
+                                line.plan.tpdos, line.sdo,    line.events};
   ProgramService program{line.host, line.manager, line.loader, line.config.node_id};
   DiagnosisService diagnosis{line.host, line.config, line.node, line.manager, scan, line.events};
   RecordService records{line.host,

@@ -80,6 +80,16 @@ std::vector<Row> layouts_of_lines() {
       {event::DdsProcessEnded{event::ProcessEnd::signal, 9, 0x0102'0304, 250,
                               event::DdsProcess::routes},
        fields(2, 9, {4, 3, 2, 1, 250, 0, 0, 0, 1})},
+      {event::SdoConnection{.number = 3,
+                            .abort = AbortCode::timeout,
+                            .client_record = 0x1280,
+                            .server_record = 0x1201,
+                            .request = 0x681,
+                            .response = 0x680,
+                            .client = 5,
+                            .server = 8,
+                            .result = event::ConnectionResult::stale},
+       fields(0x0504'0000, 4, {3, 0, 0, 0, 5, 8, 0x80, 0x12, 1, 0x12, 0x81, 6, 0x80, 6})},
   };
 }
 
@@ -419,6 +429,8 @@ std::vector<EventData> highest_of_nodes_and_requests() {
       event::RoutingUnanswered{kHighest32, kHighest16, kHighest16, kHighest16, kHighest8, kHighest8,
                                kHighest8},
       event::SrdoState{kHighest32, srdo::Fault{kHighest8}, kHighest8},
+      event::SdoConnection{kHighest32, kHighestAbort, kHighest16, kHighest16, kHighest16,
+                           kHighest16, kHighest8, kHighest8, event::ConnectionResult{kHighest8}},
       event::NodeScanned{kHighestAbort, kHighest32},
       event::CommandProgress{line::CommandKind{kHighest8}, kHighest32, kHighest32},
       event::LssResult{lss::Verdict{kHighest8},

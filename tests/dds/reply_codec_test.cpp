@@ -45,6 +45,18 @@ BootFinding differs() {
           .found = 0x1234'5678};
 }
 
+manager::Connection stale_connection() {
+  return {.number = 3,
+          .client = 5,
+          .server = 8,
+          .client_record = 0x1280,
+          .server_record = 0x1201,
+          .request = 0x681,
+          .response = 0x680,
+          .state = manager::ConnectionState::stale,
+          .abort = AbortCode::timeout};
+}
+
 // The data of each kind of reply, as in idl/COMMANDS.md.
 TEST(ReplyCodec, BytesAreAsDocumented) {
   const line::ListedObject listed{.address = {0x2100, 1},
@@ -75,6 +87,8 @@ TEST(ReplyCodec, BytesAreAsDocumented) {
            .differences = {{.object = {0x1017, 0}, .expected = octets({100, 0}), .found = {}}}}},
        octets({7, 'J', 0, 0, 2, 6, 1, 0,   0, 0, 0x17, 0x10, 0, 0,
                0, 0,   0, 2, 0, 0, 0, 100, 0, 0, 0,    0,    0})},
+      {line::SdoConnections{stale_connection()},
+       octets({3, 0, 0, 0, 5, 8, 0x80, 0x12, 1, 0x12, 0x81, 6, 0x80, 6, 3, 0, 0, 4, 5})},
   };
   for (const auto& [data, bytes] : known)
     EXPECT_EQ(encode_reply(data), bytes) << data.index();
@@ -94,6 +108,9 @@ TEST(ReplyCodec, EachResultComesBackAsItWent) {
       {line::ObjectWrite{}, line::WrittenByPdo{3, line::PdoWait::values, {1, 2}}},
       {line::PdoTrigger{}, line::TriggeredPdos{3, 4}},
       {line::MpdoWrite{}, line::SentByMpdo{100}},
+      {line::ConnectionOpen{}, line::SdoConnections{stale_connection()}},
+      {line::ConnectionClose{}, ReplyData{}},
+      {line::ConnectionList{}, line::SdoConnections{}},
       {line::Scan{}, std::vector<ScannedNode>{}},
       {line::Boot{}, std::vector{BootOutcome{.node = 5, .letter = 'M', .finding = differs()}}},
       {line::Configure{}, std::vector{NodeReport{.node = 5}}},
@@ -145,6 +162,15 @@ TEST(ReplyCodec, WhatIsNoAnswerToTheRequestIsNotRead) {
   EXPECT_FALSE(decode(line::ObjectWrite{}, octets({1, 3, 0, line::kPdoWaits})));
   EXPECT_FALSE(decode(line::PdoTrigger{}, octets({1, 0, 2})));
   EXPECT_FALSE(decode(line::MpdoWrite{}, {}));
+  Bytes connection = encode_reply(line::SdoConnections{stale_connection()});
+  EXPECT_TRUE(decode(line::ConnectionList{}, connection));
+  connection[14] = std::byte{4};
+  EXPECT_FALSE(decode(line::ConnectionList{}, connection)) << "no such state";
+  connection[14] = std::byte{1};
+  connection[5] = std::byte{0};
+  EXPECT_FALSE(decode(line::ConnectionList{}, connection)) << "no server";
+  connection.pop_back();
+  EXPECT_FALSE(decode(line::ConnectionList{}, connection));
 }
 
 // --- results of nodes ---------------------------------------------------------------------------

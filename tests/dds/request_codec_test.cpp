@@ -97,6 +97,9 @@ std::vector<request::Request> one_of_each_kind() {
                            .after = request::EventPosition{3, 4},
                            .cursor = {5, 6},
                            .most = 7},
+      line::ConnectionOpen{.node = 5, .server = 8},
+      line::ConnectionClose{.number = 70'000},
+      line::ConnectionList{},
   };
 }
 

@@ -114,6 +114,14 @@ void fill(CommandForm& form, line::MpdoWrite& out) {
          .data = std::move(form.data),
          .tpdo = form.code};
 }
+void fill(CommandForm& form, line::ConnectionOpen& out) {
+  out = {.node = form.node, .server = static_cast<std::uint8_t>(form.code)};
+}
+void fill(CommandForm& form, line::ConnectionClose& out) {
+  out = {.number = form.entry};
+}
+void fill(CommandForm& /*form*/, line::ConnectionList& /*out*/) {
+}
 // Lengths and flags that no frame has are among them.
 void fill(CommandForm& form, line::CanSend& out) {
   const bool remote = (form.entry & kFormRemote) != 0;

@@ -111,6 +111,9 @@ void ask_everything(Script& script) {
   script.ask({.kind = CommandKind::pdo_trigger, .entry = 1});
   script.ask({.kind = CommandKind::pdo_request, .node = kInputsOutputs, .code = 1});
   script.ask({.kind = CommandKind::mpdo_write, .index = 0x2000}, {1});
+  script.ask({.kind = CommandKind::connection_open, .node = kInputsOutputs, .code = kDrive});
+  script.ask({.kind = CommandKind::connection_list});
+  script.ask({.kind = CommandKind::connection_close, .entry = 1});
   script.ask({.kind = CommandKind::can_listen, .code = 30});
   script.ask({.kind = CommandKind::can_send, .entry = 0x8ABC'DEF0}, {1, 2, 3});
   script.ask({.kind = CommandKind::can_send, .sub = 5, .entry = 0x6F0}, {1, 2, 3, 4});

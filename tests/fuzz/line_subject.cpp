@@ -144,6 +144,7 @@ line::LineConfig config_for(const Setup& setup) {
   }
   config.name = "fuzz";
   config.bit_rate = 500'000;
+  config.connection_pool = {0x6A0, 0x6A3};
   config.heartbeat = setup.heartbeat ? milliseconds(100) : Duration::zero();
   config.sync_period = setup.sync ? milliseconds(10) : Duration::zero();
   config.time_period = setup.time ? milliseconds(50) : Duration::zero();

@@ -70,6 +70,10 @@ void check_data(CommandKind kind, const line::ReplyData& data) {
     case CommandKind::mpdo_write:
       LINEGATE_EXPECT(std::holds_alternative<line::SentByMpdo>(data));
       break;
+    case CommandKind::connection_open:
+    case CommandKind::connection_list:
+      LINEGATE_EXPECT(std::holds_alternative<line::SdoConnections>(data));
+      break;
     default:
       break;
   }

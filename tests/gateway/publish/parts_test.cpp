@@ -608,11 +608,14 @@ TEST(Access, ReadAllowsWhatChangesNothing) {
   EXPECT_TRUE(permitted(apply, Access::all, Access::off));
   EXPECT_FALSE(permitted(CommandKind::program, Access::read, Access::off));
   EXPECT_FALSE(permitted(CommandKind::scan, Access::off, Access::all));
+  EXPECT_TRUE(permitted(CommandKind::connection_list, Access::read, Access::off));
+  EXPECT_FALSE(permitted(CommandKind::connection_list, Access::off, Access::all));
   for (const auto kind :
        {CommandKind::sdo_write, CommandKind::network_write, CommandKind::local_write,
         CommandKind::nmt, CommandKind::emcy_send, CommandKind::output_write, CommandKind::lss,
         CommandKind::can_send, CommandKind::object_write, CommandKind::pdo_trigger,
-        CommandKind::object_create, CommandKind::pdo_request, CommandKind::mpdo_write}) {
+        CommandKind::object_create, CommandKind::pdo_request, CommandKind::mpdo_write,
+        CommandKind::connection_open, CommandKind::connection_close}) {
     EXPECT_FALSE(permitted(kind, Access::read, Access::all)) << name(kind);
     EXPECT_TRUE(permitted(kind, Access::all, Access::all)) << name(kind);
   }
@@ -633,11 +636,12 @@ std::vector<line::Command> one_of_each(std::index_sequence<kIndices...>) {
 TEST(Access, RightsOfCertificates) {
   using line::CommandKind;
   const std::set<CommandKind> of_operators{
-      CommandKind::sdo_read,      CommandKind::network_read, CommandKind::local_read,
-      CommandKind::routing_trace, CommandKind::can_listen,   CommandKind::scan,
-      CommandKind::output_write,  CommandKind::object_write, CommandKind::pdo_trigger,
-      CommandKind::pdo_request,   CommandKind::mpdo_write,   CommandKind::nmt,
-      CommandKind::boot,          CommandKind::emcy_send,    CommandKind::configure};
+      CommandKind::sdo_read,       CommandKind::network_read, CommandKind::local_read,
+      CommandKind::routing_trace,  CommandKind::can_listen,   CommandKind::scan,
+      CommandKind::output_write,   CommandKind::object_write, CommandKind::pdo_trigger,
+      CommandKind::pdo_request,    CommandKind::mpdo_write,   CommandKind::nmt,
+      CommandKind::boot,           CommandKind::emcy_send,    CommandKind::configure,
+      CommandKind::connection_list};
   for (const line::Command& command :
        one_of_each(std::make_index_sequence<std::variant_size_v<line::AnyRequest>>())) {
     const CommandKind kind = line::kind(command);

@@ -93,6 +93,9 @@ std::vector<request::Request> requests() {
       line::PdoRequest{.node = 8, .number = 1},
       line::MpdoWrite{.node = 8, .address = {0x6200, 1}, .data = {std::byte{1}}, .tpdo = 100},
       request::JournalRead{},
+      line::ConnectionOpen{.node = 8, .server = 9},
+      line::ConnectionClose{.number = 1},
+      line::ConnectionList{},
   };
 }
 
