@@ -33,6 +33,7 @@ class CommandLine;
   COMMAND(program)                 \
   COMMAND(trigger)                 \
   COMMAND(pdo)                     \
+  COMMAND(connections)             \
   COMMAND(send)                    \
   COMMAND(listen)                  \
   COMMAND(od)                      \

@@ -167,7 +167,7 @@ void report_keys_of_an_own_node(Section& section) {
                           "reset_nodes",  "start_nodes",      "startup",        "identity",
                           "strict_ixxat", "keep_operational", "canopenia_base", "own_objects",
                           "own_values",   "own_concise_dcf",  "nodes",          "node_list",
-                          "simulate"}) {
+                          "simulate",     "sdo_connections"}) {
     const YAML::Node node = section.find(key);
     if (node.IsDefined()) {
       section.findings().error(place_of(node), std::string(key) +

@@ -339,12 +339,19 @@ void report_ignored_keys(Section& section, const line::LineConfig& config) {
   if (config.role != line::Role::observer) {
     return;
   }
-  for (const char* key :
-       {"heartbeat",       "time",         "sdo_timeout",      "save_timeout",    "load_timeout",
-        "pdo_update_time", "emcy_bytes",   "reset_nodes",      "start_nodes",     "startup",
-        "identity",        "strict_ixxat", "keep_operational", "canopenia_base",  "own_objects",
-        "own_values",      "mpdo_scanner", "mpdo_dispatcher",  "own_concise_dcf", "storage",
-        "outputs",         "lss",          "request_share",    "client_share"}) {
+  for (const char* key : {"heartbeat",        "time",
+                          "sdo_timeout",      "save_timeout",
+                          "load_timeout",     "pdo_update_time",
+                          "emcy_bytes",       "reset_nodes",
+                          "start_nodes",      "startup",
+                          "identity",         "strict_ixxat",
+                          "keep_operational", "canopenia_base",
+                          "own_objects",      "own_values",
+                          "mpdo_scanner",     "mpdo_dispatcher",
+                          "own_concise_dcf",  "storage",
+                          "outputs",          "lss",
+                          "request_share",    "client_share",
+                          "sdo_connections"}) {
     const YAML::Node node = section.find(key);
     if (node.IsDefined()) {
       section.findings().warning(place_of(node), std::string(key) +
@@ -417,6 +424,7 @@ LineSection read_line(Findings& findings, const YAML::Node& node) {
   report_ignored_keys(section, plan.config);
   read_lss(section, plan.config);
   read_diagnosis(section, plan.config);
+  read_connections(section, plan.config);
   read_access(section, out);
   read_share(section, "request_share", plan.config.request_share);
   read_share(section, "client_share", plan.config.client_share);

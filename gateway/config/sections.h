@@ -195,6 +195,8 @@ void read_canopen_fd(Section& section, LinePlan& plan);
 Interface read_interface(Section& line, const YAML::Node& node);
 // `strict_ixxat`, `keep_operational` and `canopenia_base` of a line.
 void read_diagnosis(Section& section, line::LineConfig& config);
+// `sdo_connections:`. Precondition: the role was read.
+void read_connections(Section& line, line::LineConfig& config);
 std::optional<Record> read_record(Section& line, Place& place);
 
 // A size in bytes, at least `smallest`. target is unchanged if there is none, or an invalid one.

@@ -335,6 +335,10 @@ class Text {
     startup(c);
     add("  clients use up to {}% of the bit rate, each of them {}%\n", c.request_share / 10,
         c.client_share / 10);
+    if (const auto& pool = c.connection_pool; pool.pairs() != 0) {
+      add("  CAN-IDs {:03X}h to {:03X}h for {} SDO connections between nodes\n", pool.first,
+          pool.last, pool.pairs());
+    }
     if (c.pdo_update_time != Duration::zero()) {
       add("  an object written by PDO waits {} for further objects of the PDO\n",
           format_duration(c.pdo_update_time));

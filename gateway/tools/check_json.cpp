@@ -246,6 +246,7 @@ Json settings_json(const config::LinePlan& plan, const line::LineConfig& line) {
           {"pdo_min_period_ns", plan.pdo_min_period.count()},
           {"request_share_permille", line.request_share},
           {"client_share_permille", line.client_share},
+          {"sdo_connections", line.connection_pool.pairs()},
           {"start_nodes", line.start_nodes},
           {"start_all", line.start_all},
           {"own_start", line.own_start},

@@ -11,6 +11,7 @@
 
 #include "bridges/console/boot.h"
 #include "bridges/console/configuration.h"
+#include "bridges/console/connections.h"
 #include "bridges/console/events.h"
 #include "bridges/console/filter.h"
 #include "bridges/console/history.h"
@@ -313,6 +314,50 @@ TEST_F(Commands, AValueGoesByMpdo) {
   EXPECT_EQ(line::node_of(gateway_.last), 0);
   EXPECT_EQ(mpdo_write(context_, "press:5", {"6200:01", "u64", "1"}), kUsage);
   EXPECT_EQ(mpdo_write(context_, "press:own", {"6200:01", "u8", "1"}), kUsage);
+}
+
+TEST_F(Commands, SdoConnections) {
+  const line::SdoConnections one{{.number = 3,
+                                  .client = 5,
+                                  .server = 8,
+                                  .client_record = 0x1280,
+                                  .server_record = 0x1201,
+                                  .request = 0x681,
+                                  .response = 0x680,
+                                  .state = manager::ConnectionState::stale,
+                                  .abort = AbortCode::timeout}};
+  gateway_.answer.reply.data = one;
+  EXPECT_EQ(connections(context_, "press", {"open", "ram", "8"}), kDone) << err_.str();
+  EXPECT_EQ(as<line::ConnectionOpen>(gateway_.last).node, 5);
+  EXPECT_EQ(as<line::ConnectionOpen>(gateway_.last).server, 8);
+  EXPECT_THAT(out_.str(), HasSubstr("1280"));
+  EXPECT_THAT(out_.str(), HasSubstr("681"));
+  EXPECT_THAT(out_.str(), HasSubstr("stale: "));
+  out_.str("");
+  context_.json = true;
+  EXPECT_EQ(connections(context_, "press", {}), kDone);
+  EXPECT_EQ(line::kind(gateway_.last), line::CommandKind::connection_list);
+  EXPECT_EQ(out_.str(),
+            R"({"gateway":"plant","line":"press","connections":[{"number":3,"client":5,"server":8,)"
+            R"("client_record":4736,"server_record":4609,"request":1665,"response":1664,)"
+            R"("state":"stale","abort":"05040000"}]})"
+            "\n");
+  context_.json = false;
+  gateway_.answer.reply.data = {};
+  EXPECT_EQ(connections(context_, "press", {"close", "3"}), kDone);
+  EXPECT_EQ(as<line::ConnectionClose>(gateway_.last).number, 3U);
+  for (const std::vector<std::string>& wrong : {std::vector<std::string>{"open"},
+                                                {"open", "5"},
+                                                {"open", "5", "all"},
+                                                {"open", "own", "5"},
+                                                {"close"},
+                                                {"close", "x"},
+                                                {"list"}}) {
+    EXPECT_EQ(connections(context_, "press", wrong), kUsage) << wrong[0];
+  }
+  gateway_.answer.reply.error = line::to_error(line::Refusal::wrong_state);
+  EXPECT_EQ(connections(context_, "press", {"open", "5", "8"}), kFailed);
+  EXPECT_THAT(err_.str(), HasSubstr("plant.yaml: sdo_connections"));
 }
 
 TEST_F(Commands, AnotherNetworkIsReachedOverTheCheapestLineThatIsKnown) {

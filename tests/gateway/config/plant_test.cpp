@@ -153,7 +153,8 @@ const Bad kBad[] = {
      "    publish: on_chang\n"
      "    nodes: 7\n"
      "    request_share: 30\n"
-     "    client_share: 101%\n",
+     "    client_share: 101%\n"
+     "    sdo_connections: {first: 0x180, last: 0x6E0}\n",
      {"plant.yaml:2:17: error: a name has 1 to 64 letters, digits, '-' and '_', not \"two words\"",
       "plant.yaml:2:33: error: expected trace, debug, info, warning, error or off, got \"loud\"",
       "plant.yaml:3:15: error: expected a number from 0 to 232, got \"300\"",
@@ -170,7 +171,9 @@ const Bad kBad[] = {
       "\"on_change\"?",
       "plant.yaml:16:12: error: nodes is a list, not \"7\"",
       "plant.yaml:17:20: error: expected a share from 1% to 100%, got \"30\"",
-      "plant.yaml:18:19: error: expected a share from 1% to 100%, got \"101%\""}},
+      "plant.yaml:18:19: error: expected a share from 1% to 100%, got \"101%\"",
+      "plant.yaml:19:30: error: expected a number from 385 to 1759, got \"0x180\"",
+      "plant.yaml:19:43: error: expected a number from 385 to 1759, got \"0x6E0\""}},
     {"clients_of_access",
      "schema: 1\ndds: {security: /proc/self}\nlines:\n"
      "  - name: a\n"
@@ -871,6 +874,7 @@ lines:
     publish: {period: 20ms}
     request_share: 40%
     client_share: 10%
+    sdo_connections: {first: 0x690, last: 0x6AF}
     pdo_update: {min_period: 1s}
     executor: fast
     storage: var/parameters
@@ -922,6 +926,7 @@ void expect_keys_of_the_manager(const LinePlan& line) {
   EXPECT_EQ(line.config.pdo_update_time, 20ms);
   EXPECT_EQ(line.config.request_share, 400);
   EXPECT_EQ(line.config.client_share, 100);
+  EXPECT_EQ(line.config.connection_pool, (manager::ConnectionPool{0x690, 0x6AF}));
   EXPECT_EQ(line.config.save_timeout, 20s);
   EXPECT_EQ(line.config.load_timeout, 5s);
   EXPECT_TRUE(line.config.strict_ixxat);
