@@ -169,12 +169,13 @@ std::vector<std::size_t> JoinedLines::clusters(bool forwarding_alone) const {
 void JoinedLines::add_to_sources() {
   std::vector<std::set<std::string>> parts(lines_.size());
   for (const Binding& binding : bindings_) {
-    const std::string part =
-        binding.from + ' ' + std::to_string(binding.input.node) + ':' +
-        format_address(binding.input.address) + ' ' + std::to_string(binding.input.pdo) + '>' +
-        binding.to + ' ' + std::to_string(binding.output_entry) + ' ' +
-        std::string(line::name(binding.when_lost)) + (binding.forwarded ? " forwarded " : " ") +
-        (binding.object ? format_address(*binding.object) : "");
+    const std::string part = binding.from + ' ' + std::to_string(binding.input.node) + ':' +
+                             format_address(binding.input.address) + '>' + binding.to + ' ' +
+                             std::to_string(binding.output_entry) + ' ' +
+                             std::string(line::name(binding.when_lost)) +
+                             (binding.forwarded ? " forwarded " : " ") +
+                             (binding.object ? format_address(*binding.object) : "") + " of " +
+                             std::to_string(binding.input.pdo);
     parts[line_called(binding.from)].insert(part);
     parts[line_called(binding.to)].insert(part);
   }

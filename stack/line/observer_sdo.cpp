@@ -134,6 +134,10 @@ void ObserverLine::learn(std::uint8_t id, const observer::Transfer& transfer, In
   }
   learn_identifier(id, transfer);
   srdos.learn(id, transfer.address, transfer.kept());
+  if (transfer.address.index == od::objects::kSrdoSignature &&
+      transfer.size == sizeof(std::uint16_t)) {
+    srdos.check_signature(id, transfer.address.sub, static_cast<std::uint16_t>(number), now);
+  }
   Device* device = find(id);
   if (device != nullptr &&
       device->pdos.learn(transfer.address, transfer.kept(), seen_in(transfer)) &&

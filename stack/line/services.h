@@ -110,8 +110,15 @@ struct Services {
                   .cache = scan,
                   .local = local,
                   .settings = records.settings()}};
-  SrdoService srdos{line.host,        line.config, line.node.dispatch(), line.events,
-                    line.node.pdos(), line.image,  line.plan.rpdos};
+  SrdoService srdos{line.host,
+                    line.config,
+                    {.dispatch = line.node.dispatch(),
+                     .events = line.events,
+                     .engine = line.node.pdos(),
+                     .image = line.image,
+                     .rpdos = line.plan.rpdos,
+                     .sdo = line.sdo,
+                     .manager = line.manager}};
   MpdoService mpdo{line.host, line.node, line.own_objects, line.config};
   OutputReceivers receivers{
       line.host,

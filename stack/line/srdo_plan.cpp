@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -58,6 +59,12 @@ std::vector<manager::ObjectWrite> parameters_of_srdo(const srdo::Parameters& srd
   return out;
 }
 
+std::optional<std::uint16_t> signature_of(const NodeConfig& node, const srdo::Parameters& srdo) {
+  const bool exists =
+      node.device.find(od::Address{od::objects::kSrdoSignature, srdo.number}) != nullptr;
+  return exists ? std::optional(srdo::signature(srdo)) : std::nullopt;
+}
+
 }  // namespace
 
 std::vector<pdo::Parameters> transmitted_srdos(const NodeConfig& node) {
@@ -81,7 +88,8 @@ std::vector<srdo::Source> srdo_sources(const LineConfig& config) {
                        .cob_id = static_cast<std::uint16_t>(each.cob_id),
                        .inverted_cob_id = static_cast<std::uint16_t>(each.inverted_cob_id),
                        .validation = validation_of(node, each),
-                       .cycle = cycle_of(node, each)});
+                       .cycle = cycle_of(node, each),
+                       .signature = signature_of(node, each)});
       }
     }
   }
@@ -91,8 +99,10 @@ std::vector<srdo::Source> srdo_sources(const LineConfig& config) {
 std::vector<std::vector<manager::ObjectWrite>> srdo_parameters(const LineConfig& config) {
   std::vector<std::vector<manager::ObjectWrite>> out;
   for (const NodeConfig& node : config.nodes) {
-    for (manager::AssumedPdo& srdo : assumed_srdos(node)) {
-      out.push_back(std::move(srdo.parameters));
+    for (const srdo::Parameters& each : described_srdos(node)) {
+      if (each.direction == srdo::Direction::transmit) {
+        out.push_back(parameters_of_srdo(each));
+      }
     }
   }
   return out;
@@ -101,7 +111,9 @@ std::vector<std::vector<manager::ObjectWrite>> srdo_parameters(const LineConfig&
 std::vector<manager::AssumedPdo> assumed_srdos(const NodeConfig& node) {
   std::vector<manager::AssumedPdo> out;
   for (const srdo::Parameters& each : described_srdos(node)) {
-    if (each.direction == srdo::Direction::transmit) {
+    const bool is_compared =
+        srdo::is_configured(node.device, each.number) || !signature_of(node, each);
+    if (each.direction == srdo::Direction::transmit && is_compared) {
       out.push_back({.parameters = parameters_of_srdo(each), .remedy = {}});
     }
   }

@@ -58,6 +58,15 @@ void SrdoReception::forget(std::uint8_t node) {
   }
 }
 
+void SrdoReception::check_signature(std::uint8_t node, std::uint8_t number, std::uint16_t found,
+                                    Instant now) {
+  for (std::size_t i = 0; i < sources().size(); ++i) {
+    if (sources()[i].node == node && sources()[i].number == number) {
+      consumer_.check_signature(i, found, now);
+    }
+  }
+}
+
 void SrdoReception::forget_all() {
   for (std::size_t i = 0; i < consumer_.sources().size(); ++i) {
     consumer_.forget(i);

@@ -42,6 +42,12 @@ class SrdoReception final : srdo::Listener {
   void advance(Instant now) { consumer_.advance(now); }
   Instant next_wake() const { return consumer_.next_wake(); }
   SrdoCounters counters() const;
+  std::span<const srdo::Source> sources() const { return consumer_.sources(); }
+  // See srdo::Consumer::check_signature(). The second one has no effect without such an SRDO.
+  void check_signature(std::size_t source, std::uint16_t found, Instant now) {
+    consumer_.check_signature(source, found, now);
+  }
+  void check_signature(std::uint8_t node, std::uint8_t number, std::uint16_t found, Instant now);
 
  private:
   void srdo_received(std::size_t source, const can::Frame& normal) override;

@@ -53,6 +53,12 @@ void Consumer::expire(std::size_t source, Instant received) {
   }
 }
 
+void Consumer::check_signature(std::size_t source, std::uint16_t found, Instant now) {
+  const Fault before = receivers_[source].fault();
+  receivers_[source].set_signature(sources_[source].signature.value_or(found) == found);
+  follow(source, before, now);
+}
+
 void Consumer::advance(Instant now) {
   now_ = now;
   for (std::size_t i = 0; i < receivers_.size(); ++i) {

@@ -3,7 +3,9 @@
 // change of a safety state. The values go to the image by the Listener.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -24,6 +26,8 @@ struct Source {
   std::uint16_t inverted_cob_id = 0;
   Duration validation{};  // SRVT
   Duration cycle{};       // SCT
+  // Of its parameters, see srdo::signature(); nothing if the device has no 13FFh for it.
+  std::optional<std::uint16_t> signature{};
 };
 
 class Listener {
@@ -54,6 +58,8 @@ class Consumer {
 
   // target: index of the target with Service::srdo. Returns true if a valid pair is complete.
   bool receive(std::uint16_t target, const can::Frame& frame);
+  // The value that 13FFh of the device has for this SRDO. Precondition: the source exists.
+  void check_signature(std::size_t source, std::uint16_t found, Instant now);
   void advance(Instant now);
   // See Receiver::forget(). Its event has the time of the last call of receive() or advance().
   void forget(std::size_t source);

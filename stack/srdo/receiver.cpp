@@ -63,6 +63,9 @@ bool Receiver::receive_inverted(const can::Frame& frame) {
     fail(Fault::inverse);
     return false;
   }
+  if (!signature_matches_) {
+    return false;
+  }
   normal_ = first_;
   normal_.time = frame.time;
   fault_ = Fault::none;
@@ -86,7 +89,7 @@ void Receiver::advance(Instant now) {
 
 void Receiver::forget() {
   expected_ = Expected::either;
-  fault_ = Fault::not_received;
+  fault_ = signature_matches_ ? Fault::not_received : Fault::signature;
 }
 
 Instant Receiver::next_wake() const {
@@ -99,6 +102,15 @@ Instant Receiver::end_of_validation() const {
 
 Instant Receiver::end_of_cycle() const {
   return fault_ == Fault::none ? normal_.time + cycle_ : kNever;
+}
+
+void Receiver::set_signature(bool matches) {
+  signature_matches_ = matches;
+  if (!matches) {
+    fault_ = Fault::signature;
+  } else if (fault_ == Fault::signature) {
+    fault_ = Fault::not_received;
+  }
 }
 
 void Receiver::fail(Fault fault) {

@@ -22,6 +22,7 @@ enum class Fault : std::uint8_t {
   order,            // an inverted frame without a normal one before it, or two normal ones
   validation_time,  // no inverted frame within the SRVT after the normal one
   cycle_time,       // no pair within the SCT after the one before
+  signature,        // 13FFh of the device differs from that of the known parameters
 };
 
 constexpr std::string_view name(Fault fault) {
@@ -40,6 +41,8 @@ constexpr std::string_view name(Fault fault) {
       return "SRVT exceeded";
     case Fault::cycle_time:
       return "SCT exceeded";
+    case Fault::signature:
+      return "other signature";
   }
   return "";
 }
@@ -59,6 +62,9 @@ class Receiver {
   // The data that were received are those of another state of the node: the SRDO is not received,
   // and a normal frame from before belongs to no pair.
   void forget();
+  // Whether the signature of the device is that of the parameters: otherwise its frames mean
+  // something else, and no pair is valid.
+  void set_signature(bool matches);
   // kNever: no time runs.
   Instant next_wake() const;
 
@@ -86,6 +92,7 @@ class Receiver {
   Duration cycle_;
   std::uint8_t length_;
   Expected expected_ = Expected::either;  // the first frame may be the second of a pair
+  bool signature_matches_ = true;
   Fault fault_ = Fault::not_received;
   can::Frame first_{};
   can::Frame normal_{};

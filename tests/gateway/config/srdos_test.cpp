@@ -144,9 +144,11 @@ lines:
     interface: "simulated:"
     nodes:
       - {id: 5, name: gate, eds: tests/gateway/config/gate.eds, srdo: {srdo2: {direction: transmit, map: ["2000:1", "2000:2"]}}}
-      - {id: 7, name: io, eds: bridges/sim/eds/digital-io.eds}
+  - name: b
+    interface: "virtual:b"
+    nodes: [{id: 7, name: io, eds: bridges/sim/eds/digital-io.eds}]
 forward:
-  - {from: a.gate.Door state in SRDO 2, to: "a.io.6200:1", when_lost: zero}
+  - {from: a.gate.Door state in SRDO 2, to: "b.io.6200:1", when_lost: zero}
 )",
       LINEGATE_SOURCE_DIR "/plant.yaml");
   ASSERT_TRUE(loaded.ok()) << srdo_findings(loaded);

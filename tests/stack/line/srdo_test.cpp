@@ -53,7 +53,13 @@ LineConfig config_with_srdo() {
   return config;
 }
 
-void set(LineConfig& config, od::Address address, std::uint64_t value) {
+// As `srdo` in plant.yaml does: then the boot process compares the SRDO with the device.
+LineConfig with_configured_srdo(LineConfig config) {
+  config.nodes[0].device.find(od::Address{0x1301, 1})->overridden = true;
+  return config;
+}
+
+void set_described(LineConfig& config, od::Address address, std::uint64_t value) {
   od::VariableDescription* const variable = config.nodes[0].device.find(address);
   ASSERT_NE(variable, nullptr);
   store_le(std::span(variable->value), value);
@@ -248,7 +254,7 @@ TEST_F(EndedSrdo, ByALostHeartbeat) {
   LineConfig config = config_with_srdo();
   config.nodes[0].srdo_cycle[1] = seconds(10);
   config.nodes[0].heartbeat_consumer = milliseconds(10);
-  set(config, {0x1301, 3}, 100);
+  set_described(config, {0x1301, 3}, 100);
   make(config);
   boot();
   expect_end([this] { pass(milliseconds(20)); });
@@ -257,7 +263,7 @@ TEST_F(EndedSrdo, ByALostHeartbeat) {
 // The vendor's tool has stored another mapping. Nothing is written: the node is not started, and
 // its SRDO is not shown.
 TEST_F(SrdoLine, ADeviceWithAnotherSrdoIsNotShown) {
-  make(config_with_srdo());
+  make(with_configured_srdo(config_with_srdo()));
   line_->start(now_);
   hear_identity();
   hear_no_serial_number();
@@ -285,12 +291,21 @@ TEST_F(SrdoLine, ADeviceWithAnotherSrdoIsNotShown) {
 }
 
 TEST_F(SrdoLine, ADeviceThatDoesNotTransmitTheSrdoIsReported) {
-  LineConfig config = config_with_srdo();
+  LineConfig config = with_configured_srdo(config_with_srdo());
   config.nodes[0].objects = {{{0x1301, 1}, {std::byte{0}}}};  // as a concise DCF at run time
   const auto plans = node_plans(config);
   const manager::PdoCheck check({plans.at(0).pdos.at(2)}, plans.at(0).writes);
   ASSERT_TRUE(check.fault());
   EXPECT_EQ(check.fault()->object, (od::Address{0x1301, 1}));
+}
+
+TEST_F(SrdoLine, TheBootComparesConfiguredSrdosAndThoseWithoutASignature) {
+  LineConfig config = config_with_srdo();
+  EXPECT_TRUE(assumed_srdos(config.nodes[0]).empty());
+  EXPECT_EQ(assumed_srdos(with_configured_srdo(config).nodes[0]).size(), 1U);
+  std::erase_if(config.nodes[0].device.objects,
+                [](const od::ObjectDescription& object) { return object.index == 0x13FF; });
+  EXPECT_EQ(assumed_srdos(config.nodes[0]).size(), 1U);
 }
 
 TEST_F(SrdoLine, AnObserverShowsNoSrdoThatADownloadChanged) {
@@ -353,6 +368,34 @@ TEST_F(SrdoLine, FollowsANewLayoutOfAnObserver) {
   EXPECT_EQ(shown(), "2");
 }
 
+// 13FFh:01h of node 5 after its boot.
+TEST_F(SrdoLine, TheSignatureOfTheDeviceIsCompared) {
+  const LineConfig config = config_with_srdo();
+  const std::uint16_t right = *srdo_sources(config).at(0).signature;
+  for (const std::uint16_t found : {right, static_cast<std::uint16_t>(right ^ 1U)}) {
+    make(config);
+    boot();
+    pass(milliseconds(1));
+    EXPECT_THAT(sent(), testing::Contains("605#40FF130100000000"));
+    hear(0x585, {0x4B, 0xFF, 0x13, 0x01, static_cast<std::uint8_t>(found),
+                 static_cast<std::uint8_t>(found >> 8U), 0, 0});
+    hear_pair(1);
+    EXPECT_EQ(shown(), found == right ? "1" : "?");
+    EXPECT_EQ(states(), found == right ? "valid; " : "other signature; ");
+  }
+}
+
+TEST_F(SrdoLine, AnObserverComparesTheSignatureThatIsRead) {
+  observe(config_with_srdo());
+  hear_pair(1);
+  hear(0x605, {0x40, 0xFF, 0x13, 0x01, 0, 0, 0, 0});
+  hear(0x585, {0x4B, 0xFF, 0x13, 0x01, 0, 0, 0, 0});
+  EXPECT_EQ(shown(), "?");
+  hear_pair(1);
+  EXPECT_EQ(shown(), "?");
+  EXPECT_EQ(states(), "valid; other signature; ");
+}
+
 TEST_F(SrdoLine, AClientDoesNotChangeWhatTheImageShows) {
   make(config_with_srdo());
   boot();
@@ -369,6 +412,7 @@ TEST_F(SrdoLine, AClientDoesNotChangeWhatTheImageShows) {
   EXPECT_EQ(write({0x1301, 5}, other), to_error(Refusal::image_pdo));
   EXPECT_EQ(write({0x1381, 0}, {std::byte{4}}), to_error(Refusal::image_pdo));
   EXPECT_TRUE(sent().empty());
+  hear(0x585, {0x80, 0xFF, 0x13, 0x01, 0, 0, 0x02, 0x06});  // it has no signature
   EXPECT_EQ(write({0x1301, 1}, {std::byte{0}}), Error{}) << "the SRDO is then unsafe";
   EXPECT_EQ(sent().size(), 1U);
 }
@@ -376,7 +420,7 @@ TEST_F(SrdoLine, AClientDoesNotChangeWhatTheImageShows) {
 // TPDO 1 and SRDO 1 carry the object. With the value of the TPDO, the reaction would never act.
 TEST_F(SrdoLine, AnOutputThatFollowsTheSrdoIsLostWithIt) {
   LineConfig config = config_with_srdo();
-  set(config, {0x1A00, 1}, 0x2100'0108);
+  set_described(config, {0x1A00, 1}, 0x2100'0108);
   config.bound = {1};
   make(config);
   boot();
@@ -402,7 +446,7 @@ TEST_F(SrdoLine, AnOutputThatFollowsTheSrdoIsLostWithIt) {
 
 TEST_F(SrdoLine, AFollowedObjectIsThatOfItsPdo) {
   LineConfig config = config_with_srdo();
-  set(config, {0x1A00, 1}, 0x2100'0108);
+  set_described(config, {0x1A00, 1}, 0x2100'0108);
   observe(config);
   hear(0x185, {3, 0, 0, 0, 0});
   const std::vector<Following> what{
@@ -435,7 +479,7 @@ TEST(SrdoPlan, HaveNoQueueOfReceptions) {
 
 TEST(SrdoPlan, WhatNodesReceiveIsNoOutput) {
   LineConfig config = config_with_srdo();
-  set(config, {0x1301, 1}, 2);
+  set_described(config, {0x1301, 1}, 2);
   EXPECT_TRUE(srdo_sources(config).empty());
   EXPECT_EQ(received_srdo(config.nodes[0], {kDoor, 1}), 1);
   EXPECT_EQ(received_srdo(config.nodes[0], {0x2002, 0}), 0);
@@ -450,7 +494,7 @@ TEST(SrdoPlan, WhatNodesReceiveIsNoOutput) {
 
 TEST(SrdoPlan, AFaultOfAConfiguredSrdoIsAnError) {
   LineConfig config = config_with_srdo();
-  set(config, {0x1301, 3}, 0);
+  set_described(config, {0x1301, 3}, 0);
   config.nodes[0].device.find(od::Address{0x1301, 3})->overridden = true;
   EXPECT_FALSE(Line::make(config).ok());
 }

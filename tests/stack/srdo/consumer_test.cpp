@@ -67,7 +67,8 @@ class ConsumerTest : public testing::Test, Listener {
                        .cob_id = 0x17F,
                        .inverted_cob_id = 0x180,
                        .validation = 5ms,
-                       .cycle = 100ms}}};
+                       .cycle = 100ms,
+                       .signature = 0x51AF}}};
 };
 
 TEST_F(ConsumerTest, EachChangeOfASafetyStateIsAnEvent) {
@@ -120,6 +121,24 @@ TEST_F(ConsumerTest, AnSrdoThatIsForgottenIsNotReceived) {
   EXPECT_EQ(consumer_.counters().faults, 1U);
   consumer_.forget(0);
   EXPECT_EQ(events(), "");
+}
+
+TEST_F(ConsumerTest, WithAnotherSignatureNoPairIsValid) {
+  pair(0x109, 0ms, 7);
+  events();
+  heard();
+  consumer_.check_signature(0, 0x1234, Instant{} + 5ms);
+  EXPECT_EQ(heard(), "") << "its device has no signature to compare";
+  consumer_.check_signature(1, 0x1234, Instant{} + 5ms);
+  EXPECT_EQ(events(), "6/2 other signature; ");
+  pair(0x17F, 10ms, 1);
+  EXPECT_EQ(heard(), "");
+  EXPECT_EQ(consumer_.fault(1), Fault::signature);
+  consumer_.check_signature(1, 0x51AF, Instant{} + 20ms);
+  pair(0x17F, 30ms, 1);
+  EXPECT_EQ(heard(), "+1:1 ");
+  consumer_.check_signature(1, 0, Instant{} + 40ms);
+  EXPECT_EQ(heard(), "-1 ");
 }
 
 TEST_F(ConsumerTest, AnSrdoThatWasNeverValidIsNotReportedAsInvalid) {
