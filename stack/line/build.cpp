@@ -166,6 +166,10 @@ void check_fd(const LineConfig& config, std::vector<Diagnostic>& out) {
   if (config.lss.assign) {
     out.push_back(error(config, "LSS is not defined for CANopen FD"));
   }
+  if (config.connection_pool.first != 0) {
+    out.push_back(
+        error(config, "SDO connections are not defined for CANopen FD: leave out sdo_connections"));
+  }
   for (const NodeConfig& node : config.nodes) {
     if (node.guard_time != Duration::zero()) {
       out.push_back(error(config, node_text(node) + ": CANopen FD has no node guarding"));

@@ -524,6 +524,7 @@ TEST(LineMake, WhatCanopenFdDoesNotHaveIsRefused) {
   config.role = Role::device;
   config.lss.assign = true;
   config.routing.interface = 1;
+  config.connection_pool = {.first = 0x6A0, .last = 0x6DF};
   config.nodes[0].heartbeat = {};
   config.nodes[0].heartbeat_consumer = {};
   config.nodes[0].guard_time = milliseconds(100);
@@ -537,6 +538,7 @@ TEST(LineMake, WhatCanopenFdDoesNotHaveIsRefused) {
   EXPECT_THAT(all, HasSubstr("press: error: canopen_fd is for the role manager"));
   EXPECT_THAT(all, HasSubstr("a line of CANopen FD takes no part in SDO routing"));
   EXPECT_THAT(all, HasSubstr("LSS is not defined for CANopen FD"));
+  EXPECT_THAT(all, HasSubstr("SDO connections are not defined for CANopen FD"));
   EXPECT_THAT(all, HasSubstr("(axis): CANopen FD has no node guarding"));
 }
 
