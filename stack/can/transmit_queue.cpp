@@ -27,14 +27,9 @@ bool TransmitQueue::push(TransmitClass cls, const Frame& frame) {
 }
 
 bool TransmitQueue::holds(TransmitClass cls, const Header& header) const {
-  const Ring& places = ring(cls);
-  for (std::uint32_t i = 0; i < places.count; ++i) {
-    const Frame& frame = places.frames[(places.head + i) & mask_];
-    if (frame.id == header.id && frame.flags == header.flags) {
-      return true;
-    }
-  }
-  return false;
+  return any_of(cls, [&header](const Frame& frame) {
+    return frame.id == header.id && frame.flags == header.flags;
+  });
 }
 
 const Frame* TransmitQueue::first(unsigned classes) const {

@@ -44,6 +44,12 @@ class TransmitQueue {
 
   // Whether a queued frame of the class has this header. Searches linearly: not for the hot path.
   bool holds(TransmitClass cls, const Header& header) const;
+  // Whether there is a queued frame of the class for which matches(frame) is true. Likewise.
+  template <class Matches>
+  bool any_of(TransmitClass cls, const Matches& matches) const;
+  // Removes those frames. Returns whether there was one. Likewise.
+  template <class Matches>
+  bool remove(TransmitClass cls, const Matches& matches);
 
   // Removes the most urgent frame. Returns false if the queue is empty.
   bool pop(Frame& out) { return pop(waiting_, out); }
@@ -88,6 +94,40 @@ class TransmitQueue {
   std::uint64_t refused_ = 0;
   std::vector<Frame> frames_;  // the places of all rings
 };
+
+template <class Matches>
+bool TransmitQueue::any_of(TransmitClass cls, const Matches& matches) const {
+  const Ring& places = ring(cls);
+  for (std::uint32_t i = 0; i < places.count; ++i) {
+    if (matches(places.frames[(places.head + i) & mask_])) {
+      return true;
+    }
+  }
+  return false;
+}
+
+template <class Matches>
+bool TransmitQueue::remove(TransmitClass cls, const Matches& matches) {
+  Ring& places = ring(cls);
+  std::uint32_t kept = 0;
+  for (std::uint32_t i = 0; i < places.count; ++i) {
+    const Frame& frame = places.frames[(places.head + i) & mask_];
+    if (matches(frame)) {
+      continue;
+    }
+    if (kept != i) {
+      copy_content(frame, places.frames[(places.head + kept) & mask_]);
+    }
+    ++kept;
+  }
+  const bool any = kept != places.count;
+  places.count = kept;
+  if (kept == 0) {
+    places.head = 0;
+    waiting_ &= ~(1U << static_cast<unsigned>(cls));
+  }
+  return any;
+}
 
 inline Frame& TransmitQueue::reserve_place(TransmitClass cls) {
   LINEGATE_ASSERT_HOT(room(cls) > 0, "the class has room");

@@ -68,7 +68,9 @@ NodeLine::NodeLine(LineConfig line_config, pdo::LinkPlan link_plan)
   sdo_.follow(under_way_.requests());
   if (config_.canopen_fd) {
     sdo_.set_clients([this](std::uint8_t node) {
-      return std::make_unique<usdo::Client>(config_.node_id, node, config_.usdo_abort);
+      auto client = std::make_unique<usdo::Client>(config_.node_id, node, config_.usdo_abort);
+      client->follow(under_way_.requests());
+      return client;
     });
   }
   node_.emcy().set_reporter(&emcy_reporter_);

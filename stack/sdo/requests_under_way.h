@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether the last SDO request to each default server was acknowledged on the bus. On a bus that
-// does not report acknowledgements, no request counts as under way.
+// Whether the last SDO request to each default server was acknowledged on the bus, or on a line of
+// CANopen FD the last USDO request to each server. On a bus that does not report acknowledgements,
+// no request counts as under way.
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 #include "stack/can/cob_id.h"
@@ -17,7 +19,9 @@ class RequestsUnderWay {
   // 1; 0 if the bus does not report acknowledgements.
   void handed_out(const can::Frame& frame, std::uint64_t number) {
     if ((frame.id & ~kNodeBits) == can::kSdoRequestBase && !frame.extended()) [[unlikely]] {
-      newest_[frame.id & kNodeBits] = number;
+      // The identifier of a USDO request has the node-ID of its client, byte 0 that of the server.
+      const auto node = frame.fd() ? std::to_integer<std::uint32_t>(frame.data[0]) : frame.id;
+      newest_[node & kNodeBits] = number;
     }
   }
   // The frames up to that number were acknowledged or lost.

@@ -25,6 +25,19 @@ od::DataType type_of_length(std::size_t bytes) {
   }
 }
 
+namespace {
+
+// Aligned to a common time grid, so that all clients of a line share wake-ups.
+Instant next_look(Instant now) {
+  return now - now.time_since_epoch() % Client::kLookAgain + Client::kLookAgain;
+}
+
+bool is_loss(AbortCode code) {
+  return code == AbortCode::timeout || code == AbortCode::sequence_number;
+}
+
+}  // namespace
+
 Client::Client(std::uint8_t own, std::uint8_t server, AbortForm form)
     : own_(own), server_(server), form_(form) {
 }
@@ -121,9 +134,53 @@ void Client::send_segment() {
 
 void Client::request(State state, const can::Frame& frame) {
   state_ = state;
+  unsent_ = false;
   deadline_ = deadline(now_, timeout_);
+  stale_ = stale_ && is_under_way();
+  if (stale_ && state == State::initiate) {
+    held_ = frame;
+    look_again_ = next_look(now_);
+    return;
+  }
   (void)outbox_.send(frame, now_, *queue_);
 }
+
+// --- requests under way -------------------------------------------------------------------------
+
+bool Client::is_of_server(const can::Frame& frame) const {
+  return frame.id == can::kSdoRequestBase + own_ && frame.fd() && receiver_of(frame) == server_;
+}
+
+bool Client::is_under_way() const {
+  const auto ours = [this](const can::Frame& frame) { return is_of_server(frame); };
+  return !outbox_.empty() || queue_->any_of(can::TransmitClass::sdo, ours) ||
+         (under_way_ != nullptr && under_way_->any(server_));
+}
+
+// Returns false if the last request was handed out.
+bool Client::drop_request() {
+  const bool held = std::exchange(held_, std::nullopt).has_value();
+  look_again_ = kNever;
+  const bool waited = !outbox_.empty();
+  outbox_.clear();
+  const bool queued = queue_->remove(can::TransmitClass::sdo, [this](const can::Frame& frame) {
+    return is_of_server(frame) && session_of(frame) == session_;
+  });
+  return held || waited || queued;
+}
+
+void Client::look_at_held() {
+  if (is_under_way()) {
+    look_again_ = next_look(now_);
+    return;
+  }
+  stale_ = false;
+  look_again_ = kNever;
+  deadline_ = deadline(now_, timeout_);
+  (void)outbox_.send(*std::exchange(held_, std::nullopt), now_, *queue_);
+}
+
+// --- answers ------------------------------------------------------------------------------------
 
 sdo::Receipt Client::receive(const can::Frame& frame, can::TransmitQueue& queue) {
   if (!well_formed(frame)) {
@@ -132,7 +189,7 @@ sdo::Receipt Client::receive(const can::Frame& frame, can::TransmitQueue& queue)
   if (receiver_of(frame) != own_) {
     return sdo::Receipt::elsewhere;
   }
-  if (!busy() || session_of(frame) != session_) {
+  if (!busy() || held_ || session_of(frame) != session_) {
     return sdo::Receipt::stray;
   }
   queue_ = &queue;
@@ -140,11 +197,24 @@ sdo::Receipt Client::receive(const can::Frame& frame, can::TransmitQueue& queue)
   if (!has_fields(frame)) {
     give_up(is_known(command_of(frame)) ? Code::size : Code::command_specifier);
   } else if (is_abort(command_of(frame))) {
-    finish_or_repeat(reason_of(frame), true);
+    aborted_by_server(frame);
   } else {
     answered(frame);
   }
   return sdo::Receipt::used;
+}
+
+void Client::aborted_by_server(const can::Frame& frame) {
+  const AbortCode why = reason_of(frame);
+  const bool says_nothing =
+      command_of(frame) == Command::abort && why == to_abort_code(Code::cannot_transfer);
+  if (state_ == State::end && says_nothing) {
+    finish(AbortCode::timeout);  // of the server: the download may yet be carried out
+  } else if (is_loss(why) || (state_ == State::segment && why == to_abort_code(Code::session))) {
+    repeat_or_finish(why, true);  // without the session: it has given it up after a lost frame
+  } else {
+    finish(why, true);
+  }
 }
 
 void Client::answered(const can::Frame& frame) {
@@ -170,7 +240,7 @@ void Client::answered(const can::Frame& frame) {
 
 void Client::initiate_answered(const can::Frame& frame) {
   const Command command = command_of(frame);
-  const bool segmented = writing_ && !(source_.size() && *source_.size() <= kExpeditedData);
+  const bool segmented = writing_ && !is_expedited_download();
   const bool expected =
       writing_ ? command == (segmented ? Command::initiate_response : Command::download_response)
                : command == Command::upload_response || command == Command::upload_initiate;
@@ -246,6 +316,9 @@ void Client::bytes_came(const can::Frame& frame, bool last) {
 void Client::advance(Instant now, can::TransmitQueue& queue) {
   queue_ = &queue;
   now_ = now;
+  if (held_ && now >= look_again_) {
+    look_at_held();
+  }
   if (outbox_.is_paced() && busy()) {
     deadline_ = deadline(now, timeout_);  // the server can not answer what was not sent yet
   }
@@ -258,15 +331,14 @@ void Client::advance(Instant now, can::TransmitQueue& queue) {
 }
 
 Instant Client::next_wake() const {
-  return earlier(deadline_, outbox_.next_wake());
+  return earlier(earlier(deadline_, look_again_), outbox_.next_wake());
 }
 
 void Client::abort(AbortCode code, Instant now, can::TransmitQueue& queue) {
   if (busy()) {
     queue_ = &queue;
     now_ = now;
-    outbox_.clear();
-    (void)outbox_.send_urgent(abort_frame(route(), address_, code, form_), now, queue);
+    end_at_server(abort_frame(route(), address_, code, form_), true);
     finish(code);
   }
 }
@@ -275,23 +347,39 @@ std::optional<sdo::Outcome> Client::take() {
   return std::exchange(outcome_, std::nullopt);
 }
 
-// An unsent request is discarded.
+// A request that was not handed out is dropped. The server need not be told about a transfer of
+// which it has received nothing.
+void Client::end_at_server(const can::Frame& abort, bool looks_for_request) {
+  unsent_ = drop_request();
+  stale_ = stale_ || (looks_for_request && is_under_way());
+  if (!unsent_ || state_ != State::initiate) {
+    (void)outbox_.send_urgent(abort, now_, *queue_);
+  }
+}
+
 void Client::give_up(AbortCode why) {
-  outbox_.clear();
-  (void)outbox_.send_urgent(abort_frame(route(), address_, why, form_), now_, *queue_);
-  finish_or_repeat(why);
+  end_at_server(abort_frame(route(), address_, why, form_), why == AbortCode::timeout);
+  is_loss(why) ? repeat_or_finish(why) : finish(why);
 }
 
 void Client::give_up(Code why) {
-  outbox_.clear();
-  (void)outbox_.send_urgent(abort_frame(route(), address_, why, form_), now_, *queue_);
-  finish_or_repeat(to_abort_code(why));
+  end_at_server(abort_frame(route(), address_, why, form_), false);
+  is_loss(to_abort_code(why)) ? repeat_or_finish(to_abort_code(why)) : finish(to_abort_code(why));
 }
 
-void Client::finish_or_repeat(AbortCode code, bool refused) {
-  const bool frame_lost = code == AbortCode::timeout || code == AbortCode::sequence_number;
-  const bool may_have_taken_effect = state_ == State::end;
-  if (!frame_lost || options_.repeats == 0 || may_have_taken_effect ||
+bool Client::is_expedited_download() const {
+  return writing_ && source_.size() && *source_.size() <= kExpeditedData;
+}
+
+bool Client::may_have_taken_effect() const {
+  constexpr std::size_t kRepeated = 4;  // bytes; as the expedited download of an SDO client
+  const bool whole = state_ == State::initiate && is_expedited_download();
+  return !unsent_ && (state_ == State::end || (whole && *source_.size() > kRepeated));
+}
+
+// Of a lost frame.
+void Client::repeat_or_finish(AbortCode code, bool refused) {
+  if (options_.repeats == 0 || may_have_taken_effect() ||
       !(writing_ ? source_.restart() : into_ == nullptr || into_->rewind())) {
     finish(code, refused);
     return;
@@ -314,8 +402,8 @@ void Client::finish(AbortCode code, bool refused) {
 }
 
 bool Client::may_be_carried_out() const {
-  const bool whole = state_ == State::initiate && source_.size() && *source_.size() <= kExpeditedData;
-  return busy() && writing_ && (sent_before_ || whole || state_ == State::end);
+  const bool has_sent = !held_ && !unsent_ && (is_expedited_download() || state_ == State::end);
+  return busy() && writing_ && (sent_before_ || has_sent);
 }
 
 Route Client::route() const {

@@ -14,6 +14,7 @@
 #include "stack/can/transmit_queue.h"
 #include "stack/od/data_type.h"
 #include "stack/od/description.h"
+#include "stack/sdo/requests_under_way.h"
 #include "stack/sdo/transfer.h"
 #include "stack/sdo/transfer_client.h"
 #include "stack/usdo/outbox.h"
@@ -29,12 +30,23 @@ class Client final : public sdo::TransferClient {
  public:
   // Longer uploads are aborted, except uploads into a stream.
   static constexpr std::size_t kMaxUpload = std::size_t{16} * 1024 * 1024;
+  // Interval of checks whether frames of an earlier transfer are still under way.
+  static constexpr Duration kLookAgain = std::chrono::milliseconds(10);
 
   // own, server: node-IDs.
   Client(std::uint8_t own, std::uint8_t server, AbortForm form = AbortForm::one_byte);
 
-  // Of TransferOptions only `repeats` matters. A transfer is repeated after a time-out, and after
-  // an abort for a wrong segment counter, unless all bytes of a segmented download were sent.
+  // under_way, which must outlive the client, states which requests were acknowledged on the bus.
+  // The first request of a transfer waits until no frame of a transfer that timed out or was
+  // aborted here is under way: when a bus without another node returns, it carries at most one
+  // request to each server that is not awaited any more.
+  void follow(const sdo::RequestsUnderWay& under_way) { under_way_ = &under_way; }
+
+  // Of TransferOptions only `repeats` matters. A transfer is repeated if a frame was lost: after a
+  // time-out, after an abort for a wrong segment counter, and if the server does not know the
+  // session of a segment. A download is not if it may have taken effect: its end was sent, or its
+  // only frame with more than 4 bytes. After its end, an abort 60h is a time-out, which has no
+  // other code.
   void read(od::Address address, Duration timeout, Instant now, can::TransmitQueue& queue,
             sdo::TransferOptions options) override;
   void write(od::Address address, std::vector<std::byte> data, Duration timeout, Instant now,
@@ -76,14 +88,22 @@ class Client final : public sdo::TransferClient {
   void initiate_download();
   void send_segment();
   void request(State state, const can::Frame& frame);
+  bool is_of_server(const can::Frame& frame) const;
+  bool is_under_way() const;
+  bool drop_request();
+  void look_at_held();
+  void aborted_by_server(const can::Frame& frame);
+  bool is_expedited_download() const;
+  bool may_have_taken_effect() const;
   void answered(const can::Frame& frame);
   void initiate_answered(const can::Frame& frame);
   void upload_initiated(const can::Frame& frame);
   void segment_answered(const can::Frame& frame);
   void bytes_came(const can::Frame& frame, bool last);
+  void end_at_server(const can::Frame& abort, bool looks_for_request);
   void give_up(AbortCode why);
   void give_up(Code why);
-  void finish_or_repeat(AbortCode code, bool refused = false);
+  void repeat_or_finish(AbortCode code, bool refused = false);
   void finish(AbortCode code, bool refused = false);
   Route route() const;
 
@@ -95,7 +115,8 @@ class Client final : public sdo::TransferClient {
   std::uint8_t counter_ = 0;  // of the segment under way
   od::Address address_;
   bool writing_ = false;
-  bool sent_before_ = false;  // an earlier attempt of this transfer sent the whole value
+  bool sent_before_ = false;      // an earlier attempt of this transfer sent the whole value
+  bool unsent_ = false;           // the last request was not handed out, and is dropped
   od::ByteSink* into_ = nullptr;  // of an upload into a stream
   Duration timeout_{};
   sdo::TransferOptions options_;
@@ -104,6 +125,10 @@ class Client final : public sdo::TransferClient {
   sdo::Sink sink_;
   FrameOutbox outbox_;
   std::optional<sdo::Outcome> outcome_;
+  const sdo::RequestsUnderWay* under_way_ = nullptr;
+  bool stale_ = false;                   // frames of an earlier transfer may be under way
+  std::optional<can::Frame> held_;       // the first request, which waits for them
+  Instant look_again_ = kNever;          // at them; only of a held request
   can::TransmitQueue* queue_ = nullptr;  // of the present call
   Instant now_{};                        // of the present call
 };

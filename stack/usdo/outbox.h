@@ -26,6 +26,7 @@ class FrameOutbox {
   bool send_urgent(const can::Frame& frame, Instant now, can::TransmitQueue& queue);
   void flush(Instant now, can::TransmitQueue& queue);
   Instant next_wake() const { return count_ == 0 ? kNever : retry_at_; }
+  bool empty() const { return count_ == 0; }
   void clear() { count_ = 0; }
 
   // See sdo::Outbox.

@@ -203,6 +203,90 @@ TEST_F(UsdoClientTest, ADownloadIsNotRepeatedAfterItsEnd) {
   expect_abort(AbortCode::timeout);
 }
 
+TEST_F(UsdoClientTest, ASegmentThatTheServerDoesNotKnowIsALoss) {
+  write(kDomain, pattern(61), {.repeats = 1});
+  answer({1, 0x22, 1, 0, 0, 0x21});
+  EXPECT_EQ(answer({1, 0x7F, 1, 0, 0, 0x21, 0x21}),
+            (Bytes{5, 0x02, 2, 0, 0, 0x21, 0x0F, 0, 61, 0, 0, 0}));
+  answer({1, 0x22, 2, 0, 0, 0x21});
+  EXPECT_EQ(answer({1, 0x7F, 2, 0, 0, 0x21, 0x21}), Bytes{});
+  expect_abort(AbortCode::sdo_connection, true);
+}
+
+// The server has no other code for its time-out, at which the download may yet be carried out.
+TEST_F(UsdoClientTest, AnAbortWithoutAReasonAfterTheEndIsATimeOut) {
+  write(kDomain, pattern(57), {.repeats = 1});
+  answer({1, 0x22, 1, 0, 0, 0x21});
+  EXPECT_EQ(answer({1, 0x7F, 1, 0, 0, 0x21, 0x60}), Bytes{});
+  expect_abort(AbortCode::timeout);
+  write(kDomain, pattern(57));
+  answer({1, 0x22, 2, 0, 0, 0x21});
+  EXPECT_EQ(answer({1, 0x7F, 2, 0, 0, 0x21, 0x36}), Bytes{});
+  expect_abort(AbortCode::length_mismatch, true);
+}
+
+TEST_F(UsdoClientTest, AnExpeditedDownloadOfMoreThan4BytesIsNotRepeatedOnceItWasSent) {
+  write({0x2000, 5}, pattern(5), {.repeats = 1});
+  now += kTimeout;
+  client.advance(now, queue);
+  EXPECT_EQ(drain_fd(queue, kRequestId), (std::vector<Bytes>{{5, 0x7F, 1, 5, 0, 0x20, 0x60}}));
+  expect_abort(AbortCode::timeout);
+  write({0x2000, 1}, pattern(4), {.repeats = 1});
+  now += kTimeout;
+  client.advance(now, queue);
+  EXPECT_EQ(drain_fd(queue, kRequestId).size(), 2U) << "the abort and the repetition";
+}
+
+// Nothing takes the frames out of the queue, as on a bus without another node.
+TEST_F(UsdoClientTest, ARequestThatStillWaitsInTheQueueIsDropped) {
+  for (unsigned i = 0; i < 20; ++i) {
+    client.write({0x2000, 5}, pattern(8), kTimeout, now, queue, {.repeats = i % 2});
+    now += kTimeout;
+    client.advance(now, queue);
+    EXPECT_EQ(queue.queued(can::TransmitClass::sdo), i % 2) << "a repetition";
+    client.abort(AbortCode::general, now, queue);
+    EXPECT_EQ(queue.queued(can::TransmitClass::sdo), 0U);
+    EXPECT_TRUE(client.take());
+  }
+}
+
+TEST_F(UsdoClientTest, TheNextRequestWaitsForTheAcknowledgementOfTheOneBefore) {
+  sdo::RequestsUnderWay under_way;
+  client.follow(under_way);
+  const auto hand_out = [&](std::uint64_t number) {
+    can::Frame frame;
+    EXPECT_TRUE(queue.pop_rest(frame));
+    under_way.handed_out(frame, number);
+    return numbers(frame.bytes());
+  };
+  client.write({0x2000, 1}, pattern(1), kTimeout, now, queue, {});
+  hand_out(1);
+  now += kTimeout;
+  client.advance(now, queue);
+  expect_abort(AbortCode::timeout);
+  for (unsigned i = 0; i < 3; ++i) {
+    client.write({0x2000, 1}, pattern(1), kTimeout, now, queue, {});
+    now += kTimeout;
+    client.advance(now, queue);
+    expect_abort(AbortCode::timeout);
+  }
+  EXPECT_EQ(hand_out(2), (Bytes{5, 0x7F, 1, 1, 0, 0x20, 0x60}));
+  EXPECT_TRUE(queue.empty());
+  client.read({0x1000, 0}, kTimeout, now, queue, {});
+  answer({1, 0x31, 5, 0, 0, 0x10, 7, 4, 1, 2, 3, 4}, Receipt::stray);
+  EXPECT_LE(client.next_wake(), now + 10ms);
+  now += 10ms;
+  client.advance(now, queue);
+  EXPECT_TRUE(queue.empty());
+  under_way.ended(2);
+  now += 10ms;
+  client.advance(now, queue);
+  EXPECT_EQ(drain_fd(queue, kRequestId), (std::vector<Bytes>{{5, 0x11, 5, 0, 0, 0x10}}));
+  EXPECT_EQ(client.next_wake(), now + kTimeout);
+  answer({1, 0x31, 5, 0, 0, 0x10, 7, 4, 1, 2, 3, 4});
+  expect_data({1, 2, 3, 4});
+}
+
 TEST_F(UsdoClientTest, AnAbortByTheCallerIsSent) {
   read({0x1000, 0});
   client.abort(AbortCode::general, now, queue);
@@ -213,6 +297,7 @@ TEST_F(UsdoClientTest, AnAbortByTheCallerIsSent) {
 TEST_F(UsdoClientTest, AbortsOfFourBytesIfChosen) {
   Client other{kClient, kServer, AbortForm::four_bytes};
   other.read({0x1000, 0}, kTimeout, now, queue, {});
+  drain_fd(queue, kRequestId);
   other.abort(AbortCode::general, now, queue);
   EXPECT_EQ(drain_fd(queue, kRequestId).back(), (Bytes{5, 0x80, 1, 0, 0, 0x10, 0, 0, 0, 8, 0, 0}));
 }
