@@ -166,6 +166,9 @@ AbortCode Sink::finish() {
     return AbortCode::none;
   }
   const AbortCode why = bytes_.empty() ? AbortCode::none : pass_on();
+  if (to_ == nullptr) {
+    return AbortCode::general;  // the stream reset its node, which cancelled the transfer
+  }
   return why == AbortCode::none ? std::exchange(to_, nullptr)->finish() : why;
 }
 

@@ -45,6 +45,9 @@ struct Server::Session {
   can::Frame request;  // whose answer is deferred
   sdo::Source source;
   sdo::Sink sink;
+  // A hook or stream may reset the server: look at it after each call of the dictionary, a source
+  // or a sink.
+  bool removed = false;
 };
 
 Server::Server(od::Dictionary& dictionary, std::uint8_t node_id, EventLog& events,
@@ -71,10 +74,13 @@ void Server::receive(const can::Frame& frame, can::TransmitQueue& queue) {
     if (Session* const session = find(frame); session != nullptr) {
       ++counters_.aborts;
       drop(session, AbortCode::general);
-    }
-    return;  // never answered with another abort
+    }  // never answered with another abort
+  } else {
+    ++calls_;
+    serve(frame);
+    --calls_;
   }
-  serve(frame);
+  forget_removed();
 }
 
 void Server::serve(const can::Frame& request) {
@@ -99,7 +105,10 @@ void Server::serve(const can::Frame& request) {
   }
   if (!has_fields(request)) {
     refuse(request, Code::size);
-  } else if (is_used_by_another(request)) {
+    return;
+  }
+  drop_repeated(request);
+  if (is_used_by_another(request)) {
     refuse(request, Code::device_state);
   } else if (command_of(request) == Command::upload) {
     upload(request);
@@ -169,6 +178,9 @@ void Server::answer_upload(const can::Frame& request, std::span<const std::byte>
   }
   const AbortCode why = sdo::open_upload(dictionary_, address, value, options_.max_transfer,
                                          session->source, session->ticket);
+  if (is_gone(*session)) {
+    return;
+  }
   if (why != AbortCode::none) {
     refuse_or_wait(*session, why, Awaited::upload, request);
     return;
@@ -188,6 +200,9 @@ void Server::answer_upload(const can::Frame& request, std::span<const std::byte>
 void Server::upload_segment(Session& session, const can::Frame& request) {
   std::array<std::byte, kSegmentData> bytes;
   const std::size_t count = session.source.next(bytes);
+  if (is_gone(session)) {
+    return;
+  }
   if (const AbortCode why = session.source.error(); why != AbortCode::none) {
     session.ticket = why == od::kLater ? dictionary_.put_off_source(session.address) : 0;
     refuse_or_wait(session, why, Awaited::upload_segment, request);
@@ -248,6 +263,9 @@ void Server::download(const can::Frame& request) {
   const AbortCode why =
       sdo::open_download(dictionary_, address, static_cast<std::uint32_t>(data->size()),
                          options_.max_transfer, session->sink, session->ticket);
+  if (is_gone(*session)) {
+    return;
+  }
   if (why != AbortCode::none) {
     refuse_or_wait(*session, why, Awaited::open_sink, request);
     return;
@@ -266,6 +284,9 @@ void Server::initiate_download(const can::Frame& request) {
   const AbortCode why = sdo::open_download(dictionary_, session->address,
                                            size != 0 ? std::optional(size) : std::nullopt,
                                            options_.max_transfer, session->sink, session->ticket);
+  if (is_gone(*session)) {
+    return;
+  }
   if (why != AbortCode::none) {
     refuse_or_wait(*session, why, Awaited::open_sink, request);
     return;
@@ -281,6 +302,9 @@ void Server::download_piece(Session& session, const can::Frame& request) {
     return;
   }
   const AbortCode why = session.sink.append(*data);
+  if (is_gone(session)) {
+    return;
+  }
   if (why != AbortCode::none) {
     session.ticket = why == od::kLater ? dictionary_.put_off_sink(session.address) : 0;
     refuse_or_wait(session, why, Awaited::piece, request);
@@ -300,6 +324,9 @@ void Server::piece_taken(Session& session, const can::Frame& request) {
 }
 
 void Server::stored(Session& session, AbortCode why) {
+  if (is_gone(session)) {
+    return;
+  }
   const can::Frame request = session.request;
   if (why != AbortCode::none) {
     refuse_or_wait(session, why, Awaited::store, request);
@@ -346,6 +373,9 @@ void Server::resume(Session& session) {
   session.deadline = now_ + options_.timeout;
   if (awaited == Awaited::upload) {
     const Result<std::span<const std::byte>> value = dictionary_.finish_read(ticket);
+    if (is_gone(session)) {
+      return;
+    }
     remove(session);
     if (value.ok()) {
       answer_upload(request, *value);
@@ -354,7 +384,11 @@ void Server::resume(Session& session) {
     }
     return;
   }
-  if (const AbortCode why = dictionary_.finish(ticket); why != AbortCode::none) {
+  const AbortCode why = dictionary_.finish(ticket);
+  if (is_gone(session)) {
+    return;
+  }
+  if (why != AbortCode::none) {
     refuse(request, why);
   } else if (awaited == Awaited::upload_segment) {
     upload_segment(session, request);
@@ -371,7 +405,7 @@ void Server::finish_storing(Session& session) {
   const od::Ticket ticket = std::exchange(session.ticket, 0);
   AbortCode why = session.sink.streams() ? dictionary_.finish(ticket)
                                          : dictionary_.finish_write(ticket, session.sink.bytes());
-  if (why == AbortCode::none && session.sink.open()) {
+  if (why == AbortCode::none && !is_gone(session) && session.sink.open()) {
     why = sdo::store_download(dictionary_, session.address, session.sink, session.ticket);
   }
   stored(session, why);
@@ -382,9 +416,10 @@ void Server::finish_storing(Session& session) {
 void Server::advance(Instant now, can::TransmitQueue& queue) {
   queue_ = &queue;
   now_ = now;
-  // An answer ends at most its own session.
-  for (std::size_t i = sessions_.size(); i-- > 0;) {
-    Session& session = *sessions_[i];
+  ++calls_;
+  // An answer ends its own session, or all of them.
+  for (std::size_t i = sessions_.size(); i > 0; i = std::min(i, sessions_.size())) {
+    Session& session = *sessions_[--i];
     if (answered(session)) {
       resume(session);
     } else if (now >= session.deadline) {
@@ -396,6 +431,8 @@ void Server::advance(Instant now, can::TransmitQueue& queue) {
       send(abort);
     }
   }
+  --calls_;
+  forget_removed();
   if (now >= outbox_.next_wake()) {
     outbox_.flush(now, queue);
   }
@@ -417,6 +454,7 @@ void Server::reset() {
     drop(sessions_.back().get(), AbortCode::general);
   }
   outbox_.clear();
+  forget_removed();
 }
 
 Route Server::answer_route(const can::Frame& request) const {
@@ -428,6 +466,17 @@ Server::Session* Server::find(const can::Frame& request) const {
     return session->client == client_of(request) && session->number == session_of(request);
   });
   return found == sessions_.end() ? nullptr : found->get();
+}
+
+// The client has begun the transfer anew, in another session: it has given the older one up.
+void Server::drop_repeated(const can::Frame& request) {
+  const auto older = std::ranges::find_if(sessions_, [&](const auto& session) {
+    return session->client == client_of(request) && session->address == address_of(request);
+  });
+  if (older != sessions_.end()) {
+    ++counters_.aborts;
+    drop(older->get(), AbortCode::general);
+  }
 }
 
 bool Server::is_used_by_another(const can::Frame& request) const {
@@ -483,16 +532,43 @@ void Server::drop(Session* session, AbortCode why) {
   if (session == nullptr) {
     return;
   }
-  if (session->ticket != 0) {
-    dictionary_.cancel(session->ticket);
-  }
-  session->source.close(why);
-  session->sink.cancel(why);
   remove(*session);
+  ++calls_;
+  close(*session, why);
+  --calls_;
 }
 
-void Server::remove(const Session& session) {
-  std::erase_if(sessions_, [&](const auto& each) { return each.get() == &session; });
+void Server::close(Session& session, AbortCode why) {
+  if (const od::Ticket ticket = std::exchange(session.ticket, 0); ticket != 0) {
+    dictionary_.cancel(ticket);
+  }
+  session.source.close(why);
+  session.sink.cancel(why);
+}
+
+// Whether the call before removed the session, with a reset. Closes what it has opened meanwhile.
+bool Server::is_gone(Session& session) {
+  if (session.removed) {
+    close(session, AbortCode::general);
+  }
+  return session.removed;
+}
+
+// No effect if it was removed already.
+void Server::remove(Session& session) {
+  const auto place =
+      std::ranges::find_if(sessions_, [&](const auto& each) { return each.get() == &session; });
+  if (place != sessions_.end()) {
+    session.removed = true;
+    removed_.push_back(std::move(*place));
+    sessions_.erase(place);
+  }
+}
+
+void Server::forget_removed() {
+  if (calls_ == 0) {
+    removed_.clear();
+  }
 }
 
 }  // namespace linegate::usdo

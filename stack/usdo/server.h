@@ -55,14 +55,16 @@ class Server {
   //
   // Errors are answered with an abort and end the session: 13h unknown or misplaced command, 14h
   // segment counter, 15h a frame without all of its fields or bytes, 21h session 0 or a segment
-  // without a transfer; 62h an object of which another session has a transfer; and the refusals of
-  // the dictionary. An initiate in a session with a transfer replaces it.
+  // without a transfer; 62h an object of which another client has a transfer; and the refusals of
+  // the dictionary. An initiate replaces the transfer of its session, and an older one of its
+  // client with the same object.
   void receive(const can::Frame& frame, can::TransmitQueue& queue);
   // Aborts stalled transfers, and sends deferred answers and frames that did not fit into the
   // queue.
   void advance(Instant now, can::TransmitQueue& queue);
   Instant next_wake() const;
-  // Drops all transfers and unsent frames without an abort (NMT reset, NMT stop).
+  // Drops all transfers and unsent frames without an abort (NMT reset, NMT stop). Hooks and streams
+  // of the dictionary may call it, too: what they were called for is not answered then.
   void reset();
 
   std::size_t sessions() const { return sessions_.size(); }
@@ -74,6 +76,7 @@ class Server {
 
   Route answer_route(const can::Frame& request) const;
   Session* find(const can::Frame& request) const;
+  void drop_repeated(const can::Frame& request);
   bool is_used_by_another(const can::Frame& request) const;
   Session* open(const can::Frame& request);
   void serve(const can::Frame& request);
@@ -96,13 +99,18 @@ class Server {
   void refuse(const can::Frame& request, Code why);
   od::Address object_of(const can::Frame& request) const;
   void drop(Session* session, AbortCode why);
-  void remove(const Session& session);
+  void close(Session& session, AbortCode why);
+  bool is_gone(Session& session);
+  void remove(Session& session);
+  void forget_removed();
 
   od::Dictionary& dictionary_;
   EventLog& events_;
   ServerOptions options_;
   std::uint8_t node_id_;
   std::vector<std::unique_ptr<Session>> sessions_;
+  std::vector<std::unique_ptr<Session>> removed_;  // in the present call, which may still use them
+  unsigned calls_ = 0;                             // under way
   FrameOutbox outbox_;
   ServerCounters counters_;
   can::TransmitQueue* queue_ = nullptr;  // of the present call

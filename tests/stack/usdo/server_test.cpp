@@ -98,9 +98,9 @@ TEST_F(UsdoServerTest, TransfersOfSeveralClientsAndSessionsAtOnce) {
   EXPECT_EQ(ask({5, 0x13, 1, 1}), padded({1, 0x34, 1, 40}, numbers_from(60, 40)));
 }
 
-TEST_F(UsdoServerTest, ASecondAccessToAnObjectIsRefused) {
+TEST_F(UsdoServerTest, AnAccessOfAnotherClientToAnObjectIsRefused) {
   begin_upload(100);
-  EXPECT_EQ(ask({5, 0x11, 2, 0, 0, 0x21}), (Bytes{1, 0x7F, 2, 0, 0, 0x21, 0x62}));
+  EXPECT_EQ(ask({5, 0x11, 2, 0, 0, 0x21}, 0x602), (Bytes{2, 0x7F, 2, 0, 0, 0x21, 0x62}));
   EXPECT_EQ(ask({5, 0x01, 2, 0, 0, 0x21, 0x0F, 1, 1}, 0x602),
             (Bytes{2, 0x7F, 2, 0, 0, 0x21, 0x62}));
   EXPECT_EQ(ask({5, 0x13, 1, 0}).at(1), 0x33);
@@ -113,6 +113,17 @@ TEST_F(UsdoServerTest, AnInitiateReplacesTheTransferOfItsSession) {
   EXPECT_EQ(ask({5, 0x11, 1, 1, 0, 0x20}).at(1), 0x31);
   EXPECT_EQ(server.sessions(), 0U);
   EXPECT_EQ(ask({5, 0x13, 1, 0}), (Bytes{1, 0x7F, 1, 0, 0, 0, 0x21}));
+}
+
+// A client that repeats a transfer has given the one before up; its abort may be lost.
+TEST_F(UsdoServerTest, AnInitiateReplacesAnOlderTransferOfItsClientWithTheObject) {
+  begin_upload(100);
+  EXPECT_EQ(ask({5, 0x11, 2, 0, 0, 0x21}).at(1), 0x32);
+  EXPECT_EQ(server.sessions(), 1U);
+  EXPECT_EQ(ask({5, 0x13, 1, 0}), (Bytes{1, 0x7F, 1, 0, 0, 0, 0x21}));
+  EXPECT_EQ(ask({5, 0x13, 2, 0}).at(1), 0x33);
+  EXPECT_EQ(ask({5, 0x01, 3, 0, 0, 0x21, 0x0F, 1, 1}).at(1), 0x21);
+  EXPECT_EQ(server.sessions(), 0U);
 }
 
 TEST_F(UsdoServerTest, RefusalsOfTheDictionary) {
@@ -244,6 +255,70 @@ TEST_F(UsdoServerTest, ResetDropsEverything) {
   server.reset();
   EXPECT_EQ(server.sessions(), 0U);
   EXPECT_EQ(wait(10s), std::vector<Bytes>{});
+}
+
+// Resets the server in each call: an application may reset its node.
+class ResettingHook final : public od::Hook, public od::ByteSink, public od::ByteSource {
+ public:
+  explicit ResettingHook(Server& server) : server_(server) {}
+  void written(od::Address /*address*/) override { server_.reset(); }
+  Result<od::ByteSource*> open_source(od::Address /*address*/) override {
+    reset_if(at_open);
+    return streams ? static_cast<od::ByteSource*>(this) : nullptr;
+  }
+  Result<od::ByteSink*> open_sink(od::Address /*address*/,
+                                  std::optional<std::uint32_t> /*size*/) override {
+    reset_if(at_open);
+    return streams ? static_cast<od::ByteSink*>(this) : nullptr;
+  }
+  AbortCode write(std::span<const std::byte> /*piece*/) override {
+    server_.reset();
+    return AbortCode::none;
+  }
+  AbortCode finish() override { return AbortCode::none; }
+  void cancelled(AbortCode /*why*/) override { ++ends; }
+  void cancelled(od::Ticket /*ticket*/) override {}
+  std::optional<std::uint32_t> size() const override { return std::nullopt; }
+  Result<std::size_t> read(std::span<std::byte> out) override {
+    server_.reset();
+    return out.size();
+  }
+  void closed(AbortCode /*why*/) override { ++ends; }
+
+  bool streams = true;
+  bool at_open = false;
+  unsigned ends = 0;
+
+ private:
+  void reset_if(bool wanted) {
+    if (wanted) {
+      server_.reset();
+    }
+  }
+  Server& server_;
+};
+
+TEST_F(UsdoServerTest, AHookOrStreamMayResetTheServer) {
+  ResettingHook hook(server);
+  ASSERT_TRUE(dictionary.set_hook(0x2100, &hook).ok());
+  // An upload and a download into streams, a download of a value in the dictionary.
+  EXPECT_EQ(ask({5, 0x11, 1, 0, 0, 0x21}).at(1), 0x32);
+  EXPECT_EQ(ask({5, 0x13, 1, 0}), Bytes{});
+  EXPECT_EQ(hook.ends, 1U);
+  EXPECT_EQ(ask({5, 0x02, 2, 0, 0, 0x21, 0x0F, 0, 10, 0, 0, 0}).at(1), 0x22);
+  EXPECT_EQ(ask({5, 0x04, 2, 10, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10}), Bytes{});
+  EXPECT_EQ(hook.ends, 2U);
+  hook.at_open = true;
+  EXPECT_EQ(ask({5, 0x02, 3, 0, 0, 0x21, 0x0F, 0, 10, 0, 0, 0}), Bytes{});
+  EXPECT_EQ(hook.ends, 3U);
+  EXPECT_EQ(ask({5, 0x11, 4, 0, 0, 0x21}), Bytes{});
+  EXPECT_EQ(hook.ends, 4U);
+  hook.at_open = hook.streams = false;
+  EXPECT_EQ(ask({5, 0x02, 5, 0, 0, 0x21, 0x0F, 0, 10, 0, 0, 0}).at(1), 0x22);
+  EXPECT_EQ(ask({5, 0x04, 5, 10, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10}), Bytes{});
+  EXPECT_EQ(value({0x2100, 0}).size(), 10U);
+  EXPECT_EQ(server.sessions(), 0U);
+  ASSERT_TRUE(dictionary.set_hook(0x2100, nullptr).ok());
 }
 
 // Defers every access.
