@@ -84,6 +84,11 @@ Binding* JoinedLines::join(const End& input, const End& output, Place place) {
                                to.name + "\" is " + std::string(od::name(to.type)));
     return nullptr;
   }
+  if (from.bit_length > 64) {
+    findings_.error(place, "\"" + from.name + "\" has " + std::to_string(from.bit_length) +
+                               " bits: only values of up to 64 bits go to other entries");
+    return nullptr;
+  }
   if (!is_free(output)) {
     return nullptr;
   }

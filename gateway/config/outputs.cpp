@@ -130,6 +130,12 @@ void resolve_defaults(Findings& findings, const OutputsSection& outputs, const E
           "\"" + section.entry.text + "\" has a default already, as \"" + other->second + "\"");
       continue;
     }
+    if (entry.bit_length > 64) {
+      findings.error(section.entry.place, "\"" + entry.name + "\" has " +
+                                              std::to_string(entry.bit_length) +
+                                              " bits: a default has up to 64");
+      continue;
+    }
     const auto data = default_bytes(section.value, entry);
     if (!data || data->size() > sizeof(std::uint64_t)) {
       findings.error(section.value_place, "\"" + section.value + "\" is no " +

@@ -151,8 +151,9 @@ bool ProcessImage::write_entry(Direction direction, std::uint32_t entry,
     note_written(direction, entry, changed);
     return changed;
   }
-  std::array<std::byte, 64> raw{};
-  store_le(std::span(raw).first<8>(), value);
+  LINEGATE_ASSERT(at.bit_length <= 64, "the value has every bit of the entry");
+  std::array<std::byte, 8> raw;
+  store_le(std::span(raw), value);
   return write_entry(direction, entry, std::span<const std::byte>(raw));
 }
 
@@ -193,9 +194,10 @@ bool ProcessImage::write_bytes(Direction direction, std::uint32_t offset,
     const auto word = load_le<std::uint64_t>(s.area.data() + at.bit_offset / 8);
     return word >> at.bit_offset % 8 & low_bits(at.bit_length);
   }
+  LINEGATE_ASSERT(at.bit_length <= 64, "the result has every bit of the entry");
   std::uint64_t value = 0;
   for_each_word(
-      at.bit_offset, std::min<std::uint32_t>(at.bit_length, 64),
+      at.bit_offset, at.bit_length,
       [&](std::uint32_t byte, std::uint32_t shift, std::uint32_t bits, std::uint32_t done) {
         const auto word = load_le<std::uint64_t>(s.area.data() + byte);
         value |= (word >> shift & low_bits(bits)) << done;

@@ -14,6 +14,7 @@
 #include "stack/line/own_objects.h"
 #include "stack/line/pdo_checks.h"
 #include "stack/line/srdo_plan.h"
+#include "stack/manager/network_list.h"
 #include "stack/od/objects.h"
 #include "stack/srdo/configuration.h"
 
@@ -169,6 +170,18 @@ void check_fd(const LineConfig& config, std::vector<Diagnostic>& out) {
   if (config.connection_pool.first != 0) {
     out.push_back(
         error(config, "SDO connections are not defined for CANopen FD: leave out sdo_connections"));
+  }
+  for (const ObjectValue& value : config.own_values) {
+    if (value.address == od::Address{od::objects::kNmtStartup, 0} &&
+        (load_le(std::span<const std::byte>(value.data)) & manager::startup::kMaster) == 0) {
+      out.push_back(error(config, "1F80h bit 0 is 0: canopen_fd is for the role manager"));
+    }
+  }
+  const auto is_mpdo = [](const pdo::Parameters& pdo) { return pdo.mpdo != pdo::MpdoMode::none; };
+  if (!config.mpdo_scanner.empty() || !config.mpdo_dispatcher.empty() ||
+      std::ranges::any_of(config.forwarding.tpdos, is_mpdo) ||
+      std::ranges::any_of(config.forwarding.rpdos, is_mpdo)) {
+    out.push_back(error(config, "MPDO is not defined for CANopen FD"));
   }
   for (const NodeConfig& node : config.nodes) {
     if (node.guard_time != Duration::zero()) {
@@ -397,6 +410,9 @@ std::vector<Diagnostic> check_outputs(const LineConfig& config, const image::Lay
     if (value.entry >= outputs.entries.size()) {
       out.push_back(error(config, "default for output entry " + std::to_string(value.entry) +
                                       ", which does not exist"));
+    } else if (outputs.entries[value.entry].bit_length > 64) {
+      out.push_back(
+          error(config, outputs.entries[value.entry].name + " has no default: more than 64 bits"));
     }
   }
   return out;

@@ -143,6 +143,8 @@ void LssService::execute(Command command, Instant now) {
   Refusal why = Refusal::none;
   if (!host().manages()) {
     why = Refusal::wrong_role;
+  } else if (config_.canopen_fd) {
+    why = Refusal::wrong_interface;  // its frames are not defined
   } else if (!host().usable()) {
     why = Refusal::line_down;
   } else {

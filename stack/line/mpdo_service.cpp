@@ -36,6 +36,10 @@ std::span<const CommandKind> MpdoService::commands() const {
 }
 
 void MpdoService::execute(Command command, Instant now) {
+  if (config_.canopen_fd) {
+    host().refuse(command, Refusal::wrong_interface, now);  // its frames are not defined
+    return;
+  }
   advance(now);  // processes a restart of the own node before this command is queued
   const auto& request = std::get<MpdoWrite>(command.request);
   const std::uint16_t tpdo = named_tpdo(request);

@@ -417,7 +417,8 @@ void OutputService::react(const Outputs::Group& group, Instant now) {
 void OutputService::zero(const Outputs::Group& group, Instant now) {
   for (const std::uint32_t entry : group.config.entries) {
     if (parts_.image.is_known(Direction::outputs, entry)) {
-      parts_.image.write_entry(Direction::outputs, entry, std::uint64_t{0});
+      const std::vector<std::byte> zeros(byte_length(entries()[entry]));
+      parts_.image.write_entry(Direction::outputs, entry, zeros);
     }
   }
   for (const std::uint32_t entry : group.config.entries) {

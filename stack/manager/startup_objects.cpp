@@ -51,7 +51,8 @@ StartupObjects::~StartupObjects() {
 }
 
 bool StartupObjects::wants_manager() const {
-  return (dictionary_.number({od::objects::kNmtStartup, 0}).value_or(0) & startup::kMaster) != 0;
+  return stays_manager_ ||
+         (dictionary_.number({od::objects::kNmtStartup, 0}).value_or(0) & startup::kMaster) != 0;
 }
 
 AbortCode StartupObjects::before_read(od::Address address, const od::Variable& variable) {
@@ -86,7 +87,10 @@ AbortCode StartupObjects::check_write(od::Address address, std::span<const std::
   const auto number = static_cast<std::uint32_t>(load_le(value));
   switch (address.index) {
     case od::objects::kNmtStartup:
-      return (number & ~startup::kSupported) != 0 ? AbortCode::invalid_value : AbortCode::none;
+      return (number & ~startup::kSupported) != 0 ||
+                     (stays_manager_ && (number & startup::kMaster) == 0)
+                 ? AbortCode::invalid_value
+                 : AbortCode::none;
     case od::objects::kSlaveAssignment:
       return address.sub == own_ && (number & assignment::kListed) != 0 ? AbortCode::invalid_value
                                                                         : AbortCode::none;

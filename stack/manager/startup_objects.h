@@ -38,6 +38,8 @@ class StartupObjects final : public od::Hook {
   void advance(Instant now);
   Instant next_wake() const { return requests_.empty() ? kNever : Instant{}; }
 
+  // 1F80h bit 0 cannot be cleared by a write, and has no effect.
+  void keep_manager() { stays_manager_ = true; }
   // 1F80h bit 0: the own node is to be the manager.
   bool wants_manager() const;
 
@@ -58,6 +60,7 @@ class StartupObjects final : public od::Hook {
 
   od::Dictionary& dictionary_;
   std::uint8_t own_;
+  bool stays_manager_ = false;
   Manager& manager_;
   Host& host_;
   std::vector<Request> requests_;

@@ -62,6 +62,7 @@ class FdPlant : public testing::Test {
     auto made = line::Line::make(config);
     ASSERT_TRUE(made.ok());
     line = *std::move(made.value);
+    line->expect_acknowledgements();
     for (FdDevice& each : devices) {
       each.device->start(now);
     }
@@ -125,6 +126,8 @@ class FdPlant : public testing::Test {
   std::vector<can::Frame> seen;
   Instant now{1s};
   std::uint64_t tags = 0;
+  // No other node acknowledges what the line sends: its controller holds a few frames.
+  bool unacknowledged = false;
 
  private:
   template <class Station>
@@ -139,15 +142,36 @@ class FdPlant : public testing::Test {
       EXPECT_TRUE(bus.submit(at, out, now));
     }
   }
+  void serve_line() {
+    constexpr std::size_t kHeld = 8;
+    std::array<can::Frame, 8> batch;
+    while (const std::size_t count = bus.take(line_end, batch, now)) {
+      line->receive(std::span(batch).first(count), now);
+    }
+    line->advance(now);
+    while (!unacknowledged && !held.empty() && bus.room(line_end) > 0) {
+      EXPECT_TRUE(bus.submit(line_end, held.front(), now));
+      held.erase(held.begin());
+      line->acknowledged(++acknowledged, now);
+    }
+    can::Frame out;
+    while (held.size() < kHeld && bus.room(line_end) > 0 && line->next_frame(out, now)) {
+      if (unacknowledged) {
+        held.push_back(out);
+      } else {
+        EXPECT_TRUE(bus.submit(line_end, out, now));
+        line->acknowledged(++acknowledged, now);
+      }
+    }
+  }
   void receive(sim::Device& device, std::span<const can::Frame> frames) { device.receive(frames); }
-  void receive(line::Line& to, std::span<const can::Frame> frames) { to.receive(frames, now); }
 
   void turn() {
     bus.advance(now);
     for (FdDevice& each : devices) {
       serve(*each.device, each.end);
     }
-    serve(*line, line_end);
+    serve_line();
     std::array<can::Frame, 8> batch;
     while (const std::size_t count = bus.take(witness, batch, now)) {
       seen.insert(seen.end(), batch.begin(), batch.begin() + static_cast<std::ptrdiff_t>(count));
@@ -160,6 +184,9 @@ class FdPlant : public testing::Test {
     }
     return next;
   }
+
+  std::vector<can::Frame> held;
+  std::uint64_t acknowledged = 0;
 };
 
 TEST_F(FdPlant, BootsAndConfiguresByUsdoAlone) {
@@ -299,6 +326,44 @@ TEST_F(FdPlant, LostFramesAreRepeatedIfTheCommandSaysSo) {
     return lost ? sim::Fate::lost : sim::Fate::delivered;
   });
   EXPECT_EQ(execute(line::SdoRead{.node = 5, .address = {0x1001, 0}, .repeats = 1}).error, Error{});
+}
+
+TEST_F(FdPlant, ABusThatReturnsCarriesAtMostOneRequestThatTimedOut) {
+  config.nodes = {node_of(5)};
+  start();
+  const auto writes = [this] {
+    const std::vector<can::Frame> requests = frames_of(0x600 + kFdOwn);
+    return std::ranges::count_if(
+        requests, [](const can::Frame& frame) { return frame.data[1] == std::byte{0x01}; });
+  };
+  unacknowledged = true;
+  for (std::uint8_t value = 1; value <= 10; ++value) {
+    EXPECT_EQ(write(5, {0x1015, 0}, {std::byte{value}, std::byte{0}}).error,
+              to_error(AbortCode::timeout));
+  }
+  seen.clear();
+  unacknowledged = false;
+  run(2s);
+  EXPECT_LE(writes(), 1);
+  EXPECT_LE(in_device(0, {0x1015, 0}), 1U);
+  EXPECT_EQ(write(5, {0x1015, 0}, {std::byte{20}, std::byte{0}}).error, Error{});
+  EXPECT_EQ(in_device(0, {0x1015, 0}), 20U);
+}
+
+TEST_F(FdPlant, WhatIsNotDefinedForCanopenFdIsRefused) {
+  config.nodes = {node_of(5)};
+  start();
+  EXPECT_EQ(
+      execute(line::MpdoWrite{.node = 5, .address = {0x6200, 1}, .data = {std::byte{1}}}).error,
+      to_error(line::Refusal::wrong_interface));
+  EXPECT_EQ(execute(line::LssRequest{.procedure = lss::Procedure::assign}).error,
+            to_error(line::Refusal::wrong_interface));
+  EXPECT_EQ(
+      execute(line::LocalWrite{.address = {0x1F80, 0}, .data = std::vector<std::byte>(4)}).error,
+      to_error(AbortCode::invalid_value));
+  ASSERT_TRUE(line->dictionary().set({0x1F80, 0}, std::uint32_t{0}));
+  run(1s);
+  EXPECT_EQ(read(5, {0x1000, 0}).error, Error{});
 }
 
 TEST_F(FdPlant, ADeviceThatDiesAndReturnsIsBootedAgain) {

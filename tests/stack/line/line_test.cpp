@@ -525,6 +525,8 @@ TEST(LineMake, WhatCanopenFdDoesNotHaveIsRefused) {
   config.lss.assign = true;
   config.routing.interface = 1;
   config.connection_pool = {.first = 0x6A0, .last = 0x6DF};
+  config.mpdo_scanner = {0x01'2100'02};
+  config.own_values = {{{0x1F80, 0}, {std::byte{4}, std::byte{0}, std::byte{0}, std::byte{0}}}};
   config.nodes[0].heartbeat = {};
   config.nodes[0].heartbeat_consumer = {};
   config.nodes[0].guard_time = milliseconds(100);
@@ -539,6 +541,8 @@ TEST(LineMake, WhatCanopenFdDoesNotHaveIsRefused) {
   EXPECT_THAT(all, HasSubstr("a line of CANopen FD takes no part in SDO routing"));
   EXPECT_THAT(all, HasSubstr("LSS is not defined for CANopen FD"));
   EXPECT_THAT(all, HasSubstr("SDO connections are not defined for CANopen FD"));
+  EXPECT_THAT(all, HasSubstr("MPDO is not defined for CANopen FD"));
+  EXPECT_THAT(all, HasSubstr("1F80h bit 0 is 0: canopen_fd is for the role manager"));
   EXPECT_THAT(all, HasSubstr("(axis): CANopen FD has no node guarding"));
 }
 
@@ -571,6 +575,46 @@ TEST(LineMake, PdosOfCanopenFdMapWholeBytesAndHaveNoRemoteFrames) {
   }
   EXPECT_THAT(all, HasSubstr("TPDO 1 of axis has transmission type 253, which CANopen FD lacks"));
   EXPECT_THAT(all, HasSubstr("maps 2000:00 with 1 bits: CANopen FD maps whole bytes"));
+}
+
+TEST_F(LineTest, AnOutputOfMoreThan8BytesBecomesZeroAsAWhole) {
+  LineConfig config = config_with_axis();
+  const auto number = [](std::uint8_t sub, od::DataType type, std::uint32_t value) {
+    od::VariableDescription out{.sub = sub, .type = type};
+    out.value.resize(od::byte_size(type));
+    store_le(std::span(out.value), std::uint64_t{value});
+    return out;
+  };
+  od::VariableDescription text{.sub = 0, .type = od::DataType::visible_string};
+  text.access = od::Access::rww;
+  text.mappable = true;
+  text.value.resize(16);
+  using enum od::DataType;
+  config.nodes[0].device.objects = {
+      {.index = 0x1400,
+       .variables = {number(0, unsigned8, 2), number(1, unsigned32, 0x205),
+                     number(2, unsigned8, 255)}},
+      {.index = 0x1600, .variables = {number(0, unsigned8, 1), number(1, unsigned32, 0x2000'0080)}},
+      {.index = 0x2000, .variables = {text}}};
+  config.nodes[0].heartbeat = {};
+  config.canopen_fd = true;
+  make(config);
+  line_->start(now_);
+  image::Snapshot outputs;
+  const auto area = [&] {
+    line_->snapshot(Direction::outputs, outputs, now_, false);
+    return std::vector<std::byte>(outputs.bytes.begin(), outputs.bytes.begin() + 16);
+  };
+  const std::vector<std::byte> written(16, std::byte{0x11});
+  OutputWrite write;
+  write.layout_id = line_->layout(Direction::outputs).id;
+  write.watchdog = milliseconds(100);
+  write.reactions = kZeroOutputs;
+  write.bytes = {{.offset = 0, .data = written}};
+  ASSERT_EQ(line_->write_outputs(write, now_), OutputRefusal::none);
+  EXPECT_EQ(area(), written);
+  pass(milliseconds(200));
+  EXPECT_EQ(area(), std::vector<std::byte>(16));
 }
 
 TEST(LineMake, OutputGroupsAreChecked) {
