@@ -227,7 +227,7 @@ void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
   const Instant known = pump_.drain(
       now,
       [&](std::span<const can::Frame> frames) {
-        if (started_) {
+        if (started_ && !lacks_fd_) {
           const Instant time = std::max(now, frames.back().time);
           fill_budget(time);
           line_->receive(frames, time);
@@ -272,7 +272,7 @@ void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
 }
 
 [[gnu::hot]] void LineRunner::transmit(Instant now) {
-  if (started_) {
+  if (started_ && !lacks_fd_) {
     known_ = std::max(known_, now);
     fill_budget(now);
     if (pump_.transmit(now, [&](can::Frame& frame) { return line_->next_frame(frame, now); })) {
@@ -309,18 +309,28 @@ void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
   return true;
 }
 
-// An interface without CAN FD is no interface for a line of CANopen FD.
-can::BusEvent LineRunner::as_usable(can::BusEvent event) {
-  if (event.kind == can::BusEvent::Kind::interface_ready && line_->config().canopen_fd &&
-      !pump_.channel().carries_fd()) {
-    event.kind = can::BusEvent::Kind::interface_failed;
-    event.code = EMSGSIZE;
+// An interface without CAN FD is no interface for a line of CANopen FD: whatever else it reports
+// is not for the line.
+std::optional<can::BusEvent> LineRunner::as_usable(can::BusEvent event) {
+  using Kind = can::BusEvent::Kind;
+  if (event.kind == Kind::interface_ready) {
+    lacks_fd_ = line_->config().canopen_fd && !pump_.channel().carries_fd();
+    if (lacks_fd_) {
+      event.kind = Kind::interface_failed;
+      event.code = EMSGSIZE;
+    }
+  } else if (lacks_fd_ && event.kind != Kind::interface_failed) {
+    return std::nullopt;
   }
   return event;
 }
 
 void LineRunner::bus_event(const can::BusEvent& reported, Instant now) {
-  const can::BusEvent event = as_usable(reported);
+  const std::optional<can::BusEvent> usable = as_usable(reported);
+  if (!usable) {
+    return;
+  }
+  const can::BusEvent& event = *usable;
   line_->bus_event(event);
   status_wanted_ = true;
   if (event.kind == can::BusEvent::Kind::interface_ready) {
@@ -492,7 +502,7 @@ void LineRunner::execute_command(Instant now) {
   const bool bound = !bound_sources_.empty() || !bound_targets_.empty();
   if (stopping_) {
     reply(command_.tag, line::to_error(line::Refusal::cancelled));
-  } else if (!started_) {
+  } else if (!started_ || lacks_fd_) {
     reply(command_.tag, line::to_error(line::Refusal::line_down));
   } else if (bound && std::holds_alternative<line::ScanApply>(command_.request)) {
     reply(command_.tag,
@@ -866,8 +876,8 @@ bool LineRunner::stopped(Instant now) const {
   }
   const bool image_waits = port_.direct != nullptr && port_.direct->next_try() != kNever;
   return !image_waits && !reply_held_ && budget_->waiting() == 0 && pump_.held() == 0 &&
-         (routes_ == nullptr || !routes_->held()) && (!started_ || !line_->wants_to_send(now)) &&
-         !line_->is_ending();
+         (routes_ == nullptr || !routes_->held()) &&
+         (!started_ || lacks_fd_ || !line_->wants_to_send(now)) && !line_->is_ending();
 }
 
 }  // namespace linegate::gateway

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -106,7 +107,7 @@ class LineRunner final : public Runner {
   bool is_only_for_images(Instant now) const;
   Instant receive(Instant now);
   void wake_at(Instant now) { next_wake_ = work_due_ = now; }
-  can::BusEvent as_usable(can::BusEvent event);
+  std::optional<can::BusEvent> as_usable(can::BusEvent event);
   void bus_event(const can::BusEvent& reported, Instant now);
   void poll_storage_results();
   void poll_calls(Instant now);
@@ -171,6 +172,7 @@ class LineRunner final : public Runner {
   std::uint32_t receive_peak_ = 0;
   bool started_ = false;
   bool stopping_ = false;
+  bool lacks_fd_ = false;  // the interface is there, but carries no CAN FD, which the line needs
   bool commands_first_ = true;
   bool status_wanted_ = true;
   bool forwarded_ = false;      // values went to or came from another line in this round

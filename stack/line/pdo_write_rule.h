@@ -27,8 +27,8 @@ class PdoWriteRule final : public sdo::WriteRule {
 
   // device_state if the write would change a PDO of the image, and no boot process follows that
   // compares it (Manager::keeps_pdos()), or the identifiers or the mapping of an SRDO of the image.
-  // invalid_value if it would set 1005h or 1014h of a node to the COB-ID of a PDO of the image, or a
-  // COB-ID of any service to one of LineConfig::connection_pool.
+  // invalid_value if it would set 1005h or 1014h of a node to the COB-ID of a PDO of the image, or
+  // a COB-ID of any service to one of LineConfig::connection_pool.
   AbortCode may_write(std::uint8_t node, od::Address address, std::span<const std::byte> value,
                       Instant now) const override;
 

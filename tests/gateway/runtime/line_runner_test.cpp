@@ -537,6 +537,50 @@ TEST_F(FdLineTest, AnInterfaceWithoutCanFdIsNone) {
   EXPECT_TRUE(happened(EventKind::line_started));
 }
 
+// A channel reports its state, too, when it is ready.
+TEST_F(FdLineTest, NothingElseThatAnInterfaceWithoutCanFdReportsIsForTheLine) {
+  const auto be_ready = [&](bool fd) {
+    channel_->fd = fd;
+    can::BusEvent state;
+    state.kind = can::BusEvent::Kind::state;
+    state.state = can::BusState::error_active;
+    state.time = now_;
+    channel_->coming_later.push_back(state);
+    make_ready();
+  };
+  const auto refusal = [&](std::uint64_t tag) {
+    send_command(tag, kRead);
+    serve(1ms);
+    line::Reply reply;
+    EXPECT_TRUE(port_.replies.pop(reply));
+    return reply.error;
+  };
+  const auto bus_state = [&] {
+    serve(200ms);
+    const LineStatus* const status = port_.status.fetch();
+    EXPECT_NE(status, nullptr);
+    return status == nullptr ? can::BusState::unknown : status->state.bus;
+  };
+  be_ready(false);
+  serve(1s);
+  EXPECT_TRUE(channel_->sent.empty());
+  EXPECT_EQ(bus_state(), can::BusState::absent);
+  EXPECT_EQ(refusal(1), line::to_error(line::Refusal::line_down));
+  be_ready(true);
+  serve(1s);
+  EXPECT_FALSE(channel_->sent.empty());
+  EXPECT_EQ(bus_state(), can::BusState::error_active);
+  be_ready(false);
+  channel_->sent.clear();
+  serve(1s);
+  EXPECT_TRUE(channel_->sent.empty()) << "the adapter came back without CAN FD";
+  EXPECT_EQ(bus_state(), can::BusState::absent);
+  EXPECT_EQ(refusal(2), line::to_error(line::Refusal::line_down));
+  be_ready(true);
+  serve(1s);
+  EXPECT_FALSE(channel_->sent.empty());
+}
+
 class PeriodicLineTest : public LineRunnerTest {
  protected:
   PeriodicLineTest()
