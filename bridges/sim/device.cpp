@@ -153,6 +153,10 @@ struct Device::Lss final : lss::SlaveHost {
   can::TransmitQueue answers{kLssAnswers};
 };
 
+bool needs_fd(std::string_view profile) {
+  return profile == kFdProfile;
+}
+
 std::span<const std::string_view> profiles() {
   return kNames;
 }
@@ -204,7 +208,7 @@ void Device::build(const od::DeviceDescription& description) {
   node::Options node_options;
   node_options.node_id = description.node_id;
   node_options.self_starting = options_.self_starting;
-  node_options.fd = options_.fd || options_.profile == kFdProfile;
+  node_options.fd = options_.fd || needs_fd(options_.profile);
   program_.reset();  // it refers to the previous node
   node_ = std::make_unique<node::Node>(od::Dictionary(description), node_options, events_, nullptr);
   behaviour_ = find(options_.profile)->make();

@@ -44,6 +44,8 @@ struct DeviceOptions {
 // "digital-io" (CiA 401), "analog-io" (CiA 401), "encoder" (CiA 406), "drive" (CiA 402),
 // "fd-io": 64 bytes in and out, of CANopen FD.
 std::span<const std::string_view> profiles();
+// Whether its devices are always of CANopen FD.
+bool needs_fd(std::string_view profile);
 
 // The name ("digital-io.eds") and the text of a profile's EDS file; empty if there is no such
 // profile.

@@ -14,6 +14,9 @@ void read_data_bit_rate(Section& section, LinePlan& plan) {
   }
   if (const auto value = parse_bit_rate(*text)) {
     plan.config.data_bit_rate = *value;
+    if (*value < plan.config.bit_rate) {
+      section.findings().error(place_of(rate), "the data phase is not slower than bit_rate");
+    }
   } else {
     section.findings().error(place_of(rate),
                              "expected a bit rate such as 5Mbit, got \"" + *text + "\"");
@@ -29,6 +32,11 @@ void read_data_bit_rate(Section& section, LinePlan& plan) {
 void read_canopen_fd(Section& section, LinePlan& plan) {
   section.read("canopen_fd", plan.config.canopen_fd);
   read_data_bit_rate(section, plan);
+  if (const YAML::Node form = section.find("usdo_abort");
+      form.IsDefined() && !plan.config.canopen_fd) {
+    section.findings().error(place_of(form),
+                             "usdo_abort needs canopen_fd: true: only CANopen FD has USDO");
+  }
   section.read_choice<usdo::AbortForm>(
       "usdo_abort", plan.config.usdo_abort,
       {{"one-byte", usdo::AbortForm::one_byte}, {"four-bytes", usdo::AbortForm::four_bytes}});

@@ -194,6 +194,11 @@ void read_simulated(Section& section, LinePlan& plan) {
       device.profile = *text;
       if (std::find(profiles.begin(), profiles.end(), *text) == profiles.end()) {
         from.not_one_of(profile, *text, profiles);
+      } else if (sim::needs_fd(*text) && !plan.config.canopen_fd) {
+        section.findings().error(place_of(profile),
+                                 *text +
+                                     " is a device of CANopen FD: the line needs canopen_fd: "
+                                     "true");
       }
     }
     from.read("unconfigured", device.unconfigured);

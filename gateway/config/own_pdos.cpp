@@ -19,8 +19,6 @@
 namespace linegate::config {
 namespace {
 
-constexpr unsigned kMaxPdoBits = 64;
-
 void read_own_map(Findings& findings, Section& section, OwnPdoSection& out) {
   for (const YAML::Node& element : elements(findings, section.find("map"), "map")) {
     const auto text = section.text(element);
@@ -132,6 +130,7 @@ class SharedObjects {
     for (OwnPdoSection& pdo : section.own_pdos) {
       check_number(line, pdo);
       measure(line, pdo);
+      check_for_fd(line, pdo);
       auto& list = pdo.transmit ? forwarding(line).tpdos : forwarding(line).rpdos;
       list.push_back(pdo.parameters);
     }
@@ -188,9 +187,31 @@ class SharedObjects {
       mapping.bits = static_cast<std::uint8_t>(od::bit_size(type));
       bits += mapping.bits;
     }
-    if (bits > kMaxPdoBits) {
+    if (const std::size_t room = line::longest_pdo(lines_.line(line).plan.config); bits > room) {
+      findings_.error(pdo.place, "the objects have " + std::to_string(bits) +
+                                     " bits; a PDO has room for " + std::to_string(room));
+    }
+  }
+
+  // As line::check_pdos() of the PDOs of nodes.
+  void check_for_fd(std::size_t line, const OwnPdoSection& pdo) {
+    if (!lines_.line(line).plan.config.canopen_fd) {
+      return;
+    }
+    const pdo::Parameters& each = pdo.parameters;
+    if ((each.cob_id.raw & can::CobId::kNoRtrBit) == 0) {
+      findings_.error(pdo.place, "rtr: CANopen FD has no remote frames");
+    }
+    if (each.type == pdo::kRtrOnSync || each.type == pdo::kRtrEvent) {
       findings_.error(pdo.place,
-                      "the objects have " + std::to_string(bits) + " bits; a PDO has room for 64");
+                      "CANopen FD lacks the transmission type " + std::to_string(each.type));
+    }
+    for (std::size_t i = 0; i < each.mapping.size(); ++i) {
+      if (each.mapping[i].bits % 8 != 0) {
+        findings_.error(pdo.mapped[i],
+                        "CANopen FD maps whole bytes: " + format_address(each.mapping[i].address) +
+                            " has " + std::to_string(each.mapping[i].bits) + " bits");
+      }
     }
   }
 

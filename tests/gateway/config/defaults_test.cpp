@@ -118,7 +118,8 @@ void add_line(DefaultCases& to) {
   add("canopenia_base", "0x5F60", [](const Line& l) { return l.canopen_ia_base; });
   add("emcy_bytes", "temporary_and_sticky", [](const Line& l) { return l.error_scheme; });
   add("canopen_fd", "true", [](const Line& l) { return l.canopen_fd; });
-  add("usdo_abort", "four-bytes", [](const Line& l) { return l.usdo_abort; });
+  to["line/usdo_abort"] = default_of(with_line("canopen_fd: true, @"), "four-bytes",
+                                     [](const Line& l) { return l.usdo_abort; });
   add("reset_nodes", "false", [](const Line& l) { return l.reset_nodes; });
   add("start_nodes", "false", [](const Line& l) { return l.start_nodes; });
   add("access", "all",
