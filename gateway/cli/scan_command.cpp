@@ -29,7 +29,18 @@ std::string property(const console::LineView& line, std::string_view name) {
   return known == line.properties.end() ? "" : known->second;
 }
 
-// Checked, because any participant can publish the value.
+// bit/s of the data phase; 0 if it is not known. Checked, because any participant can publish the
+// value.
+std::uint32_t data_bit_rate_of(const console::LineView& line) {
+  constexpr std::uint32_t kFastest = 8'000'000;  // limit of `data_bit_rate` in a plant.yaml
+  const std::string text = property(line, "data-bit-rate");
+  std::uint32_t rate = 0;
+  const auto read = std::from_chars(text.data(), text.data() + text.size(), rate);
+  const bool whole = read.ec == std::errc() && read.ptr == text.data() + text.size();
+  return whole && rate >= line.bit_rate && rate <= kFastest ? rate : 0;
+}
+
+// Checked likewise.
 Duration sync_period_of(const console::LineView& line) {
   constexpr std::int64_t kLongest = 60'000'000;  // limit of `sync` in a plant.yaml
   const std::string text = property(line, "sync-period-us");
@@ -50,19 +61,26 @@ int scan_and_write(console::Context& context, const ScanArguments& target, unsig
   if (code != console::kDone || target.folder.empty()) {
     return code;
   }
-  const ScanFiles files = write_scan({.gateway = result.id.gateway,
-                                      .name = result.id.line,
-                                      .interface_uri = result.line.interface_uri,
-                                      .bit_rate = result.line.bit_rate,
-                                      .network_id = result.line.state.network_id,
-                                      .node_id = result.line.state.node_id,
-                                      .access = result.line.access,
-                                      .outputs_access = property(result.line, "outputs-access"),
-                                      .sync_period = sync_period_of(result.line),
-                                      .dds_domain = domain,
-                                      .nodes = std::move(result.nodes),
-                                      .layouts = std::move(result.layouts)},
-                                     target.folder, target.eds);
+  using usdo::AbortForm;
+  const std::string abort_form = property(result.line, "usdo-abort");
+  const ScanFiles files = write_scan(
+      {.gateway = result.id.gateway,
+       .name = result.id.line,
+       .interface_uri = result.line.interface_uri,
+       .bit_rate = result.line.bit_rate,
+       .network_id = result.line.state.network_id,
+       .node_id = result.line.state.node_id,
+       .access = result.line.access,
+       .outputs_access = property(result.line, "outputs-access"),
+       .sync_period = sync_period_of(result.line),
+       .dds_domain = domain,
+       .canopen_fd = !abort_form.empty(),
+       .data_bit_rate = data_bit_rate_of(result.line),
+       .usdo_abort = abort_form == usdo::name(AbortForm::four_bytes) ? AbortForm::four_bytes
+                                                                     : AbortForm::one_byte,
+       .nodes = std::move(result.nodes),
+       .layouts = std::move(result.layouts)},
+      target.folder, target.eds);
   if (applies && !target.eds.empty()) {
     context.err << "the running line has the layout_id that its own device files give, and another "
                    "one if the files of "

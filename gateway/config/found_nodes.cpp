@@ -108,7 +108,8 @@ void receive_error_control(const scan::ScannedNode& node, line::NodeConfig& conf
 
 }  // namespace
 
-FoundNodes found_nodes(std::span<const scan::ScannedNode> nodes, const std::string& eds_folder) {
+FoundNodes found_nodes(std::span<const scan::ScannedNode> nodes, const std::string& eds_folder,
+                       std::size_t longest_pdo) {
   FoundNodes out;
   const std::vector<Sheet> sheets = sheets_in(eds_folder, out.error);
   const std::vector<scan::LeftOut> pdos = scan::left_out(nodes);
@@ -120,7 +121,8 @@ FoundNodes found_nodes(std::span<const scan::ScannedNode> nodes, const std::stri
     FoundNode found = describe_node(node, sheets, out.notes);
     found.config.id = node.id;
     found.config.name = name_of(found.config);
-    for (const std::string& note : scan::leave_out(found.config.device, node.id, pdos)) {
+    for (const std::string& note :
+         scan::leave_out(found.config.device, node.id, pdos, longest_pdo)) {
       out.notes.push_back(fmt::format("node {}: {}", node.id, note));
     }
     receive_error_control(node, found.config);

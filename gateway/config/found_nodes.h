@@ -28,7 +28,9 @@ struct FoundNodes {
 };
 
 // eds_folder: where files of matching identity are looked for, for names and exact types; empty =
-// nowhere. PDOs that a manager takes no part in (scan/left_out.h) do not exist in what is made.
-FoundNodes found_nodes(std::span<const scan::ScannedNode> nodes, const std::string& eds_folder);
+// nowhere. PDOs that a manager takes no part in (scan/conflicts.h) do not exist in what is made.
+// longest_pdo: in bits, see line::longest_pdo().
+FoundNodes found_nodes(std::span<const scan::ScannedNode> nodes, const std::string& eds_folder,
+                       std::size_t longest_pdo);
 
 }  // namespace linegate::config

@@ -20,6 +20,7 @@
 #include "gateway/runtime/channels.h"
 #include "stack/diagnosis/network_state.h"
 #include "stack/line/event_severity.h"
+#include "stack/usdo/abort_form.h"
 
 namespace linegate::gateway {
 namespace {
@@ -66,6 +67,20 @@ std::vector<Property> node_properties(const NodeStatus& status) {
 void add_network(std::uint8_t state, std::vector<Property>& out) {
   out.push_back(
       {"ixxat_state", fmt::format("0x{:02X} {}", state, diagnosis::name_of_network_state(state))});
+}
+
+// Of a line of CANopen FD.
+void add_fd(const line::LineConfig& config, const can_bridge::ControllerSetup& controller,
+            std::vector<Property>& out) {
+  if (!config.canopen_fd) {
+    return;
+  }
+  out.push_back({"usdo-abort", std::string(usdo::name(config.usdo_abort))});
+  const std::uint32_t rate =
+      config.data_bit_rate != 0 ? config.data_bit_rate : controller.data_bit_rate;
+  if (rate != 0) {
+    out.push_back({"data-bit-rate", std::to_string(rate)});
+  }
 }
 
 // LineState's properties, idl/README.md.
@@ -393,6 +408,7 @@ void Publisher::publish_states(Line& line, Instant now) {
         const auto us = std::chrono::duration_cast<std::chrono::microseconds>(status->sync_period);
         line.properties.push_back({"sync-period-us", std::to_string(us.count())});
       }
+      add_fd(line.host->plan.config, line.controller, line.properties);
       add_properties(line.controller, line.properties);
       add_forwarding(status->state.routing, line.properties);
       add_srdos(status->state.srdos, line.properties);

@@ -56,7 +56,8 @@ Loaded<config::LinePlan> plan_of(const config::LinePlan& present, const AppliedS
   config::LinePlan plan = present;
   plan.config.scanned = known_after(present.config.scanned, scan.nodes, all);
   config::FoundNodes found = config::found_nodes(
-      plan.config.scanned, present.auto_scan ? present.auto_scan->eds : std::string{});
+      plan.config.scanned, present.auto_scan ? present.auto_scan->eds : std::string{},
+      line::longest_pdo(plan.config));
   if (!found.error.empty()) {
     report(Severity::error, found.error);
     return out;

@@ -89,6 +89,7 @@ Duration needed_sync(const ScannedLine& line, const std::vector<config::FoundNod
     return line.sync_period;
   }
   line::LineConfig config;
+  config.canopen_fd = line.canopen_fd;
   for (const config::FoundNode& node : nodes) {
     config.nodes.push_back(node.config);
   }
@@ -160,6 +161,19 @@ void emit_access(YAML::Emitter& out, const ScannedLine& line) {
   out << YAML::EndMap;
 }
 
+void emit_fd(YAML::Emitter& out, const ScannedLine& line) {
+  if (!line.canopen_fd) {
+    return;
+  }
+  out << YAML::Key << "canopen_fd" << YAML::Value << true;
+  if (line.data_bit_rate != 0) {
+    out << YAML::Key << "data_bit_rate" << YAML::Value << bit_rate_text(line.data_bit_rate);
+  }
+  if (line.usdo_abort != usdo::AbortForm::one_byte) {
+    out << YAML::Key << "usdo_abort" << YAML::Value << std::string(usdo::name(line.usdo_abort));
+  }
+}
+
 void emit_sync(YAML::Emitter& out, Duration sync) {
   if (sync != Duration::zero()) {
     out << YAML::Key << "sync" << YAML::Value << config::format_duration(sync);
@@ -181,6 +195,7 @@ std::string plant_text(const ScannedLine& line, Duration sync, const std::vector
   if (line.bit_rate != 0) {
     out << YAML::Key << "bit_rate" << YAML::Value << bit_rate_text(line.bit_rate);
   }
+  emit_fd(out, line);
   out << YAML::Key << "network_id" << YAML::Value << line.network_id;
   out << YAML::Key << "node_id" << YAML::Value << int{line.node_id};
   emit_sync(out, sync);
@@ -291,7 +306,9 @@ ScanFiles write_scan(const ScannedLine& line, const std::string& folder,
                             line.interface_uri, wrong);
     return out;
   }
-  config::FoundNodes found = config::found_nodes(line.nodes, eds_folder);
+  line::LineConfig kind;
+  kind.canopen_fd = line.canopen_fd;
+  config::FoundNodes found = config::found_nodes(line.nodes, eds_folder, line::longest_pdo(kind));
   out.notes = std::move(found.notes);
   out.error = std::move(found.error);
   if (!out.error.empty()) {

@@ -13,6 +13,7 @@
 #include "stack/image/layout.h"
 #include "stack/od/description.h"
 #include "stack/scan/scanned_node.h"
+#include "stack/usdo/abort_form.h"
 
 namespace linegate::gateway {
 
@@ -28,6 +29,9 @@ struct ScannedLine {
   std::string outputs_access{};  // for outputs, likewise
   Duration sync_period{};        // of the SYNC that the line produces; 0 = none
   unsigned dds_domain = 0;
+  bool canopen_fd = false;
+  std::uint32_t data_bit_rate = 0;  // bit/s, 0 = not known
+  usdo::AbortForm usdo_abort = usdo::AbortForm::one_byte;
   std::vector<scan::ScannedNode> nodes;
   // The layouts of the running line, by image::Direction; empty: not known.
   std::array<std::optional<image::Layout>, 2> layouts{};

@@ -23,6 +23,7 @@ namespace {
 struct Simulation {
   config::Interface interface;
   std::uint32_t bit_rate = 0;
+  std::uint32_t data_bit_rate = 0;
   std::vector<config::SimulatedDevice> devices;
 };
 
@@ -98,6 +99,7 @@ bool read_plant(const SimulateOptions& options, Simulation& out) {
     return false;
   }
   out.bit_rate = line->config.bit_rate;
+  out.data_bit_rate = line->config.data_bit_rate;
   if (options.uri.empty()) {
     if (line->interface.scheme == config::Scheme::simulated) {
       complain("line " + line->config.name + " simulates its devices itself; give an interface");
@@ -155,7 +157,9 @@ int simulate(const SimulateOptions& options) {
   plan.name = "devices";
   Executor executor(std::move(plan));
   executor.add(std::make_unique<DeviceRunner>(
-      std::move(*devices.value), open_channel(simulation->interface, simulation->bit_rate, network),
+      std::move(*devices.value),
+      open_channel(simulation->interface, simulation->bit_rate, network, Use::transmit,
+                   simulation->data_bit_rate),
       simulation->interface.uri, true));
   executor.start();
   for (const auto& device : simulation->devices) {

@@ -50,8 +50,8 @@ std::vector<LeftOut> left_out(std::span<const ScannedNode> nodes);
 
 // Removes these PDOs of the node, and PDOs that cannot be linked (pdo::describe_pdo()), from its
 // description: their COB-IDs become not valid, as defaults and not as configured values, so that
-// nothing is written to the device. Returns one sentence for each.
+// nothing is written to the device. Returns one sentence for each. longest_pdo: in bits.
 std::vector<std::string> leave_out(od::DeviceDescription& device, std::uint8_t node,
-                                   std::span<const LeftOut> pdos);
+                                   std::span<const LeftOut> pdos, std::size_t longest_pdo = 64);
 
 }  // namespace linegate::scan

@@ -92,13 +92,13 @@ void mark_invalid(od::DeviceDescription& device, std::uint16_t record) {
 }
 
 void leave_out_what_cannot_be(od::DeviceDescription& device, PdoKind kind, std::uint16_t first,
-                              std::vector<std::string>& notes) {
+                              std::size_t longest_pdo, std::vector<std::string>& notes) {
   for (std::uint16_t number = 1; number <= kPdoRecords; ++number) {
     const auto record = static_cast<std::uint16_t>(first + number - 1);
     if (device.find(record) == nullptr) {
       continue;
     }
-    const auto described = pdo::describe_pdo(device, kind, number);
+    const auto described = pdo::describe_pdo(device, kind, number, longest_pdo);
     const auto fault =
         std::ranges::find(described.diagnostics, Severity::error, &Diagnostic::severity);
     if (fault != described.diagnostics.end()) {
@@ -130,7 +130,7 @@ std::vector<LeftOut> left_out(std::span<const ScannedNode> nodes) {
 }
 
 std::vector<std::string> leave_out(od::DeviceDescription& device, std::uint8_t node,
-                                   std::span<const LeftOut> pdos) {
+                                   std::span<const LeftOut> pdos, std::size_t longest_pdo) {
   std::vector<std::string> notes;
   for (const LeftOut& pdo : pdos) {
     if (pdo.node == node) {
@@ -138,8 +138,10 @@ std::vector<std::string> leave_out(od::DeviceDescription& device, std::uint8_t n
       mark_invalid(device, pdo.record);
     }
   }
-  leave_out_what_cannot_be(device, PdoKind::rpdo, od::objects::kRpdoCommunication, notes);
-  leave_out_what_cannot_be(device, PdoKind::tpdo, od::objects::kTpdoCommunication, notes);
+  leave_out_what_cannot_be(device, PdoKind::rpdo, od::objects::kRpdoCommunication, longest_pdo,
+                           notes);
+  leave_out_what_cannot_be(device, PdoKind::tpdo, od::objects::kTpdoCommunication, longest_pdo,
+                           notes);
   return notes;
 }
 

@@ -154,6 +154,8 @@ TEST_F(PublisherTest, LineStateHasRoomForEveryPropertyOfALine) {
   plan.config.name = "press";
   plan.config.routing.interface = 1;
   plan.config.groups = {{.number = 1, .entries = {0}}};
+  plan.config.canopen_fd = true;
+  plan.config.data_bit_rate = 5'000'000;
   hosts[0] = std::make_unique<LineHost>(plan, image::Layout{}, image::Layout{});
   publisher = std::make_unique<Publisher>(edge, hosts);
   edge.set_namesakes(1);
@@ -175,10 +177,10 @@ TEST_F(PublisherTest, LineStateHasRoomForEveryPropertyOfALine) {
   for (const Property& property : edge.line_properties()) {
     EXPECT_TRUE(names.insert(property.name).second) << property.name;
   }
-  EXPECT_THAT(names,
-              IsSupersetOf({"namesakes", "indicators", "ixxat_state", "output-groups",
-                            "sync-period-us", "listen-only", "restart-ms", "time-stamps",
-                            "routing-values", "routing-stalls", "routes-6", "routes-left-out"}));
+  EXPECT_THAT(names, IsSupersetOf({"namesakes", "indicators", "ixxat_state", "output-groups",
+                                   "sync-period-us", "usdo-abort", "data-bit-rate", "listen-only",
+                                   "restart-ms", "time-stamps", "routing-values", "routing-stalls",
+                                   "routes-6", "routes-left-out"}));
   EXPECT_LE(names.size(), dds::kMaxProperties);
 }
 

@@ -272,13 +272,46 @@ TEST(ScanFiles, ALineThatProducesSyncKeepsItsPeriod) {
   std::filesystem::remove_all(folder);
 }
 
+TEST(ScanFiles, ALineOfCanopenFdStaysOne) {
+  const std::string folder = testing::TempDir() + "/scan-fd";
+  std::filesystem::remove_all(folder);
+  scan::ScannedNode node = encoder_5();
+  put(node, {0x1800, 0}, 2, 1);
+  put(node, {0x1800, 1}, 0x4000'0185U, 4);
+  put(node, {0x1800, 2}, 255, 1);
+  put(node, {0x1A00, 0}, 3, 1);
+  for (std::uint8_t sub = 1; sub <= 3; ++sub) {
+    put(node, {0x1A00, sub}, 0x6004'0020U + sub * 0x1'0000U, 4);
+  }
+  const ScanFiles files = write_scan({.gateway = "lab",
+                                      .name = "press",
+                                      .interface_uri = "virtual:p",
+                                      .bit_rate = 1'000'000,
+                                      .canopen_fd = true,
+                                      .data_bit_rate = 5'000'000,
+                                      .usdo_abort = usdo::AbortForm::four_bytes,
+                                      .nodes = {node}},
+                                     folder, "");
+  ASSERT_TRUE(files.ok) << files.error;
+  for (const std::string& note : files.notes) {
+    EXPECT_EQ(note.find("TPDO 1 is left out"), std::string::npos) << note;
+  }
+  const auto loaded = config::load(folder + "/plant.yaml");
+  ASSERT_TRUE(loaded.ok()) << to_string(loaded.diagnostics.at(0));
+  const line::LineConfig& line = loaded.value->lines[0].config;
+  EXPECT_TRUE(line.canopen_fd);
+  EXPECT_EQ(line.data_bit_rate, 5'000'000U);
+  EXPECT_EQ(line.usdo_abort, usdo::AbortForm::four_bytes);
+  std::filesystem::remove_all(folder);
+}
+
 // A user may keep the files of each device in a folder of that name.
 TEST(ScanFiles, AFolderNamedAsAnEdsIsNone) {
   const std::string folder = testing::TempDir() + "/scan-folder-of-eds";
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder + "/encoder.eds");
   const std::vector<scan::ScannedNode> nodes{encoder_5()};
-  const config::FoundNodes found = config::found_nodes(nodes, folder);
+  const config::FoundNodes found = config::found_nodes(nodes, folder, 64);
   EXPECT_EQ(found.error, "");
   ASSERT_EQ(found.nodes.size(), 1U);
   EXPECT_EQ(found.nodes[0].sheet, "");
@@ -292,7 +325,7 @@ TEST(ScanFiles, AnEdsThatFailsWhileItIsReadIsNamed) {
   // Reading it fails with EIO.
   std::filesystem::create_symlink("/proc/self/mem", folder + "/encoder.eds");
   const std::vector<scan::ScannedNode> nodes{encoder_5()};
-  EXPECT_EQ(config::found_nodes(nodes, folder).error, folder + "/encoder.eds: cannot be read");
+  EXPECT_EQ(config::found_nodes(nodes, folder, 64).error, folder + "/encoder.eds: cannot be read");
   std::filesystem::remove_all(folder);
 }
 
