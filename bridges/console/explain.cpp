@@ -271,6 +271,14 @@ std::string Explainer::follow_doubt(unsigned id, Channel& with, od::Address obje
   return news.empty() ? news : "; " + news;
 }
 
+// Of a line of CANopen FD: the identifier has the node-ID of the sender, byte 0 that of the
+// receiver. What they carry is not explained.
+std::string Explainer::usdo(const can::Frame& frame, unsigned id, bool request) const {
+  const std::string sender =
+      std::string(request ? "USDO request" : "USDO answer") + " of " + node(id);
+  return frame.length == 0 ? sender : sender + " to " + node(byte_of(frame, 0) & 0x7FU);
+}
+
 std::string Explainer::sdo(const can::Frame& frame, unsigned id, bool request) {
   Channel& with = channel(id);
   std::string out = "SDO " + std::string(request ? "to " : "of ") + node(id) + ": " +
@@ -357,9 +365,9 @@ std::string Explainer::by_identifier(const can::Frame& frame) {
     case can::kEmcyBase:
       return emcy(frame, id, true);
     case can::kSdoResponseBase:
-      return sdo(frame, id, false);
+      return frame.fd() ? usdo(frame, id, false) : sdo(frame, id, false);
     case can::kSdoRequestBase:
-      return sdo(frame, id, true);
+      return frame.fd() ? usdo(frame, id, true) : sdo(frame, id, true);
     case can::kErrorControlBase:
       return error_control(frame, id);
     default:

@@ -74,6 +74,7 @@ class Explainer {
   std::string emcy(const can::Frame& frame, unsigned id, bool assumed) const;
   // Returns the changes in words: the object may have been written, or not.
   std::string follow_doubt(unsigned id, Channel& with, od::Address object);
+  std::string usdo(const can::Frame& frame, unsigned id, bool request) const;
   std::string sdo(const can::Frame& frame, unsigned id, bool request);
   std::string pdo(const can::Frame& frame, const Pdo& pdo) const;
   std::string mpdo(const can::Frame& frame) const;

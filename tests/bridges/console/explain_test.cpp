@@ -56,6 +56,15 @@ TEST_F(ExplainTest, Nmt) {
   EXPECT_EQ(say(0x000, {0x01}), "no NMT command: 1 bytes");
 }
 
+TEST_F(ExplainTest, UsdoFramesNameTheirSenderAndTheirReceiver) {
+  can::Frame frame = can::make_frame(0x67F, {5, 0x11, 1, 0, 0, 0x10});
+  frame.flags = can::Frame::kFd | can::Frame::kBitRateSwitch;
+  EXPECT_EQ(known.explain(frame), "USDO request of node 127 to node 5 (inlet)");
+  frame.id = 0x585;
+  frame.data[0] = std::byte{127};
+  EXPECT_EQ(known.explain(frame), "USDO answer of node 5 (inlet) to node 127");
+}
+
 TEST_F(ExplainTest, SyncAndTime) {
   EXPECT_EQ(say(0x080, {}), "SYNC");
   EXPECT_EQ(say(0x080, {17}), "SYNC 17");
