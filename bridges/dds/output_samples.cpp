@@ -26,7 +26,8 @@ OutputCheck check(const v1::OutputWrite& from) {
   }
   for (const v1::OutputValue& value : from.values()) {
     if (value.data().empty() || value.data().size() > 8) {
-      return {OutputRefusal::bad_length, "a value is not 1 to 8 bytes long"};
+      return {OutputRefusal::bad_length,
+              "a value is not 1 to 8 bytes long: longer outputs are written by bytes"};
     }
   }
   for (const v1::OutputBytes& run : from.bytes()) {

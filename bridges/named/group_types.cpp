@@ -14,7 +14,7 @@ constexpr std::string_view kSetEnding = "/outputs/set";
 
 // The version of the members of a group's type that are not values: part of the hash.
 constexpr std::string_view kSetScheme = "set 1";
-// line::OutputValue has as many.
+// line::OutputValue has as many. Longer outputs, of CANopen FD, are written by line::OutputBytes.
 constexpr unsigned kMostBits = 64;
 
 class GroupMaker {
