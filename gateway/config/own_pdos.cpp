@@ -206,6 +206,9 @@ class SharedObjects {
       findings_.error(pdo.place,
                       "CANopen FD lacks the transmission type " + std::to_string(each.type));
     }
+    if (each.mpdo != pdo::MpdoMode::none) {
+      findings_.error(pdo.place, "MPDO is not defined for CANopen FD: leave out mpdo");
+    }
     for (std::size_t i = 0; i < each.mapping.size(); ++i) {
       if (each.mapping[i].bits % 8 != 0) {
         findings_.error(pdo.mapped[i],

@@ -750,7 +750,8 @@ struct SrdoState {
   friend bool operator==(const SrdoState&, const SrdoState&) = default;
 };
 
-// --- SDO connections --------------------------------------------------------------------------------
+// --- SDO connections
+// --------------------------------------------------------------------------------
 
 enum class ConnectionResult : std::uint8_t {
   opened = 0,   // both records are valid
@@ -850,23 +851,24 @@ struct DdsProcessEnded {
 }  // namespace event
 
 // In the order of EventKind.
-using EventData = std::variant<
-    event::LineStarted, event::LineStopped, event::BusState, event::BusError, event::FramesLost,
-    event::InterfaceFailed, event::InterfaceReady, event::ManagerState, event::OwnState,
-    event::BootUp, event::NodeState, event::HeartbeatLost, event::HeartbeatRecovered,
-    event::BootResult, event::Emcy, event::EmcySent, event::ConfigurationError, event::PdoLength,
-    event::PdoTimeout, event::PdoRecovered, event::SyncLost, event::MalformedFrame,
-    event::UnexpectedNode, event::ForeignSdo, event::SdoAbort, event::OutputRefused,
-    event::OutputArmed, event::OutputWatchdog, event::CommandRefused, event::EventsLost,
-    event::ClockStep, event::QueueFull, event::DuplicateNodeId, event::NmtCommand,
-    event::SdoTransfer, event::PdoMapping, event::LayoutChanged, event::RoutingRefused,
-    event::EmcyRouted, event::RoutingOpened, event::RoutingEnded, event::NodeScanned,
-    event::CommandProgress, event::LssResult, event::ForeignManager, event::CanFrame,
-    event::GatewayStarted, event::GatewayReloaded, event::GatewayReloadRefused,
-    event::SpontaneousChange, event::SharedNodeId, event::ObjectWritten, event::OwnReset,
-    event::TimeReceived, event::CommandAccepted, event::OutputOwner, event::ClientLimited,
-    event::JournalState, event::DdsProcessEnded, event::RoutingUnanswered, event::SrdoState,
-    event::SdoConnection>;
+using EventData =
+    std::variant<event::LineStarted, event::LineStopped, event::BusState, event::BusError,
+                 event::FramesLost, event::InterfaceFailed, event::InterfaceReady,
+                 event::ManagerState, event::OwnState, event::BootUp, event::NodeState,
+                 event::HeartbeatLost, event::HeartbeatRecovered, event::BootResult, event::Emcy,
+                 event::EmcySent, event::ConfigurationError, event::PdoLength, event::PdoTimeout,
+                 event::PdoRecovered, event::SyncLost, event::MalformedFrame, event::UnexpectedNode,
+                 event::ForeignSdo, event::SdoAbort, event::OutputRefused, event::OutputArmed,
+                 event::OutputWatchdog, event::CommandRefused, event::EventsLost, event::ClockStep,
+                 event::QueueFull, event::DuplicateNodeId, event::NmtCommand, event::SdoTransfer,
+                 event::PdoMapping, event::LayoutChanged, event::RoutingRefused, event::EmcyRouted,
+                 event::RoutingOpened, event::RoutingEnded, event::NodeScanned,
+                 event::CommandProgress, event::LssResult, event::ForeignManager, event::CanFrame,
+                 event::GatewayStarted, event::GatewayReloaded, event::GatewayReloadRefused,
+                 event::SpontaneousChange, event::SharedNodeId, event::ObjectWritten,
+                 event::OwnReset, event::TimeReceived, event::CommandAccepted, event::OutputOwner,
+                 event::ClientLimited, event::JournalState, event::DdsProcessEnded,
+                 event::RoutingUnanswered, event::SrdoState, event::SdoConnection>;
 
 inline constexpr std::size_t kEventKinds = std::variant_size_v<EventData>;
 

@@ -24,8 +24,8 @@ std::vector<srdo::Source> srdo_sources(const LineConfig& config);
 // The parameters that the image relies on, of each of these SRDOs: direction, COB-IDs and mapping.
 std::vector<std::vector<manager::ObjectWrite>> srdo_parameters(const LineConfig& config);
 // Those of the node that its boot process compares with the device: SRDOs that are configured, or
-// have no signature in 13FFh, which SrdoService compares, because a node need not stay unstarted for
-// an SRDO that is only shown. Nothing is corrected: a write would invalidate its safety
+// have no signature in 13FFh, which SrdoService compares, because a node need not stay unstarted
+// for an SRDO that is only shown. Nothing is corrected: a write would invalidate its safety
 // configuration.
 std::vector<manager::AssumedPdo> assumed_srdos(const NodeConfig& node);
 

@@ -31,6 +31,7 @@ FILES = {
     "usr/share/linegate/eds/digital-io.eds",
     "usr/share/linegate/eds/drive.eds",
     "usr/share/linegate/eds/encoder.eds",
+    "usr/share/linegate/eds/fd-io.eds",
     "usr/share/linegate/idl/COMMANDS.md",
     "usr/share/linegate/idl/README.md",
     "usr/share/linegate/idl/linegate.idl",
