@@ -22,7 +22,7 @@ int wrong_words(Context& context) {
   return kUsage;
 }
 
-std::string hex_number(std::uint32_t number, int digits) {
+std::string connection_hex(std::uint32_t number, int digits) {
   std::array<char, 12> text{};
   (void)std::snprintf(text.data(), text.size(), "%0*X", digits, static_cast<unsigned>(number));
   return text.data();
@@ -30,7 +30,7 @@ std::string hex_number(std::uint32_t number, int digits) {
 
 // A record or CAN-ID, "-" if there is none yet.
 std::string hex_or_none(std::uint16_t number, int digits) {
-  return number == 0 ? "-" : hex_number(number, digits);
+  return number == 0 ? "-" : connection_hex(number, digits);
 }
 
 std::string state_text(const manager::Connection& connection) {
@@ -168,7 +168,7 @@ std::string connections_json(const LineId& id, const line::SdoConnections& conne
                                {"response", each.response},
                                {"state", name(each.state)}};
     if (each.abort != AbortCode::none) {
-      one["abort"] = hex_number(static_cast<std::uint32_t>(each.abort), 8);
+      one["abort"] = connection_hex(static_cast<std::uint32_t>(each.abort), 8);
     }
     list.push_back(std::move(one));
   }

@@ -57,11 +57,11 @@ static void compare_counters(const linegate_v1_Counters* count) {
   NUMBER(count->output_writes_refused, 1017);
   NUMBER(count->events, 1018);
   NUMBER(count->events_lost, 1019);
-  NUMBER(count->receptions_lost, 1020);
-  NUMBER(count->fd_frames_received, 0);
-  NUMBER(count->fd_frames_sent, 0);
-  NUMBER(count->usdo_transfers, 0);
-  NUMBER(count->usdo_aborts, 0);
+  NUMBER(count->receptions_lost, 1024);
+  NUMBER(count->fd_frames_received, 1020);
+  NUMBER(count->fd_frames_sent, 1021);
+  NUMBER(count->usdo_transfers, 1022);
+  NUMBER(count->usdo_aborts, 1023);
 }
 
 void compare_gateway_state(const linegate_v1_GatewayState* s) {
