@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bridges/console/connections.h"
 
-#include <array>
-#include <cstdio>
 #include <ostream>
 
 #include <nlohmann/json.hpp>
@@ -10,6 +8,7 @@
 #include "bridges/console/answer.h"
 #include "bridges/console/lookup.h"
 #include "bridges/console/one_line.h"
+#include "bridges/console/value_text.h"
 #include "stack/base/abort_code.h"
 
 namespace linegate::console {
@@ -22,15 +21,9 @@ int wrong_words(Context& context) {
   return kUsage;
 }
 
-std::string connection_hex(std::uint32_t number, int digits) {
-  std::array<char, 12> text{};
-  (void)std::snprintf(text.data(), text.size(), "%0*X", digits, static_cast<unsigned>(number));
-  return text.data();
-}
-
 // A record or CAN-ID, "-" if there is none yet.
 std::string hex_or_none(std::uint16_t number, int digits) {
-  return number == 0 ? "-" : connection_hex(number, digits);
+  return number == 0 ? "-" : hex_digits(number, digits);
 }
 
 std::string state_text(const manager::Connection& connection) {
@@ -168,7 +161,7 @@ std::string connections_json(const LineId& id, const line::SdoConnections& conne
                                {"response", each.response},
                                {"state", name(each.state)}};
     if (each.abort != AbortCode::none) {
-      one["abort"] = connection_hex(static_cast<std::uint32_t>(each.abort), 8);
+      one["abort"] = hex_digits(static_cast<std::uint32_t>(each.abort), 8);
     }
     list.push_back(std::move(one));
   }

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "stack/base/byte_order.h"
+#include "stack/base/hex_text.h"
 #include "stack/can/cob_id.h"
 #include "stack/line/build.h"
 #include "stack/od/objects.h"
@@ -140,14 +141,6 @@ bool produces_sync(const NodeConfig& node) {
 }
 
 // "685h", with at least three digits.
-std::string hex_of(std::uint32_t id) {
-  std::string out = "h";
-  for (unsigned digit = 0; digit < 3 || id != 0; ++digit, id >>= 4U) {
-    out.insert(out.begin(), "0123456789ABCDEF"[id & 0xFU]);
-  }
-  return out;
-}
-
 // Calls work(object, COB-ID) for each SDO channel of the node, 1201h to 12FFh, with the values that
 // are written to it.
 template <class Work>
@@ -188,8 +181,8 @@ IdentifierUsers users_of(const LineConfig& config, std::span<const pdo::RemoteNo
   });
   for (const NodeConfig& node : config.nodes) {
     for_each_sdo_channel(node, [&](od::Address address, can::CobId cob_id) {
-      out.emplace(identifier(cob_id), IdentifierUser{"object " + hex_of(address.index) + " of " +
-                                                     name_of(node.id, node.name)});
+      out.emplace(identifier(cob_id), IdentifierUser{"object " + hex_text(address.index, 3) +
+                                                     " of " + name_of(node.id, node.name)});
     });
   }
   for (const auto* const pdos : {&config.forwarding.tpdos, &config.forwarding.rpdos}) {
@@ -260,17 +253,17 @@ std::vector<Diagnostic> check_connection_pool(const LineConfig& config,
   }
   constexpr std::uint16_t kHighestId = 0x7FF;
   if (pool.last > kHighestId) {
-    report(hex_of(pool.last) + " has more than 11 bits");
+    report(hex_text(pool.last, 3) + " has more than 11 bits");
     return out;
   }
   const IdentifierUsers users = users_of(config, remotes);
   for (std::uint32_t id = pool.first; id <= pool.last; ++id) {
     if (can::is_restricted(id)) {
-      report(hex_of(id) + " is restricted (CiA 301 7.3.5)");
+      report(hex_text(id, 3) + " is restricted (CiA 301 7.3.5)");
       return out;
     }
     if (const auto taken = users.find(id); taken != users.end()) {
-      report(hex_of(id) + " is that of " + taken->second.name);
+      report(hex_text(id, 3) + " is that of " + taken->second.name);
     }
   }
   return out;

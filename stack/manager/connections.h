@@ -10,7 +10,8 @@
 // definition: connections are requested by the owner of this object. OWN.
 //
 // Invariants, whatever the devices answer:
-//   - an assigned CAN-ID is of no other connection in the table;
+//   - an assigned CAN-ID is of no other connection in the table, but one that a node restored when
+//     it booted, which is released at once;
 //   - an assigned CAN-ID is not restricted (CiA 301 7.3.5), and is of no other service that the
 //     line has, that a device reported in a record that was read, or that was received from the bus
 //     in the last kQuiet;

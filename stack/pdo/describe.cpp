@@ -5,6 +5,7 @@
 #include <string>
 
 #include "stack/base/byte_order.h"
+#include "stack/base/hex_text.h"
 #include "stack/od/description.h"
 #include "stack/pdo/described_cob_id.h"
 #include "stack/pdo/mapping.h"
@@ -12,15 +13,6 @@
 
 namespace linegate::pdo {
 namespace {
-
-std::string hex(std::uint32_t value, std::size_t digits) {
-  constexpr std::string_view kDigits = "0123456789ABCDEF";
-  std::string text;
-  for (; text.size() < digits || value != 0; value >>= 4U) {
-    text.insert(text.begin(), kDigits[value & 0xFU]);
-  }
-  return text + "h";
-}
 
 class Reader {
  public:
@@ -103,7 +95,8 @@ class Reader {
       return false;
     }
     if (!out.cob_id.extended() && can::is_restricted(out.cob_id.id())) {
-      report(Severity::error, {index, 1}, "COB-ID " + hex(out.cob_id.id(), 3) + " is reserved");
+      report(Severity::error, {index, 1},
+             "COB-ID " + hex_text(out.cob_id.id(), 3) + " is reserved");
     }
     out.type = static_cast<std::uint8_t>(value({index, 2}, kEventProfile));
     out.inhibit = std::chrono::microseconds(100) * static_cast<int>(value({index, 3}, 0) & 0xFFFFU);
@@ -117,7 +110,7 @@ class Reader {
     const auto index = static_cast<std::uint16_t>(mapping_base(kind_) + number_ - 1);
     if (device_.find(index) == nullptr) {
       const auto record = static_cast<std::uint16_t>(communication_base(kind_) + number_ - 1);
-      report(Severity::warning, {record, 0}, "has no mapping record " + hex(index, 4));
+      report(Severity::warning, {record, 0}, "has no mapping record " + hex_text(index, 4));
       return false;
     }
     const std::uint64_t count = value({index, 0}, 0);

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <map>
-#include <string_view>
+#include <string>
 
 #include "stack/base/byte_order.h"
+#include "stack/base/hex_text.h"
 #include "stack/od/description.h"
 #include "stack/od/objects.h"
 #include "stack/pdo/parameters.h"
@@ -59,15 +60,6 @@ const Producer* in_the_way(const Producers& producers, std::uint8_t node, od::Ad
   return other == all.end() ? nullptr : &*other;
 }
 
-std::string hex_text(std::uint32_t value) {
-  constexpr std::string_view kDigits = "0123456789ABCDEF";
-  std::string text;
-  for (; text.size() < 3 || value != 0; value >>= 4U) {
-    text.insert(text.begin(), kDigits[value & 0xFU]);
-  }
-  return text + "h";
-}
-
 std::string name_of(std::uint16_t record) {
   const bool sent = is_in(record, od::objects::kTpdoCommunication);
   return (sent ? "TPDO " : "RPDO ") +
@@ -77,7 +69,7 @@ std::string name_of(std::uint16_t record) {
 }
 
 std::string sentence(const LeftOut& pdo) {
-  return name_of(pdo.record) + " is left out: on its identifier " + hex_text(pdo.cob_id.id()) +
+  return name_of(pdo.record) + " is left out: on its identifier " + hex_text(pdo.cob_id.id(), 3) +
          " node " + std::to_string(pdo.other.node) + " sends (" + od::to_text(pdo.other.object) +
          ")";
 }

@@ -9,20 +9,12 @@
 #include <utility>
 
 #include "stack/base/byte_order.h"
+#include "stack/base/hex_text.h"
 #include "stack/pdo/mapping.h"
 #include "stack/srdo/parameters.h"
 
 namespace linegate::srdo {
 namespace {
-
-std::string hex_text(std::uint32_t value, std::size_t digits) {
-  constexpr std::string_view kDigits = "0123456789ABCDEF";
-  std::string text;
-  for (; text.size() < digits || value != 0; value >>= 4U) {
-    text.insert(text.begin(), kDigits[value & 0xFU]);
-  }
-  return text + "h";
-}
 
 bool is_set(const od::VariableDescription& variable) {
   return variable.configured || variable.overridden;

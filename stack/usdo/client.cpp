@@ -347,8 +347,8 @@ std::optional<sdo::Outcome> Client::take() {
   return std::exchange(outcome_, std::nullopt);
 }
 
-// A request that was not handed out is dropped. The server need not be told about a transfer of
-// which it has received nothing.
+// A request that was not handed out is dropped, and no abort is sent for a transfer of which the
+// server has received nothing.
 void Client::end_at_server(const can::Frame& abort, bool looks_for_request) {
   unsent_ = drop_request();
   stale_ = stale_ || (looks_for_request && is_under_way());

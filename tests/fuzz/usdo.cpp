@@ -72,9 +72,9 @@ class UsdoUser {
     begin(now);
     client_.read(where, sinks_.emplace_back(nullptr), kUsdoTimeout, now, queue_, options_);
   }
-  void write_stream(od::Address where, std::uint32_t size, bool tells, Instant now) {
+  void write_stream(od::Address where, std::uint32_t size, bool has_size, Instant now) {
     begin(now);
-    client_.write(where, sources_.emplace_back(size, tells, nullptr), kUsdoTimeout, now, queue_,
+    client_.write(where, sources_.emplace_back(size, has_size, nullptr), kUsdoTimeout, now, queue_,
                   options_);
   }
   void receive(const can::Frame& frame) {

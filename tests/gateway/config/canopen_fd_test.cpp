@@ -136,18 +136,18 @@ TEST(CanopenFd, OwnPdosAreAsThoseOfNodes) {
 }
 
 TEST(CanopenFd, KeysThatDoNotFitTogetherAreErrors) {
-  const auto told = [](const std::string& keys) {
+  const auto with_keys = [](const std::string& keys) {
     return fd_findings(read_fd("lines: [{name: a, interface: 'simulated:', " + keys + "}]\n"));
   };
-  EXPECT_THAT(told("usdo_abort: four-bytes"), HasSubstr("usdo_abort needs canopen_fd: true"));
-  EXPECT_THAT(told("canopen_fd: true, bit_rate: 1Mbit, data_bit_rate: 500kbit"),
+  EXPECT_THAT(with_keys("usdo_abort: four-bytes"), HasSubstr("usdo_abort needs canopen_fd: true"));
+  EXPECT_THAT(with_keys("canopen_fd: true, bit_rate: 1Mbit, data_bit_rate: 500kbit"),
               HasSubstr("the data phase is not slower than bit_rate"));
-  EXPECT_EQ(told("canopen_fd: true, bit_rate: 1Mbit, data_bit_rate: 1Mbit"), "");
-  EXPECT_THAT(told("simulate: [{node: 5, profile: fd-io}]"),
+  EXPECT_EQ(with_keys("canopen_fd: true, bit_rate: 1Mbit, data_bit_rate: 1Mbit"), "");
+  EXPECT_THAT(with_keys("simulate: [{node: 5, profile: fd-io}]"),
               HasSubstr("fd-io is a device of CANopen FD: the line needs canopen_fd: true"));
-  EXPECT_THAT(told("canopen_fd: true, simulate: [{node: 5, profile: fd-io}]"),
+  EXPECT_THAT(with_keys("canopen_fd: true, simulate: [{node: 5, profile: fd-io}]"),
               Not(HasSubstr("canopen_fd: true")));
-  EXPECT_THAT(told("canopen_fd: true, own_values: {'1F80:0': 0}"),
+  EXPECT_THAT(with_keys("canopen_fd: true, own_values: {'1F80:0': 0}"),
               HasSubstr("the own node refuses the value of object 1F80:00"));
 }
 
