@@ -241,9 +241,7 @@ void SdoService::advance(Instant now) {
     }
     pending_[i] = pending_.back();
     pending_.pop_back();
-    parts_.sdo.cancel(*this, command.node, command.number);
-    parts_.routing.cancel(*this, command.number, now);
-    host().reply(command.tag, to_error(Refusal::timed_out), {});
+    give_up(command, Refusal::timed_out, now);
   }
 }
 
@@ -255,18 +253,21 @@ Instant SdoService::next_wake() const {
   return wake;
 }
 
-// Cancelled means that the command was not carried out. A write of which the server has received
-// all, or may receive it, has no certain result: it is answered as one whose response is missing.
 void SdoService::end(Refusal why, Instant now) {
   for (const Pending& command : std::exchange(pending_, {})) {
-    const bool may_be_carried_out =
-        parts_.sdo.may_be_carried_out(*this, command.node, command.number) ||
-        parts_.routing.may_be_carried_out(*this, command.number);
-    parts_.sdo.cancel(*this, command.node, command.number);
-    parts_.routing.cancel(*this, command.number, now);
-    host().reply(command.tag, may_be_carried_out ? to_error(AbortCode::timeout) : to_error(why),
-                 {});
+    give_up(command, why, now);
   }
+}
+
+// A refusal means that the command was not carried out. A write of which the server has received
+// all, or may receive it, has no certain result: it is answered as one whose response is missing.
+void SdoService::give_up(const Pending& command, Refusal why, Instant now) {
+  const bool may_be_carried_out =
+      parts_.sdo.may_be_carried_out(*this, command.node, command.number) ||
+      parts_.routing.may_be_carried_out(*this, command.number);
+  parts_.sdo.cancel(*this, command.node, command.number);
+  parts_.routing.cancel(*this, command.number, now);
+  host().reply(command.tag, may_be_carried_out ? to_error(AbortCode::timeout) : to_error(why), {});
 }
 
 }  // namespace linegate::line

@@ -43,9 +43,9 @@ class SdoService final : public Service, sdo::TransferOwner {
   // Answered with the value that was read, or the abort code; an object_write with WrittenBySdo.
   // Refusals: bad_request (no such node or network), wrong_role (the default SDO servers are the
   // master's), image_pdo, identifier_in_use (1005h, 1014h: of a PDO of the image), line_down, busy
-  // (kMost are under way, or the queue of the node is full), timed_out. A write that
-  // ends with the line, and that the server may have carried out, is answered with abort 0504 0000h
-  // instead of the refusal of end().
+  // (kMost are under way, or the queue of the node is full), timed_out. A write that ends at its
+  // own time-out or with the line, and that the server may have carried out, is answered with abort
+  // 0504 0000h instead of timed_out or the refusal of end().
   void execute(Command command, Instant now) override;
   void advance(Instant now) override;
   Instant next_wake() const override;
@@ -63,6 +63,9 @@ class SdoService final : public Service, sdo::TransferOwner {
 
   // sdo::TransferOwner
   void completed(sdo::Completion& completion, Instant now) override;
+
+  // Ends the transfer of a command under way, and answers the command.
+  void give_up(const Pending& command, Refusal why, Instant now);
 
   // What the commands have in common.
   struct Transfer {

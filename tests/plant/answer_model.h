@@ -20,10 +20,9 @@
 //   9. LSS: a service without a response (switch state global, activate bit timing) as in 2. All
 //      other services except a round of assignment: the line has received the last response of the
 //      service since the command, and its error and value are those of the reply.
-//  10. A write by SDO is cancelled, so not carried out, only if the line has not submitted all of
-//  its
-//      value, and in block transfer the end: the device may carry it out. Of several writes of one
-//      value to one object any may be the one that was submitted.
+//  10. A write by SDO is cancelled, or ends at its own time-out, only if the line has not submitted
+//      all of its value, and in block transfer the end: the device may carry it out. Of several
+//      writes of one value to one object any may be the one that was submitted.
 //
 // For each command of an unconfirmed service with another reply:
 //   4. It is answered within kSendTime.

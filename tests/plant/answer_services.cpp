@@ -346,7 +346,9 @@ std::string AnswerModel::check_refusal(const Given& given, const line::Reply& re
     return now < given.time + line::kSendTime ? "it waited for less than its time" : "";
   }
   using enum line::Refusal;
-  if (reply.error == line::to_error(cancelled) && may_be_carried_out(given)) {
+  const bool refused =
+      reply.error == line::to_error(cancelled) || reply.error == line::to_error(timed_out);
+  if (refused && may_be_carried_out(given)) {
     return "all of its value was sent";
   }
   if (!given.unconfirmed || reply.error.domain != Domain::command) {

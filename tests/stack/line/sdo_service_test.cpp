@@ -34,9 +34,10 @@ struct SdoServiceTest : testing::Test, ScanCache {
   void read_cached(std::uint8_t node) {
     execute(SdoRead{.node = node, .address = kType, .from_scan = true});
   }
-  void write(std::uint8_t node) {
+  void write(std::uint8_t node, Duration timeout = {}) {
     execute(
-        SdoWrite{.node = node, .address = kType, .data = std::vector<std::byte>(4, std::byte{1})});
+        SdoWrite{.node = node, .address = kType, .data = std::vector<std::byte>(4, std::byte{1})},
+        timeout);
   }
   // Answers the request after it was handed out.
   void respond(std::uint64_t command, std::uint32_t value = 0) {
@@ -172,6 +173,16 @@ TEST_F(SdoServiceTest, ACommandEndsAtItsOwnTime) {
   EXPECT_FALSE(host.answer(1));
   arbiter.deliver_completions(now);
   EXPECT_EQ(service.next_wake(), now + milliseconds(100));
+}
+
+// Like a write that ends with the line.
+TEST_F(SdoServiceTest, AWriteThatMayBeCarriedOutEndsAtItsOwnTimeAsATimeOutOfTheProtocol) {
+  write(kAxis, milliseconds(50));
+  write(kAxis, milliseconds(50));
+  service.advance(now + milliseconds(50));
+  EXPECT_EQ(host.answer(1), to_error(AbortCode::timeout));
+  EXPECT_EQ(host.answer(2), to_error(Refusal::timed_out)) << "it waited";
+  arbiter.deliver_completions(now);
 }
 
 TEST_F(SdoServiceTest, EndAnswersAllCommandsUnderWayOnce) {
