@@ -203,9 +203,12 @@ void Diagnosis::update(Instant now) {
     last_lists_ = fresh;
     events_ |= kListChanged;
   }
-  const std::uint8_t before = network_state();
-  state_.update(facts(fresh));
-  changed_ = network_state() != before;
+  const NetworkFacts network = source_.network();
+  const NetworkFacts found = facts(fresh);
+  const auto value = [&] { return state_.value(network.manages ? found : network); };
+  const std::uint8_t before = value();
+  state_.update(found);
+  changed_ = value() != before;
 }
 
 // The state of a slave depends on its own NMT state alone.

@@ -377,13 +377,19 @@ bool OutputModel::is_to_boot(const LineSeat& seat, std::uint8_t id) {
   return found != nodes.end() && found->boot;
 }
 
+// The line is an active manager. A state of the line costs more than a step of a small plant.
+bool OutputModel::manages(const line::Line& line) {
+  const manager::ManagerState state = line.state().manager;
+  return state != manager::ManagerState::inactive && state != manager::ManagerState::stopped;
+}
+
 void OutputModel::look_at(LineSeat& seat, std::uint8_t id) {
   Node& node = nodes_[id];
   const line::NodeState said = seat.line->node_state(id);
   node.shown = said.presence == line::Presence::present && said.state == nmt::State::operational;
   node.confirmed = said.cause != line::StateCause::command || said.heartbeat_monitored;
-  node.other_pdos = manages_ && is_to_boot(seat, id) && !manager::is_booted(said.boot) &&
-                    said.boot != kNoErrorControl;
+  node.other_pdos = node.shown && !manager::is_booted(said.boot) && said.boot != kNoErrorControl &&
+                    is_to_boot(seat, id) && manages(*seat.line);
   if (const DeviceSeat* const device = seat.find(id)) {
     const bool operational = is_operational(seat, *device);
     node.unnoticed |= node.operational && !operational && !node.commanded;
@@ -400,9 +406,6 @@ std::string OutputModel::compare(LineSeat& seat, Instant now) {
   if (pdos_.empty()) {
     return {};
   }
-  const manager::ManagerState manager = seat.line->state().manager;
-  manages_ =
-      manager != manager::ManagerState::inactive && manager != manager::ManagerState::stopped;
   for (const std::uint8_t id : ids_) {
     look_at(seat, id);
     Node& node = nodes_[id];

@@ -165,6 +165,7 @@ class OutputModel {
   void withdraw(std::uint8_t node);
   void forget_frames(std::uint8_t node);
   void look_at(LineSeat& seat, std::uint8_t id);
+  static bool manages(const line::Line& line);
   static bool is_to_boot(const LineSeat& seat, std::uint8_t id);
   std::uint64_t values(const Pdo& pdo) const;
   static std::uint64_t carried(const Pdo& pdo, const can::Frame& frame);
@@ -179,7 +180,6 @@ class OutputModel {
 
   std::vector<Pdo> pdos_;
   std::vector<std::uint8_t> ids_;  // node-IDs with a PDO
-  bool manages_ = false;           // the line is an active manager
   std::array<Node, 128> nodes_{};
   std::uint64_t compared_ = 0;
   std::uint64_t submitted_ = 0;  // number of frames of the line
