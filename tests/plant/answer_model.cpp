@@ -284,6 +284,9 @@ std::string AnswerModel::answered(const line::Reply& reply, std::span<const Even
   given_.erase(found);
   std::string out =
       reply.ok() ? check_done(given, reply) : check_refusal(given, reply, events, now);
+  if (reply.error == to_error(AbortCode::timeout) && may_be_transferred(given)) {
+    transfers_[line::node_of(given.command) & can::kMaxNodeId].whole = false;  // it was this one's
+  }
   if (given_.empty()) {
     sent_.clear();
     done_.clear();
@@ -319,18 +322,22 @@ std::string AnswerModel::check_done(const Given& given, const line::Reply& reply
   return output ? check_output(given, reply) : std::string();
 }
 
-// Clause 10.
-bool AnswerModel::may_be_carried_out(const Given& given) const {
+// Whether the present transfer with the node of the command may be that of the command.
+bool AnswerModel::may_be_transferred(const Given& given) const {
   const std::uint8_t node = line::node_of(given.command);
   const Transfer& transfer = transfers_[node & can::kMaxNodeId];
-  const auto is_of = [&](const Given& each) {
-    return as<line::SdoWrite>(each.command) != nullptr && line::node_of(each.command) == node &&
-           each.order <= begun_[node & can::kMaxNodeId] &&
-           address_of(each.command) == transfer.address &&
-           std::ranges::equal(data_of(each.command), transfer.value);
-  };
-  return transfer.whole && is_of(given) &&
-         std::ranges::none_of(given_, [&](const auto& each) { return is_of(each.second); });
+  return (as<line::SdoWrite>(given.command) != nullptr ||
+          as<line::ObjectWrite>(given.command) != nullptr) &&
+         transfer.whole && given.order <= begun_[node & can::kMaxNodeId] &&
+         address_of(given.command) == transfer.address &&
+         std::ranges::equal(data_of(given.command), transfer.value);
+}
+
+// Clause 10.
+bool AnswerModel::may_be_carried_out(const Given& given) const {
+  return as<line::SdoWrite>(given.command) != nullptr && may_be_transferred(given) &&
+         std::ranges::none_of(given_,
+                              [&](const auto& each) { return may_be_transferred(each.second); });
 }
 
 std::string AnswerModel::check_transfer(const Given& given, const line::Reply& reply) {

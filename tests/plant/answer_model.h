@@ -162,6 +162,7 @@ class AnswerModel {
   void end(std::uint8_t node);
   std::string check_transfer(const Given& given, const line::Reply& reply);
   std::string check_done(const Given& given, const line::Reply& reply);
+  bool may_be_transferred(const Given& given) const;
   bool may_be_carried_out(const Given& given) const;
   std::string check_sent(const Given& given);
   std::string check_lss(const Given& given, const line::Reply& reply);
