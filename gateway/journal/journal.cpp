@@ -116,6 +116,32 @@ bool Journal::is_moved() const {
          moved != 0;
 }
 
+bool Journal::is_beside_removed() const {
+  const auto is_it = [](const std::string& path, const FileIdentity& opened) {
+    const FileIdentity now = FileIdentity::of(path);
+    return now.inode != 0 && now == opened;
+  };
+  return is_open() &&
+         !(is_it(plan_.file + "-wal", log_) && is_it(plan_.file + "-shm", shared_memory_) &&
+           is_it(plan_.file + ".lock", FileIdentity::of(lock_)));
+}
+
+// The shared memory belongs to the log that is gone. SQLite has one of each file in a process:
+// while a reader of this process is open, the next open() gets it again.
+bool Journal::renew() {
+  int error = SQLITE_OK;
+  statements_.reset();
+  const auto busy = database_.number("PRAGMA wal_checkpoint(TRUNCATE)", error);
+  if (error != SQLITE_OK || busy != 0) {
+    statements_ = std::make_unique<Statements>(database_.get());
+    return false;
+  }
+  close();
+  std::error_code ignored;
+  std::filesystem::remove(plan_.file + "-shm", ignored);
+  return true;
+}
+
 // The log at the path may still be that of the file that was moved, and SQLite would apply it to
 // the one that took its place: it is emptied, or else moved aside. Its shared memory is made anew,
 // because a reader of the old file would end the locks of this process when it closes it.
@@ -138,6 +164,9 @@ void Journal::leave() {
 
 // A file of its own: closing another descriptor of the journal would end the locks of SQLite.
 int Journal::lock() {
+  if (lock_ >= 0 && FileIdentity::of(plan_.file + ".lock") != FileIdentity::of(lock_)) {
+    ::close(std::exchange(lock_, -1));
+  }
   if (lock_ < 0) {
     lock_ = ::open((plan_.file + ".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0640);
   }
@@ -164,6 +193,8 @@ int Journal::open() {
   }
   if (error == SQLITE_OK) {
     checked_ = true;
+    log_ = FileIdentity::of(plan_.file + "-wal");
+    shared_memory_ = FileIdentity::of(plan_.file + "-shm");
     statements_ = std::make_unique<Statements>(database_.get());
   } else {
     close();

@@ -17,6 +17,7 @@
 #include "gateway/exchange/cell.h"
 #include "gateway/journal/database.h"
 #include "gateway/journal/entry.h"
+#include "gateway/journal/file_identity.h"
 #include "gateway/journal/stored_value.h"
 #include "stack/base/time.h"
 
@@ -66,6 +67,12 @@ class Journal {
   void close();
   // Whether the path has no file, or another one, since open(): what is stored is lost with it.
   bool is_moved() const;
+  // Whether a file beside it was removed or replaced since open(): the log of SQLite, which would
+  // be lost with all that is not yet in the file; its shared memory; the lock.
+  bool is_beside_removed() const;
+  // Closes a file whose is_beside_removed(), after it has all that was stored. The next open()
+  // makes what is missing. False: a reader uses the log, the file stays open; call it again.
+  bool renew();
   // Closes a file that is_moved(), with all that was stored, and its lock. The next open() opens or
   // creates the file at the path, and checks it; the next store() ends the values of its last run.
   void leave();
@@ -136,6 +143,8 @@ class Journal {
   int unusable_ = 0;      // result code of a store() that found damage
   bool checked_ = false;  // the contents of the file
   int lock_ = -1;         // descriptor
+  FileIdentity log_;      // of SQLite, since open()
+  FileIdentity shared_memory_;
   exchange::Flag interrupted_;
 };
 

@@ -131,6 +131,11 @@ std::variant<request::JournalPage, PageRefusal> JournalPages::read(const Journal
   return page;
 }
 
+void JournalPages::close() {
+  reader_ = JournalReader();
+  is_open_ = false;
+}
+
 int JournalPages::open(const exchange::Flag& stop) {
   if (is_open_ && reader_.is_current() && !reader_.is_replaced())
     return SQLITE_OK;

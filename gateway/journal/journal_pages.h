@@ -41,6 +41,9 @@ class JournalPages {
   // A raised flag ends the call with Refusal::cancelled, unless it waits for the disk.
   std::variant<request::JournalPage, PageRefusal> read(const request::JournalRead& request,
                                                        const exchange::Flag& stop);
+  // Closes the file until the next read(). An open reader keeps files beside the journal in use
+  // that somebody removed.
+  void close();
 
  private:
   // The entries to look at: after `first`, up to `last`.

@@ -10,7 +10,6 @@
 
 #include <fmt/format.h>
 #include <sqlite3.h>
-#include <sys/stat.h>
 
 #include "gateway/journal/schema.h"
 #include "stack/base/assert.h"
@@ -141,23 +140,22 @@ int open_journal(const std::string& file, Database& database, int& version) {
 
 int JournalReader::open(const std::string& file) {
   file_ = file;
-  identity_ = identity_of(file);
+  identity_ = FileIdentity::of(file);
   int version = 0;
   const int error = open_journal(file, database_, version);
   has_values_ = version >= kFirstVersionWithValues;
   has_scalings_ = version >= kFirstVersionWithScalings;
   is_current_ = version == kJournalVersion;
+  log_ = FileIdentity::of(file + "-wal");
   return error;
 }
 
-JournalReader::Identity JournalReader::identity_of(const std::string& file) {
-  struct stat found {};
-  return stat(file.c_str(), &found) == 0 ? Identity{found.st_dev, found.st_ino} : Identity{};
-}
-
 bool JournalReader::is_replaced() const {
-  const Identity now = identity_of(file_);
-  return now.inode != 0 && now != identity_;
+  const auto is_another = [](const std::string& path, const FileIdentity& than) {
+    const FileIdentity now = FileIdentity::of(path);
+    return now.inode != 0 && now != than;
+  };
+  return is_another(file_, identity_) || is_another(file_ + "-wal", log_);
 }
 
 // After all entries were removed, the next position is still known.

@@ -12,6 +12,7 @@
 
 #include "gateway/journal/database.h"
 #include "gateway/journal/entry.h"
+#include "gateway/journal/file_identity.h"
 #include "gateway/journal/stored_value.h"
 
 namespace linegate::gateway {
@@ -93,17 +94,12 @@ class JournalReader {
   // Whether open() found the tables of this version: an earlier one becomes this one with the next
   // store(), and must then be opened again.
   bool is_current() const { return is_current_; }
-  // Whether the name belongs to another file since open(): the gateway moved a damaged one away.
-  // What is read is still the previous one.
+  // Whether the name belongs to another file since open(): the gateway moved a damaged one away. Or
+  // whether the log of SQLite does: somebody removed it, and the gateway made another one. What is
+  // read is still the previous one.
   bool is_replaced() const;
 
  private:
-  struct Identity {
-    std::uint64_t device = 0;
-    std::uint64_t inode = 0;  // 0: there is no file
-
-    friend bool operator==(const Identity&, const Identity&) = default;
-  };
   using Entries = std::map<std::int64_t, std::shared_ptr<const ValueEntry>>;
 
   int read_rows(const JournalQuery& query, JournalPage& page);
@@ -112,10 +108,10 @@ class JournalReader {
   int read_scalings(Scalings& scalings);
   int select_entries(const ValueQuery& query, Entries& selected, bool& all);
   int read_values(const ValueQuery& query, const Entries& entries, bool all, ValuePage& page);
-  static Identity identity_of(const std::string& file);
 
   std::string file_;
-  Identity identity_;
+  FileIdentity identity_;
+  FileIdentity log_;  // of SQLite
   Database database_;
   bool has_values_ = false;    // the tables of the value history
   bool has_scalings_ = false;  // with units and scalings

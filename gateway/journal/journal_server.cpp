@@ -73,6 +73,7 @@ void JournalServer::run() {
     for (request::GatewayCommand command; requests_.pop(command);) {
       push(answer(command));
     }
+    pages_.close();
     if (last) {
       ended_.raise();
       return;

@@ -177,7 +177,10 @@ std::string JournalThread::describe(const event::JournalState& news) const {
   switch (news.condition) {
     case event::JournalCondition::working:
       what = news.error != SQLITE_NOTICE_RECOVER_WAL
-                 ? "stores events"
+                 ? news.error == SQLITE_READONLY_DBMOVED
+                       ? "stores events; files beside it were removed or replaced while the "
+                         "gateway runs, and were made again"
+                       : "stores events"
                  : "stores events; the last run did not end in order: its events of the last "
                    "second, or since the disk failed, may be missing";
       break;
@@ -260,7 +263,10 @@ void JournalThread::work(bool last) {
   const Instant now = monotonic_now();
   clock_.refresh();
   pop_lines();
-  (void)leave_moved_file();
+  const bool beside_removed = journal_.is_beside_removed();  // perhaps after the file itself
+  if (!leave_moved_file() && beside_removed) {
+    renewed_ = journal_.renew() || renewed_;
+  }
   if (!journal_.is_open() && ((now < again_ && !last) || !open(now))) {
     return;
   }
@@ -283,6 +289,9 @@ void JournalThread::work(bool last) {
   if (const std::uint64_t dropped = dropped_.value(); failing_ || dropped != dropped_seen_) {
     failing_ = false;
     report(event::JournalCondition::working, 0);
+  }
+  if (std::exchange(renewed_, false)) {
+    report(event::JournalCondition::working, SQLITE_READONLY_DBMOVED);
   }
   if (last) {
     (void)store(final_limits(), dropped_.value() - announced_.value());

@@ -151,7 +151,8 @@ class JournalThread {
   std::uint64_t stream_stored_ = 0;       // of the newest entry
   std::uint64_t dropped_seen_ = 0;
   bool failing_ = false;
-  bool moved_ = false;  // the file was removed or replaced; until the next one stores
+  bool renewed_ = false;  // files beside it; until it is open again
+  bool moved_ = false;    // the file was removed or replaced; until the next one stores
   bool opening_seen_ = false;
   bool last_run_reported_ = false;
   Instant again_{};

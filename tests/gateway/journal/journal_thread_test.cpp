@@ -241,6 +241,36 @@ TEST_F(JournalThreadTest, AFileThatIsRemovedAtRunTimeIsReportedAndMadeAgain) {
   EXPECT_EQ(numbers("press").back(), 2U);
 }
 
+// What was stored before is in the log alone, which another process no longer finds.
+TEST_F(JournalThreadTest, FilesBesideItThatAreRemovedAtRunTimeAreMadeAgainAndNothingIsLost) {
+  JournalThread thread(options());
+  NumberedLine& press = thread.add_line("press");
+  thread.start();
+  EXPECT_EQ(next_news(thread).condition, JournalCondition::renewed);
+  std::vector<std::uint64_t> all;
+  for (const char* suffix : {"-wal", "-shm", ".lock"}) {
+    use(thread, press, all.emplace_back(all.size() + 1));
+    while (numbers("press") != all) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    std::filesystem::remove(plan_.file + suffix);
+    const JournalState news = next_news(thread);
+    EXPECT_EQ(news, (JournalState{JournalCondition::working, SQLITE_READONLY_DBMOVED, 0}));
+    EXPECT_NE(thread.describe(news).find("beside it were removed"), std::string::npos)
+        << thread.describe(news);
+    EXPECT_TRUE(std::filesystem::exists(plan_.file + suffix)) << suffix;
+    EXPECT_EQ(numbers("press"), all) << suffix;
+    Journal second(plan_);
+    EXPECT_EQ(second.open(), SQLITE_BUSY) << "the journal is locked without " << suffix;
+  }
+  use(thread, press, all.emplace_back(all.size() + 1));
+  EXPECT_EQ(thread.stream(), kIncarnation);
+  EXPECT_EQ(thread.replaced_files(), 0U);
+  EXPECT_TRUE(thread.stop());
+  EXPECT_FALSE(thread.pop_news().has_value());
+  EXPECT_EQ(numbers("press"), all);
+}
+
 // The copy has the stream of the run, with numbers and values of the past.
 TEST_F(JournalThreadTest, ACopyThatReplacesTheFileAtRunTimeContinuesTheNumbers) {
   const std::string copy = folder_ + "/copy.db";

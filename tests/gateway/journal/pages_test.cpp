@@ -153,6 +153,31 @@ TEST_F(PagesTest, ACursorContinuesWithWhatIsStoredLater) {
   EXPECT_EQ(last.records[0].number, 4U);
 }
 
+// Somebody removes a file beside the journal while the reader has it open, and its writer makes
+// another one.
+TEST_F(PagesTest, ContinueWithAnotherLogOfTheSameFile) {
+  Journal journal(plan_);
+  ASSERT_EQ(journal.open(), 0);
+  std::uint64_t stored = 0;
+  for (const char* suffix : {"-wal", "-shm"}) {
+    store(journal, "press", stored + 1, stored + 5);
+    EXPECT_EQ(all({}), from_to(1, stored += 5));
+    EXPECT_FALSE(journal.is_beside_removed());
+    std::filesystem::remove(plan_.file + suffix);
+    ASSERT_TRUE(journal.is_beside_removed()) << suffix;
+    ASSERT_TRUE(journal.renew());
+    ASSERT_EQ(journal.open(), 0);
+    store(journal, "press", stored + 1, stored + 5);
+    EXPECT_EQ(all({}), from_to(1, stored += 5)) << suffix;
+    EXPECT_TRUE(journal.is_beside_removed()) << "the reader still uses the removed one";
+    pages_.close();
+    ASSERT_TRUE(journal.renew());
+    ASSERT_EQ(journal.open(), 0);
+    EXPECT_FALSE(journal.is_beside_removed()) << suffix;
+    EXPECT_EQ(all({}), from_to(1, stored)) << suffix;
+  }
+}
+
 TEST_F(PagesTest, ACursorOfAnotherFileIsRefused) {
   fill("press", 1, 10);
   const auto of_first = page({.most = 5});
