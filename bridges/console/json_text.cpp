@@ -140,6 +140,9 @@ Json line_json(const Model& model, const Line& line, std::uint8_t node) {
     out["role"] = line::name(state.role);
     out["own_state"] = nmt::name(state.own_state);
     out["manager"] = line::name(state.manager);
+    out["flying_master"] = nmt::name(state.flying_master);
+    out["active_master"] = state.active_master;
+    out["master_priority"] = state.master_priority;
     out["bus"] = can::name(state.bus);
     out["transmit_errors"] = state.transmit_errors;
     out["receive_errors"] = state.receive_errors;

@@ -188,8 +188,8 @@ std::shared_ptr<const Answer> CommandDesk::answer(const line::Reply& reply) {
   answer->id = asked.id;
   answer->partition = asked.partition;
   answer->error = reply.error;
-  answer->text = describe_result(reply.error);
   answer->data = encode_reply(reply.data);
+  answer->text = describe_result(reply.error, answer->data);
   answer_bytes_ += answer->data.size();
   client->second.window.push_back(answer);
   if (client->second.window.size() > limits_.window)

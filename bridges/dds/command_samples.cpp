@@ -32,7 +32,7 @@ void set_chunk(std::span<const std::byte> data, std::size_t offset, Sample& to) 
 template void set_chunk(std::span<const std::byte>, std::size_t, v1::CommandRequest&);
 template void set_chunk(std::span<const std::byte>, std::size_t, v1::CommandReply&);
 
-std::string describe_result(Error error) {
+std::string describe_result(Error error, std::span<const std::byte> data) {
   switch (error.domain) {
     case Domain::none:
       break;
@@ -40,8 +40,14 @@ std::string describe_result(Error error) {
       return std::string(describe(static_cast<AbortCode>(error.code)));
     case Domain::can:
       return std::generic_category().message(static_cast<int>(error.code));
-    case Domain::command:
-      return std::string(line::describe(static_cast<line::Refusal>(error.code)));
+    case Domain::command: {
+      std::string out(line::describe(static_cast<line::Refusal>(error.code)));
+      if (error == line::to_error(line::Refusal::wrong_role) && data.size() == 1) {
+        out += ": node " + std::to_string(std::to_integer<unsigned>(data.front())) +
+               " is the active NMT master";
+      }
+      return out;
+    }
   }
   return {};
 }

@@ -27,7 +27,7 @@ const char* from_wire(const v1::CommandRequest& from, request::Request& to, Dura
 template <class Sample>
 void set_chunk(std::span<const std::byte> data, std::size_t offset, Sample& to);
 
-// Describes the result of a command; empty if it was done.
-std::string describe_result(Error error);
+// Describes the result of a command; empty if it was done. data: of the reply.
+std::string describe_result(Error error, std::span<const std::byte> data = {});
 
 }  // namespace linegate::dds

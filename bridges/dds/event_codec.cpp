@@ -875,6 +875,23 @@ struct EventCodec<event::ForeignManager> {
   }
 };
 
+// code: state now; value: the one before; data: own priority (1).
+template <>
+struct EventCodec<event::FlyingMaster> {
+  static constexpr v1::EventKind kKind = v1::EVENT_FLYING_MASTER;
+  static void pack(const event::FlyingMaster& from, EventFields& to) {
+    to.code = pack_number(from.state);
+    to.value = pack_number(from.before);
+    append(to, from.priority, 1);
+  }
+  static void unpack(const EventFields& from, event::FlyingMaster& to) {
+    FieldReader data(from.bytes());
+    unpack_number(from.code, to.state);
+    unpack_number(from.value, to.before);
+    to.priority = data.number<std::uint8_t>();
+  }
+};
+
 // --- other networks ------------------------------------------------------------------------------
 
 // code: SDO abort code; data: source network (2; 0 = the gateway itself), target network (2),

@@ -61,6 +61,9 @@ void each_member(Wire& wire, Stack& stack,
   pair(wire.load_permille(), stack.load_permille);
   pair(wire.nodes_configured(), stack.nodes_configured);
   pair(wire.nodes_operational(), stack.nodes_operational);
+  pair(wire.flying_master(), stack.flying_master);
+  pair(wire.active_master(), stack.active_master);
+  pair(wire.master_priority(), stack.master_priority);
   each_counter(wire.count(), stack.counters, pair);
 }
 

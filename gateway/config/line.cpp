@@ -356,7 +356,7 @@ void report_ignored_keys(Section& section, const line::LineConfig& config) {
                           "own_concise_dcf",  "storage",
                           "outputs",          "lss",
                           "request_share",    "client_share",
-                          "sdo_connections"}) {
+                          "sdo_connections",  "flying_master"}) {
     const YAML::Node node = section.find(key);
     if (node.IsDefined()) {
       section.findings().warning(place_of(node), std::string(key) +
@@ -428,6 +428,7 @@ LineSection read_line(Findings& findings, const YAML::Node& node) {
   read_canopen_fd(section, plan);
   report_ignored_keys(section, plan.config);
   read_lss(section, plan.config);
+  read_flying_master(section, plan.config);
   read_diagnosis(section, plan.config);
   read_connections(section, plan.config);
   read_access(section, out);

@@ -417,6 +417,11 @@ struct EventWords {
         "another NMT master: {} to {}", name(e.command),
         e.addressee == 0 ? std::string("all nodes") : fmt::format("node {}", e.addressee));
   }
+  std::string operator()(const event::FlyingMaster& e) const {
+    return fmt::format("flying master: {}, before {}, priority {}{}", name(e.state), name(e.before),
+                       e.priority,
+                       node == 0 ? "" : fmt::format("; the active NMT master is node {}", node));
+  }
 
   // --- other networks ----------------------------------------------------------------------------
 

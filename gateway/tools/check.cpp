@@ -21,6 +21,7 @@
 #include "gateway/tools/check_parts.h"
 #include "stack/base/byte_order.h"
 #include "stack/image/scaling.h"
+#include "stack/line/build.h"
 #include "stack/line/line.h"
 #include "stack/manager/network_list.h"
 #include "stack/manager/plan.h"
@@ -42,6 +43,9 @@ line::LineConfig as_started(line::LineConfig config) {
   }
   const std::uint64_t value = load_le(own->data);
   config.role = (value & bits::kMaster) != 0 ? line::Role::manager : line::Role::device;
+  if (config.role != line::Role::manager || (value & bits::kFlyingMaster) == 0) {
+    config.flying_master.reset();
+  }
   config.own_start = (value & bits::kApplicationStarts) == 0;
   config.start_nodes = (value & bits::kSlavesNotStarted) == 0;
   config.start_all = (value & bits::kStartAll) != 0;
@@ -449,10 +453,28 @@ class Text {
                        c.nmt_inhibit == Duration::zero() ? "0" : format_duration(c.nmt_inhibit));
   }
 
+  void flying_master(const line::LineConfig& c) {
+    if (!c.flying_master) {
+      return;
+    }
+    const line::FlyingMasterConfig& from = *c.flying_master;
+    const nmt::FlyingMasterTimes times = line::flying_master_times(c);
+    add("  flying master: priority {}, waits {} and {} for the active master, its turn after {}; "
+        "{} each {}, heartbeat of the master {}\n",
+        times.priority, format_duration(times.negotiation_delay),
+        format_duration(times.master_timeout),
+        format_duration(times.priority * times.priority_slot + c.node_id * times.device_slot),
+        from.forces_each_cycle ? "076h" : "073h", format_duration(times.detect_cycle),
+        from.master_heartbeat != Duration::zero() ? format_duration(from.master_heartbeat)
+        : c.heartbeat != Duration::zero()         ? format_duration(2 * c.heartbeat)
+                                                  : "not monitored");
+  }
+
   void startup(const line::LineConfig& c) {
     if (c.role == line::Role::manager) {
       add("  start-up: own node {}, {}\n", c.own_start ? "by itself" : "by the application",
           nodes_started(c));
+      flying_master(c);
     } else if (c.role == line::Role::device) {
       add("  started by {}; nodes are observed\n", c.own_start ? "itself" : "its master");
       add("  {}{}, {}\n", kAsMaster, master_services(c), nodes_started(c));

@@ -13,6 +13,7 @@
 #include "gateway/tools/check.h"
 #include "gateway/tools/check_parts.h"
 #include "gateway/tools/json_text.h"
+#include "stack/line/build.h"
 #include "stack/line/line.h"
 #include "stack/pdo/parameters.h"
 
@@ -224,6 +225,21 @@ Json clients_json(const config::LinePlan& plan) {
   return out;
 }
 
+Json flying_master_json(const line::LineConfig& line) {
+  if (!line.flying_master) {
+    return nullptr;
+  }
+  const nmt::FlyingMasterTimes times = line::flying_master_times(line);
+  return {{"priority", times.priority},
+          {"master_timeout_ns", times.master_timeout.count()},
+          {"negotiation_delay_ns", times.negotiation_delay.count()},
+          {"priority_slot_ns", times.priority_slot.count()},
+          {"device_slot_ns", times.device_slot.count()},
+          {"detect_cycle_ns", times.detect_cycle.count()},
+          {"master_heartbeat_ns", line.flying_master->master_heartbeat.count()},
+          {"detection", line.flying_master->forces_each_cycle ? "force" : "ask"}};
+}
+
 Json settings_json(const config::LinePlan& plan, const line::LineConfig& line) {
   return {{"name", line.name},
           {"interface", plan.interface.uri},
@@ -253,6 +269,7 @@ Json settings_json(const config::LinePlan& plan, const line::LineConfig& line) {
           {"on_error", lost_text(line.on_error)},
           {"boot_time_ns", line.boot_time.count()},
           {"nmt_inhibit_ns", line.nmt_inhibit.count()},
+          {"flying_master", flying_master_json(line)},
           {"executor", plan.executor},
           {"storage", plan.storage},
           {"named", plan.named.published},

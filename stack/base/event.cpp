@@ -79,6 +79,7 @@ constexpr std::array<KindInfo, kEventKinds> kInfo{{
     {"routing-unanswered", EventSeverity::warning},
     {"srdo-state", EventSeverity::warning},
     {"sdo-connection", EventSeverity::info},
+    {"flying-master", EventSeverity::info},
 }};
 
 }  // namespace

@@ -395,6 +395,12 @@ void visit(const event::SdoConnection& of, EventMemberVisitor& to) {
   to.number("result", number(of.result));
 }
 
+void visit(const event::FlyingMaster& of, EventMemberVisitor& to) {
+  to.number("state", number(of.state));
+  to.number("before", number(of.before));
+  to.number("priority", number(of.priority));
+}
+
 }  // namespace
 
 void visit_members(const EventData& data, EventMemberVisitor& visitor) {

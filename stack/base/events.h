@@ -22,6 +22,7 @@ enum class BusState : std::uint8_t;
 namespace linegate::nmt {
 enum class State : std::uint8_t;
 enum class Command : std::uint8_t;
+enum class FlyingMasterState : std::uint8_t;
 }  // namespace linegate::nmt
 namespace linegate::lss {
 enum class Verdict : std::uint8_t;
@@ -112,6 +113,7 @@ enum class EventKind : std::uint8_t {
   routing_unanswered,
   srdo_state,
   sdo_connection,
+  flying_master,
 };
 
 // "node" in the comments is Event::node. A member `suppressed` is the number of events that were
@@ -848,6 +850,17 @@ struct DdsProcessEnded {
   friend bool operator==(const DdsProcessEnded&, const DdsProcessEnded&) = default;
 };
 
+// The own node as a flying master (CiA 302-2) changed its state, or another master is the active
+// one. node: the active master, 0 = not known.
+struct FlyingMaster {
+  static constexpr EventKind kKind = EventKind::flying_master;
+  nmt::FlyingMasterState state{};
+  nmt::FlyingMasterState before{};
+  std::uint8_t priority = 0;  // of the own node, 0..2; 0 is the highest
+
+  friend bool operator==(const FlyingMaster&, const FlyingMaster&) = default;
+};
+
 }  // namespace event
 
 // In the order of EventKind.
@@ -868,7 +881,8 @@ using EventData =
                  event::SpontaneousChange, event::SharedNodeId, event::ObjectWritten,
                  event::OwnReset, event::TimeReceived, event::CommandAccepted, event::OutputOwner,
                  event::ClientLimited, event::JournalState, event::DdsProcessEnded,
-                 event::RoutingUnanswered, event::SrdoState, event::SdoConnection>;
+                 event::RoutingUnanswered, event::SrdoState, event::SdoConnection,
+                 event::FlyingMaster>;
 
 inline constexpr std::size_t kEventKinds = std::variant_size_v<EventData>;
 

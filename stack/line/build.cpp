@@ -15,6 +15,7 @@
 #include "stack/line/pdo_checks.h"
 #include "stack/line/srdo_plan.h"
 #include "stack/manager/network_list.h"
+#include "stack/nmt/flying_master.h"
 #include "stack/od/objects.h"
 #include "stack/srdo/configuration.h"
 
@@ -250,6 +251,32 @@ void check_routing(const LineConfig& config, std::vector<Diagnostic>& out) {
   }
 }
 
+void check_flying_master(const LineConfig& config, std::vector<Diagnostic>& out) {
+  if (!config.flying_master) {
+    return;
+  }
+  const FlyingMasterConfig& flying = *config.flying_master;
+  if (config.role != Role::manager) {
+    out.push_back(error(config, "a flying master has the role manager"));
+  }
+  if (flying.priority > nmt::kLowestMasterPriority) {
+    out.push_back(error(config, "the priority of the flying master is not in 0..2"));
+  }
+  const auto is_time = [](Duration time) {
+    return time > Duration::zero() && time <= std::chrono::milliseconds(0xFFFF);
+  };
+  const bool optional_times_are_good =
+      (flying.detect_cycle == Duration::zero() || is_time(flying.detect_cycle)) &&
+      (flying.master_heartbeat == Duration::zero() || is_time(flying.master_heartbeat));
+  if (!is_time(flying.master_timeout) || !is_time(flying.negotiation_delay) ||
+      !is_time(flying.priority_slot) || !is_time(flying.device_slot) || !optional_times_are_good) {
+    out.push_back(error(config, "a time of the flying master is not in 1..65535 ms"));
+  } else if (flying.priority_slot <= can::kMaxNodeId * flying.device_slot) {
+    out.push_back(
+        error(config, "priority_slot of the flying master is not above 127 device slots"));
+  }
+}
+
 bool is_share(std::uint16_t permille) {
   return permille >= 1 && permille <= 1000;
 }
@@ -283,6 +310,7 @@ std::vector<Diagnostic> check(const LineConfig& config) {
   }
   check_fd(config, out);
   check_devices(config, out);
+  check_flying_master(config, out);
   const std::vector<Diagnostic> objects = check_own_objects(config);
   out.insert(out.end(), objects.begin(), objects.end());
   check_routing(config, out);
@@ -295,12 +323,24 @@ manager::Options manager_options(const LineConfig& config) {
   return {.reset_nodes = config.reset_nodes && !as_found,
           .sdo_timeout = config.sdo_timeout,
           .master = manages,
+          .flying = config.flying_master.has_value(),
           .start_all = config.start_all,
           .own_start = config.own_start,
           .start_nodes = config.start_nodes,
           .on_error = config.on_error,
           .boot_time = config.boot_time,
           .nmt_inhibit = config.nmt_inhibit};
+}
+
+nmt::FlyingMasterTimes flying_master_times(const LineConfig& config) {
+  const FlyingMasterConfig& from = config.flying_master.value();
+  const Duration cycle = std::chrono::milliseconds(4000 + 10 * config.node_id);
+  return {.master_timeout = from.master_timeout,
+          .negotiation_delay = from.negotiation_delay,
+          .priority = from.priority,
+          .priority_slot = from.priority_slot,
+          .device_slot = from.device_slot,
+          .detect_cycle = from.detect_cycle != Duration::zero() ? from.detect_cycle : cycle};
 }
 
 std::vector<manager::NodePlan> node_plans(const LineConfig& config) {

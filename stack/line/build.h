@@ -10,6 +10,7 @@
 #include "stack/diagnosis/diagnosis.h"
 #include "stack/line/config.h"
 #include "stack/manager/plan.h"
+#include "stack/nmt/flying_master.h"
 #include "stack/pdo/link.h"
 
 namespace linegate::line {
@@ -25,6 +26,9 @@ Duration consumer_time(const NodeConfig& node);
 
 // The manager's options for the role of the line.
 manager::Options manager_options(const LineConfig& config);
+
+// Precondition: the line has a flying master.
+nmt::FlyingMasterTimes flying_master_times(const LineConfig& config);
 
 diagnosis::Options diagnosis_options(const LineConfig& config);
 diagnosis::CanopenIaOptions canopen_ia_options(const LineConfig& config);

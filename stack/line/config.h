@@ -137,6 +137,21 @@ struct LssConfig {
   std::uint32_t bit_rate = 0;
 };
 
+// The own node of a manager as a flying master (CiA 302-2): it competes with others for the role of
+// the NMT master. The times are whole ms, at most 65535, and the values of 1F90h.
+struct FlyingMasterConfig {
+  std::uint8_t priority = 2;                                    // 1F90h:3; 0..2, 0 is the highest
+  Duration master_timeout = std::chrono::milliseconds(100);     // 1F90h:1
+  Duration negotiation_delay = std::chrono::milliseconds(500);  // 1F90h:2
+  Duration priority_slot = std::chrono::milliseconds(1500);     // 1F90h:4, above 127 device slots
+  Duration device_slot = std::chrono::milliseconds(10);         // 1F90h:5
+  Duration detect_cycle{};  // 1F90h:6; 0 = 4000 ms + 10 ms x own node-ID
+  // Consumer heartbeat time of the active master (1016h); 0 = twice the own producer time.
+  Duration master_heartbeat{};
+  // What the active master sends each detect cycle: 076h, else 073h.
+  bool forces_each_cycle = false;
+};
+
 struct LineConfig {
   std::string name;
   std::uint16_t network_id = 1;  // 1..127
@@ -184,9 +199,14 @@ struct LineConfig {
   bool start_all = false;   // one NMT start for all, when all are booted (1F80h bit 1)
   bool own_start = true;    // the own node starts itself (1F80h bit 2 = 0)
   manager::ErrorReaction on_error = manager::ErrorReaction::node;  // 1F80h bits 4 and 6
+  // Role manager: 1F80h bit 5 is set. The line is NMT master only while its own node is the active
+  // one, and a slave otherwise.
+  std::optional<FlyingMasterConfig> flying_master;
   Duration boot_time{};    // of mandatory nodes (1F89h), whole ms; 0 = no limit
   Duration nmt_inhibit{};  // between two NMT commands (102Ah), whole 100 us
-  bool stop_nodes = true;  // send NMT enter pre-operational to all nodes when the line is stopped
+  // Send NMT enter pre-operational to all nodes when the line is stopped; an active flying master
+  // to those that are not to be kept alive.
+  bool stop_nodes = true;
   std::vector<NodeConfig> nodes;  // ascending by id
   // The nodes as a scan read them, ascending by id, if `nodes` was made from a scan: the next scan
   // that is applied may then replace them. They also answer reads from the scan cache.

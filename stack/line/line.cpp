@@ -160,8 +160,10 @@ OutputRefusal Line::write_outputs(const OutputWrite& write, Instant now) {
     ++counters_.output_writes;
   } else {
     ++counters_.output_writes_refused;
-    emit(now, event::OutputRefused{
-                  .refusal = refusal, .group = write.group, .client = write.client_number});
+    events_.emit({.time = now,
+                  .node = refusal == OutputRefusal::wrong_role ? active_master() : std::uint8_t{0},
+                  .data = event::OutputRefused{
+                      .refusal = refusal, .group = write.group, .client = write.client_number}});
   }
   return refusal;
 }
@@ -276,7 +278,11 @@ void Line::refuse(const Command& command, Refusal refusal, Instant now, std::uin
                 .node = node <= can::kMaxNodeId ? node : std::uint8_t{0},
                 .data = event::CommandRefused{
                     .refusal = refusal, .command = kind(command), .client = command.client}});
-  reply(command.tag, to_error(refusal));
+  ReplyData data;
+  if (refusal == Refusal::wrong_role && active_master() != 0) {
+    data = std::vector{std::byte{active_master()}};
+  }
+  reply(command.tag, to_error(refusal), std::move(data));
 }
 
 }  // namespace linegate::line

@@ -25,7 +25,7 @@ std::uint8_t node_of(const can::Target& target) {
 node::Options node_options(const LineConfig& config) {
   return {.node_id = config.node_id,
           .self_starting = false,
-          .nmt_slave = config.role == Role::device,
+          .nmt_slave = config.role == Role::device || config.flying_master.has_value(),
           .clients_of_default_servers = false,  // the arbiter accesses them
           .error_scheme = config.error_scheme,
           .fd = config.canopen_fd,
@@ -110,6 +110,7 @@ void NodeLine::do_start(Instant now) {
   services_.receivers.follow();
   node_.start(now);
   services_.outputs.apply_defaults(now);
+  services_.flying.start(now);
   adopt_role(now);
 }
 
@@ -219,7 +220,7 @@ void NodeLine::receive(const can::Target& target, const can::Frame& frame) {
       }
       return;
     case can::Service::nmt:
-      hear_nmt(target.index, frame);
+      hear_nmt(target, frame);
       return;
     case can::Service::sdo_client:
       sdo_.receive(target, frame);
@@ -260,6 +261,7 @@ void NodeLine::emergency(std::uint8_t id, const emcy::Message& message, Instant 
 // The nodes keep their outputs, like the devices of a PLC that is switched off; the own node stops
 // transmitting with its heartbeat.
 void NodeLine::do_stop(Instant now) {
+  services_.flying.stop(now);
   manager_.stop(now);
   services_.receivers.follow();
   cancel_sendings();
@@ -267,10 +269,27 @@ void NodeLine::do_stop(Instant now) {
     service->end(Refusal::cancelled, now);
   }
   if (manages() && config_.stop_nodes) {
-    nmt_.send(nmt::Command::enter_pre_operational, 0, now);
-    manager_.sent(nmt::Command::enter_pre_operational, 0, now);
+    stop_nodes(now);
   }
   node_.command(nmt::Command::enter_pre_operational, now);
+}
+
+// The next flying master takes keep-alive nodes over as they are.
+void NodeLine::stop_nodes(Instant now) {
+  constexpr auto kCommand = nmt::Command::enter_pre_operational;
+  const auto stop = [this, now](std::uint8_t id) {
+    nmt_.send(kCommand, id, now);
+    manager_.sent(kCommand, id, now);
+  };
+  if (!services_.flying.takes_part()) {
+    stop(0);
+    return;
+  }
+  for (const NodeConfig& device : config_.nodes) {
+    if (!device.keep_alive) {
+      stop(device.id);
+    }
+  }
 }
 
 // Lines without routing and LSS pay for these conditions only: nothing is stored for later.

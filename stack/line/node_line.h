@@ -97,8 +97,9 @@ class NodeLine final : public Line,
   node::Indicators indicators() const override;
   std::uint64_t do_node_revision(std::uint8_t id) const override;
   NodeState do_node_state(std::uint8_t id) const override;
-  // 1F80h bit 0; at first its configured value.
+  // 1F80h bit 0; at first its configured value. With a flying master: it is the active one.
   bool manages() const override { return manages_; }
+  std::uint8_t active_master() const override { return services_.flying.active_master(); }
 
   // --- Line: node_line_advance.cpp --------------------------------------------------------------
   bool advance(Instant now) override;
@@ -145,12 +146,15 @@ class NodeLine final : public Line,
   void process_completions(Instant now);
   Input forwarded_input(std::size_t object) const;
   Counters count() const;
+  // 1F80h bit 0, and bit 5 for the active master alone.
+  bool wants_manager() const { return startup_.wants_manager() && !services_.flying.is_passive(); }
   Role role() const { return manages_ ? Role::manager : Role::device; }
   void interface_lost();
-  void hear_nmt(std::uint16_t index, const can::Frame& frame);
+  void hear_nmt(const can::Target& target, const can::Frame& frame);
   void write_own_values(Instant now);
   void adopt_role(Instant now);
   void change_role(Instant now);
+  void stop_nodes(Instant now);
   // Whether only process data was received since the last next_wake(), and nothing is due: a round
   // would have nothing to do.
   bool is_idle(Instant now) const;
@@ -177,7 +181,7 @@ class NodeLine final : public Line,
   // Tracks the states of the nodes in every role; acts only in the role manager.
   manager::Manager manager_;
   manager::StartupObjects startup_;
-  bool manages_ = config_.role == Role::manager;
+  bool manages_ = config_.role == Role::manager && !config_.flying_master;
 
   // --- services ---------------------------------------------------------------------------------
   Services services_{{.host = *this,

@@ -67,6 +67,7 @@ void NodeLine::advance_services(Instant now) {
   heartbeats_.advance(now);
   sdo_.advance(now);
   process_completions(now);
+  services_.flying.advance(now);  // so that the role is that of its state in the same round
   change_role(now);
   startup_.advance(now);
   manager_.advance(now);
@@ -79,7 +80,7 @@ void NodeLine::advance_services(Instant now) {
 }
 
 Instant NodeLine::services_wake() const {
-  if (running_ && startup_.wants_manager() != manages_) {
+  if (running_ && wants_manager() != manages_) {
     return Instant{};
   }
   Instant wake = earlier(heartbeats_.next_wake(), earlier(sdo_.next_wake(), manager_.next_wake()));

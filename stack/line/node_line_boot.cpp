@@ -17,8 +17,9 @@ void NodeLine::before_boot(Instant now) {
   }
   write_own_values(now);
   services_.records.apply_pdo_times();
-  node_.set_nmt_slave(!startup_.wants_manager());
-  if (!startup_.wants_manager()) {
+  services_.flying.boot(now);
+  node_.set_nmt_slave(!wants_manager());
+  if (!wants_manager()) {
     nmt_.set_active(false);
   }
 }

@@ -7,6 +7,7 @@ namespace linegate::line {
 
 void NodeLine::consumer_lost(std::uint8_t id, Instant deadline) {
   manager_.consumer_lost(id, deadline);
+  services_.flying.heartbeat_lost(id, deadline);
 }
 
 void NodeLine::boot_up(std::uint8_t id, Instant now) {
@@ -17,6 +18,7 @@ void NodeLine::boot_up(std::uint8_t id, Instant now) {
   manager_.boot_up(id, now);
   services_.scan.boot_up(id, now);
   services_.connections.boot_up(id, now);
+  services_.flying.boot_up(now);
 }
 
 void NodeLine::heartbeat(std::uint8_t id, nmt::State state, Instant now) {
@@ -29,6 +31,7 @@ void NodeLine::heartbeat(std::uint8_t id, nmt::State state, Instant now) {
 
 void NodeLine::heartbeat_lost(std::uint8_t id, Instant deadline) {
   manager_.heartbeat_lost(id, deadline);
+  services_.flying.heartbeat_lost(id, deadline);
 }
 
 void NodeLine::heartbeat_recovered(std::uint8_t id, Instant now) {
@@ -37,15 +40,23 @@ void NodeLine::heartbeat_recovered(std::uint8_t id, Instant now) {
 }
 
 // Commands of another master, or of the master while the own node is an NMT slave.
-void NodeLine::hear_nmt(std::uint16_t index, const can::Frame& frame) {
-  services_.diagnosis.nmt_received(index, frame);
-  const auto control = index == 0 ? nmt::decode_node_control(frame) : std::nullopt;
+void NodeLine::hear_nmt(const can::Target& target, const can::Frame& frame) {
+  if (target.index != 0 && services_.flying.competes()) {
+    if (!services_.flying.receive(frame)) {
+      ++counters_.frames_malformed;
+      events_.emit(can::malformed_event(frame));
+    }
+    return;
+  }
+  services_.diagnosis.nmt_received(target.index, frame);
+  const auto control = target.index == 0 ? nmt::decode_node_control(frame) : std::nullopt;
   if (control) {
     manager_.sent(control->command, control->node, frame.time);
     if (frame.id == can::kNmtId) {
       services_.lss.commanded(control->command, control->node);
       services_.receivers.heard(control->command, control->node);
       manager_.heard(control->command, control->node);
+      services_.flying.hear(*control, frame.time);
     }
   }
 }

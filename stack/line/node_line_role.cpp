@@ -8,9 +8,9 @@
 
 namespace linegate::line {
 
-// Takes the role of 1F80h bit 0, which may be a stored value.
+// Takes the role of 1F80h bit 0, which may be a stored value, and of the flying master.
 void NodeLine::adopt_role(Instant now) {
-  manages_ = startup_.wants_manager();
+  manages_ = wants_manager();
   services_.receivers.mark_changed();
   node_.set_nmt_slave(!manages_);
   nmt_.set_active(manages_);
@@ -33,7 +33,7 @@ void NodeLine::adopt_role(Instant now) {
 // Changes between manager and device at run time. As a device the own node keeps its NMT state and
 // waits for commands of its master.
 void NodeLine::change_role(Instant now) {
-  if (!running_ || startup_.wants_manager() == manages_) {
+  if (!running_ || wants_manager() == manages_) {
     return;
   }
   if (manages_) {
@@ -49,7 +49,10 @@ void NodeLine::change_role(Instant now) {
             device.id);  // a state received before or during its boot process does not count
       }
     }
-    manager_.hand_over(now);
+    manager_.hand_over(now, services_.flying.is_passive());
+    if (services_.flying.is_passive()) {
+      services_.outputs.give_up(now);
+    }
   } else {
     for (const NodeConfig& device : config_.nodes) {
       heartbeats_.stop(device.id);

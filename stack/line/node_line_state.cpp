@@ -19,6 +19,11 @@ LineState NodeLine::do_state() const {
   out.load_permille = load_.permille();
   out.nodes_configured = manager_.configured();
   out.nodes_operational = manager_.operational();
+  if (services_.flying.competes()) {
+    out.flying_master = services_.flying.state();
+    out.active_master = services_.flying.active_master();
+    out.master_priority = services_.flying.priority();
+  }
   out.counters = count();
   out.srdos = services_.srdos.counters();
   return out;

@@ -21,6 +21,9 @@ void OutputReceivers::lost(std::uint64_t first, std::uint64_t last) {
 // the command was sent.
 pdo::Engine::Receiver OutputReceivers::state(std::uint8_t id) const {
   using pdo::Engine;
+  if (parts_.flying.is_passive()) {
+    return Engine::Receiver::waiting;
+  }
   const NodeState& seen = parts_.manager.node(id);
   const bool operational = seen.presence == manager::Presence::present &&
                            seen.state == nmt::State::operational && !parts_.manager.held(id) &&

@@ -12,6 +12,7 @@
 #include "stack/can/frame.h"
 #include "stack/line/config.h"
 #include "stack/line/ends_under_way.h"
+#include "stack/line/flying_master_service.h"
 #include "stack/line/service.h"
 #include "stack/manager/host.h"
 #include "stack/manager/manager.h"
@@ -28,6 +29,7 @@ class OutputReceivers final : public Service {
     manager::Host& nmt;  // sends NMT commands
     const nmt::Master& master;
     pdo::Engine& pdos;
+    const FlyingMasterService& flying;
   };
   OutputReceivers(ServiceHost& host, const LineConfig& config, const Parts& parts)
       : Service(host), config_(config), parts_(parts) {}

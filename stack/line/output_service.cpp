@@ -64,7 +64,9 @@ std::span<const CommandKind> OutputService::commands() const {
 }
 
 void OutputService::execute(Command command, Instant now) {
-  if (std::holds_alternative<SingleOutput>(command.request)) {
+  if (parts_.flying.is_passive()) {
+    host().refuse(command, Refusal::wrong_role, now);
+  } else if (std::holds_alternative<SingleOutput>(command.request)) {
     write_entry(std::move(command), now);
   } else if (std::holds_alternative<ObjectWrite>(command.request)) {
     write_object(std::move(command), now);
@@ -264,7 +266,9 @@ void OutputService::answer_unsent(FramesUnderWay::Sending& sending, Instant now)
 // --- groups ---------------------------------------------------------------------------------
 
 OutputRefusal OutputService::write(const OutputWrite& write, Instant now) {
-  if (const OutputRefusal refusal = outputs_.check(write); refusal != OutputRefusal::none) {
+  const OutputRefusal refusal =
+      parts_.flying.is_passive() ? OutputRefusal::wrong_role : outputs_.check(write);
+  if (refusal != OutputRefusal::none) {
     outputs_.note_refused({.refusal = refusal, .group = write.group, .client = write.client_number},
                           write.client, now);
     return refusal;
@@ -291,7 +295,7 @@ OutputRefusal OutputService::write(const OutputWrite& write, Instant now) {
 }
 
 bool OutputService::feed_watchdog(const OutputWrite& write, Instant now) {
-  return outputs_.feed(write, now);
+  return !parts_.flying.is_passive() && outputs_.feed(write, now);
 }
 
 // Writes all bytes before requesting PDOs: a PDO never carries half of a write.
@@ -334,6 +338,19 @@ void OutputService::apply_defaults(Instant now) {
   for (const OutputDefault& value : config_.defaults) {
     entry_written(value.entry, true, now);
   }
+}
+
+void OutputService::give_up(Instant now) {
+  for (const CommandKind kind : commands()) {
+    host().refuse_unsent(kind, Refusal::wrong_role, now);
+  }
+  outputs_.disarm();
+  for (const Outputs::Group& group : outputs_.groups()) {
+    for (const std::uint32_t entry : group.config.entries) {
+      parts_.image.forget_entry(Direction::outputs, entry);
+    }
+  }
+  apply_defaults(now);
 }
 
 // Precondition: the entry is not valid.

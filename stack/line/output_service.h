@@ -13,6 +13,7 @@
 #include "stack/diagnosis/control_record.h"
 #include "stack/image/process_image.h"
 #include "stack/line/config.h"
+#include "stack/line/flying_master_service.h"
 #include "stack/line/nmt_service.h"
 #include "stack/line/output_receivers.h"
 #include "stack/line/output_state.h"
@@ -37,6 +38,7 @@ class OutputService final : public Service {
     const pdo::LinkPlan& plan;
     NmtService& nmt;
     const OutputReceivers& receivers;
+    const FlyingMasterService& flying;
     const diagnosis::ControlSettings& settings;
     routing::ForwardObjects& forwarded;
     routing::Counters& routed;
@@ -52,7 +54,7 @@ class OutputService final : public Service {
   // pdo_trigger: answered with the numbers of the TPDOs; wrong_state (the own node is not
   // Operational, or a value of each PDO is missing), unknown_entry. If a frame is not acknowledged
   // in time, the reply to a write has the reason why its PDO waits, and pdo_trigger is refused with
-  // why_unsent().
+  // why_unsent(). All: wrong_role, while another flying master is active.
   void execute(Command command, Instant now) override;
   // Requests PDOs whose update time has passed.
   void advance(Instant now) override;
@@ -70,6 +72,9 @@ class OutputService final : public Service {
   // See Line::write_bound().
   void write_bound(std::span<const BoundValue> values, Instant now);
   void apply_defaults(Instant now);
+  // Another flying master is active: disarms all groups, forgets the values that clients wrote, so
+  // that their PDOs are held back until they are written again, and refuses commands under way.
+  void give_up(Instant now);
   // Executes the reactions of watchdogs that have expired.
   void expire_watchdogs(Instant now);
   Instant next_watchdog() const { return outputs_.next_wake(); }

@@ -179,6 +179,17 @@ const Outputs::Group* Outputs::expire(Instant now) {
   return nullptr;
 }
 
+void Outputs::disarm() {
+  for (Group& each : groups_) {
+    if (std::exchange(each.armed, false)) {
+      each.burnt = each.arming;
+    }
+    each.tripped = false;
+    each.deadline = kNever;
+  }
+  follow_deadlines();
+}
+
 void Outputs::follow_deadlines() {
   next_deadline_ = kNever;
   for (const Group& group : groups_) {

@@ -74,6 +74,8 @@ class Outputs {
   bool any_silent() const;
   // A group whose watchdog has expired at `now`, which becomes tripped; nullptr if there is none.
   const Group* expire(Instant now);
+  // Ends the use of all groups, without a reaction: a write needs another arming number.
+  void disarm();
   Instant next_wake() const { return next_deadline_; }
 
   // Whether the entry follows an input, of this gateway or of another one.

@@ -72,6 +72,33 @@ od::ObjectDescription error_behaviour(Role role) {
   return out;
 }
 
+od::ObjectDescription flying_master_timing(const LineConfig& config) {
+  const nmt::FlyingMasterTimes times = flying_master_times(config);
+  const auto ms = [](Duration time) {
+    return static_cast<std::uint64_t>(
+        std::chrono::duration_cast<std::chrono::milliseconds>(time).count());
+  };
+  const std::pair<const char*, std::uint64_t> parameters[] = {
+      {"NMT master timeout", ms(times.master_timeout)},
+      {"NMT master negotiation time delay", ms(times.negotiation_delay)},
+      {"NMT master priority", times.priority},
+      {"Priority time slot", ms(times.priority_slot)},
+      {"CANopen device time slot", ms(times.device_slot)},
+      {"Multiple NMT master detect cycle time", ms(times.detect_cycle)},
+  };
+  const od::objects::Entry& entry = od::objects::at(od::objects::kFlyingMasterTiming);
+  od::ObjectDescription out{.index = od::objects::kFlyingMasterTiming,
+                            .name = std::string(entry.name),
+                            .type = ObjectType::array};
+  out.variables.push_back(od::number_variable(0, "Highest sub-index supported", DataType::unsigned8,
+                                              Access::constant, std::size(parameters)));
+  for (const auto& [name, value] : parameters) {
+    const auto sub = static_cast<std::uint8_t>(out.variables.size());
+    out.variables.push_back(od::number_variable(sub, name, entry.type, Access::rw, value));
+  }
+  return out;
+}
+
 // Store and restore parameters, verify configuration.
 void add_storage(std::vector<od::ObjectDescription>& objects) {
   constexpr std::uint8_t kGroups = storage::kManufacturer;
@@ -186,6 +213,9 @@ od::Dictionary make_own_dictionary(const LineConfig& config) {
                     std::back_inserter(device.objects));
   std::ranges::move(manager::program_objects(node_plans(config)),
                     std::back_inserter(device.objects));
+  if (config.flying_master) {
+    device.objects.push_back(flying_master_timing(config));
+  }
   if (config.routing.interface != 0) {
     for (unsigned number = 1; number <= config.routing.additional_servers; ++number) {
       device.objects.push_back(another_sdo_server(number));

@@ -8,6 +8,7 @@
 #include "stack/line/connection_service.h"
 #include "stack/line/diagnosis_service.h"
 #include "stack/line/emcy_service.h"
+#include "stack/line/flying_master_service.h"
 #include "stack/line/local_service.h"
 #include "stack/line/lss_service.h"
 #include "stack/line/mpdo_service.h"
@@ -60,6 +61,13 @@ struct Services {
 
   // In the order in which they are advanced. A service that obtains a value from another service
   // when it is created follows it.
+  FlyingMasterService flying{line.host,
+                             line.config,
+                             {.node = line.node,
+                              .own_objects = line.own_objects,
+                              .manager = line.manager,
+                              .nmt_host = line.nmt_host,
+                              .events = line.events}};
   NmtService nmt{line.host, line.nmt_host, line.master,
                  line.node, line.manager,  line.config.node_id};
   LssService lss{
@@ -120,10 +128,13 @@ struct Services {
                      .sdo = line.sdo,
                      .manager = line.manager}};
   MpdoService mpdo{line.host, line.node, line.own_objects, line.config};
-  OutputReceivers receivers{
-      line.host,
-      line.config,
-      {.manager = line.manager, .nmt = line.nmt, .master = line.master, .pdos = line.node.pdos()}};
+  OutputReceivers receivers{line.host,
+                            line.config,
+                            {.manager = line.manager,
+                             .nmt = line.nmt,
+                             .master = line.master,
+                             .pdos = line.node.pdos(),
+                             .flying = flying}};
   OutputService outputs{line.host,
                         line.config,
                         {.node = line.node,
@@ -131,6 +142,7 @@ struct Services {
                          .plan = line.plan,
                          .nmt = nmt,
                          .receivers = receivers,
+                         .flying = flying,
                          .settings = records.settings(),
                          .forwarded = line.forwarded,
                          .routed = line.routed,

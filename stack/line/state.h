@@ -93,6 +93,10 @@ struct LineState {
   std::uint16_t load_permille = 0;
   std::uint8_t nodes_configured = 0;
   std::uint8_t nodes_operational = 0;
+  // The own node as a flying master (CiA 302-2)
+  nmt::FlyingMasterState flying_master = nmt::FlyingMasterState::none;
+  std::uint8_t active_master = 0;    // node-ID of the active master, 0 = not known, or none
+  std::uint8_t master_priority = 0;  // own, 0..2; 0 is the highest
   Counters counters;
   routing::Counters routing;
   SrdoCounters srdos;

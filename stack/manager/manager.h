@@ -42,8 +42,8 @@ class Manager final : public sdo::TransferOwner {
   // Stops all nodes, including the own one, until start() or boot().
   void halt(Instant now) { stop_all(now); }
   // The own node is no longer the NMT master (1F80h bit 0): the nodes are still observed, but not
-  // controlled.
-  void hand_over(Instant now);
+  // controlled. keeps_data: the data of nodes that are Operational stay valid.
+  void hand_over(Instant now, bool keeps_data = false);
 
   // Frames and losses of a node, 1..127, configured or not.
   void boot_up(std::uint8_t node, Instant now);
@@ -171,7 +171,7 @@ class Manager final : public sdo::TransferOwner {
   void refresh_list();
 
   // --- startup.cpp ----------------------------------------------------------------------------
-  void end(Instant now);
+  void end(Instant now, bool keeps_data);
   void boot_all(Instant now);
   void reset_nodes(Instant now);
   void begin(Slot& slot, BootSlave::Reason reason, Instant now,

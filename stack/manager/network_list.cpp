@@ -58,6 +58,7 @@ std::uint32_t startup_of(const Options& options) {
   const auto add = [&out](bool wanted, std::uint32_t bits) { out |= wanted ? bits : 0U; };
   add(options.start_all, kStartAll);
   add(!options.own_start, kApplicationStarts);
+  add(options.flying, kFlyingMaster);
   add(!options.start_nodes, kSlavesNotStarted);
   add(options.on_error == ErrorReaction::reset_all, kResetAll);
   add(options.on_error == ErrorReaction::stop_all, kStopAll);

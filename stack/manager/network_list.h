@@ -24,8 +24,8 @@ inline constexpr std::uint32_t kStartAll = 1U << 1U;  // with one command, when 
 // The own node does not enter Operational by itself
 inline constexpr std::uint32_t kApplicationStarts = 1U << 2U;
 inline constexpr std::uint32_t kSlavesNotStarted = 1U << 3U;  // the application starts them
-inline constexpr std::uint32_t kResetAll = 1U << 4U;  // on an error event of a mandatory node
-inline constexpr std::uint32_t kFlyingMaster = 1U << 5U;
+inline constexpr std::uint32_t kResetAll = 1U << 4U;      // on an error event of a mandatory node
+inline constexpr std::uint32_t kFlyingMaster = 1U << 5U;  // with kMaster, and only with 1F90h
 // On such an event; takes precedence over kResetAll
 inline constexpr std::uint32_t kStopAll = 1U << 6U;
 inline constexpr std::uint32_t kSupported =

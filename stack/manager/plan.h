@@ -68,6 +68,7 @@ struct Options {
   Duration sdo_timeout = std::chrono::milliseconds(500);
   // The initial values of 1F80h, 1F89h and 102Ah.
   bool master = true;       // bit 0
+  bool flying = false;      // bit 5: it competes with others for the role of the master
   bool start_all = false;   // bit 1: with one command, when the boot is complete
   bool own_start = true;    // bit 2 = 0: the own node becomes Operational by itself
   bool start_nodes = true;  // bit 3 = 0: the manager starts the nodes

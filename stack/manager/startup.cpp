@@ -69,22 +69,26 @@ void Manager::boot_all(Instant now) {
 }
 
 void Manager::stop(Instant now) {
-  end(now);
+  end(now, false);
   set_state(ManagerState::stopped, now);
 }
 
-void Manager::hand_over(Instant now) {
-  end(now);
+void Manager::hand_over(Instant now, bool keeps_data) {
+  end(now, keeps_data);
   set_state(ManagerState::inactive, now);
 }
 
 // Nodes whose heartbeat is no longer monitored count as present until the next one is late.
-void Manager::end(Instant now) {
+void Manager::end(Instant now, bool keeps_data) {
   for (const auto& slot : slots_) {
     slot->boot->cancel();
     slot->not_started = kNever;
     leave_error_control(*slot);
-    host_.node_data_invalid(slot->plan.id);
+    const NodeState& seen = nodes_[slot->plan.id];
+    if (!keeps_data || seen.presence != Presence::present ||
+        seen.state != nmt::State::operational) {
+      host_.node_data_invalid(slot->plan.id);
+    }
     nodes_[slot->plan.id].heartbeat_monitored = false;
     leave_unwatched(*slot, now);
     touch(slot->plan.id);

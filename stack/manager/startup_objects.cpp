@@ -87,16 +87,22 @@ AbortCode StartupObjects::check_write(od::Address address, std::span<const std::
   const auto number = static_cast<std::uint32_t>(load_le(value));
   switch (address.index) {
     case od::objects::kNmtStartup:
-      return (number & ~startup::kSupported) != 0 ||
-                     (stays_manager_ && (number & startup::kMaster) == 0)
-                 ? AbortCode::invalid_value
-                 : AbortCode::none;
+      return check_startup(number);
     case od::objects::kSlaveAssignment:
       return address.sub == own_ && (number & assignment::kListed) != 0 ? AbortCode::invalid_value
                                                                         : AbortCode::none;
     default:
       return check_request(address, static_cast<std::uint8_t>(number));
   }
+}
+
+AbortCode StartupObjects::check_startup(std::uint32_t value) const {
+  const bool flies = (value & startup::kFlyingMaster) != 0;
+  const bool can_fly = dictionary_.number({od::objects::kFlyingMasterTiming, 0}).has_value() &&
+                       (value & startup::kMaster) != 0;
+  const bool good = (value & ~(startup::kSupported | startup::kFlyingMaster)) == 0;
+  const bool stays = !stays_manager_ || (value & startup::kMaster) != 0;
+  return good && stays && (can_fly || !flies) ? AbortCode::none : AbortCode::invalid_value;
 }
 
 AbortCode StartupObjects::check_request(od::Address address, std::uint8_t value) const {

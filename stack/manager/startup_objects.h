@@ -2,8 +2,8 @@
 // Access to the objects 1F80h to 1F83h (CiA 302-2): refusals and requests. 1F84h to 1F8Ah and 102Ah
 // are plain values, see network_list.h.
 //
-//   1F80h  bit 5 (flying master) and reserved bits are refused; bit 0 switches between manager and
-//          device
+//   1F80h  reserved bits are refused; bit 0 switches between manager and device; bit 5 (flying
+//          master) needs bit 0 and the object 1F90h, and makes the active master the manager
 //   1F81h  the own node cannot be listed
 //   1F82h  write: 4 stop, 5 start, 6 reset node, 7 reset communication, 127 enter
 //          pre-operational, for node n, or with sub-index 128 for all except the own node. Read:
@@ -40,7 +40,7 @@ class StartupObjects final : public od::Hook {
 
   // 1F80h bit 0 cannot be cleared by a write, and has no effect.
   void keep_manager() { stays_manager_ = true; }
-  // 1F80h bit 0: the own node is to be the manager.
+  // 1F80h bit 0: the own node is to be the manager; with bit 5 when it is the active master.
   bool wants_manager() const;
 
   AbortCode before_read(od::Address address, const od::Variable& variable) override;
@@ -53,6 +53,7 @@ class StartupObjects final : public od::Hook {
     std::uint8_t value = 0;
   };
 
+  AbortCode check_startup(std::uint32_t value) const;
   AbortCode check_request(od::Address address, std::uint8_t value) const;
   std::uint8_t state_of(std::uint8_t node) const;
   void watch(const Request& request, Instant now);

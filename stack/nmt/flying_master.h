@@ -17,6 +17,7 @@
 #include "stack/base/time.h"
 #include "stack/can/frame.h"
 #include "stack/nmt/node_control.h"
+#include "stack/nmt/state.h"
 
 namespace linegate::nmt {
 
@@ -29,17 +30,6 @@ inline constexpr std::uint16_t kCapableQuestionId = 0x075;
 inline constexpr std::uint16_t kForceNegotiationId = 0x076;
 
 inline constexpr std::uint8_t kLowestMasterPriority = 2;
-
-// The numbers are those of the contract (idl/linegate.idl).
-enum class FlyingMasterState : std::uint8_t {
-  none,       // it is no flying master
-  detect,     // it searches for an active NMT master
-  reset,      // it found none, has reset the communication of all nodes, and searches again
-  negotiate,  // it waits for its turn, by priority and node-ID
-  master,     // it is the active NMT master
-  slave,      // another node is the active NMT master
-  force,      // it has forced a new negotiation, and searches again
-};
 
 // The message that the active master sends every detect cycle, to find a second one.
 enum class MasterDetection : std::uint8_t {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// NMT states and commands (CiA 301, 7.2.8.2 and 7.3.2).
+// NMT states and commands (CiA 301, 7.2.8.2 and 7.3.2), and the states of a flying master.
 #pragma once
 
 #include <cstdint>
@@ -25,6 +25,17 @@ enum class Command : std::uint8_t {
   reset_communication = 0x82,
 };
 
+// Of a flying master (CiA 302-2), see flying_master.h. The numbers are part of the DDS contract.
+enum class FlyingMasterState : std::uint8_t {
+  none,       // it is no flying master
+  detect,     // it searches for an active NMT master
+  reset,      // it found none, has reset the communication of all nodes, and searches again
+  negotiate,  // it waits for its turn, by priority and node-ID
+  master,     // it is the active NMT master
+  slave,      // another node is the active NMT master
+  force,      // it has forced a new negotiation, and searches again
+};
+
 constexpr bool is_command(std::uint8_t cs) {
   return cs == 0x01 || cs == 0x02 || (cs >= 0x80 && cs <= 0x82);
 }
@@ -45,6 +56,26 @@ constexpr std::string_view name(State state) {
       return "pre-operational";
     case State::unknown:
       break;
+  }
+  return "unknown";
+}
+
+constexpr std::string_view name(FlyingMasterState state) {
+  switch (state) {
+    case FlyingMasterState::none:
+      return "none";
+    case FlyingMasterState::detect:
+      return "detect";
+    case FlyingMasterState::reset:
+      return "reset";
+    case FlyingMasterState::negotiate:
+      return "negotiate";
+    case FlyingMasterState::master:
+      return "master";
+    case FlyingMasterState::slave:
+      return "slave";
+    case FlyingMasterState::force:
+      return "force";
   }
   return "unknown";
 }

@@ -100,7 +100,8 @@ class Application : public pdo::Listener {
 
 struct Options {
   std::uint8_t node_id = 0;  // 1..127
-  // Enters Operational by itself, as does an NMT slave whose object 1F80h has bits 0 and 2 clear.
+  // Enters Operational by itself, as does an NMT slave whose object 1F80h has bits 0 and 2 clear,
+  // or bits 0 and 5 set and bit 2 clear (a flying master that is not the active one).
   bool self_starting = false;
   bool nmt_slave = true;  // obeys node control on 000h; false for the NMT master
   // Whether its clients of 1280h to 12FFh may use default servers (600h and 580h + node-ID). False

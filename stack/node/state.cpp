@@ -12,6 +12,7 @@ constexpr od::Address kHighResolutionStamp{od::objects::kHighResolutionTime, 0};
 constexpr od::Address kNmtStartup{od::objects::kNmtStartup, 0};
 constexpr std::uint64_t kNmtMaster = 0x01;
 constexpr std::uint64_t kNotSelfStarting = 0x04;
+constexpr std::uint64_t kFlyingMaster = 0x20;
 
 // CANopen FD has no node guarding and no SDO.
 void remove_classical_objects(od::Dictionary& dictionary) {
@@ -213,7 +214,8 @@ void Node::Impl::boot(Instant time) {
 bool Node::Impl::self_starting() const {
   const auto startup = dictionary.number(kNmtStartup);
   return options.self_starting ||
-         (options.nmt_slave && startup && (*startup & (kNmtMaster | kNotSelfStarting)) == 0);
+         (options.nmt_slave && startup && (*startup & kNotSelfStarting) == 0 &&
+          (*startup & (kNmtMaster | kFlyingMaster)) != kNmtMaster);
 }
 
 void Node::Impl::state_changed(nmt::State before, Instant time) {

@@ -117,6 +117,7 @@ constexpr Entry kEntries[] = {
     array(kExpectedSerial, "Serial number", unsigned32, "CiA 302-2"),
     var(kBootTime, "Boot time", unsigned32, "CiA 302-2"),
     array(kRestoreConfiguration, "Restore configuration", unsigned8, "CiA 302-2"),
+    array(kFlyingMasterTiming, "NMT flying master timing parameters", unsigned16, "CiA 302-2"),
     arrays(kScannerList, kLastScannerList, "MPDO scanner list", unsigned32, "CiA 301 7.5.2.39"),
     arrays(kDispatcherList, kLastDispatcherList, "MPDO dispatcher list", unsigned64,
            "CiA 301 7.5.2.40"),

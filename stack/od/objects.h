@@ -95,6 +95,7 @@ inline constexpr std::uint16_t kExpectedRevision = 0x1F87;
 inline constexpr std::uint16_t kExpectedSerial = 0x1F88;
 inline constexpr std::uint16_t kBootTime = 0x1F89;
 inline constexpr std::uint16_t kRestoreConfiguration = 0x1F8A;
+inline constexpr std::uint16_t kFlyingMasterTiming = 0x1F90;
 
 // CiA 302-7: several networks
 inline constexpr std::uint16_t kRoutingTable = 0x1F2C;

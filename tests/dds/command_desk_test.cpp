@@ -373,6 +373,8 @@ TEST(CommandSamples, ResultsAreSaidInWords) {
   EXPECT_EQ(describe_result({Domain::sdo, 0x0602'0000}),
             std::string(describe(AbortCode::no_object)));
   EXPECT_EQ(describe_result(line::to_error(Refusal::busy)), std::string(describe(Refusal::busy)));
+  EXPECT_EQ(describe_result(line::to_error(Refusal::wrong_role), std::array{std::byte{9}}),
+            std::string(describe(Refusal::wrong_role)) + ": node 9 is the active NMT master");
   EXPECT_EQ(describe_result({Domain::can, 19}), "No such device");
 }
 

@@ -42,6 +42,9 @@ inline line::LineState line_state() {
   state.load_permille = 421;
   state.nodes_configured = 3;
   state.nodes_operational = 2;
+  state.flying_master = nmt::FlyingMasterState::slave;
+  state.active_master = 9;
+  state.master_priority = 1;
   std::uint64_t* counter = &state.counters.frames_received;
   for (std::uint64_t i = 0; i < sizeof(line::Counters) / sizeof(std::uint64_t); ++i) {
     counter[i] = 1'000 + i;

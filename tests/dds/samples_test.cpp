@@ -33,6 +33,9 @@ TEST(StateSamples, LineStateComesBack) {
   EXPECT_EQ(state.load_permille, sent.load_permille);
   EXPECT_EQ(state.nodes_configured, sent.nodes_configured);
   EXPECT_EQ(state.nodes_operational, sent.nodes_operational);
+  EXPECT_EQ(state.flying_master, sent.flying_master);
+  EXPECT_EQ(state.active_master, sent.active_master);
+  EXPECT_EQ(state.master_priority, sent.master_priority);
   EXPECT_EQ(std::memcmp(&state.counters, &sent.counters, sizeof state.counters), 0);
   EXPECT_EQ(info.interface_uri, "virtual:known");
   EXPECT_EQ(info.bit_rate, 500'000U);

@@ -110,9 +110,9 @@ void compare_line_state(const linegate_v1_LineState* s) {
   NUMBER(s->load_permille, 421);
   NUMBER(s->nodes_configured, 3);
   NUMBER(s->nodes_operational, 2);
-  NUMBER(s->flying_master, linegate_v1_FLYING_MASTER_NONE);
-  NUMBER(s->active_master, 0);
-  NUMBER(s->master_priority, 0);
+  NUMBER(s->flying_master, linegate_v1_FLYING_MASTER_SLAVE);
+  NUMBER(s->active_master, 9);
+  NUMBER(s->master_priority, 1);
   compare_counters(&s->count);
   compare_properties(&s->properties, 2);
 }

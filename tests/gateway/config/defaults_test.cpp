@@ -138,6 +138,17 @@ void add_parts_of_a_line(DefaultCases& to) {
   add("lss", "timeout", "200ms", [](const Line& l) { return l.lss.timeout; });
   add("lss", "period", "6s", [](const Line& l) { return l.lss.period; });
   add("lss", "store", "true", [](const Line& l) { return l.lss.store; });
+  const auto flies = [&](const std::string& key, const std::string& other, auto member) {
+    add("flying_master", key, other, [member](const Line& l) {
+      return l.flying_master.value_or(line::FlyingMasterConfig{}).*member;
+    });
+  };
+  flies("priority", "1", &line::FlyingMasterConfig::priority);
+  flies("master_timeout", "200ms", &line::FlyingMasterConfig::master_timeout);
+  flies("negotiation_delay", "200ms", &line::FlyingMasterConfig::negotiation_delay);
+  flies("priority_slot", "2s", &line::FlyingMasterConfig::priority_slot);
+  flies("device_slot", "5ms", &line::FlyingMasterConfig::device_slot);
+  flies("detection", "force", &line::FlyingMasterConfig::forces_each_cycle);
   add("startup", "start_all", "true", [](const Line& l) { return l.start_all; });
   add("startup", "own_start", "false", [](const Line& l) { return l.own_start; });
   add("startup", "on_error", "stop_all", [](const Line& l) { return l.on_error; });
@@ -346,6 +357,8 @@ const std::set<std::string> kDefaultsInWords{"dds/participants",
                                              "line/network_id",
                                              "line/lss/bit_rate",
                                              "line/sdo_connections",
+                                             "line/flying_master/detect_cycle",
+                                             "line/flying_master/master_heartbeat",
                                              "line/startup/boot_time",
                                              "line/access/clients",
                                              "line/emcy_to",

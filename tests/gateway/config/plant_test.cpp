@@ -865,6 +865,7 @@ lines:
     reset_nodes: false
     start_nodes: false
     startup: {start_all: true, own_start: false, on_error: stop_all, boot_time: 30s, nmt_inhibit: 2ms}
+    flying_master: {priority: 1, master_timeout: 150ms, negotiation_delay: 400ms, priority_slot: 2s, device_slot: 8ms, detect_cycle: 6s, master_heartbeat: 3s, detection: force}
     identity: {vendor: 0x1234, serial: 7}
     own_objects:
       2100:1: {name: Recipe, type: u16, access: rww, default: 5, low: 1, high: 100, map: true, store: true, image: true}
@@ -940,6 +941,15 @@ void expect_keys_of_the_manager(const LinePlan& line) {
   EXPECT_EQ(line.config.on_error, manager::ErrorReaction::stop_all);
   EXPECT_EQ(line.config.boot_time, 30s);
   EXPECT_EQ(line.config.nmt_inhibit, 2ms);
+  ASSERT_TRUE(line.config.flying_master);
+  EXPECT_EQ(line.config.flying_master->priority, 1);
+  EXPECT_EQ(line.config.flying_master->master_timeout, 150ms);
+  EXPECT_EQ(line.config.flying_master->negotiation_delay, 400ms);
+  EXPECT_EQ(line.config.flying_master->priority_slot, 2s);
+  EXPECT_EQ(line.config.flying_master->device_slot, 8ms);
+  EXPECT_EQ(line.config.flying_master->detect_cycle, 6s);
+  EXPECT_EQ(line.config.flying_master->master_heartbeat, 3s);
+  EXPECT_TRUE(line.config.flying_master->forces_each_cycle);
   EXPECT_EQ(line.config.identity.vendor, 0x1234U);
   EXPECT_EQ(line.config.identity.serial, 7U);
 }

@@ -454,6 +454,17 @@ TEST(EventText, SaysHowAnotherManagerShowedItself) {
             "another NMT master: flying-master message 076h");
 }
 
+TEST(EventText, NamesTheActiveFlyingMaster) {
+  event::FlyingMaster changed{.state = nmt::FlyingMasterState::slave,
+                              .before = nmt::FlyingMasterState::detect,
+                              .priority = 2};
+  EXPECT_EQ(words(6, changed),
+            "node 6: flying master: slave, before detect, priority 2; the active NMT master is "
+            "node 6");
+  changed.state = nmt::FlyingMasterState::negotiate;
+  EXPECT_EQ(words(0, changed), "flying master: negotiate, before detect, priority 2");
+}
+
 TEST(EventText, SaysHowAnotherWithTheOwnNodeIdShowedItself) {
   EXPECT_EQ(words(6, event::DuplicateNodeId{nmt::State::operational}),
             "node 6: another device has the same node-ID (operational)");

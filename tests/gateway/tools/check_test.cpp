@@ -239,6 +239,25 @@ TEST(Check, SaysOfTheSlaveModeWhatIsDoneAsMasterAlone) {
       << text;
 }
 
+TEST(Check, SaysHowAFlyingMasterNegotiates) {
+  const auto loaded = config::read(R"(schema: 1
+lines:
+  - {name: a, interface: 'virtual:p', node_id: 20, heartbeat: 200ms, flying_master: {priority: 1, detection: force}}
+  - {name: b, interface: 'virtual:q', node_id: 21}
+)",
+                                   "x.yaml");
+  ASSERT_TRUE(loaded.ok());
+  const std::string text = describe(*loaded.value);
+  EXPECT_TRUE(contains(text,
+                       "  flying master: priority 1, waits 500ms and 100ms for the active master, "
+                       "its turn after 1700ms; 076h each 4200ms, heartbeat of the master 400ms\n"))
+      << text;
+  const YAML::Node json = YAML::Load(to_json(loaded));
+  EXPECT_EQ(json["lines"][0]["flying_master"]["priority"].as<int>(), 1);
+  EXPECT_EQ(json["lines"][0]["flying_master"]["detection"].as<std::string>(), "force");
+  EXPECT_TRUE(json["lines"][1]["flying_master"].IsNull());
+}
+
 TEST(Check, SaysOfAManagerWhoseOwnValueMakesItASlaveThatItIsOne) {
   const auto loaded = config::read(R"(schema: 1
 lines:

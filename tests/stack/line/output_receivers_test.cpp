@@ -48,10 +48,14 @@ struct OutputReceiversTest : testing::Test, manager::Host {
   nmt::Master master{managed.transmit};
   RecordingHost host;
   std::vector<std::uint8_t> started;
-  OutputReceivers receivers{
-      host,
-      parts.config,
-      {.manager = managed.manager, .nmt = *this, .master = master, .pdos = parts.node->pdos()}};
+  NoFlyingMaster flying{host, parts, managed.manager};
+  OutputReceivers receivers{host,
+                            parts.config,
+                            {.manager = managed.manager,
+                             .nmt = *this,
+                             .master = master,
+                             .pdos = parts.node->pdos(),
+                             .flying = flying.service}};
 };
 
 TEST_F(OutputReceiversTest, ANodeReceivesWhileItIsKnownToBeOperational) {

@@ -72,10 +72,14 @@ struct OutputServiceTest : testing::Test, NmtHost {
   nmt::Master master{managed.transmit};
   RecordingHost host;
   NmtService nmt{host, *this, master, *parts.node, managed.manager, parts.config.node_id};
-  OutputReceivers receivers{
-      host,
-      parts.config,
-      {.manager = managed.manager, .nmt = managed, .master = master, .pdos = parts.node->pdos()}};
+  NoFlyingMaster flying{host, parts, managed.manager};
+  OutputReceivers receivers{host,
+                            parts.config,
+                            {.manager = managed.manager,
+                             .nmt = managed,
+                             .master = master,
+                             .pdos = parts.node->pdos(),
+                             .flying = flying.service}};
   diagnosis::ControlSettings settings;
   routing::Counters routed;
   ServiceStub by_sdo{host};
@@ -86,6 +90,7 @@ struct OutputServiceTest : testing::Test, NmtHost {
                          .plan = parts.plan,
                          .nmt = nmt,
                          .receivers = receivers,
+                         .flying = flying.service,
                          .settings = settings,
                          .forwarded = parts.forwarded,
                          .routed = routed,

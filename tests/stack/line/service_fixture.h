@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 
 #include "stack/line/build.h"
+#include "stack/line/flying_master_service.h"
 #include "stack/line/own_dictionary.h"
 #include "stack/line/own_objects.h"
 #include "stack/line/service.h"
@@ -166,6 +167,22 @@ struct NodeParts {
   OwnObjects own_objects{config.own_objects, image, events};
   routing::ForwardObjects forwarded{config.forwarding, image};
   std::unique_ptr<node::Node> node;
+};
+
+// The service of an own node that is no flying master.
+struct NoFlyingMaster final : NmtHost {
+  NoFlyingMaster(ServiceHost& host, NodeParts& parts, manager::Manager& manager)
+      : service(host, parts.config,
+                {.node = *parts.node,
+                 .own_objects = parts.own_objects,
+                 .manager = manager,
+                 .nmt_host = *this,
+                 .events = parts.events}) {}
+
+  void nmt_sent(nmt::Command /*command*/, std::uint8_t /*node*/, Instant /*now*/) override {}
+  bool has_failed() const override { return false; }
+
+  FlyingMasterService service;
 };
 
 }  // namespace linegate::line
