@@ -267,7 +267,11 @@ bool Line::usable() const {
          bus_ != can::BusState::bus_off;
 }
 
+// A refusal because another flying master is active names it.
 void Line::reply(std::uint64_t tag, Error error, ReplyData data) {
+  if (error == to_error(Refusal::wrong_role) && active_master() != 0) [[unlikely]] {
+    data = std::vector{std::byte{active_master()}};
+  }
   replies_.push_back({.tag = tag, .error = error, .data = std::move(data)});
 }
 
@@ -278,11 +282,7 @@ void Line::refuse(const Command& command, Refusal refusal, Instant now, std::uin
                 .node = node <= can::kMaxNodeId ? node : std::uint8_t{0},
                 .data = event::CommandRefused{
                     .refusal = refusal, .command = kind(command), .client = command.client}});
-  ReplyData data;
-  if (refusal == Refusal::wrong_role && active_master() != 0) {
-    data = std::vector{std::byte{active_master()}};
-  }
-  reply(command.tag, to_error(refusal), std::move(data));
+  reply(command.tag, to_error(refusal));
 }
 
 }  // namespace linegate::line

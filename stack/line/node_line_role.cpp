@@ -51,6 +51,7 @@ void NodeLine::change_role(Instant now) {
     }
     manager_.hand_over(now, services_.flying.is_passive());
     if (services_.flying.is_passive()) {
+      services_.sdo.end(Refusal::wrong_role, now);
       services_.outputs.give_up(now);
     }
   } else {

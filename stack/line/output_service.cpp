@@ -290,7 +290,11 @@ OutputRefusal OutputService::write(const OutputWrite& write, Instant now) {
       parts_.node.end_reported(kWatchdogEmcy, now);
     }
   }
-  apply(write, outputs_.group(write.group)->config.send_always, now);
+  const Outputs::Group& group = *outputs_.group(write.group);
+  apply(write, group.config.send_always || group.resends, now);
+  if (group.resends) [[unlikely]] {
+    note_if_complete(group);
+  }
   return OutputRefusal::none;
 }
 
@@ -337,6 +341,15 @@ void OutputService::apply_defaults(Instant now) {
   }
   for (const OutputDefault& value : config_.defaults) {
     entry_written(value.entry, true, now);
+  }
+}
+
+void OutputService::note_if_complete(const Outputs::Group& group) {
+  const auto is_known = [this](std::uint32_t entry) {
+    return parts_.image.is_known(Direction::outputs, entry);
+  };
+  if (std::ranges::all_of(group.config.entries, is_known)) {
+    outputs_.note_complete(group.config.number);
   }
 }
 

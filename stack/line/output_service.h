@@ -130,6 +130,7 @@ class OutputService final : public Service {
   void entries_written(std::uint32_t first, std::uint32_t bits, bool always, Instant now);
   void request_forwarded(std::span<const BoundValue> values, Instant now);
   OutputWait reason_of(std::uint32_t entry, Instant now) const;
+  void note_if_complete(const Outputs::Group& group);
   void react(const Outputs::Group& group, Instant now);
   void zero(const Outputs::Group& group, Instant now);
   const std::vector<image::Entry>& entries() const {

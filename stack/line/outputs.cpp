@@ -185,9 +185,15 @@ void Outputs::disarm() {
       each.burnt = each.arming;
     }
     each.tripped = false;
+    each.resends = true;
     each.deadline = kNever;
   }
   follow_deadlines();
+}
+
+void Outputs::note_complete(std::uint16_t group) {
+  LINEGATE_ASSERT(find(group) != nullptr, "the group exists");
+  find(group)->resends = false;
 }
 
 void Outputs::follow_deadlines() {

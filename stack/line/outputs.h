@@ -29,6 +29,9 @@ class Outputs {
     std::optional<std::uint64_t> burnt;  // arming number at the last reaction: refused from then on
     bool armed = false;    // a first write was applied since the start or the last reaction
     bool tripped = false;  // the watchdog has fired and nothing was applied since
+    // Disarmed by disarm(), and not all of its values were written since: writes send unchanged
+    // values, too.
+    bool resends = false;
     Duration watchdog{};
     std::uint8_t reactions = kHoldOutputs;
     Instant deadline = kNever;
@@ -76,6 +79,8 @@ class Outputs {
   const Group* expire(Instant now);
   // Ends the use of all groups, without a reaction: a write needs another arming number.
   void disarm();
+  // All values of the group were written. Precondition: the group exists.
+  void note_complete(std::uint16_t group);
   Instant next_wake() const { return next_deadline_; }
 
   // Whether the entry follows an input, of this gateway or of another one.

@@ -175,7 +175,7 @@ void FlyingWorld::turn(Seat& seat) {
   }
 }
 
-// A slave sends no NMT command but the reset of a search, no request and no output.
+// A slave sends no NMT command but the reset of a search, no request but an abort, and no output.
 void FlyingWorld::check_sent(const Station& station, const can::Frame& frame) {
   if (station.line->state().role == line::Role::manager || !failure_.empty()) {
     return;
@@ -185,7 +185,11 @@ void FlyingWorld::check_sent(const Station& station, const can::Frame& frame) {
   const bool is_of_master_messages = frame.id >= 0x072 && frame.id <= 0x076;
   const bool is_own_error_control = frame.id == can::kErrorControlBase + station.plan.node;
   const bool is_own_emcy = frame.id == can::kEmcyBase + station.plan.node;
-  if (!is_reset && !is_of_master_messages && !is_own_error_control && !is_own_emcy) {
+  // Ends a transfer of the time as the active master.
+  const bool is_abort = frame.id > can::kSdoRequestBase &&
+                        frame.id <= can::kSdoRequestBase + can::kMaxNodeId &&
+                        frame.data[0] == std::byte{0x80};
+  if (!is_reset && !is_of_master_messages && !is_own_error_control && !is_own_emcy && !is_abort) {
     failure_ = "node " + std::to_string(station.plan.node) + " sent a frame with the identifier " +
                std::to_string(frame.id) + " as a slave" + describe();
   }
