@@ -344,19 +344,13 @@ void report_ignored_keys(Section& section, const line::LineConfig& config) {
   if (config.role != line::Role::observer) {
     return;
   }
-  for (const char* key : {"heartbeat",        "time",
-                          "sdo_timeout",      "save_timeout",
-                          "load_timeout",     "pdo_update_time",
-                          "emcy_bytes",       "reset_nodes",
-                          "start_nodes",      "startup",
-                          "identity",         "strict_ixxat",
-                          "keep_operational", "canopenia_base",
-                          "own_objects",      "own_values",
-                          "mpdo_scanner",     "mpdo_dispatcher",
-                          "own_concise_dcf",  "storage",
-                          "outputs",          "lss",
-                          "request_share",    "client_share",
-                          "sdo_connections",  "flying_master"}) {
+  for (const char* key :
+       {"heartbeat",       "time",         "sdo_timeout",      "save_timeout",    "load_timeout",
+        "pdo_update_time", "emcy_bytes",   "reset_nodes",      "start_nodes",     "startup",
+        "identity",        "strict_ixxat", "keep_operational", "canopenia_base",  "own_objects",
+        "own_values",      "mpdo_scanner", "mpdo_dispatcher",  "own_concise_dcf", "storage",
+        "outputs",         "lss",          "request_share",    "client_share",    "sdo_connections",
+        "flying_master"}) {
     const YAML::Node node = section.find(key);
     if (node.IsDefined()) {
       section.findings().warning(place_of(node), std::string(key) +

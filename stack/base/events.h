@@ -864,25 +864,23 @@ struct FlyingMaster {
 }  // namespace event
 
 // In the order of EventKind.
-using EventData =
-    std::variant<event::LineStarted, event::LineStopped, event::BusState, event::BusError,
-                 event::FramesLost, event::InterfaceFailed, event::InterfaceReady,
-                 event::ManagerState, event::OwnState, event::BootUp, event::NodeState,
-                 event::HeartbeatLost, event::HeartbeatRecovered, event::BootResult, event::Emcy,
-                 event::EmcySent, event::ConfigurationError, event::PdoLength, event::PdoTimeout,
-                 event::PdoRecovered, event::SyncLost, event::MalformedFrame, event::UnexpectedNode,
-                 event::ForeignSdo, event::SdoAbort, event::OutputRefused, event::OutputArmed,
-                 event::OutputWatchdog, event::CommandRefused, event::EventsLost, event::ClockStep,
-                 event::QueueFull, event::DuplicateNodeId, event::NmtCommand, event::SdoTransfer,
-                 event::PdoMapping, event::LayoutChanged, event::RoutingRefused, event::EmcyRouted,
-                 event::RoutingOpened, event::RoutingEnded, event::NodeScanned,
-                 event::CommandProgress, event::LssResult, event::ForeignManager, event::CanFrame,
-                 event::GatewayStarted, event::GatewayReloaded, event::GatewayReloadRefused,
-                 event::SpontaneousChange, event::SharedNodeId, event::ObjectWritten,
-                 event::OwnReset, event::TimeReceived, event::CommandAccepted, event::OutputOwner,
-                 event::ClientLimited, event::JournalState, event::DdsProcessEnded,
-                 event::RoutingUnanswered, event::SrdoState, event::SdoConnection,
-                 event::FlyingMaster>;
+using EventData = std::variant<
+    event::LineStarted, event::LineStopped, event::BusState, event::BusError, event::FramesLost,
+    event::InterfaceFailed, event::InterfaceReady, event::ManagerState, event::OwnState,
+    event::BootUp, event::NodeState, event::HeartbeatLost, event::HeartbeatRecovered,
+    event::BootResult, event::Emcy, event::EmcySent, event::ConfigurationError, event::PdoLength,
+    event::PdoTimeout, event::PdoRecovered, event::SyncLost, event::MalformedFrame,
+    event::UnexpectedNode, event::ForeignSdo, event::SdoAbort, event::OutputRefused,
+    event::OutputArmed, event::OutputWatchdog, event::CommandRefused, event::EventsLost,
+    event::ClockStep, event::QueueFull, event::DuplicateNodeId, event::NmtCommand,
+    event::SdoTransfer, event::PdoMapping, event::LayoutChanged, event::RoutingRefused,
+    event::EmcyRouted, event::RoutingOpened, event::RoutingEnded, event::NodeScanned,
+    event::CommandProgress, event::LssResult, event::ForeignManager, event::CanFrame,
+    event::GatewayStarted, event::GatewayReloaded, event::GatewayReloadRefused,
+    event::SpontaneousChange, event::SharedNodeId, event::ObjectWritten, event::OwnReset,
+    event::TimeReceived, event::CommandAccepted, event::OutputOwner, event::ClientLimited,
+    event::JournalState, event::DdsProcessEnded, event::RoutingUnanswered, event::SrdoState,
+    event::SdoConnection, event::FlyingMaster>;
 
 inline constexpr std::size_t kEventKinds = std::variant_size_v<EventData>;
 

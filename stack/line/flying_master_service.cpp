@@ -66,6 +66,7 @@ void FlyingMasterService::advance(Instant now) {
     }
   }
   machine_.advance(now);
+  follow_producers();  // they may have been written meanwhile
 }
 
 void FlyingMasterService::start(Instant now) {
@@ -165,22 +166,25 @@ void FlyingMasterService::follow_producers() {
     return;
   }
   const bool wanted = !is_passive();
-  if (std::exchange(produces_, wanted) == wanted) {
+  const bool before = std::exchange(produces_, wanted);
+  if (wanted && before) {
     return;
   }
   od::Dictionary& dictionary = parts_.node.dictionary();
   const OwnObjects::OwnWrites by_itself(parts_.own_objects);
   const std::uint32_t sync = number_of(dictionary, kSyncProducer);
   const std::uint32_t time = number_of(dictionary, kTimeProducer);
+  const bool has_sync = (sync & can::CobId::kProducerBit) != 0;
+  const bool has_time = (time & time::kProduceBit) != 0;
   if (!wanted) {
-    sync_ = (sync & can::CobId::kProducerBit) != 0;
-    time_ = (time & time::kProduceBit) != 0;
+    sync_ = has_sync || (sync_ && !before);
+    time_ = has_time || (time_ && !before);
   }
-  if (sync_) {
+  if (wanted ? sync_ : has_sync) {
     dictionary.set(kSyncProducer,
                    wanted ? sync | can::CobId::kProducerBit : sync & ~can::CobId::kProducerBit);
   }
-  if (time_) {
+  if (wanted ? time_ : has_time) {
     dictionary.set(kTimeProducer, wanted ? (time & ~time::kConsumeBit) | time::kProduceBit
                                          : (time & ~time::kProduceBit) | time::kConsumeBit);
   }

@@ -160,6 +160,9 @@ OutputRefusal Line::write_outputs(const OutputWrite& write, Instant now) {
     ++counters_.output_writes;
   } else {
     ++counters_.output_writes_refused;
+    if (write.forwarded && refusal == OutputRefusal::wrong_role) {
+      return refusal;  // another flying master is active: values of gateways come all the time
+    }
     events_.emit({.time = now,
                   .node = refusal == OutputRefusal::wrong_role ? active_master() : std::uint8_t{0},
                   .data = event::OutputRefused{

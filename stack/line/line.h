@@ -259,7 +259,8 @@ class Line : protected ServiceHost {
   bool is_running() const override { return running_; }
   bool usable() const override;
   bool manages() const override { return false; }
-  // Of flying masters: the node-ID of the active one; 0 = not known, or the line is none.
+  // Of flying masters: the node-ID of the active one; 0 = not known, the own node, or the line is
+  // none.
   virtual std::uint8_t active_master() const { return 0; }
   void reply(std::uint64_t tag, Error error, ReplyData data = {}) override;
   void refuse(const Command& command, Refusal refusal, Instant now, std::uint8_t node = 0) override;

@@ -40,6 +40,10 @@ void MpdoService::execute(Command command, Instant now) {
     host().refuse(command, Refusal::wrong_interface, now);  // its frames are not defined
     return;
   }
+  if (config_.flying_master && !host().manages()) {
+    host().refuse(command, Refusal::wrong_role, now);
+    return;
+  }
   advance(now);  // processes a restart of the own node before this command is queued
   const auto& request = std::get<MpdoWrite>(command.request);
   const std::uint16_t tpdo = named_tpdo(request);

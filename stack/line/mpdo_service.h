@@ -28,8 +28,9 @@ class MpdoService final : public Service {
   bool needs_master() const override { return false; }
   // Answered with the number of the TPDO (2, LE). Refusals: unknown_entry (no such TPDO in
   // destination address mode), wrong_state (the own node is not Operational, or left it while the
-  // value waited), bad_request (the length does not fit the mapped object), busy (too many wait);
-  // awaits_turn and no_acknowledge when the frame is not acknowledged in time.
+  // value waited), bad_request (the length does not fit the mapped object), busy (too many wait),
+  // wrong_role (another flying master is active); awaits_turn and no_acknowledge when the frame is
+  // not acknowledged in time.
   void execute(Command command, Instant now) override;
   // Refuses waiting values after the own node left Operational: the PDO engine dropped them.
   void advance(Instant now) override;

@@ -99,7 +99,9 @@ class NodeLine final : public Line,
   NodeState do_node_state(std::uint8_t id) const override;
   // 1F80h bit 0; at first its configured value. With a flying master: it is the active one.
   bool manages() const override { return manages_; }
-  std::uint8_t active_master() const override { return services_.flying.active_master(); }
+  std::uint8_t active_master() const override {
+    return services_.flying.is_passive() ? services_.flying.active_master() : std::uint8_t{0};
+  }
 
   // --- Line: node_line_advance.cpp --------------------------------------------------------------
   bool advance(Instant now) override;
@@ -155,6 +157,7 @@ class NodeLine final : public Line,
   void adopt_role(Instant now);
   void change_role(Instant now);
   void stop_nodes(Instant now);
+  void drop_sdo_requests();
   // Whether only process data was received since the last next_wake(), and nothing is due: a round
   // would have nothing to do.
   bool is_idle(Instant now) const;

@@ -5,6 +5,7 @@
 
 #include "stack/line/build.h"
 #include "stack/line/node_line.h"
+#include "stack/sdo/protocol.h"
 
 namespace linegate::line {
 
@@ -14,6 +15,9 @@ void NodeLine::adopt_role(Instant now) {
   services_.receivers.mark_changed();
   node_.set_nmt_slave(!manages_);
   nmt_.set_active(manages_);
+  if (services_.flying.is_passive()) {
+    services_.receivers.follow();  // before a PDO is sent
+  }
   if (manages_) {
     node_.dispatch().add(lss::kSlaveId, false, can::Service::lss, 0);
     services_.lss.start(now);
@@ -53,6 +57,7 @@ void NodeLine::change_role(Instant now) {
     if (services_.flying.is_passive()) {
       services_.sdo.end(Refusal::wrong_role, now);
       services_.outputs.give_up(now);
+      drop_sdo_requests();
     }
   } else {
     for (const NodeConfig& device : config_.nodes) {
@@ -60,6 +65,15 @@ void NodeLine::change_role(Instant now) {
     }
   }
   adopt_role(now);
+}
+
+// The SDO servers of the nodes are the new master's. Transfers that had begun are aborted.
+void NodeLine::drop_sdo_requests() {
+  (void)node_.transmit().remove(can::TransmitClass::sdo, [](const can::Frame& frame) {
+    const bool is_request = frame.id > can::kSdoRequestBase &&
+                            frame.id <= can::kSdoRequestBase + can::kMaxNodeId && !frame.fd();
+    return is_request && frame.data[0] != std::byte{sdo::command_byte(sdo::ClientCommand::abort)};
+  });
 }
 
 void NodeLine::may_operate(Instant now) {

@@ -22,7 +22,7 @@ void OutputReceivers::lost(std::uint64_t first, std::uint64_t last) {
 pdo::Engine::Receiver OutputReceivers::state(std::uint8_t id) const {
   using pdo::Engine;
   if (parts_.flying.is_passive()) {
-    return Engine::Receiver::waiting;
+    return Engine::Receiver::unlike;  // their PDOs are held back
   }
   const NodeState& seen = parts_.manager.node(id);
   const bool operational = seen.presence == manager::Presence::present &&
@@ -119,7 +119,8 @@ void OutputReceivers::follow() {
   changed_ = parts_.master.next_wake() != kNever;
   for (const NodeConfig& device : config_.nodes) {
     const pdo::Engine::Receiver receiver = state(device.id);
-    unlike_.set(device.id, receiver == pdo::Engine::Receiver::unlike);
+    unlike_.set(device.id, receiver == pdo::Engine::Receiver::unlike &&
+                               parts_.manager.has_other_pdos(device.id));
     parts_.pdos.set_receiver(device.id, receiver);
   }
 }

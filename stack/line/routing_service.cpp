@@ -132,7 +132,8 @@ bool RoutingService::may_be_carried_out(const sdo::TransferOwner& owner,
 }
 
 bool RoutingService::may_send() const {
-  return host().is_running() && host().usable() &&
+  // The SDO servers of the nodes are the active flying master's.
+  return (host().manages() || !config_.flying_master) && host().is_running() && host().usable() &&
          nmt::is_served(can::Service::sdo_client, node_.state());
 }
 

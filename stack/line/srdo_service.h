@@ -29,7 +29,6 @@ class SrdoService final : public Service, sdo::TransferOwner {
   SrdoService(ServiceHost& host, const LineConfig& config, const Parts& parts);
   ~SrdoService() override;
 
-  bool needs_master() const override { return false; }
   // target: index of the target with can::Service::srdo.
   void receive(std::uint16_t target, const can::Frame& frame) { reception_.receive(target, frame); }
   // See SrdoReception.

@@ -10,6 +10,7 @@
 #include "stack/node/sdo_clients.h"
 
 #include "tests/plant/manager_fixture.h"
+#include "tests/plant/sdo_channel.h"
 
 namespace linegate::plant {
 namespace {
@@ -17,26 +18,6 @@ namespace {
 constexpr std::uint8_t kFrom = 5;
 constexpr std::uint8_t kTo = 8;
 constexpr std::uint32_t kDisabled = 0x8000'0000;
-
-// A record of an SDO channel that is not valid.
-void add_channel(od::Dictionary& to, std::uint16_t index) {
-  od::ObjectDescription record{
-      .index = index, .name = "SDO channel", .type = od::ObjectType::record};
-  for (std::uint8_t sub = 0; sub <= 3; ++sub) {
-    od::VariableDescription variable{.sub = sub, .type = od::DataType::unsigned8};
-    variable.value = {std::byte{3}};
-    if (sub == 1 || sub == 2) {
-      variable.type = od::DataType::unsigned32;
-      variable.value = number(kDisabled);
-    }
-    if (sub == 3) {
-      variable.value = {std::byte{0}};
-    }
-    variable.access = sub == 0 ? od::Access::constant : od::Access::rw;
-    record.variables.push_back(variable);
-  }
-  ASSERT_TRUE(to.add(record).ok());
-}
 
 class Connecting : public ManagerFixture {
  protected:

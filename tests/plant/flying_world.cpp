@@ -7,6 +7,9 @@
 
 #include "stack/can/cob_id.h"
 #include "stack/eds/reader.h"
+#include "stack/node/sdo_clients.h"
+
+#include "tests/plant/sdo_channel.h"
 
 namespace linegate::plant {
 namespace {
@@ -27,12 +30,20 @@ Duration cycle_of(std::uint8_t node) {
 }  // namespace
 
 FlyingWorld::FlyingWorld(FlyingPlan plan)
-    : plan_(std::move(plan)), bus_({.bit_rate = 500'000, .queue_depth = 8}) {
+    : plan_(std::move(plan)),
+      bus_({.bit_rate = 500'000, .data_bit_rate = plan_.fd ? 2'000'000U : 0U, .queue_depth = 8}) {
   for (const std::uint8_t node : kDevices) {
     sim::DeviceOptions options{
-        .profile = "digital-io", .node_id = node, .seed = node, .heartbeat = 100ms};
+        .profile = profile(), .node_id = node, .seed = node, .heartbeat = 100ms};
+    options.fd = plan_.fd;
     devices_.push_back(
         {.device = *std::move(sim::Device::make(options).value), .end = bus_.attach()});
+    if (plan_.connects) {
+      sim::Device& device = *devices_.back().device;
+      add_channel(device.dictionary(), kClientChannel);
+      add_channel(device.dictionary(), kServerChannel);
+      device.node().sdo_clients().configure();
+    }
     devices_.back().device->start(now_);
   }
   for (const FlyingPlan::Master& master : plan_.lines) {
@@ -52,6 +63,10 @@ line::LineConfig FlyingWorld::config_of(const FlyingPlan::Master& master) const 
   out.node_id = master.node;
   out.bit_rate = 500'000;
   out.heartbeat = kFlyingHeartbeat;
+  out.canopen_fd = plan_.fd;
+  if (plan_.connects) {
+    out.connection_pool = {0x680, 0x683};
+  }
   out.flying_master = {.priority = master.priority,
                        .master_timeout = kFlyingMasterTimeout,
                        .negotiation_delay = kFlyingNegotiationDelay,
@@ -63,7 +78,7 @@ line::LineConfig FlyingWorld::config_of(const FlyingPlan::Master& master) const 
     line::NodeConfig node;
     node.id = id;
     node.name = "io" + std::to_string(id);
-    node.device = *eds::load(sim::eds_text("digital-io"), sim::eds_name("digital-io"), id).value;
+    node.device = *eds::load(sim::eds_text(profile()), sim::eds_name(profile()), id).value;
     node.heartbeat = 100ms;
     node.keep_alive = id == kDevices[1] && plan_.keep_alive;
     out.nodes.push_back(std::move(node));
@@ -186,12 +201,17 @@ void FlyingWorld::check_sent(const Station& station, const can::Frame& frame) {
   const bool is_own_error_control = frame.id == can::kErrorControlBase + station.plan.node;
   const bool is_own_emcy = frame.id == can::kEmcyBase + station.plan.node;
   // Ends a transfer of the time as the active master.
-  const bool is_abort = frame.id > can::kSdoRequestBase &&
-                        frame.id <= can::kSdoRequestBase + can::kMaxNodeId &&
-                        frame.data[0] == std::byte{0x80};
+  const bool is_sdo_request =
+      frame.id > can::kSdoRequestBase && frame.id <= can::kSdoRequestBase + can::kMaxNodeId;
+  const bool is_abort = is_sdo_request && (frame.fd() ? frame.data[1] == std::byte{0x7F}
+                                                      : frame.data[0] == std::byte{0x80});
   if (!is_reset && !is_of_master_messages && !is_own_error_control && !is_own_emcy && !is_abort) {
     failure_ = "node " + std::to_string(station.plan.node) + " sent a frame with the identifier " +
-               std::to_string(frame.id) + " as a slave" + describe();
+               std::to_string(frame.id) + " and the data";
+    for (std::size_t i = 0; i < frame.length; ++i) {
+      failure_ += " " + std::to_string(std::to_integer<unsigned>(frame.data[i]));
+    }
+    failure_ += " as a slave" + describe();
   }
 }
 
@@ -234,6 +254,10 @@ Duration FlyingWorld::bound() const {
 
 std::string FlyingWorld::describe() const {
   std::string out = "; at " + std::to_string(now_.time_since_epoch() / 1ms) + " ms";
+  out += plan_.fd ? ", CANopen FD" : "";
+  for (const Seat& seat : devices_) {
+    out += ", " + std::string(nmt::name(seat.device->node().state()));
+  }
   for (std::size_t i = 0; i < stations_.size(); ++i) {
     const Station& station = stations_[i];
     out += "\n  node " + std::to_string(station.plan.node) + " priority " +
@@ -242,6 +266,11 @@ std::string FlyingWorld::describe() const {
     if (station.line != nullptr) {
       out += " " + std::string(nmt::name(station.line->state().flying_master)) + " of " +
              std::to_string(station.line->state().active_master);
+      for (const std::uint8_t node : kDevices) {
+        const line::NodeState seen = station.line->node_state(node);
+        out += "; " + std::to_string(node) + " " + std::string(nmt::name(seen.state)) + " boot " +
+               seen.boot;
+      }
     } else if (station.foreign != nullptr) {
       out += station.foreign->is_master() ? " master" : "";
     }

@@ -27,11 +27,15 @@ struct FlyingPlan {
   std::vector<Master> lines;
   std::optional<Master> foreign;
   bool keep_alive = false;  // device 6 is kept alive
+  bool fd = false;          // CANopen FD
+  bool connects = false;    // SDO connections: the lines have CAN-IDs, the devices one channel each
 };
 
 class FlyingWorld {
  public:
   static constexpr std::uint8_t kDevices[] = {5, 6};
+  static constexpr std::uint16_t kClientChannel = 0x1280;
+  static constexpr std::uint16_t kServerChannel = 0x1201;
 
   // Switches all stations on.
   explicit FlyingWorld(FlyingPlan plan);
@@ -77,6 +81,7 @@ class FlyingWorld {
     sim::Bus::Endpoint end = 0;
   };
 
+  std::string profile() const { return plan_.fd ? "fd-io" : "digital-io"; }
   line::LineConfig config_of(const FlyingPlan::Master& master) const;
   Instant next_event() const;
   void step();

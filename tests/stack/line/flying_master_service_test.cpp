@@ -45,6 +45,12 @@ class FlyingMasterServiceTest : public LineTest {
   }
   // The line becomes the active master, and boots node 5.
   void become_master() {
+    become_master_quietly();
+    sent();
+    events();
+  }
+  // The same; sent() and events() have what it sent and reported.
+  void become_master_quietly() {
     negotiate();
     hear_identity();
     hear_no_serial_number();
@@ -56,8 +62,6 @@ class FlyingMasterServiceTest : public LineTest {
     pass(milliseconds(1));
     EXPECT_EQ(line_->state().role, Role::manager);
     EXPECT_EQ(line_->node_state(5).state, nmt::State::operational);
-    sent();
-    events();
   }
   void follow_other(std::uint8_t other = kOtherMaster) {
     hear(0x071, {0, other});
@@ -244,6 +248,43 @@ TEST_F(FlyingMasterServiceTest, TheRoleIsGivenUpWithoutLosingTheImage) {
   EXPECT_THAT(sent(), Not(Contains(StartsWith("205#"))));
 }
 
+// Not even a first heartbeat has to come for that.
+TEST_F(FlyingMasterServiceTest, ANodeThatDiesWithTheChangeOfTheRoleIsNotShownAsValid) {
+  start(config());
+  become_master();
+  hear(0x185, {0x34, 0x12, 1, 0, 0, 0});
+  follow_other();
+  EXPECT_TRUE(line_->input(0).valid);
+  pass(seconds(2));
+  EXPECT_FALSE(line_->input(0).valid);
+  EXPECT_NE(line_->node_state(5).presence, manager::Presence::present);
+}
+
+// Guarding ends with the role. If the new master does not guard the node, nothing shows that it
+// lives.
+TEST_F(FlyingMasterServiceTest, ANodeThatIsNotGuardedAnyMoreIsNotShownAsValid) {
+  LineConfig wanted = config();
+  wanted.nodes[0].heartbeat = {};
+  wanted.nodes[0].guard_time = milliseconds(100);
+  wanted.nodes[0].life_time_factor = 3;
+  start(wanted);
+  negotiate();
+  hear_identity();
+  hear_no_serial_number();
+  hear_no_pdo_records();
+  for (int i = 0; i < 6; ++i) {
+    hear(0x585, {0x60, 0x0C, 0x10, 0x00, 0, 0, 0, 0});
+    hear(0x585, {0x60, 0x0D, 0x10, 0x00, 0, 0, 0, 0});
+    hear(0x705, {static_cast<std::uint8_t>(i % 2 == 0 ? 0x05 : 0x85)});
+    pass(milliseconds(50));
+  }
+  hear(0x185, {0x34, 0x12, 1, 0, 0, 0});
+  ASSERT_TRUE(line_->input(0).valid);
+  follow_other();
+  pass(seconds(11));
+  EXPECT_FALSE(line_->input(0).valid);
+}
+
 TEST_F(FlyingMasterServiceTest, ANewMasterSendsNoOldOutputs) {
   start(config());
   become_master();
@@ -256,6 +297,76 @@ TEST_F(FlyingMasterServiceTest, ANewMasterSendsNoOldOutputs) {
   EXPECT_EQ(write(2), OutputRefusal::none);
   pass(milliseconds(1));
   EXPECT_THAT(sent(), Contains(StartsWith("205#07")));
+}
+
+TEST_F(FlyingMasterServiceTest, ASlaveSendsNoDefaults) {
+  LineConfig wanted = config();
+  wanted.defaults = {{.entry = 0, .value = 7}, {.entry = 1, .value = 1}};
+  start(wanted);
+  pass(milliseconds(50));
+  EXPECT_THAT(sent(), Not(Contains(StartsWith("205#"))));
+  follow_other();
+  hear(0x705, {0x05});
+  pass(milliseconds(50));
+  EXPECT_THAT(sent(), Not(Contains(StartsWith("205#"))));
+  become_master_quietly();
+  EXPECT_THAT(sent(), Contains(StartsWith("205#07")));
+}
+
+TEST_F(FlyingMasterServiceTest, AnOutputThatFollowsAnInputIsSentAgain) {
+  LineConfig wanted = config();
+  wanted.bound = {0, 1};
+  start(wanted);
+  become_master();
+  line_->write_bound(std::vector<BoundValue>{{.entry = 0, .value = 7}, {.entry = 1, .value = 1}},
+                     now_);
+  pass(milliseconds(1));
+  EXPECT_THAT(sent(), Contains(StartsWith("205#07")));
+  follow_other();
+  line_->write_bound(std::vector<BoundValue>{{.entry = 0, .value = 8}}, now_);
+  pass(milliseconds(10));
+  EXPECT_THAT(sent(), Not(Contains(StartsWith("205#"))));
+  become_master_quietly();
+  EXPECT_THAT(sent(), Contains(StartsWith("205#08")));
+}
+
+// The values of a gateway come all the time; those of a source that was lost meanwhile are not
+// sent.
+TEST_F(FlyingMasterServiceTest, AForwardedGroupIsFilledAnew) {
+  LineConfig wanted = config();
+  wanted.groups = {{.number = 1, .name = "far", .entries = {0, 1}, .forwarded = true}};
+  start(wanted);
+  become_master();
+  const auto forward = [this](std::uint64_t arming) {
+    return line_->write_outputs({.group = 1,
+                                 .layout_id = line_->layout(Direction::outputs).id,
+                                 .arming = arming,
+                                 .watchdog = milliseconds(500),
+                                 .values = {{.entry = 0, .length = 4, .data = {std::byte{7}}},
+                                            {.entry = 1, .length = 1, .data = {std::byte{1}}}},
+                                 .forwarded = true},
+                                now_);
+  };
+  EXPECT_EQ(forward(1), OutputRefusal::none);
+  pass(milliseconds(1));
+  EXPECT_THAT(sent(), Contains(StartsWith("205#07")));
+  follow_other();
+  events();
+  EXPECT_EQ(forward(2), OutputRefusal::wrong_role);
+  EXPECT_FALSE(emitted(EventKind::output_refused, kOtherMaster));
+  become_master_quietly();
+  EXPECT_THAT(sent(), Not(Contains(StartsWith("205#"))));
+  EXPECT_EQ(forward(3), OutputRefusal::none);
+  pass(milliseconds(1));
+  EXPECT_THAT(sent(), Contains(StartsWith("205#07")));
+}
+
+TEST_F(FlyingMasterServiceTest, ARefusalOfTheActiveMasterNamesNoNode) {
+  start(config());
+  become_master();
+  const Reply reply = result(RoutingTrace{.duration = seconds(1)});
+  EXPECT_EQ(reply.error, to_error(Refusal::wrong_role)) << "the line does not route";
+  EXPECT_THAT(reply.bytes(), IsEmpty());
 }
 
 TEST_F(FlyingMasterServiceTest, KeepAliveNodesAreTakenOverWithoutReset) {
@@ -336,6 +447,12 @@ TEST_F(FlyingMasterServiceTest, TheActiveMasterAloneProducesSyncAndTime) {
   follow_other();
   sent();
   EXPECT_EQ(produced(), (std::pair<long, long>{0, 0}));
+  EXPECT_TRUE(
+      result(LocalWrite{.address = {0x1005, 0}, .data = {std::byte{0x80}, {}, {}, std::byte{0x40}}})
+          .ok());
+  EXPECT_EQ(produced(), (std::pair<long, long>{0, 0})) << "nor if it is switched on meanwhile";
+  become_master();
+  EXPECT_GE(produced().first, 1);
 }
 
 TEST_F(FlyingMasterServiceTest, TheBitsOf1F80hApplyAtRunTime) {

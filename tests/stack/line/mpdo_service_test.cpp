@@ -92,6 +92,17 @@ TEST_F(MpdoServiceTest, IsRefusedWhereItMakesNoSense) {
   EXPECT_EQ(host.answer(tag), to_error(Refusal::wrong_state));
 }
 
+TEST_F(MpdoServiceTest, IsRefusedWhileAnotherFlyingMasterIsActive) {
+  parts.config.flying_master.emplace();
+  execute({std::byte{1}});
+  EXPECT_FALSE(host.answer(tag));
+  sent();
+  host.set_manages(false);
+  execute({std::byte{1}});
+  EXPECT_EQ(host.answer(tag), to_error(Refusal::wrong_role));
+  EXPECT_EQ(sent(), "");
+}
+
 TEST_F(MpdoServiceTest, WhatWaitsIsRefusedWhenTheOwnNodeLeavesOperational) {
   execute({std::byte{1}});
   service.advance(parts.now);

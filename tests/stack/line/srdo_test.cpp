@@ -192,6 +192,38 @@ TEST_F(SrdoLine, IsNotShownBeforeOperational) {
   EXPECT_EQ(shown(), "2");
 }
 
+// An SRDO is received in both roles. A slave does not read the signature: SDO is the master's.
+TEST_F(SrdoLine, IsAnInputOfAFlyingMasterInBothRoles) {
+  LineConfig config = with_configured_srdo(config_with_srdo());
+  config.node_id = 20;
+  config.flying_master = {.priority = 1};
+  make(config);
+  line_->start(now_);
+  hear(0x071, {0, 9});  // node 9 is the active master
+  pass(milliseconds(1));
+  ASSERT_EQ(line_->state().role, Role::device);
+  hear(0x705, {0x05});
+  hear_pair(1);
+  EXPECT_EQ(shown(), "1");
+  hear(0x072, {});
+  pass(milliseconds(1500 + 200));
+  ASSERT_EQ(line_->state().role, Role::manager);
+  EXPECT_EQ(shown(), "?") << "the node was reset";
+  hear_pair(2);
+  EXPECT_EQ(shown(), "2");
+  sent();
+  hear(0x071, {0, 9});
+  pass(milliseconds(1));
+  ASSERT_EQ(line_->state().role, Role::device);
+  EXPECT_EQ(shown(), "?") << "its boot process had not ended";
+  hear(0x705, {0x05});
+  hear_pair(3);
+  EXPECT_EQ(shown(), "3");
+  pass(milliseconds(50));
+  EXPECT_EQ(shown(), "?") << "SCT exceeded";
+  EXPECT_THAT(sent(), testing::Not(testing::Contains(testing::StartsWith("605#4"))));
+}
+
 TEST_F(SrdoLine, PairsOfANodeThatIsLostAreInvalidUntilTheNextPair) {
   observe(config_with_srdo());
   hear(0x705, {5});
