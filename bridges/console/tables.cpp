@@ -66,6 +66,19 @@ std::string bus_text(const Model& model, const Line& line) {
   return std::string(can::name(line.view->state.bus));
 }
 
+// Of a flying master its state, and the active master if that is another node.
+std::string role_text(const line::LineState& state) {
+  if (state.flying_master == nmt::FlyingMasterState::none) {
+    return std::string(line::name(state.role));
+  }
+  std::string out = "flying ";
+  out += nmt::name(state.flying_master);
+  if (state.flying_master == nmt::FlyingMasterState::slave) {
+    out += " of " + std::to_string(state.active_master);
+  }
+  return out;
+}
+
 Row line_row(const Model& model, const Line& line) {
   Row row{{line.id}, {text_cell(line.id.line)}, style_of(model, line)};
   if (!line.view) {
@@ -84,7 +97,7 @@ Row line_row(const Model& model, const Line& line) {
            rate_cell(line.received_per_second), rate_cell(line.sent_per_second),
            text_cell(line::name(state.manager)), std::move(nodes),
            number_cell(state.counters.frames_lost), text_cell(line.view->interface_uri),
-           text_cell(line::name(state.role)), number_cell(state.counters.bus_errors),
+           text_cell(role_text(state)), number_cell(state.counters.bus_errors),
            number_cell(state.counters.frames_malformed), text_cell(line.id.gateway)}) {
     row.cells.push_back(std::move(cell));
   }

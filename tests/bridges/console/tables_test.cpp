@@ -312,6 +312,21 @@ TEST(Json, OwnDevicesHaveNoBootProcess) {
   EXPECT_EQ(text_of_press(), "\"boot_text\":\"\"");
 }
 
+TEST(Tables, AFlyingMasterNamesTheActiveOne) {
+  constexpr std::size_t kRole = 10;
+  Model model = test::plant();
+  LineView view = test::line_view(3);
+  view.state.role = line::Role::device;
+  view.state.flying_master = nmt::FlyingMasterState::slave;
+  view.state.active_master = 9;
+  model.on_line(test::kPress, view);
+  EXPECT_THAT(column(lines_of(model, {}), kRole), testing::Contains("flying slave of 9"));
+  view.state.flying_master = nmt::FlyingMasterState::negotiate;
+  view.state.active_master = 0;
+  model.on_line(test::kPress, view);
+  EXPECT_THAT(column(lines_of(model, {}), kRole), testing::Contains("flying negotiate"));
+}
+
 TEST(Json, AScaledValueIsInItsUnitBesideTheRawOne) {
   EXPECT_THAT(
       image_json(scaled_plant().lines().at(test::kPress), image::Direction::inputs),
