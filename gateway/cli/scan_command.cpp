@@ -62,6 +62,7 @@ int scan_and_write(console::Context& context, const ScanArguments& target, unsig
     return code;
   }
   using usdo::AbortForm;
+  const line::LineState& state = result.line.state;
   const std::string abort_form = property(result.line, "usdo-abort");
   const ScanFiles files = write_scan(
       {.gateway = result.id.gateway,
@@ -78,6 +79,9 @@ int scan_and_write(console::Context& context, const ScanArguments& target, unsig
        .data_bit_rate = data_bit_rate_of(result.line),
        .usdo_abort = abort_form == usdo::name(AbortForm::four_bytes) ? AbortForm::four_bytes
                                                                      : AbortForm::one_byte,
+       .flying_master = state.flying_master != nmt::FlyingMasterState::none
+                            ? std::optional(state.master_priority)
+                            : std::nullopt,
        .nodes = std::move(result.nodes),
        .layouts = std::move(result.layouts)},
       target.folder, target.eds);

@@ -174,6 +174,13 @@ void emit_fd(YAML::Emitter& out, const ScannedLine& line) {
   }
 }
 
+void emit_flying_master(YAML::Emitter& out, const ScannedLine& line) {
+  if (line.flying_master) {
+    out << YAML::Key << "flying_master" << YAML::Value << YAML::Flow << YAML::BeginMap << YAML::Key
+        << "priority" << YAML::Value << int{*line.flying_master} << YAML::EndMap;
+  }
+}
+
 void emit_sync(YAML::Emitter& out, Duration sync) {
   if (sync != Duration::zero()) {
     out << YAML::Key << "sync" << YAML::Value << config::format_duration(sync);
@@ -198,6 +205,7 @@ std::string plant_text(const ScannedLine& line, Duration sync, const std::vector
   emit_fd(out, line);
   out << YAML::Key << "network_id" << YAML::Value << line.network_id;
   out << YAML::Key << "node_id" << YAML::Value << int{line.node_id};
+  emit_flying_master(out, line);
   emit_sync(out, sync);
   emit_access(out, line);
   out << YAML::Key << "nodes" << YAML::Value << YAML::BeginSeq;
@@ -313,6 +321,11 @@ ScanFiles write_scan(const ScannedLine& line, const std::string& folder,
   out.error = std::move(found.error);
   if (!out.error.empty()) {
     return out;
+  }
+  if (line.flying_master) {
+    out.notes.push_back(
+        "flying_master is written with its priority alone: its times, and the "
+        "heartbeat of the line, have to be copied from the other masters");
   }
   std::vector<NodeFile> files;
   for (config::FoundNode& node : found.nodes) {

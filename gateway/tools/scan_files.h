@@ -32,6 +32,8 @@ struct ScannedLine {
   bool canopen_fd = false;
   std::uint32_t data_bit_rate = 0;  // bit/s, 0 = not known
   usdo::AbortForm usdo_abort = usdo::AbortForm::one_byte;
+  // Of a flying master: its priority, 0..2
+  std::optional<std::uint8_t> flying_master{};
   std::vector<scan::ScannedNode> nodes;
   // The layouts of the running line, by image::Direction; empty: not known.
   std::array<std::optional<image::Layout>, 2> layouts{};

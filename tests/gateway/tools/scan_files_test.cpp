@@ -290,6 +290,7 @@ TEST(ScanFiles, ALineOfCanopenFdStaysOne) {
                                       .canopen_fd = true,
                                       .data_bit_rate = 5'000'000,
                                       .usdo_abort = usdo::AbortForm::four_bytes,
+                                      .flying_master = 1,
                                       .nodes = {node}},
                                      folder, "");
   ASSERT_TRUE(files.ok) << files.error;
@@ -302,6 +303,8 @@ TEST(ScanFiles, ALineOfCanopenFdStaysOne) {
   EXPECT_TRUE(line.canopen_fd);
   EXPECT_EQ(line.data_bit_rate, 5'000'000U);
   EXPECT_EQ(line.usdo_abort, usdo::AbortForm::four_bytes);
+  ASSERT_TRUE(line.flying_master);
+  EXPECT_EQ(line.flying_master->priority, 1);
   std::filesystem::remove_all(folder);
 }
 

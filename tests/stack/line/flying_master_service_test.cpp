@@ -233,6 +233,7 @@ TEST_F(FlyingMasterServiceTest, TheRoleIsGivenUpWithoutLosingTheImage) {
   Reply reply = answer();
   EXPECT_EQ(reply.tag, 5U);
   EXPECT_EQ(reply.error, to_error(Refusal::wrong_role)) << "pending";
+  EXPECT_THAT(sent(), Not(Contains(StartsWith("605#4")))) << "the request waited for the bus";
   EXPECT_EQ(reply.bytes(), std::vector{std::byte{kOtherMaster}});
   EXPECT_EQ(line_->layout(Direction::inputs).id, layout);
   EXPECT_EQ(line_->state().own_state, nmt::State::operational);

@@ -417,6 +417,32 @@ TEST_F(SrdoLine, TheSignatureOfTheDeviceIsCompared) {
   }
 }
 
+TEST_F(SrdoLine, ASignatureIsNotReadAnyMoreWhenTheRoleIsGivenUp) {
+  LineConfig config = config_with_srdo();
+  config.node_id = 20;
+  config.flying_master = {.priority = 1};
+  make(config);
+  line_->start(now_);
+  hear(0x072, {});
+  pass(milliseconds(1500 + 200));
+  ASSERT_EQ(line_->state().role, Role::manager);
+  hear_identity();
+  hear_no_serial_number();
+  hear_no_pdo_records();
+  hear(0x585, {0x60, 0x17, 0x10, 0x00, 0, 0, 0, 0});
+  hear(0x705, {0x7F});
+  hear(0x705, {0x05});
+  pass(milliseconds(1));
+  ASSERT_THAT(sent(), testing::Contains("605#40FF130100000000"));
+  hear(0x071, {0, 9});
+  for (int i = 0; i < 20; ++i) {
+    hear(0x705, {0x05});
+    pass(milliseconds(100));
+  }
+  ASSERT_EQ(line_->state().role, Role::device);
+  EXPECT_THAT(sent(), testing::Not(testing::Contains(testing::StartsWith("605#4"))));
+}
+
 TEST_F(SrdoLine, AnObserverComparesTheSignatureThatIsRead) {
   observe(config_with_srdo());
   hear_pair(1);
