@@ -69,7 +69,7 @@ static_assert(same(v1::SEVERITY_INFO, EventSeverity::info));
 static_assert(same(v1::SEVERITY_WARNING, EventSeverity::warning));
 static_assert(same(v1::SEVERITY_ERROR, EventSeverity::error));
 
-static_assert(v1::EVENT_FLYING_MASTER + 1U == kEventKinds);
+static_assert(v1::EVENT_SLEEP_STATE + 1U == kEventKinds);
 
 static_assert(same(v1::FLYING_MASTER_NONE, nmt::FlyingMasterState::none));
 static_assert(same(v1::FLYING_MASTER_DETECT, nmt::FlyingMasterState::detect));
@@ -79,7 +79,7 @@ static_assert(same(v1::FLYING_MASTER_MASTER, nmt::FlyingMasterState::master));
 static_assert(same(v1::FLYING_MASTER_SLAVE, nmt::FlyingMasterState::slave));
 static_assert(same(v1::FLYING_MASTER_FORCE, nmt::FlyingMasterState::force));
 
-static_assert(v1::COMMAND_CONNECTION_LIST + 1U == request::kCommandKinds);
+static_assert(v1::COMMAND_SLEEP + 1U == request::kCommandKinds);
 
 static_assert(same(v1::RESULT_DONE, Domain::none));
 static_assert(same(v1::RESULT_SDO, Domain::sdo));

@@ -1026,6 +1026,23 @@ struct EventCodec<event::RoutingUnanswered> {
   }
 };
 
+// code: phase; value: phase before; data: cause (1).
+template <>
+struct EventCodec<event::SleepState> {
+  static constexpr v1::EventKind kKind = v1::EVENT_SLEEP_STATE;
+  static void pack(const event::SleepState& from, EventFields& to) {
+    to.code = pack_number(from.phase);
+    to.value = pack_number(from.before);
+    append(to, pack_number(from.cause), 1);
+  }
+  static void unpack(const EventFields& from, event::SleepState& to) {
+    FieldReader data(from.bytes());
+    unpack_number(from.code, to.phase);
+    unpack_number(from.value, to.before);
+    to.cause = data.number<nmt::SleepCause>();
+  }
+};
+
 // code: number of the SRDO; value: fault, 0 = valid; data: number of suppressed events (4).
 template <>
 struct EventCodec<event::SrdoState> {

@@ -305,6 +305,7 @@ std::optional<ReplyData> decode_done(const line::Request& request,
     case line::CommandKind::object_create:
     case line::CommandKind::pdo_request:
     case line::CommandKind::connection_close:
+    case line::CommandKind::sleep:
       break;
   }
   return decode_bytes(bytes);

@@ -76,6 +76,18 @@ struct RequestCodec<line::NmtRequest> : WithoutData {
 };
 
 template <>
+struct RequestCodec<line::SleepRequest> : WithoutData {
+  static constexpr v1::CommandKind kKind = v1::COMMAND_SLEEP;
+  static void write(const line::SleepRequest& from, v1::CommandRequest& to) {
+    to.code(static_cast<std::uint16_t>(from.action));
+  }
+  static const char* read(const v1::CommandRequest& from, line::SleepRequest& to) {
+    to.action = static_cast<line::SleepAction>(from.code());
+    return from.code() < line::kSleepActions ? nullptr : "code is not 0 to 5";
+  }
+};
+
+template <>
 struct RequestCodec<line::RoutingTrace> : WithoutData {
   static constexpr v1::CommandKind kKind = v1::COMMAND_ROUTING_TRACE;
   static void write(const line::RoutingTrace& from, v1::CommandRequest& to) {

@@ -21,6 +21,7 @@ class CommandLine;
   COMMAND(write)                   \
   COMMAND(sdo)                     \
   COMMAND(nmt)                     \
+  COMMAND(sleep)                   \
   COMMAND(emcy)                    \
   COMMAND(bus_restart)             \
   COMMAND(scan)                    \

@@ -423,6 +423,7 @@ LineSection read_line(Findings& findings, const YAML::Node& node) {
   report_ignored_keys(section, plan.config);
   read_lss(section, plan.config);
   read_flying_master(section, plan.config);
+  read_sleep(section, plan.config);
   read_diagnosis(section, plan.config);
   read_connections(section, plan.config);
   read_access(section, out);

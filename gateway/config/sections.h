@@ -190,6 +190,8 @@ inline bool has_own_node(const line::LineConfig& config) {
 void read_lss(Section& line, line::LineConfig& config);
 // `flying_master:`. Precondition: the role was read.
 void read_flying_master(Section& line, line::LineConfig& config);
+// `sleep:` of a line.
+void read_sleep(Section& line, line::LineConfig& config);
 LineSection read_line(Findings& findings, const YAML::Node& node);
 // `interface:`; the log of a replay is checked.
 // canopen_fd, data_bit_rate, usdo_abort.

@@ -33,6 +33,7 @@ bool permitted(line::CommandKind kind, config::Access commands, config::Access o
     case line::CommandKind::pdo_request:
     case line::CommandKind::connection_open:
     case line::CommandKind::connection_close:
+    case line::CommandKind::sleep:
       break;
   }
   return commands == config::Access::all;
@@ -70,6 +71,7 @@ bool permitted(const line::Command& command, ClientRight right) {
     case line::CommandKind::nmt:
     case line::CommandKind::boot:
     case line::CommandKind::emcy_send:
+    case line::CommandKind::sleep:
       return true;
     default:
       return permitted(command, config::Access::read, config::Access::off);

@@ -20,6 +20,7 @@
 #include "stack/lss/assigner.h"
 #include "stack/manager/assumed_pdo.h"
 #include "stack/manager/boot_event.h"
+#include "stack/nmt/sleep_protocol.h"
 #include "stack/nmt/state.h"
 #include "stack/od/objects.h"
 #include "stack/pdo/parameters.h"
@@ -474,6 +475,10 @@ struct EventWords {
         suppressed(e.suppressed));
   }
 
+  std::string operator()(const event::SleepState& e) const {
+    return fmt::format("sleep: {} after {}, by {}", nmt::name(e.phase), nmt::name(e.before),
+                       nmt::name(e.cause));
+  }
   std::string operator()(const event::SrdoState& e) const {
     return fmt::format("SRDO {} is {}{}{}", e.number,
                        e.fault == srdo::Fault::none ? "" : "unsafe: ", srdo::name(e.fault),

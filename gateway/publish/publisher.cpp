@@ -412,6 +412,7 @@ void Publisher::publish_states(Line& line, Instant now) {
       add_properties(line.controller, line.properties);
       add_forwarding(status->state.routing, line.properties);
       add_srdos(status->state.srdos, line.properties);
+      add_sleep(status->state, line.properties);
       if (line.host->interface() != 0) {
         add_properties(status->state.routing, queues.route_stalls, line.properties);
         line.properties.insert(line.properties.end(), line.routes.begin(), line.routes.end());

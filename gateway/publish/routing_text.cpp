@@ -68,6 +68,12 @@ void add_forwarding(const routing::Counters& counters, std::vector<Property>& ou
   }
 }
 
+void add_sleep(const line::LineState& state, std::vector<Property>& out) {
+  if (state.sleep) {
+    out.push_back({"sleep", std::string(nmt::name(*state.sleep))});
+  }
+}
+
 void add_srdos(const line::SrdoCounters& counters, std::vector<Property>& out) {
   if (counters.received != 0) {
     out.push_back({"srdos", std::to_string(counters.received)});

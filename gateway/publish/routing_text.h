@@ -31,6 +31,8 @@ std::vector<Property> route_properties(std::span<const routing::Route> routes,
                                        const InterfaceNames& names);
 // Appends routing-values, if values are forwarded.
 void add_forwarding(const routing::Counters& counters, std::vector<Property>& out);
+// Appends sleep, if it is configured.
+void add_sleep(const line::LineState& state, std::vector<Property>& out);
 // Appends srdos, srdos-valid, srdo-pairs and srdo-faults, if nodes transmit SRDOs.
 void add_srdos(const line::SrdoCounters& counters, std::vector<Property>& out);
 // Appends routing-...; stalls: how often a link to another line was full.

@@ -322,8 +322,19 @@ class Text {
                                                name(configured), name(started));
   }
 
+  void sleep(const nmt::SleepProtocol& sleep) {
+    if (sleep.exists()) {
+      add("  sleep: requests on {:03X}h, objections on {:03X}h for {}, silent after {}, asleep "
+          "after "
+          "{} more\n",
+          sleep.request, sleep.objection, format_duration(sleep.check_time),
+          format_duration(sleep.prepare_time), format_duration(sleep.silent_time));
+    }
+  }
+
   // Only for a line with an own node: a line with devices has none.
   void own_services(const line::LineConfig& c) {
+    sleep(c.sleep);
     if (c.role == line::Role::observer) {
       add("  SYNC {}\n", c.sync_period == Duration::zero()
                              ? "not monitored"

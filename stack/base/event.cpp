@@ -80,6 +80,7 @@ constexpr std::array<KindInfo, kEventKinds> kInfo{{
     {"srdo-state", EventSeverity::warning},
     {"sdo-connection", EventSeverity::info},
     {"flying-master", EventSeverity::info},
+    {"sleep-state", EventSeverity::info},
 }};
 
 }  // namespace

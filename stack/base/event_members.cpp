@@ -401,6 +401,12 @@ void visit(const event::FlyingMaster& of, EventMemberVisitor& to) {
   to.number("priority", number(of.priority));
 }
 
+void visit(const event::SleepState& of, EventMemberVisitor& to) {
+  to.number("phase", number(of.phase));
+  to.number("before", number(of.before));
+  to.number("cause", number(of.cause));
+}
+
 }  // namespace
 
 void visit_members(const EventData& data, EventMemberVisitor& visitor) {

@@ -23,6 +23,8 @@ namespace linegate::nmt {
 enum class State : std::uint8_t;
 enum class Command : std::uint8_t;
 enum class FlyingMasterState : std::uint8_t;
+enum class SleepPhase : std::uint8_t;
+enum class SleepCause : std::uint8_t;
 }  // namespace linegate::nmt
 namespace linegate::lss {
 enum class Verdict : std::uint8_t;
@@ -114,6 +116,7 @@ enum class EventKind : std::uint8_t {
   srdo_state,
   sdo_connection,
   flying_master,
+  sleep_state,
 };
 
 // "node" in the comments is Event::node. A member `suppressed` is the number of events that were
@@ -740,6 +743,18 @@ struct RoutingUnanswered {
   friend bool operator==(const RoutingUnanswered&, const RoutingUnanswered&) = default;
 };
 
+// --- sleep ---------------------------------------------------------------------------------------
+
+// The line entered another phase of sleep. node: that objected, if it did; else 0.
+struct SleepState {
+  static constexpr EventKind kKind = EventKind::sleep_state;
+  nmt::SleepPhase phase{};
+  nmt::SleepPhase before{};
+  nmt::SleepCause cause{};
+
+  friend bool operator==(const SleepState&, const SleepState&) = default;
+};
+
 // --- SRDOs ---------------------------------------------------------------------------------------
 
 // The safety state of an SRDO that the node transmits changed (EN 50325-5). Limited for each SRDO.
@@ -880,7 +895,7 @@ using EventData = std::variant<
     event::SpontaneousChange, event::SharedNodeId, event::ObjectWritten, event::OwnReset,
     event::TimeReceived, event::CommandAccepted, event::OutputOwner, event::ClientLimited,
     event::JournalState, event::DdsProcessEnded, event::RoutingUnanswered, event::SrdoState,
-    event::SdoConnection, event::FlyingMaster>;
+    event::SdoConnection, event::FlyingMaster, event::SleepState>;
 
 inline constexpr std::size_t kEventKinds = std::variant_size_v<EventData>;
 

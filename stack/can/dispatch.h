@@ -32,8 +32,9 @@ enum class Service : std::uint16_t {
   sdo_client,     // index: client slot
   error_control,  // index: node-ID of the producer
   lss,
-  srdo,  // index: see srdo::Consumer
-  usdo,  // requests to the USDO server, index: node-ID of the client
+  srdo,   // index: see srdo::Consumer
+  usdo,   // requests to the USDO server, index: node-ID of the client
+  sleep,  // see nmt/sleep.h
 };
 
 struct Target {

@@ -235,6 +235,9 @@ std::optional<CanopenIa::Order> CanopenIa::order_of(od::Address address,
 }
 
 AbortCode CanopenIa::check_order(const Order& order) const {
+  if (host_.sleeps()) {
+    return AbortCode::device_state;
+  }
   AbortCode why = AbortCode::none;
   if (order.kind == OrderKind::scan) {
     why = host_.may_scan(order.node);

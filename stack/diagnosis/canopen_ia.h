@@ -7,6 +7,7 @@
 //              minor version, of 1018h:3    5 serial number, DOMAIN of 16 bytes, that of 1018h:4
 //   base + 1   control, control_record.h; rw unless another access is named
 //              1 reset U8 wo: 129 reset communication, 130 reset node (of the own node)
+//              2 sleep objection U8: 1 the own node objects to sleep (CiA 447)
 //              4 manager control U32: bit 0 keep nodes operational, 4 answer reads of nodes with
 //              scanned values, 5 writes by object use SDO, 6 PDOs are sent when they are
 //              triggered; the others are fixed    5 heartbeat producer time that is set up at nodes
@@ -95,6 +96,9 @@ class RecordHost {
   // Sends a frame after all other queued frames. local_control if a service uses its identifier,
   // device_state if there is no bus or no room.
   virtual AbortCode transmit(const can::Frame& frame) = 0;
+
+  // The network sleeps: no order can be carried out.
+  virtual bool sleeps() const { return false; }
 };
 
 inline constexpr std::uint16_t kCanopenIaLast = 0x0C;  // after the base
@@ -166,8 +170,8 @@ class CanopenIa final : public od::Hook {
 
   AbortCode before_read(od::Address address, const od::Variable& variable) override;
   // invalid_value for a value that is not a command; local_control for a command that needs a
-  // manager; device_state if kOrders orders are pending, and for frames while they are not enabled;
-  // otherwise the result of RecordHost.
+  // manager; device_state if kOrders orders are pending or the network sleeps, and for frames while
+  // they are not enabled; otherwise the result of RecordHost.
   AbortCode check_write(od::Address address, std::span<const std::byte> value) override;
   AbortCode execute_write(od::Address address, std::span<const std::byte> value) override;
 

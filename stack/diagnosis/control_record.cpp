@@ -50,6 +50,7 @@ od::ObjectDescription control_record(std::uint16_t index) {
   return record(
       index, "Device control",
       {od::number_variable(kResetSub, "Reset", DataType::unsigned8, Access::wo),
+       od::number_variable(kSleepObjectionSub, "Sleep objection", DataType::unsigned8, Access::rw),
        od::number_variable(kManagerControlSub, "Manager control", DataType::unsigned32, Access::rw),
        heartbeat,
        od::number_variable(kHeartbeatConsumerSub, "Default heartbeat consumer time",
@@ -69,6 +70,8 @@ std::uint64_t read_setting(const ControlSettings& settings, std::uint8_t sub) {
   constexpr std::uint64_t kLongest8 = 0xFF;
   constexpr std::uint64_t kLongest16 = 0xFFFF;
   switch (sub) {
+    case kSleepObjectionSub:
+      return settings.sleep_objection ? 1 : 0;
     case kManagerControlSub:
       return control_of(settings);
     case kHeartbeatSub:
@@ -90,6 +93,8 @@ AbortCode check_setting(const ControlSettings& settings, std::uint8_t sub, std::
   bool good = true;
   if (sub == kManagerControlSub) {
     good = (value | kWritableControl) == (control_of(settings) | kWritableControl);
+  } else if (sub == kSleepObjectionSub) {
+    good = value <= 1;
   } else if (sub == kGenericCanSub) {
     good = (value & ~(kSendsFrames | kReceivesFrames)) == 0;
   }
@@ -99,6 +104,9 @@ AbortCode check_setting(const ControlSettings& settings, std::uint8_t sub, std::
 void write_setting(ControlSettings& settings, std::uint8_t sub, std::uint64_t value) {
   const auto has = [value](std::uint64_t bit) { return (value & bit) != 0; };
   switch (sub) {
+    case kSleepObjectionSub:
+      settings.sleep_objection = value != 0;
+      return;
     case kManagerControlSub:
       settings.keep_operational = has(kKeepOperational);
       settings.use_scanned_entries = has(kUseScannedEntries);

@@ -14,6 +14,7 @@ namespace linegate::diagnosis {
 
 // Sub-indices of the record.
 inline constexpr std::uint8_t kResetSub = 0x01;
+inline constexpr std::uint8_t kSleepObjectionSub = 0x02;
 inline constexpr std::uint8_t kManagerControlSub = 0x04;
 inline constexpr std::uint8_t kHeartbeatSub = 0x05;
 inline constexpr std::uint8_t kHeartbeatConsumerSub = 0x06;
@@ -37,6 +38,7 @@ inline constexpr std::uint32_t kFixedControl =
     1U << 1U | 1U << 2U | 1U << 3U | 127U << 16U | 127U << 24U;
 
 struct ControlSettings {
+  bool sleep_objection = false;      // the own node objects to sleep
   bool keep_operational = false;     // restart a started node that shows another state
   bool use_scanned_entries = false;  // answer reads with scanned values
   bool enforce_sdo = false;          // writes by object use SDO

@@ -53,6 +53,11 @@ class Diagnosis final : public EventListener {
   void heard(std::uint8_t node, nmt::State state, Instant now);
   // An NMT command was sent to a node, or to all with 0.
   void commanded(nmt::Command command, std::uint8_t node);
+  // All nodes sleep.
+  void fell_asleep() {
+    changed_ = true;
+    node_status_.fell_asleep();
+  }
   // A scan of a node began, or of all with 0.
   void scan_begins(std::uint8_t node) { node_status_.scan_begins(node); }
   void scan_ends() { node_status_.scan_ends(); }

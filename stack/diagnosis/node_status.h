@@ -24,6 +24,7 @@ inline constexpr std::uint8_t kStatusScanComplete = 0xA0;
 inline constexpr std::uint8_t kStatusScanAborted = 0xA8;
 inline constexpr std::uint8_t kStatusResetApplication = 0xB0;
 inline constexpr std::uint8_t kStatusResetCommunication = 0xB1;
+inline constexpr std::uint8_t kStatusSleep = 0xF0;
 
 class NodeStatus {
  public:
@@ -31,6 +32,8 @@ class NodeStatus {
   // An NMT command was sent to a node, or to all nodes with a known status with 0. Resets are a
   // status.
   void commanded(nmt::Command command, std::uint8_t node);
+  // All nodes with a known status sleep.
+  void fell_asleep() { set(0, kStatusSleep); }
   // A scan of a node began, or of all with 0.
   void scan_begins(std::uint8_t node);
   // The scan ended: nodes without a result are absent.

@@ -168,6 +168,9 @@ void check_fd(const LineConfig& config, std::vector<Diagnostic>& out) {
   if (config.lss.assign) {
     out.push_back(error(config, "LSS is not defined for CANopen FD"));
   }
+  if (config.sleep.exists()) {
+    out.push_back(error(config, "sleep is not defined for CANopen FD: leave out sleep"));
+  }
   if (config.connection_pool.first != 0) {
     out.push_back(
         error(config, "SDO connections are not defined for CANopen FD: leave out sdo_connections"));
@@ -277,6 +280,31 @@ void check_flying_master(const LineConfig& config, std::vector<Diagnostic>& out)
   }
 }
 
+void check_sleep(const LineConfig& config, std::vector<Diagnostic>& out) {
+  const nmt::SleepProtocol& sleep = config.sleep;
+  if (!sleep.exists() && sleep.objection == 0) {
+    return;
+  }
+  const auto is_free = [](std::uint32_t id) { return id <= 0x7FF && !can::is_restricted(id); };
+  if (!is_free(sleep.request) || !is_free(sleep.objection) || sleep.request == sleep.objection) {
+    out.push_back(error(config, "sleep needs two identifiers that no other service uses"));
+  }
+  const std::set<std::uint8_t> codes{sleep.check_byte, sleep.prepare_byte, sleep.wake_byte};
+  if (codes.size() != 3) {
+    out.push_back(error(config, "two requests of sleep have the same byte"));
+  }
+  const Duration shortest = std::min({sleep.check_time, sleep.prepare_time, sleep.silent_time});
+  if (shortest <= Duration::zero()) {
+    out.push_back(error(config, "the times of sleep are longer than 0"));
+  }
+  if (!config.devices.empty()) {
+    out.push_back(error(config, "sleep is for a line with one own node, or an observer"));
+  }
+  if (config.flying_master) {
+    out.push_back(error(config, "sleep is not defined for a flying master: leave out one of them"));
+  }
+}
+
 bool is_share(std::uint16_t permille) {
   return permille >= 1 && permille <= 1000;
 }
@@ -314,6 +342,7 @@ std::vector<Diagnostic> check(const LineConfig& config) {
   const std::vector<Diagnostic> objects = check_own_objects(config);
   out.insert(out.end(), objects.begin(), objects.end());
   check_routing(config, out);
+  check_sleep(config, out);
   return out;
 }
 
@@ -410,6 +439,8 @@ Loaded<pdo::LinkPlan> link_plan(const LineConfig& config) {
   diagnostics.insert(diagnostics.end(), wrong.begin(), wrong.end());
   const std::vector<Diagnostic> pool = check_connection_pool(config, remotes);
   diagnostics.insert(diagnostics.end(), pool.begin(), pool.end());
+  const std::vector<Diagnostic> asleep = check_sleep_identifiers(config, remotes);
+  diagnostics.insert(diagnostics.end(), asleep.begin(), asleep.end());
   Loaded<pdo::LinkPlan> plan = pdo::plan_links(remotes);
   plan.diagnostics.insert(plan.diagnostics.begin(), diagnostics.begin(), diagnostics.end());
   if (has_errors(plan.diagnostics)) {

@@ -16,6 +16,7 @@
 #include "stack/line/state.h"
 #include "stack/manager/connection.h"
 #include "stack/manager/plan.h"
+#include "stack/nmt/sleep_protocol.h"
 #include "stack/node/node.h"
 #include "stack/od/description.h"
 #include "stack/od/objects.h"
@@ -192,6 +193,7 @@ struct LineConfig {
   bool strict_ixxat = false;
   // Start a node again if it was started and reports another state.
   bool keep_operational = false;
+  nmt::SleepProtocol sleep;  // roles manager and observer, and device with the single own node
   // Index of the first of the CANopenIA records, see diagnosis/canopen_ia.h.
   std::uint16_t canopen_ia_base = od::objects::kCanopenIa;
   bool reset_nodes = true;  // send NMT reset communication to all nodes at the start

@@ -109,7 +109,7 @@ void ConnectionService::ended(std::uint32_t number, AbortCode why, bool expired,
 
 void ConnectionService::end(Refusal why, Instant now) {
   const std::vector<Pending> ended = std::exchange(pending_, {});
-  if (!host().is_running() && host().manages() && host().usable()) {
+  if (!host().is_running() && host().manages() && host().usable() && !host().sleeps()) {
     ending_ = true;
     connections_.release_all(now);
   } else {

@@ -34,8 +34,8 @@ void EmcyService::end(Refusal /*why*/, Instant /*now*/) {
 
 void EmcyService::answer_unsent(FramesUnderWay::Sending& sending, Instant now) {
   const FramesUnderWay::Awaited& awaited = sending.frames.front();
-  const bool waits =
-      awaited.number == 0 && !host().bus_is_stuck(now) && node_.emcy().waits(awaited.frame);
+  const bool waits = awaited.number == 0 && !host().bus_is_stuck(now) && !host().sleeps() &&
+                     node_.emcy().waits(awaited.frame);
   host().refuse(sending.command, waits ? Refusal::awaits_turn : Refusal::no_acknowledge, now);
 }
 

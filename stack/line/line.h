@@ -279,6 +279,8 @@ class Line : protected ServiceHost {
   // device: see FramesUnderWay::Awaited.
   void refuse_unsent(CommandKind kind, Refusal why, Instant now, std::uint8_t device);
   void cancel_sendings();
+  // No frame is sent any more: gives each waiting command the reply of answer_unsent().
+  void end_sendings(Instant now);
   bool bus_is_stuck(Instant now) const override;
 
   LineConfig config_;

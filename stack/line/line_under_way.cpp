@@ -132,6 +132,15 @@ void Line::cancel_sendings() {
   under_way_.sendings().clear();
 }
 
+void Line::end_sendings(Instant now) {
+  std::vector<FramesUnderWay::Sending> ended = std::exchange(under_way_.sendings(), {});
+  for (FramesUnderWay::Sending& sending : ended) {
+    if (!sending.is_report()) {
+      answer_unsent(sending, now);
+    }
+  }
+}
+
 bool Line::bus_is_stuck(Instant now) const {
   return !usable() || under_way_.is_stuck(now);
 }

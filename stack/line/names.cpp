@@ -82,6 +82,8 @@ std::string_view name(CommandKind kind) {
       return "connection-close";
     case CommandKind::connection_list:
       return "connection-list";
+    case CommandKind::sleep:
+      return "sleep";
   }
   return "unknown";
 }

@@ -36,6 +36,9 @@ Error NmtService::send(nmt::Command command, std::uint8_t node, Instant now, std
   if (const Error why = check_nmt(command, node); why != Error{}) {
     return why;
   }
+  if (host().sleeps()) {
+    return to_error(Refusal::wrong_state);
+  }
   if (restarts_network(command, node)) {
     node_.command(command, now);
     manager_.boot(0, now, client);
@@ -56,7 +59,7 @@ Error NmtService::send(nmt::Command command, std::uint8_t node, Instant now, std
 
 bool NmtService::send_to_others(nmt::Command command, std::uint8_t node, Instant now,
                                 std::uint32_t client) {
-  if (!host().manages() || !master_.send(command, node, now)) {
+  if (!host().manages() || host().sleeps() || !master_.send(command, node, now)) {
     return false;
   }
   nmt_host_.nmt_sent(command, node, now);

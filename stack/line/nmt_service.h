@@ -40,9 +40,9 @@ class NmtService final : public Service {
         own_node_(own_node) {}
 
   std::span<const CommandKind> commands() const override;
-  // Refusals: bad_request (no such command or node), wrong_role (not the own node, and the line is
-  // not NMT master), busy; awaits_turn (the inhibit time, 102Ah) and no_acknowledge if the frame is
-  // not acknowledged in time.
+  // Refusals: bad_request (no such command or node), wrong_state (the network sleeps), wrong_role
+  // (not the own node, and the line is not NMT master), busy; awaits_turn (the inhibit time, 102Ah)
+  // and no_acknowledge if the frame is not acknowledged in time.
   void execute(Command command, Instant now) override;
   void advance(Instant /*now*/) override {}
   Instant next_wake() const override { return kNever; }
@@ -54,7 +54,7 @@ class NmtService final : public Service {
   // client: for the boot processes that follow a reset, see manager::Manager::commanded().
   Error send(nmt::Command command, std::uint8_t node, Instant now, std::uint32_t client = 0);
   // Sends a command to another node, or to all others with 0, that does not come from the manager.
-  // Returns false if the queue is full, or the line is not NMT master.
+  // Returns false if the queue is full, the line is not NMT master, or the network sleeps.
   bool send_to_others(nmt::Command command, std::uint8_t node, Instant now,
                       std::uint32_t client = 0);
 

@@ -105,6 +105,10 @@ NodeLine::NodeLine(LineConfig line_config, pdo::LinkPlan link_plan)
 }
 
 void NodeLine::do_start(Instant now) {
+  if (services_.sleep.start()) {
+    node_.resume();
+    manager_.wake(now);
+  }
   report_found_layout(now);
   services_.receivers.mark_changed();
   services_.receivers.follow();
@@ -134,7 +138,7 @@ void NodeLine::process_completions(Instant now) {
 }
 
 void NodeLine::do_deliver(const routing::Message& message, Instant now) {
-  if (services_.routing.takes_part()) {
+  if (services_.routing.takes_part() && services_.sleep.may_transmit()) {
     services_.routing.deliver(message, now);
   } else {
     reject(message);
@@ -163,6 +167,9 @@ void NodeLine::routes(std::vector<routing::Route>& out) const {
 }
 
 [[gnu::hot]] bool NodeLine::do_next_frame(can::Frame& out, Instant now) {
+  if (!services_.sleep.may_transmit()) [[unlikely]] {
+    return false;
+  }
   const std::uint64_t number = under_way_.next_number();
   bool given = false;
   if (services_.lss.wants_to_send()) [[unlikely]] {
@@ -176,6 +183,10 @@ void NodeLine::routes(std::vector<routing::Route>& out) const {
   }
   if (given) {
     services_.outputs.handed_out(out, number);
+  }
+  if (given && services_.sleep.awaits_acknowledge()) [[unlikely]] {
+    dirty_ = true;
+    services_.sleep.handed_out(out, number, now);
   }
   if (given && number != 0) {
     services_.receivers.handed_out(out, number);
@@ -227,8 +238,13 @@ void NodeLine::receive(const can::Target& target, const can::Frame& frame) {
       process_completions(frame.time);
       return;
     case can::Service::srdo:
-      if (!services_.receivers.unlike()[services_.srdos.node_of(target.index)]) {
+      if (!sleeps() && !services_.receivers.unlike()[services_.srdos.node_of(target.index)]) {
         services_.srdos.receive(target.index, frame);
+      }
+      return;
+    case can::Service::sleep:
+      if (!services_.sleep.receive(frame)) {
+        malformed(target, frame);
       }
       return;
     case can::Service::lss:
@@ -295,7 +311,9 @@ void NodeLine::stop_nodes(Instant now) {
 // Lines without routing and LSS pay for these conditions only: nothing is stored for later.
 [[gnu::hot]] void NodeLine::do_receive(std::span<const can::Frame> frames) {
   own_objects_.pass_time(frames.empty() ? advanced_to_ : frames.back().time);
-  if (services_.lss.listens() || services_.routing.takes_part()) [[unlikely]] {
+  if (sleeps()) [[unlikely]] {
+    receive_asleep(frames);
+  } else if (services_.lss.listens() || services_.routing.takes_part()) [[unlikely]] {
     receive_beside_others(frames);
   } else {
     node_.receive(frames);
@@ -314,6 +332,15 @@ void NodeLine::invalidate_unlike_nodes() {
   }
 }
 
+// Each frame may end a phase, or wake the line, before it is processed.
+void NodeLine::receive_asleep(std::span<const can::Frame> frames) {
+  dirty_ = true;
+  for (const can::Frame& frame : frames) {
+    services_.sleep.hear(frame.time);
+    receive_beside_others(std::span(&frame, 1));
+  }
+}
+
 // PDOs do not affect routing.
 void NodeLine::receive_beside_others(std::span<const can::Frame> frames) {
   if (services_.lss.listens()) {
@@ -328,7 +355,8 @@ void NodeLine::receive_beside_others(std::span<const can::Frame> frames) {
   }
 }
 bool NodeLine::wants_to_send(Instant now) const {
-  return node_.wants_to_send(now) || services_.lss.wants_to_send();
+  return services_.sleep.may_transmit() &&
+         (node_.wants_to_send(now) || services_.lss.wants_to_send());
 }
 const image::Layout& NodeLine::layout(image::Direction direction) const {
   return image_.layout(direction);
@@ -384,7 +412,7 @@ Line::Input NodeLine::forwarded_input(std::size_t object) const {
   const image::Area& inputs = image_.area(image::Direction::inputs);
   for (const std::uint16_t number : forwarded_.rpdos(object)) {
     const Instant last = inputs.pdo(number - 1U).last;
-    if (last > out.received) {
+    if (last > out.received && last >= woke_at_ && !sleeps()) {
       out.valid = true;
       out.late = node_.pdos().timed_out(number);
       out.received = last;
@@ -397,6 +425,10 @@ Line::Input NodeLine::forwarded_input(std::size_t object) const {
 [[gnu::hot]] void NodeLine::note_acknowledged(std::uint64_t number, Instant now) {
   node_.pdos().acknowledged(number);
   services_.receivers.acknowledged(number);
+  if (services_.sleep.awaits_acknowledge()) [[unlikely]] {
+    dirty_ = true;
+    services_.sleep.acknowledged(number, now);
+  }
   if (services_.lss.awaits_acknowledgement()) [[unlikely]] {
     dirty_ = true;
     services_.lss.acknowledged(number, now);
@@ -407,6 +439,7 @@ Line::Input NodeLine::forwarded_input(std::size_t object) const {
 void NodeLine::note_lost(std::uint64_t first, std::uint64_t last) {
   node_.pdos().lost(first, last);
   services_.lss.lost(first, last);
+  services_.sleep.lost(first, last);
   services_.outputs.lost(first, last);
   services_.receivers.lost(first, last);
 }
@@ -417,6 +450,10 @@ bool NodeLine::carries_newest(const FramesUnderWay::Awaited& awaited,
 }
 
 void NodeLine::do_execute(Command command, Instant now) {
+  if (sleeps() && !services_.sleep.permits(kind(command))) {
+    refuse(command, Refusal::wrong_state, now);
+    return;
+  }
   service_of_[command.request.index()]->execute(std::move(command), now);
 }
 

@@ -33,6 +33,7 @@ class NodeLine final : public Line,
                        node::MasterServices,
                        NmtHost,
                        RecordOrders,
+                       SleepHost,
                        manager::Host,
                        nmt::HeartbeatListener,
                        emcy::Listener {
@@ -48,7 +49,9 @@ class NodeLine final : public Line,
   void do_receive(std::span<const can::Frame> frames) override;
   bool do_next_frame(can::Frame& out, Instant now) override;
   bool wants_to_send(Instant now) const override;
-  bool is_ending() const override { return services_.connections.is_ending(); }
+  bool is_ending() const override {
+    return services_.sleep.may_transmit() && services_.connections.is_ending();
+  }
   void do_bus_event(const can::BusEvent& event) override;
   void do_execute(Command command, Instant now) override;
   bool do_request_pdo(std::uint16_t rpdo) override;
@@ -102,6 +105,7 @@ class NodeLine final : public Line,
   std::uint8_t active_master() const override {
     return services_.flying.is_passive() ? services_.flying.active_master() : std::uint8_t{0};
   }
+  bool sleeps() const override { return services_.sleep.sleeps(); }
 
   // --- Line: node_line_advance.cpp --------------------------------------------------------------
   bool advance(Instant now) override;
@@ -138,10 +142,17 @@ class NodeLine final : public Line,
   void order_trigger(std::uint8_t node, std::uint8_t rpdo, Instant now) override;
   AbortCode may_trigger(std::uint8_t node, std::uint8_t rpdo) const override;
 
+  // --- SleepHost: node_line_role.cpp ------------------------------------------------------------
+  void prepare_sleep(Instant now) override;
+  void fall_silent(Instant now) override;
+  void fall_asleep(Instant now) override;
+  void wake_up(Instant now) override;
+
   // --- the line itself --------------------------------------------------------------------------
   // For a line whose image was made from a scan.
   void report_found_layout(Instant now);
   void receive_beside_others(std::span<const can::Frame> frames);
+  void receive_asleep(std::span<const can::Frame> frames);
   void invalidate_unlike_nodes();
   void malformed(const can::Target& target, const can::Frame& frame);
   void receive_error_control(const can::Target& target, const can::Frame& frame);
@@ -191,6 +202,7 @@ class NodeLine final : public Line,
                       .nmt_host = *this,
                       .nmt = *this,
                       .orders = *this,
+                      .sleep_host = *this,
                       .config = config_,
                       .node = node_,
                       .image = image_,
@@ -212,6 +224,7 @@ class NodeLine final : public Line,
   // --- time -------------------------------------------------------------------------------------
   std::uint64_t resets_ = 0;  // resets of the own node that were processed
   Instant advanced_to_{};
+  Instant woke_at_{};  // from the last sleep
   // The last result of next_wake() without PDOs and outputs, which may have become due since.
   mutable Instant rest_until_{};
   mutable std::uint64_t rest_served_ = 0;  // Node::served() at that time

@@ -25,6 +25,9 @@ namespace linegate::line {
 void NodeLine::advance_all(Instant now) {
   events_.advance(now);
   node_.advance(now);
+  if (!services_.sleep.may_transmit()) [[unlikely]] {
+    node_.transmit().clear();  // what it sends by itself
+  }
   services_.outputs.expire_watchdogs(now);
   if (is_dirty() || now >= services_due_) {
     advance_services(now);
@@ -64,6 +67,11 @@ void NodeLine::advance_services(Instant now) {
   dirty_ = false;
   events_seen_ = events_.emitted();
   writes_seen_ = node_.dictionary().writes_reported();
+  if (!services_.sleep.may_transmit()) {
+    services_.sleep.advance(now);
+    services_due_ = services_wake();
+    return;
+  }
   heartbeats_.advance(now);
   sdo_.advance(now);
   process_completions(now);
@@ -80,7 +88,10 @@ void NodeLine::advance_services(Instant now) {
 }
 
 Instant NodeLine::services_wake() const {
-  if (running_ && wants_manager() != manages_) {
+  if (!services_.sleep.may_transmit()) {
+    return services_.sleep.next_wake();
+  }
+  if (running_ && !sleeps() && wants_manager() != manages_) {
     return Instant{};
   }
   Instant wake = earlier(heartbeats_.next_wake(), earlier(sdo_.next_wake(), manager_.next_wake()));

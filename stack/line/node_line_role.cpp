@@ -37,7 +37,7 @@ void NodeLine::adopt_role(Instant now) {
 // Changes between manager and device at run time. As a device the own node keeps its NMT state and
 // waits for commands of its master.
 void NodeLine::change_role(Instant now) {
-  if (!running_ || wants_manager() == manages_) {
+  if (!running_ || sleeps() || wants_manager() == manages_) {
     return;
   }
   if (manages_) {
@@ -76,11 +76,67 @@ void NodeLine::drop_sdo_requests() {
   });
 }
 
+// The own node keeps its NMT state, so that other nodes can still end their work with it. NMT
+// commands that wait for the inhibit time are still sent.
+void NodeLine::prepare_sleep(Instant now) {
+  manager_.sleep(now);
+  for (Service* service : services()) {
+    if (service->needs_master() && service != &services_.nmt) {
+      service->end(Refusal::wrong_state, now);
+    }
+  }
+  process_completions(now);
+  node_.suspend(now);
+  for (const NodeConfig& device : config_.nodes) {
+    heartbeats_.stop(device.id);
+    node_data_invalid(device.id);
+  }
+  services_.outputs.invalidate_scanned();
+  services_.receivers.mark_changed();
+  services_.receivers.follow();
+}
+
+// Transfers and procedures under way end; a frame that still waits is never sent.
+void NodeLine::fall_silent(Instant now) {
+  nmt_.set_active(false);
+  end_sendings(now);
+  for (Service* service : services()) {
+    service->end(Refusal::wrong_state, now);
+  }
+  process_completions(now);
+  node_.command(nmt::Command::stop, now);
+}
+
+void NodeLine::fall_asleep(Instant /*now*/) {
+  services_.diagnosis.diagnosis().fell_asleep();
+}
+
+// All nodes reset their communication by themselves, as if the master had commanded it: their
+// values before that no longer count.
+void NodeLine::wake_up(Instant now) {
+  constexpr auto kReset = nmt::Command::reset_communication;
+  dirty_ = true;
+  end_sendings(now);
+  woke_at_ = now;
+  manager_.wake(now);
+  services_.receivers.heard(kReset, 0);
+  node_.resume();
+  node_.command(kReset, now);
+  if (wants_manager() != manages_) {
+    change_role(now);
+  } else {
+    adopt_role(now);
+  }
+}
+
 void NodeLine::may_operate(Instant now) {
   node_.command(nmt::Command::start, now);
 }
 
 void NodeLine::send_nmt(nmt::Command command, std::uint8_t id, Instant now) {
+  if (sleeps()) {
+    return;
+  }
   nmt_.send(command, id, now);
   nmt_sent(command, id, now);
 }

@@ -26,6 +26,7 @@ LineState NodeLine::do_state() const {
   }
   out.counters = count();
   out.srdos = services_.srdos.counters();
+  out.sleep = services_.sleep.phase();
   return out;
 }
 

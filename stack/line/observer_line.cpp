@@ -112,7 +112,8 @@ ObserverLine::ObserverLine(LineConfig line_config, pdo::LinkPlan plan)
       nodes(node_plans(config_), config_.node_id, dispatch, events_, *this),
       channels(dispatch),
       sync(dispatch, events_),
-      srdos(dispatch, events_, config_) {
+      srdos(dispatch, events_, config_),
+      sleep(config_.sleep, 0) {
   events_.limit_overheard();
   srdos.connect(inputs->engine, inputs->image, plan.rpdos);
   for (const NodeConfig& device : config_.nodes) {
@@ -133,6 +134,11 @@ ObserverLine::ObserverLine(LineConfig line_config, pdo::LinkPlan plan)
                  static_cast<std::uint16_t>(kSdoRequest | id));
     dispatch.add(can::kSdoResponseBase + id, false, can::Service::sdo_client, id);
   }
+  sleep.set_master(false, Instant{});
+  if (config_.sleep.exists()) {
+    dispatch.add(config_.sleep.request, false, can::Service::sleep, 0);
+    dispatch.add(config_.sleep.objection, false, can::Service::sleep, 0);
+  }
   dispatch.add(can::kNmtId, false, can::Service::nmt, 0);
   dispatch.add(can::kTimeId, false, can::Service::time, 0);
   sync.configure(sync_of(config_));
@@ -143,6 +149,11 @@ const image::Layout& ObserverLine::layout(Direction direction) const {
 }
 
 void ObserverLine::do_start(Instant now) {
+  if (sleep.sleeps()) {
+    nodes.wake(now);
+  }
+  sleep.reset();
+  sleep.set_master(false, now);
   inputs->engine.set_operational(true, now);
   outputs->engine.set_operational(true, now);
   sync.set_active(true);
@@ -160,6 +171,10 @@ void ObserverLine::do_receive(std::span<const can::Frame> frames) {
 }
 
 void ObserverLine::receive(const can::Frame& frame) {
+  if (sleep.sleeps()) {
+    sleep.hear(frame.time);
+    follow_sleep();
+  }
   if (dispatch_frame(frame)) {
     return;
   }
@@ -239,7 +254,7 @@ void ObserverLine::serve(const can::Target& target, const can::Frame& frame) {
   switch (target.service) {
     case can::Service::rpdo:
       inputs->engine.receive(target.index, frame);
-      if (!frame.remote()) {
+      if (!frame.remote() && !sleep.sleeps()) {
         nodes.heard_pdo(inputs->node_of(target.index), frame.time);
       }
       return;
@@ -255,9 +270,15 @@ void ObserverLine::serve(const can::Target& target, const can::Frame& frame) {
       receive_sdo(target.index, frame);
       return;
     case can::Service::srdo:
-      if (srdos.receive(target.index, frame)) {
+      if (!sleep.sleeps() && srdos.receive(target.index, frame)) {
         nodes.heard_pdo(srdos.node_of(target.index), frame.time);
       }
+      return;
+    case can::Service::sleep:
+      if (!sleep.receive(frame)) {
+        malformed(frame, 0);
+      }
+      follow_sleep();
       return;
     case can::Service::nmt:
       receive_node_control(frame);
@@ -328,6 +349,34 @@ void ObserverLine::malformed(const can::Frame& frame, std::uint8_t id) {
   events_.emit(can::malformed_event(frame, id));
 }
 
+// From prepare on neither PDOs nor SYNC are expected, and none makes a value valid; all frames pass
+// receive(), so that each may wake the line.
+void ObserverLine::set_pdos_active(bool active, Instant now) {
+  inputs->engine.set_operational(active, now);
+  outputs->engine.set_operational(active, now);
+  sync.set_active(active);
+  inputs->set_all_invalid();
+  outputs->set_all_invalid();
+  srdos.forget_all();
+}
+
+// It sends none of the messages.
+void ObserverLine::follow_sleep() {
+  for (const nmt::SleepChange& change : sleep.pop_changes()) {
+    emit(change.time,
+         event::SleepState{.phase = change.phase, .before = change.before, .cause = change.cause});
+    if (change.phase == nmt::SleepPhase::prepare) {
+      nodes.sleep();
+      set_pdos_active(false, change.time);
+    } else if (change.phase == nmt::SleepPhase::awake &&
+               change.before >= nmt::SleepPhase::prepare) {
+      nodes.wake(change.time);
+      set_pdos_active(true, change.time);
+    }
+  }
+  (void)sleep.pop_frames();
+}
+
 void ObserverLine::do_bus_event(const can::BusEvent& /*event*/) {
   if (!usable()) {
     inputs->set_all_invalid();
@@ -342,6 +391,8 @@ bool ObserverLine::advance(Instant now) {
   nodes.advance(now);
   sync.advance(now);
   srdos.advance(now);
+  sleep.advance(now);
+  follow_sleep();
   if (relink_at <= now) {
     relink(now);
   }
@@ -352,7 +403,8 @@ bool ObserverLine::advance(Instant now) {
 Instant ObserverLine::next_wake() const {
   const Instant wake = earlier(events_.next_wake(), inputs->engine.next_wake());
   return earlier(earlier(wake, relink_at),
-                 earlier(nodes.next_wake(), earlier(sync.next_wake(), srdos.next_wake())));
+                 earlier(nodes.next_wake(),
+                         earlier(earlier(sync.next_wake(), srdos.next_wake()), sleep.next_wake())));
 }
 
 // All commands except can_listen would transmit, or need an own node.
@@ -419,6 +471,9 @@ LineState ObserverLine::do_state() const {
   out.nodes_operational = nodes.operational();
   out.counters = counters_;
   out.srdos = srdos.counters();
+  if (config_.sleep.exists()) {
+    out.sleep = sleep.phase();
+  }
   pdo::EngineCounters from_devices = inputs_before;
   pdo::EngineCounters to_devices = outputs_before;
   add(from_devices, inputs->engine.counters());

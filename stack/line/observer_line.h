@@ -10,6 +10,7 @@
 #include "stack/line/generic_can.h"
 #include "stack/line/line.h"
 #include "stack/line/srdo_reception.h"
+#include "stack/nmt/sleep.h"
 #include "stack/observer/learned_parameters.h"
 #include "stack/observer/nodes.h"
 #include "stack/observer/pdo_knowledge.h"
@@ -129,6 +130,8 @@ class ObserverLine final : public Line, observer::NodeListener {
   void receive_sync(const can::Frame& frame);
   void receive_time(const can::Frame& frame);
   void malformed(const can::Frame& frame, std::uint8_t id);
+  void follow_sleep();
+  void set_pdos_active(bool active, Instant now);
   bool ends_configuration(Device& device, const can::Frame& frame) const;
 
   // --- observer_sdo.cpp -------------------------------------------------------------------------
@@ -169,6 +172,7 @@ class ObserverLine final : public Line, observer::NodeListener {
   Instant relink_at = kNever;
   sync::Consumer sync;
   SrdoReception srdos;
+  nmt::Sleep sleep;
   std::optional<time::TimeOfDay> network_time;
   Instant network_time_at{};
   can::Traffic received;

@@ -308,7 +308,7 @@ void ObserverLine::replace(Direction direction, const image::Layout& layout,
   add(in ? inputs_before : outputs_before, side->engine.counters());
   side = nullptr;  // releases its identifiers
   next->link(std::move(pdos));
-  next->engine.set_operational(running_, now);
+  next->engine.set_operational(running_ && !sleep.sleeps(), now);
   side = std::move(next);
 }
 

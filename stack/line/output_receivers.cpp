@@ -24,6 +24,9 @@ pdo::Engine::Receiver OutputReceivers::state(std::uint8_t id) const {
   if (parts_.flying.is_passive()) {
     return Engine::Receiver::unlike;  // their PDOs are held back
   }
+  if (host().sleeps()) {
+    return Engine::Receiver::waiting;
+  }
   const NodeState& seen = parts_.manager.node(id);
   const bool operational = seen.presence == manager::Presence::present &&
                            seen.state == nmt::State::operational && !parts_.manager.held(id) &&

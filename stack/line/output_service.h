@@ -72,6 +72,8 @@ class OutputService final : public Service {
   // See Line::write_bound().
   void write_bound(std::span<const BoundValue> values, Instant now);
   void apply_defaults(Instant now);
+  // Those that MPDOs carry are no longer valid; PDOs see OutputReceivers.
+  void invalidate_scanned() { scanned_.invalidate(); }
   // Another flying master is active: disarms all groups, forgets the values that clients wrote, so
   // that their PDOs are held back until they are written again, and refuses commands under way.
   void give_up(Instant now);

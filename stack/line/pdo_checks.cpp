@@ -11,6 +11,7 @@
 #include "stack/base/hex_text.h"
 #include "stack/can/cob_id.h"
 #include "stack/line/build.h"
+#include "stack/line/srdo_plan.h"
 #include "stack/od/objects.h"
 #include "stack/pdo/mapping.h"
 
@@ -196,6 +197,13 @@ IdentifierUsers users_of(const LineConfig& config, std::span<const pdo::RemoteNo
   return out;
 }
 
+void add_sleep(const LineConfig& config, IdentifierUsers& out) {
+  if (config.sleep.exists()) {
+    out.emplace(config.sleep.request, IdentifierUser{"the requests of sleep"});
+    out.emplace(config.sleep.objection, IdentifierUser{"the objections to sleep"});
+  }
+}
+
 std::vector<pdo::RemoteNode> remotes_of(const LineConfig& config) {
   std::vector<pdo::RemoteNode> out;
   for (const NodeConfig& node : config.nodes) {
@@ -256,7 +264,8 @@ std::vector<Diagnostic> check_connection_pool(const LineConfig& config,
     report(hex_text(pool.last, 3) + " has more than 11 bits");
     return out;
   }
-  const IdentifierUsers users = users_of(config, remotes);
+  IdentifierUsers users = users_of(config, remotes);
+  add_sleep(config, users);
   for (std::uint32_t id = pool.first; id <= pool.last; ++id) {
     if (can::is_restricted(id)) {
       report(hex_text(id, 3) + " is restricted (CiA 301 7.3.5)");
@@ -264,6 +273,30 @@ std::vector<Diagnostic> check_connection_pool(const LineConfig& config,
     }
     if (const auto taken = users.find(id); taken != users.end()) {
       report(hex_text(id, 3) + " is that of " + taken->second.name);
+    }
+  }
+  return out;
+}
+
+std::vector<Diagnostic> check_sleep_identifiers(const LineConfig& config,
+                                                std::span<const pdo::RemoteNode> remotes) {
+  std::vector<Diagnostic> out;
+  if (!config.sleep.exists()) {
+    return out;
+  }
+  IdentifierUsers users = users_of(config, remotes);
+  users.emplace(can::kTimeId, IdentifierUser{"TIME"});
+  for (const srdo::Source& srdo : srdo_sources(config)) {
+    const IdentifierUser user{"SRDO " + std::to_string(srdo.number) + " of node " +
+                              std::to_string(srdo.node)};
+    users.emplace(srdo.cob_id, user);
+    users.emplace(srdo.inverted_cob_id, user);
+  }
+  for (const std::uint32_t id : {config.sleep.request, config.sleep.objection}) {
+    if (const auto taken = users.find(id); taken != users.end()) {
+      out.push_back({.severity = Severity::error,
+                     .file = config.name,
+                     .text = "sleep: " + hex_text(id, 3) + " is that of " + taken->second.name});
     }
   }
   return out;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Checks the PDOs of the configured devices against the other services of the line: their
-// identifiers, and the SYNC producer; and the pool of SDO connections against all of them.
+// identifiers, and the SYNC producer; and the pool of SDO connections, and the messages of sleep,
+// against all of them.
 #pragma once
 
 #include <optional>
@@ -23,6 +24,11 @@ std::vector<Diagnostic> check_pdos(const LineConfig& config,
 // PDO, or an SDO channel of the configuration.
 std::vector<Diagnostic> check_connection_pool(const LineConfig& config,
                                               std::span<const pdo::RemoteNode> remotes);
+
+// Errors: a message of sleep has a CAN-ID of another service, of a PDO, SRDO or SDO channel of the
+// configuration, or one of the pool of SDO connections.
+std::vector<Diagnostic> check_sleep_identifiers(const LineConfig& config,
+                                                std::span<const pdo::RemoteNode> remotes);
 
 // A warning that names the PDOs of a manager's line that wait for SYNC if the configuration has no
 // SYNC producer; another device on the bus may produce it. file is the line's name.

@@ -41,7 +41,8 @@ void RecordService::carry_out(const diagnosis::CanopenIa::Order& order, Instant 
 }
 
 void RecordService::heartbeat(std::uint8_t node, Instant now) {
-  if (records_.keep_operational() && host().manages() && parts_.diagnosis.strayed(node)) {
+  if (records_.keep_operational() && host().manages() && !host().sleeps() &&
+      parts_.diagnosis.strayed(node)) {
     parts_.nmt.send_nmt(nmt::Command::start, node, now);
   }
 }
@@ -71,8 +72,9 @@ AbortCode RecordService::transmit(const can::Frame& frame) {
   if (uses_identifier(parts_.node, parts_.plan.tpdos, frame)) {
     return AbortCode::local_control;
   }
-  return host().usable() && send_generic(parts_.node, frame) == Error{} ? AbortCode::none
-                                                                        : AbortCode::device_state;
+  return host().usable() && !sleeps() && send_generic(parts_.node, frame) == Error{}
+             ? AbortCode::none
+             : AbortCode::device_state;
 }
 
 // PDOs without a communication record keep the times of the plan.

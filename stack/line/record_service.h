@@ -65,6 +65,7 @@ class RecordService final : public Service, diagnosis::RecordHost {
   AbortCode may_scan(std::uint8_t node) const override;
   AbortCode may_trigger(std::uint8_t node, std::uint8_t number) const override;
   AbortCode transmit(const can::Frame& frame) override;
+  bool sleeps() const override { return host().sleeps(); }
 
   void carry_out(const diagnosis::CanopenIa::Order& order, Instant now);
 

@@ -47,6 +47,7 @@ struct CostOf {
   // The frames of the boot processes that follow a reset are counted one by one.
   std::int64_t operator()(const NmtRequest&) const { return bits_of(1); }
   std::int64_t operator()(const EmcySend&) const { return bits_of(1); }
+  std::int64_t operator()(const SleepRequest&) const { return bits_of(2); }
   std::int64_t operator()(const SingleOutput&) const { return bits_of(1); }
   std::int64_t operator()(const ObjectWrite&) const { return bits_of(1); }
   std::int64_t operator()(const PdoTrigger&) const { return bits_of(1); }

@@ -53,6 +53,7 @@ enum class CommandKind : std::uint8_t {
   connection_open = 27,
   connection_close = 28,
   connection_list = 29,
+  sleep = 30,
 };
 // "sdo-read"
 std::string_view name(CommandKind kind);
@@ -256,6 +257,23 @@ struct Configure {
   bool apply = false;     // boot and configure, else compare
 };
 
+enum class SleepAction : std::uint8_t {
+  check,    // asks all nodes whether one objects
+  sleep,    // check, then prepare unless a node objects
+  prepare,  // without a check
+  wake,
+  object,   // the own node objects to sleep from now on
+  consent,  // no more
+};
+inline constexpr std::size_t kSleepActions = 6;
+
+// Sleep of all nodes (nmt/sleep.h). Only NMT masters check and prepare. Reply to check and sleep:
+// the node-IDs of the nodes that object, ascending.
+struct SleepRequest {
+  static constexpr CommandKind kKind = CommandKind::sleep;
+  SleepAction action = SleepAction::check;
+};
+
 // Loads a program into a node (CiA 302-3). Role manager; EventKind::command_progress each second.
 // Reply to a failed download: ProgramFault.
 struct ProgramDownload {
@@ -323,11 +341,11 @@ struct ConnectionList {
 };
 
 // In the order of CommandKind.
-using AnyRequest =
-    std::variant<SdoRead, SdoWrite, LocalRead, LocalWrite, SingleOutput, EmcySend, NmtRequest,
-                 NetworkRead, NetworkWrite, RoutingTrace, Scan, Boot, Configure, ProgramDownload,
-                 LssRequest, ObjectWrite, PdoTrigger, CanSend, CanListen, ObjectCreate, ScanApply,
-                 PdoRequest, MpdoWrite, ConnectionOpen, ConnectionClose, ConnectionList>;
+using AnyRequest = std::variant<SdoRead, SdoWrite, LocalRead, LocalWrite, SingleOutput, EmcySend,
+                                NmtRequest, NetworkRead, NetworkWrite, RoutingTrace, Scan, Boot,
+                                Configure, ProgramDownload, LssRequest, ObjectWrite, PdoTrigger,
+                                CanSend, CanListen, ObjectCreate, ScanApply, PdoRequest, MpdoWrite,
+                                ConnectionOpen, ConnectionClose, ConnectionList, SleepRequest>;
 
 // One of them. A class, so that not every file that copies or destroys a command compiles that for
 // each kind.

@@ -83,13 +83,17 @@ void ScannedOutputs::follow_state() {
   if (std::exchange(starts_, starts) == starts || node_.state() != nmt::State::operational) {
     return;
   }
+  invalidate();
+  send();
+}
+
+void ScannedOutputs::invalidate() {
   for (Output& output : outputs_) {
     if (image_.is_known(Direction::outputs, output.entry)) {
       output = {.entry = output.entry, .due = true};
       image_.set_entry_valid(Direction::outputs, output.entry, false);
     }
   }
-  send();
 }
 
 void ScannedOutputs::handed_out(const can::Frame& frame, std::uint64_t number) {

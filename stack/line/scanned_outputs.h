@@ -27,6 +27,8 @@ class ScannedOutputs {
   // On entering Operational sends all known outputs: the PDO engine dropped those that waited when
   // the node left Operational, however briefly.
   void follow_state();
+  // The known outputs become invalid, and are sent when the own node enters Operational.
+  void invalidate();
   // A frame was handed to the bus with that number; 0: no acknowledgement is expected.
   void handed_out(const can::Frame& frame, std::uint64_t number);
   // The bus acknowledged the frames up to that number.

@@ -53,6 +53,8 @@ class ServiceHost {
   virtual bool usable() const = 0;
   // Whether the line is NMT master.
   virtual bool manages() const = 0;
+  // Whether the network sleeps, or prepares to: nothing is started, and no process data is sent.
+  virtual bool sleeps() const { return false; }
 
  protected:
   // The services of this host, in the order in which they were created.

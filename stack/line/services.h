@@ -22,6 +22,7 @@
 #include "stack/line/routing_service.h"
 #include "stack/line/scan_service.h"
 #include "stack/line/sdo_service.h"
+#include "stack/line/sleep_service.h"
 #include "stack/line/srdo_service.h"
 
 namespace linegate::line {
@@ -32,6 +33,7 @@ struct LineParts {
   NmtHost& nmt_host;
   manager::Host& nmt;  // sends NMT commands
   RecordOrders& orders;
+  SleepHost& sleep_host;
   LineConfig& config;
   node::Node& node;
   image::ProcessImage& image;
@@ -108,6 +110,8 @@ struct Services {
                          .orders = line.orders,
                          .load = line.load,
                          .plan = line.plan}};
+  SleepService sleep{line.host, line.sleep_host,    line.config.sleep,
+                     line.node, records.settings(), line.events};
   SdoService sdo{line.host,
                  line.config,
                  {.sdo = line.sdo,

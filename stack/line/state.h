@@ -3,11 +3,13 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string_view>
 
 #include "stack/base/time.h"
 #include "stack/can/bus_state.h"
 #include "stack/manager/state.h"
+#include "stack/nmt/sleep_protocol.h"
 #include "stack/nmt/state.h"
 #include "stack/node/indicators.h"
 #include "stack/routing/config.h"
@@ -100,6 +102,7 @@ struct LineState {
   Counters counters;
   routing::Counters routing;
   SrdoCounters srdos;
+  std::optional<nmt::SleepPhase> sleep;  // nothing if it is not configured
 };
 
 }  // namespace linegate::line

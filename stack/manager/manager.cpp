@@ -221,7 +221,7 @@ void Manager::miss(std::uint8_t node, Presence presence) {
 // sent heartbeats, or its error control was started. A node without them may still be present, also
 // one whose boot process ended before the start of error control: it becomes unknown.
 void Manager::expire(std::uint8_t node) {
-  if (nodes_[node].presence == Presence::present) {
+  if (nodes_[node].presence == Presence::present && !asleep_) {
     const Slot* slot = find(node);
     const bool is_missing =
         life_.beats(node) || (slot != nullptr && slot->boot->started_error_control());
@@ -263,6 +263,9 @@ void Manager::sent(nmt::Command command, std::uint8_t node, Instant now) {
 
 void Manager::commanded(nmt::Command command, std::uint8_t node, Instant now,
                         std::uint32_t client) {
+  if (asleep_) {
+    return;
+  }
   client_ = client;
   const bool ends_stop = node == 0 && command != nmt::Command::stop && leave_stop(now);
   if (nmt::is_reset(command)) {
@@ -363,7 +366,7 @@ bool Manager::beats(std::uint8_t node) const {
 
 void Manager::watch(std::uint8_t node, bool wanted, Instant now) {
   const Slot* slot = find(node);
-  if (slot == nullptr) {
+  if (slot == nullptr || asleep_) {
     return;
   }
   if (!wanted) {

@@ -41,6 +41,11 @@ class Manager final : public sdo::TransferOwner {
   void stop(Instant now);
   // Stops all nodes, including the own one, until start() or boot().
   void halt(Instant now) { stop_all(now); }
+  // All nodes fall asleep: from now on none is expected to be heard, and none becomes missing. A
+  // manager stops, and nothing starts or boots a node until wake(), which does not start it: all
+  // nodes reset their communication by themselves then.
+  void sleep(Instant now);
+  void wake(Instant now);
   // The own node is no longer the NMT master (1F80h bit 0): the nodes are still observed, but not
   // controlled. keeps_data: the data of nodes that are Operational stay valid.
   void hand_over(Instant now, bool keeps_data = false);
@@ -204,6 +209,7 @@ class Manager final : public sdo::TransferOwner {
   bool released_ = false;       // may_operate() was called
   bool all_started_ = false;    // the nodes were started with one command (1F80h bit 1)
   bool time_is_over_ = false;   // boot time 1F89h is over
+  bool asleep_ = false;         // see sleep()
   bool nodes_stopped_ = false;  // by an error event (1F80h bit 6)
   Reaction reaction_ = Reaction::none;
   std::uint32_t reaction_client_ = 0;  // whose command Reaction::restart follows

@@ -11,6 +11,9 @@
 namespace linegate::manager {
 
 void Manager::start(Instant now) {
+  if (asleep_) {
+    return;
+  }
   const bool reset = options_.reset_nodes;
   leave_stop(now);
   refresh_list();
@@ -73,6 +76,28 @@ void Manager::stop(Instant now) {
   set_state(ManagerState::stopped, now);
 }
 
+void Manager::sleep(Instant now) {
+  if (active()) {
+    stop(now);
+  }
+  asleep_ = true;
+}
+
+// A node that does not return by itself becomes missing, or unknown, as usual. The states before
+// the sleep have ended.
+void Manager::wake(Instant now) {
+  asleep_ = false;
+  for (std::uint8_t node = can::kMinNodeId; node <= can::kMaxNodeId; ++node) {
+    if (nodes_[node].presence == Presence::present) {
+      nodes_[node].state = nmt::State::unknown;
+      life_.answer(node, now);
+      touch(node);
+      host_.node_data_invalid(node);
+    }
+  }
+  sent(nmt::Command::reset_communication, 0, now);
+}
+
 void Manager::hand_over(Instant now, bool keeps_data) {
   end(now, keeps_data);
   set_state(ManagerState::inactive, now);
@@ -125,6 +150,9 @@ void Manager::leave_unwatched(const Slot& slot, Instant now) {
 }
 
 void Manager::boot(std::uint8_t node, Instant now, std::uint32_t client) {
+  if (asleep_) {
+    return;
+  }
   if (node == 0) {
     client_ = client;
     start(now);

@@ -37,7 +37,7 @@ void GuardingSlave::request(Instant now) {
     toggle_ ^= kToggleBit;
   }
   const Duration life = life_time();
-  deadline_ = life > Duration::zero() ? now + life : kNever;
+  deadline_ = life > Duration::zero() && !suspended_ ? now + life : kNever;
   if (std::exchange(lost_, false)) {
     recover(now);
   }

@@ -43,6 +43,11 @@ class GuardingSlave final : public od::Hook {
   // The master's remote frame was received at `now`; it may have any data length code.
   void request(Instant now);
 
+  // While suspended no request is expected, and none begins life guarding.
+  void set_suspended(bool suspended) {
+    suspended_ = suspended;
+    deadline_ = kNever;
+  }
   // Reports life guarding as lost if no request was received for the life time.
   void advance(Instant now);
   Instant next_wake() const { return deadline_; }
@@ -63,6 +68,7 @@ class GuardingSlave final : public od::Hook {
   State state_ = State::initialising;
   std::byte toggle_{0};
   bool lost_ = false;
+  bool suspended_ = false;
   Instant deadline_ = kNever;
 };
 

@@ -26,9 +26,8 @@ void Master::set_active(bool active) {
     return;
   }
   waiting_.clear();
-  can::Frame dropped;  // always an NMT frame: NMT is the most urgent class
-  while (transmit_.queued(can::TransmitClass::nmt) > 0 && transmit_.pop_urgent(dropped)) {
-  }
+  (void)transmit_.remove(can::TransmitClass::nmt,
+                         [](const can::Frame& frame) { return frame.id == can::kNmtId; });
 }
 
 bool Master::send(Command command, std::uint8_t node, Instant now) {

@@ -25,7 +25,7 @@ class Master {
   explicit Master(can::TransmitQueue& transmit, const od::Dictionary* dictionary = nullptr);
 
   // False: the node is not the NMT master of its network (1F80h bit 0). Then send() refuses, and
-  // commands in the transmit queue are dropped. Initially true.
+  // commands in the transmit queue are dropped; other frames of that class stay. Initially true.
   void set_active(bool active);
 
   // Queues the command for a node, 1..127, or 0 = all nodes except the master itself. It is sent

@@ -18,6 +18,7 @@ constexpr bool is_served(can::Service service, State state) {
     case can::Service::nmt:
     case can::Service::error_control:
     case can::Service::lss:
+    case can::Service::sleep:
       return configurable || state == State::stopped;
     case can::Service::rpdo:
     case can::Service::tpdo_rtr:

@@ -58,6 +58,9 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   void reset_sdo();
   void state_changed(nmt::State before, Instant time);
   void keep_early_pdos();
+  void suspend(Instant time);
+  void resume();
+  void stop_monitoring();
   void report_state(nmt::State before, Instant time);
   bool serves(can::Service service) const { return nmt::is_served(service, slave.state()); }
 
@@ -192,6 +195,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   Instant next_overrun{};           // earliest time of the next report of lost frames
   bool duplicate_reported = false;  // reported since the last reset
   bool started = false;
+  bool suspended = false;            // see Node::suspend()
   std::uint64_t applied_writes = 0;  // Dictionary::writes_reported() at the last apply_writes()
   // Of the stored parameters, reported after boot-up.
   storage::Damage damage = storage::Damage::none;

@@ -93,6 +93,12 @@ void Node::device_error(std::uint8_t error_class, Instant now) {
 [[gnu::hot]] void Node::receive(std::span<const can::Frame> frames) {
   impl_->receive(frames);
 }
+void Node::suspend(Instant now) {
+  impl_->suspend(now);
+}
+void Node::resume() {
+  impl_->resume();
+}
 void Node::advance(Instant now) {
   impl_->advance(now);
 }

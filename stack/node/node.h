@@ -177,6 +177,11 @@ class Node {
   void set_error_bits(std::uint8_t temporary, std::uint8_t sticky);
   // No error is present, neither of communication nor by set_error().
   bool error_free() const;
+  // All nodes fall asleep: until resume(), also over a reset, the node expects no heartbeat
+  // (1016h), guarding request or SYNC of others, and neither sends nor receives PDOs. Call resume()
+  // right before a reset, which restarts error control.
+  void suspend(Instant now);
+  void resume();
   // A bus event of a bridge: causes EMCY 8110h, 8120h or 8140h, and 1029h:1 at bus-off.
   void bus_event(const can::BusEvent& event);
   // The present patterns of the indicators of CiA 303-3.

@@ -179,6 +179,7 @@ void Node::Impl::serve(can::Service service, std::uint16_t index, const can::Fra
     case can::Service::rpdo:
     case can::Service::lss:
     case can::Service::srdo:
+    case can::Service::sleep:
       hand_to_master_services({service, index, 0}, frame);
       return;
   }

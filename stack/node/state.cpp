@@ -229,7 +229,7 @@ void Node::Impl::state_changed(nmt::State before, Instant time) {
   if (!serves(can::Service::sdo_server)) {
     reset_sdo();
   }
-  pdos.set_operational(state == nmt::State::operational, time);
+  pdos.set_operational(state == nmt::State::operational && !suspended, time);
   keep_early_pdos();
   apply_writes(time);
   report_state(before, time);
@@ -239,7 +239,28 @@ void Node::Impl::state_changed(nmt::State before, Instant time) {
 }
 
 void Node::Impl::keep_early_pdos() {
-  pdos.keep_early(!options.nmt_slave && slave.state() == nmt::State::pre_operational);
+  pdos.keep_early(!options.nmt_slave && !suspended && slave.state() == nmt::State::pre_operational);
+}
+
+void Node::Impl::suspend(Instant time) {
+  suspended = true;
+  pdos.set_operational(false, time);
+  keep_early_pdos();
+  guarding.set_suspended(true);
+  sync.set_suspended(true);
+  stop_monitoring();
+}
+
+void Node::Impl::resume() {
+  suspended = false;
+  guarding.set_suspended(false);
+  sync.set_suspended(false);
+}
+
+void Node::Impl::stop_monitoring() {
+  for (std::uint8_t node = can::kMinNodeId; node <= can::kMaxNodeId; ++node) {
+    heartbeats.stop(node);
+  }
 }
 
 void Node::Impl::report_state(nmt::State before, Instant time) {
@@ -253,6 +274,9 @@ void Node::Impl::advance(Instant time) {
   now = time;
   hide_monitored();
   pdos.set_sync_window(sync.window());
+  if (suspended) [[unlikely]] {
+    stop_monitoring();  // 1016h may have been written
+  }
   heartbeats.advance(time);
   guarding.advance(time);
   if (const auto counter = sync.advance(time)) {

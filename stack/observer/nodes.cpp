@@ -29,12 +29,41 @@ Nodes::Nodes(std::span<const manager::NodePlan> plans, std::uint8_t master, can:
     touch(plan.id);
     heartbeat_time_[plan.id] = plan.heartbeat_consumer;
     guarded_time_[plan.id] = plan.guard_time * plan.life_time_factor;
-    if (guarded_time_[plan.id] > Duration::zero()) {
-      heartbeats_.overhear_guarding(plan.id, guarded_time_[plan.id]);
-    } else {
-      heartbeats_.monitor(plan.id, plan.heartbeat_consumer);
+    monitor(plan.id);
+  }
+}
+
+void Nodes::monitor(std::uint8_t id) {
+  if (guarded_time_[id] > Duration::zero()) {
+    heartbeats_.overhear_guarding(id, guarded_time_[id]);
+  } else {
+    heartbeats_.monitor(id, heartbeat_time_[id]);
+  }
+}
+
+void Nodes::sleep() {
+  asleep_ = true;
+  for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
+    heartbeats_.stop(id);
+    nodes_[id].heartbeat_monitored = false;
+    if (nodes_[id].presence == Presence::present) {
+      touch(id);
+      listener_.node_data_invalid(id);
     }
   }
+}
+
+void Nodes::wake(Instant now) {
+  asleep_ = false;
+  for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
+    if (nodes_[id].configured) {
+      monitor(id);
+    }
+    if (nodes_[id].presence == Presence::present) {
+      life_.answer(id, now);
+    }
+  }
+  apply({.command = nmt::Command::reset_communication, .node = 0}, now);
 }
 
 Nodes::~Nodes() {
@@ -49,7 +78,7 @@ void Nodes::listen_emcy(std::uint8_t node, can::CobId cob_id) {
 void Nodes::advance(Instant now) {
   heartbeats_.advance(now);
   while (const std::uint8_t id = life_.pop_expired(now)) {
-    if (nodes_[id].presence == Presence::present && !nodes_[id].heartbeat_monitored) {
+    if (nodes_[id].presence == Presence::present && !nodes_[id].heartbeat_monitored && !asleep_) {
       const bool is_missing = has_error_control(id) || life_.beats(id);
       miss(id, is_missing ? Presence::missing : Presence::unknown);
     }
@@ -73,7 +102,9 @@ void Nodes::miss(std::uint8_t id, Presence presence) {
 nmt::ErrorControlReception Nodes::receive_error_control(std::uint8_t node,
                                                         const can::Frame& frame) {
   if (frame.remote()) {
-    heartbeats_.overhear_guarding(node, guarded_time_[node]);
+    if (!asleep_) {
+      heartbeats_.overhear_guarding(node, guarded_time_[node]);
+    }
     return nmt::ErrorControlReception::accepted;
   }
   return heartbeats_.receive(node, frame);
@@ -85,6 +116,10 @@ bool Nodes::receive_emcy(std::uint8_t node, const can::Frame& frame) {
 
 void Nodes::commanded(const nmt::NodeControl& command, Instant now) {
   events_.emit({.time = now, .node = command.node, .data = event::NmtCommand{command.command}});
+  apply(command, now);
+}
+
+void Nodes::apply(const nmt::NodeControl& command, Instant now) {
   changes_.commanded(command.command, command.node, now);
   shared_.begin(command.node);
   for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {

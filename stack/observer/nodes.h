@@ -62,6 +62,11 @@ class Nodes final : nmt::HeartbeatListener, emcy::Listener {
   // A value of the node's identity (1000h or 1018h) was seen on the bus.
   void identity(std::uint8_t node, od::Address address, std::uint32_t value);
 
+  // All nodes fall asleep: until wake() none is expected to be heard, and none becomes missing.
+  // Then all reset their communication by themselves.
+  void sleep();
+  void wake(Instant now);
+
   void advance(Instant now);
   Instant next_wake() const { return earlier(heartbeats_.next_wake(), life_.next_wake()); }
 
@@ -82,12 +87,15 @@ class Nodes final : nmt::HeartbeatListener, emcy::Listener {
 
   void heard(std::uint8_t id, nmt::State state, Instant now);
   bool has_error_control(std::uint8_t id) const;
+  void monitor(std::uint8_t id);
   void changed_itself(std::uint8_t id, nmt::State state, nmt::State before, Instant now);
   void miss(std::uint8_t id, manager::Presence presence);
+  void apply(const nmt::NodeControl& command, Instant now);
   void assume(std::uint8_t id, nmt::Command command);
   void set_state(std::uint8_t id, nmt::State state);
   void touch(std::uint8_t id) { ++revisions_[id]; }
 
+  bool asleep_ = false;  // see sleep()
   EventLog& events_;
   NodeListener& listener_;
   std::uint8_t master_;

@@ -35,6 +35,11 @@ class Consumer {
   void configure(const Parameters& parameters);
   // False in Stopped and Initialising: then no SYNC is expected.
   void set_active(bool active);
+  // While suspended no SYNC is missed; those received count.
+  void set_suspended(bool suspended) {
+    suspended_ = suspended;
+    deadline_ = kNever;
+  }
 
   // A frame on the COB-ID, received at frame.time. A missing or unexpected counter is a difference
   // in configuration: it is reported, but the frame counts as a SYNC (without counter). A longer
@@ -58,6 +63,7 @@ class Consumer {
   std::uint8_t node_id_ = 0;
   bool registered_ = false;
   bool active_ = false;
+  bool suspended_ = false;
   bool length_was_wrong_ = false;
   bool lost_ = false;
   Instant deadline_ = kNever;
@@ -84,7 +90,7 @@ inline Reception Consumer::receive(const can::Frame& frame) {
     lose();
   }
   lost_ = false;
-  if (parameters_.period > Duration::zero()) {
+  if (parameters_.period > Duration::zero() && !suspended_) {
     deadline_ = frame.time + parameters_.period + parameters_.period / 2;
   }
   return out;

@@ -30,6 +30,8 @@ class Service final : public od::Hook {
   void configure();
   // True in Pre-operational and Operational.
   void set_active(bool active);
+  // See Consumer. The own SYNCs continue.
+  void set_suspended(bool suspended) { consumer_.set_suspended(suspended); }
 
   // Time after a SYNC during which synchronous PDOs may be received and sent; 0 = until the next
   // SYNC.

@@ -15,6 +15,7 @@
 #include "stack/line/output_write.h"
 #include "stack/line/state.h"
 #include "stack/lss/assigner.h"
+#include "stack/nmt/sleep_protocol.h"
 #include "stack/nmt/state.h"
 #include "stack/pdo/parameters.h"
 #include "stack/routing/post.h"
@@ -156,6 +157,10 @@ std::vector<Row> layouts_of_frames() {
                                 .target_node = 5,
                                 .interface = 255},
        fields(40, 0, {1, 0, 3, 2, 5, 255, 0x18, 0x10, 6})},
+      {event::SleepState{.phase = nmt::SleepPhase::asleep,
+                         .before = nmt::SleepPhase::silent,
+                         .cause = nmt::SleepCause::time},
+       fields(4, 3, {2})},
       {event::SrdoState{.suppressed = 40, .fault = srdo::Fault::validation_time, .number = 64},
        fields(64, 5, {40, 0, 0, 0})},
   };
@@ -435,6 +440,8 @@ std::vector<EventData> highest_of_nodes_and_requests() {
       event::SrdoState{kHighest32, srdo::Fault{kHighest8}, kHighest8},
       event::SdoConnection{kHighest32, kHighestAbort, kHighest16, kHighest16, kHighest16,
                            kHighest16, kHighest8, kHighest8, event::ConnectionResult{kHighest8}},
+      event::SleepState{nmt::SleepPhase{kHighest8}, nmt::SleepPhase{kHighest8},
+                        nmt::SleepCause{kHighest8}},
       event::NodeScanned{kHighestAbort, kHighest32},
       event::CommandProgress{line::CommandKind{kHighest8}, kHighest32, kHighest32},
       event::LssResult{lss::Verdict{kHighest8},

@@ -100,6 +100,7 @@ std::vector<request::Request> one_of_each_kind() {
       line::ConnectionOpen{.node = 5, .server = 8},
       line::ConnectionClose{.number = 70'000},
       line::ConnectionList{},
+      line::SleepRequest{line::SleepAction::consent},
   };
 }
 

@@ -75,6 +75,9 @@ void fill(CommandForm& form, line::EmcySend& out) {
 void fill(CommandForm& form, line::NmtRequest& out) {
   out = {.node = form.node, .command = form.nmt};
 }
+void fill(CommandForm& form, line::SleepRequest& out) {
+  out = {.action = static_cast<line::SleepAction>(form.code)};
+}
 void fill(CommandForm& form, line::RoutingTrace& out) {
   out = {.duration = seconds(form.code)};
 }

@@ -90,6 +90,7 @@ void ask_everything(Script& script) {
   script.ask({.kind = CommandKind::network_write, .node = 5, .network = 1, .index = 0x1015},
              {0x0A, 0x00});
   script.ask({.kind = CommandKind::routing_trace, .code = 60});
+  script.ask({.kind = CommandKind::sleep, .code = 1});
   script.ask({.kind = CommandKind::object_write, .node = kInputsOutputs, .index = 0x6200, .sub = 1},
              {0x55});
   script.ask({.kind = CommandKind::object_write,

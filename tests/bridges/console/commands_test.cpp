@@ -18,6 +18,7 @@
 #include "bridges/console/monitor.h"
 #include "bridges/console/pdo_commands.h"
 #include "bridges/console/scan.h"
+#include "bridges/console/sleep.h"
 #include "stack/base/abort_code.h"
 #include "stack/scan/scanned_node.h"
 
@@ -300,6 +301,22 @@ TEST_F(Commands, APdoIsRequested) {
   gateway_.answer.reply.error = line::to_error(line::Refusal::bad_request);
   EXPECT_EQ(pdo_request(context_, "press:5:tpdo3"), kFailed);
   EXPECT_THAT(err_.str(), HasSubstr("does not allow RTR"));
+}
+
+TEST_F(Commands, ANetworkSleeps) {
+  EXPECT_EQ(sleep(context_, "press", "sleep"), kDone) << err_.str();
+  EXPECT_EQ(out_.str(), "all nodes prepare to sleep\n");
+  EXPECT_EQ(as<line::SleepRequest>(gateway_.last).action, line::SleepAction::sleep);
+  EXPECT_EQ(sleep(context_, "press", "wake"), kDone);
+  EXPECT_EQ(as<line::SleepRequest>(gateway_.last).action, line::SleepAction::wake);
+  EXPECT_EQ(sleep(context_, "press", "dream"), kUsage);
+  gateway_.answer.reply.data = std::vector{std::byte{5}, std::byte{9}};
+  out_.str("");
+  EXPECT_EQ(sleep(context_, "press", "check"), kFailed);
+  EXPECT_EQ(out_.str(), "objection of node 5, 9\n");
+  gateway_.answer.reply.error = line::to_error(line::Refusal::wrong_role);
+  EXPECT_EQ(sleep(context_, "press", "now"), kFailed);
+  EXPECT_THAT(err_.str(), HasSubstr("only the NMT master"));
 }
 
 TEST_F(Commands, AValueGoesByMpdo) {

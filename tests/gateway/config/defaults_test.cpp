@@ -149,6 +149,17 @@ void add_parts_of_a_line(DefaultCases& to) {
   flies("priority_slot", "2s", &line::FlyingMasterConfig::priority_slot);
   flies("device_slot", "5ms", &line::FlyingMasterConfig::device_slot);
   flies("detection", "force", &line::FlyingMasterConfig::forces_each_cycle);
+  const auto add_sleep = [&](const std::string& key, const std::string& other, auto get) {
+    to["line/sleep/" + key] =
+        default_of(with_line("sleep: {request: 0x690, objection: 0x691, @}"), other, get);
+  };
+  add_sleep("check_byte", "9", [](const Line& l) { return l.sleep.check_byte; });
+  add_sleep("prepare_byte", "9", [](const Line& l) { return l.sleep.prepare_byte; });
+  add_sleep("wake_byte", "9", [](const Line& l) { return l.sleep.wake_byte; });
+  add_sleep("objection_byte", "9", [](const Line& l) { return l.sleep.objection_byte; });
+  add_sleep("check_time", "2s", [](const Line& l) { return l.sleep.check_time; });
+  add_sleep("prepare_time", "2s", [](const Line& l) { return l.sleep.prepare_time; });
+  add_sleep("silent_time", "2s", [](const Line& l) { return l.sleep.silent_time; });
   add("startup", "start_all", "true", [](const Line& l) { return l.start_all; });
   add("startup", "own_start", "false", [](const Line& l) { return l.own_start; });
   add("startup", "on_error", "stop_all", [](const Line& l) { return l.on_error; });

@@ -861,6 +861,7 @@ lines:
     strict_ixxat: true
     keep_operational: true
     canopenia_base: 0x5F60
+    sleep: {request: 0x690, objection: 0x692, check_byte: 11, prepare_byte: 12, wake_byte: 13, objection_byte: 14, check_time: 2s, prepare_time: 3s, silent_time: 4s}
     emcy_bytes: temporary_and_sticky
     reset_nodes: false
     start_nodes: false
@@ -933,6 +934,15 @@ void expect_keys_of_the_manager(const LinePlan& line) {
   EXPECT_TRUE(line.config.strict_ixxat);
   EXPECT_TRUE(line.config.keep_operational);
   EXPECT_EQ(line.config.canopen_ia_base, 0x5F60);
+  EXPECT_EQ(line.config.sleep, (nmt::SleepProtocol{.request = 0x690,
+                                                   .objection = 0x692,
+                                                   .check_byte = 11,
+                                                   .prepare_byte = 12,
+                                                   .wake_byte = 13,
+                                                   .objection_byte = 14,
+                                                   .check_time = 2s,
+                                                   .prepare_time = 3s,
+                                                   .silent_time = 4s}));
   EXPECT_EQ(line.config.error_scheme, node::ErrorScheme::temporary_and_sticky);
   EXPECT_FALSE(line.config.reset_nodes);
   EXPECT_FALSE(line.config.start_nodes);

@@ -626,7 +626,7 @@ TEST(Access, ReadAllowsWhatChangesNothing) {
         CommandKind::nmt, CommandKind::emcy_send, CommandKind::output_write, CommandKind::lss,
         CommandKind::can_send, CommandKind::object_write, CommandKind::pdo_trigger,
         CommandKind::object_create, CommandKind::pdo_request, CommandKind::mpdo_write,
-        CommandKind::connection_open, CommandKind::connection_close}) {
+        CommandKind::connection_open, CommandKind::connection_close, CommandKind::sleep}) {
     EXPECT_FALSE(permitted(kind, Access::read, Access::all)) << name(kind);
     EXPECT_TRUE(permitted(kind, Access::all, Access::all)) << name(kind);
   }
@@ -646,13 +646,15 @@ std::vector<line::Command> one_of_each(std::index_sequence<kIndices...>) {
 // Each kind of command: a new one fails here until it has its place.
 TEST(Access, RightsOfCertificates) {
   using line::CommandKind;
-  const std::set<CommandKind> of_operators{
-      CommandKind::sdo_read,       CommandKind::network_read, CommandKind::local_read,
-      CommandKind::routing_trace,  CommandKind::can_listen,   CommandKind::scan,
-      CommandKind::output_write,   CommandKind::object_write, CommandKind::pdo_trigger,
-      CommandKind::pdo_request,    CommandKind::mpdo_write,   CommandKind::nmt,
-      CommandKind::boot,           CommandKind::emcy_send,    CommandKind::configure,
-      CommandKind::connection_list};
+  const std::set<CommandKind> of_operators{CommandKind::sdo_read,     CommandKind::network_read,
+                                           CommandKind::local_read,   CommandKind::routing_trace,
+                                           CommandKind::can_listen,   CommandKind::scan,
+                                           CommandKind::output_write, CommandKind::object_write,
+                                           CommandKind::pdo_trigger,  CommandKind::pdo_request,
+                                           CommandKind::mpdo_write,   CommandKind::nmt,
+                                           CommandKind::boot,         CommandKind::emcy_send,
+                                           CommandKind::configure,    CommandKind::connection_list,
+                                           CommandKind::sleep};
   for (const line::Command& command :
        one_of_each(std::make_index_sequence<std::variant_size_v<line::AnyRequest>>())) {
     const CommandKind kind = line::kind(command);

@@ -96,6 +96,7 @@ std::vector<request::Request> requests() {
       line::ConnectionOpen{.node = 8, .server = 9},
       line::ConnectionClose{.number = 1},
       line::ConnectionList{},
+      line::SleepRequest{},
   };
 }
 

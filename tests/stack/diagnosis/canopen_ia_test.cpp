@@ -93,10 +93,18 @@ TEST_F(CanopenIaTest, WhatIsNoCommandIsRefused) {
   EXPECT_EQ(write(0x5F4A, 1, 0x0501, 2), AbortCode::device_state);
 }
 
-TEST_F(CanopenIaTest, WhatIsNotThereIsNoSubIndex) {  // the sub-indices of CiA 447
+TEST_F(CanopenIaTest, WhatIsNotThereIsNoSubIndex) {  // a sub-index of CiA 447
   make({});
-  EXPECT_EQ(dictionary_.read({0x5F41, 2}).error(), to_error(AbortCode::no_sub_index));
+  EXPECT_EQ(dictionary_.read({0x5F41, 3}).error(), to_error(AbortCode::no_sub_index));
   EXPECT_EQ(write(0x5F41, 3, 0, 4), AbortCode::no_sub_index);
+}
+
+TEST_F(CanopenIaTest, TheSleepObjectionIsWritten) {  // 5F41h:02h
+  make({});
+  EXPECT_FALSE(records_->settings().sleep_objection);
+  EXPECT_EQ(write(0x5F41, 2, 2, 1), AbortCode::invalid_value);
+  EXPECT_EQ(write(0x5F41, 2, 1, 1), AbortCode::none);
+  EXPECT_TRUE(records_->settings().sleep_objection);
 }
 
 TEST_F(CanopenIaTest, TheRecordsHaveRoomBesideTheOthers) {

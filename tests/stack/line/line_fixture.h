@@ -78,6 +78,13 @@ class LineTest : public testing::Test {
     line_ = *std::move(made.value);
   }
 
+  // The frames are returned by the next sent().
+  void hand_out_all() {
+    can::Frame frame;
+    while (line_->next_frame(frame, now_)) {
+      handed_out_.push_back(text(frame));
+    }
+  }
   std::vector<std::string> sent() {
     hand_out_all();
     return std::exchange(handed_out_, {});
@@ -183,13 +190,6 @@ class LineTest : public testing::Test {
     handed_out_.erase(found);
     line_->receive(std::span(&frame, 1), now_);
     return true;
-  }
-
-  void hand_out_all() {
-    can::Frame frame;
-    while (line_->next_frame(frame, now_)) {
-      handed_out_.push_back(text(frame));
-    }
   }
 
   std::vector<std::string> handed_out_;  // and not yet returned by sent()

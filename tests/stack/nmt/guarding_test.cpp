@@ -120,6 +120,19 @@ TEST_F(GuardingSlaveTest, NeitherTimeNorFactorMeansNoLifeGuarding) {
   EXPECT_EQ(slave.next_wake(), kNever);
 }
 
+TEST_F(GuardingSlaveTest, WhileSuspendedNoRequestIsMissed) {
+  guard(100, 1);
+  ask(0ms);
+  slave.set_suspended(true);
+  EXPECT_EQ(slave.next_wake(), kNever);
+  EXPECT_FALSE(ask(50ms).empty()) << "requests are still answered";
+  slave.advance(at(10s));
+  EXPECT_TRUE(told.losses.empty());
+  slave.set_suspended(false);
+  ask(10s);
+  EXPECT_EQ(slave.next_wake(), at(10s + 100ms));
+}
+
 TEST_F(GuardingSlaveTest, ARequestEndsTheLoss) {
   guard(100, 1);
   ask(0ms);

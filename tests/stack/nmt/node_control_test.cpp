@@ -112,5 +112,19 @@ TEST(Master, CommandsKeepTheInhibitTimeAndTheirOrder) {
   EXPECT_EQ(pop_frames(queue).size(), 2U);
 }
 
+// Other services use the most urgent class, too.
+TEST(Master, AnInactiveOneDropsItsCommandsAlone) {
+  can::TransmitQueue queue(4);
+  Master master(queue);
+  EXPECT_TRUE(master.send(Command::start, 5, Instant{}));
+  EXPECT_TRUE(queue.push(can::TransmitClass::nmt, can::make_frame(0x690, {3})));
+  EXPECT_TRUE(master.send(Command::start, 6, Instant{}));
+  master.set_active(false);
+  const auto frames = pop_frames(queue);
+  ASSERT_EQ(frames.size(), 1U);
+  EXPECT_EQ(frames[0].id, 0x690U);
+  EXPECT_FALSE(master.send(Command::start, 5, Instant{}));
+}
+
 }  // namespace
 }  // namespace linegate::nmt

@@ -228,5 +228,38 @@ TEST(NodeDictionary, MandatoryObjectsAreAddedWhereMissing) {
   EXPECT_EQ(given.dictionary().number({0x1000, 0}), 0x191U);
 }
 
+TEST_F(NodeTest, WhileSuspendedItSendsAndTakesNoPdoInAnyState) {
+  boot_and_start();
+  node->suspend(at(1ms));
+  EXPECT_EQ(node->state(), nmt::State::operational);
+  hear(2ms, 0x205, {0x05, 0x00});
+  EXPECT_EQ(number(0x2000, 1), 0x1111U);
+  EXPECT_FALSE(node->pdos().trigger(2, at(2ms)));
+  nmt(0x82, kNodeId, 3ms);
+  nmt(0x01, kNodeId, 4ms);
+  drain(at(4ms));
+  hear(5ms, 0x205, {0x06, 0x00});
+  EXPECT_EQ(number(0x2000, 1), 0x1111U) << "also after a reset";
+  EXPECT_TRUE(drain(at(5ms)).empty());
+  node->resume();
+  nmt(0x82, kNodeId, 6ms);
+  nmt(0x01, kNodeId, 7ms);
+  hear(8ms, 0x205, {0x07, 0x00});
+  EXPECT_EQ(number(0x2000, 1), 7U);
+}
+
+TEST_F(NodeTest, WhileSuspendedItMissesNoHeartbeat) {
+  boot();
+  EXPECT_EQ(sdo_write({0x1016, 1}, 4, 0x0009'0064), 0U);
+  hear(0ms, 0x709, {0x05});
+  node->suspend(at(10ms));
+  EXPECT_EQ(sdo_write({0x1016, 2}, 4, 0x000A'0064, 20ms), 0U);
+  advance(20ms);
+  hear(30ms, 0x70A, {0x05});
+  testing::pop_events(events);
+  EXPECT_TRUE(advance(10s).empty());
+  EXPECT_TRUE(kinds().empty());
+}
+
 }  // namespace
 }  // namespace linegate::node

@@ -121,5 +121,20 @@ TEST_F(SyncConsumerTest, AProducerDoesNotConsume) {
   EXPECT_FALSE(hear(0ms).is_sync);
 }
 
+TEST_F(SyncConsumerTest, WhileSuspendedNoneIsMissed) {
+  run(100ms);
+  EXPECT_TRUE(hear(0ms).is_sync);
+  consumer.set_suspended(true);
+  consumer.advance(at(1s));
+  EXPECT_TRUE(hear(1s).is_sync) << "it counts";
+  EXPECT_EQ(consumer.next_wake(), kNever);
+  consumer.advance(at(10s));
+  EXPECT_TRUE(pop_events(events).empty());
+  consumer.set_suspended(false);
+  EXPECT_TRUE(hear(10s).is_sync);
+  consumer.advance(at(11s));
+  EXPECT_EQ(pop_events(events).size(), 1U);
+}
+
 }  // namespace
 }  // namespace linegate::sync
