@@ -861,7 +861,6 @@ lines:
     strict_ixxat: true
     keep_operational: true
     canopenia_base: 0x5F60
-    sleep: {request: 0x690, objection: 0x692, check_byte: 11, prepare_byte: 12, wake_byte: 13, objection_byte: 14, check_time: 2s, prepare_time: 3s, silent_time: 4s}
     emcy_bytes: temporary_and_sticky
     reset_nodes: false
     start_nodes: false
@@ -934,15 +933,6 @@ void expect_keys_of_the_manager(const LinePlan& line) {
   EXPECT_TRUE(line.config.strict_ixxat);
   EXPECT_TRUE(line.config.keep_operational);
   EXPECT_EQ(line.config.canopen_ia_base, 0x5F60);
-  EXPECT_EQ(line.config.sleep, (nmt::SleepProtocol{.request = 0x690,
-                                                   .objection = 0x692,
-                                                   .check_byte = 11,
-                                                   .prepare_byte = 12,
-                                                   .wake_byte = 13,
-                                                   .objection_byte = 14,
-                                                   .check_time = 2s,
-                                                   .prepare_time = 3s,
-                                                   .silent_time = 4s}));
   EXPECT_EQ(line.config.error_scheme, node::ErrorScheme::temporary_and_sticky);
   EXPECT_FALSE(line.config.reset_nodes);
   EXPECT_FALSE(line.config.start_nodes);
@@ -1053,6 +1043,27 @@ TEST(Plant, ReadsEveryKeyOfALine) {
   expect_keys_of_the_runtime(line);
   expect_keys_of_nodes(line);
   expect_keys_of_outputs(line);
+}
+
+// It excludes flying_master, which the line above has.
+TEST(Plant, ReadsTheKeysOfSleep) {
+  const auto loaded = read_text(R"(schema: 1
+gateway: {name: hall-7}
+lines:
+  - name: press
+    interface: "simulated:"
+    sleep: {request: 0x690, objection: 0x692, check_byte: 11, prepare_byte: 12, wake_byte: 13, objection_byte: 14, check_time: 2s, prepare_time: 3s, silent_time: 4s}
+)");
+  ASSERT_TRUE(loaded.ok()) << testing::PrintToString(messages(loaded));
+  EXPECT_EQ(loaded.value->lines.at(0).config.sleep, (nmt::SleepProtocol{.request = 0x690,
+                                                                        .objection = 0x692,
+                                                                        .check_byte = 11,
+                                                                        .prepare_byte = 12,
+                                                                        .wake_byte = 13,
+                                                                        .objection_byte = 14,
+                                                                        .check_time = 2s,
+                                                                        .prepare_time = 3s,
+                                                                        .silent_time = 4s}));
 }
 
 TEST(Plant, SamplesAreValid) {
