@@ -38,7 +38,8 @@ Duration produced_sync(const line::Line& line) {
 }
 
 line::BudgetOptions budget_of(const line::LineConfig& config) {
-  return {.bit_rate = config.bit_rate,
+  return {.bit_rates = {config.bit_rate, config.data_bit_rate},
+          .canopen_fd = config.canopen_fd,
           .share = config.request_share,
           .client_share = config.client_share};
 }
@@ -336,8 +337,10 @@ void LineRunner::bus_event(const can::BusEvent& reported, Instant now) {
   if (event.kind == can::BusEvent::Kind::interface_ready) {
     const can_bridge::ControllerSetup settings = pump_.channel().settings();
     line_->set_bit_rates(settings.bit_rate, settings.data_bit_rate);
-    budget_->set_bit_rate(line_->config().bit_rate != 0 ? line_->config().bit_rate
-                                                        : settings.bit_rate);
+    const line::LineConfig& config = line_->config();
+    budget_->set_bit_rates(
+        {.nominal = config.bit_rate != 0 ? config.bit_rate : settings.bit_rate,
+         .data = config.data_bit_rate != 0 ? config.data_bit_rate : settings.data_bit_rate});
   }
   // The line starts when its interface is ready for the first time: it cannot manage a network
   // without one.

@@ -4,19 +4,13 @@
 #include <algorithm>
 #include <utility>
 
+#include "stack/line/frame_bits.h"
+
 namespace linegate::line {
 namespace {
 
 // Factor for the data that can be stuffed.
 constexpr double kStuffing = 1.1;
-
-// Bits of an FD frame at the nominal bit rate: from start of frame to BRS, and from the CRC
-// delimiter to the intermission.
-constexpr std::uint64_t kFdArbitrationBits = 30;
-// ESI, DLC, stuff count and CRC-17 or CRC-21 with their fixed stuff bits (ISO 11898-1).
-constexpr std::uint64_t kShortFdBits = 1 + 4 + 4 + 17 + 6;
-constexpr std::uint64_t kLongFdBits = 1 + 4 + 4 + 21 + 7;
-constexpr std::uint8_t kShortFdLength = 16;
 
 }  // namespace
 
@@ -41,7 +35,7 @@ std::uint64_t BusLoad::count_fast(std::span<const can::Frame> frames) {
     }
     const std::uint64_t data = frame.length * 8U;
     not_nominal_ += kStandardBits - kFdArbitrationBits + data;
-    fast_bits_ += data + (frame.length <= kShortFdLength ? kShortFdBits : kLongFdBits);
+    fast_bits_ += data_phase_bits(frame.length);
   }
   return fd;
 }

@@ -45,9 +45,6 @@ class BusLoad {
 
  private:
   static constexpr Duration kWindow = std::chrono::seconds(1);
-  // Start to end of frame and intermission (ISO 11898-1), without data and stuff bits.
-  static constexpr std::uint64_t kStandardBits = 47;
-  static constexpr std::uint64_t kExtendedBits = 67;
 
   static std::uint64_t bits(const can::Traffic& traffic);
 

@@ -19,7 +19,6 @@ namespace {
 
 // Levels are in bits / kScale: an account is filled exactly, in steps of 1 ns at 1 bit/s.
 constexpr std::int64_t kScale = 1'000'000'000;
-constexpr std::uint8_t kFullFrame = 8;
 
 // The part of the share that is divided equally, in quarters: the rest lets the line recover from
 // requests of several clients at once.
@@ -35,14 +34,14 @@ constexpr std::int64_t kRoutedFrames = 4;
 // The release of an SDO connection: four downloads.
 constexpr std::int64_t kReleaseFrames = 8;
 
-std::int64_t bits_of(std::int64_t frames) {
-  return frames * bits_on_bus({.length = kFullFrame});
-}
-
 // Cost in bits that is known before the command is executed.
 struct CostOf {
+  BitRates rates;
+  std::int64_t full;  // bits of a frame of the greatest length on the line
+
+  std::int64_t bits_of(std::int64_t frames) const { return frames * full; }
   std::int64_t operator()(const CanSend& send) const {
-    return bits_on_bus({send.frame.id, send.frame.length, send.frame.flags});
+    return bits_on_bus({send.frame.id, send.frame.length, send.frame.flags}, rates);
   }
   // The frames of the boot processes that follow a reset are counted one by one.
   std::int64_t operator()(const NmtRequest&) const { return bits_of(1); }
@@ -97,25 +96,18 @@ std::uint8_t served_by(const Command& command) {
 }
 
 bool costs_nothing(const Command& command) {
-  return served_by(command) == 0 && std::visit(CostOf{}, command.request) == 0;
+  return served_by(command) == 0 &&
+         std::visit(CostOf{.rates = {}, .full = 1}, command.request) == 0;
 }
 
 }  // namespace
 
-std::int64_t bits_on_bus(const can::Header& header) {
-  constexpr std::int64_t kStandard = 47;  // start of frame to intermission, without data
-  constexpr std::int64_t kExtended = 67;
-  const bool extended = (header.flags & can::Frame::kExtended) != 0;
-  const std::int64_t bits = (extended ? kExtended : kStandard) + 8 * std::int64_t{header.length};
-  return bits * 11 / 10;  // stuff bits
-}
-
 // --- accounts ------------------------------------------------------------------------------------
 
-void RequestBudget::Account::set(std::int64_t bits_a_second) {
+void RequestBudget::Account::set(std::int64_t bits_a_second, std::int64_t full_frame) {
   rate = bits_a_second;
-  // At least one full frame: the burst of a slow bus would never permit one otherwise.
-  burst = std::max(rate * kBurst.count(), bits_of(1) * kScale);
+  // The burst of a slow bus would never permit a frame otherwise.
+  burst = std::max(rate * kBurst.count(), full_frame * kScale);
   level = std::min(level, burst);
 }
 
@@ -135,23 +127,35 @@ Duration RequestBudget::Account::wait(std::int64_t reserved) const {
 
 RequestBudget::RequestBudget(BudgetOptions options) : options_(options) {
   LINEGATE_ASSERT(options.share >= 1 && options.client_share >= 1, "clients have a share");
-  const std::uint32_t rate = options_.bit_rate;
-  options_.bit_rate = 0;
-  set_bit_rate(rate != 0 ? rate : kAssumedBitRate);
+  BitRates rates = std::exchange(options_.bit_rates, {});
+  rates.nominal = rates.nominal != 0 ? rates.nominal : kAssumedBitRate;
+  set_bit_rates(rates);
   line_.level = line_.burst;
 }
 
-void RequestBudget::set_bit_rate(std::uint32_t bit_rate) {
-  if (bit_rate == 0 || bit_rate == options_.bit_rate) {
+void RequestBudget::set_bit_rates(BitRates rates) {
+  if (rates.nominal == 0 || rates == options_.bit_rates) {
     return;
   }
-  options_.bit_rate = bit_rate;
-  line_.set(std::int64_t{bit_rate} * options_.share / 1000);
+  options_.bit_rates = rates;
+  const std::int64_t full = bits_of(1);
+  line_.set(std::int64_t{rates.nominal} * options_.share / 1000, full);
   for (Client& client : clients_) {
-    client.account.set(std::int64_t{bit_rate} * options_.client_share / 1000);
+    client.account.set(std::int64_t{rates.nominal} * options_.client_share / 1000, full);
     client.credit.burst = bits_of(kCredit) * kScale;
   }
   share_credit();
+}
+
+can::Header RequestBudget::full_frame() const {
+  if (!options_.canopen_fd) {
+    return {.length = can::kMaxClassicData};
+  }
+  return {.length = can::kMaxFdData, .flags = can::Frame::kFd | can::Frame::kBitRateSwitch};
+}
+
+std::int64_t RequestBudget::bits_of(std::int64_t frames) const {
+  return frames * bits_on_bus(full_frame(), options_.bit_rates);
 }
 
 // Divides the credit among the clients that use it.
@@ -393,7 +397,8 @@ void RequestBudget::take(Client& client, std::deque<Waiting>::iterator from, Adm
 }
 
 void RequestBudget::start(Client& client, const Command& command) {
-  if (const std::int64_t bits = std::visit(CostOf{}, command.request); bits != 0) {
+  const CostOf cost{.rates = options_.bit_rates, .full = bits_of(1)};
+  if (const std::int64_t bits = std::visit(cost, command.request); bits != 0) {
     // The segments of a long value to another network are sent there, one after the other: they
     // must not keep the other clients of this line waiting.
     const bool routed = kind(command) == CommandKind::network_write;
@@ -452,24 +457,30 @@ void RequestBudget::set_outputs(const image::Layout& layout,
                                 const std::vector<bool>& event_driven) {
   LINEGATE_ASSERT(event_driven.size() == layout.entries.size(), "each entry has a flag");
   entries_.clear();
-  std::uint16_t most = 0;
+  pdos_.clear();
   for (std::size_t i = 0; i < layout.entries.size(); ++i) {
     const image::Entry& entry = layout.entries[i];
     const std::uint16_t pdo = event_driven[i] ? entry.local_pdo : std::uint16_t{0};
     entries_.push_back({entry.bit_offset, entry.bit_length, pdo});
-    most = std::max(most, pdo);
+    pdos_.resize(std::max<std::size_t>(pdos_.size(), pdo + 1U));
+    pdos_[pdo].bits += entry.bit_length;
   }
-  counted_.assign(most + 1U, 0);
 }
 
 // Each event-driven PDO that carries one of the values counts once, even if no value changes.
 std::int64_t RequestBudget::cost_of(const OutputWrite& write) {
   ++writes_;
-  std::int64_t frames = 0;
+  std::int64_t bits = 0;
   const auto add = [&](const OutputPlace& place) {
-    if (place.pdo != 0 && std::exchange(counted_[place.pdo], writes_) != writes_) {
-      ++frames;
+    if (place.pdo == 0 || std::exchange(pdos_[place.pdo].counted, writes_) == writes_) {
+      return;
     }
+    can::Header frame = full_frame();
+    if (options_.canopen_fd) {
+      const std::uint32_t bytes = (pdos_[place.pdo].bits + 7) / 8;
+      frame.length = static_cast<std::uint8_t>(std::min<std::uint32_t>(bytes, can::kMaxFdData));
+    }
+    bits += bits_on_bus(frame, options_.bit_rates);
   };
   for (const OutputValue& value : write.values) {
     if (value.entry < entries_.size()) {
@@ -485,7 +496,7 @@ std::int64_t RequestBudget::cost_of(const OutputWrite& write) {
       }
     }
   }
-  return bits_of(frames);
+  return bits;
 }
 
 RequestBudget::Admission RequestBudget::admits(const OutputWrite& write) {
@@ -564,12 +575,13 @@ bool RequestBudget::permits(std::uint32_t number, bool awaited) const {
   return is_permitted(*client);
 }
 
-void RequestBudget::count(std::uint32_t number) {
+void RequestBudget::count(std::uint32_t number, const can::Header& frame) {
+  const std::int64_t bits = bits_on_bus(frame, options_.bit_rates);
   if (Client* const client = find_or_make(number)) {
     client->counted = filled_;
-    charge(*client, bits_of(1));
+    charge(*client, bits);
   } else {
-    line_.charge(bits_of(1));
+    line_.charge(bits);
   }
 }
 

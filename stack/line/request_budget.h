@@ -41,6 +41,7 @@
 #include "stack/base/time.h"
 #include "stack/image/layout.h"
 #include "stack/line/command.h"
+#include "stack/line/frame_bits.h"
 #include "stack/line/output_merge.h"
 #include "stack/line/output_write.h"
 #include "stack/sdo/pace.h"
@@ -48,7 +49,8 @@
 namespace linegate::line {
 
 struct BudgetOptions {
-  std::uint32_t bit_rate = 0;        // bit/s; 0 = unknown: kAssumedBitRate
+  BitRates bit_rates{};              // nominal 0 = unknown: kAssumedBitRate
+  bool canopen_fd = false;           // requests are FD frames of up to 64 bytes
   std::uint16_t share = 300;         // of the bit rate, for all clients, in thousandths
   std::uint16_t client_share = 150;  // of the bit rate, for each client, in thousandths
 };
@@ -60,15 +62,16 @@ class RequestBudget final : public sdo::Pace {
   static constexpr std::size_t kQueued = 256;  // waiting commands of a client
   static constexpr std::size_t kRunning = 16;  // SDO commands of a client in progress
   static constexpr Duration kBurst = std::chrono::milliseconds(50);
-  static constexpr std::int64_t kCredit = 4;  // full frames: two expedited SDO transfers
+  // Frames of the greatest length on the line: two expedited SDO transfers.
+  static constexpr std::int64_t kCredit = 4;
   // A client that exceeds its share is reported after kFirstReport, then each kNextReport.
   static constexpr Duration kFirstReport = std::chrono::seconds(1);
   static constexpr Duration kNextReport = std::chrono::seconds(10);
 
   explicit RequestBudget(BudgetOptions options);
 
-  // In bit/s, from now on; 0 has no effect.
-  void set_bit_rate(std::uint32_t bit_rate);
+  // From now on; a nominal bit rate of 0 has no effect.
+  void set_bit_rates(BitRates rates);
   // The layout of the outputs, and whether each of its entries is sent with an event-driven PDO:
   // the rate of others does not depend on clients.
   void set_outputs(const image::Layout& layout, const std::vector<bool>& event_driven);
@@ -117,7 +120,8 @@ class RequestBudget final : public sdo::Pace {
   // --- sdo::Pace ---------------------------------------------------------------------------------
 
   bool permits(std::uint32_t client, bool awaited) const override;
-  void count(std::uint32_t client) override;
+  using sdo::Pace::count;
+  void count(std::uint32_t client, const can::Header& frame) override;
 
   // Whether frames may be counted, which needs advance() before: a client is known, so a transfer
   // or procedure of it may be in progress.
@@ -138,7 +142,8 @@ class RequestBudget final : public sdo::Pace {
     std::int64_t burst = 0;
     std::int64_t rate = 0;  // bit/s
 
-    void set(std::int64_t bits_a_second);
+    // full_frame: in bits; the burst is at least one.
+    void set(std::int64_t bits_a_second, std::int64_t full_frame);
     void fill(Duration time);
     void charge(std::int64_t bits);
     bool is_full() const { return level == burst; }
@@ -205,6 +210,8 @@ class RequestBudget final : public sdo::Pace {
   bool next_of(Client& client, Admitted& out, Instant now);
   void take(Client& client, std::deque<Waiting>::iterator from, Admitted& out, Instant now);
   void start(Client& client, const Command& command);
+  can::Header full_frame() const;
+  std::int64_t bits_of(std::int64_t frames) const;
   std::int64_t cost_of(const OutputWrite& write);
   Instant wake_of(const Client* client) const;
   void charge(Client& client, std::int64_t bits);
@@ -227,14 +234,16 @@ class RequestBudget final : public sdo::Pace {
   std::array<std::array<Running, 2>, 128> nodes_;
   std::vector<Kept> outputs_;
   std::size_t output_turn_ = 0;
-  std::size_t running_ = 0;             // SDO commands
-  std::vector<OutputPlace> entries_;    // of the output layout
-  std::vector<std::uint64_t> counted_;  // by PDO: the number of the write that counted it last
+  std::size_t running_ = 0;           // SDO commands
+  std::vector<OutputPlace> entries_;  // of the output layout
+  // By event-driven PDO that carries outputs: its bits, and the number of the write that counted it
+  // last
+  struct OutputPdo {
+    std::uint32_t bits = 0;
+    std::uint64_t counted = 0;
+  };
+  std::vector<OutputPdo> pdos_;
   std::uint64_t writes_ = 0;
 };
-
-// The bits of a frame on the bus with the mean of stuff bits (ISO 11898-1): at the nominal bit
-// rate.
-std::int64_t bits_on_bus(const can::Header& header);
 
 }  // namespace linegate::line

@@ -303,7 +303,7 @@ void Arbiter::response(Channel& channel, const can::Frame& frame) {
     channel.current->user->response(channel.current->number, frame);
     return;
   }
-  channel.client->count_received();
+  channel.client->count_received({frame.id, frame.length, frame.flags});
   switch (channel.client->receive(frame, transmit_)) {
     case Receipt::used:
       serve(channel, frame.time);

@@ -49,7 +49,7 @@ class Client final : public TransferClient {
   // Whether another client of the pace waits for the end of the transfer.
   void set_awaited(bool awaited) override { outbox_.set_awaited(awaited); }
   // Counts a frame of the server for the pace.
-  void count_received() const override { outbox_.count_received(); }
+  void count_received(const can::Header& /*frame*/) const override { outbox_.count_received(); }
 
   // Starts a transfer. timeout applies to each answer of the server and must be positive. A frame
   // that does not fit into the queue is sent by advance(), as are the segments of a block.

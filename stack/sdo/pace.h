@@ -5,6 +5,8 @@
 
 #include <cstdint>
 
+#include "stack/can/frame.h"
+
 namespace linegate::sdo {
 
 // Clients have the numbers of line::Command::client; 0 = no client. Frames without a client are
@@ -21,7 +23,9 @@ class Pace {
   // client waits for the end of the transfer.
   virtual bool permits(std::uint32_t client, bool awaited) const = 0;
   // A frame that this client, not 0, caused was queued for the bus, or received.
-  virtual void count(std::uint32_t client) = 0;
+  virtual void count(std::uint32_t client, const can::Header& frame) = 0;
+  // The same for a classical frame with 8 bytes.
+  void count(std::uint32_t client) { count(client, {.length = can::kMaxClassicData}); }
 };
 
 }  // namespace linegate::sdo

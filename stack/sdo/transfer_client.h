@@ -88,7 +88,7 @@ class TransferClient {
   virtual void expect_stray() = 0;
   virtual void set_pace(Pace* pace, std::uint32_t client) = 0;
   virtual void set_awaited(bool awaited) = 0;
-  virtual void count_received() const = 0;
+  virtual void count_received(const can::Header& frame) const = 0;
 
  protected:
   TransferClient() = default;

@@ -72,7 +72,7 @@ class Client final : public sdo::TransferClient {
   void expect_stray() override {}  // its session-ID shows a stray
   void set_pace(sdo::Pace* pace, std::uint32_t client) override { outbox_.set_pace(pace, client); }
   void set_awaited(bool awaited) override { outbox_.set_awaited(awaited); }
-  void count_received() const override { outbox_.count_received(); }
+  void count_received(const can::Header& frame) const override { outbox_.count(frame); }
 
  private:
   enum class State : std::uint8_t {

@@ -10,7 +10,7 @@ bool FrameOutbox::push(const can::Frame& frame, can::TransmitQueue& queue) const
   if (queue.room(can::TransmitClass::sdo) == 0 || !permitted()) {
     return false;
   }
-  count_received();  // the pace counts both directions alike
+  count({frame.id, frame.length, frame.flags});
   return queue.push(can::TransmitClass::sdo, frame);
 }
 
@@ -27,7 +27,7 @@ bool FrameOutbox::send(const can::Frame& frame, Instant now, can::TransmitQueue&
 }
 
 bool FrameOutbox::send_urgent(const can::Frame& frame, Instant now, can::TransmitQueue& queue) {
-  count_received();
+  count({frame.id, frame.length, frame.flags});
   sdo::Pace* const pace = std::exchange(pace_, nullptr);
   const bool sent = send(frame, now, queue);
   pace_ = pace;

@@ -36,9 +36,10 @@ class FrameOutbox {
   }
   void set_awaited(bool awaited) { awaited_ = awaited; }
   bool is_paced() const { return count_ != 0 && !permitted(); }
-  void count_received() const {
+  // A frame in either direction.
+  void count(const can::Header& frame) const {
     if (pace_ != nullptr) {
-      pace_->count(client_);
+      pace_->count(client_, frame);
     }
   }
 

@@ -37,7 +37,7 @@ struct WithBudget {
 
 class RequestFlood : protected WithBudget, public ManagerFixture {
  protected:
-  explicit RequestFlood(line::BudgetOptions options = {.bit_rate = kBitRate})
+  explicit RequestFlood(line::BudgetOptions options = {.bit_rates = {.nominal = kBitRate}})
       : WithBudget(options) {}
 
   void SetUp() override {
@@ -471,7 +471,7 @@ INSTANTIATE_TEST_SUITE_P(Clients, FloodOfManyClients, testing::Values(1U, 3U, 10
 class FloodOfTheWholeBus : public RequestFlood {
  protected:
   FloodOfTheWholeBus()
-      : RequestFlood({.bit_rate = kBitRate, .share = 1000, .client_share = 1000}) {}
+      : RequestFlood({.bit_rates = {.nominal = kBitRate}, .share = 1000, .client_share = 1000}) {}
 };
 
 TEST_F(FloodOfTheWholeBus, IsAheadOfTheShare) {

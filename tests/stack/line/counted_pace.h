@@ -12,7 +12,7 @@ namespace linegate::line {
 class CountedPace final : public sdo::Pace {
  public:
   bool permits(std::uint32_t /*client*/, bool /*awaited*/) const override { return left > 0; }
-  void count(std::uint32_t client) override {
+  void count(std::uint32_t client, const can::Header& /*frame*/) override {
     --left;
     ++counted[client];
   }

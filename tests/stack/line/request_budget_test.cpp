@@ -80,7 +80,7 @@ class RequestBudgetTest : public testing::Test {
     budget.set_outputs(layout, std::vector<bool>(entries, event_driven));
   }
 
-  RequestBudget budget{{.bit_rate = kBitRate}};
+  RequestBudget budget{{.bit_rates = {.nominal = kBitRate}}};
   RequestBudget::Admitted admitted;
   Instant now{};
   std::uint64_t tags = 0;
@@ -90,6 +90,70 @@ TEST_F(RequestBudgetTest, ABitOnTheBusIsCountedWithItsShareOfStuffBits) {
   EXPECT_EQ(bits_on_bus({.length = 8}), kFullFrame);
   EXPECT_EQ(bits_on_bus({.length = 0}), 51);
   EXPECT_EQ(bits_on_bus({.length = 8, .flags = can::Frame::kExtended}), 144);
+}
+
+TEST_F(RequestBudgetTest, AnFdFrameIsCountedWithItsLengthAndTheBitRateOfItsData) {
+  constexpr std::uint8_t kSwitched = can::Frame::kFd | can::Frame::kBitRateSwitch;
+  const BitRates rates{.nominal = 1'000'000, .data = 5'000'000};
+  EXPECT_EQ(bits_on_bus({.length = 64, .flags = kSwitched}, rates), (30 + 110) * 11 / 10);
+  EXPECT_EQ(bits_on_bus({.length = 8, .flags = kSwitched}, rates), (30 + 20) * 11 / 10);
+  EXPECT_EQ(bits_on_bus({.length = 17, .flags = kSwitched}, rates),
+            bits_on_bus({.length = 20, .flags = kSwitched}, rates));
+  EXPECT_EQ(bits_on_bus({.length = 64, .flags = can::Frame::kFd}, rates), (30 + 549) * 11 / 10);
+  EXPECT_EQ(bits_on_bus({.length = 64, .flags = kSwitched}), (30 + 549) * 11 / 10);
+  EXPECT_EQ(bits_on_bus({.length = 8}, rates), kFullFrame);
+  EXPECT_EQ(bits_on_bus({.length = 0, .flags = kSwitched | can::Frame::kExtended}, rates),
+            (50 + 7) * 11 / 10);
+}
+
+// USDO frames of both lengths use up the same bits.
+TEST_F(RequestBudgetTest, TransfersOfAnFdLineAreCountedByTheLengthOfTheirFrames) {
+  const BitRates rates{.nominal = 125'000, .data = 500'000};
+  const auto bits_until_refused = [&](std::uint8_t length) {
+    RequestBudget fd({.bit_rates = rates, .canopen_fd = true});
+    fd.advance(now);
+    const can::Header frame{.length = length,
+                            .flags = can::Frame::kFd | can::Frame::kBitRateSwitch};
+    std::int64_t bits = 0;
+    do {
+      fd.count(1, frame);
+      bits += bits_on_bus(frame, rates);
+    } while (fd.permits(1, false));
+    return bits;
+  };
+  const std::int64_t burst = std::int64_t{125'000} * 15 / 100 * 50 / 1000;
+  for (const std::uint8_t length : {std::uint8_t{6}, std::uint8_t{64}}) {
+    const std::int64_t bits = bits_until_refused(length);
+    EXPECT_GE(bits, burst) << int{length};
+    EXPECT_LE(bits, burst + 250) << int{length};
+  }
+}
+
+TEST_F(RequestBudgetTest, OutputsOfAnFdLineAreCountedByTheLengthOfTheirPdos) {
+  image::Layout layout;  // PDO 1 has 64 bytes, PDO 2 has one
+  for (std::uint32_t i = 0; i < 65; ++i) {
+    image::Entry entry;
+    entry.bit_offset = 8 * i;
+    entry.bit_length = 8;
+    entry.local_pdo = i < 64 ? 1 : 2;
+    layout.entries.push_back(entry);
+  }
+  const auto writes_until_held = [&](std::uint32_t entry) {
+    RequestBudget fd({.bit_rates = {.nominal = 125'000, .data = 500'000}, .canopen_fd = true});
+    fd.advance(now);
+    fd.set_outputs(layout, std::vector<bool>(65, true));
+    OutputWrite one{.values = {{.entry = entry, .length = 1}}};
+    one.client_number = 1;
+    int count = 0;
+    for (; fd.admits(one) == Admission::now; ++count) {
+      fd.applied(one);
+    }
+    return count;
+  };
+  const int of_long = writes_until_held(0);
+  const int of_short = writes_until_held(64);
+  EXPECT_GT(of_long, 0);
+  EXPECT_GT(of_short, 3 * of_long);
 }
 
 // Three clients send 5,000 frames a second each, for 10 s, in steps of 1 ms.

@@ -256,7 +256,9 @@ class FakePace final : public sdo::Pace {
     asked.push_back(client);
     return permitted;
   }
-  void count(std::uint32_t client) override { counted.push_back(client); }
+  void count(std::uint32_t client, const can::Header& /*frame*/) override {
+    counted.push_back(client);
+  }
 
   bool permitted = true;
   mutable std::vector<std::uint32_t> asked;

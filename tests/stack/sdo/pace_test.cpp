@@ -20,7 +20,7 @@ class CountedPace final : public Pace {
     const auto found = left.find(of);
     return found != left.end() && found->second > (awaited ? -overdraft : 0);
   }
-  void count(std::uint32_t of) override {
+  void count(std::uint32_t of, const can::Header& /*frame*/) override {
     --left[of];
     ++counted[of];
   }

@@ -149,7 +149,7 @@ class OnePermitted final : public Pace {
  public:
   explicit OnePermitted(std::uint32_t client) : client_(client) {}
   bool permits(std::uint32_t client, bool /*awaited*/) const override { return client == client_; }
-  void count(std::uint32_t /*client*/) override {}
+  void count(std::uint32_t /*client*/, const can::Header& /*frame*/) override {}
 
  private:
   std::uint32_t client_;
