@@ -25,9 +25,8 @@ OutputCheck check(const v1::OutputWrite& from) {
     return {OutputRefusal::bad_length, "more values or bytes than the contract allows"};
   }
   for (const v1::OutputValue& value : from.values()) {
-    if (value.data().empty() || value.data().size() > 8) {
-      return {OutputRefusal::bad_length,
-              "a value is not 1 to 8 bytes long: longer outputs are written by bytes"};
+    if (value.data().empty() || value.data().size() > line::OutputValue::kMaxLength) {
+      return {OutputRefusal::bad_length, "a value is not 1 to 64 bytes long"};
     }
   }
   for (const v1::OutputBytes& run : from.bytes()) {

@@ -6,6 +6,7 @@
 
 #include "bridges/named/identifiers.h"
 #include "bridges/named/type_parts.h"
+#include "stack/line/output_write.h"
 
 namespace linegate::named {
 namespace {
@@ -14,8 +15,7 @@ constexpr std::string_view kSetEnding = "/outputs/set";
 
 // The version of the members of a group's type that are not values: part of the hash.
 constexpr std::string_view kSetScheme = "set 1";
-// line::OutputValue has as many. Longer outputs, of CANopen FD, are written by line::OutputBytes.
-constexpr unsigned kMostBits = 64;
+constexpr unsigned kMostBits = 8 * line::OutputValue::kMaxLength;
 
 class GroupMaker {
  public:
@@ -54,7 +54,7 @@ class GroupMaker {
     member.identifier = identifier_of(std::string(parts_of(entry).device) + '.' + object);
     member.object_name = entry.name;
     if (entry.bit_length > kMostBits) {
-      return name + " is longer than 8 octets";
+      return name + " is longer than " + std::to_string(line::OutputValue::kMaxLength) + " octets";
     }
     if (object.empty() || !is_identifier(member.identifier)) {
       return name + " makes no identifier: give it an alias";

@@ -173,22 +173,21 @@ Bits number_bits(std::uint64_t value, Reading reading, unsigned bits) {
   return has_room(value, bits) ? Bits(value) : std::nullopt;
 }
 
-// The characters of VISIBLE_STRING in Latin-1, or of UNICODE_STRING in UTF-16, from the least
-// significant octet; zeros after them.
-Bits text_bits(std::string_view text, Reading reading, unsigned bits) {
+// The characters of VISIBLE_STRING in Latin-1, or of UNICODE_STRING in UTF-16, from the first
+// octet; zeros after them. Returns false if the text does not fit.
+bool put_text(std::string_view text, Reading reading, unsigned bits, line::OutputValue& to) {
   const unsigned width = reading == Reading::utf16 ? 16 : 8;
-  std::uint64_t value = 0;
   unsigned used = 0;
-  const auto put = [&](std::uint64_t unit) {
+  const auto put = [&](std::uint32_t unit) {
     if (used + width <= bits) {
-      value |= unit << used;
+      store_le(std::span(to.data).subspan(used / 8, width / 8), unit);
     }
     used += width;
   };
   while (!text.empty() && used < bits) {
     const auto code = take_code_point(text);
     if (!code || (width == 8 && *code > 0xFF)) {
-      return std::nullopt;
+      return false;
     }
     if (*code > 0xFFFF) {
       put(0xD800 + ((*code - 0x1'0000) >> 10U));
@@ -197,7 +196,13 @@ Bits text_bits(std::string_view text, Reading reading, unsigned bits) {
       put(*code);
     }
   }
-  return text.empty() && used <= bits ? Bits(value) : std::nullopt;
+  return text.empty() && used <= bits;
+}
+
+// Returns false if the last octet has more bits than the output.
+bool put_octets(std::span<const std::byte> octets, unsigned bits, line::OutputValue& to) {
+  std::ranges::copy(octets, to.data.begin());
+  return bits % 8 == 0 || octets.empty() || (octets.back() >> bits % 8) == std::byte{0};
 }
 
 std::uint64_t sign_extended(std::uint64_t value, unsigned octets) {
@@ -233,23 +238,20 @@ std::uint64_t read_number(CdrReader& from, Form form) {
   return from.number<std::uint64_t>();
 }
 
-// The bits of the output. Nothing if the value does not fit.
-Bits read_value(CdrReader& from, Form form, Reading reading, std::uint16_t length, unsigned bits) {
+// Reads the value of an output with that many bits. Returns false if it does not fit.
+bool read_value(CdrReader& from, Form form, Reading reading, std::uint16_t length, unsigned bits,
+                line::OutputValue& to) {
+  to.length = static_cast<std::uint8_t>((bits + 7) / 8);
+  to.data.fill(std::byte{0});
   if (form == Form::text) {
-    return text_bits(from.text(length), reading, bits);
+    return put_text(from.text(length), reading, bits, to);
   }
   if (form == Form::octets) {
-    const std::uint64_t value = load_le(from.octets(length));
-    return has_room(value, bits) ? Bits(value) : std::nullopt;
+    return put_octets(from.octets(length), bits, to);
   }
-  return number_bits(read_number(from, form), reading, bits);
-}
-
-line::OutputValue output_value(std::uint32_t entry, std::uint64_t bits, unsigned bit_length) {
-  line::OutputValue out{
-      .entry = entry, .length = static_cast<std::uint8_t>((bit_length + 7) / 8), .data = {}};
-  store_le(out.data.data(), bits);
-  return out;
+  const Bits number = number_bits(read_number(from, form), reading, bits);
+  store_le(to.data.data(), number.value_or(0));
+  return number.has_value();
 }
 
 // Of a value, including what aligns it.
@@ -310,12 +312,14 @@ bool SetPlan::read(std::span<const std::byte> sample, SetSample& to) const {
   }
   for (std::size_t i = 0; i < steps_.size() && from.ok(); ++i) {
     const Step& step = steps_[i];
-    const Bits bits = read_value(from, step.form, step.reading, step.length, step.bit_length);
+    line::OutputValue value{.entry = step.entry};
+    const bool fits =
+        read_value(from, step.form, step.reading, step.length, step.bit_length, value);
     if (given[i] == std::byte{0}) {
       continue;
     }
-    if (bits) {
-      to.write.values.push_back(output_value(step.entry, *bits, step.bit_length));
+    if (fits) {
+      to.write.values.push_back(value);
     } else if (from.ok() && to.refusal == line::OutputRefusal::none) {
       to.refusal = line::OutputRefusal::bad_value;
       to.why = "the value of " + step.identifier + " does not fit into " +

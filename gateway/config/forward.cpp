@@ -246,10 +246,6 @@ class ForwardResolver {
   void add_remote(const ForwardSection& rule, const RemoteEnd& from, const End& output) {
     const image::Entry& to = lines_.entry(output, Direction::outputs);
     LinePlan& plan = lines_.line(output.line).plan;
-    if (to.bit_length > 64) {
-      findings_.error(output.place, "\"" + to.name + "\" has more than 64 bits");
-      return;
-    }
     if (!lines_.is_free(output)) {
       return;
     }
@@ -406,8 +402,13 @@ class ForwardResolver {
     return false;
   }
 
-  // CiA 302-7: the forwarding list belongs to the received PDO.
+  // CiA 302-7: the forwarding list belongs to the received PDO. One of CANopen FD may have more
+  // values than a classical PDO has room for (OWN).
   bool feeds_one(const End& input, const End& output) {
+    if (lines_.line(input.line).plan.config.canopen_fd &&
+        !lines_.line(output.line).plan.config.canopen_fd) {
+      return true;
+    }
     const image::Entry& from = lines_.entry(input, Direction::inputs);
     const image::Entry& to = lines_.entry(output, Direction::outputs);
     const std::tuple key(input.line, from.local_pdo, output.line);

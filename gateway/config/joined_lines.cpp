@@ -11,6 +11,21 @@ namespace linegate::config {
 
 using image::Direction;
 
+namespace {
+
+// The name of the entry and its type; with its length, if the other one has the same type.
+std::string type_text(const image::Entry& entry, const image::Entry& other) {
+  std::string out = '"' + entry.name + "\" is " + std::string(od::name(entry.type));
+  if (entry.type != other.type) {
+    return out;
+  }
+  const unsigned bits = entry.bit_length;
+  return out + (bits % 8 == 0 ? " of " + std::to_string(bits / 8) + " bytes"
+                              : " of " + std::to_string(bits) + " bits");
+}
+
+}  // namespace
+
 const line::Line& JoinedLines::made(std::size_t line) {
   if (made_[line] == nullptr) {
     made_[line] = *line::Line::make(lines_[line].plan.config).value;  // it could be made before
@@ -80,13 +95,7 @@ Binding* JoinedLines::join(const End& input, const End& output, Place place) {
   const image::Entry& from = entry(input, Direction::inputs);
   const image::Entry& to = entry(output, Direction::outputs);
   if (from.type != to.type || from.bit_length != to.bit_length) {
-    findings_.error(place, "\"" + from.name + "\" is " + std::string(od::name(from.type)) + ", \"" +
-                               to.name + "\" is " + std::string(od::name(to.type)));
-    return nullptr;
-  }
-  if (from.bit_length > 64) {
-    findings_.error(place, "\"" + from.name + "\" has " + std::to_string(from.bit_length) +
-                               " bits: only values of up to 64 bits go to other entries");
+    findings_.error(place, type_text(from, to) + ", " + type_text(to, from));
     return nullptr;
   }
   if (!is_free(output)) {
@@ -101,6 +110,7 @@ Binding* JoinedLines::join(const End& input, const End& output, Place place) {
   binding.output_entry = output.entry;
   binding.input_name = from.name;
   binding.output_name = to.name;
+  binding.bits = to.bit_length;
   return &bindings_.emplace_back(std::move(binding));
 }
 

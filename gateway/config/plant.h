@@ -216,6 +216,7 @@ struct Binding : line::Following {
   std::string to;          // line
   std::string input_name;  // names of the entries, for messages
   std::string output_name;
+  std::uint32_t bits = 0;  // of both
   // Object from B000h on in both lines, if the value is forwarded and has one
   std::optional<od::Address> object;
 };

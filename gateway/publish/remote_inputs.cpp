@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "gateway/config/value.h"
-#include "stack/base/byte_order.h"
 
 namespace linegate::gateway {
 namespace {
@@ -22,6 +21,8 @@ constexpr Duration kPause = std::chrono::milliseconds(1'500);
 constexpr Duration kRepair = std::chrono::seconds(1);
 // A write that the line refuses is repeated after this time at the latest.
 constexpr Duration kRepetition = std::chrono::seconds(1);
+
+constexpr unsigned kMostRemoteBits = 8 * line::OutputValue::kMaxLength;
 
 // The only entry for which `wanted` is true; nullptr if there is none, or several.
 template <class Wanted>
@@ -61,19 +62,20 @@ bool has_bit(const std::vector<std::uint64_t>& words, std::size_t i) {
   return i / 64 < words.size() && (words[i / 64] >> (i % 64) & 1U) != 0;
 }
 
-// Nothing if the bits are not in the area.
-std::optional<std::uint64_t> bits_of(const std::vector<std::byte>& area,
-                                     const image::Entry& entry) {
+// Nothing if the bits are not in the area, or are too many.
+std::optional<line::OutputValue> read_value(const std::vector<std::byte>& area,
+                                            const image::Entry& entry) {
   const std::uint64_t end = std::uint64_t{entry.bit_offset} + entry.bit_length;
-  if (entry.bit_length == 0 || entry.bit_length > 64 || end > std::uint64_t{area.size()} * 8) {
+  if (entry.bit_length == 0 || entry.bit_length > kMostRemoteBits ||
+      end > std::uint64_t{area.size()} * 8) {
     return std::nullopt;
   }
-  std::uint64_t value = 0;
+  line::OutputValue out{.length = static_cast<std::uint8_t>((entry.bit_length + 7U) / 8U)};
   for (std::uint32_t i = 0; i < entry.bit_length; ++i) {
     const std::uint32_t bit = entry.bit_offset + i;
-    value |= std::uint64_t{std::to_integer<unsigned>(area[bit / 8]) >> (bit % 8) & 1U} << i;
+    out.data[i / 8] |= (area[bit / 8] >> bit % 8 & std::byte{1}) << i % 8;
   }
-  return value;
+  return out;
 }
 
 OutputRefusal verdict_of(const image::Layout& layout, const config::RemoteInput& wanted) {
@@ -89,16 +91,16 @@ OutputRefusal verdict_of(const image::Layout& layout, const config::RemoteInput&
 }
 
 // The value of the input if it is valid, of an image that belongs to the layout.
-std::optional<std::uint64_t> value_of(const std::optional<image::Layout>& layout,
-                                      const std::optional<image::Snapshot>& image,
-                                      const config::RemoteInput& wanted) {
+std::optional<line::OutputValue> value_of(const std::optional<image::Layout>& layout,
+                                          const std::optional<image::Snapshot>& image,
+                                          const config::RemoteInput& wanted) {
   if (!layout || !image || image->layout_id != layout->id ||
       verdict_of(*layout, wanted) != OutputRefusal::none) {
     return std::nullopt;
   }
   const image::Entry& entry = *find_entry(*layout, wanted.entry);
   const auto number = static_cast<std::size_t>(&entry - layout->entries.data());
-  return has_bit(image->valid, number) ? bits_of(image->bytes, entry) : std::nullopt;
+  return has_bit(image->valid, number) ? read_value(image->bytes, entry) : std::nullopt;
 }
 
 // Whether DDS gave the image once more, as to a new reader.
@@ -138,8 +140,9 @@ void RemoteInputs::set_rules(std::vector<Rule> rules) {
 }
 
 // Nothing while it is not certain that the image belongs to the layout.
-std::optional<std::uint64_t> RemoteInputs::value_in(const Publisher& publisher,
-                                                    const config::RemoteInput& input, Instant now) {
+std::optional<line::OutputValue> RemoteInputs::value_in(const Publisher& publisher,
+                                                        const config::RemoteInput& input,
+                                                        Instant now) {
   return publisher.match.is_certain(now) ? value_of(publisher.layout, publisher.image, input)
                                          : std::nullopt;
 }
@@ -319,11 +322,11 @@ void RemoteInputs::confirm(Target& target, const Publisher& publisher, Instant n
 
 // An unchanged value is repeated when a quarter of the time-out has passed, or kRepetition. Each
 // repetition has another arming number: if the watchdog fired before it, it ends the reaction.
-void RemoteInputs::write(Target& target, std::uint64_t value, Instant now) {
+void RemoteInputs::write(Target& target, const line::OutputValue& value, Instant now) {
   const config::RemoteInput& input = target.rule.input;
   const bool is_due =
       target.arming == 0 || now - target.written >= std::min(input.timeout / 4, kRepetition);
-  if (!is_due && value == target.value && !target.waits_for_room) {
+  if (!is_due && value.data == target.value.data && !target.waits_for_room) {
     return;
   }
   line::OutputWrite write{
@@ -335,10 +338,8 @@ void RemoteInputs::write(Target& target, std::uint64_t value, Instant now) {
       .reactions = input.reactions,
       .client = input.from.gateway + '/' + input.from.line,
       .forwarded = true};
-  line::OutputValue& output = write.values.emplace_back();
-  output.entry = input.output;
-  output.length = static_cast<std::uint8_t>((input.bit_length + 7U) / 8U);
-  store_le(std::span(output.data).first(output.length), value);
+  write.values.push_back(value);
+  write.values.back().entry = input.output;
   target.value = value;
   target.waits_for_room = !sink_.write(target.rule.line, write);
   if (!target.waits_for_room) {

@@ -105,8 +105,8 @@ class RemoteInputs {
     Rule rule;
     Instant written{};
     Instant confirmed{};
-    std::uint64_t arming = 0;  // 0: nothing was written
-    std::uint64_t value = 0;
+    std::uint64_t arming = 0;   // 0: nothing was written
+    line::OutputValue value{};  // as it was written last
     bool waits_for_room = false;
     bool had_value = false;
     std::optional<Instant> awaited{};                          // since when the first value is
@@ -119,8 +119,8 @@ class RemoteInputs {
 
   Source* find(const config::RemoteLine& line);
   static bool is_same(const Rule& a, const Rule& b);
-  static std::optional<std::uint64_t> value_in(const Publisher& publisher,
-                                               const config::RemoteInput& input, Instant now);
+  static std::optional<line::OutputValue> value_in(const Publisher& publisher,
+                                                   const config::RemoteInput& input, Instant now);
   static Duration hear(Publisher& publisher, bool Publisher::*had, Instant now);
   static void doubt(Publisher& publisher);
   static Publisher* publisher(Source& source, std::uint64_t incarnation, Instant now);
@@ -129,7 +129,7 @@ class RemoteInputs {
   void report_absent(const Source& source, Target& target, Instant now);
   static line::OutputRefusal why_absent(const Source& source, const Target& target, Instant now);
   void judge(Source& source, Publisher& publisher);
-  void write(Target& target, std::uint64_t value, Instant now);
+  void write(Target& target, const line::OutputValue& value, Instant now);
   void confirm(Target& target, const Publisher& publisher, Instant now);
 
   Sink& sink_;

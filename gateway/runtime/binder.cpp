@@ -8,10 +8,22 @@
 
 namespace linegate::gateway {
 
+namespace {
+
+std::vector<line::Following> parts_of_bindings(const std::vector<config::Binding>& bindings) {
+  std::vector<line::Following> out;
+  for (const config::Binding& binding : bindings) {
+    line::add_parts(binding, binding.bits, out);
+  }
+  return out;
+}
+
+}  // namespace
+
 BoundLink::BoundLink(std::vector<config::Binding> bindings_of_two_lines)
-    : bindings(std::move(bindings_of_two_lines)), followings(bindings.begin(), bindings.end()) {
+    : bindings(std::move(bindings_of_two_lines)), followings(parts_of_bindings(bindings)) {
   for (auto& buffer : values.buffers()) {
-    buffer.resize(bindings.size());
+    buffer.resize(followings.size());
   }
 }
 

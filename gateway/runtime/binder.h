@@ -22,7 +22,7 @@ struct BoundLink {
   explicit BoundLink(std::vector<config::Binding> bindings_of_two_lines);
 
   const std::vector<config::Binding> bindings;
-  const std::vector<line::Following> followings;  // one for each binding
+  const std::vector<line::Following> followings;  // those of the bindings, by parts
   exchange::Handover<std::vector<line::Line::Input>> values;
   // The receiver, set before either line runs: the target line's runner, which is called, if both
   // lines are on one executor; else the wake-up of the target's executor.

@@ -70,6 +70,15 @@ struct Entry {
   std::optional<std::uint16_t> group;  // outputs: the group that writes it; nothing = in no group
 };
 
+// A value of more than 64 bits is exchanged in parts of 8 bytes, the last of which may have fewer;
+// another value is one part.
+constexpr std::uint32_t value_parts(std::uint32_t bits) {
+  return bits <= 64 ? 1 : (bits + 63) / 64;
+}
+inline std::uint32_t value_parts(const Entry& entry) {
+  return value_parts(std::uint32_t{entry.bit_length});
+}
+
 struct Layout {
   Direction direction = Direction::inputs;
   // Hash of direction, size and entries without their names, groups and initial values: the same

@@ -157,6 +157,23 @@ bool ProcessImage::write_entry(Direction direction, std::uint32_t entry,
   return write_entry(direction, entry, std::span<const std::byte>(raw));
 }
 
+bool ProcessImage::write_part(Direction direction, std::uint32_t entry, std::uint8_t part,
+                              std::uint64_t value) {
+  Side& s = side(direction);
+  LINEGATE_ASSERT(entry < s.layout.entries.size(), "the entry exists");
+  const Entry& at = s.layout.entries[entry];
+  LINEGATE_ASSERT(part < value_parts(at), "the entry has the part");
+  bool changed = false;
+  for_each_word(
+      at.bit_offset + 64U * part, std::min(at.bit_length - 64U * part, 64U),
+      [&](std::uint32_t byte, std::uint32_t shift, std::uint32_t bits, std::uint32_t done) {
+        const std::uint64_t mask = low_bits(bits) << shift;
+        changed |= s.area.merge(byte, value >> done << shift, mask);
+      });
+  note_written(direction, entry, changed);
+  return changed;
+}
+
 bool ProcessImage::write_bytes(Direction direction, std::uint32_t offset,
                                std::span<const std::byte> value) {
   Side& s = side(direction);
@@ -194,10 +211,18 @@ bool ProcessImage::write_bytes(Direction direction, std::uint32_t offset,
     const auto word = load_le<std::uint64_t>(s.area.data() + at.bit_offset / 8);
     return word >> at.bit_offset % 8 & low_bits(at.bit_length);
   }
-  LINEGATE_ASSERT(at.bit_length <= 64, "the result has every bit of the entry");
+  return read_part(direction, entry, 0);
+}
+
+std::uint64_t ProcessImage::read_part(Direction direction, std::uint32_t entry,
+                                      std::uint8_t part) const {
+  const Side& s = side(direction);
+  LINEGATE_ASSERT(entry < s.layout.entries.size(), "the entry exists");
+  const Entry& at = s.layout.entries[entry];
+  LINEGATE_ASSERT(part < value_parts(at), "the entry has the part");
   std::uint64_t value = 0;
   for_each_word(
-      at.bit_offset, at.bit_length,
+      at.bit_offset + 64U * part, std::min(at.bit_length - 64U * part, 64U),
       [&](std::uint32_t byte, std::uint32_t shift, std::uint32_t bits, std::uint32_t done) {
         const auto word = load_le<std::uint64_t>(s.area.data() + byte);
         value |= (word >> shift & low_bits(bits)) << done;

@@ -72,6 +72,10 @@ class ProcessImage {
   bool write_bytes(Direction direction, std::uint32_t offset, std::span<const std::byte> value);
   // The entry's value, zero-extended; the low 64 bits of longer entries.
   std::uint64_t read_entry(Direction direction, std::uint32_t entry) const;
+  // As read_entry() and write_entry() for 8 bytes of a longer entry: those from byte 8 * part on,
+  // or as many as there are. Precondition: part < value_parts(entry).
+  std::uint64_t read_part(Direction direction, std::uint32_t entry, std::uint8_t part) const;
+  bool write_part(Direction direction, std::uint32_t entry, std::uint8_t part, std::uint64_t value);
   // These bits were written directly into the area: marks all of them as changed.
   void mark_written(Direction direction, std::uint32_t bit_offset, std::uint32_t bits);
 

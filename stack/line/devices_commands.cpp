@@ -239,7 +239,7 @@ void DevicesLine::write_bound(std::span<const BoundValue> values, Instant now) {
   for (const BoundValue& value : values) {
     routed_.values += value.always ? 1U : 0U;
     if (value.valid) {
-      image.write_entry(Direction::outputs, value.entry, value.value);
+      image.write_part(Direction::outputs, value.entry, value.part, value.value);
       collect(value.entry);
       always = always || value.always;
     } else {

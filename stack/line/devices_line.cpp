@@ -202,8 +202,8 @@ bool DevicesLine::image_touched(Direction direction) const {
   return image.touched(direction);
 }
 
-Line::Input DevicesLine::input(std::uint32_t entry) const {
-  return {.value = image.read_entry(Direction::inputs, entry),
+Line::Input DevicesLine::input(std::uint32_t entry, std::uint8_t part) const {
+  return {.value = image.read_part(Direction::inputs, entry, part),
           .valid = image.is_valid(Direction::inputs, entry)};
 }
 

@@ -43,7 +43,7 @@ class DevicesLine final : public Line {
                 bool merge) override;
   bool image_changed(image::Direction direction) const override;
   bool image_touched(image::Direction direction) const override;
-  Input input(std::uint32_t entry) const override;
+  Input input(std::uint32_t entry, std::uint8_t part) const override;
   void set_utc(Duration offset) override;
   std::optional<Duration> network_utc(Instant now) const override;
   LineState do_state() const override;

@@ -49,6 +49,12 @@ std::string_view name(WhenLost when_lost) {
   return "stop";
 }
 
+void add_parts(Following following, std::uint32_t bits, std::vector<Following>& to) {
+  for (following.part = 0; following.part < image::value_parts(bits); ++following.part) {
+    to.push_back(following);
+  }
+}
+
 FollowedInputs::FollowedInputs(std::span<const Following> what)
     : what_(what.begin(), what.end()), entries_(what.size(), kNone), values_(what.size()) {
 }
@@ -65,6 +71,10 @@ void FollowedInputs::find_entries(const Line& line) {
       entries_[i] |= Line::kForwarded;
     } else {
       entries_[i] = entry_of(entries, kNone, wanted);
+      // That of an observer may be shorter than it was expected to be.
+      if (entries_[i] != kNone && what_[i].part >= image::value_parts(entries[entries_[i]])) {
+        entries_[i] = kNone;
+      }
     }
   }
 }
@@ -81,7 +91,7 @@ void FollowedInputs::find_entries(const Line& line) {
       changed |= std::exchange(last.valid, false);
       continue;
     }
-    const Line::Input next = line.input(entries_[i]);
+    const Line::Input next = line.input(entries_[i], what_[i].part);
     changed = changed || next.value != last.value || next.valid != last.valid ||
               (what_[i].forwarded && (next.received != last.received || next.late != last.late));
     last = next;
@@ -123,7 +133,7 @@ FollowingOutputs::FollowingOutputs(std::span<const Following> what)
              .received = lost ? written.received : input.received,
              .any = true,
              .valid = valid};
-  changed_.push_back({following.output_entry, value, again, valid, input.pdo});
+  changed_.push_back({following.output_entry, value, again, valid, input.pdo, following.part});
 }
 
 }  // namespace linegate::line

@@ -37,7 +37,12 @@ struct Following {
   // Every reception of the input's PDO requests the PDO of the output; otherwise only a new value
   // does.
   bool forwarded = false;
+  // Of entries of more than 64 bits: 8 bytes of both, see image::value_parts().
+  std::uint8_t part = 0;
 };
+
+// One for each part of entries with that number of bits.
+void add_parts(Following following, std::uint32_t bits, std::vector<Following>& to);
 
 // Reads the inputs.
 class FollowedInputs {

@@ -202,7 +202,10 @@ class Line : protected ServiceHost {
     Instant received{};     // time of its last PDO; role device: always 0
     std::uint16_t pdo = 0;  // number of that PDO
   };
-  virtual Input input(std::uint32_t entry) const = 0;
+  Input input(std::uint32_t entry) const { return input(entry, 0); }
+  // The same for 8 bytes of an entry of more than 64 bits, those from byte 8 * part on.
+  // Precondition: part < image::value_parts(entry).
+  virtual Input input(std::uint32_t entry, std::uint8_t part) const = 0;
   // UTC (since 1970-01-01) by the last TIME message of another device; nothing if none was
   // received.
   virtual std::optional<Duration> network_utc(Instant now) const = 0;

@@ -391,13 +391,14 @@ void NodeLine::do_medium_done(bool good, ParameterSet of) {
   }
 }
 
-[[gnu::hot]] Line::Input NodeLine::input(std::uint32_t entry) const {
+[[gnu::hot]] Line::Input NodeLine::input(std::uint32_t entry, std::uint8_t part) const {
   using image::Direction;
   if ((entry & kForwarded) != 0) {
     return forwarded_input(entry & ~kForwarded);
   }
   const std::uint16_t rpdo = image_.layout(Direction::inputs).entries[entry].local_pdo;
-  return {.value = image_.read_entry(Direction::inputs, entry),
+  return {.value = part == 0 ? image_.read_entry(Direction::inputs, entry)
+                             : image_.read_part(Direction::inputs, entry, part),
           .valid = image_.is_valid(Direction::inputs, entry),
           .late = rpdo != 0 && node_.pdos().timed_out(rpdo),
           .received = rpdo == 0 ? Instant{} : image_.area(Direction::inputs).pdo(rpdo - 1U).last,

@@ -60,7 +60,7 @@ class NodeLine final : public Line,
                 bool merge) override;
   bool image_changed(image::Direction direction) const override;
   bool image_touched(image::Direction direction) const override;
-  Input input(std::uint32_t entry) const override;
+  Input input(std::uint32_t entry, std::uint8_t part) const override;
   void set_utc(Duration offset) override;
   std::optional<Duration> network_utc(Instant now) const override;
   void do_set_medium(storage::Medium* medium, ParameterSet of) override;

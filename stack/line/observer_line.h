@@ -88,7 +88,7 @@ class ObserverLine final : public Line, observer::NodeListener {
                 bool merge) override;
   bool image_changed(image::Direction direction) const override;
   bool image_touched(image::Direction direction) const override;
-  Input input(std::uint32_t entry) const override;
+  Input input(std::uint32_t entry, std::uint8_t part) const override;
   bool pop_reception(pdo::Reception& out) override;
   std::optional<Duration> network_utc(Instant now) const override;
   LineState do_state() const override;

@@ -458,6 +458,14 @@ void OutputService::zero(const Outputs::Group& group, Instant now) {
 
 // --- values of other lines ------------------------------------------------------------------
 
+[[gnu::hot]] void OutputService::write_bound_entry(const BoundValue& value) {
+  if (entries()[value.entry].bit_length <= 64) [[likely]] {
+    parts_.image.write_entry(Direction::outputs, value.entry, value.value);
+  } else {
+    parts_.image.write_part(Direction::outputs, value.entry, value.part, value.value);
+  }
+}
+
 [[gnu::hot]] void OutputService::write_bound(std::span<const BoundValue> values, Instant now) {
   bool any_forwarded = false;
   for (const BoundValue& value : values) {
@@ -467,7 +475,7 @@ void OutputService::zero(const Outputs::Group& group, Instant now) {
       any_forwarded = true;
       parts_.node.dictionary().set(config_.forwarding.objects[object].address, value.value);
     } else if (value.valid) {
-      parts_.image.write_entry(Direction::outputs, value.entry, value.value);
+      write_bound_entry(value);
     } else {
       parts_.image.forget_entry(Direction::outputs, value.entry);
     }
@@ -481,13 +489,16 @@ void OutputService::zero(const Outputs::Group& group, Instant now) {
     }
     const image::Entry& first = places[value.entry];
     std::uint32_t bits = first.bit_length;
+    const auto is_part = [&](std::size_t next) {
+      return values[next].entry == values[next - 1].entry;
+    };
     const auto follows = [&](const BoundValue& next) {
       return next.always == value.always && (next.entry & Line::kForwarded) == 0 &&
              places[next.entry].bit_offset == first.bit_offset + bits &&
              places[next.entry].local_pdo == first.local_pdo;
     };
-    for (; i < values.size() && follows(values[i]); ++i) {
-      bits += places[values[i].entry].bit_length;
+    for (; i < values.size() && (is_part(i) || follows(values[i])); ++i) {
+      bits += is_part(i) ? 0U : places[values[i].entry].bit_length;
     }
     entries_written(value.entry, bits, value.always, now);
   }

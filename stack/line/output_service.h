@@ -130,6 +130,7 @@ class OutputService final : public Service {
   }
   // Adjacent entries of one PDO: `bits` bits from the start of entry `first`.
   void entries_written(std::uint32_t first, std::uint32_t bits, bool always, Instant now);
+  void write_bound_entry(const BoundValue& value);
   void request_forwarded(std::span<const BoundValue> values, Instant now);
   OutputWait reason_of(std::uint32_t entry, Instant now) const;
   void note_if_complete(const Outputs::Group& group);

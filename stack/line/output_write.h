@@ -27,9 +27,12 @@ enum WatchdogReaction : std::uint8_t {
 
 // One entry of the output layout.
 struct OutputValue {
+  // As many as a PDO of CANopen FD has.
+  static constexpr std::size_t kMaxLength = 64;
+
   std::uint32_t entry = 0;
-  std::uint8_t length = 0;          // bytes in data
-  std::array<std::byte, 8> data{};  // little-endian
+  std::uint8_t length = 0;                   // bytes in data
+  std::array<std::byte, kMaxLength> data{};  // little-endian
 };
 
 // A run of bytes of the output area; must lie in the group's entries.
@@ -62,6 +65,9 @@ struct BoundValue {
   bool always = false;       // request its PDO even if no value changed
   bool valid = true;         // false: the entry becomes invalid, so its PDO is held back
   std::uint16_t source = 0;  // number of the PDO that carried the value where it was received
+  // Of an entry of more than 64 bits: 8 bytes of it, those from byte 8 * part on. All parts of an
+  // entry that are written are adjacent.
+  std::uint8_t part = 0;
 };
 
 // Why an OutputWrite was not applied. Append only: DDS contract.

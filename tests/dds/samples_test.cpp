@@ -456,6 +456,20 @@ TEST(OutputSamples, OutputWriteComesBack) {
   EXPECT_EQ(write.bytes[0].data, std::vector{std::byte{3}});
 }
 
+// Of lines of CANopen FD.
+TEST(OutputSamples, ValuesOfSixtyFourBytesComeBack) {
+  line::OutputWrite sent = output();
+  sent.values[0].length = 64;
+  for (std::size_t i = 0; i < 64; ++i)
+    sent.values[0].data[i] = static_cast<std::byte>(i + 1);
+  v1::OutputWrite wire;
+  ASSERT_TRUE(to_wire(sent, wire));
+  line::OutputWrite write;
+  ASSERT_EQ(from_wire(wire, write).refusal, line::OutputRefusal::none);
+  EXPECT_EQ(write.values[0].length, 64);
+  EXPECT_EQ(write.values[0].data, sent.values[0].data);
+}
+
 TEST(OutputSamples, WhatCannotBeUnderstoodIsRefused) {
   using line::OutputRefusal;
   v1::OutputWrite good;
@@ -469,7 +483,7 @@ TEST(OutputSamples, WhatCannotBeUnderstoodIsRefused) {
   EXPECT_EQ(refusal([](auto& w) { w.reactions(0x80); }), OutputRefusal::bad_reaction);
   EXPECT_EQ(refusal([](auto& w) { w.reactions(0x06); }), OutputRefusal::bad_reaction);
   EXPECT_EQ(refusal([](auto& w) { w.watchdog_ns(-1); }), OutputRefusal::bad_reaction);
-  EXPECT_EQ(refusal([](auto& w) { w.values()[0].data().resize(9); }), OutputRefusal::bad_length);
+  EXPECT_EQ(refusal([](auto& w) { w.values()[0].data().resize(65); }), OutputRefusal::bad_length);
   EXPECT_EQ(refusal([](auto& w) { w.values()[0].data().clear(); }), OutputRefusal::bad_length);
   EXPECT_EQ(refusal([](auto& w) { w.values().resize(4'097, w.values()[0]); }),
             OutputRefusal::bad_length);

@@ -81,7 +81,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   for (const linegate::line::OutputValue& value : read.write.values) {
     const unsigned bits = layout.entries.at(value.entry).bit_length;
     LINEGATE_EXPECT(value.length == (bits + 7) / 8);
-    for (unsigned bit = bits; bit < 64; ++bit) {
+    for (unsigned bit = bits; bit < 8 * value.data.size(); ++bit) {
       LINEGATE_EXPECT((value.data[bit / 8] >> bit % 8 & std::byte{1}) == std::byte{0});
     }
   }

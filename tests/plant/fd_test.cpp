@@ -18,6 +18,8 @@
 #include "bridges/sim/program_memory.h"
 #include "stack/base/byte_order.h"
 #include "stack/eds/reader.h"
+#include "stack/line/build.h"
+#include "stack/line/following.h"
 #include "stack/line/line.h"
 
 namespace linegate::plant {
@@ -32,8 +34,9 @@ struct FdDevice {
   sim::Bus::Endpoint end = 0;
 };
 
-class FdPlant : public testing::Test {
- protected:
+// A bus with a line and simulated devices.
+class FdNetwork {
+ public:
   static line::NodeConfig node_of(std::uint8_t id, const std::string& profile = "fd-io") {
     line::NodeConfig node;
     node.id = id;
@@ -43,7 +46,7 @@ class FdPlant : public testing::Test {
     return node;
   }
 
-  FdPlant() {
+  FdNetwork() {
     config.name = "press";
     config.canopen_fd = true;
     config.node_id = kFdOwn;
@@ -52,11 +55,20 @@ class FdPlant : public testing::Test {
 
   // Adds a device for each node of the configuration, and runs for 2 s.
   void start(const std::string& profile = "fd-io") {
+    power_on(profile);
+    run(2s);
+  }
+
+  // Nodes that do not boot have no device.
+  void power_on(const std::string& profile) {
     for (const line::NodeConfig& node : config.nodes) {
+      if (!node.boot) {
+        continue;
+      }
       sim::DeviceOptions options;
       options.profile = profile;
       options.node_id = node.id;
-      options.fd = true;
+      options.fd = config.canopen_fd;
       devices.push_back({*std::move(sim::Device::make(options).value), bus.attach()});
     }
     auto made = line::Line::make(config);
@@ -67,7 +79,6 @@ class FdPlant : public testing::Test {
       each.device->start(now);
     }
     line->start(now);
-    run(2s);
   }
 
   void run(Duration time) {
@@ -129,6 +140,25 @@ class FdPlant : public testing::Test {
   // No other node acknowledges what the line sends: its controller holds a few frames.
   bool unacknowledged = false;
 
+  void turn() {
+    bus.advance(now);
+    for (FdDevice& each : devices) {
+      serve(*each.device, each.end);
+    }
+    serve_line();
+    std::array<can::Frame, 8> batch;
+    while (const std::size_t count = bus.take(witness, batch, now)) {
+      seen.insert(seen.end(), batch.begin(), batch.begin() + static_cast<std::ptrdiff_t>(count));
+    }
+  }
+  Instant next() const {
+    Instant next = earlier(bus.next_wake(), line->next_wake());
+    for (const FdDevice& each : devices) {
+      next = earlier(next, each.device->next_wake());
+    }
+    return next;
+  }
+
  private:
   template <class Station>
   void serve(Station& station, sim::Bus::Endpoint at) {
@@ -166,28 +196,11 @@ class FdPlant : public testing::Test {
   }
   void receive(sim::Device& device, std::span<const can::Frame> frames) { device.receive(frames); }
 
-  void turn() {
-    bus.advance(now);
-    for (FdDevice& each : devices) {
-      serve(*each.device, each.end);
-    }
-    serve_line();
-    std::array<can::Frame, 8> batch;
-    while (const std::size_t count = bus.take(witness, batch, now)) {
-      seen.insert(seen.end(), batch.begin(), batch.begin() + static_cast<std::ptrdiff_t>(count));
-    }
-  }
-  Instant next() const {
-    Instant next = earlier(bus.next_wake(), line->next_wake());
-    for (const FdDevice& each : devices) {
-      next = earlier(next, each.device->next_wake());
-    }
-    return next;
-  }
-
   std::vector<can::Frame> held;
   std::uint64_t acknowledged = 0;
 };
+
+class FdPlant : public testing::Test, protected FdNetwork {};
 
 TEST_F(FdPlant, BootsAndConfiguresByUsdoAlone) {
   config.nodes = {node_of(5), node_of(6)};
@@ -412,6 +425,174 @@ TEST_F(FdPlant, SdoFramesAreNotServed) {
   run(100ms);
   EXPECT_TRUE(frames_of(0x580 + kFdOwn).empty());
   EXPECT_TRUE(frames_of(0x585).empty());
+}
+
+// Two lines of one gateway; outputs of one follow inputs of the other.
+class FdForwarding : public testing::Test {
+ protected:
+  struct Joint {
+    FdNetwork& from;
+    FdNetwork& to;
+    line::FollowedInputs inputs;
+    line::FollowingOutputs outputs;
+  };
+
+  FdForwarding() { slow.config.canopen_fd = false; }
+
+  // The output of the line that belongs to the object, which follows an input.
+  static std::uint32_t bound_output(FdNetwork& network, od::Address object, std::uint8_t node = 5) {
+    const auto plan = line::link_plan(network.config);
+    const auto found =
+        std::ranges::find_if(plan.value->outputs.entries, [&](const image::Entry& entry) {
+          return entry.node == node && od::Address{entry.index, entry.sub} == object;
+        });
+    const auto entry = static_cast<std::uint32_t>(found - plan.value->outputs.entries.begin());
+    network.config.bound.push_back(entry);
+    std::ranges::sort(network.config.bound);
+    return entry;
+  }
+  // Call it before start().
+  void forward(FdNetwork& from, od::Address input, FdNetwork& to, od::Address output,
+               std::uint32_t bits = 8) {
+    std::vector<line::Following> parts;
+    line::add_parts(
+        {.input = {5, input}, .output_entry = bound_output(to, output), .forwarded = true}, bits,
+        parts);
+    joints.push_back({from, to, line::FollowedInputs(parts), line::FollowingOutputs(parts)});
+  }
+
+  // The other outputs are 0: a PDO is sent when all of its values are known.
+  static void default_others(FdNetwork& network) {
+    const auto plan = line::link_plan(network.config);
+    for (std::uint32_t i = 0; i < plan.value->outputs.entries.size(); ++i) {
+      if (!std::ranges::binary_search(network.config.bound, i)) {
+        network.config.defaults.push_back({.entry = i, .value = 0});
+      }
+    }
+  }
+
+  void start() {
+    default_others(fast);
+    default_others(slow);
+    fast.power_on("fd-io");
+    slow.power_on(slow.config.canopen_fd ? "fd-io" : "digital-io");
+    run(2s);
+  }
+  void run(Duration time) {
+    const Instant end = now + time;
+    while (now < end) {
+      for (FdNetwork* const network : {&fast, &slow}) {
+        network->now = now;
+        network->turn();
+      }
+      for (Joint& joint : joints) {
+        if (joint.inputs.look(*joint.from.line)) {
+          joint.outputs.take(*joint.to.line, joint.inputs.values(), now);
+        }
+      }
+      now = std::min(std::max(earlier(fast.next(), slow.next()), now + 10us), end);
+    }
+  }
+
+  FdNetwork fast;
+  FdNetwork slow;
+  std::vector<Joint> joints;
+  Instant now{1s};
+};
+
+TEST_F(FdForwarding, ValuesCrossBothWaysBetweenFdAndClassicalLines) {
+  fast.config.nodes = {FdNetwork::node_of(5)};
+  slow.config.nodes = {FdNetwork::node_of(5, "digital-io")};
+  forward(fast, {0x6000, 1}, slow, {0x6200, 1});  // counts
+  forward(slow, {0x6000, 1}, fast, {0x6200, 2});
+  start();
+  run(1s);
+  const std::vector<can::Frame> classical = slow.frames_of(0x205);
+  ASSERT_GE(classical.size(), 2U);
+  EXPECT_FALSE(classical.back().fd());
+  EXPECT_EQ(slow.in_device(0, {0x6200, 1}), fast.in_device(0, {0x6000, 1}));
+  EXPECT_EQ(fast.in_device(0, {0x6200, 2}), slow.in_device(0, {0x6000, 1}));
+}
+
+TEST_F(FdForwarding, APdoOfManyValuesIsDividedAmongClassicalOnes) {
+  fast.config.nodes = {FdNetwork::node_of(5)};
+  slow.config.nodes = {FdNetwork::node_of(5, "digital-io"), FdNetwork::node_of(6, "digital-io")};
+  for (const std::uint8_t sub : {std::uint8_t{1}, std::uint8_t{2}}) {
+    line::Following rule{.input = {5, {0x6000, sub}}, .forwarded = true};
+    rule.output_entry = bound_output(slow, {0x6200, 1}, static_cast<std::uint8_t>(sub + 4));
+    joints.push_back(
+        {fast, slow, line::FollowedInputs({&rule, 1}), line::FollowingOutputs({&rule, 1})});
+  }
+  start();
+  run(1s);
+  line::OutputWrite write;
+  write.layout_id = fast.line->layout(image::Direction::outputs).id;
+  for (std::uint8_t sub = 1; sub <= 64; ++sub) {
+    write.values.push_back({.entry = fast.entry(image::Direction::outputs, 5, {0x6200, sub}),
+                            .length = 1,
+                            .data = {std::byte{0x42}}});
+  }
+  ASSERT_EQ(fast.line->write_outputs(write, now), line::OutputRefusal::none);
+  run(1s);
+  EXPECT_EQ(slow.in_device(0, {0x6200, 1}), fast.in_device(0, {0x6000, 1}));
+  EXPECT_EQ(slow.in_device(1, {0x6200, 1}), 0x42U) << "the FD device mirrors it";
+  EXPECT_FALSE(slow.frames_of(0x205).empty());
+  EXPECT_FALSE(slow.frames_of(0x206).empty());
+}
+
+// The first input and output are strings of 20 bytes, alone in their PDOs.
+line::NodeConfig node_with_long_values() {
+  constexpr std::uint8_t kBytes = 20;
+  line::NodeConfig node = FdNetwork::node_of(5);
+  node.boot = false;
+  for (const auto& [mapping, object] :
+       {std::pair<std::uint16_t, std::uint16_t>{0x1600, 0x6200}, {0x1A00, 0x6000}}) {
+    od::VariableDescription& value = *node.device.find({object, 1});
+    value.type = od::DataType::octet_string;
+    value.value.assign(kBytes, std::byte{0});
+    node.device.find({mapping, 0})->value = {std::byte{1}};
+    store_le(std::span(node.device.find({mapping, 1})->value),
+             std::uint32_t{object} << 16U | 0x100U | 8U * kBytes);
+  }
+  return node;
+}
+
+TEST_F(FdForwarding, LongValuesCrossAsAWhole) {
+  slow.config.canopen_fd = true;
+  fast.config.nodes = {node_with_long_values()};
+  slow.config.nodes = {node_with_long_values()};
+  forward(fast, {0x6000, 1}, slow, {0x6200, 1}, 8 * 20);
+  fast.power_on("fd-io");
+  slow.power_on("fd-io");
+  const auto live = [&] {
+    for (FdNetwork* const network : {&fast, &slow}) {
+      ASSERT_TRUE(network->bus.submit(network->witness, can::make_frame(0x705, {5}), now));
+    }
+    run(50ms);
+  };
+  can::Frame tpdo;
+  tpdo.id = 0x185;
+  tpdo.flags = can::Frame::kFd | can::Frame::kBitRateSwitch;
+  tpdo.length = 20;
+  for (std::uint8_t round = 1; round <= 3; ++round) {
+    for (unsigned i = 0; i < 20; ++i) {
+      tpdo.data[i] = static_cast<std::byte>(16 * round + i);
+    }
+    live();
+    slow.seen.clear();
+    ASSERT_TRUE(fast.bus.submit(fast.witness, tpdo, now));
+    live();
+    const std::vector<can::Frame> sent = slow.frames_of(0x205);
+    ASSERT_EQ(sent.size(), 1U) << int{round};
+    EXPECT_EQ(sent[0].length, 20);
+    EXPECT_TRUE(std::equal(tpdo.data.begin(), tpdo.data.begin() + 20, sent[0].data.begin()));
+  }
+  tpdo.data[17] = std::byte{0xEE};  // of the last part alone
+  slow.seen.clear();
+  ASSERT_TRUE(fast.bus.submit(fast.witness, tpdo, now));
+  live();
+  ASSERT_EQ(slow.frames_of(0x205).size(), 1U);
+  EXPECT_EQ(slow.frames_of(0x205)[0].data[17], std::byte{0xEE});
 }
 
 }  // namespace

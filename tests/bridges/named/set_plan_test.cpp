@@ -203,6 +203,22 @@ const std::vector<ValueCase> kValues{
     {DataType::octet_string, 12, 1, 0, "\x01\x10", {}},
     {DataType::domain, 64, 1, 0, "\x01\x02\x03\x04\x05\x06\x07\x08", {1, 2, 3, 4, 5, 6, 7, 8}},
     {DataType::none, 24, 4, 0x010203, {}, {3, 2, 1}},
+    // of PDOs of CANopen FD
+    {DataType::octet_string, 72, 1, 0, "123456789", {'1', '2', '3', '4', '5', '6', '7', '8', '9'}},
+    {DataType::domain, 80, 1, 0, "123456789\x01", {'1', '2', '3', '4', '5', '6', '7', '8', '9', 1}},
+    {DataType::visible_string,
+     80,
+     0,
+     0,
+     "123456789",
+     {'1', '2', '3', '4', '5', '6', '7', '8', '9', 0}},
+    {DataType::visible_string, 72, 0, 0, "123456789A", {}},
+    {DataType::unicode_string,
+     80,
+     0,
+     0,
+     "abcd\xE2\x82\xAC",
+     {'a', 0, 'b', 0, 'c', 0, 'd', 0, 0xAC, 0x20}},
 };
 
 TEST(SetPlan, ReadsAValueOfEveryType) {

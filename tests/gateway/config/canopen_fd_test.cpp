@@ -40,39 +40,62 @@ void replace_in(std::string& text, std::string_view section, std::string_view fr
   text.replace(at, from.size(), to);
 }
 
-// fd-io, whose first input and output are strings of 16 bytes, alone in their PDOs.
-std::string file_of_long_values() {
+// fd-io, whose first input and output are strings of 16 bytes, or of these bits in hexadecimal
+// digits, alone in their PDOs.
+std::string file_of_long_values(const std::string& bits = "80",
+                                const std::string& name = "/long-values.eds") {
   std::string text(sim::eds_text("fd-io"));
   for (const auto& [mapping, object, entry] :
        {std::tuple{"1600", "6200", "0x620001"}, std::tuple{"1A00", "6000", "0x600001"}}) {
     replace_in(text, mapping + std::string("sub0"), "=64", "=1");
-    replace_in(text, mapping + std::string("sub1"), entry + std::string("08"),
-               entry + std::string("80"));
+    replace_in(text, mapping + std::string("sub1"), entry + std::string("08"), entry + bits);
     replace_in(text, object + std::string("sub1"), "DataType=0x0005", "DataType=0x0009");
   }
-  const std::string path = testing::TempDir() + "/long-values.eds";
+  const std::string path = testing::TempDir() + name;
   std::ofstream(path) << text;
   return path;
 }
 
-TEST(CanopenFd, LongValuesAreNotForwarded) {
+TEST(CanopenFd, LongValuesAreForwardedToOnesOfTheSameLength) {
   const std::string file = file_of_long_values();
-  const auto plant = [&](const std::string& forward) {
+  const std::string shorter = file_of_long_values("50", "/shorter-values.eds");
+  const auto plant = [&](const std::string& target, const std::string& forward) {
     return read_fd(
         "lines:\n"
         "  - {name: a, interface: 'virtual:a', canopen_fd: true, nodes: [{id: 5, name: io, eds: " +
         file +
         "}]}\n"
         "  - {name: b, interface: 'virtual:b', canopen_fd: true, nodes: [{id: 5, name: io, eds: " +
-        file + "}]}\n" + forward);
+        target + "}]}\n" + forward);
   };
-  const auto alone = plant("");
-  EXPECT_TRUE(alone.ok()) << fd_findings(alone);
-  EXPECT_THAT(fd_findings(plant("forward: ['a.io.6000:1 -> b.io.6200:1']\n")),
-              HasSubstr("has 128 bits: only values of up to 64 bits go to other entries"));
-  EXPECT_THAT(fd_findings(plant("forward: ['gw/c.io.6000:1 -> b.io.6200:1']\n")),
-              HasSubstr("has more than 64 bits"));
+  const auto local = plant(file, "forward: ['a.io.6000:1 -> b.io.6200:1']\n");
+  ASSERT_TRUE(local.ok()) << fd_findings(local);
+  ASSERT_EQ(local.value->bindings.size(), 1U);
+  EXPECT_EQ(local.value->bindings[0].bits, 128U);
+  EXPECT_FALSE(local.value->bindings[0].object) << "B000h has no array of such values";
+  const auto remote = plant(file, "forward: ['gw/c.io.6000:1 -> b.io.6200:1']\n");
+  EXPECT_TRUE(remote.ok()) << fd_findings(remote);
+  EXPECT_THAT(fd_findings(plant(shorter, "forward: ['a.io.6000:1 -> b.io.6200:1']\n")),
+              HasSubstr("is VISIBLE_STRING of 16 bytes, \"io.Write output 8-bit.Output byte 1\" is "
+                        "VISIBLE_STRING of 10 bytes"));
   std::filesystem::remove(file);
+  std::filesystem::remove(shorter);
+}
+
+// A PDO of 64 bytes has no place in one of a classical line.
+TEST(CanopenFd, AReceivedPdoFeedsSeveralOfAClassicalLine) {
+  const auto plant = [](const std::string& fd, const std::string& profile) {
+    const std::string io = ", eds: bridges/sim/eds/" + profile + ".eds}";
+    const std::string classical = ", eds: bridges/sim/eds/digital-io.eds}";
+    return read_fd("lines:\n  - {name: a, interface: 'virtual:a', canopen_fd: " + fd +
+                   ", nodes: [{id: 5, name: io" + io +
+                   "]}\n  - {name: b, interface: 'virtual:b', nodes: [{id: 6, name: x" + classical +
+                   ", {id: 7, name: y" + classical +
+                   "]}\nforward: ['a.io.6000:1 -> b.x.6200:1', 'a.io.6000:2 -> b.y.6200:1']\n");
+  };
+  EXPECT_EQ(fd_findings(plant("true", "fd-io")), "");
+  EXPECT_THAT(fd_findings(plant("false", "digital-io")),
+              HasSubstr("one received PDO feeds at most one PDO of another line"));
 }
 
 TEST(CanopenFd, LongValuesHaveNoDefault) {

@@ -2,7 +2,9 @@
 // Values of other gateways: which samples become a value of an output, and which never do.
 #include "gateway/publish/remote_inputs.h"
 
+#include <algorithm>
 #include <random>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -81,7 +83,9 @@ class RemoteInputsTest : public testing::Test, public RemoteInputs::Sink {
     EXPECT_EQ(write.values.size(), 1U);
     if (!room)
       return false;
-    values.push_back(load_le(std::span(write.values.at(0).data).first(write.values[0].length)));
+    const line::OutputValue& value = write.values.at(0);
+    octets.assign(value.data.begin(), value.data.begin() + value.length);
+    values.push_back(load_le(std::span(octets).first(std::min<std::size_t>(octets.size(), 8))));
     armings.push_back(write.arming);
     return true;
   }
@@ -136,6 +140,7 @@ class RemoteInputsTest : public testing::Test, public RemoteInputs::Sink {
   std::int64_t state_time = 0;
   bool room = true;
   std::vector<std::uint64_t> values;
+  std::vector<std::byte> octets;  // of the last one
   std::vector<std::uint64_t> armings;
   std::vector<OutputRefusal> refusals;
   RemoteInputs inputs{*this};
@@ -151,6 +156,32 @@ TEST_F(RemoteInputsTest, AValueIsWrittenWhenItChangesAndRepeatedWhileTheLineIsHe
   pass(1, seconds(3));
   EXPECT_THAT(written(), ElementsAre(301U, 301U, 301U));
   EXPECT_NE(armings[1], armings[2]) << "so that a watchdog that fired meanwhile is armed again";
+}
+
+// Of lines of CANopen FD.
+TEST_F(RemoteInputsTest, AValueOfMoreThanEightBytesIsWrittenAsAWhole) {
+  RemoteInputs::Rule text = rule("inlet.Text");
+  text.input.type = od::DataType::octet_string;
+  text.input.bit_length = 96;
+  inputs.set_rules({text});
+  image::Layout wide = remote_layout(5, 0);
+  wide.entries = {remote_entry("inlet.Text", 8, 96, od::DataType::octet_string)};
+  is_live(1);
+  layout(1, wide);
+  image::Snapshot seen = remote_image(5, 0, 0);
+  for (std::size_t i = 0; i < seen.bytes.size(); ++i)
+    seen.bytes[i] = static_cast<std::byte>(i);
+  image(1, seen);
+  EXPECT_EQ(written().size(), 1U);
+  EXPECT_TRUE(std::ranges::equal(octets, std::span(seen.bytes).subspan(1, 12)));
+  seen.sequence = 0;
+  image(1, seen);
+  EXPECT_EQ(written().size(), 0U) << "it has not changed";
+  seen.sequence = 0;
+  seen.bytes[12] = std::byte{0xEE};
+  image(1, seen);
+  EXPECT_EQ(written().size(), 1U);
+  EXPECT_EQ(octets[11], std::byte{0xEE}) << "the last byte alone";
 }
 
 TEST_F(RemoteInputsTest, TheLayoutMayComeAfterTheImage) {

@@ -57,6 +57,25 @@ TEST(LayoutId, DependsOnWhatAValueMeans) {
   EXPECT_FALSE(differs([](Entry& e) { e.group = 0; }));
 }
 
+TEST(ProcessImage, LongEntriesAreReadAndWrittenInParts) {
+  ProcessImage image(make_layout(kIn, 0, {}),
+                     make_layout(kOut, 32, {{1, 8, 160}, {2, 168, 64}, {2, 232, 8}}));
+  EXPECT_EQ(value_parts(image.layout(kOut).entries[0]), 3U);
+  EXPECT_EQ(value_parts(image.layout(kOut).entries[1]), 1U);
+  EXPECT_TRUE(image.write_part(kOut, 0, 2, 0xFFFF'FFFF'1234'5678));
+  EXPECT_TRUE(image.is_known(kOut, 0));
+  EXPECT_TRUE(image.write_part(kOut, 0, 0, 0x0807'0605'0403'0201));
+  EXPECT_TRUE(image.write_part(kOut, 0, 1, 0x1817'1615'1413'1211));
+  EXPECT_FALSE(image.write_part(kOut, 0, 1, 0x1817'1615'1413'1211));
+  EXPECT_EQ(image.read_part(kOut, 0, 0), 0x0807'0605'0403'0201U);
+  EXPECT_EQ(image.read_part(kOut, 0, 1), 0x1817'1615'1413'1211U);
+  EXPECT_EQ(image.read_part(kOut, 0, 2), 0x1234'5678U) << "the bytes behind it are of others";
+  EXPECT_EQ(image.read_entry(kOut, 0), 0x0807'0605'0403'0201U);
+  EXPECT_EQ(image.read_entry(kOut, 1), 0U);
+  EXPECT_EQ(bytes_of(image, kOut)[0], 0U);
+  EXPECT_EQ(bytes_of(image, kOut)[20], 0x12U);
+}
+
 // FNV-1a, 64 bit: the value for the five bytes of an empty input layout.
 TEST(LayoutId, IsFnv1a) {
   std::uint64_t hash = 0xCBF29CE484222325U;
