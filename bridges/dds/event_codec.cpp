@@ -155,13 +155,20 @@ struct WithCommand {
   }
 };
 
-// code: emergency error code; value: error register; data: manufacturer bytes (5).
+// code: emergency error code; value: error register; data: manufacturer bytes (5); of CANopen FD
+// also logical device, profile (2), status, TIME_OF_DAY (6).
 struct WithEmcy {
   template <class Data>
   static void pack(const Data& from, EventFields& to) {
     to.code = from.code;
     to.value = from.error_register;
     append(to, from.manufacturer);
+    if (from.fd.any) {
+      append(to, from.fd.logical_device, 1);
+      append(to, from.fd.profile, 2);
+      append(to, from.fd.status, 1);
+      append(to, from.fd.time_of_day);
+    }
   }
   template <class Data>
   static void unpack(const EventFields& from, Data& to) {
@@ -169,6 +176,13 @@ struct WithEmcy {
     unpack_number(from.code, to.code);
     unpack_number(from.value, to.error_register);
     copy_rest(data, to.manufacturer);
+    if (data.left() > 0) {
+      to.fd.any = true;
+      to.fd.logical_device = data.number<std::uint8_t>();
+      to.fd.profile = data.number<std::uint16_t>();
+      to.fd.status = data.number<std::uint8_t>();
+      copy_rest(data, to.fd.time_of_day);
+    }
   }
 };
 

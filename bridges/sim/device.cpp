@@ -209,6 +209,7 @@ void Device::build(const od::DeviceDescription& description) {
   node_options.node_id = description.node_id;
   node_options.self_starting = options_.self_starting;
   node_options.fd = options_.fd || needs_fd(options_.profile);
+  node_options.emcy_fd = options_.emcy_fd;
   program_.reset();  // it refers to the previous node
   node_ = std::make_unique<node::Node>(od::Dictionary(description), node_options, events_, nullptr);
   behaviour_ = find(options_.profile)->make();

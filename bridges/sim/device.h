@@ -31,6 +31,7 @@ struct DeviceOptions {
   std::uint64_t seed = 0;    // the same seed gives the same values
   std::optional<Duration> heartbeat;        // 1017h, 0..65535 ms; empty = default of the EDS
   bool fd = false;                          // CANopen FD, see node::Options; "fd-io" always is
+  bool emcy_fd = false;                     // with CANopen FD: see node::Options
   bool self_starting = false;               // enters Operational without an NMT command
   bool unconfigured = false;                // starts without a node-ID, which LSS assigns
   std::optional<std::uint8_t> has_node_id;  // a node-ID that LSS stored before; empty = node_id

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// canopen_fd, data_bit_rate and usdo_abort of a line.
+// canopen_fd, data_bit_rate, usdo_abort and emcy_fd of a line.
 #include "gateway/config/sections.h"
 #include "gateway/config/value.h"
 
@@ -36,6 +36,11 @@ void read_canopen_fd(Section& section, LinePlan& plan) {
       form.IsDefined() && !plan.config.canopen_fd) {
     section.findings().error(place_of(form),
                              "usdo_abort needs canopen_fd: true: only CANopen FD has USDO");
+  }
+  section.read("emcy_fd", plan.config.emcy_fd);
+  if (plan.config.emcy_fd && !plan.config.canopen_fd) {
+    section.findings().error(place_of(section.find("emcy_fd")),
+                             "emcy_fd needs canopen_fd: true: only CANopen FD has longer EMCYs");
   }
   section.read_choice<usdo::AbortForm>(
       "usdo_abort", plan.config.usdo_abort,

@@ -215,6 +215,7 @@ void read_simulated(Section& section, LinePlan& plan) {
                               (twice ? " is simulated already" : " is the line's own node_id"));
     }
     device.fd = plan.config.canopen_fd;
+    device.emcy_fd = plan.config.emcy_fd;
     plan.simulated.push_back(std::move(device));
   }
   if (list.IsDefined() && plan.interface.scheme != Scheme::simulated) {

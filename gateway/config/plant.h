@@ -115,6 +115,7 @@ struct SimulatedDevice {
   bool unconfigured = false;            // without a node-ID until LSS assigns one
   std::optional<std::uint32_t> serial;  // 1018h:4
   bool fd = false;                      // CANopen FD
+  bool emcy_fd = false;                 // its EMCYs have 20 bytes
 };
 
 // A line that a scan configures.

@@ -194,7 +194,7 @@ void read_flying_master(Section& line, line::LineConfig& config);
 void read_sleep(Section& line, line::LineConfig& config);
 LineSection read_line(Findings& findings, const YAML::Node& node);
 // `interface:`; the log of a replay is checked.
-// canopen_fd, data_bit_rate, usdo_abort.
+// canopen_fd, data_bit_rate, usdo_abort, emcy_fd.
 void read_canopen_fd(Section& section, LinePlan& plan);
 Interface read_interface(Section& line, const YAML::Node& node);
 // `strict_ixxat`, `keep_operational` and `canopenia_base` of a line.

@@ -14,6 +14,7 @@
 #include "stack/base/abort_code.h"
 #include "stack/base/short_text.h"
 #include "stack/can/bus_state.h"
+#include "stack/emcy/message.h"
 #include "stack/line/command.h"
 #include "stack/line/output_write.h"
 #include "stack/line/state.h"
@@ -92,8 +93,9 @@ std::string reactions(std::uint32_t bits) {
 
 template <class Emcy>
 std::string emcy_text(const Emcy& e) {
-  return fmt::format("EMCY {:04X}h, error register {:02X}h, data {}", e.code, e.error_register,
-                     hex(e.manufacturer));
+  std::string out = fmt::format("EMCY {:04X}h, error register {:02X}h, data {}", e.code,
+                                e.error_register, hex(e.manufacturer));
+  return e.fd.any ? out + emcy::fd_text(e.fd) : out;
 }
 
 std::string_view lost_error_control(event::ErrorControl by) {

@@ -25,6 +25,7 @@ Loaded<sim::DeviceGroup> make_devices(std::span<const config::SimulatedDevice> d
     options.unconfigured = wanted.unconfigured;
     options.serial = wanted.serial;
     options.fd = wanted.fd;
+    options.emcy_fd = wanted.emcy_fd;
     if (!storage.empty()) {
       options.medium = std::make_shared<ParameterFile>(parameter_path(storage, name, wanted.node));
     }

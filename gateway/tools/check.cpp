@@ -392,9 +392,10 @@ class Text {
     add("  {} {}, network-ID {}, bit rate {}\n", role_text(plan.config.role, c.role), own_node(c),
         c.network_id, c.bit_rate == 0 ? "not given" : fmt::format("{} bit/s", c.bit_rate));
     if (c.canopen_fd) {
-      add("  CANopen FD, data bit rate {}, aborts of USDO with {}\n",
+      add("  CANopen FD, data bit rate {}, aborts of USDO with {}, EMCYs of {} bytes\n",
           c.data_bit_rate == 0 ? "not given" : fmt::format("{} bit/s", c.data_bit_rate),
-          c.usdo_abort == usdo::AbortForm::one_byte ? "one byte" : "four bytes");
+          c.usdo_abort == usdo::AbortForm::one_byte ? "one byte" : "four bytes",
+          c.emcy_fd ? 20 : 8);
     }
     if (c.devices.empty()) {
       own_services(c);

@@ -251,6 +251,7 @@ Json settings_json(const config::LinePlan& plan, const line::LineConfig& line) {
           {"canopen_fd", line.canopen_fd},
           {"data_bit_rate", line.data_bit_rate},
           {"usdo_abort", usdo::name(line.usdo_abort)},
+          {"emcy_fd", line.emcy_fd},
           {"heartbeat_ns", line.heartbeat.count()},
           {"sync_ns", line.sync_period.count()},
           {"emcy_bytes", node::name(line.error_scheme)},

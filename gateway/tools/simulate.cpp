@@ -113,7 +113,8 @@ bool read_plant(const SimulateOptions& options, Simulation& out) {
                              .profile = *profile,
                              .unconfigured = false,
                              .serial = node.serial,
-                             .fd = line->config.canopen_fd});
+                             .fd = line->config.canopen_fd,
+                             .emcy_fd = line->config.emcy_fd});
     } else {
       spdlog::warn("node {} ({}) is left out: {} is none of the simulated devices", node.id,
                    node.name, node.device.file);

@@ -83,16 +83,26 @@ void visit(const event::BootResult& of, EventMemberVisitor& to) {
   to.number("expected", number(of.expected));
 }
 
+void visit_fd(const event::FdEmcy& of, EventMemberVisitor& to) {
+  to.number("fd", number(of.any));
+  to.number("logical_device", number(of.logical_device));
+  to.number("status", number(of.status));
+  to.number("profile", number(of.profile));
+  to.bytes("time_of_day", of.time_of_day);
+}
+
 void visit(const event::Emcy& of, EventMemberVisitor& to) {
   to.number("code", number(of.code));
   to.number("error_register", number(of.error_register));
   to.bytes("manufacturer", of.manufacturer);
+  visit_fd(of.fd, to);
 }
 
 void visit(const event::EmcySent& of, EventMemberVisitor& to) {
   to.number("code", number(of.code));
   to.number("error_register", number(of.error_register));
   to.bytes("manufacturer", of.manufacturer);
+  visit_fd(of.fd, to);
 }
 
 void visit(const event::ConfigurationError& of, EventMemberVisitor& to) {

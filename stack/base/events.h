@@ -281,12 +281,24 @@ struct OwnState {
   friend bool operator==(const OwnState&, const OwnState&) = default;
 };
 
+// What an EMCY of CANopen FD has beside the fields of a classical one (OWN, see emcy/message.h).
+struct FdEmcy {
+  bool any = false;                 // false: a classical EMCY
+  std::uint8_t logical_device = 0;  // 1..8, 0 = all
+  std::uint8_t status = 0;
+  std::uint16_t profile = 0;               // number of the CiA profile
+  std::array<std::byte, 6> time_of_day{};  // of the error; all 0: not known
+
+  friend bool operator==(const FdEmcy&, const FdEmcy&) = default;
+};
+
 // An EMCY of the own node (CiA 301 7.2.7) that the bus acknowledged.
 struct EmcySent {
   static constexpr EventKind kKind = EventKind::emcy_sent;
   std::uint16_t code = 0;           // emergency error code
   std::uint8_t error_register = 0;  // object 1001h
   std::array<std::byte, 5> manufacturer{};
+  FdEmcy fd{};
 
   friend bool operator==(const EmcySent&, const EmcySent&) = default;
 };
@@ -406,6 +418,7 @@ struct Emcy {
   std::uint16_t code = 0;           // emergency error code
   std::uint8_t error_register = 0;  // object 1001h
   std::array<std::byte, 5> manufacturer{};
+  FdEmcy fd{};
 
   friend bool operator==(const Emcy&, const Emcy&) = default;
 };

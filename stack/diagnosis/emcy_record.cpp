@@ -22,7 +22,9 @@ void EmcyRecord::note(std::uint8_t node, const emcy::Message& message) {
   }
   history.erroneous = message.code != emcy::kErrorReset || message.error_register != 0;
   const std::size_t last = std::to_integer<std::size_t>(history.bytes[0]) % kKept;
-  const can::Frame frame = emcy::encode(message, can::CobId{can::kEmcyBase});
+  emcy::Message classical = message;  // of one of CANopen FD, the fields that 8 bytes have
+  classical.fd = {};
+  const can::Frame frame = emcy::encode(classical, can::CobId{can::kEmcyBase});
   std::ranges::copy(frame.bytes(), history.bytes.begin() + static_cast<long>(1 + last * 8));
   history.bytes[0] = static_cast<std::byte>(last + 1);
   history.kept = static_cast<std::uint8_t>(std::min<std::size_t>(history.kept + 1U, kKept));

@@ -53,7 +53,10 @@ void Consumer::ignore(std::uint8_t node) {
 }
 
 bool Consumer::receive(std::uint8_t node, const can::Frame& frame) {
-  const std::optional<Message> message = decode(frame);
+  std::optional<Message> message = decode(frame);
+  if (!message && accepts_fd_) {
+    message = decode_fd(frame);
+  }
   if (!message) {
     return false;
   }

@@ -32,6 +32,8 @@ class Consumer {
   Consumer& operator=(const Consumer&) = delete;
 
   void set_listener(Listener* listener) { listener_ = listener; }
+  // Receives EMCYs of CANopen FD, too, see message.h.
+  void accept_fd() { accepts_fd_ = true; }
 
   // Registers for the node's messages on cob_id; an invalid or restricted one has the effect of
   // ignore().
@@ -41,7 +43,7 @@ class Consumer {
   void ignore(std::uint8_t node);
 
   // A frame of the node, received at frame.time. Returns false, without an effect, if it does not
-  // have 8 bytes: the owner reports it.
+  // have the length of an EMCY: the owner reports it.
   bool receive(std::uint8_t node, const can::Frame& frame);
 
   // Number of messages received.
@@ -52,6 +54,7 @@ class Consumer {
   EventLog& events_;
   std::uint16_t mark_;
   Listener* listener_ = nullptr;
+  bool accepts_fd_ = false;
   std::uint64_t received_ = 0;
   std::array<can::CobId, can::kMaxNodeId + 1> cob_ids_{};  // invalid = not registered
 };

@@ -3,14 +3,26 @@
 //   bytes 0..1  emergency error code
 //   byte 2      error register, object 1001h
 //   bytes 3..7  manufacturer-specific error code
+//
+// CiA 1301 gives the EMCY of CANopen FD more fields, and its layout is not public. OWN definition,
+// in an FD frame of 20 bytes with the same CAN-ID:
+//   bytes 0..2    as above
+//   byte 3        logical device, 1..8; 0 = all
+//   bytes 4..5    number of the CiA profile
+//   byte 6        status: bit 0 the error is active, bit 1 it needs a reset, bits 4..7 its class
+//   bytes 8..13   TIME_OF_DAY of the error; all 0: not known
+//   bytes 14..18  manufacturer-specific error code
+//   bytes 7, 19   0
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string>
 
 #include "stack/base/event.h"
+#include "stack/base/events.h"
 #include "stack/can/cob_id.h"
 #include "stack/can/frame.h"
 
@@ -47,19 +59,32 @@ struct Message {
   std::uint16_t code = kErrorReset;
   std::uint8_t error_register = 0;
   ManufacturerInfo info{};
+  event::FdEmcy fd{};
 
   friend bool operator==(const Message&, const Message&) = default;
 };
 
+// Bits of FdEmcy::status.
+inline constexpr std::uint8_t kStatusActive = 0x01;
+inline constexpr std::uint8_t kStatusNeedsReset = 0x02;
+
+// An FD frame if message.fd has any.
 can::Frame encode(const Message& message, can::CobId cob_id);
 // Returns nothing if the frame does not have 8 bytes.
 std::optional<Message> decode(const can::Frame& frame);
+// Returns nothing if it is no FD frame of 20 bytes. Reserved bytes and bits are ignored.
+std::optional<Message> decode_fd(const can::Frame& frame);
+
+// ", logical device 1, profile 402, active, class 3, at 2026-11-30 12:00:00.250": what is there.
+std::string fd_text(const event::FdEmcy& fields);
 
 // Data: event::Emcy or event::EmcySent.
 template <class Data>
 Data to_event(const Message& message) {
-  return {
-      .code = message.code, .error_register = message.error_register, .manufacturer = message.info};
+  return {.code = message.code,
+          .error_register = message.error_register,
+          .manufacturer = message.info,
+          .fd = message.fd};
 }
 
 }  // namespace linegate::emcy

@@ -37,13 +37,24 @@ void Producer::configure() {
 
 SendResult Producer::send(std::uint16_t code, std::uint8_t error_register,
                           std::span<const std::byte> info, Instant now) {
-  Message message{code, error_register, {}};
+  Message message{code, error_register, {}, {}};
+  if (time_of_day_) {
+    message.fd = fd_fields(code, now);
+  }
   std::ranges::copy(info.first(std::min(info.size(), message.info.size())), message.info.begin());
   dictionary_.set({od::objects::kErrorRegister, 0}, error_register);
   if (code != kErrorReset) {
     history_.add(message);
   }
   return relay(message, now);
+}
+
+event::FdEmcy Producer::fd_fields(std::uint16_t code, Instant now) const {
+  const std::uint64_t device_type = dictionary_.number({od::objects::kDeviceType, 0}).value_or(0);
+  return {.any = true,
+          .status = code == kErrorReset ? std::uint8_t{0} : kStatusActive,
+          .profile = static_cast<std::uint16_t>(device_type),
+          .time_of_day = time_of_day_(now)};
 }
 
 SendResult Producer::relay(const Message& message, Instant now) {

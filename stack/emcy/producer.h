@@ -9,7 +9,9 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
+#include <utility>
 
 #include "stack/base/event_log.h"
 #include "stack/base/time.h"
@@ -54,6 +56,13 @@ class Producer final : public od::Hook {
   // is valid. dispatch must outlive the producer.
   void listen_for_others(can::Dispatch& dispatch, std::uint16_t index);
 
+  // TIME_OF_DAY now; all 0: not known.
+  using TimeSource = std::function<std::array<std::byte, 6>(Instant now)>;
+  // From now on, messages of send() are EMCYs of CANopen FD, see message.h: with the profile of
+  // 1000h, logical device 0, and the time of the error. A message with a code other than 0000h is
+  // active.
+  void be_fd(TimeSource time) { time_of_day_ = std::move(time); }
+
   // reporter must outlive the producer.
   void set_reporter(SentReporter* reporter) { reporter_ = reporter; }
 
@@ -94,6 +103,7 @@ class Producer final : public od::Hook {
   can::CobId cob_id() const;
   bool transmit(const Message& message, Instant now);
   void follow_cob_id();
+  event::FdEmcy fd_fields(std::uint16_t code, Instant now) const;
 
   od::Dictionary& dictionary_;
   can::TransmitQueue& transmit_;
@@ -104,6 +114,7 @@ class Producer final : public od::Hook {
   std::uint16_t index_ = 0;  // index of the target in dispatch
   can::CobId listened_{};    // the COB-ID registered there
   ErrorHistory history_;
+  TimeSource time_of_day_;  // empty: classical EMCYs
   bool active_ = false;
   Instant inhibited_until_{};
   std::array<Message, kWaiting> ring_{};

@@ -163,6 +163,7 @@ struct LineConfig {
   bool canopen_fd = false;
   std::uint32_t data_bit_rate = 0;  // bit/s of the data phase of FD frames; 0 = unknown
   usdo::AbortForm usdo_abort = usdo::AbortForm::one_byte;  // of the line's own aborts
+  bool emcy_fd = false;                                    // see node::Options
   Identity identity;
   // The own node has 1010h, 1011h and 1020h. In the role device, those devices store that have
   // 1010h. See Line::set_medium().

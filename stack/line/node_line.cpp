@@ -29,7 +29,8 @@ node::Options node_options(const LineConfig& config) {
           .clients_of_default_servers = false,  // the arbiter accesses them
           .error_scheme = config.error_scheme,
           .fd = config.canopen_fd,
-          .usdo_abort = config.usdo_abort};
+          .usdo_abort = config.usdo_abort,
+          .emcy_fd = config.emcy_fd};
 }
 
 od::Dictionary dictionary_of(const LineConfig& config, image::ProcessImage& image,
@@ -97,6 +98,9 @@ NodeLine::NodeLine(LineConfig line_config, pdo::LinkPlan link_plan)
   heartbeats_.set_listener(this);
   heartbeats_.listen_all(config_.node_id);
   emergencies_.set_listener(this);
+  if (config_.emcy_fd) {
+    emergencies_.accept_fd();
+  }
   emergencies_.listen_all(config_.node_id);
   for (const NodeConfig& device : config_.nodes) {
     emergencies_.listen(device.id, emcy_cob_id(device));

@@ -112,6 +112,9 @@ struct Options {
   // in whole bytes, no remote frames. The dictionary loses 100Ch, 100Dh and 1200h to 12FFh.
   bool fd = false;
   usdo::AbortForm usdo_abort = usdo::AbortForm::one_byte;
+  // With `fd`: sends EMCYs of CANopen FD, and consumes them beside classical ones (OWN layout, see
+  // emcy/message.h).
+  bool emcy_fd = false;
   // Initial setting of all TPDOs, see pdo::Engine::set_auto_notify().
   bool auto_notify = false;
 };

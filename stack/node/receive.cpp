@@ -324,7 +324,7 @@ void Node::Impl::receive_own_emergency(const can::Frame& frame) {
   if (!serves(can::Service::emcy) || target == nullptr || !target->alone_of(can::Service::emcy)) {
     return;
   }
-  if (emcy::decode(frame)) {
+  if (emcy::decode(frame) || (options.emcy_fd && emcy::decode_fd(frame))) {
     report_duplicate(nmt::State::unknown, frame.time);
   } else {
     malformed(frame, options.node_id);

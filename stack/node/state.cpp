@@ -94,6 +94,18 @@ void Node::Impl::be_fd() {
   pdos.set_max_length(can::kMaxFdData);
   usdo = std::make_unique<usdo::Server>(dictionary, options.node_id, events,
                                         usdo::ServerOptions{.abort_form = options.usdo_abort});
+  if (options.emcy_fd) {
+    emergencies.accept_fd();
+    emcy.be_fd([this](Instant when) {
+      const std::optional<Duration> utc = clock.network_utc(when);
+      const auto time = utc ? time::to_time_of_day(*utc) : std::nullopt;
+      std::array<std::byte, 6> out{};
+      if (time) {
+        std::ranges::copy_n(time::encode(*time, {}).data.begin(), out.size(), out.begin());
+      }
+      return out;
+    });
+  }
   for (std::uint8_t client = can::kMinNodeId; client <= can::kMaxNodeId; ++client) {
     if (client != options.node_id) {
       dispatch.add(can::kSdoRequestBase + client, false, can::Service::usdo, client);

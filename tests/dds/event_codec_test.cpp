@@ -325,6 +325,21 @@ TEST(EventCodec, LayoutsAreThoseOfTheContract) {
   EXPECT_EQ(kinds.size(), kEventKinds);
 }
 
+TEST(EventCodec, AnEmcyOfCanopenFdHasMoreFields) {
+  const EventData data = event::Emcy{.code = 0x8130,
+                                     .error_register = 0x11,
+                                     .manufacturer = bytes<5>({1, 2, 3, 4, 5}),
+                                     .fd = {.any = true,
+                                            .logical_device = 2,
+                                            .status = 0x31,
+                                            .profile = 402,
+                                            .time_of_day = bytes<6>({6, 7, 8, 9, 10, 11})}};
+  const EventFields expected =
+      fields(0x8130, 0x11, {1, 2, 3, 4, 5, 2, 0x92, 0x01, 0x31, 6, 7, 8, 9, 10, 11});
+  EXPECT_EQ(pack(data), expected);
+  EXPECT_EQ(unpack(kind(data), expected), data);
+}
+
 TEST(EventCodec, ZeroInEachMemberComesBack) {
   for (std::size_t i = 0; i < kEventKinds; ++i) {
     const EventData data = empty_event_data(static_cast<EventKind>(i));
@@ -362,7 +377,8 @@ std::vector<EventData> highest_of_lines_and_own_node() {
       event::InterfaceReady{},
       event::ManagerState{kManager, kManager},
       event::OwnState{kHighestState, kHighestState, kHighest8},
-      event::EmcySent{kHighest16, kHighest8, full<5>()},
+      event::EmcySent{
+          kHighest16, kHighest8, full<5>(), {true, kHighest8, kHighest8, kHighest16, full<6>()}},
       event::SyncLost{std::chrono::microseconds(kHighest32)},
       event::MalformedFrame{kHighest32, kHighest8, full<8>(), kHighest32},
       event::CanFrame{.identifier = 0x1FFF'FFFF,
@@ -408,7 +424,8 @@ std::vector<EventData> highest_of_nodes_and_requests() {
                         .index = kHighest16,
                         .found = kHighest32,
                         .expected = kHighest32},
-      event::Emcy{kHighest16, kHighest8, full<5>()},
+      event::Emcy{
+          kHighest16, kHighest8, full<5>(), {true, kHighest8, kHighest8, kHighest16, full<6>()}},
       event::ConfigurationError{kHighestAbort, kHighest16, kHighest8},
       event::PdoLength{kHighest16, kHighest16, kHighest8},
       event::PdoTimeout{kHighest16, kLongest},

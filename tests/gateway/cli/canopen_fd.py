@@ -16,6 +16,7 @@ lines:
     bit_rate: 1Mbit
     canopen_fd: true
     data_bit_rate: 5Mbit
+    emcy_fd: true
     access: all
     nodes: [{{id: 5, name: io, eds: {EDS}/fd-io.eds, heartbeat: 200ms}}]
     simulate: [{{node: 5, profile: fd-io}}]

@@ -163,6 +163,7 @@ TEST(CanopenFd, KeysThatDoNotFitTogetherAreErrors) {
     return fd_findings(read_fd("lines: [{name: a, interface: 'simulated:', " + keys + "}]\n"));
   };
   EXPECT_THAT(with_keys("usdo_abort: four-bytes"), HasSubstr("usdo_abort needs canopen_fd: true"));
+  EXPECT_THAT(with_keys("emcy_fd: true"), HasSubstr("emcy_fd needs canopen_fd: true"));
   EXPECT_THAT(with_keys("canopen_fd: true, bit_rate: 1Mbit, data_bit_rate: 500kbit"),
               HasSubstr("the data phase is not slower than bit_rate"));
   EXPECT_EQ(with_keys("canopen_fd: true, bit_rate: 1Mbit, data_bit_rate: 1Mbit"), "");

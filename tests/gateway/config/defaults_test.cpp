@@ -120,6 +120,8 @@ void add_line(DefaultCases& to) {
   add("canopen_fd", "true", [](const Line& l) { return l.canopen_fd; });
   to["line/usdo_abort"] = default_of(with_line("canopen_fd: true, @"), "four-bytes",
                                      [](const Line& l) { return l.usdo_abort; });
+  to["line/emcy_fd"] =
+      default_of(with_line("canopen_fd: true, @"), "true", [](const Line& l) { return l.emcy_fd; });
   add("reset_nodes", "false", [](const Line& l) { return l.reset_nodes; });
   add("start_nodes", "false", [](const Line& l) { return l.start_nodes; });
   add("access", "all",

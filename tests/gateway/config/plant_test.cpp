@@ -774,6 +774,7 @@ lines:
     canopen_fd: true
     data_bit_rate: 5Mbit
     usdo_abort: four-bytes
+    emcy_fd: true
     simulate: [{node: 5, profile: fd-io}]
     nodes: [{id: 5, name: io, eds: bridges/sim/eds/fd-io.eds, heartbeat: 200ms}]
   - {name: b, interface: "simulated:"}
@@ -784,6 +785,8 @@ lines:
   EXPECT_EQ(line.config.data_bit_rate, 5'000'000U);
   EXPECT_EQ(line.config.usdo_abort, usdo::AbortForm::four_bytes);
   EXPECT_TRUE(line.simulated[0].fd);
+  EXPECT_TRUE(line.config.emcy_fd);
+  EXPECT_TRUE(line.simulated[0].emcy_fd);
   EXPECT_FALSE(loaded.value->lines[1].config.canopen_fd);
   EXPECT_EQ(loaded.value->lines[1].config.usdo_abort, usdo::AbortForm::one_byte);
 }

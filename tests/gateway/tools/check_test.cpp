@@ -406,7 +406,9 @@ TEST(Check, SaysThatALineIsOfCanopenFd) {
   ASSERT_TRUE(loaded.ok());
   const std::string text = describe(*loaded.value);
   EXPECT_TRUE(
-      contains(text, "  CANopen FD, data bit rate 5000000 bit/s, aborts of USDO with four bytes\n"))
+      contains(text,
+               "  CANopen FD, data bit rate 5000000 bit/s, aborts of USDO with four bytes, EMCYs "
+               "of 8 bytes\n"))
       << text;
   EXPECT_TRUE(contains(text, "6000:40/8")) << "a PDO of 64 bytes: " << text;
   const auto line = YAML::Load(to_json(loaded))["lines"][0];

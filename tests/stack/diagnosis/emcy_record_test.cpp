@@ -33,6 +33,18 @@ TEST(EmcyRecord, AMessageIsKeptAsItCame) {
   EXPECT_THAT(numbers(record.history(6)), testing::ElementsAre(0)) << "one history for each node";
 }
 
+TEST(EmcyRecord, OfCanopenFdTheFieldsOfAClassicalOneAreKept) {
+  EmcyRecord record;
+  for (int i = 0; i < 5; ++i) {
+    emcy::Message fd = message(0x8110, 0x11, 0xAB);
+    fd.fd = {.any = true, .logical_device = 7, .status = 1, .profile = 402};
+    record.note(5, fd);
+  }
+  ASSERT_EQ(record.history(5).size(), 33U);
+  EXPECT_THAT(numbers(record.history(5).subspan(25)),
+              testing::ElementsAre(0x10, 0x81, 0x11, 0xAB, 0, 0, 0, 0));
+}
+
 TEST(EmcyRecord, TheFifthTakesThePlaceOfTheFirst) {
   EmcyRecord record;
   for (std::uint8_t i = 1; i <= 6; ++i) {

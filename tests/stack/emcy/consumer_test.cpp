@@ -52,6 +52,23 @@ TEST_F(EmcyConsumerTest, MessagesBecomeEvents) {
   EXPECT_EQ(consumer.received(), 1U);
 }
 
+TEST_F(EmcyConsumerTest, MessagesOfCanopenFdAreReceivedIfTheyAreExpected) {
+  const Message message{.code = 0x8130,
+                        .error_register = 0x11,
+                        .info = {std::byte{1}},
+                        .fd = {.any = true, .logical_device = 1, .status = 1, .profile = 401}};
+  const can::Frame frame = encode(message, can::CobId{0x85});
+  EXPECT_FALSE(consumer.receive(5, frame));
+  EXPECT_TRUE(events.empty());
+  consumer.accept_fd();
+  EXPECT_TRUE(consumer.receive(5, frame));
+  EXPECT_TRUE(consumer.receive(5, frame_at(at(7ms), 0x85, {0x30, 0x81, 0x11, 1, 2, 3, 4, 5})));
+  const auto told = pop_events(events);
+  ASSERT_EQ(told.size(), 2U);
+  EXPECT_EQ(std::get<event::Emcy>(told[0].data).fd, message.fd);
+  EXPECT_FALSE(std::get<event::Emcy>(told[1].data).fd.any);
+}
+
 TEST_F(EmcyConsumerTest, ShortMessagesAreMalformed) {
   EXPECT_FALSE(consumer.receive(5, frame_at(at(7ms), 0x85, {0x30, 0x81, 0x11})));
   EXPECT_TRUE(events.empty());

@@ -60,5 +60,47 @@ TEST(EmcyMessage, Event) {
   EXPECT_EQ(event.manufacturer[4], std::byte{5});
 }
 
+TEST(EmcyMessage, OfCanopenFdHasTwentyBytes) {
+  Message message = kMessage;
+  message.fd = {
+      .any = true,
+      .logical_device = 3,
+      .status = kStatusActive | 0x40,
+      .profile = 402,
+      .time_of_day = {std::byte{0x10}, std::byte{0x27}, {}, {}, std::byte{0x3A}, std::byte{0x3D}}};
+  const can::Frame frame = encode(message, can::CobId{0x85});
+  EXPECT_EQ(frame.length, 20);
+  EXPECT_TRUE(frame.fd());
+  EXPECT_NE(frame.flags & can::Frame::kBitRateSwitch, 0);
+  EXPECT_EQ(frame.data[3], std::byte{3});
+  EXPECT_EQ(frame.data[4], std::byte{0x92});
+  EXPECT_EQ(frame.data[5], std::byte{0x01});
+  EXPECT_EQ(frame.data[6], std::byte{0x41});
+  EXPECT_EQ(frame.data[7], std::byte{0});
+  EXPECT_EQ(frame.data[8], std::byte{0x10});
+  EXPECT_EQ(frame.data[13], std::byte{0x3D});
+  EXPECT_TRUE(std::equal(message.info.begin(), message.info.end(), frame.data.begin() + 14));
+  EXPECT_EQ(frame.data[19], std::byte{0});
+  EXPECT_EQ(decode_fd(frame), message);
+  EXPECT_FALSE(decode(frame));
+  EXPECT_EQ(fd_text(message.fd),
+            ", logical device 3, profile 402, active, class 4, at 2026-11-30 00:00:10.000");
+  EXPECT_EQ(fd_text({.any = true}), ", logical device all, profile 0, not active");
+}
+
+TEST(EmcyMessage, OfCanopenFdHasNoOtherLengthOrFormat) {
+  can::Frame frame;
+  frame.id = 0x85;
+  frame.flags = can::Frame::kFd;
+  for (const int length : {0, 8, 16, 24, 64}) {
+    frame.length = static_cast<std::uint8_t>(length);
+    EXPECT_FALSE(decode_fd(frame)) << length;
+  }
+  frame.length = 20;
+  EXPECT_TRUE(decode_fd(frame));
+  frame.flags = 0;
+  EXPECT_FALSE(decode_fd(frame));
+}
+
 }  // namespace
 }  // namespace linegate::emcy

@@ -68,6 +68,32 @@ TEST_F(EmcyProducerTest, SendsEightBytes) {  // 1014h
   EXPECT_EQ(std::get<event::EmcySent>(told[0].data).code, 0x6200U);
 }
 
+TEST_F(EmcyProducerTest, MayBeOneOfCanopenFd) {
+  ASSERT_TRUE(
+      dictionary
+          .add(testing::object(od::objects::kDeviceType, od::DataType::unsigned32, 0x0002'0192))
+          .ok());
+  producer.be_fd([](Instant now) {
+    return std::array<std::byte, 6>{now == at(1ms) ? std::byte{7} : std::byte{0}};
+  });
+  EXPECT_EQ(send(0x6200, 1ms, 0x81), SendResult::sent);
+  EXPECT_EQ(send(0x0000, 2ms, 0x00), SendResult::sent);
+  EXPECT_EQ(producer.relay({.code = 0x1000}, at(3ms)), SendResult::sent);
+  const auto frames = pop_frames(queue);
+  ASSERT_EQ(frames.size(), 3U);
+  const auto error = decode_fd(frames[0]);
+  ASSERT_TRUE(error);
+  EXPECT_EQ(
+      error->fd,
+      (event::FdEmcy{
+          .any = true, .status = kStatusActive, .profile = 402, .time_of_day = {std::byte{7}}}));
+  EXPECT_EQ(error->info[4], kInfo[4]);
+  EXPECT_EQ(decode_fd(frames[1])->fd.status, 0);
+  EXPECT_TRUE(decode(frames[2])) << "of another network: as it was received";
+  EXPECT_EQ(history(1), 0xA2A1'6200U);
+  EXPECT_TRUE(std::get<event::EmcySent>(pop_events(events)[0].data).fd.any);
+}
+
 TEST_F(EmcyProducerTest, MissingManufacturerBytesAreZeroAndMoreAreLeftOut) {
   EXPECT_EQ(producer.send(0x6200, 0x81, {}, at(0ms)), SendResult::sent);
   const std::array<std::byte, 7> seven{std::byte{1}, std::byte{2}, std::byte{3}, std::byte{4},
