@@ -156,16 +156,17 @@ void check_node(const LineConfig& config, const NodeConfig& node, std::vector<Di
 
 // What CANopen FD does not have, or what no public text defines for it.
 void check_fd(const LineConfig& config, std::vector<Diagnostic>& out) {
+  if (!config.canopen_fd && config.emcy_fd) {
+    out.push_back(error(config, "emcy_fd is for lines of CANopen FD"));
+  }
   if (!config.canopen_fd) {
     return;
-  }
-  if (config.role != Role::manager) {
-    out.push_back(error(config, "canopen_fd is for the role manager"));
   }
   if (config.routing.interface != 0) {
     out.push_back(error(config, "a line of CANopen FD takes no part in SDO routing"));
   }
-  if (config.lss.assign) {
+  const bool has_slaves = std::ranges::any_of(config.devices, &DeviceConfig::lss);
+  if (config.lss.assign || has_slaves) {
     out.push_back(error(config, "LSS is not defined for CANopen FD"));
   }
   if (config.sleep.exists()) {
@@ -176,9 +177,9 @@ void check_fd(const LineConfig& config, std::vector<Diagnostic>& out) {
         error(config, "SDO connections are not defined for CANopen FD: leave out sdo_connections"));
   }
   for (const ObjectValue& value : config.own_values) {
-    if (value.address == od::Address{od::objects::kNmtStartup, 0} &&
+    if (config.role == Role::manager && value.address == od::Address{od::objects::kNmtStartup, 0} &&
         (load_le(std::span<const std::byte>(value.data)) & manager::startup::kMaster) == 0) {
-      out.push_back(error(config, "1F80h bit 0 is 0: canopen_fd is for the role manager"));
+      out.push_back(error(config, "1F80h bit 0 is 0: a line of CANopen FD keeps its role"));
     }
   }
   const auto is_mpdo = [](const pdo::Parameters& pdo) { return pdo.mpdo != pdo::MpdoMode::none; };

@@ -103,6 +103,23 @@ void note_srdos(const DeviceConfig& device, std::vector<Diagnostic>& diagnostics
   }
 }
 
+// Of CANopen FD: the values of own devices are numbers.
+void refuse_long_values(const DeviceConfig& device, const pdo::DevicePdos& pdos,
+                        std::vector<Diagnostic>& diagnostics) {
+  for (const auto* const each : {&pdos.tpdos, &pdos.rpdos}) {
+    for (const pdo::Parameters& parameters : *each) {
+      for (const pdo::Mapping& mapping : parameters.mapping) {
+        if (mapping.bits > 64) {
+          diagnostics.push_back({Severity::error, device.device.file, 0, 0,
+                                 device.name + ": " + od::to_text(mapping.address) + " has " +
+                                     std::to_string(mapping.bits / 8) +
+                                     " bytes: own devices exchange values of up to 8 bytes"});
+        }
+      }
+    }
+  }
+}
+
 }  // namespace
 
 Loaded<pdo::LinkPlan> device_plan(const LineConfig& config) {
@@ -110,11 +127,12 @@ Loaded<pdo::LinkPlan> device_plan(const LineConfig& config) {
   std::vector<pdo::RemoteNode> remotes;
   std::uint32_t identifiers = 1;
   for (const DeviceConfig& device : config.devices) {
-    Loaded<pdo::DevicePdos> pdos = pdo::describe_pdos(device.device);
+    Loaded<pdo::DevicePdos> pdos = pdo::describe_pdos(device.device, longest_pdo(config));
     diagnostics.insert(diagnostics.end(), pdos.diagnostics.begin(), pdos.diagnostics.end());
     if (!pdos.ok()) {
       continue;
     }
+    refuse_long_values(device, *pdos.value, diagnostics);
     ProcessData data(device.device, *pdos.value);
     pdo::RemoteNode remote{
         .id = device.id, .name = device.name, .pdos = {}, .device = &device.device};

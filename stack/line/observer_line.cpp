@@ -45,11 +45,12 @@ void add(pdo::EngineCounters& sum, const pdo::EngineCounters& more) {
 }
 
 Overheard::Overheard(EventLog& events, can::Dispatch& dispatch, image::Layout layout,
-                     std::vector<pdo::LinkedPdo> pdos)
+                     std::vector<pdo::LinkedPdo> pdos, std::size_t longest_pdo)
     : image(std::move(layout), image::Layout{.direction = Direction::outputs, .entries = {}}),
       dictionary(od::DeviceDescription{}),
       engine(dictionary, dispatch, events, &image),
       frames(dispatch) {
+  engine.set_max_length(longest_pdo);
   link(std::move(pdos));
 }
 
@@ -91,8 +92,10 @@ void Overheard::copy_values(const Overheard& before) {
     if (old == places.end()) {
       continue;
     }
-    image.write_entry(Direction::inputs, i,
-                      before.image.read_entry(Direction::inputs, old->second));
+    for (std::uint8_t part = 0; part < image::value_parts(layout().entries[i]); ++part) {
+      image.write_part(Direction::inputs, i, part,
+                       before.image.read_part(Direction::inputs, old->second, part));
+    }
     image.set_entry_valid(Direction::inputs, i,
                           before.image.is_valid(Direction::inputs, old->second));
   }
@@ -106,9 +109,10 @@ void Overheard::set_all_invalid() {
 
 ObserverLine::ObserverLine(LineConfig line_config, pdo::LinkPlan plan)
     : Line(std::move(line_config)),
-      inputs(std::make_unique<Overheard>(events_, dispatch, std::move(plan.inputs), plan.rpdos)),
+      inputs(std::make_unique<Overheard>(events_, dispatch, std::move(plan.inputs), plan.rpdos,
+                                         longest_pdo_bytes())),
       outputs(std::make_unique<Overheard>(events_, output_dispatch, std::move(plan.outputs),
-                                          as_received(std::move(plan.tpdos)))),
+                                          as_received(std::move(plan.tpdos)), longest_pdo_bytes())),
       nodes(node_plans(config_), config_.node_id, dispatch, events_, *this),
       channels(dispatch),
       sync(dispatch, events_),
@@ -118,13 +122,15 @@ ObserverLine::ObserverLine(LineConfig line_config, pdo::LinkPlan plan)
   srdos.connect(inputs->engine, inputs->image, plan.rpdos);
   for (const NodeConfig& device : config_.nodes) {
     nodes.listen_emcy(device.id, emcy_cob_id(device));
-    Device& known =
-        devices.emplace_back(Device{observer::PdoKnowledge(device.device, device.id), {}});
+    Device& known = devices.emplace_back(
+        Device{observer::PdoKnowledge(device.device, device.id, longest_pdo(config_)), {}});
     known.used = known.pdos.pdos();
-    channels.add(device.id, device.device);
+    if (!config_.canopen_fd) {
+      channels.add(device.id, device.device);
+    }
     identifiers.at(device.id) = observer::LearnedParameters(device.device);
     for (const ObjectValue& object : device.objects) {
-      if (object.data.size() == sizeof(std::uint32_t)) {
+      if (object.data.size() == sizeof(std::uint32_t) && !config_.canopen_fd) {
         channels.learn(device.id, object.address, load_le<std::uint32_t>(object.data.data()));
       }
     }
@@ -139,9 +145,16 @@ ObserverLine::ObserverLine(LineConfig line_config, pdo::LinkPlan plan)
     dispatch.add(config_.sleep.request, false, can::Service::sleep, 0);
     dispatch.add(config_.sleep.objection, false, can::Service::sleep, 0);
   }
+  if (config_.emcy_fd) {
+    nodes.accept_fd_emcys();
+  }
   dispatch.add(can::kNmtId, false, can::Service::nmt, 0);
   dispatch.add(can::kTimeId, false, can::Service::time, 0);
   sync.configure(sync_of(config_));
+}
+
+std::size_t ObserverLine::longest_pdo_bytes() const {
+  return longest_pdo(config_) / 8;
 }
 
 const image::Layout& ObserverLine::layout(Direction direction) const {

@@ -16,6 +16,7 @@
 #include "stack/observer/pdo_knowledge.h"
 #include "stack/observer/sdo_channels.h"
 #include "stack/observer/sdo_follower.h"
+#include "stack/observer/usdo_follower.h"
 #include "stack/pdo/engine.h"
 #include "stack/pdo/link.h"
 #include "stack/sync/consumer.h"
@@ -28,8 +29,9 @@ namespace linegate::line {
 // the devices, too.
 struct Overheard {
   // pdos: described as RPDOs.
+  // longest_pdo: bytes, 8 or 64.
   Overheard(EventLog& events_, can::Dispatch& dispatch, image::Layout layout,
-            std::vector<pdo::LinkedPdo> pdos);
+            std::vector<pdo::LinkedPdo> pdos, std::size_t longest_pdo);
 
   const image::Layout& layout() const { return image.layout(image::Direction::inputs); }
   // The node of a PDO in this direction. slot: index of its target.
@@ -136,6 +138,8 @@ class ObserverLine final : public Line, observer::NodeListener {
 
   // --- observer_sdo.cpp -------------------------------------------------------------------------
   void receive_sdo(std::uint16_t index, const can::Frame& frame);
+  void receive_usdo(std::uint16_t index, const can::Frame& frame);
+  std::size_t longest_pdo_bytes() const;
   std::optional<observer::Transfer> follow(std::uint16_t index, const can::Frame& frame);
   void report_transfer(std::uint8_t id, const observer::Transfer& transfer, Instant now);
   void learn(std::uint8_t id, const observer::Transfer& transfer, Instant now);
@@ -164,6 +168,7 @@ class ObserverLine final : public Line, observer::NodeListener {
   Listening listening;
   observer::Nodes nodes;
   std::array<observer::SdoFollower, can::kMaxNodeId + 1> transfers;
+  observer::UsdoFollower usdo;  // of a line of CANopen FD, instead of `transfers` and `channels`
   observer::SdoChannels channels;
   // By node-ID: the COB-IDs of EMCY and SDO servers
   std::array<observer::LearnedParameters, can::kMaxNodeId + 1> identifiers;

@@ -80,7 +80,27 @@ ObserverLine::Device* ObserverLine::find(std::uint8_t id) {
   return it == devices.end() ? nullptr : &*it;
 }
 
+// On a line of CANopen FD the identifier has the node-ID of the sender. What is learned is of the
+// server.
+void ObserverLine::receive_usdo(std::uint16_t index, const can::Frame& frame) {
+  const auto sender = static_cast<std::uint8_t>(index & ~kSdoRequest);
+  if (!usdo::well_formed(frame) || !usdo::has_fields(frame)) {
+    malformed(frame, sender);
+    return;
+  }
+  const auto ended =
+      (index & kSdoRequest) != 0 ? usdo.request(sender, frame) : usdo.answer(sender, frame);
+  if (ended && ended->server >= can::kMinNodeId && ended->server <= can::kMaxNodeId) {
+    report_transfer(ended->server, ended->transfer, frame.time);
+    learn(ended->server, ended->transfer, frame.time);
+  }
+}
+
 void ObserverLine::receive_sdo(std::uint16_t index, const can::Frame& frame) {
+  if (config_.canopen_fd) {
+    receive_usdo(index, frame);
+    return;
+  }
   const bool further = (index & observer::SdoChannels::kFurther) != 0;
   const auto id =
       further ? channels.node_of(index) : static_cast<std::uint8_t>(index & ~kSdoRequest);
@@ -165,7 +185,7 @@ void ObserverLine::set_identifier(std::uint8_t id, od::Address address,
                               : can::CobId::kInvalidBit};
   if (address.index == od::objects::kEmcyCobId) {
     nodes.listen_emcy(id, cob_id);
-  } else {
+  } else if (!config_.canopen_fd) {
     channels.learn(id, address, cob_id.raw);
   }
 }
@@ -302,7 +322,7 @@ void ObserverLine::replace(Direction direction, const image::Layout& layout,
     return;
   }
   auto next = std::make_unique<Overheard>(events_, in ? dispatch : output_dispatch, layout,
-                                          std::vector<pdo::LinkedPdo>{});
+                                          std::vector<pdo::LinkedPdo>{}, longest_pdo_bytes());
   next->copy_values(*side);
   side->engine.drop_receptions();
   add(in ? inputs_before : outputs_before, side->engine.counters());

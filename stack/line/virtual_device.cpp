@@ -85,7 +85,10 @@ VirtualDevice::VirtualDevice(const DeviceConfig& config, const LineConfig& line,
                              image::ProcessImage& image, EventLog& events,
                              emcy::SentReporter& reporter)
     : id_(config.id),
-      scheme_(line.error_scheme),
+      options_{.error_scheme = line.error_scheme,
+               .fd = line.canopen_fd,
+               .usdo_abort = line.usdo_abort,
+               .emcy_fd = line.emcy_fd},
       image_(image),
       reporter_(reporter),
       events_(events, config.id) {
@@ -98,7 +101,8 @@ VirtualDevice::VirtualDevice(const DeviceConfig& config, const LineConfig& line,
 }
 
 void VirtualDevice::build(const od::DeviceDescription& description) {
-  const node::Options options{.node_id = description.node_id, .error_scheme = scheme_};
+  node::Options options = options_;
+  options.node_id = description.node_id;
   io_.reset();
   node_.reset();
   mirrors_.clear();

@@ -146,7 +146,7 @@ class VirtualDevice final : node::Application {
   void reset(bool whole_node, Instant now) override;
 
   const std::uint8_t id_;
-  const node::ErrorScheme scheme_;
+  const node::Options options_;  // without a node-ID
   image::ProcessImage& image_;
   emcy::SentReporter& reporter_;
   EventLog events_;                    // of the line, with the line's node-ID of the device

@@ -77,6 +77,8 @@ class Nodes final : nmt::HeartbeatListener, emcy::Listener {
   std::uint8_t configured() const;
   std::uint8_t operational() const;
   std::uint64_t emcys() const { return emergencies_.received(); }
+  // Receives EMCYs of CANopen FD, too.
+  void accept_fd_emcys() { emergencies_.accept_fd(); }
   std::uint64_t heartbeats_lost() const;
 
  private:

@@ -18,6 +18,8 @@ constexpr std::uint32_t kEndOfPdoIds = 0x580;
 constexpr std::uint16_t kMappingBit = od::objects::kTpdoMapping ^ od::objects::kTpdoCommunication;
 constexpr std::uint8_t kCobId = 1;
 constexpr std::uint8_t kAllSubIndices = 0xFF;
+// A mapping entry has no more bits: a longer PDO whose mapping is not known is not shown.
+constexpr std::size_t kMostRawBits = 0xFF;
 
 // TPDO 1, RPDO 1, TPDO 2, ... 180h + node, 200h + node, 280h + node, ...
 PdoKind predefined_kind(std::uint32_t id) {
@@ -45,8 +47,8 @@ bool takes_number(const std::vector<KnownPdo>& pdos, PdoKind kind, std::uint16_t
 
 }  // namespace
 
-PdoKnowledge::PdoKnowledge(od::DeviceDescription device, std::uint8_t node)
-    : device_(std::move(device)), node_(node), learned_(device_) {
+PdoKnowledge::PdoKnowledge(od::DeviceDescription device, std::uint8_t node, std::size_t longest)
+    : device_(std::move(device)), node_(node), longest_(longest), learned_(device_) {
   pdo::complete_cob_ids(device_);
   read_records();
 }
@@ -158,7 +160,7 @@ void PdoKnowledge::read_records() {
       }
       const can::CobId cob_id{load_le<std::uint32_t>(variable->value.data())};
       if (cob_id.valid()) {
-        const auto loaded = pdo::describe_pdo(device_, kind, number);
+        const auto loaded = pdo::describe_pdo(device_, kind, number, longest_);
         cob_ids_[cob_id.id()] = {.kind = kind, .complete = !has_errors(loaded.diagnostics)};
       }
     }
@@ -166,7 +168,9 @@ void PdoKnowledge::read_records() {
 }
 
 bool PdoKnowledge::hear(const can::Frame& frame) {
-  if (frame.remote() || frame.extended() || frame.fd() || frame.length == 0 || frame.length > 8) {
+  const bool has_length =
+      frame.length != 0 && 8U * frame.length <= std::min(longest_, kMostRawBits);
+  if (frame.remote() || frame.extended() || (frame.fd() && longest_ <= 64) || !has_length) {
     return false;
   }
   const auto record = cob_ids_.find(frame.id);
@@ -205,7 +209,7 @@ void PdoKnowledge::add_recorded(PdoKind kind, std::vector<KnownPdo>& out) const 
     if (device_.find(record) == nullptr || !is_known(kind, number)) {
       continue;
     }
-    auto loaded = pdo::describe_pdo(device_, kind, number);
+    auto loaded = pdo::describe_pdo(device_, kind, number, longest_);
     if (loaded.value) {
       out.push_back({.kind = kind, .parameters = *std::move(loaded.value)});
       continue;

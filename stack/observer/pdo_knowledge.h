@@ -41,7 +41,8 @@ class PdoKnowledge {
   // which CAN repeats if one station missed its last bit.
   static constexpr Duration kRepeated = std::chrono::milliseconds(1);
 
-  PdoKnowledge(od::DeviceDescription device, std::uint8_t node);
+  // longest: bits of the longest PDO, 64, or more on a line of CANopen FD.
+  PdoKnowledge(od::DeviceDescription device, std::uint8_t node, std::size_t longest = 64);
 
   // Processes a value of an object of the device that a client wrote or read successfully. Returns
   // true if it changes a PDO.
@@ -90,6 +91,7 @@ class PdoKnowledge {
 
   od::DeviceDescription device_;
   std::uint8_t node_;
+  std::size_t longest_;
   LearnedParameters learned_;
   std::map<std::uint32_t, Record> cob_ids_;  // of valid records
   std::map<std::uint32_t, Heard> heard_;     // by identifier

@@ -18,6 +18,7 @@
 #include "bridges/sim/program_memory.h"
 #include "stack/base/byte_order.h"
 #include "stack/eds/reader.h"
+#include "stack/emcy/message.h"
 #include "stack/line/build.h"
 #include "stack/line/following.h"
 #include "stack/line/line.h"
@@ -53,6 +54,15 @@ class FdNetwork {
     config.heartbeat = 500ms;
   }
 
+  // Another line on the same bus, from now on.
+  line::Line& join(const line::LineConfig& of) {
+    auto made = line::Line::make(of);
+    EXPECT_TRUE(made.ok()) << (made.ok() ? "" : to_string(made.diagnostics.at(0)));
+    companions.push_back({*std::move(made.value), bus.attach()});
+    companions.back().line->start(now);
+    return *companions.back().line;
+  }
+
   // Adds a device for each node of the configuration, and runs for 2 s.
   void start(const std::string& profile = "fd-io") {
     power_on(profile);
@@ -69,8 +79,13 @@ class FdNetwork {
       options.profile = profile;
       options.node_id = node.id;
       options.fd = config.canopen_fd;
+      options.emcy_fd = config.emcy_fd;
       devices.push_back({*std::move(sim::Device::make(options).value), bus.attach()});
     }
+    power_on_line();
+  }
+
+  void power_on_line() {
     auto made = line::Line::make(config);
     ASSERT_TRUE(made.ok());
     line = *std::move(made.value);
@@ -109,6 +124,10 @@ class FdNetwork {
   line::Reply write(std::uint8_t node, od::Address address, std::vector<std::byte> data) {
     return execute(line::SdoWrite{.node = node, .address = address, .data = std::move(data)});
   }
+  // 1017h, which each node has.
+  Error write_object_of(std::uint8_t node) {
+    return write(node, {0x1017, 0}, {std::byte{0xFA}, std::byte{0}}).error;
+  }
   std::uint64_t in_device(std::size_t device, od::Address address) {
     return devices[device].device->dictionary().number(address).value_or(~0ULL);
   }
@@ -145,6 +164,9 @@ class FdNetwork {
     for (FdDevice& each : devices) {
       serve(*each.device, each.end);
     }
+    for (Companion& each : companions) {
+      serve(*each.line, each.end);
+    }
     serve_line();
     std::array<can::Frame, 8> batch;
     while (const std::size_t count = bus.take(witness, batch, now)) {
@@ -155,6 +177,9 @@ class FdNetwork {
     Instant next = earlier(bus.next_wake(), line->next_wake());
     for (const FdDevice& each : devices) {
       next = earlier(next, each.device->next_wake());
+    }
+    for (const Companion& each : companions) {
+      next = earlier(next, each.line->next_wake());
     }
     return next;
   }
@@ -195,6 +220,15 @@ class FdNetwork {
     }
   }
   void receive(sim::Device& device, std::span<const can::Frame> frames) { device.receive(frames); }
+  void receive(line::Line& other, std::span<const can::Frame> frames) {
+    other.receive(frames, now);
+  }
+
+  struct Companion {
+    std::unique_ptr<line::Line> line;
+    sim::Bus::Endpoint end = 0;
+  };
+  std::vector<Companion> companions;
 
   std::vector<can::Frame> held;
   std::uint64_t acknowledged = 0;
@@ -389,6 +423,125 @@ TEST_F(FdPlant, ADeviceThatDiesAndReturnsIsBootedAgain) {
   run(3s);
   EXPECT_EQ(line->node_state(5).state, nmt::State::operational);
   EXPECT_EQ(in_device(0, {0x1017, 0}), 100U);
+}
+
+// Both directions; the history of the device has the error, too.
+TEST_F(FdPlant, EmcysOfTwentyBytesAreSentAndReceived) {
+  config.nodes = {node_of(5)};
+  config.emcy_fd = true;
+  start();
+  std::vector<Event> events(200);
+  (void)line->pop_events(events);
+  seen.clear();
+  node::Node& device = devices[0].device->node();
+  EXPECT_EQ(device.report_error(0x5000, 0, {}, now), emcy::SendResult::sent);
+  EXPECT_EQ(execute(line::EmcySend{.code = 0x6100}).error, Error{});
+  run(100ms);
+  ASSERT_EQ(frames_of(0x085).size(), 1U);
+  EXPECT_EQ(frames_of(0x085)[0].length, 20);
+  ASSERT_EQ(frames_of(0x080 + kFdOwn).size(), 1U);
+  EXPECT_EQ(frames_of(0x080 + kFdOwn)[0].length, 20);
+  events.resize(200);
+  events.resize(line->pop_events(events));
+  const auto received = std::ranges::find(events, EventKind::emcy, &Event::kind);
+  ASSERT_NE(received, events.end());
+  EXPECT_EQ(received->get<event::Emcy>()->fd.profile, 401);
+  EXPECT_EQ(received->get<event::Emcy>()->fd.status, emcy::kStatusActive);
+  const auto sent = std::ranges::find(events, EventKind::emcy_sent, &Event::kind);
+  ASSERT_NE(sent, events.end());
+  EXPECT_TRUE(sent->get<event::EmcySent>()->fd.any);
+  EXPECT_EQ(read(5, {0x1003, 1}).error, Error{});
+  EXPECT_EQ(in_device(0, {0x1003, 1}) & 0xFFFFU, 0x5000U);
+  EXPECT_EQ(line->state().counters.frames_malformed, 0U);
+}
+
+TEST_F(FdPlant, EmcysOfTwentyBytesAreMalformedIfTheLineExpectsNone) {
+  config.nodes = {node_of(5)};
+  start();
+  const std::uint64_t malformed = line->state().counters.frames_malformed;
+  emcy::Message message{.code = 0x5000, .error_register = 1};
+  message.fd.any = true;
+  ASSERT_TRUE(bus.submit(witness, emcy::encode(message, can::CobId{0x85}), now));
+  run(100ms);
+  EXPECT_EQ(line->state().counters.frames_malformed, malformed + 1);
+}
+
+// Both directions of the image, as the manager has them.
+TEST_F(FdPlant, AnObserverShowsTheImageOfTheManager) {
+  config.nodes = {node_of(5)};
+  for (std::uint32_t i = 0; i < 64; ++i) {
+    config.defaults.push_back({.entry = i, .value = i + 100});
+  }
+  line::LineConfig beside = config;
+  beside.role = line::Role::observer;
+  beside.node_id = 0;
+  line::Line& observer = join(beside);
+  start();
+  run(1s);
+  ASSERT_EQ(observer.layout(image::Direction::inputs).id,
+            line->layout(image::Direction::inputs).id);
+  for (const auto direction : {image::Direction::inputs, image::Direction::outputs}) {
+    image::Snapshot observed;
+    image::Snapshot managed;
+    observer.snapshot(direction, observed, now, false);
+    line->snapshot(direction, managed, now, false);
+    EXPECT_EQ(observed.bytes, managed.bytes);
+    EXPECT_EQ(observed.valid, managed.valid);
+    EXPECT_TRUE(observed.is_valid(63));
+  }
+  EXPECT_EQ(observer.node_state(5).state, nmt::State::operational);
+  EXPECT_EQ(observer.node_state(5).product, 0x401FU) << "the manager has read it by USDO";
+  EXPECT_EQ(observer.state().counters.frames_malformed, 0U);
+}
+
+// The manager boots a device of another gateway, which has 64 bytes in each direction.
+TEST_F(FdPlant, OwnDevicesAreServedByUsdo) {
+  config.nodes = {node_of(6)};
+  line::LineConfig below;
+  below.name = "below";
+  below.role = line::Role::device;
+  below.node_id = 0;
+  below.canopen_fd = true;
+  below.emcy_fd = config.emcy_fd = true;
+  below.devices.push_back({6, "io", node_of(6).device, false});
+  config.nodes[0].boot = true;
+  line::Line& device = join(below);
+  power_on_line();
+  run(3s);
+  EXPECT_EQ(line->node_state(6).boot, manager::kBooted);
+  EXPECT_EQ(line->node_state(6).state, nmt::State::operational);
+  line::OutputWrite write;
+  write.layout_id = line->layout(image::Direction::outputs).id;
+  for (std::uint8_t sub = 1; sub <= 64; ++sub) {
+    write.values.push_back({.entry = entry(image::Direction::outputs, 6, {0x6200, sub}),
+                            .length = 1,
+                            .data = {std::byte{sub}}});
+  }
+  ASSERT_EQ(line->write_outputs(write, now), line::OutputRefusal::none);
+  run(100ms);
+  const auto& inputs = device.layout(image::Direction::inputs).entries;
+  const auto found = std::ranges::find_if(inputs, [](const image::Entry& each) {
+    return od::Address{each.index, each.sub} == od::Address{0x6200, 64};
+  });
+  ASSERT_NE(found, inputs.end());
+  EXPECT_EQ(device.input(static_cast<std::uint32_t>(found - inputs.begin())).value, 64U);
+  EXPECT_EQ(read(6, {0x1008, 0}).error, Error{});
+  EXPECT_EQ(write_object_of(6), Error{});
+  EXPECT_EQ(frames_of(0x606).size(), 0U);
+}
+
+// A line in the role device without devices of its own: its node serves USDO.
+TEST_F(FdPlant, TheOwnNodeOfALineInTheRoleDeviceIsServedByUsdo) {
+  line::LineConfig below;
+  below.name = "below";
+  below.role = line::Role::device;
+  below.node_id = 9;
+  below.canopen_fd = true;
+  (void)join(below);
+  power_on_line();
+  run(1s);
+  EXPECT_EQ(read(9, {0x1000, 0}).error, Error{});
+  EXPECT_EQ(read(9, {0x3333, 0}).error, to_error(AbortCode::no_object));
 }
 
 TEST_F(FdPlant, AnotherClientUsesTheServersAtTheSameTime) {

@@ -817,13 +817,18 @@ TEST(Plant, WhatCanopenFdDoesNotHaveIsRefused) {
               testing::HasSubstr("data_bit_rate needs canopen_fd: true"));
   EXPECT_THAT(refused("canopen_fd: true, data_bit_rate: fast"),
               testing::HasSubstr("expected a bit rate such as 5Mbit, got"));
-  EXPECT_THAT(refused("canopen_fd: true, role: observer"),
-              testing::HasSubstr("canopen_fd is for the role manager"));
-  EXPECT_THAT(refused("canopen_fd: true, role: device, node_id: 3"),
-              testing::HasSubstr("canopen_fd is for the role manager"));
   EXPECT_THAT(refused("canopen_fd: true, nodes: [{id: 5, eds: bridges/sim/eds/fd-io.eds, guarding: "
                       "{time: 100ms, factor: 3}}]"),
               testing::HasSubstr("CANopen FD has no node guarding"));
+}
+
+TEST(Plant, LinesOfCanopenFdHaveEachRole) {
+  for (const std::string role : {"manager", "observer", "device, node_id: 3"}) {
+    const auto loaded = read_text(
+        "schema: 1\nlines: [{name: a, interface: 'simulated:', canopen_fd: true, role: " + role +
+        "}]\n");
+    EXPECT_TRUE(loaded.ok()) << role << testing::PrintToString(messages(loaded));
+  }
 }
 
 TEST(Plant, DiscoveryServersHaveDifferentIds) {

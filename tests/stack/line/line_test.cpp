@@ -521,7 +521,6 @@ TEST(LineMake, EverythingWrongIsToldAtOnce) {
 TEST(LineMake, WhatCanopenFdDoesNotHaveIsRefused) {
   LineConfig config = config_with_axis();
   config.canopen_fd = true;
-  config.role = Role::device;
   config.lss.assign = true;
   config.routing.interface = 1;
   config.connection_pool = {.first = 0x6A0, .last = 0x6DF};
@@ -537,13 +536,20 @@ TEST(LineMake, WhatCanopenFdDoesNotHaveIsRefused) {
   for (const Diagnostic& diagnostic : made.diagnostics) {
     all += to_string(diagnostic) + '\n';
   }
-  EXPECT_THAT(all, HasSubstr("press: error: canopen_fd is for the role manager"));
   EXPECT_THAT(all, HasSubstr("a line of CANopen FD takes no part in SDO routing"));
   EXPECT_THAT(all, HasSubstr("LSS is not defined for CANopen FD"));
   EXPECT_THAT(all, HasSubstr("SDO connections are not defined for CANopen FD"));
   EXPECT_THAT(all, HasSubstr("MPDO is not defined for CANopen FD"));
-  EXPECT_THAT(all, HasSubstr("1F80h bit 0 is 0: canopen_fd is for the role manager"));
+  EXPECT_THAT(all, HasSubstr("1F80h bit 0 is 0: a line of CANopen FD keeps its role"));
   EXPECT_THAT(all, HasSubstr("(axis): CANopen FD has no node guarding"));
+}
+
+TEST(LineMake, EmcysOfCanopenFdNeedALineOfCanopenFd) {
+  LineConfig config = config_with_axis();
+  config.emcy_fd = true;
+  const auto made = Line::make(std::move(config));
+  ASSERT_FALSE(made.ok());
+  EXPECT_THAT(to_string(made.diagnostics.at(0)), HasSubstr("emcy_fd is for lines of CANopen FD"));
 }
 
 TEST(LineMake, PdosOfCanopenFdMapWholeBytesAndHaveNoRemoteFrames) {

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+// A line of CANopen FD beside a foreign master: PDOs of up to 64 bytes, and USDO transfers.
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "stack/base/byte_order.h"
+#include "stack/emcy/message.h"
+#include "stack/usdo/protocol.h"
+
+#include "tests/stack/line/observer_fixture.h"
+
+namespace linegate::line {
+namespace {
+
+constexpr std::uint8_t kMaster = 1;
+constexpr std::uint8_t kFdFlags = can::Frame::kFd | can::Frame::kBitRateSwitch;
+
+class FdObserverTest : public ObserverTest {
+ protected:
+  static LineConfig fd_config() {
+    LineConfig config = config_with_axis();
+    config.canopen_fd = true;
+    return config;
+  }
+  void hear_frame(can::Frame frame) {
+    frame.time = now_;
+    line_->receive(std::span(&frame, 1), now_);
+  }
+  void hear_fd(std::uint32_t id, const std::vector<std::uint8_t>& data) {
+    can::Frame frame;
+    frame.id = id;
+    frame.flags = kFdFlags;
+    frame.length = static_cast<std::uint8_t>(data.size());
+    for (std::size_t i = 0; i < data.size(); ++i) {
+      frame.data[i] = std::byte{data[i]};
+    }
+    hear_frame(frame);
+  }
+  // By the foreign master, confirmed by node 5.
+  void write(od::Address place, std::uint32_t value, std::size_t bytes) {
+    std::array<std::byte, 4> data{};
+    store_le(data.data(), value);
+    hear_frame(usdo::expedited_frame({can::kSdoRequestBase + kMaster, 5, ++session_},
+                                     usdo::Command::download, place, od::DataType::unsigned32,
+                                     std::span(data).first(bytes)));
+    hear_frame(usdo::object_frame({can::kSdoResponseBase + 5, kMaster, session_},
+                                  usdo::Command::download_response, place));
+  }
+  Line::Input value_of(od::Address place) {
+    const auto& entries = line_->layout(Direction::inputs).entries;
+    for (std::uint32_t i = 0; i < entries.size(); ++i) {
+      if (od::Address{entries[i].index, entries[i].sub} == place) {
+        return line_->input(i);
+      }
+    }
+    return {};
+  }
+
+  std::uint8_t session_ = 0;
+};
+
+TEST_F(FdObserverTest, PdosOfTheDeviceFileAreShown) {
+  observe(fd_config());
+  hear_fd(0x185, {0x34, 0x12, 0x78, 0x56, 0x34, 0x12});
+  EXPECT_EQ(value_of({0x2000, 0}).value, 0x1234U);
+  EXPECT_TRUE(value_of({0x2001, 0}).valid);
+  EXPECT_EQ(line_->state().counters.frames_malformed, 0U);
+  expect_silence();
+}
+
+TEST_F(FdObserverTest, TransfersAndAbortsAreReportedForTheServer) {
+  observe(fd_config());
+  events();
+  write({0x1017, 0}, 250, 2);
+  const std::vector<Event> told = of(EventKind::sdo_transfer);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_EQ(told[0].node, 5) << "not the client, whose node-ID is in the identifier of the request";
+  EXPECT_EQ(std::get<event::SdoTransfer>(told[0].data).index, 0x1017U);
+  EXPECT_EQ(std::get<event::SdoTransfer>(told[0].data).size, 2U);
+  hear_frame(usdo::object_frame({can::kSdoRequestBase + kMaster, 5, 77}, usdo::Command::upload,
+                                {0x3000, 0}));
+  hear_frame(usdo::abort_frame({can::kSdoResponseBase + 5, kMaster, 77}, {0x3000, 0},
+                               AbortCode::no_object, usdo::AbortForm::one_byte));
+  const std::vector<Event> aborted = of(EventKind::sdo_abort);
+  ASSERT_EQ(aborted.size(), 1U);
+  EXPECT_EQ(aborted[0].node, 5);
+  EXPECT_EQ(std::get<event::SdoAbort>(aborted[0].data).abort, AbortCode::no_object);
+}
+
+TEST_F(FdObserverTest, IdentitiesThatAMasterReadsAreKnown) {
+  observe(fd_config());
+  const std::array<std::byte, 4> serial{std::byte{77}};
+  hear_frame(usdo::object_frame({can::kSdoRequestBase + kMaster, 5, 1}, usdo::Command::upload,
+                                {0x1018, 4}));
+  hear_frame(usdo::expedited_frame({can::kSdoResponseBase + 5, kMaster, 1},
+                                   usdo::Command::upload_response, {0x1018, 4},
+                                   od::DataType::unsigned32, serial));
+  EXPECT_EQ(line_->node_state(5).serial, 77U);
+}
+
+// 42 bytes, in a frame of 48.
+TEST_F(FdObserverTest, AMappingThatAMasterWritesIsFollowed) {
+  observe(fd_config());
+  const std::uint64_t before = line_->layout(Direction::inputs).id;
+  write({0x1800, 1}, 0x8000'0185, 4);
+  write({0x1A00, 0}, 0, 1);
+  write({0x1A00, 1}, 0x2001'0020, 4);
+  for (std::uint8_t sub = 2; sub <= 20; ++sub) {
+    write({0x1A00, sub}, 0x2000'0010, 4);
+  }
+  write({0x1A00, 0}, 20, 1);
+  write({0x1800, 1}, 0x0000'0285, 4);
+  hear(0x000, {0x01, 0x05});
+  EXPECT_NE(line_->layout(Direction::inputs).id, before);
+  std::vector<std::uint8_t> data(48);
+  data[0] = 0x44;
+  data[4] = 0x37;
+  data[5] = 0x12;
+  hear_fd(0x285, data);
+  EXPECT_EQ(value_of({0x2001, 0}).value, 0x44U);
+  EXPECT_EQ(value_of({0x2000, 0}).value, 0x1237U);
+  EXPECT_TRUE(value_of({0x2000, 0}).valid);
+  EXPECT_FALSE(of(EventKind::pdo_mapping).empty());
+  EXPECT_EQ(line_->layout(Direction::inputs).entries.size(), 20U);
+}
+
+TEST_F(FdObserverTest, FramesThatAreNoUsdoFramesAreMalformed) {
+  observe(fd_config());
+  events();
+  hear(0x605, {0x40, 0x18, 0x10, 0x01, 0, 0, 0, 0});
+  hear_fd(0x601, {5, 0x11, 1});
+  EXPECT_EQ(line_->state().counters.frames_malformed, 2U);
+  EXPECT_TRUE(of(EventKind::sdo_transfer).empty());
+}
+
+TEST_F(FdObserverTest, EmcysOfTwentyBytesAreEventsIfTheyAreExpected) {
+  LineConfig config = fd_config();
+  config.emcy_fd = true;
+  observe(config);
+  events();
+  emcy::Message message{.code = 0x8130, .error_register = 0x11};
+  message.fd = {.any = true, .logical_device = 2, .status = 1, .profile = 402};
+  hear_frame(emcy::encode(message, can::CobId{0x85}));
+  const std::vector<Event> told = of(EventKind::emcy);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_EQ(std::get<event::Emcy>(told[0].data).fd, message.fd);
+}
+
+TEST_F(FdObserverTest, AnUnknownPdoIsShownAsItWasReceived) {
+  LineConfig config = fd_config();
+  config.nodes[0].device.objects.clear();
+  observe(config);
+  for (int i = 0; i < 3; ++i) {
+    pass(milliseconds(5));
+    hear_fd(0x185, std::vector<std::uint8_t>(16, 0x11));
+  }
+  ASSERT_EQ(line_->layout(Direction::inputs).entries.size(), 1U);
+  EXPECT_EQ(line_->layout(Direction::inputs).entries[0].bit_length, 128);
+  EXPECT_EQ(line_->input(0, 1).value, 0x1111'1111'1111'1111U);
+}
+
+}  // namespace
+}  // namespace linegate::line
