@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "bridges/console/explain_own_node.h"
+#include "bridges/console/explain_usdo.h"
 #include "bridges/console/explain_words.h"
 #include "bridges/console/value_text.h"
 #include "stack/base/byte_order.h"
@@ -20,6 +21,7 @@
 #include "stack/pdo/mpdo.h"
 #include "stack/routing/emcy_frame.h"
 #include "stack/time/message.h"
+#include "stack/usdo/protocol.h"
 
 namespace linegate::console {
 namespace {
@@ -187,6 +189,7 @@ std::string Explainer::follow_nmt(nmt::Command command, std::uint8_t to) {
       news = channel.pdos.reset();
       channel.emcy.reset();
       channel.sdo.reset();
+      usdo_.reset(static_cast<std::uint8_t>(id));
       note_emcy(id, channel.emcy);
     } else if (command == nmt::Command::start) {
       news = channel.pdos.start();
@@ -227,6 +230,7 @@ std::string Explainer::error_control(const can::Frame& frame, unsigned id) {
     note_pdos(id, of.pdos);
     of.emcy.boot_up();
     of.sdo.reset();
+    usdo_.reset(static_cast<std::uint8_t>(id));
     note_emcy(id, of.emcy);
     return node(id) + " booted up" + (news.empty() ? "" : "; " + news);
   }
@@ -236,7 +240,10 @@ std::string Explainer::error_control(const can::Frame& frame, unsigned id) {
 }
 
 std::string Explainer::emcy(const can::Frame& frame, unsigned id, bool assumed) const {
-  const auto message = emcy::decode(frame);
+  auto message = emcy::decode(frame);
+  if (!message) {
+    message = emcy::decode_fd(frame);
+  }
   if (!message) {
     return wrong_length(frame, "EMCY");
   }
@@ -244,6 +251,9 @@ std::string Explainer::emcy(const can::Frame& frame, unsigned id, bool assumed) 
                     describe_error_code(message->code) + " (" + hex_digits(message->code, 4) + "h)";
   if (message->error_register != 0) {
     out += ", error register: " + describe_error_register(message->error_register);
+  }
+  if (message->fd.any) {
+    out += emcy::fd_text(message->fd);
   }
   if (gateways_.contains(id)) {
     // An EMCY of the gateway itself may have such bytes, too.
@@ -272,11 +282,47 @@ std::string Explainer::follow_doubt(unsigned id, Channel& with, od::Address obje
 }
 
 // Of a line of CANopen FD: the identifier has the node-ID of the sender, byte 0 that of the
-// receiver. What they carry is not explained.
-std::string Explainer::usdo(const can::Frame& frame, unsigned id, bool request) const {
-  const std::string sender =
-      std::string(request ? "USDO request" : "USDO answer") + " of " + node(id);
-  return frame.length == 0 ? sender : sender + " to " + node(byte_of(frame, 0) & 0x7FU);
+// receiver.
+std::string Explainer::usdo(const can::Frame& frame, unsigned id, bool request) {
+  std::string out = std::string(request ? "USDO request" : "USDO answer") + " of " + node(id);
+  if (!usdo::well_formed(frame) || !usdo::has_fields(frame)) {
+    return out + ", but it is no USDO frame: " + std::to_string(frame.length) + " bytes";
+  }
+  const auto sender = static_cast<std::uint8_t>(id);
+  const std::uint8_t receiver = usdo::receiver_of(frame);
+  const std::uint8_t server = request ? receiver : sender;
+  const std::uint8_t client = request ? sender : receiver;
+  const auto object = usdo_.object_of(client, server, usdo::session_of(frame));
+  out += " to " + (receiver == 0 ? "all nodes" : node(receiver)) + ": " +
+         explain_usdo(frame, description(server), object);
+  const auto ended = request ? usdo_.request(sender, frame) : usdo_.answer(sender, frame);
+  if (const auto lost = usdo_.pop_unanswered()) {
+    out += "; whether " + object_text(description(lost->server), lost->object) +
+           " was written is not known" +
+           follow_doubt(lost->server, channel(lost->server), lost->object);
+  }
+  if (!ended || !ended->transfer.complete()) {
+    return out;
+  }
+  const usdo::Command command = usdo::command_of(frame);
+  if (command == usdo::Command::end_response || command == usdo::Command::upload_end) {
+    const observer::Transfer& all = ended->transfer;
+    out += "; all of it = " + value_of(description(server), all.address, all.kept());
+  }
+  return out + follow_transfer(server, channel(server), ended->transfer);
+}
+
+// Returns the changes of its PDOs in words.
+std::string Explainer::follow_transfer(unsigned id, Channel& with,
+                                       const observer::Transfer& transfer) {
+  with.emcy.follow(transfer);
+  note_emcy(id, with.emcy);
+  const std::string news = with.pdos.follow(transfer);
+  if (news.empty()) {
+    return news;
+  }
+  note_pdos(id, with.pdos);
+  return "; " + news;
 }
 
 std::string Explainer::sdo(const can::Frame& frame, unsigned id, bool request) {
@@ -291,13 +337,7 @@ std::string Explainer::sdo(const can::Frame& frame, unsigned id, bool request) {
   if (!transfer || !transfer->complete()) {
     return out;
   }
-  with.emcy.follow(*transfer);
-  note_emcy(id, with.emcy);
-  if (const std::string news = with.pdos.follow(*transfer); !news.empty()) {
-    out += "; " + news;
-    note_pdos(id, with.pdos);
-  }
-  return out;
+  return out + follow_transfer(id, with, *transfer);
 }
 
 std::string Explainer::pdo(const can::Frame& frame, const Pdo& pdo) const {

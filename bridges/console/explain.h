@@ -17,6 +17,7 @@
 #include "stack/line/config.h"
 #include "stack/nmt/state.h"
 #include "stack/observer/sdo_follower.h"
+#include "stack/observer/usdo_follower.h"
 #include "stack/pdo/parameters.h"
 
 namespace linegate::console {
@@ -74,7 +75,8 @@ class Explainer {
   std::string emcy(const can::Frame& frame, unsigned id, bool assumed) const;
   // Returns the changes in words: the object may have been written, or not.
   std::string follow_doubt(unsigned id, Channel& with, od::Address object);
-  std::string usdo(const can::Frame& frame, unsigned id, bool request) const;
+  std::string usdo(const can::Frame& frame, unsigned id, bool request);
+  std::string follow_transfer(unsigned id, Channel& with, const observer::Transfer& transfer);
   std::string sdo(const can::Frame& frame, unsigned id, bool request);
   std::string pdo(const can::Frame& frame, const Pdo& pdo) const;
   std::string mpdo(const can::Frame& frame) const;
@@ -88,6 +90,7 @@ class Explainer {
   std::map<std::uint32_t, std::vector<Pdo>> pdos_;
   std::map<std::uint32_t, std::set<unsigned>> emcys_;  // the same: nodes
   std::map<unsigned, Channel> channels_;               // by node-ID of the server
+  observer::UsdoFollower usdo_;
 };
 
 // The object with its name in the device file: "6083:00 Profile acceleration", "2000:01".

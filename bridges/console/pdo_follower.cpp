@@ -9,6 +9,7 @@
 #include "bridges/console/explain.h"
 #include "bridges/console/value_text.h"
 #include "stack/base/byte_order.h"
+#include "stack/can/frame.h"
 #include "stack/od/objects.h"
 
 namespace linegate::console {
@@ -71,7 +72,7 @@ std::optional<KnownPdo> read_record(const od::DeviceDescription& device, pdo::Pd
   for (std::uint8_t sub = 1; sub <= count; ++sub) {
     const auto entry = pdo::Mapping::from_raw(number_at(device, {mapping, sub}));
     bits += entry.bits;
-    if (entry.bits == 0 || bits > 64) {
+    if (entry.bits == 0 || bits > 8 * can::kMaxFdData) {
       return std::nullopt;
     }
     out.parameters.mapping.push_back(entry);

@@ -2,8 +2,10 @@
 // The sentences of `linegate decode` for frames.
 #include "bridges/console/explain.h"
 
+#include <array>
 #include <cstdint>
 #include <initializer_list>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -13,9 +15,12 @@
 #include "bridges/console/explain_words.h"
 #include "bridges/sim/eds_files.h"
 #include "stack/base/abort_code.h"
+#include "stack/base/byte_order.h"
 #include "stack/eds/reader.h"
+#include "stack/emcy/message.h"
 #include "stack/pdo/parameters.h"
 #include "stack/routing/forward.h"
+#include "stack/usdo/protocol.h"
 
 namespace linegate::console {
 namespace {
@@ -56,13 +61,86 @@ TEST_F(ExplainTest, Nmt) {
   EXPECT_EQ(say(0x000, {0x01}), "no NMT command: 1 bytes");
 }
 
-TEST_F(ExplainTest, UsdoFramesNameTheirSenderAndTheirReceiver) {
-  can::Frame frame = can::make_frame(0x67F, {5, 0x11, 1, 0, 0, 0x10});
-  frame.flags = can::Frame::kFd | can::Frame::kBitRateSwitch;
-  EXPECT_EQ(known.explain(frame), "USDO request of node 127 to node 5 (inlet)");
-  frame.id = 0x585;
-  frame.data[0] = std::byte{127};
-  EXPECT_EQ(known.explain(frame), "USDO answer of node 5 (inlet) to node 127");
+TEST_F(ExplainTest, UsdoFramesOfOneFrameHaveTheirObjectAndValue) {
+  const usdo::Route to_server{0x67F, 5, 1};
+  const usdo::Route to_client{0x585, 127, 1};
+  const od::Address object{0x2345, 1};
+  const std::array<std::byte, 2> value{std::byte{0x34}, std::byte{0x12}};
+  using usdo::Command;
+  EXPECT_EQ(known.explain(usdo::object_frame(to_server, Command::upload, object)),
+            "USDO request of node 127 to node 5 (inlet): read 2345:01");
+  EXPECT_EQ(known.explain(usdo::expedited_frame(to_client, Command::upload_response, object,
+                                                od::DataType::unsigned16, value)),
+            "USDO answer of node 5 (inlet) to node 127: 2345:01 = 4660");
+  EXPECT_EQ(known.explain(usdo::expedited_frame(to_server, Command::download, object,
+                                                od::DataType::domain, value)),
+            "USDO request of node 127 to node 5 (inlet): write 2345:01 = 34 12");
+  EXPECT_EQ(known.explain(usdo::object_frame(to_client, Command::download_response, object)),
+            "USDO answer of node 5 (inlet) to node 127: written: 2345:01");
+  EXPECT_EQ(known.explain(usdo::abort_frame(to_client, object, AbortCode::no_object,
+                                            usdo::AbortForm::one_byte)),
+            "USDO answer of node 5 (inlet) to node 127: aborted: 2345:01: " +
+                std::string(usdo::describe(usdo::Code::no_object)) + " (33h)");
+  EXPECT_EQ(known.explain(usdo::abort_frame(to_server, object, AbortCode::no_object,
+                                            usdo::AbortForm::four_bytes)),
+            "USDO request of node 127 to node 5 (inlet): aborted: 2345:01: " +
+                std::string(describe(AbortCode::no_object)) + " (06020000h)");
+  can::Frame frame = usdo::object_frame(to_server, Command::upload, object);
+  frame.length = 4;
+  EXPECT_EQ(known.explain(frame), "USDO request of node 127, but it is no USDO frame: 4 bytes");
+}
+
+TEST_F(ExplainTest, UsdoSegmentsAreCountedAndTheirValueIsNamedAtTheEnd) {
+  const usdo::Route to_server{0x67F, 5, 1};
+  const usdo::Route to_client{0x585, 127, 1};
+  const od::Address object{0x2345, 1};
+  const std::vector<std::byte> value(62, std::byte{0x41});
+  using usdo::Command;
+  const auto answer = [this](const can::Frame& frame) {
+    const std::string text = known.explain(frame);
+    return text.substr(text.find(": ") + 2);
+  };
+  EXPECT_EQ(answer(usdo::initiate_frame(to_server, Command::download_initiate, object,
+                                        od::DataType::domain, 62)),
+            "write 2345:01 in segments, 62 bytes");
+  EXPECT_EQ(answer(usdo::object_frame(to_client, Command::initiate_response, object)),
+            "takes segments of 2345:01");
+  EXPECT_EQ(answer(usdo::segment_frame(to_server, Command::download_segment, 0,
+                                       std::span(value).first(60))),
+            "write 2345:01: segment 0, 60 bytes");
+  EXPECT_EQ(answer(usdo::counted_frame(to_client, Command::segment_response, 0)),
+            "taken: segment 0 of 2345:01");
+  EXPECT_EQ(answer(usdo::end_frame(to_server, Command::download_end, std::span(value).last(2))),
+            "write 2345:01: the last 2 bytes");
+  const std::string written = answer(usdo::plain_frame(to_client, Command::end_response));
+  EXPECT_TRUE(written.starts_with("written: 2345:01; all of it = 41 41 ")) << written;
+  EXPECT_EQ(answer(usdo::counted_frame(to_server, Command::upload_segment, 7)),
+            "read on in an object of an earlier request: segment 7");
+}
+
+// The device file has TPDO 1 on 185h.
+TEST_F(ExplainTest, UsdoTransfersThatRemapAPdoAreFollowed) {
+  const auto write = [this](od::Address object, std::uint32_t value, std::size_t size) {
+    std::array<std::byte, 4> data{};
+    store_le(data.data(), value);
+    known.explain(usdo::expedited_frame({0x67F, 5, 1}, usdo::Command::download, object,
+                                        od::DataType::unsigned32, std::span(data).first(size)));
+    return known.explain(
+        usdo::object_frame({0x585, 127, 1}, usdo::Command::download_response, object));
+  };
+  EXPECT_NE(write({0x1800, 1}, 0x8000'0185, 4).find("TPDO 1 is not in use now"), std::string::npos);
+  EXPECT_NE(write({0x1800, 1}, 0x1A5, 4).find("TPDO 1 is now on 1A5h"), std::string::npos);
+  can::Frame pdo = can::make_frame(0x1A5, {1, 0, 0, 0, 0, 0, 0, 0});
+  pdo.flags = can::Frame::kFd;
+  EXPECT_TRUE(known.explain(pdo).starts_with("TPDO 1 of node 5 (inlet): ")) << known.explain(pdo);
+}
+
+TEST_F(ExplainTest, EmcysOfCanopenFdHaveTheirFields) {
+  emcy::Message message{.code = 0x8130, .error_register = 0x11};
+  message.fd = {.any = true, .logical_device = 2, .status = emcy::kStatusActive, .profile = 402};
+  EXPECT_EQ(known.explain(emcy::encode(message, can::CobId{0x85})),
+            "EMCY of node 5 (inlet): heartbeat or life guarding error (8130h), error register: "
+            "generic, communication, logical device 2, profile 402, active");
 }
 
 TEST_F(ExplainTest, SyncAndTime) {
