@@ -5,7 +5,9 @@
 #include <array>
 #include <initializer_list>
 #include <iterator>
+#include <map>
 #include <memory>
+#include <random>
 #include <string>
 #include <utility>
 #include <vector>
@@ -76,7 +78,8 @@ class FdNetwork {
         continue;
       }
       sim::DeviceOptions options;
-      options.profile = profile;
+      const auto own = profiles.find(node.id);
+      options.profile = own == profiles.end() ? profile : own->second;
       options.node_id = node.id;
       options.fd = config.canopen_fd;
       options.emcy_fd = config.emcy_fd;
@@ -153,6 +156,7 @@ class FdNetwork {
   sim::Bus::Endpoint witness = bus.attach();
   std::unique_ptr<line::Line> line;
   std::vector<FdDevice> devices;
+  std::map<std::uint8_t, std::string> profiles;  // by node-ID; others have that of power_on()
   std::vector<can::Frame> seen;
   Instant now{1s};
   std::uint64_t tags = 0;
@@ -578,6 +582,79 @@ TEST_F(FdPlant, SdoFramesAreNotServed) {
   run(100ms);
   EXPECT_TRUE(frames_of(0x580 + kFdOwn).empty());
   EXPECT_TRUE(frames_of(0x585).empty());
+}
+
+// Frames are lost, devices lose their power, clients write and read. Afterwards every node is
+// Operational again, and an observer has the image of the manager.
+TEST(FdRandom, NetworksRecoverFromLossesAndPowerCuts) {
+  for (std::uint32_t seed = 1; seed <= 8; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    FdNetwork network;
+    network.profiles = {{5, "fd-io"}, {6, "drive"}, {7, "encoder"}};
+    for (const auto& [node, profile] : network.profiles) {
+      network.config.nodes.push_back(FdNetwork::node_of(node, profile));
+    }
+    network.config.emcy_fd = seed % 2 == 0;
+    network.config.sync_period = 20ms;
+    line::LineConfig beside = network.config;
+    beside.role = line::Role::observer;
+    beside.node_id = 0;
+    const line::Line& observer = network.join(beside);
+    network.start("");
+    network.bus.set_disturbance([&](const can::Frame& /*frame*/, sim::Bus::Endpoint /*sender*/) {
+      return random() % 100 < 2 ? sim::Fate::lost : sim::Fate::delivered;
+    });
+    for (int step = 0; step < 200; ++step) {
+      FdDevice& device = network.devices[random() % network.devices.size()];
+      switch (random() % 6) {
+        case 0:
+          device.device->alive() ? device.device->kill() : device.device->revive(network.now);
+          break;
+        case 1:
+          network.line->execute({.tag = ++network.tags,
+                                 .request = line::SdoRead{.node = device.device->options().node_id,
+                                                          .address = {0x1008, 0}}},
+                                network.now);
+          break;
+        case 2: {
+          line::OutputWrite write;
+          const image::Layout& outputs = network.line->layout(image::Direction::outputs);
+          write.layout_id = outputs.id;
+          for (std::uint32_t i = 0; i < outputs.entries.size(); ++i) {
+            line::OutputValue value{.entry = i};
+            value.length = static_cast<std::uint8_t>(outputs.entries[i].bit_length / 8);
+            value.data[0] = static_cast<std::byte>(random());
+            write.values.push_back(value);
+          }
+          EXPECT_EQ(network.line->write_outputs(write, network.now), line::OutputRefusal::none);
+          break;
+        }
+        default:
+          break;
+      }
+      network.run(std::chrono::milliseconds(random() % 100));
+    }
+    network.bus.set_disturbance({});
+    for (const FdDevice& each : network.devices) {
+      each.device->kill();
+    }
+    network.run(5s);
+    for (const FdDevice& each : network.devices) {
+      each.device->revive(network.now);
+    }
+    network.run(5s);
+    EXPECT_EQ(network.line->state().nodes_operational, 3);
+    EXPECT_EQ(network.line->state().counters.frames_malformed, 0U);
+    EXPECT_EQ(observer.state().counters.frames_malformed, 0U);
+    EXPECT_EQ(observer.layout(image::Direction::inputs).id,
+              network.line->layout(image::Direction::inputs).id);
+    const std::size_t inputs = network.line->layout(image::Direction::inputs).entries.size();
+    for (std::uint32_t i = 0; i < inputs; ++i) {
+      EXPECT_TRUE(network.line->input(i).valid) << i;
+      EXPECT_EQ(observer.input(i).value, network.line->input(i).value) << i;
+    }
+  }
 }
 
 // Two lines of one gateway; outputs of one follow inputs of the other.
