@@ -177,9 +177,12 @@ void check_fd(const LineConfig& config, std::vector<Diagnostic>& out) {
         error(config, "SDO connections are not defined for CANopen FD: leave out sdo_connections"));
   }
   for (const ObjectValue& value : config.own_values) {
-    if (config.role == Role::manager && value.address == od::Address{od::objects::kNmtStartup, 0} &&
-        (load_le(std::span<const std::byte>(value.data)) & manager::startup::kMaster) == 0) {
-      out.push_back(error(config, "1F80h bit 0 is 0: a line of CANopen FD keeps its role"));
+    const bool manager =
+        (load_le(std::span<const std::byte>(value.data)) & manager::startup::kMaster) != 0;
+    if (value.address == od::Address{od::objects::kNmtStartup, 0} &&
+        manager != (config.role == Role::manager)) {
+      out.push_back(error(config, std::string("1F80h bit 0 is ") + (manager ? '1' : '0') +
+                                      ": a line of CANopen FD keeps its role"));
     }
   }
   const auto is_mpdo = [](const pdo::Parameters& pdo) { return pdo.mpdo != pdo::MpdoMode::none; };

@@ -68,7 +68,7 @@ NodeLine::NodeLine(LineConfig line_config, pdo::LinkPlan link_plan)
       startup_(node_.dictionary(), config_.node_id, manager_, *this) {
   sdo_.follow(under_way_.requests());
   if (config_.canopen_fd) {
-    startup_.keep_manager();
+    startup_.keep_role(config_.role == Role::manager);
     sdo_.set_clients([this](std::uint8_t node) {
       auto client = std::make_unique<usdo::Client>(config_.node_id, node, config_.usdo_abort);
       client->follow(under_way_.requests());

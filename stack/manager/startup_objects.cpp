@@ -51,8 +51,8 @@ StartupObjects::~StartupObjects() {
 }
 
 bool StartupObjects::wants_manager() const {
-  return stays_manager_ ||
-         (dictionary_.number({od::objects::kNmtStartup, 0}).value_or(0) & startup::kMaster) != 0;
+  const std::uint64_t value = dictionary_.number({od::objects::kNmtStartup, 0}).value_or(0);
+  return kept_role_.value_or((value & startup::kMaster) != 0);
 }
 
 AbortCode StartupObjects::before_read(od::Address address, const od::Variable& variable) {
@@ -98,10 +98,11 @@ AbortCode StartupObjects::check_write(od::Address address, std::span<const std::
 
 AbortCode StartupObjects::check_startup(std::uint32_t value) const {
   const bool flies = (value & startup::kFlyingMaster) != 0;
-  const bool can_fly = dictionary_.number({od::objects::kFlyingMasterTiming, 0}).has_value() &&
-                       (value & startup::kMaster) != 0;
+  const bool manager = (value & startup::kMaster) != 0;
+  const bool can_fly =
+      dictionary_.number({od::objects::kFlyingMasterTiming, 0}).has_value() && manager;
   const bool good = (value & ~(startup::kSupported | startup::kFlyingMaster)) == 0;
-  const bool stays = !stays_manager_ || (value & startup::kMaster) != 0;
+  const bool stays = kept_role_.value_or(manager) == manager;
   return good && stays && (can_fly || !flies) ? AbortCode::none : AbortCode::invalid_value;
 }
 

@@ -16,6 +16,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -38,8 +39,9 @@ class StartupObjects final : public od::Hook {
   void advance(Instant now);
   Instant next_wake() const { return requests_.empty() ? kNever : Instant{}; }
 
-  // 1F80h bit 0 cannot be cleared by a write, and has no effect.
-  void keep_manager() { stays_manager_ = true; }
+  // The own node keeps this role: a write of the other value of 1F80h bit 0 is refused, and a
+  // stored one has no effect.
+  void keep_role(bool manager) { kept_role_ = manager; }
   // 1F80h bit 0: the own node is to be the manager; with bit 5 when it is the active master.
   bool wants_manager() const;
 
@@ -61,7 +63,7 @@ class StartupObjects final : public od::Hook {
 
   od::Dictionary& dictionary_;
   std::uint8_t own_;
-  bool stays_manager_ = false;
+  std::optional<bool> kept_role_;  // manager
   Manager& manager_;
   Host& host_;
   std::vector<Request> requests_;

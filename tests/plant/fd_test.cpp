@@ -548,6 +548,25 @@ TEST_F(FdPlant, TheOwnNodeOfALineInTheRoleDeviceIsServedByUsdo) {
   EXPECT_EQ(read(9, {0x3333, 0}).error, to_error(AbortCode::no_object));
 }
 
+// It leaves the network to its master, and 1F80h bit 0 does not change that.
+TEST_F(FdPlant, ALineInTheRoleDeviceNeverBecomesTheMaster) {
+  config.role = line::Role::device;
+  config.node_id = 9;
+  power_on_line();
+  run(2s);
+  EXPECT_EQ(line->state().role, line::Role::device);
+  const auto write_startup = [&](std::uint8_t value) {
+    return execute(line::LocalWrite{.address = {0x1F80, 0}, .data = {std::byte{value}, {}, {}, {}}})
+        .error;
+  };
+  EXPECT_EQ(write_startup(1), to_error(AbortCode::invalid_value));
+  EXPECT_EQ(write_startup(4), Error{});
+  run(1s);
+  EXPECT_EQ(line->state().role, line::Role::device);
+  EXPECT_TRUE(frames_of(can::kNmtId).empty());
+  EXPECT_FALSE(frames_of(0x700U + config.node_id).empty());
+}
+
 TEST_F(FdPlant, AnotherClientUsesTheServersAtTheSameTime) {
   config.nodes = {node_of(5)};
   start();

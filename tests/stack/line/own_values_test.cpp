@@ -41,6 +41,20 @@ TEST_F(OwnValuesTest, AreWrittenAtTheStartAndAfterEachReset) {
   EXPECT_EQ(own(0x1800, 5), 100U);
 }
 
+// A line of CANopen FD keeps its role.
+TEST_F(OwnValuesTest, DoNotChangeTheRoleOfAnFdLine) {
+  for (const Role role : {Role::manager, Role::device}) {
+    for (const unsigned startup : {0U, 1U}) {
+      LineConfig config;
+      config.name = "press";
+      config.canopen_fd = true;
+      config.role = role;
+      config.own_values = {value(0x1F80, 0, {startup, 0, 0, 0})};
+      EXPECT_EQ(Line::make(config).ok(), (role == Role::manager) == (startup == 1));
+    }
+  }
+}
+
 // The configured 1F80h: bit 0 is 0, NMT slave; bit 2 is 0, the node enters Operational without a
 // command.
 class SlaveByOwnValuesTest : public OwnValuesTest {
