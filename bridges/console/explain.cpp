@@ -296,7 +296,7 @@ std::string Explainer::usdo(const can::Frame& frame, unsigned id, bool request) 
   out += " to " + (receiver == 0 ? "all nodes" : node(receiver)) + ": " +
          explain_usdo(frame, description(server), object);
   const auto ended = request ? usdo_.request(sender, frame) : usdo_.answer(sender, frame);
-  if (const auto lost = usdo_.pop_unanswered()) {
+  while (const auto lost = usdo_.pop_unanswered()) {
     out += "; whether " + object_text(description(lost->server), lost->object) +
            " was written is not known" +
            follow_doubt(lost->server, channel(lost->server), lost->object);

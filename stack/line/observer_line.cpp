@@ -521,6 +521,7 @@ void ObserverLine::node_data_invalid(std::uint8_t id) {
 }
 
 void ObserverLine::node_reset(std::uint8_t id) {
+  usdo.reset(id);
   if (Device* const device = find(id)) {
     device->pdos.reset();
     follow_reset(*device, false);
@@ -528,6 +529,7 @@ void ObserverLine::node_reset(std::uint8_t id) {
 }
 
 void ObserverLine::node_booted(std::uint8_t id) {
+  usdo.reset(id);
   follow_boot_up(id);
   if (Device* const device = find(id)) {
     device->pdos.boot_up();

@@ -8,6 +8,30 @@ namespace linegate::observer {
 
 using usdo::Command;
 
+namespace {
+
+bool names_object(Command command) {
+  switch (command) {
+    case Command::download_response:
+    case Command::initiate_response:
+    case Command::upload_response:
+    case Command::upload_initiate:
+    case Command::abort:
+    case Command::long_abort:
+      return true;
+    default:
+      return false;
+  }
+}
+
+// A server's abort that is no refusal: the download may yet be carried out.
+bool says_nothing(const can::Frame& frame) {
+  return usdo::command_of(frame) == Command::abort &&
+         usdo::byte_of(frame, 6) == static_cast<std::uint8_t>(usdo::Code::cannot_transfer);
+}
+
+}  // namespace
+
 const UsdoFollower::Session* UsdoFollower::find(std::uint8_t client, std::uint8_t server,
                                                 std::uint8_t number) const {
   const auto found = std::ranges::find_if(sessions_, [&](const Session& each) {
@@ -17,29 +41,53 @@ const UsdoFollower::Session* UsdoFollower::find(std::uint8_t client, std::uint8_
   return found == sessions_.end() ? nullptr : &*found;
 }
 
+// The session of a frame, unless the frame is of another request: of those that name an object,
+// only a server's abort without its session names none.
 UsdoFollower::Session* UsdoFollower::find(std::uint8_t client, std::uint8_t server,
-                                          std::uint8_t number, Instant now) {
-  const Session* const known = find(client, server, number);
+                                          const can::Frame& frame) {
+  const Session* const known = find(client, server, usdo::session_of(frame));
   if (known == nullptr) {
     return nullptr;
   }
   Session& session = sessions_[static_cast<std::size_t>(known - sessions_.data())];
-  if (now - session.heard_at > kPatience) {
+  if (frame.time - session.heard_at > kPatience) {
+    doubt(session);
     session.phase = Phase::idle;
     return nullptr;
   }
-  session.heard_at = now;
+  const Command command = usdo::command_of(frame);
+  const od::Address named = usdo::address_of(frame);
+  const bool is_any = usdo::is_abort(command) && named == od::Address{};
+  if (names_object(command) && !is_any && named != session.transfer.address) {
+    return nullptr;
+  }
+  session.heard_at = frame.time;
   return &session;
 }
 
-// A client that begins a transfer has given up the one with the same session-ID.
+void UsdoFollower::doubt(Session& session) {
+  if (session.phase == Phase::written && !std::exchange(session.doubted, true) &&
+      waiting_ < unanswered_.size()) {
+    unanswered_[waiting_++] = {session.server, session.transfer.address};
+  }
+}
+
+// A client that begins a transfer has given up the one with the same session-ID, and one of the
+// same object.
 UsdoFollower::Session& UsdoFollower::begin(std::uint8_t client, const can::Frame& frame) {
   const std::uint8_t server = usdo::receiver_of(frame);
   const std::uint8_t number = usdo::session_of(frame);
-  const Session* place = find(client, server, number);
-  if (place != nullptr && place->phase == Phase::written) {
-    unanswered_ = Unanswered{server, place->transfer.address};
+  const od::Address object = usdo::address_of(frame);
+  for (Session& session : sessions_) {
+    const bool is_old = frame.time - session.heard_at > kPatience;
+    const bool is_same = session.client == client && session.server == server &&
+                         (session.number == number || session.transfer.address == object);
+    if (is_old || is_same) {
+      doubt(session);
+    }
+    session.phase = is_old ? Phase::idle : session.phase;
   }
+  const Session* place = find(client, server, number);
   if (place == nullptr) {
     place = std::ranges::min_element(sessions_, [](const Session& a, const Session& b) {
       const bool idle = a.phase == Phase::idle;
@@ -47,10 +95,11 @@ UsdoFollower::Session& UsdoFollower::begin(std::uint8_t client, const can::Frame
     });
   }
   Session& session = sessions_[static_cast<std::size_t>(place - sessions_.data())];
+  doubt(session);
   session = {.client = client,
              .server = server,
              .number = number,
-             .transfer = {.address = usdo::address_of(frame)},
+             .transfer = {.address = object},
              .heard_at = frame.time};
   return session;
 }
@@ -87,15 +136,16 @@ std::optional<UsdoTransfer> UsdoFollower::end(Session& session) {
   return UsdoTransfer{session.server, session.client, session.transfer};
 }
 
-std::optional<UsdoTransfer> UsdoFollower::abort(Session* session, const can::Frame& frame) {
-  if (session == nullptr) {
-    return std::nullopt;
+std::optional<UsdoTransfer> UsdoFollower::abort(Session& session, const can::Frame& frame,
+                                                bool of_client) {
+  if (of_client || says_nothing(frame)) {
+    doubt(session);
   }
-  session->holes = false;
-  session->transfer.aborted = true;
-  session->transfer.abort = usdo::reason_of(frame);
-  session->transfer.size = 0;
-  return end(*session);
+  session.holes = false;
+  session.transfer.aborted = true;
+  session.transfer.abort = usdo::reason_of(frame);
+  session.transfer.size = 0;
+  return end(session);
 }
 
 std::optional<UsdoTransfer> UsdoFollower::request(std::uint8_t client, const can::Frame& frame) {
@@ -116,6 +166,7 @@ std::optional<UsdoTransfer> UsdoFollower::request(std::uint8_t client, const can
     case Command::download_initiate: {
       Session& session = begin(client, frame);
       session.phase = Phase::download;
+      session.segmented = true;
       session.transfer.download = true;
       session.announced = usdo::size_of(frame);
       return std::nullopt;
@@ -126,12 +177,14 @@ std::optional<UsdoTransfer> UsdoFollower::request(std::uint8_t client, const can
     default:
       break;
   }
-  Session* const session =
-      find(client, usdo::receiver_of(frame), usdo::session_of(frame), frame.time);
-  if (usdo::is_abort(command)) {
-    return abort(session, frame);
+  Session* const session = find(client, usdo::receiver_of(frame), frame);
+  if (session == nullptr) {
+    return std::nullopt;
   }
-  if (session == nullptr || session->phase != Phase::download) {
+  if (usdo::is_abort(command)) {
+    return abort(*session, frame, true);
+  }
+  if (session->phase != Phase::download) {
     return std::nullopt;
   }
   if (command == Command::download_segment) {
@@ -148,19 +201,22 @@ std::optional<UsdoTransfer> UsdoFollower::answer(std::uint8_t server, const can:
     return std::nullopt;
   }
   const Command command = usdo::command_of(frame);
-  Session* const session =
-      find(usdo::receiver_of(frame), server, usdo::session_of(frame), frame.time);
-  if (usdo::is_abort(command)) {
-    return abort(session, frame);
-  }
+  Session* const session = find(usdo::receiver_of(frame), server, frame);
   if (session == nullptr) {
     return std::nullopt;
+  }
+  if (usdo::is_abort(command)) {
+    return abort(*session, frame, false);
   }
   const auto data = usdo::data_of(frame);
   switch (command) {
     case Command::download_response:
     case Command::end_response:
-      return session->phase == Phase::written ? end(*session) : std::nullopt;
+      if (session->phase == Phase::written &&
+          session->segmented == (command == Command::end_response)) {
+        return end(*session);
+      }
+      break;
     case Command::upload_response:
       if (session->phase == Phase::upload && data) {
         keep(*session, *data);
@@ -199,7 +255,7 @@ void UsdoFollower::reset(std::uint8_t server) {
 }
 
 std::optional<UsdoFollower::Unanswered> UsdoFollower::pop_unanswered() {
-  return std::exchange(unanswered_, std::nullopt);
+  return waiting_ == 0 ? std::nullopt : std::optional(unanswered_[--waiting_]);
 }
 
 std::optional<od::Address> UsdoFollower::object_of(std::uint8_t client, std::uint8_t server,

@@ -3,7 +3,9 @@
 // from the frames on the bus.
 //
 // As SdoFollower: a transfer is reported when the server has answered its last frame, or when
-// either side has aborted it. One that began before, or of which a frame was missed, is not.
+// either side has aborted it. One that began before, or of which a frame was missed, is not. A
+// session-ID may be used again while the answer to the request before is still to come: an answer
+// with the object of another request is ignored.
 #pragma once
 
 #include <array>
@@ -39,8 +41,11 @@ class UsdoFollower {
   std::optional<UsdoTransfer> request(std::uint8_t client, const can::Frame& frame);
   std::optional<UsdoTransfer> answer(std::uint8_t server, const can::Frame& frame);
 
-  // A download that may have taken effect, and whose last answer was not seen before its session
-  // began another transfer; nothing if there is none. Call it after request().
+  // A download that may have taken effect: its data was complete, and no answer was seen until its
+  // client began another transfer in the session or of the object, or aborted it, until the server
+  // aborted it without a reason, or for kPatience. Nothing if there is none: call it in a loop
+  // after request() and answer(). decode doubts the object; ObserverLine uses what was confirmed,
+  // as on a classical line, and does not call it.
   struct Unanswered {
     std::uint8_t server = 0;
     od::Address object;
@@ -68,22 +73,26 @@ class UsdoFollower {
     std::uint8_t server = 0;
     std::uint8_t number = 0;      // session-ID
     std::uint8_t counter = 0;     // of the next segment
+    bool segmented = false;       // a download in segments
     bool holes = false;           // a segment was missed
+    bool doubted = false;         // as unanswered
     std::uint32_t announced = 0;  // bytes; 0 = unknown
     Transfer transfer;
     Instant heard_at{};
   };
 
   const Session* find(std::uint8_t client, std::uint8_t server, std::uint8_t number) const;
-  Session* find(std::uint8_t client, std::uint8_t server, std::uint8_t number, Instant now);
+  Session* find(std::uint8_t client, std::uint8_t server, const can::Frame& frame);
   Session& begin(std::uint8_t client, const can::Frame& frame);
+  void doubt(Session& session);
   static void keep(Session& session, std::span<const std::byte> bytes);
   static void keep_segment(Session& session, const can::Frame& frame);
   static std::optional<UsdoTransfer> end(Session& session);
-  std::optional<UsdoTransfer> abort(Session* session, const can::Frame& frame);
+  std::optional<UsdoTransfer> abort(Session& session, const can::Frame& frame, bool of_client);
 
   std::array<Session, kSessions> sessions_;
-  std::optional<Unanswered> unanswered_;
+  std::array<Unanswered, kSessions> unanswered_;  // the first waiting_
+  std::size_t waiting_ = 0;
 };
 
 }  // namespace linegate::observer

@@ -39,15 +39,26 @@ class FdObserverTest : public ObserverTest {
     }
     hear_frame(frame);
   }
-  // By the foreign master, confirmed by node 5.
-  void write(od::Address place, std::uint32_t value, std::size_t bytes) {
+  // By the foreign master.
+  void request_write(od::Address place, std::uint32_t value, std::size_t bytes) {
     std::array<std::byte, 4> data{};
     store_le(data.data(), value);
     hear_frame(usdo::expedited_frame({can::kSdoRequestBase + kMaster, 5, ++session_},
                                      usdo::Command::download, place, od::DataType::unsigned32,
                                      std::span(data).first(bytes)));
+  }
+  // Confirmed by node 5.
+  void write(od::Address place, std::uint32_t value, std::size_t bytes) {
+    request_write(place, value, bytes);
+    confirm(place);
+  }
+  void confirm(od::Address place) {
     hear_frame(usdo::object_frame({can::kSdoResponseBase + 5, kMaster, session_},
                                   usdo::Command::download_response, place));
+  }
+  void refuse(od::Address place) {
+    hear_frame(usdo::abort_frame({can::kSdoResponseBase + 5, kMaster, session_}, place,
+                                 AbortCode::not_mappable, usdo::AbortForm::one_byte));
   }
   Line::Input value_of(od::Address place) {
     const auto& entries = line_->layout(Direction::inputs).entries;
@@ -127,12 +138,50 @@ TEST_F(FdObserverTest, AMappingThatAMasterWritesIsFollowed) {
   EXPECT_EQ(line_->layout(Direction::inputs).entries.size(), 20U);
 }
 
+// A master may use the session-ID of the write before again, whose answer is late.
+TEST_F(FdObserverTest, AMappingThatTheDeviceRefusedIsNotFollowed) {
+  for (const bool late_answer : {false, true}) {
+    observe(fd_config());
+    write({0x1800, 1}, 0x8000'0185, 4);
+    write({0x1A00, 0}, 0, 1);
+    request_write({0x1A00, 1}, 0x2001'0020, 4);
+    if (late_answer) {
+      confirm({0x1A00, 0});
+    }
+    refuse({0x1A00, 1});
+    write({0x1A00, 0}, 1, 1);
+    write({0x1800, 1}, 0x0000'0285, 4);
+    hear(0x000, {0x01, 0x05});
+    hear_fd(0x285, {0x44, 0x33, 0x22, 0x11});
+    EXPECT_FALSE(value_of({0x2001, 0}).valid) << late_answer;
+  }
+}
+
+TEST_F(FdObserverTest, AnAnswerFromBeforeAResetIsIgnored) {
+  const std::array<std::byte, 4> serial{std::byte{77}};
+  for (const bool boot_up : {false, true}) {
+    observe(fd_config());
+    hear_frame(usdo::object_frame({can::kSdoRequestBase + kMaster, 5, 1}, usdo::Command::upload,
+                                  {0x1018, 4}));
+    if (boot_up) {
+      hear(0x705, {0x00});
+    } else {
+      hear(0x000, {0x81, 0x00});
+    }
+    hear_frame(usdo::expedited_frame({can::kSdoResponseBase + 5, kMaster, 1},
+                                     usdo::Command::upload_response, {0x1018, 4},
+                                     od::DataType::unsigned32, serial));
+    EXPECT_EQ(line_->node_state(5).serial, 0U) << boot_up;
+  }
+}
+
 TEST_F(FdObserverTest, FramesThatAreNoUsdoFramesAreMalformed) {
   observe(fd_config());
   events();
   hear(0x605, {0x40, 0x18, 0x10, 0x01, 0, 0, 0, 0});
   hear_fd(0x601, {5, 0x11, 1});
-  EXPECT_EQ(line_->state().counters.frames_malformed, 2U);
+  hear_fd(0x601, {5});
+  EXPECT_EQ(line_->state().counters.frames_malformed, 3U);
   EXPECT_TRUE(of(EventKind::sdo_transfer).empty());
 }
 

@@ -48,6 +48,19 @@ class UsdoFollowerTest : public testing::Test {
       told_.push_back(*ended);
     }
   }
+  // Without an answer.
+  void write(od::Address object, std::uint8_t session = kSession) {
+    hear(usdo::expedited_frame(to_server(kClient, session), Command::download, object,
+                               DataType::unsigned8, bytes(1)));
+  }
+  // Of kObject at kServer.
+  void expect_doubt() {
+    const auto unanswered = follower_.pop_unanswered();
+    ASSERT_TRUE(unanswered);
+    EXPECT_EQ(unanswered->server, kServer);
+    EXPECT_EQ(unanswered->object, kObject);
+    EXPECT_FALSE(follower_.pop_unanswered());
+  }
   void write_segments(std::size_t size, bool lose_one = false) {
     hear(usdo::initiate_frame(to_server(), Command::download_initiate, kObject, DataType::domain,
                               static_cast<std::uint32_t>(size)));
@@ -188,15 +201,152 @@ TEST_F(UsdoFollowerTest, AnAbandonedTransferIsNotContinued) {
   EXPECT_TRUE(told_.empty());
 }
 
-TEST_F(UsdoFollowerTest, AWriteWithoutAnAnswerIsInDoubt) {
-  hear(usdo::expedited_frame(to_server(), Command::download, kObject, DataType::unsigned8,
+// A master may use a session-ID again after a time-out: the answer to the request before is late.
+TEST_F(UsdoFollowerTest, ALateAnswerToTheWriteBeforeHasNoEffect) {
+  constexpr od::Address kNext{0x2000, 4};
+  const can::Frame late_answers[] = {
+      usdo::object_frame(to_client(), Command::download_response, kObject),
+      usdo::abort_frame(to_client(), kObject, AbortCode::read_only, usdo::AbortForm::one_byte),
+      usdo::abort_frame(to_client(), kObject, AbortCode::read_only, usdo::AbortForm::four_bytes)};
+  for (const can::Frame& late : late_answers) {
+    for (const bool refused : {false, true}) {
+      told_.clear();
+      write(kObject);
+      write(kNext);
+      hear(late);
+      EXPECT_TRUE(told_.empty());
+      hear(refused ? usdo::abort_frame(to_client(), kNext, AbortCode::read_only,
+                                       usdo::AbortForm::one_byte)
+                   : usdo::object_frame(to_client(), Command::download_response, kNext));
+      ASSERT_EQ(told_.size(), 1U);
+      EXPECT_EQ(told_[0].transfer.address, kNext);
+      EXPECT_EQ(told_[0].transfer.aborted, refused);
+    }
+  }
+}
+
+TEST_F(UsdoFollowerTest, ALateAnswerToTheReadBeforeHasNoEffect) {
+  constexpr od::Address kNext{0x2000, 4};
+  hear(usdo::object_frame(to_server(), Command::upload, kObject));
+  hear(usdo::object_frame(to_server(), Command::upload, kNext));
+  hear(usdo::expedited_frame(to_client(), Command::upload_response, kObject, DataType::unsigned8,
+                             bytes(1, 7)));
+  hear(usdo::initiate_frame(to_client(), Command::upload_initiate, kObject, DataType::domain, 3));
+  hear(usdo::end_frame(to_client(), Command::upload_end, bytes(3)));
+  EXPECT_TRUE(told_.empty());
+  hear(usdo::expedited_frame(to_client(), Command::upload_response, kNext, DataType::unsigned8,
+                             bytes(1, 8)));
+  ASSERT_EQ(told_.size(), 1U);
+  EXPECT_EQ(told_[0].transfer.address, kNext);
+  EXPECT_EQ(told_[0].transfer.data[0], std::byte{8});
+}
+
+TEST_F(UsdoFollowerTest, OnlyTheAnswerOfItsKindEndsADownload) {
+  hear(usdo::initiate_frame(to_server(), Command::download_initiate, kObject, DataType::domain, 3));
+  hear(usdo::object_frame(to_client(), Command::initiate_response, kObject));
+  hear(usdo::end_frame(to_server(), Command::download_end, bytes(3)));
+  hear(usdo::object_frame(to_client(), Command::download_response, kObject));
+  EXPECT_TRUE(told_.empty());
+  hear(usdo::plain_frame(to_client(), Command::end_response));
+  ASSERT_EQ(told_.size(), 1U);
+  write(kObject);
+  hear(usdo::plain_frame(to_client(), Command::end_response));
+  EXPECT_EQ(told_.size(), 1U);
+  hear(usdo::object_frame(to_client(), Command::download_response, kObject));
+  EXPECT_EQ(told_.size(), 2U);
+}
+
+// A server that has lost the session has no object to name.
+TEST_F(UsdoFollowerTest, AnAbortWithoutAnObjectEndsTheTransfer) {
+  write(kObject);
+  hear(usdo::abort_frame(to_client(), {}, AbortCode::general, usdo::AbortForm::four_bytes));
+  ASSERT_EQ(told_.size(), 1U);
+  EXPECT_EQ(told_[0].transfer.address, kObject);
+  EXPECT_TRUE(told_[0].transfer.aborted);
+}
+
+TEST_F(UsdoFollowerTest, AFrameThatIsIgnoredDoesNotExtendTheTransfer) {
+  hear(usdo::object_frame(to_server(), Command::upload, kObject));
+  now_ += UsdoFollower::kPatience - std::chrono::seconds(1);
+  hear(usdo::expedited_frame(to_client(), Command::upload_response, {0x2000, 4},
+                             DataType::unsigned8, bytes(1)));
+  now_ += std::chrono::seconds(2);
+  hear(usdo::expedited_frame(to_client(), Command::upload_response, kObject, DataType::unsigned8,
                              bytes(1)));
+  EXPECT_TRUE(told_.empty());
+}
+
+TEST_F(UsdoFollowerTest, AWriteWithoutAnAnswerIsInDoubt) {
+  write(kObject);
   hear(usdo::object_frame(to_server(), Command::upload, {0x1000, 0}));
-  const auto unanswered = follower_.pop_unanswered();
-  ASSERT_TRUE(unanswered);
-  EXPECT_EQ(unanswered->server, kServer);
-  EXPECT_EQ(unanswered->object, kObject);
+  expect_doubt();
+}
+
+// Clients use another session-ID for each transfer.
+TEST_F(UsdoFollowerTest, ARequestForTheSameObjectShowsThatAWriteIsInDoubt) {
+  write(kObject, 1);
+  hear(usdo::object_frame(to_server(kClient + 1, 2), Command::upload, kObject));
+  hear(usdo::object_frame(to_server(kClient, 3), Command::upload, {0x1000, 0}));
   EXPECT_FALSE(follower_.pop_unanswered());
+  hear(usdo::object_frame(to_server(kClient, 4), Command::upload, kObject));
+  expect_doubt();
+  hear(usdo::object_frame(to_server(kClient, 5), Command::upload, kObject));
+  EXPECT_FALSE(follower_.pop_unanswered()) << "it was reported";
+  hear(usdo::object_frame(to_client(kClient, 1), Command::download_response, kObject));
+  EXPECT_EQ(told_.size(), 1U) << "the answer was late";
+}
+
+TEST_F(UsdoFollowerTest, AWriteThatTimedOutIsInDoubt) {
+  write(kObject);
+  now_ += UsdoFollower::kPatience + std::chrono::milliseconds(1);
+  hear(usdo::object_frame(to_server(kClient + 1, 4), Command::upload, {0x1000, 0}));
+  expect_doubt();
+}
+
+TEST_F(UsdoFollowerTest, ManyWritesAreInDoubtAtATime) {
+  for (std::uint8_t i = 1; i <= UsdoFollower::kSessions; ++i) {
+    write({0x2000, i}, i);
+  }
+  now_ += UsdoFollower::kPatience + std::chrono::milliseconds(1);
+  hear(usdo::object_frame(to_server(), Command::upload, {0x1000, 0}));
+  std::size_t count = 0;
+  while (follower_.pop_unanswered()) {
+    ++count;
+  }
+  EXPECT_EQ(count, UsdoFollower::kSessions);
+}
+
+TEST_F(UsdoFollowerTest, AWriteWhosePlaceAnotherTransferNeedsIsInDoubt) {
+  write(kObject, 1);
+  for (unsigned i = 0; i < UsdoFollower::kSessions; ++i) {
+    now_ += std::chrono::microseconds(1);
+    EXPECT_FALSE(follower_.pop_unanswered());
+    hear(usdo::object_frame(to_server(kClient, static_cast<std::uint8_t>(i + 2)), Command::upload,
+                            {0x1000, 0}));
+  }
+  expect_doubt();
+}
+
+// What a client sends that got no answer in time, and a server that gives no reason.
+TEST_F(UsdoFollowerTest, AWriteThatTheClientAbortedIsInDoubt) {
+  for (const auto form : {usdo::AbortForm::one_byte, usdo::AbortForm::four_bytes}) {
+    write(kObject);
+    hear(usdo::abort_frame(to_server(), kObject, AbortCode::timeout, form));
+    expect_doubt();
+  }
+  write(kObject);
+  hear(usdo::abort_frame(to_client(), kObject, usdo::Code::cannot_transfer,
+                         usdo::AbortForm::one_byte));
+  expect_doubt();
+}
+
+TEST_F(UsdoFollowerTest, AWriteThatTheServerRefusedIsNotInDoubt) {
+  write(kObject);
+  hear(usdo::abort_frame(to_client(), kObject, AbortCode::read_only, usdo::AbortForm::one_byte));
+  EXPECT_FALSE(follower_.pop_unanswered());
+  hear(usdo::initiate_frame(to_server(), Command::download_initiate, kObject, DataType::domain, 3));
+  hear(usdo::abort_frame(to_server(), kObject, AbortCode::timeout, usdo::AbortForm::one_byte));
+  EXPECT_FALSE(follower_.pop_unanswered()) << "it did not have all of its data";
 }
 
 TEST_F(UsdoFollowerTest, OtherFramesHaveNoEffect) {
