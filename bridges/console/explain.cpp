@@ -285,7 +285,8 @@ std::string Explainer::follow_doubt(unsigned id, Channel& with, od::Address obje
 // receiver.
 std::string Explainer::usdo(const can::Frame& frame, unsigned id, bool request) {
   std::string out = std::string(request ? "USDO request" : "USDO answer") + " of " + node(id);
-  if (!usdo::well_formed(frame) || !usdo::has_fields(frame)) {
+  if (!usdo::well_formed(frame) ||
+      (usdo::is_known(usdo::command_of(frame)) && !usdo::has_fields(frame))) {
     return out + ", but it is no USDO frame: " + std::to_string(frame.length) + " bytes";
   }
   const auto sender = static_cast<std::uint8_t>(id);

@@ -84,8 +84,16 @@ ObserverLine::Device* ObserverLine::find(std::uint8_t id) {
 // server.
 void ObserverLine::receive_usdo(std::uint16_t index, const can::Frame& frame) {
   const auto sender = static_cast<std::uint8_t>(index & ~kSdoRequest);
-  if (!usdo::well_formed(frame) || !usdo::has_fields(frame)) {
+  if (!usdo::well_formed(frame)) {
     malformed(frame, sender);
+    return;
+  }
+  if (!usdo::has_fields(frame)) {
+    if (usdo::is_known(usdo::command_of(frame))) {
+      malformed(frame, sender);
+    } else {
+      ++counters_.frames_unused;  // of a transfer that Linegate does not use
+    }
     return;
   }
   const auto ended =

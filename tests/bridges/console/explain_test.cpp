@@ -88,6 +88,9 @@ TEST_F(ExplainTest, UsdoFramesOfOneFrameHaveTheirObjectAndValue) {
   can::Frame frame = usdo::object_frame(to_server, Command::upload, object);
   frame.length = 4;
   EXPECT_EQ(known.explain(frame), "USDO request of node 127, but it is no USDO frame: 4 bytes");
+  frame.data[1] = std::byte{0x05};
+  EXPECT_EQ(known.explain(frame),
+            "USDO request of node 127 to node 5 (inlet): a command that there is not");
 }
 
 TEST_F(ExplainTest, UsdoSegmentsAreCountedAndTheirValueIsNamedAtTheEnd) {

@@ -185,6 +185,17 @@ TEST_F(FdObserverTest, FramesThatAreNoUsdoFramesAreMalformed) {
   EXPECT_TRUE(of(EventKind::sdo_transfer).empty());
 }
 
+// Those of CiA 1301 that Linegate does not use.
+TEST_F(FdObserverTest, UsdoFramesWithOtherCommandsAreNotMalformed) {
+  observe(fd_config());
+  const std::uint64_t unused = line_->state().counters.frames_unused;
+  hear_fd(0x601, {5, 0x05, 1, 0, 0, 0x20, 0, 0});
+  hear_fd(0x585, {1, 0x25, 1});
+  EXPECT_EQ(line_->state().counters.frames_malformed, 0U);
+  EXPECT_EQ(line_->state().counters.frames_unused, unused + 2);
+  EXPECT_TRUE(of(EventKind::malformed_frame).empty());
+}
+
 TEST_F(FdObserverTest, EmcysOfTwentyBytesAreEventsIfTheyAreExpected) {
   LineConfig config = fd_config();
   config.emcy_fd = true;
