@@ -50,6 +50,7 @@ std::string_view name(WhenLost when_lost) {
 }
 
 void add_parts(Following following, std::uint32_t bits, std::vector<Following>& to) {
+  following.input_bits = bits;
   for (following.part = 0; following.part < image::value_parts(bits); ++following.part) {
     to.push_back(following);
   }
@@ -71,8 +72,10 @@ void FollowedInputs::find_entries(const Line& line) {
       entries_[i] |= Line::kForwarded;
     } else {
       entries_[i] = entry_of(entries, kNone, wanted);
-      // That of an observer may be shorter than it was expected to be.
-      if (entries_[i] != kNone && what_[i].part >= image::value_parts(entries[entries_[i]])) {
+      // That of an observer may have another length than in the device file. No part of it is used:
+      // the others would keep their value.
+      if (entries_[i] != kNone && what_[i].input_bits != 0 &&
+          entries[entries_[i]].bit_length != what_[i].input_bits) {
         entries_[i] = kNone;
       }
     }

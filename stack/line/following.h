@@ -39,9 +39,11 @@ struct Following {
   bool forwarded = false;
   // Of entries of more than 64 bits: 8 bytes of both, see image::value_parts().
   std::uint8_t part = 0;
+  // Length of the input in bits, 0 = any: an input of another length is lost. Set by add_parts().
+  std::uint32_t input_bits = 0;
 };
 
-// One for each part of entries with that number of bits.
+// One for each part of entries with that number of bits; 0: of one part, with any number.
 void add_parts(Following following, std::uint32_t bits, std::vector<Following>& to);
 
 // Reads the inputs.

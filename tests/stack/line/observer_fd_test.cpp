@@ -8,6 +8,7 @@
 
 #include "stack/base/byte_order.h"
 #include "stack/emcy/message.h"
+#include "stack/line/following.h"
 #include "stack/usdo/protocol.h"
 
 #include "tests/stack/line/observer_fixture.h"
@@ -59,6 +60,15 @@ class FdObserverTest : public ObserverTest {
   void refuse(od::Address place) {
     hear_frame(usdo::abort_frame({can::kSdoResponseBase + 5, kMaster, session_}, place,
                                  AbortCode::not_mappable, usdo::AbortForm::one_byte));
+  }
+  // TPDO 1 of node 5 has the object 2000h with that number of bits, and no other.
+  void map_alone(std::uint8_t bits) {
+    write({0x1800, 1}, 0x8000'0185, 4);
+    write({0x1A00, 0}, 0, 1);
+    write({0x1A00, 1}, 0x2000'0000U | bits, 4);
+    write({0x1A00, 0}, 1, 1);
+    write({0x1800, 1}, 0x0000'0185, 4);
+    hear(0x000, {0x01, 0x05});
   }
   Line::Input value_of(od::Address place) {
     const auto& entries = line_->layout(Direction::inputs).entries;
@@ -194,6 +204,32 @@ TEST_F(FdObserverTest, UsdoFramesWithOtherCommandsAreNotMalformed) {
   EXPECT_EQ(line_->state().counters.frames_malformed, 0U);
   EXPECT_EQ(line_->state().counters.frames_unused, unused + 2);
   EXPECT_TRUE(of(EventKind::malformed_frame).empty());
+}
+
+// A foreign master may map a string with another length than the device file; then no part of the
+// value is forwarded.
+TEST_F(FdObserverTest, AValueOfAnotherLengthIsLostAsAWhole) {
+  LineConfig config = fd_config();
+  od::VariableDescription& value = *config.nodes[0].device.find({0x2000, 0});
+  value.type = od::DataType::octet_string;
+  value.value.assign(16, std::byte{0});
+  observe(config);
+  std::vector<Following> parts;
+  add_parts({.input = {5, {0x2000, 0}}, .forwarded = true}, 128, parts);
+  ASSERT_EQ(parts.size(), 2U);
+  FollowedInputs inputs(parts);
+  const auto valid_parts = [&](std::uint8_t bits) {
+    map_alone(bits);
+    hear_fd(0x185, std::vector<std::uint8_t>(bits / 8, 0x11));
+    EXPECT_TRUE(value_of({0x2000, 0}).valid) << int{bits};
+    inputs.look(*line_);
+    return std::ranges::count(inputs.values(), true, &Line::Input::valid);
+  };
+  EXPECT_EQ(valid_parts(128), 2);
+  EXPECT_EQ(valid_parts(64), 0);
+  EXPECT_EQ(valid_parts(96), 0) << "as many parts";
+  EXPECT_EQ(valid_parts(128), 2);
+  EXPECT_EQ(valid_parts(192), 0);
 }
 
 TEST_F(FdObserverTest, EmcysOfTwentyBytesAreEventsIfTheyAreExpected) {
