@@ -234,12 +234,20 @@ bool DevicesLine::do_feed_watchdog(const OutputWrite& write, Instant now) {
   return outputs.feed(write, now);
 }
 
+[[gnu::hot]] void DevicesLine::write_bound_entry(const BoundValue& value) {
+  if (image.layout(Direction::outputs).entries[value.entry].bit_length <= 64) [[likely]] {
+    image.write_entry(Direction::outputs, value.entry, value.value);
+  } else {
+    image.write_part(Direction::outputs, value.entry, value.part, value.value);
+  }
+}
+
 void DevicesLine::write_bound(std::span<const BoundValue> values, Instant now) {
   bool always = false;
   for (const BoundValue& value : values) {
-    routed_.values += value.always ? 1U : 0U;
+    routed_.values += value.always && value.part == 0 ? 1U : 0U;
     if (value.valid) {
-      image.write_part(Direction::outputs, value.entry, value.part, value.value);
+      write_bound_entry(value);
       collect(value.entry);
       always = always || value.always;
     } else {

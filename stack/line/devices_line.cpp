@@ -203,7 +203,8 @@ bool DevicesLine::image_touched(Direction direction) const {
 }
 
 Line::Input DevicesLine::input(std::uint32_t entry, std::uint8_t part) const {
-  return {.value = image.read_part(Direction::inputs, entry, part),
+  return {.value = part == 0 ? image.read_entry(Direction::inputs, entry)
+                             : image.read_part(Direction::inputs, entry, part),
           .valid = image.is_valid(Direction::inputs, entry)};
 }
 

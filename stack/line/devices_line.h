@@ -105,6 +105,7 @@ class DevicesLine final : public Line {
   void hand_out(bool always, Instant now);
   void apply_defaults(Instant now);
   void react(const Outputs::Group& group, Instant now);
+  void write_bound_entry(const BoundValue& value);
   void collect(std::uint32_t entry) { written.push_back(entry); }
   void collect(const OutputBytes& run);
 

@@ -457,7 +457,8 @@ bool ObserverLine::image_touched(Direction direction) const {
 Line::Input ObserverLine::input(std::uint32_t entry, std::uint8_t part) const {
   const image::ProcessImage& seen = inputs->image;
   const std::uint16_t rpdo = seen.layout(Direction::inputs).entries[entry].local_pdo;
-  return {.value = seen.read_part(Direction::inputs, entry, part),
+  return {.value = part == 0 ? seen.read_entry(Direction::inputs, entry)
+                             : seen.read_part(Direction::inputs, entry, part),
           .valid = seen.is_valid(Direction::inputs, entry),
           .late = inputs->engine.timed_out(rpdo),
           .received = seen.area(Direction::inputs).pdo(rpdo - 1U).last,

@@ -469,7 +469,7 @@ void OutputService::zero(const Outputs::Group& group, Instant now) {
 [[gnu::hot]] void OutputService::write_bound(std::span<const BoundValue> values, Instant now) {
   bool any_forwarded = false;
   for (const BoundValue& value : values) {
-    parts_.routed.values += value.always ? 1U : 0U;
+    parts_.routed.values += value.always && value.part == 0 ? 1U : 0U;
     if ((value.entry & Line::kForwarded) != 0) {
       const std::size_t object = value.entry & ~Line::kForwarded;
       any_forwarded = true;

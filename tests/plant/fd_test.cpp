@@ -702,11 +702,13 @@ class FdForwarding : public testing::Test {
   }
   // Call it before start().
   void forward(FdNetwork& from, od::Address input, FdNetwork& to, od::Address output,
-               std::uint32_t bits = 8) {
+               std::uint32_t bits = 8, line::WhenLost when_lost = line::WhenLost::hold) {
     std::vector<line::Following> parts;
-    line::add_parts(
-        {.input = {5, input}, .output_entry = bound_output(to, output), .forwarded = true}, bits,
-        parts);
+    line::add_parts({.input = {5, input},
+                     .output_entry = bound_output(to, output),
+                     .when_lost = when_lost,
+                     .forwarded = true},
+                    bits, parts);
     joints.push_back({from, to, line::FollowedInputs(parts), line::FollowingOutputs(parts)});
   }
 
@@ -806,42 +808,118 @@ line::NodeConfig node_with_long_values() {
   return node;
 }
 
-TEST_F(FdForwarding, LongValuesCrossAsAWhole) {
-  slow.config.canopen_fd = true;
-  fast.config.nodes = {node_with_long_values()};
-  slow.config.nodes = {node_with_long_values()};
-  forward(fast, {0x6000, 1}, slow, {0x6200, 1}, 8 * 20);
-  fast.power_on("fd-io");
-  slow.power_on("fd-io");
-  const auto live = [&] {
-    for (FdNetwork* const network : {&fast, &slow}) {
+// Both lines have a node 5 with such values, which the test simulates.
+class FdLongForwarding : public FdForwarding {
+ protected:
+  static constexpr std::uint8_t kBytes = 20;
+
+  void start_long(line::WhenLost when_lost) {
+    slow.config.canopen_fd = true;
+    fast.config.nodes = {node_with_long_values()};
+    slow.config.nodes = {node_with_long_values()};
+    forward(fast, {0x6000, 1}, slow, {0x6200, 1}, 8 * kBytes, when_lost);
+    fast.power_on("fd-io");
+    slow.power_on("fd-io");
+    tpdo.id = 0x185;
+    tpdo.flags = can::Frame::kFd | can::Frame::kBitRateSwitch;
+    tpdo.length = kBytes;
+  }
+  void live(std::initializer_list<FdNetwork*> nodes) {
+    for (FdNetwork* const network : nodes) {
       ASSERT_TRUE(network->bus.submit(network->witness, can::make_frame(0x705, {5}), now));
     }
     run(50ms);
-  };
-  can::Frame tpdo;
-  tpdo.id = 0x185;
-  tpdo.flags = can::Frame::kFd | can::Frame::kBitRateSwitch;
-  tpdo.length = 20;
-  for (std::uint8_t round = 1; round <= 3; ++round) {
-    for (unsigned i = 0; i < 20; ++i) {
-      tpdo.data[i] = static_cast<std::byte>(16 * round + i);
+  }
+  // The RPDOs that the node on the slow line received after this TPDO of the other.
+  std::vector<can::Frame> sent_for(std::uint8_t first) {
+    for (unsigned i = 0; i < kBytes; ++i) {
+      tpdo.data[i] = static_cast<std::byte>(first + i);
     }
-    live();
+    return sent_again();
+  }
+  std::vector<can::Frame> sent_again() {
+    live({&fast, &slow});
     slow.seen.clear();
-    ASSERT_TRUE(fast.bus.submit(fast.witness, tpdo, now));
-    live();
-    const std::vector<can::Frame> sent = slow.frames_of(0x205);
+    EXPECT_TRUE(fast.bus.submit(fast.witness, tpdo, now));
+    live({&fast, &slow});
+    return slow.frames_of(0x205);
+  }
+  void lose_the_source() {
+    slow.seen.clear();
+    for (int i = 0; i < 20; ++i) {
+      live({&slow});
+    }
+  }
+  static bool has_data_of(const can::Frame& frame, const can::Frame& other) {
+    return std::ranges::equal(frame.bytes(), other.bytes());
+  }
+
+  can::Frame tpdo;
+};
+
+TEST_F(FdLongForwarding, ValuesCrossAsAWhole) {
+  start_long(line::WhenLost::hold);
+  for (std::uint8_t round = 1; round <= 3; ++round) {
+    const std::vector<can::Frame> sent = sent_for(static_cast<std::uint8_t>(16 * round));
     ASSERT_EQ(sent.size(), 1U) << int{round};
-    EXPECT_EQ(sent[0].length, 20);
-    EXPECT_TRUE(std::equal(tpdo.data.begin(), tpdo.data.begin() + 20, sent[0].data.begin()));
+    EXPECT_EQ(sent[0].length, kBytes);
+    EXPECT_TRUE(has_data_of(sent[0], tpdo));
+    EXPECT_EQ(slow.line->state().routing.values, round);
   }
   tpdo.data[17] = std::byte{0xEE};  // of the last part alone
-  slow.seen.clear();
-  ASSERT_TRUE(fast.bus.submit(fast.witness, tpdo, now));
-  live();
-  ASSERT_EQ(slow.frames_of(0x205).size(), 1U);
-  EXPECT_EQ(slow.frames_of(0x205)[0].data[17], std::byte{0xEE});
+  const std::vector<can::Frame> sent = sent_again();
+  ASSERT_EQ(sent.size(), 1U);
+  EXPECT_TRUE(has_data_of(sent[0], tpdo));
+  lose_the_source();
+  EXPECT_TRUE(slow.frames_of(0x205).empty());
+}
+
+TEST_F(FdLongForwarding, ALostValueIsZeroAsAWhole) {
+  start_long(line::WhenLost::zero);
+  ASSERT_EQ(sent_for(1).size(), 1U);
+  lose_the_source();
+  const std::vector<can::Frame> zeros = slow.frames_of(0x205);
+  ASSERT_EQ(zeros.size(), 1U);
+  EXPECT_TRUE(std::ranges::all_of(zeros[0].bytes(), [](std::byte b) { return b == std::byte{}; }));
+  const std::vector<can::Frame> sent = sent_again();
+  ASSERT_FALSE(sent.empty());
+  EXPECT_TRUE(has_data_of(sent.back(), tpdo));
+}
+
+TEST_F(FdLongForwarding, ALostValueIsHeldBackAsAWhole) {
+  start_long(line::WhenLost::stop);
+  ASSERT_EQ(sent_for(1).size(), 1U);
+  lose_the_source();
+  EXPECT_TRUE(slow.frames_of(0x205).empty());
+  image::Snapshot outputs;
+  slow.line->snapshot(image::Direction::outputs, outputs, now, false);
+  EXPECT_FALSE(outputs.is_known(slow.entry(image::Direction::outputs, 5, {0x6200, 1})));
+  const std::vector<can::Frame> sent = sent_for(2);
+  ASSERT_FALSE(sent.empty());
+  for (const can::Frame& frame : sent) {
+    EXPECT_TRUE(has_data_of(frame, tpdo)) << "no part of it is that of before";
+  }
+}
+
+TEST_F(FdPlant, AnOutputOfMoreThanEightBytesIsWrittenAsAWhole) {
+  config.nodes = {node_with_long_values()};
+  power_on("fd-io");
+  ASSERT_TRUE(bus.submit(witness, can::make_frame(0x705, {5}), now));
+  run(50ms);
+  line::OutputValue value{.entry = entry(image::Direction::outputs, 5, {0x6200, 1}), .length = 20};
+  for (std::size_t i = 0; i < 20; ++i) {
+    value.data[i] = static_cast<std::byte>(i + 1);
+  }
+  line::OutputWrite write;
+  write.layout_id = line->layout(image::Direction::outputs).id;
+  write.values = {value};
+  seen.clear();
+  ASSERT_EQ(line->write_outputs(write, now), line::OutputRefusal::none);
+  run(50ms);
+  ASSERT_EQ(frames_of(0x205).size(), 1U);
+  EXPECT_TRUE(std::ranges::equal(frames_of(0x205)[0].bytes(), std::span(value.data).first(20)));
+  write.values[0].length = 8;
+  EXPECT_EQ(line->write_outputs(write, now), line::OutputRefusal::bad_length);
 }
 
 }  // namespace
