@@ -40,6 +40,7 @@ Duration produced_sync(const line::Line& line) {
 line::BudgetOptions budget_of(const line::LineConfig& config) {
   return {.bit_rates = {config.bit_rate, config.data_bit_rate},
           .canopen_fd = config.canopen_fd,
+          .emcy_fd = config.emcy_fd,
           .share = config.request_share,
           .client_share = config.client_share};
 }

@@ -38,15 +38,24 @@ constexpr std::int64_t kReleaseFrames = 8;
 struct CostOf {
   BitRates rates;
   std::int64_t full;  // bits of a frame of the greatest length on the line
+  bool emcy_fd = false;
 
   std::int64_t bits_of(std::int64_t frames) const { return frames * full; }
+  std::int64_t classical(std::int64_t frames) const {
+    return frames * bits_on_bus({.length = can::kMaxClassicData}, rates);
+  }
   std::int64_t operator()(const CanSend& send) const {
     return bits_on_bus({send.frame.id, send.frame.length, send.frame.flags}, rates);
   }
   // The frames of the boot processes that follow a reset are counted one by one.
-  std::int64_t operator()(const NmtRequest&) const { return bits_of(1); }
-  std::int64_t operator()(const EmcySend&) const { return bits_of(1); }
-  std::int64_t operator()(const SleepRequest&) const { return bits_of(2); }
+  // Classical frames on a line of CANopen FD, too.
+  std::int64_t operator()(const NmtRequest&) const { return classical(1); }
+  std::int64_t operator()(const EmcySend&) const {
+    constexpr can::Header kFdEmcy{.length = 20,
+                                  .flags = can::Frame::kFd | can::Frame::kBitRateSwitch};
+    return emcy_fd ? bits_on_bus(kFdEmcy, rates) : classical(1);
+  }
+  std::int64_t operator()(const SleepRequest&) const { return classical(2); }
   std::int64_t operator()(const SingleOutput&) const { return bits_of(1); }
   std::int64_t operator()(const ObjectWrite&) const { return bits_of(1); }
   std::int64_t operator()(const PdoTrigger&) const { return bits_of(1); }
@@ -397,7 +406,7 @@ void RequestBudget::take(Client& client, std::deque<Waiting>::iterator from, Adm
 }
 
 void RequestBudget::start(Client& client, const Command& command) {
-  const CostOf cost{.rates = options_.bit_rates, .full = bits_of(1)};
+  const CostOf cost{.rates = options_.bit_rates, .full = bits_of(1), .emcy_fd = options_.emcy_fd};
   if (const std::int64_t bits = std::visit(cost, command.request); bits != 0) {
     // The segments of a long value to another network are sent there, one after the other: they
     // must not keep the other clients of this line waiting.

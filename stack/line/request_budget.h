@@ -51,6 +51,7 @@ namespace linegate::line {
 struct BudgetOptions {
   BitRates bit_rates{};              // nominal 0 = unknown: kAssumedBitRate
   bool canopen_fd = false;           // requests are FD frames of up to 64 bytes
+  bool emcy_fd = false;              // EMCYs are FD frames of 20 bytes
   std::uint16_t share = 300;         // of the bit rate, for all clients, in thousandths
   std::uint16_t client_share = 150;  // of the bit rate, for each client, in thousandths
 };

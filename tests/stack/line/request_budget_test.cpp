@@ -156,6 +156,31 @@ TEST_F(RequestBudgetTest, OutputsOfAnFdLineAreCountedByTheLengthOfTheirPdos) {
   EXPECT_GT(of_short, 3 * of_long);
 }
 
+// NMT and EMCY are classical frames on lines of CANopen FD, too.
+TEST_F(RequestBudgetTest, CommandsOfAnFdLineAreCountedByTheLengthOfTheirFrames) {
+  const auto cost_of = [&](bool emcy_fd, Request request) {
+    RequestBudget fd({.bit_rates = {.nominal = 125'000}, .canopen_fd = true, .emcy_fd = emcy_fd});
+    fd.advance(now);
+    int count = 0;
+    Command command{.tag = 1, .request = std::move(request)};
+    command.client = 1;
+    for (; count < 1000; ++count) {
+      Command next = command;
+      if (fd.put(next, now) != Put::queued || !fd.next(admitted, now)) {
+        break;
+      }
+    }
+    return count;
+  };
+  const int of_write = cost_of(false, SingleOutput{});
+  const int of_nmt = cost_of(false, NmtRequest{});
+  EXPECT_GT(of_write, 0);
+  EXPECT_GT(of_nmt, 3 * of_write);
+  EXPECT_EQ(cost_of(false, EmcySend{}), of_nmt);
+  EXPECT_LT(cost_of(true, EmcySend{}), of_nmt) << "20 bytes";
+  EXPECT_GT(cost_of(true, EmcySend{}), of_write);
+}
+
 // Three clients send 5,000 frames a second each, for 10 s, in steps of 1 ms.
 TEST_F(RequestBudgetTest, FloodsStayWithinTheShares) {
   std::map<std::uint32_t, std::int64_t> sent;
