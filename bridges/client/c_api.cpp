@@ -18,6 +18,8 @@
 #include <variant>
 #include <vector>
 
+#include "stack/line/output_write.h"
+
 namespace client = linegate::client;
 
 struct linegate_client {
@@ -657,8 +659,9 @@ int linegate_set_bytes(linegate_client* handle, int group, const char* name, con
   return with<client::Group>(handle, group, [&](const Held& /*held*/, client::Group& it) -> int {
     if (name == nullptr || bytes == nullptr)
       return LINEGATE_ERROR_ARGUMENT;
-    // An output has at most 8 bytes.
-    return length > 8 ? LINEGATE_ERROR_RANGE : to_int(it.set(name, bytes_of(bytes, length)));
+    return length > linegate::line::OutputValue::kMaxLength
+               ? LINEGATE_ERROR_RANGE
+               : to_int(it.set(name, bytes_of(bytes, length)));
   });
 }
 

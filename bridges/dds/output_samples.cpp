@@ -26,15 +26,21 @@ OutputCheck check(const v1::OutputWrite& from) {
   }
   for (const v1::OutputValue& value : from.values()) {
     if (value.data().empty() || value.data().size() > line::OutputValue::kMaxLength) {
-      return {OutputRefusal::bad_length, "a value is not 1 to 64 bytes long"};
+      return {OutputRefusal::bad_length, "a value is not 1 to 32 bytes long"};
     }
   }
+  std::size_t all = 0;
   for (const v1::OutputBytes& run : from.bytes()) {
     if (run.data().empty() || run.data().size() > kChunkBytes) {
       return {OutputRefusal::bad_length, "a run of bytes is not 1 to 8192 bytes long"};
     }
     if (run.offset() > image::kMaxAreaBytes - run.data().size()) {
       return {OutputRefusal::bad_length, "a run of bytes ends beyond any output area"};
+    }
+    // A line keeps the buffers of writes: this limits their size.
+    all += run.data().size();
+    if (all > image::kMaxAreaBytes) {
+      return {OutputRefusal::bad_length, "the runs of bytes are longer than any output area"};
     }
   }
   return {};

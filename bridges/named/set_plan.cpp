@@ -238,11 +238,11 @@ std::uint64_t read_number(CdrReader& from, Form form) {
   return from.number<std::uint64_t>();
 }
 
-// Reads the value of an output with that many bits. Returns false if it does not fit.
+// Reads the value of an output with that many bits. Returns false if it does not fit. Precondition:
+// all bytes of `to` are 0.
 bool read_value(CdrReader& from, Form form, Reading reading, std::uint16_t length, unsigned bits,
                 line::OutputValue& to) {
   to.length = static_cast<std::uint8_t>((bits + 7) / 8);
-  to.data.fill(std::byte{0});
   if (form == Form::text) {
     return put_text(from.text(length), reading, bits, to);
   }

@@ -27,8 +27,8 @@ enum WatchdogReaction : std::uint8_t {
 
 // One entry of the output layout.
 struct OutputValue {
-  // As many as a PDO of CANopen FD has.
-  static constexpr std::size_t kMaxLength = 64;
+  // A mapping entry has at most 255 bits (CiA 301 7.5.2.36), on lines of CANopen FD, too.
+  static constexpr std::size_t kMaxLength = 32;
 
   std::uint32_t entry = 0;
   std::uint8_t length = 0;                   // bytes in data

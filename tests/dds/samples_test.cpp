@@ -457,16 +457,16 @@ TEST(OutputSamples, OutputWriteComesBack) {
 }
 
 // Of lines of CANopen FD.
-TEST(OutputSamples, ValuesOfSixtyFourBytesComeBack) {
+TEST(OutputSamples, ValuesOfThirtyTwoBytesComeBack) {
   line::OutputWrite sent = output();
-  sent.values[0].length = 64;
-  for (std::size_t i = 0; i < 64; ++i)
+  sent.values[0].length = 32;
+  for (std::size_t i = 0; i < 32; ++i)
     sent.values[0].data[i] = static_cast<std::byte>(i + 1);
   v1::OutputWrite wire;
   ASSERT_TRUE(to_wire(sent, wire));
   line::OutputWrite write;
   ASSERT_EQ(from_wire(wire, write).refusal, line::OutputRefusal::none);
-  EXPECT_EQ(write.values[0].length, 64);
+  EXPECT_EQ(write.values[0].length, 32);
   EXPECT_EQ(write.values[0].data, sent.values[0].data);
 }
 
@@ -483,7 +483,7 @@ TEST(OutputSamples, WhatCannotBeUnderstoodIsRefused) {
   EXPECT_EQ(refusal([](auto& w) { w.reactions(0x80); }), OutputRefusal::bad_reaction);
   EXPECT_EQ(refusal([](auto& w) { w.reactions(0x06); }), OutputRefusal::bad_reaction);
   EXPECT_EQ(refusal([](auto& w) { w.watchdog_ns(-1); }), OutputRefusal::bad_reaction);
-  EXPECT_EQ(refusal([](auto& w) { w.values()[0].data().resize(65); }), OutputRefusal::bad_length);
+  EXPECT_EQ(refusal([](auto& w) { w.values()[0].data().resize(33); }), OutputRefusal::bad_length);
   EXPECT_EQ(refusal([](auto& w) { w.values()[0].data().clear(); }), OutputRefusal::bad_length);
   EXPECT_EQ(refusal([](auto& w) { w.values().resize(4'097, w.values()[0]); }),
             OutputRefusal::bad_length);
@@ -491,6 +491,14 @@ TEST(OutputSamples, WhatCannotBeUnderstoodIsRefused) {
   EXPECT_EQ(refusal([](auto& w) { w.bytes()[0].offset(0xFFFF'FFFF); }), OutputRefusal::bad_length);
   EXPECT_EQ(refusal([](auto& w) { w.bytes()[0].data().clear(); }), OutputRefusal::bad_length);
   EXPECT_EQ(refusal([](auto& w) { w.bytes()[0].offset(131'071); }), OutputRefusal::none);
+  const auto runs = [](std::size_t count) {
+    return [count](auto& w) {
+      w.bytes()[0].data().resize(8'192);
+      w.bytes().resize(count, w.bytes()[0]);
+    };
+  };
+  EXPECT_EQ(refusal(runs(16)), OutputRefusal::none);
+  EXPECT_EQ(refusal(runs(17)), OutputRefusal::bad_length) << "longer than any output area";
 }
 
 }  // namespace

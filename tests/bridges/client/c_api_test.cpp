@@ -80,6 +80,22 @@ TEST_F(ClientInC, AScaledValueHasItsUnitAndTheRawOne) {
   EXPECT_EQ(linegate_set_raw_real(client, group, "ram.Out", 0.5), LINEGATE_ERROR_RANGE);
 }
 
+// A string in a PDO of CANopen FD.
+TEST_F(ClientInC, AnOutputOfMoreThanEightBytesIsSet) {
+  world->out_bytes = 16;
+  world->layout(image::Direction::outputs, 1, 8);
+  world->image(image::Direction::outputs, 1, 5, 8);
+  ASSERT_EQ(linegate_poll(client, 0), LINEGATE_OK);
+  world->now += std::chrono::seconds(1);
+  const int group = linegate_group(client, line, "", 1000, 1);
+  EXPECT_EQ(linegate_set_bytes(client, group, "ram.Out", "0123456789abcdef", 16), LINEGATE_OK);
+  EXPECT_EQ(linegate_arm(client, group), LINEGATE_OK);
+  ASSERT_EQ(world->writes.size(), 1U);
+  const line::OutputValue& sent = world->writes[0].second.values.at(0);
+  EXPECT_EQ(sent.length, 16);
+  EXPECT_EQ(sent.data[15], std::byte{'f'});
+}
+
 TEST_F(ClientInC, AProgramInCUsesIt) {
   EXPECT_EQ(use_in_c(client), 0);
 }
@@ -101,7 +117,10 @@ TEST_F(ClientInC, WrongArgumentsAreErrors) {
   EXPECT_EQ(linegate_set_integer(client, group, nullptr, 1), LINEGATE_ERROR_ARGUMENT);
   EXPECT_EQ(linegate_set_integer(client, group, "ram.None", 1), LINEGATE_ERROR_NAME);
   EXPECT_EQ(linegate_set_integer(client, group, "ram.Out", 256), LINEGATE_ERROR_RANGE);
-  EXPECT_EQ(linegate_set_bytes(client, group, "ram.Out", "123456789", 9), LINEGATE_ERROR_RANGE);
+  EXPECT_EQ(linegate_set_bytes(client, group, "ram.Out", "123456789", 9), LINEGATE_ERROR_TYPE);
+  const std::string longer(33, 'x');
+  EXPECT_EQ(linegate_set_bytes(client, group, "ram.Out", longer.data(), longer.size()),
+            LINEGATE_ERROR_RANGE);
   EXPECT_EQ(linegate_set_text(client, group, "ram.Out", "1"), LINEGATE_ERROR_TYPE);
   EXPECT_EQ(linegate_set_text(client, group, "ram.None", "1"), LINEGATE_ERROR_NAME);
   EXPECT_EQ(linegate_set_text(client, group, "ram.Out", nullptr), LINEGATE_ERROR_ARGUMENT);

@@ -21,10 +21,11 @@ void FakeWorld::layout(image::Direction direction, std::uint64_t incarnation, st
   image::Layout out;
   out.direction = direction;
   out.id = id;
-  out.byte_size = 1;
   image::Entry& entry = out.entries.emplace_back();
-  entry.bit_length = 8;
-  entry.type = od::DataType::unsigned8;
+  const bool is_long = direction == image::Direction::outputs && out_bytes > 1;
+  out.byte_size = is_long ? static_cast<std::uint32_t>(out_bytes) : 1;
+  entry.bit_length = static_cast<std::uint16_t>(8 * out.byte_size);
+  entry.type = is_long ? od::DataType::octet_string : od::DataType::unsigned8;
   entry.node = 1;
   entry.scaling = scaling;
   entry.name = direction == image::Direction::inputs ? "ram.In" : "ram.Out";

@@ -27,7 +27,8 @@ struct FakeWorld {
   std::vector<std::pair<dds::Target, request::Request>> requests;  // the first has id 1
   std::vector<std::uint64_t> cancelled;
   std::vector<std::pair<dds::Target, line::OutputWrite>> writes;
-  od::Scaling scaling;  // of both values, in layouts from now on
+  od::Scaling scaling;        // of both values, in layouts from now on
+  std::size_t out_bytes = 1;  // of the output, in layouts from now on; more are an OCTET_STRING
 
   void line(std::uint64_t incarnation);
   void layout(image::Direction direction, std::uint64_t incarnation, std::uint64_t id = 7,

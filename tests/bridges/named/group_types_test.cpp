@@ -77,7 +77,7 @@ TEST(GroupTypes, DoNotExistForOutputsThatCannotBeMembers) {
   image::Layout layout = layout_of({{"a-b.X", DataType::unsigned8, 8, 5},
                                     {"a_b.x", DataType::unsigned8, 8, 6},
                                     {"ram.++", DataType::unsigned8, 8, 7},
-                                    {"ram.Long", DataType::domain, 8 * 65, 7}});
+                                    {"ram.Long", DataType::domain, 8 * 33, 7}});
   layout.direction = image::Direction::outputs;
   const std::vector<Group> groups{{"none", 1, {}}, {"all", 2, {0, 1, 2, 3}}, {"good", 3, {0}}};
   const GroupTypes made = group_types("press", layout, groups);
@@ -87,7 +87,7 @@ TEST(GroupTypes, DoNotExistForOutputsThatCannotBeMembers) {
                   "group all has no named topic: \"a_b.x\" and \"a-b.X\" make the same identifier "
                   "a_b_x: give one of them an alias",
                   "group all has no named topic: \"ram.++\" makes no identifier: give it an alias",
-                  "group all has no named topic: \"ram.Long\" is longer than 64 octets"));
+                  "group all has no named topic: \"ram.Long\" is longer than 32 octets"));
   ASSERT_EQ(made.types.size(), 1U);
   EXPECT_EQ(made.types[0].group, "good");
 }

@@ -15,7 +15,7 @@
 namespace linegate::line {
 namespace {
 
-constexpr std::size_t kAreaBytes = 16;
+constexpr std::size_t kAreaBytes = 40;
 
 // Numbers of 32 bits.
 class Random {
@@ -54,11 +54,12 @@ class Area {
   std::vector<bool> bits_ = std::vector<bool>(8 * kAreaBytes);
 };
 
-// Entries side by side, of 1 to 24 bits.
+// Entries side by side, of 1 to 24 bits, and some of 65 to 255, as on lines of CANopen FD.
 std::vector<OutputPlace> random_places(Random& random) {
   std::vector<OutputPlace> out;
   for (std::uint32_t at = 0; at < 8 * kAreaBytes;) {
-    const std::uint32_t bits = std::min<std::uint32_t>(1 + random() % 24, 8 * kAreaBytes - at);
+    const std::uint32_t wanted = random() % 8 == 0 ? 65 + random() % 191 : 1 + random() % 24;
+    const std::uint32_t bits = std::min<std::uint32_t>(wanted, 8 * kAreaBytes - at);
     out.push_back({.bit_offset = at, .bit_length = bits});
     at += bits;
   }
