@@ -84,6 +84,9 @@ void visit(const event::BootResult& of, EventMemberVisitor& to) {
 }
 
 void visit_fd(const event::FdEmcy& of, EventMemberVisitor& to) {
+  if (!of.any) {
+    return;
+  }
   to.number("fd", number(of.any));
   to.number("logical_device", number(of.logical_device));
   to.number("status", number(of.status));

@@ -101,8 +101,8 @@ Loaded<DevicePdos> describe_pdos(const od::DeviceDescription& device, std::size_
 Loaded<Parameters> describe_pdo(const od::DeviceDescription& device, PdoKind kind,
                                 std::uint16_t number, std::size_t max_bits = 64);
 
-// The mapping of a PDO of which only the length in bytes (1..8) is known: one entry of the image
-// with the raw content, named by the COB-ID.
+// The mapping of a PDO of which only the length in bytes is known, 1 to 8, or on a line of CANopen
+// FD 1 to 24 (31 would fit): one entry of the image with the raw content, named by the COB-ID.
 inline Mapping raw_mapping(std::size_t bytes) {
   return {{0, 0}, static_cast<std::uint8_t>(8 * bytes)};
 }
