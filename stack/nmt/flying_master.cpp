@@ -31,6 +31,9 @@ bool FlyingMaster::receive(const can::Frame& frame) {
   if (state_ == Flying::none) {
     return true;
   }
+  if (frame.id != kActiveMasterId && !frame.standard_of(0)) {
+    return false;
+  }
   switch (frame.id) {
     case kActiveMasterId:
       if (const auto other = decode_active_master(frame); other && other->node != own_node_) {
@@ -129,18 +132,35 @@ void FlyingMaster::advance(Instant now) {
       if (wait_ == Wait::delay) {
         ask(now);
       } else {
-        start(true, now);
+        master_is_silent(now);
       }
       return;
+  }
+}
+
+// The slave has no answer. A master that sends no heartbeat either may be late: the loss of its
+// heartbeat decides.
+void FlyingMaster::master_is_silent(Instant now) {
+  const bool monitored = heard_ != Instant{} && host_.monitors_master();
+  if (!monitored) {
+    start(false, now);
+  } else if (heard_ <= asked_) {
+    deadline_ = now + times_.master_timeout;
+  } else if (++unanswered_ < kUnansweredQuestions) {
+    ask(now);
+  } else {
+    start(false, now);
   }
 }
 
 void FlyingMaster::enter(Flying state, std::uint8_t active, Instant wake, Instant now) {
   wait_ = Wait::delay;
   deadline_ = wake;
+  unanswered_ = 0;
   const bool other_master = std::exchange(active_, active) != active;
   const Flying before = std::exchange(state_, state);
   if (before != state || other_master) {
+    heard_ = {};
     host_.flying_master_changed(before, now);
   }
 }
@@ -151,6 +171,7 @@ void FlyingMaster::search(Flying state, Instant now) {
 
 void FlyingMaster::ask(Instant now) {
   wait_ = Wait::answer;
+  asked_ = now;
   deadline_ = now + times_.master_timeout;
   send(kDetectMasterId, now);
 }

@@ -30,6 +30,8 @@ inline constexpr std::uint16_t kCapableQuestionId = 0x075;
 inline constexpr std::uint16_t kForceNegotiationId = 0x076;
 
 inline constexpr std::uint8_t kLowestMasterPriority = 2;
+// A master whose heartbeat arrives is active no longer if it does not answer that many questions.
+inline constexpr unsigned kUnansweredQuestions = 3;
 
 // The message that the active master sends every detect cycle, to find a second one.
 enum class MasterDetection : std::uint8_t {
@@ -68,6 +70,8 @@ class FlyingMasterHost {
   virtual bool reset_all(Instant now) = 0;
   // The state or the active master is another one.
   virtual void flying_master_changed(FlyingMasterState before, Instant now) = 0;
+  // Whether the heartbeat of the active master is monitored: its loss is reported.
+  virtual bool monitors_master() const { return false; }
 };
 
 class FlyingMaster {
@@ -93,6 +97,8 @@ class FlyingMaster {
   void node_control(const NodeControl& control, Instant now);
   // A node sent its boot-up message.
   void boot_up(Instant now);
+  // A node sent its heartbeat.
+  void heartbeat(std::uint8_t node, Instant now) { heard_ = node == active_ ? now : heard_; }
   // The heartbeat of that node was lost.
   void heartbeat_lost(std::uint8_t node, Instant now);
 
@@ -113,6 +119,7 @@ class FlyingMaster {
   void search(FlyingMasterState state, Instant now);
   void ask(Instant now);
   void found_none(Instant now);
+  void master_is_silent(Instant now);
   void negotiate(Instant now);
   void become_master(Instant now);
   void follow(std::uint8_t master, Instant now);
@@ -131,8 +138,11 @@ class FlyingMaster {
   std::uint8_t active_ = 0;
   bool resets_ = false;  // if it finds no master: it has not reset the nodes yet
   Instant deadline_ = kNever;
-  Instant indicated_{};  // when it sent 071h
-  Instant forced_{};     // when it sent 076h as the active master
+  Instant indicated_{};      // when it sent 071h
+  Instant forced_{};         // when it sent 076h as the active master
+  Instant asked_{};          // when it sent 073h last
+  Instant heard_{};          // the last heartbeat of the active master that it follows
+  unsigned unanswered_ = 0;  // questions of a slave in sequence
 };
 
 }  // namespace linegate::nmt

@@ -39,6 +39,7 @@ class FlyingMasterTest : public ::testing::Test, protected FlyingMasterHost {
     resets_ += keep_alive_ ? 0U : 1U;
     return !keep_alive_;
   }
+  bool monitors_master() const override { return monitors_; }
   void flying_master_changed(FlyingMasterState before, Instant now) override {
     EXPECT_EQ(now, now_);
     changes_.push_back(before);
@@ -102,6 +103,7 @@ class FlyingMasterTest : public ::testing::Test, protected FlyingMasterHost {
 
   Instant now_{seconds(10)};
   bool keep_alive_ = false;
+  bool monitors_ = false;
   unsigned resets_ = 0;
   std::vector<can::Frame> sent_;
   std::vector<FlyingMasterState> changes_;  // the states before
@@ -376,7 +378,61 @@ TEST_F(FlyingMasterTest, ASlaveAsksIfItsMasterIsSilent) {
   expect(detect);
   ask();
   pass(kTimeout);
+  expect_sent({kStartNegotiationId});
+  EXPECT_EQ(resets_, 0U) << "it is not known to be lost";
+}
+
+// Its process may have to wait for the processor, or for memory.
+TEST_F(FlyingMasterTest, ALateMasterThatIsMonitoredIsNotReplaced) {
+  monitors_ = true;
+  become_slave(20);
+  machine_.heartbeat(20, now_);
+  pass(kCycle);
+  expect_sent({kDetectMasterId});
+  for (int i = 0; i < 80; ++i) {
+    pass(kTimeout);
+    expect_sent({});
+    expect(slave, 20);
+  }
+  hear_master(kOwnPriority, 20);
+  pass(kCycle);
+  expect_sent({kDetectMasterId});
+  machine_.heartbeat_lost(20, now_);
+  ask();
+  pass(kTimeout);
   EXPECT_EQ(resets_, 1U);
+}
+
+// Two lost frames are no loss of the master; but a node that is none any more does not answer.
+TEST_F(FlyingMasterTest, AMasterWithAHeartbeatIsAskedThreeTimes) {
+  monitors_ = true;
+  become_slave(20);
+  machine_.heartbeat(20, now_);
+  pass(kCycle);
+  for (int i = 0; i < 3; ++i) {
+    expect_sent({kDetectMasterId});
+    expect(slave, 20);
+    now_ += milliseconds(1);
+    machine_.heartbeat(20, now_);
+    now_ -= milliseconds(1);
+    pass(kTimeout);
+  }
+  expect(detect);
+  ask();
+  pass(kTimeout);
+  expect_sent({kStartNegotiationId});
+  EXPECT_EQ(resets_, 0U);
+}
+
+// That of the time before it was followed does not count: it may never send one again.
+TEST_F(FlyingMasterTest, AMasterWithoutAHeartbeatIsAskedOnce) {
+  monitors_ = true;
+  become_slave(20);
+  machine_.heartbeat(21, now_);
+  pass(kCycle);
+  expect_sent({kDetectMasterId});
+  pass(kTimeout);
+  expect(detect);
 }
 
 TEST_F(FlyingMasterTest, ASlaveFollowsAnotherMasterOfItsPriority) {
@@ -413,6 +469,9 @@ TEST_F(FlyingMasterTest, MalformedMessagesAreRejected) {
   can::Frame remote = can::make_frame(kActiveMasterId, {0, 5});
   remote.flags = can::Frame::kRemote;
   EXPECT_FALSE(machine_.receive(remote));
+  for (std::uint16_t id = kStartNegotiationId; id <= kForceNegotiationId; ++id) {
+    EXPECT_FALSE(hear(id, {0, 0, 0, 0, 0, 0, 0, 0}));
+  }
   expect(master, kOwn);
   expect_sent({});
 }

@@ -30,6 +30,7 @@ struct FlyingNetwork::Node final : FlyingMasterHost {
     }
     return !of.keeps_alive_;
   }
+  bool monitors_master() const override { return monitored != 0; }
   void flying_master_changed(FlyingMasterState before, Instant now) override {
     monitored = machine.state() == FlyingMasterState::slave ? machine.active_master() : 0;
     lost_at = kNever;
@@ -49,6 +50,7 @@ struct FlyingNetwork::Node final : FlyingMasterHost {
       if (frame.data[0] == std::byte{}) {
         machine.boot_up(frame.time);
       }
+      machine.heartbeat(sender, frame.time);
       if (sender == monitored) {
         lost_at = frame.time + consumer_time;
       }
@@ -153,10 +155,10 @@ void FlyingNetwork::make_nodes() {
     longest_wait = std::max(longest_wait, own.negotiation_delay + own.master_timeout);
     nodes_.push_back(std::move(node));
   }
-  // One detect cycle and one election: detection, reset and detection again, negotiation; and the
-  // delays of frames and threads.
-  bound_ = longest_cycle + times.master_timeout + milliseconds(50) + 2 * longest_wait +
-           2 * times.priority_slot + 127 * times.device_slot + milliseconds(100);
+  // One detect cycle and one election: the questions of a slave, detection, reset and detection
+  // again, negotiation; and the delays of frames and threads.
+  bound_ = longest_cycle + 3 * (times.master_timeout + milliseconds(50) + heartbeat) +
+           2 * longest_wait + 2 * times.priority_slot + 127 * times.device_slot + milliseconds(100);
 }
 
 void FlyingNetwork::send(const Node& from, const can::Frame& frame, Instant now) {
