@@ -244,6 +244,8 @@ class Engine {
   // is not in the list.
   AbortCode send_mpdo(od::Address source);
   static constexpr std::size_t kMpdosWaiting = 64;
+  // Drops the MPDOs that wait: all in destination address mode, and those of these objects.
+  void drop_mpdos(std::span<const od::Address> sources);
 
   // For a group of writes: until release(), changed values, trigger() and send_mpdo() request
   // nothing. release() then requests every TPDO once, with its values at that time, and every MPDO
@@ -257,6 +259,8 @@ class Engine {
   // valid RPDO, bit 30 of its COB-ID forbids RTR, the line is CAN FD, or the node is not
   // Operational.
   bool request_rpdo(std::uint16_t number);
+  // Drops the remote frames that wait.
+  void drop_requests();
 
   // Processes inhibit times, event timers and RPDO deadlines. next_wake() covers time-outs only;
   // wants_to_send() shows whether a frame can be sent already.

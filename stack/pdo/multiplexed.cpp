@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Multiplexed PDOs: from the frame to the addressed object, and back.
+#include "stack/base/byte_order.h"
 #include "stack/pdo/engine_impl.h"
 
 namespace linegate::pdo {
@@ -146,6 +147,25 @@ void Engine::Impl::show_first_mpdo(Tpdo& pdo) {
     std::ranges::copy(pdo.mpdos.front(), pdo.frame.data.begin());
     pdo.sampled = true;
     pending.set(pdo.rank);
+  }
+}
+
+void Engine::drop_mpdos(std::span<const od::Address> sources) {
+  for (Tpdo& pdo : impl_->tpdos) {
+    const auto is_dropped = [&](const MpdoData& data) {
+      const od::Address source{load_le<std::uint16_t>(data.data() + 1),
+                               std::to_integer<std::uint8_t>(data[3])};
+      return pdo.mpdo == MpdoMode::destination ||
+             std::ranges::find(sources, source) != sources.end();
+    };
+    const std::size_t dropped = std::erase_if(pdo.mpdos, is_dropped);
+    (void)std::erase_if(pdo.held_mpdos, is_dropped);
+    if (dropped != 0 && pdo.mpdos.empty()) {
+      pdo.sampled = false;
+      impl_->pending.clear(pdo.rank);
+    } else if (dropped != 0) {
+      impl_->show_first_mpdo(pdo);
+    }
   }
 }
 

@@ -39,6 +39,10 @@ bool Engine::request_rpdo(std::uint16_t number) {
   return true;
 }
 
+void Engine::drop_requests() {
+  impl_->asked.clear_all();
+}
+
 // Sets out to the remote frame of highest priority, and returns the slot of its RPDO. Precondition:
 // asked.any().
 std::size_t Engine::Impl::first_remote_frame(can::Frame& out) const {
