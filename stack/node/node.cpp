@@ -42,6 +42,10 @@ void Node::set_application(Application* application) {
   impl_->pdos.set_listener(impl_.get(), application != nullptr);
 }
 
+void Node::set_stored_adjustment(std::function<void(storage::StoredValue& value)> adjustment) {
+  impl_->storage.set_adjustment(std::move(adjustment));
+}
+
 void Node::set_medium(storage::Medium* medium) {
   impl_->storage.set_medium(medium);
 }

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string_view>
@@ -21,6 +22,7 @@
 #include "stack/node/indicators.h"
 #include "stack/od/dictionary.h"
 #include "stack/pdo/engine.h"
+#include "stack/storage/image.h"
 #include "stack/usdo/abort_form.h"
 
 namespace linegate::emcy {
@@ -144,6 +146,8 @@ class Node {
   // The storage of 1010h; set it before start(). It must outlive the node. Without one, 1010h and
   // 1011h refuse.
   void set_medium(storage::Medium* medium);
+  // See storage::Storage::set_adjustment().
+  void set_stored_adjustment(std::function<void(storage::StoredValue& value)> adjustment);
   // A slow medium completed its operation. Call advance() soon: the client's answer is pending.
   void medium_done(bool good);
 

@@ -148,6 +148,9 @@ std::vector<StoredValue> Storage::wanted(od::Address address) {
     if (covers(address.sub, parameter.index)) {
       const od::Variable variable = *dictionary_.find(parameter);
       values.push_back({parameter, {variable.data, variable.data + variable.size}});
+      if (adjust_) {
+        adjust_(values.back());
+      }
     }
   }
   std::ranges::sort(values, {}, &StoredValue::address);

@@ -15,8 +15,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "stack/od/dictionary.h"
@@ -38,6 +40,10 @@ class Storage final : public od::Hook {
 
   // The medium must outlive the storage, or be removed with nullptr: then nothing can be stored.
   void set_medium(Medium* medium) { medium_ = medium; }
+
+  // Changes a present value that is about to be stored: what holds for the time being only.
+  using Adjustment = std::function<void(StoredValue& value)>;
+  void set_adjustment(Adjustment adjustment) { adjust_ = std::move(adjustment); }
 
   // Call it at power-on: reads the stored image from the medium. An image that cannot be used has
   // the same effect as none.
@@ -83,6 +89,7 @@ class Storage final : public od::Hook {
   std::uint8_t node_id_;
   VerifyConfiguration configuration_;
   Medium* medium_ = nullptr;
+  Adjustment adjust_;
   std::vector<StoredValue> stored_;
   std::optional<Pending> pending_;
   std::uint64_t kept_ = 0;

@@ -175,6 +175,19 @@ TEST_F(StorageTest, StoringSomeLeavesTheOthersAsTheyWereStored) {
   EXPECT_EQ(values(), (Values{102, 201, 601, 620}));
 }
 
+TEST_F(StorageTest, AValueForTheTimeBeingIsNotStored) {
+  storage->set_adjustment([](StoredValue& value) {
+    if (value.address == od::Address{0x6000, 0}) {
+      store_le(std::span(value.data), 600);
+    }
+  });
+  change_all();
+  EXPECT_EQ(save(kAll), AbortCode::none);
+  EXPECT_EQ(read({0x6000, 0}), 601U) << "it holds";
+  power_on();
+  EXPECT_EQ(values(), (Values{101, 201, 600, 620}));
+}
+
 TEST_F(StorageTest, StringsAreStoredInTheirLength) {
   for (const std::string_view value : {"a longer one than it was", "", "short"}) {
     const auto raw = std::as_bytes(std::span(value));
