@@ -256,6 +256,23 @@ TEST_F(MpdoTest, WaitsForTheInhibitTimeInTurn) {
   EXPECT_EQ(device.engine->send_mpdo(1, 9, {0x6201, 0}), AbortCode::out_of_memory);
 }
 
+TEST_F(MpdoTest, WhatWaitsIsDropped) {
+  EXPECT_EQ(device.engine->send_mpdo(1, 9, {0x6200, 1}), AbortCode::none);
+  EXPECT_EQ(device.engine->send_mpdo(1, 9, {0x6200, 2}), AbortCode::none);
+  device.engine->value_changed({0x2100, 3}, at(1));
+  EXPECT_EQ(device.engine->send_mpdo({0x2002, 0}), AbortCode::none);
+  const od::Address dropped[] = {{0x2002, 0}};
+  device.engine->drop_mpdos(dropped);
+  EXPECT_THAT(device.sent_ids(at(1)), ElementsAre(0x281)) << "2100h:3";
+  EXPECT_EQ(device.engine->send_mpdo(1, 9, {0x6200, 1}), AbortCode::none);
+  EXPECT_EQ(device.engine->send_mpdo(1, 9, {0x6200, 2}), AbortCode::none);
+  EXPECT_THAT(device.sent_ids(at(2)), ElementsAre(0x181));
+  device.engine->drop_mpdos({});
+  EXPECT_THAT(device.sent_ids(at(50)), IsEmpty()) << "it waited for the inhibit time";
+  EXPECT_EQ(device.engine->send_mpdo(1, 9, {0x6200, 1}), AbortCode::none);
+  EXPECT_THAT(device.sent_ids(at(60)), ElementsAre(0x181));
+}
+
 TEST_F(MpdoTest, AChangedObjectOfTheScannerListIsSent) {
   ASSERT_TRUE(device.dictionary.set({0x2100, 3}, 0x1234));
   device.engine->value_changed({0x2100, 3}, at(1));
