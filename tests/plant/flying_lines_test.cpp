@@ -113,6 +113,87 @@ TEST(FlyingLines, TwoPartsAreJoined) {
   EXPECT_EQ(world.failure(), "");
 }
 
+TEST(FlyingLines, ALineThatNoticesTheCutComesBackWithoutAReset) {
+  for (const CutEnd cut : {CutEnd::acknowledgement, CutEnd::bus_off}) {
+    FlyingWorld world({.lines = {{.node = 20, .priority = 1}, {.node = 21, .priority = 1}},
+                       .sync = true,
+                       .defaults = true,
+                       .cut = cut});
+    world.pass(8s);
+    ASSERT_TRUE(world.is_master(0));
+    const std::uint64_t resets = world.resets();
+    world.connect(1, false);
+    world.pass(20s);
+    EXPECT_FALSE(world.is_master(1)) << world.describe();
+    world.connect(1, true);
+    world.pass(world.bound() + 5s);
+    EXPECT_TRUE(world.is_master(0)) << world.describe();
+    EXPECT_EQ(world.line(1).state().active_master, 20);
+    EXPECT_EQ(world.resets(), resets) << "the line that was cut off";
+
+    world.connect(0, false);
+    world.pass(20s);
+    ASSERT_TRUE(world.is_master(1));
+    EXPECT_FALSE(world.is_master(0));
+    const std::uint64_t after = world.resets();
+    EXPECT_GT(after, resets) << "a new master";
+    world.connect(0, true);
+    world.pass(world.bound() + 5s);
+    EXPECT_TRUE(world.is_master(1)) << world.describe();
+    EXPECT_EQ(world.resets(), after) << "the master that was cut off";
+    EXPECT_EQ(world.failure(), "");
+  }
+}
+
+// A short time without a bus, or without the processor.
+TEST(FlyingLines, AMasterThatIsLateKeepsItsRole) {
+  for (int phase = 0; phase < 24; ++phase) {
+    FlyingWorld world({.lines = {{.node = 20, .priority = 1}, {.node = 21, .priority = 1}},
+                       .cut = CutEnd::acknowledgement,
+                       .master_heartbeat = 2s});
+    world.pass(8s + phase * 100ms);
+    ASSERT_TRUE(world.is_master(0));
+    const std::uint64_t resets = world.resets();
+    world.pause(0, 800ms);
+    world.pass(3s);
+    EXPECT_TRUE(world.is_master(0)) << world.describe();
+    EXPECT_EQ(world.line(1).state().active_master, 20);
+    EXPECT_EQ(world.resets(), resets) << "the pause, phase " << phase;
+    EXPECT_EQ(world.failure(), "");
+  }
+}
+
+// Cut and joined at random times, in each state of the line that is cut off.
+TEST(FlyingLines, CutsOfOthersNeitherResetNorReplaceTheMaster) {
+  for (unsigned seed = 1; seed <= 40; ++seed) {
+    std::mt19937_64 random(seed);
+    const auto ms = [&random](unsigned below) {
+      return std::chrono::milliseconds(static_cast<long>(random() % below));
+    };
+    FlyingWorld world({.lines = {{.node = 20, .priority = 1},
+                                 {.node = 21, .priority = 1},
+                                 {.node = 22, .priority = 2}},
+                       .sync = seed % 2 == 0,
+                       .defaults = seed % 3 == 0,
+                       .cut = seed % 4 < 2 ? CutEnd::acknowledgement : CutEnd::bus_off});
+    world.pass(8s);
+    ASSERT_TRUE(world.is_master(0));
+    const std::uint64_t resets = world.resets();
+    for (int i = 0; i < 8; ++i) {
+      const std::size_t which = 1 + random() % 2;
+      world.connect(which, false);
+      world.pass(ms(random() % 2 == 0 ? 700 : 8000));
+      world.connect(which, true);
+      world.pass(ms(random() % 2 == 0 ? 700 : 4000));
+    }
+    world.pass(world.bound());
+    ASSERT_TRUE(world.is_master(0)) << "seed " << seed << world.describe();
+    ASSERT_EQ(world.wrong_masters(), "") << "seed " << seed;
+    ASSERT_EQ(world.resets(), resets) << "seed " << seed;
+    ASSERT_EQ(world.failure(), "") << "seed " << seed;
+  }
+}
+
 TEST(FlyingLines, AForeignMasterIsFollowedAndReplaced) {
   FlyingWorld world({.lines = {{.node = 20, .priority = 1}},
                      .foreign = FlyingPlan::Master{.node = 30, .priority = 0}});
@@ -248,13 +329,23 @@ class RandomFlyingLines {
     }
     out.keep_alive = below(2) == 0;
     out.fd = below(4) == 0;
+    out.sync = below(2) == 0;
+    out.defaults = below(2) == 0;
+    out.cut = static_cast<CutEnd>(below(3));
     return out;
   }
 
   void fault() {
     last_fault_ = world_.now();
     const std::size_t which = below(world_.stations());
-    switch (below(5)) {
+    switch (below(6)) {
+      case 4:
+        if (world_.alive(which) && !world_.is_foreign(which)) {
+          const Duration pause = time_below(1500);
+          world_.pause(which, pause);
+          last_fault_ += pause;
+        }
+        return;
       case 0:
         world_.kill(which);
         return;

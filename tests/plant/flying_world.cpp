@@ -52,6 +52,9 @@ FlyingWorld::FlyingWorld(FlyingPlan plan)
   if (plan_.foreign) {
     stations_.push_back({.plan = *plan_.foreign, .is_foreign = true, .end = bus_.attach()});
   }
+  outputs_ = static_cast<std::uint32_t>((*line::Line::make(config_of({.node = 20})).value)
+                                            ->layout(image::Direction::outputs)
+                                            .entries.size());
   for (std::size_t i = 0; i < stations_.size(); ++i) {
     revive(i);
   }
@@ -73,7 +76,12 @@ line::LineConfig FlyingWorld::config_of(const FlyingPlan::Master& master) const 
                        .priority_slot = kFlyingPrioritySlot,
                        .device_slot = kFlyingDeviceSlot,
                        .detect_cycle = cycle_of(master.node),
+                       .master_heartbeat = plan_.master_heartbeat,
                        .forces_each_cycle = master.forces};
+  out.sync_period = plan_.sync ? 50ms : 0ms;
+  for (std::uint32_t entry = 0; plan_.defaults && entry < outputs_; ++entry) {
+    out.defaults.push_back({.entry = entry, .value = 0});
+  }
   for (const std::uint8_t id : kDevices) {
     line::NodeConfig node;
     node.id = id;
@@ -111,17 +119,51 @@ void FlyingWorld::revive(std::size_t station) {
     return;
   }
   which.line = *std::move(line::Line::make(config_of(which.plan)).value);
+  which.sent_before = bus_.acknowledged(which.end);
+  which.runs_from = {};
+  if (plan_.cut == CutEnd::acknowledgement) {
+    which.line->expect_acknowledgements();
+  }
+  if (!connected(station)) {
+    report_cut(which);
+  }
   which.line->start(now_);
 }
 
+void FlyingWorld::report_cut(Station& station) {
+  if (plan_.cut == CutEnd::bus_off && station.line != nullptr) {
+    const bool connected = bus_.connected(station.end);
+    station.line->bus_event(
+        {.state = connected ? can::BusState::error_active : can::BusState::bus_off, .time = now_});
+  }
+}
+
+std::uint64_t FlyingWorld::resets() const {
+  std::uint64_t out = 0;
+  for (const Seat& seat : devices_) {
+    out += seat.device->node().counters().resets;
+  }
+  return out;
+}
+
 void FlyingWorld::connect(std::size_t station, bool connected) {
-  bus_.set_connected(stations_[station].end, connected, now_);
+  Station& which = stations_[station];
+  if (connected == this->connected(station)) {
+    return;
+  }
+  bus_.set_connected(which.end, connected, now_);
+  if (!connected && plan_.cut == CutEnd::bus_off) {
+    bus_.flush(which.end);
+  }
+  report_cut(which);
 }
 
 Instant FlyingWorld::next_event() const {
   Instant out = bus_.next_wake();
   for (const Station& station : stations_) {
-    if (station.alive()) {
+    if (station.alive() && station.runs_from > now_) {
+      out = earlier(out, station.runs_from);
+    } else if (station.alive()) {
       out = earlier(out, bus_.first_waiting(station.end));
       out = earlier(
           out, station.line != nullptr ? station.line->next_wake() : station.foreign->next_wake());
@@ -154,6 +196,9 @@ void FlyingWorld::step() {
 }
 
 void FlyingWorld::turn(Station& station) {
+  if (station.runs_from > now_) {
+    return;
+  }
   std::array<can::Frame, 16> batch;
   while (const std::size_t count = bus_.take(station.end, batch)) {
     const std::span<const can::Frame> frames = std::span(batch).first(count);
@@ -165,6 +210,9 @@ void FlyingWorld::turn(Station& station) {
   }
   can::Frame frame;
   if (station.line != nullptr) {
+    if (plan_.cut == CutEnd::acknowledgement) {
+      station.line->acknowledged(bus_.acknowledged(station.end) - station.sent_before, now_);
+    }
     station.line->advance(now_);
     while (bus_.room(station.end) > 0 && station.line->next_frame(frame, now_)) {
       check_sent(station, frame);
@@ -232,8 +280,10 @@ std::string FlyingWorld::wrong_masters() const {
       continue;
     }
     if (!connected(i)) {
-      if (!is_master(i)) {
-        return "node " + std::to_string(stations_[i].plan.node) + " is alone and no master";
+      const bool notices = plan_.cut != CutEnd::nothing && !is_foreign(i);
+      if (is_master(i) == notices) {
+        return "node " + std::to_string(stations_[i].plan.node) + " is cut off and " +
+               (notices ? "a" : "no") + " master";
       }
       continue;
     }
@@ -248,8 +298,9 @@ Duration FlyingWorld::bound() const {
   for (const Station& station : stations_) {
     cycle = std::max(cycle, cycle_of(station.plan.node));
   }
-  return cycle + kFlyingMasterTimeout + 2 * (kFlyingNegotiationDelay + kFlyingMasterTimeout) +
-         2 * kFlyingPrioritySlot + 127 * kFlyingDeviceSlot + 100ms;
+  return cycle + 3 * (kFlyingMasterTimeout + kFlyingHeartbeat) +
+         2 * (kFlyingNegotiationDelay + kFlyingMasterTimeout) + 2 * kFlyingPrioritySlot +
+         127 * kFlyingDeviceSlot + 100ms;
 }
 
 std::string FlyingWorld::describe() const {

@@ -18,6 +18,13 @@
 
 namespace linegate::plant {
 
+// What a line notices while its end of the bus is cut off.
+enum class CutEnd : std::uint8_t {
+  nothing,          // its frames count as sent when they are handed out
+  acknowledgement,  // the lack of it
+  bus_off,          // and the frames that it has handed out are lost
+};
+
 struct FlyingPlan {
   struct Master {
     std::uint8_t node = 0;
@@ -28,7 +35,11 @@ struct FlyingPlan {
   std::optional<Master> foreign;
   bool keep_alive = false;  // device 6 is kept alive
   bool fd = false;          // CANopen FD
-  bool connects = false;    // SDO connections: the lines have CAN-IDs, the devices one channel each
+  bool sync = false;        // the active master produces SYNC
+  bool defaults = false;    // each output has one
+  CutEnd cut = CutEnd::nothing;
+  Duration master_heartbeat{};  // the consumer heartbeat time; 0: twice the heartbeat
+  bool connects = false;  // SDO connections: the lines have CAN-IDs, the devices one channel each
 };
 
 class FlyingWorld {
@@ -47,6 +58,8 @@ class FlyingWorld {
   void kill(std::size_t station);
   void revive(std::size_t station);
   void connect(std::size_t station, bool connected);
+  // The process of a line has no processor for that time.
+  void pause(std::size_t station, Duration time) { stations_[station].runs_from = now_ + time; }
   bool connected(std::size_t station) const { return bus_.connected(stations_[station].end); }
   void set_disturbance(sim::Bus::Disturbance wanted) { bus_.set_disturbance(std::move(wanted)); }
 
@@ -56,6 +69,8 @@ class FlyingWorld {
 
   line::Line& line(std::size_t station) { return *stations_[station].line; }
   sim::Device& device(std::size_t place) { return *devices_[place].device; }
+  // Resets of all devices.
+  std::uint64_t resets() const;
   // The first violation of a rule that holds at any time; empty if there was none.
   const std::string& failure() const { return failure_; }
   // Whether the station is the active master.
@@ -73,6 +88,8 @@ class FlyingWorld {
     sim::Bus::Endpoint end = 0;
     std::unique_ptr<line::Line> line;
     std::unique_ptr<ForeignMaster> foreign;
+    std::uint64_t sent_before{};  // frames of this end before the line was switched on
+    Instant runs_from{};
 
     bool alive() const { return line != nullptr || foreign != nullptr; }
   };
@@ -86,6 +103,7 @@ class FlyingWorld {
   Instant next_event() const;
   void step();
   void turn(Station& station);
+  void report_cut(Station& station);
   void turn(Seat& seat);
   void check_sent(const Station& station, const can::Frame& frame);
 
@@ -94,6 +112,7 @@ class FlyingWorld {
   std::vector<Station> stations_;
   std::vector<Seat> devices_;
   Instant now_{std::chrono::seconds(1)};
+  std::uint32_t outputs_ = 0;  // entries of the layout
   std::string failure_;
 };
 
