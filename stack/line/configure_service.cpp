@@ -105,8 +105,11 @@ void ConfigureService::apply(std::uint8_t node, Instant now, std::uint32_t clien
 
 void ConfigureService::carry_out_requests(Instant now) {
   if (configurator_.objects().requested()) {
-    for_each_node(configurator_.objects().pop_requests(),
-                  [&](std::uint8_t node) { apply(node, now); });
+    for_each_node(configurator_.objects().pop_requests(), [&](std::uint8_t node) {
+      if (may_configure(node) != AbortCode::local_control) {
+        apply(node, now);
+      }
+    });
   }
 }
 

@@ -15,8 +15,10 @@
 namespace linegate::line {
 namespace {
 
-constexpr std::uint8_t kPriority = 3;     // of 1F90h
-constexpr std::uint8_t kDetectCycle = 6;  // of 1F90h
+constexpr std::uint8_t kPriority = 3;      // of 1F90h
+constexpr std::uint8_t kPrioritySlot = 4;  // of 1F90h
+constexpr std::uint8_t kDeviceSlot = 5;    // of 1F90h
+constexpr std::uint8_t kDetectCycle = 6;   // of 1F90h
 constexpr od::Address kSyncProducer{od::objects::kSyncCobId, 0};
 constexpr od::Address kTimeProducer{od::objects::kTimeCobId, 0};
 
@@ -35,6 +37,8 @@ FlyingMasterService::FlyingMasterService(ServiceHost& host, const LineConfig& co
     follow_times();
     LINEGATE_ASSERT(parts_.node.dictionary().set_hook(od::objects::kFlyingMasterTiming, this).ok(),
                     "the object exists");
+    parts_.node.set_stored_adjustment(
+        [this](storage::StoredValue& value) { adjust_stored(value); });
   }
 }
 
@@ -43,6 +47,7 @@ FlyingMasterService::~FlyingMasterService() {
     LINEGATE_ASSERT(
         parts_.node.dictionary().set_hook(od::objects::kFlyingMasterTiming, nullptr).ok(),
         "the object exists");
+    parts_.node.set_stored_adjustment({});
   }
 }
 
@@ -65,8 +70,36 @@ void FlyingMasterService::advance(Instant now) {
       machine_.start(true, now);
     }
   }
-  machine_.advance(now);
+  if (!hold(now)) {
+    machine_.advance(now);
+  }
+  look_at_ = machine_.is_master() ? now + FramesUnderWay::kStuck : kNever;
   follow_producers();  // they may have been written meanwhile
+}
+
+Instant FlyingMasterService::next_wake() const {
+  return held_ ? kNever : earlier(machine_.next_wake(), look_at_);
+}
+
+// While the bus accepts no frames, no answer means nothing, and what the node decides would be the
+// first frames in a network that has another master: the state machine is held, and then searches
+// again without a reset. The active master keeps its role until the others miss its heartbeat.
+bool FlyingMasterService::hold(Instant now) {
+  // Before a decision: the question itself may not have been sent.
+  const bool decides = !machine_.is_master() && machine_.next_wake() <= now;
+  const bool cut_off =
+      competes() && host().bus_is_stuck(decides ? now + FramesUnderWay::kStuck / 2 : now);
+  cut_since_ = cut_off ? earlier(cut_since_, now) : kNever;
+  if (cut_off && machine_.is_master() && now - cut_since_ < master_time()) {
+    return false;
+  }
+  if (std::exchange(held_, cut_off) != cut_off && competes()) {
+    machine_.start(false, now);
+    (void)parts_.node.transmit().remove(can::TransmitClass::nmt, [](const can::Frame& frame) {
+      return frame.id >= nmt::kActiveMasterId && frame.id <= nmt::kForceNegotiationId;
+    });
+  }
+  return held_;
 }
 
 void FlyingMasterService::start(Instant now) {
@@ -86,6 +119,7 @@ void FlyingMasterService::boot(Instant now) {
     return;
   }
   master_entry_ = 0;
+  monitors_ = false;
   produces_ = true;
   follow_times();
   if (takes_part()) {
@@ -120,7 +154,9 @@ bool FlyingMasterService::reset_all(Instant now) {
   if (!manager_options(config_).reset_nodes) {
     return false;
   }
-  (void)parts_.node.transmit().push(can::TransmitClass::nmt, nmt::encode({kCommand, 0}));
+  if (!parts_.node.transmit().push(can::TransmitClass::nmt, nmt::encode({kCommand, 0}))) {
+    return false;
+  }
   parts_.nmt_host.nmt_sent(kCommand, 0, now);
   parts_.manager.heard(kCommand, 0);
   return true;
@@ -136,14 +172,27 @@ void FlyingMasterService::flying_master_changed(nmt::FlyingMasterState before, I
   if (machine_.state() == nmt::FlyingMasterState::slave) {
     monitor_master();
   }
+  if (!machine_.is_master()) {  // what waits for the bus would not be true any more
+    const bool resets = machine_.state() == nmt::FlyingMasterState::reset;
+    (void)parts_.node.transmit().remove(can::TransmitClass::nmt, [resets](const can::Frame& frame) {
+      return frame.id == nmt::kActiveMasterId || (frame.id == can::kNmtId && !resets);
+    });
+  }
   follow_producers();
 }
 
 AbortCode FlyingMasterService::check_write(od::Address address, std::span<const std::byte> value) {
-  const std::uint64_t number = load_le(value);
-  const bool good = address.sub == kPriority      ? number <= nmt::kLowestMasterPriority
-                    : address.sub == kDetectCycle ? number != 0
-                                                  : true;
+  const auto number = static_cast<std::uint32_t>(load_le(value));
+  const od::Dictionary& dictionary = parts_.node.dictionary();
+  const auto other = [&](std::uint8_t sub) { return number_of(dictionary, {address.index, sub}); };
+  bool good = number != 0;  // without a time there is no answer in time
+  if (address.sub == kPriority) {
+    good = number <= nmt::kLowestMasterPriority;
+  } else if (address.sub == kPrioritySlot) {
+    good = number > can::kMaxNodeId * other(kDeviceSlot);
+  } else if (address.sub == kDeviceSlot) {
+    good = good && other(kPrioritySlot) > can::kMaxNodeId * number;
+  }
   return good ? AbortCode::none : AbortCode::invalid_value;
 }
 
@@ -179,25 +228,55 @@ void FlyingMasterService::follow_producers() {
   if (!wanted) {
     sync_ = has_sync || (sync_ && !before);
     time_ = has_time || (time_ && !before);
+    consumes_time_ = has_time ? (time & time::kConsumeBit) != 0 : consumes_time_;
   }
   if (wanted ? sync_ : has_sync) {
     dictionary.set(kSyncProducer,
                    wanted ? sync | can::CobId::kProducerBit : sync & ~can::CobId::kProducerBit);
   }
   if (wanted ? time_ : has_time) {
-    dictionary.set(kTimeProducer, wanted ? (time & ~time::kConsumeBit) | time::kProduceBit
-                                         : (time & ~time::kProduceBit) | time::kConsumeBit);
+    const std::uint32_t alone = time & ~time::kConsumeBit & ~time::kProduceBit;
+    const std::uint32_t consumes = consumes_time_ ? time::kConsumeBit : 0U;
+    dictionary.set(kTimeProducer,
+                   wanted ? alone | time::kProduceBit | consumes : alone | time::kConsumeBit);
   }
+}
+
+// What a slave suppresses, and its entry of the active master, are not stored.
+void FlyingMasterService::adjust_stored(storage::StoredValue& value) const {
+  const od::Address entry{od::objects::kConsumerHeartbeatTime, master_entry_};
+  auto number = static_cast<std::uint32_t>(load_le(std::span(value.data)));
+  if (value.address == kSyncProducer && !produces_ && sync_) {
+    number |= can::CobId::kProducerBit;
+  } else if (value.address == kTimeProducer && !produces_ && time_) {
+    number = (consumes_time_ ? number : number & ~time::kConsumeBit) | time::kProduceBit;
+  } else if (value.address == entry && master_entry_ != 0 && number == master_value_) {
+    number = 0;
+  } else {
+    return;
+  }
+  store_le(std::span(value.data), number);
+}
+
+// The consumer heartbeat time of the active master. Another flying master has its own, but all of a
+// network should have the same. Without a heartbeat the others ask after a detect cycle.
+Duration FlyingMasterService::master_time() const {
+  const Duration time = consumer_time_of_master();
+  return time != Duration::zero() ? time : machine_.times().detect_cycle;
+}
+
+Duration FlyingMasterService::consumer_time_of_master() const {
+  constexpr Duration kLongest = std::chrono::milliseconds(0xFFFF);
+  const Duration own = std::chrono::milliseconds(
+      number_of(parts_.node.dictionary(), {od::objects::kProducerHeartbeatTime, 0}));
+  const Duration configured = config_.flying_master->master_heartbeat;
+  return std::min(configured != Duration::zero() ? configured : 2 * own, kLongest);
 }
 
 // An entry for the active master in 1016h, unless there is one.
 void FlyingMasterService::monitor_master() {
-  constexpr Duration kLongest = std::chrono::milliseconds(0xFFFF);
   od::Dictionary& dictionary = parts_.node.dictionary();
-  const Duration own =
-      std::chrono::milliseconds(number_of(dictionary, {od::objects::kProducerHeartbeatTime, 0}));
-  const Duration configured = config_.flying_master->master_heartbeat;
-  const Duration time = std::min(configured != Duration::zero() ? configured : 2 * own, kLongest);
+  const Duration time = consumer_time_of_master();
   if (time == Duration::zero()) {
     return;
   }
@@ -207,6 +286,7 @@ void FlyingMasterService::monitor_master() {
     const auto place = static_cast<std::uint8_t>(sub);
     const std::uint32_t value = number_of(dictionary, {od::objects::kConsumerHeartbeatTime, place});
     if ((value >> 16U & 0xFFU) == machine_.active_master() && (value & 0xFFFFU) != 0) {
+      monitors_ = true;
       return;
     }
     unused = value == 0 ? place : unused;
@@ -219,9 +299,11 @@ void FlyingMasterService::monitor_master() {
   master_value_ = std::uint32_t{machine_.active_master()} << 16U | static_cast<std::uint32_t>(ms);
   const OwnObjects::OwnWrites by_itself(parts_.own_objects);
   dictionary.set({od::objects::kConsumerHeartbeatTime, unused}, master_value_);
+  monitors_ = true;
 }
 
 void FlyingMasterService::forget_master() {
+  monitors_ = false;
   const od::Address entry{od::objects::kConsumerHeartbeatTime, std::exchange(master_entry_, 0)};
   od::Dictionary& dictionary = parts_.node.dictionary();
   if (entry.sub != 0 && number_of(dictionary, entry) == master_value_) {

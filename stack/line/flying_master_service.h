@@ -4,7 +4,8 @@
 // Private to stack/line.
 //
 // While another node is the active master, the own node produces neither SYNC nor TIME: bit 30 of
-// 1005h and 1012h is clear, and set again when it is the active master.
+// 1005h and 1012h is clear, and set again when it is the active master. They are stored (1010h) as
+// for the active master.
 #pragma once
 
 #include <cstdint>
@@ -18,6 +19,7 @@
 #include "stack/nmt/flying_master.h"
 #include "stack/node/node.h"
 #include "stack/od/hook.h"
+#include "stack/storage/image.h"
 
 namespace linegate::line {
 
@@ -36,7 +38,7 @@ class FlyingMasterService final : public Service, nmt::FlyingMasterHost, od::Hoo
 
   bool needs_master() const override { return false; }
   void advance(Instant now) override;
-  Instant next_wake() const override { return machine_.next_wake(); }
+  Instant next_wake() const override;
   void end(Refusal /*why*/, Instant /*now*/) override {}
 
   // The own node is to take part in the negotiation: 1F80h bits 0 and 5.
@@ -56,7 +58,11 @@ class FlyingMasterService final : public Service, nmt::FlyingMasterHost, od::Hoo
   // Another node sent that NMT command.
   void hear(const nmt::NodeControl& control, Instant now) { machine_.node_control(control, now); }
   void boot_up(Instant now) { machine_.boot_up(now); }
+  void heartbeat(std::uint8_t node, Instant now) { machine_.heartbeat(node, now); }
   void heartbeat_lost(std::uint8_t node, Instant now) { machine_.heartbeat_lost(node, now); }
+  // The bus accepts no frames, and the state machine is held until it does: advance() must be
+  // called then.
+  bool is_held() const { return held_; }
 
   nmt::FlyingMasterState state() const { return machine_.state(); }
   std::uint8_t active_master() const { return machine_.active_master(); }
@@ -66,8 +72,13 @@ class FlyingMasterService final : public Service, nmt::FlyingMasterHost, od::Hoo
   void send_master_message(const can::Frame& frame, Instant now) override;
   bool reset_all(Instant now) override;
   void flying_master_changed(nmt::FlyingMasterState before, Instant now) override;
+  bool monitors_master() const override { return monitors_; }
   AbortCode check_write(od::Address address, std::span<const std::byte> value) override;
 
+  bool hold(Instant now);
+  Duration master_time() const;
+  Duration consumer_time_of_master() const;
+  void adjust_stored(storage::StoredValue& value) const;
   void follow_times();
   void follow_producers();
   void monitor_master();
@@ -81,6 +92,11 @@ class FlyingMasterService final : public Service, nmt::FlyingMasterHost, od::Hoo
   bool produces_ = true;            // SYNC and TIME are those of 1005h and 1012h
   bool sync_ = false;               // otherwise: bit 30 of 1005h was set
   bool time_ = false;               // the same for 1012h
+  bool consumes_time_ = false;      // and bit 31
+  bool monitors_ = false;           // 1016h has an entry of the active master
+  bool held_ = false;
+  Instant cut_since_ = kNever;  // the bus accepts no frames
+  Instant look_at_ = kNever;    // an active master looks whether it does
 };
 
 }  // namespace linegate::line

@@ -270,7 +270,8 @@ bool Line::usable() const {
          bus_ != can::BusState::bus_off;
 }
 
-// A refusal because another flying master is active names it.
+// A refusal because another flying master is active names it. Only routing_trace has another reason:
+// the line does not route.
 void Line::reply(std::uint64_t tag, Error error, ReplyData data) {
   if (error == to_error(Refusal::wrong_role) && active_master() != 0) [[unlikely]] {
     data = std::vector{std::byte{active_master()}};
@@ -285,7 +286,11 @@ void Line::refuse(const Command& command, Refusal refusal, Instant now, std::uin
                 .node = node <= can::kMaxNodeId ? node : std::uint8_t{0},
                 .data = event::CommandRefused{
                     .refusal = refusal, .command = kind(command), .client = command.client}});
-  reply(command.tag, to_error(refusal));
+  if (kind(command) == CommandKind::routing_trace) {
+    replies_.push_back({.tag = command.tag, .error = to_error(refusal), .data = {}});
+  } else {
+    reply(command.tag, to_error(refusal));
+  }
 }
 
 }  // namespace linegate::line

@@ -40,7 +40,7 @@ void MpdoService::execute(Command command, Instant now) {
     host().refuse(command, Refusal::wrong_interface, now);  // its frames are not defined
     return;
   }
-  if (config_.flying_master && !host().manages()) {
+  if (flying_.is_passive()) {
     host().refuse(command, Refusal::wrong_role, now);
     return;
   }

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "stack/line/config.h"
+#include "stack/line/flying_master_service.h"
 #include "stack/line/own_objects.h"
 #include "stack/line/service.h"
 #include "stack/node/node.h"
@@ -21,8 +22,8 @@ class MpdoService final : public Service {
  public:
   // node: the own node. All must outlive the service.
   MpdoService(ServiceHost& host, node::Node& node, OwnObjects& own_objects,
-              const LineConfig& config)
-      : Service(host), node_(node), own_objects_(own_objects), config_(config) {}
+              const LineConfig& config, const FlyingMasterService& flying)
+      : Service(host), node_(node), own_objects_(own_objects), config_(config), flying_(flying) {}
 
   std::span<const CommandKind> commands() const override;
   bool needs_master() const override { return false; }
@@ -47,6 +48,7 @@ class MpdoService final : public Service {
   node::Node& node_;
   OwnObjects& own_objects_;
   const LineConfig& config_;
+  const FlyingMasterService& flying_;
   std::uint64_t starts_ = 0;  // starts of the own node at the last advance()
 };
 

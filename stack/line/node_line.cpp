@@ -9,6 +9,7 @@
 #include "stack/can/dispatch.h"
 #include "stack/line/build.h"
 #include "stack/line/own_dictionary.h"
+#include "stack/manager/network_list.h"
 #include "stack/time/service.h"
 #include "stack/usdo/client.h"
 
@@ -117,6 +118,9 @@ void NodeLine::do_start(Instant now) {
   services_.receivers.mark_changed();
   services_.receivers.follow();
   node_.start(now);
+  if (config_.flying_master) {
+    services_.outputs.give_up(now);  // those of the time before it was stopped
+  }
   services_.outputs.apply_defaults(now);
   services_.flying.start(now);
   adopt_role(now);
@@ -305,8 +309,10 @@ void NodeLine::stop_nodes(Instant now) {
     stop(0);
     return;
   }
+  using namespace manager::assignment;
+  const manager::NetworkList list(node_.dictionary());
   for (const NodeConfig& device : config_.nodes) {
-    if (!device.keep_alive) {
+    if (!list.has(device.id, kListed | kKeepAlive)) {
       stop(device.id);
     }
   }
@@ -376,7 +382,7 @@ void NodeLine::snapshot(image::Direction direction, image::Snapshot& into, Insta
   return image_.touched(direction);
 }
 bool NodeLine::do_request_pdo(std::uint16_t rpdo) {
-  return usable() && node_.pdos().request_rpdo(rpdo);
+  return usable() && !services_.flying.is_passive() && node_.pdos().request_rpdo(rpdo);
 }
 void NodeLine::set_utc(Duration offset) {
   node_.clock().set_utc(offset);
@@ -439,6 +445,9 @@ Line::Input NodeLine::forwarded_input(std::size_t object) const {
     services_.lss.acknowledged(number, now);
   }
   services_.outputs.acknowledged(number);
+  if (services_.flying.is_held()) [[unlikely]] {
+    dirty_ = true;
+  }
 }
 
 void NodeLine::note_lost(std::uint64_t first, std::uint64_t last) {
@@ -458,6 +467,9 @@ void NodeLine::do_execute(Command command, Instant now) {
   if (sleeps() && !services_.sleep.permits(kind(command))) {
     refuse(command, Refusal::wrong_state, now);
     return;
+  }
+  if (services_.flying.is_passive()) [[unlikely]] {
+    change_role(now);  // it may have been lost by a frame of the same round
   }
   service_of_[command.request.index()]->execute(std::move(command), now);
 }

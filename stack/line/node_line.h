@@ -168,7 +168,7 @@ class NodeLine final : public Line,
   void adopt_role(Instant now);
   void change_role(Instant now);
   void stop_nodes(Instant now);
-  void drop_sdo_requests();
+  void drop_frames_of_master();
   // Whether only process data was received since the last next_wake(), and nothing is due: a round
   // would have nothing to do.
   bool is_idle(Instant now) const;

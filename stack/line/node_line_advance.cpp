@@ -28,6 +28,9 @@ void NodeLine::advance_all(Instant now) {
   if (!services_.sleep.may_transmit()) [[unlikely]] {
     node_.transmit().clear();  // what it sends by itself
   }
+  if (services_.flying.is_passive()) [[unlikely]] {
+    change_role(now);  // the reaction of a watchdog that is due was the active master's
+  }
   services_.outputs.expire_watchdogs(now);
   if (is_dirty() || now >= services_due_) {
     advance_services(now);

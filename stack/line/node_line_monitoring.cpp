@@ -25,6 +25,7 @@ void NodeLine::heartbeat(std::uint8_t id, nmt::State state, Instant now) {
   services_.receivers.confirm(id, state, now);
   services_.lss.heartbeat(id);
   services_.diagnosis.diagnosis().heard(id, state, now);
+  services_.flying.heartbeat(id, now);
   manager_.heartbeat(id, state, now);
   services_.records.heartbeat(id, now);
 }

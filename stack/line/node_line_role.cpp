@@ -56,8 +56,10 @@ void NodeLine::change_role(Instant now) {
     manager_.hand_over(now, services_.flying.is_passive());
     if (services_.flying.is_passive()) {
       services_.sdo.end(Refusal::wrong_role, now);
+      services_.pdo_request.end(Refusal::wrong_role, now);
+      refuse_unsent(CommandKind::mpdo_write, Refusal::wrong_role, now);
       services_.outputs.give_up(now);
-      drop_sdo_requests();
+      drop_frames_of_master();
     }
   } else {
     for (const NodeConfig& device : config_.nodes) {
@@ -67,9 +69,19 @@ void NodeLine::change_role(Instant now) {
   adopt_role(now);
 }
 
-// The SDO servers of the nodes are the new master's. Transfers that had begun are aborted.
-void NodeLine::drop_sdo_requests() {
-  (void)node_.transmit().remove(can::TransmitClass::sdo, [](const can::Frame& frame) {
+// What waits for the bus. The SDO servers of the nodes are the new master's; transfers that had
+// begun are aborted.
+void NodeLine::drop_frames_of_master() {
+  using can::TransmitClass;
+  can::TransmitQueue& queue = node_.transmit();
+  const auto any = [](const can::Frame& /*frame*/) { return true; };
+  (void)queue.remove(TransmitClass::sync, any);
+  (void)queue.remove(TransmitClass::time, any);
+  (void)queue.remove(TransmitClass::error_control, [](const can::Frame& frame) {
+    return frame.remote();  // node guarding
+  });
+  node_.pdos().drop_requests();
+  (void)queue.remove(TransmitClass::sdo, [](const can::Frame& frame) {
     const bool is_request = frame.id > can::kSdoRequestBase &&
                             frame.id <= can::kSdoRequestBase + can::kMaxNodeId && !frame.fd();
     return is_request && frame.data[0] != std::byte{sdo::command_byte(sdo::ClientCommand::abort)};

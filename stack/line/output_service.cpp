@@ -53,7 +53,7 @@ OutputService::OutputService(ServiceHost& host, const LineConfig& config, const 
       parts_(parts),
       by_sdo_(by_sdo),
       outputs_(parts.image.layout(Direction::outputs), config.groups, config.bound),
-      scanned_(config, parts.node, parts.image),
+      scanned_(config, parts.node, parts.image, parts.flying),
       updates_(config.pdo_update_time) {
 }
 
@@ -78,6 +78,7 @@ void OutputService::execute(Command command, Instant now) {
 void OutputService::advance(Instant now) {
   request_updated(now);
   scanned_.follow_state();
+  scanned_.follow_role();
 }
 
 void OutputService::before_boot(Instant now) {
@@ -358,12 +359,24 @@ void OutputService::give_up(Instant now) {
     host().refuse_unsent(kind, Refusal::wrong_role, now);
   }
   outputs_.disarm();
+  parts_.node.end_reported(kWatchdogEmcy, now);
   for (const Outputs::Group& group : outputs_.groups()) {
     for (const std::uint32_t entry : group.config.entries) {
       parts_.image.forget_entry(Direction::outputs, entry);
     }
   }
-  apply_defaults(now);
+  scanned_.drop();
+  // Entries that follow inputs keep their values.
+  for (const OutputDefault& value : config_.defaults) {
+    if (!outputs_.is_bound(value.entry)) {
+      parts_.image.write_entry(Direction::outputs, value.entry, value.value);
+    }
+  }
+  for (const OutputDefault& value : config_.defaults) {
+    if (!outputs_.is_bound(value.entry)) {
+      entry_written(value.entry, true, now);
+    }
+  }
 }
 
 // Precondition: the entry is not valid.
@@ -565,6 +578,9 @@ std::vector<std::uint16_t> OutputService::tpdos_of(const PdoTrigger& what) const
 
 Error OutputService::trigger(const PdoTrigger& what, std::vector<std::uint16_t>& triggered,
                              Instant now) {
+  if (parts_.flying.is_passive()) {
+    return to_error(Refusal::wrong_role);
+  }
   if (parts_.node.state() != nmt::State::operational) {
     return to_error(Refusal::wrong_state);
   }
@@ -587,6 +603,9 @@ Error OutputService::trigger(const PdoTrigger& what, std::vector<std::uint16_t>&
 }
 
 AbortCode OutputService::may_trigger(const PdoTrigger& what) const {
+  if (parts_.flying.is_passive()) {
+    return AbortCode::local_control;
+  }
   const std::vector<std::uint16_t> tpdos = tpdos_of(what);
   if (tpdos.empty()) {
     return AbortCode::invalid_value;

@@ -27,6 +27,9 @@ std::uint16_t PdoRequestService::named_rpdo(const PdoRequest& request) const {
 }
 
 Refusal PdoRequestService::request(std::uint16_t rpdo) {
+  if (flying_.is_passive()) {
+    return Refusal::wrong_role;
+  }
   if (!host().usable()) {
     return Refusal::line_down;
   }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "stack/image/process_image.h"
+#include "stack/line/flying_master_service.h"
 #include "stack/line/service.h"
 #include "stack/node/node.h"
 #include "stack/pdo/link.h"
@@ -20,13 +21,19 @@ class PdoRequestService final : public Service {
 
   // timeout: of a command that has none. All must outlive the service.
   PdoRequestService(ServiceHost& host, node::Node& node, const image::ProcessImage& image,
-                    const pdo::LinkPlan& plan, Duration timeout)
-      : Service(host), node_(node), image_(image), plan_(plan), timeout_(timeout) {}
+                    const pdo::LinkPlan& plan, const FlyingMasterService& flying, Duration timeout)
+      : Service(host),
+        node_(node),
+        image_(image),
+        plan_(plan),
+        flying_(flying),
+        timeout_(timeout) {}
 
   std::span<const CommandKind> commands() const override;
   bool needs_master() const override { return false; }
   // Refusals: line_down, wrong_state (the own node is not Operational), unknown_entry (no such
-  // PDO), busy (kMost are under way), bad_request (it cannot be requested), timed_out.
+  // PDO), busy (kMost are under way), bad_request (it cannot be requested), timed_out, wrong_role
+  // (another flying master is active).
   void execute(Command command, Instant now) override;
   void advance(Instant now) override;
   Instant next_wake() const override;
@@ -50,6 +57,7 @@ class PdoRequestService final : public Service {
   node::Node& node_;
   const image::ProcessImage& image_;
   const pdo::LinkPlan& plan_;
+  const FlyingMasterService& flying_;
   const Duration timeout_;
   std::vector<Request> requests_;
 };

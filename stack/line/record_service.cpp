@@ -35,7 +35,9 @@ void RecordService::carry_out(const diagnosis::CanopenIa::Order& order, Instant 
       parts_.orders.order_trigger(order.node, order.rpdo, now);
       return;
     case Kind::scan:
-      (void)parts_.scanning.begin(order.node, now);
+      if (may_scan(order.node) == AbortCode::none) {
+        (void)parts_.scanning.begin(order.node, now);
+      }
       return;
   }
 }

@@ -13,8 +13,8 @@ namespace linegate::line {
 RoutingService::RoutingService(ServiceHost& host, LineConfig& config, node::Node& node,
                                sdo::Arbiter& arbiter, EventLog& events,
                                routing::MessageQueue& messages, routing::Counters& counters,
-                               const sdo::WriteRule& rule)
-    : Service(host), config_(config), node_(node) {
+                               const sdo::WriteRule& rule, const FlyingMasterService& flying)
+    : Service(host), config_(config), node_(node), flying_(flying) {
   if (config.routing.interface != 0) {
     routing_ = std::make_unique<Routing>(config, node, arbiter, events, messages, counters, rule);
   }
@@ -133,7 +133,7 @@ bool RoutingService::may_be_carried_out(const sdo::TransferOwner& owner,
 
 bool RoutingService::may_send() const {
   // The SDO servers of the nodes are the active flying master's.
-  return (host().manages() || !config_.flying_master) && host().is_running() && host().usable() &&
+  return !flying_.is_passive() && host().is_running() && host().usable() &&
          nmt::is_served(can::Service::sdo_client, node_.state());
 }
 

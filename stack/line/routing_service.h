@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "stack/line/flying_master_service.h"
 #include "stack/line/routing.h"
 #include "stack/line/service.h"
 
@@ -17,7 +18,7 @@ class RoutingService final : public Service {
   // outlive it.
   RoutingService(ServiceHost& host, LineConfig& config, node::Node& node, sdo::Arbiter& arbiter,
                  EventLog& events, routing::MessageQueue& messages, routing::Counters& counters,
-                 const sdo::WriteRule& rule);
+                 const sdo::WriteRule& rule, const FlyingMasterService& flying);
 
   // Whether the line takes part in routing; otherwise only execute() has an effect.
   bool takes_part() const { return routing_ != nullptr; }
@@ -55,6 +56,7 @@ class RoutingService final : public Service {
 
   LineConfig& config_;
   node::Node& node_;
+  const FlyingMasterService& flying_;
   std::unique_ptr<Routing> routing_;
 };
 

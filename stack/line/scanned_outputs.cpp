@@ -13,8 +13,8 @@ namespace linegate::line {
 using image::Direction;
 
 ScannedOutputs::ScannedOutputs(const LineConfig& config, node::Node& node,
-                               image::ProcessImage& image)
-    : config_(config), node_(node), image_(image) {
+                               image::ProcessImage& image, const FlyingMasterService& flying)
+    : config_(config), node_(node), image_(image), flying_(flying) {
   const std::vector<image::Entry>& entries = image.layout(Direction::outputs).entries;
   for (std::uint32_t i = 0; i < entries.size() && !config.mpdo_scanner.empty(); ++i) {
     if (entries[i].node == config.node_id && entries[i].local_pdo == 0) {
@@ -53,6 +53,9 @@ void ScannedOutputs::written(std::uint32_t bit_offset, std::uint32_t bits, bool 
 void ScannedOutputs::send() {
   const std::vector<image::Entry>& entries = image_.layout(Direction::outputs).entries;
   due_ = false;
+  if (flying_.is_passive()) {
+    return;  // see follow_role()
+  }
   for (Output& output : outputs_) {
     if (!output.due) {
       continue;
@@ -94,6 +97,25 @@ void ScannedOutputs::invalidate() {
       image_.set_entry_valid(Direction::outputs, output.entry, false);
     }
   }
+}
+
+void ScannedOutputs::follow_role() {
+  const bool passive = flying_.is_passive();
+  if (std::exchange(passive_, passive) && !passive) {
+    send();
+  }
+}
+
+void ScannedOutputs::drop() {
+  std::vector<od::Address> objects;
+  const std::vector<image::Entry>& entries = image_.layout(Direction::outputs).entries;
+  for (Output& output : outputs_) {
+    const image::Entry& entry = entries[output.entry];
+    objects.push_back({entry.index, entry.sub});
+    output = {.entry = output.entry, .due = image_.is_known(Direction::outputs, output.entry)};
+    image_.set_entry_valid(Direction::outputs, output.entry, false);
+  }
+  node_.pdos().drop_mpdos(objects);
 }
 
 void ScannedOutputs::handed_out(const can::Frame& frame, std::uint64_t number) {

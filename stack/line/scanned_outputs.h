@@ -11,6 +11,7 @@
 #include "stack/can/frame.h"
 #include "stack/image/process_image.h"
 #include "stack/line/config.h"
+#include "stack/line/flying_master_service.h"
 #include "stack/node/node.h"
 
 namespace linegate::line {
@@ -18,7 +19,8 @@ namespace linegate::line {
 class ScannedOutputs {
  public:
   // node: the own node. All must outlive it. Without a scanner list there are no such outputs.
-  ScannedOutputs(const LineConfig& config, node::Node& node, image::ProcessImage& image);
+  ScannedOutputs(const LineConfig& config, node::Node& node, image::ProcessImage& image,
+                 const FlyingMasterService& flying);
 
   bool empty() const { return outputs_.empty(); }
 
@@ -29,6 +31,10 @@ class ScannedOutputs {
   void follow_state();
   // The known outputs become invalid, and are sent when the own node enters Operational.
   void invalidate();
+  // While another flying master is active, outputs are due, but not sent.
+  void follow_role();
+  // Drops the frames that wait. An output that is known by then is due.
+  void drop();
   // A frame was handed to the bus with that number; 0: no acknowledgement is expected.
   void handed_out(const can::Frame& frame, std::uint64_t number);
   // The bus acknowledged the frames up to that number.
@@ -64,8 +70,10 @@ class ScannedOutputs {
   const LineConfig& config_;
   node::Node& node_;
   image::ProcessImage& image_;
+  const FlyingMasterService& flying_;
   std::vector<Output> outputs_;
   bool due_ = false;          // some outputs are due
+  bool passive_ = false;      // another flying master was active at the last follow_role()
   std::uint64_t starts_ = 0;  // starts of the own node at the last follow_state()
 };
 

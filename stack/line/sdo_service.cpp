@@ -183,6 +183,10 @@ void SdoService::start_in_network(const Command& command, Way way, Transfer tran
     host().refuse(command, Refusal::bad_request, now);
     return;
   }
+  if (parts_.flying.is_passive()) {
+    host().refuse(command, Refusal::wrong_role, now);
+    return;
+  }
   if (!parts_.routing.takes_part()) {
     host().reply(command.tag, to_error(AbortCode::invalid_value), {});  // there is no route
     return;

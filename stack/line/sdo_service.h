@@ -30,6 +30,7 @@ class SdoService final : public Service, sdo::TransferOwner {
     const image::ProcessImage& image;
     const sdo::WriteRule& rule;
     RoutingService& routing;
+    const FlyingMasterService& flying;
     ScanCache& cache;
     Service& local;
     const diagnosis::ControlSettings& settings;

@@ -88,13 +88,13 @@ struct Services {
                     .records = records,
                     .events = line.events}};
   PdoWriteRule pdo_rule{line.config, line.node, line.manager, line.configurator};
-  RoutingService routing{line.host,   line.config,   line.node,   line.sdo,
-                         line.events, line.messages, line.routed, pdo_rule};
+  RoutingService routing{line.host,     line.config, line.node, line.sdo, line.events,
+                         line.messages, line.routed, pdo_rule,  flying};
   EmcyService emcy{line.host, line.node};
   CanService can{line.host, line.node, line.plan.tpdos, line.events};
   LocalService local{line.host, line.node.dictionary(), line.own_objects, line.config};
-  PdoRequestService pdo_request{line.host, line.node, line.image, line.plan,
-                                line.config.sdo_timeout};
+  PdoRequestService pdo_request{line.host, line.node, line.image,
+                                line.plan, flying,    line.config.sdo_timeout};
   BootService boot{line.host, line.manager, line.config.node_id};
   ConfigureService configure{line.host, line.manager, line.configurator, line.events};
   ConnectionService connections{line.host,       line.config, line.node,
@@ -119,6 +119,7 @@ struct Services {
                   .image = line.image,
                   .rule = pdo_rule,
                   .routing = routing,
+                  .flying = flying,
                   .cache = scan,
                   .local = local,
                   .settings = records.settings()}};
@@ -131,7 +132,7 @@ struct Services {
                      .rpdos = line.plan.rpdos,
                      .sdo = line.sdo,
                      .manager = line.manager}};
-  MpdoService mpdo{line.host, line.node, line.own_objects, line.config};
+  MpdoService mpdo{line.host, line.node, line.own_objects, line.config, flying};
   OutputReceivers receivers{line.host,
                             line.config,
                             {.manager = line.manager,

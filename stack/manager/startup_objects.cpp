@@ -143,6 +143,9 @@ void StartupObjects::advance(Instant now) {
 }
 
 void StartupObjects::watch(const Request& request, Instant now) {
+  if (!manager_.active()) {
+    return;  // another node is the master since it was written
+  }
   for (std::uint8_t node = can::kMinNodeId; node <= can::kMaxNodeId; ++node) {
     if (request.address.sub == kAll || request.address.sub == node) {
       manager_.watch(node, request.value != 0, now);

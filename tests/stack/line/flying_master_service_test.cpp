@@ -4,6 +4,9 @@
 
 #include <utility>
 
+#include "stack/base/byte_order.h"
+#include "stack/storage/medium.h"
+
 #include "line_fixture.h"
 
 namespace linegate::line {
@@ -63,14 +66,53 @@ class FlyingMasterServiceTest : public LineTest {
     EXPECT_EQ(line_->state().role, Role::manager);
     EXPECT_EQ(line_->node_state(5).state, nmt::State::operational);
   }
+  void boot_guarded_node() {
+    negotiate();
+    hear_identity();
+    hear_no_serial_number();
+    hear_no_pdo_records();
+    for (int i = 0; i < 6; ++i) {
+      hear(0x585, {0x60, 0x0C, 0x10, 0x00, 0, 0, 0, 0});
+      hear(0x585, {0x60, 0x0D, 0x10, 0x00, 0, 0, 0, 0});
+      hear(0x705, {static_cast<std::uint8_t>(i % 2 == 0 ? 0x05 : 0x85)});
+      pass(milliseconds(50));
+    }
+  }
   void follow_other(std::uint8_t other = kOtherMaster) {
     hear(0x071, {0, other});
     pass(milliseconds(1));
   }
-  OutputRefusal write(std::uint64_t arming) {
+  // The bus takes each frame, and acknowledges it unless it is cut off.
+  void live(Duration time, bool acknowledged = true, std::uint8_t heartbeats_of = 0) {
+    for (const Instant end = now_ + time; now_ < end;) {
+      pass(milliseconds(10));
+      hand_out_all();
+      if (acknowledged) {
+        line_->acknowledged(line_->state().counters.frames_sent, now_);
+      }
+      if (heartbeats_of != 0) {
+        hear(0x700U + heartbeats_of, {0x05});
+      }
+    }
+  }
+  void start_acknowledged(LineConfig config) {
+    make(std::move(config));
+    line_->expect_acknowledgements();
+    line_->start(now_);
+    live(milliseconds(10));
+    sent();
+  }
+  Reply write_local(std::uint16_t index, std::uint8_t sub, std::uint32_t value,
+                    std::size_t size = 4) {
+    std::vector<std::byte> data(size);
+    store_le(std::span(data), value);
+    return result(LocalWrite{.address = {index, sub}, .data = std::move(data)});
+  }
+  OutputRefusal write(std::uint64_t arming, std::uint8_t reactions = 0) {
     return line_->write_outputs({.layout_id = line_->layout(Direction::outputs).id,
                                  .arming = arming,
                                  .watchdog = milliseconds(500),
+                                 .reactions = reactions,
                                  .values = {{.entry = 0, .length = 4, .data = {std::byte{7}}},
                                             {.entry = 1, .length = 1, .data = {std::byte{1}}}}},
                                 now_);
@@ -134,7 +176,12 @@ TEST_F(FlyingMasterServiceTest, ObjectsHaveItsConfiguration) {
   };
   const Error refused{Domain::sdo, static_cast<std::uint32_t>(AbortCode::invalid_value)};
   EXPECT_EQ(write(0x1F90, 3, {std::byte{3}, {}}), refused);
-  EXPECT_EQ(write(0x1F90, 6, {{}, {}}), refused);
+  for (const std::uint8_t time : std::initializer_list<std::uint8_t>{1, 2, 4, 5, 6}) {
+    EXPECT_EQ(write(0x1F90, time, {{}, {}}), refused) << unsigned{time};
+  }
+  EXPECT_EQ(write_local(0x1F90, 4, 1270, 2).error, refused) << "127 x 10 ms";
+  EXPECT_EQ(write_local(0x1F90, 5, 12, 2).error, refused) << "127 x 12 ms";
+  EXPECT_EQ(write_local(0x1F90, 5, 11, 2).error, Error{});
   EXPECT_EQ(write(0x1F90, 3, {std::byte{0}, {}}), Error{});
   pass(milliseconds(1));
   EXPECT_EQ(line_->state().master_priority, 0);
@@ -206,14 +253,19 @@ TEST_F(FlyingMasterServiceTest, ASlaveRefusesOutputsAndCommandsAndNamesTheMaster
       NmtRequest{.node = 5, .command = nmt::Command::start},
       SingleOutput{.entry = 0, .data = std::vector<std::byte>(4)},
       ObjectWrite{.node = 5, .address = {0x2001, 0}, .data = std::vector<std::byte>(4)},
-      PdoTrigger{.number = 1}};
+      PdoTrigger{.number = 1},
+      PdoRequest{.number = 1},
+      MpdoWrite{.node = 5, .address = {0x6000, 1}, .data = {std::byte{1}}, .tpdo = 1}};
   for (const Request& request : requests) {
     const Reply reply = result(request);
     EXPECT_EQ(reply.error, to_error(Refusal::wrong_role)) << static_cast<int>(kind(request));
     EXPECT_EQ(reply.bytes(), std::vector{std::byte{kOtherMaster}});
   }
   EXPECT_TRUE(result(LocalRead{.what = od::Address{0x1000, 0}}).ok());
+  EXPECT_FALSE(line_->request_pdo(1));
   EXPECT_THAT(sent(), Not(Contains(StartsWith("605#"))));
+  EXPECT_EQ(write_local(0x5F41, 0x0C, 0x0501, 2).error, to_error(AbortCode::local_control))
+      << "triggers RPDO 1";
 }
 
 TEST_F(FlyingMasterServiceTest, TheRoleIsGivenUpWithoutLosingTheImage) {
@@ -269,16 +321,7 @@ TEST_F(FlyingMasterServiceTest, ANodeThatIsNotGuardedAnyMoreIsNotShownAsValid) {
   wanted.nodes[0].guard_time = milliseconds(100);
   wanted.nodes[0].life_time_factor = 3;
   start(wanted);
-  negotiate();
-  hear_identity();
-  hear_no_serial_number();
-  hear_no_pdo_records();
-  for (int i = 0; i < 6; ++i) {
-    hear(0x585, {0x60, 0x0C, 0x10, 0x00, 0, 0, 0, 0});
-    hear(0x585, {0x60, 0x0D, 0x10, 0x00, 0, 0, 0, 0});
-    hear(0x705, {static_cast<std::uint8_t>(i % 2 == 0 ? 0x05 : 0x85)});
-    pass(milliseconds(50));
-  }
+  boot_guarded_node();
   hear(0x185, {0x34, 0x12, 1, 0, 0, 0});
   ASSERT_TRUE(line_->input(0).valid);
   follow_other();
@@ -362,12 +405,17 @@ TEST_F(FlyingMasterServiceTest, AForwardedGroupIsFilledAnew) {
   EXPECT_THAT(sent(), Contains(StartsWith("205#07")));
 }
 
-TEST_F(FlyingMasterServiceTest, ARefusalOfTheActiveMasterNamesNoNode) {
+TEST_F(FlyingMasterServiceTest, ARefusalForAnotherReasonNamesNoNode) {
   start(config());
   become_master();
-  const Reply reply = result(RoutingTrace{.duration = seconds(1)});
-  EXPECT_EQ(reply.error, to_error(Refusal::wrong_role)) << "the line does not route";
-  EXPECT_THAT(reply.bytes(), IsEmpty());
+  const auto expect_refused = [this] {
+    const Reply reply = result(RoutingTrace{.duration = seconds(1)});
+    EXPECT_EQ(reply.error, to_error(Refusal::wrong_role)) << "the line does not route";
+    EXPECT_THAT(reply.bytes(), IsEmpty());
+  };
+  expect_refused();
+  follow_other();
+  expect_refused();
 }
 
 TEST_F(FlyingMasterServiceTest, KeepAliveNodesAreTakenOverWithoutReset) {
@@ -482,8 +530,359 @@ TEST_F(FlyingMasterServiceTest, MessagesThatWaitForTheBusDoNotAddUp) {
   start(config());
   pass(seconds(60));
   std::vector<std::string> frames = nmt_sent();
-  EXPECT_LE(std::ranges::count(frames, "073#"), 1);
-  EXPECT_LE(std::ranges::count(frames, "071#0114"), 1);
+  EXPECT_EQ(std::ranges::count(frames, "073#"), 1);
+  EXPECT_EQ(std::ranges::count(frames, "071#0114"), 1);
+}
+
+// --- the bus is cut -----------------------------------------------------------------------------
+
+// It would be the first one to send when the bus is back, in a network that has a master.
+TEST_F(FlyingMasterServiceTest, ASlaveWithoutABusWaitsAndResetsNothing) {
+  start_acknowledged(config());
+  follow_other();
+  live(seconds(1), true, kOtherMaster);
+  expect(Role::device, FlyingMasterState::slave, kOtherMaster);
+  sent();
+  live(seconds(20), false);
+  expect(Role::device, FlyingMasterState::detect, 0);
+  live(milliseconds(20));
+  EXPECT_THAT(nmt_sent(), IsEmpty());
+  live(milliseconds(500));
+  EXPECT_THAT(nmt_sent(), ElementsAre("073#"));
+  follow_other();
+  live(seconds(2), true, kOtherMaster);
+  expect(Role::device, FlyingMasterState::slave, kOtherMaster);
+  EXPECT_THAT(nmt_sent(), Not(Contains(StartsWith("000#"))));
+}
+
+TEST_F(FlyingMasterServiceTest, ALineThatStartsWithoutABusWaits) {
+  make(config());
+  line_->expect_acknowledgements();
+  line_->start(now_);
+  live(seconds(20), false);
+  expect(Role::device, FlyingMasterState::detect, 0);
+  EXPECT_THAT(nmt_sent(), Not(Contains(StartsWith("000#"))));
+  live(seconds(4));
+  EXPECT_EQ(line_->state().role, Role::manager) << "the others acknowledge, and none is a master";
+}
+
+TEST_F(FlyingMasterServiceTest, ASlaveWhoseInterfaceFailsWaits) {
+  for (const can::BusEvent::Kind kind :
+       {can::BusEvent::Kind::state, can::BusEvent::Kind::interface_failed}) {
+    start(config());
+    follow_other();
+    hear(0x709, {0x05});
+    line_->bus_event({.kind = kind, .state = can::BusState::bus_off, .time = now_});
+    pass(seconds(20));
+    expect(Role::device, FlyingMasterState::detect, 0);
+    EXPECT_THAT(nmt_sent(), IsEmpty());
+    line_->bus_event(
+        {.kind = kind == can::BusEvent::Kind::state ? kind : can::BusEvent::Kind::interface_ready,
+         .state = can::BusState::error_active,
+         .time = now_});
+    line_->advance(now_);
+    pass(milliseconds(510));
+    EXPECT_THAT(nmt_sent(), ElementsAre("073#"));
+  }
+}
+
+// The others have not missed its heartbeat.
+TEST_F(FlyingMasterServiceTest, TheActiveMasterKeepsItsRoleForAShortTimeWithoutABus) {
+  LineConfig wanted = config();
+  wanted.flying_master->master_heartbeat = seconds(1);
+  start_acknowledged(wanted);
+  become_master_quietly();
+  live(seconds(1), true, 5);
+  sent();
+  live(milliseconds(900), false);
+  expect(Role::manager, FlyingMasterState::master, 20);
+  live(seconds(1), true, 5);
+  expect(Role::manager, FlyingMasterState::master, 20);
+  sent();
+  live(milliseconds(1500), false);
+  expect(Role::device, FlyingMasterState::detect, 0);
+  live(seconds(20), false);
+  sent();
+  live(milliseconds(520));
+  EXPECT_THAT(nmt_sent(), ElementsAre("073#")) << "it asks first";
+}
+
+TEST_F(FlyingMasterServiceTest, AResetThatWaitsForTheBusIsDroppedIfThereIsAMaster) {
+  start(config());
+  pass(milliseconds(600));
+  expect(Role::device, FlyingMasterState::reset, 0);
+  follow_other();
+  EXPECT_THAT(nmt_sent(), ElementsAre("073#"));
+}
+
+// The configured time decides, not the time for the answer.
+TEST_F(FlyingMasterServiceTest, ALateMasterIsNotReplaced) {
+  LineConfig wanted = config();
+  wanted.flying_master->master_heartbeat = seconds(2);
+  start_acknowledged(wanted);
+  follow_other();
+  live(milliseconds(4150), true, kOtherMaster);
+  sent();
+  live(milliseconds(800));
+  EXPECT_THAT(nmt_sent(), ElementsAre("073#"));
+  expect(Role::device, FlyingMasterState::slave, kOtherMaster);
+  follow_other();
+  hear(0x709, {0x05});
+  live(seconds(1), true, kOtherMaster);
+  expect(Role::device, FlyingMasterState::slave, kOtherMaster);
+  EXPECT_THAT(nmt_sent(), IsEmpty());
+}
+
+// --- the role is lost in the same round ---------------------------------------------------------
+
+TEST_F(FlyingMasterServiceTest, OrdersOfTheSameRoundAreDropped) {
+  const auto change = [this] {
+    follow_other();
+    expect(Role::device, FlyingMasterState::slave, kOtherMaster);
+    const std::vector<std::string> frames = sent();
+    EXPECT_THAT(frames, Not(Contains(StartsWith("605#40"))));
+    EXPECT_THAT(frames, Not(Contains(StartsWith("000#"))));
+  };
+  start(config());
+  become_master();
+  EXPECT_TRUE(write_local(0x5F41, 0x0A, 5, 1).ok()) << "scan";
+  change();
+  become_master();
+  std::vector<std::byte> concise_dcf;
+  for (const int value : {1, 0, 0, 0, 0x17, 0x10, 0, 2, 0, 0, 0, 100, 0}) {
+    concise_dcf.push_back(static_cast<std::byte>(value));
+  }
+  EXPECT_TRUE(result(LocalWrite{.address = {0x1F22, 5}, .data = concise_dcf}).ok());
+  EXPECT_TRUE(write_local(0x1F25, 5, 0x666E'6F63).ok()) << "configure";
+  change();
+}
+
+TEST_F(FlyingMasterServiceTest, AnOrderToGuardOfTheSameRoundIsDropped) {
+  LineConfig wanted = config();
+  wanted.nodes[0].heartbeat = {};
+  wanted.nodes[0].guard_time = milliseconds(100);
+  wanted.nodes[0].life_time_factor = 3;
+  start(wanted);
+  boot_guarded_node();
+  EXPECT_TRUE(write_local(0x1F83, 5, 0, 1).ok());
+  pass(milliseconds(1));
+  sent();
+  EXPECT_TRUE(write_local(0x1F83, 5, 1, 1).ok());
+  follow_other();
+  pass(seconds(1));
+  EXPECT_THAT(sent(), Not(Contains(StartsWith("705#"))));
+}
+
+TEST_F(FlyingMasterServiceTest, ACommandOfTheSameRoundIsRefused) {
+  start(config());
+  become_master();
+  hear(0x071, {0, kOtherMaster});
+  const Reply reply = result(NmtRequest{.node = 5, .command = nmt::Command::stop});
+  EXPECT_EQ(reply.error, to_error(Refusal::wrong_role));
+  EXPECT_EQ(reply.bytes(), std::vector{std::byte{kOtherMaster}});
+  pass(milliseconds(1));
+  EXPECT_THAT(nmt_sent(), IsEmpty());
+}
+
+TEST_F(FlyingMasterServiceTest, AWatchdogThatIsDueThenHasNoReaction) {
+  start(config());
+  become_master();
+  EXPECT_EQ(write(1, kNmtStop | kSendEmcy), OutputRefusal::none);
+  pass(milliseconds(499));
+  sent();
+  events();
+  now_ += milliseconds(2);
+  hear(0x071, {0, kOtherMaster});
+  line_->advance(now_);
+  EXPECT_FALSE(emitted(EventKind::output_watchdog));
+  const std::vector<std::string> frames = sent();
+  EXPECT_THAT(frames, Not(Contains(StartsWith("000#"))));
+  EXPECT_THAT(frames, Not(Contains(StartsWith("094#"))));
+}
+
+TEST_F(FlyingMasterServiceTest, TheErrorOfAWatchdogEndsWithTheRole) {
+  start(config());
+  become_master();
+  EXPECT_EQ(write(1, kSendEmcy), OutputRefusal::none);
+  pass(milliseconds(600));
+  EXPECT_NE(line_->dictionary().number({0x1001, 0}), 0U);
+  follow_other();
+  EXPECT_EQ(line_->dictionary().number({0x1001, 0}), 0U);
+}
+
+// --- what waits when the role is lost -----------------------------------------------------------
+
+OwnObject flying_own_object(std::uint8_t sub, bool in_image) {
+  OwnObject out{.index = 0x2100, .variable = {}};
+  out.variable.sub = sub;
+  out.variable.type = od::DataType::unsigned32;
+  out.variable.access = in_image ? od::Access::ro : od::Access::rw;
+  out.variable.mappable = true;
+  out.variable.value.resize(4);
+  out.in_image = in_image;
+  return out;
+}
+
+pdo::Parameters flying_mpdo(std::uint16_t number, std::uint32_t id, pdo::MpdoMode mode) {
+  pdo::Parameters out;
+  out.number = number;
+  out.cob_id = {id | can::CobId::kNoRtrBit};
+  out.mpdo = mode;
+  return out;
+}
+
+TEST_F(FlyingMasterServiceTest, MpdosThatWaitAreDropped) {
+  LineConfig wanted = config();
+  wanted.own_objects = {flying_own_object(1, false), flying_own_object(2, true)};
+  wanted.forwarding.tpdos = {flying_mpdo(100, 0x1F0, pdo::MpdoMode::destination),
+                             flying_mpdo(101, 0x1F1, pdo::MpdoMode::source)};
+  wanted.forwarding.tpdos[0].mapping = {{{0x2100, 1}, 32}};
+  wanted.mpdo_scanner = {0x01'2100'02};
+  make(wanted);
+  line_->expect_acknowledgements();
+  line_->start(now_);
+  become_master();
+  line_->acknowledged(line_->state().counters.frames_sent, now_);
+  const auto last =
+      static_cast<std::uint32_t>(line_->layout(Direction::outputs).entries.size() - 1);
+  const auto write_scanned = [&](std::uint64_t arming) {
+    return line_->write_outputs({.layout_id = line_->layout(Direction::outputs).id,
+                                 .arming = arming,
+                                 .values = {{.entry = last, .length = 4, .data = {std::byte{7}}}}},
+                                now_);
+  };
+  EXPECT_EQ(write_scanned(1), OutputRefusal::none);
+  line_->execute(
+      {.tag = 3,
+       .request =
+           MpdoWrite{.node = 5, .address = {0x6000, 1}, .data = {std::byte{1}}, .tpdo = 100}},
+      now_);
+  follow_other();
+  EXPECT_EQ(answer().error, to_error(Refusal::wrong_role));
+  pass(milliseconds(100));
+  const std::vector<std::string> frames = sent();
+  EXPECT_THAT(frames, Not(Contains(StartsWith("1F0#"))));
+  EXPECT_THAT(frames, Not(Contains(StartsWith("1F1#"))));
+  line_->acknowledged(line_->state().counters.frames_sent, now_);
+  become_master_quietly();
+  EXPECT_THAT(sent(), Not(Contains(StartsWith("1F1#")))) << "it was forgotten";
+  EXPECT_EQ(write_scanned(2), OutputRefusal::none);
+  EXPECT_THAT(sent(), Contains("1F1#1400210207000000"));
+}
+
+TEST_F(FlyingMasterServiceTest, ADefaultThatAnMpdoCarriesIsSentByTheActiveMaster) {
+  LineConfig wanted = config();
+  wanted.own_objects = {flying_own_object(2, true)};
+  wanted.forwarding.tpdos = {flying_mpdo(101, 0x1F1, pdo::MpdoMode::source)};
+  wanted.mpdo_scanner = {0x01'2100'02};
+  wanted.defaults = {{.entry = 2, .value = 7}};
+  start(wanted);
+  ASSERT_EQ(line_->layout(Direction::outputs).entries[2].index, 0x2100);
+  follow_other();
+  pass(milliseconds(100));
+  EXPECT_THAT(sent(), Not(Contains(StartsWith("1F1#"))));
+  become_master_quietly();
+  EXPECT_THAT(sent(), Contains("1F1#1400210207000000"));
+  follow_other();
+  pass(milliseconds(100));
+  EXPECT_THAT(sent(), Not(Contains(StartsWith("1F1#"))));
+}
+
+TEST_F(FlyingMasterServiceTest, APdoThatWasRequestedIsNotRequestedAnyMore) {
+  start(config());
+  become_master();
+  line_->execute({.tag = 4, .request = PdoRequest{.node = 5, .number = 1}}, now_);
+  follow_other();
+  const Reply reply = answer();
+  EXPECT_EQ(reply.tag, 4U);
+  EXPECT_EQ(reply.error, to_error(Refusal::wrong_role));
+  EXPECT_THAT(sent(), Not(Contains(StartsWith("185#"))));
+}
+
+TEST_F(FlyingMasterServiceTest, SyncAndTimeThatWaitAreDropped) {
+  LineConfig wanted = config();
+  wanted.sync_period = milliseconds(10);
+  wanted.time_period = milliseconds(50);
+  start(wanted);
+  line_->set_utc(seconds(1'700'000'000));
+  become_master();
+  pass(milliseconds(100));
+  follow_other();
+  const std::vector<std::string> frames = sent();
+  EXPECT_THAT(frames, Not(Contains("080#")));
+  EXPECT_THAT(frames, Not(Contains(StartsWith("100#"))));
+}
+
+TEST_F(FlyingMasterServiceTest, AnOutputThatFollowsAnInputDoesNotGetItsDefault) {
+  LineConfig wanted = config();
+  wanted.bound = {0, 1};
+  wanted.defaults = {{.entry = 0, .value = 3}, {.entry = 1, .value = 1}};
+  start(wanted);
+  become_master();
+  line_->write_bound(std::vector<BoundValue>{{.entry = 0, .value = 7}, {.entry = 1, .value = 1}},
+                     now_);
+  pass(milliseconds(1));
+  EXPECT_THAT(sent(), Contains(StartsWith("205#07")));
+  follow_other();
+  become_master_quietly();
+  const std::vector<std::string> frames = sent();
+  EXPECT_THAT(frames, Contains(StartsWith("205#07")));
+  EXPECT_THAT(frames, Not(Contains(StartsWith("205#03"))));
+}
+
+TEST_F(FlyingMasterServiceTest, ALineThatIsStartedAgainSendsNoOldOutputs) {
+  start(config());
+  become_master();
+  EXPECT_EQ(write(1), OutputRefusal::none);
+  line_->stop(now_);
+  line_->start(now_);
+  pass(seconds(1));
+  EXPECT_FALSE(emitted(EventKind::output_watchdog));
+  sent();
+  become_master_quietly();
+  EXPECT_THAT(sent(), Not(Contains(StartsWith("205#"))));
+  EXPECT_EQ(write(1), OutputRefusal::not_armed);
+}
+
+TEST_F(FlyingMasterServiceTest, ANodeThatTheNetworkListKeepsAliveIsNotStopped) {
+  start(config());
+  become_master();
+  const auto listed = line_->dictionary().number({0x1F81, 5});
+  ASSERT_TRUE(listed);
+  EXPECT_TRUE(write_local(0x1F81, 5, static_cast<std::uint32_t>(*listed | 0x10)).ok());
+  pass(milliseconds(1));
+  nmt_sent();
+  line_->stop(now_);
+  EXPECT_THAT(nmt_sent(), IsEmpty());
+}
+
+// --- what a slave stores ------------------------------------------------------------------------
+
+TEST_F(FlyingMasterServiceTest, ASlaveStoresTheValuesOfTheActiveMaster) {
+  storage::MemoryMedium medium;
+  LineConfig wanted = config();
+  wanted.stores_parameters = true;
+  wanted.sync_period = milliseconds(10);
+  wanted.time_period = milliseconds(50);
+  make(wanted);
+  line_->set_medium(&medium);
+  line_->start(now_);
+  follow_other();
+  ASSERT_EQ(line_->dictionary().number({0x1005, 0}), 0x80U);
+  ASSERT_EQ(line_->dictionary().number({0x1012, 0}), 0x8000'0100U);
+  ASSERT_NE(line_->dictionary().number({0x1016, 1}), 0U);
+  EXPECT_EQ(write_local(0x1010, 1, 0x6576'6173).error, Error{});
+  ASSERT_EQ(line_->dictionary().number({0x1005, 0}), 0x80U);
+
+  make(wanted);
+  line_->set_medium(&medium);
+  line_->start(now_);
+  follow_other(11);
+  EXPECT_EQ(line_->dictionary().number({0x1016, 1}), 0x000B'0000U + 400U);
+  become_master_quietly();
+  EXPECT_EQ(line_->dictionary().number({0x1005, 0}), 0x4000'0080U);
+  EXPECT_EQ(line_->dictionary().number({0x1012, 0}), 0x4000'0100U);
+  EXPECT_EQ(line_->dictionary().number({0x1016, 1}), 0U);
 }
 
 TEST(FlyingMasterConfiguration, IsChecked) {

@@ -67,8 +67,10 @@ struct MpdoServiceTest : testing::Test {
 
   NodeParts parts{mpdo_config()};
   RecordingHost host;
-  MpdoService service{host, *parts.node, parts.own_objects, parts.config};
-  ScannedOutputs outputs{parts.config, *parts.node, parts.image};
+  ManagerParts managed{false};
+  NoFlyingMaster flying{host, parts, managed.manager};
+  MpdoService service{host, *parts.node, parts.own_objects, parts.config, flying.service};
+  ScannedOutputs outputs{parts.config, *parts.node, parts.image, flying.service};
   std::uint64_t tag = 0;
 };
 
@@ -90,17 +92,6 @@ TEST_F(MpdoServiceTest, IsRefusedWhereItMakesNoSense) {
   parts.node->command(nmt::Command::enter_pre_operational, parts.now);
   execute({std::byte{1}});
   EXPECT_EQ(host.answer(tag), to_error(Refusal::wrong_state));
-}
-
-TEST_F(MpdoServiceTest, IsRefusedWhileAnotherFlyingMasterIsActive) {
-  parts.config.flying_master.emplace();
-  execute({std::byte{1}});
-  EXPECT_FALSE(host.answer(tag));
-  sent();
-  host.set_manages(false);
-  execute({std::byte{1}});
-  EXPECT_EQ(host.answer(tag), to_error(Refusal::wrong_role));
-  EXPECT_EQ(sent(), "");
 }
 
 TEST_F(MpdoServiceTest, WhatWaitsIsRefusedWhenTheOwnNodeLeavesOperational) {

@@ -24,7 +24,10 @@ struct PdoRequestServiceTest : testing::Test {
 
   NodeParts parts{config_with_axis()};
   RecordingHost host;
-  PdoRequestService service{host, *parts.node, parts.image, parts.plan, milliseconds(500)};
+  ManagerParts managed{false};
+  NoFlyingMaster flying{host, parts, managed.manager};
+  PdoRequestService service{host,       *parts.node,    parts.image,
+                            parts.plan, flying.service, milliseconds(500)};
   std::uint64_t tag = 0;
 };
 

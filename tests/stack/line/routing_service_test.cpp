@@ -65,8 +65,10 @@ struct RoutingServiceTest : testing::Test, sdo::TransferOwner {
   routing::MessageQueue messages{16};
   routing::Counters counters;
   EveryWrite rule;
-  RoutingService service{host,         parts.config, *parts.node, arbiter,
-                         parts.events, messages,     counters,    rule};
+  ManagerParts managed{false};
+  NoFlyingMaster flying{host, parts, managed.manager};
+  RoutingService service{host,     parts.config, *parts.node, arbiter,       parts.events,
+                         messages, counters,     rule,        flying.service};
   std::vector<sdo::Completion> completions;
   std::uint64_t tag = 0;
 };

@@ -66,8 +66,10 @@ struct SdoServiceTest : testing::Test, ScanCache {
       return value.size() == 4 ? AbortCode::device_state : AbortCode::invalid_value;
     }
   } rule;
-  RoutingService routing{host,         parts.config, *parts.node, arbiter,
-                         parts.events, messages,     counters,    rule};
+  ManagerParts managed{false};
+  NoFlyingMaster flying{host, parts, managed.manager};
+  RoutingService routing{host,     parts.config, *parts.node, arbiter,       parts.events,
+                         messages, counters,     rule,        flying.service};
   ServiceStub local{host};
   diagnosis::ControlSettings settings;
   std::vector<std::byte> known;  // the values that a scan has read
@@ -78,6 +80,7 @@ struct SdoServiceTest : testing::Test, ScanCache {
                       .image = parts.image,
                       .rule = rule,
                       .routing = routing,
+                      .flying = flying.service,
                       .cache = *this,
                       .local = local,
                       .settings = settings}};
