@@ -175,7 +175,7 @@ void NodeLine::routes(std::vector<routing::Route>& out) const {
 }
 
 [[gnu::hot]] bool NodeLine::do_next_frame(can::Frame& out, Instant now) {
-  if (!services_.sleep.may_transmit()) [[unlikely]] {
+  if (!services_.sleep.may_transmit() || is_cut_off(now)) [[unlikely]] {
     return false;
   }
   const std::uint64_t number = under_way_.next_number();
@@ -365,7 +365,7 @@ void NodeLine::receive_beside_others(std::span<const can::Frame> frames) {
   }
 }
 bool NodeLine::wants_to_send(Instant now) const {
-  return services_.sleep.may_transmit() &&
+  return services_.sleep.may_transmit() && !is_cut_off(now) &&
          (node_.wants_to_send(now) || services_.lss.wants_to_send());
 }
 const image::Layout& NodeLine::layout(image::Direction direction) const {

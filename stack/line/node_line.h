@@ -169,6 +169,9 @@ class NodeLine final : public Line,
   void change_role(Instant now);
   void stop_nodes(Instant now);
   void drop_frames_of_master();
+  // A flying master hands out nothing while the bus accepts no frames: a command in the controller
+  // could not be dropped any more when another node is the master.
+  bool is_cut_off(Instant now) const { return services_.flying.competes() && bus_is_stuck(now); }
   // Whether only process data was received since the last next_wake(), and nothing is due: a round
   // would have nothing to do.
   bool is_idle(Instant now) const;
