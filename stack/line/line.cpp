@@ -270,8 +270,8 @@ bool Line::usable() const {
          bus_ != can::BusState::bus_off;
 }
 
-// A refusal because another flying master is active names it. Only routing_trace has another reason:
-// the line does not route.
+// A refusal because another flying master is active names it. Only routing_trace has another
+// reason: the line does not route.
 void Line::reply(std::uint64_t tag, Error error, ReplyData data) {
   if (error == to_error(Refusal::wrong_role) && active_master() != 0) [[unlikely]] {
     data = std::vector{std::byte{active_master()}};
