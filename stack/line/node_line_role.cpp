@@ -113,13 +113,17 @@ void NodeLine::fall_silent(Instant now) {
   nmt_.set_active(false);
   end_sendings(now);
   for (Service* service : services()) {
-    service->end(Refusal::wrong_state, now);
+    if (service != &services_.local) {
+      service->end(Refusal::wrong_state, now);
+    }
   }
   process_completions(now);
+  manager_.fall_silent();
   node_.command(nmt::Command::stop, now);
 }
 
 void NodeLine::fall_asleep(Instant /*now*/) {
+  manager_.fall_silent();  // nodes that were still heard
   services_.diagnosis.diagnosis().fell_asleep();
 }
 

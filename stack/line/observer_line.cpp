@@ -381,6 +381,8 @@ void ObserverLine::follow_sleep() {
     if (change.phase == nmt::SleepPhase::prepare) {
       nodes.sleep();
       set_pdos_active(false, change.time);
+    } else if (change.phase > nmt::SleepPhase::prepare) {
+      nodes.fall_silent();
     } else if (change.phase == nmt::SleepPhase::awake &&
                change.before >= nmt::SleepPhase::prepare) {
       nodes.wake(change.time);

@@ -53,7 +53,7 @@ void Manager::boot_up(std::uint8_t node, Instant now) {
   seen.last_heard = now;
   seen.presence = Presence::present;
   // A node enters it by itself right after the boot-up message
-  seen.state = nmt::State::pre_operational;
+  seen.state = shown(nmt::State::pre_operational);
   reset_.reset(node);
   starting_.reset(node);
   life_.boot_up(node, now);
@@ -110,8 +110,8 @@ void Manager::heartbeat(std::uint8_t node, nmt::State state, Instant now) {
   if (causes_.shows(seen, state) && active()) {
     changed_itself(node, state, before, now);
   }
-  if (seen.state != state || seen.presence != Presence::present) {
-    seen.state = state;
+  if (seen.state != shown(state) || seen.presence != Presence::present) {
+    seen.state = shown(state);
     seen.presence = Presence::present;
     touch(node);
     if (state != nmt::State::operational) {
@@ -485,7 +485,7 @@ void Manager::assume_state(std::uint8_t node, nmt::Command command, bool is_on_b
     return;
   }
   seen.cause = StateCause::command;
-  seen.state = reset_[node] ? nmt::State::unknown : nmt::state_after(command);
+  seen.state = reset_[node] ? nmt::State::unknown : shown(nmt::state_after(command));
   touch(node);
 }
 
@@ -512,7 +512,7 @@ void Manager::start_acknowledged(std::uint8_t node) {
   starting_.reset(node);
   if (!reset_[node] && !reports_state(node) && seen.presence == Presence::present) {
     seen.cause = StateCause::command;
-    seen.state = nmt::State::operational;
+    seen.state = shown(nmt::State::operational);
     touch(node);
   }
 }

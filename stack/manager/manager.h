@@ -45,6 +45,9 @@ class Manager final : public sdo::TransferOwner {
   // manager stops, and nothing starts or boots a node until wake(), which does not start it: all
   // nodes reset their communication by themselves then.
   void sleep(Instant now);
+  // No node sends from now on: the states of the nodes are unknown until wake(), what a node still
+  // sends included. Call it again when the silence is over.
+  void fall_silent();
   void wake(Instant now);
   // The own node is no longer the NMT master (1F80h bit 0): the nodes are still observed, but not
   // controlled. keeps_data: the data of nodes that are Operational stay valid.
@@ -169,6 +172,8 @@ class Manager final : public sdo::TransferOwner {
   void miss(std::uint8_t node, Presence presence);
   void expire(std::uint8_t node);
   void assume_state(std::uint8_t node, nmt::Command command, bool is_on_bus = false);
+  // See fall_silent().
+  nmt::State shown(nmt::State state) const { return silent_ ? nmt::State::unknown : state; }
   void touch(std::uint8_t node) {
     ++revisions_[node];
     ++changes_;
@@ -210,6 +215,7 @@ class Manager final : public sdo::TransferOwner {
   bool all_started_ = false;    // the nodes were started with one command (1F80h bit 1)
   bool time_is_over_ = false;   // boot time 1F89h is over
   bool asleep_ = false;         // see sleep()
+  bool silent_ = false;         // see fall_silent()
   bool nodes_stopped_ = false;  // by an error event (1F80h bit 6)
   Reaction reaction_ = Reaction::none;
   std::uint32_t reaction_client_ = 0;  // whose command Reaction::restart follows

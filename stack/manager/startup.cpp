@@ -83,10 +83,21 @@ void Manager::sleep(Instant now) {
   asleep_ = true;
 }
 
+void Manager::fall_silent() {
+  silent_ = true;
+  for (std::uint8_t node = can::kMinNodeId; node <= can::kMaxNodeId; ++node) {
+    if (nodes_[node].presence == Presence::present && nodes_[node].state != nmt::State::unknown) {
+      nodes_[node].state = nmt::State::unknown;
+      touch(node);
+    }
+  }
+}
+
 // A node that does not return by itself becomes missing, or unknown, as usual. The states before
 // the sleep have ended.
 void Manager::wake(Instant now) {
   asleep_ = false;
+  silent_ = false;
   for (std::uint8_t node = can::kMinNodeId; node <= can::kMaxNodeId; ++node) {
     if (nodes_[node].presence == Presence::present) {
       nodes_[node].state = nmt::State::unknown;

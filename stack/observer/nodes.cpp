@@ -53,8 +53,18 @@ void Nodes::sleep() {
   }
 }
 
+void Nodes::fall_silent() {
+  silent_ = true;
+  for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
+    if (nodes_[id].presence == Presence::present) {
+      set_state(id, nmt::State::unknown);
+    }
+  }
+}
+
 void Nodes::wake(Instant now) {
   asleep_ = false;
+  silent_ = false;
   for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
     if (nodes_[id].configured) {
       monitor(id);
@@ -143,7 +153,7 @@ void Nodes::assume(std::uint8_t id, nmt::Command command) {
     listener_.node_data_invalid(id);
     reset_[id] = true;
   } else if (!reports_state_[id] && !reset_[id]) {
-    set_state(id, nmt::state_after(command));
+    set_state(id, shown(nmt::state_after(command)));
   }
 }
 
@@ -240,7 +250,7 @@ void Nodes::boot_up(std::uint8_t id, Instant now) {
   reports_state_[id] = false;
   nodes_[id].heartbeat_monitored = false;
   // A node enters it by itself right after the boot-up message
-  nodes_[id].state = nmt::State::pre_operational;
+  nodes_[id].state = shown(nmt::State::pre_operational);
   listener_.node_data_invalid(id);
   listener_.node_booted(id);
   if (!nodes_[id].configured || has_error_control(id)) {
@@ -252,7 +262,7 @@ void Nodes::boot_up(std::uint8_t id, Instant now) {
 void Nodes::heartbeat(std::uint8_t id, nmt::State state, Instant now) {
   NodeState& seen = nodes_[id];
   const bool news =
-      seen.state != state || seen.presence != Presence::present || !reports_state_[id];
+      seen.state != shown(state) || seen.presence != Presence::present || !reports_state_[id];
   const auto twin =
       heartbeats_.guarded(id) ? event::SharedIdEvidence::none : shared_.heartbeat(id, state, now);
   if (twin != event::SharedIdEvidence::none) {
@@ -273,7 +283,7 @@ void Nodes::heartbeat(std::uint8_t id, nmt::State state, Instant now) {
     changed_itself(id, state, before, now);
   }
   reports_state_[id] = true;
-  seen.state = state;
+  seen.state = shown(state);
   seen.heartbeat_monitored = heartbeats_.monitored(id);
   touch(id);
   if (state != nmt::State::operational) {

@@ -65,6 +65,9 @@ class Nodes final : nmt::HeartbeatListener, emcy::Listener {
   // All nodes fall asleep: until wake() none is expected to be heard, and none becomes missing.
   // Then all reset their communication by themselves.
   void sleep();
+  // No node sends from now on: the states of the nodes are unknown until wake(), what a node still
+  // sends included. Call it again when the silence is over.
+  void fall_silent();
   void wake(Instant now);
 
   void advance(Instant now);
@@ -95,9 +98,12 @@ class Nodes final : nmt::HeartbeatListener, emcy::Listener {
   void apply(const nmt::NodeControl& command, Instant now);
   void assume(std::uint8_t id, nmt::Command command);
   void set_state(std::uint8_t id, nmt::State state);
+  // See fall_silent().
+  nmt::State shown(nmt::State state) const { return silent_ ? nmt::State::unknown : state; }
   void touch(std::uint8_t id) { ++revisions_[id]; }
 
   bool asleep_ = false;  // see sleep()
+  bool silent_ = false;  // see fall_silent()
   EventLog& events_;
   NodeListener& listener_;
   std::uint8_t master_;

@@ -52,7 +52,8 @@ class SleepTest : public ObserverTest {
     }
     return out;
   }
-  // Passes that time and expects that nothing is sent and that no node is reported as lost.
+  // Passes that time and expects that nothing is sent, that no node is reported as lost, and that
+  // no state is shown for the time in which none is received.
   void expect_silence_for(Duration time) {
     for (Duration passed{}; passed < time; passed += milliseconds(100)) {
       pass(milliseconds(100));
@@ -63,6 +64,10 @@ class SleepTest : public ObserverTest {
         EXPECT_NE(event.kind(), EventKind::emcy_sent);
       }
       EXPECT_EQ(line_->node_state(5).presence, manager::Presence::present);
+      if (phase() >= SleepPhase::silent) {
+        EXPECT_EQ(line_->node_state(5).state, nmt::State::unknown);
+        EXPECT_EQ(line_->state().nodes_operational, 0);
+      }
     }
   }
   void run(LineConfig config) {

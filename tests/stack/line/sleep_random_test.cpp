@@ -321,6 +321,11 @@ class SleepingBus {
       if (phase(seat) < SleepPhase::prepare) {
         continue;
       }
+      const std::uint8_t other = &seat == &seats_[1] ? kManager : kSlave;
+      EXPECT_TRUE(phase(seat) == SleepPhase::prepare ||
+                  seat.line->node_state(other).state == nmt::State::unknown)
+          << "node " << unsigned{other} << " of line " << &seat - seats_.data() << " in phase "
+          << nmt::name(phase(seat));
       for (const Direction direction : {Direction::inputs, Direction::outputs}) {
         const auto& entries = seat.line->layout(direction).entries;
         const image::Snapshot image = image_of(seat, direction);
