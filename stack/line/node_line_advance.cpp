@@ -72,6 +72,7 @@ void NodeLine::advance_services(Instant now) {
   writes_seen_ = node_.dictionary().writes_reported();
   if (!services_.sleep.may_transmit()) {
     services_.sleep.advance(now);
+    services_.local.advance(now);
     services_due_ = services_wake();
     return;
   }

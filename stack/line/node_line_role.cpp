@@ -108,7 +108,8 @@ void NodeLine::prepare_sleep(Instant now) {
   services_.receivers.follow();
 }
 
-// Transfers and procedures under way end; a frame that still waits is never sent.
+// Transfers and procedures under way end; a frame that still waits is never sent. Writes to the own
+// dictionary send none.
 void NodeLine::fall_silent(Instant now) {
   nmt_.set_active(false);
   end_sendings(now);

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "stack/storage/medium.h"
+
 #include "tests/stack/line/sleep_fixture.h"
 
 namespace linegate::line {
@@ -199,6 +201,99 @@ TEST_F(SleepTest, WithoutTheConfigurationThereIsNone) {
   }
   hear(0x690, {2});
   EXPECT_FALSE(line_->state().sleep);
+}
+
+// A node that falls silent later than the line does.
+TEST_F(SleepTest, AStateReceivedInTheSilentTimeIsNotKept) {
+  for (const bool observes : {false, true}) {
+    observes ? observe(sleepy()) : run(sleepy());
+    if (observes) {
+      hear(0x705, {5});
+      hear(0x690, {2});
+    } else {
+      ask(SleepAction::prepare);
+      EXPECT_EQ(reply(), "");
+    }
+    EXPECT_EQ(line_->node_state(5).state, nmt::State::operational) << "it may still be received";
+    pass(seconds(1));
+    ASSERT_EQ(phase(), SleepPhase::silent);
+    hear(0x705, {5});
+    EXPECT_EQ(line_->node_state(5).state, nmt::State::unknown);
+    EXPECT_EQ(line_->state().nodes_operational, 0);
+    hear(0x705, {0});
+    pass(seconds(1));
+    ASSERT_EQ(phase(), SleepPhase::asleep);
+    EXPECT_EQ(line_->node_state(5).state, nmt::State::unknown);
+    if (!observes) {
+      const auto state = line_->dictionary().read({0x1F82, 5});
+      ASSERT_TRUE(state.ok());
+      EXPECT_EQ((*state)[0], std::byte{0});
+    }
+    hear(0x705, {0});
+    hear(0x705, {5});
+    EXPECT_EQ(phase(), SleepPhase::awake);
+    EXPECT_EQ(line_->node_state(5).state, nmt::State::operational);
+  }
+}
+
+class StorageInSleep : public SleepTest {
+ protected:
+  // Takes its time, like a file.
+  class Medium final : public storage::Medium {
+   public:
+    bool read(std::vector<std::byte>& image) override {
+      image = kept_;
+      return true;
+    }
+    bool keep(std::span<const std::byte> image) override {
+      kept_.assign(image.begin(), image.end());
+      return true;
+    }
+    bool slow() const override { return true; }
+
+   private:
+    std::vector<std::byte> kept_;
+  };
+
+  void save() {
+    line_->execute({.tag = 7,
+                    .request = LocalWrite{.address = {0x1010, 1},
+                                          .data = {std::byte{'s'}, std::byte{'a'}, std::byte{'v'},
+                                                   std::byte{'e'}}}},
+                   now_);
+    line_->advance(now_);
+    EXPECT_EQ(reply(), "-");
+  }
+  void saved() {
+    line_->medium_done(true);
+    line_->advance(now_);
+  }
+
+  Medium medium_;
+};
+
+TEST_F(StorageInSleep, ALocalWriteIsAnswered) {
+  LineConfig config = sleepy();
+  config.stores_parameters = true;
+  make(std::move(config));
+  line_->set_medium(&medium_);
+  boot();
+  ask(SleepAction::prepare);
+  EXPECT_EQ(reply(), "");
+  pass(milliseconds(900));
+  save();
+  pass(milliseconds(100));
+  ASSERT_EQ(phase(), SleepPhase::silent);
+  EXPECT_EQ(reply(), "-") << "the file is being written";
+  saved();
+  EXPECT_EQ(reply(), "");
+  pass(seconds(1));
+  ASSERT_EQ(phase(), SleepPhase::asleep);
+  save();
+  saved();
+  EXPECT_EQ(reply(), "");
+  EXPECT_EQ(phase(), SleepPhase::asleep);
+  expect_silence();
 }
 
 class SleepingSlave : public SleepTest {
