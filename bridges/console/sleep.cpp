@@ -2,6 +2,7 @@
 #include "bridges/console/sleep.h"
 
 #include <algorithm>
+#include <chrono>
 #include <iterator>
 #include <ostream>
 #include <string_view>
@@ -18,6 +19,20 @@ constexpr std::pair<std::string_view, line::SleepAction> kSleepActionNames[] = {
     {"now", line::SleepAction::prepare},   {"wake", line::SleepAction::wake},
     {"object", line::SleepAction::object}, {"consent", line::SleepAction::consent},
 };
+
+// Of a check: check_time of a line is at most 10 min, and begins when the bus acknowledged the
+// message, for which it waits as long.
+constexpr Duration kLongestCheck = std::chrono::minutes(21);
+
+Client::Answer ask_sleep(Context& context, Model& model, const Line& line,
+                         line::SleepAction action) {
+  line::Command command{.request = line::SleepRequest{action}};
+  if (action != line::SleepAction::check && action != line::SleepAction::sleep) {
+    return ask_line(context, model, line, command);
+  }
+  command.timeout = std::max(context.timeout, kLongestCheck);
+  return context.client.call(line.id, command, command.timeout, 0, model);
+}
 
 // "5, 9"
 std::string objecting_nodes(const std::vector<std::byte>& nodes) {
@@ -73,8 +88,7 @@ int sleep(Context& context, const std::string& line, const std::string& action) 
     return kUsage;
   }
   return on_line(context, line, [&](Model& model, const Line& target) {
-    Client::Answer answer =
-        ask_line(context, model, target, {.request = line::SleepRequest{found->second}});
+    Client::Answer answer = ask_sleep(context, model, target, found->second);
     const std::vector<std::byte>& nodes = answer.reply.bytes();
     if (answer.reply.error.domain == Domain::command) {
       const std::string why = sleep_refusal(static_cast<line::Refusal>(answer.reply.error.code));

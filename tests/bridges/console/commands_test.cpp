@@ -106,9 +106,9 @@ class FakeGateway : public Client {
       return list;
     }
     asked = id;
+    patience = timeout;
     last = command;
     last_layout = layout_id;
-    patience = timeout;
     return answer;
   }
 
@@ -307,6 +307,7 @@ TEST_F(Commands, ANetworkSleeps) {
   EXPECT_EQ(sleep(context_, "press", "sleep"), kDone) << err_.str();
   EXPECT_EQ(out_.str(), "all nodes prepare to sleep\n");
   EXPECT_EQ(as<line::SleepRequest>(gateway_.last).action, line::SleepAction::sleep);
+  EXPECT_GT(gateway_.patience, std::chrono::minutes(20)) << "check_time may be 10 min";
   EXPECT_EQ(sleep(context_, "press", "wake"), kDone);
   EXPECT_EQ(as<line::SleepRequest>(gateway_.last).action, line::SleepAction::wake);
   EXPECT_EQ(sleep(context_, "press", "dream"), kUsage);
