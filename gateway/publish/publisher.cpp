@@ -38,7 +38,7 @@ bool same_state(const line::LineState& a, const line::LineState& b) {
          a.indicators == b.indicators && a.manager == b.manager && a.network == b.network &&
          a.bus == b.bus && a.transmit_errors == b.transmit_errors &&
          a.receive_errors == b.receive_errors && a.nodes_configured == b.nodes_configured &&
-         a.nodes_operational == b.nodes_operational;
+         a.nodes_operational == b.nodes_operational && a.sleep == b.sleep;
 }
 
 // Compares the members whose changes are published at once.
