@@ -90,6 +90,9 @@ void Line::answer_when_sent(FramesUnderWay::Sending sending, Instant now) {
 
 void Line::report_when_sent(std::uint8_t device, const can::Frame& frame, const Event& event,
                             EventLog& log) {
+  if (is_silent()) {
+    return;
+  }
   if (!under_way_.expected()) {
     log.emit(event);
     return;
@@ -99,14 +102,22 @@ void Line::report_when_sent(std::uint8_t device, const can::Frame& frame, const 
                   .report = {.events = &log, .event = event}});
 }
 
+// An answer may end other sendings: a prepare that is refused wakes the line.
 void Line::expire_sendings(Instant now) {
+  if (!under_way_.any()) {
+    return;
+  }
+  std::vector<FramesUnderWay::Sending> expired;
   std::erase_if(under_way_.sendings(), [&](FramesUnderWay::Sending& sending) {
-    const bool expired = sending.deadline <= now;
-    if (expired) {
-      answer_unsent(sending, now);
+    const bool is_over = sending.deadline <= now;
+    if (is_over) {
+      expired.push_back(std::move(sending));
     }
-    return expired;
+    return is_over;
   });
+  for (FramesUnderWay::Sending& sending : expired) {
+    answer_unsent(sending, now);
+  }
 }
 
 void Line::refuse_unsent(CommandKind kind, Refusal why, Instant now, std::uint8_t device) {

@@ -207,6 +207,7 @@ void NodeLine::do_bus_event(const can::BusEvent& event) {
   services_.receivers.mark_changed();
   node_.bus_event(event);
   if (!usable()) {
+    services_.sleep.interface_lost(event.time);
     interface_lost();
   }
 }

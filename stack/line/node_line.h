@@ -106,6 +106,8 @@ class NodeLine final : public Line,
     return services_.flying.is_passive() ? services_.flying.active_master() : std::uint8_t{0};
   }
   bool sleeps() const override { return services_.sleep.sleeps(); }
+  bool others_sleep() const override { return services_.sleep.others_sleep(); }
+  bool is_silent() const override { return !services_.sleep.may_transmit(); }
 
   // --- Line: node_line_advance.cpp --------------------------------------------------------------
   bool advance(Instant now) override;
@@ -147,6 +149,10 @@ class NodeLine final : public Line,
   void fall_silent(Instant now) override;
   void fall_asleep(Instant now) override;
   void wake_up(Instant now) override;
+  void others_changed() override;
+  bool is_stopped_by_error() const override {
+    return has_failed() || manager_.state() == manager::ManagerState::halted;
+  }
 
   // --- the line itself --------------------------------------------------------------------------
   // For a line whose image was made from a scan.

@@ -137,6 +137,7 @@ void NodeLine::wake_up(Instant now) {
   woke_at_ = now;
   manager_.wake(now);
   services_.receivers.heard(kReset, 0);
+  services_.diagnosis.diagnosis().commanded(kReset, 0);
   node_.resume();
   node_.command(kReset, now);
   if (wants_manager() != manages_) {
@@ -144,6 +145,19 @@ void NodeLine::wake_up(Instant now) {
   } else {
     adopt_role(now);
   }
+}
+
+// The nodes that were asleep have reset their communication: what they reported before that does
+// not count.
+void NodeLine::others_changed() {
+  dirty_ = true;
+  for (const NodeConfig& device : config_.nodes) {
+    if (!others_sleep() && manager_.node(device.id).heartbeat_monitored) {
+      services_.receivers.expect_state(device.id);
+    }
+  }
+  services_.receivers.mark_changed();
+  services_.receivers.follow();
 }
 
 void NodeLine::may_operate(Instant now) {

@@ -24,7 +24,7 @@ pdo::Engine::Receiver OutputReceivers::state(std::uint8_t id) const {
   if (parts_.flying.is_passive()) {
     return Engine::Receiver::unlike;  // their PDOs are held back
   }
-  if (host().sleeps()) {
+  if (host().sleeps() || host().others_sleep()) {
     return Engine::Receiver::waiting;
   }
   const NodeState& seen = parts_.manager.node(id);

@@ -445,9 +445,11 @@ void OutputService::react(const Outputs::Group& group, Instant now) {
   }
   if ((group.reactions & kSendEmcy) != 0) {
     (void)parts_.node.report_error(kWatchdogEmcy, kWatchdogRegister, {}, now);
-    taken |= kSendEmcy;
+    if (!host().is_silent()) {
+      taken |= kSendEmcy;
+    }
   }
-  if ((group.reactions & kHeartbeatOff) != 0 && !host().manages()) {
+  if ((group.reactions & kHeartbeatOff) != 0 && !host().manages() && !host().is_silent()) {
     parts_.node.dictionary().set({od::objects::kProducerHeartbeatTime, 0}, std::uint16_t{0});
     taken |= kHeartbeatOff;
   }

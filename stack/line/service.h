@@ -55,6 +55,10 @@ class ServiceHost {
   virtual bool manages() const = 0;
   // Whether the network sleeps, or prepares to: nothing is started, and no process data is sent.
   virtual bool sleeps() const { return false; }
+  // Whether another master lets the nodes sleep, see SleepService::others_sleep().
+  virtual bool others_sleep() const { return false; }
+  // Whether it sleeps so that nothing at all is sent.
+  virtual bool is_silent() const { return false; }
 
  protected:
   // The services of this host, in the order in which they were created.

@@ -31,7 +31,8 @@ std::span<const CommandKind> SleepService::commands() const {
 }
 
 std::optional<nmt::SleepPhase> SleepService::phase() const {
-  return protocol_.exists() ? std::optional(sleep_.phase()) : std::nullopt;
+  const bool follows = protocol_.exists() && host().is_running();
+  return follows ? std::optional(sleep_.phase()) : std::nullopt;
 }
 
 bool SleepService::permits(CommandKind kind) const {
@@ -96,10 +97,11 @@ Refusal SleepService::check(const Command& command, bool then_sleep, Instant now
     return Refusal::busy;
   }
   update_objection();
-  if (!sleep_.check(then_sleep, now)) {
+  if (line_.is_stopped_by_error() || !sleep_.check(then_sleep, now)) {
     return Refusal::wrong_state;
   }
   checking_ = command;
+  checking_until_ = command.timeout > Duration::zero() ? now + command.timeout : kNever;
   follow();
   return Refusal::none;
 }
@@ -111,7 +113,7 @@ Refusal SleepService::send_prepare(const Command& command, Instant now) {
   if (!host().usable()) {
     return Refusal::line_down;
   }
-  if (!sleep_.prepare(now)) {
+  if (line_.is_stopped_by_error() || !sleep_.prepare(now)) {
     return Refusal::wrong_state;
   }
   follow();
@@ -142,8 +144,20 @@ void SleepService::answer_when_sent(Command command, std::uint8_t code, Instant 
   host().answer_when_sent({.command = std::move(command), .frames = {{.frame = frame}}}, now);
 }
 
+void SleepService::answer_unsent(FramesUnderWay::Sending& sending, Instant now) {
+  const SleepAction action = std::get<SleepRequest>(sending.command.request).action;
+  const bool prepares = action == SleepAction::sleep || action == SleepAction::prepare;
+  if (prepares && sleep_.awaits_acknowledge()) {
+    sleep_.give_up(now);
+    follow();
+  }
+  Service::answer_unsent(sending, now);
+}
+
+// A wake message that is still under way does not count.
 void SleepService::handed_out(const can::Frame& frame, std::uint64_t number, Instant now) {
-  if (frame.id != protocol_.request || frame.extended()) {
+  if (frame.id != protocol_.request || frame.extended() ||
+      frame.data[0] != std::byte{sleep_.awaited_byte()}) {
     return;
   }
   number_ = number;
@@ -165,8 +179,17 @@ void SleepService::lost(std::uint64_t first, std::uint64_t last) {
   }
 }
 
+void SleepService::interface_lost(Instant now) {
+  if (host().is_running()) {
+    sleep_.lose_bus(now);
+    follow();
+  }
+}
+
+// A master that stopped its network during the check does not let it sleep.
 void SleepService::update_objection() {
-  sleep_.set_objection(objects_ || settings_.sleep_objection);
+  sleep_.set_objection(objects_ || settings_.sleep_objection ||
+                       (host().manages() && line_.is_stopped_by_error()));
 }
 
 bool SleepService::receive(const can::Frame& frame) {
@@ -177,7 +200,28 @@ bool SleepService::receive(const can::Frame& frame) {
   update_objection();
   const bool good = sleep_.receive(frame);
   follow();
+  if (host().manages() && good && frame.id == protocol_.request && !frame.remote()) {
+    follow_foreign(frame);
+  }
   return good;
+}
+
+// A master obeys no other one. Its own sleep makes the nodes wait anyway.
+void SleepService::follow_foreign(const can::Frame& frame) {
+  const auto code = std::to_integer<std::uint8_t>(frame.data[0]);
+  if (code == protocol_.wake_byte) {
+    set_others_sleep({});
+  } else if (code == protocol_.prepare_byte && !sleeps()) {
+    set_others_sleep(frame.time + protocol_.prepare_time + protocol_.silent_time);
+  }
+}
+
+void SleepService::set_others_sleep(Instant until) {
+  const bool before = others_sleep();
+  others_sleep_until_ = until;
+  if (others_sleep() != before) {
+    line_.others_changed();
+  }
 }
 
 // A stopped line neither sleeps nor wakes.
@@ -191,19 +235,38 @@ void SleepService::hear(Instant received) {
 void SleepService::advance(Instant now) {
   if (host().is_running()) {
     sleep_.set_master(host().manages(), now);
+    update_objection();
     sleep_.advance(now);
     follow();
+    expire_check(now);
+    if (others_sleep_until_ <= now) {
+      set_others_sleep({});
+    }
+  }
+}
+
+void SleepService::expire_check(Instant now) {
+  if (checking_ && checking_until_ <= now) {
+    const Command command = *std::exchange(checking_, std::nullopt);
+    (void)sleep_.wake(now);
+    follow();
+    host().refuse(command, Refusal::timed_out, now);
   }
 }
 
 Instant SleepService::next_wake() const {
-  return host().is_running() ? sleep_.next_wake() : kNever;
+  if (!host().is_running()) {
+    return kNever;
+  }
+  const Instant others = others_sleep() ? others_sleep_until_ : kNever;
+  return earlier(earlier(sleep_.next_wake(), others), checking_ ? checking_until_ : kNever);
 }
 
 bool SleepService::start() {
   const bool slept = sleep_.sleeps();
   sleep_.reset();
   number_ = 0;
+  others_sleep_until_ = {};
   return slept;
 }
 
@@ -225,7 +288,14 @@ void SleepService::follow() {
 
 void SleepService::send() {
   for (const can::Frame& frame : sleep_.pop_frames()) {
-    (void)node_.transmit().push(can::TransmitClass::nmt, frame);
+    if (frame.id == protocol_.request) {
+      number_ = 0;
+    }
+    // One objection answers any number of requests that precede it.
+    const can::Header header{.id = frame.id, .length = frame.length, .flags = frame.flags};
+    if (frame.id == protocol_.request || !node_.transmit().holds(can::TransmitClass::nmt, header)) {
+      (void)node_.transmit().push(can::TransmitClass::nmt, frame);
+    }
   }
 }
 

@@ -29,6 +29,10 @@ class SleepHost {
   virtual void fall_asleep(Instant now) = 0;
   // The own node and, as master, the network boot.
   virtual void wake_up(Instant now) = 0;
+  // Whether the manager stopped the network after an error: the boot after a sleep would start it.
+  virtual bool is_stopped_by_error() const = 0;
+  // The value of others_sleep() has changed.
+  virtual void others_changed() = 0;
 };
 
 class SleepService final : public Service {
@@ -44,13 +48,16 @@ class SleepService final : public Service {
   // the others at once. Refusals: line_down, wrong_role (the line is not NMT master, or is no
   // longer), busy (another check is under way), wrong_state (sleep is not configured, the line is
   // stopped, the node sleeps, or, for wake, does not), cancelled (by wake), no_acknowledge,
-  // bad_request.
+  // bad_request; wrong_state also while the network is stopped by an error. A check that is not
+  // over within the time-out of its command ends: timed_out.
   void execute(Command command, Instant now) override;
   void advance(Instant now) override;
   Instant next_wake() const override;
   // The line starts: awake. Returns whether it slept when it was stopped.
   bool start();
   void end(Refusal why, Instant now) override;
+  // Prepare that is not acknowledged in time: the network stays awake.
+  void answer_unsent(FramesUnderWay::Sending& sending, Instant now) override;
 
   // A frame of Service::sleep. Returns false if it is malformed.
   bool receive(const can::Frame& frame);
@@ -62,9 +69,14 @@ class SleepService final : public Service {
   void handed_out(const can::Frame& frame, std::uint64_t number, Instant now);
   void acknowledged(std::uint64_t number, Instant now);
   void lost(std::uint64_t first, std::uint64_t last);
+  // The bus can no longer be used.
+  void interface_lost(Instant now);
   bool sleeps() const { return sleep_.sleeps(); }
   bool may_transmit() const { return sleep_.may_transmit(); }
-  // Nothing if sleep is not configured.
+  // Another master sent prepare while this one is awake: until the nodes sleep, or were woken, they
+  // take no PDO, whatever their heartbeats report.
+  bool others_sleep() const { return others_sleep_until_ != Instant{}; }
+  // Nothing if sleep is not configured, or the line is stopped: the network may have woken.
   std::optional<nmt::SleepPhase> phase() const;
   // Whether a command of this kind is executed in the present phase. From prepare on no boot,
   // configuration or other procedure begins, from silent on only what transmits nothing.
@@ -76,6 +88,9 @@ class SleepService final : public Service {
   Refusal send_prepare(const Command& command, Instant now);
   Refusal wake(const Command& command, Instant now);
   void answer_when_sent(Command command, std::uint8_t code, Instant now);
+  void expire_check(Instant now);
+  void follow_foreign(const can::Frame& frame);
+  void set_others_sleep(Instant until);
   void follow();
   void follow(const nmt::SleepChange& change);
   void answer_check(const nmt::SleepChange& change);
@@ -91,7 +106,9 @@ class SleepService final : public Service {
   bool objects_ = false;  // by command
   nmt::Sleep sleep_;
   std::optional<Command> checking_;
-  std::uint64_t number_ = 0;  // of the request on its way to the bus; 0: not handed out
+  Instant checking_until_ = kNever;  // by the time-out of that command
+  Instant others_sleep_until_{};     // see others_sleep()
+  std::uint64_t number_ = 0;  // of the awaited request, on its way to the bus; 0: not handed out
 };
 
 }  // namespace linegate::line

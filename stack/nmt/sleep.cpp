@@ -31,6 +31,20 @@ void Sleep::acknowledged(Instant now) {
   }
 }
 
+void Sleep::give_up(Instant now) {
+  if (phase_ == SleepPhase::prepare && unacknowledged_) {
+    wake(SleepCause::no_acknowledge, now);
+  }
+}
+
+void Sleep::lose_bus(Instant now) {
+  advance(now);
+  if (phase_ == SleepPhase::check && master_) {
+    then_prepare_ = false;
+    enter(SleepPhase::awake, SleepCause::no_acknowledge, now);
+  }
+}
+
 bool Sleep::check(bool then_prepare, Instant now) {
   advance(now);
   if (phase_ != SleepPhase::awake) {
@@ -168,10 +182,13 @@ void Sleep::end_prepare(Instant end, Instant now) {
 // The prepare time of a master begins with its message, however late the thread is: else the
 // message might wait until the master transmits nothing.
 void Sleep::end_check(Instant now) {
-  if (std::exchange(unacknowledged_, false)) {
+  if (unacknowledged_) {
     then_prepare_ = false;
     enter(SleepPhase::awake, SleepCause::no_acknowledge, now);
     return;
+  }
+  if (objects_) {
+    objections_.set(own_node_);
   }
   if (!master_ || objections_.none()) {
     if (std::exchange(then_prepare_, false)) {
@@ -201,6 +218,7 @@ void Sleep::wake(SleepCause cause, Instant now, std::uint8_t node) {
 void Sleep::enter(SleepPhase phase, SleepCause cause, Instant now, std::uint8_t node) {
   changes_.push_back({.phase = phase, .before = phase_, .cause = cause, .node = node, .time = now});
   phase_ = phase;
+  unacknowledged_ &= phase != SleepPhase::awake;
   until_ = time_of(phase) == kForever ? kNever : now + time_of(phase);
 }
 

@@ -48,7 +48,8 @@ class Sleep {
 
   // Whether it sends check and prepare, and obeys none of them. A change ends a check.
   void set_master(bool master, Instant now);
-  // Whether the own node objects to sleep, from the next check or prepare on.
+  // Whether the own node objects to sleep: a slave from the next check or prepare on, a master also
+  // at the end of a check.
   void set_objection(bool objects) { objects_ = objects; }
   bool objects() const { return objects_; }
 
@@ -61,10 +62,17 @@ class Sleep {
   // Ends prepare, silent and asleep; also ends a check of the own master. Returns false if the node
   // is awake, or its master checks.
   bool wake(Instant now);
-  // The own request that was sent last is not acknowledged yet: call acknowledged() when the bus
-  // did so.
+  // The own check or prepare is not acknowledged yet: call acknowledged() when the bus did so.
   bool awaits_acknowledge() const { return unacknowledged_; }
+  // Byte 0 of that message.
+  std::uint8_t awaited_byte() const {
+    return phase_ == SleepPhase::check ? protocol_.check_byte : protocol_.prepare_byte;
+  }
   void acknowledged(Instant now);
+  // The own prepare is no longer waited for: wakes, unless it is acknowledged.
+  void give_up(Instant now);
+  // Neither the check nor objections reach their receivers: ends a check of the own master.
+  void lose_bus(Instant now);
 
   // A frame with the request or objection identifier. Timers before frame.time count first. Returns
   // false if it is malformed.

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "stack/storage/medium.h"
+
 #include "tests/stack/line/sleep_fixture.h"
 
 namespace linegate::line {
@@ -21,8 +23,9 @@ class SleepOnTheBus : public SleepTest {
     line_->acknowledged(line_->state().counters.frames_sent, now_);
     line_->advance(now_);
   }
-  void run_acknowledged() {
-    make(sleepy());
+  void run_acknowledged() { run_acknowledged(sleepy()); }
+  void run_acknowledged(LineConfig config) {
+    make(std::move(config));
     line_->expect_acknowledgements();
     boot();
     acknowledge_all();
@@ -121,6 +124,138 @@ TEST_F(SleepOnTheBus, ALostMessageIsNotDone) {
   EXPECT_EQ(refusal(), Refusal::no_acknowledge);
 }
 
+// The command has a time of its own, which may be over before that of the phase.
+TEST_F(SleepOnTheBus, ARefusedPrepareDoesNotSleepLater) {
+  for (const Duration timeout : {Duration{}, Duration{milliseconds(100)}}) {
+    LineConfig config = sleepy();
+    config.sleep.prepare_time = seconds(3);
+    run_acknowledged(std::move(config));
+    line_->execute({.tag = 7, .timeout = timeout, .request = SleepRequest{SleepAction::prepare}},
+                   now_);
+    EXPECT_THAT(sent(), Contains("690#02"));
+    EXPECT_THAT(pass_unacknowledged(seconds(1)), Contains("690#03"));
+    EXPECT_EQ(refusal(), Refusal::no_acknowledge);
+    EXPECT_EQ(phase(), SleepPhase::awake);
+    pass(milliseconds(500));
+    acknowledge_all();
+    pass(seconds(20));
+    EXPECT_EQ(phase(), SleepPhase::awake);
+  }
+}
+
+TEST_F(SleepOnTheBus, ARefusedSleepDoesNotSleepLater) {
+  LineConfig config = sleepy();
+  config.sleep.prepare_time = seconds(3);
+  run_acknowledged(std::move(config));
+  ask(SleepAction::sleep);
+  acknowledge_all();
+  pass(seconds(1));
+  ASSERT_EQ(phase(), SleepPhase::prepare);
+  hand_out_all();
+  pass(seconds(1));
+  EXPECT_EQ(refusal(), Refusal::no_acknowledge);
+  EXPECT_EQ(phase(), SleepPhase::awake);
+  pass(milliseconds(500));
+  acknowledge_all();
+  pass(seconds(20));
+  EXPECT_EQ(phase(), SleepPhase::awake);
+}
+
+// Objections to the check may have been missed meanwhile.
+TEST_F(SleepOnTheBus, ACheckDuringWhichTheBusIsLostIsNotDone) {
+  for (const SleepAction action : {SleepAction::check, SleepAction::sleep}) {
+    run_acknowledged(sleepy());
+    ask(action);
+    acknowledge_all();
+    pass(milliseconds(300));
+    interface_fails();
+    EXPECT_EQ(phase(), SleepPhase::awake);
+    EXPECT_EQ(refusal(), Refusal::no_acknowledge);
+    line_->bus_event({.kind = can::BusEvent::Kind::interface_ready, .time = now_});
+    pass(seconds(5));
+    EXPECT_THAT(sent(), Not(Contains("690#02")));
+    EXPECT_EQ(phase(), SleepPhase::awake);
+  }
+}
+
+TEST_F(SleepOnTheBus, WithoutAnInterfaceALineThatPreparesFallsAsleep) {
+  run(sleepy());
+  ask(SleepAction::prepare);
+  EXPECT_EQ(reply(), "");
+  interface_fails();
+  EXPECT_EQ(phase(), SleepPhase::prepare) << "the other nodes have received the message";
+  pass(seconds(2));
+  EXPECT_EQ(phase(), SleepPhase::asleep);
+}
+
+TEST_F(SleepOnTheBus, TheAcknowledgementOfWakeIsNotThatOfTheNextMessage) {
+  for (const SleepAction action : {SleepAction::check, SleepAction::prepare}) {
+    run_acknowledged(sleepy());
+    ask(SleepAction::prepare);
+    acknowledge_all();
+    EXPECT_EQ(reply(), "");
+    pass(milliseconds(100));
+    line_->execute({.tag = 7, .request = SleepRequest{SleepAction::wake}}, now_);
+    line_->execute({.tag = 8, .request = SleepRequest{action}}, now_);
+    can::Frame frame;
+    while (text(frame) != "690#03") {
+      ASSERT_TRUE(line_->next_frame(frame, now_));
+    }
+    line_->acknowledged(line_->state().counters.frames_sent, now_);
+    EXPECT_EQ(reply(), "");
+    hand_out_all();
+    pass(seconds(2));
+    Reply late;
+    ASSERT_TRUE(line_->pop_reply(late));
+    EXPECT_EQ(late.error, to_error(Refusal::no_acknowledge));
+    EXPECT_EQ(phase(), SleepPhase::awake);
+  }
+}
+
+TEST_F(SleepOnTheBus, ACheckEndsWithTheTimeOfItsCommand) {
+  LineConfig config = sleepy();
+  config.sleep.check_time = seconds(60);
+  run_acknowledged(std::move(config));
+  line_->execute({.tag = 7, .timeout = seconds(5), .request = SleepRequest{SleepAction::sleep}},
+                 now_);
+  acknowledge_all();
+  pass(seconds(5) - milliseconds(1));
+  EXPECT_EQ(reply(), "-");
+  pass(milliseconds(1));
+  EXPECT_EQ(refusal(), Refusal::timed_out);
+  EXPECT_EQ(phase(), SleepPhase::awake);
+  pass(seconds(100));
+  EXPECT_THAT(sent(), Not(Contains("690#02")));
+}
+
+// --- errors ---------------------------------------------------------------------------------
+
+// The boot after the sleep would start the network again.
+TEST_F(SleepOnTheBus, ANetworkThatAnErrorStoppedDoesNotSleep) {
+  run(sleepy());
+  hear(0x77F, {5});
+  line_->advance(now_);
+  ASSERT_EQ(line_->state().manager, manager::ManagerState::halted);
+  sent();
+  for (const SleepAction action : {SleepAction::check, SleepAction::sleep, SleepAction::prepare}) {
+    ask(action);
+    EXPECT_EQ(refusal(), Refusal::wrong_state);
+    EXPECT_EQ(phase(), SleepPhase::awake);
+  }
+  EXPECT_THAT(sent(), IsEmpty());
+}
+
+TEST_F(SleepOnTheBus, AnErrorDuringTheCheckKeepsTheNetworkAwake) {
+  run(sleepy());
+  ask(SleepAction::sleep);
+  hear(0x77F, {5});
+  line_->advance(now_);
+  ASSERT_EQ(line_->state().manager, manager::ManagerState::halted);
+  pass(seconds(2));
+  EXPECT_EQ(reply(), "127 ") << "the own node objects";
+  EXPECT_EQ(line_->state().manager, manager::ManagerState::halted);
+}
+
 TEST_F(SleepOnTheBus, WakeIsDoneWhenItsMessageIsOnTheBus) {
   run_acknowledged();
   ask(SleepAction::prepare);
@@ -137,7 +272,7 @@ TEST_F(SleepOnTheBus, WakeIsDoneWhenItsMessageIsOnTheBus) {
   EXPECT_EQ(reply(), "");
 }
 
-TEST_F(SleepOnTheBus, AnNmtCommandThatWaitsWhenTheLineFallsSilentIsNotDone) {
+TEST_F(SleepOnTheBus, AFrameThatWaitsWhenTheLineFallsSilentIsNotSent) {
   run_acknowledged();
   ask(SleepAction::prepare);
   acknowledge_all();
@@ -148,6 +283,24 @@ TEST_F(SleepOnTheBus, AnNmtCommandThatWaitsWhenTheLineFallsSilentIsNotDone) {
   pass(milliseconds(100));
   ASSERT_EQ(phase(), SleepPhase::silent);
   EXPECT_EQ(refusal(), Refusal::no_acknowledge);
+}
+
+TEST_F(SleepOnTheBus, ABootProcessEndsAtPrepare) {
+  make(sleepy());
+  line_->start(now_);
+  hear(0x705, {0});
+  sent();
+  events();
+  ask(SleepAction::prepare);
+  EXPECT_EQ(reply(), "");
+  hear(0x585, {0x43, 0x00, 0x10, 0x00, 0x92, 0x01, 0x02, 0x00});
+  hear(0x705, {0});
+  pass(milliseconds(999));
+  for (const std::string& frame : sent()) {
+    EXPECT_FALSE(frame.starts_with("605#4") || frame.starts_with("605#2")) << frame;
+    EXPECT_FALSE(frame.starts_with("000#")) << frame;
+  }
+  EXPECT_FALSE(emitted(EventKind::boot_result, 5));
 }
 
 // --- roles ----------------------------------------------------------------------------------
@@ -164,7 +317,7 @@ TEST_F(SleepOnTheBus, AMasterThatBecomesASlaveDuringTheCheckSendsNoPrepare) {
   EXPECT_EQ(phase(), SleepPhase::awake);
 }
 
-TEST_F(SleepOnTheBus, ARoleThatChangesDuringPrepareIsTakenAfterTheSleep) {
+TEST_F(SleepOnTheBus, ARoleThatChangesDuringPrepareIsLostAtTheWakeUp) {
   make(sleepy(Role::device));
   line_->start(now_);
   hear(0x690, {2});
@@ -179,6 +332,31 @@ TEST_F(SleepOnTheBus, ARoleThatChangesDuringPrepareIsTakenAfterTheSleep) {
   ASSERT_EQ(phase(), SleepPhase::asleep);
   hear(0x690, {3});
   EXPECT_EQ(line_->state().role, Role::device) << "the reset has restored 1F80h";
+}
+
+TEST_F(SleepOnTheBus, AStoredRoleIsTakenAtTheWakeUp) {
+  for (const bool becomes_manager : {true, false}) {
+    storage::MemoryMedium medium;
+    LineConfig config = sleepy(becomes_manager ? Role::device : Role::manager);
+    config.stores_parameters = true;
+    make(std::move(config));
+    line_->set_medium(&medium);
+    line_->start(now_);
+    hand_out_all();
+    becomes_manager ? hear(0x690, {2}) : ask(SleepAction::prepare);
+    ASSERT_EQ(phase(), SleepPhase::prepare);
+    set_role(becomes_manager ? 1 : 4);
+    EXPECT_EQ(line_->dictionary().write({0x1010, 1}, std::vector{std::byte{'s'}, std::byte{'a'},
+                                                                 std::byte{'v'}, std::byte{'e'}}),
+              AbortCode::none);
+    pass(seconds(2));
+    ASSERT_EQ(phase(), SleepPhase::asleep);
+    sent();
+    hear(0x690, {3});
+    EXPECT_EQ(line_->state().role, becomes_manager ? Role::manager : Role::device);
+    const std::vector<std::string> frames = sent();
+    EXPECT_EQ(std::ranges::count(frames, "000#8200"), becomes_manager ? 1 : 0);
+  }
 }
 
 TEST_F(SleepOnTheBus, ANetworkThatWaitsForNodeIdsIsNotStartedDuringPrepare) {
@@ -220,6 +398,7 @@ TEST_F(SleepOnTheBus, AStoppedLineDoesNotWake) {
   fall_asleep();
   line_->stop(now_);
   expect_silence();
+  EXPECT_FALSE(line_->state().sleep) << "the network may wake without it";
   for (int i = 0; i < 3; ++i) {
     hear(0x705, {0});
     hear(0x690, {3});

@@ -98,10 +98,7 @@ class SleepingBus {
         ask(1, pick(3) == 0 ? SleepAction::object : SleepAction::consent);
         break;
       case 5:
-        // No second master prepares the nodes.
-        foreign_ = pick(2) == 0
-                       ? can::make_frame(0x7F0, {1})
-                       : can::make_frame(0x690, {pick(2) == 0 ? std::uint8_t{1} : std::uint8_t{3}});
+        send_foreign(static_cast<std::uint8_t>(pick(5)));
         break;
       case 6:
         cut();
@@ -179,6 +176,14 @@ class SleepingBus {
         out.values.push_back(value);
       }
       EXPECT_EQ(line.write_outputs(out, now_), OutputRefusal::none);
+    }
+  }
+  // A node without sleep, or a second master, which may prepare the nodes: the losses are true
+  // then.
+  void send_foreign(std::uint8_t code) {
+    foreign_ = pick(2) == 0 ? can::make_frame(0x7F0, {1}) : can::make_frame(0x690, {code});
+    if (foreign_->id == 0x690 && code == 2) {
+      losses_until_ = now_ + seconds(4);
     }
   }
   // No station acknowledges for a time: losses are true then.

@@ -341,6 +341,51 @@ TEST_F(SleepingSlave, Objects) {
   EXPECT_THAT(sent(), testing::Contains("691#047F"));
 }
 
+// A flood of requests is not answered with a flood of objections.
+TEST_F(SleepingSlave, ObjectsOnceToRequestsThatPrecedeItsMessage) {
+  run();
+  ask(SleepAction::object);
+  EXPECT_EQ(reply(), "");
+  for (int i = 0; i < 50; ++i) {
+    hear(0x690, {1});
+  }
+  const std::vector<std::string> frames = sent();
+  EXPECT_EQ(std::ranges::count(frames, "691#047F"), 1);
+  hear(0x690, {1});
+  EXPECT_THAT(sent(), testing::Contains("691#047F"));
+}
+
+TEST_F(SleepingSlave, TheStatusOfNodesIsNoLongerSleepAfterIt) {
+  run();
+  const auto status = [this] { return (*line_->dictionary().read({0x5F44, 5}))[0]; };
+  hear(0x690, {2});
+  pass(seconds(2));
+  EXPECT_EQ(status(), std::byte{0xF0});
+  hear(0x690, {3});
+  EXPECT_NE(status(), std::byte{0xF0});
+}
+
+TEST_F(SleepingSlave, AWatchdogThatFiresInTheSilenceReportsNothingAsSent) {
+  run();
+  OutputWrite write;
+  write.layout_id = line_->layout(Direction::outputs).id;
+  write.arming = 1;
+  write.watchdog = seconds(3);
+  write.reactions = kSendEmcy | kHeartbeatOff;
+  write.values = {{.entry = 0, .length = 4, .data = {}}};
+  ASSERT_EQ(line_->write_outputs(write, now_), OutputRefusal::none);
+  hear(0x690, {2});
+  pass(seconds(2));
+  ASSERT_EQ(phase(), SleepPhase::asleep);
+  events();
+  pass(seconds(3));
+  std::vector<Event> all = events();
+  const auto fired = std::ranges::find(all, EventKind::output_watchdog, &Event::kind);
+  ASSERT_NE(fired, all.end());
+  EXPECT_EQ(fired->get<event::OutputWatchdog>()->reactions, kHoldOutputs);
+  EXPECT_EQ(std::ranges::find(all, EventKind::emcy_sent, &Event::kind), all.end());
+}
+
 TEST_F(SleepingSlave, LeavesTheRestToTheMaster) {
   run();
   for (const SleepAction action : {SleepAction::check, SleepAction::sleep, SleepAction::prepare}) {

@@ -183,6 +183,36 @@ TEST_F(SleepValues, APdoWakesAManager) {
   EXPECT_EQ(sent().front(), "690#03");
 }
 
+// The nodes obey a second master: until they are silent they report Operational, but take no PDO.
+TEST_F(SleepValues, OutputsAreInvalidWhileAnotherMasterLetsTheNodesSleep) {
+  for (const bool wakes : {true, false}) {
+    run(sleepy());
+    pass(milliseconds(1));
+    sent();
+    ASSERT_TRUE(outputs_valid());
+    hear(0x690, {2});
+    EXPECT_EQ(phase(), SleepPhase::awake);
+    EXPECT_FALSE(outputs_valid());
+    pass(milliseconds(500));
+    hear_values();
+    write(77);
+    EXPECT_EQ(outputs_sent().size(), 1U);
+    EXPECT_FALSE(outputs_valid());
+    if (wakes) {
+      hear(0x690, {3});
+    } else {
+      pass(milliseconds(1499));
+      EXPECT_FALSE(outputs_valid());
+      pass(milliseconds(1));
+    }
+    hear_values();
+    pass(milliseconds(100));
+    hear_values();
+    EXPECT_FALSE(outputs_sent().empty());
+    EXPECT_TRUE(outputs_valid());
+  }
+}
+
 // A frame on its way to the bus when prepare begins.
 TEST_F(SleepValues, AnAcknowledgementDuringPrepareMakesNoOutputValid) {
   make(sleepy());
@@ -206,6 +236,34 @@ TEST_F(SleepValues, AnAcknowledgementDuringPrepareMakesNoOutputValid) {
   ask(SleepAction::prepare);
   acknowledge();
   EXPECT_FALSE(outputs_valid());
+}
+
+// For other lines, which send it on.
+TEST_F(SleepValues, OfForwardedObjectsAreInvalid) {
+  LineConfig config = sleepy(Role::device);
+  const od::Address address{0xB100, 1};
+  config.forwarding.objects = {{address, "first", {}}};
+  config.forwarding.rpdos = {{.number = 101, .cob_id = {0x281}, .mapping = {{address, 16}}}};
+  make(std::move(config));
+  line_->start(now_);
+  hear(0x000, {1, 0});
+  const auto valid = [this] { return line_->input(Line::kForwarded).valid; };
+  hear(0x281, {1, 0});
+  ASSERT_TRUE(valid());
+  hear(0x690, {2});
+  EXPECT_FALSE(valid());
+  pass(milliseconds(100));
+  hear(0x281, {2, 0});
+  EXPECT_FALSE(valid());
+  pass(seconds(2));
+  line_->stop(now_);
+  line_->start(now_);
+  ASSERT_EQ(phase(), SleepPhase::awake);
+  EXPECT_FALSE(valid()) << "received before";
+  hear(0x000, {1, 0});
+  pass(milliseconds(100));
+  hear(0x281, {3, 0});
+  EXPECT_TRUE(valid());
 }
 
 TEST_F(SleepValues, OfOutputsThatMpdosCarryAreInvalid) {

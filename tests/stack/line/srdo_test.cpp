@@ -625,5 +625,30 @@ TEST(SrdoPlan, ErrorControlBeginsAfterTheConfiguration) {
             (od::Address{od::objects::kLifeTimeFactor, 0}));
 }
 
+// Pairs that the node sends before it is silent, too.
+TEST_F(SrdoLine, IsNotReceivedWhileTheNetworkSleeps) {
+  LineConfig config = config_with_srdo();
+  config.sleep = {.request = 0x690, .objection = 0x691};
+  for (const bool observes : {false, true}) {
+    observes ? observe(config) : make(config);
+    if (!observes) {
+      boot();
+    }
+    hear_pair(7);
+    EXPECT_EQ(shown(), "7");
+    if (observes) {
+      hear(0x690, {2});
+    } else {
+      line_->execute({.tag = 7, .request = SleepRequest{SleepAction::prepare}}, now_);
+    }
+    EXPECT_EQ(shown(), "?");
+    hear_pair(8);
+    EXPECT_EQ(shown(), "?");
+    pass(seconds(1));
+    hear_pair(9);
+    EXPECT_EQ(shown(), "?");
+  }
+}
+
 }  // namespace
 }  // namespace linegate::line

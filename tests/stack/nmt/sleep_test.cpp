@@ -286,7 +286,7 @@ TEST(Sleep, TheTimeOfAMastersPhaseBeginsWithTheAcknowledgement) {
 TEST(Sleep, AnEarlierMessageOfASlaveDoesNotKeepItAwake) {
   Sleep sleep = in_phase(SleepPhase::asleep, false);
   ASSERT_TRUE(sleep.wake(sleep_at(0s)));
-  EXPECT_TRUE(sleep.awaits_acknowledge());
+  EXPECT_FALSE(sleep.awaits_acknowledge());
   EXPECT_TRUE(sleep.receive(sleep_frame(kProtocol.request, {2}, 1s)));
   sleep.advance(sleep_at(10s));
   EXPECT_EQ(sleep.phase(), SleepPhase::asleep);
@@ -330,6 +330,53 @@ TEST(Sleep, BytesAreConfigured) {
   EXPECT_EQ(frames_of(master), "1680:161. 1680:162. 1680:163.");
   EXPECT_EQ(changes_of(master),
             "check (command), awake (objection 7), prepare (command), awake (command)");
+}
+
+// The acknowledgement of a message that wakes says nothing about the check that follows.
+TEST(Sleep, NobodyWaitsForTheAcknowledgementOfWake) {
+  Sleep sleep = in_phase(SleepPhase::asleep, true);
+  ASSERT_TRUE(sleep.wake(sleep_at(0s)));
+  EXPECT_EQ(frames_of(sleep), "1680:3.");
+  EXPECT_FALSE(sleep.awaits_acknowledge());
+  sleep.set_master(false, sleep_at(1s));
+  EXPECT_TRUE(sleep.receive(sleep_frame(kProtocol.request, {1}, 2s)));
+  sleep.pop_changes();
+  sleep.advance(sleep_at(5s));
+  EXPECT_EQ(changes_of(sleep), "awake (time)");
+}
+
+TEST(Sleep, APrepareThatIsGivenUpWakes) {
+  Sleep sleep(kProtocol, kOwnNode);
+  ASSERT_TRUE(sleep.prepare(sleep_at(0s)));
+  EXPECT_EQ(sleep.awaited_byte(), kProtocol.prepare_byte);
+  sleep.pop_changes();
+  sleep.pop_frames();
+  sleep.give_up(sleep_at(100ms));
+  EXPECT_EQ(changes_of(sleep), "awake (no acknowledge)");
+  EXPECT_EQ(frames_of(sleep), "1680:3.");
+  sleep.acknowledged(sleep_at(200ms));
+  sleep.advance(sleep_at(9s));
+  EXPECT_EQ(sleep.phase(), SleepPhase::awake);
+  Sleep acknowledged = in_phase(SleepPhase::prepare, true);
+  acknowledged.give_up(sleep_at(100ms));
+  EXPECT_EQ(acknowledged.phase(), SleepPhase::prepare);
+}
+
+TEST(Sleep, WithoutABusACheckOfTheMasterEnds) {
+  Sleep sleep = in_phase(SleepPhase::check, true);
+  EXPECT_EQ(sleep.phase(), SleepPhase::check);
+  sleep.lose_bus(sleep_at(100ms));
+  EXPECT_EQ(changes_of(sleep), "awake (no acknowledge)");
+  sleep.advance(sleep_at(9s));
+  EXPECT_EQ(frames_of(sleep), "");
+  for (const SleepPhase phase : {SleepPhase::prepare, SleepPhase::asleep}) {
+    Sleep other = in_phase(phase, true);
+    other.lose_bus(sleep_at(100ms));
+    EXPECT_EQ(other.phase(), phase);
+  }
+  Sleep slave = in_phase(SleepPhase::check, false);
+  slave.lose_bus(sleep_at(100ms));
+  EXPECT_EQ(slave.phase(), SleepPhase::check);
 }
 
 }  // namespace
