@@ -73,12 +73,17 @@ void FlyingMasterService::advance(Instant now) {
   if (!hold(now)) {
     machine_.advance(now);
   }
-  look_at_ = machine_.is_master() ? now + FramesUnderWay::kStuck : kNever;
+  look_at_ = machine_.is_master() || held_ ? now + FramesUnderWay::kStuck : kNever;
   follow_producers();  // they may have been written meanwhile
 }
 
 Instant FlyingMasterService::next_wake() const {
-  return held_ ? kNever : earlier(machine_.next_wake(), look_at_);
+  return held_ ? look_at_ : earlier(machine_.next_wake(), look_at_);
+}
+
+void FlyingMasterService::probed(Instant now) {
+  constexpr Duration kPause = std::chrono::seconds(1);
+  probe_at_ = now + kPause;
 }
 
 // While the bus accepts no frames, no answer means nothing, and what the node decides would be the
@@ -98,6 +103,9 @@ bool FlyingMasterService::hold(Instant now) {
     (void)parts_.node.transmit().remove(can::TransmitClass::nmt, [](const can::Frame& frame) {
       return frame.id >= nmt::kActiveMasterId && frame.id <= nmt::kForceNegotiationId;
     });
+  }
+  if (held_ && host().usable() && may_probe(now)) {
+    send_master_message({.id = nmt::kDetectMasterId}, now);  // there may be nothing else to send
   }
   return held_;
 }
@@ -300,6 +308,19 @@ void FlyingMasterService::monitor_master() {
   const OwnObjects::OwnWrites by_itself(parts_.own_objects);
   dictionary.set({od::objects::kConsumerHeartbeatTime, unused}, master_value_);
   monitors_ = true;
+}
+
+bool FlyingMasterService::has_entry_of_master() const {
+  const od::Dictionary& dictionary = parts_.node.dictionary();
+  const unsigned highest = dictionary.highest_sub(od::objects::kConsumerHeartbeatTime).value_or(0);
+  for (unsigned sub = 1; sub <= highest; ++sub) {
+    const std::uint32_t value = number_of(
+        dictionary, {od::objects::kConsumerHeartbeatTime, static_cast<std::uint8_t>(sub)});
+    if ((value >> 16U & 0xFFU) == machine_.active_master() && (value & 0xFFFFU) != 0) {
+      return true;
+    }
+  }
+  return false;
 }
 
 void FlyingMasterService::forget_master() {

@@ -63,6 +63,10 @@ class FlyingMasterService final : public Service, nmt::FlyingMasterHost, od::Hoo
   // The bus accepts no frames, and the state machine is held until it does: advance() must be
   // called then.
   bool is_held() const { return held_; }
+  // Whether a frame may be handed out although the bus seems to accept none: one a second, because
+  // the acknowledgement of a frame may be lost, and that of a later one shows it.
+  bool may_probe(Instant now) const { return now >= probe_at_; }
+  void probed(Instant now);
 
   nmt::FlyingMasterState state() const { return machine_.state(); }
   std::uint8_t active_master() const { return machine_.active_master(); }
@@ -72,7 +76,7 @@ class FlyingMasterService final : public Service, nmt::FlyingMasterHost, od::Hoo
   void send_master_message(const can::Frame& frame, Instant now) override;
   bool reset_all(Instant now) override;
   void flying_master_changed(nmt::FlyingMasterState before, Instant now) override;
-  bool monitors_master() const override { return monitors_; }
+  bool monitors_master() const override { return monitors_ && has_entry_of_master(); }
   AbortCode check_write(od::Address address, std::span<const std::byte> value) override;
 
   bool hold(Instant now);
@@ -83,6 +87,7 @@ class FlyingMasterService final : public Service, nmt::FlyingMasterHost, od::Hoo
   void follow_producers();
   void monitor_master();
   void forget_master();
+  bool has_entry_of_master() const;
 
   const LineConfig& config_;
   Parts parts_;
@@ -96,7 +101,8 @@ class FlyingMasterService final : public Service, nmt::FlyingMasterHost, od::Hoo
   bool monitors_ = false;           // 1016h has an entry of the active master
   bool held_ = false;
   Instant cut_since_ = kNever;  // the bus accepts no frames
-  Instant look_at_ = kNever;    // an active master looks whether it does
+  Instant look_at_ = kNever;    // an active master, or one that is held, looks whether it does
+  Instant probe_at_{};          // see may_probe()
 };
 
 }  // namespace linegate::line

@@ -97,6 +97,9 @@ void Line::report_when_sent(std::uint8_t device, const can::Frame& frame, const 
     log.emit(event);
     return;
   }
+  if (under_way_.sendings().size() >= FramesUnderWay::kMost) {
+    return;  // nobody will know whether it was sent
+  }
   under_way_.add({.command = {.request = EmcySend{}},
                   .frames = {{.frame = frame, .device = device}},
                   .report = {.events = &log, .event = event}});

@@ -175,7 +175,11 @@ void NodeLine::routes(std::vector<routing::Route>& out) const {
 }
 
 [[gnu::hot]] bool NodeLine::do_next_frame(can::Frame& out, Instant now) {
-  if (!services_.sleep.may_transmit() || is_cut_off(now)) [[unlikely]] {
+  if (!services_.sleep.may_transmit()) [[unlikely]] {
+    return false;
+  }
+  const bool cut_off = is_cut_off(now);
+  if (cut_off && !services_.flying.may_probe(now)) [[unlikely]] {
     return false;
   }
   const std::uint64_t number = under_way_.next_number();
@@ -191,6 +195,9 @@ void NodeLine::routes(std::vector<routing::Route>& out) const {
   }
   if (given) {
     services_.outputs.handed_out(out, number);
+    if (cut_off) [[unlikely]] {
+      services_.flying.probed(now);
+    }
   }
   if (given && services_.sleep.awaits_acknowledge()) [[unlikely]] {
     dirty_ = true;
@@ -286,6 +293,7 @@ void NodeLine::emergency(std::uint8_t id, const emcy::Message& message, Instant 
 // The nodes keep their outputs, like the devices of a PLC that is switched off; the own node stops
 // transmitting with its heartbeat.
 void NodeLine::do_stop(Instant now) {
+  const bool cut_off = is_cut_off(now);
   services_.flying.stop(now);
   manager_.stop(now);
   services_.receivers.follow();
@@ -293,7 +301,7 @@ void NodeLine::do_stop(Instant now) {
   for (Service* service : services()) {
     service->end(Refusal::cancelled, now);
   }
-  if (manages() && config_.stop_nodes) {
+  if (manages() && config_.stop_nodes && !cut_off) {
     stop_nodes(now);
   }
   node_.command(nmt::Command::enter_pre_operational, now);
@@ -366,7 +374,7 @@ void NodeLine::receive_beside_others(std::span<const can::Frame> frames) {
   }
 }
 bool NodeLine::wants_to_send(Instant now) const {
-  return services_.sleep.may_transmit() && !is_cut_off(now) &&
+  return services_.sleep.may_transmit() && (!is_cut_off(now) || services_.flying.may_probe(now)) &&
          (node_.wants_to_send(now) || services_.lss.wants_to_send());
 }
 const image::Layout& NodeLine::layout(image::Direction direction) const {

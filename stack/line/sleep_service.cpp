@@ -101,7 +101,7 @@ Refusal SleepService::check(const Command& command, bool then_sleep, Instant now
     return Refusal::wrong_state;
   }
   checking_ = command;
-  checking_until_ = command.timeout > Duration::zero() ? now + command.timeout : kNever;
+  checking_until_ = command.timeout > Duration::zero() ? deadline(now, command.timeout) : kNever;
   follow();
   return Refusal::none;
 }

@@ -14,6 +14,7 @@ namespace {
 
 using nmt::FlyingMasterState;
 using testing::Contains;
+using testing::Each;
 using testing::ElementsAre;
 using testing::IsEmpty;
 using testing::Not;
@@ -545,6 +546,7 @@ TEST_F(FlyingMasterServiceTest, ASlaveWithoutABusWaitsAndResetsNothing) {
   sent();
   live(seconds(20), false);
   expect(Role::device, FlyingMasterState::detect, 0);
+  EXPECT_THAT(nmt_sent(), Each("073#")) << "it looks whether the bus accepts a frame";
   live(milliseconds(20));
   EXPECT_THAT(nmt_sent(), IsEmpty());
   live(milliseconds(500));
@@ -553,6 +555,25 @@ TEST_F(FlyingMasterServiceTest, ASlaveWithoutABusWaitsAndResetsNothing) {
   live(seconds(2), true, kOtherMaster);
   expect(Role::device, FlyingMasterState::slave, kOtherMaster);
   EXPECT_THAT(nmt_sent(), Not(Contains(StartsWith("000#"))));
+}
+
+// The socket lost the echo of a frame: only that of a later one shows that the bus is there.
+TEST_F(FlyingMasterServiceTest, AnAcknowledgementThatIsLostSilencesNobody) {
+  start_acknowledged(config());
+  follow_other();
+  live(seconds(1), true, kOtherMaster);
+  live(milliseconds(500), false, kOtherMaster);  // frames are sent, but no echo comes
+  sent();
+  for (const Instant end = now_ + seconds(5); now_ < end;) {
+    pass(milliseconds(10));
+    const std::uint64_t before = line_->state().counters.frames_sent;
+    hand_out_all();
+    if (const std::uint64_t after = line_->state().counters.frames_sent; after != before) {
+      line_->acknowledged(after, now_);
+    }
+  }
+  EXPECT_THAT(nmt_sent(), Contains("073#"));
+  EXPECT_NE(line_->state().flying_master, FlyingMasterState::detect) << "its search goes on";
 }
 
 TEST_F(FlyingMasterServiceTest, ALineThatStartsWithoutABusWaits) {
