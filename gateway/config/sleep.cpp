@@ -6,7 +6,7 @@ namespace linegate::config {
 
 void read_sleep(Section& line, line::LineConfig& config) {
   using std::chrono::milliseconds;
-  constexpr Duration kLongest = std::chrono::minutes(10);
+  constexpr Duration kLongestPhase = std::chrono::minutes(10);
   const YAML::Node node = line.find("sleep");
   if (!node.IsDefined()) {
     return;
@@ -21,9 +21,9 @@ void read_sleep(Section& line, line::LineConfig& config) {
   section.read_number("prepare_byte", sleep.prepare_byte, 0, 0xFF);
   section.read_number("wake_byte", sleep.wake_byte, 0, 0xFF);
   section.read_number("objection_byte", sleep.objection_byte, 0, 0xFF);
-  section.read("check_time", sleep.check_time, milliseconds(1), kLongest);
-  section.read("prepare_time", sleep.prepare_time, milliseconds(1), kLongest);
-  section.read("silent_time", sleep.silent_time, milliseconds(1), kLongest);
+  section.read("check_time", sleep.check_time, milliseconds(1), kLongestPhase);
+  section.read("prepare_time", sleep.prepare_time, milliseconds(1), kLongestPhase);
+  section.read("silent_time", sleep.silent_time, milliseconds(1), kLongestPhase);
   section.done();
 }
 

@@ -171,7 +171,7 @@ TEST_F(Malformed, OutputsAreRefusedWithTheReasonAndTheNextIsTaken) {
     return eventually([&] { return refused(sample).find(words) != std::string::npos; });
   };
   EXPECT_TRUE(refused_when([](auto& s) { s.reactions(0xFF); }, "bits that mean nothing"));
-  EXPECT_TRUE(refused_when([](auto& s) { s.values()[0].data().resize(50); }, "1 to 8 bytes"));
+  EXPECT_TRUE(refused_when([](auto& s) { s.values()[0].data().resize(50); }, "1 to 32 bytes"));
   EXPECT_TRUE(refused_when([](auto& s) { s.incarnation(3); }, "another start"));
   v1::OutputWrite good = output();
   EXPECT_TRUE(eventually([&] {
