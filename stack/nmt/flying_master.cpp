@@ -76,7 +76,7 @@ void FlyingMaster::active_master(const MasterRank& other, Instant now) {
   } else if (state_ == Flying::negotiate || wait_ == Wait::answer) {
     force(now);
   }
-  // Else it asks later: the other one may have been told to stop meanwhile.
+  // Else it asks later: the other one may have been stopped meanwhile.
 }
 
 void FlyingMaster::node_control(const NodeControl& control, Instant now) {

@@ -63,10 +63,10 @@ TEST_F(EmcyConsumerTest, MessagesOfCanopenFdAreReceivedIfTheyAreExpected) {
   consumer.accept_fd();
   EXPECT_TRUE(consumer.receive(5, frame));
   EXPECT_TRUE(consumer.receive(5, frame_at(at(7ms), 0x85, {0x30, 0x81, 0x11, 1, 2, 3, 4, 5})));
-  const auto told = pop_events(events);
-  ASSERT_EQ(told.size(), 2U);
-  EXPECT_EQ(std::get<event::Emcy>(told[0].data).fd, message.fd);
-  EXPECT_FALSE(std::get<event::Emcy>(told[1].data).fd.any);
+  const auto reported = pop_events(events);
+  ASSERT_EQ(reported.size(), 2U);
+  EXPECT_EQ(std::get<event::Emcy>(reported[0].data).fd, message.fd);
+  EXPECT_FALSE(std::get<event::Emcy>(reported[1].data).fd.any);
 }
 
 TEST_F(EmcyConsumerTest, ShortMessagesAreMalformed) {

@@ -96,11 +96,12 @@ TEST_F(FdObserverTest, TransfersAndAbortsAreReportedForTheServer) {
   observe(fd_config());
   events();
   write({0x1017, 0}, 250, 2);
-  const std::vector<Event> told = of(EventKind::sdo_transfer);
-  ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(told[0].node, 5) << "not the client, whose node-ID is in the identifier of the request";
-  EXPECT_EQ(std::get<event::SdoTransfer>(told[0].data).index, 0x1017U);
-  EXPECT_EQ(std::get<event::SdoTransfer>(told[0].data).size, 2U);
+  const std::vector<Event> reported = of(EventKind::sdo_transfer);
+  ASSERT_EQ(reported.size(), 1U);
+  EXPECT_EQ(reported[0].node, 5)
+      << "not the client, whose node-ID is in the identifier of the request";
+  EXPECT_EQ(std::get<event::SdoTransfer>(reported[0].data).index, 0x1017U);
+  EXPECT_EQ(std::get<event::SdoTransfer>(reported[0].data).size, 2U);
   hear_frame(usdo::object_frame({can::kSdoRequestBase + kMaster, 5, 77}, usdo::Command::upload,
                                 {0x3000, 0}));
   hear_frame(usdo::abort_frame({can::kSdoResponseBase + 5, kMaster, 77}, {0x3000, 0},
@@ -240,9 +241,9 @@ TEST_F(FdObserverTest, EmcysOfTwentyBytesAreEventsIfTheyAreExpected) {
   emcy::Message message{.code = 0x8130, .error_register = 0x11};
   message.fd = {.any = true, .logical_device = 2, .status = 1, .profile = 402};
   hear_frame(emcy::encode(message, can::CobId{0x85}));
-  const std::vector<Event> told = of(EventKind::emcy);
-  ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(std::get<event::Emcy>(told[0].data).fd, message.fd);
+  const std::vector<Event> reported = of(EventKind::emcy);
+  ASSERT_EQ(reported.size(), 1U);
+  EXPECT_EQ(std::get<event::Emcy>(reported[0].data).fd, message.fd);
 }
 
 TEST_F(FdObserverTest, AnUnknownPdoIsShownAsItWasReceived) {
