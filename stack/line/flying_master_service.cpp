@@ -127,7 +127,6 @@ void FlyingMasterService::boot(Instant now) {
     return;
   }
   master_entry_ = 0;
-  monitors_ = false;
   produces_ = true;
   follow_times();
   if (takes_part()) {
@@ -288,16 +287,16 @@ void FlyingMasterService::monitor_master() {
   if (time == Duration::zero()) {
     return;
   }
+  if (has_entry_of_master()) {
+    return;
+  }
   std::uint8_t unused = 0;
   const unsigned highest = dictionary.highest_sub(od::objects::kConsumerHeartbeatTime).value_or(0);
   for (unsigned sub = highest; sub >= 1; --sub) {
     const auto place = static_cast<std::uint8_t>(sub);
-    const std::uint32_t value = number_of(dictionary, {od::objects::kConsumerHeartbeatTime, place});
-    if ((value >> 16U & 0xFFU) == machine_.active_master() && (value & 0xFFFFU) != 0) {
-      monitors_ = true;
-      return;
+    if (number_of(dictionary, {od::objects::kConsumerHeartbeatTime, place}) == 0) {
+      unused = place;
     }
-    unused = value == 0 ? place : unused;
   }
   if (unused == 0) {
     return;
@@ -307,7 +306,6 @@ void FlyingMasterService::monitor_master() {
   master_value_ = std::uint32_t{machine_.active_master()} << 16U | static_cast<std::uint32_t>(ms);
   const OwnObjects::OwnWrites by_itself(parts_.own_objects);
   dictionary.set({od::objects::kConsumerHeartbeatTime, unused}, master_value_);
-  monitors_ = true;
 }
 
 bool FlyingMasterService::has_entry_of_master() const {
@@ -324,7 +322,6 @@ bool FlyingMasterService::has_entry_of_master() const {
 }
 
 void FlyingMasterService::forget_master() {
-  monitors_ = false;
   const od::Address entry{od::objects::kConsumerHeartbeatTime, std::exchange(master_entry_, 0)};
   od::Dictionary& dictionary = parts_.node.dictionary();
   if (entry.sub != 0 && number_of(dictionary, entry) == master_value_) {

@@ -76,7 +76,7 @@ class FlyingMasterService final : public Service, nmt::FlyingMasterHost, od::Hoo
   void send_master_message(const can::Frame& frame, Instant now) override;
   bool reset_all(Instant now) override;
   void flying_master_changed(nmt::FlyingMasterState before, Instant now) override;
-  bool monitors_master() const override { return monitors_ && has_entry_of_master(); }
+  bool monitors_master() const override { return has_entry_of_master(); }
   AbortCode check_write(od::Address address, std::span<const std::byte> value) override;
 
   bool hold(Instant now);
@@ -98,7 +98,6 @@ class FlyingMasterService final : public Service, nmt::FlyingMasterHost, od::Hoo
   bool sync_ = false;               // otherwise: bit 30 of 1005h was set
   bool time_ = false;               // the same for 1012h
   bool consumes_time_ = false;      // and bit 31
-  bool monitors_ = false;           // 1016h has an entry of the active master
   bool held_ = false;
   Instant cut_since_ = kNever;  // the bus accepts no frames
   Instant look_at_ = kNever;    // an active master, or one that is held, looks whether it does
