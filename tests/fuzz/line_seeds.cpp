@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Writes the inputs of the target `line` that are kept in corpus/line: runs a line together with
 // simulated devices, and records the frames of the devices, with their times, as steps of the
-// target.
+// target. With `fd`, those of the target `line_fd` in corpus/line_fd.
 //
-// usage: line_seeds FOLDER
+// usage: line_seeds FOLDER [fd]
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
@@ -12,11 +13,13 @@
 #include <initializer_list>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "bridges/sim/device_group.h"
 #include "stack/emcy/producer.h"
+#include "stack/usdo/protocol.h"
 
 #include "tests/fuzz/line_command_seeds.h"
 #include "tests/fuzz/line_steps.h"
@@ -34,12 +37,14 @@ using std::chrono::milliseconds;
 
 class Recording {
  public:
-  explicit Recording(const fuzz::SetupBytes& setup) : subject_(fuzz::setup(setup)), steps_(setup) {}
+  explicit Recording(const fuzz::SetupBytes& setup, bool fd = false)
+      : fd_(fd), subject_(subject(setup, fd)), steps_(setup) {}
 
   void add_device(std::uint8_t node, std::string profile) {
     sim::DeviceOptions options;
     options.profile = std::move(profile);
     options.node_id = node;
+    options.fd = fd_;
     auto device = sim::Device::make(options);
     (*device.value)->start(subject_.now());
     devices_.add(*std::move(device.value));
@@ -57,9 +62,13 @@ class Recording {
   }
 
   void hear(std::uint32_t id, std::initializer_list<std::uint8_t> data) {
-    can::Frame frame = can::make_frame(id, data);
+    hear(can::make_frame(id, data));
+  }
+  void hear(can::Frame frame) {
     frame.time = subject_.now();
-    hear(frame);
+    catch_up();
+    steps_.frame(frame);
+    subject_.hear(std::span(&frame, 1));
   }
 
   void command(CommandKind kind, std::uint8_t node, od::Address address,
@@ -113,16 +122,16 @@ class Recording {
   }
 
  private:
+  static fuzz::Setup subject(const fuzz::SetupBytes& setup, bool fd) {
+    fuzz::Setup out = fuzz::setup(setup);
+    out.fd = fd;
+    return out;
+  }
+
   void catch_up() {
     for (; passed_ > 0; passed_ -= std::min(passed_, 255)) {
       steps_.step(Step::pass, {static_cast<std::uint8_t>(std::min(passed_, 255))});
     }
-  }
-
-  void hear(const can::Frame& frame) {
-    catch_up();
-    steps_.frame(frame);
-    subject_.hear(std::span(&frame, 1));
   }
 
   void exchange() {
@@ -137,13 +146,13 @@ class Recording {
         busy = true;
       }
       while (devices_.next_frame(frame, now())) {
-        frame.time = now();
         hear(frame);
         busy = true;
       }
     }
   }
 
+  const bool fd_;
   fuzz::LineSubject subject_;
   sim::DeviceGroup devices_;
   Steps steps_;
@@ -296,15 +305,52 @@ void save_device(const std::filesystem::path& folder) {
   device.save(folder / "device-role");
 }
 
-}  // namespace
+// --- CANopen FD ---------------------------------------------------------------------------------
 
-int main(int argc, char** argv) {
-  if (argc != 2) {
-    std::fputs("usage: line_seeds FOLDER\n", stderr);
-    return 2;
+Recording fd_plant(std::initializer_list<SetupBit> bits) {
+  Recording out(fuzz::setup_bytes(Role::manager, bits), true);
+  for (const fuzz::Member& member : fuzz::kMembers) {
+    out.add_device(member.id, "fd-io");
   }
-  const std::filesystem::path folder = argv[1];
-  std::filesystem::create_directories(folder);
+  return out;
+}
+
+// USDO transfers of each kind, outputs of more than 8 bytes, an EMCY, a device that restarts.
+void save_fd_seeds(const std::filesystem::path& folder) {
+  Recording boot = fd_plant({fuzz::kHeartbeat, fuzz::kResetNodes});
+  boot.run(400);
+  boot.save(folder / "boot");
+
+  Recording transfers = fd_plant({fuzz::kSync, fuzz::kGroups});
+  transfers.run(60);
+  transfers.write_outputs(1, 1, 50, 0, 6);
+  transfers.run(30);
+  transfers.command(CommandKind::sdo_read, 5, {0x1018, 1});
+  transfers.command(CommandKind::sdo_read, 6, {0x1008, 0});
+  transfers.command(CommandKind::sdo_read, 7, {0x1FFF, 0});  // aborted
+  transfers.command(CommandKind::sdo_write, 5, {0x1017, 0}, {0x14, 0x00});
+  transfers.run(60);
+  transfers.device(5).node().emcy().send(0x2310, 0x03, {}, transfers.now());
+  transfers.command(CommandKind::nmt, 6, {}, {}, nmt::Command::reset_node);
+  transfers.run(100);
+  transfers.device(7).kill();
+  transfers.run(500);
+  transfers.save(folder / "transfers-and-faults");
+
+  Recording device(fuzz::setup_bytes(Role::device, {fuzz::kHeartbeat}), true);
+  device.run(5);
+  device.hear(usdo::object_frame({0x601, 10, 1}, usdo::Command::upload, {0x1018, 1}));
+  device.hear(usdo::object_frame({0x601, 10, 2}, usdo::Command::upload, {0x1008, 0}));
+  constexpr std::array kValue{std::byte{10}, std::byte{0}};
+  device.hear(usdo::expedited_frame({0x602, 10, 1}, usdo::Command::download, {0x1017, 0},
+                                    od::DataType::unsigned16, kValue));
+  device.hear(usdo::initiate_frame({0x602, 10, 3}, usdo::Command::download_initiate, {0x1F50, 1},
+                                   od::DataType::domain, 100));
+  device.run(30);
+  device.save(folder / "device-role");
+}
+
+void save_classical_seeds(const std::filesystem::path& folder) {
   save_boot(folder);
   save_outputs(folder);
   save_transfers(folder);
@@ -314,5 +360,19 @@ int main(int argc, char** argv) {
   save_routing(folder);
   save_device(folder);
   fuzz::save_command_seeds(folder);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::span<char*> words(argv, static_cast<std::size_t>(argc));
+  const bool fd = words.size() == 3 && std::string_view(words[2]) == "fd";
+  if (words.size() != 2 && !fd) {
+    std::fputs("usage: line_seeds FOLDER [fd]\n", stderr);
+    return 2;
+  }
+  const std::filesystem::path folder = words[1];
+  std::filesystem::create_directories(folder);
+  fd ? save_fd_seeds(folder) : save_classical_seeds(folder);
   return 0;
 }

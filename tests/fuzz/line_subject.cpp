@@ -69,15 +69,16 @@ void set_manager(const Setup& setup, line::LineConfig& config) {
   }
   config.boot_time = milliseconds(setup.boot_time ? 1000 : 0);
   config.pdo_update_time = milliseconds(setup.update_time ? 50 : 0);
-  config.lss.assign = setup.lss;
+  config.lss.assign = setup.lss && !setup.fd;
   config.lss.store = setup.store;
 }
 
 line::NodeConfig node_config(const Setup& setup, std::size_t member) {
-  line::NodeConfig node = member_node(member);
+  line::NodeConfig node = member_node(member, setup.fd);
+  const bool is_guarded = member == 1 && setup.guarding && !setup.fd;
   node.mandatory = member == 0 || setup.all_mandatory;
-  node.guard_time = milliseconds(member == 1 && setup.guarding ? 100 : 0);
-  node.life_time_factor = member == 1 && setup.guarding ? 3 : 0;
+  node.guard_time = milliseconds(is_guarded ? 100 : 0);
+  node.life_time_factor = is_guarded ? 3 : 0;
   node.keep_alive = setup.keep_alive && member < 2;
   node.restore = setup.store ? 1 : 0;
   node.store = setup.store ? 1 : 0;
@@ -96,16 +97,17 @@ line::LineConfig devices_config(const Setup& setup) {
   config.role = line::Role::device;
   config.node_id = 0;
   config.bit_rate = 500'000;
+  config.canopen_fd = setup.fd;
   for (std::size_t i = 0; i < kMembers.size(); ++i) {
-    line::DeviceConfig device{.id = kMembers[i].id, .name = {}, .device = description(i)};
-    device.lss = i == 2 && setup.lss;
+    line::DeviceConfig device{.id = kMembers[i].id, .name = {}, .device = description(i, setup.fd)};
+    device.lss = i == 2 && setup.lss && !setup.fd;
     config.devices.push_back(std::move(device));
   }
   return config;
 }
 
-bool may_route(Role role) {
-  return role == Role::manager || role == Role::device;
+bool may_route(const Setup& setup) {
+  return (setup.role == Role::manager || setup.role == Role::device) && !setup.fd;
 }
 
 line::Role role_of(Role role) {
@@ -144,14 +146,19 @@ line::LineConfig config_for(const Setup& setup) {
   }
   config.name = "fuzz";
   config.bit_rate = 500'000;
-  config.connection_pool = {0x6A0, 0x6A3};
+  config.canopen_fd = setup.fd;
+  if (!setup.fd) {
+    config.connection_pool = {0x6A0, 0x6A3};
+  }
   config.heartbeat = setup.heartbeat ? milliseconds(100) : Duration::zero();
   config.sync_period = setup.sync ? milliseconds(10) : Duration::zero();
   config.time_period = setup.time ? milliseconds(50) : Duration::zero();
   config.stores_parameters = setup.time;
-  if (may_route(setup.role)) {
-    set_manager(setup, config);
+  if (may_route(setup)) {
     route(config);
+  }
+  if (setup.role == Role::manager || setup.role == Role::device) {
+    set_manager(setup, config);
     if (setup.own_objects) {
       config.own_objects = {own_object(0x2000, od::Access::rw), own_object(0x6000, od::Access::ro)};
     }
@@ -171,7 +178,7 @@ line::LineConfig answering_devices(const Setup& setup) {
 }  // namespace
 
 LineSubject::LineSubject(const Setup& setup)
-    : setup_(setup), routes_(may_route(setup.role)), subject_(config_for(setup)) {
+    : setup_(setup), routes_(may_route(setup)), subject_(config_for(setup)) {
   if (setup.time) {
     line().set_utc(std::chrono::hours(24 * 365 * 20));
   }
@@ -334,6 +341,7 @@ void LineSubject::run_what_was_found() {
   }
   line::LineConfig config;
   config.name = "found";
+  config.canopen_fd = setup_.fd;
   config.node_id = kOwnNode;
   config.scanned = subject_.found();
   for (const scan::ScannedNode& found : config.scanned) {

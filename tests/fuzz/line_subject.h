@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The subject of the target `line`: a line, devices on an ideal bus with it, and promises that
-// always hold.
+// The subject of the targets `line` and `line_fd`: a line, devices on an ideal bus with it, and
+// promises that always hold.
 #pragma once
 
 #include <array>
@@ -45,6 +45,7 @@ struct Setup {
   bool program = false;        // the first node gets a program download
   bool store = false;          // nodes restore their defaults before, and store after configuration
   bool keep_alive = false;     // keep-alive bit of the first two nodes
+  bool fd = false;             // CANopen FD: no guarding, no LSS, no routing and no SDO connections
 };
 
 class LineSubject {

@@ -1,8 +1,9 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Writes the named inputs of the target `observer`: the frames of a master and its devices.
+"""Writes the named inputs of the target `observer`, or with `fd` of `observer_fd`: the frames of a master and its
+devices.
 
-observer_seeds.py FOLDER
+observer_seeds.py FOLDER [fd]
 """
 
 import pathlib
@@ -105,10 +106,57 @@ SEEDS = {
 }
 
 
+def usdo(step, node, index, sub, data, session=1, master=127):
+    """A complete expedited transfer of a master, by USDO."""
+    return struct.pack("<BBHBB", step, node, index, sub, len(data)) + bytes(data) + bytes([session, master])
+
+
+def remap_fd(node, number, cob_id, *objects):
+    record, mapping = 0x1800 + number - 1, 0x1A00 + number - 1
+    out = usdo(WRITE, node, record, 1, struct.pack("<I", 0x80000000 | cob_id)) + usdo(WRITE, node, mapping, 0, [0])
+    for place, value in enumerate(objects, 1):
+        out += usdo(WRITE, node, mapping, place, struct.pack("<I", value))
+    return out + usdo(WRITE, node, mapping, 0, [len(objects)]) + usdo(WRITE, node, record, 1, struct.pack("<I", cob_id))
+
+
+FD_SEEDS = {
+    "boot": frame(0x705, 0)
+    + usdo(WRITE, 5, 0x1017, 0, [100, 0])
+    + usdo(READ, 5, 0x1018, 1, [0x34, 0x12, 0, 0])
+    + frame(0x000, 1, 0)
+    + frame(0x705, 5)
+    + frame(0x185, *range(64))
+    + frame(0x205, *range(64))
+    + LOOK
+    + steps(PASS, 200),
+    "remap": remap_fd(5, 1, 0x185, 0x60000108, 0x60000208)
+    + frame(0x000, 1, 5)
+    + frame(0x185, *range(64))
+    + LOOK
+    + remap_fd(6, 1, 0x1C6, 0x60000108)
+    + steps(PASS, 1)
+    + frame(0x1C6, 7)
+    + LOOK,
+    # A download in segments: initiate, two segments, the end; and an upload that the server aborts.
+    "segments": channel(0x601, 0x585, [5, 0x02, 1, 0, 0x50, 0x1F, 0x0F, 0], [1, 0x22, 1, 0, 0x50, 0x1F, 0, 0])
+    + frame(0x601, 5, 0x03, 1, 0, *[7] * 60)
+    + frame(0x585, 1, 0x23, 1, 0)
+    + frame(0x601, 5, 0x04, 1, 9, *[8] * 9)
+    + frame(0x585, 1, 0x24, 1)
+    + channel(0x601, 0x585, [5, 0x11, 2, 0, 0x08, 0x10, 0, 0], [1, 0x7F, 2, 0, 0x08, 0x10, 0x33, 0])
+    + LOOK,
+    "emcy": frame(0x085, 0x30, 0x81, 0x11, *[0] * 17)
+    + usdo(WRITE, 5, 0x1014, 0, [0x99, 0, 0, 0])
+    + frame(0x099, *[0] * 20)
+    + LOOK,
+    "asked-to-send": b"".join(command(kind, 5) for kind in range(26)) + steps(OUTPUTS, 0, 0) + steps(STOP) + LOOK,
+}
+
+
 def main():
     folder = pathlib.Path(sys.argv[1])
     folder.mkdir(parents=True, exist_ok=True)
-    for name, content in SEEDS.items():
+    for name, content in (FD_SEEDS if sys.argv[2:] == ["fd"] else SEEDS).items():
         (folder / name).write_bytes(content)
 
 

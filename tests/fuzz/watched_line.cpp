@@ -29,7 +29,7 @@ void check_error(const Error& error) {
       return;
     case Domain::command:
       LINEGATE_EXPECT(error.code > 0);
-      LINEGATE_EXPECT(error.code <= static_cast<std::uint32_t>(line::Refusal::no_right));
+      LINEGATE_EXPECT(error.code <= static_cast<std::uint32_t>(line::Refusal::image_pdo));
       return;
     default:
       LINEGATE_EXPECT(false);
@@ -81,24 +81,27 @@ void check_data(CommandKind kind, const line::ReplyData& data) {
 
 }  // namespace
 
-const od::DeviceDescription& description(std::size_t member) {
+const od::DeviceDescription& description(std::size_t member, bool fd) {
   static const auto kDescriptions = [] {
-    std::array<od::DeviceDescription, kMembers.size()> out;
+    std::array<std::array<od::DeviceDescription, kMembers.size()>, 2> out;
     for (std::size_t i = 0; i < kMembers.size(); ++i) {
       const Member& m = kMembers[i];
-      auto loaded = eds::load(sim::eds_text(m.profile), sim::eds_name(m.profile), m.id);
-      LINEGATE_EXPECT(loaded.ok());
-      out[i] = *std::move(loaded.value);
+      for (const bool is_fd : {false, true}) {
+        const std::string_view profile = is_fd ? "fd-io" : m.profile;
+        auto loaded = eds::load(sim::eds_text(profile), sim::eds_name(profile), m.id);
+        LINEGATE_EXPECT(loaded.ok());
+        out[is_fd ? 1 : 0][i] = *std::move(loaded.value);
+      }
     }
     return out;
   }();
-  return kDescriptions[member];
+  return kDescriptions[fd ? 1 : 0][member];
 }
 
-line::NodeConfig member_node(std::size_t member) {
+line::NodeConfig member_node(std::size_t member, bool fd) {
   line::NodeConfig node;
   node.id = kMembers[member].id;
-  node.device = description(member);
+  node.device = description(member, fd);
   node.heartbeat = milliseconds(member == 1 ? 0 : 100);
   node.pdo_deadline = milliseconds(member == 2 ? 50 : 0);
   return node;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shared by the targets `line` and `observer`: a line whose promises (stack/line/line.h) are
-// checked with every call, the devices of its configuration, and the encoding of frames, bus events
-// and commands in an input.
+// Shared by the targets `line` and `observer`, classical and FD: a line whose promises
+// (stack/line/line.h) are checked with every call, the devices of its configuration, and the
+// encoding of frames, bus events and commands in an input.
 #pragma once
 
 #include <array>
@@ -26,10 +26,11 @@ struct Member {
   std::string_view profile;
 };
 inline constexpr std::array<Member, 3> kMembers{{{5, "drive"}, {6, "digital-io"}, {7, "encoder"}}};
-// Read only once, because thousands of inputs use the same device files.
-const od::DeviceDescription& description(std::size_t member);
+// Read only once, because thousands of inputs use the same device files. On a line of CANopen FD
+// all are of the profile fd-io.
+const od::DeviceDescription& description(std::size_t member, bool fd = false);
 // The second node has no heartbeat. The TPDOs of the third have a deadline.
-line::NodeConfig member_node(std::size_t member);
+line::NodeConfig member_node(std::size_t member, bool fd = false);
 
 // --- forms of the input -------------------------------------------------------------------------
 

@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
+// A line of CANopen FD. See line_run.h.
+#include <cstddef>
+#include <cstdint>
+
+#include "tests/fuzz/line_run.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  linegate::fuzz::run_line(linegate::fuzz::Input({data, size}), true);
+  return 0;
+}

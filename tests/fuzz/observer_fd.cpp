@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
+// An observer of CANopen FD. See observer_run.h.
+#include <cstddef>
+#include <cstdint>
+
+#include "tests/fuzz/observer_run.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  linegate::fuzz::run_observer(linegate::fuzz::Input({data, size}), true);
+  return 0;
+}
