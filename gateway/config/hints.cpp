@@ -34,18 +34,23 @@ std::uint64_t identity(const line::NodeConfig& node, std::uint8_t sub) {
   return known == nullptr ? 0 : load_le(std::span<const std::byte>(known->value));
 }
 
-void add_node_hints(const std::string& line, const line::NodeConfig& node,
+// What is_manager says of the line: to the nodes of other lines nothing is written, and nobody
+// boots or assigns them.
+void add_node_hints(const std::string& line, bool is_manager, const line::NodeConfig& node,
                     std::vector<Diagnostic>& out) {
   const auto hint = [&](const std::string& text) {
     out.push_back(
         {Severity::warning, line, 0, 0, fmt::format("node {} ({}): {}", node.id, node.name, text)});
   };
+  if (!has_error_control(node)) {
+    hint("has neither heartbeat nor guarding: its loss is not detected");
+  }
+  if (!is_manager) {
+    return;
+  }
   if (const std::uint16_t missing = missing_error_control(node); missing != 0) {
     hint(fmt::format("its file has no object {:04X}:00, which its error control is written to",
                      missing));
-  }
-  if (!has_error_control(node)) {
-    hint("has neither heartbeat nor guarding: its loss is not detected");
   }
   if (node.device.vendor_number == 0 && identity(node, 1) == 0) {
     const bool product = identity(node, 2) != 0;
@@ -66,11 +71,9 @@ void add_hints(Loaded<Plant>& loaded) {
     if (auto waiting = line::unsynchronised_pdos(line.config)) {
       loaded.diagnostics.push_back(*std::move(waiting));
     }
-    if (line.config.role != line::Role::manager) {
-      continue;  // nothing is written to its nodes
-    }
+    const bool is_manager = line.config.role == line::Role::manager;
     for (const line::NodeConfig& node : line.config.nodes) {
-      add_node_hints(line.config.name, node, loaded.diagnostics);
+      add_node_hints(line.config.name, is_manager, node, loaded.diagnostics);
     }
   }
 }

@@ -43,7 +43,12 @@ TEST(Hints, NodesWithoutErrorControl) {
   EXPECT_THAT(hints_of(node + ", heartbeat: 100ms}]"), IsEmpty());
   EXPECT_THAT(hints_of(node + ", heartbeat: {consumer: 100ms}}]"), IsEmpty());
   EXPECT_THAT(hints_of(node + ", guarding: {time: 100ms, factor: 3}}]"), IsEmpty());
-  EXPECT_THAT(hints_of("role: observer, " + node + "}]"), IsEmpty());
+  for (const std::string role : {"role: observer, ", "role: device, "}) {
+    EXPECT_THAT(hints_of(role + node + "}]"),
+                ElementsAre(HasSubstr("has neither heartbeat nor guarding")))
+        << role;
+    EXPECT_THAT(hints_of(role + node + ", heartbeat: {consumer: 100ms}}]"), IsEmpty()) << role;
+  }
 }
 
 TEST(Hints, AVendorIdOfNobody) {
