@@ -867,7 +867,7 @@ struct EventCodec<event::PdoMapping> {
   }
 };
 
-// code: 1 NMT command, 2 message of flying masters; value: command specifier, or its identifier;
+// code: 1 NMT command, 2 message of flying masters, 3 prepare message of sleep; value: command specifier, or its identifier;
 // data: addressee of the command (1), 0 = all.
 template <>
 struct EventCodec<event::ForeignManager> {

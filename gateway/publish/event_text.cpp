@@ -413,6 +413,12 @@ struct EventWords {
                        e.complete ? "" : "not ");
   }
   std::string operator()(const event::ForeignManager& e) const {
+    if (e.evidence == event::ManagerEvidence::sleep) {
+      return fmt::format(
+          "another NMT master: prepares the nodes for sleep (message {:03X}h), which take no "
+          "outputs until they wake",
+          e.identifier);
+    }
     if (e.evidence != event::ManagerEvidence::nmt_command) {
       return fmt::format("another NMT master: flying-master message {:03X}h", e.identifier);
     }

@@ -664,6 +664,7 @@ struct PdoMapping {
 enum class ManagerEvidence : std::uint8_t {
   nmt_command = 1,
   flying_master = 2,  // a message of flying masters, CiA 302-2
+  sleep = 3,          // it prepares the nodes for sleep, which take no outputs from then on
 };
 
 // Another NMT master is on the line; repeated every 10 s while it is active.
@@ -672,7 +673,7 @@ struct ForeignManager {
   ManagerEvidence evidence = ManagerEvidence::nmt_command;
   nmt::Command command{};        // nmt_command
   std::uint8_t addressee = 0;    // nmt_command: its node-ID, 0 = all
-  std::uint32_t identifier = 0;  // flying_master: of the message
+  std::uint32_t identifier = 0;  // flying_master, sleep: of the message
 
   friend bool operator==(const ForeignManager&, const ForeignManager&) = default;
 };

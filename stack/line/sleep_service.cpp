@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "stack/can/cob_id.h"
+#include "stack/diagnosis/foreign_manager.h"
 
 namespace linegate::line {
 
@@ -212,8 +213,19 @@ void SleepService::follow_foreign(const can::Frame& frame) {
   if (code == protocol_.wake_byte) {
     set_others_sleep({});
   } else if (code == protocol_.prepare_byte && !sleeps()) {
+    report_foreign(frame);
     set_others_sleep(frame.time + protocol_.prepare_time + protocol_.silent_time);
   }
+}
+
+void SleepService::report_foreign(const can::Frame& frame) {
+  if (reported_ != Instant{} && frame.time - reported_ < diagnosis::ForeignManager::kInterval) {
+    return;
+  }
+  reported_ = frame.time;
+  events_.emit({.time = frame.time,
+                .data = event::ForeignManager{.evidence = event::ManagerEvidence::sleep,
+                                              .identifier = frame.id}});
 }
 
 void SleepService::set_others_sleep(Instant until) {
@@ -267,6 +279,7 @@ bool SleepService::start() {
   sleep_.reset();
   number_ = 0;
   others_sleep_until_ = {};
+  reported_ = {};
   return slept;
 }
 
@@ -316,6 +329,7 @@ void SleepService::follow(const nmt::SleepChange& change) {
       return;
     case nmt::SleepPhase::awake:
       if (change.before >= nmt::SleepPhase::prepare) {
+        set_others_sleep({});      // the wake-up is for all nodes
         node_.transmit().clear();  // what waited before the silence is old
         send();                    // the other nodes wake before they are reset
         line_.wake_up(change.time);

@@ -90,6 +90,7 @@ class SleepService final : public Service {
   void answer_when_sent(Command command, std::uint8_t code, Instant now);
   void expire_check(Instant now);
   void follow_foreign(const can::Frame& frame);
+  void report_foreign(const can::Frame& frame);
   void set_others_sleep(Instant until);
   void follow();
   void follow(const nmt::SleepChange& change);
@@ -108,6 +109,7 @@ class SleepService final : public Service {
   std::optional<Command> checking_;
   Instant checking_until_ = kNever;  // by the time-out of that command
   Instant others_sleep_until_{};     // see others_sleep()
+  Instant reported_{};               // when it reported another master last
   std::uint64_t number_ = 0;  // of the awaited request, on its way to the bus; 0: not handed out
 };
 

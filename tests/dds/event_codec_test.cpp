@@ -234,6 +234,8 @@ std::vector<Row> layouts_of_nodes() {
        fields(1, 2, {5})},
       {event::ForeignManager{.evidence = event::ManagerEvidence::flying_master, .identifier = 0x76},
        fields(2, 0x76, {0})},
+      {event::ForeignManager{.evidence = event::ManagerEvidence::sleep, .identifier = 0x690},
+       fields(3, 0x690, {0})},
   };
 }
 

@@ -452,6 +452,11 @@ TEST(EventText, SaysHowAnotherManagerShowedItself) {
   EXPECT_EQ(words(0, event::ForeignManager{.evidence = event::ManagerEvidence::flying_master,
                                            .identifier = 0x76}),
             "another NMT master: flying-master message 076h");
+  EXPECT_EQ(
+      words(0,
+            event::ForeignManager{.evidence = event::ManagerEvidence::sleep, .identifier = 0x690}),
+      "another NMT master: prepares the nodes for sleep (message 690h), which take no outputs "
+      "until they wake");
 }
 
 TEST(EventText, NamesTheActiveFlyingMaster) {

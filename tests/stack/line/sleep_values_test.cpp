@@ -193,6 +193,13 @@ TEST_F(SleepValues, OutputsAreInvalidWhileAnotherMasterLetsTheNodesSleep) {
     hear(0x690, {2});
     EXPECT_EQ(phase(), SleepPhase::awake);
     EXPECT_FALSE(outputs_valid());
+    const std::vector<Event> reported = of(EventKind::foreign_manager);
+    ASSERT_EQ(reported.size(), 1U);
+    EXPECT_EQ(
+        std::get<event::ForeignManager>(reported[0].data),
+        (event::ForeignManager{.evidence = event::ManagerEvidence::sleep, .identifier = 0x690}));
+    hear(0x690, {2});
+    EXPECT_FALSE(emitted(EventKind::foreign_manager)) << "once in ten seconds";
     pass(milliseconds(500));
     hear_values();
     write(77);
@@ -211,6 +218,20 @@ TEST_F(SleepValues, OutputsAreInvalidWhileAnotherMasterLetsTheNodesSleep) {
     EXPECT_FALSE(outputs_sent().empty());
     EXPECT_TRUE(outputs_valid());
   }
+}
+
+// The wake-up is for all nodes, also for those that another master prepared.
+TEST_F(SleepValues, OutputsAreValidAfterTheOwnWakeUp) {
+  run(sleepy());
+  hear(0x690, {2});
+  ask(SleepAction::prepare);
+  pass(milliseconds(100));
+  ask(SleepAction::wake);
+  boot_again();
+  hear(0x705, {5});
+  line_->advance(now_);
+  EXPECT_FALSE(outputs_sent().empty());
+  EXPECT_TRUE(outputs_valid());
 }
 
 // A frame on its way to the bus when prepare begins.
