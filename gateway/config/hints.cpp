@@ -71,6 +71,12 @@ void add_hints(Loaded<Plant>& loaded) {
     if (auto waiting = line::unsynchronised_pdos(line.config)) {
       loaded.diagnostics.push_back(*std::move(waiting));
     }
+    if (line.config.flying_master && line.config.heartbeat == Duration::zero()) {
+      loaded.diagnostics.push_back(
+          {Severity::warning, line.config.name, 0, 0,
+           "flying_master without heartbeat of the line: the other masters miss this one only when "
+           "it does not answer after a detect cycle"});
+    }
     const bool is_manager = line.config.role == line::Role::manager;
     for (const line::NodeConfig& node : line.config.nodes) {
       add_node_hints(line.config.name, is_manager, node, loaded.diagnostics);

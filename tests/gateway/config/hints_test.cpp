@@ -51,6 +51,14 @@ TEST(Hints, NodesWithoutErrorControl) {
   }
 }
 
+TEST(Hints, AFlyingMasterWithoutHeartbeat) {
+  const std::string node =
+      ", nodes: [{id: 5, name: n, eds: bridges/sim/eds/digital-io.eds, heartbeat: 100ms}]";
+  EXPECT_THAT(hints_of("flying_master: {priority: 1}" + node),
+              ElementsAre(HasSubstr("flying_master without heartbeat of the line")));
+  EXPECT_THAT(hints_of("flying_master: {priority: 1}, heartbeat: 200ms" + node), IsEmpty());
+}
+
 TEST(Hints, AVendorIdOfNobody) {
   const std::string folder = testing::TempDir() + "/linegate-hints";
   std::filesystem::create_directories(folder);
