@@ -131,7 +131,7 @@ class NodeLine final : public Line,
   void node_data_invalid(std::uint8_t node) override;                // of manager::Host
 
   // --- manager::Host, NmtHost: node_line_role.cpp -----------------------------------------------
-  void may_operate(Instant now) override;
+  void mandatory_nodes_booted(Instant now) override;
   void send_nmt(nmt::Command command, std::uint8_t node, Instant now) override;
   bool acknowledges_starts() const override { return under_way_.expected(); }
   void command_own(nmt::Command command, Instant now) override;

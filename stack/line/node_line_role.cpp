@@ -160,7 +160,7 @@ void NodeLine::others_changed() {
   services_.receivers.follow();
 }
 
-void NodeLine::may_operate(Instant now) {
+void NodeLine::mandatory_nodes_booted(Instant now) {
   node_.command(nmt::Command::start, now);
 }
 

@@ -15,7 +15,7 @@ class Host {
   // The process data of the node are no longer valid: it was lost or reset, or is starting again.
   virtual void node_data_invalid(std::uint8_t node) = 0;
   // Every mandatory node is booted: the own node may become Operational.
-  virtual void may_operate(Instant now) = 0;
+  virtual void mandatory_nodes_booted(Instant now) = 0;
   // Sends an NMT command to one node, or to all with 0. Not the own node.
   virtual void send_nmt(nmt::Command command, std::uint8_t node, Instant now) = 0;
   // Whether the line calls Manager::start_acknowledged() once the bus has acknowledged an NMT

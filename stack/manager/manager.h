@@ -211,7 +211,7 @@ class Manager final : public sdo::TransferOwner {
   MakeStep make_program_;
   MakeStep make_configuration_;
   ManagerState state_ = ManagerState::inactive;
-  bool released_ = false;       // may_operate() was called
+  bool released_ = false;       // mandatory_nodes_booted() was called
   bool all_started_ = false;    // the nodes were started with one command (1F80h bit 1)
   bool time_is_over_ = false;   // boot time 1F89h is over
   bool asleep_ = false;         // see sleep()

@@ -456,7 +456,7 @@ void Manager::release(Instant now) {
   boot_deadline_ = kNever;
   time_is_over_ = false;
   if ((list_.startup() & startup::kApplicationStarts) == 0) {
-    host_.may_operate(now);
+    host_.mandatory_nodes_booted(now);
   }
 }
 

@@ -22,7 +22,7 @@ struct DiagnosedParts final : manager::Host, RecordOrders {
 
   // manager::Host
   void node_data_invalid(std::uint8_t /*id*/) override {}
-  void may_operate(Instant /*at*/) override {}
+  void mandatory_nodes_booted(Instant /*at*/) override {}
   void send_nmt(nmt::Command /*command*/, std::uint8_t /*id*/, Instant /*at*/) override {}
   bool acknowledges_starts() const override { return false; }
   void command_own(nmt::Command command, Instant at) override { node.command(command, at); }

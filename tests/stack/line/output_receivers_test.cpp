@@ -14,7 +14,7 @@ using Receiver = pdo::Engine::Receiver;
 
 struct OutputReceiversTest : testing::Test, manager::Host {
   void node_data_invalid(std::uint8_t /*node*/) override {}
-  void may_operate(Instant /*now*/) override {}
+  void mandatory_nodes_booted(Instant /*now*/) override {}
   void send_nmt(nmt::Command command, std::uint8_t node, Instant /*now*/) override {
     EXPECT_EQ(command, nmt::Command::start);
     started.push_back(node);

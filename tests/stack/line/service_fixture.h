@@ -111,7 +111,7 @@ struct ManagerParts final : manager::Host {
   }
 
   void node_data_invalid(std::uint8_t /*node*/) override {}
-  void may_operate(Instant /*now*/) override {}
+  void mandatory_nodes_booted(Instant /*now*/) override {}
   void send_nmt(nmt::Command /*command*/, std::uint8_t /*node*/, Instant /*now*/) override {}
   bool acknowledges_starts() const override { return awaits_acknowledgements; }
   void command_own(nmt::Command /*command*/, Instant /*now*/) override {}
