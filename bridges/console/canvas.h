@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "bridges/console/table.h"
+#include "stack/base/assert.h"
 
 namespace linegate::console {
 
@@ -24,6 +25,7 @@ class Canvas {
   std::size_t columns() const { return columns_; }
   // Precondition: row < rows() and column < columns().
   const Cell& at(std::size_t row, std::size_t column) const {
+    LINEGATE_ASSERT(row < rows_ && column < columns_, "the cell is on the canvas");
     return cells_[row * columns_ + column];
   }
 

@@ -24,6 +24,7 @@ void FramesUnderWay::add(Sending sending) {
 
 // Precondition: number > ended_.
 [[gnu::hot]] void FramesUnderWay::end(std::uint64_t number) {
+  LINEGATE_ASSERT_HOT(number > ended_, "the frame is later than those that ended");
   ended_ = std::min(number, handed_out_);
   if (lost_first_ != 0 && lost_first_ <= ended_ + 1) {
     ended_ = std::max(ended_, std::min(lost_last_, handed_out_));
